@@ -14,14 +14,14 @@ const EVERY: u8 = 8;
 /// Whose turn it is to be looked at, used or not: one of a number of places every
 /// eighth window; owners begin in different ones.
 #[derive(Clone, Copy, Debug)]
-pub struct Turn {
+pub struct CheckSchedule {
     /// Windows to wait.
     wait: u8,
     place: u8,
     places: u8,
 }
 
-impl Turn {
+impl CheckSchedule {
     /// Of the owner that begins with window `first`, 0–7, and has so many places.
     pub const fn new(first: u8, places: u8) -> Self {
         Self {
@@ -48,9 +48,9 @@ impl Turn {
 
 /// The sum over a value when it was last changed on purpose.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub struct Seal(u32);
+pub struct Checksum(u32);
 
-impl Seal {
+impl Checksum {
     /// Over `value` as it is.
     #[inline]
     pub fn of(value: &impl Hash) -> Self {
@@ -143,7 +143,7 @@ mod tests {
     #[test]
     fn every_flipped_bit_breaks_the_seal() {
         let value = [0xDEAD_BEEF_u32, 0, u32::MAX, 7];
-        let seal = Seal::of(&value);
+        let seal = Checksum::of(&value);
         assert!(seal.holds(&value));
         for bit in 0..128 {
             let mut flipped = value;

@@ -15,7 +15,7 @@ fn time_of_stimulation_ends_and_is_not_given_back() {
         max_session_s: 3,
         ..wearer()
     };
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     // A second, and the rest after arming anew.
     desk.run(wearer, &[channel(PLAIN)], 5_000);
     desk.keep_alive(50, 20_000);
@@ -50,7 +50,7 @@ fn a_channels_charge_ends_and_is_not_given_back() {
         max_dose_mc: 1,
         ..wearer()
     };
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     desk.run(wearer, &[channel(PLAIN), channel(PLAIN)], 0);
     desk.must(all(1, 20_000));
     let (took, heard) = until_stopped(&mut desk, 10);
@@ -76,7 +76,7 @@ fn slow_trains_rise_by_bursts() {
         rise_bursts: 4,
         ..WearerSpec::default()
     };
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     let slow = TrainSpec {
         period_us: 1_000_000,
         ..PLAIN
@@ -98,7 +98,7 @@ fn steps_are_limited_per_burst_and_per_second() {
         max_step_ua_per_s: 3_000,
         ..wearer()
     };
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     desk.run(wearer, &[channel(PLAIN)], 5_000);
     desk.keep_alive(5, 20_000);
     let refused = refusal(Code::TooLargeStep, "values");
@@ -136,7 +136,7 @@ fn no_second_rises_by_more_than_is_allowed() {
         max_step_ua_per_s: 2_000,
         ..wearer()
     };
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     desk.run(wearer, &[channel(PLAIN)], 4_000);
     desk.keep_alive(5, 20_000);
     let (mut taken, mut refusals) = (vec![(desk.time(), 4_000u32)], 0);

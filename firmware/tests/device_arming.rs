@@ -11,7 +11,7 @@ const BOOT: Micros = Micros::new(u32::MAX - 100_000);
 
 #[test]
 fn refused_arming_leaves_nothing_behind() {
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     desk.prepare(wearer(), &[channel(PLAIN)]);
     for _ in 0..5 {
         (desk.sensors.arm, desk.sensors.hand_stop) = (false, false);
@@ -69,7 +69,7 @@ fn nothing_is_put_out_before_an_arm_order() {
         ]
     };
     for closed in [false, true] {
-        let mut desk = Desk::open(BOOT);
+        let mut desk = TestHost::open(BOOT);
         (desk.sensors.arm, desk.sensors.hand_stop) = (closed, closed);
         let mut taken = 0;
         for _ in 0..3 {
@@ -102,14 +102,14 @@ fn arming_sets_the_banks_comparators() {
         },
         ..current(10_000)
     };
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     // Banks of channels 0 and 1, 2 and 3, 4, 5 and 6, 7 and 8, 9.
     let specs = [current(8_000), current(12_000), current(400), volts];
     desk.prepare(wearer(), &specs);
     desk.wait(10_000);
     assert_eq!(desk.record.trips, [], "not before arming");
     desk.must(ARM);
-    let codes = |desk: &Desk| {
+    let codes = |desk: &TestHost| {
         let trips = desk.record.trips.iter().rev().take(6).rev();
         trips
             .map(|&(_, bank, code)| (bank, code))
@@ -140,7 +140,7 @@ fn arming_sets_the_banks_comparators() {
 /// An arm order sent into a full mailbox must not leave half of itself.
 #[test]
 fn arming_through_a_flood_works_afterwards() {
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     desk.prepare(wearer(), &[channel(PLAIN)]);
     let mut requests = vec![Request::KeepAlive; 60];
     requests[45] = ARM;
@@ -149,7 +149,7 @@ fn arming_through_a_flood_works_afterwards() {
     let heard = desk.heard();
     let answers = heard
         .iter()
-        .filter(|h| matches!(h, Heard::Ack(..) | Heard::Refused(..)))
+        .filter(|h| matches!(h, OwnedResponse::Ack(..) | OwnedResponse::Refused(..)))
         .count();
     assert!(answers >= 60, "every request is answered: {answers}");
     if desk.state() == State::Armed {
@@ -161,7 +161,7 @@ fn arming_through_a_flood_works_afterwards() {
 
 #[test]
 fn a_second_arm_order_during_the_check_is_refused_and_harms_nothing() {
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     desk.prepare(wearer(), &[channel(PLAIN)]);
     let first = desk.send(ARM);
     desk.wait(5_000);
@@ -173,8 +173,8 @@ fn a_second_arm_order_during_the_check_is_refused_and_harms_nothing() {
     desk.wait(40_000);
     let heard = desk.heard();
     let mut answers = heard.iter();
-    assert!(answers.any(|h| matches!(h, Heard::Refused(Some(s), ..) if *s == second)));
-    assert!(answers.any(|h| matches!(h, Heard::Ack(s, _) if *s == first)));
+    assert!(answers.any(|h| matches!(h, OwnedResponse::Refused(Some(s), ..) if *s == second)));
+    assert!(answers.any(|h| matches!(h, OwnedResponse::Ack(s, _) if *s == first)));
     // The armed setup is the first one: it has no second channel.
     assert_eq!(desk.code(all(2, 1_000)), Some(Code::NoTrain));
     desk.must(Request::Stop);
@@ -186,7 +186,7 @@ fn a_second_arm_order_during_the_check_is_refused_and_harms_nothing() {
 #[test]
 fn a_stop_during_the_check_finishes_its_pulse_and_allows_arming_again() {
     for delay in (0..24_000u32).step_by(70) {
-        let mut desk = Desk::open(BOOT);
+        let mut desk = TestHost::open(BOOT);
         desk.prepare(wearer(), &[channel(PLAIN), channel(PLAIN), channel(PLAIN)]);
         desk.send(ARM);
         desk.wait(delay);
@@ -222,7 +222,7 @@ pub fn assert_balanced(levels: &[(u64, firmware::pulse::Levels)], channel: usize
 fn a_reading_from_before_arming_does_not_judge_its_electrodes() {
     // Hand stop at any phase of a 20 mA train, then arm at once.
     for delay in (0..1_500u32).step_by(50) {
-        let mut desk = Desk::open(BOOT);
+        let mut desk = TestHost::open(BOOT);
         let train = firmware::pulse::TrainSpec {
             period_us: 5_000,
             ..PLAIN
@@ -249,7 +249,7 @@ fn a_reading_from_before_arming_does_not_judge_its_electrodes() {
 #[test]
 fn arming_expires_after_ten_seconds_also_after_an_hour_of_idleness() {
     for idle_s in [0, 2_150, 4_300] {
-        let mut desk = Desk::open(BOOT);
+        let mut desk = TestHost::open(BOOT);
         for _ in 0..idle_s {
             desk.wait(1_000_000);
         }
@@ -278,7 +278,7 @@ fn a_fault_found_at_boot_is_latched_shown_and_cleared() {
         residual: [7; 10],
         ..FaultRecord::new(Fault::Watchdog, Micros::new(5))
     };
-    let mut desk = Desk::boot(BOOT, Some(record));
+    let mut desk = TestHost::boot(BOOT, Some(record));
     let info = desk.hello();
     assert_eq!((info.state, info.last_fault), (State::Fault, Some(record)));
     desk.prepare(wearer(), &[channel(PLAIN)]);
@@ -298,7 +298,7 @@ fn a_fault_found_at_boot_is_latched_shown_and_cleared() {
 
 #[test]
 fn hello_tells_the_state_of_this_moment() {
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     desk.prepare(wearer(), &[channel(PLAIN)]);
     desk.must(ARM);
     assert_eq!(desk.hello().state, State::Armed);
@@ -308,7 +308,7 @@ fn hello_tells_the_state_of_this_moment() {
 
 #[test]
 fn a_new_session_gets_no_telemetry_that_it_did_not_ask_for() {
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     desk.must(Request::Subscribe { period_ms: 5 });
     desk.wait(20_000);
     desk.hello();
@@ -320,7 +320,7 @@ fn a_new_session_gets_no_telemetry_that_it_did_not_ask_for() {
 #[test]
 fn a_second_client_is_refused_from_the_arm_order_on() {
     for gap in [0, 100, 1_000, 10_000, 21_000, 30_000] {
-        let mut desk = Desk::open(BOOT);
+        let mut desk = TestHost::open(BOOT);
         desk.prepare(wearer(), &[channel(PLAIN)]);
         desk.send(ARM);
         desk.wait(gap);
@@ -336,7 +336,7 @@ fn a_second_client_is_refused_from_the_arm_order_on() {
 
 #[test]
 fn a_number_out_of_order_is_not_counted_as_lost_twice() {
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     let before = desk.status().counters.lost;
     let base = desk.seq;
     for step in [0, 2, 1, 3, 3, 4] {
@@ -349,7 +349,7 @@ fn a_number_out_of_order_is_not_counted_as_lost_twice() {
 /// Amplitudes below one DAC step are nothing: raising them is a rise from zero.
 #[test]
 fn the_rise_cannot_be_dodged_by_an_amplitude_of_nothing() {
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     let slow = firmware::safety::WearerSpec {
         rise_ms: 500,
         ..firmware::safety::WearerSpec::default()
@@ -368,7 +368,7 @@ fn the_rise_cannot_be_dodged_by_an_amplitude_of_nothing() {
 /// before it refuses the second; armed, that of the first alone.
 #[test]
 fn arming_tells_what_each_electrode_read() {
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     let volts = firmware::safety::ChannelSpec {
         stage: StageSpec::Voltage {
             full_scale_mv: 60_000,
@@ -393,7 +393,7 @@ fn arming_tells_what_each_electrode_read() {
     assert_eq!(applied, same);
     let last = heard.last();
     assert!(
-        matches!(last, Some(Heard::Refused(_, Code::ElectrodeOff, _))),
+        matches!(last, Some(OwnedResponse::Refused(_, Code::ElectrodeOff, _))),
         "{last:?}"
     );
     desk.sensors.load_ohm[1] = 2_000;
@@ -403,12 +403,15 @@ fn arming_tells_what_each_electrode_read() {
     let read = readings(&heard);
     assert!(matches!(read[..], [(0, ..), (1, ..)]), "{read:?}");
     assert!(read[1].2.abs_diff(current_ua / 2) <= 30, "{read:?}");
-    assert!(matches!(heard.last(), Some(Heard::Ack(..))), "{heard:?}");
+    assert!(
+        matches!(heard.last(), Some(OwnedResponse::Ack(..))),
+        "{heard:?}"
+    );
 }
 
-fn readings(heard: &[Heard]) -> Vec<(u8, Amplitude, u32)> {
-    let reading = |heard: &Heard| match *heard {
-        Heard::Event(
+fn readings(heard: &[OwnedResponse]) -> Vec<(u8, Amplitude, u32)> {
+    let reading = |heard: &OwnedResponse| match *heard {
+        OwnedResponse::Event(
             _,
             Event::Electrode {
                 channel,

@@ -10,7 +10,7 @@ use firmware::units::Micros;
 const BOOT: Micros = Micros::new(u32::MAX - 100_000);
 
 /// Rising edges of the sync output, µs since boot.
-fn sync_edges(desk: &Desk) -> Vec<u64> {
+fn sync_edges(desk: &TestHost) -> Vec<u64> {
     let mut last = false;
     let rises = desk.record.levels.iter().filter(|(_, levels)| {
         let is = levels.0 & Levels::SYNC != 0;
@@ -20,9 +20,9 @@ fn sync_edges(desk: &Desk) -> Vec<u64> {
 }
 
 /// Times of this event, µs since boot.
-fn told(desk: &Desk, event: Event) -> Vec<u64> {
+fn told(desk: &TestHost, event: Event) -> Vec<u64> {
     let at = |heard| match heard {
-        Heard::Event(at, e) if e == event => Some((at - BOOT).us().cast_unsigned().into()),
+        OwnedResponse::Event(at, e) if e == event => Some((at - BOOT).us().cast_unsigned().into()),
         _ => None,
     };
     decode(&desk.record.bytes)
@@ -48,7 +48,7 @@ fn leading_edges_of_sync_are_told_with_their_time() {
         ..PLAIN
     };
     for train in [PLAIN, doublet, near] {
-        let mut desk = Desk::open(BOOT);
+        let mut desk = TestHost::open(BOOT);
         desk.prepare(wearer(), &[channel(PLAIN), channel(train)]);
         desk.must(Request::Sync { channel: Some(1) });
         desk.start();
@@ -72,8 +72,8 @@ fn edges_of_the_trigger_are_told_while_stimulating() {
         repeats: 1,
         ..PLAIN
     });
-    let mut desk = Desk::open(BOOT);
-    let edge = |desk: &mut Desk| {
+    let mut desk = TestHost::open(BOOT);
+    let edge = |desk: &mut TestHost| {
         let t = desk.time();
         desk.sensors.trigger = Some(desk.now());
         desk.wait(1_000);

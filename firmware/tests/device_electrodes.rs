@@ -23,7 +23,7 @@ fn volts(train: TrainSpec, limit_mv: u32) -> ChannelSpec {
 
 /// The same wave, each time `length_us`, until `until_s` or a fault; each time with the
 /// load that `ohm` gives for the time since.
-fn play(desk: &mut Desk, length_us: u32, until_s: f64, ohm: impl Fn(f64) -> u32) -> f64 {
+fn play(desk: &mut TestHost, length_us: u32, until_s: f64, ohm: impl Fn(f64) -> u32) -> f64 {
     let mut at_s = 0.0;
     let mut since_frame = 0;
     while at_s < until_s && desk.state() == State::Stimulating {
@@ -42,7 +42,7 @@ fn play(desk: &mut Desk, length_us: u32, until_s: f64, ohm: impl Fn(f64) -> u32)
 /// The load at which a channel that peels from 1 to 25 kΩ in 10 s is a fault, Ω.
 fn found_at(spec: ChannelSpec, amplitude: u32) -> Option<u32> {
     let peeled = |s: f64| 1_000 + (24_000.0 * s / 10.0) as u32;
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     desk.sensors.load_ohm = [1_000; 10];
     desk.run(wearer(), &[spec], amplitude);
     let at_s = play(&mut desk, 1_000, 10.0, peeled);
@@ -91,7 +91,7 @@ fn a_current_stage_within_its_compliance_shows_no_load() {
 fn a_contact_that_comes_and_goes_is_found() {
     for (spec, amplitude) in [(channel(MONO), 10_000), (volts(MONO, 20_000), 10_000)] {
         for (every, is_found) in [(2, true), (10, false)] {
-            let mut desk = Desk::open(BOOT);
+            let mut desk = TestHost::open(BOOT);
             desk.run(wearer(), &[spec], amplitude);
             let period = |s: f64| (s / 0.02).round() as u32;
             let ohm = |s: f64| {
@@ -111,7 +111,7 @@ fn a_contact_that_comes_and_goes_is_found() {
 /// A voltage stage whose load falls to `ohm` after 0.2 s: what it is, and the seconds
 /// until it is told.
 fn fallen(from_ohm: u32, ohm: u32, amplitude: u32) -> Option<(Fault, f64)> {
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     desk.sensors.load_ohm = [from_ohm; 10];
     desk.run(wearer(), &[volts(PLAIN, amplitude)], amplitude);
     let at_s = play(
@@ -157,8 +157,8 @@ fn a_voltage_stage_at_its_full_current_stimulates() {
 }
 
 /// One phase of channel 0 meets nothing: its line is broken.
-fn without_phase(lost: Line, train: TrainSpec, wait_us: u32) -> Desk {
-    let mut desk = Desk::open(BOOT);
+fn without_phase(lost: Line, train: TrainSpec, wait_us: u32) -> TestHost {
+    let mut desk = TestHost::open(BOOT);
     desk.run(wearer(), &[channel(train)], 10_000);
     desk.wait(wait_us);
     let mut sent = 0;
@@ -201,7 +201,7 @@ fn a_fault_that_readings_tell_cuts_no_pulse() {
     for (ohm, fault) in [(50, Fault::LoadWanders), (u32::MAX, Fault::ElectrodeOff)] {
         // Of two pulses one is read in its second phase.
         for breaks_us in (0..40_000).step_by(1_000) {
-            let mut desk = Desk::open(BOOT);
+            let mut desk = TestHost::open(BOOT);
             desk.sensors.load_ohm = [1_000; 10];
             desk.run(wearer(), &[volts(train, 5_000)], 5_000);
             desk.keep_alive(1, 60_000);
@@ -229,7 +229,7 @@ fn a_fault_that_readings_tell_cuts_no_pulse() {
 /// 2 V into 500 Ω: with 30 V as limit, 60 mA, where 20 mA are allowed.
 #[test]
 fn a_load_below_the_declared_one_is_judged_at_arming() {
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     desk.prepare(wearer(), &[volts(PLAIN, 30_000)]);
     desk.sensors.load_ohm[0] = 500;
     assert_eq!(desk.refused(ARM), refusal(Code::LoadTooLow, "load_ohm"));
@@ -251,7 +251,7 @@ fn the_check_rises_from_code_1_to_the_wearers_limit() {
             limit: Amplitude::new(limit),
             ..channel(PLAIN)
         };
-        let mut desk = Desk::open(BOOT);
+        let mut desk = TestHost::open(BOOT);
         desk.prepare(wearer(), &[spec]);
         let armed = desk.time();
         desk.must(ARM);
@@ -269,7 +269,7 @@ fn the_check_rises_from_code_1_to_the_wearers_limit() {
 /// 1 Ω carries 16 mA; the next would be all that the limiter lets through.
 #[test]
 fn a_short_is_found_before_the_check_has_risen() {
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     desk.prepare(wearer(), &[volts(PLAIN, 20_000)]);
     desk.sensors.load_ohm[0] = 1;
     assert_eq!(desk.code(ARM), Some(Code::ElectrodeShort));

@@ -3,7 +3,9 @@
 use crate::device_desk::*;
 use crate::device_force::{FORCE, SLOW, control, muscle};
 use firmware::bench::limb::{before_the_trunk, nominal};
-use firmware::control::{Endpoint, EndpointSpec, EndpointState, PostureSpec, Unmade, WrenchError};
+use firmware::control::{
+    Endpoint, EndpointSpec, EndpointState, ForceImpossible, PostureSpec, WrenchError,
+};
 use firmware::device::{Draft, Mistake, Part, Rule};
 use firmware::limb::{AXES, Limb, Lines, Wrench};
 use firmware::link::{Code, Request, Telemetry, WrenchSample};
@@ -43,8 +45,8 @@ fn wrench(force_mn: [i32; 3]) -> Request {
 }
 
 /// Nine channels at 25 Hz and the arm over them, stimulating.
-fn stimulating(posture: PostureSpec, recruit_ms: u8) -> Desk {
-    let mut desk = Desk::open(BOOT);
+fn stimulating(posture: PostureSpec, recruit_ms: u8) -> TestHost {
+    let mut desk = TestHost::open(BOOT);
     let wearer = WearerSpec {
         host_timeout_ms: 1_000,
         ..wearer()
@@ -65,7 +67,7 @@ fn stimulating(posture: PostureSpec, recruit_ms: u8) -> Desk {
 }
 
 /// Every axis, as measured now.
-fn measure(desk: &mut Desk, angles: [i16; AXES]) {
+fn measure(desk: &mut TestHost, angles: [i16; AXES]) {
     let at = desk.now();
     for (joint, centideg) in (0u8..).zip(angles) {
         desk.must(Request::Measurement {
@@ -81,7 +83,7 @@ fn posed() -> [i16; AXES] {
 }
 
 /// The last sample that was sent in the next `ms`.
-fn after(desk: &mut Desk, ms: u32) -> Telemetry {
+fn after(desk: &mut TestHost, ms: u32) -> Telemetry {
     desk.heard();
     desk.wait(ms * 1_000);
     desk.samples().pop().unwrap()
@@ -172,7 +174,7 @@ fn what_nobody_can_make_changes_nothing_and_names_its_share() {
     let mut state = EndpointState::default();
     let now = Micros::new(0);
     let refused = endpoint.wish(&mut state, now, now, too_much).unwrap_err();
-    let WrenchError::Unmade(Unmade::TooStrong { permille, .. }) = refused else {
+    let WrenchError::Unmade(ForceImpossible::TooStrong { permille, .. }) = refused else {
         panic!("{refused:?}");
     };
     let share = |permille: u16| too_much.map(|mn| mn * i32::from(permille) / 1000);
@@ -192,7 +194,7 @@ fn where_no_muscle_helps_nothing_is_taken() {
     for sign in [-1, 1] {
         let force = [0, 0, 5_000 * sign];
         match endpoint.wish(&mut state, now, now, force) {
-            Err(WrenchError::Unmade(Unmade::NoMuscleHelps)) => found[0] += 1,
+            Err(WrenchError::Unmade(ForceImpossible::NoMuscleHelps)) => found[0] += 1,
             Ok(()) => found[1] += 1,
             other => panic!("{other:?}"),
         }
@@ -247,7 +249,7 @@ fn an_angle_beyond_belief_is_the_sensor_s_fault() {
 #[test]
 fn a_force_that_can_no_longer_be_made_is_given_not_at_all() {
     let mut desk = stimulating(MEASURED, 5);
-    let hold = |desk: &mut Desk, angles: [i16; AXES]| {
+    let hold = |desk: &mut TestHost, angles: [i16; AXES]| {
         desk.samples();
         for _ in 0..10 {
             measure(desk, angles);
@@ -321,7 +323,7 @@ fn every_mistake_of_an_arm_is_named() {
             "el_flexion = 130010 is outside 0..=130000",
         ]
     );
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     desk.prepare(wearer(), &[channel(SLOW), channel(SLOW)]);
     assert_eq!(
         desk.refused(Request::Limb(spec)),

@@ -77,17 +77,17 @@ pub(crate) fn most() -> u32 {
 }
 
 /// Channel 0 under force control and channel 1 not, both stimulating.
-fn stimulating(host_timeout_ms: u16) -> Desk {
+fn stimulating(host_timeout_ms: u16) -> TestHost {
     stimulating_by(FORCE, host_timeout_ms)
 }
 
-pub(crate) fn stimulating_by(spec: ForceSpec, host_timeout_ms: u16) -> Desk {
+pub(crate) fn stimulating_by(spec: ForceSpec, host_timeout_ms: u16) -> TestHost {
     stimulating_on(Rung::None, spec, host_timeout_ms)
 }
 
 /// The same by the inverse of a muscle on this rung, whose prediction may steer it.
-fn stimulating_on(rung: Rung, spec: ForceSpec, host_timeout_ms: u16) -> Desk {
-    let mut desk = Desk::open(BOOT);
+fn stimulating_on(rung: Rung, spec: ForceSpec, host_timeout_ms: u16) -> TestHost {
+    let mut desk = TestHost::open(BOOT);
     let wearer = WearerSpec {
         host_timeout_ms,
         ..wearer()
@@ -107,7 +107,7 @@ fn stimulating_on(rung: Rung, spec: ForceSpec, host_timeout_ms: u16) -> Desk {
 }
 
 /// Starts of a channel's pulses from `from` on.
-pub(crate) fn starts(desk: &Desk, channel: usize, from: u64) -> Vec<u64> {
+pub(crate) fn starts(desk: &TestHost, channel: usize, from: u64) -> Vec<u64> {
     let edges = driven(&desk.record.levels, channel).into_iter();
     edges.filter(|&t| t > from).step_by(2).collect() // two phases
 }
@@ -201,7 +201,7 @@ fn a_setpoint_that_cannot_be_met_is_refused_by_name() {
 
 /// How arming refuses a draft of these channels and requests.
 fn armed(wearer: WearerSpec, specs: &[ChannelSpec], requests: Vec<Request>) -> (Code, String) {
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     desk.prepare(wearer, specs);
     desk.must_all(requests);
     desk.refused(ARM)
@@ -269,7 +269,7 @@ fn what_cannot_be_controlled_is_refused_at_arming() {
 }
 
 /// The code of the amplitude that a channel was given last.
-pub(crate) fn last_code(desk: &Desk, channel: u8) -> u32 {
+pub(crate) fn last_code(desk: &TestHost, channel: u8) -> u32 {
     let mut codes = desk.record.dac.iter().rev();
     let found = codes.find(|(_, c, _)| *c == channel);
     found.map_or(0, |&(_, _, code)| code.into())
@@ -277,7 +277,7 @@ pub(crate) fn last_code(desk: &Desk, channel: u8) -> u32 {
 
 #[test]
 fn all_channels_can_be_under_force_control() {
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     desk.prepare(wearer(), &[channel(SLOW); 10]);
     for channel in 0..10 {
         desk.must(muscle(channel));
@@ -336,7 +336,7 @@ fn the_order_of_requests_does_not_matter() {
         ],
     ];
     let mut courses = orders.into_iter().map(|requests| {
-        let mut desk = Desk::open(BOOT);
+        let mut desk = TestHost::open(BOOT);
         desk.must(Request::Wearer(WearerSpec {
             host_timeout_ms: 1000,
             ..wearer()
@@ -386,7 +386,7 @@ fn an_isolated_group_keeps_its_rates() {
         (Partner::Conducted, FORCE),
         (Partner::Conducted, RARE),
     ] {
-        let mut desk = Desk::open(BOOT);
+        let mut desk = TestHost::open(BOOT);
         desk.prepare(wearer(), &specs);
         desk.must_all([group(0b11, partner), muscle(1), control(1, spec)]);
         desk.must(ARM);

@@ -10,7 +10,7 @@ use firmware::link::{ForceSample, Request};
 use firmware::safety::{State, WearerSpec};
 
 /// The last sample in which channel 0 was told of, after `wait_us` of `millinewton`.
-fn sampled(desk: &mut Desk, millinewton: u32, wait_us: u32) -> (bool, ForceSample) {
+fn sampled(desk: &mut TestHost, millinewton: u32, wait_us: u32) -> (bool, ForceSample) {
     for _ in 0..wait_us / 50_000 {
         desk.must(force(0, millinewton));
         desk.wait(50_000);
@@ -104,7 +104,7 @@ fn a_slow_rate_outlives_neither_silence_nor_stop() {
 /// wanted, the second all, and none is stronger than asked for.
 #[test]
 fn a_slow_rate_rises_as_any() {
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     let wearer = WearerSpec {
         rise_ms: 300,
         host_timeout_ms: 1000,

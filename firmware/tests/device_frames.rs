@@ -22,15 +22,15 @@ fn framed(message: &[u8]) -> Vec<u8> {
     frame
 }
 
-fn said(desk: &mut Desk, bytes: &[u8]) -> Vec<Heard> {
+fn said(desk: &mut TestHost, bytes: &[u8]) -> Vec<OwnedResponse> {
     desk.heard();
     desk.receive(bytes);
     desk.wait(2_000);
     desk.heard()
 }
 
-fn refused(seq: Option<u16>, code: Code, field: &str) -> Vec<Heard> {
-    vec![Heard::Refused(seq, code, field.to_owned())]
+fn refused(seq: Option<u16>, code: Code, field: &str) -> Vec<OwnedResponse> {
+    vec![OwnedResponse::Refused(seq, code, field.to_owned())]
 }
 
 fn bytes(message: impl Serialize) -> Vec<u8> {
@@ -40,7 +40,7 @@ fn bytes(message: impl Serialize) -> Vec<u8> {
 
 #[test]
 fn a_list_that_is_too_long_is_named() {
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     let session = desk.session;
     // Request numbers of docs/protocol.md: Groups, Joint, Amplitudes.
     let groups = bytes((session, SEQ, 6u8, [(3u16, 0u8); MAX_GROUPS + 1].as_slice()));
@@ -81,7 +81,7 @@ fn a_list_that_is_too_long_is_named() {
 
 #[test]
 fn the_longest_message_is_read_and_one_byte_more_is_too_long() {
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     for (length, code) in [
         (MAX_MESSAGE, Code::UnknownMessage),
         (MAX_MESSAGE + 1, Code::FrameTooLong),
@@ -93,7 +93,7 @@ fn the_longest_message_is_read_and_one_byte_more_is_too_long() {
             let mut message = bytes((desk.session, SEQ, 1u8)); // KeepAlive
             message.resize(length, fill);
             let heard = said(&mut desk, &framed(&message));
-            let [Heard::Refused(None, number, _)] = &heard[..] else {
+            let [OwnedResponse::Refused(None, number, _)] = &heard[..] else {
                 panic!("{heard:?}")
             };
             assert_eq!(*number, code, "{length}");
@@ -104,14 +104,14 @@ fn the_longest_message_is_read_and_one_byte_more_is_too_long() {
 /// Who serves a simulator takes it before it comes here.
 #[test]
 fn a_simulated_trigger_is_no_device_s() {
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     let only = refusal(Code::SimulatorOnly, "trigger");
     assert_eq!(desk.refused(Request::SimulateTrigger), only);
 }
 
 #[test]
 fn groups_are_checked_as_they_come() {
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     let group = |members| GroupSpec {
         members,
         partner: Partner::Conducted,
@@ -130,14 +130,14 @@ fn groups_are_checked_as_they_come() {
 
 #[test]
 fn sessions_are_numbered_from_where_they_are_told() {
-    let mut desk = Desk::boot(BOOT, None);
+    let mut desk = TestHost::boot(BOOT, None);
     for (first, numbers) in [
         (0, [1, 2]),
         (1, [1, 2]),
         (40_000, [40_000, 40_001]),
         (u16::MAX, [u16::MAX, 1]),
     ] {
-        desk = Desk::boot(BOOT, None);
+        desk = TestHost::boot(BOOT, None);
         desk.board = Lockstep::new(identity(first, None), desk.now());
         assert_eq!([desk.hello().session, desk.hello().session], numbers);
     }

@@ -8,7 +8,7 @@ use firmware::safety::{ChannelSpec, State};
 use std::collections::BTreeSet;
 
 /// The input comes to be held here and stays so for `us`.
-fn hold(desk: &mut Desk, us: u32) {
+fn hold(desk: &mut TestHost, us: u32) {
     desk.sensors.trigger = Some(desk.now());
     desk.sensors.held = true;
     desk.wait(1);
@@ -25,7 +25,7 @@ fn gated(train: TrainSpec) -> ChannelSpec {
 }
 
 /// Begins and ends of a channel's phases behind the electrode check.
-fn phases(desk: &Desk, channel: usize, from_us: u64) -> Vec<(u64, u64)> {
+fn phases(desk: &TestHost, channel: usize, from_us: u64) -> Vec<(u64, u64)> {
     let is_driven = |line| matches!(line, Line::Cathodic | Line::Anodic);
     let all = stretches(&desk.record.levels, channel, u64::MAX);
     let phases = all.into_iter().filter(|s| is_driven(s.1));
@@ -48,7 +48,7 @@ fn a_gated_train_plays_while_the_input_is_held() {
         ..PLAIN
     });
     for length in (253..36_000).step_by(487) {
-        let mut desk = Desk::open(BOOT);
+        let mut desk = TestHost::open(BOOT);
         desk.run(wearer(), &[spec], 10_000);
         let (from, mut expected) = (desk.time(), Vec::new());
         for _ in 0..3 {
@@ -71,7 +71,7 @@ fn a_gated_train_plays_while_the_input_is_held() {
 /// What comes and goes between two refills plays nothing, and is counted.
 #[test]
 fn an_edge_that_is_not_held_plays_nothing() {
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     desk.run(wearer(), &[gated(PLAIN)], 10_000);
     let from = desk.time();
     for _ in 0..50 {
@@ -88,7 +88,7 @@ fn an_edge_that_is_not_held_plays_nothing() {
 #[test]
 fn a_gate_that_is_held_at_the_start_waits_for_its_release() {
     for bounces in [false, true] {
-        let mut desk = Desk::open(BOOT);
+        let mut desk = TestHost::open(BOOT);
         desk.sensors.held = true;
         desk.run(wearer(), &[gated(PLAIN)], 10_000);
         let from = desk.time();
@@ -109,7 +109,7 @@ fn a_gate_that_is_held_at_the_start_waits_for_its_release() {
 /// Who holds on through a stop waits after the next start, too.
 #[test]
 fn a_stop_ends_what_is_gated_and_the_next_start_waits() {
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     desk.run(wearer(), &[gated(PLAIN)], 10_000);
     let from = desk.time();
     hold(&mut desk, 90_000);
@@ -147,7 +147,7 @@ fn a_gate_that_chatters_changes_no_pulse() {
     for (on, off) in contacts {
         for train in [plain(20_000, 0), plain(5_000, 0), plain(5_000, 2)] {
             let period = u64::from(train.period_us);
-            let mut desk = Desk::open(BOOT);
+            let mut desk = TestHost::open(BOOT);
             desk.run(wearer(), &[gated(train)], 10_000);
             let from = desk.time();
             for _ in 0..8 {
@@ -190,7 +190,7 @@ fn a_gate_that_chatters_changes_no_pulse() {
 fn isolated_partners_stay_apart_whatever_the_gate() {
     for (on, off) in [(900, 300), (7_300, 900), (21_000, 400), (33_000, 13_000)] {
         let train = |offset_us| gated(TrainSpec { offset_us, ..PLAIN });
-        let mut desk = Desk::open(BOOT);
+        let mut desk = TestHost::open(BOOT);
         desk.prepare(wearer(), &[train(0), train(10_000)]);
         desk.must(group(0b11, Partner::Isolated));
         desk.start();

@@ -11,7 +11,7 @@ const BOOT: Micros = Micros::new(u32::MAX - 100_000);
 #[test]
 fn an_arm_key_taken_out_stops_as_the_hand_held_stop_does() {
     for (hand_stop, delay) in [(false, 0), (true, 0), (false, 130), (true, 777)] {
-        let mut desk = Desk::open(BOOT);
+        let mut desk = TestHost::open(BOOT);
         desk.sensors.hand_stop = hand_stop;
         desk.run(wearer(), &[channel(PLAIN)], 10_000);
         desk.wait(50_000 + delay);
@@ -29,7 +29,7 @@ fn an_arm_key_taken_out_stops_as_the_hand_held_stop_does() {
 
 #[test]
 fn an_arm_key_opened_while_armed_disarms_and_one_that_did_not_arm_does_nothing() {
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     desk.prepare(wearer(), &[channel(PLAIN)]);
     desk.sensors.hand_stop = false;
     desk.must(ARM);
@@ -53,7 +53,7 @@ fn a_wearer_who_wants_the_hand_held_stop_is_not_armed_by_the_key() {
         hand_stop_required: true,
         ..wearer()
     };
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     desk.prepare(careful, &[channel(PLAIN)]);
     for arm in [true, false] {
         (desk.sensors.arm, desk.sensors.hand_stop) = (arm, false);

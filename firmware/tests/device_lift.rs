@@ -43,8 +43,8 @@ fn joint(joint: u8) -> ModulationSpec {
 }
 
 /// Eight channels with a limit of 20 mA and `joints`, not armed.
-fn with(joints: impl IntoIterator<Item = ModulationSpec>) -> Desk {
-    let mut desk = Desk::open(BOOT);
+fn with(joints: impl IntoIterator<Item = ModulationSpec>) -> TestHost {
+    let mut desk = TestHost::open(BOOT);
     let wearer = WearerSpec {
         host_timeout_ms: 200,
         ..wearer()
@@ -58,7 +58,7 @@ const HELD: Request = Request::Held { held: true };
 const RELEASED: Request = Request::Held { held: false };
 
 /// One angle for each of `joints`, measured now.
-fn measure(desk: &mut Desk, joints: u8, centideg: i16) {
+fn measure(desk: &mut TestHost, joints: u8, centideg: i16) {
     let at = desk.now();
     let of = |joint| Request::Measurement {
         joint,
@@ -69,7 +69,7 @@ fn measure(desk: &mut Desk, joints: u8, centideg: i16) {
 }
 
 /// All joints from one angle to another, 1° in 10 ms, the host alive. The last telemetry.
-fn travel(desk: &mut Desk, joints: u8, from: i16, to: i16) -> Telemetry {
+fn travel(desk: &mut TestHost, joints: u8, from: i16, to: i16) -> Telemetry {
     let step = (to - from).signum() * 100;
     let mut at = from;
     while at != to {
@@ -82,7 +82,7 @@ fn travel(desk: &mut Desk, joints: u8, from: i16, to: i16) -> Telemetry {
 }
 
 /// Both arms at 20°, stimulating, nothing held yet.
-fn running() -> Desk {
+fn running() -> TestHost {
     let mut desk = with((0..4).map(joint));
     desk.must(Request::Subscribe { period_ms: 5 });
     desk.start();
@@ -183,7 +183,7 @@ fn what_is_held_too_long_is_let_go_until_it_is_released_and_held_anew() {
     assert!(is_told(&heard, Event::HoldOver));
     let told = heard
         .iter()
-        .filter(|h| matches!(h, Heard::Event(_, Event::HoldOver)));
+        .filter(|h| matches!(h, OwnedResponse::Event(_, Event::HoldOver)));
     assert_eq!(told.count(), 1);
     assert_eq!(desk.refused(HELD), refusal(Code::HoldOver, "held"));
     assert_eq!(desk.state(), State::Stimulating);
@@ -247,7 +247,7 @@ fn an_angle_that_cannot_be_believed_is_a_fault_while_an_object_is_held_only() {
 
 #[test]
 fn held_is_refused_where_nothing_is_modulated_and_released_is_not_overtaken() {
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     assert_eq!(desk.refused(HELD), refusal(Code::NotArmed, "state"));
     desk.prepare(wearer(), &[channel(TRAIN)]);
     desk.start();
@@ -297,7 +297,7 @@ fn arming_names_what_does_not_fit() {
     (most.flexor.base, most.flexor.lift) = (Amplitude::new(40_000), Some(PEAK));
     with([most]).must(ARM);
     // What no setup could make right is refused at once.
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     #[rustfmt::skip]
     let at_once: [(Change, Code, &str); 4] = [
         (|j| j.joint = 4, Code::OutOfRange, "joint"),

@@ -1,6 +1,6 @@
 //! A swinging joint as the host hears of it: the gain that is lowered, then the fault.
 
-use crate::device_desk::{ARM, Desk, Heard, PLAIN, angle, channel, joint, wearer};
+use crate::device_desk::{ARM, OwnedResponse, PLAIN, TestHost, angle, channel, joint, wearer};
 use firmware::link::{Event, Request};
 use firmware::safety::Fault;
 use firmware::units::Micros;
@@ -8,7 +8,7 @@ use firmware::units::Micros;
 /// Up to a minute of 6° about 40° at 2.5 Hz, whatever the joint is given.
 #[test]
 fn a_swing_that_no_gain_ends_is_told_and_then_a_fault() {
-    let mut desk = Desk::open(Micros::new(u32::MAX - 3_000_000));
+    let mut desk = TestHost::open(Micros::new(u32::MAX - 3_000_000));
     desk.prepare(wearer(), &[channel(PLAIN); 2]);
     desk.must(joint(0, 1, 2_000, 10_000));
     desk.must(ARM);
@@ -27,7 +27,7 @@ fn a_swing_that_no_gain_ends_is_told_and_then_a_fault() {
         desk.wait(10_000);
         for heard in desk.heard() {
             match heard {
-                Heard::Event(
+                OwnedResponse::Event(
                     _,
                     Event::LimitCycle {
                         swing_centideg,
@@ -39,7 +39,7 @@ fn a_swing_that_no_gain_ends_is_told_and_then_a_fault() {
                     assert!((390..=410).contains(&period_ms));
                     gains.push(gain_milli);
                 }
-                Heard::Event(_, Event::Faulted(record)) => faulted = Some(record.fault),
+                OwnedResponse::Event(_, Event::Faulted(record)) => faulted = Some(record.fault),
                 _ => {}
             }
         }

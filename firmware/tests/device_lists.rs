@@ -30,8 +30,8 @@ fn list(channel: u8, pulses: &[(u32, u32, u16)]) -> Request {
 }
 
 /// A device whose first channel has risen.
-fn risen(wearer: WearerSpec, trains: &[TrainSpec]) -> Desk {
-    let mut desk = Desk::open(BOOT);
+fn risen(wearer: WearerSpec, trains: &[TrainSpec]) -> TestHost {
+    let mut desk = TestHost::open(BOOT);
     let specs: Vec<_> = trains.iter().map(|train| channel(*train)).collect();
     desk.run(wearer, &specs, 5_000);
     desk.wait(60_000);
@@ -150,7 +150,7 @@ fn a_list_waits_for_the_rise_of_its_channel() {
         rise_ms: 300,
         ..wearer()
     };
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     desk.prepare(slow, &[channel(LISTING)]);
     let one = || list(0, &[(0, 5_000, 200)]);
     assert_eq!(desk.refused(one()), refusal(Code::NotArmed, "state"));
@@ -219,7 +219,7 @@ fn a_stop_lets_a_list_fall() {
 
 #[test]
 fn lists_go_with_endless_single_pulses_of_the_epoch_only() {
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     let trains = [
         (
             "burst_count",

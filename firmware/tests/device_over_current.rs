@@ -37,7 +37,7 @@ fn over_current_truncates_and_records_the_charge_left() {
     };
     let mut seen = 0;
     for step in 0..1_700u32 {
-        let mut desk = Desk::open(BOOT + us(step * 991));
+        let mut desk = TestHost::open(BOOT + us(step * 991));
         desk.run(
             wearer(),
             &[channel(burst), channel(mono), channel(slow)],
@@ -61,7 +61,7 @@ fn over_current_truncates_and_records_the_charge_left() {
             .heard()
             .into_iter()
             .find_map(|h| match h {
-                Heard::Event(_, Event::Faulted(record)) => Some(record),
+                OwnedResponse::Event(_, Event::Faulted(record)) => Some(record),
                 _ => None,
             })
             .unwrap();

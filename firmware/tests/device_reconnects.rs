@@ -12,7 +12,7 @@ const BOOT: Micros = Micros::new(u32::MAX - 100_000);
 /// new one asks for but arming.
 #[test]
 fn whoever_connects_again_puts_nothing_out_in_any_state() {
-    type Reach = fn(&mut Desk);
+    type Reach = fn(&mut TestHost);
     let arm: Reach = |desk| {
         desk.prepare(wearer(), &[channel(PLAIN)]);
         desk.must(ARM);
@@ -35,7 +35,7 @@ fn whoever_connects_again_puts_nothing_out_in_any_state() {
         (State::Fault, fault),
     ];
     for (state, reach) in states {
-        let mut desk = Desk::open(BOOT);
+        let mut desk = TestHost::open(BOOT);
         reach(&mut desk);
         assert_eq!(desk.state(), state);
         let silence_ms = wearer().host_timeout_ms + wearer().fall_ms;
@@ -44,7 +44,7 @@ fn whoever_connects_again_puts_nothing_out_in_any_state() {
         for _ in 0..3 {
             // Refused where another host's session goes on.
             let heard = desk.ask(Request::Hello { schema: SCHEMA });
-            if let Some(Heard::Hello(info)) = heard.first() {
+            if let Some(OwnedResponse::Hello(info)) = heard.first() {
                 desk.session = info.session;
             }
             for request in [

@@ -53,7 +53,7 @@ fn order(ua: u32, width_us: u16) -> Request {
 /// A burst: when it began, its amplitude in µA and its width.
 type Burst = (u64, f64, u64);
 
-fn bursts(desk: &Desk, from: u64) -> Vec<Burst> {
+fn bursts(desk: &TestHost, from: u64) -> Vec<Burst> {
     let phases = phases(desk, 0, from);
     let first = phases.iter().step_by(2);
     let ua = |code: u16| f64::from(code) * 100_000.0 / 65_535.0;
@@ -95,7 +95,7 @@ fn jumps(bursts: &[Burst], start_ua: u32, rise_bursts: u16) -> Vec<(Burst, Burst
 fn a_faint_amplitude_is_no_licence_for_a_strong_one() {
     // 10 µA until the second is nearly over, and for five seconds.
     for wait in [47, 250] {
-        let mut desk = Desk::open(BOOT);
+        let mut desk = TestHost::open(BOOT);
         desk.prepare(second(1), &[spec(LIVE, 0)]);
         desk.start();
         let from = desk.time();
@@ -115,7 +115,7 @@ fn a_faint_amplitude_is_no_licence_for_a_strong_one() {
 
 #[test]
 fn a_width_does_not_jump() {
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     desk.prepare(second(1), &[spec(LIVE, 0)]);
     desk.start();
     let from = desk.time();
@@ -136,14 +136,14 @@ fn a_width_does_not_jump() {
 #[test]
 fn a_gate_or_toggle_that_opens_begins_a_rise() {
     for trigger in [Trigger::Gated, Trigger::Toggle] {
-        let mut desk = Desk::open(BOOT);
+        let mut desk = TestHost::open(BOOT);
         let train = TrainSpec {
             trigger: Some(trigger),
             ..TrainSpec::biphasic(200, 100, PERIOD_US)
         };
         desk.run(second(1), &[spec(train, 0)], 50_000);
         let from = desk.time();
-        let edge = |desk: &mut Desk, held: bool| {
+        let edge = |desk: &mut TestHost, held: bool| {
             desk.sensors.held = held;
             desk.sensors.trigger = (held || trigger == Trigger::Toggle).then(|| desk.now());
             desk.wait(1);
@@ -178,13 +178,13 @@ fn counted_trains_play_what_is_ordered_or_are_refused() {
             burst_interval_us: if burst_count > 1 { 5_000 } else { 0 },
             ..PLAIN
         };
-        let mut desk = Desk::open(BOOT);
+        let mut desk = TestHost::open(BOOT);
         desk.prepare(second(1), &[spec(train, start_ua)]);
         desk.must(ARM);
         desk.must(all(1, 8_000));
         let heard = desk.ask(all(1, 8_001));
         let refused = heard.iter().find_map(|h| match h {
-            Heard::Refused(_, code, field) => Some((*code, field.clone())),
+            OwnedResponse::Refused(_, code, field) => Some((*code, field.clone())),
             _ => None,
         });
         assert_eq!(refused, Some(refusal(Code::AboveStart, "start")));
@@ -207,7 +207,7 @@ fn a_list_that_rises_too_fast_is_refused() {
         lists: true,
         ..LIVE
     };
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     desk.run(second(1), &[spec(train, 6_000)], 10_000);
     desk.keep_alive(60, 20_000);
     let list = |pulses: &[(u32, u32, u16)]| Request::Pulses {
@@ -261,7 +261,7 @@ proptest! {
         start_ua in prop_oneof![Just(0), 0..10_000u32],
         rise_bursts in 1..40u16,
     ) {
-        let mut desk = Desk::open(BOOT);
+        let mut desk = TestHost::open(BOOT);
         desk.prepare(second(rise_bursts), &[spec(LIVE, start_ua)]);
         desk.start();
         let from = desk.time();

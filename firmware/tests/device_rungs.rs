@@ -2,7 +2,7 @@
 //! microsecond, and the rung changes under way.
 
 use crate::device_desk::*;
-use crate::muscle_ladder::twins::{self, Muscle, Pulse, Tiring};
+use crate::muscle_ladder::twins::{self, FatigueMode, Muscle, Pulse};
 use firmware::link::{Code, Request, Telemetry};
 use firmware::muscle::{CalciumForceSpec, FatigueSpec, MuscleSpec, RecruitmentSpec, Rung};
 use firmware::pulse::TrainSpec;
@@ -61,8 +61,8 @@ fn trains() -> [TrainSpec; 3] {
     ]
 }
 
-fn armed(rung: Rung) -> Desk {
-    let mut desk = Desk::open(BOOT);
+fn armed(rung: Rung) -> TestHost {
+    let mut desk = TestHost::open(BOOT);
     desk.prepare(wearer(), &trains().map(channel));
     for channel in 0..3 {
         let spec = MuscleSpec { rung, ..SPEC };
@@ -72,7 +72,7 @@ fn armed(rung: Rung) -> Desk {
     desk
 }
 
-fn stimulate(rung: Rung) -> Desk {
+fn stimulate(rung: Rung) -> TestHost {
     let mut desk = armed(rung);
     desk.must(Request::Start);
     desk.must(all(3, AMPLITUDE));
@@ -80,7 +80,7 @@ fn stimulate(rung: Rung) -> Desk {
 }
 
 /// Samples of the next `ms`, with the host kept alive.
-fn sample(desk: &mut Desk, ms: u32) -> Vec<Telemetry> {
+fn sample(desk: &mut TestHost, ms: u32) -> Vec<Telemetry> {
     desk.must(Request::Subscribe { period_ms: 1 });
     let mut samples = vec![];
     for _ in 0..ms / 10 {
@@ -92,7 +92,7 @@ fn sample(desk: &mut Desk, ms: u32) -> Vec<Telemetry> {
 }
 
 /// The gain of a pulse, from the code that its DAC held.
-fn gain(desk: &Desk, channel: usize, at: u64) -> f64 {
+fn gain(desk: &TestHost, channel: usize, at: u64) -> f64 {
     let writes = desk.record.dac.iter();
     let mut before = writes.filter(|&&(t, c, _)| t <= at && usize::from(c) == channel);
     let code = before.next_back().map_or(0, |&(.., code)| code);
@@ -127,7 +127,12 @@ fn every_pulse_counts_at_its_own_microsecond() {
             .filter(|&(_, gain)| gain > 0.0)
             .collect();
         emitted += edges.len();
-        let (truth, _) = twins::tiring(&K05, Tiring::Never, &pulses, times[times.len() - 1] / 1000);
+        let (truth, _) = twins::tiring(
+            &K05,
+            FatigueMode::Never,
+            &pulses,
+            times[times.len() - 1] / 1000,
+        );
         let peak = truth.iter().copied().fold(0.0, f64::max);
         let off = samples.iter().zip(&times).map(|(sample, at)| {
             assert_eq!(at % 1000, phase);
@@ -146,7 +151,7 @@ fn every_pulse_counts_at_its_own_microsecond() {
     assert_eq!((desk.status().counters.pulses - checked) as usize, emitted);
 }
 
-fn force_mn(desk: &mut Desk) -> Vec<Option<u32>> {
+fn force_mn(desk: &mut TestHost) -> Vec<Option<u32>> {
     let samples = sample(desk, 10);
     samples.last().unwrap().forces_mn.to_vec()
 }
@@ -200,7 +205,7 @@ fn a_rung_changes_without_a_step() {
 #[test]
 fn a_rung_is_refused_by_name() {
     let rung = |channel, rung| Request::Rung { channel, rung };
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     desk.prepare(wearer(), &[channel(MONO), channel(MONO)]);
     let spec = MuscleSpec {
         fatigue: None,

@@ -55,9 +55,9 @@ fn scene(kind: usize) -> (Vec<ChannelSpec>, Option<Request>) {
 }
 
 /// Stimulates with 20 mA on the channels of scene `kind`.
-pub fn running(kind: usize, wearer: WearerSpec, boot: Micros) -> Desk {
+pub fn running(kind: usize, wearer: WearerSpec, boot: Micros) -> TestHost {
     let (specs, group) = scene(kind); // 20 mA rms is fine everywhere
-    let mut desk = Desk::open(boot);
+    let mut desk = TestHost::open(boot);
     desk.prepare(wearer, &specs);
     desk.must_all(group);
     desk.start();
@@ -112,7 +112,7 @@ fn starting_and_falling_silent_isolates_as_soon() {
             host_timeout_ms: 20,
             ..wearer()
         };
-        let mut desk = Desk::open(BOOT);
+        let mut desk = TestHost::open(BOOT);
         desk.prepare(wearer, &scene(0).0);
         desk.must(ARM);
         desk.must(all(2, 20_000));
@@ -127,7 +127,7 @@ fn starting_and_falling_silent_isolates_as_soon() {
 
 #[test]
 fn a_grounding_that_would_outlast_the_fall_is_refused() {
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     let wearer = WearerSpec {
         fall_ms: 5,
         ..wearer()
@@ -184,7 +184,7 @@ fn the_hand_stop_ends_pulses_at_once_even_during_a_fall() {
 
 #[test]
 fn a_hand_stop_taken_up_later_works_too() {
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     desk.sensors.hand_stop = false;
     desk.run(wearer(), &[channel(PLAIN)], 10_000);
     desk.sensors.hand_stop = true;
@@ -196,13 +196,13 @@ fn a_hand_stop_taken_up_later_works_too() {
 
 /// Two channels at 200 Hz, the second `offset_us` after the first, whose
 /// electrode comes off while they stimulate.
-fn electrode_off(offset_us: u32) -> Desk {
+fn electrode_off(offset_us: u32) -> TestHost {
     let train = |offset_us| TrainSpec {
         offset_us,
         period_us: 5_000,
         ..PLAIN
     };
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     let channels = [channel(train(0)), channel(train(offset_us))];
     desk.run(wearer(), &channels, 15_000);
     desk.wait(20_000);
@@ -238,7 +238,7 @@ fn triggered(period_us: u32, offset_us: u32) -> ChannelSpec {
 }
 
 /// Advances by `us` with a trigger edge at its very end.
-fn trigger_after(desk: &mut Desk, us: u32) {
+fn trigger_after(desk: &mut TestHost, us: u32) {
     desk.wait(us - 1);
     desk.sensors.trigger = Some(desk.now());
     desk.wait(1);
@@ -248,7 +248,7 @@ fn trigger_after(desk: &mut Desk, us: u32) {
 #[test]
 fn no_trigger_rate_passes_the_period() {
     for every in [700, 1_300, 2_501, 4_999, 5_000, 5_001, 9_000] {
-        let mut desk = Desk::open(BOOT);
+        let mut desk = TestHost::open(BOOT);
         desk.run(wearer(), &[triggered(5_000, 0)], 10_000);
         for i in 0..100 {
             trigger_after(&mut desk, every);
@@ -274,7 +274,7 @@ fn no_trigger_rate_passes_the_period() {
 #[test]
 fn a_kept_trigger_is_seen_once_and_starts_after_exactly_a_millisecond() {
     for phase in 0..250 {
-        let mut desk = Desk::open(BOOT);
+        let mut desk = TestHost::open(BOOT);
         desk.run(wearer(), &[triggered(5_000, 0)], 10_000);
         desk.wait(5_000 + phase);
         let at = desk.now();
@@ -299,7 +299,7 @@ fn a_toggled_train_plays_from_edge_to_edge() {
         ..PLAIN
     });
     for length in (25_000..36_000).step_by(500).chain([30_000 - 1, 30_001]) {
-        let mut desk = Desk::open(BOOT);
+        let mut desk = TestHost::open(BOOT);
         desk.run(wearer(), &[spec], 10_000);
         let mut expected = Vec::new();
         for _ in 0..3 {
@@ -324,7 +324,7 @@ fn a_toggled_train_plays_from_edge_to_edge() {
 #[test]
 fn isolated_partners_stay_apart_whatever_the_triggers() {
     for every in (900..14_000).step_by(410) {
-        let mut desk = Desk::open(BOOT);
+        let mut desk = TestHost::open(BOOT);
         let specs = [triggered(20_000, 0), triggered(20_000, 10_000)];
         desk.prepare(wearer(), &specs);
         desk.must(group(0b11, Partner::Isolated));
@@ -349,7 +349,7 @@ fn isolated_partners_stay_apart_whatever_the_triggers() {
 /// burst: it rises anew.
 #[test]
 fn a_train_that_waits_longer_than_the_clock_rises_anew() {
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     let slow = WearerSpec {
         host_timeout_ms: 1_000,
         rise_ms: 100,
@@ -364,7 +364,7 @@ fn a_train_that_waits_longer_than_the_clock_rises_anew() {
     desk.wait(300_000);
     trigger_after(&mut desk, 20_000);
     desk.wait(100_000);
-    let codes = |desk: &Desk| desk.record.dac.iter().map(|d| d.2).collect::<Vec<_>>();
+    let codes = |desk: &TestHost| desk.record.dac.iter().map(|d| d.2).collect::<Vec<_>>();
     let risen = *codes(&desk).last().unwrap();
     assert!(risen > 6_000);
     let last = desk.record.dac.last().unwrap().0;
@@ -388,7 +388,7 @@ fn a_train_that_waits_longer_than_the_clock_rises_anew() {
 
 #[test]
 fn a_normal_stop_stays_one_when_the_host_stops_measuring_with_it() {
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     desk.prepare(
         WearerSpec {
             fall_ms: 100,
@@ -398,7 +398,7 @@ fn a_normal_stop_stays_one_when_the_host_stops_measuring_with_it() {
     );
     desk.must(joint(0, 1, 2_000, 10_000));
     desk.must(ARM);
-    let stream = |desk: &mut Desk| {
+    let stream = |desk: &mut TestHost| {
         for _ in 0..30 {
             desk.must(angle(4_000));
             desk.measure(3_000);
@@ -440,7 +440,12 @@ fn every_request_of_a_flood_is_answered() {
     let answers = desk
         .heard()
         .iter()
-        .filter(|h| matches!(h, Heard::Ack(..) | Heard::Refused(..) | Heard::Status(..)))
+        .filter(|h| {
+            matches!(
+                h,
+                OwnedResponse::Ack(..) | OwnedResponse::Refused(..) | OwnedResponse::Status(..)
+            )
+        })
         .count();
     assert_eq!(answers, 100);
 }

@@ -40,7 +40,7 @@ fn sum<'a>(parts: impl IntoIterator<Item = &'a Request>) -> u32 {
 
 /// Refused by number and name; nothing is put out, and the sum of what the device
 /// holds arms it afterwards.
-fn expect_other(desk: &mut Desk, setup: u32) {
+fn expect_other(desk: &mut TestHost, setup: u32) {
     let before = desk.record.levels.len();
     let refused = desk.refused(Request::Arm { setup });
     assert_eq!(refused, refusal(Code::OtherSetup, "setup"));
@@ -52,7 +52,7 @@ fn expect_other(desk: &mut Desk, setup: u32) {
 
 #[test]
 fn the_sum_of_an_older_setup_arms_nothing() {
-    let mut desk = Desk::open(Micros::new(0));
+    let mut desk = TestHost::open(Micros::new(0));
     desk.must_all(parts());
     let older = sum(&parts());
     desk.must(Request::Arm { setup: older });
@@ -81,7 +81,7 @@ fn every_request_between_two_arm_orders_is_noticed() {
         joint(0, 1, 1_000, 2_000),
     ];
     for change in changes {
-        let mut desk = Desk::open(Micros::new(0));
+        let mut desk = TestHost::open(Micros::new(0));
         desk.must_all(parts());
         desk.must(change.clone());
         if change == Request::Clear {

@@ -38,7 +38,7 @@ fn quiet(max_session_s: u32) -> WearerSpec {
 }
 
 /// From the first driven phase since `from` to the last, µs. The check's lie before `from`.
-fn driven_for(desk: &Desk, from: u64) -> u64 {
+fn driven_for(desk: &TestHost, from: u64) -> u64 {
     let driven = driven(&desk.record.levels, 0);
     let mut since = driven.into_iter().filter(|t| *t >= from);
     let first = since.next();
@@ -47,7 +47,7 @@ fn driven_for(desk: &Desk, from: u64) -> u64 {
 
 /// Plays about 0.6 s that end so, without a word of the host; `None` if time is over before
 /// it may begin. How long pulses came.
-fn piece(desk: &mut Desk, exit: Exit, amplitude: u32) -> Option<u64> {
+fn piece(desk: &mut TestHost, exit: Exit, amplitude: u32) -> Option<u64> {
     if let Err(refused) = desk.answer(ARM) {
         assert_eq!(refused, refusal(Code::TimeOver, "max_session_s"));
         return None;
@@ -89,7 +89,7 @@ fn train(exit: Exit) -> TrainSpec {
 #[test]
 fn pieces_without_a_word_of_the_host_add_up_at_every_exit() {
     for exit in EXITS {
-        let mut desk = Desk::open(BOOT);
+        let mut desk = TestHost::open(BOOT);
         desk.prepare(quiet(2), &[at_once(train(exit))]);
         let (mut pieces, mut sum) = (0, 0);
         while let Some(length) = piece(&mut desk, exit, 5_000) {
@@ -112,7 +112,7 @@ fn no_reset_but_powers_gives_time_back() {
         ResetCause::Pin,
         ResetCause::BrownOut,
     ] {
-        let mut desk = Desk::open(BOOT);
+        let mut desk = TestHost::open(BOOT);
         let (mut pieces, mut sum) = (0, 0);
         loop {
             desk.prepare(quiet(2), &[channel(PLAIN)]);
@@ -136,7 +136,7 @@ fn no_reset_but_powers_gives_time_back() {
 
 #[test]
 fn a_reset_amid_stimulation_adds_a_quarter_second_at_most() {
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     let (mut resets, mut sum) = (0, 0);
     loop {
         desk.prepare(quiet(3), &[channel(PLAIN)]);
@@ -167,7 +167,7 @@ fn a_channels_charge_outlives_a_reset() {
         max_dose_mc: 1,
         ..quiet(100)
     };
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     for _ in 0..20 {
         desk.prepare(limited, &[channel(PLAIN)]);
         if let Err(refused) = desk.answer(ARM) {
@@ -190,7 +190,7 @@ fn a_channels_charge_outlives_a_reset() {
 
 /// Charge of one phase of every code written, as if each phase had `width_us`: more than
 /// the electrode checks have.
-fn written_nc(desk: &Desk, width_us: u64) -> u64 {
+fn written_nc(desk: &TestHost, width_us: u64) -> u64 {
     let codes = desk.record.dac.iter().map(|&(_, _, code)| u64::from(code));
     codes
         .map(|code| code * 100_000 / 65_535 * width_us / 1_000)
@@ -210,7 +210,7 @@ fn no_burst_passes_the_dose() {
         burst_interval_us: 1_000,
         ..PLAIN
     };
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     desk.run(limited, &[channel(doublet)], 0);
     desk.must(all(1, 19_000));
     let (_, heard) = until_stopped(&mut desk, 10);
@@ -223,7 +223,7 @@ fn no_burst_passes_the_dose() {
 
 #[test]
 fn without_a_whole_copy_nothing_is_armed_until_power_comes_up() {
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     desk.prepare(quiet(2), &[channel(PLAIN)]);
     piece(&mut desk, Exit::Stop, 5_000).unwrap();
     // One bad copy is no harm, whichever.
@@ -258,7 +258,7 @@ fn status_tells_what_is_left() {
         max_dose_mc: 2,
         ..quiet(10)
     };
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     assert_eq!(desk.status().left, None);
     desk.prepare(limited, &[channel(PLAIN), channel(PLAIN)]);
     desk.start();
@@ -294,7 +294,7 @@ fn electrode_checks_keep_a_pause() {
         ..PLAIN
     };
     for cut_us in [1_000, 6_000, 15_000, 30_000] {
-        let mut desk = Desk::open(BOOT);
+        let mut desk = TestHost::open(BOOT);
         desk.prepare(wearer(), &[channel(slow)]);
         let end = desk.time() + 5_000_000;
         while desk.time() < end {
@@ -314,7 +314,7 @@ fn electrode_checks_keep_a_pause() {
         assert!(most <= 24, "{most}");
     }
     // Who waits is not kept waiting, and who arms at once is answered within half a second.
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     desk.prepare(wearer(), &[channel(slow)]);
     for (pause_us, at_most_us) in [(0, 26_000), (500_000, 26_000), (0, 426_000)] {
         desk.wait(pause_us);

@@ -9,16 +9,16 @@ use firmware::units::Micros;
 const BOOT: Micros = Micros::new(u32::MAX - 300_000);
 
 /// Stimulating on two channels, and nothing of that unheard.
-fn stimulating() -> Desk {
-    let mut desk = Desk::open(BOOT);
+fn stimulating() -> TestHost {
+    let mut desk = TestHost::open(BOOT);
     desk.run(wearer(), &[channel(PLAIN); 2], 10_000);
     desk.wait(30_000);
     desk.heard();
     desk
 }
 
-fn armed() -> Desk {
-    let mut desk = Desk::open(BOOT);
+fn armed() -> TestHost {
+    let mut desk = TestHost::open(BOOT);
     desk.prepare(wearer(), &[channel(PLAIN); 2]);
     desk.must(ARM);
     desk.heard();
@@ -26,10 +26,10 @@ fn armed() -> Desk {
 }
 
 /// What number `seq` was answered.
-fn answer(heard: &[Heard], seq: u16) -> Result<Micros, Code> {
+fn answer(heard: &[OwnedResponse], seq: u16) -> Result<Micros, Code> {
     let mut answers = heard.iter().filter_map(|h| match h {
-        Heard::Ack(s, at) if *s == seq => Some(Ok(*at)),
-        Heard::Refused(Some(s), code, _) if *s == seq => Some(Err(*code)),
+        OwnedResponse::Ack(s, at) if *s == seq => Some(Ok(*at)),
+        OwnedResponse::Refused(Some(s), code, _) if *s == seq => Some(Err(*code)),
         _ => None,
     });
     let first = answers
@@ -40,9 +40,9 @@ fn answer(heard: &[Heard], seq: u16) -> Result<Micros, Code> {
 }
 
 /// When the fall began, as the device says.
-fn stopping(heard: &[Heard]) -> Option<Micros> {
+fn stopping(heard: &[OwnedResponse]) -> Option<Micros> {
     heard.iter().find_map(|h| match h {
-        Heard::Event(at, Event::Stopping(StopCause::Request)) => Some(*at),
+        OwnedResponse::Event(at, Event::Stopping(StopCause::Request)) => Some(*at),
         _ => None,
     })
 }
@@ -113,7 +113,7 @@ fn orders_behind_a_stop_are_judged_after_it() {
 #[test]
 fn a_stop_ends_arming_wherever_it_is() {
     for wait in [0, 100, 1_000, 10_000] {
-        let mut desk = Desk::open(BOOT);
+        let mut desk = TestHost::open(BOOT);
         desk.prepare(wearer(), &[channel(PLAIN); 2]);
         let arm = desk.write([ARM])[0];
         desk.wait(wait);
@@ -159,9 +159,9 @@ fn a_thousand_orders_do_not_delay_a_stop() {
     assert_eq!(stopping(&heard), Some(at));
     assert_eq!(desk.state(), State::Stopping);
     let told = heard.iter().filter(|h| match h {
-        Heard::Ack(seq, _) | Heard::Refused(Some(seq), ..) | Heard::Status(seq, _) => {
-            numbers.contains(seq)
-        }
+        OwnedResponse::Ack(seq, _)
+        | OwnedResponse::Refused(Some(seq), ..)
+        | OwnedResponse::Status(seq, _) => numbers.contains(seq),
         _ => false,
     });
     assert_eq!(told.count(), count);
@@ -194,7 +194,7 @@ fn a_stranger_s_stop_stops() {
     desk.session = own;
     assert_eq!(desk.status().counters.strangers, 2);
     // Before any session: nothing to stop, and nothing to refuse.
-    let mut desk = Desk::boot(BOOT, None);
+    let mut desk = TestHost::boot(BOOT, None);
     desk.must(Request::Stop);
     assert_eq!(desk.state(), State::Idle);
 }
@@ -215,7 +215,7 @@ fn a_queued_angle_is_void() {
 /// refused, or telemetry of the session before would go on into the new one.
 #[test]
 fn a_hello_that_could_not_end_a_subscription_is_refused() {
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     let mut requests = vec![Request::Subscribe { period_ms: 10 }; 20];
     requests.push(Request::Hello { schema: SCHEMA });
     let n = desk.write(requests);

@@ -7,7 +7,7 @@ use firmware::device::{Controller, Identity, Mailboxes, Pulser, Session, WINDOWS
 use firmware::link::{Code, Request, SCHEMA, SetupSum};
 use firmware::pulse::{CHANNELS, Sample, WINDOW_US, WindowPlan};
 use firmware::safety::{
-    Found, Inputs, Origin, Reading, StageKind, StageSupply, StageTable, Stages, State,
+    Inputs, Origin, Reading, StageKind, StageSupply, StageTable, Stages, State, UsageAtBoot,
 };
 use firmware::units::{DacCode, Micros, us};
 
@@ -53,7 +53,7 @@ impl Owners {
         };
         let stages = Stages::Stored(table);
         let mut owners = Self {
-            pulser: Pulser::new(None, Found::default()),
+            pulser: Pulser::new(None, UsageAtBoot::default()),
             controller: Controller::new(),
             session: Session::new(Identity {
                 stages,
@@ -142,7 +142,7 @@ impl Owners {
         self.poll();
     }
 
-    fn heard(&mut self) -> Vec<Heard> {
+    fn heard(&mut self) -> Vec<OwnedResponse> {
         decode(&std::mem::take(&mut self.said))
     }
 }
@@ -188,7 +188,7 @@ impl Packet<'_> {
 fn at_every_point(
     frames: impl Fn(u32) -> Vec<(u16, Request)>,
     arms_before: bool,
-    mut judge: impl FnMut(&mut Owners, &[Heard], String),
+    mut judge: impl FnMut(&mut Owners, &[OwnedResponse], String),
 ) {
     let armed = windows_to_armed();
     let befores = if arms_before {
@@ -226,8 +226,8 @@ fn at_every_point(
     }
 }
 
-fn is_taken_over(heard: &[Heard]) -> bool {
-    heard.iter().any(|h| matches!(h, Heard::Hello(_)))
+fn is_taken_over(heard: &[OwnedResponse]) -> bool {
+    heard.iter().any(|h| matches!(h, OwnedResponse::Hello(_)))
 }
 
 /// A stranger's `Hello` never becomes the session of a device that is armed, is about to be,
@@ -282,7 +282,7 @@ fn no_stranger_takes_over_what_another_armed_whenever_the_verdict_comes() {
             owners.say(OWNER, Request::KeepAlive);
             owners.run(4);
             let heard = owners.heard();
-            let is_heard = matches!(heard.first(), Some(Heard::Ack(..)));
+            let is_heard = matches!(heard.first(), Some(OwnedResponse::Ack(..)));
             assert!(is_heard, "{what}, {when}: {heard:?}");
         });
         println!("{what}: taken over {taken}, kept {kept}");
@@ -349,13 +349,13 @@ fn a_device_at_rest_is_taken_over_by_the_pulsers_word() {
     owners.run(4);
     let heard = owners.heard();
     let codes = heard.iter().filter_map(|h| match h {
-        Heard::Refused(_, code, _) => Some(*code),
+        OwnedResponse::Refused(_, code, _) => Some(*code),
         _ => None,
     });
     let busy = [Code::DeviceBusy; 2];
     assert_eq!(codes.collect::<Vec<_>>(), busy, "{heard:?}");
     let hello = heard.iter().find_map(|h| match h {
-        Heard::Hello(info) => Some(info.clone()),
+        OwnedResponse::Hello(info) => Some(info.clone()),
         _ => None,
     });
     let hello = hello.expect("the first stranger's answer");
@@ -387,6 +387,6 @@ fn each_start_is_waited_for() {
     owners.say(OWNER, Request::Channel { channel: 0, spec });
     owners.poll();
     let heard = owners.heard();
-    let refused = |h: &Heard| matches!(h, Heard::Refused(_, Code::WrongState, _));
+    let refused = |h: &OwnedResponse| matches!(h, OwnedResponse::Refused(_, Code::WrongState, _));
     assert!(heard.iter().any(refused), "{heard:?}");
 }

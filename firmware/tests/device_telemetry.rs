@@ -11,7 +11,7 @@ use firmware::units::{Amplitude, Micros};
 const BOOT: Micros = Micros::new(u32::MAX - 300_000);
 
 /// The last sample of the next `ms`, the host being alive.
-fn after(desk: &mut Desk, ms: u32) -> Telemetry {
+fn after(desk: &mut TestHost, ms: u32) -> Telemetry {
     for _ in 0..ms.div_ceil(10) {
         desk.send(Request::KeepAlive);
         desk.wait(10_000);
@@ -21,7 +21,7 @@ fn after(desk: &mut Desk, ms: u32) -> Telemetry {
 
 #[test]
 fn a_repeated_subscription_keeps_its_phase() {
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     desk.must(Request::Subscribe { period_ms: 10 });
     desk.heard();
     for _ in 0..40 {
@@ -40,7 +40,7 @@ fn a_repeated_subscription_keeps_its_phase() {
 
 #[test]
 fn what_is_not_there_is_none_and_the_state_is_told() {
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     desk.must(Request::Subscribe { period_ms: 5 });
     let idle = after(&mut desk, 20);
     assert_eq!((idle.state, idle.amplitudes.len()), (State::Idle, 0));
@@ -78,7 +78,7 @@ fn what_is_not_there_is_none_and_the_state_is_told() {
 /// A finite train that has played puts nothing out while another plays on.
 #[test]
 fn a_train_that_has_played_is_none() {
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     let finite = TrainSpec {
         repeats: 3,
         ..PLAIN
@@ -91,7 +91,7 @@ fn a_train_that_has_played_is_none() {
 
 #[test]
 fn a_force_of_nothing_has_no_amplitude_and_no_rate() {
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     desk.prepare(wearer(), &[channel(PLAIN)]);
     desk.must(muscle(0));
     let fixed = ForceSpec {

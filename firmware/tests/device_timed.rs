@@ -30,15 +30,15 @@ fn code(ua: u32) -> u16 {
 }
 
 /// A device that stimulates one channel with [`LOW_UA`], and has risen.
-fn running(wearer: WearerSpec) -> Desk {
-    let mut desk = Desk::open(BOOT);
+fn running(wearer: WearerSpec) -> TestHost {
+    let mut desk = TestHost::open(BOOT);
     desk.run(wearer, &[channel(PLAIN)], LOW_UA);
     desk.wait(45_000);
     desk
 }
 
 /// Begin, µs since boot, and code of each burst of the first channel since `from`.
-fn bursts(desk: &Desk, from: u64) -> Vec<(u64, u16)> {
+fn bursts(desk: &TestHost, from: u64) -> Vec<(u64, u16)> {
     let phases = driven(&desk.record.levels, 0);
     let behind = |begin: u64| {
         let writes = desk.record.dac.iter().filter(|write| write.1 == 0);
@@ -56,14 +56,14 @@ fn device_time(t: u64) -> Micros {
 }
 
 /// The next burst after now, µs since boot.
-fn next_burst(desk: &mut Desk) -> u64 {
+fn next_burst(desk: &mut TestHost) -> u64 {
     let now = desk.time();
     let last = bursts(desk, 0).last().expect("it stimulates").0;
     last + (now - last).next_multiple_of(PERIOD)
 }
 
 /// Waits with a host that is alive.
-pub fn stay(desk: &mut Desk, length_us: u64) {
+pub fn stay(desk: &mut TestHost, length_us: u64) {
     let end = desk.time() + length_us;
     while desk.time() < end {
         desk.send(Request::KeepAlive);
@@ -73,16 +73,16 @@ pub fn stay(desk: &mut Desk, length_us: u64) {
 }
 
 /// Numbers of the requests that were refused, and why.
-fn refusals(desk: &mut Desk) -> Vec<(Option<u16>, Code)> {
+fn refusals(desk: &mut TestHost) -> Vec<(Option<u16>, Code)> {
     let refusal = |heard| match heard {
-        Heard::Refused(seq, code, _) => Some((seq, code)),
+        OwnedResponse::Refused(seq, code, _) => Some((seq, code)),
         _ => None,
     };
     desk.heard().into_iter().filter_map(refusal).collect()
 }
 
 /// The range that the latest refusal tells.
-fn told_range(desk: &Desk) -> (i32, i32) {
+fn told_range(desk: &TestHost) -> (i32, i32) {
     let (mut decoder, mut range) = (Decoder::default(), None);
     for &byte in &desk.record.bytes {
         if let Some(message) = decoder.push(byte) {
@@ -102,7 +102,7 @@ fn an_order_takes_effect_in_the_window_that_contains_its_time() {
     // The third puts the order behind the burst's window, the last long before.
     for (after, is_in_time) in [(0, true), (249, true), (250, false), (-1, true)] {
         for shift in [0, 1, 137] {
-            let mut desk = Desk::open(BOOT);
+            let mut desk = TestHost::open(BOOT);
             desk.wait(shift);
             desk.run(wearer(), &[channel(PLAIN)], LOW_UA);
             desk.wait(45_000);
@@ -164,7 +164,7 @@ fn a_time_may_be_a_second_ahead() {
         // The same phase of a window twice: the first answer tells when the second comes.
         let heard = desk.ask(Request::KeepAlive);
         let sent = desk.now() - us(2_000);
-        let Some(Heard::Ack(_, start)) = heard.last() else {
+        let Some(OwnedResponse::Ack(_, start)) = heard.last() else {
             panic!("{heard:?}");
         };
         let start = desk.now() + us((*start - sent).us().cast_unsigned());
@@ -194,7 +194,7 @@ fn a_late_order_is_carried_out_at_once_and_counted() {
     ] {
         let heard = desk.ask(Request::KeepAlive);
         let sent = desk.now() - us(2_000);
-        let Some(Heard::Ack(_, start)) = heard.last() else {
+        let Some(OwnedResponse::Ack(_, start)) = heard.last() else {
             panic!("{heard:?}");
         };
         let start = desk.now() + us((*start - sent).us().cast_unsigned());
@@ -255,8 +255,8 @@ fn times_never_go_back() {
 /// Held to the limits as it comes, in the states in which an untimed one is taken.
 #[test]
 fn it_is_judged_when_it_comes() {
-    let mut desk = Desk::open(BOOT);
-    let ahead = |desk: &Desk, ua| timed(desk.now() + us(100_000), ua);
+    let mut desk = TestHost::open(BOOT);
+    let ahead = |desk: &TestHost, ua| timed(desk.now() + us(100_000), ua);
     let order = ahead(&desk, 1_000);
     assert_eq!(desk.code(order), Some(Code::NotArmed));
     desk.prepare(wearer(), &[channel(PLAIN)]);
@@ -314,8 +314,12 @@ fn orders_that_wait_do_not_keep_a_host_alive() {
         desk.send(timed(from + us(n * 90_000), 6_000 + 1_000 * n));
     }
     desk.wait(1_000_000);
-    let is_silent =
-        |h: &Heard| matches!(h, Heard::Event(_, Event::Stopping(StopCause::HostSilent)));
+    let is_silent = |h: &OwnedResponse| {
+        matches!(
+            h,
+            OwnedResponse::Event(_, Event::Stopping(StopCause::HostSilent))
+        )
+    };
     let heard = desk.heard();
     assert_eq!(heard.iter().filter(|h| is_silent(h)).count(), 1);
     let heard_us = u64::from(wearer().host_timeout_ms) * 1_000;
@@ -348,7 +352,7 @@ enum End {
 }
 
 /// Ends it, and goes on with the device at rest or, after a `Hello`, as it is.
-fn carry_out(desk: &mut Desk, end: End) {
+fn carry_out(desk: &mut TestHost, end: End) {
     match end {
         End::Stop | End::Disarm => {
             desk.must(Request::Stop);
@@ -391,7 +395,7 @@ fn nothing_that_waits_survives_an_end() {
             repeats: if let Finished = end { 7 } else { 0 },
             ..PLAIN
         };
-        let mut desk = Desk::open(BOOT);
+        let mut desk = TestHost::open(BOOT);
         desk.sensors.hand_stop = true;
         desk.prepare(wearer(), &[at_once(train)]);
         desk.must(ARM);
@@ -434,7 +438,7 @@ fn nothing_that_waits_survives_an_end() {
 /// The same without an end: they do play.
 #[test]
 fn what_waits_plays_without_an_end() {
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     desk.prepare(wearer(), &[channel(PLAIN)]);
     desk.must(ARM);
     let now = desk.now();
@@ -474,13 +478,13 @@ fn moves() -> impl Strategy<Value = Vec<Move>> {
 
 /// Each order has an amplitude of its own. Returns how many bursts had one of an order.
 fn play(moves: &[Move]) -> Result<usize, TestCaseError> {
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     desk.sensors.hand_stop = true;
     desk.prepare(wearer(), &[channel(PLAIN)]);
     // Of each order: when it may play at the soonest and at the latest, and its code.
     let mut orders: Vec<(u64, u64, u16)> = Vec::new();
     // What is rendered plays on for two windows, and less than the fall after a stop.
-    let end = |desk: &mut Desk, orders: &mut Vec<(u64, u64, u16)>, grace: u64| {
+    let end = |desk: &mut TestHost, orders: &mut Vec<(u64, u64, u16)>, grace: u64| {
         let now = desk.time();
         for order in orders {
             order.1 = order.1.min(now + grace);

@@ -35,15 +35,15 @@ const WALL: WallSpec = WallSpec {
 };
 
 /// Two channels with a limit of 20 mA and `wall`, not armed.
-fn with(wall: WallSpec) -> Desk {
-    let mut desk = Desk::open(BOOT);
+fn with(wall: WallSpec) -> TestHost {
+    let mut desk = TestHost::open(BOOT);
     desk.prepare(wearer(), &[channel(PLAIN); 2]);
     desk.must(Request::Wall(wall));
     desk
 }
 
 /// Armed and started with the limb at `centideg`.
-fn running(wall: WallSpec, centideg: i16) -> Desk {
+fn running(wall: WallSpec, centideg: i16) -> TestHost {
     let mut desk = with(wall);
     desk.must(Request::Subscribe { period_ms: 5 });
     desk.must(ARM);
@@ -53,7 +53,7 @@ fn running(wall: WallSpec, centideg: i16) -> Desk {
 }
 
 /// Holds the limb at `centideg` for 100 ms. The last telemetry.
-fn hold(desk: &mut Desk, centideg: i16) -> Telemetry {
+fn hold(desk: &mut TestHost, centideg: i16) -> Telemetry {
     for _ in 0..10 {
         desk.must(Request::KeepAlive);
         desk.measure(centideg);
@@ -184,7 +184,7 @@ fn arming_names_what_does_not_fit() {
         assert_eq!(desk.refused(ARM), refusal(code, field));
     }
     // What no setup could make right is refused at once.
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     let at_once: [(Change, Code, &str); 4] = [
         (|w| w.stiffness = 0, Code::OutOfRange, "stiffness"),
         (|w| w.at_mdeg = -1, Code::OutOfRange, "at_mdeg"),
@@ -199,7 +199,7 @@ fn arming_names_what_does_not_fit() {
 
 #[test]
 fn a_joint_and_a_wall_do_not_go_together() {
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     desk.prepare(wearer(), &[channel(PLAIN); 3]);
     desk.must(Request::Wall(WALL));
     desk.must(joint(2, 1, 2_000, 10_000));

@@ -30,7 +30,7 @@ pub fn stimuli(pairs: &[(u32, u16)]) -> Request {
 }
 
 /// Driven stretches of a channel from `from_us` on, with the DAC code in force.
-pub fn phases(desk: &Desk, channel: usize, from_us: u64) -> Vec<(u64, u64, u16)> {
+pub fn phases(desk: &TestHost, channel: usize, from_us: u64) -> Vec<(u64, u64, u16)> {
     let all = stretches(&desk.record.levels, channel, u64::MAX);
     let driven = all.into_iter().filter(|s| {
         matches!(s.1, Line::Anodic | Line::Cathodic) && s.0 >= from_us && s.2 != u64::MAX
@@ -56,7 +56,7 @@ fn a_burst_has_the_pair_that_was_ordered_before_it() {
         burst_interval_us: 6_000,
         ..LIVE
     };
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     desk.run(wearer(), &[channel(doublet)], 10_000);
     desk.wait(61_000);
     let from = desk.time();
@@ -108,7 +108,7 @@ fn what_a_channel_may_not_have_is_refused_by_name() {
         max_charge_nc: 4_000,
         ..wearer()
     };
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     desk.run(wearer, &[channel(LIVE), channel(PLAIN)], 1_000);
     let out = |field| Err(refusal(Code::OutOfRange, field));
     let count = |field| Err(refusal(Code::AmplitudeCount, field));
@@ -163,7 +163,7 @@ fn what_a_channel_may_not_have_is_refused_by_name() {
 
 #[test]
 fn a_muscle_is_not_armed_under_a_live_width() {
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     desk.prepare(wearer(), &[channel(LIVE)]);
     let spec = crate::device_rungs::SPEC;
     desk.must(Request::Muscle { channel: 0, spec });
@@ -186,7 +186,7 @@ fn a_train_is_armed_at_the_width_that_heats_most() {
             ..PLAIN
         })
     };
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     let ask = |max_width_us| Request::Channel {
         channel: 0,
         spec: spec(max_width_us),
@@ -211,7 +211,7 @@ fn the_dose_counts_the_width_that_is_played() {
             max_dose_mc: 10,
             ..wearer()
         };
-        let mut desk = Desk::open(BOOT);
+        let mut desk = TestHost::open(BOOT);
         desk.run(wearer, &[channel(LIVE)], 10_000);
         let from = desk.time();
         desk.must(stimuli(&[order]));
@@ -238,7 +238,7 @@ fn a_width_may_not_rise_faster_than_an_amplitude() {
         max_step_ua: 1_000,
         ..wearer()
     };
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     desk.run(wearer, &[channel(LIVE)], 10_000);
     desk.wait(60_000);
     let mut ask = |pair| {
@@ -298,7 +298,7 @@ proptest! {
             area_mm2,
             ..channel(train)
         });
-        let mut desk = Desk::open(BOOT);
+        let mut desk = TestHost::open(BOOT);
         desk.must(Request::Wearer(wearer));
         let mut is_taken = true;
         for (channel, spec) in (0u8..).zip(specs) {

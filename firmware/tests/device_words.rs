@@ -9,8 +9,8 @@ use firmware::safety::{Fault, State, StopCause, WearerSpec};
 use firmware::units::{Amplitude, us};
 
 /// Stimulating with channel 0 under force control.
-fn following() -> Desk {
-    let mut desk = Desk::open(BOOT);
+fn following() -> TestHost {
+    let mut desk = TestHost::open(BOOT);
     let wearer = WearerSpec {
         host_timeout_ms: 1_000,
         ..wearer()
@@ -42,7 +42,7 @@ fn a_mask_of_nothing_does_not_keep_the_host_from_being_silent() {
         values: heapless::Vec::new(),
         widths: heapless::Vec::new(),
     };
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     assert_eq!(desk.refused(nothing()), refusal(Code::OutOfRange, "mask"));
     desk.run(wearer(), &[channel(PLAIN)], 10_000);
     let setpoints = desk.status().counters.setpoints;
@@ -60,7 +60,7 @@ fn a_mask_of_nothing_does_not_keep_the_host_from_being_silent() {
 /// The ninth stop of a window has no place to wait for the window's time.
 #[test]
 fn twelve_stops_are_acknowledged_eight_with_the_windows_time() {
-    let mut desk = Desk::open(BOOT);
+    let mut desk = TestHost::open(BOOT);
     desk.run(wearer(), &[channel(PLAIN)], 10_000);
     desk.wait(100);
     desk.heard();
@@ -70,12 +70,12 @@ fn twelve_stops_are_acknowledged_eight_with_the_windows_time() {
     let heard = desk.heard();
     let at = |seq| {
         heard.iter().find_map(|h| match h {
-            Heard::Ack(s, at) if *s == seq => Some(*at),
+            OwnedResponse::Ack(s, at) if *s == seq => Some(*at),
             _ => None,
         })
     };
     let began = heard.iter().find_map(|h| match h {
-        Heard::Event(at, Event::Stopping(StopCause::Request)) => Some(*at),
+        OwnedResponse::Event(at, Event::Stopping(StopCause::Request)) => Some(*at),
         _ => None,
     });
     assert!(began.is_some_and(|began| arrived.is_before(began)));
@@ -139,7 +139,7 @@ fn wall() -> Request {
 fn without_a_first_measurement_nothing_is_played() {
     for request in [wall(), joint(0, 1, 5_000, 10_000)] {
         let is_joint = matches!(request, Request::Joint(_));
-        let mut desk = Desk::open(BOOT);
+        let mut desk = TestHost::open(BOOT);
         desk.prepare(wearer(), &[channel(PLAIN); 2]);
         desk.must(request);
         desk.start();

@@ -5,7 +5,7 @@
 //! `cargo test -p firmware --test suite muscle_accuracy -- --nocapture`
 //! prints the table of errors.
 
-use crate::muscle_ladder::twins::{self, Muscle, Pulse, Tiring};
+use crate::muscle_ladder::twins::{self, FatigueMode, Muscle, Pulse};
 use crate::muscle_ladder::{START, error_pct, spec, subjects, train};
 use firmware::muscle::{CalciumForce, CalciumForceState, Gain};
 use firmware::units::us;
@@ -14,7 +14,7 @@ const GOLDEN: &str = include_str!("../../tests/golden/lee2020/golden_force.csv")
 
 /// Force every millisecond for `ms` milliseconds.
 fn reference(subject: &Muscle, pulses: &[Pulse], ms: u64) -> Vec<f64> {
-    twins::tiring(subject, Tiring::Never, pulses, ms).0
+    twins::tiring(subject, FatigueMode::Never, pulses, ms).0
 }
 
 /// The same from the device's model, advanced in ticks of 1 ms.

@@ -4,7 +4,7 @@
 //! prints the errors. Against another model's muscles: `hal-sim`.
 
 use firmware::muscle::{
-    CalciumForce, CalciumForceSpec, CalciumForceState, Inverse, Limiting, Recruitment,
+    CalciumForce, CalciumForceSpec, CalciumForceState, ForceLimit, Inverse, Recruitment,
     RecruitmentSpec,
 };
 use firmware::range::OutOfRange;
@@ -115,12 +115,12 @@ fn amplitude_answers_first_and_then_rate() {
         (beyond.amplitude, beyond.period_us),
         (RECRUITMENT.limit, 10_000)
     );
-    assert_eq!(beyond.limiting, Some(Limiting::AboveMost));
+    assert_eq!(beyond.limiting, Some(ForceLimit::AboveMost));
     for part in [0.0, -3.0] {
         assert_eq!(drive(part).limiting, None);
     }
     for part in [0.01, 0.49, 0.51, 0.99] {
-        assert_eq!(drive(part * least).limiting, Some(Limiting::BelowLeast));
+        assert_eq!(drive(part * least).limiting, Some(ForceLimit::BelowLeast));
     }
 }
 
@@ -216,7 +216,7 @@ fn below_threshold_the_rate_answers() {
         Force::new(I16F16::from_num(0.6 * at_threshold)),
     );
     assert_eq!(rounded.amplitude, RECRUITMENT.motor_threshold);
-    assert_eq!(rounded.limiting, Some(Limiting::BelowLeast));
+    assert_eq!(rounded.limiting, Some(ForceLimit::BelowLeast));
 }
 
 prop_compose! {
@@ -300,9 +300,9 @@ proptest! {
                 before = Some((drive.amplitude, drive.period_us));
             }
             let limiting = if force > most {
-                Some(Limiting::AboveMost)
+                Some(ForceLimit::AboveMost)
             } else if bits > 0 && force < least {
-                Some(Limiting::BelowLeast)
+                Some(ForceLimit::BelowLeast)
             } else {
                 None
             };

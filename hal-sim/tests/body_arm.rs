@@ -6,7 +6,7 @@ use hal_sim::body::arm::elbow_arms::{
     arms_m, biceps_m,
 };
 use hal_sim::body::arm::{
-    Arm, ArmSpec, Held, ImuFault, InvalidArm, Muscle, Posture, posture::Turns,
+    Arm, ArmSpec, ImuFault, InvalidArm, Muscle, Posture, Support, posture::JointRotations,
 };
 use hal_sim::body::{Body, Drive, Pulse};
 
@@ -115,7 +115,7 @@ fn the_cuff_feels_the_wrench_that_torques_make() {
     let arm = Arm::new(spec).unwrap();
     let moves = arm.skeleton().cuff_jacobian();
     let wrench = nalgebra::Vector6::new(3.0, -7.0, 11.0, 0.2, 0.1, -0.3);
-    let torques: Turns = moves.transpose() * wrench;
+    let torques: JointRotations = moves.transpose() * wrench;
     let felt = arm.to_wrench() * torques;
     assert!((felt - wrench).norm() < 1e-4, "{felt}");
     // With tissue as it is, it takes a part of it, but adds nothing.
@@ -207,7 +207,7 @@ fn a_twitch_turns_what_is_beyond_the_joint() {
     (spec.imu.gyro_noise_rad_s, spec.imu.gyro_bias_rad_s) = (0.0, 0.0);
     let turning = |spec: &ArmSpec| {
         let mut arm = Arm::new(spec.clone()).unwrap();
-        arm.hold(Held::Freely);
+        arm.hold(Support::Freely);
         stimulated(&mut arm, 0, &[(Muscle::Biceps as usize, 40.0)], 0.1);
         [0, 1, 2].map(|segment| arm.imu(segment).unwrap().gyro_rad_s)
     };

@@ -3,14 +3,14 @@
 use hal_sim::body::bench::arms::{Muscle, Source, arm_m};
 use hal_sim::body::bench::elbow::{fibre_length, force_length};
 use hal_sim::body::bench::{
-    Holds, IsometricElbow, IsometricSpec, Pool, SensorSpec, Stimulated, StrengthDuration,
+    CellSide, IsometricElbow, IsometricSpec, Pool, RigMuscle, SensorSpec, StrengthDuration,
 };
 use hal_sim::body::muscle::Parameters;
 use hal_sim::body::{Body, Drive, Pulse};
 
 /// A muscle from 20 mA at 35 µs on, all of it by 60 mA.
-fn muscle(muscle: Muscle, force_n: f64, reached: [f64; 2]) -> Stimulated {
-    Stimulated {
+fn muscle(muscle: Muscle, force_n: f64, reached: [f64; 2]) -> RigMuscle {
+    RigMuscle {
         muscle,
         force_n,
         pool: Pool::new(20.0, 40.0, 5.0).unwrap(),
@@ -24,7 +24,7 @@ fn muscle(muscle: Muscle, force_n: f64, reached: [f64; 2]) -> Stimulated {
     }
 }
 
-fn bench(muscles: Vec<Stimulated>) -> IsometricSpec {
+fn bench(muscles: Vec<RigMuscle>) -> IsometricSpec {
     IsometricSpec {
         included_deg: 90.0,
         source: Source::RankinNeptune,
@@ -33,7 +33,7 @@ fn bench(muscles: Vec<Stimulated>) -> IsometricSpec {
         muscles,
         contraction: 1.0,
         electromechanical_delay_us: 25_000,
-        holds: Holds::Extension,
+        holds: CellSide::Extension,
         cell: SensorSpec {
             lever_m: 0.25,
             believed_lever_m: 0.25,
@@ -117,7 +117,7 @@ fn flexors_take_from_it_and_a_wire_does_not_push() {
     let [nm, n] = held(&both, 1, 60.0, 35);
     assert!(nm < -1.0 && n == 0.0, "{nm} N m, {n} N");
     let other = IsometricSpec {
-        holds: Holds::Flexion,
+        holds: CellSide::Flexion,
         ..both
     };
     let [nm, n] = held(&other, 1, 60.0, 35);

@@ -1,7 +1,7 @@
 //! The simulated elbow: motion by its equations, muscles that pull the right
 //! way, and a person who moves at a speed and pushes with a strength.
 
-use hal_sim::body::elbow::{Approach, Yields};
+use hal_sim::body::elbow::{VoluntaryApproach, YieldSpec};
 use hal_sim::body::{Body, Drive, Elbow, ElbowSpec, InvalidElbow, Load, Pulse};
 
 fn pulse(t_us: u64, channel: usize, ma: f64, width_us: u32) -> Pulse {
@@ -107,7 +107,7 @@ fn a_person_moves_at_the_speed_meant_and_pushes_with_the_strength_given() {
             stops_deg: [0.0, 90.0],
             ..ElbowSpec::default()
         };
-        spec.person.approaches = vec![Approach {
+        spec.person.approaches = vec![VoluntaryApproach {
             at_s: 0.5,
             speed_deg_per_s,
             for_s: 6.0,
@@ -175,7 +175,7 @@ fn every_drawn_arm_can_be_and_a_wrong_number_is_named() {
     assert_eq!(refused(|s| s.person.push_nm = f64::NAN), expected);
     assert_eq!(
         refused(|s| {
-            let approach = Approach {
+            let approach = VoluntaryApproach {
                 at_s: 1.0,
                 speed_deg_per_s: 10.0,
                 for_s: 2.0,
@@ -187,12 +187,12 @@ fn every_drawn_arm_can_be_and_a_wrong_number_is_named() {
 }
 
 /// An arm held at its stop by a person who yields to a train from 1 s to 2 s.
-fn voluntary(yields: Option<Yields>) -> Vec<f64> {
+fn voluntary(yields: Option<YieldSpec>) -> Vec<f64> {
     let mut spec = ElbowSpec {
         stops_deg: [0.0, 70.0],
         ..ElbowSpec::default()
     };
-    spec.person.approaches = vec![Approach {
+    spec.person.approaches = vec![VoluntaryApproach {
         at_s: 0.0,
         speed_deg_per_s: 30.0,
         for_s: 60.0,
@@ -212,7 +212,7 @@ fn voluntary(yields: Option<Yields>) -> Vec<f64> {
 #[test]
 fn a_person_yields_a_reaction_after_what_is_felt_and_comes_back() {
     let (delay_s, to) = (0.2, 0.4);
-    let yields = |at_ma| Some(Yields { delay_s, to, at_ma });
+    let yields = |at_ma| Some(YieldSpec { delay_s, to, at_ma });
     let pushed = voluntary(yields(15.0));
     let never = voluntary(None);
     // All of it until the reaction, 0.4 of it 0.12 s later, all of it again.
@@ -238,7 +238,7 @@ fn a_person_yields_a_reaction_after_what_is_felt_and_comes_back() {
 fn a_person_who_yields_backwards_is_refused() {
     let refused = |delay_s, to, at_ma| {
         let mut spec = ElbowSpec::default();
-        spec.person.yields = Some(Yields { delay_s, to, at_ma });
+        spec.person.yields = Some(YieldSpec { delay_s, to, at_ma });
         Elbow::new(spec, 1).err()
     };
     for (delay_s, to, at_ma) in [(-0.1, 0.5, 1.0), (0.1, 1.1, 1.0), (0.1, 0.5, f64::NAN)] {

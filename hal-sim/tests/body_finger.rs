@@ -2,7 +2,7 @@
 
 use hal_sim::body::finger::Pair;
 use hal_sim::body::wearer::Participant;
-use hal_sim::body::{Body, Drive, Finger, FingerSpec, InvalidSpec, Load, Pulse, Still};
+use hal_sim::body::{Body, Drive, Finger, FingerSpec, FixedLoad, InvalidSpec, Load, Pulse};
 
 fn spec() -> FingerSpec {
     FingerSpec::participant(Participant::P)
@@ -314,7 +314,7 @@ fn impossible_fingers_are_refused_by_name() {
 
 #[test]
 fn a_still_body_is_still() {
-    let mut still = Still::new(30.0);
+    let mut still = FixedLoad::new(30.0);
     still.pulse(&pulse(0, 0, 28.0, true));
     still.advance(1_000_000);
     assert_eq!(still.angle_deg(), 30.0);

@@ -35,7 +35,7 @@ fn solve(mut rows: Vec<Vec<f64>>, mut right: Vec<f64>) -> Vec<f64> {
 
 /// What stands at a terminal during a piece.
 #[derive(Clone, Copy)]
-enum Imposed {
+enum TerminalSource {
     Volts(f64),
     Amperes(f64),
 }
@@ -46,7 +46,7 @@ struct Dense<'a> {
     tissue: &'a [Vec<f64>],
     skins: &'a [Skin],
     parallel_ohm: Vec<f64>,
-    imposed: Vec<Imposed>,
+    imposed: Vec<TerminalSource>,
 }
 
 impl Dense<'_> {
@@ -69,11 +69,11 @@ impl Dense<'_> {
         for (i, imposed) in self.imposed.iter().enumerate() {
             let mut row = vec![0.0; unknowns];
             match imposed {
-                Imposed::Volts(v) => {
+                TerminalSource::Volts(v) => {
                     (row[n + i], row[2 * n - 1]) = (1.0, -1.0);
                     right.push(*v);
                 }
-                Imposed::Amperes(a) => {
+                TerminalSource::Amperes(a) => {
                     row[i] = 1.0;
                     right.push(*a);
                 }
@@ -207,18 +207,18 @@ fn terminals(draws: &mut Draws, actives: usize) -> Vec<Terminal> {
 }
 
 /// What stands at each terminal of `piece`.
-fn imposed(terminals: &[Terminal], piece: &Piece, limit_a: f64) -> Vec<Imposed> {
+fn imposed(terminals: &[Terminal], piece: &Piece, limit_a: f64) -> Vec<TerminalSource> {
     let of = |(k, terminal): (usize, &Terminal)| match terminal {
         Terminal::Driven(v) if piece.is_limited[k] => {
             // Of the sign that it has.
-            Imposed::Amperes(limit_a * piece.current_a(k, 0.0).signum() * v.abs().signum())
+            TerminalSource::Amperes(limit_a * piece.current_a(k, 0.0).signum() * v.abs().signum())
         }
-        Terminal::Driven(v) => Imposed::Volts(*v),
+        Terminal::Driven(v) => TerminalSource::Volts(*v),
         Terminal::Grounded if piece.is_limited[k] => {
-            Imposed::Amperes(limit_a * piece.current_a(k, 0.0).signum())
+            TerminalSource::Amperes(limit_a * piece.current_a(k, 0.0).signum())
         }
-        Terminal::Grounded => Imposed::Volts(0.0),
-        Terminal::Floating => Imposed::Amperes(0.0),
+        Terminal::Grounded => TerminalSource::Volts(0.0),
+        Terminal::Floating => TerminalSource::Amperes(0.0),
     };
     terminals.iter().enumerate().map(of).collect()
 }

@@ -1,7 +1,7 @@
 //! A muscle under several electrodes, against one that tires alone.
 
 use hal_sim::body::muscle::SUBJECTS;
-use hal_sim::body::muscle::tiring::{Fatigue, Tiring};
+use hal_sim::body::muscle::tiring::{Fatigue, FatiguingMuscle};
 use hal_sim::body::shared::{Electrode, SAMPLE_US, Shared, SharedSpec};
 use hal_sim::body::{Body, Drive, Pulse};
 
@@ -87,7 +87,7 @@ fn all_units_are_one_tiring_muscle() {
     let spec = spec(&[[1.0; 4]]);
     let for_us = 60_000_000;
     let (readings, left) = read(&spec, &train(0, 20.0, 40_000, 0, for_us), for_us);
-    let mut alone = Tiring::new(spec.dynamics, spec.fatigue).in_steps_of(5e-3);
+    let mut alone = FatiguingMuscle::new(spec.dynamics, spec.fatigue).in_steps_of(5e-3);
     for (nth, force_n) in (0u64..).zip(&readings) {
         if (nth * SAMPLE_US).is_multiple_of(40_000) {
             alone.pulse(1.0);
@@ -105,7 +105,7 @@ fn all_units_are_one_tiring_muscle() {
 fn coarse_steps_err_little() {
     for subject in &SUBJECTS {
         let dynamics = subject.normalised_at(50.0);
-        let fine = Tiring::new(dynamics, fatigue(dynamics.a_n_per_s));
+        let fine = FatiguingMuscle::new(dynamics, fatigue(dynamics.a_n_per_s));
         let (mut fine, mut coarse) = (fine, fine.in_steps_of(5e-3));
         for nth in 0..6_000 {
             if nth % 8 == 0 {

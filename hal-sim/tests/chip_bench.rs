@@ -2,7 +2,7 @@
 //! code in QEMU and on the simulated chip. QEMU's cycle counter reads 0.
 
 use firmware::bench::{NoClock, Row, run};
-use hal_sim::chip::alone::{self, Wait};
+use hal_sim::chip::alone::{self, FlashWait};
 use hal_sim::chip::image;
 use hal_sim::images::{self, Image};
 use std::path::Path;
@@ -43,7 +43,7 @@ fn in_qemu(elf: &Path) -> Vec<String> {
 }
 
 /// What the image at `elf` prints on the chip.
-fn on_chip(elf: &Path, wait: Wait) -> Vec<String> {
+fn on_chip(elf: &Path, wait: FlashWait) -> Vec<String> {
     let image = image::Image::open(elf).unwrap();
     let ended = alone::run(&image, wait).unwrap_or_else(|e| panic!("{e}"));
     let (instructions, cycles) = (ended.instructions, ended.cycles);
@@ -61,7 +61,7 @@ fn results(lines: &[String]) -> Vec<Vec<&str>> {
 fn host_and_chip_agree_on_every_result() {
     let elf = Image::Bench.build(workspace()).unwrap();
     let host = native();
-    for wait in Wait::ALL {
+    for wait in FlashWait::ALL {
         let lines = on_chip(&elf, wait);
         for line in &lines {
             println!("{line}");
@@ -82,7 +82,7 @@ fn host_and_qemu_agree_on_every_result() {
 #[test]
 fn coremark_gives_its_known_results() {
     let elf = images::coremark(workspace()).unwrap();
-    for wait in Wait::ALL {
+    for wait in FlashWait::ALL {
         let lines = on_chip(&elf, wait);
         for line in &lines {
             println!("{line}");

@@ -4,7 +4,7 @@
 //! `cargo test -p hal-sim --test suite muscle_inverse -- --nocapture`
 //! prints the errors of steady forces of ten subjects, and the ripple of slow rates.
 
-use firmware::muscle::{CalciumForceSpec, Inverse, Limiting, Recruitment, RecruitmentSpec};
+use firmware::muscle::{CalciumForceSpec, ForceLimit, Inverse, Recruitment, RecruitmentSpec};
 use firmware::units::{Amplitude, Force, ForceRate};
 use fixed::types::I16F16;
 use hal_sim::body::muscle::reference::integrate;
@@ -162,7 +162,7 @@ fn a_slow_rate_closes_the_gap_below_threshold() {
             // Below the least: the nearer, and said so.
             for part in [0.1, 0.49, 0.51, 0.9] {
                 let (force, drive) = given(part * least);
-                assert_eq!(drive.limiting, Some(Limiting::BelowLeast), "K{number:02}");
+                assert_eq!(drive.limiting, Some(ForceLimit::BelowLeast), "K{number:02}");
                 assert!((force - part * least).abs() <= 0.51 * least, "K{number:02}");
             }
             // From there on: what was wanted.

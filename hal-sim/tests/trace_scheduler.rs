@@ -21,12 +21,12 @@ const CASES: u32 = 500;
 const REFILL_US: u64 = 2;
 
 /// Amplitudes, and widths of trains that allow it, that differ from burst to burst.
-struct Changing {
+struct VariedSupply {
     /// Of each channel, µs; none for a train's own.
     widest_us: [Option<u16>; CHANNELS],
 }
 
-impl Supply for Changing {
+impl Supply for VariedSupply {
     fn burst(&mut self, channel: u8, time: BurstTime) -> Burst {
         let at = time.at;
         let number = at.get() / 13 + u32::from(channel) * 977;
@@ -159,7 +159,7 @@ impl Scene {
             let train = train.filter(Train::has_live_width)?;
             Some(train.widest_us())
         };
-        let mut supply = Changing {
+        let mut supply = VariedSupply {
             widest_us: std::array::from_fn(|c| widest(&trains[c])),
         };
         for window in 0..WINDOWS {

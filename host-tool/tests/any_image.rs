@@ -1,6 +1,6 @@
 //! `flexor chip` runs images of others: small ones, made here byte by byte, with symbols.
 
-use crate::program::{FLEXOR, Said, flexor, folder, ran, written};
+use crate::program::{FLEXOR, ProgramOutput, flexor, folder, ran, written};
 use serde_json::Value;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
@@ -111,7 +111,7 @@ fn with(test: &str, main: &[u16]) -> PathBuf {
     folder
 }
 
-fn json((exit, out, error): Said) -> (Option<i32>, Value) {
+fn json((exit, out, error): ProgramOutput) -> (Option<i32>, Value) {
     let value = serde_json::from_str(&out).unwrap_or_else(|why| panic!("{why}: {out}{error}"));
     (exit, value)
 }

@@ -1,7 +1,7 @@
 //! `flexor calibrate` as people and programs start it.
 
 use crate::calibrate_lines;
-use crate::program::{Board, Said, folder, ran, said, written};
+use crate::program::{Board, ProgramOutput, folder, ran, said, written};
 use crate::steady::steadily;
 use std::io::{BufReader, Write};
 use std::path::Path;
@@ -16,7 +16,7 @@ place = \"wrist extensors\"
 ceiling = 24.0
 ";
 
-fn calibrate(folder: &Path, more: &[&str]) -> Said {
+fn calibrate(folder: &Path, more: &[&str]) -> ProgramOutput {
     let mut words = vec!["--json", "calibrate", "--electrodes", "plan.toml", "--auto"];
     words.extend(more);
     ran(folder, &words)
@@ -231,13 +231,13 @@ fn a_level_changed_in_the_journal_is_no_limit() {
 }
 
 /// The program, driven by lines.
-pub struct Driven {
+pub struct ScriptedProgram {
     pub process: Child,
     orders: Option<ChildStdin>,
     lines: BufReader<ChildStdout>,
 }
 
-impl Driven {
+impl ScriptedProgram {
     fn start(folder: &Path) -> Self {
         Self::start_on(folder, &[])
     }
@@ -268,7 +268,7 @@ impl Driven {
         })
     }
 
-    pub fn ended(mut self) -> Said {
+    pub fn ended(mut self) -> ProgramOutput {
         drop(self.orders.take());
         let mut rest = String::new();
         std::io::Read::read_to_string(&mut self.lines, &mut rest).unwrap();
@@ -287,7 +287,7 @@ fn another_program_orders_by_lines_and_nonsense_changes_nothing() {
 fn order_by_lines() {
     let folder = folder("calibrate_lines");
     written(&folder, "plan.toml", PLAN);
-    let mut driven = Driven::start(&folder);
+    let mut driven = ScriptedProgram::start(&folder);
     let view = driven.ready();
     assert_eq!(
         (&view["raise"], &view["orders"][0]),
@@ -335,14 +335,14 @@ fn order_by_lines() {
 fn an_input_that_ends_and_a_signal_end_it_with_the_journal_whole() {
     let folder = folder("calibrate_ended");
     written(&folder, "plan.toml", PLAN);
-    let mut driven = Driven::start(&folder);
+    let mut driven = ScriptedProgram::start(&folder);
     driven.ready();
     driven.order("{\"order\":\"raise\"}");
     driven.next(|value| value["phase"] == "on");
     let (exit, _, error) = driven.ended();
     assert!(exit == Some(1) && error.contains("E684"), "{error}");
     std::fs::remove_file(folder.join("w.toml.journal")).unwrap();
-    let mut driven = Driven::start(&folder);
+    let mut driven = ScriptedProgram::start(&folder);
     driven.ready();
     driven.order("{\"order\":\"raise\"}");
     driven.next(|value| value["phase"] == "on");
@@ -372,7 +372,7 @@ fn a_board_behind_a_port_is_ordered_by_lines_until_it_is_lost() {
     written(&folder, "plan.toml", PLAN);
     let board = Board::tcp(&folder);
     let at = board.at.clone();
-    let mut driven = Driven::start_on(&folder, &["--device", &at]);
+    let mut driven = ScriptedProgram::start_on(&folder, &["--device", &at]);
     let view = driven.ready();
     assert!(
         view["reading_n"].is_null(),

@@ -1,7 +1,7 @@
 //! Orders to `flexor calibrate` that come all at once, too early, or from nobody who reads.
 
 use crate::calibrate_lines;
-use crate::program::{Said, folder, ran, said, written};
+use crate::program::{ProgramOutput, folder, ran, said, written};
 use nix::fcntl::{FcntlArg, fcntl};
 use serde_json::Value;
 use std::io::{BufReader, Read, Write};
@@ -20,7 +20,7 @@ ceiling = 24.0
 ";
 
 /// The program in a folder, driven by lines.
-struct Driven {
+struct ScriptedProgram {
     folder: PathBuf,
     process: Child,
     orders: ChildStdin,
@@ -38,7 +38,7 @@ pub fn entries(folder: &Path, kind: &str) -> Vec<Value> {
         .collect()
 }
 
-impl Driven {
+impl ScriptedProgram {
     fn start(test: &str, plan: &str) -> Self {
         let folder = folder(test);
         written(&folder, "plan.toml", plan);
@@ -74,7 +74,7 @@ impl Driven {
     }
 
     /// How it ended by itself, its input open.
-    fn ended(mut self) -> Said {
+    fn ended(mut self) -> ProgramOutput {
         let mut rest = String::new();
         if let Some(lines) = &mut self.lines {
             lines.read_to_string(&mut rest).unwrap();
@@ -99,7 +99,7 @@ const ABORT: &str = "{\"order\":\"abort\"}\n";
 
 #[test]
 fn a_block_of_orders_is_one_order() {
-    let mut driven = Driven::start("calibrate_block", &PLAN.replace("10.0", "1.0"));
+    let mut driven = ScriptedProgram::start("calibrate_block", &PLAN.replace("10.0", "1.0"));
     driven.ready();
     driven.send(&format!("{RAISE}{NO}").repeat(2000));
     driven.phase("on");
@@ -125,7 +125,7 @@ fn a_block_of_orders_is_one_order() {
 
 #[test]
 fn what_was_refused_is_told_by_number() {
-    let mut driven = Driven::start("calibrate_refused", PLAN);
+    let mut driven = ScriptedProgram::start("calibrate_refused", PLAN);
     driven.ready();
     driven.send(&RAISE.repeat(40));
     let told = driven.next(|value| value["event"] == "refused");
@@ -142,7 +142,7 @@ fn what_was_refused_is_told_by_number() {
 /// 3000 orders one by one in turns of 5 ms last longer than the level that is given.
 #[test]
 fn too_much_and_the_end_overtake_what_is_pending() {
-    let mut driven = Driven::start("calibrate_overtakes", PLAN);
+    let mut driven = ScriptedProgram::start("calibrate_overtakes", PLAN);
     driven.ready();
     driven.send(RAISE);
     driven.phase("on");
@@ -165,7 +165,7 @@ fn too_much_and_the_end_overtake_what_is_pending() {
 #[test]
 fn an_endless_stream_ends_it() {
     for endless in ["x", "x\n", RAISE] {
-        let mut driven = Driven::start("calibrate_endless", PLAN);
+        let mut driven = ScriptedProgram::start("calibrate_endless", PLAN);
         driven.ready();
         let block = endless.repeat(4096);
         while driven.orders.write_all(block.as_bytes()).is_ok() {}
@@ -179,7 +179,7 @@ fn an_endless_stream_ends_it() {
 
 #[test]
 fn without_a_reader_nothing_is_given() {
-    let mut driven = Driven::start("calibrate_no_reader", PLAN);
+    let mut driven = ScriptedProgram::start("calibrate_no_reader", PLAN);
     driven.ready();
     driven.lines = None;
     // It may have ended already.
@@ -206,7 +206,7 @@ fn without_a_reader_nothing_is_given() {
 #[test]
 fn an_output_that_nobody_reads_does_not_keep_it() {
     for signal in [false, true] {
-        let mut driven = Driven::start("calibrate_unread", PLAN);
+        let mut driven = ScriptedProgram::start("calibrate_unread", PLAN);
         driven.narrow();
         driven.ready();
         // Each is answered; a page is full of it.

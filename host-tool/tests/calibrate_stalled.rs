@@ -1,11 +1,11 @@
 //! `flexor calibrate` on a computer that stalls.
 
-use crate::calibrate_cli::{Driven, PLAN, read};
+use crate::calibrate_cli::{PLAN, ScriptedProgram, read};
 use crate::program::{Board, folder, written};
 use crate::steady::steadily;
 use host_core::calibration::{
-    Course, Desk, Entry, Gone, HOST_TIMEOUT_MS, Head, Journal, OnDisk, Operator, Order, Phase,
-    Plan, Told, View, calibrate,
+    Course, Entry, HOST_TIMEOUT_MS, Head, Journal, OnDisk, Operator, OperatorLoss, OperatorNotice,
+    OperatorStation, Order, Phase, Plan, View, calibrate,
 };
 use host_core::link::{TcpPort, UNATTENDED};
 use std::time::Duration;
@@ -35,7 +35,7 @@ fn goes_on_after_a_stall() {
     );
     let board = Board::in_real_time(&folder);
     let at = board.at.clone();
-    let mut driven = Driven::start_on(&folder, &["--device", &at]);
+    let mut driven = ScriptedProgram::start_on(&folder, &["--device", &at]);
     driven.ready();
     driven.order("{\"order\":\"raise\"}");
     driven.next(|value| value["phase"] == "on" && value["given"] == 2.0);
@@ -76,7 +76,7 @@ struct Slow {
 const SLOW: Duration = Duration::from_millis(150);
 
 impl Operator for Slow {
-    fn orders(&mut self, view: &View) -> Result<Vec<Order>, Gone> {
+    fn orders(&mut self, view: &View) -> Result<Vec<Order>, OperatorLoss> {
         if view.phase == Phase::On {
             self.looks += 1;
             std::thread::sleep(SLOW);
@@ -88,8 +88,8 @@ impl Operator for Slow {
         })
     }
 
-    fn tell(&mut self, told: Told<'_>, _: &View) {
-        let is_stall = matches!(told, Told::Recorded(Entry::Stalled { .. }));
+    fn tell(&mut self, told: OperatorNotice<'_>, _: &View) {
+        let is_stall = matches!(told, OperatorNotice::Recorded(Entry::Stalled { .. }));
         self.stalls += u32::from(is_stall);
     }
 }
@@ -120,7 +120,7 @@ fn a_slow_display_or_input_does_not_make_the_host_silent() {
                 head: &head,
             };
             let mut slow = Slow::default();
-            let mut desk = Desk {
+            let mut desk = OperatorStation {
                 operator: &mut slow,
                 interruption: None,
                 acknowledges: false,

@@ -2,14 +2,14 @@
 
 use crate::calibrate_orders::{PLAN, entries};
 use crate::program::{folder, ran, written};
-use crate::seated::{Seated, size};
+use crate::seated::{TerminalProgram, size};
 use std::path::{Path, PathBuf};
 
-fn seated(test: &str, plan: &str, columns: u16, rows: u16) -> (PathBuf, Seated) {
+fn seated(test: &str, plan: &str, columns: u16, rows: u16) -> (PathBuf, TerminalProgram) {
     let folder = folder(test);
     written(&folder, "plan.toml", plan);
     let words = "calibrate --electrodes plan.toml --out w.toml";
-    let seated = Seated::start(&folder, words, size(columns, rows));
+    let seated = TerminalProgram::start(&folder, words, size(columns, rows));
     (folder, seated)
 }
 

@@ -1,7 +1,7 @@
 //! The calibration's screen, cell by cell, for known states.
 
-use host_core::calibration::{Found, Level, Phase, Step, View};
-use host_tool::live::{Sight, draw_calibration};
+use host_core::calibration::{ElectrodeResult, Level, Phase, Step, View};
+use host_tool::live::{ScreenState, draw_calibration};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 
@@ -19,9 +19,9 @@ fn view() -> View {
         raise: level(8.0),
         again: level(7.5),
         top: Level(24_000),
-        found: Found {
+        found: ElectrodeResult {
             placement: level(8.0),
-            ..Found::default()
+            ..ElectrodeResult::default()
         },
         t_s: 134.2,
         ..View::default()
@@ -29,11 +29,11 @@ fn view() -> View {
 }
 
 fn drawn(view: View) -> String {
-    let mut sight = Sight {
+    let mut sight = ScreenState {
         wearer: "W01".to_owned(),
         device: "native simulator".to_owned(),
         view: Some(view),
-        ..Sight::default()
+        ..ScreenState::default()
     };
     sight.note(
         120.5,

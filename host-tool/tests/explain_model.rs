@@ -1,6 +1,6 @@
 //! `flexor explain-model`.
 
-use crate::program::{self, Said, ran, written};
+use crate::program::{self, ProgramOutput, ran, written};
 use serde_json::Value;
 use std::process::Stdio;
 
@@ -36,7 +36,7 @@ fn session(train: &str, muscle: &str) -> String {
     format!("{HEAD}train = {{ {shape}, {train} }}\n{muscle}\n{SETPOINTS}")
 }
 
-fn flexor(name: &str, text: &str, arguments: &[&str]) -> Said {
+fn flexor(name: &str, text: &str, arguments: &[&str]) -> ProgramOutput {
     let folder = program::folder(&format!("explained/{name}"));
     written(&folder, name, text);
     ran(&folder, &[&["explain-model", name], arguments].concat())

@@ -6,7 +6,7 @@ use firmware::link::{
 use firmware::safety::{Fault, FaultRecord, Stages, State, StopCause};
 use firmware::units::Micros;
 use host_core::record::Sample;
-use host_core::run::{Seen, SessionFile};
+use host_core::run::{Observation, SessionFile};
 use host_tool::live::{Model, draw, json, line};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
@@ -18,7 +18,7 @@ const TEN: &str = include_str!("../sessions/ten_channels.toml");
 fn model(session: &str) -> Model {
     let file = SessionFile::parse("session.toml", session).unwrap();
     let mut model = Model::new("native simulator", Some(&file));
-    model.see(Seen::Hello(&HelloInfo {
+    model.see(Observation::Hello(&HelloInfo {
         seq: 0,
         session: 1,
         schema: SCHEMA,
@@ -63,7 +63,7 @@ fn play(model: &mut Model) {
     for tick in 0..=1200 {
         let t_s = f64::from(tick) * 0.01;
         let sine = |t: f64| 45.0 + 40.0 * (t * std::f64::consts::TAU * 0.2).sin();
-        model.see(Seen::Sample(&Sample {
+        model.see(Observation::Sample(&Sample {
             t_s,
             target_deg: is_joint.then(|| sine(t_s)),
             measured_deg: is_joint.then(|| sine(t_s - 0.1) - 4.0),
@@ -73,9 +73,9 @@ fn play(model: &mut Model) {
             ..Sample::default()
         }));
     }
-    model.see(Seen::Status(&status(State::Stimulating, None)));
+    model.see(Observation::Status(&status(State::Stimulating, None)));
     let refusal = Refusal::new(firmware::link::Code::SetpointTime, "at");
-    model.see(Seen::Refused(11.5, &refusal.into()));
+    model.see(Observation::Refused(11.5, &refusal.into()));
 }
 
 fn screen(model: &Model, width: u16, height: u16) -> String {
@@ -88,7 +88,7 @@ fn faulted() -> Model {
     let mut model = model(FINGER);
     play(&mut model);
     let record = FaultRecord::new(Fault::OverCurrent, Micros::new(12_000_000));
-    model.see(Seen::Event(12.0, &Event::Faulted(record)));
+    model.see(Observation::Event(12.0, &Event::Faulted(record)));
     model.silent_s = 1.25;
     model
 }
@@ -126,12 +126,18 @@ fn a_stop_is_seen_at_once() {
     let mut model = model(FINGER);
     play(&mut model);
     assert!(model.is_on() && model.is_limiting());
-    model.see(Seen::Event(12.1, &Event::Stopping(StopCause::Request)));
+    model.see(Observation::Event(
+        12.1,
+        &Event::Stopping(StopCause::Request),
+    ));
     assert!(model.is_on());
-    model.see(Seen::Event(12.2, &Event::Stopped(StopCause::Request)));
+    model.see(Observation::Event(
+        12.2,
+        &Event::Stopped(StopCause::Request),
+    ));
     assert_eq!(model.state, State::Idle);
     assert_eq!(model.amplitude(0), 0.0);
-    model.see(Seen::Status(&status(State::Idle, None)));
+    model.see(Observation::Status(&status(State::Idle, None)));
     assert!(screen(&model, 80, 24).contains(" IDLE "));
 }
 

@@ -1,7 +1,7 @@
 //! What is no regular file is refused with a number, wherever a file is read: neither
 //! waited for nor read until the memory is full. Nothing of an unrelated file is shown.
 
-use super::program::{Said, flexor, folder, ran, said, written};
+use super::program::{ProgramOutput, flexor, folder, ran, said, written};
 use super::record_again::{shortened, told, with_wearer};
 use std::fs;
 use std::os::unix::fs::symlink;
@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 const PATIENCE: Duration = Duration::from_secs(30);
 
 /// Runs `flexor`, and ends it where it hangs.
-fn runs(folder: &Path, line: &str) -> Said {
+fn runs(folder: &Path, line: &str) -> ProgramOutput {
     let arguments: Vec<&str> = line.split_whitespace().collect();
     let mut command = flexor(folder, &arguments);
     command.stdin(Stdio::null());

@@ -44,9 +44,9 @@ pub fn flexor(folder: &Path, arguments: &[&str]) -> Command {
 }
 
 /// Exit code, standard output, standard error.
-pub type Said = (Option<i32>, String, String);
+pub type ProgramOutput = (Option<i32>, String, String);
 
-pub fn said(output: Output) -> Said {
+pub fn said(output: Output) -> ProgramOutput {
     let text = |bytes| String::from_utf8(bytes).unwrap();
     (
         output.status.code(),
@@ -56,7 +56,7 @@ pub fn said(output: Output) -> Said {
 }
 
 /// Runs `flexor` to its end.
-pub fn ran(folder: &Path, arguments: &[&str]) -> Said {
+pub fn ran(folder: &Path, arguments: &[&str]) -> ProgramOutput {
     said(flexor(folder, arguments).output().unwrap())
 }
 

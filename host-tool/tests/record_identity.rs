@@ -63,13 +63,13 @@ fn simulators_behind_sockets_terminals_and_pipes_are_recorded_as_simulated() {
 
 /// A simulator that says it is a board, with a board's number, and shows
 /// nothing of its world.
-struct Disguised {
+struct DisguisedPort {
     port: SimulatedPort,
     decoder: Decoder,
     unique_id: [u32; 3],
 }
 
-impl Port for Disguised {
+impl Port for DisguisedPort {
     fn now_us(&mut self) -> u64 {
         self.port.now_us()
     }
@@ -100,7 +100,7 @@ impl Port for Disguised {
 fn page_of(unique_id: [u32; 3], file: &SessionFile) -> (String, Run) {
     let boot = firmware::units::Micros::new(0);
     let port = simulated(&file.session, 1, Box::new(native(boot)), boot).unwrap();
-    let port = Disguised {
+    let port = DisguisedPort {
         port,
         decoder: Decoder::default(),
         unique_id,
@@ -163,9 +163,9 @@ fn a_force_at_the_hand(folder: &Path) -> SessionFile {
 }
 
 /// What was wanted, what part of it was made, and what every channel got.
-type Given = (Vec<Option<f64>>, Option<f64>, Vec<Option<f64>>);
+type SampleForces = (Vec<Option<f64>>, Option<f64>, Vec<Option<f64>>);
 
-fn given(sample: &Sample) -> Given {
+fn given(sample: &Sample) -> SampleForces {
     let (wanted, got) = (sample.hand_n.clone(), sample.amplitudes.clone());
     (wanted, sample.hand_made, got)
 }

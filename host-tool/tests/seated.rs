@@ -13,7 +13,7 @@ use std::process::{Child, Command, ExitStatus};
 use std::time::Duration;
 
 /// The program at a terminal of its own.
-pub struct Seated {
+pub struct TerminalProgram {
     process: Child,
     master: File,
     pub seen: String,
@@ -43,7 +43,7 @@ fn terminal(winsize: Winsize) -> (File, File) {
     (File::from(OwnedFd::from(master)), slave)
 }
 
-impl Seated {
+impl TerminalProgram {
     /// Starts the program with these words in `folder`.
     pub fn start(folder: &Path, words: &str, winsize: Winsize) -> Self {
         let (master, slave) = terminal(winsize);

@@ -16,9 +16,9 @@ use std::time::{Duration, Instant};
 /// Building the image and booting it take no longer.
 const PATIENCE: Duration = Duration::from_secs(600);
 
-struct Served(Child);
+struct ServeProcess(Child);
 
-impl Drop for Served {
+impl Drop for ServeProcess {
     fn drop(&mut self) {
         let _ = self.0.kill();
         let _ = self.0.wait();
@@ -40,7 +40,7 @@ fn is_answered(device: &str) {
     drop(free);
     let mut command = flexor(Path::new("."), &["serve", "--device", device, "--tcp", &at]);
     command.stdout(Stdio::null());
-    let mut served = Served(command.spawn().unwrap());
+    let mut served = ServeProcess(command.spawn().unwrap());
     let begin = Instant::now();
     let mut refused = 0;
     let port = loop {

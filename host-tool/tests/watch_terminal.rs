@@ -2,7 +2,7 @@
 
 use crate::program::{folder, one_channel, ran, written};
 use crate::record_again::files;
-use crate::seated::{Seated, size};
+use crate::seated::{TerminalProgram, size};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -29,7 +29,7 @@ fn keys(folder: &Path) -> Vec<(String, String, String)> {
 }
 
 /// Reads the terminal until the record has a row of this kind.
-fn records(seated: &mut Seated, folder: &Path, kind: &str) {
+fn records(seated: &mut TerminalProgram, folder: &Path, kind: &str) {
     let begin = Instant::now();
     while !folder.join("out").is_dir() || !keys(folder).iter().any(|key| key.0 == kind) {
         seated.read();
@@ -38,7 +38,7 @@ fn records(seated: &mut Seated, folder: &Path, kind: &str) {
 }
 
 /// Lets time pass at the terminal.
-fn waits(seated: &mut Seated, ms: u64) {
+fn waits(seated: &mut TerminalProgram, ms: u64) {
     let begin = Instant::now();
     while begin.elapsed() < Duration::from_millis(ms) {
         seated.read();
@@ -50,7 +50,7 @@ fn keys_pause_change_and_mark_a_session_that_is_repeated_to_the_byte() {
     let folder = folder("watch_keys");
     written(&folder, "session.toml", one_channel(60.0, 50));
     let words = "run session.toml --watch --out out";
-    let mut seated = Seated::start(&folder, words, size(100, 30));
+    let mut seated = TerminalProgram::start(&folder, words, size(100, 30));
     seated.sees("STIMULATING");
     for (key, kind) in [(UP, "raise"), (DOWN, "lower"), (" ", "pause")] {
         seated.types(key);
@@ -91,7 +91,7 @@ fn a_key_held_down_raises_by_its_press() {
     let folder = folder("watch_held");
     written(&folder, "session.toml", one_channel(60.0, 50));
     let words = "run session.toml --watch --out out";
-    let mut seated = Seated::start(&folder, words, size(100, 30));
+    let mut seated = TerminalProgram::start(&folder, words, size(100, 30));
     seated.sees("STIMULATING");
     for _ in 0..50 {
         seated.types(UP);
@@ -111,7 +111,7 @@ fn a_terminal_that_is_closed_stops_the_session_and_keeps_the_record() {
     let folder = folder("watch_closed");
     written(&folder, "session.toml", one_channel(60.0, 50));
     let words = "run session.toml --watch --out out";
-    let mut seated = Seated::start(&folder, words, size(100, 30));
+    let mut seated = TerminalProgram::start(&folder, words, size(100, 30));
     seated.sees("STIMULATING");
     seated.types(UP);
     records(&mut seated, &folder, "raise");

@@ -7,7 +7,7 @@ use firmware::link::{Decoder, HelloInfo, Kind, Request, ToDevice, encode};
 use firmware::pulse::TrainSpec;
 use firmware::safety::{ChannelSpec, StageSpec, Stages, WearerSpec};
 use firmware::units::{Amplitude, Micros};
-use hal_sim::body::{Drive, Load, Still};
+use hal_sim::body::{Drive, FixedLoad, Load};
 use hal_sim::chip::image::Image;
 use hal_sim::lockstep::Output;
 use hal_sim::native::native;
@@ -43,7 +43,7 @@ pub fn load(name: &str) -> SessionFile {
 
 /// A session that was played to its end: what came of it, and the pins of a
 /// simulated device, whose trains began at `epoch_us`.
-pub struct Played {
+pub struct PlayedSession {
     /// What the host recorded.
     pub outcome: Outcome,
     /// What the device put out.
@@ -56,7 +56,7 @@ pub struct Played {
     pub loads: [Load; 10],
 }
 
-impl Played {
+impl PlayedSession {
     /// Edges of the pins from the start on, with times from there.
     pub fn edges(&self) -> impl Iterator<Item = Edge> {
         let since = self.trace.edges_from(self.epoch_us);
@@ -69,7 +69,7 @@ impl Played {
 
 /// Plays `file` on a simulated device.
 #[must_use]
-pub fn play(file: &SessionFile, device: &DeviceName) -> Played {
+pub fn play(file: &SessionFile, device: &DeviceName) -> PlayedSession {
     let port = device.open(&file.session, 1);
     let port = port.unwrap_or_else(|e| panic!("{} on {device}: {e}", file.name));
     play_on(file, port)
@@ -77,7 +77,7 @@ pub fn play(file: &SessionFile, device: &DeviceName) -> Played {
 
 /// [`play`] on the simulated device behind `port`.
 #[must_use]
-pub fn play_on(file: &SessionFile, port: Box<dyn Port>) -> Played {
+pub fn play_on(file: &SessionFile, port: Box<dyn Port>) -> PlayedSession {
     let (outcome, port) = run(file, port, None, |_| ());
     if let Some(error) = &outcome.error {
         panic!("{}: {error}", file.name);
@@ -86,7 +86,7 @@ pub fn play_on(file: &SessionFile, port: Box<dyn Port>) -> Played {
     let world = port.world().unwrap();
     let trace = std::mem::take(&mut world.recorder.trace);
     let epoch_us = outcome.epoch_us.unwrap();
-    Played {
+    PlayedSession {
         outcome,
         trace,
         epoch_us,
@@ -115,7 +115,7 @@ pub const fn stages(full_scale_ma: f64) -> [Option<Output>; 10] {
 /// A native device that boots at `boot`, on a wearer who does not move.
 #[must_use]
 pub fn world(boot: Micros) -> World {
-    let body = Box::new(Still::new(0.0));
+    let body = Box::new(FixedLoad::new(0.0));
     World::new(Box::new(native(boot)), body, boot, Faults::default(), 1)
 }
 

@@ -26,14 +26,14 @@ const SPAN_CYCLES: u64 = 20;
 type Packets = Vec<(Micros, Vec<u8>)>;
 
 /// A board that also keeps each packet to the host with its time.
-struct Tapped {
+struct RecordedBoard {
     board: Arc<Mutex<Board>>,
     packets: Arc<Mutex<Packets>>,
 }
 
-struct Tee<'a>(&'a mut dyn Sink, &'a mut Packets);
+struct RecordingSink<'a>(&'a mut dyn Sink, &'a mut Packets);
 
-impl Sink for Tee<'_> {
+impl Sink for RecordingSink<'_> {
     fn levels(&mut self, at: Micros, levels: Levels) {
         self.0.levels(at, levels);
     }
@@ -48,7 +48,7 @@ impl Sink for Tee<'_> {
     }
 }
 
-impl Device for Tapped {
+impl Device for RecordedBoard {
     fn receive(
         &mut self,
         at: Micros,
@@ -57,19 +57,19 @@ impl Device for Tapped {
         sink: &mut dyn Sink,
     ) -> io::Result<()> {
         let mut packets = self.packets.lock().unwrap();
-        let sink = &mut Tee(sink, &mut packets);
+        let sink = &mut RecordingSink(sink, &mut packets);
         self.board.receive(at, bytes, sensors, sink)
     }
 
     fn advance(&mut self, to: Micros, sensors: &Sensors, sink: &mut dyn Sink) -> io::Result<()> {
         let mut packets = self.packets.lock().unwrap();
-        let sink = &mut Tee(sink, &mut packets);
+        let sink = &mut RecordingSink(sink, &mut packets);
         self.board.advance(to, sensors, sink)
     }
 }
 
 /// What a session put out.
-struct Stimulated {
+struct SessionOutput {
     trace: Trace,
     packets: Packets,
     phases: Phases,
@@ -77,13 +77,13 @@ struct Stimulated {
 }
 
 /// Runs `file` on `board`, which has not run yet.
-fn stimulate(file: &SessionFile, mut board: Board) -> Stimulated {
+fn stimulate(file: &SessionFile, mut board: Board) -> SessionOutput {
     let booted = board.boot(&Sensors::default());
     booted.unwrap_or_else(|e| panic!("{e}"));
     let boot = Micros::new(board.now_us() as u32);
     let board = Arc::new(Mutex::new(board));
     let packets = Arc::new(Mutex::new(Vec::new()));
-    let device = Box::new(Tapped {
+    let device = Box::new(RecordedBoard {
         board: board.clone(),
         packets: packets.clone(),
     });
@@ -94,7 +94,7 @@ fn stimulate(file: &SessionFile, mut board: Board) -> Stimulated {
     }
     let phases = board.lock().unwrap().around.phases().clone();
     let packets = std::mem::take(&mut *packets.lock().unwrap());
-    Stimulated {
+    SessionOutput {
         trace: port.unwrap().world.recorder.trace,
         packets,
         phases,

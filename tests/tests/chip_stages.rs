@@ -33,12 +33,12 @@ struct Bench {
     seq: u16,
     /// What it has sent.
     draft: Draft,
-    said: Vec<Said>,
+    said: Vec<ResponseKind>,
 }
 
 /// What the tests look for.
 #[derive(Debug)]
-enum Said {
+enum ResponseKind {
     Hello(Box<HelloInfo>),
     Ack,
     Refused(u16, String, i32),
@@ -65,11 +65,11 @@ impl Bench {
     }
 
     /// The last of what the device says to `request` within `us`.
-    fn ask(&mut self, request: Request, us: u64) -> Said {
+    fn ask(&mut self, request: Request, us: u64) -> ResponseKind {
         let before = self.draft.clone();
         self.say(Some(request), us);
         let said = self.said.pop().expect("an answer");
-        if let Said::Refused(..) = said {
+        if let ResponseKind::Refused(..) = said {
             self.draft = before; // a host sums what was accepted
         }
         said
@@ -99,16 +99,16 @@ impl Bench {
             self.said.push(match postcard::from_bytes(&message) {
                 Ok(Response::Hello(hello)) => {
                     self.session = hello.session;
-                    Said::Hello(Box::new(hello))
+                    ResponseKind::Hello(Box::new(hello))
                 }
-                Ok(Response::Ack { .. }) => Said::Ack,
+                Ok(Response::Ack { .. }) => ResponseKind::Ack,
                 Ok(Response::Refused { refusal, .. }) => {
                     let Refusal {
                         code, field, max, ..
                     } = refusal;
-                    Said::Refused(code, field.to_owned(), max)
+                    ResponseKind::Refused(code, field.to_owned(), max)
                 }
-                Ok(Response::Event { .. }) => Said::Event,
+                Ok(Response::Event { .. }) => ResponseKind::Event,
                 _ => continue,
             });
         }
@@ -116,13 +116,13 @@ impl Bench {
 
     fn greet(&mut self) -> Box<HelloInfo> {
         match self.ask(Request::Hello { schema: SCHEMA }, 5_000) {
-            Said::Hello(hello) => hello,
+            ResponseKind::Hello(hello) => hello,
             other => panic!("{other:?}"),
         }
     }
 
     /// Declares channel 1 so.
-    fn declare(&mut self, stage: StageSpec) -> Said {
+    fn declare(&mut self, stage: StageSpec) -> ResponseKind {
         let spec = ChannelSpec {
             train: TrainSpec::biphasic(200, 100, 20_000),
             stage,
@@ -160,8 +160,8 @@ fn store(stages: [Option<StageKind>; CHANNELS]) -> Request {
     Request::StoreStages { stages, supply }
 }
 
-fn is_refused(said: &Said, code: Code, named: &str, max: i32) {
-    let Said::Refused(number, field, has) = said else {
+fn is_refused(said: &ResponseKind, code: Code, named: &str, max: i32) {
+    let ResponseKind::Refused(number, field, has) = said else {
         panic!("{said:?}");
     };
     assert_eq!((*number, &**field, *has), (code as u16, named, max));
@@ -196,9 +196,9 @@ fn a_false_declaration_is_refused_by_name() {
     let said = bench.declare(StageSpec::Current {
         full_scale_ua: 100_000,
     });
-    assert!(matches!(said, Said::Ack), "{said:?}");
+    assert!(matches!(said, ResponseKind::Ack), "{said:?}");
     bench.expect_never_driven();
-    assert!(matches!(bench.ask(desk::ARM, 30_000), Said::Ack));
+    assert!(matches!(bench.ask(desk::ARM, 30_000), ResponseKind::Ack));
 }
 
 /// Channel 1's second phase meets channel 2's first: a board whose stages share a supply, or
@@ -239,11 +239,11 @@ fn opposite_directions_at_once_are_refused_unless_supplies_are_separate() {
                 area_mm2: ChannelSpec::ASSUMED_AREA_MM2,
             };
             let said = bench.ask(Request::Channel { channel, spec }, 5_000);
-            assert!(matches!(said, Said::Ack), "{said:?}");
+            assert!(matches!(said, ResponseKind::Ack), "{said:?}");
         }
         let said = bench.ask(desk::ARM, 60_000);
         if is_armed {
-            assert!(matches!(said, Said::Ack), "{said:?}");
+            assert!(matches!(said, ResponseKind::Ack), "{said:?}");
         } else {
             is_refused(&said, Code::OppositePhases, "supply", 1);
             bench.expect_never_driven();
@@ -330,16 +330,16 @@ fn a_table_is_stored_and_found_after_the_restart() {
     is_refused(&said, Code::OutOfRange, "full_scale_ua", 100_000);
     // Accepted, and it restarts by itself: erasing two sectors takes 2 s each.
     let said = bench.ask(store(ten), 5_000_000);
-    assert!(matches!(said, Said::Ack), "{said:?}");
+    assert!(matches!(said, ResponseKind::Ack), "{said:?}");
     let hello = bench.greet();
     assert_eq!(hello.stages, Stages::Stored(table(ten)));
     assert_eq!(hello.state, State::Idle, "{:?}", hello.last_fault);
     let said = bench.declare(StageSpec::Current {
         full_scale_ua: 100_000,
     });
-    assert!(matches!(said, Said::Ack), "{said:?}");
+    assert!(matches!(said, ResponseKind::Ack), "{said:?}");
     // Not while armed.
-    assert!(matches!(bench.ask(desk::ARM, 30_000), Said::Ack));
+    assert!(matches!(bench.ask(desk::ARM, 30_000), ResponseKind::Ack));
     let said = bench.ask(store(ten), 5_000);
     is_refused(&said, Code::WrongState, "state", 0);
 }
@@ -357,7 +357,7 @@ fn the_sum_of_a_full_setup_takes_less_than_a_millisecond() {
             spec.stage = StageSpec::Current { full_scale_ua };
         }
         let said = bench.ask(request, 5_000);
-        assert!(matches!(said, Said::Ack), "{said:?}");
+        assert!(matches!(said, ResponseKind::Ack), "{said:?}");
         sent += 1;
     }
     assert!(sent >= 30, "ten trains, muscles and force controls");
@@ -389,5 +389,5 @@ fn the_sum_of_a_full_setup_takes_less_than_a_millisecond() {
     println!("refused after {plain_us} us, and for its sum after {sum_us} us");
     assert!(sum_us < plain_us + 1_000);
     // What was sent arms.
-    assert!(matches!(bench.ask(desk::ARM, 60_000), Said::Ack));
+    assert!(matches!(bench.ask(desk::ARM, 60_000), ResponseKind::Ack));
 }

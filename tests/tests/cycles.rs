@@ -3,7 +3,7 @@
 //! `cargo verify budgets` holds the table to tests/budgets.toml. And what the
 //! flash accelerator does to CoreMark.
 
-use hal_sim::chip::alone::Wait;
+use hal_sim::chip::alone::FlashWait;
 use hal_sim::chip::soc::flash::Prefetched;
 use std::path::Path;
 use studies::bench::{self, Reading, coremark};
@@ -51,9 +51,9 @@ fn coremark_runs_as_without_wait_states_and_prefetch_does_not_slow_it() {
         let found = found.readings.iter().find(|reading| reading.wait == wait);
         *found.unwrap_or_else(|| panic!("no {wait:?}"))
     };
-    let [cached, not_cached, ideal] = Wait::ALL.map(reading);
-    assert_eq!(cached.wait, Wait::default());
-    assert_eq!(not_cached.wait, Wait::States(Prefetched::NotCached));
+    let [cached, not_cached, ideal] = FlashWait::ALL.map(reading);
+    assert_eq!(cached.wait, FlashWait::default());
+    assert_eq!(not_cached.wait, FlashWait::States(Prefetched::NotCached));
     let change = |cycles: u64, from: u64| 100.0 * (cycles as f64 / from as f64 - 1.0);
     for Reading { wait, .. } in &found.readings {
         let found = reading(*wait);

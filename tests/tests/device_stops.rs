@@ -21,7 +21,7 @@ use tests::record::Record;
 const FULL_SCALE_UA: u32 = 100_000;
 const LIMIT_UA: u32 = 20_000;
 
-struct Desk {
+struct TestHost {
     board: Lockstep,
     record: Record,
     sensors: Sensors,
@@ -32,7 +32,7 @@ struct Desk {
     clock: Unwrap,
 }
 
-impl Desk {
+impl TestHost {
     fn boot(at: Micros) -> Self {
         let mut clock = Unwrap::default();
         clock.at(at.get());
@@ -152,7 +152,7 @@ fn end() -> impl Strategy<Value = End> {
 
 /// One stimulation of `us` µs, judged. How many pulses it had.
 fn run(
-    desk: &mut Desk,
+    desk: &mut TestHost,
     trains: &[TrainSpec],
     groups: &[GroupSpec],
     us: u32,
@@ -214,7 +214,7 @@ fn however_it_ends_every_pulse_is_whole() {
         ..ProptestConfig::default()
     };
     let result = TestRunner::new(config).run(&strategy, |(boot, trains, partner, ends)| {
-        let mut host = Desk::boot(Micros::new(boot));
+        let mut host = TestHost::boot(Micros::new(boot));
         let wearer = WearerSpec {
             rise_ms: 5,
             fall_ms: 5,

@@ -80,7 +80,7 @@ fn plays_as_native(rate: &str, device: &DeviceName) {
 }
 
 /// An arm whose angles are lost at some time of its world.
-struct Losing {
+struct AngleLossArm {
     arm: Box<dyn Body>,
     now_us: u64,
     lost_us: u64,
@@ -88,7 +88,7 @@ struct Losing {
     told_us: Arc<AtomicU64>,
 }
 
-impl Body for Losing {
+impl Body for AngleLossArm {
     fn pulse(&mut self, pulse: &Pulse) {
         self.arm.pulse(pulse);
     }
@@ -127,8 +127,11 @@ fn stale_after(device: &DeviceName) -> (i64, i64) {
     let mut port = device.open(&file.session, 1).unwrap();
     let told_us = Arc::new(AtomicU64::new(0));
     let world = port.world().unwrap();
-    let arm = std::mem::replace(&mut world.body, Box::new(hal_sim::body::Still::new(0.0)));
-    world.body = Box::new(Losing {
+    let arm = std::mem::replace(
+        &mut world.body,
+        Box::new(hal_sim::body::FixedLoad::new(0.0)),
+    );
+    world.body = Box::new(AngleLossArm {
         arm,
         now_us: world.now_us(),
         lost_us: world.now_us() + 1_000_000,

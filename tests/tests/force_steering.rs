@@ -6,7 +6,7 @@
 
 use crate::force_reach::{Pulse, channel, pulses, session};
 use firmware::muscle::FatigueSpec;
-use hal_sim::body::muscle::tiring::{Fatigue, Tiring};
+use hal_sim::body::muscle::tiring::{Fatigue, FatiguingMuscle};
 use hal_sim::body::muscle::{Parameters, SUBJECTS};
 use hal_sim::random::Random;
 use host_core::run::DeviceName;
@@ -26,7 +26,7 @@ fn fatigue(p: &Parameters) -> Fatigue {
 /// What a muscle gives in the mean at some gain with a pulse every `period_us`, N, if
 /// it tires no further.
 fn steady(p: Parameters, gain: f64, period_us: u32) -> f64 {
-    let mut muscle = Tiring::new(p, Fatigue::NEVER);
+    let mut muscle = FatiguingMuscle::new(p, Fatigue::NEVER);
     let mut mean = 0.0;
     for _ in 0..=(3_000_000 / period_us) {
         muscle.pulse(gain);
@@ -40,7 +40,7 @@ fn steady(p: Parameters, gain: f64, period_us: u32) -> f64 {
 }
 
 /// What became of a session with one muscle.
-struct Given {
+struct SessionForces {
     /// True force at each millisecond, N.
     forces: Vec<f64>,
     /// The muscle's parameters every two seconds.
@@ -53,7 +53,7 @@ struct Given {
     limiting: Vec<(f64, bool)>,
 }
 
-impl Given {
+impl SessionForces {
     fn by(p: &Parameters, tires: bool, model: &str, force: &str, setpoints: &str, s: u64) -> Self {
         let how = if tires { fatigue(p) } else { Fatigue::NEVER };
         let table = if tires { "fatigue = {}\n" } else { "" };
@@ -74,7 +74,7 @@ impl Given {
         let epoch = played.epoch_us;
         let mut all = pulses(&played.trace, epoch + s * 1_000_000, 0, RECRUITS);
         all.retain(|pulse| pulse.0 >= epoch);
-        let (forces, tired) = true_forces(Tiring::new(*p, how), &all, epoch, s * 1000);
+        let (forces, tired) = true_forces(FatiguingMuscle::new(*p, how), &all, epoch, s * 1000);
         let samples = played.outcome.trial.samples.iter();
         Self {
             forces,
@@ -116,7 +116,7 @@ impl Given {
 }
 
 fn true_forces(
-    mut muscle: Tiring,
+    mut muscle: FatiguingMuscle,
     pulses: &[Pulse],
     epoch_us: u64,
     ms: u64,
@@ -190,9 +190,10 @@ fn a_tired_muscle_holds_what_it_can() {
         let (name, fields, fastest_us, _) = RATES[rate];
         let setpoints = points(&[(0.0, n)]);
         let [steered, alone] = ["calcium-force-fatigue", ALONE]
-            .map(|model| Given::by(p, true, model, fields, &setpoints, 60));
+            .map(|model| SessionForces::by(p, true, model, fields, &setpoints, 60));
         let can = |i: usize| steady(steered.tired[i], 1.0, fastest_us) / n;
-        let off = |given: &Given, i: usize| given.mean(2_000 * i, 2_000 * i + 2_000) / n - 1.0;
+        let off =
+            |given: &SessionForces, i: usize| given.mean(2_000 * i, 2_000 * i + 2_000) / n - 1.0;
         let (mut ours, mut others, mut to_s) = (0f64, 0f64, 0);
         for i in 1..29 {
             let s = 2.0 * i as f64;
@@ -300,8 +301,9 @@ fn a_rested_muscle_is_given_what_it_was_given() {
                     }
                 };
                 let fields = format!("hold = \"{hold}\"");
-                let rms = [ALONE, "calcium-force"]
-                    .map(|model| Given::by(p, false, model, &fields, &setpoints, 12).rms() / n);
+                let rms = [ALONE, "calcium-force"].map(|model| {
+                    SessionForces::by(p, false, model, &fields, &setpoints, 12).rms() / n
+                });
                 for (error, rms) in errors.iter_mut().zip(rms) {
                     *error = (error.0 + rms / 10.0, error.1.max(rms));
                 }
@@ -327,7 +329,7 @@ fn ripple_does_not_upset_what_is_held() {
             let least = (RECRUITS.1 * (RECRUITS.0 - 20.0)).exp();
             let n = part * steady(*p, least, 50_000);
             let found = [ALONE, "calcium-force"].map(|model| {
-                let given = Given::by(p, false, model, fields, &points(&[(0.0, n)]), 40);
+                let given = SessionForces::by(p, false, model, fields, &points(&[(0.0, n)]), 40);
                 let pairs = given.pulses.windows(2).filter(|pair| pair[0] > 1_000);
                 let off = |pair: &[usize]| given.mean(pair[0], pair[1]) / n - 1.0;
                 let all: Vec<f64> = pairs.map(off).collect();

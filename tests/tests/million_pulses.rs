@@ -86,13 +86,13 @@ fn groups() -> impl Strategy<Value = Vec<GroupSpec>> {
     })
 }
 
-struct Played {
+struct PlayedTrains {
     trace: Trace,
     epoch: u64,
     groups: Vec<GroupSpec>,
 }
 
-fn play(trains: &[TrainSpec], mut groups: Vec<GroupSpec>, boot: Micros) -> Played {
+fn play(trains: &[TrainSpec], mut groups: Vec<GroupSpec>, boot: Micros) -> PlayedTrains {
     let (mut client, _) = desk::open(boot);
     client.wearer(desk::wearer(1_000)).unwrap();
     for (channel, &train) in (0u8..).zip(trains) {
@@ -126,7 +126,7 @@ fn play(trains: &[TrainSpec], mut groups: Vec<GroupSpec>, boot: Micros) -> Playe
         while client.next(until).unwrap().is_some() {}
     }
     let trace = std::mem::take(&mut client.port().world.recorder.trace);
-    Played {
+    PlayedTrains {
         trace,
         epoch,
         groups,

@@ -5,7 +5,7 @@
 use hal_sim::trace::State;
 use host_core::run::{DeviceName, SessionFile};
 use std::fmt::Write as _;
-use tests::desk::{Played, play};
+use tests::desk::{PlayedSession, play};
 
 const PERIOD_US: u64 = 20_000;
 const ON_US: u64 = 2_000_000;
@@ -56,7 +56,7 @@ fn at_us(number: u64, pass: u64) -> u64 {
 }
 
 /// Bursts of a channel until the session ends: when, and the code.
-fn bursts(played: &Played, number: u64, end_us: u64) -> Vec<(u64, u16)> {
+fn bursts(played: &PlayedSession, number: u64, end_us: u64) -> Vec<(u64, u16)> {
     let edges = played
         .edges()
         .filter(|edge| u64::from(edge.channel) + 1 == number);
@@ -66,7 +66,7 @@ fn bursts(played: &Played, number: u64, end_us: u64) -> Vec<(u64, u16)> {
 
 /// Holds every burst of a channel to the program's words: the number of bursts and the
 /// largest distance of a ramp's burst from its line, DAC steps.
-fn judge(played: &Played, number: u64, end_us: u64) -> (usize, f64) {
+fn judge(played: &PlayedSession, number: u64, end_us: u64) -> (usize, f64) {
     let full = amplitude_ma(number) * 1e3 / FULL_SCALE_UA * FULL_CODE;
     let (mut furthest, mut next) = (0.0_f64, 0);
     let bursts = bursts(played, number, end_us);
@@ -109,7 +109,7 @@ fn judge(played: &Played, number: u64, end_us: u64) -> (usize, f64) {
     (next, furthest)
 }
 
-fn judge_all(played: &Played, seconds: u64) {
+fn judge_all(played: &PlayedSession, seconds: u64) {
     assert!(played.outcome.error.is_none(), "{:?}", played.outcome.error);
     assert_eq!(played.outcome.refused, 0);
     let late = played.outcome.trial.counters.iter();
@@ -178,14 +178,14 @@ fn ten_minutes_of_programs_have_the_same_edges_on_native_qemu_and_chip() {
 #[test]
 fn programs_end_with_their_host() {
     use host_core::link::Port;
-    use host_core::run::{Attached, Stepper, Until};
+    use host_core::run::{Attachments, StepLimit, Stepper};
     let file = ten(10);
     let port = DeviceName::Native.open(&file.session, 1).unwrap();
-    let mut stepper = Stepper::open(&file, port, Attached::default()).unwrap();
+    let mut stepper = Stepper::open(&file, port, Attachments::default()).unwrap();
     stepper.configure().unwrap();
     stepper.arm().unwrap();
     stepper.start().unwrap();
-    stepper.step(Until::Time(3_000_000)).unwrap();
+    stepper.step(StepLimit::Time(3_000_000)).unwrap();
     let silent_us = stepper.port().now_us();
     let world = stepper.port().world().unwrap();
     world.run_until(silent_us + 1_000_000).unwrap();

@@ -40,9 +40,9 @@ set = { "channel.1.limit" = 6.0 }
 name = "as the file"
 "#;
 
-struct Nobody;
+struct NoOperator;
 
-impl Operator for Nobody {
+impl Operator for NoOperator {
     fn ready(&mut self, _: &str) -> bool {
         true
     }
@@ -66,7 +66,9 @@ fn conducted(device: &DeviceName) -> Course {
     let dir = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     let _ = fs::remove_dir_all(&dir);
     fs::create_dir_all(&dir).unwrap();
-    let course = experiment.conduct(&dir, (device, 5), &mut Nobody).unwrap();
+    let course = experiment
+        .conduct(&dir, (device, 5), &mut NoOperator)
+        .unwrap();
     assert!(course.ended.is_none(), "{:?}", course.ended);
     course
 }

@@ -1,6 +1,6 @@
 //! A running session that is copied: both go on as if there were one.
 
-use host_core::run::{Attached, DeviceName, SessionFile, Stepped, Stepper, Until};
+use host_core::run::{Attachments, DeviceName, SessionFile, StepEnd, StepLimit, Stepper};
 use tests::desk::load;
 
 fn file() -> SessionFile {
@@ -13,19 +13,22 @@ fn file() -> SessionFile {
 fn a_copy_of_a_session_on_the_chip_goes_on_as_the_session_does() {
     let file = file();
     let port = DeviceName::Chip.open(&file.session, 1).unwrap();
-    let mut stepper = Stepper::open(&file, port, Attached::default()).unwrap();
+    let mut stepper = Stepper::open(&file, port, Attachments::default()).unwrap();
     stepper.configure().unwrap();
     stepper.arm().unwrap();
     stepper.start().unwrap();
-    stepper.step(Until::Time(250_000)).unwrap();
+    stepper.step(StepLimit::Time(250_000)).unwrap();
     let mut copy = stepper
         .snapshot()
         .expect("the chip simulator can be copied");
     assert_eq!(copy.time_us(), stepper.time_us());
     // The copy goes first, so that nothing of it is the other's.
-    assert_eq!(copy.step(Until::Time(u64::MAX)).unwrap(), Stepped::Over);
+    assert_eq!(copy.step(StepLimit::Time(u64::MAX)).unwrap(), StepEnd::Over);
     let (copied, _) = copy.close(Ok(()));
-    assert_eq!(stepper.step(Until::Time(u64::MAX)).unwrap(), Stepped::Over);
+    assert_eq!(
+        stepper.step(StepLimit::Time(u64::MAX)).unwrap(),
+        StepEnd::Over
+    );
     let (whole, _) = stepper.close(Ok(()));
     assert!(whole.error.is_none() && copied.error.is_none());
     assert!(whole.trial.samples.len() > 40 && whole.trial.pulses > Some(100));
@@ -38,6 +41,6 @@ fn a_copy_of_a_session_on_the_chip_goes_on_as_the_session_does() {
 fn a_session_in_this_process_cannot_be_copied() {
     let file = file();
     let port = DeviceName::Native.open(&file.session, 1).unwrap();
-    let stepper = Stepper::open(&file, port, Attached::default()).unwrap();
+    let stepper = Stepper::open(&file, port, Attachments::default()).unwrap();
     assert!(stepper.snapshot().is_none());
 }

@@ -54,21 +54,21 @@ pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
         ("joint_paper", LawSpec::PAPER),
         ("joint_pid", LawSpec::PID),
     ] {
-        let joint = Moving::new(law, 1)?;
+        let joint = MovingJoint::new(law, 1)?;
         bench.row(
             name,
             1000,
             joint,
-            Moving::next,
-            Moving::tick,
-            Moving::digest,
+            MovingJoint::next,
+            MovingJoint::tick,
+            MovingJoint::digest,
         );
     }
     // A tick in which the law rests: setpoint track, sensor, mapping.
     bench.row(
         "joint_without_law",
         1000,
-        Moving::new(LawSpec::RECOMMENDED, 20)?,
+        MovingJoint::new(LawSpec::RECOMMENDED, 20)?,
         |joint, random| {
             let angle = joint.next(random);
             // The law's own ticks, unmeasured: the first and every 20th after it.
@@ -78,8 +78,8 @@ pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
             }
             angle
         },
-        Moving::tick,
-        Moving::digest,
+        MovingJoint::tick,
+        MovingJoint::digest,
     );
     Some(())
 }
@@ -130,13 +130,13 @@ pub fn law_alone<C: Clock, N>(
 }
 
 /// A joint in motion, ticked every millisecond.
-struct Moving {
+struct MovingJoint {
     joint: Joint,
     state: JointState,
     now: Micros,
 }
 
-impl Moving {
+impl MovingJoint {
     /// Its law runs every `period_ms`.
     fn new(law: LawSpec, period_ms: u8) -> Option<Self> {
         Some(Self {

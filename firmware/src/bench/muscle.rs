@@ -2,8 +2,8 @@
 
 use super::{Bench, Checksum, Clock, Random};
 use crate::muscle::{
-    CalciumForce, CalciumForceSpec, FatigueSpec, Gain, Ladder, Model, Recruitment, RecruitmentSpec,
-    Rung,
+    CalciumForce, CalciumForceSpec, FatigueSpec, Gain, Model, MuscleModel, Recruitment,
+    RecruitmentSpec, Rung,
 };
 use crate::units::{Amplitude, Micros, us};
 use fixed::types::{I16F16, U1F31};
@@ -31,13 +31,13 @@ const TICK_US: u32 = 1000;
 
 /// A muscle in motion: where it is, and when its next tick ends.
 #[derive(Clone)]
-struct Moving<M: Model> {
+struct MovingMuscle<M: Model> {
     muscle: M,
     state: M::State,
     to: Micros,
 }
 
-impl<M: Model> Moving<M> {
+impl<M: Model> MovingMuscle<M> {
     fn new(muscle: M) -> Self {
         let to = Micros::new(0);
         let state = muscle.at_rest(to);
@@ -67,7 +67,7 @@ impl<M: Model> Moving<M> {
 }
 
 pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
-    let active = Moving::new(CalciumForce::new(FORCE).ok()?);
+    let active = MovingMuscle::new(CalciumForce::new(FORCE).ok()?);
     calcium_force(bench, active);
     for (rung, tick, tick_and_pulse) in [
         (Rung::CalciumForce, "rung_tick", "rung_tick_and_pulse"),
@@ -78,7 +78,7 @@ pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
         ),
     ] {
         let fatigue = Some(FatigueSpec::scaled_to(FORCE.a_mn_per_s));
-        let climbing = Moving::new(Ladder::new(FORCE, fatigue, rung).ok()?);
+        let climbing = MovingMuscle::new(MuscleModel::new(FORCE, fatigue, rung).ok()?);
         on_a_rung(bench, climbing, tick, tick_and_pulse);
     }
     recruitment(bench, Recruitment::new(RECRUITMENT).ok()?);
@@ -88,8 +88,8 @@ pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
 /// One control tick of an active muscle, without a pulse inside it and with one.
 /// With one, every tick measured has it, as at 1 kHz, which no train reaches: a
 /// thousand samples, C near its largest.
-fn calcium_force<C: Clock>(bench: &mut Bench<'_, C>, active: Moving<CalciumForce>) {
-    let digest = |active: &Moving<CalciumForce>, (): &(), sum: &mut Checksum| {
+fn calcium_force<C: Clock>(bench: &mut Bench<'_, C>, active: MovingMuscle<CalciumForce>) {
+    let digest = |active: &MovingMuscle<CalciumForce>, (): &(), sum: &mut Checksum| {
         sum.word(active.muscle.calcium(&active.state).to_bits());
         sum.word(active.force());
     };
@@ -111,7 +111,7 @@ fn calcium_force<C: Clock>(bench: &mut Bench<'_, C>, active: Moving<CalciumForce
         "calcium_force_tick_and_pulse",
         1000,
         active,
-        Moving::next,
+        MovingMuscle::next,
         |active, pulse| active.tick_with_pulse(*pulse),
         digest,
     );
@@ -120,11 +120,11 @@ fn calcium_force<C: Clock>(bench: &mut Bench<'_, C>, active: Moving<CalciumForce
 /// A muscle on some rung, as the device runs it.
 fn on_a_rung<C: Clock>(
     bench: &mut Bench<'_, C>,
-    climbing: Moving<Ladder>,
+    climbing: MovingMuscle<MuscleModel>,
     tick: &'static str,
     tick_and_pulse: &'static str,
 ) {
-    let digest = |climbing: &Moving<Ladder>, (): &(), sum: &mut Checksum| {
+    let digest = |climbing: &MovingMuscle<MuscleModel>, (): &(), sum: &mut Checksum| {
         sum.word(climbing.force());
     };
     bench.row(
@@ -145,7 +145,7 @@ fn on_a_rung<C: Clock>(
         tick_and_pulse,
         1000,
         climbing,
-        Moving::next,
+        MovingMuscle::next,
         |climbing, pulse| climbing.tick_with_pulse(*pulse),
         digest,
     );

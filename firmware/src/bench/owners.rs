@@ -7,7 +7,9 @@ use crate::link::message::ResetCause;
 use crate::link::{BROADCAST, Kind, MAX_FRAME, Request, SCHEMA, SetupSum, ToDevice, encode};
 use crate::muscle::MuscleSpec;
 use crate::pulse::{CHANNELS, Sample, TrainSpec, WINDOW_US, WindowPlan};
-use crate::safety::{ChannelSpec, Found, Inputs, Reading, StageSpec, Stages, State, WearerSpec};
+use crate::safety::{
+    ChannelSpec, Inputs, Reading, StageSpec, Stages, State, UsageAtBoot, WearerSpec,
+};
 use crate::units::{Amplitude, DacCode, Micros, us};
 use heapless::Vec;
 
@@ -19,7 +21,7 @@ const SESSION: u16 = 1;
 const CHECK_TICKS: u32 = 40;
 
 /// A device without a board, and its host.
-struct Desk {
+struct HostAndDevice {
     pulser: Pulser,
     controller: Controller,
     session: Session,
@@ -40,7 +42,7 @@ struct Desk {
     said: Checksum,
 }
 
-impl Desk {
+impl HostAndDevice {
     /// As booted.
     fn new() -> Self {
         let identity = Identity {
@@ -53,7 +55,7 @@ impl Desk {
             option_bytes: None,
         };
         Self {
-            pulser: Pulser::new(None, Found::default()),
+            pulser: Pulser::new(None, UsageAtBoot::default()),
             controller: Controller::new(),
             session: Session::new(identity),
             mail: Mailboxes::new(),
@@ -261,7 +263,7 @@ pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
 /// A setpoint of seven amplitudes from its bytes to the pulser's mailbox.
 #[inline(never)]
 fn setpoint<C: Clock>(bench: &mut Bench<'_, C>) {
-    let mut desk = Desk::new();
+    let mut desk = HostAndDevice::new();
     desk.start();
     bench.row(
         "session_setpoint",
@@ -280,7 +282,7 @@ fn setpoint<C: Clock>(bench: &mut Bench<'_, C>) {
 /// The controller's tick: events, the finger, ten muscles, every tenth time a sample.
 #[inline(never)]
 fn tick<C: Clock>(bench: &mut Bench<'_, C>) {
-    let mut desk = Desk::new();
+    let mut desk = HostAndDevice::new();
     desk.start();
     bench.row(
         "owner_control_tick",
@@ -302,7 +304,7 @@ fn tick<C: Clock>(bench: &mut Bench<'_, C>) {
 /// The pulser's refill, without painting.
 #[inline(never)]
 fn refill<C: Clock>(bench: &mut Bench<'_, C>) {
-    let mut desk = Desk::new();
+    let mut desk = HostAndDevice::new();
     desk.start();
     bench.row(
         "owner_refill",
@@ -328,7 +330,7 @@ mod tests {
 
     #[test]
     fn the_desk_stimulates_throughout() {
-        let (mut desk, mut random) = (Desk::new(), Random::default());
+        let (mut desk, mut random) = (HostAndDevice::new(), Random::default());
         desk.start();
         assert!(desk.ok);
         for _ in 0..500 {
@@ -342,7 +344,7 @@ mod tests {
     /// Two samples are under way when it falls silent, and six more are asked for.
     #[test]
     fn a_sense_that_does_not_answer_is_a_fault() {
-        let (mut desk, mut random) = (Desk::new(), Random::default());
+        let (mut desk, mut random) = (HostAndDevice::new(), Random::default());
         desk.start();
         for _ in 0..20 {
             desk.host(&mut random);

@@ -15,9 +15,9 @@ const PERIOD_US: u32 = 10_000;
 pub(super) const TRAIN: TrainSpec = TrainSpec::biphasic(200, 100, PERIOD_US);
 
 /// Lets every pulse pass.
-struct Always;
+struct AlwaysAllow;
 
-impl Supply for Always {
+impl Supply for AlwaysAllow {
     fn burst(&mut self, channel: u8, _: BurstTime) -> Burst {
         Burst::of(DacCode::new(1000 + u16::from(channel)))
     }
@@ -58,7 +58,7 @@ impl Trains {
     fn render(&mut self) {
         let result = self
             .scheduler
-            .render(self.start, &mut Always, &mut self.plan);
+            .render(self.start, &mut AlwaysAllow, &mut self.plan);
         self.ok &= result.is_ok();
         self.start += us(WINDOW_US);
     }

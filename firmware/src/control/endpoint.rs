@@ -85,12 +85,12 @@ pub enum WrenchError {
     /// Its time.
     Setpoint(SetpointError),
     /// It cannot be made.
-    Unmade(Unmade),
+    Unmade(ForceImpossible),
 }
 
 /// Why a force cannot be made.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Unmade {
+pub enum ForceImpossible {
     /// An angle is not measured, or stale, or no arm's.
     NoPosture {
         /// Which of the nine.
@@ -270,7 +270,7 @@ impl Endpoint {
         let recruited = self.recruit(state, now, wanted);
         let made_permille = match recruited {
             Ok(_) => 1000,
-            Err(Unmade::TooStrong { permille, .. }) => permille,
+            Err(ForceImpossible::TooStrong { permille, .. }) => permille,
             Err(_) => 0,
         };
         let orders = recruited.unwrap_or_default();
@@ -317,7 +317,7 @@ impl Endpoint {
         state: &mut EndpointState,
         now: Micros,
         wanted: [Force; 3],
-    ) -> Result<crate::limb::Orders, Unmade> {
+    ) -> Result<crate::limb::Orders, ForceImpossible> {
         self.pose(state, now)?;
         // Below 2^26; what single precision rounds is below 10 µN.
         let [x, y, z] = wanted.map(|part| f32::ratio(part.get().to_bits(), 1 << 16));
@@ -325,8 +325,8 @@ impl Endpoint {
             .limb
             .recruit(&state.jacobians, &Wrench::of_force(x, y, z));
         made.map(|recruited| recruited.orders).map_err(|e| match e {
-            ReachError::NoMuscleHelps => Unmade::NoMuscleHelps,
-            ReachError::TooStrong { line, share } => Unmade::TooStrong {
+            ReachError::NoMuscleHelps => ForceImpossible::NoMuscleHelps,
+            ReachError::TooStrong { line, share } => ForceImpossible::TooStrong {
                 channel: self.lines.get(usize::from(line)).copied().unwrap_or(0),
                 permille: (share * 1000.0) as u16, // saturates; 0 to 1 anyway
             },
@@ -335,7 +335,7 @@ impl Endpoint {
 
     /// Turns the Jacobians to how the arm is held now, unless they are.
     #[inline(never)]
-    fn pose(&self, state: &mut EndpointState, now: Micros) -> Result<(), Unmade> {
+    fn pose(&self, state: &mut EndpointState, now: Micros) -> Result<(), ForceImpossible> {
         let mut measured = [Angle::default(); AXES];
         let posture = match &self.posture {
             Source::Fixed(_) if state.posed.is_some() => return Ok(()),
@@ -345,14 +345,14 @@ impl Endpoint {
                 let all = measured.iter_mut().zip(sensors).zip(&mut state.sensors);
                 for (axis, ((angle, sensor), state)) in (0u8..).zip(all) {
                     let found = sensor.angle(state, now, None);
-                    *angle = found.map_err(|_| Unmade::NoPosture { axis })?;
+                    *angle = found.map_err(|_| ForceImpossible::NoPosture { axis })?;
                 }
                 &measured
             }
         };
         state.posed = None;
         let jacobians = self.limb.refresh(posture);
-        state.jacobians = jacobians.map_err(|e| Unmade::Posture(e.range()))?;
+        state.jacobians = jacobians.map_err(|e| ForceImpossible::Posture(e.range()))?;
         state.posed = Some(now);
         Ok(())
     }

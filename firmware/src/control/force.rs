@@ -4,7 +4,7 @@
 
 use super::setpoint::{HoldPolicy, SetpointError, SetpointTrack};
 use super::steering::Steering;
-use crate::muscle::{CalciumForceSpec, Drive, Gain, Inverse, Limiting, Recruitment};
+use crate::muscle::{CalciumForceSpec, Drive, ForceLimit, Gain, Inverse, Recruitment};
 use crate::range::OutOfRange;
 use crate::units::{Force, ForceRate, Micros};
 use fixed::types::U1F31;
@@ -205,7 +205,7 @@ impl ForceControl {
                 drive.limiting = None;
             }
         }
-        let gap = (drive.limiting == Some(Limiting::BelowLeast)).then(|| ForceGap {
+        let gap = (drive.limiting == Some(ForceLimit::BelowLeast)).then(|| ForceGap {
             below_mn: 0,
             above_mn: self.reach_mn().0,
         });

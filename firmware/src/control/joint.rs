@@ -7,7 +7,7 @@ use super::law::{Law, LawSpec, LawState};
 use super::limit_cycle::{Detector, DetectorState, LimitCycle};
 use super::mapping::{Amplitudes, Mapping};
 use super::refusal::SpecError;
-use super::response::{Course, Delayed};
+use super::response::{Course, DelayedSides};
 use super::rest::{Gap, GapState};
 use super::sensor::{MeasurementError, Sensor, SensorFault, SensorState};
 use super::setpoint::{HoldPolicy, SetpointError, SetpointTrack};
@@ -73,7 +73,7 @@ pub struct JointState {
     limit_cycle: Option<LimitCycle>,
     effort: Option<Effort>,
     law_due: Micros,
-    delayed: Delayed,
+    delayed: DelayedSides,
 }
 
 impl JointState {

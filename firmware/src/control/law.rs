@@ -6,7 +6,7 @@ use super::feed_forward::WearerModel;
 use super::gain::Gain;
 use super::integral::Integral;
 use super::pid::Pid;
-use super::response::{Aid, Course, Response, ResponseState};
+use super::response::{Course, FeedbackAid, Response, ResponseState};
 use super::super_twisting::{Paper, PaperState, Recommended};
 use crate::arithmetic::fixed_point::Q;
 use crate::range::OutOfRange;
@@ -249,7 +249,7 @@ impl Law {
         gain: Gain,
     ) -> Effort {
         let (error, aid) = match &self.response {
-            None => (error, Aid::of(course, gain)),
+            None => (error, FeedbackAid::of(course, gain)),
             Some(response) => (
                 response.foreseen(&state.response, error),
                 response.aid(&state.response, course, gain),
@@ -264,7 +264,7 @@ impl Law {
     }
 
     #[inline(always)]
-    fn answer(&self, state: &mut LawState, error: Angle, aid: &Aid) -> Effort {
+    fn answer(&self, state: &mut LawState, error: Angle, aid: &FeedbackAid) -> Effort {
         let rate = self.differentiator.step(&mut state.differentiator, error);
         match &self.kind {
             LawKind::Paper(law) => law.step(&mut state.paper, error, rate),

@@ -71,8 +71,8 @@ pub(super) struct Detector {
 pub(super) struct DetectorState {
     gain: Gain,
     filtered: i32,
-    error: Turns,
-    target: Turns,
+    error: TurningPoints,
+    target: TurningPoints,
     latest_target: Option<Angle>,
     /// ms from extreme to extreme of the target.
     target_ms: u32,
@@ -92,8 +92,8 @@ impl Default for DetectorState {
         Self {
             gain: Gain::ONE,
             filtered: 0,
-            error: Turns::default(),
-            target: Turns::default(),
+            error: TurningPoints::default(),
+            target: TurningPoints::default(),
             latest_target: None,
             target_ms: 0,
             half: Half::default(),
@@ -107,7 +107,7 @@ impl Default for DetectorState {
 
 /// The turning points of a signal: extremes from which it has come back by [`TURN`].
 #[derive(Clone, Copy, Debug, Default)]
-struct Turns {
+struct TurningPoints {
     rises: bool,
     /// The extreme since the last turn, and the one before it.
     extreme: i32,
@@ -124,7 +124,7 @@ struct Half {
     swing: u32,
 }
 
-impl Turns {
+impl TurningPoints {
     /// A value `ms` after the one before.
     #[inline(always)]
     fn step(&mut self, x: i32, ms: u32) -> Option<Half> {

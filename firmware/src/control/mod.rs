@@ -35,7 +35,8 @@ pub mod super_twisting;
 
 pub use effort::Effort;
 pub use endpoint::{
-    Endpoint, EndpointOrders, EndpointSpec, EndpointState, PostureSpec, Unmade, WrenchError,
+    Endpoint, EndpointOrders, EndpointSpec, EndpointState, ForceImpossible, PostureSpec,
+    WrenchError,
 };
 pub use feed_forward::{FeedForward, WearerModel};
 pub use force::{ForceControl, ForceError, ForceGap, ForceOrders, ForceSpec, ForceState};

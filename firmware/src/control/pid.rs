@@ -3,7 +3,7 @@
 use super::effort::Effort;
 use super::integral::Integral;
 use super::refusal::GAIN_MAX_MILLI;
-use super::response::Aid;
+use super::response::FeedbackAid;
 use crate::arithmetic::fixed_point::{Q, RAD_PER_DEG, product, ratio};
 use crate::range::{OutOfRange, Range};
 use crate::units::{Angle, AngularRate};
@@ -44,7 +44,7 @@ impl Pid {
         integral: &mut Integral,
         error: Angle,
         rate: AngularRate,
-        aid: &Aid,
+        aid: &FeedbackAid,
     ) -> Effort {
         // |e|, |ė| < 2^15 degrees are below 572 rad, gains at most 100: every
         // product fits.

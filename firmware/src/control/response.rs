@@ -89,18 +89,18 @@ pub(crate) struct Course {
     /// The nominal wearer's effort, −1…1.
     pub(crate) forward: Q,
     /// Where the outputs are below what was ordered.
-    pub(crate) delayed: Delayed,
+    pub(crate) delayed: DelayedSides,
 }
 
 /// Sides of a joint whose latest pulses were below the ordered amplitude, because a rise
 /// or the slope delays them (`firmware::safety`): the effort is clamped there.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Delayed {
+pub(crate) struct DelayedSides {
     pub(crate) flexion: bool,
     pub(crate) extension: bool,
 }
 
-impl Delayed {
+impl DelayedSides {
     /// Whether an effort beyond ±1, or on a delayed side, is clamped on the side that
     /// `push` points to.
     #[inline(always)]
@@ -114,17 +114,17 @@ impl Delayed {
 
 /// What is known and learnt of the wearer, for a law's feedback.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Aid {
+pub(super) struct FeedbackAid {
     /// The feed-forward, effort.
     pub(super) forward: Q,
     /// Effort per effort of the nominal wearer, for feedback, 2^-24: up to two and a
     /// half.
     scale: i32,
     is_apart: bool,
-    pub(super) delayed: Delayed,
+    pub(super) delayed: DelayedSides,
 }
 
-impl Aid {
+impl FeedbackAid {
     /// This feed-forward, nothing learnt, and this share of the feedback.
     pub(super) const fn of(course: &Course, gain: Gain) -> Self {
         Self {
@@ -253,13 +253,13 @@ impl Response {
 
     /// What has been learnt so far, for this course and this share of the feedback.
     #[inline]
-    pub(super) fn aid(&self, state: &ResponseState, course: &Course, gain: Gain) -> Aid {
+    pub(super) fn aid(&self, state: &ResponseState, course: &Course, gain: Gain) -> FeedbackAid {
         // |forward| <= 1; |scale| < 2, |damping| < 1, |rate| <= 72.
         let forward = course.forward.to_bits() as i32;
         let scaled = times(state.scale, forward, 24);
         let damped = times(state.damping, radians(course.rate.get()), 24);
         let learnt = Q::from_bits(scaled.wrapping_add(damped));
-        Aid {
+        FeedbackAid {
             forward: course.forward.wrapping_add(learnt),
             scale: gain.of(i64::from(ONE.wrapping_add(state.scale))) as i32, // no more
             is_apart: self.is_apart,

@@ -106,7 +106,7 @@ struct Timed {
 #[derive(Clone, Debug)]
 pub struct SetpointTrack<Q = Angle> {
     /// Where the track stands; `None` until the first setpoint is due.
-    due: Option<Standing>,
+    due: Option<DueSetpoint>,
     waiting: Deque<Timed, WAITING>,
     quantity: PhantomData<Q>,
 }
@@ -124,7 +124,7 @@ impl<Q> Default for SetpointTrack<Q> {
 /// A due setpoint is in motion until its extrapolation ends; afterwards it has
 /// no time any more, so that it can be held for hours of a wrapping clock.
 #[derive(Clone, Copy, Debug)]
-enum Standing {
+enum DueSetpoint {
     Moving(Timed),
     Resting(I16F16),
 }
@@ -152,7 +152,7 @@ impl<Q: Quantity> SetpointTrack<Q> {
         }
         self.settle(now);
         let newest = self.waiting.back().copied().or(match self.due {
-            Some(Standing::Moving(timed)) => Some(timed),
+            Some(DueSetpoint::Moving(timed)) => Some(timed),
             _ => None,
         });
         if newest.is_some_and(|n| !n.at.is_before(at)) {
@@ -169,7 +169,7 @@ impl<Q: Quantity> SetpointTrack<Q> {
     /// Takes over the setpoints whose time has come.
     fn settle(&mut self, now: Micros) {
         while self.waiting.front().is_some_and(|t| now.has_reached(t.at)) {
-            self.due = self.waiting.pop_front().map(Standing::Moving);
+            self.due = self.waiting.pop_front().map(DueSetpoint::Moving);
         }
     }
 
@@ -177,7 +177,7 @@ impl<Q: Quantity> SetpointTrack<Q> {
     /// that is too old for its time to matter.
     pub const fn standing_since(&self) -> Option<Micros> {
         match self.due {
-            Some(Standing::Moving(Timed { at, .. })) => Some(at),
+            Some(DueSetpoint::Moving(Timed { at, .. })) => Some(at),
             _ => None,
         }
     }
@@ -193,15 +193,15 @@ impl<Q: Quantity> SetpointTrack<Q> {
     pub fn motion_at(&mut self, now: Micros, policy: HoldPolicy) -> Option<(Q, Q::Rate)> {
         self.settle(now);
         let (value, rate) = match self.due? {
-            Standing::Resting(value) => (value, I16F16::ZERO),
-            Standing::Moving(timed) => {
+            DueSetpoint::Resting(value) => (value, I16F16::ZERO),
+            DueSetpoint::Moving(timed) => {
                 let max_us = policy.max_us();
                 let age = now.elapsed_since(timed.at);
                 let value = go_on(timed, age.min(max_us));
                 // Out of order can only be judged against a setpoint whose time
                 // is known: forget the time once it is too old to matter.
                 if age > max_us.max(HORIZON_US) {
-                    self.due = Some(Standing::Resting(value));
+                    self.due = Some(DueSetpoint::Resting(value));
                 }
                 let is_moving = age < max_us;
                 (value, if is_moving { timed.rate } else { I16F16::ZERO })

@@ -10,7 +10,7 @@ use super::differentiator::Differentiator;
 use super::effort::Effort;
 use super::integral::Integral;
 use super::refusal::GAIN_MAX_MILLI;
-use super::response::Aid;
+use super::response::FeedbackAid;
 use crate::arithmetic::division;
 use crate::arithmetic::fixed_point::{Q, product, radians, ratio, saturated};
 use crate::range::{OutOfRange, Range};
@@ -85,7 +85,7 @@ impl Paper {
 /// it ends in |σ| ≤ L·h², which nothing betters; in this arithmetic within 4 bits
 /// more.
 #[derive(Clone, Copy, Debug)]
-pub struct Twist {
+pub struct SuperTwisting {
     /// All in bits of [`Q`] but where said, below 2^32: one short product each.
     k1: u32,
     k3: u32,
@@ -103,7 +103,7 @@ pub struct Twist {
     hk2: u32,
 }
 
-/// What [`Twist::push`] answers.
+/// What [`SuperTwisting::push`] answers.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Push {
     /// What to add to the integral v for the effort now.
@@ -116,7 +116,7 @@ pub struct Push {
 const ROOT_GAIN_MAX: u64 = 200;
 const LINEAR_GAIN_MAX: u64 = 7;
 
-impl Twist {
+impl SuperTwisting {
     /// Of b.
     pub const B_MILLI: Range = Range::new("b_milli", 1_000, 1_000_000);
 
@@ -222,7 +222,7 @@ fn gain_max(most: u64, b_milli: u32, period_ms: u8) -> u32 {
     (most * 1_000_000_000 / hb).min(u32::MAX.into()) as u32
 }
 
-/// [`Twist`] on the surface s = ė + λ·e in rad/s, with ki·e beside the sign in the
+/// [`SuperTwisting`] on the surface s = ė + λ·e in rad/s, with ki·e beside the sign in the
 /// integral, a feed-forward, and anti-windup: the integral rests while the effort
 /// is beyond ±1 and would go further out. Effort is a fraction of the way from
 /// threshold to maximum.
@@ -243,7 +243,7 @@ pub struct Recommended {
     lambda: i32,
     /// ki·h, bits of [`Q`], below 2^26.
     ki_step: i32,
-    twist: Twist,
+    twist: SuperTwisting,
 }
 
 impl Recommended {
@@ -263,10 +263,10 @@ impl Recommended {
         period_ms: u8,
     ) -> Result<Self, OutOfRange> {
         Self::LAMBDA_MILLI.check(lambda)?;
-        Twist::B_MILLI.check(b)?;
-        Twist::k1_milli(b, period_ms).check(k1)?;
+        SuperTwisting::B_MILLI.check(b)?;
+        SuperTwisting::k1_milli(b, period_ms).check(k1)?;
         Self::K2_MILLI.check(k2)?;
-        let twist = Twist::new(k1, k2, b, k3, period_ms)?;
+        let twist = SuperTwisting::new(k1, k2, b, k3, period_ms)?;
         Self::KI_MILLI.check(ki)?;
         let ki_step = ratio(u64::from(ki) * u64::from(period_ms), 1_000_000);
         Ok(Self {
@@ -284,7 +284,7 @@ impl Recommended {
         integral: &mut Integral,
         error: Angle,
         rate: AngularRate,
-        aid: &Aid,
+        aid: &FeedbackAid,
     ) -> Effort {
         let e = radians(error.get());
         // Below 2^31 each: the product is below 2^62.

@@ -3,7 +3,7 @@
 use crate::control::SpecError;
 use crate::haptics::{ModulationError, WallError};
 use crate::link::{Code, Refusal};
-use crate::muscle::LadderError;
+use crate::muscle::MuscleModelError;
 use crate::range::OutOfRange;
 use crate::safety::SetupError;
 use crate::units::Amplitude;
@@ -55,7 +55,7 @@ pub enum Rule {
     /// A channel or a group breaks a limit.
     Setup(SetupError),
     /// A muscle cannot be modelled.
-    Muscle(LadderError),
+    Muscle(MuscleModelError),
     /// A joint cannot be controlled.
     Joint(SpecError),
     /// A virtual wall cannot be rendered.
@@ -130,8 +130,8 @@ impl From<SetupError> for Rule {
     }
 }
 
-impl From<LadderError> for Rule {
-    fn from(e: LadderError) -> Self {
+impl From<MuscleModelError> for Rule {
+    fn from(e: MuscleModelError) -> Self {
         Self::Muscle(e)
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::control::{EndpointSpec, ForceControl, Joint};
 use crate::haptics::{Modulation, Wall};
-use crate::muscle::{Ladder, Recruitment};
+use crate::muscle::{MuscleModel, Recruitment};
 use crate::pulse::CHANNELS;
 
 /// A channel's muscle model: its recruitment and its force.
@@ -13,7 +13,7 @@ pub struct Muscle {
     /// Conversion from amplitude to gain.
     pub recruitment: Recruitment,
     /// Conversion from gain and pulses to force.
-    pub force: Ladder,
+    pub force: MuscleModel,
 }
 
 /// A part of the setup of one arm order. The controller takes all parts or drops all of them.

@@ -26,11 +26,11 @@ pub use jacobian::{Axis, Jacobians};
 pub use line::Line;
 pub use nearest::{Choice, nearest};
 pub use number::{Number, TURN_ERROR};
-pub use recruitment::{Orders, Recruited};
+pub use recruitment::{Orders, RecruitmentResult};
 pub use refusal::{LimbError, PostureError, ReachError};
 pub use skeleton::{Pose, Skeleton};
 pub use spec::{JointName, LimbSpec, LineSpec, Lines, ViaSpec};
-pub use vector::{Rotation, Turn, Vector};
+pub use vector::{Rotation, RotationAxis, Vector};
 pub use wrench::Wrench;
 
 use crate::range::Range;
@@ -163,7 +163,7 @@ impl<N: Number> Limb<N> {
         &self,
         jacobians: &Jacobians<N>,
         wanted: &Wrench<N>,
-    ) -> Result<Recruited<N>, ReachError<N>> {
+    ) -> Result<RecruitmentResult<N>, ReachError<N>> {
         let choice = nearest(jacobians, wanted);
         recruitment::recruit(&self.curves, &choice)
     }

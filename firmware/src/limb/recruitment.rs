@@ -10,7 +10,7 @@ pub type Orders = Vec<(u8, Amplitude), LINES>;
 
 /// What gives a wanted wrench.
 #[derive(Clone, PartialEq, Debug, Default)]
-pub struct Recruited<N> {
+pub struct RecruitmentResult<N> {
     /// An amplitude for each chosen line's channel.
     pub orders: Orders,
     /// What was chosen at SC, GH and EL; a joint where no muscle helps is told here.
@@ -68,7 +68,7 @@ pub(super) fn orders<N: Number>(curves: &[Curve<N>], forces: &[N]) -> Orders {
 pub(super) fn recruit<N: Number>(
     curves: &[Curve<N>],
     joints: &[Choice<N>; JOINTS],
-) -> Result<Recruited<N>, ReachError<N>> {
+) -> Result<RecruitmentResult<N>, ReachError<N>> {
     let mut orders = Orders::new();
     let mut nearest: Option<(u8, N)> = None;
     let mut unhelped = false;
@@ -95,7 +95,7 @@ pub(super) fn recruit<N: Number>(
     if orders.is_empty() && unhelped {
         return Err(ReachError::NoMuscleHelps);
     }
-    Ok(Recruited {
+    Ok(RecruitmentResult {
         orders,
         joints: *joints,
     })

@@ -1,6 +1,6 @@
 //! Forward kinematics: where the joints, their axes and the hand are.
 
-use super::{AXES, JOINTS, LimbSpec, Number, Rotation, Turn, Vector};
+use super::{AXES, JOINTS, LimbSpec, Number, Rotation, RotationAxis, Vector};
 
 /// Four segments in a chain: thorax, shoulder girdle, upper arm, forearm with hand.
 ///
@@ -30,10 +30,10 @@ impl<N: Number> Skeleton<N> {
     /// middle one keeps clear of ±90°, where first and last would be the same axis:
     /// SC protracts (z), elevates (x) and rolls (y); GH flexes (y), abducts (x) and
     /// rotates (z); EL flexes (y), bends sideways (x) and pronates (z).
-    pub const ORDER: [[Turn; 3]; JOINTS] = [
-        [Turn::Z, Turn::X, Turn::Y],
-        [Turn::Y, Turn::X, Turn::Z],
-        [Turn::Y, Turn::X, Turn::Z],
+    pub const ORDER: [[RotationAxis; 3]; JOINTS] = [
+        [RotationAxis::Z, RotationAxis::X, RotationAxis::Y],
+        [RotationAxis::Y, RotationAxis::X, RotationAxis::Z],
+        [RotationAxis::Y, RotationAxis::X, RotationAxis::Z],
     ];
 
     pub(super) fn new(spec: &LimbSpec) -> Self {
@@ -72,7 +72,7 @@ type Segment<N> = (Vector<N>, Rotation<N>);
 fn next<N: Number>(
     (origin, rotation): Segment<N>,
     way: Vector<N>,
-    [a, b, c]: [Turn; 3],
+    [a, b, c]: [RotationAxis; 3],
     [first, second, third]: [N; 3],
 ) -> (Segment<N>, [Vector<N>; 3]) {
     let joint = origin.plus(rotation.apply(way));

@@ -86,7 +86,7 @@ impl<N: Number> Vector<N> {
 
 /// An axis of a segment.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Turn {
+pub enum RotationAxis {
     /// Backward.
     X,
     /// To the right.
@@ -125,18 +125,18 @@ impl<N: Number> Rotation<N> {
     /// One of its axes.
     #[inline]
     #[must_use]
-    pub const fn axis(&self, turn: Turn) -> Vector<N> {
+    pub const fn axis(&self, turn: RotationAxis) -> Vector<N> {
         match turn {
-            Turn::X => self.x,
-            Turn::Y => self.y,
-            Turn::Z => self.z,
+            RotationAxis::X => self.x,
+            RotationAxis::Y => self.y,
+            RotationAxis::Z => self.z,
         }
     }
 
     /// Turned by an angle in radians about one of its own axes, by the right hand.
     #[inline]
     #[must_use]
-    pub fn turned(self, turn: Turn, radians: N) -> Self {
+    pub fn turned(self, turn: RotationAxis, radians: N) -> Self {
         let (sine, cosine) = radians.sine_and_cosine();
         let both = |u: Vector<N>, v: Vector<N>| {
             (
@@ -146,15 +146,15 @@ impl<N: Number> Rotation<N> {
         };
         let Self { x, y, z } = self;
         match turn {
-            Turn::X => {
+            RotationAxis::X => {
                 let (y, z) = both(y, z);
                 Self { x, y, z }
             }
-            Turn::Y => {
+            RotationAxis::Y => {
                 let (z, x) = both(z, x);
                 Self { x, y, z }
             }
-            Turn::Z => {
+            RotationAxis::Z => {
                 let (x, y) = both(x, y);
                 Self { x, y, z }
             }

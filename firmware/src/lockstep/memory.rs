@@ -1,7 +1,7 @@
 //! What a board has in backup SRAM: memory that resets leave alone.
 
 use crate::link::message::ResetCause;
-use crate::safety::{AllowanceWords, Entry, Found, Ledger};
+use crate::safety::{AllowanceWords, Entry, Ledger, UsageAtBoot};
 
 /// Two copies of what was spent of the wearer's allowance, and who writes them.
 #[derive(Debug)]
@@ -24,7 +24,7 @@ impl Default for Memory {
 
 impl Memory {
     /// What a boot after `reset` finds in it; power that came up clears it.
-    pub fn boot(&mut self, reset: ResetCause) -> Found {
+    pub fn boot(&mut self, reset: ResetCause) -> UsageAtBoot {
         let is_power_on = reset == ResetCause::PowerOn;
         let (ledger, found) = Ledger::open(self.copies.each_ref(), is_power_on);
         self.ledger = ledger;

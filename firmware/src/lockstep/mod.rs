@@ -15,7 +15,7 @@ use crate::device::{
 };
 use crate::link::MAX_FRAME;
 use crate::pulse::{CHANNELS, Levels, Sample, WINDOW_US, WindowPlan};
-use crate::safety::{AllowanceWords, Fault, Found, Inputs, Reading, Setup, Stage, State};
+use crate::safety::{AllowanceWords, Fault, Inputs, Reading, Setup, Stage, State, UsageAtBoot};
 use crate::units::{DacCode, Micros, us};
 use memory::Memory;
 use postcard_schema::Schema;
@@ -151,7 +151,7 @@ impl Lockstep {
         playing.reset(boot, Levels::ISOLATED);
         next.reset(boot + us(WINDOW_US), Levels::ISOLATED);
         Self {
-            pulser: Pulser::new(identity.last_fault, Found::default()),
+            pulser: Pulser::new(identity.last_fault, UsageAtBoot::default()),
             controller: Controller::new(),
             session: Session::new(identity),
             mail: Mailboxes::new(),

@@ -121,7 +121,7 @@ pub(super) struct Fatigue {
 
 /// How tired a muscle is.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Tiredness {
+pub struct FatigueState {
     /// A/A₀, Q31.
     pub(super) a: u32,
     /// Sum of F (Q31 of full scale) times µs since the last update.
@@ -130,7 +130,7 @@ pub struct Tiredness {
     since_us: u32,
 }
 
-impl Tiredness {
+impl FatigueState {
     /// A fresh muscle.
     pub(super) const NONE: Self = Self {
         a: 1 << 31,
@@ -200,7 +200,7 @@ impl Fatigue {
     #[inline(always)]
     pub(super) fn pass(
         &self,
-        tired: &mut Tiredness,
+        tired: &mut FatigueState,
         muscle: &mut CalciumForce,
         force: u32,
         us: u32,
@@ -218,7 +218,7 @@ impl Fatigue {
 
     /// A second's mean force acts.
     #[inline(never)]
-    fn update(&self, tired: &mut Tiredness, muscle: &mut CalciumForce) {
+    fn update(&self, tired: &mut FatigueState, muscle: &mut CalciumForce) {
         // At most 2^31, as no force is above full scale.
         let force = quotient(tired.work, tired.since_us).unwrap_or(1 << 31);
         tired.since_us = tired.since_us.wrapping_sub(UPDATE_US);

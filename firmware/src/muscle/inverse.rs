@@ -45,12 +45,12 @@ pub struct Drive {
     /// Burst start to burst start, µs.
     pub period_us: u32,
     /// Another force than this was wanted.
-    pub limiting: Option<Limiting>,
+    pub limiting: Option<ForceLimit>,
 }
 
 /// Why pulses give another force than was wanted.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Limiting {
+pub enum ForceLimit {
     /// It lies between none and the least.
     BelowLeast,
     /// It is more than the wearer's limits allow.
@@ -265,9 +265,9 @@ impl Inverse {
             force: Force::new(I16F16::from_bits(given.cast_signed())), // below 2^30
             period_us,
             limiting: if wanted > most {
-                Some(Limiting::AboveMost)
+                Some(ForceLimit::AboveMost)
             } else if wanted > 0 && wanted < least {
-                Some(Limiting::BelowLeast)
+                Some(ForceLimit::BelowLeast)
             } else {
                 None
             },

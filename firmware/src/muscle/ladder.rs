@@ -7,7 +7,7 @@ use fixed::types::U1F31;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-use super::fatigue::{Fatigue, FatigueSpec, Tiredness};
+use super::fatigue::{Fatigue, FatigueSpec, FatigueState};
 use super::segment::TICK_US;
 use super::{
     CalciumForce, CalciumForceSpec, CalciumForceState, Gain, Recruitment, RecruitmentSpec,
@@ -74,9 +74,9 @@ impl fmt::Display for NoFatigue {
 
 impl core::error::Error for NoFatigue {}
 
-/// What [`Ladder::new`] refuses.
+/// What [`MuscleModel::new`] refuses.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum LadderError {
+pub enum MuscleModelError {
     /// A parameter outside its range.
     Range(OutOfRange),
     /// The rung needs a [`FatigueSpec`].
@@ -111,17 +111,17 @@ impl MuscleSpec {
     /// Derives the constants of the muscle and of its recruitment.
     ///
     /// # Errors
-    /// As [`Ladder::new`]; [`LadderError::Range`] as [`Recruitment::new`].
-    pub fn validate(&self) -> Result<(Ladder, Recruitment), LadderError> {
-        let ladder = Ladder::new(self.force, self.fatigue, self.rung)?;
-        let recruitment = Recruitment::new(self.recruitment).map_err(LadderError::Range)?;
+    /// As [`MuscleModel::new`]; [`MuscleModelError::Range`] as [`Recruitment::new`].
+    pub fn validate(&self) -> Result<(MuscleModel, Recruitment), MuscleModelError> {
+        let ladder = MuscleModel::new(self.force, self.fatigue, self.rung)?;
+        let recruitment = Recruitment::new(self.recruitment).map_err(MuscleModelError::Range)?;
         Ok((ladder, recruitment))
     }
 }
 
 /// One muscle on any rung: validated parameters and the rung it starts on.
 #[derive(Clone, Copy, Debug)]
-pub struct Ladder {
+pub struct MuscleModel {
     fresh: CalciumForce,
     fatigue: Option<Fatigue>,
     first: Rung,
@@ -129,10 +129,10 @@ pub struct Ladder {
 
 /// Where one muscle on some rung is.
 #[derive(Clone, Copy, Debug)]
-pub struct LadderState {
+pub struct MuscleModelState {
     /// The muscle as tired as it is.
     muscle: CalciumForce,
-    tired: Tiredness,
+    tired: FatigueState,
     /// Gain of the last pulse that reached the muscle, as it came, Q31.
     gain: u32,
     rung: Rung,
@@ -140,7 +140,7 @@ pub struct LadderState {
     motion: CalciumForceState,
 }
 
-impl LadderState {
+impl MuscleModelState {
     /// The rung it is on.
     #[must_use]
     pub const fn rung(&self) -> Rung {
@@ -154,26 +154,30 @@ impl LadderState {
     }
 }
 
-impl Ladder {
+impl MuscleModel {
     /// Derives the constants of a muscle that starts on `first`.
     ///
     /// # Errors
-    /// [`LadderError::Range`] as [`CalciumForce::new`], and the same for the
-    /// parameters of `fatigue`; [`LadderError::NoFatigue`] if `first` needs it.
+    /// [`MuscleModelError::Range`] as [`CalciumForce::new`], and the same for the
+    /// parameters of `fatigue`; [`MuscleModelError::NoFatigue`] if `first` needs it.
     pub fn new(
         force: CalciumForceSpec,
         fatigue: Option<FatigueSpec>,
         first: Rung,
-    ) -> Result<Self, LadderError> {
+    ) -> Result<Self, MuscleModelError> {
         let (fresh, fatigue) = match fatigue {
-            None => (CalciumForce::new(force).map_err(LadderError::Range)?, None),
+            None => (
+                CalciumForce::new(force).map_err(MuscleModelError::Range)?,
+                None,
+            ),
             Some(spec) => {
-                let (fresh, fatigue) = Fatigue::new(force, spec).map_err(LadderError::Range)?;
+                let (fresh, fatigue) =
+                    Fatigue::new(force, spec).map_err(MuscleModelError::Range)?;
                 (fresh, Some(fatigue))
             }
         };
         if first == Rung::CalciumForceFatigue && fatigue.is_none() {
-            return Err(LadderError::NoFatigue);
+            return Err(MuscleModelError::NoFatigue);
         }
         Ok(Self {
             fresh,
@@ -197,7 +201,7 @@ impl Ladder {
     /// [`NoFatigue`], and nothing changes.
     pub fn switch(
         &self,
-        state: &mut LadderState,
+        state: &mut MuscleModelState,
         rung: Rung,
         now: Micros,
     ) -> Result<(), NoFatigue> {
@@ -213,18 +217,18 @@ impl Ladder {
 
     /// The force at the state's time; none where no model runs.
     #[must_use]
-    pub fn predicted(&self, state: &LadderState) -> Option<Force> {
+    pub fn predicted(&self, state: &MuscleModelState) -> Option<Force> {
         (state.rung != Rung::None).then(|| state.muscle.force(&state.motion))
     }
 }
 
-impl Model for Ladder {
-    type State = LadderState;
+impl Model for MuscleModel {
+    type State = MuscleModelState;
 
-    fn at_rest(&self, at: Micros) -> LadderState {
-        LadderState {
+    fn at_rest(&self, at: Micros) -> MuscleModelState {
+        MuscleModelState {
             muscle: self.fresh,
-            tired: Tiredness::NONE,
+            tired: FatigueState::NONE,
             gain: 0,
             rung: self.first,
             motion: CalciumForceState::at_rest(at),
@@ -233,7 +237,7 @@ impl Model for Ladder {
 
     /// A pulse with [`Gain::ZERO`] reaches no fibre and changes nothing.
     #[inline(always)]
-    fn pulse(&self, state: &mut LadderState, at: Micros, gain: Gain) {
+    fn pulse(&self, state: &mut MuscleModelState, at: Micros, gain: Gain) {
         if gain == Gain::ZERO || state.rung == Rung::None {
             return;
         }
@@ -248,7 +252,7 @@ impl Model for Ladder {
     }
 
     #[inline(always)]
-    fn advance(&self, state: &mut LadderState, to: Micros) {
+    fn advance(&self, state: &mut MuscleModelState, to: Micros) {
         match state.rung {
             Rung::CalciumForce => state.muscle.advance(&mut state.motion, to),
             Rung::None => {}
@@ -257,15 +261,15 @@ impl Model for Ladder {
     }
 
     /// [`Self::predicted`]; 0 N where no model runs.
-    fn force(&self, state: &LadderState) -> Force {
+    fn force(&self, state: &MuscleModelState) -> Force {
         self.predicted(state).unwrap_or_default()
     }
 }
 
-impl Ladder {
+impl MuscleModel {
     /// A pulse on [`Rung::CalciumForceFatigue`].
     #[inline(never)]
-    fn pulse_tiring(&self, state: &mut LadderState, at: Micros, gain: u32) {
+    fn pulse_tiring(&self, state: &mut MuscleModelState, at: Micros, gain: u32) {
         let before = state.motion.at();
         state.muscle.pulse_with(&mut state.motion, at, gain);
         let passed_us = state.motion.at().elapsed_since(before);
@@ -275,7 +279,7 @@ impl Ladder {
     }
 
     #[inline(never)]
-    fn advance_tiring(&self, state: &mut LadderState, to: Micros) {
+    fn advance_tiring(&self, state: &mut MuscleModelState, to: Micros) {
         if (to - state.motion.at()).us() == TICK_US.cast_signed() {
             state.muscle.advance(&mut state.motion, to);
             self.tire(state, TICK_US);
@@ -288,7 +292,7 @@ impl Ladder {
     /// rest, of a second.
     #[cold]
     #[inline(never)]
-    fn pass_tiring(&self, state: &mut LadderState, to: Micros) {
+    fn pass_tiring(&self, state: &mut MuscleModelState, to: Micros) {
         loop {
             let ahead_us = to.elapsed_since(state.motion.at());
             if ahead_us == 0 {
@@ -308,7 +312,7 @@ impl Ladder {
 
     /// `us` passed: at an update, the pulses' gains follow A.
     #[inline]
-    fn tire(&self, state: &mut LadderState, us: u32) {
+    fn tire(&self, state: &mut MuscleModelState, us: u32) {
         let Some(fatigue) = &self.fatigue else {
             return;
         };

@@ -20,8 +20,10 @@ mod spec;
 pub use calcium_force::{CalciumForce, CalciumForceState};
 pub use fatigue::FatigueSpec;
 use fixed::types::U1F31;
-pub use inverse::{Drive, Inverse, Limiting};
-pub use ladder::{Ladder, LadderError, LadderState, Model, MuscleSpec, NoFatigue, Rung};
+pub use inverse::{Drive, ForceLimit, Inverse};
+pub use ladder::{
+    Model, MuscleModel, MuscleModelError, MuscleModelState, MuscleSpec, NoFatigue, Rung,
+};
 pub use recruitment::{Recruitment, RecruitmentSpec};
 pub use spec::CalciumForceSpec;
 

@@ -25,7 +25,7 @@ pub type AllowanceWords = [u32; WORDS];
 
 /// Stimulation time and charge spent since power came up.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Hash)]
-pub struct Spent {
+pub struct Usage {
     /// Stimulation time, µs.
     pub time_us: u64,
     /// Charge of each channel, in 256ths of a pC. One of the two phases of a pulse counts.
@@ -36,7 +36,7 @@ pub struct Spent {
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Entry {
     /// Time and charge spent up to the moment at which the entry was made.
-    pub spent: Spent,
+    pub spent: Usage,
     /// Whether stimulation may continue after the entry was made. A reset then adds [`OPEN_US`]
     /// and `most_nc`.
     pub is_open: bool,
@@ -57,23 +57,23 @@ pub struct Left {
 
 /// The time and charge spent before a boot, as far as the boot can know them.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Found {
+pub enum UsageAtBoot {
     /// The known amount.
-    Spent(Spent),
+    Spent(Usage),
     /// Unknown, because no copy is undamaged although power was not lost. Nothing may be armed.
     Lost,
 }
 
-impl Default for Found {
+impl Default for UsageAtBoot {
     /// Returns that nothing is spent.
     fn default() -> Self {
-        Self::Spent(Spent::default())
+        Self::Spent(Usage::default())
     }
 }
 
 impl Entry {
     /// Returns the time and charge that count as spent after a reset.
-    fn after_reset(&self) -> Spent {
+    fn after_reset(&self) -> Usage {
         let mut spent = self.spent;
         if self.is_open {
             spent.time_us = spent.time_us.saturating_add(OPEN_US.into());
@@ -109,7 +109,7 @@ impl Entry {
         }
         let (charges, most) = channels.split_at_checked(2 * CHANNELS)?;
         let mut entry = Self {
-            spent: Spent {
+            spent: Usage {
                 time_us: whole([*low, *high]),
                 charge: [0; CHANNELS],
             },
@@ -140,9 +140,9 @@ impl Ledger {
     /// Reads the two copies. If `is_power_on`, power came up, and the copies are ignored even if
     /// undamaged; the caller then writes [`Self::write`] of an empty entry before anything else.
     #[must_use]
-    pub fn open(copies: [&AllowanceWords; 2], is_power_on: bool) -> (Self, Found) {
+    pub fn open(copies: [&AllowanceWords; 2], is_power_on: bool) -> (Self, UsageAtBoot) {
         if is_power_on {
-            return (Self::default(), Found::default());
+            return (Self::default(), UsageAtBoot::default());
         }
         let [a, b] = copies.map(Entry::read);
         let newest = match (a, b) {
@@ -156,7 +156,9 @@ impl Ledger {
             number: entry.map_or(0, |(number, _)| number),
             first: 1 - newest,
         };
-        let found = entry.map_or(Found::Lost, |(_, entry)| Found::Spent(entry.after_reset()));
+        let found = entry.map_or(UsageAtBoot::Lost, |(_, entry)| {
+            UsageAtBoot::Spent(entry.after_reset())
+        });
         (ledger, found)
     }
 
@@ -204,7 +206,7 @@ mod tests {
         entry
     }
 
-    fn found(copies: &[AllowanceWords; 2]) -> Found {
+    fn found(copies: &[AllowanceWords; 2]) -> UsageAtBoot {
         Ledger::open(copies.each_ref(), false).1
     }
 
@@ -221,7 +223,7 @@ mod tests {
         let mut ledger = Ledger::default();
         let closed = entry(7_000_000_000, false);
         store(&mut ledger, &mut copies, &closed);
-        assert_eq!(found(&copies), Found::Spent(closed.spent));
+        assert_eq!(found(&copies), UsageAtBoot::Spent(closed.spent));
         let open = entry(7_000_000_001, true);
         store(&mut ledger, &mut copies, &open);
         let mut more = open.spent;
@@ -231,21 +233,21 @@ mod tests {
         }
         // The result is the same however often the copies are read: a boot that resets again adds
         // no more.
-        assert_eq!(found(&copies), Found::Spent(more));
-        assert_eq!(found(&copies), Found::Spent(more));
+        assert_eq!(found(&copies), UsageAtBoot::Spent(more));
+        assert_eq!(found(&copies), UsageAtBoot::Spent(more));
     }
 
     #[test]
     fn power_that_came_up_clears_and_two_bad_copies_are_lost() {
         let mut copies = [NOTHING; 2];
-        assert_eq!(found(&copies), Found::Lost);
+        assert_eq!(found(&copies), UsageAtBoot::Lost);
         let (_, after) = Ledger::open(copies.each_ref(), true);
-        assert_eq!(after, Found::default());
+        assert_eq!(after, UsageAtBoot::default());
         store(&mut Ledger::default(), &mut copies, &entry(9, false));
         let (mut ledger, after) = Ledger::open(copies.each_ref(), true);
-        assert_eq!(after, Found::default());
+        assert_eq!(after, UsageAtBoot::default());
         store(&mut ledger, &mut copies, &Entry::default());
-        assert_eq!(found(&copies), Found::default());
+        assert_eq!(found(&copies), UsageAtBoot::default());
     }
 
     #[test]
@@ -263,7 +265,7 @@ mod tests {
             }
             let mut both = copies;
             both.iter_mut().for_each(flip);
-            assert_eq!(found(&both), Found::Lost, "bit {bit}");
+            assert_eq!(found(&both), UsageAtBoot::Lost, "bit {bit}");
         }
     }
 
@@ -283,7 +285,7 @@ mod tests {
             }
             let (mut ledger, before) = Ledger::open(copies.each_ref(), false);
             let new = entry(201_000, true);
-            let after = Found::Spent(new.after_reset());
+            let after = UsageAtBoot::Spent(new.after_reset());
             let (order, words) = ledger.write(&new);
             for copy in order {
                 for at in 0..WORDS {

@@ -88,13 +88,13 @@ impl Channel {
     /// Returns the largest sum of currents at the start of one of this channel's phases of one
     /// sign, µA.
     fn peak_with<'c>(&self, channels: impl Iterator<Item = &'c Self>, is_cathodic: bool) -> u32 {
-        let Some(lag) = Lag::of(&self.train, is_cathodic) else {
+        let Some(lag) = PhaseDelay::of(&self.train, is_cathodic) else {
             return 0;
         };
         let mut sums = [self.current().get(); MOST_PULSES];
         for other in channels.filter(|other| !core::ptr::eq(*other, self)) {
             let ua = other.current().get();
-            let apart = Apart::of(self, other, is_cathodic);
+            let apart = PulseSpacing::of(self, other, is_cathodic);
             for (pulse, sum) in (0u8..).zip(&mut sums) {
                 let is_met = apart.is_driven_at(self.train.pulse_offset_us(pulse) + lag.us);
                 *sum += if is_met { ua } else { 0 }; // at most 10 · 1e5
@@ -107,10 +107,10 @@ impl Channel {
     /// Returns whether phases of one sign of the two channels can be driven at the same time.
     fn meets(&self, other: &Self) -> bool {
         let begins_in = |a: &Self, b: &Self, is_cathodic| {
-            let Some(lag) = Lag::of(&a.train, is_cathodic) else {
+            let Some(lag) = PhaseDelay::of(&a.train, is_cathodic) else {
                 return false;
             };
-            let apart = Apart::of(a, b, is_cathodic);
+            let apart = PulseSpacing::of(a, b, is_cathodic);
             let mut pulses = 0..a.train.spec().burst_count;
             pulses.any(|pulse| apart.is_driven_at(a.train.pulse_offset_us(pulse) + lag.us))
         };
@@ -129,7 +129,7 @@ impl Channel {
 
 /// Times at which another channel drives one sign, relative to a burst of this channel.
 #[derive(Clone, Copy, Debug)]
-enum Apart {
+enum PulseSpacing {
     Never,
     /// The other channel may drive that sign at any time.
     Anywhen,
@@ -144,13 +144,14 @@ enum Apart {
     },
 }
 
-impl Apart {
+impl PulseSpacing {
     /// Returns the times of `other` relative to a burst of `own`.
     fn of(own: &Channel, other: &Channel, is_cathodic: bool) -> Self {
-        let Some(lag) = Lag::of(&other.train, is_cathodic) else {
+        let Some(lag) = PhaseDelay::of(&other.train, is_cathodic) else {
             return Self::Never;
         };
-        let varies = lag.varies || Lag::of(&own.train, is_cathodic).is_some_and(|l| l.varies);
+        let varies =
+            lag.varies || PhaseDelay::of(&own.train, is_cathodic).is_some_and(|l| l.varies);
         let (spec, from) = (other.train.spec(), own.train.spec().offset_us);
         let every_us = gcd(own.train.spec().period_us, spec.period_us).max(1);
         let is_single = spec.burst_count == 1;
@@ -194,14 +195,14 @@ impl Apart {
 
 /// Delay from a pulse's start to the phase of one sign.
 #[derive(Clone, Copy, Debug)]
-struct Lag {
+struct PhaseDelay {
     /// Delay at the train's own width, µs.
     us: u32,
     /// Whether another width would change the delay.
     varies: bool,
 }
 
-impl Lag {
+impl PhaseDelay {
     /// Returns the delay of the phase of this sign; `None` if the pulse has no such phase.
     fn of(train: &Train, is_cathodic: bool) -> Option<Self> {
         let spec = train.spec();

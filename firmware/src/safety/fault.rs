@@ -1,7 +1,7 @@
 //! Numbered faults. A fault truncates pulses, disconnects the outputs and latches until it is
 //! acknowledged. *Limiting* is not a fault and is reported separately.
 
-use super::Broken;
+use super::BrokenRule;
 use crate::pulse::{CHANNELS, RenderError};
 use crate::units::Micros;
 use postcard_schema::Schema;
@@ -115,10 +115,10 @@ impl From<RenderError> for Fault {
     }
 }
 
-impl From<Broken> for Fault {
-    fn from(broken: Broken) -> Self {
+impl From<BrokenRule> for Fault {
+    fn from(broken: BrokenRule) -> Self {
         match broken {
-            Broken::Memory => Self::Memory,
+            BrokenRule::Memory => Self::Memory,
             _ => Self::Outputs,
         }
     }

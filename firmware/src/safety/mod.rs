@@ -29,19 +29,19 @@ mod trip;
 mod watch;
 mod wearer;
 
-pub use allowance::{AllowanceWords, Entry, Found, Ledger, Left, OPEN_US, Spent};
+pub use allowance::{AllowanceWords, Entry, Ledger, Left, OPEN_US, Usage, UsageAtBoot};
 pub use check::{CHECK_PAUSE_US, ElectrodeCheck, Reading};
 pub use fault::{Fault, FaultRecord};
 pub use guard::Guard;
 pub use list::{ListedPulse, MAX_LISTED, PulseList};
 pub use opposition::opposed;
-pub use outputs::{Broken, Expected, OutputCheck};
+pub use outputs::{BrokenRule, Expected, OutputCheck};
 pub use setup::{Channel, ChannelSpec, Setup, SetupError, check_group};
 pub use stage::{Stage, StageSpec};
 pub use stages::{
     Origin, StageKind, StageMismatch, StageSupply, StageTable, StageWords, Stages, StagesFault,
 };
-pub use state::{Denied, Inputs, Notice, State, StopCause};
+pub use state::{Denial, Inputs, Notice, State, StopCause};
 pub use stimulus::{Stimuli, Stimulus};
 pub use sums::{SumError, Sums};
 pub use timed::{MAX_TIMED, Timed};

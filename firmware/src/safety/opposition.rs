@@ -37,12 +37,12 @@ pub fn opposed<'a>(
 
 /// An interval of time relative to a pulse's start, µs.
 #[derive(Clone, Copy)]
-struct Stretch {
+struct RelativeInterval {
     from_us: u32,
     length_us: u32,
 }
 
-impl Stretch {
+impl RelativeInterval {
     /// Returns the interval in which a pulse of `train` may drive this sign, at any of its widths;
     /// `None` if the train never drives it.
     fn of(train: &Train, is_cathodic: bool) -> Option<Self> {
@@ -94,8 +94,8 @@ impl Channel {
     fn opposes(&self, other: &Self, is_one_group: bool) -> bool {
         let is_known = is_one_group || self.is_steady() && other.is_steady();
         [true, false].into_iter().any(|is_cathodic| {
-            let own = Stretch::of(&self.train, is_cathodic);
-            let its = Stretch::of(&other.train, !is_cathodic);
+            let own = RelativeInterval::of(&self.train, is_cathodic);
+            let its = RelativeInterval::of(&other.train, !is_cathodic);
             match (own, its) {
                 (Some(own), Some(its)) => !is_known || self.meets_in(own, other, its),
                 _ => false,
@@ -105,11 +105,11 @@ impl Channel {
 
     /// Returns whether the interval `own` of any of this channel's pulses meets the interval `its`
     /// of any of the other's.
-    fn meets_in(&self, own: Stretch, other: &Self, its: Stretch) -> bool {
+    fn meets_in(&self, own: RelativeInterval, other: &Self, its: RelativeInterval) -> bool {
         let (a, b) = (self.train.spec(), other.train.spec());
         let every_us = gcd(a.period_us, b.period_us);
         let bursts = [&self.train, &other.train]
-            .map(|train| Stretch::burst(train).after(train.spec().offset_us));
+            .map(|train| RelativeInterval::burst(train).after(train.spec().offset_us));
         let [first, second] = bursts;
         first.meets(second, every_us)
             && (0..a.burst_count).any(|i| {

@@ -78,7 +78,7 @@ impl Inputs {
 /// The reason why a request was refused. Channels count from 0. The size is limited to four words,
 /// because this is part of each answer to an order and is copied from module to module.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Denied {
+pub enum Denial {
     /// The request is not possible in this state.
     WrongState(State),
     /// A fault is latched and must be acknowledged first.
@@ -237,7 +237,7 @@ pub enum Denied {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Notice {
     /// The electrode check ended; `Ok` means that the device is armed.
-    Checked(Result<(), Denied>),
+    Checked(Result<(), Denial>),
     /// Amplitudes begin to fall.
     Stopping(StopCause),
     /// Outputs are disconnected and the device is idle, after arming or stimulation ended.

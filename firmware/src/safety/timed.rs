@@ -1,7 +1,7 @@
 //! The queue of timed setpoints.
 
 use super::Stimuli;
-use crate::seal::Seal;
+use crate::seal::Checksum;
 use crate::units::Micros;
 use heapless::Deque;
 
@@ -21,9 +21,9 @@ pub struct Timed {
 
 /// The queued setpoints in the order of their times, each with a checksum.
 #[derive(Debug)]
-pub(super) struct Waiting(Deque<(Timed, Seal), MAX_TIMED>);
+pub(super) struct TimedOrders(Deque<(Timed, Checksum), MAX_TIMED>);
 
-impl Waiting {
+impl TimedOrders {
     /// The empty queue.
     pub(super) const NONE: Self = Self(Deque::new());
 
@@ -50,7 +50,7 @@ impl Waiting {
 
     /// Appends `order` to the queue; if the queue is full, nothing changes.
     pub(super) fn push(&mut self, order: &Timed) {
-        let _ = self.0.push_back((*order, Seal::of(order)));
+        let _ = self.0.push_back((*order, Checksum::of(order)));
     }
 
     /// Removes the first setpoint, and returns it with whether its checksum matches.
@@ -62,7 +62,7 @@ impl Waiting {
     /// Appends an order with a changed request number and the checksum of the original.
     #[cfg(test)]
     pub(super) fn push_spoiled(&mut self, order: &Timed) {
-        let seal = Seal::of(order);
+        let seal = Checksum::of(order);
         let seq = order.seq ^ 1;
         let _ = self.0.push_back((Timed { seq, ..*order }, seal));
     }
@@ -92,7 +92,7 @@ mod tests {
     /// Returns whether the checksum reveals `spoiled` in place of [`ORDER`], while it is queued
     /// and when it is taken.
     fn is_found(spoiled: Timed) -> bool {
-        let mut waiting = Waiting::NONE;
+        let mut waiting = TimedOrders::NONE;
         waiting.push(&ORDER);
         waiting.0.front_mut().unwrap().0 = spoiled;
         let is_found = !waiting.is_whole();

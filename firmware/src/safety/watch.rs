@@ -161,7 +161,7 @@ fn reaches(reading: Reading, ua: u32) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::seal::Seal;
+    use crate::seal::Checksum;
 
     /// Counts at their maximum are included.
     #[test]
@@ -176,7 +176,7 @@ mod tests {
             for bit in 0..8 {
                 let mut flipped = watch;
                 flip(&mut flipped, 1 << bit);
-                assert!(!Seal::of(&watch).holds(&flipped), "{place}: {bit}");
+                assert!(!Checksum::of(&watch).holds(&flipped), "{place}: {bit}");
             }
         }
         for second in [false, true] {
@@ -186,7 +186,7 @@ mod tests {
             } else {
                 flipped.first.flows = true;
             }
-            assert!(!Seal::of(&watch).holds(&flipped), "{second}");
+            assert!(!Checksum::of(&watch).holds(&flipped), "{second}");
         }
     }
 }

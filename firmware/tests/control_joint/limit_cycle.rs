@@ -1,6 +1,6 @@
 //! A swing that no gain ends, and swings that are none of the loop's.
 
-use crate::control_joint::{Worn, two_point};
+use crate::control_joint::{RunningJoint, two_point};
 use firmware::control::{JointSpec, LawSpec, LimitCycle};
 use firmware::units::{Micros, us};
 use std::f64::consts::TAU;
@@ -12,7 +12,7 @@ fn found(
     wanted: impl Fn(f64) -> f64,
     angle: impl Fn(f64) -> f64,
 ) -> Vec<LimitCycle> {
-    let mut worn = Worn::new(&JointSpec {
+    let mut worn = RunningJoint::new(&JointSpec {
         law_period_ms: law.default_period_ms(),
         cutoff_mhz: law.default_cutoff_mhz(),
         ..two_point(law)

@@ -56,12 +56,12 @@ fn degrees(deg: f64) -> Angle {
 }
 
 /// A joint and what it remembers.
-struct Worn {
+struct RunningJoint {
     joint: Joint,
     state: JointState,
 }
 
-impl Worn {
+impl RunningJoint {
     fn new(spec: &JointSpec) -> Self {
         Self {
             joint: Joint::new(spec).unwrap(),
@@ -90,7 +90,7 @@ impl Worn {
 
 /// The orders of the first tick at this error, so without derivative.
 fn at_error(spec: &JointSpec, error: f64) -> Orders {
-    let mut worn = Worn::new(spec);
+    let mut worn = RunningJoint::new(spec);
     let now = Micros::new(u32::MAX);
     worn.is_at(now, 50.0);
     worn.want(now, now, 50.0 + error);
@@ -162,7 +162,7 @@ fn a_fraction_spans_threshold_to_maximum_of_each_point() {
 
 #[test]
 fn nothing_flows_before_the_first_setpoint_is_due() {
-    let mut worn = Worn::new(&two_point(LawSpec::PAPER));
+    let mut worn = RunningJoint::new(&two_point(LawSpec::PAPER));
     let now = Micros::new(u32::MAX - 3000);
     worn.is_at(now, 30.0);
     worn.want(now, now + us(5000), 80.0);
@@ -180,7 +180,7 @@ fn nothing_flows_before_the_first_setpoint_is_due() {
 
 #[test]
 fn the_law_runs_once_a_period_across_the_wrap() {
-    let mut worn = Worn::new(&two_point(LawSpec::ALONE));
+    let mut worn = RunningJoint::new(&two_point(LawSpec::ALONE));
     let start = Micros::new(u32::MAX - 50_000);
     worn.want(start, start, 60.0);
     let mut changes = Vec::new();
@@ -198,7 +198,7 @@ fn the_law_runs_once_a_period_across_the_wrap() {
 
 #[test]
 fn a_bad_sensor_gives_a_named_fault_and_no_orders() {
-    let mut worn = Worn::new(&two_point(LawSpec::ALONE));
+    let mut worn = RunningJoint::new(&two_point(LawSpec::ALONE));
     let t0 = Micros::new(u32::MAX - 50_000);
     assert_eq!(worn.tick(t0), Err(SensorFault::Absent));
     worn.is_at(t0, 10.0);
@@ -220,7 +220,7 @@ fn a_bad_sensor_gives_a_named_fault_and_no_orders() {
 #[test]
 fn measurements_have_one_order_and_one_source() {
     let spec = two_point(LawSpec::PAPER);
-    let mut worn = Worn::new(&spec);
+    let mut worn = RunningJoint::new(&spec);
     let now = Micros::new(3);
     for (at, taken) in [
         (now - us(10), Ok(())),
@@ -237,7 +237,7 @@ fn measurements_have_one_order_and_one_source() {
         code_at_0: 3000,
         code_at_100: 1000,
     };
-    let mut worn = Worn::new(&JointSpec { sensor, ..spec });
+    let mut worn = RunningJoint::new(&JointSpec { sensor, ..spec });
     let refused = worn.measured(now, now, 1.0);
     assert_eq!(refused, Err(MeasurementError::NotFromHost));
     let board = worn.joint;

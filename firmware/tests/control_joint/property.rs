@@ -1,7 +1,7 @@
 //! Every accepted spec, fed with anything.
 
 use crate::control_joint::{degrees, point};
-use firmware::control::super_twisting::Twist;
+use firmware::control::super_twisting::SuperTwisting;
 use firmware::control::{
     HoldPolicy, Joint, JointSpec, JointState, LawSpec, PointSpec, SensorSource,
 };
@@ -28,10 +28,10 @@ fn any_law() -> impl Strategy<Value = LawSpec> {
                 // As far as the slowest period allows.
                 LawSpec::Recommended {
                     lambda_milli,
-                    k1_milli: k1.min(Twist::k1_milli(b_milli, 20).max.cast_unsigned()),
+                    k1_milli: k1.min(SuperTwisting::k1_milli(b_milli, 20).max.cast_unsigned()),
                     k2_milli,
                     b_milli,
-                    k3_milli: k3.min(Twist::k3_milli(b_milli, 20).max.cast_unsigned()),
+                    k3_milli: k3.min(SuperTwisting::k3_milli(b_milli, 20).max.cast_unsigned()),
                     ki_milli,
                 }
             }),

@@ -57,7 +57,7 @@ impl Sink for Record {
 /// A response that owns what it says.
 #[derive(Clone, Debug, PartialEq)]
 #[expect(clippy::large_enum_variant, reason = "a test's, and few")]
-pub enum Heard {
+pub enum OwnedResponse {
     Hello(HelloInfo),
     Ack(u16, Micros),
     Refused(Option<u16>, Code, String),
@@ -67,23 +67,23 @@ pub enum Heard {
 }
 
 /// What the bytes say. Panics on any frame that is not a response.
-pub fn decode(bytes: &[u8]) -> Vec<Heard> {
+pub fn decode(bytes: &[u8]) -> Vec<OwnedResponse> {
     let mut decoder = Decoder::default();
     let mut all = Vec::new();
     for &byte in bytes {
         if let Some(frame) = decoder.push(byte) {
             let response: Response<'_> = postcard::from_bytes(frame.unwrap()).unwrap();
             all.push(match response {
-                Response::Hello(info) => Heard::Hello(info),
-                Response::Ack { seq, at } => Heard::Ack(seq, at),
+                Response::Hello(info) => OwnedResponse::Hello(info),
+                Response::Ack { seq, at } => OwnedResponse::Ack(seq, at),
                 Response::Refused { seq, refusal } => {
                     let Refusal { code, field, .. } = refusal;
                     let code = Code::from_number(code).expect("a code");
-                    Heard::Refused(seq, code, field.to_string())
+                    OwnedResponse::Refused(seq, code, field.to_string())
                 }
-                Response::Status { seq, status } => Heard::Status(seq, status),
-                Response::Event { at, event } => Heard::Event(at, event),
-                Response::Telemetry(sample) => Heard::Telemetry(sample),
+                Response::Status { seq, status } => OwnedResponse::Status(seq, status),
+                Response::Event { at, event } => OwnedResponse::Event(at, event),
+                Response::Telemetry(sample) => OwnedResponse::Telemetry(sample),
             });
             decoder.clear();
         }
@@ -103,7 +103,7 @@ pub fn frame(session: u16, seq: u16, request: Request) -> Vec<u8> {
     encode(&message).unwrap().to_vec()
 }
 
-pub struct Desk {
+pub struct TestHost {
     pub board: Lockstep,
     pub record: Record,
     pub sensors: Sensors,
@@ -114,7 +114,7 @@ pub struct Desk {
     read: usize,
 }
 
-impl Desk {
+impl TestHost {
     pub fn boot(at: Micros, last_fault: Option<FaultRecord>) -> Self {
         let mut desk = Self {
             board: Lockstep::new(identity(1, last_fault), at),
@@ -155,7 +155,10 @@ impl Desk {
 
     pub fn hello(&mut self) -> HelloInfo {
         let heard = self.ask(Request::Hello { schema: SCHEMA });
-        let Some(Heard::Hello(info)) = heard.iter().find(|h| matches!(h, Heard::Hello(_))).cloned()
+        let Some(OwnedResponse::Hello(info)) = heard
+            .iter()
+            .find(|h| matches!(h, OwnedResponse::Hello(_)))
+            .cloned()
         else {
             panic!("{heard:?}");
         };
@@ -219,7 +222,7 @@ impl Desk {
     }
 
     /// What was said since the last call.
-    pub fn heard(&mut self) -> Vec<Heard> {
+    pub fn heard(&mut self) -> Vec<OwnedResponse> {
         let new = decode(&self.record.bytes[self.read..]);
         self.read = self.record.bytes.len();
         new
@@ -228,14 +231,14 @@ impl Desk {
     /// The telemetry in what was said since the last call.
     pub fn samples(&mut self) -> Vec<Telemetry> {
         let sample = |heard| match heard {
-            Heard::Telemetry(sample) => Some(sample),
+            OwnedResponse::Telemetry(sample) => Some(sample),
             _ => None,
         };
         self.heard().into_iter().filter_map(sample).collect()
     }
 
     /// Sends a request and gives the device 2 ms. Everything it said since.
-    pub fn ask(&mut self, request: Request) -> Vec<Heard> {
+    pub fn ask(&mut self, request: Request) -> Vec<OwnedResponse> {
         self.heard();
         self.send(request);
         self.wait(2_000);
@@ -250,8 +253,12 @@ impl Desk {
         for _ in 0..500 {
             for heard in self.heard() {
                 match heard {
-                    Heard::Ack(s, _) | Heard::Status(s, _) if s == seq => return Ok(()),
-                    Heard::Refused(Some(s), code, field) if s == seq => return Err((code, field)),
+                    OwnedResponse::Ack(s, _) | OwnedResponse::Status(s, _) if s == seq => {
+                        return Ok(());
+                    }
+                    OwnedResponse::Refused(Some(s), code, field) if s == seq => {
+                        return Err((code, field));
+                    }
                     _ => {}
                 }
             }
@@ -286,7 +293,7 @@ impl Desk {
     pub fn status(&mut self) -> Status {
         let heard = self.ask(Request::Status);
         let status = heard.iter().find_map(|h| match h {
-            Heard::Status(_, status) => Some(*status),
+            OwnedResponse::Status(_, status) => Some(*status),
             _ => None,
         });
         status.unwrap_or_else(|| panic!("{heard:?}"))
@@ -366,14 +373,14 @@ pub fn refusal(code: Code, field: &str) -> (Code, String) {
 }
 
 /// Whether the device told of `event`.
-pub fn is_told(heard: &[Heard], event: Event) -> bool {
-    let is = |h: &Heard| matches!(h, Heard::Event(_, e) if *e == event);
+pub fn is_told(heard: &[OwnedResponse], event: Event) -> bool {
+    let is = |h: &OwnedResponse| matches!(h, OwnedResponse::Event(_, e) if *e == event);
     heard.iter().any(is)
 }
 
 /// Keeps the host alive until the device stops by itself; how long that took, µs, and
 /// what was heard.
-pub fn until_stopped(desk: &mut Desk, most_s: u32) -> (u64, Vec<Heard>) {
+pub fn until_stopped(desk: &mut TestHost, most_s: u32) -> (u64, Vec<OwnedResponse>) {
     let (from, mut heard) = (desk.time(), Vec::new());
     for _ in 0..most_s * 50 {
         if desk.state() != State::Stimulating {

@@ -1,7 +1,7 @@
 //! Inputs that random search found, each kept as a test of its own.
 
 use super::hosts::Step::{self, Send, Stream, Wait};
-use super::{Tally, one_run};
+use super::{FuzzCounts, one_run};
 use crate::device_desk::ARM;
 use firmware::link::Request;
 use firmware::pulse::Shape::{self, *};
@@ -149,7 +149,7 @@ fn over_current_during_a_refill_leaves_the_dacs_at_zero() {
         ]),
         Step::OverCurrent,
     ];
-    let tally = Tally::default();
+    let tally = FuzzCounts::default();
     one_run(0, &steps, &tally).unwrap();
     assert_eq!(
         tally.faulted.get(),

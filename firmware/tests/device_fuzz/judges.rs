@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use std::collections::HashMap;
 
 /// The laws of the pins that hold whatever was asked.
-pub fn judge_pins(desk: &mut Desk) -> Result<(), TestCaseError> {
+pub fn judge_pins(desk: &mut TestHost) -> Result<(), TestCaseError> {
     let end = desk.time();
     let faults: Vec<u64> = desk_faults(desk);
     let record = &desk.record;
@@ -39,13 +39,13 @@ pub fn judge_pins(desk: &mut Desk) -> Result<(), TestCaseError> {
 }
 
 /// Device events of faults, as µs since boot, from everything ever said.
-pub fn desk_faults(desk: &mut Desk) -> Vec<u64> {
+pub fn desk_faults(desk: &mut TestHost) -> Vec<u64> {
     let said = decode(&desk.record.bytes);
     let end = desk.time();
     let now = desk.now();
     said.iter()
         .filter_map(|h| match h {
-            Heard::Event(_, Event::Faulted(record)) => {
+            OwnedResponse::Event(_, Event::Faulted(record)) => {
                 Some(end.wrapping_add_signed((record.at - now).us().into()))
             }
             _ => None,
@@ -82,7 +82,7 @@ pub fn judge_phases(
 /// Driven only between an acknowledged Arm and the end of stimulation, and
 /// never above the charge or later than silence allows.
 pub fn judge_permission(
-    desk: &mut Desk,
+    desk: &mut TestHost,
     asked: &[(u64, u16, Request)],
     longest_us: u64,
 ) -> Result<(), TestCaseError> {
@@ -131,16 +131,19 @@ pub fn judge_permission(
 
 /// Every request of the session got exactly one answer, unless bytes to the
 /// host were dropped, which only a host that does not read can cause.
-pub fn judge_answers(desk: &mut Desk, asked: &[(u64, u16, Request)]) -> Result<(), TestCaseError> {
+pub fn judge_answers(
+    desk: &mut TestHost,
+    asked: &[(u64, u16, Request)],
+) -> Result<(), TestCaseError> {
     let mut owed: HashMap<u16, i64> = HashMap::new();
     for (_, seq, _) in asked {
         *owed.entry(*seq).or_default() += 1;
     }
     for heard in decode(&desk.record.bytes) {
         let seq = match heard {
-            Heard::Ack(seq, _) | Heard::Status(seq, _) => Some(seq),
-            Heard::Refused(seq, ..) => seq,
-            Heard::Hello(info) => Some(info.seq),
+            OwnedResponse::Ack(seq, _) | OwnedResponse::Status(seq, _) => Some(seq),
+            OwnedResponse::Refused(seq, ..) => seq,
+            OwnedResponse::Hello(info) => Some(info.seq),
             _ => None,
         };
         if let Some(seq) = seq {
@@ -161,7 +164,7 @@ pub struct Allowed {
 }
 
 impl Allowed {
-    pub fn note(&mut self, desk: &Desk) {
+    pub fn note(&mut self, desk: &TestHost) {
         let Some(setup) = desk.board.setup() else {
             return;
         };
@@ -175,7 +178,7 @@ impl Allowed {
         }
     }
 
-    pub fn judge(&self, desk: &mut Desk) -> Result<(), TestCaseError> {
+    pub fn judge(&self, desk: &mut TestHost) -> Result<(), TestCaseError> {
         for &(t, c, code) in &desk.record.dac {
             prop_assert!(code <= self.code[usize::from(c)], "code {code} at {t}");
         }

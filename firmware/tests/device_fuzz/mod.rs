@@ -19,9 +19,9 @@ use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
 use std::cell::Cell;
 
-fn apply(desk: &mut Desk, step: &Step, asked: &mut Vec<(u64, u16, Request)>) {
+fn apply(desk: &mut TestHost, step: &Step, asked: &mut Vec<(u64, u16, Request)>) {
     let now = desk.now();
-    let mut note = |desk: &mut Desk, request: &Request| {
+    let mut note = |desk: &mut TestHost, request: &Request| {
         let t = desk.time();
         asked.push((t, desk.seq, request.clone()));
     };
@@ -63,7 +63,7 @@ fn apply(desk: &mut Desk, step: &Step, asked: &mut Vec<(u64, u16, Request)>) {
             desk.heard();
             desk.send(Request::Hello { schema: SCHEMA });
             for heard in desk.heard() {
-                if let Heard::Hello(info) = heard {
+                if let OwnedResponse::Hello(info) = heard {
                     desk.session = info.session;
                 }
             }
@@ -118,7 +118,7 @@ fn config() -> ProptestConfig {
 
 /// What the cases came to, so that a fuzz that never stimulates is noticed.
 #[derive(Default, Debug)]
-struct Tally {
+struct FuzzCounts {
     cases: Cell<u32>,
     stimulated: Cell<u32>,
     pulses: Cell<u64>,
@@ -127,8 +127,8 @@ struct Tally {
     monophasic: Cell<u32>,
 }
 
-impl Tally {
-    fn note(&self, desk: &mut Desk, allowed: &Allowed) {
+impl FuzzCounts {
+    fn note(&self, desk: &mut TestHost, allowed: &Allowed) {
         let add = |cell: &Cell<u32>, is: bool| cell.set(cell.get() + u32::from(is));
         let pulses = desk.status().counters.pulses;
         let levels = &desk.record.levels;
@@ -146,8 +146,8 @@ impl Tally {
     }
 }
 
-fn one_run(boot: u32, steps: &[Step], tally: &Tally) -> Result<(), TestCaseError> {
-    let mut desk = Desk::boot(Micros::new(boot), None);
+fn one_run(boot: u32, steps: &[Step], tally: &FuzzCounts) -> Result<(), TestCaseError> {
+    let mut desk = TestHost::boot(Micros::new(boot), None);
     let (mut asked, mut allowed) = (Vec::new(), Allowed::default());
     for step in steps {
         apply(&mut desk, step, &mut asked);
@@ -187,7 +187,7 @@ fn one_run(boot: u32, steps: &[Step], tally: &Tally) -> Result<(), TestCaseError
 
 #[test]
 fn nothing_breaks_a_promise() {
-    let tally = Tally::default();
+    let tally = FuzzCounts::default();
     let strategy = (
         any::<u32>(),
         option::weighted(0.9, opening()),
@@ -207,7 +207,7 @@ fn nothing_breaks_a_promise() {
 
 /// The same bytes, whole or cut anywhere, at the same instants.
 fn split_run(requests: &[Request], cuts: &[u16]) -> Record {
-    let mut desk = Desk::open(Micros::new(u32::MAX - 30_000));
+    let mut desk = TestHost::open(Micros::new(u32::MAX - 30_000));
     desk.prepare(wearer(), &[channel(PLAIN), channel(MONO)]);
     desk.must(ARM);
     desk.must(Request::Start);

@@ -1,6 +1,6 @@
 //! Each rung against the same equations in f64.
 
-use super::twins::{self, Fatigue, Pulse, Tiring};
+use super::twins::{self, Fatigue, FatigueMode, Pulse};
 use super::{error_pct, ladder, modulated, peak, rms_pct, run, spec, subjects, train};
 use firmware::muscle::{FatigueSpec, Rung};
 
@@ -42,7 +42,7 @@ fn calcium_force_is_its_equations() {
     for (name, pulses, ms) in scenes() {
         let (mut rms, mut worst, mut top) = (0f64, 0f64, 0f64);
         for (_, m) in subjects() {
-            let (truth, _) = twins::tiring(&m, Tiring::Never, &pulses, ms);
+            let (truth, _) = twins::tiring(&m, FatigueMode::Never, &pulses, ms);
             let model = run(&ladder(&m, Rung::CalciumForce), &pulses, ms, |_, _| ());
             rms = rms.max(rms_pct(&truth, &model));
             worst = worst.max(error_pct(&truth, &model));
@@ -68,9 +68,9 @@ fn fatigue_is_its_equations() {
         let bouts = (0..30).map(|i| 2000 * i).chain([120_000]);
         let pulses: Vec<Pulse> = bouts.flat_map(|ms| train(40.0, ms, ms + 1000)).collect();
         let ms = 122_000;
-        let (twin, left) = twins::tiring(&m, Tiring::EverySecond(fatigue), &pulses, ms);
-        let (truth, truly_left) = twins::tiring(&m, Tiring::Always(fatigue), &pulses, ms);
-        let (fresh, _) = twins::tiring(&m, Tiring::Never, &pulses, ms);
+        let (twin, left) = twins::tiring(&m, FatigueMode::EverySecond(fatigue), &pulses, ms);
+        let (truth, truly_left) = twins::tiring(&m, FatigueMode::Always(fatigue), &pulses, ms);
+        let (fresh, _) = twins::tiring(&m, FatigueMode::Never, &pulses, ms);
         let mut strength = 1.0;
         let model = run(
             &ladder(&m, Rung::CalciumForceFatigue),

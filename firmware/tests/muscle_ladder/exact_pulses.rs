@@ -1,6 +1,6 @@
 //! Pulses at their own microsecond over long times and at the highest rates.
 
-use super::twins::{self, Muscle, Pulse, Tiring};
+use super::twins::{self, FatigueMode, Muscle, Pulse};
 use super::{error_pct, peak, spec, subjects};
 use firmware::muscle::{CalciumForce, CalciumForceSpec, CalciumForceState, Gain};
 use firmware::units::{Micros, us};
@@ -11,12 +11,12 @@ const BEFORE_WRAP: Micros = Micros::new(u32::MAX - 60_000_000);
 const LSB: f64 = 1.0 / 65_536.0;
 
 /// A muscle and its state, fed in ticks of 1 ms.
-struct Fed {
+struct MuscleRun {
     muscle: CalciumForce,
     state: CalciumForceState,
 }
 
-impl Fed {
+impl MuscleRun {
     fn new(spec: CalciumForceSpec) -> Self {
         Self {
             muscle: CalciumForce::new(spec).unwrap(),
@@ -65,13 +65,13 @@ fn ten_minutes_of_on_and_off_do_not_drift() {
     for (name, m) in subjects() {
         for (hz, phase) in RATES {
             let pulses = second(hz, phase);
-            let mut fed = Fed::new(spec(&m));
+            let mut fed = MuscleRun::new(spec(&m));
             let first = fed.run(&pulses, 2000);
             let all: Vec<Pulse> = [0, 2_000_000]
                 .iter()
                 .flat_map(|start| pulses.iter().map(move |at| (start + at, 1.0)))
                 .collect();
-            let (truth, _) = twins::tiring(&m, Tiring::Never, &all, 4000);
+            let (truth, _) = twins::tiring(&m, FatigueMode::Never, &all, 4000);
             let newtons: Vec<f64> = first.iter().map(|&bits| f64::from(bits) * LSB).collect();
             error = error.max(error_pct(&truth[1..=2000], &newtons));
             // What the second before leaves, in units of the force.
@@ -115,9 +115,9 @@ fn the_densest_bursts_stay_in_range() {
     let reference: Vec<Pulse> = pulses.iter().map(|&at| (at, 1.0)).collect();
     let mut worst = 0f64;
     for (name, m) in subjects() {
-        let mut fed = Fed::new(spec(&m));
+        let mut fed = MuscleRun::new(spec(&m));
         let forces = fed.run(&pulses, 2000);
-        let (truth, _) = twins::tiring(&m, Tiring::Never, &reference, 2000);
+        let (truth, _) = twins::tiring(&m, FatigueMode::Never, &reference, 2000);
         let forces: Vec<f64> = forces.iter().map(|&bits| f64::from(bits) * LSB).collect();
         let error = error_pct(&truth[1..], &forces);
         println!(
@@ -137,7 +137,7 @@ fn the_densest_bursts_stay_in_range() {
             tau1: 0.2,
             tau2: 1.0,
         };
-        let mut fed = Fed::new(spec(&slowest));
+        let mut fed = MuscleRun::new(spec(&slowest));
         for &force in &fed.run(&pulses, 2000) {
             assert!(force >= 0 && f64::from(force) * LSB <= 12_000.0);
         }
@@ -147,7 +147,7 @@ fn the_densest_bursts_stay_in_range() {
 }
 
 /// Force comes to exactly zero, and stays there.
-fn rests(fed: &mut Fed, name: &str) {
+fn rests(fed: &mut MuscleRun, name: &str) {
     let tail = fed.run(&[], 8000);
     assert_eq!(tail.last(), Some(&0), "{name}");
     assert!(fed.state.is_at_rest(), "{name}");

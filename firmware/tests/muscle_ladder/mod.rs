@@ -9,7 +9,9 @@ mod exact_pulses;
 mod switching;
 pub mod twins;
 
-use firmware::muscle::{CalciumForceSpec, FatigueSpec, Gain, Ladder, LadderState, Model, Rung};
+use firmware::muscle::{
+    CalciumForceSpec, FatigueSpec, Gain, Model, MuscleModel, MuscleModelState, Rung,
+};
 use firmware::units::{Micros, us};
 use twins::{Muscle, Pulse};
 
@@ -49,9 +51,9 @@ pub fn spec(m: &Muscle) -> CalciumForceSpec {
 }
 
 /// The muscle on a rung, with the quadriceps' fatigue.
-pub fn ladder(m: &Muscle, rung: Rung) -> Ladder {
+pub fn ladder(m: &Muscle, rung: Rung) -> MuscleModel {
     let spec = spec(m);
-    Ladder::new(spec, Some(FatigueSpec::scaled_to(spec.a_mn_per_s)), rung).unwrap()
+    MuscleModel::new(spec, Some(FatigueSpec::scaled_to(spec.a_mn_per_s)), rung).unwrap()
 }
 
 /// Pulses at `hz` from `from_ms` until `to_ms`, full gain.
@@ -62,16 +64,16 @@ pub fn train(hz: f64, from_ms: u64, to_ms: u64) -> Vec<Pulse> {
 }
 
 /// Force in N.
-pub fn newtons(ladder: &Ladder, state: &LadderState) -> f64 {
+pub fn newtons(ladder: &MuscleModel, state: &MuscleModelState) -> f64 {
     ladder.force(state).get().to_num()
 }
 
 /// Force every millisecond, from ticks of 1 ms; `each` sees the state first.
 pub fn run(
-    ladder: &Ladder,
+    ladder: &MuscleModel,
     pulses: &[Pulse],
     ms: u64,
-    mut each: impl FnMut(u64, &mut LadderState),
+    mut each: impl FnMut(u64, &mut MuscleModelState),
 ) -> Vec<f64> {
     let mut state = ladder.at_rest(START);
     let mut pulses = pulses.iter().peekable();

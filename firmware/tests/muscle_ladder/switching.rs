@@ -1,9 +1,9 @@
 //! A change of rung: no step in force where two models meet, a beginning at rest
 //! where none ran.
 
-use super::twins::{self, Pulse, Tiring};
+use super::twins::{self, FatigueMode, Pulse};
 use super::{START, ladder, newtons, peak, run, subjects, train};
-use firmware::muscle::{CalciumForceSpec, FatigueSpec, Gain, Ladder, Model, NoFatigue, Rung};
+use firmware::muscle::{CalciumForceSpec, FatigueSpec, Gain, Model, MuscleModel, NoFatigue, Rung};
 use firmware::units::{Micros, us};
 use fixed::types::U1F31;
 use proptest::prelude::*;
@@ -56,7 +56,7 @@ proptest! {
         events in prop::collection::vec(
             (0u32..60_000, any::<u32>(), prop::option::of(any_rung()), 0u32..40), 1..120),
     ) {
-        let ladder = Ladder::new(spec, Some(fatigue), first).unwrap();
+        let ladder = MuscleModel::new(spec, Some(fatigue), first).unwrap();
         let full = f64::from(spec.a_mn_per_s) * 1e-3 * f64::from(200_000 + spec.tau2_us) * 1e-6;
         let mut now = firmware::units::Micros::new(start);
         let mut state = ladder.at_rest(now);
@@ -90,7 +90,7 @@ proptest! {
 #[test]
 fn a_rung_that_tires_needs_its_parameters() {
     let (_, m) = subjects().remove(0);
-    let ladder = Ladder::new(super::spec(&m), None, Rung::CalciumForce).unwrap();
+    let ladder = MuscleModel::new(super::spec(&m), None, Rung::CalciumForce).unwrap();
     let mut state = ladder.at_rest(START);
     assert_eq!(
         ladder.switch(&mut state, Rung::CalciumForceFatigue, START),
@@ -149,7 +149,7 @@ fn a_tired_muscle_stays_tired_on_the_rung_below() {
     let pulses: Vec<Pulse> = train(40.0, 0, 30_000);
     let top = ladder(&m, Rung::CalciumForceFatigue);
     let straight = run(&top, &pulses, 30_000, |_, _| ());
-    let (fresh, _) = twins::tiring(&m, Tiring::Never, &pulses, 30_000);
+    let (fresh, _) = twins::tiring(&m, FatigueMode::Never, &pulses, 30_000);
     for by in [Rung::None, Rung::CalciumForce] {
         let below = run(&top, &pulses, 30_000, |tick, state| match tick {
             27_700 => top.switch(state, by, at(tick)).unwrap(),

@@ -24,7 +24,7 @@ pub struct Fatigue {
 
 /// How the calcium–force model tires.
 #[derive(Clone, Copy, Debug)]
-pub enum Tiring {
+pub enum FatigueMode {
     /// Not at all.
     Never,
     /// By Ding's equations.
@@ -52,11 +52,11 @@ fn after_a_second(m: &Muscle, tire: &Fatigue, y: State, force: f64) -> State {
 
 /// Force every millisecond of the calcium–force model: exact C, and classical
 /// Runge–Kutta at 50 µs or less, split at pulses. And A/A₀ at the end.
-pub fn tiring(m: &Muscle, tiring: Tiring, pulses: &[Pulse], ms: u64) -> (Vec<f64>, f64) {
+pub fn tiring(m: &Muscle, tiring: FatigueMode, pulses: &[Pulse], ms: u64) -> (Vec<f64>, f64) {
     let rate = |c: f64, gain: f64, [a, k, tau1, f]: State| {
         let x = c / (k + c);
         let force = a * gain * x - f / (tau1 + m.tau2 * x);
-        let Tiring::Always(tire) = tiring else {
+        let FatigueMode::Always(tire) = tiring else {
             return [0.0, 0.0, 0.0, force];
         };
         [
@@ -95,7 +95,7 @@ pub fn tiring(m: &Muscle, tiring: Tiring, pulses: &[Pulse], ms: u64) -> (Vec<f64
             }
         }
         samples.push(y[3]);
-        if let Tiring::EverySecond(tire) = tiring
+        if let FatigueMode::EverySecond(tire) = tiring
             && sample > 0
             && sample.is_multiple_of(1000)
         {

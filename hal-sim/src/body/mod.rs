@@ -37,7 +37,7 @@ pub use elbow::{Elbow, ElbowSpec, InvalidElbow};
 pub use electrode::{Drive, Lead, Load};
 pub use finger::{Finger, FingerSpec, InvalidSpec};
 pub use random_finger::{RandomFinger, RandomFingerSpec};
-pub use still::Still;
+pub use still::FixedLoad;
 
 /// Channels a body has electrodes for; the board has ten.
 pub const CHANNELS: usize = 10;

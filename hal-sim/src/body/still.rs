@@ -4,12 +4,12 @@ use super::{Body, CHANNELS, Load, Pulse};
 
 /// A dummy load at a fixed joint angle: for tests of the electronics alone.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Still {
+pub struct FixedLoad {
     angle_deg: f64,
     loads: [Load; CHANNELS],
 }
 
-impl Still {
+impl FixedLoad {
     /// A joint held at `angle_deg` degrees, with nominal loads.
     pub fn new(angle_deg: f64) -> Self {
         Self {
@@ -19,7 +19,7 @@ impl Still {
     }
 }
 
-impl Body for Still {
+impl Body for FixedLoad {
     fn pulse(&mut self, _pulse: &Pulse) {}
 
     fn fork(&self) -> Option<Box<dyn Body>> {

@@ -16,14 +16,14 @@ const LIMIT: Cycle = 10_000_000_000;
 
 /// How the flash answers: what hangs on it can be shown by comparing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Wait {
+pub enum FlashWait {
     /// As the program sets it, by this reading of the manual.
     States(Prefetched),
     /// As fast as the core, whatever the program sets: no board's.
     Never,
 }
 
-impl Wait {
+impl FlashWait {
     /// All of them, the default first.
     pub const ALL: [Self; 3] = [
         Self::States(Prefetched::Cached),
@@ -32,7 +32,7 @@ impl Wait {
     ];
 }
 
-impl Default for Wait {
+impl Default for FlashWait {
     fn default() -> Self {
         Self::States(Prefetched::default())
     }
@@ -40,7 +40,7 @@ impl Default for Wait {
 
 /// What a program that ended left behind.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Ended {
+pub struct ProgramResult {
     /// Everything that it printed.
     pub console: String,
     /// Instructions from reset on.
@@ -74,13 +74,13 @@ pub enum AloneError {
 
 /// Runs `image` from reset, at HSI unless it sets up a clock, until it ends
 /// with exit code 0.
-pub fn run(image: &Image, wait: Wait) -> Result<Ended, AloneError> {
+pub fn run(image: &Image, wait: FlashWait) -> Result<ProgramResult, AloneError> {
     let mut soc = Soc::new(Pace::Lazy);
     // `Image` has checked that it fits.
     let _ = soc.flash.load(flash::BASE, &image.flash);
     match wait {
-        Wait::States(prefetched) => soc.flash.set_prefetched(prefetched),
-        Wait::Never => soc.flash.never_wait(),
+        FlashWait::States(prefetched) => soc.flash.set_prefetched(prefetched),
+        FlashWait::Never => soc.flash.never_wait(),
     }
     let program = image.path().display().to_string();
     let mut cpu = Cpu::default();
@@ -89,7 +89,7 @@ pub fn run(image: &Image, wait: Wait) -> Result<Ended, AloneError> {
     let console = cpu.system.semihosting.take().unwrap_or_default().console;
     let console = String::from_utf8_lossy(&console).into_owned();
     match ended {
-        Err(Stop::Exit(0)) => Ok(Ended {
+        Err(Stop::Exit(0)) => Ok(ProgramResult {
             console,
             instructions: cpu.instructions,
             cycles: cpu.cycle,

@@ -4,7 +4,7 @@
 //! In: an image, the chip's RAM. Out: lines with device time. Draining takes
 //! no time on the chip, as with a debug probe.
 
-use super::board::Around;
+use super::board::Surroundings;
 use super::cpu::Size;
 use super::image::{Image, ImageError};
 use super::soc::Ram;
@@ -144,7 +144,7 @@ pub struct Logged<D> {
     now: crate::trace::Unwrap,
 }
 
-impl<D: Device + AsMut<Around>> Logged<D> {
+impl<D: Device + AsMut<Surroundings>> Logged<D> {
     /// Writes the log of `device` to `log`; time there begins before `boot`.
     pub fn new(device: D, log: Log) -> Self {
         Self {
@@ -160,7 +160,7 @@ impl<D: Device + AsMut<Around>> Logged<D> {
     }
 }
 
-impl<D: Device + AsMut<Around>> Device for Logged<D> {
+impl<D: Device + AsMut<Surroundings>> Device for Logged<D> {
     fn receive(
         &mut self,
         at: Micros,

@@ -9,7 +9,7 @@ const NS_PS: u128 = 1_000;
 
 /// From `cycle` on, which is `ps`, the clock is `hz`.
 #[derive(Clone, Copy, PartialEq, Debug)]
-struct Stretch {
+struct ClockSegment {
     cycle: Cycle,
     ps: u128,
     hz: u32,
@@ -19,13 +19,13 @@ struct Stretch {
 #[derive(Clone, PartialEq, Debug)]
 pub struct Time {
     /// In their order; the first begins with time.
-    stretches: Vec<Stretch>,
+    stretches: Vec<ClockSegment>,
 }
 
 impl Time {
     /// Time 0 is at `origin`, at a clock of `hz`.
     pub fn new(origin: Cycle, hz: u32) -> Self {
-        let first = Stretch {
+        let first = ClockSegment {
             cycle: origin,
             ps: 0,
             hz,
@@ -46,7 +46,7 @@ impl Time {
         let ps = last.ps_at(cycle);
         match cycle <= last.cycle {
             true => last.hz = hz,
-            false => self.stretches.push(Stretch { cycle, ps, hz }),
+            false => self.stretches.push(ClockSegment { cycle, ps, hz }),
         }
     }
 
@@ -85,7 +85,7 @@ impl Time {
     }
 }
 
-impl Stretch {
+impl ClockSegment {
     fn ps_at(&self, cycle: Cycle) -> u128 {
         let cycles = u128::from(cycle.saturating_sub(self.cycle));
         self.ps + cycles * SECOND_PS / u128::from(self.hz.max(1))

@@ -37,7 +37,7 @@ impl<R: Read, W: Write> Remote<R, W> {
             commands: 0,
             first_session: 1,
         };
-        remote.read_until_done(&mut Nothing)?;
+        remote.read_until_done(&mut NullSink)?;
         Ok(remote)
     }
 
@@ -69,7 +69,7 @@ impl<R: Read, W: Write> Remote<R, W> {
             last_fault,
             first_session: self.first_session,
         };
-        self.execute(&command, &mut Nothing)
+        self.execute(&command, &mut NullSink)
     }
 
     /// Sends a command and takes its outputs until it is done.
@@ -111,7 +111,7 @@ impl<R: Read, W: Write> Remote<R, W> {
         // A trigger edge is seen once: what the device keeps has none.
         let trigger = None;
         self.sensors = Some(Sensors { trigger, ..news });
-        self.execute(&Command::Sense(news), &mut Nothing)
+        self.execute(&Command::Sense(news), &mut NullSink)
     }
 }
 
@@ -157,9 +157,9 @@ fn corrupt(what: &str) -> io::Error {
 }
 
 /// Booting and sensing put nothing out.
-struct Nothing;
+struct NullSink;
 
-impl Sink for Nothing {
+impl Sink for NullSink {
     fn levels(&mut self, _: Micros, _: Levels) {}
     fn dac(&mut self, _: Micros, _: u8, _: DacCode) {}
     fn bytes(&mut self, _: Micros, _: &[u8]) {}

@@ -1,6 +1,6 @@
 //! A trace as rows: one per change of a channel's state.
 
-use super::levels::{CHANNELS, Changed, Levels, State};
+use super::levels::{CHANNELS, ChangedChannels, Levels, State};
 use super::record::{DacWrite, Trace};
 
 /// One channel entered a state.
@@ -24,7 +24,7 @@ pub struct Edges<'a> {
     t_us: u64,
     now: Levels,
     /// The channels whose change at `t_us` is not yet given out.
-    pending: Changed,
+    pending: ChangedChannels,
 }
 
 impl Trace {
@@ -36,7 +36,7 @@ impl Trace {
             codes: self.start.1,
             t_us: 0,
             now: self.start.0,
-            pending: Changed::default(),
+            pending: ChangedChannels::default(),
         }
     }
 

@@ -107,16 +107,16 @@ impl Levels {
     }
 
     /// Channels whose state differs from `before`, ascending.
-    pub const fn changed(self, before: Levels) -> Changed {
-        Changed((self.0 ^ before.0) & (SYNC - 1))
+    pub const fn changed(self, before: Levels) -> ChangedChannels {
+        ChangedChannels((self.0 ^ before.0) & (SYNC - 1))
     }
 }
 
 /// Channels that changed, ascending: those with a bit set of their two.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Changed(u32);
+pub struct ChangedChannels(u32);
 
-impl Iterator for Changed {
+impl Iterator for ChangedChannels {
     type Item = u8;
 
     #[inline]

@@ -6,7 +6,7 @@ use hal_sim::body::hand::field::{Field, Pad, Tissue};
 
 /// Largest errors of potential, gradient and curvature at one depth, each by the
 /// largest there is at that depth in every other cell within 80 mm of the middle.
-struct Compared {
+struct DepthErrors {
     depth_m: f64,
     errors: [f64; 3],
 }
@@ -42,7 +42,7 @@ impl Setting {
         pad(-x_m, -y_m, shape)
     }
 
-    fn compare(&self, field: &Field, solved: &Solved, depth_m: f64) -> Compared {
+    fn compare(&self, field: &Field, solved: &Solved, depth_m: f64) -> DepthErrors {
         let [x, y, z] = solved.edges();
         let near = |edges: &Edges, end: f64| {
             (1..edges.cells())
@@ -67,7 +67,7 @@ impl Setting {
                 errors[n] = errors[n].max((known[n] - found[n]).abs());
             }
         }
-        Compared {
+        DepthErrors {
             depth_m: z.middle(k),
             errors: [0, 1, 2].map(|n: usize| errors[n] / largest[n]),
         }
@@ -87,7 +87,7 @@ impl Setting {
             );
             assert!(error < limits[0], "{far:?} {} {known}", solved.under_pad);
             for depth in [4.5e-3, 7e-3, 1.2e-2, 2.5e-2] {
-                let Compared { depth_m, errors } = self.compare(&field, &solved, depth);
+                let DepthErrors { depth_m, errors } = self.compare(&field, &solved, depth);
                 println!("{depth_m:.4} m: {errors:.4?}");
                 for (error, limit) in errors.into_iter().zip(limits) {
                     assert!(error < limit, "{far:?} {depth_m} {errors:?}");

@@ -5,8 +5,8 @@ use hal_sim::random::{unit, word};
 use hal_sim::trace::{State, Trace};
 use host_core::record::{Marker, MarkerKind, Recorder, Run, load, write_run};
 use host_core::run::{
-    Control, DeviceName, INTENSITY_STEP, Keys, Observer, Seen, SessionFile, begin_trial, repeating,
-    run,
+    Control, DeviceName, INTENSITY_STEP, Keys, Observation, Observer, SessionFile, begin_trial,
+    repeating, run,
 };
 use std::collections::{BTreeMap, VecDeque};
 use std::path::{Path, PathBuf};
@@ -101,7 +101,7 @@ fn sequence(seed: u64) -> Vec<(u64, Control)> {
 struct Person(VecDeque<(u64, Control)>);
 
 impl Observer for Person {
-    fn see(&mut self, _: Seen<'_>) {}
+    fn see(&mut self, _: Observation<'_>) {}
 
     fn control(&mut self, now_us: u64) -> Option<Control> {
         let (_, key) = self.0.pop_front_if(|(at_us, _)| *at_us <= now_us)?;

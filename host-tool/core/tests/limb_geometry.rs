@@ -7,7 +7,7 @@ use firmware::limb::{
 };
 use firmware::units::{Amplitude, Angle};
 use hal_sim::random;
-use host_core::limb::{Exact, Posed, Single, ToDouble};
+use host_core::limb::{Exact, PostureMatrices, Single, ToDouble};
 
 const POSTURES: u64 = 200;
 /// A step of central differences: h² of the third derivative and 1e-16/h both stay
@@ -219,7 +219,7 @@ fn the_device_s_numbers_stay_near_exact_ones() {
 fn a_wrench_is_told_from_its_torques() {
     let limb = Limb::<Exact>::new(&nominal()).unwrap();
     let jacobians = limb.refresh(&before_the_trunk()).unwrap();
-    let posed = Posed::new(&jacobians).unwrap();
+    let posed = PostureMatrices::new(&jacobians).unwrap();
     let wanted = nalgebra::SVector::from([12.0, -7.0, 30.0, 0.4, -1.1, 0.6]);
     let back = posed.given * posed.torques(&wanted);
     assert!((back - wanted).amax() < 1e-10);

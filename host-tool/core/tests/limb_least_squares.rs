@@ -5,7 +5,9 @@ use firmware::bench::limb::{before_the_trunk, nominal};
 use firmware::limb::{JointName, LINES, Limb, LimbSpec, LineSpec, ViaSpec};
 use firmware::units::Angle;
 use hal_sim::random;
-use host_core::limb::{Bounded, Exact, LeastSquares, Posed, Trouble, Weights, amplitudes, force};
+use host_core::limb::{
+    Bounded, Exact, LeastSquares, PostureMatrices, RecruitmentError, Weights, amplitudes, force,
+};
 use nalgebra::{SMatrix, SVector};
 use ndarray::{Array1, Array2};
 
@@ -122,9 +124,9 @@ fn muscles_that_are_alike_share() {
     }
 }
 
-fn arm(spec: &LimbSpec) -> (Limb<Exact>, Posed) {
+fn arm(spec: &LimbSpec) -> (Limb<Exact>, PostureMatrices) {
     let limb = Limb::<Exact>::new(spec).unwrap();
-    let posed = Posed::new(&limb.refresh(&before_the_trunk()).unwrap()).unwrap();
+    let posed = PostureMatrices::new(&limb.refresh(&before_the_trunk()).unwrap()).unwrap();
     (limb, posed)
 }
 
@@ -229,7 +231,7 @@ fn what_cannot_be_had_is_told() {
     let mut spec = nominal();
     spec.lines[3].gain_mn_per_ma = 0;
     spec.ranges_mdeg[4].0 = -90_000;
-    let mistakes = Trouble::of_spec(&spec).unwrap_err().to_string();
+    let mistakes = RecruitmentError::of_spec(&spec).unwrap_err().to_string();
     assert_eq!(
         mistakes,
         "E700 the arm has mistakes:\n  \
@@ -240,7 +242,7 @@ fn what_cannot_be_had_is_told() {
     let (limb, posed) = arm(&nominal());
     let mut posture = before_the_trunk();
     posture[6] = Angle::from_centideg(14_000);
-    let refused = Trouble::from(limb.refresh(&posture).unwrap_err()).to_string();
+    let refused = RecruitmentError::from(limb.refresh(&posture).unwrap_err()).to_string();
     assert!(refused.starts_with("E701 elbow flexion is 140°, outside this wearer's 0…130°"));
     let none = Weights {
         effort: 0.0,
@@ -253,11 +255,11 @@ fn what_cannot_be_had_is_told() {
     );
     let mut recruit = LeastSquares::new(&limb, Weights::DECLARED).unwrap();
     let refused = recruit.recruit_within(&posed, &force([0.0, 0.0, 900.0]), 5.0);
-    let Err(Trouble::Beyond { nearest, wanted_n }) = refused else {
+    let Err(RecruitmentError::Beyond { nearest, wanted_n }) = refused else {
         panic!("{refused:?}");
     };
     assert_eq!(wanted_n, 900.0);
-    let beyond = Trouble::Beyond { nearest, wanted_n }.to_string();
+    let beyond = RecruitmentError::Beyond { nearest, wanted_n }.to_string();
     assert!(
         beyond.starts_with("E703 900.0 N cannot be made in this posture: of that direction ("),
         "{beyond}"
@@ -267,14 +269,14 @@ fn what_cannot_be_had_is_told() {
     assert!(recruit.recruit_within(&posed, &times(1.0), 5.0).is_ok());
     assert!(recruit.recruit_within(&posed, &times(1.001), 5.0).is_err());
     let not_finite = recruit.recruit(&posed, &force([f64::NAN, 0.0, 0.0]));
-    assert_eq!(not_finite, Err(Trouble::NotConverged));
+    assert_eq!(not_finite, Err(RecruitmentError::NotConverged));
     // Bones in one line, hanging: the line itself carries a load.
     let mut plumb = nominal();
     plumb.ways_um[1] = [0, 0, -150_000];
     let hanging = Limb::<Exact>::new(&plumb)
         .unwrap()
         .jacobians(&[Exact(0.0); 9]);
-    let singular = Posed::new(&hanging).unwrap_err().to_string();
+    let singular = PostureMatrices::new(&hanging).unwrap_err().to_string();
     assert!(
         singular.starts_with("E704 in this posture the arm holds some wrench without any torque"),
         "{singular}"

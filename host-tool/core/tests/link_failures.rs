@@ -13,16 +13,16 @@ fn native() -> SimulatedPort {
 }
 
 /// A port of a computer that falls asleep once.
-struct Asleep {
+struct SleepingPort {
     port: SimulatedPort,
     /// How long it sleeps as soon as it waits, µs.
     sleep_us: u64,
     /// What became of the port meanwhile.
-    then: Then,
+    then: AfterSleep,
 }
 
 #[derive(Clone, Copy, PartialEq)]
-enum Then {
+enum AfterSleep {
     /// What was sent waits to be read.
     Waits,
     /// Nothing comes any more.
@@ -31,7 +31,7 @@ enum Then {
     Gone,
 }
 
-impl Port for Asleep {
+impl Port for SleepingPort {
     fn now_us(&mut self) -> u64 {
         self.port.now_us()
     }
@@ -46,14 +46,14 @@ impl Port for Asleep {
             self.port.world.run_until(now_us + self.sleep_us)?;
             self.sleep_us = 0;
             return match self.then {
-                Then::Gone => Err(io::ErrorKind::BrokenPipe.into()),
+                AfterSleep::Gone => Err(io::ErrorKind::BrokenPipe.into()),
                 // As a read that ran out of time, of which nobody knew that it was over.
                 _ => Ok(Vec::new()),
             };
         }
         let bytes = self.port.receive(until_us)?;
         Ok(match self.then {
-            Then::Silent => Vec::new(),
+            AfterSleep::Silent => Vec::new(),
             _ => bytes,
         })
     }
@@ -64,11 +64,11 @@ impl Port for Asleep {
 }
 
 /// What comes of a `Status` while this computer sleeps.
-fn status(sleep_us: u64, then: Then) -> Result<(), String> {
-    let port = Asleep {
+fn status(sleep_us: u64, then: AfterSleep) -> Result<(), String> {
+    let port = SleepingPort {
         port: native(),
         sleep_us: 0,
-        then: Then::Waits,
+        then: AfterSleep::Waits,
     };
     let (mut client, _) = Connection::open(port).unwrap();
     (client.port().sleep_us, client.port().then) = (sleep_us, then);
@@ -78,7 +78,7 @@ fn status(sleep_us: u64, then: Then) -> Result<(), String> {
 #[test]
 fn an_answer_that_came_while_this_computer_slept_is_read() {
     for sleep_us in [1, 400_000, 600_000, 5_000_000] {
-        assert_eq!(status(sleep_us, Then::Waits), Ok(()), "{sleep_us}");
+        assert_eq!(status(sleep_us, AfterSleep::Waits), Ok(()), "{sleep_us}");
     }
 }
 
@@ -87,16 +87,20 @@ fn what_this_computer_slept_through_is_not_the_device_s_fault() {
     for (sleep_us, then, says) in [
         (
             5_000_000,
-            Then::Silent,
+            AfterSleep::Silent,
             "E509 this computer did not run this program for 4998 ms",
         ),
         (
             5_000_000,
-            Then::Gone,
+            AfterSleep::Gone,
             "E509 this computer did not run this program for 4998 ms",
         ),
-        (1, Then::Silent, "E501 no answer to Status within 500 ms"),
-        (1, Then::Gone, "E502 lost the device"),
+        (
+            1,
+            AfterSleep::Silent,
+            "E501 no answer to Status within 500 ms",
+        ),
+        (1, AfterSleep::Gone, "E502 lost the device"),
     ] {
         let error = status(sleep_us, then).unwrap_err();
         assert!(error.starts_with(says), "{error}");
@@ -107,9 +111,9 @@ fn what_this_computer_slept_through_is_not_the_device_s_fault() {
 }
 
 /// A device that answers `Hello` with these bytes.
-struct Answering<F>(SimulatedPort, Option<Vec<u8>>, F);
+struct AnsweringPort<F>(SimulatedPort, Option<Vec<u8>>, F);
 
-impl<F: Fn(ToDevice) -> Vec<u8> + Send> Port for Answering<F> {
+impl<F: Fn(ToDevice) -> Vec<u8> + Send> Port for AnsweringPort<F> {
     fn now_us(&mut self) -> u64 {
         self.0.now_us()
     }
@@ -133,7 +137,7 @@ impl<F: Fn(ToDevice) -> Vec<u8> + Send> Port for Answering<F> {
 
 /// Why a `Hello` that is answered so is refused.
 fn opened(answer: impl Fn(ToDevice) -> Vec<u8> + Send) -> Option<Error> {
-    Connection::open(Answering(native(), None, answer)).err()
+    Connection::open(AnsweringPort(native(), None, answer)).err()
 }
 
 #[test]

@@ -4,7 +4,7 @@ use firmware::link::Code;
 use firmware::pulse::TrainSpec;
 use firmware::safety::{ChannelSpec, StageSpec, State, WearerSpec};
 use firmware::units::{Amplitude, Micros};
-use hal_sim::body::Still;
+use hal_sim::body::FixedLoad;
 use hal_sim::native::native;
 use hal_sim::wire::faults::Faults;
 use hal_sim::world::World;
@@ -29,7 +29,7 @@ fn channel(offset_us: u32) -> ChannelSpec {
 
 /// A native device that boots at `boot`, on a wearer who does not move.
 pub fn native_world(boot: Micros) -> World {
-    let body = Box::new(Still::new(0.0));
+    let body = Box::new(FixedLoad::new(0.0));
     World::new(Box::new(native(boot)), body, boot, Faults::default(), 1)
 }
 

@@ -364,7 +364,7 @@ fn page_and_comparison_tell_models_pulses_and_limit_cycles_alike() {
     assert!(page.contains(told));
     assert!(page.contains("<th scope=\"row\">pulses</th><td>800</td>"));
     assert!(page.contains("<th scope=\"row\">pulses started</th><td>802</td>"));
-    let all = [report::Compared::of(Path::new("one"), &run)];
+    let all = [report::ComparedRecord::of(Path::new("one"), &run)];
     assert!(report::compare_text(&all).contains(&format!("\n      {told}")));
     let cells = format!("<td>800</td><td>1</td><td>{told}</td>");
     assert!(report::compare_body(&all).as_str().contains(&cells));

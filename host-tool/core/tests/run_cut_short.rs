@@ -21,7 +21,7 @@ fn session() -> SessionFile {
 const AT_US: u64 = 2_000_000;
 
 #[derive(Clone, Copy)]
-enum Happening {
+enum Disturbance {
     Nothing,
     /// The path breaks, and the system says so.
     Gone,
@@ -36,7 +36,7 @@ enum Happening {
 /// A simulated board to which something happens.
 struct Accident {
     port: SimulatedPort,
-    happening: Happening,
+    happening: Disturbance,
 }
 
 impl Accident {
@@ -52,8 +52,8 @@ impl Port for Accident {
 
     fn send(&mut self, frame: &[u8]) -> io::Result<()> {
         match self.happening {
-            Happening::Gone if self.is_over() => Err(io::ErrorKind::BrokenPipe.into()),
-            Happening::Silent if self.is_over() => Ok(()),
+            Disturbance::Gone if self.is_over() => Err(io::ErrorKind::BrokenPipe.into()),
+            Disturbance::Silent if self.is_over() => Ok(()),
             _ => self.port.send(frame),
         }
     }
@@ -63,21 +63,21 @@ impl Port for Accident {
             return self.port.receive(until_us.min(AT_US));
         }
         match self.happening {
-            Happening::Gone => Err(io::ErrorKind::BrokenPipe.into()),
-            Happening::Silent => {
+            Disturbance::Gone => Err(io::ErrorKind::BrokenPipe.into()),
+            Disturbance::Silent => {
                 while !self.port.receive(until_us)?.is_empty() {}
                 Ok(Vec::new())
             }
-            Happening::Asleep => {
-                self.happening = Happening::Nothing;
+            Disturbance::Asleep => {
+                self.happening = Disturbance::Nothing;
                 self.port.world.run_until(AT_US + 5_000_000)?;
                 self.port.receive(until_us)
             }
-            Happening::World(change) => {
+            Disturbance::World(change) => {
                 change(&mut self.port.world);
                 self.port.receive(until_us)
             }
-            Happening::Nothing => self.port.receive(until_us),
+            Disturbance::Nothing => self.port.receive(until_us),
         }
     }
 
@@ -88,16 +88,16 @@ impl Port for Accident {
 
 /// What happens, what is all in the message, and whether the device must be
 /// acknowledged before the next session.
-type Row = (&'static str, Happening, &'static [&'static str], bool);
+type Row = (&'static str, Disturbance, &'static [&'static str], bool);
 
 #[rustfmt::skip]
 const ROWS: [Row; 6] = [
-    ("gone", Happening::Gone, &["E502 lost the device", "reconnect and run again"], false),
-    ("silent", Happening::Silent, &["E501 no answer to setpoints", "is the device powered"], false),
-    ("asleep", Happening::Asleep, &["E509 this computer did not run this program for 499", "HostSilent", "suspended, asleep or too busy", "run again", "is kept"], false),
-    ("over-current", Happening::World(|world| world.sensors.over_current = true), &["E512", "fault 6: OverCurrent", "--acknowledge", "is kept"], true),
-    ("electrode off", Happening::World(|world| world.body.loads_mut()[0] = Load::Open), &["E512", "fault 7: ElectrodeOff", "--acknowledge", "is kept"], true),
-    ("hand-held stop", Happening::World(|world| world.sensors.hand_stop = false), &["E512", "stopping: HandStop", "close it", "is kept"], false),
+    ("gone", Disturbance::Gone, &["E502 lost the device", "reconnect and run again"], false),
+    ("silent", Disturbance::Silent, &["E501 no answer to setpoints", "is the device powered"], false),
+    ("asleep", Disturbance::Asleep, &["E509 this computer did not run this program for 499", "HostSilent", "suspended, asleep or too busy", "run again", "is kept"], false),
+    ("over-current", Disturbance::World(|world| world.sensors.over_current = true), &["E512", "fault 6: OverCurrent", "--acknowledge", "is kept"], true),
+    ("electrode off", Disturbance::World(|world| world.body.loads_mut()[0] = Load::Open), &["E512", "fault 7: ElectrodeOff", "--acknowledge", "is kept"], true),
+    ("hand-held stop", Disturbance::World(|world| world.sensors.hand_stop = false), &["E512", "stopping: HandStop", "close it", "is kept"], false),
 ];
 #[test]
 fn the_reason_is_named_and_the_record_is_kept() {
@@ -144,7 +144,7 @@ fn check((name, happening, says, is_faulted): Row) {
 
 /// Once the cause is gone, the next session runs: acknowledged if need be.
 fn runs_again(name: &str, is_faulted: bool, mut port: Accident, file: &SessionFile) {
-    port.happening = Happening::Nothing;
+    port.happening = Disturbance::Nothing;
     let world = &mut port.port.world;
     (world.sensors.over_current, world.sensors.hand_stop) = (false, true);
     world.body.loads_mut()[0] = Load::NOMINAL;
@@ -162,7 +162,7 @@ fn runs_again(name: &str, is_faulted: bool, mut port: Accident, file: &SessionFi
 }
 
 /// A native board with the session's wearer.
-fn accident(file: &SessionFile, happening: Happening) -> Accident {
+fn accident(file: &SessionFile, happening: Disturbance) -> Accident {
     let boot = firmware::units::Micros::new(0);
     let device = Box::new(hal_sim::native::native(boot));
     let port = host_core::run::simulated(&file.session, 1, device, boot).unwrap();
@@ -180,7 +180,7 @@ fn refused_setpoints_are_the_reason_that_is_named() {
            { at_s = 0.0, value = 1.0 }, { at_s = 2.0, value = 1.0 }, \
            { at_s = 2.01, value = 10.0 }, { at_s = 4.0, value = 10.0 }]\n";
     let file = SessionFile::parse("steps.toml", &text).unwrap();
-    let port = accident(&file, Happening::Nothing);
+    let port = accident(&file, Disturbance::Nothing);
     let (outcome, _) = run(&file, port, None, |_| ());
     assert!(outcome.refused > 0);
     let message = outcome.error.unwrap().to_string();

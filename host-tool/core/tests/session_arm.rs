@@ -3,7 +3,7 @@
 use firmware::bench::limb::nominal;
 use firmware::limb::Limb;
 use firmware::units::Micros;
-use hal_sim::body::arm::{Arm, ArmSpec, Held, Muscle, Posture};
+use hal_sim::body::arm::{Arm, ArmSpec, Muscle, Posture, Support};
 use hal_sim::body::{Body, Drive, Pulse};
 use hal_sim::native::native;
 use host_core::limb::Exact;
@@ -72,7 +72,7 @@ fn the_nine_angles_are_those_of_the_device_s_chain() {
 }
 
 /// 25 mA at 40 Hz on one electrode for half a second: how far each angle went.
-fn pulled(muscle: Muscle, held: Held) -> [f64; 9] {
+fn pulled(muscle: Muscle, held: Support) -> [f64; 9] {
     let mut body = Arm::new(ArmSpec {
         crosstalk: [0.0; 9],
         ..ArmSpec::nominal()
@@ -92,7 +92,7 @@ fn pulled(muscle: Muscle, held: Held) -> [f64; 9] {
         });
     }
     body.advance(500_000);
-    assert_eq!(body.hand_n().is_some(), held == Held::InCuff);
+    assert_eq!(body.hand_n().is_some(), held == Support::InCuff);
     let there = body.posture_deg().unwrap();
     std::array::from_fn(|axis| there[axis] - rest[axis])
 }
@@ -113,8 +113,8 @@ fn muscles_turn_what_they_are_known_for() {
         (Muscle::PectoralisSternal, rotation, 1.0),
         (Muscle::Trapezius, elevation, 1.0),
     ] {
-        let free = pulled(muscle, Held::Freely);
-        let held = pulled(muscle, Held::InCuff);
+        let free = pulled(muscle, Support::Freely);
+        let held = pulled(muscle, Support::InCuff);
         println!("{muscle:?}: free {free:.2?}, in the cuff {held:.2?}");
         assert!(sign * free[axis] > 0.1, "{muscle:?}, axis {axis}: {free:?}");
         let most = |all: [f64; 9]| {

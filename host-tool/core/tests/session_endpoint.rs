@@ -292,14 +292,14 @@ fn a_line_over_two_joints_is_played_at_the_one_it_names() {
 }
 
 /// An arm that leaves the wearer's range for a while.
-struct Moving {
+struct MovingArm {
     now_us: u64,
     away_us: std::ops::Range<u64>,
     lost_us: u64,
     loads: [Load; CHANNELS],
 }
 
-impl Body for Moving {
+impl Body for MovingArm {
     fn pulse(&mut self, _: &Pulse) {}
     fn advance(&mut self, to_us: u64) -> bool {
         self.now_us = self.now_us.max(to_us);
@@ -327,7 +327,7 @@ impl Body for Moving {
 fn moving(away_us: std::ops::Range<u64>, lost_us: u64) -> World {
     // A world counts from when its device boots.
     let boot_us = u64::from(BOOT.get());
-    let body = Moving {
+    let body = MovingArm {
         now_us: 0,
         away_us: boot_us + away_us.start..boot_us + away_us.end,
         lost_us: boot_us.saturating_add(lost_us),

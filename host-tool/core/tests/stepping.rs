@@ -7,7 +7,7 @@ use hal_sim::random::word;
 use host_core::link::{Error, Port};
 use host_core::record::{Recorder, Trial};
 use host_core::run::{
-    Attached, Control, DeviceName, Outcome, RunError, SessionFile, Stepped, Stepper, Until,
+    Attachments, Control, DeviceName, Outcome, RunError, SessionFile, StepEnd, StepLimit, Stepper,
     begin_trial, run,
 };
 use std::path::Path;
@@ -25,7 +25,7 @@ fn file(text: &str, duration_us: u64) -> SessionFile {
 /// Played in steps that end wherever the stream `seed` says.
 fn stepped(file: &SessionFile, seed: u64) -> Outcome {
     let port = DeviceName::Native.open(&file.session, 1).unwrap();
-    let mut stepper = Stepper::open(file, port, Attached::default()).unwrap();
+    let mut stepper = Stepper::open(file, port, Attachments::default()).unwrap();
     stepper.configure().unwrap();
     stepper.arm().unwrap();
     stepper.start().unwrap();
@@ -34,16 +34,16 @@ fn stepped(file: &SessionFile, seed: u64) -> Outcome {
         steps += 1;
         let to_us = stepper.time_us() + word(seed, steps) % 40_000;
         let until = match word(seed, steps) % 3 {
-            0 => Until::Event(to_us),
-            _ => Until::Time(to_us),
+            0 => StepLimit::Event(to_us),
+            _ => StepLimit::Time(to_us),
         };
         match stepper.step(until).unwrap() {
-            Stepped::Over => break,
-            Stepped::Reached => {
+            StepEnd::Over => break,
+            StepEnd::Reached => {
                 let late_us = stepper.time_us() - to_us;
                 assert!(late_us <= 2_000, "{late_us} µs late");
             }
-            Stepped::Event(..) => assert!(matches!(until, Until::Event(_))),
+            StepEnd::Event(..) => assert!(matches!(until, StepLimit::Event(_))),
         }
     }
     assert!(steps > 20, "{steps}");
@@ -80,25 +80,28 @@ fn where_steps_end_changes_nothing() {
 fn a_step_ends_with_an_event() {
     let file = file(FINGER, 3_000_000);
     let port = DeviceName::Native.open(&file.session, 1).unwrap();
-    let mut stepper = Stepper::open(&file, port, Attached::default()).unwrap();
+    let mut stepper = Stepper::open(&file, port, Attachments::default()).unwrap();
     let mut until = |until| stepper.step(until).unwrap();
     // Nothing happens before the start.
-    assert_eq!(until(Until::Time(u64::MAX)), Stepped::Reached);
+    assert_eq!(until(StepLimit::Time(u64::MAX)), StepEnd::Reached);
     stepper.configure().unwrap();
     stepper.arm().unwrap();
     stepper.start().unwrap();
     let mut until = |until| stepper.step(until).unwrap();
-    assert_eq!(until(Until::Time(500_000)), Stepped::Reached);
+    assert_eq!(until(StepLimit::Time(500_000)), StepEnd::Reached);
     stepper.control(&Control::Pause).unwrap();
-    let mut next = || stepper.step(Until::Event(u64::MAX)).unwrap();
+    let mut next = || stepper.step(StepLimit::Event(u64::MAX)).unwrap();
     let stopping = Event::Stopping(StopCause::Request);
-    let is = |stepped, wanted| matches!(stepped, Stepped::Event(_, event) if event == wanted);
+    let is = |stepped, wanted| matches!(stepped, StepEnd::Event(_, event) if event == wanted);
     assert!(is(next(), stopping));
     assert!(is(next(), Event::Stopped(StopCause::Request)));
     let fallen_us = stepper.time_us();
     // fall_ms and a pulse.
     assert!((500_000..560_000).contains(&fallen_us), "{fallen_us}");
-    assert_eq!(stepper.step(Until::Event(u64::MAX)).unwrap(), Stepped::Over);
+    assert_eq!(
+        stepper.step(StepLimit::Event(u64::MAX)).unwrap(),
+        StepEnd::Over
+    );
     let (outcome, _) = stepper.close(Ok(()));
     assert!(outcome.error.is_none(), "{:?}", outcome.error);
 }
@@ -119,17 +122,17 @@ fn the_caller_of_a_live_session_gives_its_setpoints() {
     };
     let file = SessionFile::parse("live.toml", text).unwrap();
     let port = DeviceName::Native.open(&file.session, 1).unwrap();
-    let stepper = Stepper::open(&file, port, Attached::default()).unwrap();
+    let stepper = Stepper::open(&file, port, Attachments::default()).unwrap();
     let mut stepper = stepper.live();
     stepper.configure().unwrap();
     stepper.arm().unwrap();
     stepper.request(wanted(8)).unwrap();
     stepper.start().unwrap();
     // Longer than the session and than the host may be silent, and exactly so long.
-    let stepped = stepper.step(Until::Time(777_777)).unwrap();
-    assert_eq!((stepped, stepper.time_us()), (Stepped::Reached, 777_777));
+    let stepped = stepper.step(StepLimit::Time(777_777)).unwrap();
+    assert_eq!((stepped, stepper.time_us()), (StepEnd::Reached, 777_777));
     stepper.post(wanted(16)).unwrap();
-    let ran = stepper.step(Until::Time(900_000)).map(drop);
+    let ran = stepper.step(StepLimit::Time(900_000)).map(drop);
     assert!(matches!(ran, Err(RunError::Link(Error::Refused(_)))));
     let (outcome, mut port) = stepper.close(ran);
     let trial = outcome.trial;
@@ -148,15 +151,18 @@ fn a_session_of_its_own_is_stepped_on_another_thread_and_recorded() {
     let played = std::thread::spawn(move || {
         let recorder = Recorder::create(&into, 0, &begin_trial(&file)).unwrap();
         let port = DeviceName::Native.open(&file.session, 1).unwrap();
-        let attached = Attached {
+        let attached = Attachments {
             recorder: Some(Box::new(Box::new(recorder))),
-            ..Attached::default()
+            ..Attachments::default()
         };
         let mut stepper = Stepper::open_owned(file, port, attached).unwrap();
         stepper.configure().unwrap();
         stepper.arm().unwrap();
         stepper.start().unwrap();
-        assert_eq!(stepper.step(Until::Time(u64::MAX)).unwrap(), Stepped::Over);
+        assert_eq!(
+            stepper.step(StepLimit::Time(u64::MAX)).unwrap(),
+            StepEnd::Over
+        );
         let (outcome, _) = stepper.close(Ok(()));
         outcome.trial
     });

@@ -3,7 +3,7 @@
 use super::{Output, interrupt};
 use anyhow::{Context, ensure};
 use clap::Args;
-use hal_sim::chip::alone::Wait;
+use hal_sim::chip::alone::FlashWait;
 use hal_sim::chip::soc::flash::Prefetched;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -153,11 +153,11 @@ fn write_coremark(out: &mut String, found: &CoreMark) {
 }
 
 /// What was assumed of the flash.
-const fn name(wait: Wait) -> &'static str {
+const fn name(wait: FlashWait) -> &'static str {
     match wait {
-        Wait::States(Prefetched::Cached) => "5 wait states, prefetched lines cached",
-        Wait::States(Prefetched::NotCached) => "5 wait states, prefetched lines not cached",
-        Wait::Never => "no wait states",
+        FlashWait::States(Prefetched::Cached) => "5 wait states, prefetched lines cached",
+        FlashWait::States(Prefetched::NotCached) => "5 wait states, prefetched lines not cached",
+        FlashWait::Never => "no wait states",
     }
 }
 

@@ -44,21 +44,21 @@ impl Supply {
 }
 
 /// What a good file is.
-enum Good {
+enum ValidFile {
     Session(Box<Session>),
     Wearer(Box<Wearer>),
 }
 
 /// Reads a file as what it is: a wearer's says of which schema it is, a session never.
-fn read(path: &Path) -> Result<Good, SessionError> {
+fn read(path: &Path) -> Result<ValidFile, SessionError> {
     let is_wearer = Session::text(path).is_ok_and(|text| wearer::is_one(&text));
     match is_wearer {
-        true => Wearer::read(path).map(|wearer| Good::Wearer(Box::new(wearer))),
-        false => Session::load(path).map(|session| Good::Session(Box::new(session))),
+        true => Wearer::read(path).map(|wearer| ValidFile::Wearer(Box::new(wearer))),
+        false => Session::load(path).map(|session| ValidFile::Session(Box::new(session))),
     }
 }
 
-impl Good {
+impl ValidFile {
     /// What is wrong with it on a board with this supply.
     fn mistake_on(&self, supply: Option<Supply>) -> Option<String> {
         let Self::Session(session) = self else {

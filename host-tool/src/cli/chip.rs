@@ -2,7 +2,7 @@
 
 use super::wrong;
 use clap::{Args, ValueEnum};
-use hal_sim::chip::gdb::Outlives;
+use hal_sim::chip::gdb::AfterDebugger;
 use hal_sim::chip::soc::flash;
 use host_core::link::Port;
 use host_core::record::may_write;
@@ -82,7 +82,7 @@ impl ChipArgs {
         session: &Session,
         seed: u64,
         replaces: bool,
-        outlives: Outlives,
+        outlives: AfterDebugger,
     ) -> anyhow::Result<Box<dyn Port>> {
         let options = ChipOptions {
             image: self.image.clone(),

@@ -5,7 +5,7 @@ use super::{Output, wrong};
 use clap::Args;
 use host_core::record::replace_file;
 use host_core::report::{
-    self, Compared, Html, compare_body, compare_rows, compare_text, session_differences,
+    self, ComparedRecord, Html, compare_body, compare_rows, compare_text, session_differences,
 };
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -29,7 +29,7 @@ pub struct Compare {
 /// What a folder holds: the trials of a record, the result of an experiment or a sweep, or
 /// both.
 struct Folder {
-    record: Option<Compared>,
+    record: Option<ComparedRecord>,
     result: Option<NamedResult>,
 }
 
@@ -39,7 +39,7 @@ impl Folder {
         let has = |file: &str| dir.join(file).exists();
         if has("run.json") || !(has("result.json") || has("sweep.json")) {
             return Ok(Self {
-                record: Some(Compared::read(dir)?),
+                record: Some(ComparedRecord::read(dir)?),
                 result: NamedResult::read(dir)?,
             });
         }
@@ -161,7 +161,7 @@ fn read_all(dirs: &[PathBuf]) -> anyhow::Result<Vec<Folder>> {
 fn in_common(
     dirs: &[PathBuf],
     folders: Vec<Folder>,
-) -> anyhow::Result<(Vec<Compared>, Vec<NamedResult>)> {
+) -> anyhow::Result<(Vec<ComparedRecord>, Vec<NamedResult>)> {
     let have_records = folders.iter().all(|folder| folder.record.is_some());
     let have_results = folders.iter().all(|folder| folder.result.is_some());
     if !have_records && !have_results {

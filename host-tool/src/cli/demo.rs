@@ -1,9 +1,9 @@
 //! `flexor demo`: experiment 4 of Hamana 2022 as its declaration has it, on the native
 //! simulator; how fast that is, and the README's picture.
 
-use super::experiment::{Again, Came, Order, found};
+use super::experiment::{ExperimentResult, Order, RepeatedRecord, found};
 use super::out::OutArgs;
-use super::{Output, Told};
+use super::{CommandOutput, Output};
 use anyhow::Context;
 use clap::Args;
 use hal_sim::world::World;
@@ -14,7 +14,7 @@ use host_core::run::{DeviceName, SessionFile, edges_of_one_period, run};
 use host_core::session::LawName;
 use std::path::Path;
 use std::time::{Duration, Instant};
-use studies::laboratory::{Conducted, Experiment, comparison};
+use studies::laboratory::{ConductedTrial, Experiment, comparison};
 
 /// Run Hamana 2022's finger experiment on the simulated board
 ///
@@ -27,7 +27,7 @@ pub struct Demo {
     #[arg(long, default_value_t = 1)]
     seed: u64,
     #[arg(skip)]
-    again: Option<Again>,
+    again: Option<RepeatedRecord>,
 }
 
 /// How its record names the command, and what it runs.
@@ -41,7 +41,7 @@ impl Demo {
         (plan.command == COMMAND).then_some(Self {
             out,
             seed: record.seed?,
-            again: Some(Again::of(dir, plan)),
+            again: Some(RepeatedRecord::of(dir, plan)),
         })
     }
 }
@@ -67,7 +67,7 @@ pub fn main(args: &Demo, output: Output) -> anyhow::Result<()> {
 ///
 /// # Errors
 /// As [`main`].
-pub(super) fn carry_out(args: &Demo, output: Output) -> anyhow::Result<Told> {
+pub(super) fn carry_out(args: &Demo, output: Output) -> anyhow::Result<CommandOutput> {
     let begin = Instant::now();
     let order = Order {
         experiment: found(EXPERIMENT, args.again.as_ref())?,
@@ -95,18 +95,18 @@ pub(super) fn carry_out(args: &Demo, output: Output) -> anyhow::Result<Told> {
         }))
     })?;
     told["seconds"] = begin.elapsed().as_secs_f64().into();
-    Ok(Told {
+    Ok(CommandOutput {
         people: about.map_or_else(String::new, |text| text + "\n") + &table(&told),
         machines: told,
     })
 }
 
 /// A row for each trial, in the order of the conditions.
-fn trials(experiment: &Experiment, came: &Came) -> Vec<serde_json::Value> {
+fn trials(experiment: &Experiment, came: &ExperimentResult) -> Vec<serde_json::Value> {
     let is_rmse = |measure: &str| measure == "rmse_deg";
-    let mut all: Vec<&Conducted> = came.course.trials.iter().collect();
+    let mut all: Vec<&ConductedTrial> = came.course.trials.iter().collect();
     all.sort_by_key(|measurement| measurement.place.condition);
-    let row = |measurement: &&Conducted| {
+    let row = |measurement: &&ConductedTrial| {
         let condition = experiment.conditions.get(measurement.place.condition);
         let measures = experiment.measures().zip(&measurement.measured);
         let rmse = measures.filter(|(measure, _)| is_rmse(measure.id));

@@ -22,7 +22,7 @@ const FOUR_S: f64 = 20.0;
 
 /// Of one draw.
 #[derive(Clone, Copy, Default)]
-struct Spent {
+struct DrawCost {
     searches: Duration,
     trials: Duration,
     intensities: Duration,
@@ -32,11 +32,11 @@ struct Spent {
 pub(super) struct Cost {
     cell: Cell,
     /// Of each draw.
-    draws: Vec<Spent>,
+    draws: Vec<DrawCost>,
     /// Draws with all numbers.
     whole: usize,
     /// Of the paper's four, each once, with those that have no points.
-    four: Spent,
+    four: DrawCost,
     /// Searched until each of the four had points.
     searched: u64,
     /// Stimulations of the four.
@@ -78,7 +78,7 @@ impl Cost {
             cell: cell.clone(),
             draws: Vec::new(),
             whole: 0,
-            four: Spent::default(),
+            four: DrawCost::default(),
             searched: 0,
             stimulations: 0,
         };
@@ -98,7 +98,7 @@ impl Cost {
         index: u64,
     ) -> Result<(), TwoPointsError> {
         let (cell, protocol) = (&self.cell, Protocol::declared()?);
-        let mut spent = Spent::default();
+        let mut spent = DrawCost::default();
         let searched = timed(&mut spent.searches, || {
             population.searched(cell, seed, index)
         })?;
@@ -145,7 +145,7 @@ impl Cost {
     }
 
     /// Mean and most of the draws, s.
-    fn draw_s(&self, of: impl Fn(&Spent) -> Duration) -> [f64; 2] {
+    fn draw_s(&self, of: impl Fn(&DrawCost) -> Duration) -> [f64; 2] {
         let all: Vec<f64> = self
             .draws
             .iter()
@@ -191,7 +191,7 @@ impl Cost {
         for ((_, [mean, most]), meaning) in self.parts().into_iter().zip(meaning) {
             text += &format!("{meaning:<52}{mean:>9.3}{most:>9.3}\n");
         }
-        let Spent {
+        let DrawCost {
             searches, trials, ..
         } = self.four;
         let (count, searched) = (self.stimulations, self.searched);
@@ -220,7 +220,7 @@ impl Cost {
         let parts = parts.map(|(name, [mean, most])| {
             (name.to_owned(), json!({ "mean_s": mean, "most_s": most }))
         });
-        let Spent {
+        let DrawCost {
             searches, trials, ..
         } = self.four;
         json!({ "timing": {

@@ -4,17 +4,17 @@ use super::out::OutArgs;
 use super::outcome::people;
 use super::{Incomplete, Output, interrupt, wrong};
 use host_core::link::Interruption;
-use interrupt::Ended;
+use interrupt::EndedBySignal;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
-use studies::catalog::{Asked, Entry};
-use studies::laboratory::{Outcome, Ran, Runnable, Shard, Sweep, decided_by};
+use studies::catalog::{Entry, StudyRequest};
+use studies::laboratory::{Outcome, RunProgress, Runnable, Shard, Sweep, decided_by};
 
 /// What an interrupted study says whose folder keeps what was computed.
 pub(super) const GOES_ON: &str = "the same command goes on from there";
 
 /// The study that is asked for, within what it allows.
-fn begun(entry: &Entry, asked: &Asked<'_>) -> anyhow::Result<Box<dyn Runnable>> {
+fn begun(entry: &Entry, asked: &StudyRequest<'_>) -> anyhow::Result<Box<dyn Runnable>> {
     let mistakes = entry.mistakes(asked);
     match mistakes.is_empty() {
         true => entry.begin(asked),
@@ -28,7 +28,7 @@ fn begun(entry: &Entry, asked: &Asked<'_>) -> anyhow::Result<Box<dyn Runnable>> 
 /// Arguments out of range, a folder that holds something else or cannot be written, a signal.
 pub(super) fn experiment(
     entry: &Entry,
-    asked: &Asked<'_>,
+    asked: &StudyRequest<'_>,
     out: &OutArgs,
     output: Output,
 ) -> anyhow::Result<()> {
@@ -53,7 +53,7 @@ pub(super) fn experiment(
 /// As [`experiment`]; parts that make no whole.
 pub(super) fn sweep(
     entry: &Entry,
-    asked: &Asked<'_>,
+    asked: &StudyRequest<'_>,
     (shard, merge): (Shard, &[PathBuf]),
     dir: &Path,
     output: Output,
@@ -61,7 +61,7 @@ pub(super) fn sweep(
     if let Some(first) = merge.first() {
         let (seed, draws) = decided_by(first)?;
         let decided = (Some(seed), Some(draws));
-        let study = begun(entry, &Asked { decided, ..*asked })?;
+        let study = begun(entry, &StudyRequest { decided, ..*asked })?;
         return join(&*study, merge, dir, output);
     }
     let study = begun(entry, asked)?;
@@ -104,13 +104,13 @@ pub(super) fn watched<T>(
 
 /// The error of a run that a signal ended early; nothing of a whole one.
 pub(super) fn ended(
-    ran: &Ran,
+    ran: &RunProgress,
     dir: Option<&Path>,
     interruption: &Interruption,
 ) -> Option<anyhow::Error> {
     let signal = interruption.asked().filter(|_| !ran.is_whole)?;
     let goes_on = dir.map_or(String::new(), |_| format!("; {GOES_ON}"));
-    Some(Ended(signal, format!("after {}{goes_on}", ran.done)).into())
+    Some(EndedBySignal(signal, format!("after {}{goes_on}", ran.done)).into())
 }
 
 /// Runs a study, or a shard of it, in a folder, or without keeping it; `name` is what its
@@ -146,12 +146,12 @@ pub(super) fn run(
 }
 
 /// What a terminal shows of a run.
-fn printed(ran: &Ran, outcome: &Outcome) -> String {
+fn printed(ran: &RunProgress, outcome: &Outcome) -> String {
     ran.table.clone().unwrap_or_else(|| people(outcome))
 }
 
 /// Prints the outcome, and where its pages lie.
-fn say(ran: &Ran, dir: Option<&Path>, output: Output) -> anyhow::Result<()> {
+fn say(ran: &RunProgress, dir: Option<&Path>, output: Output) -> anyhow::Result<()> {
     let Some(outcome) = &ran.outcome else {
         return Ok(());
     };

@@ -1,15 +1,15 @@
 //! `flexor experiment`: a paper's protocol, then the same with wearers drawn.
 
-use super::operator::Beside;
+use super::operator::TerminalOperator;
 use super::out::OutArgs;
 use super::outcome::claims;
-use super::{Output, Told, WrongUse, drawn, interrupt, moment, wrong};
+use super::{CommandOutput, Output, WrongUse, drawn, interrupt, moment, wrong};
 use anyhow::Context;
 use clap::Args;
 use hal_sim::input;
 use host_core::link::Interruption;
 use host_core::record::{
-    Assumption, Declared, Ending, PaperRow, Place, Plan, Role, Run, replace_file, write_header,
+    Assumption, DeclaredFile, Ending, PaperRow, Place, Plan, Role, Run, replace_file, write_header,
     write_run,
 };
 use host_core::run::{DeviceName, greet};
@@ -18,11 +18,11 @@ use host_core::wearer::{Wearer, shipped};
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
-use studies::catalog::{Asked, Entry};
+use studies::catalog::{Entry, StudyRequest};
 use studies::experiments::{self, named};
 use studies::laboratory::{
-    Conducted, Course, Ended, Experiment, LaboratoryError, Outcome, Shard, Sweep, comparison,
-    publish,
+    ConductedTrial, Course, Experiment, LaboratoryError, Outcome, ProtocolEnd, Shard, Sweep,
+    comparison, publish,
 };
 
 /// Run a paper's protocol on a device or on simulated wearers
@@ -49,7 +49,7 @@ pub struct ExperimentArgs {
     #[command(flatten)]
     out: OutArgs,
     #[arg(skip)]
-    again: Option<Again>,
+    again: Option<RepeatedRecord>,
 }
 
 /// The names of all studies, as the help has them.
@@ -62,12 +62,12 @@ fn studies_in_words() -> String {
 
 /// The record that is repeated.
 #[derive(Clone, Debug)]
-pub(super) struct Again {
+pub(super) struct RepeatedRecord {
     dir: PathBuf,
-    declared: Vec<Declared>,
+    declared: Vec<DeclaredFile>,
 }
 
-impl Again {
+impl RepeatedRecord {
     /// Of the record in `dir` that `plan` made.
     pub fn of(dir: &Path, plan: &Plan) -> Self {
         Self {
@@ -85,8 +85,8 @@ const DRAWS: &str = "draws.csv";
 const MOST_DRAWS: u64 = 100_000;
 
 impl ExperimentArgs {
-    fn asked(&self) -> Asked<'_> {
-        Asked {
+    fn asked(&self) -> StudyRequest<'_> {
+        StudyRequest {
             name: &self.name,
             wearer: self.wearer.as_deref(),
             departure: self.departure.as_deref(),
@@ -108,29 +108,27 @@ impl ExperimentArgs {
             draws: Some(plan.draws?),
             seed: Some(record.seed?),
             out,
-            again: Some(Again::of(dir, plan)),
+            again: Some(RepeatedRecord::of(dir, plan)),
         })
     }
 }
 
 /// An experiment as it is to be run.
 pub(super) struct Order<'a> {
-    /// What.
     pub experiment: Experiment,
     /// As the record names it.
     pub command: String,
-    /// Where.
     pub device: &'a DeviceName,
     /// Of order, noise and wearers; wearers drawn.
     pub decided: (u64, u64),
     /// Where the record goes.
     pub out: &'a OutArgs,
     /// Of which record this is a rerun.
-    pub again: Option<&'a Again>,
+    pub again: Option<&'a RepeatedRecord>,
 }
 
 /// What came of one, whole.
-pub(super) struct Came {
+pub(super) struct ExperimentResult {
     /// Its trials.
     pub course: Course,
     /// How long they took on this computer.
@@ -143,12 +141,13 @@ pub(super) struct Came {
 ///
 /// # Errors
 /// There is none, or it is none.
-pub(super) fn found(name: &str, again: Option<&Again>) -> Result<Experiment, LaboratoryError> {
-    match again {
-        Some(Again { dir, declared }) if !declared.is_empty() => {
-            Ok(Experiment::kept(dir, declared)?.called(name))
-        }
-        _ => named(name),
+pub(super) fn found(
+    name: &str,
+    again: Option<&RepeatedRecord>,
+) -> Result<Experiment, LaboratoryError> {
+    match again.filter(|again| !again.declared.is_empty()) {
+        Some(again) => Ok(Experiment::kept(&again.dir, &again.declared)?.called(name)),
+        None => named(name),
     }
 }
 
@@ -175,7 +174,7 @@ pub fn main(args: &ExperimentArgs, output: Output) -> anyhow::Result<()> {
 ///
 /// # Errors
 /// As [`main`].
-pub(super) fn carry_out(args: &ExperimentArgs, output: Output) -> anyhow::Result<Told> {
+pub(super) fn carry_out(args: &ExperimentArgs, output: Output) -> anyhow::Result<CommandOutput> {
     let experiment = found(&args.name, args.again.as_ref())?;
     let experiment = match &args.wearer {
         Some(file) => {
@@ -206,7 +205,7 @@ pub(super) fn carry_out(args: &ExperimentArgs, output: Output) -> anyhow::Result
         Ok((dir.to_owned(), came.outcome.clone()))
     })?;
     let page = dir.join("result.html").display().to_string();
-    Ok(Told {
+    Ok(CommandOutput {
         people: claims(&outcome, &page),
         machines: serde_json::json!({ "result": outcome, "page": page }),
     })
@@ -222,7 +221,7 @@ impl Order<'_> {
         &self,
         name: &str,
         output: Output,
-        then: impl FnOnce(&Path, &mut Run, &Came) -> anyhow::Result<T>,
+        then: impl FnOnce(&Path, &mut Run, &ExperimentResult) -> anyhow::Result<T>,
     ) -> anyhow::Result<T> {
         let (experiment, (seed, draws)) = (&self.experiment, self.decided);
         let interruption = interrupt::heed()?;
@@ -244,7 +243,7 @@ impl Order<'_> {
             replace_file(&dir.join(DRAWS), rows.as_bytes())?;
         }
         let bar = output.bar(&experiment.declaration.name);
-        let mut beside = Beside {
+        let mut beside = TerminalOperator {
             bar: &bar,
             is_board: self.device.is_port(),
             part: if draws == 0 { 1.0 } else { 0.3 },
@@ -259,7 +258,7 @@ impl Order<'_> {
         let outcome = came_to(self, dir, &course, &beside);
         bar.finish();
         let whole = outcome.and_then(|outcome| ended(course, outcome, &interruption));
-        let came = whole.map(|(course, outcome)| Came {
+        let came = whole.map(|(course, outcome)| ExperimentResult {
             course,
             took,
             outcome,
@@ -337,7 +336,7 @@ impl Order<'_> {
 
 /// Puts into the record what a paper printed of its trials, what a simulated body was
 /// given and what came out.
-fn compare(experiment: &Experiment, record: &mut Run, came: &Came) {
+fn compare(experiment: &Experiment, record: &mut Run, came: &ExperimentResult) {
     for measurement in &came.course.trials {
         let condition = experiment.conditions.get(measurement.place.condition);
         let levels = condition.map_or(&[][..], |condition| &condition.levels);
@@ -371,7 +370,7 @@ fn came_to(
     order: &Order<'_>,
     dir: &Path,
     course: &Course,
-    beside: &Beside<'_>,
+    beside: &TerminalOperator<'_>,
 ) -> anyhow::Result<Option<Outcome>> {
     let (experiment, (seed, draws)) = (&order.experiment, order.decided);
     let simulated = simulated(&course.trials, beside.is_board);
@@ -402,7 +401,7 @@ fn came_to(
 
 /// Whether all of these trials are simulated, as their devices said; in this process they
 /// are. Unknown where a device behind a port has not answered.
-fn simulated(trials: &[Conducted], is_port: bool) -> Option<bool> {
+fn simulated(trials: &[ConductedTrial], is_port: bool) -> Option<bool> {
     let trials = trials.iter().map(|played| &played.trial);
     let is_simulated = trials.map(|trial| match &trial.identity {
         Some(identity) => Some(identity.simulated),
@@ -425,10 +424,12 @@ fn ended(
     let stopped = |why: String| LaboratoryError::Stopped { why, done, of };
     let cut_short = match course.ended {
         None => None,
-        Some(Ended::Run(error)) => Some(error),
-        Some(Ended::Criterion(what)) => return Err(stopped(what).into()),
-        Some(Ended::Operator) if interruption.asked().is_some() => None,
-        Some(Ended::Operator) => return Err(stopped("whoever operates it said no".into()).into()),
+        Some(ProtocolEnd::Run(error)) => Some(error),
+        Some(ProtocolEnd::Criterion(what)) => return Err(stopped(what).into()),
+        Some(ProtocolEnd::Operator) if interruption.asked().is_some() => None,
+        Some(ProtocolEnd::Operator) => {
+            return Err(stopped("whoever operates it said no".into()).into());
+        }
     };
     let cut_short_in = cut_short.is_some();
     let how_far = || match (done, cut_short_in) {
@@ -438,7 +439,7 @@ fn ended(
     };
     if let (None, true, Some(signal)) = (&cut_short, done < of, interruption.asked()) {
         let when = "between two trials: nothing was stimulated".to_owned();
-        return Err(interrupt::Ended(signal, when)).with_context(how_far);
+        return Err(interrupt::EndedBySignal(signal, when)).with_context(how_far);
     }
     interrupt::after_runs(cut_short, interruption).with_context(how_far)?;
     let lost = || stopped("the wearers drawn came to no end".into());

@@ -3,7 +3,7 @@
 use super::{Output, wrong};
 use anyhow::ensure;
 use clap::Args;
-use host_core::choice::{self, Choice, Cycles, Effect, Need, Tried, Uses, coarsest};
+use host_core::choice::{self, Choice, Cycles, Effect, LevelResult, ModelUses, Need, coarsest};
 use host_core::session::{Model, Session, Share, rung_name, visible};
 use serde_json::{Value, json};
 use std::path::PathBuf;
@@ -149,7 +149,7 @@ fn block(out: &mut String, session: &Session, need: &Need, tolerance: Share) {
 }
 
 /// What the session uses of it.
-fn used(uses: Uses) -> &'static str {
+fn used(uses: ModelUses) -> &'static str {
     match (uses.report, uses.steering) {
         (true, true) => "the reported force, and the force that it steers",
         (true, false) => "the reported force",
@@ -180,7 +180,7 @@ fn cost(cycles: Option<Cycles>) -> String {
 
 fn machines(session: &Session, choice: &Choice) -> Value {
     let part = |part: Option<f64>| part.map(|part| part * 100.0);
-    let rung = |tried: &Tried| {
+    let rung = |tried: &LevelResult| {
         json!({
             "model": rung_name(tried.rung),
             "report_pct": part(tried.report),

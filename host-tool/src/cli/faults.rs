@@ -14,7 +14,7 @@ use std::str::FromStr;
 use std::time::Instant;
 use studies::faults::{Case, Class, Declaration, Outcome, Run};
 use studies::laboratory::{
-    self, Lines, Ran, Runnable, Shard, decided_by, merge_drawing, run_drawing,
+    self, Lines, RunProgress, Runnable, Shard, decided_by, merge_drawing, run_drawing,
 };
 
 /// Inject faults into a simulated board and judge the outputs
@@ -29,7 +29,7 @@ pub struct FaultsArgs {
     device: DeviceName,
     /// What breaks, or `all` that this device can play, each in a folder of its own
     #[arg(long)]
-    class: Asked,
+    class: ClassSelection,
     /// Cases to draw of each class; default: the declaration's
     #[arg(long, conflicts_with = "merge")]
     count: Option<u64>,
@@ -56,12 +56,12 @@ pub struct FaultsArgs {
 
 /// One class or all.
 #[derive(Clone, Copy, PartialEq, Debug)]
-enum Asked {
+enum ClassSelection {
     One(Class),
     All,
 }
 
-impl FromStr for Asked {
+impl FromStr for ClassSelection {
     type Err = String;
 
     fn from_str(name: &str) -> Result<Self, String> {
@@ -100,8 +100,10 @@ pub fn main(args: &FaultsArgs, output: Output) -> anyhow::Result<()> {
     }
     let error = all.last_mut().and_then(|run| run.error.take());
     let machines = match args.class {
-        Asked::One(_) => all.first().map_or(Value::Null, Played::machines),
-        Asked::All => json!({ "campaigns": all.iter().map(Played::machines).collect::<Vec<_>>() }),
+        ClassSelection::One(_) => all.first().map_or(Value::Null, PlayedClass::machines),
+        ClassSelection::All => {
+            json!({ "campaigns": all.iter().map(PlayedClass::machines).collect::<Vec<_>>() })
+        }
     };
     let shard = args.shard.filter(|shard| *shard != Shard::WHOLE);
     let Some(error) = error else {
@@ -127,7 +129,7 @@ impl FaultsArgs {
         if let Some(only) = self.only.filter(|only| *only >= MOST) {
             return wrong(format!("--only is {only}, allowed is 0 to {}", MOST - 1));
         }
-        if self.only.is_some() && self.class == Asked::All {
+        if self.only.is_some() && self.class == ClassSelection::All {
             return wrong("--only needs a class: allowed with --class all is --count".to_owned());
         }
         match self.device {
@@ -145,8 +147,8 @@ impl FaultsArgs {
     fn classes(&self) -> Vec<Class> {
         let is_chip = self.device == DeviceName::Chip;
         match self.class {
-            Asked::One(class) => vec![class],
-            Asked::All => {
+            ClassSelection::One(class) => vec![class],
+            ClassSelection::All => {
                 let all = Class::ALL.into_iter();
                 all.filter(|class| is_chip || class.is_native()).collect()
             }
@@ -156,8 +158,8 @@ impl FaultsArgs {
     /// The command that merges shards.
     fn merging(&self) -> String {
         let class = match self.class {
-            Asked::One(class) => class.name(),
-            Asked::All => "all",
+            ClassSelection::One(class) => class.name(),
+            ClassSelection::All => "all",
         };
         format!("faults --class {class} --device {}", self.device.typed())
     }
@@ -165,8 +167,8 @@ impl FaultsArgs {
     /// The folder of a class in `dir`.
     fn folder(&self, dir: &Path, class: Class) -> PathBuf {
         match self.class {
-            Asked::One(_) => dir.to_owned(),
-            Asked::All => dir.join(class.name()),
+            ClassSelection::One(_) => dir.to_owned(),
+            ClassSelection::All => dir.join(class.name()),
         }
     }
 
@@ -176,7 +178,7 @@ impl FaultsArgs {
         class: Class,
         image: Option<&Image>,
         (output, interruption): (Output, &Interruption),
-    ) -> anyhow::Result<Played> {
+    ) -> anyhow::Result<PlayedClass> {
         let parts = self.merge.iter().map(|dir| self.folder(dir, class));
         let parts: Vec<PathBuf> = parts.collect();
         let out = self.out.as_ref().map(|dir| self.folder(dir, class));
@@ -188,7 +190,7 @@ impl FaultsArgs {
             None => (self.seed, self.count),
         };
         let study = Run::asked(Declaration::of(class)?, image, decided)?;
-        let mut played = Played {
+        let mut played = PlayedClass {
             notes: study.campaign().notes(),
             class,
             device: study.device(),
@@ -212,7 +214,7 @@ impl FaultsArgs {
 }
 
 /// A class that was played.
-struct Played {
+struct PlayedClass {
     class: Class,
     /// `chip` or `native`.
     device: &'static str,
@@ -228,7 +230,7 @@ struct Played {
     error: Option<anyhow::Error>,
 }
 
-impl Played {
+impl PlayedClass {
     /// Plays what the folder lacks.
     fn play(
         &mut self,
@@ -257,7 +259,7 @@ impl Played {
     }
 
     /// Takes up what cases come to.
-    fn keep(&mut self, ran: Ran, cases: BTreeMap<u64, Case>) {
+    fn keep(&mut self, ran: RunProgress, cases: BTreeMap<u64, Case>) {
         let cases: Vec<Case> = cases.into_values().collect();
         let result = ran.outcome;
         self.analysed = result.map(|result| (Outcome::of(self.class, &cases), result));
@@ -291,7 +293,7 @@ fn in_words(played: u64, begun: Instant) -> String {
     format!("Played {played} cases, {rate:.2} a second and core.")
 }
 
-fn people(all: &[Played]) -> String {
+fn people(all: &[PlayedClass]) -> String {
     let mut text = Outcome::head();
     for (outcome, _) in all.iter().filter_map(|run| run.analysed.as_ref()) {
         text += &format!("\n{}", outcome.lines());

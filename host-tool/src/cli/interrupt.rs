@@ -13,7 +13,7 @@ use std::sync::atomic::AtomicBool;
 /// A command that a signal ended in order, where no run has more to tell.
 #[derive(Debug, thiserror::Error)]
 #[error("E580 {0} came {1}")]
-pub struct Ended(pub Signal, pub String);
+pub struct EndedBySignal(pub Signal, pub String);
 
 /// From now on the first signal only asks, and whoever stimulates stops; the
 /// second ends the program at once, with the exit code that is its own. Call it
@@ -81,7 +81,7 @@ fn known() -> impl Iterator<Item = Signal> {
 /// The signal that ended a command, if one did.
 pub fn signal(error: &anyhow::Error) -> Option<Signal> {
     error.chain().find_map(|error| {
-        if let Some(Ended(signal, _)) = error.downcast_ref() {
+        if let Some(EndedBySignal(signal, _)) = error.downcast_ref() {
             return Some(*signal);
         }
         match error.downcast_ref() {
@@ -101,7 +101,7 @@ pub fn after_runs(cut_short: Option<RunError>, interruption: &Interruption) -> a
         (Some(error), _) => Err(error.into()),
         (None, Some(signal)) => {
             let when = "after the last stimulation: the rest was not computed".to_owned();
-            Err(Ended(signal, when).into())
+            Err(EndedBySignal(signal, when).into())
         }
         (None, None) => Ok(()),
     }

@@ -112,12 +112,12 @@ pub struct Output {
 pub struct Bar(ProgressBar);
 
 /// What a command has to say, before it says it.
-struct Told {
+struct CommandOutput {
     people: String,
     machines: serde_json::Value,
 }
 
-impl Told {
+impl CommandOutput {
     /// Says it.
     ///
     /// # Errors

@@ -109,7 +109,7 @@ pub fn main(args: &Monitor, output: Output) -> anyhow::Result<()> {
                 Some(_) => "after the session had ended: nothing is stimulated by it any more",
                 None => "and the watch ended: nothing was stimulated by it",
             };
-            Err(interrupt::Ended(signal, ended.to_owned()).into())
+            Err(interrupt::EndedBySignal(signal, ended.to_owned()).into())
         }
         None => Ok(shown?),
     }

@@ -1,8 +1,8 @@
 //! `flexor selftest --bench`: a person measures a board on dummy loads, and is led.
 
-use super::typed::{Closed, Typed};
+use super::typed::{Closed, TypedLines};
 use super::{Output, interrupt, wrong};
-use crate::selftest::bench::{Answer, Bench, Doing, Pattern, Sheet, Step, Verdict};
+use crate::selftest::bench::{Answer, Bench, BoardActivity, Pattern, Sheet, Step, Verdict};
 use crate::selftest::bench::{read_value, steps};
 use anyhow::Context;
 use clap::Args;
@@ -69,7 +69,7 @@ pub fn main(options: &BenchOptions, device: &DeviceName, output: Output) -> anyh
         ));
     }
     let interruption = interrupt::heed()?;
-    let mut asking = Asking {
+    let mut asking = AnswerSource {
         typed: None,
         answers: options.answers.as_deref().map(read_answers).transpose()?,
         interruption: interruption.clone(),
@@ -121,7 +121,7 @@ fn who(options: &BenchOptions) -> anyhow::Result<[&str; 3]> {
 /// Every step that has no answer yet, load by load.
 fn walk(
     bench: &mut Bench,
-    asking: &mut Asking,
+    asking: &mut AnswerSource,
     pattern: &Pattern,
     sheet: &mut Sheet,
     out: &Path,
@@ -132,7 +132,7 @@ fn walk(
             continue;
         }
         let is_new = load_ohm != Some(step.load_ohm);
-        if is_new || step.doing != Doing::Plays {
+        if is_new || step.doing != BoardActivity::Plays {
             bench.end()?;
             if is_new {
                 asking.ready(pattern, step.load_ohm)?;
@@ -166,14 +166,14 @@ fn tell(step: &Step) {
 }
 
 /// Where values come from.
-struct Asking {
-    typed: Option<Typed>,
+struct AnswerSource {
+    typed: Option<TypedLines>,
     /// From a file, by step.
     answers: Option<BTreeMap<String, String>>,
     interruption: Interruption,
 }
 
-impl Asking {
+impl AnswerSource {
     fn nobody_is_connected(&mut self, options: &BenchOptions) -> anyhow::Result<()> {
         if options.nobody_connected {
             return Ok(());
@@ -232,11 +232,11 @@ impl Asking {
         &mut self,
         mut alive: impl FnMut() -> anyhow::Result<()>,
     ) -> anyhow::Result<Option<String>> {
-        let typed = self.typed.get_or_insert_with(Typed::begin);
+        let typed = self.typed.get_or_insert_with(TypedLines::begin);
         loop {
             if let Some(signal) = self.interruption.asked() {
                 let when = "at the bench: what was measured is kept; go on with --resume";
-                return Err(interrupt::Ended(signal, when.to_owned()).into());
+                return Err(interrupt::EndedBySignal(signal, when.to_owned()).into());
             }
             match typed.line() {
                 Ok(Some(line)) => return Ok(Some(line)),

@@ -1,28 +1,28 @@
 //! Who is beside an experiment: a person at the terminal, or nobody.
 
 use super::Bar;
-use super::typed::{Closed, Typed};
+use super::typed::{Closed, TypedLines};
 use host_core::link::Interruption;
 use std::time::{Duration, Instant};
 use studies::laboratory::Operator;
 
 /// Whoever types the command.
-pub(super) struct Beside<'a> {
+pub(super) struct TerminalOperator<'a> {
     pub bar: &'a Bar,
     /// Whether a person is stimulated: only they rest, and only they are spoken to.
     pub is_board: bool,
     /// Of the bar that the protocol takes.
     pub part: f64,
     pub interruption: Interruption,
-    pub typed: Option<Typed>,
+    pub typed: Option<TypedLines>,
 }
 
-impl Operator for Beside<'_> {
+impl Operator for TerminalOperator<'_> {
     fn ready(&mut self, text: &str) -> bool {
         if self.is_board {
             eprintln!("{text}");
             eprintln!("Enter: go on; anything else and Enter: end here");
-            let typed = self.typed.get_or_insert_with(Typed::begin);
+            let typed = self.typed.get_or_insert_with(TypedLines::begin);
             typed.forget();
             while self.interruption.asked().is_none() {
                 match typed.line() {

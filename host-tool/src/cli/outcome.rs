@@ -4,7 +4,7 @@ use host_core::plot::words::in_columns;
 use studies::hamana2022::Experiment;
 use studies::hamana2022::paper::Kind;
 use studies::laboratory::{
-    LARGE_T, Outcome, Row, Share, Sheet, Shows, headline, large_t, paper_claims,
+    LARGE_T, Outcome, Row, Share, Sheet, SheetContent, headline, large_t, paper_claims,
 };
 
 /// Columns of a terminal.
@@ -32,7 +32,7 @@ pub(super) fn people(result: &Outcome) -> String {
 
 /// A table of the paper's, where it has room.
 fn table(sheet: &Sheet) -> String {
-    let Shows::Table(grid) = &sheet.shows else {
+    let SheetContent::Table(grid) = &sheet.shows else {
         return String::new();
     };
     let text = grid.in_columns();

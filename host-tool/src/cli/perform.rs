@@ -4,13 +4,13 @@
 use super::chip::ChipArgs;
 use super::{Incomplete, Output, interrupt, watch};
 use anyhow::Context;
-use hal_sim::chip::gdb::Outlives;
+use hal_sim::chip::gdb::AfterDebugger;
 use hal_sim::input;
 use host_core::analysis::{
-    ForceMetrics, GapMetrics, Hit, force_limiting_share, force_metrics, hits, limit_cycles,
+    ForceMetrics, GapMetrics, WallContact, force_limiting_share, force_metrics, hits, limit_cycles,
     metrics_but_lag,
 };
-use host_core::link::{Paced, Port};
+use host_core::link::{PacedPort, Port};
 use host_core::record::{
     Ending, Place, RecordError, Recorder, Run, sha256, write_header, write_run,
 };
@@ -50,7 +50,7 @@ pub enum Controls {
 }
 
 /// What came of it, complete or not.
-pub struct Performed {
+pub struct RunResult {
     /// The record, with its trial.
     pub record: Run,
     /// Its folder, still held.
@@ -72,7 +72,7 @@ pub fn perform(
     mut record: Run,
     place: impl FnOnce(&str) -> Result<Place, RecordError>,
     output: Output,
-) -> anyhow::Result<Performed> {
+) -> anyhow::Result<RunResult> {
     let session = order.session;
     for note in &session.session.notes {
         eprintln!("note: {}", visible(note));
@@ -83,7 +83,7 @@ pub fn perform(
         &session.session,
         seed,
         order.replaces,
-        Outlives::Nothing,
+        AfterDebugger::Nothing,
     )?;
     let image = port.image().map(Path::to_owned);
     // Read at once: it may lie in the record that is about to be replaced.
@@ -95,7 +95,7 @@ pub fn perform(
         own_image = order.chip.image().map(|_| bytes);
     }
     if matches!(order.controls, Controls::Watched) && port.world().is_some() {
-        port = Box::new(Paced::new(port)); // for eyes and hands
+        port = Box::new(PacedPort::new(port)); // for eyes and hands
     }
     if let Some(note) = ignored_trigger(&session.session, &mut port) {
         eprintln!("note: {note}");
@@ -161,7 +161,7 @@ pub fn perform(
         Ok(path) => (Some(path), lost),
         Err(error) => (None, lost.and(Err(error))),
     };
-    Ok(Performed {
+    Ok(RunResult {
         record,
         place,
         report,
@@ -172,7 +172,7 @@ pub fn perform(
     })
 }
 
-impl Performed {
+impl RunResult {
     /// Says what came of it.
     ///
     /// # Errors
@@ -266,7 +266,7 @@ fn limited(gap: GapMetrics) -> String {
 }
 
 /// A hit of a virtual wall, for people.
-fn in_words(hit: &Hit) -> String {
+fn in_words(hit: &WallContact) -> String {
     let place = if hit.deepest_deg > 0.0 {
         "inside the wall"
     } else {

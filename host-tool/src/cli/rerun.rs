@@ -4,8 +4,8 @@ use super::chip::ChipArgs;
 use super::demo::{self, Demo};
 use super::experiment::{self, ExperimentArgs};
 use super::out::OutArgs;
-use super::perform::{Controls, Order, Performed, perform};
-use super::{Incomplete, Output, Told, moment};
+use super::perform::{Controls, Order, RunResult, perform};
+use super::{CommandOutput, Incomplete, Output, moment};
 use anyhow::Context;
 use clap::Args;
 use host_core::choice;
@@ -83,7 +83,7 @@ pub fn main(args: &Rerun, output: Output) -> anyhow::Result<()> {
             return performed.tell(output);
         }
         let (again, new) = (&performed.record, performed.place.dir());
-        let told = Told {
+        let told = CommandOutput {
             people: String::new(),
             machines: performed.machines(),
         };
@@ -140,7 +140,7 @@ fn session_again(
     plan: &Plan,
     out: &OutArgs,
     output: Output,
-) -> anyhow::Result<Performed> {
+) -> anyhow::Result<RunResult> {
     let unknown = |what| RerunError::Unknown {
         dir: dir.to_owned(),
         what,
@@ -180,7 +180,7 @@ fn session_again(
 fn tell(
     (dir, record): (&Path, &Run),
     (new, again): (&Path, &Run),
-    mut told: Told,
+    mut told: CommandOutput,
     output: Output,
 ) -> anyhow::Result<()> {
     let is_cut = record.ending.is_incomplete();

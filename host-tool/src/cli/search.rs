@@ -1,7 +1,7 @@
 //! `flexor search`: thresholds, comfort and maximum of a wearer, by a declared stair.
 
 use super::perform::SEED;
-use super::typed::{Closed, Typed};
+use super::typed::{Closed, TypedLines};
 use super::{Incomplete, Output, interrupt, wrong};
 use clap::Args;
 use host_core::link::Error;
@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use studies::laboratory::search::{
-    Answer, DeviceError, Ended, Finding, Milli, OnDevice, Operator, Question, SHIPPED, Search,
+    Answer, DeviceError, Finding, Milli, OnDevice, Operator, Question, SHIPPED, Search, SearchEnd,
     SearchFile, Step, search,
 };
 
@@ -160,15 +160,15 @@ fn incomplete(error: impl Into<anyhow::Error>, result: Value) -> anyhow::Error {
 fn early(finding: Finding<DeviceError>) -> Option<anyhow::Error> {
     let reached = finding.low;
     match finding.ended {
-        Ended::Found | Ended::Limit => None,
-        Ended::Refused(level) => Some(anyhow::anyhow!(
+        SearchEnd::Found | SearchEnd::Limit => None,
+        SearchEnd::Refused(level) => Some(anyhow::anyhow!(
             "E536 the operator did not allow {level}: the search came to {reached}"
         )),
-        Ended::Failed(DeviceError::Link(Error::Interrupted(signal))) => {
+        SearchEnd::Failed(DeviceError::Link(Error::Interrupted(signal))) => {
             let when = format!("during a search: it came to {reached}, the device was stopped");
-            Some(interrupt::Ended(signal, when).into())
+            Some(interrupt::EndedBySignal(signal, when).into())
         }
-        Ended::Failed(error) => Some(error.into()),
+        SearchEnd::Failed(error) => Some(error.into()),
     }
 }
 
@@ -250,10 +250,10 @@ fn machines<E>(search: &Search, session: &Session, finding: &Finding<E>) -> Valu
         })
     });
     let ended = match finding.ended {
-        Ended::Found => "found",
-        Ended::Limit => "limit",
-        Ended::Refused(_) => "refused",
-        Ended::Failed(_) => "failed",
+        SearchEnd::Found => "found",
+        SearchEnd::Limit => "limit",
+        SearchEnd::Refused(_) => "refused",
+        SearchEnd::Failed(_) => "failed",
     };
     let channels: Vec<u8> = search.sites().iter().map(|site| site.channel).collect();
     json!({
@@ -268,13 +268,13 @@ fn machines<E>(search: &Search, session: &Session, finding: &Finding<E>) -> Valu
 /// The operator at the terminal.
 #[derive(Default)]
 struct Terminal {
-    typed: Option<Typed>,
+    typed: Option<TypedLines>,
     asked: Option<Question>,
 }
 
 impl Operator for Terminal {
     fn ask(&mut self, question: Question) {
-        self.typed.get_or_insert_with(Typed::begin).forget();
+        self.typed.get_or_insert_with(TypedLines::begin).forget();
         prompt(question);
         self.asked = Some(question);
     }

@@ -5,11 +5,11 @@ use super::outcome::claims;
 use super::{Output, WrongUse, drawn, interrupt, wrong};
 use clap::Args;
 use host_core::run::DeviceName;
-use interrupt::Ended;
+use interrupt::EndedBySignal;
 use std::path::PathBuf;
-use studies::catalog::{Asked, Entry};
+use studies::catalog::{Entry, StudyRequest};
 use studies::experiments::named;
-use studies::laboratory::{Checked, MOST_DRAWS, Outcome, Shard, Sweep, merge};
+use studies::laboratory::{DeviceCheck, MOST_DRAWS, Outcome, Shard, Sweep, merge};
 
 /// Run a study with many draws on all cores
 ///
@@ -49,7 +49,7 @@ pub struct SweepArgs {
 /// whose session fails, a signal.
 pub fn main(args: &SweepArgs, output: Output) -> anyhow::Result<()> {
     let shard = args.shard.unwrap_or(Shard::WHOLE);
-    let asked = Asked {
+    let asked = StudyRequest {
         name: &args.name,
         wearer: args.wearer.as_deref(),
         departure: args.departure.as_deref(),
@@ -91,7 +91,7 @@ pub fn main(args: &SweepArgs, output: Output) -> anyhow::Result<()> {
     if let (Some(signal), true) = (interruption.asked(), done < 1.0) {
         let percent = 100.0 * done;
         let when = format!("after {percent:.0} % of the sweep; {GOES_ON}");
-        return Err(Ended(signal, when).into());
+        return Err(EndedBySignal(signal, when).into());
     }
     if let Some(checked) = swept.checked {
         eprintln!("{}", in_words(checked));
@@ -103,8 +103,8 @@ pub fn main(args: &SweepArgs, output: Output) -> anyhow::Result<()> {
 }
 
 /// What was drawn without the device, and how it compares.
-fn in_words(checked: Checked) -> String {
-    let Checked {
+fn in_words(checked: DeviceCheck) -> String {
+    let DeviceCheck {
         units,
         whole,
         alone,

@@ -5,9 +5,9 @@ use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
 /// Lines of the standard input, read by a thread of their own: whoever waits for one
 /// still hears of a signal, and a device of its host.
-pub struct Typed(Receiver<String>);
+pub struct TypedLines(Receiver<String>);
 
-impl Typed {
+impl TypedLines {
     /// Reads from now on.
     pub fn begin() -> Self {
         let (to, typed) = channel();

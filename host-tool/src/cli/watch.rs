@@ -63,7 +63,7 @@ pub fn play<P: Port>(
     let shown = match (shown, interruption.asked()) {
         (Err(_), Some(signal)) => {
             let ended = "and closed the terminal: the session was stopped then".to_owned();
-            return (outcome, Err(interrupt::Ended(signal, ended).into()));
+            return (outcome, Err(interrupt::EndedBySignal(signal, ended).into()));
         }
         (shown, _) => shown,
     };

@@ -21,7 +21,8 @@ mod view;
 mod work;
 
 pub use calibration::{
-    Behind, Inlet, Seat, Sight, Sitting, State, calibration_order, draw_calibration, early, sift,
+    InputLimiter, RawTerminal, ScreenState, SharedTerminal, State, TerminalOperator,
+    calibration_order, draw_calibration, early, sift,
 };
 pub use hands::{Act, Hands};
 pub use keys::{Order, order};

@@ -4,7 +4,7 @@ use super::Hands;
 use firmware::link::{Counters, Event, HelloInfo, Status};
 use firmware::safety::{FaultRecord, Left, State};
 use host_core::record::{DeviceKind, DeviceState, Marker, MarkerKind, Sample};
-use host_core::run::{Seen, SessionFile, device_kind, event};
+use host_core::run::{Observation, SessionFile, device_kind, event};
 use host_core::session::visible;
 use std::collections::VecDeque;
 
@@ -114,16 +114,16 @@ impl Model {
     }
 
     /// Takes in what a run's observer sees.
-    pub fn see(&mut self, seen: Seen<'_>) {
+    pub fn see(&mut self, seen: Observation<'_>) {
         self.silent_s = 0.0;
         match seen {
-            Seen::Hello(info) => self.greet(info),
-            Seen::Sample(sample) => self.sample(sample.clone()),
-            Seen::Event(t_s, event) => self.event(t_s, event),
-            Seen::Refused(t_s, refused) => self.note(t_s, refused.to_string(), true),
-            Seen::Status(status) => self.status(status),
-            Seen::Control(marker) => self.control(marker),
-            Seen::Progress(_) => {}
+            Observation::Hello(info) => self.greet(info),
+            Observation::Sample(sample) => self.sample(sample.clone()),
+            Observation::Event(t_s, event) => self.event(t_s, event),
+            Observation::Refused(t_s, refused) => self.note(t_s, refused.to_string(), true),
+            Observation::Status(status) => self.status(status),
+            Observation::Control(marker) => self.control(marker),
+            Observation::Progress(_) => {}
         }
     }
 

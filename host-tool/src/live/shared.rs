@@ -2,7 +2,7 @@
 
 use super::{Model, Order};
 use host_core::link::Interruption;
-use host_core::run::{Control, Observer, Seen, Wish};
+use host_core::run::{Control, Observation, Observer, ObserverRequest};
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -118,21 +118,21 @@ impl<'a> Watch<'a> {
 }
 
 impl Observer for Watch<'_> {
-    fn see(&mut self, seen: Seen<'_>) {
+    fn see(&mut self, seen: Observation<'_>) {
         self.shared.model().see(seen);
     }
 
-    fn wish(&mut self) -> Wish {
+    fn wish(&mut self) -> ObserverRequest {
         // A run heeds the system by itself, and tells that ending apart.
         if self.shared.takes_stop() || self.shared.quit_is_ordered() {
             self.shared.model().is_ending = true;
-            return Wish::Stop;
+            return ObserverRequest::Stop;
         }
         if !self.asks || self.asked.is_some_and(|at| at.elapsed() < STATUS_PERIOD) {
-            return Wish::Nothing;
+            return ObserverRequest::Nothing;
         }
         self.asked = Some(Instant::now());
-        Wish::Status
+        ObserverRequest::Status
     }
 
     fn control(&mut self, _: u64) -> Option<Control> {
@@ -161,14 +161,14 @@ mod tests {
             Interruption::default(),
         );
         let mut watch = Watch::new(&shared);
-        assert_eq!(watch.wish(), Wish::Status);
-        assert_eq!(watch.wish(), Wish::Nothing);
+        assert_eq!(watch.wish(), ObserverRequest::Status);
+        assert_eq!(watch.wish(), ObserverRequest::Nothing);
         shared.order(Order::Stop);
-        assert_eq!(watch.wish(), Wish::Stop);
-        assert_eq!(watch.wish(), Wish::Nothing);
+        assert_eq!(watch.wish(), ObserverRequest::Stop);
+        assert_eq!(watch.wish(), ObserverRequest::Nothing);
         shared.order(Order::Quit);
-        assert_eq!(watch.wish(), Wish::Stop);
-        assert_eq!(watch.wish(), Wish::Stop);
+        assert_eq!(watch.wish(), ObserverRequest::Stop);
+        assert_eq!(watch.wish(), ObserverRequest::Stop);
         assert!(!shared.takes_acknowledge());
         shared.order(Order::Acknowledge);
         assert!(shared.takes_acknowledge());

@@ -3,8 +3,10 @@
 use super::{Shared, Watch};
 use firmware::link::Request;
 use firmware::safety::State;
-use host_core::link::{Connection, Error, Incoming, Paced, Port};
-use host_core::run::{DeviceName, Observer, RunError, Seen, SessionFile, Wish, run, sample};
+use host_core::link::{Connection, Error, Incoming, PacedPort, Port};
+use host_core::run::{
+    DeviceName, Observation, Observer, ObserverRequest, RunError, SessionFile, run, sample,
+};
 use host_core::session::Session;
 
 /// Telemetry period while nothing runs, ms.
@@ -68,7 +70,7 @@ pub fn work(plan: &Plan, shared: &Shared) -> anyhow::Result<()> {
 fn open(device: &DeviceName, session: &Session, seed: u64) -> anyhow::Result<Box<dyn Port>> {
     let port = device.open(session, seed)?;
     Ok(match device {
-        DeviceName::Native | DeviceName::Chip => Box::new(Paced::new(port)),
+        DeviceName::Native | DeviceName::Chip => Box::new(PacedPort::new(port)),
         _ => port,
     })
 }
@@ -77,7 +79,7 @@ fn open(device: &DeviceName, session: &Session, seed: u64) -> anyhow::Result<Box
 fn watch<P: Port>(port: P, shared: &Shared) -> Result<(), Error> {
     let (mut client, info) = Connection::open(port)?;
     let mut watch = Watch::new(shared);
-    watch.see(Seen::Hello(&info));
+    watch.see(Observation::Hello(&info));
     client.subscribe(TELEMETRY_MS)?;
     let mut clock = Elapsed {
         s: shared.model().t_s,
@@ -88,9 +90,9 @@ fn watch<P: Port>(port: P, shared: &Shared) -> Result<(), Error> {
             client.post(Request::Acknowledge)?;
         }
         match watch.wish() {
-            Wish::Nothing => {}
-            Wish::Status => drop(client.post(Request::Status)?),
-            Wish::Stop => {
+            ObserverRequest::Nothing => {}
+            ObserverRequest::Status => drop(client.post(Request::Status)?),
+            ObserverRequest::Stop => {
                 client.post(Request::Stop)?;
                 shared.model().is_ending = false;
             }
@@ -114,12 +116,12 @@ fn tell(incoming: &Incoming, clock: &mut Elapsed, shared: &Shared) {
             clock.at(*at_us);
             // Nothing is measured unless trains play: the last angles stay.
             if model.is_on() {
-                model.see(Seen::Sample(&sample(telemetry, clock.s, None)));
+                model.see(Observation::Sample(&sample(telemetry, clock.s, None)));
             }
         }
-        Incoming::Event(at_us, event) => model.see(Seen::Event(clock.at(*at_us), event)),
-        Incoming::Status(_, status) => model.see(Seen::Status(status)),
-        Incoming::Refused(_, refused) => model.see(Seen::Refused(clock.s, refused)),
+        Incoming::Event(at_us, event) => model.see(Observation::Event(clock.at(*at_us), event)),
+        Incoming::Status(_, status) => model.see(Observation::Status(status)),
+        Incoming::Refused(_, refused) => model.see(Observation::Refused(clock.s, refused)),
         Incoming::Acknowledged(..) | Incoming::Hello(_) => {}
     }
     model.silent_s = 0.0;

@@ -21,12 +21,12 @@ pub struct KeepAlives {
 }
 
 /// Threads that compute without end, beside what is measured.
-struct Busy {
+struct BusyThreads {
     is_over: Arc<AtomicBool>,
     threads: Vec<JoinHandle<()>>,
 }
 
-impl Busy {
+impl BusyThreads {
     fn start(count: u32) -> io::Result<Self> {
         let is_over = Arc::new(AtomicBool::new(false));
         let spin = || {
@@ -45,7 +45,7 @@ impl Busy {
     }
 }
 
-impl Drop for Busy {
+impl Drop for BusyThreads {
     fn drop(&mut self) {
         self.is_over.store(true, Ordering::Relaxed);
         for thread in self.threads.drain(..) {
@@ -65,7 +65,7 @@ pub fn keep_alives(
     busy: u32,
     mut progress: impl FnMut(f64),
 ) -> io::Result<KeepAlives> {
-    let busy = Busy::start(busy)?;
+    let busy = BusyThreads::start(busy)?;
     let keeper = Keeper::start(period, Box::new(SystemClock::start()), || Ok(()))?;
     let begin = Instant::now();
     let mut late_us = Vec::new();

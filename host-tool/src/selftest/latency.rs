@@ -1,13 +1,13 @@
 //! From the last byte of a setpoint to the earliest slot it can change.
 
 use super::channel;
-use super::subject::{Opened, Subject};
+use super::subject::{OpenSubject, Subject};
 use firmware::control::{HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource};
 use firmware::link::Request;
 use firmware::pulse::{CHANNELS, WINDOW_US};
 use firmware::safety::WearerSpec;
 use firmware::units::Amplitude;
-use hal_sim::body::Still;
+use hal_sim::body::FixedLoad;
 use hal_sim::random::Random;
 use hal_sim::trace::State;
 use host_core::link::{Connection, Error, Incoming, SimulatedPort};
@@ -173,7 +173,7 @@ pub fn latency(
 /// Sends one setpoint at `at` and notes each burst for two periods. When it
 /// arrived, and whether it ever showed.
 fn send(
-    opened: &mut Opened,
+    opened: &mut OpenSubject,
     path: Path,
     index: u32,
     at: u64,
@@ -250,9 +250,9 @@ fn run_to(client: &mut Connection<SimulatedPort>, until_us: u64) -> Result<(), E
     Ok(())
 }
 
-fn prepared(subject: Subject<'_>, path: Path, shift_us: u64) -> Result<Opened, OpenError> {
+fn prepared(subject: Subject<'_>, path: Path, shift_us: u64) -> Result<OpenSubject, OpenError> {
     // A joint that rests in the middle, seen by the board's converter.
-    let mut opened = subject.open(Box::new(Still::new(50.0)), shift_us)?;
+    let mut opened = subject.open(Box::new(FixedLoad::new(50.0)), shift_us)?;
     let client = &mut opened.client;
     client.port().world.connect_joint(40.0, 48.0);
     client.wearer(WearerSpec {

@@ -23,7 +23,7 @@ pub use subject::Subject;
 use firmware::pulse::TrainSpec;
 use firmware::safety::{ChannelSpec, StageSpec};
 use firmware::units::{Amplitude, Micros};
-use hal_sim::body::{Body, Still};
+use hal_sim::body::{Body, FixedLoad};
 use hal_sim::native::native;
 use hal_sim::wire::faults::Faults;
 use hal_sim::world::World;
@@ -34,7 +34,7 @@ pub const BOOT: Micros = Micros::new(u32::MAX - 60_000_000 + 1);
 
 /// A client of a native board with dummy loads.
 fn open(faults: Faults, seed: u64) -> Result<Connection<SimulatedPort>, Error> {
-    open_with(Box::new(Still::new(0.0)), faults, seed)
+    open_with(Box::new(FixedLoad::new(0.0)), faults, seed)
 }
 
 fn open_with(

@@ -46,10 +46,10 @@ impl Subject<'_> {
     ///
     /// # Errors
     /// The device does not run.
-    pub(super) fn open(self, body: Box<dyn Body>, shift_us: u64) -> Result<Opened, OpenError> {
+    pub(super) fn open(self, body: Box<dyn Body>, shift_us: u64) -> Result<OpenSubject, OpenError> {
         let Self::Chip(image, prefetched) = self else {
             let client = open_with(body, Faults::default(), 1)?;
-            return Ok(Opened {
+            return Ok(OpenSubject {
                 client,
                 board: None,
             });
@@ -65,7 +65,7 @@ impl Subject<'_> {
         let boot = Micros::new(board.now_us() as u32); // far from wrapping
         let board = Arc::new(Mutex::new(board));
         let world = World::new(Box::new(board.clone()), body, boot, Faults::default(), 1);
-        Ok(Opened {
+        Ok(OpenSubject {
             client: Connection::open(SimulatedPort::new(world))?.0,
             board: Some(board),
         })
@@ -84,13 +84,13 @@ fn boot(board: &mut Board, plugged: Cycle) -> Result<(), hal_sim::chip::board::B
 }
 
 /// A subject under way.
-pub(super) struct Opened {
+pub(super) struct OpenSubject {
     /// Its client; the world's time is the device's.
     pub client: Connection<SimulatedPort>,
     board: Option<Arc<Mutex<Board>>>,
 }
 
-impl Opened {
+impl OpenSubject {
     /// Start of a control tick, µs.
     pub const fn epoch_us(&self) -> u64 {
         match self.board {

@@ -14,7 +14,7 @@ use std::ops::RangeInclusive;
 
 /// What a command asks for.
 #[derive(Clone, Copy, Debug)]
-pub struct Asked<'a> {
+pub struct StudyRequest<'a> {
     /// The study's name.
     pub name: &'a str,
     /// A participant, or a wearer's file.
@@ -41,7 +41,7 @@ pub struct Entry {
     devices: (&'static str, &'static [DeviceName]),
     /// Whether it may be asked of one participant, or with a departure.
     has_participants: bool,
-    begin: fn(&Asked<'_>) -> anyhow::Result<Box<dyn Runnable>>,
+    begin: fn(&StudyRequest<'_>) -> anyhow::Result<Box<dyn Runnable>>,
 }
 
 const SIMULATORS: &[DeviceName] = &[DeviceName::Native, DeviceName::Chip, DeviceName::Qemu];
@@ -194,7 +194,7 @@ pub const ENTRIES: [Entry; 8] = [
     },
 ];
 
-fn hamana(request: &Asked<'_>) -> anyhow::Result<Box<dyn Runnable>> {
+fn hamana(request: &StudyRequest<'_>) -> anyhow::Result<Box<dyn Runnable>> {
     let kind =
         Kind::named(request.name).ok_or_else(|| anyhow::anyhow!("no study {}", request.name))?;
     let whom = (request.wearer, request.departure);
@@ -213,7 +213,7 @@ impl Entry {
     ///
     /// # Errors
     /// What does not go together, for people.
-    pub fn asked(asked: &Asked<'_>) -> Result<Option<&'static Self>, String> {
+    pub fn asked(asked: &StudyRequest<'_>) -> Result<Option<&'static Self>, String> {
         let has = |entry: &&Self| entry.names.iter().any(|(name, _)| *name == asked.name);
         let found = ENTRIES.iter().find(has);
         let is_file = |text: &str| text.ends_with(".toml") || shipped(text).is_some();
@@ -248,7 +248,7 @@ impl Entry {
 
     /// What of wearer, device and draws it does not allow, for people.
     #[must_use]
-    pub fn mistakes(&self, asked: &Asked<'_>) -> Vec<String> {
+    pub fn mistakes(&self, asked: &StudyRequest<'_>) -> Vec<String> {
         let (why, devices) = self.devices;
         let mut mistakes = Vec::new();
         if asked.has_participant() && !self.has_participants {
@@ -276,12 +276,12 @@ impl Entry {
     ///
     /// # Errors
     /// A wearer, a departure, a declaration or a device that is none.
-    pub fn begin(&self, asked: &Asked<'_>) -> anyhow::Result<Box<dyn Runnable>> {
+    pub fn begin(&self, asked: &StudyRequest<'_>) -> anyhow::Result<Box<dyn Runnable>> {
         (self.begin)(asked)
     }
 }
 
-impl Asked<'_> {
+impl StudyRequest<'_> {
     const fn has_participant(&self) -> bool {
         self.wearer.is_some() || self.departure.is_some()
     }

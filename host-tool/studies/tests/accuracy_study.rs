@@ -3,7 +3,7 @@
 
 use methods::muscle::exponential::EtdMidpoint;
 use methods::muscle::stepped::Pulses;
-use methods::muscle::{Fixed, Stepped};
+use methods::muscle::{Fixed, SteppedMuscle};
 use studies::accuracy::cases::{self, Case, DURATION_US};
 use studies::accuracy::errors::of_run;
 use studies::accuracy::{range, study};
@@ -61,8 +61,11 @@ fn the_study_is_reproduced() {
 fn fixed_point_errs_by_its_word_length_and_rounding() {
     fn worst<const F: u32, const NEAREST: bool>(cases: &[Case]) -> f64 {
         let error = |case: &Case| {
-            let mut muscle =
-                Stepped::<EtdMidpoint<Fixed<F, NEAREST>>>::new(&case.spec, 1000, Pulses::Split);
+            let mut muscle = SteppedMuscle::<EtdMidpoint<Fixed<F, NEAREST>>>::new(
+                &case.spec,
+                1000,
+                Pulses::Split,
+            );
             of_run(case, &mut muscle, 1000, DURATION_US)
         };
         cases.iter().map(error).fold(0.0, f64::max)

@@ -4,18 +4,18 @@
 use firmware::haptics::MotionPhase;
 use host_core::session::Session;
 use studies::buatier2024::{
-    Condition, Curves, Device, LiftError, Participant, Person, Study, ToldToDevice, Trace, Worker,
-    curves, drawn, holds, middle, participant, whole,
+    Condition, Curves, Device, LiftError, LiftWearer, Participant, Study, ToldToDevice, Trace,
+    Worker, curves, drawn, holds, middle, participant, whole,
 };
 
 /// A person in the middle of all ranges, but for these.
-fn person(study: &Study, changed: &[(&str, f64)]) -> Person {
+fn person(study: &Study, changed: &[(&str, f64)]) -> LiftWearer {
     let mut values = middle(study);
     for (field, value) in changed {
         let place = study.ranges.iter().position(|range| range.field == *field);
         values[place.unwrap()] = *value;
     }
-    Person::new(study, values, 5).unwrap()
+    LiftWearer::new(study, values, 5).unwrap()
 }
 
 const TOLD: ToldToDevice = ToldToDevice {
@@ -155,8 +155,8 @@ fn pulses_come_sixty_times_a_second() {
     assert!(most.unwrap() > 1000, "{most:?}");
 }
 
-fn learnt() -> [studies::buatier2024::Learnt; 2] {
-    [studies::buatier2024::Learnt::NOTHING; 2]
+fn learnt() -> [studies::buatier2024::LearntTorque; 2] {
+    [studies::buatier2024::LearntTorque::NOTHING; 2]
 }
 
 /// By hand: of three persons the first costs less in none, the second more.

@@ -2,7 +2,7 @@
 
 use hal_sim::body::hand::spec::{A, B};
 use studies::hamana2022::{Participants, Population};
-use studies::hands::{Contender, Drawn, Hands, Plan, contenders, table};
+use studies::hands::{Contender, DrivenHand, Hands, Plan, contenders, table};
 use studies::tracking::wearer::Points;
 
 /// No chart and no development has drawn these.
@@ -56,7 +56,7 @@ fn a_wearer_files_hand_is_drawn_but_for_what_the_file_says() {
     let population = Population::declared().unwrap();
     let mut held = Vec::new();
     for index in 0..DRAWS {
-        let Ok(drawn) = Drawn::of_wearer(&population, &whom, (SEED, index)).unwrap() else {
+        let Ok(drawn) = DrivenHand::of_wearer(&population, &whom, (SEED, index)).unwrap() else {
             continue;
         };
         let [one, _] = drawn.ways;
@@ -101,7 +101,7 @@ fn the_contenders_are_the_default_the_papers_law_and_pids() {
 #[test]
 fn a_drawn_hand_has_a_target_that_it_holds() {
     let population = Population::declared().unwrap();
-    let drawn = (0..DRAWS).find_map(|n| Drawn::draw(&population, SEED, n).unwrap().ok());
+    let drawn = (0..DRAWS).find_map(|n| DrivenHand::draw(&population, SEED, n).unwrap().ok());
     let drawn = drawn.expect("a hand");
     let [one, two] = drawn.ways;
     assert_eq!((one.points, two.points), (Points::One, Points::Two));

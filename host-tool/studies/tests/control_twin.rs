@@ -9,7 +9,7 @@ use studies::tracking::plant::Plant;
 use studies::tracking::reach::Reachable;
 use studies::tracking::target::Course;
 use studies::tracking::trial::{TRIAL_MS, rmse, run};
-use studies::tracking::wearer::{Known, Points, shipped};
+use studies::tracking::wearer::{KnownWearer, Points, shipped};
 
 /// Campaign that no search and no chart uses.
 const SEED: u64 = 0x7715;
@@ -44,8 +44,13 @@ fn fixed_point_follows_within_one_per_cent_of_f64() {
             let target = Reachable::new(&plant, points, &wanted).unwrap().angles;
             let mut device = Device::new(&spec).unwrap();
             let period_ms = u32::from(spec.law_period_ms);
-            let mut float =
-                Floating::new(twin(&spec), period_ms, spec.hold, &Known::nominal(points)).unwrap();
+            let mut float = Floating::new(
+                twin(&spec),
+                period_ms,
+                spec.hold,
+                &KnownWearer::nominal(points),
+            )
+            .unwrap();
             let fixed = rmse(&run(&plant, &mut device, &wanted).unwrap().angles, &target);
             let exact = rmse(&run(&plant, &mut float, &wanted).unwrap().angles, &target);
             widest = widest.max((fixed / exact - 1.0).abs());

@@ -1,6 +1,6 @@
 //! What an experiment's declaration is refused for, and what conditions may differ in.
 
-use super::laboratory::{SMALL, Until, folder, texts};
+use super::laboratory::{LimitedOperator, SMALL, folder, texts};
 use host_core::run::DeviceName;
 use host_core::session::BodySpec;
 use host_core::wearer::shipped;
@@ -231,7 +231,7 @@ fn conditions_may_have_different_bodies() {
                  this = \"pre-wall\"\nis = \"less\"\nthan = \"bare\"\n";
     let text = format!("{head}{finger}{claim}");
     let experiment = Experiment::new("bodies.toml", &text, &both).unwrap();
-    let mut operator = Until(9, Vec::new());
+    let mut operator = LimitedOperator(9, Vec::new());
     let place = (&DeviceName::Native, 3);
     let course = experiment.conduct(&folder("bodies"), place, &mut operator);
     let outcome = Outcome::of_trials(

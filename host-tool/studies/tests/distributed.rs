@@ -1,12 +1,12 @@
 //! One muscle under several electrodes: what is declared, judged and told.
 
 use studies::distributed::{
-    Condition, Declared, Drive, Endurance, Person, Phase, Series, Study, Told, Window, exceeds,
-    holds, play,
+    Condition, DistributedDeclaration, DistributedWearer, Drive, Endurance, Phase, RunInfo, Series,
+    Study, Window, exceeds, holds, play,
 };
 
-fn declared() -> Declared {
-    Declared::own().unwrap()
+fn declared() -> DistributedDeclaration {
+    DistributedDeclaration::own().unwrap()
 }
 
 #[test]
@@ -24,13 +24,13 @@ fn everything_declared_is_used() {
             .to_string()
             .starts_with("E722")
     );
-    let person = Person::drawn(declared, 5, 0);
+    let person = DistributedWearer::drawn(declared, 5, 0);
     for range in &declared.ranges {
         let value = person.value(&range.field).unwrap();
         assert!((range.low..=range.high).contains(&value), "{}", range.field);
     }
     // No ratio without whom it is of.
-    let told = Told {
+    let told = RunInfo {
         command: "experiment distributed --draws 1".to_owned(),
         cut_short: None,
     };
@@ -128,7 +128,7 @@ fn what_is_left_is_last_by_first() {
 #[test]
 fn without_crosstalk_phase_is_ripple_alone() {
     let declared = declared();
-    let person = Person::middle(&declared).with("crosstalk", 0.0);
+    let person = DistributedWearer::middle(&declared).with("crosstalk", 0.0);
     let even = declared.condition("four-half").unwrap();
     let at_once = Condition {
         phase: Phase::Together,
@@ -152,7 +152,7 @@ fn feedback_raises_the_amplitude_of_a_tiring_muscle() {
     let declared = declared();
     let one = declared.condition("one").unwrap();
     assert_eq!(one.drive, Drive::Feedback);
-    let held = play(&declared, one, &Person::middle(&declared)).unwrap();
+    let held = play(&declared, one, &DistributedWearer::middle(&declared)).unwrap();
     let reached = held
         .windows
         .iter()

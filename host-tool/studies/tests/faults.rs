@@ -3,7 +3,7 @@
 
 use host_core::run::chip_image;
 use rayon::prelude::*;
-use studies::faults::{Campaign, Case, Class, Declaration, Ended, Fate, Outcome, csv};
+use studies::faults::{Campaign, Case, CaseEnd, CaseResult, Class, Declaration, Outcome, csv};
 
 const SEED: u64 = 1_000;
 /// Of `sensor`: some are found, some are not.
@@ -84,10 +84,10 @@ fn flips_are_found_and_not_severe() {
 
 /// What comes of a case, but for why it ended, and how often what is severe is: a fork that
 /// goes on as the unbroken board is not judged in the fall of a silent host.
-fn known(case: &Case) -> Fate {
+fn known(case: &Case) -> CaseResult {
     let once = |found: &String| found.rsplit_once(", ").map(|pair| pair.0.to_owned());
-    Fate {
-        ended: Ended::Played,
+    CaseResult {
+        ended: CaseEnd::Played,
         severe: case.fate.severe.iter().filter_map(once).collect(),
         bare: case.fate.bare.iter().filter_map(once).collect(),
         ..case.fate.clone()
@@ -109,7 +109,7 @@ fn a_fork_that_ends_early_has_the_fate_of_one_that_does_not() {
         assert_eq!(known(&early), known(&whole), "{index}: {}", early.what);
         seen.push(early.fate.ended);
     }
-    for ended in [Ended::Isolated, Ended::Overwritten, Ended::Untouched] {
+    for ended in [CaseEnd::Isolated, CaseEnd::Overwritten, CaseEnd::Untouched] {
         assert!(seen.contains(&ended), "{ended:?}: {seen:?}");
     }
 }
@@ -271,9 +271,9 @@ fn a_link_that_ends_early_has_the_fate_of_one_that_is_played_on() {
         let mut seen = 0;
         for index in indices {
             let [mut early, mut long] = [early, long].map(|campaign| campaign.case(index).unwrap());
-            seen += u32::from(early.fate.ended == Ended::Isolated);
+            seen += u32::from(early.fate.ended == CaseEnd::Isolated);
             for fate in [&mut early.fate, &mut long.fate] {
-                (fate.ended, fate.changed_us) = (Ended::Played, None);
+                (fate.ended, fate.changed_us) = (CaseEnd::Played, None);
             }
             assert_eq!(early.fate, long.fate, "{index}: {}", early.what);
         }
@@ -302,15 +302,15 @@ fn a_forked_scene_has_the_fate_of_one_that_is_played_from_its_begin() {
     for index in FORKED {
         let [forked, whole] = [&forked, &whole].map(|campaign| campaign.case(index).unwrap());
         seen.push(forked.fate.ended);
-        let ended = Ended::Played;
-        let known = Fate {
+        let ended = CaseEnd::Played;
+        let known = CaseResult {
             ended,
             ..forked.fate.clone()
         };
         assert_eq!(known, whole.fate, "{index}: {}", forked.what);
     }
     assert!(
-        seen.contains(&Ended::Isolated) && seen.contains(&Ended::Played),
+        seen.contains(&CaseEnd::Isolated) && seen.contains(&CaseEnd::Played),
         "{seen:?}"
     );
 }

@@ -4,7 +4,8 @@ use hal_sim::body::hand::Hand;
 use hal_sim::body::hand::digits::{INDEX, REST_DEG, VISIBLE_DEG};
 use hal_sim::body::hand::spec::{A, B};
 use studies::hamana2022::{
-    Cell, Drawn, Known, Pattern, Points, Population, Prepared, Voltages, prepare,
+    Cell, DrawOutcome, KnownThresholds, Pattern, Points, Population, PreparedHand, Voltages,
+    prepare,
 };
 
 /// Not the judged seed.
@@ -33,8 +34,8 @@ fn found() -> (Hand, Voltages, f64) {
     let population = Population::declared().unwrap();
     for index in 0..40 {
         let person = population.person(SEED, index).unwrap();
-        if let Ok(Prepared { hand, voltages, .. }) =
-            prepare(&person.spec, Known::drawn(&person)).unwrap()
+        if let Ok(PreparedHand { hand, voltages, .. }) =
+            prepare(&person.spec, KnownThresholds::drawn(&person)).unwrap()
         {
             return (hand, voltages, person.threshold_v);
         }
@@ -81,7 +82,8 @@ fn half_a_period_apart_points_know_nothing_of_each_other() {
     let mut judged = 0;
     for index in 0..12 {
         let person = population.person(SEED, index).unwrap();
-        let Ok(mut preparation) = prepare(&person.spec, Known::drawn(&person)).unwrap() else {
+        let Ok(mut preparation) = prepare(&person.spec, KnownThresholds::drawn(&person)).unwrap()
+        else {
             continue;
         };
         for isolated in [false, true] {
@@ -108,7 +110,7 @@ fn half_a_period_apart_points_know_nothing_of_each_other() {
 fn the_same_seed_draws_the_same_wearers() {
     let population = Population::declared().unwrap();
     let cell = &population.cells()[15];
-    let all = |seed| -> Vec<Drawn> {
+    let all = |seed| -> Vec<DrawOutcome> {
         let drawn = (0..3).map(|i| population.draw(cell, seed, i).unwrap());
         drawn.collect()
     };

@@ -6,13 +6,13 @@ use hal_sim::body::{Body, CHANNELS, Load, Pulse};
 use host_core::run::{DeviceName, SessionFile, run};
 use std::sync::{Arc, Mutex};
 use studies::harris2017::{
-    Declared, Depends, Person, RampsError, Setting, Stimulation, Study, Test, Threshold, Told,
-    changed, effect_found, fitted, is_significant, least_found, put_out,
+    AngleDependence, RampsDeclaration, RampsError, RampsWearer, RunInfo, Setting, Stimulation,
+    Study, Test, Threshold, changed, effect_found, fitted, is_significant, least_found, put_out,
 };
 
-fn person(index: u64) -> (Declared, Person) {
-    let declared = Declared::own().unwrap();
-    let person = Person::drawn(&declared, declared.seed, index).unwrap();
+fn person(index: u64) -> (RampsDeclaration, RampsWearer) {
+    let declared = RampsDeclaration::own().unwrap();
+    let person = RampsWearer::drawn(&declared, declared.seed, index).unwrap();
     (declared, person)
 }
 
@@ -46,13 +46,13 @@ fn a_board_is_no_place_for_a_drawn_elbow() {
 }
 
 /// An arm, and what reaches it.
-struct Heard {
+struct RecordingArm {
     arm: Arc<Mutex<IsometricElbow>>,
     pulses: Arc<Mutex<Vec<Pulse>>>,
     loads: [Load; CHANNELS],
 }
 
-impl Body for Heard {
+impl Body for RecordingArm {
     fn pulse(&mut self, pulse: &Pulse) {
         self.pulses.lock().unwrap().push(*pulse);
         self.arm.lock().unwrap().pulse(pulse);
@@ -95,7 +95,7 @@ fn an_arm_alone_is_the_arm_that_a_device_wears() {
     let file = SessionFile::parse("ramp.toml", text).unwrap();
     let mut port = DeviceName::Native.open(&file.session, 1).unwrap();
     let (arm, pulses) = (Arc::new(Mutex::new(fresh())), Arc::default());
-    port.world().unwrap().body = Box::new(Heard {
+    port.world().unwrap().body = Box::new(RecordingArm {
         arm: Arc::clone(&arm),
         pulses: Arc::clone(&pulses),
         loads: [Load::Ohms(1_000.0); CHANNELS],
@@ -120,7 +120,7 @@ fn an_arm_alone_is_the_arm_that_a_device_wears() {
 #[test]
 fn the_angle_does_what_the_sources_say() {
     let (_, person) = person(0);
-    let on = |arms, length| Depends { arms, length };
+    let on = |arms, length| AngleDependence { arms, length };
     let percent = |depends, deg| 1e2 * changed(&person, depends, deg).unwrap();
     let rankin = on(Some(Source::RankinNeptune), false);
     let other = on(Some(Source::MuscleArms), false);
@@ -202,7 +202,7 @@ fn persons_do_not_depend_on_each_other() {
     let pulses: Vec<_> = pulses.collect();
     let [few, many] = [2, 5].map(|draws| study(draws).part(1, &pulses).unwrap());
     assert_eq!(few.measured, many.measured);
-    let told = || Told {
+    let told = || RunInfo {
         command: String::new(),
         cut_short: None,
         notes: Vec::new(),

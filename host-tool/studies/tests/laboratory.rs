@@ -11,8 +11,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use studies::experiments::named;
 use studies::laboratory::{
-    Conducted, Declaration, Ended, Experiment, LaboratoryError, Operator, Outcome, Shard, publish,
-    renew,
+    ConductedTrial, Declaration, Experiment, LaboratoryError, Operator, Outcome, ProtocolEnd,
+    Shard, publish, renew,
 };
 
 pub(crate) const SESSION: &str =
@@ -168,9 +168,9 @@ fn a_condition_that_no_device_arms_is_refused_by_name() {
 }
 
 /// Goes on, until so many trials have run.
-pub(crate) struct Until(pub usize, pub Vec<f64>);
+pub(crate) struct LimitedOperator(pub usize, pub Vec<f64>);
 
-impl Operator for Until {
+impl Operator for LimitedOperator {
     fn ready(&mut self, _: &str) -> bool {
         true
     }
@@ -192,7 +192,7 @@ fn a_protocol_aborted_at_any_step_says_how_far_it_came() {
     let text = format!("{SMALL}\n[protocol]\nblocks = 2\nrest_s = 1.0\nblock_rest_s = 9.0\n");
     let experiment = Experiment::new("small.toml", &text, &texts).unwrap();
     for rests in 1..=4 {
-        let mut operator = Until(rests, Vec::new());
+        let mut operator = LimitedOperator(rests, Vec::new());
         let dir = folder(&format!("aborted{rests}"));
         let course = experiment
             .conduct(&dir, (&DeviceName::Native, 3), &mut operator)
@@ -224,12 +224,14 @@ fn a_protocol_aborted_at_any_step_says_how_far_it_came() {
     let text = text + "stop = { angle_above_deg = 88.0 }\n";
     let experiment = Experiment::new("small.toml", &text, &texts).unwrap();
     let dir = folder("criterion");
-    let mut operator = Until(9, Vec::new());
+    let mut operator = LimitedOperator(9, Vec::new());
     let course = experiment
         .conduct(&dir, (&DeviceName::Native, 3), &mut operator)
         .unwrap();
     assert_eq!(course.trials.len(), 1);
-    assert!(matches!(&course.ended, Some(Ended::Criterion(what)) if what.contains("above 88°")));
+    assert!(
+        matches!(&course.ended, Some(ProtocolEnd::Criterion(what)) if what.contains("above 88°"))
+    );
 }
 
 /// Harris' walls on the whole device: what is put out, what is felt, that it repeats.
@@ -237,7 +239,7 @@ fn a_protocol_aborted_at_any_step_says_how_far_it_came() {
 fn harris_walls_render_what_they_say() {
     let experiment = named("harris-wall").unwrap();
     let conduct = |name: &str| {
-        let mut operator = Until(99, Vec::new());
+        let mut operator = LimitedOperator(99, Vec::new());
         let place = (&DeviceName::Native, 1);
         let course = experiment
             .conduct(&folder(name), place, &mut operator)
@@ -254,7 +256,7 @@ fn harris_walls_render_what_they_say() {
     }
 }
 
-fn renders(conducted: &Conducted) {
+fn renders(conducted: &ConductedTrial) {
     let trial = &conducted.trial;
     let wall = trial.wall.unwrap();
     // A burst takes its amplitude up to 20 ms after the angle was read.
@@ -286,9 +288,9 @@ fn renders(conducted: &Conducted) {
 }
 
 /// The small protocol with a trial of each wall, its record and its result.
-fn published(name: &str) -> (PathBuf, Vec<Conducted>, Outcome) {
+fn published(name: &str) -> (PathBuf, Vec<ConductedTrial>, Outcome) {
     let (experiment, dir) = (small(), folder(name));
-    let mut operator = Until(9, Vec::new());
+    let mut operator = LimitedOperator(9, Vec::new());
     let course = experiment
         .conduct(&dir, (&DeviceName::Native, 3), &mut operator)
         .unwrap();
@@ -426,7 +428,7 @@ fn what_was_not_played_is_not_told() {
         &format!("{grid}[[claim]]\nid = \"more-charge\""),
     );
     let experiment = Experiment::new("small.toml", &text, &texts).unwrap();
-    let mut operator = Until(9, Vec::new());
+    let mut operator = LimitedOperator(9, Vec::new());
     let dir = folder("grid");
     let course = experiment
         .conduct(&dir, (&DeviceName::Native, 3), &mut operator)

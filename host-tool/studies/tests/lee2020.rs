@@ -6,7 +6,7 @@ use host_core::identify::{Fit, IdentifyError, Weighting};
 use host_core::run::DeviceName;
 use host_core::wearer::Wearer;
 use studies::lee2020::{
-    Alone, Declaration, LeeError, OnDevice, Part, Stimulator, Study, Told, Train, Unit,
+    Declaration, ExactWrist, LeeError, OnDevice, Part, RunInfo, Stimulator, Study, Train, Unit,
 };
 
 fn study() -> Study {
@@ -29,7 +29,7 @@ fn train(ma: f64, pulses: u32) -> Train {
 fn a_device_puts_out_what_the_body_alone_is_given() {
     let spec = WristSpec::subject(3).unwrap();
     let mut device = OnDevice::new(&DeviceName::Native, (spec, 1), 20.0).unwrap();
-    let mut alone = Alone::new(spec, 2).unwrap();
+    let mut alone = ExactWrist::new(spec, 2).unwrap();
     let records = [20, 30, 40].map(|hz| {
         let own = device.train(&train(13.5, hz)).unwrap();
         let other = alone.train(&train(13.5, hz)).unwrap();
@@ -50,7 +50,7 @@ fn a_device_puts_out_what_the_body_alone_is_given() {
 #[test]
 fn an_electrode_that_is_off_moves_nothing() {
     let declared = Declaration::declared().unwrap();
-    let mut alone = Alone::new(WristSpec::subject(0).unwrap(), 1).unwrap();
+    let mut alone = ExactWrist::new(WristSpec::subject(0).unwrap(), 1).unwrap();
     let detector = declared.search.detector();
     let searched = detector.search(|ma| {
         alone.wrist_mut().loads_mut()[0] = Load::Open;
@@ -109,7 +109,7 @@ fn a_replication_finds_its_bench_and_leaves_wearer_files() {
 }
 
 fn tells_what_it_found(study: &Study, parts: &[Part]) {
-    let told = Told {
+    let told = RunInfo {
         command: "experiment lee".to_owned(),
         cut_short: None,
         device: Vec::new(),

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 use studies::buatier2024;
 use studies::experiments::named;
 use studies::laboratory::{
-    Outcome, Reach, Share, Standing, Verdict, comparison, headline, paper_claims, publish,
+    ClaimStanding, Outcome, Reach, Share, Verdict, comparison, headline, paper_claims, publish,
 };
 
 /// A result of these shares: id, words, what the paper says, holds, of.
@@ -111,9 +111,9 @@ fn a_claim_is_as_its_worst_part() {
         assert_eq!((claims.len(), beside.len()), (1, 0));
         claims[0].standing()
     };
-    assert_eq!(of(16, 16), Standing::Judged(Verdict::Like));
-    assert_eq!(of(16, 9), Standing::Judged(Verdict::Undecided));
-    assert_eq!(of(16, 1), Standing::Judged(Verdict::Unlike));
+    assert_eq!(of(16, 16), ClaimStanding::Judged(Verdict::Like));
+    assert_eq!(of(16, 9), ClaimStanding::Judged(Verdict::Undecided));
+    assert_eq!(of(16, 1), ClaimStanding::Judged(Verdict::Unlike));
 }
 
 /// "All studies together" is one case: it is shown and not counted.

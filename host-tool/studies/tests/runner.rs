@@ -5,7 +5,7 @@ use crate::laboratory::folder;
 use crate::sweeps::files;
 use host_core::run::DeviceName;
 use std::path::{Path, PathBuf};
-use studies::catalog::{self, Asked, Entry};
+use studies::catalog::{self, Entry, StudyRequest};
 use studies::faults;
 use studies::hamana2022::{Cells, CellsRun, TWO_POINTS};
 use studies::laboratory::{Runnable, Shard};
@@ -26,7 +26,7 @@ fn begun(name: &str, draws: u64) -> Box<dyn Runnable> {
         let cell = Cells::declared(Some(CELL)).unwrap().unwrap();
         return Box::new(CellsRun::asked(cell, decided));
     }
-    let asked = Asked {
+    let asked = StudyRequest {
         name,
         wearer: (name == "hamana-4").then_some("P"),
         departure: None,

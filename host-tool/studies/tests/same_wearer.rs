@@ -5,7 +5,7 @@ use host_core::link::Interruption;
 use host_core::run::DeviceName;
 use std::fs;
 use std::path::{Path, PathBuf};
-use studies::laboratory::{Conducted, Experiment, LaboratoryError, Operator};
+use studies::laboratory::{ConductedTrial, Experiment, LaboratoryError, Operator};
 
 /// A flexor point at 40 Hz for three seconds, on a finger that tires.
 const SESSION: &str = r#"
@@ -59,9 +59,9 @@ fn experiment(protocol: &str) -> Result<Experiment, LaboratoryError> {
     Experiment::new("tiring.toml", &text, &texts)
 }
 
-struct Nobody;
+struct NoOperator;
 
-impl Operator for Nobody {
+impl Operator for NoOperator {
     fn ready(&mut self, _: &str) -> bool {
         true
     }
@@ -86,17 +86,19 @@ fn folder(name: &str) -> PathBuf {
 }
 
 /// Three trials with rests of so long, s.
-fn three(wearer: &str, rest_s: f64, name: &str) -> Vec<Conducted> {
+fn three(wearer: &str, rest_s: f64, name: &str) -> Vec<ConductedTrial> {
     let protocol =
         format!("[protocol]\nrepetitions = 3\nwearer = \"{wearer}\"\nrest_s = {rest_s:?}");
     let place = (&DeviceName::Native, 3);
     let course = experiment(&protocol).unwrap();
-    let course = course.conduct(&folder(name), place, &mut Nobody).unwrap();
+    let course = course
+        .conduct(&folder(name), place, &mut NoOperator)
+        .unwrap();
     assert!(course.ended.is_none(), "{:?}", course.ended);
     course.trials
 }
 
-fn peak(trial: &Conducted) -> f64 {
+fn peak(trial: &ConductedTrial) -> f64 {
     trial.measured[0].unwrap()
 }
 
@@ -104,7 +106,7 @@ fn peak(trial: &Conducted) -> f64 {
 fn a_wearer_who_is_kept_is_more_tired_after_short_rests() {
     let short = three("same", 1.0, "short");
     let long = three("same", 120.0, "long");
-    let peaks = |trials: &[Conducted]| trials.iter().map(peak).collect::<Vec<_>>();
+    let peaks = |trials: &[ConductedTrial]| trials.iter().map(peak).collect::<Vec<_>>();
     let (short_deg, long_deg) = (peaks(&short), peaks(&long));
     // The first trial knows of no rest.
     assert_eq!(short[0].trial, long[0].trial);
@@ -117,7 +119,7 @@ fn a_wearer_who_is_kept_is_more_tired_after_short_rests() {
     assert!((long_deg[2] - long_deg[0]).abs() < 0.1, "{long_deg:?}");
     // What the device counted is each trial's own.
     for trial in &short[1..] {
-        let counted = |measurement: &Conducted, name: &str| {
+        let counted = |measurement: &ConductedTrial, name: &str| {
             let found = measurement
                 .trial
                 .counters

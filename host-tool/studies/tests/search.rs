@@ -2,7 +2,7 @@
 
 use std::cell::Cell;
 use studies::laboratory::search::{
-    Answer, Ended, Finding, Milli, Probe, Search, SearchFile, search,
+    Answer, Finding, Milli, Probe, Search, SearchEnd, SearchFile, search,
 };
 
 /// A joint that moves from a level on, a person who accepts as much, and something
@@ -125,7 +125,7 @@ fn each_kind_finds_what_it_is_for_and_counts_what_it_cost() {
         (none.value, none.low, none.high),
         (None, Milli(20_000), None)
     );
-    assert_eq!(none.ended, Ended::Limit);
+    assert_eq!(none.ended, SearchEnd::Limit);
     let ratio = declared(
         "kind = \"ratio\"\nof = [{ channel = 1, max = 28.0 }]\nstart = 0.1\nstep = 0.1\nlimit = 1.0",
     );
@@ -141,7 +141,7 @@ fn an_end_before_its_time_leaves_how_far_it_came() {
     let mut refused = Scripted::moving_at(9_000);
     refused.allowed = 5_000;
     let finding = found("threshold", "channel = 1", refused);
-    assert_eq!(finding.ended, Ended::Refused(Milli(6_000)));
+    assert_eq!(finding.ended, SearchEnd::Refused(Milli(6_000)));
     assert_eq!(
         (finding.value, finding.low, finding.trail.len()),
         (None, Milli(5_000), 4)
@@ -149,7 +149,7 @@ fn an_end_before_its_time_leaves_how_far_it_came() {
     let mut lost = Scripted::moving_at(9_000);
     lost.fails_after = 100;
     let finding = found("threshold", "channel = 1", lost);
-    assert_eq!(finding.ended, Ended::Failed("the cable"));
+    assert_eq!(finding.ended, SearchEnd::Failed("the cable"));
     // The presentation that failed cost its pulses as well.
     assert_eq!(
         (finding.low, finding.trail.len(), finding.pulses),

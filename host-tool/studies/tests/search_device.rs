@@ -6,13 +6,13 @@ use host_core::run::{DeviceName, SessionFile};
 use host_core::session::Session;
 use std::path::Path;
 use studies::laboratory::search::{
-    DeviceError, Ended, Finding, OnDevice, Operator, Question, SearchFile, search,
+    DeviceError, Finding, OnDevice, Operator, Question, SearchEnd, SearchFile, search,
 };
 
 /// Nobody is asked where a simulator answers.
-struct Nobody;
+struct NoOperator;
 
-impl Operator for Nobody {
+impl Operator for NoOperator {
     fn ask(&mut self, question: Question) {
         panic!("{question}");
     }
@@ -34,7 +34,7 @@ fn found(fields: &str, seed: u64) -> (Finding<DeviceError>, Box<dyn Port>) {
     let stair = &file.searches[0];
     let session = session();
     let port = DeviceName::Native.open(&session, seed).unwrap();
-    let mut nobody = Nobody;
+    let mut nobody = NoOperator;
     let mut probe = OnDevice::start(port, &session, stair, &mut nobody, None, seed).unwrap();
     let finding = search(stair, &mut probe, |step| println!("{step:?}"));
     (finding, probe.stop().unwrap())
@@ -75,7 +75,7 @@ fn the_finger_s_thresholds_are_found_at_the_cost_on_the_trace() {
                 "{kind} {channel}: {value} V against {truth} V, {} pulses",
                 finding.pulses
             );
-            assert!(matches!(finding.ended, Ended::Found));
+            assert!(matches!(finding.ended, SearchEnd::Found));
             assert!((value - truth).abs() <= step, "{value} {truth}");
             assert!(finding.low.units() <= truth && truth < finding.high.unwrap().units());
             assert_eq!(finding.pulses, on_trace(&mut port, body.channels.len()));
@@ -186,7 +186,7 @@ fn a_board_is_never_raised_without_its_operator() {
         OnDevice::start(board(&session), &session, stair, &mut operator, None, 1).unwrap();
     let finding = search(stair, &mut probe, |_| {});
     let mut port = probe.stop().unwrap().0;
-    assert!(matches!(finding.ended, Ended::Refused(level) if level.units() == 22.0));
+    assert!(matches!(finding.ended, SearchEnd::Refused(level) if level.units() == 22.0));
     assert_eq!((finding.low.units(), finding.trail.len()), (20.0, 3));
     // Three raises and what was seen after each, then the raise that was refused.
     assert_eq!(operator.asked.len(), 7);
@@ -215,7 +215,7 @@ fn a_signal_ends_it_and_the_trail_stays() {
     let file = SearchFile::parse(text).unwrap();
     let port = DeviceName::Native.open(&session, 1).unwrap();
     let interruption = host_core::link::Interruption::default();
-    let (mut nobody, asked) = (Nobody, Some(interruption.clone()));
+    let (mut nobody, asked) = (NoOperator, Some(interruption.clone()));
     let stair = &file.searches[0];
     let mut probe = OnDevice::start(port, &session, stair, &mut nobody, asked, 1).unwrap();
     let finding = search(stair, &mut probe, |step| {
@@ -225,7 +225,7 @@ fn a_signal_ends_it_and_the_trail_stays() {
     });
     assert!(matches!(
         finding.ended,
-        Ended::Failed(DeviceError::Link(host_core::link::Error::Interrupted(_)))
+        SearchEnd::Failed(DeviceError::Link(host_core::link::Error::Interrupted(_)))
     ));
     assert_eq!((finding.low.units(), finding.trail.len()), (18.0, 2));
     probe.stop().unwrap();

@@ -1,14 +1,14 @@
 //! How often the laboratory's searches are wrong on wearers of declared numbers.
 
 use studies::laboratory::search::Search;
-use studies::laboratory::search::judge::{Curve, JUDGED, Judged, Tally, judge};
+use studies::laboratory::search::judge::{Curve, JUDGED, SearchCases, SearchCounts, judge};
 
 /// Every case, told; those that are judged meet what was declared.
 fn judged(first_seed: u64, searches: u64) {
-    let declared = Judged::parse(JUDGED).unwrap();
+    let declared = SearchCases::parse(JUDGED).unwrap();
     for case in &declared.cases {
         let tally = judge(case, first_seed, searches).unwrap();
-        let Tally {
+        let SearchCounts {
             searches,
             early,
             missed,
@@ -48,7 +48,7 @@ fn drawn_wearers_are_searched_rightly() {
 /// On the declared seeds, which nothing was chosen by.
 #[test]
 fn the_judged_run_holds() {
-    let declared = Judged::parse(JUDGED).unwrap();
+    let declared = SearchCases::parse(JUDGED).unwrap();
     assert!(declared.searches >= 1000);
     judged(declared.first_seed, declared.searches);
 }

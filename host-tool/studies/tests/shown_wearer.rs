@@ -6,7 +6,7 @@ use hal_sim::body::hand::{FittedHand, Hand};
 use hal_sim::body::{Body, Load};
 use host_core::session::{BodySpec, Session, hand_body};
 use std::path::{Path, PathBuf};
-use studies::hamana2022::{Known, Pattern, Population, prepare, search_extensor};
+use studies::hamana2022::{KnownThresholds, Pattern, Population, prepare, search_extensor};
 
 /// As the sessions' comment says.
 const SEED: u64 = 2022;
@@ -39,7 +39,7 @@ fn index_deg(hand: &mut Hand, [a, b, _]: [f64; 3], part: f64) -> f64 {
 /// Draw `index`, if every search finds something within what the device lets through.
 fn armed(population: &Population, index: u64) -> Option<Armed> {
     let person = population.person(SEED, index).unwrap();
-    let prepared = prepare(&person.spec, Known::drawn(&person)).unwrap();
+    let prepared = prepare(&person.spec, KnownThresholds::drawn(&person)).unwrap();
     let mut prepared = prepared.ok()?;
     let extensor_v = search_extensor(&mut prepared.hand, END_V).unwrap()?;
     let (found, mut hand) = (prepared.voltages, prepared.hand);

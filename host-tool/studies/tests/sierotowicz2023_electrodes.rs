@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 use studies::sierotowicz2023::electrodes::{
-    DECLARED, SETS, Study, Told, Wearer, best, directions, missed, outcome, squares,
+    DECLARED, RunInfo, SETS, Study, Wearer, best, directions, missed, outcome, squares,
 };
 
 /// By another way: the best of all grids of parts, refined around it.
@@ -81,7 +81,7 @@ fn a_short_choice_of_electrodes_is_whole() {
         let all: Vec<_> = (0..2)
             .map(|index| missed(&study, &Wearer::drawn(3, index).unwrap()).unwrap())
             .collect();
-        let told = Told {
+        let told = RunInfo {
             seed: 3,
             draws: 2,
             cut_short: None,

@@ -37,7 +37,7 @@ const BACK_MS: u32 = 400;
 /// Ramps each of two flexor points alone until the finger moves, then arms the
 /// device's joint with both points' thresholds moved as the ramps say. It needs
 /// nothing that a host has not got: an amplitude for a channel, and the angle.
-struct Searching {
+struct SearchingDriver {
     spec: JointSpec,
     joint: Option<Device>,
     point: usize,
@@ -50,7 +50,7 @@ struct Searching {
     moved: [f64; 2],
 }
 
-impl Searching {
+impl SearchingDriver {
     fn new(spec: JointSpec) -> Self {
         Self {
             spec,
@@ -101,7 +101,7 @@ impl Searching {
     }
 }
 
-impl Driver for Searching {
+impl Driver for SearchingDriver {
     fn setpoint(&mut self, now: Micros, at: Micros, degrees: f64) {
         if let Some(joint) = &mut self.joint {
             joint.setpoint(now, at, degrees);
@@ -162,7 +162,7 @@ struct Row<'a> {
     alter: fn(&mut Plant),
 }
 
-struct Told {
+struct SearchCounts {
     reaching: Vec<f64>,
     all: Vec<f64>,
     failed: usize,
@@ -177,7 +177,7 @@ fn attempt(row: &Row<'_>, wearers: Wearers, index: u64) -> (f64, Outcome) {
     let exercise = Exercise::new(plant, Points::Two, course).unwrap();
     let spec = default::joint(row.numbers, Points::Two);
     let mut driver: Box<dyn Driver> = if row.is_searching {
-        Box::new(Searching::new(spec))
+        Box::new(SearchingDriver::new(spec))
     } else {
         Box::new(Device::new(&spec).unwrap())
     };
@@ -185,13 +185,13 @@ fn attempt(row: &Row<'_>, wearers: Wearers, index: u64) -> (f64, Outcome) {
     (exercise.reachable.unreachable, exercise.judge(attempt))
 }
 
-fn told(row: &Row<'_>, wearers: Wearers) -> Told {
+fn told(row: &Row<'_>, wearers: Wearers) -> SearchCounts {
     let outcomes = (0..WEARERS).into_par_iter();
     let outcomes: Vec<_> = outcomes.map(|n| attempt(row, wearers, n)).collect();
     let tracked = || outcomes.iter().filter(|(_, o)| o.refused.is_none());
     let restless = |o: &Outcome| o.ripple.is_some_and(|r| r.rms_deg > RIPPLE_DEG);
     let reaching = tracked().filter(|(unreachable, _)| *unreachable < WHOLLY);
-    Told {
+    SearchCounts {
         reaching: reaching.map(|(_, o)| o.rmse).collect(),
         all: tracked().map(|(_, o)| o.rmse).collect(),
         failed: outcomes.iter().filter(|(_, o)| o.has_failed()).count(),

@@ -33,7 +33,7 @@ pub enum Order {
 
 /// When the first request of a kind arrived.
 #[derive(Clone, Copy, Default, Debug)]
-pub struct Heard {
+pub struct RequestTimes {
     pub hello: Option<Instant>,
     pub start: Option<Instant>,
     pub stop: Option<Instant>,
@@ -43,14 +43,14 @@ pub struct Heard {
 pub struct Board {
     /// As `--device` names it.
     pub at: String,
-    heard: Arc<Mutex<Heard>>,
+    heard: Arc<Mutex<RequestTimes>>,
     order: Arc<AtomicU8>,
     thread: Option<JoinHandle<bool>>,
 }
 
 impl Board {
     pub fn serve(wire: Wire, folder: &Path, session: &Path) -> Self {
-        let heard = Arc::new(Mutex::new(Heard::default()));
+        let heard = Arc::new(Mutex::new(RequestTimes::default()));
         let order = Arc::new(AtomicU8::new(Order::Run as u8));
         let (told, at) = mpsc::channel();
         let file = SessionFile::load(session).unwrap();
@@ -75,7 +75,7 @@ impl Board {
         }
     }
 
-    pub fn heard(&self) -> Heard {
+    pub fn heard(&self) -> RequestTimes {
         *self.heard.lock().unwrap()
     }
 
@@ -113,7 +113,7 @@ fn open(wire: Wire, pty: PathBuf) -> (Box<dyn ByteStream>, String) {
 fn serve(
     wire: Box<dyn ByteStream>,
     mut world: World,
-    heard: &Mutex<Heard>,
+    heard: &Mutex<RequestTimes>,
     order: &AtomicU8,
 ) -> bool {
     let mut wire = Some(wire);
@@ -157,7 +157,7 @@ fn serve(
     world.recorder.trace.last_levels().0 == 0
 }
 
-fn tap(bytes: &[u8], decoder: &mut Decoder, heard: &mut Heard) {
+fn tap(bytes: &[u8], decoder: &mut Decoder, heard: &mut RequestTimes) {
     let now = Instant::now();
     for &byte in bytes {
         let Some(message) = decoder.push(byte) else {

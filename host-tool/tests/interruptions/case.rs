@@ -24,7 +24,7 @@ fn closed_loop() -> String {
 
 /// What ends the run.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Way {
+pub enum Disturbance {
     Interrupt,
     Terminate,
     Kill,
@@ -34,7 +34,7 @@ pub enum Way {
     FullDisk,
 }
 
-impl Way {
+impl Disturbance {
     pub const ALL: [Self; 6] = [
         Self::Interrupt,
         Self::Terminate,
@@ -60,19 +60,19 @@ impl Way {
 /// A run to be interrupted.
 #[derive(Clone, Copy, Debug)]
 pub struct Case {
-    pub way: Way,
+    pub way: Disturbance,
     /// `None` for the simulator in the program, in virtual time.
     wire: Option<Wire>,
     is_closed_loop: bool,
     /// After the device was first spoken to.
     after: Duration,
-    /// For [`Way::FullDisk`].
+    /// For [`Disturbance::FullDisk`].
     most_bytes: u64,
 }
 
 /// What became of it.
 #[derive(Clone, Copy, Debug)]
-pub struct Fate {
+pub struct CaseResult {
     pub rows: usize,
     /// From the signal to `Stop` at the board.
     pub until_stop: Option<Duration>,
@@ -85,10 +85,10 @@ pub struct Fate {
 impl Case {
     pub fn of(seed: u64) -> Self {
         let random = |place: u64, end: u64| hal_sim::random::word(0, seed * 8 + place) % end;
-        let way = Way::ALL[(seed % 6) as usize];
+        let way = Disturbance::ALL[(seed % 6) as usize];
         let wire = match (seed / 6 + seed % 6) % 3 {
             0 => Some(Wire::Pty),
-            1 if !matches!(way, Way::Cut | Way::Freeze) => None,
+            1 if !matches!(way, Disturbance::Cut | Disturbance::Freeze) => None,
             _ => Some(Wire::Tcp),
         };
         let most = if wire.is_some() { 4_000 } else { 100_000 };
@@ -105,19 +105,19 @@ impl Case {
 
 /// Runs it, again if the computer itself was too slow for the device, and
 /// checks what is left.
-pub fn run_case(case: Case, folder: &Path) -> Fate {
+pub fn run_case(case: Case, folder: &Path) -> CaseResult {
     for again in 0..3 {
         let _ = std::fs::remove_dir_all(folder);
         std::fs::create_dir_all(folder).unwrap();
         if let Some(fate) = try_case(case, folder) {
-            return Fate { again, ..fate };
+            return CaseResult { again, ..fate };
         }
     }
     let error = std::fs::read_to_string(folder.join("stderr"));
     panic!("{case:?} ended before its time, thrice: {error:?}");
 }
 
-fn try_case(case: Case, folder: &Path) -> Option<Fate> {
+fn try_case(case: Case, folder: &Path) -> Option<CaseResult> {
     let text = match case.is_closed_loop {
         true => closed_loop(),
         false => open_loop(),
@@ -125,7 +125,7 @@ fn try_case(case: Case, folder: &Path) -> Option<Fate> {
     let session = written(folder, "session.toml", text);
     let board = case.wire.map(|wire| Board::serve(wire, folder, &session));
     let at = board.as_ref().map_or("native", |board| &board.at);
-    let most = (case.way == Way::FullDisk).then_some(case.most_bytes);
+    let most = (case.way == Disturbance::FullDisk).then_some(case.most_bytes);
     let arguments = ["run", "session.toml", "--device", at, "--out", "out"];
     let metronome = Metronome::start(folder);
     let mut program = Program::start(folder, &arguments, most);
@@ -134,7 +134,7 @@ fn try_case(case: Case, folder: &Path) -> Option<Fate> {
         None => folder.join("out/summary.json").exists(),
     };
     let mut asked = None;
-    if case.way != Way::FullDisk {
+    if case.way != Disturbance::FullDisk {
         if !program.waits_for(has_begun) {
             return None;
         }
@@ -151,15 +151,18 @@ fn try_case(case: Case, folder: &Path) -> Option<Fate> {
     }
     let rows = check(case, folder, status, &program.error());
     let stop = heard.and_then(|heard| heard.stop);
-    let is_heard = !matches!(case.way, Way::Kill | Way::Cut | Way::Freeze);
+    let is_heard = !matches!(
+        case.way,
+        Disturbance::Kill | Disturbance::Cut | Disturbance::Freeze
+    );
     if is_heard && heard.is_some_and(|heard| heard.start.is_some()) {
         let error = program.error();
         assert!(stop.is_some(), "{case:?}: no Stop on the wire: {error}");
     }
-    let is_signal = matches!(case.way, Way::Interrupt | Way::Terminate);
+    let is_signal = matches!(case.way, Disturbance::Interrupt | Disturbance::Terminate);
     let until_stop = asked.zip(stop).filter(|_| is_signal);
     let stall = until_stop.map(|(asked, stop)| metronome.worst(asked, stop));
-    Some(Fate {
+    Some(CaseResult {
         rows,
         until_stop: until_stop.map(|(asked, stop)| stop.saturating_duration_since(asked)),
         stall: stall.unwrap_or_default(),
@@ -167,14 +170,14 @@ fn try_case(case: Case, folder: &Path) -> Option<Fate> {
     })
 }
 
-fn interrupt(way: Way, program: &mut Program, board: Option<&Board>) -> Instant {
+fn interrupt(way: Disturbance, program: &mut Program, board: Option<&Board>) -> Instant {
     match (way, board) {
-        (Way::Interrupt, _) => return program.signal("INT"),
-        (Way::Terminate, _) => return program.signal("TERM"),
-        (Way::Kill, _) => return program.signal("KILL"),
-        (Way::Cut, Some(board)) => board.order(Order::Cut),
-        (Way::Freeze, Some(board)) => board.order(Order::Freeze),
-        (Way::Cut | Way::Freeze | Way::FullDisk, _) => {}
+        (Disturbance::Interrupt, _) => return program.signal("INT"),
+        (Disturbance::Terminate, _) => return program.signal("TERM"),
+        (Disturbance::Kill, _) => return program.signal("KILL"),
+        (Disturbance::Cut, Some(board)) => board.order(Order::Cut),
+        (Disturbance::Freeze, Some(board)) => board.order(Order::Freeze),
+        (Disturbance::Cut | Disturbance::Freeze | Disturbance::FullDisk, _) => {}
     }
     Instant::now()
 }
@@ -183,7 +186,7 @@ fn interrupt(way: Way, program: &mut Program, board: Option<&Board>) -> Instant 
 fn is_disturbed(case: Case, status: ExitStatus, error: &str) -> bool {
     let stalled = error.contains("HostSilent")
         || error.contains("E509 this computer did not run")
-        || case.way != Way::Freeze && error.contains("E501 no answer");
+        || case.way != Disturbance::Freeze && error.contains("E501 no answer");
     status.code() == Some(1) && stalled
 }
 
@@ -194,7 +197,7 @@ fn check(case: Case, folder: &Path, status: ExitStatus, error: &str) -> usize {
     let out = folder.join("out");
     let run = record::load(&out).unwrap();
     assert!(run.ending.is_incomplete(), "{case:?}: {:?}", run.ending);
-    if case.way != Way::Kill {
+    if case.way != Disturbance::Kill {
         assert_eq!(run.ending.exit_code.map(i32::from), code, "{case:?}");
         assert!(error.contains("is in out"), "{case:?}: {error}");
     }
@@ -209,7 +212,7 @@ fn check(case: Case, folder: &Path, status: ExitStatus, error: &str) -> usize {
     assert_eq!(trial.samples.len(), whole.saturating_sub(1), "{case:?}");
     // A write that crosses a page is not one thing for a system that kills: what it left
     // was not counted above.
-    if !matches!(case.way, Way::FullDisk | Way::Kill) {
+    if !matches!(case.way, Disturbance::FullDisk | Disturbance::Kill) {
         assert!(text.ends_with('\n'), "{case:?}: half a row");
     }
     headline_is_true(case, &run, reason, &out);
@@ -238,7 +241,10 @@ fn headline_is_true(case: Case, run: &Run, reason: &str, out: &Path) {
     if let Ok(written) = std::fs::read_to_string(out.join("report.html")) {
         assert_eq!(result(&written), headline, "{case:?}");
     } else {
-        assert!(matches!(case.way, Way::Kill | Way::FullDisk), "{case:?}");
+        assert!(
+            matches!(case.way, Disturbance::Kill | Disturbance::FullDisk),
+            "{case:?}"
+        );
     }
 }
 

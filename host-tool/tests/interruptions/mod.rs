@@ -16,7 +16,7 @@ mod program;
 use crate::program::{folder, one_channel, written};
 use crate::steady::steadily;
 use board::{Board, Wire};
-use case::{Case, Fate, Way, run_case};
+use case::{Case, CaseResult, Disturbance, run_case};
 use hal_sim::wire::pty::PtyWire;
 use program::Program;
 use std::sync::Mutex;
@@ -30,7 +30,7 @@ use std::time::Duration;
 const HALF_WITHIN: Duration = Duration::from_millis(100);
 
 /// Runs the cases of these seeds, two at a time, and tells of them.
-fn campaign(name: &str, count: u64) -> Vec<(Case, Fate)> {
+fn campaign(name: &str, count: u64) -> Vec<(Case, CaseResult)> {
     let next = AtomicU64::new(0);
     let fates = Mutex::new(Vec::new());
     std::thread::scope(|scope| {
@@ -51,10 +51,10 @@ fn campaign(name: &str, count: u64) -> Vec<(Case, Fate)> {
     fates.into_inner().unwrap()
 }
 
-fn tell(fates: &[(Case, Fate)]) {
-    for way in Way::ALL {
+fn tell(fates: &[(Case, CaseResult)]) {
+    for way in Disturbance::ALL {
         let own = fates.iter().filter(|(case, _)| case.way == way);
-        let own: Vec<&Fate> = own.map(|(_, fate)| fate).collect();
+        let own: Vec<&CaseResult> = own.map(|(_, fate)| fate).collect();
         let rows: usize = own.iter().map(|fate| fate.rows).sum();
         let again: u32 = own.iter().map(|fate| fate.again).sum();
         let runs = own.len();

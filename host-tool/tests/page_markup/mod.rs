@@ -10,7 +10,7 @@ mod place;
 use super::program::{folder, written};
 use super::record_again::{shortened, told};
 use host_core::record::{self, Run};
-use host_core::report::{self, Compared, Report};
+use host_core::report::{self, ComparedRecord, Report};
 use host_core::run::{SessionFile, begin_trial};
 use parts::parts;
 use place::{Place, lengthened, places};
@@ -35,7 +35,7 @@ fn pages(dir: &Path, called: &str) -> Option<Vec<String>> {
         trial.session_text.push_str("\n[other]\n");
     }
     let both = [("one", &run), (called, &other)];
-    let both = both.map(|(name, run)| Compared::of(Path::new(name), run));
+    let both = both.map(|(name, run)| ComparedRecord::of(Path::new(name), run));
     let both = report::document("both", &report::compare_body(&both));
     let named = [dir, dir].map(|dir| NamedResult::read(dir).ok().flatten());
     let named: Vec<NamedResult> = named.into_iter().flatten().collect();
@@ -46,7 +46,7 @@ fn pages(dir: &Path, called: &str) -> Option<Vec<String>> {
 }
 
 /// What is put on trial in a file, as often as it is accepted.
-struct Tried {
+struct TriedTexts {
     accepted: Vec<String>,
     refused: usize,
 }
@@ -55,8 +55,8 @@ struct Tried {
 fn try_all(
     all: impl Iterator<Item = String>,
     pages_with: &dyn Fn(&str, &str) -> Option<Vec<String>>,
-) -> Tried {
-    let mut tried = Tried {
+) -> TriedTexts {
+    let mut tried = TriedTexts {
         accepted: Vec::new(),
         refused: 0,
     };
@@ -82,7 +82,7 @@ fn try_all(
 }
 
 /// Every string and key of the JSON document `file` of the record in `dir`.
-fn try_json(dir: &Path, file: &Path) -> Tried {
+fn try_json(dir: &Path, file: &Path) -> TriedTexts {
     let text = fs::read_to_string(file).unwrap();
     let document: Value = serde_json::from_str(&text).unwrap();
     let mut all = Vec::new();

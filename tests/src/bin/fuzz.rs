@@ -69,7 +69,7 @@ fn main() -> anyhow::Result<ExitCode> {
         inputs: arguments.from..end,
     };
     let since = Instant::now();
-    let (shown, mut kept) = (Shown::new(&arguments), Vec::new());
+    let (shown, mut kept) = (ProgressDisplay::new(&arguments), Vec::new());
     // At once: a run that is killed has its finds.
     let mut lost = Ok(());
     let (done, finds) = campaign.run(|done, finds| {
@@ -105,14 +105,14 @@ fn signals() -> anyhow::Result<Arc<AtomicUsize>> {
 }
 
 /// A bar on a terminal, a line a minute elsewhere.
-struct Shown<'a> {
+struct ProgressDisplay<'a> {
     arguments: &'a Arguments,
     bar: ProgressBar,
     since: Instant,
     minutes: AtomicUsize,
 }
 
-impl<'a> Shown<'a> {
+impl<'a> ProgressDisplay<'a> {
     fn new(arguments: &'a Arguments) -> Self {
         let bar = ProgressBar::new(arguments.runs); // hidden where there is no terminal
         let style = "{msg} {wide_bar} {human_pos}/{human_len} {per_sec} {eta}";

@@ -65,7 +65,7 @@ struct Arguments {
 
 /// What became of a mutant.
 #[derive(Clone, PartialEq, Eq, Debug, serde::Serialize)]
-enum Fate {
+enum MutantResult {
     /// It does not compile: it takes no part in the share.
     Unviable,
     /// A proof failed, or the test program crashed.
@@ -81,7 +81,7 @@ enum Fate {
 }
 
 /// A mutant with its number in the random order.
-type Judged = (usize, Mutant, Fate);
+type MutantVerdict = (usize, Mutant, MutantResult);
 
 fn main() -> anyhow::Result<()> {
     let arguments = Arguments::parse();
@@ -96,7 +96,7 @@ fn main() -> anyhow::Result<()> {
     let candidates = (1..).zip(order);
     let is_wanted = |number: &usize| arguments.only.is_empty() || arguments.only.contains(number);
     let mut candidates = candidates.filter(|(number, _)| is_wanted(number));
-    let mut judged: Vec<Judged> = Vec::new();
+    let mut judged: Vec<MutantVerdict> = Vec::new();
     for (stage, &(_, _, folder)) in STAGES.iter().enumerate().take(arguments.stages) {
         let of_stage = |proof: &&Proof| proof.file.starts_with(folder);
         let proofs: Vec<_> = proofs.iter().filter(of_stage).cloned().collect();
@@ -105,7 +105,7 @@ fn main() -> anyhow::Result<()> {
         program.is_whole = arguments.every_test;
         program.time(&bench)?;
         if stage == 0 {
-            let is_viable = |judged: &&Judged| judged.2 != Fate::Unviable;
+            let is_viable = |judged: &&MutantVerdict| judged.2 != MutantResult::Unviable;
             while judged.iter().filter(is_viable).count() < arguments.count {
                 let Some((number, mutant)) = candidates.next() else {
                     break;
@@ -115,7 +115,7 @@ fn main() -> anyhow::Result<()> {
                 judged.push((number, mutant, fate));
             }
         } else {
-            let survivors = judged.iter_mut().filter(|j| j.2 == Fate::Survived);
+            let survivors = judged.iter_mut().filter(|j| j.2 == MutantResult::Survived);
             for (number, mutant, fate) in survivors {
                 *fate = program.judge(&bench, mutant)?;
                 show(*number, mutant, fate);
@@ -245,7 +245,7 @@ impl Program {
         bench.cargo(&words, self.limit)
     }
 
-    fn judge(&self, bench: &Bench, mutant: &Mutant) -> anyhow::Result<Fate> {
+    fn judge(&self, bench: &Bench, mutant: &Mutant) -> anyhow::Result<MutantResult> {
         let path = bench.tree.join(&mutant.file);
         let text = fs::read_to_string(&path)?;
         fs::write(&path, mutant.apply(&text)?)?;
@@ -254,12 +254,12 @@ impl Program {
         fate
     }
 
-    fn judge_tree(&self, bench: &Bench) -> anyhow::Result<Fate> {
+    fn judge_tree(&self, bench: &Bench) -> anyhow::Result<MutantResult> {
         let (built, words) = bench.cargo(&arguments(self.stage, &["--no-run"]), BUILD)?;
         let stage = self.stage;
         if built != Some(true) {
             ensure!(stage == 0, "it compiled before:\n{words}");
-            return Ok(Fate::Unviable);
+            return Ok(MutantResult::Unviable);
         }
         let (success, words) = self.run(bench)?;
         let lines = words.lines().filter_map(|line| line.strip_prefix("test "));
@@ -270,13 +270,13 @@ impl Program {
         };
         let mut by: Vec<_> = failed.map(number).collect();
         Ok(match success {
-            None => Fate::TimedOut { stage },
-            Some(true) => Fate::Survived,
+            None => MutantResult::TimedOut { stage },
+            Some(true) => MutantResult::Survived,
             Some(false) => {
                 if by.is_empty() {
                     by.push("crash".to_owned());
                 }
-                Fate::Killed { stage, by }
+                MutantResult::Killed { stage, by }
             }
         })
     }
@@ -293,18 +293,18 @@ fn name(stage: usize) -> String {
 }
 
 /// A line for a fate.
-fn line(number: usize, mutant: &Mutant, fate: &Fate) -> String {
+fn line(number: usize, mutant: &Mutant, fate: &MutantResult) -> String {
     let fate = match fate {
-        Fate::Unviable => "does not compile".to_owned(),
-        Fate::Killed { by, .. } => by.join(" "),
-        Fate::TimedOut { stage } => format!("timeout of {}", name(*stage)),
-        Fate::Survived => "survived".to_owned(),
+        MutantResult::Unviable => "does not compile".to_owned(),
+        MutantResult::Killed { by, .. } => by.join(" "),
+        MutantResult::TimedOut { stage } => format!("timeout of {}", name(*stage)),
+        MutantResult::Survived => "survived".to_owned(),
     };
     let mutant = mutant.name.replace('\n', " ");
     format!("{number:>3} {mutant}\n      {fate}")
 }
 
-fn show(number: usize, mutant: &Mutant, fate: &Fate) {
+fn show(number: usize, mutant: &Mutant, fate: &MutantResult) {
     eprintln!("{}", line(number, mutant, fate));
 }
 
@@ -312,13 +312,14 @@ fn show(number: usize, mutant: &Mutant, fate: &Fate) {
 fn conclude(
     arguments: &Arguments,
     (listed, run): (usize, usize),
-    judged: &[Judged],
+    judged: &[MutantVerdict],
 ) -> anyhow::Result<()> {
-    let count = |is: &dyn Fn(&Fate) -> bool| judged.iter().filter(|j| is(&j.2)).count();
-    let unviable = count(&|fate| *fate == Fate::Unviable);
-    let survived = count(&|fate| *fate == Fate::Survived);
-    let timed_out = count(&|fate| matches!(fate, Fate::TimedOut { .. }));
-    let killed = |at: usize| count(&|f| matches!(f, Fate::Killed { stage, .. } if *stage == at));
+    let count = |is: &dyn Fn(&MutantResult) -> bool| judged.iter().filter(|j| is(&j.2)).count();
+    let unviable = count(&|fate| *fate == MutantResult::Unviable);
+    let survived = count(&|fate| *fate == MutantResult::Survived);
+    let timed_out = count(&|fate| matches!(fate, MutantResult::TimedOut { .. }));
+    let killed =
+        |at: usize| count(&|f| matches!(f, MutantResult::Killed { stage, .. } if *stage == at));
     let stages: Vec<_> = (0..STAGES.len()).map(|at| (name(at), killed(at))).collect();
     let viable = judged.len() - unviable;
     let noticed = viable - survived;

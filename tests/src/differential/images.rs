@@ -8,7 +8,7 @@ use std::path::Path;
 
 /// What is in an image.
 #[derive(Debug, Default)]
-pub struct Found {
+pub struct ImageInstructions {
     /// Number of instructions by their encodings.
     pub known: BTreeMap<usize, u32>,
     /// Address, width in bits and code of instructions without an encoding.
@@ -20,10 +20,10 @@ pub struct Found {
 ///
 /// # Errors
 /// It is no ELF with mapping symbols.
-pub fn in_image(path: &Path, encodings: &Encodings) -> Result<Found> {
+pub fn in_image(path: &Path, encodings: &Encodings) -> Result<ImageInstructions> {
     let bytes = std::fs::read(path).with_context(|| path.display().to_string())?;
     let elf = object::File::parse(&*bytes)?;
-    let mut found = Found::default();
+    let mut found = ImageInstructions::default();
     for section in elf.sections().filter(|s| s.kind() == SectionKind::Text) {
         let data = section.data()?;
         let mut marks: Vec<(u64, bool)> = elf
@@ -51,7 +51,7 @@ pub fn in_image(path: &Path, encodings: &Encodings) -> Result<Found> {
     Ok(found)
 }
 
-fn walk(start: u64, code: &[u8], encodings: &Encodings, found: &mut Found) {
+fn walk(start: u64, code: &[u8], encodings: &Encodings, found: &mut ImageInstructions) {
     let halves: Vec<u16> = code
         .chunks_exact(2)
         .map(|b| u16::from_le_bytes([b[0], b[1]]))

@@ -18,7 +18,7 @@ mod random;
 mod units;
 
 pub use encodings::Encodings;
-pub use images::{Found, in_image};
+pub use images::{ImageInstructions, in_image};
 pub use program::{Program, RECORD_WORDS};
 
 /// What the words of a record are.

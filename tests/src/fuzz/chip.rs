@@ -1,7 +1,7 @@
 //! What the chip simulator is given from outside: an image's file, gdb's bytes.
 
 use hal_sim::chip::board::{Board, BoardError};
-use hal_sim::chip::gdb::{Debugger, Line, Outlives, Points, Port};
+use hal_sim::chip::gdb::{AfterDebugger, Debugger, Line, Points, Port};
 use hal_sim::chip::image::{FLASH, Image, ImageError};
 use hal_sim::chip::soc::Pace;
 use std::cell::OnceCell;
@@ -50,8 +50,8 @@ pub fn gdb(data: &[u8]) {
         Board::power_on(image, [None; _], Pace::Lazy, Points::default()).expect("it starts")
     };
     let board = BOARD.with(|board| board.get_or_init(power_on).clone());
-    let port = Once(Some(Script::of(data)));
-    let mut debugger = Debugger::new(port, board, Outlives::Nothing);
+    let port = SingleClient(Some(Script::of(data)));
+    let mut debugger = Debugger::new(port, board, AfterDebugger::Nothing);
     for step in 1..=4 {
         match debugger.run_to(step * RUN) {
             Ok(()) => {}
@@ -62,9 +62,9 @@ pub fn gdb(data: &[u8]) {
 }
 
 /// A port to which one client comes.
-struct Once(Option<Script>);
+struct SingleClient(Option<Script>);
 
-impl Port for Once {
+impl Port for SingleClient {
     fn accept(&mut self) -> io::Result<Option<Box<dyn Line>>> {
         let script = self.0.take().ok_or(io::ErrorKind::ConnectionReset)?;
         Ok(Some(Box::new(script)))
@@ -74,7 +74,7 @@ impl Port for Once {
 /// gdb, of which all bytes are known; once they are through it is gone.
 struct Script {
     bytes: VecDeque<u8>,
-    said: Said,
+    said: PacketPosition,
 }
 
 impl Script {
@@ -92,14 +92,14 @@ impl Script {
             bytes.extend(line);
             bytes.extend(format!("#{sum:02x}+").bytes());
         }
-        let said = Said::Between;
+        let said = PacketPosition::Between;
         Self { bytes, said }
     }
 }
 
 /// Where in what gdb is told.
 #[derive(Clone, Copy, PartialEq)]
-enum Said {
+enum PacketPosition {
     Between,
     Packet(u8),
     Sum(u8, Option<u8>),
@@ -110,15 +110,17 @@ impl Script {
     fn tell(&mut self, byte: u8) {
         let digit = |byte: u8| char::from(byte).to_digit(16).expect("a digit of a sum") as u8;
         self.said = match (self.said, byte) {
-            (Said::Between, b'+' | b'-') => Said::Between,
-            (Said::Between, b'$') => Said::Packet(0),
-            (Said::Between, other) => panic!("gdb is told {other:#04x} outside of a packet"),
-            (Said::Packet(sum), b'#') => Said::Sum(sum, None),
-            (Said::Packet(sum), byte) => Said::Packet(sum.wrapping_add(byte)),
-            (Said::Sum(sum, None), byte) => Said::Sum(sum, Some(digit(byte))),
-            (Said::Sum(sum, Some(high)), byte) => {
+            (PacketPosition::Between, b'+' | b'-') => PacketPosition::Between,
+            (PacketPosition::Between, b'$') => PacketPosition::Packet(0),
+            (PacketPosition::Between, other) => {
+                panic!("gdb is told {other:#04x} outside of a packet")
+            }
+            (PacketPosition::Packet(sum), b'#') => PacketPosition::Sum(sum, None),
+            (PacketPosition::Packet(sum), byte) => PacketPosition::Packet(sum.wrapping_add(byte)),
+            (PacketPosition::Sum(sum, None), byte) => PacketPosition::Sum(sum, Some(digit(byte))),
+            (PacketPosition::Sum(sum, Some(high)), byte) => {
                 assert_eq!(16 * high + digit(byte), sum, "gdb is told a wrong sum");
-                Said::Between
+                PacketPosition::Between
             }
         };
     }

@@ -2,9 +2,9 @@
 
 use firmware::range::OutOfRange;
 use firmware::safety::{StageKind, StageTable, StageWords, Stages};
-use host_core::calibration::{self, Entry, Machine, Order, Plan, Unread};
+use host_core::calibration::{self, Entry, Machine, Order, PartialLine, Plan};
 use host_core::record::{self, RecordError, Run};
-use host_core::report::{Compared, Report, compare_body, compare_text, document};
+use host_core::report::{ComparedRecord, Report, compare_body, compare_text, document};
 use host_core::wearer::Wearer;
 use std::cell::OnceCell;
 use std::path::{Path, PathBuf};
@@ -86,7 +86,7 @@ fn summed(data: &[u8]) -> Vec<u8> {
 /// What another program or a person types at a calibration, in pieces: orders, or refused
 /// with a number. An order reads back from what is written of it.
 pub fn lines(data: &[u8]) {
-    let (mut whole, mut pieces) = (Unread::default(), Unread::default());
+    let (mut whole, mut pieces) = (PartialLine::default(), PartialLine::default());
     let lines = whole.lines(data, true);
     let mut again = Vec::new();
     for piece in data.chunks(7) {
@@ -207,7 +207,7 @@ fn load(dir: &Path) -> Option<Run> {
 fn show(run: Run) {
     let page = host_core::report::page(&Report::of(&run));
     assert!(page.ends_with("</html>\n"), "a page without an end");
-    let both = ["one", "other"].map(|name| Compared::of(Path::new(name), &run));
+    let both = ["one", "other"].map(|name| ComparedRecord::of(Path::new(name), &run));
     assert!(!compare_text(&both).is_empty());
     assert!(document("both", &compare_body(&both)).ends_with("</html>\n"));
 }

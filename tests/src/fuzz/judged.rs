@@ -4,7 +4,7 @@ use firmware::pulse::CHANNELS;
 use firmware::safety::{Setup, StageKind, StageTable};
 use firmware::units::Micros;
 use hal_sim::trace::Trace;
-use hal_sim::trace::judge::{Channel, Fault, Quiet, Stage, Truth};
+use hal_sim::trace::judge::{Channel, Fault, QuietInterval, Stage, Truth};
 
 /// The board boots shortly before its clock wraps.
 pub const BOOT: Micros = Micros::new(u32::MAX - 20_000);
@@ -23,7 +23,7 @@ const PULSES_PER_S: usize = 1_700;
 
 /// What a run must be judged by.
 #[derive(Clone, Default)]
-pub struct Judged {
+pub struct JudgedRun {
     /// The highest limit that was armed, µA or mV.
     limits: [u32; CHANNELS],
     /// The longest time from the host's last word to silence, µs.
@@ -34,7 +34,7 @@ pub struct Judged {
     loads: Vec<(u64, usize, bool)>,
 }
 
-impl Judged {
+impl JudgedRun {
     /// What is armed now.
     pub fn note(&mut self, setup: &Setup) {
         let wearer = &setup.wearer;
@@ -87,10 +87,10 @@ impl Judged {
         // Two windows are rendered already.
         let from_us = since_boot(self.heard) + u64::from(self.silent_us) + 500;
         let until_us = u64::MAX;
-        truth.quiet.push(Quiet { from_us, until_us });
+        truth.quiet.push(QuietInterval { from_us, until_us });
         truth
     }
 }
 
 /// What a session tells at its end.
-pub type Told = (Judged, Trace, Vec<Micros>);
+pub type SessionEnd = (JudgedRun, Trace, Vec<Micros>);

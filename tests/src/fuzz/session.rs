@@ -1,6 +1,6 @@
 //! A board whose host sends anything.
 
-use super::judged::{BOOT, Judged, Told};
+use super::judged::{BOOT, JudgedRun, SessionEnd};
 use super::watch::Watch;
 use crate::desk;
 use crate::record::Record;
@@ -28,7 +28,7 @@ pub struct Session {
     sensors: Sensors,
     watch: Watch,
     record: Record,
-    judged: Judged,
+    judged: JudgedRun,
     heard: Decoder,
     /// What it was sent, as far as it accepts that whatever its state.
     draft: Draft,
@@ -60,7 +60,7 @@ impl Session {
             sensors: Sensors::default(),
             watch: Watch::default(),
             record: Record::from(BOOT),
-            judged: Judged::default(),
+            judged: JudgedRun::default(),
             heard: Decoder::default(),
             draft: Draft::default(),
             seq: 0,
@@ -176,7 +176,7 @@ impl Session {
     }
 
     /// What a judge needs.
-    pub fn told(self) -> Told {
+    pub fn told(self) -> SessionEnd {
         (self.judged, self.record.trace, self.watch.faults)
     }
 
@@ -193,16 +193,16 @@ impl Session {
 
 /// What a board put out, in order.
 #[derive(PartialEq, Debug, Default)]
-struct Outputs(Vec<PutOut>);
+struct Outputs(Vec<DeviceOutput>);
 
 #[derive(PartialEq, Debug)]
-enum PutOut {
+enum DeviceOutput {
     Levels(Micros, Levels),
     Dac(Micros, u8, DacCode),
     Bytes(Micros, Vec<u8>),
 }
 
-impl PutOut {
+impl DeviceOutput {
     fn tell(&self, sink: &mut impl Sink) {
         match self {
             Self::Levels(at, levels) => sink.levels(*at, *levels),
@@ -214,15 +214,15 @@ impl PutOut {
 
 impl Sink for Outputs {
     fn levels(&mut self, at: Micros, levels: Levels) {
-        self.0.push(PutOut::Levels(at, levels));
+        self.0.push(DeviceOutput::Levels(at, levels));
     }
 
     fn dac(&mut self, at: Micros, channel: u8, code: DacCode) {
-        self.0.push(PutOut::Dac(at, channel, code));
+        self.0.push(DeviceOutput::Dac(at, channel, code));
     }
 
     fn bytes(&mut self, at: Micros, bytes: &[u8]) {
-        self.0.push(PutOut::Bytes(at, bytes.to_vec()));
+        self.0.push(DeviceOutput::Bytes(at, bytes.to_vec()));
     }
 }
 

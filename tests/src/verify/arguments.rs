@@ -15,7 +15,7 @@ usage: cargo verify [STEP...]         everything, or only these steps
 const LONGEST_MINUTES: u64 = 7 * 24 * 60;
 
 #[derive(Clone, PartialEq, Eq, Debug)]
-pub(super) enum Wanted {
+pub(super) enum VerifyMode {
     /// All of them if it is empty.
     Steps(Vec<String>),
     /// Rounds on fresh seeds until this is over.
@@ -27,14 +27,14 @@ pub(super) enum Wanted {
 
 /// What `arguments` ask for, with `steps` to choose from; what is wrong if they
 /// ask for nothing that there is.
-pub(super) fn parse(arguments: &[String], steps: &[&str]) -> Result<Wanted, String> {
+pub(super) fn parse(arguments: &[String], steps: &[&str]) -> Result<VerifyMode, String> {
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     match words[..] {
-        ["-h" | "--help", ..] => Ok(Wanted::Help),
+        ["-h" | "--help", ..] => Ok(VerifyMode::Help),
         ["--soak", minutes] => soak(minutes),
         ["--soak-seed", seed] => {
             let wrong = |_| format!("--soak-seed `{seed}`: not a number from 0 to {}", u64::MAX);
-            seed.parse().map(Wanted::SoakSeed).map_err(wrong)
+            seed.parse().map(VerifyMode::SoakSeed).map_err(wrong)
         }
         [option @ ("--soak" | "--soak-seed")] => Err(format!("{option}: a number is missing")),
         [option @ ("--soak" | "--soak-seed"), _, ..] => {
@@ -44,10 +44,10 @@ pub(super) fn parse(arguments: &[String], steps: &[&str]) -> Result<Wanted, Stri
     }
 }
 
-fn soak(minutes: &str) -> Result<Wanted, String> {
+fn soak(minutes: &str) -> Result<VerifyMode, String> {
     match minutes.parse::<u64>() {
         Ok(whole) if (1..=LONGEST_MINUTES).contains(&whole) => {
-            Ok(Wanted::Soak(Duration::from_secs(60 * whole)))
+            Ok(VerifyMode::Soak(Duration::from_secs(60 * whole)))
         }
         _ => Err(format!(
             "--soak `{minutes}`: not a whole number of minutes from 1 to {LONGEST_MINUTES}"
@@ -55,10 +55,10 @@ fn soak(minutes: &str) -> Result<Wanted, String> {
     }
 }
 
-fn named(arguments: &[String], steps: &[&str]) -> Result<Wanted, String> {
+fn named(arguments: &[String], steps: &[&str]) -> Result<VerifyMode, String> {
     let mut words = arguments.iter();
     match words.find(|word| !steps.contains(&word.as_str())) {
-        None => Ok(Wanted::Steps(arguments.to_vec())),
+        None => Ok(VerifyMode::Steps(arguments.to_vec())),
         Some(option) if option.starts_with('-') => {
             Err(format!("no option `{option}`, or not in this place"))
         }
@@ -70,22 +70,22 @@ fn named(arguments: &[String], steps: &[&str]) -> Result<Wanted, String> {
 mod tests {
     use super::*;
 
-    fn parsed(line: &str) -> Result<Wanted, String> {
+    fn parsed(line: &str) -> Result<VerifyMode, String> {
         let words: Vec<_> = line.split_whitespace().map(str::to_owned).collect();
         parse(&words, &["rules", "tests"])
     }
 
     #[test]
     fn steps_and_soaks_are_told_apart() {
-        assert_eq!(parsed(""), Ok(Wanted::Steps(vec![])));
+        assert_eq!(parsed(""), Ok(VerifyMode::Steps(vec![])));
         let steps = vec!["tests".to_owned(), "rules".to_owned()];
-        assert_eq!(parsed("tests rules"), Ok(Wanted::Steps(steps)));
+        assert_eq!(parsed("tests rules"), Ok(VerifyMode::Steps(steps)));
         let hour = Duration::from_secs(3_600);
-        assert_eq!(parsed("--soak 60"), Ok(Wanted::Soak(hour)));
-        assert_eq!(parsed("--soak-seed 0"), Ok(Wanted::SoakSeed(0)));
+        assert_eq!(parsed("--soak 60"), Ok(VerifyMode::Soak(hour)));
+        assert_eq!(parsed("--soak-seed 0"), Ok(VerifyMode::SoakSeed(0)));
         let most = format!("--soak-seed {}", u64::MAX);
-        assert_eq!(parsed(&most), Ok(Wanted::SoakSeed(u64::MAX)));
-        assert_eq!(parsed("--help"), Ok(Wanted::Help));
+        assert_eq!(parsed(&most), Ok(VerifyMode::SoakSeed(u64::MAX)));
+        assert_eq!(parsed("--help"), Ok(VerifyMode::Help));
     }
 
     #[test]

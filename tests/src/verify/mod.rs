@@ -26,7 +26,7 @@ mod stalled;
 mod suite;
 mod windows;
 
-use arguments::Wanted;
+use arguments::VerifyMode;
 use command::cargo;
 use console::{Console, seconds};
 use report::Report;
@@ -110,13 +110,13 @@ pub fn main(words: &[String]) -> ExitCode {
         }
     };
     match wanted {
-        Wanted::Help => {
+        VerifyMode::Help => {
             println!("{}\nsteps: {}", arguments::USAGE, names.join(" "));
             ExitCode::SUCCESS
         }
-        Wanted::Steps(wanted) => verify(&workspace, &wanted),
-        Wanted::Soak(length) => soak::fresh(&workspace, length),
-        Wanted::SoakSeed(seed) => soak::repeat(&workspace, seed),
+        VerifyMode::Steps(wanted) => verify(&workspace, &wanted),
+        VerifyMode::Soak(length) => soak::fresh(&workspace, length),
+        VerifyMode::SoakSeed(seed) => soak::repeat(&workspace, seed),
     }
 }
 

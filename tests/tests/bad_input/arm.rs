@@ -4,7 +4,7 @@ use crate::bad_input::bench::{Bench, LIMIT, joint};
 use crate::bad_input::table::{Row, all, field, refused, row};
 use firmware::bench::limb::{before_the_trunk, nominal};
 use firmware::control::{
-    Endpoint, EndpointSpec, EndpointState, PostureSpec, SensorSource, Unmade, WrenchError,
+    Endpoint, EndpointSpec, EndpointState, ForceImpossible, PostureSpec, SensorSource, WrenchError,
 };
 use firmware::limb::LineSpec;
 use firmware::link::{Code, Request};
@@ -40,7 +40,7 @@ fn share() -> i32 {
     let endpoint = Endpoint::new(&spec(), &[biceps()].into_iter().collect()).unwrap();
     let (mut state, now) = (EndpointState::default(), Micros::new(0));
     match endpoint.wish(&mut state, now, now, TOO_STRONG) {
-        Err(WrenchError::Unmade(Unmade::TooStrong { permille, .. })) => permille.into(),
+        Err(WrenchError::Unmade(ForceImpossible::TooStrong { permille, .. })) => permille.into(),
         other => panic!("{other:?}"),
     }
 }

@@ -31,7 +31,7 @@ pub struct Bench {
 
 /// One frame from the device, as far as rows care.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Heard {
+pub enum OwnedResponse {
     Ack(u16),
     Refused(Option<u16>, u16, String),
     Other,
@@ -215,7 +215,7 @@ impl Bench {
     }
 }
 /// Sends bytes as they are and collects the answers.
-pub fn exchange(port: &mut SimulatedPort, bytes: &[u8]) -> Vec<Heard> {
+pub fn exchange(port: &mut SimulatedPort, bytes: &[u8]) -> Vec<OwnedResponse> {
     port.send(bytes).unwrap();
     let until = port.now_us() + ANSWERS_US;
     let mut heard = Vec::new();
@@ -227,12 +227,12 @@ pub fn exchange(port: &mut SimulatedPort, bytes: &[u8]) -> Vec<Heard> {
         .collect()
 }
 
-fn understand(message: &[u8]) -> Heard {
+fn understand(message: &[u8]) -> OwnedResponse {
     match postcard::from_bytes::<Response<'_>>(message).unwrap() {
-        Response::Ack { seq, .. } => Heard::Ack(seq),
+        Response::Ack { seq, .. } => OwnedResponse::Ack(seq),
         Response::Refused { seq, refusal } => {
-            Heard::Refused(seq, refusal.code, refusal.field.to_owned())
+            OwnedResponse::Refused(seq, refusal.code, refusal.field.to_owned())
         }
-        _ => Heard::Other,
+        _ => OwnedResponse::Other,
     }
 }

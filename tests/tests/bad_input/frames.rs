@@ -1,7 +1,7 @@
 //! Bytes that are no request, and requests that come from the wrong host or
 //! all at once. The owner of the session goes on undisturbed.
 
-use crate::bad_input::bench::{Bench, Heard, exchange, world};
+use crate::bad_input::bench::{Bench, OwnedResponse, exchange, world};
 use firmware::link::{Code, Decoder, FrameError, MAX_FRAME, Request, SCHEMA, encode};
 use firmware::pulse::{GroupSpec, Partner};
 use firmware::safety::State;
@@ -174,12 +174,12 @@ fn hear(row: &FrameRow, port: &mut SimulatedPort, session: u16) {
     let mut acks = 0;
     for frame in heard {
         match frame {
-            Heard::Refused(seq, code, field) => {
+            OwnedResponse::Refused(seq, code, field) => {
                 assert!(!field.is_empty(), "{}", row.name);
                 refusals.push((seq, Code::from_number(code).expect("a known code")));
             }
-            Heard::Ack(_) => acks += 1,
-            Heard::Other => {}
+            OwnedResponse::Ack(_) => acks += 1,
+            OwnedResponse::Other => {}
         }
     }
     refusals.sort();

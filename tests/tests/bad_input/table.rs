@@ -4,7 +4,7 @@ use crate::bad_input::bench::{Bench, LIMIT};
 use firmware::link::{Code, Request};
 use firmware::safety::State;
 use firmware::units::Amplitude;
-use host_core::link::{Error, Refused};
+use host_core::link::{Error, RefusalInWords};
 
 /// A request in a state, and what it must get.
 pub struct Row {
@@ -234,7 +234,7 @@ fn draft_is_the_bench_s(bench: &mut Bench) -> Result<(), String> {
     }
 }
 
-fn as_expect(refused: &Refused, expected: &Expect) -> Result<Expect, String> {
+fn as_expect(refused: &RefusalInWords, expected: &Expect) -> Result<Expect, String> {
     let field = match expected {
         Expect::Refused { field, .. } if *field == refused.field => field,
         _ => return Err(format!("{refused}, where {expected:?} was expected")),
@@ -248,7 +248,7 @@ fn as_expect(refused: &Refused, expected: &Expect) -> Result<Expect, String> {
 }
 
 /// Number, field, range and advice are in the words that people see.
-fn is_helpful(refused: &Refused) -> Result<(), String> {
+fn is_helpful(refused: &RefusalInWords) -> Result<(), String> {
     let text = refused.to_string();
     let code = refused.code().ok_or("a number nobody knows")?;
     let range = refused

@@ -16,7 +16,7 @@ use hal_sim::trace::{Edge, State, Trace};
 use std::time::Instant;
 use tests::desk::{identity, messages};
 use tests::record::Record;
-use watched::{Served, Watched};
+use watched::{ReceiveCall, WatchedBoard};
 
 /// The stages of the session's channels.
 fn stages() -> [Option<Output>; 10] {
@@ -34,8 +34,8 @@ fn stages() -> [Option<Output>; 10] {
 }
 
 /// The log's steps in time since its beginning, sensors apart from bytes.
-fn on_chip(log: &[Step], pace: Pace) -> (Watched, Record, Vec<(Micros, Sensors)>) {
-    let mut board = Watched::boot(stages(), &Sensors::default(), pace);
+fn on_chip(log: &[Step], pace: Pace) -> (WatchedBoard, Record, Vec<(Micros, Sensors)>) {
+    let mut board = WatchedBoard::boot(stages(), &Sensors::default(), pace);
     // The wearer moves just after a control tick has looked: the chip converts
     // the angle up to four times before the next, the last of them may be late.
     let begin = (board.board.now_us() / 1000 + 1) * 1000 + 20;
@@ -63,7 +63,7 @@ fn on_chip(log: &[Step], pace: Pace) -> (Watched, Record, Vec<(Micros, Sensors)>
 }
 
 /// The same worlds and the same calls on the device code in this process.
-fn in_process(chip: &Watched, worlds: &[(Micros, Sensors)], hello: &HelloInfo) -> Record {
+fn in_process(chip: &WatchedBoard, worlds: &[(Micros, Sensors)], hello: &HelloInfo) -> Record {
     let identity = Identity {
         unique_id: hello.unique_id,
         stages: hello.stages,
@@ -106,7 +106,7 @@ fn compare(log: &[Step]) {
     let wall = start.elapsed().as_secs_f64();
     let hello = hello(&chip);
     let native = in_process(&board, &worlds, &hello);
-    let late = |call: &&Served| {
+    let late = |call: &&ReceiveCall| {
         call.at.get().wrapping_sub(2) % 250 + call.done.elapsed_since(call.at) >= 250
     };
     let costs = board.served.iter().map(|c| c.done.elapsed_since(c.at));

@@ -11,7 +11,7 @@ use hal_sim::lockstep::{Device, Output};
 use tests::desk::flashed;
 
 /// One call of `Session::receive`.
-pub struct Served {
+pub struct ReceiveCall {
     /// The time that the session was told.
     pub at: Micros,
     /// When its last order or request was posted, or, if it had none for the pulser
@@ -46,12 +46,12 @@ impl Observer for Gate {
 }
 
 /// The board and the calls so far.
-pub struct Watched {
+pub struct WatchedBoard {
     pub board: Board<Gate>,
-    pub served: Vec<Served>,
+    pub served: Vec<ReceiveCall>,
 }
 
-impl Watched {
+impl WatchedBoard {
     /// A board that has booted.
     pub fn boot(stages: [Option<Output>; 10], sensors: &Sensors, pace: Pace) -> Self {
         let image = flashed();
@@ -157,7 +157,7 @@ impl Watched {
             (gate.asked, gate.has_posted) = (None, true);
             self.served.last_mut().unwrap().done = now;
         } else if pc == gate.entry {
-            self.served.push(Served {
+            self.served.push(ReceiveCall {
                 at: Micros::new(r[1]),
                 done: now,
                 bytes: (0..r[3])

@@ -4,7 +4,9 @@
 
 use super::second::{case, compare};
 use hal_sim::random::Random;
-use hal_sim::trace::judge::{Channel, Fault, Line, Pump, Quiet, Rule, Stage, Stuck, Truth, judge};
+use hal_sim::trace::judge::{
+    Channel, Fault, Line, Pump, QuietInterval, Rule, Stage, StuckLine, Truth, judge,
+};
 use hal_sim::trace::{Levels, State, Trace};
 use std::collections::BTreeMap;
 
@@ -34,7 +36,7 @@ fn both_judges_say_the_same_of_what_is_drawn() {
     for finding in accounts.clone().flat_map(|account| &account.findings) {
         *broken.entry(finding.rule).or_insert(0) += 1;
     }
-    let count = |of: fn(&hal_sim::trace::judge::Account) -> usize| -> usize {
+    let count = |of: fn(&hal_sim::trace::judge::OutputJudgement) -> usize| -> usize {
         accounts.clone().map(of).sum()
     };
     let (latched, truncated) = (
@@ -187,7 +189,7 @@ fn hurt(random: &mut Random, truth: &mut Truth) {
         truth.faults.push(Fault { t_us });
     }
     if random.below(3) == 0 {
-        truth.stuck.push(Stuck {
+        truth.stuck.push(StuckLine {
             channel: random.below(CHANNELS.into()) as u8,
             line: one(random, &[Line::Cathodic, Line::Anodic]),
             high: random.below(2) == 0,
@@ -197,7 +199,7 @@ fn hurt(random: &mut Random, truth: &mut Truth) {
     if random.below(3) == 0 {
         let from_us = random.below(END_US);
         let until_us = one(random, &[from_us + 100_000, u64::MAX]);
-        truth.quiet.push(Quiet { from_us, until_us });
+        truth.quiet.push(QuietInterval { from_us, until_us });
     }
 }
 

@@ -1,12 +1,12 @@
 //! One line that breaks, at any moment: hardware.md's stage logic ends in
 //! isolation, four states of two lines do not.
 
-use super::scene::{Anodic, Cathodic, Grounded, Scene, Stretch, biphasic, monophasic};
-use hal_sim::trace::judge::{Cause, Line, Pump, StageLogic, Stuck};
+use super::scene::{Anodic, Cathodic, Grounded, Scene, StateInterval, biphasic, monophasic};
+use hal_sim::trace::judge::{Cause, Line, Pump, StageLogic, StuckLine};
 
 /// What a channel does each 20 ms.
-fn trains() -> [(&'static str, Vec<Stretch>); 7] {
-    let swapped = |pulse: &[Stretch]| {
+fn trains() -> [(&'static str, Vec<StateInterval>); 7] {
+    let swapped = |pulse: &[StateInterval]| {
         let swap = |state| match state {
             Cathodic => Anodic,
             Anodic => Cathodic,
@@ -30,7 +30,7 @@ fn trains() -> [(&'static str, Vec<Stretch>); 7] {
     ]
 }
 
-fn scene(pulse: &[Stretch], stuck: Stuck, logic: StageLogic) -> Scene {
+fn scene(pulse: &[StateInterval], stuck: StuckLine, logic: StageLogic) -> Scene {
     let mut scene = Scene::of(100, pulse);
     let channel = &mut scene.truth.channels[0];
     // One more than the doublets': a line that sticks may begin a pulse early.
@@ -41,12 +41,12 @@ fn scene(pulse: &[Stretch], stuck: Stuck, logic: StageLogic) -> Scene {
 
 /// Every line, level and moment of a period of `pulse`, its steps growing
 /// where nothing changes.
-fn faults() -> impl Iterator<Item = Stuck> {
+fn faults() -> impl Iterator<Item = StuckLine> {
     let moments = (0..1_300).step_by(7).chain((1_300..20_000).step_by(1_900));
     let lines = [Line::Cathodic, Line::Anodic].into_iter();
     let kinds = lines.flat_map(|line| [true, false].map(|high| (line, high)));
     kinds.flat_map(move |(line, high)| {
-        moments.clone().map(move |after| Stuck {
+        moments.clone().map(move |after| StuckLine {
             channel: 0,
             line,
             high,
@@ -139,7 +139,7 @@ fn a_latched_stage_begins_anew_when_the_pump_was_off() {
 /// goes on so late in a phase that the line rests before the pump's first edge.
 #[test]
 fn a_line_that_is_high_keeps_the_latch() {
-    let stuck = Stuck {
+    let stuck = StuckLine {
         channel: 0,
         line: Line::Anodic,
         high: true,

@@ -13,7 +13,9 @@ use crate::chip_faults::{Bench, TWO_WINDOWS_US};
 use firmware::lockstep::Sensors;
 use firmware::units::Micros;
 use hal_sim::chip::cpu::{Bus, Size};
-use hal_sim::trace::judge::{Channel, Fault, Line, Pump, Quiet, Stage, Stuck, Truth, judge};
+use hal_sim::trace::judge::{
+    Channel, Fault, Line, Pump, QuietInterval, Stage, StuckLine, Truth, judge,
+};
 use hal_sim::trace::{Levels, State};
 use host_core::run::{DeviceName, SessionFile, power_on, simulated};
 use second::both;
@@ -124,7 +126,7 @@ fn what_a_broken_chip_puts_out_is_judged_alike() {
             truth.channels[channel] = Channel::steady(stage, ohm, 18.0, 201);
         }
         if what == LINE {
-            truth.stuck.push(Stuck {
+            truth.stuck.push(StuckLine {
                 channel: 0,
                 line: Line::Anodic,
                 high: false,
@@ -133,7 +135,7 @@ fn what_a_broken_chip_puts_out_is_judged_alike() {
         } else if what != NOTHING {
             truth.faults.push(Fault { t_us: at });
             let (from_us, until_us) = (at + TWO_WINDOWS_US, u64::MAX);
-            truth.quiet.push(Quiet { from_us, until_us });
+            truth.quiet.push(QuietInterval { from_us, until_us });
         }
         let pump = bench.board.around.pump().clone();
         let end_us = bench.board.now_us();

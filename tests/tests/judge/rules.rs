@@ -1,8 +1,10 @@
 //! Each rule finds the trace that breaks it, and nothing else does.
 
-use super::scene::{Anodic, CODE, Cathodic, Grounded, Scene, Stretch, biphasic, monophasic};
+use super::scene::{Anodic, CODE, Cathodic, Grounded, Scene, StateInterval, biphasic, monophasic};
 use super::second::both;
-use hal_sim::trace::judge::{Cause, Channel, Fault, Latched, Pump, Quiet, Rule, Stage, judge};
+use hal_sim::trace::judge::{
+    Cause, Channel, Fault, Latched, Pump, QuietInterval, Rule, Stage, judge,
+};
 use hal_sim::trace::{CHANNELS, Levels, Trace};
 
 pub const NONE: [Vec<Rule>; 2] = [Vec::new(), Vec::new()];
@@ -283,7 +285,7 @@ fn a_rate_above_what_was_checked() {
 #[test]
 fn output_past_a_deadline() {
     let mut scene = Scene::biphasic(100, 200);
-    scene.truth.quiet.push(Quiet {
+    scene.truth.quiet.push(QuietInterval {
         from_us: 1_010_100,
         until_us: 1_050_100,
     });
@@ -347,7 +349,7 @@ fn one_percent_of_mismatch_is_direct_current_unless_it_is_grounded() {
 /// it give back: that is no charge of theirs, and cuts none of them.
 #[test]
 fn what_a_capacitor_gives_back_cuts_no_pulse() {
-    let after = |pulse: &[Stretch], count: u64| {
+    let after = |pulse: &[StateInterval], count: u64| {
         let mut scene = Scene::of(49, &monophasic(200, 1_000));
         let stage = Stage::Voltage {
             full_scale_v: 200.0,

@@ -10,11 +10,11 @@ pub use State::{Anodic, Cathodic, Grounded};
 pub const CODE: u16 = 7_864;
 
 /// Start, end, state.
-pub type Stretch = (u64, u64, State);
+pub type StateInterval = (u64, u64, State);
 
 /// One channel under construction, isolated elsewhere.
 pub struct Scene {
-    pub stretches: Vec<Stretch>,
+    pub stretches: Vec<StateInterval>,
     pub code: u16,
     pub truth: Truth,
     pub pump: Pump,
@@ -24,7 +24,7 @@ pub struct Scene {
 impl Scene {
     /// 12 mA into 2 kΩ at `pulses` of 50 Hz, of the stretches that `pulse`
     /// consists of; 15 mA and 50 pulses a second allowed.
-    pub fn of(pulses: u64, pulse: &[Stretch]) -> Self {
+    pub fn of(pulses: u64, pulse: &[StateInterval]) -> Self {
         let starts = (0..pulses).map(|n| 10_000 + n * 20_000);
         let at = |t: u64| {
             pulse
@@ -83,12 +83,12 @@ impl Scene {
     }
 }
 
-pub const fn biphasic(width_us: u64) -> [Stretch; 2] {
+pub const fn biphasic(width_us: u64) -> [StateInterval; 2] {
     let second = width_us + 5;
     [(0, width_us, Cathodic), (second, second + width_us, Anodic)]
 }
 
-pub const fn monophasic(width_us: u64, ground_us: u64) -> [Stretch; 2] {
+pub const fn monophasic(width_us: u64, ground_us: u64) -> [StateInterval; 2] {
     let grounded = (width_us, width_us + ground_us, Grounded);
     [(0, width_us, Cathodic), grounded]
 }

@@ -3,7 +3,7 @@
 
 use super::scene::Scene;
 use hal_sim::trace::Trace;
-use hal_sim::trace::judge::{Account, Finding, Pump, Truth, Verdict, judge};
+use hal_sim::trace::judge::{Finding, OutputJudgement, Pump, Truth, Verdict, judge};
 use serde_json::{Value, json};
 use std::io::{ErrorKind, Write};
 use std::process::{Command, Stdio};
@@ -81,7 +81,7 @@ fn others(cases: &[Value]) -> Vec<Value> {
 }
 
 /// Where `said` is not what `account` holds, rule by rule.
-fn differences(account: &Account, said: &Value) -> Vec<String> {
+fn differences(account: &OutputJudgement, said: &Value) -> Vec<String> {
     let mut differs = Vec::new();
     let mut hold = |what: &str, mine: Vec<Value>, key: &dyn Fn(&Value) -> Value, amount: &str| {
         let mut others = said[what].as_array().unwrap().clone();
@@ -154,7 +154,7 @@ fn a_judge_that_errs_is_told() {
     let said = others(&[heard]).remove(0);
     let account = scene.judged_once().as_built;
     assert_eq!(differences(&account, &said["as_built"]), [""; 0]);
-    let err = |account: &dyn Fn(&mut Account)| {
+    let err = |account: &dyn Fn(&mut OutputJudgement)| {
         let mut wrong = scene.judged_once().as_built;
         account(&mut wrong);
         differences(&wrong, &said["as_built"]).len()

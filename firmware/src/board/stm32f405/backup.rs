@@ -4,7 +4,7 @@
 use super::pac::RCC;
 use super::record;
 use crate::link::message::ResetCause;
-use crate::safety::{AllowanceWords, Entry, Found, Ledger};
+use crate::safety::{AllowanceWords, Entry, Ledger, UsageAtBoot};
 use core::ptr::{read_volatile, write_volatile};
 
 /// RM0090 section 2.3. The copies lie 1 KiB apart.
@@ -18,7 +18,7 @@ pub struct Backup(Ledger);
 /// them, before [`record::forget_reset_cause`].
 #[must_use]
 #[inline(never)]
-pub fn open(cause: ResetCause) -> (Backup, Found) {
+pub fn open(cause: ResetCause) -> (Backup, UsageAtBoot) {
     enable();
     let is_power_on = cause == ResetCause::PowerOn;
     let [a, b] = COPIES.map(read);

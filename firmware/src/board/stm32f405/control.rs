@@ -1,7 +1,7 @@
 //! The Controller's context: an executor in an interrupt that the refill
 //! wakes every fourth window. It does not run on the async timer.
 
-use super::Urgency;
+use super::InterruptPriority;
 use super::pac::Interrupt;
 use super::watchdog::{self, Owner};
 use crate::device::{Controller, ControllerMail};
@@ -40,7 +40,7 @@ pub fn start(
     nvic: &mut NVIC,
 ) -> Result<(), SpawnError> {
     // SAFETY: no critical section relies on this priority.
-    unsafe { nvic.set_priority(Interrupt::TIM7, Urgency::Control as u8) };
+    unsafe { nvic.set_priority(Interrupt::TIM7, InterruptPriority::Control as u8) };
     EXECUTOR
         .start(Interrupt::TIM7)
         .spawn(run(controller, mail)?);

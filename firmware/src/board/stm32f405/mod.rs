@@ -47,7 +47,7 @@ use static_cell::{ConstStaticCell, StaticCell};
 /// NVIC priorities; the upper four bits count (RM0090 section 12.1.1).
 #[derive(Clone, Copy)]
 #[repr(u8)]
-enum Urgency {
+enum InterruptPriority {
     /// Refill, over-current, supply: one level, so they exclude each other.
     Refill = 0,
     /// The control tick.
@@ -75,7 +75,7 @@ pub async fn run(spawner: Spawner) -> ! {
     clock::harden();
     for line in [Interrupt::OTG_FS, Interrupt::TIM5] {
         // SAFETY: no critical section relies on a priority.
-        unsafe { core.NVIC.set_priority(line, Urgency::Bytes as u8) };
+        unsafe { core.NVIC.set_priority(line, InterruptPriority::Bytes as u8) };
     }
     // Found now, it is told rather than what an earlier run left, which stays recorded.
     let latched = self_test::failure().or(latched);

@@ -10,10 +10,12 @@ use super::pac::{EXTI, Interrupt, SYSCFG};
 use super::tape::{self, Half, Tape};
 use super::timebase::Instant;
 use super::watchdog::{self, Owner};
-use super::{Urgency, dac, emergency, overdue, pins, record, registers, timebase, usb_clock};
+use super::{
+    InterruptPriority, dac, emergency, overdue, pins, record, registers, timebase, usb_clock,
+};
 use crate::device::{Pulser, PulserMail, REFILL_OFFSET_US, WINDOWS_PER_TICK};
 use crate::pulse::{Levels, Sample, WINDOW_US, WindowPlan};
-use crate::safety::{Fault, FaultRecord, Found, Inputs, Reading, State};
+use crate::safety::{Fault, FaultRecord, Inputs, Reading, State, UsageAtBoot};
 use crate::units::{Micros, us};
 use core::ptr::null_mut;
 use core::sync::atomic::{AtomicPtr, Ordering};
@@ -41,12 +43,12 @@ struct Refill {
     sampling: Option<Sample>,
     angle: Option<u16>,
     windows: u32,
-    kept: Kept,
+    kept: StoredFault,
 }
 
 /// What the backup registers hold.
 #[derive(Clone, Copy)]
-enum Kept {
+enum StoredFault {
     Nothing,
     Latched,
     Acknowledged,
@@ -75,14 +77,14 @@ fn with_refill(act: impl FnOnce(&mut Refill)) {
 /// Once, from the thread, while no other context uses the tape or the pins.
 pub unsafe fn start(
     latched: Option<FaultRecord>,
-    found: Found,
+    found: UsageAtBoot,
     mail: PulserMail<'static>,
     nvic: &mut NVIC,
     second_clock: SYST,
 ) -> Result<(), Fault> {
     // In place: it is too large to lie on the stack first.
     let refill = MEMORY.init_with(|| Refill {
-        kept: latched.map_or(Kept::Nothing, |_| Kept::Latched),
+        kept: latched.map_or(StoredFault::Nothing, |_| StoredFault::Latched),
         second_clock,
         crystal: Crystal::start(),
         pulser: Pulser::new(latched, found),
@@ -103,7 +105,7 @@ pub unsafe fn start(
         // SAFETY: no critical section relies on a priority; the state these
         // interrupts use is in place.
         unsafe {
-            nvic.set_priority(line, Urgency::Refill as u8);
+            nvic.set_priority(line, InterruptPriority::Refill as u8);
             NVIC::unmask(line);
         }
     }
@@ -294,7 +296,7 @@ impl Refill {
         (self.plan.sample, self.sampling) = (None, None);
         if let Some(fault) = self.pulser.last_fault() {
             record::keep(&fault, 0);
-            self.kept = Kept::Latched;
+            self.kept = StoredFault::Latched;
         }
         dac::clear();
     }
@@ -302,13 +304,13 @@ impl Refill {
     /// An acknowledged fault need not outlive the next reset, once it is over.
     fn clear_acknowledged(&mut self) {
         self.kept = match self.kept {
-            Kept::Latched if !self.pulser.is_latched() => {
+            StoredFault::Latched if !self.pulser.is_latched() => {
                 record::acknowledge();
-                Kept::Acknowledged
+                StoredFault::Acknowledged
             }
-            Kept::Acknowledged if self.pulser.state() != State::Fault => {
+            StoredFault::Acknowledged if self.pulser.state() != State::Fault => {
                 record::clear();
-                Kept::Nothing
+                StoredFault::Nothing
             }
             kept => kept,
         };

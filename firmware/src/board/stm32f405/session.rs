@@ -7,7 +7,7 @@ use super::stages;
 use super::timebase;
 use super::usb_bus;
 use super::usb_clock::UsbClock;
-use super::usb_driver::Checked;
+use super::usb_driver::CheckedDriver;
 use super::watchdog::{self, Owner};
 use crate::device::{Session, SessionMail};
 use core::convert::Infallible;
@@ -39,7 +39,7 @@ const VID_PID: (u16, u16) = (0x1209, 0x0001);
 /// for its answer to leave; half of them in any case, for what USB still holds.
 const PATIENCE: u8 = 40;
 
-type Usb = Checked<Driver<'static, USB_OTG_FS>>;
+type Usb = CheckedDriver<Driver<'static, USB_OTG_FS>>;
 type Bytes = Pipe<NoopRawMutex, PIPE>;
 
 /// Pins and peripheral of the port.
@@ -125,7 +125,7 @@ fn build(port: Port) -> (UsbDevice<'static, Usb>, CdcAcmClass<'static, Usb>) {
     config.serial_number = Some(embassy_stm32::uid::uid_hex());
     config.max_power = 100;
     let mut builder = Builder::new(
-        Checked(driver),
+        CheckedDriver(driver),
         config,
         &mut memory.config,
         &mut memory.bos,

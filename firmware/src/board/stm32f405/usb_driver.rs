@@ -14,9 +14,9 @@ const PACKET: usize = 64;
 
 /// A driver whose stack hears of no endpoint that the controller does not have: asked for the
 /// state of such a one, or to halt it, stack and driver would panic, and any program may ask.
-pub struct Checked<D>(pub D);
+pub struct CheckedDriver<D>(pub D);
 
-impl<'d, D: Driver<'d>> Driver<'d> for Checked<D> {
+impl<'d, D: Driver<'d>> Driver<'d> for CheckedDriver<D> {
     type EndpointOut = D::EndpointOut;
     type EndpointIn = D::EndpointIn;
     type ControlPipe = CheckedPipe<D::ControlPipe>;

@@ -27,7 +27,7 @@ enum Mode {
 
 /// A pin and its use.
 #[derive(Clone, Copy)]
-struct Use {
+struct PinUse {
     pin: Pin,
     mode: Mode,
     /// The alternate function, if any.
@@ -36,8 +36,8 @@ struct Use {
     is_spare: bool,
 }
 
-const fn used(pin: Pin, mode: Mode) -> Use {
-    Use {
+const fn used(pin: Pin, mode: Mode) -> PinUse {
+    PinUse {
         pin,
         mode,
         function: 0,
@@ -50,7 +50,7 @@ const OTHERS: usize = 14;
 const USES: usize = 2 * CHANNELS + OTHERS;
 
 impl Wiring {
-    const fn uses(&self) -> [Use; USES] {
+    const fn uses(&self) -> [PinUse; USES] {
         let (outputs, inputs, dacs) = (&self.outputs, &self.inputs, &self.dacs);
         let alternate = [dacs.clock, dacs.data, inputs.trigger];
         let others = [
@@ -109,7 +109,7 @@ impl Wiring {
     pub const fn modes(&self, port: Port) -> Bits {
         let (uses, mut modes, mut n) = (self.uses(), Bits { bits: 0, value: 0 }, 0);
         while n < USES {
-            let Use { pin, mode, .. } = uses[n];
+            let PinUse { pin, mode, .. } = uses[n];
             if pin.is_on(port) {
                 modes.bits |= 0b11 << (2 * pin.number);
                 modes.value |= (mode as u32) << (2 * pin.number);
@@ -124,7 +124,7 @@ impl Wiring {
     pub const fn functions(&self, port: Port, half: u8) -> Bits {
         let (uses, mut functions, mut n) = (self.uses(), Bits { bits: 0, value: 0 }, 0);
         while n < USES {
-            let Use { pin, mode, .. } = uses[n];
+            let PinUse { pin, mode, .. } = uses[n];
             if pin.is_on(port) && matches!(mode, Mode::Alternate) && pin.number / 8 == half {
                 let place = 4 * (pin.number % 8);
                 functions.bits |= 0xF << place;

@@ -10,14 +10,14 @@ const GRACE_US: u32 = 1_500;
 
 /// Amplitude and rate of the pulses that each channel plays.
 #[derive(Debug, Default)]
-pub(super) struct InForce {
+pub(super) struct CurrentPulses {
     /// The latest pulse and the time of its leading edge; `None` for silence.
     latest: [Option<(Stimulus, Micros)>; CHANNELS],
     /// Time from burst start to burst start as last ordered, µs.
     periods_us: [u32; CHANNELS],
 }
 
-impl InForce {
+impl CurrentPulses {
     /// Resets all channels to silence, with the periods of their trains.
     pub(super) fn rest(&mut self, periods_us: [u32; CHANNELS]) {
         self.silence();

@@ -9,7 +9,7 @@ mod sample;
 mod setup;
 
 use super::mail::{
-    Asked, ControlEvent, ControlOrder, ControlRequest, ControlVerdict, ControllerMail,
+    ControlEvent, ControlMessage, ControlOrder, ControlRequest, ControlVerdict, ControllerMail,
 };
 use crate::control::{
     Amplitudes, Effort, EndpointState, ForceGap, ForceState, JointState, LimitCycle, Orders,
@@ -17,12 +17,12 @@ use crate::control::{
 };
 use crate::haptics::{ModulationsState, WallOrders, WallState};
 use crate::link::{Code, Event, Refusal, Request, WrenchSample};
-use crate::muscle::{LadderState, Model, Rung};
+use crate::muscle::{Model, MuscleModelState, Rung};
 use crate::pulse::CHANNELS;
 use crate::safety::{Fault, State};
 use crate::units::{Amplitude, Angle, Micros};
 use heapless::Vec;
-use in_force::InForce;
+use in_force::CurrentPulses;
 use sample::Subscription;
 use setup::ControlSetup;
 
@@ -34,7 +34,7 @@ enum Phase {
 }
 
 /// Result of the joint's or wall's tick, for the pulser and for telemetry.
-struct Acted {
+struct TickResult {
     amplitudes: Amplitudes,
     limiting: bool,
     /// Wanted angle; `None` before the first setpoint of a joint.
@@ -43,7 +43,7 @@ struct Acted {
     effort_milli: Option<i32>,
 }
 
-impl Acted {
+impl TickResult {
     /// Returns the result of a joint; `has_target` says whether its control law has run.
     fn by_joint(orders: Orders, has_target: bool) -> Self {
         Self {
@@ -56,7 +56,7 @@ impl Acted {
     }
 }
 
-impl From<WallOrders> for Acted {
+impl From<WallOrders> for TickResult {
     fn from(orders: WallOrders) -> Self {
         Self {
             amplitudes: orders.amplitudes,
@@ -70,7 +70,7 @@ impl From<WallOrders> for Acted {
 
 /// State and telemetry of a channel under force control.
 #[derive(Debug, Default)]
-struct Followed {
+struct ForceChannel {
     state: ForceState,
     /// Wanted force, mN; `None` before the first setpoint.
     target_mn: Option<u32>,
@@ -90,9 +90,9 @@ pub struct Controller {
     modulations: ModulationsState,
     /// The arm's part of the next telemetry sample.
     wrench: Option<WrenchSample>,
-    muscles: Vec<LadderState, CHANNELS>,
-    forces: Vec<Followed, CHANNELS>,
-    in_force: InForce,
+    muscles: Vec<MuscleModelState, CHANNELS>,
+    forces: Vec<ForceChannel, CHANNELS>,
+    in_force: CurrentPulses,
     limiting: bool,
     /// The device's state, as the pulser reported it last.
     state: State,
@@ -119,7 +119,7 @@ impl Controller {
             wrench: None,
             muscles: Vec::new(),
             forces: Vec::new(),
-            in_force: InForce::default(),
+            in_force: CurrentPulses::default(),
             limiting: false,
             state: State::Boot,
             subscription: Subscription::default(),
@@ -144,7 +144,7 @@ impl Controller {
         }
         let mut heard = None;
         let raised = mail.stop.raised();
-        while let Some(Asked { stops, request }) = mail.requests.dequeue() {
+        while let Some(ControlMessage { stops, request }) = mail.requests.dequeue() {
             heard = self.accept(request, stops == raised, now, mail).or(heard);
         }
         if let Some(at) = heard {
@@ -377,7 +377,7 @@ impl Controller {
         now: Micros,
         adc: Option<u16>,
         mail: &mut ControllerMail<'_>,
-    ) -> Option<Acted> {
+    ) -> Option<TickResult> {
         if self.phase != Phase::Running {
             return None;
         }
@@ -385,12 +385,12 @@ impl Controller {
             (Some(joint), _) => {
                 let reading = adc.and_then(|code| joint.angle_from_code(code));
                 let orders = joint.tick(&mut self.joint, now, reading);
-                orders.map(|orders| Acted::by_joint(orders, self.joint.has_target()))
+                orders.map(|orders| TickResult::by_joint(orders, self.joint.has_target()))
             }
             (None, Some(wall)) => {
                 let reading = adc.and_then(|code| wall.angle_from_code(code));
                 let orders = wall.tick(&mut self.wall, now, reading);
-                orders.map(Acted::from)
+                orders.map(TickResult::from)
             }
             (None, None) => return None,
         };

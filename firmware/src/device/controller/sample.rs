@@ -1,6 +1,6 @@
 //! Telemetry samples of the controller, at the period that a host asked for.
 
-use super::{Acted, Controller, Phase};
+use super::{Controller, Phase, TickResult};
 use crate::device::mail::ControllerMail;
 use crate::haptics::Wall;
 use crate::link::{ForceSample, Telemetry};
@@ -40,7 +40,7 @@ impl Controller {
     pub(super) fn sample(
         &mut self,
         now: Micros,
-        acted: Option<&Acted>,
+        acted: Option<&TickResult>,
         mail: &mut ControllerMail<'_>,
     ) {
         if !self.subscription.is_due() {
@@ -85,7 +85,7 @@ impl Controller {
 
     /// Returns the angle that the joint has to follow, or the angle of the wall, which needs no
     /// measurement.
-    fn target(&self, acted: Option<&Acted>) -> Option<Angle> {
+    fn target(&self, acted: Option<&TickResult>) -> Option<Angle> {
         let wall = self.setup.wall.as_ref();
         let stands = wall.filter(|_| self.phase == Phase::Running);
         acted

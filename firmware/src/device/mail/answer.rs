@@ -6,7 +6,7 @@ use crate::units::Micros;
 
 /// Kind of order that a verdict answers, as far as the session needs it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Answered {
+pub enum AnsweredOrder {
     /// A `Start`, which the session counts until it is answered.
     Start,
     /// Amplitudes or a list of pulses.
@@ -17,7 +17,7 @@ pub enum Answered {
 
 /// Answer to [`super::OrderKind::Release`].
 #[derive(Clone, Copy, Debug)]
-pub struct Released {
+pub struct ReleaseAnswer {
     /// The order's number.
     pub seq: u16,
     /// Time at which the order was decided.

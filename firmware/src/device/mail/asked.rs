@@ -5,7 +5,7 @@ use crate::units::{Angle, AngularRate, ForceRate, Micros};
 
 /// A message from the session to the controller.
 #[derive(Clone, Copy, Debug)]
-pub struct Asked {
+pub struct ControlMessage {
     /// Number of stops raised when the message was posted.
     pub stops: u32,
     /// The request itself.

@@ -12,14 +12,14 @@ use crate::limb::{LINES, LineSpec};
 use crate::link::{Event, Refusal, Response};
 use crate::pulse::CHANNELS;
 use crate::safety::{
-    Denied, Entry, FaultRecord, Left, Notice, PulseList, Setup, State, Stimuli, Stimulus,
+    Denial, Entry, FaultRecord, Left, Notice, PulseList, Setup, State, Stimuli, Stimulus,
 };
 use crate::units::{Amplitude, Micros};
 use heapless::spsc::{Consumer, Producer, Queue};
 
-pub use answer::{Answered, Edge, Released};
-pub use asked::{Asked, ControlRequest};
-use post::{Lost, StopFlag};
+pub use answer::{AnsweredOrder, Edge, ReleaseAnswer};
+pub use asked::{ControlMessage, ControlRequest};
+use post::{LostMessages, StopFlag};
 
 /// A message from the session to the pulser.
 #[derive(Clone, Copy, Debug)]
@@ -76,14 +76,14 @@ pub enum Report {
         /// Time at which the order was decided.
         at: Micros,
         /// `Ok` if the order was accepted, else the reason for its refusal.
-        result: Result<(), Denied>,
+        result: Result<(), Denial>,
         /// Kind of the order that was answered.
-        answered: Answered,
+        answered: AnsweredOrder,
         /// State of the device after the decision.
         state: State,
     },
     /// Answer to [`OrderKind::Release`].
-    Released(Released),
+    Released(ReleaseAnswer),
     /// All stops up to this count are carried out; orders posted before them are void.
     Stopped {
         /// Count of stops, as in the [`StopFlag`].
@@ -225,7 +225,7 @@ pub struct Mailboxes {
     edges: Queue<Edge, 32>,
     control_parts: Queue<ControlPart, { PARTS + 1 }>,
     lines: Queue<LineSpec, { LINES + 1 }>,
-    control_requests: Queue<Asked, 16>,
+    control_requests: Queue<ControlMessage, 16>,
     // One verdict for every request of one tick, an event, and some spare room.
     control_reports: Queue<ControlReport, 24>,
     // As many ticks as the session may need to compute tables.
@@ -237,7 +237,7 @@ pub struct Mailboxes {
     // rendered but not played.
     control_events: Queue<ControlEvent, 168>,
     stop: StopFlag,
-    lost: Lost,
+    lost: LostMessages,
 }
 
 /// The pulser's ends of the mailboxes.
@@ -251,20 +251,20 @@ pub struct PulserMail<'a> {
     pub(super) control_orders: Consumer<'a, ControlOrder>,
     pub(super) control_events: Producer<'a, ControlEvent>,
     pub(super) stop: &'a StopFlag,
-    lost: &'a Lost,
+    lost: &'a LostMessages,
 }
 
 /// The controller's ends of the mailboxes.
 pub struct ControllerMail<'a> {
     pub(super) parts: Consumer<'a, ControlPart>,
     pub(super) lines: Consumer<'a, LineSpec>,
-    pub(super) requests: Consumer<'a, Asked>,
+    pub(super) requests: Consumer<'a, ControlMessage>,
     pub(super) reports: Producer<'a, ControlReport>,
     samples: Producer<'a, Response<'static>>,
     pub(super) orders: Producer<'a, ControlOrder>,
     pub(super) events: Consumer<'a, ControlEvent>,
     pub(super) stop: &'a StopFlag,
-    lost: &'a Lost,
+    lost: &'a LostMessages,
 }
 
 /// The session's ends of the mailboxes.
@@ -277,11 +277,11 @@ pub struct SessionMail<'a> {
     pub(super) edges: Consumer<'a, Edge>,
     pub(super) control_parts: Producer<'a, ControlPart>,
     pub(super) lines: Producer<'a, LineSpec>,
-    pub(super) control_requests: Producer<'a, Asked>,
+    pub(super) control_requests: Producer<'a, ControlMessage>,
     pub(super) control_reports: Consumer<'a, ControlReport>,
     pub(super) samples: Consumer<'a, Response<'static>>,
     pub(super) stop: &'a StopFlag,
-    pub(super) lost: &'a Lost,
+    pub(super) lost: &'a LostMessages,
 }
 
 impl Mailboxes {
@@ -303,7 +303,7 @@ impl Mailboxes {
             control_orders: Queue::new(),
             control_events: Queue::new(),
             stop: StopFlag::new(),
-            lost: Lost::new(),
+            lost: LostMessages::new(),
         }
     }
 

@@ -41,9 +41,9 @@ impl StopFlag {
 
 /// Number of messages of any sender that found no room since boot.
 #[derive(Debug, Default)]
-pub struct Lost(AtomicU32);
+pub struct LostMessages(AtomicU32);
 
-impl Lost {
+impl LostMessages {
     pub(super) const fn new() -> Self {
         Self(AtomicU32::new(0))
     }

@@ -5,11 +5,11 @@ mod orders;
 mod sampling;
 mod timed;
 
-use super::mail::{Answered, ControlEvent, ControlOrder, Edge, Mailboxes, PulserMail, Report};
+use super::mail::{AnsweredOrder, ControlEvent, ControlOrder, Edge, Mailboxes, PulserMail, Report};
 use crate::pulse::{Levels, MAX_PULSES, Sample, Scheduler, WINDOW_US, WindowPlan};
 use crate::safety::trips;
 use crate::safety::{
-    Denied, Fault, FaultRecord, Found, Guard, Inputs, Notice, OutputCheck, Setup, State,
+    Denial, Fault, FaultRecord, Guard, Inputs, Notice, OutputCheck, Setup, State, UsageAtBoot,
 };
 use crate::units::{Micros, us};
 use heapless::Vec;
@@ -57,7 +57,7 @@ impl Pulser {
     /// Returns a pulser in its state after a reset. `latched` is the fault that was recorded
     /// before the reset, `found` the time and charge spent before it.
     #[must_use]
-    pub fn new(latched: Option<FaultRecord>, found: Found) -> Self {
+    pub fn new(latched: Option<FaultRecord>, found: UsageAtBoot) -> Self {
         Self {
             guard: Guard::new(latched, found),
             scheduler: Scheduler::new(),
@@ -308,13 +308,13 @@ impl Pulser {
         }
         let result = match notice {
             Notice::Checked(result) => Some(result),
-            Notice::Faulted(record) => Some(Err(Denied::FaultLatched(record.fault))),
+            Notice::Faulted(record) => Some(Err(Denial::FaultLatched(record.fault))),
             _ => None,
         };
         if let Some(result) = result
             && let Some(seq) = self.arming.take()
         {
-            self.verdict(seq, at, result, Answered::Other, mail);
+            self.verdict(seq, at, result, AnsweredOrder::Other, mail);
         }
         let state = self.guard.state();
         let _ = mail.report(Report::Changed { at, state, notice }); // counted
@@ -363,8 +363,8 @@ impl Pulser {
         &self,
         seq: u16,
         at: Micros,
-        result: Result<(), Denied>,
-        answered: Answered,
+        result: Result<(), Denial>,
+        answered: AnsweredOrder,
         mail: &mut PulserMail<'_>,
     ) {
         let _ = mail.report(Report::Verdict {

@@ -1,10 +1,12 @@
 //! Orders of the session, and stops, which overtake them.
 
 use super::Pulser;
-use crate::device::mail::{Answered, ControlEvent, Order, OrderKind, PulserMail, Released, Report};
+use crate::device::mail::{
+    AnsweredOrder, ControlEvent, Order, OrderKind, PulserMail, ReleaseAnswer, Report,
+};
 use crate::device::session::is_at_rest;
 use crate::pulse::Levels;
-use crate::safety::{Denied, Fault, Inputs};
+use crate::safety::{Denial, Fault, Inputs};
 use crate::units::Micros;
 
 impl Pulser {
@@ -52,13 +54,13 @@ impl Pulser {
             OrderKind::Arm => {
                 while mail.setup.dequeue().is_some() {}
                 self.notify(ControlEvent::Refused, mail);
-                Denied::Cancelled
+                Denial::Cancelled
             }
             OrderKind::Pulses => {
                 let _ = mail.lists.dequeue();
-                Denied::Stopped
+                Denial::Stopped
             }
-            OrderKind::Start | OrderKind::Amplitudes { .. } => Denied::Stopped,
+            OrderKind::Start | OrderKind::Amplitudes { .. } => Denial::Stopped,
             OrderKind::Acknowledge
             | OrderKind::Status
             | OrderKind::KeepAlive
@@ -68,8 +70,8 @@ impl Pulser {
             }
         };
         let answered = match order.kind {
-            OrderKind::Start => Answered::Start,
-            _ => Answered::Other,
+            OrderKind::Start => AnsweredOrder::Start,
+            _ => AnsweredOrder::Other,
         };
         self.verdict(order.seq, start, Err(denied), answered, mail);
     }
@@ -92,7 +94,7 @@ impl Pulser {
     }
 
     fn accept(&mut self, order: &Order, start: Micros, inputs: &Inputs, mail: &mut PulserMail<'_>) {
-        let mut answered = Answered::Other;
+        let mut answered = AnsweredOrder::Other;
         let result = match order.kind {
             OrderKind::Arm => match self.arm(order.seq, start, inputs, mail) {
                 Ok(()) => return, // the verdict comes with the electrode check's
@@ -102,12 +104,12 @@ impl Pulser {
                 }
             },
             OrderKind::Start => {
-                answered = Answered::Start;
+                answered = AnsweredOrder::Start;
                 self.start(start, order.at, mail)
             }
             OrderKind::Release { restarts } => {
                 let state = self.guard.state();
-                let _ = mail.report(Report::Released(Released {
+                let _ = mail.report(Report::Released(ReleaseAnswer {
                     seq: order.seq,
                     at: start,
                     restarts,
@@ -125,16 +127,16 @@ impl Pulser {
                 Ok(())
             }
             OrderKind::Amplitudes { at, ref stimuli } => {
-                answered = Answered::Setpoint;
+                answered = AnsweredOrder::Setpoint;
                 self.accept_amplitudes(order, at, stimuli, start, mail)
             }
             OrderKind::Forget => return self.guard.forget_waiting(),
             OrderKind::Pulses => {
-                answered = Answered::Setpoint;
+                answered = AnsweredOrder::Setpoint;
                 // The session put the list into the mailbox before it ordered.
                 let played = match mail.lists.peek() {
                     Some(list) => self.guard.play_list(list, start),
-                    None => Err(Denied::Busy),
+                    None => Err(Denial::Busy),
                 };
                 let _ = mail.lists.dequeue();
                 played.map(|()| self.guard.keep_alive(order.at))
@@ -163,12 +165,12 @@ impl Pulser {
         start: Micros,
         inputs: &Inputs,
         mail: &mut PulserMail<'_>,
-    ) -> Result<(), Denied> {
+    ) -> Result<(), Denial> {
         // The session put a setup into the mailbox before it ordered. Read in place, because it is
         // long.
         let check = match mail.setup.peek() {
             Some(setup) => self.guard.arm(setup, inputs, start),
-            None => Err(Denied::WrongState(self.guard.state())),
+            None => Err(Denial::WrongState(self.guard.state())),
         };
         let _ = mail.setup.dequeue();
         let (check, epoch) = check?;
@@ -187,9 +189,9 @@ impl Pulser {
         start: Micros,
         heard: Micros,
         mail: &mut PulserMail<'_>,
-    ) -> Result<(), Denied> {
+    ) -> Result<(), Denial> {
         if !mail.control_events.ready() {
-            return Err(Denied::Busy);
+            return Err(Denial::Busy);
         }
         self.guard.start(heard)?;
         if let Some(setup) = self.guard.setup() {

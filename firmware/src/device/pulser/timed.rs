@@ -1,9 +1,9 @@
 //! A host's amplitudes, which are carried out at once or in the window that contains their time.
 
 use super::Pulser;
-use crate::device::mail::{Answered, Order, PulserMail};
+use crate::device::mail::{AnsweredOrder, Order, PulserMail};
 use crate::pulse::WINDOW_US;
-use crate::safety::{Denied, Stimuli, Timed};
+use crate::safety::{Denial, Stimuli, Timed};
 use crate::units::{Micros, us};
 
 impl Pulser {
@@ -17,7 +17,7 @@ impl Pulser {
         stimuli: &Stimuli,
         start: Micros,
         mail: &mut PulserMail<'_>,
-    ) -> Result<(), Denied> {
+    ) -> Result<(), Denial> {
         if let Some(at) = at
             && at.has_reached(start + us(WINDOW_US))
         {
@@ -53,13 +53,13 @@ impl Pulser {
             return;
         };
         if let denied @ Err(_) = self.set_amplitudes(&order.stimuli, start) {
-            self.verdict(order.seq, start, denied, Answered::Setpoint, mail);
+            self.verdict(order.seq, start, denied, AnsweredOrder::Setpoint, mail);
         }
     }
 
     /// Never inlined, because it is long and the image needs only one copy.
     #[inline(never)]
-    fn set_amplitudes(&mut self, stimuli: &Stimuli, start: Micros) -> Result<(), Denied> {
+    fn set_amplitudes(&mut self, stimuli: &Stimuli, start: Micros) -> Result<(), Denial> {
         self.guard.set_amplitudes(stimuli.channels(), start)
     }
 }

@@ -17,7 +17,8 @@ pub(super) use release::is_at_rest;
 
 use super::draft::Draft;
 use super::mail::{
-    Answered, Asked, ControlReport, ControlRequest, ControlVerdict, Report, SessionMail,
+    AnsweredOrder, ControlMessage, ControlReport, ControlRequest, ControlVerdict, Report,
+    SessionMail,
 };
 use crate::link::{
     Code, Counters, Decoder, Event, Part, Reading, Refusal, Request, Response, Sender, SetupSum,
@@ -287,12 +288,12 @@ impl Session {
                 state,
             } => {
                 self.state = state;
-                if answered == Answered::Start {
+                if answered == AnsweredOrder::Start {
                     let left = |(count, at): (u8, Micros)| Some((count.checked_sub(1)?, at));
                     let left = self.starting.and_then(left);
                     self.starting = left.filter(|(count, _)| *count > 0);
                 }
-                let setpoint = answered == Answered::Setpoint;
+                let setpoint = answered == AnsweredOrder::Setpoint;
                 self.verdict(seq, at, result.map_err(Refusal::from), setpoint);
             }
             Report::Released(verdict) => self.released(verdict, mail),
@@ -415,7 +416,10 @@ fn submit(request: ControlRequest, mail: &mut SessionMail<'_>) -> Result<(), Ref
         return Err(busy());
     }
     let stops = mail.stop.raised();
-    send(&mut mail.control_requests, Asked { stops, request })
+    send(
+        &mut mail.control_requests,
+        ControlMessage { stops, request },
+    )
 }
 
 fn busy() -> Refusal<'static> {

@@ -6,7 +6,7 @@
 //! and would silence its mailbox from then on; the time that each message has anyway is not
 //! affected.
 
-use super::super::mail::{ControlReport, ControlVerdict, Released, Report};
+use super::super::mail::{ControlReport, ControlVerdict, ReleaseAnswer, Report};
 use crate::units::Micros;
 
 /// Largest plausible difference between a message's time and now, µs. The watchdog resets a device
@@ -26,7 +26,7 @@ impl Report {
             | Self::Stopped { at, .. }
             | Self::Status { at, .. }
             | Self::Changed { at, .. } => at,
-            Self::Released(Released { at, .. }) => at,
+            Self::Released(ReleaseAnswer { at, .. }) => at,
         }
     }
 }

@@ -3,7 +3,7 @@
 //! state is as old as its last look at the mail. So the pulser, which owns the state, judges them
 //! in turn with the earlier orders; until then nothing is ordered that could end the rest.
 
-use super::super::mail::{Order, OrderKind, Released, SessionMail};
+use super::super::mail::{Order, OrderKind, ReleaseAnswer, SessionMail};
 use super::present::is_of_present;
 use super::{Session, busy, is_arming, send};
 use crate::link::{Code, Refusal, Request, Response};
@@ -80,8 +80,8 @@ impl Session {
     }
 
     /// Carries out the pulser's verdict on a takeover or a restart.
-    pub(super) fn released(&mut self, verdict: Released, mail: &mut SessionMail<'_>) {
-        let Released {
+    pub(super) fn released(&mut self, verdict: ReleaseAnswer, mail: &mut SessionMail<'_>) {
+        let ReleaseAnswer {
             seq, at, restarts, ..
         } = verdict;
         self.state = verdict.state;

@@ -24,7 +24,7 @@ pub(super) struct Curve([i32; 5]);
 
 /// Where in its joint's range an angle lies, 2^-28: 0…1.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) struct Along(i32);
+pub(super) struct RangePosition(i32);
 
 /// C in 2^-26.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
@@ -84,11 +84,11 @@ impl Span {
 
     /// Where `angle` lies; outside the range at its nearer end.
     #[inline]
-    pub(super) fn along(&self, angle: Angle) -> Along {
+    pub(super) fn along(&self, angle: Angle) -> RangePosition {
         let way = (angle - self.low).get().to_bits().max(0).cast_unsigned();
         // Below 2^31 · 2^28.
         let along = quotient(u64::from(way) << 28, self.length).unwrap_or(u32::MAX);
-        Along(along.min(1 << 28).cast_signed())
+        RangePosition(along.min(1 << 28).cast_signed())
     }
 }
 
@@ -103,7 +103,7 @@ impl Curve {
     /// none enlarges what came before. That is 7.5·10^-8, a thousandth of a bit of a
     /// 14-bit and a 200th of a 16-bit DAC.
     #[inline]
-    pub(super) const fn at(&self, u: Along) -> Share {
+    pub(super) const fn at(&self, u: RangePosition) -> Share {
         let [a, b, c, d, e] = self.0;
         let (a, b, c, d) = (mix(a, b, u), mix(b, c, u), mix(c, d, u), mix(d, e, u));
         let (a, b, c) = (mix(a, b, u), mix(b, c, u), mix(c, d, u));
@@ -114,7 +114,7 @@ impl Curve {
 
 /// From `a` to `b` by `u`, rounded down: between them.
 #[inline(always)]
-const fn mix(a: i32, b: i32, u: Along) -> i32 {
+const fn mix(a: i32, b: i32, u: RangePosition) -> i32 {
     // |a|, |b| < 2^30, so the way is below 2^31, u at most 2^28.
     let way = b.wrapping_sub(a) as i64 * u.0 as i64;
     a.wrapping_add((way >> 28) as i32)

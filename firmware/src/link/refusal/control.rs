@@ -2,16 +2,16 @@
 
 use super::{Code, Refusal, bound};
 use crate::control::{
-    Endpoint, ForceError, MeasurementError, SetpointError, SpecError, Unmade, WrenchError,
+    Endpoint, ForceError, ForceImpossible, MeasurementError, SetpointError, SpecError, WrenchError,
 };
 use crate::haptics::{HoldError, ModulationError, QuarticSpec, WallError};
 use crate::limb::AXIS_NAMES;
 
-impl From<crate::muscle::LadderError> for Refusal<'static> {
-    fn from(e: crate::muscle::LadderError) -> Self {
+impl From<crate::muscle::MuscleModelError> for Refusal<'static> {
+    fn from(e: crate::muscle::MuscleModelError) -> Self {
         match e {
-            crate::muscle::LadderError::Range(e) => e.into(),
-            crate::muscle::LadderError::NoFatigue => Self::new(Code::NoFatigue, "fatigue"),
+            crate::muscle::MuscleModelError::Range(e) => e.into(),
+            crate::muscle::MuscleModelError::NoFatigue => Self::new(Code::NoFatigue, "fatigue"),
         }
     }
 }
@@ -106,13 +106,15 @@ impl From<WrenchError> for Refusal<'static> {
         let field = Endpoint::FORCE_MN.field;
         match e {
             WrenchError::Setpoint(e) => e.into(),
-            WrenchError::Unmade(Unmade::Posture(range)) => range.into(),
-            WrenchError::Unmade(Unmade::NoPosture { axis }) => {
+            WrenchError::Unmade(ForceImpossible::Posture(range)) => range.into(),
+            WrenchError::Unmade(ForceImpossible::NoPosture { axis }) => {
                 let name = AXIS_NAMES.get(usize::from(axis)).copied();
                 Self::new(Code::NoPosture, name.unwrap_or_default())
             }
-            WrenchError::Unmade(Unmade::NoMuscleHelps) => Self::new(Code::NoMuscleHelps, field),
-            WrenchError::Unmade(Unmade::TooStrong { channel, permille }) => {
+            WrenchError::Unmade(ForceImpossible::NoMuscleHelps) => {
+                Self::new(Code::NoMuscleHelps, field)
+            }
+            WrenchError::Unmade(ForceImpossible::TooStrong { channel, permille }) => {
                 let refusal = Self::new(Code::WrenchOutOfReach, field).on(channel);
                 refusal.allowed(0, permille.into())
             }

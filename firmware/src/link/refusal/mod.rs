@@ -6,7 +6,7 @@ mod control;
 use super::frame::FrameError;
 use crate::pulse::{GroupError, TrainError, TrainSpec};
 use crate::range::OutOfRange;
-use crate::safety::{Denied, ListedPulse, MAX_TIMED, SetupError, StageMismatch, SumError, limits};
+use crate::safety::{Denial, ListedPulse, MAX_TIMED, SetupError, StageMismatch, SumError, limits};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
@@ -346,90 +346,90 @@ impl From<SumError> for Refusal<'static> {
     }
 }
 
-impl From<Denied> for Refusal<'static> {
-    fn from(e: Denied) -> Self {
+impl From<Denial> for Refusal<'static> {
+    fn from(e: Denial) -> Self {
         match e {
-            Denied::WrongState(_) => Self::new(Code::WrongState, "state"),
-            Denied::FaultLatched(fault) => {
+            Denial::WrongState(_) => Self::new(Code::WrongState, "state"),
+            Denial::FaultLatched(fault) => {
                 let number = i32::from(fault.number());
                 Self::new(Code::FaultLatched, "fault").allowed(number, number)
             }
-            Denied::ArmInputOpen => Self::new(Code::ArmInputOpen, "arm input"),
-            Denied::HandStopOpen => Self::new(Code::HandStopOpen, "hand_stop_required"),
-            Denied::ElectrodeOff { channel } => {
+            Denial::ArmInputOpen => Self::new(Code::ArmInputOpen, "arm input"),
+            Denial::HandStopOpen => Self::new(Code::HandStopOpen, "hand_stop_required"),
+            Denial::ElectrodeOff { channel } => {
                 Self::new(Code::ElectrodeOff, "electrode").on(channel)
             }
-            Denied::ElectrodeShort { channel } => {
+            Denial::ElectrodeShort { channel } => {
                 Self::new(Code::ElectrodeShort, "electrode").on(channel)
             }
-            Denied::PhaseLost { channel } => Self::new(Code::PhaseLost, "electrode").on(channel),
-            Denied::Together(e) => e.into(),
-            Denied::LoadTooLow { channel, ohm } => Self::new(Code::LoadTooLow, "load_ohm")
+            Denial::PhaseLost { channel } => Self::new(Code::PhaseLost, "electrode").on(channel),
+            Denial::Together(e) => e.into(),
+            Denial::LoadTooLow { channel, ohm } => Self::new(Code::LoadTooLow, "load_ohm")
                 .on(channel)
                 .allowed(bound(ohm), bound(ohm)),
-            Denied::Cancelled => Self::new(Code::Cancelled, "arm"),
-            Denied::Stopped => Self::new(Code::Stopped, "stop"),
-            Denied::Busy => Self::new(Code::DeviceBusy, "device"),
-            Denied::NotArmed => Self::new(Code::NotArmed, "state"),
-            Denied::NoChannel { channel } => Self::new(Code::NoTrain, "channel").on(channel),
-            Denied::Controlled { channel } => Self::new(Code::Controlled, "channel").on(channel),
-            Denied::TimeOver { max_s } => {
+            Denial::Cancelled => Self::new(Code::Cancelled, "arm"),
+            Denial::Stopped => Self::new(Code::Stopped, "stop"),
+            Denial::Busy => Self::new(Code::DeviceBusy, "device"),
+            Denial::NotArmed => Self::new(Code::NotArmed, "state"),
+            Denial::NoChannel { channel } => Self::new(Code::NoTrain, "channel").on(channel),
+            Denial::Controlled { channel } => Self::new(Code::Controlled, "channel").on(channel),
+            Denial::TimeOver { max_s } => {
                 Self::new(Code::TimeOver, "max_session_s").allowed(0, bound(max_s))
             }
-            Denied::DoseReached { channel, max_mc } => {
+            Denial::DoseReached { channel, max_mc } => {
                 let refusal = Self::new(Code::DoseReached, "max_dose_mc").on(channel);
                 refusal.allowed(0, bound(max_mc))
             }
-            Denied::AllowanceLost => Self::new(Code::AllowanceLost, "max_session_s"),
-            Denied::TooFarAhead => {
+            Denial::AllowanceLost => Self::new(Code::AllowanceLost, "max_session_s"),
+            Denial::TooFarAhead => {
                 Self::new(Code::TooFarAhead, "at").allowed(0, bound(limits::AHEAD_US))
             }
-            Denied::TooManyWaiting => {
+            Denial::TooManyWaiting => {
                 Self::new(Code::TooManyWaiting, "at").allowed(0, MAX_TIMED as i32) // 16
             }
-            Denied::TimeGoesBack { least_us } => Self::new(Code::TimeGoesBack, "at")
+            Denial::TimeGoesBack { least_us } => Self::new(Code::TimeGoesBack, "at")
                 .allowed(bound(least_us), bound(limits::AHEAD_US)),
-            Denied::TooLargeStep { channel, highest } => Self::new(Code::TooLargeStep, "values")
+            Denial::TooLargeStep { channel, highest } => Self::new(Code::TooLargeStep, "values")
                 .on(channel)
                 .allowed(0, bound(highest.get())),
-            Denied::Width {
+            Denial::Width {
                 channel,
                 min_us,
                 max_us,
             } => Self::new(Code::OutOfRange, "widths")
                 .on(channel)
                 .allowed(min_us.into(), max_us.into()),
-            Denied::ListedWidth {
+            Denial::ListedWidth {
                 channel,
                 min_us,
                 max_us,
             } => Self::new(Code::OutOfRange, "width_us")
                 .on(channel)
                 .allowed(min_us.into(), max_us.into()),
-            Denied::Listed { channel, least_us } => {
+            Denial::Listed { channel, least_us } => {
                 let range = ListedPulse::AFTER_US.from(least_us);
                 Self::new(Code::OutOfRange, range.field)
                     .on(channel)
                     .allowed(range.min, range.max)
             }
-            Denied::NoLists { channel } => Self::new(Code::NoLists, "lists").on(channel),
-            Denied::ListPlays => Self::new(Code::ListPlays, "pulses"),
-            Denied::NotRisen { channel } => Self::new(Code::NotRisen, "pulses").on(channel),
-            Denied::Charge { channel, highest } => Self::new(Code::ChargeAtWidth, "max_charge_nc")
+            Denial::NoLists { channel } => Self::new(Code::NoLists, "lists").on(channel),
+            Denial::ListPlays => Self::new(Code::ListPlays, "pulses"),
+            Denial::NotRisen { channel } => Self::new(Code::NotRisen, "pulses").on(channel),
+            Denial::Charge { channel, highest } => Self::new(Code::ChargeAtWidth, "max_charge_nc")
                 .on(channel)
                 .allowed(0, bound(highest.get())),
             // The number of pulses that would be below, and what would be allowed.
-            Denied::AboveStart {
+            Denial::AboveStart {
                 channel,
                 pulses,
                 start,
             } => Self::new(Code::AboveStart, "start")
                 .on(channel)
                 .allowed(bound(pulses), bound(start.get())),
-            Denied::ListedSlope { channel, highest } => Self::new(Code::ListTooSteep, "amplitude")
+            Denial::ListedSlope { channel, highest } => Self::new(Code::ListTooSteep, "amplitude")
                 .on(channel)
                 .allowed(0, bound(highest.get())),
-            Denied::AboveLimit { channel, limit } => Self::new(Code::AboveWearerLimit, "values")
+            Denial::AboveLimit { channel, limit } => Self::new(Code::AboveWearerLimit, "values")
                 .on(channel)
                 .allowed(0, bound(limit.get())),
         }

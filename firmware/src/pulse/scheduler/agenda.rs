@@ -10,7 +10,7 @@ const _: () = assert!(SLOTS <= 256);
 /// The queue of changes of the picture, entered in any order and handed over in the order of their
 /// slots. Each operation takes the same time however many changes are queued.
 #[derive(Debug)]
-pub(super) struct Agenda {
+pub(super) struct EventQueue {
     start: Micros,
     /// Bitmap of the slots that have a change: bit n of all words together stands for slot n.
     slots: [u32; SLOTS.div_ceil(32)],
@@ -18,7 +18,7 @@ pub(super) struct Agenda {
     changes: [u32; SLOTS],
 }
 
-impl Agenda {
+impl EventQueue {
     pub(super) const fn new() -> Self {
         Self {
             start: Micros::new(0),

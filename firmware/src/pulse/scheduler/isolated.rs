@@ -1,6 +1,6 @@
 //! Isolated groups: the edges of their members are processed together, in the order of time.
 
-use super::agenda::Agenda;
+use super::agenda::EventQueue;
 use super::lane::Lane;
 use super::{RenderError, Supply, bits};
 use crate::pulse::CHANNELS;
@@ -12,7 +12,7 @@ use crate::units::Micros;
 pub(super) fn advance_together(
     lanes: &mut [Option<Lane>; CHANNELS],
     members: u16,
-    agenda: &mut Agenda,
+    agenda: &mut EventQueue,
     supply: &mut impl Supply,
     plan: &mut WindowPlan,
 ) -> Result<(), RenderError> {

@@ -3,7 +3,7 @@
 
 use super::{Lane, RenderError, Scheduler};
 use crate::pulse::{Partner, WINDOW_US};
-use crate::seal::Seal;
+use crate::seal::Checksum;
 use core::hash::Hash;
 
 impl Scheduler {
@@ -24,7 +24,7 @@ impl Scheduler {
     }
 
     pub(super) fn seal(&mut self) {
-        let seal = Seal::of(&self.shared());
+        let seal = Checksum::of(&self.shared());
         self.seal = seal;
     }
 

@@ -2,7 +2,7 @@
 
 use super::plan::{Change, Levels, State, WindowPlan};
 use super::{CHANNELS, Group, MAX_GROUPS, Partner, Train, WINDOW_US};
-use crate::seal::{Seal, Turn};
+use crate::seal::{CheckSchedule, Checksum};
 use crate::units::{Micros, us};
 use heapless::Vec;
 
@@ -15,7 +15,7 @@ mod supply;
 mod tests;
 mod triggers;
 
-use agenda::Agenda;
+use agenda::EventQueue;
 use isolated::{advance_together, dues, earliest};
 use lane::{Lane, Phase};
 pub use supply::{Burst, BurstTime, Supply};
@@ -80,16 +80,16 @@ pub struct Scheduler {
     picture: Picture,
     /// The output levels at the end of the last rendered window.
     levels: Levels,
-    agenda: Agenda,
+    agenda: EventQueue,
     /// Earliest `due` of all lanes, so that an idle window needs only one comparison.
     next: Option<Micros>,
     /// State of the trigger input, for trains that play while it is active.
     gate: Gate,
     /// Checksums: over `picture`, `levels`, `next` and `gate`; below, over `groups`.
-    seal: Seal,
-    groups_seal: Seal,
+    seal: Checksum,
+    groups_seal: Checksum,
     /// The lane whose memory is verified in the next window, whether it has an edge or not.
-    turn: Turn,
+    turn: CheckSchedule,
 }
 
 impl Default for Scheduler {
@@ -107,12 +107,12 @@ impl Scheduler {
             groups: Vec::new(),
             picture: Picture::ISOLATED,
             levels: Levels::ISOLATED,
-            agenda: Agenda::new(),
+            agenda: EventQueue::new(),
             next: None,
             gate: Gate::NONE,
-            seal: Seal::default(),
-            groups_seal: Seal::of(&Vec::<Group, MAX_GROUPS>::new()),
-            turn: Turn::new(0, CHANNELS as u8),
+            seal: Checksum::default(),
+            groups_seal: Checksum::of(&Vec::<Group, MAX_GROUPS>::new()),
+            turn: CheckSchedule::new(0, CHANNELS as u8),
         };
         new.seal();
         new
@@ -126,7 +126,7 @@ impl Scheduler {
         (self.picture, self.levels) = (Picture::ISOLATED, Levels::ISOLATED);
         self.agenda.clear();
         (self.next, self.gate) = (None, Gate::NONE);
-        self.groups_seal = Seal::of(&self.groups);
+        self.groups_seal = Checksum::of(&self.groups);
         self.seal();
     }
 
@@ -175,7 +175,7 @@ impl Scheduler {
                 }
             }
         }
-        self.groups_seal = Seal::of(&self.groups);
+        self.groups_seal = Checksum::of(&self.groups);
         self.gate = Gate::over(self.waiting(true));
         for lane in self.lanes.iter_mut().flatten() {
             lane.seal_train();

@@ -7,9 +7,9 @@
 
 use super::{Fall, Guard, Mode};
 use crate::pulse::{CHANNELS, WINDOW_US};
-use crate::safety::allowance::{Entry, Found, Left, OPEN_US, Spent};
-use crate::safety::{Channel, Denied, Setup, StopCause, Wearer};
-use crate::seal::Seal;
+use crate::safety::allowance::{Entry, Left, OPEN_US, Usage, UsageAtBoot};
+use crate::safety::{Channel, Denial, Setup, StopCause, Wearer};
+use crate::seal::Checksum;
 use crate::units::{Micros, us};
 
 /// Charge units, 256ths of a pC, in 1 mC; below, in 1 µC.
@@ -30,7 +30,7 @@ pub(super) struct Allowance {
     /// Stimulation time up to `since`, µs, and the checksum over both.
     time_us: u64,
     since: Micros,
-    time_seal: Seal,
+    time_seal: Checksum,
     /// Time at which stimulation time is counted next; covered by the checksum of the guard's
     /// state.
     due: Micros,
@@ -59,16 +59,16 @@ pub(super) enum Dose {
 
 impl Allowance {
     /// Returns the allowance after a boot that found `found`.
-    pub(super) fn new(found: Found) -> Self {
+    pub(super) fn new(found: UsageAtBoot) -> Self {
         let (spent, is_lost) = match found {
-            Found::Spent(spent) => (spent, false),
-            Found::Lost => (Spent::default(), true),
+            UsageAtBoot::Spent(spent) => (spent, false),
+            UsageAtBoot::Lost => (Usage::default(), true),
         };
         let since = Micros::new(0);
         Self {
             time_us: spent.time_us,
             since,
-            time_seal: Seal::of(&(spent.time_us, since)),
+            time_seal: Checksum::of(&(spent.time_us, since)),
             due: since,
             charge: spent.charge,
             most_nc: [0; CHANNELS],
@@ -82,19 +82,19 @@ impl Allowance {
     ///
     /// # Errors
     /// Returns the limit that is used up, or that the counts were lost.
-    pub(super) fn check(&self, setup: &Setup) -> Result<(), Denied> {
+    pub(super) fn check(&self, setup: &Setup) -> Result<(), Denial> {
         if self.is_lost {
-            return Err(Denied::AllowanceLost);
+            return Err(Denial::AllowanceLost);
         }
         let wearer = setup.wearer.spec();
         if self.time_left_us(&setup.wearer) == 0 {
             let max_s = wearer.max_session_s;
-            return Err(Denied::TimeOver { max_s });
+            return Err(Denial::TimeOver { max_s });
         }
         let max_mc = wearer.max_dose_mc;
         for (channel, charge) in (0u8..).zip(self.charge) {
             if setup.channel(channel).is_some() && charge >= u64::from(max_mc) * PER_MC {
-                return Err(Denied::DoseReached { channel, max_mc });
+                return Err(Denial::DoseReached { channel, max_mc });
             }
         }
         Ok(())
@@ -141,7 +141,7 @@ impl Allowance {
     }
 
     fn seal_time(&mut self) {
-        self.time_seal = Seal::of(&(self.time_us, self.since));
+        self.time_seal = Checksum::of(&(self.time_us, self.since));
     }
 }
 
@@ -262,7 +262,7 @@ impl Guard {
             ..
         } = self.allowance;
         Entry {
-            spent: Spent { time_us, charge },
+            spent: Usage { time_us, charge },
             is_open,
             most_nc,
         }

@@ -4,7 +4,7 @@ use super::allowance::Dose;
 use super::{Guard, Mode, bit};
 use crate::pulse::{Burst, BurstTime, Supply, Train};
 use crate::safety::ramp::Rise;
-use crate::safety::{Channel, Denied, ElectrodeCheck, Expected, Setup, Stimulus, StopCause};
+use crate::safety::{Channel, Denial, ElectrodeCheck, Expected, Setup, Stimulus, StopCause};
 use crate::units::{Amplitude, DacCode, Micros};
 use core::num::{NonZeroU16, NonZeroU32};
 
@@ -22,7 +22,7 @@ impl Guard {
         &mut self,
         orders: impl Iterator<Item = (u8, Stimulus)> + Clone,
         now: Micros,
-    ) -> Result<(), Denied> {
+    ) -> Result<(), Denial> {
         let setup = self.setup_for_orders()?;
         let limits_steps = self.limits_steps();
         for (channel, stimulus) in orders.clone() {
@@ -64,19 +64,19 @@ impl Guard {
 
     /// Returns the setup if its channels accept a host's orders in this state.
     #[inline]
-    pub(super) fn setup_for_orders(&self) -> Result<&Setup, Denied> {
+    pub(super) fn setup_for_orders(&self) -> Result<&Setup, Denial> {
         match self.mode {
-            Mode::Armed { .. } | Mode::Stimulating => self.setup.as_ref().ok_or(Denied::NotArmed),
-            Mode::Fault(record) => Err(Denied::FaultLatched(record.fault)),
-            _ => Err(Denied::NotArmed),
+            Mode::Armed { .. } | Mode::Stimulating => self.setup.as_ref().ok_or(Denial::NotArmed),
+            Mode::Fault(record) => Err(Denial::FaultLatched(record.fault)),
+            _ => Err(Denial::NotArmed),
         }
     }
 
     #[inline(never)]
-    fn check_step(&self, channel: u8, stimulus: Stimulus, now: Micros) -> Result<(), Denied> {
+    fn check_step(&self, channel: u8, stimulus: Stimulus, now: Micros) -> Result<(), Denial> {
         let highest = self.highest(channel, stimulus.width_us, now);
         if stimulus.amplitude > highest {
-            return Err(Denied::TooLargeStep { channel, highest });
+            return Err(Denial::TooLargeStep { channel, highest });
         }
         Ok(())
     }
@@ -270,17 +270,17 @@ pub(super) fn check_stimulus(
     setup: &Setup,
     channel: u8,
     stimulus: Stimulus,
-) -> Result<Stimulus, Denied> {
+) -> Result<Stimulus, Denial> {
     let config = setup
         .channel(channel)
-        .ok_or(Denied::NoChannel { channel })?;
+        .ok_or(Denial::NoChannel { channel })?;
     if setup.controlled & bit(channel) != 0 {
-        return Err(Denied::Controlled { channel });
+        return Err(Denial::Controlled { channel });
     }
     let stimulus = config.with_width(stimulus);
     let widths = config.train.widths();
     if !widths.contains(&stimulus.width_us) {
-        return Err(Denied::Width {
+        return Err(Denial::Width {
             channel,
             min_us: *widths.start(),
             max_us: *widths.end(),
@@ -288,15 +288,15 @@ pub(super) fn check_stimulus(
     }
     let limit = config.limit;
     if stimulus.amplitude > limit {
-        return Err(Denied::AboveLimit { channel, limit });
+        return Err(Denial::AboveLimit { channel, limit });
     }
     let highest = config.highest_at(stimulus.width_us, &setup.wearer);
     if stimulus.amplitude > highest {
-        return Err(Denied::Charge { channel, highest });
+        return Err(Denial::Charge { channel, highest });
     }
     match config.pulses_below(stimulus, &setup.wearer) {
         0 => Ok(stimulus),
-        pulses => Err(Denied::AboveStart {
+        pulses => Err(Denial::AboveStart {
             channel,
             pulses,
             start: config.start,

@@ -5,7 +5,7 @@ use crate::pulse::CHANNELS;
 use crate::safety::check::{
     CHECK_PAUSE_US, Electrode, SENSED_US, is_above_limit, judge, least_load_ohm,
 };
-use crate::safety::{Denied, ElectrodeCheck, Fault, Notice, Reading, StopCause};
+use crate::safety::{Denial, ElectrodeCheck, Fault, Notice, Reading, StopCause};
 use crate::units::{Micros, us};
 
 impl Guard {
@@ -21,8 +21,8 @@ impl Guard {
     #[inline(never)]
     pub(super) fn end_check(&mut self, check: ElectrodeCheck, now: Micros) -> Notice {
         let whole = match check.missing() {
-            Some((channel, true)) => Err(Denied::PhaseLost { channel }),
-            Some((channel, false)) => Err(Denied::ElectrodeOff { channel }),
+            Some((channel, true)) => Err(Denial::PhaseLost { channel }),
+            Some((channel, false)) => Err(Denial::ElectrodeOff { channel }),
             None => self.take_loads(),
         };
         if let Err(denied) = whole {
@@ -37,7 +37,7 @@ impl Guard {
 
     /// Keeps the loads that the check measured. From now on every channel is judged with the lower
     /// of the measured and the configured load, and so is the sum of all channels.
-    fn take_loads(&mut self) -> Result<(), Denied> {
+    fn take_loads(&mut self) -> Result<(), Denial> {
         let setup = self.setup.as_ref();
         let Some((mut sums, wearer)) = setup.map(|setup| (setup.sums, setup.wearer)) else {
             return Ok(());
@@ -59,14 +59,14 @@ impl Guard {
                 && let Some(ohm) = least_load_ohm(load)
             {
                 let judged = config.with_load(ohm, &wearer);
-                let judged = judged.map_err(|_| Denied::LoadTooLow { channel, ohm })?;
+                let judged = judged.map_err(|_| Denial::LoadTooLow { channel, ohm })?;
                 sums.add(config, &judged);
                 *config = judged;
             }
             *kept = load;
             self.seal_armed(channel);
         }
-        sums.check(&wearer).map_err(Denied::Together)
+        sums.check(&wearer).map_err(Denial::Together)
     }
 
     /// Takes a reading during the check. It marks its phase as passed and may be reported, or it
@@ -85,7 +85,7 @@ impl Guard {
         let electrode = judge(reading, &config.stage, applied);
         if electrode == Electrode::Short || is_above_limit(reading, config.max_current) {
             self.enter_idle(StopCause::Request);
-            return Some(Notice::Checked(Err(Denied::ElectrodeShort { channel })));
+            return Some(Notice::Checked(Err(Denial::ElectrodeShort { channel })));
         }
         if electrode == Electrode::Fine && is_last {
             check.passed(channel, reading.second);

@@ -4,8 +4,8 @@ use super::{Guard, Mode, bit};
 use crate::pulse::BurstTime;
 use crate::safety::list::Playing;
 use crate::safety::ramp::Rise;
-use crate::safety::{Channel, Denied, ListedPulse, PulseList, Stimulus, Wearer};
-use crate::seal::Seal;
+use crate::safety::{Channel, Denial, ListedPulse, PulseList, Stimulus, Wearer};
+use crate::seal::Checksum;
 use crate::units::{Micros, us};
 
 impl Guard {
@@ -20,30 +20,30 @@ impl Guard {
     /// is not allowed, comes too soon or too late, or differs too much from the others where the
     /// wearer limits steps.
     #[inline(never)]
-    pub fn play_list(&mut self, list: &PulseList, now: Micros) -> Result<(), Denied> {
+    pub fn play_list(&mut self, list: &PulseList, now: Micros) -> Result<(), Denial> {
         let channel = list.channel;
         match self.mode {
             Mode::Stimulating => {}
-            Mode::Fault(record) => return Err(Denied::FaultLatched(record.fault)),
-            Mode::Armed { .. } => return Err(Denied::WrongState(self.state())),
-            _ => return Err(Denied::NotArmed),
+            Mode::Fault(record) => return Err(Denial::FaultLatched(record.fault)),
+            Mode::Armed { .. } => return Err(Denial::WrongState(self.state())),
+            _ => return Err(Denial::NotArmed),
         }
-        let setup = self.setup.as_ref().ok_or(Denied::NotArmed)?;
+        let setup = self.setup.as_ref().ok_or(Denial::NotArmed)?;
         let config = setup
             .channel(channel)
-            .ok_or(Denied::NoChannel { channel })?;
+            .ok_or(Denial::NoChannel { channel })?;
         if setup.controlled & bit(channel) != 0 {
-            return Err(Denied::Controlled { channel });
+            return Err(Denial::Controlled { channel });
         }
         if !config.train.spec().lists {
-            return Err(Denied::NoLists { channel });
+            return Err(Denial::NoLists { channel });
         }
         if self.list.is_under_way() {
-            return Err(Denied::ListPlays);
+            return Err(Denial::ListPlays);
         }
         let rise = self.rises.get(usize::from(channel));
         if !rise.is_some_and(Rise::is_risen) {
-            return Err(Denied::NotRisen { channel });
+            return Err(Denial::NotRisen { channel });
         }
         let mut least_us = 0;
         for pulse in &list.pulses {
@@ -73,10 +73,10 @@ impl Guard {
         config: &Channel,
         wearer: &Wearer,
         list: &PulseList,
-    ) -> Result<(), Denied> {
+    ) -> Result<(), Denial> {
         let channel = list.channel;
         let rise = self.rises.get(usize::from(channel)).copied();
-        let mut rise = rise.ok_or(Denied::NoChannel { channel })?;
+        let mut rise = rise.ok_or(Denial::NoChannel { channel })?;
         let period_us = config.train.spec().period_us;
         let mut previous = self.in_force(channel);
         let mut at = rise.last() + us(period_us);
@@ -91,7 +91,7 @@ impl Guard {
             let reach = rise.next(time, wearer.rise());
             let highest = reach.amplitude(config, wearer, wanted, previous);
             if highest < pulse.amplitude {
-                return Err(Denied::ListedSlope { channel, highest });
+                return Err(Denial::ListedSlope { channel, highest });
             }
             previous = wanted;
         }
@@ -119,7 +119,7 @@ impl Guard {
     }
 
     fn seal_list(&mut self) {
-        let seal = Seal::of(&self.list);
+        let seal = Checksum::of(&self.list);
         self.list_seal = seal;
     }
 }
@@ -131,14 +131,14 @@ fn check_pulse(
     wearer: &Wearer,
     pulse: &ListedPulse,
     least_us: u32,
-) -> Result<(), Denied> {
+) -> Result<(), Denial> {
     let after = ListedPulse::AFTER_US.from(least_us);
     if after.check(pulse.after_us).is_err() {
-        return Err(Denied::Listed { channel, least_us });
+        return Err(Denial::Listed { channel, least_us });
     }
     let widths = config.train.widths();
     if !widths.contains(&pulse.width_us) {
-        return Err(Denied::ListedWidth {
+        return Err(Denial::ListedWidth {
             channel,
             min_us: *widths.start(),
             max_us: *widths.end(),
@@ -146,11 +146,11 @@ fn check_pulse(
     }
     let limit = config.limit;
     if pulse.amplitude > limit {
-        return Err(Denied::AboveLimit { channel, limit });
+        return Err(Denial::AboveLimit { channel, limit });
     }
     let highest = config.highest_at(pulse.width_us, wearer);
     if pulse.amplitude > highest {
-        return Err(Denied::Charge { channel, highest });
+        return Err(Denial::Charge { channel, highest });
     }
     Ok(())
 }

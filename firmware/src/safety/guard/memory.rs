@@ -4,17 +4,17 @@
 use super::{Guard, bit};
 use crate::pulse::CHANNELS;
 use crate::safety::Fault;
-use crate::seal::{Seal, Turn};
+use crate::seal::{CheckSchedule, Checksum};
 use core::hash::Hash;
 
 /// Checksums over the guard's memory, and which parts a refill has changed.
 #[derive(Debug)]
-pub(super) struct Seals {
-    core: Seal,
+pub(super) struct GuardChecksums {
+    core: Checksum,
     /// Checksum over the part of the setup that concerns all channels.
-    common: Seal,
+    common: Checksum,
     /// Checksums of each channel: over its armed configuration, and over its changing state.
-    channels: [(Seal, Seal); CHANNELS],
+    channels: [(Checksum, Checksum); CHANNELS],
     /// Channels changed since their checksums were computed, bit i for channel i.
     open: u16,
     /// Whether a checksum did not match.
@@ -22,19 +22,19 @@ pub(super) struct Seals {
     /// Whether state and timeouts have changed since their checksum was computed.
     core_open: bool,
     /// The channel whose checksums are verified next, whether it is used or not.
-    turn: Turn,
+    turn: CheckSchedule,
 }
 
-impl Default for Seals {
+impl Default for GuardChecksums {
     fn default() -> Self {
         Self {
-            core: Seal::default(),
-            common: Seal::default(),
-            channels: [(Seal::default(), Seal::default()); CHANNELS],
+            core: Checksum::default(),
+            common: Checksum::default(),
+            channels: [(Checksum::default(), Checksum::default()); CHANNELS],
             open: 0,
             broken: false,
             core_open: true,
-            turn: Turn::new(2, CHANNELS as u8 + 1),
+            turn: CheckSchedule::new(2, CHANNELS as u8 + 1),
         }
     }
 }
@@ -71,14 +71,14 @@ impl Guard {
     #[inline]
     pub fn seal(&mut self) {
         if core::mem::take(&mut self.seals.core_open) {
-            let core = Seal::of(&self.core());
+            let core = Checksum::of(&self.core());
             self.seals.core = core;
         }
         let mut open = core::mem::take(&mut self.seals.open);
         while open != 0 {
             let channel = open.trailing_zeros() as usize; // below CHANNELS
             open &= open.wrapping_sub(1);
-            let seal = Seal::of(&self.amplitudes(channel));
+            let seal = Checksum::of(&self.amplitudes(channel));
             if let Some((_, slot)) = self.seals.channels.get_mut(channel) {
                 *slot = seal;
             }
@@ -89,7 +89,7 @@ impl Guard {
     pub(super) fn renew_seals(&mut self) {
         self.seals.open = (1 << CHANNELS) - 1;
         (self.seals.broken, self.seals.core_open) = (false, true);
-        let common = Seal::of(&self.common());
+        let common = Checksum::of(&self.common());
         self.seals.common = common;
         for channel in 0..CHANNELS {
             let seal = self.armed(channel);
@@ -198,10 +198,10 @@ impl Guard {
     /// Computes the checksum over a channel's armed configuration. Never inlined, because it is
     /// long and the image needs only one copy.
     #[inline(never)]
-    fn armed(&self, index: usize) -> Seal {
+    fn armed(&self, index: usize) -> Checksum {
         let setup = self.setup.as_ref();
         let channel = setup.and_then(|setup| setup.channels.get(index)?.as_ref());
-        Seal::of(&(channel, self.loads.get(index).map_or(0, |load| load.word())))
+        Checksum::of(&(channel, self.loads.get(index).map_or(0, |load| load.word())))
     }
 
     fn amplitudes(&self, index: usize) -> impl Hash + '_ {

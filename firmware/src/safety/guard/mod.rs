@@ -35,15 +35,15 @@ mod timed;
 use super::check::Load;
 use super::list::Playing;
 use super::ramp::{Fall, Rise};
-use super::timed::Waiting;
+use super::timed::TimedOrders;
 use super::watch::Watch;
-use super::{Denied, Inputs, Notice, State, StopCause};
-use super::{ElectrodeCheck, Fault, FaultRecord, Found, Setup, Stimulus, limits};
+use super::{Denial, Inputs, Notice, State, StopCause};
+use super::{ElectrodeCheck, Fault, FaultRecord, Setup, Stimulus, UsageAtBoot, limits};
 use crate::pulse::{CHANNELS, Scheduler, WINDOW_US};
-use crate::seal::Seal;
+use crate::seal::Checksum;
 use crate::units::{Micros, us};
 use allowance::Allowance;
-use memory::Seals;
+use memory::GuardChecksums;
 use step::Step;
 use stopping::{is_at_once, let_go};
 
@@ -92,10 +92,10 @@ pub struct Guard {
     checked: Option<Micros>,
     /// The list of pulses in progress, and the checksum over it.
     list: Playing,
-    list_seal: Seal,
+    list_seal: Checksum,
     /// Amplitudes of timed setpoints that are not due yet.
-    waiting: Waiting,
-    seals: Seals,
+    waiting: TimedOrders,
+    seals: GuardChecksums,
     /// Channels whose latest burst had less than the wanted amplitude, bit i for channel i. They
     /// are only reported, and so have no checksum.
     delayed: u16,
@@ -105,7 +105,7 @@ impl Guard {
     /// Returns a guard in its state after a reset. `latched` is the fault that was recorded before
     /// the reset, `found` the time and charge spent before it.
     #[must_use]
-    pub fn new(latched: Option<FaultRecord>, found: Found) -> Self {
+    pub fn new(latched: Option<FaultRecord>, found: UsageAtBoot) -> Self {
         let mut guard = Self {
             mode: latched.map_or(Mode::Boot, Mode::Fault),
             setup: None,
@@ -120,9 +120,9 @@ impl Guard {
             allowance: Allowance::new(found),
             checked: None,
             list: Playing::NOTHING,
-            list_seal: Seal::of(&Playing::NOTHING),
-            waiting: Waiting::NONE,
-            seals: Seals::default(),
+            list_seal: Checksum::of(&Playing::NOTHING),
+            waiting: TimedOrders::NONE,
+            seals: GuardChecksums::default(),
             delayed: 0,
         };
         guard.renew_seals();
@@ -177,17 +177,17 @@ impl Guard {
         setup: &Setup,
         inputs: &Inputs,
         now: Micros,
-    ) -> Result<(ElectrodeCheck, Micros), Denied> {
+    ) -> Result<(ElectrodeCheck, Micros), Denial> {
         match self.mode {
             Mode::Idle => {}
-            Mode::Fault(record) => return Err(Denied::FaultLatched(record.fault)),
-            _ => return Err(Denied::WrongState(self.state())),
+            Mode::Fault(record) => return Err(Denial::FaultLatched(record.fault)),
+            _ => return Err(Denial::WrongState(self.state())),
         }
         if setup.wearer.spec().hand_stop_required && !inputs.hand_stop {
-            return Err(Denied::HandStopOpen);
+            return Err(Denial::HandStopOpen);
         }
         if inputs.closed() == 0 {
-            return Err(Denied::ArmInputOpen);
+            return Err(Denial::ArmInputOpen);
         }
         self.allowance.check(setup)?;
         self.held = inputs.closed();
@@ -210,7 +210,7 @@ impl Guard {
     ///
     /// # Errors
     /// Refuses if the state is not Armed.
-    pub fn start(&mut self, heard: Micros) -> Result<(), Denied> {
+    pub fn start(&mut self, heard: Micros) -> Result<(), Denial> {
         let is_whole = self.is_whole();
         match self.mode {
             Mode::Armed { .. } if is_whole => {
@@ -220,8 +220,8 @@ impl Guard {
                 self.begin_time(heard);
                 Ok(())
             }
-            Mode::Fault(record) => Err(Denied::FaultLatched(record.fault)),
-            _ => Err(Denied::WrongState(self.state())),
+            Mode::Fault(record) => Err(Denial::FaultLatched(record.fault)),
+            _ => Err(Denial::WrongState(self.state())),
         }
     }
 
@@ -233,7 +233,7 @@ impl Guard {
             Mode::Armed { .. } => Some(self.enter_idle(StopCause::Request)),
             Mode::Checking { .. } => {
                 self.enter_idle(StopCause::Request);
-                Some(Notice::Checked(Err(Denied::Cancelled)))
+                Some(Notice::Checked(Err(Denial::Cancelled)))
             }
             _ => None,
         }
@@ -244,11 +244,11 @@ impl Guard {
     /// # Errors
     /// Refuses if no fault is latched, or if the fault was found at boot: only a boot that does
     /// not find it clears it.
-    pub fn acknowledge(&mut self, now: Micros) -> Result<(), Denied> {
+    pub fn acknowledge(&mut self, now: Micros) -> Result<(), Denial> {
         match self.mode {
-            Mode::Fault(record) if record.lasts => return Err(Denied::FaultLatched(record.fault)),
+            Mode::Fault(record) if record.lasts => return Err(Denial::FaultLatched(record.fault)),
             Mode::Fault(_) => {}
-            _ => return Err(Denied::WrongState(self.state())),
+            _ => return Err(Denial::WrongState(self.state())),
         }
         self.open_core();
         self.mode = Mode::Grounding {
@@ -343,7 +343,7 @@ impl Guard {
             Mode::Idle | Mode::Fault(_) => None,
             Mode::Checking { .. } if released != 0 => {
                 self.enter_idle(let_go(released));
-                Some(Notice::Checked(Err(Denied::ArmInputOpen)))
+                Some(Notice::Checked(Err(Denial::ArmInputOpen)))
             }
             Mode::Checking { check, until } if now.has_reached(until) => {
                 Some(self.end_check(check, now))

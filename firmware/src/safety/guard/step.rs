@@ -5,7 +5,7 @@
 
 use super::Guard;
 use crate::safety::measures::Measures;
-use crate::safety::{Channel, Denied, Stimulus, WearerSpec};
+use crate::safety::{Channel, Denial, Stimulus, WearerSpec};
 use crate::units::{Amplitude, MicroAmps, Micros, us};
 
 const SECOND_US: u32 = 1_000_000;
@@ -98,20 +98,20 @@ impl Guard {
     /// and the one before are further apart than the smaller of the wearer's step limits.
     ///
     /// # Errors
-    /// [`Denied::TooLargeStep`] with the largest allowed amplitude; [`Denied::NoChannel`].
+    /// [`Denial::TooLargeStep`] with the largest allowed amplitude; [`Denial::NoChannel`].
     #[inline(never)]
     pub(super) fn check_spread(
         &self,
         channel: u8,
         listed: impl Iterator<Item = Stimulus> + Clone,
         now: Micros,
-    ) -> Result<(), Denied> {
+    ) -> Result<(), Denial> {
         let index = usize::from(channel);
         let wanted = self.wanted.get(index).copied().unwrap_or_default();
         let setup = self.setup.as_ref();
         let config = setup.and_then(|setup| setup.channel(channel));
         let (Some(setup), Some(config), Some(step)) = (setup, config, self.steps.get(index)) else {
-            return Err(Denied::NoChannel { channel });
+            return Err(Denial::NoChannel { channel });
         };
         let (spec, own_us) = (setup.wearer.spec(), own_us(config));
         let now_wanted = Measures::of(wanted, own_us);
@@ -130,7 +130,7 @@ impl Guard {
         let is_far = |measures: Measures| measures.0[0] > most || measures.0[1] > most_charge;
         if all().chain([now_wanted]).any(is_far) {
             let highest = most;
-            return Err(Denied::TooLargeStep { channel, highest });
+            return Err(Denial::TooLargeStep { channel, highest });
         }
         Ok(())
     }

@@ -4,7 +4,7 @@
 use super::Guard;
 use super::amplitude::check_stimulus;
 use crate::pulse::WINDOW_US;
-use crate::safety::{Denied, Timed, limits};
+use crate::safety::{Denial, Timed, limits};
 use crate::units::{Micros, us};
 
 impl Guard {
@@ -15,20 +15,20 @@ impl Guard {
     /// window after the latest queued order, the queue is full, or [`Self::set_amplitudes`] would
     /// refuse it at any time.
     #[inline(never)]
-    pub fn wait_for_time(&mut self, order: &Timed, start: Micros) -> Result<(), Denied> {
+    pub fn wait_for_time(&mut self, order: &Timed, start: Micros) -> Result<(), Denial> {
         let setup = self.setup_for_orders()?;
         if (order.at - start).us() > limits::AHEAD_US.cast_signed() {
-            return Err(Denied::TooFarAhead);
+            return Err(Denial::TooFarAhead);
         }
         if let Some(latest) = self.waiting.latest() {
             let least = latest + us(WINDOW_US);
             if order.at.is_before(least) {
                 let least_us = least.elapsed_since(start);
-                return Err(Denied::TimeGoesBack { least_us });
+                return Err(Denial::TimeGoesBack { least_us });
             }
         }
         if self.waiting.is_full() {
-            return Err(Denied::TooManyWaiting);
+            return Err(Denial::TooManyWaiting);
         }
         for (channel, stimulus) in order.stimuli.channels() {
             check_stimulus(setup, channel, stimulus)?;

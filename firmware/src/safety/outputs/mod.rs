@@ -13,7 +13,7 @@ use crate::pulse::{
     CHANNELS, Group, Levels, MAX_GROUPS, Partner, PulseStart, State as OutputState, Train,
     WindowPlan,
 };
-use crate::seal::{Seal, Turn};
+use crate::seal::{CheckSchedule, Checksum};
 use crate::units::{DacCode, Micros, us};
 
 /// A time longer than any period, and far from half the range of the clock.
@@ -34,7 +34,7 @@ pub struct Expected {
 
 /// A rule that a window would have broken.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Broken {
+pub enum BrokenRule {
     /// The memory of this check changed by itself.
     Memory,
     /// The window does not begin where the one before it ended.
@@ -88,11 +88,11 @@ pub struct OutputCheck {
     /// `levels` with every bit inverted, which reveals a bit flip.
     inverse: Levels,
     /// Checksums of each channel: over its expected output, and over its account.
-    seals: [(Seal, Seal); CHANNELS],
+    seals: [(Checksum, Checksum); CHANNELS],
     /// Checksum over the groups.
-    seal: Seal,
+    seal: Checksum,
     /// The channel whose memory is verified next, whether it changes or not.
-    turn: Turn,
+    turn: CheckSchedule,
 }
 
 impl OutputCheck {
@@ -105,9 +105,9 @@ impl OutputCheck {
             groups: [None; MAX_GROUPS],
             levels: Levels::ISOLATED,
             inverse: Levels::ISOLATED,
-            seals: [(Seal::default(), Seal::default()); CHANNELS],
-            seal: Seal::default(),
-            turn: Turn::new(4, CHANNELS as u8),
+            seals: [(Checksum::default(), Checksum::default()); CHANNELS],
+            seal: Checksum::default(),
+            turn: CheckSchedule::new(4, CHANNELS as u8),
         };
         check.seal_all();
         check
@@ -138,9 +138,9 @@ impl OutputCheck {
     fn seal_all(&mut self) {
         let lines = self.expected.iter().zip(&self.lines);
         for (seals, (expected, line)) in self.seals.iter_mut().zip(lines) {
-            *seals = (Seal::of(expected), Seal::of(line));
+            *seals = (Checksum::of(expected), Checksum::of(line));
         }
-        self.seal = Seal::of(&self.groups);
+        self.seal = Checksum::of(&self.groups);
         self.inverse = Levels(!self.levels.0);
     }
 
@@ -148,26 +148,26 @@ impl OutputCheck {
     ///
     /// # Errors
     /// Returns the first rule that the window breaks; it must not be played then.
-    pub fn read(&mut self, plan: &WindowPlan) -> Result<(), Broken> {
+    pub fn read(&mut self, plan: &WindowPlan) -> Result<(), BrokenRule> {
         if self.levels.0 != !self.inverse.0 {
-            return Err(Broken::Memory);
+            return Err(BrokenRule::Memory);
         }
         if plan.initial.without_sync() != self.levels.without_sync() {
-            return Err(Broken::Start);
+            return Err(BrokenRule::Start);
         }
         let mut is_live = false;
         for &(channel, code) in &plan.dac {
             let index = usize::from(channel);
             let expected = self.expected.get(index);
             let (Some(Some(expected)), Some((seal, _))) = (expected, self.seals.get(index)) else {
-                return Err(Broken::Channel);
+                return Err(BrokenRule::Channel);
             };
             // A burst begins, so the expected output must be unchanged.
             if !seal.holds(&Some(expected)) {
-                return Err(Broken::Memory);
+                return Err(BrokenRule::Memory);
             }
             if code > expected.max_code {
-                return Err(Broken::Code);
+                return Err(BrokenRule::Code);
             }
             is_live |= expected.train.has_live_width();
         }
@@ -188,7 +188,7 @@ impl OutputCheck {
 
     /// Verifies the memory of one channel after the other, and forgets the latest pulse of a
     /// channel before the clock wraps and makes its time ambiguous.
-    fn look(&mut self, now: Micros) -> Result<(), Broken> {
+    fn look(&mut self, now: Micros) -> Result<(), BrokenRule> {
         let Some(turn) = self.turn.next() else {
             return Ok(());
         };
@@ -198,11 +198,11 @@ impl OutputCheck {
         };
         let expected = self.expected.get(turn);
         if !seal.holds(line) || expected.is_some_and(|expected| !armed.holds(expected)) {
-            return Err(Broken::Memory);
+            return Err(BrokenRule::Memory);
         }
         if line.pulses != 0 && now.elapsed_since(line.pulse) > LONG_AGO_US {
             line.pulses = 0;
-            *seal = Seal::of(line);
+            *seal = Checksum::of(line);
         }
         Ok(())
     }
@@ -210,21 +210,21 @@ impl OutputCheck {
     /// Takes the widths of the bursts that begin in this window, some of which may differ from
     /// their trains' own. The edges of each burst are compared with these widths.
     #[inline(never)]
-    fn take_widths(&mut self, pulses: &[PulseStart]) -> Result<(), Broken> {
+    fn take_widths(&mut self, pulses: &[PulseStart]) -> Result<(), BrokenRule> {
         for pulse in pulses {
             self.take_width(pulse)?;
         }
         Ok(())
     }
 
-    fn take_width(&mut self, pulse: &PulseStart) -> Result<(), Broken> {
+    fn take_width(&mut self, pulse: &PulseStart) -> Result<(), BrokenRule> {
         let index = usize::from(pulse.channel);
         let place = (self.lines.get_mut(index), self.seals.get_mut(index));
         let (Some(line), Some((_, seal))) = place else {
-            return Err(Broken::Channel);
+            return Err(BrokenRule::Channel);
         };
         let Some(Some(expected)) = self.expected.get(index) else {
-            return Err(Broken::Channel);
+            return Err(BrokenRule::Channel);
         };
         if !expected.train.has_live_width() {
             return Ok(()); // another is found with its first edge
@@ -234,19 +234,19 @@ impl OutputCheck {
         let code_us = u32::from(pulse.code.get()) * u32::from(width_us);
         let widths = expected.train.widths();
         if !widths.contains(&width_us) || code_us > expected.max_code_us {
-            return Err(Broken::Width);
+            return Err(BrokenRule::Width);
         }
         if line.width_us != width_us {
             if !seal.holds(line) {
-                return Err(Broken::Memory);
+                return Err(BrokenRule::Memory);
             }
             line.width_us = width_us;
-            *seal = Seal::of(line);
+            *seal = Checksum::of(line);
         }
         Ok(())
     }
 
-    fn change(&mut self, at: Micros, levels: Levels) -> Result<(), Broken> {
+    fn change(&mut self, at: Micros, levels: Levels) -> Result<(), BrokenRule> {
         let before = core::mem::replace(&mut self.levels, levels);
         let mut changed = before.changed(levels);
         while changed != 0 {
@@ -255,21 +255,21 @@ impl OutputCheck {
             let (old, new) = (before.state(channel), levels.state(channel));
             let place = (self.lines.get_mut(channel), self.seals.get_mut(channel));
             let (Some(line), Some((_, seal))) = place else {
-                return Err(Broken::Channel);
+                return Err(BrokenRule::Channel);
             };
             if !seal.holds(line) {
-                return Err(Broken::Memory);
+                return Err(BrokenRule::Memory);
             }
             let expected = self.expected.get(channel).and_then(Option::as_ref);
             line.edge(expected, at, (old, new))?;
-            *seal = Seal::of(line);
+            *seal = Checksum::of(line);
         }
         self.check_grounded(levels)
     }
 
     /// Checks that each grounded channel has a reason: its own discharge, the pulse of another
     /// member of its group, or the grounding of all channels after a fault.
-    fn check_grounded(&self, levels: Levels) -> Result<(), Broken> {
+    fn check_grounded(&self, levels: Levels) -> Result<(), BrokenRule> {
         let grounded = levels.grounded_channels();
         let mut left = grounded;
         let mut discharges = true;
@@ -288,9 +288,9 @@ impl OutputCheck {
 
     /// Checks channels of which some are grounded for other members of their groups.
     #[inline(never)]
-    fn check_grouped(&self, grounded: u16) -> Result<(), Broken> {
+    fn check_grouped(&self, grounded: u16) -> Result<(), BrokenRule> {
         if !self.seal.holds(&self.groups) {
-            return Err(Broken::Memory);
+            return Err(BrokenRule::Memory);
         }
         let (mut pulsing, mut reasons) = (0u16, 0u16);
         for (channel, line) in self.lines.iter().enumerate() {
@@ -306,7 +306,7 @@ impl OutputCheck {
         if grounded & !reasons == 0 {
             Ok(())
         } else {
-            Err(Broken::Grounding)
+            Err(BrokenRule::Grounding)
         }
     }
 }
@@ -337,11 +337,11 @@ impl Line {
         expected: Option<&Expected>,
         at: Micros,
         (old, new): (OutputState, OutputState),
-    ) -> Result<(), Broken> {
+    ) -> Result<(), BrokenRule> {
         let Some(expected) = expected else {
             // The pulse of another member of its group may ground the channel.
             return match new {
-                OutputState::Cathodic | OutputState::Anodic => Err(Broken::Channel),
+                OutputState::Cathodic | OutputState::Anodic => Err(BrokenRule::Channel),
                 _ => Ok(()),
             };
         };
@@ -359,19 +359,19 @@ impl Line {
         };
         let is_off = matches!(new, OutputState::Isolated | OutputState::Grounded);
         self.part = match self.part {
-            Part::First if lasted != width => return Err(Broken::Phase),
+            Part::First if lasted != width => return Err(BrokenRule::Phase),
             Part::First if spec.shape.is_biphasic() => match new {
                 OutputState::Isolated => Part::Gap,
-                _ => return Err(Broken::Phase),
+                _ => return Err(BrokenRule::Phase),
             },
             // Another member of an isolated group may begin at this very moment.
             Part::First if is_off => Part::Discharge,
-            Part::First => return Err(Broken::Grounding),
+            Part::First => return Err(BrokenRule::Grounding),
             Part::Gap if lasted != u32::from(expected.train.gap_us()) || new != second => {
-                return Err(Broken::Phase);
+                return Err(BrokenRule::Phase);
             }
             Part::Gap => Part::Second,
-            Part::Second if lasted != width || !is_off => return Err(Broken::Phase),
+            Part::Second if lasted != width || !is_off => return Err(BrokenRule::Phase),
             Part::Second if spec.ground_us != 0 => Part::Discharge,
             Part::Second => Part::Rest,
             Part::Discharge if old == OutputState::Grounded => {
@@ -382,20 +382,20 @@ impl Line {
                     (true, OutputState::Isolated) => Part::Rest,
                     (false, OutputState::Isolated) => Part::Discharge,
                     (true, _) if new == first => return self.begin(expected, at),
-                    _ => return Err(Broken::Grounding),
+                    _ => return Err(BrokenRule::Grounding),
                 }
             }
             Part::Discharge if new == OutputState::Grounded => Part::Discharge,
-            Part::Discharge => return Err(Broken::Grounding),
+            Part::Discharge => return Err(BrokenRule::Grounding),
             Part::Rest if new == first => return self.begin(expected, at),
             Part::Rest if is_off => Part::Rest,
-            Part::Rest => return Err(Broken::Phase),
+            Part::Rest => return Err(BrokenRule::Phase),
         };
         Ok(())
     }
 
     /// Checks the distances of a pulse that begins at `at`, and starts its account.
-    fn begin(&mut self, expected: &Expected, at: Micros) -> Result<(), Broken> {
+    fn begin(&mut self, expected: &Expected, at: Micros) -> Result<(), BrokenRule> {
         let spec = expected.train.spec();
         let since = |then: Micros| (at - then).us().cast_unsigned();
         if self.pulses == 0 || since(self.burst) >= expected.min_period_us {
@@ -405,7 +405,7 @@ impl Line {
         {
             self.pulses = self.pulses.saturating_add(1);
         } else {
-            return Err(Broken::Spacing);
+            return Err(BrokenRule::Spacing);
         }
         (self.pulse, self.part) = (at, Part::First);
         Ok(())

@@ -52,7 +52,7 @@ fn play(
     specs: &[TrainSpec],
     groups: &[GroupSpec],
     spoil: impl Fn(u32, &mut WindowPlan),
-) -> Result<(), Broken> {
+) -> Result<(), BrokenRule> {
     let all = channels(specs);
     let trains = all.map(|e| e.map(|e| e.train));
     let groups: Vec<Group> = groups.iter().map(|g| g.check(&trains).unwrap()).collect();
@@ -135,15 +135,18 @@ fn shift(k: u32, n: usize, by: i16) -> impl Fn(u32, &mut WindowPlan) {
 fn each_way_to_be_wrong_is_told() {
     let one = |spoil: &dyn Fn(u32, &mut WindowPlan)| play(&[PLAIN], &[], spoil);
     // In the second pulse: a first phase of 199 µs, one of 201 µs, and a gap of 39 µs.
-    assert_eq!(one(&shift(80, 1, -1)), Err(Broken::Phase));
-    assert_eq!(one(&shift(80, 1, 1)), Err(Broken::Phase));
-    assert_eq!(one(&shift(80, 2, -1)), Err(Broken::Phase));
+    assert_eq!(one(&shift(80, 1, -1)), Err(BrokenRule::Phase));
+    assert_eq!(one(&shift(80, 1, 1)), Err(BrokenRule::Phase));
+    assert_eq!(one(&shift(80, 2, -1)), Err(BrokenRule::Phase));
     // A pulse 1 µs early: its first phase is also too long, but the early start is found first.
     let early = [TrainSpec {
         offset_us: 100,
         ..PLAIN
     }];
-    assert_eq!(play(&early, &[], shift(80, 0, -1)), Err(Broken::Spacing));
+    assert_eq!(
+        play(&early, &[], shift(80, 0, -1)),
+        Err(BrokenRule::Spacing)
+    );
     // The second phase is on the same line as the first, or absent.
     let levels = |k: u32, n: usize, levels: Levels| {
         move |window: u32, plan: &mut WindowPlan| {
@@ -153,14 +156,14 @@ fn each_way_to_be_wrong_is_told() {
         }
     };
     let cathodic = Levels::ISOLATED.with(0, OutputState::Cathodic);
-    assert_eq!(one(&levels(80, 2, cathodic)), Err(Broken::Phase));
+    assert_eq!(one(&levels(80, 2, cathodic)), Err(BrokenRule::Phase));
     let grounds = Levels::ISOLATED.with(0, OutputState::Grounded);
-    assert_eq!(one(&levels(80, 1, grounds)), Err(Broken::Phase));
+    assert_eq!(one(&levels(80, 1, grounds)), Err(BrokenRule::Phase));
     // A channel that is not armed is driven, and one is grounded without a reason.
     let other = Levels::ISOLATED.with(7, OutputState::Anodic);
-    assert_eq!(one(&levels(80, 1, other)), Err(Broken::Channel));
+    assert_eq!(one(&levels(80, 1, other)), Err(BrokenRule::Channel));
     let idle = Levels::ISOLATED.with(7, OutputState::Grounded);
-    assert_eq!(one(&levels(0, 1, idle)), Err(Broken::Grounding));
+    assert_eq!(one(&levels(0, 1, idle)), Err(BrokenRule::Grounding));
     // DAC codes that are too large or on a wrong channel.
     let code = |channel, code| {
         move |window: u32, plan: &mut WindowPlan| {
@@ -169,18 +172,21 @@ fn each_way_to_be_wrong_is_told() {
             }
         }
     };
-    assert_eq!(one(&code(0, 1001)), Err(Broken::Code));
-    assert_eq!(one(&code(3, 1)), Err(Broken::Channel));
+    assert_eq!(one(&code(0, 1001)), Err(BrokenRule::Code));
+    assert_eq!(one(&code(3, 1)), Err(BrokenRule::Channel));
     // A window that does not begin where the previous one ended.
     let jump = |window: u32, plan: &mut WindowPlan| {
         if window == 40 {
             plan.initial = Levels::ISOLATED.with(0, OutputState::Cathodic);
         }
     };
-    assert_eq!(one(&jump), Err(Broken::Start));
+    assert_eq!(one(&jump), Err(BrokenRule::Start));
     // A grounding that is 1 µs too short, found with the edge that ends it.
     let mono = [grounded(0)];
-    assert_eq!(play(&mono, &[], shift(5, 0, -1)), Err(Broken::Grounding));
+    assert_eq!(
+        play(&mono, &[], shift(5, 0, -1)),
+        Err(BrokenRule::Grounding)
+    );
     // An omitted grounding: the next pulse would start with residual charge.
     let left_out = |window: u32, plan: &mut WindowPlan| {
         if (1..6).contains(&window) {
@@ -195,15 +201,15 @@ fn each_way_to_be_wrong_is_told() {
     let biphasic = [given_back(0)];
     assert_eq!(
         play(&biphasic, &[], shift(85, 0, -1)),
-        Err(Broken::Grounding)
+        Err(BrokenRule::Grounding)
     );
     let none = |window: u32, plan: &mut WindowPlan| match window {
         1 => plan.changes[0].levels = Levels::ISOLATED,
         _ if window != 0 => left_out(window, plan),
         _ => (),
     };
-    assert_eq!(play(&biphasic, &[], none), Err(Broken::Grounding));
-    assert_eq!(one(&levels(81, 0, grounds)), Err(Broken::Grounding));
+    assert_eq!(play(&biphasic, &[], none), Err(BrokenRule::Grounding));
+    assert_eq!(one(&levels(81, 0, grounds)), Err(BrokenRule::Grounding));
 }
 
 /// With a variable width, each burst's announced width passes. A width that the train does not
@@ -234,13 +240,16 @@ fn a_live_width_is_the_announced_one_and_within_its_bounds() {
         }
     };
     assert_eq!(play(&specs, &[], width(|us| us)), Ok(()));
-    assert_eq!(play(&specs, &[], width(|us| us - 1)), Err(Broken::Phase));
+    assert_eq!(
+        play(&specs, &[], width(|us| us - 1)),
+        Err(BrokenRule::Phase)
+    );
     assert_eq!(
         play(&specs, &[], width(|us| us + us / 300)),
-        Err(Broken::Width)
+        Err(BrokenRule::Width)
     );
-    assert_eq!(play(&specs, &[], width(|_| 9)), Err(Broken::Width));
-    assert_eq!(play(&specs, &[], width(|_| 0)), Err(Broken::Width));
+    assert_eq!(play(&specs, &[], width(|_| 9)), Err(BrokenRule::Width));
+    assert_eq!(play(&specs, &[], width(|_| 0)), Err(BrokenRule::Width));
     let code = |_: u32, plan: &mut WindowPlan| {
         for pulse in plan
             .pulses
@@ -250,7 +259,7 @@ fn a_live_width_is_the_announced_one_and_within_its_bounds() {
             pulse.code = DacCode::new(1_001);
         }
     };
-    assert_eq!(play(&specs, &[], code), Err(Broken::Width));
+    assert_eq!(play(&specs, &[], code), Err(BrokenRule::Width));
 }
 
 #[test]
@@ -273,7 +282,7 @@ fn its_own_memory_is_sealed() {
             plan.reset(Micros::new(k * WINDOW_US), Levels::ISOLATED);
             check.read(&plan).err()
         });
-        assert_eq!(found, Some(Broken::Memory));
+        assert_eq!(found, Some(BrokenRule::Memory));
     }
 }
 

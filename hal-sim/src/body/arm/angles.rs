@@ -4,7 +4,7 @@
 //! the body's own. With all angles zero the arm hangs and every segment's axes are these;
 //! the girdle's are where it is at rest.
 
-use super::posture::{Posture, Skeleton, Turns};
+use super::posture::{JointRotations, Posture, Skeleton};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 /// Backward, to the right and upward from forward, to the left and upward, and back.
@@ -16,7 +16,7 @@ pub(super) fn about(vector3: Vector3<f64>) -> Vector3<f64> {
 /// axis: protraction z, elevation x, roll y of the sternoclavicular joint; flexion y,
 /// abduction x, internal rotation z of the glenohumeral joint; flexion y, bending sideways
 /// x, pronation z of the elbow.
-pub(super) fn angles_deg(posture: &Posture, bones: &Skeleton, turns: &Turns) -> [f64; 9] {
+pub(super) fn angles_deg(posture: &Posture, bones: &Skeleton, turns: &JointRotations) -> [f64; 9] {
     let turn = |from: usize| about(turns.fixed_rows::<3>(from).into());
     let girdle = Rotation3::new(turn(0)).into_inner();
     let axes = [

@@ -2,7 +2,7 @@
 
 use super::anatomy::ELECTRODES;
 use super::spec::ArmSpec;
-use crate::body::muscle::tiring::{Fatigue, Tiring};
+use crate::body::muscle::tiring::{Fatigue, FatiguingMuscle};
 use crate::body::wearer::{effective_voltage, recruitment};
 use crate::random;
 use std::collections::VecDeque;
@@ -17,8 +17,8 @@ const RESTING: f64 = 1e-4;
 
 /// One muscle in motion.
 #[derive(Debug, Clone)]
-pub(super) struct Driven {
-    muscle: Tiring,
+pub(super) struct StimulatedMuscle {
+    muscle: FatiguingMuscle,
     /// When each pulse acts, µs, and the part of the muscle it gets.
     under_way: VecDeque<(u64, f64)>,
     last_us: Option<u64>,
@@ -43,11 +43,11 @@ fn fatigue(spec: &ArmSpec) -> Fatigue {
     }
 }
 
-impl Driven {
+impl StimulatedMuscle {
     /// At rest, with this force at full recruitment.
     pub fn new(spec: &ArmSpec, force_n: f64, seed: u64) -> Self {
         Self {
-            muscle: Tiring::new(spec.dynamics, fatigue(spec)),
+            muscle: FatiguingMuscle::new(spec.dynamics, fatigue(spec)),
             under_way: VecDeque::new(),
             last_us: None,
             last_part: 0.0,

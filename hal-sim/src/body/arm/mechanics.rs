@@ -5,7 +5,7 @@
 //! wrench has components leave the rest to tissue. Free: M q″ + B q′ + K q = τ about the
 //! posture, small motions, as after a twitch.
 
-use super::posture::{Skeleton, TURNS, Turns};
+use super::posture::{JointRotations, Skeleton, TURNS};
 use super::spec::{ArmSpec, FOREARM, GIRDLE_KG, HAND, InvalidArm, SEGMENTS, UPPER_ARM};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
@@ -120,8 +120,8 @@ pub(super) fn held(spec: &ArmSpec, skeleton: &Skeleton) -> Result<(ToWrench, Squ
 /// The free arm, in steps of `h` seconds (implicit Euler: stable for any stiffness).
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Free {
-    turns: Turns,
-    rates: Turns,
+    turns: JointRotations,
+    rates: JointRotations,
     masses: Square,
     stiffness: Square,
     inverse: Square,
@@ -147,8 +147,8 @@ impl Free {
         let damping = Square::from_diagonal(&damping.into());
         let whole = masses + h * damping + h * h * stiffness;
         Ok(Self {
-            turns: Turns::zeros(),
-            rates: Turns::zeros(),
+            turns: JointRotations::zeros(),
+            rates: JointRotations::zeros(),
             inverse: whole.try_inverse().ok_or(InvalidArm::Loose)?,
             masses,
             stiffness,
@@ -158,7 +158,7 @@ impl Free {
     }
 
     /// A step under these torques, N m.
-    pub fn step(&mut self, torques: &Turns) {
+    pub fn step(&mut self, torques: &JointRotations) {
         let pull = torques - self.stiffness * self.turns;
         self.rates = self.inverse * (self.masses * self.rates + self.h * pull);
         self.turns += self.h * self.rates;
@@ -166,8 +166,8 @@ impl Free {
 
     /// Rest at the posture again.
     pub fn settle(&mut self) {
-        self.turns = Turns::zeros();
-        self.rates = Turns::zeros();
+        self.turns = JointRotations::zeros();
+        self.rates = JointRotations::zeros();
     }
 
     /// How fast a segment turns, rad/s.
@@ -176,7 +176,7 @@ impl Free {
     }
 
     /// How far each has turned from the posture, rad.
-    pub const fn turns(&self) -> &Turns {
+    pub const fn turns(&self) -> &JointRotations {
         &self.turns
     }
 }

@@ -2,9 +2,9 @@
 
 use super::anatomy::{ALL, ELECTRODES, MUSCLES, Muscle};
 use super::angles::{about, angles_deg};
-use super::driven::{Driven, part};
+use super::driven::{StimulatedMuscle, part};
 use super::mechanics::{self, Free, Square, ToWrench};
-use super::posture::{Skeleton, Turns};
+use super::posture::{JointRotations, Skeleton};
 use super::sensors::{ForceSensor, Imu, MountedImu};
 use super::spec::{ArmSpec, InvalidArm, SEGMENTS};
 use crate::body::{Body, CHANNELS, Load, Pulse};
@@ -18,7 +18,7 @@ const TICK_S: f64 = 1e-3;
 
 /// How the arm is supported.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Held {
+pub enum Support {
     /// The arm is fixed in the cuff of the force sensor.
     InCuff,
     /// Only the wearer holds the arm, and the segments can turn.
@@ -33,15 +33,15 @@ pub struct Arm {
     spec: ArmSpec,
     skeleton: Skeleton,
     /// Moment arms of each muscle about each turn's axis, m.
-    arms_m: [Turns; MUSCLES],
-    muscles: [Driven; MUSCLES],
+    arms_m: [JointRotations; MUSCLES],
+    muscles: [StimulatedMuscle; MUSCLES],
     to_wrench: ToWrench,
     /// Deflection of the turns per torque while the arm is in the cuff, rad/N m.
     compliance: Square,
     /// Mean torque of the muscles about each turn over the last millisecond, N m.
-    torques: Turns,
+    torques: JointRotations,
     free: Free,
-    held: Held,
+    held: Support,
     /// Voluntary force (N) and torque (N m) at the cuff.
     voluntary: [f64; 6],
     /// Force (N) and torque (N m) on the cuff over the last millisecond, without weight.
@@ -68,7 +68,7 @@ impl Arm {
         let forces = spec.forces_n();
         let muscles = std::array::from_fn(|muscle| {
             let seed = random::word(stream_seed(1), muscle as u64);
-            Driven::new(&spec, forces[muscle], seed)
+            StimulatedMuscle::new(&spec, forces[muscle], seed)
         });
         let frames = skeleton.frames();
         let imus = std::array::from_fn(|segment| {
@@ -79,9 +79,9 @@ impl Arm {
         Ok(Self {
             to_wrench,
             compliance,
-            torques: Turns::zeros(),
+            torques: JointRotations::zeros(),
             free: Free::new(&spec, &skeleton, TICK_S)?,
-            held: Held::InCuff,
+            held: Support::InCuff,
             voluntary: [0.0; 6],
             wrench: [0.0; 6],
             sensor: ForceSensor::new(spec.force, mechanics::weight_n(&spec), stream_seed(3)),
@@ -109,7 +109,7 @@ impl Arm {
 
     /// Returns the moment arms of a muscle: its torque about each turn's axis per newton, m.
     #[must_use]
-    pub const fn arms_m(&self, muscle: Muscle) -> &Turns {
+    pub const fn arms_m(&self, muscle: Muscle) -> &JointRotations {
         &self.arms_m[muscle as usize]
     }
 
@@ -121,7 +121,7 @@ impl Arm {
     }
 
     /// Moves the arm into the cuff or out of it. The arm comes to rest at its posture.
-    pub fn hold(&mut self, held: Held) {
+    pub fn hold(&mut self, held: Support) {
         self.held = held;
         self.free.settle();
     }
@@ -156,7 +156,7 @@ impl Arm {
     /// Returns the force of each muscle at the end of the last time step, N.
     #[must_use]
     pub fn forces_n(&self) -> [f64; MUSCLES] {
-        self.muscles.each_ref().map(Driven::force_n)
+        self.muscles.each_ref().map(StimulatedMuscle::force_n)
     }
 
     /// Returns the share of each muscle's force that fatigue leaves, 0 to 1.
@@ -169,17 +169,17 @@ impl Arm {
     }
 
     /// Returns the deflection of each turn from the posture, rad.
-    fn turns(&self) -> Turns {
+    fn turns(&self) -> JointRotations {
         match self.held {
-            Held::InCuff => self.compliance * self.torques,
-            Held::Freely => *self.free.turns(),
+            Support::InCuff => self.compliance * self.torques,
+            Support::Freely => *self.free.turns(),
         }
     }
 
     /// Advances the arm by one time step of 1 ms.
     fn step(&mut self) {
         let end_us = (self.tick + 1) * TICK_US;
-        let mut torques = Turns::zeros();
+        let mut torques = JointRotations::zeros();
         for (muscle, moment_arms) in self.muscles.iter_mut().zip(&self.arms_m) {
             let before = muscle.force_n();
             muscle.pass(end_us);
@@ -190,12 +190,12 @@ impl Arm {
         }
         self.torques = torques;
         match self.held {
-            Held::InCuff => {
+            Support::InCuff => {
                 let evoked = self.to_wrench * torques;
                 self.wrench = std::array::from_fn(|axis| evoked[axis] + self.voluntary[axis]);
                 self.sensor.step();
             }
-            Held::Freely => {
+            Support::Freely => {
                 self.wrench = [0.0; 6];
                 self.free.step(&torques);
             }
@@ -266,7 +266,7 @@ impl Body for Arm {
     fn hand_n(&self) -> Option<[f64; 3]> {
         let [x, y, z, ..] = self.wrench;
         let force = about(Vector3::new(x, y, z)).into();
-        (self.held == Held::InCuff).then_some(force)
+        (self.held == Support::InCuff).then_some(force)
     }
 
     fn loads(&self) -> &[Load; CHANNELS] {

@@ -10,7 +10,7 @@ use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, Vector3};
 /// elbow flexion, pronation.
 pub const TURNS: usize = 8;
 /// A value for each of them.
-pub type Turns = SVector<f64, TURNS>;
+pub type JointRotations = SVector<f64, TURNS>;
 
 /// Clavicle and scapula as DAS3 has them at rest: turns about y, z, x, rad.
 const CLAVICLE_RAD: [f64; 3] = [-0.584_440_78, 0.0873, 0.574_463_78];
@@ -235,8 +235,8 @@ impl Skeleton {
     /// the clavicle for the trapezius; of what only crosses the elbow, flexion into
     /// supination.
     #[must_use]
-    pub fn arms_m(&self, muscle: Muscle, azimuth_deg: f64) -> Turns {
-        let mut all = Turns::zeros();
+    pub fn arms_m(&self, muscle: Muscle, azimuth_deg: f64) -> JointRotations {
+        let mut all = JointRotations::zeros();
         if let Some(line) = muscle.line() {
             let part = muscle.shoulder_part();
             let [sternal, shoulder] = self.about_shoulder(&line);

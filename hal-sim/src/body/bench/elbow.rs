@@ -30,7 +30,7 @@ const GAMMA: f64 = 0.5;
 
 /// Which way the wire of the load cell holds the arm: it can only pull.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Holds {
+pub enum CellSide {
     /// Extension is in tension (Harris, figure 4); flexion leaves the wire slack.
     Extension,
     /// Mounted on the other side.
@@ -39,7 +39,7 @@ pub enum Holds {
 
 /// A muscle on the bench.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Stimulated {
+pub struct RigMuscle {
     /// Which.
     pub muscle: Muscle,
     /// Force of all of its fibres that any electrode can reach, at [`FORCE_FREQUENCY_HZ`]
@@ -71,13 +71,13 @@ pub struct IsometricSpec {
     /// Channels of the pair on the triceps and of that on the biceps, 0 to 9.
     pub channels: [usize; PAIRS],
     /// What is stimulated.
-    pub muscles: Vec<Stimulated>,
+    pub muscles: Vec<RigMuscle>,
     /// This contraction against the mean one; above 0.
     pub contraction: f64,
     /// From a pulse to its effect on a muscle, µs.
     pub electromechanical_delay_us: u32,
     /// How the cell is mounted.
-    pub holds: Holds,
+    pub holds: CellSide,
     /// The cell on its lever.
     pub cell: SensorSpec,
     /// Resistance of every pair, Ω.
@@ -130,7 +130,7 @@ pub fn force_length(fibre_length: f64) -> f64 {
     (-(fibre_length - 1.0).powi(2) / GAMMA).exp()
 }
 
-impl Stimulated {
+impl RigMuscle {
     /// Part of its fibres that a pulse of a pair excites.
     #[must_use]
     pub fn share(&self, pair: usize, current_ma: f64, width_us: f64) -> f64 {
@@ -152,7 +152,7 @@ impl IsometricSpec {
     ///
     /// # Errors
     /// An angle beyond the sources' fit.
-    pub fn most_nm(&self, of: &Stimulated) -> Result<f64, BeyondFit> {
+    pub fn most_nm(&self, of: &RigMuscle) -> Result<f64, BeyondFit> {
         let flexion_deg = self.flexion_deg();
         let arm_m = arm_m(self.source, of.muscle, flexion_deg)?;
         let length = fibre_length(of.muscle, of.length_at_90, flexion_deg)?;
@@ -170,7 +170,7 @@ impl IsometricSpec {
         let positive = |v: f64| v.is_finite() && v > 0.0;
         let part = |v: &f64| (0.0..=1.0).contains(v);
         let [first, second] = self.channels;
-        let muscles = |rule: &dyn Fn(&Stimulated) -> bool| self.muscles.iter().all(rule);
+        let muscles = |rule: &dyn Fn(&RigMuscle) -> bool| self.muscles.iter().all(rule);
         let rules = [
             (
                 "included_deg",
@@ -215,8 +215,8 @@ impl IsometricSpec {
 
 /// A muscle with what it does now.
 #[derive(Debug, Clone, PartialEq)]
-struct Driven {
-    spec: Stimulated,
+struct MuscleState {
+    spec: RigMuscle,
     most_nm: f64,
     muscle: muscle::Muscle,
     step: Step,
@@ -231,7 +231,7 @@ struct Driven {
 #[derive(Debug, Clone, PartialEq)]
 pub struct IsometricElbow {
     spec: IsometricSpec,
-    muscles: Vec<Driven>,
+    muscles: Vec<MuscleState>,
     cell: Sensor,
     loads: [Load; CHANNELS],
     /// When each pulse acts, µs, from which pair, with which current and width.
@@ -247,9 +247,9 @@ impl IsometricElbow {
     /// Names the field that no bench can have.
     pub fn new(spec: IsometricSpec, seed: u64) -> Result<Self, InvalidBench> {
         spec.validate()?;
-        let driven = |of: &Stimulated| {
+        let driven = |of: &RigMuscle| {
             let most_nm = spec.most_nm(of).map_err(|_| InvalidBench("included_deg"))?;
-            Ok(Driven {
+            Ok(MuscleState {
                 spec: *of,
                 most_nm,
                 muscle: muscle::Muscle::new(of.dynamics),
@@ -277,7 +277,7 @@ impl IsometricElbow {
     /// True torque now, N·m, extension positive.
     #[must_use]
     pub fn extension_nm(&self) -> f64 {
-        self.muscles.iter().map(Driven::torque_nm).sum()
+        self.muscles.iter().map(MuscleState::torque_nm).sum()
     }
 
     /// Of each muscle in the order of the spec: its torque, N·m, extension positive, and the
@@ -310,8 +310,8 @@ impl IsometricElbow {
         }
         self.pass(to_us - now_us);
         let nm = match self.spec.holds {
-            Holds::Extension => self.extension_nm(),
-            Holds::Flexion => -self.extension_nm(),
+            CellSide::Extension => self.extension_nm(),
+            CellSide::Flexion => -self.extension_nm(),
         };
         // A wire does not push.
         self.cell.sample(nm.max(0.0) / self.spec.cell.lever_m);
@@ -326,7 +326,7 @@ impl IsometricElbow {
     }
 }
 
-impl Driven {
+impl MuscleState {
     fn torque_nm(&self) -> f64 {
         self.most_nm * self.muscle.force()
     }

@@ -15,7 +15,7 @@ pub mod recruitment;
 pub mod sensor;
 pub mod wrist;
 
-pub use elbow::{Holds, IsometricElbow, IsometricSpec, Stimulated};
+pub use elbow::{CellSide, IsometricElbow, IsometricSpec, RigMuscle};
 pub use generator::{Foreign, Generator, Kind};
 pub use recruitment::{Pool, StrengthDuration};
 pub use sensor::{Sensor, SensorSpec};

@@ -12,12 +12,13 @@ use std::collections::VecDeque;
 use super::muscle::{Muscle, Step};
 use super::wearer::{effective_voltage, recruitment};
 use super::{Body, CHANNELS, Load, Pulse};
-use person::Seen;
+use person::VisualFeedback;
 pub use spec::{
-    Approach, ElbowMuscle, ElbowSpec, InvalidElbow, Person, Sight, TORQUE_FREQUENCY_HZ,
+    ElbowMuscle, ElbowSpec, InvalidElbow, MotorBehaviour, TORQUE_FREQUENCY_HZ, VisionSpec,
+    VoluntaryApproach,
 };
-use yields::Felt;
-pub use yields::Yields;
+pub use yields::YieldSpec;
+use yields::YieldState;
 
 /// Time step of the joint, µs. Muscles are also split at every pulse.
 const TICK_US: u64 = 1000;
@@ -25,7 +26,7 @@ const TICK_S: f64 = 1e-3;
 
 /// A muscle with the pulses on their way to it.
 #[derive(Debug, Clone, PartialEq)]
-struct Driven {
+struct StimulatedMuscle {
     spec: ElbowMuscle,
     muscle: Muscle,
     step: Step,
@@ -43,10 +44,10 @@ pub struct Elbow {
     tick: u64,
     /// When the person's trial began, ms.
     begun: u64,
-    triceps: Driven,
-    biceps: Driven,
-    seen: Seen,
-    felt: Felt,
+    triceps: StimulatedMuscle,
+    biceps: StimulatedMuscle,
+    seen: VisualFeedback,
+    felt: YieldState,
     voluntary_nm: f64,
     angle_rad: f64,
     rate_rad_per_s: f64,
@@ -65,10 +66,10 @@ impl Elbow {
             loads: [Load::Ohms(spec.load_ohm); CHANNELS],
             tick: 0,
             begun: 0,
-            triceps: Driven::new(spec.triceps),
-            biceps: Driven::new(spec.biceps),
-            seen: Seen::default(),
-            felt: Felt::default(),
+            triceps: StimulatedMuscle::new(spec.triceps),
+            biceps: StimulatedMuscle::new(spec.biceps),
+            seen: VisualFeedback::default(),
+            felt: YieldState::default(),
             voluntary_nm: 0.0,
             angle_rad: spec.person.start_deg.to_radians(),
             rate_rad_per_s: 0.0,
@@ -135,7 +136,7 @@ impl Elbow {
     }
 }
 
-impl Driven {
+impl StimulatedMuscle {
     fn new(spec: ElbowMuscle) -> Self {
         Self {
             muscle: Muscle::new(spec.dynamics),

@@ -1,7 +1,7 @@
 //! What the person does of their own will.
 
 use super::TICK_S;
-use super::spec::{Approach, Person, Sight};
+use super::spec::{MotorBehaviour, VisionSpec, VoluntaryApproach};
 use std::collections::VecDeque;
 
 /// How fast the arm heads for its start angle when it goes back, 1/s.
@@ -9,7 +9,7 @@ const RETURN_PER_S: f64 = 4.0;
 
 /// What a person has seen, and means to do about it.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(super) struct Seen {
+pub(super) struct VisualFeedback {
     /// Angles of the latest milliseconds, oldest first, degrees.
     angles: VecDeque<f64>,
     /// Milliseconds since the latest correction.
@@ -18,10 +18,15 @@ pub(super) struct Seen {
     meant: Option<(f64, f64)>,
 }
 
-impl Seen {
+impl VisualFeedback {
     /// One millisecond of `angle_deg` on the screen; the speed meant by now, °/s,
     /// of a person who approaches at `speed_deg_per_s`.
-    pub(super) fn correct(&mut self, sight: Sight, angle_deg: f64, speed_deg_per_s: f64) -> f64 {
+    pub(super) fn correct(
+        &mut self,
+        sight: VisionSpec,
+        angle_deg: f64,
+        speed_deg_per_s: f64,
+    ) -> f64 {
         self.angles.push_back(angle_deg);
         if self.angles.len() as f64 * TICK_S > sight.delay_s + TICK_S {
             self.angles.pop_front();
@@ -41,18 +46,18 @@ impl Seen {
     }
 }
 
-impl Person {
+impl MotorBehaviour {
     /// Voluntary torque at this time and motion, N·m, flexion positive, at most
     /// `push_nm` either way.
     pub(super) fn torque_nm(
         &self,
         push_nm: f64,
-        seen: &mut Seen,
+        seen: &mut VisualFeedback,
         t_s: f64,
         angle_rad: f64,
         rate_rad_per_s: f64,
     ) -> f64 {
-        let under_way = |a: &&Approach| (a.at_s..a.at_s + a.for_s).contains(&t_s);
+        let under_way = |a: &&VoluntaryApproach| (a.at_s..a.at_s + a.for_s).contains(&t_s);
         let approach = self.approaches.iter().find(under_way);
         let meant = match (self.sight, approach) {
             (Some(sight), Some(approach)) => {
@@ -61,7 +66,7 @@ impl Person {
                     .to_radians()
             }
             _ => {
-                *seen = Seen::default();
+                *seen = VisualFeedback::default();
                 self.meant_rad_per_s(t_s, angle_rad)
             }
         };
@@ -71,7 +76,7 @@ impl Person {
 
     /// The rate the person means to move at, rad/s.
     fn meant_rad_per_s(&self, t_s: f64, angle_rad: f64) -> f64 {
-        let under_way = |a: &&Approach| (a.at_s..a.at_s + a.for_s).contains(&t_s);
+        let under_way = |a: &&VoluntaryApproach| (a.at_s..a.at_s + a.for_s).contains(&t_s);
         match self.approaches.iter().find(under_way) {
             Some(a) => {
                 let rise = minimum_jerk((t_s - a.at_s) / self.onset_s);

@@ -1,6 +1,6 @@
 //! The numbers of one elbow and of the person it belongs to.
 
-use super::{TICK_S, Yields};
+use super::{TICK_S, YieldSpec};
 use crate::body::CHANNELS;
 use crate::body::muscle::Parameters;
 use crate::body::wearer::RECRUITMENT_CURVATURE;
@@ -27,7 +27,7 @@ pub const TORQUE_FREQUENCY_HZ: f64 = 50.0;
 
 /// One voluntary movement into the direction of flexion.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Approach {
+pub struct VoluntaryApproach {
     /// When it begins, s after the simulated world does.
     pub at_s: f64,
     /// Speed meant, °/s, above 0.
@@ -44,15 +44,15 @@ pub struct Approach {
 /// with a constant torque, as Harris' participant was told to ("at a low force
 /// level, held as constant as possible"). The meant rate rises along a
 /// minimum-jerk course (Flash & Hogan 1985) over `onset_s`. There is no reflex,
-/// and no reaction to what is felt but with [`Yields`]: both later than an oscillation
-/// that matters here, and none known for this participant. With [`Sight`] the person
+/// and no reaction to what is felt but with [`YieldSpec`]: both later than an oscillation
+/// that matters here, and none known for this participant. With [`VisionSpec`] the person
 /// corrects, late and now and then.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Person {
+pub struct MotorBehaviour {
     /// Angle the arm rests at and goes back to, degrees.
     pub start_deg: f64,
     /// Movements, in order of time.
-    pub approaches: Vec<Approach>,
+    pub approaches: Vec<VoluntaryApproach>,
     /// Strongest voluntary torque, either way, N·m.
     pub push_nm: f64,
     /// Torque per error of rate, N·m·s/rad. High, so that a held arm meets
@@ -63,9 +63,9 @@ pub struct Person {
     /// Speed of going back, °/s.
     pub return_deg_per_s: f64,
     /// A screen with the arm's angle and a line; without it the person is blind.
-    pub sight: Option<Sight>,
+    pub sight: Option<VisionSpec>,
     /// What the person does who feels stimulation; nothing without it.
-    pub yields: Option<Yields>,
+    pub yields: Option<YieldSpec>,
 }
 
 /// What a person does who sees the arm's angle and a line to stay at: at steps of
@@ -75,7 +75,7 @@ pub struct Person {
 /// tracking literature gives (visual reaction 0.2 to 0.25 s, two to four corrections
 /// a second); for this participant they are assumed.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sight {
+pub struct VisionSpec {
     /// From the arm to the person's muscles, s.
     pub delay_s: f64,
     /// From one correction to the next, s; above 0.
@@ -115,7 +115,7 @@ pub struct ElbowSpec {
     /// Standard deviation of the sensor's noise, white at 1 kHz, degrees.
     pub sensor_noise_deg: f64,
     /// Whose arm it is.
-    pub person: Person,
+    pub person: MotorBehaviour,
 }
 
 /// A number of an [`ElbowSpec`] that no arm can have; names the field.
@@ -163,12 +163,12 @@ impl Default for ElbowSpec {
             stops_deg: [0.0, 145.0],
             load_ohm: 1_000.0,
             sensor_noise_deg: 0.02,
-            person: Person::default(),
+            person: MotorBehaviour::default(),
         }
     }
 }
 
-impl Default for Person {
+impl Default for MotorBehaviour {
     /// Waits at 60°: 30° before Harris' wall.
     fn default() -> Self {
         Self {
@@ -200,9 +200,9 @@ impl ElbowSpec {
         let between = |v: f64| (low..=high).contains(&v);
         let person = &self.person;
         let approaches = &person.approaches;
-        let after = |pair: &[Approach]| pair[0].at_s + pair[0].for_s <= pair[1].at_s;
+        let after = |pair: &[VoluntaryApproach]| pair[0].at_s + pair[0].for_s <= pair[1].at_s;
         let in_order = approaches.windows(2).all(after);
-        let holds = |a: &Approach| {
+        let holds = |a: &VoluntaryApproach| {
             not_negative(a.at_s) && [a.speed_deg_per_s, a.for_s].map(positive) == [true; 2]
         };
         let hold = approaches.iter().all(holds);

@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 /// one. What Harris' participant was told (once in contact, push "at a low force
 /// level"), contact being what is felt. All of it is assumed.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Yields {
+pub struct YieldSpec {
     /// From a pulse to the changed push, s, 0 to 2.
     pub delay_s: f64,
     /// Part of the strength that remains, 0 to 1.
@@ -26,7 +26,7 @@ const CHANGE_S: f64 = 0.2;
 
 /// What is felt, and what has come of it.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(super) struct Felt {
+pub(super) struct YieldState {
     latest_us: Option<u64>,
     /// Whether something was felt in the latest milliseconds, oldest first.
     before: VecDeque<bool>,
@@ -34,15 +34,15 @@ pub(super) struct Felt {
     given_up: f64,
 }
 
-impl Yields {
+impl YieldSpec {
     pub(super) fn is_valid(&self) -> bool {
         let in_range = (0.0..=2.0).contains(&self.delay_s) && (0.0..=1.0).contains(&self.to);
         in_range && self.at_ma.is_finite() && self.at_ma >= 0.0
     }
 }
 
-impl Felt {
-    pub(super) fn pulse(&mut self, yields: Option<Yields>, t_us: u64, current_ma: f64) {
+impl YieldState {
+    pub(super) fn pulse(&mut self, yields: Option<YieldSpec>, t_us: u64, current_ma: f64) {
         if yields.is_some_and(|yields| current_ma >= yields.at_ma) {
             self.latest_us = Some(t_us);
         }
@@ -50,8 +50,8 @@ impl Felt {
 
     /// The part of the strength left in the millisecond from `t_us` on: exactly 1
     /// for a person who does not yield.
-    pub(super) fn strength(&mut self, yields: Option<Yields>, t_us: u64) -> f64 {
-        let Some(Yields { delay_s, to, .. }) = yields else {
+    pub(super) fn strength(&mut self, yields: Option<YieldSpec>, t_us: u64) -> f64 {
+        let Some(YieldSpec { delay_s, to, .. }) = yields else {
             return 1.0;
         };
         let lasts = |latest: u64| t_us.saturating_sub(latest) < LASTS_US;

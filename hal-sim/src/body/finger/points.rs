@@ -18,7 +18,7 @@ pub struct Effect {
 
 /// What a finger's [`Pair`] makes of its points.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Together {
+struct PairEffect {
     /// Of A and B, V.
     threshold_v: [f64; 2],
     /// Torque over that of one point: conducted, isolated.
@@ -29,7 +29,7 @@ struct Together {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Points {
     sites: [Site; 3],
-    together: Option<Together>,
+    together: Option<PairEffect>,
     curvature: f64,
     /// When each point was last pulsed strongly enough to be half of a pair, µs.
     last_paired_us: [Option<u64>; 3],
@@ -40,7 +40,7 @@ impl Points {
     pub fn new(spec: &FingerSpec) -> Self {
         Self {
             sites: spec.sites(),
-            together: spec.pair.map(|pair| Together {
+            together: spec.pair.map(|pair| PairEffect {
                 threshold_v: pair.threshold_v,
                 factors: pair.torque_nm.map(|nm| nm / spec.flexor_torque_nm),
             }),

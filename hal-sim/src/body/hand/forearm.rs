@@ -260,7 +260,7 @@ impl Forearm {
         factor: f64,
         spikes: &mut Vec<Spike>,
     ) {
-        let looks = Looks::new(&self.membrane, piece);
+        let looks = NerveSamples::new(&self.membrane, piece);
         for (index, nerve) in nerves.iter_mut().enumerate() {
             let threshold = factor * self.units[index].threshold;
             let weights = weights(piece, &self.drives[index]);
@@ -291,7 +291,7 @@ const DRIVES: usize = SIZE + 1;
 
 /// The moments of a piece at which nerves are looked at, and what of each of its drives a
 /// nerve has by then: the same for all nerves.
-struct Looks {
+struct NerveSamples {
     at_s: Vec<f64>,
     /// By moment: what is left of a charge.
     kept: Vec<f64>,
@@ -301,7 +301,7 @@ struct Looks {
     count: usize,
 }
 
-impl Looks {
+impl NerveSamples {
     fn new(membrane: &Membrane, piece: &Piece) -> Self {
         let mut at_s = Vec::new();
         let (mut t_s, mut step_s) = (0.0, LOOK_S);

@@ -24,6 +24,6 @@ pub mod spec;
 mod tests;
 
 pub use moving::{FittedHand, MovingHand};
-pub use placement::Misplaced;
+pub use placement::PlacementError;
 pub use response::{Hand, InvalidHand, Response, Segment};
 pub use spec::{HandSpec, Rule, SkinSpec};

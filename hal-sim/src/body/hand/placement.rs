@@ -9,7 +9,7 @@ const NAMES: [&str; RETURN + 1] = ["A", "B", "the extensor", "the return"];
 
 /// What is wrong with where electrodes lie. Its text is for people.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Misplaced {
+pub enum PlacementError {
     /// The middle of an electrode lies off the forearm.
     Off {
         /// Which, as in [`super::spec`].
@@ -23,7 +23,7 @@ pub enum Misplaced {
     Overlap(usize, usize),
 }
 
-impl fmt::Display for Misplaced {
+impl fmt::Display for PlacementError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let name = |point: usize| NAMES.get(point).copied().unwrap_or_default();
         match *self {
@@ -51,11 +51,11 @@ impl HandSpec {
     /// What is wrong with electrodes A, B and E on `points`, beside the return; nothing
     /// of electrodes that can lie so.
     #[must_use]
-    pub fn misplaced(&self, points: &[Pad; RETURN]) -> Vec<Misplaced> {
+    pub fn misplaced(&self, points: &[Pad; RETURN]) -> Vec<PlacementError> {
         let (forearm_m, around_m) = (self.forearm_m, self.around_m);
         let is_on =
             |pad: &Pad| (0.0..=forearm_m).contains(&pad.x_m) && pad.y_m.abs() <= 0.5 * around_m;
-        let off = |point| Misplaced::Off {
+        let off = |point| PlacementError::Off {
             point,
             forearm_m,
             around_m,
@@ -79,7 +79,7 @@ impl HandSpec {
                 all.iter().any(|other| pad.overlaps(other))
             };
             let beneath = others.filter(|(_, other)| overlaps(other));
-            wrong.extend(beneath.map(|(other, _)| Misplaced::Overlap(place, other)));
+            wrong.extend(beneath.map(|(other, _)| PlacementError::Overlap(place, other)));
         }
         wrong
     }

@@ -41,7 +41,7 @@ const STEP_S: f64 = 1e-3;
 /// rectangle rule over the same steps. A muscle with time constants below 5 ms takes
 /// shorter steps, a fifth of the shortest.
 #[derive(Clone, Copy, Debug)]
-pub struct Tiring {
+pub struct FatiguingMuscle {
     fresh: Parameters,
     now: Parameters,
     fatigue: Fatigue,
@@ -53,7 +53,7 @@ pub struct Tiring {
     force: f64,
 }
 
-impl Tiring {
+impl FatiguingMuscle {
     /// A fresh muscle.
     pub fn new(fresh: Parameters, fatigue: Fatigue) -> Self {
         let longest_s = STEP_S.min(0.2 * fresh.tau1_s.min(fresh.tau_c_s));
@@ -171,7 +171,7 @@ mod tests {
         for subject in &SUBJECTS {
             let truth = reference::integrate(subject, &pulses, 1.0, 1e-3);
             let peak = truth.iter().map(|s| s.force_n).fold(0.0, f64::max);
-            let mut muscle = Tiring::new(*subject, Fatigue::NEVER);
+            let mut muscle = FatiguingMuscle::new(*subject, Fatigue::NEVER);
             let mut due = pulses.iter().map(|s| (s * 1e6).round() as u32).peekable();
             let mut now_us = 0;
             for (ms, sample) in (0u32..).zip(&truth) {

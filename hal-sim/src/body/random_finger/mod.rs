@@ -18,8 +18,8 @@ pub use draw::{Draws, TWO_POINTS_NM};
 pub use friction::{Hinge, Motion, Torque};
 pub use reach::Reach;
 use std::collections::VecDeque;
-use twitch::Moving;
 pub use twitch::Twitch;
+use twitch::TwitchState;
 
 /// A torque from outside: an object in the hand, a knock.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -126,7 +126,7 @@ pub struct RandomFinger {
     points: Points,
     loads: [Load; CHANNELS],
     tick: u64,
-    muscles: [Moving; 3],
+    muscles: [TwitchState; 3],
     under_way: VecDeque<Excitation>,
     pair_factor: f64,
     capacity: [f64; 3],
@@ -147,7 +147,7 @@ impl RandomFinger {
             points: Points::new(&spec.finger),
             loads: [Load::NOMINAL; CHANNELS],
             tick: 0,
-            muscles: spec.muscles.map(Moving::new),
+            muscles: spec.muscles.map(TwitchState::new),
             under_way: VecDeque::with_capacity(32),
             pair_factor: 1.0,
             capacity: spec.capacity,
@@ -190,7 +190,7 @@ impl RandomFinger {
 
     fn step(&mut self) {
         self.deliver();
-        let forces = self.muscles.each_mut().map(Moving::step);
+        let forces = self.muscles.each_mut().map(TwitchState::step);
         let mut torque = self.spec.torque(
             [0, 1, 2].map(|i| forces[i] * self.capacity[i]),
             self.pair_factor,

@@ -82,7 +82,7 @@ impl Twitch {
 
 /// One muscle's state and the constants of its millisecond.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Moving {
+pub(super) struct TwitchState {
     twitch: Twitch,
     /// Share of fibres recruited by the last pulse.
     recruited: f64,
@@ -100,7 +100,7 @@ pub(super) struct Moving {
 
 const TICK_S: f64 = 1e-3;
 
-impl Moving {
+impl TwitchState {
     /// A rested muscle.
     pub fn new(twitch: Twitch) -> Self {
         let left = [
@@ -182,7 +182,7 @@ mod tests {
 
     /// Mean force of the last of three seconds at this many ms between pulses.
     fn force_at(every_ms: u32, recruited: f64) -> f64 {
-        let mut muscle = Moving::new(Twitch::nominal(0.2));
+        let mut muscle = TwitchState::new(Twitch::nominal(0.2));
         let mut sum = 0.0;
         for ms in 0..3000 {
             if ms % every_ms == 0 {
@@ -211,7 +211,7 @@ mod tests {
     #[test]
     fn a_pulse_inside_a_millisecond_is_worth_the_same() {
         let area = |before_end| {
-            let mut muscle = Moving::new(Twitch::nominal(0.2));
+            let mut muscle = TwitchState::new(Twitch::nominal(0.2));
             muscle.pulse(1.0, before_end);
             (0..3000).map(|_| muscle.step()).sum::<f64>()
         };

@@ -91,7 +91,7 @@ pub struct Geometry {
 
 /// All muscles in one posture.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Posed {
+pub struct PostureGeometry {
     /// Arm of each about elbow and shoulder, m, flexion positive.
     pub arms_m: [[f64; JOINTS]; MUSCLES],
     /// What its length makes of its force, 0 to 1.
@@ -137,21 +137,21 @@ impl Geometry {
 
     /// All muscles at these flexions of elbow and shoulder, degrees.
     #[must_use]
-    pub fn at(&self, flexion_deg: [f64; JOINTS]) -> Posed {
+    pub fn at(&self, flexion_deg: [f64; JOINTS]) -> PostureGeometry {
         let elbow = self.tables[ELBOW].at(flexion_deg[ELBOW]);
         let shoulder = self.tables[SHOULDER].at(flexion_deg[SHOULDER]);
         let length = |muscle: usize| {
             let shorter = elbow[muscle][1] + shoulder[muscle][1];
             self.fibre_length - shorter / BEST_M[muscle]
         };
-        Posed {
+        PostureGeometry {
             arms_m: std::array::from_fn(|muscle| [elbow[muscle][0], shoulder[muscle][0]]),
             by_length: std::array::from_fn(|muscle| force_length(length(muscle))),
         }
     }
 }
 
-impl Posed {
+impl PostureGeometry {
     /// Torque of each muscle about elbow and shoulder at full activation, N m, of muscles
     /// `strength` times as strong as their sources have them.
     #[must_use]

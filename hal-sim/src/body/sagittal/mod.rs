@@ -15,7 +15,7 @@ mod links;
 mod moving;
 mod spec;
 
-pub use geometry::{ALL, Geometry, LIMITS_DEG, MUSCLES, Posed};
+pub use geometry::{ALL, Geometry, LIMITS_DEG, MUSCLES, PostureGeometry};
 pub use links::{GRAVITY_M_S2, Links};
 pub use moving::{Intent, SagittalArm};
 pub use spec::{ELECTRODES, Electrode, InvalidSagittal, SagittalSpec};

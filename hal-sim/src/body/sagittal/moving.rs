@@ -2,7 +2,7 @@
 
 use super::JOINTS;
 use super::fibres::{Fibres, TICK_US};
-use super::geometry::{Geometry, MUSCLES, Posed, force_n};
+use super::geometry::{Geometry, MUSCLES, PostureGeometry, force_n};
 use super::heat::power_w;
 use super::links::Links;
 use super::spec::{ELECTRODES, InvalidSagittal, SagittalSpec};
@@ -32,7 +32,7 @@ pub struct SagittalArm {
     spec: SagittalSpec,
     geometry: Geometry,
     links: Links,
-    posed: Posed,
+    posed: PostureGeometry,
     now_us: u64,
     flexions: [f64; JOINTS],
     rates: [f64; JOINTS],

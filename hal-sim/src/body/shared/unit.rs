@@ -2,7 +2,7 @@
 
 use super::spec::SharedSpec;
 use crate::body::CHANNELS;
-use crate::body::muscle::tiring::Tiring;
+use crate::body::muscle::tiring::FatiguingMuscle;
 use crate::random::{part, word};
 
 /// A unit that has fired does not fire again for so long, µs: the absolute refractoriness
@@ -14,7 +14,7 @@ const STEP_S: f64 = 5e-3;
 
 /// A motor unit, its force in parts of its own most.
 pub(super) struct Unit {
-    muscle: Tiring,
+    muscle: FatiguingMuscle,
     /// A when rested.
     fresh: f64,
     /// From what strength of each channel's electrode on it fires.
@@ -65,7 +65,7 @@ impl Unit {
 
 /// The units of `spec`, group by group, rested.
 pub(super) fn all(spec: &SharedSpec) -> Vec<Unit> {
-    let muscle = Tiring::new(spec.dynamics, spec.fatigue).in_steps_of(STEP_S);
+    let muscle = FatiguingMuscle::new(spec.dynamics, spec.fatigue).in_steps_of(STEP_S);
     let mut units = Vec::with_capacity(spec.units());
     for group in 0..spec.groups {
         let orders = std::array::from_fn::<_, CHANNELS, _>(|channel| order(spec, channel, group));

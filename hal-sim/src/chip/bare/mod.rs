@@ -4,7 +4,7 @@
 //! Lives here: the run and its end; all around the core (`wires`); faults that the program
 //! takes (`fault`). Not here: the stimulator's board (`board`); the image's peripherals
 //! (`soc`). In: an image, bytes of a USB host, how far time goes. Out: edges of pins, bytes of
-//! USART2, USB and semihosting's console, the [`Ending`].
+//! USART2, USB and semihosting's console, the [`EarlyEnd`].
 
 mod fault;
 #[cfg(test)]
@@ -31,7 +31,7 @@ const SAME_CLOCK: Cycle = 3_360;
 
 /// How a program ended before its time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ending {
+pub enum EarlyEnd {
     /// It ended itself through semihosting, with this status.
     Exit(u32),
     /// It took a fault and has been in its handler for 100 ms: [`Bare::faults`] has it.
@@ -46,7 +46,7 @@ pub struct Bare {
     /// All around the core.
     pub wires: Wires,
     image: Image,
-    watcher: Watcher,
+    watcher: FaultWatcher,
     faults: Vec<Fault>,
     resets: Vec<(u64, Cause)>,
 }
@@ -66,7 +66,7 @@ impl Bare {
             cpu,
             wires,
             image,
-            watcher: Watcher::default(),
+            watcher: FaultWatcher::default(),
             faults: Vec::new(),
             resets: Vec::new(),
         })
@@ -75,8 +75,8 @@ impl Bare {
     /// Lets time go on to `ns` nanoseconds after power-on, through resets.
     ///
     /// # Errors
-    /// [`Ending`]: the program ended before.
-    pub fn run_to(&mut self, ns: u64) -> Result<(), Ending> {
+    /// [`EarlyEnd`]: the program ended before.
+    pub fn run_to(&mut self, ns: u64) -> Result<(), EarlyEnd> {
         loop {
             let end = self.wires.time().cycle_of_ns(ns);
             if end <= self.cpu.cycle {
@@ -94,15 +94,15 @@ impl Bare {
                 // The watcher alone stops it so.
                 Err(Stop::Breakpoint { .. }) => self.note_fault(),
                 Err(Stop::Reset { .. }) => self.reset()?,
-                Err(Stop::Exit(status)) => return Err(Ending::Exit(status)),
+                Err(Stop::Exit(status)) => return Err(EarlyEnd::Exit(status)),
                 Err(stop) => {
                     self.note_lock_up(stop);
-                    return Err(Ending::Stopped(stop));
+                    return Err(EarlyEnd::Stopped(stop));
                 }
             }
             let since = self.watcher.since.map(|at| self.wires.time().ns(at));
             if since.is_some_and(|since| self.now_ns() >= since + HANDLER_NS) {
-                return Err(Ending::InHandler);
+                return Err(EarlyEnd::InHandler);
             }
         }
     }
@@ -184,10 +184,10 @@ impl Bare {
         }
     }
 
-    fn reset(&mut self) -> Result<(), Ending> {
+    fn reset(&mut self) -> Result<(), EarlyEnd> {
         let at = self.cpu.cycle;
         let stopped = |what: super::cpu::bus::Unmodelled, cpu: &Cpu| {
-            Ending::Stopped(Stop::Outside {
+            EarlyEnd::Stopped(Stop::Outside {
                 pc: cpu.registers.r[15],
                 what: what.0,
             })
@@ -195,22 +195,22 @@ impl Bare {
         let cause = self.wires.reset(at);
         let cause = cause.map_err(|what| stopped(what, &self.cpu))?;
         self.resets.push((self.wires.time().ns(at), cause));
-        self.watcher = Watcher::default();
+        self.watcher = FaultWatcher::default();
         let done = self.cpu.reset(&mut self.wires);
-        done.map_err(Ending::Stopped)
+        done.map_err(EarlyEnd::Stopped)
     }
 }
 
 /// Sees the program take faults.
 #[derive(Debug, Default)]
-struct Watcher {
+struct FaultWatcher {
     /// A fault's handler was entered, and has not run yet.
     entered: Option<(u16, Cycle)>,
     /// Since when the handler of a fault has not returned.
     since: Option<Cycle>,
 }
 
-impl Observer for Watcher {
+impl Observer for FaultWatcher {
     fn context(&mut self, context: Context, at: Cycle) {
         if context.entered && is_fault(context.number) {
             self.entered = Some((context.number, at));

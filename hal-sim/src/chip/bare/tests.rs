@@ -112,7 +112,7 @@ fn a_fault_is_named_with_its_place_and_ends_the_run_in_its_handler() {
     assert_eq!(bare.run_to(MS), Ok(()), "the write is well");
     let code = [&set(3, 7)[..], &set(0, 0x4002_5000), &[LDR]].concat();
     let mut bare = with_handler(&code);
-    assert_eq!(bare.run_to(1_000 * MS), Err(Ending::InHandler));
+    assert_eq!(bare.run_to(1_000 * MS), Err(EarlyEnd::InHandler));
     let limit = HANDLER_NS..HANDLER_NS + 10 * MS;
     assert!(limit.contains(&bare.now_ns()), "{}", bare.now_ns());
     let [fault] = bare.faults() else {
@@ -135,7 +135,7 @@ fn a_fault_without_a_handler_locks_the_core_up_and_is_named_all_the_same() {
     let mut bare = running(&[0xDE00]); // udf
     let ended = bare.run_to(MS);
     assert!(
-        matches!(ended, Err(Ending::Stopped(Stop::LockUp { .. }))),
+        matches!(ended, Err(EarlyEnd::Stopped(Stop::LockUp { .. }))),
         "{ended:?}"
     );
     let words = bare.faults()[0].describe(&bare.image().symbols);
@@ -194,7 +194,7 @@ fn a_program_ends_itself_with_a_status_and_prints() {
         vec![0x2020, SEMIHOSTING],
     ];
     let mut bare = running(&code.concat());
-    assert_eq!(bare.run_to(MS), Err(Ending::Exit(42)));
+    assert_eq!(bare.run_to(MS), Err(EarlyEnd::Exit(42)));
     assert_eq!(bare.console(), b"hey");
     assert_eq!(bare.console(), b"");
 }
@@ -207,7 +207,7 @@ fn a_refusal_names_peripheral_register_and_function() {
         vec![STOP],
     ];
     let mut bare = running(&code.concat());
-    let Err(Ending::Stopped(stop)) = bare.run_to(MS) else {
+    let Err(EarlyEnd::Stopped(stop)) = bare.run_to(MS) else {
         panic!("{:?}", bare.place())
     };
     assert_eq!(
@@ -222,7 +222,7 @@ fn a_refusal_names_peripheral_register_and_function() {
     let ended = format!(
         "{:?}",
         bare.run_to(MS).map_err(|error| match error {
-            Ending::Stopped(stop) => stop.to_string(),
+            EarlyEnd::Stopped(stop) => stop.to_string(),
             other => format!("{other:?}"),
         })
     );

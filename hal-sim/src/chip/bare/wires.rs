@@ -2,7 +2,7 @@
 //! that drives them, somebody who looks, and perhaps a USB host.
 
 use crate::chip::Cycle;
-use crate::chip::cpu::bus::{Bus, Denied, LINE_WORDS, Modelled, Read, Size};
+use crate::chip::cpu::bus::{AccessError, Bus, LINE_WORDS, Modelled, ReadResult, Size};
 use crate::chip::soc::gpio::PORTS;
 use crate::chip::soc::rcc::Cause;
 use crate::chip::soc::{Pace, Soc, flash};
@@ -185,13 +185,19 @@ impl Wires {
 
 impl Bus for Wires {
     #[inline]
-    fn read(&mut self, address: u32, size: Size, at: Cycle) -> Result<Read, Denied> {
+    fn read(&mut self, address: u32, size: Size, at: Cycle) -> Result<ReadResult, AccessError> {
         self.poll_cable(address, at);
         self.soc.read(address, size, at)
     }
 
     #[inline]
-    fn write(&mut self, address: u32, size: Size, value: u32, at: Cycle) -> Result<u32, Denied> {
+    fn write(
+        &mut self,
+        address: u32,
+        size: Size,
+        value: u32,
+        at: Cycle,
+    ) -> Result<u32, AccessError> {
         self.poll_cable(address, at);
         self.soc.write(address, size, value, at)
     }
@@ -206,7 +212,7 @@ impl Bus for Wires {
         self.soc.write_at_once(address, size, value)
     }
 
-    fn code(&mut self, address: u32) -> Result<u16, Denied> {
+    fn code(&mut self, address: u32) -> Result<u16, AccessError> {
         self.soc.code(address)
     }
 

@@ -10,7 +10,7 @@ use super::stages;
 use super::wiring::{self, Pin};
 use crate::chip::Cycle;
 use crate::chip::ad5668::Ad5668;
-use crate::chip::cpu::bus::{Bus, Denied, LINE_WORDS, Modelled, Read, Size, Unmodelled};
+use crate::chip::cpu::bus::{AccessError, Bus, LINE_WORDS, Modelled, ReadResult, Size, Unmodelled};
 use crate::chip::cpu::{Cpu, Stop};
 use crate::chip::soc::gpio::Level;
 use crate::chip::soc::rcc::Cause;
@@ -33,7 +33,7 @@ impl Unmodelled {
 
 /// The chip without its core, and the board around it.
 #[derive(Clone, Debug)]
-pub struct Around {
+pub struct Surroundings {
     /// The chip.
     pub soc: Soc,
     /// The other end of the USB cable.
@@ -56,7 +56,7 @@ pub struct Around {
     lines: [u32; LINE_WORDS],
 }
 
-impl Around {
+impl Surroundings {
     pub(super) fn new(flash: &[u8], outputs: [Option<Output>; CHANNELS], pace: Pace) -> Self {
         let mut soc = Soc::new(pace);
         // `Image` has checked that it fits.
@@ -306,7 +306,7 @@ impl Around {
     ///
     /// # Errors
     /// As there.
-    pub fn upset(&mut self, address: u32, bits: u32, at: Cycle) -> Result<(), Denied> {
+    pub fn upset(&mut self, address: u32, bits: u32, at: Cycle) -> Result<(), AccessError> {
         self.advance(at)?;
         self.soc.upset(address, bits, at)?;
         self.follow_clock(at);
@@ -349,15 +349,21 @@ impl Around {
     }
 }
 
-impl Bus for Around {
+impl Bus for Surroundings {
     #[inline]
-    fn read(&mut self, address: u32, size: Size, at: Cycle) -> Result<Read, Denied> {
+    fn read(&mut self, address: u32, size: Size, at: Cycle) -> Result<ReadResult, AccessError> {
         self.poll_cable(address, at);
         self.soc.read(address, size, at)
     }
 
     #[inline]
-    fn write(&mut self, address: u32, size: Size, value: u32, at: Cycle) -> Result<u32, Denied> {
+    fn write(
+        &mut self,
+        address: u32,
+        size: Size,
+        value: u32,
+        at: Cycle,
+    ) -> Result<u32, AccessError> {
         self.poll_cable(address, at);
         self.margins
             .wrote(address, at.saturating_sub(self.outputs.origin()));
@@ -375,7 +381,7 @@ impl Bus for Around {
         self.soc.write_at_once(address, size, value)
     }
 
-    fn code(&mut self, address: u32) -> Result<u16, Denied> {
+    fn code(&mut self, address: u32) -> Result<u16, AccessError> {
         self.soc.code(address)
     }
 

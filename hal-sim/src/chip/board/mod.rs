@@ -14,7 +14,7 @@ mod outputs;
 pub mod stages;
 pub mod wiring;
 
-pub use around::Around;
+pub use around::Surroundings;
 pub use loss::{Half, Loss};
 pub use margin::Margins;
 pub use outputs::Phases;
@@ -76,7 +76,7 @@ pub struct Board<O = ()> {
     /// The core.
     pub cpu: Cpu,
     /// All around it.
-    pub around: Around,
+    pub around: Surroundings,
     /// Who looks on.
     pub observer: O,
     /// Forks share it.
@@ -96,7 +96,7 @@ impl<O: Observer> Board<O> {
     ) -> Result<Self, BoardError> {
         let mut board = Self {
             cpu: Cpu::default(),
-            around: Around::new(&image.flash, outputs, pace),
+            around: Surroundings::new(&image.flash, outputs, pace),
             observer,
             image: Arc::new(image),
             now_us: 0,
@@ -368,8 +368,8 @@ impl<O: Observer + Clone + Send + 'static> Device for Board<O> {
     }
 }
 
-impl<O> AsMut<Around> for Board<O> {
-    fn as_mut(&mut self) -> &mut Around {
+impl<O> AsMut<Surroundings> for Board<O> {
+    fn as_mut(&mut self) -> &mut Surroundings {
         &mut self.around
     }
 }

@@ -63,7 +63,7 @@ fn plays(port: Port, changed: u16) -> bool {
 }
 
 #[derive(Clone, Copy, PartialEq, Debug)]
-enum Out {
+enum OutputChange {
     Levels(Levels),
     Dac(u8, u16),
     Trip(u8, u16),
@@ -79,7 +79,7 @@ pub(super) struct Outputs {
     pump: Pump,
     /// Levels of a microsecond that is not over yet.
     open: Option<u64>,
-    waiting: VecDeque<(u64, Out)>,
+    waiting: VecDeque<(u64, OutputChange)>,
     bytes: VecDeque<(u64, Vec<u8>)>,
     phases: Phases,
 }
@@ -177,7 +177,8 @@ impl Outputs {
         let us = self.time(edge.cycle);
         // Both ports of one slot are one change.
         if let Some(open) = self.open.filter(|&open| open != us) {
-            self.waiting.push_back((open, Out::Levels(self.levels)));
+            self.waiting
+                .push_back((open, OutputChange::Levels(self.levels)));
         }
         self.open = Some(us);
         self.levels = levels;
@@ -188,8 +189,8 @@ impl Outputs {
         let place =
             |outputs: &[(usize, usize)]| outputs.iter().position(|&output| output == changed);
         let out = match (place(&wiring::AMPLITUDES), place(&wiring::TRIPS)) {
-            (Some(channel), _) => Out::Dac(channel as u8, change.code),
-            (None, Some(bank)) => Out::Trip(bank as u8, change.code),
+            (Some(channel), _) => OutputChange::Dac(channel as u8, change.code),
+            (None, Some(bank)) => OutputChange::Trip(bank as u8, change.code),
             (None, None) => return,
         };
         let us = self.time(change.at);
@@ -204,7 +205,8 @@ impl Outputs {
     /// Gives everything before `to_us` to `sink`, in the order of time.
     pub fn emit(&mut self, to_us: u64, sink: &mut dyn Sink) {
         if let Some(open) = self.open.filter(|&open| open < to_us) {
-            self.waiting.push_back((open, Out::Levels(self.levels)));
+            self.waiting
+                .push_back((open, OutputChange::Levels(self.levels)));
             self.open = None;
         }
         // DAC words are noted at once, levels when their microsecond is over.
@@ -212,9 +214,9 @@ impl Outputs {
         for (us, out) in self.waiting.drain(..) {
             let at = Micros::new(us as u32);
             match out {
-                Out::Levels(levels) => sink.levels(at, firmware::pulse::Levels(levels.0)),
-                Out::Dac(channel, code) => sink.dac(at, channel, DacCode::new(code)),
-                Out::Trip(bank, code) => sink.trip(at, bank, DacCode::new(code)),
+                OutputChange::Levels(levels) => sink.levels(at, firmware::pulse::Levels(levels.0)),
+                OutputChange::Dac(channel, code) => sink.dac(at, channel, DacCode::new(code)),
+                OutputChange::Trip(bank, code) => sink.trip(at, bank, DacCode::new(code)),
             }
         }
         for (us, bytes) in self.bytes.drain(..) {

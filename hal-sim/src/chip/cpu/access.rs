@@ -1,9 +1,9 @@
 //! Data accesses of instructions: alignment, MPU, private bus, bit-band alias or `Bus`.
 
 use super::bit_band::Bit;
-use super::bus::{Denied, Unmodelled};
+use super::bus::{AccessError, Unmodelled};
 use super::system::{actlr, ccr};
-use super::{Access, Bus, Cpu, Fault, Size, Trap, Trapped};
+use super::{Access, Bus, Cpu, Fault, Size, Trap, TrapResult};
 use crate::chip::Cycle;
 
 /// Start of the peripheral regions: from here on an access can bring an event
@@ -11,7 +11,8 @@ use crate::chip::Cycle;
 const PERIPHERALS: u32 = 0x4000_0000;
 /// End of code that is written by programming it.
 const RAM: u32 = 0x1000_0000;
-const EXCLUSIVE: Denied = Denied::Unmodelled(Unmodelled("an exclusive access to a bit-band alias"));
+const EXCLUSIVE: AccessError =
+    AccessError::Unmodelled(Unmodelled("an exclusive access to a bit-band alias"));
 /// Upper 12 bits of the private peripheral bus, 0xE000_0000–0xE00F_FFFF.
 const PRIVATE: u32 = 0xE00;
 
@@ -25,7 +26,7 @@ impl Cpu {
     /// Loads from `address` and counts the wait states; words and half-words
     /// may be unaligned (Arm ARM A3.2.1).
     #[inline(always)]
-    pub(super) fn load(&mut self, bus: &mut impl Bus, address: u32, size: Size) -> Trapped<u32> {
+    pub(super) fn load(&mut self, bus: &mut impl Bus, address: u32, size: Size) -> TrapResult<u32> {
         self.load_as(bus, address, size, self.registers.is_privileged())
     }
 
@@ -38,7 +39,7 @@ impl Cpu {
         address: u32,
         size: Size,
         value: u32,
-    ) -> Trapped {
+    ) -> TrapResult {
         let privileged = self.registers.is_privileged();
         self.store_as(bus, address, size, value, privileged)
     }
@@ -51,7 +52,7 @@ impl Cpu {
         bus: &mut impl Bus,
         address: u32,
         size: Size,
-    ) -> Trapped<u32> {
+    ) -> TrapResult<u32> {
         Self::check_aligned(address, size)?;
         self.load_whole(bus, address, size, self.registers.is_privileged())
     }
@@ -64,7 +65,7 @@ impl Cpu {
         address: u32,
         size: Size,
         value: u32,
-    ) -> Trapped {
+    ) -> TrapResult {
         Self::check_aligned(address, size)?;
         let privileged = self.registers.is_privileged();
         self.store_whole(bus, address, size, value, privileged)
@@ -78,7 +79,7 @@ impl Cpu {
         address: u32,
         size: Size,
         privileged: bool,
-    ) -> Trapped<u32> {
+    ) -> TrapResult<u32> {
         if !self.system.may_access(address, false, privileged) {
             return Err(Fault::DataAccess(address).into());
         }
@@ -111,7 +112,7 @@ impl Cpu {
 
     /// What an access that was `denied` comes to.
     #[cold]
-    fn denied(&self, denied: Denied, address: u32, size: Size, written: Option<u32>) -> Trap {
+    fn denied(&self, denied: AccessError, address: u32, size: Size, written: Option<u32>) -> Trap {
         let access = Access {
             address,
             size,
@@ -129,7 +130,7 @@ impl Cpu {
         size: Size,
         value: u32,
         privileged: bool,
-    ) -> Trapped {
+    ) -> TrapResult {
         if !self.system.may_access(address, true, privileged) {
             return Err(Fault::DataAccess(address).into());
         }
@@ -163,7 +164,7 @@ impl Cpu {
                 }
                 Ok(())
             }
-            Err(Denied::Error) if !self.system.disables(actlr::WRITE_BUFFER) => {
+            Err(AccessError::Error) if !self.system.disables(actlr::WRITE_BUFFER) => {
                 self.deadline = 0;
                 Ok(self.imprecise_fault()?)
             }
@@ -187,7 +188,7 @@ impl Cpu {
         size: Size,
         at: Cycle,
         privileged: bool,
-    ) -> Trapped<u32> {
+    ) -> TrapResult<u32> {
         if !privileged {
             return Err(Fault::DataBus(address).into());
         }
@@ -203,7 +204,7 @@ impl Cpu {
         value: u32,
         at: Cycle,
         privileged: bool,
-    ) -> Trapped {
+    ) -> TrapResult {
         if !privileged && !self.system.may_write_unprivileged(address) {
             return Err(Fault::DataBus(address).into());
         }
@@ -223,7 +224,7 @@ impl Cpu {
     }
 
     /// Refuses an exclusive access to an alias, which the core does not support (TRM 3.6).
-    pub(super) fn check_exclusive(&self, address: u32, size: Size) -> Trapped {
+    pub(super) fn check_exclusive(&self, address: u32, size: Size) -> TrapResult {
         match Bit::of(address, size) {
             Some(_) => Err(self.denied(EXCLUSIVE, address, size, None)),
             None => Ok(()),
@@ -231,14 +232,14 @@ impl Cpu {
     }
 
     /// Refuses an unaligned address.
-    pub(super) fn check_aligned(address: u32, size: Size) -> Trapped {
+    pub(super) fn check_aligned(address: u32, size: Size) -> TrapResult {
         if address & (size.bytes() - 1) != 0 {
             return Err(Fault::Unaligned.into());
         }
         Ok(())
     }
 
-    fn check_unaligned(&self, address: u32) -> Trapped {
+    fn check_unaligned(&self, address: u32) -> TrapResult {
         // The private bus has no unaligned accesses (TRM 3.4.2).
         if self.system.is_configured(ccr::UNALIGNED_TRAP) || address >> 20 == PRIVATE {
             return Err(Fault::Unaligned.into());
@@ -254,7 +255,7 @@ impl Cpu {
         address: u32,
         size: Size,
         privileged: bool,
-    ) -> Trapped<u32> {
+    ) -> TrapResult<u32> {
         if address & (size.bytes() - 1) != 0 {
             return self.load_unaligned(bus, address, size, privileged);
         }
@@ -270,7 +271,7 @@ impl Cpu {
         size: Size,
         value: u32,
         privileged: bool,
-    ) -> Trapped {
+    ) -> TrapResult {
         if address & (size.bytes() - 1) != 0 {
             return self.store_unaligned(bus, address, size, value, privileged);
         }
@@ -284,7 +285,7 @@ impl Cpu {
         address: u32,
         size: Size,
         privileged: bool,
-    ) -> Trapped<u32> {
+    ) -> TrapResult<u32> {
         self.check_unaligned(address)?;
         let (mut value, mut shift) = (0, 0);
         let pieces = Self::pieces(address, size);
@@ -306,7 +307,7 @@ impl Cpu {
         size: Size,
         value: u32,
         privileged: bool,
-    ) -> Trapped {
+    ) -> TrapResult {
         self.check_unaligned(address)?;
         let mut shift = 0;
         for piece in Self::pieces(address, size) {

@@ -1,6 +1,6 @@
 //! Bit-banding: each word of an alias region stands for one bit of memory (TRM 3.7).
 
-use super::bus::{Bus, Denied, Size};
+use super::bus::{AccessError, Bus, Size};
 use crate::chip::Cycle;
 
 /// The alias regions, 32 MiB each, by the upper seven bits of an address: 0x2200_0000 of
@@ -57,7 +57,7 @@ impl Bit {
         size: Size,
         value: u32,
         at: Cycle,
-    ) -> Result<u32, Denied> {
+    ) -> Result<u32, AccessError> {
         let read = bus.read(self.address, size, at)?;
         let wait = read.wait + 1;
         let memory = self.written_to(read.value, value);

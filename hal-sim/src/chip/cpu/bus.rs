@@ -43,14 +43,14 @@ pub const fn refuse(unmodelled: bool, what: &'static str) -> Modelled {
 
 /// Why an access got no answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Denied {
+pub enum AccessError {
     /// The slave answers with an error: the core takes a bus fault.
     Error,
     /// Nobody models it.
     Unmodelled(Unmodelled),
 }
 
-impl From<Unmodelled> for Denied {
+impl From<Unmodelled> for AccessError {
     fn from(what: Unmodelled) -> Self {
         Self::Unmodelled(what)
     }
@@ -58,7 +58,7 @@ impl From<Unmodelled> for Denied {
 
 /// A word read, and the wait states beyond a zero-wait-state access.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Read {
+pub struct ReadResult {
     /// The data, zero-extended.
     pub value: u32,
     /// Wait states, cycles.
@@ -72,10 +72,16 @@ pub const LINE_WORDS: usize = 3;
 /// core's own. Accesses come in the order of their cycles, naturally aligned.
 pub trait Bus {
     /// A data read of `size` at `address` whose data phase begins at `at`.
-    fn read(&mut self, address: u32, size: Size, at: Cycle) -> Result<Read, Denied>;
+    fn read(&mut self, address: u32, size: Size, at: Cycle) -> Result<ReadResult, AccessError>;
 
     /// A data write; gives its wait states.
-    fn write(&mut self, address: u32, size: Size, value: u32, at: Cycle) -> Result<u32, Denied>;
+    fn write(
+        &mut self,
+        address: u32,
+        size: Size,
+        value: u32,
+        at: Cycle,
+    ) -> Result<u32, AccessError>;
 
     /// A data read without wait states, told apart from others in a few steps;
     /// `None` where [`Self::read`] must look.
@@ -90,7 +96,7 @@ pub trait Bus {
     }
 
     /// The half-word of code at `address`, for decoding: no time passes.
-    fn code(&mut self, address: u32) -> Result<u16, Denied>;
+    fn code(&mut self, address: u32) -> Result<u16, AccessError>;
 
     /// The core begins to need code of the 16-byte line at `line` (its address
     /// / 16) at `at`; gives the wait states until it has it.

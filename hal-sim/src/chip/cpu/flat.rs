@@ -1,7 +1,7 @@
 //! The plainest chip around the core: code, RAM, no peripherals, for tests.
 
 use super::Size;
-use super::bus::{Bus, Denied, LINE_WORDS, Modelled, Read};
+use super::bus::{AccessError, Bus, LINE_WORDS, Modelled, ReadResult};
 use crate::chip::Cycle;
 use crate::chip::soc::Ram;
 use std::collections::VecDeque;
@@ -111,24 +111,30 @@ impl Flat {
 
 impl Bus for Flat {
     #[inline]
-    fn read(&mut self, address: u32, size: Size, _at: Cycle) -> Result<Read, Denied> {
-        let value = self.peek(address, size).ok_or(Denied::Error)?;
+    fn read(&mut self, address: u32, size: Size, _at: Cycle) -> Result<ReadResult, AccessError> {
+        let value = self.peek(address, size).ok_or(AccessError::Error)?;
         let wait = self.ram_wait;
-        Ok(Read { value, wait })
+        Ok(ReadResult { value, wait })
     }
 
     #[inline]
-    fn write(&mut self, address: u32, size: Size, value: u32, _at: Cycle) -> Result<u32, Denied> {
+    fn write(
+        &mut self,
+        address: u32,
+        size: Size,
+        value: u32,
+        _at: Cycle,
+    ) -> Result<u32, AccessError> {
         self.sram
             .write(address, size, value)
             .or_else(|| self.ccm.write(address, size, value))
-            .ok_or(Denied::Error)?;
+            .ok_or(AccessError::Error)?;
         Ok(self.ram_wait)
     }
 
     #[inline]
-    fn code(&mut self, address: u32) -> Result<u16, Denied> {
-        let code = self.peek(address, Size::Half).ok_or(Denied::Error)?;
+    fn code(&mut self, address: u32) -> Result<u16, AccessError> {
+        let code = self.peek(address, Size::Half).ok_or(AccessError::Error)?;
         Ok((code & 0xFFFF) as u16)
     }
 

@@ -7,7 +7,7 @@ pub type Reg = u8;
 
 /// The carry that an immediate operand leaves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Carry {
+pub enum CarryOut {
     Kept,  // As it was
     Clear, // 0
     Set,   // 1
@@ -105,15 +105,15 @@ pub enum Rearrange {
 pub enum Op {
     Missing, // Not decoded yet
     MovImm { d: Reg, imm: u32 },
-    MovsImm { d: Reg, carry: Carry, imm: u32 },
+    MovsImm { d: Reg, carry: CarryOut, imm: u32 },
     AddImm { d: Reg, n: Reg, imm: u32 },
     AddsImm { d: Reg, n: Reg, imm: u32 },
     SubsImm { d: Reg, n: Reg, imm: u32 },
     CmpImm { n: Reg, imm: u32 },
     /// R13 = Rn + imm.
     AddToSp { n: Reg, imm: u32 },
-    DataImm { alu: Alu, flags: bool, carry: Carry, d: Reg, n: Reg, imm: u32 },
-    TestImm { test: Test, carry: Carry, n: Reg, imm: u32 },
+    DataImm { alu: Alu, flags: bool, carry: CarryOut, d: Reg, n: Reg, imm: u32 },
+    TestImm { test: Test, carry: CarryOut, n: Reg, imm: u32 },
     Movt { d: Reg, imm: u32 },
     MovReg { d: Reg, m: Reg },
     AddReg { d: Reg, n: Reg, m: Reg },

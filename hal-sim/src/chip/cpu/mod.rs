@@ -27,7 +27,7 @@ pub(in crate::chip) use access::is_private;
 pub use bus::{Bus, Size};
 pub use registers::Registers;
 pub use run::Observer;
-pub use stop::{Access, Fault, Stop, Trap, Trapped};
+pub use stop::{Access, Fault, Stop, Trap, TrapResult};
 
 use super::Cycle;
 

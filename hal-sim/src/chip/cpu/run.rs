@@ -2,8 +2,8 @@
 
 use super::decode::{Cache, Entry};
 use super::instruction::Op;
-use super::timing::Trail;
-use super::{Bus, Cpu, Open, Stop, Trap, Trapped};
+use super::timing::PipelineState;
+use super::{Bus, Cpu, Open, Stop, Trap, TrapResult};
 use crate::chip::Cycle;
 
 /// What the core runs.
@@ -271,7 +271,7 @@ impl Cpu {
     /// An instruction with the condition of its place in an IT block; 16-bit
     /// ones leave the flags alone there (Arm ARM A7.3.2).
     #[inline(never)]
-    fn execute_in_it_block(&mut self, bus: &mut impl Bus, entry: Entry) -> Trapped<u32> {
+    fn execute_in_it_block(&mut self, bus: &mut impl Bus, entry: Entry) -> TrapResult<u32> {
         let value = self.registers.it;
         // What returns from an exception brings an IT state of its own.
         self.registers.it = if value & 7 == 0 {
@@ -281,7 +281,7 @@ impl Cpu {
         };
         if !self.holds(value >> 4) {
             self.pass(1);
-            self.pipeline.last = Trail::idle(entry.trail.length());
+            self.pipeline.last = PipelineState::idle(entry.trail.length());
             let length = u32::from(entry.trail.length());
             return Ok(self.registers.r[15].wrapping_add(length));
         }

@@ -1,8 +1,8 @@
 //! Semihosting (Arm IHI 0030): what a program asks of the host by BKPT 0xAB,
 //! as far as the bench image and test programs do. Files live in memory.
 
-use super::bus::Denied;
-use super::{Access, Bus, Cpu, Fault, Size, Stop, Trapped};
+use super::bus::AccessError;
+use super::{Access, Bus, Cpu, Fault, Size, Stop, TrapResult};
 use std::collections::BTreeMap;
 
 /// BKPT's immediate.
@@ -97,7 +97,7 @@ impl Cpu {
     ///
     /// # Errors
     /// [`Trap`]: the program ended, or asked what nobody models.
-    pub(super) fn breakpoint(&mut self, bus: &mut impl Bus, immediate: u8) -> Trapped {
+    pub(super) fn breakpoint(&mut self, bus: &mut impl Bus, immediate: u8) -> TrapResult {
         let host = match immediate {
             BREAKPOINT => self.system.semihosting.take(),
             _ => None,
@@ -210,8 +210,8 @@ impl Cpu {
             },
             pc: self.registers.r[15],
             what: match denied {
-                Denied::Error => "memory of a semihosting argument that is not there",
-                Denied::Unmodelled(what) => what.0,
+                AccessError::Error => "memory of a semihosting argument that is not there",
+                AccessError::Unmodelled(what) => what.0,
             },
         })
     }

@@ -1,7 +1,7 @@
 //! Why an instruction, or the whole run, did not go on.
 
-use super::bus::{Denied, Size, Unmodelled};
-use super::system::Hit;
+use super::bus::{AccessError, Size, Unmodelled};
+use super::system::WatchpointHit;
 use crate::chip::names;
 use std::fmt;
 
@@ -125,7 +125,7 @@ pub enum Stop {
         /// The next instruction.
         pc: u32,
         /// The access.
-        hit: Hit,
+        hit: WatchpointHit,
     },
     /// BKPT, with a debugger attached.
     #[error("BKPT at {pc:#010x}")]
@@ -154,7 +154,7 @@ pub enum Trap {
 }
 
 /// What an instruction gives that may not complete.
-pub type Trapped<T = ()> = Result<T, Trap>;
+pub type TrapResult<T = ()> = Result<T, Trap>;
 
 impl From<Fault> for Trap {
     fn from(fault: Fault) -> Self {
@@ -170,10 +170,12 @@ impl From<Stop> for Trap {
 
 impl Trap {
     /// What `access` by the instruction at `pc` that was `denied` comes to.
-    pub const fn data(denied: Denied, access: Access, pc: u32) -> Self {
+    pub const fn data(denied: AccessError, access: Access, pc: u32) -> Self {
         match denied {
-            Denied::Error => Self::Fault(Fault::DataBus(access.address)),
-            Denied::Unmodelled(Unmodelled(what)) => Self::Stop(Stop::Access { access, pc, what }),
+            AccessError::Error => Self::Fault(Fault::DataBus(access.address)),
+            AccessError::Unmodelled(Unmodelled(what)) => {
+                Self::Stop(Stop::Access { access, pc, what })
+            }
         }
     }
 }

@@ -6,16 +6,16 @@
 use super::memory::MAP;
 use super::monitor::{self, Order};
 use super::packet::{LONGEST, hex, number, unhex};
-use super::points::{By, Points, unwatch, watch};
-use super::refused::Refused;
+use super::points::{Points, StopReason, unwatch, watch};
+use super::refused::GdbRefusal;
 use super::registers;
 use crate::chip::board::Board;
-use crate::chip::cpu::system::Compared;
+use crate::chip::cpu::system::WatchedAccess;
 use crc::{CRC_32_MPEG_2, Crc};
 
 /// What a client and its server agreed on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Agreed {
+pub enum Feature {
     /// What the client can read in stop replies and errors (qSupported).
     Knows {
         /// `swbreak`, `hwbreak`.
@@ -33,7 +33,7 @@ pub enum Meaning {
     /// The answer.
     Answer(Vec<u8>),
     /// `OK`, and an agreement; or another answer.
-    Agree(Agreed, Vec<u8>),
+    Agree(Feature, Vec<u8>),
     /// Why the core stopped is asked for.
     Status,
     /// The core runs, one instruction if it steps.
@@ -59,15 +59,15 @@ pub enum Meaning {
 
 use Meaning::{Agree, Answer, Detach, Go, Kill, Monitor, Restart, Status};
 
-type Understood = Result<Meaning, Refused>;
+type ParsedCommand = Result<Meaning, GdbRefusal>;
 
 const OK: &[u8] = b"OK";
 
-fn ok() -> Understood {
+fn ok() -> ParsedCommand {
     Ok(Answer(OK.to_vec()))
 }
 
-fn text(answer: impl Into<String>) -> Understood {
+fn text(answer: impl Into<String>) -> ParsedCommand {
     Ok(Answer(answer.into().into_bytes()))
 }
 
@@ -75,7 +75,7 @@ fn text(answer: impl Into<String>) -> Understood {
 ///
 /// # Errors
 /// It cannot be understood or obeyed.
-pub fn understand(board: &mut Board<Points>, packet: &[u8]) -> Understood {
+pub fn understand(board: &mut Board<Points>, packet: &[u8]) -> ParsedCommand {
     let Some((&first, rest)) = packet.split_first() else {
         return text("");
     };
@@ -88,10 +88,10 @@ pub fn understand(board: &mut Board<Points>, packet: &[u8]) -> Understood {
         b'c' | b's' | b'C' | b'S' => go(board, first, rest),
         b'H' => match rest.split_first() {
             Some((b'c' | b'g', thread)) if is_own(thread) => ok(),
-            _ => Err(Refused::Malformed),
+            _ => Err(GdbRefusal::Malformed),
         },
         b'T' if is_own(rest) => ok(),
-        b'T' => Err(Refused::Malformed),
+        b'T' => Err(GdbRefusal::Malformed),
         b'D' => Ok(Detach),
         b'k' => Ok(Kill { is_answered: false }),
         b'R' => Ok(Restart { is_answered: false }),
@@ -109,13 +109,13 @@ pub fn needs_core(packet: &[u8]) -> bool {
         || packet.starts_with(b"vFlash")
 }
 
-const NO_REGISTER: Refused = Refused::Address("there is no register with this number");
+const NO_REGISTER: GdbRefusal = GdbRefusal::Address("there is no register with this number");
 
 /// `address,length`.
-fn pair(text: &[u8]) -> Result<(u32, u32), Refused> {
-    let (address, length) = split(text, b',').ok_or(Refused::Malformed)?;
+fn pair(text: &[u8]) -> Result<(u32, u32), GdbRefusal> {
+    let (address, length) = split(text, b',').ok_or(GdbRefusal::Malformed)?;
     let numbers = number(address).zip(number(length));
-    numbers.ok_or(Refused::Malformed)
+    numbers.ok_or(GdbRefusal::Malformed)
 }
 
 fn split(text: &[u8], at: u8) -> Option<(&[u8], &[u8])> {
@@ -129,65 +129,65 @@ fn is_own(thread: &[u8]) -> bool {
 }
 
 /// `g`, `G`: all registers; `p`, `P`: one of them.
-fn registers_of(board: &mut Board<Points>, kind: u8, rest: &[u8]) -> Understood {
+fn registers_of(board: &mut Board<Points>, kind: u8, rest: &[u8]) -> ParsedCommand {
     let cpu = &mut board.cpu;
     match kind {
         b'g' => text(hex(&registers::read_all(cpu))),
         b'G' => {
-            let bytes = unhex(rest).ok_or(Refused::Malformed)?;
+            let bytes = unhex(rest).ok_or(GdbRefusal::Malformed)?;
             let done = registers::write_all(cpu, &bytes);
-            done.ok_or(Refused::Malformed).and_then(|()| ok())
+            done.ok_or(GdbRefusal::Malformed).and_then(|()| ok())
         }
         b'p' => {
-            let number = number(rest).ok_or(Refused::Malformed)?;
+            let number = number(rest).ok_or(GdbRefusal::Malformed)?;
             let value = registers::read(cpu, number as usize);
             text(hex(&value.ok_or(NO_REGISTER)?))
         }
         _ => {
-            let (register, value) = split(rest, b'=').ok_or(Refused::Malformed)?;
-            let number = number(register).ok_or(Refused::Malformed)? as usize;
-            let value = unhex(value).ok_or(Refused::Malformed)?;
+            let (register, value) = split(rest, b'=').ok_or(GdbRefusal::Malformed)?;
+            let number = number(register).ok_or(GdbRefusal::Malformed)? as usize;
+            let value = unhex(value).ok_or(GdbRefusal::Malformed)?;
             if number >= registers::COUNT {
                 return Err(NO_REGISTER);
             }
             let done = registers::write(cpu, number, &value);
-            done.ok_or(Refused::Malformed).and_then(|()| ok())
+            done.ok_or(GdbRefusal::Malformed).and_then(|()| ok())
         }
     }
 }
 
 /// `m`: memory as digits; `M`, `X`: writes digits, or bytes.
-fn memory_of(board: &mut Board<Points>, kind: u8, rest: &[u8]) -> Understood {
+fn memory_of(board: &mut Board<Points>, kind: u8, rest: &[u8]) -> ParsedCommand {
     if kind == b'm' {
         let (address, count) = pair(rest)?;
         let most = LONGEST / 2; // what fits into an answer
         return text(hex(&board.peek(address, most.min(count as usize))?));
     }
-    let (place, data) = split(rest, b':').ok_or(Refused::Malformed)?;
+    let (place, data) = split(rest, b':').ok_or(GdbRefusal::Malformed)?;
     let data = match kind {
-        b'M' => unhex(data).ok_or(Refused::Malformed)?,
+        b'M' => unhex(data).ok_or(GdbRefusal::Malformed)?,
         _ => data.to_vec(),
     };
     let (address, count) = pair(place)?;
     if data.len() != count as usize {
-        return Err(Refused::Malformed);
+        return Err(GdbRefusal::Malformed);
     }
     board.poke(address, &data).and_then(|()| ok())
 }
 
 /// `c`, `s`, and with a signal, which reaches no program that has no system, `C`, `S`; an
 /// address may follow.
-fn go(board: &mut Board<Points>, kind: u8, rest: &[u8]) -> Understood {
+fn go(board: &mut Board<Points>, kind: u8, rest: &[u8]) -> ParsedCommand {
     let to = match kind {
         b'c' | b's' => Some(rest).filter(|to| !to.is_empty()),
         _ => {
             let (signal, to) = split(rest, b';').map_or((rest, None), |(s, to)| (s, Some(to)));
-            number(signal).ok_or(Refused::Malformed)?;
+            number(signal).ok_or(GdbRefusal::Malformed)?;
             to
         }
     };
     if let Some(to) = to {
-        let to = number(to).ok_or(Refused::Malformed)?;
+        let to = number(to).ok_or(GdbRefusal::Malformed)?;
         board.cpu.registers.r[15] = to & !1;
     }
     Ok(Go {
@@ -196,15 +196,15 @@ fn go(board: &mut Board<Points>, kind: u8, rest: &[u8]) -> Understood {
 }
 
 /// `Z` and `z`: type, address, kind. Conditions and commands are not offered.
-fn point(board: &mut Board<Points>, sets: bool, rest: &[u8]) -> Understood {
-    let (kind, place) = split(rest, b',').ok_or(Refused::Malformed)?;
+fn point(board: &mut Board<Points>, sets: bool, rest: &[u8]) -> ParsedCommand {
+    let (kind, place) = split(rest, b',').ok_or(GdbRefusal::Malformed)?;
     let (address, length) = pair(place)?;
     let what = match kind {
         b"0" | b"1" => {
             let by = if kind == b"0" {
-                By::Software
+                StopReason::Software
             } else {
-                By::Hardware
+                StopReason::Hardware
             };
             match sets {
                 true => board.observer.add(address, by)?,
@@ -212,9 +212,9 @@ fn point(board: &mut Board<Points>, sets: bool, rest: &[u8]) -> Understood {
             }
             return ok();
         }
-        b"2" => Compared::Writes,
-        b"3" => Compared::Reads,
-        b"4" => Compared::Accesses,
+        b"2" => WatchedAccess::Writes,
+        b"3" => WatchedAccess::Reads,
+        b"4" => WatchedAccess::Accesses,
         _ => return text(""),
     };
     let system = &mut board.cpu.system;
@@ -226,7 +226,7 @@ fn point(board: &mut Board<Points>, sets: bool, rest: &[u8]) -> Understood {
 }
 
 /// Packets that begin with `v`.
-fn verb(board: &mut Board<Points>, rest: &[u8]) -> Understood {
+fn verb(board: &mut Board<Points>, rest: &[u8]) -> ParsedCommand {
     if rest == b"Cont?" {
         return text("vCont;c;C;s;S");
     }
@@ -238,8 +238,8 @@ fn verb(board: &mut Board<Points>, rest: &[u8]) -> Understood {
         return board.erase(address, count).and_then(|()| ok());
     }
     if let Some(rest) = rest.strip_prefix(b"FlashWrite:") {
-        let (address, data) = split(rest, b':').ok_or(Refused::Malformed)?;
-        let address = number(address).ok_or(Refused::Malformed)?;
+        let (address, data) = split(rest, b':').ok_or(GdbRefusal::Malformed)?;
+        let address = number(address).ok_or(GdbRefusal::Malformed)?;
         return board.program(address, data).and_then(|()| ok());
     }
     match rest {
@@ -252,7 +252,7 @@ fn verb(board: &mut Board<Points>, rest: &[u8]) -> Understood {
 }
 
 /// `vCont`: the first action that is for the only thread.
-fn resume(actions: &[u8]) -> Understood {
+fn resume(actions: &[u8]) -> ParsedCommand {
     let mut own = None;
     for action in actions.split(|&byte| byte == b';') {
         let (action, thread) = split(action, b':').unwrap_or((action, b"-1"));
@@ -261,29 +261,29 @@ fn resume(actions: &[u8]) -> Understood {
             Some((b's', [])) => true,
             Some((b'C', signal)) if number(signal).is_some() => false,
             Some((b'S', signal)) if number(signal).is_some() => true,
-            _ => return Err(Refused::Malformed),
+            _ => return Err(GdbRefusal::Malformed),
         };
         if is_own(thread) {
             own.get_or_insert(Go { steps });
         }
     }
-    own.ok_or(Refused::Malformed)
+    own.ok_or(GdbRefusal::Malformed)
 }
 
 /// Packets that begin with `q` or `Q`.
-fn query(board: &mut Board<Points>, packet: &[u8]) -> Understood {
+fn query(board: &mut Board<Points>, packet: &[u8]) -> ParsedCommand {
     if let Some(features) = packet.strip_prefix(b"qSupported") {
         return Ok(supported(features));
     }
     if let Some(annex) = packet.strip_prefix(b"qXfer:features:read:") {
         let place = annex.strip_prefix(b"target.xml:");
-        return part(registers::DESCRIPTION, place.ok_or(Refused::Malformed)?);
+        return part(registers::DESCRIPTION, place.ok_or(GdbRefusal::Malformed)?);
     }
     if let Some(place) = packet.strip_prefix(b"qXfer:memory-map:read::") {
         return part(MAP, place);
     }
     if let Some(line) = packet.strip_prefix(b"qRcmd,") {
-        let line = unhex(line).ok_or(Refused::Malformed)?;
+        let line = unhex(line).ok_or(GdbRefusal::Malformed)?;
         let (order, said) = monitor::understand(&String::from_utf8_lossy(&line));
         return Ok(Monitor(order, said));
     }
@@ -294,7 +294,7 @@ fn query(board: &mut Board<Points>, packet: &[u8]) -> Understood {
         return text(hex(b"Cortex-M4F"));
     }
     match packet {
-        b"QStartNoAckMode" => Ok(Agree(Agreed::NoAcknowledgements, OK.to_vec())),
+        b"QStartNoAckMode" => Ok(Agree(Feature::NoAcknowledgements, OK.to_vec())),
         b"qfThreadInfo" => text("m1"),
         b"qsThreadInfo" => text("l"),
         b"qC" => text("QC1"),
@@ -307,7 +307,7 @@ fn query(board: &mut Board<Points>, packet: &[u8]) -> Understood {
 fn supported(features: &[u8]) -> Meaning {
     let asked: Vec<&[u8]> = features.split(|byte| b":;".contains(byte)).collect();
     let has = |feature: &[u8]| asked.contains(&feature);
-    let agreed = Agreed::Knows {
+    let agreed = Feature::Knows {
         breaks: [has(b"swbreak+"), has(b"hwbreak+")],
         words: has(b"error-message+"),
     };
@@ -319,10 +319,10 @@ fn supported(features: &[u8]) -> Meaning {
 }
 
 /// `offset,length` of a document.
-fn part(document: &str, place: &[u8]) -> Understood {
+fn part(document: &str, place: &[u8]) -> ParsedCommand {
     let (offset, length) = pair(place)?;
     let rest = document.as_bytes().get(offset as usize..);
-    let rest = rest.ok_or(Refused::Malformed)?;
+    let rest = rest.ok_or(GdbRefusal::Malformed)?;
     let length = (length as usize).min(LONGEST - 1);
     let (mark, shown) = match rest.get(..length) {
         Some(shown) if shown.len() < rest.len() => (b'm', shown),
@@ -332,16 +332,16 @@ fn part(document: &str, place: &[u8]) -> Understood {
 }
 
 /// `qCRC`: gdb's own sum of memory, which `compare-sections` compares.
-fn sum(board: &Board<Points>, place: &[u8]) -> Understood {
+fn sum(board: &Board<Points>, place: &[u8]) -> ParsedCommand {
     /// As much as flash has: gdb asks for sections.
     const MOST: u32 = 1 << 20;
     let (address, count) = pair(place)?;
     if count > MOST {
-        return Err(Refused::Address("more than 1 MiB"));
+        return Err(GdbRefusal::Address("more than 1 MiB"));
     }
     let bytes = board.peek(address, count as usize)?;
     if bytes.len() < count as usize {
-        return Err(Refused::Address(
+        return Err(GdbRefusal::Address(
             "nothing answers at some of these addresses",
         ));
     }

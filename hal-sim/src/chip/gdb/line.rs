@@ -1,6 +1,6 @@
 //! Who comes to the port: connections that are looked at without waiting.
 
-use super::packet::{Heard, Receiver, framed};
+use super::packet::{PacketEvent, Receiver, framed};
 use crate::wire::keepalive;
 use std::collections::VecDeque;
 use std::io::{self, Read, Write};
@@ -137,7 +137,7 @@ impl Client {
     ///
     /// # Errors
     /// It is gone.
-    pub fn hear(&mut self) -> io::Result<Option<Heard>> {
+    pub fn hear(&mut self) -> io::Result<Option<PacketEvent>> {
         loop {
             match self.parse()? {
                 None if self.fetch() => {}
@@ -161,14 +161,14 @@ impl Client {
     ///
     /// # Errors
     /// It is gone.
-    pub fn parse(&mut self) -> io::Result<Option<Heard>> {
+    pub fn parse(&mut self) -> io::Result<Option<PacketEvent>> {
         while let Some(byte) = self.pending.pop_front() {
             match self.receiver.push(byte) {
                 None => {}
-                Some(Heard::Again) => self.line.write(&self.last)?,
+                Some(PacketEvent::Again) => self.line.write(&self.last)?,
                 // Without acknowledgements there is none of the opposite either.
-                Some(Heard::Damaged) if self.acknowledges => self.line.write(b"-")?,
-                Some(Heard::Interrupt) => return Ok(Some(Heard::Interrupt)),
+                Some(PacketEvent::Damaged) if self.acknowledges => self.line.write(b"-")?,
+                Some(PacketEvent::Interrupt) => return Ok(Some(PacketEvent::Interrupt)),
                 Some(heard) => {
                     if self.acknowledges {
                         self.line.write(b"+")?;

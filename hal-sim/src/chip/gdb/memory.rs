@@ -1,7 +1,7 @@
 //! Memory as a debugger reads and writes it: no time passes, and reading changes nothing.
 
 use super::points::Points;
-use super::refused::Refused;
+use super::refused::GdbRefusal;
 use crate::chip::board::Board;
 use crate::chip::cpu::{Bus, Size, is_private};
 use crate::chip::soc::flash::{BASE, SECTORS, SIZE};
@@ -13,16 +13,17 @@ pub const MAP: &str = include_str!("memory-map.xml");
 /// Where clocks are enabled.
 const RCC: u32 = 0x4002_3800;
 
-const NOWHERE: Refused = Refused::Address("nothing answers at this address");
-const FLASH_WRITE: Refused = Refused::Address("flash is written by load, not by storing to it");
-const NO_FLASH: Refused = Refused::Address("this is not in the flash");
+const NOWHERE: GdbRefusal = GdbRefusal::Address("nothing answers at this address");
+const FLASH_WRITE: GdbRefusal =
+    GdbRefusal::Address("flash is written by load, not by storing to it");
+const NO_FLASH: GdbRefusal = GdbRefusal::Address("this is not in the flash");
 
 impl Board<Points> {
     /// Reads from `from` on, as far as something answers.
     ///
     /// # Errors
     /// Not even the first byte.
-    pub(super) fn peek(&self, from: u32, count: usize) -> Result<Vec<u8>, Refused> {
+    pub(super) fn peek(&self, from: u32, count: usize) -> Result<Vec<u8>, GdbRefusal> {
         let mut bytes = Vec::with_capacity(count);
         let mut registers = None;
         while bytes.len() < count {
@@ -71,7 +72,7 @@ impl Board<Points> {
     ///
     /// # Errors
     /// Nothing takes it; what came before is written.
-    pub(super) fn poke(&mut self, from: u32, bytes: &[u8]) -> Result<(), Refused> {
+    pub(super) fn poke(&mut self, from: u32, bytes: &[u8]) -> Result<(), GdbRefusal> {
         let mut left = bytes;
         while !left.is_empty() {
             let at = from.checked_add((bytes.len() - left.len()) as u32);
@@ -86,7 +87,7 @@ impl Board<Points> {
         Ok(())
     }
 
-    fn store(&mut self, at: u32, size: Size, value: u32) -> Result<(), Refused> {
+    fn store(&mut self, at: u32, size: Size, value: u32) -> Result<(), GdbRefusal> {
         let cycle = self.cpu.cycle;
         let soc = &mut self.around.soc;
         let written = match at >> 24 {
@@ -99,7 +100,7 @@ impl Board<Points> {
         if at >> 10 == RCC >> 10 {
             self.around.soc.rcc.settle();
         }
-        written.ok_or(Refused::Address(
+        written.ok_or(GdbRefusal::Address(
             "nothing takes a write of this size at this address",
         ))
     }
@@ -108,7 +109,7 @@ impl Board<Points> {
     ///
     /// # Errors
     /// They are not in the flash.
-    pub(super) fn erase(&mut self, from: u32, count: u32) -> Result<(), Refused> {
+    pub(super) fn erase(&mut self, from: u32, count: u32) -> Result<(), GdbRefusal> {
         let start = from.checked_sub(BASE).ok_or(NO_FLASH)?;
         let end = start.checked_add(count).ok_or(NO_FLASH)?;
         if end > SIZE as u32 {
@@ -128,7 +129,7 @@ impl Board<Points> {
     ///
     /// # Errors
     /// It is not in the flash, or holds something else.
-    pub(super) fn program(&mut self, from: u32, bytes: &[u8]) -> Result<(), Refused> {
+    pub(super) fn program(&mut self, from: u32, bytes: &[u8]) -> Result<(), GdbRefusal> {
         let flash = &mut self.around.soc.flash;
         // Programming only clears bits (RM0090 section 3.6).
         let kept = |(at, &new): (u32, &u8)| flash.peek(at, Size::Byte) as u8 & new == new;
@@ -136,7 +137,7 @@ impl Board<Points> {
             return Err(NO_FLASH);
         }
         if !(from..).zip(bytes).all(kept) {
-            return Err(Refused::Address("the flash is not erased there"));
+            return Err(GdbRefusal::Address("the flash is not erased there"));
         }
         flash.replace(from, bytes).map_err(|_| NO_FLASH)
     }

@@ -21,21 +21,21 @@ pub use line::{Line, Port};
 pub use points::Points;
 
 use super::Cycle;
-use super::board::{Around, BOOT_LIMIT, Board, BoardError};
+use super::board::{BOOT_LIMIT, Board, BoardError, Surroundings};
 use super::cpu::Stop;
-use super::cpu::system::{Compared, Hit};
+use super::cpu::system::{WatchedAccess, WatchpointHit};
 use crate::lockstep::Device;
 use firmware::lockstep::{Sensors, Sink};
 use firmware::units::Micros;
 use line::Client;
 use packet::hex;
-use points::By;
+use points::StopReason;
 use std::io;
 use std::time::Duration;
 
 /// What becomes of the board when its debugger has gone.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Outlives {
+pub enum AfterDebugger {
     /// It is served to others: a core that was halted waits for the next debugger, unless the
     /// last one detached; a killed program waits at its first instruction.
     Debugger,
@@ -55,7 +55,7 @@ enum Core {
 pub struct Debugger {
     board: Board<Points>,
     port: Box<dyn Port>,
-    outlives: Outlives,
+    outlives: AfterDebugger,
     core: Core,
     /// It has the core, or had it and has not gone yet.
     client: Option<Client>,
@@ -80,7 +80,7 @@ const SIGTRAP: &str = "T05thread:1;";
 
 impl Debugger {
     /// `board`'s core is halted at reset until someone comes to `port` and lets it run.
-    pub fn new(port: impl Port + 'static, board: Board<Points>, outlives: Outlives) -> Self {
+    pub fn new(port: impl Port + 'static, board: Board<Points>, outlives: AfterDebugger) -> Self {
         let mut board = board;
         board.cpu.system.set_debugger(true);
         Self {
@@ -138,7 +138,7 @@ impl Debugger {
             match done {
                 // Where the port stays open, the next debugger finds the core as it stopped.
                 Err(BoardError::Stopped { stop, .. })
-                    if self.is_attached() || self.outlives == Outlives::Debugger =>
+                    if self.is_attached() || self.outlives == AfterDebugger::Debugger =>
                 {
                     self.stop(stop);
                 }
@@ -283,7 +283,7 @@ impl Debugger {
         self.board.cpu.system.set_debugger(false);
         self.pass_breakpoint_instruction();
         self.core = Core::Runs;
-        let is_session = self.outlives == Outlives::Nothing;
+        let is_session = self.outlives == AfterDebugger::Nothing;
         self.alone_since = is_session.then_some(self.board.cpu.cycle);
     }
 
@@ -295,7 +295,7 @@ impl Debugger {
             return;
         }
         match (self.outlives, self.core) {
-            (Outlives::Debugger, Core::Halted) => self.forget_debugger(),
+            (AfterDebugger::Debugger, Core::Halted) => self.forget_debugger(),
             _ => self.let_go(),
         }
     }
@@ -327,8 +327,8 @@ impl Debugger {
             .as_ref()
             .map_or([false; 2], |client| client.knows_breaks);
         match (self.board.observer.at(pc), knows) {
-            (Some(By::Software), [true, _]) => format!("{SIGTRAP}swbreak:;"),
-            (Some(By::Hardware), [_, true]) => format!("{SIGTRAP}hwbreak:;"),
+            (Some(StopReason::Software), [true, _]) => format!("{SIGTRAP}swbreak:;"),
+            (Some(StopReason::Hardware), [_, true]) => format!("{SIGTRAP}hwbreak:;"),
             _ => SIGTRAP.to_owned(),
         }
     }
@@ -389,11 +389,11 @@ impl Debugger {
     }
 }
 
-fn watched(hit: Hit) -> String {
+fn watched(hit: WatchpointHit) -> String {
     let what = match hit.what {
-        Compared::Writes => "watch",
-        Compared::Reads => "rwatch",
-        Compared::Accesses => "awatch",
+        WatchedAccess::Writes => "watch",
+        WatchedAccess::Reads => "rwatch",
+        WatchedAccess::Accesses => "awatch",
     };
     format!("{SIGTRAP}{what}:{:x};", hit.address)
 }
@@ -408,8 +408,8 @@ const fn signal(stop: Stop) -> u8 {
     }
 }
 
-impl AsMut<Around> for Debugger {
-    fn as_mut(&mut self) -> &mut Around {
+impl AsMut<Surroundings> for Debugger {
+    fn as_mut(&mut self) -> &mut Surroundings {
         &mut self.board.around
     }
 }

@@ -1,10 +1,10 @@
 //! What the attached client wants, done to the board.
 
-use super::command::{self, Agreed, Meaning};
+use super::command::{self, Feature, Meaning};
 use super::monitor::Order;
-use super::packet::Heard;
-use super::refused::Refused;
-use super::{Core, Debugger, Outlives, SIGTRAP};
+use super::packet::PacketEvent;
+use super::refused::GdbRefusal;
+use super::{AfterDebugger, Core, Debugger, SIGTRAP};
 use crate::chip::board::BoardError;
 use crate::chip::cpu::semihosting::Semihosting;
 use firmware::link::message::ResetCause;
@@ -14,16 +14,16 @@ impl Debugger {
     ///
     /// # Errors
     /// It ended the run.
-    pub(super) fn obey(&mut self, heard: Heard) -> Result<(), BoardError> {
+    pub(super) fn obey(&mut self, heard: PacketEvent) -> Result<(), BoardError> {
         let is_attached = self.is_attached();
         let meaning = match &heard {
-            Heard::Packet(packet) if !is_attached && command::needs_core(packet) => {
-                Err(Refused::Address("nothing is debugged: attach or run first"))
-            }
-            Heard::Packet(packet) => command::understand(&mut self.board, packet),
-            Heard::TooLong => Err(Refused::TooLong),
-            Heard::Damaged | Heard::Again => Err(Refused::Malformed),
-            Heard::Interrupt => {
+            PacketEvent::Packet(packet) if !is_attached && command::needs_core(packet) => Err(
+                GdbRefusal::Address("nothing is debugged: attach or run first"),
+            ),
+            PacketEvent::Packet(packet) => command::understand(&mut self.board, packet),
+            PacketEvent::TooLong => Err(GdbRefusal::TooLong),
+            PacketEvent::Damaged | PacketEvent::Again => Err(GdbRefusal::Malformed),
+            PacketEvent::Interrupt => {
                 if is_attached && self.core != Core::Halted {
                     self.halt("T02thread:1;".to_owned());
                 }
@@ -56,7 +56,7 @@ impl Debugger {
                     self.send(b"OK");
                 }
                 self.leave_client();
-                if self.outlives == Outlives::Nothing {
+                if self.outlives == AfterDebugger::Nothing {
                     return Err(BoardError::Killed);
                 }
                 self.forget_debugger();
@@ -91,15 +91,15 @@ impl Debugger {
         }
     }
 
-    fn agree(&mut self, agreed: Agreed) {
+    fn agree(&mut self, agreed: Feature) {
         let Some(client) = &mut self.client else {
             return;
         };
         match agreed {
-            Agreed::Knows { breaks, words } => {
+            Feature::Knows { breaks, words } => {
                 (client.knows_breaks, client.reads_words) = (breaks, words);
             }
-            Agreed::NoAcknowledgements => client.acknowledges = false,
+            Feature::NoAcknowledgements => client.acknowledges = false,
         }
     }
 

@@ -8,7 +8,7 @@ pub const LONGEST: usize = 0x4000;
 
 /// Something that a client said.
 #[derive(Debug, PartialEq, Eq)]
-pub enum Heard {
+pub enum PacketEvent {
     /// A packet with the right sum: its contents without escapes.
     Packet(Vec<u8>),
     /// A packet with another sum, or with none.
@@ -44,7 +44,7 @@ pub struct Receiver {
 impl Receiver {
     /// The next byte; gives what it completes. `$` is never part of a packet: one that was cut
     /// off is forgotten. Between packets what means nothing is ignored.
-    pub fn push(&mut self, byte: u8) -> Option<Heard> {
+    pub fn push(&mut self, byte: u8) -> Option<PacketEvent> {
         if byte == b'$' {
             *self = Self {
                 place: Place::Contents,
@@ -53,8 +53,8 @@ impl Receiver {
             return None;
         }
         match (self.place, byte) {
-            (Place::Between, 0x03) => return Some(Heard::Interrupt),
-            (Place::Between, b'-') => return Some(Heard::Again),
+            (Place::Between, 0x03) => return Some(PacketEvent::Interrupt),
+            (Place::Between, b'-') => return Some(PacketEvent::Again),
             (Place::Between, _) => {}
             (Place::Contents, b'#') => self.place = Place::Sum,
             (Place::Contents, _) => {
@@ -70,14 +70,14 @@ impl Receiver {
         None
     }
 
-    fn end(&mut self, high: u8, low: u8) -> Heard {
+    fn end(&mut self, high: u8, low: u8) -> PacketEvent {
         let ended = std::mem::take(self);
         if number(&[high, low]) != Some(ended.sum.into()) {
-            return Heard::Damaged;
+            return PacketEvent::Damaged;
         }
         match ended.is_too_long {
-            true => Heard::TooLong,
-            false => Heard::Packet(without_escapes(&ended.contents)),
+            true => PacketEvent::TooLong,
+            false => PacketEvent::Packet(without_escapes(&ended.contents)),
         }
     }
 }
@@ -130,21 +130,21 @@ pub fn number(digits: &[u8]) -> Option<u32> {
 mod tests {
     use super::*;
 
-    fn heard(bytes: &[u8]) -> Vec<Heard> {
+    fn heard(bytes: &[u8]) -> Vec<PacketEvent> {
         let mut receiver = Receiver::default();
         bytes.iter().filter_map(|&b| receiver.push(b)).collect()
     }
 
     #[test]
     fn packets_are_found_between_whatever_stands_there() {
-        let packet = |text: &str| Heard::Packet(text.into());
+        let packet = |text: &str| PacketEvent::Packet(text.into());
         assert_eq!(
             heard(b"+$g#67\x03$?#3f"),
-            [packet("g"), Heard::Interrupt, packet("?")]
+            [packet("g"), PacketEvent::Interrupt, packet("?")]
         );
         assert_eq!(heard(b"no packet }*#00"), []);
-        assert_eq!(heard(b"$g#68$g#6"), [Heard::Damaged]);
-        assert_eq!(heard(b"$g#zz-"), [Heard::Damaged, Heard::Again]);
+        assert_eq!(heard(b"$g#68$g#6"), [PacketEvent::Damaged]);
+        assert_eq!(heard(b"$g#zz-"), [PacketEvent::Damaged, PacketEvent::Again]);
         // Cut off, and begun again.
         assert_eq!(heard(b"$m0800$g#67"), [packet("g")]);
         assert_eq!(heard(b"$m08#$g#67"), [packet("g")]);
@@ -154,17 +154,23 @@ mod tests {
     #[test]
     fn escapes_stand_for_the_bytes_of_the_frame() {
         let packet = framed(b"X0,3:}\x03}\x04}]");
-        assert_eq!(heard(&packet), [Heard::Packet(b"X0,3:#$}".to_vec())]);
+        assert_eq!(heard(&packet), [PacketEvent::Packet(b"X0,3:#$}".to_vec())]);
         // An interrupt's byte in a packet is data.
-        assert_eq!(heard(&framed(b"X\x03")), [Heard::Packet(b"X\x03".to_vec())]);
+        assert_eq!(
+            heard(&framed(b"X\x03")),
+            [PacketEvent::Packet(b"X\x03".to_vec())]
+        );
     }
 
     #[test]
     fn a_packet_beyond_the_longest_is_told_as_such() {
         let longest = vec![b'a'; LONGEST];
-        assert_eq!(heard(&framed(&longest)), [Heard::Packet(longest.clone())]);
+        assert_eq!(
+            heard(&framed(&longest)),
+            [PacketEvent::Packet(longest.clone())]
+        );
         let longer = framed(&[&longest[..], b"a"].concat());
-        assert_eq!(heard(&longer), [Heard::TooLong]);
+        assert_eq!(heard(&longer), [PacketEvent::TooLong]);
         assert_eq!(heard(&[&longer[..], b"$g#67"].concat()).len(), 2);
     }
 

@@ -5,9 +5,9 @@
 //! 8.1). Software breakpoints cost nothing: no instruction is replaced, so that flash may have
 //! any number, as probes with "flash breakpoints" offer it.
 
-use super::refused::Refused;
+use super::refused::GdbRefusal;
 use crate::chip::cpu::Observer;
-use crate::chip::cpu::system::{Compared, System};
+use crate::chip::cpu::system::{System, WatchedAccess};
 
 /// Comparators of the FPB for instructions (TRM 9.1).
 const HARDWARE: usize = 6;
@@ -19,7 +19,7 @@ const WIDEST: u32 = 15;
 
 /// What sets a breakpoint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum By {
+pub enum StopReason {
     /// `Z0`.
     Software,
     /// `Z1`.
@@ -29,7 +29,7 @@ pub enum By {
 /// Where the core stops, and how it was let go last.
 #[derive(Clone, Debug, Default)]
 pub struct Points {
-    at: Vec<(u32, By)>,
+    at: Vec<(u32, StopReason)>,
     /// It was let go and has not run an instruction since: a breakpoint where
     /// it stands is the one that it stopped at.
     pub(super) leaves: bool,
@@ -47,29 +47,33 @@ impl Points {
     ///
     /// # Errors
     /// Hardware breakpoints: there are six, for code.
-    pub fn add(&mut self, address: u32, by: By) -> Result<(), Refused> {
+    pub fn add(&mut self, address: u32, by: StopReason) -> Result<(), GdbRefusal> {
         let point = (address & !1, by);
         if self.at.contains(&point) {
             return Ok(());
         }
-        let is_hardware = |point: &&(u32, By)| point.1 == By::Hardware;
-        if by == By::Hardware && address >= CODE_END {
-            return Err(Refused::Address("the FPB sees code below 0x20000000 only"));
+        let is_hardware = |point: &&(u32, StopReason)| point.1 == StopReason::Hardware;
+        if by == StopReason::Hardware && address >= CODE_END {
+            return Err(GdbRefusal::Address(
+                "the FPB sees code below 0x20000000 only",
+            ));
         }
-        if by == By::Hardware && self.at.iter().filter(is_hardware).count() == HARDWARE {
-            return Err(Refused::Full("all six breakpoint comparators are in use"));
+        if by == StopReason::Hardware && self.at.iter().filter(is_hardware).count() == HARDWARE {
+            return Err(GdbRefusal::Full(
+                "all six breakpoint comparators are in use",
+            ));
         }
         self.at.push(point);
         Ok(())
     }
 
     /// Removes it, if it is set.
-    pub fn remove(&mut self, address: u32, by: By) {
+    pub fn remove(&mut self, address: u32, by: StopReason) {
         self.at.retain(|&point| point != (address & !1, by));
     }
 
     /// What set the breakpoint at `address`.
-    pub fn at(&self, address: u32) -> Option<By> {
+    pub fn at(&self, address: u32) -> Option<StopReason> {
         let found = self.at.iter().find(|point| point.0 == address);
         found.map(|point| point.1)
     }
@@ -85,10 +89,15 @@ impl Points {
 ///
 /// # Errors
 /// Not so many are free.
-pub fn watch(system: &mut System, address: u32, bytes: u32, what: Compared) -> Result<(), Refused> {
+pub fn watch(
+    system: &mut System,
+    address: u32,
+    bytes: u32,
+    what: WatchedAccess,
+) -> Result<(), GdbRefusal> {
     match system.compare(&parts(address, bytes)?, what) {
         true => Ok(()),
-        false => Err(Refused::Full(
+        false => Err(GdbRefusal::Full(
             "not enough of the four DWT comparators are free",
         )),
     }
@@ -102,18 +111,18 @@ pub fn unwatch(
     system: &mut System,
     address: u32,
     bytes: u32,
-    what: Compared,
-) -> Result<(), Refused> {
+    what: WatchedAccess,
+) -> Result<(), GdbRefusal> {
     system.compare_no_more(&parts(address, bytes)?, what);
     Ok(())
 }
 
 /// What each comparator covers, address and log2 of bytes: a power of two, aligned to it. More
 /// than there are comparators stand for too many.
-fn parts(address: u32, bytes: u32) -> Result<Vec<(u32, u32)>, Refused> {
-    let last = bytes.checked_sub(1).ok_or(Refused::Malformed)?;
+fn parts(address: u32, bytes: u32) -> Result<Vec<(u32, u32)>, GdbRefusal> {
+    let last = bytes.checked_sub(1).ok_or(GdbRefusal::Malformed)?;
     let last = address.checked_add(last);
-    let last = last.ok_or(Refused::Address("memory ends before that"))?;
+    let last = last.ok_or(GdbRefusal::Address("memory ends before that"))?;
     let (mut from, mut parts) = (address, Vec::new());
     while parts.len() <= System::COMPARATORS {
         let log2 = from.trailing_zeros().min(WIDEST);
@@ -154,7 +163,7 @@ mod tests {
             assert_eq!(parts(address, bytes), Ok(wanted), "{address:#x} {bytes}");
         }
         assert_eq!(parts(0, u32::MAX).unwrap().len(), System::COMPARATORS + 1);
-        assert_eq!(parts(0, 0), Err(Refused::Malformed));
+        assert_eq!(parts(0, 0), Err(GdbRefusal::Malformed));
         assert!(parts(u32::MAX, 2).is_err());
     }
 
@@ -162,27 +171,31 @@ mod tests {
     fn there_are_six_hardware_breakpoints_for_code_and_any_number_of_others() {
         let mut points = Points::default();
         for n in 0..6 {
-            points.add(0x0800_0000 + 2 * n, By::Hardware).unwrap();
+            points
+                .add(0x0800_0000 + 2 * n, StopReason::Hardware)
+                .unwrap();
         }
-        points.add(0x0800_0001, By::Hardware).unwrap(); // is set already
+        points.add(0x0800_0001, StopReason::Hardware).unwrap(); // is set already
         assert!(matches!(
-            points.add(0x0800_0100, By::Hardware),
-            Err(Refused::Full(_))
+            points.add(0x0800_0100, StopReason::Hardware),
+            Err(GdbRefusal::Full(_))
         ));
         assert!(matches!(
-            points.add(0x2000_0000, By::Hardware),
-            Err(Refused::Address(_))
+            points.add(0x2000_0000, StopReason::Hardware),
+            Err(GdbRefusal::Address(_))
         ));
         for n in 0..100 {
-            points.add(0x0800_1000 + 2 * n, By::Software).unwrap();
+            points
+                .add(0x0800_1000 + 2 * n, StopReason::Software)
+                .unwrap();
         }
-        points.remove(0x0800_0002, By::Hardware);
-        points.remove(0x0800_0002, By::Hardware);
-        points.add(0x0800_0100, By::Hardware).unwrap();
-        assert_eq!(points.at(0x0800_0100), Some(By::Hardware));
+        points.remove(0x0800_0002, StopReason::Hardware);
+        points.remove(0x0800_0002, StopReason::Hardware);
+        points.add(0x0800_0100, StopReason::Hardware).unwrap();
+        assert_eq!(points.at(0x0800_0100), Some(StopReason::Hardware));
         assert_eq!(
             (points.at(0x0800_1000), points.at(0x0800_0002)),
-            (Some(By::Software), None)
+            (Some(StopReason::Software), None)
         );
         assert!(points.stops_before(0x0800_1000) && !points.stops_before(0x0800_0002));
     }

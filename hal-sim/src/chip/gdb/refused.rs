@@ -3,7 +3,7 @@
 /// What a client is told instead of what it wanted: words where it reads them, else a number,
 /// that of the system's error of this kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Refused {
+pub enum GdbRefusal {
     /// It cannot be understood.
     Malformed,
     /// It is longer than qSupported allows.
@@ -14,7 +14,7 @@ pub enum Refused {
     Full(&'static str),
 }
 
-impl Refused {
+impl GdbRefusal {
     /// The packet that says so.
     pub fn answer(self, in_words: bool) -> String {
         let (number, words) = match self {

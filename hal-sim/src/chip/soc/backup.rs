@@ -56,7 +56,7 @@ impl Peripheral for Backup {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::chip::soc::peripheral::Driven;
+    use crate::chip::soc::peripheral::WordAccess;
 
     #[test]
     fn twenty_words_behind_the_write_protection() {

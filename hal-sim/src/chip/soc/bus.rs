@@ -4,12 +4,12 @@ use super::map;
 use super::matrix::{Bridge, Slave};
 use super::rcc::Cause;
 use super::registers::{NOTHING, nobody};
-use super::unheeded::Unheeded;
-use super::watch::First;
+use super::unheeded::IgnoredBits;
+use super::watch::FirstAccess;
 use super::{Peripheral, Soc, exti, playback};
 use crate::chip::Cycle;
 use crate::chip::cpu::Size;
-use crate::chip::cpu::bus::{Bus, Denied, LINE_WORDS, Modelled, Read, Unmodelled};
+use crate::chip::cpu::bus::{AccessError, Bus, LINE_WORDS, Modelled, ReadResult, Unmodelled};
 
 /// First address of SRAM2.
 const SRAM2: u32 = 0x2001_C000;
@@ -29,38 +29,44 @@ mod line {
 
 impl Bus for Soc {
     #[inline]
-    fn read(&mut self, address: u32, size: Size, at: Cycle) -> Result<Read, Denied> {
+    fn read(&mut self, address: u32, size: Size, at: Cycle) -> Result<ReadResult, AccessError> {
         match address >> 24 {
             0x20 => {
-                self.touched(address, size, First::Read);
+                self.touched(address, size, FirstAccess::Read);
                 let wait = self.pass_ram(address, at)?;
                 let value = self.ram.read(address, size).ok_or(NOTHING)?;
-                Ok(Read { value, wait })
+                Ok(ReadResult { value, wait })
             }
             0x08 if address < 0x0810_0000 => self.flash.read(address, size, at),
             0x40..=0xA0 | 0xE0 => {
-                let Read { value, wait } = self.read_register(address, size, at)?;
+                let ReadResult { value, wait } = self.read_register(address, size, at)?;
                 let value = self.unheeded.shown(address, value);
-                Ok(Read { value, wait })
+                Ok(ReadResult { value, wait })
             }
             0x10 => {
                 let value = self.ccm.read(address, size).ok_or(NOTHING)?;
-                Ok(Read { value, wait: 0 })
+                Ok(ReadResult { value, wait: 0 })
             }
             0x00 if address < 0x0010_0000 => self.flash.read(address, size, at),
             0x1F => self
                 .flash
                 .read_information(&self.signature, address, size, at)
-                .ok_or(Denied::Unmodelled(Unmodelled("system memory"))),
+                .ok_or(AccessError::Unmodelled(Unmodelled("system memory"))),
             _ => Err(nobody(address)),
         }
     }
 
     #[inline]
-    fn write(&mut self, address: u32, size: Size, value: u32, at: Cycle) -> Result<u32, Denied> {
+    fn write(
+        &mut self,
+        address: u32,
+        size: Size,
+        value: u32,
+        at: Cycle,
+    ) -> Result<u32, AccessError> {
         match address >> 24 {
             0x20 => {
-                self.touched(address, size, First::Written);
+                self.touched(address, size, FirstAccess::Written);
                 let wait = self.pass_ram(address, at)?;
                 self.ram.write(address, size, value).ok_or(NOTHING)?;
                 Ok(wait)
@@ -100,7 +106,7 @@ impl Bus for Soc {
             && self.ram.write(address, size, value).is_some()
     }
 
-    fn code(&mut self, address: u32) -> Result<u16, Denied> {
+    fn code(&mut self, address: u32) -> Result<u16, AccessError> {
         match address >> 24 {
             0x08 | 0x00 if address & 0x00FF_FFFF < 0x0010_0000 => {
                 Ok(self.flash.peek(address, Size::Half) as u16)
@@ -212,7 +218,7 @@ impl Soc {
     ///
     /// # Errors
     /// What may not be written, or is not modelled.
-    pub fn upset(&mut self, address: u32, bits: u32, at: Cycle) -> Result<(), Denied> {
+    pub fn upset(&mut self, address: u32, bits: u32, at: Cycle) -> Result<(), AccessError> {
         self.advance(at)?;
         if let Some((map::Unit::Playback(playback::Block::Gpio(port)), offset)) = map::find(address)
         {
@@ -245,11 +251,11 @@ impl Soc {
     /// The register at `address` shows `bits` of it the other way from now on, until it is
     /// written; its block does not heed them.
     pub fn show(&mut self, address: u32, bits: u32) {
-        self.unheeded = Unheeded::of(address, bits);
+        self.unheeded = IgnoredBits::of(address, bits);
     }
 
     #[inline]
-    fn touched(&mut self, address: u32, size: Size, first: First) {
+    fn touched(&mut self, address: u32, size: Size, first: FirstAccess) {
         if let Some(watch) = &mut self.watch {
             watch.touch(address, size, first);
         }
@@ -257,7 +263,7 @@ impl Soc {
 
     /// Wait states of an access to SRAM1 or SRAM2.
     #[inline]
-    fn pass_ram(&mut self, address: u32, at: Cycle) -> Result<u32, Denied> {
+    fn pass_ram(&mut self, address: u32, at: Cycle) -> Result<u32, AccessError> {
         let (slave, shared) = if address < SRAM2 {
             (Slave::Sram1, self.shares[0])
         } else {

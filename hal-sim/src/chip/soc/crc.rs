@@ -69,7 +69,7 @@ impl Peripheral for Crc {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::chip::soc::peripheral::Driven;
+    use crate::chip::soc::peripheral::WordAccess;
 
     #[test]
     fn sums_are_those_of_crc_32_mpeg_2() {

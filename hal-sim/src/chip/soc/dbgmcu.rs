@@ -67,7 +67,7 @@ impl Peripheral for Dbgmcu {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::chip::soc::peripheral::Driven;
+    use crate::chip::soc::peripheral::WordAccess;
 
     #[test]
     fn it_names_the_device_and_keeps_its_bits() {

@@ -86,7 +86,7 @@ impl Peripheral for Exti {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::chip::soc::peripheral::Driven;
+    use crate::chip::soc::peripheral::WordAccess;
 
     #[test]
     fn only_selected_edges_are_latched_and_writing_one_clears() {

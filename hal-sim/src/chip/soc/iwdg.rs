@@ -262,7 +262,7 @@ impl Peripheral for Iwdg {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::chip::soc::peripheral::Driven;
+    use crate::chip::soc::peripheral::WordAccess;
 
     const KR: u32 = 0;
     const PR: u32 = 4;

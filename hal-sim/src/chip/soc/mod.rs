@@ -63,7 +63,7 @@ use rcc::{Cause, HSI_HZ, Rcc};
 use spi::Spi;
 use tim11::Tim11;
 use uid::Signature;
-use unheeded::Unheeded;
+use unheeded::IgnoredBits;
 use usart::Usart;
 
 /// LSI, Hz, typical (DS8626: 17–47 kHz).
@@ -105,7 +105,7 @@ pub struct Soc {
     crc: Crc,
     syscfg: Syscfg,
     dbgmcu: Dbgmcu,
-    unheeded: Unheeded,
+    unheeded: IgnoredBits,
     /// Accesses that no block answered, its clock being off: on silicon nobody
     /// would know.
     pub unclocked: u64,
@@ -150,7 +150,7 @@ impl Soc {
             crc: Crc::default(),
             syscfg: Syscfg::default(),
             dbgmcu: Dbgmcu::default(),
-            unheeded: Unheeded::default(),
+            unheeded: IgnoredBits::default(),
             signature: Signature::default(),
             unclocked: 0,
             watch: None,
@@ -190,7 +190,7 @@ impl Soc {
         self.iwdg.reset();
         self.crc = Crc::default();
         self.syscfg = Syscfg::default();
-        self.unheeded = Unheeded::default();
+        self.unheeded = IgnoredBits::default();
         self.shares = [false; 2];
         self.reschedule_at(at);
         Ok(())

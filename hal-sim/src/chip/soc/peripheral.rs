@@ -26,7 +26,7 @@ pub trait Peripheral {
 
 /// A program's accesses to words, which must be modelled.
 #[cfg(test)]
-pub trait Driven: Peripheral {
+pub trait WordAccess: Peripheral {
     /// Writes the register at `offset`.
     fn set(&mut self, offset: u32, value: u32, at: Cycle) {
         self.advance(at).unwrap();
@@ -41,4 +41,4 @@ pub trait Driven: Peripheral {
 }
 
 #[cfg(test)]
-impl<P: Peripheral> Driven for P {}
+impl<P: Peripheral> WordAccess for P {}

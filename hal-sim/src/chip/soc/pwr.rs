@@ -126,7 +126,7 @@ impl Peripheral for Pwr {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::chip::soc::peripheral::Driven;
+    use crate::chip::soc::peripheral::WordAccess;
 
     #[test]
     fn the_supply_watch_has_the_thresholds_and_hysteresis_of_the_data_sheet() {

@@ -9,19 +9,19 @@ pub struct Ram {
     base: u32,
     /// All bytes, for loaders and debuggers.
     pub(crate) bytes: Vec<u8>,
-    stuck: Option<Stuck>,
+    stuck: Option<StuckCell>,
 }
 
 /// A cell that reads the same whatever was written.
 #[derive(Clone, Copy, PartialEq, Debug)]
-struct Stuck {
+struct StuckCell {
     /// Index of its byte.
     at: usize,
     mask: u8,
     is_high: bool,
 }
 
-impl Stuck {
+impl StuckCell {
     /// What is read of `value`, whose lowest byte is byte `at`.
     fn force(self, value: u32, at: usize, size: Size) -> u32 {
         let Some(byte) = self
@@ -53,7 +53,7 @@ impl Ram {
     /// From now on `bit` (0–7) of the byte at `address` reads as 1 or 0 for good; one cell
     /// at a time.
     pub fn stick(&mut self, address: u32, bit: u8, is_high: bool) {
-        self.stuck = Some(Stuck {
+        self.stuck = Some(StuckCell {
             at: address.wrapping_sub(self.base) as usize,
             mask: 1 << bit,
             is_high,
@@ -106,7 +106,7 @@ impl Ram {
     pub fn words(&self, address: u32, words: usize) -> Option<&[[u8; 4]]> {
         let at = address.wrapping_sub(self.base) as usize;
         let bytes = self.bytes.get(at..)?.get(..4 * words)?;
-        let is_stuck = |stuck: Stuck| (at..at + 4 * words).contains(&stuck.at);
+        let is_stuck = |stuck: StuckCell| (at..at + 4 * words).contains(&stuck.at);
         if self.stuck.is_some_and(is_stuck) {
             return None;
         }

@@ -6,21 +6,21 @@ use super::word::part;
 use super::{Peripheral, Soc, playback, width};
 use crate::chip::Cycle;
 use crate::chip::cpu::Size;
-use crate::chip::cpu::bus::{Denied, Modelled, Read, Unmodelled};
+use crate::chip::cpu::bus::{AccessError, Modelled, ReadResult, Unmodelled};
 
 /// An access to AHB2 or to the debug support: the manuals give no wait states.
 const UNSHARED_WAIT: u32 = 0;
 
-const DEBUG_SUPPORT: Denied = Denied::Unmodelled(Unmodelled("this debug register"));
-const UNMODELLED: Denied = Denied::Unmodelled(Unmodelled("this peripheral"));
+const DEBUG_SUPPORT: AccessError = AccessError::Unmodelled(Unmodelled("this debug register"));
+const UNMODELLED: AccessError = AccessError::Unmodelled(Unmodelled("this peripheral"));
 /// Nothing lies there: the bus answers with an error. DS8626 and RM0090 call such
 /// addresses reserved and say no more; AHB's default slave answers so (IHI 0033, 2.4).
-pub(super) const NOTHING: Denied = Denied::Error;
+pub(super) const NOTHING: AccessError = AccessError::Error;
 /// The debug support outside the core: there, but not modelled.
 const DEBUG: std::ops::RangeInclusive<u32> = 0xE004_0000..=0xE00F_FFFF;
 
 /// Why nobody answers at `address`, where no block is that has a clock.
-pub(super) fn nobody(address: u32) -> Denied {
+pub(super) fn nobody(address: u32) -> AccessError {
     match DEBUG.contains(&address) {
         true => DEBUG_SUPPORT,
         false => NOTHING,
@@ -34,10 +34,10 @@ impl Soc {
         address: u32,
         size: Size,
         at: Cycle,
-    ) -> Result<Read, Denied> {
+    ) -> Result<ReadResult, AccessError> {
         let Some((unit, offset)) = map::find(address) else {
             self.find_silent(address)?;
-            return Ok(Read {
+            return Ok(ReadResult {
                 value: 0,
                 wait: UNSHARED_WAIT,
             });
@@ -45,16 +45,17 @@ impl Soc {
         if !self.has_clock(unit, at)? {
             self.unclocked += 1;
             let wait = self.pass_register(unit, at)?;
-            return Ok(Read { value: 0, wait });
+            return Ok(ReadResult { value: 0, wait });
         }
         self.due = at;
         width::check_read(unit, offset, size)?;
         let register = offset & !3;
         if let Unit::Playback(block) = unit {
-            let Read { value, wait } = self.playback.read(block, register, at, &mut self.ram)?;
+            let ReadResult { value, wait } =
+                self.playback.read(block, register, at, &mut self.ram)?;
             self.event = self.event.min(self.playback.next_event());
             let value = part(value, offset, size);
-            return Ok(Read { value, wait });
+            return Ok(ReadResult { value, wait });
         }
         let wait = self.pass_register(unit, at)?;
         let done = at + Cycle::from(wait);
@@ -63,7 +64,7 @@ impl Soc {
         let value = part(unit.read(register, done)?, offset, size);
         let event = unit.next_event();
         self.event = self.event.min(event);
-        Ok(Read { value, wait })
+        Ok(ReadResult { value, wait })
     }
 
     #[inline(never)]
@@ -73,7 +74,7 @@ impl Soc {
         size: Size,
         value: u32,
         at: Cycle,
-    ) -> Result<u32, Denied> {
+    ) -> Result<u32, AccessError> {
         let Some((unit, offset)) = map::find(address) else {
             self.find_silent(address)?;
             return Ok(UNSHARED_WAIT);
@@ -111,7 +112,7 @@ impl Soc {
     }
 
     /// A block that nobody models is silent while its clock is off.
-    fn find_silent(&mut self, address: u32) -> Result<(), Denied> {
+    fn find_silent(&mut self, address: u32) -> Result<(), AccessError> {
         match map::silent(address) {
             Some(clock) if self.rcc.is_set(clock) => Err(UNMODELLED),
             Some(_) => {

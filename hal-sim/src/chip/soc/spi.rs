@@ -235,7 +235,7 @@ impl Peripheral for Spi {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::chip::soc::peripheral::Driven;
+    use crate::chip::soc::peripheral::WordAccess;
 
     const CR1: u32 = 0;
     const SR: u32 = 8;

@@ -47,7 +47,7 @@ impl Peripheral for Syscfg {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::chip::soc::peripheral::Driven;
+    use crate::chip::soc::peripheral::WordAccess;
 
     #[test]
     fn each_line_has_four_bits_for_its_port() {

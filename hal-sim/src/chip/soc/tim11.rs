@@ -215,7 +215,7 @@ impl Peripheral for Tim11 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::chip::soc::peripheral::Driven;
+    use crate::chip::soc::peripheral::WordAccess;
 
     const CR1: u32 = 0x00;
     const SR: u32 = 0x10;

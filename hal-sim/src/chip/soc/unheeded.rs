@@ -3,12 +3,12 @@
 
 /// Which bits of which register; by default none.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub(super) struct Unheeded {
+pub(super) struct IgnoredBits {
     register: u32,
     bits: u32,
 }
 
-impl Unheeded {
+impl IgnoredBits {
     /// Of the register at `register`, a word's address.
     pub const fn of(register: u32, bits: u32) -> Self {
         Self { register, bits }
@@ -39,7 +39,7 @@ mod tests {
 
     #[test]
     fn bits_are_shown_until_their_register_is_written() {
-        let mut unheeded = Unheeded::of(0x4000_0020, 0x0000_0800);
+        let mut unheeded = IgnoredBits::of(0x4000_0020, 0x0000_0800);
         assert_eq!(unheeded.shown(0x4000_0020, 0x0F00), 0x0700);
         assert_eq!(unheeded.shown(0x4000_0021, 0x0F), 0x07);
         assert_eq!(unheeded.shown(0x4000_0024, 0x0F00), 0x0F00);

@@ -259,7 +259,7 @@ impl Peripheral for Usart {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::chip::soc::peripheral::Driven;
+    use crate::chip::soc::peripheral::WordAccess;
 
     const SR: u32 = 0;
     const DR: u32 = 4;

@@ -8,7 +8,7 @@ use std::collections::HashMap;
 
 /// The first access to a byte.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub enum First {
+pub enum FirstAccess {
     /// None came.
     #[default]
     Untouched,
@@ -26,14 +26,14 @@ pub struct Watch {
     /// Words of SRAM in which one may wait, from its first address on: nearly all accesses
     /// are to others.
     words: Vec<bool>,
-    firsts: Vec<First>,
+    firsts: Vec<FirstAccess>,
 }
 
 impl Watch {
     /// Looks at the byte at `address` from now on; gives the number of its answer.
     pub fn look_at(&mut self, address: u32) -> usize {
         let number = self.firsts.len();
-        self.firsts.push(First::Untouched);
+        self.firsts.push(FirstAccess::Untouched);
         self.waiting.entry(address).or_default().push(number);
         let word = Self::word(address);
         if word >= self.words.len() {
@@ -45,7 +45,7 @@ impl Watch {
 
     /// What came first at each, by number, so far.
     #[must_use]
-    pub fn firsts(&self) -> &[First] {
+    pub fn firsts(&self) -> &[FirstAccess] {
         &self.firsts
     }
 
@@ -55,13 +55,13 @@ impl Watch {
 
     /// The core reads or writes, within one word.
     #[inline]
-    pub(super) fn touch(&mut self, address: u32, size: Size, first: First) {
+    pub(super) fn touch(&mut self, address: u32, size: Size, first: FirstAccess) {
         if self.words.get(Self::word(address)) == Some(&true) {
             self.note(address, size, first);
         }
     }
 
-    fn note(&mut self, address: u32, size: Size, first: First) {
+    fn note(&mut self, address: u32, size: Size, first: FirstAccess) {
         for byte in address..address.saturating_add(size.bytes()) {
             if let Some(numbers) = self.waiting.remove(&byte) {
                 numbers
@@ -97,7 +97,12 @@ mod tests {
         soc.read(0x2000_0200, Size::Half, 4).unwrap();
         let firsts = soc.watch.as_ref().unwrap().firsts();
         let told = [read, written, neither, again].map(|index| firsts[index]);
-        let wanted = [First::Read, First::Written, First::Untouched, First::Read];
+        let wanted = [
+            FirstAccess::Read,
+            FirstAccess::Written,
+            FirstAccess::Untouched,
+            FirstAccess::Read,
+        ];
         assert_eq!(told, wanted);
     }
 }

@@ -23,7 +23,7 @@ pub use failure::Failure;
 use crate::chip::Cycle;
 use crate::chip::soc::otg::{Otg, Packet};
 use frame::Frames;
-use port::{Outlook, Port};
+use port::{NextEvents, Port};
 use request::{Control, Request};
 use schedule::{Flight, Pipe};
 use std::collections::VecDeque;
@@ -43,7 +43,7 @@ pub struct Host {
     announced: (Option<u64>, Option<u64>),
     /// Nothing is to be announced before.
     quiet_until: Cycle,
-    outlook: Option<Outlook>,
+    outlook: Option<NextEvents>,
     /// The bus is free from then on.
     free: Cycle,
     flight: Option<Flight>,

@@ -36,7 +36,7 @@ pub enum Port {
 
 /// What comes next as long as nobody touches the device or the host.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Outlook {
+pub struct NextEvents {
     /// [`Otg::changes`] when it was found.
     changes: u64,
     /// Before that, [`Host::advance`] only announces frames.
@@ -94,7 +94,7 @@ impl Host {
         self.announce(to, otg);
         self.now = self.now.max(to);
         let step = self.next_step(otg).unwrap_or(Cycle::MAX);
-        self.outlook = Some(Outlook {
+        self.outlook = Some(NextEvents {
             changes: otg.changes,
             step: step.min(self.next_announcement(otg)),
             event: self.find_event(otg),
@@ -102,7 +102,7 @@ impl Host {
     }
 
     /// What was found last, unless the device changed since.
-    fn outlook(&self, otg: &Otg) -> Option<Outlook> {
+    fn outlook(&self, otg: &Otg) -> Option<NextEvents> {
         self.outlook.filter(|found| found.changes == otg.changes)
     }
 

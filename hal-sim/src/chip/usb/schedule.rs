@@ -9,7 +9,7 @@ use super::line::{self, BETWEEN, HANDSHAKE, SAME_SOURCE, TIME_OUT, TURN_AROUND, 
 use super::request::Stage;
 use super::{Failure, Host};
 use crate::chip::Cycle;
-use crate::chip::soc::otg::{Answer, Otg, Packet, Reply};
+use crate::chip::soc::otg::{Handshake, Otg, Packet, Reply};
 
 /// Tries without an answer until the host gives up (USB 2.0 8.6).
 const TRIES: u8 = 3;
@@ -227,11 +227,11 @@ impl Host {
             None => otg.out(self.address, self.number(kind), &packet),
         };
         let end = match answer {
-            Answer::Silent => self.cycles(TIME_OUT),
+            Handshake::Silent => self.cycles(TIME_OUT),
             _ => self.cycles(TURN_AROUND + HANDSHAKE),
         };
         self.complete(kind, at + end, answer);
-        if answer != Answer::Ack {
+        if answer != Handshake::Ack {
             return;
         }
         if kind == Kind::Out {
@@ -270,12 +270,12 @@ impl Host {
                 });
                 return;
             }
-            Reply::Nak => Answer::Nak,
-            Reply::Stall => Answer::Stall,
-            Reply::Silent => Answer::Silent,
+            Reply::Nak => Handshake::Nak,
+            Reply::Stall => Handshake::Stall,
+            Reply::Silent => Handshake::Silent,
         };
         let end = match answer {
-            Answer::Silent => TIME_OUT,
+            Handshake::Silent => TIME_OUT,
             _ => TURN_AROUND + HANDSHAKE,
         };
         self.complete(kind, at + self.cycles(end), answer);
@@ -283,7 +283,7 @@ impl Host {
 
     fn ack_arrives(&mut self, kind: Kind, packet: Packet, at: Cycle, otg: &mut Otg) {
         otg.acknowledge(self.number(kind), packet.bytes().len());
-        self.complete(kind, at, Answer::Ack);
+        self.complete(kind, at, Handshake::Ack);
         if kind == Kind::Control {
             self.control_data(packet, at);
             return;
@@ -320,11 +320,11 @@ impl Host {
     }
 
     /// A transaction of `kind` is over at `end`; the bus is free a little later.
-    fn complete(&mut self, kind: Kind, end: Cycle, answer: Answer) {
+    fn complete(&mut self, kind: Kind, end: Cycle, answer: Handshake) {
         self.free = end + self.cycles(BETWEEN);
         let free = self.free;
         for other in [Kind::Control, Kind::Out, Kind::In] {
-            let tried_in_vain = other == kind && answer != Answer::Ack;
+            let tried_in_vain = other == kind && answer != Handshake::Ack;
             self.pipe(other).immediate = if tried_in_vain { 0 } else { free };
         }
         if matches!(kind, Kind::Out | Kind::In) {
@@ -333,16 +333,16 @@ impl Host {
         let pipe = self.pipe(kind);
         pipe.eligible = pipe.eligible.max(end);
         match answer {
-            Answer::Silent => {
+            Handshake::Silent => {
                 pipe.silent += 1;
                 if pipe.silent >= TRIES {
                     let what = self.control_name(kind);
                     self.fail(Failure::NoAnswer(what));
                 }
             }
-            Answer::Stall if kind == Kind::Control => self.refused(end),
-            Answer::Stall => self.fail(Failure::Stalled(name(kind))),
-            Answer::Ack | Answer::Nak => pipe.silent = 0,
+            Handshake::Stall if kind == Kind::Control => self.refused(end),
+            Handshake::Stall => self.fail(Failure::Stalled(name(kind))),
+            Handshake::Ack | Handshake::Nak => pipe.silent = 0,
         }
     }
 

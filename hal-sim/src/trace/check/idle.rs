@@ -48,7 +48,7 @@ pub(super) fn judge_groups(
         let mut groups = expected.groups.iter();
         let group = groups.find(|group| group.members.contains(&channel));
         let others = group.map_or_else(Vec::new, |group| pulsing_others(records, group, channel));
-        let bystander = Bystander {
+        let bystander = IdleChannel {
             channel,
             record: &records[usize::from(channel)],
             timed: &timed[usize::from(channel)],
@@ -80,7 +80,7 @@ fn pulsing(pulses: &[Pulse]) -> Vec<Interval> {
 }
 
 /// One channel, and the rest of its group as it sees it.
-struct Bystander<'a> {
+struct IdleChannel<'a> {
     channel: u8,
     record: &'a ChannelRecord,
     timed: &'a [Timed<'a>],
@@ -89,7 +89,7 @@ struct Bystander<'a> {
     horizon_us: u64,
 }
 
-impl Bystander<'_> {
+impl IdleChannel<'_> {
     fn judge(&self, found: &mut Vec<Violation>) {
         let own = pulsing(&self.record.pulses);
         let discharge = self.discharge();

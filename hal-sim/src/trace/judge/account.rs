@@ -106,7 +106,7 @@ pub struct Latched {
 
 /// Everything that ten electrodes saw.
 #[derive(Clone, Debug, Default, Serialize)]
-pub struct Account {
+pub struct OutputJudgement {
     /// What is severe, by time, channel and rule; one entry a channel and rule.
     pub findings: Vec<Finding>,
     /// Pulses that declared faults excuse.
@@ -118,7 +118,7 @@ pub struct Account {
     pub direct_ua: Vec<f64>,
 }
 
-impl Account {
+impl OutputJudgement {
     /// Notes that `rule` was broken.
     pub(super) fn find(&mut self, rule: Rule, channel: u8, t_us: u64, amount: f64, limit: f64) {
         let mut known = self.findings.iter_mut();

@@ -24,7 +24,7 @@ pub(super) struct Sample {
 
 /// The samples of the last second.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Direct {
+pub(super) struct DirectCurrentWindow {
     samples: VecDeque<Sample>,
     /// Excused pulses of the last second: when each was over, and its charge, C.
     excused: Vec<(u64, f64)>,
@@ -32,7 +32,7 @@ pub(super) struct Direct {
     pub last: f64,
 }
 
-impl Direct {
+impl DirectCurrentWindow {
     /// A fault excuses the pulse of this charge, C, that is over at `t_us`.
     pub fn excuse(&mut self, t_us: u64, charge: f64) {
         self.excused.push((t_us, charge));

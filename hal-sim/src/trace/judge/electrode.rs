@@ -1,8 +1,8 @@
 //! One channel from its two lines to its electrode, and the rules on the way.
 
-use super::account::{Account, Latched, Rule, Truncated};
+use super::account::{Latched, OutputJudgement, Rule, Truncated};
 use super::circuit::{Circuit, Path, Source};
-use super::direct::{Direct, Sample};
+use super::direct::{DirectCurrentWindow, Sample};
 use super::pulse::{COMMANDED_US, Phase, Pulse};
 use super::stage::Logic;
 use super::truth::{Channel, Hardware, Stage, Truth};
@@ -46,8 +46,8 @@ pub(super) struct Electrode<'a> {
     /// Pulses begun within the last second.
     begun: VecDeque<u64>,
     passed: f64,
-    direct: Direct,
-    account: Account,
+    direct: DirectCurrentWindow,
+    account: OutputJudgement,
 }
 
 impl<'a> Electrode<'a> {
@@ -71,8 +71,8 @@ impl<'a> Electrode<'a> {
             faults: truth.faults_of(channel).into(),
             begun: VecDeque::new(),
             passed: 0.0,
-            direct: Direct::default(),
-            account: Account::default(),
+            direct: DirectCurrentWindow::default(),
+            account: OutputJudgement::default(),
         }
     }
 
@@ -383,7 +383,7 @@ impl<'a> Electrode<'a> {
 
     /// The recording ends at `end_us`: a phase that it cuts off lasted at least
     /// so long, what its pulse will leave nobody knows.
-    pub fn finish(mut self, end_us: u64) -> Account {
+    pub fn finish(mut self, end_us: u64) -> OutputJudgement {
         self.advance(end_us);
         if self.over_us().is_some_and(|over_us| over_us <= end_us) {
             self.end_pulse(end_us);

@@ -19,9 +19,11 @@ mod pulse;
 mod stage;
 mod truth;
 
-pub use account::{Account, Finding, Latched, Rule, Truncated};
+pub use account::{Finding, Latched, OutputJudgement, Rule, Truncated};
 pub use stage::Cause;
-pub use truth::{Channel, Fault, Hardware, Line, Pump, Quiet, Stage, StageLogic, Stuck, Truth};
+pub use truth::{
+    Channel, Fault, Hardware, Line, Pump, QuietInterval, Stage, StageLogic, StuckLine, Truth,
+};
 
 use super::levels::{CHANNELS, Levels, State};
 use super::record::Trace;
@@ -32,11 +34,11 @@ use serde::Serialize;
 #[derive(Clone, Debug, Serialize)]
 pub struct Verdict {
     /// With everything that docs/hardware.md asks of a stage.
-    pub as_built: Account,
+    pub as_built: OutputJudgement,
     /// Stages that do what two lines say: no one-shot, no interlock, no series
     /// capacitor, no pump, no comparator. What is severe here and not as built,
     /// the hardware saved.
-    pub bare: Account,
+    pub bare: OutputJudgement,
 }
 
 /// The bank of each channel's stage (docs/hardware.md, The banks' comparators).
@@ -110,7 +112,12 @@ fn events(trace: &Trace, pump: &Pump, truth: &Truth, end_us: u64) -> Vec<(u64, E
 }
 
 /// Ten electrodes through all events.
-fn play(events: &[(u64, Event)], truth: &Truth, built: Option<&Hardware>, end_us: u64) -> Account {
+fn play(
+    events: &[(u64, Event)],
+    truth: &Truth,
+    built: Option<&Hardware>,
+    end_us: u64,
+) -> OutputJudgement {
     let mut electrodes: [Electrode<'_>; CHANNELS] =
         std::array::from_fn(|channel| Electrode::new(truth, channel as u8, built));
     for &(t_us, event) in events {
@@ -129,7 +136,7 @@ fn play(events: &[(u64, Event)], truth: &Truth, built: Option<&Hardware>, end_us
             Event::PumpRests => electrodes.iter_mut().for_each(|e| e.pump_rests(t_us)),
         }
     }
-    let mut account = Account::default();
+    let mut account = OutputJudgement::default();
     for electrode in electrodes {
         account.take(electrode.finish(end_us));
     }

@@ -140,7 +140,7 @@ pub enum Line {
 /// A line that no longer arrives at its stage as the pin has it; a fault of
 /// its channel from then on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-pub struct Stuck {
+pub struct StuckLine {
     /// Channel, 0…9.
     pub channel: u8,
     /// Which of its lines.
@@ -162,7 +162,7 @@ pub struct Fault {
 /// A stretch of time in which nothing may be driven, because a stop, a silent
 /// host or a fault came before it by its deadline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-pub struct Quiet {
+pub struct QuietInterval {
     /// The deadline, µs.
     pub from_us: u64,
     /// First instant at which output is allowed again, µs.
@@ -177,11 +177,11 @@ pub struct Truth {
     /// What all stages have.
     pub hardware: Hardware,
     /// Broken lines between pins and stages.
-    pub stuck: Vec<Stuck>,
+    pub stuck: Vec<StuckLine>,
     /// What broke, and when.
     pub faults: Vec<Fault>,
     /// When nothing may be driven.
-    pub quiet: Vec<Quiet>,
+    pub quiet: Vec<QuietInterval>,
 }
 
 impl Default for Truth {

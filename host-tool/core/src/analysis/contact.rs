@@ -16,7 +16,7 @@ const LATE: (f64, f64) = (0.5, 0.75);
 
 /// Visit of the limb to a virtual wall, pre-wall included.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
-pub struct Hit {
+pub struct WallContact {
     /// Start of the hit, s.
     pub at_s: f64,
     /// Length of the hit, s.
@@ -37,7 +37,7 @@ pub struct Hit {
 
 /// Returns the hits of a trial in the order of time; none without a wall. The true angle is used
 /// where it is known, otherwise the sensor's angle.
-pub fn hits(trial: &Trial) -> Vec<Hit> {
+pub fn hits(trial: &Trial) -> Vec<WallContact> {
     let Some(wall) = trial.wall else {
         return Vec::new();
     };
@@ -67,7 +67,7 @@ fn penetration(wall: &WallPlace, sample: &Sample) -> Option<f64> {
 }
 
 /// Computes the hit from sample `first` to sample `last` of the course of penetration.
-fn hit(course: &[(f64, f64)], first: usize, last: usize) -> Hit {
+fn hit(course: &[(f64, f64)], first: usize, last: usize) -> WallContact {
     let visit = &course[first..=last];
     let (at_s, for_s) = (course[first].0, course[last].0 - course[first].0);
     let before = course[..first].iter().rev();
@@ -84,7 +84,7 @@ fn hit(course: &[(f64, f64)], first: usize, last: usize) -> Hit {
     let highest = |depths: &[f64]| depths.iter().copied().fold(f64::MIN, f64::max);
     let lowest = late.iter().copied().fold(f64::MAX, f64::min);
     let depths: Vec<f64> = visit.iter().map(|s| s.1).collect();
-    Hit {
+    WallContact {
         at_s,
         for_s,
         speed_deg_per_s: speed,

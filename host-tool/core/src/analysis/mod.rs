@@ -1,7 +1,7 @@
 //! Metrics computed from a recorded trial, such as how well the joint followed.
 //!
 //! The input is a [`Trial`]. The outputs are the [`Metrics`] of a joint, [`ForceMetrics`], or the
-//! [`Hit`]s of a virtual wall. Every sample counts equally, as in the papers, so samples are
+//! [`WallContact`]s of a virtual wall. Every sample counts equally, as in the papers, so samples are
 //! expected at a steady rate. [`Sparc`], [`matching_error`] and [`SavitzkyGolay`] analyse the path
 //! of a hand, and [`GasExchange`] analyses gas exchange. The data themselves are in `record`,
 //! pictures in `report`, and fits in `identify`.
@@ -16,7 +16,7 @@ mod motion_error;
 mod savitzky_golay;
 mod smoothness;
 
-pub use contact::{Hit, hits};
+pub use contact::{WallContact, hits};
 pub use dose::{ChannelDose, doses};
 pub use force::{ForceMetrics, GapMetrics, force_limiting_share, force_metrics, unpredicted};
 pub use lag::lag_s;
@@ -55,7 +55,7 @@ pub struct Metrics {
 }
 
 /// Sample with both angles, which can be judged.
-struct Judged {
+struct JudgedSample {
     t_s: f64,
     target: f64,
     measured: f64,
@@ -84,7 +84,7 @@ fn judge(trial: &Trial, searches_lag: bool) -> Option<Metrics> {
     let inside = |sample: &Sample| (from_s..=to_s).contains(&sample.t_s);
     // Only a sample with both angles can be judged.
     let both = |s: Sample| {
-        Some(Judged {
+        Some(JudgedSample {
             t_s: s.t_s,
             target: s.target_deg?,
             measured: s.measured_deg?,
@@ -106,7 +106,7 @@ fn judge(trial: &Trial, searches_lag: bool) -> Option<Metrics> {
         return None;
     }
     let search = || {
-        let column = |f: fn(&Judged) -> f64| -> Vec<f64> {
+        let column = |f: fn(&JudgedSample) -> f64| -> Vec<f64> {
             let first = judged().take(LAG_SAMPLES);
             first.map(|sample| f(&sample)).collect()
         };

@@ -1,6 +1,6 @@
 //! Operator that stands in for a person on simulators.
 
-use super::error::Gone;
+use super::error::OperatorLoss;
 use super::{Operator, Order, Phase, Step, View};
 
 /// Operator that follows the instrument and the simulated wearer: it raises when it may, answers as
@@ -43,7 +43,7 @@ impl Auto {
 }
 
 impl Operator for Auto {
-    fn orders(&mut self, view: &View) -> Result<Vec<Order>, Gone> {
+    fn orders(&mut self, view: &View) -> Result<Vec<Order>, OperatorLoss> {
         Ok(Self::decide(view).into_iter().collect())
     }
 }

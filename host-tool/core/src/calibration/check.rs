@@ -4,11 +4,11 @@
 //! once above it, rising until something moves. The lowest level that moved is the threshold found;
 //! it is accepted from one tolerance below the filed threshold on.
 
-use super::conduct::{Desk, Procedure, Spent, conduct};
+use super::conduct::{OperatorStation, Procedure, ProcedureCost, conduct};
 use super::presentation::Presentation;
 use super::{
-    Action, CalibrationError, Entry, Found, Head, Journal, Level, Order, Phase, Plan, Refusal,
-    Step, View,
+    Action, CalibrationError, ElectrodeResult, Entry, Head, Journal, Level, Order, Phase, Plan,
+    Refusal, Step, View,
 };
 use crate::link::Port;
 use crate::session::Unit;
@@ -16,7 +16,7 @@ use crate::wearer::{DriftCheck, Wearer, append};
 use std::path::Path;
 
 /// Parameters of a drift check.
-pub struct Checked<'a> {
+pub struct CheckOrder<'a> {
     /// Path of the wearer file, which is read and appended to.
     pub file: &'a Path,
     /// Largest accepted fall of a threshold, in the channel's unit.
@@ -32,7 +32,7 @@ pub type Drift = DriftCheck;
 struct Checking<'a> {
     plan: Plan,
     expected: Vec<Level>,
-    checked: &'a Checked<'a>,
+    checked: &'a CheckOrder<'a>,
     drifts: Vec<Drift>,
     /// Level given last at this electrode, and the number of levels given so far.
     level: Level,
@@ -183,9 +183,9 @@ impl Procedure for Checking<'_> {
             raise: self.next(),
             top: planned.ceiling,
             question: (self.presentation.has_question).then(|| Step::Threshold.question()),
-            found: Found {
+            found: ElectrodeResult {
                 threshold: self.expected.get(at).copied(),
-                ..Found::default()
+                ..ElectrodeResult::default()
             },
             t_s: t_us as f64 / 1e6,
             ..View::default()
@@ -218,13 +218,13 @@ impl Procedure for Checking<'_> {
 pub fn check<P: Port>(
     port: P,
     wearer: &Wearer,
-    checked: &Checked<'_>,
+    checked: &CheckOrder<'_>,
     journal: &mut Journal,
-    desk: &mut Desk<'_>,
-) -> (Result<(), CalibrationError>, Vec<Drift>, Spent) {
+    desk: &mut OperatorStation<'_>,
+) -> (Result<(), CalibrationError>, Vec<Drift>, ProcedureCost) {
     let plan = match Plan::of(wearer) {
         Ok(plan) => plan,
-        Err(error) => return (Err(error), Vec::new(), Spent::default()),
+        Err(error) => return (Err(error), Vec::new(), ProcedureCost::default()),
     };
     let mut checking = Checking {
         expected: (wearer.electrodes.iter())

@@ -1,9 +1,9 @@
 //! Runs a calibration, from an earlier journal to the wearer file.
 
-use super::conduct::{Desk, Procedure, Spent, conduct};
+use super::conduct::{OperatorStation, Procedure, ProcedureCost, conduct};
 use super::{
-    Action, CalibrationError, Entry, Files, Found, Head, Journal, Machine, Order, Plan, Refusal,
-    View, setup, worn,
+    Action, CalibrationError, ElectrodeResult, Entry, Files, Head, Journal, Machine, Order, Plan,
+    Refusal, View, setup, worn,
 };
 use crate::link::Port;
 use crate::wearer::Wearer;
@@ -92,11 +92,15 @@ pub fn calibrate<P: Port>(
     port: P,
     course: &Course<'_>,
     journal: &mut Journal,
-    desk: &mut Desk<'_>,
-) -> (Result<Vec<Found>, CalibrationError>, Spent, Option<P>) {
+    desk: &mut OperatorStation<'_>,
+) -> (
+    Result<Vec<ElectrodeResult>, CalibrationError>,
+    ProcedureCost,
+    Option<P>,
+) {
     let sessions = match setup::sessions(course.plan) {
         Ok(sessions) => sessions,
-        Err(error) => return (Err(error), Spent::default(), Some(port)),
+        Err(error) => return (Err(error), ProcedureCost::default(), Some(port)),
     };
     let limits = sessions
         .first()
@@ -104,7 +108,7 @@ pub fn calibrate<P: Port>(
         .unwrap_or_default();
     let plan = course.plan;
     if let Err(error) = worn::rehearse(plan, course.head, limits) {
-        return (Err(error), Spent::default(), Some(port));
+        return (Err(error), ProcedureCost::default(), Some(port));
     }
     let mut writing = Writing {
         machine: Machine::new(plan.clone(), course.before),

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 /// Reason why an operator sends no more orders.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
-pub enum Gone {
+pub enum OperatorLoss {
     /// The input has ended, so that no order can arrive.
     #[error("the input has ended")]
     Ended,
@@ -97,7 +97,7 @@ pub enum CalibrationError {
     Aborted(String),
     /// The operator sends no more orders: reason and place (E684).
     #[error("E684 nobody orders any more ({0}) at {1}; go on with --resume")]
-    Gone(Gone, String),
+    Gone(OperatorLoss, String),
     /// The text to be written is not a valid wearer file (E687).
     #[error("E687 what is to be written to {0} is no wearer file: {1}")]
     Wrong(PathBuf, String),

@@ -15,7 +15,7 @@ pub enum Value {
 
 /// Results at one electrode, complete or not.
 #[derive(Clone, PartialEq, Debug, Default, Serialize)]
-pub struct Found {
+pub struct ElectrodeResult {
     /// Level at which the placement was confirmed.
     pub placement: Option<Level>,
     /// Motor threshold, in the channel's unit.
@@ -32,7 +32,7 @@ pub struct Found {
     pub is_skipped: bool,
 }
 
-impl Found {
+impl ElectrodeResult {
     /// Returns the first step without a result; `None` if the electrode is done or left out.
     #[must_use]
     pub fn step(&self) -> Option<Step> {
@@ -133,7 +133,7 @@ mod tests {
 
     #[test]
     fn results_out_of_order_are_refused_by_name() {
-        let mut found = Found::default();
+        let mut found = ElectrodeResult::default();
         found.take(Step::Placement, &level(8.0)).unwrap();
         found.take(Step::Threshold, &level(9.0)).unwrap();
         let told = |result: Result<(), Refusal>| result.unwrap_err().to_string();

@@ -28,7 +28,7 @@ const DETECTOR: Detector = Detector {
 
 /// Verdict on whether a presentation moved anything.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
-pub struct Judged {
+pub struct MovementVerdict {
     /// Whether something moved.
     pub moved: bool,
     /// Largest lasting distance from rest, N.
@@ -97,7 +97,7 @@ impl Instrument {
     ///
     /// # Errors
     /// The instrument saturates, or is mounted with the wrong sign.
-    pub fn judge(&mut self) -> Result<Option<Judged>, CalibrationError> {
+    pub fn judge(&mut self) -> Result<Option<MovementVerdict>, CalibrationError> {
         let baseline = self.baseline.make_contiguous();
         let is_enough = |count: usize, of: u32| count >= of as usize;
         if !is_enough(baseline.len(), DETECTOR.baseline)
@@ -119,7 +119,7 @@ impl Instrument {
                 ));
             }
         }
-        Ok(Some(Judged {
+        Ok(Some(MovementVerdict {
             moved: verdict.is_movement(),
             deviation_n: verdict.deviation,
             bound_n: verdict.bound,
@@ -137,7 +137,7 @@ mod tests {
         seed: u64,
         noise_n: f64,
         force: impl Fn(f64) -> f64,
-    ) -> Result<Option<Judged>, CalibrationError> {
+    ) -> Result<Option<MovementVerdict>, CalibrationError> {
         let mut instrument = Instrument::default();
         for i in 0..200_u64 {
             let noise = noise_n * standard_normal(seed, i);

@@ -192,7 +192,7 @@ impl Journal {
     pub fn open(
         files: &dyn Files,
         path: &Path,
-        kept: Option<&Kept>,
+        kept: Option<&JournalContents>,
     ) -> Result<Self, CalibrationError> {
         let out = files.append(path);
         let out = out.map_err(|why| CalibrationError::Closed(path.to_owned(), why))?;
@@ -254,7 +254,7 @@ pub fn is_begun(path: &Path) -> io::Result<bool> {
 
 /// Content of a journal.
 #[derive(Clone, PartialEq, Debug)]
-pub struct Kept {
+pub struct JournalContents {
     /// Head with which the journal began.
     pub head: Head,
     /// All entries, including the entry of the head.
@@ -269,7 +269,7 @@ pub struct Kept {
 ///
 /// # Errors
 /// The file cannot be read, has a later format, or is damaged.
-pub fn read(path: &Path) -> Result<Kept, CalibrationError> {
+pub fn read(path: &Path) -> Result<JournalContents, CalibrationError> {
     let unusable = |why: String| CalibrationError::NotResumable(path.to_owned(), why);
     let text = input::read(path, input::LONGEST_DOCUMENT).map_err(|why| {
         unusable(match why.kind() {
@@ -302,7 +302,7 @@ pub fn read(path: &Path) -> Result<Kept, CalibrationError> {
 ///
 /// # Errors
 /// The bytes are damaged; the error names the line and the reason.
-pub fn kept(path: &Path, text: &[u8]) -> Result<Kept, CalibrationError> {
+pub fn kept(path: &Path, text: &[u8]) -> Result<JournalContents, CalibrationError> {
     let damaged = |line: usize, why: &str| {
         CalibrationError::Damaged(path.to_owned(), line, crate::session::visible(why))
     };
@@ -331,7 +331,7 @@ pub fn kept(path: &Path, text: &[u8]) -> Result<Kept, CalibrationError> {
     let Some(Entry::Begun(head)) = entries.first().cloned() else {
         return Err(damaged(1, "it does not say whose it is"));
     };
-    Ok(Kept {
+    Ok(JournalContents {
         head,
         entries,
         whole,

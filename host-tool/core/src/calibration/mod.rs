@@ -29,21 +29,23 @@ mod view;
 mod worn;
 
 pub use auto::Auto;
-pub use check::{Checked, Drift, check};
-pub use conduct::{Desk, Spent};
+pub use check::{CheckOrder, Drift, check};
+pub use conduct::{OperatorStation, ProcedureCost};
 pub use course::{Course, calibrate};
-pub use error::{CalibrationError, Gone};
-pub use found::{Found, Value};
+pub use error::{CalibrationError, OperatorLoss};
+pub use found::{ElectrodeResult, Value};
 pub use head::Head;
-pub use instrument::Judged;
-pub use journal::{Entry, Files, Journal, Kept, OnDisk, is_begun, journal_of, kept, read};
+pub use instrument::MovementVerdict;
+pub use journal::{
+    Entry, Files, Journal, JournalContents, OnDisk, is_begun, journal_of, kept, read,
+};
 pub use level::Level;
 pub use machine::{Action, Machine};
-pub use operator::{Operator, Told};
+pub use operator::{Operator, OperatorNotice};
 pub use order::{Order, OrderError, Refusal};
-pub use plan::{HOST_TIMEOUT_MS, Plan, Planned};
+pub use plan::{HOST_TIMEOUT_MS, Plan, PlannedElectrode};
 pub use setup::board;
 pub use step::Step;
-pub use unread::Unread;
+pub use unread::PartialLine;
 pub use view::{Phase, View};
 pub use worn::rehearse;

@@ -1,11 +1,11 @@
 //! Operators: a person at a terminal, another program, or a stand-in on a simulator.
 
-use super::error::Gone;
+use super::error::OperatorLoss;
 use super::{Entry, Order, Refusal, View};
 
 /// Message to an operator, in addition to the view.
 #[derive(Clone, Copy, Debug)]
-pub enum Told<'a> {
+pub enum OperatorNotice<'a> {
     /// An entry was recorded in the journal.
     Recorded(&'a Entry),
     /// An order was not carried out, or its consequence is not possible.
@@ -22,18 +22,18 @@ pub trait Operator {
     ///
     /// # Errors
     /// Nobody can order any more.
-    fn orders(&mut self, view: &View) -> Result<Vec<Order>, Gone>;
+    fn orders(&mut self, view: &View) -> Result<Vec<Order>, OperatorLoss>;
 
     /// Receives a message.
-    fn tell(&mut self, _told: Told<'_>, _view: &View) {}
+    fn tell(&mut self, _told: OperatorNotice<'_>, _view: &View) {}
 }
 
 impl<O: Operator + ?Sized> Operator for &mut O {
-    fn orders(&mut self, view: &View) -> Result<Vec<Order>, Gone> {
+    fn orders(&mut self, view: &View) -> Result<Vec<Order>, OperatorLoss> {
         (**self).orders(view)
     }
 
-    fn tell(&mut self, told: Told<'_>, view: &View) {
+    fn tell(&mut self, told: OperatorNotice<'_>, view: &View) {
         (**self).tell(told, view);
     }
 }

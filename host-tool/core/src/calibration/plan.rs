@@ -25,7 +25,7 @@ const RISE_MS: i64 = 200;
 
 /// Electrode of the plan.
 #[derive(Clone, PartialEq, Debug)]
-pub struct Planned {
+pub struct PlannedElectrode {
     /// Channel of the electrode, counted from 1.
     pub channel: u8,
     /// Place on the body, in words.
@@ -63,7 +63,7 @@ pub struct Plan {
     /// Rest after a presentation, ms.
     pub off_ms: u32,
     /// Electrodes in the order of their calibration, one to ten.
-    pub electrodes: Vec<Planned>,
+    pub electrodes: Vec<PlannedElectrode>,
 }
 
 #[derive(Deserialize)]
@@ -77,7 +77,7 @@ struct File {
     #[serde(default = "one")]
     off_s: f64,
     #[serde(default, rename = "electrode")]
-    electrodes: Vec<Declared>,
+    electrodes: Vec<ElectrodeDeclaration>,
 }
 
 const fn one() -> f64 {
@@ -87,7 +87,7 @@ const fn one() -> f64 {
 /// Table `[[electrode]]` as the file contains it.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Declared {
+struct ElectrodeDeclaration {
     channel: u8,
     place: String,
     #[serde(default = "area")]
@@ -187,7 +187,7 @@ impl Plan {
             });
             let [start, step, coarse] =
                 usual(electrode.unit).map(|units| Level::of(units).unwrap_or_default());
-            Planned {
+            PlannedElectrode {
                 channel: electrode.channel,
                 place: electrode.place.clone(),
                 area_mm2: electrode.area_mm2,
@@ -307,7 +307,7 @@ fn wearer_limits(wearer: &Wearer) -> Result<Table, String> {
     Ok(limits.cloned().unwrap_or_default())
 }
 
-fn planned(declaration: Declared, told: &mut Vec<String>) -> Option<Planned> {
+fn planned(declaration: ElectrodeDeclaration, told: &mut Vec<String>) -> Option<PlannedElectrode> {
     let before = told.len();
     let channel = declaration.channel;
     let stage = match declaration.stage {
@@ -331,7 +331,7 @@ fn planned(declaration: Declared, told: &mut Vec<String>) -> Option<Planned> {
         level("coarse", declaration.coarse.unwrap_or(coarse)),
         level("ceiling", declaration.ceiling),
     ];
-    let planned = Planned {
+    let planned = PlannedElectrode {
         channel,
         place: declaration.place,
         area_mm2: declaration.area_mm2,
@@ -350,7 +350,7 @@ fn planned(declaration: Declared, told: &mut Vec<String>) -> Option<Planned> {
     (told.len() == before).then_some(planned)
 }
 
-fn fits(plan: &Planned, told: &mut Vec<String>) {
+fn fits(plan: &PlannedElectrode, told: &mut Vec<String>) {
     let channel = plan.channel;
     let mut say = |what: String| told.push(format!("channel {channel}: {what}"));
     if !(1..=10).contains(&channel) {

@@ -1,6 +1,6 @@
 //! Builds the device's setup for one electrode: an ordinary session with one channel.
 
-use super::{CalibrationError, Plan, Planned};
+use super::{CalibrationError, Plan, PlannedElectrode};
 use crate::run::worn_alike;
 use crate::session::{Session, Unit};
 use toml::{Table, Value};
@@ -43,7 +43,7 @@ pub fn board(plan: &Plan) -> Result<Session, CalibrationError> {
 }
 
 /// Returns the text of the session file for an electrode.
-fn text(plan: &Plan, planned: &Planned) -> String {
+fn text(plan: &Plan, planned: &PlannedElectrode) -> String {
     let (kind, full_scale) = match planned.stage {
         Unit::Milliampere => ("current", "full_scale_ma"),
         Unit::Volt => ("voltage", "full_scale_v"),

@@ -5,12 +5,12 @@ const LONGEST: usize = 16_384;
 
 /// Received part of an unfinished line.
 #[derive(Debug, Default)]
-pub struct Unread {
+pub struct PartialLine {
     bytes: Vec<u8>,
     is_long: bool,
 }
 
-impl Unread {
+impl PartialLine {
     /// Returns the lines that end in `bytes`, whatever they contain; with `is_last` also the
     /// unfinished rest. A line that is too long is cut, and ends in a character that makes it an
     /// invalid order.
@@ -46,7 +46,7 @@ mod tests {
 
     #[test]
     fn every_line_is_read_whatever_is_in_it() {
-        let mut unread = Unread::default();
+        let mut unread = PartialLine::default();
         let long = format!("{{\"order\":\"raise\"}}{}", " ".repeat(40_000));
         let text = format!("one\n\u{fffd}\n{long}\nla");
         let lines = unread.lines(text.as_bytes(), false);

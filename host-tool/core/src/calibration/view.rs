@@ -1,6 +1,6 @@
 //! The operator's view of a calibration.
 
-use super::{Found, Judged, Level, Step};
+use super::{ElectrodeResult, Level, MovementVerdict, Step};
 use serde::Serialize;
 
 /// Phase of the present presentation.
@@ -52,14 +52,14 @@ pub struct View {
     /// Whether something moved once, so that the same level must be given again to confirm.
     pub confirms: bool,
     /// Results at this electrode so far.
-    pub found: Found,
+    pub found: ElectrodeResult,
     /// Reading of the instrument, N; `None` without an instrument.
     pub reading_n: Option<f64>,
     /// Whether the instrument has been read at rest for long enough; also true without an
     /// instrument.
     pub is_rested: bool,
     /// Instrument's verdict on the last presentation.
-    pub judged: Option<Judged>,
+    pub judged: Option<MovementVerdict>,
     /// Movements of a simulated wearer that were visible in the last presentation.
     pub moving: Vec<&'static str>,
     /// Whether a simulated wearer complains that the level is too much.

@@ -1,6 +1,6 @@
 //! Turns the results of a calibration into a wearer file.
 
-use super::{CalibrationError, Entry, Files, Found, Head, Plan, Planned, Step};
+use super::{CalibrationError, ElectrodeResult, Entry, Files, Head, Plan, PlannedElectrode, Step};
 use crate::wearer::{Electrode, Evidence, History, Wearer};
 use firmware::safety::WearerSpec;
 use firmware::units::Amplitude;
@@ -41,7 +41,7 @@ pub fn wearer(
     before: &[Entry],
     head: &Head,
     limits: WearerSpec,
-    found: &[Found],
+    found: &[ElectrodeResult],
 ) -> Wearer {
     let evidence = match head.simulated {
         true => Evidence::Simulated,
@@ -68,7 +68,7 @@ pub fn wearer(
 
 /// Returns the electrode as the wearer file has it; `None` if it was left out or
 /// a step has no result.
-fn electrode(planned: &Planned, found: &Found) -> Option<Electrode> {
+fn electrode(planned: &PlannedElectrode, found: &ElectrodeResult) -> Option<Electrode> {
     if !found.is_complete() {
         return None;
     }
@@ -94,7 +94,7 @@ fn electrode(planned: &Planned, found: &Found) -> Option<Electrode> {
 }
 
 /// Returns the history entry of an electrode that was calibrated under `head`.
-fn history(planned: &Planned, head: &Head) -> History {
+fn history(planned: &PlannedElectrode, head: &Head) -> History {
     History {
         at: head.at.clone(),
         by: head.operator.clone(),
@@ -115,7 +115,7 @@ fn history(planned: &Planned, head: &Head) -> History {
 /// # Errors
 /// [`CalibrationError::Plan`] with every reason for which the file would be refused.
 pub fn rehearse(plan: &Plan, head: &Head, limits: WearerSpec) -> Result<(), CalibrationError> {
-    let results = plan.electrodes.iter().map(|planned| Found {
+    let results = plan.electrodes.iter().map(|planned| ElectrodeResult {
         placement: Some(planned.start),
         threshold: Some(planned.start),
         limit: Some(planned.ceiling),
@@ -124,7 +124,7 @@ pub fn rehearse(plan: &Plan, head: &Head, limits: WearerSpec) -> Result<(), Cali
         moves: Some(Vec::new()),
         is_skipped: false,
     });
-    let found: Vec<Found> = results.collect();
+    let found: Vec<ElectrodeResult> = results.collect();
     let text = wearer(plan, &[], head, limits, &found).to_toml();
     let read = Wearer::parse("its wearer file", &text);
     read.map(drop)

@@ -2,7 +2,7 @@
 //! the period of telemetry, and the simulated finger's step. Each is found by playing the session
 //! with it.
 
-use super::play::{Unplayed, trial};
+use super::play::{PlayError, trial};
 use crate::analysis::limit_cycles;
 use crate::record::{Sample, Samples};
 use crate::session::{BodySpec, Session};
@@ -50,8 +50,8 @@ pub fn coarsest(tried: &[Effect], tolerance: f64) -> Option<Effect> {
 /// Tries the settings on the first `length_us` of `session`.
 ///
 /// # Errors
-/// Returns [`Unplayed`] if the session cannot be played.
-pub(super) fn tried(session: &Session, length_us: u64, seed: u64) -> Result<Fidelity, Unplayed> {
+/// Returns [`PlayError`] if the session cannot be played.
+pub(super) fn tried(session: &Session, length_us: u64, seed: u64) -> Result<Fidelity, PlayError> {
     let mut finest = session.clone();
     finest.duration_us = length_us;
     let mut dense = finest.clone();
@@ -72,7 +72,7 @@ pub(super) fn tried(session: &Session, length_us: u64, seed: u64) -> Result<Fide
             };
             Ok((*us, error))
         });
-        errors.collect::<Result<Vec<_>, Unplayed>>()
+        errors.collect::<Result<Vec<_>, PlayError>>()
     };
     if let Some(joint) = session.joint.as_ref().filter(|_| session.law_is_free) {
         let all = LAW_PERIODS_MS.into_iter().filter_map(|ms| {

@@ -16,9 +16,9 @@ mod tried;
 
 pub use cost::{Cycles, cycles, rungs};
 pub use fidelity::{Effect, Fidelity, coarsest};
-pub use play::{Played, Pulse, Unplayed, fatigue, forces};
+pub use play::{PlayError, PlayedSession, Pulse, fatigue, forces};
 pub use stream::streaming;
-pub use tried::{Tried, Uses};
+pub use tried::{LevelResult, ModelUses};
 
 use crate::record::Trial;
 use crate::session::{BodySpec, Model, Muscle, Session, Share, rung_name};
@@ -34,14 +34,14 @@ pub struct Need {
     /// Index of the channel in [`Session::channels`].
     pub place: usize,
     /// Outputs of the model that the session uses.
-    pub uses: Uses,
+    pub uses: ModelUses,
     /// Cheapest model level within the tolerance; `None` if no level is.
     pub enough: Option<Rung>,
     /// Model level that the muscle gets: the level in the file, or the cheapest level within the
     /// tolerance, or else the most accurate.
     pub rung: Rung,
     /// Results of each model level that the muscle allows, the most detailed last.
-    pub tried: Vec<Tried>,
+    pub tried: Vec<LevelResult>,
     /// Error of the outputs in use when all channels have the levels that they get.
     pub together: f64,
     /// Whether the muscle got a more detailed level than it needs by itself, because the levels
@@ -81,7 +81,7 @@ pub struct Choice {
 pub enum ChoiceError {
     /// The session could not be played (E552).
     #[error("E552 the session cannot be tried: {0}")]
-    Unplayed(Unplayed),
+    Unplayed(PlayError),
     /// No model level is within the tolerance (E553).
     #[error(
         "E553 channel {channel}: no model is within a tolerance of {tolerance}: the least possible here is \
@@ -99,8 +99,8 @@ pub enum ChoiceError {
     },
 }
 
-impl From<Unplayed> for ChoiceError {
-    fn from(why: Unplayed) -> Self {
+impl From<PlayError> for ChoiceError {
+    fn from(why: PlayError) -> Self {
         Self::Unplayed(why)
     }
 }

@@ -7,11 +7,11 @@ use crate::run::{DeviceName, OpenError, Outcome, RunError, SessionFile, run};
 use crate::session::{Channel, Muscle, Session};
 use firmware::muscle::{CalciumForceSpec, FatigueSpec};
 use hal_sim::body::muscle::Parameters;
-use hal_sim::body::muscle::tiring::{Fatigue, Tiring};
+use hal_sim::body::muscle::tiring::{Fatigue, FatiguingMuscle};
 
 /// Reason why a session could not be played.
 #[derive(Debug, thiserror::Error)]
-pub enum Unplayed {
+pub enum PlayError {
     /// The simulated wearer could not be created.
     #[error(transparent)]
     Open(#[from] OpenError),
@@ -24,7 +24,7 @@ pub enum Unplayed {
 pub type Pulse = (u64, f64);
 
 /// Output of the device in a played session.
-pub struct Played {
+pub struct PlayedSession {
     /// Pulses that reach each channel's muscle, by channel of the session; empty for a channel
     /// without a muscle.
     pub pulses: Vec<Vec<Pulse>>,
@@ -35,7 +35,7 @@ pub struct Played {
 }
 
 /// Plays `session` and returns its recorded trial.
-pub(super) fn trial(session: &Session, seed: u64) -> Result<Trial, Unplayed> {
+pub(super) fn trial(session: &Session, seed: u64) -> Result<Trial, PlayError> {
     Ok(played(session, seed)?.0.trial)
 }
 
@@ -45,7 +45,7 @@ pub(super) fn told(forces_n: &[Option<f64>], muscle: usize) -> f64 {
 }
 
 /// Plays `session` in memory to its end.
-fn played(session: &Session, seed: u64) -> Result<(Outcome, Option<Box<dyn Port>>), Unplayed> {
+fn played(session: &Session, seed: u64) -> Result<(Outcome, Option<Box<dyn Port>>), PlayError> {
     let file = SessionFile {
         name: String::new(),
         text: String::new(),
@@ -59,12 +59,12 @@ fn played(session: &Session, seed: u64) -> Result<(Outcome, Option<Box<dyn Port>
     }
 }
 
-impl Played {
+impl PlayedSession {
     /// Plays `session` on a wearer with this seed.
     ///
     /// # Errors
-    /// Returns [`Unplayed`] if the session cannot be played.
-    pub fn of(session: &Session, seed: u64) -> Result<Self, Unplayed> {
+    /// Returns [`PlayError`] if the session cannot be played.
+    pub fn of(session: &Session, seed: u64) -> Result<Self, PlayError> {
         let (outcome, mut port) = played(session, seed)?;
         let world = port.as_mut().and_then(|port| port.world());
         let epoch = outcome.epoch_us.unwrap_or(0); // it ran to its end
@@ -112,10 +112,10 @@ fn gain(channel: &Channel, code: u16) -> Option<f64> {
 /// (2) to (4) of Lee 2020 and those of Ding 2003, in f64, and shares no code with the device.
 pub fn forces(muscle: &Muscle, pulses: &[Pulse], times_us: impl Iterator<Item = u64>) -> Vec<f64> {
     let tires = muscle.fatigue.as_ref().map_or(Fatigue::NEVER, fatigue);
-    let mut truth = Tiring::new(parameters(muscle), tires);
+    let mut truth = FatiguingMuscle::new(parameters(muscle), tires);
     let mut due = pulses.iter().peekable();
     let mut now_us = 0;
-    let mut pass = |truth: &mut Tiring, to_us: u64| {
+    let mut pass = |truth: &mut FatiguingMuscle, to_us: u64| {
         truth.pass((to_us - now_us) as u32); // times are milliseconds apart
         now_us = to_us;
     };

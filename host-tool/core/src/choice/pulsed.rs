@@ -1,7 +1,7 @@
 //! Chooses models that need no trial. Where a muscle neither tires nor steers, only one model
 //! reports its force, and only a muscle without pulses needs none.
 
-use super::play::{Played, Unplayed};
+use super::play::{PlayError, PlayedSession};
 use crate::session::{Channel, Model, Session};
 use firmware::muscle::Rung;
 
@@ -28,12 +28,12 @@ pub(super) fn decide(session: &Session) -> bool {
 /// `length_us`, by index in [`Session::channels`].
 ///
 /// # Errors
-/// Returns [`Unplayed`] if the session cannot be played.
+/// Returns [`PlayError`] if the session cannot be played.
 pub(super) fn rungs(
     session: &Session,
     length_us: u64,
     seed: u64,
-) -> Result<Vec<(usize, Rung)>, Unplayed> {
+) -> Result<Vec<(usize, Rung)>, PlayError> {
     let mut rungs = Vec::new();
     for (place, channel) in session.channels.iter().enumerate() {
         let muscle = channel.muscle.as_ref();
@@ -50,7 +50,7 @@ pub(super) fn rungs(
             break;
         }
         look.duration_us = length_us.min(look_us);
-        let played = Played::of(&look, seed)?;
+        let played = PlayedSession::of(&look, seed)?;
         for (place, rung, is_read) in &mut rungs {
             if *is_read && !played.pulses[*place].is_empty() {
                 *rung = Rung::CalciumForce;

@@ -1,7 +1,7 @@
 //! Errors of the outputs in use, for a session on each model level.
 
 use super::cost::{Cycles, cycles, rungs};
-use super::play::{Played, Unplayed, told};
+use super::play::{PlayError, PlayedSession, told};
 use crate::session::{Muscle, Session};
 use firmware::muscle::Rung;
 use rayon::prelude::*;
@@ -12,7 +12,7 @@ const RESOLUTION_N: f64 = 1e-3;
 
 /// Outputs of a channel's model that a session uses.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Uses {
+pub struct ModelUses {
     /// Whether the predicted force is read.
     pub report: bool,
     /// Whether the model steers the channel's own pulses.
@@ -21,7 +21,7 @@ pub struct Uses {
 
 /// Result of a model level on a channel. Errors are shares of the largest true force.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Tried {
+pub struct LevelResult {
     /// Model level that was tried.
     pub rung: Rung,
     /// Error of the reported against the true force of the same pulses; `None` where the report is
@@ -36,7 +36,7 @@ pub struct Tried {
     pub pulses_per_s: f64,
 }
 
-impl Tried {
+impl LevelResult {
     /// Returns the larger error of the outputs in use; 0 if none is used.
     #[must_use]
     pub fn error(&self) -> f64 {
@@ -69,15 +69,15 @@ pub(super) struct Trials<'a>(Vec<Trial<'a>>);
 
 impl<'a> Trials<'a> {
     /// Plays each of `sessions` once for each model level that can make a difference.
-    pub(super) fn of(sessions: &'a [Session], seed: u64) -> Result<Self, Unplayed> {
+    pub(super) fn of(sessions: &'a [Session], seed: u64) -> Result<Self, PlayError> {
         let all = sessions.par_iter().map(|session| Trial::of(session, seed));
         Ok(Self(all.collect::<Result<_, _>>()?))
     }
 
     /// Returns the results of a channel's model levels in the worst of the sessions.
-    pub(super) fn tried(&self, place: usize) -> Vec<Tried> {
+    pub(super) fn tried(&self, place: usize) -> Vec<LevelResult> {
         let each = self.0.iter().map(|trial| trial.tried[place].clone());
-        let worse = |a: Vec<Tried>, b: Vec<Tried>| {
+        let worse = |a: Vec<LevelResult>, b: Vec<LevelResult>| {
             let both = a.into_iter().zip(b);
             both.map(|(a, b)| a.worse(&b)).collect()
         };
@@ -90,9 +90,9 @@ impl<'a> Trials<'a> {
     }
 
     /// Returns the outputs in use of a channel, which are the same in every session.
-    pub(super) fn uses(&self, place: usize) -> Uses {
+    pub(super) fn uses(&self, place: usize) -> ModelUses {
         let first = self.0.first().map(|trial| trial.uses(place));
-        first.unwrap_or(Uses {
+        first.unwrap_or(ModelUses {
             report: false,
             steering: false,
         })
@@ -100,7 +100,7 @@ impl<'a> Trials<'a> {
 
     /// Returns the error of each of these channels in the worst session, with all of them on these
     /// levels at once.
-    pub(super) fn together(&mut self, all: &[(usize, Rung)]) -> Result<Vec<f64>, Unplayed> {
+    pub(super) fn together(&mut self, all: &[(usize, Rung)]) -> Result<Vec<f64>, PlayError> {
         let each = self.0.par_iter_mut().map(|trial| trial.together(all));
         let each: Vec<Vec<f64>> = each.collect::<Result<_, _>>()?;
         let worst = |n: usize| each.iter().map(|values| values[n]).fold(0.0, f64::max);
@@ -114,17 +114,17 @@ struct Trial<'a> {
     seed: u64,
     /// Plays by model level: all muscles had this level, or the most detailed level that they allow
     /// below it.
-    played: Vec<(Rung, Played)>,
+    played: Vec<(Rung, PlayedSession)>,
     plays: usize,
     /// Results by channel; empty for a channel without a muscle.
-    tried: Vec<Vec<Tried>>,
+    tried: Vec<Vec<LevelResult>>,
     /// True force at each millisecond under the most detailed levels, for channels that steer, N.
     steered: Vec<Vec<f64>>,
 }
 
 impl<'a> Trial<'a> {
     /// Plays `session` once for each model level that can make a difference.
-    fn of(session: &'a Session, seed: u64) -> Result<Self, Unplayed> {
+    fn of(session: &'a Session, seed: u64) -> Result<Self, PlayError> {
         let muscles = || session.channels.iter().filter_map(|c| c.muscle.as_ref());
         let fullest = muscles().map(fullest_of).max();
         let steers = session.channels.iter().any(|c| c.force.is_some());
@@ -141,9 +141,9 @@ impl<'a> Trial<'a> {
                 .iter_mut()
                 .filter_map(|c| c.muscle.as_mut());
             muscles.for_each(|muscle| muscle.changes.clear());
-            Ok((rung, Played::of(&variant, seed)?))
+            Ok((rung, PlayedSession::of(&variant, seed)?))
         });
-        let played: Vec<(Rung, Played)> = played.collect::<Result<_, Unplayed>>()?;
+        let played: Vec<(Rung, PlayedSession)> = played.collect::<Result<_, PlayError>>()?;
         let mut trials = Self {
             session,
             seed,
@@ -158,9 +158,9 @@ impl<'a> Trial<'a> {
         Ok(trials)
     }
 
-    fn uses(&self, place: usize) -> Uses {
+    fn uses(&self, place: usize) -> ModelUses {
         let channel = &self.session.channels[place];
-        Uses {
+        ModelUses {
             report: channel.muscle.as_ref().is_some_and(|muscle| muscle.report),
             steering: channel.force.is_some(),
         }
@@ -168,7 +168,7 @@ impl<'a> Trial<'a> {
 
     /// Returns the results of a channel on each model level, and its true force at each ms under
     /// the most detailed.
-    fn judge(&self, place: usize) -> (Vec<Tried>, Vec<f64>) {
+    fn judge(&self, place: usize) -> (Vec<LevelResult>, Vec<f64>) {
         let Some(muscle) = &self.session.channels[place].muscle else {
             return Default::default();
         };
@@ -197,7 +197,7 @@ impl<'a> Trial<'a> {
                     (Some(f64::from(u8::from(!is_still))), None)
                 }
             };
-            Tried {
+            LevelResult {
                 rung,
                 report: report.filter(|_| uses.report),
                 steering: steering.filter(|_| uses.steering),
@@ -214,7 +214,7 @@ impl<'a> Trial<'a> {
         &self,
         place: usize,
         muscle: &Muscle,
-        played: &Played,
+        played: &PlayedSession,
         steered: &[f64],
     ) -> (Option<f64>, Option<f64>) {
         let before = &self.session.channels[..place];
@@ -232,7 +232,7 @@ impl<'a> Trial<'a> {
     }
 
     /// Returns the error of each of these channels, with all of them on these levels at once.
-    fn together(&mut self, all: &[(usize, Rung)]) -> Result<Vec<f64>, Unplayed> {
+    fn together(&mut self, all: &[(usize, Rung)]) -> Result<Vec<f64>, PlayError> {
         let of = |place: usize, muscle: &Muscle| {
             let found = all.iter().find(|pair| pair.0 == place);
             found.map_or(muscle.rung(), |pair| pair.1)
@@ -251,7 +251,7 @@ impl<'a> Trial<'a> {
             Some((_, played)) => played,
             None => {
                 self.plays += 1;
-                anew = Played::of(&variant, self.seed)?;
+                anew = PlayedSession::of(&variant, self.seed)?;
                 &anew
             }
         };
@@ -290,7 +290,7 @@ fn on_rungs(session: &Session, of: impl Fn(usize, &Muscle) -> Rung) -> Session {
 }
 
 /// Returns every millisecond of the played session, µs.
-fn milliseconds(played: &Played) -> Vec<u64> {
+fn milliseconds(played: &PlayedSession) -> Vec<u64> {
     (0..=played.length_us / 1000).map(|ms| ms * 1000).collect()
 }
 

@@ -17,7 +17,7 @@ pub(crate) struct Field {
     /// Meaning of the field, for docs/sessions.md and for editors.
     pub(crate) meaning: &'static str,
     /// Condition under which the file may have the field; `None` if it always may.
-    pub(crate) when: Option<When>,
+    pub(crate) when: Option<Condition>,
 }
 
 /// Type and range of the value in a field.
@@ -87,7 +87,7 @@ pub(crate) enum Need {
 
 /// Condition under which a file may have a field.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum When {
+pub(crate) enum Condition {
     /// Another field of the table has one of these words.
     Is(&'static str, &'static [&'static str]),
     /// Another field of the table is left out.
@@ -108,13 +108,13 @@ impl Field {
 
     /// Allows the field only where `tag` is one of `words`.
     pub(crate) fn when(mut self, tag: &'static str, words: &'static [&'static str]) -> Self {
-        self.when = Some(When::Is(tag, words));
+        self.when = Some(Condition::Is(tag, words));
         self
     }
 
     /// Allows the field only where `other` is left out.
     pub(crate) fn without(mut self, other: &'static str) -> Self {
-        self.when = Some(When::Without(other));
+        self.when = Some(Condition::Without(other));
         self
     }
 

@@ -1,7 +1,7 @@
 //! The tables of a format's manual, generated from its declared fields.
 
 use super::decimal::in_units;
-use super::field::{Field, Kind, Need, Number, Section, When};
+use super::field::{Condition, Field, Kind, Need, Number, Section};
 
 /// Returns the fields of the table at `path` of a file as a Markdown table, or `None` if there is
 /// no such table. Each part of a path is the name of a field, followed by `=` and a word if the
@@ -26,7 +26,9 @@ fn section(file: &'static Section, path: &str) -> Option<&'static Section> {
             .split_once('=')
             .map_or((part, None), |(n, w)| (n, Some(w)));
         let is = |field: &&Field| match field.when {
-            Some(When::Is(_, words)) if word.is_some() => words.contains(&word.unwrap_or_default()),
+            Some(Condition::Is(_, words)) if word.is_some() => {
+                words.contains(&word.unwrap_or_default())
+            }
             _ => true,
         };
         let mut same = section.iter().filter(|field| field.name == name);
@@ -107,7 +109,7 @@ fn need(field: &Field) -> String {
     };
     match field.when {
         None => need,
-        Some(When::Is(_, words)) => format!("{need}, {}", words.join(", ")),
-        Some(When::Without(other)) => format!("{need} without `{other}`"),
+        Some(Condition::Is(_, words)) => format!("{need}, {}", words.join(", ")),
+        Some(Condition::Without(other)) => format!("{need} without `{other}`"),
     }
 }

@@ -4,7 +4,7 @@
 
 use serde_json::{Map, Value, json};
 
-use super::field::{Field, Kind, Need, Number, Section, When};
+use super::field::{Condition, Field, Kind, Need, Number, Section};
 
 /// Returns the schema of a file with these fields.
 pub(crate) fn schema_of(title: &str, section: &Section) -> Value {
@@ -39,11 +39,11 @@ fn table(section: &Section) -> Value {
                 );
             }
             None => {}
-            Some(When::Without(other)) => {
+            Some(Condition::Without(other)) => {
                 let given = json!({ "required": [other] });
                 rules.push(json!({ "if": given, "then": never, "else": must }));
             }
-            Some(When::Is(tag, words)) => {
+            Some(Condition::Is(tag, words)) => {
                 let given = is_one_of(section, tag, words);
                 let mut then = must;
                 if !alone {

@@ -52,7 +52,7 @@ pub struct Fit {
 
 /// Result of a fit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Fitted {
+pub struct ForceFit {
     /// Fitted constants: A in N/s, K, τc, τ1, τ2 in s.
     pub constants: Constants,
     /// Covariance of the logarithms of the constants.
@@ -65,7 +65,7 @@ pub struct Fitted {
     pub untold: Vec<String>,
 }
 
-impl Fitted {
+impl ForceFit {
     /// Returns the constants with their intervals, in the order of [`super::NAMES`].
     #[must_use]
     pub fn estimates(&self) -> [Estimate; PARAMETERS] {
@@ -85,7 +85,7 @@ impl Fit {
     ///
     /// # Errors
     /// E640, E641, E643 for any record; E644.
-    pub fn of(self, records: &[ForceRecord]) -> Result<Fitted, IdentifyError> {
+    pub fn of(self, records: &[ForceRecord]) -> Result<ForceFit, IdentifyError> {
         self.among(records, &START_SEEDS.map(start))
     }
 
@@ -93,11 +93,15 @@ impl Fit {
     ///
     /// # Errors
     /// The errors of [`Self::of`].
-    pub fn near(self, records: &[ForceRecord], start: Constants) -> Result<Fitted, IdentifyError> {
+    pub fn near(
+        self,
+        records: &[ForceRecord],
+        start: Constants,
+    ) -> Result<ForceFit, IdentifyError> {
         self.among(records, &[start])
     }
 
-    fn among(self, records: &[ForceRecord], all: &[Constants]) -> Result<Fitted, IdentifyError> {
+    fn among(self, records: &[ForceRecord], all: &[Constants]) -> Result<ForceFit, IdentifyError> {
         if records.is_empty() {
             let what = "there is none".to_owned();
             return Err(IdentifyError::TooShort { what });
@@ -138,7 +142,7 @@ impl Fit {
         self.judged(&best, starts)
     }
 
-    fn judged(self, best: &Problem<'_>, starts: usize) -> Result<Fitted, IdentifyError> {
+    fn judged(self, best: &Problem<'_>, starts: usize) -> Result<ForceFit, IdentifyError> {
         let information = best.information();
         let no_fit = |why: &str| IdentifyError::NoFit {
             starts,
@@ -159,7 +163,7 @@ impl Fit {
                 (bread * meat * bread * variance, variance)
             }
         };
-        Ok(Fitted {
+        Ok(ForceFit {
             constants: best.constants(),
             untold: untold(&covariance).into_iter().map(str::to_owned).collect(),
             covariance: rows(&covariance),

@@ -60,7 +60,7 @@ pub struct Detector {
 
 /// Result of one try.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Shown {
+pub struct TryResult {
     /// Amplitude that was tried, mA.
     pub ma: f64,
     /// Force of the plateau minus the line through the rest, N.
@@ -73,11 +73,11 @@ pub struct Shown {
 
 /// Motor threshold, and the tries that led to it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Found {
+pub struct ThresholdEstimate {
     /// Motor threshold I_MT, mA.
     pub threshold_ma: f64,
     /// Every try, in the order of time.
-    pub tries: Vec<Shown>,
+    pub tries: Vec<TryResult>,
 }
 
 impl Detector {
@@ -101,7 +101,7 @@ impl Detector {
 
     /// Judges the samples of a try at `ma` milliamperes.
     #[must_use]
-    pub fn judge(&self, ma: f64, samples_n: &[f64]) -> Shown {
+    pub fn judge(&self, ma: f64, samples_n: &[f64]) -> TryResult {
         let Layout {
             before,
             rise,
@@ -125,7 +125,7 @@ impl Detector {
         let (zero_n, part) = line.at(middle);
         let error_n = line.noise * (1.0 / n + part).sqrt();
         let force_n = mean - zero_n;
-        Shown {
+        TryResult {
             ma,
             force_n,
             error_n,
@@ -141,7 +141,7 @@ impl Detector {
     pub fn search<E: From<IdentifyError>>(
         &self,
         mut attempt: impl FnMut(f64) -> Result<Vec<f64>, E>,
-    ) -> Result<Found, E> {
+    ) -> Result<ThresholdEstimate, E> {
         let steps = (self.most_ma / self.step_ma + 1e-9).floor() as u32;
         let mut tries = Vec::new();
         for step in 1..=steps {
@@ -156,7 +156,7 @@ impl Detector {
                 both += 1;
             }
             if both == 2 {
-                return Ok(Found {
+                return Ok(ThresholdEstimate {
                     threshold_ma: ma,
                     tries,
                 });

@@ -5,7 +5,7 @@
 //! ends the program where two unknowns meet their bounds at once, and `clarabel` 0.11 takes longer
 //! than a recruitment may. Tests compare this implementation with `nnls`.
 
-use super::Trouble;
+use super::RecruitmentError;
 use firmware::limb::LINES;
 use nalgebra::{SMatrix, SVector};
 
@@ -30,7 +30,7 @@ pub struct Bounded {
 
 /// Position of an unknown relative to its bounds.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-enum Place {
+enum BoundState {
     Lower,
     Free,
     Upper,
@@ -42,14 +42,14 @@ impl Bounded {
     /// the normal equations).
     ///
     /// # Errors
-    /// [`Trouble::NotConverged`]: the curvature is not positive definite, or an input is not a
+    /// [`RecruitmentError::NotConverged`]: the curvature is not positive definite, or an input is not a
     /// finite number.
-    pub fn solve(&self) -> Result<SVector<f64, LINES>, Trouble> {
+    pub fn solve(&self) -> Result<SVector<f64, LINES>, RecruitmentError> {
         let mut numbers = self.curvature.iter().chain(&self.slope).chain(&self.upper);
         if !numbers.all(|number| number.is_finite()) {
-            return Err(Trouble::NotConverged);
+            return Err(RecruitmentError::NotConverged);
         }
-        let mut places = [Place::Lower; LINES];
+        let mut places = [BoundState::Lower; LINES];
         let mut x = Column::zeros();
         // Half of the resolution of the gradient in 16 digits.
         let still = 1e-13 * self.slope.amax();
@@ -57,22 +57,22 @@ impl Bounded {
             let Some(freed) = self.held(&x, &places, still) else {
                 return Ok(x);
             };
-            places[freed] = Place::Free;
+            places[freed] = BoundState::Free;
             self.settle(&mut x, &mut places)?;
         }
-        Err(Trouble::NotConverged)
+        Err(RecruitmentError::NotConverged)
     }
 
     /// Returns the unknown whose release from its bound would lower the objective most.
-    fn held(&self, x: &Column, places: &[Place; LINES], still: f64) -> Option<usize> {
+    fn held(&self, x: &Column, places: &[BoundState; LINES], still: f64) -> Option<usize> {
         let gradient = self.curvature * x - self.slope;
         let gain = |n: usize| {
             let along = gradient[n];
             let is_held = self.upper[n] > 0.0
                 && match places[n] {
-                    Place::Lower => along < -still,
-                    Place::Upper => along > still,
-                    Place::Free => false,
+                    BoundState::Lower => along < -still,
+                    BoundState::Upper => along > still,
+                    BoundState::Free => false,
                 };
             is_held.then(|| along * along / self.curvature[(n, n)])
         };
@@ -82,15 +82,19 @@ impl Bounded {
     }
 
     /// Moves to the minimum of the free unknowns, or to the bounds on the way.
-    fn settle(&self, x: &mut Column, places: &mut [Place; LINES]) -> Result<(), Trouble> {
+    fn settle(
+        &self,
+        x: &mut Column,
+        places: &mut [BoundState; LINES],
+    ) -> Result<(), RecruitmentError> {
         for _ in 0..=LINES {
             let goal = self.free_minimum(x, places)?;
             let mut share = 1.0;
             let mut met = None;
-            for n in (0..LINES).filter(|&n| places[n] == Place::Free) {
+            for n in (0..LINES).filter(|&n| places[n] == BoundState::Free) {
                 let (bound, place) = match goal[n] {
-                    below if below < 0.0 => (0.0, Place::Lower),
-                    above if above > self.upper[n] => (self.upper[n], Place::Upper),
+                    below if below < 0.0 => (0.0, BoundState::Lower),
+                    above if above > self.upper[n] => (self.upper[n], BoundState::Upper),
                     _ => continue,
                 };
                 let reached = (bound - x[n]) / (goal[n] - x[n]);
@@ -108,8 +112,12 @@ impl Bounded {
     }
 
     /// Returns the minimum over the free unknowns, with the others unchanged.
-    fn free_minimum(&self, x: &Column, places: &[Place; LINES]) -> Result<Column, Trouble> {
-        let is_free = |n: usize| places[n] == Place::Free;
+    fn free_minimum(
+        &self,
+        x: &Column,
+        places: &[BoundState; LINES],
+    ) -> Result<Column, RecruitmentError> {
+        let is_free = |n: usize| places[n] == BoundState::Free;
         let system = Square::from_fn(|i, j| match is_free(i) && is_free(j) {
             true => self.curvature[(i, j)],
             false => f64::from(u8::from(i == j)),
@@ -117,7 +125,7 @@ impl Bounded {
         let held = Column::from_fn(|n, _| if is_free(n) { 0.0 } else { x[n] });
         let pull = self.slope - self.curvature * held;
         let right = Column::from_fn(|n, _| if is_free(n) { pull[n] } else { x[n] });
-        let factor = system.cholesky().ok_or(Trouble::NotConverged)?;
+        let factor = system.cholesky().ok_or(RecruitmentError::NotConverged)?;
         Ok(factor.solve(&right))
     }
 }

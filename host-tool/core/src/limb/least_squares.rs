@@ -1,7 +1,7 @@
 //! Recruitment of all lines together by bounded least squares. The force of each line lies between
 //! 0 and the most that the line can make.
 
-use super::{Bounded, Forces, Posed, Trouble, WrenchVector};
+use super::{Bounded, Forces, PostureMatrices, RecruitmentError, WrenchVector};
 use firmware::limb::{LINES, Limb, Number, Orders};
 use nalgebra::SVector;
 
@@ -42,7 +42,7 @@ impl Weights {
     };
 
     /// Checks that every weight is finite and in its range.
-    fn check(&self) -> Result<(), Trouble> {
+    fn check(&self) -> Result<(), RecruitmentError> {
         let rules = [
             ("force", self.force, self.force >= 0.0, "0 or more"),
             ("torque", self.torque, self.torque >= 0.0, "0 or more"),
@@ -51,7 +51,7 @@ impl Weights {
         ];
         for (weight, value, holds, allowed) in rules {
             if !(holds && value.is_finite()) {
-                return Err(Trouble::Weight {
+                return Err(RecruitmentError::Weight {
                     weight,
                     value,
                     allowed,
@@ -74,14 +74,14 @@ pub struct LeastSquares {
 
 /// The solution for a wanted wrench.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Found {
+pub struct Solution {
     /// Force of each line, N.
     pub forces: Forces,
     /// Wrench at the hand that these forces make according to the model of the arm, N and N·m.
     pub given: WrenchVector,
 }
 
-impl Found {
+impl Solution {
     /// Returns the size of the difference between wanted and given force at the hand, N. Torques do
     /// not count.
     #[must_use]
@@ -94,11 +94,11 @@ impl LeastSquares {
     /// Creates a recruitment for one arm, without a last solution.
     ///
     /// # Errors
-    /// [`Trouble::Weight`] if a weight is out of its range.
+    /// [`RecruitmentError::Weight`] if a weight is out of its range.
     pub fn new<N: Number + super::ToDouble>(
         limb: &Limb<N>,
         weights: Weights,
-    ) -> Result<Self, Trouble> {
+    ) -> Result<Self, RecruitmentError> {
         weights.check()?;
         let mut most = Forces::zeros();
         for (entry, force) in most.iter_mut().zip(limb.most()) {
@@ -117,14 +117,18 @@ impl LeastSquares {
     }
 
     /// Returns the forces whose wrench is nearest to the wanted one, and remembers them. They may
-    /// miss the wanted wrench: [`Found::given`] is the wrench that they make.
+    /// miss the wanted wrench: [`Solution::given`] is the wrench that they make.
     ///
     /// # Errors
-    /// [`Trouble::NotConverged`] if an input is not finite.
-    pub fn recruit(&mut self, posed: &Posed, wanted: &WrenchVector) -> Result<Found, Trouble> {
+    /// [`RecruitmentError::NotConverged`] if an input is not finite.
+    pub fn recruit(
+        &mut self,
+        posed: &PostureMatrices,
+        wanted: &WrenchVector,
+    ) -> Result<Solution, RecruitmentError> {
         let forces = self.problem(posed, wanted).solve()?;
         self.last = Some(forces);
-        Ok(Found {
+        Ok(Solution {
             forces,
             given: posed.wrench(&forces),
         })
@@ -134,14 +138,14 @@ impl LeastSquares {
     /// force by more than `tolerance_n`, N. A refused solution is not remembered.
     ///
     /// # Errors
-    /// [`Trouble::Beyond`] with the largest share of the wanted force that would not be refused;
-    /// [`Trouble::NotConverged`] if an input is not finite.
+    /// [`RecruitmentError::Beyond`] with the largest share of the wanted force that would not be refused;
+    /// [`RecruitmentError::NotConverged`] if an input is not finite.
     pub fn recruit_within(
         &mut self,
-        posed: &Posed,
+        posed: &PostureMatrices,
         wanted: &WrenchVector,
         tolerance_n: f64,
-    ) -> Result<Found, Trouble> {
+    ) -> Result<Solution, RecruitmentError> {
         let last = self.last;
         let found = self.recruit(posed, wanted)?;
         if found.missed_n(wanted) <= tolerance_n {
@@ -161,7 +165,7 @@ impl LeastSquares {
             }
         }
         let [x, y, z, ..] = wanted.data.0[0];
-        Err(Trouble::Beyond {
+        Err(RecruitmentError::Beyond {
             wanted_n: wanted.fixed_rows::<3>(0).norm(),
             nearest: [x, y, z].map(|component| component * low),
         })
@@ -169,7 +173,7 @@ impl LeastSquares {
 
     /// Returns the bounded quadratic problem whose minimum is the solution for `wanted`.
     #[must_use]
-    pub fn problem(&self, posed: &Posed, wanted: &WrenchVector) -> Bounded {
+    pub fn problem(&self, posed: &PostureMatrices, wanted: &WrenchVector) -> Bounded {
         let Weights {
             force,
             torque,

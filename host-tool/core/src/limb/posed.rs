@@ -1,6 +1,6 @@
 //! The arm in one posture, as matrices.
 
-use super::{ToDouble, Trouble};
+use super::{RecruitmentError, ToDouble};
 use firmware::limb::{AXES, Jacobians, LINES, Number};
 use nalgebra::{SMatrix, SVector};
 
@@ -13,7 +13,7 @@ pub type WrenchVector = SVector<f64, 6>;
 
 /// Matrices that turn forces of muscles into torques, and torques into a wrench.
 #[derive(Clone, Debug)]
-pub struct Posed {
+pub struct PostureMatrices {
     /// Matrix R: torque about each axis per newton of each line, m; one column per line.
     pub levers: SMatrix<f64, AXES, LINES>,
     /// Matrix J_armᵀ: the torques that a wrench at the hand needs.
@@ -22,12 +22,12 @@ pub struct Posed {
     pub given: SMatrix<f64, 6, AXES>,
 }
 
-impl Posed {
+impl PostureMatrices {
     /// Computes the matrices from the device's Jacobians, in any type of number.
     ///
     /// # Errors
-    /// [`Trouble::Singular`]: at this posture some wrench needs no torque at all.
-    pub fn new<N: Number + ToDouble>(jacobians: &Jacobians<N>) -> Result<Self, Trouble> {
+    /// [`RecruitmentError::Singular`]: at this posture some wrench needs no torque at all.
+    pub fn new<N: Number + ToDouble>(jacobians: &Jacobians<N>) -> Result<Self, RecruitmentError> {
         let mut levers = SMatrix::<f64, AXES, LINES>::zeros();
         for (mut column, line) in levers.column_iter_mut().zip(jacobians.muscles()) {
             column.copy_from_slice(&line.map(ToDouble::to_double));
@@ -41,11 +41,14 @@ impl Posed {
             }
         }
         let square = arm.transpose() * arm;
-        let inverse = square.cholesky().ok_or(Trouble::Singular)?.inverse();
+        let inverse = square
+            .cholesky()
+            .ok_or(RecruitmentError::Singular)?
+            .inverse();
         // The elements are squares of lengths around a metre; this close to singularity no digits
         // are left.
         if inverse.amax() > 1e9 {
-            return Err(Trouble::Singular);
+            return Err(RecruitmentError::Singular);
         }
         Ok(Self {
             levers,

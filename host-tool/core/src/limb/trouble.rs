@@ -17,7 +17,7 @@ const AXIS_NAMES: [&str; 9] = [
 
 /// Reason why no recruitment was computed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum Trouble {
+pub enum RecruitmentError {
     /// The specification has mistakes, which are all listed (E700).
     #[error("E700 the arm has mistakes:\n{}", .0.join("\n"))]
     Spec(Vec<String>),
@@ -69,11 +69,11 @@ pub enum Trouble {
     NotConverged,
 }
 
-impl Trouble {
+impl RecruitmentError {
     /// Checks a specification and lists all of its mistakes at once.
     ///
     /// # Errors
-    /// [`Trouble::Spec`].
+    /// [`RecruitmentError::Spec`].
     pub fn of_spec(spec: &LimbSpec) -> Result<(), Self> {
         let mut lines = Vec::new();
         spec.mistakes(&mut |mistake| lines.push(told(&mistake, spec)));
@@ -84,7 +84,7 @@ impl Trouble {
     }
 }
 
-impl From<PostureError> for Trouble {
+impl From<PostureError> for RecruitmentError {
     fn from(error: PostureError) -> Self {
         Self::Posture(error)
     }

@@ -4,7 +4,7 @@
 
 use super::clock::{Clock, Fit};
 use super::numbers::{Numbers, framed};
-use super::{Error, Refused};
+use super::{Error, RefusalInWords};
 use firmware::link::{
     Code, Decoder, Event, HelloInfo, Request, Response, SCHEMA, SetupSum, Status, Telemetry,
 };
@@ -30,7 +30,7 @@ pub enum Incoming {
     /// Answer to the [`Request::Status`] with this number.
     Status(u16, Box<Status>),
     /// Refusal of the request with this number, or of a frame that could not be read (`None`).
-    Refused(Option<u16>, Refused),
+    Refused(Option<u16>, RefusalInWords),
 }
 
 impl Incoming {
@@ -53,7 +53,7 @@ impl Incoming {
 
 /// Request whose answer is awaited.
 #[derive(Clone, Debug)]
-struct Awaited {
+struct PendingRequest {
     seq: u16,
     /// Host time at which the request was sent, µs.
     sent_us: u64,
@@ -85,7 +85,7 @@ pub struct Client {
     clock: Clock,
     /// Number of the `Hello` whose answer is awaited.
     opening: Option<u16>,
-    awaited: VecDeque<Awaited>,
+    awaited: VecDeque<PendingRequest>,
     incoming: VecDeque<Incoming>,
     /// Checksum of the setup that the device has accepted.
     setup: SetupSum,
@@ -130,7 +130,7 @@ impl Client {
     }
 
     fn await_answer(&mut self, seq: u16, sent_us: u64, configures: Option<Request>) {
-        self.awaited.push_back(Awaited {
+        self.awaited.push_back(PendingRequest {
             seq,
             sent_us,
             configures,

@@ -11,7 +11,7 @@ use std::io;
 pub enum Error {
     /// The device refused the request; the refusal has a number and a name.
     #[error("{0}")]
-    Refused(Refused),
+    Refused(RefusalInWords),
     /// E501: the device did not answer in time.
     #[error(
         "E501 no answer to {request} within {waited_ms} ms; is the device powered and is this its port?"
@@ -73,7 +73,7 @@ impl From<io::Error> for Error {
 /// Refusal of a request by the device; its text gives number, name, field, allowed range and
 /// advice.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Refused {
+pub struct RefusalInWords {
     /// Number of the refusal on the link.
     pub number: u16,
     /// Name of the field that was refused.
@@ -85,7 +85,7 @@ pub struct Refused {
     pub allowed: Option<(i32, i32)>,
 }
 
-impl From<Refusal<'_>> for Refused {
+impl From<Refusal<'_>> for RefusalInWords {
     fn from(refusal: Refusal<'_>) -> Self {
         // Refusals with these codes always have a range, which may be 0 to 0.
         let ranged = [
@@ -106,7 +106,7 @@ impl From<Refusal<'_>> for Refused {
     }
 }
 
-impl Refused {
+impl RefusalInWords {
     /// Returns the code, if this version knows the number.
     #[must_use]
     pub fn code(&self) -> Option<Code> {
@@ -122,7 +122,7 @@ impl Refused {
     }
 }
 
-impl Refused {
+impl RefusalInWords {
     /// Returns whether the two numbers are a sum that would result and the maximum allowed.
     fn is_sum(&self) -> bool {
         matches!(self.code(), Some(Code::SumLimit | Code::SumRmsLimit))
@@ -134,7 +134,7 @@ impl Refused {
     }
 }
 
-impl fmt::Display for Refused {
+impl fmt::Display for RefusalInWords {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "E{} ", self.number)?;
         if let Some(channel) = self.channel {

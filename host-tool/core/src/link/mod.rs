@@ -27,11 +27,11 @@ mod stream;
 pub use client::{Client, Incoming};
 pub use clock::{Fit, stamp};
 pub use connection::{Connection, Polled};
-pub use error::{Error, Refused, advice, what};
+pub use error::{Error, RefusalInWords, advice, what};
 pub use interruption::{Interruption, Signal};
 pub use keeper::{Keeper, Lateness, UNATTENDED};
 #[cfg(feature = "realtime")]
-pub use paced::Paced;
+pub use paced::PacedPort;
 pub use port::{Outlet, Port, SimulatedPort};
 #[cfg(feature = "serial")]
 pub use serial::SerialPort;

@@ -12,12 +12,12 @@ const STEP_US: u64 = 2_000;
 /// Simulated port that a person can watch: its time never runs ahead of the wall clock, counted
 /// from the first wait. On a computer that is too slow it lags behind, and catches up as fast as it
 /// can.
-pub struct Paced<P> {
+pub struct PacedPort<P> {
     port: P,
     origin: Option<(Instant, u64)>,
 }
 
-impl<P> Paced<P> {
+impl<P> PacedPort<P> {
     /// Creates a port that paces `port`.
     pub fn new(port: P) -> Self {
         Self { port, origin: None }
@@ -30,7 +30,7 @@ fn ahead(virtual_us: u64, wall: Duration) -> Duration {
     Duration::from_micros(virtual_us).saturating_sub(wall)
 }
 
-impl<P: Port> Port for Paced<P> {
+impl<P: Port> Port for PacedPort<P> {
     fn now_us(&mut self) -> u64 {
         self.port.now_us()
     }
@@ -69,9 +69,9 @@ impl<P: Port> Port for Paced<P> {
 mod tests {
     use super::*;
 
-    struct Silent(u64);
+    struct NoObserver(u64);
 
-    impl Port for Silent {
+    impl Port for NoObserver {
         fn now_us(&mut self) -> u64 {
             self.0
         }
@@ -88,7 +88,7 @@ mod tests {
 
     #[test]
     fn virtual_time_waits_for_the_wall_clock() {
-        let mut port = Paced::new(Silent(7_000_000));
+        let mut port = PacedPort::new(NoObserver(7_000_000));
         let begin = Instant::now();
         port.receive(7_060_000).unwrap();
         assert!(begin.elapsed() >= Duration::from_millis(60));

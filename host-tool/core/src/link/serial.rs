@@ -1,7 +1,7 @@
 //! Connects to a board on a serial port.
 
 use super::Error;
-use super::stream::{Forked, POLL, Stream};
+use super::stream::{POLL, SplitStream, Stream};
 use std::io::{self, ErrorKind, Write};
 
 /// Port of a board on a serial port.
@@ -36,7 +36,7 @@ impl SerialPort {
     }
 }
 
-impl Forked for Box<dyn serialport::SerialPort> {
+impl SplitStream for Box<dyn serialport::SerialPort> {
     fn forked(&self) -> io::Result<Box<dyn Write + Send>> {
         Ok(Box::new(self.try_clone()?))
     }

@@ -50,18 +50,18 @@ impl<S> Stream<S> {
 }
 
 /// Stream that two threads can write to.
-pub trait Forked: Read + Write + Send {
+pub trait SplitStream: Read + Write + Send {
     /// Returns a second end for writing.
     fn forked(&self) -> io::Result<Box<dyn Write + Send>>;
 }
 
-impl Forked for TcpStream {
+impl SplitStream for TcpStream {
     fn forked(&self) -> io::Result<Box<dyn Write + Send>> {
         Ok(Box::new(self.try_clone()?))
     }
 }
 
-impl<S: Forked> Port for Stream<S> {
+impl<S: SplitStream> Port for Stream<S> {
     fn now_us(&mut self) -> u64 {
         self.elapsed.us()
     }

@@ -83,7 +83,7 @@ pub struct Head {
 
 /// Words at the far side of a panel.
 #[derive(Clone, Debug)]
-pub struct Far {
+pub struct FarLabel {
     /// Position, as a value of the axis.
     pub at: f64,
     /// Words, which are moved apart from their neighbours.
@@ -108,7 +108,7 @@ pub struct Axis {
     /// Names at the left edge; for a y axis only.
     pub heads: Vec<Head>,
     /// Words at the far side.
-    pub far: Vec<Far>,
+    pub far: Vec<FarLabel>,
 }
 
 impl Axis {
@@ -193,7 +193,7 @@ impl Axis {
     #[must_use]
     pub fn far(mut self, at: f64, words: &str, rule: Option<Color>, color: Color) -> Self {
         let words = words.to_owned();
-        self.far.push(Far {
+        self.far.push(FarLabel {
             at,
             words,
             rule,

@@ -2,7 +2,7 @@
 
 use super::canvas::{Canvas, Svg, Words, standalone};
 use super::ink::{EDGE, HALO, INK, MUTED, Paint, Shape, Stroke, stroke};
-use super::panel::{Letters, Margins, Panel};
+use super::panel::{LetterScale, Margins, Panel};
 use super::words::{folded, width};
 
 /// Width of every figure, CSS pixels.
@@ -47,7 +47,7 @@ impl Figure {
     pub fn svg(&self) -> Svg {
         let mut canvas = Canvas::default();
         let mut y = self.head(&mut canvas);
-        y = legend(&mut canvas, Letters(1.0), (0.0, y), &self.legend, WIDTH);
+        y = legend(&mut canvas, LetterScale(1.0), (0.0, y), &self.legend, WIDTH);
         y = self.panels(&mut canvas, y);
         if !self.notes.is_empty() {
             y += NOTE / 2.0;
@@ -80,7 +80,7 @@ impl Figure {
     }
 
     fn panels(&self, canvas: &mut Canvas, top: f64) -> f64 {
-        let letters = Letters(1.0);
+        let letters = LetterScale(1.0);
         let columns = self.rows.iter().map(Vec::len).max().unwrap_or(0);
         let column = |n: usize| self.rows.iter().filter_map(move |row| row.get(n));
         let of = |n: usize, part: fn(&Margins) -> f64| {
@@ -121,7 +121,7 @@ impl Figure {
 /// vertical position below them.
 pub fn legend(
     canvas: &mut Canvas,
-    letters: Letters,
+    letters: LetterScale,
     (left, top): super::At,
     entries: &[(Key, String)],
     right: f64,

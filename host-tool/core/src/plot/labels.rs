@@ -7,7 +7,7 @@ pub(super) type Box4 = [f64; 4];
 
 /// Parts of a panel that are already in use.
 #[derive(Default)]
-pub(super) struct Taken {
+pub(super) struct OccupiedSpace {
     labels: Vec<Box4>,
     marks: Vec<Box4>,
     lines: Vec<(At, At)>,
@@ -16,7 +16,7 @@ pub(super) struct Taken {
 /// Costs of a label on another label, outside the panel, on a mark, and on a line.
 const COSTS: [f64; 4] = [1000.0, 400.0, 60.0, 25.0];
 
-impl Taken {
+impl OccupiedSpace {
     pub(super) fn mark(&mut self, (x, y): At, radius: f64) {
         self.marks
             .push([x - radius, y - radius, x + radius, y + radius]);
@@ -96,7 +96,7 @@ mod tests {
 
     #[test]
     fn labels_of_one_point_stand_side_by_side_within_their_panel() {
-        let mut taken = Taken::default();
+        let mut taken = OccupiedSpace::default();
         taken.mark((50.0, 50.0), 4.0);
         let bounds = [0.0, 0.0, 200.0, 100.0];
         let placed: Vec<At> = (0..4)

@@ -4,7 +4,7 @@ use super::At;
 use super::axis::{Axis, Scale, apart};
 use super::canvas::{Canvas, Words};
 use super::ink::{Color, GRID, INK, MUTED, PALETTE, Paint, Shape, Stroke, stroke};
-use super::labels::Taken;
+use super::labels::OccupiedSpace;
 use super::words::{shortened, width};
 
 /// Maximum width of the names at a panel's left edge, pixels.
@@ -68,9 +68,9 @@ pub struct Margins {
 
 /// Size of the letters relative to the usual size.
 #[derive(Clone, Copy, Debug)]
-pub struct Letters(pub f64);
+pub struct LetterScale(pub f64);
 
-impl Letters {
+impl LetterScale {
     fn tick(self) -> Words {
         Words::new(11.0 * self.0, MUTED)
     }
@@ -107,7 +107,7 @@ impl Panel {
 
     /// Returns the space for everything around a plot that is `wide` pixels wide.
     #[must_use]
-    pub fn margins(&self, letters: Letters, wide: f64) -> Margins {
+    pub fn margins(&self, letters: LetterScale, wide: f64) -> Margins {
         let ticks = self.y.widest(letters.tick().size);
         let name = if self.y.name.is_empty() {
             0.0
@@ -138,7 +138,7 @@ impl Panel {
         }
     }
 
-    fn heads_wide(&self, letters: Letters) -> f64 {
+    fn heads_wide(&self, letters: LetterScale) -> f64 {
         let head = |h: &super::axis::Head| {
             let name = width(letters.title().size, &h.name, false);
             let more = width(letters.tick().size, &h.more, false);
@@ -151,7 +151,7 @@ impl Panel {
     }
 
     /// Returns the interval between columns that are labelled, and the number of lines of labels.
-    fn crowd(&self, letters: Letters, wide: f64) -> (usize, f64) {
+    fn crowd(&self, letters: LetterScale, wide: f64) -> (usize, f64) {
         let Scale::Rows(count) = self.x.scale else {
             return (1, 1.0);
         };
@@ -165,15 +165,21 @@ impl Panel {
 
     /// Draws the panel with its plot between the top left `from` and the bottom right `to`, and its
     /// title `above` pixels over the plot.
-    pub fn draw(&self, canvas: &mut Canvas, letters: Letters, above: f64, (from, to): (At, At)) {
-        let drawn = Drawn {
+    pub fn draw(
+        &self,
+        canvas: &mut Canvas,
+        letters: LetterScale,
+        above: f64,
+        (from, to): (At, At),
+    ) {
+        let drawn = PlacedPanel {
             panel: self,
             letters,
             above,
             from,
             to,
         };
-        let mut taken = Taken::default();
+        let mut taken = OccupiedSpace::default();
         drawn.marks(canvas, &self.ground, &mut taken);
         drawn.grid(canvas);
         drawn.marks(canvas, &self.marks, &mut taken);
@@ -183,15 +189,15 @@ impl Panel {
 }
 
 /// A panel at its position on a canvas.
-struct Drawn<'a> {
+struct PlacedPanel<'a> {
     panel: &'a Panel,
-    letters: Letters,
+    letters: LetterScale,
     above: f64,
     from: At,
     to: At,
 }
 
-impl Drawn<'_> {
+impl PlacedPanel<'_> {
     fn x(&self, value: f64) -> f64 {
         self.panel.x.scale.place(value, self.from.0, self.to.0)
     }
@@ -239,7 +245,7 @@ impl Drawn<'_> {
         }
     }
 
-    fn marks(&self, canvas: &mut Canvas, marks: &[Mark], taken: &mut Taken) {
+    fn marks(&self, canvas: &mut Canvas, marks: &[Mark], taken: &mut OccupiedSpace) {
         for mark in marks {
             match mark {
                 Mark::Line(points, stroke) => {
@@ -268,7 +274,7 @@ impl Drawn<'_> {
     }
 
     /// Draws the labels, after everything else, so that they avoid the space in use.
-    fn labels(&self, canvas: &mut Canvas, taken: &mut Taken) {
+    fn labels(&self, canvas: &mut Canvas, taken: &mut OccupiedSpace) {
         let bounds = [self.from.0, self.from.1, self.to.0, self.to.1];
         for mark in &self.panel.marks {
             let Mark::Label(at, words, color) = mark else {

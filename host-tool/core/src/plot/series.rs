@@ -12,21 +12,21 @@ const GAP_S: f64 = 0.5;
 /// The iterator runs over the points twice, and at most one bucket is in memory.
 pub fn shorten(points: impl Iterator<Item = Point> + Clone, buckets: usize) -> Vec<Vec<Point>> {
     let points = points.filter(|(t, value)| t.is_finite() && value.is_finite());
-    let mut short = Shortened::of(points.clone().count(), buckets);
+    let mut short = ShortenedSeries::of(points.clone().count(), buckets);
     points.for_each(|point| short.push(point));
     short.close()
 }
 
 /// A signal that is reduced as by [`shorten`] while its points arrive one by one.
 #[derive(Clone, Debug)]
-pub struct Shortened {
+pub struct ShortenedSeries {
     per_bucket: usize,
     parts: Vec<Vec<Point>>,
     part: Vec<Point>,
     bucket: Vec<Point>,
 }
 
-impl Shortened {
+impl ShortenedSeries {
     /// Returns an empty signal that will receive `points` points, for this many buckets.
     #[must_use]
     pub fn of(points: usize, buckets: usize) -> Self {

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 /// Number of rows in a trial when its run was closed.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize)]
-pub struct Held {
+pub struct RowCounts {
     /// Number of rows in `samples.csv`, without the header.
     #[serde(rename = "sample_rows")]
     pub samples: usize,
@@ -19,7 +19,7 @@ pub struct Held {
     pub edges: usize,
 }
 
-impl Held {
+impl RowCounts {
     /// Returns the numbers of rows of a trial in memory.
     #[must_use]
     pub const fn by(trial: &Trial) -> Self {
@@ -32,10 +32,10 @@ impl Held {
 
 /// A trial as `summary.json` lists it. Older records lack the numbers of rows.
 #[derive(Deserialize)]
-pub(super) struct Counted {
+pub(super) struct TrialCounts {
     name: String,
     #[serde(flatten)]
-    held: Option<Held>,
+    held: Option<RowCounts>,
 }
 
 impl Run {
@@ -60,7 +60,11 @@ impl Run {
 
 /// Returns the differences between the trials that `summary.json` counted (`counted`) and the
 /// folders and rows that were read (`found`), one phrase per difference.
-pub(super) fn of(dir: &Path, counted: &[Counted], found: &[(PathBuf, Held)]) -> Vec<String> {
+pub(super) fn of(
+    dir: &Path,
+    counted: &[TrialCounts],
+    found: &[(PathBuf, RowCounts)],
+) -> Vec<String> {
     let each = counted.iter().enumerate().flat_map(|(position, trial)| {
         let folder = trial_folder(dir, position, &trial.name);
         match found.iter().find(|(known, _)| *known == folder) {
@@ -114,7 +118,7 @@ fn absent(folder: &Path) -> String {
     }
 }
 
-fn rows(folder: &Path, held: &Held, now: &Held) -> Vec<String> {
+fn rows(folder: &Path, held: &RowCounts, now: &RowCounts) -> Vec<String> {
     let both = [
         ("samples.csv", held.samples, now.samples),
         ("edges.csv", held.edges, now.edges),

@@ -1,6 +1,6 @@
 //! Ending of a run, which `summary.json` contains from the first moment of the run on.
 
-use super::damage::{Counted, is_lost};
+use super::damage::{TrialCounts, is_lost};
 use super::disk::replace;
 use super::{RecordError, Run};
 use crate::disk::FileSystem;
@@ -132,11 +132,11 @@ pub fn write_summary(dir: &Path, summary: &impl Serialize) -> Result<(), RecordE
 ///
 /// # Errors
 /// The path is not a regular file, or cannot be read.
-pub(super) fn read(dir: &Path) -> Result<(Ending, Vec<Counted>), RecordError> {
+pub(super) fn read(dir: &Path) -> Result<(Ending, Vec<TrialCounts>), RecordError> {
     #[derive(Default, Deserialize)]
     struct Counts {
         #[serde(default)]
-        trials: Vec<Counted>,
+        trials: Vec<TrialCounts>,
     }
     let path = dir.join("summary.json");
     let text = match input::read_text(&path, input::LONGEST_DOCUMENT) {

@@ -1,7 +1,7 @@
 //! A run as a folder: `run.json`, and for each trial `NN-name/` with `trial.json`, `samples.csv`,
 //! `edges.csv` and `markers.csv`.
 
-use super::damage::{self, Held, is_lost};
+use super::damage::{self, RowCounts, is_lost};
 use super::disk::write_json;
 use super::recorder::Recorder;
 use super::{
@@ -95,7 +95,7 @@ pub fn load_each(dir: &Path, each: &mut dyn FnMut(Trial)) -> Result<Run, RecordE
             wearer.text = copied(&folder.join(KEPT_AS))?;
         }
         run.damage.extend(damage::altered(&folder, &mut trial));
-        found.push((folder, Held::by(&trial)));
+        found.push((folder, RowCounts::by(&trial)));
         each(trial);
     }
     // If the run was cut short, the disk may hold fewer rows than the program counted.

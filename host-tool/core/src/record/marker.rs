@@ -113,7 +113,7 @@ pub fn read_markers(path: &Path) -> Result<Vec<Marker>, RecordError> {
     let (t, device, host) = (column("t_s")?, column("device_us")?, column("host_us")?);
     let (kind, channel) = (column("kind")?, column("channel")?);
     let (intensity, text) = (column("intensity_percent")?, column("text")?);
-    let kept: Kept = rows.map(|row| {
+    let kept: KeptMarkers = rows.map(|row| {
         Ok(Marker {
             t_s: row.get(t)?,
             device_us: row.get(device)?,
@@ -128,9 +128,9 @@ pub fn read_markers(path: &Path) -> Result<Vec<Marker>, RecordError> {
 }
 
 /// Markers without the edges of the sync output.
-struct Kept(Vec<Marker>);
+struct KeptMarkers(Vec<Marker>);
 
-impl FromIterator<Marker> for Kept {
+impl FromIterator<Marker> for KeptMarkers {
     fn from_iter<I: IntoIterator<Item = Marker>>(markers: I) -> Self {
         let markers = markers.into_iter();
         Self(

@@ -64,12 +64,12 @@ pub struct Plan {
     pub draws: Option<u64>,
     /// Files from which an experiment was made: its declaration, then each session that it names.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub declared: Vec<Declared>,
+    pub declared: Vec<DeclaredFile>,
 }
 
 /// A file from which an experiment was made; the record keeps a copy.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize)]
-pub struct Declared {
+pub struct DeclaredFile {
     /// Name of the file; for a session, as the declaration gives it.
     pub file: String,
     /// SHA-256 of the file, 64 hexadecimal digits.
@@ -79,7 +79,7 @@ pub struct Declared {
 /// Folder in which a record keeps the sessions of its declaration.
 pub(super) const DECLARED: &str = "declared";
 
-impl Declared {
+impl DeclaredFile {
     /// Returns the path of the copy relative to the record's folder; `place` is the index in the
     /// plan, from 0.
     #[must_use]

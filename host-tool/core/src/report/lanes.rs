@@ -4,7 +4,7 @@
 use super::trajectory::end_s;
 use crate::plot::axis::Head;
 use crate::plot::ink::{ChannelMark, INK, channel_mark, stroke};
-use crate::plot::series::{Point, Shortened, round_step};
+use crate::plot::series::{Point, ShortenedSeries, round_step};
 use crate::plot::{Axis, Figure, Mark, Panel, Scale, Svg};
 use crate::record::{ChannelInfo, Sample, Trial};
 
@@ -224,8 +224,8 @@ impl Lane {
 fn rows(trial: &Trial, lanes: &[Lane], values: &[Value], surveys: &[Survey]) -> Vec<Mark> {
     let numbers: Vec<u8> = lanes.iter().map(|lane| lane.number).collect();
     let sources = Source::all(trial, &numbers, values);
-    let begun = |survey: &Survey| Shortened::of(survey.count, BUCKETS);
-    let mut short: Vec<Shortened> = surveys.iter().map(begun).collect();
+    let begun = |survey: &Survey| ShortenedSeries::of(survey.count, BUCKETS);
+    let mut short: Vec<ShortenedSeries> = surveys.iter().map(begun).collect();
     let each = values.len().max(1);
     for sample in trial.samples.iter() {
         let lanes = (0..).map(f64::from).zip(lanes);
@@ -238,7 +238,7 @@ fn rows(trial: &Trial, lanes: &[Lane], values: &[Value], surveys: &[Survey]) -> 
             }
         }
     }
-    let mut parts = short.into_iter().map(Shortened::close);
+    let mut parts = short.into_iter().map(ShortenedSeries::close);
     let numbered = (0..).map(f64::from).zip(lanes);
     let marks = numbered.map(|(row, lane)| lane.marks(row, parts.by_ref().take(each).collect()));
     marks.flatten().collect()

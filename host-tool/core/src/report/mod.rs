@@ -22,7 +22,7 @@ mod tables;
 mod trajectory;
 
 pub use compare::{
-    CompareRow, Compared, FileDifference, KeyChange, TrialRow, compare_body, compare_rows,
+    CompareRow, ComparedRecord, FileDifference, KeyChange, TrialRow, compare_body, compare_rows,
     compare_text, session_differences,
 };
 pub use edges::edges_figure;

@@ -9,7 +9,7 @@ use crate::analysis::metrics_but_lag;
 use crate::plot::canvas::standalone;
 use crate::plot::figure::legend;
 use crate::plot::ink::{Color, GRID, INK, MUTED, PALETTE, channel_mark, stroke};
-use crate::plot::panel::Letters;
+use crate::plot::panel::LetterScale;
 use crate::plot::series::range;
 use crate::plot::{At, Axis, Canvas, Key, Mark, Paint, Panel, Shape, Words};
 use crate::record::{Edge, Sample, State, Trial};
@@ -17,7 +17,7 @@ use crate::record::{Edge, Sample, State, Trial};
 /// Size of the picture, CSS pixels. On a screen of 360 pixels a README has 328: the smallest
 /// letters are then 9.7 pixels high.
 const SIZE: At = (540.0, 690.0);
-const LETTERS: Letters = Letters(16.0 / 11.0);
+const LETTERS: LetterScale = LetterScale(16.0 / 11.0);
 const WORDS: Words = Words::new(16.0, INK);
 /// Top left and bottom right corners of the two plots.
 const LANES: (At, At) = ((262.0, 92.0), (524.0, 332.0));
@@ -143,7 +143,7 @@ fn draw_angles(canvas: &mut Canvas, default: &Trial, paper: &Trial) {
     ];
     legend(
         canvas,
-        Letters(16.0 / 12.0),
+        LetterScale(16.0 / 12.0),
         (6.0, ANGLE.0.1 - 66.0),
         &keys,
         SIZE.0,

@@ -2,11 +2,11 @@
 
 use super::{Report, page};
 use crate::analysis::{
-    ChannelDose, ForceMetrics, Hit, Metrics, doses, force_limiting_share, force_metrics, hits,
-    limit_cycles, metrics,
+    ChannelDose, ForceMetrics, Metrics, WallContact, doses, force_limiting_share, force_metrics,
+    hits, limit_cycles, metrics,
 };
 use crate::record::{
-    Assumption, Ending, Held, PaperRow, RecordError, TrialWearer, replace_file, write_summary,
+    Assumption, Ending, PaperRow, RecordError, RowCounts, TrialWearer, replace_file, write_summary,
 };
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -37,11 +37,11 @@ struct TrialSummary<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     wearer: Option<&'a TrialWearer>,
     #[serde(flatten)]
-    held: Held,
+    held: RowCounts,
     duration_s: f64,
     channels: Vec<ChannelDose>,
     metrics: Option<Metrics>,
-    hits: Vec<Hit>,
+    hits: Vec<WallContact>,
     forces: Vec<ForceMetrics>,
     force_limiting_share: Option<f64>,
     /// Number of times that the device lowered its feedback because of a limit cycle.
@@ -81,7 +81,7 @@ pub fn write(dir: &Path, report: &Report) -> Result<PathBuf, RecordError> {
                 pulses: trial.pulses,
                 session_file: &trial.session_file,
                 wearer: trial.wearer.as_ref(),
-                held: Held::by(trial),
+                held: RowCounts::by(trial),
                 duration_s: trial.duration_s,
                 channels: doses(trial),
                 metrics: metrics(trial),

@@ -41,7 +41,7 @@ pub(super) fn course(
 
 /// The data of a trial that the figure shows, without its samples.
 #[derive(Clone, Debug)]
-pub(super) struct Traced {
+pub(super) struct TrialTrace {
     /// Name of the trial, above its panel.
     pub name: String,
     result: String,
@@ -55,7 +55,7 @@ pub(super) struct Traced {
     curves: Vec<Mark>,
 }
 
-impl Traced {
+impl TrialTrace {
     /// Returns the data of this trial for the figure.
     pub(super) fn of(trial: &Trial) -> Self {
         let curves = [
@@ -104,11 +104,11 @@ pub(super) fn figure(trials: &[Trial]) -> Svg {
     if !trials.is_empty() && !trials.iter().any(has_angle) {
         return Svg::default();
     }
-    figure_of(&trials.iter().map(Traced::of).collect::<Vec<_>>())
+    figure_of(&trials.iter().map(TrialTrace::of).collect::<Vec<_>>())
 }
 
 /// Returns the main figure of trials whose samples are no longer in memory.
-pub(super) fn figure_of(trials: &[Traced]) -> Svg {
+pub(super) fn figure_of(trials: &[TrialTrace]) -> Svg {
     // All panels share their scales, so that they can be compared at a glance.
     let angles = trials.iter().filter_map(|trial| trial.angles);
     let (low, high) = range(angles.flat_map(|(low, high)| [low, high])).unwrap_or((0.0, 90.0));
@@ -143,7 +143,7 @@ pub(super) fn figure_of(trials: &[Traced]) -> Svg {
     .svg()
 }
 
-fn legend(trials: &[Traced]) -> Vec<(Key, String)> {
+fn legend(trials: &[TrialTrace]) -> Vec<(Key, String)> {
     let walls = || trials.iter().filter_map(|trial| trial.wall);
     let shade = Key::Box(Paint::Full(SHADE));
     let target = match (walls().next(), trials.iter().any(|trial| trial.joint)) {
@@ -166,7 +166,7 @@ fn legend(trials: &[Traced]) -> Vec<(Key, String)> {
         .collect()
 }
 
-fn panel(trial: &Traced, x: Axis, y: Axis) -> Panel {
+fn panel(trial: &TrialTrace, x: Axis, y: Axis) -> Panel {
     let whole = (f64::NEG_INFINITY, f64::INFINITY);
     let mut shaded: Vec<(At, At)> = Vec::new();
     if let Some((from, to)) = trial.measure {

@@ -15,7 +15,7 @@ use firmware::units::Micros;
 use hal_sim::chip::board::Board;
 use hal_sim::chip::cpu::run::Observer;
 #[cfg(feature = "gdb")]
-use hal_sim::chip::gdb::Outlives;
+use hal_sim::chip::gdb::AfterDebugger;
 use hal_sim::chip::{self, soc::Pace};
 use hal_sim::images::Image;
 use hal_sim::lockstep::Device;
@@ -60,7 +60,7 @@ pub struct ChipOptions {
     pub gdb: Option<u16>,
     /// Whether the board runs on or ends after its debugger has disconnected.
     #[cfg(feature = "gdb")]
-    pub outlives: Outlives,
+    pub outlives: AfterDebugger,
     /// File that receives the log of the image; `-` is standard error, `None` discards the log.
     #[cfg(feature = "rtt")]
     pub log: Option<PathBuf>,

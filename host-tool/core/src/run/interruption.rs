@@ -1,27 +1,27 @@
 //! Ends runs when a signal arrives.
 
-use super::{Control, Observer, Seen, Wish};
+use super::{Control, Observation, Observer, ObserverRequest};
 use crate::link::{Error, Interruption, Signal};
 
 /// Wraps `observer` so that `interruption` ends the run at once.
 pub fn interruptible<O: Observer>(interruption: &Interruption, observer: O) -> impl Observer {
-    Heeding {
+    InterruptibleObserver {
         interruption: interruption.clone(),
         observer,
     }
 }
 
-struct Heeding<O> {
+struct InterruptibleObserver<O> {
     interruption: Interruption,
     observer: O,
 }
 
-impl<O: Observer> Observer for Heeding<O> {
-    fn see(&mut self, seen: Seen<'_>) {
+impl<O: Observer> Observer for InterruptibleObserver<O> {
+    fn see(&mut self, seen: Observation<'_>) {
         self.observer.see(seen);
     }
 
-    fn wish(&mut self) -> Wish {
+    fn wish(&mut self) -> ObserverRequest {
         self.observer.wish()
     }
 

@@ -37,7 +37,7 @@ pub use error::RunError;
 pub use file::SessionFile;
 pub use identity::{device_kind, identity};
 pub use interruption::{Stopped, interruptible};
-pub use observer::{Observer, Seen, Wish};
+pub use observer::{Observation, Observer, ObserverRequest};
 #[cfg(feature = "chip")]
 pub use open_error::ChipError;
 pub use open_error::OpenError;
@@ -46,10 +46,12 @@ pub use outcome::Outcome;
 pub use outputs::{Dump, FullestPeriod, Outputs, edges_of_one_period};
 #[cfg(feature = "chip")]
 pub use profile::{Booted, ProfileError, Profiled, profile};
-pub use recorded::{BeginError, Recorded, TrialPlace, record, record_on};
+pub use recorded::{BeginError, RecordedTrial, TrialPlace, record, record_on};
 pub use runner::{acknowledge, greet, run, run_taken};
 pub use simulated::simulated;
 pub use stages::{check_supply, stages_told};
-pub use stepper::{Attached, Control, INTENSITY_STEP, Keys, Stepped, Stepper, Until, repeating};
+pub use stepper::{
+    Attachments, Control, INTENSITY_STEP, Keys, StepEnd, StepLimit, Stepper, repeating,
+};
 pub use trial::{begin_trial, edges_between, event, sample};
 pub use wearer::{BodyError, body_of, fit, rest, worn_alike};

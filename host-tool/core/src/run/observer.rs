@@ -1,13 +1,13 @@
 //! Observers of a running session.
 
 use super::Control;
-use crate::link::{Interruption, Refused};
+use crate::link::{Interruption, RefusalInWords};
 use crate::record::{Marker, Sample};
 use firmware::link::{Event, HelloInfo, Status};
 
 /// Occurrence that an observer is shown. Times count from the start of the trains, in s.
 #[derive(Clone, Copy, Debug)]
-pub enum Seen<'a> {
+pub enum Observation<'a> {
     /// The device opened the session.
     Hello(&'a HelloInfo),
     /// A telemetry sample.
@@ -15,8 +15,8 @@ pub enum Seen<'a> {
     /// The device reported an event.
     Event(f64, &'a Event),
     /// The device refused a setpoint or a frame.
-    Refused(f64, &'a Refused),
-    /// The device's state, fault and counters: after [`Wish::Status`], and at the end.
+    Refused(f64, &'a RefusalInWords),
+    /// The device's state, fault and counters: after [`ObserverRequest::Status`], and at the end.
     Status(&'a Status),
     /// A person used the controls; the marker is the row that is recorded.
     Control(&'a Marker),
@@ -26,7 +26,7 @@ pub enum Seen<'a> {
 
 /// Wish of an observer about the rest of the run.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Wish {
+pub enum ObserverRequest {
     /// Continue.
     Nothing,
     /// Continue, and ask the device for its status.
@@ -39,12 +39,12 @@ pub enum Wish {
 /// 1.
 pub trait Observer {
     /// Receives each occurrence as soon as it arrives.
-    fn see(&mut self, seen: Seen<'_>);
+    fn see(&mut self, seen: Observation<'_>);
 
     /// Returns the observer's wish. It is called after every message that arrives and before every
     /// setpoint.
-    fn wish(&mut self) -> Wish {
-        Wish::Nothing
+    fn wish(&mut self) -> ObserverRequest {
+        ObserverRequest::Nothing
     }
 
     /// Returns the next action of a person at the controls that happened by `now_us` and was not
@@ -62,8 +62,8 @@ pub trait Observer {
 }
 
 impl<F: FnMut(f64)> Observer for F {
-    fn see(&mut self, seen: Seen<'_>) {
-        if let Seen::Progress(part) = seen {
+    fn see(&mut self, seen: Observation<'_>) {
+        if let Observation::Progress(part) = seen {
             self(part);
         }
     }

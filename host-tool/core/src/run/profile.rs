@@ -3,7 +3,7 @@
 use super::chip::power_on;
 use super::open_error::{ChipError, OpenError};
 use super::simulated::simulated;
-use super::{Observer, RunError, Seen, SessionFile, run};
+use super::{Observation, Observer, RunError, SessionFile, run};
 use crate::clock::Clock;
 use crate::link::Interruption;
 use firmware::lockstep::Sensors;
@@ -107,18 +107,18 @@ struct Watch<'a, O> {
 }
 
 impl<O: Observer> Observer for Watch<'_, O> {
-    fn see(&mut self, seen: Seen<'_>) {
+    fn see(&mut self, seen: Observation<'_>) {
         // A step that panicked ends the run, and its profile is never read.
         let board = || self.board.lock().unwrap_or_else(PoisonError::into_inner);
         match seen {
-            Seen::Sample(_) if self.began.is_none() => {
+            Observation::Sample(_) if self.began.is_none() => {
                 let mut board = board();
                 board.observer.restart();
                 board.around.restart_counts();
                 board.cpu.system.latencies = Latencies::default();
                 self.began = Some(self.clock.now());
             }
-            Seen::Progress(part) => {
+            Observation::Progress(part) => {
                 if let Some(began) = self.began.filter(|_| part >= 1.0) {
                     let spent = self.clock.now().saturating_sub(began);
                     let mut board = board();

@@ -19,7 +19,7 @@ pub struct TrialPlace<'a> {
 }
 
 /// Result of a recorded trial, complete or not.
-pub struct Recorded {
+pub struct RecordedTrial {
     /// Rows, events and counters recorded until the end.
     pub trial: Trial,
     /// Reason why the trial ended early; `None` if it ran to its end.
@@ -49,7 +49,7 @@ pub fn record(
     (device, seed): (&DeviceName, u64),
     edges_us: u64,
     observer: impl Observer,
-) -> Result<Recorded, BeginError> {
+) -> Result<RecordedTrial, BeginError> {
     let port = device.open(&file.session, seed)?;
     let (recorded, _) = record_on(place, file, port, edges_us, observer)?;
     Ok(recorded)
@@ -65,7 +65,7 @@ pub fn record_on<P: Port>(
     port: P,
     edges_us: u64,
     observer: impl Observer,
-) -> Result<(Recorded, Option<P>), RecordError> {
+) -> Result<(RecordedTrial, Option<P>), RecordError> {
     let named = Trial {
         name: place.name.to_owned(),
         ..begin_trial(file)
@@ -81,7 +81,7 @@ pub fn record_on<P: Port>(
     let closed = recorder
         .edges(&trial.edges)
         .and_then(|()| recorder.finish(&trial.counters, trial.duration_s));
-    let recorded = Recorded {
+    let recorded = RecordedTrial {
         trial,
         error: outcome.error.or(closed.err().map(RunError::from)),
     };

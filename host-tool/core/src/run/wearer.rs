@@ -5,7 +5,9 @@ use firmware::control::SensorSource;
 use firmware::pulse::{GroupSpec, Partner};
 use hal_sim::body::arm::{Arm, ArmSpec, InvalidArm};
 use hal_sim::body::hand::InvalidHand;
-use hal_sim::body::{Body, CHANNELS, Drive, Elbow, Finger, InvalidElbow, InvalidSpec, Load, Still};
+use hal_sim::body::{
+    Body, CHANNELS, Drive, Elbow, Finger, FixedLoad, InvalidElbow, InvalidSpec, Load,
+};
 use hal_sim::lockstep::Output;
 use hal_sim::random;
 use hal_sim::world::World;
@@ -55,11 +57,11 @@ pub fn body_of(session: &Session, seed: u64) -> Result<Box<dyn Body>, BodyError>
             Box::new(arm)
         }
         Some(BodySpec::Still { load_ohm }) => {
-            let mut body = Still::new(0.0);
+            let mut body = FixedLoad::new(0.0);
             *body.loads_mut() = [Load::Ohms((*load_ohm).into()); CHANNELS];
             Box::new(body)
         }
-        None => Box::new(Still::new(0.0)),
+        None => Box::new(FixedLoad::new(0.0)),
     })
 }
 

@@ -1,13 +1,13 @@
 //! `[body] kind = "arm"`: a simulated right arm under nine electrodes.
 
-use hal_sim::body::arm::{ArmSpec, Held, Posture};
+use hal_sim::body::arm::{ArmSpec, Posture, Support};
 
 use crate::fields::field::Need::{OrTold, OrWord};
 use crate::fields::field::{Field, Kind, Number, f, one_of};
 use crate::fields::table::Table;
 
 /// Ways in which the forearm is held, and their names in session files.
-const HELD: [(&str, Held); 2] = [("cuff", Held::InCuff), ("freely", Held::Freely)];
+const HELD: [(&str, Support); 2] = [("cuff", Support::InCuff), ("freely", Support::Freely)];
 
 /// Seed of the randomly generated arms, which sessions choose by index.
 const ARMS: u64 = 2023;
@@ -32,7 +32,7 @@ pub(super) fn arm_fields() -> [Field; 6] {
 
 /// Reads the arm with its posture, and how its forearm is held; angles that the file leaves out are
 /// those of [`Posture::STUDY`].
-pub(super) fn read_arm(t: &Table<'_>) -> (ArmSpec, Held) {
+pub(super) fn read_arm(t: &Table<'_>) -> (ArmSpec, Support) {
     let real = |name, default| t.real(name).unwrap_or(default);
     let d = Posture::STUDY;
     let spec = match t.has("drawn") {
@@ -45,6 +45,6 @@ pub(super) fn read_arm(t: &Table<'_>) -> (ArmSpec, Held) {
         rotation_deg: real("rotation_deg", d.rotation_deg),
         elbow_deg: real("elbow_deg", d.elbow_deg),
     };
-    let held = t.named("held", &HELD).unwrap_or(Held::InCuff);
+    let held = t.named("held", &HELD).unwrap_or(Support::InCuff);
     (ArmSpec { posture, ..spec }, held)
 }

@@ -1,7 +1,7 @@
 //! `[body]`: the simulated wearer. A board is attached to a real wearer and ignores it.
 
-use hal_sim::body::arm::{ArmSpec, Held};
-use hal_sim::body::elbow::{Approach, Sight, TORQUE_FREQUENCY_HZ, Yields};
+use hal_sim::body::arm::{ArmSpec, Support};
+use hal_sim::body::elbow::{TORQUE_FREQUENCY_HZ, VisionSpec, VoluntaryApproach, YieldSpec};
 use hal_sim::body::finger::Pair;
 use hal_sim::body::hand::FittedHand;
 use hal_sim::body::muscle::SUBJECTS;
@@ -12,7 +12,7 @@ use super::channel::Channel;
 use super::fields::PARTICIPANTS;
 use super::hand::read_hand;
 use super::sites::read_sites;
-use super::worn::Person;
+use super::worn::WearerContext;
 use crate::fields::error::Problem;
 use crate::fields::table::Table;
 
@@ -30,7 +30,7 @@ pub enum BodySpec {
         /// Anatomy of the arm, and its posture.
         spec: Box<ArmSpec>,
         /// Support of the forearm: the cuff of a force sensor, or the person alone.
-        held: Held,
+        held: Support,
     },
     /// Dummy load on every channel.
     Still {
@@ -40,7 +40,11 @@ pub enum BodySpec {
 }
 
 /// Reads the `[body]` of a file that has these channels and this wearer.
-pub(super) fn read_body(t: &Table<'_>, channels: &[Channel], person: &Person) -> Option<BodySpec> {
+pub(super) fn read_body(
+    t: &Table<'_>,
+    channels: &[Channel],
+    person: &WearerContext,
+) -> Option<BodySpec> {
     if !t.is_sound() {
         return None;
     }
@@ -61,7 +65,7 @@ pub(super) fn read_body(t: &Table<'_>, channels: &[Channel], person: &Person) ->
 
 /// Reads a participant's finger. If the file names no participant, the participant is the wearer of
 /// the wearer file.
-fn read_finger(t: &Table<'_>, person: &Person) -> Option<FingerSpec> {
+fn read_finger(t: &Table<'_>, person: &WearerContext) -> Option<FingerSpec> {
     let participant = if t.has("participant") {
         t.named("participant", &PARTICIPANTS)?
     } else {
@@ -139,7 +143,7 @@ fn read_elbow(t: &Table<'_>) -> Option<ElbowSpec> {
     }
     spec.person.sight = t.part("sight", |sight| {
         let real = |name| sight.real(name);
-        Some(Sight {
+        Some(VisionSpec {
             delay_s: real("delay_s")?,
             every_s: real("every_s")?,
             line_deg: real("line_deg")?,
@@ -147,7 +151,7 @@ fn read_elbow(t: &Table<'_>) -> Option<ElbowSpec> {
     })?;
     spec.person.yields = t.part("yields", |yields| {
         let real = |name| yields.real(name);
-        Some(Yields {
+        Some(YieldSpec {
             delay_s: real("delay_s")?,
             to: real("to")?,
             at_ma: real("at_ma")?,
@@ -157,7 +161,7 @@ fn read_elbow(t: &Table<'_>) -> Option<ElbowSpec> {
     real("push_nm", &mut spec.person.push_nm);
     for item in t.tables("approaches").iter().filter(|item| item.is_sound()) {
         let milli = |name| item.whole::<i64>(name) as f64 * 1e-3;
-        let approach = Approach {
+        let approach = VoluntaryApproach {
             at_s: milli("at_s"),
             speed_deg_per_s: milli("speed_deg_per_s"),
             for_s: milli("for_s"),

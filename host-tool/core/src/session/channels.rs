@@ -11,7 +11,7 @@ use super::fields::{SHAPES, TRIGGERS};
 use super::hold::read_hold;
 use super::muscle::read_muscle;
 use super::verdict::{tell_channel, tell_muscle};
-use super::worn::{Person, tell_force};
+use super::worn::{WearerContext, tell_force};
 use crate::fields::error::Problem;
 use crate::fields::table::Table;
 use crate::wearer::Electrode;
@@ -39,7 +39,7 @@ impl Channels {
     /// the values that had to be rounded.
     pub(super) fn read(
         root: &Table<'_>,
-        person: &Person,
+        person: &WearerContext,
         draft: &mut Draft,
         duration_us: u64,
         notes: &mut Vec<String>,
@@ -140,7 +140,7 @@ pub(super) fn amplitude_or(
 /// the error holds the channel without muscle and force.
 fn read_channel(
     t: &Table<'_>,
-    person: &Person,
+    person: &WearerContext,
     draft: &mut Draft,
     duration_us: u64,
     notes: &mut Vec<String>,

@@ -4,7 +4,7 @@
 use firmware::control::differentiator::Differentiator;
 use firmware::control::pid::Pid;
 use firmware::control::refusal::{ANGLE_MAX_MDEG, ANGLE_MIN_MDEG};
-use firmware::control::super_twisting::{Paper, Recommended, Twist};
+use firmware::control::super_twisting::{Paper, Recommended, SuperTwisting};
 use firmware::control::{HoldPolicy, LawSpec, PointSpec, ResponseSpec, SensorSource, WearerModel};
 use firmware::haptics::{CoContraction, PreWall, Side, WallSpec};
 
@@ -122,10 +122,10 @@ fn recommended_gains() -> Section {
     });
     vec![
         f("lambda", n("", 3, Recommended::LAMBDA_MILLI), own(a[0], w[0]), "slope of the sliding surface"),
-        f("k1", nb("", 3, Twist::k1_milli(1_000, 1), "h·b·k1 to 200"), own(a[1], w[1]), "of the root of the sliding variable"),
+        f("k1", nb("", 3, SuperTwisting::k1_milli(1_000, 1), "h·b·k1 to 200"), own(a[1], w[1]), "of the root of the sliding variable"),
         f("k2", n("", 3, Recommended::K2_MILLI), own(a[2], w[2]), "of its sign, integrated"),
-        f("b", n("", 3, Twist::B_MILLI), own(a[3], w[3]), "of the plant that the law assumes"),
-        f("k3", nb("", 3, Twist::k3_milli(1_000, 1), "h·b·k3 to 7"), own(a[4], w[4]), "of the sliding variable itself"),
+        f("b", n("", 3, SuperTwisting::B_MILLI), own(a[3], w[3]), "of the plant that the law assumes"),
+        f("k3", nb("", 3, SuperTwisting::k3_milli(1_000, 1), "h·b·k3 to 7"), own(a[4], w[4]), "of the sliding variable itself"),
         f("ki", n("", 3, Recommended::KI_MILLI), own(a[5], w[5]), "of the error, integrated"),
     ]
 }

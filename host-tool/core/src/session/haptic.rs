@@ -4,13 +4,13 @@
 use firmware::units::Amplitude;
 
 use super::channels::Channels;
-use super::worn::Person;
+use super::worn::WearerContext;
 use crate::fields::table::Table;
 use crate::wearer::Electrode;
 
 /// Reports every amplitude of the file `root` that is neither 0 nor in the haptic range of its
 /// channel. The amplitude of a wall rises from 0 with penetration, so only its maximum is checked.
-pub(super) fn tell(root: &Table<'_>, person: &Person, channels: &Channels) {
+pub(super) fn tell(root: &Table<'_>, person: &WearerContext, channels: &Channels) {
     let tell = |t: &Table<'_>, named: &Table<'_>, field: &str| {
         let electrode = channels.electrode(named.whole("channel"));
         if let Some(electrode) = electrode.filter(|_| t.has(field) && t.is_sound()) {
@@ -93,7 +93,7 @@ pub(super) fn tell(root: &Table<'_>, person: &Person, channels: &Channels) {
 
 /// Reports the amplitudes of a program that are outside their channel's range, and the ramps that
 /// leave it on the way: only the wearer's own rise may.
-fn tell_program(program: &Table<'_>, person: &Person, channels: &Channels) {
+fn tell_program(program: &Table<'_>, person: &WearerContext, channels: &Channels) {
     let numbers = program.wholes("channels").iter().map(|pair| pair.0);
     let listed: Vec<_> = numbers
         .filter_map(|number| channels.electrode(number as u8))
@@ -133,7 +133,7 @@ fn tell_program(program: &Table<'_>, person: &Person, channels: &Channels) {
 
 /// Reports a muscle of the form "scaled", whose intensity takes any value from 0 on and so leaves
 /// the range.
-fn tell_scaled(muscle: &Table<'_>, person: &Person, channels: &Channels) {
+fn tell_scaled(muscle: &Table<'_>, person: &WearerContext, channels: &Channels) {
     let electrode = channels.electrode(muscle.whole("channel"));
     if let Some(electrode) = electrode.filter(|_| muscle.word("form") == "scaled") {
         // The smallest amplitude above 0 stands for the values between 0 and the range.
@@ -143,7 +143,7 @@ fn tell_scaled(muscle: &Table<'_>, person: &Person, channels: &Channels) {
 
 /// Reports the point after point `nth` if the ramp between them begins or ends at 0, because the
 /// ramp then leaves the range on the way.
-fn tell_way(setpoints: &Table<'_>, nth: usize, person: &Person, channels: &Channels) {
+fn tell_way(setpoints: &Table<'_>, nth: usize, person: &WearerContext, channels: &Channels) {
     let points = setpoints.tables("points");
     let value = |t: &Table<'_>| t.has("value").then(|| t.whole::<u32>("value"));
     let pair = points.get(nth).zip(points.get(nth + 1));

@@ -4,7 +4,7 @@ use firmware::control::{EndpointSpec, PostureSpec};
 use firmware::limb::{AXES, AXIS_NAMES, LINES, Lines};
 
 use super::channels::Channels;
-use super::worn::Person;
+use super::worn::WearerContext;
 use crate::fields::decimal::between;
 use crate::fields::error::Problem;
 use crate::fields::table::Table;
@@ -32,7 +32,7 @@ const RATES_HZ: [f64; 2] = [200.0, 20.0];
 /// Reads the arm if forces at the hand are streamed, and reports all errors in it.
 pub(super) fn read_limb(
     root: &Table<'_>,
-    person: &Person,
+    person: &WearerContext,
     channels: &Channels,
 ) -> Option<SessionLimb> {
     let t = root.table("setpoints")?;

@@ -78,8 +78,8 @@ pub use setpoints::{
 pub use shipped::SHIPPED;
 pub use study::{Electrode, Study};
 pub use trigger::{Edges, SimulatedTrigger};
-use worn::Person;
-pub use worn::{KEPT_AS, WearerTexts, Worn, no_wearer, shipped_text};
+use worn::WearerContext;
+pub use worn::{KEPT_AS, SessionWearer, WearerTexts, no_wearer, shipped_text};
 
 /// A checked session, which the firmware accepts and can arm: everything that a run needs.
 #[derive(Clone, PartialEq, Debug)]
@@ -131,7 +131,7 @@ pub struct Session {
     /// Facts about the study that only people know, kept for the record.
     pub study: Study,
     /// Wearer file from which the wearer's numbers come, if the session names a file.
-    pub worn: Option<Worn>,
+    pub worn: Option<SessionWearer>,
 }
 
 /// Default duration of the part of a longer session that is tried to choose models, µs.
@@ -211,7 +211,7 @@ impl Session {
     fn read(doc: &Document, t: &Table<'_>, texts: WearerTexts<'_>) -> Option<Self> {
         let duration_us = t.whole_or("duration_s", DAY_US as u64); // not negative
         let mut notes = Vec::new();
-        let person = Person::read(doc, t, texts);
+        let person = WearerContext::read(doc, t, texts);
         let setup = setup::read_setup(t, &person, duration_us, &mut notes);
         haptic::tell(t, &person, &setup.channels);
         let has_joint = t.has("joint");

@@ -17,7 +17,7 @@ use super::limits::{tell_sum, tell_times};
 use super::modulation::{SessionJoint, behind_shares, read_modulations, tell_modulation};
 use super::verdict::{tell, tell_group};
 use super::wall::read_wall;
-use super::worn::Person;
+use super::worn::WearerContext;
 use crate::fields::error::Problem;
 use crate::fields::table::Table;
 
@@ -41,7 +41,7 @@ pub(super) struct SetupSpec {
 /// everything that the draft refuses.
 pub(super) fn read_setup(
     root: &Table<'_>,
-    person: &Person,
+    person: &WearerContext,
     duration_us: u64,
     notes: &mut Vec<String>,
 ) -> SetupSpec {

@@ -6,7 +6,7 @@
 use firmware::control::SpecError;
 use firmware::device::{Mistake, Part, Rule};
 use firmware::haptics::WallError;
-use firmware::muscle::{CalciumForceSpec, LadderError, RecruitmentSpec};
+use firmware::muscle::{CalciumForceSpec, MuscleModelError, RecruitmentSpec};
 use firmware::pulse::{GroupError, GroupSpec, TrainError, TrainSpec};
 use firmware::range::{OutOfRange, Range};
 use firmware::safety::SetupError;
@@ -154,17 +154,19 @@ pub(crate) fn tell_channel(t: &Table<'_>, channel: &Channel, mistake: Mistake) {
 /// the table `channel`.
 pub(crate) fn tell_muscle(t: &Table<'_>, channel: &Table<'_>, mistake: Mistake) {
     match mistake.rule {
-        Rule::Muscle(LadderError::NoFatigue) => {
+        Rule::Muscle(MuscleModelError::NoFatigue) => {
             t.say("model", Problem::NoFatigue {});
         }
         // Full scales stay far below the bound of the recruitment curve, so a limit can only be too
         // low for the threshold.
-        Rule::Muscle(LadderError::Range(e)) if e.field == RecruitmentSpec::LIMIT.field => {
+        Rule::Muscle(MuscleModelError::Range(e)) if e.field == RecruitmentSpec::LIMIT.field => {
             let allowed = format!("below the channel's limit of {}", channel.at("limit").given);
             t.out_of_range("motor_threshold", allowed);
         }
         // The shortest τ1 depends on K and τ2.
-        Rule::Muscle(LadderError::Range(e)) if e.field == TAU1_US.field && e.min > TAU1_US.min => {
+        Rule::Muscle(MuscleModelError::Range(e))
+            if e.field == TAU1_US.field && e.min > TAU1_US.min =>
+        {
             let range = between(e.min.into(), e.max.into(), 3);
             t.out_of_range("tau1_ms", format!("{range} with this `k` and `tau2_ms`"));
         }

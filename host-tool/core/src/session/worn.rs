@@ -18,11 +18,11 @@ use crate::fields::document::Document;
 use crate::fields::table::Table;
 use crate::fields::{Problem, SessionError};
 use crate::wearer::Unit;
-use crate::wearer::{Electrode, Unfit, Wearer, limits_of, shipped};
+use crate::wearer::{Electrode, Wearer, WidthError, limits_of, shipped};
 
 /// The wearer file that a session names, as it was when the session was read.
 #[derive(Clone, PartialEq, Debug)]
-pub struct Worn {
+pub struct SessionWearer {
     /// Path of the file as the session names it, relative to the session.
     pub file: String,
     /// Text of the file.
@@ -74,15 +74,15 @@ pub const KEPT_AS: &str = "wearer.toml";
 
 /// The wearer of a session, as far as the session describes them.
 #[derive(Default)]
-pub(super) struct Person {
-    pub(super) worn: Option<Worn>,
+pub(super) struct WearerContext {
+    pub(super) worn: Option<SessionWearer>,
     /// Whether the wearer file has errors, which were reported; nothing is then checked against it.
     pub(super) is_unknown: bool,
     /// Whether amplitudes must stay within I_MT and 1.5 · I_MT.
     is_haptic: bool,
 }
 
-impl Person {
+impl WearerContext {
     /// Reads the wearer from `[wearer]`; `texts` returns the text of the file that it names.
     pub(super) fn read(doc: &Document, root: &Table<'_>, texts: WearerTexts<'_>) -> Self {
         let Some(t) = root.table("wearer") else {
@@ -104,7 +104,7 @@ impl Person {
         let read = texts(file).and_then(|text| {
             let wearer = Wearer::parse(file, &text)?;
             let file = file.to_owned();
-            Ok(Worn { file, text, wearer })
+            Ok(SessionWearer { file, text, wearer })
         });
         let worn = match read {
             Ok(worn) => Some(worn),
@@ -193,8 +193,8 @@ impl Person {
             Ok(fitted) => fitted,
             Err(unfit) => {
                 let there = match unfit {
-                    Unfit::NoCurve => format!("{} µs", electrode.width_us),
-                    Unfit::AboveLimit(threshold) => format!(
+                    WidthError::NoCurve => format!("{} µs", electrode.width_us),
+                    WidthError::AboveLimit(threshold) => format!(
                         "{} µs, and what its `strength_duration` makes of the threshold, {}, is \
                          not below what the wearer accepts",
                         electrode.width_us,

@@ -27,6 +27,6 @@ pub use normality::{ShapiroWilk, shapiro_wilk};
 pub use ranks::{Friedman, MannWhitney, Method, Wilcoxon, friedman, mann_whitney, wilcoxon};
 pub use sample::StatisticsError;
 pub use variance::{
-    Corrected, Effect, Mauchly, RepeatedMeasures, TwoWay, TwoWayRepeated, mauchly,
+    CorrectedP, Effect, Mauchly, RepeatedMeasures, TwoWay, TwoWayRepeated, mauchly,
     repeated_measures, two_way, two_way_repeated,
 };

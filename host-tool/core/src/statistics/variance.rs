@@ -23,7 +23,7 @@ pub struct Effect {
 
 /// p-value after both degrees of freedom were multiplied by an estimate of sphericity.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Corrected {
+pub struct CorrectedP {
     /// Estimate of sphericity ε, from 1/df of the effect to 1; 1 where sphericity holds.
     pub epsilon: f64,
     /// p-value: upper tail of F with the corrected degrees of freedom.
@@ -49,9 +49,9 @@ pub struct RepeatedMeasures {
     /// Effect without correction.
     pub effect: Effect,
     /// Correction with Box's ε as Greenhouse and Geisser (1959) estimate it.
-    pub greenhouse_geisser: Corrected,
+    pub greenhouse_geisser: CorrectedP,
     /// Correction with the estimate of Huynh and Feldt (1976), at most one.
-    pub huynh_feldt: Corrected,
+    pub huynh_feldt: CorrectedP,
 }
 
 /// Result of repeated measures on two factors.
@@ -249,9 +249,9 @@ fn within(
     let between = each * n as f64 * squares(means);
     let error_df = df * (n - 1);
     let effect = judged((between, df), (each * error, error_df))?;
-    let corrected = |epsilon: f64| -> Result<Corrected, StatisticsError> {
+    let corrected = |epsilon: f64| -> Result<CorrectedP, StatisticsError> {
         let p = fisher_f_p(effect.f, epsilon * df as f64, epsilon * error_df as f64)?;
-        Ok(Corrected { epsilon, p })
+        Ok(CorrectedP { epsilon, p })
     };
     let epsilon = sphericity(&left, df);
     Ok(RepeatedMeasures {

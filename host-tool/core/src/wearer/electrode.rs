@@ -82,7 +82,7 @@ pub struct Interval {
 
 /// Reason why an electrode cannot be used at another pulse width.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Unfit {
+pub enum WidthError {
     /// The thresholds at that width are unknown, because there is no strength–duration curve.
     NoCurve,
     /// This threshold, thousandths of the unit, is not below the known limit.
@@ -123,11 +123,11 @@ impl Electrode {
     ///
     /// # Errors
     /// There is no such curve, or the threshold at that width is not below the known limit.
-    pub fn at_width(&self, width_us: u16) -> Result<Self, Unfit> {
+    pub fn at_width(&self, width_us: u16) -> Result<Self, WidthError> {
         if width_us == self.width_us {
             return Ok(self.clone());
         }
-        let curve = self.strength_duration.as_ref().ok_or(Unfit::NoCurve)?;
+        let curve = self.strength_duration.as_ref().ok_or(WidthError::NoCurve)?;
         let factor = curve.factor(self.width_us, width_us);
         let times = |amplitude: Amplitude, factor: f64| f64::from(amplitude.get()) * factor;
         let scaled = |amplitude| Amplitude::new(times(amplitude, factor).round() as u32); // saturates
@@ -143,7 +143,7 @@ impl Electrode {
         let limit = muscle.map_or(limit, |muscle| limit.min(muscle.reference));
         let motor_threshold = scaled(self.motor_threshold);
         if motor_threshold >= limit {
-            return Err(Unfit::AboveLimit(motor_threshold));
+            return Err(WidthError::AboveLimit(motor_threshold));
         }
         Ok(Self {
             width_us,

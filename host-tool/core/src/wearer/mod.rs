@@ -19,7 +19,7 @@ mod tiring;
 mod unit;
 mod write;
 
-pub use electrode::{Electrode, Interval, Muscle, StrengthDuration, Unfit};
+pub use electrode::{Electrode, Interval, Muscle, StrengthDuration, WidthError};
 pub use fields::{INTERVALS_OF, manual, schema};
 pub(crate) use limb::triple;
 pub use limb::{Limb, Line};

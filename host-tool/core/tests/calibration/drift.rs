@@ -3,23 +3,24 @@
 use super::scene::*;
 use hal_sim::body::bench::SensorSpec;
 use host_core::calibration::{
-    Auto, CalibrationError, Checked, Desk, Journal, Level, Phase, Plan, Spent, Step, check,
+    Auto, CalibrationError, CheckOrder, Journal, Level, OperatorStation, Phase, Plan,
+    ProcedureCost, Step, check,
 };
 use host_core::wearer::Wearer;
 use std::path::Path;
 use std::sync::{Arc, Mutex};
 
 /// Checks the file on the body that `seed` draws.
-fn checked(file: &Path, seed: u64) -> (Result<(), CalibrationError>, Spent) {
+fn checked(file: &Path, seed: u64) -> (Result<(), CalibrationError>, ProcedureCost) {
     let wearer = Wearer::read(file).unwrap();
     let port = port_of(&Plan::of(&wearer).unwrap(), seed, SensorSpec::default());
     let head = head_of("");
-    let checked = Checked {
+    let checked = CheckOrder {
         file,
         tolerance: Level(1_000),
         head: &head,
     };
-    let mut desk = Desk {
+    let mut desk = OperatorStation {
         operator: &mut Auto,
         interruption: None,
         acknowledges: false,
@@ -83,23 +84,23 @@ fn an_electrode_that_falls_off_while_a_30_hz_file_is_checked_is_silent_in_time()
             phase,
             left_s,
         };
-        let come = Arc::new(Mutex::new(Come::default()));
-        let mut operator = Until {
+        let come = Arc::new(Mutex::new(DisturbanceState::default()));
+        let mut operator = DisturbedOperator {
             moment,
-            way: Way::Off,
+            way: Disturbance::Off,
             come: Arc::clone(&come),
         };
-        let mut port = Happening {
+        let mut port = DisturbedPort {
             port: port_of(&plan, SEED, SensorSpec::default()),
-            way: Way::Off,
+            way: Disturbance::Off,
             come: Arc::clone(&come),
         };
-        let checked = Checked {
+        let checked = CheckOrder {
             file: &file,
             tolerance: Level(1_000),
             head: &head_of(""),
         };
-        let mut desk = Desk {
+        let mut desk = OperatorStation {
             operator: &mut operator,
             interruption: None,
             acknowledges: false,

@@ -33,15 +33,15 @@ fn moments() -> Vec<Moment> {
 }
 
 /// Ends a calibration so, and gives how long the outputs were not silent.
-fn ended(way: Way, moment: Moment, out: &Path) -> u64 {
+fn ended(way: Disturbance, moment: Moment, out: &Path) -> u64 {
     let order = plan_of(2);
-    let come = Arc::new(Mutex::new(Come::default()));
-    let mut operator = Until {
+    let come = Arc::new(Mutex::new(DisturbanceState::default()));
+    let mut operator = DisturbedOperator {
         moment,
         way,
         come: Arc::clone(&come),
     };
-    let port = Happening {
+    let port = DisturbedPort {
         port: port_of(&order.0, SEED, SensorSpec::default()),
         way,
         come: Arc::clone(&come),
@@ -49,10 +49,10 @@ fn ended(way: Way, moment: Moment, out: &Path) -> u64 {
     let (result, _, port) = calibrated(port, &order, out, &OnDisk, &mut operator);
     let told = result.unwrap_err().to_string();
     let expected = match way {
-        Way::Abort => "E683 ",
-        Way::Cut => "E502 ",
-        Way::Freeze => "E501 ",
-        Way::Off => "E677 ",
+        Disturbance::Abort => "E683 ",
+        Disturbance::Cut => "E502 ",
+        Disturbance::Freeze => "E501 ",
+        Disturbance::Off => "E677 ",
     };
     assert!(told.starts_with(expected), "{way:?} {moment:?}: {told}");
     let mut port = port.unwrap();
@@ -61,13 +61,15 @@ fn ended(way: Way, moment: Moment, out: &Path) -> u64 {
     // Nothing flows through an electrode that is off, and nobody can know it while
     // nothing is given: it counts from the next pulse on, or at once if one is given.
     let since_us = match (way, moment.phase) {
-        (Way::Off, Phase::Ready | Phase::Rest) => driven_after(world, at_us).unwrap_or(at_us),
+        (Disturbance::Off, Phase::Ready | Phase::Rest) => {
+            driven_after(world, at_us).unwrap_or(at_us)
+        }
         _ => at_us,
     };
     silent_after(world, since_us)
 }
 
-fn at_every_step(way: Way) {
+fn at_every_step(way: Disturbance) {
     let order = plan_of(2);
     let folder = folder(&format!("{way:?}"));
     let (_, _, reference) = whole(&order, &folder.join("reference.toml"));
@@ -77,8 +79,8 @@ fn at_every_step(way: Way) {
         let silent_us = ended(way, moment, &out);
         longest = longest.max(silent_us);
         let most_us = match way {
-            Way::Cut | Way::Freeze => UNHEARD_US,
-            Way::Abort | Way::Off => SILENT_US,
+            Disturbance::Cut | Disturbance::Freeze => UNHEARD_US,
+            Disturbance::Abort | Disturbance::Off => SILENT_US,
         };
         assert!(silent_us <= most_us, "{way:?} {moment:?}: {silent_us} µs");
         let kept = entries(&out);
@@ -108,22 +110,22 @@ fn at_every_step(way: Way) {
 
 #[test]
 fn an_abort_at_every_step_is_silent_at_once() {
-    at_every_step(Way::Abort);
+    at_every_step(Disturbance::Abort);
 }
 
 #[test]
 fn a_cable_cut_at_every_step_is_silent_soon() {
-    at_every_step(Way::Cut);
+    at_every_step(Disturbance::Cut);
 }
 
 #[test]
 fn a_link_that_goes_silent_at_every_step_is_silent_soon() {
-    at_every_step(Way::Freeze);
+    at_every_step(Disturbance::Freeze);
 }
 
 #[test]
 fn an_electrode_that_falls_off_at_every_step_is_found() {
-    at_every_step(Way::Off);
+    at_every_step(Disturbance::Off);
 }
 
 /// A pulse comes every 31 ms, and three tell: wherever between two the electrode falls off.
@@ -143,7 +145,11 @@ fn an_electrode_that_falls_off_at_any_moment_of_a_second_is_silent_in_time() {
             phase: Phase::On,
             left_s: 0.3 + 0.005 * f64::from(place),
         };
-        let silent_us = ended(Way::Off, moment, &folder.join(format!("{nth}.toml")));
+        let silent_us = ended(
+            Disturbance::Off,
+            moment,
+            &folder.join(format!("{nth}.toml")),
+        );
         longest = longest.max(silent_us);
     }
     println!("silent within {:.1} ms", longest as f64 * 1e-3);

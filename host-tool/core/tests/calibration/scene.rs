@@ -6,8 +6,9 @@ use hal_sim::body::{Array, Load};
 use hal_sim::native::native_seeded;
 use hal_sim::world::World;
 use host_core::calibration::{
-    Auto, CalibrationError, Course, Desk, Entry, Files, Found, Gone, Head, Journal, OnDisk,
-    Operator, Order, Phase, Plan, Spent, Step, View, board, calibrate, journal_of, read,
+    Auto, CalibrationError, Course, ElectrodeResult, Entry, Files, Head, Journal, OnDisk, Operator,
+    OperatorLoss, OperatorStation, Order, Phase, Plan, ProcedureCost, Step, View, board, calibrate,
+    journal_of, read,
 };
 use host_core::link::{Port, SimulatedPort};
 use host_core::run::simulated;
@@ -60,7 +61,7 @@ pub fn port_of(plan: &Plan, seed: u64, sensor: SensorSpec) -> SimulatedPort {
 
 /// What happens at a moment.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Way {
+pub enum Disturbance {
     /// The operator's one key.
     Abort,
     /// The cable breaks: nothing can be sent or received.
@@ -84,7 +85,7 @@ pub struct Moment {
 
 /// What has come of the moment.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Come {
+pub struct DisturbanceState {
     pub has_come: bool,
     /// When the device's side saw it, µs.
     pub at_us: Option<u64>,
@@ -92,21 +93,21 @@ pub struct Come {
 }
 
 /// The stand-in, until something happens.
-pub struct Until {
+pub struct DisturbedOperator {
     pub moment: Moment,
-    pub way: Way,
-    pub come: Arc<Mutex<Come>>,
+    pub way: Disturbance,
+    pub come: Arc<Mutex<DisturbanceState>>,
 }
 
-impl Operator for Until {
-    fn orders(&mut self, view: &View) -> Result<Vec<Order>, Gone> {
+impl Operator for DisturbedOperator {
+    fn orders(&mut self, view: &View) -> Result<Vec<Order>, OperatorLoss> {
         let (at, now) = (self.moment, (view.electrode, view.step, view.phase));
         let is_time = view.phase != Phase::On || view.left_s < at.left_s;
         let mut come = self.come.lock().unwrap();
         if now == (at.electrode, at.step, at.phase) && is_time && !come.has_come {
             come.has_come = true;
             come.channel = usize::from(view.channel - 1);
-            if self.way == Way::Abort {
+            if self.way == Disturbance::Abort {
                 return Ok(vec![Order::Abort]);
             }
         }
@@ -115,13 +116,13 @@ impl Operator for Until {
 }
 
 /// A port to which it happens.
-pub struct Happening {
+pub struct DisturbedPort {
     pub port: SimulatedPort,
-    pub way: Way,
-    pub come: Arc<Mutex<Come>>,
+    pub way: Disturbance,
+    pub come: Arc<Mutex<DisturbanceState>>,
 }
 
-impl Happening {
+impl DisturbedPort {
     /// Whether the wire is as it was.
     fn is_whole(&mut self) -> bool {
         let mut come = self.come.lock().unwrap();
@@ -130,15 +131,15 @@ impl Happening {
         }
         if come.at_us.is_none() {
             come.at_us = Some(self.port.world.now_us());
-            if self.way == Way::Off {
+            if self.way == Disturbance::Off {
                 self.port.world.body.loads_mut()[come.channel] = Load::Open;
             }
         }
-        matches!(self.way, Way::Abort | Way::Off)
+        matches!(self.way, Disturbance::Abort | Disturbance::Off)
     }
 }
 
-impl Port for Happening {
+impl Port for DisturbedPort {
     fn now_us(&mut self) -> u64 {
         self.port.now_us()
     }
@@ -146,7 +147,7 @@ impl Port for Happening {
     fn send(&mut self, frame: &[u8]) -> io::Result<()> {
         match self.is_whole() {
             true => self.port.send(frame),
-            false if self.way == Way::Cut => Err(io::Error::other("cut")),
+            false if self.way == Disturbance::Cut => Err(io::Error::other("cut")),
             false => Ok(()),
         }
     }
@@ -154,7 +155,7 @@ impl Port for Happening {
     fn receive(&mut self, until_us: u64) -> io::Result<Vec<u8>> {
         match self.is_whole() {
             true => self.port.receive(until_us),
-            false if self.way == Way::Cut => Err(io::Error::other("cut")),
+            false if self.way == Disturbance::Cut => Err(io::Error::other("cut")),
             false => {
                 self.port.world.run_until(until_us)?;
                 self.port.world.received().for_each(drop);
@@ -169,7 +170,7 @@ impl Port for Happening {
 }
 
 /// A port that is looked at afterwards.
-impl Port for &mut Happening {
+impl Port for &mut DisturbedPort {
     fn now_us(&mut self) -> u64 {
         (**self).now_us()
     }
@@ -188,7 +189,11 @@ impl Port for &mut Happening {
 }
 
 /// What came of a calibration, and the port.
-pub type Ended<P> = (Result<Vec<Found>, CalibrationError>, Spent, Option<P>);
+pub type CalibrationEnd<P> = (
+    Result<Vec<ElectrodeResult>, CalibrationError>,
+    ProcedureCost,
+    Option<P>,
+);
 
 /// Calibrates through `port`, from the journal beside `out` on if there is one.
 pub fn calibrated<P: Port>(
@@ -197,7 +202,7 @@ pub fn calibrated<P: Port>(
     out: &Path,
     files: &dyn Files,
     operator: &mut dyn Operator,
-) -> Ended<P> {
+) -> CalibrationEnd<P> {
     let path = journal_of(out);
     let kept = match path.exists() {
         true if std::fs::read(&path).unwrap().contains(&b'\n') => Some(read(&path).unwrap()),
@@ -216,9 +221,9 @@ pub fn calibrated<P: Port>(
     };
     let mut journal = match Journal::open(files, &path, kept.as_ref()) {
         Ok(journal) => journal,
-        Err(error) => return (Err(error), Spent::default(), Some(port)),
+        Err(error) => return (Err(error), ProcedureCost::default(), Some(port)),
     };
-    let mut desk = Desk {
+    let mut desk = OperatorStation {
         operator,
         interruption: None,
         acknowledges: false,
@@ -227,7 +232,7 @@ pub fn calibrated<P: Port>(
 }
 
 /// The whole of it, by the stand-in: what was found, and the file.
-pub fn whole(order: &(Plan, String), out: &Path) -> (Vec<Found>, Spent, String) {
+pub fn whole(order: &(Plan, String), out: &Path) -> (Vec<ElectrodeResult>, ProcedureCost, String) {
     let port = port_of(&order.0, SEED, SensorSpec::default());
     let (found, spent, _) = calibrated(port, order, out, &OnDisk, &mut Auto);
     (found.unwrap(), spent, std::fs::read_to_string(out).unwrap())

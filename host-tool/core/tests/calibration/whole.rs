@@ -5,7 +5,7 @@ use hal_sim::body::Array;
 use hal_sim::body::array::MOVEMENTS;
 use hal_sim::body::bench::SensorSpec;
 use host_core::calibration::{
-    Auto, CalibrationError, Gone, HOST_TIMEOUT_MS, OnDisk, Operator, Order, View,
+    Auto, CalibrationError, HOST_TIMEOUT_MS, OnDisk, Operator, OperatorLoss, Order, View,
 };
 use host_core::wearer::{Evidence, Wearer};
 
@@ -84,9 +84,9 @@ fn thresholds_are_seldom_false_and_mostly_within_a_step() {
 struct Once(bool);
 
 impl Operator for Once {
-    fn orders(&mut self, view: &View) -> Result<Vec<Order>, Gone> {
+    fn orders(&mut self, view: &View) -> Result<Vec<Order>, OperatorLoss> {
         if view.t_s > 30.0 {
-            return Err(Gone::Ended);
+            return Err(OperatorLoss::Ended);
         }
         let is_first = !std::mem::replace(&mut self.0, true);
         Ok(is_first.then_some(Order::Raise).into_iter().collect())

@@ -122,7 +122,7 @@ fn measure(clock: &impl Clock, name: MethodName) -> Row<MethodName> {
             (word, clock.cycles().wrapping_sub(begin))
         };
         let mut with = |name, is_parted| match name {
-            MethodName::Empty(output_us) => Ok(run(&mut Nothing, output_us, is_parted)),
+            MethodName::Empty(output_us) => Ok(run(&mut NoMuscle, output_us, is_parted)),
             MethodName::Run(setting, output_us) => {
                 setting.with(spec, |muscle| run(muscle, output_us, is_parted))
             }
@@ -203,9 +203,9 @@ impl Load {
 }
 
 /// No muscle at all.
-struct Nothing;
+struct NoMuscle;
 
-impl Integrator for Nothing {
+impl Integrator for NoMuscle {
     fn pulse(&mut self, _: Micros) {}
     fn advance(&mut self, _: Micros) {}
     fn calcium(&self) -> f64 {

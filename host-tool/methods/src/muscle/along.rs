@@ -2,7 +2,7 @@
 //! a step or inside it is known beforehand.
 
 use super::Arithmetic;
-use super::explicit::{At, Explicit};
+use super::explicit::{Explicit, SlopePosition};
 use super::scheme::{Dense, Muscle, NumberOf, Place, Point, Scheme, State};
 use core::marker::PhantomData;
 use firmware::muscle::CalciumForceSpec;
@@ -33,9 +33,9 @@ impl<M: Explicit> Rule for M {
         let middle = if M::MIDDLE { inside(0) } else { begin };
         let slope = |at, state: State<R>| {
             let point = match at {
-                At::Begin => &begin,
-                At::Middle => &middle,
-                At::End => &end,
+                SlopePosition::Begin => &begin,
+                SlopePosition::Middle => &middle,
+                SlopePosition::End => &end,
             };
             State {
                 c: R::ZERO,
@@ -48,7 +48,7 @@ impl<M: Explicit> Rule for M {
 
 /// A muscle under a rule.
 #[derive(Clone, Copy, Debug)]
-pub struct Along<M, R> {
+pub struct RuleMuscle<M, R> {
     muscle: Muscle<R>,
     rule: PhantomData<M>,
 }
@@ -79,7 +79,7 @@ pub struct AlongFactors<R> {
     left: [R; 3],
 }
 
-impl<M: Rule, R: Arithmetic> Along<M, R> {
+impl<M: Rule, R: Arithmetic> RuleMuscle<M, R> {
     #[inline(always)]
     fn here(&self, c: R) -> Point<R> {
         if M::ENDS {
@@ -90,7 +90,7 @@ impl<M: Rule, R: Arithmetic> Along<M, R> {
     }
 }
 
-impl<M: Rule, R: Arithmetic> Scheme for Along<M, R> {
+impl<M: Rule, R: Arithmetic> Scheme for RuleMuscle<M, R> {
     type State = AlongState<R>;
     type Factors = AlongFactors<R>;
 
@@ -132,7 +132,7 @@ impl<M: Rule, R: Arithmetic> Scheme for Along<M, R> {
     }
 }
 
-impl<M: Rule, R: Arithmetic> Dense for Along<M, R> {
+impl<M: Rule, R: Arithmetic> Dense for RuleMuscle<M, R> {
     fn muscle(&self) -> &Muscle<R> {
         &self.muscle
     }

@@ -9,7 +9,7 @@ use firmware::muscle::CalciumForceSpec;
 
 /// Where in a step a slope is taken.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum At {
+pub enum SlopePosition {
     /// Its beginning.
     Begin,
     /// Its middle.
@@ -26,7 +26,7 @@ pub trait Explicit {
     fn moved<R: Arithmetic>(
         time: R,
         from: State<R>,
-        slope: impl Fn(At, State<R>) -> State<R>,
+        slope: impl Fn(SlopePosition, State<R>) -> State<R>,
     ) -> State<R>;
 }
 
@@ -47,9 +47,9 @@ impl Explicit for Euler {
     fn moved<R: Arithmetic>(
         time: R,
         from: State<R>,
-        slope: impl Fn(At, State<R>) -> State<R>,
+        slope: impl Fn(SlopePosition, State<R>) -> State<R>,
     ) -> State<R> {
-        from.moved(time, slope(At::Begin, from))
+        from.moved(time, slope(SlopePosition::Begin, from))
     }
 }
 
@@ -58,10 +58,10 @@ impl Explicit for Heun {
     fn moved<R: Arithmetic>(
         time: R,
         from: State<R>,
-        slope: impl Fn(At, State<R>) -> State<R>,
+        slope: impl Fn(SlopePosition, State<R>) -> State<R>,
     ) -> State<R> {
-        let first = slope(At::Begin, from);
-        let second = slope(At::End, from.moved(time, first));
+        let first = slope(SlopePosition::Begin, from);
+        let second = slope(SlopePosition::End, from.moved(time, first));
         let half = time * R::of(0.5);
         from.moved(half, first).moved(half, second)
     }
@@ -73,13 +73,13 @@ impl Explicit for RungeKutta4 {
     fn moved<R: Arithmetic>(
         time: R,
         from: State<R>,
-        slope: impl Fn(At, State<R>) -> State<R>,
+        slope: impl Fn(SlopePosition, State<R>) -> State<R>,
     ) -> State<R> {
         let half = time * R::of(0.5);
-        let k1 = slope(At::Begin, from);
-        let k2 = slope(At::Middle, from.moved(half, k1));
-        let k3 = slope(At::Middle, from.moved(half, k2));
-        let k4 = slope(At::End, from.moved(time, k3));
+        let k1 = slope(SlopePosition::Begin, from);
+        let k2 = slope(SlopePosition::Middle, from.moved(half, k1));
+        let k3 = slope(SlopePosition::Middle, from.moved(half, k2));
+        let k4 = slope(SlopePosition::End, from.moved(time, k3));
         let both = |p: fn(State<R>) -> R| {
             let outer = p(k1) + p(k4);
             let inner = p(k2) + p(k3);
@@ -95,12 +95,12 @@ impl Explicit for RungeKutta4 {
 
 /// A muscle under an explicit method on C and F alike.
 #[derive(Clone, Copy, Debug)]
-pub struct Alike<M, R> {
+pub struct ExplicitMuscle<M, R> {
     muscle: Muscle<R>,
     rule: PhantomData<M>,
 }
 
-impl<M: Explicit, R: Arithmetic> Scheme for Alike<M, R> {
+impl<M: Explicit, R: Arithmetic> Scheme for ExplicitMuscle<M, R> {
     type State = State<R>;
     /// The step's length.
     type Factors = R;

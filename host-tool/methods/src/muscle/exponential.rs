@@ -3,20 +3,20 @@
 //! Numerica 19, 2010, section 2).
 
 use super::Arithmetic;
-use super::along::{Along, Rule};
+use super::along::{Rule, RuleMuscle};
 use super::scheme::Point;
 
 /// Target and rate held as they are at one place of the step: 0 is ETD1 (order
 /// 1), a half is the midpoint method (order 2).
 #[derive(Clone, Copy, Debug)]
-pub struct Held<const MIDDLE: bool>;
+pub struct HeldRate<const MIDDLE: bool>;
 
 /// ETD1.
-pub type Etd1 = Held<false>;
+pub type Etd1 = HeldRate<false>;
 /// ETD midpoint, of a muscle.
-pub type EtdMidpoint<R> = Along<Held<true>, R>;
+pub type EtdMidpoint<R> = RuleMuscle<HeldRate<true>, R>;
 
-impl<const MIDDLE: bool> Rule for Held<MIDDLE> {
+impl<const MIDDLE: bool> Rule for HeldRate<MIDDLE> {
     const ENDS: bool = !MIDDLE;
     #[inline(always)]
     fn force<R: Arithmetic>(

@@ -30,9 +30,9 @@ use firmware::units::Micros;
 
 pub use arithmetic::Arithmetic;
 pub use fixed::Fixed;
-pub use planned::Planned;
+pub use planned::PlannedStep;
 pub use settings::{Method, Number, Reading, Setting};
-pub use stepped::Stepped;
+pub use stepped::SteppedMuscle;
 
 /// One muscle, integrated by some method in some arithmetic from rest at
 /// [`Micros`] 0, every pulse at full gain.

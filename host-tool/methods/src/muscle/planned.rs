@@ -11,7 +11,7 @@ use firmware::units::{Micros, us};
 
 /// A muscle and the step that is planned.
 #[derive(Clone, Copy, Debug)]
-pub struct Planned<S: Dense> {
+pub struct PlannedStep<S: Dense> {
     scheme: S,
     whole: S::Factors,
     step_us: u32,
@@ -28,7 +28,7 @@ pub struct Planned<S: Dense> {
     now: Micros,
 }
 
-impl<S: Dense> Planned<S> {
+impl<S: Dense> PlannedStep<S> {
     /// A muscle at rest at time 0, in steps of `step_us`, 1 or more.
     pub fn new(spec: &CalciumForceSpec, step_us: u32) -> Self {
         let zero = NumberOf::<S>::ZERO;
@@ -85,7 +85,7 @@ impl<S: Dense> Planned<S> {
     }
 }
 
-impl<S: Dense> Integrator for Planned<S> {
+impl<S: Dense> Integrator for PlannedStep<S> {
     #[inline(never)]
     fn pulse(&mut self, at: Micros) {
         self.advance(at);

@@ -1,16 +1,16 @@
 //! Which methods there are, in which arithmetics, at which steps.
 
-use super::along::{Along, Rule};
+use super::along::{Rule, RuleMuscle};
 use super::event_driven::EventDriven;
-use super::explicit::{Alike, Euler, Heun, RungeKutta4};
-use super::exponential::{Etd1, GaussExponential, Held};
+use super::explicit::{Euler, ExplicitMuscle, Heun, RungeKutta4};
+use super::exponential::{Etd1, GaussExponential, HeldRate};
 use super::lobatto::HermiteSimpson;
 use super::log_flow::{FlowSteps, LogFlow};
 use super::log_table::LogTable;
-use super::planned::Planned;
+use super::planned::PlannedStep;
 use super::scheme::{Dense, Scheme};
 use super::shipped::Shipped;
-use super::stepped::{Pulses, Stepped};
+use super::stepped::{Pulses, SteppedMuscle};
 use super::{Arithmetic, Fixed, Integrator};
 use crate::real::Micro;
 use core::fmt;
@@ -178,7 +178,7 @@ impl Number {
 pub enum Reading {
     /// By ending a step there.
     Steps,
-    /// Through the step's cubic ([`Planned`]).
+    /// Through the step's cubic ([`PlannedStep`]).
     Cubic,
 }
 
@@ -296,18 +296,18 @@ impl Setting {
         let step_us = self.step_us.max(1);
         let is_planned = self.reading == Reading::Cubic;
         Ok(match self.method {
-            Method::Euler => self.split::<Alike<Euler, R>, T>(spec, then),
-            Method::Heun => self.split::<Alike<Heun, R>, T>(spec, then),
-            Method::RungeKutta4 => self.split::<Alike<RungeKutta4, R>, T>(spec, then),
+            Method::Euler => self.split::<ExplicitMuscle<Euler, R>, T>(spec, then),
+            Method::Heun => self.split::<ExplicitMuscle<Heun, R>, T>(spec, then),
+            Method::RungeKutta4 => self.split::<ExplicitMuscle<RungeKutta4, R>, T>(spec, then),
             Method::RungeKutta4Snapped => {
-                self.stepped::<Alike<RungeKutta4, R>, T>(spec, Pulses::Snapped, then)
+                self.stepped::<ExplicitMuscle<RungeKutta4, R>, T>(spec, Pulses::Snapped, then)
             }
             Method::EulerExactC => self.along::<Euler, R, T>(spec, then),
             Method::HeunExactC => self.along::<Heun, R, T>(spec, then),
             Method::RungeKutta4ExactC => self.along::<RungeKutta4, R, T>(spec, then),
             Method::HermiteSimpson => self.along::<HermiteSimpson, R, T>(spec, then),
             Method::Etd1 => self.along::<Etd1, R, T>(spec, then),
-            Method::EtdMidpoint => self.along::<Held<true>, R, T>(spec, then),
+            Method::EtdMidpoint => self.along::<HeldRate<true>, R, T>(spec, then),
             Method::GaussExponential => self.along::<GaussExponential, R, T>(spec, then),
             Method::LogTable if is_planned => self.plan::<LogTable<R, true>, T>(spec, then),
             Method::LogTable => self.split::<LogTable<R, false>, T>(spec, then),
@@ -326,8 +326,8 @@ impl Setting {
         then: impl FnOnce(&mut dyn Integrator) -> T,
     ) -> T {
         match self.reading {
-            Reading::Steps => self.split::<Along<M, R>, T>(spec, then),
-            Reading::Cubic => self.plan::<Along<M, R>, T>(spec, then),
+            Reading::Steps => self.split::<RuleMuscle<M, R>, T>(spec, then),
+            Reading::Cubic => self.plan::<RuleMuscle<M, R>, T>(spec, then),
         }
     }
 
@@ -337,7 +337,7 @@ impl Setting {
         spec: &CalciumForceSpec,
         then: impl FnOnce(&mut dyn Integrator) -> T,
     ) -> T {
-        then(&mut Planned::<S>::new(spec, self.step_us.max(1)))
+        then(&mut PlannedStep::<S>::new(spec, self.step_us.max(1)))
     }
 
     fn split<S: Scheme, T>(
@@ -355,7 +355,11 @@ impl Setting {
         pulses: Pulses,
         then: impl FnOnce(&mut dyn Integrator) -> T,
     ) -> T {
-        then(&mut Stepped::<S>::new(spec, self.step_us.max(1), pulses))
+        then(&mut SteppedMuscle::<S>::new(
+            spec,
+            self.step_us.max(1),
+            pulses,
+        ))
     }
 }
 

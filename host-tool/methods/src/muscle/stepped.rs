@@ -18,7 +18,7 @@ pub enum Pulses {
 /// Steps that begin at multiples of one length. Reading between two of them
 /// parts a step too (with [`Pulses::Snapped`] it reads the last one's end).
 #[derive(Clone, Copy, Debug)]
-pub struct Stepped<S: Scheme> {
+pub struct SteppedMuscle<S: Scheme> {
     scheme: S,
     whole: S::Factors,
     step_us: u32,
@@ -29,7 +29,7 @@ pub struct Stepped<S: Scheme> {
     over_us: u32,
 }
 
-impl<S: Scheme> Stepped<S> {
+impl<S: Scheme> SteppedMuscle<S> {
     /// A muscle at rest at time 0, in steps of `step_us`, 1 or more.
     pub fn new(spec: &CalciumForceSpec, step_us: u32, pulses: Pulses) -> Self {
         let scheme = S::new(spec, step_us);
@@ -78,7 +78,7 @@ impl<S: Scheme> Stepped<S> {
     }
 }
 
-impl<S: Scheme> Integrator for Stepped<S> {
+impl<S: Scheme> Integrator for SteppedMuscle<S> {
     fn pulse(&mut self, at: Micros) {
         self.advance_any(at);
         let c = self.state.calcium() + NumberOf::<S>::ONE;

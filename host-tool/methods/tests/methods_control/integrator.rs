@@ -1,7 +1,7 @@
 //! σ' = u + d, |d'| <= L, unsaturated.
 
 use firmware::arithmetic::fixed_point::Q;
-use firmware::control::super_twisting::Twist;
+use firmware::control::super_twisting::SuperTwisting;
 use methods::control::integrator::{Disturbance, Loop, fitted_order};
 use methods::control::twist::Discretization;
 use methods::real::{Micro, Real};
@@ -156,7 +156,7 @@ fn the_devices_arithmetic_adds_at_most_four_bits() {
     for l in grid().filter(Loop::fulfils_theorem) {
         let milli = |x: f64| (x * 1000.0).round() as u32;
         let [period, k1, k2] = [milli(l.h), milli(l.k1), milli(l.k2)];
-        let Ok(twist) = Twist::new(k1, k2, 1000, 0, period as u8) else {
+        let Ok(twist) = SuperTwisting::new(k1, k2, 1000, 0, period as u8) else {
             continue;
         };
         loops += 1;

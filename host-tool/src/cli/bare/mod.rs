@@ -6,7 +6,7 @@ mod usb;
 use super::{Bar, Incomplete, Output, interrupt, wrong};
 use anyhow::Context;
 use clap::Args;
-use hal_sim::chip::bare::{Bare, Ending};
+use hal_sim::chip::bare::{Bare, EarlyEnd};
 use hal_sim::chip::cpu::Stop;
 use hal_sim::chip::image::Image;
 use hal_sim::chip::soc::gpio::PORTS;
@@ -126,12 +126,12 @@ pub fn main(args: &BareArgs, output: Output) -> anyhow::Result<()> {
     let ended = ended.and_then(|ended| run.finish(&mut bare).map(|()| ended))?;
     let report = Report::of(&bare, &ended, &run.heard);
     let error = match ended {
-        Ended::Time => None,
-        Ended::Signal(signal) => {
+        RunEnd::Time => None,
+        RunEnd::Signal(signal) => {
             let words = format!("after {:.3} s of device time", bare.now_ns() as f64 * 1e-9);
-            Some(interrupt::Ended(signal, words).into())
+            Some(interrupt::EndedBySignal(signal, words).into())
         }
-        Ended::Itself(ending) => failure(&args.image, &bare, ending),
+        RunEnd::Itself(ending) => failure(&args.image, &bare, ending),
     };
     match error {
         None => output.say(|| report.table(), || report.machine()),
@@ -149,13 +149,13 @@ pub fn main(args: &BareArgs, output: Output) -> anyhow::Result<()> {
 
 /// Why a run is over.
 #[derive(Clone, Copy, Debug)]
-enum Ended {
+enum RunEnd {
     /// Its time is.
     Time,
     /// Somebody ended it.
     Signal(host_core::link::Signal),
     /// The program did.
-    Itself(Ending),
+    Itself(EarlyEnd),
 }
 
 fn stopped(image: &Path, ns: u64, why: &str) -> anyhow::Error {
@@ -168,16 +168,16 @@ fn stopped(image: &Path, ns: u64, why: &str) -> anyhow::Error {
 }
 
 /// What is wrong with a program that ended so; `None`: nothing.
-fn failure(image: &Path, bare: &Bare, ending: Ending) -> Option<anyhow::Error> {
+fn failure(image: &Path, bare: &Bare, ending: EarlyEnd) -> Option<anyhow::Error> {
     let symbols = &bare.image().symbols;
     let fault = bare.faults().last();
     match ending {
-        Ending::Exit(0) => None,
-        Ending::Exit(status) => {
+        EarlyEnd::Exit(0) => None,
+        EarlyEnd::Exit(status) => {
             let image = image.display().to_string();
             Some(Failed::Status { image, status }.into())
         }
-        Ending::InHandler => Some(
+        EarlyEnd::InHandler => Some(
             Failed::Fault {
                 image: image.display().to_string(),
                 seconds: fault.map_or(0, |fault| fault.ns) as f64 * 1e-9,
@@ -185,7 +185,7 @@ fn failure(image: &Path, bare: &Bare, ending: Ending) -> Option<anyhow::Error> {
             }
             .into(),
         ),
-        Ending::Stopped(stop) => {
+        EarlyEnd::Stopped(stop) => {
             let (_, function) = bare.place();
             let is_lock_up = matches!(stop, Stop::LockUp { .. });
             let why = match fault.filter(|_| is_lock_up || bare.is_in_handler()) {
@@ -203,13 +203,13 @@ struct Run<'a> {
     output: Output,
     dump: Option<Dump<File>>,
     /// What the program printed, for machines; else whether its last line is open.
-    heard: Heard,
+    heard: ProgramOutput,
     bar: Option<Bar>,
 }
 
 /// What the program printed so far.
 #[derive(Debug, Default)]
-struct Heard {
+struct ProgramOutput {
     console: Vec<u8>,
     uart: Vec<u8>,
     /// Printed text that does not end its line.
@@ -234,7 +234,7 @@ impl<'a> Run<'a> {
             args,
             output,
             dump: dump.transpose()?,
-            heard: Heard::default(),
+            heard: ProgramOutput::default(),
             bar: is_quiet.then(|| output.bar(&args.image.display().to_string())),
         })
     }
@@ -246,11 +246,11 @@ impl<'a> Run<'a> {
         mut line: Option<&mut Line>,
         until: u64,
         interruption: &Interruption,
-    ) -> anyhow::Result<Ended> {
+    ) -> anyhow::Result<RunEnd> {
         let mut end = 0;
         while end < until {
             if let Some(signal) = interruption.asked() {
-                return Ok(Ended::Signal(signal));
+                return Ok(RunEnd::Signal(signal));
             }
             end = end.saturating_add(STEP_NS).min(until);
             let ended = bare.run_to(end);
@@ -259,13 +259,13 @@ impl<'a> Run<'a> {
             }
             self.hear(bare)?;
             if let Err(ending) = ended {
-                return Ok(Ended::Itself(ending));
+                return Ok(RunEnd::Itself(ending));
             }
             if let Some(bar) = &self.bar {
                 bar.set(end as f64 / until as f64);
             }
         }
-        Ok(Ended::Time)
+        Ok(RunEnd::Time)
     }
 
     /// Prints and writes what came since the last call.

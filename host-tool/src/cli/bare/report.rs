@@ -1,7 +1,7 @@
 //! What is told of a run on the bare chip.
 
-use super::{Ended, Heard, pin_name};
-use hal_sim::chip::bare::{Bare, Ending};
+use super::{ProgramOutput, RunEnd, pin_name};
+use hal_sim::chip::bare::{Bare, EarlyEnd};
 use hal_sim::chip::soc::rcc::Cause;
 use serde_json::{Map, Value, json};
 
@@ -36,13 +36,13 @@ type Fault = (f64, String, Vec<(&'static str, u32)>);
 
 impl Report {
     /// Of `bare`, which `ended` so.
-    pub fn of(bare: &Bare, ended: &Ended, heard: &Heard) -> Self {
+    pub fn of(bare: &Bare, ended: &RunEnd, heard: &ProgramOutput) -> Self {
         let (ending, status) = match ended {
-            Ended::Time => ("time", None),
-            Ended::Signal(_) => ("signal", None),
-            Ended::Itself(Ending::Exit(status)) => ("exit", Some(*status)),
-            Ended::Itself(Ending::InHandler) => ("fault", None),
-            Ended::Itself(Ending::Stopped(_)) => ("stopped", None),
+            RunEnd::Time => ("time", None),
+            RunEnd::Signal(_) => ("signal", None),
+            RunEnd::Itself(EarlyEnd::Exit(status)) => ("exit", Some(*status)),
+            RunEnd::Itself(EarlyEnd::InHandler) => ("fault", None),
+            RunEnd::Itself(EarlyEnd::Stopped(_)) => ("stopped", None),
         };
         let toggles = bare.wires.toggles().iter().enumerate();
         let pins = toggles.flat_map(|(port, pins)| {

@@ -3,18 +3,18 @@
 use super::CalibrateArgs;
 use crate::cli::moment;
 use crate::cli::perform::SEED;
-use host_core::calibration::{self, CalibrationError, Head, Kept, Plan, journal_of};
-use host_core::link::{Connection, Paced, Port};
+use host_core::calibration::{self, CalibrationError, Head, JournalContents, Plan, journal_of};
+use host_core::link::{Connection, PacedPort, Port};
 use host_core::run::identity;
 use host_core::wearer::Wearer;
 use std::path::{Path, PathBuf};
 
 /// What there was before, and whose it is now.
-pub struct Begun {
+pub struct OpenedJournal {
     /// The journal's place.
     pub journal: PathBuf,
     /// What it held.
-    pub kept: Option<Kept>,
+    pub kept: Option<JournalContents>,
 }
 
 /// Looks at the files, before any device is touched: what is there, if it may be gone on
@@ -22,7 +22,11 @@ pub struct Begun {
 ///
 /// # Errors
 /// Files that are taken, missing, damaged or another person's.
-pub fn files(args: &CalibrateArgs, out: &Path, head: &Head) -> Result<Begun, CalibrationError> {
+pub fn files(
+    args: &CalibrateArgs,
+    out: &Path,
+    head: &Head,
+) -> Result<OpenedJournal, CalibrationError> {
     let journal = journal_of(out);
     let mut kept = None;
     if args.resume {
@@ -41,7 +45,7 @@ pub fn files(args: &CalibrateArgs, out: &Path, head: &Head) -> Result<Begun, Cal
             return Err(CalibrationError::Taken(out.to_owned()));
         }
     }
-    Ok(Begun { journal, kept })
+    Ok(OpenedJournal { journal, kept })
 }
 
 /// Whether the wearer file that is there is this person's.
@@ -97,7 +101,7 @@ pub fn open(args: &CalibrateArgs, plan: &Plan, head: &mut Head) -> anyhow::Resul
     }
     let port = client.into_port();
     Ok(match in_process && !args.auto {
-        true => Box::new(Paced::new(port)),
+        true => Box::new(PacedPort::new(port)),
         false => port,
     })
 }

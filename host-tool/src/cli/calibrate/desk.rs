@@ -2,31 +2,31 @@
 
 use super::CalibrateArgs;
 use super::ordered::Task;
-use super::work::{Worked, work};
+use super::work::{CalibrationOutcome, work};
 use crate::cli::Bar;
-use crate::live::{Behind, Seat, Sight, Sitting};
-use host_core::calibration::{Auto, Gone, Operator, Order, Told, View};
+use crate::live::{RawTerminal, ScreenState, SharedTerminal, TerminalOperator};
+use host_core::calibration::{Auto, Operator, OperatorLoss, OperatorNotice, Order, View};
 use host_core::link::Interruption;
 use std::sync::Mutex;
 
 /// Stands in for a person, and moves the bar on.
-pub struct Watched<'a> {
+pub struct ProgressOperator<'a> {
     bar: &'a Bar,
 }
 
-impl<'a> Watched<'a> {
+impl<'a> ProgressOperator<'a> {
     /// Of this bar.
     pub const fn new(bar: &'a Bar) -> Self {
         Self { bar }
     }
 }
 
-impl Operator for Watched<'_> {
-    fn orders(&mut self, view: &View) -> Result<Vec<Order>, Gone> {
+impl Operator for ProgressOperator<'_> {
+    fn orders(&mut self, view: &View) -> Result<Vec<Order>, OperatorLoss> {
         Auto.orders(view)
     }
 
-    fn tell(&mut self, _told: Told<'_>, view: &View) {
+    fn tell(&mut self, _told: OperatorNotice<'_>, view: &View) {
         let before = view.electrode.saturating_sub(1) as f64;
         self.bar.set(before / view.of.max(1) as f64);
     }
@@ -41,18 +41,18 @@ pub fn at_the_terminal(
     args: &CalibrateArgs,
     task: &Task,
     interruption: &Interruption,
-) -> anyhow::Result<Worked> {
-    let sitting = Mutex::new(Sitting::at(Sight {
+) -> anyhow::Result<CalibrationOutcome> {
+    let sitting = Mutex::new(SharedTerminal::at(ScreenState {
         wearer: task.wearer().to_owned(),
         device: args.device.to_string(),
-        ..Sight::default()
+        ..ScreenState::default()
     }));
-    let mut seat = Seat::open()?;
+    let mut seat = RawTerminal::open()?;
     let (seated, worked) = std::thread::scope(|scope| {
         let sitting = &sitting;
         let worker = scope.spawn(move || {
             let interruption = interruption.clone();
-            let mut operator = Behind {
+            let mut operator = TerminalOperator {
                 sitting,
                 interruption: interruption.clone(),
             };

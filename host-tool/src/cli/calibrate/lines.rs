@@ -1,8 +1,9 @@
 //! Another program orders: JSON lines on standard input and output.
 
-use crate::live::{AT_ONCE, Inlet, State, early, leave_unread, put, sift};
+use crate::live::{AT_ONCE, InputLimiter, State, early, leave_unread, put, sift};
 use host_core::calibration::{
-    Gone, Level, Operator, Order, OrderError, Phase, Step, Told, Unread, View,
+    Level, Operator, OperatorLoss, OperatorNotice, Order, OrderError, PartialLine, Phase, Step,
+    View,
 };
 use serde_json::{Value, json};
 use std::collections::VecDeque;
@@ -21,14 +22,14 @@ const LAST: Duration = Duration::from_secs(1);
 /// is slow to read nor one that is slow to write keeps the device waiting.
 #[derive(Default)]
 pub struct Lines {
-    inlet: Inlet,
-    unread: Unread,
+    inlet: InputLimiter,
+    unread: PartialLine,
     /// What came since the last turn, and whether it is for what is shown.
     asked: Vec<(Order, bool)>,
     nonsense: Vec<OrderError>,
     /// What is written next, and whether it shows the state.
     told: VecDeque<(Vec<u8>, bool)>,
-    shown: Option<Shown>,
+    shown: Option<ShownState>,
     state: Option<State>,
     /// The state has been written, after all that had come before was taken in.
     is_shown: bool,
@@ -36,7 +37,7 @@ pub struct Lines {
 
 /// What of a view is told again when it changes, beside its state: the phase, whether the
 /// muscle is rested, whether the wearer complains.
-type Shown = (Phase, bool, bool);
+type ShownState = (Phase, bool, bool);
 
 impl Lines {
     /// Takes in all that waits; `is_late` is not for what is shown.
@@ -74,7 +75,7 @@ impl Lines {
     }
 
     /// Writes what there is room for. Before a state is shown whole, what waits is taken in.
-    fn write(&mut self, t_s: f64) -> Result<(), Gone> {
+    fn write(&mut self, t_s: f64) -> Result<(), OperatorLoss> {
         while let Some((bytes, is_state)) = self.told.front() {
             let is_shown = *is_state && bytes.len() <= AT_ONCE;
             if is_shown {
@@ -83,7 +84,7 @@ impl Lines {
             let Some((bytes, _)) = self.told.front_mut() else {
                 break;
             };
-            let written = put(bytes).map_err(|_| Gone::Unread)?;
+            let written = put(bytes).map_err(|_| OperatorLoss::Unread)?;
             bytes.drain(..written);
             if written == 0 {
                 break;
@@ -94,7 +95,7 @@ impl Lines {
             }
         }
         match self.told.len() > UNREAD {
-            true => Err(Gone::Unread),
+            true => Err(OperatorLoss::Unread),
             false => Ok(()),
         }
     }
@@ -160,7 +161,7 @@ fn refused(error: &str) -> Value {
 }
 
 impl Operator for Lines {
-    fn orders(&mut self, view: &View) -> Result<Vec<Order>, Gone> {
+    fn orders(&mut self, view: &View) -> Result<Vec<Order>, OperatorLoss> {
         self.take(view.t_s, false);
         self.show(view);
         let asked = std::mem::take(&mut self.asked);
@@ -173,18 +174,18 @@ impl Operator for Lines {
             return Err(gone);
         }
         // Of what nobody could see nothing is given.
-        put(&[]).map_err(|_| Gone::Unread)?;
+        put(&[]).map_err(|_| OperatorLoss::Unread)?;
         self.write(view.t_s)?;
         Ok(orders)
     }
 
-    fn tell(&mut self, told: Told<'_>, view: &View) {
+    fn tell(&mut self, told: OperatorNotice<'_>, view: &View) {
         let said = match told {
-            Told::Recorded(entry) => {
+            OperatorNotice::Recorded(entry) => {
                 json!({ "event": "recorded", "t_s": view.t_s, "entry": entry })
             }
-            Told::Refused(refusal) => refused(&refusal.to_string()),
-            Told::Written => json!({ "event": "written" }),
+            OperatorNotice::Refused(refusal) => refused(&refusal.to_string()),
+            OperatorNotice::Written => json!({ "event": "written" }),
         };
         self.say(&said, false);
     }

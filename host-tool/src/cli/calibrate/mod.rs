@@ -10,7 +10,7 @@ mod work;
 
 use super::{Output, interrupt, wrong};
 use clap::Args;
-use desk::Watched;
+use desk::ProgressOperator;
 use host_core::calibration::CalibrationError;
 use host_core::run::DeviceName;
 use lines::Lines;
@@ -94,7 +94,7 @@ pub fn main(args: &CalibrateArgs, output: Output) -> anyhow::Result<()> {
     let interruption = interrupt::heed()?;
     let worked = if args.auto {
         let bar = output.bar("calibrating");
-        let worked = work(args, &task, &interruption, &mut Watched::new(&bar));
+        let worked = work(args, &task, &interruption, &mut ProgressOperator::new(&bar));
         bar.finish();
         worked?
     } else if output.json {

@@ -2,7 +2,7 @@
 
 use clap::ValueEnum;
 use hal_sim::body::bench::{SensorSpec, Wrist, WristSpec};
-use hal_sim::body::{Array, Body, Still};
+use hal_sim::body::{Array, Body, FixedLoad};
 
 /// A simulated wearer by name.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, ValueEnum)]
@@ -34,7 +34,7 @@ impl BodyName {
         Ok(match self {
             Self::Array => Box::new(Array::new(seed, SensorSpec::default())?),
             Self::Wrist => Box::new(Wrist::new(WristSpec::subject(4)?, seed)?),
-            Self::Still => Box::new(Still::new(0.0)),
+            Self::Still => Box::new(FixedLoad::new(0.0)),
         })
     }
 }

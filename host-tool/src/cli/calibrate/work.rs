@@ -1,12 +1,12 @@
 //! The work at the device, whoever orders.
 
 use super::CalibrateArgs;
-use super::begin::{self, Begun};
+use super::begin::{self, OpenedJournal};
 use super::ordered::Task;
 use crate::cli::{Output, interrupt};
 use host_core::calibration::{
-    CalibrationError, Checked, Course, Desk, Drift, Found, Journal, Level, OnDisk, Operator, Plan,
-    Spent, Step, board, calibrate, check, rehearse,
+    CalibrationError, CheckOrder, Course, Drift, ElectrodeResult, Journal, Level, OnDisk, Operator,
+    OperatorStation, Plan, ProcedureCost, Step, board, calibrate, check, rehearse,
 };
 use host_core::link::{Error, Interruption};
 use host_core::wearer::{Electrode, Evidence, Wearer};
@@ -14,17 +14,17 @@ use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
 /// What came of it.
-pub struct Worked {
+pub struct CalibrationOutcome {
     file: PathBuf,
     simulated: bool,
-    spent: Spent,
+    spent: ProcedureCost,
     /// Electrodes that are not in it, and where each ended; empty without.
     left_out: String,
-    result: Came,
+    result: CalibrationResult,
 }
 
-enum Came {
-    Calibrated(Vec<Found>),
+enum CalibrationResult {
+    Calibrated(Vec<ElectrodeResult>),
     /// Each with the rate at which it was checked, Hz, and the file's.
     Checked(Vec<(Drift, [f64; 2])>),
 }
@@ -38,8 +38,8 @@ pub fn work(
     task: &Task,
     interruption: &Interruption,
     operator: &mut dyn Operator,
-) -> anyhow::Result<Worked> {
-    let mut desk = Desk {
+) -> anyhow::Result<CalibrationOutcome> {
+    let mut desk = OperatorStation {
         operator,
         interruption: Some(interruption.clone()),
         acknowledges: args.acknowledge,
@@ -57,10 +57,10 @@ pub fn work(
 fn calibrated(
     args: &CalibrateArgs,
     (plan, text, out): (&Plan, &str, &Path),
-    desk: &mut Desk<'_>,
-) -> anyhow::Result<Worked> {
+    desk: &mut OperatorStation<'_>,
+) -> anyhow::Result<CalibrationOutcome> {
     let mut head = begin::head(args, &plan.wearer, text);
-    let Begun { journal, kept } = begin::files(args, out, &head)?;
+    let OpenedJournal { journal, kept } = begin::files(args, out, &head)?;
     rehearse(plan, &head, board(plan)?.wearer)?;
     let port = begin::open(args, plan, &mut head)?;
     let course = Course {
@@ -73,16 +73,16 @@ fn calibrated(
     let mut journal = Journal::open(&OnDisk, &journal, kept.as_ref())?;
     let (result, spent, _) = calibrate(port, &course, &mut journal, desk);
     let found = result.map_err(|error| told(error, AGAIN))?;
-    if !found.iter().any(Found::is_complete) {
+    if !found.iter().any(ElectrodeResult::is_complete) {
         let what = "move the electrodes, or raise `ceiling` if the wearer bears it";
         return Err(CalibrationError::Nothing(left_out(plan, &found), what).into());
     }
-    Ok(Worked {
+    Ok(CalibrationOutcome {
         file: out.to_owned(),
         simulated: head.simulated,
         spent,
         left_out: left_out(plan, &found),
-        result: Came::Calibrated(found),
+        result: CalibrationResult::Calibrated(found),
     })
 }
 
@@ -91,8 +91,8 @@ fn checked(
     file: &Path,
     wearer: &Wearer,
     tolerance: Level,
-    desk: &mut Desk<'_>,
-) -> anyhow::Result<Worked> {
+    desk: &mut OperatorStation<'_>,
+) -> anyhow::Result<CalibrationOutcome> {
     let loose =
         |electrode: &&Electrode| Level(electrode.motor_threshold.get()).0 <= 2 * tolerance.0;
     if let Some(electrode) = wearer.electrodes.iter().find(loose) {
@@ -102,7 +102,7 @@ fn checked(
     let mut head = begin::head(args, &wearer.name, "");
     let plan = Plan::of(wearer)?;
     let port = begin::open(args, &plan, &mut head)?;
-    let checked = Checked {
+    let checked = CheckOrder {
         file,
         tolerance,
         head: &head,
@@ -121,17 +121,19 @@ fn checked(
     result.map_err(|error| told(error, "check again"))?;
     let both = plan.electrodes.iter().zip(&wearer.electrodes);
     let rates = both.map(|(planned, electrode)| [planned.frequency_hz, electrode.frequency_hz]);
-    Ok(Worked {
+    Ok(CalibrationOutcome {
         file: file.to_owned(),
         simulated: head.simulated,
         spent,
         left_out: String::new(),
-        result: Came::Checked(drifts.into_iter().zip(rates.collect::<Vec<_>>()).collect()),
+        result: CalibrationResult::Checked(
+            drifts.into_iter().zip(rates.collect::<Vec<_>>()).collect(),
+        ),
     })
 }
 
 /// The electrodes that are not complete, each with the step that it was left out at.
-fn left_out(plan: &Plan, found: &[Found]) -> String {
+fn left_out(plan: &Plan, found: &[ElectrodeResult]) -> String {
     let left = plan.electrodes.iter().zip(found);
     let left = left.filter(|(_, found)| !found.is_complete());
     let left = left.map(|(planned, found)| {
@@ -149,13 +151,13 @@ fn told(error: CalibrationError, then: &str) -> anyhow::Error {
     match error {
         CalibrationError::Link(Error::Interrupted(signal)) => {
             let what = format!("during the calibration: the device was stopped; {then}");
-            interrupt::Ended(signal, what).into()
+            interrupt::EndedBySignal(signal, what).into()
         }
         error => error.into(),
     }
 }
 
-impl Worked {
+impl CalibrationOutcome {
     /// Says it.
     ///
     /// # Errors
@@ -167,7 +169,7 @@ impl Worked {
     fn people(&self) -> String {
         let (file, minutes) = (self.file.display(), self.spent.t_s / 60.0);
         let what = match &self.result {
-            Came::Calibrated(found) => {
+            CalibrationResult::Calibrated(found) => {
                 let complete = found.iter().filter(|result| result.is_complete()).count();
                 let of = found.len();
                 let left = match &*self.left_out {
@@ -176,7 +178,7 @@ impl Worked {
                 };
                 format!("{complete} of {of} electrodes are in {file}{left}")
             }
-            Came::Checked(drifts) => {
+            CalibrationResult::Checked(drifts) => {
                 let count = drifts.len();
                 let notes = drifts.iter().filter(|(_, [at, own])| at != own);
                 let note = |(drift, [at_hz, own_hz]): &(Drift, [f64; 2])| {
@@ -201,13 +203,13 @@ impl Worked {
             "presentations": self.spent.given, "simulated": self.simulated, "error": null,
         });
         match &self.result {
-            Came::Calibrated(found) => {
+            CalibrationResult::Calibrated(found) => {
                 let complete = found.iter().filter(|result| result.is_complete()).count();
                 said["electrodes"] = complete.into();
                 said["of"] = found.len().into();
                 said["found"] = json!(found);
             }
-            Came::Checked(drifts) => {
+            CalibrationResult::Checked(drifts) => {
                 said["checks"] = drifts.iter().map(drift).collect();
             }
         }

@@ -7,7 +7,7 @@ use methods::bench::OUTPUTS_US;
 use methods::muscle::{Reading, Setting};
 use serde_json::{Value, json};
 use std::path::PathBuf;
-use studies::accuracy::range::{self, Found, Place};
+use studies::accuracy::range::{self, Place, RangeErrors};
 use studies::accuracy::study;
 use studies::accuracy::{Chart, Point, WANTED_PCT, cases, digits, measure};
 use studies::figures::accuracy_picture;
@@ -111,7 +111,7 @@ impl<'a> Verdict<'a> {
 }
 
 /// The study's cases, ours beside its own.
-fn study_text(again: &[study::Found]) -> String {
+fn study_text(again: &[study::MethodError]) -> String {
     let head = "Worst error of 30 cases (20, 30, 40 Hz) in f64, % of peak";
     let mut out = format!("{head}\n  {:<34}{:>10}{:>10}\n", "", "ours", "study");
     for row in again {
@@ -130,7 +130,7 @@ fn study_text(again: &[study::Found]) -> String {
 }
 
 /// The shipped model over all that the device takes.
-fn range_text(found: &Found) -> String {
+fn range_text(found: &RangeErrors) -> String {
     let mut out = format!(
         "The shipped model over all that the device takes ({} refused by name, judged at the edge)\n",
         found.refused
@@ -230,7 +230,7 @@ fn write_interval(out: &mut String, chart: &Chart, output_us: u32) {
     ));
 }
 
-fn machine(chart: &Chart, again: &[study::Found], range: &Found) -> Value {
+fn machine(chart: &Chart, again: &[study::MethodError], range: &RangeErrors) -> Value {
     let points: Vec<Value> = chart.points.iter().map(point).collect();
     let verdicts = OUTPUTS_US.into_iter().filter_map(|output_us| {
         let verdict = Verdict::of(chart, output_us)?;

@@ -11,7 +11,7 @@ use studies::ladder::judge::{Row, Summary, TOLERANCES, campaign, csv};
 
 /// Judge the choice of muscle models on drawn sessions
 #[derive(Args, Debug)]
-pub struct Ladder {
+pub struct LevelChart {
     /// Where the workspace is whose docs/charts/ladder* are written anew
     #[arg(long, default_value = ".")]
     workspace: PathBuf,
@@ -28,7 +28,7 @@ pub struct Ladder {
 
 /// # Errors
 /// Sessions that cannot be tried; files that cannot be written.
-pub fn main(args: &Ladder, output: Output) -> anyhow::Result<()> {
+pub fn main(args: &LevelChart, output: Output) -> anyhow::Result<()> {
     within("--sessions", args.sessions as f64, 1.0, 10_000.0)?;
     let bar = output.bar("drawn sessions");
     let rows = campaign(args.seed, args.sessions, |part| bar.set(part));
@@ -52,7 +52,7 @@ pub fn main(args: &Ladder, output: Output) -> anyhow::Result<()> {
 }
 
 /// At most 80 columns.
-fn people(args: &Ladder, rows: &[Row]) -> String {
+fn people(args: &LevelChart, rows: &[Row]) -> String {
     let share = |part: usize, whole: usize| match whole {
         0 => "-".to_owned(),
         _ => format!("{:.1} % of {whole}", 100.0 * part as f64 / whole as f64),

@@ -17,7 +17,7 @@ use std::path::Path;
 pub enum Chart {
     Accuracy(accuracy::Accuracy),
     Control(control::Control),
-    Ladder(ladder::Ladder),
+    Ladder(ladder::LevelChart),
     Limb(limb::Limb),
     Stability(stability::Stability),
 }

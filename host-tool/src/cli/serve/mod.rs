@@ -7,7 +7,7 @@ use super::{Output, interrupt, wrong};
 use anyhow::{Context, bail};
 use clap::{ArgGroup, Args};
 use firmware::link::{Code, Refusal, Response, encode};
-use hal_sim::chip::gdb::Outlives;
+use hal_sim::chip::gdb::AfterDebugger;
 #[cfg(unix)]
 use hal_sim::wire::pty::PtyWire;
 use hal_sim::wire::{ByteStream, tcp::TcpWire};
@@ -129,7 +129,7 @@ pub fn main(args: &Serve, output: Output) -> anyhow::Result<()> {
         &session.session,
         args.seed,
         false,
-        Outlives::Debugger,
+        AfterDebugger::Debugger,
     )?;
     let image = port.image().map(std::path::Path::to_owned);
     // Before anyone learns that there is something to end.
@@ -153,9 +153,11 @@ pub fn main(args: &Serve, output: Output) -> anyhow::Result<()> {
         .is_none_or(|s| begin.elapsed().as_secs_f64() < s)
     {
         if let Some(signal) = interruption.asked() {
-            return Err(
-                interrupt::Ended(signal, format!("and the board at {place} is gone")).into(),
-            );
+            return Err(interrupt::EndedBySignal(
+                signal,
+                format!("and the board at {place} is gone"),
+            )
+            .into());
         }
         let is_slow = pace.follow(world)?;
         if is_slow && !args.chip.is_debugged() {

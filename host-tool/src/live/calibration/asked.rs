@@ -1,7 +1,7 @@
 //! What of all that came at once is carried out.
 
 use crate::live::stream;
-use host_core::calibration::{Gone, Level, Order, Phase, Refusal, Step, View};
+use host_core::calibration::{Level, OperatorLoss, Order, Phase, Refusal, Step, View};
 
 /// Most that anybody orders in a second of the device's time, bytes.
 const MOST: usize = 1 << 18;
@@ -42,13 +42,13 @@ impl State {
 
 /// The input, as bytes; more than anybody orders ends it.
 #[derive(Debug, Default)]
-pub struct Inlet {
+pub struct InputLimiter {
     second: u64,
     taken: usize,
-    gone: Option<Gone>,
+    gone: Option<OperatorLoss>,
 }
 
-impl Inlet {
+impl InputLimiter {
     /// What has come until now; `t_s` is the device's time.
     pub fn take(&mut self, t_s: f64) -> Vec<u8> {
         let mut bytes = Vec::new();
@@ -61,16 +61,16 @@ impl Inlet {
         let goes_on = stream::take(&mut bytes, (MOST + 1).saturating_sub(self.taken));
         self.taken += bytes.len();
         if self.taken > MOST {
-            self.gone = Some(Gone::Flooded);
+            self.gone = Some(OperatorLoss::Flooded);
         } else if !goes_on {
-            self.gone = Some(Gone::Ended);
+            self.gone = Some(OperatorLoss::Ended);
         }
         bytes
     }
 
     /// Why nothing comes any more.
     #[must_use]
-    pub const fn gone(&self) -> Option<Gone> {
+    pub const fn gone(&self) -> Option<OperatorLoss> {
         self.gone
     }
 }

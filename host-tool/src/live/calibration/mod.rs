@@ -12,9 +12,9 @@ mod terminal;
 mod typed;
 mod view;
 
-pub use asked::{Inlet, State, early, sift};
+pub use asked::{InputLimiter, State, early, sift};
 pub use keys::order as calibration_order;
-pub use sight::Sight;
-pub use sitting::{Behind, Sitting};
-pub use terminal::Seat;
+pub use sight::ScreenState;
+pub use sitting::{SharedTerminal, TerminalOperator};
+pub use terminal::RawTerminal;
 pub use view::draw as draw_calibration;

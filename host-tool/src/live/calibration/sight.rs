@@ -1,6 +1,6 @@
 //! What the operator sees.
 
-use host_core::calibration::{Entry, Told, View};
+use host_core::calibration::{Entry, OperatorNotice, View};
 use std::collections::VecDeque;
 
 /// Notes that are kept.
@@ -8,7 +8,7 @@ const NOTES: usize = 20;
 
 /// What the screen shows.
 #[derive(Clone, Debug, Default)]
-pub struct Sight {
+pub struct ScreenState {
     /// The wearer's pseudonym.
     pub wearer: String,
     /// The device, as it was named.
@@ -21,7 +21,7 @@ pub struct Sight {
     pub typed: String,
 }
 
-impl Sight {
+impl ScreenState {
     /// Adds a note.
     pub fn note(&mut self, t_s: f64, text: String, is_bad: bool) {
         self.notes.push_front((t_s, text, is_bad));
@@ -29,17 +29,17 @@ impl Sight {
     }
 
     /// Notes what is told.
-    pub(super) fn tell(&mut self, told: Told<'_>, view: &View) {
+    pub(super) fn tell(&mut self, told: OperatorNotice<'_>, view: &View) {
         let (text, is_bad) = match told {
-            Told::Recorded(entry) => match noted(entry) {
+            OperatorNotice::Recorded(entry) => match noted(entry) {
                 Some(text) => {
                     let is_bad = matches!(entry, Entry::TooMuch { .. } | Entry::Stalled { .. });
                     (text, is_bad)
                 }
                 None => return,
             },
-            Told::Refused(refusal) => (refusal.to_string(), true),
-            Told::Written => ("the wearer file was written".to_owned(), false),
+            OperatorNotice::Refused(refusal) => (refusal.to_string(), true),
+            OperatorNotice::Written => ("the wearer file was written".to_owned(), false),
         };
         self.note(view.t_s, text, is_bad);
     }

@@ -1,9 +1,11 @@
 //! Who sits at the terminal, for both threads: keys in, orders out, and what is shown.
 
-use super::typed::Typed;
-use super::{Inlet, Sight, State, calibration_order, early, sift};
+use super::typed::PendingInput;
+use super::{InputLimiter, ScreenState, State, calibration_order, early, sift};
 use crossterm::event::KeyEvent;
-use host_core::calibration::{Gone, Level, Operator, Order, Refusal, Step, Told, View};
+use host_core::calibration::{
+    Level, Operator, OperatorLoss, OperatorNotice, Order, Refusal, Step, View,
+};
 use host_core::link::{Interruption, Signal};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -12,11 +14,11 @@ const TYPED: usize = 4;
 
 /// What the thread at the device and the thread at the terminal share.
 #[derive(Debug, Default)]
-pub struct Sitting {
+pub struct SharedTerminal {
     /// What is shown.
-    pub sight: Sight,
-    inlet: Inlet,
-    typed: Typed,
+    pub sight: ScreenState,
+    inlet: InputLimiter,
+    typed: PendingInput,
     /// What was pressed since the last turn, and whether it is for what is shown.
     pressed: Vec<(KeyEvent, bool)>,
     state: Option<State>,
@@ -28,17 +30,17 @@ pub struct Sitting {
     has_left: bool,
 }
 
-impl Sitting {
+impl SharedTerminal {
     /// At this sight.
     #[must_use]
-    pub fn at(sight: Sight) -> Self {
+    pub fn at(sight: ScreenState) -> Self {
         let rest = Self::default();
         Self { sight, ..rest }
     }
 
     /// What is to be drawn, and the number of its state.
     #[must_use]
-    pub fn seen(&self) -> (Sight, u64) {
+    pub fn seen(&self) -> (ScreenState, u64) {
         (self.sight.clone(), self.number)
     }
 
@@ -72,7 +74,7 @@ impl Sitting {
             .extend(keys.into_iter().map(|key| (key, is_shown)));
     }
 
-    fn orders(&mut self, view: &View) -> Result<Vec<Order>, Gone> {
+    fn orders(&mut self, view: &View) -> Result<Vec<Order>, OperatorLoss> {
         self.take(true);
         let state = State::of(view);
         if self.state.as_ref() != Some(&state) {
@@ -93,7 +95,7 @@ impl Sitting {
         match (orders.contains(&Order::Abort), self.inlet.gone()) {
             (true, _) => Ok(orders),
             (false, Some(gone)) => Err(gone),
-            (false, None) if self.has_left => Err(Gone::Unread),
+            (false, None) if self.has_left => Err(OperatorLoss::Unread),
             (false, None) => Ok(orders),
         }
     }
@@ -123,24 +125,24 @@ impl Sitting {
 }
 
 /// The operator behind the terminal, for the thread at the device.
-pub struct Behind<'a> {
+pub struct TerminalOperator<'a> {
     /// Who sits there.
-    pub sitting: &'a Mutex<Sitting>,
+    pub sitting: &'a Mutex<SharedTerminal>,
     /// Asked to end when the terminal has gone.
     pub interruption: Interruption,
 }
 
-impl Behind<'_> {
-    fn sitting(&self) -> MutexGuard<'_, Sitting> {
+impl TerminalOperator<'_> {
+    fn sitting(&self) -> MutexGuard<'_, SharedTerminal> {
         self.sitting.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-impl Operator for Behind<'_> {
-    fn orders(&mut self, view: &View) -> Result<Vec<Order>, Gone> {
+impl Operator for TerminalOperator<'_> {
+    fn orders(&mut self, view: &View) -> Result<Vec<Order>, OperatorLoss> {
         let orders = self.sitting().orders(view);
         match orders {
-            Err(Gone::Ended | Gone::Unread) => {
+            Err(OperatorLoss::Ended | OperatorLoss::Unread) => {
                 // As the system says it, to those whose terminal it is.
                 self.interruption.ask(Signal::HangUp);
                 Ok(Vec::new())
@@ -149,7 +151,7 @@ impl Operator for Behind<'_> {
         }
     }
 
-    fn tell(&mut self, told: Told<'_>, view: &View) {
+    fn tell(&mut self, told: OperatorNotice<'_>, view: &View) {
         self.sitting().sight.tell(told, view);
     }
 }

@@ -1,7 +1,7 @@
 //! The thread at the terminal: frames out. It is not waited for, however slow it is.
 
 use super::view::is_small;
-use super::{Sitting, draw_calibration};
+use super::{SharedTerminal, draw_calibration};
 use crate::live::screen::{FRAME, has_panicked, note_panics};
 use crate::live::stream::{AT_ONCE, leave_unread, put};
 use crossterm::cursor::Show;
@@ -24,7 +24,7 @@ const RETRY: Duration = Duration::from_millis(2);
 /// Tries after which a terminal that takes nothing shows nothing, or is left as it is.
 const TRIES: u32 = 50;
 
-fn locked(sitting: &Mutex<Sitting>) -> MutexGuard<'_, Sitting> {
+fn locked(sitting: &Mutex<SharedTerminal>) -> MutexGuard<'_, SharedTerminal> {
     sitting.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -44,12 +44,12 @@ impl Write for Bytes {
 }
 
 /// The terminal in raw mode, on its alternate screen, as long as this lives.
-pub struct Seat {
+pub struct RawTerminal {
     bytes: Bytes,
     terminal: Terminal<CrosstermBackend<Bytes>>,
 }
 
-impl Seat {
+impl RawTerminal {
     /// Takes the terminal.
     ///
     /// # Errors
@@ -67,7 +67,11 @@ impl Seat {
     ///
     /// # Errors
     /// The terminal fails. One that has gone is no error: it is noted.
-    pub fn sit(&mut self, sitting: &Mutex<Sitting>, is_over: impl Fn() -> bool) -> io::Result<()> {
+    pub fn sit(
+        &mut self,
+        sitting: &Mutex<SharedTerminal>,
+        is_over: impl Fn() -> bool,
+    ) -> io::Result<()> {
         let mut drawn = Ok(());
         while drawn.is_ok() && !is_over() && !has_panicked() {
             drawn = self.draw(sitting, &is_over);
@@ -78,7 +82,11 @@ impl Seat {
     }
 
     /// Draws what there is, and says that it is shown before its last bytes are written.
-    fn draw(&mut self, sitting: &Mutex<Sitting>, is_over: impl Fn() -> bool) -> io::Result<()> {
+    fn draw(
+        &mut self,
+        sitting: &Mutex<SharedTerminal>,
+        is_over: impl Fn() -> bool,
+    ) -> io::Result<()> {
         let (sight, number) = locked(sitting).seen();
         let drawn = (self.terminal).draw(|frame| draw_calibration(frame, &sight))?;
         let is_small = is_small(drawn.area);
@@ -106,7 +114,7 @@ impl Seat {
     }
 }
 
-impl Drop for Seat {
+impl Drop for RawTerminal {
     fn drop(&mut self) {
         if !has_panicked() {
             leave();

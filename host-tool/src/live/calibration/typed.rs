@@ -13,14 +13,14 @@ const ESCAPE: u8 = 0x1b;
 
 /// What has come and is not yet a key.
 #[derive(Debug, Default)]
-pub struct Typed {
+pub struct PendingInput {
     rest: Vec<u8>,
     is_pasting: bool,
     quiet: u32,
 }
 
 /// What bytes begin with: how many they are, and what they are.
-enum Begins {
+enum InputStart {
     Key(usize, KeyCode),
     Control(usize, char),
     Paste(usize, bool),
@@ -29,7 +29,7 @@ enum Begins {
     Part,
 }
 
-impl Typed {
+impl PendingInput {
     /// The keys that `bytes` end. `is_turn`: what came a turn before is no longer waited on.
     pub fn keys(&mut self, bytes: &[u8], is_turn: bool) -> Vec<KeyEvent> {
         let mut keys = Vec::new();
@@ -48,22 +48,22 @@ impl Typed {
         let mut rest = all.as_slice();
         while !rest.is_empty() {
             let count = match begins(rest) {
-                Begins::Key(count, code) => {
+                InputStart::Key(count, code) => {
                     if !self.is_pasting || code == KeyCode::Esc {
                         keys.push(KeyEvent::from(code));
                     }
                     count
                 }
-                Begins::Control(count, key) => {
+                InputStart::Control(count, key) => {
                     keys.push(KeyEvent::new(KeyCode::Char(key), KeyModifiers::CONTROL));
                     count
                 }
-                Begins::Paste(count, begins) => {
+                InputStart::Paste(count, begins) => {
                     self.is_pasting = begins;
                     count
                 }
-                Begins::Nothing(count) => count,
-                Begins::Part => break,
+                InputStart::Nothing(count) => count,
+                InputStart::Part => break,
             };
             rest = rest.get(count..).unwrap_or_default();
         }
@@ -72,68 +72,68 @@ impl Typed {
     }
 }
 
-fn begins(bytes: &[u8]) -> Begins {
+fn begins(bytes: &[u8]) -> InputStart {
     match bytes {
-        [ESCAPE] => Begins::Part,
+        [ESCAPE] => InputStart::Part,
         // The function keys of the Linux console.
-        [ESCAPE, b'[', b'[', last, ..] if *last >= b' ' => Begins::Nothing(4),
-        [ESCAPE, b'[', b'['] => Begins::Part,
-        [ESCAPE, b'[', b'[', ..] => Begins::Key(3, KeyCode::Esc),
+        [ESCAPE, b'[', b'[', last, ..] if *last >= b' ' => InputStart::Nothing(4),
+        [ESCAPE, b'[', b'['] => InputStart::Part,
+        [ESCAPE, b'[', b'[', ..] => InputStart::Key(3, KeyCode::Esc),
         [ESCAPE, b'[', rest @ ..] => sequence(rest),
-        [ESCAPE, b'O'] => Begins::Part,
+        [ESCAPE, b'O'] => InputStart::Part,
         [ESCAPE, b'O', last, ..] => arrow(3, *last),
         // Escape and something else: to end is the safe side.
-        [ESCAPE, ..] => Begins::Key(1, KeyCode::Esc),
-        [3, ..] => Begins::Control(1, 'c'),
-        [4, ..] => Begins::Control(1, 'd'),
-        [b'\r' | b'\n', ..] => Begins::Key(1, KeyCode::Enter),
-        [8 | 0x7f, ..] => Begins::Key(1, KeyCode::Backspace),
-        [first, ..] if *first < b' ' => Begins::Nothing(1),
+        [ESCAPE, ..] => InputStart::Key(1, KeyCode::Esc),
+        [3, ..] => InputStart::Control(1, 'c'),
+        [4, ..] => InputStart::Control(1, 'd'),
+        [b'\r' | b'\n', ..] => InputStart::Key(1, KeyCode::Enter),
+        [8 | 0x7f, ..] => InputStart::Key(1, KeyCode::Backspace),
+        [first, ..] if *first < b' ' => InputStart::Nothing(1),
         _ => character(bytes),
     }
 }
 
 /// What a control sequence is, of which `rest` follows the introducer.
-fn sequence(rest: &[u8]) -> Begins {
+fn sequence(rest: &[u8]) -> InputStart {
     let is_last = |byte: &u8| !(0x20..0x40).contains(byte);
     let Some(end) = rest.iter().take(LONGEST).position(is_last) else {
         return match rest.len() < LONGEST {
-            true => Begins::Part,
-            false => Begins::Key(2 + LONGEST, KeyCode::Esc),
+            true => InputStart::Part,
+            false => InputStart::Key(2 + LONGEST, KeyCode::Esc),
         };
     };
     let (parameters, last) = (&rest[..end], rest[end]);
     match (parameters, last) {
-        (b"200", b'~') => Begins::Paste(end + 3, true),
-        (b"201", b'~') => Begins::Paste(end + 3, false),
+        (b"200", b'~') => InputStart::Paste(end + 3, true),
+        (b"201", b'~') => InputStart::Paste(end + 3, false),
         (_, 0x40..=0x7e) => arrow(end + 3, last),
         // Broken off: what comes now begins anew.
-        _ => Begins::Key(end + 2, KeyCode::Esc),
+        _ => InputStart::Key(end + 2, KeyCode::Esc),
     }
 }
 
-const fn arrow(count: usize, last: u8) -> Begins {
+const fn arrow(count: usize, last: u8) -> InputStart {
     match last {
-        b'A' => Begins::Key(count, KeyCode::Up),
-        b'B' => Begins::Key(count, KeyCode::Down),
-        ESCAPE | 3 | 4 => Begins::Key(count - 1, KeyCode::Esc),
-        _ => Begins::Nothing(count),
+        b'A' => InputStart::Key(count, KeyCode::Up),
+        b'B' => InputStart::Key(count, KeyCode::Down),
+        ESCAPE | 3 | 4 => InputStart::Key(count - 1, KeyCode::Esc),
+        _ => InputStart::Nothing(count),
     }
 }
 
-fn character(bytes: &[u8]) -> Begins {
+fn character(bytes: &[u8]) -> InputStart {
     let first = bytes.utf8_chunks().next();
     let valid = first
         .as_ref()
         .and_then(|chunk| chunk.valid().chars().next());
     match (valid, first) {
-        (Some(c), _) => Begins::Key(c.len_utf8(), KeyCode::Char(c)),
+        (Some(c), _) => InputStart::Key(c.len_utf8(), KeyCode::Char(c)),
         (None, Some(chunk)) if chunk.invalid().len() < bytes.len() => {
-            Begins::Nothing(chunk.invalid().len().max(1))
+            InputStart::Nothing(chunk.invalid().len().max(1))
         }
         // A part of a character, or bytes that are none.
-        _ if bytes.len() < 4 => Begins::Part,
-        _ => Begins::Nothing(1),
+        _ if bytes.len() < 4 => InputStart::Part,
+        _ => InputStart::Nothing(1),
     }
 }
 
@@ -142,14 +142,14 @@ mod tests {
     use super::*;
     use KeyCode::{Backspace, Char, Down, Enter, Esc, Up};
 
-    fn codes(typed: &mut Typed, bytes: &[u8]) -> Vec<KeyCode> {
+    fn codes(typed: &mut PendingInput, bytes: &[u8]) -> Vec<KeyCode> {
         let keys = typed.keys(bytes, true);
         keys.into_iter().map(|key| key.code).collect()
     }
 
     #[test]
     fn bytes_are_keys() {
-        let mut typed = Typed::default();
+        let mut typed = PendingInput::default();
         let bytes = "a\u{1b}[A\u{1b}[B\u{1b}OA\u{1b}[1;5B\u{1b}[3~\u{1b}[[Aé+\r\u{7f}\u{1}";
         let keys = [
             Char('a'),
@@ -174,7 +174,7 @@ mod tests {
 
     #[test]
     fn escape_is_known_when_nothing_follows() {
-        let mut typed = Typed::default();
+        let mut typed = PendingInput::default();
         assert!(codes(&mut typed, b"\x1b").is_empty());
         assert!(typed.keys(b"", false).is_empty());
         assert_eq!(codes(&mut typed, b""), [Esc]);
@@ -186,7 +186,7 @@ mod tests {
             b"\x1b[12\x03",
             b"\x1bO\x03",
         ] {
-            let mut typed = Typed::default();
+            let mut typed = PendingInput::default();
             assert_eq!(codes(&mut typed, broken)[0], Esc, "{broken:?}");
         }
         let long = [&b"\x1b["[..], &[b'1'; 40]].concat();
@@ -195,7 +195,7 @@ mod tests {
 
     #[test]
     fn what_is_pasted_is_no_key_and_control_c_is_one() {
-        let mut typed = Typed::default();
+        let mut typed = PendingInput::default();
         assert!(codes(&mut typed, b"\x1b[200~+n+n+n").is_empty());
         assert_eq!(codes(&mut typed, b"+n\x03+n"), [Char('c')]);
         assert_eq!(codes(&mut typed, b"tq\x1b[201~+"), [Char('+')]);
@@ -209,7 +209,7 @@ mod tests {
     fn no_bytes_hide_control_c() {
         for byte in 0..=u8::MAX {
             for before in [vec![byte], vec![byte, byte], vec![ESCAPE, b'[', byte]] {
-                let mut typed = Typed::default();
+                let mut typed = PendingInput::default();
                 let all = [&before[..], &[3]].concat();
                 let keys = typed.keys(&all, true);
                 let is_end = |key: &KeyEvent| {

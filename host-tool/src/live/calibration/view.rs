@@ -1,6 +1,6 @@
 //! The frame, cell by cell: for 80 × 24.
 
-use super::Sight;
+use super::ScreenState;
 use super::digits::big;
 use host_core::calibration::{Level, Phase, Step, View};
 use ratatui::Frame;
@@ -20,7 +20,7 @@ pub const fn is_small(area: Rect) -> bool {
 
 /// Draws all that `sight` has; where that has no room, only whether something is given and
 /// how to end it.
-pub fn draw(frame: &mut Frame<'_>, sight: &Sight) {
+pub fn draw(frame: &mut Frame<'_>, sight: &ScreenState) {
     if is_small(frame.area()) {
         frame.render_widget(small(sight), frame.area());
         return;
@@ -52,7 +52,7 @@ pub fn draw(frame: &mut Frame<'_>, sight: &Sight) {
     frame.render_widget(second, more);
 }
 
-fn small(sight: &Sight) -> Paragraph<'_> {
+fn small(sight: &ScreenState) -> Paragraph<'_> {
     let is_on = (sight.view.as_ref()).is_some_and(|view| view.phase == Phase::On);
     let state = match is_on {
         true => "ON".red().bold(),
@@ -66,7 +66,7 @@ fn small(sight: &Sight) -> Paragraph<'_> {
     Paragraph::new(lines)
 }
 
-fn draw_title(frame: &mut Frame<'_>, area: Rect, sight: &Sight, view: &View) {
+fn draw_title(frame: &mut Frame<'_>, area: Rect, sight: &ScreenState, view: &View) {
     let right = format!("{}  {:.1} min ", sight.device, view.t_s / 60.0);
     let width = u16::try_from(right.chars().count()).unwrap_or(u16::MAX);
     let [title, time] =
@@ -170,7 +170,7 @@ fn found(view: &View) -> Paragraph<'_> {
     Paragraph::new(lines).block(block.border_style(Style::new().dim()))
 }
 
-fn notes(sight: &Sight) -> Paragraph<'_> {
+fn notes(sight: &ScreenState) -> Paragraph<'_> {
     let lines: Vec<Line<'_>> = (sight.notes.iter())
         .map(|(t_s, text, is_bad)| {
             let text = Span::raw(text.as_str());

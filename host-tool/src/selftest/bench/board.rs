@@ -4,7 +4,7 @@ use crate::selftest::{BOOT, channel};
 use firmware::link::HelloInfo;
 use firmware::safety::{ChannelSpec, StageKind, StageSpec, Stages, WearerSpec};
 use firmware::units::Amplitude;
-use hal_sim::body::{CHANNELS, Load, Still};
+use hal_sim::body::{CHANNELS, FixedLoad, Load};
 use hal_sim::native::native;
 use hal_sim::wire::faults::Faults;
 use hal_sim::world::World;
@@ -25,7 +25,7 @@ const INTERVAL_US: u64 = 20_000;
 
 /// What the board does while a value is measured.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Doing {
+pub enum BoardActivity {
     /// Plays the pattern.
     Plays,
     /// Plays it until the hand-held stop opens.
@@ -135,7 +135,7 @@ impl Bench {
     pub fn open(name: &DeviceName, interruption: Interruption) -> Result<Self, OpenError> {
         let port: Box<dyn Port> = match name {
             DeviceName::Native => {
-                let body = Box::new(Still::new(0.0));
+                let body = Box::new(FixedLoad::new(0.0));
                 let device = Box::new(native(BOOT));
                 let world = World::new(device, body, BOOT, Faults::default(), 1);
                 Box::new(SimulatedPort::new(world))
@@ -212,10 +212,10 @@ impl Bench {
     ///
     /// # Errors
     /// The board is lost.
-    pub fn act(&mut self, doing: Doing) -> Result<(), Error> {
+    pub fn act(&mut self, doing: BoardActivity) -> Result<(), Error> {
         match doing {
-            Doing::Plays | Doing::StopOpens => Ok(()),
-            Doing::Falls => self.end(),
+            BoardActivity::Plays | BoardActivity::StopOpens => Ok(()),
+            BoardActivity::Falls => self.end(),
         }
     }
 

@@ -8,6 +8,6 @@ mod board;
 mod sheet;
 mod step;
 
-pub use board::{Bench, Doing, Pattern};
+pub use board::{Bench, BoardActivity, Pattern};
 pub use sheet::{Answer, Sheet, SheetError, Verdict};
 pub use step::{Step, ValueError, read_value, steps};

@@ -1,6 +1,6 @@
 //! What is measured, where, and what passes.
 
-use super::board::{Doing, Pattern};
+use super::board::{BoardActivity, Pattern};
 
 /// The dummy loads, Ω, in the order in which they are asked for (docs/hardware.md, Before
 /// a person is connected).
@@ -14,7 +14,7 @@ pub struct Step {
     /// In the output, Ω.
     pub load_ohm: u32,
     /// What the board does.
-    pub doing: Doing,
+    pub doing: BoardActivity,
     /// Where the probe goes, and what is read from the screen.
     pub what: String,
     /// Unit in which the value is typed.
@@ -45,7 +45,7 @@ fn around(id: &str, unit: &'static str, expected: f64, apart: f64) -> Step {
     Step {
         id: id.to_owned(),
         load_ohm: 2_000,
-        doing: Doing::Plays,
+        doing: BoardActivity::Plays,
         what: String::new(),
         unit,
         expected,
@@ -136,7 +136,7 @@ fn of_load(pattern: &Pattern, load_ohm: u32) -> [Step; 7] {
 
 fn stop() -> Step {
     Step {
-        doing: Doing::StopOpens,
+        doing: BoardActivity::StopOpens,
         what: "stop contact and load: open the hand-held stop; time from its opening to the \
                start of the last pulse, 0 if none starts after it"
             .to_owned(),
@@ -148,7 +148,7 @@ fn stop() -> Step {
 
 fn fall() -> Step {
     Step {
-        doing: Doing::Falls,
+        doing: BoardActivity::Falls,
         what: "across the load, single shot: from the last full pulse to the last pulse".to_owned(),
         low: 0.0,
         source: "the pattern's fall of 50 ms, and the 20 ms from the last full pulse to the next",

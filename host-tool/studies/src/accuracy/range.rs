@@ -41,7 +41,7 @@ pub struct Place {
 
 /// What was found, every part from the worst down.
 #[derive(Clone, Debug)]
-pub struct Found {
+pub struct RangeErrors {
     /// At the corners.
     pub corners: Vec<Place>,
     /// Drawn.
@@ -57,7 +57,7 @@ pub fn above_pct(places: &[Place]) -> f64 {
 }
 
 /// All corners at five rates, and `draws` more by `seed`, which is not 0.
-pub fn study(seed: u32, draws: usize) -> Found {
+pub fn study(seed: u32, draws: usize) -> RangeErrors {
     let mut random = Random(seed);
     let corners = (0..1 << RANGES.len()).flat_map(|corner: usize| {
         let at = |n: usize, range: &Range| ends(range)[corner >> n & 1];
@@ -74,7 +74,7 @@ pub fn study(seed: u32, draws: usize) -> Found {
         .collect();
     let refused = corners.iter().chain(&drawn);
     let refused = refused.filter(|(spec, ..)| CalciumForce::new(*spec).is_err());
-    Found {
+    RangeErrors {
         refused: refused.count(),
         corners: judge(&corners),
         drawn: judge(&drawn),

@@ -13,7 +13,7 @@ const TRAIN_US: u32 = 1_000_000;
 
 /// A method's worst error.
 #[derive(Clone, Copy, Debug)]
-pub struct Found {
+pub struct MethodError {
     /// Which.
     pub method: Method,
     /// Its step, µs.
@@ -57,9 +57,9 @@ const STUDY: [(Method, u32, f64); 24] = [
 
 /// Every row of the study, run again. Forces are read every 10 ms, at steps of
 /// 20 ms every 20 ms.
-pub fn repeat() -> Vec<Found> {
+pub fn repeat() -> Vec<MethodError> {
     let cases = thirty_cases();
-    let found = |(method, step_us, study_pct)| Found {
+    let found = |(method, step_us, study_pct)| MethodError {
         method,
         step_us,
         study_pct,

@@ -1,7 +1,7 @@
 //! CoreMark on the chip simulator: a yardstick that nothing was fitted to.
 
 use super::{BenchError, RowError};
-use hal_sim::chip::alone::{self, Wait};
+use hal_sim::chip::alone::{self, FlashWait};
 use hal_sim::chip::image::Image;
 use host_core::run::images;
 
@@ -13,7 +13,7 @@ pub const PUBLISHED: [f64; 2] = [3.37, 3.40];
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading {
     /// How the flash answers.
-    pub wait: Wait,
+    pub wait: FlashWait,
     /// Iterations that count.
     pub iterations: u64,
     /// Cycles that they took.
@@ -56,7 +56,7 @@ pub fn coremark() -> Result<CoreMark, BenchError> {
     let mut readings = Vec::new();
     let mut compiler = String::new();
     let mut instructions_per_iteration = 0;
-    for wait in Wait::ALL {
+    for wait in FlashWait::ALL {
         let ended = alone::run(&image, wait)?;
         let said = read(wait, &ended.console);
         let (reading, words) = said.ok_or_else(|| RowError::new(&ended.console))?;
@@ -75,7 +75,7 @@ pub fn coremark() -> Result<CoreMark, BenchError> {
 
 /// `iterations N cycles N`, `CoreMark/MHz X COMPILER` and, further on, the
 /// former again behind `prefetch off: `.
-fn read(wait: Wait, console: &str) -> Option<(Reading, String)> {
+fn read(wait: FlashWait, console: &str) -> Option<(Reading, String)> {
     let lines: Vec<&str> = console.lines().collect();
     let [_, counts, words, _, without, ..] = lines[..] else {
         return None;
@@ -112,13 +112,13 @@ mod tests {
                        prefetch off: crclist e714 valid\n\
                        prefetch off: iterations 10 cycles 4000000\n\
                        prefetch off: CoreMark/MHz 2.500 rustc 1.95.0 opt-level=3\n";
-        let (reading, compiler) = read(Wait::Never, console).unwrap();
+        let (reading, compiler) = read(FlashWait::Never, console).unwrap();
         assert_eq!(reading.per_mhz(), 2.0);
         assert_eq!(reading.per_mhz_without_prefetch(), 2.5);
         assert_eq!(compiler, "rustc 1.95.0 opt-level=3");
         let other = console.replace("iterations 10 cycles 4", "iterations 9 cycles 4");
         for wrong in ["crclist\niterations ten cycles 1\n", &other] {
-            assert_eq!(read(Wait::Never, wrong), None);
+            assert_eq!(read(FlashWait::Never, wrong), None);
         }
     }
 }

@@ -14,7 +14,7 @@ pub use coremark::{CoreMark, PUBLISHED, Reading, coremark};
 pub use row::{Deadline, Row, RowError, csv};
 
 use firmware::bench::NoClock;
-use hal_sim::chip::alone::{self, AloneError, Wait};
+use hal_sim::chip::alone::{self, AloneError, FlashWait};
 use hal_sim::chip::image::{self, ImageError};
 use hal_sim::chip::soc::flash::Prefetched;
 use hal_sim::images::{BuildError, Image};
@@ -182,17 +182,17 @@ pub fn on_chip() -> Result<OnChip, BenchError> {
 /// flash read in the default way.
 pub fn rows_on_chip(image: Image) -> Result<Vec<Row>, BenchError> {
     let elf = images::find(image)?;
-    let ended = alone::run(&image::Image::open(&elf)?, Wait::default())?;
+    let ended = alone::run(&image::Image::open(&elf)?, FlashWait::default())?;
     Ok(row::parse(&ended.console)?)
 }
 
 fn run_on_chip(elf: &Path) -> Result<OnChip, BenchError> {
     let image = image::Image::open(elf)?;
     let begin = Instant::now();
-    let ended = alone::run(&image, Wait::default())?;
+    let ended = alone::run(&image, FlashWait::default())?;
     let time = begin.elapsed();
     let (rows, overhead) = without_markers(&ended.console)?;
-    let other = alone::run(&image, Wait::States(Prefetched::NotCached))?;
+    let other = alone::run(&image, FlashWait::States(Prefetched::NotCached))?;
     let (not_cached, overhead_not_cached) = without_markers(&other.console)?;
     Ok(OnChip {
         rows,

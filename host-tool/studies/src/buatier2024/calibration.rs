@@ -2,7 +2,7 @@
 
 use super::declaration::{Condition, Form, HEIGHTS, Scale, Study};
 use super::error::LiftError;
-use super::way::{Timing, Way, places};
+use super::way::{LiftTrajectory, Timing, places};
 use firmware::haptics::{Form as DeviceForm, ModulatedSpec, ModulationSpec, QuarticSpec};
 use firmware::limb::LINES;
 use firmware::units::Amplitude;
@@ -57,13 +57,13 @@ pub struct Curves {
 
 /// Activations of the stimulated muscles at each point of the ways, split where the elbow
 /// turns from flexing to extending.
-struct Solved {
+struct SolvedActivations {
     /// Angle and k, by muscle.
     points: [Vec<(f64, f64)>; ELECTRODES],
     range_deg: [[f64; 2]; JOINTS],
 }
 
-fn solved(study: &Study, stature_m: f64, mass_kg: f64) -> Result<Solved, LiftError> {
+fn solved(study: &Study, stature_m: f64, mass_kg: f64) -> Result<SolvedActivations, LiftError> {
     let model = &study.model;
     let links = Links::new(stature_m, mass_kg, study.scene.added_inertia_kg_m2);
     let geometry = Geometry::of_stature(stature_m, 1.0);
@@ -75,7 +75,7 @@ fn solved(study: &Study, stature_m: f64, mass_kg: f64) -> Result<Solved, LiftErr
     let mut points: [Vec<(f64, f64)>; ELECTRODES] = Default::default();
     let mut range_deg = [[f64::INFINITY, f64::NEG_INFINITY]; JOINTS];
     for height in 0..HEIGHTS {
-        let way = Way::new(&links, places(study, links.reach_m(), height), timing);
+        let way = LiftTrajectory::new(&links, places(study, links.reach_m(), height), timing);
         for n in (0..way.len()).step_by(EVERY) {
             let flexions_deg = way.flexions[n].map(f64::to_degrees);
             let wanted = way.torques_nm(&links, n, model.object_kg);
@@ -99,7 +99,7 @@ fn solved(study: &Study, stature_m: f64, mass_kg: f64) -> Result<Solved, LiftErr
     }
     let margin = model.margin_deg;
     let range_deg = range_deg.map(|[low, high]| [(low - margin).floor(), (high + margin).ceil()]);
-    Ok(Solved { points, range_deg })
+    Ok(SolvedActivations { points, range_deg })
 }
 
 /// Functions of the four muscles for a wearer of this stature and mass.
@@ -209,7 +209,7 @@ fn left(bernstein: &[i32; TERMS], range: [f64; 2], points: &[(f64, f64)]) -> [f6
 
 /// What calibration found of a channel, mA.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Told {
+pub struct ChannelThresholds {
     /// Felt first.
     pub felt_ma: f64,
     /// Tolerated.
@@ -223,7 +223,7 @@ pub fn specs(
     study: &Study,
     curves: &Curves,
     condition: Condition,
-    channels: &[Told; CHANNELS],
+    channels: &[ChannelThresholds; CHANNELS],
 ) -> [ModulationSpec; ARMS * JOINTS] {
     let model = &study.model;
     let quartic = |muscle: usize| curves.muscles[muscle].bernstein.map(QuarticSpec);

@@ -3,7 +3,7 @@
 use super::declaration::{Claim, Condition, Metric, Side, Study};
 use super::error::LiftError;
 use super::participant::Participant;
-use super::person::{Person, middle};
+use super::person::{LiftWearer, middle};
 use super::replication::Replication;
 use super::tests::PAIRS;
 use super::whole::whole;
@@ -276,7 +276,7 @@ fn of_stimulation(all: &[Replication]) -> Vec<Row> {
 /// # Errors
 /// Those of [`whole`].
 pub(super) fn of_whole_device(study: &Study, seed: u64) -> Result<Row, LiftError> {
-    let person = Person::new(study, middle(study), seed)?;
+    let person = LiftWearer::new(study, middle(study), seed)?;
     let share = |condition| -> Result<f64, LiftError> {
         let found = whole(study, &person, condition, (0, seed))?;
         Ok(100.0 * found.same as f64 / (found.bursts + found.alone) as f64)

@@ -1,8 +1,8 @@
 //! What a person does of their own will: what they know beforehand, late feedback, and
 //! muscles that share the torque between them.
 
-use super::person::Will;
-use super::way::{RATE_HZ, Way};
+use super::person::VoluntaryMotion;
+use super::way::{LiftTrajectory, RATE_HZ};
 use hal_sim::body::sagittal::{Intent, JOINTS, Links, MUSCLES};
 use hal_sim::random;
 use host_core::limb::Muscles;
@@ -12,9 +12,9 @@ const PARTS: usize = 24;
 
 /// What was learnt of a movement: torque that feedback had to add, by part, N m.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Learnt([[f64; JOINTS]; PARTS]);
+pub struct LearntTorque([[f64; JOINTS]; PARTS]);
 
-impl Learnt {
+impl LearntTorque {
     /// Nothing yet.
     pub const NOTHING: Self = Self([[0.0; JOINTS]; PARTS]);
 }
@@ -22,7 +22,7 @@ impl Learnt {
 /// One arm under control, over one lift.
 #[derive(Clone, Debug)]
 pub struct Control {
-    will: Will,
+    will: VoluntaryMotion,
     object_kg: f64,
     late: usize,
     seen: Vec<([f64; JOINTS], [f64; JOINTS])>,
@@ -37,7 +37,7 @@ pub struct Control {
 impl Control {
     /// At the start of a lift; `seed` decides the noise of its drives.
     #[must_use]
-    pub fn new(will: Will, object_kg: f64, seed: u64) -> Self {
+    pub fn new(will: VoluntaryMotion, object_kg: f64, seed: u64) -> Self {
         Self {
             late: (will.delay_s * RATE_HZ).round() as usize,
             object_kg: object_kg * (1.0 + will.judged_load),
@@ -62,7 +62,7 @@ impl Control {
     /// (flexions, rates) and whose muscles have these torques at full activation.
     pub fn step(
         &mut self,
-        (way, links, learnt): (&Way, &Links, &Learnt),
+        (way, links, learnt): (&LiftTrajectory, &Links, &LearntTorque),
         n: usize,
         state: ([f64; JOINTS], [f64; JOINTS]),
         full_nm: &[[f64; JOINTS]; MUSCLES],
@@ -99,7 +99,7 @@ impl Control {
 
     /// Torque for what was off a while ago: what makes of the arm, with the object, one that
     /// is critically damped at the bandwidth, were it not late.
-    fn feedback(&self, way: &Way, links: &Links, n: usize) -> [f64; JOINTS] {
+    fn feedback(&self, way: &LiftTrajectory, links: &Links, n: usize) -> [f64; JOINTS] {
         let Some(then) = n.checked_sub(self.late) else {
             return [0.0; JOINTS];
         };
@@ -129,7 +129,7 @@ impl Control {
     }
 
     /// What is known beforehand the next time.
-    pub fn learn(&self, learnt: &mut Learnt) {
+    pub fn learn(&self, learnt: &mut LearntTorque) {
         for (known, (sum, count)) in learnt.0.iter_mut().zip(&self.felt) {
             for (known, sum) in known.iter_mut().zip(sum) {
                 *known += self.will.learning * sum / f64::from((*count).max(1));

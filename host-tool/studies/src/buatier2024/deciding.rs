@@ -4,7 +4,7 @@ use super::comparisons::holds;
 use super::declaration::{Form, Scale, Study};
 use super::error::LiftError;
 use super::participant::{Participant, participant};
-use super::person::{Person, middle};
+use super::person::{LiftWearer, middle};
 use crate::laboratory::{Grid, Sheet};
 use hal_sim::random;
 use rayon::prelude::*;
@@ -15,7 +15,7 @@ const STREAM: u64 = 0xDEC1;
 
 /// One change, and what every claim then is.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Changed {
+pub struct ChangeEffect {
     /// What is otherwise.
     pub named: String,
     /// In how many persons each claim holds, in the declaration's order.
@@ -26,13 +26,13 @@ pub struct Changed {
 
 /// What decides.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Decides {
+pub struct Sensitivity {
     /// Nothing changed.
-    pub middle: Changed,
+    pub middle: ChangeEffect,
     /// Each range at its low and its high end.
-    pub ends: Vec<[Changed; 2]>,
+    pub ends: Vec<[ChangeEffect; 2]>,
     /// The model otherwise.
-    pub models: Vec<Changed>,
+    pub models: Vec<ChangeEffect>,
 }
 
 /// An ablation of the participant's model, by name.
@@ -71,7 +71,7 @@ pub fn deciding(
     study: &Study,
     seed: u64,
     is_asked: &(dyn Fn() -> bool + Sync),
-) -> Result<Decides, LiftError> {
+) -> Result<Sensitivity, LiftError> {
     let nominal = middle(study);
     let mut cases = vec![("nothing changed".to_owned(), study.clone(), nominal.clone())];
     for (place, range) in study.ranges.iter().enumerate() {
@@ -90,7 +90,7 @@ pub fn deciding(
         }
         changed(study, (named, values), seed)
     };
-    let all: Result<Vec<Changed>, LiftError> = cases.par_iter().map(one).collect();
+    let all: Result<Vec<ChangeEffect>, LiftError> = cases.par_iter().map(one).collect();
     let mut all = all?.into_iter();
     let nothing = || LiftError::Declaration("nothing to change".to_owned());
     let middle = all.next().ok_or_else(nothing)?;
@@ -102,7 +102,7 @@ pub fn deciding(
         );
         ends.push([low, high]);
     }
-    Ok(Decides {
+    Ok(Sensitivity {
         middle,
         ends,
         models: all.collect(),
@@ -113,10 +113,10 @@ fn changed(
     study: &Study,
     (named, values): (&str, &[f64]),
     seed: u64,
-) -> Result<Changed, LiftError> {
+) -> Result<ChangeEffect, LiftError> {
     let one = |nth: usize| -> Result<Participant, LiftError> {
         let own = random::word(random::word(seed, STREAM), nth as u64);
-        let mut person = Person::new(study, values.to_vec(), own)?;
+        let mut person = LiftWearer::new(study, values.to_vec(), own)?;
         person.one_day = true;
         participant(study, &person, study.deciding.target_sets)
     };
@@ -126,7 +126,7 @@ fn changed(
         let of = |participant: &&Participant| holds(study, participant, claim) == Some(true);
         people.iter().filter(of).count()
     };
-    Ok(Changed {
+    Ok(ChangeEffect {
         named: named.to_owned(),
         holds: study.claims.iter().map(count).collect(),
         of: people.len(),
@@ -138,7 +138,7 @@ fn short(value: f64) -> String {
     format!("{value:.digits$}")
 }
 
-impl Changed {
+impl ChangeEffect {
     /// Whether claim `at` holds in all, in none, or in some.
     fn verdict(&self, at: usize) -> &'static str {
         match self.holds.get(at) {
@@ -149,7 +149,7 @@ impl Changed {
     }
 }
 
-impl Decides {
+impl Sensitivity {
     /// Names of what decides claim `at`: ranges of which it holds in all persons at one end
     /// and in none at the other, models with which it is the opposite of what it is with
     /// nothing changed.
@@ -170,7 +170,7 @@ impl Decides {
     pub(super) fn sheet(&self, study: &Study) -> Sheet {
         let mut heads = vec!["changed alone".to_owned()];
         heads.extend(study.claims.iter().map(|claim| claim.id.clone()));
-        let row = |change: &Changed| {
+        let row = |change: &ChangeEffect| {
             let cells = (0..study.claims.len()).map(|at| change.verdict(at).to_owned());
             std::iter::once(change.named.clone()).chain(cells).collect()
         };

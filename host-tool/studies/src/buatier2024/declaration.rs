@@ -26,11 +26,11 @@ pub struct Study {
     /// Where hands go.
     pub way: Places,
     /// The exoskeleton.
-    pub scene: Scene,
+    pub scene: ExoskeletonSpec,
     /// What a device is told.
     pub model: Model,
     /// How movement is judged.
-    pub judged: Judged,
+    pub judged: MovementCriteria,
     /// How it is asked which assumption decides.
     pub deciding: Deciding,
     /// What is drawn of a person.
@@ -40,7 +40,7 @@ pub struct Study {
     #[serde(rename = "claim")]
     pub claims: Vec<Claim>,
     /// What is printed.
-    pub printed: Vec<Printed>,
+    pub printed: Vec<PrintedMean>,
 }
 
 /// What is done.
@@ -92,7 +92,7 @@ pub struct Height {
 /// The exoskeleton.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Scene {
+pub struct ExoskeletonSpec {
     /// Of the object and the god-object.
     pub object_hz: u32,
     /// Added to elbow and shoulder.
@@ -150,7 +150,7 @@ pub struct Model {
 /// How movement is judged.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Judged {
+pub struct MovementCriteria {
     /// Of records.
     pub rate_hz: u32,
     /// Of the filter.
@@ -253,7 +253,7 @@ pub struct Claim {
 /// A printed mean.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Printed {
+pub struct PrintedMean {
     /// Of what.
     pub metric: Metric,
     /// Where.

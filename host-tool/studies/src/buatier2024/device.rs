@@ -1,7 +1,7 @@
 //! The device's own modulation at work on the angles of four joints: the fast way, without
 //! the rest of the device.
 
-use super::calibration::{ARMS, CHANNELS, Curves, Told, specs};
+use super::calibration::{ARMS, CHANNELS, ChannelThresholds, Curves, specs};
 use super::declaration::{Condition, Study};
 use super::error::LiftError;
 use firmware::haptics::{Modulation, MotionPhase, PhaseState};
@@ -24,7 +24,7 @@ impl Device {
         study: &Study,
         curves: &Curves,
         condition: Condition,
-        channels: &[Told; CHANNELS],
+        channels: &[ChannelThresholds; CHANNELS],
     ) -> Result<Self, LiftError> {
         let all = specs(study, curves, condition, channels);
         let [a, b, c, d] = all

@@ -1,17 +1,17 @@
 //! Figures 3 and 4 of the paper, redrawn from simulated wearers, and the tables that go with them.
 
 use super::calibration::{ARMS, Curves, curves};
-use super::control::Learnt;
+use super::control::LearntTorque;
 use super::declaration::{Condition, HEIGHTS, Metric, Study};
 use super::device::Device;
 use super::error::LiftError;
 use super::participant::{height_of, seed_of};
-use super::person::{Person, middle};
+use super::person::{LiftWearer, middle};
 use super::replication::{Replication, families};
 use super::tests::{PAIRS, Tested, mean_and_error};
 use super::trial::{Trace, Worker};
 use super::way::{RATE_HZ, places};
-use crate::laboratory::{Along, Bar, Curve, Grid, Plot, Plots, Sheet};
+use crate::laboratory::{Bar, Curve, Grid, Plot, Plots, Sheet, SheetAxis};
 use host_core::statistics::{Spread, mean};
 
 const MUSCLES: [&str; 4] = [
@@ -32,7 +32,7 @@ const STEPS_PER_POINT: usize = 10;
 
 /// Draws figure 3: the right hand of one wearer over the first 30 s of the second target set of
 /// each condition.
-pub(super) fn hands(study: &Study, person: &Person) -> Result<Sheet, LiftError> {
+pub(super) fn hands(study: &Study, person: &LiftWearer) -> Result<Sheet, LiftError> {
     let arm = &person.arms[0];
     let curves = curves(study, arm.stature_m, arm.mass_kg)?;
     let mut plots = Vec::new();
@@ -50,8 +50,8 @@ pub(super) fn hands(study: &Study, person: &Person) -> Result<Sheet, LiftError> 
         };
         plots.push(Plot {
             title: condition.name().to_owned(),
-            x: Along::even("time (s)", [0.0, SHOWN_S]),
-            y: Along::even("height of the right hand (m)", [-0.5, 0.4]),
+            x: SheetAxis::even("time (s)", [0.0, SHOWN_S]),
+            y: SheetAxis::even("height of the right hand (m)", [-0.5, 0.4]),
             curves: over(1),
             ..Plot::default()
         });
@@ -60,8 +60,8 @@ pub(super) fn hands(study: &Study, person: &Person) -> Result<Sheet, LiftError> 
             .map(|lift| Curve::line(0, lift.iter().map(|(_, place)| *place)));
         paths.push(Plot {
             title: condition.name().to_owned(),
-            x: Along::even("forward (m)", [0.3, 0.7]),
-            y: Along::even("up (m)", [-0.5, 0.4]),
+            x: SheetAxis::even("forward (m)", [0.3, 0.7]),
+            y: SheetAxis::even("up (m)", [-0.5, 0.4]),
             curves: path.collect(),
             ..Plot::default()
         });
@@ -93,13 +93,13 @@ type TimedPath = Vec<(f64, [f64; 2])>;
 /// lifts, and those back to the table after each lift.
 fn hand_paths(
     study: &Study,
-    person: &Person,
+    person: &LiftWearer,
     (curves, condition): (&Curves, Condition),
 ) -> Result<(Vec<TimedPath>, Vec<TimedPath>), LiftError> {
     let mut worker = Worker::new(study, person)?;
     let mut device = Device::new(study, curves, condition, &person.told)?;
     let day = person.aim_of_day_m(condition as u64);
-    let mut learnt = [[Learnt::NOTHING; ARMS]; HEIGHTS];
+    let mut learnt = [[LearntTorque::NOTHING; ARMS]; HEIGHTS];
     let (mut held, mut back, mut t) = (Vec::new(), Vec::new(), 0.0);
     let lifts = study.protocol.repetitions;
     for nth in 0..2 * lifts {
@@ -137,7 +137,7 @@ fn hand_paths(
 /// Draws k by angle, and tabulates the quartics of C, for a wearer whose numbers are in the middle
 /// of their ranges.
 pub(super) fn activations(study: &Study) -> Result<[Sheet; 2], LiftError> {
-    let nominal = Person::new(study, middle(study), 0)?;
+    let nominal = LiftWearer::new(study, middle(study), 0)?;
     let arm = &nominal.arms[0];
     let curves = curves(study, arm.stature_m, arm.mass_kg)?;
     let plots = (0..MUSCLES.len()).map(|muscle| activation_plot(&curves, muscle));
@@ -187,8 +187,8 @@ fn activation_plot(curves: &Curves, muscle: usize) -> Plot {
     let fitted = Curve::line(1, angles.map(|deg| [deg, quartic(deg)]));
     Plot {
         title: format!("{}, {}", MUSCLES[muscle], ["lift", "drop"][muscle % 2]),
-        x: Along::even(joint, range),
-        y: Along::even(
+        x: SheetAxis::even(joint, range),
+        y: SheetAxis::even(
             "k (thousandths)",
             [0.0, 1.2 * THOUSAND * curve.peak.max(0.01)],
         ),
@@ -267,8 +267,8 @@ pub(super) fn bars(study: &Study, all: &[Replication]) -> Sheet {
         };
         Plot {
             title: name.to_owned(),
-            x: Along::of("", names),
-            y: Along::even(&format!("{name}{unit}"), ends),
+            x: SheetAxis::of("", names),
+            y: SheetAxis::even(&format!("{name}{unit}"), ends),
             bars,
             paper,
             ..Plot::default()

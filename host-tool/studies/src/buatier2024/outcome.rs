@@ -1,12 +1,12 @@
 //! What all studies come to, as `result.json` and its page have it.
 
 use super::comparisons::{of_whole_device, rows, shares};
-use super::deciding::Decides;
+use super::deciding::Sensitivity;
 use super::declaration::{DECLARED, Study};
 use super::error::LiftError;
 use super::figures::{activations, bars, hands, tests};
 use super::replication::{Replication, person};
-use crate::laboratory::{Declared, Outcome};
+use crate::laboratory::{Outcome, Preregistration};
 use host_core::record::sha256;
 
 /// What a command calls it.
@@ -30,7 +30,7 @@ const MODEL: &str = "The paper prints no quartics, no scale of k, no I0, no mass
 
 /// What the command knows of the run.
 #[derive(Clone, Debug)]
-pub struct Told {
+pub struct RunInfo {
     /// Of the draws.
     pub seed: u64,
     /// Studies asked for.
@@ -48,8 +48,8 @@ pub struct Told {
 pub fn outcome(
     study: &Study,
     all: &[Replication],
-    decides: Option<&Decides>,
-    told: Told,
+    decides: Option<&Sensitivity>,
+    told: RunInfo,
 ) -> Result<Outcome, LiftError> {
     let mut sheets = vec![hands(study, &person(study, told.seed, (0, 0))?)?];
     sheets.extend(activations(study)?);
@@ -70,7 +70,7 @@ pub fn outcome(
         seed: told.seed,
         simulated: Some(true),
         cut_short: told.cut_short,
-        declared: Declared {
+        declared: Preregistration {
             asked: NAME.to_owned(),
             command: Some(told.command),
             device: None,

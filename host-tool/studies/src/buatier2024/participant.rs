@@ -1,18 +1,18 @@
 //! One person through all conditions.
 
 use super::calibration::{ARMS, Curves, curves};
-use super::control::Learnt;
+use super::control::LearntTorque;
 use super::declaration::{Condition, HEIGHTS, Metric, Study};
 use super::device::Device;
 use super::error::LiftError;
-use super::person::Person;
-use super::trial::{Lifted, Worker};
+use super::person::LiftWearer;
+use super::trial::{LiftResult, Worker};
 use hal_sim::random;
 use serde::{Deserialize, Serialize};
 
 /// What one condition of a person came to: means over the lifts of the sets that are judged.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Found {
+pub struct ConditionResult {
     /// Which.
     pub condition: Condition,
     /// Metabolic proxy, W/kg.
@@ -29,7 +29,7 @@ pub struct Found {
     pub weak: f64,
 }
 
-impl Found {
+impl ConditionResult {
     /// A metric at a height, or its mean over all; power has none.
     #[must_use]
     pub fn value(&self, metric: Metric, height: Option<usize>) -> f64 {
@@ -51,7 +51,7 @@ pub struct Participant {
     /// Drawn numbers, in the order of the ranges.
     pub values: Vec<f64>,
     /// In the order of [`Condition::ALL`].
-    pub conditions: Vec<Found>,
+    pub conditions: Vec<ConditionResult>,
     /// What the device was told.
     pub curves: Curves,
 }
@@ -59,7 +59,7 @@ pub struct Participant {
 impl Participant {
     /// Of a condition.
     #[must_use]
-    pub fn of(&self, condition: Condition) -> Option<&Found> {
+    pub fn of(&self, condition: Condition) -> Option<&ConditionResult> {
         self.conditions
             .iter()
             .find(|result| result.condition == condition)
@@ -73,7 +73,7 @@ impl Participant {
 /// A device that refuses what it is told, a lift that cannot be judged.
 pub fn participant(
     study: &Study,
-    person: &Person,
+    person: &LiftWearer,
     target_sets: usize,
 ) -> Result<Participant, LiftError> {
     let spec = &person.arms[0];
@@ -89,7 +89,7 @@ pub fn participant(
         )
     };
     let conditions = Condition::ALL.into_iter().map(one);
-    let conditions = conditions.collect::<Result<Vec<Found>, LiftError>>()?;
+    let conditions = conditions.collect::<Result<Vec<ConditionResult>, LiftError>>()?;
     Ok(Participant {
         values: person.values.clone(),
         conditions,
@@ -99,7 +99,7 @@ pub fn participant(
 
 /// Seed of lift `nth` of a person: of its aim, its drives and its encoders.
 #[must_use]
-pub(super) const fn seed_of(person: &Person, nth: usize) -> u64 {
+pub(super) const fn seed_of(person: &LiftWearer, nth: usize) -> u64 {
     random::word(random::word(person.seed, 3), nth as u64)
 }
 
@@ -111,15 +111,15 @@ pub(super) const fn height_of(nth: usize) -> usize {
 
 fn condition_of(
     study: &Study,
-    person: &Person,
+    person: &LiftWearer,
     (worker, curves): (&mut Worker, &Curves),
     condition: Condition,
     target_sets: usize,
-) -> Result<Found, LiftError> {
+) -> Result<ConditionResult, LiftError> {
     let mut device = Device::new(study, curves, condition, &person.told)?;
-    let mut learnt = [[Learnt::NOTHING; ARMS]; HEIGHTS];
+    let mut learnt = [[LearntTorque::NOTHING; ARMS]; HEIGHTS];
     let day = person.aim_of_day_m(condition as u64);
-    let mut sums = [(Lifted::default(), 0.0); HEIGHTS];
+    let mut sums = [(LiftResult::default(), 0.0); HEIGHTS];
     let (mut stimulated_nm, mut weak, mut steps) = ([0.0_f64; 2], 0, 0.0);
     let lifts = study.protocol.repetitions;
     for nth in 0..target_sets * lifts {
@@ -161,7 +161,7 @@ fn condition_of(
             *own += sum;
         }
     }
-    Ok(Found {
+    Ok(ConditionResult {
         condition,
         power_w_per_kg: used_j / time_s / person.arms[0].mass_kg,
         error_m: sums.map(|(sum, count)| sum.error_m / count),

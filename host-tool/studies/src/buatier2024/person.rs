@@ -1,6 +1,6 @@
 //! Who lifts: everything of them that the declaration draws.
 
-use super::calibration::{CHANNELS, Told};
+use super::calibration::{CHANNELS, ChannelThresholds};
 use super::declaration::{HEIGHTS, Study};
 use super::error::LiftError;
 use super::scene::ObjectSpec;
@@ -12,7 +12,7 @@ use hal_sim::random;
 
 /// How a person moves by will.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Will {
+pub struct VoluntaryMotion {
     /// Of the movement.
     pub timing: Timing,
     /// From its end to the release, s.
@@ -35,17 +35,17 @@ pub struct Will {
 
 /// A person.
 #[derive(Clone, Debug)]
-pub struct Person {
+pub struct LiftWearer {
     /// What was drawn, in the order of the declaration's ranges.
     pub values: Vec<f64>,
     /// Their arms: the left, then the right one.
     pub arms: [SagittalSpec; 2],
     /// How they move.
-    pub will: Will,
+    pub will: VoluntaryMotion,
     /// What they lift.
     pub object: ObjectSpec,
     /// What calibration finds of each channel.
-    pub told: [Told; CHANNELS],
+    pub told: [ChannelThresholds; CHANNELS],
     /// Of the encoders, degrees.
     pub encoder_deg: f64,
     /// Of everything random that they do.
@@ -93,7 +93,7 @@ impl Values<'_> {
     }
 }
 
-impl Person {
+impl LiftWearer {
     /// Of these numbers.
     ///
     /// # Errors
@@ -137,7 +137,10 @@ impl Person {
 }
 
 /// Electrodes, and what calibration finds of them.
-fn channels(of: &Values, seed: u64) -> Result<[(Electrode, Told); CHANNELS], LiftError> {
+fn channels(
+    of: &Values,
+    seed: u64,
+) -> Result<[(Electrode, ChannelThresholds); CHANNELS], LiftError> {
     let stream = random::word(seed, CHANNELS_STREAM);
     let (threshold, apart) = (of.get("threshold_ma")?, of.get("channels_apart")?);
     let (felt, full) = (of.get("felt")?, of.get("full")?);
@@ -151,7 +154,7 @@ fn channels(of: &Values, seed: u64) -> Result<[(Electrode, Told); CHANNELS], Lif
             full_ma,
             reached,
         };
-        let told = Told {
+        let told = ChannelThresholds {
             felt_ma: felt * threshold_ma,
             most_ma: threshold_ma + tolerated * (full_ma - threshold_ma),
         };
@@ -186,8 +189,8 @@ fn spec(of: &Values, electrodes: [Electrode; ELECTRODES]) -> Result<SagittalSpec
     })
 }
 
-fn will(of: &Values) -> Result<Will, LiftError> {
-    Ok(Will {
+fn will(of: &Values) -> Result<VoluntaryMotion, LiftError> {
+    Ok(VoluntaryMotion {
         timing: Timing {
             lift_s: of.get("lift_s")?,
             drop_s: of.get("drop_s")?,

@@ -3,7 +3,7 @@
 use super::declaration::{HEIGHTS, Metric, Study};
 use super::error::LiftError;
 use super::participant::{Participant, participant};
-use super::person::{Person, drawn};
+use super::person::{LiftWearer, drawn};
 use super::tests::{Tested, tested};
 use hal_sim::random;
 use serde::{Deserialize, Serialize};
@@ -40,10 +40,10 @@ pub(super) fn person(
     study: &Study,
     seed: u64,
     (index, nth): (u64, usize),
-) -> Result<Person, LiftError> {
+) -> Result<LiftWearer, LiftError> {
     let number = index * study.protocol.persons as u64 + nth as u64;
     let own = random::word(random::word(seed, PERSONS), number);
-    Person::new(study, drawn(study, seed, number), own)
+    LiftWearer::new(study, drawn(study, seed, number), own)
 }
 
 /// Study `index` of a seed. `is_asked`, before each person, whether to end.

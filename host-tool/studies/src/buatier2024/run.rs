@@ -1,11 +1,11 @@
 //! The study as the laboratory's runner runs it: studies, then what decides.
 
-use super::deciding::{Decides, deciding};
+use super::deciding::{Sensitivity, deciding};
 use super::declaration::{DECLARED, HEIGHTS, Metric, Study};
 use super::error::LiftError;
-use super::outcome::{NAME, Told, outcome};
+use super::outcome::{NAME, RunInfo, outcome};
 use super::replication::{Replication, replication};
-use crate::laboratory::{self, About, Outcome};
+use crate::laboratory::{self, Outcome, StudyIdentity};
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
 
@@ -22,7 +22,7 @@ pub enum Part {
     /// A study.
     Study(Replication),
     /// Which assumption decides.
-    Decides(Decides),
+    Decides(Sensitivity),
 }
 
 impl Run {
@@ -46,7 +46,7 @@ impl Run {
 }
 
 /// The studies of these units, and what decides.
-fn parted(parts: &[Part]) -> (Vec<Replication>, Option<&Decides>) {
+fn parted(parts: &[Part]) -> (Vec<Replication>, Option<&Sensitivity>) {
     let (mut studies, mut decides) = (Vec::new(), None);
     for part in parts {
         match part {
@@ -83,8 +83,8 @@ fn csv(all: &[Replication]) -> String {
 impl laboratory::Study for Run {
     type Unit = Part;
 
-    fn about(&self) -> About<'_> {
-        About {
+    fn about(&self) -> StudyIdentity<'_> {
+        StudyIdentity {
             name: NAME,
             arguments: String::new(),
             declaration: ("study.toml", DECLARED),
@@ -115,7 +115,7 @@ impl laboratory::Study for Run {
 
     fn outcome(&self, parts: &[Part], cut_short: Option<String>) -> anyhow::Result<Outcome> {
         let (studies, decides) = parted(parts);
-        let told = Told {
+        let told = RunInfo {
             seed: self.seed,
             draws: self.draws,
             command: format!("experiment {NAME} --draws {}", self.draws),

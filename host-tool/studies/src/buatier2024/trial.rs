@@ -1,13 +1,13 @@
 //! One lift, from the grasp to the release: body, device, scene and person together.
 
 use super::calibration::{ARMS, CHANNELS};
-use super::control::{Control, Learnt};
+use super::control::{Control, LearntTorque};
 use super::declaration::Study;
 use super::device::Device;
 use super::error::LiftError;
-use super::person::Person;
+use super::person::LiftWearer;
 use super::scene::Object;
-use super::way::{RATE_HZ, Way, places};
+use super::way::{LiftTrajectory, RATE_HZ, places};
 use firmware::haptics::MotionPhase;
 use firmware::units::Amplitude;
 use hal_sim::body::sagittal::{
@@ -27,7 +27,7 @@ const DRIVE: u64 = 2;
 
 /// What a lift came to.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Lifted {
+pub struct LiftResult {
     /// Distance of hands from targets at the release, m, mean of both.
     pub error_m: f64,
     /// SPARC of the hands' speed, mean of both.
@@ -59,7 +59,7 @@ pub struct Trace {
 #[derive(Clone, Debug)]
 pub struct Worker<'a> {
     study: &'a Study,
-    person: &'a Person,
+    person: &'a LiftWearer,
     arms: [SagittalArm; ARMS],
     links: Links,
     held: [f64; MUSCLES],
@@ -71,7 +71,7 @@ impl<'a> Worker<'a> {
     ///
     /// # Errors
     /// An arm or a filter that cannot be.
-    pub fn new(study: &'a Study, person: &'a Person) -> Result<Self, LiftError> {
+    pub fn new(study: &'a Study, person: &'a LiftWearer) -> Result<Self, LiftError> {
         let judged = &study.judged;
         let [left, right] = person.arms.clone();
         let (left, right) = (
@@ -101,12 +101,12 @@ impl<'a> Worker<'a> {
 
     /// The movement that is meant, `off_m` beside the true target.
     #[must_use]
-    pub fn way(&self, height: usize, off_m: [f64; 2]) -> Way {
+    pub fn way(&self, height: usize, off_m: [f64; 2]) -> LiftTrajectory {
         let mut places = places(self.study, self.links.reach_m(), height);
         for axis in 0..2 {
             places[2][axis] += off_m[axis];
         }
-        Way::new(&self.links, places, self.person.will.timing)
+        LiftTrajectory::new(&self.links, places, self.person.will.timing)
     }
 
     /// A lift to a height. `seed` decides all that is random in it, `day_m` where the target
@@ -120,9 +120,9 @@ impl<'a> Worker<'a> {
         device: &mut Device,
         (height, seed): (usize, u64),
         day_m: [f64; 2],
-        learnt: &mut [Learnt; ARMS],
+        learnt: &mut [LearntTorque; ARMS],
         mut trace: Option<&mut Trace>,
-    ) -> Result<Lifted, LiftError> {
+    ) -> Result<LiftResult, LiftError> {
         let will = self.person.will;
         let aim = random::word(seed, AIM);
         let off =
@@ -191,7 +191,7 @@ impl<'a> Worker<'a> {
     }
 
     /// Arms at rest on the table, holding their own weight.
-    fn begin(&mut self, way: &Way) {
+    fn begin(&mut self, way: &LiftTrajectory) {
         let start = way.flexions[0];
         let weight = self
             .links
@@ -228,7 +228,7 @@ impl<'a> Worker<'a> {
         }
     }
 
-    fn judged(&self, record: &Record, height: usize, weak: u64) -> Result<Lifted, LiftError> {
+    fn judged(&self, record: &Record, height: usize, weak: u64) -> Result<LiftResult, LiftError> {
         let [_, _, target] = places(self.study, self.links.reach_m(), height);
         let released = [0, 1].map(|arm| (self.arms[arm].hand().0, target));
         let rate_hz = f64::from(self.study.judged.rate_hz);
@@ -247,7 +247,7 @@ impl<'a> Worker<'a> {
             let speed: Vec<f64> = (0..x.len() - 1).map(speed).collect();
             sparc += Sparc::USUAL.of(&speed, rate_hz)? / ARMS as f64;
         }
-        Ok(Lifted {
+        Ok(LiftResult {
             error_m: matching_error(&released).unwrap_or(f64::NAN),
             sparc,
             used_j: self.arms.iter().map(SagittalArm::used_j).sum(),

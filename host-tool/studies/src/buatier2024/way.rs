@@ -19,7 +19,7 @@ pub struct Timing {
 
 /// A movement, step by step.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Way {
+pub struct LiftTrajectory {
     /// Flexions of elbow and shoulder, rad.
     pub flexions: Vec<[f64; JOINTS]>,
     /// Their rates, rad/s.
@@ -51,7 +51,7 @@ pub(super) fn places(study: &Study, reach_m: f64, height: usize) -> [[f64; 2]; 3
     all.map(|values| values.map(|part| part * reach_m))
 }
 
-impl Way {
+impl LiftTrajectory {
     /// Two minimum-jerk movements, the second of which begins before the first ends.
     #[must_use]
     pub fn new(links: &Links, [start, over, end]: [[f64; 2]; 3], timing: Timing) -> Self {

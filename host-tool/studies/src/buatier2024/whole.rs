@@ -2,18 +2,18 @@
 //! which has none of them.
 
 use super::calibration::{ARMS, CHANNELS, Curves, curves, specs};
-use super::control::Learnt;
+use super::control::LearntTorque;
 use super::declaration::{Condition, Study};
 use super::device::Device;
 use super::error::LiftError;
-use super::person::Person;
+use super::person::LiftWearer;
 use super::trial::{Trace, Worker};
 use firmware::haptics::ModulationSpec;
 use firmware::link::{Event, Request};
 use firmware::pulse::TrainSpec;
 use firmware::safety::{ChannelSpec, StageSpec, WearerSpec};
 use firmware::units::{Amplitude, Micros};
-use hal_sim::body::Still;
+use hal_sim::body::FixedLoad;
 use hal_sim::body::sagittal::{ELBOW, JOINTS};
 use hal_sim::native::native;
 use hal_sim::wire::faults::Faults;
@@ -41,7 +41,7 @@ const RISE_MS: u16 = 1;
 
 /// How the whole device's bursts of a lift compare with the fast way's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-pub struct Whole {
+pub struct DeviceComparison {
     /// Bursts that the fast way has, but each channel's first, from which amplitudes rise.
     pub bursts: usize,
     /// Those of the device within one DAC code of them, at the time when they are due.
@@ -64,10 +64,10 @@ type Bursts = BTreeMap<(u8, u64), u64>;
 /// A lift that cannot be; E759, a device that stops.
 pub fn whole(
     study: &Study,
-    person: &Person,
+    person: &LiftWearer,
     condition: Condition,
     lift: (usize, u64),
-) -> Result<Whole, LiftError> {
+) -> Result<DeviceComparison, LiftError> {
     let own = &person.arms[0];
     let curves = curves(study, own.stature_m, own.mass_kg)?;
     let (trace, course) = fast(study, person, (&curves, condition), lift)?;
@@ -78,7 +78,7 @@ pub fn whole(
     let all = lags.map(|lag_us| compared(study, (&course, &bursts), lag_us));
     // The first of those with the most.
     let best = all.reduce(|best, whole| if whole.same > best.same { whole } else { best });
-    Ok(best.unwrap_or(Whole {
+    Ok(best.unwrap_or(DeviceComparison {
         bursts: 0,
         same: 0,
         alone: bursts.len(),
@@ -89,13 +89,13 @@ pub fn whole(
 /// What encoders tell in a lift, and what the device's own modulation makes of it.
 fn fast(
     study: &Study,
-    person: &Person,
+    person: &LiftWearer,
     (curves, condition): (&Curves, Condition),
     lift: (usize, u64),
 ) -> Result<(Trace, Course), LiftError> {
     let mut device = Device::new(study, curves, condition, &person.told)?;
     let mut trace = Trace::default();
-    let mut learnt = [Learnt::NOTHING; 2];
+    let mut learnt = [LearntTorque::NOTHING; 2];
     let mut worker = Worker::new(study, person)?;
     worker.lift(&mut device, lift, [0.0; 2], &mut learnt, Some(&mut trace))?;
     device.reset();
@@ -110,7 +110,7 @@ fn fast(
 /// First phases of all bursts of a native device that is told these angles.
 fn played(study: &Study, joints: &[ModulationSpec], trace: &Trace) -> Result<Bursts, LiftError> {
     let boot = Micros::new(0);
-    let body = Box::new(Still::new(0.0));
+    let body = Box::new(FixedLoad::new(0.0));
     let world = World::new(Box::new(native(boot)), body, boot, Faults::default(), 1);
     let (mut client, _) = Connection::open(SimulatedPort::new(world))?;
     set_up(&mut client, study, joints)?;
@@ -220,9 +220,9 @@ fn heed(client: &mut Connection<SimulatedPort>, until_us: u64) -> Result<(), Lif
 }
 
 /// Each burst that is due against the fast way's amplitude `lag_us` before.
-fn compared(study: &Study, (course, bursts): (&Course, &Bursts), lag_us: u64) -> Whole {
+fn compared(study: &Study, (course, bursts): (&Course, &Bursts), lag_us: u64) -> DeviceComparison {
     let end_us = WORD_US * course.len() as u64;
-    let mut found = Whole {
+    let mut found = DeviceComparison {
         bursts: 0,
         same: 0,
         alone: 0,

@@ -2,8 +2,8 @@
 
 use super::error::DistributedError;
 use super::held::Endurance;
-use super::study::{Found, Study};
-use crate::laboratory::{Decided, Share};
+use super::study::{DrawResult, Study};
+use crate::laboratory::{DecidingClaim, Share};
 
 /// Buckmire 2018: endurance by four electrodes and by one, s.
 pub const PUBLISHED_S: [f64; 2] = [232.0, 84.0];
@@ -14,7 +14,7 @@ const ALIKE: f64 = 0.10;
 ///
 /// # Errors
 /// E722: there is no such claim.
-pub fn holds(found: &Found, id: &str) -> Result<Option<bool>, DistributedError> {
+pub fn holds(found: &DrawResult, id: &str) -> Result<Option<bool>, DistributedError> {
     let endurance = |id| found.of(id).map(|measurement| measurement.endurance);
     let longer = |a, b, times| exceeds(endurance(a)?, endurance(b)?, times);
     let published = PUBLISHED_S[0] / PUBLISHED_S[1];
@@ -77,13 +77,17 @@ pub fn exceeds(first: Endurance, second: Endurance, times: f64) -> Option<bool> 
 }
 
 impl Study {
-    fn verdicts(&self, all: &[Found], id: &str) -> Result<Vec<Option<bool>>, DistributedError> {
+    fn verdicts(
+        &self,
+        all: &[DrawResult],
+        id: &str,
+    ) -> Result<Vec<Option<bool>>, DistributedError> {
         let verdicts = all.iter().map(|result| holds(result, id));
         verdicts.collect()
     }
 
     /// Every claim's share of these persons.
-    pub(super) fn shares(&self, all: &[Found]) -> Result<Vec<Share>, DistributedError> {
+    pub(super) fn shares(&self, all: &[DrawResult]) -> Result<Vec<Share>, DistributedError> {
         let claims = self.declared.claims.iter();
         let share =
             claims.map(|judgement| Ok(judgement.share(&self.verdicts(all, &judgement.id)?)));
@@ -91,7 +95,10 @@ impl Study {
     }
 
     /// What decides every claim.
-    pub(super) fn decided(&self, all: &[Found]) -> Result<Vec<Decided>, DistributedError> {
+    pub(super) fn decided(
+        &self,
+        all: &[DrawResult],
+    ) -> Result<Vec<DecidingClaim>, DistributedError> {
         let drawn: Vec<&[f64]> = all.iter().map(|result| &*result.drawn).collect();
         let claims = self.declared.claims.iter();
         let decided = claims.map(|judgement| {

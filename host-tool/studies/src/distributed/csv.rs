@@ -1,12 +1,12 @@
 //! `draws.csv`: a row for each condition of each person.
 
-use super::study::{Found, Study};
+use super::study::{DrawResult, Study};
 use std::fmt::Write;
 
 impl Study {
     /// Of these persons: what was drawn of each stands first.
     #[must_use]
-    pub fn csv(&self, all: &[Found]) -> String {
+    pub fn csv(&self, all: &[DrawResult]) -> String {
         let fields: Vec<&str> = self
             .declared
             .ranges

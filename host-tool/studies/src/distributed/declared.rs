@@ -1,7 +1,7 @@
 //! What was written before any result was looked at: `distributed.toml`.
 
 use super::error::DistributedError;
-use crate::laboratory::{Judged, Range};
+use crate::laboratory::{DrawClaim, Range};
 use serde::Deserialize;
 
 /// The declaration, as the program has it.
@@ -10,7 +10,7 @@ pub const DECLARED: &str = include_str!("../../../experiments/distributed.toml")
 /// The declaration.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Declared {
+pub struct DistributedDeclaration {
     /// The page's heading.
     pub title: String,
     /// Papers.
@@ -35,7 +35,7 @@ pub struct Declared {
     pub ranges: Vec<Range>,
     /// What is judged of each person.
     #[serde(rename = "claim")]
-    pub claims: Vec<Judged>,
+    pub claims: Vec<DrawClaim>,
 }
 
 /// What every person's muscle is.
@@ -164,7 +164,7 @@ impl Drive {
     }
 }
 
-impl Declared {
+impl DistributedDeclaration {
     /// The program's own.
     ///
     /// # Errors

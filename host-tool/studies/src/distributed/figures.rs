@@ -4,8 +4,8 @@
 use super::claims::PUBLISHED_S;
 use super::declared::Drive;
 use super::rows::{PUBLISHED_LEFT, ratio};
-use super::study::{AxisPoint, Found, Measured, Study};
-use crate::laboratory::{Along, Curve, Plot, Plots, Sheet};
+use super::study::{AxisPoint, ConditionResult, DrawResult, Study};
+use crate::laboratory::{Curve, Plot, Plots, Sheet, SheetAxis};
 
 /// Series of ratios, in their order, and what was published.
 const RATIOS: [&str; 2] = ["four-half", "four-fast"];
@@ -14,7 +14,7 @@ const MOST_RATIO: f64 = 10.0;
 
 impl Study {
     /// Of whoever was computed.
-    pub(super) fn figures(&self, all: &[Found], along: &[AxisPoint]) -> Vec<Sheet> {
+    pub(super) fn figures(&self, all: &[DrawResult], along: &[AxisPoint]) -> Vec<Sheet> {
         let mut sheets = vec![self.against_crosstalk(all, along), self.axes(along)];
         sheets.push(self.left(all));
         sheets.extend(all.first().map(|result| self.courses(result)));
@@ -22,7 +22,7 @@ impl Study {
     }
 
     /// Ratios of everybody, and of the person in the middle.
-    fn against_crosstalk(&self, all: &[Found], along: &[AxisPoint]) -> Sheet {
+    fn against_crosstalk(&self, all: &[DrawResult], along: &[AxisPoint]) -> Sheet {
         let place = self
             .declared
             .ranges
@@ -42,8 +42,8 @@ impl Study {
             curves.push(published([0.0, 0.5]));
             Plot {
                 title: self.says(RATIOS[series]),
-                x: Along::even("crosstalk", [0.0, 0.5]),
-                y: Along::even("endurance by one electrode's", [0.0, MOST_RATIO]),
+                x: SheetAxis::even("crosstalk", [0.0, 0.5]),
+                y: SheetAxis::even("endurance by one electrode's", [0.0, MOST_RATIO]),
                 curves,
                 ..Plot::default()
             }
@@ -77,8 +77,8 @@ impl Study {
             curves.push(published([0.0, end]));
             Plot {
                 title: name.to_owned(),
-                x: Along::even(name, [0.0, end]),
-                y: Along::even("endurance by one electrode's", [0.0, MOST_RATIO]),
+                x: SheetAxis::even(name, [0.0, end]),
+                y: SheetAxis::even("endurance by one electrode's", [0.0, MOST_RATIO]),
                 curves,
                 ..Plot::default()
             }
@@ -104,12 +104,12 @@ impl Study {
     }
 
     /// Mean force and ripple against what is left.
-    fn left(&self, all: &[Found]) -> Sheet {
+    fn left(&self, all: &[DrawResult]) -> Sheet {
         let open = self.declared.conditions.iter();
         let open: Vec<_> = open
             .filter(|condition| condition.drive == Drive::Open)
             .collect();
-        let plot = |name: &str, end: f64, of: &dyn Fn(&Measured) -> Option<f64>| {
+        let plot = |name: &str, end: f64, of: &dyn Fn(&ConditionResult) -> Option<f64>| {
             let mut curves = Vec::new();
             for (series, condition) in open.iter().enumerate() {
                 let own = all.iter().filter_map(|result| result.of(&condition.id));
@@ -124,8 +124,8 @@ impl Study {
             }
             Plot {
                 title: name.to_owned(),
-                x: Along::even(name, [0.0, end]),
-                y: Along::even("left after 6 min (%)", [0.0, 110.0]),
+                x: SheetAxis::even(name, [0.0, end]),
+                y: SheetAxis::even("left after 6 min (%)", [0.0, 110.0]),
                 curves,
                 ..Plot::default()
             }
@@ -155,7 +155,7 @@ impl Study {
     }
 
     /// Of the first person.
-    fn courses(&self, found: &Found) -> Sheet {
+    fn courses(&self, found: &DrawResult) -> Sheet {
         let groups: [(&str, &[&str]); 2] = [
             (
                 "feedback",
@@ -178,8 +178,8 @@ impl Study {
             let end_s = points.map(|point| point[0]).fold(10.0, f64::max);
             Plot {
                 title: (*title).to_owned(),
-                x: Along::even("time (s)", [0.0, end_s]),
-                y: Along::even("force (of wanted)", [0.0, 1.6]),
+                x: SheetAxis::even("time (s)", [0.0, end_s]),
+                y: SheetAxis::even("force (of wanted)", [0.0, 1.6]),
                 curves,
                 ..Plot::default()
             }

@@ -1,6 +1,6 @@
 //! How a held force is judged.
 
-use super::declared::{Condition, Declared, Drive, Hold, Open};
+use super::declared::{Condition, DistributedDeclaration, Drive, Hold, Open};
 use serde::{Deserialize, Serialize};
 
 /// A window's readings.
@@ -43,7 +43,7 @@ pub struct Endurance {
 impl Series {
     /// Nothing yet.
     #[must_use]
-    pub fn new(declared: &Declared, condition: &Condition, wanted_n: f64) -> Self {
+    pub fn new(declared: &DistributedDeclaration, condition: &Condition, wanted_n: f64) -> Self {
         let (hold, open) = (declared.hold, declared.open);
         Self {
             window_s: match condition.drive {

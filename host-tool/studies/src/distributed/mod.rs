@@ -24,11 +24,13 @@ mod study;
 mod tables;
 
 pub use claims::{PUBLISHED_S, exceeds, holds};
-pub use declared::{Axes, Condition, DECLARED, Declared, Drive, Hold, MuscleOf, Open, Phase};
+pub use declared::{
+    Axes, Condition, DECLARED, DistributedDeclaration, Drive, Hold, MuscleOf, Open, Phase,
+};
 pub use error::DistributedError;
 pub use held::{Endurance, Series, Window};
-pub use outcome::Told;
-pub use person::Person;
+pub use outcome::RunInfo;
+pub use person::DistributedWearer;
 pub use play::play;
 pub use run::Part;
-pub use study::{AxisPoint, Found, Measured, NAME, Study};
+pub use study::{AxisPoint, ConditionResult, DrawResult, NAME, Study};

@@ -2,8 +2,8 @@
 
 use super::declared::DECLARED;
 use super::error::DistributedError;
-use super::study::{AxisPoint, Found, NAME, Study};
-use crate::laboratory::{Declared, Outcome};
+use super::study::{AxisPoint, DrawResult, NAME, Study};
+use crate::laboratory::{Outcome, Preregistration};
 use host_core::record::sha256;
 use std::collections::BTreeMap;
 
@@ -29,7 +29,7 @@ const NOTES: [&str; 6] = [
 
 /// What the command knows of the run.
 #[derive(Clone, Debug)]
-pub struct Told {
+pub struct RunInfo {
     /// What a terminal takes to have it again, but for its seed.
     pub command: String,
     /// What is missing, for people.
@@ -43,9 +43,9 @@ impl Study {
     /// E722: a claim that nobody judges.
     pub fn outcome(
         &self,
-        all: &[Found],
+        all: &[DrawResult],
         along: &[AxisPoint],
-        told: Told,
+        told: RunInfo,
     ) -> Result<Outcome, DistributedError> {
         let declared = &self.declared;
         let sha256 = [("distributed.toml".to_owned(), sha256(DECLARED.as_bytes()))];
@@ -55,7 +55,7 @@ impl Study {
             seed: self.seed,
             simulated: Some(true),
             cut_short: told.cut_short,
-            declared: Declared {
+            declared: Preregistration {
                 asked: NAME.to_owned(),
                 command: Some(told.command),
                 device: Some("native".to_owned()),

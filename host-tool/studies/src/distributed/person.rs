@@ -1,6 +1,6 @@
 //! A drawn person: a muscle, and what electrodes reach of it.
 
-use super::declared::{Condition, Declared};
+use super::declared::{Condition, DistributedDeclaration};
 use super::error::DistributedError;
 use crate::laboratory::Range;
 use hal_sim::body::CHANNELS;
@@ -20,17 +20,17 @@ const MIDDLE: u64 = 0x0d15;
 
 /// Somebody.
 #[derive(Clone, Debug)]
-pub struct Person {
+pub struct DistributedWearer {
     /// What was drawn, in the declaration's order.
     pub drawn: Vec<f64>,
     ranges: Vec<Range>,
     seed: u64,
 }
 
-impl Person {
+impl DistributedWearer {
     /// Person `index` of `seed`.
     #[must_use]
-    pub fn drawn(declared: &Declared, seed: u64, index: u64) -> Self {
+    pub fn drawn(declared: &DistributedDeclaration, seed: u64, index: u64) -> Self {
         Self {
             drawn: Range::drawn(&declared.ranges, seed, index),
             ranges: declared.ranges.clone(),
@@ -40,7 +40,7 @@ impl Person {
 
     /// In the middle of every range.
     #[must_use]
-    pub fn middle(declared: &Declared) -> Self {
+    pub fn middle(declared: &DistributedDeclaration) -> Self {
         Self {
             drawn: declared.ranges.iter().map(|range| range.at(0.5)).collect(),
             ranges: declared.ranges.clone(),
@@ -79,7 +79,7 @@ impl Person {
     /// E722: a range is missing.
     pub fn muscle(
         &self,
-        declared: &Declared,
+        declared: &DistributedDeclaration,
         condition: &Condition,
     ) -> Result<SharedSpec, DistributedError> {
         let own = declared.muscle;

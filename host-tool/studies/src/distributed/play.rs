@@ -1,16 +1,16 @@
 //! A condition on a device, its pulses streamed into a person's muscle.
 
-use super::declared::{Condition, Declared, Drive};
+use super::declared::{Condition, DistributedDeclaration, Drive};
 use super::error::DistributedError;
 use super::held::{Series, Window};
-use super::person::Person;
+use super::person::DistributedWearer;
 use super::session::{strength_n, text};
 use firmware::link::{Code, Request};
 use firmware::pulse::CHANNELS;
 use firmware::units::Amplitude;
 use hal_sim::body::shared::{Electrode, Readings, SAMPLE_US, Shared, SharedSpec};
 use host_core::link::{Error, Port};
-use host_core::run::{Attached, DeviceName, RunError, SessionFile, Stepper, Until};
+use host_core::run::{Attachments, DeviceName, RunError, SessionFile, StepLimit, Stepper};
 use std::sync::PoisonError;
 
 /// A window's last reading is taken before its end: what is sent then is there for the next
@@ -38,9 +38,9 @@ struct Playing<'a> {
 /// # Errors
 /// E722 to E724.
 pub fn play(
-    declared: &Declared,
+    declared: &DistributedDeclaration,
     condition: &Condition,
-    person: &Person,
+    person: &DistributedWearer,
 ) -> Result<Series, DistributedError> {
     let failed = |why: String| DistributedError::Device(condition.says.clone(), why);
     let spec = person.muscle(declared, condition)?;
@@ -84,7 +84,7 @@ impl<'a> Playing<'a> {
             .sum();
         let share =
             |electrode: &&Electrode| (1e3 * wanted_n * strength_n(spec, electrode) / all_n) as u32;
-        let stepper = Stepper::open(file, port, Attached::default()).map_err(told)?;
+        let stepper = Stepper::open(file, port, Attachments::default()).map_err(told)?;
         let mut playing = Self {
             stepper: stepper.live(),
             condition,
@@ -142,7 +142,11 @@ impl<'a> Playing<'a> {
         }]
     }
 
-    fn go(&mut self, declared: &Declared, series: &mut Series) -> Result<(), RunError> {
+    fn go(
+        &mut self,
+        declared: &DistributedDeclaration,
+        series: &mut Series,
+    ) -> Result<(), RunError> {
         let gain_ma = match self.condition.drive {
             Drive::Open => declared.open.gain_ma,
             _ => declared.hold.gain_ma,
@@ -151,7 +155,8 @@ impl<'a> Playing<'a> {
         let mut nth = 0;
         while !series.is_over(nth) {
             nth += 1;
-            self.stepper.step(Until::Time(nth * window_us - EARLY_US))?;
+            self.stepper
+                .step(StepLimit::Time(nth * window_us - EARLY_US))?;
             let window = self.window();
             let is_looking = match self.condition.drive {
                 Drive::Feedback => true,

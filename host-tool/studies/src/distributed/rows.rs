@@ -2,7 +2,7 @@
 
 use super::claims::PUBLISHED_S;
 use super::declared::{Condition, Drive};
-use super::study::{Found, Measured, Study};
+use super::study::{ConditionResult, DrawResult, Study};
 use crate::laboratory::Row;
 
 /// Laubacher 2017: mean power of the last extensions by that of the first, single electrode
@@ -11,7 +11,7 @@ pub(super) const PUBLISHED_LEFT: [f64; 2] = [7.4 / 14.6, 9.9 / 14.9];
 
 impl Study {
     /// Of each condition, then ratios of endurance.
-    pub(super) fn rows(&self, all: &[Found]) -> Vec<Row> {
+    pub(super) fn rows(&self, all: &[DrawResult]) -> Vec<Row> {
         let conditions = self.declared.conditions.iter();
         let mut rows: Vec<Row> = conditions
             .flat_map(|condition| of_condition(condition, all))
@@ -34,18 +34,22 @@ impl Study {
 
 /// Endurance in this condition by one electrode's: of what was held to the end the least that
 /// it is. Nothing where one electrode did not reach the force.
-pub(super) fn ratio(found: &Found, id: &str) -> Option<f64> {
+pub(super) fn ratio(found: &DrawResult, id: &str) -> Option<f64> {
     let own = found.of(id)?.endurance.seconds;
     let one = found.of("one")?.endurance.seconds;
     (one > 0.0).then(|| own / one)
 }
 
-fn of_condition(condition: &Condition, all: &[Found]) -> Vec<Row> {
-    let own: Vec<&Measured> = all
+fn of_condition(condition: &Condition, all: &[DrawResult]) -> Vec<Row> {
+    let own: Vec<&ConditionResult> = all
         .iter()
         .filter_map(|result| result.of(&condition.id))
         .collect();
-    let row = |what: &str, says: &str, unit: &str, paper, of: &dyn Fn(&Measured) -> Option<f64>| {
+    let row = |what: &str,
+               says: &str,
+               unit: &str,
+               paper,
+               of: &dyn Fn(&ConditionResult) -> Option<f64>| {
         let numbers = own.iter().filter_map(|measurement| of(measurement));
         let id = format!("{}/{what}", condition.id);
         Row::of(

@@ -1,22 +1,22 @@
 //! The study as the laboratory's runner runs it: persons, then points along the axes.
 
 use super::declared::DECLARED;
-use super::outcome::Told;
-use super::study::{AxisPoint, Found, NAME, Study};
-use crate::laboratory::{self, About, Outcome};
+use super::outcome::RunInfo;
+use super::study::{AxisPoint, DrawResult, NAME, Study};
+use crate::laboratory::{self, Outcome, StudyIdentity};
 use serde::{Deserialize, Serialize};
 
 /// What a unit of work became.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Part {
     /// A drawn person, under every condition.
-    Person(Found),
+    Person(DrawResult),
     /// A point along an axis.
     Point(AxisPoint),
 }
 
 /// Persons and points of some units.
-fn parted(parts: &[Part]) -> (Vec<Found>, Vec<AxisPoint>) {
+fn parted(parts: &[Part]) -> (Vec<DrawResult>, Vec<AxisPoint>) {
     let (mut persons, mut points) = (Vec::new(), Vec::new());
     for part in parts {
         match part.clone() {
@@ -30,8 +30,8 @@ fn parted(parts: &[Part]) -> (Vec<Found>, Vec<AxisPoint>) {
 impl laboratory::Study for Study {
     type Unit = Part;
 
-    fn about(&self) -> About<'_> {
-        About {
+    fn about(&self) -> StudyIdentity<'_> {
+        StudyIdentity {
             name: NAME,
             arguments: String::new(),
             declaration: ("distributed.toml", DECLARED),
@@ -56,7 +56,7 @@ impl laboratory::Study for Study {
 
     fn outcome(&self, parts: &[Part], cut_short: Option<String>) -> anyhow::Result<Outcome> {
         let (persons, points) = parted(parts);
-        let told = Told {
+        let told = RunInfo {
             command: format!("experiment {NAME} --draws {}", self.draws),
             cut_short,
         };

@@ -1,9 +1,9 @@
 //! The study as it is asked for.
 
-use super::declared::{Condition, Declared};
+use super::declared::{Condition, DistributedDeclaration};
 use super::error::DistributedError;
 use super::held::{Endurance, Series};
-use super::person::Person;
+use super::person::DistributedWearer;
 use super::play::play;
 use serde::{Deserialize, Serialize};
 
@@ -15,7 +15,7 @@ const COURSE: usize = 12;
 /// The study.
 #[derive(Clone, Debug)]
 pub struct Study {
-    pub(super) declared: Declared,
+    pub(super) declared: DistributedDeclaration,
     /// Of everybody's draws.
     pub(super) seed: u64,
     /// Persons.
@@ -26,7 +26,7 @@ pub struct Study {
 
 /// A condition on a person, judged.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Measured {
+pub struct ConditionResult {
     /// The condition.
     pub id: String,
     /// How long the force was held; of a constant amplitude it is of no meaning.
@@ -49,13 +49,13 @@ pub struct Measured {
 
 /// What came of a person.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Found {
+pub struct DrawResult {
     /// From 0.
     pub index: u64,
     /// What was drawn, in the declaration's order.
     pub drawn: Vec<f64>,
     /// By condition.
-    pub measured: Vec<Measured>,
+    pub measured: Vec<ConditionResult>,
 }
 
 /// A point of a middle person's way along an axis.
@@ -66,10 +66,10 @@ pub struct AxisPoint {
     /// Where on it.
     pub value: f64,
     /// What was played there.
-    pub measured: Measured,
+    pub measured: ConditionResult,
 }
 
-impl Measured {
+impl ConditionResult {
     fn of(condition: &Condition, series: &Series, is_shown: bool) -> Self {
         Self {
             id: condition.id.clone(),
@@ -89,10 +89,10 @@ impl Measured {
     }
 }
 
-impl Found {
+impl DrawResult {
     /// What was measured in this condition.
     #[must_use]
-    pub fn of(&self, id: &str) -> Option<&Measured> {
+    pub fn of(&self, id: &str) -> Option<&ConditionResult> {
         self.measured
             .iter()
             .find(|measurement| measurement.id == id)
@@ -105,7 +105,7 @@ impl Study {
     /// # Errors
     /// E722: the declaration cannot be read.
     pub fn asked(seed: Option<u64>, draws: Option<u64>) -> Result<Self, DistributedError> {
-        let declared = Declared::own()?;
+        let declared = DistributedDeclaration::own()?;
         Ok(Self {
             seed: seed.unwrap_or(declared.seed),
             draws: draws.unwrap_or(declared.draws),
@@ -122,7 +122,7 @@ impl Study {
 
     /// What was declared.
     #[must_use]
-    pub const fn declared(&self) -> &Declared {
+    pub const fn declared(&self) -> &DistributedDeclaration {
         &self.declared
     }
 
@@ -130,14 +130,14 @@ impl Study {
     ///
     /// # Errors
     /// E722 to E724.
-    pub fn part(&self, index: u64) -> Result<Found, DistributedError> {
-        let person = Person::drawn(&self.declared, self.seed, index);
+    pub fn part(&self, index: u64) -> Result<DrawResult, DistributedError> {
+        let person = DistributedWearer::drawn(&self.declared, self.seed, index);
         let conditions = self.declared.conditions.iter();
         let measured = conditions.map(|condition| {
             let series = play(&self.declared, condition, &person)?;
-            Ok(Measured::of(condition, &series, index == 0))
+            Ok(ConditionResult::of(condition, &series, index == 0))
         });
-        Ok(Found {
+        Ok(DrawResult {
             index,
             measured: measured.collect::<Result<_, DistributedError>>()?,
             drawn: person.drawn,
@@ -161,12 +161,12 @@ impl Study {
         if *axis == "wanted" {
             declared.hold.wanted = *value;
         }
-        let person = Person::middle(&declared).with(axis, *value);
+        let person = DistributedWearer::middle(&declared).with(axis, *value);
         let series = play(&declared, condition, &person)?;
         Ok(AxisPoint {
             axis: (*axis).to_owned(),
             value: *value,
-            measured: Measured::of(condition, &series, false),
+            measured: ConditionResult::of(condition, &series, false),
         })
     }
 }
@@ -176,7 +176,7 @@ impl Study {
 /// # Errors
 /// E722: a condition is missing.
 fn axis_points(
-    declared: &Declared,
+    declared: &DistributedDeclaration,
 ) -> Result<Vec<(&'static str, f64, Condition)>, DistributedError> {
     let axes = &declared.axes;
     let ids = ["one", "four-half", "four-fast"];

@@ -1,12 +1,12 @@
 //! Tables: conditions, and the middle person by the rate of each electrode.
 
 use super::declared::Drive;
-use super::study::{AxisPoint, Found, Measured, Study};
+use super::study::{AxisPoint, ConditionResult, DrawResult, Study};
 use crate::laboratory::{Grid, Row, Sheet};
 
 impl Study {
     /// Pictures, then tables.
-    pub(super) fn sheets(&self, all: &[Found], along: &[AxisPoint]) -> Vec<Sheet> {
+    pub(super) fn sheets(&self, all: &[DrawResult], along: &[AxisPoint]) -> Vec<Sheet> {
         let mut sheets = self.figures(all, along);
         sheets.push(self.holds(all));
         sheets.push(rates(along));
@@ -15,15 +15,15 @@ impl Study {
     }
 
     /// How many of everybody reached the force, and how long they held it.
-    fn holds(&self, all: &[Found]) -> Sheet {
+    fn holds(&self, all: &[DrawResult]) -> Sheet {
         let held = self.declared.conditions.iter();
         let held = held.filter(|condition| condition.drive != Drive::Open);
         let row = |condition: &crate::distributed::Condition| {
-            let own: Vec<&Measured> = all
+            let own: Vec<&ConditionResult> = all
                 .iter()
                 .filter_map(|result| result.of(&condition.id))
                 .collect();
-            let count = |is: &dyn Fn(&&&Measured) -> bool| own.iter().filter(is).count();
+            let count = |is: &dyn Fn(&&&ConditionResult) -> bool| own.iter().filter(is).count();
             let seconds = own.iter().map(|measurement| measurement.endurance.seconds);
             let row = Row::of(String::new(), String::new(), "s", None, seconds);
             let whole = |number: Option<f64>| {

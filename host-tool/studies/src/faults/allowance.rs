@@ -4,12 +4,12 @@
 
 use super::Draws;
 use super::bench::Bench;
-use super::case::{Case, Fate};
+use super::case::{Case, CaseResult};
 use super::declaration::Declaration;
 use super::error::{FaultsError, never_runs};
 use super::kinds::Kinds;
-use super::simulated::{Boards, Simulated};
-use super::spent::{Account, Allowed};
+use super::simulated::{Boards, FaultableDevice};
+use super::spent::{Allowed, OutputTotals};
 use firmware::device::Identity;
 use firmware::link::message::ResetCause;
 use firmware::link::{Code, Kind, Request};
@@ -42,15 +42,15 @@ const EXITS: [&str; 5] = ["stop", "silence", "hand stop", "fault", "finish"];
 const RESETS: [ResetCause; 3] = [ResetCause::Software, ResetCause::Watchdog, ResetCause::Pin];
 
 /// What is tried.
-pub(super) struct Evaded<B: Boards> {
+pub(super) struct AllowanceAttack<B: Boards> {
     boards: B,
     session: Session,
-    kept: B::Kept,
+    kept: B::Snapshot,
     kinds: Kinds,
 }
 
 /// A board that can be reset.
-pub(super) trait Resets: Simulated + Sized {
+pub(super) trait Resets: FaultableDevice + Sized {
     /// Resets it, and boots; its time then, µs.
     fn reset(&mut self, cause: ResetCause, sensors: &Sensors) -> Result<u64, FaultsError>;
 
@@ -94,11 +94,11 @@ impl Resets for Board<()> {
 
 /// One case on its way.
 struct Trial<'c, B: Boards> {
-    class: &'c Evaded<B>,
+    class: &'c AllowanceAttack<B>,
     kind: &'c str,
     session: Session,
     random: Random,
-    account: Account,
+    account: OutputTotals,
     /// A device that lost what was spent must refuse by this name.
     is_lost: bool,
     refused: Option<u16>,
@@ -106,7 +106,7 @@ struct Trial<'c, B: Boards> {
     resets: usize,
 }
 
-impl<B: Boards> Evaded<B>
+impl<B: Boards> AllowanceAttack<B>
 where
     B::Board: Resets,
 {
@@ -168,7 +168,7 @@ where
     /// Plays pieces until the device refuses; what boards put out goes to the account.
     fn play(&mut self) -> Result<(), FaultsError> {
         let class = self.class;
-        let sensors = Evaded::<B>::sensors();
+        let sensors = AllowanceAttack::<B>::sensors();
         let mut bench = class.boards.greeted(&class.kept, &class.session, sensors)?;
         while self.refused.is_none() && self.pieces < MOST_PIECES {
             self.pieces += 1;
@@ -308,34 +308,34 @@ where
         }
     }
 
-    fn fate(&self, allowed: &Allowed) -> Fate {
+    fn fate(&self, allowed: &Allowed) -> CaseResult {
         let is_over = |code: u16| OVER.iter().any(|over| *over as u16 == code);
         let found = match self.refused {
             Some(code) if self.is_lost => code == Code::AllowanceLost as u16,
             Some(code) => is_over(code),
             None => false,
         };
-        Fate {
+        CaseResult {
             must_find: self.kind != "power" || found, // power gives back what was spent
             found,
             reset: self.resets > 0,
             severe: self.account.findings(allowed),
-            ..Fate::default()
+            ..CaseResult::default()
         }
     }
 }
 
-fn acknowledge<D: Simulated>(bench: &mut Bench<D>) -> Result<(), FaultsError> {
+fn acknowledge<D: FaultableDevice>(bench: &mut Bench<D>) -> Result<(), FaultsError> {
     bench.tell(Request::Acknowledge)?;
     wait(bench, GROUNDS_US)
 }
 
-fn wait<D: Simulated>(bench: &mut Bench<D>, us: u64) -> Result<(), FaultsError> {
+fn wait<D: FaultableDevice>(bench: &mut Bench<D>, us: u64) -> Result<(), FaultsError> {
     let to_us = bench.now_us() + us;
     bench.run_to(to_us).map_err(|e| never_runs(e.to_string()))
 }
 
-impl<B: Boards> Draws for Evaded<B>
+impl<B: Boards> Draws for AllowanceAttack<B>
 where
     B::Board: Resets,
 {
@@ -348,7 +348,7 @@ where
             kind,
             session,
             random,
-            account: Account::default(),
+            account: OutputTotals::default(),
             is_lost: false,
             refused: None,
             pieces: 0,

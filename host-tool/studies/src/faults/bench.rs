@@ -36,7 +36,7 @@ pub(super) struct Bench<D> {
     session: u16,
     seq: u16,
     draft: Draft,
-    heard: Heard,
+    heard: DeviceReports,
 }
 
 /// A device's clock that went wrong at `from_us`: it stood for `stood_us`, and has `rate` of
@@ -68,7 +68,7 @@ impl DeviceClock {
 
 /// What the device said.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Heard {
+pub(super) struct DeviceReports {
     /// Of a frame that is not whole yet.
     half: Vec<u8>,
     /// The first fault since it was greeted.
@@ -120,12 +120,12 @@ impl<D: Device> Bench<D> {
             session: BROADCAST,
             seq: 0,
             draft: Draft::default(),
-            heard: Heard::default(),
+            heard: DeviceReports::default(),
         }
     }
 
     /// The same, that was heard to say this before.
-    pub fn that_said(self, heard: Heard) -> Self {
+    pub fn that_said(self, heard: DeviceReports) -> Self {
         Self { heard, ..self }
     }
 
@@ -215,7 +215,7 @@ impl<D: Device> Bench<D> {
     }
 
     /// What it said.
-    pub const fn heard(&self) -> &Heard {
+    pub const fn heard(&self) -> &DeviceReports {
         &self.heard
     }
 
@@ -279,7 +279,7 @@ impl<D: Device> Bench<D> {
     }
 }
 
-impl Heard {
+impl DeviceReports {
     /// Hears what was recorded.
     pub fn listen(&mut self, recorder: &mut Recorder) {
         for (_, bytes) in recorder.bytes.drain(..) {

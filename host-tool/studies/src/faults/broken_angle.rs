@@ -1,6 +1,6 @@
 //! A measured angle that is wrong, late or missing: what comes in its place.
 
-use super::measured::Measured;
+use super::measured::MeasuredBits;
 use hal_sim::body::{BrokenSensor, SensorFault};
 use hal_sim::random::Random;
 
@@ -13,7 +13,7 @@ const TICK_US: u64 = 1_000;
 /// One angle of a scene, and how it breaks.
 pub(super) struct BrokenAngle<'k> {
     kind: &'k str,
-    pub angle: Measured,
+    pub angle: MeasuredBits,
     /// The other one, where two are swapped.
     other: Option<u8>,
     pub fault: Option<SensorFault>,
@@ -26,8 +26,8 @@ impl<'k> BrokenAngle<'k> {
     /// How `angle`, one of `angles`, breaks at `moment_us`.
     pub fn draw(
         (kind, moment_us): (&'k str, u64),
-        angle: Measured,
-        angles: &[Measured],
+        angle: MeasuredBits,
+        angles: &[MeasuredBits],
         random: &mut Random,
     ) -> Self {
         let mut drawn = Self {
@@ -42,7 +42,7 @@ impl<'k> BrokenAngle<'k> {
         drawn
     }
 
-    fn break_it(&mut self, angles: &[Measured], random: &mut Random) {
+    fn break_it(&mut self, angles: &[MeasuredBits], random: &mut Random) {
         let off = random.log_between(5.0, 200.0) * [-1.0, 1.0][random.below(2) as usize];
         let age_us = random.log_between(5e3, 4e5) as u64;
         let far = 1e6_f64.copysign(off);

@@ -13,12 +13,17 @@ pub struct Case {
     /// What, for people: its kind, and after `: ` the rest.
     pub what: String,
     /// What came of it.
-    pub fate: Fate,
+    pub fate: CaseResult,
 }
 
 impl Case {
     /// Of what can be told by its kind and what was drawn of it.
-    pub(super) fn of(kind: &str, drawn: &str, (index, moment_us): (u64, u64), fate: Fate) -> Self {
+    pub(super) fn of(
+        kind: &str,
+        drawn: &str,
+        (index, moment_us): (u64, u64),
+        fate: CaseResult,
+    ) -> Self {
         Self {
             index,
             moment_us,
@@ -38,7 +43,7 @@ impl Case {
 /// What came of a fault.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 #[serde(default)]
-pub struct Fate {
+pub struct CaseResult {
     /// The device must find it: it changes an edge, a declaration is false, an electrode
     /// broke in a way that something shows.
     pub must_find: bool,
@@ -73,12 +78,12 @@ pub struct Fate {
     /// be harmless.
     pub assumed: bool,
     /// Why it was not played to the end.
-    pub ended: Ended,
+    pub ended: CaseEnd,
 }
 
 /// Why a fork was not played to the end of its time.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
-pub enum Ended {
+pub enum CaseEnd {
     /// It was, or the class has no such end.
     #[default]
     Played,
@@ -92,7 +97,7 @@ pub enum Ended {
     Untouched,
 }
 
-impl Ended {
+impl CaseEnd {
     /// As a table and a file have it.
     #[must_use]
     pub const fn name(self) -> &'static str {
@@ -106,7 +111,7 @@ impl Ended {
     }
 }
 
-impl Fate {
+impl CaseResult {
     /// Of a fault that the simulator cannot play.
     pub(super) fn stopped(why: impl ToString) -> Self {
         Self {

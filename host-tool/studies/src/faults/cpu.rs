@@ -1,13 +1,13 @@
 //! What happens to the core: it freezes, goes astray, hears nothing, forgets.
 
 use super::Draws;
-use super::case::{Case, Fate};
+use super::case::{Case, CaseResult};
 use super::declaration::{Declaration, Register};
 use super::error::{FaultsError, never_runs};
 use super::freeze::{Owner, freeze};
 use super::kinds::Kinds;
 use super::registers::bit_of;
-use super::stem::{Chip, Stem};
+use super::stem::{Chip, ForkSource};
 use hal_sim::chip::board::Board;
 use hal_sim::chip::cpu::bus::Unmodelled;
 use hal_sim::chip::cpu::{Open, Stop};
@@ -32,7 +32,7 @@ const DEEPEST: u64 = 0x1_0000;
 
 /// What fails.
 pub(super) struct Core {
-    stem: Stem,
+    stem: ForkSource,
     kinds: Kinds,
     registers: Vec<Register>,
     image_bytes: u64,
@@ -41,7 +41,7 @@ pub(super) struct Core {
 impl Core {
     pub fn new(seed: u64, declaration: &Declaration, image: &Image) -> Result<Self, FaultsError> {
         Ok(Self {
-            stem: Stem::grow(declaration, image)?,
+            stem: ForkSource::grow(declaration, image)?,
             kinds: Kinds::of(declaration, image, seed, STREAM),
             registers: declaration.of.registers.clone(),
             image_bytes: image.flash.len() as u64,
@@ -140,7 +140,7 @@ impl Draws for Core {
                 fork.device.cpu.halt(true); // until a reset
                 self.stem.follow(fork, moment_us)
             }
-            Err(stop) => Fate::stopped(stop),
+            Err(stop) => CaseResult::stopped(stop),
             Ok(()) => self.stem.follow(fork, moment_us),
         };
         Ok(Case::of(kind, &detail, (index, moment_us), fate))

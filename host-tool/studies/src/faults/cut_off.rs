@@ -1,7 +1,7 @@
 //! Power fails while the board writes the table of its stages.
 
 use super::bench::Bench;
-use super::case::{Case, Fate};
+use super::case::{Case, CaseResult};
 use super::declaration::Declaration;
 use super::error::{FaultsError, never_runs};
 use super::simulated::Boards;
@@ -95,7 +95,7 @@ impl CutOff {
             .and_then(|()| self.restart(&mut bench).map_err(|e| e.to_string()));
         let mut fate = match played {
             Ok((told, drives)) => fate(told, first.heard().stages, drives),
-            Err(why) => Fate::stopped(why),
+            Err(why) => CaseResult::stopped(why),
         };
         if bench.drives_since(begin_us) {
             fate.severe.push("driven while it was written".to_owned());
@@ -136,7 +136,7 @@ impl CutOff {
 }
 
 /// What the board `told` of its stages after power came again, if they were `old` before.
-fn fate(told: Option<Stages>, old: Option<Stages>, drives: bool) -> Fate {
+fn fate(told: Option<Stages>, old: Option<Stages>, drives: bool) -> CaseResult {
     let is_old = told.is_some() && told == old;
     let is_new = matches!(told, Some(Stages::Stored(table))
         if table.stages == [Some(NEW); CHANNELS]);
@@ -148,10 +148,10 @@ fn fate(told: Option<Stages>, old: Option<Stages>, drives: bool) -> Fate {
     if drives && !is_old {
         severe.push(format!("driven by {told:?}"));
     }
-    Fate {
+    CaseResult {
         must_find: !is_old && !is_new,
         found,
         severe,
-        ..Fate::default()
+        ..CaseResult::default()
     }
 }

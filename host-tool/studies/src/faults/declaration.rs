@@ -138,7 +138,7 @@ pub struct Declaration {
     /// Of which class.
     pub class: Class,
     /// What the file says.
-    pub(super) of: Written,
+    pub(super) of: CampaignFile,
     /// What stimulates meanwhile.
     pub(super) scene: SessionFile,
     /// What else may, of classes that draw that.
@@ -152,7 +152,7 @@ pub struct Declaration {
 
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Written {
+pub(super) struct CampaignFile {
     scene: String,
     #[serde(default)]
     more_scenes: Vec<String>,
@@ -259,7 +259,7 @@ impl Declaration {
         let name = format!("{class}.toml");
         let told = |why: String| FaultsError::Declaration(format!("{name}: {why}"));
         let (name, text) = file(&name).ok_or_else(|| told("no such file".to_owned()))?;
-        let of: Written = toml::from_str(text).map_err(|e| told(e.to_string()))?;
+        let of: CampaignFile = toml::from_str(text).map_err(|e| told(e.to_string()))?;
         let mut sha256 = BTreeMap::from([hash((name, text))]);
         let mut read = |wanted: &String| {
             let (file, session) =

@@ -1,7 +1,7 @@
 //! A setup that is not true of the board, or a board that does not know itself.
 
 use super::Draws;
-use super::case::{Case, Fate};
+use super::case::{Case, CaseResult};
 use super::declaration::Declaration;
 use super::error::FaultsError;
 use super::kinds::Kinds;
@@ -50,14 +50,14 @@ const LIMIT: u32 = 5_000;
 const TRUE: &str = "true";
 
 /// What is wrong.
-pub(super) struct Declared<B> {
+pub(super) struct DeclarationFaults<B> {
     boards: B,
     declaration: Declaration,
     kinds: Kinds,
 }
 
 /// One of them, drawn.
-struct Drawn<'k> {
+struct DeclarationCase<'k> {
     kind: &'k str,
     /// On the board, and in the setup.
     stages: [StageKind; 2],
@@ -65,7 +65,7 @@ struct Drawn<'k> {
     random: Random,
 }
 
-impl<B: Boards> Declared<B> {
+impl<B: Boards> DeclarationFaults<B> {
     pub fn new(seed: u64, declaration: &Declaration, boards: B) -> Result<Self, FaultsError> {
         let kinds = Kinds::of(declaration, &boards, seed, STREAM);
         let declaration = declaration.clone();
@@ -76,13 +76,13 @@ impl<B: Boards> Declared<B> {
         })
     }
 
-    fn draw(&self, index: u64) -> Result<Drawn<'_>, FaultsError> {
+    fn draw(&self, index: u64) -> Result<DeclarationCase<'_>, FaultsError> {
         let (kind, mut random) = self.kinds.draw(index)?;
         let count = STAGES.len() as u64;
         let has = random.below(count);
         let other = (has + 1 + random.below(count - 1)) % count;
         let declared = if kind == "other stage" { other } else { has };
-        Ok(Drawn {
+        Ok(DeclarationCase {
             kind,
             stages: [has, declared].map(|value| STAGES[value as usize]),
             random,
@@ -118,7 +118,7 @@ impl<B: Boards> Declared<B> {
     }
 }
 
-impl Drawn<'_> {
+impl DeclarationCase<'_> {
     /// What is refused, by name.
     fn refusal(&self) -> Option<(Code, &'static [&'static str])> {
         Some(match self.kind {
@@ -204,7 +204,7 @@ impl Drawn<'_> {
     }
 }
 
-impl<B: Boards> Draws for Declared<B> {
+impl<B: Boards> Draws for DeclarationFaults<B> {
     fn case(&self, index: u64) -> Result<Case, FaultsError> {
         let drawn = self.draw(index)?;
         let [has, declared] = drawn.stages.map(|stage| self.session(stage));
@@ -237,7 +237,7 @@ impl<B: Boards> Draws for Declared<B> {
             index,
             moment_us,
             what: format!("{}; {}", drawn.in_words(), told(refused, drives)),
-            fate: Fate {
+            fate: CaseResult {
                 must_find: drawn.kind != TRUE,
                 found: drawn.is_found(refused, drives),
                 bare: verdict

@@ -3,18 +3,18 @@
 
 use super::Draws;
 use super::bench::{Bench, HOST_US};
-use super::case::{Case, Ended, Fate};
+use super::case::{Case, CaseEnd, CaseResult};
 use super::declaration::Declaration;
 use super::error::FaultsError;
 use super::kinds::Kinds;
-use super::simulated::{Boards, Simulated, TWO_WINDOWS_US, is_isolated_for_good, judged};
+use super::simulated::{Boards, FaultableDevice, TWO_WINDOWS_US, is_isolated_for_good, judged};
 use super::truth::declared_truth;
 use firmware::link::Request;
 use firmware::lockstep::Sensors;
 use firmware::safety::Fault;
 use firmware::units::Amplitude;
 use hal_sim::body::{CHANNELS, Load};
-use hal_sim::trace::judge::{Line, Quiet, Stuck, Truth};
+use hal_sim::trace::judge::{Line, QuietInterval, StuckLine, Truth};
 use hal_sim::trace::{Levels, State};
 use host_core::session::{Session, Unit};
 
@@ -34,13 +34,13 @@ const PULLED_US: (f64, f64) = (1.0, 1e5);
 pub(super) struct Electrode<B: Boards> {
     boards: B,
     /// Nothing of its boot is drawn.
-    kept: B::Kept,
+    kept: B::Snapshot,
     declaration: Declaration,
     kinds: Kinds,
 }
 
 /// One of them, drawn.
-struct Drawn<'k> {
+struct ElectrodeCase<'k> {
     kind: &'k str,
     channel: u8,
     is_current: bool,
@@ -69,7 +69,7 @@ impl<B: Boards> Electrode<B> {
         })
     }
 
-    fn draw(&self, index: u64) -> Result<Drawn<'_>, FaultsError> {
+    fn draw(&self, index: u64) -> Result<ElectrodeCase<'_>, FaultsError> {
         let (kind, mut random) = self.kinds.draw(index)?;
         let channels = &self.declaration.scene.session.channels;
         let channel = random.below(channels.len().max(1) as u64) as usize;
@@ -81,7 +81,7 @@ impl<B: Boards> Electrode<B> {
         let timing = self.declaration.timing();
         let amplitude = random.between(least, 15_000.0) as u32;
         let ohm = random.between(1_000.0, 3_000.0) as u32;
-        Ok(Drawn {
+        Ok(ElectrodeCase {
             kind,
             channel: channel.index(),
             is_current,
@@ -99,9 +99,9 @@ impl<B: Boards> Electrode<B> {
     fn play(
         &self,
         bench: &mut Bench<B::Board>,
-        drawn: &Drawn<'_>,
+        drawn: &ElectrodeCase<'_>,
         truth: &mut Truth,
-    ) -> std::io::Result<Ended> {
+    ) -> std::io::Result<CaseEnd> {
         let (begin_us, index) = (bench.now_us(), usize::from(drawn.channel));
         let mut ends_us = begin_us + self.declaration.timing().runs_us;
         let loads = &mut truth.channels[index].loads;
@@ -121,7 +121,7 @@ impl<B: Boards> Electrode<B> {
                 bench
                     .device
                     .break_lines(Levels::ISOLATED.with(drawn.channel, state));
-                truth.stuck.push(Stuck {
+                truth.stuck.push(StuckLine {
                     channel: drawn.channel,
                     line,
                     high: false,
@@ -129,7 +129,7 @@ impl<B: Boards> Electrode<B> {
                 });
             }
             OVER_CURRENT => {
-                truth.quiet.push(Quiet {
+                truth.quiet.push(QuietInterval {
                     from_us: begin_us + TWO_WINDOWS_US,
                     until_us: u64::MAX,
                 });
@@ -147,14 +147,14 @@ impl<B: Boards> Electrode<B> {
             bench.run_to(bench.now_us() + HOST_US)?;
             let (device, trace) = (&bench.device, &bench.recorder.trace);
             if is_isolated_for_good(bench.heard(), device, trace, bench.now_us()) {
-                return Ok(Ended::Isolated);
+                return Ok(CaseEnd::Isolated);
             }
         }
-        Ok(Ended::Played)
+        Ok(CaseEnd::Played)
     }
 }
 
-impl Drawn<'_> {
+impl ElectrodeCase<'_> {
     /// Whether anything that the board measures shows it: a current stage drives the same
     /// current through any load within its compliance.
     fn shows(&self) -> bool {
@@ -183,7 +183,7 @@ impl Drawn<'_> {
 }
 
 /// What of the session is drawn.
-fn wanted(session: &Session, drawn: &Drawn<'_>) -> Request {
+fn wanted(session: &Session, drawn: &ElectrodeCase<'_>) -> Request {
     let channels = session.channels.iter();
     let mask = channels
         .clone()
@@ -232,7 +232,7 @@ impl<B: Boards> Draws for Electrode<B> {
             index,
             moment_us,
             what: drawn.in_words(),
-            fate: Fate {
+            fate: CaseResult {
                 ended: played.as_ref().copied().unwrap_or_default(),
                 stopped: played.err().map(|e| e.to_string()),
                 ..fate

@@ -2,11 +2,11 @@
 //! refills are: nothing need be played of a bit that is written again, or never touched.
 
 use super::error::FaultsError;
-use super::stem::Stem;
+use super::stem::ForkSource;
 use hal_sim::chip::Cycle;
 use hal_sim::chip::cpu::Observer;
 use hal_sim::chip::cpu::run::Context;
-use hal_sim::chip::soc::watch::First;
+use hal_sim::chip::soc::watch::FirstAccess;
 use std::ops::Range;
 
 /// 16 and the interrupt's number (RM0090 table 62) of TIM2: the refill.
@@ -39,7 +39,7 @@ impl Observer for Handlers {
 
 impl Refills {
     /// Those of the window.
-    pub fn of(stem: &Stem) -> Result<Self, FaultsError> {
+    pub fn of(stem: &ForkSource) -> Result<Self, FaultsError> {
         let (_, window) = stem.cycles();
         let watched = stem.watched(Handlers::default(), &[], &mut |_| ())?;
         let mut refills = Self::default();
@@ -87,7 +87,7 @@ impl Refills {
 
 /// A byte that is to be flipped: when, and which it is while the main stack pointer is the
 /// one told.
-pub(super) struct Wanted<'a> {
+pub(super) struct WatchedByte<'a> {
     pub cycle: Cycle,
     pub byte: &'a (dyn Fn(u32) -> Option<u32> + Sync),
 }
@@ -95,9 +95,9 @@ pub(super) struct Wanted<'a> {
 /// Of each of `wanted`, its address and what comes first there; to the end of a reference
 /// whose host falls silent.
 pub(super) fn first_uses(
-    stem: &Stem,
-    wanted: &[Wanted<'_>],
-) -> Result<Vec<Option<(u32, First)>>, FaultsError> {
+    stem: &ForkSource,
+    wanted: &[WatchedByte<'_>],
+) -> Result<Vec<Option<(u32, FirstAccess)>>, FaultsError> {
     let mut order: Vec<usize> = (0..wanted.len()).collect();
     order.sort_by_key(|&k| wanted[k].cycle);
     let cycles: Vec<Cycle> = order.iter().map(|&k| wanted[k].cycle).collect();
@@ -110,7 +110,13 @@ pub(super) fn first_uses(
         numbers[k] = byte.map(|byte| (byte, watch.look_at(byte)));
     })?;
     let watch = watched.device.around.soc.watch.unwrap_or_default();
-    let first = |number: usize| watch.firsts().get(number).copied().unwrap_or(First::Read);
+    let first = |number: usize| {
+        watch
+            .firsts()
+            .get(number)
+            .copied()
+            .unwrap_or(FirstAccess::Read)
+    };
     let told = |pair: Option<(u32, usize)>| pair.map(|(byte, number)| (byte, first(number)));
     Ok(numbers.into_iter().map(told).collect())
 }

@@ -1,17 +1,17 @@
 //! One bit of memory turns by itself.
 
 use super::Draws;
-use super::case::{Case, Ended, Fate};
+use super::case::{Case, CaseEnd, CaseResult};
 use super::declaration::Declaration;
 use super::error::FaultsError;
-use super::first_use::{Refills, Wanted, first_uses};
-use super::stem::Stem;
+use super::first_use::{Refills, WatchedByte, first_uses};
+use super::stem::ForkSource;
 use super::strata::{self, SRAM1, Stratum};
 use hal_sim::chip::Cycle;
 use hal_sim::chip::board::{Board, CYCLES_PER_US};
 use hal_sim::chip::cpu::Size;
 use hal_sim::chip::image::Image;
-use hal_sim::chip::soc::watch::First;
+use hal_sim::chip::soc::watch::FirstAccess;
 use hal_sim::random::{Random, word};
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -25,11 +25,11 @@ const FLASH: std::ops::Range<u32> = 0x0800_0000..0x0810_0000;
 const SRAM2: std::ops::Range<u32> = 0x2001_C000..0x2002_0000;
 
 /// Of each case of a block, its byte and what comes first there.
-type Block = Arc<Vec<Option<(u32, First)>>>;
+type Block = Arc<Vec<Option<(u32, FirstAccess)>>>;
 
 /// What is flipped.
 pub(super) struct Flips {
-    stem: Stem,
+    stem: ForkSource,
     seed: u64,
     strata: Vec<Stratum>,
     refills: Refills,
@@ -39,7 +39,7 @@ pub(super) struct Flips {
 }
 
 /// A bit and when it is turned.
-struct Drawn<'a> {
+struct FlipCase<'a> {
     stratum: &'a Stratum,
     cycle: Cycle,
     part: f64,
@@ -51,7 +51,7 @@ impl Flips {
         let written = &declaration.of.strata;
         // An image without what is declared is told before anything is played.
         strata::found(written, image, SRAM1.start)?;
-        let stem = Stem::grow(declaration, image)?;
+        let stem = ForkSource::grow(declaration, image)?;
         let deepest = stem.deepest_stack().unwrap_or(SRAM1.start);
         Ok(Self {
             refills: Refills::of(&stem)?,
@@ -77,10 +77,10 @@ impl Flips {
         Err(none())
     }
 
-    fn draw(&self, index: u64) -> Result<Drawn<'_>, FaultsError> {
+    fn draw(&self, index: u64) -> Result<FlipCase<'_>, FaultsError> {
         let mut random = Random::new(word(word(self.seed, STREAM), index));
         let stratum = self.stratum(index)?;
-        Ok(Drawn {
+        Ok(FlipCase {
             stratum,
             cycle: self.refills.cycle(random.unit(), stratum.in_refill),
             part: random.unit(),
@@ -89,7 +89,7 @@ impl Flips {
     }
 
     /// The byte of case `index` and what comes first there.
-    fn first_use(&self, index: u64) -> Result<Option<(u32, First)>, FaultsError> {
+    fn first_use(&self, index: u64) -> Result<Option<(u32, FirstAccess)>, FaultsError> {
         let number = index / BLOCK;
         // Others wait for it: they need the same block.
         let mut blocks = self.blocks.lock().unwrap_or_else(PoisonError::into_inner);
@@ -105,17 +105,17 @@ impl Flips {
         Ok(block[(index % BLOCK) as usize])
     }
 
-    fn block(&self, number: u64) -> Result<Vec<Option<(u32, First)>>, FaultsError> {
+    fn block(&self, number: u64) -> Result<Vec<Option<(u32, FirstAccess)>>, FaultsError> {
         let cases = number * BLOCK..(number + 1) * BLOCK;
         let drawn: Result<Vec<_>, _> = cases.map(|index| self.draw(index)).collect();
         let drawn = drawn?;
-        let byte = |draw: &Drawn<'_>| {
+        let byte = |draw: &FlipCase<'_>| {
             let (area, part) = (draw.stratum.area.clone(), draw.part);
             move |msp: u32| area.byte(part, msp)
         };
         let bytes: Vec<_> = drawn.iter().map(byte).collect();
         let wanted: Vec<_> = std::iter::zip(&drawn, &bytes)
-            .map(|(draw, byte)| Wanted {
+            .map(|(draw, byte)| WatchedByte {
                 cycle: draw.cycle,
                 byte,
             })
@@ -124,21 +124,26 @@ impl Flips {
     }
 
     /// What becomes of a flip that no program meets, if it is one.
-    fn unmet(&self, byte: u32, first: First) -> Option<Fate> {
+    fn unmet(&self, byte: u32, first: FirstAccess) -> Option<CaseResult> {
         // DMA reads the tape, and what is in flash is not looked at.
         let ended = match first {
             _ if self.to_the_end || !SRAM1.contains(&byte) => return None,
-            First::Untouched => Ended::Untouched,
-            First::Written => Ended::Overwritten,
-            First::Read => return None,
+            FirstAccess::Untouched => CaseEnd::Untouched,
+            FirstAccess::Written => CaseEnd::Overwritten,
+            FirstAccess::Read => return None,
         };
-        Some(Fate {
+        Some(CaseResult {
             ended,
-            ..Fate::default()
+            ..CaseResult::default()
         })
     }
 
-    fn play(&self, drawn: &Drawn<'_>, byte: u32, moment_us: u64) -> Result<Fate, FaultsError> {
+    fn play(
+        &self,
+        drawn: &FlipCase<'_>,
+        byte: u32,
+        moment_us: u64,
+    ) -> Result<CaseResult, FaultsError> {
         let mut fork = self.stem.fork_at(drawn.cycle)?;
         flip(&mut fork.device, byte, drawn.bit)?;
         let mut fate = self.stem.follow_shown(fork, moment_us);
@@ -174,9 +179,9 @@ impl Draws for Flips {
         let kind = &drawn.stratum.kind;
         let Some((byte, first)) = self.first_use(index)? else {
             let what = format!("{kind}: the stack is empty");
-            let fate = Fate {
-                ended: Ended::Untouched,
-                ..Fate::default()
+            let fate = CaseResult {
+                ended: CaseEnd::Untouched,
+                ..CaseResult::default()
             };
             return Ok(Case {
                 index,

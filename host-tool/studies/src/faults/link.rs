@@ -3,13 +3,13 @@
 
 use super::Draws;
 use super::bench::Bench;
-use super::case::{Case, Fate};
+use super::case::{Case, CaseResult};
 use super::declaration::Declaration;
 use super::error::FaultsError;
 use super::kinds::Kinds;
 use super::orders::{Orders, broken_frames};
-use super::played_on::{PlayedOn, is_isolated_for};
-use super::script::{Replays, Script, name, request};
+use super::played_on::{EndCondition, is_isolated_for};
+use super::script::{ForkableBoards, Script, name, request};
 use super::simulated::judged;
 use super::stem::first_difference;
 use super::truth::allow_checks;
@@ -27,7 +27,7 @@ const PACKET: (usize, u64) = (64, 19);
 const ON_THE_WAY_US: u64 = 1_500;
 
 /// What is broken.
-pub(super) struct Link<B: Replays> {
+pub(super) struct Link<B: ForkableBoards> {
     boards: B,
     scripts: Vec<Script<B>>,
     kinds: Kinds,
@@ -36,7 +36,7 @@ pub(super) struct Link<B: Replays> {
 }
 
 /// One of them, drawn.
-struct Drawn {
+struct LinkCase {
     stream: Stream,
     /// Frames that the host wrote, besides those of the script.
     written: Vec<Vec<u8>>,
@@ -48,7 +48,7 @@ struct Drawn {
     what: String,
 }
 
-impl<B: Replays> Link<B> {
+impl<B: ForkableBoards> Link<B> {
     pub fn new(seed: u64, declaration: &Declaration, boards: B) -> Result<Self, FaultsError> {
         let files = std::iter::once(&declaration.scene).chain(&declaration.scenes);
         let files: Vec<_> = files.collect();
@@ -67,13 +67,13 @@ impl<B: Replays> Link<B> {
         })
     }
 
-    fn draw(&self, index: u64) -> Result<(&Script<B>, Drawn), FaultsError> {
+    fn draw(&self, index: u64) -> Result<(&Script<B>, LinkCase), FaultsError> {
         let (kind, mut random) = self.kinds.draw(index)?;
         let script = pick(&mut random, &self.scripts)?;
         let at = message(script, &mut random);
         let said = script.said.writes();
         let Write { t_us, bytes } = &said[at];
-        let mut drawn = Drawn {
+        let mut drawn = LinkCase {
             stream: script.said.clone(),
             written: Vec::new(),
             out: None,
@@ -92,8 +92,8 @@ impl<B: Replays> Link<B> {
         Ok((script, drawn))
     }
 
-    fn play(&self, script: &Script<B>, drawn: &Drawn) -> Result<Fate, FaultsError> {
-        let Drawn {
+    fn play(&self, script: &Script<B>, drawn: &LinkCase) -> Result<CaseResult, FaultsError> {
+        let LinkCase {
             stream,
             moment_us,
             out,
@@ -107,7 +107,7 @@ impl<B: Replays> Link<B> {
             .chain(drawn.written.iter().map(|values| &**values))
             .collect();
         let moments = [*moment_us, drawn.again_us(script), last];
-        let on = PlayedOn::of(script, &orders, &sent, moments);
+        let on = EndCondition::of(script, &orders, &sent, moments);
         let is_over = |bench: &Bench<B::Board>, passed: &[Write], left: &[Write]| {
             !self.to_the_end && on.is_over(bench, passed, left)
         };
@@ -154,10 +154,15 @@ impl<B: Replays> Link<B> {
     }
 }
 
-impl Drawn {
+impl LinkCase {
     /// What the device owes, and whether it did that: where frames were broken, and where a
     /// silence ends what plays.
-    fn find<D: Device>(&self, fate: &mut Fate, bench: &Bench<D>, (broken, silenced): (bool, bool)) {
+    fn find<D: Device>(
+        &self,
+        fate: &mut CaseResult,
+        bench: &Bench<D>,
+        (broken, silenced): (bool, bool),
+    ) {
         // With the cable out nobody hears what it says; when it ended is judged.
         let (is_out, heard) = (self.out.is_some(), bench.heard());
         let tells = broken && !is_out;
@@ -177,7 +182,7 @@ impl Drawn {
     }
 
     /// From when on everything is said, and heard, as in the script again, µs.
-    fn again_us<B: Replays>(&self, script: &Script<B>) -> u64 {
+    fn again_us<B: ForkableBoards>(&self, script: &Script<B>) -> u64 {
         let (said, whole) = (self.stream.writes(), script.said.writes());
         let pairs = said.iter().rev().zip(whole.iter().rev());
         let same = pairs.take_while(|(one, other)| one == other).count();
@@ -194,7 +199,7 @@ impl Drawn {
     }
 
     /// Breaks it at write `at`; says what is not the kind's name.
-    fn break_it<B: Replays>(
+    fn break_it<B: ForkableBoards>(
         &mut self,
         kind: &str,
         at: usize,
@@ -264,7 +269,7 @@ impl Drawn {
 
     /// Bytes and frames that nobody meant, between two writes; half of the floods end with
     /// a `Stop`.
-    fn babble<B: Replays>(
+    fn babble<B: ForkableBoards>(
         &mut self,
         kind: &str,
         script: &Script<B>,
@@ -302,7 +307,7 @@ impl Drawn {
     }
 
     /// Whole frames of at least `length` bytes: of the script, or of nobody's session.
-    fn frames<B: Replays>(
+    fn frames<B: ForkableBoards>(
         &mut self,
         script: &Script<B>,
         length: usize,
@@ -331,7 +336,7 @@ impl Drawn {
 
 /// One of the script's writes: as often one that configures, arms, starts or stops as one
 /// of the many while it plays.
-fn message<B: Replays>(script: &Script<B>, random: &mut Random) -> usize {
+fn message<B: ForkableBoards>(script: &Script<B>, random: &mut Random) -> usize {
     let (all, (start, _), (stop, _)) = (script.said.writes().len(), script.start, script.stop);
     let around = start + 1 + (all - stop);
     match random.below(2) {
@@ -354,7 +359,7 @@ fn is_of_a_frame(code: u16) -> bool {
     (Code::BadCrc as u16..=Code::UnknownMessage as u16).contains(&code)
 }
 
-impl<B: Replays> Draws for Link<B> {
+impl<B: ForkableBoards> Draws for Link<B> {
     fn case(&self, index: u64) -> Result<Case, FaultsError> {
         let (script, drawn) = self.draw(index)?;
         let fate = self.play(script, &drawn)?;

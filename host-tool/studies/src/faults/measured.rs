@@ -8,7 +8,7 @@ const MARGIN_DEG: f64 = 20.0;
 
 /// A measured angle.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Measured {
+pub(super) struct MeasuredBits {
     /// Its number in `Measurement`.
     pub index: u8,
     /// Age at which it is stale, µs.
@@ -18,7 +18,7 @@ pub(super) struct Measured {
     converted_deg: Option<[f64; 2]>,
 }
 
-impl Measured {
+impl MeasuredBits {
     /// Whether the board's converter measures it.
     pub const fn is_converted(&self) -> bool {
         self.converted_deg.is_some()
@@ -40,7 +40,7 @@ impl Measured {
 }
 
 /// Those of a session, if it has any.
-pub(super) fn angles(session: &Session) -> Vec<Measured> {
+pub(super) fn angles(session: &Session) -> Vec<MeasuredBits> {
     let degrees = |mdeg: [i32; 2]| mdeg.map(|mdeg| f64::from(mdeg) * 1e-3);
     let mut all = Vec::new();
     if let Some(joint) = &session.joint {
@@ -54,14 +54,14 @@ pub(super) fn angles(session: &Session) -> Vec<Measured> {
             }
             SensorSource::Host => None,
         };
-        all.push(Measured {
+        all.push(MeasuredBits {
             index: 0,
             stale_us: 1000 * u64::from(joint.stale_after_ms),
             range_deg: degrees([joint.angle_min_mdeg, joint.angle_max_mdeg]),
             converted_deg,
         });
     }
-    all.extend(session.modulations.iter().map(|joint| Measured {
+    all.extend(session.modulations.iter().map(|joint| MeasuredBits {
         index: joint.spec.joint,
         stale_us: 1000 * u64::from(joint.spec.stale_after_ms),
         range_deg: degrees([joint.spec.angle_min_mdeg, joint.spec.angle_max_mdeg]),
@@ -71,7 +71,7 @@ pub(super) fn angles(session: &Session) -> Vec<Measured> {
         && let PostureSpec::Measured { stale_after_ms } = limb.spec.posture
     {
         let ranges = (0u8..).zip(limb.spec.ranges_mdeg);
-        all.extend(ranges.map(|(index, (least, most))| Measured {
+        all.extend(ranges.map(|(index, (least, most))| MeasuredBits {
             index,
             stale_us: 1000 * u64::from(stale_after_ms),
             range_deg: degrees([least, most]),

@@ -43,7 +43,7 @@ mod table;
 mod truth;
 mod worn;
 
-pub use case::{Case, Ended, Fate};
+pub use case::{Case, CaseEnd, CaseResult};
 pub use declaration::{Class, Declaration, FILES};
 pub use error::FaultsError;
 pub use outcome::Outcome;
@@ -51,9 +51,9 @@ pub use run::Run;
 pub use table::csv;
 pub use truth::declared_truth;
 
-use allowance::Evaded;
+use allowance::AllowanceAttack;
 use cpu::Core;
-use declared::Declared;
+use declared::DeclarationFaults;
 use electrode::Electrode;
 use flips::Flips;
 use hal_sim::chip::image::Image;
@@ -92,7 +92,9 @@ impl Campaign {
         let draws: Box<dyn Draws + Send> = match declaration.class {
             Class::Flips => Box::new(Flips::new(seed, declaration, image)?),
             Class::Registers => Box::new(Registers::new(seed, declaration, image)?),
-            Class::Declarations => Box::new(Declared::new(seed, declaration, image.clone())?),
+            Class::Declarations => {
+                Box::new(DeclarationFaults::new(seed, declaration, image.clone())?)
+            }
             Class::Electrode => Box::new(Electrode::new(seed, declaration, image.clone())?),
             Class::Link => Box::new(Link::new(seed, declaration, image.clone())?),
             Class::Sensor => Box::new(Sensor::new(seed, declaration, image.clone())?),
@@ -100,7 +102,7 @@ impl Campaign {
             Class::Cpu => Box::new(Core::new(seed, declaration, image)?),
             Class::Supply => Box::new(Supply::new(seed, declaration, image)?),
             Class::Pairs => Box::new(Pairs::new(seed, declaration, image)?),
-            Class::Allowance => Box::new(Evaded::new(seed, declaration, image.clone())?),
+            Class::Allowance => Box::new(AllowanceAttack::new(seed, declaration, image.clone())?),
         };
         Ok(Self { draws })
     }
@@ -111,11 +113,11 @@ impl Campaign {
     /// It has nothing that this class breaks.
     pub fn native(seed: u64, declaration: &Declaration) -> Result<Self, FaultsError> {
         let draws: Box<dyn Draws + Send> = match declaration.class {
-            Class::Declarations => Box::new(Declared::new(seed, declaration, Native)?),
+            Class::Declarations => Box::new(DeclarationFaults::new(seed, declaration, Native)?),
             Class::Electrode => Box::new(Electrode::new(seed, declaration, Native)?),
             Class::Link => Box::new(Link::new(seed, declaration, Native)?),
             Class::Sensor => Box::new(Sensor::new(seed, declaration, Native)?),
-            Class::Allowance => Box::new(Evaded::new(seed, declaration, Native)?),
+            Class::Allowance => Box::new(AllowanceAttack::new(seed, declaration, Native)?),
             class => return Err(FaultsError::ChipOnly(class.name())),
         };
         Ok(Self { draws })

@@ -5,7 +5,7 @@ use super::script::request;
 use super::simulated::TWO_WINDOWS_US;
 use firmware::link::Request;
 use firmware::safety::CHECK_PAUSE_US;
-use hal_sim::trace::judge::Quiet;
+use hal_sim::trace::judge::QuietInterval;
 use hal_sim::wire::stream::{Stream, Write};
 use host_core::session::Session;
 
@@ -20,9 +20,9 @@ const COUNTED_US: u64 = 1_000_000 + CHECK_US;
 
 /// What a stream of frames comes to.
 #[derive(Debug, PartialEq)]
-pub(super) struct Owed {
+pub(super) struct ExpectedEffects {
     /// Times in which nothing may be driven.
-    pub quiet: Vec<Quiet>,
+    pub quiet: Vec<QuietInterval>,
     /// From the moment asked about on a silence ends what plays.
     pub is_silenced: bool,
     /// Most electrode checks whose pulses can lie in one second: one for each time that
@@ -66,8 +66,8 @@ impl Orders {
 
     /// What up to `end_us` is owed by the whole frames that came, and whether silence ends
     /// anything from `moment_us` on.
-    pub fn owed(&self, whole: &[Write], moment_us: u64, end_us: u64) -> Owed {
-        let mut quiet: Vec<Quiet> = Vec::new();
+    pub fn owed(&self, whole: &[Write], moment_us: u64, end_us: u64) -> ExpectedEffects {
+        let mut quiet: Vec<QuietInterval> = Vec::new();
         let mut armed_us = Vec::new();
         let mut is_silenced = false;
         // When the host last counted while the trains play; and when they may not.
@@ -75,7 +75,7 @@ impl Orders {
         // When the latest check began, which waits for the pause after the one before, and
         // until when its pulses may come.
         let (mut begun_us, mut checked_us) = (None::<u64>, 0);
-        let until = |off: Option<u64>, until_us| Quiet {
+        let until = |off: Option<u64>, until_us| QuietInterval {
             from_us: off.unwrap_or(until_us),
             until_us,
         };
@@ -124,7 +124,7 @@ impl Orders {
         }
         quiet.extend(off_us.map(|_| until(off_us, u64::MAX)));
         quiet.retain(|quiet| quiet.from_us < quiet.until_us);
-        Owed {
+        ExpectedEffects {
             quiet,
             is_silenced,
             checks: most_counted(&armed_us),

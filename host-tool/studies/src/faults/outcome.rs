@@ -1,6 +1,6 @@
 //! What the cases of a class come to: its numbers, and the same of each kind in it.
 
-use super::case::{Case, Fate};
+use super::case::{Case, CaseResult};
 use super::declaration::Class;
 use super::simulated::TWO_WINDOWS_US;
 use host_core::statistics::{median, share_at_most};
@@ -20,11 +20,11 @@ pub struct Outcome {
     pub kind: Option<String>,
     /// Cases played.
     pub drawn: u64,
-    /// Of which something came that somebody could see ([`Fate::changed`]).
+    /// Of which something came that somebody could see ([`CaseResult::changed`]).
     pub changed: u64,
     /// Of which it is known that nothing came.
     pub harmless: u64,
-    /// Which the device must find ([`Fate::must_find`]).
+    /// Which the device must find ([`CaseResult::must_find`]).
     pub to_find: u64,
     /// Of those, in which it did.
     pub found: u64,
@@ -85,7 +85,8 @@ impl Outcome {
 
     fn counted(class: Class, kind: Option<String>, cases: &[&Case]) -> Self {
         let fates = || cases.iter().map(|case| &case.fate);
-        let count = |is: &dyn Fn(&Fate) -> bool| fates().filter(|fate| is(fate)).count() as u64;
+        let count =
+            |is: &dyn Fn(&CaseResult) -> bool| fates().filter(|fate| is(fate)).count() as u64;
         let found = || fates().filter(|fate| fate.must_find && fate.found);
         let mut isolated: Vec<u64> = found().filter_map(|fate| fate.isolated_us).collect();
         isolated.sort_unstable();
@@ -103,8 +104,8 @@ impl Outcome {
             class,
             kind,
             drawn: cases.len() as u64,
-            changed: count(&Fate::changed),
-            harmless: count(&Fate::is_harmless),
+            changed: count(&CaseResult::changed),
+            harmless: count(&CaseResult::is_harmless),
             to_find: count(&|fate| fate.must_find),
             found: found().count() as u64,
             soon: found().filter(|fate| is_soon(fate)).count() as u64,
@@ -148,7 +149,7 @@ impl Outcome {
     }
 }
 
-fn is_soon(fate: &Fate) -> bool {
+fn is_soon(fate: &CaseResult) -> bool {
     fate.isolated_us.is_some_and(|us| us <= TWO_WINDOWS_US)
 }
 

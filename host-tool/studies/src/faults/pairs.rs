@@ -1,12 +1,12 @@
 //! An owner freezes and an erase stream is off: neither alone lets a pulse be replayed.
 
 use super::Draws;
-use super::case::{Case, Fate};
+use super::case::{Case, CaseResult};
 use super::declaration::Declaration;
 use super::error::{FaultsError, never_runs};
 use super::freeze::{Owner, freeze};
 use super::kinds::Kinds;
-use super::stem::{Chip, Stem};
+use super::stem::{Chip, ForkSource};
 use super::streams::{ERASE, switch_off};
 use hal_sim::chip::image::Image;
 
@@ -19,14 +19,14 @@ const APART_US: (f64, f64) = (1.0, 1e6);
 
 /// What fails.
 pub(super) struct Pairs {
-    stem: Stem,
+    stem: ForkSource,
     kinds: Kinds,
 }
 
 impl Pairs {
     pub fn new(seed: u64, declaration: &Declaration, image: &Image) -> Result<Self, FaultsError> {
         Ok(Self {
-            stem: Stem::grow(declaration, image)?,
+            stem: ForkSource::grow(declaration, image)?,
             kinds: Kinds::of(declaration, image, seed, STREAM),
         })
     }
@@ -65,7 +65,7 @@ impl Draws for Pairs {
             what: format!("{kind}: {order} after {after_us} us, stream {stream}"),
             fate: match struck {
                 Ok(_) => self.stem.follow(fork, moment_us),
-                Err(why) => Fate::stopped(why),
+                Err(why) => CaseResult::stopped(why),
             },
         })
     }

@@ -2,8 +2,8 @@
 
 use super::bench::Bench;
 use super::orders::{Orders, begins, broken_frames};
-use super::script::{Replays, Script};
-use super::simulated::{FOR_GOOD_US, Simulated};
+use super::script::{ForkableBoards, Script};
+use super::simulated::{FOR_GOOD_US, FaultableDevice};
 use hal_sim::lockstep::Device;
 use hal_sim::trace::State;
 use hal_sim::wire::stream::{Stream, Write};
@@ -17,7 +17,7 @@ const PERIODS: u64 = 10;
 const RISE_US: u64 = 20_000;
 
 /// When a case ends.
-pub(super) struct PlayedOn<'a> {
+pub(super) struct EndCondition<'a> {
     orders: &'a Orders,
     /// Frames that its host may have sent.
     sent: &'a [&'a [u8]],
@@ -29,10 +29,10 @@ pub(super) struct PlayedOn<'a> {
     pub end_us: u64,
 }
 
-impl<'a> PlayedOn<'a> {
+impl<'a> EndCondition<'a> {
     /// Of a script that is broken at the first of the moments, and said and heard as it
     /// should be from the second on; its host's last word is at the third, µs.
-    pub fn of<B: Replays>(
+    pub fn of<B: ForkableBoards>(
         script: &Script<B>,
         orders: &'a Orders,
         sent: &'a [&'a [u8]],
@@ -53,7 +53,7 @@ impl<'a> PlayedOn<'a> {
 
     /// Whether it may end sooner: by the writes that `bench` took nothing may be driven, and
     /// was not for as long as it takes to show itself, and none that is left begins anything.
-    pub fn is_over<D: Simulated>(
+    pub fn is_over<D: FaultableDevice>(
         &self,
         bench: &Bench<D>,
         passed: &[Write],

@@ -3,7 +3,7 @@
 use super::declaration::Declaration;
 use super::outcome::Outcome;
 use super::table::{SEVERE, SIMULATED, in_words};
-use crate::laboratory::{self, Declared, Row, Share};
+use crate::laboratory::{self, Preregistration, Row, Share};
 
 impl Outcome {
     /// As `result.json` has it.
@@ -27,7 +27,7 @@ impl Outcome {
             seed,
             simulated: Some(true),
             cut_short: None,
-            declared: Declared {
+            declared: Preregistration {
                 asked: format!("faults --class {class}"),
                 command: Some(format!(
                     "faults --class {class} --device {device} --count {}",

@@ -3,11 +3,11 @@
 use super::Draws;
 use super::assumed;
 use super::bench::DeviceClock;
-use super::case::{Case, Fate};
+use super::case::{Case, CaseResult};
 use super::declaration::{Declaration, Register};
 use super::error::FaultsError;
-use super::stem::{Chip, Stem};
-use hal_sim::chip::cpu::bus::{Denied, Unmodelled};
+use super::stem::{Chip, ForkSource};
+use hal_sim::chip::cpu::bus::{AccessError, Unmodelled};
 use hal_sim::chip::image::Image;
 use hal_sim::random::{Random, word};
 
@@ -16,7 +16,7 @@ const STREAM: u64 = 0x4E61;
 
 /// What is upset.
 pub(super) struct Registers {
-    stem: Stem,
+    stem: ForkSource,
     seed: u64,
     registers: Vec<Register>,
 }
@@ -24,7 +24,7 @@ pub(super) struct Registers {
 impl Registers {
     pub fn new(seed: u64, declaration: &Declaration, image: &Image) -> Result<Self, FaultsError> {
         Ok(Self {
-            stem: Stem::grow(declaration, image)?,
+            stem: ForkSource::grow(declaration, image)?,
             seed,
             registers: declaration.of.registers.clone(),
         })
@@ -59,7 +59,7 @@ fn block(name: &str) -> &str {
 }
 
 /// Turns `bits` of the register at `address`; the device's clock is the core's.
-fn upset(fork: &mut Chip, address: u32, bits: u32) -> Result<(), Denied> {
+fn upset(fork: &mut Chip, address: u32, bits: u32) -> Result<(), AccessError> {
     let from_us = fork.device_us();
     let (cycle, around) = (fork.device.cpu.cycle, &mut fork.device.around);
     let hz = f64::from(around.soc.hz());
@@ -88,18 +88,18 @@ impl Draws for Registers {
                 String::new(),
                 self.stem.follow(fork, moment_us),
             ),
-            Err(Denied::Error) => {
+            Err(AccessError::Error) => {
                 let why = format!("no register answers as {}", register.name);
                 return Err(FaultsError::Declaration(why));
             }
-            Err(Denied::Unmodelled(Unmodelled(what))) => {
+            Err(AccessError::Unmodelled(Unmodelled(what))) => {
                 let mut fork = self.stem.fork(moment_us)?; // whatever became of the other
                 let struck = assumed::strike(&mut fork, (register, bits), &mut random);
                 let (end, fate) = match struck {
                     Ok(end) => (end, self.stem.follow(fork, moment_us)),
-                    Err(why) => ("", Fate::stopped(why)),
+                    Err(why) => ("", CaseResult::stopped(why)),
                 };
-                let assumed = Fate {
+                let assumed = CaseResult {
                     assumed: true,
                     ..fate
                 };

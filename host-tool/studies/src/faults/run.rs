@@ -6,7 +6,7 @@ use super::declaration::Declaration;
 use super::error::FaultsError;
 use super::outcome::Outcome;
 use super::table::csv;
-use crate::laboratory::{self, About, Study};
+use crate::laboratory::{self, Study, StudyIdentity};
 use hal_sim::chip::image::Image;
 use host_core::record::{Program, sha256};
 use std::collections::BTreeMap;
@@ -89,8 +89,8 @@ impl Run {
 impl Study for Run {
     type Unit = Case;
 
-    fn about(&self) -> About<'_> {
-        About {
+    fn about(&self) -> StudyIdentity<'_> {
+        StudyIdentity {
             name: "faults",
             arguments: format!(
                 "--class {} --device {}",

@@ -1,9 +1,9 @@
 //! What the host of a scene says, recorded once, and said again to a board made anew.
 
 use super::bench::Bench;
-use super::case::Ended;
+use super::case::CaseEnd;
 use super::error::{FaultsError, never_runs};
-use super::simulated::{Boards, Native, Simulated, judged};
+use super::simulated::{Boards, FaultableDevice, Native, judged};
 use super::truth::declared_truth;
 use firmware::link::{Decoder, ToDevice};
 use firmware::lockstep::{Lockstep, Sensors, Sink};
@@ -34,7 +34,7 @@ const LOOK_US: u64 = 250;
 const ASKED_US: u64 = 20_000;
 
 /// Where the boards of scripts come from.
-pub(super) trait Replays: Boards<Board: 'static> {
+pub(super) trait ForkableBoards: Boards<Board: 'static> {
     /// Longest from when the bus has carried a write to when the device has read it, µs.
     const LINE_US: u64;
     /// From when its cable is in again to when its host speaks to it, at most, µs.
@@ -55,7 +55,7 @@ pub(super) trait Replays: Boards<Board: 'static> {
     fn fork(board: &Self::Board) -> Option<Self::Board>;
 }
 
-impl Replays for Image {
+impl ForkableBoards for Image {
     /// A packet is worked on before the next is taken; and a frame of the bus.
     const LINE_US: u64 = 1_500;
     /// Debounce, reset and recovery (USB 2.0 7.1.7), and what a host asks first.
@@ -74,7 +74,7 @@ impl Replays for Image {
     }
 }
 
-impl Replays for Native {
+impl ForkableBoards for Native {
     const LINE_US: u64 = 0;
     const CONNECTS_US: u64 = 0;
     const IS_EXACT: bool = true;
@@ -90,7 +90,7 @@ impl Replays for Native {
 }
 
 /// A scene, and what its host says.
-pub(super) struct Script<B: Replays> {
+pub(super) struct Script<B: ForkableBoards> {
     /// Of the scene.
     pub file: SessionFile,
     /// All of it, nothing broken.
@@ -108,12 +108,12 @@ pub(super) struct Script<B: Replays> {
 }
 
 /// Says what it hears, and passes it on.
-struct Tap<D> {
+struct WriteRecorder<D> {
     device: D,
     heard: Arc<Mutex<Vec<Write>>>,
 }
 
-impl<D: Device> Device for Tap<D> {
+impl<D: Device> Device for WriteRecorder<D> {
     fn receive(
         &mut self,
         at: Micros,
@@ -139,7 +139,7 @@ impl<D: Device> Device for Tap<D> {
     }
 }
 
-impl<B: Replays> Script<B> {
+impl<B: ForkableBoards> Script<B> {
     /// Plays the scene with its own host and its wearer, and again from what was said.
     ///
     /// # Errors
@@ -148,7 +148,7 @@ impl<B: Replays> Script<B> {
         let session = &file.session;
         let bench = boards.booted(session, Sensors::default())?;
         let (boot_us, heard) = (bench.now_us(), Arc::default());
-        let tap = Box::new(Tap {
+        let tap = Box::new(WriteRecorder {
             device: bench.device,
             heard: Arc::clone(&heard),
         });
@@ -276,8 +276,8 @@ impl<B: Replays> Script<B> {
         stream: &Stream,
         out: Option<(u64, u64)>,
         end_us: u64,
-        is_over: &IsOver<'_, B::Board>,
-    ) -> (Stream, io::Result<Ended>) {
+        is_over: &EndCheck<'_, B::Board>,
+    ) -> (Stream, io::Result<CaseEnd>) {
         let mut passed = Vec::new();
         let done = say(bench, stream, out, (end_us, is_over), &mut passed);
         (Stream::new(passed), done)
@@ -285,24 +285,24 @@ impl<B: Replays> Script<B> {
 }
 
 /// Of a board, the writes that it took, and those that are left.
-pub(super) type IsOver<'a, D> = dyn Fn(&Bench<D>, &[Write], &[Write]) -> bool + 'a;
+pub(super) type EndCheck<'a, D> = dyn Fn(&Bench<D>, &[Write], &[Write]) -> bool + 'a;
 
-fn fork<B: Replays>(bench: &Bench<B::Board>) -> Option<Bench<B::Board>> {
+fn fork<B: ForkableBoards>(bench: &Bench<B::Board>) -> Option<Bench<B::Board>> {
     B::fork(&bench.device).map(|device| bench.with(device))
 }
 
 /// A fork with its time, to be forked again.
-fn kept<B: Replays>(bench: &Bench<B::Board>) -> Option<(u64, Mutex<Bench<B::Board>>)> {
+fn kept<B: ForkableBoards>(bench: &Bench<B::Board>) -> Option<(u64, Mutex<Bench<B::Board>>)> {
     fork::<B>(bench).map(|fork| (fork.now_us(), Mutex::new(fork)))
 }
 
-fn say<D: Simulated>(
+fn say<D: FaultableDevice>(
     bench: &mut Bench<D>,
     stream: &Stream,
     out: Option<(u64, u64)>,
-    (end_us, is_over): (u64, &IsOver<'_, D>),
+    (end_us, is_over): (u64, &EndCheck<'_, D>),
     passed: &mut Vec<Write>,
-) -> io::Result<Ended> {
+) -> io::Result<CaseEnd> {
     let begin_us = bench.now_us();
     let mut asked_us = begin_us;
     let (out_us, in_us) = out.unwrap_or((u64::MAX, u64::MAX));
@@ -324,7 +324,7 @@ fn say<D: Simulated>(
         if waiting.is_empty() && write.t_us >= asked_us + ASKED_US {
             asked_us = write.t_us;
             if is_over(bench, passed, &writes[at..]) {
-                return Ok(Ended::Isolated);
+                return Ok(CaseEnd::Isolated);
             }
         }
         let is_lost = (out_us..in_us).contains(&write.t_us) || !bench.device.is_connected();
@@ -344,12 +344,12 @@ fn say<D: Simulated>(
         bench.device.plug(is_in);
     }
     carry(bench, &mut waiting, passed, end_us)?;
-    Ok(Ended::Played)
+    Ok(CaseEnd::Played)
 }
 
 /// Time goes on to `to_us`. Of the writes that wait for the bus those that the device has
 /// taken pass, at the time when that is seen.
-fn carry<D: Simulated>(
+fn carry<D: FaultableDevice>(
     bench: &mut Bench<D>,
     waiting: &mut VecDeque<Write>,
     passed: &mut Vec<Write>,

@@ -3,16 +3,16 @@
 
 use super::Draws;
 use super::broken_angle::BrokenAngle;
-use super::case::{Case, Ended, Fate};
+use super::case::{Case, CaseEnd, CaseResult};
 use super::declaration::Declaration;
 use super::error::FaultsError;
 use super::kinds::Kinds;
 use super::measured::angles;
 use super::orders::Orders;
-use super::script::Replays;
+use super::script::ForkableBoards;
 use super::simulated::judged;
 use super::stem::first_difference;
-use super::worn::{Played, Scene};
+use super::worn::{PlayedCase, SensorScenario};
 use rayon::prelude::*;
 
 /// Of the streams that this class draws from.
@@ -21,19 +21,20 @@ const STREAM: u64 = 0x5E15;
 const BEGIN_US: u64 = 150_000;
 
 /// What breaks.
-pub(super) struct Sensor<B: Replays> {
+pub(super) struct Sensor<B: ForkableBoards> {
     boards: B,
-    scenes: Vec<Scene<B>>,
+    scenes: Vec<SensorScenario<B>>,
     kinds: Kinds,
     runs_us: u64,
 }
 
-impl<B: Replays> Sensor<B> {
+impl<B: ForkableBoards> Sensor<B> {
     pub fn new(seed: u64, declaration: &Declaration, boards: B) -> Result<Self, FaultsError> {
         let files = std::iter::once(&declaration.scene).chain(&declaration.scenes);
         let files: Vec<_> = files.collect();
         let files = files.into_par_iter();
-        let scenes = files.map(|file| Scene::record(&boards, file, declaration.to_the_end));
+        let scenes =
+            files.map(|file| SensorScenario::record(&boards, file, declaration.to_the_end));
         Ok(Self {
             scenes: scenes.collect::<Result<_, FaultsError>>()?,
             kinds: Kinds::of(declaration, &boards, seed, STREAM),
@@ -42,7 +43,7 @@ impl<B: Replays> Sensor<B> {
         })
     }
 
-    fn draw(&self, index: u64) -> Result<(&Scene<B>, BrokenAngle<'_>), FaultsError> {
+    fn draw(&self, index: u64) -> Result<(&SensorScenario<B>, BrokenAngle<'_>), FaultsError> {
         let (kind, mut random) = self.kinds.draw(index)?;
         let scene = random.below(self.scenes.len().max(1) as u64) as usize;
         let none = || FaultsError::Declaration("no scene with a measured angle".into());
@@ -59,12 +60,12 @@ impl<B: Replays> Sensor<B> {
     }
 }
 
-impl<B: Replays> Draws for Sensor<B> {
+impl<B: ForkableBoards> Draws for Sensor<B> {
     fn case(&self, index: u64) -> Result<Case, FaultsError> {
         let (scene, drawn) = self.draw(index)?;
         let script = &scene.script;
         let (moment_us, end_us) = (drawn.moment_us, script.end_us());
-        let Played {
+        let PlayedCase {
             mut bench,
             said,
             done,
@@ -79,7 +80,7 @@ impl<B: Replays> Draws for Sensor<B> {
         fate.changed_us = changed.map(|at| at - moment_us);
         let (ended, stopped) = match done {
             Ok(ended) => (ended, None),
-            Err(lost) => (Ended::Played, Some(lost.to_string())),
+            Err(lost) => (CaseEnd::Played, Some(lost.to_string())),
         };
         // A force that cannot be made with such an angle is refused, and its host silent.
         let stopping = bench.heard().stopping.map(|(at, _)| u64::from(at.get()));
@@ -90,7 +91,7 @@ impl<B: Replays> Draws for Sensor<B> {
             index,
             moment_us,
             what: drawn.in_words(&script.file.name),
-            fate: Fate {
+            fate: CaseResult {
                 ended,
                 stopped,
                 ..fate

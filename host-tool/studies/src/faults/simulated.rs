@@ -1,7 +1,7 @@
 //! The simulators: how a board of each is had, broken, and looked into.
 
-use super::bench::{Bench, Heard};
-use super::case::Fate;
+use super::bench::{Bench, DeviceReports};
+use super::case::CaseResult;
 use super::error::FaultsError;
 use firmware::lockstep::{Lockstep, Sensors};
 use firmware::safety::Fault;
@@ -11,7 +11,7 @@ use hal_sim::chip::cpu::{Bus, Size};
 use hal_sim::chip::image::Image;
 use hal_sim::lockstep::Device;
 use hal_sim::native::native;
-use hal_sim::trace::judge::{self, Pump, Quiet, Truth, Verdict};
+use hal_sim::trace::judge::{self, Pump, QuietInterval, Truth, Verdict};
 use hal_sim::trace::{Levels, Trace};
 use host_core::run::power_on;
 use host_core::session::Session;
@@ -28,7 +28,7 @@ const KEPT_FAULT: u32 = 0x4000_2850 + 4 * KEPT_FAULT_WORD as u32;
 const MAGIC: u32 = 0x4658;
 
 /// A device that can be broken and looked into.
-pub(super) trait Simulated: Device {
+pub(super) trait FaultableDevice: Device {
     /// When it was last reset since its power came on, µs.
     fn reset_us(&self) -> Option<u64>;
     /// The fault that it keeps through a reset.
@@ -49,7 +49,7 @@ pub(super) trait Simulated: Device {
     fn unsent(&self) -> usize;
 }
 
-impl Simulated for Board<()> {
+impl FaultableDevice for Board<()> {
     fn reset_us(&self) -> Option<u64> {
         self.last_reset().map(|at| self.around.us_of(at))
     }
@@ -92,7 +92,7 @@ impl Simulated for Board<()> {
 
 /// It has no chip that could be reset, no lines, no converter and no cable: nothing draws
 /// the first three, and what a cable that is out does not carry is not said to it.
-impl Simulated for Lockstep {
+impl FaultableDevice for Lockstep {
     fn reset_us(&self) -> Option<u64> {
         None
     }
@@ -127,9 +127,9 @@ impl Simulated for Lockstep {
 /// Where boards come from.
 pub(super) trait Boards: Sync + Send {
     /// What comes.
-    type Board: Simulated;
+    type Board: FaultableDevice;
     /// One that is kept, where one can be.
-    type Kept: Send + Sync;
+    type Snapshot: Send + Sync;
 
     /// A board with the stages of `session`, booted and greeted; a chip's is changed by
     /// `prepare` before its power comes on.
@@ -141,12 +141,12 @@ pub(super) trait Boards: Sync + Send {
     ) -> Result<Bench<Self::Board>, FaultsError>;
 
     /// Boots and greets one for [`Self::greeted`].
-    fn kept(&self, session: &Session) -> Result<Self::Kept, FaultsError>;
+    fn kept(&self, session: &Session) -> Result<Self::Snapshot, FaultsError>;
 
     /// A board as [`Self::board`] gives it, unchanged: a fork of the kept one, if there is one.
     fn greeted(
         &self,
-        kept: &Self::Kept,
+        kept: &Self::Snapshot,
         session: &Session,
         sensors: Sensors,
     ) -> Result<Bench<Self::Board>, FaultsError>;
@@ -157,7 +157,7 @@ pub(super) trait Boards: Sync + Send {
 
 impl Boards for Image {
     type Board = Board<()>;
-    type Kept = Bench<Board<()>>;
+    type Snapshot = Bench<Board<()>>;
 
     fn board(
         &self,
@@ -172,13 +172,13 @@ impl Boards for Image {
         Bench::greeted(board, now_us, sensors)
     }
 
-    fn kept(&self, session: &Session) -> Result<Self::Kept, FaultsError> {
+    fn kept(&self, session: &Session) -> Result<Self::Snapshot, FaultsError> {
         self.board(session, Sensors::default(), &|_| ())
     }
 
     fn greeted(
         &self,
-        kept: &Self::Kept,
+        kept: &Self::Snapshot,
         _: &Session,
         sensors: Sensors,
     ) -> Result<Bench<Board<()>>, FaultsError> {
@@ -197,7 +197,7 @@ pub(super) struct Native;
 
 impl Boards for Native {
     type Board = Lockstep;
-    type Kept = ();
+    type Snapshot = ();
 
     fn board(
         &self,
@@ -229,8 +229,8 @@ impl Boards for Native {
 /// Whether a fault was told, or is kept where nobody hears it, or the chip was reset, and the
 /// outputs have been isolated since.
 pub(super) fn is_isolated_for_good(
-    heard: &Heard,
-    device: &impl Simulated,
+    heard: &DeviceReports,
+    device: &impl FaultableDevice,
     trace: &Trace,
     now_us: u64,
 ) -> bool {
@@ -246,26 +246,26 @@ pub(super) fn is_isolated_for_good(
 
 /// What the device found of what was broken at `moment_us`, and what the judge says of all
 /// that it put out, once with `truth` and what the fault itself adds to it.
-pub(super) fn judged<D: Simulated>(
+pub(super) fn judged<D: FaultableDevice>(
     bench: &mut Bench<D>,
     moment_us: u64,
     truth: Truth,
-) -> (Fate, Verdict) {
+) -> (CaseResult, Verdict) {
     let (pump, end_us) = (bench.device.pump(), bench.now_us());
     judged_to(bench, moment_us, truth, (&pump, end_us))
 }
 
 /// The same of a bench whose recorder has more than it played: with its pump, and to
 /// `end_us`.
-pub(super) fn judged_to<D: Simulated>(
+pub(super) fn judged_to<D: FaultableDevice>(
     bench: &mut Bench<D>,
     moment_us: u64,
     mut truth: Truth,
     (pump, end_us): (&Pump, u64),
-) -> (Fate, Verdict) {
-    let mut fate = Fate::default();
+) -> (CaseResult, Verdict) {
+    let mut fate = CaseResult::default();
     let mut quiet = |from_us: u64| {
-        truth.quiet.push(Quiet {
+        truth.quiet.push(QuietInterval {
             from_us: from_us.max(moment_us),
             until_us: u64::MAX,
         });

@@ -42,7 +42,7 @@ impl Allowed {
 
 /// What was put out since power came up, and the most before it.
 #[derive(Default)]
-pub(super) struct Account {
+pub(super) struct OutputTotals {
     /// Resets since then.
     pub resets: u64,
     now: Sum,
@@ -57,7 +57,7 @@ struct Sum {
     charge: [u64; CHANNELS],
 }
 
-impl Account {
+impl OutputTotals {
     /// A piece that began at `from_us`: from its first edge to its last, and each first phase.
     pub fn add(&mut self, trace: &Trace, from_us: u64) {
         let (mut first, mut last) = (None, from_us);
@@ -184,7 +184,7 @@ mod tests {
                 trace.record_levels(1_000 + t_us + after_us, levels);
             }
         }
-        let mut account = Account::default();
+        let mut account = OutputTotals::default();
         account.add(&trace, 50_000);
         assert_eq!(account.now.time_us, 40_450);
         assert_eq!(account.now.charge[2], 5 * 200 * 32_768);

@@ -1,11 +1,11 @@
 //! A board that stimulates, the forks of it, and how each goes on.
 
 use super::bench::Bench;
-use super::case::{Ended, Fate};
+use super::case::{CaseEnd, CaseResult};
 use super::declaration::{Declaration, Timing};
 use super::error::{FaultsError, never_runs};
 use super::simulated::{
-    Boards, Simulated, TWO_WINDOWS_US, is_isolated_for_good, judged, judged_to,
+    Boards, FaultableDevice, TWO_WINDOWS_US, is_isolated_for_good, judged, judged_to,
 };
 use super::truth::declared_truth;
 use firmware::lockstep::Sensors;
@@ -16,7 +16,7 @@ use hal_sim::chip::cpu::Observer;
 use hal_sim::chip::image::Image;
 use hal_sim::random::Random;
 use hal_sim::trace::Trace;
-use hal_sim::trace::judge::{Pump, Quiet, Rule, Truth, Verdict};
+use hal_sim::trace::judge::{Pump, QuietInterval, Rule, Truth, Verdict};
 use std::io;
 use std::ops::Range;
 
@@ -30,7 +30,7 @@ const KEPT_US: u64 = 20_000;
 const LOAD_OHM: u32 = 2_000;
 /// A board that nothing broke, kept at moments from which forks begin and at which they
 /// may be as it is again.
-pub(super) struct Stem {
+pub(super) struct ForkSource {
     kept: Vec<Chip>,
     /// What it puts out, to the end of the last fork.
     whole: Trace,
@@ -44,7 +44,7 @@ pub(super) struct Stem {
     always: Vec<(Rule, u8)>,
 }
 
-impl Stem {
+impl ForkSource {
     /// Plays the declared scene.
     ///
     /// # Errors
@@ -175,15 +175,15 @@ impl Stem {
     }
 
     /// Plays on what was broken at `moment_us`, and judges it.
-    pub fn follow(&self, fork: Chip, moment_us: u64) -> Fate {
-        Fate {
+    pub fn follow(&self, fork: Chip, moment_us: u64) -> CaseResult {
+        CaseResult {
             shown_us: None,
             ..self.follow_shown(fork, moment_us)
         }
     }
 
     /// The same, with how long a line was another.
-    pub fn follow_shown(&self, fork: Chip, moment_us: u64) -> Fate {
+    pub fn follow_shown(&self, fork: Chip, moment_us: u64) -> CaseResult {
         let (mut fate, verdict) = self.judged(fork, moment_us);
         let bare = verdict.bare.findings.iter();
         let bare = bare.filter(|finding| !self.always.contains(&(finding.rule, finding.channel)));
@@ -191,7 +191,7 @@ impl Stem {
         fate
     }
 
-    fn judged(&self, mut fork: Chip, moment_us: u64) -> (Fate, Verdict) {
+    fn judged(&self, mut fork: Chip, moment_us: u64) -> (CaseResult, Verdict) {
         let silent_us = moment_us + self.timing.runs_us;
         let after = self.kept.partition_point(|kept| kept.now_us() <= moment_us);
         for stem in self.kept.iter().skip(after).filter(|_| !self.to_the_end) {
@@ -201,7 +201,7 @@ impl Stem {
             }
             let (device, trace) = (&fork.device, &fork.recorder.trace);
             if is_isolated_for_good(fork.heard(), device, trace, fork.now_us()) {
-                return self.fate(fork, moment_us, Ended::Isolated, Ok(()));
+                return self.fate(fork, moment_us, CaseEnd::Isolated, Ok(()));
             }
             if fork.speaks_like(stem) && fork.device.unlike(&stem.device).is_none() {
                 return self.goes_on_as(stem, fork, moment_us);
@@ -211,17 +211,17 @@ impl Stem {
     }
 
     /// Plays to the end of its time, and judges it.
-    fn played(&self, mut fork: Chip, moment_us: u64) -> (Fate, Verdict) {
+    fn played(&self, mut fork: Chip, moment_us: u64) -> (CaseResult, Verdict) {
         let silent_us = moment_us + self.timing.runs_us;
         let end_us = silent_us + self.timing.silent_us;
         let played = fork.run_to(silent_us);
         fork.speaks = false;
         let played = played.and_then(|()| fork.run_to(end_us));
-        self.fate(fork, moment_us, Ended::Played, played)
+        self.fate(fork, moment_us, CaseEnd::Played, played)
     }
 
     /// Of a fork that is in the state of `stem`: what that puts out from here on is its own.
-    fn goes_on_as(&self, stem: &Chip, mut fork: Chip, moment_us: u64) -> (Fate, Verdict) {
+    fn goes_on_as(&self, stem: &Chip, mut fork: Chip, moment_us: u64) -> (CaseResult, Verdict) {
         let (at_us, end_us) = (stem.now_us(), moment_us + self.timing.runs_us);
         // Not by time: what happened shortly before is told a little later, of both.
         let (trace, told) = (&mut fork.recorder.trace, &stem.recorder.trace);
@@ -241,7 +241,7 @@ impl Stem {
         let pump = fork.device.pump().followed_by(&self.pump, at_us);
         let on = (&pump, end_us);
         let (mut fate, verdict) = judged_to(&mut fork, moment_us, self.truth.clone(), on);
-        fate.ended = Ended::Reconverged;
+        fate.ended = CaseEnd::Reconverged;
         self.compare(&mut fate, &fork, (moment_us, at_us));
         (fate, verdict)
     }
@@ -250,11 +250,11 @@ impl Stem {
         &self,
         mut fork: Chip,
         moment_us: u64,
-        ended: Ended,
+        ended: CaseEnd,
         played: io::Result<()>,
-    ) -> (Fate, Verdict) {
+    ) -> (CaseResult, Verdict) {
         let mut truth = self.truth.clone();
-        truth.quiet.push(Quiet {
+        truth.quiet.push(QuietInterval {
             from_us: fork.said_us() + self.silence_us,
             until_us: u64::MAX,
         });
@@ -271,7 +271,7 @@ impl Stem {
     }
 
     /// Whether an edge or a code was another.
-    fn compare(&self, fate: &mut Fate, fork: &Chip, (from_us, to_us): (u64, u64)) {
+    fn compare(&self, fate: &mut CaseResult, fork: &Chip, (from_us, to_us): (u64, u64)) {
         let changed = first_difference(&self.whole, &fork.recorder.trace, from_us, to_us);
         fate.changed_us = changed.map(|at| at.saturating_sub(from_us));
         fate.must_find = changed.is_some() && fate.stopped.is_none();

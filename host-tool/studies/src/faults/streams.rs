@@ -1,13 +1,13 @@
 //! What moves words, paces them or asks for the next ones fails, and no register shows it.
 
 use super::Draws;
-use super::case::{Case, Fate};
+use super::case::{Case, CaseResult};
 use super::declaration::Declaration;
 use super::error::{FaultsError, never_runs};
 use super::kinds::Kinds;
-use super::stem::{Chip, Stem};
+use super::stem::{Chip, ForkSource};
 use hal_sim::chip::board::{Board, CYCLES_PER_US, Half, Loss};
-use hal_sim::chip::cpu::bus::{Denied, Unmodelled};
+use hal_sim::chip::cpu::bus::{AccessError, Unmodelled};
 use hal_sim::chip::cpu::{Bus, Size};
 use hal_sim::chip::image::Image;
 use hal_sim::chip::soc::playback::Slip;
@@ -37,14 +37,14 @@ const PATIENCE: u64 = 5_000 * CYCLES_PER_US;
 
 /// What fails.
 pub(super) struct Streams {
-    stem: Stem,
+    stem: ForkSource,
     kinds: Kinds,
 }
 
 impl Streams {
     pub fn new(seed: u64, declaration: &Declaration, image: &Image) -> Result<Self, FaultsError> {
         Ok(Self {
-            stem: Stem::grow(declaration, image)?,
+            stem: ForkSource::grow(declaration, image)?,
             kinds: Kinds::of(declaration, image, seed, STREAM),
         })
     }
@@ -58,7 +58,7 @@ impl Draws for Streams {
         let moment_us = fork.device_us();
         let (detail, fate) = match strike(kind, &mut fork, &mut random) {
             Ok(detail) => (detail, self.stem.follow(fork, moment_us)),
-            Err(why) => (String::new(), Fate::stopped(why)),
+            Err(why) => (String::new(), CaseResult::stopped(why)),
         };
         Ok(Case::of(kind, &detail, (index, moment_us), fate))
     }
@@ -208,9 +208,9 @@ fn unmodelled(Unmodelled(what): Unmodelled) -> FaultsError {
     FaultsError::NeverStimulates(what.to_owned())
 }
 
-fn denied(denied: Denied) -> FaultsError {
+fn denied(denied: AccessError) -> FaultsError {
     match denied {
-        Denied::Unmodelled(what) => unmodelled(what),
-        Denied::Error => FaultsError::NeverStimulates("no register answers".to_owned()),
+        AccessError::Unmodelled(what) => unmodelled(what),
+        AccessError::Error => FaultsError::NeverStimulates("no register answers".to_owned()),
     }
 }

@@ -2,13 +2,13 @@
 
 use super::Draws;
 use super::bench::DeviceClock;
-use super::case::{Case, Fate};
+use super::case::{Case, CaseResult};
 use super::cut_off::CutOff;
 use super::declaration::Declaration;
 use super::error::{FaultsError, never_runs};
 use super::freeze::{Owner, freeze};
 use super::kinds::Kinds;
-use super::stem::{Chip, Stem};
+use super::stem::{Chip, ForkSource};
 use hal_sim::chip::board::wiring::CORE_HZ;
 use hal_sim::chip::board::{Board, BoardError, CYCLES_PER_US};
 use hal_sim::chip::cpu::{Bus, Size};
@@ -35,7 +35,7 @@ const INSTRUCTIONS: u64 = 300;
 
 /// What fails.
 pub(super) struct Supply {
-    stem: Stem,
+    stem: ForkSource,
     kinds: Kinds,
     cut_off: CutOff,
 }
@@ -43,7 +43,7 @@ pub(super) struct Supply {
 impl Supply {
     pub fn new(seed: u64, declaration: &Declaration, image: &Image) -> Result<Self, FaultsError> {
         Ok(Self {
-            stem: Stem::grow(declaration, image)?,
+            stem: ForkSource::grow(declaration, image)?,
             kinds: Kinds::of(declaration, image, seed, STREAM),
             cut_off: CutOff::new(declaration, image),
         })
@@ -76,7 +76,7 @@ impl Draws for Supply {
         };
         let (detail, fate) = match struck {
             Ok(detail) => (detail, self.stem.follow(fork, moment_us)),
-            Err(why) => (String::new(), Fate::stopped(why)),
+            Err(why) => (String::new(), CaseResult::stopped(why)),
         };
         Ok(Case::of(kind, &detail, (index, moment_us), fate))
     }
@@ -93,10 +93,14 @@ impl Draws for Supply {
 }
 
 /// What was drawn, for how long the device's clock stood, µs, and its pace since.
-type Struck = (String, u64, f64);
+type SupplyCase = (String, u64, f64);
 
 /// Breaks it.
-fn strike(kind: &str, board: &mut Board<()>, random: &mut Random) -> Result<Struck, BoardError> {
+fn strike(
+    kind: &str,
+    board: &mut Board<()>,
+    random: &mut Random,
+) -> Result<SupplyCase, BoardError> {
     match kind {
         "crystal dead" => {
             board.crystal_dies()?;
@@ -170,7 +174,7 @@ fn falls(board: &mut Board<()>, random: &mut Random) -> Result<String, BoardErro
     Ok(format!("{mv_per_us:.2} mV/us, back {away_us} us later"))
 }
 
-fn halts(kind: &str, board: &mut Board<()>, random: &mut Random) -> Result<Struck, BoardError> {
+fn halts(kind: &str, board: &mut Board<()>, random: &mut Random) -> Result<SupplyCase, BoardError> {
     let us = random.log_between(100.0, 500_000.0) as u64;
     let stand = kind == "debugger, timers stand";
     if stand {

@@ -1,6 +1,6 @@
 //! The table of 80 columns, the cases to look at in words, and `faults.csv`.
 
-use super::case::{Case, Ended};
+use super::case::{Case, CaseEnd};
 use super::declaration::Class;
 use super::outcome::{MOST_TRUNCATED_UC, Outcome};
 use std::collections::BTreeMap;
@@ -64,10 +64,10 @@ impl Outcome {
     /// How cases ended, and what they left.
     #[must_use]
     pub fn remarks(&self) -> Vec<String> {
-        let ended = |ended: Ended| self.ended.get(ended.name()).copied().unwrap_or(0);
+        let ended = |ended: CaseEnd| self.ended.get(ended.name()).copied().unwrap_or(0);
         let [played, isolated, again] =
-            [Ended::Played, Ended::Isolated, Ended::Reconverged].map(ended);
-        let [written, untouched] = [Ended::Overwritten, Ended::Untouched].map(ended);
+            [CaseEnd::Played, CaseEnd::Isolated, CaseEnd::Reconverged].map(ended);
+        let [written, untouched] = [CaseEnd::Overwritten, CaseEnd::Untouched].map(ended);
         let mut all = vec![format!(
             "{played} were played to their end, {isolated} until isolated for good, {again} until \
              all was as without the fault; {written} were written before they were read and \
@@ -238,7 +238,7 @@ const fn flag(is: bool) -> &'static str {
 
 #[cfg(test)]
 mod tests {
-    use super::super::case::Fate;
+    use super::super::case::CaseResult;
     use super::*;
 
     #[test]
@@ -249,17 +249,21 @@ mod tests {
             what: what.to_owned(),
             fate,
         };
-        let found = Fate {
+        let found = CaseResult {
             must_find: true,
             found: true,
             isolated_us: Some(999_940),
-            ended: Ended::Isolated,
-            ..Fate::default()
+            ended: CaseEnd::Isolated,
+            ..CaseResult::default()
         };
         let mut cases: Vec<_> = (0..9_999)
             .map(|k| case(k, "kind: a", found.clone()))
             .collect();
-        cases.push(case(9_999, "a kind with a long name: b", Fate::default()));
+        cases.push(case(
+            9_999,
+            "a kind with a long name: b",
+            CaseResult::default(),
+        ));
         let outcome = Outcome::of(Class::Flips, &cases);
         let text = format!("{}\n{}", Outcome::head(), outcome.lines());
         assert!(text.contains(" 1000ms  1000ms "), "{text}");
@@ -282,10 +286,10 @@ mod tests {
             index,
             moment_us: 0,
             what: "kind: it".to_owned(),
-            fate: Fate {
+            fate: CaseResult {
                 must_find: true,
                 severe: Vec::from_iter(severe.then(|| "too long".to_owned())),
-                ..Fate::default()
+                ..CaseResult::default()
             },
         };
         let told = |cases: &[Case]| Outcome::of(Class::Flips, cases).lines();

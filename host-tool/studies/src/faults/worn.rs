@@ -1,11 +1,11 @@
 //! A scene said to a board with its wearer, who is measured anew, and forks of both.
 
-use super::bench::{Bench, Heard};
+use super::bench::{Bench, DeviceReports};
 use super::broken_angle::{BrokenAngle, SOON_US};
-use super::case::Ended;
+use super::case::CaseEnd;
 use super::error::{FaultsError, never_runs};
 use super::orders::begins;
-use super::script::{KEPT_US, Replays, Script, request};
+use super::script::{ForkableBoards, KEPT_US, Script, request};
 use super::simulated::is_isolated_for_good;
 use firmware::link::{Request, ToDevice, encode};
 use firmware::units::Micros;
@@ -19,43 +19,43 @@ use std::io;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// A scene, what its sensors read where nothing breaks, and moments to fork it.
-pub(super) struct Scene<B: Replays> {
+pub(super) struct SensorScenario<B: ForkableBoards> {
     pub script: Script<B>,
     /// By angle, where the host measures.
     read: BTreeMap<u8, BrokenSensor>,
     /// Where the board does.
     converted: BrokenSensor,
     /// Each with its time and the write that is said next.
-    kept: Vec<(u64, usize, Mutex<Worn<B>>)>,
+    kept: Vec<(u64, usize, Mutex<BoardWithWearer<B>>)>,
     /// Every case is played from the begin and to the end.
     to_the_end: bool,
 }
 
 /// A board with its wearer, and what it said.
-struct Worn<B: Replays> {
+struct BoardWithWearer<B: ForkableBoards> {
     device: Arc<Mutex<B::Board>>,
     world: World,
-    heard: Heard,
+    heard: DeviceReports,
 }
 
 /// A case that was played.
-pub(super) struct Played<D> {
+pub(super) struct PlayedCase<D> {
     pub bench: Bench<D>,
     /// The least and the greatest that was said of the broken angle, early enough to be
     /// found while it is heeded, °.
     pub said: Option<[f64; 2]>,
     /// Why it ended, or what the simulator does not model.
-    pub done: io::Result<Ended>,
+    pub done: io::Result<CaseEnd>,
 }
 
-impl<B: Replays> Scene<B> {
+impl<B: ForkableBoards> SensorScenario<B> {
     /// Plays the scene with its own host, then as that was said, and keeps forks.
     ///
     /// # Errors
     /// As of [`Script::record`] and [`Script::accept`].
     pub fn record(boards: &B, file: &SessionFile, to_the_end: bool) -> Result<Self, FaultsError> {
         let script = Script::record(boards, file)?;
-        let mut worn = Worn::booted(boards, &script)?;
+        let mut worn = BoardWithWearer::booted(boards, &script)?;
         let mut scene = Self {
             script,
             read: BTreeMap::new(),
@@ -96,7 +96,7 @@ impl<B: Replays> Scene<B> {
         &self,
         boards: &B,
         drawn: &BrokenAngle<'_>,
-    ) -> Result<Played<B::Board>, FaultsError> {
+    ) -> Result<PlayedCase<B::Board>, FaultsError> {
         let (mut worn, next, begin_us) = self.fork(boards, drawn.moment_us)?;
         let read = match drawn.angle.is_converted() {
             true => Some(&self.converted),
@@ -114,24 +114,28 @@ impl<B: Replays> Scene<B> {
             Err(lost) => (None, Err(lost)),
         };
         let bench = worn.into_bench()?;
-        Ok(Played { bench, said, done })
+        Ok(PlayedCase { bench, said, done })
     }
 
     /// A board with its wearer at the last kept moment up to `to_us`, what it is told next,
     /// and when that is.
-    fn fork(&self, boards: &B, to_us: u64) -> Result<(Worn<B>, usize, u64), FaultsError> {
+    fn fork(
+        &self,
+        boards: &B,
+        to_us: u64,
+    ) -> Result<(BoardWithWearer<B>, usize, u64), FaultsError> {
         let after = self.kept.partition_point(|kept| kept.0 <= to_us);
         if let Some((t_us, next, kept)) = self.kept[..after].last()
             && let Some(worn) = locked(kept).fork()
         {
             return Ok((worn, *next, *t_us));
         }
-        let worn = Worn::booted(boards, &self.script)?;
+        let worn = BoardWithWearer::booted(boards, &self.script)?;
         Ok((worn, 0, self.script.first_us()))
     }
 }
 
-impl<B: Replays> Worn<B> {
+impl<B: ForkableBoards> BoardWithWearer<B> {
     /// Nobody has spoken to it.
     fn booted(boards: &B, script: &Script<B>) -> Result<Self, FaultsError> {
         let (session, boot_us) = (&script.file.session, script.first_us());
@@ -148,7 +152,7 @@ impl<B: Replays> Worn<B> {
         let mut world = World::new(shared, body, boot, Faults::default(), 0);
         (world.recorder, world.sensors) = (recorder, sensors);
         fit(&mut world, session);
-        let heard = Heard::default();
+        let heard = DeviceReports::default();
         Ok(Self {
             device,
             world,
@@ -189,14 +193,14 @@ impl<B: Replays> Worn<B> {
     }
 
     /// Says the script of `scene` from `next` on. Back comes what was said of the broken angle, as in
-    /// [`Played`], and why it ended.
+    /// [`PlayedCase`], and why it ended.
     fn play(
         &mut self,
-        scene: &Scene<B>,
+        scene: &SensorScenario<B>,
         next: usize,
         drawn: &BrokenAngle<'_>,
         broken: &mut BrokenSensor,
-    ) -> io::Result<(Option<[f64; 2]>, Ended)> {
+    ) -> io::Result<(Option<[f64; 2]>, CaseEnd)> {
         let script = &scene.script;
         let (mut said, heeded_us) = (None, heeded_us(script));
         let mut late: Vec<(u64, Vec<u8>)> = Vec::new();
@@ -212,7 +216,7 @@ impl<B: Replays> Worn<B> {
             self.run_to(write.t_us)?;
             let is_known = !scene.to_the_end && self.is_isolated_for_good();
             if is_known && !begins(&script.said.writes()[next..]) {
-                return Ok((said, Ended::Isolated));
+                return Ok((said, CaseEnd::Isolated));
             }
             if write.t_us + SOON_US < heeded_us {
                 said = (self.world.broken_joint.as_ref().unwrap_or(broken)).said_deg();
@@ -222,7 +226,7 @@ impl<B: Replays> Worn<B> {
             })?);
         }
         self.run_to(script.end_us())?;
-        Ok((said, Ended::Played))
+        Ok((said, CaseEnd::Played))
     }
 
     /// Says one write, an angle in it as `read` makes it of the time, its number and what it
@@ -263,7 +267,7 @@ fn locked<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
 
 /// Until when the device heeds an angle that is beyond belief: while it stimulates, of a
 /// lift while an object is held.
-fn heeded_us<B: Replays>(script: &Script<B>) -> u64 {
+fn heeded_us<B: ForkableBoards>(script: &Script<B>) -> u64 {
     let is_held = |write: &Write| match request(&write.bytes)?.request {
         Request::Held { held } => held.then_some(write.t_us),
         _ => None,
@@ -273,7 +277,7 @@ fn heeded_us<B: Replays>(script: &Script<B>) -> u64 {
 }
 
 /// A measurement among what is said, with the angle as the wearer has it now.
-fn measurement<B: Replays>(
+fn measurement<B: ForkableBoards>(
     world: &World,
     script: &Script<B>,
     asked: ToDevice,

@@ -1,6 +1,6 @@
 //! Control laws on hands: every hand's error, and means.
 
-use crate::hands::{Contender, Drawn, Hands};
+use crate::hands::{Contender, DrivenHand, Hands};
 use crate::tracking::wearer::Points;
 use host_core::plot::ink::{Color, MUTED, PALETTE, stroke};
 use host_core::plot::{Axis, Figure, Key, Mark, Paint, Panel, Shape};
@@ -58,7 +58,7 @@ const fn mark(contender: &Contender) -> (Color, Shape) {
 
 fn errors(hands: &Hands, points: Points) -> Panel {
     let x = Axis::linear("RMSE (% of the range held)", (0.0, ERROR_TOP), 5.0);
-    let x = x.rule(100.0 * Drawn::STILL, "held still", MUTED);
+    let x = x.rule(100.0 * DrivenHand::STILL, "held still", MUTED);
     let names = hands.contenders.iter().map(Contender::name);
     let y = Axis::rows("", names).silent(points == Points::Two);
     let height = hands.contenders.len() as f64 * PITCH;

@@ -1,6 +1,6 @@
 //! Experiment 3 and posture (Hamana 2022, III-C and III-D6): how far fingers bend.
 
-use super::experiments::{Condition, Protocol, Stimulated};
+use super::experiments::{Condition, Protocol, StimulationResult};
 use super::pattern::{Pattern, Points};
 use super::sessions::{Session, claim, mean, people, row};
 use crate::laboratory::{Row, Share};
@@ -36,7 +36,7 @@ pub(super) fn intensities(sessions: &[Session]) -> (Vec<Row>, Vec<Share>) {
         }
         let others = |session: &Session, letters: [char; 3]| {
             let of = |letter: char| {
-                let sum = |s: &Stimulated| s.flexed.iter().sum::<f64>() - s.flexed[1];
+                let sum = |s: &StimulationResult| s.flexed.iter().sum::<f64>() - s.flexed[1];
                 mean(session, |c| c.name.starts_with(letter), sum)
             };
             letters
@@ -59,11 +59,11 @@ pub(super) fn intensities(sessions: &[Session]) -> (Vec<Row>, Vec<Share>) {
 pub(super) const LIES_DEG: [f64; 3] = [0.0, 45.0, 90.0];
 
 /// Angle of the index finger with one point and with two, by pronation, °.
-pub(super) type Bent = [[f64; 3]; 2];
+pub(super) type IndexAngles = [[f64; 3]; 2];
 
 /// Of a session on posture: means over trials, one point being that of A and B which bends
 /// the finger further at 0°.
-pub(super) fn bent(session: &Session) -> Option<Bent> {
+pub(super) fn bent(session: &Session) -> Option<IndexAngles> {
     let of = |points: Points| {
         let at = LIES_DEG.map(|lies| {
             let is = |c: &Condition| c.pattern.points == points && c.pronated_deg == lies;
@@ -83,7 +83,7 @@ pub(super) fn postures(protocol: &Protocol, sessions: &[Session]) -> (Vec<Row>, 
     let mut all = Vec::new();
     for (who, is_printed) in people(sessions) {
         let own = sessions.iter().filter(|session| session.participant == who);
-        let bent: Vec<Bent> = own.filter_map(bent).collect();
+        let bent: Vec<IndexAngles> = own.filter_map(bent).collect();
         for (method, name) in ["one point", "two points"].into_iter().enumerate() {
             for (place, lies) in LIES_DEG.into_iter().enumerate() {
                 let values = bent.iter().map(|values| values[method][place]).collect();

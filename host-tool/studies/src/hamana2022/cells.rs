@@ -3,11 +3,11 @@
 use super::error::TwoPointsError;
 use super::population::{DECLARED, Population};
 use super::row;
-use super::study::{Cell, Drawn};
+use super::study::{Cell, DrawOutcome};
 use super::summary::Summary;
 use crate::laboratory::{
-    Declared, Drawing, LaboratoryError, Outcome, Ran, Runnable, Shard, Sweep, merge_drawing,
-    run_drawing,
+    Drawing, LaboratoryError, Outcome, Preregistration, RunProgress, Runnable, Shard, Sweep,
+    merge_drawing, run_drawing,
 };
 use host_core::plot::words::in_columns;
 use host_core::record::sha256;
@@ -89,11 +89,11 @@ impl Cells {
 
     /// The cells of which every wearer is there, the first ones.
     #[must_use]
-    pub fn summaries(&self, draws: u64, units: &BTreeMap<u64, Drawn>) -> Vec<Summary> {
+    pub fn summaries(&self, draws: u64, units: &BTreeMap<u64, DrawOutcome>) -> Vec<Summary> {
         let cells = self.all.iter().zip(0..);
         let summary = |(cell, nth): (&Cell, u64)| {
             let own = units.range(nth * draws..(nth + 1) * draws);
-            let drawn: Vec<Drawn> = own.map(|(_, drawn)| drawn.clone()).collect();
+            let drawn: Vec<DrawOutcome> = own.map(|(_, drawn)| drawn.clone()).collect();
             let cell = cell.clone();
             (drawn.len() as u64 == draws).then_some(Summary { cell, drawn })
         };
@@ -128,7 +128,7 @@ impl Cells {
 }
 
 impl Drawing for Cells {
-    type Unit = Drawn;
+    type Unit = DrawOutcome;
     type Error = TwoPointsError;
 
     fn name(&self) -> &str {
@@ -180,18 +180,18 @@ impl Drawing for Cells {
         sweep: &Sweep,
         unit: u64,
         _: &(dyn Fn() -> bool + Sync),
-    ) -> Result<Option<Drawn>, TwoPointsError> {
+    ) -> Result<Option<DrawOutcome>, TwoPointsError> {
         match self.place(sweep.draws, unit) {
             (Some(cell), wearer) => self.population.draw(cell, sweep.seed, wearer).map(Some),
             (None, _) => Err(TwoPointsError::Declaration(format!("no unit {unit}"))),
         }
     }
 
-    fn rest(&self, unit: &Drawn) -> Vec<String> {
+    fn rest(&self, unit: &DrawOutcome) -> Vec<String> {
         vec![row::written(unit, &self.population)]
     }
 
-    fn read(&self, rest: &[&str]) -> Result<Drawn, (usize, String)> {
+    fn read(&self, rest: &[&str]) -> Result<DrawOutcome, (usize, String)> {
         let row = rest.first().copied().unwrap_or_default();
         row::read(row, &self.population).map_err(|what| (0, what))
     }
@@ -199,7 +199,7 @@ impl Drawing for Cells {
     fn outcome(
         &self,
         sweep: &Sweep,
-        units: &BTreeMap<u64, Drawn>,
+        units: &BTreeMap<u64, DrawOutcome>,
     ) -> Result<Outcome, TwoPointsError> {
         let (seed, draws) = (sweep.seed, sweep.draws);
         let summaries = self.summaries(draws, units);
@@ -212,7 +212,7 @@ impl Drawing for Cells {
             simulated: Some(true),
             cut_short: (done < of)
                 .then(|| format!("Cut short: {done} of {of} cells, the first ones.")),
-            declared: Declared {
+            declared: Preregistration {
                 asked: TWO_POINTS.to_owned(),
                 command: Some(self.command(draws)),
                 device: None,
@@ -238,7 +238,7 @@ impl Drawing for Cells {
         format!("{done} of {} draws", self.units(sweep.draws))
     }
 
-    fn table(&self, sweep: &Sweep, units: &BTreeMap<u64, Drawn>) -> Option<String> {
+    fn table(&self, sweep: &Sweep, units: &BTreeMap<u64, DrawOutcome>) -> Option<String> {
         let summaries = self.summaries(sweep.draws, units);
         let lines = summaries
             .iter()
@@ -278,11 +278,11 @@ impl Runnable for CellsRun {
         dir: Option<&Path>,
         shard: Shard,
         go_on: &mut dyn FnMut(f64) -> bool,
-    ) -> anyhow::Result<Ran> {
+    ) -> anyhow::Result<RunProgress> {
         Ok(run_drawing(&self.cells, &self.sweep(shard), dir, go_on)?.0)
     }
 
-    fn merge(&self, parts: &[PathBuf], out: &Path) -> anyhow::Result<Ran> {
+    fn merge(&self, parts: &[PathBuf], out: &Path) -> anyhow::Result<RunProgress> {
         Ok(merge_drawing(&self.cells, parts, out)?.0)
     }
 }

@@ -87,7 +87,7 @@ pub struct Condition {
 
 /// One stimulation.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
-pub struct Stimulated {
+pub struct StimulationResult {
     /// Which condition, from 0.
     pub condition: usize,
     /// Which trial, from 0.
@@ -211,7 +211,7 @@ impl Wearer {
         population: &Population,
         protocol: &Protocol,
         experiment: Experiment,
-    ) -> Result<Vec<Stimulated>, TwoPointsError> {
+    ) -> Result<Vec<StimulationResult>, TwoPointsError> {
         let conditions = experiment.conditions(&self.voltages, protocol);
         let seed = word(self.hand.spec().seed ^ SESSION, experiment as u64);
         let (mut random, mut hand) = (Random::new(seed), self.hand.clone());
@@ -235,7 +235,7 @@ impl Wearer {
                 let period = condition.pattern.period(condition.volts);
                 let response = hand.respond(&period)?.scaled(strength.max(0.0));
                 let angles_deg = response.angles_deg();
-                all.push(Stimulated {
+                all.push(StimulationResult {
                     condition: index,
                     trial,
                     place,

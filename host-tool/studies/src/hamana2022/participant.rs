@@ -30,7 +30,7 @@ pub struct Participant {
     #[serde(skip)]
     pub pads_m: Option<[[f64; 2]; 3]>,
     /// What is printed of what comes out.
-    pub paper: Option<Printed>,
+    pub paper: Option<PrintedResults>,
 }
 
 impl Participant {
@@ -71,7 +71,7 @@ impl Participant {
 /// What the paper printed of a participant.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Printed {
+pub struct PrintedResults {
     /// Table 7: greatest voltages of A, B and the extensor's point, V.
     pub most_v: [f64; 3],
     /// Table 7.

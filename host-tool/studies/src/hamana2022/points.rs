@@ -29,7 +29,7 @@ const EXTENSOR: [f64; 2] = [0.72, 0.45];
 /// A place and how selective it is: how many times a current that visibly bends any other
 /// digit exceeds the one that visibly bends the index finger.
 #[derive(Clone, Copy, Debug)]
-struct Tried {
+struct PadSelectivity {
     pad: Pad,
     selectivity: f64,
 }
@@ -66,11 +66,11 @@ fn most_selective(
     units: &[Unit],
     shape: Shape,
 ) -> Option<(Pad, Pad)> {
-    let tried = |pad: Pad, every: usize| Tried {
+    let tried = |pad: Pad, every: usize| PadSelectivity {
         pad,
         selectivity: selectivity(spec, field, units.iter().step_by(every), &pad),
     };
-    let mut all: Vec<Tried> = places(spec, shape)
+    let mut all: Vec<PadSelectivity> = places(spec, shape)
         .map(|pad| tried(pad, LOOKED_AT))
         .collect();
     all.sort_by(|a, b| b.selectivity.total_cmp(&a.selectivity));
@@ -79,7 +79,7 @@ fn most_selective(
         .iter()
         .take(TRIED_AGAIN)
         .map(|trial| tried(trial.pad, 1));
-    let mut best: Vec<Tried> = again.filter(|trial| trial.selectivity > 1.0).collect();
+    let mut best: Vec<PadSelectivity> = again.filter(|trial| trial.selectivity > 1.0).collect();
     best.sort_by(|a, b| b.selectivity.total_cmp(&a.selectivity));
     let first = best.first()?.pad;
     let second = best

@@ -81,7 +81,7 @@ pub struct Claim {
 
 /// A drawn wearer.
 #[derive(Clone, Debug)]
-pub struct Person {
+pub struct DrawnHand {
     /// The hand.
     pub spec: HandSpec,
     /// The voltage at which point A first moves a finger, V.
@@ -124,7 +124,7 @@ impl Population {
     ///
     /// # Errors
     /// A range's field is unknown, or one is missing.
-    pub fn person(&self, seed: u64, index: u64) -> Result<Person, TwoPointsError> {
+    pub fn person(&self, seed: u64, index: u64) -> Result<DrawnHand, TwoPointsError> {
         let stream = random::word(seed, index);
         let drawn = self.drawn(seed, index);
         let value = |field| self.value(&drawn, field);
@@ -148,7 +148,7 @@ impl Population {
         spec.extensor_nm = value("extensor_nm")?;
         spec.motion.fatigue_floor = value("fatigue_floor")?;
         spec.motion.fatigue_time_s = value("fatigue_time_s")?;
-        Ok(Person {
+        Ok(DrawnHand {
             spec,
             threshold_v: value("threshold_v")?,
         })

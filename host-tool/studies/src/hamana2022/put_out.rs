@@ -27,12 +27,12 @@ const RENDERED_US: u32 = 500;
 const STEP_V: f64 = 60.0 / 65_535.0;
 
 /// When, µs, which channel, and what its stage did then.
-type Heard = Arc<Mutex<Vec<(u64, usize, Lead)>>>;
+type StageEvent = Arc<Mutex<Vec<(u64, usize, Lead)>>>;
 
 /// A body that notes what leads do.
 struct Leads {
     loads: [Load; CHANNELS],
-    heard: Heard,
+    heard: StageEvent,
 }
 
 impl Body for Leads {
@@ -148,7 +148,7 @@ impl Pattern {
         let text = self.session(volts);
         let file = SessionFile::parse("pattern.toml", &text).map_err(|e| failed(e.to_string()))?;
         let mut port = device.open(&file.session, 1)?;
-        let heard = Heard::default();
+        let heard = StageEvent::default();
         let world = port.world();
         let world = world.ok_or_else(|| failed("it is not simulated".to_owned()))?;
         world.body = Box::new(Leads {
@@ -197,7 +197,7 @@ impl Pattern {
 
 /// What patterns of a wearer are worth as a device puts them out, against the body alone.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PutOut {
+pub struct OutputComparison {
     /// Patterns at their voltages.
     pub patterns: usize,
     /// By how much torques differ at most, as a part of the index finger's flexors' own.
@@ -214,7 +214,7 @@ impl Wearer {
         &self,
         all: impl IntoIterator<Item = (Pattern, [f64; 2])>,
         device: &DeviceName,
-    ) -> Result<PutOut, TwoPointsError> {
+    ) -> Result<OutputComparison, TwoPointsError> {
         let mut told: Vec<(Pattern, [f64; 2])> = Vec::new();
         let (mut hand, mut apart) = (self.hand.clone(), 0.0_f64);
         for (pattern, volts) in all {
@@ -233,11 +233,11 @@ impl Wearer {
             apart = apart.max((whole_nm - alone_nm).abs() / hand.spec().flexor_nm);
         }
         let patterns = told.len();
-        Ok(PutOut { patterns, apart })
+        Ok(OutputComparison { patterns, apart })
     }
 }
 
-impl PutOut {
+impl OutputComparison {
     /// For a page: `who` wore `device`.
     #[must_use]
     pub fn in_words(&self, who: &str, device: &DeviceName) -> String {

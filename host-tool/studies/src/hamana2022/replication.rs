@@ -1,7 +1,7 @@
 //! A replication of experiment 1 or 2 (Hamana 2022, III-A4 and III-B2): averages of
 //! patterns over whoever took part, and the paper's tests of them.
 
-use super::experiments::{Condition, Experiment, Stimulated};
+use super::experiments::{Condition, Experiment, StimulationResult};
 use super::pattern::Points;
 use hal_sim::body::hand::spec::{A, B};
 use host_core::statistics::{friedman, mean, paired_t};
@@ -50,8 +50,8 @@ pub struct Replication {
 impl Averages {
     /// Of a session of experiment 1 or 2.
     #[must_use]
-    pub fn of(experiment: Experiment, conditions: &[Condition], all: &[Stimulated]) -> Self {
-        let value = |stimulation: &Stimulated| match experiment {
+    pub fn of(experiment: Experiment, conditions: &[Condition], all: &[StimulationResult]) -> Self {
+        let value = |stimulation: &StimulationResult| match experiment {
             Experiment::Torque => Some(stimulation.torque_nm),
             _ => stimulation.individuation,
         };

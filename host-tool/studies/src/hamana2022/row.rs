@@ -4,7 +4,7 @@
 use super::claims::{Individuations, PHASES_US, Torques};
 use super::pattern::Pattern;
 use super::population::Population;
-use super::study::{Drawn, Numbers};
+use super::study::{DrawOutcome, Numbers};
 use super::trials::Postures;
 use super::voltages::{MOST_V, Voltages};
 use crate::laboratory::number_of;
@@ -39,11 +39,11 @@ const TORQUE: [f64; 2] = [-100.0, 100.0];
 const INDIVIDUATION: [f64; 2] = [0.0, 1.0];
 const ANGLE: [f64; 2] = [-180.0, 180.0];
 /// What a draw became, but for whole ones.
-const MISSING: [(&str, Drawn); 4] = [
-    ("no points", Drawn::NoPoints),
-    ("no coupling", Drawn::NoCoupling),
-    ("held by the limiter", Drawn::Held),
-    ("no voltages", Drawn::NoVoltages),
+const MISSING: [(&str, DrawOutcome); 4] = [
+    ("no points", DrawOutcome::NoPoints),
+    ("no coupling", DrawOutcome::NoCoupling),
+    ("held by the limiter", DrawOutcome::Held),
+    ("no voltages", DrawOutcome::NoVoltages),
 ];
 const WHOLE: &str = "whole";
 const ELECTRODES: [&str; 2] = ["round", "small"];
@@ -59,8 +59,8 @@ pub(super) fn columns(population: &Population) -> Vec<String> {
 }
 
 /// The row of this wearer, without what was drawn.
-pub(super) fn written(drawn: &Drawn, population: &Population) -> String {
-    let Drawn::Whole(measured) = drawn else {
+pub(super) fn written(drawn: &DrawOutcome, population: &Population) -> String {
+    let DrawOutcome::Whole(measured) = drawn else {
         let name = MISSING.iter().find(|(_, of)| of == drawn);
         let name = name.map_or("", |(name, _)| name);
         return name.to_owned() + &",".repeat(columns(population).len() - 1);
@@ -81,7 +81,7 @@ pub(super) fn written(drawn: &Drawn, population: &Population) -> String {
 ///
 /// # Errors
 /// What the program does not write.
-pub(super) fn read(row: &str, population: &Population) -> Result<Drawn, String> {
+pub(super) fn read(row: &str, population: &Population) -> Result<DrawOutcome, String> {
     let fields: Vec<&str> = row.split(',').collect();
     let wanted = columns(population).len();
     if fields.len() != wanted {
@@ -154,7 +154,7 @@ fn numbers_of(
     values: [Option<f64>; NUMBERS.len()],
     is_small: bool,
     left_out: u64,
-) -> Result<Drawn, String> {
+) -> Result<DrawOutcome, String> {
     let value = |name: &str| {
         let place = NUMBERS.iter().position(|number| number.0 == name);
         place.and_then(|place| values[place])
@@ -183,5 +183,5 @@ fn numbers_of(
         postures: [posture("one")?, posture("two")?],
         left_out,
     };
-    Ok(Drawn::Whole(Box::new(numbers)))
+    Ok(DrawOutcome::Whole(Box::new(numbers)))
 }

@@ -1,6 +1,6 @@
 //! Sessions of experiments 1 to 3 and posture, and how their numbers and claims are told.
 
-use super::experiments::{Condition, Stimulated};
+use super::experiments::{Condition, StimulationResult};
 use crate::laboratory::{Row, Share};
 use host_core::statistics;
 use serde::{Deserialize, Serialize};
@@ -17,7 +17,7 @@ pub struct Session {
     /// What was stimulated.
     pub conditions: Vec<Condition>,
     /// In the order in which it was.
-    pub stimulated: Vec<Stimulated>,
+    pub stimulated: Vec<StimulationResult>,
 }
 
 /// Median, 5th and 95th percentile of `all`.
@@ -50,7 +50,7 @@ pub(super) fn claim(
 pub(super) fn mean(
     session: &Session,
     is: impl Fn(&Condition) -> bool,
-    of: impl Fn(&Stimulated) -> f64,
+    of: impl Fn(&StimulationResult) -> f64,
 ) -> Option<f64> {
     let all = session.stimulated.iter();
     let own = all.filter(|stimulation| is(&session.conditions[stimulation.condition]));

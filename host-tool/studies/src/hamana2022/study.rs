@@ -4,7 +4,7 @@ use super::claims::{Individuations, Torques, individuations, judged};
 use super::couplings;
 use super::error::TwoPointsError;
 use super::points;
-use super::population::{Person, Population, rule, without};
+use super::population::{DrawnHand, Population, rule, without};
 use super::trials::{Postures, Trials};
 use super::voltages::{MOST_V, STEP_V, Voltages, calibrate};
 use hal_sim::body::hand::field::{Field, Pad, Shape};
@@ -29,7 +29,7 @@ pub struct Cell {
 
 /// What became of a draw.
 #[derive(Clone, PartialEq, Debug)]
-pub enum Drawn {
+pub enum DrawOutcome {
     /// No two places bend the index finger first.
     NoPoints,
     /// No coupling within its range gives B or the extensor's point its threshold.
@@ -88,7 +88,7 @@ const SHAPES: [Shape; 2] = [
 
 /// A hand with electrodes on it, its searches done.
 #[derive(Clone, Debug)]
-pub struct Prepared {
+pub struct PreparedHand {
     /// The hand.
     pub hand: Hand,
     /// What the searches found.
@@ -99,7 +99,7 @@ pub struct Prepared {
 
 /// What is known of a wearer before electrodes are placed, V.
 #[derive(Clone, Copy, Debug)]
-pub struct Known {
+pub struct KnownThresholds {
     /// From where on point A moves something.
     pub threshold_v: f64,
     /// The same of B, where it is known.
@@ -119,10 +119,13 @@ pub struct Known {
 ///
 /// # Errors
 /// The hand cannot be, or its circuit cannot be solved.
-pub fn prepare(spec: &HandSpec, known: Known) -> Result<Result<Prepared, Drawn>, TwoPointsError> {
+pub fn prepare(
+    spec: &HandSpec,
+    known: KnownThresholds,
+) -> Result<Result<PreparedHand, DrawOutcome>, TwoPointsError> {
     let field = Field::coarse(spec.tissue).map_err(InvalidHand::from)?;
     let units = spec.motor_units();
-    let mut missing = Drawn::NoPoints;
+    let mut missing = DrawOutcome::NoPoints;
     for (shape, is_small) in SHAPES.into_iter().zip([false, true]) {
         let placed = known
             .pads_m
@@ -137,15 +140,15 @@ pub fn prepare(spec: &HandSpec, known: Known) -> Result<Result<Prepared, Drawn>,
         let mut hand = Hand::new(spec.clone(), pads)?;
         calibrate(&mut hand, known.threshold_v)?;
         if !couplings::fit(&mut hand, known.b_v, known.extensor_v)? {
-            missing = Drawn::NoCoupling;
+            missing = DrawOutcome::NoCoupling;
             continue;
         }
         let found = Voltages::search(&mut hand, known.most_v)?;
         missing = match found {
-            None => Drawn::NoVoltages,
-            Some(voltages) if known.is_held(&voltages) => Drawn::Held,
+            None => DrawOutcome::NoVoltages,
+            Some(voltages) if known.is_held(&voltages) => DrawOutcome::Held,
             Some(voltages) => {
-                return Ok(Ok(Prepared {
+                return Ok(Ok(PreparedHand {
                     hand,
                     voltages,
                     is_small,
@@ -156,10 +159,10 @@ pub fn prepare(spec: &HandSpec, known: Known) -> Result<Result<Prepared, Drawn>,
     Ok(Err(missing))
 }
 
-impl Known {
+impl KnownThresholds {
     /// Of a drawn person.
     #[must_use]
-    pub const fn drawn(person: &Person) -> Self {
+    pub const fn drawn(person: &DrawnHand) -> Self {
         Self {
             threshold_v: person.threshold_v,
             b_v: None,
@@ -223,9 +226,9 @@ impl Population {
     ///
     /// # Errors
     /// The declaration, or a hand that cannot be.
-    pub fn draw(&self, cell: &Cell, seed: u64, index: u64) -> Result<Drawn, TwoPointsError> {
+    pub fn draw(&self, cell: &Cell, seed: u64, index: u64) -> Result<DrawOutcome, TwoPointsError> {
         Ok(match self.searched(cell, seed, index)? {
-            Ok(prepared) => Drawn::Whole(Box::new(self.tried(cell, prepared)?)),
+            Ok(prepared) => DrawOutcome::Whole(Box::new(self.tried(cell, prepared)?)),
             Err(missing) => missing,
         })
     }
@@ -239,9 +242,9 @@ impl Population {
         cell: &Cell,
         seed: u64,
         index: u64,
-    ) -> Result<Result<Prepared, Drawn>, TwoPointsError> {
+    ) -> Result<Result<PreparedHand, DrawOutcome>, TwoPointsError> {
         let person = self.person(seed, index)?;
-        let mut known = Known::drawn(&person);
+        let mut known = KnownThresholds::drawn(&person);
         let mut spec = HandSpec {
             rule: rule(&cell.rule)?,
             return_factor: cell.return_factor,
@@ -263,8 +266,8 @@ impl Population {
     ///
     /// # Errors
     /// The hand's circuit cannot be solved.
-    pub fn tried(&self, cell: &Cell, prepared: Prepared) -> Result<Numbers, TwoPointsError> {
-        let Prepared {
+    pub fn tried(&self, cell: &Cell, prepared: PreparedHand) -> Result<Numbers, TwoPointsError> {
+        let PreparedHand {
             mut hand,
             voltages,
             is_small,

@@ -3,7 +3,7 @@
 
 use super::claims::{LATE, TOGETHER};
 use super::population::Population;
-use super::study::{Cell, Drawn, Numbers};
+use super::study::{Cell, DrawOutcome, Numbers};
 use crate::laboratory::{Row, Share};
 use host_core::statistics;
 
@@ -13,7 +13,7 @@ pub struct Summary {
     /// Which.
     pub cell: Cell,
     /// Its wearers, from number 0.
-    pub drawn: Vec<Drawn>,
+    pub drawn: Vec<DrawOutcome>,
 }
 
 /// Columns of a claim, as short as a table of 80 columns wants them.
@@ -80,8 +80,11 @@ impl Cell {
 impl Summary {
     fn whole(&self) -> impl Iterator<Item = &Numbers> + Clone {
         self.drawn.iter().filter_map(|draw| match draw {
-            Drawn::Whole(numbers) => Some(&**numbers),
-            Drawn::NoPoints | Drawn::NoCoupling | Drawn::Held | Drawn::NoVoltages => None,
+            DrawOutcome::Whole(numbers) => Some(&**numbers),
+            DrawOutcome::NoPoints
+            | DrawOutcome::NoCoupling
+            | DrawOutcome::Held
+            | DrawOutcome::NoVoltages => None,
         })
     }
 
@@ -142,11 +145,13 @@ impl Summary {
     /// How many draws became no wearer with all numbers, and why.
     #[must_use]
     pub fn missing(&self) -> String {
-        let count = |is: fn(&Drawn) -> bool| self.drawn.iter().filter(|draw| is(draw)).count();
-        let no_points = count(|draw| matches!(draw, Drawn::NoPoints));
-        let no_volts = count(|draw| matches!(draw, Drawn::NoVoltages));
+        let count =
+            |is: fn(&DrawOutcome) -> bool| self.drawn.iter().filter(|draw| is(draw)).count();
+        let no_points = count(|draw| matches!(draw, DrawOutcome::NoPoints));
+        let no_volts = count(|draw| matches!(draw, DrawOutcome::NoVoltages));
         // Where only A's threshold is known, nothing is fitted to others.
-        let unlike = match count(|draw| matches!(draw, Drawn::NoCoupling | Drawn::Held)) {
+        let unlike = match count(|draw| matches!(draw, DrawOutcome::NoCoupling | DrawOutcome::Held))
+        {
             0 => String::new(),
             some => format!(", other thresholds {some}"),
         };

@@ -50,7 +50,7 @@ impl Method {
 
 /// What a trial came to.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Tracked {
+pub struct TrialTracking {
     /// From 10 to 30 s, °.
     pub rmse_deg: f64,
     /// Time, s, wanted and measured angle, °: as many rows as can be told apart in a
@@ -117,7 +117,7 @@ impl Wearer {
         population: &Population,
         (method, law): (Method, &str),
         (device, number): (&DeviceName, u64),
-    ) -> Result<Result<Tracked, String>, TwoPointsError> {
+    ) -> Result<Result<TrialTracking, String>, TwoPointsError> {
         let ranges = match self.device_ranges_v(method)? {
             Ok(ranges) => ranges,
             Err(why) => return Ok(Err(why)),
@@ -135,7 +135,7 @@ impl Wearer {
     }
 }
 
-fn played(file: &SessionFile, device: &DeviceName, seed: u64) -> Result<Tracked, String> {
+fn played(file: &SessionFile, device: &DeviceName, seed: u64) -> Result<TrialTracking, String> {
     let port = device.open(&file.session, seed);
     let (outcome, _) = run(file, port.map_err(|e| e.to_string())?, None, |_: f64| ());
     if let Some(error) = outcome.error {
@@ -146,7 +146,7 @@ fn played(file: &SessionFile, device: &DeviceName, seed: u64) -> Result<Tracked,
     let samples = &outcome.trial.samples;
     let rows = samples.iter().step_by(samples.len().div_ceil(ROWS).max(1));
     let row = |sample: Sample| Some([sample.t_s, sample.target_deg?, sample.measured_deg?]);
-    Ok(Tracked {
+    Ok(TrialTracking {
         rmse_deg: metrics.rmse_deg,
         course: rows.filter_map(row).collect(),
     })

@@ -145,7 +145,7 @@ impl Voltages {
 
 /// Response at one step of the search at one point.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Searched {
+pub struct SearchStep {
     /// Voltage at the point, V.
     pub volts: f64,
     /// Flexion of the free digits above rest, as parts of their ranges (equation 2).
@@ -163,11 +163,11 @@ pub fn searched(
     hand: &mut Hand,
     point: usize,
     end_v: f64,
-) -> Result<Vec<Searched>, TwoPointsError> {
+) -> Result<Vec<SearchStep>, TwoPointsError> {
     let (mut steps, mut volts) = (Vec::new(), STEP_V);
     while volts <= end_v {
         let response = hand.respond(&Pattern::alone(point).period([volts; 2]))?;
-        steps.push(Searched {
+        steps.push(SearchStep {
             volts,
             flexed: normalised(&response.angles_deg()),
             individuation: response.individuation(),

@@ -4,7 +4,7 @@ use super::departure::Departure;
 use super::error::TwoPointsError;
 use super::participant::{DEVICE_V, Participant};
 use super::population::Population;
-use super::study::{Drawn, Known, Prepared, prepare};
+use super::study::{DrawOutcome, KnownThresholds, PreparedHand, prepare};
 use super::voltages::{Voltages, search_extensor};
 use hal_sim::body::hand::{FittedHand, Hand, HandSpec};
 use hal_sim::random::{standard_normal, word};
@@ -170,7 +170,7 @@ impl Participant {
         };
         let drawn = || population.thresholds_v(own, index);
         let [threshold_v, b_v, e_v] = self.thresholds_v.map_or_else(drawn, Ok)?;
-        let known = Known {
+        let known = KnownThresholds {
             threshold_v,
             b_v: Some(b_v),
             extensor_v: Some(e_v),
@@ -179,7 +179,7 @@ impl Participant {
             first_found: departure.first_found,
         };
         let spec = departure.of(spec);
-        let Prepared {
+        let PreparedHand {
             mut hand, voltages, ..
         } = match prepare(&spec, known)? {
             Ok(prepared) => prepared,
@@ -196,13 +196,13 @@ impl Participant {
     }
 }
 
-const fn why(missing: &Drawn) -> &'static str {
+const fn why(missing: &DrawOutcome) -> &'static str {
     match missing {
-        Drawn::NoPoints => "no two selective points",
-        Drawn::NoCoupling => "no coupling gives the thresholds",
-        Drawn::Held => "the limiter holds a point below its threshold",
-        Drawn::NoVoltages => "a point moves nothing, or others too",
-        Drawn::Whole(_) => "none",
+        DrawOutcome::NoPoints => "no two selective points",
+        DrawOutcome::NoCoupling => "no coupling gives the thresholds",
+        DrawOutcome::Held => "the limiter holds a point below its threshold",
+        DrawOutcome::NoVoltages => "a point moves nothing, or others too",
+        DrawOutcome::Whole(_) => "none",
     }
 }
 

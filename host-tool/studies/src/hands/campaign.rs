@@ -2,7 +2,7 @@
 
 use super::HandsError;
 use super::contender::{Contender, Outcome};
-use super::drawn::Drawn;
+use super::drawn::DrivenHand;
 use crate::hamana2022::{Participants, Population};
 use crate::tracking::statistics::{Interval, paired};
 use crate::tracking::wearer::Points;
@@ -74,16 +74,16 @@ fn place(points: Points) -> usize {
 }
 
 /// A hand with its outcomes and unsettled stretches, or why there is none.
-type Driven = Result<(Case, u64), &'static str>;
+type HandOutcomes = Result<(Case, u64), &'static str>;
 
 fn drive(
     (population, whom): (&Population, Option<&Participants>),
     contenders: &[Contender],
     (seed, index): (u64, u64),
-) -> Result<Driven, HandsError> {
+) -> Result<HandOutcomes, HandsError> {
     let drawn = match whom {
-        None => Drawn::draw(population, seed, index),
-        Some(whom) => Drawn::of_wearer(population, whom, (seed, index)),
+        None => DrivenHand::draw(population, seed, index),
+        Some(whom) => DrivenHand::of_wearer(population, whom, (seed, index)),
     };
     let drawn = match drawn? {
         Ok(drawn) => drawn,
@@ -208,7 +208,8 @@ impl Hands {
             pid.refused.is_none().then_some((*rmse, pid.rmse_deg))
         });
         let (ours, theirs): (Vec<f64>, Vec<f64>) = both.unzip();
-        let is_no_better = |(case, rmse): &&(&Case, f64)| *rmse >= Drawn::STILL * case.holds_deg;
+        let is_no_better =
+            |(case, rmse): &&(&Case, f64)| *rmse >= DrivenHand::STILL * case.holds_deg;
         let nothing = Interval {
             mean: f64::NAN,
             low: f64::NAN,

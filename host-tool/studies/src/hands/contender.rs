@@ -1,13 +1,13 @@
 //! Who drives a hand, and what they know of it.
 
 use super::HandsError;
-use super::drawn::{Drawn, Way};
+use super::drawn::{Actuation, DrivenHand};
 use crate::tracking::TrackingError;
 use crate::tracking::candidate::{Candidate, Equipment};
 use crate::tracking::driver::{Device, Driver};
 use crate::tracking::gains::{self, GainsError};
 use crate::tracking::trial::rmse;
-use crate::tracking::wearer::{Known, SHIPPED_HOLD, nominal};
+use crate::tracking::wearer::{KnownWearer, SHIPPED_HOLD, nominal};
 use firmware::control::{
     JointSpec, LawSpec, PointSpec, ResponseSpec, SensorSource, SpecError, WearerModel,
 };
@@ -27,7 +27,7 @@ pub enum Contender {
     /// ([`LawSpec::ALONE`]): what a session without a wearer's file gets.
     Unknown,
     /// The device's fixed-point default ([`LawSpec::RECOMMENDED`]) with the file that a
-    /// calibration would write ([`Way::model`]).
+    /// calibration would write ([`Actuation::model`]).
     Calibrated,
     /// A law in f64 with the numbers that the search on fingers found; with add-ons it
     /// knows that file as well.
@@ -83,7 +83,7 @@ impl Contender {
         }
     }
 
-    fn driver(&self, way: &Way) -> Result<Box<dyn Driver>, TrackingError> {
+    fn driver(&self, way: &Actuation) -> Result<Box<dyn Driver>, TrackingError> {
         Ok(match self {
             Self::Unknown => Box::new(Device::new(&way.joint(LawSpec::ALONE))?),
             Self::Calibrated => {
@@ -96,11 +96,11 @@ impl Contender {
                 })?)
             }
             Self::Searched(equipment, candidate) => {
-                Box::new(candidate.driver_of::<f64>(&Known {
+                Box::new(candidate.driver_of::<f64>(&KnownWearer {
                     joint: way.joint(LawSpec::ALONE),
                     model: match equipment {
                         // Not used, so never refused.
-                        Equipment::Alone => Known::nominal(way.points).model,
+                        Equipment::Alone => KnownWearer::nominal(way.points).model,
                         Equipment::Equipped => way.model(0),
                     },
                 })?)
@@ -112,7 +112,11 @@ impl Contender {
     ///
     /// # Errors
     /// The hand or the law cannot be.
-    pub fn attempt(&self, drawn: &Drawn, way: &Way) -> Result<(Outcome, u64), HandsError> {
+    pub fn attempt(
+        &self,
+        drawn: &DrivenHand,
+        way: &Actuation,
+    ) -> Result<(Outcome, u64), HandsError> {
         let mut driver = match self.driver(way) {
             Ok(driver) => driver,
             // The device takes no such joint: nothing is stimulated.
@@ -134,7 +138,7 @@ impl Contender {
     }
 }
 
-impl Way {
+impl Actuation {
     /// This hand's joint for the device, with this law and no file of the wearer.
     pub fn joint(&self, law: LawSpec) -> JointSpec {
         let millivolts = |volts: f64| Amplitude::new((volts * 1000.0).round() as u32);

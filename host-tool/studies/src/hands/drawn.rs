@@ -3,8 +3,8 @@
 use super::HandsError;
 use super::leads::Leads;
 use crate::hamana2022::{
-    Known, Participants, Population, Prepared, TwoPointsError, Voltages, Wearer, prepare,
-    search_extensor,
+    KnownThresholds, Participants, Population, PreparedHand, TwoPointsError, Voltages, Wearer,
+    prepare, search_extensor,
 };
 use crate::tracking::driver::Driver;
 use crate::tracking::plant::{Line, Plant};
@@ -31,7 +31,7 @@ const HZ: f64 = 0.2;
 
 /// One way to bend the finger: one point or two.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Way {
+pub struct Actuation {
     /// Which.
     pub points: Points,
     /// Threshold and greatest voltage of A, B and E, V; of a point that is used.
@@ -45,19 +45,19 @@ pub struct Way {
 
 /// A hand that laws drive.
 #[derive(Clone, Debug)]
-pub struct Drawn {
+pub struct DrivenHand {
     hand: Hand,
     line: Line,
     seed: u64,
     /// One-point (the point that holds further) and two-point.
-    pub ways: [Way; 2],
+    pub ways: [Actuation; 2],
     /// Angles that it holds with either, low to high, °: what the target is made of.
     pub holds_deg: [f64; 2],
     /// The wanted angle each millisecond, °.
     pub wanted: Vec<f64>,
 }
 
-impl Way {
+impl Actuation {
     /// The leads that are used.
     pub const fn leads(&self) -> Leads {
         let [a, b, e] = &self.ranges_v;
@@ -82,7 +82,7 @@ impl Way {
     }
 }
 
-impl Drawn {
+impl DrivenHand {
     /// Hand `index` of the population, or why no law can drive it. Lines are those of
     /// the earlier wearers of the same seed.
     ///
@@ -94,8 +94,8 @@ impl Drawn {
         index: u64,
     ) -> Result<Result<Self, &'static str>, TwoPointsError> {
         let person = population.person(seed, index)?;
-        let known = Known::drawn(&person);
-        let Prepared {
+        let known = KnownThresholds::drawn(&person);
+        let PreparedHand {
             mut hand, voltages, ..
         } = match prepare(&person.spec, known)? {
             Ok(prepared) => prepared,
@@ -150,7 +150,7 @@ impl Drawn {
             hand,
             line,
             seed,
-            ways: [Way::of(Points::One, [None; 2], extensor_v); 2],
+            ways: [Actuation::of(Points::One, [None; 2], extensor_v); 2],
             holds_deg: [0.0; 2],
             wanted: Vec::new(),
         };
@@ -168,7 +168,7 @@ impl Drawn {
         &self,
         voltages: &Voltages,
         extensor_v: [f64; 2],
-    ) -> Result<Result<[Way; 2], &'static str>, TwoPointsError> {
+    ) -> Result<Result<[Actuation; 2], &'static str>, TwoPointsError> {
         let Voltages {
             threshold_v: [a, b],
             most_v: [most_a, most_b],
@@ -178,10 +178,10 @@ impl Drawn {
             return Ok(Err("both points together move nothing"));
         };
         let pair = [[r * most_a, most_a], [r * most_b, most_b]];
-        let mut one: Option<Way> = None;
+        let mut one: Option<Actuation> = None;
         for ranges in [[Some([a, most_a]), None], [None, Some([b, most_b])]] {
             if ranges.iter().flatten().all(|range| is_range(*range)) {
-                let way = self.held(Way::of(Points::One, ranges, extensor_v))?;
+                let way = self.held(Actuation::of(Points::One, ranges, extensor_v))?;
                 one = one
                     .filter(|trajectory| trajectory.span_deg() >= way.span_deg())
                     .or(Some(way));
@@ -190,7 +190,7 @@ impl Drawn {
         let Some(one) = one.filter(|_| pair.into_iter().all(is_range)) else {
             return Ok(Err("threshold and greatest voltage are one"));
         };
-        let two = self.held(Way::of(Points::Two, pair.map(Some), extensor_v))?;
+        let two = self.held(Actuation::of(Points::Two, pair.map(Some), extensor_v))?;
         Ok(Ok([one, two]))
     }
 
@@ -211,10 +211,10 @@ impl Drawn {
     }
 
     /// This way with what it holds.
-    fn held(&self, way: Way) -> Result<Way, TwoPointsError> {
+    fn held(&self, way: Actuation) -> Result<Actuation, TwoPointsError> {
         let extended = self.under(&way, way.all_of(false))?;
         let flexed = self.under(&way, way.all_of(true))?;
-        Ok(Way {
+        Ok(Actuation {
             fresh_deg: flexed[0],
             held_deg: [extended[0].max(extended[1]), flexed[0].min(flexed[1])],
             ..way
@@ -222,7 +222,7 @@ impl Drawn {
     }
 
     /// Where these volts hold the finger in the third and in the last second, °.
-    fn under(&self, way: &Way, volts: Volts) -> Result<[f64; 2], TwoPointsError> {
+    fn under(&self, way: &Actuation, volts: Volts) -> Result<[f64; 2], TwoPointsError> {
         let (mut hand, leads) = (self.moving()?, way.leads());
         leads.begin(&mut hand);
         let mut sums = [0.0; 2];
@@ -248,7 +248,11 @@ impl Drawn {
     ///
     /// # Errors
     /// The hand cannot be.
-    pub fn run(&self, way: &Way, driver: &mut dyn Driver) -> Result<(Attempt, u64), HandsError> {
+    pub fn run(
+        &self,
+        way: &Actuation,
+        driver: &mut dyn Driver,
+    ) -> Result<(Attempt, u64), HandsError> {
         let (mut hand, leads) = (self.moving()?, way.leads());
         let mut frames = Frames::new(self.line, self.seed);
         let mut angles = Vec::with_capacity(TRIAL_MS);
@@ -278,7 +282,7 @@ impl Drawn {
     }
 }
 
-impl Way {
+impl Actuation {
     const fn of(points: Points, [a, b]: [Option<[f64; 2]>; 2], extensor_v: [f64; 2]) -> Self {
         Self {
             points,

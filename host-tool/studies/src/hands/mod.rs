@@ -15,7 +15,7 @@ pub mod table;
 
 pub use campaign::{Case, Hands, Plan, Score};
 pub use contender::{Contender, Outcome, contenders};
-pub use drawn::{Drawn, Way};
+pub use drawn::{Actuation, DrivenHand};
 
 use crate::hamana2022::TwoPointsError;
 use crate::tracking::TrackingError;

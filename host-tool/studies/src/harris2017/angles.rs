@@ -1,9 +1,9 @@
 //! What ±15° do to the triceps' torque, by each source of it alone and together, and what a
 //! study of two participants can see of that.
 
-use super::declared::Declared;
+use super::declared::RampsDeclaration;
 use super::error::RampsError;
-use super::person::{BEYOND, Person, Setting, is_triceps};
+use super::person::{BEYOND, RampsWearer, Setting, is_triceps};
 use super::test::Stimulation;
 use hal_sim::body::bench::arms::{Source, arm_m};
 use hal_sim::body::bench::elbow::{TRICEPS, fibre_length, force_length};
@@ -12,7 +12,7 @@ use host_core::statistics::repeated_measures;
 
 /// What of a torque depends on the angle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Depends {
+pub struct AngleDependence {
     /// Whose arms; nothing for an arm that does not depend.
     pub arms: Option<Source>,
     /// Whether force depends on length.
@@ -20,27 +20,27 @@ pub struct Depends {
 }
 
 /// Each alone, then both.
-pub const DEPENDS: [(&str, Depends); 5] = [
+pub const DEPENDS: [(&str, AngleDependence); 5] = [
     (
         "arms, Rankin & Neptune",
-        Depends::on(Some(Source::RankinNeptune), false),
+        AngleDependence::on(Some(Source::RankinNeptune), false),
     ),
     (
         "arms, MuscleArms",
-        Depends::on(Some(Source::MuscleArms), false),
+        AngleDependence::on(Some(Source::MuscleArms), false),
     ),
-    ("force-length alone", Depends::on(None, true)),
+    ("force-length alone", AngleDependence::on(None, true)),
     (
         "Rankin & Neptune with force-length",
-        Depends::on(Some(Source::RankinNeptune), true),
+        AngleDependence::on(Some(Source::RankinNeptune), true),
     ),
     (
         "MuscleArms with force-length",
-        Depends::on(Some(Source::MuscleArms), true),
+        AngleDependence::on(Some(Source::MuscleArms), true),
     ),
 ];
 
-impl Depends {
+impl AngleDependence {
     const fn on(arms: Option<Source>, length: bool) -> Self {
         Self { arms, length }
     }
@@ -51,7 +51,11 @@ impl Depends {
 ///
 /// # Errors
 /// E691: an angle that no source knows.
-pub fn changed(person: &Person, depends: Depends, included_deg: f64) -> Result<f64, RampsError> {
+pub fn changed(
+    person: &RampsWearer,
+    depends: AngleDependence,
+    included_deg: f64,
+) -> Result<f64, RampsError> {
     let torque = |included_deg: f64| -> Result<f64, RampsError> {
         let flexion_deg = 180.0 - included_deg;
         let mut nm = 0.0;
@@ -81,7 +85,7 @@ pub fn changed(person: &Person, depends: Depends, included_deg: f64) -> Result<f
 ///
 /// # Errors
 /// E691: an angle that no source knows.
-pub fn departs(declared: &Declared, person: &Person) -> Result<f64, RampsError> {
+pub fn departs(declared: &RampsDeclaration, person: &RampsWearer) -> Result<f64, RampsError> {
     let protocol = &declared.protocol;
     let mut most = 0.0_f64;
     for &width_us in &protocol.current_ramp_widths_us {

@@ -1,11 +1,11 @@
 //! Whether a person is as the paper says, and what decides it.
 
-use super::declared::Declared;
+use super::declared::RampsDeclaration;
 use super::error::RampsError;
-use super::found::{Found, Measured};
+use super::found::{DrawResult, TestMeasurements};
 use super::person::is_triceps;
 use super::test::Stimulation;
-use crate::laboratory::{Decided, Judged, Share};
+use crate::laboratory::{DecidingClaim, DrawClaim, Share};
 use host_core::statistics;
 
 /// Co-contraction as the paper has it, parts of the triceps' torque (section 3.4).
@@ -15,7 +15,11 @@ const CO_CONTRACTION: [f64; 2] = [0.25, 0.5];
 ///
 /// # Errors
 /// E690: there is no such claim.
-pub fn holds(declared: &Declared, found: &Found, id: &str) -> Result<Option<bool>, RampsError> {
+pub fn holds(
+    declared: &RampsDeclaration,
+    found: &DrawResult,
+    id: &str,
+) -> Result<Option<bool>, RampsError> {
     let judged = &declared.judged;
     let all = || found.ramps(true).chain(found.ramps(false));
     let most = |of_current| {
@@ -58,14 +62,14 @@ pub fn holds(declared: &Declared, found: &Found, id: &str) -> Result<Option<bool
 }
 
 /// Mean of R², where there is one.
-fn mean<'m>(all: impl Iterator<Item = &'m Measured>) -> Option<f64> {
+fn mean<'m>(all: impl Iterator<Item = &'m TestMeasurements>) -> Option<f64> {
     statistics::mean(all.filter_map(|measurement| measurement.linearity))
 }
 
 /// Whether 35 µs has a higher mean R² than both other widths.
-fn most_linear(found: &Found) -> Option<bool> {
+fn most_linear(found: &DrawResult) -> Option<bool> {
     let of = |width_us: u32| {
-        let own = move |measurement: &&Measured| {
+        let own = move |measurement: &&TestMeasurements| {
             measurement.test.stimulation == Stimulation::Current(width_us)
         };
         mean(found.ramps(true).filter(own))
@@ -76,7 +80,7 @@ fn most_linear(found: &Found) -> Option<bool> {
 
 /// Torque of the biceps as a part of the triceps' at the end of its ramp at 35 µs.
 #[must_use]
-pub fn co_contraction(declared: &Declared, found: &Found) -> Option<f64> {
+pub fn co_contraction(declared: &RampsDeclaration, found: &DrawResult) -> Option<f64> {
     let middle_deg = *declared.protocol.angles_deg.get(1)?;
     let biceps = found.at(Stimulation::Biceps, middle_deg)?.peak_nm;
     let triceps = found.at(Stimulation::Current(35), middle_deg)?.peak_nm;
@@ -87,8 +91,8 @@ pub fn co_contraction(declared: &Declared, found: &Found) -> Option<f64> {
 ///
 /// # Errors
 /// E690: a claim that nobody judges.
-pub fn shares(declared: &Declared, all: &[Found]) -> Result<Vec<Share>, RampsError> {
-    let one = |claim: &Judged| Ok(claim.share(&verdicts(declared, all, &claim.id)?));
+pub fn shares(declared: &RampsDeclaration, all: &[DrawResult]) -> Result<Vec<Share>, RampsError> {
+    let one = |claim: &DrawClaim| Ok(claim.share(&verdicts(declared, all, &claim.id)?));
     declared.claims.iter().map(one).collect()
 }
 
@@ -96,16 +100,23 @@ pub fn shares(declared: &Declared, all: &[Found]) -> Result<Vec<Share>, RampsErr
 ///
 /// # Errors
 /// E690: a claim that nobody judges.
-pub fn decided(declared: &Declared, all: &[Found]) -> Result<Vec<Decided>, RampsError> {
+pub fn decided(
+    declared: &RampsDeclaration,
+    all: &[DrawResult],
+) -> Result<Vec<DecidingClaim>, RampsError> {
     let drawn: Vec<&[f64]> = all.iter().map(|result| &*result.person.drawn).collect();
-    let one = |claim: &Judged| {
+    let one = |claim: &DrawClaim| {
         let verdicts = verdicts(declared, all, &claim.id)?;
         Ok(claim.decided(&declared.ranges, &verdicts, &drawn))
     };
     declared.claims.iter().map(one).collect()
 }
 
-fn verdicts(declared: &Declared, all: &[Found], id: &str) -> Result<Vec<Option<bool>>, RampsError> {
+fn verdicts(
+    declared: &RampsDeclaration,
+    all: &[DrawResult],
+    id: &str,
+) -> Result<Vec<Option<bool>>, RampsError> {
     all.iter()
         .map(|result| holds(declared, result, id))
         .collect()

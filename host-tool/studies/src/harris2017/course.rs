@@ -1,8 +1,8 @@
 //! What the cell records of a test, and the truth beside it.
 
-use super::declared::{Declared, Judged, Protocol};
+use super::declared::{Protocol, RampsDeclaration, TraceCriteria};
 use super::error::RampsError;
-use super::person::{Person, is_triceps};
+use super::person::{RampsWearer, is_triceps};
 use super::test::{Stimulation, Test, micros, period_us};
 use hal_sim::body::bench::arms::Muscle;
 use hal_sim::body::bench::{IsometricElbow, IsometricSpec};
@@ -71,14 +71,14 @@ impl Average {
     }
 }
 
-impl Person {
+impl RampsWearer {
     /// This test, stimulated with these pulses.
     ///
     /// # Errors
     /// E691: a bench that cannot be.
     pub fn perform(
         &self,
-        declared: &Declared,
+        declared: &RampsDeclaration,
         test: Test,
         pulses: &[Pulse],
     ) -> Result<Course, RampsError> {
@@ -97,7 +97,7 @@ pub fn recorded(
     mut arm: IsometricElbow,
     test: Test,
     pulses: &[Pulse],
-    (protocol, judged): (&Protocol, &Judged),
+    (protocol, judged): (&Protocol, &TraceCriteria),
 ) -> Course {
     let (lever_m, sign) = (arm.spec().cell.lever_m, sign(test.stimulation));
     let mut average = Average::over(judged.average_ms);
@@ -192,7 +192,7 @@ impl Answer {
 
     /// Whether a muscle that was not meant counts as stimulated.
     #[must_use]
-    pub fn counts(&self, judged: &Judged) -> bool {
+    pub fn counts(&self, judged: &TraceCriteria) -> bool {
         let has_torque = self.muscle != Muscle::Deltoid;
         match has_torque {
             true => self.torque_nm >= judged.others_nm,
@@ -211,13 +211,13 @@ impl Course {
 
     /// Whether the torque ends where it is highest, but for what noise and `falls_by` leave.
     #[must_use]
-    pub fn rises(&self, judged: &Judged) -> bool {
+    pub fn rises(&self, judged: &TraceCriteria) -> bool {
         let end = self.moments.last().map_or(0.0, |moment| moment.measured_nm);
         end >= (1.0 - judged.falls_by) * self.peak_nm()
     }
 
     /// From which moment on the torque is detected for good.
-    fn begin(&self, judged: &Judged) -> Option<usize> {
+    fn begin(&self, judged: &TraceCriteria) -> Option<usize> {
         let below = |moment: &Moment| moment.measured_nm < judged.detected_nm;
         let begin = self
             .moments
@@ -229,13 +229,13 @@ impl Course {
 
     /// Where the torque begins: what is ramped, mA or µs.
     #[must_use]
-    pub fn detected_at(&self, judged: &Judged) -> Option<f64> {
+    pub fn detected_at(&self, judged: &TraceCriteria) -> Option<f64> {
         Some(self.moments.get(self.begin(judged)?)?.at)
     }
 
     /// R² of a line through what is above that; nothing of fewer than ten moments.
     #[must_use]
-    pub fn linearity(&self, judged: &Judged) -> Option<f64> {
+    pub fn linearity(&self, judged: &TraceCriteria) -> Option<f64> {
         let above = self.moments.get(self.begin(judged)?..)?;
         let points = above.iter().map(|moment| (moment.at, moment.measured_nm));
         (above.len() >= 10).then(|| r_squared(points))?
@@ -253,7 +253,7 @@ impl Course {
     }
 
     /// Muscles that were not meant and count as stimulated.
-    pub fn others(&self, judged: &Judged) -> impl Iterator<Item = Muscle> {
+    pub fn others(&self, judged: &TraceCriteria) -> impl Iterator<Item = Muscle> {
         let others = self
             .answers
             .iter()

@@ -1,6 +1,6 @@
 //! `draws.csv`: a row for each test of each person.
 
-use super::found::Found;
+use super::found::DrawResult;
 use super::person::is_triceps;
 use super::study::Study;
 use std::fmt::Write;
@@ -9,7 +9,7 @@ impl Study {
     /// Of these persons: what was drawn stands in `result.json`'s declaration and follows
     /// from the seed.
     #[must_use]
-    pub fn csv(&self, all: &[Found]) -> String {
+    pub fn csv(&self, all: &[DrawResult]) -> String {
         let mut text =
             "person,test,angle_deg,peak_nm,begins_at,r_squared,rises,first,others\n".to_owned();
         let judged = &self.declared.judged;

@@ -1,7 +1,7 @@
 //! What was written before any result was looked at: `harris-ramps.toml`.
 
 use super::error::RampsError;
-use crate::laboratory::{Judged as JudgedClaim, Range};
+use crate::laboratory::{DrawClaim as JudgedClaim, Range};
 use serde::Deserialize;
 
 /// The declaration, as the program has it.
@@ -10,7 +10,7 @@ pub const DECLARED: &str = include_str!("../../../experiments/harris-ramps.toml"
 /// The declaration.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Declared {
+pub struct RampsDeclaration {
     /// The page's heading.
     pub title: String,
     /// Paper and sections.
@@ -22,11 +22,11 @@ pub struct Declared {
     /// As section 3.3 has it.
     pub protocol: Protocol,
     /// How traces are judged.
-    pub judged: Judged,
+    pub judged: TraceCriteria,
     /// Thresholds of the bench.
     pub strength_duration: Thresholds,
     /// Beyond the device's limits.
-    pub beyond: Beyond,
+    pub beyond: EqualPulses,
     /// What is drawn of a person.
     #[serde(rename = "range")]
     pub ranges: Vec<Range>,
@@ -76,7 +76,7 @@ pub struct PulseOf {
 /// How traces are judged.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Judged {
+pub struct TraceCriteria {
     /// Of the cell's signal, ms.
     pub average_ms: f64,
     /// Where a torque begins, N·m.
@@ -118,14 +118,14 @@ pub struct Thresholds {
 /// Two pulses that a strength–duration law of 200 µs makes equal.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Beyond {
+pub struct EqualPulses {
     /// Long and weak.
     pub first: PulseOf,
     /// Short and strong.
     pub second: PulseOf,
 }
 
-impl Declared {
+impl RampsDeclaration {
     /// The program's own.
     ///
     /// # Errors

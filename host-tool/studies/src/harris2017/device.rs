@@ -1,17 +1,17 @@
 //! The stimulations as a device puts them out: each is streamed to it once, and what reaches
 //! the electrodes is noted. Bodies depend on pulses alone, so everybody gets these.
 
-use super::declared::{Declared, Protocol};
+use super::declared::{Protocol, RampsDeclaration};
 use super::error::RampsError;
 use super::found::Pulses;
 use super::test::{LEAST_WIDTH_US, Stimulation, micros, period_us, stimulations};
-use crate::laboratory::{Heard, LOAD_OHM, Notes};
+use crate::laboratory::{ElectrodeLog, LOAD_OHM, Notes};
 use firmware::link::Request;
 use firmware::units::Amplitude;
 use hal_sim::body::bench::elbow::BICEPS;
 use hal_sim::body::{Drive, Pulse};
 use host_core::link::Port;
-use host_core::run::{Attached, DeviceName, RunError, SessionFile, Stepper, Until};
+use host_core::run::{Attachments, DeviceName, RunError, SessionFile, StepLimit, Stepper};
 use host_core::session::Session;
 use std::fmt::Write;
 
@@ -23,7 +23,7 @@ const EARLY: u64 = 2;
 
 /// By how much what a device puts out may be, and is, apart from what is meant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Apart {
+pub struct OutputDifference {
     /// Pulses compared.
     pub pulses: usize,
     /// Largest difference of a current, mA.
@@ -99,14 +99,14 @@ impl Stimulation {
         self,
         protocol: &Protocol,
         device: &DeviceName,
-    ) -> Result<(Vec<Pulse>, Apart), RampsError> {
+    ) -> Result<(Vec<Pulse>, OutputDifference), RampsError> {
         let failed = |why: String| RampsError::Device(self.in_words(), why);
         let text = self.session(protocol);
         let file = SessionFile::parse("ramp.toml", &text);
         let mut file = file.map_err(|e| failed(e.to_string()))?;
         self.widen(protocol, &mut file.session);
         let mut port = device.open(&file.session, 1)?;
-        let heard = Heard::default();
+        let heard = ElectrodeLog::default();
         let world = port.world();
         let world = world.ok_or_else(|| failed("it is not simulated".to_owned()))?;
         world.body = Box::new(Notes::on(&heard));
@@ -129,7 +129,7 @@ impl Stimulation {
         file: &SessionFile,
         port: Box<dyn Port>,
     ) -> Result<u64, RunError> {
-        let mut stepper = Stepper::open(file, port, Attached::default())?.live();
+        let mut stepper = Stepper::open(file, port, Attachments::default())?.live();
         stepper.configure()?;
         stepper.arm()?;
         stepper.request(self.setpoint(protocol, 0))?;
@@ -138,11 +138,11 @@ impl Stimulation {
         let count = (micros(protocol.settle_s) + micros(protocol.ramp_s)) / period_us;
         for nth in 1..=count {
             let due_us = nth * period_us;
-            stepper.step(Until::Time(due_us - period_us / EARLY))?;
+            stepper.step(StepLimit::Time(due_us - period_us / EARLY))?;
             stepper.post(self.setpoint(protocol, due_us))?;
         }
         let end_us = (count + 1) * period_us;
-        stepper.step(Until::Time(end_us - period_us / EARLY))?;
+        stepper.step(StepLimit::Time(end_us - period_us / EARLY))?;
         stepper.stop()?;
         Ok(stepper.port().now_us() - stepper.time_us())
     }
@@ -158,11 +158,11 @@ impl Stimulation {
 }
 
 /// Compares pulse by pulse.
-fn apart(meant: &[Pulse], found: &[Pulse]) -> Result<Apart, String> {
+fn apart(meant: &[Pulse], found: &[Pulse]) -> Result<OutputDifference, String> {
     if meant.len() != found.len() {
         return Err(format!("{} pulses for {}", found.len(), meant.len()));
     }
-    let mut apart = Apart {
+    let mut apart = OutputDifference {
         pulses: meant.len(),
         current_ma: 0.0,
     };
@@ -186,9 +186,12 @@ fn apart(meant: &[Pulse], found: &[Pulse]) -> Result<Apart, String> {
 ///
 /// # Errors
 /// As [`Stimulation::put_out`].
-pub fn put_out(declared: &Declared, device: &DeviceName) -> Result<(Pulses, Apart), RampsError> {
+pub fn put_out(
+    declared: &RampsDeclaration,
+    device: &DeviceName,
+) -> Result<(Pulses, OutputDifference), RampsError> {
     let protocol = &declared.protocol;
-    let (mut all, mut most) = (Pulses::new(), Apart::default());
+    let (mut all, mut most) = (Pulses::new(), OutputDifference::default());
     for stimulation in stimulations(protocol)
         .into_iter()
         .chain([Stimulation::Biceps])
@@ -201,7 +204,7 @@ pub fn put_out(declared: &Declared, device: &DeviceName) -> Result<(Pulses, Apar
     Ok((all, most))
 }
 
-impl Apart {
+impl OutputDifference {
     /// For a page.
     #[must_use]
     pub fn in_words(&self, device: &DeviceName) -> String {

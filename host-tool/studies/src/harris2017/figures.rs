@@ -1,10 +1,10 @@
 //! Figures 3, 6 and 7.
 
-use super::found::Found;
-use super::strength_duration::Fitted;
+use super::found::DrawResult;
+use super::strength_duration::StrengthDurationFit;
 use super::study::Study;
 use super::test::Stimulation;
-use crate::laboratory::{Along, Curve, Plot, Plots, Sheet};
+use crate::laboratory::{Curve, Plot, Plots, Sheet, SheetAxis};
 
 /// Series of figure 3.
 const CURVES: [&str; 4] = [
@@ -18,7 +18,7 @@ const POINTS: u32 = 60;
 
 impl Study {
     /// Figures 3, 6 and 7, of whoever of the participants was computed.
-    pub(super) fn figures(&self, all: &[Found]) -> Vec<Sheet> {
+    pub(super) fn figures(&self, all: &[DrawResult]) -> Vec<Sheet> {
         let protocol = &self.declared.protocol;
         let widths = protocol.width_ramp_currents_ma.iter();
         let widths: Vec<_> = widths.map(|&width| Stimulation::Width(width)).collect();
@@ -44,7 +44,7 @@ impl Study {
         &self,
         number: &str,
         caption: &str,
-        found: &Found,
+        found: &DrawResult,
         rows: &[&[Stimulation]],
     ) -> Sheet {
         let shown = |course: &&super::course::Course| {
@@ -79,8 +79,8 @@ impl Study {
     }
 
     /// Figure 3 of each participant's triceps.
-    fn strength_durations(&self, all: &[Found]) -> Option<Sheet> {
-        let plot = |(place, found): (usize, &Found)| self.strength_duration(place, found);
+    fn strength_durations(&self, all: &[DrawResult]) -> Option<Sheet> {
+        let plot = |(place, found): (usize, &DrawResult)| self.strength_duration(place, found);
         let plots: Vec<Plot> = all.iter().take(2).enumerate().filter_map(plot).collect();
         let caption = "Thresholds of the triceps by the bench's own search, simulated, with the \
                        law through them. Figure 3 is redrawn from Baker et al. 1993 and a \
@@ -100,7 +100,7 @@ impl Study {
         })
     }
 
-    fn strength_duration(&self, place: usize, found: &Found) -> Option<Plot> {
+    fn strength_duration(&self, place: usize, found: &DrawResult) -> Option<Plot> {
         let own = found.strength_duration.first()?;
         let declared = &self.declared.strength_duration;
         let measured = own.thresholds.iter();
@@ -118,7 +118,8 @@ impl Study {
                 .collect()
         };
         if let Some(fitted) = &own.fitted {
-            let law: &dyn Fn(f64) -> f64 = &|width| Fitted::threshold_ma(fitted, width);
+            let law: &dyn Fn(f64) -> f64 =
+                &|width| StrengthDurationFit::threshold_ma(fitted, width);
             curves.push(Curve::line(1, along(law)));
         }
         curves.push(Curve::line(2, along(&|width| declared.upper_ma(width))));
@@ -127,15 +128,15 @@ impl Study {
         curves.push(Curve::line(3, along(&truth)));
         Some(Plot {
             title: format!("participant {}", place + 1),
-            x: Along::even("pulse width (µs)", [0.0, 310.0]),
-            y: Along::even("current (mA)", [0.0, 85.0]),
+            x: SheetAxis::even("pulse width (µs)", [0.0, 310.0]),
+            y: SheetAxis::even("current (mA)", [0.0, 85.0]),
             curves,
             ..Plot::default()
         })
     }
 }
 
-fn panel(found: &Found, row: &[Stimulation], deg: f64, top_nm: f64) -> Plot {
+fn panel(found: &DrawResult, row: &[Stimulation], deg: f64, top_nm: f64) -> Plot {
     let curve = |(series, stimulation): (usize, &Stimulation)| {
         let is = |course: &&super::course::Course| {
             course.test.stimulation == *stimulation && course.test.included_deg == deg
@@ -154,11 +155,11 @@ fn panel(found: &Found, row: &[Stimulation], deg: f64, top_nm: f64) -> Plot {
     let end = end.fold(1.0, f64::max);
     Plot {
         title: format!("{deg}°"),
-        x: Along::even(
+        x: SheetAxis::even(
             row.first().map_or("", |stimulation| stimulation.axis()),
             [0.0, end],
         ),
-        y: Along::even("torque (N·m)", [-0.05 * top_nm, 1.05 * top_nm]),
+        y: SheetAxis::even("torque (N·m)", [-0.05 * top_nm, 1.05 * top_nm]),
         curves: row.iter().enumerate().filter_map(curve).collect(),
         ..Plot::default()
     }

@@ -2,10 +2,10 @@
 
 use super::angles::departs;
 use super::course::{Answer, Course};
-use super::declared::{Declared, Judged, PulseOf};
+use super::declared::{PulseOf, RampsDeclaration, TraceCriteria};
 use super::error::RampsError;
-use super::person::{Person, Setting, is_triceps};
-use super::strength_duration::{Fitted, Threshold, fitted};
+use super::person::{RampsWearer, Setting, is_triceps};
+use super::strength_duration::{StrengthDurationFit, Threshold, fitted};
 use super::test::{Stimulation, Test};
 use hal_sim::body::Pulse;
 use hal_sim::body::bench::arms::Muscle;
@@ -17,7 +17,7 @@ pub type Pulses = Vec<(Stimulation, Vec<Pulse>)>;
 
 /// What is measured of a test.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Measured {
+pub struct TestMeasurements {
     /// Which.
     pub test: Test,
     /// Largest torque, N·m.
@@ -36,7 +36,7 @@ pub struct Measured {
 
 /// A pulse held, without noise: what it comes to.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Held {
+pub struct HeldPulse {
     /// Charge of a phase, µC.
     pub charge_uc: f64,
     /// Torque, N·m, extension positive.
@@ -51,43 +51,43 @@ pub struct StrengthDurationFound {
     /// As they were found.
     pub thresholds: Vec<Threshold>,
     /// The law through them.
-    pub fitted: Option<Fitted>,
+    pub fitted: Option<StrengthDurationFit>,
 }
 
 /// What came of one person.
 #[derive(Clone, Debug)]
-pub struct Found {
+pub struct DrawResult {
     /// Who.
-    pub person: Person,
+    pub person: RampsWearer,
     /// What was measured.
-    pub kept: Kept,
+    pub kept: DrawMeasurements,
 }
 
-impl std::ops::Deref for Found {
-    type Target = Kept;
+impl std::ops::Deref for DrawResult {
+    type Target = DrawMeasurements;
 
-    fn deref(&self) -> &Kept {
+    fn deref(&self) -> &DrawMeasurements {
         &self.kept
     }
 }
 
 /// What was measured of a person, whom seed and number draw again.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Kept {
+pub struct DrawMeasurements {
     /// Each of their tests.
-    pub measured: Vec<Measured>,
+    pub measured: Vec<TestMeasurements>,
     /// The records of those who are shown.
     pub courses: Vec<Course>,
     /// The pair on the triceps; and that on the biceps, of those who are shown.
     pub strength_duration: Vec<StrengthDurationFound>,
     /// The two pulses beyond the device's limits.
-    pub beyond: [Held; 2],
+    pub beyond: [HeldPulse; 2],
     /// By how much ±15° change a current ramp's end, at most, as a part.
     pub departs: f64,
 }
 
-impl Measured {
-    fn of(course: &Course, judged: &Judged) -> Self {
+impl TestMeasurements {
+    fn of(course: &Course, judged: &TraceCriteria) -> Self {
         Self {
             test: course.test,
             peak_nm: course.peak_nm(),
@@ -101,7 +101,7 @@ impl Measured {
 
     /// Whether a muscle that was not meant counts as stimulated.
     #[must_use]
-    pub fn has_others(&self, judged: &Judged) -> bool {
+    pub fn has_others(&self, judged: &TraceCriteria) -> bool {
         let mut others = self
             .answers
             .iter()
@@ -110,25 +110,25 @@ impl Measured {
     }
 }
 
-impl Found {
+impl DrawResult {
     /// Of person `index` of `seed` under these pulses; `is_shown`: with records and the
     /// thresholds of both pairs.
     ///
     /// # Errors
     /// E690, E691: a declaration or a bench that cannot be.
     pub fn of(
-        declared: &Declared,
+        declared: &RampsDeclaration,
         (seed, index): (u64, u64),
         pulses: &Pulses,
         is_shown: bool,
     ) -> Result<Self, RampsError> {
-        let person = Person::drawn(declared, seed, index)?;
+        let person = RampsWearer::drawn(declared, seed, index)?;
         let (mut measured, mut courses) = (Vec::new(), Vec::new());
         for test in Test::all(&declared.protocol) {
             let own = pulses.iter().find(|(of, _)| *of == test.stimulation);
             let Some((_, own)) = own else { continue };
             let course = person.perform(declared, test, own)?;
-            measured.push(Measured::of(&course, &declared.judged));
+            measured.push(TestMeasurements::of(&course, &declared.judged));
             if is_shown {
                 courses.push(course);
             }
@@ -142,7 +142,7 @@ impl Found {
         }
         let beyond = declared.beyond;
         let held = |pulse| person.held(&declared.judged, pulse);
-        let kept = Kept {
+        let kept = DrawMeasurements {
             measured,
             courses,
             strength_duration,
@@ -153,7 +153,7 @@ impl Found {
     }
 
     /// Tests of ramps of one kind, current or width.
-    pub fn ramps(&self, of_current: bool) -> impl Iterator<Item = &Measured> {
+    pub fn ramps(&self, of_current: bool) -> impl Iterator<Item = &TestMeasurements> {
         self.measured
             .iter()
             .filter(move |measurement| match measurement.test.stimulation {
@@ -173,8 +173,8 @@ impl Found {
 
     /// The test of this stimulation at this angle.
     #[must_use]
-    pub fn at(&self, stimulation: Stimulation, included_deg: f64) -> Option<&Measured> {
-        let is = |measurement: &&Measured| {
+    pub fn at(&self, stimulation: Stimulation, included_deg: f64) -> Option<&TestMeasurements> {
+        let is = |measurement: &&TestMeasurements| {
             measurement.test.stimulation == stimulation
                 && measurement.test.included_deg == included_deg
         };
@@ -182,9 +182,9 @@ impl Found {
     }
 }
 
-impl Person {
+impl RampsWearer {
     /// A pulse of the pair on the triceps, held at 90° in the mean contraction.
-    fn held(&self, judged: &Judged, pulse: PulseOf) -> Result<Held, RampsError> {
+    fn held(&self, judged: &TraceCriteria, pulse: PulseOf) -> Result<HeldPulse, RampsError> {
         let spec = self.bench(Setting::exact(90.0));
         let width_us = f64::from(pulse.width_us);
         let parts = self.steady(&spec, TRICEPS, (pulse.current_ma, width_us))?;
@@ -198,7 +198,7 @@ impl Person {
             !is_triceps(muscle) && answer.counts(judged)
         };
         let others = parts.iter().filter(|part| counts(part)).map(|part| part.0);
-        Ok(Held {
+        Ok(HeldPulse {
             charge_uc: 1e-3 * pulse.current_ma * width_us,
             torque_nm: parts.iter().map(|part| part.1).sum(),
             others: others.collect(),

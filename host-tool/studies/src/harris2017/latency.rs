@@ -2,12 +2,12 @@
 //! train of 40 µs that goes from 0 to 20 mA every second.
 
 use super::error::RampsError;
-use crate::laboratory::{Heard, Notes};
+use crate::laboratory::{ElectrodeLog, Notes};
 use firmware::link::Request;
 use firmware::units::Amplitude;
 use hal_sim::body::Drive;
 use host_core::link::Port;
-use host_core::run::{Attached, DeviceName, RunError, SessionFile, Stepper, Until};
+use host_core::run::{Attachments, DeviceName, RunError, SessionFile, StepLimit, Stepper};
 
 /// What the oscilloscope of the paper said, µs (section 4.1).
 pub const PAPER_US: [u64; 2] = [1_220, 1_300];
@@ -61,16 +61,16 @@ fn wanted(ma: u32) -> Request {
 }
 
 /// A device that stimulates, and the pulses that reach its electrodes.
-struct Opened {
+struct OpenDevice {
     stepper: Stepper<'static, Box<dyn Port>>,
-    heard: Heard,
+    heard: ElectrodeLog,
 }
 
-impl Opened {
+impl OpenDevice {
     fn new(device: &DeviceName, text: &str, ma: u32) -> Result<Self, RampsError> {
         let file = SessionFile::parse("latency.toml", text).map_err(failed)?;
         let mut port = device.open(&file.session, 1)?;
-        let heard = Heard::default();
+        let heard = ElectrodeLog::default();
         let world = port.world();
         let world = world.ok_or_else(|| failed("it is not simulated"))?;
         world.body = Box::new(Notes::on(&heard));
@@ -87,7 +87,7 @@ impl Opened {
     fn hold(&mut self, until_us: u64, ma: u32) -> Result<(), RampsError> {
         let epoch_us = self.now_us() - self.stepper.time_us();
         self.stepper.post(wanted(ma)).map_err(failed)?;
-        let stepped = self.stepper.step(Until::Time(until_us - epoch_us));
+        let stepped = self.stepper.step(StepLimit::Time(until_us - epoch_us));
         stepped.map(drop).map_err(failed)
     }
 
@@ -109,7 +109,7 @@ fn begin(
     port: Box<dyn Port>,
     ma: u32,
 ) -> Result<Stepper<'static, Box<dyn Port>>, RunError> {
-    let mut stepper = Stepper::open_owned(file, port, Attached::default())?.live();
+    let mut stepper = Stepper::open_owned(file, port, Attachments::default())?.live();
     stepper.configure()?;
     stepper.arm()?;
     stepper.request(wanted(ma))?;
@@ -150,7 +150,7 @@ fn silent() -> RampsError {
 
 /// From an edge at the trigger input to the first edge of the train, silent or not.
 fn triggered(device: &DeviceName) -> Result<[u64; 2], RampsError> {
-    let mut opened = Opened::new(device, &session(TRIGGERED_HZ, true), 20)?;
+    let mut opened = OpenDevice::new(device, &session(TRIGGERED_HZ, true), 20)?;
     let mut found = Vec::new();
     for _ in 0..TIMES {
         let at_us = opened.now_us() + EVERY_US;
@@ -166,7 +166,7 @@ fn triggered(device: &DeviceName) -> Result<[u64; 2], RampsError> {
 
 /// From a setpoint to the first pulse that has it.
 fn commanded(device: &DeviceName, (rate_hz, from_ma): (u32, u32)) -> Result<[u64; 2], RampsError> {
-    let mut opened = Opened::new(device, &session(rate_hz, false), from_ma)?;
+    let mut opened = OpenDevice::new(device, &session(rate_hz, false), from_ma)?;
     let mut found = Vec::new();
     for _ in 0..TIMES {
         let at_us = opened.now_us() + EVERY_US;

@@ -28,16 +28,20 @@ mod tables;
 mod test;
 mod wearer_file;
 
-pub use angles::{DEPENDS, Depends, changed, found as effect_found, is_significant, least_found};
+pub use angles::{
+    AngleDependence, DEPENDS, changed, found as effect_found, is_significant, least_found,
+};
 pub use course::{Answer, Course, Moment, recorded};
-pub use declared::{DECLARED, Declared};
-pub use device::{Apart, put_out};
+pub use declared::{DECLARED, RampsDeclaration};
+pub use device::{OutputDifference, put_out};
 pub use error::RampsError;
-pub use found::{Found, Held, Kept, Measured, Pulses, StrengthDurationFound};
+pub use found::{
+    DrawMeasurements, DrawResult, HeldPulse, Pulses, StrengthDurationFound, TestMeasurements,
+};
 pub use latency::{Latency, latency};
-pub use outcome::Told;
-pub use person::{Person, Setting, in_words, is_triceps};
+pub use outcome::RunInfo;
+pub use person::{RampsWearer, Setting, in_words, is_triceps};
 pub use run::Run;
-pub use strength_duration::{Fitted, Threshold, fitted};
+pub use strength_duration::{StrengthDurationFit, Threshold, fitted};
 pub use study::{NAME, Study};
 pub use test::{Stimulation, Test, stimulations};

@@ -3,9 +3,9 @@
 use super::claims::{decided, shares};
 use super::declared::DECLARED;
 use super::error::RampsError;
-use super::found::Found;
+use super::found::DrawResult;
 use super::study::{NAME, Study};
-use crate::laboratory::{Declared, Outcome};
+use crate::laboratory::{Outcome, Preregistration};
 use host_core::record::sha256;
 use std::collections::BTreeMap;
 
@@ -27,7 +27,7 @@ const PAIN: &str = "The paper calls 45 µs with 80 mA uncomfortable, and says th
 
 /// What the command knows of the run.
 #[derive(Clone, Debug)]
-pub struct Told {
+pub struct RunInfo {
     /// What a terminal takes to have it again, but for its seed.
     pub command: String,
     /// What is missing, for people.
@@ -41,7 +41,7 @@ impl Study {
     ///
     /// # Errors
     /// E690, E691: a declaration or a bench that cannot be.
-    pub fn outcome(&self, all: &[Found], told: Told) -> Result<Outcome, RampsError> {
+    pub fn outcome(&self, all: &[DrawResult], told: RunInfo) -> Result<Outcome, RampsError> {
         let declared = &self.declared;
         let sha256 = [("harris-ramps.toml".to_owned(), sha256(DECLARED.as_bytes()))];
         let said = [SIMULATED, MEANING, ANGLES, FATIGUE, PAIN].map(str::to_owned);
@@ -51,7 +51,7 @@ impl Study {
             seed: self.seed,
             simulated: Some(true),
             cut_short: told.cut_short,
-            declared: Declared {
+            declared: Preregistration {
                 asked: NAME.to_owned(),
                 command: Some(told.command),
                 device: Some(self.device.typed()),

@@ -1,10 +1,12 @@
 //! A drawn person: which muscles their electrodes reach, and how.
 
-use super::declared::Declared;
+use super::declared::RampsDeclaration;
 use super::error::RampsError;
 use hal_sim::body::bench::arms::{MUSCLES, Muscle, Source};
 use hal_sim::body::bench::elbow::{FORCE_FREQUENCY_HZ, strongest_n};
-use hal_sim::body::bench::{Holds, IsometricSpec, Pool, SensorSpec, Stimulated, StrengthDuration};
+use hal_sim::body::bench::{
+    CellSide, IsometricSpec, Pool, RigMuscle, SensorSpec, StrengthDuration,
+};
 use hal_sim::body::muscle::{Parameters, SUBJECTS};
 use hal_sim::random;
 
@@ -24,7 +26,7 @@ const SETTINGS: u64 = 3;
 
 /// Somebody on the bench.
 #[derive(Clone, Debug)]
-pub struct Person {
+pub struct RampsWearer {
     /// From 0.
     pub index: u64,
     /// What was drawn, in the declaration's order.
@@ -32,7 +34,7 @@ pub struct Person {
     /// Whose moment arms are true of them.
     pub source: Source,
     /// What the electrodes reach.
-    pub muscles: Vec<Stimulated>,
+    pub muscles: Vec<RigMuscle>,
     /// Standard deviation from contraction to contraction, as a part.
     noise: f64,
     cell_noise_n: f64,
@@ -48,7 +50,7 @@ pub struct Setting {
     /// Of this contraction against the mean one.
     pub contraction: f64,
     /// How the cell is mounted.
-    pub holds: Holds,
+    pub holds: CellSide,
 }
 
 impl Setting {
@@ -58,17 +60,17 @@ impl Setting {
         Self {
             included_deg,
             contraction: 1.0,
-            holds: Holds::Extension,
+            holds: CellSide::Extension,
         }
     }
 }
 
-impl Person {
+impl RampsWearer {
     /// Person `index` of `seed`.
     ///
     /// # Errors
     /// E690 and E691: a range is missing, or draws what cannot be.
-    pub fn drawn(declared: &Declared, seed: u64, index: u64) -> Result<Self, RampsError> {
+    pub fn drawn(declared: &RampsDeclaration, seed: u64, index: u64) -> Result<Self, RampsError> {
         let drawn = declared.drawn(seed, index);
         let of = |field: &str| declared.value(&drawn, field);
         let stream = random::word(random::word(seed, index), u64::MAX);
@@ -94,7 +96,7 @@ impl Person {
     /// Test `nth` of theirs, meant to be at this angle: set wrong by at most `error_deg`, and
     /// with a contraction of its own.
     #[must_use]
-    pub fn setting(&self, nth: u64, included_deg: f64, error_deg: f64, holds: Holds) -> Setting {
+    pub fn setting(&self, nth: u64, included_deg: f64, error_deg: f64, holds: CellSide) -> Setting {
         let deviate = random::standard_normal(random::word(self.stream, CONTRACTIONS), nth);
         let part = random::unit(random::word(self.stream, SETTINGS), nth);
         Setting {
@@ -147,7 +149,7 @@ impl Person {
         pair: usize,
         (current_ma, width_us): (f64, f64),
     ) -> Result<Vec<(Muscle, f64, f64)>, RampsError> {
-        let one = |of: &Stimulated| {
+        let one = |of: &RigMuscle| {
             let share = of.share(pair, current_ma, width_us);
             let most_nm = spec.most_nm(of).map_err(|_| BEYOND)?;
             Ok((of.muscle, share * most_nm, share))
@@ -162,7 +164,7 @@ fn stimulated(
     muscle: Muscle,
     stream: u64,
     dynamics: Parameters,
-) -> Result<Stimulated, RampsError> {
+) -> Result<RigMuscle, RampsError> {
     let triceps_ma = of("threshold_ma")?;
     let (lowest_ma, reference_us) = match muscle {
         Muscle::Biceps => (of("biceps_threshold_ma")?, BICEPS_US),
@@ -171,7 +173,7 @@ fn stimulated(
     };
     let middle_ma = of("middle")? * lowest_ma;
     let deviate = random::standard_normal(random::word(stream, CHRONAXIES), own(muscle));
-    Ok(Stimulated {
+    Ok(RigMuscle {
         muscle,
         force_n: of("strength")? * of("reached")? * strongest_n(muscle),
         pool: Pool::new(lowest_ma, middle_ma, 0.5 * (middle_ma - lowest_ma))?,

@@ -3,7 +3,7 @@
 use super::angles::{DEPENDS, changed, is_significant, least_found};
 use super::claims::co_contraction;
 use super::error::RampsError;
-use super::found::Found;
+use super::found::DrawResult;
 use super::study::Study;
 use super::test::{Stimulation, stimulations};
 use crate::laboratory::{Row, Share};
@@ -15,7 +15,7 @@ pub(super) fn row(id: String, quantity: String, unit: &str, numbers: Vec<f64>) -
 
 impl Study {
     /// Of each ramp at the middle angle, and of what is asked besides.
-    pub(super) fn rows(&self, all: &[Found]) -> Result<Vec<Row>, RampsError> {
+    pub(super) fn rows(&self, all: &[DrawResult]) -> Result<Vec<Row>, RampsError> {
         let mut rows: Vec<Row> = stimulations(&self.declared.protocol)
             .into_iter()
             .flat_map(|stimulation| self.of_ramp(stimulation, all))
@@ -32,7 +32,7 @@ impl Study {
             "%",
             parts.map(|part| 1e2 * part).collect(),
         ));
-        let found = all.iter().filter_map(Found::chronaxies_us);
+        let found = all.iter().filter_map(DrawResult::chronaxies_us);
         let parts = found.map(|(found, _, truth)| 1e2 * (found / truth - 1.0));
         let says = "chronaxie found against the true one".to_owned();
         rows.push(row("chronaxie".to_owned(), says, "%", parts.collect()));
@@ -46,7 +46,7 @@ impl Study {
         Ok(rows)
     }
 
-    fn of_ramp(&self, stimulation: Stimulation, all: &[Found]) -> [Row; 3] {
+    fn of_ramp(&self, stimulation: Stimulation, all: &[DrawResult]) -> [Row; 3] {
         let middle_deg = self.middle_deg();
         let own = || {
             all.iter()
@@ -90,7 +90,7 @@ impl Study {
     }
 
     /// What ±15° do to the triceps' torque.
-    fn of_angles(&self, all: &[Found]) -> Result<Vec<Row>, RampsError> {
+    fn of_angles(&self, all: &[DrawResult]) -> Result<Vec<Row>, RampsError> {
         let mut rows = Vec::new();
         let protocol = &self.declared.protocol;
         for (nth, (words, depends)) in DEPENDS.into_iter().enumerate() {
@@ -125,10 +125,10 @@ impl Study {
 
     /// In how many studies of two participants the angle is significant: pairs of persons,
     /// the first with both kinds of ramps, the second with those of current.
-    pub(super) fn significant(&self, all: &[Found]) -> Share {
+    pub(super) fn significant(&self, all: &[DrawResult]) -> Share {
         let protocol = &self.declared.protocol;
         let ramps = stimulations(protocol);
-        let rows = |found: &Found, with_widths: bool| {
+        let rows = |found: &DrawResult, with_widths: bool| {
             let own = ramps.iter().filter(|stimulation| {
                 with_widths || matches!(stimulation, Stimulation::Current(_))
             });
@@ -160,8 +160,8 @@ impl Study {
     }
 
     /// In whom the interval of the chronaxie has the true one: should be 95 %.
-    pub(super) fn covered(&self, all: &[Found]) -> Share {
-        let found = all.iter().filter_map(Found::chronaxies_us);
+    pub(super) fn covered(&self, all: &[DrawResult]) -> Share {
+        let found = all.iter().filter_map(DrawResult::chronaxies_us);
         let within = found.map(|(_, [low, high], truth)| low <= truth && truth <= high);
         let within: Vec<bool> = within.collect();
         let counts = (

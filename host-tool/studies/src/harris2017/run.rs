@@ -2,10 +2,10 @@
 
 use super::declared::DECLARED;
 use super::error::RampsError;
-use super::found::{Found, Kept, Pulses};
-use super::outcome::Told;
+use super::found::{DrawMeasurements, DrawResult, Pulses};
+use super::outcome::RunInfo;
 use super::study::{NAME, Study};
-use crate::laboratory::{self, About, Outcome};
+use crate::laboratory::{self, Outcome, StudyIdentity};
 use host_core::run::DeviceName;
 
 /// A study and the pulses of its stimulations, as a device puts them out.
@@ -35,7 +35,7 @@ impl Run {
     }
 
     /// The persons of these units, drawn again.
-    fn found(&self, kept: &[Kept]) -> Result<Vec<Found>, RampsError> {
+    fn found(&self, kept: &[DrawMeasurements]) -> Result<Vec<DrawResult>, RampsError> {
         let all = (0..).zip(kept);
         all.map(|(index, kept)| self.study.of_person(index, kept.clone()))
             .collect()
@@ -50,10 +50,10 @@ impl Run {
 }
 
 impl laboratory::Study for Run {
-    type Unit = Kept;
+    type Unit = DrawMeasurements;
 
-    fn about(&self) -> About<'_> {
-        About {
+    fn about(&self) -> StudyIdentity<'_> {
+        StudyIdentity {
             name: NAME,
             arguments: self.typed(),
             declaration: ("harris-ramps.toml", DECLARED),
@@ -66,13 +66,21 @@ impl laboratory::Study for Run {
         self.study.persons()
     }
 
-    fn compute(&self, index: u64, _: &(dyn Fn() -> bool + Sync)) -> anyhow::Result<Option<Kept>> {
+    fn compute(
+        &self,
+        index: u64,
+        _: &(dyn Fn() -> bool + Sync),
+    ) -> anyhow::Result<Option<DrawMeasurements>> {
         let found = self.study.part(index, &self.pulses)?;
         Ok(Some(found.kept))
     }
 
-    fn outcome(&self, kept: &[Kept], cut_short: Option<String>) -> anyhow::Result<Outcome> {
-        let told = Told {
+    fn outcome(
+        &self,
+        kept: &[DrawMeasurements],
+        cut_short: Option<String>,
+    ) -> anyhow::Result<Outcome> {
+        let told = RunInfo {
             command: format!(
                 "experiment {NAME} {} --draws {}",
                 self.typed(),
@@ -84,7 +92,7 @@ impl laboratory::Study for Run {
         Ok(self.study.outcome(&self.found(kept)?, told)?)
     }
 
-    fn files(&self, kept: &[Kept]) -> anyhow::Result<Vec<(String, String)>> {
+    fn files(&self, kept: &[DrawMeasurements]) -> anyhow::Result<Vec<(String, String)>> {
         let all = self.found(kept)?;
         let mut files = vec![("draws.csv".to_owned(), self.study.csv(&all))];
         let wearers = all.iter().take(2).enumerate();

@@ -1,10 +1,10 @@
 //! Thresholds of the bench at many widths, and the law fitted through them.
 
-use super::declared::{Declared, Thresholds};
+use super::declared::{RampsDeclaration, Thresholds};
 use super::error::RampsError;
-use super::person::{Person, Setting};
+use super::person::{RampsWearer, Setting};
 use super::test::micros;
-use hal_sim::body::bench::{Holds, IsometricElbow};
+use hal_sim::body::bench::{CellSide, IsometricElbow};
 use hal_sim::body::{Body, Drive, Pulse};
 use host_core::statistics::student_t_p;
 use serde::{Deserialize, Serialize};
@@ -21,7 +21,7 @@ pub struct Threshold {
 /// I = rheobase·(1 + chronaxie/width) through thresholds (Weiss; Geddes 2004), with 95 %
 /// intervals.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Fitted {
+pub struct StrengthDurationFit {
     /// mA.
     pub rheobase_ma: f64,
     /// Its interval.
@@ -39,7 +39,7 @@ const LEVEL: f64 = 0.95;
 
 /// A pair of electrodes of somebody at the middle angle, whose cell can be read.
 struct Bench<'d> {
-    declared: &'d Declared,
+    declared: &'d RampsDeclaration,
     arm: IsometricElbow,
     channel: usize,
     now_ms: u64,
@@ -100,21 +100,21 @@ impl Bench<'_> {
     }
 }
 
-impl Person {
+impl RampsWearer {
     /// Thresholds of one of their pairs at every width at which there is one below 80 mA.
     ///
     /// # Errors
     /// E691: a bench that cannot be.
     pub fn thresholds(
         &self,
-        declared: &Declared,
+        declared: &RampsDeclaration,
         pair: usize,
     ) -> Result<Vec<Threshold>, RampsError> {
         let setting = Setting {
             holds: if pair == 0 {
-                Holds::Extension
+                CellSide::Extension
             } else {
-                Holds::Flexion
+                CellSide::Flexion
             },
             ..Setting::exact(90.0)
         };
@@ -140,7 +140,7 @@ impl Person {
 /// The law through thresholds: linear in 1/width. A threshold lies between the step that
 /// answers and the one below, so half a step is taken off. Nothing of fewer than four.
 #[must_use]
-pub fn fitted(thresholds: &[Threshold], step_ma: f64) -> Option<Fitted> {
+pub fn fitted(thresholds: &[Threshold], step_ma: f64) -> Option<StrengthDurationFit> {
     let n = thresholds.len() as f64;
     if thresholds.len() < 4 {
         return None;
@@ -181,7 +181,7 @@ pub fn fitted(thresholds: &[Threshold], step_ma: f64) -> Option<Fitted> {
     let var_log = var_slope / (slope * slope) + var_rheobase / rheobase_ma.powi(2)
         - 2.0 * covariance / (slope * rheobase_ma);
     let (by, factor) = (t * var_rheobase.sqrt(), (t * var_log.max(0.0).sqrt()).exp());
-    Some(Fitted {
+    Some(StrengthDurationFit {
         rheobase_ma,
         rheobase_within: [rheobase_ma - by, rheobase_ma + by],
         chronaxie_us,
@@ -202,7 +202,7 @@ fn student_quantile(df: f64) -> Option<f64> {
     Some(high)
 }
 
-impl Fitted {
+impl StrengthDurationFit {
     /// Threshold at this width, mA.
     #[must_use]
     pub fn threshold_ma(&self, width_us: f64) -> f64 {
@@ -279,7 +279,7 @@ mod tests {
     /// By hand: b = 27.1 mA, c = 88 µs; above 80 mA nothing.
     #[test]
     fn the_upper_curve_goes_through_what_was_put_out() {
-        let upper = super::super::declared::Declared::own()
+        let upper = super::super::declared::RampsDeclaration::own()
             .unwrap()
             .strength_duration;
         assert!((upper.upper_ma(300.0) - 35.0).abs() < 1e-9);

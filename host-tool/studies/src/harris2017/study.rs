@@ -1,11 +1,11 @@
 //! The study as it is asked for.
 
-use super::declared::Declared;
+use super::declared::RampsDeclaration;
 use super::device::put_out;
 use super::error::RampsError;
-use super::found::{Found, Kept, Pulses};
+use super::found::{DrawMeasurements, DrawResult, Pulses};
 use super::latency::latency;
-use super::person::Person;
+use super::person::RampsWearer;
 use host_core::run::DeviceName;
 
 /// What a command calls it.
@@ -16,7 +16,7 @@ pub(super) const PARTICIPANTS: u64 = 2;
 /// The study.
 #[derive(Clone, Debug)]
 pub struct Study {
-    pub(super) declared: Declared,
+    pub(super) declared: RampsDeclaration,
     /// Of everybody's draws.
     pub(super) seed: u64,
     /// Persons.
@@ -33,7 +33,7 @@ impl Study {
         (seed, draws): (Option<u64>, Option<u64>),
         device: DeviceName,
     ) -> Result<Self, RampsError> {
-        let declared = Declared::own()?;
+        let declared = RampsDeclaration::own()?;
         Ok(Self {
             seed: seed.unwrap_or(declared.seed),
             draws: draws.unwrap_or(declared.draws),
@@ -56,7 +56,7 @@ impl Study {
 
     /// What was declared.
     #[must_use]
-    pub const fn declared(&self) -> &Declared {
+    pub const fn declared(&self) -> &RampsDeclaration {
         &self.declared
     }
 
@@ -79,17 +79,21 @@ impl Study {
     ///
     /// # Errors
     /// E690: the declaration.
-    pub(super) fn of_person(&self, index: u64, kept: Kept) -> Result<Found, RampsError> {
-        let person = Person::drawn(&self.declared, self.seed, index)?;
-        Ok(Found { person, kept })
+    pub(super) fn of_person(
+        &self,
+        index: u64,
+        kept: DrawMeasurements,
+    ) -> Result<DrawResult, RampsError> {
+        let person = RampsWearer::drawn(&self.declared, self.seed, index)?;
+        Ok(DrawResult { person, kept })
     }
 
     /// What comes of person `index` under these pulses.
     ///
     /// # Errors
     /// E690, E691: a declaration or a bench that cannot be.
-    pub fn part(&self, index: u64, pulses: &Pulses) -> Result<Found, RampsError> {
+    pub fn part(&self, index: u64, pulses: &Pulses) -> Result<DrawResult, RampsError> {
         let is_shown = index < PARTICIPANTS;
-        Found::of(&self.declared, (self.seed, index), pulses, is_shown)
+        DrawResult::of(&self.declared, (self.seed, index), pulses, is_shown)
     }
 }

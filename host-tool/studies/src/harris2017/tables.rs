@@ -2,7 +2,7 @@
 
 use super::angles::{DEPENDS, changed};
 use super::error::RampsError;
-use super::found::{Found, Held, Measured};
+use super::found::{DrawResult, HeldPulse, TestMeasurements};
 use super::person::{in_words, is_triceps};
 use super::study::Study;
 use super::test::{Stimulation, stimulations};
@@ -14,7 +14,7 @@ const OTHERS: [Muscle; 3] = [Muscle::Deltoid, Muscle::Brachialis, Muscle::Biceps
 
 impl Study {
     /// Figures, then tables.
-    pub(super) fn sheets(&self, all: &[Found]) -> Result<Vec<Sheet>, RampsError> {
+    pub(super) fn sheets(&self, all: &[DrawResult]) -> Result<Vec<Sheet>, RampsError> {
         let mut sheets = self.figures(all);
         sheets.extend(self.angle_table(all)?);
         sheets.push(self.muscle_table(all));
@@ -25,7 +25,7 @@ impl Study {
 
     /// Of the person of middle ranges: what is drawn of the triceps alone matters here, which
     /// is the long head's length.
-    fn angle_table(&self, all: &[Found]) -> Result<Option<Sheet>, RampsError> {
+    fn angle_table(&self, all: &[DrawResult]) -> Result<Option<Sheet>, RampsError> {
         let Some(found) = all.first() else {
             return Ok(None);
         };
@@ -67,7 +67,7 @@ impl Study {
     }
 
     /// Which muscle answers first in each ramp at 90°, and which is stimulated in it at all.
-    fn muscle_table(&self, all: &[Found]) -> Sheet {
+    fn muscle_table(&self, all: &[DrawResult]) -> Sheet {
         let middle_deg = self.middle_deg();
         let judged = &self.declared.judged;
         let percent = |count: usize, of: usize| match of {
@@ -75,7 +75,7 @@ impl Study {
             of => format!("{:.0} %", 1e2 * count as f64 / of as f64),
         };
         let row = |stimulation: Stimulation| {
-            let own: Vec<&Measured> = all
+            let own: Vec<&TestMeasurements> = all
                 .iter()
                 .filter_map(|result| result.at(stimulation, middle_deg))
                 .collect();
@@ -87,7 +87,7 @@ impl Study {
                 percent(count, own.len())
             };
             let stimulated = |muscle: Muscle| {
-                let counts = |measurement: &&&Measured| {
+                let counts = |measurement: &&&TestMeasurements| {
                     let mut answers = measurement.answers.iter();
                     answers.any(|answer| answer.muscle == muscle && answer.counts(judged))
                 };
@@ -117,7 +117,7 @@ impl Study {
         Sheet::table("Muscles", title, caption.to_owned(), grid)
     }
 
-    fn beyond_table(&self, all: &[Found]) -> Sheet {
+    fn beyond_table(&self, all: &[DrawResult]) -> Sheet {
         let beyond = self.declared.beyond;
         let median = |numbers: Vec<f64>| {
             let row = super::rows::row(String::new(), String::new(), "", numbers);
@@ -125,8 +125,8 @@ impl Study {
                 .map_or_else(|| "-".to_owned(), |value| format!("{value:.2}"))
         };
         let rows = [(beyond.first, 0), (beyond.second, 1)].map(|(pulse, nth)| {
-            let own = |result: &Found| result.beyond[nth].clone();
-            let held: Vec<Held> = all.iter().map(own).collect();
+            let own = |result: &DrawResult| result.beyond[nth].clone();
+            let held: Vec<HeldPulse> = all.iter().map(own).collect();
             let has = |muscle| {
                 held.iter()
                     .filter(|held| held.others.contains(&muscle))
@@ -161,7 +161,7 @@ impl Study {
     }
 
     /// Rheobase and chronaxie of the participants' pairs, beside the truth.
-    fn strength_table(&self, all: &[Found]) -> Option<Sheet> {
+    fn strength_table(&self, all: &[DrawResult]) -> Option<Sheet> {
         let heads = [
             "pair",
             "rheobase, mA",

@@ -1,7 +1,7 @@
 //! The tests of section 3.3: what is stimulated, at which angle.
 
 use super::declared::Protocol;
-use hal_sim::body::bench::Holds;
+use hal_sim::body::bench::CellSide;
 use hal_sim::body::bench::elbow::{BICEPS, TRICEPS};
 use hal_sim::body::{Drive, Pulse};
 use serde::{Deserialize, Serialize};
@@ -63,10 +63,10 @@ impl Stimulation {
 
     /// Which way the cell is mounted for it.
     #[must_use]
-    pub const fn holds(self) -> Holds {
+    pub const fn holds(self) -> CellSide {
         match self {
-            Self::Biceps => Holds::Flexion,
-            _ => Holds::Extension,
+            Self::Biceps => CellSide::Flexion,
+            _ => CellSide::Extension,
         }
     }
 

@@ -1,7 +1,7 @@
 //! What the bench found of a participant, as a wearer file.
 
-use super::declared::Declared;
-use super::found::{Found, StrengthDurationFound};
+use super::declared::RampsDeclaration;
+use super::found::{DrawResult, StrengthDurationFound};
 use super::study::{NAME, Study};
 use super::test::Stimulation;
 use firmware::safety::WearerSpec;
@@ -20,7 +20,7 @@ impl Study {
     /// law, limits as the paper has them, torques at these. Nothing of a person whose
     /// thresholds were not looked for or not found.
     #[must_use]
-    pub fn wearer(&self, place: usize, found: &Found) -> Option<Wearer> {
+    pub fn wearer(&self, place: usize, found: &DrawResult) -> Option<Wearer> {
         let declared = &self.declared;
         let middle_deg = self.middle_deg();
         let protocol = &declared.protocol;
@@ -93,7 +93,7 @@ fn limits() -> WearerSpec {
     }
 }
 
-fn note(declared: &Declared, extends_nm: f64, flexes_nm: f64) -> String {
+fn note(declared: &RampsDeclaration, extends_nm: f64, flexes_nm: f64) -> String {
     let upper = declared.strength_duration.upper_most_ma;
     format!(
         "Printed are {upper} mA at most at 35 us on the triceps, and 40 mA at 25 us on the biceps: \
@@ -107,7 +107,7 @@ fn note(declared: &Declared, extends_nm: f64, flexes_nm: f64) -> String {
 }
 
 fn electrode(
-    declared: &Declared,
+    declared: &RampsDeclaration,
     (channel, place, moves): (u8, &str, &str),
     (width_us, limit_ma): (u32, f64),
     found: &StrengthDurationFound,

@@ -1,9 +1,9 @@
 //! Reading a declaration: all that cannot be, at once.
 
-use super::declaration::{Compared, Declaration, Drawn, Even, Level, What};
+use super::declaration::{ClaimKind, Declaration, Level, LevelComparison, RandomField, Uniformity};
 use super::error::{LaboratoryError, Mistake};
 use super::measure;
-use super::written::Written;
+use super::written::DeclarationText;
 use std::collections::HashSet;
 use toml::Value;
 
@@ -26,10 +26,10 @@ impl Declaration {
 
     /// What can be read of the text, and everything that is wrong with it.
     pub(super) fn looked_at(text: &str) -> (Option<Self>, Vec<Mistake>) {
-        let mut written = Written::new(text);
+        let mut written = DeclarationText::new(text);
         let (read, mut mistakes) = written.read();
         if let Some(read) = &read {
-            let mut told = Told {
+            let mut told = DeclarationMistakes {
                 written: &written,
                 all: mistakes,
             };
@@ -41,12 +41,12 @@ impl Declaration {
 }
 
 /// Everything that is wrong with a declaration, for people.
-struct Told<'w> {
-    written: &'w Written<'w>,
+struct DeclarationMistakes<'w> {
+    written: &'w DeclarationText<'w>,
     all: Vec<Mistake>,
 }
 
-impl Told<'_> {
+impl DeclarationMistakes<'_> {
     /// Of a field of element `nth` of a list.
     fn of(&mut self, (list, nth, field): (&str, usize, &str), what: &str) {
         let line = self.written.line(list, nth, field);
@@ -87,12 +87,12 @@ impl Told<'_> {
         };
         let say = |what: &str| format!("claim `{}`: {what}", claim.id);
         match &claim.what {
-            What::Compared(compared) => {
+            ClaimKind::Compared(compared) => {
                 for (field, what) in compared_mistakes(d, compared) {
                     self.of(("claim", nth, field), &say(&what));
                 }
             }
-            What::Combined { all, none } => {
+            ClaimKind::Combined { all, none } => {
                 let before = d.claims.get(..nth).unwrap_or_default();
                 for (field, ids) in [("all", all), ("none", none)] {
                     for id in ids {
@@ -245,7 +245,7 @@ impl Told<'_> {
             self.whole("protocol", &what);
         }
         for (nth, drawn) in d.drawn.iter().enumerate().filter(|(_, draw)| !can_be(draw)) {
-            let Drawn {
+            let RandomField {
                 field, low, high, ..
             } = drawn;
             let what = format!(
@@ -292,13 +292,13 @@ fn value_within<'l>(level: &'l Level, field: &str) -> Option<&'l Value> {
     })
 }
 
-fn can_be(drawn: &Drawn) -> bool {
+fn can_be(drawn: &RandomField) -> bool {
     let is_range = drawn.low.is_finite() && drawn.high.is_finite() && drawn.low < drawn.high;
     is_range
         && match drawn.even {
-            Even::Value => true,
-            Even::Logarithm => drawn.low > 0.0,
-            Even::Whole => drawn.low.fract() == 0.0 && drawn.high.fract() == 0.0,
+            Uniformity::Value => true,
+            Uniformity::Logarithm => drawn.low > 0.0,
+            Uniformity::Whole => drawn.low.fract() == 0.0 && drawn.high.fract() == 0.0,
         }
 }
 
@@ -316,7 +316,7 @@ fn unknown_level(d: &Declaration, factor: &str, level: &str) -> Option<String> {
 }
 
 /// What is wrong with a comparison, by the field that says it.
-fn compared_mistakes(d: &Declaration, c: &Compared) -> Vec<(&'static str, String)> {
+fn compared_mistakes(d: &Declaration, c: &LevelComparison) -> Vec<(&'static str, String)> {
     let measure = unknown_measure(d, &c.measure).map(|what| ("measure", what));
     let mut told: Vec<_> = measure.into_iter().collect();
     match d.factors.iter().any(|known| known.name == c.factor) {

@@ -1,18 +1,18 @@
 //! In how many cases a declared claim holds.
 
-use super::declaration::{Claim, Compared, Declaration, What};
+use super::declaration::{Claim, ClaimKind, Declaration, LevelComparison};
 use super::draw::{point_in_words, points};
-use super::experiment::{Experiment, Measured};
+use super::experiment::{Experiment, TrialMeasures};
 use host_core::statistics;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A wearer in one combination of the factors that a claim does not compare: its
 /// unit's index, and their levels.
-pub type Case = (u64, Others);
+pub type Case = (u64, OtherFactors);
 
 /// Factors that a claim does not compare, and their levels.
-pub type Others = Vec<(String, String)>;
+pub type OtherFactors = Vec<(String, String)>;
 
 /// In how many cases a claim holds.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
@@ -128,7 +128,7 @@ impl Share {
 }
 
 /// What each unit did in each condition, in the order of the units.
-pub type Units = BTreeMap<u64, Vec<Measured>>;
+pub type Units = BTreeMap<u64, Vec<TrialMeasures>>;
 
 /// Of the intervals of shares.
 const LEVEL: f64 = 0.95;
@@ -160,8 +160,8 @@ pub(super) fn held<'e>(
     let mut known = BTreeMap::new();
     for claim in &experiment.declaration.claims {
         let cases = match &claim.what {
-            What::Compared(compared) => cases(experiment, compared, units),
-            What::Combined { all, none } => combined(&known, all, none),
+            ClaimKind::Compared(compared) => cases(experiment, compared, units),
+            ClaimKind::Combined { all, none } => combined(&known, all, none),
         };
         known.insert(&*claim.id, cases);
     }
@@ -196,13 +196,13 @@ fn share<'a>(
 
 /// Where `compared` holds: every unit in every combination of the other factors
 /// in which both levels have the measure.
-fn cases(experiment: &Experiment, c: &Compared, units: &Units) -> BTreeMap<Case, bool> {
+fn cases(experiment: &Experiment, c: &LevelComparison, units: &Units) -> BTreeMap<Case, bool> {
     let declaration = &experiment.declaration;
     let Some(measure) = declaration.measures.iter().position(|m| *m == c.measure) else {
         return BTreeMap::new();
     };
     let pairs = pairs(experiment, c);
-    let in_unit = |(&index, measured): (&u64, &Vec<Measured>)| {
+    let in_unit = |(&index, measured): (&u64, &Vec<TrialMeasures>)| {
         let number = |condition: usize| *measured.get(condition)?.get(measure)?;
         let held = pairs.iter().filter_map(|(others, this, than)| {
             let holds = c.is.holds(number(*this)?, number(*than)?, c.by);
@@ -215,9 +215,9 @@ fn cases(experiment: &Experiment, c: &Compared, units: &Units) -> BTreeMap<Case,
 
 /// Conditions that differ in the compared factor alone: the levels of the others,
 /// the condition the claim is about, and the one it is held against.
-fn pairs(experiment: &Experiment, c: &Compared) -> Vec<(Others, usize, usize)> {
+fn pairs(experiment: &Experiment, c: &LevelComparison) -> Vec<(OtherFactors, usize, usize)> {
     let Declaration { factors, .. } = &experiment.declaration;
-    let others = |levels: &[String]| -> Others {
+    let others = |levels: &[String]| -> OtherFactors {
         let named = factors.iter().zip(levels);
         let rest = named.filter(|(factor, _)| factor.name != c.factor);
         rest.map(|(factor, level)| (factor.name.clone(), level.clone()))

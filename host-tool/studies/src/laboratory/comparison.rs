@@ -5,7 +5,7 @@ use super::result::Outcome;
 use serde::Serialize;
 
 /// Which numbers of which experiment it is about.
-struct About {
+struct ComparedMeasure {
     study: &'static str,
     /// Id of the measure, and for people. Less of it is better.
     measure: (&'static str, &'static str),
@@ -17,7 +17,7 @@ struct About {
     best: &'static str,
 }
 
-const ABOUT: &[About] = &[About {
+const ABOUT: &[ComparedMeasure] = &[ComparedMeasure {
     study: "hamana-4",
     measure: ("rmse_deg", "RMSE"),
     this: "two points",

@@ -27,7 +27,7 @@ pub struct Condition {
 pub type Texts<'a> = &'a dyn Fn(&str) -> Result<String, LaboratoryError>;
 
 /// A level, by factor and place in it, and what it cannot change.
-pub(super) type Unchanged = ((usize, usize), String);
+pub(super) type IneffectiveLevel = ((usize, usize), String);
 
 impl Condition {
     /// Every level of each factor with each of the others, the last factor
@@ -38,7 +38,7 @@ impl Condition {
     pub(super) fn all(
         d: &Declaration,
         sessions: &BTreeMap<&str, Table>,
-    ) -> Result<Vec<Self>, Vec<Unchanged>> {
+    ) -> Result<Vec<Self>, Vec<IneffectiveLevel>> {
         let count: usize = d.factors.iter().map(|factor| factor.levels.len()).product();
         let places = d.factors.iter().enumerate().map(|(f, factor)| {
             let levels = factor.levels.iter().enumerate();

@@ -1,13 +1,14 @@
 //! A protocol on a device: trial after trial, with rests and prompts.
 
 use super::error::LaboratoryError;
-use super::experiment::{Experiment, Measured};
+use super::experiment::{Experiment, TrialMeasures};
 use super::protocol::{Place, Step, Stop};
-use super::wearer::Worn;
+use super::wearer::TrialDevice;
 use host_core::link::Interruption;
 use host_core::record::{Sample, Trial};
 use host_core::run::{
-    DeviceName, Observer, RunError, Seen, SessionFile, TrialPlace, Wish, record_on,
+    DeviceName, Observation, Observer, ObserverRequest, RunError, SessionFile, TrialPlace,
+    record_on,
 };
 use std::path::Path;
 
@@ -24,28 +25,28 @@ pub trait Operator {
 }
 
 /// A trial and where it stood.
-pub struct Conducted {
+pub struct ConductedTrial {
     /// Everything recorded.
     pub trial: Trial,
     /// Where in the protocol.
     pub place: Place,
     /// Its measures.
-    pub measured: Measured,
+    pub measured: TrialMeasures,
 }
 
 /// How far a protocol came.
 pub struct Course {
     /// Its trials in order, the last one perhaps not whole.
-    pub trials: Vec<Conducted>,
+    pub trials: Vec<ConductedTrial>,
     /// How many there should be.
     pub of: usize,
     /// What ended it early.
-    pub ended: Option<Ended>,
+    pub ended: Option<ProtocolEnd>,
 }
 
 /// What ended a protocol before its last trial.
 #[derive(Debug)]
-pub enum Ended {
+pub enum ProtocolEnd {
     /// The operator said so.
     Operator,
     /// What the declaration stops at, in words.
@@ -75,7 +76,7 @@ impl Experiment {
         let files = self.sessions(&[])?;
         let sessions: Vec<_> = files.iter().map(|file| file.session.clone()).collect();
         let wearer = self.declaration.protocol.wearer;
-        let mut worn = Worn::new(wearer, &sessions, (device, seed))?;
+        let mut worn = TrialDevice::new(wearer, &sessions, (device, seed))?;
         let mut course = Course {
             trials: Vec::new(),
             of,
@@ -98,7 +99,7 @@ impl Experiment {
                 }
             };
             if !goes_on {
-                course.ended = course.ended.or(Some(Ended::Operator));
+                course.ended = course.ended.or(Some(ProtocolEnd::Operator));
                 break;
             }
         }
@@ -108,7 +109,7 @@ impl Experiment {
     fn trial(
         &self,
         dir: &Path,
-        (worn, file): (&mut Worn<'_>, &SessionFile),
+        (worn, file): (&mut TrialDevice<'_>, &SessionFile),
         place: Place,
         course: &mut Course,
         operator: &mut dyn Operator,
@@ -130,14 +131,14 @@ impl Experiment {
         let (recorded, port) = record_on(at, file, port, half_us, watch)?;
         worn.give_back(port);
         let measured = self.measured(file, &recorded.trial);
-        course.trials.push(Conducted {
+        course.trials.push(ConductedTrial {
             trial: recorded.trial,
             place,
             measured,
         });
         course.ended = match (crossed, recorded.error) {
-            (Some(what), _) => Some(Ended::Criterion(what)),
-            (None, Some(error)) => Some(Ended::Run(error)),
+            (Some(what), _) => Some(ProtocolEnd::Criterion(what)),
+            (None, Some(error)) => Some(ProtocolEnd::Run(error)),
             (None, None) => None,
         };
         Ok(())
@@ -166,16 +167,16 @@ struct Watch<'a> {
 }
 
 impl Observer for Watch<'_> {
-    fn see(&mut self, seen: Seen<'_>) {
-        if let (Seen::Sample(sample), true) = (seen, self.crossed.is_none()) {
+    fn see(&mut self, seen: Observation<'_>) {
+        if let (Observation::Sample(sample), true) = (seen, self.crossed.is_none()) {
             *self.crossed = self.stop.crossed(sample);
         }
     }
 
-    fn wish(&mut self) -> Wish {
+    fn wish(&mut self) -> ObserverRequest {
         match self.crossed {
-            Some(_) => Wish::Stop,
-            None => Wish::Nothing,
+            Some(_) => ObserverRequest::Stop,
+            None => ObserverRequest::Nothing,
         }
     }
 

@@ -19,7 +19,7 @@ pub(super) const LEVEL: f64 = 0.05;
 
 /// What decides a claim among the wearers drawn.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
-pub struct Decided {
+pub struct DecidingClaim {
     /// The claim's id.
     pub id: String,
     /// The claim for people.
@@ -64,7 +64,7 @@ pub(super) fn decided(
     experiment: &Experiment,
     (seed, draws): (u64, u64),
     units: &Units,
-) -> Vec<Decided> {
+) -> Vec<DecidingClaim> {
     let declaration = &experiment.declaration;
     let known = held(experiment, units);
     let of_claim = |claim: &Claim| {
@@ -78,7 +78,7 @@ pub(super) fn decided(
         });
         let of = |wanted: bool| holds.iter().filter(|is| **is == wanted).count();
         let enough = of(true).min(of(false)) >= LEAST_WEARERS;
-        Decided {
+        DecidingClaim {
             id: claim.id.clone(),
             claim: claim.says.clone(),
             holds: of(true),

@@ -34,7 +34,7 @@ pub struct Declaration {
     pub factors: Vec<Factor>,
     /// What differs between wearers, drawn at random.
     #[serde(default, rename = "draw")]
-    pub drawn: Vec<Drawn>,
+    pub drawn: Vec<RandomField>,
     /// What is tried value by value; every wearer meets every point.
     #[serde(default, rename = "grid")]
     pub grid: Vec<Grid>,
@@ -43,7 +43,7 @@ pub struct Declaration {
     pub claims: Vec<Claim>,
     /// What a paper printed of a condition.
     #[serde(default, rename = "printed")]
-    pub printed: Vec<Printed>,
+    pub printed: Vec<PrintedMeasure>,
 }
 
 /// Something that differs between conditions.
@@ -77,7 +77,7 @@ pub struct Level {
 /// A number of the wearer drawn at random.
 #[derive(Clone, PartialEq, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Drawn {
+pub struct RandomField {
     /// Dotted path of the field.
     pub field: String,
     /// Least.
@@ -86,7 +86,7 @@ pub struct Drawn {
     pub high: f64,
     /// Over what it is even.
     #[serde(default)]
-    pub even: Even,
+    pub even: Uniformity,
     /// Where the range is from, or "assumed".
     pub source: String,
 }
@@ -94,7 +94,7 @@ pub struct Drawn {
 /// Over what a drawn number is even.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Even {
+pub enum Uniformity {
     /// Its value.
     #[default]
     Value,
@@ -127,14 +127,14 @@ pub struct Claim {
     /// What the paper says of it; nothing where it says nothing.
     pub paper: Option<bool>,
     /// What makes it hold.
-    pub what: What,
+    pub what: ClaimKind,
 }
 
 /// What makes a claim hold.
 #[derive(Clone, PartialEq, Debug)]
-pub enum What {
+pub enum ClaimKind {
     /// A measure in two levels of a factor, all else alike.
-    Compared(Compared),
+    Compared(LevelComparison),
     /// All of these claims and none of those hold in the same case.
     Combined {
         /// Claims before this one.
@@ -184,7 +184,7 @@ impl TryFrom<ClaimFields> for Claim {
             .map(|pair| pair.0)
             .collect();
         let compared = || {
-            Some(Compared {
+            Some(LevelComparison {
                 measure: f.measure?,
                 factor: f.factor?,
                 this: f.this?,
@@ -198,7 +198,7 @@ impl TryFrom<ClaimFields> for Claim {
             Some(_) if combines => {
                 return Err(format!("claim `{id}` both compares and combines"));
             }
-            Some(compared) => What::Compared(compared),
+            Some(compared) => ClaimKind::Compared(compared),
             None if compares => {
                 let missing = missing.join("`, `");
                 let also = match combines {
@@ -207,7 +207,7 @@ impl TryFrom<ClaimFields> for Claim {
                 };
                 return Err(format!("claim `{id}` compares without `{missing}`{also}"));
             }
-            None => What::Combined {
+            None => ClaimKind::Combined {
                 all: f.all.unwrap_or_default(),
                 none: f.none.unwrap_or_default(),
             },
@@ -223,7 +223,7 @@ impl TryFrom<ClaimFields> for Claim {
 
 /// A measure in two levels of a factor.
 #[derive(Clone, PartialEq, Debug)]
-pub struct Compared {
+pub struct LevelComparison {
     /// One of the declaration's.
     pub measure: String,
     /// The factor whose levels are compared.
@@ -270,7 +270,7 @@ impl Relation {
 /// What the paper prints of a measure.
 #[derive(Clone, PartialEq, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Printed {
+pub struct PrintedMeasure {
     /// One of the declaration's.
     pub measure: String,
     /// Of the conditions with one of these levels of each factor named; of all without.
@@ -282,7 +282,7 @@ pub struct Printed {
     pub source: String,
 }
 
-impl Printed {
+impl PrintedMeasure {
     /// Arithmetic mean; nothing of nothing.
     #[must_use]
     pub fn mean(&self) -> Option<f64> {
@@ -293,7 +293,10 @@ impl Printed {
 
 impl Declaration {
     /// What the paper prints of the condition with these levels, one of each factor.
-    pub fn printed_of<'a>(&'a self, levels: &'a [String]) -> impl Iterator<Item = &'a Printed> {
+    pub fn printed_of<'a>(
+        &'a self,
+        levels: &'a [String],
+    ) -> impl Iterator<Item = &'a PrintedMeasure> {
         let has = move |(factor, wanted): (&String, &Vec<String>)| {
             let at = self.factors.iter().position(|item| item.name == *factor);
             let own = at.and_then(|at| levels.get(at));

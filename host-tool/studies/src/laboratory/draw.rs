@@ -1,6 +1,6 @@
 //! Wearers drawn at random and points of a grid.
 
-use super::declaration::{Declaration, Drawn, Even};
+use super::declaration::{Declaration, RandomField, Uniformity};
 use hal_sim::random::{unit, word};
 use toml::Value;
 
@@ -80,20 +80,20 @@ pub(super) fn point_in_words(declaration: &Declaration, point: u64) -> String {
 }
 
 /// The least and the most that a draw gives.
-pub(super) fn ends(drawn: &Drawn) -> [Value; 2] {
+pub(super) fn ends(drawn: &RandomField) -> [Value; 2] {
     match drawn.even {
-        Even::Whole => [drawn.low, drawn.high].map(|end| Value::Integer(end as i64)),
-        Even::Value | Even::Logarithm => [drawn.low, drawn.high].map(Value::Float),
+        Uniformity::Whole => [drawn.low, drawn.high].map(|end| Value::Integer(end as i64)),
+        Uniformity::Value | Uniformity::Logarithm => [drawn.low, drawn.high].map(Value::Float),
     }
 }
 
 /// Where `part` of the way, 0 to 1, lies.
-fn value(drawn: &Drawn, part: f64) -> Value {
-    let Drawn { low, high, .. } = *drawn;
+fn value(drawn: &RandomField, part: f64) -> Value {
+    let RandomField { low, high, .. } = *drawn;
     match drawn.even {
-        Even::Value => Value::Float(low + part * (high - low)),
-        Even::Logarithm => Value::Float(low * (high / low).powf(part)),
-        Even::Whole => Value::Integer((low + (part * (high - low + 1.0)).floor()) as i64),
+        Uniformity::Value => Value::Float(low + part * (high - low)),
+        Uniformity::Logarithm => Value::Float(low * (high / low).powf(part)),
+        Uniformity::Whole => Value::Integer((low + (part * (high - low + 1.0)).floor()) as i64),
     }
 }
 

@@ -1,14 +1,14 @@
 //! A declaration with its sessions: what can be run.
 
-use super::condition::{Condition, Texts, Unchanged};
+use super::condition::{Condition, IneffectiveLevel, Texts};
 use super::declaration::Declaration;
 use super::draw::{Unit, points, unit_of};
 use super::error::{LaboratoryError, Mistake};
 use super::measure::{self, Measure};
 use super::protocol::{Place, Step, Wearer};
 use super::sources;
-use super::wearer::{Worn, same};
-use super::written::Written;
+use super::wearer::{TrialDevice, same};
+use super::written::DeclarationText;
 use host_core::link::Port;
 use host_core::record::{Trial, sha256};
 use host_core::run::{DeviceName, SessionFile, run};
@@ -46,7 +46,7 @@ pub(super) const WORN: &str = "--wearer/";
 
 /// What one wearer did in one condition: a number for each of the declaration's
 /// measures, where there is one.
-pub type Measured = Vec<Option<f64>>;
+pub type TrialMeasures = Vec<Option<f64>>;
 
 impl Experiment {
     /// The experiment that `text`, called `file`, declares; `texts` knows its
@@ -232,7 +232,7 @@ impl Experiment {
     ///
     /// # Errors
     /// A session that no device arms, or one that ended early.
-    pub fn perform(&self, unit: &Unit) -> Result<Vec<Measured>, LaboratoryError> {
+    pub fn perform(&self, unit: &Unit) -> Result<Vec<TrialMeasures>, LaboratoryError> {
         let files = self.sessions(&unit.fields)?;
         let trials = self.play(unit, &files, &mut |_| ())?;
         Ok(self.means(&files, &trials))
@@ -251,7 +251,7 @@ impl Experiment {
     ) -> Result<Vec<(usize, Trial)>, LaboratoryError> {
         let sessions: Vec<_> = files.iter().map(|file| file.session.clone()).collect();
         let wearer = self.declaration.protocol.wearer;
-        let mut worn = Worn::new(wearer, &sessions, (&DeviceName::Native, unit.seed))?;
+        let mut worn = TrialDevice::new(wearer, &sessions, (&DeviceName::Native, unit.seed))?;
         let mut trials = Vec::new();
         for step in self.steps_of(unit.seed) {
             let place = match step {
@@ -285,10 +285,15 @@ impl Experiment {
 
     /// The measures of each condition, of several trials the mean of those that have
     /// one.
-    pub(super) fn means(&self, files: &[SessionFile], trials: &[(usize, Trial)]) -> Vec<Measured> {
+    pub(super) fn means(
+        &self,
+        files: &[SessionFile],
+        trials: &[(usize, Trial)],
+    ) -> Vec<TrialMeasures> {
         let of = |(c, file): (usize, &SessionFile)| {
             let own = trials.iter().filter(|(condition, _)| *condition == c);
-            let own: Vec<Measured> = own.map(|(_, trial)| self.measured(file, trial)).collect();
+            let own: Vec<TrialMeasures> =
+                own.map(|(_, trial)| self.measured(file, trial)).collect();
             let mean = |m: usize| {
                 let numbers = own.iter().filter_map(|measured| *measured.get(m)?);
                 let numbers: Vec<f64> = numbers.collect();
@@ -302,7 +307,7 @@ impl Experiment {
 
     /// The measures of a trial of `file`.
     #[must_use]
-    pub fn measured(&self, file: &SessionFile, trial: &Trial) -> Measured {
+    pub fn measured(&self, file: &SessionFile, trial: &Trial) -> TrialMeasures {
         let number = |measure: &Measure| (measure.of)(&file.session, trial);
         self.measures().map(number).collect()
     }
@@ -312,10 +317,10 @@ impl Experiment {
 fn unchanged(
     d: &Declaration,
     (file, text): (&str, &str),
-    refused: &[Unchanged],
+    refused: &[IneffectiveLevel],
 ) -> LaboratoryError {
-    let written = Written::new(text);
-    let mistake = |((f, l), what): &Unchanged| {
+    let written = DeclarationText::new(text);
+    let mistake = |((f, l), what): &IneffectiveLevel| {
         let level = d.factors.get(*f).and_then(|factor| factor.levels.get(*l));
         let name = level.map_or("", |level| &level.name);
         let line = written.line_of_level(*f, *l);

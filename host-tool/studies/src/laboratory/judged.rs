@@ -1,7 +1,7 @@
 //! What a study that draws persons declares: ranges and claims; and what comes of the claims.
 
 use super::claims::Share;
-use super::decides::{Decided, LEAST_WEARERS, compared};
+use super::decides::{DecidingClaim, LEAST_WEARERS, compared};
 use hal_sim::random;
 use serde::Deserialize;
 
@@ -52,7 +52,7 @@ impl Range {
 /// What is judged of each person.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Judged {
+pub struct DrawClaim {
     /// For machines.
     pub id: String,
     /// For people.
@@ -61,7 +61,7 @@ pub struct Judged {
     pub paper: Option<bool>,
 }
 
-impl Judged {
+impl DrawClaim {
     /// In how many of those it can be judged of it holds.
     #[must_use]
     pub fn share(&self, verdicts: &[Option<bool>]) -> Share {
@@ -78,7 +78,7 @@ impl Judged {
         ranges: &[Range],
         verdicts: &[Option<bool>],
         drawn: &[&[f64]],
-    ) -> Decided {
+    ) -> DecidingClaim {
         let known = verdicts.iter().zip(drawn);
         let known: Vec<(bool, &[f64])> = known
             .filter_map(|(verdict, drawn)| Some(((*verdict)?, *drawn)))
@@ -90,7 +90,7 @@ impl Judged {
             let own = known.iter().filter_map(|(_, drawn)| drawn.get(place));
             (&*range.field, own.copied().collect())
         });
-        Decided {
+        DecidingClaim {
             id: self.id.clone(),
             claim: self.says.clone(),
             holds: of(true),

@@ -3,7 +3,7 @@
 use super::error::LaboratoryError;
 use super::experiment::{Experiment, WORN};
 use hal_sim::input;
-use host_core::record::{Declared, Difference, replace_file, sha256};
+use host_core::record::{DeclaredFile, Difference, replace_file, sha256};
 use std::fs;
 use std::io::ErrorKind;
 use std::path::Path;
@@ -61,9 +61,9 @@ fn lines(path: &Path) -> Result<Vec<String>, LaboratoryError> {
 impl Experiment {
     /// The files that it is made of, as a record's plan tells them.
     #[must_use]
-    pub fn declared(&self) -> Vec<Declared> {
+    pub fn declared(&self) -> Vec<DeclaredFile> {
         let each = self.hashes.iter().cloned();
-        each.map(|(file, sha256)| Declared { file, sha256 })
+        each.map(|(file, sha256)| DeclaredFile { file, sha256 })
             .collect()
     }
 
@@ -90,7 +90,7 @@ impl Experiment {
     ///
     /// # Errors
     /// One of them is missing, or is another than it was.
-    pub fn kept(dir: &Path, declared: &[Declared]) -> Result<Self, LaboratoryError> {
+    pub fn kept(dir: &Path, declared: &[DeclaredFile]) -> Result<Self, LaboratoryError> {
         let mut texts = Vec::new();
         for (place, one) in declared.iter().enumerate() {
             let path = dir.join(one.kept_as(place));

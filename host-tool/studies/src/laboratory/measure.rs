@@ -1,7 +1,7 @@
 //! What is computed of a trial, by name.
 
 use firmware::safety::StageSpec;
-use host_core::analysis::{Hit, force_metrics, hits, metrics_but_lag};
+use host_core::analysis::{WallContact, force_metrics, hits, metrics_but_lag};
 use host_core::record::Trial;
 use host_core::session::Session;
 
@@ -45,7 +45,7 @@ const JUDGED_S: f64 = 2.0;
 /// Within which an arm has settled, degrees.
 const SETTLED_DEG: f64 = 1.0;
 
-fn last_hit(trial: &Trial) -> Option<Hit> {
+fn last_hit(trial: &Trial) -> Option<WallContact> {
     hits(trial).into_iter().last()
 }
 

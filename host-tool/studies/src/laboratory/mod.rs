@@ -42,28 +42,30 @@ pub use check::MOST_DRAWS;
 pub use claims::{Case, Reach, Share, Verdict, shares};
 pub use comparison::{Comparison, comparison};
 pub use condition::{Condition, Texts};
-pub use conduct::{Conducted, Course, Ended, Operator};
-pub use decides::{Decided, Field};
+pub use conduct::{ConductedTrial, Course, Operator, ProtocolEnd};
+pub use decides::{DecidingClaim, Field};
 pub use declaration::{Claim, Declaration};
 pub use error::LaboratoryError;
-pub use experiment::{Experiment, Measured};
-pub use judged::{Judged, Range};
+pub use experiment::{Experiment, TrialMeasures};
+pub use judged::{DrawClaim, Range};
 pub use kept::{compared, differs};
 pub use measure::{MEASURES, Measure};
-pub(crate) use notes::{Heard, LOAD_OHM, Notes};
+pub(crate) use notes::{ElectrodeLog, LOAD_OHM, Notes};
 pub use numbers::{LARGE_T, large_t};
-pub use open_loop::Checked;
+pub use open_loop::DeviceCheck;
 pub use page::{headline, publish, renew};
-pub use paper_claims::{PaperClaim, Standing, paper_claims};
+pub use paper_claims::{ClaimStanding, PaperClaim, paper_claims};
 pub use protocol::{Place, Step, Wearer};
 pub use quoted::quoted;
-pub use result::{Declared, Outcome, Row, Shown};
+pub use result::{Outcome, Preregistration, Row, ShownCondition};
 pub use results::{
     NamedResult, ResultRow, ResultValue, declaration_differences, result_rows, results_body,
     results_text,
 };
-pub use run::{Ran, Runnable, WithUnits, decided_by, merge_drawing, run_drawing};
-pub use sheet::{Along, Band, Bar, Curve, Grid, Matrix, Plot, Plots, Sheet, Shows};
+pub use run::{RunProgress, Runnable, WithUnits, decided_by, merge_drawing, run_drawing};
+pub use sheet::{Band, Bar, Curve, Grid, Matrix, Plot, Plots, Sheet, SheetAxis, SheetContent};
 pub(crate) use study::line;
-pub use study::{About, Lines, Study};
-pub use sweep::{Computed, Drawing, Shard, Sweep, Swept, join, merge, number_of, part_of};
+pub use study::{Lines, Study, StudyIdentity};
+pub use sweep::{
+    ComputedUnits, Drawing, Shard, Sweep, SweepResult, join, merge, number_of, part_of,
+};

@@ -8,9 +8,9 @@ pub(crate) const LOAD_OHM: f64 = 1_000.0;
 
 /// What reached the electrodes, in its order.
 #[derive(Clone, Default)]
-pub(crate) struct Heard(Arc<Mutex<Vec<Pulse>>>);
+pub(crate) struct ElectrodeLog(Arc<Mutex<Vec<Pulse>>>);
 
-impl Heard {
+impl ElectrodeLog {
     /// All of it so far.
     pub(crate) fn all(&self) -> Vec<Pulse> {
         let heard = self.0.lock();
@@ -21,12 +21,12 @@ impl Heard {
 /// A dummy load at each channel; what it is pulsed with is heard.
 pub(crate) struct Notes {
     loads: [Load; CHANNELS],
-    heard: Heard,
+    heard: ElectrodeLog,
 }
 
 impl Notes {
     /// Whose pulses go to `heard`.
-    pub(crate) fn on(heard: &Heard) -> Self {
+    pub(crate) fn on(heard: &ElectrodeLog) -> Self {
         Self {
             loads: [Load::Ohms(LOAD_OHM); CHANNELS],
             heard: heard.clone(),

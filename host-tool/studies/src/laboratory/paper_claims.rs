@@ -18,7 +18,7 @@ pub struct PaperClaim<'a> {
 
 /// What a paper's claim comes to, of all its parts.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Standing {
+pub enum ClaimStanding {
     /// Every part that is counted has this verdict, or the worst of them has.
     Judged(Verdict),
     /// Every part has one independent case.
@@ -222,16 +222,16 @@ impl PaperClaim<'_> {
     /// The worst of its parts: it comes out only where all of them do. Parts of one
     /// independent case, and parts of none, are not counted.
     #[must_use]
-    pub fn standing(&self) -> Standing {
+    pub fn standing(&self) -> ClaimStanding {
         let of = |wanted| {
             let mut counted = self.parts.iter().filter_map(|share| share.verdict());
             counted.any(|verdict| verdict == wanted)
         };
         let worst = [Verdict::Unlike, Verdict::Undecided, Verdict::Like];
         match worst.into_iter().find(|verdict| of(*verdict)) {
-            Some(worst) => Standing::Judged(worst),
-            None if self.parts.iter().any(|share| share.is_single()) => Standing::Single,
-            None => Standing::Unjudged,
+            Some(worst) => ClaimStanding::Judged(worst),
+            None if self.parts.iter().any(|share| share.is_single()) => ClaimStanding::Single,
+            None => ClaimStanding::Unjudged,
         }
     }
 
@@ -254,7 +254,7 @@ impl PaperClaim<'_> {
     }
 }
 
-impl Standing {
+impl ClaimStanding {
     /// In two or three words.
     #[must_use]
     pub const fn in_words(self) -> &'static str {

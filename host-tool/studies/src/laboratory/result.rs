@@ -2,11 +2,11 @@
 
 use super::claims::{Share, Units, shares};
 use super::condition::{Condition, named};
-use super::conduct::Conducted;
-use super::decides::{Decided, decided};
+use super::conduct::ConductedTrial;
+use super::decides::{DecidingClaim, decided};
 use super::declaration::Declaration;
 use super::draw::{point_in_words, points};
-use super::experiment::{Experiment, Measured};
+use super::experiment::{Experiment, TrialMeasures};
 use super::quoted::quoted;
 use super::sheet::Sheet;
 use host_core::statistics::Spread;
@@ -28,9 +28,9 @@ pub struct Outcome {
     #[serde(default)]
     pub cut_short: Option<String>,
     /// What was written before looking.
-    pub declared: Declared,
+    pub declared: Preregistration,
     /// The conditions, as the declaration crosses them.
-    pub conditions: Vec<Shown>,
+    pub conditions: Vec<ShownCondition>,
     /// A number for each measure of each condition.
     pub rows: Vec<Row>,
     /// In how many cases each claim holds.
@@ -38,7 +38,7 @@ pub struct Outcome {
     /// What decides each claim; empty where no wearers were drawn, and in results older
     /// than it.
     #[serde(default)]
-    pub decides: Vec<Decided>,
+    pub decides: Vec<DecidingClaim>,
     /// What stands beside the paper's own tables and figures, by their numbers; in results
     /// that lay them out.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -49,7 +49,7 @@ pub struct Outcome {
 
 /// A condition and the trial that the page shows of it.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
-pub struct Shown {
+pub struct ShownCondition {
     /// A level of each factor.
     pub levels: Vec<String>,
     /// The place of its first trial in the record, from 0; nothing where none was
@@ -59,7 +59,7 @@ pub struct Shown {
 
 /// What was written before looking.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
-pub struct Declared {
+pub struct Preregistration {
     /// What a command calls it: its name in this program, or its file. Empty in
     /// results older than it.
     #[serde(default)]
@@ -182,7 +182,7 @@ impl Outcome {
     pub fn of_trials(
         experiment: &Experiment,
         (device, seed): (&str, u64),
-        trials: &[Conducted],
+        trials: &[ConductedTrial],
         simulated: Option<bool>,
     ) -> Self {
         let repetitions = experiment.declaration.protocol.repetitions;
@@ -190,7 +190,7 @@ impl Outcome {
         for measurement in trials {
             let round =
                 (measurement.place.block * repetitions + measurement.place.repetition) as u64;
-            let nothing = || vec![Measured::new(); experiment.conditions.len()];
+            let nothing = || vec![TrialMeasures::new(); experiment.conditions.len()];
             let unit = rounds.entry(round).or_insert_with(nothing);
             if let Some(place) = unit.get_mut(measurement.place.condition) {
                 place.clone_from(&measurement.measured);
@@ -217,7 +217,7 @@ impl Outcome {
 
     /// The same with the trials that were recorded beside it.
     #[must_use]
-    pub fn showing(mut self, trials: &[Conducted]) -> Self {
+    pub fn showing(mut self, trials: &[ConductedTrial]) -> Self {
         for (position, measurement) in trials.iter().enumerate() {
             let is_first = (measurement.place.block, measurement.place.repetition) == (0, 0);
             if let (true, Some(own)) = (
@@ -253,17 +253,20 @@ impl Outcome {
             .into_iter()
             .chain(absent(experiment, units))
             .chain(printed);
-        let conditions = experiment.conditions.iter().map(|condition| Shown {
-            levels: condition.levels.clone(),
-            trial: None,
-        });
+        let conditions = experiment
+            .conditions
+            .iter()
+            .map(|condition| ShownCondition {
+                levels: condition.levels.clone(),
+                trial: None,
+            });
         Self {
             name: declaration.name.clone(),
             title: declaration.title.clone(),
             seed,
             simulated,
             cut_short: None,
-            declared: Declared {
+            declared: Preregistration {
                 command: command(experiment, draws, "native"),
                 asked: experiment.asked.clone(),
                 device: None,
@@ -297,7 +300,7 @@ impl Outcome {
     }
 }
 
-impl Shown {
+impl ShownCondition {
     /// As [`Condition::name`](super::condition::Condition::name).
     #[must_use]
     pub fn name(&self) -> String {

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// How far a run came.
-pub struct Ran {
+pub struct RunProgress {
     /// Of a study that is not a shard: what the units there are come to, all or the first
     /// ones.
     pub outcome: Option<Outcome>,
@@ -49,17 +49,17 @@ pub trait Runnable: Sync {
         dir: Option<&Path>,
         shard: Shard,
         go_on: &mut dyn FnMut(f64) -> bool,
-    ) -> anyhow::Result<Ran>;
+    ) -> anyhow::Result<RunProgress>;
     /// Makes one study in `out` of all of its shards in `parts`: the bytes of one that was
     /// never cut.
     ///
     /// # Errors
     /// The parts are not all shards of this study, one has a hole, or a file fails.
-    fn merge(&self, parts: &[PathBuf], out: &Path) -> anyhow::Result<Ran>;
+    fn merge(&self, parts: &[PathBuf], out: &Path) -> anyhow::Result<RunProgress>;
 }
 
 /// What a run came to, with its units by their index.
-pub type WithUnits<U> = (Ran, BTreeMap<u64, U>);
+pub type WithUnits<U> = (RunProgress, BTreeMap<u64, U>);
 
 /// Runs a sweep of a drawing, as [`Runnable::run`].
 ///
@@ -76,7 +76,7 @@ where
 {
     let computed = sweep.compute(drawing, dir, go_on)?;
     let units = computed.units;
-    let mut ran = Ran {
+    let mut ran = RunProgress {
         outcome: None,
         table: None,
         failed: None,
@@ -105,7 +105,7 @@ pub fn merge_drawing<D: Drawing>(
 ) -> Result<WithUnits<D::Unit>, D::Error> {
     let (units, outcome) = join(parts, out, drawing)?;
     let sweep = Sweep::of(out)?;
-    let ran = Ran {
+    let ran = RunProgress {
         outcome: Some(outcome),
         table: drawing.table(&sweep, &units),
         failed: None,
@@ -131,11 +131,11 @@ impl<S: Study> Runnable for S {
         dir: Option<&Path>,
         shard: Shard,
         go_on: &mut dyn FnMut(f64) -> bool,
-    ) -> anyhow::Result<Ran> {
+    ) -> anyhow::Result<RunProgress> {
         Ok(run_drawing(&Lines(self), &self.sweep(shard), dir, go_on)?.0)
     }
 
-    fn merge(&self, parts: &[PathBuf], out: &Path) -> anyhow::Result<Ran> {
+    fn merge(&self, parts: &[PathBuf], out: &Path) -> anyhow::Result<RunProgress> {
         Ok(merge_drawing(&Lines(self), parts, out)?.0)
     }
 }

@@ -13,13 +13,13 @@ pub struct Sheet {
     /// What is shown, of whom, whether it is simulated, and what the paper's shows.
     pub caption: String,
     /// Its numbers.
-    pub shows: Shows,
+    pub shows: SheetContent,
 }
 
 /// What a sheet shows.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Shows {
+pub enum SheetContent {
     /// Rows and columns.
     Table(Grid),
     /// Small multiples.
@@ -65,9 +65,9 @@ pub struct Plot {
     /// Over it.
     pub title: String,
     /// Across.
-    pub x: Along,
+    pub x: SheetAxis,
     /// Up.
-    pub y: Along,
+    pub y: SheetAxis,
     /// From x to x: what does not count.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub aside: Option<[f64; 2]>,
@@ -87,7 +87,7 @@ pub struct Plot {
 
 /// An axis.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
-pub struct Along {
+pub struct SheetAxis {
     /// What is counted, with its unit.
     pub name: String,
     /// Its ends; of names, half a place beyond the first and the last.
@@ -145,7 +145,7 @@ const fn is_false(flag: &bool) -> bool {
     !*flag
 }
 
-impl Along {
+impl SheetAxis {
     /// From one value to another, in round steps.
     #[must_use]
     pub fn even(name: &str, ends: [f64; 2]) -> Self {
@@ -190,7 +190,7 @@ impl Sheet {
             number: number.to_owned(),
             title: title.to_owned(),
             caption,
-            shows: Shows::Table(grid),
+            shows: SheetContent::Table(grid),
         }
     }
 
@@ -201,7 +201,7 @@ impl Sheet {
             number: number.to_owned(),
             title: title.to_owned(),
             caption,
-            shows: Shows::Matrix(matrix),
+            shows: SheetContent::Matrix(matrix),
         }
     }
 
@@ -212,7 +212,7 @@ impl Sheet {
             number: number.to_owned(),
             title: title.to_owned(),
             caption,
-            shows: Shows::Plots(plots),
+            shows: SheetContent::Plots(plots),
         }
     }
 }
@@ -258,7 +258,7 @@ mod tests {
 
     #[test]
     fn names_have_a_place_each() {
-        let along = Along::of("", ["a", "b", "c"].map(str::to_owned));
+        let along = SheetAxis::of("", ["a", "b", "c"].map(str::to_owned));
         assert_eq!(along.ends, [-0.5, 2.5]);
         assert_eq!(along.ticks[2], (2.0, "c".to_owned()));
     }

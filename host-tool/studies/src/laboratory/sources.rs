@@ -3,7 +3,7 @@
 use super::condition::{Texts, beside};
 use super::declaration::Declaration;
 use super::error::{LaboratoryError, Mistake};
-use super::written::Written;
+use super::written::DeclarationText;
 use host_core::run::SessionFile;
 use host_core::session::no_wearer;
 use std::cell::RefCell;
@@ -46,7 +46,7 @@ fn absent(
     (session, level): (&str, Option<(usize, usize)>),
     why: &str,
 ) -> Mistake {
-    let written = Written::new(text);
+    let written = DeclarationText::new(text);
     let line = match level {
         None => written.line_of("session"),
         Some((factor, level)) => written.line_of_level(factor, level),

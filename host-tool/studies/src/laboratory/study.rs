@@ -9,7 +9,7 @@ use serde::de::DeserializeOwned;
 use std::collections::BTreeMap;
 
 /// What decides every unit of a study.
-pub struct About<'a> {
+pub struct StudyIdentity<'a> {
     /// The name that a command has for it.
     pub name: &'a str,
     /// Arguments that decide the result, beside seed and draws: as they are typed, empty
@@ -30,7 +30,7 @@ pub trait Study: Sync {
     type Unit: Serialize + DeserializeOwned + Clone + Send + Sync;
 
     /// What decides it.
-    fn about(&self) -> About<'_>;
+    fn about(&self) -> StudyIdentity<'_>;
     /// SHA-256 of everything declared, by file: of the declaration alone, if nothing else is.
     fn hashes(&self) -> BTreeMap<String, String> {
         let (file, text) = self.about().declaration;

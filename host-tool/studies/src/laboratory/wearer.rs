@@ -11,7 +11,7 @@ use host_core::session::Session;
 const ROUNDS: u64 = 0x1AB3;
 
 /// Opens the device for trial after trial.
-pub(super) struct Worn<'a> {
+pub(super) struct TrialDevice<'a> {
     device: &'a DeviceName,
     seed: u64,
     /// What a wearer who is kept needs for every trial.
@@ -20,7 +20,7 @@ pub(super) struct Worn<'a> {
     kept: Option<Box<dyn Port>>,
 }
 
-impl<'a> Worn<'a> {
+impl<'a> TrialDevice<'a> {
     /// For trials of these sessions, one for each condition. A board is opened anew
     /// for each trial: it keeps its person.
     ///

@@ -5,7 +5,7 @@ use super::condition::Condition;
 use super::draw::ends;
 use super::error::{LaboratoryError, Mistake};
 use super::experiment::Experiment;
-use super::written::Written;
+use super::written::DeclarationText;
 use std::collections::BTreeMap;
 use toml::Value;
 
@@ -51,7 +51,7 @@ impl Experiment {
         if refused.is_empty() {
             return Ok(());
         }
-        let written = Written::new(&self.text);
+        let written = DeclarationText::new(&self.text);
         let mistake = |(nth, (condition, what)): (&Option<usize>, &(String, String))| {
             let (line, who) = nth.map_or((None, String::new()), |nth| self.asked_by(&written, nth));
             Mistake::at(
@@ -65,7 +65,7 @@ impl Experiment {
     }
 
     /// The line and the name of the draw or grid of a wearer's field `nth`.
-    fn asked_by(&self, written: &Written<'_>, nth: usize) -> (Option<usize>, String) {
+    fn asked_by(&self, written: &DeclarationText<'_>, nth: usize) -> (Option<usize>, String) {
         let (list, at) = match nth.checked_sub(self.declaration.drawn.len()) {
             None => ("draw", nth),
             Some(at) => ("grid", at),

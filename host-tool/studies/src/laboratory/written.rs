@@ -8,7 +8,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue, Error, ValueDeserializer};
 
 /// The text of a declaration, taken apart as far as it can be.
-pub(super) struct Written<'t> {
+pub(super) struct DeclarationText<'t> {
     text: &'t str,
     root: Spanned<DeTable<'t>>,
     /// What is no TOML.
@@ -17,7 +17,7 @@ pub(super) struct Written<'t> {
     unread: Vec<(&'static str, usize)>,
 }
 
-impl<'t> Written<'t> {
+impl<'t> DeclarationText<'t> {
     pub(super) fn new(text: &'t str) -> Self {
         let (root, broken) = DeTable::parse_recoverable(text);
         Self {

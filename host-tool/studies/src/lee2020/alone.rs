@@ -9,12 +9,12 @@ use host_core::identify::ForceRecord;
 
 /// A wrist that is given pulses at the very microsecond.
 #[derive(Clone, Debug)]
-pub struct Alone {
+pub struct ExactWrist {
     wrist: Wrist,
     now_us: u64,
 }
 
-impl Alone {
+impl ExactWrist {
     /// # Errors
     /// A bench that cannot be.
     pub fn new(spec: WristSpec, seed: u64) -> Result<Self, LeeError> {
@@ -66,7 +66,7 @@ impl Alone {
     }
 }
 
-impl Stimulator for Alone {
+impl Stimulator for ExactWrist {
     fn train(&mut self, train: &Train) -> Result<ForceRecord, LeeError> {
         Ok(self.known(train).0)
     }

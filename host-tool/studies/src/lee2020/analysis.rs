@@ -4,7 +4,7 @@ use super::declaration::Declaration;
 use super::error::LeeError;
 use super::protocol::{Session, peak_n};
 use host_core::identify::{
-    Agreement, Constants, Exponential, Fit, Fitted, ForceRecord, Response, Weighting, agreement,
+    Agreement, Constants, Exponential, Fit, ForceFit, ForceRecord, Response, Weighting, agreement,
     averaged, responses, simulated,
 };
 use serde::{Deserialize, Serialize};
@@ -15,7 +15,7 @@ const PAPER_30_HZ_S: f64 = 0.0332;
 
 /// What fifteen trains came to.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Analysed {
+pub struct TrainAnalysis {
     /// I1 to I5, mA.
     pub amplitudes: Vec<f64>,
     /// By amplitude and frequency: greatest 40 ms mean above rest, N.
@@ -23,7 +23,7 @@ pub struct Analysed {
     /// Equation 5 by frequency; nothing of too few forces.
     pub exponentials: [Option<(Exponential, Agreement)>; 3],
     /// Of I5's three trains: as good as can be, and as the paper compares.
-    pub fits: [Fitted; 2],
+    pub fits: [ForceFit; 2],
     /// Mean over frequencies of how well the model agrees, by amplitude: I5 as fitted, the
     /// others with A of equation 6.
     pub agreements: Vec<Agreement>,
@@ -35,7 +35,7 @@ pub struct Analysed {
 
 /// # Errors
 /// What is wrong with a record, or no fit.
-pub fn analysed(session: &Session, declared: &Declaration) -> Result<Analysed, LeeError> {
+pub fn analysed(session: &Session, declared: &Declaration) -> Result<TrainAnalysis, LeeError> {
     let amplitudes = session.amplitudes.0.clone();
     let peaks_n: Vec<[f64; 3]> = session
         .records
@@ -70,7 +70,7 @@ pub fn analysed(session: &Session, declared: &Declaration) -> Result<Analysed, L
     let by_frequency = [times(0), times(1), times(2)];
     let of_amplitude = |i: usize| by_frequency.each_ref().map(|responses| responses[i]);
     let measured = |records: &[ForceRecord; 3]| records.each_ref().map(t_rt_s);
-    Ok(Analysed {
+    Ok(TrainAnalysis {
         agreements: both().map(agree).collect(),
         responses: (0..amplitudes.len()).map(of_amplitude).collect(),
         measured_t_rt_s: session.records.iter().map(measured).collect(),

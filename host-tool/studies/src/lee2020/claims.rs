@@ -1,8 +1,8 @@
 //! In how many cases each of the paper's claims holds, and ours.
 
 use super::SUBJECTS;
-use super::analysis::Analysed;
-use super::quality::{Cell, Thresholds, Which, drawn, printed};
+use super::analysis::TrainAnalysis;
+use super::quality::{Cell, FitKind, Thresholds, drawn, printed};
 use super::spread::mean_sd;
 use super::study::{Part, Study};
 use crate::laboratory::Share;
@@ -25,17 +25,17 @@ impl Study {
 
     /// Claims that every subject's replication decides.
     fn of_each(&self, parts: &[Part]) -> Vec<Share> {
-        let each: Vec<&Analysed> = (0..SUBJECTS)
+        let each: Vec<&TrainAnalysis> = (0..SUBJECTS)
             .flat_map(|index| printed(parts, index))
             .collect();
-        let count = |is: &dyn Fn(&Analysed) -> Option<bool>| {
+        let count = |is: &dyn Fn(&TrainAnalysis) -> Option<bool>| {
             counted(each.iter().map(|analysis| is(analysis)))
         };
-        let by_amplitude = |analysis: &Analysed, f: usize| {
+        let by_amplitude = |analysis: &TrainAnalysis, f: usize| {
             let own: Vec<f64> = analysis.peaks_n.iter().map(|peak_n| peak_n[f]).collect();
             rise(&own)
         };
-        let times = |analysis: &Analysed| {
+        let times = |analysis: &TrainAnalysis| {
             let own = analysis.responses.last()?.iter();
             own.map(|response| Some(response.as_ref()?.t_rt_s()))
                 .collect::<Option<Vec<f64>>>()
@@ -71,7 +71,7 @@ impl Study {
     /// Claims about means over subjects, which every replication of all decides.
     fn of_draws(&self, parts: &[Part]) -> Vec<Share> {
         let claims = &self.declared.claims;
-        let count = |is: &dyn Fn(&[&Analysed]) -> Option<bool>| {
+        let count = |is: &dyn Fn(&[&TrainAnalysis]) -> Option<bool>| {
             counted((0..self.draws).map(|draw| is(&self.of_draw(parts, draw))))
         };
         let last = self.declared.trains.amplitudes - 1;
@@ -146,8 +146,8 @@ impl Study {
     fn covered(&self, parts: &[Part]) -> Vec<Share> {
         let mut all = Vec::new();
         let fits = [
-            (Which::Whitened, "95 % interval covers"),
-            (Which::Averaged, "averaged fit's covers"),
+            (FitKind::Whitened, "95 % interval covers"),
+            (FitKind::Averaged, "averaged fit's covers"),
         ];
         for (which, told) in fits {
             let cells = self.cells(parts, which);
@@ -168,7 +168,7 @@ fn rise(all: &[f64]) -> bool {
     all.windows(2).all(|window| window[1] > window[0])
 }
 
-fn mean_nrmse(all: &[&Analysed], i: usize) -> Option<f64> {
+fn mean_nrmse(all: &[&TrainAnalysis], i: usize) -> Option<f64> {
     let own: Option<Vec<f64>> = all
         .iter()
         .map(|analysis| Some(analysis.agreements.get(i)?.nrmse_percent))
@@ -176,7 +176,7 @@ fn mean_nrmse(all: &[&Analysed], i: usize) -> Option<f64> {
     Some(mean_sd(&own?)?.0)
 }
 
-fn above_r2(all: &[&Analysed], least: f64) -> Option<bool> {
+fn above_r2(all: &[&TrainAnalysis], least: f64) -> Option<bool> {
     let of = |f: usize| -> Option<f64> {
         let own: Option<Vec<f64>> = all
             .iter()
@@ -189,7 +189,7 @@ fn above_r2(all: &[&Analysed], least: f64) -> Option<bool> {
 }
 
 /// Mean over frequencies of the change from I1 to I5.
-fn flat(analysis: &Analysed, part: f64) -> Option<bool> {
+fn flat(analysis: &TrainAnalysis, part: f64) -> Option<bool> {
     let (first, last) = (
         analysis.measured_t_rt_s.first()?,
         analysis.measured_t_rt_s.last()?,

@@ -1,7 +1,7 @@
 //! `draws.csv`: a row for each replication, so that every number can be computed again.
 
-use super::analysis::Analysed;
-use super::study::{Drawn, Part, Study};
+use super::analysis::TrainAnalysis;
+use super::study::{Part, Study, SubjectReplication};
 use super::{SUBJECTS, name};
 use host_core::identify::NAMES;
 use std::fmt::Write;
@@ -67,7 +67,7 @@ impl Study {
         text
     }
 
-    fn lines(&self, text: &mut String, drawn: &Drawn) {
+    fn lines(&self, text: &mut String, drawn: &SubjectReplication) {
         let number =
             |number: Option<f64>| number.map_or_else(String::new, |value| format!("{value:.4}"));
         debug_assert!(drawn.subject < SUBJECTS);
@@ -93,7 +93,7 @@ impl Study {
     }
 }
 
-fn numbers(text: &mut String, found: &Analysed) {
+fn numbers(text: &mut String, found: &TrainAnalysis) {
     for fit in &found.fits {
         let scale = [1.0, 1.0, 1e3, 1e3, 1e3];
         for (estimate, scale) in fit.estimates().iter().zip(scale) {

@@ -21,30 +21,30 @@ const STEP_MA: f64 = FULL_SCALE_MA / 65_535.0 + 1e-3;
 const OFFSET_US: u32 = 5_000;
 
 /// A pulse as it came to the body: start in µs, mA, µs.
-type Came = (u64, f64, u32);
+type BodyPulse = (u64, f64, u32);
 
 /// What was noted while a body was stimulated.
 #[derive(Default)]
-struct Heard {
-    pulses: Vec<Came>,
+struct BodyNotes {
+    pulses: Vec<BodyPulse>,
     /// When the first of these was taken, ms.
     since_ms: u64,
     samples_n: Vec<f64>,
 }
 
 /// A wrist of which every pulse and every sample is noted.
-struct Noting {
+struct NotingWrist {
     wrist: Wrist,
-    heard: Arc<Mutex<Heard>>,
+    heard: Arc<Mutex<BodyNotes>>,
 }
 
-impl Noting {
-    fn heard(&self) -> std::sync::MutexGuard<'_, Heard> {
+impl NotingWrist {
+    fn heard(&self) -> std::sync::MutexGuard<'_, BodyNotes> {
         self.heard.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-impl Body for Noting {
+impl Body for NotingWrist {
     fn pulse(&mut self, pulse: &Pulse) {
         let load = self.wrist.loads().get(pulse.channel).copied();
         let ma = load.map_or(0.0, |load| load.current_ma(pulse.drive));
@@ -96,7 +96,7 @@ impl Body for Noting {
 /// A simulated device with a wrist on the bench as its wearer.
 pub struct OnDevice {
     port: Option<Box<dyn Port>>,
-    heard: Arc<Mutex<Heard>>,
+    heard: Arc<Mutex<BodyNotes>>,
     /// Largest amplitude that it is allowed, mA.
     most_ma: f64,
     /// Trains that were compared with what the body alone is given.
@@ -129,13 +129,13 @@ impl OnDevice {
         };
         let file = session(&any, spec.channel, most_ma)?;
         let mut port = device.open(&file.session, seed)?;
-        let heard = Arc::new(Mutex::new(Heard::default()));
+        let heard = Arc::new(Mutex::new(BodyNotes::default()));
         let world = port
             .world()
             .ok_or_else(|| failed(&any, "it is not simulated"))?;
         let mut wrist = Wrist::new(spec, seed)?;
         wrist.advance(world.now_us());
-        world.body = Box::new(Noting {
+        world.body = Box::new(NotingWrist {
             wrist,
             heard: heard.clone(),
         });
@@ -162,7 +162,7 @@ impl OnDevice {
     }
 
     /// What of `came` is not as the body alone is given it.
-    fn unlike(came: &[Came], train: &Train) -> Option<String> {
+    fn unlike(came: &[BodyPulse], train: &Train) -> Option<String> {
         if came.len() != train.pulses as usize {
             return Some(format!("{} pulses came", came.len()));
         }
@@ -184,7 +184,7 @@ impl OnDevice {
     fn record(&self, train: &Train, epoch_us: u64) -> Result<(ForceRecord, usize), String> {
         let heard = self.heard.lock().unwrap_or_else(PoisonError::into_inner);
         // What an electrode check puts out before is no pulse of the train.
-        let own: Vec<Came> = heard
+        let own: Vec<BodyPulse> = heard
             .pulses
             .iter()
             .copied()
@@ -218,7 +218,7 @@ impl OnDevice {
 impl Stimulator for OnDevice {
     fn train(&mut self, train: &Train) -> Result<ForceRecord, LeeError> {
         let told = |why: String| failed(train, why);
-        *self.heard.lock().unwrap_or_else(PoisonError::into_inner) = Heard::default();
+        *self.heard.lock().unwrap_or_else(PoisonError::into_inner) = BodyNotes::default();
         self.rests(1e-3 * train.before as f64).map_err(told)?;
         let file = session(train, 0, self.most_ma)?;
         let port = self

@@ -1,13 +1,13 @@
 //! Figures 7 to 10 beside the paper's.
 
-use super::analysis::{Analysed, analysed};
+use super::analysis::{TrainAnalysis, analysed};
 use super::error::LeeError;
 use super::outcome::estimated;
 use super::protocol::Session;
 use super::quality::printed;
 use super::study::{Part, Study};
 use super::{SUBJECTS, name, paper};
-use crate::laboratory::{Along, Curve, Plot, Plots, Sheet};
+use crate::laboratory::{Curve, Plot, Plots, Sheet, SheetAxis};
 use host_core::identify::{ForceRecord, averaged, simulated};
 
 /// Whose figures 7, 9 and 10 are: best and worst exponential, and the courses.
@@ -65,8 +65,8 @@ impl Study {
             let most = own.peaks_n.iter().flatten().copied().fold(0.0, f64::max);
             Some(Plot {
                 title: name(subject),
-                x: Along::even("amplitude (mA)", [first, last]),
-                y: Along::even("peak force (N)", [0.0, 1.1 * most]),
+                x: SheetAxis::even("amplitude (mA)", [first, last]),
+                y: SheetAxis::even("peak force (N)", [0.0, 1.1 * most]),
                 curves,
                 ..Plot::default()
             })
@@ -102,8 +102,8 @@ impl Study {
         let slope = Curve::line(1, [[0.0, 0.0], [most, paper::FIGURE_8[0] * most]]);
         let curves = alone.chain([slope]).collect();
         let plot = Plot {
-            x: Along::even("measured peak (N)", [0.0, most]),
-            y: Along::even("estimated peak (N)", [0.0, most]),
+            x: SheetAxis::even("measured peak (N)", [0.0, most]),
+            y: SheetAxis::even("estimated peak (N)", [0.0, most]),
             curves,
             ..Plot::default()
         };
@@ -123,7 +123,7 @@ impl Study {
     }
 
     /// The first replication of K10, at I5 and at I1 to I4.
-    fn figures_9_and_10(&self, session: &Session, found: &Analysed) -> Vec<Sheet> {
+    fn figures_9_and_10(&self, session: &Session, found: &TrainAnalysis) -> Vec<Sheet> {
         let last = session.amplitudes.0.len() - 1;
         let sheet = |number: &str, amplitudes: std::ops::Range<usize>, caption: &str| {
             let all = amplitudes.flat_map(|i| (0..3).map(move |f| (i, f)));
@@ -149,7 +149,7 @@ impl Study {
     }
 
     /// Force as measured and as the model has it, of an amplitude and a frequency.
-    fn course(&self, session: &Session, found: &Analysed, (i, f): (usize, usize)) -> Plot {
+    fn course(&self, session: &Session, found: &TrainAnalysis, (i, f): (usize, usize)) -> Plot {
         let constants = found.fits[1].constants;
         let last = session.amplitudes.0.len() - 1;
         let reference_ma = session.amplitudes.0[last];
@@ -173,8 +173,8 @@ impl Study {
         let most = both.map(|values| values[1]).fold(0.1, f64::max);
         Plot {
             title: format!("I{}, {} Hz", i + 1, self.declared.trains.frequencies_hz[f]),
-            x: Along::even("time (s)", [0.0, 2.5]),
-            y: Along::even("force (N)", [-0.05 * most, 1.15 * most]),
+            x: SheetAxis::even("time (s)", [0.0, 2.5]),
+            y: SheetAxis::even("force (N)", [-0.05 * most, 1.15 * most]),
             curves: vec![Curve::line(0, measured), Curve::line(1, model)],
             ..Plot::default()
         }

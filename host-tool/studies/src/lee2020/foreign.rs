@@ -1,6 +1,6 @@
 //! Bodies of another structure: how far a fit of the model still agrees with them.
 
-use super::alone::Alone;
+use super::alone::ExactWrist;
 use super::analysis::analysed;
 use super::declaration::Declaration;
 use super::error::LeeError;
@@ -48,7 +48,7 @@ pub fn mismatch(
         word(seed, place.unwrap_or_default() as u64),
         (1e6 * foreign.size) as u64,
     );
-    let mut alone = Alone::new(spec, seed)?;
+    let mut alone = ExactWrist::new(spec, seed)?;
     let amplitudes = Amplitudes::from(truth.printed_ma, declared)?;
     let most_ma = amplitudes.0.last().copied().unwrap_or_default();
     let found = analysed(&fifteen(&mut alone, amplitudes, declared)?, declared)?;

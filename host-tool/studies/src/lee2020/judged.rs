@@ -1,6 +1,6 @@
 //! Tables A to D, ours: what the method is worth where the truth is known.
 
-use super::quality::{Which, own};
+use super::quality::{FitKind, own};
 use super::spread::{cell, mean_sd, median};
 use super::study::{Part, Study};
 use super::tables::grid;
@@ -16,7 +16,7 @@ fn residual_n(subject: usize) -> f64 {
 
 impl Study {
     /// Ours: coverage and bound.
-    pub(super) fn quality(&self, parts: &[Part], which: Which) -> Sheet {
+    pub(super) fn quality(&self, parts: &[Part], which: FitKind) -> Sheet {
         let cells = self.cells(parts, which);
         let mut rows = Vec::new();
         for (subject, own) in cells.iter().enumerate() {
@@ -51,8 +51,8 @@ impl Study {
         let mut heads = vec![""];
         heads.extend(NAMES);
         let (number, what) = match which {
-            Which::Whitened => ("Table A", "samples, averaging undone"),
-            Which::Averaged => ("Table B", "averages, as the paper compares"),
+            FitKind::Whitened => ("Table A", "samples, averaging undone"),
+            FitKind::Averaged => ("Table B", "averages, as the paper compares"),
         };
         let caption = "Coverage of 95 % intervals in %, variance over the Cramér-Rao bound, and \
                        the bound's standard deviation in % of the constant; last row pooled, with \

@@ -32,16 +32,16 @@ mod trends;
 mod truth;
 mod wearer;
 
-pub use alone::Alone;
-pub use analysis::{Analysed, analysed};
+pub use alone::ExactWrist;
+pub use analysis::{TrainAnalysis, analysed};
 pub use declaration::{DECLARED, Declaration};
 pub use device::OnDevice;
 pub use error::LeeError;
 pub use foreign::Mismatch;
-pub use outcome::Told;
-pub use protocol::{Amplitudes, Searched, Session, Stimulator, Train};
+pub use outcome::RunInfo;
+pub use protocol::{Amplitudes, SearchResult, Session, Stimulator, Train};
 pub use run::Run;
-pub use study::{Drawn, Part, Study, Unit};
+pub use study::{Part, Study, SubjectReplication, Unit};
 pub use truth::Truth;
 
 /// Lee's subjects.

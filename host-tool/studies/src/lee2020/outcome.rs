@@ -1,13 +1,13 @@
 //! The study as `result.json` and its page have it.
 
-use super::analysis::Analysed;
+use super::analysis::TrainAnalysis;
 use super::declaration::DECLARED;
 use super::error::LeeError;
-use super::quality::{Which, drawn};
+use super::quality::{FitKind, drawn};
 use super::spread::{mean_sd, regression, row};
 use super::study::{Part, Study};
 use super::{SUBJECTS, name, paper};
-use crate::laboratory::{Declared, Outcome, Row};
+use crate::laboratory::{Outcome, Preregistration, Row};
 use host_core::identify::NAMES;
 use host_core::record::sha256;
 
@@ -27,7 +27,7 @@ const OWN: &str = "Coverage, bound and thresholds are ours: the paper has no tru
 
 /// What the command knows of the run.
 #[derive(Clone, Debug)]
-pub struct Told {
+pub struct RunInfo {
     /// What a terminal takes to have it again, but for its seed.
     pub command: String,
     /// What is missing, for people.
@@ -41,7 +41,7 @@ impl Study {
     ///
     /// # Errors
     /// A subject whose course is shown cannot be.
-    pub fn outcome(&self, parts: &[Part], told: Told) -> Result<Outcome, LeeError> {
+    pub fn outcome(&self, parts: &[Part], told: RunInfo) -> Result<Outcome, LeeError> {
         let mut sheets = self.tables(parts);
         sheets.extend(self.figures(parts)?);
         let notes = [SIMULATED, MEANING, PRINTED, OWN]
@@ -54,7 +54,7 @@ impl Study {
             seed: self.seed,
             simulated: Some(true),
             cut_short: told.cut_short,
-            declared: Declared {
+            declared: Preregistration {
                 asked: "lee".to_owned(),
                 command: Some(told.command),
                 device: Some(self.device.typed()),
@@ -81,7 +81,7 @@ impl Study {
                            what: &str,
                            unit: &str,
                            printed: f64,
-                           of: &dyn Fn(&Analysed) -> Option<f64>| {
+                           of: &dyn Fn(&TrainAnalysis) -> Option<f64>| {
                 let (id, what) = (format!("{id}-{hz}"), format!("{what}, {hz} Hz"));
                 rows.push(row(
                     (&id, &what, unit),
@@ -89,7 +89,7 @@ impl Study {
                     self.means(parts, of),
                 ));
             };
-            let own = move |analysis: &Analysed| analysis.exponentials[f];
+            let own = move |analysis: &TrainAnalysis| analysis.exponentials[f];
             add("a", "a of the exponential", "N", a, &|analysis| {
                 Some(own(analysis)?.0.a_n)
             });
@@ -124,7 +124,7 @@ impl Study {
 
     fn figure_8_rows(&self, parts: &[Part]) -> Vec<Row> {
         let each = (0..self.draws).filter_map(|draw| {
-            let of: Vec<&Analysed> = self.of_draw(parts, draw);
+            let of: Vec<&TrainAnalysis> = self.of_draw(parts, draw);
             let points: Vec<(f64, f64)> =
                 of.iter().flat_map(|analysis| estimated(analysis)).collect();
             let (slope, r2) = regression(&points)?;
@@ -170,7 +170,7 @@ impl Study {
                 rows.push(row((&id, &what, "ms"), None, one(rms)));
             }
         }
-        let cells = self.cells(parts, Which::Whitened);
+        let cells = self.cells(parts, FitKind::Whitened);
         for (i, name) in NAMES.iter().enumerate() {
             let ratios: Vec<f64> = cells
                 .iter()
@@ -199,7 +199,7 @@ impl Study {
     }
 
     /// Of each replication, the mean over subjects that have it all.
-    fn means(&self, parts: &[Part], of: &dyn Fn(&Analysed) -> Option<f64>) -> Vec<f64> {
+    fn means(&self, parts: &[Part], of: &dyn Fn(&TrainAnalysis) -> Option<f64>) -> Vec<f64> {
         let each = (0..self.draws).filter_map(|draw| {
             let all: Option<Vec<f64>> = self.of_draw(parts, draw).into_iter().map(of).collect();
             Some(mean_sd(&all?)?.0)
@@ -208,14 +208,14 @@ impl Study {
     }
 
     /// Everybody's trains at the printed amplitudes of this replication.
-    pub(super) fn of_draw<'p>(&self, parts: &'p [Part], draw: u64) -> Vec<&'p Analysed> {
+    pub(super) fn of_draw<'p>(&self, parts: &'p [Part], draw: u64) -> Vec<&'p TrainAnalysis> {
         let all = drawn(parts).filter(|replication| replication.draw == draw);
         all.filter_map(|draw| draw.printed.as_ref().ok()).collect()
     }
 }
 
 /// Measured and estimated peaks.
-pub(super) fn estimated(analysis: &Analysed) -> Vec<(f64, f64)> {
+pub(super) fn estimated(analysis: &TrainAnalysis) -> Vec<(f64, f64)> {
     let mut points = Vec::new();
     for (ma, peaks) in analysis.amplitudes.iter().zip(&analysis.peaks_n) {
         for (peak, own) in peaks.iter().zip(&analysis.exponentials) {

@@ -2,7 +2,7 @@
 
 use super::declaration::Declaration;
 use super::error::LeeError;
-use host_core::identify::{ForceRecord, Found, averaged, bare_rule, in_order};
+use host_core::identify::{ForceRecord, ThresholdEstimate, averaged, bare_rule, in_order};
 use serde::{Deserialize, Serialize};
 
 /// Rest before a train that is fitted, and all of its record, samples of 1 ms.
@@ -68,9 +68,9 @@ impl Amplitudes {
 
 /// What a search came to.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
-pub struct Searched {
+pub struct SearchResult {
     /// By the detector; `None`: no threshold up to the largest amplitude.
-    pub found: Option<Found>,
+    pub found: Option<ThresholdEstimate>,
     /// By the paper's bare rule on the same tries: the first amplitude at which a 40 ms mean
     /// exceeds 0.015 N, mA.
     pub bare_ma: Option<f64>,
@@ -78,7 +78,7 @@ pub struct Searched {
     pub placement_n: f64,
 }
 
-impl Searched {
+impl SearchResult {
     /// I_MT, mA.
     #[must_use]
     pub fn i_mt_ma(&self) -> Option<f64> {
@@ -99,7 +99,7 @@ pub struct Session {
 ///
 /// # Errors
 /// The device does not do it.
-pub fn search(by: &mut dyn Stimulator, declared: &Declaration) -> Result<Searched, LeeError> {
+pub fn search(by: &mut dyn Stimulator, declared: &Declaration) -> Result<SearchResult, LeeError> {
     let (trains, detector) = (&declared.trains, declared.search.detector());
     let layout = detector.layout;
     let placement = by.train(&Train {
@@ -128,7 +128,7 @@ pub fn search(by: &mut dyn Stimulator, declared: &Declaration) -> Result<Searche
         Err(LeeError::Identify(host_core::identify::IdentifyError::NoThreshold { .. })) => None,
         Err(other) => return Err(other),
     };
-    Ok(Searched {
+    Ok(SearchResult {
         found,
         bare_ma,
         placement_n: peak_n(&placement),

@@ -1,8 +1,8 @@
 //! How good the method is where the truth is known: coverage, the bound, thresholds, and what
 //! no data of the kind can tell.
 
-use super::analysis::{Analysed, period_s};
-use super::study::{Drawn, Part, Study};
+use super::analysis::{TrainAnalysis, period_s};
+use super::study::{Part, Study, SubjectReplication};
 use super::{SUBJECTS, paper};
 use host_core::identify::{Bound, ForceRecord, PARAMETERS, bound, response};
 
@@ -23,18 +23,18 @@ pub(super) struct Cell {
 
 /// Which of the two fits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Which {
+pub(super) enum FitKind {
     Whitened = 0,
     Averaged = 1,
 }
 
 /// Every replication of this subject.
-pub(super) fn own(parts: &[Part], subject: usize) -> impl Iterator<Item = &Drawn> {
+pub(super) fn own(parts: &[Part], subject: usize) -> impl Iterator<Item = &SubjectReplication> {
     drawn(parts).filter(move |draw| draw.subject == subject)
 }
 
 /// Every replication.
-pub(super) fn drawn(parts: &[Part]) -> impl Iterator<Item = &Drawn> {
+pub(super) fn drawn(parts: &[Part]) -> impl Iterator<Item = &SubjectReplication> {
     parts.iter().filter_map(|part| match part {
         Part::Own(drawn) => Some(&**drawn),
         Part::Foreign(_) => None,
@@ -42,7 +42,7 @@ pub(super) fn drawn(parts: &[Part]) -> impl Iterator<Item = &Drawn> {
 }
 
 /// Whatever came of the trains at the printed amplitudes.
-pub(super) fn printed(parts: &[Part], subject: usize) -> impl Iterator<Item = &Analysed> {
+pub(super) fn printed(parts: &[Part], subject: usize) -> impl Iterator<Item = &TrainAnalysis> {
     own(parts, subject).filter_map(|draw| draw.printed.as_ref().ok())
 }
 
@@ -74,7 +74,7 @@ impl Study {
     }
 
     /// By subject and constant.
-    pub(super) fn cells(&self, parts: &[Part], which: Which) -> Vec<[Cell; PARAMETERS]> {
+    pub(super) fn cells(&self, parts: &[Part], which: FitKind) -> Vec<[Cell; PARAMETERS]> {
         let frequencies = self.declared.trains.frequencies_hz;
         let subject = |subject: usize| {
             let truth = &self.truths[subject];
@@ -160,7 +160,7 @@ fn times_off(ours: &dyn Fn(usize, usize) -> Option<f64>) -> TimesOff {
     }
 }
 
-fn logarithm(fit: &host_core::identify::Fitted, i: usize, truth: f64) -> f64 {
+fn logarithm(fit: &host_core::identify::ForceFit, i: usize, truth: f64) -> f64 {
     (fit.constants[i] / truth).ln()
 }
 
@@ -183,7 +183,10 @@ pub(super) struct Thresholds {
 
 impl Study {
     /// Of these replications.
-    pub(super) fn thresholds<'p>(&self, all: impl Iterator<Item = &'p Drawn>) -> Thresholds {
+    pub(super) fn thresholds<'p>(
+        &self,
+        all: impl Iterator<Item = &'p SubjectReplication>,
+    ) -> Thresholds {
         let mut sum = Thresholds::default();
         let step = self.declared.search.step_ma + 1e-9;
         for draw in all {

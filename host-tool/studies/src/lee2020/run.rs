@@ -2,9 +2,9 @@
 
 use super::declaration::DECLARED;
 use super::error::LeeError;
-use super::outcome::Told;
+use super::outcome::RunInfo;
 use super::study::{Part, Study};
-use crate::laboratory::{self, About, Outcome};
+use crate::laboratory::{self, Outcome, StudyIdentity};
 use host_core::run::DeviceName;
 
 /// A study and what a sample of it through a device found.
@@ -39,8 +39,8 @@ impl Run {
 impl laboratory::Study for Run {
     type Unit = Part;
 
-    fn about(&self) -> About<'_> {
-        About {
+    fn about(&self) -> StudyIdentity<'_> {
+        StudyIdentity {
             name: "lee",
             arguments: self.typed(),
             declaration: ("lee.toml", DECLARED),
@@ -62,7 +62,7 @@ impl laboratory::Study for Run {
     }
 
     fn outcome(&self, parts: &[Part], cut_short: Option<String>) -> anyhow::Result<Outcome> {
-        let told = Told {
+        let told = RunInfo {
             command: format!(
                 "experiment lee {} --draws {}",
                 self.typed(),

@@ -1,12 +1,12 @@
 //! The study: ten subjects, drawn again and again, and bodies of another structure.
 
 use super::SUBJECTS;
-use super::alone::Alone;
-use super::analysis::{Analysed, analysed};
+use super::alone::ExactWrist;
+use super::analysis::{TrainAnalysis, analysed};
 use super::declaration::Declaration;
 use super::error::LeeError;
 use super::foreign::{Mismatch, mismatch};
-use super::protocol::{Amplitudes, Searched, Session, fifteen, search};
+use super::protocol::{Amplitudes, SearchResult, Session, fifteen, search};
 use super::truth::Truth;
 use hal_sim::body::bench::{Foreign, Kind};
 use hal_sim::random::word;
@@ -44,24 +44,24 @@ pub enum Unit {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Part {
     /// A subject's replication, or why it came to nothing.
-    Own(Box<Drawn>),
+    Own(Box<SubjectReplication>),
     /// A departure, or why it came to nothing.
     Foreign(Result<Mismatch, String>),
 }
 
 /// A subject's replication.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Drawn {
+pub struct SubjectReplication {
     /// Subject, from 0.
     pub subject: usize,
     /// Which replication, from 0.
     pub draw: u64,
     /// Steps 2 and 3.
-    pub searched: Searched,
+    pub searched: SearchResult,
     /// Step 4 at the printed amplitudes, or why there is nothing.
-    pub printed: Result<Analysed, String>,
+    pub printed: Result<TrainAnalysis, String>,
     /// Step 4 from the threshold that was found.
-    pub found: Result<Analysed, String>,
+    pub found: Result<TrainAnalysis, String>,
 }
 
 impl Study {
@@ -133,9 +133,9 @@ impl Study {
         }
     }
 
-    fn own(&self, subject: usize, draw: u64) -> Result<Drawn, LeeError> {
+    fn own(&self, subject: usize, draw: u64) -> Result<SubjectReplication, LeeError> {
         let seed = self.seed_of(subject, draw);
-        let mut alone = Alone::new(self.truths[subject].spec, seed)?;
+        let mut alone = ExactWrist::new(self.truths[subject].spec, seed)?;
         let searched = search(&mut alone, &self.declared)?;
         let printed = self.printed(subject, draw);
         let printed = printed.and_then(|session| analysed(&session, &self.declared));
@@ -146,7 +146,7 @@ impl Study {
                 .and_then(|session| analysed(&session, &self.declared))
                 .map_err(|e| e.to_string()),
         };
-        Ok(Drawn {
+        Ok(SubjectReplication {
             subject,
             draw,
             searched,
@@ -165,7 +165,7 @@ impl Study {
     }
 
     fn session(&self, subject: usize, i_mt_ma: f64, seed: u64) -> Result<Session, LeeError> {
-        let mut alone = Alone::new(self.truths[subject].spec, seed)?;
+        let mut alone = ExactWrist::new(self.truths[subject].spec, seed)?;
         let amplitudes = Amplitudes::from(i_mt_ma, &self.declared)?;
         fifteen(&mut alone, amplitudes, &self.declared)
     }

@@ -1,6 +1,6 @@
 //! Tables 2 to 7 beside the paper's.
 
-use super::quality::{Which, printed};
+use super::quality::{FitKind, printed};
 use super::spread::{at, cell, mean_sd, median};
 use super::study::{Part, Study};
 use super::{SUBJECTS, name, paper};
@@ -34,8 +34,8 @@ impl Study {
             self.table_5(parts),
             self.table_6(parts),
             self.table_7(parts),
-            self.quality(parts, Which::Whitened),
-            self.quality(parts, Which::Averaged),
+            self.quality(parts, FitKind::Whitened),
+            self.quality(parts, FitKind::Averaged),
             self.untold(),
             self.searched(parts),
             self.pools(),
@@ -75,7 +75,7 @@ impl Study {
     fn table_3(&self, parts: &[Part]) -> Sheet {
         let mut rows = Vec::new();
         for (f, hz) in self.declared.trains.frequencies_hz.iter().enumerate() {
-            let own: [&dyn Fn(&super::Analysed) -> Option<f64>; 5] = [
+            let own: [&dyn Fn(&super::TrainAnalysis) -> Option<f64>; 5] = [
                 &|analysis| Some(analysis.exponentials[f]?.0.a_n),
                 &|analysis| Some(analysis.exponentials[f]?.0.b_per_ma),
                 &|analysis| Some(analysis.exponentials[f]?.1.r2),

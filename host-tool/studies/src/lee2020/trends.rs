@@ -1,12 +1,12 @@
 //! Figure 11, and ours of other structures: what changes with what.
 
-use super::analysis::Analysed;
+use super::analysis::TrainAnalysis;
 use super::figures::{frequencies, marked};
 use super::quality::printed;
 use super::spread::{at, mean_sd};
 use super::study::{Part, Study};
 use super::{SUBJECTS, paper};
-use crate::laboratory::{Along, Band, Curve, Plot, Plots, Sheet};
+use crate::laboratory::{Band, Curve, Plot, Plots, Sheet, SheetAxis};
 use hal_sim::body::bench::Kind;
 
 /// Mean and standard deviation, ms.
@@ -20,13 +20,13 @@ fn places() -> impl Iterator<Item = f64> {
 }
 
 /// T_RT over places, each with its standard deviation.
-fn times(title: &str, x: Along, own: &[(f64, f64)], paper: Vec<[f64; 2]>) -> Plot {
+fn times(title: &str, x: SheetAxis, own: &[(f64, f64)], paper: Vec<[f64; 2]>) -> Plot {
     let points = places().zip(own).map(|(x, pair)| [x, pair.0]);
     let ranges = own.iter().map(|(mean, sd)| [mean - sd, mean + sd]);
     Plot {
         title: title.to_owned(),
         x,
-        y: Along::even("T_RT (ms)", [150.0, 420.0]),
+        y: SheetAxis::even("T_RT (ms)", [150.0, 420.0]),
         curves: vec![marked(0, points.collect(), ranges.collect())],
         paper,
         ..Plot::default()
@@ -35,7 +35,7 @@ fn times(title: &str, x: Along, own: &[(f64, f64)], paper: Vec<[f64; 2]>) -> Plo
 
 impl Study {
     pub(super) fn figure_11(&self, parts: &[Part]) -> Sheet {
-        let all: Vec<&Analysed> = (0..SUBJECTS)
+        let all: Vec<&TrainAnalysis> = (0..SUBJECTS)
             .flat_map(|index| printed(parts, index))
             .collect();
         let by_frequency = |f: usize| {
@@ -65,10 +65,15 @@ impl Study {
             beside: 2,
             series: vec!["ours".to_owned()],
             plots: vec![
-                times("by frequency", Along::of("", frequencies()), &left, means),
+                times(
+                    "by frequency",
+                    SheetAxis::of("", frequencies()),
+                    &left,
+                    means,
+                ),
                 times(
                     "by amplitude",
-                    Along::of("", amplitudes),
+                    SheetAxis::of("", amplitudes),
                     &right,
                     Vec::new(),
                 ),
@@ -104,8 +109,8 @@ impl Study {
         };
         Plot {
             title: kind.name().to_owned(),
-            x: Along::even("size", [0.0, 1.0]),
-            y: Along::even("NRMSE (%)", [0.0, 30.0]),
+            x: SheetAxis::even("size", [0.0, 1.0]),
+            y: SheetAxis::even("NRMSE (%)", [0.0, 30.0]),
             bands: vec![
                 band(0, paper::NRMSE_I5, paper::NRMSE_I5, paper::NRMSE_I5),
                 band(1, 10.8, 12.0, 13.1),

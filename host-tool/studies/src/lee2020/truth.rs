@@ -1,6 +1,6 @@
 //! What the bench's subjects are: the truth that methods are judged by.
 
-use super::alone::Alone;
+use super::alone::ExactWrist;
 use super::declaration::Declaration;
 use super::error::LeeError;
 use super::protocol::Train;
@@ -60,7 +60,7 @@ fn lowest_step(spec: WristSpec, declared: &Declaration) -> Result<Option<f64>, L
     let steps = (search.most_ma / search.step_ma + 1e-9).floor() as u32;
     for step in 1..=steps {
         let ma = f64::from(step) * search.step_ma;
-        let mut alone = Alone::new(WristSpec { sensor, ..spec }, 0)?;
+        let mut alone = ExactWrist::new(WristSpec { sensor, ..spec }, 0)?;
         let (_, truth) = alone.known(&Train {
             ma,
             pulses: search.frequency_hz,

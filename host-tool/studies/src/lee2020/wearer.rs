@@ -2,7 +2,7 @@
 
 use super::error::LeeError;
 use super::quality::own;
-use super::study::{Drawn, Part, Study};
+use super::study::{Part, Study, SubjectReplication};
 use super::{SUBJECTS, name};
 use firmware::muscle::CalciumForceSpec;
 use firmware::units::Amplitude;
@@ -48,7 +48,7 @@ impl Study {
         Ok(all)
     }
 
-    fn wearer(&self, drawn: &Drawn) -> Option<Wearer> {
+    fn wearer(&self, drawn: &SubjectReplication) -> Option<Wearer> {
         let electrode = self.electrode(drawn)?;
         let source = format!(
             "flexor experiment lee, seed {}, draw {}",
@@ -75,7 +75,7 @@ impl Study {
         Some(wearer)
     }
 
-    fn electrode(&self, drawn: &Drawn) -> Option<Electrode> {
+    fn electrode(&self, drawn: &SubjectReplication) -> Option<Electrode> {
         let found = drawn.found.as_ref().ok()?;
         let i_mt_ma = drawn.searched.i_mt_ma()?;
         let i_pt_ma = found.amplitudes.last().copied()?;

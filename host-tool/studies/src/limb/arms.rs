@@ -1,18 +1,18 @@
 //! Arms drawn around the nominal one.
 
-use super::declared::{Arms, Declared};
+use super::declared::{Arms, LimbDeclaration};
 use firmware::bench::limb::{before_the_trunk, nominal};
 use firmware::limb::{AXES, LimbSpec, Posture};
 use firmware::units::Angle;
 use hal_sim::random;
 
 /// Even deviates in −1…1, one after the other.
-struct Deviates {
+struct UniformDeviates {
     seed: u64,
     index: u64,
 }
 
-impl Deviates {
+impl UniformDeviates {
     /// Those of arm `n`: 1000 of their own.
     const fn of(seed: u64, n: u64) -> Self {
         Self {
@@ -34,7 +34,7 @@ impl Deviates {
 }
 
 /// Arm `n` and the posture in which forces are wanted of it.
-pub(super) fn drawn(declared: &Declared, n: u64) -> (LimbSpec, Posture) {
+pub(super) fn drawn(declared: &LimbDeclaration, n: u64) -> (LimbSpec, Posture) {
     let Arms {
         bones_percent,
         points_mm,
@@ -42,7 +42,7 @@ pub(super) fn drawn(declared: &Declared, n: u64) -> (LimbSpec, Posture) {
         posture_deg,
         ..
     } = declared.arms;
-    let mut deviates = Deviates::of(declared.seed, n);
+    let mut deviates = UniformDeviates::of(declared.seed, n);
     let mut spec = nominal();
     for way in &mut spec.ways_um {
         let factor = 1.0 + deviates.next() * bones_percent / 100.0;
@@ -65,9 +65,9 @@ pub(super) fn drawn(declared: &Declared, n: u64) -> (LimbSpec, Posture) {
 }
 
 /// Posture `n` anywhere in the nominal arm's ranges, and a direction anywhere.
-pub(super) fn anywhere(declared: &Declared, n: u64) -> (Posture, [f64; 3]) {
+pub(super) fn anywhere(declared: &LimbDeclaration, n: u64) -> (Posture, [f64; 3]) {
     // Beyond the arms' own deviates.
-    let mut deviates = Deviates::of(declared.seed ^ 0x5EED, n);
+    let mut deviates = UniformDeviates::of(declared.seed ^ 0x5EED, n);
     let mut posture = Posture::default();
     let ranges: [(i32, i32); AXES] = nominal().ranges_mdeg;
     for (angle, (low, high)) in posture.iter_mut().zip(ranges) {

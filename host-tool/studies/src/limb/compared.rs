@@ -1,16 +1,16 @@
 //! Recruitments on drawn arms: what each misses, and how it switches.
 
 use super::arms::drawn;
-use super::declared::Declared;
+use super::declared::LimbDeclaration;
 use super::method::{Arm, Method, Recruiter};
 use super::numbers::{Spread, apart};
-use host_core::limb::Trouble;
+use host_core::limb::RecruitmentError;
 use rayon::prelude::*;
 use serde::Serialize;
 
 /// One arm under one method.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub struct Scored {
+pub struct ArmScore {
     /// Which method.
     pub method: Method,
     /// Rms of what the force at the hand misses over the targets, % of each wanted.
@@ -26,13 +26,13 @@ pub struct Scored {
 }
 
 /// All of one arm's.
-pub type Judged = [Scored; 3];
+pub type ArmScores = [ArmScore; 3];
 
 /// Every drawn arm.
 ///
 /// # Errors
-/// [`Trouble`] where an arm was refused.
-pub fn compared(declared: &Declared) -> Result<Vec<Judged>, Trouble> {
+/// [`RecruitmentError`] where an arm was refused.
+pub fn compared(declared: &LimbDeclaration) -> Result<Vec<ArmScores>, RecruitmentError> {
     let arms = (0..declared.arms.draws).into_par_iter();
     arms.map(|n| {
         let (spec, posture) = drawn(declared, n);
@@ -53,7 +53,11 @@ const DIRECTIONS: [[f64; 3]; 6] = [
     [0.0, 0.0, -1.0],
 ];
 
-fn scored(declared: &Declared, arm: &Arm, method: Method) -> Result<Scored, Trouble> {
+fn scored(
+    declared: &LimbDeclaration,
+    arm: &Arm,
+    method: Method,
+) -> Result<ArmScore, RecruitmentError> {
     let mut recruiter = Recruiter::new(arm, method)?;
     let mut squares = Vec::new();
     for direction in DIRECTIONS {
@@ -70,7 +74,7 @@ fn scored(declared: &Declared, arm: &Arm, method: Method) -> Result<Scored, Trou
         }
     }
     let walked = walked(declared, arm, &mut recruiter)?;
-    Ok(Scored {
+    Ok(ArmScore {
         method,
         targets_rmse_percent: rms_percent(&squares),
         ..walked.scored(method)
@@ -79,16 +83,16 @@ fn scored(declared: &Declared, arm: &Arm, method: Method) -> Result<Scored, Trou
 
 /// What came along the walks.
 #[derive(Default)]
-struct Walked {
+struct WalkResult {
     largest: f64,
     switches: u32,
     at_each: Vec<f64>,
     held: Vec<f64>,
 }
 
-impl Walked {
-    fn scored(&self, method: Method) -> Scored {
-        Scored {
+impl WalkResult {
+    fn scored(&self, method: Method) -> ArmScore {
+        ArmScore {
             method,
             targets_rmse_percent: 0.0,
             largest_step_percent: 100.0 * self.largest,
@@ -99,10 +103,14 @@ impl Walked {
     }
 }
 
-fn walked(declared: &Declared, arm: &Arm, recruiter: &mut Recruiter) -> Result<Walked, Trouble> {
+fn walked(
+    declared: &LimbDeclaration,
+    arm: &Arm,
+    recruiter: &mut Recruiter,
+) -> Result<WalkResult, RecruitmentError> {
     let can = DIRECTIONS.map(|direction| arm.share(direction));
     let strength = 0.5 * can.into_iter().fold(f64::INFINITY, f64::min);
-    let mut walked = Walked::default();
+    let mut walked = WalkResult::default();
     for plane in 0..3 {
         recruiter.forget();
         let mut last = None;
@@ -138,7 +146,7 @@ fn rms_percent(squares: &[f64]) -> f64 {
 
 /// Of one quantity over all arms.
 #[must_use]
-pub fn spread(arms: &[Judged], method: usize, of: impl Fn(&Scored) -> f64) -> Spread {
+pub fn spread(arms: &[ArmScores], method: usize, of: impl Fn(&ArmScore) -> f64) -> Spread {
     let all = arms.iter().filter_map(|arm| arm.get(method));
     Spread::of(&all.map(of).collect::<Vec<_>>())
 }

@@ -9,7 +9,7 @@ pub const DECLARED: &str = include_str!("../../../experiments/recruitments.toml"
 /// host-tool/experiments/recruitments.toml.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-pub struct Declared {
+pub struct LimbDeclaration {
     /// Of all that is drawn.
     pub seed: u64,
     /// Of the device's numbers.
@@ -19,7 +19,7 @@ pub struct Declared {
     /// What is wanted one by one.
     pub targets: Targets,
     /// What is wanted in turn.
-    pub walk: Walk,
+    pub walk: WalkSpec,
     /// What is judged.
     pub claim: Vec<Claim>,
 }
@@ -59,7 +59,7 @@ pub struct Targets {
 /// Around the three planes.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-pub struct Walk {
+pub struct WalkSpec {
     /// Answers once around.
     pub steps: u32,
     /// Answers that one is held for.
@@ -76,7 +76,7 @@ pub struct Claim {
     pub says: String,
 }
 
-impl Declared {
+impl LimbDeclaration {
     /// As committed, with other draws where asked.
     ///
     /// # Errors

@@ -3,7 +3,9 @@
 use firmware::limb::{
     Choice, JOINTS, Jacobians, LINES, Limb, LimbSpec, Number, Posture, Vector, Wrench, nearest,
 };
-use host_core::limb::{Exact, Forces, LeastSquares, Posed, ToDouble, Trouble, Weights, force};
+use host_core::limb::{
+    Exact, Forces, LeastSquares, PostureMatrices, RecruitmentError, ToDouble, Weights, force,
+};
 use serde::Serialize;
 
 /// A recruitment.
@@ -41,19 +43,20 @@ pub struct Arm {
     /// At its posture.
     pub jacobians: Jacobians<Exact>,
     /// The same as matrices.
-    pub posed: Posed,
+    pub posed: PostureMatrices,
     /// The most of each line, N.
     pub most: Forces,
 }
 
 impl Arm {
     /// # Errors
-    /// [`Trouble`]: all mistakes of the arm, its posture, or no force can be told there.
-    pub fn new(spec: &LimbSpec, posture: &Posture) -> Result<Self, Trouble> {
-        Trouble::of_spec(spec)?;
-        let limb = Limb::<Exact>::new(spec).map_err(|e| Trouble::Spec(vec![e.to_string()]))?;
+    /// [`RecruitmentError`]: all mistakes of the arm, its posture, or no force can be told there.
+    pub fn new(spec: &LimbSpec, posture: &Posture) -> Result<Self, RecruitmentError> {
+        RecruitmentError::of_spec(spec)?;
+        let limb =
+            Limb::<Exact>::new(spec).map_err(|e| RecruitmentError::Spec(vec![e.to_string()]))?;
         let jacobians = limb.refresh(posture)?;
-        let posed = Posed::new(&jacobians)?;
+        let posed = PostureMatrices::new(&jacobians)?;
         let mut most = Forces::zeros();
         for (to, Exact(from)) in most.iter_mut().zip(limb.most()) {
             *to = from;
@@ -139,7 +142,7 @@ pub struct Recruiter<'a> {
 impl<'a> Recruiter<'a> {
     /// # Errors
     /// None that a method of [`Method::ALL`] can have.
-    pub fn new(arm: &'a Arm, method: Method) -> Result<Self, Trouble> {
+    pub fn new(arm: &'a Arm, method: Method) -> Result<Self, RecruitmentError> {
         let squares = |weights| LeastSquares::new(&arm.limb, weights).map(Some);
         let squares = match method {
             Method::Nearest => None,
@@ -152,8 +155,8 @@ impl<'a> Recruiter<'a> {
     /// The forces for a wanted one, N.
     ///
     /// # Errors
-    /// [`Trouble::NotConverged`], on what is not finite.
-    pub fn recruit(&mut self, wanted: [f64; 3]) -> Result<Forces, Trouble> {
+    /// [`RecruitmentError::NotConverged`], on what is not finite.
+    pub fn recruit(&mut self, wanted: [f64; 3]) -> Result<Forces, RecruitmentError> {
         match &mut self.squares {
             None => Ok(self.arm.nearest(wanted)),
             Some(squares) => {

@@ -14,14 +14,14 @@ mod numbers;
 mod pace;
 mod table;
 
-pub use compared::{Judged, Scored, compared};
-pub use declared::{DECLARED, Declared};
+pub use compared::{ArmScore, ArmScores, compared};
+pub use declared::{DECLARED, LimbDeclaration};
 pub use method::{Arm, Method, Recruiter, choices, chosen};
 pub use numbers::{Numbers, Spread, numbers};
 pub use pace::{Pace, pace};
 pub use table::{Row, Verdict};
 
-use host_core::limb::Trouble;
+use host_core::limb::RecruitmentError;
 
 /// Why there is no study.
 #[derive(Debug, thiserror::Error)]
@@ -31,18 +31,18 @@ pub enum LimbError {
     Declaration(toml::de::Error),
     /// An arm or a posture.
     #[error(transparent)]
-    Trouble(#[from] Trouble),
+    Trouble(#[from] RecruitmentError),
 }
 
 /// All that came.
 #[derive(Clone, Debug)]
 pub struct Study {
     /// What was declared.
-    pub declared: Declared,
+    pub declared: LimbDeclaration,
     /// Of the device's numbers.
     pub numbers: Numbers,
     /// Every arm.
-    pub arms: Vec<Judged>,
+    pub arms: Vec<ArmScores>,
 }
 
 /// The declared study, with `draws` arms instead of the declared where some are named.
@@ -50,7 +50,7 @@ pub struct Study {
 /// # Errors
 /// [`LimbError`].
 pub fn study(draws: Option<u64>) -> Result<Study, LimbError> {
-    let mut declared = Declared::read()?;
+    let mut declared = LimbDeclaration::read()?;
     declared.arms.draws = draws.unwrap_or(declared.arms.draws);
     Ok(Study {
         numbers: numbers(&declared)?,

@@ -2,11 +2,11 @@
 //! of a force at the hand.
 
 use super::arms::anywhere;
-use super::declared::Declared;
+use super::declared::LimbDeclaration;
 use super::method::{Arm, choices, chosen};
 use firmware::bench::limb::nominal;
 use firmware::limb::{Limb, Number, Posture, Vector};
-use host_core::limb::{Forces, Single, ToDouble, Trouble};
+use host_core::limb::{Forces, RecruitmentError, Single, ToDouble};
 use host_core::statistics::Sorted;
 use serde::Serialize;
 
@@ -69,15 +69,15 @@ pub struct Numbers {
 /// Over the declared postures.
 ///
 /// # Errors
-/// [`Trouble`] where a posture or the arm were refused.
-pub fn numbers(declared: &Declared) -> Result<Numbers, Trouble> {
-    let (mut device, mut rounding) = (Tally::default(), Tally::default());
+/// [`RecruitmentError`] where a posture or the arm were refused.
+pub fn numbers(declared: &LimbDeclaration) -> Result<Numbers, RecruitmentError> {
+    let (mut device, mut rounding) = (PostureErrors::default(), PostureErrors::default());
     let mut missed = Vec::new();
     for n in 0..declared.numbers.postures {
         let (posture, wanted) = anywhere(declared, n);
         let arm = match Arm::new(&nominal(), &posture) {
             // An arm stretched out: no force can be told.
-            Err(Trouble::Singular) => continue,
+            Err(RecruitmentError::Singular) => continue,
             arm => arm?,
         };
         let forces = arm.nearest(wanted);
@@ -118,7 +118,7 @@ struct Case<'a> {
 }
 
 /// How far off other numbers are.
-struct Off {
+struct NumberErrors {
     hand_m: f64,
     /// N, where the same muscles are recruited.
     force: Option<f64>,
@@ -127,9 +127,10 @@ struct Off {
 }
 
 impl Case<'_> {
-    fn of<N: Number + ToDouble>(&self) -> Result<Off, Trouble> {
+    fn of<N: Number + ToDouble>(&self) -> Result<NumberErrors, RecruitmentError> {
         let spec = nominal();
-        let limb = Limb::<N>::new(&spec).map_err(|e| Trouble::Spec(vec![e.to_string()]))?;
+        let limb =
+            Limb::<N>::new(&spec).map_err(|e| RecruitmentError::Spec(vec![e.to_string()]))?;
         let radians = limb.radians(self.posture)?;
         let hand = limb.skeleton().pose(&radians).hand;
         // To a millionth of a newton.
@@ -144,7 +145,7 @@ impl Case<'_> {
             .all(|(ours, exact)| (*ours > 0.0) == (*exact > 0.0));
         let given = self.arm.given(&self.forces);
         let force = is_same.then(|| apart(self.arm.given(&forces), given));
-        Ok(Off {
+        Ok(NumberErrors {
             hand_m: apart(hand.to_array().map(ToDouble::to_double), self.hand),
             force,
             given: apart(given, [0.0; 3]),
@@ -155,15 +156,15 @@ impl Case<'_> {
 
 /// What came over all postures.
 #[derive(Default)]
-struct Tally {
+struct PostureErrors {
     hand_mm: Vec<f64>,
     force_percent: Vec<f64>,
     share_percent: Vec<f64>,
     other_choices: u64,
 }
 
-impl Tally {
-    fn add(&mut self, off: Off) {
+impl PostureErrors {
+    fn add(&mut self, off: NumberErrors) {
         self.hand_mm.push(1000.0 * off.hand_m);
         match off.force {
             None => self.other_choices += 1,

@@ -2,10 +2,12 @@
 
 use super::LimbError;
 use super::arms::anywhere;
-use super::declared::Declared;
+use super::declared::LimbDeclaration;
 use firmware::bench::limb::{before_the_trunk, nominal};
 use firmware::limb::Limb;
-use host_core::limb::{Exact, LeastSquares, Posed, Trouble, Weights, amplitudes, force};
+use host_core::limb::{
+    Exact, LeastSquares, PostureMatrices, RecruitmentError, Weights, amplitudes, force,
+};
 use host_core::statistics;
 use serde::Serialize;
 use std::hint::black_box;
@@ -29,14 +31,16 @@ const TIMED: u64 = 4000;
 /// # Errors
 /// [`LimbError`].
 pub fn pace() -> Result<Pace, LimbError> {
-    let declared = Declared::read()?;
+    let declared = LimbDeclaration::read()?;
     let spec = nominal();
-    let refused = |e: firmware::limb::LimbError| Trouble::Spec(vec![e.to_string()]);
+    let refused = |e: firmware::limb::LimbError| RecruitmentError::Spec(vec![e.to_string()]);
     let device = Limb::<f32>::new(&spec).map_err(refused)?;
     let exact = Limb::<Exact>::new(&spec).map_err(refused)?;
     let mut squares = LeastSquares::new(&exact, Weights::SMOOTH)?;
-    let before = exact.refresh(&before_the_trunk()).map_err(Trouble::from)?;
-    let fixed = Posed::new(&before)?;
+    let before = exact
+        .refresh(&before_the_trunk())
+        .map_err(RecruitmentError::from)?;
+    let fixed = PostureMatrices::new(&before)?;
     let (mut alone, mut with_posture) = (Vec::new(), Vec::new());
     for n in 0..TIMED {
         let (posture, direction) = anywhere(&declared, n);
@@ -46,8 +50,10 @@ pub fn pace() -> Result<Pace, LimbError> {
         black_box(amplitudes(&device, &found.forces));
         alone.push(begin.elapsed().as_secs_f64() * 1e6);
         let begin = Instant::now();
-        let jacobians = exact.refresh(black_box(&posture)).map_err(Trouble::from)?;
-        let Ok(posed) = Posed::new(&jacobians) else {
+        let jacobians = exact
+            .refresh(black_box(&posture))
+            .map_err(RecruitmentError::from)?;
+        let Ok(posed) = PostureMatrices::new(&jacobians) else {
             continue;
         };
         let found = squares.recruit(&posed, black_box(&wanted))?;

@@ -1,7 +1,7 @@
 //! The study as rows and verdicts.
 
 use super::compared::spread;
-use super::{Judged, Method, Scored, Spread, Study};
+use super::{ArmScore, ArmScores, Method, Spread, Study};
 use host_core::statistics::share;
 use serde::Serialize;
 
@@ -40,7 +40,12 @@ pub struct Verdict {
 }
 
 /// A quantity of an arm under a method: its key, its words, its unit, itself.
-type Quantity = (&'static str, &'static str, &'static str, fn(&Scored) -> f64);
+type Quantity = (
+    &'static str,
+    &'static str,
+    &'static str,
+    fn(&ArmScore) -> f64,
+);
 
 const QUANTITIES: [Quantity; 5] = [
     ("targets", "missed of 12 targets, rms", "%", |s| {
@@ -163,7 +168,7 @@ impl Study {
 }
 
 /// How a claim is judged on an arm.
-fn rule(name: &str) -> Option<fn(&Judged) -> bool> {
+fn rule(name: &str) -> Option<fn(&ArmScores) -> bool> {
     Some(match name {
         "misses_less" => {
             |[nearest, squares, _]| squares.targets_rmse_percent < nearest.targets_rmse_percent

@@ -8,7 +8,9 @@ use super::error::EndpointError;
 use super::imus::Tracker;
 use super::model::{Action, Cylinder, Frame, Model, Point, turned};
 use firmware::limb::JointName;
-use hal_sim::body::arm::{Arm, ELECTRODES, FOREARM, HAND, Held, Muscle, UPPER_ARM, anatomy::ALL};
+use hal_sim::body::arm::{
+    Arm, ELECTRODES, FOREARM, HAND, Muscle, Support, UPPER_ARM, anatomy::ALL,
+};
 use hal_sim::body::{Body, Drive, Pulse};
 use nalgebra::{Matrix3, Vector3};
 
@@ -68,7 +70,7 @@ pub fn twitches(
     now_us: &mut u64,
 ) -> [Twitches; ELECTRODES] {
     let (how, protocol) = (&study.calibration, &study.protocol);
-    arm.hold(Held::Freely);
+    arm.hold(Support::Freely);
     let mut all: [Twitches; ELECTRODES] = Default::default();
     for (channel, found) in all.iter_mut().enumerate() {
         let joint = usize::from(model.actions[channel].joint.index());
@@ -99,7 +101,7 @@ pub fn twitches(
             found.push(turned(greatest.into()).into());
         }
     }
-    arm.hold(Held::InCuff);
+    arm.hold(Support::InCuff);
     all
 }
 

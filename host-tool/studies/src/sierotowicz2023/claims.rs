@@ -1,7 +1,7 @@
 //! What was asked, counted over wearers and over studies.
 
 use super::metrics::median;
-use super::replication::{CONDITIONS, Person, Replication, wearers};
+use super::replication::{CONDITIONS, ParticipantResult, Replication, wearers};
 use crate::laboratory::Share;
 use host_core::statistics::{mann_whitney, wilcoxon};
 
@@ -23,7 +23,7 @@ pub(super) fn errors(of: &Replication, name: &str) -> Vec<f64> {
 }
 
 /// Median error of a condition, N.
-pub(super) fn median_of(person: &Person, name: &str) -> f64 {
+pub(super) fn median_of(person: &ParticipantResult, name: &str) -> f64 {
     person
         .condition(name)
         .map_or(f64::NAN, |condition| condition.measures.median_n())

@@ -27,9 +27,9 @@ pub struct Study {
     /// How people aim.
     pub voluntary: Voluntary,
     /// What a device plays.
-    pub played: PlayedSpec,
+    pub played: DeviceCheckSpec,
     /// How a wanted force goes around.
-    pub walk: Walk,
+    pub walk: WalkSpec,
     /// What predicts.
     pub regression: Regression,
     /// How switching is counted.
@@ -103,7 +103,7 @@ pub struct Voluntary {
 /// What a device plays.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct PlayedSpec {
+pub struct DeviceCheckSpec {
     /// Contractions of C3 of the first study's S2.
     pub targets: usize,
 }
@@ -111,7 +111,7 @@ pub struct PlayedSpec {
 /// How a wanted force goes around.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Walk {
+pub struct WalkSpec {
     /// Once, s.
     pub turn_s: f64,
 }

@@ -6,7 +6,7 @@ use super::model::{Model, turned};
 use crate::limb::{self, Arm, Recruiter, choices};
 use firmware::limb::{Jacobians, Limb, Pose, Vector};
 use hal_sim::body::arm::ELECTRODES;
-use host_core::limb::{Exact, Forces, ToDouble, Trouble, WrenchVector, amplitudes};
+use host_core::limb::{Exact, Forces, RecruitmentError, ToDouble, WrenchVector, amplitudes};
 use nalgebra::{Matrix3, Vector3};
 
 /// Method that distributes a wanted force among muscles.
@@ -37,9 +37,10 @@ impl Device {
     pub fn new(model: &Model) -> Result<Self, EndpointError> {
         let (spec, posture) = (model.spec(), model.frame.angles());
         let arm = Arm::new(&spec, &posture)?;
-        let limb = Limb::new(&spec).map_err(|error| Trouble::Spec(vec![error.to_string()]))?;
-        let jacobians = limb.refresh(&posture).map_err(Trouble::from)?;
-        let radians = arm.limb.radians(&posture).map_err(Trouble::from)?;
+        let limb =
+            Limb::new(&spec).map_err(|error| RecruitmentError::Spec(vec![error.to_string()]))?;
+        let jacobians = limb.refresh(&posture).map_err(RecruitmentError::from)?;
+        let radians = arm.limb.radians(&posture).map_err(RecruitmentError::from)?;
         Ok(Self {
             pose: arm.limb.skeleton().pose(&radians),
             limb,

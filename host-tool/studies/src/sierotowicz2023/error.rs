@@ -1,7 +1,7 @@
 //! Why a study of endpoint forces does not come about.
 
 use hal_sim::body::arm::InvalidArm;
-use host_core::limb::Trouble;
+use host_core::limb::RecruitmentError;
 use host_core::statistics::StatisticsError;
 
 /// Why.
@@ -39,7 +39,7 @@ pub enum EndpointError {
     Electrodes(String),
     /// The device's own arm, or what is wanted of it.
     #[error(transparent)]
-    Limb(#[from] Trouble),
+    Limb(#[from] RecruitmentError),
     /// A sample.
     #[error("E721 statistics of {0}: {1}")]
     Statistics(&'static str, StatisticsError),

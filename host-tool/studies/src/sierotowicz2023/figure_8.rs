@@ -3,7 +3,7 @@
 use super::course::Condition;
 use super::metrics::{Target, force, median, size};
 use super::replication::{Replication, people};
-use crate::laboratory::{Along, Bar, Grid, Plot, Plots, Sheet};
+use crate::laboratory::{Bar, Grid, Plot, Plots, Sheet, SheetAxis};
 use host_core::statistics::{Spread, mann_whitney, mean};
 
 /// Axes of a force, then its whole size.
@@ -84,8 +84,8 @@ fn plot(all: &[Replication], axis: usize) -> Plot {
     }
     Plot {
         title: AXES[axis].to_owned(),
-        x: Along::of("", SHOWN.map(str::to_owned)),
-        y: Along::even("force (N)", [0.0, (1.05 * most).max(1.0)]),
+        x: SheetAxis::of("", SHOWN.map(str::to_owned)),
+        y: SheetAxis::even("force (N)", [0.0, (1.05 * most).max(1.0)]),
         bars,
         ..Plot::default()
     }

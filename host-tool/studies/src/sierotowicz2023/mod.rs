@@ -40,11 +40,11 @@ pub use metrics::{Correlation, Measures, Target, align, measures, median, pearso
 pub use model::{Action, Cylinder, Frame, JOINT_NAMES, Model, Point, cursory, turned};
 pub use participant::{Command, DIRECTION_NAMES, DIRECTIONS, Participant};
 pub use picture::page as arms_page;
-pub use played::{PlayedC3, played_c3};
-pub use population::{Told, outcome};
+pub use played::{DeviceCheck, played_c3};
+pub use population::{RunInfo, outcome};
 pub use regression::{Features, Score, folds, predicted, ridge, score};
 pub use replication::{
-    CONDITIONS, PARTICIPANTS, Person, Replication, frame_of, person, replication,
+    CONDITIONS, PARTICIPANTS, ParticipantResult, Replication, frame_of, person, replication,
 };
 pub use run::{NAME, Run};
-pub use walk::{RATES_HZ, Walk, walk};
+pub use walk::{RATES_HZ, WalkResult, walk};

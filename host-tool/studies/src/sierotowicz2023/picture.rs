@@ -2,7 +2,7 @@
 
 use super::metrics::force;
 use super::participant::DIRECTION_NAMES;
-use super::replication::{Person, Replication};
+use super::replication::{ParticipantResult, Replication};
 use host_core::html;
 use host_core::plot::ink::{GRID, INK, MUTED, PALETTE, stroke};
 use host_core::plot::{At, Canvas, Paint, Svg, Words};
@@ -52,7 +52,7 @@ fn arrow(canvas: &mut Canvas, from: At, (dx, dy): At, paint: (host_core::plot::C
 }
 
 /// Wanted and mean given forces of a condition at full size, N.
-fn forces(person: &Person, name: &str) -> Vec<[[f64; 3]; 2]> {
+fn forces(person: &ParticipantResult, name: &str) -> Vec<[[f64; 3]; 2]> {
     let Some(condition) = person.condition(name) else {
         return Vec::new();
     };
@@ -75,7 +75,7 @@ fn forces(person: &Person, name: &str) -> Vec<[[f64; 3]; 2]> {
 }
 
 /// The picture of one condition.
-fn picture(person: &Person, name: &str, title: &str) -> Svg {
+fn picture(person: &ParticipantResult, name: &str, title: &str) -> Svg {
     let mut canvas = Canvas::default();
     let all = forces(person, name);
     let sizes = all.iter().flatten().map(|values| {

@@ -8,8 +8,8 @@ use super::error::EndpointError;
 use super::metrics::{force, size};
 use super::model::{Model, turned};
 use super::participant::Command;
-use super::replication::{BeforeC3, before_c3};
-use crate::laboratory::{Heard, LOAD_OHM, Notes};
+use super::replication::{PreparedC3, before_c3};
+use crate::laboratory::{ElectrodeLog, LOAD_OHM, Notes};
 use hal_sim::body::arm::{Arm, ELECTRODES};
 use hal_sim::body::{Body, Drive, Pulse};
 use hal_sim::trace::Edge;
@@ -36,7 +36,7 @@ const FULL_SCALE_MA: f64 = 50.0;
 
 /// What came of it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct PlayedC3 {
+pub struct DeviceCheck {
     /// Contractions that the device gave.
     pub played: usize,
     /// Those before the last of them that it refuses, a muscle being too weak: the study
@@ -63,7 +63,7 @@ struct Contraction {
 }
 
 /// C3's contractions up to the declared number that the device gives.
-fn contractions(study: &Study, begun: &BeforeC3) -> Result<Vec<Contraction>, EndpointError> {
+fn contractions(study: &Study, begun: &PreparedC3) -> Result<Vec<Contraction>, EndpointError> {
     let device = Device::new(&begun.model)?;
     let mut all = Vec::new();
     let mut left = study.played.targets;
@@ -204,7 +204,7 @@ fn put_out(
     let told = |error: &dyn std::fmt::Display| failed(error.to_string());
     let mut port = device.open(&file.session, seed).map_err(|e| told(&e))?;
     let not_simulated = || failed("it is not simulated".to_owned());
-    let heard = Heard::default();
+    let heard = ElectrodeLog::default();
     port.world().ok_or_else(not_simulated)?.body = Box::new(Notes::on(&heard));
     let (outcome, port) = run(file, port, None, |_: f64| ());
     if let Some(error) = outcome.error {
@@ -262,7 +262,11 @@ fn replay(
 ///
 /// # Errors
 /// What goes wrong in the study; E730: the device does not play it; E731: other edges.
-pub fn played_c3(study: &Study, seed: u64, device: &DeviceName) -> Result<PlayedC3, EndpointError> {
+pub fn played_c3(
+    study: &Study,
+    seed: u64,
+    device: &DeviceName,
+) -> Result<DeviceCheck, EndpointError> {
     let begun = before_c3(study, seed)?;
     let all = contractions(study, &begun)?;
     let texts = wearer(study, &begun.model);
@@ -291,14 +295,14 @@ pub fn played_c3(study: &Study, seed: u64, device: &DeviceName) -> Result<Played
 /// What these pulses make of the body against what the study makes of it.
 fn compared(
     study: &Study,
-    begun: &BeforeC3,
+    begun: &PreparedC3,
     all: &[Contraction],
     (edges, pulses): (usize, &[Pulse]),
-) -> PlayedC3 {
+) -> DeviceCheck {
     let (mut ours, mut theirs) = (begun.person.clone(), begun.person.clone());
     let lasts_s = study.protocol.contraction_s;
     let periods = (lasts_s * study.protocol.frequency_hz).ceil() as usize;
-    let mut found = PlayedC3 {
+    let mut found = DeviceCheck {
         played: 0,
         refused: 0,
         edges,
@@ -352,7 +356,7 @@ fn compared(
     found
 }
 
-impl PlayedC3 {
+impl DeviceCheck {
     /// For a page: `device` played it.
     #[must_use]
     pub fn in_words(&self, device: &DeviceName) -> String {

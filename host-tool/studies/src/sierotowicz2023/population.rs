@@ -6,9 +6,9 @@ use super::declaration::{DECLARED, Study};
 use super::error::EndpointError;
 use super::figure_8;
 use super::metrics::median;
-use super::replication::{CONDITIONS, Person, Replication, people, wearers};
+use super::replication::{CONDITIONS, ParticipantResult, Replication, people, wearers};
 use super::sheets::{figure_7, forces, table_1};
-use crate::laboratory::{Declared, Outcome, Reach, Row, Share};
+use crate::laboratory::{Outcome, Preregistration, Reach, Row, Share};
 use host_core::record::sha256;
 use host_core::statistics::{bootstrap_bca, cohens_d_pooled, mann_whitney, mean, wilcoxon};
 
@@ -24,7 +24,7 @@ const RESAMPLES: usize = 4_000;
 
 /// What the command knows of the run.
 #[derive(Clone, Debug)]
-pub struct Told {
+pub struct RunInfo {
     /// Of the draws.
     pub seed: u64,
     /// Studies asked for.
@@ -110,7 +110,8 @@ fn rows(study: &Study, all: &[Replication]) -> Vec<Row> {
 fn geometry_rows(all: &[Replication]) -> Vec<Row> {
     let worn =
         |at: usize| -> Vec<f64> { wearers(all).map(|wearer| wearer.geometry()[at]).collect() };
-    let of = |pick: &dyn Fn(&Person) -> f64| -> Vec<f64> { people(all).map(pick).collect() };
+    let of =
+        |pick: &dyn Fn(&ParticipantResult) -> f64| -> Vec<f64> { people(all).map(pick).collect() };
     let jumps = |at: usize| of(&|wearer| wearer.switches[at].jumps as f64);
     let step = |at: usize| of(&|wearer| wearer.switches[at].greatest);
     let left = |at: usize| of(&|wearer| wearer.freshness[at]);
@@ -197,10 +198,11 @@ fn geometry_rows(all: &[Replication]) -> Vec<Row> {
 
 /// What the device's rate, its numbers and its limits do.
 fn device_rows(all: &[Replication]) -> Vec<Row> {
-    let of = |pick: &dyn Fn(&Person) -> f64| -> Vec<f64> { people(all).map(pick).collect() };
+    let of =
+        |pick: &dyn Fn(&ParticipantResult) -> f64| -> Vec<f64> { people(all).map(pick).collect() };
     let walk = |at: usize| of(&|wearer| wearer.walks[at].part);
     let beyond = |name: &'static str| {
-        of(&move |wearer: &Person| {
+        of(&move |wearer: &ParticipantResult| {
             let targets = wearer
                 .condition(name)
                 .map_or(&[][..], |condition| &condition.targets);
@@ -299,7 +301,7 @@ fn interval(study: &Study, all: &[Replication], less: &str) -> Option<String> {
 /// Whose twitches turned nothing, and what became of it.
 fn who_did_not_twitch(all: &[Replication]) -> Vec<String> {
     let mut notes = Vec::new();
-    let of = |pick: &dyn Fn(&Person) -> &[usize]| {
+    let of = |pick: &dyn Fn(&ParticipantResult) -> &[usize]| {
         let each: Vec<usize> = wearers(all).map(|wearer| pick(wearer).len()).collect();
         let who = each.iter().filter(|n| **n > 0).count();
         (who, each.iter().sum::<usize>())
@@ -346,7 +348,11 @@ fn asked(study: &Study, lower: &Share) -> Option<String> {
 ///
 /// # Errors
 /// E715: the declaration.
-pub fn outcome(study: &Study, all: &[Replication], told: Told) -> Result<Outcome, EndpointError> {
+pub fn outcome(
+    study: &Study,
+    all: &[Replication],
+    told: RunInfo,
+) -> Result<Outcome, EndpointError> {
     let mut sheets = vec![
         table_1(study, all),
         figure_7(all),
@@ -377,7 +383,7 @@ pub fn outcome(study: &Study, all: &[Replication], told: Told) -> Result<Outcome
         seed: told.seed,
         simulated: Some(true),
         cut_short: told.cut_short,
-        declared: Declared {
+        declared: Preregistration {
             asked: "sierotowicz".to_owned(),
             command: Some(told.command),
             device,

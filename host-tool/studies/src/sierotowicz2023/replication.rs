@@ -9,7 +9,7 @@ use super::imus;
 use super::metrics::{Target, median};
 use super::model::Model;
 use super::participant::{Command, Participant};
-use super::walk::{RATES_HZ, Walk, walk};
+use super::walk::{RATES_HZ, WalkResult, walk};
 use hal_sim::random;
 use serde::{Deserialize, Serialize};
 
@@ -24,7 +24,7 @@ const SUBSTITUTES: u64 = 1 << 32;
 
 /// What one participant came to.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Person {
+pub struct ParticipantResult {
     /// Conditions in order.
     pub conditions: Vec<Condition>,
     /// Geometry's error in S1's frame and calibrated, degrees, of each channel.
@@ -36,7 +36,7 @@ pub struct Person {
     /// Nearest neighbour and least squares on the calibrated limb.
     pub switches: [Switches; 2],
     /// A wanted force that goes around, recruited at each of [`RATES_HZ`].
-    pub walks: [Walk; 2],
+    pub walks: [WalkResult; 2],
     /// Least that tiredness left of a muscle after C2, C3 and C4, 0 to 1.
     pub freshness: [f64; 3],
     /// Channels whose twitches turned nothing, so that they kept S1's frame.
@@ -53,12 +53,12 @@ pub struct Replication {
     /// Its number.
     pub index: u64,
     /// S1 to S3.
-    pub people: Vec<Person>,
+    pub people: Vec<ParticipantResult>,
     /// How many were drawn as S1 in vain before: a channel of theirs did not twitch.
     pub in_vain: u64,
 }
 
-impl Person {
+impl ParticipantResult {
     /// What micromath and single precision add to C3's error at the hand: root mean square
     /// of how far its forces are from those of double precision on the same body, over
     /// C3's root mean square error.
@@ -105,7 +105,7 @@ pub fn frame_of(study: &Study, participant: &Participant) -> Result<Model, Endpo
 }
 
 /// A participant who is calibrated: where C3 begins.
-struct Begun<'a> {
+struct CalibratedParticipant<'a> {
     /// C1 and C2.
     course: Course<'a>,
     person: Participant,
@@ -124,7 +124,7 @@ fn begun<'a>(
     mut person: Participant,
     s1: &Model,
     seed: u64,
-) -> Result<Begun<'a>, EndpointError> {
+) -> Result<CalibratedParticipant<'a>, EndpointError> {
     let own = Player::new(person.wearing(s1))?;
     let by_will = person.by_will(study, &own.device);
     let mut course = Course {
@@ -138,7 +138,7 @@ fn begun<'a>(
     let left = course.run(("C2", 2), &mut person, (&own, Method::Nearest))?;
     let before = person.clone();
     let (calibrated, untwitched) = own_model(study, &mut person, s1)?;
-    Ok(Begun {
+    Ok(CalibratedParticipant {
         course,
         person,
         calibrated: Player::new(calibrated)?,
@@ -158,9 +158,9 @@ pub fn person(
     participant: Participant,
     s1: &Model,
     seed: u64,
-) -> Result<Person, EndpointError> {
+) -> Result<ParticipantResult, EndpointError> {
     let near = Method::Nearest;
-    let Begun {
+    let CalibratedParticipant {
         mut course,
         mut person,
         calibrated,
@@ -193,7 +193,7 @@ pub fn person(
     let Course {
         own, conditions, ..
     } = course;
-    Ok(Person {
+    Ok(ParticipantResult {
         conditions,
         geometry_deg: [&own, &calibrated].map(geometry),
         rested_deg: geometry(&at_rest),
@@ -208,7 +208,7 @@ pub fn person(
 }
 
 /// A wearer where C3 begins, what the device knows of them and C3's commands.
-pub(super) struct BeforeC3 {
+pub(super) struct PreparedC3 {
     /// Who.
     pub person: Participant,
     /// Their arm, calibrated.
@@ -221,12 +221,12 @@ pub(super) struct BeforeC3 {
 ///
 /// # Errors
 /// As [`replication`].
-pub(super) fn before_c3(study: &Study, seed: u64) -> Result<BeforeC3, EndpointError> {
+pub(super) fn before_c3(study: &Study, seed: u64) -> Result<PreparedC3, EndpointError> {
     let (_, s1, _) = first(study, seed, 0)?;
     let s2 = Participant::drawn(study, seed, 1)?;
     let begun = begun(study, s2, &s1, random::word(seed, 1_001))?;
     let own = &begun.course.own.device;
-    Ok(BeforeC3 {
+    Ok(PreparedC3 {
         commands: begun.person.commands(study, own, 3),
         model: begun.calibrated.model,
         person: begun.person,
@@ -302,12 +302,12 @@ pub fn replication(study: &Study, seed: u64, index: u64) -> Result<Replication, 
 }
 
 /// S2 and S3 of every study: who wears a frame that is not their own.
-pub(super) fn wearers(all: &[Replication]) -> impl Iterator<Item = &Person> {
+pub(super) fn wearers(all: &[Replication]) -> impl Iterator<Item = &ParticipantResult> {
     all.iter()
         .flat_map(|replication| replication.people.iter().skip(1))
 }
 
 /// Every participant.
-pub(super) fn people(all: &[Replication]) -> impl Iterator<Item = &Person> {
+pub(super) fn people(all: &[Replication]) -> impl Iterator<Item = &ParticipantResult> {
     all.iter().flat_map(|replication| &replication.people)
 }

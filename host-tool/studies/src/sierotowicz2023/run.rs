@@ -5,9 +5,9 @@ use super::error::EndpointError;
 use super::metrics::median;
 use super::picture::page;
 use super::played::played_c3;
-use super::population::{Told, outcome};
+use super::population::{RunInfo, outcome};
 use super::replication::{Replication, replication};
-use crate::laboratory::{self, About, Outcome};
+use crate::laboratory::{self, Outcome, StudyIdentity};
 use host_core::run::DeviceName;
 use std::fmt::Write;
 
@@ -89,8 +89,8 @@ impl Run {
 impl laboratory::Study for Run {
     type Unit = Result<Replication, String>;
 
-    fn about(&self) -> About<'_> {
-        About {
+    fn about(&self) -> StudyIdentity<'_> {
+        StudyIdentity {
             name: NAME,
             arguments: self.typed(),
             declaration: ("study.toml", DECLARED),
@@ -112,7 +112,7 @@ impl laboratory::Study for Run {
 
     fn outcome(&self, units: &[Self::Unit], cut_short: Option<String>) -> anyhow::Result<Outcome> {
         let (whole, failed) = parted(units);
-        let told = Told {
+        let told = RunInfo {
             seed: self.seed,
             draws: self.draws,
             command: format!("experiment {NAME} {} --draws {}", self.typed(), self.draws),

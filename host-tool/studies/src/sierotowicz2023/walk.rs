@@ -18,7 +18,7 @@ const BIN_MS: u64 = 50;
 
 /// What came of going around at one rate.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-pub struct Walk {
+pub struct WalkResult {
     /// Recruitments per second.
     pub rate_hz: u64,
     /// What was wanted, N.
@@ -37,7 +37,7 @@ pub fn walk(
     person: &mut Participant,
     device: &Device,
     rate_hz: u64,
-) -> Result<Walk, EndpointError> {
+) -> Result<WalkResult, EndpointError> {
     let reaches = DIRECTIONS.map(|directions| device.reachable_n(directions));
     let least = reaches.into_iter().filter(|reach| *reach > 0.0);
     let wanted_n = 0.5 * least.reduce(f64::min).unwrap_or(0.0);
@@ -52,7 +52,7 @@ pub fn walk(
         parts.map(|(wanted, given)| (given - wanted).powi(2)).sum()
     };
     let mean = targets.iter().map(off).sum::<f64>() / targets.len().max(1) as f64;
-    Ok(Walk {
+    Ok(WalkResult {
         rate_hz,
         wanted_n,
         part: mean.sqrt() / wanted_n.max(f64::MIN_POSITIVE),

@@ -8,7 +8,7 @@ use crate::subjects::spec;
 use hal_sim::body::muscle::reference::integrate;
 use hal_sim::body::muscle::{Muscle, Parameters, Step};
 use methods::muscle::exponential::EtdMidpoint;
-use methods::muscle::stepped::{Pulses, Stepped};
+use methods::muscle::stepped::{Pulses, SteppedMuscle};
 
 const RATES_HZ: [f64; 12] = [
     5.0, 10.0, 15.0, 20.0, 30.0, 40.0, 50.0, 60.0, 80.0, 100.0, 150.0, 200.0,
@@ -184,7 +184,7 @@ fn error(p: &Parameters, train: &Train, step_us: u32, pulses: Pulses) -> f64 {
         .map(|us| f64::from(*us) * 1e-6)
         .collect();
     let truth = integrate(p, &seconds, DURATION_S, f64::from(step_us) * 1e-6);
-    let mut muscle = Stepped::<EtdMidpoint<f64>>::new(&spec(p), step_us, pulses);
+    let mut muscle = SteppedMuscle::<EtdMidpoint<f64>>::new(&spec(p), step_us, pulses);
     let times = (0..truth.len() as u32).map(|n| n * step_us);
     let (mut error, mut peak) = (0.0f64, 0.0f64);
     for (force, sample) in forces(&mut muscle, &train.pulses_us, times).zip(&truth) {

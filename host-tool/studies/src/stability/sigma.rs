@@ -66,12 +66,12 @@ impl Form {
     }
 
     /// Runs it.
-    fn run(self, of: &Loop<f64>, disturbance: Disturbance) -> Found {
+    fn run(self, of: &Loop<f64>, disturbance: Disturbance) -> LoopResult {
         match self {
             Self::Of(discretization) => {
                 let twist = Twist::new(discretization, of.k1, of.k2, 1.0, of.h);
                 let mut integral = 0.0;
-                Found::of(of, disturbance, |sigma| {
+                LoopResult::of(of, disturbance, |sigma| {
                     let answer = twist.push(sigma, integral);
                     let u = -(integral + answer.push);
                     integral += answer.growth;
@@ -84,14 +84,14 @@ impl Form {
 }
 
 /// What one loop did.
-struct Found {
+struct LoopResult {
     /// Largest |σ| once settled, L·h².
     worst: f64,
     /// Whether |σ| still grew when the run ended.
     grows: bool,
 }
 
-impl Found {
+impl LoopResult {
     fn of(of: &Loop<f64>, disturbance: Disturbance, mut law: impl FnMut(f64) -> f64) -> Self {
         let mut course = Vec::new();
         let worst = of.worst_under(disturbance, |sigma| {
@@ -109,12 +109,13 @@ impl Found {
 }
 
 /// Under the device's fixed-point code.
-fn shipped(of: &Loop<f64>, disturbance: Disturbance) -> Found {
+fn shipped(of: &Loop<f64>, disturbance: Disturbance) -> LoopResult {
     let milli = |x: f64| (x * 1e3).round() as u32;
-    let twist = super_twisting::Twist::new(milli(of.k1), milli(of.k2), 1000, 0, milli(of.h) as u8);
+    let twist =
+        super_twisting::SuperTwisting::new(milli(of.k1), milli(of.k2), 1000, 0, milli(of.h) as u8);
     let twist = twist.expect("gains and periods of this map are the device's");
     let mut integral = Q::ZERO;
-    Found::of(of, disturbance, |sigma| {
+    LoopResult::of(of, disturbance, |sigma| {
         let answer = twist.push(Q::from_num(sigma));
         let u = integral + answer.push;
         integral += answer.growth;

@@ -4,7 +4,7 @@
 use firmware::control::SensorSource;
 use firmware::haptics::{Side, Wall, WallSpec, WallState};
 use firmware::units::{Amplitude, Angle, Micros};
-use hal_sim::body::elbow::Approach;
+use hal_sim::body::elbow::VoluntaryApproach;
 use hal_sim::body::{Body, Drive, Elbow, ElbowSpec, Pulse};
 
 /// Pulse period of either channel, ms: 50 Hz, at which the elbow's torques hold.
@@ -42,7 +42,7 @@ pub(super) fn leaning(mut arm: ElbowSpec) -> ElbowSpec {
     arm.person.start_deg = 89.0;
     arm.person.onset_s = 4.0;
     arm.person.gain_nm_s_per_rad = 100.0;
-    arm.person.approaches = vec![Approach {
+    arm.person.approaches = vec![VoluntaryApproach {
         at_s: 0.0,
         speed_deg_per_s: 360.0,
         for_s: 1e6,

@@ -3,7 +3,7 @@
 
 use super::TrackingError;
 use super::driver::Floating;
-use super::wearer::{self, Known, Points};
+use super::wearer::{self, KnownWearer, Points};
 use firmware::control::{HoldPolicy, JointSpec, LawSpec, WearerModel};
 use methods::control::parameters::parameters;
 use methods::control::{AddOns, Controller, DelayCompensation, DerivativeKind, Form, Parameter};
@@ -65,14 +65,14 @@ impl Candidate {
     /// # Errors
     /// [`TrackingError::Law`] if a number is missing or unusable.
     pub fn driver<R: Real>(&self, points: Points) -> Result<Floating<R>, TrackingError> {
-        self.driver_of(&Known::nominal(points))
+        self.driver_of(&KnownWearer::nominal(points))
     }
 
     /// The same for whoever else is known so.
     ///
     /// # Errors
     /// [`TrackingError`] if a number is missing or unusable, or nobody can be known so.
-    pub fn driver_of<R: Real>(&self, known: &Known) -> Result<Floating<R>, TrackingError> {
+    pub fn driver_of<R: Real>(&self, known: &KnownWearer) -> Result<Floating<R>, TrackingError> {
         let wanted = parameters(self.form, self.add_ons);
         let value = |p: &Parameter| {
             let value = self.values.get(p.name).copied().unwrap_or(f64::NAN);

@@ -3,7 +3,7 @@
 use super::TrackingError;
 use super::ablation::Term;
 use super::candidate::{Candidate, Equipment};
-use super::driver::{Device, Driver, Recorded};
+use super::driver::{Device, Driver, RecordedDriver};
 use super::exercise::{Exercise, Outcome};
 use super::trial::{self, PULSE_EVERY_MS};
 use super::wearer::{self, Points};
@@ -63,7 +63,7 @@ impl Contender {
     /// [`TrackingError`] if plant or law cannot be.
     pub fn efforts(&self, exercise: &Exercise) -> Result<Vec<f64>, TrackingError> {
         let points = exercise.points;
-        let mut recorded = Recorded {
+        let mut recorded = RecordedDriver {
             driver: self.driver(points)?,
             volts: Vec::with_capacity(exercise.wanted.len()),
         };

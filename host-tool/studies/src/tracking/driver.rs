@@ -1,7 +1,7 @@
 //! Who drives the finger: the device's own joint, or any law in floats.
 
 use super::TrackingError;
-use super::wearer::{Known, Volts};
+use super::wearer::{KnownWearer, Volts};
 use firmware::arithmetic::fixed_point::Q;
 use firmware::control::setpoint::SetpointTrack;
 use firmware::control::{
@@ -40,14 +40,14 @@ pub(super) fn volts(amplitudes: &[(u8, Amplitude)]) -> Volts {
 }
 
 /// Another driver, and the volts that it asked for in each tick.
-pub struct Recorded {
+pub struct RecordedDriver {
     /// Who drives.
     pub driver: Box<dyn Driver>,
     /// One entry per tick so far.
     pub volts: Vec<Volts>,
 }
 
-impl Driver for Recorded {
+impl Driver for RecordedDriver {
     fn setpoint(&mut self, now: Micros, at: Micros, degrees: f64) {
         self.driver.setpoint(now, at, degrees);
     }
@@ -167,7 +167,7 @@ impl<R: Real> Floating<R> {
         law: Controller<R>,
         period_ms: u32,
         hold: HoldPolicy,
-        known: &Known,
+        known: &KnownWearer,
     ) -> Result<Self, TrackingError> {
         let lead_ms = (law.lead_s().to_f64() * 1000.0).round() as u16;
         Ok(Self {

@@ -2,7 +2,7 @@
 
 use super::candidate::{Candidate, Equipment};
 use super::default;
-use super::search::Found;
+use super::search::SearchResult;
 use super::wearer::{self, Points};
 use firmware::control::HoldPolicy;
 use methods::control::{AddOns, DelayCompensation, DerivativeKind, Form};
@@ -13,9 +13,9 @@ use std::collections::BTreeMap;
 pub const COMMITTED: &str = include_str!("../../../../docs/charts/control_gains.csv");
 
 /// One line of the table: a law, and how good it was on the training plants.
-pub type Row = (Equipment, Found<Candidate>);
+pub type Row = (Equipment, SearchResult<Candidate>);
 /// The device's default: its numbers by name.
-pub type Default = Found<BTreeMap<String, f64>>;
+pub type Default = SearchResult<BTreeMap<String, f64>>;
 
 /// The table cannot be read.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
@@ -106,7 +106,7 @@ pub fn read_default(table: &str) -> Result<Option<Default>, GainsError> {
             let parsed = numbers(&line.numbers)
                 .and_then(|n| Ok((n, number(&line.training_rmse_deg, "training_rmse_deg")?)));
             let (candidate, cost) = parsed.map_err(|field| unreadable(at, field))?;
-            found = Some(Found { candidate, cost });
+            found = Some(SearchResult { candidate, cost });
         }
     }
     Ok(found)
@@ -197,7 +197,7 @@ fn row(line: &Line) -> Result<Row, &'static str> {
         "equipment",
     )?;
     let cost = number(&line.training_rmse_deg, "training_rmse_deg")?;
-    Ok((equipment, Found { candidate, cost }))
+    Ok((equipment, SearchResult { candidate, cost }))
 }
 
 #[cfg(test)]

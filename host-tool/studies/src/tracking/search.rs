@@ -39,7 +39,7 @@ pub struct Training {
 
 /// The best parameters that a search found for one law.
 #[derive(Clone, PartialEq, Debug)]
-pub struct Found<T> {
+pub struct SearchResult<T> {
     /// The law with these parameters.
     pub candidate: T,
     /// Cost of the candidate as [`Training::cost`] defines it, degrees.
@@ -134,7 +134,7 @@ impl Training {
         equipment: Equipment,
         evaluations: usize,
         progress: impl FnMut(f64),
-    ) -> Result<Option<Found<Candidate>>, TrackingError> {
+    ) -> Result<Option<SearchResult<Candidate>>, TrackingError> {
         let names: Vec<_> = Genome::parameters().iter().map(|p| p.name).collect();
         let driver = |genome: &Genome, points| -> Result<Box<dyn Driver>, _> {
             Ok(Box::new(
@@ -143,7 +143,7 @@ impl Training {
         };
         let first = Genome::of_default(form);
         let best = self.best(&names, first, driver, evaluations, progress)?;
-        Ok(best.map(|(cost, genome)| Found {
+        Ok(best.map(|(cost, genome)| SearchResult {
             candidate: genome.candidate(form, equipment),
             cost,
         }))
@@ -158,7 +158,7 @@ impl Training {
         &self,
         evaluations: usize,
         progress: impl FnMut(f64),
-    ) -> Result<Option<Found<BTreeMap<String, f64>>>, TrackingError> {
+    ) -> Result<Option<SearchResult<BTreeMap<String, f64>>>, TrackingError> {
         let parameters = &default::PARAMETERS;
         let names = parameters.map(|p| p.name);
         let shipped = default::shipped();
@@ -168,7 +168,7 @@ impl Training {
             Ok(Box::new(Device::new(&spec)?))
         };
         let best = self.best(&names, first, driver, evaluations, progress)?;
-        Ok(best.map(|(cost, genome)| Found {
+        Ok(best.map(|(cost, genome)| SearchResult {
             candidate: genome.values(parameters),
             cost,
         }))

@@ -122,14 +122,14 @@ pub fn shipped(points: Points) -> JointSpec {
 
 /// What laws in floats know of whom they drive.
 #[derive(Clone, PartialEq, Debug)]
-pub struct Known {
+pub struct KnownWearer {
     /// Points and range of angles; its law is not used.
     pub joint: JointSpec,
     /// Strength, spring and rest, for feed-forward; its lead is not used.
     pub model: WearerModel,
 }
 
-impl Known {
+impl KnownWearer {
     /// The nominal wearer's file.
     pub fn nominal(points: Points) -> Self {
         Self {
@@ -166,7 +166,7 @@ impl Known {
 /// # Errors
 /// None: the nominal wearer is valid (tested).
 pub fn mapping(points: Points) -> Result<Mapping, TrackingError> {
-    Known::nominal(points).mapping()
+    KnownWearer::nominal(points).mapping()
 }
 
 /// The effort, −1…1, that the nominal wearer's mapping turns into these volts.

@@ -5,10 +5,10 @@ mod seals;
 #[cfg(test)]
 mod tests;
 
-use super::{Agenda, BurstTime, Picture, RenderError, Supply};
+use super::{BurstTime, EventQueue, Picture, RenderError, Supply};
 use crate::pulse::Train;
 use crate::pulse::plan::{Levels, PulseStart, State, WindowPlan};
-use crate::seal::Seal;
+use crate::seal::Checksum;
 use crate::units::{DacCode, Micros, us};
 use core::num::{NonZeroU16, NonZeroU32};
 
@@ -31,7 +31,7 @@ const GROUNDING: u8 = 3;
 /// A part of a pulse during which the outputs do not change: a phase, the gap between two phases,
 /// or the grounding.
 #[derive(Clone, Copy, Debug, Hash)]
-struct Stretch {
+struct PulsePart {
     shows: Picture,
     length_us: NonZeroU16,
 }
@@ -53,7 +53,7 @@ pub(super) struct Lane {
     pub(super) shows: Picture,
     /// Stretches of each pulse of the burst: first phase, gap, second phase; or phase, grounding.
     /// A grounding after the second phase is derived from both phases, as most trains have none.
-    stretches: [Option<Stretch>; 3],
+    stretches: [Option<PulsePart>; 3],
     /// Index of the stretch in progress.
     stretch: u8,
     /// Time of the next edge. `None`: no edge before a trigger, another member's pulse or a new
@@ -83,8 +83,8 @@ pub(super) struct Lane {
     pub(super) oldest: u8,
     /// Checksums: over the state that changes from edge to edge; below, over train, stretches and
     /// tail.
-    seal: Seal,
-    train_seal: Seal,
+    seal: Checksum,
+    train_seal: Checksum,
 }
 
 impl Lane {
@@ -100,7 +100,7 @@ impl Lane {
             (anodic, cathodic)
         };
         let stretch = |picture, length_us| {
-            Some(Stretch {
+            Some(PulsePart {
                 shows: Picture(picture),
                 length_us: NonZeroU16::new(length_us)?,
             })
@@ -137,8 +137,8 @@ impl Lane {
             tail_us: 0,
             recent: [Recent::default(); 4],
             oldest: 0,
-            seal: Seal::default(),
-            train_seal: Seal::default(),
+            seal: Checksum::default(),
+            train_seal: Checksum::default(),
         }
     }
 
@@ -214,7 +214,7 @@ impl Lane {
     pub(super) fn advance(
         &mut self,
         channel: u8,
-        agenda: &mut Agenda,
+        agenda: &mut EventQueue,
         supply: &mut impl Supply,
         plan: &mut WindowPlan,
     ) -> Result<(), RenderError> {

@@ -1,20 +1,20 @@
 //! Checksums over a lane's memory: its configuration, and its changing state.
 
 use super::Lane;
-use crate::seal::Seal;
+use crate::seal::Checksum;
 use core::hash::Hash;
 
 impl Lane {
     /// Renews the checksum of the part that is set once.
     pub(in crate::pulse::scheduler) fn seal_train(&mut self) {
-        let seal = Seal::of(&self.fixed());
+        let seal = Checksum::of(&self.fixed());
         self.train_seal = seal;
     }
 
     /// Renews the checksum of the part that changes.
     #[inline]
     pub(in crate::pulse::scheduler) fn seal(&mut self) {
-        let seal = Seal::of(&self.moving());
+        let seal = Checksum::of(&self.moving());
         self.seal = seal;
     }
 

@@ -1,6 +1,6 @@
 //! Bit flips in a lane, for tests.
 
-use super::{Lane, Phase, Stretch};
+use super::{Lane, Phase, PulsePart};
 use crate::units::{DacCode, us};
 use core::num::NonZeroU16;
 
@@ -8,7 +8,7 @@ impl Lane {
     /// Flips a bit of the lane's memory in the way with this number and returns its name; `None`
     /// after the last way.
     pub(in crate::pulse::scheduler) fn flip(&mut self, way: usize) -> Option<&'static str> {
-        let stretch = |stretch: &mut Option<Stretch>, bit: u16| {
+        let stretch = |stretch: &mut Option<PulsePart>, bit: u16| {
             let length = &mut stretch.as_mut().unwrap().length_us;
             *length = NonZeroU16::new(length.get() ^ bit).unwrap();
         };

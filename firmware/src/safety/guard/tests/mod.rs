@@ -74,7 +74,7 @@ const CLOSED: Inputs = Inputs {
 
 /// Returns a guard in the state of this name, and the scheduler that belongs to it.
 fn guard_in(state: &str) -> (Guard, Scheduler) {
-    let mut guard = Guard::new(None, Found::default());
+    let mut guard = Guard::new(None, UsageAtBoot::default());
     let mut scheduler = Scheduler::new();
     let tick = |guard: &mut Guard, now, inputs: &Inputs, scheduler: &Scheduler| {
         guard.tick(now, inputs, scheduler).unwrap();
@@ -202,7 +202,7 @@ fn the_chart_is_what_the_guard_does() {
 #[test]
 fn a_phase_that_owes_its_reading_is_told() {
     let denied = |phases: &[bool]| {
-        let mut guard = Guard::new(None, Found::default());
+        let mut guard = Guard::new(None, UsageAtBoot::default());
         let scheduler = Scheduler::new();
         guard.tick(NOW, &CLOSED, &scheduler).unwrap();
         guard.arm(&setup(), &CLOSED, NOW).unwrap();
@@ -217,8 +217,8 @@ fn a_phase_that_owes_its_reading_is_told() {
         let end = NOW + us(ElectrodeCheck::length_us());
         guard.tick(end, &CLOSED, &scheduler).unwrap()
     };
-    let lost = Denied::PhaseLost { channel: 0 };
-    let off = Denied::ElectrodeOff { channel: 0 };
+    let lost = Denial::PhaseLost { channel: 0 };
+    let off = Denial::ElectrodeOff { channel: 0 };
     assert_eq!(denied(&[false]), Some(Notice::Checked(Err(lost))));
     assert_eq!(denied(&[true]), Some(Notice::Checked(Err(lost))));
     assert_eq!(denied(&[]), Some(Notice::Checked(Err(off))));
@@ -229,9 +229,9 @@ fn a_phase_that_owes_its_reading_is_told() {
 /// windows later belongs to the previous amplitude.
 #[test]
 fn a_reading_of_an_earlier_amplitude_passes_no_phase() {
-    let off = Denied::ElectrodeOff { channel: 0 };
+    let off = Denial::ElectrodeOff { channel: 0 };
     for (after_us, verdict) in [(15_250, Err(off)), (15_500, Ok(()))] {
-        let mut guard = Guard::new(None, Found::default());
+        let mut guard = Guard::new(None, UsageAtBoot::default());
         let scheduler = Scheduler::new();
         guard.tick(NOW, &CLOSED, &scheduler).unwrap();
         guard.arm(&setup(), &CLOSED, NOW).unwrap();
@@ -336,12 +336,12 @@ fn a_changed_list_is_left_out() {
     };
     assert_eq!(
         guard.play_list(&list, NOW),
-        Err(Denied::NoLists { channel: 0 })
+        Err(Denial::NoLists { channel: 0 })
     );
     for spoil in [false, true] {
         let mut list = list.clone();
         guard.list = Playing::new(&list);
-        guard.list_seal = Seal::of(&guard.list);
+        guard.list_seal = Checksum::of(&guard.list);
         if spoil {
             list.pulses[1].width_us ^= 1 << 6;
             guard.list = Playing::new(&list);
@@ -419,7 +419,7 @@ fn a_setup_that_changed_by_itself_is_not_started() {
     guard.seal();
     let channel = guard.setup.as_mut().unwrap().channels[0].as_mut().unwrap();
     channel.limit = Amplitude::new(20_000 ^ 1 << 14);
-    let refused = Err(Denied::WrongState(State::Armed));
+    let refused = Err(Denial::WrongState(State::Armed));
     assert_eq!(guard.start(NOW), refused);
     assert_eq!(guard.state(), State::Armed);
 }
@@ -510,8 +510,8 @@ fn the_first_fault_is_kept_and_one_that_lasts_is_not_acknowledged() {
         lasts: true,
         ..FaultRecord::new(Fault::Flash, NOW)
     };
-    let mut guard = Guard::new(Some(lasting), Found::default());
-    let latched = Err(Denied::FaultLatched(Fault::Flash));
+    let mut guard = Guard::new(Some(lasting), UsageAtBoot::default());
+    let latched = Err(Denial::FaultLatched(Fault::Flash));
     assert_eq!(guard.acknowledge(NOW), latched);
     assert_eq!(guard.start(NOW), latched);
     assert!(guard.arm(&setup(), &CLOSED, NOW).is_err());

@@ -22,16 +22,16 @@ const STATES: [&str; 9] = [
 
 /// Result of an event.
 #[derive(PartialEq, Debug)]
-enum Heard {
+enum EventResult {
     Nothing,
-    Refused(Denied),
+    Refused(Denial),
     Told(Notice),
 }
 
-type Happens = fn(&mut Guard, &Scheduler, Micros) -> Heard;
+type EventFunction = fn(&mut Guard, &Scheduler, Micros) -> EventResult;
 
 /// Every call that the pulser makes to a guard, and every input that the guard reads.
-const EVENTS: [(&str, Happens); 20] = [
+const EVENTS: [(&str, EventFunction); 20] = [
     ("`arm`, stop and key closed", |g, _, now| {
         answer(g.arm(&setup(), &CLOSED, now))
     }),
@@ -53,11 +53,11 @@ const EVENTS: [(&str, Happens); 20] = [
     }),
     ("the law asks for more than the limit", |g, _, now| {
         g.command(0, ABOVE.amplitude, now);
-        Heard::Nothing
+        EventResult::Nothing
     }),
     ("a keep-alive", |g, _, now| {
         g.keep_alive(now);
-        Heard::Nothing
+        EventResult::Nothing
     }),
     ("the stop opens", |g, s, now| {
         let key = Inputs { arm: true, ..OPEN };
@@ -91,12 +91,12 @@ const EVENTS: [(&str, Happens); 20] = [
         g.seal();
         g.heard += us(1 << 20);
         match g.check_memory() {
-            Ok(()) => Heard::Nothing,
-            Err(fault) => Heard::Told(g.fault(fault, now, [0; CHANNELS])),
+            Ok(()) => EventResult::Nothing,
+            Err(fault) => EventResult::Told(g.fault(fault, now, [0; CHANNELS])),
         }
     }),
     ("a fault from elsewhere", |g, _, now| {
-        Heard::Told(g.fault(Fault::MissedDeadline, now, [0; CHANNELS]))
+        EventResult::Told(g.fault(Fault::MissedDeadline, now, [0; CHANNELS]))
     }),
 ];
 
@@ -118,19 +118,19 @@ fn careful() -> Setup {
     }
 }
 
-fn answer<T>(answer: Result<T, Denied>) -> Heard {
-    answer.map_or_else(Heard::Refused, |_| Heard::Nothing)
+fn answer<T>(answer: Result<T, Denial>) -> EventResult {
+    answer.map_or_else(EventResult::Refused, |_| EventResult::Nothing)
 }
 
-fn told(notice: Option<Notice>) -> Heard {
-    notice.map_or(Heard::Nothing, Heard::Told)
+fn told(notice: Option<Notice>) -> EventResult {
+    notice.map_or(EventResult::Nothing, EventResult::Told)
 }
 
 /// Runs a refill's tick and latches its fault, as the pulser does.
-fn refill(guard: &mut Guard, scheduler: &Scheduler, now: Micros, inputs: &Inputs) -> Heard {
+fn refill(guard: &mut Guard, scheduler: &Scheduler, now: Micros, inputs: &Inputs) -> EventResult {
     match guard.tick(now, inputs, scheduler) {
         Ok(notice) => told(notice),
-        Err(fault) => Heard::Told(guard.fault(fault, now, [0; CHANNELS])),
+        Err(fault) => EventResult::Told(guard.fault(fault, now, [0; CHANNELS])),
     }
 }
 
@@ -181,19 +181,19 @@ fn pulses(guard: &mut Guard, now: Micros) -> bool {
     guard.burst(0, begins(at)).code.is_some() && guard.may_pulse(0, at + us(500))
 }
 
-fn in_words(heard: &Heard) -> String {
+fn in_words(heard: &EventResult) -> String {
     let text = match heard {
-        Heard::Nothing => return "–".into(),
-        Heard::Refused(denied) => format!("refused: {denied:?}"),
-        Heard::Told(Notice::Faulted(record)) => {
+        EventResult::Nothing => return "–".into(),
+        EventResult::Refused(denied) => format!("refused: {denied:?}"),
+        EventResult::Told(Notice::Faulted(record)) => {
             let (number, fault) = (record.fault.number(), record.fault);
             match record.later {
                 0 => format!("fault {number}, {fault:?}"),
                 later => format!("fault {number}, {fault:?}, and later {}", later.ilog2() + 1),
             }
         }
-        Heard::Told(Notice::Checked(Err(denied))) => format!("not armed: {denied:?}"),
-        Heard::Told(notice) => format!("{notice:?}"),
+        EventResult::Told(Notice::Checked(Err(denied))) => format!("not armed: {denied:?}"),
+        EventResult::Told(notice) => format!("{notice:?}"),
     };
     // Only the name of a structure, without its fields.
     text.split(" {").next().unwrap_or_default().into()

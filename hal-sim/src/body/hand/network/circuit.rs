@@ -5,7 +5,7 @@ use super::symmetric::{Matrix, SIZE, Vector, dot};
 
 /// What a terminal imposes on its electrode during a piece.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Imposed {
+pub enum Source {
     /// Volts against the common return.
     Voltage(f64),
     /// Amperes into the tissue; 0 of an open one.

@@ -36,7 +36,7 @@ const GAUSS: [(f64, f64); 8] = [
 ];
 
 /// A segment whose R_p are looked for.
-pub struct Freezing<'a> {
+pub struct FrozenSegment<'a> {
     pub circuit: &'a Circuit,
     /// With R_0, of every set of terminals at a voltage; bit k is terminal k.
     pub modes: &'a [Modes],
@@ -47,7 +47,7 @@ pub struct Freezing<'a> {
     pub duration_s: f64,
 }
 
-impl Freezing<'_> {
+impl FrozenSegment<'_> {
     /// The segment's pieces and the charge at its end. `None` if nothing agrees.
     ///
     /// A fixed point of ln(R_0 / R_p), by Broyden's method.

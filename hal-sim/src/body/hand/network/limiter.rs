@@ -7,7 +7,7 @@
 //! (turn the first stage that contradicts its state, again and again), and left when
 //! the first stage comes to the end of its state.
 
-use super::circuit::{Circuit, Imposed};
+use super::circuit::{Circuit, Source};
 use super::exponentials::Exponentials;
 use super::modes::Modes;
 use super::piece::{Charge, Piece};
@@ -101,17 +101,17 @@ impl Stages<'_> {
         limiting: &[Limiting; SIZE],
         duration_s: f64,
     ) -> Option<Piece> {
-        let mut imposed = [Imposed::Current(0.0); SIZE];
+        let mut imposed = [Source::Current(0.0); SIZE];
         let mut set = 0;
         for (electrode, terminal) in self.terminals.iter().enumerate() {
             imposed[electrode] = match (terminal, limiting[electrode]) {
-                (Terminal::Floating, _) => Imposed::Current(0.0),
-                (Terminal::Grounded, _) => Imposed::Voltage(0.0),
-                (Terminal::Driven(volts), Limiting::No) => Imposed::Voltage(*volts),
-                (Terminal::Driven(_), Limiting::Positive) => Imposed::Current(self.limit_a),
-                (Terminal::Driven(_), Limiting::Negative) => Imposed::Current(-self.limit_a),
+                (Terminal::Floating, _) => Source::Current(0.0),
+                (Terminal::Grounded, _) => Source::Voltage(0.0),
+                (Terminal::Driven(volts), Limiting::No) => Source::Voltage(*volts),
+                (Terminal::Driven(_), Limiting::Positive) => Source::Current(self.limit_a),
+                (Terminal::Driven(_), Limiting::Negative) => Source::Current(-self.limit_a),
             };
-            let is_at_voltage = matches!(imposed[electrode], Imposed::Voltage(_));
+            let is_at_voltage = matches!(imposed[electrode], Source::Voltage(_));
             set |= usize::from(is_at_voltage) << electrode;
         }
         let at_r_0 = &self.modes[set];

@@ -16,7 +16,7 @@ mod skin;
 mod symmetric;
 
 use circuit::Circuit;
-use freeze::Freezing;
+use freeze::FrozenSegment;
 pub use limiter::Terminal;
 use modes::Modes;
 pub use piece::{Charge, Piece, Term};
@@ -174,7 +174,7 @@ impl Network {
         if duration_s == 0.0 {
             return Ok(Vec::new());
         }
-        let freezing = Freezing {
+        let freezing = FrozenSegment {
             circuit: &self.circuit,
             modes: &self.modes,
             skins: &self.skins,

@@ -7,7 +7,7 @@
 //! C^−½ (1/R_p + E M⁻¹ Eᵀ) C^−½, is symmetric and positive definite: its eigenvalues
 //! are the rates, real and above 0. Terminals that hold a current only add a constant.
 
-use super::circuit::{Circuit, Imposed};
+use super::circuit::{Circuit, Source};
 use super::piece::{Charge, Piece, Term};
 use super::symmetric::{Matrix, SIZE, Vector, dot, eigen, inverse};
 
@@ -16,7 +16,7 @@ use super::symmetric::{Matrix, SIZE, Vector, dot, eigen, inverse};
 pub struct Modes {
     parallel_ohm: Vector,
     /// The terminals at a voltage.
-    at_voltage: Few,
+    at_voltage: ElectrodeSubset,
     /// Loops, with R_p in series where there is no capacitor.
     loop_ohm: Matrix,
     /// Inverse of the loops between the terminals at a voltage, in their order.
@@ -30,12 +30,12 @@ pub struct Modes {
 
 /// Some of the electrodes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Few {
+struct ElectrodeSubset {
     list: [usize; SIZE],
     count: usize,
 }
 
-impl Few {
+impl ElectrodeSubset {
     fn of(electrodes: impl Iterator<Item = usize>) -> Self {
         let mut few = Self::default();
         for (place, electrode) in few.list.iter_mut().zip(electrodes) {
@@ -71,7 +71,7 @@ impl Modes {
         basis: Matrix,
     ) -> Option<Self> {
         let actives = 0..circuit.actives;
-        let at_voltage = Few::of(actives.filter(|electrode| set >> electrode & 1 == 1));
+        let at_voltage = ElectrodeSubset::of(actives.filter(|electrode| set >> electrode & 1 == 1));
         let loop_ohm = circuit.loops(parallel_ohm);
         let inverse = inverse(at_voltage.of_matrix(&loop_ohm), at_voltage.count)?;
         let mut modes = Self {
@@ -96,7 +96,8 @@ impl Modes {
             .iter()
             .copied()
             .chain([circuit.actives]);
-        let coupled = Few::of(coupled.filter(|electrode| circuit.has_capacitor(*electrode)));
+        let coupled =
+            ElectrodeSubset::of(coupled.filter(|electrode| circuit.has_capacitor(*electrode)));
         let mut scale = [0.0; SIZE];
         for (value, electrode) in scale.iter_mut().zip(coupled.all()) {
             *value = circuit.farad[*electrode].sqrt().recip();
@@ -145,16 +146,16 @@ impl Modes {
     fn currents_a(
         &self,
         circuit: &Circuit,
-        imposed: &[Imposed; SIZE],
+        imposed: &[Source; SIZE],
         capacitor_v: &Vector,
     ) -> Vector {
         let mut current_a = imposed.map(|imposed| match imposed {
-            Imposed::Current(held) => held,
-            Imposed::Voltage(_) => 0.0,
+            Source::Current(held) => held,
+            Source::Voltage(_) => 0.0,
         });
         let mut left_v = [0.0; SIZE];
         for (left, electrode) in left_v.iter_mut().zip(self.at_voltage.all()) {
-            if let Imposed::Voltage(volts) = imposed[*electrode] {
+            if let Source::Voltage(volts) = imposed[*electrode] {
                 let held_v = dot(&self.loop_ohm[*electrode], &current_a);
                 let stored_v = capacitor_v[*electrode] - capacitor_v[circuit.actives];
                 *left = volts - held_v - stored_v;
@@ -172,7 +173,7 @@ impl Modes {
     pub fn piece(
         &self,
         circuit: &Circuit,
-        imposed: &[Imposed; SIZE],
+        imposed: &[Source; SIZE],
         charge: &Charge,
         duration_s: f64,
     ) -> Piece {
@@ -212,7 +213,7 @@ impl Modes {
     fn add_uncoupled(
         &self,
         circuit: &Circuit,
-        imposed: &[Imposed; SIZE],
+        imposed: &[Source; SIZE],
         charge: &Charge,
         piece: &mut Piece,
     ) {
@@ -225,7 +226,7 @@ impl Modes {
                 for term in &mut piece.terms[..self.rows] {
                     term.skin_v[electrode] = ohm * term.current_a[electrode];
                 }
-            } else if !is_return && matches!(imposed, Imposed::Current(_)) {
+            } else if !is_return && matches!(imposed, Source::Current(_)) {
                 piece.constant_v[electrode] = settled_v;
                 let term = &mut piece.terms[piece.count];
                 term.rate_per_s = (ohm * circuit.farad[electrode]).recip();

@@ -1,11 +1,14 @@
 //! Bits to operations (Arm ARM A5.3.12–A5.3.17).
 
-use super::{Extend, Lanes, Long, Multiply, NONE, Op, Prefix, Reverse, Saturating, Shift, Three};
+use super::{
+    Extend, Lanes, LongMultiply, Multiply, NONE, Op, Prefix, Reverse, Saturating, Shift,
+    ThreeRegisters,
+};
 
 /// Decodes; `None` for what the architecture leaves UNDEFINED or
 /// UNPREDICTABLE.
 pub fn decode(first: u16, second: u16) -> Option<Op> {
-    let registers = Three {
+    let registers = ThreeRegisters {
         d: (second >> 8 & 15) as u8,
         n: (first & 15) as u8,
         m: (second & 15) as u8,
@@ -25,12 +28,12 @@ const fn general(register: u8) -> bool {
     register != 13 && register != 15
 }
 
-const fn all_general(x: Three) -> bool {
+const fn all_general(x: ThreeRegisters) -> bool {
     general(x.d) && general(x.n) && general(x.m)
 }
 
 #[rustfmt::skip]
-fn shift_or_extend(first: u16, second: u16, top: u8, x: Three) -> Option<Op> {
+fn shift_or_extend(first: u16, second: u16, top: u8, x: ThreeRegisters) -> Option<Op> {
     if top != 15 {
         return None;
     }
@@ -61,7 +64,7 @@ fn shift_or_extend(first: u16, second: u16, top: u8, x: Three) -> Option<Op> {
     })
 }
 
-fn parallel_or_other(first: u16, second: u16, top: u8, x: Three) -> Option<Op> {
+fn parallel_or_other(first: u16, second: u16, top: u8, x: ThreeRegisters) -> Option<Op> {
     if top != 15 || !all_general(x) {
         return None;
     }
@@ -91,7 +94,7 @@ fn parallel_or_other(first: u16, second: u16, top: u8, x: Three) -> Option<Op> {
 }
 
 /// `op` is bits 6:4 of the first half-word, `sub` bits 7:4 of the second.
-fn other(op: u16, sub: u16, x: Three) -> Option<Op> {
+fn other(op: u16, sub: u16, x: ThreeRegisters) -> Option<Op> {
     // The operand is encoded twice; anything else is UNPREDICTABLE.
     let twice = x.n == x.m;
     let saturating = |kind| Some(Op::Saturating(kind, x));
@@ -112,7 +115,7 @@ fn other(op: u16, sub: u16, x: Three) -> Option<Op> {
 }
 
 #[rustfmt::skip]
-fn short(first: u16, second: u16, a: u8, x: Three) -> Option<Op> {
+fn short(first: u16, second: u16, a: u8, x: ThreeRegisters) -> Option<Op> {
     let (bit, sub) = (second >> 4 & 1 != 0, second >> 4 & 15);
     if sub > 3 || !all_general(x) || a == 13 {
         return None;
@@ -133,7 +136,7 @@ fn short(first: u16, second: u16, a: u8, x: Three) -> Option<Op> {
 }
 
 #[rustfmt::skip]
-fn long_or_divide(first: u16, second: u16, low: u8, x: Three) -> Option<Op> {
+fn long_or_divide(first: u16, second: u16, low: u8, x: ThreeRegisters) -> Option<Op> {
     let (op, sub) = (first >> 4 & 7, second >> 4 & 15);
     if !all_general(x) {
         return None;
@@ -145,14 +148,14 @@ fn long_or_divide(first: u16, second: u16, low: u8, x: Three) -> Option<Op> {
     }
     let bit = sub & 1 != 0;
     let kind = match (op, sub) {
-        (0, 0) => Long::Signed,
-        (2, 0) => Long::Unsigned,
-        (4, 0) => Long::SignedAccumulate,
-        (4, 8..=11) => Long::Halves { n_top: sub & 2 != 0, m_top: bit },
-        (4, 12 | 13) => Long::DualAdd { exchange: bit },
-        (5, 12 | 13) => Long::DualSubtract { exchange: bit },
-        (6, 0) => Long::UnsignedAccumulate,
-        (6, 6) => Long::UnsignedDoubleAccumulate,
+        (0, 0) => LongMultiply::Signed,
+        (2, 0) => LongMultiply::Unsigned,
+        (4, 0) => LongMultiply::SignedAccumulate,
+        (4, 8..=11) => LongMultiply::Halves { n_top: sub & 2 != 0, m_top: bit },
+        (4, 12 | 13) => LongMultiply::DualAdd { exchange: bit },
+        (5, 12 | 13) => LongMultiply::DualSubtract { exchange: bit },
+        (6, 0) => LongMultiply::UnsignedAccumulate,
+        (6, 6) => LongMultiply::UnsignedDoubleAccumulate,
         _ => return None,
     };
     (general(low) && low != x.d).then_some(Op::Long { kind, registers: x, low })

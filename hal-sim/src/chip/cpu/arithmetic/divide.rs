@@ -1,10 +1,10 @@
 //! Divisions, and how long they take.
 
-use super::{Three, get, set};
+use super::{ThreeRegisters, get, set};
 use crate::chip::cpu::Registers;
 
 /// SDIV: rounds towards zero; by zero gives 0; -2^31 / -1 gives -2^31.
-pub(super) fn signed(x: Three, registers: &mut Registers) -> u32 {
+pub(super) fn signed(x: ThreeRegisters, registers: &mut Registers) -> u32 {
     let (n, m) = (get(registers, x.n) as i32, get(registers, x.m) as i32);
     let quotient = if m == 0 { 0 } else { n.wrapping_div(m) };
     set(registers, x.d, quotient as u32);
@@ -12,7 +12,7 @@ pub(super) fn signed(x: Three, registers: &mut Registers) -> u32 {
 }
 
 /// UDIV: by zero gives 0.
-pub(super) fn unsigned(x: Three, registers: &mut Registers) -> u32 {
+pub(super) fn unsigned(x: ThreeRegisters, registers: &mut Registers) -> u32 {
     let (n, m) = (get(registers, x.n), get(registers, x.m));
     set(registers, x.d, n.checked_div(m).unwrap_or(0));
     cycles(n, m)

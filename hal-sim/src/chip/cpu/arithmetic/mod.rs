@@ -14,14 +14,14 @@ mod tests;
 
 use super::registers::flag;
 use super::system::ccr;
-use super::{Cpu, Fault, Registers, Trapped};
+use super::{Cpu, Fault, Registers, TrapResult};
 pub use decode::decode;
-pub use multiply::{Long, Multiply};
+pub use multiply::{LongMultiply, Multiply};
 pub use parallel::{Lanes, Prefix};
 
 /// Destination and two operands, as register numbers 0–12 and 14.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Three {
+pub struct ThreeRegisters {
     /// Destination.
     pub d: u8,
     /// First operand.
@@ -74,21 +74,21 @@ pub enum Saturating {
 pub enum Op {
     /// LSL, LSR, ASR, ROR by register, 32-bit encodings: `n` is shifted by the
     /// lowest byte of `m`; the S form sets N, Z, C.
-    Shift { kind: Shift, flags: bool, registers: Three },
+    Shift { kind: Shift, flags: bool, registers: ThreeRegisters },
     /// SXTB … UXTAH: `m`, rotated right by 0, 8, 16 or 24 bits, is extended;
     /// `n` is added unless it is [`NONE`].
-    Extend { kind: Extend, rotation: u8, registers: Three },
-    Parallel(Prefix, Lanes, Three), // SADD16 … UHSUB8
-    Saturating(Saturating, Three), // QADD, QDADD, QSUB, QDSUB
-    Reverse(Reverse, Three), // REV, REV16, RBIT, REVSH of `m`
-    Select(Three), // SEL
-    CountLeadingZeros(Three), // CLZ of `m`
+    Extend { kind: Extend, rotation: u8, registers: ThreeRegisters },
+    Parallel(Prefix, Lanes, ThreeRegisters), // SADD16 … UHSUB8
+    Saturating(Saturating, ThreeRegisters), // QADD, QDADD, QSUB, QDSUB
+    Reverse(Reverse, ThreeRegisters), // REV, REV16, RBIT, REVSH of `m`
+    Select(ThreeRegisters), // SEL
+    CountLeadingZeros(ThreeRegisters), // CLZ of `m`
     /// Multiplications whose result is one register; `a` is the accumulator, or [`NONE`].
-    Multiply { kind: Multiply, registers: Three, a: u8 },
+    Multiply { kind: Multiply, registers: ThreeRegisters, a: u8 },
     /// Multiplications whose result is two registers: `low` and, upper, `d`.
-    Long { kind: Long, registers: Three, low: u8 },
-    SignedDivide(Three), // SDIV
-    UnsignedDivide(Three), // UDIV
+    Long { kind: LongMultiply, registers: ThreeRegisters, low: u8 },
+    SignedDivide(ThreeRegisters), // SDIV
+    UnsignedDivide(ThreeRegisters), // UDIV
 }
 
 /// In place of a register: there is no accumulator.
@@ -101,7 +101,7 @@ impl Cpu {
     /// # Errors
     /// [`Fault::DivideByZero`] where CCR.DIV_0_TRP asks for it.
     #[inline]
-    pub(super) fn execute_arithmetic(&mut self, op: Op) -> Trapped<u32> {
+    pub(super) fn execute_arithmetic(&mut self, op: Op) -> TrapResult<u32> {
         let by_zero = |m: u8| self.registers.r[usize::from(m & 15)] == 0;
         if let Op::SignedDivide(x) | Op::UnsignedDivide(x) = op
             && by_zero(x.m)
@@ -180,7 +180,7 @@ fn sticky(registers: &mut Registers, saturated: bool) {
 }
 
 /// Shift by a register: amounts of 32 and more count (Arm ARM A2.2.1).
-fn shift(kind: Shift, flags: bool, x: Three, registers: &mut Registers) {
+fn shift(kind: Shift, flags: bool, x: ThreeRegisters, registers: &mut Registers) {
     let (value, amount) = (get(registers, x.n), get(registers, x.m) & 0xFF);
     let carry_in = registers.apsr & flag::C != 0;
     let bit = |n: u32| value.checked_shr(n).unwrap_or(0) & 1 != 0;

@@ -1,6 +1,6 @@
 //! Multiplications (Arm ARM A7.7), one cycle each (TRM table 3-1).
 
-use super::{Three, get, get_or_zero, set, sticky};
+use super::{ThreeRegisters, get, get_or_zero, set, sticky};
 use crate::chip::cpu::Registers;
 
 /// A multiplication whose result is one register; an accumulator is added
@@ -24,7 +24,7 @@ pub enum Multiply {
 /// A multiplication whose result is two registers; fields as above.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[rustfmt::skip]
-pub enum Long {
+pub enum LongMultiply {
     Signed, // SMULL
     Unsigned, // UMULL
     SignedAccumulate, // SMLAL
@@ -64,7 +64,7 @@ const fn high(a: u32, product: i64, round: bool) -> u32 {
     (sum >> 32) as u32
 }
 
-pub(super) fn short(kind: Multiply, x: Three, a: u8, registers: &mut Registers) -> u32 {
+pub(super) fn short(kind: Multiply, x: ThreeRegisters, a: u8, registers: &mut Registers) -> u32 {
     let (n, m) = (get(registers, x.n), get(registers, x.m));
     let addend = get_or_zero(registers, a);
     // Sums that set Q if they do not fit; none needs more than 34 bits.
@@ -117,25 +117,27 @@ fn absolute_differences(n: u32, m: u32) -> u32 {
     pairs.map(|(n, m)| u32::from(n.abs_diff(m))).sum()
 }
 
-pub(super) fn long(kind: Long, x: Three, low: u8, registers: &mut Registers) {
+pub(super) fn long(kind: LongMultiply, x: ThreeRegisters, low: u8, registers: &mut Registers) {
     let (n, m) = (get(registers, x.n), get(registers, x.m));
     let (old_low, old_high) = (get(registers, low), get(registers, x.d));
     let old = u64::from(old_high) << 32 | u64::from(old_low);
     let unsigned = u64::from(n) * u64::from(m);
     let add = |product: i64| old.wrapping_add(product as u64);
     let result = match kind {
-        Long::Signed => signed_product(n, m) as u64,
-        Long::Unsigned => unsigned,
-        Long::SignedAccumulate => add(signed_product(n, m)),
-        Long::UnsignedAccumulate => old.wrapping_add(unsigned),
+        LongMultiply::Signed => signed_product(n, m) as u64,
+        LongMultiply::Unsigned => unsigned,
+        LongMultiply::SignedAccumulate => add(signed_product(n, m)),
+        LongMultiply::UnsignedAccumulate => old.wrapping_add(unsigned),
         // (2^32 - 1)^2 + 2 (2^32 - 1) = 2^64 - 1: it fits.
-        Long::UnsignedDoubleAccumulate => unsigned + u64::from(old_low) + u64::from(old_high),
-        Long::Halves { n_top, m_top } => add(half(n, n_top) * half(m, m_top)),
-        Long::DualAdd { exchange } => {
+        LongMultiply::UnsignedDoubleAccumulate => {
+            unsigned + u64::from(old_low) + u64::from(old_high)
+        }
+        LongMultiply::Halves { n_top, m_top } => add(half(n, n_top) * half(m, m_top)),
+        LongMultiply::DualAdd { exchange } => {
             let (bottom, top) = dual(n, m, exchange);
             add(bottom + top)
         }
-        Long::DualSubtract { exchange } => {
+        LongMultiply::DualSubtract { exchange } => {
             let (bottom, top) = dual(n, m, exchange);
             add(bottom - top)
         }

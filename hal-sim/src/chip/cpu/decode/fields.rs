@@ -4,7 +4,7 @@ use crate::chip::cpu::instruction::Reg;
 
 /// An instruction's two half-words and where it lies.
 #[derive(Clone, Copy, PartialEq)]
-pub struct Wide {
+pub struct WideCode {
     /// First half-word.
     pub first: u16,
     /// Second half-word.
@@ -13,7 +13,7 @@ pub struct Wide {
     pub pc: u32,
 }
 
-impl Wide {
+impl WideCode {
     /// Rn, bits 3:0 of the first half-word.
     pub const fn n(self) -> Reg {
         (self.first & 0xF) as u8

@@ -11,8 +11,8 @@ mod wide_data;
 mod wide_memory;
 
 use super::instruction::Op;
-use super::timing::{self, Trail};
-use super::{Bus, Cpu, Fault, Stop, Trap, Trapped};
+use super::timing::{self, PipelineState};
+use super::{Bus, Cpu, Fault, Stop, Trap, TrapResult};
 
 /// A decoded instruction, 16 bytes.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -20,7 +20,7 @@ pub(super) struct Entry {
     /// What to do.
     pub op: Op,
     /// Length and what the next instruction's timing needs to know of it.
-    pub trail: Trail,
+    pub trail: PipelineState,
 }
 
 const _: () = assert!(size_of::<Entry>() <= 16);
@@ -28,7 +28,7 @@ const _: () = assert!(size_of::<Entry>() <= 16);
 impl Entry {
     const MISSING: Self = Self {
         op: Op::Missing,
-        trail: Trail::NONE,
+        trail: PipelineState::NONE,
     };
 }
 
@@ -93,7 +93,7 @@ pub(super) fn decode(bus: &mut impl Bus, pc: u32) -> Result<Entry, Fault> {
     if !timing::is_wide(first) {
         let mut op = narrow::decode(first, pc);
         add_refill(&mut op, bus);
-        let trail = Trail::new(&op, u32::from(first), 2);
+        let trail = PipelineState::new(&op, u32::from(first), 2);
         return Ok(Entry { op, trail });
     }
     let second = bus
@@ -102,7 +102,7 @@ pub(super) fn decode(bus: &mut impl Bus, pc: u32) -> Result<Entry, Fault> {
     let mut op = wide::decode(first, second, pc);
     add_refill(&mut op, bus);
     let both = u32::from(first) << 16 | u32::from(second);
-    let trail = Trail::new(&op, both, 4);
+    let trail = PipelineState::new(&op, both, 4);
     Ok(Entry { op, trail })
 }
 
@@ -127,7 +127,7 @@ impl Cpu {
         bus: &mut impl Bus,
         decoded: &mut Cache,
         pc: u32,
-    ) -> Trapped<Entry> {
+    ) -> TrapResult<Entry> {
         let kept = decoded.lookup_alias(pc);
         if kept.op != Op::Missing {
             return Ok(kept);

@@ -1,7 +1,9 @@
 //! 16-bit encodings (Arm ARM A5.2).
 
 use crate::chip::cpu::Size;
-use crate::chip::cpu::instruction::{Alu, Carry, Load, Op, Rearrange, Reg, Shift, ShiftKind, Test};
+use crate::chip::cpu::instruction::{
+    Alu, CarryOut, Load, Op, Rearrange, Reg, Shift, ShiftKind, Test,
+};
 
 /// Bits `low..low + width` of `code`.
 const fn bits(code: u16, low: u32, width: u32) -> u8 {
@@ -77,7 +79,7 @@ fn shift_add_move(code: u16) -> Op {
             2 => Op::AddsImm { d, n, imm: u32::from(m) },
             _ => Op::SubsImm { d, n, imm: u32::from(m) },
         },
-        4 => Op::MovsImm { d: wide, carry: Carry::Kept, imm: byte },
+        4 => Op::MovsImm { d: wide, carry: CarryOut::Kept, imm: byte },
         5 => Op::CmpImm { n: wide, imm: byte },
         6 => Op::AddsImm { d: wide, n: wide, imm: byte },
         _ => Op::SubsImm { d: wide, n: wide, imm: byte },
@@ -101,7 +103,7 @@ fn data_processing(code: u16) -> Op {
         6 => alu(Alu::Sbc),
         7 => shift(ShiftKind::Ror),
         8 => test(Test::Tst),
-        9 => Op::DataImm { alu: Alu::Rsb, flags: true, carry: Carry::Kept, d, n: m, imm: 0 },
+        9 => Op::DataImm { alu: Alu::Rsb, flags: true, carry: CarryOut::Kept, d, n: m, imm: 0 },
         10 => Op::CmpReg { n: d, m },
         11 => test(Test::Cmn),
         12 => alu(Alu::Orr),
@@ -130,7 +132,7 @@ fn special(code: u16, pc: u32) -> Op {
         (2, 13, 15) => Op::DataImm {
             alu: Alu::Mov,
             flags: false,
-            carry: Carry::Kept,
+            carry: CarryOut::Kept,
             d,
             n: 0,
             imm: pc.wrapping_add(4),

@@ -1,14 +1,14 @@
 //! 32-bit encodings: which family, branches, miscellaneous control
 //! (Arm ARM A5.3, A5.3.4).
 
-use super::fields::{Wide, is_bad};
+use super::fields::{WideCode, is_bad};
 use super::{wide_data, wide_memory};
 use crate::chip::cpu::instruction::Op;
 use crate::chip::cpu::{arithmetic, fpu};
 
 /// The 32-bit instruction `first`, `second` at `pc`.
 pub fn decode(first: u16, second: u16, pc: u32) -> Op {
-    let code = Wide { first, second, pc };
+    let code = WideCode { first, second, pc };
     match first >> 8 {
         0xE8 | 0xE9 if first & 0x40 == 0 => wide_memory::multiple(code),
         0xE8 | 0xE9 => wide_memory::dual_exclusive_table(code),
@@ -26,7 +26,7 @@ pub fn decode(first: u16, second: u16, pc: u32) -> Op {
     }
 }
 
-fn coprocessor(code: Wide) -> Op {
+fn coprocessor(code: WideCode) -> Op {
     if code.first & 0x300 == 0x300 {
         return Op::Undefined; // Advanced SIMD, which no M profile core has
     }
@@ -41,7 +41,7 @@ fn coprocessor(code: Wide) -> Op {
 
 /// A5.3.4.
 #[rustfmt::skip]
-fn branch_or_control(code: Wide) -> Op {
+fn branch_or_control(code: WideCode) -> Op {
     match code.second >> 12 & 5 {
         5 => Op::BranchLink { refill: 0, target: long_target(code) },
         1 => Op::Branch { refill: 0, target: long_target(code) },
@@ -52,7 +52,7 @@ fn branch_or_control(code: Wide) -> Op {
 }
 
 /// Target of B (T4) and BL.
-fn long_target(code: Wide) -> u32 {
+fn long_target(code: WideCode) -> u32 {
     let sign = code.first(10, 1);
     let i1 = !(code.second(13, 1) ^ sign) & 1;
     let i2 = !(code.second(11, 1) ^ sign) & 1;
@@ -65,7 +65,7 @@ fn long_target(code: Wide) -> u32 {
 }
 
 /// B (T3).
-fn conditional(code: Wide) -> Op {
+fn conditional(code: WideCode) -> Op {
     let raw = u32::from(code.first(10, 1)) << 31
         | u32::from(code.second(11, 1)) << 30
         | u32::from(code.second(13, 1)) << 29
@@ -80,7 +80,7 @@ fn conditional(code: Wide) -> Op {
 
 /// MSR, hints, barriers, MRS, UDF.
 #[rustfmt::skip]
-fn control(code: Wide) -> Op {
+fn control(code: WideCode) -> Op {
     let sysm = (code.second & 0xFF) as u8;
     match code.first(4, 7) {
         0x38 | 0x39 if is_bad(code.n()) || code.second(10, 2) == 0 => Op::Unpredictable,

@@ -1,8 +1,8 @@
 //! 32-bit data processing: shifted register, modified and plain immediates
 //! (Arm ARM A5.3.1, A5.3.3, A5.3.11).
 
-use super::fields::{Wide, is_bad};
-use crate::chip::cpu::instruction::{Alu, Carry, Op, Reg, Shift, ShiftKind, Test};
+use super::fields::{WideCode, is_bad};
+use crate::chip::cpu::instruction::{Alu, CarryOut, Op, Reg, Shift, ShiftKind, Test};
 
 /// The shift that `kind` and `imm5` encode (DecodeImmShift).
 pub const fn shift(kind: u16, imm5: u8) -> Shift {
@@ -37,7 +37,7 @@ pub const fn add_reg(d: Reg, n: Reg, m: Reg) -> Op {
 }
 
 /// The operation of both forms: number, with or without Rn, for flags only.
-fn operation(code: Wide) -> Option<(Alu, Option<Test>)> {
+fn operation(code: WideCode) -> Option<(Alu, Option<Test>)> {
     let number = code.first(5, 4);
     let flags = code.first & 0x10 != 0;
     let test = |test| (code.d() == 15 && flags).then_some(test);
@@ -59,7 +59,7 @@ fn operation(code: Wide) -> Option<(Alu, Option<Test>)> {
 }
 
 /// Whether registers are such that the architecture defines the outcome.
-fn is_predictable(alu: Alu, test: Option<Test>, code: Wide) -> bool {
+fn is_predictable(alu: Alu, test: Option<Test>, code: WideCode) -> bool {
     let (d, n) = (code.d(), code.n());
     match (alu, test) {
         (_, Some(Test::Cmn | Test::Cmp)) => n != 15,
@@ -73,7 +73,7 @@ fn is_predictable(alu: Alu, test: Option<Test>, code: Wide) -> bool {
 
 /// A5.3.11.
 #[rustfmt::skip]
-pub fn shifted_register(code: Wide) -> Op {
+pub fn shifted_register(code: WideCode) -> Op {
     if code.first(5, 4) == 6 {
         return pack(code);
     }
@@ -113,7 +113,7 @@ const fn move_register(d: Reg, m: Reg) -> Op {
 
 /// PKHBT, PKHTB.
 #[rustfmt::skip]
-fn pack(code: Wide) -> Op {
+fn pack(code: WideCode) -> Op {
     let (d, n, m) = (code.d(), code.n(), code.m());
     if code.first & 0x10 != 0 || code.second & 0x10 != 0 {
         return Op::Undefined;
@@ -131,21 +131,21 @@ fn pack(code: Wide) -> Op {
 }
 
 /// i:imm3:imm8.
-const fn imm12(code: Wide) -> u32 {
+const fn imm12(code: WideCode) -> u32 {
     (code.first(10, 1) as u32) << 11
         | (code.second(12, 3) as u32) << 8
         | (code.second & 0xFF) as u32
 }
 
 /// ThumbExpandImm_C (A5.3.2); `None` if UNPREDICTABLE.
-pub const fn expand(imm12: u32) -> Option<(u32, Carry)> {
+pub const fn expand(imm12: u32) -> Option<(u32, CarryOut)> {
     let byte = imm12 & 0xFF;
     if imm12 >> 10 != 0 {
         let value = (0x80 | imm12 & 0x7F).rotate_right(imm12 >> 7);
         let carry = if value >> 31 != 0 {
-            Carry::Set
+            CarryOut::Set
         } else {
-            Carry::Clear
+            CarryOut::Clear
         };
         return Some((value, carry));
     }
@@ -158,12 +158,12 @@ pub const fn expand(imm12: u32) -> Option<(u32, Carry)> {
     if imm12 >> 8 != 0 && byte == 0 {
         return None;
     }
-    Some((value, Carry::Kept))
+    Some((value, CarryOut::Kept))
 }
 
 /// A5.3.1.
 #[rustfmt::skip]
-pub fn modified_immediate(code: Wide) -> Op {
+pub fn modified_immediate(code: WideCode) -> Op {
     let Some((alu, test)) = operation(code) else {
         return Op::Undefined;
     };
@@ -192,7 +192,7 @@ pub fn modified_immediate(code: Wide) -> Op {
 
 /// A5.3.3.
 #[rustfmt::skip]
-pub fn plain_immediate(code: Wide) -> Op {
+pub fn plain_immediate(code: WideCode) -> Op {
     let (d, n) = (code.d(), code.n());
     let imm = imm12(code);
     let imm16 = u32::from(code.first & 0xF) << 12 | imm;
@@ -217,7 +217,7 @@ pub fn plain_immediate(code: Wide) -> Op {
 
 /// SSAT, USAT, SSAT16, USAT16.
 #[rustfmt::skip]
-fn saturate(code: Wide) -> Op {
+fn saturate(code: WideCode) -> Op {
     let (d, n) = (code.d(), code.n());
     if is_bad(n) {
         return Op::Unpredictable;
@@ -242,7 +242,7 @@ fn saturate(code: Wide) -> Op {
 }
 
 /// SBFX, UBFX, BFI, BFC.
-fn bit_field(code: Wide) -> Op {
+fn bit_field(code: WideCode) -> Op {
     let (d, n) = (code.d(), code.n());
     let lsb = code.second(12, 3) << 2 | code.second(6, 2);
     let last = code.second(0, 5);

@@ -1,13 +1,13 @@
 //! 32-bit loads and stores: multiple, dual, exclusive, table branch, single
 //! (Arm ARM A5.3.5–A5.3.10).
 
-use super::fields::{Wide, is_bad};
+use super::fields::{WideCode, is_bad};
 use crate::chip::cpu::Size;
 use crate::chip::cpu::instruction::{Index, Load, Op, Reg};
 
 /// A5.3.5.
 #[rustfmt::skip]
-pub fn multiple(code: Wide) -> Op {
+pub fn multiple(code: WideCode) -> Op {
     let n = code.n();
     let list = code.second;
     let load = code.first & 0x10 != 0;
@@ -32,7 +32,7 @@ pub fn multiple(code: Wide) -> Op {
 
 /// A5.3.6.
 #[rustfmt::skip]
-pub fn dual_exclusive_table(code: Wide) -> Op {
+pub fn dual_exclusive_table(code: WideCode) -> Op {
     let (n, t, t2) = (code.n(), code.t(), code.d());
     let before = code.first & 0x100 != 0;
     let writeback = code.first & 0x20 != 0;
@@ -60,7 +60,7 @@ pub fn dual_exclusive_table(code: Wide) -> Op {
 
 /// STREXB, STREXH.
 #[rustfmt::skip]
-fn store_exclusive(code: Wide, size: Size) -> Op {
+fn store_exclusive(code: WideCode, size: Size) -> Op {
     let (n, t, d) = (code.n(), code.t(), code.m());
     if n == 15 || is_bad(t) || is_bad(d) || d == n || d == t {
         return Op::Unpredictable;
@@ -70,7 +70,7 @@ fn store_exclusive(code: Wide, size: Size) -> Op {
 
 /// LDRD, STRD.
 #[rustfmt::skip]
-fn dual(code: Wide) -> Op {
+fn dual(code: WideCode) -> Op {
     let (n, t, t2) = (code.n(), code.t(), code.d());
     let offset = u32::from(code.second & 0xFF) << 2;
     let imm = if code.first & 0x80 != 0 {
@@ -101,7 +101,7 @@ const fn index(before: bool, writeback: bool) -> Index {
 }
 
 /// A5.3.7–A5.3.10: one register.
-pub fn single(code: Wide) -> Op {
+pub fn single(code: WideCode) -> Op {
     let signed = code.first & 0x100 != 0;
     let load = code.first & 0x10 != 0;
     let size = match code.first(5, 2) {
@@ -139,7 +139,7 @@ enum Mode {
     Undefined,
 }
 
-fn mode(code: Wide) -> Mode {
+fn mode(code: WideCode) -> Mode {
     let byte = u32::from(code.second & 0xFF);
     if code.first & 0x80 != 0 {
         return Mode::Offset(u32::from(code.second & 0xFFF));
@@ -161,7 +161,7 @@ fn mode(code: Wide) -> Mode {
 }
 
 #[rustfmt::skip]
-fn load_single(code: Wide, kind: Load) -> Op {
+fn load_single(code: WideCode, kind: Load) -> Op {
     let (n, t) = (code.n(), code.t());
     let hint = t == 15 && kind != Load::Word;
     if n == 15 {
@@ -206,7 +206,7 @@ fn load_single(code: Wide, kind: Load) -> Op {
 }
 
 #[rustfmt::skip]
-fn store_single(code: Wide, size: Size) -> Op {
+fn store_single(code: WideCode, size: Size) -> Op {
     let (n, t) = (code.n(), code.t());
     if n == 15 {
         return Op::Undefined;

@@ -3,9 +3,9 @@
 
 use super::{ENTRY, FP_WORDS, TAIL_CHAIN};
 use crate::chip::Cycle;
-use crate::chip::cpu::bus::Denied;
+use crate::chip::cpu::bus::AccessError;
 use crate::chip::cpu::registers::control;
-use crate::chip::cpu::system::{Preempted, ccr, hfsr, number, nvic};
+use crate::chip::cpu::system::{PreemptedContext, ccr, hfsr, number, nvic};
 use crate::chip::cpu::{Access, Bus, Cpu, Fault, Size, Stop, Trap};
 
 /// Cycles of reading a vector without wait states; the rest of [`TAIL_CHAIN`]
@@ -17,7 +17,7 @@ const STACKING: (Fault, Fault) = (Fault::StackingAccess, Fault::StackingBus);
 
 /// The way to a handler.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub(super) struct Approach {
+pub(super) struct ExceptionEntry {
     number: u16,
     /// As in the vector table: bit 0 is the Thumb bit.
     vector: u32,
@@ -62,7 +62,7 @@ impl Cpu {
         bus: &mut impl Bus,
         number: u16,
         at: Cycle,
-    ) -> Result<Approach, Stop> {
+    ) -> Result<ExceptionEntry, Stop> {
         let address = self.system.scb.vtor.wrapping_add(4 * u32::from(number));
         let read = if address < 0x2000_0000 {
             let wait = bus.fetch(address >> 4, at);
@@ -75,19 +75,19 @@ impl Cpu {
                 .map(|read| (read.value, read.wait))
         };
         match read {
-            Ok((vector, wait)) => Ok(Approach {
+            Ok((vector, wait)) => Ok(ExceptionEntry {
                 number,
                 vector,
                 fetch_at: at + VECTOR + Cycle::from(wait),
                 ready: None,
             }),
-            Err(Denied::Error) if number > number::HARD_FAULT => {
+            Err(AccessError::Error) if number > number::HARD_FAULT => {
                 self.system.scb.note_hard_fault(hfsr::VECTTBL);
                 self.system.pend(nvic::bit(number::HARD_FAULT), at);
                 self.approach(bus, number::HARD_FAULT, at)
             }
-            Err(Denied::Error) => Err(self.lock_up()),
-            Err(Denied::Unmodelled(what)) => Err(Stop::Access {
+            Err(AccessError::Error) => Err(self.lock_up()),
+            Err(AccessError::Unmodelled(what)) => Err(Stop::Access {
                 access: Access {
                     address,
                     size: Size::Word,
@@ -100,7 +100,7 @@ impl Cpu {
     }
 
     /// Fetches the handler's first line.
-    fn fetch_handler(&mut self, bus: &mut impl Bus, approach: &mut Approach) -> Cycle {
+    fn fetch_handler(&mut self, bus: &mut impl Bus, approach: &mut ExceptionEntry) -> Cycle {
         if let Some(ready) = approach.ready {
             return ready;
         }
@@ -112,7 +112,7 @@ impl Cpu {
 
     /// Pushes the frame, in the order PC, xPSR, R0–R3, R12, LR, then S0–S15
     /// and FPSCR; gives when an exception whose code is there can begin.
-    fn stack(&mut self, bus: &mut impl Bus, approach: &mut Approach) -> Result<Cycle, Stop> {
+    fn stack(&mut self, bus: &mut impl Bus, approach: &mut ExceptionEntry) -> Result<Cycle, Stop> {
         let began = self.cycle;
         let with_fp = self.registers.control & control::FPCA != 0;
         let aligns = with_fp || self.system.is_configured(ccr::STACK_ALIGN);
@@ -165,7 +165,7 @@ impl Cpu {
         &mut self,
         bus: &mut impl Bus,
         frame: u32,
-        approach: &mut Approach,
+        approach: &mut ExceptionEntry,
         failed: &mut bool,
     ) -> Result<(), Stop> {
         if !self
@@ -193,7 +193,7 @@ impl Cpu {
         bus: &mut impl Bus,
         address: u32,
         value: u32,
-        approach: &mut Approach,
+        approach: &mut ExceptionEntry,
         failed: &mut bool,
     ) -> Result<(), Stop> {
         self.look_for_late_arrival(bus, approach)?;
@@ -216,9 +216,9 @@ impl Cpu {
     }
 
     /// What the pre-empted context could do.
-    fn preempted(&self) -> Preempted {
+    fn preempted(&self) -> PreemptedContext {
         let priority = self.execution_priority();
-        Preempted {
+        PreemptedContext {
             privileged: self.registers.is_privileged(),
             thread: self.registers.exception == 0,
             hard_fault: priority > -1,
@@ -231,7 +231,7 @@ impl Cpu {
     fn look_for_late_arrival(
         &mut self,
         bus: &mut impl Bus,
-        approach: &mut Approach,
+        approach: &mut ExceptionEntry,
     ) -> Result<(), Stop> {
         self.interrupted_by_now(bus)?;
         match self.preempting() {
@@ -249,7 +249,7 @@ impl Cpu {
     pub(super) fn arrive(
         &mut self,
         bus: &mut impl Bus,
-        mut approach: Approach,
+        mut approach: ExceptionEntry,
         stacked: Cycle,
         exc_return: u32,
         behind: u16,
@@ -269,7 +269,7 @@ impl Cpu {
     fn begin_handler(
         &mut self,
         bus: &mut impl Bus,
-        approach: Approach,
+        approach: ExceptionEntry,
         exc_return: u32,
         behind: u16,
     ) -> Result<(), Stop> {

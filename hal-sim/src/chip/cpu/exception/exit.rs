@@ -4,7 +4,7 @@ use super::{FP_WORDS, RETURN, TAIL_CHAIN};
 use crate::chip::Cycle;
 use crate::chip::cpu::registers::control;
 use crate::chip::cpu::system::{ccr, number, nvic};
-use crate::chip::cpu::{Bus, Cpu, Fault, Registers, Stop, Trap, Trapped};
+use crate::chip::cpu::{Bus, Cpu, Fault, Registers, Stop, Trap, TrapResult};
 
 /// Faults of unstacking.
 const UNSTACKING: (Fault, Fault) = (Fault::UnstackingAccess, Fault::UnstackingBus);
@@ -21,7 +21,7 @@ impl Cpu {
         &mut self,
         bus: &mut impl Bus,
         exc_return: u32,
-    ) -> Trapped {
+    ) -> TrapResult {
         let returning = self.registers.exception;
         let active = self.system.nvic.active;
         let legal = active & nvic::bit(returning) != 0
@@ -75,7 +75,7 @@ impl Cpu {
 
     /// What the frame holds; `None`, and nothing has changed, where an exception
     /// pre-empts meanwhile.
-    fn unstack(&mut self, bus: &mut impl Bus, exc_return: u32) -> Trapped<Option<Registers>> {
+    fn unstack(&mut self, bus: &mut impl Bus, exc_return: u32) -> TrapResult<Option<Registers>> {
         let began = self.cycle;
         let to_thread = exc_return & 1 << 3 != 0;
         let from_psp = exc_return & 0b1111 == 0b1101;
@@ -120,7 +120,7 @@ impl Cpu {
         frame: u32,
         privileged: bool,
         new: &mut Registers,
-    ) -> Trapped<Option<(u32, Cycle)>> {
+    ) -> TrapResult<Option<(u32, Cycle)>> {
         let mut xpsr = 0;
         let mut fetched = self.cycle;
         self.cycle = self.cycle.max(self.pipeline.buffer) + 1;
@@ -158,7 +158,7 @@ impl Cpu {
         frame: u32,
         privileged: bool,
         new: &mut Registers,
-    ) -> Trapped<bool> {
+    ) -> TrapResult<bool> {
         if !self.system.floating.is_allowed(privileged) {
             return Err(Fault::NoCoprocessor.into());
         }

@@ -3,7 +3,7 @@
 use super::FP_WORDS;
 use crate::chip::cpu::registers::control;
 use crate::chip::cpu::system::{actlr, hfsr, number, nvic};
-use crate::chip::cpu::{Bus, Cpu, Fault, Stop, Trapped};
+use crate::chip::cpu::{Bus, Cpu, Fault, Stop, TrapResult};
 
 /// Faults of a lazy save.
 const LAZY: (Fault, Fault) = (Fault::LazyStackingAccess, Fault::LazyStackingBus);
@@ -11,7 +11,7 @@ const LAZY: (Fault, Fault) = (Fault::LazyStackingAccess, Fault::LazyStackingBus)
 impl Cpu {
     /// Before every floating-point instruction: CPACR, lazy stacking, FPCA.
     #[inline]
-    pub(in crate::chip::cpu) fn prepare_fp(&mut self, bus: &mut impl Bus) -> Trapped {
+    pub(in crate::chip::cpu) fn prepare_fp(&mut self, bus: &mut impl Bus) -> TrapResult {
         if self.system.fp_is_ready {
             return Ok(());
         }
@@ -19,7 +19,7 @@ impl Cpu {
     }
 
     #[cold]
-    fn prepare_fp_in_full(&mut self, bus: &mut impl Bus) -> Trapped {
+    fn prepare_fp_in_full(&mut self, bus: &mut impl Bus) -> TrapResult {
         let floating = &self.system.floating;
         if !floating.is_allowed(self.registers.is_privileged()) {
             return Err(Fault::NoCoprocessor.into());
@@ -39,7 +39,7 @@ impl Cpu {
 
     /// Saves S0–S15 and FPSCR where the exception's frame left room, with the
     /// rights of the context that it pre-empted.
-    fn save_fp(&mut self, bus: &mut impl Bus) -> Trapped {
+    fn save_fp(&mut self, bus: &mut impl Bus) -> TrapResult {
         let address = self.system.floating.fpcar;
         let privileged = self.system.floating.preempted().privileged;
         let words = self.registers.s;

@@ -17,8 +17,8 @@ mod special;
 #[cfg(test)]
 mod tests;
 
-use super::bus::{Denied, Unmodelled};
-use super::{Access, Bus, Cpu, Fault, Registers, Size, Stop, Trap, Trapped};
+use super::bus::{AccessError, Unmodelled};
+use super::{Access, Bus, Cpu, Fault, Registers, Size, Stop, Trap, TrapResult};
 use crate::chip::Cycle;
 
 /// Cycles from the cycle at which an exception is taken to the first
@@ -199,7 +199,7 @@ impl Cpu {
         store: Option<u32>,
         (access, bus_error): (Fault, Fault),
         privileged: bool,
-    ) -> Trapped<u32> {
+    ) -> TrapResult<u32> {
         if address >> 20 == 0xE00 {
             return Err(bus_error.into());
         }
@@ -220,7 +220,7 @@ impl Cpu {
                 self.cycle += 1 + Cycle::from(wait);
                 Ok(value)
             }
-            Err(Denied::Error) => {
+            Err(AccessError::Error) => {
                 self.cycle += 1;
                 Err(bus_error.into())
             }

@@ -2,8 +2,8 @@
 
 use crate::chip::Cycle;
 use crate::chip::cpu::instruction::Reg;
-use crate::chip::cpu::timing::{REFILL_LOAD, REFILL_REGISTER, Trail, waits};
-use crate::chip::cpu::{Bus, Cpu, Fault, Size, Trapped};
+use crate::chip::cpu::timing::{PipelineState, REFILL_LOAD, REFILL_REGISTER, waits};
+use crate::chip::cpu::{Bus, Cpu, Fault, Size, TrapResult};
 
 impl Cpu {
     /// Goes on at `value` with bit 0 saying Thumb, or returns from the
@@ -14,7 +14,7 @@ impl Cpu {
         value: u32,
         before: u8,
         refill: u8,
-    ) -> Trapped<u32> {
+    ) -> TrapResult<u32> {
         if value >> 28 == 0xF && self.registers.exception != 0 {
             self.cycle += Cycle::from(before);
             return self.leave_handler(bus, value);
@@ -27,7 +27,7 @@ impl Cpu {
         Ok(target)
     }
 
-    fn leave_handler(&mut self, bus: &mut impl Bus, value: u32) -> Trapped<u32> {
+    fn leave_handler(&mut self, bus: &mut impl Bus, value: u32) -> TrapResult<u32> {
         self.return_from_exception(bus, value)?;
         self.exclusive = false;
         self.deadline = 0;
@@ -38,7 +38,7 @@ impl Cpu {
         &mut self,
         bus: &mut impl Bus,
         value: u32,
-    ) -> Trapped<u32> {
+    ) -> TrapResult<u32> {
         self.interwork(bus, value, 1, REFILL_REGISTER)
     }
 
@@ -47,7 +47,7 @@ impl Cpu {
         bus: &mut impl Bus,
         value: u32,
         next: u32,
-    ) -> Trapped<u32> {
+    ) -> TrapResult<u32> {
         self.set(14, next | 1);
         let target = self.branch_far(bus, value & !1, 1, REFILL_REGISTER);
         if value & 1 == 0 {
@@ -66,11 +66,11 @@ impl Cpu {
     pub(super) fn table_branch(
         &mut self,
         bus: &mut impl Bus,
-        last: Trail,
+        last: PipelineState,
         n: Reg,
         m: Reg,
         half: bool,
-    ) -> Trapped<u32> {
+    ) -> TrapResult<u32> {
         let pc = self.registers.r[15].wrapping_add(4);
         let base = if n == 15 { pc } else { self.reg(n) };
         let index = self.reg(m);

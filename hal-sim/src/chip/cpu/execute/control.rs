@@ -2,8 +2,8 @@
 
 use crate::chip::cpu::instruction::Op;
 use crate::chip::cpu::system::actlr;
-use crate::chip::cpu::timing::{REFILL_REGISTER, Trail};
-use crate::chip::cpu::{Bus, Cpu, Fault, Open, Trapped};
+use crate::chip::cpu::timing::{PipelineState, REFILL_REGISTER};
+use crate::chip::cpu::{Bus, Cpu, Fault, Open, TrapResult};
 
 /// CPS, MRS and MSR take "1 or 2" cycles (TRM table 3-1, no rule given): the
 /// more, so that a load is never flattered.
@@ -15,9 +15,9 @@ impl Cpu {
         &mut self,
         bus: &mut impl Bus,
         op: Op,
-        last: Trail,
+        last: PipelineState,
         next: u32,
-    ) -> Trapped<u32> {
+    ) -> TrapResult<u32> {
         match op {
             Op::It { state } => {
                 self.registers.it = state;
@@ -76,7 +76,7 @@ impl Cpu {
     }
 
     /// Sleeps from the next instruction on.
-    fn sleep(&mut self, bus: &mut impl Bus) -> Trapped {
+    fn sleep(&mut self, bus: &mut impl Bus) -> TrapResult {
         if self.system.sleeps_deep() {
             return Err(self.refuse(bus, "deep sleep (SCR.SLEEPDEEP) is not modelled"));
         }

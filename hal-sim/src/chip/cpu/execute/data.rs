@@ -2,7 +2,7 @@
 
 use super::shift_carry;
 use crate::chip::cpu::Cpu;
-use crate::chip::cpu::instruction::{Alu, Carry, Reg, Shift, ShiftKind, Test};
+use crate::chip::cpu::instruction::{Alu, CarryOut, Reg, Shift, ShiftKind, Test};
 use crate::chip::cpu::registers::flag;
 
 /// N and Z of `result`.
@@ -45,16 +45,16 @@ impl Cpu {
     }
 
     #[inline(always)]
-    fn carry_of(&self, carry: Carry) -> bool {
+    fn carry_of(&self, carry: CarryOut) -> bool {
         match carry {
-            Carry::Kept => self.carry(),
-            Carry::Clear => false,
-            Carry::Set => true,
+            CarryOut::Kept => self.carry(),
+            CarryOut::Clear => false,
+            CarryOut::Set => true,
         }
     }
 
     #[inline(always)]
-    pub(super) fn movs(&mut self, d: Reg, imm: u32, carry: Carry) {
+    pub(super) fn movs(&mut self, d: Reg, imm: u32, carry: CarryOut) {
         self.set(d, imm);
         self.set_nzc(imm, self.carry_of(carry));
     }
@@ -113,7 +113,7 @@ impl Cpu {
         &mut self,
         alu: Alu,
         flags: bool,
-        carry: Carry,
+        carry: CarryOut,
         d: Reg,
         n: Reg,
         imm: u32,
@@ -146,7 +146,7 @@ impl Cpu {
     }
 
     #[inline(always)]
-    pub(super) fn test_imm(&mut self, test: Test, carry: Carry, n: Reg, imm: u32) {
+    pub(super) fn test_imm(&mut self, test: Test, carry: CarryOut, n: Reg, imm: u32) {
         let carry = self.carry_of(carry);
         self.test(test, self.reg(n), (imm, carry));
     }

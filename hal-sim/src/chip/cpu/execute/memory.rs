@@ -2,8 +2,8 @@
 
 use crate::chip::Cycle;
 use crate::chip::cpu::instruction::{Index, Load, Reg};
-use crate::chip::cpu::timing::{REFILL_LOAD, Trail, waits};
-use crate::chip::cpu::{Bus, Cpu, Size, Trapped};
+use crate::chip::cpu::timing::{PipelineState, REFILL_LOAD, waits};
+use crate::chip::cpu::{Bus, Cpu, Size, TrapResult};
 
 /// Base register, how the offset applies, offset.
 type Indexed = (Reg, Index, u32);
@@ -45,7 +45,7 @@ impl Cpu {
     /// the instruction before produced. (After a load both cancel out: it is
     /// just not pipelined.)
     #[inline(always)]
-    pub(super) fn begin_load(&mut self, last: Trail, hazard: u16) -> Cycle {
+    pub(super) fn begin_load(&mut self, last: PipelineState, hazard: u16) -> Cycle {
         let cycles = (2 + Cycle::from(hazard)).wrapping_sub(last.load().into());
         self.pipeline.phase = cycles.wrapping_sub(1);
         cycles
@@ -55,7 +55,7 @@ impl Cpu {
     /// when the instruction is over; gives its cycles: one, and the stall for
     /// an address that data processing produced.
     #[inline(always)]
-    fn begin_store(&mut self, last: Trail, hazard: u16) -> Cycle {
+    fn begin_store(&mut self, last: PipelineState, hazard: u16) -> Cycle {
         let cycles = 1 + Cycle::from(hazard & !u16::from(last.load()));
         self.pipeline.phase = cycles;
         cycles
@@ -66,12 +66,12 @@ impl Cpu {
     pub(super) fn load_simple(
         &mut self,
         bus: &mut impl Bus,
-        last: Trail,
+        last: PipelineState,
         t: Reg,
         n: Reg,
         imm: u32,
         size: Size,
-    ) -> Trapped {
+    ) -> TrapResult {
         let cycles = self.begin_load(last, waits(last, n));
         let address = self.reg(n).wrapping_add(imm);
         let value = self.load(bus, address, size)?;
@@ -84,12 +84,12 @@ impl Cpu {
     pub(super) fn store_simple(
         &mut self,
         bus: &mut impl Bus,
-        last: Trail,
+        last: PipelineState,
         t: Reg,
         n: Reg,
         imm: u32,
         size: Size,
-    ) -> Trapped {
+    ) -> TrapResult {
         let cycles = self.begin_store(last, waits(last, n));
         let address = self.reg(n).wrapping_add(imm);
         self.store(bus, address, size, self.reg(t))?;
@@ -102,13 +102,13 @@ impl Cpu {
     pub(super) fn load_single(
         &mut self,
         bus: &mut impl Bus,
-        last: Trail,
+        last: PipelineState,
         hazard: u16,
         kind: Load,
         t: Reg,
         address: u32,
         next: u32,
-    ) -> Trapped<u32> {
+    ) -> TrapResult<u32> {
         let cycles = self.begin_load(last, hazard);
         let value = self.load(bus, address, kind.size())?;
         self.pass(cycles);
@@ -120,19 +120,19 @@ impl Cpu {
     }
 
     /// Goes on where a load into R15 says (LoadWritePC).
-    pub(super) fn load_to_pc(&mut self, bus: &mut impl Bus, value: u32) -> Trapped<u32> {
+    pub(super) fn load_to_pc(&mut self, bus: &mut impl Bus, value: u32) -> TrapResult<u32> {
         self.interwork(bus, value, 0, REFILL_LOAD)
     }
 
     pub(super) fn load_indexed(
         &mut self,
         bus: &mut impl Bus,
-        last: Trail,
+        last: PipelineState,
         kind: Load,
         t: Reg,
         (n, index, imm): Indexed,
         next: u32,
-    ) -> Trapped<u32> {
+    ) -> TrapResult<u32> {
         let (address, base) = index.apply(self.reg(n), imm);
         let cycles = self.begin_load(last, waits(last, n));
         let value = self.load(bus, address, kind.size())?;
@@ -150,12 +150,12 @@ impl Cpu {
     pub(super) fn store_register(
         &mut self,
         bus: &mut impl Bus,
-        last: Trail,
+        last: PipelineState,
         size: Size,
         t: Reg,
         (n, m, shift): (Reg, Reg, u8),
         next: u32,
-    ) -> Trapped<u32> {
+    ) -> TrapResult<u32> {
         let cycles = self.begin_load(last, waits(last, n) | waits(last, m));
         self.pipeline.phase = cycles;
         let address = self.reg(n).wrapping_add(self.reg(m) << (shift & 3));
@@ -167,12 +167,12 @@ impl Cpu {
     pub(super) fn store_indexed(
         &mut self,
         bus: &mut impl Bus,
-        last: Trail,
+        last: PipelineState,
         size: Size,
         t: Reg,
         (n, index, imm): Indexed,
         next: u32,
-    ) -> Trapped<u32> {
+    ) -> TrapResult<u32> {
         let (address, base) = index.apply(self.reg(n), imm);
         let cycles = self.begin_store(last, waits(last, n));
         self.store(bus, address, size, self.reg(t))?;
@@ -184,12 +184,12 @@ impl Cpu {
     pub(super) fn load_unprivileged(
         &mut self,
         bus: &mut impl Bus,
-        last: Trail,
+        last: PipelineState,
         kind: Load,
         t: Reg,
         n: Reg,
         imm: u8,
-    ) -> Trapped {
+    ) -> TrapResult {
         let cycles = self.begin_load(last, waits(last, n));
         let address = self.reg(n).wrapping_add(u32::from(imm));
         let value = self.load_as(bus, address, kind.size(), false)?;
@@ -201,12 +201,12 @@ impl Cpu {
     pub(super) fn store_unprivileged(
         &mut self,
         bus: &mut impl Bus,
-        last: Trail,
+        last: PipelineState,
         size: Size,
         t: Reg,
         n: Reg,
         imm: u8,
-    ) -> Trapped {
+    ) -> TrapResult {
         let cycles = self.begin_store(last, waits(last, n));
         let address = self.reg(n).wrapping_add(u32::from(imm));
         self.store_as(bus, address, size, self.reg(t), false)?;
@@ -218,12 +218,12 @@ impl Cpu {
     pub(super) fn load_exclusive(
         &mut self,
         bus: &mut impl Bus,
-        last: Trail,
+        last: PipelineState,
         size: Size,
         t: Reg,
         n: Reg,
         imm: u16,
-    ) -> Trapped {
+    ) -> TrapResult {
         let cycles = self.begin_load(last, waits(last, n));
         let address = self.reg(n).wrapping_add(u32::from(imm));
         self.check_exclusive(address, size)?;
@@ -238,12 +238,12 @@ impl Cpu {
     pub(super) fn store_exclusive(
         &mut self,
         bus: &mut impl Bus,
-        last: Trail,
+        last: PipelineState,
         size: Size,
         d: Reg,
         t: Reg,
         (n, imm): (Reg, u16),
-    ) -> Trapped {
+    ) -> TrapResult {
         let cycles = self.begin_load(last, waits(last, n));
         let address = self.reg(n).wrapping_add(u32::from(imm));
         self.check_exclusive(address, size)?;

@@ -15,9 +15,9 @@ mod tests;
 
 use super::decode::Entry;
 use super::instruction::{Load, Op, Reg, ShiftKind};
-use super::{Bus, Cpu, Size, Trapped};
+use super::{Bus, Cpu, Size, TrapResult};
 use crate::chip::Cycle;
-use crate::chip::cpu::timing::{Trail, waits};
+use crate::chip::cpu::timing::{PipelineState, waits};
 
 /// Whether condition 0–14 holds for the flags N, Z, C, V in bits 3:0 of the
 /// index (Arm ARM A7.3).
@@ -86,7 +86,7 @@ impl Cpu {
     /// address of the next.
     #[inline(always)]
     #[rustfmt::skip]
-    pub(super) fn execute(&mut self, bus: &mut impl Bus, entry: &Entry) -> Trapped<u32> {
+    pub(super) fn execute(&mut self, bus: &mut impl Bus, entry: &Entry) -> TrapResult<u32> {
         let last = self.pipeline.last;
         self.pipeline.last = entry.trail;
         let next = self.registers.r[15].wrapping_add(u32::from(entry.trail.length()));
@@ -166,7 +166,7 @@ impl Cpu {
     /// The less frequent half of [`Self::execute`].
     #[inline(never)]
     #[rustfmt::skip]
-    fn execute_other(&mut self, bus: &mut impl Bus, entry: &Entry, last: Trail, next: u32) -> Trapped<u32> {
+    fn execute_other(&mut self, bus: &mut impl Bus, entry: &Entry, last: PipelineState, next: u32) -> TrapResult<u32> {
         match entry.op {
             Op::LoadImm { kind, t, n, imm } => {
                 let address = self.reg(n).wrapping_add(imm);

@@ -2,8 +2,8 @@
 
 use crate::chip::Cycle;
 use crate::chip::cpu::instruction::{Index, Reg};
-use crate::chip::cpu::timing::{Trail, waits};
-use crate::chip::cpu::{Bus, Cpu, Size, Trapped};
+use crate::chip::cpu::timing::{PipelineState, waits};
+use crate::chip::cpu::{Bus, Cpu, Size, TrapResult};
 
 /// Lowest address of the words of `list`, and where the base moves to.
 #[inline(always)]
@@ -21,7 +21,7 @@ impl Cpu {
     /// cycles before it: one, and the stall for an address that data
     /// processing produced. Nothing is pipelined with it.
     #[inline(always)]
-    fn begin_several(&mut self, last: Trail, hazard: u16) -> Cycle {
+    fn begin_several(&mut self, last: PipelineState, hazard: u16) -> Cycle {
         let before = 1 + Cycle::from(hazard & !u16::from(last.load()));
         self.pipeline.phase = before;
         before
@@ -33,13 +33,13 @@ impl Cpu {
     pub(super) fn load_multiple(
         &mut self,
         bus: &mut impl Bus,
-        last: Trail,
+        last: PipelineState,
         n: Reg,
         writeback: bool,
         down: bool,
         list: u16,
         next: u32,
-    ) -> Trapped<u32> {
+    ) -> TrapResult<u32> {
         let before = self.begin_several(last, waits(last, n));
         let (mut address, moved) = span(self.reg(n), down, list);
         let mut values = [0; 16];
@@ -70,13 +70,13 @@ impl Cpu {
     pub(super) fn store_multiple(
         &mut self,
         bus: &mut impl Bus,
-        last: Trail,
+        last: PipelineState,
         n: Reg,
         writeback: bool,
         down: bool,
         list: u16,
         next: u32,
-    ) -> Trapped<u32> {
+    ) -> TrapResult<u32> {
         let before = self.begin_several(last, waits(last, n));
         let (mut address, moved) = span(self.reg(n), down, list);
         let mut left = list;
@@ -96,11 +96,11 @@ impl Cpu {
     pub(super) fn load_pair(
         &mut self,
         bus: &mut impl Bus,
-        last: Trail,
+        last: PipelineState,
         hazard: u16,
         (t, t2): (Reg, Reg),
         address: u32,
-    ) -> Trapped {
+    ) -> TrapResult {
         let before = self.begin_several(last, hazard);
         let low = self.load_aligned(bus, address, Size::Word)?;
         let high = self.load_aligned(bus, address.wrapping_add(4), Size::Word)?;
@@ -113,11 +113,11 @@ impl Cpu {
     pub(super) fn load_dual(
         &mut self,
         bus: &mut impl Bus,
-        last: Trail,
+        last: PipelineState,
         pair: (Reg, Reg),
         (n, index, imm): (Reg, Index, u32),
         next: u32,
-    ) -> Trapped<u32> {
+    ) -> TrapResult<u32> {
         let (address, base) = index.apply(self.reg(n), imm);
         self.load_pair(bus, last, waits(last, n), pair, address)?;
         if index != Index::Offset {
@@ -129,11 +129,11 @@ impl Cpu {
     pub(super) fn store_dual(
         &mut self,
         bus: &mut impl Bus,
-        last: Trail,
+        last: PipelineState,
         (t, t2): (Reg, Reg),
         (n, index, imm): (Reg, Index, u32),
         next: u32,
-    ) -> Trapped<u32> {
+    ) -> TrapResult<u32> {
         let (address, base) = index.apply(self.reg(n), imm);
         let before = self.begin_several(last, waits(last, n));
         self.store_aligned(bus, address, Size::Word, self.reg(t))?;

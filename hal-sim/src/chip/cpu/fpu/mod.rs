@@ -17,7 +17,7 @@ mod tests;
 mod transfer;
 
 use super::registers::flag;
-use super::{Bus, Cpu, Registers, Trapped};
+use super::{Bus, Cpu, Registers, TrapResult};
 pub use convert::Fixed;
 pub use decode::decode;
 pub use transfer::{Transfer, Writeback};
@@ -104,7 +104,7 @@ impl Cpu {
     ///
     /// Returns the number of cycles without pipeline effects (TRM table 7-1).
     #[inline]
-    pub(super) fn execute_fpu(&mut self, bus: &mut impl Bus, op: Op) -> Trapped<u32> {
+    pub(super) fn execute_fpu(&mut self, bus: &mut impl Bus, op: Op) -> TrapResult<u32> {
         self.prepare_fp(bus)?;
         match op {
             Op::Load(transfer) => self.load_singles(bus, transfer),

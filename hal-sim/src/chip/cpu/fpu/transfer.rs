@@ -1,6 +1,6 @@
 //! VLDR, VLDM, VPOP, VSTR, VSTM, VPUSH: consecutive words and S registers.
 
-use crate::chip::cpu::{Bus, Cpu, Fault, Size, Trapped};
+use crate::chip::cpu::{Bus, Cpu, Fault, Size, TrapResult};
 
 /// What becomes of the base register.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,7 +36,7 @@ impl Transfer {
 
 impl Cpu {
     /// Loads; 1 cycle and 1 a word (TRM table 7-1).
-    pub(super) fn load_singles(&mut self, bus: &mut impl Bus, x: Transfer) -> Trapped<u32> {
+    pub(super) fn load_singles(&mut self, bus: &mut impl Bus, x: Transfer) -> TrapResult<u32> {
         let mut address = self.first_word(x)?;
         for s in x.registers() {
             self.registers.s[s] = self.load(bus, address, Size::Word)?;
@@ -47,7 +47,7 @@ impl Cpu {
     }
 
     /// Stores; 1 cycle and 1 a word (TRM table 7-1).
-    pub(super) fn store_singles(&mut self, bus: &mut impl Bus, x: Transfer) -> Trapped<u32> {
+    pub(super) fn store_singles(&mut self, bus: &mut impl Bus, x: Transfer) -> TrapResult<u32> {
         let mut address = self.first_word(x)?;
         for s in x.registers() {
             self.store(bus, address, Size::Word, self.registers.s[s])?;
@@ -58,7 +58,7 @@ impl Cpu {
     }
 
     /// Unaligned addresses always fault.
-    fn first_word(&self, x: Transfer) -> Trapped<u32> {
+    fn first_word(&self, x: Transfer) -> TrapResult<u32> {
         let base = self.registers.r[usize::from(x.n & 15)];
         let base = if x.n == 15 {
             base.wrapping_add(4) & !3

@@ -15,7 +15,7 @@ const MATCHED: u32 = 1 << 24;
 
 /// Accesses that are watched; the value is FUNCTION's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Compared {
+pub enum WatchedAccess {
     /// Loads.
     Reads = 5,
     /// Stores.
@@ -24,7 +24,7 @@ pub enum Compared {
     Accesses = 7,
 }
 
-impl Compared {
+impl WatchedAccess {
     const fn has(self, is_write: bool) -> bool {
         match self {
             Self::Reads => !is_write,
@@ -36,11 +36,11 @@ impl Compared {
 
 /// An access that was watched.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Hit {
+pub struct WatchpointHit {
     /// The first byte that was both accessed and watched.
     pub address: u32,
     /// What its comparator watches.
-    pub what: Compared,
+    pub what: WatchedAccess,
 }
 
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
@@ -50,7 +50,7 @@ struct Comparator {
     /// MASK: log2 of the bytes it covers.
     log2_bytes: u32,
     /// FUNCTION.
-    what: Option<Compared>,
+    what: Option<WatchedAccess>,
     is_matched: bool,
 }
 
@@ -75,7 +75,7 @@ impl Comparator {
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Comparators {
     comparators: [Comparator; COMPARATORS],
-    hit: Option<Hit>,
+    hit: Option<WatchpointHit>,
 }
 
 impl Comparators {
@@ -96,20 +96,20 @@ impl Comparators {
             if let Some(address) = comparator.first_in(address, size.bytes()) {
                 comparator.is_matched = true;
                 is_watched = true;
-                self.hit.get_or_insert(Hit { address, what });
+                self.hit.get_or_insert(WatchpointHit { address, what });
             }
         }
         is_watched
     }
 
     /// The first access that was watched since this was asked.
-    pub const fn take(&mut self) -> Option<Hit> {
+    pub const fn take(&mut self) -> Option<WatchpointHit> {
         self.hit.take()
     }
 
     /// Has one comparator watch each of `parts`, an address and log2 of bytes; parts that are
     /// watched so already need none. If not enough are free, all stays as it was.
-    pub fn add(&mut self, parts: &[(u32, u32)], what: Compared) -> bool {
+    pub fn add(&mut self, parts: &[(u32, u32)], what: WatchedAccess) -> bool {
         let mut comparators = self.comparators;
         for &part in parts {
             if comparators
@@ -136,7 +136,7 @@ impl Comparators {
     }
 
     /// Frees those that watch `parts`.
-    pub fn remove(&mut self, parts: &[(u32, u32)], what: Compared) {
+    pub fn remove(&mut self, parts: &[(u32, u32)], what: WatchedAccess) {
         for comparator in &mut self.comparators {
             if parts.iter().any(|&part| comparator.is_of(part, what)) {
                 *comparator = Comparator::default();
@@ -172,9 +172,9 @@ impl Comparators {
             8 => {
                 comparator.what = match value {
                     0 => None,
-                    5 => Some(Compared::Reads),
-                    6 => Some(Compared::Writes),
-                    7 => Some(Compared::Accesses),
+                    5 => Some(WatchedAccess::Reads),
+                    6 => Some(WatchedAccess::Writes),
+                    7 => Some(WatchedAccess::Accesses),
                     _ => return Some(Err(Unmodelled("DWT_FUNCTION but for watching data"))),
                 };
             }
@@ -185,7 +185,7 @@ impl Comparators {
 }
 
 impl Comparator {
-    fn is_of(&self, (address, log2_bytes): (u32, u32), what: Compared) -> bool {
+    fn is_of(&self, (address, log2_bytes): (u32, u32), what: WatchedAccess) -> bool {
         (self.address, self.log2_bytes) == (address, log2_bytes) && self.what == Some(what)
     }
 }
@@ -197,7 +197,7 @@ mod tests {
     #[test]
     fn an_access_is_watched_if_it_shares_a_byte() {
         let mut all = Comparators::default();
-        assert!(all.add(&[(0x2000_0006, 1)], Compared::Writes));
+        assert!(all.add(&[(0x2000_0006, 1)], WatchedAccess::Writes));
         for (address, size, hit) in [
             (0x2000_0004, Size::Word, Some(0x2000_0006)),
             (0x2000_0006, Size::Half, Some(0x2000_0006)),
@@ -212,13 +212,13 @@ mod tests {
             assert!(!all.look(address, size, false), "a read");
         }
         // The end of memory, and a block.
-        assert!(all.add(&[(u32::MAX, 0), (0x2001_8000, 15)], Compared::Reads));
+        assert!(all.add(&[(u32::MAX, 0), (0x2001_8000, 15)], WatchedAccess::Reads));
         assert!(all.look(u32::MAX - 3, Size::Word, false));
         assert!(all.look(0x2001_FFFF, Size::Byte, false));
         assert!(!all.look(0x2002_0000, Size::Byte, false));
-        let first = Hit {
+        let first = WatchpointHit {
             address: u32::MAX,
-            what: Compared::Reads,
+            what: WatchedAccess::Reads,
         };
         assert_eq!((all.take(), all.take()), (Some(first), None));
     }
@@ -227,17 +227,17 @@ mod tests {
     fn there_are_four() {
         let mut all = Comparators::default();
         let parts = [0, 4, 8, 12].map(|offset| (0x2000_0000 + offset, 2));
-        assert!(all.add(&parts[..3], Compared::Accesses));
-        assert!(!all.add(&[parts[3], (0x2000_0010, 2)], Compared::Accesses));
+        assert!(all.add(&parts[..3], WatchedAccess::Accesses));
+        assert!(!all.add(&[parts[3], (0x2000_0010, 2)], WatchedAccess::Accesses));
         assert!(
-            all.add(&parts, Compared::Accesses),
+            all.add(&parts, WatchedAccess::Accesses),
             "three are watched already"
         );
-        assert!(!all.add(&parts[..1], Compared::Reads));
-        all.remove(&parts[1..2], Compared::Writes);
-        assert!(!all.add(&parts[..1], Compared::Reads));
-        all.remove(&parts[1..2], Compared::Accesses);
-        assert!(all.add(&parts[..1], Compared::Reads));
+        assert!(!all.add(&parts[..1], WatchedAccess::Reads));
+        all.remove(&parts[1..2], WatchedAccess::Writes);
+        assert!(!all.add(&parts[..1], WatchedAccess::Reads));
+        all.remove(&parts[1..2], WatchedAccess::Accesses);
+        assert!(all.add(&parts[..1], WatchedAccess::Reads));
         all.clear();
         assert!(!all.watch());
     }
@@ -245,7 +245,7 @@ mod tests {
     #[test]
     fn the_registers_show_and_set_them() {
         let mut all = Comparators::default();
-        assert!(all.add(&[(0x2000_0000, 2)], Compared::Writes));
+        assert!(all.add(&[(0x2000_0000, 2)], WatchedAccess::Writes));
         assert_eq!(
             [0, 4, 8].map(|at| all.read(at)),
             [Some(0x2000_0000), Some(2), Some(6)]

@@ -16,7 +16,7 @@ pub const DEFAULT_BITS: u32 = 0x07C0_0000;
 
 /// What the preempted context could do, for the fault of a lazy save.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Preempted {
+pub struct PreemptedContext {
     /// It had privileges.
     pub privileged: bool,
     /// It was thread mode.
@@ -108,7 +108,7 @@ impl Floating {
     }
 
     /// Owes a save to `address`.
-    pub fn defer_save(&mut self, address: u32, preempted: Preempted) {
+    pub fn defer_save(&mut self, address: u32, preempted: PreemptedContext) {
         self.fpcar = address & !7;
         self.fpccr &= ASPEN | LSPEN;
         let bits = [
@@ -130,8 +130,8 @@ impl Floating {
     }
 
     /// What the context whose save is owed could do.
-    pub const fn preempted(&self) -> Preempted {
-        Preempted {
+    pub const fn preempted(&self) -> PreemptedContext {
+        PreemptedContext {
             privileged: self.fpccr & USER == 0,
             thread: self.fpccr & THREAD != 0,
             hard_fault: self.fpccr & HFRDY != 0,

@@ -19,8 +19,8 @@ mod trace;
 #[cfg(test)]
 mod tests;
 
-pub use compare::{Compared, Hit};
-pub use floating::Preempted;
+pub use compare::{WatchedAccess, WatchpointHit};
+pub use floating::PreemptedContext;
 pub use latency::{Latencies, Latency};
 pub(crate) use nvic::number;
 pub(crate) use scb::{actlr, ccr, hfsr};
@@ -133,14 +133,14 @@ impl System {
 
     /// Has one comparator watch each of `parts`, an address and log2 of its bytes (0–15). If
     /// not enough are free, it says so, and all stays as it was.
-    pub fn compare(&mut self, parts: &[(u32, u32)], what: Compared) -> bool {
+    pub fn compare(&mut self, parts: &[(u32, u32)], what: WatchedAccess) -> bool {
         let done = self.trace.comparators.add(parts, what);
         self.follow_comparators();
         done
     }
 
     /// Frees the comparators of `parts`.
-    pub fn compare_no_more(&mut self, parts: &[(u32, u32)], what: Compared) {
+    pub fn compare_no_more(&mut self, parts: &[(u32, u32)], what: WatchedAccess) {
         self.trace.comparators.remove(parts, what);
         self.follow_comparators();
     }
@@ -167,7 +167,7 @@ impl System {
     }
 
     /// The first access that was watched since this was asked.
-    pub(super) const fn take_hit(&mut self) -> Option<Hit> {
+    pub(super) const fn take_hit(&mut self) -> Option<WatchpointHit> {
         self.trace.comparators.take()
     }
 

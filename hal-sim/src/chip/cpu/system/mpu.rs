@@ -12,7 +12,7 @@ const TYPE: u32 = (REGIONS as u32) << 8;
 
 /// What is done with memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Use {
+pub enum AccessKind {
     /// A load.
     Read,
     /// A store.
@@ -61,7 +61,7 @@ impl Region {
     }
 
     /// Arm ARM table B3-15; the reserved code 4 denies.
-    const fn allows(self, what: Use, privileged: bool) -> bool {
+    const fn allows(self, what: AccessKind, privileged: bool) -> bool {
         let permission = self.attributes >> 24 & 7;
         let read = match permission {
             1 | 5 => privileged,
@@ -69,13 +69,13 @@ impl Region {
             _ => false,
         };
         match what {
-            Use::Read => read,
-            Use::Write => match permission {
+            AccessKind::Read => read,
+            AccessKind::Write => match permission {
                 1 | 2 => privileged,
                 3 => true,
                 _ => false,
             },
-            Use::Execute => read && self.attributes >> 28 & 1 == 0,
+            AccessKind::Execute => read && self.attributes >> 28 & 1 == 0,
         }
     }
 }
@@ -123,18 +123,22 @@ impl Mpu {
                 return true;
             }
         }
-        let what = if write { Use::Write } else { Use::Read };
+        let what = if write {
+            AccessKind::Write
+        } else {
+            AccessKind::Read
+        };
         self.look_up(address, what, privileged)
     }
 
     /// Whether code may be fetched.
     pub fn may_execute(&self, address: u32, privileged: bool) -> bool {
         let by_map = !matches!(address >> 29, 2 | 5..);
-        by_map && (!self.is_on || self.look_up(address, Use::Execute, privileged))
+        by_map && (!self.is_on || self.look_up(address, AccessKind::Execute, privileged))
     }
 
     #[cold]
-    fn look_up(&self, address: u32, what: Use, privileged: bool) -> bool {
+    fn look_up(&self, address: u32, what: AccessKind, privileged: bool) -> bool {
         // The private bus keeps its default map.
         if address >> 20 == 0xE00 {
             return true;
@@ -177,7 +181,8 @@ impl Mpu {
     /// does.
     pub fn denied(&self) -> Option<Range<u64>> {
         let is_denied = |region: &&Region| {
-            let denies = !region.allows(Use::Read, true) && !region.allows(Use::Write, true);
+            let denies =
+                !region.allows(AccessKind::Read, true) && !region.allows(AccessKind::Write, true);
             region.is_enabled() && denies
         };
         let region = self.regions.iter().rev().find(is_denied)?;
@@ -199,9 +204,9 @@ impl Mpu {
         for pair in bounds.windows(2) {
             let (first, bytes) = (pair[0] as u32, pair[1] - pair[0]);
             let may = |what| self.look_up(first, what, true);
-            let is_writable = may(Use::Write);
+            let is_writable = may(AccessKind::Write);
             match open.last_mut() {
-                _ if !may(Use::Read) => {}
+                _ if !may(AccessKind::Read) => {}
                 Some(last)
                     if u64::from(last.first) + last.bytes == pair[0]
                         && last.is_writable == is_writable =>

@@ -6,11 +6,11 @@
 //! VLDR or VSTR is not pipelined with its neighbours, as the manual's table of
 //! cycles has no such note.
 
-use super::{Trail, waits};
+use super::{PipelineState, waits};
 use crate::chip::Cycle;
 use crate::chip::cpu::fpu::{Arithmetic, Op, Transfer, Unary};
 use crate::chip::cpu::system::actlr;
-use crate::chip::cpu::{Bus, Cpu, Trapped};
+use crate::chip::cpu::{Bus, Cpu, TrapResult};
 
 /// Where the floating-point unit is.
 #[derive(Clone, PartialEq, Debug, Default)]
@@ -63,8 +63,8 @@ impl Cpu {
         &mut self,
         bus: &mut impl Bus,
         op: Op,
-        last: Trail,
-    ) -> Trapped {
+        last: PipelineState,
+    ) -> TrapResult {
         let unit = &self.pipeline.floating;
         let mut start = self.cycle.max(unit.free);
         if start < unit.ready && needs(&op, unit.result) {

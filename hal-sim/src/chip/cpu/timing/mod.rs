@@ -56,9 +56,9 @@ pub(super) fn straddles(bus: &mut impl Bus, target: u32) -> u8 {
 /// wait for (results of data processing and loads) in bits 15:0, then what
 /// [`Self::load`] and [`Self::length`] give, in 8 bits each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Trail(u32);
+pub(super) struct PipelineState(u32);
 
-impl Trail {
+impl PipelineState {
     /// After a refill.
     pub const NONE: Self = Self(0);
 
@@ -101,7 +101,7 @@ impl Trail {
 
 /// 1 if register `n` was produced by the instruction before.
 #[inline(always)]
-pub(super) const fn waits(last: Trail, n: Reg) -> u16 {
+pub(super) const fn waits(last: PipelineState, n: Reg) -> u16 {
     (last.0 >> (n & 15) & 1) as u16
 }
 
@@ -152,7 +152,7 @@ fn results(op: &Op, code: u32) -> u16 {
 #[derive(Clone, PartialEq, Debug)]
 pub struct Pipeline {
     /// The instruction before.
-    pub(super) last: Trail,
+    pub(super) last: PipelineState,
     /// First data phase of the instruction that executes, or its next one,
     /// in cycles after its start.
     pub(super) phase: Cycle,
@@ -211,7 +211,7 @@ impl Pipeline {
 impl Default for Pipeline {
     fn default() -> Self {
         Self {
-            last: Trail::NONE,
+            last: PipelineState::NONE,
             phase: 1,
             floating: floating::Floating::default(),
             buffer: 0,
@@ -269,7 +269,7 @@ impl Cpu {
     pub(super) fn branch_to(&mut self, bus: &mut impl Bus, target: u32, cycles: u8) -> u32 {
         self.pass(cycles.into());
         let fetch = self.cycle.wrapping_sub(STAGES);
-        self.pipeline.last = Trail::NONE;
+        self.pipeline.last = PipelineState::NONE;
         if target >> 4 != self.pipeline.line {
             self.refill(bus, target, fetch);
         }

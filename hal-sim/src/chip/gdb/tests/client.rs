@@ -54,7 +54,7 @@ fn says(text: &str, parts: &[&str]) {
 
 #[test]
 fn gdb_loads_steps_breaks_and_comes_again() {
-    let served = Served::for_ever(&LOOP);
+    let served = ServedBoard::for_ever(&LOOP);
     let client = Client::new("loads");
     // What lies in flash is LOOP, until TOUCHES is loaded.
     let text = client.prints(
@@ -135,7 +135,7 @@ fn gdb_loads_steps_breaks_and_comes_again() {
 
 #[test]
 fn gdb_watches_data_and_is_told_what_is_too_much() {
-    let served = Served::for_ever(&TOUCHES);
+    let served = ServedBoard::for_ever(&TOUCHES);
     let client = Client::new("watches");
     let text = client.prints(
         served.at,
@@ -175,7 +175,7 @@ fn gdb_watches_data_and_is_told_what_is_too_much() {
 
 #[test]
 fn a_second_gdb_is_told_who_has_the_core() {
-    let served = Served::for_ever(&LOOP);
+    let served = ServedBoard::for_ever(&LOOP);
     let mut first = served.connect();
     assert_eq!(first.exchange("?"), HALTED);
     let text = Client::new("second").prints(served.at, &["target remote PORT"]);

@@ -17,7 +17,7 @@ const SPEAKS: [u16; 10] = [
 
 #[test]
 fn a_port_that_is_only_looked_at_stays_open() {
-    let served = Served::for_ever(&LOOP);
+    let served = ServedBoard::for_ever(&LOOP);
     for _ in 0..20 {
         drop(served.connect());
     }
@@ -48,7 +48,7 @@ fn a_port_that_is_only_looked_at_stays_open() {
 
 #[test]
 fn detaching_lets_the_core_run_and_attaching_halts_it() {
-    let served = Served::for_ever(&LOOP);
+    let served = ServedBoard::for_ever(&LOOP);
     let mut gdb = served.connect();
     assert_eq!(gdb.exchange(&format!("Z1,{:x},2", CODE + 6)), "OK");
     gdb.exchanges(&[("c", HALTED), ("D", "OK")]);
@@ -121,7 +121,7 @@ fn a_core_let_go_runs_before_the_next_debugger_halts_it() {
         let port = Script([client(&["?", lets_go]), client(&["?", "p0", "D"])].into());
         let image = program(&LOOP, &[("Reset", CODE, 12)]);
         let board = Board::power_on(image, [None; CHANNELS], Pace::Lazy, Points::default());
-        let mut debugger = Debugger::new(port, board.unwrap(), Outlives::Debugger);
+        let mut debugger = Debugger::new(port, board.unwrap(), AfterDebugger::Debugger);
         for step in 1..=4 {
             debugger.run_to(step * 16_000).unwrap();
         }
@@ -134,7 +134,7 @@ fn a_core_let_go_runs_before_the_next_debugger_halts_it() {
 
 #[test]
 fn killing_resets_the_chip_and_the_port_stays_open() {
-    let served = Served::for_ever(&LOOP);
+    let served = ServedBoard::for_ever(&LOOP);
     for kill in ["k", "vKill;1"] {
         let mut gdb = served.attach();
         assert_eq!(gdb.register(15), CODE, "{kill}");
@@ -168,7 +168,7 @@ fn killing_resets_the_chip_and_the_port_stays_open() {
 
 #[test]
 fn killing_ends_a_session_s_run() {
-    let served = Served::new(&LOOP, Outlives::Nothing, 20);
+    let served = ServedBoard::new(&LOOP, AfterDebugger::Nothing, 20);
     let mut gdb = served.connect();
     gdb.exchanges(&[("s", HALTED)]);
     gdb.send("k");
@@ -180,7 +180,7 @@ fn killing_ends_a_session_s_run() {
 
 #[test]
 fn a_session_goes_on_alone_when_its_debugger_hangs_up() {
-    let served = Served::new(&LOOP, Outlives::Nothing, 20);
+    let served = ServedBoard::new(&LOOP, AfterDebugger::Nothing, 20);
     drop(served.connect());
     let mut gdb = served.connect();
     assert_eq!(gdb.exchange(&format!("Z1,{:x},2", CODE + 6)), "OK");
@@ -213,7 +213,7 @@ fn an_image_that_opens_no_usb_port_ends_a_session_that_is_left_alone() {
         let port = Script([Scripted { says, answers }].into());
         let image = program(&[0xBF30, 0xE7FD], &[("Reset", CODE, 4)]);
         let board = Board::power_on(image, [None; CHANNELS], Pace::Lazy, Points::default());
-        let mut debugger = Debugger::new(port, board.unwrap(), Outlives::Nothing);
+        let mut debugger = Debugger::new(port, board.unwrap(), AfterDebugger::Nothing);
         let ended = debugger.boot(&Sensors::default());
         let is_told = matches!(ended, Err(BoardError::NoPort { .. }));
         assert!(is_told, "detached: {is_detached}, {ended:?}");
@@ -224,7 +224,7 @@ fn an_image_that_opens_no_usb_port_ends_a_session_that_is_left_alone() {
 #[test]
 fn a_core_that_locks_up_alone_waits_for_the_next_debugger() {
     // UDF, without handlers: the core locks up.
-    let served = Served::for_ever(&[0xDE00, 0xDE00]);
+    let served = ServedBoard::for_ever(&[0xDE00, 0xDE00]);
     for leaves in ["D", "c"] {
         let mut gdb = served.attach();
         gdb.exchanges(&[("vRun;", HALTED)]);
@@ -238,7 +238,7 @@ fn a_core_that_locks_up_alone_waits_for_the_next_debugger() {
 
 #[test]
 fn monitor_commands_reset_halt_and_let_run() {
-    let served = Served::for_ever(&LOOP);
+    let served = ServedBoard::for_ever(&LOOP);
     let mut gdb = served.connect();
     let ok = || (String::new(), "OK".to_owned());
     gdb.exchanges(&[("s", HALTED), ("s", HALTED), ("P0=0000ffff", "OK")]);
@@ -274,7 +274,7 @@ fn monitor_commands_reset_halt_and_let_run() {
 
 #[test]
 fn flash_is_erased_and_written_as_load_does() {
-    let served = Served::for_ever(&LOOP);
+    let served = ServedBoard::for_ever(&LOOP);
     let mut gdb = served.connect();
     let before = gdb.exchange("m8000000,40");
     // MOVS R0, #9 where the LOOP begins, in a sector that was erased.
@@ -327,7 +327,7 @@ fn flash_is_erased_and_written_as_load_does() {
 
 #[test]
 fn a_bkpt_stops_the_core_and_is_passed() {
-    let served = Served::for_ever(&BKPT);
+    let served = ServedBoard::for_ever(&BKPT);
     let mut gdb = served.connect();
     for _ in 0..2 {
         gdb.exchanges(&[("c", HALTED)]);
@@ -341,7 +341,7 @@ fn a_bkpt_stops_the_core_and_is_passed() {
 
 #[test]
 fn what_a_program_says_by_semihosting_is_printed() {
-    let served = Served::for_ever(&SPEAKS);
+    let served = ServedBoard::for_ever(&SPEAKS);
     let mut gdb = served.connect();
     gdb.exchanges(&[("c", HALTED)]);
     assert_eq!(gdb.register(15), CODE + 4, "BKPT 0xAB, and nobody hears");
@@ -355,7 +355,7 @@ fn what_a_program_says_by_semihosting_is_printed() {
 
 #[test]
 fn what_is_malformed_is_answered() {
-    let served = Served::for_ever(&LOOP);
+    let served = ServedBoard::for_ever(&LOOP);
     let mut gdb = served.connect();
     gdb.exchanges(&[
         ("m", "E16"),
@@ -421,7 +421,7 @@ fn what_is_malformed_is_answered() {
 /// continue; at the end detach.
 #[test]
 fn cortex_debug_s_external_server_mode_is_served() {
-    let served = Served::for_ever(&LOOP);
+    let served = ServedBoard::for_ever(&LOOP);
     let mut gdb = served.connect();
     gdb.write(b"+");
     let own = gdb.exchange(

@@ -23,13 +23,13 @@ const TOUCHES: [u16; 10] = [
 ];
 
 /// A board at whose port debuggers come and go.
-struct Served {
+struct ServedBoard {
     at: SocketAddr,
     device: JoinHandle<Result<Debugger, BoardError>>,
 }
 
-impl Served {
-    fn new(code: &[u16], outlives: Outlives, length_ms: u64) -> Self {
+impl ServedBoard {
+    fn new(code: &[u16], outlives: AfterDebugger, length_ms: u64) -> Self {
         let image = program(code, &[("Reset", CODE, 12)]);
         let outputs = [None; CHANNELS];
         let board = Board::power_on(image, outputs, Pace::Lazy, Points::default()).unwrap();
@@ -48,7 +48,7 @@ impl Served {
 
     /// For ever, as it seems.
     fn for_ever(code: &[u16]) -> Self {
-        Self::new(code, Outlives::Debugger, u64::from(u32::MAX))
+        Self::new(code, AfterDebugger::Debugger, u64::from(u32::MAX))
     }
 
     fn connect(&self) -> Gdb {
@@ -134,7 +134,7 @@ const HALTED: &str = "T05thread:1;";
 
 #[test]
 fn the_core_halts_at_reset_steps_and_stops_at_breakpoints() {
-    let served = Served::new(&LOOP, Outlives::Nothing, 20);
+    let served = ServedBoard::new(&LOOP, AfterDebugger::Nothing, 20);
     let mut gdb = served.connect();
     assert_eq!(gdb.exchange("?"), HALTED);
     assert_eq!(gdb.register(15), CODE);
@@ -171,7 +171,7 @@ fn the_core_halts_at_reset_steps_and_stops_at_breakpoints() {
 
 #[test]
 fn the_comparators_of_the_fpb_have_an_end() {
-    let served = Served::for_ever(&LOOP);
+    let served = ServedBoard::for_ever(&LOOP);
     let mut gdb = served.connect();
     for n in 0..6 {
         assert_eq!(
@@ -195,7 +195,7 @@ fn the_comparators_of_the_fpb_have_an_end() {
 
 #[test]
 fn ctrl_c_stops_what_runs() {
-    let served = Served::for_ever(&LOOP);
+    let served = ServedBoard::for_ever(&LOOP);
     let mut gdb = served.connect();
     gdb.send("c");
     while gdb.register(15) == CODE {} // until it runs
@@ -213,7 +213,7 @@ fn ctrl_c_stops_what_runs() {
 
 #[test]
 fn memory_and_registers_are_read_and_written() {
-    let served = Served::for_ever(&LOOP);
+    let served = ServedBoard::for_ever(&LOOP);
     let mut gdb = served.connect();
     assert_eq!(gdb.exchange(&format!("m{CODE:x},4")), "01200221");
     gdb.exchanges(&[
@@ -266,7 +266,7 @@ fn memory_and_registers_are_read_and_written() {
 
 #[test]
 fn registers_of_the_chip_are_written_in_the_width_that_is_asked_for() {
-    let served = Served::for_ever(&LOOP);
+    let served = ServedBoard::for_ever(&LOOP);
     let mut gdb = served.connect();
     gdb.exchanges(&[
         // RCC: ports A and TIM1's clock, by half-word and byte.
@@ -289,7 +289,7 @@ fn registers_of_the_chip_are_written_in_the_width_that_is_asked_for() {
 
 #[test]
 fn each_register_is_read_and_set_by_its_number() {
-    let served = Served::for_ever(&LOOP);
+    let served = ServedBoard::for_ever(&LOOP);
     let mut gdb = served.connect();
     let all = gdb.exchange("g");
     assert_eq!(&all[120..128], hex(&CODE.to_le_bytes()));
@@ -328,7 +328,7 @@ fn each_register_is_read_and_set_by_its_number() {
 
 #[test]
 fn watched_data_stops_the_core_behind_the_instruction() {
-    let served = Served::for_ever(&TOUCHES);
+    let served = ServedBoard::for_ever(&TOUCHES);
     let mut gdb = served.connect();
     let cycles = |gdb: &mut Gdb| gdb.exchange("me0001004,4");
     for (set, stop, behind) in [
@@ -372,7 +372,7 @@ fn watched_data_stops_the_core_behind_the_instruction() {
 
 #[test]
 fn there_are_four_comparators_of_data() {
-    let served = Served::for_ever(&LOOP);
+    let served = ServedBoard::for_ever(&LOOP);
     let mut gdb = served.connect();
     gdb.exchanges(&[
         ("Z2,20000000,4", "OK"),
@@ -409,7 +409,7 @@ fn there_are_four_comparators_of_data() {
 
 #[test]
 fn what_nobody_models_is_told_in_words() {
-    let served = Served::new(&BEYOND, Outlives::Nothing, 20);
+    let served = ServedBoard::new(&BEYOND, AfterDebugger::Nothing, 20);
     let mut gdb = served.connect();
     gdb.send("c");
     let said = unhex(&gdb.receive().as_bytes()[1..]).unwrap();
@@ -430,7 +430,7 @@ fn what_nobody_models_is_told_in_words() {
 #[test]
 #[cfg(target_os = "linux")]
 fn a_debugger_that_vanished_is_noticed() {
-    let served = Served::new(&LOOP, Outlives::Nothing, 20);
+    let served = ServedBoard::new(&LOOP, AfterDebugger::Nothing, 20);
     let mut gdb = served.connect();
     assert_eq!(gdb.exchange("?"), HALTED);
     let address = gdb.stream.peer_addr().unwrap();

@@ -1,7 +1,7 @@
 //! The ADC against RM0090 chapter 13.
 
 use super::*;
-use crate::chip::soc::peripheral::{Driven, Peripheral};
+use crate::chip::soc::peripheral::{Peripheral, WordAccess};
 
 const SR: u32 = 0;
 const CR1: u32 = 4;

@@ -15,7 +15,7 @@ use super::clock::rescale;
 use super::word::part;
 use crate::chip::Cycle;
 use crate::chip::cpu::Size;
-use crate::chip::cpu::bus::{Denied, Modelled, Read, Unmodelled, refuse};
+use crate::chip::cpu::bus::{AccessError, Modelled, ReadResult, Unmodelled, refuse};
 use crate::random;
 use accelerator::Accelerator;
 use programming::Programming;
@@ -220,14 +220,14 @@ impl Flash {
     /// # Errors
     /// The data cache still holds what was there before an erasure.
     #[inline]
-    pub fn read(&mut self, address: u32, size: Size, at: Cycle) -> Result<Read, Denied> {
+    pub fn read(&mut self, address: u32, size: Size, at: Cycle) -> Result<ReadResult, AccessError> {
         let offset = address & (SIZE as u32 - 1);
         let wait = self
             .accelerator
             .read(offset >> 4, at)
             .ok_or(Unmodelled("FLASH: data cached before an erasure"))?;
         let value = self.word(offset & !3);
-        Ok(Read {
+        Ok(ReadResult {
             value: part(value, offset, size),
             wait,
         })
@@ -247,12 +247,12 @@ impl Flash {
         address: u32,
         size: Size,
         at: Cycle,
-    ) -> Option<Read> {
+    ) -> Option<ReadResult> {
         let value = signature
             .read(address, size)
             .or_else(|| self.programming.option_byte(address, size))?;
         let wait = self.accelerator.read_array(at);
-        Some(Read { value, wait })
+        Some(ReadResult { value, wait })
     }
 
     /// Counts up when the memory changed: decoded code is stale.

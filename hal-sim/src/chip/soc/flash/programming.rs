@@ -8,7 +8,7 @@
 use super::Flash;
 use crate::chip::Cycle;
 use crate::chip::cpu::Size;
-use crate::chip::cpu::bus::{Denied, Modelled, Unmodelled, refuse};
+use crate::chip::cpu::bus::{AccessError, Modelled, Unmodelled, refuse};
 use crate::chip::soc::clock::cycles_in;
 use crate::chip::soc::word::part;
 use std::ops::Range;
@@ -194,7 +194,7 @@ impl Flash {
         size: Size,
         value: u32,
         at: Cycle,
-    ) -> Result<u32, Denied> {
+    ) -> Result<u32, AccessError> {
         let programming = &mut self.programming;
         let begin = if programming.is_busy(at) {
             programming.end()

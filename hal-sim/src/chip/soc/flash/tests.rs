@@ -1,7 +1,7 @@
 //! The flash against RM0090 chapter 3 and the times of DS8626.
 
 use super::*;
-use crate::chip::soc::peripheral::{Driven, Peripheral};
+use crate::chip::soc::peripheral::{Peripheral, WordAccess};
 use crate::chip::soc::uid::Signature;
 
 const ACR: u32 = 0x00;
@@ -195,7 +195,7 @@ fn the_information_block_is_read() {
     let signature = Signature { uid: [1, 2, 3] };
     let mut read = |address, size, at| flash.read_information(&signature, address, size, at);
     let uid = read(0x1FFF_7A14, Size::Word, 100);
-    assert_eq!(uid, Some(Read { value: 2, wait: 5 }));
+    assert_eq!(uid, Some(ReadResult { value: 2, wait: 5 }));
     let options = read(0x1FFF_C000, Size::Half, 200).map(|r| r.value);
     assert_eq!(options, Some(0xAAEF));
     let protection = read(0x1FFF_C008, Size::Half, 300).map(|r| r.value);
@@ -283,7 +283,7 @@ fn programming_clears_bits_takes_its_time_and_stalls_reads() {
     let end = 1000 + 100 * US;
     assert_eq!(
         flash.read(BASE + 8, Size::Word, 2000).unwrap(),
-        Read {
+        ReadResult {
             value: 0xFFFF_0F0F,
             wait: (end - 2000) as u32 + 5
         }
@@ -377,7 +377,7 @@ fn stale_cache_lines_are_found_out() {
     flash.set(CR, 0x201, 100);
     flash.write(BASE, Size::Word, 7, 100).unwrap();
     let seen = flash.read(BASE, Size::Word, 200).unwrap();
-    let expected = Read { value: 7, wait: 0 };
+    let expected = ReadResult { value: 7, wait: 0 };
     assert_eq!(seen, expected, "programming reaches the data cache");
 }
 

@@ -7,7 +7,7 @@ use crate::chip::Cycle;
 
 /// What the device answers to data from the host.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Answer {
+pub enum Handshake {
     /// Accepted.
     Ack,
     /// Not now.
@@ -140,9 +140,9 @@ impl Otg {
 
     /// A SETUP transaction to endpoint 0 at `address`: always accepted
     /// (RM0090 section 34.17.6). Both directions NAK until software clears it.
-    pub fn setup(&mut self, address: u8, request: &[u8; 8]) -> Answer {
+    pub fn setup(&mut self, address: u8, request: &[u8; 8]) -> Handshake {
         if !self.listens(address, 0) {
-            return Answer::Silent;
+            return Handshake::Silent;
         }
         self.receive
             .push(Status::Setup, 0, false, self.frame, request);
@@ -154,7 +154,7 @@ impl Otg {
         self.outs[0].upper = left.saturating_sub(1);
         self.setup_stage = true;
         self.changed();
-        Answer::Ack
+        Handshake::Ack
     }
 
     /// The first token after a SETUP ends its stage.
@@ -188,9 +188,9 @@ impl Otg {
     /// EPENA is not asked: the manual says that software sets it for each
     /// transfer, but STM32F4 parts receive while only NAKSTS is clear, and the
     /// HAL in the image relies on it.
-    pub fn out(&mut self, address: u8, endpoint: usize, packet: &Packet) -> Answer {
+    pub fn out(&mut self, address: u8, endpoint: usize, packet: &Packet) -> Handshake {
         if !self.listens(address, endpoint) || !self.outs[endpoint].has(ctl::USBAEP) {
-            return Answer::Silent;
+            return Handshake::Silent;
         }
         let ready = self.out_ready(address, endpoint, packet.bytes().len());
         let nak = self.outs[endpoint].has(ctl::NAKSTS);
@@ -198,14 +198,14 @@ impl Otg {
         let out = &mut self.outs[endpoint];
         let length = packet.bytes().len() as u32;
         if out.has(ctl::STALL) {
-            return Answer::Stall;
+            return Handshake::Stall;
         }
         if !ready || nak || length > out.max_packet() {
-            return Answer::Nak;
+            return Handshake::Nak;
         }
         if out.data1() != packet.data1 {
             // A repetition: the host did not see the handshake.
-            return Answer::Ack;
+            return Handshake::Ack;
         }
         out.toggle();
         out.size = out.size.saturating_sub(length);
@@ -222,7 +222,7 @@ impl Otg {
                 .push(Status::OutDone, endpoint, packet.data1, frame, &[]);
         }
         self.changed();
-        Answer::Ack
+        Handshake::Ack
     }
 
     /// Whether an IN token would be answered by anything but NAK, or change

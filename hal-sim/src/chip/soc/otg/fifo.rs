@@ -23,7 +23,7 @@ pub enum Status {
 
 /// The endpoint and status of an entry that was popped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Popped {
+pub struct PoppedEntry {
     /// GRXSTSP as read.
     pub word: u32,
     /// Endpoint number.
@@ -87,7 +87,7 @@ impl Receive {
     }
 
     /// Takes the next status word (GRXSTSP).
-    pub fn pop(&mut self) -> Modelled<Popped> {
+    pub fn pop(&mut self) -> Modelled<PoppedEntry> {
         refuse(
             self.unread > 0,
             "OTG_FS GRXSTSP read before the packet's data",
@@ -95,7 +95,7 @@ impl Receive {
         let word = self.words.pop_front();
         let word = word.ok_or(Unmodelled("OTG_FS GRXSTSP read while the RX FIFO is empty"))?;
         self.unread = (word >> 4 & 0x7FF).div_ceil(4) as usize;
-        Ok(Popped {
+        Ok(PoppedEntry {
             word,
             endpoint: (word & 0xF) as usize,
             status: word >> 17 & 0xF,

@@ -14,7 +14,7 @@ mod registers;
 #[cfg(test)]
 mod tests;
 
-pub use cable::{Answer, Packet, Reply};
+pub use cable::{Handshake, Packet, Reply};
 
 use crate::chip::soc::peripheral::{Cycle, Modelled, Peripheral};
 use endpoint::{Direction, Endpoint};

@@ -121,10 +121,10 @@ fn out_packet_to_interrupt() {
     write(&mut otg, offset::DOEPMSK, epint::XFRC);
     write(&mut otg, offset::DAINTMSK, 1 << 17);
     let packet = Packet::new(&[1, 2, 3, 4, 5], false);
-    assert_eq!(otg.out(0, 1, &packet), Answer::Nak, "NAKSTS");
+    assert_eq!(otg.out(0, 1, &packet), Handshake::Nak, "NAKSTS");
     arm_out(&mut otg, 1, 64);
     otg.sof(0x5A3);
-    assert_eq!(otg.out(0, 1, &packet), Answer::Ack);
+    assert_eq!(otg.out(0, 1, &packet), Handshake::Ack);
     assert!(otg.line);
     // FRMNUM 3, PKTSTS 2, DATA0, 5 bytes, endpoint 1.
     let status = 3 << 21 | 2 << 17 | 5 << 4 | 1;
@@ -153,9 +153,9 @@ fn a_repeated_packet_is_acknowledged_and_dropped() {
     let mut otg = configured();
     arm_out(&mut otg, 2, 128);
     let packet = Packet::new(&[9; 64], false);
-    assert_eq!(otg.out(0, 1, &packet), Answer::Ack);
+    assert_eq!(otg.out(0, 1, &packet), Handshake::Ack);
     let words = otg.receive.len();
-    assert_eq!(otg.out(0, 1, &packet), Answer::Ack);
+    assert_eq!(otg.out(0, 1, &packet), Handshake::Ack);
     assert_eq!(otg.receive.len(), words);
     assert_eq!(read(&mut otg, 0xB30) >> 19 & 0x3FF, 1);
 }
@@ -167,10 +167,10 @@ fn a_full_receive_fifo_naks() {
     // 16 words of data and one of status each: after three, 11 of 62 are left.
     for n in 0..3 {
         let packet = Packet::new(&[n; 64], n % 2 == 1);
-        assert_eq!(otg.out(0, 1, &packet), Answer::Ack);
+        assert_eq!(otg.out(0, 1, &packet), Handshake::Ack);
     }
     assert!(!otg.out_ready(0, 1, 64));
-    assert_eq!(otg.out(0, 1, &Packet::new(&[3; 64], true)), Answer::Nak);
+    assert_eq!(otg.out(0, 1, &Packet::new(&[3; 64], true)), Handshake::Nak);
     assert!(otg.out_ready(0, 1, 36), "9 words and 2");
 }
 
@@ -204,7 +204,7 @@ fn setup_naks_both_directions_and_ends_with_the_next_token() {
     write(&mut otg, 0xB10, 0b11 << 29);
     assert_eq!(otg.in_token(0, 0), Reply::Stall);
     let request = [0x80, 6, 0, 1, 0, 0, 8, 0];
-    assert_eq!(otg.setup(0, &request), Answer::Ack);
+    assert_eq!(otg.setup(0, &request), Handshake::Ack);
     assert_eq!(read(&mut otg, 0xB10) >> 29, 2, "STUPCNT counts down");
     let expected = ctl::NAKSTS;
     assert_eq!(read(&mut otg, 0x900) & (ctl::STALL | ctl::NAKSTS), expected);
@@ -249,7 +249,7 @@ fn disabling_and_global_naks() {
     assert_eq!(read(&mut otg, 0x928) & bits, bits);
     arm_out(&mut otg, 1, 64);
     write(&mut otg, offset::DCTL, dctl::SGONAK);
-    assert_eq!(otg.out(0, 1, &Packet::new(&[], false)), Answer::Nak);
+    assert_eq!(otg.out(0, 1, &Packet::new(&[], false)), Handshake::Nak);
     assert_eq!(read(&mut otg, offset::GINTSTS) & int::GONAKEFF, 0);
     assert_eq!(read(&mut otg, offset::GRXSTSP) >> 17 & 0xF, 1);
     assert_ne!(read(&mut otg, offset::GINTSTS) & int::GONAKEFF, 0);

@@ -3,7 +3,7 @@
 use super::requests::Requests;
 use super::{MEMORY, PERIPHERAL, Playback};
 use crate::chip::Cycle;
-use crate::chip::cpu::bus::{Modelled, Read, refuse};
+use crate::chip::cpu::bus::{Modelled, ReadResult, refuse};
 use crate::chip::soc::dma::{NEVER, STREAMS, tim1_events};
 use crate::chip::soc::matrix::{Bridge, Master, Slave};
 use crate::chip::soc::{Lanes, Ram};
@@ -39,7 +39,13 @@ impl Block {
 impl Playback {
     /// The core reads the register at `offset` of `block`, a multiple of 4, its data phase
     /// beginning at `at`.
-    pub fn read(&mut self, block: Block, offset: u32, at: Cycle, ram: &mut Ram) -> Modelled<Read> {
+    pub fn read(
+        &mut self,
+        block: Block,
+        offset: u32,
+        at: Cycle,
+        ram: &mut Ram,
+    ) -> Modelled<ReadResult> {
         let wait = self.pass(Slave::Ahb1, block.bridge(), at, ram)?;
         let done = at + Cycle::from(wait) + 1;
         let value = match block {
@@ -56,7 +62,7 @@ impl Playback {
             Block::Dma2 => self.dma[1].read(offset)?,
             Block::Gpio(port) => self.gpio.read(port, offset)?,
         };
-        Ok(Read { value, wait })
+        Ok(ReadResult { value, wait })
     }
 
     /// The core writes the register at `offset`, but to a port as a whole; gives the wait

@@ -1,7 +1,7 @@
 //! RCC against RM0090 chapter 7.
 
 use super::*;
-use crate::chip::soc::peripheral::{Driven, Peripheral};
+use crate::chip::soc::peripheral::{Peripheral, WordAccess};
 
 const CR: u32 = 0x00;
 const PLLCFGR: u32 = 0x04;

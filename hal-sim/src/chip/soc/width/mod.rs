@@ -13,14 +13,14 @@ use crate::chip::cpu::Size;
 use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse};
 
 /// The narrowest access that a register permits; else the words of the refusal.
-struct Permitted {
+struct NarrowestAccess {
     read: Size,
     write: Size,
     else_refused: &'static str,
 }
 
-const fn permitted(read: Size, write: Size, else_refused: &'static str) -> Permitted {
-    Permitted {
+const fn permitted(read: Size, write: Size, else_refused: &'static str) -> NarrowestAccess {
+    NarrowestAccess {
         read,
         write,
         else_refused,
@@ -43,7 +43,7 @@ const COUNTS: [u32; 6] = [0x24, 0x2C, 0x34, 0x38, 0x3C, 0x40];
 const HALVES: &str = "a byte written to a register of half-words";
 
 /// What the register at `offset` of `unit` permits, a multiple of 4.
-fn rule(unit: Unit, offset: u32) -> Permitted {
+fn rule(unit: Unit, offset: u32) -> NarrowestAccess {
     use Size::{Byte, Half, Word};
     match unit {
         // 8.4, 7.3, 3.9; memory.

@@ -2,7 +2,7 @@
 
 use crate::chip::Cycle;
 use crate::chip::cpu::bit_band::Bit;
-use crate::chip::cpu::bus::{Bus, Denied, Unmodelled};
+use crate::chip::cpu::bus::{AccessError, Bus, Unmodelled};
 use crate::chip::cpu::{
     Size,
     Size::{Byte, Half, Word},
@@ -50,7 +50,7 @@ impl Chip {
         self.at
     }
 
-    fn write(&mut self, size: Size, address: u32, value: u32) -> Result<u32, Denied> {
+    fn write(&mut self, size: Size, address: u32, value: u32) -> Result<u32, AccessError> {
         let at = self.next();
         self.soc.write(address, size, value, at)
     }
@@ -60,7 +60,7 @@ impl Chip {
         self.write(size, address, value).unwrap();
     }
 
-    fn read(&mut self, size: Size, address: u32) -> Result<u32, Denied> {
+    fn read(&mut self, size: Size, address: u32) -> Result<u32, AccessError> {
         let at = self.next();
         self.soc.read(address, size, at).map(|read| read.value)
     }
@@ -81,7 +81,7 @@ impl Chip {
     #[track_caller]
     fn refused(&mut self, size: Size, address: u32) -> &'static str {
         match self.write(size, address, 1) {
-            Err(Denied::Unmodelled(Unmodelled(what))) => what,
+            Err(AccessError::Unmodelled(Unmodelled(what))) => what,
             other => panic!("{address:#x}: {other:?}"),
         }
     }
@@ -238,7 +238,10 @@ fn what_a_chapter_forbids_is_refused_by_name() {
     }
     for address in [0x4002_6400, 0x4002_3000] {
         let read = chip.read(Byte, address);
-        assert!(matches!(read, Err(Denied::Unmodelled(_))), "{address:#x}");
+        assert!(
+            matches!(read, Err(AccessError::Unmodelled(_))),
+            "{address:#x}"
+        );
     }
     // TIM2's other registers have 16 bits; CRC_IDR is a byte; the rest reads in any width.
     chip.set(Half, 0x4000_0028, 7);
@@ -311,9 +314,9 @@ fn an_alias_of_nothing_is_a_bus_error() {
         let bit = Bit::of(alias, Word).unwrap();
         bit.write(&mut soc, Word, 1, 100)
     };
-    assert_eq!(write(0x4002_2400), Err(Denied::Error), "beyond port I");
-    assert_eq!(write(0x400F_FFFC), Err(Denied::Error));
-    assert_eq!(write(0x2002_0000), Err(Denied::Error), "beyond SRAM2");
+    assert_eq!(write(0x4002_2400), Err(AccessError::Error), "beyond port I");
+    assert_eq!(write(0x400F_FFFC), Err(AccessError::Error));
+    assert_eq!(write(0x2002_0000), Err(AccessError::Error), "beyond SRAM2");
     assert!(write(0x2001_FFFC).is_ok());
     assert!(write(ODR).is_ok(), "without its clock");
     assert_eq!(soc.unclocked, 2);

@@ -7,8 +7,8 @@ mod stall;
 use super::instrument::{Instrument, READ_US};
 use super::plan::HOST_TIMEOUT_MS;
 use super::{
-    Action, CalibrationError, Entry, Head, Journal, Operator, Order, Phase, Plan, Refusal, Told,
-    View, setup,
+    Action, CalibrationError, Entry, Head, Journal, Operator, OperatorNotice, Order, Phase, Plan,
+    Refusal, View, setup,
 };
 use crate::link::{Connection, Interruption, Port};
 use crate::run::acknowledge;
@@ -43,7 +43,7 @@ pub(super) trait Procedure {
 }
 
 /// Operator of a calibration, and the means to end it.
-pub struct Desk<'a> {
+pub struct OperatorStation<'a> {
     /// Source of the orders.
     pub operator: &'a mut dyn Operator,
     /// Signal that ends the calibration at once.
@@ -54,7 +54,7 @@ pub struct Desk<'a> {
 
 /// Extent of a calibration or check, whether or not it reached its end.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
-pub struct Spent {
+pub struct ProcedureCost {
     /// Duration in the device's time, s.
     pub t_s: f64,
     /// Number of presentations.
@@ -67,7 +67,7 @@ struct Conduct<'a, 'd, P, M> {
     sessions: Vec<Session>,
     machine: &'a mut M,
     journal: &'a mut Journal,
-    desk: &'a mut Desk<'d>,
+    desk: &'a mut OperatorStation<'d>,
     instrument: Instrument,
     /// Instrument's and wearer's state after the last presentation, for the view.
     seen: View,
@@ -95,12 +95,12 @@ pub(super) fn conduct<P: Port, M: Procedure>(
     plan: &Plan,
     machine: &mut M,
     journal: &mut Journal,
-    desk: &mut Desk<'_>,
+    desk: &mut OperatorStation<'_>,
     head: &Head,
-) -> (Result<(), CalibrationError>, Spent, Option<P>) {
+) -> (Result<(), CalibrationError>, ProcedureCost, Option<P>) {
     let (sessions, mut client) = match open(port, plan, desk) {
         Ok(opened) => opened,
-        Err(error) => return (Err(error), Spent::default(), None),
+        Err(error) => return (Err(error), ProcedureCost::default(), None),
     };
     let begun_us = client.port().now_us();
     let keep_alive_us = u64::from(host_timeout_ms(&sessions)) * 1000 / 4;
@@ -109,7 +109,7 @@ pub(super) fn conduct<P: Port, M: Procedure>(
         Err(error) => {
             return (
                 Err(error.into()),
-                Spent::default(),
+                ProcedureCost::default(),
                 Some(client.into_port()),
             );
         }
@@ -140,7 +140,7 @@ pub(super) fn conduct<P: Port, M: Procedure>(
 fn open<P: Port>(
     port: P,
     plan: &Plan,
-    desk: &Desk<'_>,
+    desk: &OperatorStation<'_>,
 ) -> Result<(Vec<Session>, Connection<P>), CalibrationError> {
     let sessions = setup::sessions(plan)?;
     let port = match desk.acknowledges {
@@ -181,7 +181,7 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
     fn close(
         mut self,
         result: Result<(), CalibrationError>,
-    ) -> (Result<(), CalibrationError>, Spent, Option<P>) {
+    ) -> (Result<(), CalibrationError>, ProcedureCost, Option<P>) {
         self.client.ignore_signals();
         let stopped = match self.is_armed {
             true => self.stop(),
@@ -192,7 +192,7 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
             let why = error.to_string();
             let _ = self.record(&Entry::Ended { why }); // the first error is the one to tell
         }
-        let spent = Spent {
+        let spent = ProcedureCost {
             t_s: self.t_us() as f64 / 1e6,
             given: self.given,
         };
@@ -239,7 +239,9 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
 
     fn tell_refusal(&mut self, refusal: &Refusal) {
         let view = self.view();
-        self.desk.operator.tell(Told::Refused(refusal), &view);
+        self.desk
+            .operator
+            .tell(OperatorNotice::Refused(refusal), &view);
     }
 
     fn act(&mut self, actions: Vec<Action>) -> Result<(), CalibrationError> {
@@ -271,7 +273,9 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
         }
         self.journal.add(t_s, entry)?;
         let view = self.view();
-        self.desk.operator.tell(Told::Recorded(entry), &view);
+        self.desk
+            .operator
+            .tell(OperatorNotice::Recorded(entry), &view);
         Ok(())
     }
 
@@ -279,7 +283,7 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
         if let Some(electrodes) = self.machine.write()? {
             self.record(&Entry::Written { electrodes })?;
             let view = self.view();
-            self.desk.operator.tell(Told::Written, &view);
+            self.desk.operator.tell(OperatorNotice::Written, &view);
         }
         Ok(())
     }

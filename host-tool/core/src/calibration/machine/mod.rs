@@ -7,7 +7,7 @@ mod sight;
 use super::found::Value;
 use super::journal::Entry;
 use super::presentation::Presentation;
-use super::{Found, Level, Order, Plan, Planned, Refusal, Step};
+use super::{ElectrodeResult, Level, Order, Plan, PlannedElectrode, Refusal, Step};
 
 /// Action for the caller to carry out, in the order given.
 #[derive(Clone, PartialEq, Debug)]
@@ -30,7 +30,7 @@ pub enum Action {
 #[derive(Clone, PartialEq, Debug)]
 pub struct Machine {
     plan: Plan,
-    found: Vec<Found>,
+    found: Vec<ElectrodeResult>,
     /// Highest level allowed at each electrode, below the levels that were too much.
     caps: Vec<Level>,
     /// Index of the present electrode; `None` when all are done.
@@ -55,7 +55,7 @@ impl Machine {
     #[must_use]
     pub fn new(plan: Plan, entries: &[Entry]) -> Self {
         let mut machine = Self {
-            found: vec![Found::default(); plan.electrodes.len()],
+            found: vec![ElectrodeResult::default(); plan.electrodes.len()],
             caps: plan.electrodes.iter().map(|plan| plan.ceiling).collect(),
             presentation: Presentation::new(&plan),
             plan,
@@ -76,7 +76,7 @@ impl Machine {
     /// Returns the first actions.
     pub fn begin(&mut self) -> Vec<Action> {
         // An earlier course may have found results that it could no longer write.
-        let is_owed = self.found.iter().any(Found::is_complete);
+        let is_owed = self.found.iter().any(ElectrodeResult::is_complete);
         let mut actions = match is_owed {
             true => vec![Action::Write],
             false => Vec::new(),
@@ -99,7 +99,7 @@ impl Machine {
 
     /// Returns the results by electrode of the plan.
     #[must_use]
-    pub fn found(&self) -> &[Found] {
+    pub fn found(&self) -> &[ElectrodeResult] {
         &self.found
     }
 
@@ -150,7 +150,7 @@ impl Machine {
         }
     }
 
-    fn planned(&self, at: usize) -> &Planned {
+    fn planned(&self, at: usize) -> &PlannedElectrode {
         &self.plan.electrodes[at]
     }
 

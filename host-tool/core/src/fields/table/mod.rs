@@ -13,7 +13,7 @@ use firmware::link::Refusal;
 use super::decimal::{between, shifted};
 use super::document::Document;
 use super::error::{Place, Problem};
-use super::field::{Field, Need, Section, When};
+use super::field::{Condition, Field, Need, Section};
 
 /// One table of the file.
 pub(crate) struct Table<'a> {
@@ -73,7 +73,7 @@ impl<'a> Table<'a> {
 
     fn applies(&self, field: &Field) -> bool {
         match field.when {
-            Some(When::Is(tag, words)) => {
+            Some(Condition::Is(tag, words)) => {
                 self.word_of(tag).is_none_or(|word| words.contains(&word))
             }
             _ => true,
@@ -90,13 +90,13 @@ impl<'a> Table<'a> {
 
     /// Returns the number in this field, or its default. If there is neither, or it does not fit in
     /// `T`, returns the largest value of `T`, which no rule of the firmware accepts.
-    pub(crate) fn whole<T: Whole>(&self, name: &str) -> T {
+    pub(crate) fn whole<T: WholeNumber>(&self, name: &str) -> T {
         self.whole_or(name, T::TOP)
     }
 
     /// Returns the number in this field, with `default` if it is left out; otherwise as
     /// [`Self::whole`].
-    pub(crate) fn whole_or<T: Whole>(&self, name: &str, default: T) -> T {
+    pub(crate) fn whole_or<T: WholeNumber>(&self, name: &str, default: T) -> T {
         self.whole_of(name)
             .map_or(default, |value| T::try_from(value).unwrap_or(T::TOP))
     }
@@ -346,14 +346,14 @@ impl Table<'_> {
 }
 
 /// An integer type of the link.
-pub(crate) trait Whole: TryFrom<i64> {
+pub(crate) trait WholeNumber: TryFrom<i64> {
     /// The largest value of the type.
     const TOP: Self;
 }
 
 macro_rules! whole {
     ($($t:ty),*) => {$(
-        impl Whole for $t {
+        impl WholeNumber for $t {
             const TOP: Self = <$t>::MAX;
         }
     )*};

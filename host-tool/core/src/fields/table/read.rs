@@ -9,7 +9,7 @@ use toml::de::{DeTable, DeValue};
 use super::super::decimal::{Decimal, in_units};
 use super::super::document::Document;
 use super::super::error::{Place, Problem};
-use super::super::field::{Field, Kind, Need, Number, Section, When, instead};
+use super::super::field::{Condition, Field, Kind, Need, Number, Section, instead};
 use super::{Entry, Table, Value};
 use crate::suggestion::nearest;
 
@@ -98,8 +98,8 @@ impl<'a> Table<'a> {
     fn may_have(&self, field: &Field, file: &DeTable<'_>) -> Option<bool> {
         match field.when {
             None => Some(true),
-            Some(When::Without(other)) => Some(!file.contains_key(other)),
-            Some(When::Is(tag, words)) => match self.entries.get(tag) {
+            Some(Condition::Without(other)) => Some(!file.contains_key(other)),
+            Some(Condition::Is(tag, words)) => match self.entries.get(tag) {
                 Some(Entry { value: None, .. }) => None,
                 _ => self.word_of(tag).map(|word| words.contains(&word)),
             },
@@ -115,17 +115,17 @@ impl<'a> Table<'a> {
         file: &DeTable<'_>,
     ) {
         match field.when {
-            Some(When::Without(first)) => {
+            Some(Condition::Without(first)) => {
                 let other = self.path_of(field.name);
                 let place = self.place(first, file.get(first).map_or(span, Spanned::span));
                 self.wrong(Problem::SaidTwice { other }, place);
             }
             // The first field of a table determines its type.
-            Some(When::Is(tag, _)) if self.section.first().is_some_and(|f| f.name == tag) => {
+            Some(Condition::Is(tag, _)) if self.section.first().is_some_and(|f| f.name == tag) => {
                 let (problem, _) = self.unknown(field.name);
                 self.wrong(problem, self.place(field.name, key));
             }
-            Some(When::Is(tag, _)) => {
+            Some(Condition::Is(tag, _)) => {
                 let word = self.word_of(tag).unwrap_or_default();
                 let allowed = format!("none with {tag} = \"{word}\"");
                 self.wrong(

@@ -1,6 +1,6 @@
 //! Comparison of several records: numbers, traces and session files.
 //!
-//! This module keeps the data of each record that a comparison needs ([`Compared`]), matches their
+//! This module keeps the data of each record that a comparison needs ([`ComparedRecord`]), matches their
 //! trials (`pairs`), and writes the comparison as text (`text`) and as a page (`page`). What a
 //! number means is in `analysis`. Only one trial of a record is in memory at a time.
 
@@ -17,7 +17,7 @@ pub use sessions::session_differences;
 pub use text::compare_text;
 
 use super::tables::models_in_words;
-use super::trajectory::Traced;
+use super::trajectory::TrialTrace;
 use crate::analysis::{ChannelDose, doses, force_metrics, hits, limit_cycles, metrics_but_lag};
 use crate::record::{Identity, RecordError, Run, Trial, load_each};
 use overlay::Course;
@@ -26,7 +26,7 @@ use std::path::Path;
 
 /// The data of a record that a comparison needs, and its name.
 #[derive(Debug)]
-pub struct Compared {
+pub struct ComparedRecord {
     /// Folder of the record, as given.
     pub name: String,
     title: String,
@@ -36,14 +36,14 @@ pub struct Compared {
     caveat: Option<String>,
     /// Description of the data that the record has lost since it was closed.
     pub damaged: Option<String>,
-    trials: Vec<Kept>,
+    trials: Vec<ComparedTrial>,
 }
 
 /// The data of a trial that a comparison needs.
 #[derive(Debug)]
-struct Kept {
+struct ComparedTrial {
     row: TrialRow,
-    traced: Traced,
+    traced: TrialTrace,
     courses: Vec<Course>,
     session: String,
     wearer: String,
@@ -95,7 +95,7 @@ pub struct TrialRow {
     pub channels: Vec<ChannelDose>,
 }
 
-impl Kept {
+impl ComparedTrial {
     fn of(trial: &Trial) -> Self {
         let forces = force_metrics(trial).into_iter().map(|m| m.rmse_n);
         let depths = hits(trial).into_iter().map(|hit| hit.deepest_deg);
@@ -112,7 +112,7 @@ impl Kept {
                 models: models_in_words(trial),
                 channels: doses(trial),
             },
-            traced: Traced::of(trial),
+            traced: TrialTrace::of(trial),
             courses: Course::all(trial),
             session: trial.session_text.clone(),
             wearer: wearer.map_or_else(String::new, |wearer| wearer.text.clone()),
@@ -122,21 +122,21 @@ impl Kept {
     }
 }
 
-impl Compared {
+impl ComparedRecord {
     /// Reads the record in `dir` trial by trial.
     ///
     /// # Errors
     /// As [`load_each`].
     pub fn read(dir: &Path) -> Result<Self, RecordError> {
         let mut trials = Vec::new();
-        let run = load_each(dir, &mut |trial| trials.push(Kept::of(&trial)))?;
+        let run = load_each(dir, &mut |trial| trials.push(ComparedTrial::of(&trial)))?;
         Ok(Self::with(dir, run, trials))
     }
 
     /// Returns the data of a run in memory that is the record in `dir`.
     #[must_use]
     pub fn of(dir: &Path, run: &Run) -> Self {
-        let trials = run.trials.iter().map(Kept::of).collect();
+        let trials = run.trials.iter().map(ComparedTrial::of).collect();
         let run = Run {
             trials: Vec::new(),
             ..run.clone()
@@ -144,7 +144,7 @@ impl Compared {
         Self::with(dir, run, trials)
     }
 
-    fn with(dir: &Path, mut run: Run, trials: Vec<Kept>) -> Self {
+    fn with(dir: &Path, mut run: Run, trials: Vec<ComparedTrial>) -> Self {
         // The description of the device needs no samples.
         run.trials = trials
             .iter()
@@ -168,10 +168,10 @@ impl Compared {
 
 /// Returns a row for each trial of each record, in the order given.
 #[must_use]
-pub fn compare_rows(all: &[Compared]) -> Vec<CompareRow> {
+pub fn compare_rows(all: &[ComparedRecord]) -> Vec<CompareRow> {
     let numbered = all.iter().enumerate();
     let rows = numbered.flat_map(|(position, compared)| {
-        let row = move |kept: &Kept| CompareRow {
+        let row = move |kept: &ComparedTrial| CompareRow {
             number: position + 1,
             record: compared.name.clone(),
             device: compared.device.clone(),

@@ -2,7 +2,7 @@
 
 use super::pairs::Group;
 use crate::plot::ink::{PALETTE, stroke};
-use crate::plot::series::{Point, Shortened};
+use crate::plot::series::{Point, ShortenedSeries};
 use crate::plot::words::shortened;
 use crate::plot::{Axis, Figure, Key, Mark, Panel, Stroke, Svg};
 use crate::record::Trial;
@@ -30,8 +30,8 @@ pub(super) struct Course {
 impl Course {
     /// Returns the amplitude of each channel of a trial; 0 while a channel outputs nothing.
     pub(super) fn all(trial: &Trial) -> Vec<Self> {
-        let short = || Shortened::of(trial.samples.len(), BUCKETS);
-        let mut lines: Vec<(Shortened, f64)> =
+        let short = || ShortenedSeries::of(trial.samples.len(), BUCKETS);
+        let mut lines: Vec<(ShortenedSeries, f64)> =
             trial.channels.iter().map(|_| (short(), 0.0)).collect();
         for sample in &trial.samples {
             for (place, (line, peak)) in lines.iter_mut().enumerate() {

@@ -3,7 +3,7 @@
 use super::files::FileDifference;
 use super::pairs::{Group, groups};
 use super::sessions::of_group;
-use super::{CompareRow, Compared, compare_rows, overlay};
+use super::{CompareRow, ComparedRecord, compare_rows, overlay};
 use crate::html;
 use crate::report::doses::{HEADS as DOSE_HEADS, NOTE, cells as dose_cells, channel};
 use crate::report::page::figure;
@@ -31,7 +31,7 @@ const HEADS: [&str; 10] = [
 /// Returns the body of the page: the trials in numbers, the output of channels, angles, and the
 /// differences between session files.
 #[must_use]
-pub fn compare_body(all: &[Compared]) -> Html {
+pub fn compare_body(all: &[ComparedRecord]) -> Html {
     let mut out = Html::default();
     if all.iter().any(|compared| compared.is_simulated) {
         out += html!("<p class=\"facts\"><b>Simulated wearer: no evidence about people.</b></p>\n");
@@ -170,7 +170,7 @@ fn dose_table(group: &Group<'_>) -> Html {
 }
 
 /// Returns references and angles; nothing if no trial has an angle to show.
-fn angles(all: &[Compared]) -> Html {
+fn angles(all: &[ComparedRecord]) -> Html {
     let numbered = all.iter().enumerate();
     let traced = numbered.flat_map(|(position, compared)| {
         let own = compared.trials.iter().map(|kept| &kept.traced);

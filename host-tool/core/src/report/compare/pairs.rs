@@ -1,6 +1,6 @@
 //! Matching of the trials of several records.
 
-use super::{Compared, Kept};
+use super::{ComparedRecord, ComparedTrial};
 use std::collections::HashMap;
 
 /// Trials of several records that are compared with each other.
@@ -8,7 +8,7 @@ pub(super) struct Group<'a> {
     /// Name of the first trial.
     pub name: &'a str,
     /// Number of the record, from 1, and its trial; at most one trial of each record.
-    pub trials: Vec<(usize, &'a Kept)>,
+    pub trials: Vec<(usize, &'a ComparedTrial)>,
 }
 
 impl Group<'_> {
@@ -22,7 +22,7 @@ impl Group<'_> {
 /// Returns the groups of trials with the same name, matched in the order in which they occur: the
 /// first of a name with the first, and so on. If each record has one trial, or if no name occurs in
 /// two records, trials at the same position are matched.
-pub(super) fn groups(all: &[Compared]) -> Vec<Group<'_>> {
+pub(super) fn groups(all: &[ComparedRecord]) -> Vec<Group<'_>> {
     let are_single = all.iter().all(|compared| compared.trials.len() == 1);
     let by_name = match are_single {
         true => Vec::new(),
@@ -35,16 +35,16 @@ pub(super) fn groups(all: &[Compared]) -> Vec<Group<'_>> {
 }
 
 /// Returns the name of a trial, and the number of trials of that name before it.
-fn named(compared: &Compared, place: usize) -> (&str, usize) {
-    let name = |kept: &Kept| kept.row.trial == compared.trials[place].row.trial;
+fn named(compared: &ComparedRecord, place: usize) -> (&str, usize) {
+    let name = |kept: &ComparedTrial| kept.row.trial == compared.trials[place].row.trial;
     let before = compared.trials[..place].iter().filter(|kept| name(kept));
     (&compared.trials[place].row.trial, before.count())
 }
 
 /// Returns the groups of trials with the same key, with at most one trial of each record.
 fn grouped<'a>(
-    all: &'a [Compared],
-    key: fn(&'a Compared, usize) -> (&'a str, usize),
+    all: &'a [ComparedRecord],
+    key: fn(&'a ComparedRecord, usize) -> (&'a str, usize),
 ) -> Vec<Group<'a>> {
     let mut groups: Vec<Group<'a>> = Vec::new();
     let mut places: HashMap<(&str, usize), usize> = HashMap::new();

@@ -1,13 +1,13 @@
 //! Differences between the session files of trials, and between their wearer files.
 
-use super::Compared;
+use super::ComparedRecord;
 use super::files::FileDifference;
 use super::pairs::{Group, groups};
 
 /// Returns the differences between the files of matching trials and those of the first record that
 /// has the trial.
 #[must_use]
-pub fn session_differences(all: &[Compared]) -> Vec<FileDifference> {
+pub fn session_differences(all: &[ComparedRecord]) -> Vec<FileDifference> {
     groups(all).iter().flat_map(of_group).collect()
 }
 

@@ -3,7 +3,7 @@
 use super::files::{FileDifference, cut};
 use super::pairs::{Group, groups};
 use super::sessions::of_group;
-use super::{CompareRow, Compared, compare_rows};
+use super::{CompareRow, ComparedRecord, compare_rows};
 use crate::plot::words::in_columns;
 use crate::report::doses::{HEADS as DOSE_HEADS, NOTE, cells as dose_cells, channel};
 use crate::report::tables::{degrees, newtons, seconds};
@@ -15,7 +15,7 @@ const MOST_TRIALS: usize = 8;
 /// Returns a table for a terminal of 80 columns, followed by the output of channels and the
 /// differences between session files.
 #[must_use]
-pub fn compare_text(all: &[Compared]) -> String {
+pub fn compare_text(all: &[ComparedRecord]) -> String {
     let mut text = String::new();
     for (position, compared) in all.iter().enumerate() {
         text += &format!("{:>2}  {}\n", position + 1, compared.name);
@@ -31,7 +31,7 @@ pub fn compare_text(all: &[Compared]) -> String {
 }
 
 /// Returns the trials in numbers.
-fn rows(all: &[Compared]) -> String {
+fn rows(all: &[ComparedRecord]) -> String {
     let mut text = format!(
         "\n    {:<17}{:>9}{:>8}{:>9}{:>8}{:>8}\n",
         "trial", "length", "RMSE", "force", "deepest", "pulses"

@@ -1,7 +1,7 @@
 //! Writes the log of the image to a file. Without the feature `rtt` there is no log.
 
 use super::{ChipError, ChipOptions};
-use hal_sim::chip::board::Around;
+use hal_sim::chip::board::Surroundings;
 use hal_sim::chip::image::Image;
 #[cfg(feature = "rtt")]
 use hal_sim::chip::rtt::{Log, Logged};
@@ -25,7 +25,7 @@ impl LogFile {
     /// Returns `device`, wrapped so that its log is written if a log was requested.
     pub(super) fn attach<D>(self, device: D) -> Box<dyn Device>
     where
-        D: Device + AsMut<Around> + 'static,
+        D: Device + AsMut<Surroundings> + 'static,
     {
         match self.log {
             Some(log) => Box::new(Logged::new(device, log)),
@@ -60,7 +60,7 @@ impl LogFile {
     /// Returns `device` unchanged.
     pub(super) fn attach<D>(self, device: D) -> Box<dyn Device>
     where
-        D: Device + AsMut<Around> + 'static,
+        D: Device + AsMut<Surroundings> + 'static,
     {
         Box::new(device)
     }

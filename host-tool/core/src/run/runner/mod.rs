@@ -1,6 +1,6 @@
 //! Runs a whole session in one call: opens, configures, arms, starts, streams and stops.
 
-use super::stepper::{Attached, Stepper, signalled};
+use super::stepper::{Attachments, Stepper, signalled};
 use super::{Observer, Outcome, Outputs, RunError, SessionFile, Stopped, trial};
 use crate::link::{Connection, Error, Interruption, Port};
 use crate::record::Recorder;
@@ -40,7 +40,7 @@ fn conduct<P: Port>(
     outputs: Option<&mut dyn Outputs>,
     observer: impl Observer,
 ) -> (Outcome, Option<P>) {
-    let attached = Attached {
+    let attached = Attachments {
         recorder: recorder.map(|recorder| Box::new(recorder) as _),
         outputs: outputs.map(|output| Box::new(output) as _),
         observer: Box::new(observer),

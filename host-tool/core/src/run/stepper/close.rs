@@ -1,7 +1,7 @@
 //! Ends a session: stops the device in every case, and records the rest.
 
 use super::listen::MOST_AT_ONCE;
-use super::{Outcome, RunError, Seen, Stepper, Stopped, signalled, trial};
+use super::{Observation, Outcome, RunError, Stepper, Stopped, signalled, trial};
 use crate::link::{Error, Incoming, Port};
 use firmware::link::Event;
 
@@ -79,7 +79,7 @@ impl<P: Port> Stepper<'_, P> {
             }
         }
         let status = self.connection.status()?;
-        self.attached.observer.see(Seen::Status(&status));
+        self.attached.observer.see(Observation::Status(&status));
         self.trial.counters = trial::counters(&self.begun, &status.counters);
         if !self.is_live() {
             self.connection.subscribe(0)?;

@@ -1,7 +1,7 @@
 //! Actions at the controls: pause and resume, intensity in steps, markers, and a stop. Each action
 //! is recorded with device time and host time, so that a rerun can repeat it.
 
-use super::{Observer, RunError, Seen, Stepper, Wish};
+use super::{Observation, Observer, ObserverRequest, RunError, Stepper};
 use crate::link::{Error, Interruption, Port};
 use crate::record::{Marker, MarkerKind};
 use crate::session::Setpoint;
@@ -115,7 +115,7 @@ impl<P: Port> Stepper<'_, P> {
             intensity_percent: intensity,
             text,
         };
-        self.attached.observer.see(Seen::Control(&marker));
+        self.attached.observer.see(Observation::Control(&marker));
         self.keep_marker(marker)
     }
 
@@ -324,11 +324,11 @@ struct Repeating<O> {
 }
 
 impl<O: Observer> Observer for Repeating<O> {
-    fn see(&mut self, seen: Seen<'_>) {
+    fn see(&mut self, seen: Observation<'_>) {
         self.observer.see(seen);
     }
 
-    fn wish(&mut self) -> Wish {
+    fn wish(&mut self) -> ObserverRequest {
         self.observer.wish()
     }
 

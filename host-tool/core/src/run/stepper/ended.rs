@@ -1,6 +1,6 @@
 //! Handles runs that end unexpectedly: the device stopped, or sends nothing any more.
 
-use super::{RunError, SILENCE_US, Stepper, Wish};
+use super::{ObserverRequest, RunError, SILENCE_US, Stepper};
 use crate::link::{Error, Port};
 use crate::run::trial;
 use firmware::link::{Event, Request};
@@ -83,11 +83,11 @@ impl<P: Port> Stepper<'_, P> {
     /// Carries out the observer's wish.
     pub(super) fn poll_observer(&mut self) -> Result<(), RunError> {
         match self.attached.observer.wish() {
-            Wish::Nothing => {}
-            Wish::Status => {
+            ObserverRequest::Nothing => {}
+            ObserverRequest::Status => {
                 self.connection.post(Request::Status)?;
             }
-            Wish::Stop => {
+            ObserverRequest::Stop => {
                 return Err(RunError::Interrupted { t_s: self.t_s() });
             }
         }

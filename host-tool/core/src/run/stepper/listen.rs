@@ -10,7 +10,7 @@ pub(super) const MOST_AT_ONCE: usize = 1000;
 
 /// Reason why listening ended.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) enum Listened {
+pub(super) enum ListenEnd {
     /// The next setpoint is due.
     Due,
     /// The step is over.
@@ -26,17 +26,17 @@ impl<P: Port> Stepper<'_, P> {
         until_us: u64,
         pause_us: u64,
         ends_at_event: bool,
-    ) -> Result<Listened, RunError> {
+    ) -> Result<ListenEnd, RunError> {
         let until_us = until_us.max(self.connection.port().now_us());
         let mut late = 0;
         while late < MOST_AT_ONCE {
             if !self.connection.has_message() {
                 self.take_controls()?;
                 if self.is_stopped {
-                    return Ok(Listened::Due);
+                    return Ok(ListenEnd::Due);
                 }
                 if self.connection.port().now_us() >= pause_us {
-                    return Ok(Listened::Paused);
+                    return Ok(ListenEnd::Paused);
                 }
             }
             match self.connection.poll(until_us)? {
@@ -48,11 +48,11 @@ impl<P: Port> Stepper<'_, P> {
                         return Err(ended);
                     }
                     if self.is_finished {
-                        return Ok(Listened::Due);
+                        return Ok(ListenEnd::Due);
                     }
                     self.poll_observer()?;
                     if ends_at_event && self.event.is_some() {
-                        return Ok(Listened::Paused);
+                        return Ok(ListenEnd::Paused);
                     }
                 }
                 Polled::Waiting => {}
@@ -61,6 +61,6 @@ impl<P: Port> Stepper<'_, P> {
         }
         self.check_silence()?;
         self.poll_observer()?;
-        Ok(Listened::Due)
+        Ok(ListenEnd::Due)
     }
 }

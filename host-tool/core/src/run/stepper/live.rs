@@ -1,6 +1,6 @@
 //! Runs sessions whose setpoints the caller supplies and may decide on between steps.
 
-use super::{RunError, Stepped, Stepper};
+use super::{RunError, StepEnd, Stepper};
 use crate::link::Port;
 use firmware::link::Request;
 use std::time::Duration;
@@ -75,17 +75,17 @@ impl<P: Port> Stepper<'_, P> {
         &mut self,
         to_us: u64,
         ends_at_event: bool,
-    ) -> Result<Stepped, RunError> {
+    ) -> Result<StepEnd, RunError> {
         loop {
             if let (true, Some((t_s, event))) = (ends_at_event, self.event.take()) {
-                return Ok(Stepped::Event(t_s, event));
+                return Ok(StepEnd::Event(t_s, event));
             }
             if self.is_finished || self.is_stopped {
-                return Ok(Stepped::Over);
+                return Ok(StepEnd::Over);
             }
             let now_us = self.connection.port().now_us();
             if now_us >= to_us {
-                return Ok(Stepped::Reached);
+                return Ok(StepEnd::Reached);
             }
             if self.keep_alive_us.is_some_and(|due_us| now_us >= due_us) {
                 self.post(Request::KeepAlive)?;

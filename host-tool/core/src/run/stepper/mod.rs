@@ -16,8 +16,10 @@ mod record;
 mod snapshot;
 
 use super::stages::{check_opposition, check_stages};
-use super::{Observer, Outcome, Outputs, RunError, Seen, SessionFile, Stopped, Wish, trial};
-use crate::link::{Connection, Error, Port, Refused};
+use super::{
+    Observation, Observer, ObserverRequest, Outcome, Outputs, RunError, SessionFile, Stopped, trial,
+};
+use crate::link::{Connection, Error, Port, RefusalInWords};
 use crate::record::{Recorder, Trial};
 use crate::session::Session;
 use firmware::link::{Counters, Event, HelloInfo};
@@ -28,7 +30,7 @@ use std::ops::DerefMut;
 
 use controls::Paused;
 pub use controls::{Control, INTENSITY_STEP, Keys, repeating};
-use listen::Listened;
+use listen::ListenEnd;
 use post::Programmed;
 
 /// Silence after which a device counts as lost, µs. A device sends telemetry at least every 100 ms.
@@ -38,7 +40,7 @@ const SILENCE_US: u64 = 1_000_000;
 const TAKE_US: u64 = 1_000_000;
 
 /// Recorder, receiver of outputs and observer of a running session. By default there are none.
-pub struct Attached<'a> {
+pub struct Attachments<'a> {
     /// Recorder that streams every row to disk as it arrives.
     pub recorder: Option<Box<dyn DerefMut<Target = Recorder> + 'a>>,
     /// Receiver of a simulated device's output while it runs; without it the simulated world keeps
@@ -48,7 +50,7 @@ pub struct Attached<'a> {
     pub observer: Box<dyn Observer + 'a>,
 }
 
-impl Default for Attached<'_> {
+impl Default for Attachments<'_> {
     fn default() -> Self {
         Self {
             recorder: None,
@@ -60,7 +62,7 @@ impl Default for Attached<'_> {
 
 /// Latest end of a step.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Until {
+pub enum StepLimit {
     /// Ends at this time, µs after the start of the trains, or at most 2 ms later: at the first
     /// moment from then on at which the host looks at its device anyway. In a live session the
     /// step ends exactly at this time.
@@ -71,7 +73,7 @@ pub enum Until {
 
 /// Reason why a step ended.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub enum Stepped {
+pub enum StepEnd {
     /// The given time was reached.
     Reached,
     /// The device reported an event; its time is in s after the start of the trains.
@@ -84,7 +86,7 @@ pub enum Stepped {
 /// A session on a device.
 ///
 /// ```
-/// use host_core::run::{Attached, DeviceName, SessionFile, Stepped, Stepper, Until};
+/// use host_core::run::{Attachments, DeviceName, SessionFile, StepEnd, Stepper, StepLimit};
 ///
 /// let file = SessionFile::parse("one.toml", r#"
 /// title = "one channel"
@@ -101,13 +103,13 @@ pub enum Stepped {
 /// rate_hz = 50
 /// "#)?;
 /// let port = DeviceName::Native.open(&file.session, 1)?;
-/// let mut stepper = Stepper::open(&file, port, Attached::default())?;
+/// let mut stepper = Stepper::open(&file, port, Attachments::default())?;
 /// stepper.configure()?;
 /// stepper.arm()?;
 /// stepper.start()?;
-/// assert_eq!(stepper.step(Until::Time(250_000))?, Stepped::Reached);
+/// assert_eq!(stepper.step(StepLimit::Time(250_000))?, StepEnd::Reached);
 /// assert!((250_000..252_000).contains(&stepper.time_us()));
-/// assert_eq!(stepper.step(Until::Time(u64::MAX))?, Stepped::Over);
+/// assert_eq!(stepper.step(StepLimit::Time(u64::MAX))?, StepEnd::Over);
 /// let (outcome, _port) = stepper.close(Ok(()));
 /// assert!(outcome.error.is_none());
 /// assert!(outcome.trial.pulses.is_some_and(|pulses| pulses > 20));
@@ -118,7 +120,7 @@ pub struct Stepper<'a, P> {
     connection: Connection<P>,
     info: HelloInfo,
     trial: Trial,
-    attached: Attached<'a>,
+    attached: Attachments<'a>,
     /// Number of pulses in the output handed over so far, and the time up to which it was handed
     /// over, µs of the port's time.
     taken: (u64, u64),
@@ -136,7 +138,7 @@ pub struct Stepper<'a, P> {
     begun: Counters,
     refused: usize,
     /// Latest refusal and its time, s after the start.
-    last_refused: Option<(f64, Refused)>,
+    last_refused: Option<(f64, RefusalInWords)>,
     /// Reason why the device ended the session, if it did.
     ended: Option<RunError>,
     /// Latest event and its time, s after the start, until a step has returned it.
@@ -183,7 +185,11 @@ impl<'a, P: Port> Stepper<'a, P> {
     ///
     /// # Errors
     /// The device does not answer, another host holds it, or a signal arrived. The port is lost.
-    pub fn open(file: &'a SessionFile, port: P, attached: Attached<'a>) -> Result<Self, RunError> {
+    pub fn open(
+        file: &'a SessionFile,
+        port: P,
+        attached: Attachments<'a>,
+    ) -> Result<Self, RunError> {
         let trial = trial::begin_trial(file);
         Self::begin(Cow::Borrowed(&file.session), trial, port, attached)
     }
@@ -195,7 +201,7 @@ impl<'a, P: Port> Stepper<'a, P> {
     pub fn open_owned(
         file: SessionFile,
         port: P,
-        attached: Attached<'a>,
+        attached: Attachments<'a>,
     ) -> Result<Self, RunError> {
         let trial = trial::begin_trial(&file);
         Self::begin(Cow::Owned(file.session), trial, port, attached)
@@ -205,13 +211,13 @@ impl<'a, P: Port> Stepper<'a, P> {
         session: Cow<'a, Session>,
         trial: Trial,
         port: P,
-        mut attached: Attached<'a>,
+        mut attached: Attachments<'a>,
     ) -> Result<Self, RunError> {
         let interruption = attached.observer.interruption();
         let opened = Connection::open_interruptible(port, interruption);
         let (connection, info) =
             opened.map_err(|error| signalled(error.into(), None, Stopped::NotOpen))?;
-        attached.observer.see(Seen::Hello(&info));
+        attached.observer.see(Observation::Hello(&info));
         Ok(Self {
             session,
             connection,
@@ -351,13 +357,13 @@ impl<'a, P: Port> Stepper<'a, P> {
     /// # Errors
     /// The device ended the session or is lost, a signal arrived, the observer ended the session,
     /// or the record cannot be written. Call [`Self::close`] next.
-    pub fn step(&mut self, until: Until) -> Result<Stepped, RunError> {
+    pub fn step(&mut self, until: StepLimit) -> Result<StepEnd, RunError> {
         let Some(begin) = self.started_us else {
-            return Ok(Stepped::Reached);
+            return Ok(StepEnd::Reached);
         };
         let (to_us, ends_at_event) = match until {
-            Until::Time(to_us) => (to_us, false),
-            Until::Event(to_us) => (to_us, true),
+            StepLimit::Time(to_us) => (to_us, false),
+            StepLimit::Event(to_us) => (to_us, true),
         };
         self.event = None;
         let to_us = begin.saturating_add(to_us);
@@ -366,27 +372,27 @@ impl<'a, P: Port> Stepper<'a, P> {
         }
         loop {
             if let (true, Some((t_s, event))) = (ends_at_event, self.event.take()) {
-                return Ok(Stepped::Event(t_s, event));
+                return Ok(StepEnd::Event(t_s, event));
             }
             if self.connection.port().now_us() >= to_us {
-                return Ok(Stepped::Reached);
+                return Ok(StepEnd::Reached);
             }
             let duration_us = self.session.duration_us;
             let due = self.session.setpoints.due_us(self.index);
             self.trigger(due);
             let listened = self.listen(begin + due.min(duration_us), to_us, ends_at_event)?;
-            if listened == Listened::Paused {
+            if listened == ListenEnd::Paused {
                 continue;
             }
             self.take_outputs();
             if due >= duration_us || self.is_finished || self.is_stopped {
-                self.attached.observer.see(Seen::Progress(1.0));
-                return Ok(Stepped::Over);
+                self.attached.observer.see(Observation::Progress(1.0));
+                return Ok(StepEnd::Over);
             }
             self.post_due(self.session.setpoints.due_us(self.index - 1), due)?;
             if self.index.is_multiple_of(90) {
                 let part = due as f64 / duration_us as f64;
-                self.attached.observer.see(Seen::Progress(part));
+                self.attached.observer.see(Observation::Progress(part));
             }
             self.index += 1;
         }
@@ -397,7 +403,7 @@ impl<'a, P: Port> Stepper<'a, P> {
         self.configure()?;
         self.arm()?;
         self.start()?;
-        self.step(Until::Time(u64::MAX)).map(drop)
+        self.step(StepLimit::Time(u64::MAX)).map(drop)
     }
 
     /// Returns the device time now, µs.

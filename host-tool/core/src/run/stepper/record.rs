@@ -1,9 +1,9 @@
 //! Records messages of the device while a session runs.
 
 use super::{Paused, RunError, Stepper, TAKE_US};
-use crate::link::{Error, Incoming, Port, Refused};
+use crate::link::{Error, Incoming, Port, RefusalInWords};
 use crate::record::MarkerKind;
-use crate::run::{Seen, identity, pulses, trial};
+use crate::run::{Observation, identity, pulses, trial};
 use crate::session::{nearest, newtons};
 use firmware::link::{Code, Event};
 use firmware::safety::StopCause;
@@ -155,7 +155,7 @@ impl<P: Port> Stepper<'_, P> {
                     if let Some(recorder) = &mut self.attached.recorder {
                         recorder.sample(&sample)?;
                     }
-                    self.attached.observer.see(Seen::Sample(&sample));
+                    self.attached.observer.see(Observation::Sample(&sample));
                     self.trial.samples.push(sample);
                 }
             }
@@ -169,7 +169,7 @@ impl<P: Port> Stepper<'_, P> {
                 }
                 let text = trial::event(&event);
                 let t_s = self.since_start_s(at_us);
-                self.attached.observer.see(Seen::Event(t_s, &event));
+                self.attached.observer.see(Observation::Event(t_s, &event));
                 self.event = Some((t_s, event));
                 self.note(t_s, text.clone())?;
                 let is_finished = event == Event::Stopped(StopCause::Finished);
@@ -197,7 +197,9 @@ impl<P: Port> Stepper<'_, P> {
                 self.refused += 1;
                 let at_us = self.now();
                 let t_s = self.since_start_s(at_us);
-                self.attached.observer.see(Seen::Refused(t_s, &refused));
+                self.attached
+                    .observer
+                    .see(Observation::Refused(t_s, &refused));
                 let nearest = self.nearest(seq, &refused).unwrap_or_default();
                 self.note(t_s, format!("{refused}{nearest}"))?;
                 if self.is_live() && self.ended.is_none() {
@@ -205,14 +207,14 @@ impl<P: Port> Stepper<'_, P> {
                 }
                 self.last_refused = Some((t_s, refused));
             }
-            Incoming::Status(_, status) => self.attached.observer.see(Seen::Status(&status)),
+            Incoming::Status(_, status) => self.attached.observer.see(Observation::Status(&status)),
             Incoming::Acknowledged(..) | Incoming::Hello(_) => {}
         }
         Ok(())
     }
 
     /// Describes the possible force nearest to a refused force at the hand, in words.
-    fn nearest(&self, seq: Option<u16>, refused: &Refused) -> Option<String> {
+    fn nearest(&self, seq: Option<u16>, refused: &RefusalInWords) -> Option<String> {
         let (_, permille) = refused.allowed?;
         if refused.code() != Some(Code::WrenchOutOfReach) {
             return None;

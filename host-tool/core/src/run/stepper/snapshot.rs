@@ -1,6 +1,6 @@
 //! Copies a running session, so that it can be continued more than once.
 
-use super::{Attached, Stepper};
+use super::{Attachments, Stepper};
 use crate::link::{Port, SimulatedPort};
 use std::borrow::Cow;
 
@@ -15,7 +15,7 @@ impl<P: Port> Stepper<'_, P> {
             connection: self.connection.snapshot()?,
             info: self.info.clone(),
             trial: self.trial.clone(),
-            attached: Attached::default(),
+            attached: Attachments::default(),
             taken: self.taken,
             epoch: self.epoch,
             started_us: self.started_us,

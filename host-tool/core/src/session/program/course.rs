@@ -30,7 +30,7 @@ pub(super) enum Course {
 
 /// Stimulus that a burst should have.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub(super) struct Wanted {
+pub(super) struct BurstOrder {
     /// Amplitude, thousandths of the channel's unit.
     pub(super) amplitude: f64,
     width_us: u16,
@@ -41,7 +41,7 @@ pub(super) struct Wanted {
     since_us: Option<u64>,
 }
 
-impl Wanted {
+impl BurstOrder {
     /// Returns the stimulus to order so that the burst has this amplitude and width.
     pub(super) fn order(self, rise: &Rise) -> Stimulus {
         let since_us = self.since_us.unwrap_or(u64::MAX);
@@ -56,7 +56,7 @@ impl Wanted {
 impl Course {
     /// Returns the stimulus that the burst at `at_us` should have in a pass that began at
     /// `begun_us`.
-    pub(super) fn wanted(&self, rise: &Rise, begun_us: u64, at_us: u64) -> Wanted {
+    pub(super) fn wanted(&self, rise: &Rise, begun_us: u64, at_us: u64) -> BurstOrder {
         match self {
             Self::OnOff {
                 stimulus,
@@ -72,7 +72,7 @@ impl Course {
                     0 => f64::from(u8::from(left_us > 0.0)),
                     _ => (left_us / *down_us as f64).max(0.0),
                 };
-                Wanted {
+                BurstOrder {
                     amplitude: f64::from(stimulus.amplitude.get()) * up.min(down).min(1.0),
                     width_us: stimulus.width_us,
                     most: stimulus.amplitude,
@@ -87,7 +87,7 @@ impl Course {
                 let from = from.unwrap_or_default();
                 match points.get(next) {
                     Some(&to) if !is_held => on_the_way(rise, begun_us, at_us, from, to),
-                    _ => Wanted {
+                    _ => BurstOrder {
                         amplitude: from.1.amplitude.get().into(),
                         width_us: from.1.width_us,
                         most: from.1.amplitude,
@@ -125,7 +125,7 @@ fn on_the_way(
     at_us: u64,
     (from_us, from): (u64, Stimulus),
     (to_us, to): (u64, Stimulus),
-) -> Wanted {
+) -> BurstOrder {
     let (from_us, to_us) = (begun_us + from_us, begun_us + to_us);
     let part = (at_us - from_us) as f64 / (to_us - from_us) as f64;
     let between = |from: f64, to: f64| from + (to - from) * part;
@@ -141,7 +141,7 @@ fn on_the_way(
         }
         _ => (between(a, b), None),
     };
-    Wanted {
+    BurstOrder {
         amplitude,
         width_us: (width + 1e-6).floor() as u16, // at most 500
         most: from.amplitude.max(to.amplitude),

@@ -4,7 +4,7 @@ use firmware::pulse::WINDOW_US;
 use firmware::safety::Stimulus;
 use firmware::units::Amplitude;
 
-use super::course::{Course, Wanted};
+use super::course::{BurstOrder, Course};
 use super::passes::Passes;
 use super::rise::Rise;
 
@@ -15,14 +15,14 @@ const BLOCKS: [char; 9] = ['·', '▁', '▂', '▃', '▄', '▅', '▆', '▇'
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Programs {
     /// Programs of the single channels, sorted by channel.
-    played: Vec<Played>,
+    played: Vec<ChannelProgram>,
     /// Whether the width of any channel may change; the device then receives every width.
     has_widths: bool,
 }
 
 /// The program of one channel.
 #[derive(Clone, PartialEq, Debug)]
-pub(super) struct Played {
+pub(super) struct ChannelProgram {
     /// Channel index on the link, 0–9.
     pub(super) channel: u8,
     pub(super) rise: Rise,
@@ -34,7 +34,7 @@ pub(super) struct Played {
 }
 
 impl Programs {
-    pub(super) fn new(mut played: Vec<Played>) -> Self {
+    pub(super) fn new(mut played: Vec<ChannelProgram>) -> Self {
         played.sort_unstable_by_key(|run| run.channel);
         Self {
             has_widths: played.iter().any(|run| run.has_live_width),
@@ -62,7 +62,7 @@ impl Programs {
     /// does.
     #[must_use]
     pub fn at(&self, t_us: u64) -> Vec<(u8, Stimulus)> {
-        let order = |run: &Played| {
+        let order = |run: &ChannelProgram| {
             let order = run.order(t_us);
             let width_us = match (self.has_widths, order.width_us) {
                 (false, _) => 0,
@@ -120,7 +120,7 @@ impl Programs {
     /// of the channel.
     #[must_use]
     pub fn drawn(&self, length_us: u64, columns: u64) -> Vec<(u8, String)> {
-        let line = |run: &Played| {
+        let line = |run: &ChannelProgram| {
             let most = run
                 .course
                 .stimuli()
@@ -154,10 +154,10 @@ impl Programs {
     }
 }
 
-impl Played {
+impl ChannelProgram {
     /// Returns the stimulus that the first burst at or after `t_us` should have, or `None` before
     /// the first pass.
-    fn wanted(&self, t_us: u64) -> Option<Wanted> {
+    fn wanted(&self, t_us: u64) -> Option<BurstOrder> {
         let at_us = self.rise.burst_from(t_us);
         let begun_us = self.passes.begun(at_us)?;
         Some(self.course.wanted(&self.rise, begun_us, at_us))

@@ -10,7 +10,7 @@ use super::course::Course;
 use super::fields::{FORMS, Form, TURN_MDEG};
 use super::gaps::Points;
 use super::passes::Passes;
-use super::played::{Played, Programs};
+use super::played::{ChannelProgram, Programs};
 use super::rise::Rise;
 use super::steps::Steps;
 use super::told::{seconds, tell_short};
@@ -43,7 +43,7 @@ pub(in crate::session) fn read_programs(
 struct Reader<'a> {
     setup: &'a SetupSpec,
     duration_us: u64,
-    played: Vec<Played>,
+    played: Vec<ChannelProgram>,
     /// Channels that a program names, with or without errors: bit i is channel i on the link.
     named: u16,
 }
@@ -300,7 +300,7 @@ impl<'a> Reader<'a> {
             };
             t.out_of_range("repeats", allowed);
         }
-        self.played.push(Played {
+        self.played.push(ChannelProgram {
             channel: found.index(),
             rise,
             passes,

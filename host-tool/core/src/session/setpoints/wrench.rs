@@ -1,7 +1,7 @@
 //! Reads forces at the hand over time, and checks with the firmware's arm whether it can exert
 //! them.
 
-use firmware::control::{Endpoint, EndpointState, Unmade, WrenchError};
+use firmware::control::{Endpoint, EndpointState, ForceImpossible, WrenchError};
 use firmware::range::Range;
 use firmware::units::Micros;
 
@@ -91,7 +91,7 @@ fn tell_unmade(items: &[&Table<'_>], course: &WrenchCourse, endpoint: &Endpoint,
 }
 
 /// Returns why the arm cannot exert a force in its posture, or `None` if it can.
-fn unmade(endpoint: &Endpoint, force_mn: [i32; 3]) -> Option<Unmade> {
+fn unmade(endpoint: &Endpoint, force_mn: [i32; 3]) -> Option<ForceImpossible> {
     let (mut state, now) = (EndpointState::default(), Micros::new(0));
     match endpoint.wish(&mut state, now, now, force_mn) {
         Err(WrenchError::Unmade(why)) => Some(why),
@@ -99,9 +99,9 @@ fn unmade(endpoint: &Endpoint, force_mn: [i32; 3]) -> Option<Unmade> {
     }
 }
 
-fn problem(why: Unmade, wanted: [i32; 3], at_s: f64, force: String) -> Problem {
+fn problem(why: ForceImpossible, wanted: [i32; 3], at_s: f64, force: String) -> Problem {
     match why {
-        Unmade::TooStrong { channel, permille } => Problem::WrenchOutOfReach {
+        ForceImpossible::TooStrong { channel, permille } => Problem::WrenchOutOfReach {
             at_s,
             force,
             channel: channel + 1, // at most 10

@@ -281,7 +281,7 @@ fn table_9(parts: &[Part]) -> Sheet {
 mod tests {
     use super::*;
     use crate::hamana2022::Voltages;
-    use crate::hamana2022::paper::{Came, Kind, Tracking, Trial, What};
+    use crate::hamana2022::paper::{DrawMeasurements, DrawResult, Kind, Tracking, Trial};
     use crate::hamana2022::tracked::Method;
     use host_core::run::DeviceName;
 
@@ -308,14 +308,14 @@ mod tests {
             most_v: [28.0, 36.0],
             ratio: Some(0.7),
         };
-        let what = What::Tracked(Tracking {
+        let what = DrawMeasurements::Tracked(Tracking {
             trials: all.collect(),
             courses: Vec::new(),
         });
         Part {
             participant: name.to_owned(),
             draw: 3,
-            became: Ok(Came {
+            became: Ok(DrawResult {
                 voltages,
                 extensor_v: [14.0, 26.0],
                 what,

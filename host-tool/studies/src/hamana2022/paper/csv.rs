@@ -1,6 +1,6 @@
 //! `draws.csv`: a row for each trial, so that every number can be computed again.
 
-use super::{Came, Kind, Part, Study, What};
+use super::{DrawMeasurements, DrawResult, Kind, Part, Study};
 use crate::hamana2022::pattern::Pattern;
 use std::fmt::Write;
 
@@ -39,7 +39,7 @@ impl Study {
     }
 }
 
-fn found(came: &Came) -> String {
+fn found(came: &DrawResult) -> String {
     let [[a, b], [am, bm]] = [came.voltages.threshold_v, came.voltages.most_v];
     let [e, em] = came.extensor_v;
     let r = came.voltages.ratio;
@@ -47,10 +47,10 @@ fn found(came: &Came) -> String {
     format!("{a},{am},{b},{bm},{r},{e},{em}")
 }
 
-fn rows(text: &mut String, begin: &str, came: &Came) {
+fn rows(text: &mut String, begin: &str, came: &DrawResult) {
     let number = |value: f64| format!("{value:.4}");
     match &came.what {
-        What::Patterns(session) => {
+        DrawMeasurements::Patterns(session) => {
             for stimulation in &session.stimulated {
                 let condition = &session.conditions[stimulation.condition].name;
                 let individuation = stimulation.individuation.map_or_else(String::new, number);
@@ -65,7 +65,7 @@ fn rows(text: &mut String, begin: &str, came: &Came) {
                 );
             }
         }
-        What::Tracked(tracking) => {
+        DrawMeasurements::Tracked(tracking) => {
             for trial in &tracking.trials {
                 let (rmse, why) = match &trial.rmse_deg {
                     Ok(rmse) => (format!("{rmse:.3}"), String::new()),
@@ -79,7 +79,7 @@ fn rows(text: &mut String, begin: &str, came: &Came) {
                 );
             }
         }
-        What::Held(trials) => {
+        DrawMeasurements::Held(trials) => {
             for (number, hold) in trials.iter().flatten().enumerate() {
                 let points = points(hold.pattern);
                 let [greatest, last] = [hold.greatest_deg(), hold.last_deg()];

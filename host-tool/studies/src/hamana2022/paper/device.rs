@@ -1,6 +1,6 @@
 //! What a device puts out, held against what the body alone is given: a sample of a study.
 
-use super::{Kind, Part, Study, What};
+use super::{DrawMeasurements, Kind, Part, Study};
 use crate::hamana2022::error::TwoPointsError;
 use crate::hamana2022::pattern::Pattern;
 use hal_sim::body::hand::spec::{A, B};
@@ -35,16 +35,16 @@ impl Study {
         let mut notes = Vec::new();
         for (part, came) in whole.step_by(CHECKED_OF) {
             let patterns: Vec<(Pattern, [f64; 2])> = match &came.what {
-                What::Patterns(session) => {
+                DrawMeasurements::Patterns(session) => {
                     let all = session.conditions.iter();
                     all.map(|condition| (condition.pattern, condition.volts))
                         .collect()
                 }
-                What::Held(_) => {
+                DrawMeasurements::Held(_) => {
                     let all = [Pattern::alone(A), Pattern::alone(B), Pattern::usual()];
                     all.map(|pattern| (pattern, came.voltages.most_v)).into()
                 }
-                What::Tracked(_) => continue,
+                DrawMeasurements::Tracked(_) => continue,
             };
             let Some(wearer) = self.wearer(&part.participant, part.draw)? else {
                 continue;

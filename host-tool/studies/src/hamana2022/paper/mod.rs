@@ -20,7 +20,7 @@ mod tables;
 mod tracking;
 mod voltages;
 
-pub use outcome::Told;
+pub use outcome::RunInfo;
 pub(super) use printed::TABLE_5_P;
 pub use tracking::{Course, Tracking, Trial};
 
@@ -124,23 +124,23 @@ pub struct Part {
     /// Which replication, from 0.
     pub draw: u64,
     /// What of it.
-    pub became: Result<Came, String>,
+    pub became: Result<DrawResult, String>,
 }
 
 /// A draw that has points and voltages.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Came {
+pub struct DrawResult {
     /// Of A and B, as searched.
     pub voltages: Voltages,
     /// Threshold and greatest of the extensor's point, V.
     pub extensor_v: [f64; 2],
     /// Of the study.
-    pub what: What,
+    pub what: DrawMeasurements,
 }
 
 /// What was measured of a draw.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub enum What {
+pub enum DrawMeasurements {
     /// Every stimulation.
     Patterns(Session),
     /// Every trial of experiment 4.
@@ -231,7 +231,7 @@ impl Study {
             Err(why) => return Ok(Some(part(Err(why.to_owned())))),
         };
         let what = self.what((participant, draw), &wearer, goes_on)?;
-        let came = what.map(|what| Came {
+        let came = what.map(|what| DrawResult {
             voltages: wearer.voltages,
             extensor_v: wearer.extensor_v,
             what,
@@ -244,16 +244,18 @@ impl Study {
         (participant, draw): (&Participant, u64),
         wearer: &Wearer,
         goes_on: &(dyn Fn() -> bool + Sync),
-    ) -> Result<Option<What>, TwoPointsError> {
+    ) -> Result<Option<DrawMeasurements>, TwoPointsError> {
         Ok(match self.kind {
-            Kind::Patterns(experiment) => Some(What::Patterns(Session {
+            Kind::Patterns(experiment) => Some(DrawMeasurements::Patterns(Session {
                 participant: participant.name.clone(),
                 is_printed: participant.paper.is_some(),
                 draw,
                 conditions: experiment.conditions(&wearer.voltages, &self.protocol),
                 stimulated: wearer.stimulated(&self.population, &self.protocol, experiment)?,
             })),
-            Kind::Control => self.tracking(wearer, goes_on)?.map(What::Tracked),
+            Kind::Control => self
+                .tracking(wearer, goes_on)?
+                .map(DrawMeasurements::Tracked),
             Kind::Hold => {
                 let mut trials = Vec::new();
                 for number in 0..self.participants.held {
@@ -262,7 +264,7 @@ impl Study {
                     }
                     trials.push(wearer.hold(&self.population, number)?);
                 }
-                Some(What::Held(trials))
+                Some(DrawMeasurements::Held(trials))
             }
         })
     }
@@ -291,11 +293,11 @@ impl Study {
     }
 }
 
-impl Came {
+impl DrawResult {
     /// A session of patterns, if it is one.
     fn session(&self) -> Option<&Session> {
         match &self.what {
-            What::Patterns(session) => Some(session),
+            DrawMeasurements::Patterns(session) => Some(session),
             _ => None,
         }
     }
@@ -303,7 +305,7 @@ impl Came {
     /// Trials of experiment 4, if they are.
     fn tracking(&self) -> Option<&Tracking> {
         match &self.what {
-            What::Tracked(tracking) => Some(tracking),
+            DrawMeasurements::Tracked(tracking) => Some(tracking),
             _ => None,
         }
     }
@@ -311,21 +313,21 @@ impl Came {
     /// Trials of the hold, if they are.
     fn held(&self) -> Option<&[[Hold; 2]]> {
         match &self.what {
-            What::Held(held) => Some(held),
+            DrawMeasurements::Held(held) => Some(held),
             _ => None,
         }
     }
 }
 
 /// What of this draw of `name`, if it came to anything.
-fn of_draw<'p>(parts: &'p [Part], name: &str, draw: u64) -> Option<&'p Came> {
+fn of_draw<'p>(parts: &'p [Part], name: &str, draw: u64) -> Option<&'p DrawResult> {
     let mut own = parts.iter();
     let own = own.find(|part| part.draw == draw && part.participant == name)?;
     own.became.as_ref().ok()
 }
 
 /// What of each draw of `name` that came to anything.
-fn own<'p>(parts: &'p [Part], name: &'p str) -> impl Iterator<Item = &'p Came> {
+fn own<'p>(parts: &'p [Part], name: &'p str) -> impl Iterator<Item = &'p DrawResult> {
     let own = parts.iter().filter(move |part| part.participant == name);
     own.filter_map(|part| part.became.as_ref().ok())
 }

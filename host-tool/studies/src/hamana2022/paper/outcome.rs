@@ -6,7 +6,7 @@ use crate::hamana2022::error::TwoPointsError;
 use crate::hamana2022::experiments::{EXPERIMENTS, Experiment};
 use crate::hamana2022::population::DECLARED;
 use crate::hamana2022::sessions::Session;
-use crate::laboratory::{Declared, Outcome, Sheet};
+use crate::laboratory::{Outcome, Preregistration, Sheet};
 use host_core::record::sha256;
 use std::collections::BTreeMap;
 
@@ -29,7 +29,7 @@ const AMONG: &str = "\"Among table 8's\": one point's mean lies between the pape
 
 /// What the command knows of the run.
 #[derive(Clone, Debug)]
-pub struct Told {
+pub struct RunInfo {
     /// What a terminal takes to have it again, but for its seed.
     pub command: String,
     /// What is missing, for people.
@@ -41,7 +41,7 @@ impl Study {
     ///
     /// # Errors
     /// A forearm whose course is shown cannot be; E628: the device puts out something else.
-    pub fn outcome(&self, parts: &[Part], told: Told) -> Result<Outcome, TwoPointsError> {
+    pub fn outcome(&self, parts: &[Part], told: RunInfo) -> Result<Outcome, TwoPointsError> {
         let (name, title) = self.kind.told();
         let (rows, shares) = self.compared(parts);
         let mut notes = self.notes(parts);
@@ -54,7 +54,7 @@ impl Study {
             seed: self.seed,
             simulated: Some(true),
             cut_short: told.cut_short,
-            declared: Declared {
+            declared: Preregistration {
                 asked: name.to_owned(),
                 command: Some(told.command),
                 device: Some(self.device.typed()),

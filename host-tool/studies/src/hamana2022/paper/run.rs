@@ -1,16 +1,16 @@
 //! The study as the laboratory's runner runs it.
 
-use super::outcome::Told;
+use super::outcome::RunInfo;
 use super::{Part, Study};
 use crate::hamana2022::population::DECLARED;
-use crate::laboratory::{self, About, Outcome};
+use crate::laboratory::{self, Outcome, StudyIdentity};
 use std::collections::BTreeMap;
 
 impl laboratory::Study for Study {
     type Unit = Part;
 
-    fn about(&self) -> About<'_> {
-        About {
+    fn about(&self) -> StudyIdentity<'_> {
+        StudyIdentity {
             name: self.kind.told().0,
             arguments: self.typed.clone(),
             declaration: ("population.toml", DECLARED),
@@ -39,7 +39,7 @@ impl laboratory::Study for Study {
 
     fn outcome(&self, parts: &[Part], cut_short: Option<String>) -> anyhow::Result<Outcome> {
         let (name, arguments, draws) = (self.kind.told().0, &self.typed, self.draws);
-        let told = Told {
+        let told = RunInfo {
             command: format!("experiment {name} {arguments} --draws {draws}"),
             cut_short,
         };

@@ -2,7 +2,7 @@
 
 use super::Study;
 use crate::hamana2022::error::TwoPointsError;
-use crate::hamana2022::tracked::{LAWS, Method, Tracked};
+use crate::hamana2022::tracked::{LAWS, Method, TrialTracking};
 use crate::hamana2022::wearers::Wearer;
 use serde::{Deserialize, Serialize};
 
@@ -149,14 +149,15 @@ impl Tracking {
 
     /// Of these trials under the paper's law, the best and the worst of one point and of
     /// two.
-    fn shown(&self, tracked: &[(Method, u64, Tracked)]) -> Vec<Course> {
+    fn shown(&self, tracked: &[(Method, u64, TrialTracking)]) -> Vec<Course> {
         let one = self.one(LAWS[0]).map(|(method, _)| method);
         let two = self.two(LAWS[0]).map(|_| Method::Two);
         let mut all = Vec::new();
         for method in [one, two].into_iter().flatten() {
             let own = || tracked.iter().filter(move |pair| pair.0 == method);
-            let by =
-                |a: &&(_, _, Tracked), b: &&(_, _, Tracked)| a.2.rmse_deg.total_cmp(&b.2.rmse_deg);
+            let by = |a: &&(_, _, TrialTracking), b: &&(_, _, TrialTracking)| {
+                a.2.rmse_deg.total_cmp(&b.2.rmse_deg)
+            };
             for (is_best, shown) in [(true, own().min_by(by)), (false, own().max_by(by))] {
                 all.extend(shown.map(|(method, number, tracking)| Course {
                     is_two: *method == Method::Two,

@@ -2,7 +2,7 @@
 
 use super::printed::{TABLE_2, TABLE_3, TABLE_7_BOTH_V, of};
 use super::spread::cell;
-use super::{Came, Kind, Part, Study, own};
+use super::{DrawResult, Kind, Part, Study, own};
 use crate::hamana2022::experiments::Experiment;
 use crate::hamana2022::participant::Participant;
 use crate::hamana2022::sessions::row;
@@ -25,7 +25,7 @@ const TABLE_7: [&str; 9] = [
 const R_TH: usize = 6;
 
 /// A draw's, in the order of [`TABLE_7`].
-fn found(came: &Came) -> [Option<f64>; 9] {
+fn found(came: &DrawResult) -> [Option<f64>; 9] {
     let [[a, b], [am, bm]] = [came.voltages.threshold_v, came.voltages.most_v];
     let [e, em] = came.extensor_v;
     let r = came.voltages.ratio;
@@ -48,10 +48,10 @@ fn printed(participant: &Participant) -> [Option<f64>; 9] {
 }
 
 /// Participants, and what is printed of A and B, V.
-type Applied = [(&'static str, [f64; 2])];
+type PrintedVoltages = [(&'static str, [f64; 2])];
 
 /// What experiment 1 or 2 printed, tables 2 and 3.
-fn applied(experiment: Experiment) -> Option<(&'static str, &'static Applied)> {
+fn applied(experiment: Experiment) -> Option<(&'static str, &'static PrintedVoltages)> {
     match experiment {
         Experiment::Selectivity => Some(("Table 2", &TABLE_2)),
         Experiment::Torque => Some(("Table 3", &TABLE_3)),
@@ -132,7 +132,7 @@ impl Study {
         Sheet::table("Table 7", "voltages of experiment 4", caption, grid)
     }
 
-    fn table_2_or_3(&self, number: &str, paper: &Applied, parts: &[Part]) -> Sheet {
+    fn table_2_or_3(&self, number: &str, paper: &PrintedVoltages, parts: &[Part]) -> Sheet {
         let row = |participant: &Participant| {
             let name = &participant.name;
             let printed = of(paper, name);
@@ -183,7 +183,7 @@ fn table_7_rows(participant: &Participant, parts: &[Part]) -> Vec<Row> {
     (0..TABLE_7.len()).map(row_of).collect()
 }
 
-fn applied_rows(participant: &Participant, paper: &Applied, parts: &[Part]) -> Vec<Row> {
+fn applied_rows(participant: &Participant, paper: &PrintedVoltages, parts: &[Part]) -> Vec<Row> {
     let name = &participant.name;
     let printed = of(paper, name);
     let row_of = |(point, letter): (usize, &str)| {

@@ -5,7 +5,7 @@
 
 use super::draw::Unit;
 use super::error::LaboratoryError;
-use super::experiment::{Experiment, Measured};
+use super::experiment::{Experiment, TrialMeasures};
 use super::protocol::Step;
 use hal_sim::body::{Body, CHANNELS, Lead, Load, Pulse};
 use host_core::link::Port;
@@ -27,14 +27,14 @@ pub(super) struct Score {
     sessions: Vec<Session>,
     /// Each device that was opened.
     parts: Vec<Part>,
-    checked: Mutex<Checked>,
+    checked: Mutex<DeviceCheck>,
 }
 
 /// From when a device is opened until it is left.
 struct Part {
     loads: [Load; CHANNELS],
     /// What reached the body, and to when it had lived by then, µs.
-    touches: Vec<(u64, Touch)>,
+    touches: Vec<(u64, BodyEvent)>,
     /// With their conditions. For the true angle of a sample stands when the host looked
     /// at it, µs.
     trials: Vec<(usize, Trial)>,
@@ -42,7 +42,7 @@ struct Part {
 
 /// What came of the units that ran on the whole device as well: all were equal.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Checked {
+pub struct DeviceCheck {
     /// How many.
     pub units: u64,
     /// How long they took on the whole device.
@@ -53,24 +53,24 @@ pub struct Checked {
 
 /// What reaches a body.
 #[derive(Clone, Copy, Debug)]
-enum Touch {
+enum BodyEvent {
     Pulse(Pulse),
     /// From when on, µs, what a channel's stage does with its lead.
     Lead(u64, usize, Lead),
     Begin,
 }
 
-type Heard = Arc<Mutex<Vec<(u64, Touch)>>>;
+type BodyEvents = Arc<Mutex<Vec<(u64, BodyEvent)>>>;
 
 /// A body that notes down what reaches it. Its angle is the time.
 struct Listener {
     loads: [Load; CHANNELS],
     now_us: u64,
-    heard: Heard,
+    heard: BodyEvents,
 }
 
 impl Listener {
-    fn note(&self, touch: Touch) {
+    fn note(&self, touch: BodyEvent) {
         let mut heard = self.heard.lock().unwrap_or_else(PoisonError::into_inner);
         heard.push((self.now_us, touch));
     }
@@ -78,11 +78,11 @@ impl Listener {
 
 impl Body for Listener {
     fn pulse(&mut self, pulse: &Pulse) {
-        self.note(Touch::Pulse(*pulse));
+        self.note(BodyEvent::Pulse(*pulse));
     }
 
     fn lead(&mut self, t_us: u64, channel: usize, lead: Lead) {
-        self.note(Touch::Lead(t_us, channel, lead));
+        self.note(BodyEvent::Lead(t_us, channel, lead));
     }
 
     fn advance(&mut self, to_us: u64) -> bool {
@@ -91,7 +91,7 @@ impl Body for Listener {
     }
 
     fn begin(&mut self) {
-        self.note(Touch::Begin);
+        self.note(BodyEvent::Begin);
     }
 
     fn angle_deg(&self) -> f64 {
@@ -146,7 +146,7 @@ impl Score {
         let mut opened = Vec::new();
         let trials = experiment.play(&unit, &files, &mut |port: &mut dyn Port| {
             let Some(world) = port.world() else { return };
-            let (loads, heard) = (*world.body.loads(), Heard::default());
+            let (loads, heard) = (*world.body.loads(), BodyEvents::default());
             opened.push((loads, heard.clone()));
             world.body = Box::new(Listener {
                 loads,
@@ -154,7 +154,7 @@ impl Score {
                 heard,
             });
         })?;
-        let part = |(loads, heard): ([Load; CHANNELS], Heard)| Part {
+        let part = |(loads, heard): ([Load; CHANNELS], BodyEvents)| Part {
             loads,
             touches: std::mem::take(&mut *heard.lock().unwrap_or_else(PoisonError::into_inner)),
             trials: Vec::new(),
@@ -185,7 +185,7 @@ impl Score {
         experiment: &Experiment,
         unit: &Unit,
         is_checked: bool,
-    ) -> Result<Vec<Measured>, LaboratoryError> {
+    ) -> Result<Vec<TrialMeasures>, LaboratoryError> {
         let files = experiment.sessions(&unit.fields)?;
         let begin = Instant::now();
         let Some(alone) = self.play(experiment, unit, &files)? else {
@@ -220,7 +220,7 @@ impl Score {
     }
 
     /// What came of the units checked.
-    pub(super) fn checked(&self) -> Checked {
+    pub(super) fn checked(&self) -> DeviceCheck {
         *self.checked.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -268,9 +268,9 @@ impl Part {
                 touches.next();
                 body.advance(*at_us);
                 match touch {
-                    Touch::Pulse(pulse) => body.pulse(pulse),
-                    Touch::Lead(t_us, channel, lead) => body.lead(*t_us, *channel, *lead),
-                    Touch::Begin => body.begin(),
+                    BodyEvent::Pulse(pulse) => body.pulse(pulse),
+                    BodyEvent::Lead(t_us, channel, lead) => body.lead(*t_us, *channel, *lead),
+                    BodyEvent::Begin => body.begin(),
                 }
             }
             body.advance(looked_us);

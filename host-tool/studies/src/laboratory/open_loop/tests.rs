@@ -64,7 +64,7 @@ fn a_sweep_stops_at_what_the_whole_device_does_not_do() {
     let experiment = experiment("rested");
     let pulse_after = |score: &Score, at_us| {
         let touches = &score.parts[0].touches;
-        let is = |pair: &(u64, Touch)| pair.0 > at_us && matches!(pair.1, Touch::Pulse(_));
+        let is = |pair: &(u64, BodyEvent)| pair.0 > at_us && matches!(pair.1, BodyEvent::Pulse(_));
         touches.iter().position(is).unwrap()
     };
     let swept = |score: &Score, name: &str| {
@@ -77,7 +77,7 @@ fn a_sweep_stops_at_what_the_whole_device_does_not_do() {
     assert_eq!(swept(&score(&experiment), "right"), Ok(()));
     let mut late = score(&experiment);
     let place = pulse_after(&late, 1_000_000);
-    if let (_, Touch::Pulse(pulse)) = &mut late.parts[0].touches[place] {
+    if let (_, BodyEvent::Pulse(pulse)) = &mut late.parts[0].touches[place] {
         pulse.t_us += 1;
     }
     let told = swept(&late, "late").unwrap_err();

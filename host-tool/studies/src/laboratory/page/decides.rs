@@ -1,7 +1,7 @@
 //! The page's section on what decides each claim.
 
 use super::tables::table;
-use crate::laboratory::decides::{Decided, Field, LEAST_WEARERS};
+use crate::laboratory::decides::{DecidingClaim, Field, LEAST_WEARERS};
 use crate::laboratory::numbers::digits;
 use crate::laboratory::result::Outcome;
 use host_core::html;
@@ -37,7 +37,7 @@ fn meaning() -> String {
     )
 }
 
-fn rows_of(claim: &Decided) -> Html {
+fn rows_of(claim: &DecidingClaim) -> Html {
     let all = claim.holds + claim.fails;
     let name = html!(
         "<th scope=\"row\">{}: {} of {} wearers</th>",

@@ -4,7 +4,7 @@ use super::{Rows, shown};
 use crate::laboratory::claims::Share;
 use crate::laboratory::measure::{Measure, named};
 use crate::laboratory::numbers::along;
-use crate::laboratory::result::{Outcome, Row, Shown};
+use crate::laboratory::result::{Outcome, Row, ShownCondition};
 use host_core::plot::ink::{INK, MUTED, PALETTE, stroke};
 use host_core::plot::series::{range, shorten};
 use host_core::plot::words::shortened;
@@ -98,7 +98,7 @@ pub(super) fn multiples(rows: &Rows<'_>) -> Html {
         .map(|trial| trial.duration_s)
         .fold(0.0, f64::max);
     let wide = rows.iter().map(Vec::len).max().unwrap_or(1);
-    let panel = |n: usize, (condition, trial): &(&Shown, Option<&Trial>)| {
+    let panel = |n: usize, (condition, trial): &(&ShownCondition, Option<&Trial>)| {
         let Some(trial) = trial else {
             return empty();
         };
@@ -115,7 +115,7 @@ pub(super) fn multiples(rows: &Rows<'_>) -> Html {
         draw_course(&mut panel, trial);
         panel
     };
-    let row = |row: &Vec<(&Shown, Option<&Trial>)>| -> Vec<Panel> {
+    let row = |row: &Vec<(&ShownCondition, Option<&Trial>)>| -> Vec<Panel> {
         let own = row.iter().enumerate().map(|(n, row)| panel(n, row));
         // All rows have as many columns.
         own.chain(std::iter::repeat_with(empty))
@@ -145,7 +145,7 @@ fn empty() -> Panel {
 
 /// What a row of conditions shares, and a condition's own: the levels of the first
 /// factor and of the others, or of one factor alone.
-pub(super) fn heading(condition: &Shown) -> (String, String) {
+pub(super) fn heading(condition: &ShownCondition) -> (String, String) {
     match condition.levels.split_first() {
         Some((row, own)) if !own.is_empty() => (row.clone(), own.join(", ")),
         _ => (String::new(), condition.name()),
@@ -180,8 +180,8 @@ fn angle(sample: &Sample) -> Option<f64> {
 }
 
 /// As many small multiples side by side as the later factors have combinations.
-pub(super) fn beside(conditions: &[Shown]) -> usize {
-    let row = |condition: &Shown| heading(condition).0;
+pub(super) fn beside(conditions: &[ShownCondition]) -> usize {
+    let row = |condition: &ShownCondition| heading(condition).0;
     let first = conditions.first().map(row);
     let alike = conditions.iter().map(row);
     match alike

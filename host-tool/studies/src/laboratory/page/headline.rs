@@ -3,7 +3,7 @@
 use super::grid::is_large;
 use crate::laboratory::claims::Verdict;
 use crate::laboratory::comparison::comparison;
-use crate::laboratory::paper_claims::{PaperClaim, Standing, paper_claims};
+use crate::laboratory::paper_claims::{ClaimStanding, PaperClaim, paper_claims};
 use crate::laboratory::result::Outcome;
 
 /// The comparison it is about, if it has one; then how many of the paper's claims come out in
@@ -24,7 +24,7 @@ fn counted(outcome: &Outcome) -> String {
     if outcome.declared.draws == 0 {
         return of_trials(&claims);
     }
-    let of = |wanted: Standing| -> Vec<String> {
+    let of = |wanted: ClaimStanding| -> Vec<String> {
         let own = claims
             .iter()
             .filter(|paper_claim| paper_claim.standing() == wanted);
@@ -32,10 +32,10 @@ fn counted(outcome: &Outcome) -> String {
             .collect()
     };
     let lists = [
-        Standing::Judged(Verdict::Undecided),
-        Standing::Judged(Verdict::Unlike),
-        Standing::Single,
-        Standing::Unjudged,
+        ClaimStanding::Judged(Verdict::Undecided),
+        ClaimStanding::Judged(Verdict::Unlike),
+        ClaimStanding::Single,
+        ClaimStanding::Unjudged,
     ];
     let lists = lists.map(|standing| match of(standing).as_slice() {
         [] => String::new(),
@@ -43,7 +43,7 @@ fn counted(outcome: &Outcome) -> String {
         _ if is_large(outcome) => String::new(),
         all => format!("; {}: {}", standing.in_words(), all.join("; ")),
     });
-    let like = of(Standing::Judged(Verdict::Like)).len();
+    let like = of(ClaimStanding::Judged(Verdict::Like)).len();
     let grid = match outcome.is_grid() {
         true => " at every point of the grid",
         false => "",

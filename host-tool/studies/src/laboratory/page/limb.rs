@@ -2,10 +2,10 @@
 
 use super::Rows;
 use super::figures::heading;
-use crate::laboratory::result::Shown;
+use crate::laboratory::result::ShownCondition;
 use host_core::plot::figure::{WIDTH, legend};
 use host_core::plot::ink::{Color, INK, MUTED, PALETTE, channel_mark, stroke};
-use host_core::plot::panel::Letters;
+use host_core::plot::panel::LetterScale;
 use host_core::plot::series::range;
 use host_core::plot::words::shortened;
 use host_core::plot::{At, Canvas, Key, Paint, Shape, Words};
@@ -53,13 +53,13 @@ enum Bound {
 
 /// The limb of each condition's trial; nothing where no joint was measured.
 pub(super) fn section<'a>(rows: &'a Rows<'a>) -> Html {
-    let row = |row: &'a Vec<(&'a Shown, Option<&'a Trial>)>| -> Vec<_> {
+    let row = |row: &'a Vec<(&'a ShownCondition, Option<&'a Trial>)>| -> Vec<_> {
         let limbs = row.iter();
         limbs
             .map(|(shown, trial)| (*shown, trial.and_then(Limb::of)))
             .collect()
     };
-    let rows: Vec<Vec<(&Shown, Option<Limb<'_>>)>> = rows.iter().map(row).collect();
+    let rows: Vec<Vec<(&ShownCondition, Option<Limb<'_>>)>> = rows.iter().map(row).collect();
     let all = || rows.iter().flatten().filter_map(|(_, limb)| limb.as_ref());
     let Some(first) = all().next() else {
         return Html::default();
@@ -71,7 +71,13 @@ pub(super) fn section<'a>(rows: &'a Rows<'a>) -> Html {
     let lowest = all().map(Limb::lowest).fold(0.0, f64::max);
     let high = (scale * lowest).max(4.0 * LINE) + 12.0;
     let mut canvas = Canvas::default();
-    let mut y = legend(&mut canvas, Letters(1.0), (0.0, 0.0), &keys(first), WIDTH);
+    let mut y = legend(
+        &mut canvas,
+        LetterScale(1.0),
+        (0.0, 0.0),
+        &keys(first),
+        WIDTH,
+    );
     for row in &rows {
         let title = row
             .first()
@@ -92,7 +98,7 @@ pub(super) fn section<'a>(rows: &'a Rows<'a>) -> Html {
                     ..TEXT
                 },
             );
-            let place = Placed {
+            let place = DrawingPlace {
                 origin: (x, y + LINE + 6.0),
                 scale,
             };
@@ -152,12 +158,12 @@ fn keys(limb: &Limb<'_>) -> Vec<(Key, String)> {
 
 /// Where a drawing lies on its canvas.
 #[derive(Clone, Copy)]
-struct Placed {
+struct DrawingPlace {
     origin: At,
     scale: f64,
 }
 
-impl Placed {
+impl DrawingPlace {
     fn at(self, (x, y): At) -> At {
         (
             self.origin.0 + self.scale * x,
@@ -286,7 +292,7 @@ impl<'a> Limb<'a> {
         ends.into_iter().fold(self.kind.size().1, f64::max)
     }
 
-    fn draw(&self, canvas: &mut Canvas, at: Placed) {
+    fn draw(&self, canvas: &mut Canvas, at: DrawingPlace) {
         let (joint, length, half) = self.kind.joint();
         let path = |points: &[At]| -> Vec<At> { points.iter().map(|p| at.at(*p)).collect() };
         if let Bound::Wall(deg, side) = self.bound {

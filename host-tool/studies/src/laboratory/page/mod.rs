@@ -10,10 +10,10 @@ mod sheets;
 mod tables;
 mod timing;
 
-use super::conduct::Conducted;
+use super::conduct::ConductedTrial;
 use super::error::LaboratoryError;
 use super::quoted::quoted;
-use super::result::{Outcome, Shown};
+use super::result::{Outcome, ShownCondition};
 use figures::{beside, measures, multiples, shares};
 use hal_sim::input;
 pub use headline::headline;
@@ -30,7 +30,11 @@ const HTML: &str = "result.html";
 ///
 /// # Errors
 /// They cannot be written.
-pub fn publish(dir: &Path, outcome: &Outcome, trials: &[Conducted]) -> Result<(), LaboratoryError> {
+pub fn publish(
+    dir: &Path,
+    outcome: &Outcome,
+    trials: &[ConductedTrial],
+) -> Result<(), LaboratoryError> {
     replace_file(&dir.join(JSON), outcome.json().as_bytes())?;
     let trials: Vec<&Trial> = trials
         .iter()
@@ -76,7 +80,7 @@ pub(super) fn read_outcome(dir: &Path) -> Result<Option<Outcome>, LaboratoryErro
 
 /// What a section that shows trials is made of: the conditions in rows, of each the
 /// trial that stands for it.
-type Rows<'a> = Vec<Vec<(&'a Shown, Option<&'a Trial>)>>;
+type Rows<'a> = Vec<Vec<(&'a ShownCondition, Option<&'a Trial>)>>;
 
 /// A self-contained HTML document. `trials` are the record's, none of a sweep.
 #[must_use]
@@ -142,7 +146,8 @@ fn folded(heading: &str, text: Html) -> Html {
 
 /// The conditions that have a trial, in rows as [`Rows`] says; none of a sweep.
 fn rows<'a>(outcome: &'a Outcome, trials: &[&'a Trial]) -> Rows<'a> {
-    let trial = |shown: &'a Shown| (shown, shown.trial.and_then(|at| trials.get(at)).copied());
+    let trial =
+        |shown: &'a ShownCondition| (shown, shown.trial.and_then(|at| trials.get(at)).copied());
     let rows = outcome.conditions.chunks(beside(&outcome.conditions));
     let rows = rows.map(|row| row.iter().map(trial).collect::<Vec<_>>());
     rows.filter(|row| row.iter().any(|(_, trial)| trial.is_some()))
@@ -150,7 +155,7 @@ fn rows<'a>(outcome: &'a Outcome, trials: &[&'a Trial]) -> Rows<'a> {
 }
 
 /// Every condition with a trial.
-fn shown<'a, 'r>(rows: &'r Rows<'a>) -> impl Iterator<Item = (&'a Shown, &'a Trial)> + 'r {
+fn shown<'a, 'r>(rows: &'r Rows<'a>) -> impl Iterator<Item = (&'a ShownCondition, &'a Trial)> + 'r {
     let all = rows.iter().flatten();
     all.filter_map(|(shown, trial)| Some((*shown, (*trial)?)))
 }

@@ -1,7 +1,9 @@
 //! Tables and figures under a paper's own numbers.
 
 use super::tables::table;
-use crate::laboratory::sheet::{Along, Band, Bar, Curve, Matrix, Plot, Plots, Sheet, Shows};
+use crate::laboratory::sheet::{
+    Band, Bar, Curve, Matrix, Plot, Plots, Sheet, SheetAxis, SheetContent,
+};
 use host_core::html;
 use host_core::plot::ink::{Color, GRID, INK, MUTED, PALETTE, stroke};
 use host_core::plot::{Axis, Canvas, Figure, Key, Mark, Paint, Panel, Scale, Shape, Svg, Words};
@@ -19,7 +21,7 @@ pub(super) fn sheets(all: &[Sheet]) -> Html {
 fn sheet(item: &Sheet) -> Html {
     let heading = html!("<h3>{}: {}</h3>\n", item.number, item.title);
     let body = match &item.shows {
-        Shows::Table(grid) => {
+        SheetContent::Table(grid) => {
             let row = |row: &Vec<String>| {
                 let cells = row.iter().enumerate().map(|(place, cell)| match place {
                     0 => html!("<th scope=\"row\">{}</th>", unbroken(cell)),
@@ -31,8 +33,8 @@ fn sheet(item: &Sheet) -> Html {
             let heads: Vec<&str> = heads.iter().map(String::as_str).collect();
             table(&heads, grid.rows.iter().map(row).collect())
         }
-        Shows::Plots(plots) => figure(&drawn(plots, &item.title), ""),
-        Shows::Matrix(matrix) => figure(&shaded(matrix, &item.title), ""),
+        SheetContent::Plots(plots) => figure(&drawn(plots, &item.title), ""),
+        SheetContent::Matrix(matrix) => figure(&shaded(matrix, &item.title), ""),
     };
     // Not within the figure: on a narrow screen that scrolls, and this stays.
     heading + body + html!("<p class=\"note\">{}</p>\n", item.caption)
@@ -135,7 +137,7 @@ fn color(series: usize) -> Color {
     PALETTE[series % PALETTE.len()]
 }
 
-fn axis(along: &Along) -> Axis {
+fn axis(along: &SheetAxis) -> Axis {
     let [low, high] = along.ends;
     let grid = along.ticks.is_empty() || along.logarithmic;
     let axis = match (along.logarithmic, along.ticks.is_empty()) {
@@ -265,8 +267,8 @@ mod tests {
         };
         let plot = Plot {
             title: "P (2 draws)".to_owned(),
-            x: Along::of("pattern", ["0".to_owned()]),
-            y: Along::even("torque", [0.0, 1.0]),
+            x: SheetAxis::of("pattern", ["0".to_owned()]),
+            y: SheetAxis::even("torque", [0.0, 1.0]),
             bars: vec![bar],
             paper: vec![[0.0, 0.28]],
             ..Plot::default()

@@ -2,7 +2,7 @@
 
 use crate::laboratory::claims::Share;
 use crate::laboratory::numbers::{LARGE_T, digits, large_t};
-use crate::laboratory::paper_claims::{Standing, paper_claims};
+use crate::laboratory::paper_claims::{ClaimStanding, paper_claims};
 use crate::laboratory::result::Outcome;
 use host_core::html;
 use host_core::report::Html;
@@ -65,9 +65,9 @@ const RULE: &str = "A row for each claim of the paper, with its parts below it (
 /// A part's own verdict.
 fn part_in_words(share: &Share) -> &'static str {
     let standing = match share.verdict() {
-        Some(verdict) => Standing::Judged(verdict),
-        None if share.is_single() => Standing::Single,
-        None => Standing::Unjudged,
+        Some(verdict) => ClaimStanding::Judged(verdict),
+        None if share.is_single() => ClaimStanding::Single,
+        None => ClaimStanding::Unjudged,
     };
     standing.in_words()
 }

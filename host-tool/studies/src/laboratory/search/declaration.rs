@@ -87,7 +87,7 @@ impl Rating {
 /// A `[[search]]` as its file has it.
 #[derive(Clone, PartialEq, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Declared {
+pub struct SearchDeclaration {
     /// What is looked for.
     pub kind: Kind,
     /// The channel, from 1; not for a ratio.
@@ -140,7 +140,7 @@ pub struct Declared {
     pub simulated_rating: Option<Rating>,
 }
 
-/// Defaults of [`Declared`]: serde wants functions.
+/// Defaults of [`SearchDeclaration`]: serde wants functions.
 macro_rules! defaults {
     ($($name:ident: $type:ty = $value:expr;)*) => {
         $(const fn $name() -> $type { $value })*
@@ -151,7 +151,7 @@ defaults! {
     four_hundred: u32 = 400; tenth: f64 = 0.1; two: f64 = 2.0; four: f64 = 4.0;
 }
 
-impl Declared {
+impl SearchDeclaration {
     /// When a movement counts.
     #[must_use]
     pub fn detector(&self) -> Detector {

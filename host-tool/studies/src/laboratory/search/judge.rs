@@ -1,10 +1,10 @@
 //! Searches on wearers whose truth is declared: how often each is wrong, and by how
 //! much.
 
-use super::declaration::{Declared, Rating};
+use super::declaration::{Rating, SearchDeclaration};
 use super::milli::Milli;
 use super::plan::Search;
-use super::stair::{Ended, Finding, Probe, search};
+use super::stair::{Finding, Probe, SearchEnd, search};
 use hal_sim::random::{standard_normal, unit};
 use serde::Deserialize;
 use std::convert::Infallible;
@@ -53,13 +53,13 @@ pub struct Case {
     /// Where these are from.
     pub source: String,
     /// The search.
-    pub search: Declared,
+    pub search: SearchDeclaration,
 }
 
 /// The cases of a judged run, each searched with the same seeds.
 #[derive(Clone, PartialEq, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Judged {
+pub struct SearchCases {
     /// First seed; the others follow.
     pub first_seed: u64,
     /// Searches of each case.
@@ -69,7 +69,7 @@ pub struct Judged {
     pub cases: Vec<Case>,
 }
 
-impl Judged {
+impl SearchCases {
     /// Reads a declaration.
     ///
     /// # Errors
@@ -81,7 +81,7 @@ impl Judged {
 
 /// How a case's searches came out.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
-pub struct Tally {
+pub struct SearchCounts {
     /// How many there were.
     pub searches: u64,
     /// Those that ended more than a step below the truth.
@@ -103,7 +103,7 @@ pub struct Tally {
     pub presentations: u64,
 }
 
-impl Tally {
+impl SearchCounts {
     /// Share of searches that are false.
     #[must_use]
     pub fn false_share(&self) -> f64 {
@@ -121,11 +121,11 @@ impl Tally {
 ///
 /// # Errors
 /// What is wrong with its search.
-pub fn judge(case: &Case, first_seed: u64, searches: u64) -> Result<Tally, Vec<String>> {
+pub fn judge(case: &Case, first_seed: u64, searches: u64) -> Result<SearchCounts, Vec<String>> {
     let stair = Search::new(case.search.clone())?;
     let top = stair.levels().last().unwrap_or_default().units();
     let step = stair.step().units();
-    let mut tally = Tally::default();
+    let mut tally = SearchCounts::default();
     for seed in first_seed..first_seed + searches {
         let mut wearer = Wearer::draw(case, seed);
         let truth = wearer.truth();
@@ -138,9 +138,9 @@ pub fn judge(case: &Case, first_seed: u64, searches: u64) -> Result<Tally, Vec<S
     Ok(tally)
 }
 
-impl Tally {
+impl SearchCounts {
     fn count<E>(&mut self, finding: &Finding<E>, truth: f64, top: f64, step: f64) {
-        let is_found = matches!(finding.ended, Ended::Found);
+        let is_found = matches!(finding.ended, SearchEnd::Found);
         let high = finding.high.map_or(f64::INFINITY, Milli::units);
         self.early += u64::from(high < truth - step);
         self.missed += u64::from(truth <= top - step && finding.low.units() > truth + step);

@@ -4,7 +4,7 @@
 //! calculated chance of a false alarm, is `statistics`'), the declared wearers on whom it is judged,
 //! and the stair on a device through ordinary requests. Not here: who asks the
 //! operator (the program), protocols of trials (`laboratory`).
-//! In: a [`Declared`] search and a [`Probe`]. Out: a [`Finding`]: value, interval,
+//! In: a [`SearchDeclaration`] search and a [`Probe`]. Out: a [`Finding`]: value, interval,
 //! cost and trail, however far it came.
 
 mod declaration;
@@ -18,9 +18,9 @@ mod stair;
 pub const SHIPPED: &[(&str, &str)] =
     &[("finger", include_str!("../../../../searches/finger.toml"))];
 
-pub use declaration::{Declared, Kind, Observer, Rating};
+pub use declaration::{Kind, Observer, Rating, SearchDeclaration};
 pub use device::{DeviceError, OnDevice, Operator, Question};
 pub use host_core::statistics::{Detector, Verdict};
 pub use milli::Milli;
 pub use plan::{Search, SearchFile, Site};
-pub use stair::{Answer, Ended, Finding, Probe, Step, search};
+pub use stair::{Answer, Finding, Probe, SearchEnd, Step, search};

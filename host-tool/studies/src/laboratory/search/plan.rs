@@ -1,7 +1,7 @@
 //! A search that can be run: declared, exact, and everything that is wrong told at
 //! once.
 
-use super::declaration::{Declared, Kind};
+use super::declaration::{Kind, SearchDeclaration};
 use super::milli::Milli;
 use serde::Deserialize;
 
@@ -32,7 +32,7 @@ impl Site {
 /// A search that can be run.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Search {
-    declared: Declared,
+    declared: SearchDeclaration,
     sites: Vec<Site>,
     /// Start, step and limit.
     stair: [Milli; 3],
@@ -43,7 +43,7 @@ impl Search {
     ///
     /// # Errors
     /// Everything that is wrong with it, by field.
-    pub fn new(declared: Declared) -> Result<Self, Vec<String>> {
+    pub fn new(declared: SearchDeclaration) -> Result<Self, Vec<String>> {
         let mut told = Vec::new();
         ranges(&declared, &mut told);
         fitting(&declared, &mut told);
@@ -111,7 +111,7 @@ impl Search {
 
     /// As declared.
     #[must_use]
-    pub const fn declared(&self) -> &Declared {
+    pub const fn declared(&self) -> &SearchDeclaration {
         &self.declared
     }
 
@@ -163,7 +163,7 @@ impl SearchFile {
         struct File {
             session: String,
             #[serde(default, rename = "search")]
-            searches: Vec<Declared>,
+            searches: Vec<SearchDeclaration>,
         }
         let file: File = toml::from_str(text).map_err(|error| {
             let before = error.span().and_then(|span| text.get(..span.start));
@@ -192,7 +192,7 @@ impl SearchFile {
 }
 
 /// Fields outside their ranges.
-fn ranges(d: &Declared, told: &mut Vec<String>) {
+fn ranges(d: &SearchDeclaration, told: &mut Vec<String>) {
     let mut within = |name: &str, value: f64, least: f64, most: f64| {
         if !(least..=most).contains(&value) {
             told.push(format!("{name} is {value}: allowed is {least} to {most}"));
@@ -230,7 +230,7 @@ fn ranges(d: &Declared, told: &mut Vec<String>) {
 }
 
 /// Which fields a kind has.
-fn fitting(d: &Declared, told: &mut Vec<String>) {
+fn fitting(d: &SearchDeclaration, told: &mut Vec<String>) {
     let kind = d.kind.name();
     let mut has = |name: &str, is_there: bool, is_wanted: bool| match (is_there, is_wanted) {
         (true, false) => told.push(format!("{name} says nothing in a search of kind {kind}")),

@@ -85,7 +85,7 @@ pub struct Step {
 
 /// Why a search ended.
 #[derive(Clone, PartialEq, Debug)]
-pub enum Ended<E> {
+pub enum SearchEnd<E> {
     /// It found what it looked for.
     Found,
     /// It came to its limit and found nothing.
@@ -112,7 +112,7 @@ pub struct Finding<E> {
     /// Every presentation.
     pub trail: Vec<Step>,
     /// Why it ended.
-    pub ended: Ended<E>,
+    pub ended: SearchEnd<E>,
 }
 
 impl<E> Finding<E> {
@@ -141,9 +141,9 @@ pub fn search<P: Probe>(
         high: None,
         pulses: 0,
         trail: Vec::new(),
-        ended: Ended::Limit,
+        ended: SearchEnd::Limit,
     };
-    finding.ended = climb(search, probe, &mut finding, &mut tell).unwrap_or_else(Ended::Failed);
+    finding.ended = climb(search, probe, &mut finding, &mut tell).unwrap_or_else(SearchEnd::Failed);
     finding.pulses = probe.pulses() - before;
     let low = finding.low;
     finding.value = finding.high.map(|high| Milli(low.0 + (high.0 - low.0) / 2));
@@ -155,7 +155,7 @@ fn climb<P: Probe>(
     probe: &mut P,
     finding: &mut Finding<P::Error>,
     tell: &mut impl FnMut(&Step),
-) -> Result<Ended<P::Error>, P::Error> {
+) -> Result<SearchEnd<P::Error>, P::Error> {
     // What was too much is not given again to be sure of it.
     let confirm = match search.declared().kind {
         Kind::Maximum => 0,
@@ -167,7 +167,7 @@ fn climb<P: Probe>(
             // A repeat begins from rest, and is allowed like any other.
             let from = if repeat == 0 { finding.low } else { Milli(0) };
             if !probe.may_raise(from, level)? {
-                return Ok(Ended::Refused(level));
+                return Ok(SearchEnd::Refused(level));
             }
             let pulses = probe.pulses();
             let answer = answer(search, probe, level)?;
@@ -186,11 +186,11 @@ fn climb<P: Probe>(
         }
         if is_confirmed {
             finding.high = Some(level);
-            return Ok(Ended::Found);
+            return Ok(SearchEnd::Found);
         }
         finding.low = level;
     }
-    Ok(Ended::Limit)
+    Ok(SearchEnd::Limit)
 }
 
 fn answer<P: Probe>(search: &Search, probe: &mut P, level: Milli) -> Result<Answer, P::Error> {

@@ -1,7 +1,7 @@
 //! What a sweep draws, whoever declares it.
 
 use super::Sweep;
-use crate::laboratory::conduct::Conducted;
+use crate::laboratory::conduct::ConductedTrial;
 use crate::laboratory::error::LaboratoryError;
 use crate::laboratory::result::Outcome;
 use std::collections::BTreeMap;
@@ -100,7 +100,7 @@ pub trait Drawing: Sync {
         None
     }
     /// Trials that the page shows beside.
-    fn trials(&self) -> &[Conducted] {
+    fn trials(&self) -> &[ConductedTrial] {
         &[]
     }
 }

@@ -9,7 +9,7 @@ use std::time::Duration;
 const LOOK: Duration = Duration::from_millis(50);
 
 /// Whether to go on.
-pub(super) type GoesOn<'a> = &'a (dyn Fn() -> bool + Sync);
+pub(super) type NextStep<'a> = &'a (dyn Fn() -> bool + Sync);
 
 /// Computes every one of `items` on all cores and keeps the results in the order of `items`,
 /// each as soon as those before it are kept, so that whatever ends the program leaves the
@@ -22,7 +22,7 @@ pub(super) type GoesOn<'a> = &'a (dyn Fn() -> bool + Sync);
 pub(super) fn in_order<I: Sync, T: Send, E: Send>(
     items: &[I],
     begun: f64,
-    compute: &(impl Fn(&I, GoesOn<'_>) -> Result<Option<T>, E> + Sync),
+    compute: &(impl Fn(&I, NextStep<'_>) -> Result<Option<T>, E> + Sync),
     keep: &mut dyn FnMut(T) -> Result<f64, E>,
     go_on: &mut dyn FnMut(f64) -> bool,
 ) -> Result<(), E> {

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// What a whole came to: each unit, and all of them.
-pub type Joined<U> = (BTreeMap<u64, U>, Outcome);
+pub type MergedUnits<U> = (BTreeMap<u64, U>, Outcome);
 
 /// Makes one sweep in `out` of all of its shards in `parts`: the bytes of a sweep
 /// that was never cut.
@@ -20,7 +20,7 @@ pub fn join<D: Drawing>(
     parts: &[PathBuf],
     out: &Path,
     drawing: &D,
-) -> Result<Joined<D::Unit>, D::Error> {
+) -> Result<MergedUnits<D::Unit>, D::Error> {
     let named = parts.iter().map(|part| Ok((name(part), part_of(part)?)));
     let named: Vec<(String, Sweep)> = named.collect::<Result<_, LaboratoryError>>()?;
     let whole = whole_of(&named, drawing)?;

@@ -6,17 +6,17 @@ mod in_order;
 mod merging;
 mod playing;
 
-use super::conduct::Conducted;
+use super::conduct::ConductedTrial;
 use super::error::LaboratoryError;
 use super::experiment::Experiment;
-use super::open_loop::{Checked, Score};
+use super::open_loop::{DeviceCheck, Score};
 use super::page::publish;
 use super::result::Outcome;
 pub use drawing::Drawing;
 use folder::Folder;
 use host_core::record::Place;
 use in_order::in_order;
-pub use merging::{Joined, join, part_of};
+pub use merging::{MergedUnits, join, part_of};
 use playing::Playing;
 pub use playing::number_of;
 use serde::{Deserialize, Serialize};
@@ -66,11 +66,11 @@ impl Shard {
 }
 
 /// What came of a sweep, or of as much of it as there is.
-pub struct Swept {
+pub struct SweepResult {
     /// Of a whole sweep that came to its end.
     pub outcome: Option<Outcome>,
     /// Of an experiment without feedback, the units that ran on the whole device too.
-    pub checked: Option<Checked>,
+    pub checked: Option<DeviceCheck>,
 }
 
 /// What decides every byte of a sweep; `sweep.json`.
@@ -94,7 +94,7 @@ pub struct Sweep {
 }
 
 /// The units of a sweep that were computed, now or before.
-pub struct Computed<U> {
+pub struct ComputedUnits<U> {
     /// The first ones of this part, by index.
     pub units: BTreeMap<u64, U>,
     /// Whether they are all of them.
@@ -187,20 +187,20 @@ impl Sweep {
         &self,
         experiment: &Experiment,
         dir: &Path,
-        trials: &[Conducted],
+        trials: &[ConductedTrial],
         go_on: &mut dyn FnMut(f64) -> bool,
-    ) -> Result<Swept, LaboratoryError> {
+    ) -> Result<SweepResult, LaboratoryError> {
         let score = Score::of(experiment, (self.seed, self.draws))?;
         let outcome = self.run_to(experiment, (dir, trials), score.as_ref(), go_on)?;
         let checked = score.as_ref().map(Score::checked);
-        Ok(Swept { outcome, checked })
+        Ok(SweepResult { outcome, checked })
     }
 
     /// [`Self::run`] to this score, if the experiment has one.
     pub(super) fn run_to(
         &self,
         experiment: &Experiment,
-        (dir, trials): (&Path, &[Conducted]),
+        (dir, trials): (&Path, &[ConductedTrial]),
         score: Option<&Score>,
         go_on: &mut dyn FnMut(f64) -> bool,
     ) -> Result<Option<Outcome>, LaboratoryError> {
@@ -227,7 +227,7 @@ impl Sweep {
         drawing: &D,
         dir: Option<&Path>,
         go_on: &mut dyn FnMut(f64) -> bool,
-    ) -> Result<Computed<D::Unit>, D::Error> {
+    ) -> Result<ComputedUnits<D::Unit>, D::Error> {
         let all: Vec<u64> = self.units(drawing).collect();
         let opened = dir.map(|dir| self.open(dir, drawing, &all)).transpose()?;
         let (mut folder, mut units) = match opened {
@@ -255,7 +255,7 @@ impl Sweep {
             go_on(1.0);
         }
         let fresh = (units.len() + left.len() - all.len()) as u64;
-        Ok(Computed {
+        Ok(ComputedUnits {
             units,
             is_whole,
             fresh,
@@ -357,6 +357,6 @@ pub fn merge(
     out: &Path,
     experiment: &Experiment,
 ) -> Result<Outcome, LaboratoryError> {
-    let joined: Joined<_> = join(parts, out, &Playing::of(experiment))?;
+    let joined: MergedUnits<_> = join(parts, out, &Playing::of(experiment))?;
     Ok(joined.1)
 }

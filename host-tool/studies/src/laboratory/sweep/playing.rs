@@ -2,9 +2,9 @@
 
 use super::Sweep;
 use super::drawing::Drawing;
-use crate::laboratory::conduct::Conducted;
+use crate::laboratory::conduct::ConductedTrial;
 use crate::laboratory::error::LaboratoryError;
-use crate::laboratory::experiment::{Experiment, Measured};
+use crate::laboratory::experiment::{Experiment, TrialMeasures};
 use crate::laboratory::open_loop::{Score, is_checked};
 use crate::laboratory::result::Outcome;
 use std::collections::BTreeMap;
@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 pub(super) struct Playing<'a> {
     pub(super) experiment: &'a Experiment,
     pub(super) score: Option<&'a Score>,
-    pub(super) trials: &'a [Conducted],
+    pub(super) trials: &'a [ConductedTrial],
 }
 
 impl<'a> Playing<'a> {
@@ -28,7 +28,7 @@ impl<'a> Playing<'a> {
 }
 
 impl Drawing for Playing<'_> {
-    type Unit = Vec<Measured>;
+    type Unit = Vec<TrialMeasures>;
     type Error = LaboratoryError;
 
     fn name(&self) -> &str {
@@ -94,7 +94,8 @@ impl Drawing for Playing<'_> {
     fn rest(&self, unit: &Self::Unit) -> Vec<String> {
         let number =
             |number: &Option<f64>| number.map_or_else(String::new, |value| value.to_string());
-        let row = |measured: &Measured| measured.iter().map(number).collect::<Vec<_>>().join(",");
+        let row =
+            |measured: &TrialMeasures| measured.iter().map(number).collect::<Vec<_>>().join(",");
         unit.iter().map(row).collect()
     }
 
@@ -106,7 +107,7 @@ impl Drawing for Playing<'_> {
                 return Err((row, "not a number for each measure".to_owned()));
             }
             let numbers = fields.iter().map(|field| number_of(field));
-            let numbers: Result<Measured, String> = numbers.collect();
+            let numbers: Result<TrialMeasures, String> = numbers.collect();
             numbers.map_err(|what| (row, what))
         };
         rest.iter().enumerate().map(row).collect()
@@ -121,7 +122,7 @@ impl Drawing for Playing<'_> {
         Ok(Outcome::of(self.experiment, decided, units, Some(true)).showing(self.trials))
     }
 
-    fn trials(&self) -> &[Conducted] {
+    fn trials(&self) -> &[ConductedTrial] {
         self.trials
     }
 }

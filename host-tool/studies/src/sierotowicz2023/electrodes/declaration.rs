@@ -19,9 +19,9 @@ pub struct Study {
     /// Wearers.
     pub draws: u64,
     /// What is wanted.
-    pub wanted: Wanted,
+    pub wanted: WantedForces,
     /// What counts.
-    pub judged: Judged,
+    pub judged: ForceCriteria,
     /// What was expected.
     pub expected: Expected,
 }
@@ -29,7 +29,7 @@ pub struct Study {
 /// What is wanted.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Wanted {
+pub struct WantedForces {
     /// In each direction, N.
     pub sizes_n: Vec<f64>,
 }
@@ -37,7 +37,7 @@ pub struct Wanted {
 /// What counts.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Judged {
+pub struct ForceCriteria {
     /// Part missed of a force that is made.
     pub made: f64,
     /// Part missed beyond the best.

@@ -13,7 +13,7 @@ mod sets;
 mod wearer;
 
 pub use declaration::{DECLARED, Study};
-pub use outcome::{NAME, Told, outcome};
+pub use outcome::{NAME, RunInfo, outcome};
 pub use run::Run;
-pub use sets::{METHODS, Missed, SETS, best, missed, squares};
+pub use sets::{METHODS, MissedForce, SETS, best, missed, squares};
 pub use wearer::{DIRECTION_NAMES, NAMES, Wearer, directions};

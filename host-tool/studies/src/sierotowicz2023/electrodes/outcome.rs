@@ -1,9 +1,9 @@
 //! What all wearers come to, as `result.json` and its page have it.
 
 use super::declaration::{DECLARED, Study};
-use super::sets::{METHODS, Missed, SETS, best};
+use super::sets::{METHODS, MissedForce, SETS, best};
 use super::wearer::{DIRECTION_NAMES, MUSCLES, NAMES};
-use crate::laboratory::{Declared, Grid, Matrix, Outcome, Row, Share, Sheet};
+use crate::laboratory::{Grid, Matrix, Outcome, Preregistration, Row, Share, Sheet};
 use crate::sierotowicz2023::median;
 use host_core::record::sha256;
 use host_core::statistics::mean;
@@ -22,7 +22,7 @@ const LINEAR: &str = "Forces at the cuff by parts of what each electrode reaches
 
 /// What the command knows of the run.
 #[derive(Clone, Debug)]
-pub struct Told {
+pub struct RunInfo {
     /// Of the draws.
     pub seed: u64,
     /// Wearers asked for.
@@ -32,9 +32,9 @@ pub struct Told {
 }
 
 /// A wearer, and the one whose arm another would choose by: that drawn before.
-type Pair<'a> = (&'a Missed, &'a Missed);
+type Pair<'a> = (&'a MissedForce, &'a MissedForce);
 
-fn pairs(all: &[Missed]) -> Vec<Pair<'_>> {
+fn pairs(all: &[MissedForce]) -> Vec<Pair<'_>> {
     let before = all.iter().cycle().skip(all.len().saturating_sub(1));
     all.iter().zip(before).collect()
 }
@@ -44,14 +44,14 @@ fn percent(part: f32) -> f64 {
 }
 
 /// Of each of a wearer's forces what the best `count` miss.
-fn of_best(miss: &Missed, method: usize, count: u32) -> Vec<f64> {
+fn of_best(miss: &MissedForce, method: usize, count: u32) -> Vec<f64> {
     let each = miss.0[method].iter();
     each.map(|parts| percent(parts[best(parts, count)]))
         .collect()
 }
 
 /// What the best set of `count` for all forces misses of them in the mean, %.
-fn of_one_set(miss: &Missed, method: usize, count: u32) -> f64 {
+fn of_one_set(miss: &MissedForce, method: usize, count: u32) -> f64 {
     let all = miss.of_all(method);
     percent(all[best(&all, count)])
 }
@@ -70,7 +70,7 @@ fn good_enough(study: &Study, (own, other): Pair<'_>, method: usize, count: u32)
 }
 
 /// Numbers of sets of `count` by a method.
-fn rows_of(study: &Study, all: &[Missed], method: usize, count: u32) -> [Row; 5] {
+fn rows_of(study: &Study, all: &[MissedForce], method: usize, count: u32) -> [Row; 5] {
     let name = METHODS[method];
     let of = |pick: &dyn Fn(Pair<'_>) -> f64| pairs(all).into_iter().map(pick).collect();
     let row = |id: &str, what: &str, values: Vec<f64>| {
@@ -111,14 +111,14 @@ fn rows_of(study: &Study, all: &[Missed], method: usize, count: u32) -> [Row; 5]
 }
 
 /// What leaving an electrode out of ten costs each of a wearer's forces, %.
-fn cost(miss: &Missed, method: usize, electrode: usize) -> Vec<f64> {
+fn cost(miss: &MissedForce, method: usize, electrode: usize) -> Vec<f64> {
     let each = miss.0[method].iter();
     each.map(|parts| percent(parts[ALL ^ (1 << electrode)] - parts[ALL]))
         .collect()
 }
 
 /// What it costs in the mean to leave each out, and in whom it is the one missed most.
-fn electrode_rows(all: &[Missed], method: usize) -> Vec<Row> {
+fn electrode_rows(all: &[MissedForce], method: usize) -> Vec<Row> {
     let name = METHODS[method];
     let costs: Vec<Vec<f64>> = (0..MUSCLES.len())
         .map(|at| {
@@ -135,7 +135,7 @@ fn electrode_rows(all: &[Missed], method: usize) -> Vec<Row> {
 }
 
 /// What was expected or asked, counted over wearers.
-fn shares(study: &Study, all: &[Missed]) -> Vec<Share> {
+fn shares(study: &Study, all: &[MissedForce]) -> Vec<Share> {
     let count = |id: String, claim: String, cases: Vec<bool>| {
         let holds = cases.iter().filter(|case| **case).count() as u64;
         Share::counted(id, claim, None, (holds, cases.len() as u64))
@@ -173,10 +173,10 @@ fn shares(study: &Study, all: &[Missed]) -> Vec<Share> {
 
 /// Electrodes by directions, of the largest wanted force, each cell the mean over wearers.
 fn matrix(
-    all: &[Missed],
+    all: &[MissedForce],
     (title, unit): (&str, &str),
     caption: String,
-    cell: &dyn Fn(&Missed, usize, usize) -> f64,
+    cell: &dyn Fn(&MissedForce, usize, usize) -> f64,
 ) -> Sheet {
     let forces = all.first().map_or(0, |miss| miss.0[0].len());
     let first = forces.saturating_sub(DIRECTION_NAMES.len());
@@ -198,7 +198,7 @@ fn matrix(
     Sheet::matrix("Electrodes", title, caption, matrix)
 }
 
-fn matrices(study: &Study, all: &[Missed]) -> Vec<Sheet> {
+fn matrices(study: &Study, all: &[MissedForce]) -> Vec<Sheet> {
     let largest = study.wanted.sizes_n.last().copied().unwrap_or_default();
     let told = |what: &str| {
         format!(
@@ -208,10 +208,10 @@ fn matrices(study: &Study, all: &[Missed]) -> Vec<Sheet> {
     let shown = study.judged.shown;
     let mut sheets = Vec::new();
     for (method, name) in METHODS.iter().enumerate() {
-        let member = |miss: &Missed, electrode: usize, force: usize| {
+        let member = |miss: &MissedForce, electrode: usize, force: usize| {
             100.0 * f64::from(best(&miss.0[method][force], shown) >> electrode & 1 == 1)
         };
-        let cost = |miss: &Missed, electrode: usize, force: usize| {
+        let cost = |miss: &MissedForce, electrode: usize, force: usize| {
             let parts = &miss.0[method][force];
             percent(parts[ALL ^ (1 << electrode)] - parts[ALL])
         };
@@ -261,7 +261,7 @@ fn table(rows: &[Row]) -> Sheet {
 
 /// All of it.
 #[must_use]
-pub fn outcome(study: &Study, all: &[Missed], told: Told) -> Outcome {
+pub fn outcome(study: &Study, all: &[MissedForce], told: RunInfo) -> Outcome {
     let methods = 0..METHODS.len();
     let mut rows: Vec<Row> = methods
         .clone()
@@ -276,7 +276,7 @@ pub fn outcome(study: &Study, all: &[Missed], told: Told) -> Outcome {
         seed: told.seed,
         simulated: Some(true),
         cut_short: told.cut_short,
-        declared: Declared {
+        declared: Preregistration {
             asked: NAME.to_owned(),
             command: Some(format!("experiment {NAME} --draws {}", told.draws)),
             device: None,

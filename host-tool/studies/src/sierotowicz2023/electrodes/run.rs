@@ -1,10 +1,10 @@
 //! The study as the laboratory's runner runs it.
 
 use super::declaration::{DECLARED, Study};
-use super::outcome::{NAME, Told, outcome};
-use super::sets::{METHODS, Missed, best, missed};
+use super::outcome::{NAME, RunInfo, outcome};
+use super::sets::{METHODS, MissedForce, best, missed};
 use super::wearer::{MUSCLES, Wearer};
-use crate::laboratory::{self, About, Outcome};
+use crate::laboratory::{self, Outcome, StudyIdentity};
 use crate::sierotowicz2023::EndpointError;
 use std::fmt::Write;
 
@@ -32,7 +32,7 @@ impl Run {
 
 /// A row for each wearer, method and number of electrodes: what the best set for all wanted
 /// forces misses of them in the mean, %.
-fn csv(all: &[Missed]) -> String {
+fn csv(all: &[MissedForce]) -> String {
     let mut text = "wearer,method,electrodes,missed_percent\n".to_owned();
     for (index, missed) in all.iter().enumerate() {
         for (nth, method) in METHODS.iter().enumerate() {
@@ -48,10 +48,10 @@ fn csv(all: &[Missed]) -> String {
 }
 
 impl laboratory::Study for Run {
-    type Unit = Missed;
+    type Unit = MissedForce;
 
-    fn about(&self) -> About<'_> {
-        About {
+    fn about(&self) -> StudyIdentity<'_> {
+        StudyIdentity {
             name: NAME,
             arguments: String::new(),
             declaration: ("electrodes.toml", DECLARED),
@@ -60,15 +60,19 @@ impl laboratory::Study for Run {
         }
     }
 
-    fn compute(&self, index: u64, _: &(dyn Fn() -> bool + Sync)) -> anyhow::Result<Option<Missed>> {
+    fn compute(
+        &self,
+        index: u64,
+        _: &(dyn Fn() -> bool + Sync),
+    ) -> anyhow::Result<Option<MissedForce>> {
         Ok(Some(missed(
             &self.study,
             &Wearer::drawn(self.seed, index)?,
         )?))
     }
 
-    fn outcome(&self, all: &[Missed], cut_short: Option<String>) -> anyhow::Result<Outcome> {
-        let told = Told {
+    fn outcome(&self, all: &[MissedForce], cut_short: Option<String>) -> anyhow::Result<Outcome> {
+        let told = RunInfo {
             seed: self.seed,
             draws: self.draws,
             cut_short,
@@ -76,7 +80,7 @@ impl laboratory::Study for Run {
         Ok(outcome(&self.study, all, told))
     }
 
-    fn files(&self, all: &[Missed]) -> anyhow::Result<Vec<(String, String)>> {
+    fn files(&self, all: &[MissedForce]) -> anyhow::Result<Vec<(String, String)>> {
         Ok(vec![("draws.csv".to_owned(), csv(all))])
     }
 

@@ -5,7 +5,7 @@ use super::wearer::{MUSCLES, Wearer, directions};
 use crate::limb::{choices, chosen};
 use crate::sierotowicz2023::{EndpointError, turned};
 use firmware::limb::{Jacobians, Limb, Vector};
-use host_core::limb::{Bounded, Exact, Trouble};
+use host_core::limb::{Bounded, Exact, RecruitmentError};
 use nalgebra::{SMatrix, SVector, Vector3};
 use serde::{Deserialize, Serialize};
 
@@ -22,7 +22,7 @@ const NOTHING: f64 = 1e-4;
 /// Of one wearer, by each method, of each wanted force (sizes, then directions): the part of
 /// it that each set misses.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Missed(pub [Vec<Vec<f32>>; METHODS.len()]);
+pub struct MissedForce(pub [Vec<Vec<f32>>; METHODS.len()]);
 
 /// Parts of `wanted` that least squares over each set of these forces miss.
 ///
@@ -76,9 +76,11 @@ fn nearest(
     let mut spec = wearer.limb.clone();
     spec.lines
         .retain(|line_spec| set >> line_spec.channel & 1 == 1);
-    let wrong = |error: &dyn std::fmt::Display| Trouble::Spec(vec![error.to_string()]);
+    let wrong = |error: &dyn std::fmt::Display| RecruitmentError::Spec(vec![error.to_string()]);
     let limb = Limb::<Exact>::new(&spec).map_err(|limb_error| wrong(&limb_error))?;
-    let jacobians: Jacobians<Exact> = limb.refresh(&wearer.posture).map_err(Trouble::from)?;
+    let jacobians: Jacobians<Exact> = limb
+        .refresh(&wearer.posture)
+        .map_err(RecruitmentError::from)?;
     // Forces are in the order of lines.
     let own: Vec<(Vector3<f64>, f64)> = spec
         .lines
@@ -108,7 +110,7 @@ fn wanted(study: &Study) -> Vec<Vector3<f64>> {
 ///
 /// # Errors
 /// E700 to E706: an arm that the device refuses.
-pub fn missed(study: &Study, wearer: &Wearer) -> Result<Missed, EndpointError> {
+pub fn missed(study: &Study, wearer: &Wearer) -> Result<MissedForce, EndpointError> {
     let wanted = wanted(study);
     let by_squares = wanted
         .iter()
@@ -120,7 +122,7 @@ pub fn missed(study: &Study, wearer: &Wearer) -> Result<Missed, EndpointError> {
             to[set] = part;
         }
     }
-    Ok(Missed([by_squares, by_nearest]))
+    Ok(MissedForce([by_squares, by_nearest]))
 }
 
 /// The set of `count` electrodes that misses least, the first of equals.
@@ -131,7 +133,7 @@ pub fn best(parts: &[f32], count: u32) -> usize {
         .unwrap_or(0)
 }
 
-impl Missed {
+impl MissedForce {
     /// The mean over all wanted forces of what each set misses by method `method`.
     #[must_use]
     pub fn of_all(&self, method: usize) -> Vec<f32> {

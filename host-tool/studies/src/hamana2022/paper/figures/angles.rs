@@ -5,12 +5,12 @@ use super::super::spread::of_draws;
 use super::super::tracking::Course;
 use super::super::{Part, Study};
 use super::in_words;
-use crate::hamana2022::angles::{Bent, LIES_DEG, bent};
+use crate::hamana2022::angles::{IndexAngles, LIES_DEG, bent};
 use crate::hamana2022::error::TwoPointsError;
 use crate::hamana2022::held::Hold;
 use crate::hamana2022::pattern::Pattern;
 use crate::hamana2022::sessions::people;
-use crate::laboratory::{Along, Bar, Curve, Plot, Plots, Sheet};
+use crate::laboratory::{Bar, Curve, Plot, Plots, Sheet, SheetAxis};
 use hal_sim::body::hand::spec::{A, B};
 use host_core::statistics::Spread;
 
@@ -25,12 +25,12 @@ fn course(series: usize, hold: &Hold) -> Curve {
     Curve::line(series, at)
 }
 
-fn angle() -> Along {
-    Along::even("angle (°)", [0.0, 100.0])
+fn angle() -> SheetAxis {
+    SheetAxis::even("angle (°)", [0.0, 100.0])
 }
 
-fn ten_seconds() -> Along {
-    Along::even("time (s)", [0.0, 10.0])
+fn ten_seconds() -> SheetAxis {
+    SheetAxis::even("time (s)", [0.0, 10.0])
 }
 
 impl Study {
@@ -148,7 +148,7 @@ impl Study {
         let mut plots = Vec::new();
         for (who, _) in people(&sessions) {
             let own = sessions.iter().filter(|session| session.participant == who);
-            let all: Vec<Bent> = own.filter_map(bent).collect();
+            let all: Vec<IndexAngles> = own.filter_map(bent).collect();
             let mut bars = Vec::new();
             for place in 0..LIES_DEG.len() {
                 for method in 0..METHODS.len() {
@@ -164,7 +164,7 @@ impl Study {
             }
             plots.push(Plot {
                 title: of_draws(who, all.len()),
-                x: Along::of("pronation", LIES_DEG.map(|lies| format!("{lies}°"))),
+                x: SheetAxis::of("pronation", LIES_DEG.map(|lies| format!("{lies}°"))),
                 y: angle(),
                 bars,
                 ..Plot::default()
@@ -234,7 +234,7 @@ fn followed(title: String, course: &Course) -> Plot {
     let of = |place: usize| course.rows.iter().map(move |row| [row[0], row[place]]);
     Plot {
         title,
-        x: Along::even("time (s)", [0.0, 30.0]),
+        x: SheetAxis::even("time (s)", [0.0, 30.0]),
         y: angle(),
         aside: Some([0.0, 10.0]),
         curves: vec![Curve::line(0, of(2)), Curve::line(1, of(1))],
@@ -246,7 +246,7 @@ fn followed(title: String, course: &Course) -> Plot {
 mod tests {
     use super::*;
     use crate::hamana2022::Voltages;
-    use crate::hamana2022::paper::{Came, Kind, Tracking, What};
+    use crate::hamana2022::paper::{DrawMeasurements, DrawResult, Kind, Tracking};
     use crate::hamana2022::tracked::Method;
     use host_core::run::DeviceName;
 
@@ -267,10 +267,10 @@ mod tests {
         Part {
             participant: name.to_owned(),
             draw,
-            became: Ok(Came {
+            became: Ok(DrawResult {
                 voltages,
                 extensor_v: [14.0, 26.0],
-                what: What::Tracked(Tracking {
+                what: DrawMeasurements::Tracked(Tracking {
                     trials: Vec::new(),
                     courses: vec![course],
                 }),

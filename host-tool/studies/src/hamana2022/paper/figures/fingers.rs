@@ -8,7 +8,7 @@ use crate::hamana2022::participant::DEVICE_V;
 use crate::hamana2022::pattern::{Pattern, Points};
 use crate::hamana2022::sessions::{Session, mean, people};
 use crate::hamana2022::voltages::{SELECTIVE, searched};
-use crate::laboratory::{Along, Bar, Curve, Plot, Plots, Sheet};
+use crate::laboratory::{Bar, Curve, Plot, Plots, Sheet, SheetAxis};
 use hal_sim::body::hand::digits::REST_DEG;
 use hal_sim::body::hand::spec::{A, B};
 use host_core::statistics::Spread;
@@ -51,8 +51,8 @@ impl Study {
             let [least, most] = [voltages.threshold_v[point], voltages.most_v[point]];
             plots.push(Plot {
                 title: format!("point {name}: from {least:.0} to {most:.0} V"),
-                x: Along::even("voltage (V)", [0.0, DEVICE_V]),
-                y: Along::even("part of the range; index", [0.0, 1.05]),
+                x: SheetAxis::even("voltage (V)", [0.0, DEVICE_V]),
+                y: SheetAxis::even("part of the range; index", [0.0, 1.05]),
                 curves,
                 ..Plot::default()
             });
@@ -101,8 +101,8 @@ impl Study {
             };
             plots.push(Plot {
                 title: title.to_owned(),
-                x: Along::even("time (s)", [0.0, 2.0]),
-                y: Along::even("angle (°)", [-40.0, 100.0]),
+                x: SheetAxis::even("time (s)", [0.0, 2.0]),
+                y: SheetAxis::even("angle (°)", [-40.0, 100.0]),
                 curves: (0..LETTERS.len()).map(curve).collect(),
                 ..Plot::default()
             });
@@ -182,8 +182,8 @@ fn intensity(name: &str, sessions: &[&Session]) -> Plot {
     };
     Plot {
         title: name.to_owned(),
-        x: Along::of("", LETTERS.map(str::to_owned)),
-        y: Along::even("part of the range", [0.0, 1.05]),
+        x: SheetAxis::of("", LETTERS.map(str::to_owned)),
+        y: SheetAxis::even("part of the range", [0.0, 1.05]),
         bars: (0..LETTERS.len()).filter_map(bar).collect(),
         ..Plot::default()
     }

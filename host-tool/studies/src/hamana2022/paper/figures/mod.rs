@@ -22,7 +22,7 @@ const DIGITS: [&str; 6] = [
 ];
 
 /// Whose forearm a figure shows.
-struct Whose {
+struct ShownWearer {
     wearer: Wearer,
     /// "P, draw 3", and why not whom the paper shows.
     words: String,
@@ -51,7 +51,7 @@ impl Study {
     }
 
     /// The first draw that came to anything, of `wanted` if they have one.
-    fn whose(&self, wanted: &str, parts: &[Part]) -> Result<Option<Whose>, TwoPointsError> {
+    fn whose(&self, wanted: &str, parts: &[Part]) -> Result<Option<ShownWearer>, TwoPointsError> {
         let others = self
             .participants
             .all
@@ -59,7 +59,7 @@ impl Study {
             .map(|participant| &*participant.name);
         for name in std::iter::once(wanted).chain(others) {
             if let Some((draw, wearer)) = self.first(name, parts)? {
-                return Ok(Some(Whose {
+                return Ok(Some(ShownWearer {
                     wearer,
                     words: in_words(name, draw, wanted),
                 }));

@@ -8,7 +8,7 @@ use crate::hamana2022::experiments::Experiment;
 use crate::hamana2022::pattern::Pattern;
 use crate::hamana2022::replication::{Averages, CONDUCTED, PATTERNS, Replication};
 use crate::hamana2022::sessions::{Session, people};
-use crate::laboratory::{Along, Band, Bar, Curve, Plot, Plots, Sheet};
+use crate::laboratory::{Band, Bar, Curve, Plot, Plots, Sheet, SheetAxis};
 use host_core::statistics::Spread;
 
 /// Series.
@@ -47,7 +47,7 @@ impl Study {
     /// Figures 12 to 15.
     pub(super) fn individuation_figures(&self, parts: &[Part]) -> Vec<Sheet> {
         let sessions = sessions(parts);
-        let own = Of::new(INDIVIDUATION, &sessions);
+        let own = PatternFigure::new(INDIVIDUATION, &sessions);
         own.sheets(
             ["Figure 12", "Figure 13", "Figure 14", "Figure 15"],
             [
@@ -63,7 +63,7 @@ impl Study {
     /// Figures 17 to 20.
     pub(super) fn torque_figures(&self, parts: &[Part]) -> Vec<Sheet> {
         let sessions = sessions(parts);
-        let own = Of::new(TORQUE, &sessions);
+        let own = PatternFigure::new(TORQUE, &sessions);
         own.sheets(
             ["Figure 17", "Figure 18", "Figure 19", "Figure 20"],
             [
@@ -77,13 +77,13 @@ impl Study {
     }
 }
 
-struct Of<'s> {
+struct PatternFigure<'s> {
     measure: Measure,
     sessions: &'s [Session],
     draws: Vec<Replication>,
 }
 
-impl<'s> Of<'s> {
+impl<'s> PatternFigure<'s> {
     fn new(measure: Measure, sessions: &'s [Session]) -> Self {
         let draws = averages(measure.experiment, sessions);
         Self {
@@ -124,8 +124,8 @@ impl<'s> Of<'s> {
         .collect()
     }
 
-    fn y(&self) -> Along {
-        Along::even(self.measure.axis, [0.0, 1.05])
+    fn y(&self) -> SheetAxis {
+        SheetAxis::even(self.measure.axis, [0.0, 1.05])
     }
 
     /// A bar of each pattern, and of one point where the paper prints it.
@@ -151,7 +151,7 @@ impl<'s> Of<'s> {
         let paper = one.and_then(|(_, paper)| paper);
         Plot {
             title: title.to_owned(),
-            x: Along::of("pattern", names),
+            x: SheetAxis::of("pattern", names),
             y: self.y(),
             bars: bars
                 .chain(ours.map(|spread| bar(PATTERNS, ONE, spread)))
@@ -260,10 +260,10 @@ impl<'s> Of<'s> {
                 curve.ranges.push(spread.range());
             }
         }
-        let x = Along {
+        let x = SheetAxis {
             logarithmic: true,
             ticks,
-            ..Along::even(
+            ..SheetAxis::even(
                 "phase difference (µs); 0 stands at its left end",
                 [20.0, 13_000.0],
             )
@@ -296,7 +296,7 @@ impl<'s> Of<'s> {
         }
         let names = LATE.into_iter().map(|(_, name)| name.to_owned());
         let plot = Plot {
-            x: Along::of("phase difference (µs)", names),
+            x: SheetAxis::of("phase difference (µs)", names),
             y: self.y(),
             bars,
             ..Plot::default()
