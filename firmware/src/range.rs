@@ -49,21 +49,21 @@ impl Range {
 
     /// What a field that needs at least `min` leaves of it; never more.
     #[must_use]
-    pub fn from(self, min: u32) -> Self {
+    pub fn with_min_at_least(self, min: u32) -> Self {
         let min = i32::try_from(min).unwrap_or(i32::MAX).max(self.min);
         Self { min, ..self }
     }
 
     /// What a field that allows at most `max` leaves of it; never more.
     #[must_use]
-    pub fn up_to(self, max: u32) -> Self {
+    pub fn with_max_at_most(self, max: u32) -> Self {
         let max = i32::try_from(max).unwrap_or(i32::MAX).min(self.max);
         Self { max, ..self }
     }
 
     /// What is told of a `value` that is not allowed.
     #[must_use]
-    pub fn none(self, value: impl Into<i64>) -> OutOfRange {
+    pub fn out_of_range(self, value: impl Into<i64>) -> OutOfRange {
         let Self { field, min, max } = self;
         OutOfRange {
             field,

@@ -61,7 +61,7 @@ impl Checksum {
 
     /// Whether `value` is as it was.
     #[inline]
-    pub fn holds(self, value: &impl Hash) -> bool {
+    pub fn matches(self, value: &impl Hash) -> bool {
         self == Self::of(value)
     }
 }
@@ -144,11 +144,11 @@ mod tests {
     fn every_flipped_bit_breaks_the_seal() {
         let value = [0xDEAD_BEEF_u32, 0, u32::MAX, 7];
         let seal = Checksum::of(&value);
-        assert!(seal.holds(&value));
+        assert!(seal.matches(&value));
         for bit in 0..128 {
             let mut flipped = value;
             flipped[bit / 32] ^= 1 << (bit % 32);
-            assert!(!seal.holds(&flipped), "bit {bit}");
+            assert!(!seal.matches(&flipped), "bit {bit}");
         }
     }
 }

@@ -172,7 +172,7 @@ counts! {
 impl MilliVolts {
     /// The current through a load of `ohm`, rounded up, saturating; of 0 Ω as of 1 Ω.
     #[must_use]
-    pub fn through(self, ohm: u32) -> MicroAmps {
+    pub fn current_through(self, ohm: u32) -> MicroAmps {
         // The product fits u64.
         let ua = (u64::from(self.0) * 1000).div_ceil(u64::from(ohm.max(1)));
         MicroAmps(u32::try_from(ua).unwrap_or(u32::MAX))

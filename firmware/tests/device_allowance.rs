@@ -19,12 +19,12 @@ fn time_of_stimulation_ends_and_is_not_given_back() {
     // A second, and the rest after arming anew.
     desk.run(wearer, &[channel(PLAIN)], 5_000);
     desk.keep_alive(50, 20_000);
-    desk.must(Request::Stop);
+    desk.expect_ok(Request::Stop);
     desk.wait(60_000);
     assert_eq!(desk.state(), State::Idle);
     desk.start();
-    desk.must(all(1, 5_000));
-    let (took, heard) = until_stopped(&mut desk, 10);
+    desk.expect_ok(equal_amplitudes(1, 5_000));
+    let (took, heard) = wait_until_stopped(&mut desk, 10);
     println!(
         "3 s allowed: 1 s, and {} ms after arming anew",
         took / 1_000
@@ -33,14 +33,14 @@ fn time_of_stimulation_ends_and_is_not_given_back() {
     // with the time.
     assert!((1_800_000..1_950_000).contains(&took), "{took} µs");
     for told in [Event::Stopping, Event::Stopped] {
-        assert!(is_told(&heard, told(StopCause::TimeOver)), "{heard:?}");
+        assert!(has_event(&heard, told(StopCause::TimeOver)), "{heard:?}");
     }
     assert_eq!(desk.state(), State::Idle);
     let spent = refusal(Code::TimeOver, "max_session_s");
-    assert_eq!(desk.refused(ARM), spent);
-    desk.must(Request::Clear);
+    assert_eq!(desk.expect_refusal(ARM), spent);
+    desk.expect_ok(Request::Clear);
     desk.prepare(wearer, &[channel(PLAIN)]);
-    assert_eq!(desk.refused(ARM), spent);
+    assert_eq!(desk.expect_refusal(ARM), spent);
 }
 
 #[test]
@@ -52,20 +52,20 @@ fn a_channels_charge_ends_and_is_not_given_back() {
     };
     let mut desk = TestHost::open(BOOT);
     desk.run(wearer, &[channel(PLAIN), channel(PLAIN)], 0);
-    desk.must(all(1, 20_000));
-    let (took, heard) = until_stopped(&mut desk, 10);
+    desk.expect_ok(equal_amplitudes(1, 20_000));
+    let (took, heard) = wait_until_stopped(&mut desk, 10);
     println!("1 mC of 4 µC every 20 ms: {} ms", took / 1_000);
     assert!((4_960_000..5_100_000).contains(&took), "{took} µs");
-    assert!(is_told(&heard, Event::Stopping(StopCause::DoseReached)));
-    assert!(is_told(&heard, Event::Stopped(StopCause::DoseReached)));
+    assert!(has_event(&heard, Event::Stopping(StopCause::DoseReached)));
+    assert!(has_event(&heard, Event::Stopped(StopCause::DoseReached)));
     let spent = refusal(Code::DoseReached, "max_dose_mc");
-    assert_eq!(desk.refused(ARM), spent);
+    assert_eq!(desk.expect_refusal(ARM), spent);
     // The other channel has put out nothing.
-    desk.must(Request::Clear);
-    desk.must(Request::Wearer(wearer));
+    desk.expect_ok(Request::Clear);
+    desk.expect_ok(Request::Wearer(wearer));
     let spec = channel(PLAIN);
-    desk.must(Request::Channel { channel: 1, spec });
-    desk.must(ARM);
+    desk.expect_ok(Request::Channel { channel: 1, spec });
+    desk.expect_ok(ARM);
 }
 
 /// One burst a second: with its second it would be at its full amplitude by time alone.
@@ -103,29 +103,29 @@ fn steps_are_limited_per_burst_and_per_second() {
     desk.keep_alive(5, 20_000);
     let refused = refusal(Code::TooLargeStep, "values");
     // 20 ms a burst; two orders within one count together.
-    assert_eq!(desk.refused(all(1, 6_001)), refused);
-    desk.must(all(1, 5_500));
-    assert_eq!(desk.refused(all(1, 6_001)), refused);
-    desk.must(all(1, 6_000));
+    assert_eq!(desk.expect_refusal(equal_amplitudes(1, 6_001)), refused);
+    desk.expect_ok(equal_amplitudes(1, 5_500));
+    assert_eq!(desk.expect_refusal(equal_amplitudes(1, 6_001)), refused);
+    desk.expect_ok(equal_amplitudes(1, 6_000));
     for amplitude in [7_000, 8_000] {
         desk.keep_alive(2, 20_000);
-        desk.must(all(1, amplitude));
+        desk.expect_ok(equal_amplitudes(1, amplitude));
     }
     // 3 mA within this second.
     desk.keep_alive(2, 20_000);
-    assert_eq!(desk.refused(all(1, 8_001)), refused);
+    assert_eq!(desk.expect_refusal(equal_amplitudes(1, 8_001)), refused);
     // Lower is always taken, and from there it is a step again.
-    desk.must(all(1, 2_000));
+    desk.expect_ok(equal_amplitudes(1, 2_000));
     desk.keep_alive(2, 20_000);
-    assert_eq!(desk.refused(all(1, 3_001)), refused);
-    desk.must(all(1, 3_000));
+    assert_eq!(desk.expect_refusal(equal_amplitudes(1, 3_001)), refused);
+    desk.expect_ok(equal_amplitudes(1, 3_000));
     // After two seconds nothing of that counts.
     desk.keep_alive(101, 20_000);
-    desk.must(all(1, 4_000));
+    desk.expect_ok(equal_amplitudes(1, 4_000));
     // From zero the rise counts, not a step.
-    desk.must(all(1, 0));
+    desk.expect_ok(equal_amplitudes(1, 0));
     desk.keep_alive(2, 20_000);
-    desk.must(all(1, 20_000));
+    desk.expect_ok(equal_amplitudes(1, 20_000));
 }
 
 /// In any second of random orders that were taken, the rise is within the limit.
@@ -139,7 +139,7 @@ fn no_second_rises_by_more_than_is_allowed() {
     let mut desk = TestHost::open(BOOT);
     desk.run(wearer, &[channel(PLAIN)], 4_000);
     desk.keep_alive(5, 20_000);
-    let (mut taken, mut refusals) = (vec![(desk.time(), 4_000u32)], 0);
+    let (mut taken, mut refusals) = (vec![(desk.since_boot_us(), 4_000u32)], 0);
     let mut random = 12_345u32;
     for _ in 0..1_500 {
         random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -147,11 +147,11 @@ fn no_second_rises_by_more_than_is_allowed() {
         let wanted = (now + (random >> 16) % 1_000)
             .saturating_sub(300)
             .clamp(100, 20_000);
-        match desk.answer(all(1, wanted)) {
-            Ok(()) => taken.push((desk.time(), wanted)),
+        match desk.answer(equal_amplitudes(1, wanted)) {
+            Ok(()) => taken.push((desk.since_boot_us(), wanted)),
             Err(_) => refusals += 1,
         }
-        desk.must(Request::KeepAlive); // a refused order is no sign of life
+        desk.expect_ok(Request::KeepAlive); // a refused order is no sign of life
         desk.wait(random >> 8 & 0x7FFF);
     }
     assert_eq!(desk.state(), State::Stimulating);

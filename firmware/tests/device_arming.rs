@@ -15,21 +15,21 @@ fn refused_arming_leaves_nothing_behind() {
     desk.prepare(wearer(), &[channel(PLAIN)]);
     for _ in 0..5 {
         (desk.sensors.arm, desk.sensors.hand_stop) = (false, false);
-        assert_eq!(desk.code(ARM), Some(Code::ArmInputOpen));
+        assert_eq!(desk.refusal_code(ARM), Some(Code::ArmInputOpen));
         (desk.sensors.arm, desk.sensors.hand_stop) = (true, true);
         desk.sensors.load_ohm[0] = u32::MAX;
-        assert_eq!(desk.code(ARM), Some(Code::ElectrodeOff));
+        assert_eq!(desk.refusal_code(ARM), Some(Code::ElectrodeOff));
         desk.sensors.load_ohm[0] = 2_000;
         desk.wait(1_000);
     }
-    desk.must(ARM);
+    desk.expect_ok(ARM);
     desk.wait(1_000); // until the controller has taken its parts, another `Arm` is 113
-    assert_eq!(desk.code(ARM), Some(Code::WrongState));
+    assert_eq!(desk.refusal_code(ARM), Some(Code::WrongState));
     desk.wait(1_000);
-    assert_eq!(desk.code(ARM), Some(Code::WrongState));
-    desk.must(Request::Start);
-    desk.must(all(1, 1_000));
-    assert_eq!(desk.code(ARM), Some(Code::WrongState));
+    assert_eq!(desk.refusal_code(ARM), Some(Code::WrongState));
+    desk.expect_ok(Request::Start);
+    desk.expect_ok(equal_amplitudes(1, 1_000));
+    assert_eq!(desk.refusal_code(ARM), Some(Code::WrongState));
     assert_eq!(desk.state(), State::Stimulating);
 }
 
@@ -108,7 +108,7 @@ fn arming_sets_the_banks_comparators() {
     desk.prepare(wearer(), &specs);
     desk.wait(10_000);
     assert_eq!(desk.record.trips, [], "not before arming");
-    desk.must(ARM);
+    desk.expect_ok(ARM);
     let codes = |desk: &TestHost| {
         let trips = desk.record.trips.iter().rev().take(6).rev();
         trips
@@ -122,14 +122,14 @@ fn arming_sets_the_banks_comparators() {
     let driven = desk.record.levels.iter().find(|l| l.1 != Levels::ISOLATED);
     let written = desk.record.trips[0].0;
     assert!(written < driven.unwrap().0);
-    desk.must_all([Request::Start, all(4, 400)]);
+    desk.expect_all_ok([Request::Start, equal_amplitudes(4, 400)]);
     desk.wait(100_000);
-    desk.must(Request::Stop);
+    desk.expect_ok(Request::Stop);
     desk.wait(500_000);
     assert_eq!(desk.record.trips.len(), 6, "once");
-    desk.must(Request::Clear);
+    desk.expect_ok(Request::Clear);
     desk.prepare(wearer(), &[current(100)]);
-    desk.must(ARM);
+    desk.expect_ok(ARM);
     assert_eq!(desk.record.trips.len(), 12);
     assert_eq!(
         codes(&desk),
@@ -146,17 +146,17 @@ fn arming_through_a_flood_works_afterwards() {
     requests[45] = ARM;
     desk.write(requests);
     desk.wait(60_000);
-    let heard = desk.heard();
+    let heard = desk.take_messages();
     let answers = heard
         .iter()
         .filter(|h| matches!(h, OwnedResponse::Ack(..) | OwnedResponse::Refused(..)))
         .count();
     assert!(answers >= 60, "every request is answered: {answers}");
     if desk.state() == State::Armed {
-        desk.must(Request::Stop);
+        desk.expect_ok(Request::Stop);
         desk.wait(2_000);
     }
-    desk.must(ARM);
+    desk.expect_ok(ARM);
 }
 
 #[test]
@@ -165,22 +165,25 @@ fn a_second_arm_order_during_the_check_is_refused_and_harms_nothing() {
     desk.prepare(wearer(), &[channel(PLAIN)]);
     let first = desk.send(ARM);
     desk.wait(5_000);
-    desk.must(Request::Channel {
+    desk.expect_ok(Request::Channel {
         channel: 1,
         spec: channel(PLAIN),
     });
     let second = desk.send(ARM);
     desk.wait(40_000);
-    let heard = desk.heard();
+    let heard = desk.take_messages();
     let mut answers = heard.iter();
     assert!(answers.any(|h| matches!(h, OwnedResponse::Refused(Some(s), ..) if *s == second)));
     assert!(answers.any(|h| matches!(h, OwnedResponse::Ack(s, _) if *s == first)));
     // The armed setup is the first one: it has no second channel.
-    assert_eq!(desk.code(all(2, 1_000)), Some(Code::NoTrain));
-    desk.must(Request::Stop);
+    assert_eq!(
+        desk.refusal_code(equal_amplitudes(2, 1_000)),
+        Some(Code::NoTrain)
+    );
+    desk.expect_ok(Request::Stop);
     desk.wait(2_000);
-    desk.must(ARM);
-    desk.must(all(2, 1_000));
+    desk.expect_ok(ARM);
+    desk.expect_ok(equal_amplitudes(2, 1_000));
 }
 
 #[test]
@@ -201,7 +204,7 @@ fn a_stop_during_the_check_finishes_its_pulse_and_allows_arming_again() {
             assert_balanced(&desk.record.levels, c, delay);
         }
         desk.sensors.hand_stop = true;
-        desk.must(ARM);
+        desk.expect_ok(ARM);
     }
 }
 
@@ -209,7 +212,7 @@ fn a_stop_during_the_check_finishes_its_pulse_and_allows_arming_again() {
 pub fn assert_balanced(levels: &[(u64, firmware::pulse::Levels)], channel: usize, case: u32) {
     use firmware::pulse::State::{Anodic, Cathodic};
     let sum = |state| -> u64 {
-        stretches(levels, channel, 0)
+        line_intervals(levels, channel, 0)
             .iter()
             .filter(|s| s.1 == state)
             .map(|s| s.2 - s.0)
@@ -229,9 +232,9 @@ fn a_reading_from_before_arming_does_not_judge_its_electrodes() {
         };
         desk.run(wearer(), &[channel(train)], 20_000);
         desk.wait(20_000);
-        let t0 = *driven(&desk.record.levels, 0).last().unwrap();
+        let t0 = *driven_starts(&desk.record.levels, 0).last().unwrap();
         let next = t0 + 5_000 - 600 + u64::from(delay);
-        let until = next - desk.time();
+        let until = next - desk.since_boot_us();
         desk.wait(until as u32);
         desk.sensors.hand_stop = false;
         while desk.state() != State::Idle {
@@ -239,10 +242,14 @@ fn a_reading_from_before_arming_does_not_judge_its_electrodes() {
         }
         desk.sensors.hand_stop = true;
         desk.sensors.load_ohm[0] = u32::MAX;
-        assert_eq!(desk.code(ARM), Some(Code::ElectrodeOff), "delay {delay}");
+        assert_eq!(
+            desk.refusal_code(ARM),
+            Some(Code::ElectrodeOff),
+            "delay {delay}"
+        );
         desk.sensors.load_ohm[0] = 2_000;
         desk.wait(1_000);
-        desk.must(ARM);
+        desk.expect_ok(ARM);
     }
 }
 
@@ -254,14 +261,14 @@ fn arming_expires_after_ten_seconds_also_after_an_hour_of_idleness() {
             desk.wait(1_000_000);
         }
         desk.prepare(wearer(), &[channel(PLAIN)]);
-        desk.must(ARM);
+        desk.expect_ok(ARM);
         desk.wait(9_990_000);
         assert_eq!(desk.state(), State::Armed, "{idle_s}");
-        desk.heard();
+        desk.take_messages();
         desk.wait(20_000);
         assert_eq!(desk.state(), State::Idle, "{idle_s}");
-        assert!(is_told(
-            &desk.heard(),
+        assert!(has_event(
+            &desk.take_messages(),
             Event::Stopped(StopCause::ArmExpired)
         ));
         desk.run(wearer(), &[channel(PLAIN)], 1_000);
@@ -282,10 +289,10 @@ fn a_fault_found_at_boot_is_latched_shown_and_cleared() {
     let info = desk.hello();
     assert_eq!((info.state, info.last_fault), (State::Fault, Some(record)));
     desk.prepare(wearer(), &[channel(PLAIN)]);
-    for request in [ARM, Request::Start, all(1, 1)] {
-        assert_eq!(desk.code(request), Some(Code::FaultLatched));
+    for request in [ARM, Request::Start, equal_amplitudes(1, 1)] {
+        assert_eq!(desk.refusal_code(request), Some(Code::FaultLatched));
     }
-    desk.must(Request::Acknowledge);
+    desk.expect_ok(Request::Acknowledge);
     desk.wait(110_000);
     let (first, last) = (desk.record.levels[0], desk.record.levels[1]);
     assert_eq!(desk.record.levels.len(), 2);
@@ -293,28 +300,28 @@ fn a_fault_found_at_boot_is_latched_shown_and_cleared() {
     assert_eq!(last.0 - first.0, 100_000);
     assert_eq!(desk.status().state, State::Idle);
     assert_eq!(desk.status().fault, Some(record));
-    desk.must(ARM);
+    desk.expect_ok(ARM);
 }
 
 #[test]
 fn hello_tells_the_state_of_this_moment() {
     let mut desk = TestHost::open(BOOT);
     desk.prepare(wearer(), &[channel(PLAIN)]);
-    desk.must(ARM);
+    desk.expect_ok(ARM);
     assert_eq!(desk.hello().state, State::Armed);
-    desk.must(Request::Start);
+    desk.expect_ok(Request::Start);
     assert_eq!(desk.hello().state, State::Stimulating);
 }
 
 #[test]
 fn a_new_session_gets_no_telemetry_that_it_did_not_ask_for() {
     let mut desk = TestHost::open(BOOT);
-    desk.must(Request::Subscribe { period_ms: 5 });
+    desk.expect_ok(Request::Subscribe { period_ms: 5 });
     desk.wait(20_000);
     desk.hello();
-    desk.heard();
+    desk.take_messages();
     desk.wait(20_000);
-    assert_eq!(desk.heard(), []);
+    assert_eq!(desk.take_messages(), []);
 }
 
 #[test]
@@ -326,11 +333,15 @@ fn a_second_client_is_refused_from_the_arm_order_on() {
         desk.wait(gap);
         let owner = std::mem::replace(&mut desk.session, 77);
         for request in [Request::Hello { schema: SCHEMA }, Request::KeepAlive] {
-            assert_eq!(desk.code(request), Some(Code::SessionTaken), "{gap}");
+            assert_eq!(
+                desk.refusal_code(request),
+                Some(Code::SessionTaken),
+                "{gap}"
+            );
         }
         desk.session = owner;
         desk.wait(30_000);
-        desk.must(Request::Start);
+        desk.expect_ok(Request::Start);
     }
 }
 
@@ -341,7 +352,7 @@ fn a_number_out_of_order_is_not_counted_as_lost_twice() {
     let base = desk.seq;
     for step in [0, 2, 1, 3, 3, 4] {
         desk.seq = base.wrapping_add(step);
-        desk.must(Request::KeepAlive);
+        desk.expect_ok(Request::KeepAlive);
     }
     assert_eq!(desk.status().counters.lost - before, 1);
 }
@@ -357,7 +368,7 @@ fn the_rise_cannot_be_dodged_by_an_amplitude_of_nothing() {
     desk.run(slow, &[channel(PLAIN)], 1);
     desk.keep_alive(20, 50_000);
     assert!(desk.record.dac.iter().all(|d| d.0 < 30_000 || d.2 == 0));
-    desk.must(all(1, 20_000));
+    desk.expect_ok(equal_amplitudes(1, 20_000));
     desk.wait(45_000);
     let first = desk.record.dac.last().unwrap().2;
     // 20 mA of 100 mA over 500 ms: two periods of 20 ms are 8 %.
@@ -379,9 +390,9 @@ fn arming_tells_what_each_electrode_read() {
     desk.prepare(wearer(), &[volts, volts]);
     desk.sensors.load_ohm = [1_000; 10];
     desk.sensors.load_ohm[1] = u32::MAX;
-    let mut heard = desk.ask(ARM);
+    let mut heard = desk.exchange(ARM);
     desk.wait(30_000);
-    heard.extend(desk.heard());
+    heard.extend(desk.take_messages());
     let [(0, applied, current_ua), (1, same, 0)] = readings(&heard)[..] else {
         panic!("{heard:?}");
     };
@@ -397,9 +408,9 @@ fn arming_tells_what_each_electrode_read() {
         "{last:?}"
     );
     desk.sensors.load_ohm[1] = 2_000;
-    let mut heard = desk.ask(ARM);
+    let mut heard = desk.exchange(ARM);
     desk.wait(430_000); // with the pause after the check before
-    heard.extend(desk.heard());
+    heard.extend(desk.take_messages());
     let read = readings(&heard);
     assert!(matches!(read[..], [(0, ..), (1, ..)]), "{read:?}");
     assert!(read[1].2.abs_diff(current_ua / 2) <= 30, "{read:?}");

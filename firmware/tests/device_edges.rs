@@ -1,7 +1,7 @@
 //! The edges of sync and trigger that are reported, against the pins.
 
 use crate::device_desk::*;
-use crate::device_timed::stay;
+use crate::device_timed::wait_alive;
 use firmware::link::{Event, Request};
 use firmware::pulse::{Levels, TrainSpec, Trigger, WINDOW_US};
 use firmware::units::Micros;
@@ -20,7 +20,7 @@ fn sync_edges(desk: &TestHost) -> Vec<u64> {
 }
 
 /// Times of this event, µs since boot.
-fn told(desk: &TestHost, event: Event) -> Vec<u64> {
+fn event_times(desk: &TestHost, event: Event) -> Vec<u64> {
     let at = |heard| match heard {
         OwnedResponse::Event(at, e) if e == event => Some((at - BOOT).us().cast_unsigned().into()),
         _ => None,
@@ -50,31 +50,31 @@ fn leading_edges_of_sync_are_told_with_their_time() {
     for train in [PLAIN, doublet, near] {
         let mut desk = TestHost::open(BOOT);
         desk.prepare(wearer(), &[channel(PLAIN), channel(train)]);
-        desk.must(Request::Sync { channel: Some(1) });
+        desk.expect_ok(Request::Sync { channel: Some(1) });
         desk.start();
-        desk.must(all(2, 10_000));
-        stay(&mut desk, 200_000);
-        desk.must(Request::Stop);
+        desk.expect_ok(equal_amplitudes(2, 10_000));
+        wait_alive(&mut desk, 200_000);
+        desk.expect_ok(Request::Stop);
         desk.wait(100_000);
         let mut edges = sync_edges(&desk);
         assert!(edges.len() > 10);
         edges.dedup_by_key(|edge| *edge / u64::from(WINDOW_US));
-        assert_eq!(told(&desk, Event::SyncEdge), edges, "{train:?}");
-        assert!(told(&desk, Event::TriggerEdge).is_empty());
+        assert_eq!(event_times(&desk, Event::SyncEdge), edges, "{train:?}");
+        assert!(event_times(&desk, Event::TriggerEdge).is_empty());
     }
 }
 
 /// Each edge while it stimulates, with or without a train that waits for it.
 #[test]
 fn edges_of_the_trigger_are_told_while_stimulating() {
-    let once = at_once(TrainSpec {
+    let once = without_rise(TrainSpec {
         trigger: Some(Trigger::Start),
         repeats: 1,
         ..PLAIN
     });
     let mut desk = TestHost::open(BOOT);
     let edge = |desk: &mut TestHost| {
-        let t = desk.time();
+        let t = desk.since_boot_us();
         desk.sensors.trigger = Some(desk.now());
         desk.wait(1_000);
         desk.sensors.trigger = None;
@@ -83,16 +83,16 @@ fn edges_of_the_trigger_are_told_while_stimulating() {
     desk.prepare(wearer(), &[once]);
     edge(&mut desk);
     desk.start();
-    desk.must(all(1, 10_000));
+    desk.expect_ok(equal_amplitudes(1, 10_000));
     let mut edges = Vec::new();
     for wait_us in [3_001, 60_017, 30_113] {
         edges.push(edge(&mut desk)); // the second finds the train's period not over
-        stay(&mut desk, wait_us);
+        wait_alive(&mut desk, wait_us);
     }
-    desk.must(Request::Stop);
+    desk.expect_ok(Request::Stop);
     desk.wait(100_000);
     edge(&mut desk);
-    assert_eq!(told(&desk, Event::TriggerEdge), edges);
-    assert!(told(&desk, Event::SyncEdge).is_empty());
+    assert_eq!(event_times(&desk, Event::TriggerEdge), edges);
+    assert!(event_times(&desk, Event::SyncEdge).is_empty());
     assert_eq!(desk.status().counters.idle_triggers, 3);
 }

@@ -40,7 +40,7 @@ fn play(desk: &mut TestHost, length_us: u32, until_s: f64, ohm: impl Fn(f64) -> 
 }
 
 /// The load at which a channel that peels from 1 to 25 kΩ in 10 s is a fault, Ω.
-fn found_at(spec: ChannelSpec, amplitude: u32) -> Option<u32> {
+fn fault_load_ohm(spec: ChannelSpec, amplitude: u32) -> Option<u32> {
     let peeled = |s: f64| 1_000 + (24_000.0 * s / 10.0) as u32;
     let mut desk = TestHost::open(BOOT);
     desk.sensors.load_ohm = [1_000; 10];
@@ -67,12 +67,12 @@ fn a_peeling_electrode_is_found() {
         (2_000, 6_000),
         (500, 25_000),
     ] {
-        let ohm = found_at(volts(PLAIN, 20_000), amplitude);
+        let ohm = fault_load_ohm(volts(PLAIN, 20_000), amplitude);
         let ohm = ohm.unwrap_or_else(|| panic!("{amplitude} mV"));
         assert!((3_900..=most_ohm).contains(&ohm), "{amplitude} mV: {ohm} Ω");
     }
     for (amplitude, least_ohm, most_ohm) in [(20_000, 6_000, 6_700), (5_000, 24_000, 25_000)] {
-        let ohm = found_at(channel(PLAIN), amplitude);
+        let ohm = fault_load_ohm(channel(PLAIN), amplitude);
         let ohm = ohm.unwrap_or_else(|| panic!("{amplitude} µA"));
         let range = least_ohm..=most_ohm;
         assert!(range.contains(&ohm), "{amplitude} µA: {ohm} Ω");
@@ -83,7 +83,7 @@ fn a_peeling_electrode_is_found() {
 /// and nothing senses voltage (docs/hardware.md).
 #[test]
 fn a_current_stage_within_its_compliance_shows_no_load() {
-    assert_eq!(found_at(channel(PLAIN), 1_000), None);
+    assert_eq!(fault_load_ohm(channel(PLAIN), 1_000), None);
 }
 
 /// Every other pulse meets nothing; then one in ten, which is not judged.
@@ -110,7 +110,7 @@ fn a_contact_that_comes_and_goes_is_found() {
 
 /// A voltage stage whose load falls to `ohm` after 0.2 s: what it is, and the seconds
 /// until it is told.
-fn fallen(from_ohm: u32, ohm: u32, amplitude: u32) -> Option<(Fault, f64)> {
+fn fault_after_load_drop(from_ohm: u32, ohm: u32, amplitude: u32) -> Option<(Fault, f64)> {
     let mut desk = TestHost::open(BOOT);
     desk.sensors.load_ohm = [from_ohm; 10];
     desk.run(wearer(), &[volts(PLAIN, amplitude)], amplitude);
@@ -130,7 +130,7 @@ fn fallen(from_ohm: u32, ohm: u32, amplitude: u32) -> Option<(Fault, f64)> {
 fn a_shorted_voltage_stage_is_found() {
     for from_ohm in [1_000, 3_000] {
         for (ohm, amplitude) in [(50, 2_000), (50, 5_000), (20, 15_000), (80, 19_000)] {
-            let found = fallen(from_ohm, ohm, amplitude);
+            let found = fault_after_load_drop(from_ohm, ohm, amplitude);
             let (fault, after_s) = found.unwrap_or_else(|| panic!("{amplitude} mV"));
             let is_short = matches!(fault, Fault::LoadWanders | Fault::OverCurrent);
             assert!(is_short, "{amplitude} mV: {fault:?}");
@@ -142,17 +142,25 @@ fn a_shorted_voltage_stage_is_found() {
 /// Three readings in a row far from the load before, though no limit is near.
 #[test]
 fn a_load_that_falls_and_stays_is_found() {
-    let (fault, after_s) = fallen(2_000, 600, 5_000).unwrap();
+    let (fault, after_s) = fault_after_load_drop(2_000, 600, 5_000).unwrap();
     assert_eq!(fault, Fault::LoadWanders);
     assert!(after_s <= 0.08, "{after_s} s");
-    assert_eq!(fallen(2_000, 1_100, 5_000), None, "less than half");
+    assert_eq!(
+        fault_after_load_drop(2_000, 1_100, 5_000),
+        None,
+        "less than half"
+    );
 }
 
 /// What it was armed with asks for the limiter's current: nothing fell.
 #[test]
 fn a_voltage_stage_at_its_full_current_stimulates() {
     for (ohm, amplitude) in [(1_000, 20_000), (970, 19_400), (777, 15_500)] {
-        assert_eq!(fallen(ohm, ohm, amplitude), None, "{amplitude} mV, {ohm} Ω");
+        assert_eq!(
+            fault_after_load_drop(ohm, ohm, amplitude),
+            None,
+            "{amplitude} mV, {ohm} Ω"
+        );
     }
 }
 
@@ -210,9 +218,9 @@ fn a_fault_that_readings_tell_cuts_no_pulse() {
             desk.keep_alive(4, 30_000);
             let record = desk.status().fault.unwrap();
             assert_eq!(record.fault, fault, "{breaks_us}");
-            let (told, levels) = (desk.record.time(record.at), &desk.record.levels);
+            let (told, levels) = (desk.record.since_boot_us(record.at), &desk.record.levels);
             assert_balanced(levels, 0, breaks_us);
-            let second = driven(levels, 0).into_iter().next_back().unwrap();
+            let second = driven_starts(levels, 0).into_iter().next_back().unwrap();
             // Two windows after the pulse began, or one more if its second phase was read.
             assert!(
                 (250..=750).contains(&(told - second)),
@@ -232,15 +240,18 @@ fn a_load_below_the_declared_one_is_judged_at_arming() {
     let mut desk = TestHost::open(BOOT);
     desk.prepare(wearer(), &[volts(PLAIN, 30_000)]);
     desk.sensors.load_ohm[0] = 500;
-    assert_eq!(desk.refused(ARM), refusal(Code::LoadTooLow, "load_ohm"));
+    assert_eq!(
+        desk.expect_refusal(ARM),
+        refusal(Code::LoadTooLow, "load_ohm")
+    );
     assert_eq!(desk.state(), State::Idle);
     desk.sensors.load_ohm[0] = 1_500;
-    desk.must(ARM);
-    desk.must(Request::Stop);
+    desk.expect_ok(ARM);
+    desk.expect_ok(Request::Stop);
     desk.wait(2_000);
     desk.prepare(wearer(), &[volts(PLAIN, 10_000)]);
     desk.sensors.load_ohm[0] = 500;
-    desk.must(ARM);
+    desk.expect_ok(ARM);
 }
 
 /// Codes of the check rise from 1, and none is above the limit's.
@@ -253,13 +264,13 @@ fn the_check_rises_from_code_1_to_the_wearers_limit() {
         };
         let mut desk = TestHost::open(BOOT);
         desk.prepare(wearer(), &[spec]);
-        let armed = desk.time();
-        desk.must(ARM);
+        let armed = desk.since_boot_us();
+        desk.expect_ok(ARM);
         let codes: Vec<u16> = desk.record.dac.iter().map(|d| d.2).collect();
         assert_eq!(codes.len(), 4);
         assert_eq!((codes[0], codes[3]), (1, last), "{limit} µA");
         assert!(codes.is_sorted(), "{codes:?}");
-        let length_us = desk.time() - armed;
+        let length_us = desk.since_boot_us() - armed;
         assert!(length_us < 24_000, "{length_us}");
     }
 }
@@ -272,7 +283,7 @@ fn a_short_is_found_before_the_check_has_risen() {
     let mut desk = TestHost::open(BOOT);
     desk.prepare(wearer(), &[volts(PLAIN, 20_000)]);
     desk.sensors.load_ohm[0] = 1;
-    assert_eq!(desk.code(ARM), Some(Code::ElectrodeShort));
+    assert_eq!(desk.refusal_code(ARM), Some(Code::ElectrodeShort));
     let most = desk.record.dac.iter().map(|d| d.2).max();
     assert!(most <= Some(17), "{most:?}");
 }

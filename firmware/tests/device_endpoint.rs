@@ -2,7 +2,7 @@
 
 use crate::device_desk::*;
 use crate::device_force::{FORCE, SLOW, control, muscle};
-use firmware::bench::limb::{before_the_trunk, nominal};
+use firmware::bench::limb::{before_the_trunk, nominal_limb};
 use firmware::control::{
     Endpoint, EndpointSpec, EndpointState, ForceImpossible, PostureSpec, WrenchError,
 };
@@ -23,7 +23,7 @@ fn fixed() -> PostureSpec {
 }
 
 fn arm_of(posture: PostureSpec, recruit_ms: u8) -> EndpointSpec {
-    let limb = nominal();
+    let limb = nominal_limb();
     EndpointSpec {
         ways_um: limb.ways_um,
         ranges_mdeg: limb.ranges_mdeg,
@@ -33,7 +33,7 @@ fn arm_of(posture: PostureSpec, recruit_ms: u8) -> EndpointSpec {
 }
 
 fn lines() -> Lines {
-    let mut lines = nominal().lines;
+    let mut lines = nominal_limb().lines;
     for line in &mut lines {
         line.limit = Amplitude::new(20_000);
     }
@@ -59,9 +59,9 @@ fn stimulating(posture: PostureSpec, recruit_ms: u8) -> TestHost {
         ..channel(SLOW)
     });
     desk.prepare(wearer, &trains.collect::<Vec<_>>());
-    desk.must(Request::Limb(arm_of(posture, recruit_ms)));
-    desk.must_all(lines().into_iter().map(Request::Line));
-    desk.must(Request::Subscribe { period_ms: 5 });
+    desk.expect_ok(Request::Limb(arm_of(posture, recruit_ms)));
+    desk.expect_all_ok(lines().into_iter().map(Request::Line));
+    desk.expect_ok(Request::Subscribe { period_ms: 5 });
     desk.start();
     desk
 }
@@ -70,7 +70,7 @@ fn stimulating(posture: PostureSpec, recruit_ms: u8) -> TestHost {
 fn measure(desk: &mut TestHost, angles: [i16; AXES]) {
     let at = desk.now();
     for (joint, centideg) in (0u8..).zip(angles) {
-        desk.must(Request::Measurement {
+        desk.expect_ok(Request::Measurement {
             joint,
             centideg,
             at,
@@ -78,25 +78,25 @@ fn measure(desk: &mut TestHost, angles: [i16; AXES]) {
     }
 }
 
-fn posed() -> [i16; AXES] {
+fn nominal_angles() -> [i16; AXES] {
     before_the_trunk().map(|angle| angle.to_centideg())
 }
 
 /// The last sample that was sent in the next `ms`.
-fn after(desk: &mut TestHost, ms: u32) -> Telemetry {
-    desk.heard();
+fn last_sample_after(desk: &mut TestHost, ms: u32) -> Telemetry {
+    desk.take_messages();
     desk.wait(ms * 1_000);
     desk.samples().pop().unwrap()
 }
 
 /// What the room itself makes of a force: an amplitude for each of the nine channels.
 fn expected(force_mn: [i32; 3]) -> Vec<Option<Amplitude>> {
-    let mut spec = nominal();
+    let mut spec = nominal_limb();
     spec.lines = lines();
     let limb = Limb::<f32>::new(&spec).unwrap();
     let [x, y, z] = force_mn.map(|mn| mn as f32 / 1e3);
-    let given = limb.refresh(&before_the_trunk()).unwrap();
-    let made = limb.recruit(&given, &Wrench::of_force(x, y, z)).unwrap();
+    let given = limb.jacobians_at_posture(&before_the_trunk()).unwrap();
+    let made = limb.recruit(&given, &Wrench::from_force(x, y, z)).unwrap();
     let of = |channel| made.orders.iter().find(|(value, _)| *value == channel);
     (0..9)
         .map(|channel| of(channel).map(|pair| pair.1))
@@ -117,13 +117,13 @@ fn a_wanted_force_becomes_the_room_s_amplitudes() {
     for posture in [fixed(), MEASURED] {
         let mut desk = stimulating(posture, 5);
         if posture == MEASURED {
-            measure(&mut desk, posed());
+            measure(&mut desk, nominal_angles());
         }
-        assert_eq!(after(&mut desk, 5).wrench, None);
-        desk.must(wrench(WANTED));
+        assert_eq!(last_sample_after(&mut desk, 5).wrench, None);
+        desk.expect_ok(wrench(WANTED));
         for _ in 0..8 {
             if posture == MEASURED {
-                measure(&mut desk, posed());
+                measure(&mut desk, nominal_angles());
             }
             desk.wait(10_000);
         }
@@ -147,8 +147,8 @@ fn a_wanted_force_becomes_the_room_s_amplitudes() {
         );
         // Nothing is wanted any more.
         if posture != MEASURED {
-            desk.must(wrench([0; 3]));
-            let rest = after(&mut desk, 60);
+            desk.expect_ok(wrench([0; 3]));
+            let rest = last_sample_after(&mut desk, 60);
             assert!(rest.amplitudes.iter().all(Option::is_none), "{rest:?}");
         }
     }
@@ -157,31 +157,40 @@ fn a_wanted_force_becomes_the_room_s_amplitudes() {
 #[test]
 fn what_nobody_can_make_changes_nothing_and_names_its_share() {
     let mut desk = stimulating(fixed(), 5);
-    desk.must(wrench(WANTED));
-    let before = after(&mut desk, 60);
+    desk.expect_ok(wrench(WANTED));
+    let before = last_sample_after(&mut desk, 60);
     let too_much = WANTED.map(|mn| mn * 20);
     assert_eq!(
-        desk.refused(wrench(too_much)),
+        desk.expect_refusal(wrench(too_much)),
         refusal(Code::WrenchOutOfReach, "force_mn")
     );
     assert_eq!(
-        desk.refused(wrench([0, 0, 1_000_001])),
+        desk.expect_refusal(wrench([0, 0, 1_000_001])),
         refusal(Code::OutOfRange, "force_mn")
     );
-    assert_eq!(after(&mut desk, 60).amplitudes, before.amplitudes);
+    assert_eq!(
+        last_sample_after(&mut desk, 60).amplitudes,
+        before.amplitudes
+    );
     // The share that is named can be made, and hardly more.
     let endpoint = Endpoint::new(&arm_of(fixed(), 5), &lines()).unwrap();
     let mut state = EndpointState::default();
     let now = Micros::new(0);
-    let refused = endpoint.wish(&mut state, now, now, too_much).unwrap_err();
+    let refused = endpoint
+        .accept_force(&mut state, now, now, too_much)
+        .unwrap_err();
     let WrenchError::Unmade(ForceImpossible::TooStrong { permille, .. }) = refused else {
         panic!("{refused:?}");
     };
     let share = |permille: u16| too_much.map(|mn| mn * i32::from(permille) / 1000);
-    assert!(endpoint.wish(&mut state, now, now, share(permille)).is_ok());
-    let more = endpoint.wish(&mut state, now, now, share(permille + 2));
+    assert!(
+        endpoint
+            .accept_force(&mut state, now, now, share(permille))
+            .is_ok()
+    );
+    let more = endpoint.accept_force(&mut state, now, now, share(permille + 2));
     assert!(matches!(more, Err(WrenchError::Unmade(_))), "{more:?}");
-    desk.must(wrench(share(permille)));
+    desk.expect_ok(wrench(share(permille)));
 }
 
 #[test]
@@ -193,7 +202,7 @@ fn where_no_muscle_helps_nothing_is_taken() {
     let mut found = [0; 2];
     for sign in [-1, 1] {
         let force = [0, 0, 5_000 * sign];
-        match endpoint.wish(&mut state, now, now, force) {
+        match endpoint.accept_force(&mut state, now, now, force) {
             Err(WrenchError::Unmade(ForceImpossible::NoMuscleHelps)) => found[0] += 1,
             Ok(()) => found[1] += 1,
             other => panic!("{other:?}"),
@@ -207,18 +216,18 @@ fn a_stale_angle_is_the_sensor_s_fault() {
     let mut desk = stimulating(MEASURED, 5);
     // Nobody has measured: nothing can be made, and nothing is wrong.
     assert_eq!(
-        desk.refused(wrench(WANTED)),
+        desk.expect_refusal(wrench(WANTED)),
         refusal(Code::NoPosture, "sc_protraction")
     );
     desk.wait(200_000);
     assert_eq!(desk.state(), State::Stimulating);
-    measure(&mut desk, posed());
-    desk.must(wrench(WANTED));
+    measure(&mut desk, nominal_angles());
+    desk.expect_ok(wrench(WANTED));
     // One axis is left out.
     for _ in 0..10 {
         let at = desk.now();
         for joint in 0..8 {
-            let centideg = posed()[usize::from(joint)];
+            let centideg = nominal_angles()[usize::from(joint)];
             desk.send(Request::Measurement {
                 joint,
                 centideg,
@@ -236,7 +245,7 @@ fn an_angle_beyond_belief_is_the_sensor_s_fault() {
     let mut desk = stimulating(MEASURED, 5);
     // 20° more than 130°, and then some.
     let (at, joint, centideg) = (desk.now(), 6, 15_100);
-    desk.must(Request::Measurement {
+    desk.expect_ok(Request::Measurement {
         joint,
         centideg,
         at,
@@ -253,17 +262,17 @@ fn a_force_that_can_no_longer_be_made_is_given_not_at_all() {
         desk.samples();
         for _ in 0..10 {
             measure(desk, angles);
-            desk.must(Request::KeepAlive);
+            desk.expect_ok(Request::KeepAlive);
         }
         desk.wait(10_000);
         desk.samples().pop().unwrap()
     };
-    measure(&mut desk, posed());
-    desk.must(wrench(WANTED));
-    let given = hold(&mut desk, posed());
+    measure(&mut desk, nominal_angles());
+    desk.expect_ok(wrench(WANTED));
+    let given = hold(&mut desk, nominal_angles());
     assert!(given.amplitudes.iter().any(Option::is_some));
     // Flexed beyond the wearer's range, though not beyond belief.
-    let mut away = posed();
+    let mut away = nominal_angles();
     away[6] = 13_500;
     let lost = hold(&mut desk, away);
     assert!(lost.amplitudes.iter().all(Option::is_none), "{lost:?}");
@@ -274,10 +283,10 @@ fn a_force_that_can_no_longer_be_made_is_given_not_at_all() {
         Some((WANTED, 0))
     );
     assert_eq!(
-        desk.refused(wrench(WANTED)),
+        desk.expect_refusal(wrench(WANTED)),
         refusal(Code::OutOfRange, "el_flexion")
     );
-    let back = hold(&mut desk, posed());
+    let back = hold(&mut desk, nominal_angles());
     assert_eq!(back.amplitudes, given.amplitudes);
     assert_eq!(desk.state(), State::Stimulating);
 }
@@ -293,7 +302,7 @@ fn it_recruits_at_its_own_period() {
             let now = BOOT + firmware::units::us(ms * 1000);
             if ms % 5 == 0 {
                 let force = WANTED.map(|mn| mn * ms.cast_signed() / 200);
-                endpoint.wish(&mut state, now, now, force).unwrap();
+                endpoint.accept_force(&mut state, now, now, force).unwrap();
             }
             seen.extend(endpoint.tick(&mut state, now).unwrap().map(|_| ms));
         }
@@ -313,7 +322,7 @@ fn every_mistake_of_an_arm_is_named() {
     };
     angles[6] = 13_001;
     let mut found = Vec::new();
-    spec.mistakes(&mut |range| found.push(range.to_string()));
+    spec.report_mistakes(&mut |range| found.push(range.to_string()));
     assert_eq!(
         found,
         [
@@ -326,22 +335,25 @@ fn every_mistake_of_an_arm_is_named() {
     let mut desk = TestHost::open(BOOT);
     desk.prepare(wearer(), &[channel(SLOW), channel(SLOW)]);
     assert_eq!(
-        desk.refused(Request::Limb(spec)),
+        desk.expect_refusal(Request::Limb(spec)),
         refusal(Code::OutOfRange, "ways_um")
     );
     let mut line = lines()[0].clone();
     line.gain_mn_per_ma = 0;
     assert_eq!(
-        desk.refused(Request::Line(line)),
+        desk.expect_refusal(Request::Line(line)),
         refusal(Code::OutOfRange, "gain_mn_per_ma")
     );
     // A line alone.
-    desk.must(Request::Line(lines()[0].clone()));
-    assert_eq!(desk.refused(ARM), refusal(Code::NoLimb, "limb"));
-    assert_eq!(desk.code(wrench(WANTED)), Some(Code::NotArmed));
-    desk.must(Request::Limb(arm_of(fixed(), 5)));
-    desk.must(ARM);
-    assert_eq!(desk.code(all(1, 1_000)), Some(Code::Controlled));
+    desk.expect_ok(Request::Line(lines()[0].clone()));
+    assert_eq!(desk.expect_refusal(ARM), refusal(Code::NoLimb, "limb"));
+    assert_eq!(desk.refusal_code(wrench(WANTED)), Some(Code::NotArmed));
+    desk.expect_ok(Request::Limb(arm_of(fixed(), 5)));
+    desk.expect_ok(ARM);
+    assert_eq!(
+        desk.refusal_code(equal_amplitudes(1, 1_000)),
+        Some(Code::Controlled)
+    );
 }
 
 #[test]
@@ -383,11 +395,11 @@ fn the_draft_tells_all_that_parts_break_together() {
             (Part::Line(3), Rule::NoTrain { channel: 3 }),
         ]
     );
-    assert_eq!(draft.controlled(), 0b1111);
+    assert_eq!(draft.controlled_channels(), 0b1111);
     // A line takes the place of its channel's, wherever it comes in the order.
-    let sum = draft.sum();
+    let sum = draft.checksum();
     draft.set_line(all[0].clone()).unwrap();
-    assert_eq!(draft.sum(), sum);
+    assert_eq!(draft.checksum(), sum);
     draft.clear();
-    assert_eq!(draft.controlled(), 0);
+    assert_eq!(draft.controlled_channels(), 0);
 }

@@ -66,14 +66,14 @@ pub(crate) fn force(channel: u8, millinewton: u32) -> Request {
 }
 
 /// The least but none and the most that a channel under force control gives, mN.
-pub(crate) fn reach(spec: &ForceSpec) -> (u32, u32) {
+pub(crate) fn force_range_mn(spec: &ForceSpec) -> (u32, u32) {
     let recruitment = Recruitment::new(RECRUITMENT).unwrap();
     let control = ForceControl::new(0, spec, K01, recruitment, SLOW.period_us).unwrap();
-    control.reach_mn()
+    control.force_range_mn()
 }
 
-pub(crate) fn most() -> u32 {
-    reach(&FORCE).1
+pub(crate) fn max_force_mn() -> u32 {
+    force_range_mn(&FORCE).1
 }
 
 /// Channel 0 under force control and channel 1 not, both stimulating.
@@ -97,18 +97,18 @@ fn stimulating_on(rung: Rung, spec: ForceSpec, host_timeout_ms: u16) -> TestHost
         rung,
         ..MuscleSpec::new(K01, RECRUITMENT)
     };
-    desk.must(Request::Muscle {
+    desk.expect_ok(Request::Muscle {
         channel: 0,
         spec: muscle,
     });
-    desk.must(control(0, spec));
+    desk.expect_ok(control(0, spec));
     desk.start();
     desk
 }
 
 /// Starts of a channel's pulses from `from` on.
 pub(crate) fn starts(desk: &TestHost, channel: usize, from: u64) -> Vec<u64> {
-    let edges = driven(&desk.record.levels, channel).into_iter();
+    let edges = driven_starts(&desk.record.levels, channel).into_iter();
     edges.filter(|&t| t > from).step_by(2).collect() // two phases
 }
 
@@ -122,12 +122,16 @@ fn amplitude_answers_and_then_rate() {
     let mut desk = stimulating(1000);
     // Nobody has asked for anything.
     desk.wait(200_000);
-    assert!(driven(&desk.record.levels, 0).iter().all(|&t| t < 100_000));
+    assert!(
+        driven_starts(&desk.record.levels, 0)
+            .iter()
+            .all(|&t| t < 100_000)
+    );
 
     let mut asked = |millinewton| {
-        desk.must(force(0, millinewton));
+        desk.expect_ok(force(0, millinewton));
         desk.wait(300_000);
-        let from = desk.time();
+        let from = desk.since_boot_us();
         desk.wait(400_000);
         let ua = last_code(&desk, 0) * 100_000 / 65_535;
         let gaps = gaps(&starts(&desk, 0, from));
@@ -138,10 +142,10 @@ fn amplitude_answers_and_then_rate() {
     let (gentle_us, gentle_ua) = asked(2_000);
     assert_eq!(gentle_us, Some(40_000));
     assert!((12_000..19_000).contains(&gentle_ua), "{gentle_ua}");
-    let (strong_us, strong_ua) = asked(most() * 9 / 10);
+    let (strong_us, strong_ua) = asked(max_force_mn() * 9 / 10);
     assert!((19_990..=20_000).contains(&strong_ua), "{strong_ua}");
     assert!((12_500..25_000).contains(&strong_us.unwrap()));
-    let (full_us, full_ua) = asked(most());
+    let (full_us, full_ua) = asked(max_force_mn());
     assert!(full_us.unwrap().abs_diff(12_500) <= 3, "{full_us:?}");
     assert!((19_990..=20_000).contains(&full_ua));
     // And back.
@@ -151,20 +155,20 @@ fn amplitude_answers_and_then_rate() {
 #[test]
 fn telemetry_tells_what_was_wanted_and_done() {
     let mut desk = stimulating_on(Rung::CalciumForce, FORCE, 1000);
-    desk.must(Request::Subscribe { period_ms: 10 });
-    desk.must(force(0, most()));
+    desk.expect_ok(Request::Subscribe { period_ms: 10 });
+    desk.expect_ok(force(0, max_force_mn()));
     for _ in 0..10 {
         desk.wait(100_000);
-        desk.must(force(0, most()));
+        desk.expect_ok(force(0, max_force_mn()));
     }
-    desk.heard();
+    desk.take_messages();
     desk.wait(50_000);
     let sample = desk.samples().remove(0);
     assert_eq!(sample.force_control.len(), 1);
-    assert_eq!(sample.force_control[0].target_mn, Some(most()));
+    assert_eq!(sample.force_control[0].target_mn, Some(max_force_mn()));
     assert!(sample.force_control[0].period_us.unwrap().abs_diff(12_500) <= 3);
     // The model of the same muscle, ripple included, comes to what was asked.
-    let got = f64::from(sample.forces_mn[0].unwrap()) / f64::from(most());
+    let got = f64::from(sample.forces_mn[0].unwrap()) / f64::from(max_force_mn());
     assert!((0.97..1.03).contains(&got), "{got}");
 }
 
@@ -179,7 +183,11 @@ fn a_setpoint_that_cannot_be_met_is_refused_by_name() {
     };
     let early = Some(desk.now() - us(2_000_000));
     for (request, code, field) in [
-        (force(0, most() + 1), Code::ForceOutOfReach, "millinewton"),
+        (
+            force(0, max_force_mn() + 1),
+            Code::ForceOutOfReach,
+            "millinewton",
+        ),
         (force(1, 100), Code::NoForceControl, "channel"),
         (force(10, 100), Code::OutOfRange, "channel"),
         (
@@ -189,22 +197,26 @@ fn a_setpoint_that_cannot_be_met_is_refused_by_name() {
         ),
         (timed(early, None), Code::SetpointTime, "at"),
         // One driver a channel: not both force control and the host.
-        (all(2, 1_000), Code::Controlled, "channel"),
+        (equal_amplitudes(2, 1_000), Code::Controlled, "channel"),
     ] {
-        assert_eq!(desk.refused(request), refusal(code, field));
+        assert_eq!(desk.expect_refusal(request), refusal(code, field));
     }
-    desk.must(Request::Stop);
+    desk.expect_ok(Request::Stop);
     desk.wait(200_000);
-    let stopped = desk.refused(force(0, 100));
+    let stopped = desk.expect_refusal(force(0, 100));
     assert_eq!(stopped, refusal(Code::NotArmed, "state"));
 }
 
 /// How arming refuses a draft of these channels and requests.
-fn armed(wearer: WearerSpec, specs: &[ChannelSpec], requests: Vec<Request>) -> (Code, String) {
+fn arming_refusal(
+    wearer: WearerSpec,
+    specs: &[ChannelSpec],
+    requests: Vec<Request>,
+) -> (Code, String) {
     let mut desk = TestHost::open(BOOT);
     desk.prepare(wearer, specs);
-    desk.must_all(requests);
-    desk.refused(ARM)
+    desk.expect_all_ok(requests);
+    desk.expect_refusal(ARM)
 }
 
 #[test]
@@ -252,7 +264,7 @@ fn what_cannot_be_controlled_is_refused_at_arming() {
         (channel(PLAIN), vec![muscle(1), control(1, FORCE)], Code::NoTrain, "force"),
     ];
     for (spec, requests, code, field) in cases {
-        let refused = armed(wearer(), &[spec], requests);
+        let refused = arming_refusal(wearer(), &[spec], requests);
         assert_eq!(refused, refusal(code, field));
     }
     // 20 mA, 2 · 500 µs: 3.16 mA rms at 25 Hz, 8.16 mA at 166 Hz.
@@ -264,7 +276,7 @@ fn what_cannot_be_controlled_is_refused_at_arming() {
         max_rms_ua: 5_000,
         ..wearer()
     };
-    let refused = armed(tight, &[wide], vec![muscle(0), control(0, FORCE)]);
+    let refused = arming_refusal(tight, &[wide], vec![muscle(0), control(0, FORCE)]);
     assert_eq!(refused, refusal(Code::RmsLimit, "limit"));
 }
 
@@ -280,15 +292,15 @@ fn all_channels_can_be_under_force_control() {
     let mut desk = TestHost::open(BOOT);
     desk.prepare(wearer(), &[channel(SLOW); 10]);
     for channel in 0..10 {
-        desk.must(muscle(channel));
-        desk.must(control(channel, FORCE));
+        desk.expect_ok(muscle(channel));
+        desk.expect_ok(control(channel, FORCE));
     }
     desk.start();
     for _ in 0..40 {
         for channel in 0..10 {
             // Each its own: from a seventh to the most.
             let share = 3 + u32::from(channel) * 2;
-            desk.must(force(channel, most() * share / 21));
+            desk.expect_ok(force(channel, max_force_mn() * share / 21));
         }
         desk.wait(10_000);
     }
@@ -298,7 +310,7 @@ fn all_channels_can_be_under_force_control() {
         codes.is_sorted() && codes[0] > 0 && codes[0] < codes[1],
         "{codes:?}"
     );
-    let pulses = |channel| driven(&desk.record.levels, channel).len();
+    let pulses = |channel| driven_starts(&desk.record.levels, channel).len();
     assert!(pulses(9) > 2 * pulses(0), "rate rises with force");
 }
 
@@ -337,14 +349,14 @@ fn the_order_of_requests_does_not_matter() {
     ];
     let mut courses = orders.into_iter().map(|requests| {
         let mut desk = TestHost::open(BOOT);
-        desk.must(Request::Wearer(WearerSpec {
+        desk.expect_ok(Request::Wearer(WearerSpec {
             host_timeout_ms: 1000,
             ..wearer()
         }));
-        desk.must_all(requests);
+        desk.expect_all_ok(requests);
         desk.start();
-        desk.must(force(0, most() * 4 / 5));
-        let from = desk.time();
+        desk.expect_ok(force(0, max_force_mn() * 4 / 5));
+        let from = desk.since_boot_us();
         desk.wait(500_000);
         let gaps = gaps(&starts(&desk, 0, from + 200_000));
         assert!(gaps.len() > 10);
@@ -373,7 +385,7 @@ fn an_isolated_group_keeps_its_rates() {
     for changing in [FORCE, falling] {
         let isolated = group(0b11, Partner::Isolated);
         let requests = vec![isolated, muscle(1), control(1, changing)];
-        let refused = armed(wearer(), &specs, requests);
+        let refused = arming_refusal(wearer(), &specs, requests);
         assert_eq!(refused, refusal(Code::RateChanges, "groups"));
     }
     let said = ForceSpec {
@@ -388,8 +400,8 @@ fn an_isolated_group_keeps_its_rates() {
     ] {
         let mut desk = TestHost::open(BOOT);
         desk.prepare(wearer(), &specs);
-        desk.must_all([group(0b11, partner), muscle(1), control(1, spec)]);
-        desk.must(ARM);
+        desk.expect_all_ok([group(0b11, partner), muscle(1), control(1, spec)]);
+        desk.expect_ok(ARM);
     }
 }
 
@@ -397,7 +409,7 @@ fn an_isolated_group_keeps_its_rates() {
 fn a_joint_and_force_control_do_not_share_a_channel() {
     let joint = joint(0, 1, 10_000, 20_000);
     let requests = vec![muscle(0), control(0, FORCE), joint];
-    let refused = armed(wearer(), &[channel(SLOW), channel(SLOW)], requests);
+    let refused = arming_refusal(wearer(), &[channel(SLOW), channel(SLOW)], requests);
     assert_eq!(refused, refusal(Code::Controlled, "force"));
 }
 
@@ -405,7 +417,7 @@ fn a_joint_and_force_control_do_not_share_a_channel() {
 fn forces_keep_the_session_alive_and_silence_ends_it() {
     let mut desk = stimulating(50);
     for _ in 0..20 {
-        desk.must(force(0, 3_000));
+        desk.expect_ok(force(0, 3_000));
         desk.wait(30_000);
         assert_eq!(desk.state(), State::Stimulating);
     }
@@ -430,9 +442,9 @@ proptest! {
     ) {
         let mut desk = stimulating_by(if is_rare { RARE } else { FORCE }, 1000);
         // Around threshold, where the slow rates are, or all the way.
-        let top = if is_rare { 2 * reach(&FORCE).0 } else { most() };
+        let top = if is_rare { 2 * force_range_mn(&FORCE).0 } else { max_force_mn() };
         for (percent, wait_us, rate) in steps {
-            desk.must(Request::Force {
+            desk.expect_ok(Request::Force {
                 channel: 0,
                 at: None,
                 millinewton: top * percent / 100,
@@ -441,8 +453,8 @@ proptest! {
             desk.wait(wait_us);
         }
         prop_assert_eq!(desk.state(), State::Stimulating);
-        let end = desk.time();
-        let pulses: Vec<_> = stretches(&desk.record.levels, 0, end)
+        let end = desk.since_boot_us();
+        let pulses: Vec<_> = line_intervals(&desk.record.levels, 0, end)
             .into_iter()
             .filter(|s| s.2 < end && matches!(s.1, Line::Cathodic | Line::Anodic))
             .skip(CHECK_PHASES)

@@ -2,8 +2,8 @@
 
 use crate::device_desk::*;
 use crate::device_force::{
-    BOOT, FORCE, RARE, SLOW, control, force, gaps, last_code, most, muscle, reach, starts,
-    stimulating_by,
+    BOOT, FORCE, RARE, SLOW, control, force, force_range_mn, gaps, last_code, max_force_mn, muscle,
+    starts, stimulating_by,
 };
 use firmware::control::ForceGap;
 use firmware::link::{ForceSample, Request};
@@ -12,7 +12,7 @@ use firmware::safety::{State, WearerSpec};
 /// The last sample in which channel 0 was told of, after `wait_us` of `millinewton`.
 fn sampled(desk: &mut TestHost, millinewton: u32, wait_us: u32) -> (bool, ForceSample) {
     for _ in 0..wait_us / 50_000 {
-        desk.must(force(0, millinewton));
+        desk.expect_ok(force(0, millinewton));
         desk.wait(50_000);
     }
     let sample = desk.samples().pop().unwrap();
@@ -23,15 +23,15 @@ fn sampled(desk: &mut TestHost, millinewton: u32, wait_us: u32) -> (bool, ForceS
 /// out of reach, with the two forces that are not.
 #[test]
 fn below_threshold_force_is_had_by_rate_or_said_to_be_out_of_reach() {
-    let at_threshold = reach(&FORCE).0;
-    let least = reach(&RARE).0;
+    let at_threshold = force_range_mn(&FORCE).0;
+    let least = force_range_mn(&RARE).0;
     assert!(5 * least < at_threshold, "{least} {at_threshold} mN");
     let gap = |above_mn| {
         let below_mn = 0;
         Some(ForceGap { below_mn, above_mn })
     };
     let mut desk = stimulating_by(FORCE, 1000);
-    desk.must(Request::Subscribe { period_ms: 10 });
+    desk.expect_ok(Request::Subscribe { period_ms: 10 });
     for (asked, limiting) in [
         (0, None),
         (1, gap(at_threshold)),
@@ -39,9 +39,9 @@ fn below_threshold_force_is_had_by_rate_or_said_to_be_out_of_reach() {
         (at_threshold * 3 / 5, gap(at_threshold)),
         (at_threshold - 1, gap(at_threshold)),
         (at_threshold, None),
-        (most(), None),
+        (max_force_mn(), None),
     ] {
-        let from = desk.time() + 200_000;
+        let from = desk.since_boot_us() + 200_000;
         let (is_limiting, sample) = sampled(&mut desk, asked, 500_000);
         assert_eq!(
             (is_limiting, sample.gap),
@@ -54,10 +54,10 @@ fn below_threshold_force_is_had_by_rate_or_said_to_be_out_of_reach() {
     }
 
     let mut desk = stimulating_by(RARE, 1000);
-    desk.must(Request::Subscribe { period_ms: 10 });
+    desk.expect_ok(Request::Subscribe { period_ms: 10 });
     let mut before_us = 500_001;
     for asked in [least, 2 * least, at_threshold / 2, at_threshold - 1] {
-        let from = desk.time() + 1_000_000;
+        let from = desk.since_boot_us() + 1_000_000;
         let (is_limiting, sample) = sampled(&mut desk, asked, 3_000_000);
         assert_eq!((is_limiting, sample.gap), (false, None), "{asked} mN");
         let gaps = gaps(&starts(&desk, 0, from));
@@ -85,13 +85,13 @@ fn a_slow_rate_outlives_neither_silence_nor_stop() {
     for ends in [None, Some(Request::Stop)] {
         let mut desk = stimulating_by(RARE, 50);
         for _ in 0..40 {
-            desk.must(force(0, reach(&RARE).0));
+            desk.expect_ok(force(0, force_range_mn(&RARE).0));
             desk.wait(40_000);
         }
         assert_eq!(desk.state(), State::Stimulating);
-        let last = desk.time();
+        let last = desk.since_boot_us();
         if let Some(stop) = ends {
-            desk.must(stop);
+            desk.expect_ok(stop);
         }
         desk.wait(3_000_000);
         assert_eq!(desk.state(), State::Idle);
@@ -111,12 +111,12 @@ fn a_slow_rate_rises_as_any() {
         ..wearer()
     };
     desk.prepare(wearer, &[channel(SLOW)]);
-    desk.must(muscle(0));
-    desk.must(control(0, RARE));
+    desk.expect_ok(muscle(0));
+    desk.expect_ok(control(0, RARE));
     desk.start();
-    let from = desk.time();
+    let from = desk.since_boot_us();
     for _ in 0..60 {
-        desk.must(force(0, reach(&RARE).0));
+        desk.expect_ok(force(0, force_range_mn(&RARE).0));
         desk.wait(50_000);
     }
     let codes = desk

@@ -22,14 +22,14 @@ fn framed(message: &[u8]) -> Vec<u8> {
     frame
 }
 
-fn said(desk: &mut TestHost, bytes: &[u8]) -> Vec<OwnedResponse> {
-    desk.heard();
+fn responses_to(desk: &mut TestHost, bytes: &[u8]) -> Vec<OwnedResponse> {
+    desk.take_messages();
     desk.receive(bytes);
     desk.wait(2_000);
-    desk.heard()
+    desk.take_messages()
 }
 
-fn refused(seq: Option<u16>, code: Code, field: &str) -> Vec<OwnedResponse> {
+fn refusal_response(seq: Option<u16>, code: Code, field: &str) -> Vec<OwnedResponse> {
     vec![OwnedResponse::Refused(seq, code, field.to_owned())]
 }
 
@@ -69,13 +69,16 @@ fn a_list_that_is_too_long_is_named() {
         (timed, "values"),
         (flexors, "flexors"),
     ] {
-        let heard = said(&mut desk, &framed(&message));
-        assert_eq!(heard, refused(Some(SEQ), Code::OutOfRange, field));
+        let heard = responses_to(&mut desk, &framed(&message));
+        assert_eq!(heard, refusal_response(Some(SEQ), Code::OutOfRange, field));
     }
     // Of a stranger: that comes first. And it is a request, not a bad frame.
     let foreign = bytes((session + 1, SEQ, 14u8, 0u8, 1_023u16, [0u32; 11].as_slice()));
-    let heard = said(&mut desk, &framed(&foreign));
-    assert_eq!(heard, refused(Some(SEQ), Code::SessionTaken, "session"));
+    let heard = responses_to(&mut desk, &framed(&foreign));
+    assert_eq!(
+        heard,
+        refusal_response(Some(SEQ), Code::SessionTaken, "session")
+    );
     assert_eq!(desk.status().counters.bad_frames, 0);
 }
 
@@ -92,7 +95,7 @@ fn the_longest_message_is_read_and_one_byte_more_is_too_long() {
         for fill in [1, 0xEE] {
             let mut message = bytes((desk.session, SEQ, 1u8)); // KeepAlive
             message.resize(length, fill);
-            let heard = said(&mut desk, &framed(&message));
+            let heard = responses_to(&mut desk, &framed(&message));
             let [OwnedResponse::Refused(None, number, _)] = &heard[..] else {
                 panic!("{heard:?}")
             };
@@ -106,7 +109,7 @@ fn the_longest_message_is_read_and_one_byte_more_is_too_long() {
 fn a_simulated_trigger_is_no_device_s() {
     let mut desk = TestHost::open(BOOT);
     let only = refusal(Code::SimulatorOnly, "trigger");
-    assert_eq!(desk.refused(Request::SimulateTrigger), only);
+    assert_eq!(desk.expect_refusal(Request::SimulateTrigger), only);
 }
 
 #[test]
@@ -118,7 +121,7 @@ fn groups_are_checked_as_they_come() {
     };
     let mut ask = |masks: &[u16]| {
         let groups = masks.iter().copied().map(group).collect();
-        desk.code(Request::Groups(groups))
+        desk.refusal_code(Request::Groups(groups))
     };
     assert_eq!(ask(&[0b11, 0b110]), Some(Code::TwoGroups));
     assert_eq!(ask(&[0b11, 0b11]), Some(Code::TwoGroups));
@@ -144,7 +147,7 @@ fn sessions_are_numbered_from_where_they_are_told() {
     // Someone who guesses is counted.
     desk.session = 1_234;
     let taken = refusal(Code::SessionTaken, "session");
-    assert_eq!(desk.refused(Request::KeepAlive), taken);
+    assert_eq!(desk.expect_refusal(Request::KeepAlive), taken);
     desk.session = 1;
     assert_eq!(desk.status().counters.strangers, 1);
 }

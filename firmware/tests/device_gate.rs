@@ -17,8 +17,8 @@ fn hold(desk: &mut TestHost, us: u32) {
     desk.sensors.held = false;
 }
 
-fn gated(train: TrainSpec) -> ChannelSpec {
-    at_once(TrainSpec {
+fn gated_channel(train: TrainSpec) -> ChannelSpec {
+    without_rise(TrainSpec {
         trigger: Some(Trigger::Gated),
         ..train
     })
@@ -27,7 +27,7 @@ fn gated(train: TrainSpec) -> ChannelSpec {
 /// Begins and ends of a channel's phases behind the electrode check.
 fn phases(desk: &TestHost, channel: usize, from_us: u64) -> Vec<(u64, u64)> {
     let is_driven = |line| matches!(line, Line::Cathodic | Line::Anodic);
-    let all = stretches(&desk.record.levels, channel, u64::MAX);
+    let all = line_intervals(&desk.record.levels, channel, u64::MAX);
     let phases = all.into_iter().filter(|s| is_driven(s.1));
     phases
         .map(|s| (s.0, s.2))
@@ -43,23 +43,23 @@ fn starts(phases: &[(u64, u64)]) -> Vec<u64> {
 /// the input released, at every phase of both.
 #[test]
 fn a_gated_train_plays_while_the_input_is_held() {
-    let spec = gated(TrainSpec {
+    let spec = gated_channel(TrainSpec {
         period_us: 10_000,
         ..PLAIN
     });
     for length in (253..36_000).step_by(487) {
         let mut desk = TestHost::open(BOOT);
         desk.run(wearer(), &[spec], 10_000);
-        let (from, mut expected) = (desk.time(), Vec::new());
+        let (from, mut expected) = (desk.since_boot_us(), Vec::new());
         for _ in 0..3 {
             desk.wait(5_000);
-            let on = desk.time();
+            let on = desk.since_boot_us();
             hold(&mut desk, length);
             let window = u64::from(WINDOW_US);
             // A refill comes 2 µs into its window.
-            let found = (desk.time() - 2).next_multiple_of(window);
+            let found = (desk.since_boot_us() - 2).next_multiple_of(window);
             expected.extend((on + 1_000..found + 1_000).step_by(10_000));
-            desk.must(Request::KeepAlive);
+            desk.expect_ok(Request::KeepAlive);
             desk.wait(12_000);
         }
         assert_eq!(starts(&phases(&desk, 0, from)), expected, "{length} µs");
@@ -72,13 +72,13 @@ fn a_gated_train_plays_while_the_input_is_held() {
 #[test]
 fn an_edge_that_is_not_held_plays_nothing() {
     let mut desk = TestHost::open(BOOT);
-    desk.run(wearer(), &[gated(PLAIN)], 10_000);
-    let from = desk.time();
+    desk.run(wearer(), &[gated_channel(PLAIN)], 10_000);
+    let from = desk.since_boot_us();
     for _ in 0..50 {
-        let phase = desk.time() % u64::from(WINDOW_US);
+        let phase = desk.since_boot_us() % u64::from(WINDOW_US);
         desk.wait(1_003 + (WINDOW_US - phase as u32) % WINDOW_US);
         hold(&mut desk, 200);
-        desk.must(Request::KeepAlive);
+        desk.expect_ok(Request::KeepAlive);
     }
     assert_eq!(phases(&desk, 0, from), []);
     assert_eq!(desk.status().counters.idle_triggers, 50);
@@ -90,8 +90,8 @@ fn a_gate_that_is_held_at_the_start_waits_for_its_release() {
     for bounces in [false, true] {
         let mut desk = TestHost::open(BOOT);
         desk.sensors.held = true;
-        desk.run(wearer(), &[gated(PLAIN)], 10_000);
-        let from = desk.time();
+        desk.run(wearer(), &[gated_channel(PLAIN)], 10_000);
+        let from = desk.since_boot_us();
         if bounces {
             desk.sensors.trigger = Some(desk.now());
             desk.wait(1);
@@ -110,19 +110,19 @@ fn a_gate_that_is_held_at_the_start_waits_for_its_release() {
 #[test]
 fn a_stop_ends_what_is_gated_and_the_next_start_waits() {
     let mut desk = TestHost::open(BOOT);
-    desk.run(wearer(), &[gated(PLAIN)], 10_000);
-    let from = desk.time();
+    desk.run(wearer(), &[gated_channel(PLAIN)], 10_000);
+    let from = desk.since_boot_us();
     hold(&mut desk, 90_000);
     desk.sensors.held = true;
-    desk.must(Request::Stop);
-    let stopped = desk.time();
+    desk.expect_ok(Request::Stop);
+    let stopped = desk.since_boot_us();
     desk.wait(200_000);
     assert_eq!(desk.state(), State::Idle);
     let seen = phases(&desk, 0, from);
     assert!(seen.len() >= 10 && seen.iter().all(|p| p.1 < stopped + 100_000));
     desk.start();
-    desk.must(all(1, 10_000));
-    let from = desk.time();
+    desk.expect_ok(equal_amplitudes(1, 10_000));
+    let from = desk.since_boot_us();
     desk.keep_alive(10, 50_000);
     assert_eq!(phases(&desk, 0, from), []);
 }
@@ -148,20 +148,20 @@ fn a_gate_that_chatters_changes_no_pulse() {
         for train in [plain(20_000, 0), plain(5_000, 0), plain(5_000, 2)] {
             let period = u64::from(train.period_us);
             let mut desk = TestHost::open(BOOT);
-            desk.run(wearer(), &[gated(train)], 10_000);
-            let from = desk.time();
+            desk.run(wearer(), &[gated_channel(train)], 10_000);
+            let from = desk.since_boot_us();
             for _ in 0..8 {
-                let until = desk.time() + 40_000;
-                while desk.time() < until {
+                let until = desk.since_boot_us() + 40_000;
+                while desk.since_boot_us() < until {
                     hold(&mut desk, on);
                     desk.wait(off);
                 }
-                desk.must(Request::KeepAlive);
+                desk.expect_ok(Request::KeepAlive);
             }
-            let held = desk.time();
+            let held = desk.since_boot_us();
             hold(&mut desk, 90_000);
-            let released = desk.time();
-            desk.must(Request::KeepAlive);
+            let released = desk.since_boot_us();
+            desk.expect_ok(Request::KeepAlive);
             desk.wait(50_000);
             let seen = phases(&desk, 0, from);
             let widths: BTreeSet<u64> = seen.iter().map(|p| p.1 - p.0).collect();
@@ -189,17 +189,17 @@ fn a_gate_that_chatters_changes_no_pulse() {
 #[test]
 fn isolated_partners_stay_apart_whatever_the_gate() {
     for (on, off) in [(900, 300), (7_300, 900), (21_000, 400), (33_000, 13_000)] {
-        let train = |offset_us| gated(TrainSpec { offset_us, ..PLAIN });
+        let train = |offset_us| gated_channel(TrainSpec { offset_us, ..PLAIN });
         let mut desk = TestHost::open(BOOT);
         desk.prepare(wearer(), &[train(0), train(10_000)]);
-        desk.must(group(0b11, Partner::Isolated));
+        desk.expect_ok(group(0b11, Partner::Isolated));
         desk.start();
-        desk.must(all(2, 10_000));
-        let from = desk.time();
+        desk.expect_ok(equal_amplitudes(2, 10_000));
+        let from = desk.since_boot_us();
         for _ in 0..30 {
             hold(&mut desk, on);
             desk.wait(off);
-            desk.must(Request::KeepAlive);
+            desk.expect_ok(Request::KeepAlive);
         }
         let [first, second] = [0, 1].map(|channel| starts(&phases(&desk, channel, from)));
         assert!(!first.is_empty(), "{on}/{off}");

@@ -16,12 +16,15 @@ fn an_arm_key_taken_out_stops_as_the_hand_held_stop_does() {
         desk.run(wearer(), &[channel(PLAIN)], 10_000);
         desk.wait(50_000 + delay);
         assert_eq!(desk.state(), State::Stimulating);
-        desk.heard();
+        desk.take_messages();
         desk.sensors.arm = false;
-        let opened = desk.time();
+        let opened = desk.since_boot_us();
         desk.wait(30_000);
         assert_eq!(desk.state(), State::Idle, "{hand_stop} {delay}");
-        assert!(is_told(&desk.heard(), Event::Stopped(StopCause::ArmKey)));
+        assert!(has_event(
+            &desk.take_messages(),
+            Event::Stopped(StopCause::ArmKey)
+        ));
         let isolated = desk.isolated_since().unwrap();
         assert!(isolated <= opened + 500 + 1_200, "{}", isolated - opened);
     }
@@ -32,11 +35,14 @@ fn an_arm_key_opened_while_armed_disarms_and_one_that_did_not_arm_does_nothing()
     let mut desk = TestHost::open(BOOT);
     desk.prepare(wearer(), &[channel(PLAIN)]);
     desk.sensors.hand_stop = false;
-    desk.must(ARM);
+    desk.expect_ok(ARM);
     desk.sensors.arm = false;
     desk.wait(2_000);
     assert_eq!(desk.state(), State::Idle);
-    assert!(is_told(&desk.heard(), Event::Stopped(StopCause::ArmKey)));
+    assert!(has_event(
+        &desk.take_messages(),
+        Event::Stopped(StopCause::ArmKey)
+    ));
     // Armed by the stop alone: the key turns on and off again.
     desk.sensors.hand_stop = true;
     desk.start();
@@ -57,7 +63,7 @@ fn a_wearer_who_wants_the_hand_held_stop_is_not_armed_by_the_key() {
     desk.prepare(careful, &[channel(PLAIN)]);
     for arm in [true, false] {
         (desk.sensors.arm, desk.sensors.hand_stop) = (arm, false);
-        let refused = desk.refused(ARM);
+        let refused = desk.expect_refusal(ARM);
         assert_eq!(refused, refusal(Code::HandStopOpen, "hand_stop_required"));
         assert_eq!(desk.state(), State::Idle);
     }
@@ -65,12 +71,15 @@ fn a_wearer_who_wants_the_hand_held_stop_is_not_armed_by_the_key() {
     for arm in [true, false] {
         (desk.sensors.arm, desk.sensors.hand_stop) = (arm, true);
         desk.start();
-        desk.must(all(1, 5_000));
+        desk.expect_ok(equal_amplitudes(1, 5_000));
         desk.wait(20_000);
         desk.sensors.hand_stop = false;
-        desk.heard();
+        desk.take_messages();
         desk.wait(20_000);
         assert_eq!(desk.state(), State::Idle);
-        assert!(is_told(&desk.heard(), Event::Stopped(StopCause::HandStop)));
+        assert!(has_event(
+            &desk.take_messages(),
+            Event::Stopped(StopCause::HandStop)
+        ));
     }
 }

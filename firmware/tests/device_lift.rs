@@ -43,14 +43,14 @@ fn joint(joint: u8) -> ModulationSpec {
 }
 
 /// Eight channels with a limit of 20 mA and `joints`, not armed.
-fn with(joints: impl IntoIterator<Item = ModulationSpec>) -> TestHost {
+fn with_joints(joints: impl IntoIterator<Item = ModulationSpec>) -> TestHost {
     let mut desk = TestHost::open(BOOT);
     let wearer = WearerSpec {
         host_timeout_ms: 200,
         ..wearer()
     };
     desk.prepare(wearer, &[channel(TRAIN); 8]);
-    desk.must_all(joints.into_iter().map(Request::Modulation));
+    desk.expect_all_ok(joints.into_iter().map(Request::Modulation));
     desk
 }
 
@@ -69,7 +69,7 @@ fn measure(desk: &mut TestHost, joints: u8, centideg: i16) {
 }
 
 /// All joints from one angle to another, 1° in 10 ms, the host alive. The last telemetry.
-fn travel(desk: &mut TestHost, joints: u8, from: i16, to: i16) -> Telemetry {
+fn move_joints(desk: &mut TestHost, joints: u8, from: i16, to: i16) -> Telemetry {
     let step = (to - from).signum() * 100;
     let mut at = from;
     while at != to {
@@ -83,8 +83,8 @@ fn travel(desk: &mut TestHost, joints: u8, from: i16, to: i16) -> Telemetry {
 
 /// Both arms at 20°, stimulating, nothing held yet.
 fn running() -> TestHost {
-    let mut desk = with((0..4).map(joint));
-    desk.must(Request::Subscribe { period_ms: 5 });
+    let mut desk = with_joints((0..4).map(joint));
+    desk.expect_ok(Request::Subscribe { period_ms: 5 });
     desk.start();
     measure(&mut desk, 4, 2_000);
     desk
@@ -100,7 +100,7 @@ fn sample(hold: Hold, phase: MotionPhase, centideg: i16) -> Option<LiftSample> {
 }
 
 /// Every joint's flexor and extensor.
-fn each(flexor: Option<u32>, extensor: Option<u32>) -> Vec<Option<Amplitude>> {
+fn for_every_joint(flexor: Option<u32>, extensor: Option<u32>) -> Vec<Option<Amplitude>> {
     let pair = [flexor, extensor].map(|value| value.map(Amplitude::new));
     pair.repeat(4)
 }
@@ -108,24 +108,24 @@ fn each(flexor: Option<u32>, extensor: Option<u32>) -> Vec<Option<Amplitude>> {
 #[test]
 fn four_joints_follow_their_quartics_while_an_object_is_held() {
     let mut desk = running();
-    let seen = travel(&mut desk, 4, 2_000, 3_000);
+    let seen = move_joints(&mut desk, 4, 2_000, 3_000);
     assert_eq!(seen.lift, sample(Hold::Released, MotionPhase::Lift, 3_000));
-    assert_eq!(seen.amplitudes[..], each(None, None));
-    desk.must(HELD);
-    let seen = travel(&mut desk, 4, 3_000, 5_000);
+    assert_eq!(seen.amplitudes[..], for_every_joint(None, None));
+    desk.expect_ok(HELD);
+    let seen = move_joints(&mut desk, 4, 3_000, 5_000);
     assert_eq!(seen.lift, sample(Hold::Held, MotionPhase::Lift, 5_000));
-    assert_eq!(seen.amplitudes[..], each(Some(5_000), None));
-    let seen = travel(&mut desk, 4, 5_000, 4_000);
+    assert_eq!(seen.amplitudes[..], for_every_joint(Some(5_000), None));
+    let seen = move_joints(&mut desk, 4, 5_000, 4_000);
     assert_eq!(seen.lift, sample(Hold::Held, MotionPhase::Drop, 4_000));
-    assert_eq!(seen.amplitudes[..], each(None, Some(4_400)));
+    assert_eq!(seen.amplitudes[..], for_every_joint(None, Some(4_400)));
     assert_eq!(desk.fault(), None);
 }
 
 #[test]
 fn an_elbow_that_stops_keeps_its_phase_and_its_amplitude() {
     let mut desk = running();
-    desk.must(HELD);
-    travel(&mut desk, 4, 2_000, 4_000);
+    desk.expect_ok(HELD);
+    move_joints(&mut desk, 4, 2_000, 4_000);
     for _ in 0..30 {
         desk.write([Request::KeepAlive]);
         measure(&mut desk, 4, 4_000);
@@ -133,7 +133,7 @@ fn an_elbow_that_stops_keeps_its_phase_and_its_amplitude() {
     }
     let seen = desk.samples().pop().unwrap();
     assert_eq!(seen.lift, sample(Hold::Held, MotionPhase::Lift, 4_000));
-    assert_eq!(seen.amplitudes[..], each(Some(4_400), None));
+    assert_eq!(seen.amplitudes[..], for_every_joint(Some(4_400), None));
 }
 
 #[test]
@@ -142,13 +142,13 @@ fn no_pulse_begins_once_an_object_is_dropped_and_the_outputs_are_isolated() {
     let mut latest = 0;
     for after_us in (0..16_667).step_by(463) {
         let mut desk = running();
-        desk.must(HELD);
-        travel(&mut desk, 4, 2_000, 4_000);
+        desk.expect_ok(HELD);
+        move_joints(&mut desk, 4, 2_000, 4_000);
         desk.wait(after_us);
-        let dropped = desk.time();
+        let dropped = desk.since_boot_us();
         desk.write([RELEASED]);
-        travel(&mut desk, 4, 4_000, 5_000);
-        let last = (0..8).filter_map(|n| driven(&desk.record.levels, n).pop());
+        move_joints(&mut desk, 4, 4_000, 5_000);
+        let last = (0..8).filter_map(|n| driven_starts(&desk.record.levels, n).pop());
         // Both phases of a biphasic pulse are driven stretches.
         let since = last.max().unwrap().saturating_sub(dropped);
         latest = latest.max(since);
@@ -156,8 +156,8 @@ fn no_pulse_begins_once_an_object_is_dropped_and_the_outputs_are_isolated() {
         assert!(isolated < dropped + 3_000, "{isolated} {dropped}");
         assert_eq!(desk.state(), State::Stimulating);
         // Held anew it is there again.
-        desk.must(HELD);
-        let seen = travel(&mut desk, 4, 5_000, 6_000);
+        desk.expect_ok(HELD);
+        let seen = move_joints(&mut desk, 4, 5_000, 6_000);
         assert!(seen.amplitudes[0].is_some(), "{seen:?}");
     }
     println!("the last phase begins at most {latest} µs after the release arrived");
@@ -168,27 +168,27 @@ fn no_pulse_begins_once_an_object_is_dropped_and_the_outputs_are_isolated() {
 #[test]
 fn what_is_held_too_long_is_let_go_until_it_is_released_and_held_anew() {
     let mut desk = running();
-    desk.must(HELD);
-    let held = desk.time();
+    desk.expect_ok(HELD);
+    let held = desk.since_boot_us();
     for n in 0..100 {
         // A host that says so again and again does not make it longer.
         desk.write([Request::KeepAlive, HELD]);
         measure(&mut desk, 4, 2_000 + 25 * n);
         desk.wait(10_000);
     }
-    let last = (0..8).filter_map(|n| driven(&desk.record.levels, n).pop());
+    let last = (0..8).filter_map(|n| driven_starts(&desk.record.levels, n).pop());
     let last = last.max().unwrap() - held;
     assert!((580_000..=602_000).contains(&last), "{last}");
-    let heard = desk.heard();
-    assert!(is_told(&heard, Event::HoldOver));
+    let heard = desk.take_messages();
+    assert!(has_event(&heard, Event::HoldOver));
     let told = heard
         .iter()
         .filter(|h| matches!(h, OwnedResponse::Event(_, Event::HoldOver)));
     assert_eq!(told.count(), 1);
-    assert_eq!(desk.refused(HELD), refusal(Code::HoldOver, "held"));
+    assert_eq!(desk.expect_refusal(HELD), refusal(Code::HoldOver, "held"));
     assert_eq!(desk.state(), State::Stimulating);
-    desk.must_all([RELEASED, HELD]);
-    let seen = travel(&mut desk, 4, 4_500, 5_500);
+    desk.expect_all_ok([RELEASED, HELD]);
+    let seen = move_joints(&mut desk, 4, 4_500, 5_500);
     assert_eq!(seen.lift, sample(Hold::Held, MotionPhase::Lift, 5_500));
     assert!(seen.amplitudes[0].is_some());
 }
@@ -196,14 +196,14 @@ fn what_is_held_too_long_is_let_go_until_it_is_released_and_held_anew() {
 #[test]
 fn a_silent_host_ends_it_whatever_it_measures() {
     let mut desk = running();
-    desk.must(HELD);
-    let silent = desk.time();
+    desk.expect_ok(HELD);
+    let silent = desk.since_boot_us();
     for n in 0..40 {
         measure(&mut desk, 4, 2_000 + 100 * n);
         desk.wait(10_000);
     }
-    assert!(is_told(
-        &desk.heard(),
+    assert!(has_event(
+        &desk.take_messages(),
         Event::Stopped(StopCause::HostSilent)
     ));
     let isolated = desk.isolated_since().expect("isolated");
@@ -218,11 +218,11 @@ fn an_angle_that_cannot_be_believed_is_a_fault_while_an_object_is_held_only() {
     desk.keep_alive(20, 10_000);
     assert_eq!(desk.fault(), None);
     // Nothing can be held without all of them.
-    assert_eq!(desk.refused(HELD), refusal(Code::NoAngle, "joint"));
+    assert_eq!(desk.expect_refusal(HELD), refusal(Code::NoAngle, "joint"));
     measure(&mut desk, 3, 2_000);
-    assert_eq!(desk.refused(HELD), refusal(Code::NoAngle, "joint"));
+    assert_eq!(desk.expect_refusal(HELD), refusal(Code::NoAngle, "joint"));
     measure(&mut desk, 4, 2_000);
-    desk.must(HELD);
+    desk.expect_ok(HELD);
     // One of them goes stale.
     for _ in 0..6 {
         desk.write([Request::KeepAlive]);
@@ -234,12 +234,12 @@ fn an_angle_that_cannot_be_believed_is_a_fault_while_an_object_is_held_only() {
     let mut desk = running();
     measure(&mut desk, 4, 12_001);
     desk.wait(5_000);
-    assert_eq!(desk.refused(HELD), refusal(Code::NoAngle, "joint"));
+    assert_eq!(desk.expect_refusal(HELD), refusal(Code::NoAngle, "joint"));
     // Outside the range, but near: as at its end.
     measure(&mut desk, 4, 11_900);
-    desk.must(HELD);
-    let seen = travel(&mut desk, 4, 11_900, 11_000);
-    assert_eq!(seen.amplitudes[..], each(None, Some(8_000)));
+    desk.expect_ok(HELD);
+    let seen = move_joints(&mut desk, 4, 11_900, 11_000);
+    assert_eq!(seen.amplitudes[..], for_every_joint(None, Some(8_000)));
     measure(&mut desk, 4, 12_001);
     desk.wait(5_000);
     assert_eq!(desk.fault(), Some(Fault::SensorRange));
@@ -248,27 +248,33 @@ fn an_angle_that_cannot_be_believed_is_a_fault_while_an_object_is_held_only() {
 #[test]
 fn held_is_refused_where_nothing_is_modulated_and_released_is_not_overtaken() {
     let mut desk = TestHost::open(BOOT);
-    assert_eq!(desk.refused(HELD), refusal(Code::NotArmed, "state"));
+    assert_eq!(desk.expect_refusal(HELD), refusal(Code::NotArmed, "state"));
     desk.prepare(wearer(), &[channel(TRAIN)]);
     desk.start();
     assert_eq!(
-        desk.refused(HELD),
+        desk.expect_refusal(HELD),
         refusal(Code::NoModulation, "modulation")
     );
-    let mut desk = with([joint(0)]);
+    let mut desk = with_joints([joint(0)]);
     desk.start();
     measure(&mut desk, 1, 2_000);
-    desk.must(HELD);
+    desk.expect_ok(HELD);
     let at = desk.now();
     let other = Request::Measurement {
         joint: 1,
         centideg: 0,
         at,
     };
-    assert_eq!(desk.refused(other), refusal(Code::NoModulation, "joint"));
-    assert_eq!(desk.refused(all(1, 1_000)).0, Code::Controlled);
-    desk.must(RELEASED);
-    desk.must(Request::Stop);
+    assert_eq!(
+        desk.expect_refusal(other),
+        refusal(Code::NoModulation, "joint")
+    );
+    assert_eq!(
+        desk.expect_refusal(equal_amplitudes(1, 1_000)).0,
+        Code::Controlled
+    );
+    desk.expect_ok(RELEASED);
+    desk.expect_ok(Request::Stop);
 }
 
 #[test]
@@ -289,13 +295,13 @@ fn arming_names_what_does_not_fit() {
     for (change, code, field) in changes {
         let mut other = joint(1);
         change(&mut other);
-        let mut desk = with([joint(0), other]);
-        assert_eq!(desk.refused(ARM), refusal(code, field));
+        let mut desk = with_joints([joint(0), other]);
+        assert_eq!(desk.expect_refusal(ARM), refusal(code, field));
     }
     // A little less is taken.
     let mut most = joint(0);
     (most.flexor.base, most.flexor.lift) = (Amplitude::new(40_000), Some(PEAK));
-    with([most]).must(ARM);
+    with_joints([most]).expect_ok(ARM);
     // What no setup could make right is refused at once.
     let mut desk = TestHost::open(BOOT);
     #[rustfmt::skip]
@@ -309,7 +315,7 @@ fn arming_names_what_does_not_fit() {
         let mut spec = joint(0);
         change(&mut spec);
         assert_eq!(
-            desk.refused(Request::Modulation(spec)),
+            desk.expect_refusal(Request::Modulation(spec)),
             refusal(code, field)
         );
     }
@@ -333,9 +339,9 @@ fn modulated_joints_and_a_joint_or_a_wall_do_not_go_together() {
         stale_after_ms: 40,
     };
     for other in [crate::device_desk::joint(4, 5, 1, 10), Request::Wall(wall)] {
-        let mut desk = with([joint(0)]);
-        desk.must(other);
+        let mut desk = with_joints([joint(0)]);
+        desk.expect_ok(other);
         let expected = refusal(Code::JointAndModulation, "modulation");
-        assert_eq!(desk.refused(ARM), expected);
+        assert_eq!(desk.expect_refusal(ARM), expected);
     }
 }

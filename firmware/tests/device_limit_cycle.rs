@@ -10,10 +10,10 @@ use firmware::units::Micros;
 fn a_swing_that_no_gain_ends_is_told_and_then_a_fault() {
     let mut desk = TestHost::open(Micros::new(u32::MAX - 3_000_000));
     desk.prepare(wearer(), &[channel(PLAIN); 2]);
-    desk.must(joint(0, 1, 2_000, 10_000));
-    desk.must(ARM);
+    desk.expect_ok(joint(0, 1, 2_000, 10_000));
+    desk.expect_ok(ARM);
     desk.measure(4_000);
-    desk.must(Request::Start);
+    desk.expect_ok(Request::Start);
     let (mut gains, mut faulted) = (Vec::new(), None);
     for frame in 0..6_000 {
         let turn = f64::from(frame) * 0.010 * 2.5 * core::f64::consts::TAU;
@@ -25,7 +25,7 @@ fn a_swing_that_no_gain_ends_is_told_and_then_a_fault() {
             at,
         });
         desk.wait(10_000);
-        for heard in desk.heard() {
+        for heard in desk.take_messages() {
             match heard {
                 OwnedResponse::Event(
                     _,

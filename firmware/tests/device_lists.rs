@@ -46,17 +46,17 @@ fn code(ua: u32) -> u16 {
 fn a_list_takes_the_place_of_the_trains_pulses() {
     for first_us in [0, 1, 7_777] {
         let mut desk = risen(wearer(), &[LISTING]);
-        let from = desk.time();
+        let from = desk.since_boot_us();
         let wanted = [
             (first_us, 8_000, 100),
             (20_000, 12_000, 50),
             (31_234, 3_000, 400),
             (20_001, 20_000, 10),
         ];
-        desk.must(list(0, &wanted));
-        let asked = desk.time();
+        desk.expect_ok(list(0, &wanted));
+        let asked = desk.since_boot_us();
         for _ in 0..4 {
-            desk.must(Request::KeepAlive);
+            desk.expect_ok(Request::KeepAlive);
             desk.wait(45_000);
         }
         let seen = phases(&desk, 0, from);
@@ -138,9 +138,9 @@ fn what_a_list_may_not_have_is_refused() {
         assert_eq!(desk.answer(request), expected, "{shown}");
     }
     // Seventeen are more than a list holds: refused by name, as any list.
-    desk.must(list(0, &[(20_000, 20_000, 200); 16]));
+    desk.expect_ok(list(0, &[(20_000, 20_000, 200); 16]));
     let plays = refusal(Code::ListPlays, "pulses");
-    assert_eq!(desk.refused(one(0, 5_000, 200)), plays);
+    assert_eq!(desk.expect_refusal(one(0, 5_000, 200)), plays);
     assert_eq!(desk.state(), State::Stimulating);
 }
 
@@ -153,23 +153,26 @@ fn a_list_waits_for_the_rise_of_its_channel() {
     let mut desk = TestHost::open(BOOT);
     desk.prepare(slow, &[channel(LISTING)]);
     let one = || list(0, &[(0, 5_000, 200)]);
-    assert_eq!(desk.refused(one()), refusal(Code::NotArmed, "state"));
-    desk.must(ARM);
-    assert_eq!(desk.refused(one()), refusal(Code::WrongState, "state"));
-    desk.must(Request::Start);
+    assert_eq!(desk.expect_refusal(one()), refusal(Code::NotArmed, "state"));
+    desk.expect_ok(ARM);
+    assert_eq!(
+        desk.expect_refusal(one()),
+        refusal(Code::WrongState, "state")
+    );
+    desk.expect_ok(Request::Start);
     let not_risen = refusal(Code::NotRisen, "pulses");
-    assert_eq!(desk.refused(one()), not_risen);
-    desk.must(all(1, 5_000));
+    assert_eq!(desk.expect_refusal(one()), not_risen);
+    desk.expect_ok(equal_amplitudes(1, 5_000));
     desk.keep_alive(5, 50_000);
-    assert_eq!(desk.refused(one()), not_risen);
+    assert_eq!(desk.expect_refusal(one()), not_risen);
     desk.keep_alive(3, 50_000);
-    desk.must(one());
+    desk.expect_ok(one());
     // From zero it rises anew.
-    desk.must(all(1, 0));
+    desk.expect_ok(equal_amplitudes(1, 0));
     desk.wait(60_000);
-    desk.must(all(1, 5_000));
+    desk.expect_ok(equal_amplitudes(1, 5_000));
     desk.wait(60_000);
-    assert_eq!(desk.refused(one()), not_risen);
+    assert_eq!(desk.expect_refusal(one()), not_risen);
 }
 
 /// A setpoint of the channel ends its list; a stop makes one fall like any pulses.
@@ -177,15 +180,15 @@ fn a_list_waits_for_the_rise_of_its_channel() {
 fn later_orders_hold() {
     let ten = [(20_000, 10_000, 100); 10];
     let mut desk = risen(wearer(), &[LISTING]);
-    desk.must(list(0, &ten));
+    desk.expect_ok(list(0, &ten));
     // What is wanted of the train, once more, is no other order.
     desk.keep_alive(1, 30_000);
-    desk.must(all(1, 5_000));
+    desk.expect_ok(equal_amplitudes(1, 5_000));
     desk.wait(20_000);
     let listed = phases(&desk, 0, 0).last().map(|phase| (phase.1, phase.2));
     assert_eq!(listed, Some((100, code(10_000))));
-    desk.must(all(1, 0));
-    let from = desk.time() + 1_000;
+    desk.expect_ok(equal_amplitudes(1, 0));
+    let from = desk.since_boot_us() + 1_000;
     desk.keep_alive(4, 50_000);
     assert_eq!(phases(&desk, 0, from), []);
 }
@@ -193,10 +196,10 @@ fn later_orders_hold() {
 #[test]
 fn a_stop_lets_a_list_fall() {
     let mut desk = risen(wearer(), &[LISTING]);
-    desk.must(list(0, &[(20_000, 10_000, 100); 10]));
+    desk.expect_ok(list(0, &[(20_000, 10_000, 100); 10]));
     desk.wait(50_000);
-    let from = desk.time();
-    desk.must(Request::Stop);
+    let from = desk.since_boot_us();
+    desk.expect_ok(Request::Stop);
     desk.wait(100_000);
     assert_eq!(desk.state(), State::Idle);
     let seen = phases(&desk, 0, from);
@@ -210,8 +213,8 @@ fn a_stop_lets_a_list_fall() {
     assert!(seen.iter().all(|edge| edge.0 < from + 51_000), "{seen:?}");
     // Nothing is left of it when stimulation begins anew.
     desk.start();
-    desk.must(all(1, 5_000));
-    let from = desk.time() + 60_000;
+    desk.expect_ok(equal_amplitudes(1, 5_000));
+    let from = desk.since_boot_us() + 60_000;
     desk.keep_alive(3, 50_000);
     let own = |pair: &(u64, u64, u16)| (pair.1, pair.2) == (200, code(5_000));
     assert!(phases(&desk, 0, from).iter().all(own));
@@ -246,7 +249,7 @@ fn lists_go_with_endless_single_pulses_of_the_epoch_only() {
     ];
     for (field, train) in trains {
         let spec = channel(train);
-        let refused = desk.refused(Request::Channel { channel: 0, spec });
+        let refused = desk.expect_refusal(Request::Channel { channel: 0, spec });
         assert_eq!(refused, refusal(Code::OutOfRange, field));
     }
     let later = TrainSpec {
@@ -254,8 +257,11 @@ fn lists_go_with_endless_single_pulses_of_the_epoch_only() {
         ..LISTING
     };
     desk.prepare(wearer(), &[channel(LISTING), channel(later)]);
-    desk.must(group(0b11, Partner::Isolated));
-    assert_eq!(desk.refused(ARM), refusal(Code::RateChanges, "groups"));
+    desk.expect_ok(group(0b11, Partner::Isolated));
+    assert_eq!(
+        desk.expect_refusal(ARM),
+        refusal(Code::RateChanges, "groups")
+    );
 }
 
 /// No two pulses of a list, nor of it and the train, may be further apart than a step.
@@ -267,11 +273,11 @@ fn a_list_keeps_the_wearers_steps() {
     };
     let mut desk = risen(careful, &[LISTING]);
     let far = refusal(Code::TooLargeStep, "values");
-    assert_eq!(desk.refused(list(0, &[(0, 7_001, 200)])), far);
+    assert_eq!(desk.expect_refusal(list(0, &[(0, 7_001, 200)])), far);
     assert_eq!(
-        desk.refused(list(0, &[(0, 4_000, 200), (20_000, 6_001, 200)])),
+        desk.expect_refusal(list(0, &[(0, 4_000, 200), (20_000, 6_001, 200)])),
         far
     );
-    assert_eq!(desk.refused(list(0, &[(0, 5_000, 281)])), far);
-    desk.must(list(0, &[(0, 4_000, 200), (20_000, 6_000, 200)]));
+    assert_eq!(desk.expect_refusal(list(0, &[(0, 5_000, 281)])), far);
+    desk.expect_ok(list(0, &[(0, 4_000, 200), (20_000, 6_000, 200)]));
 }

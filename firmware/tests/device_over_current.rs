@@ -43,13 +43,13 @@ fn over_current_truncates_and_records_the_charge_left() {
             &[channel(burst), channel(mono), channel(slow)],
             17_000,
         );
-        desk.must(stimuli(&[(17_000, 95), (17_000, 200), (17_000, 300)]));
+        desk.expect_ok(stimuli(&[(17_000, 95), (17_000, 200), (17_000, 300)]));
         desk.wait(13_000);
-        let start = *driven(&desk.record.levels, 1).last().unwrap() + 6_000;
-        let until = start + u64::from(step) - desk.time();
+        let start = *driven_starts(&desk.record.levels, 1).last().unwrap() + 6_000;
+        let until = start + u64::from(step) - desk.since_boot_us();
         desk.wait(until as u32);
         desk.sensors.over_current = true;
-        let at = desk.time();
+        let at = desk.since_boot_us();
         desk.wait(1);
         assert_eq!(
             desk.record.levels.last().map(|l| l.1),
@@ -58,7 +58,7 @@ fn over_current_truncates_and_records_the_charge_left() {
         desk.wait(30_000);
         assert!(desk.record.levels.last().unwrap().0 <= at, "replayed");
         let record = desk
-            .heard()
+            .take_messages()
             .into_iter()
             .find_map(|h| match h {
                 OwnedResponse::Event(_, Event::Faulted(record)) => Some(record),
@@ -72,7 +72,7 @@ fn over_current_truncates_and_records_the_charge_left() {
             let written = |d: &&(u64, u8, u16)| d.1 == c as u8 && d.2 != 0;
             let code = i64::from(desk.record.dac.iter().rfind(written).unwrap().2);
             // The pulse that `at` lies in: where its first edge was.
-            let all = stretches(&desk.record.levels, c, at);
+            let all = line_intervals(&desk.record.levels, c, at);
             let first = all
                 .iter()
                 .enumerate()
@@ -121,11 +121,11 @@ fn amplitudes_are_zero_after_a_fault_at_any_moment_of_a_refill() {
     for step in 0..500u32 {
         let mut desk = running(0, wearer(), BOOT + us(step * 991));
         desk.wait(30_000);
-        let pulse = *driven(&desk.record.levels, 0).last().unwrap();
-        let until = pulse + u64::from(2 * PLAIN.period_us - 500 + step) - desk.time();
+        let pulse = *driven_starts(&desk.record.levels, 0).last().unwrap();
+        let until = pulse + u64::from(2 * PLAIN.period_us - 500 + step) - desk.since_boot_us();
         desk.wait(until as u32);
         desk.sensors.over_current = true;
-        let at = desk.time();
+        let at = desk.since_boot_us();
         desk.wait(30_000);
         let dac = &desk.record.dac;
         assert!(dac.is_sorted_by_key(|d| d.0), "{step}: {dac:?}");
@@ -152,15 +152,15 @@ fn a_fault_while_grounding_is_latched_again() {
     desk.wait(10);
     desk.sensors.over_current = false;
     desk.wait(1_000);
-    desk.must(Request::Acknowledge);
+    desk.expect_ok(Request::Acknowledge);
     desk.wait(20_000);
     desk.sensors.over_current = true;
     desk.wait(200_000);
     assert_eq!(desk.state(), State::Fault);
     assert_eq!(desk.record.levels.last().unwrap().1, Levels::ISOLATED);
     desk.sensors.over_current = false;
-    desk.must(Request::Acknowledge);
+    desk.expect_ok(Request::Acknowledge);
     desk.wait(110_000);
     assert_eq!(desk.state(), State::Idle);
-    desk.must(ARM);
+    desk.expect_ok(ARM);
 }

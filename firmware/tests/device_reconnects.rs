@@ -15,7 +15,7 @@ fn whoever_connects_again_puts_nothing_out_in_any_state() {
     type Reach = fn(&mut TestHost);
     let arm: Reach = |desk| {
         desk.prepare(wearer(), &[channel(PLAIN)]);
-        desk.must(ARM);
+        desk.expect_ok(ARM);
     };
     let start: Reach = |desk| desk.run(wearer(), &[channel(PLAIN)], 5_000);
     let fault: Reach = |desk| {
@@ -30,7 +30,7 @@ fn whoever_connects_again_puts_nothing_out_in_any_state() {
         (State::Stimulating, start),
         (State::Stopping, |desk| {
             desk.run(wearer(), &[channel(PLAIN)], 5_000);
-            desk.must(Request::Stop);
+            desk.expect_ok(Request::Stop);
         }),
         (State::Fault, fault),
     ];
@@ -40,16 +40,16 @@ fn whoever_connects_again_puts_nothing_out_in_any_state() {
         assert_eq!(desk.state(), state);
         let silence_ms = wearer().host_timeout_ms + wearer().fall_ms;
         desk.wait(1_000 * u32::from(silence_ms) + 1_000);
-        let since = desk.time();
+        let since = desk.since_boot_us();
         for _ in 0..3 {
             // Refused where another host's session goes on.
-            let heard = desk.ask(Request::Hello { schema: SCHEMA });
+            let heard = desk.exchange(Request::Hello { schema: SCHEMA });
             if let Some(OwnedResponse::Hello(info)) = heard.first() {
                 desk.session = info.session;
             }
             for request in [
                 Request::KeepAlive,
-                all(1, 15_000),
+                equal_amplitudes(1, 15_000),
                 Request::Start,
                 Request::Status,
                 Request::Subscribe { period_ms: 10 },
@@ -60,12 +60,12 @@ fn whoever_connects_again_puts_nothing_out_in_any_state() {
                 assert!(desk.answer(request.clone()).is_err());
                 desk.session = own;
                 if request != Request::Start || state != State::Armed {
-                    desk.ask(request);
+                    desk.exchange(request);
                 }
                 desk.wait(20_000);
             }
         }
-        let driven = driven(&desk.record.levels, 0);
+        let driven = driven_starts(&desk.record.levels, 0);
         let late: Vec<u64> = driven.into_iter().filter(|at| *at >= since).collect();
         assert!(late.is_empty(), "{state:?}: {late:?}");
     }

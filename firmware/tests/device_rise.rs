@@ -31,7 +31,7 @@ fn spec(train: TrainSpec, start_ua: u32) -> ChannelSpec {
     }
 }
 
-fn second(rise_bursts: u16) -> WearerSpec {
+fn one_second_rise(rise_bursts: u16) -> WearerSpec {
     WearerSpec {
         rise_ms: 1_000,
         rise_bursts,
@@ -96,15 +96,15 @@ fn a_faint_amplitude_is_no_licence_for_a_strong_one() {
     // 10 µA until the second is nearly over, and for five seconds.
     for wait in [47, 250] {
         let mut desk = TestHost::open(BOOT);
-        desk.prepare(second(1), &[spec(LIVE, 0)]);
+        desk.prepare(one_second_rise(1), &[spec(LIVE, 0)]);
         desk.start();
-        let from = desk.time();
+        let from = desk.since_boot_us();
         for _ in 0..wait {
-            desk.must(order(10, 200));
+            desk.expect_ok(order(10, 200));
             desk.wait(20_000);
         }
         for _ in 0..60 {
-            desk.must(order(LIMIT_UA, 200));
+            desk.expect_ok(order(LIMIT_UA, 200));
             desk.wait(20_000);
         }
         let seen = bursts(&desk, from);
@@ -116,12 +116,12 @@ fn a_faint_amplitude_is_no_licence_for_a_strong_one() {
 #[test]
 fn a_width_does_not_jump() {
     let mut desk = TestHost::open(BOOT);
-    desk.prepare(second(1), &[spec(LIVE, 0)]);
+    desk.prepare(one_second_rise(1), &[spec(LIVE, 0)]);
     desk.start();
-    let from = desk.time();
+    let from = desk.since_boot_us();
     for width_us in [20, 400] {
         for _ in 0..80 {
-            desk.must(order(50_000, width_us));
+            desk.expect_ok(order(50_000, width_us));
             desk.wait(20_000);
         }
     }
@@ -141,8 +141,8 @@ fn a_gate_or_toggle_that_opens_begins_a_rise() {
             trigger: Some(trigger),
             ..TrainSpec::biphasic(200, 100, PERIOD_US)
         };
-        desk.run(second(1), &[spec(train, 0)], 50_000);
-        let from = desk.time();
+        desk.run(one_second_rise(1), &[spec(train, 0)], 50_000);
+        let from = desk.since_boot_us();
         let edge = |desk: &mut TestHost, held: bool| {
             desk.sensors.held = held;
             desk.sensors.trigger = (held || trigger == Trigger::Toggle).then(|| desk.now());
@@ -153,11 +153,11 @@ fn a_gate_or_toggle_that_opens_begins_a_rise() {
         for closed_us in [22_000, 200_000] {
             edge(&mut desk, true);
             for _ in 0..30 {
-                desk.must(Request::KeepAlive);
+                desk.expect_ok(Request::KeepAlive);
                 desk.wait(50_000);
             }
             edge(&mut desk, false);
-            desk.must(Request::KeepAlive);
+            desk.expect_ok(Request::KeepAlive);
             desk.wait(closed_us);
         }
         edge(&mut desk, true);
@@ -179,17 +179,17 @@ fn counted_trains_play_what_is_ordered_or_are_refused() {
             ..PLAIN
         };
         let mut desk = TestHost::open(BOOT);
-        desk.prepare(second(1), &[spec(train, start_ua)]);
-        desk.must(ARM);
-        desk.must(all(1, 8_000));
-        let heard = desk.ask(all(1, 8_001));
+        desk.prepare(one_second_rise(1), &[spec(train, start_ua)]);
+        desk.expect_ok(ARM);
+        desk.expect_ok(equal_amplitudes(1, 8_000));
+        let heard = desk.exchange(equal_amplitudes(1, 8_001));
         let refused = heard.iter().find_map(|h| match h {
             OwnedResponse::Refused(_, code, field) => Some((*code, field.clone())),
             _ => None,
         });
         assert_eq!(refused, Some(refusal(Code::AboveStart, "start")));
-        let from = desk.time();
-        desk.must(Request::Start);
+        let from = desk.since_boot_us();
+        desk.expect_ok(Request::Start);
         for _ in 0..60 {
             desk.send(Request::KeepAlive);
             desk.wait(20_000);
@@ -208,7 +208,7 @@ fn a_list_that_rises_too_fast_is_refused() {
         ..LIVE
     };
     let mut desk = TestHost::open(BOOT);
-    desk.run(second(1), &[spec(train, 6_000)], 10_000);
+    desk.run(one_second_rise(1), &[spec(train, 6_000)], 10_000);
     desk.keep_alive(60, 20_000);
     let list = |pulses: &[(u32, u32, u16)]| Request::Pulses {
         channel: 0,
@@ -238,13 +238,13 @@ fn a_list_that_rises_too_fast_is_refused() {
     // The rise that a pause begins goes on.
     let after_pause = [(0, 5_000, 200), (40_001, 6_000, 200), (20_000, 7_200, 200)];
     assert_eq!(desk.answer(list(&after_pause)), steep);
-    desk.must(list(&[
+    desk.expect_ok(list(&[
         (0, 5_000, 200),
         (40_001, 6_000, 200),
         (20_000, 6_000, 200),
         (20_000, 5_000, 200),
     ]));
-    let from = desk.time();
+    let from = desk.since_boot_us();
     desk.keep_alive(20, 20_000);
     let seen = bursts(&desk, from);
     assert_eq!(jumps(&seen, 6_000, 1), []);
@@ -262,11 +262,11 @@ proptest! {
         rise_bursts in 1..40u16,
     ) {
         let mut desk = TestHost::open(BOOT);
-        desk.prepare(second(rise_bursts), &[spec(LIVE, start_ua)]);
+        desk.prepare(one_second_rise(rise_bursts), &[spec(LIVE, start_ua)]);
         desk.start();
-        let from = desk.time();
+        let from = desk.since_boot_us();
         for (ua, width_us, periods) in orders {
-            desk.must(order(ua, width_us));
+            desk.expect_ok(order(ua, width_us));
             desk.wait(periods * PERIOD_US);
         }
         let seen = bursts(&desk, from);

@@ -66,22 +66,22 @@ fn armed(rung: Rung) -> TestHost {
     desk.prepare(wearer(), &trains().map(channel));
     for channel in 0..3 {
         let spec = MuscleSpec { rung, ..SPEC };
-        desk.must(Request::Muscle { channel, spec });
+        desk.expect_ok(Request::Muscle { channel, spec });
     }
-    desk.must(ARM);
+    desk.expect_ok(ARM);
     desk
 }
 
 fn stimulate(rung: Rung) -> TestHost {
     let mut desk = armed(rung);
-    desk.must(Request::Start);
-    desk.must(all(3, AMPLITUDE));
+    desk.expect_ok(Request::Start);
+    desk.expect_ok(equal_amplitudes(3, AMPLITUDE));
     desk
 }
 
 /// Samples of the next `ms`, with the host kept alive.
 fn sample(desk: &mut TestHost, ms: u32) -> Vec<Telemetry> {
-    desk.must(Request::Subscribe { period_ms: 1 });
+    desk.expect_ok(Request::Subscribe { period_ms: 1 });
     let mut samples = vec![];
     for _ in 0..ms / 10 {
         desk.send(Request::KeepAlive);
@@ -107,19 +107,22 @@ fn gain(desk: &TestHost, channel: usize, at: u64) -> f64 {
 fn every_pulse_counts_at_its_own_microsecond() {
     let mut desk = armed(Rung::CalciumForce);
     // The electrode check has pulses of its own.
-    let (checked, started) = (desk.status().counters.pulses, desk.time());
-    desk.must(Request::Start);
-    desk.must(all(3, AMPLITUDE));
+    let (checked, started) = (desk.status().counters.pulses, desk.since_boot_us());
+    desk.expect_ok(Request::Start);
+    desk.expect_ok(equal_amplitudes(3, AMPLITUDE));
     let samples = sample(&mut desk, 1_500);
-    desk.must(Request::Stop);
+    desk.expect_ok(Request::Stop);
     desk.wait(300_000);
     // Ticks are a few µs off whole milliseconds after boot.
-    let times: Vec<u64> = samples.iter().map(|s| desk.record.time(s.at)).collect();
+    let times: Vec<u64> = samples
+        .iter()
+        .map(|s| desk.record.since_boot_us(s.at))
+        .collect();
     let phase = times[0] % 1000;
     let mut emitted = 0;
     for channel in 0..3 {
         // One phase a pulse.
-        let mut edges = driven(&desk.record.levels, channel);
+        let mut edges = driven_starts(&desk.record.levels, channel);
         edges.retain(|&at| at >= started);
         let pulses: Vec<Pulse> = edges
             .iter()
@@ -181,8 +184,8 @@ fn a_rung_changes_without_a_step() {
         for rung in Rung::ALL {
             let mut desk = stimulate(from);
             sample(&mut desk, 400);
-            desk.must(Request::Subscribe { period_ms: 1 });
-            desk.heard();
+            desk.expect_ok(Request::Subscribe { period_ms: 1 });
+            desk.take_messages();
             desk.wait(500);
             desk.send(Request::Rung { channel: 0, rung });
             desk.wait(3_000);
@@ -211,21 +214,21 @@ fn a_rung_is_refused_by_name() {
         fatigue: None,
         ..SPEC
     };
-    desk.must(Request::Muscle { channel: 0, spec });
-    let early = desk.refused(rung(0, Rung::CalciumForce));
+    desk.expect_ok(Request::Muscle { channel: 0, spec });
+    let early = desk.expect_refusal(rung(0, Rung::CalciumForce));
     assert_eq!(early, (Code::NotArmed, "state".into()));
     let spec = MuscleSpec {
         rung: Rung::CalciumForceFatigue,
         ..spec
     };
-    let tireless = desk.refused(Request::Muscle { channel: 0, spec });
+    let tireless = desk.expect_refusal(Request::Muscle { channel: 0, spec });
     assert_eq!(tireless, (Code::NoFatigue, "fatigue".into()));
-    desk.must(ARM);
-    desk.must(rung(0, Rung::None));
-    let bare = desk.refused(rung(1, Rung::CalciumForce));
+    desk.expect_ok(ARM);
+    desk.expect_ok(rung(0, Rung::None));
+    let bare = desk.expect_refusal(rung(1, Rung::CalciumForce));
     assert_eq!(bare, (Code::NoMuscle, "muscle".into()));
-    let none = desk.refused(rung(10, Rung::CalciumForce));
+    let none = desk.expect_refusal(rung(10, Rung::CalciumForce));
     assert_eq!(none, (Code::OutOfRange, "channel".into()));
-    let tireless = desk.refused(rung(0, Rung::CalciumForceFatigue));
+    let tireless = desk.expect_refusal(rung(0, Rung::CalciumForceFatigue));
     assert_eq!(tireless, (Code::NoFatigue, "fatigue".into()));
 }

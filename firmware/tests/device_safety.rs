@@ -59,9 +59,9 @@ pub fn running(kind: usize, wearer: WearerSpec, boot: Micros) -> TestHost {
     let (specs, group) = scene(kind); // 20 mA rms is fine everywhere
     let mut desk = TestHost::open(boot);
     desk.prepare(wearer, &specs);
-    desk.must_all(group);
+    desk.expect_all_ok(group);
     desk.start();
-    desk.must(all(specs.len(), 20_000));
+    desk.expect_ok(equal_amplitudes(specs.len(), 20_000));
     desk
 }
 
@@ -84,7 +84,7 @@ fn silence_isolates_within_timeout_and_fall_for_every_timeout() {
             desk.wait(7_000 + u32::from(host_timeout_ms) * 13 % 5_000);
             desk.send(Request::KeepAlive);
             // `send` returns once the frame is served: 40 µs after its arrival.
-            let heard = desk.time() - 40;
+            let heard = desk.since_boot_us() - 40;
             let bound = u64::from(host_timeout_ms + fall_ms) * 1000;
             desk.wait(u32::from(host_timeout_ms + fall_ms) * 1000 + 60_000);
             let isolated = desk.isolated_since().expect("isolated");
@@ -114,11 +114,11 @@ fn starting_and_falling_silent_isolates_as_soon() {
         };
         let mut desk = TestHost::open(BOOT);
         desk.prepare(wearer, &scene(0).0);
-        desk.must(ARM);
-        desk.must(all(2, 20_000));
+        desk.expect_ok(ARM);
+        desk.expect_ok(equal_amplitudes(2, 20_000));
         desk.wait(delay);
         desk.send(Request::Start);
-        let heard = desk.time() - 40;
+        let heard = desk.since_boot_us() - 40;
         desk.wait(100_000);
         let isolated = desk.isolated_since().unwrap();
         assert!(isolated <= heard + 25_000, "{}", isolated - heard);
@@ -132,12 +132,12 @@ fn a_grounding_that_would_outlast_the_fall_is_refused() {
         fall_ms: 5,
         ..wearer()
     };
-    desk.must(Request::Wearer(wearer));
+    desk.expect_ok(Request::Wearer(wearer));
     let spec = channel(TrainSpec {
         ground_us: 3_801,
         ..MONO
     });
-    let refused = desk.refused(Request::Channel { channel: 0, spec });
+    let refused = desk.expect_refusal(Request::Channel { channel: 0, spec });
     assert_eq!(refused, refusal(Code::OutOfRange, "ground_us"));
 }
 
@@ -153,11 +153,11 @@ fn the_hand_stop_ends_pulses_at_once_even_during_a_fall() {
             let mut desk = running(1, wearer, BOOT);
             desk.wait(12_000 + delay);
             if falling {
-                desk.must(Request::Stop);
+                desk.expect_ok(Request::Stop);
             }
             desk.wait(1_000);
             desk.sensors.hand_stop = false;
-            let opened = desk.time();
+            let opened = desk.since_boot_us();
             desk.wait(150_000);
             // Two windows are rendered; what they began ends within 2 ms.
             let isolated = desk.isolated_since().unwrap();
@@ -168,7 +168,7 @@ fn the_hand_stop_ends_pulses_at_once_even_during_a_fall() {
             );
             assert_eq!(desk.state(), State::Idle);
             for c in 0..2 {
-                let net: i64 = stretches(&desk.record.levels, c, 0)
+                let net: i64 = line_intervals(&desk.record.levels, c, 0)
                     .iter()
                     .map(|s| match s.1 {
                         Line::Anodic => (s.2 - s.0).cast_signed(),
@@ -228,7 +228,7 @@ fn channels_that_always_overlap_are_not_judged() {
 }
 
 fn triggered(period_us: u32, offset_us: u32) -> ChannelSpec {
-    at_once(TrainSpec {
+    without_rise(TrainSpec {
         trigger: Some(Trigger::Start),
         repeats: 1,
         period_us,
@@ -257,7 +257,7 @@ fn no_trigger_rate_passes_the_period() {
             }
         }
         desk.wait(2_000);
-        let starts: Vec<u64> = driven(&desk.record.levels, 0)
+        let starts: Vec<u64> = driven_starts(&desk.record.levels, 0)
             .into_iter()
             .skip(CHECK_PHASES)
             .step_by(2)
@@ -278,13 +278,13 @@ fn a_kept_trigger_is_seen_once_and_starts_after_exactly_a_millisecond() {
         desk.run(wearer(), &[triggered(5_000, 0)], 10_000);
         desk.wait(5_000 + phase);
         let at = desk.now();
-        let t = desk.time();
+        let t = desk.since_boot_us();
         desk.sensors.trigger = Some(at);
         for _ in 0..20 {
             desk.wait(1_000);
         }
         assert_eq!(desk.state(), State::Stimulating);
-        let starts = driven(&desk.record.levels, 0);
+        let starts = driven_starts(&desk.record.levels, 0);
         assert_eq!(starts[CHECK_PHASES..].to_vec(), [t + 1_000, t + 1_300]);
     }
 }
@@ -304,17 +304,17 @@ fn a_toggled_train_plays_from_edge_to_edge() {
         let mut expected = Vec::new();
         for _ in 0..3 {
             trigger_after(&mut desk, 5_000);
-            let on = desk.time() - 1 + 1_000;
-            desk.must(Request::KeepAlive);
-            let since = desk.time() - (on - 1_000);
+            let on = desk.since_boot_us() - 1 + 1_000;
+            desk.expect_ok(Request::KeepAlive);
+            let since = desk.since_boot_us() - (on - 1_000);
             trigger_after(&mut desk, length - since as u32 + 1);
             let off = on + u64::from(length);
             expected.extend((on..off).step_by(10_000));
-            desk.must(Request::KeepAlive);
+            desk.expect_ok(Request::KeepAlive);
             // Its last period has to be over.
             desk.wait(12_000);
         }
-        let starts = driven(&desk.record.levels, 0).into_iter();
+        let starts = driven_starts(&desk.record.levels, 0).into_iter();
         let starts: Vec<u64> = starts.skip(CHECK_PHASES).step_by(2).collect();
         assert_eq!(starts, expected, "{length} µs");
         assert_eq!(desk.state(), State::Stimulating);
@@ -327,9 +327,9 @@ fn isolated_partners_stay_apart_whatever_the_triggers() {
         let mut desk = TestHost::open(BOOT);
         let specs = [triggered(20_000, 0), triggered(20_000, 10_000)];
         desk.prepare(wearer(), &specs);
-        desk.must(group(0b11, Partner::Isolated));
+        desk.expect_ok(group(0b11, Partner::Isolated));
         desk.start();
-        desk.must(all(2, 10_000));
+        desk.expect_ok(equal_amplitudes(2, 10_000));
         for i in 0..60 {
             trigger_after(&mut desk, every);
             if i % 4 == 0 {
@@ -341,7 +341,7 @@ fn isolated_partners_stay_apart_whatever_the_triggers() {
             is_driven(0) && is_driven(1)
         });
         assert_eq!(both, None, "triggers every {every}");
-        assert!(driven(&desk.record.levels, 1).len() > 4);
+        assert!(driven_starts(&desk.record.levels, 1).len() > 4);
     }
 }
 
@@ -369,11 +369,11 @@ fn a_train_that_waits_longer_than_the_clock_rises_anew() {
     assert!(risen > 6_000);
     let last = desk.record.dac.last().unwrap().0;
     // To the second before it would seem to be as long ago as the last burst.
-    while desk.time() < last + (1 << 32) - 500_000 {
+    while desk.since_boot_us() < last + (1 << 32) - 500_000 {
         desk.wait(400_000);
         desk.send(Request::KeepAlive);
     }
-    let left = last + (1 << 32) + 20_000 - desk.time();
+    let left = last + (1 << 32) + 20_000 - desk.since_boot_us();
     let played = desk.record.dac.len();
     trigger_after(&mut desk, left as u32);
     desk.wait(20_000);
@@ -396,27 +396,30 @@ fn a_normal_stop_stays_one_when_the_host_stops_measuring_with_it() {
         },
         &[channel(PLAIN); 2],
     );
-    desk.must(joint(0, 1, 2_000, 10_000));
-    desk.must(ARM);
+    desk.expect_ok(joint(0, 1, 2_000, 10_000));
+    desk.expect_ok(ARM);
     let stream = |desk: &mut TestHost| {
         for _ in 0..30 {
-            desk.must(angle(4_000));
+            desk.expect_ok(angle(4_000));
             desk.measure(3_000);
             desk.wait(10_000);
         }
     };
     // Streaming may begin before the start, for as long as arming lasts.
     stream(&mut desk);
-    desk.must(Request::Start);
+    desk.expect_ok(Request::Start);
     stream(&mut desk);
-    assert!(driven(&desk.record.levels, 0).len() > 10);
-    desk.must(Request::Stop);
+    assert!(driven_starts(&desk.record.levels, 0).len() > 10);
+    desk.expect_ok(Request::Stop);
     desk.wait(200_000);
-    assert!(is_told(&desk.heard(), Event::Stopped(StopCause::Request)));
+    assert!(has_event(
+        &desk.take_messages(),
+        Event::Stopped(StopCause::Request)
+    ));
     // While stimulating, the same silence of the sensor is a fault.
-    desk.must(ARM);
+    desk.expect_ok(ARM);
     desk.measure(3_000);
-    desk.must(Request::Start);
+    desk.expect_ok(Request::Start);
     desk.keep_alive(10, 10_000);
     assert_eq!(desk.fault(), Some(Fault::SensorStale));
 }
@@ -425,10 +428,10 @@ fn a_normal_stop_stays_one_when_the_host_stops_measuring_with_it() {
 #[test]
 fn every_request_of_a_flood_is_answered() {
     let mut desk = running(0, wearer(), BOOT);
-    desk.heard();
+    desk.take_messages();
     let at = desk.now();
     desk.write((0..100).map(|i| match i % 3 {
-        0 => all(2, 100),
+        0 => equal_amplitudes(2, 100),
         1 => Request::Measurement {
             joint: 0,
             centideg: 0,
@@ -438,7 +441,7 @@ fn every_request_of_a_flood_is_answered() {
     }));
     desk.wait(5_000);
     let answers = desk
-        .heard()
+        .take_messages()
         .iter()
         .filter(|h| {
             matches!(

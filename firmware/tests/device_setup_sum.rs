@@ -40,11 +40,11 @@ fn sum<'a>(parts: impl IntoIterator<Item = &'a Request>) -> u32 {
 
 /// Refused by number and name; nothing is put out, and the sum of what the device
 /// holds arms it afterwards.
-fn expect_other(desk: &mut TestHost, setup: u32) {
+fn expect_setup_refused(desk: &mut TestHost, setup: u32) {
     let before = desk.record.levels.len();
-    let refused = desk.refused(Request::Arm { setup });
+    let refused = desk.expect_refusal(Request::Arm { setup });
     assert_eq!(refused, refusal(Code::OtherSetup, "setup"));
-    assert_eq!(desk.code(Request::Start), Some(Code::WrongState));
+    assert_eq!(desk.refusal_code(Request::Start), Some(Code::WrongState));
     desk.wait(50_000);
     assert_eq!(desk.state(), State::Idle);
     assert_eq!(desk.record.levels.len(), before, "something was put out");
@@ -53,18 +53,18 @@ fn expect_other(desk: &mut TestHost, setup: u32) {
 #[test]
 fn the_sum_of_an_older_setup_arms_nothing() {
     let mut desk = TestHost::open(Micros::new(0));
-    desk.must_all(parts());
+    desk.expect_all_ok(parts());
     let older = sum(&parts());
-    desk.must(Request::Arm { setup: older });
-    desk.must(Request::Stop);
+    desk.expect_ok(Request::Arm { setup: older });
+    desk.expect_ok(Request::Stop);
     desk.wait(1_000);
     // One request that the host of `older` does not know of.
-    desk.must(Request::Channel {
+    desk.expect_ok(Request::Channel {
         channel: 1,
         spec: channel(PLAIN),
     });
-    expect_other(&mut desk, older);
-    desk.must(ARM);
+    expect_setup_refused(&mut desk, older);
+    desk.expect_ok(ARM);
 }
 
 #[test]
@@ -82,16 +82,16 @@ fn every_request_between_two_arm_orders_is_noticed() {
     ];
     for change in changes {
         let mut desk = TestHost::open(Micros::new(0));
-        desk.must_all(parts());
-        desk.must(change.clone());
+        desk.expect_all_ok(parts());
+        desk.expect_ok(change.clone());
         if change == Request::Clear {
-            desk.must_all(parts().into_iter().skip(1));
+            desk.expect_all_ok(parts().into_iter().skip(1));
         }
-        expect_other(&mut desk, sum(&parts()));
+        expect_setup_refused(&mut desk, sum(&parts()));
         // And the request that takes it back makes it the same again.
-        desk.must(Request::Clear);
-        desk.must_all(parts().into_iter().rev());
-        desk.must(Request::Arm {
+        desk.expect_ok(Request::Clear);
+        desk.expect_all_ok(parts().into_iter().rev());
+        desk.expect_ok(Request::Arm {
             setup: sum(&parts()),
         });
     }
@@ -107,7 +107,7 @@ fn what_stands_anyway_adds_nothing() {
         Request::Start,
     ];
     assert_eq!(sum(&silent), sum([]));
-    assert_eq!(Draft::default().sum(), sum([]));
+    assert_eq!(Draft::default().checksum(), sum([]));
     assert_eq!(sum(parts().iter().chain(&[Request::Clear])), sum([]));
 }
 
@@ -171,11 +171,11 @@ proptest! {
                 accepted.push(request.clone());
             }
         }
-        prop_assert_eq!(draft.sum(), sum(&accepted));
+        prop_assert_eq!(draft.checksum(), sum(&accepted));
         // The last of each part decides, wherever it stands among the others.
         let mut last: Vec<Request> = Vec::new();
         for request in accepted.iter().rev() {
-            let is_new = |of: &Request| place(of) != place(request);
+            let is_new = |of: &Request| replaced_part(of) != replaced_part(request);
             if last.iter().all(is_new) {
                 last.push(request.clone());
             }
@@ -184,12 +184,12 @@ proptest! {
             let at = swap.index(last.len());
             last.rotate_left(at);
         }
-        prop_assert_eq!(draft.sum(), sum(&last));
+        prop_assert_eq!(draft.checksum(), sum(&last));
     }
 }
 
 /// What a request replaces: the same variant for the same channel.
-fn place(request: &Request) -> (u8, Option<u8>) {
+fn replaced_part(request: &Request) -> (u8, Option<u8>) {
     let channel = match request {
         Request::Channel { channel, .. }
         | Request::Muscle { channel, .. }

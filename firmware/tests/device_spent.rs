@@ -29,7 +29,7 @@ const EXITS: [Exit; 5] = [
 ];
 
 /// A host that says nothing between `Start` and the end may be silent for a second.
-fn quiet(max_session_s: u32) -> WearerSpec {
+fn silent_host_wearer(max_session_s: u32) -> WearerSpec {
     WearerSpec {
         host_timeout_ms: 1_000,
         max_session_s,
@@ -39,7 +39,7 @@ fn quiet(max_session_s: u32) -> WearerSpec {
 
 /// From the first driven phase since `from` to the last, µs. The check's lie before `from`.
 fn driven_for(desk: &TestHost, from: u64) -> u64 {
-    let driven = driven(&desk.record.levels, 0);
+    let driven = driven_starts(&desk.record.levels, 0);
     let mut since = driven.into_iter().filter(|t| *t >= from);
     let first = since.next();
     first.map_or(0, |first| since.next_back().unwrap_or(first) - first)
@@ -47,21 +47,21 @@ fn driven_for(desk: &TestHost, from: u64) -> u64 {
 
 /// Plays about 0.6 s that end so, without a word of the host; `None` if time is over before
 /// it may begin. How long pulses came.
-fn piece(desk: &mut TestHost, exit: Exit, amplitude: u32) -> Option<u64> {
+fn play_piece(desk: &mut TestHost, exit: Exit, amplitude: u32) -> Option<u64> {
     if let Err(refused) = desk.answer(ARM) {
         assert_eq!(refused, refusal(Code::TimeOver, "max_session_s"));
         return None;
     }
-    desk.must(Request::Start);
-    let from = desk.time();
-    desk.must(all(1, amplitude));
+    desk.expect_ok(Request::Start);
+    let from = desk.since_boot_us();
+    desk.expect_ok(equal_amplitudes(1, amplitude));
     match exit {
         Exit::Silence => desk.wait(1_100_000),
         Exit::Finish => desk.wait(700_000),
         _ => desk.wait(600_000),
     }
     match exit {
-        Exit::Stop => desk.must(Request::Stop),
+        Exit::Stop => desk.expect_ok(Request::Stop),
         Exit::HandStop => desk.sensors.hand_stop = false,
         Exit::Fault => desk.sensors.over_current = true,
         Exit::Silence | Exit::Finish => {}
@@ -70,7 +70,7 @@ fn piece(desk: &mut TestHost, exit: Exit, amplitude: u32) -> Option<u64> {
     desk.sensors = firmware::lockstep::Sensors::default();
     if desk.state() == State::Fault {
         assert_eq!(desk.fault(), Some(Fault::OverCurrent));
-        desk.must(Request::Acknowledge);
+        desk.expect_ok(Request::Acknowledge);
         desk.wait(110_000);
     }
     assert_eq!(desk.state(), State::Idle, "{exit:?}");
@@ -90,9 +90,9 @@ fn train(exit: Exit) -> TrainSpec {
 fn pieces_without_a_word_of_the_host_add_up_at_every_exit() {
     for exit in EXITS {
         let mut desk = TestHost::open(BOOT);
-        desk.prepare(quiet(2), &[at_once(train(exit))]);
+        desk.prepare(silent_host_wearer(2), &[without_rise(train(exit))]);
         let (mut pieces, mut sum) = (0, 0);
-        while let Some(length) = piece(&mut desk, exit, 5_000) {
+        while let Some(length) = play_piece(&mut desk, exit, 5_000) {
             (pieces, sum) = (pieces + 1, sum + length);
             assert!(pieces < 12, "{exit:?}: twelve pieces of 0.6 s in 2 s");
         }
@@ -115,8 +115,8 @@ fn no_reset_but_powers_gives_time_back() {
         let mut desk = TestHost::open(BOOT);
         let (mut pieces, mut sum) = (0, 0);
         loop {
-            desk.prepare(quiet(2), &[channel(PLAIN)]);
-            let Some(length) = piece(&mut desk, Exit::Stop, 5_000) else {
+            desk.prepare(silent_host_wearer(2), &[channel(PLAIN)]);
+            let Some(length) = play_piece(&mut desk, Exit::Stop, 5_000) else {
                 break;
             };
             (pieces, sum) = (pieces + 1, sum + length);
@@ -129,8 +129,8 @@ fn no_reset_but_powers_gives_time_back() {
             "{reset:?}: {sum} µs"
         );
         desk.reset(ResetCause::PowerOn);
-        desk.prepare(quiet(2), &[channel(PLAIN)]);
-        assert!(piece(&mut desk, Exit::Stop, 5_000).is_some());
+        desk.prepare(silent_host_wearer(2), &[channel(PLAIN)]);
+        assert!(play_piece(&mut desk, Exit::Stop, 5_000).is_some());
     }
 }
 
@@ -139,13 +139,13 @@ fn a_reset_amid_stimulation_adds_a_quarter_second_at_most() {
     let mut desk = TestHost::open(BOOT);
     let (mut resets, mut sum) = (0, 0);
     loop {
-        desk.prepare(quiet(3), &[channel(PLAIN)]);
+        desk.prepare(silent_host_wearer(3), &[channel(PLAIN)]);
         if desk.answer(ARM).is_err() {
             break;
         }
-        desk.must(Request::Start);
-        let from = desk.time();
-        desk.must(all(1, 5_000));
+        desk.expect_ok(Request::Start);
+        let from = desk.since_boot_us();
+        desk.expect_ok(equal_amplitudes(1, 5_000));
         desk.wait(317_000);
         sum += driven_for(&desk, from);
         desk.reset(ResetCause::Software);
@@ -165,7 +165,7 @@ fn a_reset_amid_stimulation_adds_a_quarter_second_at_most() {
 fn a_channels_charge_outlives_a_reset() {
     let limited = WearerSpec {
         max_dose_mc: 1,
-        ..quiet(100)
+        ..silent_host_wearer(100)
     };
     let mut desk = TestHost::open(BOOT);
     for _ in 0..20 {
@@ -174,15 +174,15 @@ fn a_channels_charge_outlives_a_reset() {
             assert_eq!(refused, refusal(Code::DoseReached, "max_dose_mc"));
             break;
         }
-        desk.must(Request::Start);
-        desk.must(all(1, 20_000));
+        desk.expect_ok(Request::Start);
+        desk.expect_ok(equal_amplitudes(1, 20_000));
         desk.wait(600_000);
-        desk.must(Request::Stop);
+        desk.expect_ok(Request::Stop);
         desk.wait(60_000);
         desk.reset(ResetCause::Watchdog);
     }
     desk.prepare(limited, &[channel(PLAIN)]);
-    assert_eq!(desk.code(ARM), Some(Code::DoseReached));
+    assert_eq!(desk.refusal_code(ARM), Some(Code::DoseReached));
     let sum_nc = written_nc(&desk, 200);
     println!("{sum_nc} nC of 1 mC");
     assert!((980_000..=1_010_000).contains(&sum_nc), "{sum_nc}");
@@ -212,9 +212,9 @@ fn no_burst_passes_the_dose() {
     };
     let mut desk = TestHost::open(BOOT);
     desk.run(limited, &[channel(doublet)], 0);
-    desk.must(all(1, 19_000));
-    let (_, heard) = until_stopped(&mut desk, 10);
-    assert!(is_told(&heard, Event::Stopping(StopCause::DoseReached)));
+    desk.expect_ok(equal_amplitudes(1, 19_000));
+    let (_, heard) = wait_until_stopped(&mut desk, 10);
+    assert!(has_event(&heard, Event::Stopping(StopCause::DoseReached)));
     let pulses = desk.status().counters.pulses;
     let sum_nc = written_nc(&desk, 2 * 200);
     println!("{pulses} pulses, {sum_nc} nC of 1 mC");
@@ -224,31 +224,31 @@ fn no_burst_passes_the_dose() {
 #[test]
 fn without_a_whole_copy_nothing_is_armed_until_power_comes_up() {
     let mut desk = TestHost::open(BOOT);
-    desk.prepare(quiet(2), &[channel(PLAIN)]);
-    piece(&mut desk, Exit::Stop, 5_000).unwrap();
+    desk.prepare(silent_host_wearer(2), &[channel(PLAIN)]);
+    play_piece(&mut desk, Exit::Stop, 5_000).unwrap();
     // One bad copy is no harm, whichever.
     for copy in 0..2 {
-        desk.board.copies()[copy][7] ^= 1;
+        desk.board.allowance_copies_mut()[copy][7] ^= 1;
         desk.reset(ResetCause::Software);
-        desk.prepare(quiet(9), &[channel(PLAIN)]);
-        desk.must(ARM);
+        desk.prepare(silent_host_wearer(9), &[channel(PLAIN)]);
+        desk.expect_ok(ARM);
         let left = desk.status().left.unwrap();
         assert!((8_200..8_500).contains(&left.time_ms), "{left:?}");
-        desk.must(Request::Stop);
+        desk.expect_ok(Request::Stop);
         desk.wait(2_000);
     }
-    for words in desk.board.copies() {
+    for words in desk.board.allowance_copies_mut() {
         words[7] ^= 1;
     }
     for reset in [ResetCause::Software, ResetCause::Pin, ResetCause::Watchdog] {
         desk.reset(reset);
-        desk.prepare(quiet(9), &[channel(PLAIN)]);
+        desk.prepare(silent_host_wearer(9), &[channel(PLAIN)]);
         let lost = refusal(Code::AllowanceLost, "max_session_s");
-        assert_eq!(desk.refused(ARM), lost, "{reset:?}");
+        assert_eq!(desk.expect_refusal(ARM), lost, "{reset:?}");
     }
     desk.reset(ResetCause::PowerOn);
-    desk.prepare(quiet(9), &[channel(PLAIN)]);
-    desk.must(ARM);
+    desk.prepare(silent_host_wearer(9), &[channel(PLAIN)]);
+    desk.expect_ok(ARM);
     assert_eq!(desk.status().left.unwrap().time_ms, 9_000);
 }
 
@@ -256,7 +256,7 @@ fn without_a_whole_copy_nothing_is_armed_until_power_comes_up() {
 fn status_tells_what_is_left() {
     let limited = WearerSpec {
         max_dose_mc: 2,
-        ..quiet(10)
+        ..silent_host_wearer(10)
     };
     let mut desk = TestHost::open(BOOT);
     assert_eq!(desk.status().left, None);
@@ -271,7 +271,7 @@ fn status_tells_what_is_left() {
     assert!((9_990..10_000).contains(&left.time_ms), "{left:?}");
     assert_eq!((left.channel, left.dose_uc), (whole.channel, whole.dose_uc));
     // Channel 2 alone puts something out.
-    desk.must(Request::Amplitudes {
+    desk.expect_ok(Request::Amplitudes {
         at: None,
         mask: 2,
         values: [Amplitude::new(20_000)].into_iter().collect(),
@@ -296,15 +296,15 @@ fn electrode_checks_keep_a_pause() {
     for cut_us in [1_000, 6_000, 15_000, 30_000] {
         let mut desk = TestHost::open(BOOT);
         desk.prepare(wearer(), &[channel(slow)]);
-        let end = desk.time() + 5_000_000;
-        while desk.time() < end {
+        let end = desk.since_boot_us() + 5_000_000;
+        while desk.since_boot_us() < end {
             desk.send(ARM);
             desk.wait(cut_us);
             desk.send(Request::Stop);
             desk.wait(1_000);
         }
         // Of a biphasic pulse two phases are driven.
-        let starts: Vec<u64> = driven(&desk.record.levels, 0);
+        let starts: Vec<u64> = driven_starts(&desk.record.levels, 0);
         let within = |from: u64| {
             let second = from..from + 1_000_000;
             starts.iter().filter(|t| second.contains(*t)).count()
@@ -318,9 +318,9 @@ fn electrode_checks_keep_a_pause() {
     desk.prepare(wearer(), &[channel(slow)]);
     for (pause_us, at_most_us) in [(0, 26_000), (500_000, 26_000), (0, 426_000)] {
         desk.wait(pause_us);
-        let from = desk.time();
-        desk.must(ARM);
-        assert!(desk.time() - from <= at_most_us, "{pause_us}");
-        desk.must(Request::Stop);
+        let from = desk.since_boot_us();
+        desk.expect_ok(ARM);
+        assert!(desk.since_boot_us() - from <= at_most_us, "{pause_us}");
+        desk.expect_ok(Request::Stop);
     }
 }

@@ -13,15 +13,15 @@ fn stimulating() -> TestHost {
     let mut desk = TestHost::open(BOOT);
     desk.run(wearer(), &[channel(PLAIN); 2], 10_000);
     desk.wait(30_000);
-    desk.heard();
+    desk.take_messages();
     desk
 }
 
 fn armed() -> TestHost {
     let mut desk = TestHost::open(BOOT);
     desk.prepare(wearer(), &[channel(PLAIN); 2]);
-    desk.must(ARM);
-    desk.heard();
+    desk.expect_ok(ARM);
+    desk.take_messages();
     desk
 }
 
@@ -54,7 +54,7 @@ fn forty_keep_alives_do_not_keep_a_stop_out() {
     requests.push(Request::Stop);
     let numbers = desk.write(requests);
     desk.wait(1_000);
-    let heard = desk.heard();
+    let heard = desk.take_messages();
     assert_eq!(answer(&heard, numbers[40]).ok(), stopping(&heard));
     assert_eq!(desk.state(), State::Stopping);
     let codes = numbers.iter().filter_map(|&n| answer(&heard, n).err());
@@ -64,25 +64,25 @@ fn forty_keep_alives_do_not_keep_a_stop_out() {
 #[test]
 fn a_start_ahead_of_a_stop_plays_no_pulse() {
     let mut desk = armed();
-    let (t, edges) = (desk.time(), desk.record.levels.len());
-    let numbers = desk.write([Request::Start, all(2, 10_000), Request::Stop]);
+    let (t, edges) = (desk.since_boot_us(), desk.record.levels.len());
+    let numbers = desk.write([Request::Start, equal_amplitudes(2, 10_000), Request::Stop]);
     desk.wait(200_000);
-    let heard = desk.heard();
+    let heard = desk.take_messages();
     assert_eq!(answer(&heard, numbers[0]), Err(Code::Stopped));
     assert_eq!(answer(&heard, numbers[1]), Err(Code::Stopped));
     assert!(answer(&heard, numbers[2]).is_ok());
     assert_eq!(desk.state(), State::Idle);
     let after = &desk.record.levels[edges..];
     assert!(
-        driven(after, 0)
+        driven_starts(after, 0)
             .iter()
-            .chain(&driven(after, 1))
+            .chain(&driven_starts(after, 1))
             .all(|&d| d < t)
     );
     assert!(desk.isolated_since().is_some());
     // It can be armed again, and nothing of the voided start is left.
-    desk.must(ARM);
-    desk.must(Request::Start);
+    desk.expect_ok(ARM);
+    desk.expect_ok(Request::Start);
     assert_eq!(desk.state(), State::Stimulating);
 }
 
@@ -90,17 +90,17 @@ fn a_start_ahead_of_a_stop_plays_no_pulse() {
 fn orders_behind_a_stop_are_judged_after_it() {
     let mut desk = stimulating();
     let requests = [
-        all(2, 5_000),
+        equal_amplitudes(2, 5_000),
         Request::Stop,
-        all(2, 6_000),
+        equal_amplitudes(2, 6_000),
         Request::Stop,
-        all(2, 7_000),
+        equal_amplitudes(2, 7_000),
         Request::Start,
         Request::KeepAlive,
     ];
     let n = desk.write(requests);
     desk.wait(1_000);
-    let heard = desk.heard();
+    let heard = desk.take_messages();
     assert_eq!(answer(&heard, n[0]), Err(Code::Stopped));
     assert_eq!(answer(&heard, n[1]), answer(&heard, n[3]));
     assert_eq!(answer(&heard, n[1]).ok(), stopping(&heard));
@@ -119,11 +119,11 @@ fn a_stop_ends_arming_wherever_it_is() {
         desk.wait(wait);
         let stop = desk.write([Request::Stop])[0];
         desk.wait(30_000);
-        let heard = desk.heard();
+        let heard = desk.take_messages();
         assert_eq!(answer(&heard, arm), Err(Code::Cancelled), "{wait}");
         assert!(answer(&heard, stop).is_ok());
         assert_eq!(desk.state(), State::Idle);
-        desk.must(ARM); // nothing of the cancelled one blocks it
+        desk.expect_ok(ARM); // nothing of the cancelled one blocks it
     }
 }
 
@@ -135,7 +135,7 @@ fn a_thousand_orders_do_not_delay_a_stop() {
     let flood = |n: u32| match n % 4 {
         0 => Request::KeepAlive,
         1 => Request::Status,
-        2 => all(2, n),
+        2 => equal_amplitudes(2, n),
         _ => Request::Rung {
             channel: 0,
             rung: firmware::muscle::Rung::None,
@@ -148,7 +148,7 @@ fn a_thousand_orders_do_not_delay_a_stop() {
     let count = requests.len();
     let numbers = desk.write(requests);
     desk.wait(2_000);
-    let heard = desk.heard();
+    let heard = desk.take_messages();
     let at = answer(&heard, numbers[1_000]).unwrap();
     println!(
         "stop carried out {} us after its arrival",
@@ -175,7 +175,7 @@ fn more_stops_than_the_session_remembers_are_all_answered() {
     let mut desk = stimulating();
     let numbers = desk.write(vec![Request::Stop; 20]);
     desk.wait(1_000);
-    let heard = desk.heard();
+    let heard = desk.take_messages();
     assert!(numbers.iter().all(|&n| answer(&heard, n).is_ok()));
     assert_eq!(desk.state(), State::Stopping);
 }
@@ -187,7 +187,7 @@ fn a_stranger_s_stop_stops() {
     let own = core::mem::replace(&mut desk.session, 7_777);
     let stop = desk.write([Request::KeepAlive, Request::Stop]);
     desk.wait(1_000);
-    let heard = desk.heard();
+    let heard = desk.take_messages();
     assert_eq!(answer(&heard, stop[0]), Err(Code::SessionTaken));
     assert!(answer(&heard, stop[1]).is_ok());
     assert_eq!(desk.state(), State::Stopping);
@@ -195,7 +195,7 @@ fn a_stranger_s_stop_stops() {
     assert_eq!(desk.status().counters.strangers, 2);
     // Before any session: nothing to stop, and nothing to refuse.
     let mut desk = TestHost::boot(BOOT, None);
-    desk.must(Request::Stop);
+    desk.expect_ok(Request::Stop);
     assert_eq!(desk.state(), State::Idle);
 }
 
@@ -205,7 +205,7 @@ fn a_queued_angle_is_void() {
     let mut desk = stimulating();
     let n = desk.write([angle(100), Request::Stop, angle(100)]);
     desk.wait(2_000);
-    let heard = desk.heard();
+    let heard = desk.take_messages();
     assert_eq!(answer(&heard, n[0]), Err(Code::Stopped));
     assert!(answer(&heard, n[1]).is_ok());
     assert_eq!(answer(&heard, n[2]), Err(Code::NoJoint));
@@ -220,14 +220,14 @@ fn a_hello_that_could_not_end_a_subscription_is_refused() {
     requests.push(Request::Hello { schema: SCHEMA });
     let n = desk.write(requests);
     desk.wait(2_000);
-    let heard = desk.heard();
+    let heard = desk.take_messages();
     assert_eq!(answer(&heard, n[14]).map(|_| ()), Ok(()));
     assert_eq!(answer(&heard, n[15]), Err(Code::DeviceBusy));
     assert_eq!(answer(&heard, n[20]), Err(Code::DeviceBusy));
     desk.hello();
-    desk.heard();
+    desk.take_messages();
     desk.wait(50_000);
-    assert_eq!(desk.heard(), []);
+    assert_eq!(desk.take_messages(), []);
 }
 
 #[test]
@@ -237,20 +237,23 @@ fn no_table_is_made_while_a_stop_may_come() {
         spec: channel(PLAIN),
     };
     let mut desk = armed();
-    desk.must(setup());
+    desk.expect_ok(setup());
     let numbers = desk.write([Request::Start, setup(), Request::Stop]);
     desk.wait(200_000);
-    let heard = desk.heard();
+    let heard = desk.take_messages();
     assert_eq!(answer(&heard, numbers[1]), Err(Code::WrongState));
     assert_eq!(desk.state(), State::Idle);
-    desk.must(setup());
+    desk.expect_ok(setup());
 
     let mut desk = stimulating();
-    assert_eq!(desk.refused(setup()), refusal(Code::WrongState, "state"));
-    desk.must(Request::Stop);
+    assert_eq!(
+        desk.expect_refusal(setup()),
+        refusal(Code::WrongState, "state")
+    );
+    desk.expect_ok(Request::Stop);
     assert_eq!(desk.state(), State::Stopping);
-    assert_eq!(desk.code(setup()), Some(Code::WrongState));
+    assert_eq!(desk.refusal_code(setup()), Some(Code::WrongState));
     desk.wait(2_000_000);
     assert_eq!(desk.state(), State::Idle);
-    desk.must(setup());
+    desk.expect_ok(setup());
 }

@@ -77,7 +77,7 @@ impl Owners {
             Request::Channel { channel: 0, spec },
         ] {
             sum.note(&request);
-            owners.say(OWNER, request);
+            owners.deliver_frame(OWNER, request);
             owners.run(4);
         }
         owners.said.clear();
@@ -85,7 +85,7 @@ impl Owners {
     }
 
     /// One frame reaches the session, which does not look at its mail.
-    fn say(&mut self, session: u16, request: Request) {
+    fn deliver_frame(&mut self, session: u16, request: Request) {
         let bytes = frame(session, self.seq, request);
         self.seq += 1;
         let (_, _, mut mail) = self.mail.split();
@@ -112,7 +112,11 @@ impl Owners {
             let channel = usize::from(sample.channel);
             let stage = self.pulser.setup()?.channels[channel].as_ref()?.stage;
             let current = stage.current_through(self.dac[channel], 2_000);
-            Some(Reading::of(sample.channel, sample.second, current))
+            Some(Reading::from_current(
+                sample.channel,
+                sample.second,
+                current,
+            ))
         });
         self.sample = self.plan.sample.take();
         for &(channel, code) in &self.plan.dac {
@@ -150,7 +154,7 @@ impl Owners {
 /// Windows from an arm order to the state *Armed*.
 fn windows_to_armed() -> u32 {
     let (mut owners, setup) = Owners::configured();
-    owners.say(OWNER, Request::Arm { setup });
+    owners.deliver_frame(OWNER, Request::Arm { setup });
     let mut windows = 0;
     while owners.pulser.state() != State::Armed {
         owners.run(1);
@@ -174,7 +178,7 @@ impl Packet<'_> {
             if place == self.between {
                 (0..self.windows).for_each(|_| owners.window());
             }
-            owners.say(*session, request.clone());
+            owners.deliver_frame(*session, request.clone());
         }
         if self.between == self.frames.len() {
             (0..self.windows).for_each(|_| owners.window());
@@ -202,7 +206,7 @@ fn at_every_point(
             loop {
                 let (mut owners, setup) = Owners::configured();
                 if arms_before {
-                    owners.say(OWNER, Request::Arm { setup });
+                    owners.deliver_frame(OWNER, Request::Arm { setup });
                     owners.run(before);
                 }
                 owners.heard();
@@ -279,7 +283,7 @@ fn no_stranger_takes_over_what_another_armed_whenever_the_verdict_comes() {
                 return;
             }
             kept += 1;
-            owners.say(OWNER, Request::KeepAlive);
+            owners.deliver_frame(OWNER, Request::KeepAlive);
             owners.run(4);
             let heard = owners.heard();
             let is_heard = matches!(heard.first(), Some(OwnedResponse::Ack(..)));
@@ -322,7 +326,7 @@ fn no_board_restarts_unless_idle_whenever_the_verdict_comes() {
     for (what, arms_before, frames) in packets {
         let mut stored = 0;
         at_every_point(frames, arms_before, |owners, _, when| {
-            if owners.session.storing().is_none() {
+            if owners.session.stage_table_to_store().is_none() {
                 return;
             }
             stored += 1;
@@ -341,11 +345,11 @@ fn no_board_restarts_unless_idle_whenever_the_verdict_comes() {
 #[test]
 fn a_device_at_rest_is_taken_over_by_the_pulsers_word() {
     let (mut owners, setup) = Owners::configured();
-    owners.say(STRANGER, HELLO);
+    owners.deliver_frame(STRANGER, HELLO);
     owners.poll();
     assert_eq!(owners.heard(), [], "the pulser has not said so yet");
-    owners.say(OWNER, Request::Arm { setup });
-    owners.say(STRANGER + 1, HELLO);
+    owners.deliver_frame(OWNER, Request::Arm { setup });
+    owners.deliver_frame(STRANGER + 1, HELLO);
     owners.run(4);
     let heard = owners.heard();
     let codes = heard.iter().filter_map(|h| match h {
@@ -360,7 +364,7 @@ fn a_device_at_rest_is_taken_over_by_the_pulsers_word() {
     });
     let hello = hello.expect("the first stranger's answer");
     assert_eq!((hello.session, hello.state), (OWNER + 1, State::Idle));
-    owners.say(OWNER, Request::Arm { setup });
+    owners.deliver_frame(OWNER, Request::Arm { setup });
     owners.run(200);
     assert_eq!(owners.pulser.state(), State::Idle);
 }
@@ -371,20 +375,20 @@ fn a_device_at_rest_is_taken_over_by_the_pulsers_word() {
 fn each_start_is_waited_for() {
     let windows = windows_to_armed();
     let (mut owners, setup) = Owners::configured();
-    owners.say(OWNER, Request::Arm { setup });
+    owners.deliver_frame(OWNER, Request::Arm { setup });
     owners.run(windows - 1);
     owners.heard();
     // Refused: the check is not over.
-    owners.say(OWNER, Request::Start);
+    owners.deliver_frame(OWNER, Request::Start);
     owners.window();
     owners.seq -= 1;
-    owners.say(OWNER, Request::Start);
+    owners.deliver_frame(OWNER, Request::Start);
     owners.poll();
     owners.window();
     assert_eq!(owners.pulser.state(), State::Stimulating);
     owners.heard();
     let spec = channel(PLAIN);
-    owners.say(OWNER, Request::Channel { channel: 0, spec });
+    owners.deliver_frame(OWNER, Request::Channel { channel: 0, spec });
     owners.poll();
     let heard = owners.heard();
     let refused = |h: &OwnedResponse| matches!(h, OwnedResponse::Refused(_, Code::WrongState, _));

@@ -39,7 +39,7 @@ fn running(wearer: WearerSpec) -> TestHost {
 
 /// Begin, µs since boot, and code of each burst of the first channel since `from`.
 fn bursts(desk: &TestHost, from: u64) -> Vec<(u64, u16)> {
-    let phases = driven(&desk.record.levels, 0);
+    let phases = driven_starts(&desk.record.levels, 0);
     let behind = |begin: u64| {
         let writes = desk.record.dac.iter().filter(|write| write.1 == 0);
         let last = writes.take_while(|write| write.0 < begin).last();
@@ -57,17 +57,17 @@ fn device_time(t: u64) -> Micros {
 
 /// The next burst after now, µs since boot.
 fn next_burst(desk: &mut TestHost) -> u64 {
-    let now = desk.time();
+    let now = desk.since_boot_us();
     let last = bursts(desk, 0).last().expect("it stimulates").0;
     last + (now - last).next_multiple_of(PERIOD)
 }
 
 /// Waits with a host that is alive.
-pub fn stay(desk: &mut TestHost, length_us: u64) {
-    let end = desk.time() + length_us;
-    while desk.time() < end {
+pub fn wait_alive(desk: &mut TestHost, length_us: u64) {
+    let end = desk.since_boot_us() + length_us;
+    while desk.since_boot_us() < end {
         desk.send(Request::KeepAlive);
-        let left = end.saturating_sub(desk.time()); // serving takes time
+        let left = end.saturating_sub(desk.since_boot_us()); // serving takes time
         desk.wait(left.min(20_000) as u32);
     }
 }
@@ -78,11 +78,14 @@ fn refusals(desk: &mut TestHost) -> Vec<(Option<u16>, Code)> {
         OwnedResponse::Refused(seq, code, _) => Some((seq, code)),
         _ => None,
     };
-    desk.heard().into_iter().filter_map(refusal).collect()
+    desk.take_messages()
+        .into_iter()
+        .filter_map(refusal)
+        .collect()
 }
 
 /// The range that the latest refusal tells.
-fn told_range(desk: &TestHost) -> (i32, i32) {
+fn refusal_range(desk: &TestHost) -> (i32, i32) {
     let (mut decoder, mut range) = (Decoder::default(), None);
     for &byte in &desk.record.bytes {
         if let Some(message) = decoder.push(byte) {
@@ -110,7 +113,7 @@ fn an_order_takes_effect_in_the_window_that_contains_its_time() {
             let window = burst / WINDOW * WINDOW;
             let at = device_time(window.wrapping_add_signed(after));
             assert_eq!(desk.answer(timed(at, 10_000)), Ok(()));
-            stay(&mut desk, 5 * PERIOD);
+            wait_alive(&mut desk, 5 * PERIOD);
             let codes: Vec<_> = bursts(&desk, burst - PERIOD).into_iter().take(3).collect();
             let there = if is_in_time { 10_000 } else { LOW_UA };
             let expected = [LOW_UA, there, 10_000].map(code);
@@ -133,17 +136,17 @@ fn orders_are_carried_out_in_turn_and_no_more_wait_than_may() {
     let due = |n: usize| device_time(first + n as u64 * PERIOD);
     let ua = |n: usize| 1_000 + 1_000 * n as u32;
     for n in 0..MAX_TIMED {
-        desk.must(timed(due(n), ua(n)));
+        desk.expect_ok(timed(due(n), ua(n)));
     }
     let more = timed(due(MAX_TIMED), 500);
     assert_eq!(
-        desk.refused(more.clone()),
+        desk.expect_refusal(more.clone()),
         refusal(Code::TooManyWaiting, "at")
     );
-    let wait = first - desk.time() + 1_000;
-    stay(&mut desk, wait);
+    let wait = first - desk.since_boot_us() + 1_000;
+    wait_alive(&mut desk, wait);
     assert_eq!(desk.answer(more), Ok(()));
-    stay(&mut desk, (MAX_TIMED as u64 + 2) * PERIOD);
+    wait_alive(&mut desk, (MAX_TIMED as u64 + 2) * PERIOD);
     let codes = bursts(&desk, first).into_iter().map(|burst| burst.1);
     let expected = (0..MAX_TIMED).map(ua).chain([500, 500]).map(code);
     assert_eq!(
@@ -162,7 +165,7 @@ fn a_time_may_be_a_second_ahead() {
     for late_us in [0, 1] {
         let mut desk = running(wearer());
         // The same phase of a window twice: the first answer tells when the second comes.
-        let heard = desk.ask(Request::KeepAlive);
+        let heard = desk.exchange(Request::KeepAlive);
         let sent = desk.now() - us(2_000);
         let Some(OwnedResponse::Ack(_, start)) = heard.last() else {
             panic!("{heard:?}");
@@ -192,7 +195,7 @@ fn a_late_order_is_carried_out_at_once_and_counted() {
         (-2_000_000, true),
         (-i64::from(half) + 1_000, true),
     ] {
-        let heard = desk.ask(Request::KeepAlive);
+        let heard = desk.exchange(Request::KeepAlive);
         let sent = desk.now() - us(2_000);
         let Some(OwnedResponse::Ack(_, start)) = heard.last() else {
             panic!("{heard:?}");
@@ -201,15 +204,18 @@ fn a_late_order_is_carried_out_at_once_and_counted() {
         let at = Micros::new(start.get().wrapping_add(ahead_us as u32));
         counted += u32::from(is_late);
         let ua = 6_000 + 1_000 * counted;
-        let from = desk.time();
-        desk.must(timed(at, ua));
-        stay(&mut desk, 2 * PERIOD);
+        let from = desk.since_boot_us();
+        desk.expect_ok(timed(at, ua));
+        wait_alive(&mut desk, 2 * PERIOD);
         assert_eq!(bursts(&desk, from + 500)[0].1, code(ua), "{ahead_us}");
         assert_eq!(desk.status().counters.late_setpoints, counted, "{ahead_us}");
     }
     // One that is refused is not carried out.
     let past = desk.now() - us(1_000);
-    assert_eq!(desk.code(timed(past, 20_001)), Some(Code::AboveWearerLimit));
+    assert_eq!(
+        desk.refusal_code(timed(past, 20_001)),
+        Some(Code::AboveWearerLimit)
+    );
     assert_eq!(desk.status().counters.late_setpoints, counted);
 }
 
@@ -219,16 +225,16 @@ fn a_late_order_is_carried_out_at_once_and_counted() {
 fn times_never_go_back() {
     let mut desk = running(wearer());
     let latest = desk.now() + us(500_000);
-    desk.must(timed(latest, 8_000));
+    desk.expect_ok(timed(latest, 8_000));
     for before in [-100_000_i32, 0, 249] {
         let at = Micros::new(latest.get().wrapping_add_signed(before));
         assert_eq!(
-            desk.refused(timed(at, 9_000)),
+            desk.expect_refusal(timed(at, 9_000)),
             refusal(Code::TimeGoesBack, "at")
         );
         // It tells how long after the window that judged it, up to half a millisecond
         // after its arrival, the soonest time is.
-        let (least, most) = told_range(&desk);
+        let (least, most) = refusal_range(&desk);
         let soonest = (latest + us(WINDOW_US) - desk.now()).us();
         assert!(
             (0..=2_000).contains(&(least - soonest)),
@@ -236,16 +242,16 @@ fn times_never_go_back() {
         );
         assert_eq!(most, 1_000_000);
     }
-    desk.must(timed(latest + us(250), 9_000));
-    let from = desk.time();
-    desk.must(all(1, 7_000));
-    stay(&mut desk, PERIOD);
+    desk.expect_ok(timed(latest + us(250), 9_000));
+    let from = desk.since_boot_us();
+    desk.expect_ok(equal_amplitudes(1, 7_000));
+    wait_alive(&mut desk, PERIOD);
     assert_eq!(bursts(&desk, from + 500)[0].1, code(7_000));
-    let from = desk.time();
-    desk.must(timed(desk.now() - us(10), 6_000));
-    stay(&mut desk, PERIOD);
+    let from = desk.since_boot_us();
+    desk.expect_ok(timed(desk.now() - us(10), 6_000));
+    wait_alive(&mut desk, PERIOD);
     assert_eq!(bursts(&desk, from + 500)[0].1, code(6_000));
-    stay(&mut desk, 500_000);
+    wait_alive(&mut desk, 500_000);
     assert_eq!(
         bursts(&desk, 0).last().map(|burst| burst.1),
         Some(code(9_000))
@@ -258,22 +264,22 @@ fn it_is_judged_when_it_comes() {
     let mut desk = TestHost::open(BOOT);
     let ahead = |desk: &TestHost, ua| timed(desk.now() + us(100_000), ua);
     let order = ahead(&desk, 1_000);
-    assert_eq!(desk.code(order), Some(Code::NotArmed));
+    assert_eq!(desk.refusal_code(order), Some(Code::NotArmed));
     desk.prepare(wearer(), &[channel(PLAIN)]);
-    desk.must(ARM);
+    desk.expect_ok(ARM);
     let order = ahead(&desk, 20_001);
-    assert_eq!(desk.code(order), Some(Code::AboveWearerLimit));
+    assert_eq!(desk.refusal_code(order), Some(Code::AboveWearerLimit));
     let order = ahead(&desk, 20_000);
-    assert_eq!(desk.code(order), None); // armed
-    desk.must(Request::Start);
+    assert_eq!(desk.refusal_code(order), None); // armed
+    desk.expect_ok(Request::Start);
     let order = Request::Amplitudes {
         at: Some(desk.now() + us(200_000)),
         mask: 2,
         values: [Amplitude::new(1)].into_iter().collect(),
         widths: heapless::Vec::new(),
     };
-    assert_eq!(desk.code(order), Some(Code::NoTrain));
-    stay(&mut desk, 250_000);
+    assert_eq!(desk.refusal_code(order), Some(Code::NoTrain));
+    wait_alive(&mut desk, 250_000);
     assert_eq!(
         bursts(&desk, 0).last().map(|burst| burst.1),
         Some(code(20_000))
@@ -289,15 +295,15 @@ fn a_step_too_large_is_refused_when_it_is_due() {
     };
     let mut desk = running(wearer);
     let before = desk.status().counters.refused;
-    let due = desk.time() + 100_000;
+    let due = desk.since_boot_us() + 100_000;
     let seq = desk.seq;
-    desk.must(timed(device_time(due), 10_000));
-    let wait = due - desk.time() - 1_000;
-    stay(&mut desk, wait);
+    desk.expect_ok(timed(device_time(due), 10_000));
+    let wait = due - desk.since_boot_us() - 1_000;
+    wait_alive(&mut desk, wait);
     assert_eq!(refusals(&mut desk), []);
-    stay(&mut desk, 2_000);
+    wait_alive(&mut desk, 2_000);
     assert_eq!(refusals(&mut desk), [(Some(seq), Code::TooLargeStep)]);
-    stay(&mut desk, 2 * PERIOD);
+    wait_alive(&mut desk, 2 * PERIOD);
     assert_eq!(
         bursts(&desk, 0).last().map(|burst| burst.1),
         Some(code(LOW_UA))
@@ -320,7 +326,7 @@ fn orders_that_wait_do_not_keep_a_host_alive() {
             OwnedResponse::Event(_, Event::Stopping(StopCause::HostSilent))
         )
     };
-    let heard = desk.heard();
+    let heard = desk.take_messages();
     assert_eq!(heard.iter().filter(|h| is_silent(h)).count(), 1);
     let heard_us = u64::from(wearer().host_timeout_ms) * 1_000;
     let end = bursts(&desk, 0).last().unwrap().0;
@@ -355,14 +361,14 @@ enum End {
 fn carry_out(desk: &mut TestHost, end: End) {
     match end {
         End::Stop | End::Disarm => {
-            desk.must(Request::Stop);
+            desk.expect_ok(Request::Stop);
             desk.wait(60_000);
         }
         End::Fault => {
             desk.sensors.over_current = true;
             desk.wait(1_000);
             desk.sensors.over_current = false;
-            desk.must(Request::Acknowledge);
+            desk.expect_ok(Request::Acknowledge);
             desk.wait(110_000);
         }
         End::Silence => desk.wait(170_000),
@@ -379,7 +385,7 @@ fn carry_out(desk: &mut TestHost, end: End) {
             desk.session = desk.session.wrapping_add(17);
             desk.hello();
         }
-        End::Finished => stay(desk, 100_000),
+        End::Finished => wait_alive(desk, 100_000),
     }
 }
 
@@ -397,34 +403,34 @@ fn nothing_that_waits_survives_an_end() {
         };
         let mut desk = TestHost::open(BOOT);
         desk.sensors.hand_stop = true;
-        desk.prepare(wearer(), &[at_once(train)]);
-        desk.must(ARM);
+        desk.prepare(wearer(), &[without_rise(train)]);
+        desk.expect_ok(ARM);
         if !matches!(end, Disarm) {
-            desk.must_all([Request::Start, all(1, LOW_UA)]);
-            stay(&mut desk, 3 * PERIOD);
+            desk.expect_all_ok([Request::Start, equal_amplitudes(1, LOW_UA)]);
+            wait_alive(&mut desk, 3 * PERIOD);
         }
         // One would be due during a fall, the others behind the next start.
         let now = desk.now();
         for ahead_us in [25_000, 900_000, 950_000] {
-            desk.must(timed(now + us(ahead_us), 15_000));
+            desk.expect_ok(timed(now + us(ahead_us), 15_000));
         }
-        let from = desk.time();
-        desk.heard();
+        let from = desk.since_boot_us();
+        desk.take_messages();
         carry_out(&mut desk, end);
         assert_eq!(refusals(&mut desk), [], "{end:?}");
-        let is_due = desk.time() - from > 25_000;
+        let is_due = desk.since_boot_us() - from > 25_000;
         if !matches!(end, Hello) {
             assert_eq!(desk.state(), State::Idle, "{end:?}");
             desk.prepare(wearer(), &[channel(PLAIN)]);
-            desk.must_all([ARM, Request::Start, all(1, LOW_UA)]);
+            desk.expect_all_ok([ARM, Request::Start, equal_amplitudes(1, LOW_UA)]);
         }
         assert!(
-            desk.time() - from < 900_000,
+            desk.since_boot_us() - from < 900_000,
             "{end:?}: it is due behind the start"
         );
-        let heard = desk.heard().len();
+        let heard = desk.take_messages().len();
         assert!(heard < 30 && (is_due || matches!(end, Hello)), "{end:?}");
-        stay(&mut desk, 1_000_000);
+        wait_alive(&mut desk, 1_000_000);
         assert_eq!(refusals(&mut desk), [], "{end:?}");
         let is_first_due = matches!(end, Silence | Owner | Finished);
         let high = bursts(&desk, from + if is_first_due { 180_000 } else { 0 });
@@ -440,11 +446,11 @@ fn nothing_that_waits_survives_an_end() {
 fn what_waits_plays_without_an_end() {
     let mut desk = TestHost::open(BOOT);
     desk.prepare(wearer(), &[channel(PLAIN)]);
-    desk.must(ARM);
+    desk.expect_ok(ARM);
     let now = desk.now();
-    desk.must(timed(now + us(900_000), 15_000)); // armed, and started before it is due
-    desk.must_all([Request::Start, all(1, LOW_UA)]);
-    stay(&mut desk, 1_000_000);
+    desk.expect_ok(timed(now + us(900_000), 15_000)); // armed, and started before it is due
+    desk.expect_all_ok([Request::Start, equal_amplitudes(1, LOW_UA)]);
+    wait_alive(&mut desk, 1_000_000);
     let codes: Vec<u16> = bursts(&desk, 0).into_iter().map(|burst| burst.1).collect();
     assert!(codes.contains(&code(LOW_UA)) && codes.last() == Some(&code(15_000)));
 }
@@ -485,7 +491,7 @@ fn play(moves: &[Move]) -> Result<usize, TestCaseError> {
     let mut orders: Vec<(u64, u64, u16)> = Vec::new();
     // What is rendered plays on for two windows, and less than the fall after a stop.
     let end = |desk: &mut TestHost, orders: &mut Vec<(u64, u64, u16)>, grace: u64| {
-        let now = desk.time();
+        let now = desk.since_boot_us();
         for order in orders {
             order.1 = order.1.min(now + grace);
         }
@@ -495,15 +501,15 @@ fn play(moves: &[Move]) -> Result<usize, TestCaseError> {
         match *item {
             Move::Ahead(ahead_us) => {
                 let ua = LOW_UA + 100 * (1 + n as u32);
-                let due = desk.time() + u64::from(ahead_us);
+                let due = desk.since_boot_us() + u64::from(ahead_us);
                 let at = device_time(due);
                 if desk.answer(timed(at, ua)).is_ok() {
                     orders.push((due.saturating_sub(WINDOW), u64::MAX, code(ua)));
                 }
             }
-            Move::Wait(us) => stay(&mut desk, us.into()),
+            Move::Wait(us) => wait_alive(&mut desk, us.into()),
             Move::Stop => {
-                desk.must(Request::Stop);
+                desk.expect_ok(Request::Stop);
                 end(&mut desk, &mut orders, 60_000);
             }
             Move::HandStop => {
@@ -520,21 +526,21 @@ fn play(moves: &[Move]) -> Result<usize, TestCaseError> {
             }
             Move::Hello => {
                 // What was carried out before stays; what waits does not.
-                let now = desk.time();
+                let now = desk.since_boot_us();
                 desk.hello();
                 orders.retain(|order| order.0 <= now + 2 * WINDOW);
                 desk.prepare(wearer(), &[]);
-                desk.code(Request::Channel {
+                desk.refusal_code(Request::Channel {
                     channel: 0,
                     spec: channel(PLAIN),
                 });
             }
             Move::Start => {
-                desk.code(Request::Acknowledge);
-                stay(&mut desk, 120_000);
-                if desk.code(ARM).is_none() {
+                desk.refusal_code(Request::Acknowledge);
+                wait_alive(&mut desk, 120_000);
+                if desk.refusal_code(ARM).is_none() {
                     end(&mut desk, &mut orders, 0);
-                    desk.must_all([Request::Start, all(1, LOW_UA)]);
+                    desk.expect_all_ok([Request::Start, equal_amplitudes(1, LOW_UA)]);
                 }
             }
         }
@@ -543,7 +549,7 @@ fn play(moves: &[Move]) -> Result<usize, TestCaseError> {
             end(&mut desk, &mut orders, 60_000);
         }
     }
-    stay(&mut desk, 1_000_000);
+    wait_alive(&mut desk, 1_000_000);
     let mut played = 0;
     for (begin, played_code) in bursts(&desk, 0) {
         let is_low = played_code <= code(LOW_UA);

@@ -35,27 +35,27 @@ const WALL: WallSpec = WallSpec {
 };
 
 /// Two channels with a limit of 20 mA and `wall`, not armed.
-fn with(wall: WallSpec) -> TestHost {
+fn with_wall(wall: WallSpec) -> TestHost {
     let mut desk = TestHost::open(BOOT);
     desk.prepare(wearer(), &[channel(PLAIN); 2]);
-    desk.must(Request::Wall(wall));
+    desk.expect_ok(Request::Wall(wall));
     desk
 }
 
 /// Armed and started with the limb at `centideg`.
 fn running(wall: WallSpec, centideg: i16) -> TestHost {
-    let mut desk = with(wall);
-    desk.must(Request::Subscribe { period_ms: 5 });
-    desk.must(ARM);
+    let mut desk = with_wall(wall);
+    desk.expect_ok(Request::Subscribe { period_ms: 5 });
+    desk.expect_ok(ARM);
     desk.measure(centideg);
-    desk.must(Request::Start);
+    desk.expect_ok(Request::Start);
     desk
 }
 
 /// Holds the limb at `centideg` for 100 ms. The last telemetry.
 fn hold(desk: &mut TestHost, centideg: i16) -> Telemetry {
     for _ in 0..10 {
-        desk.must(Request::KeepAlive);
+        desk.expect_ok(Request::KeepAlive);
         desk.measure(centideg);
         desk.wait(5_000);
     }
@@ -90,8 +90,8 @@ fn depth_becomes_amplitude_and_telemetry_shows_both() {
     // Out again: silence, and telemetry says so.
     let out = hold(&mut desk, 8_000);
     assert_eq!(out.amplitudes, [None, None]);
-    let last = *driven(&desk.record.levels, 0).last().unwrap();
-    assert!(desk.time() - last > 60_000);
+    let last = *driven_starts(&desk.record.levels, 0).last().unwrap();
+    assert!(desk.since_boot_us() - last > 60_000);
     // 15 mA of 100 mA full scale was put out.
     let codes: Vec<u16> = desk.record.dac.iter().map(|d| d.2).collect();
     assert!(codes.contains(&9_830));
@@ -99,7 +99,7 @@ fn depth_becomes_amplitude_and_telemetry_shows_both() {
 
 #[test]
 fn the_boards_converter_feeds_the_wall_by_the_same_path() {
-    let mut desk = with(WallSpec {
+    let mut desk = with_wall(WallSpec {
         sensor: SensorSource::Adc {
             code_at_0: 500,
             code_at_100: 2_500,
@@ -107,7 +107,7 @@ fn the_boards_converter_feeds_the_wall_by_the_same_path() {
         ..WALL
     });
     desk.sensors.joint = Some(500 + 20 * 95);
-    desk.must(Request::Subscribe { period_ms: 5 });
+    desk.expect_ok(Request::Subscribe { period_ms: 5 });
     desk.start();
     desk.keep_alive(10, 10_000);
     let seen = desk.samples().pop().unwrap();
@@ -122,7 +122,7 @@ fn the_boards_converter_feeds_the_wall_by_the_same_path() {
         centideg: 0,
         at,
     };
-    assert_eq!(desk.refused(host).0, Code::SensorNotHost);
+    assert_eq!(desk.expect_refusal(host).0, Code::SensorNotHost);
 }
 
 #[test]
@@ -155,10 +155,16 @@ fn a_sensor_that_cannot_be_believed_is_a_fault() {
 fn a_stop_lets_the_wall_fall_and_the_channels_are_its_own() {
     let mut desk = running(WALL, 9_500);
     hold(&mut desk, 9_500);
-    assert_eq!(desk.refused(all(1, 1_000)).0, Code::Controlled);
-    desk.must(Request::Stop);
+    assert_eq!(
+        desk.expect_refusal(equal_amplitudes(1, 1_000)).0,
+        Code::Controlled
+    );
+    desk.expect_ok(Request::Stop);
     desk.wait(200_000);
-    assert!(is_told(&desk.heard(), Event::Stopped(StopCause::Request)));
+    assert!(has_event(
+        &desk.take_messages(),
+        Event::Stopped(StopCause::Request)
+    ));
 }
 
 #[test]
@@ -180,8 +186,8 @@ fn arming_names_what_does_not_fit() {
         (|w| other(w).channel = 9, Code::NoTrain, "wall"),
     ];
     for (change, code, field) in at_arming {
-        let mut desk = with(changed(change));
-        assert_eq!(desk.refused(ARM), refusal(code, field));
+        let mut desk = with_wall(changed(change));
+        assert_eq!(desk.expect_refusal(ARM), refusal(code, field));
     }
     // What no setup could make right is refused at once.
     let mut desk = TestHost::open(BOOT);
@@ -193,7 +199,7 @@ fn arming_names_what_does_not_fit() {
     ];
     for (change, code, field) in at_once {
         let wall = Request::Wall(changed(change));
-        assert_eq!(desk.refused(wall), refusal(code, field));
+        assert_eq!(desk.expect_refusal(wall), refusal(code, field));
     }
 }
 
@@ -201,12 +207,12 @@ fn arming_names_what_does_not_fit() {
 fn a_joint_and_a_wall_do_not_go_together() {
     let mut desk = TestHost::open(BOOT);
     desk.prepare(wearer(), &[channel(PLAIN); 3]);
-    desk.must(Request::Wall(WALL));
-    desk.must(joint(2, 1, 2_000, 10_000));
+    desk.expect_ok(Request::Wall(WALL));
+    desk.expect_ok(joint(2, 1, 2_000, 10_000));
     let expected = refusal(Code::JointAndWall, "wall");
-    assert_eq!(desk.refused(ARM), expected);
-    desk.must(Request::Clear);
+    assert_eq!(desk.expect_refusal(ARM), expected);
+    desk.expect_ok(Request::Clear);
     desk.prepare(wearer(), &[channel(PLAIN); 3]);
-    desk.must(Request::Wall(WALL));
-    desk.must(ARM);
+    desk.expect_ok(Request::Wall(WALL));
+    desk.expect_ok(ARM);
 }

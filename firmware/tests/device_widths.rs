@@ -31,7 +31,7 @@ pub fn stimuli(pairs: &[(u32, u16)]) -> Request {
 
 /// Driven stretches of a channel from `from_us` on, with the DAC code in force.
 pub fn phases(desk: &TestHost, channel: usize, from_us: u64) -> Vec<(u64, u64, u16)> {
-    let all = stretches(&desk.record.levels, channel, u64::MAX);
+    let all = line_intervals(&desk.record.levels, channel, u64::MAX);
     let driven = all.into_iter().filter(|s| {
         matches!(s.1, Line::Anodic | Line::Cathodic) && s.0 >= from_us && s.2 != u64::MAX
     });
@@ -59,7 +59,7 @@ fn a_burst_has_the_pair_that_was_ordered_before_it() {
     let mut desk = TestHost::open(BOOT);
     desk.run(wearer(), &[channel(doublet)], 10_000);
     desk.wait(61_000);
-    let from = desk.time();
+    let from = desk.since_boot_us();
     let orders = [
         (10_000, 10),
         (5_000, 400),
@@ -69,10 +69,10 @@ fn a_burst_has_the_pair_that_was_ordered_before_it() {
     ];
     // Each between the two pulses of a burst: it waits for the next.
     for order in orders {
-        desk.must(stimuli(&[order]));
+        desk.expect_ok(stimuli(&[order]));
         desk.wait(20_000 - 1_000); // an answer is a millisecond
     }
-    desk.must(all(1, 7_000)); // the train's own width again
+    desk.expect_ok(equal_amplitudes(1, 7_000)); // the train's own width again
     desk.wait(30_000);
     let seen = phases(&desk, 0, from);
     // From the first whole burst on.
@@ -166,9 +166,9 @@ fn a_muscle_is_not_armed_under_a_live_width() {
     let mut desk = TestHost::open(BOOT);
     desk.prepare(wearer(), &[channel(LIVE)]);
     let spec = crate::device_rungs::SPEC;
-    desk.must(Request::Muscle { channel: 0, spec });
+    desk.expect_ok(Request::Muscle { channel: 0, spec });
     assert_eq!(
-        desk.refused(ARM),
+        desk.expect_refusal(ARM),
         refusal(Code::WidthChanges, "max_width_us")
     );
 }
@@ -191,15 +191,15 @@ fn a_train_is_armed_at_the_width_that_heats_most() {
         channel: 0,
         spec: spec(max_width_us),
     };
-    desk.must(ask(100));
-    let refused = desk.refused(ask(101));
+    desk.expect_ok(ask(100));
+    let refused = desk.expect_refusal(ask(101));
     assert_eq!(refused, refusal(Code::DensityLimit, "area_mm2"));
     // What the wearer's charge never lets last so long does not count.
-    desk.must(Request::Wearer(WearerSpec {
+    desk.expect_ok(Request::Wearer(WearerSpec {
         max_charge_nc: 200,
         ..wearer()
     }));
-    desk.must(ask(500));
+    desk.expect_ok(ask(500));
 }
 
 /// The dose counts the width that is played: at 4 µC a pulse and 50 Hz, 10 mC are gone
@@ -213,10 +213,10 @@ fn the_dose_counts_the_width_that_is_played() {
         };
         let mut desk = TestHost::open(BOOT);
         desk.run(wearer, &[channel(LIVE)], 10_000);
-        let from = desk.time();
-        desk.must(stimuli(&[order]));
+        let from = desk.since_boot_us();
+        desk.expect_ok(stimuli(&[order]));
         for _ in 0..60_000 / 50 {
-            desk.must(Request::KeepAlive);
+            desk.expect_ok(Request::KeepAlive);
             desk.wait(49_000);
             if desk.state() != State::Stimulating {
                 break;
@@ -242,7 +242,7 @@ fn a_width_may_not_rise_faster_than_an_amplitude() {
     desk.run(wearer, &[channel(LIVE)], 10_000);
     desk.wait(60_000);
     let mut ask = |pair| {
-        let code = desk.code(stimuli(&[pair]));
+        let code = desk.refusal_code(stimuli(&[pair]));
         desk.wait(20_000);
         code
     };
@@ -299,20 +299,20 @@ proptest! {
             ..channel(train)
         });
         let mut desk = TestHost::open(BOOT);
-        desk.must(Request::Wearer(wearer));
+        desk.expect_ok(Request::Wearer(wearer));
         let mut is_taken = true;
         for (channel, spec) in (0u8..).zip(specs) {
-            is_taken &= desk.code(Request::Channel { channel, spec }).is_none();
+            is_taken &= desk.refusal_code(Request::Channel { channel, spec }).is_none();
         }
         prop_assume!(is_taken);
         desk.start();
-        let from = desk.time();
+        let from = desk.since_boot_us();
         for (pairs, wait_us) in orders {
-            if let Some(code) = desk.code(stimuli(&pairs)) {
+            if let Some(code) = desk.refusal_code(stimuli(&pairs)) {
                 let by_limit = [Code::ChargeAtWidth, Code::AboveWearerLimit, Code::OutOfRange];
                 prop_assert!(by_limit.contains(&code), "{code:?}");
             }
-            desk.must(Request::KeepAlive); // nothing refused is a sign of life
+            desk.expect_ok(Request::KeepAlive); // nothing refused is a sign of life
             desk.wait(wait_us);
         }
         prop_assert_eq!(desk.state(), State::Stimulating);

@@ -16,9 +16,9 @@ fn following() -> TestHost {
         ..wearer()
     };
     desk.prepare(wearer, &[channel(SLOW)]);
-    desk.must(muscle(0));
-    desk.must(control(0, FORCE));
-    desk.must(Request::Subscribe { period_ms: 1 });
+    desk.expect_ok(muscle(0));
+    desk.expect_ok(control(0, FORCE));
+    desk.expect_ok(Request::Subscribe { period_ms: 1 });
     desk.start();
     desk
 }
@@ -43,17 +43,20 @@ fn a_mask_of_nothing_does_not_keep_the_host_from_being_silent() {
         widths: heapless::Vec::new(),
     };
     let mut desk = TestHost::open(BOOT);
-    assert_eq!(desk.refused(nothing()), refusal(Code::OutOfRange, "mask"));
+    assert_eq!(
+        desk.expect_refusal(nothing()),
+        refusal(Code::OutOfRange, "mask")
+    );
     desk.run(wearer(), &[channel(PLAIN)], 10_000);
     let setpoints = desk.status().counters.setpoints;
-    desk.heard();
+    desk.take_messages();
     let mut heard = Vec::new();
     for _ in 0..110 {
         desk.send(nothing());
         desk.wait(10_000);
-        heard.extend(desk.heard());
+        heard.extend(desk.take_messages());
     }
-    assert!(is_told(&heard, Event::Stopping(StopCause::HostSilent)));
+    assert!(has_event(&heard, Event::Stopping(StopCause::HostSilent)));
     assert_eq!(desk.status().counters.setpoints, setpoints);
 }
 
@@ -63,11 +66,11 @@ fn twelve_stops_are_acknowledged_eight_with_the_windows_time() {
     let mut desk = TestHost::open(BOOT);
     desk.run(wearer(), &[channel(PLAIN)], 10_000);
     desk.wait(100);
-    desk.heard();
+    desk.take_messages();
     let arrived = desk.now();
     let numbers = desk.write(vec![Request::Stop; 12]);
     desk.wait(1_000);
-    let heard = desk.heard();
+    let heard = desk.take_messages();
     let at = |seq| {
         heard.iter().find_map(|h| match h {
             OwnedResponse::Ack(s, at) if *s == seq => Some(*at),
@@ -90,29 +93,29 @@ fn twelve_stops_are_acknowledged_eight_with_the_windows_time() {
 #[test]
 fn a_force_while_stopping_is_acknowledged_and_changes_nothing() {
     let mut desk = following();
-    desk.must(force(0, 2_000));
+    desk.expect_ok(force(0, 2_000));
     desk.wait(20_000);
-    desk.must(Request::Stop);
+    desk.expect_ok(Request::Stop);
     assert_eq!(desk.state(), State::Stopping);
     assert_eq!(desk.answer(force(0, 2_500)), Ok(()));
     desk.wait(200_000);
     assert_eq!(desk.state(), State::Idle);
-    assert_eq!(desk.code(force(0, 100)), Some(Code::NotArmed));
+    assert_eq!(desk.refusal_code(force(0, 100)), Some(Code::NotArmed));
 }
 
 #[test]
 fn an_untimed_force_while_a_timed_one_waits_is_out_of_order() {
     let mut desk = following();
     let at = Some(desk.now() + us(50_000));
-    desk.must(Request::Force {
+    desk.expect_ok(Request::Force {
         channel: 0,
         at,
         millinewton: 1_000,
         millinewton_per_s: None,
     });
-    assert_eq!(desk.code(force(0, 900)), Some(Code::SetpointTime));
+    assert_eq!(desk.refusal_code(force(0, 900)), Some(Code::SetpointTime));
     desk.wait(60_000);
-    assert_eq!(desk.code(force(0, 900)), None);
+    assert_eq!(desk.refusal_code(force(0, 900)), None);
 }
 
 fn wall() -> Request {
@@ -141,13 +144,13 @@ fn without_a_first_measurement_nothing_is_played() {
         let is_joint = matches!(request, Request::Joint(_));
         let mut desk = TestHost::open(BOOT);
         desk.prepare(wearer(), &[channel(PLAIN); 2]);
-        desk.must(request);
+        desk.expect_ok(request);
         desk.start();
         let checked = desk.status().counters.pulses;
         for _ in 0..100 {
-            desk.must(Request::KeepAlive);
+            desk.expect_ok(Request::KeepAlive);
             if is_joint {
-                desk.must(angle(6_000));
+                desk.expect_ok(angle(6_000));
             }
             desk.wait(8_000);
         }

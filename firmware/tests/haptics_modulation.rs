@@ -49,7 +49,12 @@ fn share(quartic: &QuarticSpec, u: f64) -> f64 {
 }
 
 /// The formula's intensity at an angle, in real numbers.
-fn wanted(spec: &ModulationSpec, muscle: &ModulatedSpec, phase: MotionPhase, degrees: f64) -> f64 {
+fn expected_intensity(
+    spec: &ModulationSpec,
+    muscle: &ModulatedSpec,
+    phase: MotionPhase,
+    degrees: f64,
+) -> f64 {
     let (low, high) = (spec.angle_min_mdeg, spec.angle_max_mdeg);
     let (low, high) = (f64::from(low) / 1e3, f64::from(high) / 1e3);
     let u = ((degrees - low) / (high - low)).clamp(0.0, 1.0);
@@ -80,11 +85,11 @@ fn worst_errors(spec: &ModulationSpec, full_scale_ua: u32) -> (f64, u16) {
             let orders = joint.amplitudes(angle, Some(phase));
             for (muscle, (channel, amplitude)) in spec.muscles().zip(orders) {
                 assert_eq!(channel, muscle.channel);
-                let exactly = wanted(spec, muscle, phase, f64::from(centideg) / 100.0);
+                let exactly = expected_intensity(spec, muscle, phase, f64::from(centideg) / 100.0);
                 let error = (f64::from(amplitude.get()) - exactly).abs();
                 let beside = [-2.0, 2.0].map(|bits| {
                     let at = f64::from(centideg) / 100.0 + bits / 65_536.0;
-                    (wanted(spec, muscle, phase, at) - exactly).abs()
+                    (expected_intensity(spec, muscle, phase, at) - exactly).abs()
                 });
                 let proven = 0.5 + 7.5e-8 * 200_000.0 + beside[0].max(beside[1]);
                 assert!(error <= proven, "{centideg}: {error} > {proven}");
@@ -196,11 +201,11 @@ proptest! {
     }
 }
 
-fn refused(edit: impl FnOnce(&mut ModulationSpec)) -> Vec<ModulationError> {
+fn validation_errors(edit: impl FnOnce(&mut ModulationSpec)) -> Vec<ModulationError> {
     let mut spec = ELBOW;
     edit(&mut spec);
     let mut mistakes = Vec::new();
-    spec.mistakes(&mut |mistake| mistakes.push(mistake));
+    spec.report_mistakes(&mut |mistake| mistakes.push(mistake));
     assert_eq!(Modulation::new(&spec).err(), mistakes.first().copied());
     mistakes
 }
@@ -216,8 +221,11 @@ fn a_quartic_that_leaves_0_to_1_at_one_angle_only_is_refused_with_that_angle() {
         let all = [b[0], b[1], b[2], more[0], more[1]];
         QuarticSpec(all.map(|b| ((b + foot) * 1e6).round() as i32))
     };
-    assert_eq!(refused(|spec| spec.flexor.lift = Some(dip(0.000_001))), []);
-    let found = refused(|spec| spec.flexor.lift = Some(dip(-0.000_002)));
+    assert_eq!(
+        validation_errors(|spec| spec.flexor.lift = Some(dip(0.000_001))),
+        []
+    );
+    let found = validation_errors(|spec| spec.flexor.lift = Some(dip(-0.000_002)));
     let [
         ModulationError::Share {
             channel: 0,
@@ -232,7 +240,8 @@ fn a_quartic_that_leaves_0_to_1_at_one_angle_only_is_refused_with_that_angle() {
     assert!((f64::from(extreme.at) / 16_384.0 - 1.0 / 3.0).abs() < 0.01);
     // The same upside down: above 1 at one angle.
     let QuarticSpec(b) = dip(-0.000_002);
-    let found = refused(|spec| spec.extensor.drop = Some(QuarticSpec(b.map(|b| 1_000_000 - b))));
+    let found =
+        validation_errors(|spec| spec.extensor.drop = Some(QuarticSpec(b.map(|b| 1_000_000 - b))));
     let [
         ModulationError::Share {
             channel: 1,
@@ -281,16 +290,16 @@ fn every_field_is_refused_beyond_its_range() {
         }),
     ];
     for (field, edit) in edits {
-        let found = refused(edit);
+        let found = validation_errors(edit);
         let [ModulationError::Range(range)] = found[..] else {
             panic!("{field}: {found:?}");
         };
         assert_eq!(range.field, field);
     }
-    let twice = refused(|s| s.extensor.channel = 0);
+    let twice = validation_errors(|s| s.extensor.channel = 0);
     assert_eq!(twice, [ModulationError::ChannelTwice { channel: 0 }]);
     // All at once, in the order of the fields.
-    let all = refused(|s| {
+    let all = validation_errors(|s| {
         (s.joint, s.longest_hold_ms, s.extensor.channel) = (4, 0, 0);
         s.flexor.base = Amplitude::ZERO;
     });

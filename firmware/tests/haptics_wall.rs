@@ -33,16 +33,17 @@ const PRE_WALL: PreWall = PreWall {
 };
 
 /// One tick at rest at this angle, hundredths of a degree.
-fn at(spec: &WallSpec, centideg: i16) -> WallOrders {
+fn orders_at(spec: &WallSpec, centideg: i16) -> WallOrders {
     let wall = Wall::new(spec).unwrap();
     let (mut state, now) = (WallState::default(), Micros::new(u32::MAX - 3));
     let angle = Angle::from_centideg(centideg);
-    wall.measurement(&mut state, now, now, angle).unwrap();
+    wall.accept_measurement(&mut state, now, now, angle)
+        .unwrap();
     wall.tick(&mut state, now, None).unwrap()
 }
 
 fn amplitudes(spec: &WallSpec, centideg: i16) -> Vec<u32> {
-    let orders = at(spec, centideg);
+    let orders = orders_at(spec, centideg);
     orders.amplitudes.iter().map(|(_, a)| a.get()).collect()
 }
 
@@ -52,9 +53,9 @@ fn the_papers_equation_1_holds_on_both_sides_of_the_wall() {
     assert_eq!(amplitudes(&PLAIN, 9_000), [0]);
     assert_eq!(amplitudes(&PLAIN, 9_100), [8_889]);
     assert_eq!(amplitudes(&PLAIN, 9_500), [44_445]);
-    let deep = at(&PLAIN, 11_000);
+    let deep = orders_at(&PLAIN, 11_000);
     assert_eq!(deep.amplitudes[0], (0, Amplitude::new(80_000)));
-    assert!(deep.limiting && !at(&PLAIN, 9_500).limiting);
+    assert!(deep.limiting && !orders_at(&PLAIN, 9_500).limiting);
     assert_eq!(deep.penetration, Angle::from_centideg(2_000));
     assert_eq!(deep.wall, Angle::from_centideg(9_000));
     // Its mirror image stops extension.
@@ -114,7 +115,8 @@ fn follow(spec: &WallSpec, course: impl Iterator<Item = f64>) -> Vec<u32> {
         .map(|(ms, deg)| {
             let now = Micros::new(ms * 1000);
             let angle = Angle::from_centideg((deg * 100.0).round() as i16);
-            wall.measurement(&mut state, now, now, angle).unwrap();
+            wall.accept_measurement(&mut state, now, now, angle)
+                .unwrap();
             wall.tick(&mut state, now, None).unwrap().amplitudes[0]
                 .1
                 .get()
@@ -154,13 +156,13 @@ fn measurements_are_judged_as_a_joints_are() {
         Err(SensorFault::Absent)
     );
     let angle = Angle::from_centideg(9_500);
-    wall.measurement(&mut state, Micros::new(0), Micros::new(0), angle)
+    wall.accept_measurement(&mut state, Micros::new(0), Micros::new(0), angle)
         .unwrap();
     assert!(wall.tick(&mut state, Micros::new(50_000), None).is_ok());
     let stale = SensorFault::Stale { limit_ms: 50 };
     assert_eq!(wall.tick(&mut state, Micros::new(50_001), None), Err(stale));
     let (now, far) = (Micros::new(60_000), Angle::from_centideg(17_001));
-    wall.measurement(&mut state, now, now, far).unwrap();
+    wall.accept_measurement(&mut state, now, now, far).unwrap();
     let centideg = 17_001;
     assert_eq!(
         wall.tick(&mut state, now, None),
@@ -168,7 +170,7 @@ fn measurements_are_judged_as_a_joints_are() {
     );
 }
 
-fn refused(change: impl FnOnce(&mut WallSpec)) -> WallError {
+fn validation_error(change: impl FnOnce(&mut WallSpec)) -> WallError {
     let mut spec = WallSpec {
         pre_wall: Some(PRE_WALL),
         co_contraction: Some(CoContraction {
@@ -193,9 +195,10 @@ fn range(field: &'static str, value: i64, min: i32, max: i32) -> WallError {
 
 #[test]
 fn every_field_out_of_range_is_named_with_what_it_allows() {
-    let pre = |change: fn(&mut PreWall)| refused(|s| change(s.pre_wall.as_mut().unwrap()));
-    let co =
-        |change: fn(&mut CoContraction)| refused(|s| change(s.co_contraction.as_mut().unwrap()));
+    let pre = |change: fn(&mut PreWall)| validation_error(|s| change(s.pre_wall.as_mut().unwrap()));
+    let co = |change: fn(&mut CoContraction)| {
+        validation_error(|s| change(s.co_contraction.as_mut().unwrap()))
+    };
     let amplitude = 200_000;
     let short = SensorSource::Adc {
         code_at_0: 500,
@@ -203,22 +206,22 @@ fn every_field_out_of_range_is_named_with_what_it_allows() {
     };
     #[rustfmt::skip]
     let cases = [
-        (refused(|s| s.at_mdeg = 150_001), range("at_mdeg", 150_001, 0, 150_000)),
-        (refused(|s| s.at_mdeg = -1), range("at_mdeg", -1, 0, 150_000)),
-        (refused(|s| s.channel = 10), range("channel", 10, 0, 9)),
-        (refused(|s| s.max = Amplitude::new(0)), range("max", 0, 1, amplitude)),
-        (refused(|s| s.max = Amplitude::new(u32::MAX)), range("max", u32::MAX.into(), 1, amplitude)),
-        (refused(|s| s.stiffness = 0), range("stiffness", 0, 1, amplitude)),
-        (refused(|s| s.damping = 20_001), range("damping", 20_001, 0, 20_000)),
-        (refused(|s| s.cutoff_mhz = 499), range("cutoff_mhz", 499, 500, 20_000)),
+        (validation_error(|s| s.at_mdeg = 150_001), range("at_mdeg", 150_001, 0, 150_000)),
+        (validation_error(|s| s.at_mdeg = -1), range("at_mdeg", -1, 0, 150_000)),
+        (validation_error(|s| s.channel = 10), range("channel", 10, 0, 9)),
+        (validation_error(|s| s.max = Amplitude::new(0)), range("max", 0, 1, amplitude)),
+        (validation_error(|s| s.max = Amplitude::new(u32::MAX)), range("max", u32::MAX.into(), 1, amplitude)),
+        (validation_error(|s| s.stiffness = 0), range("stiffness", 0, 1, amplitude)),
+        (validation_error(|s| s.damping = 20_001), range("damping", 20_001, 0, 20_000)),
+        (validation_error(|s| s.cutoff_mhz = 499), range("cutoff_mhz", 499, 500, 20_000)),
         (pre(|p| p.depth_mdeg = 99), range("depth_mdeg", 99, 100, 45_000)),
         (pre(|p| p.end = Amplitude::new(80_001)), range("end", 80_001, 0, 80_000)),
         (pre(|p| p.begin = Amplitude::new(80_001)), range("begin", 80_001, 0, 80_000)),
         (co(|c| c.channel = 10), range("channel", 10, 0, 9)),
         (co(|c| c.amplitude = Amplitude::new(0)), range("amplitude", 0, 1, amplitude)),
-        (refused(|s| s.angle_max_mdeg = 180_001), range("angle_max_mdeg", 180_001, 1, 180_000)),
-        (refused(|s| s.stale_after_ms = 1), range("stale_after_ms", 1, 2, 500)),
-        (refused(|s| s.sensor = short), range("code_at_100 - code_at_0", 99, 100, 4095)),
+        (validation_error(|s| s.angle_max_mdeg = 180_001), range("angle_max_mdeg", 180_001, 1, 180_000)),
+        (validation_error(|s| s.stale_after_ms = 1), range("stale_after_ms", 1, 2, 500)),
+        (validation_error(|s| s.sensor = short), range("code_at_100 - code_at_0", 99, 100, 4095)),
     ];
     for (refused, expected) in cases {
         assert_eq!(refused, expected);
@@ -279,7 +282,7 @@ proptest! {
         for (ms, centideg) in (0u32..).zip(angles) {
             let now = Micros::new((u32::MAX - 20_000).wrapping_add(ms * 1000));
             let angle = Angle::from_centideg(centideg);
-            wall.measurement(&mut state, now, now, angle).unwrap();
+            wall.accept_measurement(&mut state, now, now, angle).unwrap();
             let orders = wall.tick(&mut state, now, None).unwrap();
             prop_assert!(orders.amplitudes.iter().all(|(_, a)| *a <= spec.max));
             if spec.damping == 0 || ms == 0 {

@@ -1,6 +1,6 @@
 //! The arm's specification, and which muscles a wanted force recruits.
 
-use firmware::bench::limb::{before_the_trunk, nominal};
+use firmware::bench::limb::{before_the_trunk, nominal_limb};
 use firmware::limb::{
     Choice, Jacobians, Limb, LimbError, LimbSpec, LineSpec, ReachError, Vector, Wrench,
 };
@@ -12,15 +12,15 @@ const TRICEPS: u8 = 1;
 const TRAPEZIUS: u8 = 7;
 
 fn arm() -> (Limb, Jacobians<f32>) {
-    let limb = Limb::new(&nominal()).unwrap();
-    let given = limb.refresh(&before_the_trunk()).unwrap();
+    let limb = Limb::new(&nominal_limb()).unwrap();
+    let given = limb.jacobians_at_posture(&before_the_trunk()).unwrap();
     (limb, given)
 }
 
 fn mistakes(change: impl FnOnce(&mut LimbSpec)) -> Vec<LimbError> {
-    let (mut spec, mut found) = (nominal(), Vec::new());
+    let (mut spec, mut found) = (nominal_limb(), Vec::new());
     change(&mut spec);
-    spec.mistakes(&mut |mistake| found.push(mistake));
+    spec.report_mistakes(&mut |mistake| found.push(mistake));
     assert_eq!(Limb::<f32>::new(&spec).err(), found.first().copied());
     found
 }
@@ -82,7 +82,7 @@ fn a_posture_outside_the_joint_s_range_is_refused() {
     let (limb, _) = arm();
     let mut posture = before_the_trunk();
     posture[6] = Angle::from_millideg(130_500);
-    let refused = limb.refresh(&posture).unwrap_err();
+    let refused = limb.jacobians_at_posture(&posture).unwrap_err();
     assert_eq!(refused.to_string(), "axis 6 = 130500 is outside 0..=130000");
 }
 
@@ -156,12 +156,12 @@ fn where_every_muscle_pulls_the_other_way_none_is_chosen() {
     assert_eq!(against, Choice::Unhelped);
     assert!(matches!(along, Choice::Line(TRAPEZIUS, _)), "{along:?}");
     // Without any other muscle nothing helps, and nothing is sent.
-    let mut alone = nominal();
+    let mut alone = nominal_limb();
     let trapezius = alone.lines[usize::from(TRAPEZIUS)].clone();
     alone.lines.clear();
     alone.lines.push(trapezius).unwrap();
     let alone = Limb::<f32>::new(&alone).unwrap();
-    let given = alone.refresh(&before_the_trunk()).unwrap();
+    let given = alone.jacobians_at_posture(&before_the_trunk()).unwrap();
     let refused = alone.recruit(&given, &wanted[0]).unwrap_err();
     assert_eq!(refused, ReachError::NoMuscleHelps);
     let rest = alone.recruit(&given, &Wrench::default()).unwrap();
@@ -177,7 +177,7 @@ fn a_wrench_that_is_too_strong_names_the_share_that_can_be_made() {
     for n in 0..500_u16 {
         let angle = f32::from(n) * 0.7;
         let (force, up) = (f32::from(n), (angle * 0.31).sin());
-        let wanted = Wrench::of_force(force * angle.cos(), force * angle.sin(), force * up);
+        let wanted = Wrench::from_force(force * angle.cos(), force * angle.sin(), force * up);
         let Err(ReachError::TooStrong { line, share }) = limb.recruit(&given, &wanted) else {
             continue;
         };
@@ -209,7 +209,7 @@ fn forces_become_amplitudes_within_limits() {
 /// refused, and what is no number recruits nothing.
 #[test]
 fn no_wish_brings_an_amplitude_outside_the_wearer_s_range() {
-    let spec = nominal();
+    let spec = nominal_limb();
     let limb = Limb::<f32>::new(&spec).unwrap();
     let strange = [
         0.0,
@@ -227,10 +227,10 @@ fn no_wish_brings_an_amplitude_outside_the_wearer_s_range() {
             let (low, high) = spec.ranges_mdeg[axis];
             *angle = Angle::from_millideg(if n >> (axis % 6) & 1 == 0 { low } else { high });
         }
-        let given = limb.refresh(&posture).unwrap();
+        let given = limb.jacobians_at_posture(&posture).unwrap();
         for x in strange {
             for z in strange {
-                let wanted = Wrench::of_force(x, if n % 2 == 0 { -x } else { x }, z);
+                let wanted = Wrench::from_force(x, if n % 2 == 0 { -x } else { x }, z);
                 match limb.recruit(&given, &wanted) {
                     Ok(recruited) => {
                         let range = Amplitude::new(8_000)..=Amplitude::new(25_000);

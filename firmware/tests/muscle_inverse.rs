@@ -75,7 +75,7 @@ fn the_model_gives_what_the_inverse_was_asked_for() {
     ];
     for (slowest, fastest, bound) in rates {
         let inverse = Inverse::new(K01, &recruitment, slowest, fastest, slowest).unwrap();
-        let (least, most) = inverse.reach();
+        let (least, most) = inverse.force_range();
         let (least, most) = (least.get().to_num::<f64>(), most.get().to_num::<f64>());
         let worst = (0..=100)
             .map(|i| least + (most - least) * f64::from(i) / 100.0)
@@ -94,7 +94,7 @@ fn amplitude_answers_first_and_then_rate() {
     let recruitment = Recruitment::new(RECRUITMENT).unwrap();
     let inverse = Inverse::new(K01, &recruitment, 50_000, 10_000, 50_000).unwrap();
     let drive = |newtons: f64| inverse.drive(&recruitment, Force::new(I16F16::from_num(newtons)));
-    let (least, most) = inverse.reach();
+    let (least, most) = inverse.force_range();
     let (least, most) = (least.get().to_num::<f64>(), most.get().to_num::<f64>());
 
     assert_eq!(drive(0.0).amplitude, Amplitude::ZERO);
@@ -130,7 +130,7 @@ fn a_force_that_rises_is_wanted_ahead() {
     let inverse = Inverse::new(K01, &recruitment, 25_000, 10_000, 25_000).unwrap();
     let force = |newtons: f64| Force::new(I16F16::from_num(newtons));
     let ahead = |newtons, rate: f64| {
-        let ahead = inverse.ahead(force(newtons), ForceRate::new(I16F16::from_num(rate)));
+        let ahead = inverse.compensate_lag(force(newtons), ForceRate::new(I16F16::from_num(rate)));
         ahead.get().to_num::<f64>()
     };
     assert_eq!(ahead(5.0, 0.0), 5.0);
@@ -139,7 +139,7 @@ fn a_force_that_rises_is_wanted_ahead() {
     assert!((1.2..2.0).contains(&late), "{late}");
     assert!((ahead(5.0, -10.0) - 5.0 + late).abs() < 1e-4);
     // More activation at a higher rate: slower.
-    let (_, most) = inverse.reach();
+    let (_, most) = inverse.force_range();
     let most = most.get().to_num::<f64>();
     assert!(ahead(most, 10.0) - most > late);
 }
@@ -187,10 +187,10 @@ fn below_threshold_the_rate_answers() {
     let inverse = Inverse::new(K01, &recruitment, 50_000, 10_000, 1_000_000).unwrap();
     let fixed = Inverse::new(K01, &recruitment, 50_000, 10_000, 50_000).unwrap();
     let drive = |newtons: f64| inverse.drive(&recruitment, Force::new(I16F16::from_num(newtons)));
-    let (least, most) = inverse.reach();
+    let (least, most) = inverse.force_range();
     let least = least.get().to_num::<f64>();
-    let at_threshold = fixed.reach().0.get().to_num::<f64>();
-    assert_eq!(most, fixed.reach().1);
+    let at_threshold = fixed.force_range().0.get().to_num::<f64>();
+    assert_eq!(most, fixed.force_range().1);
     // A pulse a second, not twenty of them.
     assert!((15.0..45.0).contains(&(at_threshold / least)), "{least} N");
 
@@ -277,9 +277,9 @@ proptest! {
     ) {
         let inverse = Inverse::new(muscle, &recruitment, train, fastest, slowest).unwrap();
         let fixed = Inverse::new(muscle, &recruitment, train, fastest, train).unwrap();
-        let at_threshold = fixed.reach().0;
-        let (least, most) = inverse.reach();
-        prop_assert!(least <= at_threshold && most == fixed.reach().1);
+        let at_threshold = fixed.force_range().0;
+        let (least, most) = inverse.force_range();
+        prop_assert!(least <= at_threshold && most == fixed.force_range().1);
         let mut forces: Vec<i32> = forces;
         forces.extend(share.iter().map(|s| (f64::from(most.get().to_bits()) * s) as i32));
         forces.extend(share.iter().map(|s| (f64::from(at_threshold.get().to_bits()) * s) as i32));
@@ -311,7 +311,7 @@ proptest! {
             if force > at_threshold || slowest == train {
                 prop_assert_eq!(drive, fixed.drive(&recruitment, force));
             }
-            let _ = inverse.ahead(force, ForceRate::new(I16F16::from_bits(rate)));
+            let _ = inverse.compensate_lag(force, ForceRate::new(I16F16::from_bits(rate)));
         }
     }
 }
@@ -334,7 +334,7 @@ proptest! {
         let muscle = CalciumForceSpec { a_mn_per_s, k_micro, tau_c_us, tau1_us, tau2_us };
         let recruitment = Recruitment::new(RECRUITMENT).unwrap();
         let inverse = Inverse::new(muscle, &recruitment, 50_000, 12_500, 50_000).unwrap();
-        let (least, most) = inverse.reach();
+        let (least, most) = inverse.force_range();
         let (least, most) = (least.get().to_num::<f64>(), most.get().to_num::<f64>());
         let off = error(muscle, &inverse, &recruitment, least + (most - least) * part);
         prop_assert!(off.abs() < 7e-3, "{off:e}");

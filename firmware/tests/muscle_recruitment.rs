@@ -23,7 +23,7 @@ fn k01() -> Recruitment {
     Recruitment::new(spec(threshold, limit, reference, slope)).unwrap()
 }
 
-fn number(gain: Gain) -> f64 {
+fn gain_value(gain: Gain) -> f64 {
     gain.get().to_num()
 }
 
@@ -52,7 +52,7 @@ fn k01_is_the_papers_curve() {
     let curve = k01();
     assert_eq!(curve.gain(Amplitude::new(12_000)), Gain::FULL);
     // 1.47 N at 8 mA, 8.95 N at 12 mA (table 2, 20 Hz).
-    assert!((number(curve.gain(Amplitude::new(8_000))) - 1.47 / 8.95).abs() < 1e-4);
+    assert!((gain_value(curve.gain(Amplitude::new(8_000))) - 1.47 / 8.95).abs() < 1e-4);
     assert_eq!(curve.gain(Amplitude::new(7_999)), Gain::ZERO);
     assert_eq!(curve.gain(Amplitude::new(u32::MAX)), Gain::FULL);
     assert_eq!(curve.amplitude_for_gain(Gain::FULL), Amplitude::new(12_000));
@@ -79,10 +79,10 @@ fn worst_errors_are_as_stated_from_both_sides() {
         for amplitude in (2_000..12_000).step_by(7) {
             let gain = curve.gain(Amplitude::new(amplitude));
             let exact = truth(curve.spec(), amplitude);
-            of_gain = of_gain.max(((number(gain) - exact).abs() - 2f64.powi(-31)) / exact);
+            of_gain = of_gain.max(((gain_value(gain) - exact).abs() - 2f64.powi(-31)) / exact);
             // An arbitrary gain in between, not one that gain() returned.
             let asked = Gain::new(gain.get() + U1F31::from_bits(9_999));
-            let below = -number(asked).ln() / f64::from(slope) * 1e9;
+            let below = -gain_value(asked).ln() / f64::from(slope) * 1e9;
             let inverse = (13_000.0 - below).clamp(2_000.0, 12_000.0);
             let got = f64::from(curve.amplitude_for_gain(asked).get());
             of_amplitude = of_amplitude.max((got - inverse).abs());
@@ -125,7 +125,7 @@ proptest! {
         let (low, high) = (spec.motor_threshold.get(), spec.limit.get());
         let amplitude = low + (f64::from(high - low) * where_in) as u32;
         let exact = truth(&spec, amplitude);
-        let got = number(curve.gain(Amplitude::new(amplitude)));
+        let got = gain_value(curve.gain(Amplitude::new(amplitude)));
         prop_assert!((got - exact).abs() <= 9.2e-9 * exact + 2f64.powi(-31), "{} {}", got, exact);
     }
 
@@ -138,7 +138,7 @@ proptest! {
         let amplitude = low + (f64::from(high - low) * where_in) as u32;
         let gain = curve.gain(Amplitude::new(amplitude));
         let back = curve.amplitude_for_gain(gain).get();
-        let unit = 2f64.powi(-31) / number(gain) * 1e9 / f64::from(spec.slope_micro);
+        let unit = 2f64.powi(-31) / gain_value(gain) * 1e9 / f64::from(spec.slope_micro);
         prop_assert!(f64::from(back.abs_diff(amplitude)) <= 0.6 + unit, "{} {}", back, amplitude);
     }
 
@@ -168,10 +168,10 @@ proptest! {
         prop_assert_eq!(amplitude(0), Amplitude::ZERO);
         prop_assert_eq!(amplitude(65_536), spec.limit);
 
-        let low = number(curve.gain(spec.motor_threshold));
-        let high = number(curve.gain(spec.limit));
+        let low = gain_value(curve.gain(spec.motor_threshold));
+        let high = gain_value(curve.gain(spec.limit));
         let wanted = low + (high - low) * f64::from(one) / 65_536.0;
-        let got = number(curve.gain(amplitude(one)));
+        let got = gain_value(curve.gain(amplitude(one)));
         let step = 0.6e-9 * f64::from(spec.slope_micro);
         prop_assert!((got - wanted).abs() <= step * wanted + 2e-9, "{} {}", got, wanted);
     }

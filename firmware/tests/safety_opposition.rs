@@ -17,12 +17,12 @@ const SHAPES: [Shape; 4] = [
     Shape::MonophasicAnodic,
 ];
 
-fn on(supply: Option<StageSupply>) -> Draft {
+fn draft_with_supply(supply: Option<StageSupply>) -> Draft {
     let stages = [Some(StageKind::Current {
         full_scale_ua: 100_000,
     }); CHANNELS];
     let origin = Origin::Owner;
-    Draft::on(Stages::Stored(StageTable {
+    Draft::for_stages(Stages::Stored(StageTable {
         origin,
         supply,
         stages,
@@ -30,7 +30,7 @@ fn on(supply: Option<StageSupply>) -> Draft {
 }
 
 /// The pairs that a draft with these trains is refused for.
-fn pairs(
+fn refused_pairs(
     mut draft: Draft,
     trains: &[TrainSpec],
     groups: &[GroupSpec],
@@ -65,7 +65,11 @@ fn pairs(
 }
 
 fn is_refused(a: TrainSpec, b: TrainSpec, groups: &[GroupSpec]) -> bool {
-    let refused = pairs(on(Some(StageSupply::Common)), &[a, b], groups);
+    let refused = refused_pairs(
+        draft_with_supply(Some(StageSupply::Common)),
+        &[a, b],
+        groups,
+    );
     refused.unwrap() == [(0, 1)]
 }
 
@@ -81,7 +85,7 @@ fn of_shape(shape: Shape, width_us: u16) -> TrainSpec {
 
 /// Sign of what `train` drives in each µs of `span_us`, widened by half the dead time each
 /// way where `slack`.
-fn played(train: &TrainSpec, widths: [u16; 2], span_us: u32) -> Vec<[bool; 2]> {
+fn driven_signs(train: &TrainSpec, widths: [u16; 2], span_us: u32) -> Vec<[bool; 2]> {
     let mut signs = vec![[false; 2]; span_us as usize];
     let first = usize::from(!train.shape.cathodic_first());
     let mut start = train.offset_us;
@@ -108,7 +112,7 @@ fn played(train: &TrainSpec, widths: [u16; 2], span_us: u32) -> Vec<[bool; 2]> {
 }
 
 /// Whether opposite signs come closer than the dead time.
-fn meet(a: &[[bool; 2]], b: &[[bool; 2]]) -> bool {
+fn signs_meet(a: &[[bool; 2]], b: &[[bool; 2]]) -> bool {
     let dead = usize::from(DEAD_TIME_US);
     [(0, 1), (1, 0)].into_iter().any(|(own, its)| {
         let (mut last_own, mut last_its) = (None, None);
@@ -152,8 +156,8 @@ proptest! {
         let b = train(shapes.1, widths.1, second, periods.1, counts.1);
         // Twice the longest common multiple, and what an offset takes.
         let span = 260_000;
-        let (pa, pb) = (played(&a, [widths.0; 2], span), played(&b, [widths.1; 2], span));
-        prop_assert_eq!(is_refused(a, b, &[]), meet(&pa, &pb), "{:?} {:?}", a, b);
+        let (pa, pb) = (driven_signs(&a, [widths.0; 2], span), driven_signs(&b, [widths.1; 2], span));
+        prop_assert_eq!(is_refused(a, b, &[]), signs_meet(&pa, &pb), "{:?} {:?}", a, b);
     }
 }
 
@@ -299,10 +303,13 @@ fn a_supply_that_is_common_or_undeclared_refuses_every_pair_by_name() {
     let anodic_first = of_shape(Shape::BiphasicAnodicFirst, 200);
     let trains = [PLAIN, PLAIN, anodic_first];
     for supply in [None, Some(StageSupply::Common)] {
-        let refused = pairs(on(supply), &trains, &[]);
+        let refused = refused_pairs(draft_with_supply(supply), &trains, &[]);
         assert_eq!(refused, Ok(vec![(0, 2), (1, 2)]), "{supply:?}");
     }
-    for draft in [on(Some(StageSupply::Separate)), Draft::default()] {
-        assert_eq!(pairs(draft, &trains, &[]), Ok(Vec::new()));
+    for draft in [
+        draft_with_supply(Some(StageSupply::Separate)),
+        Draft::default(),
+    ] {
+        assert_eq!(refused_pairs(draft, &trains, &[]), Ok(Vec::new()));
     }
 }

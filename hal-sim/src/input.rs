@@ -34,7 +34,7 @@ pub fn open(path: &Path) -> io::Result<File> {
 ///
 /// # Errors
 /// Something else is (`InvalidInput`).
-pub fn may_go_on(path: &Path) -> io::Result<()> {
+pub fn check_appendable(path: &Path) -> io::Result<()> {
     path.metadata()
         .map_or(Ok(()), |metadata| is_regular(metadata.file_type()))
 }
@@ -45,7 +45,7 @@ pub fn may_go_on(path: &Path) -> io::Result<()> {
 /// As [`open`]; it is longer (`FileTooLarge`).
 pub fn read(path: &Path, longest: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    take(&open(path)?, longest, &mut bytes)?;
+    read_rest(&open(path)?, longest, &mut bytes)?;
     Ok(bytes)
 }
 
@@ -56,7 +56,7 @@ pub fn read(path: &Path, longest: u64) -> io::Result<Vec<u8>> {
 /// not read to its end.
 pub fn read_text(path: &Path, longest: u64) -> io::Result<String> {
     let (file, mut bytes) = (open(path)?, Vec::new());
-    take(&file, PART.min(longest), &mut bytes).or_else(|why| match why.kind() {
+    read_rest(&file, PART.min(longest), &mut bytes).or_else(|why| match why.kind() {
         io::ErrorKind::FileTooLarge if longest > PART => Ok(()),
         _ => Err(why),
     })?;
@@ -71,7 +71,7 @@ pub fn read_text(path: &Path, longest: u64) -> io::Result<String> {
         let why = "it has a zero byte, and so is no text";
         return Err(io::Error::new(io::ErrorKind::InvalidData, why));
     }
-    take(&file, longest, &mut bytes)?;
+    read_rest(&file, longest, &mut bytes)?;
     String::from_utf8(bytes).map_err(|_| {
         let why = "it is no text (UTF-8)";
         io::Error::new(io::ErrorKind::InvalidData, why)
@@ -79,7 +79,7 @@ pub fn read_text(path: &Path, longest: u64) -> io::Result<String> {
 }
 
 /// Adds the rest of `file` to `bytes`, which are at most `longest` then.
-fn take(mut file: &File, longest: u64, bytes: &mut Vec<u8>) -> io::Result<()> {
+fn read_rest(mut file: &File, longest: u64, bytes: &mut Vec<u8>) -> io::Result<()> {
     let room = longest.saturating_sub(bytes.len() as u64);
     file.by_ref().take(room + 1).read_to_end(bytes)?;
     if bytes.len() as u64 > longest {

@@ -3,7 +3,7 @@
 
 use crate::body::Drive;
 use crate::lockstep::{Device, Output};
-use firmware::device::{Identity, first_session};
+use firmware::device::{Identity, first_session_number};
 use firmware::link::{Kind, message::ResetCause};
 use firmware::lockstep::{Lockstep, Sensors, Sink};
 use firmware::pulse::{Group, Partner};
@@ -28,7 +28,7 @@ pub const fn identity(kind: Kind) -> Identity {
 /// Number of the first session of a simulator with this seed.
 #[must_use]
 pub fn seeded_session(seed: u64) -> u16 {
-    first_session(&[seed as u32, (seed >> 32) as u32])
+    first_session_number(&[seed as u32, (seed >> 32) as u32])
 }
 
 /// [`native`], with sessions numbered from what `seed` gives.

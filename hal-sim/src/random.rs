@@ -24,7 +24,7 @@ pub const fn word(seed: u64, index: u64) -> u64 {
 
 /// The upper 53 bits of `word` as a part of one, in [0, 1).
 #[must_use]
-pub const fn part(word: u64) -> f64 {
+pub const fn unit_from_word(word: u64) -> f64 {
     (word >> 11) as f64 / (1_u64 << 53) as f64
 }
 
@@ -32,7 +32,7 @@ pub const fn part(word: u64) -> f64 {
 /// scrambled first: no two streams of small seeds share a number.
 #[must_use]
 pub const fn unit(seed: u64, index: u64) -> f64 {
-    part(word(word(seed, 0).wrapping_add(index), 0))
+    unit_from_word(word(word(seed, 0).wrapping_add(index), 0))
 }
 
 /// Standard normal deviate number `index` of stream `seed`, by Box and Muller.
@@ -100,7 +100,7 @@ impl Random {
 
     /// The next one, uniform in [0, 1).
     pub const fn unit(&mut self) -> f64 {
-        part(self.word())
+        unit_from_word(self.word())
     }
 
     /// The next one in `0..end`, uniform as far as `end` is below 2^64; `end` is

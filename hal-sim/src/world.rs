@@ -40,7 +40,7 @@ impl Recorder {
             &mut recorder.dac_time,
             &mut recorder.byte_time,
         ] {
-            time.at(boot.get());
+            time.unwrap_time(boot.get());
         }
         recorder
     }
@@ -48,7 +48,7 @@ impl Recorder {
 
 impl Recorder {
     /// Drops what was recorded of levels and DACs, for runs without an end.
-    pub fn forget(&mut self) {
+    pub fn discard_trace(&mut self) {
         self.trace.dac.clear();
         for (channel, code) in (0u8..).zip(self.codes) {
             self.trace
@@ -62,24 +62,24 @@ impl Recorder {
     /// Device time is now the lower half of `now_us`: the world says so after each of
     /// its steps, or a device that puts nothing out for 36 minutes would be recorded at
     /// the time of a wrap ago.
-    fn keep_time(&mut self, now_us: u64) {
+    fn set_time(&mut self, now_us: u64) {
         for time in [
             &mut self.level_time,
             &mut self.dac_time,
             &mut self.byte_time,
         ] {
-            time.at(now_us as u32);
+            time.unwrap_time(now_us as u32);
         }
     }
 }
 
 impl Sink for Recorder {
-    fn levels(&mut self, at: Micros, levels: firmware::pulse::Levels) {
-        let t = self.level_time.at(at.get());
+    fn write_levels(&mut self, at: Micros, levels: firmware::pulse::Levels) {
+        let t = self.level_time.unwrap_time(at.get());
         let (before, now) = (self.levels, Levels(levels.0));
         self.levels = now;
         self.trace.record_levels(t, now);
-        for channel in now.changed(before) {
+        for channel in now.changed_channels(before) {
             let index = usize::from(channel);
             let lead = (t, index, self.codes[index], now.state(channel));
             self.leads.push(lead);
@@ -94,19 +94,19 @@ impl Sink for Recorder {
         }
     }
 
-    fn dac(&mut self, at: Micros, channel: u8, code: DacCode) {
-        let t = self.dac_time.at(at.get());
+    fn write_dac(&mut self, at: Micros, channel: u8, code: DacCode) {
+        let t = self.dac_time.unwrap_time(at.get());
         self.codes[usize::from(channel)] = code.get();
         self.trace.record_dac(t, channel, code.get());
     }
 
-    fn trip(&mut self, at: Micros, bank: u8, code: DacCode) {
-        let t = self.dac_time.at(at.get());
+    fn write_trip(&mut self, at: Micros, bank: u8, code: DacCode) {
+        let t = self.dac_time.unwrap_time(at.get());
         self.trace.record_trip(t, bank, code.get());
     }
 
-    fn bytes(&mut self, at: Micros, bytes: &[u8]) {
-        let t = self.byte_time.at(at.get());
+    fn write_bytes(&mut self, at: Micros, bytes: &[u8]) {
+        let t = self.byte_time.unwrap_time(at.get());
         self.bytes.push_back((t, bytes.to_vec()));
     }
 }
@@ -234,7 +234,7 @@ impl World {
     /// # Errors
     /// The device cannot be reached any more.
     pub fn run_until(&mut self, to_us: u64) -> std::io::Result<()> {
-        self.feel_loads();
+        self.update_loads();
         while self.now_us < to_us {
             let mut step = to_us.min((self.now_us / STEP_US + 1) * STEP_US);
             // One edge a step: a second one begins the next.
@@ -249,7 +249,7 @@ impl World {
                 self.sensors.held = held_us != 0;
             }
             self.triggers.pop_front_if(|edge| edge.0 < step);
-            self.sense();
+            self.update_joint_sensor();
             let mut is_asked = false;
             while let Some((at, mut bytes)) = self.wire.pop_until(step - 1).next() {
                 is_asked |= replace_trigger(&mut bytes);
@@ -266,7 +266,7 @@ impl World {
             self.sensors.trigger = None;
             self.sensors.held = self.release_us.is_some();
             self.now_us = step;
-            self.recorder.keep_time(step);
+            self.recorder.set_time(step);
             self.excite();
             self.is_sensed &= !self.body.advance(step);
         }
@@ -290,10 +290,10 @@ impl World {
 
     /// The same device and the same wearer go on to another trial: what was put out
     /// before is forgotten, the wearer's state is kept.
-    pub fn begin(&mut self) {
+    pub fn begin_trial(&mut self) {
         self.is_used = true;
-        self.recorder.forget();
-        self.body.begin();
+        self.recorder.discard_trace();
+        self.body.begin_trial();
     }
 
     /// Whether the device has served a trial before, so that it has counted already.
@@ -307,7 +307,7 @@ impl World {
     ///
     /// # Errors
     /// The device cannot be reached any more.
-    pub fn rest(&mut self, for_us: u64) -> std::io::Result<()> {
+    pub fn run_silently(&mut self, for_us: u64) -> std::io::Result<()> {
         self.run_until(self.now_us.saturating_add(for_us))?;
         self.recorder.bytes.clear();
         Ok(())
@@ -334,7 +334,7 @@ impl World {
     }
 
     /// The joint sensor's conversion.
-    fn sense(&mut self) {
+    fn update_joint_sensor(&mut self) {
         // What is broken changes while nothing moves.
         let is_known = self.is_sensed && self.broken_joint.is_none();
         if let Some((per_degree, zero)) = self.joint_adc.filter(|_| !is_known) {
@@ -350,7 +350,7 @@ impl World {
 
     /// What the device's stages drive: the body's electrodes, which nothing changes
     /// while time goes on.
-    fn feel_loads(&mut self) {
+    fn update_loads(&mut self) {
         if self.loads != *self.body.loads() {
             self.loads = *self.body.loads();
             self.sensors.load_ohm = self.loads.map(|load| match load {
@@ -370,7 +370,7 @@ impl World {
                 (State::Grounded, _) => Lead::Grounded,
                 (State::Isolated, _) | (_, None) => Lead::Floating,
             };
-            self.body.lead(t_us, channel, lead);
+            self.body.set_lead(t_us, channel, lead);
         }
         for (t_us, channel, code, width_us) in self.recorder.pulses.drain(..) {
             let Some(output) = self.device.output(channel).or(self.outputs[channel]) else {
@@ -396,7 +396,7 @@ const TRIGGER_FRAME: usize = 16;
 fn replace_trigger(bytes: &mut [u8]) -> bool {
     let mut is_there = false;
     for frame in bytes.split_inclusive_mut(|&byte| byte == 0) {
-        if let Some(alive) = sign_of_life(frame) {
+        if let Some(alive) = keepalive_for_trigger(frame) {
             frame.copy_from_slice(&alive);
             is_there = true;
         }
@@ -405,7 +405,7 @@ fn replace_trigger(bytes: &mut [u8]) -> bool {
 }
 
 /// What the device gets for `frame` if that is a simulated trigger.
-fn sign_of_life(frame: &[u8]) -> Option<Vec<u8>> {
+fn keepalive_for_trigger(frame: &[u8]) -> Option<Vec<u8>> {
     if frame.len() > TRIGGER_FRAME {
         return None;
     }

@@ -43,7 +43,7 @@ fn elbow_arms_are_the_published_ones() {
 }
 
 /// The arm of this spec under trains of these currents (mA) for `s` seconds at 40 Hz.
-fn stimulated(arm: &mut Arm, from_us: u64, currents: &[(usize, f64)], s: f64) -> u64 {
+fn stimulate(arm: &mut Arm, from_us: u64, currents: &[(usize, f64)], s: f64) -> u64 {
     let end_us = from_us + (s * 1e6) as u64;
     let mut now_us = from_us;
     while now_us < end_us {
@@ -70,9 +70,9 @@ fn quiet() -> ArmSpec {
     spec
 }
 
-fn pushed_by(muscle: Muscle) -> [f64; 6] {
+fn wrench_of(muscle: Muscle) -> [f64; 6] {
     let mut arm = Arm::new(quiet()).unwrap();
-    stimulated(&mut arm, 0, &[(muscle as usize, 40.0)], 1.0);
+    stimulate(&mut arm, 0, &[(muscle as usize, 40.0)], 1.0);
     arm.wrench()
 }
 
@@ -85,22 +85,22 @@ fn muscles_push_where_anatomy_says() {
     let bones = arm.skeleton();
     let outward = (bones.cuff - bones.shoulder).normalize();
     let along = |[x, y, z, ..]: [f64; 6]| nalgebra::Vector3::new(x, y, z).dot(&outward);
-    let biceps = along(pushed_by(Muscle::Biceps));
+    let biceps = along(wrench_of(Muscle::Biceps));
     assert!(
         biceps < -5.0,
         "biceps pulls the hand to the shoulder: {biceps}"
     );
-    let triceps = along(pushed_by(Muscle::Triceps));
+    let triceps = along(wrench_of(Muscle::Triceps));
     assert!(triceps > 5.0, "triceps pushes it away: {triceps}");
-    let [_, _, z, ..] = pushed_by(Muscle::Latissimus);
+    let [_, _, z, ..] = wrench_of(Muscle::Latissimus);
     assert!(z < -3.0, "latissimus pulls down: {z}");
-    let [_, y, ..] = pushed_by(Muscle::PectoralisSternal);
+    let [_, y, ..] = wrench_of(Muscle::PectoralisSternal);
     assert!(y > 3.0, "pectoralis pulls inward: {y}");
-    let [_, y, ..] = pushed_by(Muscle::DeltoidSuperior);
+    let [_, y, ..] = wrench_of(Muscle::DeltoidSuperior);
     assert!(y < -3.0, "middle deltoid pulls outward: {y}");
-    let [x, ..] = pushed_by(Muscle::DeltoidPosterior);
+    let [x, ..] = wrench_of(Muscle::DeltoidPosterior);
     assert!(x < -1.0, "posterior deltoid pulls back: {x}");
-    let [x, _, z, ..] = pushed_by(Muscle::DeltoidAnterior);
+    let [x, _, z, ..] = wrench_of(Muscle::DeltoidAnterior);
     assert!(
         x > 0.3 && z > 0.3,
         "anterior deltoid lifts forward: {x} {z}"
@@ -127,7 +127,7 @@ fn the_cuff_feels_the_wrench_that_torques_make() {
 #[test]
 fn how_often_time_is_advanced_changes_nothing() {
     let run = |chunk: u64| {
-        let mut arm = Arm::new(ArmSpec::drawn(3, 1)).unwrap();
+        let mut arm = Arm::new(ArmSpec::random(3, 1)).unwrap();
         for t_us in (0..300_000).step_by(25_000) {
             let pulse = Pulse {
                 t_us,
@@ -156,7 +156,7 @@ fn contractions_differ_by_the_noise_that_is_fixed() {
     let mut now_us = 0;
     let mut peaks = Vec::new();
     for _ in 0..60 {
-        now_us = stimulated(&mut arm, now_us, &[(0, 40.0)], 0.6);
+        now_us = stimulate(&mut arm, now_us, &[(0, 40.0)], 0.6);
         peaks.push(arm.forces_n()[0]);
         now_us += 2_500_000;
         arm.advance(now_us);
@@ -176,7 +176,7 @@ fn a_muscle_tires_to_its_floor_and_recovers() {
     let mut spec = quiet();
     (spec.fatigue_floor, spec.fatigue_time_s) = (0.4, 2.0);
     let mut arm = Arm::new(spec).unwrap();
-    let end_us = stimulated(&mut arm, 0, &[(0, 40.0)], 20.0);
+    let end_us = stimulate(&mut arm, 0, &[(0, 40.0)], 20.0);
     let tired = arm.freshness()[0];
     assert!((tired - 0.4).abs() < 0.03, "{tired}");
     arm.advance(end_us + 20_000_000);
@@ -190,7 +190,7 @@ fn currents_reach_neighbours_as_far_as_crosstalk_says() {
         let mut spec = quiet();
         spec.crosstalk = [crosstalk; 9];
         let mut arm = Arm::new(spec).unwrap();
-        stimulated(&mut arm, 0, &[(Muscle::Biceps as usize, 30.0)], 0.5);
+        stimulate(&mut arm, 0, &[(Muscle::Biceps as usize, 30.0)], 0.5);
         arm.forces_n()
     };
     let at = |forces: [f64; 11], muscle: Muscle| forces[muscle as usize];
@@ -207,8 +207,8 @@ fn a_twitch_turns_what_is_beyond_the_joint() {
     (spec.imu.gyro_noise_rad_s, spec.imu.gyro_bias_rad_s) = (0.0, 0.0);
     let turning = |spec: &ArmSpec| {
         let mut arm = Arm::new(spec.clone()).unwrap();
-        arm.hold(Support::Freely);
-        stimulated(&mut arm, 0, &[(Muscle::Biceps as usize, 40.0)], 0.1);
+        arm.set_support(Support::Freely);
+        stimulate(&mut arm, 0, &[(Muscle::Biceps as usize, 40.0)], 0.1);
         [0, 1, 2].map(|segment| arm.imu(segment).unwrap().gyro_rad_s)
     };
     let [shoulder, _, forearm] = turning(&spec);
@@ -250,7 +250,7 @@ fn what_no_arm_can_have_is_named() {
         InvalidArm::NotAPart("force_noise")
     );
     for index in 0..300 {
-        assert!(Arm::new(ArmSpec::drawn(1, index)).is_ok());
+        assert!(Arm::new(ArmSpec::random(1, index)).is_ok());
     }
     assert!(Posture::STUDY.is_known());
 }

@@ -5,7 +5,7 @@ use hal_sim::body::muscle::reference;
 use hal_sim::body::{Body, Drive, Load, Pulse};
 
 /// A second at `hz` and `ma`, then half a second; forces every ms, advanced by `step_us`.
-fn played(spec: WristSpec, (hz, ma): (u64, f64), step_us: u64) -> (Vec<f64>, Vec<f64>) {
+fn play_second(spec: WristSpec, (hz, ma): (u64, f64), step_us: u64) -> (Vec<f64>, Vec<f64>) {
     let mut wrist = Wrist::new(spec, 3).unwrap();
     for place in 0..hz {
         wrist.pulse(&Pulse {
@@ -25,7 +25,7 @@ fn played(spec: WristSpec, (hz, ma): (u64, f64), step_us: u64) -> (Vec<f64>, Vec
     (force, read)
 }
 
-fn with(spec: WristSpec, kind: Kind, size: f64) -> WristSpec {
+fn with_foreign(spec: WristSpec, kind: Kind, size: f64) -> WristSpec {
     let foreign = Some(Foreign { kind, size });
     let generator = Generator {
         foreign,
@@ -38,7 +38,7 @@ fn with(spec: WristSpec, kind: Kind, size: f64) -> WristSpec {
 fn at_the_reference_it_is_table_4_s_model() {
     for subject in 0..10 {
         let spec = WristSpec::subject(subject).unwrap();
-        let (force, _) = played(spec, (40, spec.reference_ma), 1_000);
+        let (force, _) = play_second(spec, (40, spec.reference_ma), 1_000);
         let truth = reference::integrate(
             &spec.generator.parameters,
             &reference::train(40.0, 40),
@@ -60,10 +60,10 @@ fn at_the_reference_it_is_table_4_s_model() {
 fn what_is_read_does_not_depend_on_the_steps_of_time() {
     let spec = WristSpec::subject(0).unwrap();
     for kind in Kind::ALL {
-        let spec = with(spec, kind, 0.7);
+        let spec = with_foreign(spec, kind, 0.7);
         let (fine, coarse) = (
-            played(spec, (30, 12.0), 1_000),
-            played(spec, (30, 12.0), 50_000),
+            play_second(spec, (30, 12.0), 1_000),
+            play_second(spec, (30, 12.0), 50_000),
         );
         let every = |all: &[f64]| all.iter().skip(49).step_by(50).copied().collect::<Vec<_>>();
         assert_eq!((every(&fine.0), every(&fine.1)), coarse, "{kind:?}");
@@ -73,12 +73,20 @@ fn what_is_read_does_not_depend_on_the_steps_of_time() {
 #[test]
 fn departures_of_no_size_are_none_and_of_size_one_are_seen() {
     let spec = WristSpec::subject(3).unwrap();
-    let (plain, read) = played(spec, (40, spec.reference_ma), 1_000);
+    let (plain, read) = play_second(spec, (40, spec.reference_ma), 1_000);
     let peak = plain.iter().copied().fold(0.0, f64::max);
     for kind in Kind::ALL {
-        let none = played(with(spec, kind, 0.0), (40, spec.reference_ma), 1_000);
+        let none = play_second(
+            with_foreign(spec, kind, 0.0),
+            (40, spec.reference_ma),
+            1_000,
+        );
         assert_eq!(none, (plain.clone(), read.clone()), "{kind:?}");
-        let (force, other) = played(with(spec, kind, 1.0), (40, spec.reference_ma), 1_000);
+        let (force, other) = play_second(
+            with_foreign(spec, kind, 1.0),
+            (40, spec.reference_ma),
+            1_000,
+        );
         let (ours, theirs) = match kind {
             Kind::SensorDrift => (&other, &read),
             _ => (&force, &plain),
@@ -92,7 +100,7 @@ fn departures_of_no_size_are_none_and_of_size_one_are_seen() {
         };
         assert!((least..1.0).contains(&off), "{kind:?}: {off}");
     }
-    let nothing = with(spec, Kind::Sag, 1.5);
+    let nothing = with_foreign(spec, Kind::Sag, 1.5);
     assert_eq!(Wrist::new(nothing, 1).unwrap_err().0, "foreign.size");
 }
 

@@ -15,14 +15,14 @@ fn pulse(t_us: u64, channel: usize, ma: f64, width_us: u32) -> Pulse {
 }
 
 /// An arm without a will.
-fn limp() -> ElbowSpec {
+fn passive_elbow() -> ElbowSpec {
     let mut spec = ElbowSpec::default();
     spec.person.push_nm = 0.0;
     spec
 }
 
 /// The angles of each millisecond under trains at 50 Hz on both channels.
-fn driven(spec: ElbowSpec, triceps_ma: f64, biceps_ma: f64, ms: u64) -> Vec<f64> {
+fn elbow_angles(spec: ElbowSpec, triceps_ma: f64, biceps_ma: f64, ms: u64) -> Vec<f64> {
     let mut arm = Elbow::new(spec, 1).unwrap();
     (0..ms)
         .map(|t| {
@@ -42,11 +42,11 @@ fn a_released_arm_swings_as_its_equation_says() {
     let spec = ElbowSpec {
         damping_nm_s_per_rad: 0.2,
         stiffness_nm_per_rad: 5.0,
-        ..limp()
+        ..passive_elbow()
     };
     let (i, b, k) = (0.06f64, 0.2, 5.0);
     let (decay, rate) = (b / (2.0 * i), (k / i - (b / (2.0 * i)).powi(2)).sqrt());
-    for (ms, angle) in driven(spec, 0.0, 0.0, 1500).iter().enumerate() {
+    for (ms, angle) in elbow_angles(spec, 0.0, 0.0, 1500).iter().enumerate() {
         let t = (ms + 1) as f64 * 1e-3;
         let swing = (rate * t).cos() + decay / rate * (rate * t).sin();
         let exact = 70.0 - 10.0 * (-decay * t).exp() * swing;
@@ -57,7 +57,11 @@ fn a_released_arm_swings_as_its_equation_says() {
 
 #[test]
 fn triceps_extends_biceps_flexes_and_neither_below_threshold() {
-    let end = |triceps, biceps| *driven(limp(), triceps, biceps, 3000).last().unwrap();
+    let end = |triceps, biceps| {
+        *elbow_angles(passive_elbow(), triceps, biceps, 3000)
+            .last()
+            .unwrap()
+    };
     let rest = end(0.0, 0.0);
     assert!((rest - 70.0).abs() < 0.5, "{rest}");
     assert!(end(60.0, 0.0) < rest - 20.0);
@@ -72,9 +76,9 @@ fn force_answers_after_the_delay_and_not_before() {
     let spec = ElbowSpec {
         rest_deg: 60.0,
         electromechanical_delay_us: 40_000,
-        ..limp()
+        ..passive_elbow()
     };
-    let angles = driven(spec, 60.0, 0.0, 100);
+    let angles = elbow_angles(spec, 60.0, 0.0, 100);
     assert!(angles[..40].iter().all(|a| (a - 60.0).abs() < 1e-9));
     assert!(angles[60] < 60.0);
 }
@@ -83,7 +87,7 @@ fn force_answers_after_the_delay_and_not_before() {
 fn full_stimulation_gives_the_torque_of_the_specification() {
     let spec = ElbowSpec {
         stops_deg: [59.0, 145.0],
-        ..limp()
+        ..passive_elbow()
     };
     let torque = spec.triceps.torque_nm;
     let mut arm = Elbow::new(spec, 1).unwrap();
@@ -136,13 +140,13 @@ fn a_person_moves_at_the_speed_meant_and_pushes_with_the_strength_given() {
 
 #[test]
 fn an_electrode_that_falls_off_excites_nothing_and_time_may_be_cut_anywhere() {
-    let mut arm = Elbow::new(limp(), 1).unwrap();
+    let mut arm = Elbow::new(passive_elbow(), 1).unwrap();
     arm.loads_mut()[0] = Load::Open;
     arm.pulse(&pulse(0, 0, 80.0, 35));
     arm.advance(300_000);
     assert_eq!(arm.torques_nm(), [0.0, 0.0]);
     let run = |cuts: &[u64]| {
-        let mut arm = Elbow::new(ElbowSpec::drawn(3, 7), 5).unwrap();
+        let mut arm = Elbow::new(ElbowSpec::random(3, 7), 5).unwrap();
         for t in 0..10 {
             arm.pulse(&pulse(t * 20_000, 0, 60.0, 35));
             for cut in cuts {
@@ -158,10 +162,10 @@ fn an_electrode_that_falls_off_excites_nothing_and_time_may_be_cut_anywhere() {
 #[test]
 fn every_drawn_arm_can_be_and_a_wrong_number_is_named() {
     for index in 0..500 {
-        Elbow::new(ElbowSpec::drawn(1, index), 1).unwrap();
+        Elbow::new(ElbowSpec::random(1, index), 1).unwrap();
     }
-    assert_eq!(ElbowSpec::drawn(2, 3), ElbowSpec::drawn(2, 3));
-    assert_ne!(ElbowSpec::drawn(2, 3), ElbowSpec::drawn(2, 4));
+    assert_eq!(ElbowSpec::random(2, 3), ElbowSpec::random(2, 3));
+    assert_ne!(ElbowSpec::random(2, 3), ElbowSpec::random(2, 4));
     let refused = |change: fn(&mut ElbowSpec)| {
         let mut spec = ElbowSpec::default();
         change(&mut spec);

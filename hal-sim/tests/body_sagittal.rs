@@ -122,7 +122,7 @@ fn a_loose_arm_swings_as_a_double_pendulum() {
 /// Arms are the sources', signs are those of flexion, lengths are the arms' integrals.
 #[test]
 fn arms_are_the_published_ones() {
-    let geometry = Geometry::of_stature(1.66, 1.0);
+    let geometry = Geometry::for_stature(1.66, 1.0);
     for deg in [0.0, 30.0, 60.0, 90.0, 100.0] {
         let posed = geometry.at([deg, 45.0]);
         let [biceps, triceps, brachialis, _] = elbow_arms::arms_m(deg).unwrap();

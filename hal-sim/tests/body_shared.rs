@@ -65,7 +65,7 @@ fn read(spec: &SharedSpec, pulses: &[Pulse], for_us: u64) -> (Vec<f64>, f64) {
     }
     body.advance(for_us);
     let own = readings.lock().unwrap().clone();
-    (own, body.left())
+    (own, body.remaining_strength())
 }
 
 fn train(channel: usize, ma: f64, period_us: u64, offset_us: u64, for_us: u64) -> Vec<Pulse> {

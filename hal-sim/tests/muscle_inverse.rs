@@ -74,7 +74,7 @@ fn ten_subjects_settle_at_the_force_wanted() {
         let mut worst = 0f64;
         for (number, p) in (1..).zip(&SUBJECTS) {
             let inverse = Inverse::new(spec(p), &recruitment, slowest, fastest, slowest).unwrap();
-            let (least, most) = inverse.reach();
+            let (least, most) = inverse.force_range();
             let (least, most) = (least.get().to_num::<f64>(), most.get().to_num::<f64>());
             let mut own = 0f64;
             for i in 0..=40 {
@@ -113,7 +113,7 @@ fn without_a_slowest_rate_no_order_changes() {
     for p in &SUBJECTS {
         for (train, fastest) in [(50_000, 16_667), (100_000, 5_000), (20_000, 20_000)] {
             let inverse = Inverse::new(spec(p), &recruitment, train, fastest, train).unwrap();
-            let (least, most) = inverse.reach();
+            let (least, most) = inverse.force_range();
             fold(u64::from(least.get().to_bits().cast_unsigned()));
             fold(u64::from(most.get().to_bits().cast_unsigned()));
             for i in -100..1900 {
@@ -122,7 +122,8 @@ fn without_a_slowest_rate_no_order_changes() {
                 let force = top.get().to_num::<f64>() * f64::from(i) / 1500.0;
                 for rate in [0, 20] {
                     let force = Force::new(I16F16::from_num(force));
-                    let ahead = inverse.ahead(force, ForceRate::new(I16F16::from_num(rate)));
+                    let ahead =
+                        inverse.compensate_lag(force, ForceRate::new(I16F16::from_num(rate)));
                     let drive = inverse.drive(&recruitment, ahead);
                     fold(u64::from(drive.amplitude.get()) << 32 | u64::from(drive.period_us));
                 }
@@ -144,9 +145,9 @@ fn a_slow_rate_closes_the_gap_below_threshold() {
             let inverse = Inverse::new(spec(p), &recruitment, 50_000, 16_667, slowest).unwrap();
             let fixed = Inverse::new(spec(p), &recruitment, 50_000, 16_667, 50_000).unwrap();
             let newtons = |force: Force| force.get().to_num::<f64>();
-            let (least, most) = inverse.reach();
+            let (least, most) = inverse.force_range();
             let (least, most) = (newtons(least), newtons(most));
-            let at_threshold = newtons(fixed.reach().0);
+            let at_threshold = newtons(fixed.force_range().0);
             let given = |wanted: f64| {
                 let drive = inverse.drive(&recruitment, Force::new(I16F16::from_num(wanted)));
                 let driven = Parameters {

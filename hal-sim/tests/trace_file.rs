@@ -15,7 +15,7 @@ fn trace() -> impl Strategy<Value = Trace> {
             steps.sort_by_key(|step| step.0);
             let (mut trace, mut levels) = (Trace::default(), Levels::ISOLATED);
             for (t_us, channel, state, code) in steps {
-                levels = levels.with(channel, state);
+                levels = levels.with_channel(channel, state);
                 trace.record_levels(t_us, levels);
                 trace.record_dac(t_us, channel, code);
             }

@@ -282,7 +282,7 @@ fn direct_current_of(ground_us: u16) -> f64 {
     struct Steady;
     impl Supply for Steady {
         fn burst(&mut self, _: u8, _: BurstTime) -> Burst {
-            Burst::of(DacCode::new(CODE))
+            Burst::with_own_width(DacCode::new(CODE))
         }
         fn may_pulse(&mut self, _: u8, _: Micros) -> bool {
             true

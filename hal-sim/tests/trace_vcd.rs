@@ -8,9 +8,16 @@ use vcd::{Command, Parser, TimescaleUnit, Value};
 fn example() -> Trace {
     let mut trace = Trace::default();
     trace.record_dac(5, 9, 0xA5C3);
-    let driven = Levels::ISOLATED.with(9, State::Cathodic).with_sync(true);
+    let driven = Levels::ISOLATED
+        .with_channel(9, State::Cathodic)
+        .with_sync(true);
     trace.record_levels(30, driven);
-    trace.record_levels(230, driven.with(9, State::Grounded).with(0, State::Anodic));
+    trace.record_levels(
+        230,
+        driven
+            .with_channel(9, State::Grounded)
+            .with_channel(0, State::Anodic),
+    );
     trace.record_dac(240, 0, 1);
     trace.record_levels(1 << 33, Levels::ISOLATED);
     trace

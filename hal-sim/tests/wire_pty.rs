@@ -98,7 +98,7 @@ fn a_new_host_does_not_hear_what_the_last_one_missed() {
 }
 
 /// What is at `path` keeps its place: a terminal is refused there, and nothing has changed.
-fn keeps(path: &Path, why: &str) {
+fn assert_kept(path: &Path, why: &str) {
     let is_file = path.symlink_metadata().expect("there").is_file();
     let read = || is_file.then(|| std::fs::read(path).expect("a file"));
     let before = (std::fs::read_link(path).ok(), read());
@@ -118,10 +118,10 @@ fn a_stale_link_is_replaced_and_nothing_else() {
     drop(wire);
 
     std::fs::write(&path, b"notes").expect("new");
-    keeps(&path, "exists and is no link");
+    assert_kept(&path, "exists and is no link");
     std::fs::remove_file(&path).expect("ours");
     std::fs::create_dir(&path).expect("new");
-    keeps(&path, "exists and is no link");
+    assert_kept(&path, "exists and is no link");
     std::fs::remove_dir(&path).expect("ours");
     // Links of others, some of which lead nowhere: a board that is not plugged in.
     for target in [
@@ -133,7 +133,7 @@ fn a_stale_link_is_replaced_and_nothing_else() {
         "nowhere",
     ] {
         symlink(target, &path).expect("new");
-        keeps(&path, "no pseudo-terminal");
+        assert_kept(&path, "no pseudo-terminal");
         std::fs::remove_file(&path).expect("ours");
     }
 }
@@ -142,7 +142,7 @@ fn a_stale_link_is_replaced_and_nothing_else() {
 fn the_link_of_a_terminal_in_use_is_kept() {
     let path = path("used");
     let mut first = PtyWire::open(&path).expect("a terminal");
-    keeps(&path, "a terminal in use");
+    assert_kept(&path, "a terminal in use");
     let mut host = host(&path);
     host.write_all(b"still mine").expect("open");
     let got = read_until(&mut first, |_, all| all.len() == 10);

@@ -1,6 +1,6 @@
 //! `flexor chip` runs images of others: small ones, made here byte by byte, with symbols.
 
-use crate::program::{FLEXOR, ProgramOutput, flexor, folder, ran, written};
+use crate::program::{FLEXOR, ProgramOutput, flexor_command, run_flexor, test_folder, write_file};
 use serde_json::Value;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
@@ -59,7 +59,7 @@ fn set(d: u16, value: u32) -> [u16; 4] {
 }
 
 /// `value` written to `address`: str r1,[r0].
-fn put(address: u32, value: u32) -> Vec<u16> {
+fn store_word(address: u32, value: u32) -> Vec<u16> {
     [&set(0, address)[..], &set(1, value), &[0x6001]].concat()
 }
 
@@ -69,9 +69,9 @@ const GPIOA: u32 = 0x4002_0000;
 fn blink() -> Vec<u16> {
     let odr_bit = 0x4200_0000 + 0x2_0014 * 32 + 5 * 4;
     [
-        &put(0x4002_3830, 1)[..],
+        &store_word(0x4002_3830, 1)[..],
         &[0x6801], // ldr r1,[r0]: the clock is on now
-        &put(GPIOA, 0xA800_0400),
+        &store_word(GPIOA, 0xA800_0400),
         &set(0, odr_bit),
         &set(3, 2_000),
         // again: movs r1,#1; str; mov r2,r3; subs r2,#1; bne; movs r1,#0; str; mov r2,r3;
@@ -86,18 +86,18 @@ fn blink() -> Vec<u16> {
 fn greet(status: u32) -> Vec<u16> {
     const BLOCK: u32 = 0x2000_0100;
     [
-        put(0x4002_3840, 1 << 17),
-        put(0x4000_4408, 16),
-        put(0x4000_440C, 0x2008),
-        put(0x4000_4404, b'h'.into()),
-        put(0x4000_4404, b'i'.into()),
+        store_word(0x4002_3840, 1 << 17),
+        store_word(0x4000_4408, 16),
+        store_word(0x4000_440C, 0x2008),
+        store_word(0x4000_4404, b'h'.into()),
+        store_word(0x4000_4404, b'i'.into()),
         set(0, 0x4000_4400).to_vec(),
         vec![0x6801, 0x0649, 0xD5FC], // ldr r1,[r0]; lsls r1,#25 (TC); bpl
-        put(BLOCK, u32::from_le_bytes(*b"ok\n\0")),
+        store_word(BLOCK, u32::from_le_bytes(*b"ok\n\0")),
         set(1, BLOCK).to_vec(),
         vec![0x2004, 0xBEAB],
-        put(BLOCK, 0x2_0026),
-        put(BLOCK + 4, status),
+        store_word(BLOCK, 0x2_0026),
+        store_word(BLOCK + 4, status),
         set(1, BLOCK).to_vec(),
         vec![0x2020, 0xBEAB],
     ]
@@ -105,9 +105,9 @@ fn greet(status: u32) -> Vec<u16> {
 }
 
 /// A folder with `image.elf` of `main`.
-fn with(test: &str, main: &[u16]) -> PathBuf {
-    let folder = folder(&format!("any_image/{test}"));
-    written(&folder, "image.elf", elf(main));
+fn folder_with_image(test: &str, main: &[u16]) -> PathBuf {
+    let folder = test_folder(&format!("any_image/{test}"));
+    write_file(&folder, "image.elf", elf(main));
     folder
 }
 
@@ -135,7 +135,7 @@ fn edges(dump: &Path, pin: &str) -> (Vec<u64>, u64) {
 
 #[test]
 fn pins_are_dumped_and_counted_for_as_long_as_was_asked() {
-    let folder = with("pins", &blink());
+    let folder = folder_with_image("pins", &blink());
     let command = [
         "--json",
         "chip",
@@ -145,7 +145,7 @@ fn pins_are_dumped_and_counted_for_as_long_as_was_asked() {
         "--vcd",
         "pins.vcd",
     ];
-    let (exit, told) = json(ran(&folder, &command));
+    let (exit, told) = json(run_flexor(&folder, &command));
     assert_eq!((exit, &told["ended"]), (Some(0), &"time".into()), "{told}");
     let seconds = told["seconds"].as_f64().unwrap();
     assert!((0.02..0.0203).contains(&seconds), "{seconds}");
@@ -166,39 +166,42 @@ fn pins_are_dumped_and_counted_for_as_long_as_was_asked() {
     );
 
     // The same for people; a file that is there stays.
-    let (exit, out, _) = ran(&folder, &["chip", "image.elf", "--for", "20ms"]);
+    let (exit, out, _) = run_flexor(&folder, &["chip", "image.elf", "--for", "20ms"]);
     assert_eq!(exit, Some(0));
     assert!(
         out.contains(&format!("pin PA5: {} edges", found.len())),
         "{out}"
     );
-    let (exit, _, error) = ran(&folder, &command[1..]);
+    let (exit, _, error) = run_flexor(&folder, &command[1..]);
     assert_eq!(exit, Some(1));
     assert!(error.contains("E587"), "{error}");
     let replaced = [&command[1..], &["--overwrite"]].concat();
-    assert_eq!(ran(&folder, &replaced).0, Some(0));
+    assert_eq!(run_flexor(&folder, &replaced).0, Some(0));
     let itself = ["chip", "image.elf", "--vcd", "image.elf", "--overwrite"];
-    assert!(ran(&folder, &itself).2.contains("E586"));
+    assert!(run_flexor(&folder, &itself).2.contains("E586"));
 }
 
 #[test]
 fn a_program_s_own_end_is_the_command_s() {
-    let folder = with("exit", &greet(0));
-    let (exit, out, _) = ran(&folder, &["chip", "image.elf", "--uart"]);
+    let folder = folder_with_image("exit", &greet(0));
+    let (exit, out, _) = run_flexor(&folder, &["chip", "image.elf", "--uart"]);
     assert_eq!(exit, Some(0));
     assert!(
         out.starts_with("hiok\n") || out.starts_with("ok\nhi"),
         "{out}"
     );
     assert!(out.contains("with status 0"), "{out}");
-    let (_, out, _) = ran(&folder, &["chip", "image.elf"]);
+    let (_, out, _) = run_flexor(&folder, &["chip", "image.elf"]);
     assert!(out.starts_with("ok\n"), "not asked for: {out}");
-    let (exit, told) = json(ran(&folder, &["--json", "chip", "image.elf", "--uart"]));
+    let (exit, told) = json(run_flexor(
+        &folder,
+        &["--json", "chip", "image.elf", "--uart"],
+    ));
     assert_eq!(exit, Some(0));
     assert_eq!([&told["uart"], &told["console"]], ["hi", "ok\n"]);
 
-    let folder = with("exit_3", &greet(3));
-    let (exit, told) = json(ran(&folder, &["--json", "chip", "image.elf"]));
+    let folder = folder_with_image("exit_3", &greet(3));
+    let (exit, told) = json(run_flexor(&folder, &["--json", "chip", "image.elf"]));
     assert_eq!((exit, &told["status"]), (Some(1), &3.into()));
     let error = told["error"].as_str().unwrap();
     assert!(error.starts_with("E569 image.elf"), "{error}");
@@ -206,11 +209,11 @@ fn a_program_s_own_end_is_the_command_s() {
 
 #[test]
 fn faults_and_lock_ups_are_named_with_registers_and_function() {
-    let folder = with(
+    let folder = folder_with_image(
         "fault",
         &[&set(3, 7)[..], &set(0, 0x4002_5000), &[0x6801]].concat(),
     );
-    let (exit, out, error) = ran(&folder, &["chip", "image.elf", "--for", "10s"]);
+    let (exit, out, error) = run_flexor(&folder, &["chip", "image.elf", "--for", "10s"]);
     assert_eq!(exit, Some(1));
     for part in [
         "E559 image.elf",
@@ -225,8 +228,8 @@ fn faults_and_lock_ups_are_named_with_registers_and_function() {
     // A fault in its handler: the vector of hard faults is of no code.
     let mut file = elf(&[0xDE00]);
     file[84 + 12..84 + 16].fill(0);
-    written(&folder, "lock.elf", file);
-    let (exit, told) = json(ran(&folder, &["--json", "chip", "lock.elf"]));
+    write_file(&folder, "lock.elf", file);
+    let (exit, told) = json(run_flexor(&folder, &["--json", "chip", "lock.elf"]));
     assert_eq!((exit, &told["ended"]), (Some(1), &"stopped".into()));
     let error = told["error"].as_str().unwrap();
     for part in [
@@ -241,9 +244,13 @@ fn faults_and_lock_ups_are_named_with_registers_and_function() {
 
 #[test]
 fn what_is_not_modelled_is_named_with_register_and_function() {
-    let code = [put(0x4002_3840, 1 << 19), put(0x4000_4C08, 0x16D)].concat();
-    let folder = with("refused", &code);
-    let (exit, told) = json(ran(&folder, &["--json", "chip", "image.elf"]));
+    let code = [
+        store_word(0x4002_3840, 1 << 19),
+        store_word(0x4000_4C08, 0x16D),
+    ]
+    .concat();
+    let folder = folder_with_image("refused", &code);
+    let (exit, told) = json(run_flexor(&folder, &["--json", "chip", "image.elf"]));
     assert_eq!(exit, Some(1));
     let error = told["error"].as_str().unwrap();
     for part in [
@@ -259,8 +266,8 @@ fn what_is_not_modelled_is_named_with_register_and_function() {
 
 #[test]
 fn a_core_that_sleeps_for_ever_is_no_failure_and_is_told() {
-    let folder = with("asleep", &[0xBF30, 0xE7FD]);
-    let (exit, told) = json(ran(
+    let folder = folder_with_image("asleep", &[0xBF30, 0xE7FD]);
+    let (exit, told) = json(run_flexor(
         &folder,
         &["--json", "chip", "image.elf", "--for", "60s"],
     ));
@@ -270,36 +277,36 @@ fn a_core_that_sleeps_for_ever_is_no_failure_and_is_told() {
 
 #[test]
 fn nonsense_is_refused_before_anything_runs() {
-    let folder = with("nonsense", &blink());
+    let folder = folder_with_image("nonsense", &blink());
     for (time, why) in [
         ("5", "unit"),
         ("0s", "1us"),
         ("2h", "unit"),
         ("4000s", "3600s"),
     ] {
-        let (exit, _, error) = ran(&folder, &["chip", "image.elf", "--for", time]);
+        let (exit, _, error) = run_flexor(&folder, &["chip", "image.elf", "--for", time]);
         assert_eq!(exit, Some(2), "{error}");
         assert!(error.contains("E518") && error.contains(why), "{error}");
     }
-    let (exit, _, error) = ran(&folder, &["chip", "image.elf", "--usb=tcp:0.0.0.0:0"]);
+    let (exit, _, error) = run_flexor(&folder, &["chip", "image.elf", "--usb=tcp:0.0.0.0:0"]);
     assert_eq!(exit, Some(2), "{error}");
     assert!(error.contains("of this computer"), "{error}");
-    written(
+    write_file(
         &folder,
         "notes.elf",
         "no ELF, but a text that is longer than its header",
     );
-    let (exit, _, error) = ran(&folder, &["chip", "notes.elf"]);
+    let (exit, _, error) = run_flexor(&folder, &["chip", "notes.elf"]);
     assert_eq!(exit, Some(1));
     assert!(error.contains("E531 notes.elf"), "{error}");
-    let (exit, _, error) = ran(&folder, &["chip", "nowhere.elf"]);
+    let (exit, _, error) = run_flexor(&folder, &["chip", "nowhere.elf"]);
     assert!(exit == Some(1) && error.contains("E530"), "{error}");
 }
 
 #[test]
 fn the_usb_port_is_offered_at_a_socket() {
-    let folder = with("usb", &blink());
-    let mut command = flexor(
+    let folder = folder_with_image("usb", &blink());
+    let mut command = flexor_command(
         &folder,
         &["--json", "chip", "image.elf", "--usb", "--for", "2s"],
     );
@@ -322,9 +329,9 @@ fn the_usb_port_is_offered_at_a_socket() {
 #[cfg(unix)]
 #[test]
 fn a_signal_ends_it_with_a_dump_that_is_whole() {
-    let folder = with("signal", &blink());
+    let folder = folder_with_image("signal", &blink());
     let arguments = ["chip", "image.elf", "--for", "3600s", "--vcd", "pins.vcd"];
-    let mut command = flexor(&folder, &arguments);
+    let mut command = flexor_command(&folder, &arguments);
     command.stdout(Stdio::piped()).stderr(Stdio::piped());
     let running = command.spawn().unwrap();
     let dump = folder.join("pins.vcd");
@@ -354,7 +361,7 @@ fn a_signal_ends_it_with_a_dump_that_is_whole() {
 /// Every command that docs/chip.md shows does what it says.
 #[test]
 fn the_commands_of_the_document_run() {
-    let folder = with("document", &greet(0));
+    let folder = folder_with_image("document", &greet(0));
     std::fs::rename(folder.join("image.elf"), folder.join("blink.elf")).unwrap();
     let document = include_str!("../../docs/chip.md");
     let shown: Vec<&str> = document
@@ -368,7 +375,7 @@ fn the_commands_of_the_document_run() {
             .into_iter()
             .chain(line.split_whitespace())
             .collect();
-        let (exit, _, error) = ran(&folder, &arguments);
+        let (exit, _, error) = run_flexor(&folder, &arguments);
         assert_eq!(exit, Some(0), "{FLEXOR} {line}: {error}");
     }
     assert!(folder.join("pins.vcd").is_file());

@@ -1,7 +1,9 @@
 //! What bad input gets from the `flexor` program: an exit code, a number, a
 //! sentence that says what to do, and the record up to that moment.
 
-use crate::program::{Board, SESSION, flexor, folder, ran, said, written};
+use crate::program::{
+    Board, SESSION, command_result, flexor_command, run_flexor, test_folder, write_file,
+};
 use crate::record_again::with_wearer;
 use hal_sim::wire::pty::PtyWire;
 use host_core::link::{Connection, TcpPort};
@@ -20,7 +22,7 @@ type Row<'a> = (&'a str, &'a str, i32, &'a [&'a str]);
 /// same message on standard output.
 fn check(folder: &Path, (name, line, code, says): Row) {
     let mut arguments: Vec<&str> = line.split_whitespace().collect();
-    let (exit, _, error) = ran(folder, &arguments);
+    let (exit, _, error) = run_flexor(folder, &arguments);
     assert_eq!(exit, Some(code), "{name}: {error}");
     // The words may be broken over lines of a terminal.
     let is_word = |word: &&str| *word != "│";
@@ -36,7 +38,7 @@ fn check(folder: &Path, (name, line, code, says): Row) {
     says_all(&words(&error));
     assert!(!error.contains("panicked"), "{name}: {error}");
     arguments.push("--json");
-    let (exit, json, _) = ran(folder, &arguments);
+    let (exit, json, _) = run_flexor(folder, &arguments);
     assert_eq!(exit, Some(code), "{name} --json");
     let json: serde_json::Value = serde_json::from_str(&json).unwrap();
     says_all(&words(json["error"].as_str().unwrap()));
@@ -45,7 +47,7 @@ fn check(folder: &Path, (name, line, code, says): Row) {
 #[test]
 #[rustfmt::skip]
 fn wrong_arguments_exit_with_2() {
-    let folder = folder("arguments");
+    let folder = test_folder("arguments");
     let seed = studies::tracking::search::TRAINING_SEED.to_string();
     let trained = format!("chart control --quick --seed {seed}");
     let rows: [Row; 26] = [
@@ -77,17 +79,17 @@ fn wrong_arguments_exit_with_2() {
         ("a board's seed", "monitor --device tcp:127.0.0.1:1 --seed 3", 2, &["E518 --seed needs"]),
     ];
     rows.into_iter().for_each(|row| check(&folder, row));
-    let (_, help, _) = ran(&folder, &["chart", "control", "--help"]);
+    let (_, help, _) = run_flexor(&folder, &["chart", "control", "--help"]);
     assert!(help.contains(&seed), "{help}");
 }
 
 /// A wearer without a forearm, without a file, with a mistake in it.
 #[test]
 fn a_chart_of_a_wearer_needs_a_forearm() {
-    let folder = folder("chart-wearer");
-    written(&folder, "none.toml", include_str!("../wearers/K01.toml"));
+    let folder = test_folder("chart-wearer");
+    write_file(&folder, "none.toml", include_str!("../wearers/K01.toml"));
     let p = include_str!("../wearers/P.toml");
-    written(&folder, "wrong.toml", p.replace("reach_m", "reach_cm"));
+    write_file(&folder, "wrong.toml", p.replace("reach_m", "reach_cm"));
     for (name, line, says) in [
         (
             "no forearm",
@@ -118,14 +120,14 @@ fn a_chart_of_a_wearer_needs_a_forearm() {
 #[test]
 fn a_quick_look_needs_no_folder() {
     let line = ["chart", "control", "--quick", "--plants", "2"];
-    let (exit, _, error) = ran(&folder("quick"), &line);
+    let (exit, _, error) = run_flexor(&test_folder("quick"), &line);
     assert_eq!(exit, Some(0), "{error}");
 }
 
 /// Another law refuses a wearer as the file's own would: before anything is recorded.
 #[test]
 fn a_law_that_was_never_tried_on_this_wearer_records_nothing() {
-    let folder = folder("never_tried");
+    let folder = test_folder("never_tried");
     let file = include_str!("../sessions/hamana_exp4_two_point_wearer.toml");
     let file = with_wearer(&folder, file);
     let weak = file.replace("law = \"recommended\"", "law = \"paper\"");
@@ -142,7 +144,7 @@ fn a_law_that_was_never_tried_on_this_wearer_records_nothing() {
 #[test]
 #[rustfmt::skip]
 fn bad_files_and_absent_devices_exit_with_1() {
-    let folder = folder("absent");
+    let folder = test_folder("absent");
     let edits = [
         ("typo.toml", "rise_ms", "rise_sm"),
         ("range.toml", "width_us = 200", "width_us = 501"),
@@ -178,7 +180,7 @@ fn bad_files_and_absent_devices_exit_with_1() {
 #[test]
 #[rustfmt::skip]
 fn first_mistakes_are_answered_with_what_was_meant() {
-    let folder = folder("first_mistakes");
+    let folder = test_folder("first_mistakes");
     let edits = [
         ("scale.toml", "width_us = 200", "width_us = 0.0002"),
         ("milli.toml", "width_us = 200", "width_us = 0.2"),
@@ -209,12 +211,12 @@ fn first_mistakes_are_answered_with_what_was_meant() {
 
 #[test]
 fn a_board_is_served_beyond_this_computer_on_purpose_only() {
-    let folder = folder("open-to-network");
+    let folder = test_folder("open-to-network");
     let serve = "serve --tcp 0.0.0.0:0 --seconds 0.1";
     let says = &["E770 0.0.0.0:0", "127.0.0.1:0", "--open-to-network"];
     check(&folder, ("not on purpose", serve, 1, says));
     let on_purpose = format!("{serve} --open-to-network");
-    let (exit, _, error) = ran(&folder, &on_purpose.split(' ').collect::<Vec<_>>());
+    let (exit, _, error) = run_flexor(&folder, &on_purpose.split(' ').collect::<Vec<_>>());
     assert_eq!(exit, Some(0), "{error}");
     let warning = "warning: whoever reaches 0.0.0.0:0 gives this board orders";
     assert!(error.contains(warning), "{error}");
@@ -222,7 +224,7 @@ fn a_board_is_served_beyond_this_computer_on_purpose_only() {
 
 #[test]
 fn a_busy_serial_port_is_refused() {
-    let folder = folder("busy");
+    let folder = test_folder("busy");
     let _board = PtyWire::open(folder.join("port")).unwrap();
     let path = folder.join("port").display().to_string();
     let _monitor = serialport::new(path, 115_200).open().unwrap();
@@ -233,7 +235,7 @@ fn a_busy_serial_port_is_refused() {
 
 #[test]
 fn a_port_where_nobody_answers_is_refused() {
-    let folder = folder("silent");
+    let folder = test_folder("silent");
     let _board = PtyWire::open(folder.join("port")).unwrap();
     let says = &["E501 no answer to Hello", "is this its port?"];
     let run = "run session.toml --device port";
@@ -247,7 +249,7 @@ fn a_port_where_nobody_answers_is_refused() {
         "--device",
         "port",
     ];
-    let (exit, _, error) = ran(&folder, &[&arguments[..], &["--out", "silent"]].concat());
+    let (exit, _, error) = run_flexor(&folder, &[&arguments[..], &["--out", "silent"]].concat());
     assert_eq!(exit, Some(1), "{error}");
     for file in ["run.json", "summary.json", "result.json"] {
         let text = std::fs::read(folder.join("silent").join(file)).unwrap();
@@ -258,7 +260,7 @@ fn a_port_where_nobody_answers_is_refused() {
 
 #[test]
 fn a_second_client_is_refused_and_the_first_goes_on() {
-    let folder = folder("second");
+    let folder = test_folder("second");
     let board = Board::tcp(&folder);
     let address = board.at.strip_prefix("tcp:").unwrap();
     let (mut first, _) = Connection::open(TcpPort::connect(address).unwrap()).unwrap();
@@ -283,7 +285,7 @@ fn unplug(folder: &Path, board: Board) {
         "--device",
         &board.at,
     ];
-    let mut run = flexor(folder, &run);
+    let mut run = flexor_command(folder, &run);
     let run = run.stdout(Stdio::piped()).stderr(Stdio::piped());
     let run = run.spawn().unwrap();
     let samples = folder.join("out/01-one-channel/samples.csv");
@@ -293,7 +295,7 @@ fn unplug(folder: &Path, board: Board) {
         std::thread::sleep(Duration::from_millis(20));
     }
     drop(board);
-    let (exit, json, error) = said(run.wait_with_output().unwrap());
+    let (exit, json, error) = command_result(run.wait_with_output().unwrap());
     assert!(start.elapsed() < PATIENCE);
     assert_eq!(exit, Some(1), "{error}");
     let json: serde_json::Value = serde_json::from_str(&json).unwrap();
@@ -329,21 +331,21 @@ fn is_kept(out: &Path) {
 
 #[test]
 fn a_board_unplugged_from_a_socket_leaves_the_record() {
-    let folder = folder("unplugged_tcp");
+    let folder = test_folder("unplugged_tcp");
     let board = Board::tcp(&folder);
     unplug(&folder, board);
 }
 
 #[test]
 fn a_board_unplugged_from_a_serial_port_leaves_the_record() {
-    let folder = folder("unplugged_pty");
+    let folder = test_folder("unplugged_pty");
     let board = Board::serve(&folder, &["--pty", "port"]);
     unplug(&folder, board);
 }
 
 #[test]
 fn a_protocol_that_asks_somebody_is_not_begun_on_a_board_where_nobody_answers() {
-    let folder = folder("nobody");
+    let folder = test_folder("nobody");
     let board = Board::serve(&folder, &["--tcp", "127.0.0.1:0"]);
     let arguments = [
         "experiment",
@@ -353,8 +355,8 @@ fn a_protocol_that_asks_somebody_is_not_begun_on_a_board_where_nobody_answers() 
         "--out",
         "x",
     ];
-    let mut program = flexor(&folder, &arguments);
-    let (exit, _, error) = said(program.stdin(Stdio::null()).output().unwrap());
+    let mut program = flexor_command(&folder, &arguments);
+    let (exit, _, error) = command_result(program.stdin(Stdio::null()).output().unwrap());
     assert_eq!(exit, Some(1), "{error}");
     assert!(error.contains("E615 nobody is at the terminal"), "{error}");
     assert!(!folder.join("x").exists());

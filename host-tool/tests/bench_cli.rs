@@ -1,7 +1,7 @@
 //! `flexor selftest --bench` from the outside: against a simulator with dummy loads, with
 //! right and wrong values, typed and from a file, cut short and gone on with.
 
-use crate::program::{flexor, folder, ran, written};
+use crate::program::{flexor_command, run_flexor, test_folder, write_file};
 use serde_json::Value;
 use std::io::Write;
 use std::path::Path;
@@ -17,7 +17,7 @@ fn words(more: &str) -> Vec<String> {
 
 fn run(folder: &Path, more: &str) -> (Option<i32>, String, String) {
     let words = words(more);
-    ran(
+    run_flexor(
         folder,
         &words.iter().map(String::as_str).collect::<Vec<_>>(),
     )
@@ -59,8 +59,8 @@ fn sheet(folder: &Path) -> Value {
 
 #[test]
 fn a_simulator_is_measured_to_the_end_and_never_passes_as_a_board() {
-    let folder = folder("bench_whole");
-    written(&folder, "values", answers(&[]));
+    let folder = test_folder("bench_whole");
+    write_file(&folder, "values", answers(&[]));
     let (code, out, error) = run(&folder, "--answers values --nobody-connected --json");
     assert_eq!(code, Some(0), "{error}");
     let said: Value = serde_json::from_str(&out).unwrap();
@@ -91,7 +91,7 @@ fn a_simulator_is_measured_to_the_end_and_never_passes_as_a_board() {
     );
     let text = std::fs::read_to_string(folder.join("sheet.json")).unwrap();
     let forged = text.replace("\"simulated\": true", "\"simulated\": false");
-    written(&folder, "sheet.json", forged);
+    write_file(&folder, "sheet.json", forged);
     let (code, _, error) = run(&folder, "--answers values --nobody-connected --resume");
     assert_eq!(code, Some(1), "{error}");
     assert!(
@@ -102,8 +102,8 @@ fn a_simulator_is_measured_to_the_end_and_never_passes_as_a_board() {
 
 #[test]
 fn a_wrong_value_fails_its_step_by_name() {
-    let folder = folder("bench_wrong");
-    written(
+    let folder = test_folder("bench_wrong");
+    write_file(
         &folder,
         "values",
         answers(&[("500-peak", "2.7 V"), ("stop", "0.9 ms")]),
@@ -127,14 +127,14 @@ fn a_wrong_value_fails_its_step_by_name() {
 
 #[test]
 fn nonsense_is_told_all_at_once_before_anything_is_put_out() {
-    let folder = folder("bench_nonsense");
+    let folder = test_folder("bench_nonsense");
     let nonsense = [
         ("500-peak", "2.5 mV"),
         ("2000-first", "two hundred us"),
         ("2000-gap", "-50 us"),
         ("stop", ""),
     ];
-    written(&folder, "values", answers(&nonsense) + "\n700-peak 3 V");
+    write_file(&folder, "values", answers(&nonsense) + "\n700-peak 3 V");
     let (code, _, error) = run(&folder, "--answers values --nobody-connected");
     assert_eq!(code, Some(1), "{error}");
     for told in [
@@ -166,7 +166,7 @@ fn nonsense_is_told_all_at_once_before_anything_is_put_out() {
             usize::from(more.contains("--device")),
         );
         let words: Vec<_> = words.split_whitespace().collect();
-        let (code, _, error) = ran(&folder, &words);
+        let (code, _, error) = run_flexor(&folder, &words);
         assert!(
             code != Some(0) && error.contains(told),
             "{more}: {code:?} {error}"
@@ -178,11 +178,11 @@ fn nonsense_is_told_all_at_once_before_anything_is_put_out() {
 /// what was measured.
 #[test]
 fn typed_values_are_asked_for_again_and_an_end_is_gone_on_from() {
-    let folder = folder("bench_typed");
+    let folder = test_folder("bench_typed");
     let typed = "nobody is connected\n\n50 mm\nletters\n\n50.001 us\n-3 V\n9.9 V\nskip\n";
     let all = words("");
     let all: Vec<_> = all.iter().map(String::as_str).collect();
-    let mut command = flexor(&folder, &all);
+    let mut command = flexor_command(&folder, &all);
     command
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
@@ -194,7 +194,7 @@ fn typed_values_are_asked_for_again_and_an_end_is_gone_on_from() {
         .unwrap()
         .write_all(typed.as_bytes())
         .unwrap();
-    let (code, _, error) = crate::program::said(program.wait_with_output().unwrap());
+    let (code, _, error) = crate::program::command_result(program.wait_with_output().unwrap());
     assert_eq!(code, Some(1), "{error}");
     assert!(error.contains("E783"), "{error}");
     assert_eq!(error.matches("E785 ").count(), 4, "{error}");
@@ -207,7 +207,7 @@ fn typed_values_are_asked_for_again_and_an_end_is_gone_on_from() {
         .collect();
     assert_eq!(ids, ["pump-period", "2000-peak"]);
     // The rest another day: what was measured is not asked for again.
-    written(&folder, "values", answers(&[("pump-period", "1 us")]));
+    write_file(&folder, "values", answers(&[("pump-period", "1 us")]));
     let (code, _, error) = run(&folder, "--answers values --nobody-connected --resume");
     assert_eq!(code, Some(0), "{error}");
     let whole = sheet(&folder);
@@ -218,10 +218,10 @@ fn typed_values_are_asked_for_again_and_an_end_is_gone_on_from() {
 /// Ctrl-C while a value is asked for.
 #[test]
 fn a_signal_keeps_what_was_measured() {
-    let folder = folder("bench_signal");
+    let folder = test_folder("bench_signal");
     let all = words("--nobody-connected");
     let all: Vec<_> = all.iter().map(String::as_str).collect();
-    let mut command = flexor(&folder, &all);
+    let mut command = flexor_command(&folder, &all);
     command
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
@@ -244,7 +244,7 @@ fn a_signal_keeps_what_was_measured() {
         .status()
         .unwrap();
     assert!(sent.success());
-    let (code, _, error) = crate::program::said(program.wait_with_output().unwrap());
+    let (code, _, error) = crate::program::command_result(program.wait_with_output().unwrap());
     drop(stdin);
     assert_eq!(code, Some(130), "{error}");
     assert!(

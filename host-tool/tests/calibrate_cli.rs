@@ -1,8 +1,8 @@
 //! `flexor calibrate` as people and programs start it.
 
 use crate::calibrate_lines;
-use crate::program::{Board, ProgramOutput, folder, ran, said, written};
-use crate::steady::steadily;
+use crate::program::{Board, ProgramOutput, command_result, run_flexor, test_folder, write_file};
+use crate::steady::retry_after_stalls;
 use std::io::{BufReader, Write};
 use std::path::Path;
 use std::process::{Child, ChildStdin, ChildStdout};
@@ -19,7 +19,7 @@ ceiling = 24.0
 fn calibrate(folder: &Path, more: &[&str]) -> ProgramOutput {
     let mut words = vec!["--json", "calibrate", "--electrodes", "plan.toml", "--auto"];
     words.extend(more);
-    ran(folder, &words)
+    run_flexor(folder, &words)
 }
 
 pub fn read(folder: &Path, name: &str) -> String {
@@ -28,8 +28,8 @@ pub fn read(folder: &Path, name: &str) -> String {
 
 #[test]
 fn a_plan_becomes_a_wearer_file_and_only_its_owner_goes_on() {
-    let folder = folder("calibrate");
-    written(&folder, "plan.toml", PLAN);
+    let folder = test_folder("calibrate");
+    write_file(&folder, "plan.toml", PLAN);
     let (exit, told, error) = calibrate(&folder, &["--out", "w.toml"]);
     assert_eq!(exit, Some(0), "{told}{error}");
     let done: serde_json::Value = serde_json::from_str(&told).unwrap();
@@ -57,29 +57,29 @@ fn a_plan_becomes_a_wearer_file_and_only_its_owner_goes_on() {
         "seed 2",
     );
     refused(&["--out", "other.toml", "--resume"], "E673", "no journal");
-    written(&folder, "plan.toml", PLAN.replace("24.0", "23.0"));
+    write_file(&folder, "plan.toml", PLAN.replace("24.0", "23.0"));
     refused(
         &["--out", "w.toml", "--resume"],
         "E673",
         "the plan was changed",
     );
-    written(&folder, "plan.toml", PLAN);
+    write_file(&folder, "plan.toml", PLAN);
 }
 
 #[test]
 fn files_of_others_and_damaged_journals_are_not_gone_on_with() {
-    let folder = folder("calibrate_others");
-    written(&folder, "plan.toml", PLAN);
+    let folder = test_folder("calibrate_others");
+    write_file(&folder, "plan.toml", PLAN);
     let (exit, _, error) = calibrate(&folder, &["--out", "w.toml"]);
     assert_eq!(exit, Some(0), "{error}");
     let file = read(&folder, "w.toml");
-    written(&folder, "w.toml", file.replace("\"W01\"", "\"W09\""));
+    write_file(&folder, "w.toml", file.replace("\"W01\"", "\"W09\""));
     let (exit, _, error) = calibrate(&folder, &["--out", "w.toml", "--resume"]);
     assert!(
         exit == Some(1) && error.contains("E673") && error.contains("W09"),
         "{error}"
     );
-    written(&folder, "w.toml", &file);
+    write_file(&folder, "w.toml", &file);
     // Nothing is left to do.
     let (exit, told, error) = calibrate(&folder, &["--out", "w.toml", "--resume"]);
     assert_eq!(exit, Some(0), "{told}{error}");
@@ -91,7 +91,7 @@ fn files_of_others_and_damaged_journals_are_not_gone_on_with() {
         .skip(1)
         .map(|line| format!("{line}\n"))
         .collect();
-    written(&folder, "w.toml.journal", cut);
+    write_file(&folder, "w.toml.journal", cut);
     let (exit, _, error) = calibrate(&folder, &["--out", "w.toml", "--resume"]);
     assert!(
         exit == Some(1) && error.contains("E674") && error.contains("line 1"),
@@ -102,12 +102,12 @@ fn files_of_others_and_damaged_journals_are_not_gone_on_with() {
 
 #[test]
 fn every_mistake_of_a_plan_is_told_at_once_before_a_device_is_touched() {
-    let folder = folder("calibrate_plan");
+    let folder = test_folder("calibrate_plan");
     let wrong = PLAN
         .replace("\"W01\"", "\"a person\"")
         .replace("24.0", "0.0001")
         + "[[electrode]]\nchannel = 11\nplace = \"\"\nceiling = 2.0\nfrequency_hz = 20.0\n";
-    written(&folder, "plan.toml", wrong);
+    write_file(&folder, "plan.toml", wrong);
     let (exit, _, error) = calibrate(&folder, &["--out", "w.toml"]);
     assert_eq!(exit, Some(1));
     for what in [
@@ -124,13 +124,13 @@ fn every_mistake_of_a_plan_is_told_at_once_before_a_device_is_touched() {
         "max_current_ma = 30.0",
         "max_current_ma = 20.0\nhost_timeout_ms = 101",
     );
-    written(&folder, "plan.toml", &beyond);
+    write_file(&folder, "plan.toml", &beyond);
     let (_, _, error) = calibrate(&folder, &["--out", "w.toml"]);
     assert!(
         error.contains("E670") && error.contains("needs 100 or less"),
         "{error}"
     );
-    written(
+    write_file(
         &folder,
         "plan.toml",
         beyond.replace("\nhost_timeout_ms = 101", ""),
@@ -146,25 +146,25 @@ fn every_mistake_of_a_plan_is_told_at_once_before_a_device_is_touched() {
 
 #[test]
 fn no_program_answers_for_a_person_on_a_board() {
-    let folder = folder("calibrate_board");
-    written(&folder, "plan.toml", PLAN);
+    let folder = test_folder("calibrate_board");
+    write_file(&folder, "plan.toml", PLAN);
     let (exit, _, error) = calibrate(&folder, &["--out", "w.toml", "--device", "tcp:127.0.0.1:1"]);
     assert!(exit == Some(1) && error.contains("E679"), "{error}");
     let words = ["calibrate", "--electrodes", "plan.toml", "--out", "w.toml"];
-    let (exit, _, error) = ran(&folder, &words);
+    let (exit, _, error) = run_flexor(&folder, &words);
     assert!(exit == Some(1) && error.contains("E688"), "{error}");
 }
 
 #[test]
 fn a_check_is_added_to_the_file_and_refuses_what_has_drifted() {
-    let folder = folder("calibrate_check");
-    written(&folder, "plan.toml", PLAN);
+    let folder = test_folder("calibrate_check");
+    write_file(&folder, "plan.toml", PLAN);
     let (exit, _, error) = calibrate(&folder, &["--out", "w.toml"]);
     assert_eq!(exit, Some(0), "{error}");
     let check = |more: &[&str]| {
         let mut words = vec!["--json", "calibrate", "--check", "w.toml", "--auto"];
         words.extend(more);
-        ran(&folder, &words)
+        run_flexor(&folder, &words)
     };
     let (exit, told, error) = check(&[]);
     assert_eq!(exit, Some(0), "{told}{error}");
@@ -178,26 +178,26 @@ fn a_check_is_added_to_the_file_and_refuses_what_has_drifted() {
 
 #[test]
 fn a_check_that_would_say_nothing_is_refused_before_anything_is_given() {
-    let folder = folder("calibrate_no_check");
-    written(&folder, "plan.toml", PLAN);
+    let folder = test_folder("calibrate_no_check");
+    write_file(&folder, "plan.toml", PLAN);
     let (exit, _, error) = calibrate(&folder, &["--out", "w.toml"]);
     assert_eq!(exit, Some(0), "{error}");
     let file = read(&folder, "w.toml");
     let check = ["calibrate", "--check", "w.toml", "--auto"];
-    let (exit, _, error) = ran(&folder, &[&check[..], &["--tolerance", "30"]].concat());
+    let (exit, _, error) = run_flexor(&folder, &[&check[..], &["--tolerance", "30"]].concat());
     assert!(exit == Some(1) && error.contains("E696"), "{error}");
     let measured = file.replace("evidence = \"simulated\"", "evidence = \"measured\"");
     assert_ne!(measured, file);
-    written(&folder, "w.toml", &measured);
-    let (exit, _, error) = ran(&folder, &check);
+    write_file(&folder, "w.toml", &measured);
+    let (exit, _, error) = run_flexor(&folder, &check);
     assert!(exit == Some(1) && error.contains("E695"), "{error}");
     assert_eq!(read(&folder, "w.toml"), measured);
 }
 
 #[test]
 fn where_nothing_is_found_or_could_be_kept_the_command_says_so() {
-    let folder = folder("calibrate_nothing");
-    written(&folder, "plan.toml", PLAN);
+    let folder = test_folder("calibrate_nothing");
+    write_file(&folder, "plan.toml", PLAN);
     let (exit, _, error) = calibrate(&folder, &["--out", "w.toml", "--body", "still"]);
     assert!(exit == Some(1) && error.contains("E694"), "{error}");
     assert!(error.contains("was left out at placement"), "{error}");
@@ -212,8 +212,8 @@ fn where_nothing_is_found_or_could_be_kept_the_command_says_so() {
 
 #[test]
 fn a_level_changed_in_the_journal_is_no_limit() {
-    let folder = folder("calibrate_changed");
-    written(&folder, "plan.toml", PLAN);
+    let folder = test_folder("calibrate_changed");
+    write_file(&folder, "plan.toml", PLAN);
     let (exit, _, error) = calibrate(&folder, &["--out", "w.toml"]);
     assert_eq!(exit, Some(0), "{error}");
     let journal = read(&folder, "w.toml.journal");
@@ -225,7 +225,7 @@ fn a_level_changed_in_the_journal_is_no_limit() {
     let level = level.split('}').next().unwrap();
     let changed = found.replace(&format!("\"level\":{level}"), "\"level\":24.0");
     assert_ne!(changed, found);
-    written(&folder, "w.toml.journal", journal.replace(found, &changed));
+    write_file(&folder, "w.toml.journal", journal.replace(found, &changed));
     let (exit, _, error) = calibrate(&folder, &["--out", "w.toml", "--resume"]);
     assert!(exit == Some(1) && error.contains("E674"), "{error}");
 }
@@ -243,7 +243,7 @@ impl ScriptedProgram {
     }
 
     pub fn start_on(folder: &Path, more: &[&str]) -> Self {
-        let mut process = calibrate_lines::driven(folder, more);
+        let mut process = calibrate_lines::start_calibration(folder, more);
         let orders = process.stdin.take();
         let lines = BufReader::new(process.stdout.take().unwrap());
         Self {
@@ -253,26 +253,26 @@ impl ScriptedProgram {
         }
     }
 
-    pub fn order(&mut self, line: &str) {
+    pub fn send_order(&mut self, line: &str) {
         writeln!(self.orders.as_mut().unwrap(), "{line}").unwrap();
     }
 
     /// The next line of which this is so.
-    pub fn next(&mut self, is: impl Fn(&serde_json::Value) -> bool) -> serde_json::Value {
-        calibrate_lines::next(&mut self.lines, is)
+    pub fn next_line(&mut self, is: impl Fn(&serde_json::Value) -> bool) -> serde_json::Value {
+        calibrate_lines::next_line(&mut self.lines, is)
     }
 
-    pub fn ready(&mut self) -> serde_json::Value {
-        self.next(|value| {
+    pub fn wait_until_ready(&mut self) -> serde_json::Value {
+        self.next_line(|value| {
             value["event"] == "view" && value["phase"] == "ready" && value["question"].is_null()
         })
     }
 
-    pub fn ended(mut self) -> ProgramOutput {
+    pub fn wait_for_end(mut self) -> ProgramOutput {
         drop(self.orders.take());
         let mut rest = String::new();
         std::io::Read::read_to_string(&mut self.lines, &mut rest).unwrap();
-        let (exit, _, error) = said(self.process.wait_with_output().unwrap());
+        let (exit, _, error) = command_result(self.process.wait_with_output().unwrap());
         (exit, rest, error)
     }
 }
@@ -280,15 +280,15 @@ impl ScriptedProgram {
 #[test]
 fn another_program_orders_by_lines_and_nonsense_changes_nothing() {
     let name = "another_program_orders_by_lines_and_nonsense_changes_nothing";
-    steadily(name, order_by_lines);
+    retry_after_stalls(name, order_by_lines);
 }
 
 /// The second raise comes within the second that the first one is given.
 fn order_by_lines() {
-    let folder = folder("calibrate_lines");
-    written(&folder, "plan.toml", PLAN);
+    let folder = test_folder("calibrate_lines");
+    write_file(&folder, "plan.toml", PLAN);
     let mut driven = ScriptedProgram::start(&folder);
-    let view = driven.ready();
+    let view = driven.wait_until_ready();
     assert_eq!(
         (&view["raise"], &view["orders"][0]),
         (&2.0.into(), &"raise".into())
@@ -300,52 +300,53 @@ fn order_by_lines() {
         "[1]",
         "\u{7f}",
     ] {
-        driven.order(nonsense);
-        let told = driven.next(|value| value["event"] == "refused");
+        driven.send_order(nonsense);
+        let told = driven.next_line(|value| value["event"] == "refused");
         assert!(
             told["error"].as_str().unwrap().starts_with("E678 "),
             "{told}"
         );
     }
-    driven.order("{\"order\":\"yes\"}");
-    let told = driven.next(|value| value["event"] == "refused");
+    driven.send_order("{\"order\":\"yes\"}");
+    let told = driven.next_line(|value| value["event"] == "refused");
     assert!(
         told["error"].as_str().unwrap().starts_with("E671 "),
         "{told}"
     );
-    driven.order("{\"order\":\"raise\"}");
-    driven
-        .next(|value| value["event"] == "view" && value["phase"] == "on" && value["given"] == 2.0);
+    driven.send_order("{\"order\":\"raise\"}");
+    driven.next_line(|value| {
+        value["event"] == "view" && value["phase"] == "on" && value["given"] == 2.0
+    });
     // A second raise at once is no second step.
-    driven.order("{\"order\":\"raise\"}");
-    let told = driven.next(|value| value["event"] == "refused");
+    driven.send_order("{\"order\":\"raise\"}");
+    let told = driven.next_line(|value| value["event"] == "refused");
     assert!(
         told["error"].as_str().unwrap().contains("being given"),
         "{told}"
     );
-    driven.next(|value| value["question"].is_string());
-    driven.order("{\"order\":\"no\"}");
-    driven.order("{\"order\":\"abort\"}");
-    let (exit, rest, error) = driven.ended();
+    driven.next_line(|value| value["question"].is_string());
+    driven.send_order("{\"order\":\"no\"}");
+    driven.send_order("{\"order\":\"abort\"}");
+    let (exit, rest, error) = driven.wait_for_end();
     assert!(exit == Some(1) && error.contains("E683"), "{rest}{error}");
     assert!(read(&folder, "w.toml.journal").contains("\"ended\""));
 }
 
 #[test]
 fn an_input_that_ends_and_a_signal_end_it_with_the_journal_whole() {
-    let folder = folder("calibrate_ended");
-    written(&folder, "plan.toml", PLAN);
+    let folder = test_folder("calibrate_ended");
+    write_file(&folder, "plan.toml", PLAN);
     let mut driven = ScriptedProgram::start(&folder);
-    driven.ready();
-    driven.order("{\"order\":\"raise\"}");
-    driven.next(|value| value["phase"] == "on");
-    let (exit, _, error) = driven.ended();
+    driven.wait_until_ready();
+    driven.send_order("{\"order\":\"raise\"}");
+    driven.next_line(|value| value["phase"] == "on");
+    let (exit, _, error) = driven.wait_for_end();
     assert!(exit == Some(1) && error.contains("E684"), "{error}");
     std::fs::remove_file(folder.join("w.toml.journal")).unwrap();
     let mut driven = ScriptedProgram::start(&folder);
-    driven.ready();
-    driven.order("{\"order\":\"raise\"}");
-    driven.next(|value| value["phase"] == "on");
+    driven.wait_until_ready();
+    driven.send_order("{\"order\":\"raise\"}");
+    driven.next_line(|value| value["phase"] == "on");
     let id = driven.process.id().to_string();
     let sent = std::process::Command::new("sh")
         .args(["-c", &format!("kill -INT {id}")])
@@ -354,7 +355,7 @@ fn an_input_that_ends_and_a_signal_end_it_with_the_journal_whole() {
     // Its input stays open: the signal alone ends it.
     let mut rest = String::new();
     std::io::Read::read_to_string(&mut driven.lines, &mut rest).unwrap();
-    let (exit, _, error) = driven.ended();
+    let (exit, _, error) = driven.wait_for_end();
     assert!(exit == Some(130) && error.contains("E580"), "{rest}{error}");
     let journal = read(&folder, "w.toml.journal");
     assert!(
@@ -368,26 +369,26 @@ fn an_input_that_ends_and_a_signal_end_it_with_the_journal_whole() {
 /// A person at a board behind a socket, whose cable is cut while a level is given.
 #[test]
 fn a_board_behind_a_port_is_ordered_by_lines_until_it_is_lost() {
-    let folder = folder("calibrate_port");
-    written(&folder, "plan.toml", PLAN);
+    let folder = test_folder("calibrate_port");
+    write_file(&folder, "plan.toml", PLAN);
     let board = Board::tcp(&folder);
     let at = board.at.clone();
     let mut driven = ScriptedProgram::start_on(&folder, &["--device", &at]);
-    let view = driven.ready();
+    let view = driven.wait_until_ready();
     assert!(
         view["reading_n"].is_null(),
         "a board has no instrument: {view}"
     );
-    driven.order("{\"order\":\"raise\"}");
-    driven.next(|value| value["question"].is_string());
-    driven.order("{\"order\":\"no\"}");
-    driven.ready();
-    driven.order("{\"order\":\"raise\"}");
-    driven.next(|value| value["phase"] == "on" && value["given"] == 4.0);
+    driven.send_order("{\"order\":\"raise\"}");
+    driven.next_line(|value| value["question"].is_string());
+    driven.send_order("{\"order\":\"no\"}");
+    driven.wait_until_ready();
+    driven.send_order("{\"order\":\"raise\"}");
+    driven.next_line(|value| value["phase"] == "on" && value["given"] == 4.0);
     drop(board);
     let mut rest = String::new();
     std::io::Read::read_to_string(&mut driven.lines, &mut rest).unwrap();
-    let (exit, _, error) = driven.ended();
+    let (exit, _, error) = driven.wait_for_end();
     assert!(exit == Some(1) && error.contains("E50"), "{rest}{error}");
     let journal = read(&folder, "w.toml.journal");
     assert!(

@@ -1,17 +1,17 @@
 //! `flexor calibrate`, driven by lines.
 
-use crate::program::flexor;
+use crate::program::flexor_command;
 use serde_json::Value;
 use std::io::BufRead;
 use std::path::Path;
 use std::process::{Child, Stdio};
 
 /// The program in a folder with a plan, its input and outputs piped.
-pub fn driven(folder: &Path, more: &[&str]) -> Child {
+pub fn start_calibration(folder: &Path, more: &[&str]) -> Child {
     let mut words = vec!["--json", "calibrate", "--electrodes", "plan.toml"];
     words.extend(["--out", "w.toml"]);
     words.extend(more);
-    let mut command = flexor(folder, &words);
+    let mut command = flexor_command(folder, &words);
     command
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
@@ -20,7 +20,7 @@ pub fn driven(folder: &Path, more: &[&str]) -> Child {
 }
 
 /// The next line of which this is so.
-pub fn next(lines: &mut impl BufRead, is: impl Fn(&Value) -> bool) -> Value {
+pub fn next_line(lines: &mut impl BufRead, is: impl Fn(&Value) -> bool) -> Value {
     loop {
         let mut line = String::new();
         assert!(lines.read_line(&mut line).unwrap() > 0, "it ended");

@@ -1,7 +1,7 @@
 //! Orders to `flexor calibrate` that come all at once, too early, or from nobody who reads.
 
 use crate::calibrate_lines;
-use crate::program::{ProgramOutput, folder, ran, said, written};
+use crate::program::{ProgramOutput, command_result, run_flexor, test_folder, write_file};
 use nix::fcntl::{FcntlArg, fcntl};
 use serde_json::Value;
 use std::io::{BufReader, Read, Write};
@@ -40,9 +40,9 @@ pub fn entries(folder: &Path, kind: &str) -> Vec<Value> {
 
 impl ScriptedProgram {
     fn start(test: &str, plan: &str) -> Self {
-        let folder = folder(test);
-        written(&folder, "plan.toml", plan);
-        let mut process = calibrate_lines::driven(&folder, &[]);
+        let folder = test_folder(test);
+        write_file(&folder, "plan.toml", plan);
+        let mut process = calibrate_lines::start_calibration(&folder, &[]);
         let orders = process.stdin.take().unwrap();
         let lines = process.stdout.take().map(BufReader::new);
         Self {
@@ -57,24 +57,24 @@ impl ScriptedProgram {
         self.orders.write_all(text.as_bytes()).unwrap();
     }
 
-    fn next(&mut self, is: impl Fn(&Value) -> bool) -> Value {
-        calibrate_lines::next(self.lines.as_mut().unwrap(), is)
+    fn next_line(&mut self, is: impl Fn(&Value) -> bool) -> Value {
+        calibrate_lines::next_line(self.lines.as_mut().unwrap(), is)
     }
 
-    fn phase(&mut self, phase: &str) -> Value {
-        self.next(|value| value["phase"] == phase)
+    fn wait_for_phase(&mut self, phase: &str) -> Value {
+        self.next_line(|value| value["phase"] == phase)
     }
 
-    fn ready(&mut self) -> Value {
-        self.next(|value| value["phase"] == "ready" && value["question"].is_null())
+    fn wait_until_ready(&mut self) -> Value {
+        self.next_line(|value| value["phase"] == "ready" && value["question"].is_null())
     }
 
-    fn given(&self) -> usize {
+    fn given_count(&self) -> usize {
         entries(&self.folder, "given").len()
     }
 
     /// How it ended by itself, its input open.
-    fn ended(mut self) -> ProgramOutput {
+    fn wait_for_end(mut self) -> ProgramOutput {
         let mut rest = String::new();
         if let Some(lines) = &mut self.lines {
             lines.read_to_string(&mut rest).unwrap();
@@ -87,7 +87,7 @@ impl ScriptedProgram {
     }
 
     /// The pipe that nobody reads holds one page.
-    fn narrow(&self) {
+    fn shrink_pipe(&self) {
         let pipe = self.lines.as_ref().unwrap().get_ref();
         fcntl(pipe, FcntlArg::F_SETPIPE_SZ(4096)).unwrap();
     }
@@ -100,20 +100,20 @@ const ABORT: &str = "{\"order\":\"abort\"}\n";
 #[test]
 fn a_block_of_orders_is_one_order() {
     let mut driven = ScriptedProgram::start("calibrate_block", &PLAN.replace("10.0", "1.0"));
-    driven.ready();
+    driven.wait_until_ready();
     driven.send(&format!("{RAISE}{NO}").repeat(2000));
-    driven.phase("on");
-    driven.next(|value| value["question"].is_string());
+    driven.wait_for_phase("on");
+    driven.next_line(|value| value["question"].is_string());
     // In a block, too, nothing is for what it comes before.
     driven.send(&format!("{NO}{RAISE}{RAISE}"));
-    driven.ready();
-    assert_eq!(driven.given(), 1);
+    driven.wait_until_ready();
+    assert_eq!(driven.given_count(), 1);
     driven.send(RAISE);
-    let view = driven.phase("on");
+    let view = driven.wait_for_phase("on");
     assert_eq!(view["given"], 4.0);
     driven.send(ABORT);
     let folder = driven.folder.clone();
-    let (exit, _, error) = driven.ended();
+    let (exit, _, error) = driven.wait_for_end();
     assert!(exit == Some(1) && error.contains("E683"), "{error}");
     let levels: Vec<Value> = entries(&folder, "given");
     let levels: Vec<&Value> = levels
@@ -126,16 +126,16 @@ fn a_block_of_orders_is_one_order() {
 #[test]
 fn what_was_refused_is_told_by_number() {
     let mut driven = ScriptedProgram::start("calibrate_refused", PLAN);
-    driven.ready();
+    driven.wait_until_ready();
     driven.send(&RAISE.repeat(40));
-    let told = driven.next(|value| value["event"] == "refused");
+    let told = driven.next_line(|value| value["event"] == "refused");
     let told = told["error"].as_str().unwrap().to_owned();
     assert!(
         told.starts_with("E671 not now: this order came before"),
         "{told}"
     );
     driven.send(ABORT);
-    let (exit, _, _) = driven.ended();
+    let (exit, _, _) = driven.wait_for_end();
     assert_eq!(exit, Some(1));
 }
 
@@ -143,21 +143,21 @@ fn what_was_refused_is_told_by_number() {
 #[test]
 fn too_much_and_the_end_overtake_what_is_pending() {
     let mut driven = ScriptedProgram::start("calibrate_overtakes", PLAN);
-    driven.ready();
+    driven.wait_until_ready();
     driven.send(RAISE);
-    driven.phase("on");
+    driven.wait_for_phase("on");
     driven.send(&format!(
         "{}{{\"order\":\"too-much\"}}\n",
         RAISE.repeat(3000)
     ));
-    let told = driven.next(|value| value["entry"].get("too-much").is_some());
+    let told = driven.next_line(|value| value["entry"].get("too-much").is_some());
     let given = entries(&driven.folder, "given");
     let on_s = told["t_s"].as_f64().unwrap() - given[0]["t_s"].as_f64().unwrap();
     assert!(on_s < 10.0, "{on_s}");
-    driven.ready();
+    driven.wait_until_ready();
     driven.send(&format!("{}{ABORT}", RAISE.repeat(3000)));
     let folder = driven.folder.clone();
-    let (exit, _, error) = driven.ended();
+    let (exit, _, error) = driven.wait_for_end();
     assert!(exit == Some(1) && error.contains("E683"), "{error}");
     assert!(entries(&folder, "given").len() <= 2);
 }
@@ -166,11 +166,11 @@ fn too_much_and_the_end_overtake_what_is_pending() {
 fn an_endless_stream_ends_it() {
     for endless in ["x", "x\n", RAISE] {
         let mut driven = ScriptedProgram::start("calibrate_endless", PLAN);
-        driven.ready();
+        driven.wait_until_ready();
         let block = endless.repeat(4096);
         while driven.orders.write_all(block.as_bytes()).is_ok() {}
         let folder = driven.folder.clone();
-        let (exit, _, error) = driven.ended();
+        let (exit, _, error) = driven.wait_for_end();
         assert!(exit == Some(1) && error.contains("E684"), "{error}");
         assert!(error.contains("flooded"), "{error}");
         assert!(entries(&folder, "given").len() <= 1);
@@ -180,12 +180,12 @@ fn an_endless_stream_ends_it() {
 #[test]
 fn without_a_reader_nothing_is_given() {
     let mut driven = ScriptedProgram::start("calibrate_no_reader", PLAN);
-    driven.ready();
+    driven.wait_until_ready();
     driven.lines = None;
     // It may have ended already.
     let _ = driven.orders.write_all(RAISE.as_bytes());
     let folder = driven.folder.clone();
-    let (exit, _, error) = driven.ended();
+    let (exit, _, error) = driven.wait_for_end();
     assert!(exit == Some(1) && error.contains("E684"), "{error}");
     assert!(error.contains("output is not read"), "{error}");
     assert!(entries(&folder, "given").is_empty());
@@ -198,7 +198,7 @@ fn without_a_reader_nothing_is_given() {
         "--auto",
         "--resume",
     ];
-    let (exit, told, error) = ran(&folder, &[&again[..], &["--out", "w.toml"]].concat());
+    let (exit, told, error) = run_flexor(&folder, &[&again[..], &["--out", "w.toml"]].concat());
     assert_eq!(exit, Some(0), "{told}{error}");
 }
 
@@ -207,8 +207,8 @@ fn without_a_reader_nothing_is_given() {
 fn an_output_that_nobody_reads_does_not_keep_it() {
     for signal in [false, true] {
         let mut driven = ScriptedProgram::start("calibrate_unread", PLAN);
-        driven.narrow();
-        driven.ready();
+        driven.shrink_pipe();
+        driven.wait_until_ready();
         // Each is answered; a page is full of it.
         for _ in 0..8 {
             driven.send(&"nonsense\n".repeat(16));
@@ -236,7 +236,7 @@ fn an_output_that_nobody_reads_does_not_keep_it() {
             .read_to_string(&mut rest)
             .unwrap();
         assert!(!rest.is_empty() && !rest.contains("go on with"), "{rest}");
-        let (_, _, error) = said(driven.process.wait_with_output().unwrap());
+        let (_, _, error) = command_result(driven.process.wait_with_output().unwrap());
         let number = if signal { "E580" } else { "E683" };
         assert!(error.contains(number), "{error}");
     }

@@ -1,8 +1,8 @@
 //! `flexor calibrate` on a computer that stalls.
 
 use crate::calibrate_cli::{PLAN, ScriptedProgram, read};
-use crate::program::{Board, folder, written};
-use crate::steady::steadily;
+use crate::program::{Board, test_folder, write_file};
+use crate::steady::retry_after_stalls;
 use host_core::calibration::{
     Course, Entry, HOST_TIMEOUT_MS, Head, Journal, OnDisk, Operator, OperatorLoss, OperatorNotice,
     OperatorStation, Order, Phase, Plan, View, calibrate,
@@ -23,12 +23,12 @@ fn signal(id: u32, name: &str) {
 #[test]
 fn a_computer_that_stalls_is_told_as_that_and_the_calibration_goes_on_where_it_was() {
     let name = "a_computer_that_stalls_is_told_as_that_and_the_calibration_goes_on_where_it_was";
-    steadily(name, goes_on_after_a_stall);
+    retry_after_stalls(name, goes_on_after_a_stall);
 }
 
 fn goes_on_after_a_stall() {
-    let folder = folder("calibrate_stalled");
-    written(
+    let folder = test_folder("calibrate_stalled");
+    write_file(
         &folder,
         "plan.toml",
         PLAN.replace("[limits]", "on_s = 3.0\n[limits]"),
@@ -36,29 +36,29 @@ fn goes_on_after_a_stall() {
     let board = Board::in_real_time(&folder);
     let at = board.at.clone();
     let mut driven = ScriptedProgram::start_on(&folder, &["--device", &at]);
-    driven.ready();
-    driven.order("{\"order\":\"raise\"}");
-    driven.next(|value| value["phase"] == "on" && value["given"] == 2.0);
+    driven.wait_until_ready();
+    driven.send_order("{\"order\":\"raise\"}");
+    driven.next_line(|value| value["phase"] == "on" && value["given"] == 2.0);
     signal(driven.process.id(), "STOP");
     std::thread::sleep(Duration::from_millis(500));
     signal(driven.process.id(), "CONT");
-    let told = driven.next(|value| value["entry"].get("stalled").is_some());
+    let told = driven.next_line(|value| value["entry"].get("stalled").is_some());
     let stalled = &told["entry"]["stalled"];
     let pause_ms = stalled["pause_ms"].as_u64().unwrap();
     assert!(pause_ms >= 400 && stalled["channel"] == 3, "{told}");
     // Nothing is asked of what was cut short, and a raise gives the same.
-    let view = driven.next(|value| value["phase"] == "ready");
+    let view = driven.next_line(|value| value["phase"] == "ready");
     assert!(
         view["question"].is_null() && view["step"] == "placement",
         "{view}"
     );
     assert_eq!(view["raise"], 2.0, "{view}");
-    driven.order("{\"order\":\"raise\"}");
-    driven.next(|value| value["phase"] == "on" && value["given"] == 2.0);
-    let asked = driven.next(|value| value["question"].is_string());
+    driven.send_order("{\"order\":\"raise\"}");
+    driven.next_line(|value| value["phase"] == "on" && value["given"] == 2.0);
+    let asked = driven.next_line(|value| value["question"].is_string());
     assert_eq!(asked["level"], 2.0, "{asked}");
-    driven.order("{\"order\":\"abort\"}");
-    let (exit, rest, error) = driven.ended();
+    driven.send_order("{\"order\":\"abort\"}");
+    let (exit, rest, error) = driven.wait_for_end();
     assert!(exit == Some(1) && error.contains("E683"), "{rest}{error}");
     let journal = read(&folder, "w.toml.journal");
     assert_eq!(journal.matches("\"stalled\"").count(), 1, "{journal}");
@@ -88,7 +88,7 @@ impl Operator for Slow {
         })
     }
 
-    fn tell(&mut self, told: OperatorNotice<'_>, _: &View) {
+    fn notify(&mut self, told: OperatorNotice<'_>, _: &View) {
         let is_stall = matches!(told, OperatorNotice::Recorded(Entry::Stalled { .. }));
         self.stalls += u32::from(is_stall);
     }
@@ -97,10 +97,10 @@ impl Operator for Slow {
 #[test]
 fn a_slow_display_or_input_does_not_make_the_host_silent() {
     assert!(SLOW < UNATTENDED && SLOW > Duration::from_millis(HOST_TIMEOUT_MS.into()));
-    steadily(
+    retry_after_stalls(
         "a_slow_display_or_input_does_not_make_the_host_silent",
         || {
-            let folder = folder("calibrate_slow");
+            let folder = test_folder("calibrate_slow");
             let board = Board::in_real_time(&folder);
             let port = TcpPort::connect(board.at.strip_prefix("tcp:").unwrap()).unwrap();
             let plan = Plan::parse("plan", PLAN).unwrap();
@@ -110,7 +110,7 @@ fn a_slow_display_or_input_does_not_make_the_host_silent() {
                 at: "simulated".to_owned(),
                 device: "native".to_owned(),
                 firmware: "0.1.0".to_owned(),
-                ..Head::of("W01", PLAN)
+                ..Head::new("W01", PLAN)
             };
             let course = Course {
                 plan: &plan,
@@ -125,7 +125,7 @@ fn a_slow_display_or_input_does_not_make_the_host_silent() {
                 interruption: None,
                 acknowledges: false,
             };
-            let (result, _, _) = calibrate(port, &course, &mut Journal::nowhere(), &mut desk);
+            let (result, _, _) = calibrate(port, &course, &mut Journal::discarding(), &mut desk);
             let error = result.unwrap_err().to_string();
             assert!(error.starts_with("E683 "), "{error}");
             assert_eq!(slow.stalls, 0);

@@ -6,7 +6,7 @@ use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 
 fn view() -> View {
-    let level = |units| Level::of(units);
+    let level = |units| Level::from_units(units);
     View {
         electrode: 3,
         of: 10,

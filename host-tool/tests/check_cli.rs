@@ -1,19 +1,19 @@
 //! `flexor check` and `flexor new`: every mistake of every file, and a first file.
 
-use crate::program::{folder, ran, written};
+use crate::program::{run_flexor, test_folder, write_file};
 use host_core::session::Session;
 use std::fmt::Write as _;
 use std::path::Path;
 use std::time::Instant;
 
 /// Exit code, the object for machines, and what people are told.
-fn checked(folder: &Path, files: &[&str]) -> (Option<i32>, serde_json::Value, String) {
+fn run_check(folder: &Path, files: &[&str]) -> (Option<i32>, serde_json::Value, String) {
     let begun = Instant::now();
     let arguments = [&["--json", "check"], files].concat();
-    let (exit, out, _) = ran(folder, &arguments);
+    let (exit, out, _) = run_flexor(folder, &arguments);
     println!("{files:?}: {} ms", begun.elapsed().as_millis());
     let arguments = [&["check"], files].concat();
-    let (_, _, told) = ran(folder, &arguments);
+    let (_, _, told) = run_flexor(folder, &arguments);
     (exit, serde_json::from_str(&out).unwrap(), told)
 }
 
@@ -28,9 +28,9 @@ fn numbers(checked: &serde_json::Value, file: usize) -> Vec<&str> {
 
 #[test]
 fn good_files_are_good_and_every_mistake_of_every_bad_one_is_told() {
-    let folder = folder("check_files");
+    let folder = test_folder("check_files");
     let good = std::fs::read_to_string(folder.join("session.toml")).unwrap();
-    let (exit, told, _) = checked(&folder, &["session.toml"]);
+    let (exit, told, _) = run_check(&folder, &["session.toml"]);
     assert_eq!((exit, &told["error"]), (Some(0), &serde_json::Value::Null));
     assert_eq!(numbers(&told, 0), [""; 0]);
     let bad = good
@@ -39,7 +39,7 @@ fn good_files_are_good_and_every_mistake_of_every_bad_one_is_told() {
     std::fs::write(folder.join("bad.toml"), bad).unwrap();
     std::fs::create_dir(folder.join("folder.toml")).unwrap();
     let files = ["bad.toml", "session.toml", "absent.toml", "folder.toml"];
-    let (exit, told, people) = checked(&folder, &files);
+    let (exit, told, people) = run_check(&folder, &files);
     assert_eq!(exit, Some(1));
     assert_eq!(numbers(&told, 0), ["E407", "E402"]);
     assert_eq!(told["sessions"][0]["mistakes"][1]["line"], 14);
@@ -55,13 +55,13 @@ fn good_files_are_good_and_every_mistake_of_every_bad_one_is_told() {
     for told in parts {
         assert!(people.contains(told), "{told}: {people}");
     }
-    assert_eq!(ran(&folder, &["check"]).0, Some(2));
+    assert_eq!(run_flexor(&folder, &["check"]).0, Some(2));
 }
 
 /// Files that no person writes are refused as well, and at once: the time is printed.
 #[test]
 fn monstrous_files_are_told_apart() {
-    let folder = folder("check_monsters");
+    let folder = test_folder("check_monsters");
     let good = std::fs::read_to_string(folder.join("session.toml")).unwrap();
     let huge = format!("{good}{}", "# nothing\n".repeat(1 << 20));
     let mut hundred = good.replace("duration_s = 30.0", "duration_s = 30.0\n");
@@ -87,8 +87,8 @@ fn monstrous_files_are_told_apart() {
         ("twice.toml", &twice, &["E401"], 4),
     ];
     for (name, text, expected, count) in cases {
-        written(&folder, name, text);
-        let (exit, told, people) = checked(&folder, &[name]);
+        write_file(&folder, name, text);
+        let (exit, told, people) = run_check(&folder, &[name]);
         let mut numbers = numbers(&told, 0);
         assert_eq!(
             (exit, numbers.len()),
@@ -104,17 +104,17 @@ fn monstrous_files_are_told_apart() {
 
 #[test]
 fn a_new_file_is_good_and_never_replaces_one() {
-    let folder = folder("new");
+    let folder = test_folder("new");
     let new = |arguments: &[&str]| {
         let arguments = [&["--json", "new"], arguments].concat();
-        let (exit, out, _) = ran(&folder, &arguments);
+        let (exit, out, _) = run_flexor(&folder, &arguments);
         (exit, out)
     };
     assert_eq!(new(&["plain.toml"]).0, Some(0));
     let line = "ten.toml --channels 10 --stage voltage --limit 30 --schema schema.json --title";
     let options: Vec<_> = line.split(' ').chain(["Ten \"new\""]).collect();
     assert_eq!(new(&options).0, Some(0));
-    let (exit, told, _) = checked(&folder, &["plain.toml", "ten.toml"]);
+    let (exit, told, _) = run_check(&folder, &["plain.toml", "ten.toml"]);
     assert_eq!(exit, Some(0));
     assert_eq!(told["sessions"][1]["title"], "Ten \"new\"");
     let before = std::fs::read(folder.join("ten.toml")).unwrap();
@@ -131,16 +131,16 @@ fn a_new_file_is_good_and_never_replaces_one() {
 /// of one's own comes of a good one.
 #[test]
 fn wearer_files_are_checked_and_make_sessions() {
-    let folder = folder("check_wearer");
-    let shipped = host_core::wearer::shipped("K05").unwrap();
-    written(&folder, "K05.toml", shipped);
+    let folder = test_folder("check_wearer");
+    let shipped = host_core::wearer::builtin_wearer("K05").unwrap();
+    write_file(&folder, "K05.toml", shipped);
     let bad = shipped
         .replace("motor_threshold = 10\n", "motor_threshold = 15\n")
         .replace("name = \"K05\"", "name = \"Jane Doe\"");
-    written(&folder, "bad.toml", bad);
+    write_file(&folder, "bad.toml", bad);
     let other = shipped.replace("schema = 1", "schema = 3");
-    written(&folder, "other.toml", other);
-    let (exit, told, people) = checked(
+    write_file(&folder, "other.toml", other);
+    let (exit, told, people) = run_check(
         &folder,
         &["K05.toml", "session.toml", "bad.toml", "other.toml"],
     );
@@ -155,9 +155,9 @@ fn wearer_files_are_checked_and_make_sessions() {
         people.contains("E524 3 mistakes in 2 of 4 files"),
         "{people}"
     );
-    let (exit, _, error) = ran(&folder, &["new", "mine.toml", "--wearer", "K05.toml"]);
+    let (exit, _, error) = run_flexor(&folder, &["new", "mine.toml", "--wearer", "K05.toml"]);
     assert_eq!(exit, Some(0), "{error}");
-    let (exit, told, people) = checked(&folder, &["mine.toml"]);
+    let (exit, told, people) = run_check(&folder, &["mine.toml"]);
     assert_eq!(exit, Some(0), "{people}");
     assert_eq!(numbers(&told, 0), [""; 0]);
     let session = Session::load(folder.join("mine.toml")).unwrap();
@@ -173,7 +173,7 @@ fn wearer_files_are_checked_and_make_sessions() {
         "--amplitude",
         "12",
     ];
-    assert_eq!(ran(&folder, &arguments).0, Some(0));
+    assert_eq!(run_flexor(&folder, &arguments).0, Some(0));
     Session::load(folder.join("deep/mine.toml")).unwrap();
     let arguments = [
         "new",
@@ -183,7 +183,7 @@ fn wearer_files_are_checked_and_make_sessions() {
         "--amplitude",
         "16",
     ];
-    let (exit, _, error) = ran(&folder, &arguments);
+    let (exit, _, error) = run_flexor(&folder, &arguments);
     assert_eq!(exit, Some(2), "{error}");
     assert!(error.contains("E453"), "{error}");
 }

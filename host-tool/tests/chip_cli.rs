@@ -1,7 +1,7 @@
 //! What the `flexor` program says of images that cannot be flashed, and of
 //! options that have no place: one line, a number, exit code 1 or 2.
 
-use crate::program::{TRIGGER, flexor, folder, ran, written};
+use crate::program::{TRIGGER, flexor_command, run_flexor, test_folder, write_file};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::path::{Path, PathBuf};
@@ -38,14 +38,14 @@ fn code() -> Vec<u8> {
 const ARM: u16 = 40;
 
 fn image(name: &str, bytes: &[u8]) -> PathBuf {
-    written(&folder(&format!("images/{name}")), name, bytes)
+    write_file(&test_folder(&format!("images/{name}")), name, bytes)
 }
 
 /// The one line on standard error, after `error: `.
 #[track_caller]
-fn refused(arguments: &[&str], image: &Path, exit: i32) -> String {
+fn expect_error(arguments: &[&str], image: &Path, exit: i32) -> String {
     let arguments = [arguments, &["--image", image.to_str().unwrap()]].concat();
-    let (code, _, text) = ran(Path::new("."), &arguments);
+    let (code, _, text) = run_flexor(Path::new("."), &arguments);
     assert_eq!(code, Some(exit), "{text}");
     let errors = text.lines().filter(|line| !line.starts_with("note: "));
     let errors: Vec<_> = errors.collect();
@@ -57,7 +57,7 @@ const RUN: [&str; 4] = ["run", TRIGGER, "--device", "chip"];
 
 /// What `error` begins with, and what else it has.
 #[track_caller]
-fn is_told(error: &str, number: &str, parts: &[&str]) {
+fn assert_error(error: &str, number: &str, parts: &[&str]) {
     assert!(error.starts_with(number), "{error}");
     assert!(parts.iter().all(|part| error.contains(part)), "{error}");
 }
@@ -80,18 +80,18 @@ fn an_image_that_cannot_be_flashed_is_named_with_the_reason() {
     for (name, bytes, number, reason) in rows {
         let path = image(name, &bytes);
         for command in [&RUN[..], &["profile", TRIGGER], &serve] {
-            is_told(&refused(command, &path, 1), number, &[name, reason]);
+            assert_error(&expect_error(command, &path, 1), number, &[name, reason]);
         }
     }
-    let error = refused(&RUN, Path::new("nowhere.elf"), 1);
-    is_told(&error, "E530", &["nowhere.elf"]);
+    let error = expect_error(&RUN, Path::new("nowhere.elf"), 1);
+    assert_error(&error, "E530", &["nowhere.elf"]);
 }
 
 #[test]
 fn logs_without_a_table_are_refused_before_anything_runs() {
     let path = image("silent.elf", &elf(ARM, 0x0800_0000, &code()));
-    let error = refused(&[&RUN[..], &["--log", "-"]].concat(), &path, 1);
-    is_told(&error, "E535", &["silent.elf"]);
+    let error = expect_error(&[&RUN[..], &["--log", "-"]].concat(), &path, 1);
+    assert_error(&error, "E535", &["silent.elf"]);
 }
 
 #[test]
@@ -100,15 +100,15 @@ fn a_log_that_is_there_stays() {
     let log = path.with_file_name("kept.log");
     std::fs::write(&log, "kept").unwrap();
     let words = [&RUN[..], &["--log", log.to_str().unwrap()]].concat();
-    is_told(&refused(&words, &path, 1), "E587", &["kept.log"]);
+    assert_error(&expect_error(&words, &path, 1), "E587", &["kept.log"]);
     assert_eq!(std::fs::read_to_string(&log).unwrap(), "kept");
 }
 
 #[test]
 fn an_image_that_never_opens_its_port_is_told_after_its_time() {
     let path = image("idle.elf", &elf(ARM, 0x0800_0000, &code()));
-    let error = refused(&RUN, &path, 1);
-    is_told(&error, "E541", &["3 s"]);
+    let error = expect_error(&RUN, &path, 1);
+    assert_error(&error, "E541", &["3 s"]);
 }
 
 /// The server of a debugger, as a launcher meets it.
@@ -125,7 +125,7 @@ fn a_debugger_s_port_is_served_until_the_program_ends() {
         "--gdb",
         "0",
     ];
-    let mut serve = flexor(Path::new("."), &[&words[..], &["--image", path]].concat());
+    let mut serve = flexor_command(Path::new("."), &[&words[..], &["--image", path]].concat());
     let mut serve = serve.stderr(Stdio::piped()).spawn().unwrap();
     let mut line = String::new();
     let stderr = serve.stderr.take().unwrap();
@@ -151,6 +151,6 @@ fn options_of_the_chip_need_the_chip() {
     let path = image("fine.elf", &elf(ARM, 0x0800_0000, &code()));
     let readings = ["selftest", "--prefetched", "not-cached"];
     for command in [&["run", TRIGGER][..], &readings] {
-        is_told(&refused(command, &path, 2), "E518", &["--device chip"]);
+        assert_error(&expect_error(command, &path, 2), "E518", &["--device chip"]);
     }
 }

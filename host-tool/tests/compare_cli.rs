@@ -1,22 +1,22 @@
 //! `flexor compare`: what differs between stimulations, experiments and sweeps.
 
-use super::program::{folder, ran, written};
-use super::record_again::{failed, shortened, told};
+use super::program::{run_flexor, test_folder, write_file};
+use super::record_again::{run_failing, run_json, shortened_session};
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Two open-loop sessions of half a second, of which the second is stronger on channel 2.
 fn sessions(test: &str) -> PathBuf {
-    let folder = folder(test);
-    let file = shortened(&folder, "ten_channels.toml", 0.5);
+    let folder = test_folder(test);
+    let file = shortened_session(&folder, "ten_channels.toml", 0.5);
     let text = fs::read_to_string(folder.join(file)).unwrap();
     let stronger = text.replace(
         "{ channel = 2, value = 6.0 }",
         "{ channel = 2, value = 8.0 }",
     );
     assert_ne!(text, stronger);
-    written(&folder, "stronger.toml", stronger);
+    write_file(&folder, "stronger.toml", stronger);
     folder
 }
 
@@ -43,7 +43,7 @@ fn the_commands_of_the_document_show_what_differs() {
     let mut text = String::new();
     for command in commands {
         let arguments: Vec<&str> = command.split(' ').collect();
-        let (exit, said, error) = ran(&folder, &arguments);
+        let (exit, said, error) = run_flexor(&folder, &arguments);
         assert_eq!(exit, Some(0), "{command}: {error}");
         text = said;
     }
@@ -72,9 +72,9 @@ fn channel(json: &Value, row: usize, number: usize) -> &Value {
 #[test]
 fn json_and_page_have_doses_traces_and_files() {
     let folder = sessions("compare_page_parts");
-    told(&folder, "run ten_channels.toml --out one");
-    told(&folder, "run stronger.toml --out two");
-    let json = told(&folder, "compare one two --out both");
+    run_json(&folder, "run ten_channels.toml --out one");
+    run_json(&folder, "run stronger.toml --out two");
+    let json = run_json(&folder, "compare one two --out both");
     let number = |row: usize, of: usize, key: &str| channel(&json, row, of)[key].as_f64().unwrap();
     assert_eq!(number(0, 2, "peak"), 6.0);
     assert_eq!(number(1, 2, "peak"), 8.0);
@@ -120,22 +120,22 @@ fn json_and_page_have_doses_traces_and_files() {
 #[test]
 fn the_same_session_twice_differs_in_nothing() {
     let folder = sessions("compare_same");
-    told(&folder, "run ten_channels.toml --out one");
-    told(&folder, "run ten_channels.toml --out two");
-    let (_, text, _) = ran(&folder, &["compare", "one", "two"]);
+    run_json(&folder, "run ten_channels.toml --out one");
+    run_json(&folder, "run ten_channels.toml --out two");
+    let (_, text, _) = run_flexor(&folder, &["compare", "one", "two"]);
     assert!(
         text.contains("Every channel put out the same in each record."),
         "{text}"
     );
     assert!(text.contains("The session files are the same."), "{text}");
-    let json = told(&folder, "compare one two");
+    let json = run_json(&folder, "compare one two");
     assert_eq!(json["files"], serde_json::json!([]));
 }
 
 #[test]
 fn the_page_of_an_open_loop_begins_with_what_channels_put_out() {
     let folder = sessions("compare_open_loop");
-    told(&folder, "run ten_channels.toml --out one");
+    run_json(&folder, "run ten_channels.toml --out one");
     let page = fs::read_to_string(folder.join("one/report.html")).unwrap();
     let (begin, _) = page.split_once("<section>").unwrap();
     assert!(
@@ -158,11 +158,11 @@ fn the_page_of_an_open_loop_begins_with_what_channels_put_out() {
 #[test]
 fn every_folder_that_cannot_be_compared_is_named() {
     let folder = sessions("compare_mistakes");
-    told(&folder, "run ten_channels.toml --out one");
+    run_json(&folder, "run ten_channels.toml --out one");
     fs::create_dir(folder.join("empty")).unwrap();
     fs::create_dir(folder.join("begun")).unwrap();
-    written(&folder, "begun/sweep.json", "{}");
-    let (exit, error) = failed(&folder, "compare one absent empty ./one begun");
+    write_file(&folder, "begun/sweep.json", "{}");
+    let (exit, error) = run_failing(&folder, "compare one absent empty ./one begun");
     assert_eq!(exit, Some(1));
     for says in [
         "E588 4 of 5 folders cannot be compared:",
@@ -173,7 +173,7 @@ fn every_folder_that_cannot_be_compared_is_named() {
     ] {
         assert!(error.contains(says), "{says}: {error}");
     }
-    let (exit, error) = failed(&folder, "compare one ./one");
+    let (exit, error) = run_failing(&folder, "compare one ./one");
     assert_eq!(exit, Some(2));
     assert!(
         error.contains("E518 ./one is the folder one again"),
@@ -191,15 +191,15 @@ const DECLARATION: &str = "name = \"own\"\ntitle = \"Own\"\nsource = \"nobody\"\
 #[test]
 fn experiments_and_sweeps_are_compared_by_what_they_have_in_common() {
     let folder = sessions("compare_kinds");
-    written(&folder, "own.toml", DECLARATION);
+    write_file(&folder, "own.toml", DECLARATION);
     let louder = DECLARATION.replace("seed = 3", "seed = 4");
-    written(&folder, "other.toml", louder);
-    told(&folder, "run ten_channels.toml --out run");
-    told(&folder, "experiment own.toml --draws 0 --out first");
-    told(&folder, "experiment other.toml --draws 0 --out second");
-    told(&folder, "sweep own.toml --out sweep");
+    write_file(&folder, "other.toml", louder);
+    run_json(&folder, "run ten_channels.toml --out run");
+    run_json(&folder, "experiment own.toml --draws 0 --out first");
+    run_json(&folder, "experiment other.toml --draws 0 --out second");
+    run_json(&folder, "sweep own.toml --out sweep");
 
-    let both = told(&folder, "compare first second --out both");
+    let both = run_json(&folder, "compare first second --out both");
     assert_eq!(both["rows"].as_array().unwrap().len(), 4);
     let rows = both["results"].as_array().unwrap();
     let row = rows
@@ -221,27 +221,27 @@ fn experiments_and_sweeps_are_compared_by_what_they_have_in_common() {
     let key = &both["declarations"][0]["keys"][0];
     assert_eq!((&key["key"], &key["to"]), (&"seed".into(), &"4".into()));
 
-    let mixed = told(&folder, "compare first sweep --out mixed");
+    let mixed = run_json(&folder, "compare first sweep --out mixed");
     assert_eq!(mixed["rows"], serde_json::json!([]));
     assert!(!mixed["results"].as_array().unwrap().is_empty());
     let page = fs::read_to_string(folder.join("mixed/compare.html")).unwrap();
     assert!(page.contains("<h2>Results</h2>") && !page.contains("What channels put out"));
 
-    let trials = told(&folder, "compare run first --out trials");
+    let trials = run_json(&folder, "compare run first --out trials");
     assert_eq!(trials["rows"].as_array().unwrap().len(), 3);
     assert_eq!(trials["results"], serde_json::json!([]));
     // No name in common: the first trial with the first.
-    let (_, text, _) = ran(&folder, &["compare", "run", "first"]);
+    let (_, text, _) = run_flexor(&folder, &["compare", "run", "first"]);
     assert!(text.contains("1 trial is in one record only"), "{text}");
     assert!(text.contains("    no key has another value"), "{text}");
 
-    let (exit, error) = failed(&folder, "compare run sweep");
+    let (exit, error) = run_failing(&folder, "compare run sweep");
     assert_eq!(exit, Some(2));
     let says = "run is a record without a result, sweep is a result without recorded trials";
     assert!(error.contains("E518") && error.contains(says), "{error}");
     for line in ["compare first second", "compare first sweep"] {
         let arguments: Vec<&str> = line.split(' ').collect();
-        let (_, text, _) = ran(&folder, &arguments);
+        let (_, text, _) = run_flexor(&folder, &arguments);
         for line in text.lines().filter(|line| !line.starts_with("page:")) {
             assert!(line.chars().count() <= 80, "{line}");
         }

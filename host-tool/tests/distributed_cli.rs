@@ -1,20 +1,20 @@
 //! `flexor experiment distributed`: what it tells, writes and refuses.
 
-use crate::program::{folder, ran};
+use crate::program::{run_flexor, test_folder};
 use serde_json::Value;
 
 const ONE: [&str; 4] = ["experiment", "distributed", "--draws", "1"];
 
 #[test]
 fn the_study_is_told_and_written_twice_alike() {
-    let folder = folder("distributed");
-    let (exit, people, _) = ran(&folder, &[&ONE[..], &["--out", "one"]].concat());
+    let folder = test_folder("distributed");
+    let (exit, people, _) = run_flexor(&folder, &[&ONE[..], &["--out", "one"]].concat());
     assert_eq!(exit, Some(0), "{people}");
     for line in people.lines() {
         assert!(line.chars().count() <= 80, "{line}");
     }
     assert!(people.contains("Rate: endurance by the rate"), "{people}");
-    let (exit, told, _) = ran(
+    let (exit, told, _) = run_flexor(
         &folder,
         &[&["--json"], &ONE[..], &["--out", "two"]].concat(),
     );
@@ -28,15 +28,15 @@ fn the_study_is_told_and_written_twice_alike() {
     }
     let rows = std::fs::read_to_string(folder.join("one/draws.csv")).unwrap();
     assert_eq!(rows.lines().count(), 1 + 15);
-    let (exit, told, _) = ran(&folder, &["report", "one"]);
+    let (exit, told, _) = run_flexor(&folder, &["report", "one"]);
     assert_eq!(exit, Some(0), "{told}");
 }
 
 #[test]
 fn what_cannot_be_asked_is_told_at_once() {
-    let folder = folder("distributed_refused");
+    let folder = test_folder("distributed_refused");
     let wrong = ["--draws", "0", "--wearer", "P", "--device", "chip"];
-    let (exit, _, told) = ran(&folder, &[&ONE[..2], &wrong].concat());
+    let (exit, _, told) = run_flexor(&folder, &[&ONE[..2], &wrong].concat());
     assert_eq!(exit, Some(2), "{told}");
     for why in ["allowed is 1 to", "draws its persons", "allowed: native"] {
         assert!(told.contains(why), "{told}");

@@ -1,6 +1,6 @@
 //! `flexor experiment sierotowicz`: what it tells, writes and refuses.
 
-use crate::program::{folder, ran};
+use crate::program::{run_flexor, test_folder};
 use serde_json::Value;
 
 const ONE: [&str; 4] = ["experiment", "sierotowicz", "--draws", "1"];
@@ -8,8 +8,8 @@ const RESULT: [&str; 4] = ["result.json", "result.html", "arms.html", "studies.j
 
 #[test]
 fn a_study_is_told_and_written() {
-    let folder = folder("sierotowicz");
-    let (exit, told, _) = ran(
+    let folder = test_folder("sierotowicz");
+    let (exit, told, _) = run_flexor(
         &folder,
         &[&["--json"], &ONE[..], &["--out", "one"]].concat(),
     );
@@ -33,19 +33,19 @@ fn a_study_is_told_and_written() {
     ] {
         assert!(page.contains(part), "{part}");
     }
-    let (exit, people, _) = ran(&folder, &["report", "one"]);
+    let (exit, people, _) = run_flexor(&folder, &["report", "one"]);
     assert_eq!(exit, Some(0), "{people}");
 }
 
 #[test]
 fn what_cannot_be_asked_is_wrong_use() {
-    let folder = folder("sierotowicz_refused");
+    let folder = test_folder("sierotowicz_refused");
     for (args, why) in [
         (&["--draws", "0"][..], "allowed is 1 to"),
         (&["--wearer", "P"], "do not belong to sierotowicz"),
         (&["--device", "qemu"], "allowed: native, chip"),
     ] {
-        let (exit, _, told) = ran(&folder, &[&ONE[..2], args].concat());
+        let (exit, _, told) = run_flexor(&folder, &[&ONE[..2], args].concat());
         assert_eq!(exit, Some(2), "{told}");
         assert!(told.contains(why), "{told}");
     }
@@ -54,10 +54,10 @@ fn what_cannot_be_asked_is_wrong_use() {
 /// `flexor experiment electrode-choice`, short: its numbers, its matrices, what it refuses.
 #[test]
 fn a_choice_of_electrodes_is_told_and_written() {
-    let folder = folder("electrode_choice");
+    let folder = test_folder("electrode_choice");
     let command = ["experiment", "electrode-choice", "--draws", "2"];
     let args = [&["--json"], &command[..], &["--out", "two"]].concat();
-    let (exit, told, _) = ran(&folder, &args);
+    let (exit, told, _) = run_flexor(&folder, &args);
     assert_eq!(exit, Some(0), "{told}");
     let told: Value = serde_json::from_str(&told).unwrap();
     let result = &told["result"];
@@ -69,13 +69,13 @@ fn a_choice_of_electrodes_is_told_and_written() {
     assert_eq!(page.matches("what is missed without it\"").count(), 2);
     // And a figure of what leaving it out costs.
     assert_eq!(page.matches(">brachioradialis</text>").count(), 4 + 1);
-    let (exit, people, _) = ran(&folder, &["report", "two"]);
+    let (exit, people, _) = run_flexor(&folder, &["report", "two"]);
     assert_eq!(exit, Some(0), "{people}");
     for (args, why) in [
         (&["--draws", "1"][..], "allowed is 2 to"),
         (&["--device", "chip"], "allowed: native"),
     ] {
-        let (exit, _, told) = ran(&folder, &[&command[..2], args].concat());
+        let (exit, _, told) = run_flexor(&folder, &[&command[..2], args].concat());
         assert_eq!(exit, Some(2), "{told}");
         assert!(told.contains(why), "{told}");
     }

@@ -1,7 +1,7 @@
 //! Every command that the example programs show at their head, and the documents about
 //! them anywhere, does what it says, as it stands there.
 
-use crate::program::{Board, FLEXOR, folder, said};
+use crate::program::{Board, FLEXOR, command_result, test_folder};
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
@@ -48,7 +48,7 @@ fn texts() -> BTreeMap<PathBuf, String> {
 }
 
 /// Lines and quoted pieces of `text` that begin with `begin`, without a comment behind.
-fn shown<'a>(text: &'a str, begin: &str) -> Vec<&'a str> {
+fn example_lines<'a>(text: &'a str, begin: &str) -> Vec<&'a str> {
     let starts = text.match_indices(begin).map(|(start, _)| start);
     let commands = starts.filter_map(|start| {
         let (before, rest) = text.split_at(start);
@@ -117,7 +117,7 @@ fn try_command(command: &str, folder: &Path) -> Result<String, String> {
         told += &(line + "\n");
     }
     drop(typed);
-    let (exit, _, error) = said(process.wait_with_output().unwrap());
+    let (exit, _, error) = command_result(process.wait_with_output().unwrap());
     let is_right = exit == Some(0) && is_done(command, &told) && !error.contains("Traceback");
     match is_right {
         true => Ok(told),
@@ -155,7 +155,7 @@ fn every_command_that_is_shown_runs() {
     let texts = texts();
     let mut commands = BTreeSet::new();
     for (path, text) in &texts {
-        let own = shown(text, PYTHON);
+        let own = example_lines(text, PYTHON);
         let name = path.file_name().unwrap().to_str().unwrap();
         let is_example = name.ends_with(".py");
         let mentions_itself = own.iter().any(|command| command.contains(name));
@@ -175,7 +175,7 @@ fn every_command_that_is_shown_runs() {
             };
             let mut outcome = Err(String::new());
             for attempt in 1..=ATTEMPTS {
-                let folder = folder(&format!("examples/{number}-{attempt}"));
+                let folder = test_folder(&format!("examples/{number}-{attempt}"));
                 for name in ["docs", "host-tool"] {
                     let there = Path::new(ROOT).canonicalize().unwrap().join(name);
                     std::os::unix::fs::symlink(there, folder.join(name)).unwrap();
@@ -207,12 +207,12 @@ fn every_board_that_is_shown_is_served() {
     let mut serves = BTreeSet::new();
     for (path, text) in texts() {
         if path.extension().is_some_and(|end| end == "py") || text.contains(PYTHON) {
-            let own = shown(&text, "flexor serve ").into_iter();
+            let own = example_lines(&text, "flexor serve ").into_iter();
             serves.extend(own.map(str::to_owned));
         }
     }
     assert!(!serves.is_empty());
-    let folder = folder("examples/boards");
+    let folder = test_folder("examples/boards");
     for command in serves {
         let wire = command.trim_end_matches('&').replace(SOCKET, "127.0.0.1:0");
         let wire = wire.replace("HOST:PORT", "127.0.0.1:0");

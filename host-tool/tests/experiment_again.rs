@@ -1,20 +1,20 @@
 //! An experiment that was interrupted goes on by the same command.
 
-use super::program::folder;
-use super::record_again::{copied, failed, told};
+use super::program::test_folder;
+use super::record_again::{copy_record, run_failing, run_json};
 use std::fs;
 
 #[test]
 fn an_interrupted_experiment_goes_on_with_its_wearers() {
-    let folder = folder("experiment_again");
+    let folder = test_folder("experiment_again");
     let command = "experiment open-trains --draws 30 --seed 4";
-    told(&folder, &format!("{command} --out whole"));
-    let cut = copied(&folder, "whole", "cut");
+    run_json(&folder, &format!("{command} --out whole"));
+    let cut = copy_record(&folder, "whole", "cut");
     let read = |of: &str, file: &str| fs::read_to_string(folder.join(of).join(file)).unwrap();
     let rows = read("whole", "draws.csv");
     fs::write(cut.join("draws.csv"), &rows[..rows.len() / 2]).unwrap();
     // One that is whole is not replaced.
-    let (exit, error) = failed(&folder, &format!("{command} --out cut"));
+    let (exit, error) = run_failing(&folder, &format!("{command} --out cut"));
     assert_eq!(exit, Some(1), "{error}");
     assert!(error.contains("E590"), "{error}");
     let summary = read("cut", "summary.json");
@@ -24,9 +24,9 @@ fn an_interrupted_experiment_goes_on_with_its_wearers() {
     fs::remove_file(cut.join("result.html")).unwrap();
     // Nor is one of another seed.
     let other = command.replace("--seed 4", "--seed 5");
-    let (_, error) = failed(&folder, &format!("{other} --out cut"));
+    let (_, error) = run_failing(&folder, &format!("{other} --out cut"));
     assert!(error.contains("E590"), "{error}");
-    told(&folder, &format!("{command} --out cut"));
+    run_json(&folder, &format!("{command} --out cut"));
     for file in [
         "draws.csv",
         "result.json",
@@ -41,9 +41,9 @@ fn an_interrupted_experiment_goes_on_with_its_wearers() {
 /// Everything that a record wrote goes with it.
 #[test]
 fn a_record_that_is_replaced_leaves_no_folder_of_a_trial() {
-    let folder = folder("replaced");
-    told(&folder, "run session.toml --out one");
-    told(&folder, "run trigger --out one --overwrite");
+    let folder = test_folder("replaced");
+    run_json(&folder, "run session.toml --out one");
+    run_json(&folder, "run trigger --out one --overwrite");
     let entries = fs::read_dir(folder.join("one")).unwrap().flatten();
     let folders = entries.filter(|entry| entry.path().is_dir()).count();
     assert_eq!(folders, 1);

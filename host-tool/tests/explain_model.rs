@@ -1,6 +1,6 @@
 //! `flexor explain-model`.
 
-use crate::program::{self, ProgramOutput, ran, written};
+use crate::program::{self, ProgramOutput, run_flexor, write_file};
 use serde_json::Value;
 use std::process::Stdio;
 
@@ -37,9 +37,9 @@ fn session(train: &str, muscle: &str) -> String {
 }
 
 fn flexor(name: &str, text: &str, arguments: &[&str]) -> ProgramOutput {
-    let folder = program::folder(&format!("explained/{name}"));
-    written(&folder, name, text);
-    ran(&folder, &[&["explain-model", name], arguments].concat())
+    let folder = program::test_folder(&format!("explained/{name}"));
+    write_file(&folder, name, text);
+    run_flexor(&folder, &[&["explain-model", name], arguments].concat())
 }
 #[test]
 fn the_table_is_for_people_and_machines() {
@@ -110,32 +110,32 @@ fn what_cannot_be_explained_is_refused_by_name() {
 /// What was chosen goes into the record, and a rerun takes it from there.
 #[test]
 fn a_rerun_takes_the_model_from_the_record() {
-    let folder = program::folder("explained/again");
+    let folder = program::test_folder("explained/again");
     let coarse = format!(
         "{}\n[fidelity]\ntolerance_percent = 60\n",
         session("frequency_hz = 50.0", ", fatigue = {}")
     );
-    written(&folder, "coarse.toml", coarse);
-    let (exit, _, said) = ran(&folder, &["run", "coarse.toml", "--out", "first"]);
+    write_file(&folder, "coarse.toml", coarse);
+    let (exit, _, said) = run_flexor(&folder, &["run", "coarse.toml", "--out", "first"]);
     assert_eq!(exit, Some(0), "{said}");
     let trial = folder.join("first/01-one-muscle/trial.json");
     let trial: Value = serde_json::from_str(&std::fs::read_to_string(trial).unwrap()).unwrap();
     assert_eq!(trial["channels"][0]["model"], "calcium-force");
-    let (exit, out, said) = ran(&folder, &["rerun", "first"]);
+    let (exit, out, said) = run_flexor(&folder, &["rerun", "first"]);
     assert_eq!(exit, Some(0), "{out} {said}");
     // Of a model that is none nothing can be repeated.
     let unknown = folder.join("first/01-one-muscle/trial.json");
     let text = std::fs::read_to_string(&unknown).unwrap();
     std::fs::write(&unknown, text.replace("\"calcium-force\"", "\"lag\"")).unwrap();
     for command in ["rerun", "report"] {
-        let (exit, _, said) = ran(&folder, &[command, "first"]);
+        let (exit, _, said) = run_flexor(&folder, &[command, "first"]);
         assert!(exit == Some(1) && said.contains("E584"), "{said}");
         assert!(said.contains("`lag` is no muscle model"), "{said}");
     }
     // A tolerance that nothing meets is refused before anything is played.
     let fine = session("frequency_hz = 50.0", "") + "\n[fidelity]\ntolerance_percent = 0.01\n";
-    written(&folder, "fine.toml", fine);
-    let (exit, _, said) = ran(&folder, &["run", "fine.toml", "--out", "second"]);
+    write_file(&folder, "fine.toml", fine);
+    let (exit, _, said) = run_flexor(&folder, &["run", "fine.toml", "--out", "second"]);
     assert!(exit == Some(1) && said.contains("E553"), "{said}");
     assert!(!folder.join("second").exists());
 }
@@ -143,14 +143,14 @@ fn a_rerun_takes_the_model_from_the_record() {
 /// A model by the file's word stays, and what is wrong with it is told.
 #[test]
 fn a_given_model_beyond_the_tolerance_is_told() {
-    let folder = program::folder("explained/given");
+    let folder = program::test_folder("explained/given");
     let given = session("frequency_hz = 50.0", ", model = \"none\"");
-    written(
+    write_file(
         &folder,
         "given.toml",
         given + "\n[fidelity]\ntolerance_percent = 3\n",
     );
-    let (exit, _, said) = ran(&folder, &["run", "given.toml", "--out", "first"]);
+    let (exit, _, said) = run_flexor(&folder, &["run", "given.toml", "--out", "first"]);
     assert_eq!(exit, Some(0), "{said}");
     let told = "channel 1: `none`, as the file says, errs by";
     assert!(
@@ -162,10 +162,10 @@ fn a_given_model_beyond_the_tolerance_is_told() {
 /// `flexor explain-model … | head` and `… > /a/full/disk`.
 #[test]
 fn a_reader_that_went_is_no_failure_and_a_full_disk_is_one() {
-    let folder = program::folder("explained/gone");
-    written(&folder, "gone.toml", session("frequency_hz = 50.0", ""));
+    let folder = program::test_folder("explained/gone");
+    write_file(&folder, "gone.toml", session("frequency_hz = 50.0", ""));
     let explain = |stdout: Stdio| {
-        let mut command = program::flexor(&folder, &["explain-model", "gone.toml"]);
+        let mut command = program::flexor_command(&folder, &["explain-model", "gone.toml"]);
         let command = command.stdout(stdout).stderr(Stdio::piped());
         let mut child = command.spawn().unwrap();
         drop(child.stdout.take());

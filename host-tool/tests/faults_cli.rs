@@ -1,6 +1,8 @@
 //! `flexor faults`: what it tells people and machines, what it writes and refuses.
 
-use crate::program::{flexor, folder, ran, repeats, said};
+use crate::program::{
+    check_rerun_command, command_result, flexor_command, run_flexor, test_folder,
+};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -8,16 +10,17 @@ use std::process::{Command, Stdio};
 
 #[test]
 fn declarations_on_the_native_simulator_are_told_and_written() {
-    let folder = folder("faults_native");
+    let folder = test_folder("faults_native");
     let asked = ["faults", "--class", "declarations", "--device", "native"];
     let few = [&asked[..], &["--count", "12", "--seed", "1000"]].concat();
-    let (exit, people, _) = ran(&folder, &few);
+    let (exit, people, _) = run_flexor(&folder, &few);
     assert_eq!(exit, Some(0), "{people}");
     for line in people.lines() {
         assert!(line.chars().count() <= 80, "{line}");
     }
     for out in ["one", "two"] {
-        let (exit, told, _) = ran(&folder, &[&["--json"], &few[..], &["--out", out]].concat());
+        let (exit, told, _) =
+            run_flexor(&folder, &[&["--json"], &few[..], &["--out", out]].concat());
         assert_eq!(exit, Some(0), "{told}");
         let told: Value = serde_json::from_str(&told).unwrap();
         let result = &told["result"];
@@ -39,11 +42,11 @@ fn declarations_on_the_native_simulator_are_told_and_written() {
     assert_eq!(rows.lines().count(), 13);
     columns_are_documented(rows.lines().next().unwrap());
     kinds_have_rows(&rows, &folder.join("one/result.html"));
-    repeats(&folder, "one");
+    check_rerun_command(&folder, "one");
     // What is there stays.
     std::fs::create_dir(folder.join("other")).unwrap();
     std::fs::write(folder.join("other/file"), "mine").unwrap();
-    let (exit, _, error) = ran(&folder, &[&few[..], &["--out", "other"]].concat());
+    let (exit, _, error) = run_flexor(&folder, &[&few[..], &["--out", "other"]].concat());
     assert_eq!(exit, Some(1));
     assert!(error.contains("E603 other holds something"), "{error}");
 }
@@ -78,20 +81,20 @@ fn columns_are_documented(head: &str) {
 /// What was interrupted goes on, to the same bytes as what was not.
 #[test]
 fn a_campaign_goes_on_where_it_stopped_and_another_does_not() {
-    let folder = folder("faults_resumed");
+    let folder = test_folder("faults_resumed");
     let asked = ["faults", "--class", "declarations", "--device", "native"];
     let few = |count: &'static str, out: &'static str| {
         let rest = ["--count", count, "--seed", "1000", "--out", out];
         [&asked[..], &rest].concat()
     };
-    assert_eq!(ran(&folder, &few("12", "whole")).0, Some(0));
-    assert_eq!(ran(&folder, &few("5", "parts")).0, Some(0));
+    assert_eq!(run_flexor(&folder, &few("12", "whole")).0, Some(0));
+    assert_eq!(run_flexor(&folder, &few("5", "parts")).0, Some(0));
     // Its last line was being written.
     let units = folder.join("parts/units.jsonl");
     let mut text = std::fs::read(&units).unwrap();
     text.truncate(text.len() - 20);
     std::fs::write(&units, text).unwrap();
-    let (exit, told, error) = ran(&folder, &few("12", "parts"));
+    let (exit, told, error) = run_flexor(&folder, &few("12", "parts"));
     assert_eq!(exit, Some(0), "{error}");
     assert!(told.contains("Played 8 cases"), "{told}");
     for file in ["result.json", "result.html", "faults.csv", "units.jsonl"] {
@@ -100,26 +103,26 @@ fn a_campaign_goes_on_where_it_stopped_and_another_does_not() {
     }
     // Fewer would leave cases out of the table that were played.
     let kept = std::fs::read(&units).unwrap();
-    let (exit, _, error) = ran(&folder, &few("5", "parts"));
+    let (exit, _, error) = run_flexor(&folder, &few("5", "parts"));
     assert_eq!(exit, Some(1));
     let wanted =
         "E603 parts holds faults, --class declarations --device native, seed 1000, 12 draws";
     assert!(error.contains(wanted), "{error}");
     assert_eq!(std::fs::read(&units).unwrap(), kept);
     let other = [&asked[..], &["--seed", "1001", "--out", "parts"]].concat();
-    let (exit, _, error) = ran(&folder, &other);
+    let (exit, _, error) = run_flexor(&folder, &other);
     assert_eq!(exit, Some(1));
     assert!(error.contains("E603 parts holds faults"), "{error}");
     // Of another program, or of one that kept cases in another way.
     let about = folder.join("parts/sweep.json");
     let text = std::fs::read_to_string(&about).unwrap();
     std::fs::write(&about, text.replace("\"version\": \"", "\"version\": \"9")).unwrap();
-    let (exit, _, error) = ran(&folder, &few("12", "parts"));
+    let (exit, _, error) = run_flexor(&folder, &few("12", "parts"));
     assert_eq!(exit, Some(1));
     assert!(error.contains("the same, but version 0"), "{error}");
     std::fs::create_dir(folder.join("earlier")).unwrap();
     std::fs::write(folder.join("earlier/faults.jsonl"), "{}\n").unwrap();
-    let (exit, _, error) = ran(&folder, &few("12", "earlier"));
+    let (exit, _, error) = run_flexor(&folder, &few("12", "earlier"));
     assert_eq!(exit, Some(1));
     assert!(error.contains("E790 earlier has a campaign"), "{error}");
 }
@@ -127,12 +130,12 @@ fn a_campaign_goes_on_where_it_stopped_and_another_does_not() {
 /// Shards of a class and of all of them make the folders of undivided campaigns.
 #[test]
 fn shards_of_a_campaign_merge_to_the_bytes_of_one() {
-    let folder = folder("faults_shards");
+    let folder = test_folder("faults_shards");
     let words = |line: &str| -> Vec<String> { line.split(' ').map(str::to_owned).collect() };
     let told = |line: &str| {
         let words = words(line);
         let words: Vec<&str> = words.iter().map(String::as_str).collect();
-        let (exit, told, error) = ran(&folder, &words);
+        let (exit, told, error) = run_flexor(&folder, &words);
         assert_eq!(exit, Some(0), "{line}: {error}");
         told
     };
@@ -160,30 +163,30 @@ fn shards_of_a_campaign_merge_to_the_bytes_of_one() {
     }
     let other = "faults --class electrode --device native --merge declarations-1 declarations-2 \
                  --out no";
-    let (exit, _, error) = ran(&folder, &other.split_whitespace().collect::<Vec<_>>());
+    let (exit, _, error) = run_flexor(&folder, &other.split_whitespace().collect::<Vec<_>>());
     assert_eq!(exit, Some(1));
     assert!(error.contains("E604"), "{error}");
 }
 
 #[test]
 fn all_classes_of_a_simulator_are_one_table_and_a_folder_each() {
-    let folder = folder("faults_all");
+    let folder = test_folder("faults_all");
     let asked = "faults --class all --device native --count 3 --seed 1000 --out all";
     let asked: Vec<&str> = asked.split(' ').collect();
-    let (exit, told, error) = ran(&folder, &asked);
+    let (exit, told, error) = run_flexor(&folder, &asked);
     assert_eq!(exit, Some(0), "{error}");
     for class in ["declarations", "electrode"] {
         assert!(told.contains(&format!("\n{class} ")), "{told}");
         assert!(folder.join("all").join(class).join("result.json").is_file());
     }
-    let (exit, _, error) = ran(&folder, &["faults", "--class", "all", "--only", "1"]);
+    let (exit, _, error) = run_flexor(&folder, &["faults", "--class", "all", "--only", "1"]);
     assert_eq!(exit, Some(2));
     assert!(error.contains("E518 --only needs a class"), "{error}");
 }
 
 #[test]
 fn what_cannot_be_played_is_refused_by_name() {
-    let folder = folder("faults_refused");
+    let folder = test_folder("faults_refused");
     for (arguments, exits, wanted) in [
         (
             &["--class", "flips", "--device", "native"][..],
@@ -213,7 +216,7 @@ fn what_cannot_be_played_is_refused_by_name() {
         ),
         (&["--class", "flips", "--image", "session.toml"], 1, "E531 "),
     ] {
-        let (exit, _, error) = ran(&folder, &[&["faults"], arguments].concat());
+        let (exit, _, error) = run_flexor(&folder, &[&["faults"], arguments].concat());
         assert_eq!(exit, Some(exits), "{error}");
         assert!(error.contains(wanted), "{error}");
     }
@@ -222,12 +225,12 @@ fn what_cannot_be_played_is_refused_by_name() {
 /// What was played is told although its folder went while it was.
 #[test]
 fn a_folder_that_vanishes_takes_only_what_would_be_in_it() {
-    let folder = folder("faults_vanished");
+    let folder = test_folder("faults_vanished");
     let asked = "--json faults --class declarations --device native --count 100000 --out gone";
     let asked: Vec<&str> = asked.split(' ').collect();
     let gone = folder.join("gone");
     let told = loop {
-        let mut command = flexor(&folder, &asked);
+        let mut command = flexor_command(&folder, &asked);
         command.stdout(Stdio::piped()).stderr(Stdio::piped());
         let mut program = command.spawn().unwrap();
         while !gone.join("units.jsonl").exists() {
@@ -240,7 +243,7 @@ fn a_folder_that_vanishes_takes_only_what_would_be_in_it() {
         let id = program.id().to_string();
         let sent = Command::new("kill").args(["-INT", &id]).status().unwrap();
         assert!(sent.success());
-        let (exit, told, _) = said(program.wait_with_output().unwrap());
+        let (exit, told, _) = command_result(program.wait_with_output().unwrap());
         assert_eq!(exit, Some(1), "{told}");
         let told: Value = serde_json::from_str(&told).unwrap();
         // Otherwise the folder went before a case was played.
@@ -255,7 +258,7 @@ fn a_folder_that_vanishes_takes_only_what_would_be_in_it() {
     assert!(cut_short.starts_with("Cut short after "), "{cut_short}");
     // Nor is an image read that never ends.
     let endless = ["faults", "--class", "flips", "--image", "/dev/zero"];
-    let (exit, _, error) = ran(&folder, &endless);
+    let (exit, _, error) = run_flexor(&folder, &endless);
     assert_eq!(exit, Some(1));
     assert!(error.contains("E530 the image /dev/zero"), "{error}");
 }

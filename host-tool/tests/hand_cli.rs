@@ -1,17 +1,17 @@
 //! `flexor experiment hamana-4 --wearer` and `hamana-hold`: what they tell, write, refuse.
 
-use crate::program::{folder, ran, repeats, written};
+use crate::program::{check_rerun_command, run_flexor, test_folder, write_file};
 use serde_json::Value;
 use std::collections::BTreeMap;
 
-fn twice(name: &str, arguments: &[&str]) -> Value {
-    let folder = folder(name);
-    let (exit, people, _) = ran(&folder, &[arguments, &["--out", "people"]].concat());
+fn run_twice(name: &str, arguments: &[&str]) -> Value {
+    let folder = test_folder(name);
+    let (exit, people, _) = run_flexor(&folder, &[arguments, &["--out", "people"]].concat());
     assert_eq!(exit, Some(0), "{people}");
     for line in people.lines().filter(|line| !line.starts_with("Page:")) {
         assert!(line.chars().count() <= 80, "{line}");
     }
-    let (exit, told, _) = ran(
+    let (exit, told, _) = run_flexor(
         &folder,
         &[&["--json"], arguments, &["--out", "json"]].concat(),
     );
@@ -27,7 +27,7 @@ fn twice(name: &str, arguments: &[&str]) -> Value {
     let page = || std::fs::read(folder.join("json/result.html")).unwrap();
     let made = page();
     std::fs::remove_file(folder.join("json/result.html")).unwrap();
-    let (exit, _, error) = ran(&folder, &["report", "json"]);
+    let (exit, _, error) = run_flexor(&folder, &["report", "json"]);
     assert_eq!(exit, Some(0), "{error}");
     assert!(page() == made, "the same page");
     let told: Value = serde_json::from_str(&told).unwrap();
@@ -39,7 +39,7 @@ fn twice(name: &str, arguments: &[&str]) -> Value {
 }
 
 /// What the paper printed of each of these rows.
-fn papers(result: &Value) -> BTreeMap<&str, &Value> {
+fn paper_values(result: &Value) -> BTreeMap<&str, &Value> {
     let rows = result["rows"].as_array().unwrap().iter();
     rows.map(|value| (value["id"].as_str().unwrap(), &value["paper"]))
         .collect()
@@ -69,7 +69,7 @@ fn draws(folder: &str) -> String {
 
 #[test]
 fn a_hold_is_told_for_each_wearer() {
-    let told = twice(
+    let told = run_twice(
         "hand_hold",
         &["experiment", "hamana-hold", "--draws", "2", "--seed", "7"],
     );
@@ -90,7 +90,7 @@ fn a_hold_is_told_for_each_wearer() {
     assert_eq!(who, names);
     // The paper tells of three.
     assert_eq!(shares[2]["paper"], Value::Null);
-    let papers = papers(result);
+    let papers = paper_values(result);
     for (who, [one, two]) in [("P", [21.9, 0.0]), ("Q", [44.8, 0.0]), ("S", [29.0, 13.6])] {
         for (method, printed) in [("one point", one), ("two points", two)] {
             let id = format!("{who}, {method} sinks/Sinks in 10 s (°)");
@@ -113,7 +113,7 @@ fn a_hold_is_told_for_each_wearer() {
 #[test]
 fn a_sine_is_followed_through_the_device() {
     let wanted = ["--wearer", "all", "--draws", "1", "--seed", "7"];
-    let told = twice(
+    let told = run_twice(
         "hand_control",
         &[&["experiment", "hamana-4"], &wanted[..]].concat(),
     );
@@ -123,7 +123,7 @@ fn a_sine_is_followed_through_the_device() {
         notes.contains("no coupling gives the thresholds"),
         "{notes}"
     );
-    let papers = papers(result);
+    let papers = paper_values(result);
     for (id, printed) in [
         ("P, one point, paper's law/RMSE (°)", 17.6),
         ("P, two points, paper's law/RMSE (°)", 10.7),
@@ -200,7 +200,7 @@ fn experiments_on_the_body_alone_are_told_and_written() {
         ("hamana-3", 9, 5, 1),
         ("hamana-posture", 9, 3, 4),
     ] {
-        let told = twice(
+        let told = run_twice(
             &format!("hand_{name}"),
             &["experiment", name, "--draws", "1", "--seed", "11"],
         );
@@ -208,7 +208,7 @@ fn experiments_on_the_body_alone_are_told_and_written() {
         assert_eq!(result["simulated"], true, "{name}");
         assert_eq!(result["declared"]["as_declared"], false);
         assert!(result["declared"]["sha256"]["experiments.toml"].is_string());
-        beside_the_paper(name, result);
+        check_paper_values(name, result);
         let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR"));
         let rows = folder.join(format!("hand_{name}/json/draws.csv"));
         let rows = std::fs::read_to_string(rows).unwrap();
@@ -235,8 +235,8 @@ fn experiments_on_the_body_alone_are_told_and_written() {
 }
 
 /// Tables and figures of the paper, and what it printed.
-fn beside_the_paper(name: &str, result: &Value) {
-    let papers = papers(result);
+fn check_paper_values(name: &str, result: &Value) {
+    let papers = paper_values(result);
     let (sheets, rows): (&[&str], &[(&str, f64)]) = match name {
         "hamana-1" => (
             &[
@@ -301,14 +301,14 @@ const OWN: &str = "schema = 1\nname = \"X-1\"\nevidence = \"assumed\"\nsource = 
 /// A wearer's file: taken, told by its sum; and refused with all that is wrong.
 #[test]
 fn a_wearer_of_one_s_own_comes_from_a_file() {
-    let folder = folder("hand_own");
-    written(&folder, "own.toml", OWN);
+    let folder = test_folder("hand_own");
+    write_file(&folder, "own.toml", OWN);
     let asked = ["--json", "experiment", "hamana-posture", "--draws", "2"];
     let asked = [&asked[..], &["--wearer", "own.toml", "--out", "own"]].concat();
-    let (exit, told, _) = ran(&folder, &asked);
+    let (exit, told, _) = run_flexor(&folder, &asked);
     assert_eq!(exit, Some(0), "{told}");
     let told: Value = serde_json::from_str(&told).unwrap();
-    repeats(&folder, "own");
+    check_rerun_command(&folder, "own");
     let sums = &told["result"]["declared"]["sha256"];
     assert!(sums["wearer"].is_string() && sums["wearers.toml"].is_null());
     let told = told["result"].to_string();
@@ -346,9 +346,9 @@ fn a_wearer_of_one_s_own_comes_from_a_file() {
         ),
     ] {
         assert!(OWN.contains(find), "{find}");
-        written(&folder, "bad.toml", OWN.replace(find, replace));
+        write_file(&folder, "bad.toml", OWN.replace(find, replace));
         let asked = ["--json", "experiment", "hamana-1", "--wearer", "bad.toml"];
-        let (exit, told, _) = ran(&folder, &asked);
+        let (exit, told, _) = run_flexor(&folder, &asked);
         assert_eq!(exit, Some(1), "{told}");
         let told: Value = serde_json::from_str(&told).unwrap();
         let error = told["error"].as_str().unwrap();
@@ -357,7 +357,7 @@ fn a_wearer_of_one_s_own_comes_from_a_file() {
     }
     for file in ["none.toml", "."] {
         let file = format!("{file}/x.toml");
-        let (exit, _, error) = ran(&folder, &["experiment", "hamana-1", "--wearer", &file]);
+        let (exit, _, error) = run_flexor(&folder, &["experiment", "hamana-1", "--wearer", &file]);
         assert_eq!(exit, Some(1), "{error}");
         assert!(error.contains("E650"), "{error}");
     }
@@ -365,7 +365,7 @@ fn a_wearer_of_one_s_own_comes_from_a_file() {
 
 #[test]
 fn what_cannot_be_is_refused_by_name() {
-    let folder = folder("hand_refused");
+    let folder = test_folder("hand_refused");
     let cases: [(&[&str], &str); 8] = [
         (
             &["hamana-hold", "--departure", "wet"],
@@ -401,7 +401,7 @@ fn what_cannot_be_is_refused_by_name() {
         ),
     ];
     for (arguments, wanted) in cases {
-        let (exit, _, error) = ran(&folder, &[&["experiment"], arguments].concat());
+        let (exit, _, error) = run_flexor(&folder, &[&["experiment"], arguments].concat());
         assert_ne!(exit, Some(0), "{error}");
         assert!(error.contains(wanted), "{error}");
     }

@@ -1,13 +1,13 @@
 //! Hamana 2022's studies cut short: what was computed is told and written.
 
-use crate::program::{flexor, folder, said};
+use crate::program::{command_result, flexor_command, test_folder};
 use serde_json::Value;
 use std::process::{Command, Stdio};
 
 /// A folder that goes while a study runs takes what would be in it, not what was computed.
 #[test]
 fn what_was_computed_is_told_when_its_folder_is_gone_and_a_signal_came() {
-    let folder = folder("hand_vanished");
+    let folder = test_folder("hand_vanished");
     let asked = [
         "experiment",
         "hamana-hold",
@@ -16,7 +16,7 @@ fn what_was_computed_is_told_when_its_folder_is_gone_and_a_signal_came() {
         "--out",
         "gone",
     ];
-    let mut program = flexor(&folder, &asked);
+    let mut program = flexor_command(&folder, &asked);
     program.stdout(Stdio::piped()).stderr(Stdio::piped());
     let mut program = program.spawn().unwrap();
     while !folder.join("gone/.lock").exists() {
@@ -29,7 +29,7 @@ fn what_was_computed_is_told_when_its_folder_is_gone_and_a_signal_came() {
     let id = program.id().to_string();
     let sent = Command::new("kill").args(["-INT", &id]).status().unwrap();
     assert!(sent.success());
-    let (exit, people, error) = said(program.wait_with_output().unwrap());
+    let (exit, people, error) = command_result(program.wait_with_output().unwrap());
     assert_eq!(exit, Some(1), "{people}{error}");
     assert!(people.contains("P, one point sinks"), "{people}");
     assert!(people.contains("Cut short after "), "{people}");
@@ -39,7 +39,7 @@ fn what_was_computed_is_told_when_its_folder_is_gone_and_a_signal_came() {
 /// A signal leaves what was computed: told, written, and its own exit code.
 #[test]
 fn a_signal_leaves_what_was_computed() {
-    let folder = folder("hand_signal");
+    let folder = test_folder("hand_signal");
     let wanted = [
         "--json",
         "experiment",
@@ -49,7 +49,7 @@ fn a_signal_leaves_what_was_computed() {
         "--draws",
         "1000",
     ];
-    let mut program = flexor(&folder, &[&wanted[..], &["--out", "cut"]].concat());
+    let mut program = flexor_command(&folder, &[&wanted[..], &["--out", "cut"]].concat());
     program.stdout(Stdio::piped()).stderr(Stdio::piped());
     let mut program = program.spawn().unwrap();
     while !folder.join("cut/.lock").exists() {
@@ -60,7 +60,7 @@ fn a_signal_leaves_what_was_computed() {
     let id = program.id().to_string();
     let sent = Command::new("kill").args(["-TERM", &id]).status().unwrap();
     assert!(sent.success());
-    let (exit, told, error) = said(program.wait_with_output().unwrap());
+    let (exit, told, error) = command_result(program.wait_with_output().unwrap());
     assert_eq!(exit, Some(143), "{told}{error}");
     let told: Value = serde_json::from_str(&told).unwrap();
     let cut_short = told["result"]["cut_short"].as_str().unwrap();

@@ -1,13 +1,13 @@
 //! A program that was copied away from its checkout says which image it needs and
 //! where, in one line; with the image beside it, it takes that one.
 
-use crate::program::{FLEXOR, TRIGGER, folder, said};
+use crate::program::{FLEXOR, TRIGGER, command_result, test_folder};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// A copy of the program in a folder of its own.
 fn copied(test: &str) -> PathBuf {
-    let folder = folder(&format!("copied/{test}"));
+    let folder = test_folder(&format!("copied/{test}"));
     let program = folder.join("flexor");
     if std::fs::hard_link(FLEXOR, &program).is_err() {
         std::fs::copy(FLEXOR, &program).unwrap();
@@ -16,12 +16,12 @@ fn copied(test: &str) -> PathBuf {
 }
 
 /// Its one line of error without a checkout.
-fn refused(folder: &Path, arguments: &[&str]) -> String {
+fn expect_error(folder: &Path, arguments: &[&str]) -> String {
     let mut command = Command::new(folder.join("flexor"));
     command.current_dir(folder).args(arguments);
     command.env("NO_COLOR", "1");
     command.env("FLEXOR_CHECKOUT", folder.join("no-checkout"));
-    let (exit, _, text) = said(command.output().unwrap());
+    let (exit, _, text) = command_result(command.output().unwrap());
     assert_eq!(exit, Some(1), "{text}");
     assert_eq!(text.lines().count(), 1, "{text}");
     println!("{text}");
@@ -42,7 +42,7 @@ fn without_checkout_each_command_names_the_image_and_its_place() {
         ("E543", "methods", &["chart", "accuracy", "--out", "."]),
     ];
     for (number, image, arguments) in rows {
-        let error = refused(&folder, arguments);
+        let error = expect_error(&folder, arguments);
         assert!(error.starts_with(&format!("error: {number} ")), "{error}");
         let place = folder.join("flexor-images").join(image);
         let place = place.canonicalize().unwrap_or(place);
@@ -56,7 +56,7 @@ fn an_image_beside_the_program_is_the_one_taken() {
     let folder = copied("beside");
     std::fs::create_dir(folder.join("flexor-images")).unwrap();
     std::fs::write(folder.join("flexor-images/stimulator"), "no ELF").unwrap();
-    let error = refused(&folder, &["run", TRIGGER, "--device", "chip"]);
+    let error = expect_error(&folder, &["run", TRIGGER, "--device", "chip"]);
     for part in ["E531", "flexor-images/stimulator"] {
         assert!(error.contains(part), "{error}");
     }

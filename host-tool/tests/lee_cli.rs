@@ -1,6 +1,6 @@
 //! `flexor experiment lee`: what it leaves when it is cut short, and what it refuses.
 
-use crate::program::{flexor, folder, ran};
+use crate::program::{flexor_command, run_flexor, test_folder};
 use serde_json::Value;
 use std::process::{Command, Stdio};
 use std::time::Duration;
@@ -8,9 +8,9 @@ use std::time::Duration;
 /// A signal in the midst: what was computed is whole and told, and the program says so.
 #[test]
 fn a_signal_leaves_what_was_computed() {
-    let folder = folder("lee_cut_short");
+    let folder = test_folder("lee_cut_short");
     let words = ["experiment", "lee", "--draws", "500", "--out", "broken"];
-    let mut command = flexor(&folder, &words);
+    let mut command = flexor_command(&folder, &words);
     let command = command.stdout(Stdio::null()).stderr(Stdio::piped());
     let program = command.spawn().unwrap();
     std::thread::sleep(Duration::from_secs(4));
@@ -31,7 +31,7 @@ fn a_signal_leaves_what_was_computed() {
 
 #[test]
 fn what_it_cannot_do_is_wrong_use() {
-    let folder = folder("lee_wrong");
+    let folder = test_folder("lee_wrong");
     for (words, wanted) in [
         ("--draws 0", "--draws is 0, allowed is 1 to 1000"),
         ("--device tcp:nowhere:1", "a bench is simulated"),
@@ -41,7 +41,7 @@ fn what_it_cannot_do_is_wrong_use() {
             .into_iter()
             .chain(words.split(' '))
             .collect();
-        let (exit, _, error) = ran(&folder, &words);
+        let (exit, _, error) = run_flexor(&folder, &words);
         assert_eq!(exit, Some(2), "{error}");
         assert!(error.contains(wanted), "{wanted}: {error}");
     }

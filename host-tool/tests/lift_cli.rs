@@ -1,14 +1,14 @@
 //! `flexor experiment buatier`: what it tells, writes and refuses.
 
-use crate::program::{folder, ran};
+use crate::program::{run_flexor, test_folder};
 use serde_json::Value;
 
 const ONE: [&str; 4] = ["experiment", "buatier", "--draws", "1"];
 
 #[test]
 fn a_study_of_lifts_is_told_and_written() {
-    let folder = folder("buatier");
-    let (exit, told, _) = ran(
+    let folder = test_folder("buatier");
+    let (exit, told, _) = run_flexor(
         &folder,
         &[&["--json"], &ONE[..], &["--out", "one"]].concat(),
     );
@@ -25,19 +25,19 @@ fn a_study_of_lifts_is_told_and_written() {
     }
     // A quick look does not ask which assumption decides.
     assert!(!folder.join("one/deciding.json").exists());
-    let (exit, people, _) = ran(&folder, &["report", "one"]);
+    let (exit, people, _) = run_flexor(&folder, &["report", "one"]);
     assert_eq!(exit, Some(0), "{people}");
 }
 
 #[test]
 fn what_cannot_be_asked_is_wrong_use() {
-    let folder = folder("buatier_refused");
+    let folder = test_folder("buatier_refused");
     for (args, why) in [
         (&["--draws", "0"][..], "allowed is 1 to"),
         (&["--wearer", "P"], "draws its persons"),
         (&["--device", "chip"], "without the rest of it"),
     ] {
-        let (exit, _, told) = ran(&folder, &[&ONE[..2], args].concat());
+        let (exit, _, told) = run_flexor(&folder, &[&ONE[..2], args].concat());
         assert_eq!(exit, Some(2), "{told}");
         assert!(told.contains(why), "{told}");
     }

@@ -1,7 +1,7 @@
 //! A haptic client over TCP: grabbing, lifting and letting go while `flexor serve` simulates
 //! the board, and what a client says that makes no sense.
 
-use crate::program::{Board, folder, said, written};
+use crate::program::{Board, command_result, test_folder, write_file};
 use firmware::haptics::{Hold, Modulation, MotionPhase};
 use firmware::link::{Code, Event, Request, Telemetry};
 use firmware::units::Angle;
@@ -14,7 +14,7 @@ const ASSIST: &str = include_str!("../sessions/lift.toml");
 const RESIST: &str = include_str!("../sessions/lift_resist.toml");
 
 /// A session for a computer that stalls at times, with an object held for at most `hold_s`.
-fn patient(text: &str, hold_s: &str) -> String {
+fn with_long_timeouts(text: &str, hold_s: &str) -> String {
     let hold = format!("longest_hold_s = {hold_s}\nstale_after_ms = 500");
     let mut text = text.to_owned();
     for (find, replace) in [
@@ -31,7 +31,7 @@ fn patient(text: &str, hold_s: &str) -> String {
 fn example(name: &str, arguments: &[&str]) -> (Option<i32>, String, String) {
     let mut python = Command::new("python3");
     python.arg(format!("{EXAMPLES}/{name}")).args(arguments);
-    said(python.output().expect("python3, which the examples are in"))
+    command_result(python.output().expect("python3, which the examples are in"))
 }
 
 #[test]
@@ -45,7 +45,7 @@ fn every_client_encodes_and_decodes_the_vectors() {
 
 /// What every channel gets at these angles of elbow and shoulder of both arms, in the words
 /// of the example.
-fn wanted(session: &Session, degrees: [f64; 2], phase: MotionPhase) -> String {
+fn expected_amplitudes(session: &Session, degrees: [f64; 2], phase: MotionPhase) -> String {
     let joints = session.modulations.iter().flat_map(|joint| {
         let modulation = Modulation::new(&joint.spec).unwrap();
         let own = degrees[usize::from(joint.spec.joint) % 2];
@@ -74,10 +74,10 @@ fn degrees(line: &str) -> [f64; 2] {
 #[test]
 #[cfg(unix)]
 fn a_game_engine_lifts_live() {
-    let folder = folder("lift_live");
+    let folder = test_folder("lift_live");
     for (text, deeds) in [(ASSIST, &["high", "middle", "low"][..]), (RESIST, &["low"])] {
-        let text = patient(text, "20");
-        let file = written(&folder, "it.toml", &text);
+        let text = with_long_timeouts(text, "20");
+        let file = write_file(&folder, "it.toml", &text);
         let session = Session::parse("it.toml", &text).unwrap();
         let board = Board::tcp(&folder);
         let arguments = [&[&*board.at, file.to_str().unwrap()], deeds].concat();
@@ -89,7 +89,7 @@ fn a_game_engine_lifts_live() {
                 let line = lines.next().unwrap();
                 let where_ = format!("{place} the {shelf} shelf at ");
                 assert!(line.starts_with(&where_), "{where_}: {told}");
-                let given = wanted(&session, degrees(line), phase);
+                let given = expected_amplitudes(&session, degrees(line), phase);
                 assert!(
                     line.ends_with(&format!(" (held): {given}")),
                     "{given}: {told}"
@@ -108,8 +108,8 @@ fn a_game_engine_lifts_live() {
 #[test]
 #[cfg(unix)]
 fn what_a_client_forgets_or_lets_fall_ends() {
-    let folder = folder("lift_forgotten");
-    let file = written(&folder, "it.toml", patient(ASSIST, "3"));
+    let folder = test_folder("lift_forgotten");
+    let file = write_file(&folder, "it.toml", with_long_timeouts(ASSIST, "3"));
     let board = Board::tcp(&folder);
     let arguments = [&*board.at, file.to_str().unwrap(), "forget", "fall"];
     let (exit, told, error) = example("lift.py", &arguments);
@@ -140,11 +140,11 @@ fn what_a_client_forgets_or_lets_fall_ends() {
 /// What only this client knows, it refuses by name before it says anything to a device.
 #[test]
 fn a_client_s_own_mistakes_never_reach_a_device() {
-    let folder = folder("lift_mistaken");
+    let folder = test_folder("lift_mistaken");
     let nobody = "tcp:127.0.0.1:1";
-    let lift = written(&folder, "lift.toml", ASSIST);
-    let other = written(&folder, "other.toml", "title = \"no joints\"\n");
-    let broken = written(&folder, "broken.toml", "title = \n");
+    let lift = write_file(&folder, "lift.toml", ASSIST);
+    let other = write_file(&folder, "other.toml", "title = \"no joints\"\n");
+    let broken = write_file(&folder, "broken.toml", "title = \n");
     for (file, deed, part) in [
         (
             &lift,
@@ -170,7 +170,7 @@ impl Wire {
     fn armed(board: &Board, session: &Session) -> Self {
         let port = TcpPort::connect(board.at.strip_prefix("tcp:").unwrap()).unwrap();
         let (mut client, _) = Connection::open(port).unwrap();
-        for request in session.requests() {
+        for request in session.setup_requests() {
             client.request(request).unwrap();
         }
         client.subscribe(5).unwrap();
@@ -179,7 +179,7 @@ impl Wire {
     }
 
     /// Why it is refused, if it is.
-    fn say(&mut self, request: Request) -> Option<Code> {
+    fn send(&mut self, request: Request) -> Option<Code> {
         match self.0.request(request) {
             Ok(_) => None,
             Err(Error::Refused(refused)) => Some(refused.code().unwrap()),
@@ -187,14 +187,14 @@ impl Wire {
         }
     }
 
-    fn held(&mut self, held: bool) -> Option<Code> {
-        self.say(Request::Held { held })
+    fn send_held(&mut self, held: bool) -> Option<Code> {
+        self.send(Request::Held { held })
     }
 
-    fn measured(&mut self, joint: u8, centideg: i16) -> Option<Code> {
+    fn send_angle(&mut self, joint: u8, centideg: i16) -> Option<Code> {
         // Of the latest answer, so never in the future.
         let at = stamp(self.0.request(Request::KeepAlive).unwrap());
-        self.say(Request::Measurement {
+        self.send(Request::Measurement {
             joint,
             centideg,
             at,
@@ -202,7 +202,7 @@ impl Wire {
     }
 
     /// The first sample with the object held so, within 2 s; nothing faults until then.
-    fn sample(&mut self, hold: Hold) -> Telemetry {
+    fn wait_for_hold(&mut self, hold: Hold) -> Telemetry {
         let is = |telemetry: &Telemetry| {
             telemetry
                 .lift
@@ -225,15 +225,15 @@ impl Wire {
 
 #[test]
 fn held_makes_sense_or_is_refused_by_number() {
-    let folder = folder("lift_nonsense");
-    let text = patient(ASSIST, "20");
+    let folder = test_folder("lift_nonsense");
+    let text = with_long_timeouts(ASSIST, "20");
     let session = Session::parse("it.toml", &text).unwrap();
     let board = Board::tcp(&folder);
     let mut wire = Wire::armed(&board, &session);
     // Held before any angle, and with three of four.
-    assert_eq!(wire.held(true), Some(Code::NoAngle));
+    assert_eq!(wire.send_held(true), Some(Code::NoAngle));
     for joint in 0..3 {
-        assert_eq!(wire.measured(joint, 4_000), None);
+        assert_eq!(wire.send_angle(joint, 4_000), None);
     }
     match wire.0.request(Request::Held { held: true }) {
         Err(Error::Refused(refused)) => {
@@ -243,23 +243,23 @@ fn held_makes_sense_or_is_refused_by_number() {
         other => panic!("{other:?}"),
     }
     // A joint that is not there, an angle that none can have.
-    assert_eq!(wire.measured(4, 4_000), Some(Code::NoModulation));
-    assert_eq!(wire.measured(9, 4_000), Some(Code::OutOfRange));
+    assert_eq!(wire.send_angle(4, 4_000), Some(Code::NoModulation));
+    assert_eq!(wire.send_angle(9, 4_000), Some(Code::OutOfRange));
     // Released without held is no mistake: a release is never refused.
-    assert_eq!(wire.held(false), None);
+    assert_eq!(wire.send_held(false), None);
     wire.0.start().unwrap();
     for joint in 0..4 {
-        assert_eq!(wire.measured(joint, 4_000), None);
+        assert_eq!(wire.send_angle(joint, 4_000), None);
     }
-    assert_eq!(wire.held(false), None);
-    assert_eq!(wire.held(true), None);
-    assert_eq!(wire.held(true), None); // twice is once
-    wire.sample(Hold::Held);
+    assert_eq!(wire.send_held(false), None);
+    assert_eq!(wire.send_held(true), None);
+    assert_eq!(wire.send_held(true), None); // twice is once
+    wire.wait_for_hold(Hold::Held);
     // Bytes that are no frame end nothing.
     wire.0.port().send(&[7, 0, 1, 2, 3, 0]).unwrap();
-    wire.sample(Hold::Held);
-    assert_eq!(wire.held(false), None);
-    let let_go = wire.sample(Hold::Released);
+    wire.wait_for_hold(Hold::Held);
+    assert_eq!(wire.send_held(false), None);
+    let let_go = wire.wait_for_hold(Hold::Released);
     assert!(let_go.amplitudes.iter().all(Option::is_none), "{let_go:?}");
     wire.0.stop().unwrap();
     // No setup of joints: nothing can be held.
@@ -269,6 +269,6 @@ fn held_makes_sense_or_is_refused_by_number() {
     drop(board);
     let board = Board::tcp(&folder);
     let mut wire = Wire::armed(&board, &other);
-    assert_eq!(wire.held(true), Some(Code::NoModulation));
-    assert_eq!(wire.held(false), Some(Code::NoModulation));
+    assert_eq!(wire.send_held(true), Some(Code::NoModulation));
+    assert_eq!(wire.send_held(false), Some(Code::NoModulation));
 }

@@ -7,7 +7,7 @@ use firmware::safety::{Fault, FaultRecord, Stages, State, StopCause};
 use firmware::units::Micros;
 use host_core::record::Sample;
 use host_core::run::{Observation, SessionFile};
-use host_tool::live::{Model, draw, json, line};
+use host_tool::live::{Model, draw, status_json, status_text};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 
@@ -18,7 +18,7 @@ const TEN: &str = include_str!("../sessions/ten_channels.toml");
 fn model(session: &str) -> Model {
     let file = SessionFile::parse("session.toml", session).unwrap();
     let mut model = Model::new("native simulator", Some(&file));
-    model.see(Observation::Hello(&HelloInfo {
+    model.observe(Observation::Hello(&HelloInfo {
         seq: 0,
         session: 1,
         schema: SCHEMA,
@@ -63,7 +63,7 @@ fn play(model: &mut Model) {
     for tick in 0..=1200 {
         let t_s = f64::from(tick) * 0.01;
         let sine = |t: f64| 45.0 + 40.0 * (t * std::f64::consts::TAU * 0.2).sin();
-        model.see(Observation::Sample(&Sample {
+        model.observe(Observation::Sample(&Sample {
             t_s,
             target_deg: is_joint.then(|| sine(t_s)),
             measured_deg: is_joint.then(|| sine(t_s - 0.1) - 4.0),
@@ -73,9 +73,9 @@ fn play(model: &mut Model) {
             ..Sample::default()
         }));
     }
-    model.see(Observation::Status(&status(State::Stimulating, None)));
+    model.observe(Observation::Status(&status(State::Stimulating, None)));
     let refusal = Refusal::new(firmware::link::Code::SetpointTime, "at");
-    model.see(Observation::Refused(11.5, &refusal.into()));
+    model.observe(Observation::Refused(11.5, &refusal.into()));
 }
 
 fn screen(model: &Model, width: u16, height: u16) -> String {
@@ -88,7 +88,7 @@ fn faulted() -> Model {
     let mut model = model(FINGER);
     play(&mut model);
     let record = FaultRecord::new(Fault::OverCurrent, Micros::new(12_000_000));
-    model.see(Observation::Event(12.0, &Event::Faulted(record)));
+    model.observe(Observation::Event(12.0, &Event::Faulted(record)));
     model.silent_s = 1.25;
     model
 }
@@ -126,18 +126,18 @@ fn a_stop_is_seen_at_once() {
     let mut model = model(FINGER);
     play(&mut model);
     assert!(model.is_on() && model.is_limiting());
-    model.see(Observation::Event(
+    model.observe(Observation::Event(
         12.1,
         &Event::Stopping(StopCause::Request),
     ));
     assert!(model.is_on());
-    model.see(Observation::Event(
+    model.observe(Observation::Event(
         12.2,
         &Event::Stopped(StopCause::Request),
     ));
     assert_eq!(model.state, State::Idle);
     assert_eq!(model.amplitude(0), 0.0);
-    model.see(Observation::Status(&status(State::Idle, None)));
+    model.observe(Observation::Status(&status(State::Idle, None)));
     assert!(screen(&model, 80, 24).contains(" IDLE "));
 }
 
@@ -157,15 +157,15 @@ fn any_terminal_size_is_survived() {
 fn lines_tell_the_same_and_each_note_once() {
     let mut model = model(FINGER);
     play(&mut model);
-    insta::assert_snapshot!(line(&model, 0));
-    assert_eq!(line(&model, model.noted).matches('|').count(), 0);
-    let told = json(&model, 0);
+    insta::assert_snapshot!(status_text(&model, 0));
+    assert_eq!(status_text(&model, model.noted).matches('|').count(), 0);
+    let told = status_json(&model, 0);
     assert_eq!(told["state"], "stimulating");
     assert_eq!(told["kind"], "native");
     assert_eq!(told["channels"][1]["amplitude"], 13.0);
     assert_eq!(told["channels"][2]["force_n"], 3.5);
     assert_eq!(told["counters"]["lost"], 3);
     assert_eq!(told["events"].as_array().unwrap().len(), 1);
-    let later = json(&model, model.noted);
+    let later = status_json(&model, model.noted);
     assert!(later["events"].as_array().unwrap().is_empty());
 }

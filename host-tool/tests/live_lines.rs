@@ -1,7 +1,7 @@
 //! `flexor monitor` in a pipe: a paced session, a line per second, proper ends.
 
-use crate::program::{Board, flexor, folder};
-use crate::steady::steadily;
+use crate::program::{Board, flexor_command, test_folder};
+use crate::steady::retry_after_stalls;
 use serde_json::Value;
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
@@ -20,7 +20,7 @@ fn session(seconds: u32) -> PathBuf {
 }
 
 fn monitor() -> Command {
-    flexor(Path::new("."), &["monitor"])
+    flexor_command(Path::new("."), &["monitor"])
 }
 
 fn objects(text: &str) -> Vec<Value> {
@@ -133,12 +133,12 @@ fn a_simulator_without_a_session_is_wrong_use() {
 #[test]
 fn a_device_is_watched_without_a_session() {
     let name = "a_device_is_watched_without_a_session";
-    steadily(name, is_watched);
+    retry_after_stalls(name, is_watched);
 }
 
 /// For a second and a half of real time, in which the board's time goes on as well.
 fn is_watched() {
-    let board = Board::tcp(&folder("live_lines"));
+    let board = Board::tcp(&test_folder("live_lines"));
     let mut command = monitor();
     let command = command.args(["--json", "--seconds", "1.5", "--device"]);
     let output = command.arg(&board.at).output().unwrap();

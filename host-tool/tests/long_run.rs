@@ -5,7 +5,7 @@
 //! cargo test --release -p host-tool --test suite a_day -- --ignored --nocapture
 //! ```
 
-use super::program::{FLEXOR, folder, one_channel, written};
+use super::program::{FLEXOR, one_channel, test_folder, write_file};
 use host_core::record;
 use std::fs::{self, File};
 use std::io::{BufRead, BufReader};
@@ -62,11 +62,11 @@ fn rows_of_a_day(path: &Path) -> u64 {
 #[test]
 #[ignore = "minutes: a session of 23 h 50 min"]
 fn a_day_is_recorded_whole_in_little_memory() {
-    let folder = folder("a_day");
+    let folder = test_folder("a_day");
     let text = one_channel(LENGTH_S, 2)
         .replace("[wearer]", "[wearer]\nmax_session_s = 86400")
         .replace("frequency_hz = 50.0", "frequency_hz = 0.5");
-    written(&folder, "day.toml", &text);
+    write_file(&folder, "day.toml", &text);
     for line in ["run day.toml --out one --vcd out.vcd", "report one"] {
         let mut program = Command::new(FLEXOR);
         let child = program.current_dir(&folder).args(line.split(' ')).spawn();

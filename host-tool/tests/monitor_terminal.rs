@@ -1,25 +1,25 @@
 //! `flexor monitor` at a terminal.
 
-use crate::program::{SESSION, folder, written};
+use crate::program::{SESSION, test_folder, write_file};
 use crate::seated::{TerminalProgram, size};
 
 #[test]
 fn a_terminal_that_is_closed_ends_it() {
-    let folder = folder("monitor_closed");
-    written(&folder, "session.toml", SESSION);
+    let folder = test_folder("monitor_closed");
+    write_file(&folder, "session.toml", SESSION);
     let words = "monitor --session session.toml";
     let mut seated = TerminalProgram::start(&folder, words, size(100, 30));
-    seated.sees("STIMULATING");
+    seated.wait_for_text("STIMULATING");
     assert_eq!(seated.close().code(), Some(129));
 }
 
 #[test]
 fn its_keys_are_taken() {
-    let folder = folder("monitor_keys");
-    written(&folder, "session.toml", SESSION);
+    let folder = test_folder("monitor_keys");
+    write_file(&folder, "session.toml", SESSION);
     let words = "monitor --session session.toml";
     let mut seated = TerminalProgram::start(&folder, words, size(100, 30));
-    seated.sees("STIMULATING");
-    seated.types("q");
-    assert_eq!(seated.ended(), Some(0), "{}", seated.seen);
+    seated.wait_for_text("STIMULATING");
+    seated.type_text("q");
+    assert_eq!(seated.wait_for_exit(), Some(0), "{}", seated.seen);
 }

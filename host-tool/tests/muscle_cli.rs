@@ -20,7 +20,7 @@ fn csv_of(test: &str) -> PathBuf {
 
 /// Runs `flexor muscle` with these words.
 fn flexor(csv: &Path, words: &str) -> Output {
-    let mut command = program::flexor(csv.parent().unwrap(), &["muscle"]);
+    let mut command = program::flexor_command(csv.parent().unwrap(), &["muscle"]);
     command.args(words.split(' ')).arg("--csv").arg(csv);
     command.output().unwrap()
 }

@@ -1,8 +1,10 @@
 //! What is no regular file is refused with a number, wherever a file is read: neither
 //! waited for nor read until the memory is full. Nothing of an unrelated file is shown.
 
-use super::program::{ProgramOutput, flexor, folder, ran, said, written};
-use super::record_again::{shortened, told, with_wearer};
+use super::program::{
+    ProgramOutput, command_result, flexor_command, run_flexor, test_folder, write_file,
+};
+use super::record_again::{run_json, shortened_session, with_wearer};
 use std::fs;
 use std::os::unix::fs::symlink;
 use std::os::unix::net::UnixListener;
@@ -14,9 +16,9 @@ use std::time::{Duration, Instant};
 const PATIENCE: Duration = Duration::from_secs(30);
 
 /// Runs `flexor`, and ends it where it hangs.
-fn runs(folder: &Path, line: &str) -> ProgramOutput {
+fn run_or_kill(folder: &Path, line: &str) -> ProgramOutput {
     let arguments: Vec<&str> = line.split_whitespace().collect();
-    let mut command = flexor(folder, &arguments);
+    let mut command = flexor_command(folder, &arguments);
     command.stdin(Stdio::null());
     let mut process = command
         .stdout(Stdio::piped())
@@ -32,14 +34,14 @@ fn runs(folder: &Path, line: &str) -> ProgramOutput {
         }
         std::thread::sleep(Duration::from_millis(5));
     }
-    said(process.wait_with_output().unwrap())
+    command_result(process.wait_with_output().unwrap())
 }
 
 /// The kinds of what is no regular file, as the messages call them.
 const KINDS: [&str; 4] = ["a pipe", "a socket", "a device", "a folder"];
 
 /// Puts such a thing at `path`, in place of what is there.
-fn put(kind: &str, path: &Path) {
+fn replace_with(kind: &str, path: &Path) {
     remove(path);
     match kind {
         "a pipe" => {
@@ -58,13 +60,13 @@ fn remove(path: &Path) {
 }
 
 /// Each line is refused with the number, and says what is there.
-fn are_refused(folder: &Path, file: &str, lines: &[(&str, &str)]) {
+fn assert_refused(folder: &Path, file: &str, lines: &[(&str, &str)]) {
     let path = folder.join(file);
     let before = fs::read(&path).ok();
     for kind in KINDS {
-        put(kind, &path);
+        replace_with(kind, &path);
         for (line, number) in lines {
-            let (exit, _, error) = runs(folder, line);
+            let (exit, _, error) = run_or_kill(folder, line);
             assert_eq!(exit, Some(1), "{file} is {kind}: {line}: {error}");
             let told = error.split_whitespace().collect::<Vec<_>>().join(" ");
             let what = format!("{kind}, and no regular file");
@@ -84,10 +86,10 @@ fn are_refused(folder: &Path, file: &str, lines: &[(&str, &str)]) {
 
 #[test]
 fn a_record_of_odd_files_is_refused() {
-    let folder = folder("odd_record");
-    let file = shortened(&folder, "hamana_exp4_two_point_wearer.toml", 0.1);
-    told(&folder, &format!("run {file} --out one"));
-    told(&folder, &format!("run {file} --seed 2 --out two"));
+    let folder = test_folder("odd_record");
+    let file = shortened_session(&folder, "hamana_exp4_two_point_wearer.toml", 0.1);
+    run_json(&folder, &format!("run {file} --out one"));
+    run_json(&folder, &format!("run {file} --seed 2 --out two"));
     let trial = fs::read_dir(folder.join("one")).unwrap().flatten();
     let trial = trial.map(|entry| entry.file_name().into_string().unwrap());
     let trial = trial
@@ -109,63 +111,63 @@ fn a_record_of_odd_files_is_refused() {
     let of_trial = of_trial.map(|of_trial| format!("one/{trial}/{of_trial}"));
     let files = ["one/run.json".to_owned(), "one/summary.json".to_owned()];
     for file in files.iter().chain(&of_trial) {
-        are_refused(&folder, file, &lines);
+        assert_refused(&folder, file, &lines);
     }
-    are_refused(&folder, "one/.lock", &[("report one", "E583")]);
-    told(&folder, "report one");
+    assert_refused(&folder, "one/.lock", &[("report one", "E583")]);
+    run_json(&folder, "report one");
     assert!(!folder.join("again").exists() && !folder.join("both").exists());
 }
 
 #[test]
 fn an_experiment_or_a_sweep_of_odd_files_is_refused() {
-    let folder = folder("odd_experiment");
-    shortened(&folder, "hamana_exp4_two_point.toml", 0.1);
+    let folder = test_folder("odd_experiment");
+    shortened_session(&folder, "hamana_exp4_two_point.toml", 0.1);
     let declaration = "name = \"own\"\ntitle = \"Own\"\nsource = \"nobody\"\n\
         session = \"hamana_exp4_two_point.toml\"\nseed = 3\ndraws = 2\n\
         measures = [\"charge_mc\"]\n[[factor]]\nname = \"law\"\n\
         [[factor.level]]\nname = \"one\"\n[[factor.level]]\nname = \"two\"\n\
         set = { \"joint.law\" = \"paper\" }\n[[draw]]\nfield = \"setpoints.frequency_hz\"\n\
         low = 0.1\nhigh = 0.3\nsource = \"assumed\"\n";
-    written(&folder, "own.toml", declaration);
-    told(&folder, "experiment own.toml --draws 0 --out one");
-    are_refused(&folder, "one/result.json", &[("report one", "E607")]);
+    write_file(&folder, "own.toml", declaration);
+    run_json(&folder, "experiment own.toml --draws 0 --out one");
+    assert_refused(&folder, "one/result.json", &[("report one", "E607")]);
     let rerun = [("rerun one --out again", "E613")];
-    are_refused(&folder, "one/declaration.toml", &rerun);
-    are_refused(
+    assert_refused(&folder, "one/declaration.toml", &rerun);
+    assert_refused(
         &folder,
         "own.toml",
         &[("experiment own.toml --draws 0 --out x", "E600")],
     );
     let session = [("experiment own.toml --draws 0 --out x", "E600")];
-    are_refused(&folder, "hamana_exp4_two_point.toml", &session);
-    told(&folder, "sweep own.toml --shard 1/2 --out a");
-    told(&folder, "sweep own.toml --shard 2/2 --out b");
+    assert_refused(&folder, "hamana_exp4_two_point.toml", &session);
+    run_json(&folder, "sweep own.toml --shard 1/2 --out a");
+    run_json(&folder, "sweep own.toml --shard 2/2 --out b");
     let lines = [
         ("sweep own.toml --merge a b --out whole", "E607"),
         ("sweep own.toml --shard 1/2 --out a", "E607"),
     ];
-    are_refused(&folder, "a/sweep.json", &lines);
-    are_refused(&folder, "a/draws.csv", &lines);
-    told(&folder, "sweep own.toml --merge a b --out whole");
+    assert_refused(&folder, "a/sweep.json", &lines);
+    assert_refused(&folder, "a/draws.csv", &lines);
+    run_json(&folder, "sweep own.toml --merge a b --out whole");
 }
 
 #[test]
 fn a_journal_that_is_no_file_is_refused() {
-    let folder = folder("odd_journal");
+    let folder = test_folder("odd_journal");
     let faults = "faults --class declarations --device native --seed 1000";
-    told(&folder, &format!("{faults} --count 2 --out kept"));
+    run_json(&folder, &format!("{faults} --count 2 --out kept"));
     let line = format!("{faults} --count 4 --out kept");
-    are_refused(&folder, "kept/units.jsonl", &[(&line, "E607")]);
+    assert_refused(&folder, "kept/units.jsonl", &[(&line, "E607")]);
     let calibrate = "calibrate --wearer somebody --channels 1 --auto --out w.toml";
     let resume = format!("{calibrate} --resume");
     let lines = [(calibrate, "E6"), (resume.as_str(), "E6")];
-    are_refused(&folder, "w.toml.journal", &lines);
+    assert_refused(&folder, "w.toml.journal", &lines);
 }
 
 #[test]
 fn what_a_command_is_given_is_a_file() {
-    let folder = folder("odd_arguments");
-    let text = shortened(&folder, "hamana_exp4_two_point_wearer.toml", 0.1);
+    let folder = test_folder("odd_arguments");
+    let text = shortened_session(&folder, "hamana_exp4_two_point_wearer.toml", 0.1);
     let session = fs::read_to_string(folder.join(text)).unwrap();
     let muscle = "muscle --a-n-per-s 121.9 --k 0.3 --tau-c-ms 20.8 --tau1-ms 33.1 --tau2-ms 194.4 \
                   --duration-s 1 --pulses-us odd --csv x.csv";
@@ -180,7 +182,7 @@ fn what_a_command_is_given_is_a_file() {
         (muscle, "E583"),
         ("run session.toml --device chip --image odd --out x", "E530"),
     ];
-    are_refused(&folder, "odd", &lines);
+    assert_refused(&folder, "odd", &lines);
     let declared = [
         ("experiment odd.toml --draws 0 --out x", "E600"),
         ("sweep odd.toml --out x", "E600"),
@@ -194,11 +196,11 @@ fn what_a_command_is_given_is_a_file() {
             "E650",
         ),
     ];
-    are_refused(&folder, "odd.toml", &declared);
+    assert_refused(&folder, "odd.toml", &declared);
     // The wearer file that a session names.
     let (before, after) = session.split_once("file = \"").unwrap();
     let (_, after) = after.split_once('"').unwrap();
-    written(
+    write_file(
         &folder,
         "worn.toml",
         format!("{before}file = \"odd.toml\"{after}"),
@@ -207,7 +209,7 @@ fn what_a_command_is_given_is_a_file() {
         ("check worn.toml", "E650"),
         ("run worn.toml --out x", "E650"),
     ];
-    are_refused(&folder, "odd.toml", &worn);
+    assert_refused(&folder, "odd.toml", &worn);
     assert!(!folder.join("x").exists());
 }
 
@@ -216,26 +218,26 @@ const SECRET: &str = "root:x:0:0:hunter2:/root:/bin/sh";
 
 #[test]
 fn nothing_of_an_unrelated_file_is_shown() {
-    let folder = folder("unrelated");
+    let folder = test_folder("unrelated");
     let session = include_str!("../sessions/hamana_exp4_two_point_wearer.toml");
     let session = with_wearer(&folder, session);
     let (before, after) = session.split_once("file = \"").unwrap();
     let (_, after) = after.split_once('"').unwrap();
-    written(
+    write_file(
         &folder,
         "worn.toml",
         format!("{before}file = \"other.toml\"{after}"),
     );
     let declaration = "name = \"own\"\ntitle = \"Own\"\nsource = \"nobody\"\n\
         session = \"other.toml\"\nseed = 3\ndraws = 2\nmeasures = [\"charge_mc\"]\n";
-    written(&folder, "own.toml", declaration);
+    write_file(&folder, "own.toml", declaration);
     let others = [
         format!("{SECRET}\n"),
         format!("# {SECRET}\nhunter2 = \"hunter2\"\n[hunter2]\ntitle = \"hunter2\"\n"),
         format!("title = \"hunter2\"\npassword = \"{SECRET}\"\n"),
     ];
     for other in others {
-        written(&folder, "other.toml", &other);
+        write_file(&folder, "other.toml", &other);
         for (line, number) in [
             ("check worn.toml", "E665"),
             ("--json check worn.toml", "E665"),
@@ -251,7 +253,7 @@ fn nothing_of_an_unrelated_file_is_shown() {
             ("sweep own.toml --out x", "E600"),
         ] {
             let arguments: Vec<&str> = line.split(' ').collect();
-            let (exit, out, error) = ran(&folder, &arguments);
+            let (exit, out, error) = run_flexor(&folder, &arguments);
             assert_eq!(exit, Some(1), "{line}: {error}");
             let told = format!("{out}{error}");
             assert!(
@@ -264,7 +266,7 @@ fn nothing_of_an_unrelated_file_is_shown() {
         }
     }
     // What is meant as a wearer file is shown with its mistakes.
-    written(&folder, "other.toml", "schema = 1\nnmae = \"P\"\n");
-    let (_, _, error) = ran(&folder, &["check", "worn.toml"]);
+    write_file(&folder, "other.toml", "schema = 1\nnmae = \"P\"\n");
+    let (_, _, error) = run_flexor(&folder, &["check", "worn.toml"]);
     assert!(error.contains("E402") && error.contains("nmae"), "{error}");
 }

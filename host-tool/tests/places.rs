@@ -1,8 +1,10 @@
 //! Where commands write: nothing that was read or recorded is lost, nothing else
 //! unasked, and what is said of a record is what lies on the disk.
 
-use super::program::{Board, FLEXOR, folder, one_channel, ran, said, written};
-use super::record_again::{failed, files, shortened, told};
+use super::program::{
+    Board, FLEXOR, command_result, one_channel, run_flexor, test_folder, write_file,
+};
+use super::record_again::{files, run_failing, run_json, shortened_session};
 use host_core::record::{self, Ending};
 use std::fs;
 use std::net::TcpListener;
@@ -11,9 +13,9 @@ use std::path::Path;
 use std::process::Command;
 
 /// A line that must be refused without a change to anything in `folder`.
-fn refused(folder: &Path, line: &str, exit: i32, says: &str) {
+fn assert_refused(folder: &Path, line: &str, exit: i32, says: &str) {
     let before = files(folder);
-    let (code, error) = failed(folder, line);
+    let (code, error) = run_failing(folder, line);
     assert_eq!(code, Some(exit), "{line}: {error}");
     assert!(error.contains(says), "{line}: {error}");
     assert!(files(folder) == before, "{line}: something was touched");
@@ -21,56 +23,56 @@ fn refused(folder: &Path, line: &str, exit: i32, says: &str) {
 
 #[test]
 fn a_file_is_replaced_only_where_it_is_meant() {
-    let folder = folder("files");
-    let file = shortened(&folder, "ten_channels.toml", 0.1);
-    told(&folder, &format!("run {file} --out one"));
+    let folder = test_folder("files");
+    let file = shortened_session(&folder, "ten_channels.toml", 0.1);
+    run_json(&folder, &format!("run {file} --out one"));
     fs::write(folder.join("there"), "years").unwrap();
     symlink("one/01-ten-channels/samples.csv", folder.join("link")).unwrap();
     fs::create_dir(folder.join("new")).unwrap();
     for command in ["run --out new --vcd", "edges --seconds 0.1 --csv"] {
         let (command, option) = command.rsplit_once(' ').unwrap();
         let line = |path: &str| format!("{command} {file} {option} {path}");
-        refused(&folder, &line("there"), 1, "E587 there is there already");
-        refused(&folder, &line("absent/x"), 1, "E583 absent/x cannot be");
-        refused(&folder, &line("one"), 1, "E58");
+        assert_refused(&folder, &line("there"), 1, "E587 there is there already");
+        assert_refused(&folder, &line("absent/x"), 1, "E583 absent/x cannot be");
+        assert_refused(&folder, &line("one"), 1, "E58");
         for kept in [
             file.as_str(),
             "one/run.json",
             "one/01-ten-channels/new.vcd",
             "./one/../link",
         ] {
-            refused(&folder, &line(kept), 1, "E586");
-            refused(&folder, &(line(kept) + " --overwrite"), 1, "E586");
+            assert_refused(&folder, &line(kept), 1, "E586");
+            assert_refused(&folder, &(line(kept) + " --overwrite"), 1, "E586");
         }
     }
     let line = format!("run {file} --out new --vcd new/run.json");
-    refused(&folder, &line, 1, "E586");
-    told(&folder, &format!("run {file} --vcd there --overwrite"));
+    assert_refused(&folder, &line, 1, "E586");
+    run_json(&folder, &format!("run {file} --vcd there --overwrite"));
     let made = fs::read_to_string(folder.join("there")).unwrap();
     assert!(made.starts_with("$"), "no VCD: {made:.40}");
     let line = format!("edges {file} --seconds 0.1 --csv there --overwrite");
-    told(&folder, &line);
+    run_json(&folder, &line);
     let made = fs::read_to_string(folder.join("there")).unwrap();
     assert!(made.starts_with("t_us,"), "no edges: {made:.40}");
     // A record's own place for it is the record's.
     let line = format!("run {file} --out own --vcd own/outputs.vcd");
-    told(&folder, &line);
-    told(&folder, &(line + " --overwrite"));
+    run_json(&folder, &line);
+    run_json(&folder, &(line + " --overwrite"));
 }
 
 #[test]
 fn a_record_goes_only_for_a_device_that_answers() {
-    let folder = folder("mute");
+    let folder = test_folder("mute");
     let file = "short.toml";
-    written(&folder, file, one_channel(0.2, 50));
-    told(&folder, &format!("run {file} --out one"));
+    write_file(&folder, file, one_channel(0.2, 50));
+    run_json(&folder, &format!("run {file} --out one"));
     let mute = TcpListener::bind("127.0.0.1:0").unwrap();
     let at = mute.local_addr().unwrap();
     let again = format!("run {file} --out one --overwrite --device");
-    refused(&folder, &format!("{again} tcp:{at}"), 1, "E501");
+    assert_refused(&folder, &format!("{again} tcp:{at}"), 1, "E501");
     // One that answers replaces it.
     let board = Board::tcp(&folder);
-    told(&folder, &format!("{again} {}", board.at));
+    run_json(&folder, &format!("{again} {}", board.at));
     let run = record::load(&folder.join("one")).unwrap();
     assert_eq!(run.ending, Ending::complete());
     assert!(!run.is_repeatable());
@@ -78,13 +80,13 @@ fn a_record_goes_only_for_a_device_that_answers() {
 
 #[test]
 fn a_link_in_a_record_is_never_followed() {
-    let folder = folder("links");
-    let file = shortened(&folder, "ten_channels.toml", 0.1);
+    let folder = test_folder("links");
+    let file = shortened_session(&folder, "ten_channels.toml", 0.1);
     let trial = folder.join("one/01-ten-channels");
     for has_trial in [true, false] {
         let _ = fs::remove_dir_all(folder.join("one"));
         let _ = fs::remove_dir_all(folder.join("precious"));
-        told(&folder, &format!("run {file} --out one"));
+        run_json(&folder, &format!("run {file} --out one"));
         fs::rename(&trial, folder.join("precious")).unwrap();
         symlink("../precious", &trial).unwrap();
         if !has_trial {
@@ -92,7 +94,7 @@ fn a_link_in_a_record_is_never_followed() {
         }
         let before = files(&folder.join("precious"));
         let line = format!("run {file} --out one --seed 2 --overwrite");
-        told(&folder, &line);
+        run_json(&folder, &line);
         assert!(files(&folder.join("precious")) == before, "{has_trial}");
         assert!(!trial.is_symlink());
         assert_eq!(record::load(&folder.join("one")).unwrap().trials.len(), 1);
@@ -103,8 +105,8 @@ fn a_link_in_a_record_is_never_followed() {
 /// makes them.
 #[test]
 fn what_is_said_of_a_record_is_what_lies_there() {
-    let folder = folder("too_large");
-    let file = shortened(&folder, "ten_channels.toml", 0.2);
+    let folder = test_folder("too_large");
+    let file = shortened_session(&folder, "ten_channels.toml", 0.2);
     let mut whole = 0;
     for most in (1_000..40_000).step_by(1_500) {
         let _ = fs::remove_dir_all(folder.join("out"));
@@ -114,8 +116,8 @@ fn what_is_said_of_a_record_is_what_lies_there() {
             .current_dir(&folder)
             .output()
             .unwrap();
-        let (exit, _, error) = said(output);
-        let ending = Ending::of(&folder.join("out"));
+        let (exit, _, error) = command_result(output);
+        let ending = Ending::load(&folder.join("out"));
         let says_incomplete = error.contains("marked incomplete");
         if exit == Some(0) {
             assert_eq!(ending, Ending::complete(), "{most}");
@@ -136,37 +138,37 @@ fn what_is_said_of_a_record_is_what_lies_there() {
         }
     }
     assert!(whole > 3, "{whole} times the page alone was too large");
-    told(&folder, "report out");
+    run_json(&folder, "report out");
 }
 
 #[test]
 fn a_long_title_can_run() {
-    let folder = folder("long");
-    let file = shortened(&folder, "ten_channels.toml", 0.1);
+    let folder = test_folder("long");
+    let file = shortened_session(&folder, "ten_channels.toml", 0.1);
     let text = fs::read_to_string(folder.join(&file)).unwrap();
     let line = text.lines().find(|l| l.starts_with("title")).unwrap();
     let title = "筋".repeat(90);
     let text = text.replace(line, &format!("title = \"{title}\""));
     fs::write(folder.join(&file), text).unwrap();
-    told(&folder, &format!("run {file} --out one"));
+    run_json(&folder, &format!("run {file} --out one"));
     let run = record::load(&folder.join("one")).unwrap();
     assert_eq!((&run.title, run.damage), (&title, vec![]));
-    told(&folder, "rerun one --out two");
+    run_json(&folder, "rerun one --out two");
 }
 
 #[test]
 fn the_seed_behind_a_port_is_not_ours_to_tell() {
-    let folder = folder("seed");
+    let folder = test_folder("seed");
     let file = "short.toml";
-    written(&folder, file, one_channel(0.2, 50));
+    write_file(&folder, file, one_channel(0.2, 50));
     let board = Board::tcp(&folder);
     let line = format!("run {file} --out one --device {}", board.at);
     for option in ["--seed 7", "--vcd x.vcd"] {
-        let (exit, error) = failed(&folder, &format!("{line} {option}"));
+        let (exit, error) = run_failing(&folder, &format!("{line} {option}"));
         assert_eq!(exit, Some(2), "{error}");
         assert!(error.contains("E518 --seed and --vcd"), "{error}");
     }
-    assert!(told(&folder, &line)["seed"].is_null());
+    assert!(run_json(&folder, &line)["seed"].is_null());
     assert_eq!(record::load(&folder.join("one")).unwrap().seed, None);
     let summary = fs::read_to_string(folder.join("one/summary.json")).unwrap();
     assert!(summary.contains("\"seed\": null"), "{summary}");
@@ -176,15 +178,15 @@ fn the_seed_behind_a_port_is_not_ours_to_tell() {
 
 #[test]
 fn links_to_nothing_and_pipes_are_refused() {
-    let folder = folder("pipes");
-    let file = shortened(&folder, "ten_channels.toml", 0.1);
+    let folder = test_folder("pipes");
+    let file = shortened_session(&folder, "ten_channels.toml", 0.1);
     symlink("nowhere", folder.join("dangling")).unwrap();
     for line in [
         format!("run {file} --out dangling"),
         format!("run {file} --vcd dangling"),
         format!("edges {file} --seconds 0.1 --csv dangling"),
     ] {
-        let (exit, error) = failed(&folder, &line);
+        let (exit, error) = run_failing(&folder, &line);
         assert_eq!(exit, Some(1), "{error}");
         let says = "E583 dangling cannot be used: it is a link";
         assert!(error.contains(says), "{line}: {error}");
@@ -198,7 +200,7 @@ fn links_to_nothing_and_pipes_are_refused() {
             .success()
     );
     for line in ["check pipe", "run pipe"] {
-        let (exit, error) = failed(&folder, line);
+        let (exit, error) = run_failing(&folder, line);
         assert_eq!(exit, Some(1), "{error}");
         assert!(error.contains("E400"), "{error}");
         assert!(error.contains("no regular file"), "{error}");
@@ -207,16 +209,16 @@ fn links_to_nothing_and_pipes_are_refused() {
 
 #[test]
 fn a_terminal_obeys_no_session_file() {
-    let folder = folder("obeyed");
+    let folder = test_folder("obeyed");
     let title = r#"title = "a\u001b[2J\u0000\u202eb\nE999: c""#;
     let text = one_channel(0.1, 50).replace("title = \"One channel\"", title);
-    written(&folder, "good.toml", &text);
-    written(
+    write_file(&folder, "good.toml", &text);
+    write_file(
         &folder,
         "bad.toml",
         text.replace("number = 1", "number = 1 \u{1b}[2J\u{202e}"),
     );
-    let (_, error) = failed(&folder, "check good.toml");
+    let (_, error) = run_failing(&folder, "check good.toml");
     assert!(
         error.contains("E412") && error.contains("U+001B"),
         "{error}"
@@ -227,7 +229,7 @@ fn a_terminal_obeys_no_session_file() {
         "check bad.toml",
     ] {
         let arguments: Vec<&str> = line.split(' ').collect();
-        let (_, out, error) = ran(&folder, &arguments);
+        let (_, out, error) = run_flexor(&folder, &arguments);
         for text in [out, error] {
             let obeyed = |c: char| c.is_control() && c != '\n' || c == '\u{202e}';
             assert!(!text.contains(obeyed), "{line}: {text:?}");
@@ -238,14 +240,14 @@ fn a_terminal_obeys_no_session_file() {
 
 #[test]
 fn a_comparison_replaces_its_own_page_and_nothing_else() {
-    let folder = folder("compare_page");
-    let file = shortened(&folder, "ten_channels.toml", 0.1);
+    let folder = test_folder("compare_page");
+    let file = shortened_session(&folder, "ten_channels.toml", 0.1);
     for (name, seed) in [("one", 1), ("two", 2)] {
-        told(&folder, &format!("run {file} --seed {seed} --out {name}"));
+        run_json(&folder, &format!("run {file} --seed {seed} --out {name}"));
     }
-    told(&folder, "compare one two --out both");
-    refused(&folder, "compare one two --out both", 1, "E590");
-    told(&folder, "compare two one --out both --overwrite");
+    run_json(&folder, "compare one two --out both");
+    assert_refused(&folder, "compare one two --out both", 1, "E590");
+    run_json(&folder, "compare two one --out both --overwrite");
     fs::write(folder.join("both/thesis.tex"), "years").unwrap();
-    refused(&folder, "compare one two --out both --overwrite", 1, "E592");
+    assert_refused(&folder, "compare one two --out both --overwrite", 1, "E592");
 }

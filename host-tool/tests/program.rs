@@ -1,4 +1,4 @@
-//! The `flexor` program as people and scripts start it, each test in a folder of
+//! The `flexor_command` program as people and scripts start it, each test in a folder of
 //! its own.
 
 use std::io::{BufRead, BufReader};
@@ -21,7 +21,7 @@ pub fn one_channel(seconds: f64, rate_hz: u32) -> String {
 }
 
 /// An empty folder of this test's own, with [`SESSION`] in it.
-pub fn folder(test: &str) -> PathBuf {
+pub fn test_folder(test: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
     let _ = std::fs::remove_dir_all(&folder);
     std::fs::create_dir_all(&folder).unwrap();
@@ -30,13 +30,13 @@ pub fn folder(test: &str) -> PathBuf {
 }
 
 /// A file of this text in the folder of a test.
-pub fn written(folder: &Path, name: &str, text: impl AsRef<[u8]>) -> PathBuf {
+pub fn write_file(folder: &Path, name: &str, text: impl AsRef<[u8]>) -> PathBuf {
     let path = folder.join(name);
     std::fs::write(&path, text).unwrap();
     path
 }
 
-pub fn flexor(folder: &Path, arguments: &[&str]) -> Command {
+pub fn flexor_command(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(FLEXOR);
     command.current_dir(folder).args(arguments);
     command.env("NO_COLOR", "1");
@@ -46,7 +46,7 @@ pub fn flexor(folder: &Path, arguments: &[&str]) -> Command {
 /// Exit code, standard output, standard error.
 pub type ProgramOutput = (Option<i32>, String, String);
 
-pub fn said(output: Output) -> ProgramOutput {
+pub fn command_result(output: Output) -> ProgramOutput {
     let text = |bytes| String::from_utf8(bytes).unwrap();
     (
         output.status.code(),
@@ -55,14 +55,14 @@ pub fn said(output: Output) -> ProgramOutput {
     )
 }
 
-/// Runs `flexor` to its end.
-pub fn ran(folder: &Path, arguments: &[&str]) -> ProgramOutput {
-    said(flexor(folder, arguments).output().unwrap())
+/// Runs `flexor_command` to its end.
+pub fn run_flexor(folder: &Path, arguments: &[&str]) -> ProgramOutput {
+    command_result(flexor_command(folder, arguments).output().unwrap())
 }
 
 /// Types the command of the page in `folder/out` and writes into `folder/again`: the same
 /// result.
-pub fn repeats(folder: &Path, out: &str) {
+pub fn check_rerun_command(folder: &Path, out: &str) {
     let read =
         |out: &str, file: &str| std::fs::read_to_string(folder.join(out).join(file)).unwrap();
     let page = read(out, "result.html");
@@ -70,7 +70,7 @@ pub fn repeats(folder: &Path, out: &str) {
     let (command, _) = command.split_once("</pre>").unwrap();
     let mut words: Vec<&str> = command.split_whitespace().collect();
     words.extend(["--out", "again"]);
-    let (exit, people, error) = ran(folder, &words);
+    let (exit, people, error) = run_flexor(folder, &words);
     assert_eq!(exit, Some(0), "{command}: {people}{error}");
     assert_eq!(
         read(out, "result.json"),
@@ -99,7 +99,7 @@ impl Board {
     }
 
     fn start(folder: &Path, wire: &[&str]) -> Self {
-        let mut command = flexor(folder, &["--json", "serve", "--seconds", "600"]);
+        let mut command = flexor_command(folder, &["--json", "serve", "--seconds", "600"]);
         let mut process = command.args(wire).stdout(Stdio::piped()).spawn().unwrap();
         let mut line = String::new();
         let stdout = process.stdout.take().unwrap();

@@ -1,7 +1,7 @@
 //! `flexor experiment harris-ramps`, and the wall for one wearer: what they tell, write and
 //! refuse.
 
-use crate::program::{folder, ran};
+use crate::program::{run_flexor, test_folder};
 use serde_json::Value;
 
 const FEW: [&str; 4] = ["experiment", "harris-ramps", "--draws", "3"];
@@ -15,8 +15,8 @@ const RESULT: [&str; 5] = [
 
 #[test]
 fn ramps_are_told_and_written() {
-    let folder = folder("harris_ramps");
-    let (exit, people, _) = ran(&folder, &FEW);
+    let folder = test_folder("harris_ramps");
+    let (exit, people, _) = run_flexor(&folder, &FEW);
     assert_eq!(exit, Some(0), "{people}");
     for line in people.lines() {
         assert!(line.chars().count() <= 80, "{line}");
@@ -27,7 +27,8 @@ fn ramps_are_told_and_written() {
         "{people}"
     );
     for out in ["one", "two"] {
-        let (exit, told, _) = ran(&folder, &[&["--json"], &FEW[..], &["--out", out]].concat());
+        let (exit, told, _) =
+            run_flexor(&folder, &[&["--json"], &FEW[..], &["--out", out]].concat());
         assert_eq!(exit, Some(0), "{told}");
         let told: Value = serde_json::from_str(&told).unwrap();
         let result = &told["result"];
@@ -42,19 +43,19 @@ fn ramps_are_told_and_written() {
     // 19 tests of each of three.
     let rows = std::fs::read_to_string(folder.join("one/draws.csv")).unwrap();
     assert_eq!(rows.lines().count(), 1 + 3 * 19);
-    let (exit, told, _) = ran(&folder, &["report", "one"]);
+    let (exit, told, _) = run_flexor(&folder, &["report", "one"]);
     assert_eq!(exit, Some(0), "{told}");
 }
 
 #[test]
 fn what_cannot_be_asked_is_wrong_use() {
-    let folder = folder("harris_ramps_refused");
+    let folder = test_folder("harris_ramps_refused");
     for (args, why) in [
         (&["--draws", "1"][..], "allowed is 2 to"),
         (&["--wearer", "P"], "draws its persons"),
         (&["--device", "tcp:127.0.0.1:1"], "native, chip, qemu"),
     ] {
-        let (exit, _, told) = ran(&folder, &[&FEW[..2], args].concat());
+        let (exit, _, told) = run_flexor(&folder, &[&FEW[..2], args].concat());
         assert_eq!(exit, Some(2), "{told}");
         assert!(told.contains(why), "{told}");
     }
@@ -63,8 +64,8 @@ fn what_cannot_be_asked_is_wrong_use() {
 /// The wall of a wearer that the study wrote.
 #[test]
 fn the_wall_reads_a_wearer() {
-    let folder = folder("harris_wall_worn");
-    let (exit, told, _) = ran(&folder, &[&FEW[..], &["--out", "ramps"]].concat());
+    let folder = test_folder("harris_wall_worn");
+    let (exit, told, _) = run_flexor(&folder, &[&FEW[..], &["--out", "ramps"]].concat());
     assert_eq!(exit, Some(0), "{told}");
     let wearer = "ramps/harris-2.toml";
     let wall = [
@@ -75,7 +76,7 @@ fn the_wall_reads_a_wearer() {
         "--wearer",
         wearer,
     ];
-    let (exit, _, told) = ran(&folder, &[&wall[..], &["--out", "wall"]].concat());
+    let (exit, _, told) = run_flexor(&folder, &[&wall[..], &["--out", "wall"]].concat());
     assert_eq!(exit, Some(0), "{told}");
     let result = std::fs::read_to_string(folder.join("wall/result.json")).unwrap();
     assert!(result.contains("harris-2.toml"));

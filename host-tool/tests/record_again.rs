@@ -1,8 +1,8 @@
 //! Records used again: repeated, reported, compared, kept.
 
-use super::program::{folder, ran, written};
+use super::program::{run_flexor, test_folder, write_file};
 use host_core::record::{self, sha256};
-use host_core::wearer::shipped;
+use host_core::wearer::builtin_wearer;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -13,14 +13,14 @@ fn session(name: &str) -> PathBuf {
 }
 
 /// The session, shortened to `seconds`, in `folder`.
-pub(crate) fn shortened(folder: &Path, name: &str, seconds: f64) -> String {
+pub(crate) fn shortened_session(folder: &Path, name: &str, seconds: f64) -> String {
     let text = fs::read_to_string(session(name)).unwrap();
     let line = text.lines().find(|l| l.starts_with("duration_s")).unwrap();
     let text = text.replace(line, &format!("duration_s = {seconds:?}"));
     let (before, measure) = text.split_once("[measure]").unwrap_or((&text, ""));
     let after = measure.find("\n[").map_or("", |at| &measure[at..]);
     let file = name.replace('/', "_");
-    written(
+    write_file(
         folder,
         &file,
         with_wearer(folder, &format!("{before}{after}")),
@@ -34,23 +34,23 @@ pub(crate) fn with_wearer(folder: &Path, session: &str) -> String {
         return session.to_owned();
     };
     let (name, after) = after.split_once('"').unwrap();
-    written(folder, name, shipped(name).unwrap());
+    write_file(folder, name, builtin_wearer(name).unwrap());
     let (before, _) = before.rsplit_once('"').unwrap();
     format!("{before}\"{name}\"{after}")
 }
 
 /// Runs a command that must end well; gives its JSON back.
-pub(crate) fn told(folder: &Path, line: &str) -> serde_json::Value {
+pub(crate) fn run_json(folder: &Path, line: &str) -> serde_json::Value {
     let arguments: Vec<&str> = line.split_whitespace().chain(["--json"]).collect();
-    let (exit, json, error) = ran(folder, &arguments);
+    let (exit, json, error) = run_flexor(folder, &arguments);
     assert_eq!(exit, Some(0), "{line}: {error}{json}");
     serde_json::from_str(json.lines().last().unwrap()).unwrap()
 }
 
 /// Exit code and message of a command.
-pub(crate) fn failed(folder: &Path, line: &str) -> (Option<i32>, String) {
+pub(crate) fn run_failing(folder: &Path, line: &str) -> (Option<i32>, String) {
     let arguments: Vec<&str> = line.split_whitespace().collect();
-    let (exit, _, error) = ran(folder, &arguments);
+    let (exit, _, error) = run_flexor(folder, &arguments);
     (exit, error)
 }
 
@@ -74,17 +74,17 @@ pub(crate) fn files(dir: &Path) -> Vec<(PathBuf, Vec<u8>)> {
 }
 
 /// A copy of one record in `folder` by another name.
-pub(crate) fn copied(folder: &Path, record: &str, name: &str) -> PathBuf {
+pub(crate) fn copy_record(folder: &Path, record: &str, name: &str) -> PathBuf {
     let copy = folder.join(name);
     for (file, bytes) in files(&folder.join(record)) {
         fs::create_dir_all(copy.join(&file).parent().unwrap()).unwrap();
-        written(&copy, file.to_str().unwrap(), bytes);
+        write_file(&copy, file.to_str().unwrap(), bytes);
     }
     copy
 }
 
 /// Two records are the same to the byte but for `host` in `run.json`.
-fn are_the_same(one: &Path, other: &Path) {
+fn assert_same_records(one: &Path, other: &Path) {
     let (one, other) = (files(one), files(other));
     let names = |all: &[(PathBuf, Vec<u8>)]| all.iter().map(|f| f.0.clone()).collect::<Vec<_>>();
     assert_eq!(names(&one), names(&other));
@@ -103,14 +103,14 @@ fn are_the_same(one: &Path, other: &Path) {
 }
 
 /// Runs, then repeats from the folder alone: the session file is gone.
-fn repeats(name: &str, seconds: f64, options: &str) {
-    let folder = folder(&format!("again_{}", name.replace(['/', '.'], "_")));
-    let file = shortened(&folder, name, seconds);
-    told(&folder, &format!("run {file} --out first {options}"));
+fn check_repeat(name: &str, seconds: f64, options: &str) {
+    let folder = test_folder(&format!("again_{}", name.replace(['/', '.'], "_")));
+    let file = shortened_session(&folder, name, seconds);
+    run_json(&folder, &format!("run {file} --out first {options}"));
     fs::remove_file(folder.join(&file)).unwrap();
     let _ = fs::remove_file(folder.join("harris-1.toml"));
     fs::rename(folder.join("first"), folder.join("moved")).unwrap();
-    let json = told(&folder, "rerun moved --out second");
+    let json = run_json(&folder, "rerun moved --out second");
     assert_eq!(json["same"], true, "{json}");
     let samples = &record::load(&folder.join("second")).unwrap().trials[0].samples;
     assert!(samples.len() > 20, "{name}: {} samples", samples.len());
@@ -120,7 +120,7 @@ fn repeats(name: &str, seconds: f64, options: &str) {
         assert!(given == fs::read(&made).unwrap(), "the waveforms differ");
         fs::remove_file(made).unwrap();
     }
-    are_the_same(&folder.join("moved"), &folder.join("second"));
+    assert_same_records(&folder.join("moved"), &folder.join("second"));
 }
 
 #[test]
@@ -133,55 +133,55 @@ fn each_kind_of_session_repeats() {
         (wall, 2.0, "--seed 5"),
         ("trigger.toml", 1.0, ""),
     ] {
-        repeats(name, seconds, options);
+        check_repeat(name, seconds, options);
     }
 }
 #[test]
 fn the_flashed_image_and_qemu_repeat() {
     for device in ["chip", "qemu"] {
-        let folder = folder(&format!("again_{device}"));
-        let file = shortened(&folder, "ten_channels.toml", 0.3);
+        let folder = test_folder(&format!("again_{device}"));
+        let file = shortened_session(&folder, "ten_channels.toml", 0.3);
         let line = format!("run {file} --device {device} --out first");
-        told(&folder, &line);
-        assert_eq!(told(&folder, "rerun first --out second")["same"], true);
-        are_the_same(&folder.join("first"), &folder.join("second"));
+        run_json(&folder, &line);
+        assert_eq!(run_json(&folder, "rerun first --out second")["same"], true);
+        assert_same_records(&folder.join("first"), &folder.join("second"));
     }
 }
 
 /// An image that lies in the record which is replaced is read before it goes.
 #[test]
 fn an_image_inside_the_replaced_record_survives() {
-    let folder = folder("own_image");
-    let file = shortened(&folder, "ten_channels.toml", 0.1);
-    told(&folder, &format!("run {file} --device chip --out first"));
+    let folder = test_folder("own_image");
+    let file = shortened_session(&folder, "ten_channels.toml", 0.1);
+    run_json(&folder, &format!("run {file} --device chip --out first"));
     let image = hal_sim::images::Image::Stimulator
         .build(&Path::new(env!("CARGO_MANIFEST_DIR")).join(".."))
         .unwrap();
     fs::copy(&image, folder.join("first/image.elf")).unwrap();
     let line = format!("run {file} --device chip --image first/image.elf --out first --overwrite");
-    told(&folder, &line);
+    run_json(&folder, &line);
     let kept = fs::read(folder.join("first/image.elf")).unwrap();
     assert_eq!(kept, fs::read(image).unwrap());
 }
 
 #[test]
 fn an_experiment_repeats() {
-    let folder = folder("again_experiment");
+    let folder = test_folder("again_experiment");
     let line = "experiment harris-wall --draws 1 --seed 9 --out first";
-    told(&folder, line);
-    let json = told(&folder, "rerun first --out second");
+    run_json(&folder, line);
+    let json = run_json(&folder, "rerun first --out second");
     assert_eq!(
         (&json["same"], &json["rerun_of"]),
         (&true.into(), &"first".into())
     );
     assert!(json["result"]["shares"].is_array(), "{json}");
-    are_the_same(&folder.join("first"), &folder.join("second"));
+    assert_same_records(&folder.join("first"), &folder.join("second"));
     // What was drawn and what came out are held against as well.
     for (file, from, to) in [
         ("draws.csv", ",0.", ",7."),
         ("result.json", "\"n\": 1", "\"n\": 2"),
     ] {
-        let copy = copied(&folder, "first", "changed");
+        let copy = copy_record(&folder, "first", "changed");
         let text = fs::read_to_string(copy.join(file)).unwrap();
         let changed = text.replacen(from, to, 1);
         assert_ne!(text, changed, "{file}");
@@ -191,14 +191,14 @@ fn an_experiment_repeats() {
             .take_while(|(a, b)| a == b)
             .count();
         fs::write(copy.join(file), changed).unwrap();
-        let (exit, error) = failed(&folder, "rerun changed --out third --overwrite");
+        let (exit, error) = run_failing(&folder, "rerun changed --out third --overwrite");
         assert_eq!(exit, Some(1), "{file}: {error}");
         let wanted = format!("E596 the rerun differs from the record: {file}, line {line}");
         assert!(error.contains(&wanted), "{wanted}: {error}");
     }
-    let copy = copied(&folder, "first", "lacking");
+    let copy = copy_record(&folder, "first", "lacking");
     fs::remove_file(copy.join("result.json")).unwrap();
-    let json = told(&folder, "report lacking");
+    let json = run_json(&folder, "report lacking");
     let damaged = json["damaged"].as_str().unwrap();
     assert!(damaged.contains("E607 lacking/result.json"), "{damaged}");
 }
@@ -206,8 +206,8 @@ fn an_experiment_repeats() {
 /// A declaration of one's own repeats from its record alone, and not from a changed one.
 #[test]
 fn a_declaration_of_ones_own_repeats_from_its_record() {
-    let folder = folder("again_own");
-    shortened(&folder, "hamana_exp4_two_point.toml", 1.0);
+    let folder = test_folder("again_own");
+    shortened_session(&folder, "hamana_exp4_two_point.toml", 1.0);
     let declaration = r#"
 name = "own"
 title = "Own"
@@ -224,8 +224,8 @@ name = "the default"
 name = "the paper's"
 set = { "joint.law" = "paper" }
 "#;
-    written(&folder, "own.toml", declaration);
-    told(&folder, "experiment own.toml --draws 0 --out first");
+    write_file(&folder, "own.toml", declaration);
+    run_json(&folder, "experiment own.toml --draws 0 --out first");
     let page = fs::read_to_string(folder.join("first/result.html")).unwrap();
     let command = "flexor experiment own.toml --seed 3 --draws 0";
     assert!(page.contains(command), "{page}");
@@ -233,29 +233,29 @@ set = { "joint.law" = "paper" }
         fs::remove_file(folder.join(name)).unwrap();
     }
     fs::rename(folder.join("first"), folder.join("moved")).unwrap();
-    told(&folder, "rerun moved --out second");
-    are_the_same(&folder.join("moved"), &folder.join("second"));
+    run_json(&folder, "rerun moved --out second");
+    assert_same_records(&folder.join("moved"), &folder.join("second"));
     for (file, number) in [
         ("declaration.toml", "is another than the record's"),
         ("declared/01-hamana_exp4_two_point.toml", "No such file"),
     ] {
-        let copy = copied(&folder, "moved", "changed");
+        let copy = copy_record(&folder, "moved", "changed");
         match number.starts_with("No") {
             true => fs::remove_file(copy.join(file)).unwrap(),
             false => fs::write(copy.join(file), "").unwrap(),
         }
-        let (exit, error) = failed(&folder, "rerun changed --out third");
+        let (exit, error) = run_failing(&folder, "rerun changed --out third");
         assert_eq!(exit, Some(1));
         let wanted = format!("E613 changed/{file} is not what was declared");
         assert!(error.contains(&wanted) && error.contains(number), "{error}");
         assert!(!folder.join("third").exists());
-        let json = told(&folder, "report changed");
+        let json = run_json(&folder, "report changed");
         assert!(json["damaged"].as_str().unwrap().contains(number), "{json}");
     }
     // Replaced, the record leaves nothing of itself.
-    shortened(&folder, "hamana_exp4_two_point.toml", 1.0);
+    shortened_session(&folder, "hamana_exp4_two_point.toml", 1.0);
     let line = "run hamana_exp4_two_point.toml --out moved --overwrite";
-    told(&folder, line);
+    run_json(&folder, line);
     assert!(!folder.join("moved/declared").exists());
     assert!(!folder.join("moved/declaration.toml").exists());
 }
@@ -263,8 +263,8 @@ set = { "joint.law" = "paper" }
 /// The demo is an experiment's record, with the picture, and repeats as one.
 #[test]
 fn the_demo_repeats() {
-    let folder = folder("again_demo");
-    let json = told(&folder, "demo --out first --seed 4");
+    let folder = test_folder("again_demo");
+    let json = run_json(&folder, "demo --out first --seed 4");
     assert_eq!(json["trials"].as_array().unwrap().len(), 6);
     for row in json["trials"].as_array().unwrap() {
         for key in ["rmse_deg", "paper_mean_deg", "pulses"] {
@@ -284,7 +284,7 @@ fn the_demo_repeats() {
     let page = fs::read_to_string(folder.join("first/report.html")).unwrap();
     let begins = "<p class=\"result\">RMSE with two points against the better point alone: ";
     assert!(page.contains(begins));
-    told(&folder, "rerun first --out second");
+    run_json(&folder, "rerun first --out second");
     let trial = |dir: &str| record::load(&folder.join(dir)).unwrap();
     let (first, second) = (trial("first"), trial("second"));
     assert_eq!(first.trials, second.trials);
@@ -297,11 +297,16 @@ fn the_demo_repeats() {
 
 #[test]
 fn runs_never_meet() {
-    let folder = folder("never_meet");
-    let file = shortened(&folder, "ten_channels.toml", 0.1);
+    let folder = test_folder("never_meet");
+    let file = shortened_session(&folder, "ten_channels.toml", 0.1);
     let line = format!("run {file}");
     let records: Vec<String> = std::thread::scope(|scope| {
-        let run = || told(&folder, &line)["record"].as_str().unwrap().to_owned();
+        let run = || {
+            run_json(&folder, &line)["record"]
+                .as_str()
+                .unwrap()
+                .to_owned()
+        };
         let threads: Vec<_> = (0..3).map(|_| scope.spawn(run)).collect();
         let joined = threads.into_iter().map(|thread| thread.join().unwrap());
         joined.collect()
@@ -318,35 +323,35 @@ fn runs_never_meet() {
 
 #[test]
 fn a_record_is_replaced_only_where_it_is_meant() {
-    let folder = folder("overwrite");
-    let file = shortened(&folder, "ten_channels.toml", 0.1);
-    told(&folder, &format!("run {file} --out one"));
+    let folder = test_folder("overwrite");
+    let file = shortened_session(&folder, "ten_channels.toml", 0.1);
+    run_json(&folder, &format!("run {file} --out one"));
     fs::write(folder.join("one/thesis.tex"), "years").unwrap();
     let before = files(&folder.join("one"));
-    let (exit, error) = failed(&folder, &format!("run {file} --out one --seed 2"));
+    let (exit, error) = run_failing(&folder, &format!("run {file} --out one --seed 2"));
     assert_eq!(exit, Some(1));
     assert!(error.contains("E590 one is not empty"), "{error}");
     assert_eq!(files(&folder.join("one")), before);
     let line = format!("run {file} --out one --seed 2 --overwrite");
-    told(&folder, &line);
+    run_json(&folder, &line);
     assert_eq!(record::load(&folder.join("one")).unwrap().seed, Some(2));
     let kept = fs::read_to_string(folder.join("one/thesis.tex")).unwrap();
     assert_eq!(kept, "years");
     fs::create_dir(folder.join("other")).unwrap();
     fs::write(folder.join("other/thesis.tex"), "years").unwrap();
-    let (_, error) = failed(&folder, &format!("run {file} --out other --overwrite"));
+    let (_, error) = run_failing(&folder, &format!("run {file} --out other --overwrite"));
     assert!(error.contains("E592 other is no record"), "{error}");
     assert_eq!(files(&folder.join("other")).len(), 1);
 }
 
 #[test]
 fn what_is_no_record_is_named() {
-    let folder = folder("no_record");
-    let file = shortened(&folder, "ten_channels.toml", 0.1);
-    told(&folder, &format!("run {file} --out one"));
+    let folder = test_folder("no_record");
+    let file = shortened_session(&folder, "ten_channels.toml", 0.1);
+    run_json(&folder, &format!("run {file} --out one"));
     // Changes what one of these keys is in.
     let change = |name: &str, key: &str, to: &[(&str, serde_json::Value)]| {
-        let copy = copied(&folder, "one", name);
+        let copy = copy_record(&folder, "one", name);
         for file in ["run.json", "01-ten-channels/trial.json"] {
             let bytes = fs::read(copy.join(file)).unwrap();
             let mut json: serde_json::Value = serde_json::from_slice(&bytes).unwrap();
@@ -355,7 +360,7 @@ fn what_is_no_record_is_named() {
                     *json.pointer_mut(pointer).unwrap() = value.clone();
                 }
             }
-            written(&copy, file, json.to_string());
+            write_file(&copy, file, json.to_string());
         }
     };
     change("newer", "format", &[("/format", 99.into())]);
@@ -385,7 +390,7 @@ fn what_is_no_record_is_named() {
     ];
     let before = files(&folder);
     for (line, says) in rows {
-        let (exit, error) = failed(&folder, line);
+        let (exit, error) = run_failing(&folder, line);
         assert_eq!(exit, Some(1), "{line}");
         assert!(error.contains(says), "{line}: {error}");
     }
@@ -394,16 +399,16 @@ fn what_is_no_record_is_named() {
 
 #[test]
 fn a_row_that_differs_is_named() {
-    let folder = folder("differs");
-    let file = shortened(&folder, "ten_channels.toml", 0.3);
-    told(&folder, &format!("run {file} --out one"));
+    let folder = test_folder("differs");
+    let file = shortened_session(&folder, "ten_channels.toml", 0.3);
+    run_json(&folder, &format!("run {file} --out one"));
     let trial = record::load(&folder.join("one")).unwrap().trials.remove(0);
     let path = record::trial_folder(&folder.join("one"), 0, &trial.name).join("samples.csv");
     let text = fs::read_to_string(&path).unwrap();
     let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
     lines[4] = lines[4].replacen("0.0", "0.1", 1);
     fs::write(&path, lines.join("\n") + "\n").unwrap();
-    let (exit, error) = failed(&folder, "rerun one --out two");
+    let (exit, error) = run_failing(&folder, "rerun one --out two");
     assert_eq!(exit, Some(1));
     assert!(error.contains("E596"), "{error}");
     assert!(error.contains("samples.csv"), "{error}");
@@ -412,19 +417,19 @@ fn a_row_that_differs_is_named() {
 
 #[test]
 fn the_page_is_made_again_and_records_are_compared() {
-    let folder = folder("page_again");
-    let file = shortened(&folder, "hamana_exp4_two_point.toml", 2.0);
+    let folder = test_folder("page_again");
+    let file = shortened_session(&folder, "hamana_exp4_two_point.toml", 2.0);
     for (name, law) in [("one", "recommended"), ("two", "paper")] {
-        told(&folder, &format!("run {file} --law {law} --out {name}"));
+        run_json(&folder, &format!("run {file} --law {law} --out {name}"));
     }
     let before = files(&folder.join("one"));
     fs::remove_file(folder.join("one/report.html")).unwrap();
-    told(&folder, "report one");
+    run_json(&folder, "report one");
     assert_eq!(files(&folder.join("one")), before);
     let page = fs::read_to_string(folder.join("one/report.html")).unwrap();
     assert!(page.contains("flexor rerun ."), "how to reproduce");
 
-    let json = told(&folder, "compare one two --out both");
+    let json = run_json(&folder, "compare one two --out both");
     assert_eq!(json["rows"].as_array().unwrap().len(), 2);
     let rmse = |row: usize| json["rows"][row]["rmse_deg"].as_f64().unwrap();
     assert!(rmse(0) != rmse(1));
@@ -433,12 +438,12 @@ fn the_page_is_made_again_and_records_are_compared() {
     for request in ["https:", "<script", "src=", "@import", "<link"] {
         assert!(!page.contains(request), "{request}");
     }
-    let (_, text, _) = ran(&folder, &["run", &file, "--out", "three"]);
+    let (_, text, _) = run_flexor(&folder, &["run", &file, "--out", "three"]);
     assert!(
         text.contains("°; report: three") && !text.contains("refused"),
         "{text}"
     );
-    let (_, text, _) = ran(&folder, &["compare", "one", "two"]);
+    let (_, text, _) = run_flexor(&folder, &["compare", "one", "two"]);
     for line in text.lines().filter(|line| !line.starts_with("page:")) {
         assert!(line.chars().count() <= 80, "{line}");
     }
@@ -446,14 +451,14 @@ fn the_page_is_made_again_and_records_are_compared() {
 
 #[test]
 fn the_study_is_in_the_record_and_options_go_first() {
-    let folder = folder("study");
-    let file = shortened(&folder, "ten_channels.toml", 0.1);
+    let folder = test_folder("study");
+    let file = shortened_session(&folder, "ten_channels.toml", 0.1);
     let text = fs::read_to_string(folder.join(&file)).unwrap();
     let study = "\n[study]\npseudonym = \"P07\"\nethics = \"EC 2026-014\"\n\
                  electrodes = [{ channel = 1, place = \"wrist\" }]\n";
     fs::write(folder.join(&file), format!("{text}{study}")).unwrap();
     let options = "--operator AB --electrode 1=elbow --pseudonym P08";
-    told(&folder, &format!("run {file} --out one {options}"));
+    run_json(&folder, &format!("run {file} --out one {options}"));
     let run = record::load(&folder.join("one")).unwrap();
     assert_eq!(run.study.pseudonym.as_deref(), Some("P08"));
     assert_eq!(run.study.operator.as_deref(), Some("AB"));
@@ -466,7 +471,7 @@ fn the_study_is_in_the_record_and_options_go_first() {
     assert_eq!(trial.session_sha256, Some(sum));
     assert!(trial.clock.unwrap().exchanges > 5);
     assert!(run.host.started_utc.ends_with('Z'));
-    let (_, error) = failed(&folder, &format!("run {file} --electrode 11=nowhere"));
+    let (_, error) = run_failing(&folder, &format!("run {file} --electrode 11=nowhere"));
     assert!(error.contains("E518 --electrode 11=nowhere"), "{error}");
 }
 
@@ -488,11 +493,11 @@ fn docs_record_md_is_made_from_the_columns() {
 /// folder alone, and does not from another file.
 #[test]
 fn a_record_keeps_its_wearer() {
-    let folder = folder("again_wearer");
+    let folder = test_folder("again_wearer");
     let text = fs::read_to_string(session("harris_wall/1_pre_wall.toml")).unwrap();
     let text = text.replace("duration_s = 14.0", "duration_s = 0.5");
-    written(&folder, "wall.toml", with_wearer(&folder, &text));
-    told(&folder, "run wall.toml --out first");
+    write_file(&folder, "wall.toml", with_wearer(&folder, &text));
+    run_json(&folder, "run wall.toml --out first");
     let path = folder.join("harris-1.toml");
     let wearer = fs::read(&path).unwrap();
     fs::remove_file(&path).unwrap();
@@ -505,9 +510,9 @@ fn a_record_keeps_its_wearer() {
         said,
         ("harris-1.toml", "harris-1", "simulated", &*sha256(&wearer))
     );
-    assert_eq!(told(&folder, "rerun first --out second")["same"], true);
-    are_the_same(&folder.join("first"), &folder.join("second"));
-    told(&folder, "report first");
+    assert_eq!(run_json(&folder, "rerun first --out second")["same"], true);
+    assert_same_records(&folder.join("first"), &folder.join("second"));
+    run_json(&folder, "report first");
     let page = fs::read_to_string(folder.join("first/report.html")).unwrap();
     assert!(
         page.contains("harris-1 (simulated)"),
@@ -516,8 +521,8 @@ fn a_record_keeps_its_wearer() {
     // Its session plays again from the record, where its own wearer file lies.
     let again = trial.join("session.toml");
     let again = again.strip_prefix(&folder).unwrap().display().to_string();
-    told(&folder, &format!("check {again}"));
-    told(&folder, &format!("run {again} --out third"));
+    run_json(&folder, &format!("check {again}"));
+    run_json(&folder, &format!("run {again} --out third"));
     // Another file is another run.
     for changed in [None, Some("schema = 1\n")] {
         let path = trial.join("wearer.toml");
@@ -525,7 +530,7 @@ fn a_record_keeps_its_wearer() {
             Some(text) => fs::write(&path, text).unwrap(),
             None => fs::remove_file(&path).unwrap(),
         }
-        let (exit, error) = failed(&folder, "rerun first --out fourth");
+        let (exit, error) = run_failing(&folder, "rerun first --out fourth");
         assert_eq!(exit, Some(1));
         assert!(
             error.contains("E595") && error.contains("wearer.toml"),
@@ -537,27 +542,27 @@ fn a_record_keeps_its_wearer() {
 /// Whoever is stimulated must be whom the file is of, however that is said.
 #[test]
 fn another_person_than_the_file_s_is_refused_before_anything_is_recorded() {
-    let folder = folder("again_person");
-    let file = shortened(&folder, "hamana_exp4_two_point_wearer.toml", 0.1);
-    let (exit, error) = failed(&folder, &format!("run {file} --pseudonym Q --out out"));
+    let folder = test_folder("again_person");
+    let file = shortened_session(&folder, "hamana_exp4_two_point_wearer.toml", 0.1);
+    let (exit, error) = run_failing(&folder, &format!("run {file} --pseudonym Q --out out"));
     assert_eq!(exit, Some(1));
     assert!(
         error.contains("E660 --pseudonym is Q, and the wearer file is P's"),
         "{error}"
     );
     assert!(!folder.join("out").exists());
-    told(&folder, &format!("run {file} --pseudonym P --out out"));
+    run_json(&folder, &format!("run {file} --pseudonym P --out out"));
 }
 
 /// A declaration on a wearer file: told so, and repeated from its record alone.
 #[test]
 fn an_experiment_on_a_wearer_file_repeats() {
-    let folder = folder("again_on_wearer");
-    let text = shipped("harris-2").unwrap();
+    let folder = test_folder("again_on_wearer");
+    let text = builtin_wearer("harris-2").unwrap();
     let text = text.replace("motor_threshold = 25", "motor_threshold = 23");
-    written(&folder, "mine.toml", text);
+    write_file(&folder, "mine.toml", text);
     let line = "experiment harris-wall --wearer mine.toml --draws 0 --seed 9 --out first";
-    let json = told(&folder, line);
+    let json = run_json(&folder, line);
     let declared = &json["result"]["declared"];
     assert_eq!(declared["as_declared"], false);
     assert_eq!(
@@ -565,9 +570,9 @@ fn an_experiment_on_a_wearer_file_repeats() {
         "experiment harris-wall --wearer mine.toml --draws 0"
     );
     fs::remove_file(folder.join("mine.toml")).unwrap();
-    assert_eq!(told(&folder, "rerun first --out second")["same"], true);
-    are_the_same(&folder.join("first"), &folder.join("second"));
-    let (exit, error) = failed(
+    assert_eq!(run_json(&folder, "rerun first --out second")["same"], true);
+    assert_same_records(&folder.join("first"), &folder.join("second"));
+    let (exit, error) = run_failing(
         &folder,
         "experiment harris-wall --wearer mine.toml --out third",
     );

@@ -1,22 +1,22 @@
 //! Records that are read are never lost, and what they have lost is told.
 
-use super::program::{Board, folder, ran};
-use super::record_again::{copied, failed, files, shortened, told};
+use super::program::{Board, run_flexor, test_folder};
+use super::record_again::{copy_record, files, run_failing, run_json, shortened_session};
 use host_core::record;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 /// A short record `one` in a folder of its own.
-fn recorded(test: &str) -> PathBuf {
-    let folder = folder(test);
-    let file = shortened(&folder, "ten_channels.toml", 0.2);
-    told(&folder, &format!("run {file} --out one"));
+fn record_session(test: &str) -> PathBuf {
+    let folder = test_folder(test);
+    let file = shortened_session(&folder, "ten_channels.toml", 0.2);
+    run_json(&folder, &format!("run {file} --out one"));
     folder
 }
 
 /// A copy of the record `one` that `harm` has changed.
-fn harmed(folder: &Path, name: &str, harm: impl Fn(&Path)) {
-    harm(&copied(folder, "one", name));
+fn damage_copy(folder: &Path, name: &str, harm: impl Fn(&Path)) {
+    harm(&copy_record(folder, "one", name));
 }
 
 fn trial_of(record: &Path) -> PathBuf {
@@ -30,8 +30,8 @@ fn json(path: &Path) -> serde_json::Value {
 
 #[test]
 fn what_is_read_is_never_replaced() {
-    let folder = recorded("sources");
-    harmed(&folder, "two", |_| ());
+    let folder = record_session("sources");
+    damage_copy(&folder, "two", |_| ());
     std::os::unix::fs::symlink(folder.join("one"), folder.join("link")).unwrap();
     let before = files(&folder.join("one"));
     let lines = [
@@ -44,19 +44,19 @@ fn what_is_read_is_never_replaced() {
         "rerun link --out one --overwrite",
     ];
     for line in lines {
-        let (exit, error) = failed(&folder, line);
+        let (exit, error) = run_failing(&folder, line);
         assert_eq!(exit, Some(1), "{line}");
         assert!(error.contains("E586 --out"), "{line}: {error}");
         assert!(files(&folder.join("one")) == before, "{line} touched it");
     }
     // Another record may be replaced.
-    told(&folder, "rerun one --out two --overwrite");
+    run_json(&folder, "rerun one --out two --overwrite");
     assert_eq!(files(&folder.join("one")), before);
 }
 
 #[test]
 fn what_a_record_has_lost_is_named() {
-    let folder = recorded("damage");
+    let folder = record_session("damage");
     let summary = json(&folder.join("one/summary.json"));
     let rows = summary["trials"][0]["sample_rows"].as_u64().unwrap();
     let loaded = record::load(&folder.join("one")).unwrap();
@@ -73,15 +73,15 @@ fn what_a_record_has_lost_is_named() {
     };
     let gone =
         |file: &'static str| move |copy: &Path| fs::remove_file(trial_of(copy).join(file)).unwrap();
-    harmed(&folder, "rows", cut("samples.csv", 3));
-    harmed(&folder, "edges", cut("edges.csv", 1));
-    harmed(&folder, "no_rows", gone("samples.csv"));
-    harmed(&folder, "no_edges", gone("edges.csv"));
-    harmed(&folder, "no_trial", gone("trial.json"));
-    harmed(&folder, "no_folder", |copy| {
+    damage_copy(&folder, "rows", cut("samples.csv", 3));
+    damage_copy(&folder, "edges", cut("edges.csv", 1));
+    damage_copy(&folder, "no_rows", gone("samples.csv"));
+    damage_copy(&folder, "no_edges", gone("edges.csv"));
+    damage_copy(&folder, "no_trial", gone("trial.json"));
+    damage_copy(&folder, "no_folder", |copy| {
         fs::remove_dir_all(trial_of(copy)).unwrap();
     });
-    harmed(&folder, "added", |copy| {
+    damage_copy(&folder, "added", |copy| {
         let (first, added) = (trial_of(copy), copy.join("02-of-another"));
         fs::create_dir(&added).unwrap();
         for file in ["trial.json", "samples.csv", "edges.csv", "session.toml"] {
@@ -96,8 +96,8 @@ fn what_a_record_has_lost_is_named() {
             fs::write(path, text.replace(from, to)).unwrap();
         }
     };
-    harmed(&folder, "no_session", gone("session.toml"));
-    harmed(
+    damage_copy(&folder, "no_session", gone("session.toml"));
+    damage_copy(
         &folder,
         "session",
         changed("frequency_hz = ", "frequency_hz = 1"),
@@ -119,7 +119,7 @@ fn what_a_record_has_lost_is_named() {
     ];
     for (copy, what) in copies {
         let says = format!("E585 the record in {copy} is damaged: {what}");
-        let (exit, error) = failed(&folder, &format!("rerun {copy} --out again"));
+        let (exit, error) = run_failing(&folder, &format!("rerun {copy} --out again"));
         assert_eq!(exit, Some(1), "{copy}");
         let is_told = match copy.ends_with("session") {
             true => error.contains(&format!("E595 {copy}/{name}/session.toml")),
@@ -130,7 +130,7 @@ fn what_a_record_has_lost_is_named() {
 
         // The page is made, says so, and a second one does as well.
         for _ in 0..2 {
-            let reported = told(&folder, &format!("report {copy}"));
+            let reported = run_json(&folder, &format!("report {copy}"));
             let said = reported["damaged"].as_str().unwrap();
             assert!(said.contains(&says), "{copy}: {said}");
             let page = fs::read_to_string(folder.join(copy).join("report.html")).unwrap();
@@ -138,14 +138,14 @@ fn what_a_record_has_lost_is_named() {
             assert!(page.contains(&headline), "{copy}");
         }
         assert_eq!(json(&folder.join(copy).join("summary.json")), summary);
-        let (_, text, _) = ran(&folder, &["report", copy]);
+        let (_, text, _) = run_flexor(&folder, &["report", copy]);
         assert!(text.contains(" (damaged): "), "{text}");
         assert!(text.contains(&says), "{text}");
 
-        let (exit, text, error) = ran(&folder, &["compare", "one", copy]);
+        let (exit, text, error) = run_flexor(&folder, &["compare", "one", copy]);
         assert_eq!(exit, Some(0), "{copy}: {error}");
         assert!(text.contains(&says), "{copy}: {text}");
-        let compared = told(&folder, &format!("compare one {copy}"));
+        let compared = run_json(&folder, &format!("compare one {copy}"));
         assert_eq!(compared["damaged"].as_array().unwrap().len(), 1);
         // Rate and width of a session that was not run make no numbers.
         let charge = compared.pointer("/rows/1/channels/0/cathodic_uc");
@@ -155,23 +155,23 @@ fn what_a_record_has_lost_is_named() {
         let page = fs::read_to_string(folder.join(compared["page"].as_str().unwrap())).unwrap();
         assert!(page.contains(&format!("<b>Damaged: {what}")), "{copy}");
     }
-    let whole = told(&folder, "report one");
+    let whole = run_json(&folder, "report one");
     assert_eq!(whole["damaged"], serde_json::Value::Null);
 }
 
 #[test]
 fn files_that_are_none_have_a_number() {
-    let folder = recorded("numbers");
-    harmed(&folder, "torn", |copy| {
+    let folder = record_session("numbers");
+    damage_copy(&folder, "torn", |copy| {
         fs::write(copy.join("run.json"), "{").unwrap();
     });
-    harmed(&folder, "trial", |copy| {
+    damage_copy(&folder, "trial", |copy| {
         fs::write(trial_of(copy).join("trial.json"), "{").unwrap();
     });
-    harmed(&folder, "column", |copy| {
+    damage_copy(&folder, "column", |copy| {
         fs::write(trial_of(copy).join("samples.csv"), "a,b\n1,2\n").unwrap();
     });
-    harmed(&folder, "bytes", |copy| {
+    damage_copy(&folder, "bytes", |copy| {
         fs::write(trial_of(copy).join("samples.csv"), [0xff, 0xfe]).unwrap();
     });
     for (copy, says) in [
@@ -181,7 +181,7 @@ fn files_that_are_none_have_a_number() {
         ("bytes", "E583 bytes/01-"),
     ] {
         for command in ["report", "rerun"] {
-            let (exit, error) = failed(&folder, &format!("{command} {copy}"));
+            let (exit, error) = run_failing(&folder, &format!("{command} {copy}"));
             assert_eq!(exit, Some(1), "{command} {copy}");
             assert!(error.contains(says), "{command} {copy}: {error}");
         }
@@ -190,8 +190,8 @@ fn files_that_are_none_have_a_number() {
 
 #[test]
 fn a_run_counts_its_own_pulses_on_a_device_that_played_before() {
-    let folder = folder("own_pulses");
-    let file = shortened(&folder, "ten_channels.toml", 0.5);
+    let folder = test_folder("own_pulses");
+    let file = shortened_session(&folder, "ten_channels.toml", 0.5);
     // In real time, beside other tests: silence is not what is tested.
     let path = folder.join(&file);
     let text = fs::read_to_string(&path).unwrap();
@@ -200,7 +200,7 @@ fn a_run_counts_its_own_pulses_on_a_device_that_played_before() {
     let board = Board::tcp(&folder);
     for name in ["first", "second"] {
         let line = format!("run {file} --device {} --out {name}", board.at);
-        told(&folder, &line);
+        run_json(&folder, &line);
     }
     drop(board);
     let counted = |name: &str| {
@@ -227,14 +227,14 @@ fn a_run_counts_its_own_pulses_on_a_device_that_played_before() {
         second_frames < 1.5 * first_frames,
         "{second_frames} frames a second"
     );
-    let compared = told(&folder, "compare first second");
+    let compared = run_json(&folder, "compare first second");
     assert_eq!(compared["rows"][0]["pulses"], first);
     assert_eq!(compared["rows"][1]["pulses"], second);
 }
 
 #[test]
 fn run_json_says_what_stimulated() {
-    let folder = recorded("kind");
+    let folder = record_session("kind");
     let run = json(&folder.join("one/run.json"));
     assert_eq!(run["kind"], "native");
     assert_eq!(run["simulated"], true);

@@ -1,13 +1,13 @@
 //! Whether a run was simulated is what the device says, not what it is called.
 
-use super::program::{Board, flexor, folder, one_channel, said, written};
+use super::program::{Board, command_result, flexor_command, one_channel, test_folder, write_file};
 use firmware::link::{Decoder, Kind, Response, encode};
 use hal_sim::native::native;
 use host_core::link::{Port, SimulatedPort};
 use host_core::record::{self, DeviceKind, DeviceState, Recorder, Run, Sample};
 use host_core::report::{self, Report};
-use host_core::run::{SessionFile, begin_trial, run, simulated};
-use host_core::wearer::shipped;
+use host_core::run::{SessionFile, begin_trial, run, simulated_port};
+use host_core::wearer::builtin_wearer;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -23,8 +23,11 @@ fn is_recorded_as_simulated(
     let name = kind.words().replace(' ', "-");
     let dir = folder.join(format!("{name}-{}", device.len()));
     let arguments = ["run", session, "--device", device, "--out"];
-    let output = flexor(folder, &arguments).arg(&dir).output().unwrap();
-    let (exit, _, error) = said(output);
+    let output = flexor_command(folder, &arguments)
+        .arg(&dir)
+        .output()
+        .unwrap();
+    let (exit, _, error) = command_result(output);
     assert_eq!(exit, Some(0), "{device}: {error}");
     let run = record::load(&dir).unwrap();
     assert!(run.is_simulated(), "{device}");
@@ -46,8 +49,8 @@ fn is_recorded_as_simulated(
 
 #[test]
 fn simulators_behind_sockets_terminals_and_pipes_are_recorded_as_simulated() {
-    let folder = folder("identity");
-    written(&folder, "short.toml", one_channel(0.3, 20));
+    let folder = test_folder("identity");
+    write_file(&folder, "short.toml", one_channel(0.3, 20));
     let native = Board::tcp(&folder);
     is_recorded_as_simulated(&folder, "short.toml", &native.at, DeviceKind::Native);
     drop(native);
@@ -99,14 +102,14 @@ impl Port for DisguisedPort {
 /// recorded.
 fn page_of(unique_id: [u32; 3], file: &SessionFile) -> (String, Run) {
     let boot = firmware::units::Micros::new(0);
-    let port = simulated(&file.session, 1, Box::new(native(boot)), boot).unwrap();
+    let port = simulated_port(&file.session, 1, Box::new(native(boot)), boot).unwrap();
     let port = DisguisedPort {
         port,
         decoder: Decoder::default(),
         unique_id,
     };
     let name = Path::new(&file.name).file_stem().unwrap().display();
-    let dir = folder(&format!("identity-{:08x}-{name}", unique_id[0]));
+    let dir = test_folder(&format!("identity-{:08x}-{name}", unique_id[0]));
     let mut whole = Run {
         title: "One".to_owned(),
         device: "/dev/simulated-qemu".to_owned(),
@@ -156,10 +159,10 @@ fn a_force_at_the_hand(folder: &Path) -> SessionFile {
     let text = text.replace("duration_s = 6.0", "duration_s = 3.0");
     let text = text.replace("rate_hz = 200", "rate_hz = 20");
     let text = text.replace("../wearers/arm-1.toml", "arm.toml");
-    let wearer = shipped("arm-1").unwrap();
+    let wearer = builtin_wearer("arm-1").unwrap();
     let wearer = wearer.replace("host_timeout_ms = 200", "host_timeout_ms = 1000");
-    written(folder, "arm.toml", wearer);
-    SessionFile::load(&written(folder, "hand.toml", text)).unwrap()
+    write_file(folder, "arm.toml", wearer);
+    SessionFile::load(&write_file(folder, "hand.toml", text)).unwrap()
 }
 
 /// What was wanted, what part of it was made, and what every channel got.
@@ -174,7 +177,7 @@ fn given(sample: &Sample) -> SampleForces {
 /// and is recorded as what it says that it is. Nobody there knows the force that comes.
 #[test]
 fn a_force_at_the_hand_is_given_behind_every_port() {
-    let folder = folder("hand_behind_a_port");
+    let folder = test_folder("hand_behind_a_port");
     let file = a_force_at_the_hand(&folder);
     let (page, run) = page_of(A_BOARD_S, &file);
     assert!(!page.contains(WARNING) && page.contains("board at"));

@@ -1,14 +1,14 @@
 //! `flexor search`: what it tells people and machines, and what it refuses.
 
-use crate::program::{Board, folder, ran, written};
+use crate::program::{Board, run_flexor, test_folder, write_file};
 use serde_json::Value;
 
 const FINGER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/searches/finger.toml");
 
 #[test]
 fn the_shipped_searches_find_the_shipped_finger() {
-    let folder = folder("search_finger");
-    let (exit, out, _) = ran(&folder, &["--json", "search", FINGER]);
+    let folder = test_folder("search_finger");
+    let (exit, out, _) = run_flexor(&folder, &["--json", "search", FINGER]);
     assert_eq!(exit, Some(0), "{out}");
     let told: Value = serde_json::from_str(&out).unwrap();
     assert_eq!(told["error"], Value::Null);
@@ -23,7 +23,7 @@ fn the_shipped_searches_find_the_shipped_finger() {
         assert_eq!(search["pulses"], pulses);
     }
     assert_eq!(searches[3]["set"], searches[3]["low"]);
-    let (_, people, _) = ran(&folder, &["search", FINGER]);
+    let (_, people, _) = run_flexor(&folder, &["search", FINGER]);
     println!("{people}");
     for line in people.lines() {
         assert!(line.chars().count() <= 80, "{line}");
@@ -32,7 +32,7 @@ fn the_shipped_searches_find_the_shipped_finger() {
 
 #[test]
 fn what_cannot_be_searched_is_refused_before_anything_is_stimulated() {
-    let folder = folder("search_refused");
+    let folder = test_folder("search_refused");
     let stair = "session = \"session.toml\"\n[[search]]\nkind = \"threshold\"\nstart = 2.0\n\
                  step = 2.0\nlimit = 20.0\n";
     let cases = [
@@ -46,18 +46,18 @@ fn what_cannot_be_searched_is_refused_before_anything_is_stimulated() {
         ("session = 3".to_owned(), "line 1"),
     ];
     for (text, named) in cases {
-        written(&folder, "search.toml", text);
-        let (exit, _, told) = ran(&folder, &["search", "search.toml"]);
+        write_file(&folder, "search.toml", text);
+        let (exit, _, told) = run_flexor(&folder, &["search", "search.toml"]);
         let is_told = told.contains("E527") && told.contains(named);
         assert!(exit == Some(1) && is_told, "{named}: {told}");
     }
-    written(
+    write_file(
         &folder,
         "search.toml",
         stair.replace("20.0", "14.0") + "channel = 1",
     );
     let board = Board::tcp(&folder);
-    let (exit, _, told) = ran(&folder, &["search", "search.toml", "--device", &board.at]);
+    let (exit, _, told) = run_flexor(&folder, &["search", "search.toml", "--device", &board.at]);
     assert!(exit == Some(1) && told.contains("E529"), "{told}");
     let seeded = [
         "search",
@@ -67,5 +67,5 @@ fn what_cannot_be_searched_is_refused_before_anything_is_stimulated() {
         "--seed",
         "2",
     ];
-    assert_eq!(ran(&folder, &seeded).0, Some(2));
+    assert_eq!(run_flexor(&folder, &seeded).0, Some(2));
 }

@@ -78,7 +78,7 @@ impl TerminalProgram {
     }
 
     /// Reads until this is seen, and forgets what came before it.
-    pub fn sees(&mut self, wanted: &str) {
+    pub fn wait_for_text(&mut self, wanted: &str) {
         while !self.seen.contains(wanted) {
             assert!(self.process.try_wait().unwrap().is_none(), "{}", self.seen);
             self.read();
@@ -88,7 +88,7 @@ impl TerminalProgram {
     }
 
     /// Types all of it, as fast as it is taken.
-    pub fn types(&mut self, text: &str) {
+    pub fn type_text(&mut self, text: &str) {
         let mut rest = text.as_bytes();
         while !rest.is_empty() {
             match self.master.write(rest) {
@@ -110,7 +110,7 @@ impl TerminalProgram {
     }
 
     /// Waits for the program's end, reading; its exit code.
-    pub fn ended(&mut self) -> Option<i32> {
+    pub fn wait_for_exit(&mut self) -> Option<i32> {
         loop {
             if let Some(status) = self.process.try_wait().unwrap() {
                 self.read();

@@ -1,13 +1,13 @@
 //! `flexor serve` lets a client in only when it can answer.
 
-use crate::program::{Board, flexor, folder, said, written};
-use crate::steady::steadily;
+use crate::program::{Board, command_result, flexor_command, test_folder, write_file};
+use crate::steady::retry_after_stalls;
 use firmware::units::Micros;
 use hal_sim::native::native;
 use host_core::link::{Connection, TcpPort};
 use host_core::record::{DeviceState, Sample};
-use host_core::run::{SessionFile, run, simulated};
-use host_core::wearer::shipped;
+use host_core::run::{SessionFile, run, simulated_port};
+use host_core::wearer::builtin_wearer;
 use std::net::TcpListener;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
@@ -30,15 +30,17 @@ impl Drop for ServeProcess {
 #[test]
 fn the_first_connection_is_answered() {
     for device in ["native", "chip"] {
-        steadily("the_first_connection_is_answered", || is_answered(device));
+        retry_after_stalls("the_first_connection_is_answered", || {
+            assert_answered(device)
+        });
     }
 }
 
-fn is_answered(device: &str) {
+fn assert_answered(device: &str) {
     let free = TcpListener::bind("127.0.0.1:0").unwrap();
     let at = free.local_addr().unwrap().to_string();
     drop(free);
-    let mut command = flexor(Path::new("."), &["serve", "--device", device, "--tcp", &at]);
+    let mut command = flexor_command(Path::new("."), &["serve", "--device", device, "--tcp", &at]);
     command.stdout(Stdio::null());
     let mut served = ServeProcess(command.spawn().unwrap());
     let begin = Instant::now();
@@ -64,19 +66,19 @@ fn is_answered(device: &str) {
 const HELD: &str = include_str!("../sessions/endpoint_force.toml");
 
 /// Runs the example client for a force on this wearer's arm; what it printed.
-fn asked(board: &Board, wearer: &Path, force_n: [&str; 3]) -> String {
+fn run_client(board: &Board, wearer: &Path, force_n: [&str; 3]) -> String {
     let example = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/examples/hand.py");
     let mut python = Command::new("python3");
     python.args([example, &board.at]).arg(wearer).args(force_n);
     let output = python.output().expect("python3, which the example is in");
-    let (exit, told, error) = said(output);
+    let (exit, told, error) = command_result(output);
     assert_eq!(exit, Some(0), "{told}{error}");
     told
 }
 
 /// What every channel gets for this force at last, played from the file, in the words of
 /// the example.
-fn played(force_n: &str) -> String {
+fn played_amplitudes(force_n: &str) -> String {
     let points = HELD.find("points = [").unwrap();
     let text = format!(
         "{}points = [{{ at_s = 0, force_n = {force_n} }}]",
@@ -85,7 +87,7 @@ fn played(force_n: &str) -> String {
     let text = text.replace("duration_s = 6.0", "duration_s = 1.0");
     let file = SessionFile::parse("endpoint_force.toml", &text).unwrap();
     let boot = Micros::new(0);
-    let port = simulated(&file.session, 1, Box::new(native(boot)), boot).unwrap();
+    let port = simulated_port(&file.session, 1, Box::new(native(boot)), boot).unwrap();
     let (outcome, _) = run(&file, port, None, |_| ());
     assert!(outcome.error.is_none(), "{:?}", outcome.error);
     // Before the stop, in which it falls.
@@ -111,21 +113,21 @@ fn played(force_n: &str) -> String {
 #[test]
 #[cfg(unix)]
 fn a_client_asks_for_forces_at_the_hand_live() {
-    let folder = folder("hand_live");
-    let patient = shipped("arm-1")
+    let folder = test_folder("hand_live");
+    let patient = builtin_wearer("arm-1")
         .unwrap()
         .replace("host_timeout_ms = 200", "host_timeout_ms = 1000");
-    let arm = written(&folder, "arm.toml", &patient);
+    let arm = write_file(&folder, "arm.toml", &patient);
     let board = Board::tcp(&folder);
     let made = |told: &str, force: &str| {
-        let given = format!("100.0 % of {force} N: {}\n", played(force));
+        let given = format!("100.0 % of {force} N: {}\n", played_amplitudes(force));
         assert!(told.contains(&given), "expected {given}{told}");
     };
-    let told = asked(&board, &arm, ["-2", "3", "2.5"]);
+    let told = run_client(&board, &arm, ["-2", "3", "2.5"]);
     made(&told, "[-2.0, 3.0, 2.5]");
     assert!(!told.contains("E3"), "{told}"); // no refusal
 
-    let told = asked(&board, &arm, ["-20", "30", "25"]);
+    let told = run_client(&board, &arm, ["-20", "30", "25"]);
     let refused = "E317 [-20.0, 30.0, 25.0] N: superior deltoid is too weak: 20.2 % can be made; \
                    the nearest is [-4.04, 6.06, 5.05] N\n";
     assert!(told.contains(refused), "{told}");
@@ -133,8 +135,8 @@ fn a_client_asks_for_forces_at_the_hand_live() {
 
     // The biceps alone cannot push the hand down.
     let (others, _) = patient.match_indices("[[limb.line]]").nth(1).unwrap();
-    let biceps = written(&folder, "biceps.toml", &patient[..others]);
-    let told = asked(&board, &biceps, ["0", "0", "-5"]);
+    let biceps = write_file(&folder, "biceps.toml", &patient[..others]);
+    let told = run_client(&board, &biceps, ["0", "0", "-5"]);
     let refused = "E318 [0.0, 0.0, -5.0] N: no muscle helps; the nearest is [0.0, 0.0, 0.0] N\n";
     assert!(told.contains(refused), "{told}");
     assert!(

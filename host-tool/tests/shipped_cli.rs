@@ -1,7 +1,7 @@
 //! Files of the program, by name from any folder.
 
-use super::program::folder;
-use super::record_again::{failed, told};
+use super::program::test_folder;
+use super::record_again::{run_failing, run_json};
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -31,8 +31,8 @@ fn listed(all: &serde_json::Value, key: &str) -> BTreeSet<String> {
 
 #[test]
 fn every_shipped_file_is_listed_and_found_by_its_name() {
-    let dir = folder("listed");
-    let all = told(&dir, "list");
+    let dir = test_folder("listed");
+    let all = run_json(&dir, "list");
     let package = Path::new(env!("CARGO_MANIFEST_DIR"));
     for key in ["sessions", "wearers", "searches"] {
         let under = package.join(key);
@@ -42,42 +42,42 @@ fn every_shipped_file_is_listed_and_found_by_its_name() {
     std::fs::create_dir(dir.join("faults")).unwrap();
     for name in declared.union(&listed(&all, "studies")) {
         let file = format!("{name}-copied.toml");
-        told(&dir, &format!("new {file} --from studies/{name}"));
+        run_json(&dir, &format!("new {file} --from studies/{name}"));
     }
     let document = std::fs::read_to_string(package.join("../docs/laboratory.md")).unwrap();
     for name in listed(&all, "studies") {
         assert!(document.contains(&format!("`{name}`")), "{name}");
     }
     let names: Vec<String> = listed(&all, "sessions").into_iter().collect();
-    let checked = told(&dir, &format!("check {}", names.join(" ")));
+    let checked = run_json(&dir, &format!("check {}", names.join(" ")));
     assert_eq!(checked["sessions"].as_array().unwrap().len(), names.len());
     // A file of that name comes first.
     std::fs::write(dir.join("reciprocal"), "title = 1").unwrap();
-    assert_eq!(failed(&dir, "check reciprocal").0, Some(1));
+    assert_eq!(run_failing(&dir, "check reciprocal").0, Some(1));
 }
 
 #[test]
 fn shipped_files_are_copied_out_with_those_that_they_name() {
-    let dir = folder("copied_out");
-    told(&dir, "new own.toml --from hamana_exp4_two_point_wearer");
-    told(&dir, "check own.toml P.toml");
-    told(&dir, "new study.toml --from hamana-4");
-    told(&dir, "experiment study.toml --draws 0 --out played");
-    let (exit, error) = failed(&dir, "new own.toml --from reciprocal");
+    let dir = test_folder("copied_out");
+    run_json(&dir, "new own.toml --from hamana_exp4_two_point_wearer");
+    run_json(&dir, "check own.toml P.toml");
+    run_json(&dir, "new study.toml --from hamana-4");
+    run_json(&dir, "experiment study.toml --draws 0 --out played");
+    let (exit, error) = run_failing(&dir, "new own.toml --from reciprocal");
     assert_eq!(exit, Some(1));
     assert!(error.contains("E525"), "{error}");
     for (typed, expected) in [
         ("recip", "did you mean `reciprocal`?"),
         ("distributed", "sessions/distributed or studies/distributed"),
     ] {
-        let (exit, error) = failed(&dir, &format!("new other.toml --from {typed}"));
+        let (exit, error) = run_failing(&dir, &format!("new other.toml --from {typed}"));
         assert_eq!(exit, Some(2));
         assert!(error.contains(expected), "{error}");
     }
-    let (exit, error) = failed(&dir, "new other.toml --from nothing-like-it");
+    let (exit, error) = run_failing(&dir, "new other.toml --from nothing-like-it");
     assert_eq!(exit, Some(2));
     assert!(error.contains("flexor list"), "{error}");
-    let (exit, error) = failed(&dir, "new other.toml --from reciprocal --seconds 3");
+    let (exit, error) = run_failing(&dir, "new other.toml --from reciprocal --seconds 3");
     assert_eq!(
         (exit, error.contains("--seconds")),
         (Some(2), true),
@@ -89,15 +89,15 @@ fn shipped_files_are_copied_out_with_those_that_they_name() {
 /// sessions: a copy in a folder of its own passes the check, as the shipped file does.
 #[test]
 fn every_copy_stands_on_its_own() {
-    let dir = folder("stands_alone");
-    let all = told(&dir, "list");
+    let dir = test_folder("stands_alone");
+    let all = run_json(&dir, "list");
     for (index, name) in listed(&all, "sessions").iter().enumerate() {
         std::fs::create_dir(dir.join(index.to_string())).unwrap();
-        told(
+        run_json(
             &dir,
             &format!("new {index}/own.toml --from sessions/{name}"),
         );
-        told(&dir, &format!("check {index}/own.toml"));
+        run_json(&dir, &format!("check {index}/own.toml"));
     }
     for name in [
         "harris-wall",
@@ -106,11 +106,11 @@ fn every_copy_stands_on_its_own() {
         "hamana-4",
     ] {
         std::fs::create_dir(dir.join(name)).unwrap();
-        told(
+        run_json(
             &dir,
             &format!("new {name}/study.toml --from studies/{name}"),
         );
-        told(
+        run_json(
             &dir,
             &format!("experiment {name}/study.toml --draws 0 --out {name}/played"),
         );

@@ -11,7 +11,7 @@ const STALL: Duration = Duration::from_millis(20);
 const MOST: u32 = 8;
 
 /// Runs `test`; if it fails and this computer stalled meanwhile, says so and runs it again.
-pub fn steadily(name: &str, test: impl Fn()) {
+pub fn retry_after_stalls(name: &str, test: impl Fn()) {
     repeated(name, || timed(&test));
 }
 

@@ -1,7 +1,7 @@
 //! A triggered session at a desk: edges from the session file, trains exactly
 //! 1000 µs after them; a session that plays nothing says so first.
 
-use crate::program::{folder, ran, written};
+use crate::program::{run_flexor, test_folder, write_file};
 use firmware::link::Request;
 use hal_sim::trace::State;
 use host_core::link::{Connection, Port};
@@ -83,10 +83,10 @@ fn a_session_without_a_pulse_says_so_first() {
             "it ended before the first channel's offset_us",
         ),
     ] {
-        let folder = folder(&format!("trigger/{name}"));
-        written(&folder, "session.toml", text);
+        let folder = test_folder(&format!("trigger/{name}"));
+        write_file(&folder, "session.toml", text);
         let flexor = |arguments: &[&str]| {
-            let (_, out, _) = ran(&folder, &[&["run", "session.toml"], arguments].concat());
+            let (_, out, _) = run_flexor(&folder, &[&["run", "session.toml"], arguments].concat());
             out
         };
         let said = flexor(&["--out", "people"]);
@@ -113,11 +113,11 @@ fn a_client_asks_for_an_edge() {
     let file = SessionFile::parse("trigger.toml", TRIGGER).unwrap();
     let port = DeviceName::Native.open(&file.session, 1).unwrap();
     let (mut client, _) = Connection::open(port).unwrap();
-    for request in file.session.requests() {
+    for request in file.session.setup_requests() {
         client.request(request).unwrap();
     }
     client.arm().unwrap();
-    let first = file.session.setpoints.at(0).request(None);
+    let first = file.session.setpoints.at(0).to_request(None);
     client.request(first.clone()).unwrap();
     client.start().unwrap();
     let mut asked = Vec::new();

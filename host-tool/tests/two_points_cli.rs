@@ -1,6 +1,6 @@
 //! `flexor two-points`: what it tells people and machines, what it writes, keeps and refuses.
 
-use crate::program::{flexor, folder, ran, repeats};
+use crate::program::{check_rerun_command, flexor_command, run_flexor, test_folder};
 use serde_json::Value;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -19,15 +19,16 @@ fn same(folder: &Path, out: &str, other: &str) {
 
 #[test]
 fn a_cell_is_told_and_written() {
-    let folder = folder("two_points");
+    let folder = test_folder("two_points");
     let few = [&FEW[..], &["--draws", "3"]].concat();
-    let (exit, people, _) = ran(&folder, &few);
+    let (exit, people, _) = run_flexor(&folder, &few);
     assert_eq!(exit, Some(0), "{people}");
     for line in people.lines() {
         assert!(line.chars().count() <= 80, "{line}");
     }
     for out in ["one", "two"] {
-        let (exit, told, _) = ran(&folder, &[&["--json"], &few[..], &["--out", out]].concat());
+        let (exit, told, _) =
+            run_flexor(&folder, &[&["--json"], &few[..], &["--out", out]].concat());
         assert_eq!(exit, Some(0), "{told}");
         let told: Value = serde_json::from_str(&told).unwrap();
         let result = &told["result"];
@@ -47,32 +48,32 @@ fn a_cell_is_told_and_written() {
     let rows = std::fs::read_to_string(folder.join("one/draws.csv")).unwrap();
     let fields: Vec<usize> = rows.lines().map(|row| row.split(',').count()).collect();
     assert_eq!(fields, [fields[0]; 4]);
-    repeats(&folder, "one");
+    check_rerun_command(&folder, "one");
 }
 
 /// Parts of a cell, the whole of which one thread draws, and what makes no whole.
 #[test]
 fn shards_merge_to_the_bytes_of_one() {
-    let folder = folder("two_points_shards");
+    let folder = test_folder("two_points_shards");
     let few = [&FEW[..], &["--draws", "4"]].concat();
-    let mut alone = flexor(&folder, &[&few[..], &["--out", "whole"]].concat());
+    let mut alone = flexor_command(&folder, &[&few[..], &["--out", "whole"]].concat());
     let alone = alone.env("RAYON_NUM_THREADS", "1").output().unwrap();
     assert!(alone.status.success());
     for part in ["1", "2"] {
         let shard = format!("{part}/2");
         let words = [&["--json"], &few[..], &["--shard", &shard, "--out", part]].concat();
-        let (exit, told, error) = ran(&folder, &words);
+        let (exit, told, error) = run_flexor(&folder, &words);
         assert_eq!(exit, Some(0), "{error}");
         let told: Value = serde_json::from_str(&told).unwrap();
         assert_eq!(told["shard"]["of"], 2, "{told}");
         assert!(!folder.join(part).join("result.json").exists());
     }
     let merge = ["two-points", "--merge", "2", "1", "--out", "merged"];
-    let (exit, people, error) = ran(&folder, &merge);
+    let (exit, people, error) = run_flexor(&folder, &merge);
     assert_eq!(exit, Some(0), "{error}");
     assert!(people.starts_with("cell "), "{people}");
     same(&folder, "merged", "whole");
-    let (exit, _, error) = ran(&folder, &["report", "merged"]);
+    let (exit, _, error) = run_flexor(&folder, &["report", "merged"]);
     assert_eq!(exit, Some(0), "{error}");
     same(&folder, "merged", "whole");
     for (words, wanted) in [
@@ -107,7 +108,7 @@ fn shards_merge_to_the_bytes_of_one() {
         ),
     ] {
         let words: Vec<&str> = words.split(' ').collect();
-        let (exit, _, error) = ran(&folder, &[&["two-points"], &words[..]].concat());
+        let (exit, _, error) = run_flexor(&folder, &[&["two-points"], &words[..]].concat());
         assert_eq!(exit, Some(1), "{error}");
         assert!(error.contains(wanted), "{wanted}: {error}");
     }
@@ -117,10 +118,10 @@ fn shards_merge_to_the_bytes_of_one() {
 /// The study has the same name, folders and shards among those that draw their persons.
 #[test]
 fn a_sweep_of_this_name_is_the_same_study() {
-    let folder = folder("two_points_sweep");
+    let folder = test_folder("two_points_sweep");
     for (command, out) in [("two-points", "own"), ("sweep two-points", "swept")] {
         let line = format!("{command} --seed 1001 --draws 1 --shard 16/49 --out {out}");
-        let (exit, _, error) = ran(&folder, &line.split(' ').collect::<Vec<_>>());
+        let (exit, _, error) = run_flexor(&folder, &line.split(' ').collect::<Vec<_>>());
         assert_eq!(exit, Some(0), "{error}");
     }
     for file in ["draws.csv", "sweep.json", "declaration.toml"] {
@@ -128,7 +129,7 @@ fn a_sweep_of_this_name_is_the_same_study() {
         assert!(read("own") == read("swept"), "{file}");
     }
     let line = "sweep two-points --draws 1 --device chip --out chip";
-    let (exit, _, error) = ran(&folder, &line.split(' ').collect::<Vec<_>>());
+    let (exit, _, error) = run_flexor(&folder, &line.split(' ').collect::<Vec<_>>());
     assert_eq!(exit, Some(2));
     assert!(error.contains("allowed: native"), "{error}");
 }
@@ -143,10 +144,10 @@ fn rows(folder: &Path) -> usize {
 #[cfg(unix)]
 #[test]
 fn an_interrupted_study_goes_on_to_the_same_bytes() {
-    let folder = folder("two_points_broken");
+    let folder = test_folder("two_points_broken");
     let few = [&FEW[..], &["--draws", "24", "--out", "broken"]].concat();
     for (signal, known, exit) in [("INT", 8, Some(130)), ("KILL", 16, None)] {
-        let mut command = flexor(&folder, &few);
+        let mut command = flexor_command(&folder, &few);
         let command = command.env("RAYON_NUM_THREADS", "1");
         let command = command.stdout(Stdio::null()).stderr(Stdio::piped());
         let mut program = command.spawn().unwrap();
@@ -170,16 +171,16 @@ fn an_interrupted_study_goes_on_to_the_same_bytes() {
         let result = std::fs::read_to_string(folder.join("broken/result.json")).unwrap();
         assert!(result.contains("\"Cut short: 0 of 1 cells"), "{result}");
     }
-    let (exit, _, error) = ran(&folder, &few);
+    let (exit, _, error) = run_flexor(&folder, &few);
     assert_eq!(exit, Some(0), "{error}");
     let whole = [&FEW[..], &["--draws", "24", "--out", "whole"]].concat();
-    assert_eq!(ran(&folder, &whole).0, Some(0));
+    assert_eq!(run_flexor(&folder, &whole).0, Some(0));
     same(&folder, "broken", "whole");
 }
 
 #[test]
 fn what_is_out_of_range_or_does_not_go_together_is_refused() {
-    let folder = folder("two_points_refused");
+    let folder = test_folder("two_points_refused");
     for (words, wanted) in [
         ("--draws 0", "E518 --draws is 0, allowed is 1 to"),
         ("--cell 49", "E518 --cell is 49, allowed is 0 to 48"),
@@ -211,7 +212,7 @@ fn what_is_out_of_range_or_does_not_go_together_is_refused() {
         ),
     ] {
         let words: Vec<&str> = words.split(' ').collect();
-        let (exit, _, error) = ran(&folder, &[&["two-points"], &words[..]].concat());
+        let (exit, _, error) = run_flexor(&folder, &[&["two-points"], &words[..]].concat());
         assert_eq!(exit, Some(2), "{error}");
         assert!(error.contains(wanted), "{wanted}: {error}");
     }
@@ -221,9 +222,9 @@ fn what_is_out_of_range_or_does_not_go_together_is_refused() {
 /// It tells what the draws cost, and nothing of it is a result.
 #[test]
 fn what_a_draw_costs_is_told_apart() {
-    let folder = folder("two_points_cost");
+    let folder = test_folder("two_points_cost");
     let words = [&FEW[..], &["--draws", "1", "--timing"]].concat();
-    let (exit, told, error) = ran(&folder, &[&["--json"], &words[..]].concat());
+    let (exit, told, error) = run_flexor(&folder, &[&["--json"], &words[..]].concat());
     assert_eq!(exit, Some(0), "{error}");
     let told: Value = serde_json::from_str(&told).unwrap();
     let timing = &told["timing"];

@@ -1,6 +1,6 @@
 //! `flexor run --watch` at a terminal: keys reach the device, are recorded, and repeated.
 
-use crate::program::{folder, one_channel, ran, written};
+use crate::program::{one_channel, run_flexor, test_folder, write_file};
 use crate::record_again::files;
 use crate::seated::{TerminalProgram, size};
 use std::path::Path;
@@ -13,7 +13,7 @@ const DOWN: &str = "\x1b[B";
 const PATIENCE: Duration = Duration::from_secs(50);
 
 /// The rows of the record's markers that a key made: kind, intensity, text.
-fn keys(folder: &Path) -> Vec<(String, String, String)> {
+fn marker_rows(folder: &Path) -> Vec<(String, String, String)> {
     let dir = std::fs::read_dir(folder.join("out")).unwrap();
     let mut trials = dir.map(|entry| entry.unwrap().path());
     let Some(trial) = trials.find(|path| path.join("markers.csv").is_file()) else {
@@ -29,16 +29,16 @@ fn keys(folder: &Path) -> Vec<(String, String, String)> {
 }
 
 /// Reads the terminal until the record has a row of this kind.
-fn records(seated: &mut TerminalProgram, folder: &Path, kind: &str) {
+fn wait_for_marker(seated: &mut TerminalProgram, folder: &Path, kind: &str) {
     let begin = Instant::now();
-    while !folder.join("out").is_dir() || !keys(folder).iter().any(|key| key.0 == kind) {
+    while !folder.join("out").is_dir() || !marker_rows(folder).iter().any(|key| key.0 == kind) {
         seated.read();
         assert!(begin.elapsed() < PATIENCE, "no {kind}");
     }
 }
 
 /// Lets time pass at the terminal.
-fn waits(seated: &mut TerminalProgram, ms: u64) {
+fn wait_at_terminal(seated: &mut TerminalProgram, ms: u64) {
     let begin = Instant::now();
     while begin.elapsed() < Duration::from_millis(ms) {
         seated.read();
@@ -47,24 +47,24 @@ fn waits(seated: &mut TerminalProgram, ms: u64) {
 
 #[test]
 fn keys_pause_change_and_mark_a_session_that_is_repeated_to_the_byte() {
-    let folder = folder("watch_keys");
-    written(&folder, "session.toml", one_channel(60.0, 50));
+    let folder = test_folder("watch_keys");
+    write_file(&folder, "session.toml", one_channel(60.0, 50));
     let words = "run session.toml --watch --out out";
     let mut seated = TerminalProgram::start(&folder, words, size(100, 30));
-    seated.sees("STIMULATING");
+    seated.wait_for_text("STIMULATING");
     for (key, kind) in [(UP, "raise"), (DOWN, "lower"), (" ", "pause")] {
-        seated.types(key);
-        records(&mut seated, &folder, kind);
+        seated.type_text(key);
+        wait_for_marker(&mut seated, &folder, kind);
     }
-    seated.sees("PAUSED");
-    waits(&mut seated, 700);
-    seated.types(" ");
-    records(&mut seated, &folder, "resume");
-    seated.types("mfelt, \"so\"\r");
-    records(&mut seated, &folder, "mark");
-    seated.types("q");
-    assert_eq!(seated.ended(), Some(0), "{}", seated.seen);
-    let keys = keys(&folder);
+    seated.wait_for_text("PAUSED");
+    wait_at_terminal(&mut seated, 700);
+    seated.type_text(" ");
+    wait_for_marker(&mut seated, &folder, "resume");
+    seated.type_text("mfelt, \"so\"\r");
+    wait_for_marker(&mut seated, &folder, "mark");
+    seated.type_text("q");
+    assert_eq!(seated.wait_for_exit(), Some(0), "{}", seated.seen);
+    let keys = marker_rows(&folder);
     let rows: Vec<_> = keys.iter().map(|(a, b, c)| (&**a, &**b, &**c)).collect();
     let expected = [
         ("raise", "105", ""),
@@ -75,7 +75,7 @@ fn keys_pause_change_and_mark_a_session_that_is_repeated_to_the_byte() {
         ("stop", "", ""),
     ];
     assert_eq!(rows, expected);
-    let (code, people, error) = ran(&folder, &["rerun", "out", "--out", "again"]);
+    let (code, people, error) = run_flexor(&folder, &["rerun", "out", "--out", "again"]);
     assert_eq!(code, Some(0), "{people}{error}");
     // The host's facts are its own.
     let same = |dir: &str| {
@@ -88,19 +88,21 @@ fn keys_pause_change_and_mark_a_session_that_is_repeated_to_the_byte() {
 
 #[test]
 fn a_key_held_down_raises_by_its_press() {
-    let folder = folder("watch_held");
-    written(&folder, "session.toml", one_channel(60.0, 50));
+    let folder = test_folder("watch_held");
+    write_file(&folder, "session.toml", one_channel(60.0, 50));
     let words = "run session.toml --watch --out out";
     let mut seated = TerminalProgram::start(&folder, words, size(100, 30));
-    seated.sees("STIMULATING");
+    seated.wait_for_text("STIMULATING");
     for _ in 0..50 {
-        seated.types(UP);
+        seated.type_text(UP);
     }
-    records(&mut seated, &folder, "raise");
-    waits(&mut seated, 200);
-    seated.types("q");
-    assert_eq!(seated.ended(), Some(0), "{}", seated.seen);
-    let raised = keys(&folder).into_iter().filter(|key| key.0 == "raise");
+    wait_for_marker(&mut seated, &folder, "raise");
+    wait_at_terminal(&mut seated, 200);
+    seated.type_text("q");
+    assert_eq!(seated.wait_for_exit(), Some(0), "{}", seated.seen);
+    let raised = marker_rows(&folder)
+        .into_iter()
+        .filter(|key| key.0 == "raise");
     // A computer that stalls may part one press from the rest.
     let raised = raised.count();
     assert!((1..=3).contains(&raised), "{raised}");
@@ -108,26 +110,26 @@ fn a_key_held_down_raises_by_its_press() {
 
 #[test]
 fn a_terminal_that_is_closed_stops_the_session_and_keeps_the_record() {
-    let folder = folder("watch_closed");
-    written(&folder, "session.toml", one_channel(60.0, 50));
+    let folder = test_folder("watch_closed");
+    write_file(&folder, "session.toml", one_channel(60.0, 50));
     let words = "run session.toml --watch --out out";
     let mut seated = TerminalProgram::start(&folder, words, size(100, 30));
-    seated.sees("STIMULATING");
-    seated.types(UP);
-    records(&mut seated, &folder, "raise");
+    seated.wait_for_text("STIMULATING");
+    seated.type_text(UP);
+    wait_for_marker(&mut seated, &folder, "raise");
     assert_eq!(seated.close().code(), Some(129));
-    assert!(keys(&folder).iter().any(|key| key.0 == "raise"));
+    assert!(marker_rows(&folder).iter().any(|key| key.0 == "raise"));
     let summary = std::fs::read_to_string(folder.join("out/summary.json")).unwrap();
     assert!(summary.contains("SIGHUP"), "{summary}");
 }
 
 #[test]
 fn without_a_terminal_it_is_refused() {
-    let folder = folder("watch_refused");
-    written(&folder, "session.toml", one_channel(1.0, 50));
+    let folder = test_folder("watch_refused");
+    write_file(&folder, "session.toml", one_channel(1.0, 50));
     for more in [&[][..], &["--json"]] {
         let words = [&["run", "session.toml", "--watch", "--out", "out"], more].concat();
-        let (code, _, error) = ran(&folder, &words);
+        let (code, _, error) = run_flexor(&folder, &words);
         assert_eq!(code, Some(2), "{error}");
         assert!(error.contains("--watch needs a terminal"), "{error}");
         assert!(!folder.join("out").exists());

@@ -20,15 +20,15 @@ use std::path::{Path, PathBuf};
 
 /// A shipped session's file.
 #[must_use]
-pub fn shipped(name: &str) -> PathBuf {
+pub fn session_path(name: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../host-tool/sessions");
     folder.join(name)
 }
 
 /// The session files of a folder of them, by name.
 #[must_use]
-pub fn shipped_in(folder: &str) -> Vec<PathBuf> {
-    let entries = std::fs::read_dir(shipped(folder)).unwrap();
+pub fn session_paths(folder: &str) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(session_path(folder)).unwrap();
     let mut files: Vec<_> = entries.map(|entry| entry.unwrap().path()).collect();
     files.retain(|path| path.extension().is_some_and(|e| e == "toml"));
     files.sort();
@@ -37,8 +37,8 @@ pub fn shipped_in(folder: &str) -> Vec<PathBuf> {
 
 /// A shipped session.
 #[must_use]
-pub fn load(name: &str) -> SessionFile {
-    SessionFile::load(&shipped(name)).unwrap()
+pub fn load_session(name: &str) -> SessionFile {
+    SessionFile::load(&session_path(name)).unwrap()
 }
 
 /// A session that was played to its end: what came of it, and the pins of a
@@ -97,7 +97,7 @@ pub fn play_on(file: &SessionFile, port: Box<dyn Port>) -> PlayedSession {
 
 /// The image that boards are flashed with.
 #[must_use]
-pub fn flashed() -> Image {
+pub fn flashed_image() -> Image {
     chip_image(None).unwrap_or_else(|e| panic!("{e}"))
 }
 

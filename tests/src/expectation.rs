@@ -13,7 +13,7 @@ use std::ops::Range;
 /// # Panics
 /// If the session streams angles, whose amplitudes nobody knows beforehand.
 #[must_use]
-pub fn of_session(session: &Session, epoch_us: u64, end_us: u64) -> Expectation {
+pub fn session_expectation(session: &Session, epoch_us: u64, end_us: u64) -> Expectation {
     let Course::Amplitudes(values) = &session.setpoints.course else {
         panic!("constant amplitudes only");
     };
@@ -29,7 +29,12 @@ pub fn of_session(session: &Session, epoch_us: u64, end_us: u64) -> Expectation 
 
 /// The same for trains of channels 0, 1, …, all of them driven.
 #[must_use]
-pub fn of_setup(trains: &[Wire], groups: &[GroupSpec], epoch_us: u64, end_us: u64) -> Expectation {
+pub fn setup_expectation(
+    trains: &[Wire],
+    groups: &[GroupSpec],
+    epoch_us: u64,
+    end_us: u64,
+) -> Expectation {
     let trains = (0u8..)
         .zip(trains)
         .map(|(c, spec)| train(c, spec, epoch_us..end_us + 1));
@@ -39,7 +44,7 @@ pub fn of_setup(trains: &[Wire], groups: &[GroupSpec], epoch_us: u64, end_us: u6
 /// A trace from `epoch_us` on, with the DAC writes for its first pulses, but
 /// without the electrode check before.
 #[must_use]
-pub fn since(trace: &Trace, epoch_us: u64) -> Trace {
+pub fn trace_since(trace: &Trace, epoch_us: u64) -> Trace {
     Trace {
         levels: trace
             .levels

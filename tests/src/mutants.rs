@@ -89,7 +89,7 @@ pub struct Proof {
 
 /// The list of proofs at the end of docs/safety.md; `page` is its text.
 #[must_use]
-pub fn proofs(page: &str) -> Vec<Proof> {
+pub fn parse_proofs(page: &str) -> Vec<Proof> {
     let list = page.split_once("\n## The proofs\n").unwrap_or_default().1;
     let (mut file, mut proofs) = ("", Vec::new());
     for line in list.lines().filter_map(|line| line.strip_prefix("    ")) {
@@ -110,7 +110,7 @@ pub fn proofs(page: &str) -> Vec<Proof> {
 impl Proof {
     /// The one of `tests`, names as libtest lists them, that is this proof.
     #[must_use]
-    pub fn path<'a>(&self, tests: &[&'a str]) -> Option<&'a str> {
+    pub fn test_path<'a>(&self, tests: &[&'a str]) -> Option<&'a str> {
         let inside = self.file.split_once("/src/");
         let (_, module) = inside.or_else(|| self.file.split_once("/tests/"))?;
         let module = module.strip_suffix(".rs")?;
@@ -169,12 +169,15 @@ mod tests {
     fn a_proof_is_found_by_file_and_name() {
         let page = "P1\n\n## The proofs\n\ntext\n\n    a/src/b/c.rs\n      P1  one\n    \
                     d/tests/e/mod.rs\n      P2 two\n";
-        let found = proofs(page);
+        let found = parse_proofs(page);
         let tests = ["b::c::tests::one", "b::cd::one", "e::two", "e::one_two"];
-        let path = |proof: &Proof| proof.path(&tests);
+        let path = |proof: &Proof| proof.test_path(&tests);
         let paths: Vec<_> = found.iter().map(path).collect();
         assert_eq!(paths, [Some("b::c::tests::one"), Some("e::two")]);
         assert_eq!(found[1].number, "P2");
-        assert_eq!(found[0].path(&["b::cd::one", "b::c::another_one"]), None);
+        assert_eq!(
+            found[0].test_path(&["b::cd::one", "b::c::another_one"]),
+            None
+        );
     }
 }

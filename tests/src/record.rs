@@ -19,31 +19,31 @@ pub struct Record {
 impl Record {
     /// Of a device that boots at `at`.
     #[must_use]
-    pub fn from(at: Micros) -> Self {
+    pub fn starting_at(at: Micros) -> Self {
         let mut record = Self::default();
-        record.levels.at(at.get());
-        record.dac.at(at.get());
+        record.levels.unwrap_time(at.get());
+        record.dac.unwrap_time(at.get());
         record
     }
 }
 
 impl Sink for Record {
-    fn levels(&mut self, at: Micros, levels: Levels) {
-        let t = self.levels.at(at.get());
+    fn write_levels(&mut self, at: Micros, levels: Levels) {
+        let t = self.levels.unwrap_time(at.get());
         self.trace.record_levels(t, trace::Levels(levels.0));
     }
 
-    fn dac(&mut self, at: Micros, channel: u8, code: DacCode) {
-        let t = self.dac.at(at.get());
+    fn write_dac(&mut self, at: Micros, channel: u8, code: DacCode) {
+        let t = self.dac.unwrap_time(at.get());
         self.trace.record_dac(t, channel, code.get());
     }
 
-    fn trip(&mut self, at: Micros, bank: u8, code: DacCode) {
-        let t = self.dac.at(at.get());
+    fn write_trip(&mut self, at: Micros, bank: u8, code: DacCode) {
+        let t = self.dac.unwrap_time(at.get());
         self.trace.record_trip(t, bank, code.get());
     }
 
-    fn bytes(&mut self, _: Micros, bytes: &[u8]) {
+    fn write_bytes(&mut self, _: Micros, bytes: &[u8]) {
         self.bytes.extend_from_slice(bytes);
     }
 }

@@ -21,7 +21,7 @@ fn errors(csv: &str) -> Vec<&str> {
 
 #[test]
 fn the_committed_errors_are_those_of_the_code() {
-    let errors_now = all_errors(&cases::all(), |_| ()).into_iter();
+    let errors_now = all_errors(&cases::all_cases(), |_| ()).into_iter();
     let is: Vec<String> = errors_now.map(digits).collect();
     let committed = committed("accuracy.csv");
     assert_eq!(errors(&committed), is, "renew with\n  {RENEW}");
@@ -29,7 +29,7 @@ fn the_committed_errors_are_those_of_the_code() {
 
 #[test]
 fn the_committed_chart_is_that_of_the_code_on_the_chip() {
-    let chart: Chart = measure(&cases::all(), |_| ()).unwrap_or_else(|e| panic!("{e}"));
+    let chart: Chart = measure(&cases::all_cases(), |_| ()).unwrap_or_else(|e| panic!("{e}"));
     // Floating point with libm's and micromath's functions, and fixed point,
     // give the same bits on this computer and on the simulated Cortex-M4.
     assert_eq!(chart.differing, Vec::<String>::new());

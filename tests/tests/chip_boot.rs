@@ -17,7 +17,7 @@ fn powered(image: Image) -> Board<()> {
 }
 
 /// Told by its number, and neither acknowledged nor armed.
-fn is_refused(bench: &mut Bench, hello: &HelloInfo, fault: Fault) {
+fn assert_refused(bench: &mut Bench, hello: &HelloInfo, fault: Fault) {
     let told = FaultRecord {
         lasts: true,
         ..FaultRecord::new(fault, hello.last_fault.unwrap().at)
@@ -42,7 +42,7 @@ fn resets(bench: &mut Bench) {
 /// the sum.
 #[test]
 fn a_turned_bit_in_flash_is_told_and_nothing_is_armed() {
-    let image = desk::flashed();
+    let image = desk::flashed_image();
     let length = image.flash.len() as u32;
     let variables = length - 4 - 0x100;
     for (at, bit) in [(0x184, 0), (0x184, 31), (variables, 3), (length - 4, 7)] {
@@ -51,9 +51,9 @@ fn a_turned_bit_in_flash_is_told_and_nothing_is_armed() {
         let whole = flash.peek(address, Size::Word);
         let turned = whole ^ 1 << bit;
         flash.load(address, &turned.to_le_bytes()).unwrap();
-        let (mut bench, hello) = Bench::greeted(board);
+        let (mut bench, hello) = Bench::boot_and_greet(board);
         println!("{address:#x} bit {bit}: {:?}", hello.last_fault);
-        is_refused(&mut bench, &hello, Fault::Flash);
+        assert_refused(&mut bench, &hello, Fault::Flash);
         // Written again, it remembers what was, as of any fault.
         let flash = &mut bench.board.around.soc.flash;
         flash.load(address, &whole.to_le_bytes()).unwrap();
@@ -64,12 +64,12 @@ fn a_turned_bit_in_flash_is_told_and_nothing_is_armed() {
 
 #[test]
 fn an_image_without_its_sum_is_not_whole() {
-    let mut image = desk::flashed();
+    let mut image = desk::flashed_image();
     let (rest, sum) = image.flash.split_last_chunk_mut::<4>().unwrap();
     assert_eq!(*sum, images::sum(rest).to_le_bytes());
     *sum = [0xFF; 4];
-    let (mut bench, hello) = Bench::greeted(powered(image));
-    is_refused(&mut bench, &hello, Fault::Flash);
+    let (mut bench, hello) = Bench::boot_and_greet(powered(image));
+    assert_refused(&mut bench, &hello, Fault::Flash);
 }
 
 /// First and last word, statics, stack, tape.
@@ -82,7 +82,7 @@ fn a_stuck_cell_of_ram_starts_nothing_and_is_recorded() {
         (0x2001_C123, 1, false),
         (0x2001_FFFF, 7, false),
     ] {
-        let mut board = powered(desk::flashed());
+        let mut board = powered(desk::flashed_image());
         board.around.soc.ram.stick(at, bit, is_high);
         board.run_to(4 * 16_000_000).unwrap(); // 4 s of HSI
         let cycle = board.cpu.cycle;
@@ -99,9 +99,9 @@ fn a_stuck_cell_of_ram_starts_nothing_and_is_recorded() {
         board.around.soc.ram.heal();
         board.around.soc.request_reset(cycle);
         board.run_to(cycle + 1_000).unwrap();
-        let (mut bench, hello) = Bench::greeted(board);
+        let (mut bench, hello) = Bench::boot_and_greet(board);
         assert_eq!(hello.last_fault.map(|f| f.fault), Some(Fault::Ram));
-        bench.recovers();
+        bench.expect_recovery();
     }
 }
 
@@ -118,22 +118,22 @@ fn an_oscillator_outside_its_range_is_told_and_nothing_is_armed() {
         (47_200, false),
         (60_000, false),
     ] {
-        let mut board = powered(desk::flashed());
+        let mut board = powered(desk::flashed_image());
         let cycle = board.cpu.cycle;
         board.around.soc.set_lsi_hz(hz, cycle);
-        let (mut bench, hello) = Bench::greeted(board);
+        let (mut bench, hello) = Bench::boot_and_greet(board);
         println!("{hz} Hz: {:?}", hello.last_fault);
         if is_whole {
             assert_eq!(hello.last_fault, None);
         } else {
-            is_refused(&mut bench, &hello, Fault::Oscillator);
+            assert_refused(&mut bench, &hello, Fault::Oscillator);
         }
     }
 }
 
 #[test]
 fn the_first_fault_is_kept_with_what_came_after_it() {
-    let (mut bench, at) = Bench::in_a_pulse();
+    let (mut bench, at) = Bench::stimulating_in_pulse();
     bench.sensors.over_current = true;
     bench.expect_isolated(at, 5);
     bench.sensors.over_current = false;
@@ -165,7 +165,7 @@ fn the_first_fault_is_kept_with_what_came_after_it() {
         (hello.reset, hello.last_fault),
         (ResetCause::PowerOn, Some(kept))
     );
-    bench.recovers();
+    bench.expect_recovery();
     // Acknowledged, the next is a first one again.
     bench.board.around.soc.supply(2_880);
     bench.run_us(100);
@@ -177,7 +177,7 @@ fn the_first_fault_is_kept_with_what_came_after_it() {
 }
 
 /// Cycles of the core from power on until `bits` at `address` are as `set` says.
-fn until(board: &mut Board<()>, address: u32, bits: u32, set: bool) -> u64 {
+fn cycles_until(board: &mut Board<()>, address: u32, bits: u32, set: bool) -> u64 {
     loop {
         let to = board.cpu.cycle + 500;
         board.run_to(to).unwrap();
@@ -191,14 +191,14 @@ fn until(board: &mut Board<()>, address: u32, bits: u32, set: bool) -> u64 {
 /// Printed for docs/hardware.md: 16 MHz before the crystal runs, the board's clock after.
 #[test]
 fn the_checks_take_less_than_a_tenth_of_a_second() {
-    let mut board = powered(desk::flashed());
+    let mut board = powered(desk::flashed_image());
     const AHB1ENR: u32 = 0x4002_3830;
     const CSR: u32 = 0x4002_3874;
     // The march ends before the first port has its clock.
-    let ports = until(&mut board, AHB1ENR, 0b110, true);
-    let crc = until(&mut board, AHB1ENR, 1 << 12, true);
-    let lsi = until(&mut board, CSR, 1, true);
-    let end = until(&mut board, CSR, 1, false);
+    let ports = cycles_until(&mut board, AHB1ENR, 0b110, true);
+    let crc = cycles_until(&mut board, AHB1ENR, 1 << 12, true);
+    let lsi = cycles_until(&mut board, CSR, 1, true);
+    let end = cycles_until(&mut board, CSR, 1, false);
     let us = |cycles: u64, mhz: u64| cycles / mhz;
     let (march, flash, oscillator) = (
         us(ports, 16),

@@ -48,7 +48,7 @@ const UPSETS: [(&str, u32, u32); 29] = [
 
 #[test]
 fn a_register_that_changes_isolates_within_two_windows() {
-    let (bench, _) = Bench::in_a_pulse();
+    let (bench, _) = Bench::stimulating_in_pulse();
     let mut missed = Vec::new();
     for (what, address, bits) in UPSETS {
         let mut bench = bench.clone();
@@ -74,7 +74,7 @@ fn a_register_that_changes_isolates_within_two_windows() {
 /// be cut off by it, and nothing else would tell.
 #[test]
 fn a_priority_that_is_masked_isolates_within_two_windows() {
-    let (bench, at) = Bench::in_a_pulse();
+    let (bench, at) = Bench::stimulating_in_pulse();
     for basepri in (1..16).map(|priority| priority << 4) {
         let mut bench = bench.clone();
         bench.board.cpu.registers.basepri = basepri;
@@ -113,12 +113,12 @@ fn the_hosts_frames_tell_of_a_wrong_clock() {
 /// tells within two windows, which last as much longer.
 #[test]
 fn a_pll_that_runs_at_another_speed_isolates_within_two_windows() {
-    let (bench, at) = Bench::in_a_pulse();
+    let (bench, at) = Bench::stimulating_in_pulse();
     for thousandths in [500, 501, 550, 667, 750, 990, 997, 1003, 1050, 1125, 1250] {
         let mut bench = bench.clone();
         bench
             .board
-            .pll_runs_at(CORE_HZ / 1_000 * thousandths)
+            .set_pll_hz(CORE_HZ / 1_000 * thousandths)
             .unwrap();
         bench.run_us(10_000);
         let (since, last) = *bench.record.trace.levels.last().unwrap();
@@ -135,7 +135,7 @@ fn a_pll_that_runs_at_another_speed_isolates_within_two_windows() {
 /// itself falls with the next.
 #[test]
 fn an_output_that_flips_is_over_with_the_slot() {
-    let (mut bench, _) = Bench::in_a_pulse();
+    let (mut bench, _) = Bench::stimulating_in_pulse();
     bench.run_us(2_500); // between two pulses
     bench.record.trace.levels.clear();
     let (cycle, at) = (bench.board.cpu.cycle, bench.board.now_us());
@@ -186,7 +186,7 @@ fn read_debug(bench: &mut Bench, address: u32) -> u32 {
 /// Stimulation goes on, and within two windows all is as the firmware needs it.
 #[test]
 fn what_a_debugger_writes_ends_nothing_and_is_put_back() {
-    let (bench, _) = Bench::in_a_pulse();
+    let (bench, _) = Bench::stimulating_in_pulse();
     let detach: &[(u32, u32)] = &[(0xE004_2004, 0), (0xE000_EDFC, 0)];
     let cases: [&[(u32, u32)]; 6] = [
         &[(0xE004_2004, 0)],

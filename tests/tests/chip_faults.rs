@@ -38,18 +38,18 @@ pub struct Bench {
 impl Bench {
     /// Booted, and greeted by its host.
     pub fn idle() -> Self {
-        let (image, stages) = (desk::flashed(), desk::stages(24.0));
+        let (image, stages) = (desk::flashed_image(), desk::stages(24.0));
         Self::boot(Board::power_on(image, stages, Pace::Lazy, ()).unwrap())
     }
 
     fn boot(board: Board<()>) -> Self {
-        let (bench, hello) = Self::greeted(board);
+        let (bench, hello) = Self::boot_and_greet(board);
         assert_eq!((hello.reset, hello.last_fault), (ResetCause::PowerOn, None));
         bench
     }
 
     /// A board whose power has come, booted, and what it said to its host.
-    pub fn greeted(mut board: Board<()>) -> (Self, HelloInfo) {
+    pub fn boot_and_greet(mut board: Board<()>) -> (Self, HelloInfo) {
         let sensors = Sensors::default();
         board.boot(&sensors).unwrap_or_else(|e| panic!("{e}"));
         let mut bench = Self {
@@ -78,9 +78,9 @@ impl Bench {
 
     /// What arming a channel is refused with.
     pub fn refusal_to_arm(&mut self) -> Option<(u16, String, i32)> {
-        self.say(Request::Wearer(desk::wearer(100)));
+        self.send(Request::Wearer(desk::wearer(100)));
         let spec = spec(0);
-        self.say(Request::Channel { channel: 0, spec });
+        self.send(Request::Channel { channel: 0, spec });
         self.run_us(5_000);
         self.refusal(desk::ARM)
     }
@@ -88,14 +88,14 @@ impl Bench {
     /// What `request` is refused with.
     pub fn refusal(&mut self, request: Request) -> Option<(u16, String, i32)> {
         self.refused.clear();
-        self.say(request);
+        self.send(request);
         self.run_us(5_000);
         let refused = self.refused.pop()?;
         Some((refused.code, refused.field.to_owned(), refused.max))
     }
 
-    fn say(&mut self, request: Request) {
-        let frame = desk::frame(self.session, self.seq, self.draft.sending(request));
+    fn send(&mut self, request: Request) {
+        let frame = desk::frame(self.session, self.seq, self.draft.prepare_request(request));
         self.seq = self.seq.wrapping_add(1);
         let now = Micros::new(self.board.now_us() as u32);
         let (sensors, record) = (&self.sensors, &mut self.record);
@@ -122,7 +122,7 @@ impl Bench {
 
     fn greet(&mut self) -> HelloInfo {
         self.session = BROADCAST;
-        self.say(Request::Hello { schema: SCHEMA });
+        self.send(Request::Hello { schema: SCHEMA });
         self.run_us(5_000);
         let hello = self.hello.take().expect("an answer to Hello");
         self.session = hello.session;
@@ -130,20 +130,20 @@ impl Bench {
     }
 
     fn arm_and_start(&mut self) {
-        self.say(Request::Wearer(desk::wearer(100)));
+        self.send(Request::Wearer(desk::wearer(100)));
         for channel in [0, 5] {
             let spec = spec(channel);
-            self.say(Request::Channel { channel, spec });
+            self.send(Request::Channel { channel, spec });
         }
-        self.say(desk::ARM);
+        self.send(desk::ARM);
         self.run_us(40_000);
-        self.say(Request::Start);
+        self.send(Request::Start);
         self.run_us(2_000);
     }
 
     fn stimulate(&mut self, ms: u64) {
         for _ in 0..ms / 5 {
-            self.say(Request::Amplitudes {
+            self.send(Request::Amplitudes {
                 at: None,
                 mask: 0b10_0001,
                 values: [Amplitude::new(5_000); 2].into_iter().collect(),
@@ -250,7 +250,7 @@ impl Bench {
     /// It told this fault, and stimulates again once that is acknowledged.
     fn recovers_from(mut self, fault: Fault) {
         assert_eq!(self.fault(), Some(fault));
-        self.recovers();
+        self.expect_recovery();
     }
 
     /// It came back by this reset and tells of this fault, likewise.
@@ -258,11 +258,11 @@ impl Bench {
         let hello = self.after_reset();
         assert_eq!(hello.reset, reset);
         assert_eq!(hello.last_fault.map(|f| f.fault), Some(fault));
-        self.recovers();
+        self.expect_recovery();
     }
 
     /// Stimulating, 20 µs into a pulse; and when that is.
-    pub fn in_a_pulse() -> (Self, u64) {
+    pub fn stimulating_in_pulse() -> (Self, u64) {
         let mut bench = Self::stimulating();
         bench.run_into_pulse(20);
         let at = bench.now();
@@ -270,8 +270,8 @@ impl Bench {
     }
 
     /// Acknowledged, it stimulates again.
-    pub fn recovers(&mut self) {
-        self.say(Request::Acknowledge);
+    pub fn expect_recovery(&mut self) {
+        self.send(Request::Acknowledge);
         self.run_us(450_000); // and until the next electrode check may begin
         let is_recovered = self.events.contains(&Event::Recovered);
         assert!(is_recovered, "{:?} {:?}", self.events, self.refused);
@@ -291,7 +291,7 @@ fn spec(channel: u8) -> ChannelSpec {
 
 #[test]
 fn over_current_isolates_and_the_tape_starts_again() {
-    let (mut bench, at) = Bench::in_a_pulse();
+    let (mut bench, at) = Bench::stimulating_in_pulse();
     bench.sensors.over_current = true;
     bench.expect_isolated(at, 5);
     bench.sensors.over_current = false;
@@ -322,7 +322,7 @@ fn the_watchdog_bites_when_an_owner_freezes() {
         ("session", None, 12_000, Fault::Watchdog),
     ];
     for (owner, line, limit, fault) in freezes {
-        let (mut bench, at) = Bench::in_a_pulse();
+        let (mut bench, at) = Bench::stimulating_in_pulse();
         match line {
             Some(line) => bench.disable(line),
             None => bench.hang_thread(),
@@ -338,7 +338,7 @@ fn the_watchdog_bites_when_an_owner_freezes() {
 
 #[test]
 fn a_falling_supply_is_remembered_through_the_reset() {
-    let (mut bench, at) = Bench::in_a_pulse();
+    let (mut bench, at) = Bench::stimulating_in_pulse();
     // Below the detector's 2.93 V, above the brown-out reset's 2.83 V.
     bench.board.around.soc.supply(2_880);
     bench.run_us(100);
@@ -350,7 +350,7 @@ fn a_falling_supply_is_remembered_through_the_reset() {
 /// It made no edge that an interrupt could see, and once it was Idle.
 #[test]
 fn a_supply_that_is_low_from_the_start_starts_nothing() {
-    let (image, stages) = (desk::flashed(), desk::stages(24.0));
+    let (image, stages) = (desk::flashed_image(), desk::stages(24.0));
     const MS: u64 = 1_000 * CYCLES_PER_US;
     let mut board = Board::power_on(image, stages, Pace::Lazy, ()).unwrap();
     // Enough for the chip, too little for the detector: 2.93 V, 3.03 V rising.
@@ -375,9 +375,9 @@ fn a_supply_that_is_low_from_the_start_starts_nothing() {
 /// A crystal that is dead stays dead: the record is in the backup registers.
 #[test]
 fn a_dead_crystal_isolates_and_is_recorded() {
-    let (mut bench, at) = Bench::in_a_pulse();
+    let (mut bench, at) = Bench::stimulating_in_pulse();
     let cycle = bench.board.cpu.cycle;
-    bench.board.around.soc.rcc.hse_fails(cycle).unwrap();
+    bench.board.around.soc.rcc.stop_hse(cycle).unwrap();
     bench.board.around.soc.reschedule();
     bench.expect_isolated(at, 5);
     let cycle = bench.board.cpu.cycle;
@@ -391,7 +391,7 @@ fn a_dead_crystal_isolates_and_is_recorded() {
 /// Stream 2 erases port B's tape; the isolated words live at the tape's end.
 #[test]
 fn a_tape_that_slips_is_a_fault() {
-    let (mut bench, at) = Bench::in_a_pulse();
+    let (mut bench, at) = Bench::stimulating_in_pulse();
     let cycle = bench.board.cpu.cycle;
     let cr = 0x4002_6410 + 0x18 * 2;
     let soc = &mut bench.board.around.soc;
@@ -403,7 +403,7 @@ fn a_tape_that_slips_is_a_fault() {
 
 #[test]
 fn interrupts_masked_for_two_windows_are_a_missed_deadline() {
-    let (mut bench, at) = Bench::in_a_pulse();
+    let (mut bench, at) = Bench::stimulating_in_pulse();
     bench.leave_critical_section();
     bench.board.cpu.registers.primask = true;
     bench.run_us(600);
@@ -421,7 +421,7 @@ fn a_stack_that_overflows_meets_its_guard() {
     }
     let at = bench.now();
     let cpu = &mut bench.board.cpu;
-    let guard = cpu.system.denied().unwrap();
+    let guard = cpu.system.denied_range().unwrap();
     assert!(guard.end - guard.start == 32 && (0x2000_0000..0x2001_C000).contains(&guard.start));
     cpu.registers.r[13] = guard.end as u32;
     bench.expect_isolated(at, 5);
@@ -457,7 +457,7 @@ fn a_peeling_electrode_is_a_fault() {
 /// The anodic line of channel 1 breaks behind its pin: its second phase is lost.
 #[test]
 fn a_lost_second_phase_is_a_fault() {
-    let (mut bench, at) = Bench::in_a_pulse();
+    let (mut bench, at) = Bench::stimulating_in_pulse();
     bench.board.around.broken = Levels(State::Anodic as u32);
     // Of four bursts of 5 ms two are read, one in the second phase.
     bench.stimulate(80);

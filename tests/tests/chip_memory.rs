@@ -12,7 +12,7 @@ const LOAD: u16 = 0x6808;
 /// A pulse is under way; the thread executes `instruction` with this in R1.
 fn accesses(instruction: u16, address: u32) {
     println!("{instruction:#06x} at {address:#010x}");
-    let (mut bench, at) = Bench::in_a_pulse();
+    let (mut bench, at) = Bench::stimulating_in_pulse();
     let pc = bench.find_code([instruction]);
     bench.send_thread_to(pc, [(0, 0x1234_5678), (1, address)]);
     bench.expect_isolated(at, 5);
@@ -23,7 +23,7 @@ fn accesses(instruction: u16, address: u32) {
 /// stacks there: a window later at most.
 fn stacks(address: u32, fault: Fault) {
     println!("stack at {address:#010x}");
-    let (mut bench, at) = Bench::in_a_pulse();
+    let (mut bench, at) = Bench::stimulating_in_pulse();
     let pc = bench.board.cpu.registers.r[15];
     bench.send_thread_to(pc, [(13, address)]);
     bench.expect_isolated(at, 260);
@@ -33,7 +33,7 @@ fn stacks(address: u32, fault: Fault) {
 /// A pulse is under way; the thread goes on at `address`, where `code` lies.
 fn goes_to(address: u32) {
     println!("to {address:#010x}");
-    let (mut bench, at) = Bench::in_a_pulse();
+    let (mut bench, at) = Bench::stimulating_in_pulse();
     bench.send_thread_to(address, []);
     bench.expect_isolated(at, 5);
     bench.recovers_after(ResetCause::Software, Fault::Access);

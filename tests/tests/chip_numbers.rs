@@ -5,11 +5,11 @@ use hal_sim::chip::profile::{Owner, exception};
 use hal_sim::chip::soc::flash::Prefetched;
 use host_core::clock::ProcessorClock;
 use host_core::run::{Profiled, SessionFile, profile};
-use host_core::wearer::shipped;
+use host_core::wearer::builtin_wearer;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
-use tests::desk::{flashed, load};
+use tests::desk::{flashed_image, load_session};
 
 /// Ten channels at 100 Hz, ten calcium–force muscles, one finger controller.
 const SESSION: &str = "full_load.toml";
@@ -60,20 +60,20 @@ fn budgets() -> Chip {
 }
 
 /// In the default reading of the flash.
-fn found() -> &'static Profiled {
+fn default_profile() -> &'static Profiled {
     static FOUND: OnceLock<Profiled> = OnceLock::new();
-    FOUND.get_or_init(|| measured(Prefetched::default()))
+    FOUND.get_or_init(|| measure(Prefetched::default()))
 }
 
-fn measured(prefetched: Prefetched) -> Profiled {
-    measured_of(load(SESSION), prefetched)
+fn measure(prefetched: Prefetched) -> Profiled {
+    measure_session(load_session(SESSION), prefetched)
 }
 
-fn measured_of(mut file: SessionFile, prefetched: Prefetched) -> Profiled {
+fn measure_session(mut file: SessionFile, prefetched: Prefetched) -> Profiled {
     file.session.duration_us = (SECONDS * 1e6) as u64;
     profile(
         &file,
-        &flashed(),
+        &flashed_image(),
         prefetched,
         1,
         &ProcessorClock::start(),
@@ -84,13 +84,13 @@ fn measured_of(mut file: SessionFile, prefetched: Prefetched) -> Profiled {
 
 #[test]
 fn the_flashed_image_keeps_its_budgets_at_full_load() {
-    keeps_its_budgets(found(), &budgets());
+    assert_within_budgets(default_profile(), &budgets());
 }
 
 /// The session beside a wearer as the shipped one, whose electrodes hold to 100 Hz and are
 /// ten: the tenth has no line.
 fn with_arm() -> SessionFile {
-    let text = shipped("arm-1")
+    let text = builtin_wearer("arm-1")
         .unwrap()
         .replace("to_hz = 50", "to_hz = 100");
     let (begin, end) = (
@@ -99,7 +99,8 @@ fn with_arm() -> SessionFile {
     );
     let tenth = text[begin..end].replacen("channel = 9", "channel = 10", 1);
     let wearer = format!("{}{tenth}{}", &text[..end], &text[end..]);
-    let file = SessionFile::parse_beside("full_load_arm.toml", WITH_ARM, &|_| Ok(wearer.clone()));
+    let file =
+        SessionFile::parse_with_wearers("full_load_arm.toml", WITH_ARM, &|_| Ok(wearer.clone()));
     file.unwrap_or_else(|e| panic!("{}", e.lines()))
 }
 
@@ -109,8 +110,8 @@ fn with_arm() -> SessionFile {
 fn it_keeps_them_while_an_arm_is_driven() {
     for prefetched in [Prefetched::default(), Prefetched::NotCached] {
         println!("with an arm, {prefetched:?}");
-        let found = measured_of(with_arm(), prefetched);
-        keeps_its_budgets(&found, &budgets().with_arm());
+        let found = measure_session(with_arm(), prefetched);
+        assert_within_budgets(&found, &budgets().with_arm());
         let functions = found.profile.functions();
         let own = [
             "firmware::limb",
@@ -135,14 +136,14 @@ fn it_keeps_them_while_an_arm_is_driven() {
 /// No board has told which reading is right: both must do.
 #[test]
 fn it_keeps_them_if_prefetched_lines_are_not_cached() {
-    let other = measured(Prefetched::NotCached);
-    keeps_its_budgets(&other, &budgets());
-    let loads = [found(), &other].map(|found| found.summary.load_percent());
+    let other = measure(Prefetched::NotCached);
+    assert_within_budgets(&other, &budgets());
+    let loads = [default_profile(), &other].map(|found| found.summary.load_percent());
     assert!(loads[0] < loads[1], "{loads:?} %");
 }
 
 #[track_caller]
-fn keeps_its_budgets(found: &Profiled, budget: &Chip) {
+fn assert_within_budgets(found: &Profiled, budget: &Chip) {
     let summary = &found.summary;
     let margin = summary.margins.worst.unwrap();
     println!("{:<28} {:>10} {:>10}", "at full load", "found", "budget");
@@ -171,7 +172,7 @@ fn keeps_its_budgets(found: &Profiled, budget: &Chip) {
             late.push(line);
         }
     }
-    let (mips, times) = (found.mips(), found.times_real_time());
+    let (mips, times) = (found.mips(), found.real_time_factor());
     println!("{mips:.1} million instructions per second, {times:.1} x real time");
     assert!(late.is_empty(), "{late:?}");
     assert!(load <= budget.load_percent);
@@ -184,7 +185,7 @@ fn keeps_its_budgets(found: &Profiled, budget: &Chip) {
 /// All channels begin a burst in one window, 20 µs apart.
 #[test]
 fn ten_bursts_in_one_window_leave_time() {
-    let mut file = load(SESSION);
+    let mut file = load_session(SESSION);
     file.session.duration_us = 1_000_000;
     for (place, channel) in (0..).zip(&mut file.session.channels) {
         channel.spec.train.offset_us = 20 * place;
@@ -192,7 +193,7 @@ fn ten_bursts_in_one_window_leave_time() {
     for prefetched in [Prefetched::default(), Prefetched::NotCached] {
         let found = profile(
             &file,
-            &flashed(),
+            &flashed_image(),
             prefetched,
             1,
             &ProcessorClock::start(),
@@ -208,7 +209,7 @@ fn ten_bursts_in_one_window_leave_time() {
 /// The profile's own sums, and that it saw the session it was meant to see.
 #[test]
 fn every_cycle_and_edge_of_it_is_accounted_for() {
-    let found = found();
+    let found = default_profile();
     let summary = &found.summary;
     let functions = found.profile.functions();
     let by_function: u64 = functions.iter().map(|(_, c)| c.cycles).sum();

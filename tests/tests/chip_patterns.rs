@@ -10,12 +10,12 @@ use hal_sim::chip::profile::Phase;
 use hal_sim::chip::soc::Pace;
 use hal_sim::lockstep::Device;
 use hal_sim::trace::Trace;
-use host_core::run::{SessionFile, power_on, run, simulated};
+use host_core::run::{SessionFile, power_on, run, simulated_port};
 use std::io;
 use std::path::Path;
 use std::sync::{Arc, Mutex};
-use tests::desk::{self, flashed, load, shipped, shipped_in};
-use tests::expectation::{of_session, since};
+use tests::desk::{self, flashed_image, load_session, session_path, session_paths};
+use tests::expectation::{session_expectation, trace_since};
 
 /// How long each pattern is watched, µs.
 const PATTERN_US: u64 = 300_000;
@@ -34,17 +34,17 @@ struct RecordedBoard {
 struct RecordingSink<'a>(&'a mut dyn Sink, &'a mut Packets);
 
 impl Sink for RecordingSink<'_> {
-    fn levels(&mut self, at: Micros, levels: Levels) {
-        self.0.levels(at, levels);
+    fn write_levels(&mut self, at: Micros, levels: Levels) {
+        self.0.write_levels(at, levels);
     }
 
-    fn dac(&mut self, at: Micros, channel: u8, code: DacCode) {
-        self.0.dac(at, channel, code);
+    fn write_dac(&mut self, at: Micros, channel: u8, code: DacCode) {
+        self.0.write_dac(at, channel, code);
     }
 
-    fn bytes(&mut self, at: Micros, bytes: &[u8]) {
+    fn write_bytes(&mut self, at: Micros, bytes: &[u8]) {
         self.1.push((at, bytes.to_vec()));
-        self.0.bytes(at, bytes);
+        self.0.write_bytes(at, bytes);
     }
 }
 
@@ -87,7 +87,7 @@ fn stimulate(file: &SessionFile, mut board: Board) -> SessionOutput {
         board: board.clone(),
         packets: packets.clone(),
     });
-    let port = simulated(&file.session, 1, device, boot).unwrap();
+    let port = simulated_port(&file.session, 1, device, boot).unwrap();
     let (outcome, port) = run(file, port, None, |_| ());
     if let Some(error) = outcome.error {
         panic!("{}: {error}", file.session.title);
@@ -110,8 +110,8 @@ fn exact(path: &Path, image: &Image, length_us: u64) -> (usize, Phases) {
     let board = power_on(&file.session, image, ()).unwrap_or_else(|e| panic!("{e}"));
     let found = stimulate(&file, board);
     let end_us = found.epoch_us + length_us;
-    let trace = since(&found.trace, found.epoch_us).until(end_us);
-    let expected = of_session(&file.session, found.epoch_us, end_us);
+    let trace = trace_since(&found.trace, found.epoch_us).up_to(end_us);
+    let expected = session_expectation(&file.session, found.epoch_us, end_us);
     let violations = hal_sim::trace::check(&trace, &expected);
     let name = path.file_stem().unwrap().display();
     assert!(violations.is_empty(), "{name}: {:?}", violations.first());
@@ -123,10 +123,10 @@ fn exact(path: &Path, image: &Image, length_us: u64) -> (usize, Phases) {
 
 #[test]
 fn every_edge_of_every_pattern_is_exact() {
-    let image = flashed();
-    let mut files = shipped_in("hamana_exp2");
+    let image = flashed_image();
+    let mut files = session_paths("hamana_exp2");
     assert_eq!(files.len(), 29);
-    files.push(shipped("ten_channels.toml"));
+    files.push(session_path("ten_channels.toml"));
     let (mut edges, mut all) = (0, Phases::default());
     for path in files {
         let (count, phases) = exact(&path, &image, PATTERN_US);
@@ -138,7 +138,7 @@ fn every_edge_of_every_pattern_is_exact() {
             }
         }
     }
-    let histogram = Phase::all(&all);
+    let histogram = Phase::from_phases(&all);
     let span = Phase::span(&histogram);
     println!("{edges} edges exact; all pin edges span {span} cycles:");
     println!("{:>8} {:>12} {:>12}", "late", "port B", "port C");
@@ -156,8 +156,8 @@ fn every_edge_of_every_pattern_is_exact() {
 /// DMA caught up when somebody looks, and DMA one request at a time.
 #[test]
 fn lazy_dma_changes_nothing() {
-    let image = flashed();
-    let mut file = load("ten_channels.toml");
+    let image = flashed_image();
+    let mut file = load_session("ten_channels.toml");
     file.session.duration_us = 2_000_000;
     let [lazy, each] = [Pace::Lazy, Pace::PerRequest].map(|pace| {
         let board = Board::power_on(image.clone(), desk::stages(100.0), pace, ()).unwrap();

@@ -49,7 +49,7 @@ impl Bench {
     /// A board of ten 100 mA stages, whose flash `prepare` has changed before it
     /// boots.
     fn booted(prepare: impl FnOnce(&mut Board<()>)) -> Self {
-        let (image, outputs) = (desk::flashed(), desk::stages(100.0));
+        let (image, outputs) = (desk::flashed_image(), desk::stages(100.0));
         let mut board = Board::power_on(image, outputs, Pace::Lazy, ()).unwrap();
         prepare(&mut board);
         let booted = board.boot(&Sensors::default());
@@ -83,7 +83,7 @@ impl Bench {
             if let Request::Hello { .. } = request {
                 self.session = BROADCAST;
             }
-            let frame = desk::frame(self.session, self.seq, self.draft.sending(request));
+            let frame = desk::frame(self.session, self.seq, self.draft.prepare_request(request));
             self.seq = self.seq.wrapping_add(1);
             let done = self
                 .board
@@ -217,7 +217,7 @@ fn opposite_directions_at_once_are_refused_unless_supplies_are_separate() {
                 supply,
                 ..table(stages)
             };
-            let words = declared.words(board.around.soc.signature.uid);
+            let words = declared.to_words(board.around.soc.signature.uid);
             write(board, [&words; 2]);
         });
         let Stages::Stored(told) = bench.greet().stages else {
@@ -291,12 +291,12 @@ fn an_unreliable_table_arms_nothing() {
             [cut; 2]
         }),
         (StagesFault::OtherBoard, |_, _| {
-            [table([Some(AMPS); CHANNELS]).words([1, 2, 3]); 2]
+            [table([Some(AMPS); CHANNELS]).to_words([1, 2, 3]); 2]
         }),
     ];
     for (fault, copies) in cases {
         let mut bench = Bench::booted(|board| {
-            let whole = table([Some(AMPS); CHANNELS]).words(uid(board));
+            let whole = table([Some(AMPS); CHANNELS]).to_words(uid(board));
             let [first, second] = copies(&whole, &erased);
             write(board, [&first, &second]);
         });
@@ -351,7 +351,10 @@ fn the_sum_of_a_full_setup_takes_less_than_a_millisecond() {
     let mut bench = Bench::booted(|_| ());
     bench.greet();
     let mut sent = 0;
-    for mut request in desk::load("ten_forces.toml").session.requests() {
+    for mut request in desk::load_session("ten_forces.toml")
+        .session
+        .setup_requests()
+    {
         if let Request::Channel { spec, .. } = &mut request {
             let full_scale_ua = 100_000; // the bench's
             spec.stage = StageSpec::Current { full_scale_ua };

@@ -12,7 +12,7 @@ const MS: u64 = 1_000 * CYCLES_PER_US;
 /// A board whose first enumeration is left at moments of its first milliseconds, some of them
 /// within a request: each time the port opens, whatever the board waited for.
 fn opens_again_after(leave: fn(&mut Board<()>)) {
-    let (image, stages) = (desk::flashed(), desk::stages(24.0));
+    let (image, stages) = (desk::flashed_image(), desk::stages(24.0));
     let mut board = Board::power_on(image, stages, Pace::Lazy, ()).unwrap();
     while board.around.host.frame(board.cpu.cycle).is_none() {
         board.run_to(board.cpu.cycle + MS).unwrap();

@@ -3,7 +3,7 @@
 use host_core::run::DeviceName;
 use host_core::session::LawName;
 use host_tool::selftest::{Path, Subject, full_load, latency, silence, soak};
-use tests::desk::{load, play};
+use tests::desk::{load_session, play};
 
 /// Issue: 0.6 ms for a direct amplitude (Harris's stimulator: 1.22–1.30 ms),
 /// one control tick more through the control law.
@@ -83,7 +83,7 @@ fn the_finger_follows_as_well_as_it_did() {
         ("hamana_exp4_two_point_finger.toml", LawName::Paper, 10.67),
     ];
     for (name, law, expected) in golden {
-        let mut file = load(name);
+        let mut file = load_session(name);
         file.session = file.session.with_law(law).unwrap();
         let trial = play(&file, &DeviceName::Native).outcome.trial;
         let rmse = host_core::analysis::metrics(&trial).unwrap().rmse_deg;

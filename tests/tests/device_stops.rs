@@ -15,7 +15,7 @@ use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
 use std::cell::Cell;
 use tests::desk;
-use tests::expectation::{of_setup, since};
+use tests::expectation::{setup_expectation, trace_since};
 use tests::record::Record;
 
 const FULL_SCALE_UA: u32 = 100_000;
@@ -35,10 +35,10 @@ struct TestHost {
 impl TestHost {
     fn boot(at: Micros) -> Self {
         let mut clock = Unwrap::default();
-        clock.at(at.get());
+        clock.unwrap_time(at.get());
         let mut desk = Self {
             board: native(at),
-            record: Record::from(at),
+            record: Record::starting_at(at),
             sensors: Sensors::default(),
             session: 0,
             seq: 0,
@@ -52,7 +52,7 @@ impl TestHost {
     }
 
     fn now(&mut self) -> u64 {
-        self.clock.at(self.board.now().get())
+        self.clock.unwrap_time(self.board.now().get())
     }
 
     fn wait(&mut self, length_us: u32) {
@@ -61,7 +61,7 @@ impl TestHost {
     }
 
     fn send(&mut self, request: Request) {
-        let bytes = desk::frame(self.session, self.seq, self.draft.sending(request));
+        let bytes = desk::frame(self.session, self.seq, self.draft.prepare_request(request));
         self.seq = self.seq.wrapping_add(1);
         let at = self.board.now();
         self.board
@@ -78,7 +78,7 @@ impl TestHost {
             for message in desk::messages(&self.record.bytes) {
                 match postcard::from_bytes(&message).unwrap() {
                     Response::Ack { seq: s, at } if s == seq => {
-                        return Some(self.clock.at(at.get()));
+                        return Some(self.clock.unwrap_time(at.get()));
                     }
                     Response::Hello(_) => return Some(0),
                     Response::Refused { seq: Some(s), .. } if s == seq => return None,
@@ -188,11 +188,11 @@ fn run(
     desk.wait(60_000);
     prop_assert_eq!(desk.board.state(), State::Idle);
     let end_us = desk.now();
-    let mut expected = of_setup(trains, groups, epoch, end_us);
+    let mut expected = setup_expectation(trains, groups, epoch, end_us);
     expected.complete = false;
     let limit = u64::from(LIMIT_UA) * 65_535 / u64::from(FULL_SCALE_UA);
     expected.max_code = [limit as u16; 10];
-    let trace = since(&desk.record.trace, epoch);
+    let trace = trace_since(&desk.record.trace, epoch);
     let found = check(&trace, &expected);
     prop_assert!(found.is_empty(), "{:?}: {:?}", end, found.first());
     Ok(trace.levels.len())

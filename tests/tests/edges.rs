@@ -5,23 +5,23 @@ use host_core::run::{DeviceName, SessionFile, edges_between};
 use host_core::session::Course;
 use std::fmt::Write;
 use std::path::Path;
-use tests::desk::{load, play, shipped_in};
-use tests::expectation::{of_session, since};
+use tests::desk::{load_session, play, session_paths};
+use tests::expectation::{session_expectation, trace_since};
 
 /// Runs so much of a session; its trace from the epoch on, and the epoch.
 fn stimulate(mut file: SessionFile, length_us: u64) -> (SessionFile, Trace, u64) {
     file.session.duration_us = length_us + 50_000;
     let played = play(&file, &DeviceName::Native);
     let epoch = played.epoch_us;
-    let trace = since(&played.trace, epoch);
-    (file, trace.until(epoch + length_us), epoch)
+    let trace = trace_since(&played.trace, epoch);
+    (file, trace.up_to(epoch + length_us), epoch)
 }
 
 /// The same, every edge held to its analytic microsecond.
 fn exact(path: &Path, length_us: u64) -> (Trace, u64) {
     let file = SessionFile::load(path).unwrap();
     let (file, trace, epoch) = stimulate(file, length_us);
-    let expected = of_session(&file.session, epoch, epoch + length_us);
+    let expected = session_expectation(&file.session, epoch, epoch + length_us);
     let violations = check(&trace, &expected);
     let name = path.display();
     assert!(violations.is_empty(), "{name}: {:?}", violations.first());
@@ -29,7 +29,7 @@ fn exact(path: &Path, length_us: u64) -> (Trace, u64) {
 }
 #[test]
 fn all_29_patterns_are_exact() {
-    let files = shipped_in("hamana_exp2");
+    let files = session_paths("hamana_exp2");
     assert_eq!(files.len(), 29, "25 of two points and 4 of one");
     let mut text = String::new();
     for path in files {
@@ -46,7 +46,7 @@ fn all_29_patterns_are_exact() {
 
 #[test]
 fn ten_channels_are_exact() {
-    for path in shipped_in("") {
+    for path in session_paths("") {
         let file = SessionFile::load(&path).unwrap();
         let is_constant = matches!(file.session.setpoints.course, Course::Amplitudes(_));
         let is_triggered = file
@@ -63,7 +63,7 @@ fn ten_channels_are_exact() {
 /// Each quarter at its turn in the period of 100 ms, the others isolated meanwhile.
 #[test]
 fn four_electrodes_share_a_muscle_by_turns() {
-    let (_, trace, epoch) = stimulate(load("distributed.toml"), 5_200_000);
+    let (_, trace, epoch) = stimulate(load_session("distributed.toml"), 5_200_000);
     let mut text = String::new();
     for edge in edges_between(&trace, epoch + 5_000_000, epoch + 5_100_000) {
         let state = format!("{:?}", edge.state).to_lowercase();
@@ -75,7 +75,7 @@ fn four_electrodes_share_a_muscle_by_turns() {
 
 #[test]
 fn isolated_pulses_that_overlap_are_refused_with_the_reason() {
-    let mut files = shipped_in("hamana_exp2").into_iter();
+    let mut files = session_paths("hamana_exp2").into_iter();
     let path = files.find(|p| p.to_string_lossy().contains("_13_isolated"));
     let text = std::fs::read_to_string(path.unwrap()).unwrap();
     for offset in ["offset_us = 0 }", "offset_us = 199 }"] {
@@ -87,7 +87,7 @@ fn isolated_pulses_that_overlap_are_refused_with_the_reason() {
 
 #[test]
 fn sync_follows_the_first_phase_of_its_channel() {
-    let (file, trace, _) = stimulate(load("ten_channels.toml"), 300_000);
+    let (file, trace, _) = stimulate(load_session("ten_channels.toml"), 300_000);
     let channel = file.session.sync.expect("the session names a sync channel");
     let shape = file.session.channel(channel).unwrap().spec.train.shape;
     let first = match shape.cathodic_first() {

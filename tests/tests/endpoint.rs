@@ -6,11 +6,11 @@ use host_core::run::{DeviceName, SessionFile, run};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use tests::desk::{play, shipped};
+use tests::desk::{play, session_path};
 
 /// A shipped session, three times as fast.
 fn quick(name: &str, rate: &str) -> SessionFile {
-    let mut text = std::fs::read_to_string(shipped(name)).unwrap();
+    let mut text = std::fs::read_to_string(session_path(name)).unwrap();
     // Rising: none becomes one that is yet to come.
     let times = ["1.0", "2.0", "3.0", "4.0", "5.0", "6.0"];
     for time in times {

@@ -1,19 +1,19 @@
 //! `[fidelity]`: a session made as coarse as its scenes allow is as good as the file's
 //! own, within the tolerance.
 
-use host_core::choice::settle;
+use host_core::choice::resolve_auto_models;
 use host_core::run::{DeviceName, SessionFile};
 use host_core::session::BodySpec;
-use tests::desk::{play, shipped};
+use tests::desk::{play, session_path};
 
 /// A committed session with some tolerance, or as it is.
 fn session(name: &str, tolerance: Option<f64>) -> SessionFile {
-    let mut text = std::fs::read_to_string(shipped(&format!("{name}.toml"))).unwrap();
+    let mut text = std::fs::read_to_string(session_path(&format!("{name}.toml"))).unwrap();
     if let Some(percent) = tolerance {
         text.push_str(&format!("\n[fidelity]\ntolerance_percent = {percent}\n"));
     }
     let mut file = SessionFile::parse(name, &text).unwrap();
-    settle(&mut file.session).unwrap();
+    resolve_auto_models(&mut file.session).unwrap();
     file
 }
 

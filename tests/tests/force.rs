@@ -10,7 +10,7 @@ use hal_sim::body::muscle::{Muscle, Parameters, SUBJECTS, Step};
 use hal_sim::trace::Trace;
 use host_core::run::DeviceName;
 use host_core::session::{Session, Setpoint};
-use tests::desk::{load, play};
+use tests::desk::{load_session, play};
 
 const END_US: u64 = 9_000_000;
 /// What is judged: after the first second, in which the amplitude rises.
@@ -103,7 +103,7 @@ fn courses(n: f64) -> [(&'static str, String); 4] {
 fn mean_errors(hold: &str) -> [(f64, f64); 4] {
     let mut means = [(0.0, 0.0); 4];
     for p in &SUBJECTS {
-        let most: f64 = control(p, None).reach().1.get().to_num();
+        let most: f64 = control(p, None).force_range().1.get().to_num();
         for ((_, course), mean) in courses(most).into_iter().zip(&mut means) {
             let channel = channel(1, p, (10.0, 0.3), &format!("hold = \"{hold}\""));
             let file = session(9.1, &channel, &format!("channel = 1\n{course}"));
@@ -122,7 +122,7 @@ fn mean_errors(hold: &str) -> [(f64, f64); 4] {
 /// told, on the native simulator and by the flashed image alike.
 #[test]
 fn ten_forces_at_once_are_followed_on_both_simulators() {
-    let mut file = load("ten_forces.toml");
+    let mut file = load_session("ten_forces.toml");
     file.session.duration_us = 3_000_000;
     for device in [DeviceName::Native, DeviceName::Chip] {
         let outcome = play(&file, &device).outcome;

@@ -11,7 +11,7 @@ use hal_sim::body::muscle::{Muscle, Parameters, SUBJECTS, Step};
 use hal_sim::trace::Trace;
 use host_core::run::{DeviceName, SessionFile};
 use host_core::session::Model;
-use tests::desk::{load, play};
+use tests::desk::{load_session, play};
 
 /// FNV-1a over words.
 #[derive(Clone, Copy)]
@@ -48,7 +48,7 @@ fn without_a_slowest_rate_nothing_changes() {
         ("ten_forces.toml", 0xc4db_0ea9_3a7d_7832),
     ];
     let found = sessions.map(|(name, _)| {
-        let mut file = load(name);
+        let mut file = load_session(name);
         for channel in &mut file.session.channels {
             if let Some(muscle) = &mut channel.muscle {
                 muscle.model = Model::Fixed(Rung::None);
@@ -211,12 +211,12 @@ fn four_newtons_of_k03() {
             "K03, 4 N wanted{extra}: {force:.3} N at {:.2} Hz; limiting {}, {:?} N",
             1e6 / apart,
             last.limiting,
-            outcome.trial.gap_n(last, 1)
+            outcome.trial.nearest_forces_n(last, 1)
         );
         assert!((force / given - 1.0).abs() < 0.01, "{force} N");
         let metrics = host_core::analysis::force_metrics(&outcome.trial);
         if extra.is_empty() {
-            let (below, above) = outcome.trial.gap_n(last, 1).unwrap();
+            let (below, above) = outcome.trial.nearest_forces_n(last, 1).unwrap();
             let is_threshold = below == 0.0 && (above - 7.59).abs() < 0.01;
             assert!(last.limiting && is_threshold, "{above} N");
             let gap = metrics[0].gap.unwrap();
@@ -242,7 +242,7 @@ fn ten_subjects_have_every_force_but_the_least() {
         .map(|n| channel(n, &SUBJECTS[n - 1], RECRUITS, extra))
         .collect();
     // What each can: none, and from … to … mN; and its threshold's at 20 Hz.
-    let reach = |slowest_us| SUBJECTS.map(|p| control(&p, slowest_us).reach_mn());
+    let reach = |slowest_us| SUBJECTS.map(|p| control(&p, slowest_us).force_range_mn());
     let (slow, fixed) = (reach(Some(1_000_000)), reach(None));
     let wanted: Vec<Vec<u32>> = (0..10)
         .map(|i| {
@@ -279,7 +279,7 @@ fn ten_subjects_have_every_force_but_the_least() {
             let n = f64::from(mn) * 1e-3;
             let samples = outcome.trial.samples.iter();
             let mut samples = samples.filter(|s| s.t_s > at_s(0.5) && s.t_s < at_s(1.0));
-            let gap = samples.find_map(|s| outcome.trial.gap_n(&s, i as u8 + 1));
+            let gap = samples.find_map(|s| outcome.trial.nearest_forces_n(&s, i as u8 + 1));
             let k = i + 1;
             println!("K{k:02}: {n:.3} N wanted, {force:.3} N given, {gap:?}");
             if mn == 0 || mn >= slow[i].0 {

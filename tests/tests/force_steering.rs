@@ -54,7 +54,14 @@ struct SessionForces {
 }
 
 impl SessionForces {
-    fn by(p: &Parameters, tires: bool, model: &str, force: &str, setpoints: &str, s: u64) -> Self {
+    fn play(
+        p: &Parameters,
+        tires: bool,
+        model: &str,
+        force: &str,
+        setpoints: &str,
+        s: u64,
+    ) -> Self {
         let how = if tires { fatigue(p) } else { Fatigue::NEVER };
         let table = if tires { "fatigue = {}\n" } else { "" };
         let text = channel(1, p, RECRUITS, force);
@@ -190,7 +197,7 @@ fn a_tired_muscle_holds_what_it_can() {
         let (name, fields, fastest_us, _) = RATES[rate];
         let setpoints = points(&[(0.0, n)]);
         let [steered, alone] = ["calcium-force-fatigue", ALONE]
-            .map(|model| SessionForces::by(p, true, model, fields, &setpoints, 60));
+            .map(|model| SessionForces::play(p, true, model, fields, &setpoints, 60));
         let can = |i: usize| steady(steered.tired[i], 1.0, fastest_us) / n;
         let off =
             |given: &SessionForces, i: usize| given.mean(2_000 * i, 2_000 * i + 2_000) / n - 1.0;
@@ -302,7 +309,7 @@ fn a_rested_muscle_is_given_what_it_was_given() {
                 };
                 let fields = format!("hold = \"{hold}\"");
                 let rms = [ALONE, "calcium-force"].map(|model| {
-                    SessionForces::by(p, false, model, &fields, &setpoints, 12).rms() / n
+                    SessionForces::play(p, false, model, &fields, &setpoints, 12).rms() / n
                 });
                 for (error, rms) in errors.iter_mut().zip(rms) {
                     *error = (error.0 + rms / 10.0, error.1.max(rms));
@@ -329,7 +336,7 @@ fn ripple_does_not_upset_what_is_held() {
             let least = (RECRUITS.1 * (RECRUITS.0 - 20.0)).exp();
             let n = part * steady(*p, least, 50_000);
             let found = [ALONE, "calcium-force"].map(|model| {
-                let given = SessionForces::by(p, false, model, fields, &points(&[(0.0, n)]), 40);
+                let given = SessionForces::play(p, false, model, fields, &points(&[(0.0, n)]), 40);
                 let pairs = given.pulses.windows(2).filter(|pair| pair[0] > 1_000);
                 let off = |pair: &[usize]| given.mean(pair[0], pair[1]) / n - 1.0;
                 let all: Vec<f64> = pairs.map(off).collect();

@@ -3,7 +3,7 @@
 
 use hal_sim::trace::{Edge, State};
 use host_core::run::{DeviceName, SessionFile};
-use tests::desk::{play, shipped};
+use tests::desk::{play, session_path};
 
 /// When the input comes to be held, µs from the start: the second time after a release as
 /// short as may be, so that the last period is not over.
@@ -13,7 +13,7 @@ const HELD_US: u64 = 250_200;
 
 /// The shipped session, gated: channel 1 endless, channel 2 four pulses a time.
 fn file() -> SessionFile {
-    let text = std::fs::read_to_string(shipped("trigger.toml")).unwrap();
+    let text = std::fs::read_to_string(session_path("trigger.toml")).unwrap();
     let times = HELD_AT_US.map(|us| (us as f64 / 1e6).to_string());
     let held = format!(
         "at_s = [{}]\nheld_s = {}",

@@ -6,7 +6,7 @@ use hal_sim::trace::Edge;
 use host_core::run::{DeviceName, SessionFile};
 use host_core::session::{Session, SessionJoint};
 use std::collections::BTreeSet;
-use tests::desk::{play, shipped};
+use tests::desk::{play, session_path};
 
 /// Edges of the pins from the start on up to `until_us`, with times from there.
 fn edges(file: &SessionFile, device: &DeviceName, until_us: u64) -> Vec<Edge> {
@@ -23,7 +23,7 @@ const END_US: u64 = 8_990_000;
 #[test]
 fn the_flashed_image_lifts_as_the_native_device_does() {
     for name in ["lift.toml", "lift_resist.toml"] {
-        let file = SessionFile::load(&shipped(name)).unwrap();
+        let file = SessionFile::load(&session_path(name)).unwrap();
         let [native, chip] =
             [DeviceName::Native, DeviceName::Chip].map(|device| edges(&file, &device, END_US));
         let differ = native.iter().zip(&chip).filter(|(a, b)| a != b);
@@ -42,7 +42,7 @@ fn the_flashed_image_lifts_as_the_native_device_does() {
 /// All edges are at the same times; amplitudes differ by at most what one word moves them.
 #[test]
 fn a_burst_between_arrivals_has_the_word_before() {
-    let text = std::fs::read_to_string(shipped("lift.toml")).unwrap();
+    let text = std::fs::read_to_string(session_path("lift.toml")).unwrap();
     assert!(text.contains("rate_hz = 60"));
     let text = text.replace("rate_hz = 60", "rate_hz = 100");
     let file = SessionFile::parse("words.toml", &text).unwrap();
@@ -105,7 +105,7 @@ fn by_one_word(session: &Session, burst: &Edge) -> f64 {
 /// of angles; within 8 s, for an elbow slower than its dead band has no phase.
 fn sweep(way_s: u32) -> SessionFile {
     let (up, down) = (f64::from(way_s) + 0.5, f64::from(2 * way_s) + 0.5);
-    let mut text = std::fs::read_to_string(shipped("lift.toml")).unwrap();
+    let mut text = std::fs::read_to_string(session_path("lift.toml")).unwrap();
     for (find, replace) in [
         ("duration_s = 9.0", format!("duration_s = {:.1}", down)),
         ("period_us = 16667", "frequency_hz = 200.0".into()),

@@ -12,7 +12,7 @@ use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
 use tests::desk;
-use tests::expectation::{of_setup, since};
+use tests::expectation::{setup_expectation, trace_since};
 
 const PULSES: usize = 1_000_000;
 const SECONDS: u64 = 12;
@@ -100,7 +100,7 @@ fn play(trains: &[TrainSpec], mut groups: Vec<GroupSpec>, boot: Micros) -> Playe
         client.channel(channel, spec).unwrap();
     }
     loop {
-        client.groups(&groups).unwrap();
+        client.set_groups(&groups).unwrap();
         match client.arm() {
             Ok(_) => break,
             // Random isolated pulses mostly overlap: refused, and not played.
@@ -117,7 +117,7 @@ fn play(trains: &[TrainSpec], mut groups: Vec<GroupSpec>, boot: Micros) -> Playe
     }
     let amplitude = |c: u8| (c, Amplitude::new(1_000 + 900 * u32::from(c)));
     let all: Vec<_> = (0..10).map(amplitude).collect();
-    client.amplitudes(&all).unwrap();
+    client.set_amplitudes(&all).unwrap();
     let epoch = client.start().unwrap();
     let end = epoch + SECONDS * 1_000_000;
     while client.port().world.now_us() < end {
@@ -146,8 +146,8 @@ fn a_million_pulses_are_exact() {
         let boot = Micros::new([u32::MAX - 5_000_000, 1_000][setups % 2]);
         let played = play(&trains, wanted, boot);
         let end = played.epoch + SECONDS * 1_000_000;
-        let trace = since(&played.trace, played.epoch).until(end);
-        let expected = of_setup(&trains, &played.groups, played.epoch, end);
+        let trace = trace_since(&played.trace, played.epoch).up_to(end);
+        let expected = setup_expectation(&trains, &played.groups, played.epoch, end);
         let violations = check(&trace, &expected);
         assert!(
             violations.is_empty(),

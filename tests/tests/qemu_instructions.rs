@@ -7,7 +7,9 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::time::Instant;
 use tests::differential::encodings::Kind;
-use tests::differential::{Encodings, Program, RECORD_WORDS, chip, in_image, name_of, qemu};
+use tests::differential::{
+    Encodings, Program, RECORD_WORDS, chip, find_instructions, qemu, record_word_name,
+};
 
 /// Instructions to execute.
 const INSTRUCTIONS: u32 = 200_000;
@@ -27,7 +29,7 @@ fn explain(program: &Program, index: usize, ours: &[u8], theirs: &[u8]) -> Strin
     lines.push(format!("before {:#010x?}", case.input));
     for (word, (ours, theirs)) in words(ours).into_iter().zip(words(theirs)).enumerate() {
         if ours != theirs {
-            let name = name_of(word);
+            let name = record_word_name(word);
             lines.push(format!("{name}: here {ours:#010x}, QEMU {theirs:#010x}"));
         }
     }
@@ -107,7 +109,7 @@ fn unknown(encodings: &Encodings) -> Vec<String> {
     let mut contained = BTreeSet::new();
     for image in [Image::Stimulator, Image::Qemu, Image::Bench] {
         let elf = image.build(&workspace).unwrap_or_else(|e| panic!("{e}"));
-        let found = in_image(&elf, encodings).unwrap_or_else(|e| panic!("{e:#}"));
+        let found = find_instructions(&elf, encodings).unwrap_or_else(|e| panic!("{e:#}"));
         contained.extend(found.known.into_keys());
         for (at, width, code) in found.unknown {
             let digits = width as usize / 4;

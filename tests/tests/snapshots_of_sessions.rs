@@ -1,10 +1,10 @@
 //! A running session that is copied: both go on as if there were one.
 
 use host_core::run::{Attachments, DeviceName, SessionFile, StepEnd, StepLimit, Stepper};
-use tests::desk::load;
+use tests::desk::load_session;
 
 fn file() -> SessionFile {
-    let mut file = load("ten_channels.toml");
+    let mut file = load_session("ten_channels.toml");
     file.session.duration_us = 600_000;
     file
 }

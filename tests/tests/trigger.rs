@@ -3,14 +3,14 @@
 
 use hal_sim::trace::{Edge, State};
 use host_core::run::{DeviceName, SessionFile};
-use tests::desk::{play, shipped};
+use tests::desk::{play, session_path};
 
 /// Off every grid: the window's 250 µs, the tick's and the world's 1000.
 const EDGES_US: [u64; 4] = [100_000, 350_013, 600_999, 850_251];
 
 /// Edges of the pins from the start on, with times from there.
 fn edges(device: &DeviceName) -> Vec<Edge> {
-    let text = std::fs::read_to_string(shipped("trigger.toml")).unwrap();
+    let text = std::fs::read_to_string(session_path("trigger.toml")).unwrap();
     let list: Vec<_> = EDGES_US.iter().map(|us| format!("0.{us:06}")).collect();
     let listed = format!("at_s = [{}]", list.join(", "));
     let text = text

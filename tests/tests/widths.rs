@@ -2,11 +2,11 @@
 
 use hal_sim::trace::{Edge, State};
 use host_core::run::{DeviceName, SessionFile};
-use tests::desk::{play, shipped};
+use tests::desk::{play, session_path};
 
 /// The shipped ramp in 1.5 s, and a list on the channel beside it.
 fn file() -> SessionFile {
-    let text = std::fs::read_to_string(shipped("width_ramp.toml")).unwrap();
+    let text = std::fs::read_to_string(session_path("width_ramp.toml")).unwrap();
     let text = text
         .replace("duration_s = 12.0", "duration_s = 2.0")
         .replace("at_s = 10.0", "at_s = 1.5")

@@ -19,8 +19,8 @@ pub const fn quotient(numerator: u64, denominator: u32) -> Option<u32> {
     let shift = denominator.leading_zeros();
     // high < denominator, so no bit of either is lost.
     let (n, d) = (numerator << shift, denominator << shift);
-    let (upper, rest) = digit((n >> 32) as u32, (n >> 16) as u16, d);
-    let (lower, _) = digit(rest, n as u16, d);
+    let (upper, rest) = divide_digit((n >> 32) as u32, (n >> 16) as u16, d);
+    let (lower, _) = divide_digit(rest, n as u16, d);
     Some(upper << 16 | lower)
 }
 
@@ -39,10 +39,10 @@ pub const fn square_root(x: u64) -> u32 {
     let top = (x >> 32) as u32;
     let inverse = inverse_root(top);
     // √x less 0…14 610: of `inverse` up to 3.4e-6, of words cut off 9.
-    let root = high(top, inverse) << 3;
+    let root = upper_word(top, inverse) << 3;
     let rest = x.wrapping_sub(root as u64 * root as u64); // below 2^47
     // (√x − root)·(1 − 5.1e-6), less a bit: at most 1.08 is still missing.
-    let root = root.wrapping_add(high((rest >> 15) as u32, inverse) >> 15);
+    let root = root.wrapping_add(upper_word((rest >> 15) as u32, inverse) >> 15);
     let rest = x.wrapping_sub(root as u64 * root as u64);
     let root = root.wrapping_add((rest > 2 * root as u64) as u32);
     root >> (whole + shift / 2)
@@ -55,12 +55,12 @@ const fn inverse_root(t: u32) -> u32 {
     // instruction each. All brackets are positive: y in 2^28…2^31.
     const CUBIC: [u32; 4] = [0x6300_0000, 0xB900_0000, 0xBF00_0000, 0x4900_0000];
     let [c0, c1, c2, c3] = CUBIC;
-    let bracket = c1.wrapping_sub(high(t, c2.wrapping_sub(high(t, c3))));
-    let y = c0.wrapping_sub(high(t, bracket));
+    let bracket = c1.wrapping_sub(upper_word(t, c2.wrapping_sub(upper_word(t, c3))));
+    let y = c0.wrapping_sub(upper_word(t, bracket));
     // h in 2^-31: y·y·t is 2^26 but for h. Then 1/√(1 − h) − 1 in halves,
     // h + 3h²/4, whose error 5h³/8 is below 2.5e-6; less 2^-18, so that the
     // end is never above.
-    let h = ((1u32 << 26).wrapping_sub(high(t, high(y, y))) << 5) as i32;
+    let h = ((1u32 << 26).wrapping_sub(upper_word(t, upper_word(y, y))) << 5) as i32;
     let square = ((h as i64 * h as i64) >> 32) as i32; // 2^-30
     let k = h.wrapping_add(square).wrapping_add(square >> 1);
     let k = k.wrapping_sub(1 << 13);
@@ -69,13 +69,13 @@ const fn inverse_root(t: u32) -> u32 {
 
 /// The upper word of a product.
 #[inline(always)]
-const fn high(a: u32, b: u32) -> u32 {
+const fn upper_word(a: u32, b: u32) -> u32 {
     ((a as u64 * b as u64) >> 32) as u32
 }
 
 /// Quotient and rest of `rest·2^16 + next` by `d`, for `rest < d` and
 /// `d >= 2^31`: one digit below 2^16.
-const fn digit(rest: u32, next: u16, d: u32) -> (u32, u32) {
+const fn divide_digit(rest: u32, next: u16, d: u32) -> (u32, u32) {
     let dividend = (rest as u64) << 16 | next as u64;
     // The divisor is at least 2^15: nothing here is 0 but to the compiler.
     let mut digit = match rest.checked_div(d >> 16) {

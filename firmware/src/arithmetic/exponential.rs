@@ -58,7 +58,7 @@ pub(crate) const fn mul_high(a: u32, b: u32) -> u32 {
 /// s·(c0 − s·(c1 − s·(c2 − …))), all Q32. Coefficients fall, so that each
 /// bracket stays within 0…1 and the differences never wrap.
 #[inline(always)]
-pub(crate) fn alternating<const N: usize>(coefficients: &[u32; N], s: u32) -> u32 {
+pub(crate) fn alternating_series<const N: usize>(coefficients: &[u32; N], s: u32) -> u32 {
     let sum = coefficients
         .iter()
         .rev()
@@ -69,7 +69,7 @@ pub(crate) fn alternating<const N: usize>(coefficients: &[u32; N], s: u32) -> u3
 /// 1 − e^−z for z in 0…0.505, both Q32. Error below 9e-7; zero at zero.
 #[inline(always)]
 pub(crate) fn decay_fraction(z: u32) -> u32 {
-    alternating(&DECAY, z)
+    alternating_series(&DECAY, z)
 }
 
 /// 1 − (1 − e^−z)/z for z in 0…0.505, both Q32: how far a decay lags behind
@@ -116,7 +116,7 @@ pub fn exp2_neg(x: u64) -> u32 {
     if fraction == 0 {
         return (1u32 << 31).checked_shr(whole).unwrap_or(0);
     }
-    let mantissa = !alternating(&OCTAVE, mul_high(fraction, LN_2));
+    let mantissa = !alternating_series(&OCTAVE, mul_high(fraction, LN_2));
     // 1 + whole >= 1, saturating at the far end; shifting Q32 by it gives Q31.
     mantissa.checked_shr(whole.saturating_add(1)).unwrap_or(0)
 }
@@ -141,7 +141,7 @@ pub fn log2_neg(y: u32) -> u64 {
     let whole = y.leading_zeros();
     // y = m·2^−whole with m in 1…2; shifting out the leading 1 leaves m − 1.
     let s = (y << whole) << 1;
-    let log2_m = (u64::from(alternating(&LOG, s)) * u64::from(LOG2_E)) >> 31;
+    let log2_m = (u64::from(alternating_series(&LOG, s)) * u64::from(LOG2_E)) >> 31;
     // whole <= 31, and log2 m <= 1 <= whole whenever m > 1.
     (u64::from(whole) << 32).saturating_sub(log2_m)
 }
@@ -154,7 +154,7 @@ pub(crate) fn log2_neg_coarse(y: u32) -> u32 {
     // Shifts the leading 1 out; y = 1 stays and is next to nothing.
     let s = y.wrapping_shl(whole.wrapping_add(1));
     // Half of log2 m in Q32; whole <= 31.
-    (whole << 27).saturating_sub(alternating(&LOG_COARSE, s) >> 4)
+    (whole << 27).saturating_sub(alternating_series(&LOG_COARSE, s) >> 4)
 }
 
 #[cfg(test)]

@@ -44,18 +44,18 @@ pub(super) fn finger(law: LawSpec, law_period_ms: u8) -> JointSpec {
     }
 }
 
-pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
-    differentiator_alone(bench, "differentiator", 1000)?;
+pub(super) fn run_benchmarks<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
+    measure_differentiator(bench, "differentiator", 1000)?;
     let learning = Some(ResponseSpec::RECOMMENDED);
-    law_alone(bench, "law_super_twisting", 1000, None)?;
-    law_alone(bench, "law_and_response", 1000, learning)?;
+    measure_law(bench, "law_super_twisting", 1000, None)?;
+    measure_law(bench, "law_and_response", 1000, learning)?;
     for (name, law) in [
         ("joint_super_twisting", LawSpec::RECOMMENDED),
         ("joint_paper", LawSpec::PAPER),
         ("joint_pid", LawSpec::PID),
     ] {
         let joint = MovingJoint::new(law, 1)?;
-        bench.row(
+        bench.measure(
             name,
             1000,
             joint,
@@ -65,7 +65,7 @@ pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
         );
     }
     // A tick in which the law rests: setpoint track, sensor, mapping.
-    bench.row(
+    bench.measure(
         "joint_without_law",
         1000,
         MovingJoint::new(LawSpec::RECOMMENDED, 20)?,
@@ -85,12 +85,12 @@ pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
 }
 
 /// The pseudo-differentiator alone.
-pub fn differentiator_alone<C: Clock, N>(
+pub fn measure_differentiator<C: Clock, N>(
     bench: &mut Bench<'_, C, N>,
     name: N,
     runs: u32,
 ) -> Option<()> {
-    bench.row(
+    bench.measure(
         name,
         runs,
         (
@@ -100,14 +100,14 @@ pub fn differentiator_alone<C: Clock, N>(
         // 0…100°, in 0.01°; fits i16.
         |_, random| Angle::from_centideg(random.between(0, 10_000) as i16),
         |(filter, state), x| filter.step(state, *x).get().to_bits(),
-        |_, rate, sum| sum.word(rate.cast_unsigned()),
+        |_, rate, sum| sum.add_word(rate.cast_unsigned()),
     );
     Some(())
 }
 
 /// The default law with its differentiator, and with its predictor and learning or
 /// not, without a joint around it.
-pub fn law_alone<C: Clock, N>(
+pub fn measure_law<C: Clock, N>(
     bench: &mut Bench<'_, C, N>,
     name: N,
     runs: u32,
@@ -117,14 +117,14 @@ pub fn law_alone<C: Clock, N>(
         response,
         ..finger(LawSpec::RECOMMENDED, 1)
     };
-    bench.row(
+    bench.measure(
         name,
         runs,
         (spec.law().ok()?, LawState::default()),
         // ±20°, in 0.01°; fits i16.
         |_, random| Angle::from_centideg(random.between(0, 4_000) as i16 - 2_000),
         |(law, state), error| Some(law.step(state, *error, &Course::default(), Gain::ONE)),
-        |_, effort, sum| sum.word(effort.map_or(0, Effort::to_milli).cast_unsigned()),
+        |_, effort, sum| sum.add_word(effort.map_or(0, Effort::to_milli).cast_unsigned()),
     );
     Some(())
 }
@@ -156,7 +156,7 @@ impl MovingJoint {
             let wanted = Angle::from_centideg(random.between(2_000, 8_000) as i16);
             let (state, now) = (&mut self.state, self.now);
             // In order, in range: always taken.
-            let _ = self.joint.setpoint(state, now, now, wanted, None);
+            let _ = self.joint.accept_setpoint(state, now, now, wanted, None);
         }
         angle
     }
@@ -164,13 +164,13 @@ impl MovingJoint {
     fn tick(&mut self, angle: &Angle) -> Checksum {
         let mut answer = Checksum::default();
         if let Ok(orders) = self.joint.tick(&mut self.state, self.now, Some(*angle)) {
-            answer.amplitudes(&orders.amplitudes);
-            answer.word(orders.effort.to_milli().cast_unsigned());
+            answer.add_amplitudes(&orders.amplitudes);
+            answer.add_word(orders.effort.to_milli().cast_unsigned());
         }
         answer
     }
 
     fn digest(&self, answer: &Checksum, sum: &mut Checksum) {
-        sum.word(answer.value());
+        sum.add_word(answer.value());
     }
 }

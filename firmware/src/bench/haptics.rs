@@ -65,12 +65,12 @@ fn joint(joint: u8, share: QuarticSpec) -> ModulationSpec {
 }
 
 /// Two arms that go up and down in 2 s, measured every millisecond, an object held.
-pub(super) fn lift_rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
+pub(super) fn run_lift_benchmarks<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
     let mut joints = Modulations::default();
     for number in 0..JOINTS as u8 {
         joints.push(Modulation::new(&joint(number, SHARE)).ok()?);
     }
-    bench.row(
+    bench.measure(
         "modulation_tick",
         2000,
         (joints, ModulationsState::default(), Micros::new(0)),
@@ -81,40 +81,40 @@ pub(super) fn lift_rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
             for number in 0..JOINTS as u8 {
                 let angle = (1_500 + way * 10 + random.between(0, 20)) as i16; // below 2^14
                 let angle = Angle::from_centideg(angle);
-                let _ = joints.measurement(state, *now, *now, number, angle);
+                let _ = joints.accept_measurement(state, *now, *now, number, angle);
             }
-            let _ = joints.hold(state, *now, true);
+            let _ = joints.set_held(state, *now, true);
         },
         |(joints, state, now), ()| {
             let mut answer = Checksum::default();
             if let Ok(orders) = joints.tick(state, *now) {
                 for (channel, amplitude) in orders.amplitudes {
-                    answer.word(u32::from(channel) << 24 | amplitude.get());
+                    answer.add_word(u32::from(channel) << 24 | amplitude.get());
                 }
             }
             answer
         },
-        |_, answer, sum| sum.word(answer.value()),
+        |_, answer, sum| sum.add_word(answer.value()),
     );
     let longest = joint(0, LONGEST);
-    bench.row(
+    bench.measure(
         "modulation_check",
         20,
         longest,
         |_, _| (),
         |spec, ()| {
             let mut mistakes = 0u32;
-            spec.mistakes(&mut |_| mistakes = mistakes.saturating_add(1));
+            spec.report_mistakes(&mut |_| mistakes = mistakes.saturating_add(1));
             mistakes
         },
-        |_, mistakes, sum| sum.word(*mistakes),
+        |_, mistakes, sum| sum.add_word(*mistakes),
     );
     Some(())
 }
 
 /// A limb that swings through pre-wall and wall, ticked every millisecond.
-pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
-    bench.row(
+pub(super) fn run_benchmarks<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
+    bench.measure(
         "wall_tick",
         1000,
         (Wall::new(&WALL).ok()?, WallState::default(), Micros::new(0)),
@@ -127,12 +127,12 @@ pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
         |(wall, state, now), angle| {
             let mut answer = Checksum::default();
             if let Ok(orders) = wall.tick(state, *now, Some(*angle)) {
-                answer.amplitudes(&orders.amplitudes);
-                answer.word(orders.penetration.get().to_bits().cast_unsigned());
+                answer.add_amplitudes(&orders.amplitudes);
+                answer.add_word(orders.penetration.get().to_bits().cast_unsigned());
             }
             answer
         },
-        |_, answer, sum| sum.word(answer.value()),
+        |_, answer, sum| sum.add_word(answer.value()),
     );
     Some(())
 }

@@ -22,19 +22,19 @@ pub(super) const FINGER: WearerModel = WearerModel {
     lead_ms: 100,
 };
 
-pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
+pub(super) fn run_benchmarks<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
     let curve = Recruitment::new(RECRUITMENT).ok()?;
     let (slowest, fastest) = PERIODS_US;
     let inverse = Inverse::new(FORCE, &curve, slowest, fastest, slowest).ok()?;
     // A tick of force control but for the setpoint track: ahead of the lag, then
     // amplitude and period.
-    bench.row(
+    bench.measure(
         "inverse_force",
         1000,
         (curve, inverse),
         |(_, inverse), random| {
             // Up to a tenth beyond reach; below 2^31.
-            let most = inverse.reach().1.get().to_bits().cast_unsigned();
+            let most = inverse.force_range().1.get().to_bits().cast_unsigned();
             let force = random.between(0, most + most / 10).cast_signed();
             let rate = random.between(0, 40 << 16).cast_signed() - (20 << 16);
             (
@@ -43,29 +43,29 @@ pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
             )
         },
         |(curve, inverse), &(force, rate)| {
-            let drive = inverse.drive(curve, inverse.ahead(force, rate));
+            let drive = inverse.drive(curve, inverse.compensate_lag(force, rate));
             (drive.amplitude.get(), drive.period_us)
         },
         |_, &(amplitude, period_us), sum| {
-            sum.word(amplitude);
-            sum.word(period_us);
+            sum.add_word(amplitude);
+            sum.add_word(period_us);
         },
     );
     // The table of one muscle, as the request that puts it under force control
     // makes it.
-    bench.row(
+    bench.measure(
         "inverse_table",
         20,
         curve,
         |_, random| random.between(10_000, 20_000),
         |curve, &fastest_us| {
             let inverse = Inverse::new(FORCE, curve, slowest, fastest_us, slowest);
-            inverse.map_or(Force::default(), |inverse| inverse.reach().1)
+            inverse.map_or(Force::default(), |inverse| inverse.force_range().1)
         },
-        |_, most, sum| sum.word(most.get().to_bits().cast_unsigned()),
+        |_, most, sum| sum.add_word(most.get().to_bits().cast_unsigned()),
     );
     // The nominal wearer's inverse.
-    bench.row(
+    bench.measure(
         "feed_forward",
         1000,
         FeedForward::new(&FINGER, 0, 100_000).ok()?,
@@ -76,14 +76,14 @@ pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
             (target, AngularRate::new(I16F16::from_bits(rate)))
         },
         |inverse, &(target, rate)| inverse.effort(target, rate).to_bits(),
-        |_, &effort, sum| sum.word(effort as u32), // ±2^24
+        |_, &effort, sum| sum.add_word(effort as u32), // ±2^24
     );
     Some(())
 }
 
 /// The longest table that any request asks for: as many periods as there are, each
 /// in as many steps as it may have.
-pub(super) fn slow_rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
+pub(super) fn run_slow_benchmarks<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
     /// τ1 at which the model's steps are the longest, and the train of 10 Hz.
     const MUSCLE: CalciumForceSpec = CalciumForceSpec {
         tau1_us: 4_000,
@@ -91,7 +91,7 @@ pub(super) fn slow_rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
         ..FORCE
     };
     const TRAIN_US: u32 = 100_000;
-    bench.row(
+    bench.measure(
         "inverse_table_slow",
         20,
         Recruitment::new(RECRUITMENT).ok()?,
@@ -102,11 +102,14 @@ pub(super) fn slow_rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
         },
         |curve, &(fastest_us, slowest_us)| {
             let inverse = Inverse::new(MUSCLE, curve, TRAIN_US, fastest_us, slowest_us);
-            inverse.map_or_else(|_| <(Force, Force)>::default(), |inverse| inverse.reach())
+            inverse.map_or_else(
+                |_| <(Force, Force)>::default(),
+                |inverse| inverse.force_range(),
+            )
         },
         |_, (least, most), sum| {
-            sum.word(least.get().to_bits().cast_unsigned());
-            sum.word(most.get().to_bits().cast_unsigned());
+            sum.add_word(least.get().to_bits().cast_unsigned());
+            sum.add_word(most.get().to_bits().cast_unsigned());
         },
     );
     Some(())

@@ -27,7 +27,7 @@ const fn via(segment: u8, [x, y, z]: [i32; 3]) -> ViaSpec {
 /// Assumed, all of it: the paper prints neither lengths nor points nor gains. Bones are
 /// a 1.76 m person's to the centimetre, points were laid by sight on a drawn skeleton.
 #[must_use]
-pub fn nominal() -> LimbSpec {
+pub fn nominal_limb() -> LimbSpec {
     use JointName::{Elbow, Glenohumeral, Sternoclavicular};
     let biceps = [via(UPPER_ARM, [-30, 0, -130]), via(FOREARM, [-15, 0, -50])];
     let triceps = [
@@ -101,7 +101,7 @@ pub fn before_the_trunk() -> Posture {
 }
 
 /// Any posture of the nominal arm.
-fn posture(random: &mut Random) -> Posture {
+fn random_posture(random: &mut Random) -> Posture {
     RANGES_MDEG.map(|(low, high)| {
         // Both within ±180 000.
         let mdeg = random.between(0, high.abs_diff(low)).cast_signed() + low;
@@ -110,16 +110,16 @@ fn posture(random: &mut Random) -> Posture {
 }
 
 /// A force of up to 10 N along each axis.
-fn wrench(random: &mut Random) -> Wrench<f32> {
+fn random_wrench(random: &mut Random) -> Wrench<f32> {
     let mut part = || f32::ratio(random.between(0, 20_000).cast_signed() - 10_000, 1000);
-    Wrench::of_force(part(), part(), part())
+    Wrench::from_force(part(), part(), part())
 }
 
-pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
-    let limb = Limb::<f32>::new(&nominal()).ok()?;
-    let given = limb.refresh(&before_the_trunk()).ok()?;
+pub(super) fn run_benchmarks<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
+    let limb = Limb::<f32>::new(&nominal_limb()).ok()?;
+    let given = limb.jacobians_at_posture(&before_the_trunk()).ok()?;
     // Sine and cosine of one angle.
-    bench.row(
+    bench.measure(
         "limb_sine_and_cosine",
         1000,
         (),
@@ -132,16 +132,16 @@ pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
         },
         |(), radians| radians.sine_and_cosine(),
         |(), (sine, cosine), sum| {
-            sum.word(sine.to_bits());
-            sum.word(cosine.to_bits());
+            sum.add_word(sine.to_bits());
+            sum.add_word(cosine.to_bits());
         },
     );
     // Algorithm 1 with the Jacobians given, to amplitudes.
-    bench.row(
+    bench.measure(
         "limb_nearest",
         1000,
         (limb.clone(), given),
-        |_, random| wrench(random),
+        |_, random| random_wrench(random),
         |(limb, given), wanted| match limb.recruit(given, wanted) {
             Ok(recruited) => (recruited.orders, 0.0),
             Err(ReachError::TooStrong { share, .. }) => (Vec::new(), share),
@@ -149,19 +149,19 @@ pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
         },
         |_, (orders, share), sum| {
             for (channel, amplitude) in orders {
-                sum.word(u32::from(*channel));
-                sum.word(amplitude.get());
+                sum.add_word(u32::from(*channel));
+                sum.add_word(amplitude.get());
             }
-            sum.word(share.to_bits());
+            sum.add_word(share.to_bits());
         },
     );
     // Both Jacobians at another posture.
-    bench.row(
+    bench.measure(
         "limb_refresh",
         300,
         limb,
-        |_, random| posture(random),
-        |limb, posture| limb.refresh(posture).unwrap_or_default(),
+        |_, random| random_posture(random),
+        |limb, posture| limb.jacobians_at_posture(posture).unwrap_or_default(),
         |_, jacobians, sum| digest(jacobians, sum),
     );
     Some(())
@@ -171,11 +171,11 @@ pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
 fn digest(jacobians: &Jacobians<f32>, sum: &mut Checksum) {
     for axis in jacobians.arm() {
         for part in axis.linear.to_array() {
-            sum.word(part.to_bits());
+            sum.add_word(part.to_bits());
         }
     }
     for part in jacobians.muscles().flatten() {
-        sum.word(part.to_bits());
+        sum.add_word(part.to_bits());
     }
 }
 
@@ -186,13 +186,16 @@ mod tests {
     /// Else rows would measure refusals.
     #[test]
     fn most_wrenches_can_be_made_and_every_posture_taken() {
-        let limb = Limb::<f32>::new(&nominal()).unwrap();
-        let given = limb.refresh(&before_the_trunk()).unwrap();
+        let limb = Limb::<f32>::new(&nominal_limb()).unwrap();
+        let given = limb.jacobians_at_posture(&before_the_trunk()).unwrap();
         let mut random = Random::default();
-        let made = (0..1000).filter(|_| limb.recruit(&given, &wrench(&mut random)).is_ok());
+        let made = (0..1000).filter(|_| limb.recruit(&given, &random_wrench(&mut random)).is_ok());
         let made = made.count();
         std::println!("{made} of 1000 wrenches can be made");
         assert!(made > 500);
-        assert!((0..300).all(|_| limb.refresh(&posture(&mut random)).is_ok()));
+        assert!((0..300).all(|_| {
+            limb.jacobians_at_posture(&random_posture(&mut random))
+                .is_ok()
+        }));
     }
 }

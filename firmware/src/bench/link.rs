@@ -21,9 +21,9 @@ pub(super) fn setpoint(mask: u16, random: &mut Random) -> Request {
     }
 }
 
-pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
+pub(super) fn run_benchmarks<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
     // Bytes of a setpoint → message: COBS, CRC, postcard.
-    bench.row(
+    bench.measure(
         "decode_setpoint_frame",
         500,
         Decoder::default(),
@@ -36,7 +36,7 @@ pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
             encode(&message).unwrap_or_default()
         },
         |decoder, frame| {
-            let decoded = match decoder.take(&mut &frame[..]) {
+            let decoded = match decoder.push_until_delimiter(&mut &frame[..]) {
                 Some(Ok(message)) => read(message),
                 _ => None,
             };
@@ -45,27 +45,27 @@ pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
         },
         |_, read, sum| {
             let Some((seq, values)) = read else { return };
-            sum.word(u32::from(*seq));
-            values.iter().for_each(|value| sum.word(value.get()));
+            sum.add_word(u32::from(*seq));
+            values.iter().for_each(|value| sum.add_word(value.get()));
         },
     );
-    bench.row(
+    bench.measure(
         "encode_telemetry_frame",
         500,
         (),
         |(), random| telemetry(random),
         |(), sample| encode(&Response::Telemetry(sample.clone())).unwrap_or_default(),
-        |(), frame: &Vec<u8, MAX_FRAME>, sum| sum.bytes(frame),
+        |(), frame: &Vec<u8, MAX_FRAME>, sum| sum.add_bytes(frame),
     );
     Some(())
 }
 
 /// A setpoint's number and values, read as a session reads it.
 fn read(message: &[u8]) -> Option<(u16, Vec<Amplitude, CHANNELS>)> {
-    let mut reading = Reading::of(message);
+    let mut reading = Reading::new(message);
     let sender = reading.sender().ok()?;
     match reading.request() {
-        Ok(Request::Amplitudes { ref values, .. }) if reading.is_over() => {
+        Ok(Request::Amplitudes { ref values, .. }) if reading.is_at_end() => {
             Some((sender.seq, values.clone()))
         }
         _ => None,

@@ -34,7 +34,7 @@ impl Clock for NoClock {
 }
 
 /// What one algorithm gave and took. Cycles include the two markers and one
-/// call: those of the row `empty`.
+/// call: those of the row `measure_empty`.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Row<N = &'static str> {
     /// Which algorithm.
@@ -98,7 +98,7 @@ impl<'a, C: Clock, N> Bench<'a, C, N> {
 
     /// Measures `run` on `runs` inputs that `prepare` makes; it allocates nothing
     /// and waits for nothing. `digest` sums up what each run answered or changed.
-    pub fn row<S, I: Default, A: Default>(
+    pub fn measure<S, I: Default, A: Default>(
         &mut self,
         name: N,
         runs: u32,
@@ -143,11 +143,11 @@ fn marked<S, I, A, R: FnMut(&mut S, &I) -> A>(case: &mut Case<S, I, A, R>) {
 }
 
 /// What the markers themselves take.
-pub fn empty<C: Clock, N>(bench: &mut Bench<'_, C, N>, name: N, runs: u32) {
+pub fn measure_empty<C: Clock, N>(bench: &mut Bench<'_, C, N>, name: N, runs: u32) {
     let nothing = |state: &mut (), (): &()| {
         black_box(state);
     };
-    bench.row(name, runs, (), |(), _| (), nothing, |(), (), _| ());
+    bench.measure(name, runs, (), |(), _| (), nothing, |(), (), _| ());
 }
 
 /// Rows of one room; `None` where an input is refused.
@@ -157,18 +157,18 @@ type Rows<C> = fn(&mut Bench<'_, C>) -> Option<()>;
 /// constants within their ranges; a row whose were refused would be missing.
 pub fn run<C: Clock>(clock: &C, mut row: impl FnMut(&Row)) {
     let mut bench = Bench::new(clock, &mut row);
-    empty(&mut bench, "empty", 100);
+    measure_empty(&mut bench, "empty", 100);
     let rooms: [Rows<C>; 10] = [
-        muscle::rows,
-        inverse::rows,
-        control::rows,
-        haptics::rows,
-        pulse::rows,
-        link::rows,
-        owners::rows,
-        inverse::slow_rows,
-        limb::rows,
-        haptics::lift_rows,
+        muscle::run_benchmarks,
+        inverse::run_benchmarks,
+        control::run_benchmarks,
+        haptics::run_benchmarks,
+        pulse::run_benchmarks,
+        link::run_benchmarks,
+        owners::run_benchmarks,
+        inverse::run_slow_benchmarks,
+        limb::run_benchmarks,
+        haptics::run_lift_benchmarks,
     ];
     for rows in rooms {
         let _ = rows(&mut bench);
@@ -222,20 +222,20 @@ impl Checksum {
     }
 
     /// Adds a word.
-    pub fn word(&mut self, word: u32) {
-        self.bytes(&word.to_le_bytes());
+    pub fn add_word(&mut self, word: u32) {
+        self.add_bytes(&word.to_le_bytes());
     }
 
     /// Adds what a joint or a wall asks for.
-    fn amplitudes(&mut self, amplitudes: &Amplitudes) {
+    fn add_amplitudes(&mut self, amplitudes: &Amplitudes) {
         for (channel, amplitude) in amplitudes {
-            self.word(u32::from(*channel));
-            self.word(amplitude.get());
+            self.add_word(u32::from(*channel));
+            self.add_word(amplitude.get());
         }
     }
 
     /// Adds bytes.
-    pub fn bytes(&mut self, bytes: &[u8]) {
+    pub fn add_bytes(&mut self, bytes: &[u8]) {
         for &byte in bytes {
             self.0 = (self.0 ^ u32::from(byte)).wrapping_mul(0x0100_0193);
         }
@@ -267,7 +267,7 @@ mod tests {
     #[test]
     fn the_checksum_is_fnv_1a() {
         let mut sum = Checksum::default();
-        sum.bytes(b"foobar");
+        sum.add_bytes(b"foobar");
         assert_eq!(sum.0, 0xBF9C_F968); // published test vector
     }
 }

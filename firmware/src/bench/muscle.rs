@@ -66,7 +66,7 @@ impl<M: Model> MovingMuscle<M> {
     }
 }
 
-pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
+pub(super) fn run_benchmarks<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
     let active = MovingMuscle::new(CalciumForce::new(FORCE).ok()?);
     calcium_force(bench, active);
     for (rung, tick, tick_and_pulse) in [
@@ -79,7 +79,7 @@ pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
     ] {
         let fatigue = Some(FatigueSpec::scaled_to(FORCE.a_mn_per_s));
         let climbing = MovingMuscle::new(MuscleModel::new(FORCE, fatigue, rung).ok()?);
-        on_a_rung(bench, climbing, tick, tick_and_pulse);
+        measure_model_level(bench, climbing, tick, tick_and_pulse);
     }
     recruitment(bench, Recruitment::new(RECRUITMENT).ok()?);
     Some(())
@@ -90,10 +90,10 @@ pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
 /// thousand samples, C near its largest.
 fn calcium_force<C: Clock>(bench: &mut Bench<'_, C>, active: MovingMuscle<CalciumForce>) {
     let digest = |active: &MovingMuscle<CalciumForce>, (): &(), sum: &mut Checksum| {
-        sum.word(active.muscle.calcium(&active.state).to_bits());
-        sum.word(active.force());
+        sum.add_word(active.muscle.calcium(&active.state).to_bits());
+        sum.add_word(active.force());
     };
-    bench.row(
+    bench.measure(
         "calcium_force_tick",
         1000,
         active.clone(),
@@ -107,7 +107,7 @@ fn calcium_force<C: Clock>(bench: &mut Bench<'_, C>, active: MovingMuscle<Calciu
         |active, ()| active.tick(),
         digest,
     );
-    bench.row(
+    bench.measure(
         "calcium_force_tick_and_pulse",
         1000,
         active,
@@ -118,16 +118,16 @@ fn calcium_force<C: Clock>(bench: &mut Bench<'_, C>, active: MovingMuscle<Calciu
 }
 
 /// A muscle on some rung, as the device runs it.
-fn on_a_rung<C: Clock>(
+fn measure_model_level<C: Clock>(
     bench: &mut Bench<'_, C>,
     climbing: MovingMuscle<MuscleModel>,
     tick: &'static str,
     tick_and_pulse: &'static str,
 ) {
     let digest = |climbing: &MovingMuscle<MuscleModel>, (): &(), sum: &mut Checksum| {
-        sum.word(climbing.force());
+        sum.add_word(climbing.force());
     };
-    bench.row(
+    bench.measure(
         tick,
         1000,
         (climbing.clone(), Gain::ZERO),
@@ -141,7 +141,7 @@ fn on_a_rung<C: Clock>(
         |(climbing, _), ()| climbing.tick(),
         |(climbing, _), (), sum| digest(climbing, &(), sum),
     );
-    bench.row(
+    bench.measure(
         tick_and_pulse,
         1000,
         climbing,
@@ -154,8 +154,8 @@ fn on_a_rung<C: Clock>(
 /// Amplitude → gain: one exponential; gain → amplitude: one logarithm; effort →
 /// amplitude, as a control law asks.
 fn recruitment<C: Clock>(bench: &mut Bench<'_, C>, curve: Recruitment) {
-    let digest = |_: &Recruitment, answer: &u32, sum: &mut Checksum| sum.word(*answer);
-    bench.row(
+    let digest = |_: &Recruitment, answer: &u32, sum: &mut Checksum| sum.add_word(*answer);
+    bench.measure(
         "recruitment_gain",
         1000,
         curve,
@@ -163,7 +163,7 @@ fn recruitment<C: Clock>(bench: &mut Bench<'_, C>, curve: Recruitment) {
         |curve, amplitude| curve.gain(*amplitude).get().to_bits(),
         digest,
     );
-    bench.row(
+    bench.measure(
         "recruitment_amplitude",
         1000,
         curve,
@@ -175,7 +175,7 @@ fn recruitment<C: Clock>(bench: &mut Bench<'_, C>, curve: Recruitment) {
         },
         digest,
     );
-    bench.row(
+    bench.measure(
         "recruitment_effort",
         1000,
         curve,

@@ -76,22 +76,22 @@ impl HostAndDevice {
     /// Stimulating from here on.
     fn start(&mut self) {
         let setup = self.configure();
-        self.ask(Request::Arm { setup });
+        self.send_request(Request::Arm { setup });
         for _ in 0..CHECK_TICKS {
             self.tick();
         }
-        self.ask(Request::Start);
+        self.send_request(Request::Start);
         self.tick();
         self.ok &= self.pulser.state() == State::Stimulating;
     }
 
     /// Its sum.
     fn configure(&mut self) -> u32 {
-        self.ask(Request::Hello { schema: SCHEMA });
+        self.send_request(Request::Hello { schema: SCHEMA });
         let mut sent = SetupSum::default();
         let mut ask = |request: Request| {
             sent.note(&request);
-            self.ask(request);
+            self.send_request(request);
         };
         ask(Request::Wearer(WearerSpec {
             rise_ms: 1,
@@ -118,7 +118,7 @@ impl HostAndDevice {
             });
         }
         ask(Request::Joint(control::finger(LawSpec::RECOMMENDED, 2)));
-        self.ask(Request::Subscribe { period_ms: 10 });
+        self.send_request(Request::Subscribe { period_ms: 10 });
         self.tick();
         sent.total()
     }
@@ -145,10 +145,10 @@ impl HostAndDevice {
         self.session.receive(self.start, &self.frame, &mut mail);
     }
 
-    fn ask(&mut self, request: Request) {
+    fn send_request(&mut self, request: Request) {
         self.write(request);
         self.receive();
-        self.listen();
+        self.read_output();
     }
 
     /// Renders the next window, one before it plays.
@@ -177,7 +177,11 @@ impl HostAndDevice {
             let code = self.dac.get(channel)?;
             let stage = self.pulser.setup()?.channels.get(channel)?;
             let current = stage.as_ref()?.stage.current_through(*code, 2_000);
-            Some(Reading::of(sample.channel, sample.second, current))
+            Some(Reading::from_current(
+                sample.channel,
+                sample.second,
+                current,
+            ))
         });
         self.sample = self.plan.sample.take();
         for &(channel, code) in &self.plan.dac {
@@ -196,14 +200,14 @@ impl HostAndDevice {
     }
 
     /// Takes what the session says.
-    fn listen(&mut self) {
+    fn read_output(&mut self) {
         let (_, _, mut mail) = self.mail.split();
         while mail.take_entry().is_some() {}
         self.session.poll(self.start, &mut mail);
         let mut buffer = [0; MAX_FRAME];
         while self.session.has_output() {
             let count = self.session.transmit(&mut buffer);
-            self.said.bytes(buffer.get(..count).unwrap_or_default());
+            self.said.add_bytes(buffer.get(..count).unwrap_or_default());
         }
     }
 
@@ -214,16 +218,16 @@ impl HostAndDevice {
             self.play();
         }
         self.control();
-        self.listen();
+        self.read_output();
     }
 
     /// What a host sends in a millisecond: an angle or amplitudes every 11 ms.
-    fn host(&mut self, random: &mut Random) {
+    fn send_host_requests(&mut self, random: &mut Random) {
         self.code = random.between(800, 3_200) as u16;
         match self.windows / WINDOWS_PER_TICK % 11 {
             0 => {
                 let request = link::setpoint(DIRECT, random);
-                self.ask(request);
+                self.send_request(request);
             }
             5 => {
                 let request = Request::Angle {
@@ -231,27 +235,27 @@ impl HostAndDevice {
                     centideg: random.between(2_000, 8_000) as i16,
                     centideg_per_s: None,
                 };
-                self.ask(request);
+                self.send_request(request);
             }
             _ => {}
         }
     }
 
     fn digest(&self, sum: &mut Checksum) {
-        sum.word(u32::from(self.ok));
-        sum.word(self.said.0);
+        sum.add_word(u32::from(self.ok));
+        sum.add_word(self.said.0);
         for change in &self.plan.changes {
-            sum.word(u32::from(change.slot));
-            sum.word(change.levels.0);
+            sum.add_word(u32::from(change.slot));
+            sum.add_word(change.levels.0);
         }
         for (channel, code) in &self.plan.dac {
-            sum.word(u32::from(*channel));
-            sum.word(u32::from(code.get()));
+            sum.add_word(u32::from(*channel));
+            sum.add_word(u32::from(code.get()));
         }
     }
 }
 
-pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
+pub(super) fn run_benchmarks<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
     setpoint(bench);
     tick(bench);
     refill(bench);
@@ -265,13 +269,13 @@ pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
 fn setpoint<C: Clock>(bench: &mut Bench<'_, C>) {
     let mut desk = HostAndDevice::new();
     desk.start();
-    bench.row(
+    bench.measure(
         "session_setpoint",
         300,
         &mut desk,
         |desk, random| {
             desk.tick();
-            desk.host(random);
+            desk.send_host_requests(random);
             desk.write(link::setpoint(DIRECT, random));
         },
         |desk, ()| desk.receive(),
@@ -284,13 +288,13 @@ fn setpoint<C: Clock>(bench: &mut Bench<'_, C>) {
 fn tick<C: Clock>(bench: &mut Bench<'_, C>) {
     let mut desk = HostAndDevice::new();
     desk.start();
-    bench.row(
+    bench.measure(
         "owner_control_tick",
         500,
         &mut desk,
         |desk, random| {
-            desk.listen();
-            desk.host(random);
+            desk.read_output();
+            desk.send_host_requests(random);
             for _ in 0..WINDOWS_PER_TICK {
                 desk.refill();
                 desk.play();
@@ -306,7 +310,7 @@ fn tick<C: Clock>(bench: &mut Bench<'_, C>) {
 fn refill<C: Clock>(bench: &mut Bench<'_, C>) {
     let mut desk = HostAndDevice::new();
     desk.start();
-    bench.row(
+    bench.measure(
         "owner_refill",
         800,
         &mut desk,
@@ -314,8 +318,8 @@ fn refill<C: Clock>(bench: &mut Bench<'_, C>) {
             desk.play();
             if desk.windows.is_multiple_of(WINDOWS_PER_TICK) {
                 desk.control();
-                desk.listen();
-                desk.host(random);
+                desk.read_output();
+                desk.send_host_requests(random);
             }
         },
         |desk, ()| desk.refill(),
@@ -334,7 +338,7 @@ mod tests {
         desk.start();
         assert!(desk.ok);
         for _ in 0..500 {
-            desk.host(&mut random);
+            desk.send_host_requests(&mut random);
             desk.tick();
         }
         assert!(desk.ok);
@@ -347,7 +351,7 @@ mod tests {
         let (mut desk, mut random) = (HostAndDevice::new(), Random::default());
         desk.start();
         for _ in 0..20 {
-            desk.host(&mut random);
+            desk.send_host_requests(&mut random);
             desk.tick();
         }
         let mut asked = 0;

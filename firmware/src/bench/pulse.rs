@@ -2,7 +2,7 @@
 
 use super::{Bench, Checksum, Clock};
 use crate::board::wiring::BoardPins;
-use crate::pulse::tape::{SLOTS, Window, isolated, paint};
+use crate::pulse::tape::{SLOTS, Window, isolated_words, paint};
 use crate::pulse::{
     Burst, BurstTime, CHANNELS, Scheduler, Supply, Train, TrainSpec, WINDOW_US, WindowPlan,
 };
@@ -19,7 +19,7 @@ struct AlwaysAllow;
 
 impl Supply for AlwaysAllow {
     fn burst(&mut self, channel: u8, _: BurstTime) -> Burst {
-        Burst::of(DacCode::new(1000 + u16::from(channel)))
+        Burst::with_own_width(DacCode::new(1000 + u16::from(channel)))
     }
     fn may_pulse(&mut self, _: u8, _: Micros) -> bool {
         true
@@ -71,22 +71,22 @@ impl Trains {
     }
 
     fn digest(&self, sum: &mut Checksum) {
-        sum.word(u32::from(self.ok));
+        sum.add_word(u32::from(self.ok));
         for change in &self.plan.changes {
-            sum.word(u32::from(change.slot));
-            sum.word(change.levels.0);
+            sum.add_word(u32::from(change.slot));
+            sum.add_word(change.levels.0);
         }
         for pulse in &self.plan.pulses {
-            sum.word(u32::from(pulse.channel));
-            sum.word(pulse.at.get());
+            sum.add_word(u32::from(pulse.channel));
+            sum.add_word(pulse.at.get());
         }
     }
 }
 
-pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
+pub(super) fn run_benchmarks<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
     let digest = |trains: &Trains, (): &(), sum: &mut Checksum| trains.digest(sum);
     // A window in which nothing happens: all pulses of the period are over.
-    bench.row(
+    bench.measure(
         "render_idle_window",
         400,
         Trains::new(|n| n),
@@ -95,7 +95,7 @@ pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
         digest,
     );
     // Windows in turn, channels spread over the period.
-    bench.row(
+    bench.measure(
         "render_window",
         800,
         Trains::new(|n| n * 997),
@@ -104,7 +104,7 @@ pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
         digest,
     );
     // Windows in which all ten channels start, or end a phase, a few µs apart.
-    bench.row(
+    bench.measure(
         "render_window_all_at_once",
         300,
         Trains::new(|n| n * 3),
@@ -113,7 +113,7 @@ pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
         digest,
     );
     // Painting such a window on an erased tape.
-    bench.row(
+    bench.measure(
         "paint_window",
         300,
         (Trains::new(|n| n * 3), [0; SLOTS], [0; SLOTS]),
@@ -121,14 +121,17 @@ pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
             trains.skip_quiet(|phase| phase >= 750);
             trains.render();
             trains.plan.pump = true;
-            let [on_first, on_second] = isolated::<BoardPins>();
+            let [on_first, on_second] = isolated_words::<BoardPins>();
             (*first, *second) = ([on_first; SLOTS], [on_second; SLOTS]);
         },
         |(trains, first, second), ()| {
             paint::<BoardPins>(&trains.plan, &mut Window { first, second });
         },
         |(_, first, second), (), sum| {
-            first.iter().chain(second).for_each(|&word| sum.word(word));
+            first
+                .iter()
+                .chain(second)
+                .for_each(|&word| sum.add_word(word));
         },
     );
     Some(())

@@ -124,8 +124,8 @@ impl EndpointSpec {
     }
 
     /// Tells `note` of every mistake in the spec by itself.
-    pub fn mistakes(&self, note: &mut dyn FnMut(OutOfRange)) {
-        LimbSpec::bone_mistakes(&self.ways_um, &self.ranges_mdeg, &mut |mistake| {
+    pub fn report_mistakes(&self, note: &mut dyn FnMut(OutOfRange)) {
+        LimbSpec::report_bone_mistakes(&self.ways_um, &self.ranges_mdeg, &mut |mistake| {
             if let LimbError::Way { range, .. } | LimbError::Axis { range, .. } = mistake {
                 note(range);
             }
@@ -150,13 +150,13 @@ impl EndpointSpec {
         }
     }
 
-    /// The first of [`Self::mistakes`].
+    /// The first of [`Self::report_mistakes`].
     ///
     /// # Errors
     /// That one.
     pub fn check(&self) -> Result<(), OutOfRange> {
         let mut first = None;
-        self.mistakes(&mut |range| {
+        self.report_mistakes(&mut |range| {
             first.get_or_insert(range);
         });
         first.map_or(Ok(()), Err)
@@ -174,7 +174,7 @@ impl Endpoint {
     #[inline(never)]
     pub fn new(spec: &EndpointSpec, lines: &Lines) -> Result<Self, OutOfRange> {
         spec.check()?;
-        let limb = Limb::new(&spec.limb(lines)).map_err(LimbError::range)?;
+        let limb = Limb::new(&spec.limb(lines)).map_err(LimbError::out_of_range)?;
         let posture = match spec.posture {
             PostureSpec::Fixed(angles) => Source::Fixed(angles.map(Angle::from_centideg)),
             PostureSpec::Measured { stale_after_ms } => {
@@ -197,14 +197,14 @@ impl Endpoint {
     /// # Errors
     /// [`WrenchError`]; nothing that is wanted has changed then.
     #[inline(never)]
-    pub fn wish(
+    pub fn accept_force(
         &self,
         state: &mut EndpointState,
         now: Micros,
         at: Micros,
         force_mn: [i32; 3],
     ) -> Result<(), WrenchError> {
-        let wanted = force_mn.map(newton);
+        let wanted = force_mn.map(force_from_millinewton);
         let made = self.recruit(state, now, wanted);
         made.map_err(WrenchError::Unmade)?;
         // All three have taken the same times, and so take this one or do not.
@@ -220,7 +220,7 @@ impl Endpoint {
     ///
     /// # Errors
     /// [`MeasurementError`]; the state is unchanged then.
-    pub fn measurement(
+    pub fn accept_measurement(
         &self,
         state: &mut EndpointState,
         now: Micros,
@@ -284,7 +284,7 @@ impl Endpoint {
             )
         };
         Ok(Some(EndpointOrders {
-            target_mn: wanted.map(millinewton),
+            target_mn: wanted.map(force_to_millinewton),
             amplitudes: self.lines.iter().map(amplitude).collect(),
             made_permille,
         }))
@@ -294,7 +294,7 @@ impl Endpoint {
     /// so that one that comes every period is answered in its first tick.
     fn is_due(&self, state: &mut EndpointState, now: Micros) -> bool {
         let [track, ..] = &state.tracks;
-        let since = track.standing_since().or(state.latest).unwrap_or(now);
+        let since = track.valid_since().or(state.latest).unwrap_or(now);
         // Some periods of at most 1 s, or one of the latest.
         let periods = now.elapsed_since(since) / self.period_us.max(1);
         let latest = since + us(periods * self.period_us); // at most `now`
@@ -318,12 +318,12 @@ impl Endpoint {
         now: Micros,
         wanted: [Force; 3],
     ) -> Result<crate::limb::Orders, ForceImpossible> {
-        self.pose(state, now)?;
+        self.update_jacobians(state, now)?;
         // Below 2^26; what single precision rounds is below 10 µN.
         let [x, y, z] = wanted.map(|part| f32::ratio(part.get().to_bits(), 1 << 16));
         let made = self
             .limb
-            .recruit(&state.jacobians, &Wrench::of_force(x, y, z));
+            .recruit(&state.jacobians, &Wrench::from_force(x, y, z));
         made.map(|recruited| recruited.orders).map_err(|e| match e {
             ReachError::NoMuscleHelps => ForceImpossible::NoMuscleHelps,
             ReachError::TooStrong { line, share } => ForceImpossible::TooStrong {
@@ -335,7 +335,11 @@ impl Endpoint {
 
     /// Turns the Jacobians to how the arm is held now, unless they are.
     #[inline(never)]
-    fn pose(&self, state: &mut EndpointState, now: Micros) -> Result<(), ForceImpossible> {
+    fn update_jacobians(
+        &self,
+        state: &mut EndpointState,
+        now: Micros,
+    ) -> Result<(), ForceImpossible> {
         let mut measured = [Angle::default(); AXES];
         let posture = match &self.posture {
             Source::Fixed(_) if state.posed.is_some() => return Ok(()),
@@ -351,15 +355,15 @@ impl Endpoint {
             }
         };
         state.posed = None;
-        let jacobians = self.limb.refresh(posture);
-        state.jacobians = jacobians.map_err(|e| ForceImpossible::Posture(e.range()))?;
+        let jacobians = self.limb.jacobians_at_posture(posture);
+        state.jacobians = jacobians.map_err(|e| ForceImpossible::Posture(e.out_of_range()))?;
         state.posed = Some(now);
         Ok(())
     }
 }
 
 /// A part of a force that travelled as mN.
-fn newton(millinewton: i32) -> Force {
+fn force_from_millinewton(millinewton: i32) -> Force {
     let mn = Endpoint::FORCE_MN;
     let mn = i64::from(millinewton.max(mn.min).min(mn.max));
     // Below 2^20 · 2^16 / 1000; to the nearest, so that it reads back.
@@ -369,7 +373,7 @@ fn newton(millinewton: i32) -> Force {
 }
 
 /// The same for the wire again.
-fn millinewton(force: Force) -> i32 {
+fn force_to_millinewton(force: Force) -> i32 {
     let bits = i64::from(force.get().to_bits());
     ((bits * 1000 + 32_768) >> 16) as i32 // at most 2^31 · 1000 / 2^16
 }
@@ -381,7 +385,7 @@ mod tests {
     #[test]
     fn forces_come_back_as_they_were_asked_for() {
         for mn in (-1_000_000..=1_000_000).step_by(7) {
-            assert_eq!(millinewton(newton(mn)), mn);
+            assert_eq!(force_to_millinewton(force_from_millinewton(mn)), mn);
         }
     }
 }

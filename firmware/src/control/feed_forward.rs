@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 ///        = −extension·share·(1 − loss·(1 − p))  if negative
 /// ```
 ///
-/// p is 0 at the joint's lowest angle and 1 at its highest; `share` of the
+/// p is 0 at the joint's lowest angle and 1 at its highest; `torque_share` of the
 /// torque is (e^(c·effort) − 1)/(e^c − 1) for an effort between threshold (0)
 /// and maximum (1), c the curvature: Lee 2020, eq. 5, with nothing at
 /// threshold. Inertia is left out: at 40° and 0.2 Hz a finger's is 1 % of
@@ -137,21 +137,21 @@ impl FeedForward {
         let moved = moved.cast_unsigned().wrapping_shl(self.span_shift);
         let lost = mul_high(moved, self.loss_slope);
 
-        let torque = self.flexion.share(way, rate);
+        let torque = self.flexion.torque_share(way, rate);
         Q::from_bits(if torque >= 0 {
-            self.for_share(torque.cast_unsigned(), lost)
+            self.effort_for_share(torque.cast_unsigned(), lost)
         } else {
-            let torque = self.extension.share(way, rate).unsigned_abs();
+            let torque = self.extension.torque_share(way, rate).unsigned_abs();
             // 0…1 at most.
-            self.for_share(torque, self.loss.saturating_sub(lost))
+            self.effort_for_share(torque, self.loss.saturating_sub(lost))
                 .wrapping_neg()
         })
     }
 
-    /// The effort (2^-24) for `share` (2^-40) of the torque of a muscle that has
+    /// The effort (2^-24) for `torque_share` (2^-40) of the torque of a muscle that has
     /// lost `lost` (2^-31) of it: 0…1.
     #[inline(always)]
-    fn for_share(&self, share: u64, lost: u32) -> i64 {
+    fn effort_for_share(&self, share: u64, lost: u32) -> i64 {
         let left = (1u32 << 31).wrapping_sub(lost); // lost <= 0.9
         let share = share >> 9;
         if share >= u64::from(left) {
@@ -184,7 +184,7 @@ impl Side {
     }
 
     /// The torque at `way` from rest and `rate`, 2^-40 of this side's.
-    fn share(&self, way: i32, rate: i32) -> i64 {
+    fn torque_share(&self, way: i32, rate: i32) -> i64 {
         // 2^27 · 2^31 + 2^31 · 2^31 < 2^63.
         let elastic = i64::from(way) * i64::from(self.stiffness);
         elastic.wrapping_add(i64::from(rate) * i64::from(self.damping))
@@ -242,13 +242,13 @@ impl WearerModel {
     /// Of [`Self::stiffness_unm_per_rad`] under a law that steers by the wearer: what
     /// keeps the strength within [`Self::STRENGTH_MRAD`].
     #[must_use]
-    pub fn stiffness_of_strength(&self) -> Range {
+    pub fn stiffness_range(&self) -> Range {
         let (weakest, strongest) = Self::STRENGTH_MRAD;
         let torque = u64::from(self.flexion_unm) * 1000;
         let bound = |stiffness: u64| u32::try_from(stiffness).unwrap_or(u32::MAX);
         Self::STIFFNESS_UNM_PER_RAD
-            .from(bound(torque.div_ceil(strongest.into())))
-            .up_to(bound(torque / u64::from(weakest)))
+            .with_min_at_least(bound(torque.div_ceil(strongest.into())))
+            .with_max_at_most(bound(torque / u64::from(weakest)))
     }
 
     fn check(&self) -> Result<(), OutOfRange> {

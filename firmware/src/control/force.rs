@@ -132,15 +132,15 @@ impl ForceControl {
 
     /// The least force but none and the most that the wearer's limits allow.
     #[must_use]
-    pub fn reach(&self) -> (Force, Force) {
-        self.inverse.reach()
+    pub fn force_range(&self) -> (Force, Force) {
+        self.inverse.force_range()
     }
 
-    /// [`Self::reach`] in whole mN that can be asked for: none, and from the first
+    /// [`Self::force_range`] in whole mN that can be asked for: none, and from the first
     /// to the second.
     #[must_use]
-    pub fn reach_mn(&self) -> (u32, u32) {
-        let (least, most) = self.reach();
+    pub fn force_range_mn(&self) -> (u32, u32) {
+        let (least, most) = self.force_range();
         let min_mn = least.to_millinewton(); // below 2^25
         let is_short = Force::from_millinewton(min_mn) < least;
         let max_mn = most.to_millinewton();
@@ -151,7 +151,7 @@ impl ForceControl {
     ///
     /// # Errors
     /// [`ForceError`]; the state is unchanged then.
-    pub fn setpoint(
+    pub fn accept_setpoint(
         &self,
         state: &mut ForceState,
         now: Micros,
@@ -159,7 +159,7 @@ impl ForceControl {
         millinewton: u32,
         rate: Option<ForceRate>,
     ) -> Result<(), ForceError> {
-        let (min_mn, max_mn) = self.reach_mn();
+        let (min_mn, max_mn) = self.force_range_mn();
         if millinewton > max_mn {
             return Err(ForceError::OutOfReach { min_mn, max_mn });
         }
@@ -170,9 +170,9 @@ impl ForceControl {
 
     /// A pulse of the channel that drives its muscle with `gain`, of whose A work has
     /// left `strength`.
-    pub fn pulse(&self, state: &mut ForceState, gain: Gain, strength: U1F31) {
+    pub fn note_pulse(&self, state: &mut ForceState, gain: Gain, strength: U1F31) {
         if let Some(steering) = &mut state.steering {
-            steering.pulse(gain, strength, &self.inverse);
+            steering.record_pulse(gain, strength, &self.inverse);
         }
     }
 
@@ -186,19 +186,22 @@ impl ForceControl {
         predicted: Option<Force>,
     ) -> Option<ForceOrders> {
         match predicted {
-            Some(predicted) => state.steering.get_or_insert_default().pass(predicted),
+            Some(predicted) => state
+                .steering
+                .get_or_insert_default()
+                .record_prediction(predicted),
             None => state.steering = None,
         }
         let (target, rate) = state.track.motion_at(now, self.hold)?;
-        let mut wanted = self.inverse.ahead(target, rate);
+        let mut wanted = self.inverse.compensate_lag(target, rate);
         if let Some(steering) = &state.steering {
             wanted = steering.correct(wanted);
         }
         let mut drive = self.inverse.drive(&self.recruitment, wanted);
         if let Some(steering) = &mut state.steering {
-            steering.order(&drive);
+            steering.record_order(&drive);
             // What the inverse's table errs is neither strength nor want of it.
-            let (least, most) = self.reach();
+            let (least, most) = self.force_range();
             let (least, most) = (least.get(), most.get());
             let slack = least.saturating_sub(least / 50)..=most.saturating_add(most / 100);
             if slack.contains(&wanted.get()) {
@@ -207,7 +210,7 @@ impl ForceControl {
         }
         let gap = (drive.limiting == Some(ForceLimit::BelowLeast)).then(|| ForceGap {
             below_mn: 0,
-            above_mn: self.reach_mn().0,
+            above_mn: self.force_range_mn().0,
         });
         Some(ForceOrders { target, drive, gap })
     }

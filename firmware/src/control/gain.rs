@@ -29,19 +29,19 @@ impl Gain {
 
     /// This share of `x`, rounded towards −∞; |x| < 2^46.
     #[inline(always)]
-    pub(super) const fn of(self, x: i64) -> i64 {
+    pub(super) const fn scale(self, x: i64) -> i64 {
         x.wrapping_mul(self.0 as i64) >> 16 // below 2^62
     }
 
     /// This share of an angle.
     #[inline(always)]
-    pub(super) fn of_angle(self, x: Angle) -> Angle {
-        let bits = self.of(x.get().to_bits().into()) as i32; // no larger than `x`
+    pub(super) fn scale_angle(self, x: Angle) -> Angle {
+        let bits = self.scale(x.get().to_bits().into()) as i32; // no larger than `x`
         Angle::new(I16F16::from_bits(bits))
     }
 
     /// Both, one after the other.
-    pub(super) const fn and(self, other: Self) -> Self {
-        Self(self.of(other.0 as i64) as u32)
+    pub(super) const fn combine(self, other: Self) -> Self {
+        Self(self.scale(other.0 as i64) as u32)
     }
 }

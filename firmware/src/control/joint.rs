@@ -136,7 +136,7 @@ impl Joint {
     ///
     /// # Errors
     /// As [`Self::new`].
-    pub fn with_whole_gain(spec: &JointSpec) -> Result<Self, SpecError> {
+    pub fn with_full_gain(spec: &JointSpec) -> Result<Self, SpecError> {
         Ok(Self {
             governed: None,
             ..Self::new(spec)?
@@ -153,7 +153,7 @@ impl Joint {
     ///
     /// # Errors
     /// [`SetpointError`]; the state is unchanged then.
-    pub fn setpoint(
+    pub fn accept_setpoint(
         &self,
         state: &mut JointState,
         now: Micros,
@@ -173,7 +173,7 @@ impl Joint {
     /// # Errors
     /// [`MeasurementError`]; the state is unchanged then. A measurement that
     /// is too old or out of range is taken and becomes the next tick's fault.
-    pub fn measurement(
+    pub fn accept_measurement(
         &self,
         state: &mut JointState,
         now: Micros,
@@ -227,7 +227,7 @@ impl Joint {
                 limiting: false,
                 target: measured,
                 measured,
-                effort: self.law.rest(),
+                effort: self.law.zero_effort(),
             });
         };
         let target = at_most(at_least(target, self.range.0), self.range.1);
@@ -246,7 +246,7 @@ impl Joint {
                     delayed: state.delayed,
                     ..course
                 };
-                let gain = self.gain(state, target, error);
+                let gain = self.feedback_gain(state, target, error);
                 let effort = self.law.step(&mut state.law, error, &course, gain);
                 state.law_due = self.next_due(state.law_due, now, held.is_some());
                 state.effort = Some(effort);
@@ -265,7 +265,7 @@ impl Joint {
 
     /// How much of the law's feedback counts; a limit cycle is kept for who asks.
     #[inline]
-    fn gain(&self, state: &mut JointState, target: Angle, error: Angle) -> Gain {
+    fn feedback_gain(&self, state: &mut JointState, target: Angle, error: Angle) -> Gain {
         let Some((detector, gap)) = &self.governed else {
             return Gain::ONE;
         };
@@ -273,7 +273,7 @@ impl Joint {
             state.limit_cycle = Some(found);
         }
         let rest = gap.step(&mut state.gap, target, error);
-        state.detector.gain().and(rest)
+        state.detector.gain().combine(rest)
     }
 
     /// Whether the next step lies ahead, within a period: any further is a

@@ -105,11 +105,11 @@ impl LawSpec {
                 ki_milli,
             } => Self::Recommended {
                 lambda_milli,
-                k1_milli: inversely(k1_milli, strength),
-                k2_milli: inversely(k2_milli, strength),
+                k1_milli: scale_inversely(k1_milli, strength),
+                k2_milli: scale_inversely(k2_milli, strength),
                 b_milli,
-                k3_milli: inversely(k3_milli, strength),
-                ki_milli: inversely(ki_milli, strength),
+                k3_milli: scale_inversely(k3_milli, strength),
+                ki_milli: scale_inversely(ki_milli, strength),
             },
             other => other,
         }
@@ -150,7 +150,7 @@ impl LawSpec {
 }
 
 /// A gain at [`WearerModel::REFERENCE_MRAD`] for another strength, rounded.
-const fn inversely(gain: u32, strength_mrad: u64) -> u32 {
+const fn scale_inversely(gain: u32, strength_mrad: u64) -> u32 {
     // Strength is a quarter of the reference or more: below 2^34 before the bound.
     let gain = gain as u64 * WearerModel::REFERENCE_MRAD as u64;
     let gain = (gain + strength_mrad / 2) / strength_mrad;
@@ -229,7 +229,7 @@ impl Law {
     }
 
     /// No effort, in this law's unit.
-    pub(super) fn rest(&self) -> Effort {
+    pub(super) fn zero_effort(&self) -> Effort {
         match self.kind {
             LawKind::Paper(_) => Effort::AboveThreshold(Q::ZERO),
             LawKind::Recommended(_) | LawKind::Pid(_) => Effort::Fraction(Q::ZERO),
@@ -249,22 +249,22 @@ impl Law {
         gain: Gain,
     ) -> Effort {
         let (error, aid) = match &self.response {
-            None => (error, FeedbackAid::of(course, gain)),
+            None => (error, FeedbackAid::from_feed_forward(course, gain)),
             Some(response) => (
-                response.foreseen(&state.response, error),
+                response.predicted_error(&state.response, error),
                 response.aid(&state.response, course, gain),
             ),
         };
-        let effort = self.answer(state, error, &aid);
+        let effort = self.compute_effort(state, error, &aid);
         if let (Some(response), Effort::Fraction(u)) = (&self.response, effort) {
-            let error = gain.of_angle(error);
+            let error = gain.scale_angle(error);
             response.learn(&mut state.response, error, course, u);
         }
         effort
     }
 
     #[inline(always)]
-    fn answer(&self, state: &mut LawState, error: Angle, aid: &FeedbackAid) -> Effort {
+    fn compute_effort(&self, state: &mut LawState, error: Angle, aid: &FeedbackAid) -> Effort {
         let rate = self.differentiator.step(&mut state.differentiator, error);
         match &self.kind {
             LawKind::Paper(law) => law.step(&mut state.paper, error, rate),

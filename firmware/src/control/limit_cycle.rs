@@ -139,10 +139,10 @@ impl TurningPoints {
         if ahead >= 0 {
             (self.extreme, self.age_ms) = (x, 0);
         }
-        (ahead < -TURN).then(|| self.turn(x))
+        (ahead < -TURN).then(|| self.record_turning_point(x))
     }
 
-    fn turn(&mut self, x: i32) -> Half {
+    fn record_turning_point(&mut self, x: i32) -> Half {
         let half = Half {
             ms: self.opposite_age_ms.saturating_sub(self.age_ms),
             swing: self.extreme.abs_diff(self.opposite),
@@ -178,7 +178,7 @@ impl Detector {
         state.is_cycle(half).then(|| LimitCycle {
             swing: Angle::new(I16F16::from_bits(half.swing.min(i32::MAX as u32) as i32)),
             period_ms: state.whole_ms as u16, // PERIOD_MS
-            gain_milli: state.lower(half.swing),
+            gain_milli: state.lower_gain(half.swing),
         })
     }
 
@@ -229,7 +229,7 @@ impl DetectorState {
 
     /// Lowers the gain if that has helped so far, or has not for a while; to what, in
     /// thousandths. None if it cannot be lowered and should be.
-    fn lower(&mut self, swing: u32) -> Option<u16> {
+    fn lower_gain(&mut self, swing: u32) -> Option<u16> {
         let is_narrower = swing < self.lowered_at / 8 * 7 || swing > WIDE;
         self.futile = if is_narrower {
             0
@@ -240,7 +240,7 @@ impl DetectorState {
             if self.gain <= FLOOR && swing > SWING_AT_FLOOR {
                 return None;
             }
-            self.gain = self.gain.and(LOWERED).max(FLOOR);
+            self.gain = self.gain.combine(LOWERED).max(FLOOR);
             (self.lowered_at, self.futile) = (swing, 0);
         }
         Some(self.gain.to_milli())

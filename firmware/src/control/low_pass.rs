@@ -29,7 +29,7 @@ impl LowPass {
 
     /// What of a way of `left` is made in one period.
     #[inline(always)]
-    pub(super) const fn part(&self, left: u32) -> u32 {
+    pub(super) const fn step_share(&self, left: u32) -> u32 {
         left >> self.shift
     }
 }

@@ -142,7 +142,7 @@ impl PointSpec {
         CHANNEL.check(self.channel)?;
         Self::MAX.check(self.max.get())?;
         Self::THRESHOLD
-            .up_to(self.max.get())
+            .with_max_at_most(self.max.get())
             .check(self.threshold.get())
     }
 

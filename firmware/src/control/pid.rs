@@ -51,11 +51,11 @@ impl Pid {
         let e = product(Q::from_num(error.get()), RAD_PER_DEG);
         let de = product(Q::from_num(rate.get()), RAD_PER_DEG);
         let push = product(e, self.kp).saturating_add(product(de, self.kd));
-        let torque = aid.scaled(push).saturating_add(aid.forward);
-        let side = aid.side(torque);
+        let torque = aid.scale_feedback(push).saturating_add(aid.forward);
+        let side = aid.integral_side(torque);
         let u = torque.saturating_add(integral.at(side));
         if !aid.delayed.clamps(u, e) {
-            integral.grow(side, aid.scaled(product(e, self.ki_step)));
+            integral.grow(side, aid.scale_feedback(product(e, self.ki_step)));
         }
         Effort::Fraction(u)
     }

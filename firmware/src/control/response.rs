@@ -126,11 +126,11 @@ pub(super) struct FeedbackAid {
 
 impl FeedbackAid {
     /// This feed-forward, nothing learnt, and this share of the feedback.
-    pub(super) const fn of(course: &Course, gain: Gain) -> Self {
+    pub(super) const fn from_feed_forward(course: &Course, gain: Gain) -> Self {
         Self {
             forward: course.forward,
             delayed: course.delayed,
-            scale: gain.of(ONE as i64) as i32, // at most `ONE`
+            scale: gain.scale(ONE as i64) as i32, // at most `ONE`
             is_apart: false,
         }
     }
@@ -138,13 +138,13 @@ impl FeedbackAid {
     /// The feedback that this wearer is given in place of a nominal one's, which is
     /// bounded to ±128.
     #[inline(always)]
-    pub(super) fn scaled(&self, nominal: Q) -> Q {
-        Q::from_bits(times(saturated(nominal.to_bits()), self.scale, 24))
+    pub(super) fn scale_feedback(&self, nominal: Q) -> Q {
+        Q::from_bits(multiply_shift(saturated(nominal.to_bits()), self.scale, 24))
     }
 
     /// Whose integral counts with what is asked for before any integral.
     #[inline(always)]
-    pub(super) fn side(&self, torque: Q) -> Side {
+    pub(super) fn integral_side(&self, torque: Q) -> Side {
         if self.is_apart {
             Side::of(torque)
         } else {
@@ -205,7 +205,7 @@ impl ResponseSpec {
     }
 
     /// Validates it for a period of 1…20 ms, beside a nominal wearer or not.
-    pub(super) fn response(&self, period_ms: u8, has_wearer: bool) -> Result<Response, OutOfRange> {
+    pub(super) fn validate(&self, period_ms: u8, has_wearer: bool) -> Result<Response, OutOfRange> {
         Self::GAIN_MRAD.check(self.gain_mrad)?;
         Self::MUSCLE_MS.check(self.muscle_ms)?;
         Self::JOINT_MS.check(self.joint_ms)?;
@@ -238,7 +238,7 @@ impl Response {
     /// The error once the efforts of the last delay have acted: less what the
     /// nominal wearer will still move (Smith, Chem. Eng. Prog. 53 (1957)).
     #[inline]
-    pub(super) fn foreseen(&self, state: &ResponseState, error: Angle) -> Angle {
+    pub(super) fn predicted_error(&self, state: &ResponseState, error: Angle) -> Angle {
         let [_, now] = state.lags;
         // Before `next` by at least 1, wrapped to the table's length, 2^7.
         let before = state.next.wrapping_sub(self.delay).wrapping_sub(1);
@@ -246,7 +246,7 @@ impl Response {
         let then = state.past.get(slot).copied().unwrap_or(0);
         // Both within ±1 and a bit: their difference fits, and with a gain below
         // 2^26 the product is below 2^28.
-        let to_come = times(now.wrapping_sub(then), self.gain, 29) as i32;
+        let to_come = multiply_shift(now.wrapping_sub(then), self.gain, 29) as i32;
         let error = error.get().to_bits().saturating_sub(to_come);
         Angle::new(I16F16::from_bits(error))
     }
@@ -256,12 +256,12 @@ impl Response {
     pub(super) fn aid(&self, state: &ResponseState, course: &Course, gain: Gain) -> FeedbackAid {
         // |forward| <= 1; |scale| < 2, |damping| < 1, |rate| <= 72.
         let forward = course.forward.to_bits() as i32;
-        let scaled = times(state.scale, forward, 24);
-        let damped = times(state.damping, radians(course.rate.get()), 24);
+        let scaled = multiply_shift(state.scale, forward, 24);
+        let damped = multiply_shift(state.damping, radians(course.rate.get()), 24);
         let learnt = Q::from_bits(scaled.wrapping_add(damped));
         FeedbackAid {
             forward: course.forward.wrapping_add(learnt),
-            scale: gain.of(i64::from(ONE.wrapping_add(state.scale))) as i32, // no more
+            scale: gain.scale(i64::from(ONE.wrapping_add(state.scale))) as i32, // no more
             is_apart: self.is_apart,
             delayed: course.delayed,
         }
@@ -279,11 +279,16 @@ impl Response {
             // Within ±8 rad, steps below 4, |forward| <= 1: below 2^29.
             let e = radians(error.get()).clamp(-(8 << 24), 8 << 24);
             let forward = course.forward.to_bits() as i32;
-            let scale = times(times(self.scale_step, e, 24) as i32, forward, 24) as i32;
+            let scale =
+                multiply_shift(multiply_shift(self.scale_step, e, 24) as i32, forward, 24) as i32;
             state.scale = state.scale.saturating_add(scale).clamp(SCALE.0, SCALE.1);
             // Within ±72: the product is below 2^36, which saturates.
             let rate = radians(course.rate.get());
-            let damping = saturated(times(times(self.damping_step, e, 24) as i32, rate, 24));
+            let damping = saturated(multiply_shift(
+                multiply_shift(self.damping_step, e, 24) as i32,
+                rate,
+                24,
+            ));
             state.damping = (state.damping.saturating_add(damping)).clamp(-DAMPING, DAMPING);
         }
         // Within ±1: 2^29.
@@ -292,7 +297,7 @@ impl Response {
         let [muscle, joint] = state.lags;
         // Means of numbers within ±1 and a bit: differences within 2^30, sums fit.
         let follow = |from: i32, to: i32, keep: i32| {
-            let left = times(from.wrapping_sub(to), keep, 30) as i32;
+            let left = multiply_shift(from.wrapping_sub(to), keep, 30) as i32;
             to.wrapping_add(left)
         };
         let muscle = follow(muscle, effort, keep_muscle);
@@ -307,7 +312,7 @@ impl Response {
 
 /// a·b / 2^shift, rounded towards −∞.
 #[inline(always)]
-fn times(a: i32, b: i32, shift: u32) -> i64 {
+fn multiply_shift(a: i32, b: i32, shift: u32) -> i64 {
     // Two numbers of 32 bits.
     i64::from(a).wrapping_mul(i64::from(b)) >> shift
 }

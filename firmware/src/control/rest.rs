@@ -74,7 +74,7 @@ impl Gap {
             LEFT_OUT.saturating_sub(((u64::from(beyond) * u64::from(SLOPE)) >> 16) as u32)
         };
         state.left_out = match wanted.checked_sub(state.left_out) {
-            Some(more) => state.left_out.wrapping_add(self.lower.part(more)), // up to `wanted`
+            Some(more) => state.left_out.wrapping_add(self.lower.step_share(more)), // up to `wanted`
             None => wanted,
         };
         Gain::from_bits((1 << 16) - state.left_out) // LEFT_OUT at most

@@ -150,7 +150,7 @@ impl<Q: Quantity> SetpointTrack<Q> {
         if lead < -HORIZON_US.cast_signed() {
             return Err(SetpointError::TooOld);
         }
-        self.settle(now);
+        self.adopt_due_setpoints(now);
         let newest = self.waiting.back().copied().or(match self.due {
             Some(DueSetpoint::Moving(timed)) => Some(timed),
             _ => None,
@@ -167,7 +167,7 @@ impl<Q: Quantity> SetpointTrack<Q> {
     }
 
     /// Takes over the setpoints whose time has come.
-    fn settle(&mut self, now: Micros) {
+    fn adopt_due_setpoints(&mut self, now: Micros) {
         while self.waiting.front().is_some_and(|t| now.has_reached(t.at)) {
             self.due = self.waiting.pop_front().map(DueSetpoint::Moving);
         }
@@ -175,7 +175,7 @@ impl<Q: Quantity> SetpointTrack<Q> {
 
     /// When the setpoint that stands became valid; `None` before the first, and of one
     /// that is too old for its time to matter.
-    pub const fn standing_since(&self) -> Option<Micros> {
+    pub const fn valid_since(&self) -> Option<Micros> {
         match self.due {
             Some(DueSetpoint::Moving(Timed { at, .. })) => Some(at),
             _ => None,
@@ -191,13 +191,13 @@ impl<Q: Quantity> SetpointTrack<Q> {
     /// [`SetpointTrack::value_at`] and the rate at which it moves now: that of
     /// the extrapolation while it lasts, else 0.
     pub fn motion_at(&mut self, now: Micros, policy: HoldPolicy) -> Option<(Q, Q::Rate)> {
-        self.settle(now);
+        self.adopt_due_setpoints(now);
         let (value, rate) = match self.due? {
             DueSetpoint::Resting(value) => (value, I16F16::ZERO),
             DueSetpoint::Moving(timed) => {
                 let max_us = policy.max_us();
                 let age = now.elapsed_since(timed.at);
-                let value = go_on(timed, age.min(max_us));
+                let value = extrapolate(timed, age.min(max_us));
                 // Out of order can only be judged against a setpoint whose time
                 // is known: forget the time once it is too old to matter.
                 if age > max_us.max(HORIZON_US) {
@@ -239,10 +239,10 @@ fn slope(before: Timed, at: Micros, value: I16F16) -> I16F16 {
 }
 
 /// `timed`'s value plus its rate for `us` microseconds, saturating.
-fn go_on(timed: Timed, us: u32) -> I16F16 {
+fn extrapolate(timed: Timed, us: u32) -> I16F16 {
     let rate = timed.rate.to_bits();
     // us <= 1e6: below 2^51.
-    let way = millionths(u64::from(rate.unsigned_abs()) * u64::from(us.min(1_000_000)));
+    let way = divide_by_million(u64::from(rate.unsigned_abs()) * u64::from(us.min(1_000_000)));
     let way = i64::from(way);
     let bits = i64::from(timed.value.to_bits()) + if rate < 0 { -way } else { way };
     I16F16::from_bits(bits.clamp(i32::MIN.into(), i32::MAX.into()) as i32)
@@ -250,7 +250,7 @@ fn go_on(timed: Timed, us: u32) -> I16F16 {
 
 /// n / 1e6, rounded down, for n <= 2^31 · 1e6: in two digits, each of which
 /// divides by a constant within 32 bits.
-const fn millionths(n: u64) -> u32 {
+const fn divide_by_million(n: u64) -> u32 {
     const ODD: u32 = 1_000_000 >> 6;
     let n = n >> 6; // <= 2^31 · 15 625 < 2^45
     let (high, low) = ((n >> 18) as u32, n as u32 & 0x3_FFFF);
@@ -267,7 +267,7 @@ mod tests {
     proptest! {
         #[test]
         fn millionths_are_exact(n in 0..=(1_000_000u64 << 31)) {
-            prop_assert_eq!(u64::from(millionths(n)), n / 1_000_000);
+            prop_assert_eq!(u64::from(divide_by_million(n)), n / 1_000_000);
         }
     }
 }

@@ -61,7 +61,7 @@ impl JointSpec {
     pub(crate) fn law(&self) -> Result<Law, OutOfRange> {
         let (period_ms, cutoff_mhz) = (self.law_period_ms, self.cutoff_mhz);
         let has_wearer = self.wearer.is_some();
-        let response = self.response.map(|r| r.response(period_ms, has_wearer));
+        let response = self.response.map(|r| r.validate(period_ms, has_wearer));
         Law::new(&self.law, period_ms, cutoff_mhz, response.transpose()?)
     }
 
@@ -73,7 +73,7 @@ impl JointSpec {
         };
         let inverse = FeedForward::new(wearer, self.angle_min_mdeg, self.angle_max_mdeg)?;
         if !matches!(self.law, LawSpec::Paper { .. }) {
-            let allowed = wearer.stiffness_of_strength();
+            let allowed = wearer.stiffness_range();
             allowed.check(wearer.stiffness_unm_per_rad)?;
         }
         Ok(Some(inverse))

@@ -88,7 +88,7 @@ fn bits(force: Force) -> u32 {
 
 impl Steering {
     /// A millisecond passed, with a force predicted at its end.
-    pub(super) fn pass(&mut self, predicted: Force) {
+    pub(super) fn record_prediction(&mut self, predicted: Force) {
         let predicted = bits(predicted);
         let longest = self.ordered.map_or(0, |drive| drive.period_us / PAUSE);
         if self.ticks >= longest {
@@ -120,27 +120,27 @@ impl Steering {
     }
 
     /// Pulses were ordered, or none.
-    pub(super) fn order(&mut self, drive: &Drive) {
+    pub(super) fn record_order(&mut self, drive: &Drive) {
         self.ordered = (drive.gain != Gain::ZERO).then_some(*drive);
     }
 
     /// A pulse drives the muscle with `gain`; `strength` is what is left of A.
-    pub(super) fn pulse(&mut self, gain: Gain, strength: U1F31, inverse: &Inverse) {
+    pub(super) fn record_pulse(&mut self, gain: Gain, strength: U1F31, inverse: &Inverse) {
         let Some(ordered) = self.ordered.filter(|_| gain != Gain::ZERO) else {
             return;
         };
         if self.pulses > SETTLING {
-            self.learn(bits(inverse.reach().1));
+            self.learn(bits(inverse.force_range().1));
         }
         self.pulses = self.pulses.saturating_add(1);
         (self.ticks, self.sums) = (0, [0; 2]);
-        self.correction = self.inverse_of_left(strength);
+        self.correction = self.inverse_strength(strength);
         // Fibres that are recruited, and strong: at most 2^30 · 2^31.
         let recruited = u64::from(bits(ordered.force)) * u64::from(gain.get().to_bits());
         let rested = quotient(recruited, ordered.gain.get().to_bits());
         let rested = u64::from(rested.unwrap_or(u32::MAX).min(FORCE_MAX));
         self.driven = ((rested * u64::from(strength.to_bits())) >> 31) as u32;
-        self.way_of_ms = inverse.way_of_ms(&ordered);
+        self.way_of_ms = inverse.response_per_ms(&ordered);
     }
 
     /// The time since the last pulse is over.
@@ -165,7 +165,7 @@ impl Steering {
         .clamp(LEAST, MOST);
     }
 
-    fn inverse_of_left(&self, strength: U1F31) -> u32 {
+    fn inverse_strength(&self, strength: U1F31) -> u32 {
         let left = (u64::from(self.share) * u64::from(strength.to_bits())) >> 31;
         quotient(1 << 44, left as u32).unwrap_or(u32::MAX) // left is below 2^32
     }
@@ -199,12 +199,12 @@ mod tests {
             let inverse = Inverse::new(spec, &recruitment, 50_000, 5_000, 2_000_000).unwrap();
             let mut steering = Steering::default();
             for (predicted, wanted, other, kind) in ticks {
-                steering.pass(Force::new(I16F16::from_bits(predicted)));
+                steering.record_prediction(Force::new(I16F16::from_bits(predicted)));
                 let wanted = steering.correct(Force::new(I16F16::from_bits(wanted)));
-                steering.order(&inverse.drive(&recruitment, wanted));
+                steering.record_order(&inverse.drive(&recruitment, wanted));
                 if kind == 0 {
                     let part = U1F31::from_bits(other & (u32::MAX >> 1));
-                    steering.pulse(Gain::new(part), part, &inverse);
+                    steering.record_pulse(Gain::new(part), part, &inverse);
                 }
                 prop_assert!((LEAST..=MOST).contains(&steering.share));
             }

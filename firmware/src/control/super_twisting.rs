@@ -68,8 +68,8 @@ impl Paper {
         let s = surface(self.lambda, error, rate).clamp(-S_MAX, S_MAX);
         // λ <= 100 and a root <= 128.
         let root = product(self.lambda, square_root(s.abs()));
-        state.integral = state.integral.saturating_add(signed(self.w_step, s));
-        Effort::AboveThreshold(signed(root, s).saturating_add(state.integral))
+        state.integral = state.integral.saturating_add(with_sign_of(self.w_step, s));
+        Effort::AboveThreshold(with_sign_of(root, s).saturating_add(state.integral))
     }
 }
 
@@ -160,14 +160,14 @@ impl SuperTwisting {
     #[must_use]
     pub fn k1_milli(b_milli: u32, period_ms: u8) -> Range {
         let most = gain_max(ROOT_GAIN_MAX, b_milli, period_ms);
-        Range::new("k1_milli", 1, GAIN_MAX_MILLI).up_to(most)
+        Range::new("k1_milli", 1, GAIN_MAX_MILLI).with_max_at_most(most)
     }
 
     /// Of k3 for this b and period: h·b·k3 <= 7.
     #[must_use]
     pub fn k3_milli(b_milli: u32, period_ms: u8) -> Range {
         let most = gain_max(LINEAR_GAIN_MAX, b_milli, period_ms);
-        Range::new("k3_milli", 0, GAIN_MAX_MILLI).up_to(most)
+        Range::new("k3_milli", 0, GAIN_MAX_MILLI).with_max_at_most(most)
     }
 
     /// The answer to `s`, bounded to ±128.
@@ -186,7 +186,7 @@ impl SuperTwisting {
                 let growth = (u64::from(self.inverse).wrapping_mul(u64::from(size))) >> 20;
                 (0, growth.min(self.hk2.into()) as u32)
             }
-            Some(rest) => (self.beyond(rest), self.hk2),
+            Some(rest) => (self.outer_push(rest), self.hk2),
         };
         // push < 2^38, growth < 2^26.
         let push = push.wrapping_add(u64::from(growth << 1)).cast_signed();
@@ -201,7 +201,7 @@ impl SuperTwisting {
 
     /// k1·√z + k3·z for |s| − h²·b·k2 = `rest` <= 2^31.
     #[inline(always)]
-    fn beyond(&self, rest: u32) -> u64 {
+    fn outer_push(&self, rest: u32) -> u64 {
         // quarter < 2^62 and rest · slope <= 2^58.
         let linear = u64::from(rest).wrapping_mul(u64::from(self.slope));
         let square = self.quarter.wrapping_add(linear);
@@ -292,9 +292,9 @@ impl Recommended {
         let s = saturated(ahead).saturating_add(radians(rate.get()));
         let Push { push, growth } = self.twist.push_bits(s);
         let by_error = i64::from(self.ki_step).wrapping_mul(i64::from(e)) >> Q::FRAC_NBITS;
-        let growth = aid.scaled(growth.wrapping_add(Q::from_bits(by_error)));
-        let torque = aid.scaled(push).wrapping_add(aid.forward);
-        let side = aid.side(torque);
+        let growth = aid.scale_feedback(growth.wrapping_add(Q::from_bits(by_error)));
+        let torque = aid.scale_feedback(push).wrapping_add(aid.forward);
+        let side = aid.integral_side(torque);
         // Below 2^9 and 2^6: nothing wraps.
         let v = integral.at(side).wrapping_add(torque);
         if !aid.delayed.clamps(v, growth) {
@@ -310,7 +310,7 @@ fn surface(lambda: Q, error: Angle, rate: AngularRate) -> Q {
 }
 
 /// `size` with the sign of `s`; 0 if `s` is.
-fn signed(size: Q, s: Q) -> Q {
+fn with_sign_of(size: Q, s: Q) -> Q {
     match s.cmp(&Q::ZERO) {
         Ordering::Greater => size,
         Ordering::Equal => Q::ZERO,

@@ -110,7 +110,7 @@ pub enum Rule {
 
 impl Mistake {
     /// Returns a function that converts an error of this part into a mistake.
-    pub(super) fn of<R: Into<Rule>>(part: Part) -> impl FnOnce(R) -> Self {
+    pub(super) fn in_part<R: Into<Rule>>(part: Part) -> impl FnOnce(R) -> Self {
         move |rule| Self {
             part,
             rule: rule.into(),
@@ -181,7 +181,7 @@ impl From<Mistake> for Refusal<'static> {
             Rule::Wall(e) => e.into(),
             Rule::Modulation(e) => e.into(),
             Rule::NothingToArm => named(Code::NothingToArm),
-            Rule::NoTrain { channel } => named(Code::NoTrain).on(channel),
+            Rule::NoTrain { channel } => named(Code::NoTrain).with_channel(channel),
             Rule::AboveLimit {
                 channel,
                 field,
@@ -189,11 +189,11 @@ impl From<Mistake> for Refusal<'static> {
             } => {
                 let max = i32::try_from(limit.get()).unwrap_or(i32::MAX);
                 let refusal = Self::new(Code::AboveWearerLimit, field);
-                refusal.on(channel).allowed(0, max)
+                refusal.with_channel(channel).with_range(0, max)
             }
             Rule::JointAndWall { shared } => {
                 let refusal = named(Code::JointAndWall);
-                shared.map_or(refusal, |channel| refusal.on(channel))
+                shared.map_or(refusal, |channel| refusal.with_channel(channel))
             }
             Rule::WidthChanges => Self::new(Code::WidthChanges, "max_width_us"),
             Rule::NoMuscle => Self::new(Code::NoMuscle, "muscle"),
@@ -203,14 +203,14 @@ impl From<Mistake> for Refusal<'static> {
             Rule::JointAndLimb => named(Code::JointAndLimb),
             Rule::JointAndModulation => named(Code::JointAndModulation),
             Rule::NoPhaseJoint { joint } => {
-                Self::new(Code::NoPhaseJoint, "phase_joint").allowed(joint.into(), joint.into())
+                Self::new(Code::NoPhaseJoint, "phase_joint").with_range(joint.into(), joint.into())
             }
         };
         match part {
             Part::Channel(channel)
             | Part::Muscle(channel)
             | Part::Force(channel)
-            | Part::Line(channel) => refusal.on(channel),
+            | Part::Line(channel) => refusal.with_channel(channel),
             _ => refusal,
         }
     }

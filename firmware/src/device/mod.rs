@@ -15,12 +15,12 @@ mod pulser;
 mod session;
 
 pub use controller::Controller;
-pub use draft::{Draft, channel_of};
+pub use draft::{Draft, validate_channel};
 pub use mail::{ControllerMail, Mailboxes, PulserMail, SessionMail};
 pub use mistake::{Mistake, Part, Rule};
 pub use part::Muscle;
 pub use pulser::Pulser;
-pub use session::{Identity, Session, first_session};
+pub use session::{Identity, Session, first_session_number};
 
 /// Number of windows from one control tick to the next, which gives 1 kHz.
 pub const WINDOWS_PER_TICK: u32 = 4;

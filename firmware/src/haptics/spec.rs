@@ -148,10 +148,10 @@ impl WallSpec {
         if let Some(pre_wall) = self.pre_wall {
             PreWall::DEPTH_MDEG.check(pre_wall.depth_mdeg)?;
             PreWall::END
-                .up_to(self.max.get())
+                .with_max_at_most(self.max.get())
                 .check(pre_wall.end.get())?;
             PreWall::BEGIN
-                .up_to(pre_wall.end.get())
+                .with_max_at_most(pre_wall.end.get())
                 .check(pre_wall.begin.get())?;
         }
         if let Some(antagonist) = self.co_contraction {

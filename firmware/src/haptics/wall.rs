@@ -114,7 +114,7 @@ impl Wall {
     /// # Errors
     /// [`MeasurementError`]; the state is unchanged then. A measurement that
     /// is too old or out of range is taken and becomes the next tick's fault.
-    pub fn measurement(
+    pub fn accept_measurement(
         &self,
         state: &mut WallState,
         now: Micros,
@@ -127,7 +127,7 @@ impl Wall {
 
     /// Where the wall stands.
     #[must_use]
-    pub const fn stands_at(&self) -> Angle {
+    pub const fn wall_angle(&self) -> Angle {
         self.at
     }
 
@@ -156,7 +156,7 @@ impl Wall {
         let rate = self
             .differentiator
             .step(&mut state.differentiator, penetration);
-        let wanted = self.wanted(penetration, rate);
+        let wanted = self.unclamped_amplitude(penetration, rate);
         let max = i64::from(self.max);
         // 0…max, so it fits.
         let amplitude = Amplitude::new(wanted.clamp(0, max) as u32);
@@ -190,7 +190,7 @@ impl Wall {
 
     /// Amplitude at this penetration and rate, before any clamp; 0 or below
     /// where nothing is to be felt.
-    fn wanted(&self, penetration: Angle, rate: AngularRate) -> i64 {
+    fn unclamped_amplitude(&self, penetration: Angle, rate: AngularRate) -> i64 {
         let depth = penetration.get().to_bits();
         let elastic = match self.pre_wall {
             _ if depth > 0 => {

@@ -81,7 +81,7 @@ impl<N: Number> Limb<N> {
     /// allows; [`LimbSpec::mistakes`] tells of all.
     pub fn new(spec: &LimbSpec) -> Result<Self, LimbError> {
         let mut first = None;
-        spec.mistakes(&mut |mistake| {
+        spec.report_mistakes(&mut |mistake| {
             first.get_or_insert(mistake);
         });
         if let Some(mistake) = first {
@@ -142,7 +142,7 @@ impl<N: Number> Limb<N> {
     ///
     /// # Errors
     /// The first axis whose angle is outside this wearer's range.
-    pub fn refresh(&self, posture: &Posture) -> Result<Jacobians<N>, PostureError> {
+    pub fn jacobians_at_posture(&self, posture: &Posture) -> Result<Jacobians<N>, PostureError> {
         Ok(self.jacobians(&self.radians(posture)?))
     }
 
@@ -169,8 +169,8 @@ impl<N: Number> Limb<N> {
     }
 
     /// The most force of each line, N, in the spec's order: at the wearer's limit.
-    pub fn most(&self) -> impl Iterator<Item = N> {
-        self.curves.iter().map(recruitment::Curve::most)
+    pub fn max_forces(&self) -> impl Iterator<Item = N> {
+        self.curves.iter().map(recruitment::Curve::max_force)
     }
 
     /// The amplitudes for a force of each line (N, in the spec's order), below zero as

@@ -45,7 +45,7 @@ impl<N: Number> Curve<N> {
     }
 
     /// The force at the wearer's limit, N.
-    pub(super) const fn most(&self) -> N {
+    pub(super) const fn max_force(&self) -> N {
         self.most
     }
 

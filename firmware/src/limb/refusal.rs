@@ -42,7 +42,7 @@ pub enum LimbError {
 impl LimbError {
     /// The field, its value and what it may be.
     #[must_use]
-    pub const fn range(self) -> OutOfRange {
+    pub const fn out_of_range(self) -> OutOfRange {
         match self {
             Self::Way { range, .. } | Self::Axis { range, .. } | Self::Line { range, .. } => range,
             Self::Lines(range) => range,
@@ -88,7 +88,7 @@ pub struct PostureError {
 impl PostureError {
     /// The axis by its name, m°, and what it may be.
     #[must_use]
-    pub fn range(self) -> OutOfRange {
+    pub fn out_of_range(self) -> OutOfRange {
         let names = &AXIS_NAMES;
         OutOfRange {
             field: names

@@ -44,7 +44,7 @@ impl<N: Number> Skeleton<N> {
 
     /// From a segment's origin to the next joint or to the hand, m, thorax first.
     #[must_use]
-    pub const fn ways(&self) -> &[Vector<N>; JOINTS + 1] {
+    pub const fn segment_vectors(&self) -> &[Vector<N>; JOINTS + 1] {
         &self.ways
     }
 
@@ -55,9 +55,9 @@ impl<N: Number> Skeleton<N> {
         let &[s0, s1, s2, g0, g1, g2, e0, e1, e2] = radians;
         let [sc, gh, el] = Self::ORDER;
         let trunk = (Vector::ZERO, Rotation::NONE);
-        let (first, [a0, a1, a2]) = next(trunk, thorax, sc, [s0, s1, s2]);
-        let (second, [a3, a4, a5]) = next(first, girdle, gh, [g0, g1, g2]);
-        let (third, [a6, a7, a8]) = next(second, upper_arm, el, [e0, e1, e2]);
+        let (first, [a0, a1, a2]) = next_segment(trunk, thorax, sc, [s0, s1, s2]);
+        let (second, [a3, a4, a5]) = next_segment(first, girdle, gh, [g0, g1, g2]);
+        let (third, [a6, a7, a8]) = next_segment(second, upper_arm, el, [e0, e1, e2]);
         Pose {
             segments: [trunk, first, second, third],
             axes: [a0, a1, a2, a3, a4, a5, a6, a7, a8],
@@ -69,15 +69,15 @@ impl<N: Number> Skeleton<N> {
 type Segment<N> = (Vector<N>, Rotation<N>);
 
 /// The next segment of the chain, and the three axes between.
-fn next<N: Number>(
+fn next_segment<N: Number>(
     (origin, rotation): Segment<N>,
     way: Vector<N>,
     [a, b, c]: [RotationAxis; 3],
     [first, second, third]: [N; 3],
 ) -> (Segment<N>, [Vector<N>; 3]) {
     let joint = origin.plus(rotation.apply(way));
-    let once = rotation.turned(a, first);
-    let twice = once.turned(b, second);
+    let once = rotation.rotated(a, first);
+    let twice = once.rotated(b, second);
     let axes = [rotation.axis(a), once.axis(b), twice.axis(c)];
-    ((joint, twice.turned(c, third)), axes)
+    ((joint, twice.rotated(c, third)), axes)
 }

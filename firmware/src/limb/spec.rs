@@ -100,7 +100,7 @@ impl LineSpec {
     pub const LIMIT: Range = Range::new("limit", 1, 200_000);
 
     /// Tells `note` of every field that is not within its range.
-    pub fn mistakes(&self, note: &mut dyn FnMut(OutOfRange)) {
+    pub fn report_mistakes(&self, note: &mut dyn FnMut(OutOfRange)) {
         let mut hold = |checked: Result<(), OutOfRange>| {
             if let Err(range) = checked {
                 note(range);
@@ -112,7 +112,7 @@ impl LineSpec {
         // told by the segment that would do.
         let mut lowest = 0;
         for via in &self.vias {
-            hold(Self::SEGMENT.from(lowest).check(via.segment));
+            hold(Self::SEGMENT.with_min_at_least(lowest).check(via.segment));
             lowest = via.segment.min(3).into();
             for um in via.at_um {
                 hold(Self::AT_UM.check(um));
@@ -121,13 +121,17 @@ impl LineSpec {
         let joint = u32::from(self.joint.index());
         let ends = (self.vias.first(), self.vias.last());
         if let (Some(first), Some(last)) = ends {
-            hold(Self::SEGMENT.up_to(joint).check(first.segment));
-            hold(Self::SEGMENT.from(joint + 1).check(last.segment)); // joint is 0…2
+            hold(Self::SEGMENT.with_max_at_most(joint).check(first.segment));
+            hold(
+                Self::SEGMENT
+                    .with_min_at_least(joint + 1)
+                    .check(last.segment),
+            ); // joint is 0…2
         }
         hold(Self::GAIN_MN_PER_MA.check(self.gain_mn_per_ma));
         hold(Self::THRESHOLD.check(self.threshold.get()));
         let above = self.threshold.get().saturating_add(1);
-        hold(Self::LIMIT.from(above).check(self.limit.get()));
+        hold(Self::LIMIT.with_min_at_least(above).check(self.limit.get()));
     }
 }
 
@@ -142,13 +146,13 @@ impl LimbSpec {
     pub const MIDDLE_MDEG: Range = Range::new("ranges_mdeg", -80_000, 80_000);
 
     /// Tells `note` of every mistake in bones and ranges.
-    pub fn bone_mistakes(
+    pub fn report_bone_mistakes(
         ways_um: &[[i32; 3]; JOINTS + 1],
         ranges_mdeg: &[(i32, i32); AXES],
         note: &mut dyn FnMut(LimbError),
     ) {
         for (way, um) in (0u8..).zip(ways_um) {
-            if let Err(range) = check_way(way, um) {
+            if let Err(range) = check_segment_vector(way, um) {
                 note(LimbError::Way { way, range });
             }
         }
@@ -160,15 +164,15 @@ impl LimbSpec {
     }
 
     /// Tells `note` of every mistake, bones first.
-    pub fn mistakes(&self, note: &mut dyn FnMut(LimbError)) {
-        Self::bone_mistakes(&self.ways_um, &self.ranges_mdeg, note);
+    pub fn report_mistakes(&self, note: &mut dyn FnMut(LimbError)) {
+        Self::report_bone_mistakes(&self.ways_um, &self.ranges_mdeg, note);
         // At most 10.
         if let Err(range) = Self::LINE_COUNT.check(self.lines.len() as i64) {
             note(LimbError::Lines(range));
         }
         let mut taken = 0u32;
         for (line, spec) in (0u8..).zip(&self.lines) {
-            spec.mistakes(&mut |range| note(LimbError::Line { line, range }));
+            spec.report_mistakes(&mut |range| note(LimbError::Line { line, range }));
             let channel = spec.channel;
             let bit = 1u32.wrapping_shl(channel.into()); // 0…9, or told already
             if taken & bit != 0 {
@@ -180,7 +184,7 @@ impl LimbSpec {
 }
 
 /// A way's components, and that a bone has a length.
-fn check_way(n: u8, way: &[i32; 3]) -> Result<(), OutOfRange> {
+fn check_segment_vector(n: u8, way: &[i32; 3]) -> Result<(), OutOfRange> {
     for &um in way {
         LimbSpec::WAY_UM.check(um)?;
     }

@@ -136,7 +136,7 @@ impl<N: Number> Rotation<N> {
     /// Turned by an angle in radians about one of its own axes, by the right hand.
     #[inline]
     #[must_use]
-    pub fn turned(self, turn: RotationAxis, radians: N) -> Self {
+    pub fn rotated(self, turn: RotationAxis, radians: N) -> Self {
         let (sine, cosine) = radians.sine_and_cosine();
         let both = |u: Vector<N>, v: Vector<N>| {
             (

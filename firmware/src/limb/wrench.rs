@@ -14,7 +14,7 @@ pub struct Wrench<N> {
 impl<N: Number> Wrench<N> {
     /// A force alone, N: backward, to the right, upward.
     #[must_use]
-    pub const fn of_force(x: N, y: N, z: N) -> Self {
+    pub const fn from_force(x: N, y: N, z: N) -> Self {
         Self {
             force: Vector::new(x, y, z),
             torque: Vector::ZERO,

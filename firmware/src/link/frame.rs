@@ -113,12 +113,12 @@ impl Decoder {
     /// Takes one byte. At a delimiter, returns the message's bytes (without
     /// CRC) or why there is none; empty frames are silence.
     pub fn push(&mut self, byte: u8) -> Option<Result<&[u8], FrameError>> {
-        self.take(&mut &[byte][..])
+        self.push_until_delimiter(&mut &[byte][..])
     }
 
     /// [`Self::push`] of all bytes up to the first delimiter, which it takes as well;
     /// `bytes` keeps the rest.
-    pub fn take(&mut self, bytes: &mut &[u8]) -> Option<Result<&[u8], FrameError>> {
+    pub fn push_until_delimiter(&mut self, bytes: &mut &[u8]) -> Option<Result<&[u8], FrameError>> {
         let mut parts = bytes.splitn(2, |&byte| byte == 0);
         let (run, rest) = (parts.next().unwrap_or_default(), parts.next());
         self.too_long |= self.bytes.extend_from_slice(run).is_err();
@@ -131,7 +131,7 @@ impl Decoder {
         if self.bytes.is_empty() {
             return None;
         }
-        let message = open(&mut self.bytes);
+        let message = decode_in_place(&mut self.bytes);
         // The slice is copied out by the caller before the next byte arrives:
         // the buffer is only marked empty, `bytes` keeps its contents.
         match message {
@@ -153,7 +153,7 @@ impl Decoder {
 }
 
 /// Decodes in place; the length of the message at the front.
-fn open(bytes: &mut [u8]) -> Result<usize, FrameError> {
+fn decode_in_place(bytes: &mut [u8]) -> Result<usize, FrameError> {
     let length = unstuff(bytes).ok_or(FrameError::Malformed)?;
     let body = bytes.get(..length).ok_or(FrameError::Malformed)?;
     let (message, crc) = body.split_last_chunk::<4>().ok_or(FrameError::Malformed)?;

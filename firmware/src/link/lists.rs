@@ -19,11 +19,11 @@ const LINE: u32 = 26;
 /// Whose the request in `message` is, which could not be read, and the refusal, if it is
 /// because of a list that is too long.
 #[must_use]
-pub fn too_long(message: &[u8]) -> Option<(Sender, Refusal<'static>)> {
+pub fn refusal_for_long_list(message: &[u8]) -> Option<(Sender, Refusal<'static>)> {
     let ((sender, number), rest) = take::<(Sender, u32)>(message)?;
     let (field, least, most, rest) = match number {
         GROUPS => ("groups", 0, MAX_GROUPS, rest),
-        AMPLITUDES => amplitudes(skip::<(Option<u32>, u16)>(rest)?)?,
+        AMPLITUDES => find_long_list(skip::<(Option<u32>, u16)>(rest)?)?,
         PULSES => ("pulses", 1, MAX_LISTED, skip::<u8>(rest)?),
         JOINT => ("flexors", 1, 2, skip::<(LawSpec, u8, u32)>(rest)?),
         LINE => {
@@ -35,12 +35,12 @@ pub fn too_long(message: &[u8]) -> Option<(Sender, Refusal<'static>)> {
     };
     let (count, _) = take::<u32>(rest)?;
     let most = most as i32; // at most 16
-    let refusal = Refusal::new(Code::OutOfRange, field).allowed(least, most);
+    let refusal = Refusal::new(Code::OutOfRange, field).with_range(least, most);
     (i64::from(count) > i64::from(most)).then_some((sender, refusal))
 }
 
 /// The first list of amplitudes that is too long, or the second.
-fn amplitudes(values: &[u8]) -> Option<(&'static str, i32, usize, &[u8])> {
+fn find_long_list(values: &[u8]) -> Option<(&'static str, i32, usize, &[u8])> {
     let (count, mut rest) = take::<u32>(values)?;
     if count as usize > CHANNELS {
         return Some(("values", 0, CHANNELS, values));

@@ -296,7 +296,7 @@ impl OptionBytes {
 
     /// As FLASH_OPTCR shows them (RM0090 3.9.7, 3.7.1).
     #[must_use]
-    pub const fn of(optcr: u32) -> Self {
+    pub const fn from_optcr(optcr: u32) -> Self {
         Self {
             // BOR_LEV: 00 is level 3, 11 is off.
             brown_out_level: !(optcr >> 2) as u8 & 0b11,

@@ -13,7 +13,7 @@ mod setup_sum;
 mod telemetry;
 
 pub use frame::{Decoder, FrameError, MAX_FRAME, MAX_MESSAGE, encode, encode_into};
-pub use lists::too_long;
+pub use lists::refusal_for_long_list;
 pub use message::{
     BROADCAST, Counters, Event, HelloInfo, Kind, Request, Response, SCHEMA, Status, ToDevice,
 };

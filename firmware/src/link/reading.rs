@@ -35,7 +35,7 @@ pub struct Reading<'m>(Deserializer<'m, Slice<'m>>);
 impl<'m> Reading<'m> {
     /// Of all of it.
     #[must_use]
-    pub fn of(message: &'m [u8]) -> Self {
+    pub fn new(message: &'m [u8]) -> Self {
         Self(Deserializer::from_bytes(message))
     }
 
@@ -59,7 +59,7 @@ impl<'m> Reading<'m> {
 
     /// Whether nothing is left.
     #[must_use]
-    pub fn is_over(self) -> bool {
+    pub fn is_at_end(self) -> bool {
         self.0.finalize().is_ok_and(<[u8]>::is_empty)
     }
 }

@@ -46,7 +46,7 @@ impl SetupSum {
         if let Request::Clear = request {
             *self = Self::default();
         }
-        self.keep(part_index(request).map(|(index, is_set)| Part {
+        self.record_part(part_index(request).map(|(index, is_set)| Part {
             index,
             sum: is_set.then(|| checksum(request)),
         }));
@@ -55,12 +55,12 @@ impl SetupSum {
     /// Returns whether `request` is part of a setup or clears it, so that [`Self::note`]
     /// records it.
     #[must_use]
-    pub fn concerns(request: &Request) -> bool {
+    pub fn is_setup_request(request: &Request) -> bool {
         matches!(request, Request::Clear) || part_index(request).is_some()
     }
 
     /// Records an accepted part. `None` has no effect.
-    pub fn keep(&mut self, part: Option<Part>) {
+    pub fn record_part(&mut self, part: Option<Part>) {
         if let Some(part) = part
             && let Some(slot) = self.0.get_mut(part.index)
         {
@@ -102,7 +102,7 @@ impl Part {
     /// checksum from these bytes saves the device 10 KB, which encoding the request again
     /// would need.
     #[must_use]
-    pub fn of(request: &Request, message: &[u8]) -> Option<Self> {
+    pub fn from_request(request: &Request, message: &[u8]) -> Option<Self> {
         let (index, is_set) = part_index(request)?;
         // Session and request number precede the request.
         let (_, encoded) = postcard::take_from_bytes::<(u16, u16)>(message).ok()?;

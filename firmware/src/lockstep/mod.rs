@@ -192,18 +192,18 @@ impl Lockstep {
     /// The same board, which calls every owner in every window as a board of
     /// hardware does: slower, and otherwise no different, which tests show.
     #[must_use]
-    pub const fn unskipping(mut self) -> Self {
+    pub const fn without_skipping(mut self) -> Self {
         self.skips = false;
         self
     }
 
     /// The memory that a reset leaves alone, for whoever damages it.
-    pub const fn copies(&mut self) -> &mut [AllowanceWords; 2] {
+    pub const fn allowance_copies_mut(&mut self) -> &mut [AllowanceWords; 2] {
         &mut self.memory.copies
     }
 
     /// Writes what the pulser would have kept.
-    fn keep_entries(&mut self) {
+    fn write_entries(&mut self) {
         while let Some(entry) = self.mail.split().2.take_entry() {
             self.memory.write(&entry);
         }
@@ -275,7 +275,7 @@ impl Lockstep {
                 break;
             }
             if is_rendered {
-                self.turn(turn, sensors, sink);
+                self.begin_window(turn, sensors, sink);
             } else {
                 self.refill(refill, sensors, sink);
             }
@@ -299,9 +299,9 @@ impl Lockstep {
     }
 
     /// The next window begins to play.
-    fn turn(&mut self, start: Micros, sensors: &Sensors, sink: &mut impl Sink) {
+    fn begin_window(&mut self, start: Micros, sensors: &Sensors, sink: &mut impl Sink) {
         self.play_until(start, sink);
-        self.measure(sensors);
+        self.convert_sample(sensors);
         // Copies what there is; the two plans are mostly empty and large.
         self.playing.reset(start, self.next.initial);
         let _ = self.playing.changes.extend_from_slice(&self.next.changes); // same capacity
@@ -313,7 +313,7 @@ impl Lockstep {
     }
 
     /// The front end has converted the played window's mid-phase current.
-    fn measure(&mut self, sensors: &Sensors) {
+    fn convert_sample(&mut self, sensors: &Sensors) {
         let Some(Sample {
             channel, second, ..
         }) = self.playing.sample.take()
@@ -324,7 +324,7 @@ impl Lockstep {
         let (code, ohm) = (self.dac.get(index), sensors.load_ohm.get(index));
         if let (Some(stage), Some(&code), Some(&ohm)) = (self.stage(channel), code, ohm) {
             let current = stage.current_through(code, ohm);
-            self.reading = Some(Reading::of(channel, second, current));
+            self.reading = Some(Reading::from_current(channel, second, current));
         }
     }
 
@@ -348,7 +348,7 @@ impl Lockstep {
         let start = self.playing.start + us(WINDOW_US);
         let done = now + us(cost::REFILL_US);
         let is_tick = self.count.is_multiple_of(WINDOWS_PER_TICK);
-        let rests = self.skips && self.pulser.rest(start, &inputs, &mut self.mail);
+        let rests = self.skips && self.pulser.try_skip_refill(start, &inputs, &mut self.mail);
         if rests {
             let levels = self.next.last_levels();
             self.next.reset(start, levels);
@@ -369,10 +369,10 @@ impl Lockstep {
                 if let Some(slot) = self.dac.get_mut(usize::from(channel)) {
                     *slot = code;
                 }
-                sink.dac(done, channel, code);
+                sink.write_dac(done, channel, code);
             }
             for (bank, &code) in (0..).zip(plan.trips.iter().flatten()) {
-                sink.trip(done, bank, code);
+                sink.write_trip(done, bank, code);
             }
         }
         let mut ready = done;
@@ -381,8 +381,8 @@ impl Lockstep {
             self.controller.tick(now, sensors.joint, &mut mail);
             ready = done + us(cost::CONTROL_US);
         }
-        self.keep_entries();
-        if !self.skips || self.mail.has_for_session() {
+        self.write_entries();
+        if !self.skips || self.mail.has_message_for_session() {
             let (_, _, mut mail) = self.mail.split();
             self.session.poll(now, &mut mail);
         }
@@ -417,7 +417,7 @@ impl Lockstep {
         for (channel, code) in (0..).zip(&mut self.dac) {
             if *code != DacCode::new(0) {
                 *code = DacCode::new(0);
-                sink.dac(cleared, channel, DacCode::new(0));
+                sink.write_dac(cleared, channel, DacCode::new(0));
             }
         }
     }
@@ -425,7 +425,7 @@ impl Lockstep {
     fn set_levels(&mut self, at: Micros, levels: Levels, sink: &mut impl Sink) {
         if levels != self.levels {
             self.levels = levels;
-            sink.levels(at, levels);
+            sink.write_levels(at, levels);
         }
     }
 }
@@ -440,6 +440,6 @@ fn transmit(session: &mut Session, at: Micros, sent: &mut Micros, sink: &mut imp
         let is_ahead = (0..1000).contains(&ahead);
         *sent = if is_ahead { *sent } else { at };
         let count = session.transmit(&mut buffer);
-        sink.bytes(*sent, buffer.get(..count).unwrap_or_default());
+        sink.write_bytes(*sent, buffer.get(..count).unwrap_or_default());
     }
 }

@@ -146,8 +146,8 @@ impl Port {
     }
 
     /// Tells the host at the other end of `line` that commands are heard now.
-    pub fn ready(line: &mut impl FnMut(&[u8])) {
-        Frames(line).say(&Output::Done);
+    pub fn report_ready(line: &mut impl FnMut(&[u8])) {
+        Frames(line).send(&Output::Done);
     }
 
     /// Carries out the command in a frame's `message`, and writes what comes
@@ -157,9 +157,9 @@ impl Port {
         match postcard::take_from_bytes(message) {
             Ok((command, [])) => {
                 self.execute(&command, &mut frames);
-                frames.say(&Output::Done);
+                frames.send(&Output::Done);
             }
-            _ => frames.say(&Output::NoCommand),
+            _ => frames.send(&Output::NoCommand),
         }
     }
 }
@@ -186,7 +186,7 @@ const fn identity(
 struct Frames<'a, F: FnMut(&[u8])>(&'a mut F);
 
 impl<F: FnMut(&[u8])> Frames<'_, F> {
-    fn say(&mut self, output: &Output<'_>) {
+    fn send(&mut self, output: &Output<'_>) {
         // Always fits: `bytes` below cuts pieces, all else is small.
         if let Some(frame) = encode(output) {
             (self.0)(&frame);
@@ -195,22 +195,22 @@ impl<F: FnMut(&[u8])> Frames<'_, F> {
 }
 
 impl<F: FnMut(&[u8])> Sink for Frames<'_, F> {
-    fn levels(&mut self, at: Micros, levels: Levels) {
+    fn write_levels(&mut self, at: Micros, levels: Levels) {
         let levels = levels.0;
-        self.say(&Output::Levels { at, levels });
+        self.send(&Output::Levels { at, levels });
     }
 
-    fn dac(&mut self, at: Micros, channel: u8, code: DacCode) {
-        self.say(&Output::Dac { at, channel, code });
+    fn write_dac(&mut self, at: Micros, channel: u8, code: DacCode) {
+        self.send(&Output::Dac { at, channel, code });
     }
 
-    fn trip(&mut self, at: Micros, bank: u8, code: DacCode) {
-        self.say(&Output::Trip { at, bank, code });
+    fn write_trip(&mut self, at: Micros, bank: u8, code: DacCode) {
+        self.send(&Output::Trip { at, bank, code });
     }
 
-    fn bytes(&mut self, at: Micros, bytes: &[u8]) {
+    fn write_bytes(&mut self, at: Micros, bytes: &[u8]) {
         for bytes in bytes.chunks(MAX_PIECE) {
-            self.say(&Output::Bytes { at, bytes });
+            self.send(&Output::Bytes { at, bytes });
         }
     }
 }

@@ -168,7 +168,7 @@ impl CalciumForce {
     pub(super) fn pulse_with(&self, state: &mut CalciumForceState, at: Micros, gain: u32) {
         let since_us = (at - state.middle).us().max(state.since_us);
         state.drive = self.segment.drive(gain);
-        state.middle = self.begin(state, since_us, ONE_PULSE);
+        state.middle = self.begin_segment(state, since_us, ONE_PULSE);
     }
 
     /// Lets time pass until `to`, which may be up to 35 min ahead; an earlier
@@ -185,7 +185,7 @@ impl CalciumForce {
         }
         if since_us > self.segment.fresh_us {
             // Not the last thing done, so that only this way has registers to save.
-            state.middle = self.begin(state, since_us, 0);
+            state.middle = self.begin_segment(state, since_us, 0);
         } else {
             state.since_us = since_us;
         }
@@ -202,7 +202,7 @@ impl CalciumForce {
             if since_us <= self.segment.half_us || state.is_at_rest() {
                 return since_us;
             }
-            state.middle = self.begin(state, self.segment.half_us, 0);
+            state.middle = self.begin_segment(state, self.segment.half_us, 0);
         }
     }
 
@@ -210,7 +210,7 @@ impl CalciumForce {
     /// state's time, with `more` calcium; nothing if next to nothing is left. Gives its
     /// middle, which is left to set. In one copy: it is long.
     #[inline(never)]
-    fn begin(&self, state: &mut CalciumForceState, since_us: i32, more: u32) -> Micros {
+    fn begin_segment(&self, state: &mut CalciumForceState, since_us: i32, more: u32) -> Micros {
         let since_us = if since_us > self.segment.half_us {
             self.pass_segments(state, since_us)
         } else {
@@ -219,10 +219,10 @@ impl CalciumForce {
         let place = self.segment.place(since_us);
         let mut force = state.force.unrounded(place);
         // At most 25 · 2^27.
-        let calcium = self.segment.decayed(state.calcium, place);
+        let calcium = self.segment.decayed_calcium(state.calcium, place);
         let calcium = calcium.wrapping_add(more).min(CALCIUM_END << 27);
         if calcium == 0 {
-            force = Curve::spent(force);
+            force = Curve::residual_force(force);
         }
         state.since_us = self.segment.half_us.wrapping_neg();
         state.calcium = calcium;
@@ -235,7 +235,7 @@ impl CalciumForce {
     /// from the state's time on.
     pub(super) fn drive_with(&self, state: &mut CalciumForceState, gain: u32) {
         state.drive = self.segment.drive(gain);
-        state.middle = self.begin(state, state.since_us, 0);
+        state.middle = self.begin_segment(state, state.since_us, 0);
     }
 
     /// The muscle's force, 0…12,000 N, at [`CalciumForceState::at`].
@@ -258,7 +258,7 @@ impl CalciumForce {
     #[must_use]
     pub fn calcium(&self, state: &CalciumForceState) -> U5F27 {
         let place = self.segment.place(state.since_us);
-        U5F27::from_bits(self.segment.decayed(state.calcium, place))
+        U5F27::from_bits(self.segment.decayed_calcium(state.calcium, place))
     }
 
     /// x and τ/τm, both Q32, at C = `calcium` in U5F27.

@@ -140,7 +140,7 @@ impl FatigueState {
 
     /// A gain's part that is left, both Q31; never nothing of something.
     #[inline(always)]
-    pub(super) fn of(&self, gain: u32) -> u32 {
+    pub(super) fn fatigued_gain(&self, gain: u32) -> u32 {
         // Both at most 2^31.
         ((u64::from(gain) * u64::from(self.a)) >> 31).max(1) as u32
     }
@@ -198,7 +198,7 @@ impl Fatigue {
     /// `us` passed with a force in Q31 at their end. Whether the muscle's
     /// parameters changed.
     #[inline(always)]
-    pub(super) fn pass(
+    pub(super) fn advance(
         &self,
         tired: &mut FatigueState,
         muscle: &mut CalciumForce,
@@ -232,11 +232,11 @@ impl Fatigue {
         muscle.k = grown(muscle.k, self.k, self.k_gain, K_MAX.max(self.k));
         muscle.tau_floor = grown(muscle.tau_floor, self.tau1, self.tau1_gain, self.tau1_max);
         muscle.retune();
-        tired.a = self.relaxed(tired.a, force);
+        tired.a = self.strength_after_second(tired.a, force);
     }
 
     /// A/A₀ after a second at a mean force in Q31.
-    fn relaxed(&self, a: u32, force: u32) -> u32 {
+    fn strength_after_second(&self, a: u32, force: u32) -> u32 {
         // All Q28: recovery at most 0.1; loss at most 12 · force, over A/A₀
         // cut to 15 a second.
         let recovery = (self.recovery >> 4).max(1);

@@ -105,8 +105,12 @@ impl Inverse {
     ) -> Result<Self, OutOfRange> {
         let muscle = CalciumForce::new(spec)?;
         Self::PERIOD_US.check(train_us)?;
-        Self::MIN_PERIOD_US.up_to(train_us).check(fastest_us)?;
-        Self::MAX_PERIOD_US.from(train_us).check(slowest_us)?;
+        Self::MIN_PERIOD_US
+            .with_max_at_most(train_us)
+            .check(fastest_us)?;
+        Self::MAX_PERIOD_US
+            .with_min_at_least(train_us)
+            .check(slowest_us)?;
         let (threshold, limit) = (recruitment.spec().motor_threshold, recruitment.spec().limit);
         let gain_at = |amplitude| recruitment.gain(amplitude).get().to_bits();
         let (gain, least) = (gain_at(limit), gain_at(threshold));
@@ -172,16 +176,16 @@ impl Inverse {
 
     /// The least force but none and the most, steady.
     #[must_use]
-    pub fn reach(&self) -> (Force, Force) {
+    pub fn force_range(&self) -> (Force, Force) {
         let force = |bits: u32| Force::new(I16F16::from_bits(bits.cast_signed())); // below 2^30
-        (force(self.least()), force(self.most()))
+        (force(self.min_force_bits()), force(self.max_force_bits()))
     }
 
-    fn most(&self) -> u32 {
+    fn max_force_bits(&self) -> u32 {
         self.forces.last().copied().unwrap_or(0)
     }
 
-    fn least(&self) -> u32 {
+    fn min_force_bits(&self) -> u32 {
         self.slow.first().copied().unwrap_or(0)
     }
 
@@ -190,11 +194,11 @@ impl Inverse {
     /// constant, which the model gives, and a pulse's amplitude by half a period.
     /// Saturates.
     #[must_use]
-    pub fn ahead(&self, force: Force, rate: ForceRate) -> Force {
+    pub fn compensate_lag(&self, force: Force, rate: ForceRate) -> Force {
         let bits = i64::from(force.get().to_bits());
         // Below 2^22 · 2^31; over 10^6, which is 2^36/68 719 to 7e-6.
         let lead = self
-            .late_us(bits)
+            .lag_us(bits)
             .wrapping_mul(i64::from(rate.get().to_bits()))
             >> 20;
         let bits = bits.wrapping_add(lead.wrapping_mul(68_719) >> 16);
@@ -203,10 +207,10 @@ impl Inverse {
     }
 
     /// How late a force, in 2^-16 N, follows: below 2^22 µs.
-    fn late_us(&self, force: i64) -> i64 {
+    fn lag_us(&self, force: i64) -> i64 {
         let slowest = i64::from(self.forces.first().copied().unwrap_or(0));
         let above = force.wrapping_sub(slowest);
-        let beyond = i64::from(self.most()).wrapping_sub(slowest);
+        let beyond = i64::from(self.max_force_bits()).wrapping_sub(slowest);
         let above = above.max(0).min(beyond); // never falls: beyond >= 0
         // At most the whole change: 2^21 µs in 2^-30.
         self.late_us
@@ -216,8 +220,8 @@ impl Inverse {
     /// The part of its way that the rested muscle goes in a millisecond to `force`,
     /// which its pulses hold: Q24.
     #[must_use]
-    pub fn way_of_ms(&self, drive: &Drive) -> u32 {
-        let late_us = self.late_us(drive.force.get().to_bits().into());
+    pub fn response_per_ms(&self, drive: &Drive) -> u32 {
+        let late_us = self.lag_us(drive.force.get().to_bits().into());
         let half_us = i64::from(drive.period_us.min(self.train_us) / 2);
         // A half at most, as no time constant is below 2 ms.
         let tau_us = late_us.wrapping_sub(half_us).max(2_000) as u32; // below 2^22
@@ -230,7 +234,7 @@ impl Inverse {
     #[must_use]
     pub fn drive(&self, recruitment: &Recruitment, force: Force) -> Drive {
         let wanted = force.get().to_bits().max(0).cast_unsigned();
-        let (least, most) = (self.least(), self.most());
+        let (least, most) = (self.min_force_bits(), self.max_force_bits());
         // At the train's rate.
         let at_threshold = self.slow.last().copied().unwrap_or(0);
         let at_train = self.forces.first().copied().unwrap_or(0);
@@ -242,7 +246,7 @@ impl Inverse {
             }
         } else if wanted <= at_threshold {
             // Its end is the train's.
-            let period_us = place(&self.slow, wanted).map_or(self.train_us, |place| {
+            let period_us = table_position(&self.slow, wanted).map_or(self.train_us, |place| {
                 period_at(place, self.slowest_us, self.train_us)
             });
             (self.threshold, self.least_gain, period_us)
@@ -253,7 +257,11 @@ impl Inverse {
             let amplitude = recruitment.amplitude_for_gain(Gain::new(U1F31::from_bits(gain)));
             (amplitude, gain, self.train_us)
         } else {
-            (recruitment.spec().limit, self.gain, self.period(wanted))
+            (
+                recruitment.spec().limit,
+                self.gain,
+                self.period_for_force(wanted),
+            )
         };
         let given = match gain {
             0 => 0,
@@ -275,8 +283,8 @@ impl Inverse {
     }
 
     /// The period that gives `wanted` at the wearer's limit.
-    fn period(&self, wanted: u32) -> u32 {
-        let Some(pieces) = place(&self.forces, wanted) else {
+    fn period_for_force(&self, wanted: u32) -> u32 {
+        let Some(pieces) = table_position(&self.forces, wanted) else {
             return self.fastest_us;
         };
         let span = self.train_us.saturating_sub(self.fastest_us); // below 2^17
@@ -287,7 +295,7 @@ impl Inverse {
 
 /// Where `wanted` lies in a table, pieces in 2^-16 from its beginning; `None` if
 /// not in it.
-fn place(forces: &Forces, wanted: u32) -> Option<u64> {
+fn table_position(forces: &Forces, wanted: u32) -> Option<u64> {
     let above = forces.partition_point(|&force| force <= wanted);
     let high = forces.get(above)?;
     let below = above.checked_sub(1)?;

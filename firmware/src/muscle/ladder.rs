@@ -143,7 +143,7 @@ pub struct MuscleModelState {
 impl MuscleModelState {
     /// The rung it is on.
     #[must_use]
-    pub const fn rung(&self) -> Rung {
+    pub const fn model_level(&self) -> Rung {
         self.rung
     }
 
@@ -155,11 +155,11 @@ impl MuscleModelState {
 }
 
 impl MuscleModel {
-    /// Derives the constants of a muscle that starts on `first`.
+    /// Derives the constants of a muscle that starts on `initial_model_level`.
     ///
     /// # Errors
     /// [`MuscleModelError::Range`] as [`CalciumForce::new`], and the same for the
-    /// parameters of `fatigue`; [`MuscleModelError::NoFatigue`] if `first` needs it.
+    /// parameters of `fatigue`; [`MuscleModelError::NoFatigue`] if `initial_model_level` needs it.
     pub fn new(
         force: CalciumForceSpec,
         fatigue: Option<FatigueSpec>,
@@ -188,7 +188,7 @@ impl MuscleModel {
 
     /// The rung a muscle starts on.
     #[must_use]
-    pub const fn first(&self) -> Rung {
+    pub const fn initial_model_level(&self) -> Rung {
         self.first
     }
 
@@ -217,7 +217,7 @@ impl MuscleModel {
 
     /// The force at the state's time; none where no model runs.
     #[must_use]
-    pub fn predicted(&self, state: &MuscleModelState) -> Option<Force> {
+    pub fn predicted_force(&self, state: &MuscleModelState) -> Option<Force> {
         (state.rung != Rung::None).then(|| state.muscle.force(&state.motion))
     }
 }
@@ -242,12 +242,12 @@ impl Model for MuscleModel {
             return;
         }
         state.gain = gain.get().to_bits();
-        let gain = state.tired.of(state.gain);
+        let gain = state.tired.fatigued_gain(state.gain);
         // What most muscles run on goes first, without a call.
         if state.rung == Rung::CalciumForce {
             state.muscle.pulse_with(&mut state.motion, at, gain);
         } else {
-            self.pulse_tiring(state, at, gain);
+            self.pulse_with_fatigue(state, at, gain);
         }
     }
 
@@ -256,35 +256,35 @@ impl Model for MuscleModel {
         match state.rung {
             Rung::CalciumForce => state.muscle.advance(&mut state.motion, to),
             Rung::None => {}
-            Rung::CalciumForceFatigue => self.advance_tiring(state, to),
+            Rung::CalciumForceFatigue => self.advance_with_fatigue(state, to),
         }
     }
 
-    /// [`Self::predicted`]; 0 N where no model runs.
+    /// [`Self::predicted_force`]; 0 N where no model runs.
     fn force(&self, state: &MuscleModelState) -> Force {
-        self.predicted(state).unwrap_or_default()
+        self.predicted_force(state).unwrap_or_default()
     }
 }
 
 impl MuscleModel {
     /// A pulse on [`Rung::CalciumForceFatigue`].
     #[inline(never)]
-    fn pulse_tiring(&self, state: &mut MuscleModelState, at: Micros, gain: u32) {
+    fn pulse_with_fatigue(&self, state: &mut MuscleModelState, at: Micros, gain: u32) {
         let before = state.motion.at();
         state.muscle.pulse_with(&mut state.motion, at, gain);
         let passed_us = state.motion.at().elapsed_since(before);
         if passed_us > 0 {
-            self.tire(state, passed_us);
+            self.apply_fatigue(state, passed_us);
         }
     }
 
     #[inline(never)]
-    fn advance_tiring(&self, state: &mut MuscleModelState, to: Micros) {
+    fn advance_with_fatigue(&self, state: &mut MuscleModelState, to: Micros) {
         if (to - state.motion.at()).us() == TICK_US.cast_signed() {
             state.muscle.advance(&mut state.motion, to);
-            self.tire(state, TICK_US);
+            self.apply_fatigue(state, TICK_US);
         } else {
-            self.pass_tiring(state, to);
+            self.integrate_with_fatigue(state, to);
         }
     }
 
@@ -292,7 +292,7 @@ impl MuscleModel {
     /// rest, of a second.
     #[cold]
     #[inline(never)]
-    fn pass_tiring(&self, state: &mut MuscleModelState, to: Micros) {
+    fn integrate_with_fatigue(&self, state: &mut MuscleModelState, to: Micros) {
         loop {
             let ahead_us = to.elapsed_since(state.motion.at());
             if ahead_us == 0 {
@@ -306,19 +306,19 @@ impl MuscleModel {
             let step_us = ahead_us.min(longest_us);
             let end = state.motion.at() + us(step_us);
             state.muscle.advance(&mut state.motion, end);
-            self.tire(state, step_us);
+            self.apply_fatigue(state, step_us);
         }
     }
 
     /// `us` passed: at an update, the pulses' gains follow A.
     #[inline]
-    fn tire(&self, state: &mut MuscleModelState, us: u32) {
+    fn apply_fatigue(&self, state: &mut MuscleModelState, us: u32) {
         let Some(fatigue) = &self.fatigue else {
             return;
         };
         let force = state.muscle.share(&state.motion);
-        if fatigue.pass(&mut state.tired, &mut state.muscle, force, us) {
-            let gain = state.tired.of(state.gain);
+        if fatigue.advance(&mut state.tired, &mut state.muscle, force, us) {
+            let gain = state.tired.fatigued_gain(state.gain);
             state.muscle.drive_with(&mut state.motion, gain);
         }
     }

@@ -96,15 +96,19 @@ impl Recruitment {
             [spec.motor_threshold, spec.limit, spec.reference].map(Amplitude::get);
         RecruitmentSpec::MOTOR_THRESHOLD.check(threshold)?;
         // threshold < AMPLITUDE_MAX
-        RecruitmentSpec::LIMIT.from(threshold + 1).check(limit)?;
-        RecruitmentSpec::REFERENCE.from(limit).check(reference)?;
+        RecruitmentSpec::LIMIT
+            .with_min_at_least(threshold + 1)
+            .check(limit)?;
+        RecruitmentSpec::REFERENCE
+            .with_min_at_least(limit)
+            .check(reference)?;
         // reference > threshold; 2^4 · 4.6e13 fits 64 bits, and so does the
         // quotient in 32 what matters of it.
         let span = u64::from(reference - threshold);
         let steepest = ((OCTAVES_MAX * NANO_PER_OCTAVE) >> 16) / span;
         let steepest = u32::try_from(steepest).unwrap_or(u32::MAX);
         RecruitmentSpec::SLOPE_MICRO
-            .up_to(steepest)
+            .with_max_at_most(steepest)
             .check(slope_micro)?;
         let mut curve = Self {
             spec,

@@ -89,7 +89,7 @@ impl Curve {
     /// then stays.
     #[cold]
     #[inline(never)]
-    pub(super) const fn spent(force: i32) -> i32 {
+    pub(super) const fn residual_force(force: i32) -> i32 {
         if force < NO_FORCE { 0 } else { force }
     }
 
@@ -125,7 +125,7 @@ impl Segment {
     /// h for a muscle, µs: a share of τc, for C, and of τ without
     /// calcium and with it; less where both are short and K is large, so that force
     /// follows C all the way. Errors grow with h⁴; found by trying (docs/methods.md).
-    fn longest_us(spec: &CalciumForceSpec) -> u32 {
+    fn max_length_us(spec: &CalciumForceSpec) -> u32 {
         // K/(K + 1) in 2^-10: at most 853. Every product below stays under 2^31 by
         // the ranges of the parameters.
         let linear = spec.k_micro / 100 * 1024 / (spec.k_micro / 100 + 10_000);
@@ -147,7 +147,7 @@ impl Segment {
     /// What the segments of a checked `spec` are planned with, without
     /// [`Self::retune`]'s part.
     pub(super) fn new(spec: &CalciumForceSpec, tau_m_us: u32) -> Self {
-        let us = Self::longest_us(spec);
+        let us = Self::max_length_us(spec);
         // Each quotient fits by the ranges stated at the fields.
         let over =
             |numerator: u64, denominator: u32| quotient(numerator, denominator).unwrap_or(u32::MAX);
@@ -178,9 +178,9 @@ impl Segment {
         let fastest = quotient(u64::from(self.length) << 31, both).unwrap_or(0);
         // A millionth less, so that z stays below 1 where h is τ1.
         let fastest = fastest - (fastest >> 20);
-        let (floor, floor_shift) = normal(u64::from(share(tau1)) * u64::from(k));
-        let (span, shift) = normal(u64::from(share(tau2)) * u64::from(k));
-        let (span, more) = normal(u64::from(span) * u64::from(fastest));
+        let (floor, floor_shift) = normalize(u64::from(share(tau1)) * u64::from(k));
+        let (span, shift) = normalize(u64::from(share(tau2)) * u64::from(k));
+        let (span, more) = normalize(u64::from(span) * u64::from(fastest));
         self.k = k;
         (self.floor, self.floor_shift) = (floor, floor_shift);
         self.fastest = fastest as i32;
@@ -203,7 +203,7 @@ impl Segment {
 
     /// What is left of `calcium` at `place`.
     #[inline(always)]
-    pub(super) fn decayed(&self, calcium: u32, place: i32) -> u32 {
+    pub(super) fn decayed_calcium(&self, calcium: u32, place: i32) -> u32 {
         // At most 1 at the beginning, and never below 0.6: no sum wraps. Rounded
         // down: it reaches zero.
         let [d0, d1, d2, d3, d4] = self.decay;
@@ -302,7 +302,7 @@ impl Segment {
 }
 
 /// A product in Q59 as U5F27, shifted left until its top bit is set.
-const fn normal(product: u64) -> (u32, u32) {
+const fn normalize(product: u64) -> (u32, u32) {
     let shift = product.leading_zeros();
     (((product << (shift & 63)) >> 32) as u32, shift)
 }

@@ -45,14 +45,14 @@ impl CalciumForce {
     pub(super) fn steady(&self, period_us: u32, step_us: u32) -> Steady {
         let steps = period_us.div_ceil(step_us.max(1)).max(1);
         if steps > STEPS_MAX {
-            return self.steady_long(period_us);
+            return self.steady_long_period(period_us);
         }
-        self.steady_in(period_us, steps)
+        self.steady_in_steps(period_us, steps)
     }
 
     /// [`Self::steady`] in that many steps, 2000 at most.
     #[inline(never)]
-    fn steady_in(&self, period_us: u32, steps: u32) -> Steady {
+    fn steady_in_steps(&self, period_us: u32, steps: u32) -> Steady {
         #[cfg(test)]
         counting::add(steps, 0);
         // In 2^-8 µs: at most 2^20.
@@ -72,11 +72,11 @@ impl CalciumForce {
             let z = Reciprocal::of(tau).times(length);
             let (share, late) = (decay_fraction(z), lag(z));
             let target = mul_high(x, tau);
-            sum += u64::from(toward(force, target, late));
-            kept_sum += u64::from(toward(kept, 0, late));
+            sum += u64::from(interpolate(force, target, late));
+            kept_sum += u64::from(interpolate(kept, 0, late));
             activation += u64::from(x);
-            force = toward(force, target, share);
-            kept = toward(kept, 0, share);
+            force = interpolate(force, target, share);
+            kept = interpolate(kept, 0, share);
             calcium = mul_high(calcium, to_end);
         }
         let mean = |sum: u64| (sum / u64::from(steps)) as u32; // of values below 2^32
@@ -100,7 +100,7 @@ impl CalciumForce {
     /// mean of x over T    x̄ = τc/T · ln((K + C⁺)/(K + C⁻))
     /// ```
     #[inline(never)]
-    fn steady_long(&self, period_us: u32) -> Steady {
+    fn steady_long_period(&self, period_us: u32) -> Steady {
         #[cfg(test)]
         counting::add(0, STEPS_LONG);
         const ONE: u32 = 1 << 31;
@@ -133,18 +133,18 @@ impl CalciumForce {
             let share = !(exp_neg(u64::from(z) << 5) << 1);
             let late = !Reciprocal::of(z).times(share >> 5);
             let target = mul_high(x, tau);
-            sum += u64::from(toward(force, target, late));
-            kept_sum += u64::from(toward(kept, 0, late));
+            sum += u64::from(interpolate(force, target, late));
+            kept_sum += u64::from(interpolate(kept, 0, late));
             activation += u64::from(x);
-            force = toward(force, target, share);
-            kept = toward(kept, 0, share);
+            force = interpolate(force, target, share);
+            kept = interpolate(kept, 0, share);
             calcium = mul_high(calcium, to_end);
         }
         let mean = |sum: u64| (sum / u64::from(STEPS_LONG)) as u32; // of values below 2^32
 
         // The rest of the period over τm, Q32: at most 667.
         let rest = (((period - window) >> 12) * scale) >> 14;
-        let left = self.left_of_tau1(rest);
+        let left = self.tau1_decay(rest);
         // τ1 · (1 − left) over T, Q32: at most rest/T. T/τm in 2^-22 is at most 667.
         let fallen = (u64::from(self.tau_floor) * u64::from(ONE.saturating_sub(left))) >> 31;
         let whole = ((u64::from(period_us) * u64::from(self.length_per_us)) >> 20) as u32;
@@ -165,7 +165,7 @@ impl CalciumForce {
     }
 
     /// What `rest`, over τm in Q32, leaves of a force that decays with τ1: Q31.
-    fn left_of_tau1(&self, rest: u64) -> u32 {
+    fn tau1_decay(&self, rest: u64) -> u32 {
         if rest >> 5 >= u64::from(self.tau_floor) {
             return 0; // e^-32
         }
@@ -188,7 +188,7 @@ impl CalciumForce {
 }
 
 /// From `from` the part `share` (Q32) of the way to `to`.
-fn toward(from: u32, to: u32, share: u32) -> u32 {
+fn interpolate(from: u32, to: u32, share: u32) -> u32 {
     if to >= from {
         from.wrapping_add(mul_high(to.wrapping_sub(from), share))
     } else {
@@ -247,8 +247,8 @@ mod tests {
             period_us in prop_oneof![50_000u32..=200_000, 50_000u32..=2_000_000],
         ) {
             let muscle = CalciumForce::new(spec).unwrap();
-            let long = muscle.steady_long(period_us);
-            let many = muscle.steady_in(period_us, period_us / 250);
+            let long = muscle.steady_long_period(period_us);
+            let many = muscle.steady_in_steps(period_us, period_us / 250);
             let off = f64::from(long.force) / f64::from(many.force) - 1.0;
             // What both are rounded to.
             let grain = 40.0 / f64::from(many.force);

@@ -50,7 +50,9 @@ impl CalciumForceSpec {
         let thousandths = PERIODS_PER_TAU.get(place).copied().unwrap_or(0);
         let longest_us = u64::from(period_us).saturating_mul(thousandths.into()) / 1_000;
         let longest_us = u32::try_from(longest_us).unwrap_or(u32::MAX);
-        Self::TAU_C_US.up_to(longest_us).check(self.tau_c_us)
+        Self::TAU_C_US
+            .with_max_at_most(longest_us)
+            .check(self.tau_c_us)
     }
 
     /// Each parameter against its documented range.
@@ -59,7 +61,7 @@ impl CalciumForceSpec {
         Self::K_MICRO.check(self.k_micro)?;
         Self::TAU_C_US.check(self.tau_c_us)?;
         Self::TAU2_US.check(self.tau2_us)?;
-        let tau1 = Self::TAU1_US.from(self.shortest_tau1_us());
+        let tau1 = Self::TAU1_US.with_min_at_least(self.shortest_tau1_us());
         tau1.check(self.tau1_us)
     }
 

@@ -17,7 +17,7 @@ pub use crate::board::wiring::{BANKS, CHANNELS};
 pub(crate) use group::gcd;
 pub use group::{Group, GroupError, GroupSpec, MAX_GROUPS, Partner, check_members};
 pub use plan::{Change, Levels, MAX_PULSES, PulseStart, Sample, State, WindowPlan};
-pub(crate) use scheduler::bits;
+pub(crate) use scheduler::bit_positions;
 pub use scheduler::{Burst, BurstTime, Middle, RenderError, Scheduler, Supply};
 pub use train::{Shape, Train, TrainError, TrainSpec, Trigger};
 

@@ -46,7 +46,7 @@ impl Levels {
 
     /// Returns the levels with `channel` (below [`CHANNELS`]) in `state`.
     #[must_use]
-    pub const fn with(self, channel: usize, state: State) -> Self {
+    pub const fn with_channel(self, channel: usize, state: State) -> Self {
         let shift = 2 * (channel % CHANNELS);
         Self(self.0 & !(0b11 << shift) | (state as u32) << shift)
     }
@@ -59,15 +59,15 @@ impl Levels {
 
     /// Returns the channels whose state differs in `other`, bit i for channel i.
     #[must_use]
-    pub const fn changed(self, other: Self) -> u16 {
+    pub const fn changed_channels(self, other: Self) -> u16 {
         let lines = self.0 ^ other.0;
-        of_pairs(lines | lines >> 1)
+        even_bits(lines | lines >> 1)
     }
 
     /// Returns the grounded channels, bit i for channel i.
     #[must_use]
     pub const fn grounded_channels(self) -> u16 {
-        of_pairs(self.0 & self.0 >> 1)
+        even_bits(self.0 & self.0 >> 1)
     }
 
     /// Returns whether `channel` (below [`CHANNELS`]) drives current.
@@ -98,7 +98,7 @@ impl Levels {
 }
 
 /// Returns bit 2i of `bits` as bit i, for all channels.
-const fn of_pairs(bits: u32) -> u16 {
+const fn even_bits(bits: u32) -> u16 {
     let mut bits = bits & 0x5_5555;
     bits = (bits | bits >> 1) & 0x3333_3333;
     bits = (bits | bits >> 2) & 0x0F0F_0F0F;

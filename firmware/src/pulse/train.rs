@@ -220,7 +220,7 @@ impl TrainSpec {
         };
         Self::WIDTH_US.check(self.width_us)?;
         if self.max_width_us != 0 {
-            let from_own = Self::MAX_WIDTH_US.from(self.width_us.into());
+            let from_own = Self::MAX_WIDTH_US.with_min_at_least(self.width_us.into());
             from_own.check(self.max_width_us)?;
         }
         only_if(biphasic, Self::GAP_US).check(self.gap_us)?;
@@ -229,13 +229,15 @@ impl TrainSpec {
         }
         Self::PERIOD_US.check(self.period_us)?;
         Self::OFFSET_US
-            .up_to(self.period_us)
+            .with_max_at_most(self.period_us)
             .check(self.offset_us)?;
         Self::BURST_COUNT.check(self.burst_count)?;
         only_if(burst, Self::BURST_INTERVAL_US).check(self.burst_interval_us)?;
         if self.lists {
             // Fields that lists exclude.
-            Self::BURST_COUNT.up_to(1).check(self.burst_count)?;
+            Self::BURST_COUNT
+                .with_max_at_most(1)
+                .check(self.burst_count)?;
             Range::new("repeats", 0, 0).check(self.repeats)?;
             Range::new("trigger", 0, 0).check(self.trigger.is_some())?;
         }
@@ -305,7 +307,7 @@ impl Train {
     /// Returns the driven time in one burst with phases of `width_us`, in µs, summed over every
     /// phase of every pulse.
     #[must_use]
-    pub const fn on_us(&self, width_us: u16) -> u32 {
+    pub const fn burst_driven_us(&self, width_us: u16) -> u32 {
         let phases = if self.spec.shape.is_biphasic() { 2 } else { 1 };
         phases * width_us as u32 * self.spec.burst_count as u32 // at most 8000
     }
@@ -314,11 +316,11 @@ impl Train {
     /// its largest width, in µs.
     #[must_use]
     pub const fn driven_us(&self) -> u32 {
-        self.driven_at(self.widest_us())
+        self.driven_us_at_width(self.widest_us())
     }
 
     /// Returns the same time with phases of `width_us`.
-    const fn driven_at(&self, width_us: u16) -> u32 {
+    const fn driven_us_at_width(&self, width_us: u16) -> u32 {
         if self.spec.shape.is_biphasic() {
             2 * width_us as u32 + self.gap_us as u32
         } else {
@@ -330,7 +332,7 @@ impl Train {
     /// grounding included, in µs.
     #[must_use]
     pub const fn occupied_us(&self, width_us: u16) -> u32 {
-        self.driven_at(width_us) + self.spec.ground_us as u32
+        self.driven_us_at_width(width_us) + self.spec.ground_us as u32
     }
 
     /// Returns the time from the first to the last edge of one burst at its largest width, in µs.
@@ -398,7 +400,10 @@ pub(crate) mod tests {
         };
         let train = live.validate().unwrap();
         assert_eq!((train.widest_us(), train.driven_us()), (300, 700));
-        assert_eq!((train.occupied_us(200), train.on_us(10)), (500, 40));
+        assert_eq!(
+            (train.occupied_us(200), train.burst_driven_us(10)),
+            (500, 40)
+        );
         assert_eq!(train.widths(), 10..=300);
         let tight = TrainSpec {
             burst_interval_us: 704,

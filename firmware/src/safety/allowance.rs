@@ -73,7 +73,7 @@ impl Default for UsageAtBoot {
 
 impl Entry {
     /// Returns the time and charge that count as spent after a reset.
-    fn after_reset(&self) -> Usage {
+    fn usage_after_reset(&self) -> Usage {
         let mut spent = self.spent;
         if self.is_open {
             spent.time_us = spent.time_us.saturating_add(OPEN_US.into());
@@ -84,7 +84,7 @@ impl Entry {
         spent
     }
 
-    fn words(&self, number: u32) -> AllowanceWords {
+    fn encode(&self, number: u32) -> AllowanceWords {
         let [low, high] = halves(self.spent.time_us);
         let flags = if self.is_open { IS_OPEN } else { 0 };
         let head = [MAGIC | flags, number, low, high];
@@ -101,7 +101,7 @@ impl Entry {
 
     /// Decodes a copy into its entry number and entry; `None` if the copy is damaged.
     #[inline(never)]
-    fn read(words: &AllowanceWords) -> Option<(u32, Self)> {
+    fn from_words(words: &AllowanceWords) -> Option<(u32, Self)> {
         let [content @ .., check] = words;
         let [flags, number, low, high, channels @ ..] = content;
         if *check != checksum(content) || flags & !IS_OPEN != MAGIC {
@@ -110,14 +110,14 @@ impl Entry {
         let (charges, most) = channels.split_at_checked(2 * CHANNELS)?;
         let mut entry = Self {
             spent: Usage {
-                time_us: whole([*low, *high]),
+                time_us: join_halves([*low, *high]),
                 charge: [0; CHANNELS],
             },
             is_open: flags & IS_OPEN != 0,
             most_nc: [0; CHANNELS],
         };
         for (charge, halves) in entry.spent.charge.iter_mut().zip(charges.as_chunks().0) {
-            *charge = whole(*halves);
+            *charge = join_halves(*halves);
         }
         for (slot, word) in entry.most_nc.iter_mut().zip(most) {
             *slot = *word;
@@ -144,7 +144,7 @@ impl Ledger {
         if is_power_on {
             return (Self::default(), UsageAtBoot::default());
         }
-        let [a, b] = copies.map(Entry::read);
+        let [a, b] = copies.map(Entry::from_words);
         let newest = match (a, b) {
             // Numbers wrap; the two copies are at most one number apart.
             (Some((a, _)), Some((b, _))) => usize::from(b.wrapping_sub(a) as i32 > 0),
@@ -157,7 +157,7 @@ impl Ledger {
             first: 1 - newest,
         };
         let found = entry.map_or(UsageAtBoot::Lost, |(_, entry)| {
-            UsageAtBoot::Spent(entry.after_reset())
+            UsageAtBoot::Spent(entry.usage_after_reset())
         });
         (ledger, found)
     }
@@ -166,7 +166,7 @@ impl Ledger {
     /// be written one after the other.
     pub fn write(&mut self, entry: &Entry) -> ([usize; 2], AllowanceWords) {
         self.number = self.number.wrapping_add(1);
-        ([self.first, 1 - self.first], entry.words(self.number))
+        ([self.first, 1 - self.first], entry.encode(self.number))
     }
 }
 
@@ -174,7 +174,7 @@ const fn halves(value: u64) -> [u32; 2] {
     [value as u32, (value >> 32) as u32]
 }
 
-const fn whole([low, high]: [u32; 2]) -> u64 {
+const fn join_halves([low, high]: [u32; 2]) -> u64 {
     low as u64 | (high as u64) << 32
 }
 
@@ -285,7 +285,7 @@ mod tests {
             }
             let (mut ledger, before) = Ledger::open(copies.each_ref(), false);
             let new = entry(201_000, true);
-            let after = UsageAtBoot::Spent(new.after_reset());
+            let after = UsageAtBoot::Spent(new.usage_after_reset());
             let (order, words) = ledger.write(&new);
             for copy in order {
                 for at in 0..WORDS {

@@ -69,7 +69,7 @@ impl Reading {
 
     /// Returns the reading that `current` gives on the reference board, saturating at 4095 counts.
     #[must_use]
-    pub fn of(channel: u8, second: bool, current: MicroAmps) -> Self {
+    pub fn from_current(channel: u8, second: bool, current: MicroAmps) -> Self {
         let raw =
             u64::from(current.get()) * u64::from(SENSE_FULL_SCALE) / u64::from(SENSE_FULL_SCALE_UA);
         Self {
@@ -94,7 +94,7 @@ pub(super) struct Load {
 
 impl Load {
     /// Returns the load that `reading` at `applied` shows.
-    pub(super) const fn of(reading: Reading, applied: Amplitude) -> Self {
+    pub(super) const fn from_reading(reading: Reading, applied: Amplitude) -> Self {
         let raw = reading.raw & 0xFFF; // twelve bits
         Self { raw, applied }
     }
@@ -199,7 +199,7 @@ impl ElectrodeCheck {
     }
 
     /// Marks a phase as passed, because its reading was plausible.
-    pub const fn passed(&mut self, channel: u8, second: bool) {
+    pub const fn mark_passed(&mut self, channel: u8, second: bool) {
         let [of_first, of_second] = &mut self.pending;
         let pending = if second { of_second } else { of_first };
         *pending &= !(1u16 << (channel % 16));
@@ -208,7 +208,7 @@ impl ElectrodeCheck {
     /// Returns the first channel that still owes a plausible reading; `true` if only one of its
     /// two phases owes it.
     #[must_use]
-    pub fn missing(&self) -> Option<(u8, bool)> {
+    pub fn first_missing(&self) -> Option<(u8, bool)> {
         let [first, second] = self.pending;
         let owing = first | second;
         let channel = owing.trailing_zeros();
@@ -219,7 +219,7 @@ impl ElectrodeCheck {
 /// Judges `reading` on a channel that `stage` drives with `amplitude`.
 #[must_use]
 pub fn judge(reading: Reading, stage: &Stage, amplitude: Amplitude) -> Electrode {
-    let (low, high) = stage.plausible(amplitude);
+    let (low, high) = stage.plausible_current(amplitude);
     let ua = reading.current().get();
     if ua + SLACK_UA < low.get() {
         Electrode::Off
@@ -261,7 +261,7 @@ mod tests {
         }
         .validate()
         .unwrap();
-        let reading = |ua| Reading::of(0, false, MicroAmps::new(ua));
+        let reading = |ua| Reading::from_current(0, false, MicroAmps::new(ua));
         let v2 = Amplitude::new(20_000);
         let at = |ohm: u32| judge(reading(20_000_000 / ohm), &volts, v2);
         assert_eq!(at(2_000), Electrode::Fine);

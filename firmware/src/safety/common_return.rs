@@ -35,8 +35,8 @@ impl Sums {
                 peak = peak.max(channel.peak_with(used(), is_cathodic));
             }
             for (other, its) in used().zip(squares).skip(place + 1) {
-                square += if channel.meets(other) {
-                    2 * u64::from(root_up(own * its)) // of at most 6.25e18
+                square += if channel.can_coincide_with(other) {
+                    2 * u64::from(square_root_rounded_up(own * its)) // of at most 6.25e18
                 } else {
                     0
                 };
@@ -44,7 +44,7 @@ impl Sums {
         }
         Self {
             peak: MicroAmps::new(peak),
-            rms: MicroAmps::new(root_up(square)),
+            rms: MicroAmps::new(square_root_rounded_up(square)),
         }
     }
 
@@ -56,7 +56,7 @@ impl Sums {
         let more = now.current().get().saturating_sub(channel.current().get());
         // At most 20 mA each: the limiter of a voltage stage.
         self.peak = MicroAmps::new(self.peak.get() + more);
-        self.rms = MicroAmps::new(self.rms.get() + now.rms_of(more));
+        self.rms = MicroAmps::new(self.rms.get() + now.rms_at(more));
     }
 }
 
@@ -68,20 +68,20 @@ impl Channel {
     /// Returns the rms current at the channel's limit and highest rate, rounded up.
     #[must_use]
     pub fn rms(&self) -> MicroAmps {
-        MicroAmps::new(self.rms_of(self.current().get()))
+        MicroAmps::new(self.rms_at(self.current().get()))
     }
 
     /// Returns the rms current of phases of `ua`, at most 1e5, at the highest rate, rounded up,
     /// µA.
     #[inline(never)]
-    fn rms_of(&self, ua: u32) -> u32 {
-        root_up(self.mean_square(ua))
+    fn rms_at(&self, ua: u32) -> u32 {
+        square_root_rounded_up(self.mean_square(ua))
     }
 
     /// Returns the mean square current of phases of `ua` at the highest rate, µA².
     fn mean_square(&self, ua: u32) -> u64 {
         let ua = u64::from(ua);
-        let square = ua * ua * u64::from(self.train.on_us(self.judged_width_us));
+        let square = ua * ua * u64::from(self.train.burst_driven_us(self.judged_width_us));
         square.div_ceil(self.min_period_us.max(1).into())
     }
 
@@ -105,7 +105,7 @@ impl Channel {
     }
 
     /// Returns whether phases of one sign of the two channels can be driven at the same time.
-    fn meets(&self, other: &Self) -> bool {
+    fn can_coincide_with(&self, other: &Self) -> bool {
         let begins_in = |a: &Self, b: &Self, is_cathodic| {
             let Some(lag) = PhaseDelay::of(&a.train, is_cathodic) else {
                 return false;
@@ -221,7 +221,7 @@ impl PhaseDelay {
 }
 
 /// Returns the square root, rounded up; at most 1e6 here.
-const fn root_up(square: u64) -> u32 {
+const fn square_root_rounded_up(square: u64) -> u32 {
     let root = square.isqrt();
     (root + (root * root < square) as u64) as u32
 }

@@ -90,7 +90,7 @@ impl Playing {
     }
 
     /// Returns whether a list is in progress.
-    pub(super) const fn is_under_way(&self) -> bool {
+    pub(super) const fn is_playing(&self) -> bool {
         self.list.channel != NONE
     }
 
@@ -102,7 +102,7 @@ impl Playing {
 
     /// Advances to the channel's next burst and returns its stimulus; `None` leaves the burst out.
     /// After the last pulse no list is in progress.
-    pub(super) fn turn(&mut self) -> Option<Stimulus> {
+    pub(super) fn next_stimulus(&mut self) -> Option<Stimulus> {
         if self.next == 0 && !self.waits && self.after_us().is_some() {
             self.waits = true;
             return None;

@@ -17,13 +17,13 @@ impl Measures {
     }
 
     /// Returns the same measures rounded down, for use as the start of a rise.
-    pub(super) fn at_most(stimulus: Stimulus, own_us: u16) -> Self {
+    pub(super) fn rounded_down(stimulus: Stimulus, own_us: u16) -> Self {
         let alike = charge(stimulus).checked_div(own_us.into()).unwrap_or(0);
         Self([stimulus.amplitude, Amplitude::new(alike)])
     }
 
     /// Returns measures with `amplitude` for both values.
-    pub(super) const fn both(amplitude: Amplitude) -> Self {
+    pub(super) const fn uniform(amplitude: Amplitude) -> Self {
         Self([amplitude; 2])
     }
 

@@ -14,7 +14,7 @@ use crate::pulse::{CHANNELS, DEAD_TIME_US, Group, Partner, Train, gcd};
 /// divisor allows; all of them occur in endless trains. For a width that may change, all its
 /// values count. If a train starts by a trigger, takes lists or changes its rate, every distance
 /// to other trains counts. The number of bursts in a train does not count.
-pub fn opposed<'a>(
+pub fn opposed_pairs<'a>(
     channels: &'a [Option<Channel>; CHANNELS],
     groups: &'a [Group],
 ) -> impl Iterator<Item = (u8, u8)> + 'a {
@@ -71,7 +71,7 @@ impl RelativeInterval {
     }
 
     /// Returns the interval moved later by `us`.
-    const fn after(self, us: u32) -> Self {
+    const fn delayed_by(self, us: u32) -> Self {
         Self {
             from_us: self.from_us + us, // below 2^23
             ..self
@@ -80,7 +80,7 @@ impl RelativeInterval {
 
     /// Returns whether the two intervals, each repeated every `every_us`, overlap or come closer
     /// than the dead time.
-    const fn meets(self, other: Self, every_us: u32) -> bool {
+    const fn overlaps(self, other: Self, every_us: u32) -> bool {
         let every_us = if every_us == 0 { 1 } else { every_us };
         // Time from the other interval's start to this one's, below `every_us`; all sums are below
         // 2^24.
@@ -109,14 +109,14 @@ impl Channel {
         let (a, b) = (self.train.spec(), other.train.spec());
         let every_us = gcd(a.period_us, b.period_us);
         let bursts = [&self.train, &other.train]
-            .map(|train| RelativeInterval::burst(train).after(train.spec().offset_us));
+            .map(|train| RelativeInterval::burst(train).delayed_by(train.spec().offset_us));
         let [first, second] = bursts;
-        first.meets(second, every_us)
+        first.overlaps(second, every_us)
             && (0..a.burst_count).any(|i| {
-                let own = own.after(a.offset_us + self.train.pulse_offset_us(i));
+                let own = own.delayed_by(a.offset_us + self.train.pulse_offset_us(i));
                 (0..b.burst_count).any(|j| {
-                    let its = its.after(b.offset_us + other.train.pulse_offset_us(j));
-                    own.meets(its, every_us)
+                    let its = its.delayed_by(b.offset_us + other.train.pulse_offset_us(j));
+                    own.overlaps(its, every_us)
                 })
             })
     }

@@ -56,7 +56,7 @@ impl Rise {
 
     /// Returns when the latest burst began; an arbitrary time before the first.
     #[must_use]
-    pub const fn last(&self) -> Micros {
+    pub const fn last_burst_time(&self) -> Micros {
         self.last
     }
 
@@ -67,7 +67,7 @@ impl Rise {
     /// / (`rise_us` + T)) of the wanted amplitude, where T is the period. If time alone counted, a
     /// train with long pauses would reach its full amplitude with its second burst.
     #[inline]
-    pub fn next(&mut self, time: BurstTime, (rise_us, rise_bursts): (u32, u16)) -> Reach {
+    pub fn note_burst(&mut self, time: BurstTime, (rise_us, rise_bursts): (u32, u16)) -> Reach {
         let BurstTime {
             at,
             period_us,
@@ -136,11 +136,11 @@ impl Reach {
         if self.parts.is_none() && self.since_us.is_some() && is_lower {
             return wanted.amplitude; // as mostly
         }
-        self.bounded(channel, wearer, wanted, previous)
+        self.bounded_amplitude(channel, wearer, wanted, previous)
     }
 
     #[inline(never)]
-    fn bounded(
+    fn bounded_amplitude(
         &self,
         channel: &Channel,
         wearer: &Wearer,
@@ -148,7 +148,7 @@ impl Reach {
         previous: Stimulus,
     ) -> Amplitude {
         let full = wanted.amplitude;
-        let at_once = at_once(channel, wanted.width_us);
+        let at_once = immediate_amplitude(channel, wanted.width_us);
         if full <= at_once {
             return full;
         }
@@ -158,34 +158,40 @@ impl Reach {
         }
         if self.since_us.is_some() {
             let width_us = wanted.width_us;
-            most = most.min(highest(channel, wearer, previous, self.since_us, width_us));
+            most = most.min(max_amplitude(
+                channel,
+                wearer,
+                previous,
+                self.since_us,
+                width_us,
+            ));
         }
         most.max(at_once)
     }
 }
 
 /// Returns the largest amplitude of this width that `channel` reaches at once.
-fn at_once(channel: &Channel, width_us: u16) -> Amplitude {
+fn immediate_amplitude(channel: &Channel, width_us: u16) -> Amplitude {
     let own_us = channel.train.spec().width_us;
-    Measures::both(channel.start).amplitude_at(width_us, own_us)
+    Measures::uniform(channel.start).amplitude_at(width_us, own_us)
 }
 
 /// Returns the largest amplitude of this width for a burst on `channel` that follows the burst
 /// `previous` by `since_us`. Without a previous burst, this is the amplitude reached at once.
-fn highest(
+fn max_amplitude(
     channel: &Channel,
     wearer: &Wearer,
     previous: Stimulus,
     since_us: Option<u32>,
     width_us: u16,
 ) -> Amplitude {
-    let at_once = at_once(channel, width_us);
+    let at_once = immediate_amplitude(channel, width_us);
     let Some(since_us) = since_us else {
         return at_once;
     };
     let own_us = channel.train.spec().width_us;
-    let by = Slope::of(channel.limit, wearer).over(since_us);
-    let above = Measures::at_most(previous, own_us).plus(by);
+    let by = Slope::of(channel.limit, wearer).max_increase(since_us);
+    let above = Measures::rounded_down(previous, own_us).plus(by);
     above.amplitude_at(width_us, own_us).max(at_once)
 }
 
@@ -299,7 +305,7 @@ mod tests {
                 period_us: PERIOD_US,
                 opens: false,
             };
-            let reach = rise.next(time, wearer.rise());
+            let reach = rise.note_burst(time, wearer.rise());
             let amplitude = reach.amplitude(channel, wearer, wanted, previous);
             previous = Stimulus {
                 amplitude,
@@ -350,7 +356,7 @@ mod tests {
                     period_us,
                     opens,
                 };
-                let reach = rise.next(time, (100_000, 5));
+                let reach = rise.note_burst(time, (100_000, 5));
                 let of_time = (part * PERIOD_US, 100_000 + PERIOD_US);
                 assert_eq!(reach.parts, Some([of_time, (part, 6)]), "{first}: {after}");
                 assert_eq!(reach.since_us, (part > 1).then_some(PERIOD_US));
@@ -426,7 +432,11 @@ mod tests {
                     period_us: 250,
                     opens: false,
                 };
-                let parts = rise.next(time, (rise_us, 1)).parts.into_iter().flatten();
+                let parts = rise
+                    .note_burst(time, (rise_us, 1))
+                    .parts
+                    .into_iter()
+                    .flatten();
                 let now = parts.fold(full, |least, (a, b)| least.min(scale(full, a, b)));
                 let (after, whole) = (u64::from(after) + 250, u64::from(rise_us) + 250);
                 let most = u64::from(full.get()) * after / whole;

@@ -25,7 +25,7 @@ impl Slope {
 
     /// Returns by how much a burst may exceed the previous one, which began `since_us` before it.
     /// The result is at least 1.
-    pub(super) fn over(self, since_us: u32) -> Amplitude {
+    pub(super) fn max_increase(self, since_us: u32) -> Amplitude {
         let by_time = scale(self.limit, since_us.min(self.rise_us), self.rise_us);
         let by_burst = scale(self.limit, 1, self.rise_bursts.into());
         by_time.min(by_burst).max(Amplitude::new(1))

@@ -114,14 +114,14 @@ impl Stage {
         match self.0 {
             StageSpec::Current { .. } => MicroAmps::new(amplitude.get()),
             StageSpec::Voltage { load_ohm, .. } => {
-                MilliVolts::new(amplitude.get()).through(load_ohm)
+                MilliVolts::new(amplitude.get()).current_through(load_ohm)
             }
         }
     }
 
     /// Returns the amplitude that drives `current`, rounded down, saturating.
     #[must_use]
-    pub fn amplitude_of(&self, current: MicroAmps) -> Amplitude {
+    pub fn amplitude_for_current(&self, current: MicroAmps) -> Amplitude {
         match self.0 {
             StageSpec::Current { .. } => Amplitude::new(current.get()),
             StageSpec::Voltage { load_ohm, .. } => {
@@ -181,7 +181,7 @@ impl Stage {
     /// is off; above, it is shorted. A current stage must reach half of the set current; a voltage
     /// stage must see 100 Ω to 20 kΩ.
     #[must_use]
-    pub fn plausible(&self, amplitude: Amplitude) -> (MicroAmps, MicroAmps) {
+    pub fn plausible_current(&self, amplitude: Amplitude) -> (MicroAmps, MicroAmps) {
         let set = amplitude.get();
         let (low, high) = match self.0 {
             StageSpec::Current { .. } => (set / 2, set.saturating_mul(3) / 2),

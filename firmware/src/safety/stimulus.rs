@@ -1,6 +1,6 @@
 //! Amplitude and pulse width, which always change together.
 
-use crate::pulse::{CHANNELS, bits};
+use crate::pulse::{CHANNELS, bit_positions};
 use crate::units::Amplitude;
 use core::hash::{Hash, Hasher};
 
@@ -16,7 +16,7 @@ pub struct Stimulus {
 impl Stimulus {
     /// Returns a stimulus with the train's own width.
     #[must_use]
-    pub const fn own(amplitude: Amplitude) -> Self {
+    pub const fn with_own_width(amplitude: Amplitude) -> Self {
         Self {
             amplitude,
             width_us: 0,
@@ -48,7 +48,7 @@ pub struct Stimuli {
 impl Stimuli {
     /// Returns the channels in rising order, each with its amplitude and width.
     pub fn channels(&self) -> impl Iterator<Item = (u8, Stimulus)> + Clone {
-        let channels = bits(self.mask.into()).map(|channel| channel as u8); // below 16
+        let channels = bit_positions(self.mask.into()).map(|channel| channel as u8); // below 16
         let stimuli = self
             .values
             .iter()

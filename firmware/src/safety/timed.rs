@@ -38,13 +38,13 @@ impl TimedOrders {
     }
 
     /// Returns when the last setpoint in the queue is due; `None` if the queue is empty.
-    pub(super) fn latest(&self) -> Option<Micros> {
+    pub(super) fn last_due_time(&self) -> Option<Micros> {
         self.0.back().map(|(order, _)| order.at)
     }
 
     /// Returns when the first setpoint in the queue is due; `None` if the queue is empty.
     #[inline(always)]
-    pub(super) fn next(&self) -> Option<Micros> {
+    pub(super) fn first_due_time(&self) -> Option<Micros> {
         self.0.front().map(|(order, _)| order.at)
     }
 
@@ -56,7 +56,7 @@ impl TimedOrders {
     /// Removes the first setpoint, and returns it with whether its checksum matches.
     pub(super) fn pop(&mut self) -> Option<(Timed, bool)> {
         let (order, seal) = self.0.pop_front()?;
-        Some((order, seal.holds(&order)))
+        Some((order, seal.matches(&order)))
     }
 
     /// Appends an order with a changed request number and the checksum of the original.
@@ -68,8 +68,10 @@ impl TimedOrders {
     }
 
     /// Returns whether the checksum of the first setpoint matches; also true for an empty queue.
-    pub(super) fn is_whole(&self) -> bool {
-        self.0.front().is_none_or(|(order, seal)| seal.holds(order))
+    pub(super) fn is_first_intact(&self) -> bool {
+        self.0
+            .front()
+            .is_none_or(|(order, seal)| seal.matches(order))
     }
 }
 
@@ -95,7 +97,7 @@ mod tests {
         let mut waiting = TimedOrders::NONE;
         waiting.push(&ORDER);
         waiting.0.front_mut().unwrap().0 = spoiled;
-        let is_found = !waiting.is_whole();
+        let is_found = !waiting.is_first_intact();
         let (_, is_whole) = waiting.pop().unwrap();
         assert_eq!(is_whole, !is_found);
         is_found

@@ -22,7 +22,7 @@ const fn bank(channel: usize) -> usize {
 /// Returns the code of each bank's trip level, which follows from the largest current limit among
 /// its channels.
 #[must_use]
-pub fn trips(setup: &Setup) -> [DacCode; BANKS] {
+pub fn trip_levels(setup: &Setup) -> [DacCode; BANKS] {
     let mut limits = [LEAST_UA; BANKS];
     for (channel, config) in setup.channels.iter().enumerate() {
         if let (Some(config), Some(limit)) = (config, limits.get_mut(bank(channel))) {

@@ -51,8 +51,8 @@ pub(super) struct Watch {
 impl Watch {
     /// Takes a reading at the electrode check's last amplitude. The larger current of the two
     /// phases is the load.
-    pub(super) fn probe(&mut self, reading: Reading, applied: Amplitude) {
-        let now = Load::of(reading, applied);
+    pub(super) fn record_check_load(&mut self, reading: Reading, applied: Amplitude) {
+        let now = Load::from_reading(reading, applied);
         let raw = self.last.raw.max(now.raw);
         self.last = Load { raw, applied };
     }
@@ -67,7 +67,7 @@ impl Watch {
     ///
     /// # Errors
     /// Returns the fault that this reading shows, alone or together with earlier ones.
-    pub(super) fn after(
+    pub(super) fn updated(
         mut self,
         reading: Reading,
         channel: &Channel,
@@ -79,14 +79,14 @@ impl Watch {
             return Err(Fault::OverCurrent);
         }
         let is_off = electrode == Electrode::Off;
-        self.count_off(is_off, reading.second)?;
+        self.count_missing_current(is_off, reading.second)?;
         let is_odd = is_off
             || if channel.stage.is_current() {
                 // The load needs more voltage than the stage can supply.
                 !reaches(reading, amplitude.get())
             } else {
-                let now = Load::of(reading, amplitude);
-                now.is_above(RISEN, load) || is_limited(reading, now, load) || self.jumps(now)
+                let now = Load::from_reading(reading, amplitude);
+                now.is_above(RISEN, load) || is_limited(reading, now, load) || self.is_jump(now)
             };
         self.odd = if is_odd {
             self.odd.saturating_add(ODD)
@@ -102,7 +102,7 @@ impl Watch {
     /// Returns whether `now` differs strongly from the previous reading at about the same
     /// amplitude. In that case the previous reading is kept, so that a load that jumps and stays
     /// there is odd again.
-    fn jumps(&mut self, now: Load) -> bool {
+    fn is_jump(&mut self, now: Load) -> bool {
         let last = self.last;
         let is_far = now.is_above(JUMP, last) || last.is_above(JUMP, now);
         let jumps = is_far && now.is_near(last);
@@ -113,7 +113,7 @@ impl Watch {
     }
 
     /// Counts readings without current, separately for each phase.
-    fn count_off(&mut self, is_off: bool, second: bool) -> Result<(), Fault> {
+    fn count_missing_current(&mut self, is_off: bool, second: bool) -> Result<(), Fault> {
         let (this, other) = if second {
             (&mut self.second, self.first)
         } else {
@@ -176,7 +176,7 @@ mod tests {
             for bit in 0..8 {
                 let mut flipped = watch;
                 flip(&mut flipped, 1 << bit);
-                assert!(!Checksum::of(&watch).holds(&flipped), "{place}: {bit}");
+                assert!(!Checksum::of(&watch).matches(&flipped), "{place}: {bit}");
             }
         }
         for second in [false, true] {
@@ -186,7 +186,7 @@ mod tests {
             } else {
                 flipped.first.flows = true;
             }
-            assert!(!Checksum::of(&watch).holds(&flipped), "{second}");
+            assert!(!Checksum::of(&watch).matches(&flipped), "{second}");
         }
     }
 }

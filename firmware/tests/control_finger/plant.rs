@@ -50,8 +50,8 @@ impl Finger {
     /// A random wearer: gains, stiffness, damping and slowness ±30 %, delay
     /// 20…35 ms, curvature 0.2…2.2, drawn evenly; two points, weak or strong as one
     /// is, pull 0.34…0.63 N·m.
-    pub fn drawn(random: &mut Random) -> Self {
-        let mut around = |x: f64| x * (0.7 + 0.6 * random.even());
+    pub fn generate(random: &mut Random) -> Self {
+        let mut around = |x: f64| x * (0.7 + 0.6 * random.uniform());
         let n = Self::NOMINAL;
         let mut f = Self {
             stiffness: around(n.stiffness),
@@ -62,8 +62,8 @@ impl Finger {
             ..n
         };
         f.two_points_nm *= f.flexor_nm / n.flexor_nm;
-        f.delay_s = 0.020 + 0.015 * random.even();
-        f.curvature = 0.2 + 2.0 * random.even();
+        f.delay_s = 0.020 + 0.015 * random.uniform();
+        f.curvature = 0.2 + 2.0 * random.uniform();
         f
     }
 
@@ -71,7 +71,7 @@ impl Finger {
         (self.curvature * amplitude.clamp(0.0, 1.0)).exp_m1() / self.curvature.exp_m1()
     }
 
-    const fn pulls_nm(&self, two_point: bool) -> f64 {
+    const fn max_torque_nm(&self, two_point: bool) -> f64 {
         match two_point {
             true => self.two_points_nm,
             false => self.flexor_nm,
@@ -80,7 +80,7 @@ impl Finger {
 
     /// The largest angle the flexor can hold, degrees: k(θ − rest) = T(θ).
     pub fn reach_deg(&self, two_point: bool) -> f64 {
-        let full = self.pulls_nm(two_point);
+        let full = self.max_torque_nm(two_point);
         let k = self.stiffness.to_radians();
         ((full + k * self.rest_deg) / (k + full * 0.0025)).min(100.0)
     }
@@ -178,7 +178,7 @@ impl Body {
         let f = &self.finger;
         // Each muscle loses 25 % as it shortens over the range of motion.
         let bent = 0.25 * self.angle.to_degrees() / 100.0;
-        let active = f.pulls_nm(two_point) * (1.0 - bent) * self.flexor.force
+        let active = f.max_torque_nm(two_point) * (1.0 - bent) * self.flexor.force
             - f.extensor_nm * (0.75 + bent) * self.extensor.force;
         self.torque.push_back(active);
         let active = self.torque.pop_front().unwrap_or(0.0);
@@ -208,11 +208,11 @@ impl Random {
     }
 
     /// Evenly in 0…1.
-    pub fn even(&mut self) -> f64 {
+    pub fn uniform(&mut self) -> f64 {
         (self.next() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
     fn normal(&mut self) -> f64 {
-        (-2.0 * (1.0 - self.even()).ln()).sqrt() * (TAU * self.even()).cos()
+        (-2.0 * (1.0 - self.uniform()).ln()).sqrt() * (TAU * self.uniform()).cos()
     }
 }

@@ -46,7 +46,7 @@ pub const PID: Family = Family {
 /// Wearers of one draw.
 pub fn wearers(seed: u64, n: usize) -> Vec<Finger> {
     let mut random = Random(seed);
-    (0..n).map(|_| Finger::drawn(&mut random)).collect()
+    (0..n).map(|_| Finger::generate(&mut random)).collect()
 }
 
 /// Mean RMSE against the reachable target, one-point A and two-point.
@@ -84,7 +84,7 @@ pub fn search(family: &Family, period: u8, budget: usize) -> Vec<f64> {
             .iter()
             .enumerate()
             .map(|(j, (low, high))| {
-                let x = random.even();
+                let x = random.uniform();
                 let log = if i < budget {
                     low.ln() + x * (high / low).ln()
                 } else {

@@ -54,7 +54,7 @@ fn angle(deg: f64) -> Angle {
     Angle::from_centideg((deg * 100.0).round() as i16)
 }
 
-fn wanted(t: f64) -> f64 {
+fn reference_deg(t: f64) -> f64 {
     45.0 + 40.0 * (TAU * 0.2 * t).sin()
 }
 
@@ -100,9 +100,9 @@ pub fn run(spec: &JointSpec, finger: Finger, seed: u64, wire: Wire) -> Outcome {
         if t * 90.0 >= f64::from(frames) {
             frames += 1;
             glove = Some((now, body.glove_deg()));
-            if frames == 1 || wire != Wire::LosesSetpoints || luck.even() >= 0.54 {
+            if frames == 1 || wire != Wire::LosesSetpoints || luck.uniform() >= 0.54 {
                 joint
-                    .setpoint(&mut state, now, now, angle(wanted(t)), None)
+                    .accept_setpoint(&mut state, now, now, angle(reference_deg(t)), None)
                     .expect("a setpoint");
             }
         }
@@ -110,12 +110,12 @@ pub fn run(spec: &JointSpec, finger: Finger, seed: u64, wire: Wire) -> Outcome {
             glove = None;
             // Mirroring the joint about the target turns the law's sign.
             let deg = if wire == Wire::PrintedSign {
-                2.0 * wanted(t) - deg
+                2.0 * reference_deg(t) - deg
             } else {
                 deg
             };
             joint
-                .measurement(&mut state, now, at, angle(deg))
+                .accept_measurement(&mut state, now, at, angle(deg))
                 .expect("a measurement");
         }
         let orders = joint.tick(&mut state, now, None).expect("a sound sensor");
@@ -127,8 +127,8 @@ pub fn run(spec: &JointSpec, finger: Finger, seed: u64, wire: Wire) -> Outcome {
         if ms >= 10_000 {
             let t = t + 0.001;
             samples += 1;
-            sum += (wanted(t) - body.angle_deg()).powi(2);
-            sum_reachable += (wanted(t).min(reach) - body.angle_deg()).powi(2);
+            sum += (reference_deg(t) - body.angle_deg()).powi(2);
+            sum_reachable += (reference_deg(t).min(reach) - body.angle_deg()).powi(2);
             limiting += u32::from(orders.limiting);
         }
     }

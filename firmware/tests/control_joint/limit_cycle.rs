@@ -6,7 +6,7 @@ use firmware::units::{Micros, us};
 use std::f64::consts::TAU;
 
 /// What the joint finds in `ms` of these targets and angles, degrees, at time s.
-fn found(
+fn find_limit_cycles(
     law: LawSpec,
     ms: u32,
     wanted: impl Fn(f64) -> f64,
@@ -21,9 +21,9 @@ fn found(
     let mut all = Vec::new();
     for ms in 0..ms {
         let t = f64::from(ms) / 1000.0;
-        worn.is_at(now, angle(t));
+        worn.measure_now(now, angle(t));
         if ms % 11 == 0 {
-            worn.want(now, now, wanted(t));
+            worn.set_reference(now, now, wanted(t));
         }
         worn.tick(now).unwrap();
         all.extend(worn.state.take_limit_cycle());
@@ -42,7 +42,7 @@ fn a_swing_that_no_gain_ends_lowers_it_to_the_floor_and_then_stops() {
         (LawSpec::RECOMMENDED, 2.0),
     ] {
         let shaken = |t: f64| 40.0 + wide * (2.5 * TAU * t).sin();
-        let all = found(law, 60_000, |_| 40.0, shaken);
+        let all = find_limit_cycles(law, 60_000, |_| 40.0, shaken);
         let gains: Vec<_> = all.iter().map(|cycle| cycle.gain_milli).collect();
         assert!(all.iter().all(|cycle| cycle.period_ms.abs_diff(400) <= 8));
         let swing = all[0].swing.get().to_num::<f64>() / (2.0 * wide);
@@ -58,7 +58,10 @@ fn a_swing_that_no_gain_ends_lowers_it_to_the_floor_and_then_stops() {
 #[test]
 fn the_papers_law_swings_as_it_does_in_print() {
     let shaken = |t: f64| 40.0 + 6.0 * (2.5 * TAU * t).sin();
-    assert_eq!(found(LawSpec::PAPER, 20_000, |_| 40.0, shaken), []);
+    assert_eq!(
+        find_limit_cycles(LawSpec::PAPER, 20_000, |_| 40.0, shaken),
+        []
+    );
 }
 
 /// A finger that answers a moving target late and not far enough, with harmonics.
@@ -71,7 +74,10 @@ fn a_targets_own_course_is_no_limit_cycle() {
                 let lags = 45.0 + 30.0 * (hz * TAU * (t - 0.1)).sin();
                 lags + 3.0 * (harmonic * hz * TAU * t).cos()
             };
-            assert_eq!(found(LawSpec::RECOMMENDED, 40_000, wanted, angle), []);
+            assert_eq!(
+                find_limit_cycles(LawSpec::RECOMMENDED, 40_000, wanted, angle),
+                []
+            );
         }
     }
     // Steps back and forth, and up a staircase, answered with an overshoot.
@@ -85,9 +91,15 @@ fn a_targets_own_course_is_no_limit_cycle() {
             }
         };
         let angle = |t: f64| square(t) - (square(t) - 40.0) * 2.0 * ring(t % stays);
-        assert_eq!(found(LawSpec::RECOMMENDED, 30_000, square, angle), []);
+        assert_eq!(
+            find_limit_cycles(LawSpec::RECOMMENDED, 30_000, square, angle),
+            []
+        );
         let stair = |t: f64| 10.0 + 3.0 * ((t / stays) as u32 % 20) as f64;
         let angle = |t: f64| stair(t) - 3.0 * ring(t % stays);
-        assert_eq!(found(LawSpec::RECOMMENDED, 30_000, stair, angle), []);
+        assert_eq!(
+            find_limit_cycles(LawSpec::RECOMMENDED, 30_000, stair, angle),
+            []
+        );
     }
 }

@@ -69,18 +69,25 @@ impl RunningJoint {
         }
     }
 
-    fn measured(&mut self, now: Micros, at: Micros, deg: f64) -> Result<(), MeasurementError> {
+    fn add_measurement(
+        &mut self,
+        now: Micros,
+        at: Micros,
+        deg: f64,
+    ) -> Result<(), MeasurementError> {
         self.joint
-            .measurement(&mut self.state, now, at, degrees(deg))
+            .accept_measurement(&mut self.state, now, at, degrees(deg))
     }
 
-    fn is_at(&mut self, now: Micros, deg: f64) {
-        self.measured(now, now, deg).unwrap();
+    fn measure_now(&mut self, now: Micros, deg: f64) {
+        self.add_measurement(now, now, deg).unwrap();
     }
 
-    fn want(&mut self, now: Micros, at: Micros, deg: f64) {
+    fn set_reference(&mut self, now: Micros, at: Micros, deg: f64) {
         let (state, angle) = (&mut self.state, degrees(deg));
-        self.joint.setpoint(state, now, at, angle, None).unwrap();
+        self.joint
+            .accept_setpoint(state, now, at, angle, None)
+            .unwrap();
     }
 
     fn tick(&mut self, now: Micros) -> Result<Orders, SensorFault> {
@@ -89,11 +96,11 @@ impl RunningJoint {
 }
 
 /// The orders of the first tick at this error, so without derivative.
-fn at_error(spec: &JointSpec, error: f64) -> Orders {
+fn orders_at_error(spec: &JointSpec, error: f64) -> Orders {
     let mut worn = RunningJoint::new(spec);
     let now = Micros::new(u32::MAX);
-    worn.is_at(now, 50.0);
-    worn.want(now, now, 50.0 + error);
+    worn.measure_now(now, 50.0);
+    worn.set_reference(now, now, 50.0 + error);
     worn.tick(now).unwrap()
 }
 
@@ -119,7 +126,7 @@ fn the_papers_mapping_at_participant_ps_voltages() {
             (one_point(LawSpec::PAPER), one.to_vec(), limiting[0]),
             (two_point(LawSpec::PAPER), two.to_vec(), limiting[1]),
         ] {
-            let orders = at_error(&spec, error);
+            let orders = orders_at_error(&spec, error);
             let got = millivolts(&orders);
             for (g, e) in got.iter().zip(&expected) {
                 // One bit of the angle is 1.5e-5°, which the root makes 3 mV.
@@ -141,12 +148,12 @@ fn a_fraction_spans_threshold_to_maximum_of_each_point() {
         ki_milli: 0,
         kd_milli: 0,
     };
-    let half = at_error(&two_point(law), 0.5_f64.to_degrees());
+    let half = orders_at_error(&two_point(law), 0.5_f64.to_degrees());
     for (got, exact) in millivolts(&half).iter().zip([23_800, 30_600, 14_000]) {
         assert!(got.abs_diff(exact) <= 1 && *got <= exact, "{half:?}");
     }
     assert!(!half.limiting);
-    let back = at_error(&two_point(law), (-0.5_f64).to_degrees());
+    let back = orders_at_error(&two_point(law), (-0.5_f64).to_degrees());
     for (got, exact) in millivolts(&back).iter().zip([19_600, 25_200, 20_000]) {
         assert!(got.abs_diff(exact) <= 1 && *got <= exact, "{back:?}");
     }
@@ -155,7 +162,7 @@ fn a_fraction_spans_threshold_to_maximum_of_each_point() {
         ki_milli: 0,
         kd_milli: 0,
     };
-    let full = at_error(&two_point(steep), 40.0);
+    let full = orders_at_error(&two_point(steep), 40.0);
     assert_eq!(millivolts(&full), [28_000, 36_000, 14_000]);
     assert!(full.limiting);
 }
@@ -164,8 +171,8 @@ fn a_fraction_spans_threshold_to_maximum_of_each_point() {
 fn nothing_flows_before_the_first_setpoint_is_due() {
     let mut worn = RunningJoint::new(&two_point(LawSpec::PAPER));
     let now = Micros::new(u32::MAX - 3000);
-    worn.is_at(now, 30.0);
-    worn.want(now, now + us(5000), 80.0);
+    worn.measure_now(now, 30.0);
+    worn.set_reference(now, now + us(5000), 80.0);
     for ms in 0..10 {
         let orders = worn.tick(now + us(ms * 1000)).unwrap();
         if ms < 5 {
@@ -182,12 +189,12 @@ fn nothing_flows_before_the_first_setpoint_is_due() {
 fn the_law_runs_once_a_period_across_the_wrap() {
     let mut worn = RunningJoint::new(&two_point(LawSpec::ALONE));
     let start = Micros::new(u32::MAX - 50_000);
-    worn.want(start, start, 60.0);
+    worn.set_reference(start, start, 60.0);
     let mut changes = Vec::new();
     let mut before: Option<Effort> = None;
     for ms in 0..100 {
         let now = start + us(ms * 1000);
-        worn.is_at(now, f64::from(ms) * 0.1);
+        worn.measure_now(now, f64::from(ms) * 0.1);
         let effort = worn.tick(now).unwrap().effort;
         if before.replace(effort) != Some(effort) {
             changes.push(ms);
@@ -201,19 +208,19 @@ fn a_bad_sensor_gives_a_named_fault_and_no_orders() {
     let mut worn = RunningJoint::new(&two_point(LawSpec::ALONE));
     let t0 = Micros::new(u32::MAX - 50_000);
     assert_eq!(worn.tick(t0), Err(SensorFault::Absent));
-    worn.is_at(t0, 10.0);
+    worn.measure_now(t0, 10.0);
     let stale = Err(SensorFault::Stale { limit_ms: 100 });
     assert!(worn.tick(t0 + us(100_000)).is_ok());
     assert_eq!(worn.tick(t0 + us(100_001)), stale);
     // A whole turn of the clock later it is still stale.
     assert_eq!(worn.tick(t0 + us(1)), stale);
     let t1 = t0 + us(200_000);
-    worn.is_at(t1, 120.5);
+    worn.measure_now(t1, 120.5);
     let wild = Err(SensorFault::OutOfRange { centideg: 12_050 });
     assert_eq!(worn.tick(t1), wild);
-    worn.measured(t1, t1 + us(1), -20.0).unwrap_err();
+    worn.add_measurement(t1, t1 + us(1), -20.0).unwrap_err();
     let t2 = t1 + us(1000);
-    worn.is_at(t2, -20.0);
+    worn.measure_now(t2, -20.0);
     assert!(worn.tick(t2).is_ok());
 }
 
@@ -229,7 +236,7 @@ fn measurements_have_one_order_and_one_source() {
         (now + us(5001), Err(MeasurementError::InTheFuture)),
         (now + us(5000), Ok(())),
     ] {
-        assert_eq!(worn.measured(now, at, 1.0), taken, "{at:?}");
+        assert_eq!(worn.add_measurement(now, at, 1.0), taken, "{at:?}");
     }
     assert!(worn.joint.angle_from_code(0).is_none());
 
@@ -238,7 +245,7 @@ fn measurements_have_one_order_and_one_source() {
         code_at_100: 1000,
     };
     let mut worn = RunningJoint::new(&JointSpec { sensor, ..spec });
-    let refused = worn.measured(now, now, 1.0);
+    let refused = worn.add_measurement(now, now, 1.0);
     assert_eq!(refused, Err(MeasurementError::NotFromHost));
     let board = worn.joint;
     for (code, deg) in [

@@ -116,16 +116,16 @@ proptest! {
         let mut state = JointState::default();
         let mut now = Micros::new(start);
         let middle = f64::from(spec.angle_min_mdeg / 2 + spec.angle_max_mdeg / 2) / 1000.0;
-        joint.setpoint(&mut state, now, now, degrees(middle), None).unwrap();
-        let _ = joint.measurement(&mut state, now, now, degrees(middle));
+        joint.accept_setpoint(&mut state, now, now, degrees(middle), None).unwrap();
+        let _ = joint.accept_measurement(&mut state, now, now, degrees(middle));
         for (kind, gap, offset, bits, rate) in events {
             now += us(gap);
             let at = now + us(offset.cast_unsigned());
             let angle = Angle::new(I16F16::from_bits(bits));
             let rate = rate.map(|r| AngularRate::new(I16F16::from_bits(r)));
             match kind {
-                0 => { let _ = joint.setpoint(&mut state, now, at, angle, rate); }
-                1 => { let _ = joint.measurement(&mut state, now, at, angle); }
+                0 => { let _ = joint.accept_setpoint(&mut state, now, at, angle, rate); }
+                1 => { let _ = joint.accept_measurement(&mut state, now, at, angle); }
                 2 => { let _ = joint.angle_from_code(bits as u16); }
                 _ => {
                     let reading = (kind == 3).then_some(angle);

@@ -7,14 +7,14 @@ use firmware::control::{
 use firmware::range::OutOfRange;
 
 /// A good spec with one change.
-fn changed(change: impl FnOnce(&mut JointSpec)) -> Option<SpecError> {
+fn spec_error(change: impl FnOnce(&mut JointSpec)) -> Option<SpecError> {
     let mut spec = two_point(LawSpec::PAPER);
     change(&mut spec);
     Joint::new(&spec).err()
 }
 
 fn law(law: LawSpec) -> Option<SpecError> {
-    changed(|spec| spec.law = law)
+    spec_error(|spec| spec.law = law)
 }
 
 fn paper(lambda_milli: u32, w_milli: u32) -> Option<SpecError> {
@@ -44,11 +44,11 @@ fn pid(kp_milli: u32, ki_milli: u32, kd_milli: u32) -> Option<SpecError> {
 }
 
 fn flexor(point: PointSpec) -> Option<SpecError> {
-    changed(|spec| spec.flexors = [point].into_iter().collect())
+    spec_error(|spec| spec.flexors = [point].into_iter().collect())
 }
 
 fn adc(code_at_0: u16, code_at_100: u16) -> Option<SpecError> {
-    changed(|spec| {
+    spec_error(|spec| {
         spec.sensor = SensorSource::Adc {
             code_at_0,
             code_at_100,
@@ -74,20 +74,20 @@ fn a_wrong_spec_is_refused_by_field() {
         (pid(100_001, 0, 0), "kp_milli", 100_001, 0, 100_000),
         (pid(0, 100_001, 0), "ki_milli", 100_001, 0, 100_000),
         (pid(0, 0, 100_001), "kd_milli", 100_001, 0, 100_000),
-        (changed(|s| s.law_period_ms = 0), "law_period_ms", 0, 1, 20),
-        (changed(|s| s.law_period_ms = 21), "law_period_ms", 21, 1, 20),
-        (changed(|s| s.cutoff_mhz = 499), "cutoff_mhz", 499, 500, 20_000),
-        (changed(|s| s.flexors.clear()), "flexors", 0, 1, 2),
+        (spec_error(|s| s.law_period_ms = 0), "law_period_ms", 0, 1, 20),
+        (spec_error(|s| s.law_period_ms = 21), "law_period_ms", 21, 1, 20),
+        (spec_error(|s| s.cutoff_mhz = 499), "cutoff_mhz", 499, 500, 20_000),
+        (spec_error(|s| s.flexors.clear()), "flexors", 0, 1, 2),
         (flexor(point(10, 1, 2)), "channel", 10, 0, 9),
         (flexor(point(0, 1, 200_001)), "max", 200_001, 0, 200_000),
         (flexor(point(0, 28_001, 28_000)), "threshold", 28_001, 0, 28_000),
-        (changed(|s| s.hold = HoldPolicy::Extrapolate { max_ms: 0 }), "max_ms", 0, 1, 1000),
-        (changed(|s| s.angle_min_mdeg = i32::MIN), "angle_min_mdeg", i32::MIN.into(), -180_000, 179_999),
-        (changed(|s| s.angle_max_mdeg = 0), "angle_max_mdeg", 0, 1, 180_000),
+        (spec_error(|s| s.hold = HoldPolicy::Extrapolate { max_ms: 0 }), "max_ms", 0, 1, 1000),
+        (spec_error(|s| s.angle_min_mdeg = i32::MIN), "angle_min_mdeg", i32::MIN.into(), -180_000, 179_999),
+        (spec_error(|s| s.angle_max_mdeg = 0), "angle_max_mdeg", 0, 1, 180_000),
         (adc(4096, 0), "code_at_0", 4096, 0, 4095),
         (adc(0, 4096), "code_at_100", 4096, 0, 4095),
         (adc(2000, 2099), "code_at_100 - code_at_0", 99, 100, 4095),
-        (changed(|s| s.stale_after_ms = 1), "stale_after_ms", 1, 2, 500),
+        (spec_error(|s| s.stale_after_ms = 1), "stale_after_ms", 1, 2, 500),
     ];
     for (refused, field, value, min, max) in table {
         let range = OutOfRange {

@@ -62,7 +62,8 @@ fn setpoints_out_of_place_are_refused_by_name() {
     let joint = Joint::new(&two_point(LawSpec::PAPER)).unwrap();
     let mut state = JointState::default();
     let now = Micros::new(100);
-    let mut set = |at: Micros, deg: f64| joint.setpoint(&mut state, now, at, degrees(deg), None);
+    let mut set =
+        |at: Micros, deg: f64| joint.accept_setpoint(&mut state, now, at, degrees(deg), None);
     let range = SetpointError::OutOfRange {
         min_mdeg: 0,
         max_mdeg: 100_000,

@@ -25,7 +25,7 @@ pub struct Record {
 }
 
 impl Record {
-    pub fn time(&mut self, at: Micros) -> u64 {
+    pub fn since_boot_us(&mut self, at: Micros) -> u64 {
         // Relative to the latest known time, either way.
         let now = self.boot + us(self.last as u32);
         let t = self.last.wrapping_add_signed((at - now).us().into());
@@ -35,20 +35,20 @@ impl Record {
 }
 
 impl Sink for Record {
-    fn levels(&mut self, at: Micros, levels: Levels) {
-        let t = self.time(at);
+    fn write_levels(&mut self, at: Micros, levels: Levels) {
+        let t = self.since_boot_us(at);
         self.levels.push((t, levels));
     }
-    fn dac(&mut self, at: Micros, channel: u8, code: DacCode) {
-        let t = self.time(at);
+    fn write_dac(&mut self, at: Micros, channel: u8, code: DacCode) {
+        let t = self.since_boot_us(at);
         self.dac.push((t, channel, code.get()));
     }
-    fn trip(&mut self, at: Micros, bank: u8, code: DacCode) {
-        let t = self.time(at);
+    fn write_trip(&mut self, at: Micros, bank: u8, code: DacCode) {
+        let t = self.since_boot_us(at);
         self.trips.push((t, bank, code.get()));
     }
-    fn bytes(&mut self, at: Micros, bytes: &[u8]) {
-        let t = self.time(at);
+    fn write_bytes(&mut self, at: Micros, bytes: &[u8]) {
+        let t = self.since_boot_us(at);
         self.sent.push(t);
         self.bytes.extend_from_slice(bytes);
     }
@@ -135,7 +135,7 @@ impl TestHost {
     /// The device resets, for `reset`, at the next window; its session is gone.
     pub fn reset(&mut self, reset: ResetCause) {
         let at = self.now() + us(1_000);
-        self.record.levels(self.now(), Levels::ISOLATED); // pins are inputs
+        self.record.write_levels(self.now(), Levels::ISOLATED); // pins are inputs
         let identity = Identity {
             reset,
             ..identity(1, None)
@@ -154,7 +154,7 @@ impl TestHost {
     }
 
     pub fn hello(&mut self) -> HelloInfo {
-        let heard = self.ask(Request::Hello { schema: SCHEMA });
+        let heard = self.exchange(Request::Hello { schema: SCHEMA });
         let Some(OwnedResponse::Hello(info)) = heard
             .iter()
             .find(|h| matches!(h, OwnedResponse::Hello(_)))
@@ -171,9 +171,9 @@ impl TestHost {
     }
 
     /// Now, µs since boot.
-    pub fn time(&mut self) -> u64 {
+    pub fn since_boot_us(&mut self) -> u64 {
         let now = self.now();
-        self.record.time(now)
+        self.record.since_boot_us(now)
     }
 
     pub fn wait(&mut self, length_us: u32) {
@@ -207,7 +207,7 @@ impl TestHost {
             {
                 request
             }
-            request => self.draft.sending(request),
+            request => self.draft.prepare_request(request),
         };
         let bytes = frame(self.session, self.seq, request);
         self.seq = self.seq.wrapping_add(1);
@@ -222,7 +222,7 @@ impl TestHost {
     }
 
     /// What was said since the last call.
-    pub fn heard(&mut self) -> Vec<OwnedResponse> {
+    pub fn take_messages(&mut self) -> Vec<OwnedResponse> {
         let new = decode(&self.record.bytes[self.read..]);
         self.read = self.record.bytes.len();
         new
@@ -234,24 +234,27 @@ impl TestHost {
             OwnedResponse::Telemetry(sample) => Some(sample),
             _ => None,
         };
-        self.heard().into_iter().filter_map(sample).collect()
+        self.take_messages()
+            .into_iter()
+            .filter_map(sample)
+            .collect()
     }
 
     /// Sends a request and gives the device 2 ms. Everything it said since.
-    pub fn ask(&mut self, request: Request) -> Vec<OwnedResponse> {
-        self.heard();
+    pub fn exchange(&mut self, request: Request) -> Vec<OwnedResponse> {
+        self.take_messages();
         self.send(request);
         self.wait(2_000);
-        self.heard()
+        self.take_messages()
     }
 
     /// Sends a request and waits for its own answer, at most half a second.
     /// `Err` is the code and field of the refusal.
     pub fn answer(&mut self, request: Request) -> Result<(), (Code, String)> {
-        self.heard();
+        self.take_messages();
         let seq = self.send(request);
         for _ in 0..500 {
-            for heard in self.heard() {
+            for heard in self.take_messages() {
                 match heard {
                     OwnedResponse::Ack(s, _) | OwnedResponse::Status(s, _) if s == seq => {
                         return Ok(());
@@ -268,22 +271,22 @@ impl TestHost {
     }
 
     /// Code and field of a request's refusal.
-    pub fn refused(&mut self, request: Request) -> (Code, String) {
+    pub fn expect_refusal(&mut self, request: Request) -> (Code, String) {
         self.answer(request).expect_err("accepted")
     }
 
     /// The code of a request's refusal, if it was refused.
-    pub fn code(&mut self, request: Request) -> Option<Code> {
+    pub fn refusal_code(&mut self, request: Request) -> Option<Code> {
         self.answer(request).err().map(|(code, _)| code)
     }
 
-    pub fn must_all(&mut self, requests: impl IntoIterator<Item = Request>) {
+    pub fn expect_all_ok(&mut self, requests: impl IntoIterator<Item = Request>) {
         for request in requests {
-            self.must(request);
+            self.expect_ok(request);
         }
     }
 
-    pub fn must(&mut self, request: Request) {
+    pub fn expect_ok(&mut self, request: Request) {
         let shown = format!("{request:?}");
         if let Err(e) = self.answer(request) {
             panic!("{shown}: {e:?}");
@@ -291,7 +294,7 @@ impl TestHost {
     }
 
     pub fn status(&mut self) -> Status {
-        let heard = self.ask(Request::Status);
+        let heard = self.exchange(Request::Status);
         let status = heard.iter().find_map(|h| match h {
             OwnedResponse::Status(_, status) => Some(*status),
             _ => None,
@@ -307,7 +310,7 @@ impl TestHost {
     /// The host's measurement of this moment.
     pub fn measure(&mut self, centideg: i16) {
         let at = self.now();
-        self.must(Request::Measurement {
+        self.expect_ok(Request::Measurement {
             joint: 0,
             centideg,
             at,
@@ -317,14 +320,14 @@ impl TestHost {
     /// `count` times `us` with the host alive.
     pub fn keep_alive(&mut self, count: u32, us: u32) {
         for _ in 0..count {
-            self.must(Request::KeepAlive);
+            self.expect_ok(Request::KeepAlive);
             self.wait(us);
         }
     }
 
     /// Arms and starts.
     pub fn start(&mut self) {
-        self.must_all([ARM, Request::Start]);
+        self.expect_all_ok([ARM, Request::Start]);
     }
 
     /// Puts a wearer and channels into the draft, arms, starts, asks for
@@ -332,13 +335,13 @@ impl TestHost {
     pub fn run(&mut self, wearer: WearerSpec, specs: &[ChannelSpec], amplitude: u32) {
         self.prepare(wearer, specs);
         self.start();
-        self.must(all(specs.len(), amplitude));
+        self.expect_ok(equal_amplitudes(specs.len(), amplitude));
     }
 
     pub fn prepare(&mut self, wearer: WearerSpec, specs: &[ChannelSpec]) {
-        self.must(Request::Wearer(wearer));
+        self.expect_ok(Request::Wearer(wearer));
         for (channel, &spec) in (0u8..).zip(specs) {
-            self.must(Request::Channel { channel, spec });
+            self.expect_ok(Request::Channel { channel, spec });
         }
     }
 
@@ -373,25 +376,25 @@ pub fn refusal(code: Code, field: &str) -> (Code, String) {
 }
 
 /// Whether the device told of `event`.
-pub fn is_told(heard: &[OwnedResponse], event: Event) -> bool {
+pub fn has_event(heard: &[OwnedResponse], event: Event) -> bool {
     let is = |h: &OwnedResponse| matches!(h, OwnedResponse::Event(_, e) if *e == event);
     heard.iter().any(is)
 }
 
 /// Keeps the host alive until the device stops by itself; how long that took, µs, and
 /// what was heard.
-pub fn until_stopped(desk: &mut TestHost, most_s: u32) -> (u64, Vec<OwnedResponse>) {
-    let (from, mut heard) = (desk.time(), Vec::new());
+pub fn wait_until_stopped(desk: &mut TestHost, most_s: u32) -> (u64, Vec<OwnedResponse>) {
+    let (from, mut heard) = (desk.since_boot_us(), Vec::new());
     for _ in 0..most_s * 50 {
         if desk.state() != State::Stimulating {
             break;
         }
-        heard.extend(desk.ask(Request::KeepAlive));
+        heard.extend(desk.exchange(Request::KeepAlive));
         desk.wait(20_000);
     }
     desk.wait(60_000);
-    heard.extend(desk.heard());
-    (desk.time() - 60_000 - from, heard)
+    heard.extend(desk.take_messages());
+    (desk.since_boot_us() - 60_000 - from, heard)
 }
 
 /// One group.
@@ -433,7 +436,7 @@ pub fn angle(centideg: i16) -> Request {
 }
 
 /// The same amplitude on the first `count` channels.
-pub fn all(count: usize, amplitude: u32) -> Request {
+pub fn equal_amplitudes(count: usize, amplitude: u32) -> Request {
     let mut values = heapless::Vec::new();
     for _ in 0..count {
         values.push(Amplitude::new(amplitude)).unwrap();
@@ -468,7 +471,7 @@ pub fn channel(train: TrainSpec) -> ChannelSpec {
 }
 
 /// The same without a rise: for trains of a fixed number of pulses.
-pub fn at_once(train: TrainSpec) -> ChannelSpec {
+pub fn without_rise(train: TrainSpec) -> ChannelSpec {
     let spec = channel(train);
     ChannelSpec {
         start: spec.limit,
@@ -485,7 +488,7 @@ pub fn wearer() -> WearerSpec {
 }
 
 /// (start of the stretch, state, end of the stretch) of one channel.
-pub fn stretches(levels: &[(u64, Levels)], channel: usize, end: u64) -> Vec<(u64, Line, u64)> {
+pub fn line_intervals(levels: &[(u64, Levels)], channel: usize, end: u64) -> Vec<(u64, Line, u64)> {
     let mut out: Vec<(u64, Line, u64)> = Vec::new();
     let mut now = (0, Line::Isolated);
     for &(t, l) in levels {
@@ -500,9 +503,9 @@ pub fn stretches(levels: &[(u64, Levels)], channel: usize, end: u64) -> Vec<(u64
 }
 
 /// Starts of driven stretches of a channel.
-pub fn driven(levels: &[(u64, Levels)], channel: usize) -> Vec<u64> {
+pub fn driven_starts(levels: &[(u64, Levels)], channel: usize) -> Vec<u64> {
     assert!(channel < CHANNELS);
-    stretches(levels, channel, u64::MAX)
+    line_intervals(levels, channel, u64::MAX)
         .into_iter()
         .filter(|s| matches!(s.1, Line::Anodic | Line::Cathodic))
         .map(|s| s.0)

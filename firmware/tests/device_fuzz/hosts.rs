@@ -3,7 +3,7 @@
 use super::lifts::lift;
 use super::walls::wall;
 use crate::device_desk::*;
-use firmware::bench::limb::{before_the_trunk, nominal};
+use firmware::bench::limb::{before_the_trunk, nominal_limb};
 use firmware::control::{
     EndpointSpec, ForceSpec, HoldPolicy, JointSpec, LawSpec, PointSpec, PostureSpec, SensorSource,
 };
@@ -408,7 +408,7 @@ fn arm() -> impl Strategy<Value = Request> {
             ways_um,
             ranges_mdeg,
             ..
-        } = nominal();
+        } = nominal_limb();
         let posed = before_the_trunk().map(|angle| angle.to_centideg());
         let posture = stale_after_ms.map_or(PostureSpec::Fixed(posed), |stale_after_ms| {
             PostureSpec::Measured { stale_after_ms }
@@ -424,7 +424,7 @@ fn arm() -> impl Strategy<Value = Request> {
 
 /// A nominal muscle under another channel.
 fn line(n: usize, channel: u8) -> Request {
-    let line = nominal().lines[n].clone();
+    let line = nominal_limb().lines[n].clone();
     Request::Line(LineSpec {
         channel,
         limit: Amplitude::new(10_000),
@@ -469,7 +469,7 @@ pub fn opening() -> impl Strategy<Value = Vec<Step>> {
     )
         .prop_map(
             |(wearer, specs, groups, joint, wall, arm, lift, amplitude)| {
-                let amplitudes = all(specs.len(), amplitude);
+                let amplitudes = equal_amplitudes(specs.len(), amplitude);
                 let mut steps = vec![Step::Hello, Step::Send(Request::Wearer(wearer))];
                 for (channel, spec) in (0u8..).zip(specs) {
                     steps.push(Step::Send(Request::Channel { channel, spec }));

@@ -8,7 +8,7 @@ use std::collections::HashMap;
 
 /// The laws of the pins that hold whatever was asked.
 pub fn judge_pins(desk: &mut TestHost) -> Result<(), TestCaseError> {
-    let end = desk.time();
+    let end = desk.since_boot_us();
     let faults: Vec<u64> = desk_faults(desk);
     let record = &desk.record;
     let mut last = 0;
@@ -19,7 +19,7 @@ pub fn judge_pins(desk: &mut TestHost) -> Result<(), TestCaseError> {
     prop_assert!(record.sent.is_sorted(), "bytes out of order");
     prop_assert!(record.dac.is_sorted_by_key(|d| d.0), "DAC out of order");
     for c in 0..CHANNELS {
-        let all = stretches(&record.levels, c, end);
+        let all = line_intervals(&record.levels, c, end);
         judge_phases(&all, c, end, &faults)?;
         for &(t, _, _) in record.dac.iter().filter(|d| usize::from(d.1) == c) {
             // Never inside a pulse, and 20 µs before the next begins.
@@ -41,7 +41,7 @@ pub fn judge_pins(desk: &mut TestHost) -> Result<(), TestCaseError> {
 /// Device events of faults, as µs since boot, from everything ever said.
 pub fn desk_faults(desk: &mut TestHost) -> Vec<u64> {
     let said = decode(&desk.record.bytes);
-    let end = desk.time();
+    let end = desk.since_boot_us();
     let now = desk.now();
     said.iter()
         .filter_map(|h| match h {
@@ -182,13 +182,13 @@ impl Allowed {
         for &(t, c, code) in &desk.record.dac {
             prop_assert!(code <= self.code[usize::from(c)], "code {code} at {t}");
         }
-        let end = desk.time();
+        let end = desk.since_boot_us();
         if !desk_faults(desk).is_empty() {
             return Ok(());
         }
         for c in (0..CHANNELS).filter(|&c| !self.monophasic[c]) {
             let mut net = 0;
-            for (from, state, to) in stretches(&desk.record.levels, c, end) {
+            for (from, state, to) in line_intervals(&desk.record.levels, c, end) {
                 let width = (to - from).cast_signed();
                 net += match state {
                     Line::Anodic => width,

@@ -22,7 +22,7 @@ use std::cell::Cell;
 fn apply(desk: &mut TestHost, step: &Step, asked: &mut Vec<(u64, u16, Request)>) {
     let now = desk.now();
     let mut note = |desk: &mut TestHost, request: &Request| {
-        let t = desk.time();
+        let t = desk.since_boot_us();
         asked.push((t, desk.seq, request.clone()));
     };
     match step {
@@ -60,9 +60,9 @@ fn apply(desk: &mut TestHost, step: &Step, asked: &mut Vec<(u64, u16, Request)>)
         Step::Session(session) => desk.session = *session,
         Step::Seq(seq) => desk.seq = *seq,
         Step::Hello => {
-            desk.heard();
+            desk.take_messages();
             desk.send(Request::Hello { schema: SCHEMA });
-            for heard in desk.heard() {
+            for heard in desk.take_messages() {
                 if let OwnedResponse::Hello(info) = heard {
                     desk.session = info.session;
                 }
@@ -95,7 +95,7 @@ fn apply(desk: &mut TestHost, step: &Step, asked: &mut Vec<(u64, u16, Request)>)
         Step::Stamped(request, by) => {
             // Any past; the future only a little, or time would run there.
             let at = now + us((*by).min(5_000).cast_unsigned());
-            let t = desk.time() + u64::from((*by).clamp(0, 5_000).cast_unsigned());
+            let t = desk.since_boot_us() + u64::from((*by).clamp(0, 5_000).cast_unsigned());
             asked.push((t, desk.seq, request.clone()));
             let bytes = desk.frame(request.clone());
             desk.board
@@ -171,11 +171,11 @@ fn one_run(boot: u32, steps: &[Step], tally: &FuzzCounts) -> Result<(), TestCase
     let now = desk.now();
     desk.board
         .receive(now, &[0], &desk.sensors, &mut desk.record);
-    desk.heard();
+    desk.take_messages();
     desk.hello();
     tally.note(&mut desk, &allowed);
     if desk.state() == firmware::safety::State::Fault {
-        desk.must(Request::Acknowledge);
+        desk.expect_ok(Request::Acknowledge);
         desk.wait(110_000);
     }
     desk.run(wearer(), &[channel(PLAIN)], 5_000);
@@ -209,8 +209,8 @@ fn nothing_breaks_a_promise() {
 fn split_run(requests: &[Request], cuts: &[u16]) -> Record {
     let mut desk = TestHost::open(Micros::new(u32::MAX - 30_000));
     desk.prepare(wearer(), &[channel(PLAIN), channel(MONO)]);
-    desk.must(ARM);
-    desk.must(Request::Start);
+    desk.expect_ok(ARM);
+    desk.expect_ok(Request::Start);
     for pair in requests.chunks(7) {
         let mut bytes = Vec::new();
         for request in pair {

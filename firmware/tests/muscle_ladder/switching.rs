@@ -65,10 +65,10 @@ proptest! {
             now += us(gap);
             ladder.advance(&mut state, now);
             if let Some(rung) = rung {
-                let before = ladder.predicted(&state);
+                let before = ladder.predicted_force(&state);
                 ladder.switch(&mut state, rung, now).unwrap();
-                prop_assert_eq!(state.rung(), rung);
-                let after = ladder.predicted(&state);
+                prop_assert_eq!(state.model_level(), rung);
+                let after = ladder.predicted_force(&state);
                 prop_assert_eq!(after.is_some(), rung != Rung::None);
                 if let Some(after) = after {
                     prop_assert_eq!(after, before.unwrap_or_default());
@@ -96,7 +96,7 @@ fn a_rung_that_tires_needs_its_parameters() {
         ladder.switch(&mut state, Rung::CalciumForceFatigue, START),
         Err(NoFatigue)
     );
-    assert_eq!(state.rung(), Rung::CalciumForce);
+    assert_eq!(state.model_level(), Rung::CalciumForce);
 }
 
 /// When a tick of `run` ends.

@@ -91,7 +91,7 @@ impl Array {
         let mut random = Random::new(word(seed, DRAWN));
         let mut points = Vec::new();
         for _ in 0..CHANNELS {
-            points.push(drawn(&mut random)?);
+            points.push(random_point(&mut random)?);
         }
         let points = points.try_into().map_err(|_| InvalidBench("points"))?;
         let dynamics: [Parameters; CHANNELS] =
@@ -126,7 +126,7 @@ impl Array {
     }
 }
 
-fn drawn(random: &mut Random) -> Result<Point, InvalidBench> {
+fn random_point(random: &mut Random) -> Result<Point, InvalidBench> {
     let movements = MOVEMENTS.len() as u64;
     let own = random.below(movements);
     let other = (own + 1 + random.below(movements - 1)) % movements;
@@ -190,7 +190,7 @@ impl Body for Array {
         Some(self.sensor.reading_n())
     }
 
-    fn seen_moving(&self) -> Vec<&'static str> {
+    fn visible_movements(&self) -> Vec<&'static str> {
         let forces = self.forces_n();
         let largest = forces.iter().copied().fold(VISIBLE_N, f64::max);
         let named = MOVEMENTS.into_iter().zip(forces);
@@ -200,7 +200,7 @@ impl Body for Array {
             .collect()
     }
 
-    fn complains(&self) -> bool {
+    fn is_complaining(&self) -> bool {
         let now_us = self.tick * STEP_US;
         self.hurt_us.is_some_and(|at| now_us < at + FELT_US)
     }
@@ -242,10 +242,18 @@ mod tests {
         for (channel, point) in body.points().iter().enumerate() {
             let [near, far] = point.reaches;
             let weak = after(body.clone(), channel, near.pool.lowest() * 1.25);
-            assert_eq!(weak.seen_moving(), [MOVEMENTS[near.movement]], "{channel}");
+            assert_eq!(
+                weak.visible_movements(),
+                [MOVEMENTS[near.movement]],
+                "{channel}"
+            );
             let strong = after(body.clone(), channel, far.pool.lowest() * 2.0);
-            assert!(strong.seen_moving().contains(&MOVEMENTS[far.movement]));
-            assert!(strong.complains() == (far.pool.lowest() * 2.0 > point.bears_ma));
+            assert!(
+                strong
+                    .visible_movements()
+                    .contains(&MOVEMENTS[far.movement])
+            );
+            assert!(strong.is_complaining() == (far.pool.lowest() * 2.0 > point.bears_ma));
             let none = after(body.clone(), channel, near.pool.lowest() * 0.99);
             assert_eq!(none.forces_n(), [0.0; MOVEMENTS.len()]);
         }
@@ -257,6 +265,6 @@ mod tests {
         body.loads_mut()[4] = Load::Open;
         let body = after(body, 4, 30.0);
         assert_eq!(body.forces_n(), [0.0; MOVEMENTS.len()]);
-        assert!(!body.complains());
+        assert!(!body.is_complaining());
     }
 }

@@ -47,13 +47,13 @@ impl BrokenSensor {
 
     /// One that never breaks, and remembers all that it read.
     #[must_use]
-    pub const fn whole() -> Self {
+    pub const fn never_broken() -> Self {
         Self::new(SensorFault::Delayed(u64::MAX), u64::MAX)
     }
 
-    /// A [`Self::whole`] one as it was before `at_us`, which breaks at `from_us`, not before.
+    /// A [`Self::never_broken`] one as it was before `at_us`, which breaks at `from_us`, not before.
     #[must_use]
-    pub fn breaking(&self, at_us: u64, fault: SensorFault, from_us: u64) -> Self {
+    pub fn broken_from(&self, at_us: u64, fault: SensorFault, from_us: u64) -> Self {
         let mut broken = Self::new(fault, from_us);
         let earlier = self.earlier.iter().take_while(|pair| pair.0 < at_us);
         for &(t_us, deg) in earlier {
@@ -91,7 +91,7 @@ impl BrokenSensor {
 
     /// The least and the greatest that it said since it broke, °.
     #[must_use]
-    pub const fn said_deg(&self) -> Option<[f64; 2]> {
+    pub const fn reported_range_deg(&self) -> Option<[f64; 2]> {
         self.said_deg
     }
 }
@@ -127,12 +127,12 @@ mod tests {
 
     #[test]
     fn what_a_whole_one_read_is_what_another_read_before_it_broke() {
-        let mut whole = BrokenSensor::whole();
+        let mut whole = BrokenSensor::never_broken();
         let read = |sensor: &mut BrokenSensor, ms: u64| sensor.read(ms * 1_000, ms as f64);
         assert!((0..7).all(|ms| read(&mut whole, ms) == ms as f64));
-        assert_eq!(whole.said_deg(), None);
+        assert_eq!(whole.reported_range_deg(), None);
         let fault = SensorFault::Delayed(2_000);
-        let mut broken = whole.breaking(3_000, fault, 4_000);
+        let mut broken = whole.broken_from(3_000, fault, 4_000);
         let said = [3, 4, 5].map(|ms| read(&mut broken, ms));
         assert_eq!(said, [3.0, 2.0, 3.0]);
     }
@@ -143,10 +143,10 @@ mod tests {
         for (t_us, deg) in [(0, -99.0), (1, 99.0)] {
             sensor.read(t_us, deg);
         }
-        assert_eq!(sensor.said_deg(), None);
+        assert_eq!(sensor.reported_range_deg(), None);
         for (t_us, deg) in [(2, 4.0), (3, 1.0), (4, 7.0)] {
             sensor.read(t_us, deg);
         }
-        assert_eq!(sensor.said_deg(), Some([11.0, 17.0]));
+        assert_eq!(sensor.reported_range_deg(), Some([11.0, 17.0]));
     }
 }

@@ -67,7 +67,7 @@ pub trait Body: Send {
     /// From `t_us` on, the stage of `channel` does this with its lead: every change, in
     /// order of time. Says all that [`Self::pulse`] says and more; a body heeds one of
     /// them, most the other.
-    fn lead(&mut self, _t_us: u64, _channel: usize, _lead: Lead) {}
+    fn set_lead(&mut self, _t_us: u64, _channel: usize, _lead: Lead) {}
     /// Moves simulated time forward to `to_us`. Going backwards does nothing.
     /// The result depends on the pulses only, not on how often this is called.
     /// Returns whether anything moved: if not, all that can be sensed is as before.
@@ -79,10 +79,10 @@ pub trait Body: Send {
     }
     /// A trial begins for a wearer who goes on as they are: what a person does by the
     /// clock counts from here, tiredness and posture stay.
-    fn begin(&mut self) {}
+    fn begin_trial(&mut self) {}
     /// Stretches of time in which this body could not be computed, so that nothing acted
     /// on it: of a circuit that has no consistent currents. Not known to happen.
-    fn unsettled(&self) -> u64 {
+    fn uncomputed_intervals(&self) -> u64 {
         0
     }
     /// True joint angle, degrees, flexion positive.
@@ -96,7 +96,7 @@ pub trait Body: Send {
     }
     /// True force of an arm's hand on what holds it, beside its weight, N: backward, to the
     /// right, upward. Nothing of a body that has no arm, and of one that nothing holds.
-    fn hand_n(&self) -> Option<[f64; 3]> {
+    fn hand_force_n(&self) -> Option<[f64; 3]> {
         None
     }
     /// What the laboratory's own instrument reads now, N: of a limb that is fixed to a force
@@ -105,11 +105,11 @@ pub trait Body: Send {
         None
     }
     /// What somebody who looks on would call moving now.
-    fn seen_moving(&self) -> Vec<&'static str> {
+    fn visible_movements(&self) -> Vec<&'static str> {
         Vec::new()
     }
     /// Whether the person says now that it is too much.
-    fn complains(&self) -> bool {
+    fn is_complaining(&self) -> bool {
         false
     }
     /// What each channel's electrodes present to the output stage.

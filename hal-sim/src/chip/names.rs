@@ -215,7 +215,7 @@ const BLOCKS: &[Block] = &[
 /// as `RCC_CR bit 24`; where a block has registers that are not listed here, `CAN1 + 0x640`.
 /// `None` where no block is: memory, and nothing.
 pub fn register(address: u32) -> Option<String> {
-    if let Some(bit) = Bit::of(address, Size::Word) {
+    if let Some(bit) = Bit::from_alias(address, Size::Word) {
         return Some(format!("{} bit {}", register(bit.address)?, bit.number));
     }
     let after = BLOCKS.partition_point(|block| block.0 <= address);

@@ -155,7 +155,7 @@ impl<D: Device + AsMut<Surroundings>> Logged<D> {
     }
 
     fn drain(&mut self, at: Micros) -> io::Result<()> {
-        let at_us = self.now.at(at.get());
+        let at_us = self.now.unwrap_time(at.get());
         self.log.drain(&mut self.device.as_mut().soc.ram, at_us)
     }
 }

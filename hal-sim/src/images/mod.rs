@@ -69,7 +69,7 @@ impl Places {
     /// Of the program that runs, compiled in `checkout`. The environment's
     /// FLEXOR_CHECKOUT names another one.
     #[must_use]
-    pub fn of_this_program(checkout: &Path) -> Self {
+    pub fn for_this_program(checkout: &Path) -> Self {
         let program = std::env::current_exe().ok();
         let named = std::env::var_os("FLEXOR_CHECKOUT").map(PathBuf::from);
         Self {
@@ -79,7 +79,7 @@ impl Places {
     }
 
     /// The image `name` beside the program, taken as it is.
-    fn beside(&self, name: &str) -> Option<PathBuf> {
+    fn find_beside_program(&self, name: &str) -> Option<PathBuf> {
         let path = self.program.as_ref()?.join(BESIDE).join(name);
         path.is_file().then_some(path)
     }
@@ -156,7 +156,7 @@ impl Image {
     /// # Errors
     /// [`BuildError`], with the compiler's words.
     pub fn build(self, workspace: &Path) -> Result<PathBuf, BuildError> {
-        self.build_telling(workspace, &mut |_| ())
+        self.build_with_output(workspace, &mut |_| ())
     }
 
     /// The image from the first of `places` that has it; `tell` hears cargo's
@@ -165,13 +165,13 @@ impl Image {
     /// # Errors
     /// [`BuildError`].
     pub fn find(self, places: &Places, tell: &mut dyn FnMut(&str)) -> Result<PathBuf, BuildError> {
-        match places.beside(self.name()) {
+        match places.find_beside_program(self.name()) {
             Some(path) => Ok(path),
-            None => self.build_telling(places.sources(self.name())?, tell),
+            None => self.build_with_output(places.sources(self.name())?, tell),
         }
     }
 
-    fn build_telling(
+    fn build_with_output(
         self,
         workspace: &Path,
         tell: &mut dyn FnMut(&str),
@@ -209,7 +209,7 @@ pub fn coremark(workspace: &Path) -> Result<PathBuf, BuildError> {
 /// # Errors
 /// [`BuildError`].
 pub fn find_coremark(places: &Places, tell: &mut dyn FnMut(&str)) -> Result<PathBuf, BuildError> {
-    match places.beside(COREMARK) {
+    match places.find_beside_program(COREMARK) {
         Some(path) => Ok(path),
         None => build_coremark(places.sources(COREMARK)?, tell),
     }

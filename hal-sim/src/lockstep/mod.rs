@@ -77,19 +77,19 @@ impl<D: Device> Device for Arc<Mutex<D>> {
         sensors: &Sensors,
         sink: &mut dyn Sink,
     ) -> io::Result<()> {
-        locked(self)?.receive(at, bytes, sensors, sink)
+        lock_device(self)?.receive(at, bytes, sensors, sink)
     }
 
     fn advance(&mut self, to: Micros, sensors: &Sensors, sink: &mut dyn Sink) -> io::Result<()> {
-        locked(self)?.advance(to, sensors, sink)
+        lock_device(self)?.advance(to, sensors, sink)
     }
 
     fn output(&self, channel: usize) -> Option<Output> {
-        locked(self).ok()?.output(channel)
+        lock_device(self).ok()?.output(channel)
     }
 }
 
-fn locked<D>(device: &Mutex<D>) -> io::Result<MutexGuard<'_, D>> {
+fn lock_device<D>(device: &Mutex<D>) -> io::Result<MutexGuard<'_, D>> {
     let lost = "the simulated device was left in the middle of a step";
     device.lock().map_err(|_| io::Error::other(lost))
 }

@@ -89,10 +89,10 @@ impl<R: Read, W: Write> Remote<R, W> {
             let Some(message) = self.decoder.push(byte[0]) else {
                 continue;
             };
-            let message =
-                message.map_err(|e| corrupt(&format!("a frame of the device is bad: {e:?}")))?;
+            let message = message
+                .map_err(|e| corrupt_data(&format!("a frame of the device is bad: {e:?}")))?;
             let output = postcard::from_bytes(message)
-                .map_err(|e| corrupt(&format!("a frame of the device is no output: {e}")))?;
+                .map_err(|e| corrupt_data(&format!("a frame of the device is no output: {e}")))?;
             let is_done = emit(&output, sink)?;
             self.decoder.clear();
             if is_done {
@@ -142,17 +142,17 @@ impl<R: Read + Send, W: Write + Send> Device for Remote<R, W> {
 /// Whether it ends a command.
 fn emit(output: &Output<'_>, sink: &mut dyn Sink) -> io::Result<bool> {
     match *output {
-        Output::Levels { at, levels } => sink.levels(at, Levels(levels)),
-        Output::Dac { at, channel, code } => sink.dac(at, channel, code),
-        Output::Trip { at, bank, code } => sink.trip(at, bank, code),
-        Output::Bytes { at, bytes } => sink.bytes(at, bytes),
+        Output::Levels { at, levels } => sink.write_levels(at, Levels(levels)),
+        Output::Dac { at, channel, code } => sink.write_dac(at, channel, code),
+        Output::Trip { at, bank, code } => sink.write_trip(at, bank, code),
+        Output::Bytes { at, bytes } => sink.write_bytes(at, bytes),
         Output::Done => return Ok(true),
-        Output::NoCommand => return Err(corrupt("the device did not understand a command")),
+        Output::NoCommand => return Err(corrupt_data("the device did not understand a command")),
     }
     Ok(false)
 }
 
-fn corrupt(what: &str) -> io::Error {
+fn corrupt_data(what: &str) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, what)
 }
 
@@ -160,7 +160,7 @@ fn corrupt(what: &str) -> io::Error {
 struct NullSink;
 
 impl Sink for NullSink {
-    fn levels(&mut self, _: Micros, _: Levels) {}
-    fn dac(&mut self, _: Micros, _: u8, _: DacCode) {}
-    fn bytes(&mut self, _: Micros, _: &[u8]) {}
+    fn write_levels(&mut self, _: Micros, _: Levels) {}
+    fn write_dac(&mut self, _: Micros, _: u8, _: DacCode) {}
+    fn write_bytes(&mut self, _: Micros, _: &[u8]) {}
 }

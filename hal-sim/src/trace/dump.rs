@@ -40,7 +40,7 @@ impl<W: Write> Dump<W> {
     /// # Errors
     /// It cannot be written.
     pub fn change(&mut self, ns: u64, index: usize, high: bool) -> io::Result<()> {
-        self.at(ns)?;
+        self.advance_to(ns)?;
         match self.lines.get(index) {
             Some(&line) => self.out.change_scalar(line, high),
             None => Ok(()),
@@ -52,11 +52,11 @@ impl<W: Write> Dump<W> {
     /// # Errors
     /// It cannot be written.
     pub fn end(mut self, ns: u64) -> io::Result<()> {
-        self.at(ns)?;
+        self.advance_to(ns)?;
         self.out.flush()
     }
 
-    fn at(&mut self, ns: u64) -> io::Result<()> {
+    fn advance_to(&mut self, ns: u64) -> io::Result<()> {
         if ns > self.ns {
             self.out.timestamp(ns)?;
             self.ns = ns;

@@ -71,7 +71,7 @@ impl Iterator for Edges<'_> {
             while let Some(write) = self.writes.next_if(|write| write.t_us < t_us) {
                 self.codes[usize::from(write.channel)] = write.code;
             }
-            self.pending = levels.changed(self.now);
+            self.pending = levels.changed_channels(self.now);
             (self.t_us, self.now) = (t_us, levels);
         };
         Some(Edge {
@@ -92,11 +92,11 @@ mod tests {
         let mut trace = Trace::default();
         trace.record_dac(10, 2, 700);
         let driven = Levels::ISOLATED
-            .with(2, State::Cathodic)
-            .with(5, State::Anodic);
+            .with_channel(2, State::Cathodic)
+            .with_channel(5, State::Anodic);
         trace.record_levels(100, driven);
         trace.record_levels(150, driven.with_sync(true));
-        trace.record_levels(300, Levels::ISOLATED.with(5, State::Anodic));
+        trace.record_levels(300, Levels::ISOLATED.with_channel(5, State::Anodic));
         trace.record_dac(300, 2, 900);
         let told = |e: Edge| (e.t_us, e.channel, e.state, e.dac_code);
         let all: Vec<_> = trace.edges().map(told).collect();

@@ -126,8 +126,8 @@ mod tests {
     fn text_is_exact_and_reads_back() {
         let mut trace = Trace::default();
         trace.record_dac(1, 9, 65_535);
-        let levels = Levels::ISOLATED.with(9, State::Anodic);
-        trace.record_levels(50, levels.with(0, State::Grounded));
+        let levels = Levels::ISOLATED.with_channel(9, State::Anodic);
+        trace.record_levels(50, levels.with_channel(0, State::Grounded));
         trace.record_levels(60, levels);
         let mut bytes = Vec::new();
         write_csv(&mut bytes, trace.edges()).expect("a Vec takes all bytes");

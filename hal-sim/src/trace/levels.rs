@@ -91,7 +91,7 @@ impl Levels {
 
     /// The same lines with one channel, 0…9, in another state.
     #[must_use]
-    pub const fn with(self, channel: u8, state: State) -> Levels {
+    pub const fn with_channel(self, channel: u8, state: State) -> Levels {
         Levels(self.0 & !(0b11 << (2 * channel)) | (state as u32) << (2 * channel))
     }
 
@@ -107,7 +107,7 @@ impl Levels {
     }
 
     /// Channels whose state differs from `before`, ascending.
-    pub const fn changed(self, before: Levels) -> ChangedChannels {
+    pub const fn changed_channels(self, before: Levels) -> ChangedChannels {
         ChangedChannels((self.0 ^ before.0) & (SYNC - 1))
     }
 }
@@ -139,20 +139,25 @@ mod tests {
         // Channel 0 in bits 0 and 1.
         let states = [0, 1, 2].map(|channel| Levels(0b10_01_11).state(channel));
         assert_eq!(states, [State::Grounded, State::Cathodic, State::Anodic]);
-        let levels = Levels::ISOLATED.with(9, State::Anodic).with_sync(true);
+        let levels = Levels::ISOLATED
+            .with_channel(9, State::Anodic)
+            .with_sync(true);
         assert_eq!(levels, Levels(0b10 << 18 | 1 << 20));
-        assert_eq!(levels.with(9, State::Isolated), Levels(1 << 20));
+        assert_eq!(levels.with_channel(9, State::Isolated), Levels(1 << 20));
     }
 
     #[test]
     fn changed_names_each_channel_once_and_ignores_sync() {
-        let before = Levels::ISOLATED.with(3, State::Anodic);
+        let before = Levels::ISOLATED.with_channel(3, State::Anodic);
         let after = Levels::ISOLATED
-            .with(0, State::Grounded)
-            .with(3, State::Cathodic)
-            .with(9, State::Cathodic)
+            .with_channel(0, State::Grounded)
+            .with_channel(3, State::Cathodic)
+            .with_channel(9, State::Cathodic)
             .with_sync(true);
-        assert_eq!(after.changed(before).collect::<Vec<_>>(), [0, 3, 9]);
-        assert_eq!(after.changed(after).count(), 0);
+        assert_eq!(
+            after.changed_channels(before).collect::<Vec<_>>(),
+            [0, 3, 9]
+        );
+        assert_eq!(after.changed_channels(after).count(), 0);
     }
 }

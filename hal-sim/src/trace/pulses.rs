@@ -78,7 +78,7 @@ impl Trace {
         for event in self.events() {
             match event {
                 Event::Levels(t_us, levels) => {
-                    for channel in levels.changed(now) {
+                    for channel in levels.changed_channels(now) {
                         trackers[usize::from(channel)].enter(t_us, channel, levels.state(channel));
                     }
                     now = levels;
@@ -200,7 +200,7 @@ mod tests {
         let mut trace = Trace::default();
         trace.record_dac(0, 4, 100);
         for &(t_us, state) in edges {
-            trace.record_levels(t_us, Levels::ISOLATED.with(4, state));
+            trace.record_levels(t_us, Levels::ISOLATED.with_channel(4, state));
         }
         trace
     }

@@ -118,7 +118,7 @@ impl Trace {
     /// What was recorded up to and including `end_us`: with the same `end_us`
     /// in the expectation, a good trace is good wherever it is cut.
     #[must_use]
-    pub fn until(&self, end_us: u64) -> Trace {
+    pub fn up_to(&self, end_us: u64) -> Trace {
         let levels = self.levels.partition_point(|entry| entry.0 <= end_us);
         let dac = self.dac.partition_point(|write| write.t_us <= end_us);
         let trips = self.trips.partition_point(|write| write.t_us <= end_us);
@@ -162,7 +162,7 @@ pub struct Unwrap {
 
 impl Unwrap {
     /// The unwrapped time of `t_us`.
-    pub fn at(&mut self, t_us: u32) -> u64 {
+    pub fn unwrap_time(&mut self, t_us: u32) -> u64 {
         let unwrapped = match self.last {
             None => u64::from(t_us),
             Some(last) => {
@@ -183,7 +183,7 @@ mod tests {
     #[test]
     fn only_changes_are_kept() {
         let mut trace = Trace::default();
-        let anodic = Levels::ISOLATED.with(1, State::Anodic);
+        let anodic = Levels::ISOLATED.with_channel(1, State::Anodic);
         trace.record_levels(0, Levels::ISOLATED);
         trace.record_levels(5, anodic);
         trace.record_levels(6, anodic);
@@ -194,8 +194,8 @@ mod tests {
     #[test]
     fn two_ports_in_one_microsecond_are_one_change() {
         let mut trace = Trace::default();
-        let one = Levels::ISOLATED.with(0, State::Anodic);
-        let both = one.with(7, State::Cathodic);
+        let one = Levels::ISOLATED.with_channel(0, State::Anodic);
+        let both = one.with_channel(7, State::Cathodic);
         trace.record_levels(5, one);
         trace.record_levels(5, both);
         assert_eq!(trace.levels, [(5, both)]);
@@ -205,8 +205,8 @@ mod tests {
 
     #[test]
     fn pieces_taken_one_after_the_other_are_the_whole() {
-        let anodic = Levels::ISOLATED.with(1, State::Anodic);
-        let both = anodic.with(7, State::Cathodic);
+        let anodic = Levels::ISOLATED.with_channel(1, State::Anodic);
+        let both = anodic.with_channel(7, State::Cathodic);
         let record = |trace: &mut Trace, from: u64, to: u64| {
             let steps = [
                 (4, anodic, 3),
@@ -238,11 +238,11 @@ mod tests {
     #[test]
     fn time_goes_on_through_the_wrap() {
         let mut time = Unwrap::default();
-        assert_eq!(time.at(u32::MAX - 1), u64::from(u32::MAX) - 1);
-        assert_eq!(time.at(3), (1 << 32) + 3);
-        assert_eq!(time.at(1), (1 << 32) + 1);
-        assert_eq!(time.at(1 << 31), (1 << 32) + (1 << 31));
-        assert_eq!(time.at(3 << 30), (1 << 32) + (3 << 30));
-        assert_eq!(time.at(7), (2 << 32) + 7);
+        assert_eq!(time.unwrap_time(u32::MAX - 1), u64::from(u32::MAX) - 1);
+        assert_eq!(time.unwrap_time(3), (1 << 32) + 3);
+        assert_eq!(time.unwrap_time(1), (1 << 32) + 1);
+        assert_eq!(time.unwrap_time(1 << 31), (1 << 32) + (1 << 31));
+        assert_eq!(time.unwrap_time(3 << 30), (1 << 32) + (3 << 30));
+        assert_eq!(time.unwrap_time(7), (2 << 32) + 7);
     }
 }

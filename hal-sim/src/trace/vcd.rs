@@ -70,10 +70,10 @@ impl<W: Write> Vcd<W> {
     pub fn append(&mut self, trace: &Trace) -> io::Result<()> {
         for event in trace.events() {
             let (Event::Levels(t_us, _) | Event::Dac(DacWrite { t_us, .. })) = event;
-            self.at(t_us)?;
+            self.advance_to(t_us)?;
             match event {
                 Event::Levels(_, levels) => {
-                    for channel in levels.changed(self.now) {
+                    for channel in levels.changed_channels(self.now) {
                         let lines = &self.channels[usize::from(channel)];
                         write_state(&mut self.out, lines, levels.state(channel))?;
                     }
@@ -97,11 +97,11 @@ impl<W: Write> Vcd<W> {
     /// # Errors
     /// It cannot be written.
     pub fn end(mut self, end_us: u64) -> io::Result<()> {
-        self.at(end_us.max(self.t_us))?;
+        self.advance_to(end_us.max(self.t_us))?;
         self.out.flush()
     }
 
-    fn at(&mut self, t_us: u64) -> io::Result<()> {
+    fn advance_to(&mut self, t_us: u64) -> io::Result<()> {
         if t_us != self.t_us {
             self.out.timestamp(t_us)?;
             self.t_us = t_us;

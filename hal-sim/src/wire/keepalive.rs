@@ -22,7 +22,7 @@ pub const PATIENCE: Duration = Duration::from_secs(5 + 3 * 2);
 ///
 /// # Errors
 /// The system refuses.
-pub fn watch(stream: &TcpStream) -> io::Result<()> {
+pub fn enable_keepalive(stream: &TcpStream) -> io::Result<()> {
     let socket = SockRef::from(stream);
     let keepalive = TcpKeepalive::new().with_time(IDLE).with_interval(INTERVAL);
     socket.set_tcp_keepalive(&keepalive.with_retries(QUESTIONS))?;
@@ -65,7 +65,7 @@ pub(crate) mod tests {
     fn the_system_asks_and_gives_up_in_time() {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let stream = TcpStream::connect(listener.local_addr().unwrap()).unwrap();
-        watch(&stream).unwrap();
+        enable_keepalive(&stream).unwrap();
         let socket = SockRef::from(&stream);
         assert!(socket.keepalive().unwrap());
         let (idle, interval) = (

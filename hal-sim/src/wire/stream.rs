@@ -42,7 +42,7 @@ impl Stream {
 
     /// Bits of write `index` turn, each counted from its first byte's lowest; those beyond
     /// its end do not.
-    pub fn turn(&mut self, index: usize, bits: &[usize]) {
+    pub fn flip_bits(&mut self, index: usize, bits: &[usize]) {
         let Some(write) = self.writes.get_mut(index) else {
             return;
         };
@@ -54,7 +54,7 @@ impl Stream {
     }
 
     /// Two writes change places.
-    pub fn exchange(&mut self, one: usize, other: usize) {
+    pub fn swap_writes(&mut self, one: usize, other: usize) {
         if one.max(other) < self.writes.len() && one != other {
             let bytes = std::mem::take(&mut self.writes[one].bytes);
             let bytes = std::mem::replace(&mut self.writes[other].bytes, bytes);
@@ -63,7 +63,7 @@ impl Stream {
     }
 
     /// Write `index` comes once more, `after_us` later.
-    pub fn repeat(&mut self, index: usize, after_us: u64) {
+    pub fn repeat_write(&mut self, index: usize, after_us: u64) {
         if let Some(Write { t_us, bytes }) = self.writes.get(index).cloned() {
             self.add(t_us + after_us, bytes);
         }
@@ -71,7 +71,7 @@ impl Stream {
 
     /// Of write `index` only the first `length` bytes come; the rest `late_us` later, or
     /// never.
-    pub fn cut(&mut self, index: usize, length: usize, late_us: Option<u64>) {
+    pub fn truncate_write(&mut self, index: usize, length: usize, late_us: Option<u64>) {
         let Some(write) = self.writes.get_mut(index) else {
             return;
         };
@@ -83,7 +83,7 @@ impl Stream {
     }
 
     /// Writes of `from_us..until_us` are lost.
-    pub fn lose(&mut self, from_us: u64, until_us: u64) {
+    pub fn drop_writes(&mut self, from_us: u64, until_us: u64) {
         self.writes
             .retain(|write| !(from_us..until_us).contains(&write.t_us));
     }
@@ -136,10 +136,10 @@ mod tests {
     #[test]
     fn a_turned_delimiter_joins_two_frames_and_a_made_one_divides_one() {
         let mut joined = stream();
-        joined.turn(0, &[16, 999]);
+        joined.flip_bits(0, &[16, 999]);
         assert_eq!(told(&joined.frames())[0], (20, &[1, 129, 1, 2, 130, 0][..]));
         let mut divided = stream();
-        divided.turn(0, &[0]);
+        divided.flip_bits(0, &[0]);
         let frames = divided.frames();
         assert_eq!(told(&frames)[..2], [(10, &[0][..]), (10, &[129, 0][..])]);
     }
@@ -147,15 +147,15 @@ mod tests {
     #[test]
     fn frames_change_places_and_come_twice() {
         let mut exchanged = stream();
-        exchanged.exchange(0, 2);
-        exchanged.exchange(1, 7);
+        exchanged.swap_writes(0, 2);
+        exchanged.swap_writes(1, 7);
         let bytes = |stream: &Stream| -> Vec<u8> {
             let writes = stream.writes().iter();
             writes.map(|write| write.bytes[0]).collect()
         };
         assert_eq!(bytes(&exchanged), [3, 2, 1]);
         let mut twice = stream();
-        twice.repeat(0, 10);
+        twice.repeat_write(0, 10);
         assert_eq!(bytes(&twice), [1, 2, 1, 3]);
         assert_eq!(twice.writes()[2].t_us, 20);
     }
@@ -163,13 +163,13 @@ mod tests {
     #[test]
     fn the_rest_of_a_cut_frame_comes_late_or_never() {
         let mut lost = stream();
-        lost.cut(0, 1, None);
+        lost.truncate_write(0, 1, None);
         assert_eq!(told(&lost.frames())[0], (20, &[1, 2, 130, 0][..]));
         let mut late = stream();
-        late.cut(0, 1, Some(5));
+        late.truncate_write(0, 1, Some(5));
         assert_eq!(told(&late.frames())[0], (15, &[1, 129, 0][..]));
         let mut behind = stream();
-        behind.cut(0, 1, Some(15));
+        behind.truncate_write(0, 1, Some(15));
         let read = behind.frames();
         let whole: [(u64, &[u8]); 2] = [(20, &[1, 2, 130, 0]), (25, &[129, 0])];
         assert_eq!(told(&read)[..2], whole);
@@ -178,9 +178,9 @@ mod tests {
     #[test]
     fn what_comes_while_nothing_is_heard_is_lost() {
         let mut heard = stream();
-        heard.lose(20, 30);
+        heard.drop_writes(20, 30);
         assert_eq!(heard.frames().len(), 2);
-        heard.lose(0, u64::MAX);
+        heard.drop_writes(0, u64::MAX);
         assert_eq!(heard.frames(), []);
     }
 }

@@ -75,8 +75,8 @@ impl TcpWire {
 
     /// Lets waiting hosts in or turns them away. Call only when the present
     /// host is known to be there still.
-    fn answer_door(&mut self) -> io::Result<()> {
-        self.refused.retain_mut(still_leaving);
+    fn accept_hosts(&mut self) -> io::Result<()> {
+        self.refused.retain_mut(is_still_leaving);
         loop {
             match self.listener.accept() {
                 Ok((stream, _)) => match &self.host {
@@ -115,7 +115,7 @@ impl Host {
     fn new(stream: TcpStream) -> io::Result<Self> {
         stream.set_nonblocking(true)?;
         stream.set_nodelay(true)?;
-        keepalive::watch(&stream)?;
+        keepalive::enable_keepalive(&stream)?;
         let ended = None;
         Ok(Self { stream, ended })
     }
@@ -158,7 +158,7 @@ impl ByteStream for TcpWire {
             self.host = Host::new(next).ok(); // else it broke off while it waited
             return Ok(0);
         }
-        self.answer_door()?;
+        self.accept_hosts()?;
         Ok(0)
     }
 
@@ -177,7 +177,7 @@ impl ByteStream for TcpWire {
 }
 
 /// Reads and forgets what a refused host says; false once it may be dropped.
-fn still_leaving((stream, since): &mut (TcpStream, Instant)) -> bool {
+fn is_still_leaving((stream, since): &mut (TcpStream, Instant)) -> bool {
     let mut ignored = [0; 256];
     match stream.read(&mut ignored) {
         Ok(0) => false,

@@ -3,7 +3,7 @@
 use hal_sim::trace::{Edge, State, Trace};
 use host_core::analysis::{ChannelDose, doses};
 use host_core::record::Trial;
-use host_core::run::{Outputs, SessionFile, run_taken, simulated};
+use host_core::run::{Outputs, SessionFile, run_with_outputs, simulated_port};
 use host_core::session::Session;
 
 /// The pins of one channel, edge by edge.
@@ -51,7 +51,7 @@ impl AllPins {
 }
 
 impl Outputs for AllPins {
-    fn take(&mut self, piece: &Trace, epoch_us: u64) {
+    fn receive(&mut self, piece: &Trace, epoch_us: u64) {
         for edge in piece.edges_from(epoch_us) {
             let own = &mut self.0[usize::from(edge.channel)];
             if let Some(begun) = own.driven.take().filter(|edge| edge.dac_code > 0) {
@@ -86,9 +86,9 @@ fn played(text: &str) -> (Trial, AllPins) {
     let file = SessionFile::parse("played.toml", text).unwrap();
     let boot = firmware::units::Micros::new(0);
     let device = Box::new(hal_sim::native::native(boot));
-    let port = simulated(&file.session, 1, device, boot).unwrap();
+    let port = simulated_port(&file.session, 1, device, boot).unwrap();
     let mut pins = AllPins::of(&file.session);
-    let (outcome, _) = run_taken(&file, port, None, |_| (), &mut pins);
+    let (outcome, _) = run_with_outputs(&file, port, None, |_| (), &mut pins);
     assert!(outcome.error.is_none(), "{:?}", outcome.error);
     (outcome.trial, pins)
 }

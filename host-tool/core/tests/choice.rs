@@ -1,7 +1,7 @@
 //! The choice of muscle models by trying sessions.
 
 use firmware::muscle::Rung;
-use host_core::choice::{SEED, choose, rungs};
+use host_core::choice::{SEED, choose, measured_levels};
 use host_core::session::{Model, Session, Share};
 use std::path::Path;
 
@@ -69,7 +69,7 @@ fn the_cheapest_that_will_do_is_taken() {
             let within = need
                 .tried
                 .iter()
-                .filter(|trial| trial.error() <= tolerance.part());
+                .filter(|trial| trial.error() <= tolerance.fraction());
             let cheapest = within
                 .map(|trial| trial.cost())
                 .fold(f64::INFINITY, f64::min);
@@ -77,9 +77,9 @@ fn the_cheapest_that_will_do_is_taken() {
                 Some(rung) => {
                     let own = need.tried.iter().find(|trial| trial.rung == rung).unwrap();
                     assert_eq!(own.cost(), cheapest);
-                    assert!(need.together <= tolerance.part());
+                    assert!(need.together <= tolerance.fraction());
                 }
-                None => assert!(need.least().0 > tolerance.part()),
+                None => assert!(need.smallest_error().0 > tolerance.fraction()),
             }
         }
     }
@@ -92,7 +92,7 @@ fn no_channel_s_error_depends_on_another_s_rung() {
     let session = two();
     let all = choose(&session, Share(1), SEED).unwrap();
     for (need, place) in all.needs.iter().zip(0..) {
-        for rung in rungs().filter(|level| *level <= Rung::CalciumForceFatigue) {
+        for rung in measured_levels().filter(|level| *level <= Rung::CalciumForceFatigue) {
             let mut alone = session.clone();
             let muscle = alone.channels[place].muscle.as_mut().unwrap();
             muscle.model = Model::Fixed(rung);
@@ -113,7 +113,7 @@ fn what_nobody_uses_has_no_error() {
     let need = &choice.needs[0];
     assert!(!need.uses.report && !need.uses.steering);
     assert!(need.tried.iter().all(|trial| trial.error() == 0.0));
-    assert_eq!(need.enough, rungs().next());
+    assert_eq!(need.enough, measured_levels().next());
 }
 
 /// A longer session's first part is tried, as long as the file says.
@@ -126,7 +126,7 @@ fn a_longer_session_is_tried_in_part() {
         choose(&session, Share(5_000), SEED).unwrap().tried_us,
         5_000_000
     );
-    host_core::choice::settle(&mut session).unwrap();
+    host_core::choice::resolve_auto_models(&mut session).unwrap();
     let notes = session.notes.join("\n");
     assert!(notes.contains("the first 5 s of 800 s"), "{notes}");
 }
@@ -169,10 +169,16 @@ fn a_run_takes_what_trying_finds() {
         let mut session = Session::parse("it.toml", text).unwrap();
         session.try_us = 3_000_000;
         let choice = choose(&session, session.tolerance, SEED).unwrap();
-        host_core::choice::settle(&mut session).unwrap();
+        host_core::choice::resolve_auto_models(&mut session).unwrap();
         for need in choice.needs {
             let muscle = session.channels[need.place].muscle.as_ref().unwrap();
-            assert_eq!(muscle.rung(), need.rung, "{} {}", session.title, need.place);
+            assert_eq!(
+                muscle.initial_level(),
+                need.rung,
+                "{} {}",
+                session.title,
+                need.place
+            );
             rungs.push(need.rung);
         }
     }

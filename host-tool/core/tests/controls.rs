@@ -6,7 +6,7 @@ use hal_sim::trace::{State, Trace};
 use host_core::record::{Marker, MarkerKind, Recorder, Run, load, write_run};
 use host_core::run::{
     Control, DeviceName, INTENSITY_STEP, Keys, Observation, Observer, SessionFile, begin_trial,
-    repeating, run,
+    replay_keys, run,
 };
 use std::collections::{BTreeMap, VecDeque};
 use std::path::{Path, PathBuf};
@@ -101,9 +101,9 @@ fn sequence(seed: u64) -> Vec<(u64, Control)> {
 struct Person(VecDeque<(u64, Control)>);
 
 impl Observer for Person {
-    fn see(&mut self, _: Observation<'_>) {}
+    fn observe(&mut self, _: Observation<'_>) {}
 
-    fn control(&mut self, now_us: u64) -> Option<Control> {
+    fn next_control(&mut self, now_us: u64) -> Option<Control> {
         let (_, key) = self.0.pop_front_if(|(at_us, _)| *at_us <= now_us)?;
         Some(key)
     }
@@ -111,7 +111,11 @@ impl Observer for Person {
 
 /// Plays the session into a record in `dir`; the markers and what was put out, with the time
 /// of the start in it, µs.
-fn recorded(file: &SessionFile, dir: &Path, hands: impl Observer) -> (Vec<Marker>, Trace, u64) {
+fn play_recorded(
+    file: &SessionFile,
+    dir: &Path,
+    hands: impl Observer,
+) -> (Vec<Marker>, Trace, u64) {
     let _ = std::fs::remove_dir_all(dir);
     let mut run_of = Run {
         title: "hands".to_owned(),
@@ -239,21 +243,21 @@ fn judge(markers: &[Marker], (trace, epoch_us): (&Trace, u64), late_us: u64) -> 
 
 /// Presses `sequences` random sequences of keys from seed `first` on, repeats each from its
 /// record, and holds the two to be the same to the byte.
-fn press(file: &SessionFile, late_us: u64, first: u64, sequences: u64) {
+fn check_random_keys(file: &SessionFile, late_us: u64, first: u64, sequences: u64) {
     let dir = std::env::temp_dir().join(format!("flexor-hands-{}-{first}", std::process::id()));
     let (one, other) = (dir.join("one"), dir.join("other"));
     let (mut pressed, mut paused, mut longest_us) = (0, 0, 0);
     for seed in first..first + sequences {
         let keys = sequence(seed);
-        let (markers, trace, epoch_us) = recorded(file, &one, Person(keys.into()));
+        let (markers, trace, epoch_us) = play_recorded(file, &one, Person(keys.into()));
         pressed += markers.len();
         if let Some(over_us) = judge(&markers, (&trace, epoch_us), late_us) {
             paused += 1;
             longest_us = longest_us.max(over_us);
         }
         let record = load(&one).unwrap();
-        let again = Keys::of(&record.trials[0].markers);
-        recorded(file, &other, repeating(again, |_: f64| ()));
+        let again = Keys::from_markers(&record.trials[0].markers);
+        play_recorded(file, &other, replay_keys(again, |_: f64| ()));
         let (was, is) = (files(&one), files(&other));
         let differs = was
             .iter()
@@ -277,16 +281,16 @@ fn press(file: &SessionFile, late_us: u64, first: u64, sequences: u64) {
 
 #[test]
 fn keys_do_what_they_say_and_are_repeated_to_the_byte() {
-    press(&session(), SETPOINT_US, 43_000, 24);
-    press(&programs(), SETPOINT_US + AHEAD_US, 43_500, 24);
+    check_random_keys(&session(), SETPOINT_US, 43_000, 24);
+    check_random_keys(&programs(), SETPOINT_US + AHEAD_US, 43_500, 24);
 }
 
 /// `cargo test -p host-core --test suite controls -- --ignored --nocapture`
 #[test]
 #[ignore = "a minute"]
 fn a_thousand_sequences_of_keys_are_repeated_to_the_byte() {
-    press(&session(), SETPOINT_US, 43_001_000, 1_000);
-    press(&programs(), SETPOINT_US + AHEAD_US, 43_003_000, 1_000);
+    check_random_keys(&session(), SETPOINT_US, 43_001_000, 1_000);
+    check_random_keys(&programs(), SETPOINT_US + AHEAD_US, 43_003_000, 1_000);
 }
 
 /// A channel whose pulses follow a session's own amplitude of 8 mA, 15 mA allowed: 35 steps.
@@ -294,7 +298,7 @@ fn a_thousand_sequences_of_keys_are_repeated_to_the_byte() {
 fn a_key_never_raises_above_the_limit() {
     let dir = std::env::temp_dir().join(format!("flexor-limit-{}", std::process::id()));
     let keys = (1..60).map(|index| (index * 30_000, Control::Raise(5)));
-    let (markers, trace, epoch_us) = recorded(&session(), &dir, Person(keys.collect()));
+    let (markers, trace, epoch_us) = play_recorded(&session(), &dir, Person(keys.collect()));
     judge(&markers, (&trace, epoch_us), SETPOINT_US);
     let refused = markers.iter().filter(|marker| !marker.text.is_empty());
     let texts: Vec<_> = refused.map(|marker| marker.text.as_str()).collect();
@@ -315,7 +319,7 @@ fn a_pause_ends_trains_of_a_fixed_number_of_pulses() {
         channel.spec.start = channel.spec.limit;
     }
     let keys = [(300_000, Control::Pause), (600_000, Control::Resume)];
-    let (markers, trace, epoch_us) = recorded(&file, &dir, Person(keys.into()));
+    let (markers, trace, epoch_us) = play_recorded(&file, &dir, Person(keys.into()));
     assert_eq!(markers.len(), 1);
     assert!(markers[0].text.contains("the session ends"));
     let last = trace.edges_from(epoch_us).last().unwrap();

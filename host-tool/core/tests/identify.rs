@@ -2,7 +2,7 @@
 
 use hal_sim::body::bench::{SensorSpec, Wrist, WristSpec};
 use hal_sim::body::{Body, Drive, Pulse};
-use host_core::identify::{Fit, ForceRecord, NAMES, PARAMETERS, Weighting, bound};
+use host_core::identify::{Fit, ForceRecord, NAMES, PARAMETERS, Weighting, cramer_rao_bound};
 use std::time::Instant;
 
 const BEFORE_US: u64 = 500_000;
@@ -53,7 +53,9 @@ fn without_noise_the_constants_come_back() {
         let truth = spec.generator.parameters.all();
         for weighting in [Weighting::Whitened, Weighting::Averaged] {
             let begin = Instant::now();
-            let fitted = Fit { weighting }.of(&records(spec, 1, &all())).unwrap();
+            let fitted = Fit { weighting }
+                .fit_records(&records(spec, 1, &all()))
+                .unwrap();
             // The whole suite may run beside it; alone it takes 0.06 s.
             assert!(begin.elapsed().as_secs_f64() < 1.0);
             for ((found, truth), name) in fitted.constants.iter().zip(truth).zip(NAMES) {
@@ -75,13 +77,13 @@ fn intervals_are_as_wide_as_the_bound_and_cover() {
             ([0; PARAMETERS], [0.0; PARAMETERS], [0.0; PARAMETERS]);
         for seed in 1..=40 {
             let records = records(spec, seed, &all());
-            let fitted = Fit { weighting }.of(&records).unwrap();
+            let fitted = Fit { weighting }.fit_records(&records).unwrap();
             assert!(
                 (fitted.noise_n / 0.05 - 1.0).abs() < 0.2,
                 "{weighting:?} {}",
                 fitted.noise_n
             );
-            let bound = bound(truth, &records, 0.05).unwrap();
+            let bound = cramer_rao_bound(truth, &records, 0.05).unwrap();
             for (i, estimate) in fitted.estimates().iter().enumerate() {
                 covered[i] += u32::from(estimate.covers(truth[i]));
                 squares[i] += ((estimate.value / truth[i]).ln() / bound.errors()[i]).powi(2) / 40.0;
@@ -115,17 +117,32 @@ fn a_record_without_decay_is_refused_and_a_saturated_one_too() {
     let fit = Fit {
         weighting: Weighting::Whitened,
     };
-    assert!(fit.of(&short).unwrap_err().to_string().starts_with("E643"));
+    assert!(
+        fit.fit_records(&short)
+            .unwrap_err()
+            .to_string()
+            .starts_with("E643")
+    );
     let sensor = SensorSpec {
         range_n: 6.0,
         ..spec.sensor
     };
     let ends = records(WristSpec { sensor, ..spec }, 1, &[40]);
-    assert!(fit.of(&ends).unwrap_err().to_string().starts_with("E640"));
+    assert!(
+        fit.fit_records(&ends)
+            .unwrap_err()
+            .to_string()
+            .starts_with("E640")
+    );
     let sensor = SensorSpec {
         is_upside_down: true,
         ..spec.sensor
     };
     let hangs = records(WristSpec { sensor, ..spec }, 1, &[40]);
-    assert!(fit.of(&hangs).unwrap_err().to_string().starts_with("E641"));
+    assert!(
+        fit.fit_records(&hangs)
+            .unwrap_err()
+            .to_string()
+            .starts_with("E641")
+    );
 }

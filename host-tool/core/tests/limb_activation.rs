@@ -102,7 +102,7 @@ fn a_joint_by_hand() {
     let refused = muscles(0.0).activations([31.0]).unwrap_err();
     assert!(refused.to_string().starts_with("E761"), "{refused}");
     // All agonists at 6 / 30 in common: half of that of the antagonist.
-    let both = muscles(0.0).co_contracting(0.5, [6.0]);
+    let both = muscles(0.0).with_co_contraction(0.5, [6.0]);
     assert!((both.least[2] - 0.1).abs() < 1e-12 && both.least[0] == 0.0);
 }
 
@@ -112,16 +112,16 @@ fn a_quartic_is_found_again_and_tells_what_is_left() {
     let points: Vec<(f64, f64)> = (30..=90)
         .map(|n| (f64::from(n), true_at(f64::from(n))))
         .collect();
-    let found = Quartic::fitted(&points).unwrap();
+    let found = Quartic::fit(&points).unwrap();
     assert!(found.most < 1e-12, "{found:?}");
-    let [a0, a1, a2, a3, a4] = found.per_degree();
+    let [a0, a1, a2, a3, a4] = found.degree_coefficients();
     for (a, b) in [(a0, 0.3), (a1, 2e-3), (a2, -4e-5), (a3, 0.0), (a4, 1e-9)] {
         assert!((a - b).abs() < 1e-9 * b.abs().max(1e-3), "{a} {b}");
     }
     let mut bent = points;
     bent[30].1 += 0.1;
-    let found = Quartic::fitted(&bent).unwrap();
+    let found = Quartic::fit(&bent).unwrap();
     assert!(found.most > 0.08 && found.rms < 0.02, "{found:?}");
-    assert!(Quartic::fitted(&bent[..4]).is_err());
-    assert!(Quartic::fitted(&[(1.0, 0.0); 9]).is_err());
+    assert!(Quartic::fit(&bent[..4]).is_err());
+    assert!(Quartic::fit(&[(1.0, 0.0); 9]).is_err());
 }

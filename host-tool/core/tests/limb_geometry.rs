@@ -1,7 +1,7 @@
 //! The device's geometry in double precision against differences of itself, and the
 //! device's own numbers against that.
 
-use firmware::bench::limb::{before_the_trunk, nominal};
+use firmware::bench::limb::{before_the_trunk, nominal_limb};
 use firmware::limb::{
     AXES, JointName, Limb, LimbSpec, LineSpec, Number, Pose, Vector, ViaSpec, Wrench,
 };
@@ -16,7 +16,7 @@ const STEP: f64 = 1e-5;
 
 /// A triceps' long head: from the shoulder blade over shoulder and elbow.
 fn with_biarticular() -> LimbSpec {
-    let mut spec = nominal();
+    let mut spec = nominal_limb();
     let via = |segment, at_um| ViaSpec { segment, at_um };
     let line = LineSpec {
         channel: 9,
@@ -100,7 +100,7 @@ fn both_jacobians_are_the_differences_of_lengths_and_places() {
 /// How the forearm turns with each axis: the columns' other half.
 #[test]
 fn the_axes_are_those_that_the_forearm_turns_about() {
-    let spec = nominal();
+    let spec = nominal_limb();
     let limb = Limb::<Exact>::new(&spec).unwrap();
     let mut worst = 0.0_f64;
     for n in 0..POSTURES {
@@ -125,7 +125,7 @@ fn the_axes_are_those_that_the_forearm_turns_about() {
 #[test]
 fn a_line_over_two_joints_has_levers_at_both() {
     let limb = Limb::<Exact>::new(&with_biarticular()).unwrap();
-    let jacobians = limb.refresh(&before_the_trunk()).unwrap();
+    let jacobians = limb.jacobians_at_posture(&before_the_trunk()).unwrap();
     let long_head = jacobians.muscles().nth(9).unwrap().map(|lever| lever.0);
     let about = |axes: std::ops::Range<usize>| {
         long_head[axes]
@@ -142,7 +142,7 @@ fn a_line_over_two_joints_has_levers_at_both() {
 /// segment it averages that in, which turns nothing.
 #[test]
 fn the_print_s_average_is_minus_the_lever_for_one_stretch_only() {
-    let limb = Limb::<Exact>::new(&nominal()).unwrap();
+    let limb = Limb::<Exact>::new(&nominal_limb()).unwrap();
     let radians = limb.radians(&before_the_trunk()).unwrap();
     let pose = limb.skeleton().pose(&radians);
     let [.., (elbow, _)] = pose.segments;
@@ -169,7 +169,7 @@ fn the_print_s_average_is_minus_the_lever_for_one_stretch_only() {
 /// what is left with exact functions in its numbers.
 #[test]
 fn the_device_s_numbers_stay_near_exact_ones() {
-    let spec = nominal();
+    let spec = nominal_limb();
     let exact = Limb::<Exact>::new(&spec).unwrap();
     fn off<N: Number + ToDouble>(spec: &LimbSpec, exact: &Limb<Exact>) -> (f64, f64) {
         let limb = Limb::<N>::new(spec).unwrap();
@@ -217,8 +217,8 @@ fn the_device_s_numbers_stay_near_exact_ones() {
 /// A wrench's torques, read back as a wrench, are that wrench.
 #[test]
 fn a_wrench_is_told_from_its_torques() {
-    let limb = Limb::<Exact>::new(&nominal()).unwrap();
-    let jacobians = limb.refresh(&before_the_trunk()).unwrap();
+    let limb = Limb::<Exact>::new(&nominal_limb()).unwrap();
+    let jacobians = limb.jacobians_at_posture(&before_the_trunk()).unwrap();
     let posed = PostureMatrices::new(&jacobians).unwrap();
     let wanted = nalgebra::SVector::from([12.0, -7.0, 30.0, 0.4, -1.1, 0.6]);
     let back = posed.given * posed.torques(&wanted);

@@ -1,7 +1,7 @@
 //! Bounded least squares against the crate `nnls`, against its own conditions of a
 //! minimum, and on arms.
 
-use firmware::bench::limb::{before_the_trunk, nominal};
+use firmware::bench::limb::{before_the_trunk, nominal_limb};
 use firmware::limb::{JointName, LINES, Limb, LimbSpec, LineSpec, ViaSpec};
 use firmware::units::Angle;
 use hal_sim::random;
@@ -126,15 +126,16 @@ fn muscles_that_are_alike_share() {
 
 fn arm(spec: &LimbSpec) -> (Limb<Exact>, PostureMatrices) {
     let limb = Limb::<Exact>::new(spec).unwrap();
-    let posed = PostureMatrices::new(&limb.refresh(&before_the_trunk()).unwrap()).unwrap();
+    let posed =
+        PostureMatrices::new(&limb.jacobians_at_posture(&before_the_trunk()).unwrap()).unwrap();
     (limb, posed)
 }
 
 /// A weak wish is met nearly, a strong one up to the limits.
 #[test]
 fn forces_stay_between_nothing_and_the_most() {
-    let (limb, posed) = arm(&nominal());
-    let most: Vec<f64> = limb.most().map(|most| most.0).collect();
+    let (limb, posed) = arm(&nominal_limb());
+    let most: Vec<f64> = limb.max_forces().map(|most| most.0).collect();
     let mut squares = LeastSquares::new(&limb, Weights::DECLARED).unwrap();
     for n in 0..200_u32 {
         let angle = f64::from(n);
@@ -151,7 +152,7 @@ fn forces_stay_between_nothing_and_the_most() {
         let x = found.forces;
         let value = 0.5 * x.dot(&(problem.curvature * x)) - problem.slope.dot(&x);
         assert!(n == 0 || value < 0.0, "{n}");
-        let device = Limb::<f32>::new(&nominal()).unwrap();
+        let device = Limb::<f32>::new(&nominal_limb()).unwrap();
         let orders = amplitudes(&device, &found.forces);
         assert!(
             orders
@@ -165,7 +166,7 @@ fn forces_stay_between_nothing_and_the_most() {
 /// does at both joints.
 #[test]
 fn a_two_joint_muscle_is_used_for_both_joints() {
-    let one = nominal();
+    let one = nominal_limb();
     let mut two = one.clone();
     let via = |segment, at_um| ViaSpec { segment, at_um };
     let vias = [
@@ -193,7 +194,7 @@ fn a_two_joint_muscle_is_used_for_both_joints() {
             .unwrap()
             .recruit(&posed, &wanted);
         let found = found.unwrap();
-        (found.missed_n(&wanted), used && found.forces[9] > 10.0)
+        (found.force_error_n(&wanted), used && found.forces[9] > 10.0)
     };
     let (misses, is_used) = missed(&two);
     assert!(is_used && misses < 1.0, "{misses}");
@@ -203,7 +204,7 @@ fn a_two_joint_muscle_is_used_for_both_joints() {
 /// Along a wanted force that turns slowly, what a change costs shows in less change.
 #[test]
 fn the_weight_of_change_smooths() {
-    let (limb, posed) = arm(&nominal());
+    let (limb, posed) = arm(&nominal_limb());
     let walked = |weights| {
         let mut recruit = LeastSquares::new(&limb, weights).unwrap();
         let mut last: Option<Column> = None;
@@ -215,7 +216,7 @@ fn the_weight_of_change_smooths() {
             if let Some(last) = last {
                 largest = largest.max((found.forces - last).amax());
             }
-            missed += found.missed_n(&wanted) / 400.0;
+            missed += found.force_error_n(&wanted) / 400.0;
             last = Some(found.forces);
         }
         (largest, missed)
@@ -228,10 +229,10 @@ fn the_weight_of_change_smooths() {
 
 #[test]
 fn what_cannot_be_had_is_told() {
-    let mut spec = nominal();
+    let mut spec = nominal_limb();
     spec.lines[3].gain_mn_per_ma = 0;
     spec.ranges_mdeg[4].0 = -90_000;
-    let mistakes = RecruitmentError::of_spec(&spec).unwrap_err().to_string();
+    let mistakes = RecruitmentError::check_spec(&spec).unwrap_err().to_string();
     assert_eq!(
         mistakes,
         "E700 the arm has mistakes:\n  \
@@ -239,10 +240,11 @@ fn what_cannot_be_had_is_told() {
          line 3: gain_mn_per_ma = 0 is outside 1..=100000000 (channel 3): a muscle without \
          gain gives no force at any amplitude"
     );
-    let (limb, posed) = arm(&nominal());
+    let (limb, posed) = arm(&nominal_limb());
     let mut posture = before_the_trunk();
     posture[6] = Angle::from_centideg(14_000);
-    let refused = RecruitmentError::from(limb.refresh(&posture).unwrap_err()).to_string();
+    let refused =
+        RecruitmentError::from(limb.jacobians_at_posture(&posture).unwrap_err()).to_string();
     assert!(refused.starts_with("E701 elbow flexion is 140°, outside this wearer's 0…130°"));
     let none = Weights {
         effort: 0.0,
@@ -271,7 +273,7 @@ fn what_cannot_be_had_is_told() {
     let not_finite = recruit.recruit(&posed, &force([f64::NAN, 0.0, 0.0]));
     assert_eq!(not_finite, Err(RecruitmentError::NotConverged));
     // Bones in one line, hanging: the line itself carries a load.
-    let mut plumb = nominal();
+    let mut plumb = nominal_limb();
     plumb.ways_um[1] = [0, 0, -150_000];
     let hanging = Limb::<Exact>::new(&plumb)
         .unwrap()

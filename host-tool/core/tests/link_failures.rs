@@ -5,7 +5,7 @@ use firmware::link::{Event, HelloInfo, Request, Response, SCHEMA, ToDevice, enco
 use firmware::units::Micros;
 use hal_sim::world::World;
 use host_core::link::{Connection, Error, Port, SimulatedPort};
-use host_core::run::{SessionFile, run, simulated};
+use host_core::run::{SessionFile, run, simulated_port};
 use std::io;
 
 fn native() -> SimulatedPort {
@@ -64,7 +64,7 @@ impl Port for SleepingPort {
 }
 
 /// What comes of a `Status` while this computer sleeps.
-fn status(sleep_us: u64, then: AfterSleep) -> Result<(), String> {
+fn status_while_asleep(sleep_us: u64, then: AfterSleep) -> Result<(), String> {
     let port = SleepingPort {
         port: native(),
         sleep_us: 0,
@@ -78,7 +78,11 @@ fn status(sleep_us: u64, then: AfterSleep) -> Result<(), String> {
 #[test]
 fn an_answer_that_came_while_this_computer_slept_is_read() {
     for sleep_us in [1, 400_000, 600_000, 5_000_000] {
-        assert_eq!(status(sleep_us, AfterSleep::Waits), Ok(()), "{sleep_us}");
+        assert_eq!(
+            status_while_asleep(sleep_us, AfterSleep::Waits),
+            Ok(()),
+            "{sleep_us}"
+        );
     }
 }
 
@@ -102,7 +106,7 @@ fn what_this_computer_slept_through_is_not_the_device_s_fault() {
         ),
         (1, AfterSleep::Gone, "E502 lost the device"),
     ] {
-        let error = status(sleep_us, then).unwrap_err();
+        let error = status_while_asleep(sleep_us, then).unwrap_err();
         assert!(error.starts_with(says), "{error}");
         let blames = ["is the device powered", "lost the device"];
         let is_blamed = blames.iter().any(|blame| error.contains(blame));
@@ -136,7 +140,7 @@ impl<F: Fn(ToDevice) -> Vec<u8> + Send> Port for AnsweringPort<F> {
 }
 
 /// Why a `Hello` that is answered so is refused.
-fn opened(answer: impl Fn(ToDevice) -> Vec<u8> + Send) -> Option<Error> {
+fn hello_error(answer: impl Fn(ToDevice) -> Vec<u8> + Send) -> Option<Error> {
     Connection::open(AnsweringPort(native(), None, answer)).err()
 }
 
@@ -152,19 +156,19 @@ fn another_schema_in_hello_is_refused_by_both_names() {
     };
     let other = 0x0123_4567_89AB_CDEF_u64;
     let says = format!("E508 the device speaks schema {other:#018x}, this program {SCHEMA:#018x}");
-    let same = opened(|asked| encode(&hello(asked.seq, SCHEMA)).unwrap().to_vec());
+    let same = hello_error(|asked| encode(&hello(asked.seq, SCHEMA)).unwrap().to_vec());
     assert!(same.is_none(), "{same:?}");
-    let alike = opened(|asked| encode(&hello(asked.seq, other)).unwrap().to_vec());
+    let alike = hello_error(|asked| encode(&hello(asked.seq, other)).unwrap().to_vec());
     // One whose answer goes on otherwise, and one in which nothing follows.
     let longer = |asked: ToDevice| (0u32, asked.seq, 7u16, other, "a name", [9u8; 32]);
-    let longer = opened(|asked| encode(&longer(asked)).unwrap().to_vec());
-    let shorter = opened(|asked| encode(&(0u32, asked.seq, 7u16, other)).unwrap().to_vec());
+    let longer = hello_error(|asked| encode(&longer(asked)).unwrap().to_vec());
+    let shorter = hello_error(|asked| encode(&(0u32, asked.seq, 7u16, other)).unwrap().to_vec());
     for error in [alike, longer, shorter] {
         let error = error.unwrap().to_string();
         assert!(error.starts_with(&says), "{error}");
     }
     // The answer to an earlier host's.
-    let late = opened(|asked| encode(&hello(asked.seq + 1, other)).unwrap().to_vec());
+    let late = hello_error(|asked| encode(&hello(asked.seq + 1, other)).unwrap().to_vec());
     let late = late.unwrap().to_string();
     assert!(late.starts_with("E501"), "{late}");
 }
@@ -222,7 +226,7 @@ fn events_without_end_make_no_run_longer() {
         let boot = Micros::new(0);
         let device = Box::new(hal_sim::native::native(boot));
         let port = Flood {
-            port: simulated(&file.session, 1, device, boot).unwrap(),
+            port: simulated_port(&file.session, 1, device, boot).unwrap(),
             event,
             is_flooding: false,
         };

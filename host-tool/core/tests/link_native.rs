@@ -44,7 +44,7 @@ fn ten_channels_pulse_until_stopped() {
     for c in 0..10u8 {
         client.channel(c, channel(u32::from(c) * 700)).unwrap();
     }
-    match client.amplitudes(&[(0, Amplitude::new(1000))]) {
+    match client.set_amplitudes(&[(0, Amplitude::new(1000))]) {
         Err(Error::Refused(refused)) => assert_eq!(refused.code(), Some(Code::NotArmed)),
         other => panic!("{other:?}"),
     }
@@ -53,7 +53,7 @@ fn ten_channels_pulse_until_stopped() {
     let all: Vec<_> = (0..10).map(|c| (c, Amplitude::new(10_000))).collect();
     let begin = client.port().now_us();
     for tick in 1..=180 {
-        client.amplitudes(&all).unwrap();
+        client.set_amplitudes(&all).unwrap();
         let next = begin + tick * 11_111;
         while client.next(next).unwrap().is_some() {}
     }

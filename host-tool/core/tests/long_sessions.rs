@@ -7,7 +7,7 @@ use host_core::link::{Port, SimulatedPort};
 use host_core::record::{self, Recorder, Run, Trial};
 use host_core::run::{
     DeviceName, FullestPeriod, Outputs, SessionFile, begin_trial, edges_of_one_period, run,
-    run_taken, simulated,
+    run_with_outputs, simulated_port,
 };
 use std::path::{Path, PathBuf};
 
@@ -44,7 +44,7 @@ rate_hz = 2
 /// A native device that boots so long before its clock wraps, µs.
 fn booted(file: &SessionFile, before_us: u32) -> SimulatedPort {
     let boot = Micros::new(before_us.wrapping_neg());
-    simulated(&file.session, 1, Box::new(native_seeded(boot, 1)), boot).unwrap()
+    simulated_port(&file.session, 1, Box::new(native_seeded(boot, 1)), boot).unwrap()
 }
 
 fn folder(name: &str) -> PathBuf {
@@ -61,12 +61,12 @@ fn recorded(file: &SessionFile, port: impl Port, name: &str) -> Trial {
     record::write_run(&out, &Run::default()).unwrap();
     let mut recorder = Recorder::create(&out, 0, &begin_trial(file)).unwrap();
     let mut fullest = FullestPeriod::new(&file.session, file.session.duration_us / 2);
-    let (outcome, port) = run_taken(file, port, Some(&mut recorder), |_| (), &mut fullest);
+    let (outcome, port) = run_with_outputs(file, port, Some(&mut recorder), |_| (), &mut fullest);
     assert!(outcome.error.is_none(), "{:?}", outcome.error);
     let left = port.unwrap().world().unwrap().recorder.trace.levels.len();
     assert_eq!(left, 0, "the world keeps nothing of what was taken");
     let trial = &outcome.trial;
-    recorder.edges(&fullest.edges()).unwrap();
+    recorder.record_edges(&fullest.into_edges()).unwrap();
     recorder.finish(&trial.counters, trial.duration_s).unwrap();
     let mut run = record::load(&out).unwrap();
     assert_eq!(run.trials[0].samples, trial.samples);
@@ -143,10 +143,10 @@ fn the_fullest_period_is_the_same_taken_in_pieces() {
             let (mut left, mut pieces) =
                 (trace.clone(), FullestPeriod::new(&file.session, after_us));
             for until_us in (0..end_us + step_us).step_by(step_us as usize) {
-                pieces.take(&left.take(until_us), epoch_us);
+                pieces.receive(&left.take(until_us), epoch_us);
             }
-            pieces.take(&left, epoch_us);
-            assert_eq!(pieces.edges(), whole, "{after_us} {step_us}");
+            pieces.receive(&left, epoch_us);
+            assert_eq!(pieces.into_edges(), whole, "{after_us} {step_us}");
         }
     }
 }

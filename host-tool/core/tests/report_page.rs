@@ -255,9 +255,9 @@ fn an_interrupted_trial_keeps_its_complete_rows() {
     let dir = folder("interrupted");
     let (run, mut recorder) = begun(&dir);
     for sample in run.trials[0].samples.iter().take(250) {
-        recorder.sample(&sample).unwrap();
+        recorder.record_sample(&sample).unwrap();
     }
-    recorder.event(2.5, "device unplugged").unwrap();
+    recorder.record_event(2.5, "device unplugged").unwrap();
     drop(recorder);
     // The last row cut within its last number still looks like a number.
     let path = record::trial_folder(&dir, 0, &run.trials[0].name).join("samples.csv");
@@ -279,8 +279,8 @@ fn rows_reach_the_disk_while_the_trial_runs() {
     let dir = folder("streaming");
     let (run, mut recorder) = begun(&dir);
     let samples = run.trials[0].samples.to_vec();
-    recorder.sample(&samples[0]).unwrap();
-    recorder.sample(&samples[1]).unwrap();
+    recorder.record_sample(&samples[0]).unwrap();
+    recorder.record_sample(&samples[1]).unwrap();
     let loaded = record::load(&dir).unwrap();
     assert_eq!(loaded.trials[0].samples.to_vec(), samples[..2]);
 }
@@ -336,7 +336,7 @@ fn a_page_tells_limiting_and_that_no_model_ran() {
     let no_model = "No muscle model ran on channel 1";
     let written = |name: &str, run: &Run| {
         let dir = folder(name);
-        let html = std::fs::read_to_string(report::write(&dir, &Report::of(run)).unwrap());
+        let html = std::fs::read_to_string(report::write(&dir, &Report::from_run(run)).unwrap());
         let summary = std::fs::read(dir.join("summary.json")).unwrap();
         let summary: serde_json::Value = serde_json::from_slice(&summary).unwrap();
         assert_eq!(summary["trials"][0]["force_limiting_share"], 0.25);
@@ -360,11 +360,11 @@ fn page_and_comparison_tell_models_pulses_and_limit_cycles_alike() {
     let swung = "limit cycle: 6.0° wide, 400 ms long; feedback at 70 %";
     run.trials[0].events = vec![(1.0, swung.to_owned()), (2.0, swung.to_owned())];
     let told = "calcium-force (channel 1)";
-    let page = report::page(&Report::of(&run));
+    let page = report::page(&Report::from_run(&run));
     assert!(page.contains(told));
     assert!(page.contains("<th scope=\"row\">pulses</th><td>800</td>"));
     assert!(page.contains("<th scope=\"row\">pulses started</th><td>802</td>"));
-    let all = [report::ComparedRecord::of(Path::new("one"), &run)];
+    let all = [report::ComparedRecord::from_run(Path::new("one"), &run)];
     assert!(report::compare_text(&all).contains(&format!("\n      {told}")));
     let cells = format!("<td>800</td><td>1</td><td>{told}</td>");
     assert!(report::compare_body(&all).as_str().contains(&cells));

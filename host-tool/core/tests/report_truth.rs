@@ -25,7 +25,7 @@ fn page(trials: Vec<Trial>) -> String {
         ending: Ending::complete(),
         ..Run::default()
     };
-    let report = Report::of(&run);
+    let report = Report::from_run(&run);
     let thread = format!("{:?}", std::thread::current().id());
     let dir = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("truth-{thread}"));
     let path = report::write(&dir, &report).unwrap();
@@ -81,7 +81,7 @@ fn trials_cut_side_by_side_are_compared_as_far_as_they_go() {
         .events
         .push((1.0, "E580 SIGINT came".to_owned()));
     let mut nth = 0..;
-    cut.trials[0].samples.change(|sample| {
+    cut.trials[0].samples.modify_each(|sample| {
         if nth.next() >= Some(105) {
             sample.measured_deg = Some(0.0);
         }

@@ -1,7 +1,7 @@
 //! Sessions whose trains have a fixed number of pulses: all are played at the wanted
 //! amplitude, and then the session is complete.
 
-use host_core::run::{SessionFile, run, simulated};
+use host_core::run::{SessionFile, run, simulated_port};
 use host_core::session::Session;
 
 /// A channel of 8 mA that plays `repeats` pulses, `hz` a second.
@@ -23,7 +23,7 @@ fn a_session_whose_trains_have_played_is_complete() {
         let file = file.unwrap();
         let boot = firmware::units::Micros::new(0);
         let device = Box::new(hal_sim::native::native(boot));
-        let port = simulated(&file.session, 1, device, boot).unwrap();
+        let port = simulated_port(&file.session, 1, device, boot).unwrap();
         let (outcome, port) = run(&file, port, None, |_| ());
         assert!(outcome.error.is_none(), "{:?}", outcome.error);
         let events = &outcome.trial.events;
@@ -48,7 +48,7 @@ fn amplitudes_beside_other_setpoints_lose_no_pulse() {
         let file = SessionFile::parse("counted.toml", &text).unwrap();
         let boot = firmware::units::Micros::new(0);
         let device = Box::new(hal_sim::native::native(boot));
-        let port = simulated(&file.session, 1, device, boot).unwrap();
+        let port = simulated_port(&file.session, 1, device, boot).unwrap();
         let (outcome, _) = run(&file, port, None, |_| ());
         assert!(outcome.error.is_none(), "{:?}", outcome.error);
         assert_eq!(outcome.trial.pulses, Some(repeats.into()), "at {hz} Hz");

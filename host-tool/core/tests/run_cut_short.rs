@@ -165,7 +165,7 @@ fn runs_again(name: &str, is_faulted: bool, mut port: Accident, file: &SessionFi
 fn accident(file: &SessionFile, happening: Disturbance) -> Accident {
     let boot = firmware::units::Micros::new(0);
     let device = Box::new(hal_sim::native::native(boot));
-    let port = host_core::run::simulated(&file.session, 1, device, boot).unwrap();
+    let port = host_core::run::simulated_port(&file.session, 1, device, boot).unwrap();
     Accident { port, happening }
 }
 

@@ -1,6 +1,6 @@
 //! Programs that a run plays: each burst as the program has it.
 
-use host_core::run::{SessionFile, run, simulated};
+use host_core::run::{SessionFile, run, simulated_port};
 
 use crate::session_programs::{BENCH, Bench, assert_played};
 
@@ -11,7 +11,7 @@ fn a_run_plays_the_pair_in_turn_burst_by_burst() {
     let file = SessionFile::parse("reciprocal.toml", &text).unwrap();
     let boot = firmware::units::Micros::new(u32::MAX - 2_000_000);
     let device = Box::new(hal_sim::native::native(boot));
-    let port = simulated(&file.session, 1, device, boot).unwrap();
+    let port = simulated_port(&file.session, 1, device, boot).unwrap();
     let (outcome, port) = run(&file, port, None, |_| ());
     assert!(outcome.error.is_none(), "{:?}", outcome.error);
     assert_eq!(outcome.refused, 0);
@@ -24,7 +24,7 @@ fn a_run_plays_the_pair_in_turn_burst_by_burst() {
     let trace = &port.unwrap().world.recorder.trace;
     // Without the fall, which begins with the session's end.
     let epoch_us = outcome.epoch_us.unwrap();
-    let trace = trace.until(epoch_us + file.session.duration_us - 1);
+    let trace = trace.up_to(epoch_us + file.session.duration_us - 1);
     let benches = [(0, bench(0)), (1, bench(12_500))];
     assert_played(&benches, &file.session, &trace, epoch_us);
 }

@@ -1,6 +1,6 @@
 //! A simulated arm as a session's wearer: its nine angles, and the force at its hand.
 
-use firmware::bench::limb::nominal;
+use firmware::bench::limb::nominal_limb;
 use firmware::limb::Limb;
 use firmware::units::Micros;
 use hal_sim::body::arm::{Arm, ArmSpec, Muscle, Posture, Support};
@@ -9,7 +9,7 @@ use hal_sim::native::native;
 use host_core::limb::Exact;
 use host_core::record::{Run, read_samples, write_samples};
 use host_core::report::{self, Report};
-use host_core::run::{Outcome, SessionFile, run, simulated};
+use host_core::run::{Outcome, SessionFile, run, simulated_port};
 use host_core::session::{BodySpec, Session};
 use nalgebra::{Matrix3, Vector3};
 
@@ -17,7 +17,7 @@ const EXAMPLE: &str = include_str!("../../sessions/endpoint_arm.toml");
 
 /// Without what one electrode does to other muscles.
 fn arm(index: u64, posture: Posture) -> Arm {
-    let drawn = ArmSpec::drawn(7, index);
+    let drawn = ArmSpec::random(7, index);
     let crosstalk = drawn.crosstalk.map(|_| 0.0);
     Arm::new(ArmSpec {
         posture,
@@ -28,7 +28,7 @@ fn arm(index: u64, posture: Posture) -> Arm {
 }
 
 /// The device's axes from the body's.
-fn turned(vector3: Vector3<f64>) -> Vector3<f64> {
+fn to_device_axes(vector3: Vector3<f64>) -> Vector3<f64> {
     Vector3::new(-vector3.x, -vector3.y, vector3.z)
 }
 
@@ -36,7 +36,7 @@ fn turned(vector3: Vector3<f64>) -> Vector3<f64> {
 /// them.
 #[test]
 fn the_nine_angles_are_those_of_the_device_s_chain() {
-    let chain = Limb::<Exact>::new(&nominal()).unwrap();
+    let chain = Limb::<Exact>::new(&nominal_limb()).unwrap();
     for index in 0..200 {
         let at = |n: u64, most: u64| ((index * n) % most) as f64;
         let posture = Posture {
@@ -64,7 +64,7 @@ fn the_nine_angles_are_those_of_the_device_s_chain() {
             (-forearm.column(2), bones.forearm),
             (forearm.column(1).into(), bones.hinge), // pronation is none
         ] {
-            let off = (found - turned(expected)).norm();
+            let off = (found - to_device_axes(expected)).norm();
             assert!(off < 1e-9, "{posture:?}: {angles:?}, {off}");
         }
         assert_eq!(axes(1), Matrix3::identity(), "the girdle is at rest");
@@ -72,13 +72,13 @@ fn the_nine_angles_are_those_of_the_device_s_chain() {
 }
 
 /// 25 mA at 40 Hz on one electrode for half a second: how far each angle went.
-fn pulled(muscle: Muscle, held: Support) -> [f64; 9] {
+fn angle_changes(muscle: Muscle, held: Support) -> [f64; 9] {
     let mut body = Arm::new(ArmSpec {
         crosstalk: [0.0; 9],
         ..ArmSpec::nominal()
     })
     .unwrap();
-    body.hold(held);
+    body.set_support(held);
     let rest = body.posture_deg().unwrap();
     for n in 0..20 {
         let t_us = n * 25_000;
@@ -92,7 +92,7 @@ fn pulled(muscle: Muscle, held: Support) -> [f64; 9] {
         });
     }
     body.advance(500_000);
-    assert_eq!(body.hand_n().is_some(), held == Support::InCuff);
+    assert_eq!(body.hand_force_n().is_some(), held == Support::InCuff);
     let there = body.posture_deg().unwrap();
     std::array::from_fn(|axis| there[axis] - rest[axis])
 }
@@ -113,8 +113,8 @@ fn muscles_turn_what_they_are_known_for() {
         (Muscle::PectoralisSternal, rotation, 1.0),
         (Muscle::Trapezius, elevation, 1.0),
     ] {
-        let free = pulled(muscle, Support::Freely);
-        let held = pulled(muscle, Support::InCuff);
+        let free = angle_changes(muscle, Support::Freely);
+        let held = angle_changes(muscle, Support::InCuff);
         println!("{muscle:?}: free {free:.2?}, in the cuff {held:.2?}");
         assert!(sign * free[axis] > 0.1, "{muscle:?}, axis {axis}: {free:?}");
         let most = |all: [f64; 9]| {
@@ -128,7 +128,7 @@ fn muscles_turn_what_they_are_known_for() {
 fn play(text: &str) -> Outcome {
     let file = SessionFile::parse("endpoint_arm.toml", text).unwrap();
     let boot = Micros::new(u32::MAX - 2_000_000);
-    let port = simulated(&file.session, 1, Box::new(native(boot)), boot).unwrap();
+    let port = simulated_port(&file.session, 1, Box::new(native(boot)), boot).unwrap();
     run(&file, port, None, |_| ()).0
 }
 
@@ -202,6 +202,6 @@ fn an_arm_is_drawn_by_its_number_and_what_it_cannot_be_is_told() {
     let text = EXAMPLE.replace("elevation_deg = 45", "elevation_deg = 121");
     let text = text.replace("elbow_deg = 90", "elbow_deg = 101\nload_ohm = 5");
     let told = Session::parse("it.toml", &text).unwrap_err();
-    let numbers: Vec<u16> = told.all().map(|e| e.problem().number()).collect();
+    let numbers: Vec<u16> = told.errors().map(|e| e.problem().number()).collect();
     assert_eq!(numbers.len(), 3, "{}", told.lines());
 }

@@ -13,7 +13,7 @@ use host_core::link::SimulatedPort;
 use host_core::record::{Samples, read_samples, write_samples};
 use host_core::run::{Outcome, SessionFile, run};
 use host_core::session::{Course, Session, SessionError};
-use host_core::wearer::{Wearer, shipped};
+use host_core::wearer::{Wearer, builtin_wearer};
 
 use crate::link_native::native_world;
 use crate::session_files::load;
@@ -23,7 +23,7 @@ const EXAMPLE: &str = include_str!("../../sessions/endpoint_force.toml");
 const FIXED: &str =
     "posture_deg = { gh_flexion = 45, gh_abduction = 30, gh_rotation = 20, el_flexion = 80 }\n";
 
-fn with(text: &str, edits: &[(&str, &str)]) -> String {
+fn edited(text: &str, edits: &[(&str, &str)]) -> String {
     let edit = |text: String, (find, replace): &(&str, &str)| {
         assert!(text.contains(find), "{find}");
         text.replacen(find, replace, 1)
@@ -33,17 +33,17 @@ fn with(text: &str, edits: &[(&str, &str)]) -> String {
 
 /// Numbers and lines of what is told of the example with these edits, and of its wearer
 /// with those.
-fn told(edits: &[(&str, &str)], of_wearer: &[(&str, &str)]) -> (Vec<u16>, String) {
-    let wearer = with(shipped("arm-1").unwrap(), of_wearer);
-    let text = with(EXAMPLE, edits);
-    match Session::parse_beside("it.toml", &text, &|_| Ok(wearer.clone())) {
+fn mistakes(edits: &[(&str, &str)], of_wearer: &[(&str, &str)]) -> (Vec<u16>, String) {
+    let wearer = edited(builtin_wearer("arm-1").unwrap(), of_wearer);
+    let text = edited(EXAMPLE, edits);
+    match Session::parse_with_wearers("it.toml", &text, &|_| Ok(wearer.clone())) {
         Ok(_) => (Vec::new(), String::new()),
         Err(e) => (numbers(&e), e.lines()),
     }
 }
 
 fn numbers(e: &SessionError) -> Vec<u16> {
-    e.all().map(|e| e.problem().number()).collect()
+    e.errors().map(|e| e.problem().number()).collect()
 }
 
 #[test]
@@ -56,11 +56,11 @@ fn the_example_says_an_arm_and_its_nine_lines() {
     };
     assert_eq!(angles, [0, 0, 0, 4_500, 3_000, 2_000, 8_000, 0, 0]);
     // As the nominal arm of the device's own benches, to the µm.
-    let nominal = firmware::bench::limb::nominal();
+    let nominal = firmware::bench::limb::nominal_limb();
     assert_eq!(limb.spec.ways_um, nominal.ways_um);
     assert_eq!(limb.spec.ranges_mdeg, nominal.ranges_mdeg);
     assert_eq!(limb.lines, nominal.lines);
-    let requests = session.requests();
+    let requests = session.setup_requests();
     let lines = requests
         .iter()
         .filter(|request| matches!(request, Request::Line(_)));
@@ -74,7 +74,7 @@ fn the_example_says_an_arm_and_its_nine_lines() {
 
 #[test]
 fn a_wearer_s_arm_is_written_as_it_is_read() {
-    let wearer = Wearer::parse("arm-1", shipped("arm-1").unwrap()).unwrap();
+    let wearer = Wearer::parse("arm-1", builtin_wearer("arm-1").unwrap()).unwrap();
     let again = Wearer::parse("again", &wearer.to_toml()).unwrap();
     assert_eq!(again, wearer);
     assert_eq!(wearer.limb.unwrap().lines.len(), 9);
@@ -87,14 +87,14 @@ fn every_mistake_of_the_session_is_named() {
         "force_n = [-2.0, 3.0, 2.5] },\n    { at_s = 2.0",
         "force_n = [-20, 30, 25] },\n    { at_s = 2.0",
     )];
-    let (numbers, lines) = told(&too_strong, &[]);
+    let (numbers, lines) = mistakes(&too_strong, &[]);
     // At the point itself, and at the next, on the way from it.
     assert_eq!(numbers, [475, 475], "{lines}");
     assert!(lines.contains("% can be made, [-"), "{lines}");
     let nearest = lines.split("can be made, [").nth(1).unwrap();
     let nearest = nearest.split(']').next().unwrap();
     let made = format!("force_n = [{nearest}] }},\n    {{ at_s = 2.0");
-    assert_eq!(told(&[(too_strong[0].0, &made)], &[]).0, [0; 0]);
+    assert_eq!(mistakes(&[(too_strong[0].0, &made)], &[]).0, [0; 0]);
     // Beyond what any hand makes, beyond what numbers hold, and none.
     let third = "force_n = [2.0, -2.0, 1.0] },\n    { at_s = 4.0";
     for force in [
@@ -103,12 +103,12 @@ fn every_mistake_of_the_session_is_named() {
         "[218446744073709551616, 0, 0]",
     ] {
         let wrong = format!("force_n = {force} }},\n    {{ at_s = 4.0");
-        let (numbers, lines) = told(&[(third, &wrong)], &[]);
+        let (numbers, lines) = mistakes(&[(third, &wrong)], &[]);
         assert_eq!(numbers, [407], "{lines}");
         assert!(lines.contains("-1000 to 1000"), "{lines}");
     }
     let none = "force_n = [] },\n    { at_s = 4.0";
-    let (numbers, lines) = told(&[(third, none)], &[]);
+    let (numbers, lines) = mistakes(&[(third, none)], &[]);
     assert_eq!(numbers, [407], "{lines}");
     assert!(lines.contains("three numbers"), "{lines}");
     // Two mistakes at once, each where it is.
@@ -116,7 +116,7 @@ fn every_mistake_of_the_session_is_named() {
         ("rate_hz = 200", "rate_hz = 90"),
         ("el_flexion = 80", "el_flexion = 131"),
     ];
-    let (numbers, lines) = told(&two, &[]);
+    let (numbers, lines) = mistakes(&two, &[]);
     assert_eq!(numbers, [407, 407], "{lines}");
     assert!(
         lines.contains("setpoints.posture_deg.el_flexion"),
@@ -128,21 +128,21 @@ fn every_mistake_of_the_session_is_named() {
         "{lines}"
     );
     let pair = [("[2.0, -2.0, 1.0]", "[2.0, -2.0]")];
-    assert_eq!(told(&pair, &[]).0, [407]);
+    assert_eq!(mistakes(&pair, &[]).0, [407]);
     let both = [(FIXED, &*format!("{FIXED}stale_after_ms = 50\n"))];
-    assert_eq!(told(&both, &[]).0, [409]);
+    assert_eq!(mistakes(&both, &[]).0, [409]);
     let no_file = [("file = \"../wearers/arm-1.toml\"", "rise_ms = 50")];
-    let (numbers, lines) = told(&no_file, &[]);
+    let (numbers, lines) = mistakes(&no_file, &[]);
     assert!(numbers.contains(&477), "{lines}");
     let joint = "[joint]\nangle_min_deg = 0\n[setpoints]";
-    assert!(told(&[("[setpoints]", joint)], &[]).0.contains(&479));
+    assert!(mistakes(&[("[setpoints]", joint)], &[]).0.contains(&479));
 }
 
 #[test]
 fn every_mistake_of_the_wearer_s_arm_is_named() {
     let mut seen = String::new();
     let arm = |of_wearer: &[(&str, &str)]| {
-        let text = with(shipped("arm-1").unwrap(), of_wearer);
+        let text = edited(builtin_wearer("arm-1").unwrap(), of_wearer);
         match Wearer::parse("arm-1.toml", &text) {
             Ok(_) => (Vec::new(), String::new()),
             Err(e) => (numbers(&e), e.lines()),
@@ -221,7 +221,7 @@ fn play(text: &str, world: World) -> Outcome {
 
 #[test]
 fn a_run_records_what_was_wanted_and_given() {
-    let text = with(EXAMPLE, &[("duration_s = 6.0", "duration_s = 2.0")]);
+    let text = edited(EXAMPLE, &[("duration_s = 6.0", "duration_s = 2.0")]);
     let outcome = play(&text, native_world(BOOT));
     assert!(outcome.error.is_none(), "{:?}", outcome.error);
     assert_eq!(outcome.refused, 0, "{:?}", outcome.trial.events);
@@ -248,10 +248,10 @@ fn a_run_records_what_was_wanted_and_given() {
 fn a_line_over_two_joints_is_played_at_the_one_it_names() {
     let via = "{ segment = \"upper-arm\", at_mm = [-30, 0, -130] }";
     let both = format!("{{ segment = \"girdle\", at_mm = [20, 130, 10] }},\n    {via}");
-    let wearer = with(shipped("arm-1").unwrap(), &[(via, &both)]);
-    let text = with(EXAMPLE, &[("duration_s = 6.0", "duration_s = 4.0")]);
-    let files = [shipped("arm-1").unwrap(), &wearer].map(|wearer| {
-        SessionFile::parse_beside("it.toml", &text, &|_| Ok(wearer.to_owned())).unwrap()
+    let wearer = edited(builtin_wearer("arm-1").unwrap(), &[(via, &both)]);
+    let text = edited(EXAMPLE, &[("duration_s = 6.0", "duration_s = 4.0")]);
+    let files = [builtin_wearer("arm-1").unwrap(), &wearer].map(|wearer| {
+        SessionFile::parse_with_wearers("it.toml", &text, &|_| Ok(wearer.to_owned())).unwrap()
     });
     let [one, two] = files.each_ref().map(|file| {
         let limb = file.session.limb.as_ref().unwrap();
@@ -350,7 +350,7 @@ fn a_measured_posture_is_streamed_and_heeded() {
             (FIXED, ""),
             ("rate_hz = 200", rate),
         ];
-        let text = with(EXAMPLE, &edits);
+        let text = edited(EXAMPLE, &edits);
         let outcome = play(&text, moving(0..0, u64::MAX));
         assert!(outcome.error.is_none(), "{:?}", outcome.error);
         assert_eq!(outcome.refused, 0, "{:?}", outcome.trial.events);
@@ -365,7 +365,7 @@ fn a_measured_posture_is_streamed_and_heeded() {
 #[test]
 fn a_posture_that_is_lost_ends_it() {
     let edits = [("duration_s = 6.0", "duration_s = 2.0"), (FIXED, "")];
-    let text = with(EXAMPLE, &edits);
+    let text = edited(EXAMPLE, &edits);
     let outcome = play(&text, moving(0..0, 1_000_000));
     let error = outcome.error.unwrap().to_string();
     assert!(error.contains("SensorStale"), "{error}");
@@ -379,7 +379,7 @@ fn out_of_its_range_an_arm_gets_nothing() {
         ("duration_s = 6.0", "duration_s = 1.5"),
         (FIXED, "stale_after_ms = 60\n"),
     ];
-    let text = with(EXAMPLE, &edits);
+    let text = edited(EXAMPLE, &edits);
     let outcome = play(&text, moving(1_000_000..1_100_000, u64::MAX));
     let refused = outcome
         .trial

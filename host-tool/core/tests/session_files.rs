@@ -8,7 +8,7 @@ use firmware::pulse::Partner;
 use firmware::safety::State;
 use firmware::units::{Amplitude, Micros};
 use host_core::link::{Connection, Incoming, Port, SimulatedPort};
-use host_core::run::body_of;
+use host_core::run::create_body;
 use host_core::session::{Course, LawName, Problem, Session, SessionLimb, Setpoint};
 
 use crate::link_native::native_world;
@@ -62,7 +62,7 @@ fn turns(session: &Session) -> u64 {
 /// Tells the angles of the session's arm at rest, if they are measured.
 fn measure(client: &mut Connection<SimulatedPort>, session: &Session) {
     if session.limb.as_ref().is_some_and(SessionLimb::is_measured) {
-        let body = body_of(session, 1).unwrap();
+        let body = create_body(session, 1).unwrap();
         let at = Micros::new(client.port().world.now_us() as u32);
         for (joint, deg) in (0u8..).zip(body.posture_deg().unwrap()) {
             let centideg = (deg * 100.0).round() as i16;
@@ -90,7 +90,7 @@ fn play(session: &Session) -> usize {
         world.sensors.joint = Some(u16::midpoint(code_at_0, code_at_100));
     }
     let (mut client, _) = Connection::open(SimulatedPort::new(world)).unwrap();
-    for request in session.requests() {
+    for request in session.setup_requests() {
         client.request(request).unwrap();
     }
     client.arm().unwrap();
@@ -102,14 +102,14 @@ fn play(session: &Session) -> usize {
         let due_us = session.setpoints.due_us(index);
         measure(&mut client, session);
         client
-            .request(session.setpoints.at(due_us).request(None))
+            .request(session.setpoints.at(due_us).to_request(None))
             .unwrap();
-        for setpoint in session.setpoints.with(due_us) {
-            client.request(setpoint.request(None)).unwrap();
+        for setpoint in session.setpoints.accompanying_at(due_us) {
+            client.request(setpoint.to_request(None)).unwrap();
         }
         if !session.setpoints.programs.is_empty() {
             let programs = Setpoint::Amplitudes(session.setpoints.programs.at(due_us));
-            client.request(programs.request(None)).unwrap();
+            client.request(programs.to_request(None)).unwrap();
         }
         listen(&mut client, TURN_US);
     }

@@ -66,7 +66,7 @@ fn what_a_file_leaves_out_is_nominal() {
         forearm_m: 0.25,
         ..HandSpec::nominal(1.0, 0.25, 0)
     };
-    let at = |x_m, y_m| HandSpec::round(x_m, y_m);
+    let at = |x_m, y_m| HandSpec::round_pad(x_m, y_m);
     let expected = FittedHand {
         spec,
         points: [at(0.12, 0.005), at(0.16, 0.0), at(0.13, 0.105)],
@@ -111,7 +111,7 @@ fn drawn(random: &mut Random) -> FittedHand {
     let shift_m = [within(-2e-3, 2e-3), within(-2e-3, 2e-3)];
     let seed = random.below(u64::MAX);
     let shape = match seed % 2 {
-        0 => HandSpec::round(0.0, 0.0).shape,
+        0 => HandSpec::round_pad(0.0, 0.0).shape,
         _ => Shape::Rectangle {
             along_m: SMALL_M[0],
             around_m: SMALL_M[1],
@@ -179,7 +179,7 @@ fn mistakes_of_a_hand_are_told_together() {
             text = text.replacen(find, replace, 1);
         }
         let e = Session::parse("hand.toml", &format!("{PLAYED}{text}")).unwrap_err();
-        let numbers: Vec<u16> = e.all().map(|e| e.problem().number()).collect();
+        let numbers: Vec<u16> = e.errors().map(|e| e.problem().number()).collect();
         (numbers, e.lines())
     };
     // A lies on B, the extensor's electrode off the forearm and a current drives B.

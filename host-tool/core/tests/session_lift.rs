@@ -16,7 +16,7 @@ const BOOT: Micros = Micros::new(u32::MAX - 2_000_000);
 const EXAMPLE: &str = include_str!("../../sessions/lift.toml");
 
 /// The example with round shares in its first joint.
-fn with(edits: &[(&str, &str)]) -> String {
+fn edited_example(edits: &[(&str, &str)]) -> String {
     let edit = |text: String, (find, replace): &(&str, &str)| {
         assert!(text.contains(find), "{find}");
         text.replacen(find, replace, 1)
@@ -34,11 +34,11 @@ fn with(edits: &[(&str, &str)]) -> String {
 }
 
 /// Numbers and lines of what is told of the example with these edits.
-fn told(edits: &[(&str, &str)]) -> (Vec<u16>, String) {
-    match Session::parse("it.toml", &with(edits)) {
+fn mistakes(edits: &[(&str, &str)]) -> (Vec<u16>, String) {
+    match Session::parse("it.toml", &edited_example(edits)) {
         Ok(_) => (Vec::new(), String::new()),
         Err(e) => {
-            let numbers = e.all().map(|e| e.problem().number());
+            let numbers = e.errors().map(|e| e.problem().number());
             (numbers.collect(), e.lines())
         }
     }
@@ -49,7 +49,7 @@ fn the_examples_say_four_joints_and_eight_channels() {
     for (name, is_assist) in [("lift.toml", true), ("lift_resist.toml", false)] {
         let session = load(name);
         assert_eq!(session.channels.len(), 8);
-        let requests = session.requests();
+        let requests = session.setup_requests();
         let joints = requests.iter().filter_map(|request| match request {
             Request::Modulation(spec) => Some(*spec),
             _ => None,
@@ -186,15 +186,15 @@ fn every_mistake_is_named_where_it_is() {
         ),
     ];
     for (edits, expected, part) in all {
-        let (numbers, lines) = told(edits);
+        let (numbers, lines) = mistakes(edits);
         assert_eq!(numbers, expected, "{edits:?}\n{lines}");
         assert!(lines.contains(part), "{part}\n{lines}");
     }
     // Beside what is measured as well, and without what it needs.
-    let (numbers, _) = told(&[("[setpoints]", "[wall]\nat_deg = 1\n[setpoints]")]);
+    let (numbers, _) = mistakes(&[("[setpoints]", "[wall]\nat_deg = 1\n[setpoints]")]);
     assert!(numbers.contains(&751), "{numbers:?}");
     // All at once.
-    let (numbers, lines) = told(&[
+    let (numbers, lines) = mistakes(&[
         ("base = 15,", "base = 31,"),
         ("drop = [0.30, 0.42", "drop = [0.30, 0.99"),
         ("longest_hold_s = 10", "longest_hold_s = 5"),
@@ -202,14 +202,14 @@ fn every_mistake_is_named_where_it_is() {
     ]);
     assert_eq!(numbers, [750, 758, 420, 753], "{lines}");
     // A joint that is refused for a share, and asks for too much besides.
-    let (numbers, lines) = told(&[
+    let (numbers, lines) = mistakes(&[
         ("base = 16,", "base = 33,"),
         ("drop = [0.30, 0.42", "drop = [0.30, 0.99"),
     ]);
     assert_eq!(numbers, [750, 758], "{lines}");
     assert!(lines.contains("channel 1's limit of 20 mA"), "{lines}");
     // By the same share: above 1, and above the limit there.
-    let (numbers, lines) = told(&[
+    let (numbers, lines) = mistakes(&[
         ("base = 16,", "base = 20,"),
         ("lift = [0.20, 0.46, 0.62", "lift = [0.20, 0.46, 1.0"),
     ]);

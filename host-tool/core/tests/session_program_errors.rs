@@ -102,7 +102,7 @@ fn every_mistake_of_a_program_is_named_with_its_line() {
     for edits in BAD_PROGRAMS {
         match Session::parse("bad.toml", &spoil(GOOD_PROGRAMS, edits)) {
             Err(e) => {
-                numbers.extend(e.all().map(|e| e.problem().number()));
+                numbers.extend(e.errors().map(|e| e.problem().number()));
                 writeln!(all, "# {edits}\n\n{}", render(&e)).unwrap();
             }
             Ok(_) => panic!("accepted: {edits}"),
@@ -123,7 +123,7 @@ fn mistakes_of_several_programs_are_told_in_one_run() {
     let edits = "ramp_up_s = 0.5 → ramp_up_s = 0.1; channels = [3] → channels = [1, 3]; \
                  at_s = 1.0 → at_s = 0.3; to_deg = 200 → to_deg = 20";
     let e = Session::parse("bad.toml", &spoil(GOOD_PROGRAMS, edits)).unwrap_err();
-    let numbers: Vec<u16> = e.all().map(|e| e.problem().number()).collect();
+    let numbers: Vec<u16> = e.errors().map(|e| e.problem().number()).collect();
     for number in [483, 485, 489] {
         assert!(numbers.contains(&number), "{}", e.lines());
     }

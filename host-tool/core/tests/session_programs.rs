@@ -139,7 +139,7 @@ impl Device {
 }
 
 /// What each burst of the session's channel has on such a device, thousandths and µs.
-fn played(bench: &Bench, session: &Session) -> Vec<(u64, u64, u64)> {
+fn expected_bursts(bench: &Bench, session: &Session) -> Vec<(u64, u64, u64)> {
     let mut device = Device::new(*bench);
     let bursts = bench.bursts(session.duration_us);
     let each = bursts.map(|at_us| {
@@ -175,7 +175,7 @@ fn benches() -> impl Strategy<Value = Bench> {
 }
 
 /// Seconds of whole microseconds.
-fn s(us: u64) -> String {
+fn seconds_text(us: u64) -> String {
     format!("{}.{:06}", us / 1_000_000, us % 1_000_000)
 }
 
@@ -203,9 +203,9 @@ proptest! {
         let session = bench.session(duration_s, &format!(
             "kind = \"on-off\"\nchannels = [3]\nvalue = {:?}\non_s = {}\noff_s = {}\n\
              ramp_up_s = {}\nramp_down_s = {}\ndelay_s = {}\n",
-            value as f64 / 1e3, s(on_us), s(off_us), s(up_us), s(down_us), s(delay_us)
+            value as f64 / 1e3, seconds_text(on_us), seconds_text(off_us), seconds_text(up_us), seconds_text(down_us), seconds_text(delay_us)
         ));
-        for (at_us, amplitude, _) in played(&bench, &session) {
+        for (at_us, amplitude, _) in expected_bursts(&bench, &session) {
             let Some(since_us) = at_us.checked_sub(delay_us) else {
                 prop_assert_eq!(amplitude, 0, "before the delay, at {}", at_us);
                 continue;
@@ -249,12 +249,12 @@ proptest! {
         }
         let mut rows = String::new();
         for (at_us, value) in &points {
-            write!(rows, "{{ at_s = {}, value = {:?} }}, ", s(*at_us), *value as f64 / 1e3).unwrap();
+            write!(rows, "{{ at_s = {}, value = {:?} }}, ", seconds_text(*at_us), *value as f64 / 1e3).unwrap();
         }
         let last_us = points.last().unwrap().0;
         let text = format!("kind = \"ramp\"\nchannels = [3]\npoints = [{rows}]\n");
         let session = bench.session(last_us / 1_000_000 + 1, &text);
-        for (at_us, amplitude, _) in played(&bench, &session) {
+        for (at_us, amplitude, _) in expected_bursts(&bench, &session) {
             let next = points.partition_point(|(point_us, _)| *point_us <= at_us);
             let (from_us, from) = points[next - 1];
             let line = match points.get(next) {
@@ -290,7 +290,7 @@ proptest! {
                  {{ at_s = 0, value = 0, width_us = {one_us} }}, \
                  {{ at_s = {}, value = {:?}, width_us = {one_us} }}, \
                  {{ at_s = {}, value = {:?}, width_us = {other_us} }}]\n",
-                s(up), from as f64 / 1e3, s(up + way_us), to as f64 / 1e3
+                seconds_text(up), from as f64 / 1e3, seconds_text(up + way_us), to as f64 / 1e3
             )
         };
         // The reader tells how long each way needs; so it is asked.
@@ -311,7 +311,7 @@ proptest! {
         };
         let (up_us, way_us) = (up_us.unwrap_or(1) + 2 * bench.period_us, way_us.unwrap_or(1));
         let session = Session { duration_us: up_us + way_us + 1_000_000, ..session };
-        for (at_us, amplitude, width_us) in played(&bench, &session) {
+        for (at_us, amplitude, width_us) in expected_bursts(&bench, &session) {
             let part = (at_us.saturating_sub(up_us) as f64 / way_us as f64).min(1.0);
             let line = from as f64 + (to as f64 - from as f64) * part;
             let width = one_us as f64 + (other_us as f64 - one_us as f64) * part;
@@ -429,13 +429,13 @@ fn steps_are_held_and_repeated() {
 fn compare(benches: &[(u8, Bench)], session: &Session) {
     let world = native_world(Micros::new(u32::MAX - 200_000));
     let (mut client, _) = Connection::open(SimulatedPort::new(world)).unwrap();
-    for request in session.requests() {
+    for request in session.setup_requests() {
         client.request(request).unwrap();
     }
     client.arm().unwrap();
     let programs = &session.setpoints.programs;
     let all = Setpoint::Amplitudes(programs.at(0));
-    client.request(all.request(None)).unwrap();
+    client.request(all.to_request(None)).unwrap();
     let epoch_us = client.start().unwrap();
     let mut bursts = Vec::new();
     for &(channel, bench) in benches {
@@ -451,7 +451,7 @@ fn compare(benches: &[(u8, Bench)], session: &Session) {
         let orders = programs.at(at_us).into_iter();
         let own = orders.filter(|order| order.0 == channel).collect();
         client
-            .post(Setpoint::Amplitudes(own).request(None))
+            .post(Setpoint::Amplitudes(own).to_request(None))
             .unwrap();
     }
     let end_us = epoch_us + session.duration_us;

@@ -9,7 +9,7 @@ use host_core::session::{Model, Session};
 #[test]
 fn physical_values_convert_exactly() {
     let session = Session::parse("good.toml", GOOD).unwrap();
-    assert_eq!(session.requests().len(), 2 + 4 + 1 + 1 + 1 + 1);
+    assert_eq!(session.setup_requests().len(), 2 + 4 + 1 + 1 + 1 + 1);
     assert_eq!(session.wearer.max_current_ua, 20_000);
     assert_eq!(session.wearer.max_charge_nc, 5_000);
     let muscle = session.channels[0].muscle.clone().unwrap();
@@ -43,12 +43,15 @@ fn a_muscle_names_its_rungs() {
     ] {
         let edit = format!("k = 0.2 → k = 0.2 ⏎ fatigue = {{}} ⏎ model = \"{name}\"");
         let (muscle, session) = muscle(&edit);
-        assert_eq!((muscle.model, muscle.rung()), (Model::Fixed(rung), rung));
+        assert_eq!(
+            (muscle.model, muscle.initial_level()),
+            (Model::Fixed(rung), rung)
+        );
         assert_eq!(muscle.fatigue, Some(FatigueSpec::scaled_to(265_100)));
         let spec = muscle.spec();
         assert!(
             session
-                .requests()
+                .setup_requests()
                 .contains(&Request::Muscle { channel: 0, spec })
         );
     }
@@ -62,7 +65,7 @@ fn a_muscle_names_its_rungs() {
         ..FatigueSpec::scaled_to(265_100)
     };
     assert_eq!(muscle.fatigue, Some(expected));
-    let due = |from, to| session.rungs(from, to).collect::<Vec<_>>();
+    let due = |from, to| session.level_changes(from, to).collect::<Vec<_>>();
     let rung = |rung| Request::Rung { channel: 0, rung };
     assert_eq!(due(0, 1_999_999), []);
     assert_eq!(due(1_999_999, 2_000_000), [rung(Rung::CalciumForce)]);

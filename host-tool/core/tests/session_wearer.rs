@@ -4,7 +4,7 @@
 use firmware::safety::{StageSpec, WearerSpec};
 use firmware::units::Amplitude;
 use host_core::session::{Session, SessionError};
-use host_core::wearer::shipped;
+use host_core::wearer::builtin_wearer;
 
 use crate::session_files::load;
 use crate::wearer_files::FULL;
@@ -31,11 +31,11 @@ fn parse(text: &str) -> Result<Session, SessionError> {
     Session::parse("it.toml", text)
 }
 
-fn good(text: &str) -> Session {
+fn valid_session(text: &str) -> Session {
     parse(text).unwrap_or_else(|e| panic!("{}", e.lines()))
 }
 
-fn with(text: &str, edits: &[(&str, &str)]) -> String {
+fn edited(text: &str, edits: &[(&str, &str)]) -> String {
     let edit = |text: String, (find, replace): &(&str, &str)| {
         assert!(text.contains(find), "{find}");
         text.replacen(find, replace, 1)
@@ -44,12 +44,12 @@ fn with(text: &str, edits: &[(&str, &str)]) -> String {
 }
 
 fn numbers(e: &SessionError) -> Vec<u16> {
-    e.all().map(|e| e.problem().number()).collect()
+    e.errors().map(|e| e.problem().number()).collect()
 }
 
 /// What is told of `text` on the wearer file `wearer`.
-fn told(text: &str, wearer: &str) -> (Vec<u16>, String) {
-    match Session::parse_beside("it.toml", text, &|_| Ok(wearer.to_owned())) {
+fn mistakes(text: &str, wearer: &str) -> (Vec<u16>, String) {
+    match Session::parse_with_wearers("it.toml", text, &|_| Ok(wearer.to_owned())) {
         Ok(_) => (Vec::new(), String::new()),
         Err(e) => (numbers(&e), e.lines()),
     }
@@ -57,7 +57,7 @@ fn told(text: &str, wearer: &str) -> (Vec<u16>, String) {
 
 #[test]
 fn what_a_session_does_not_say_is_the_files() {
-    let session = good(LEAST);
+    let session = valid_session(LEAST);
     let channel = &session.channels[0];
     assert_eq!(channel.spec.limit, Amplitude::new(15_000));
     assert_eq!(channel.spec.area_mm2, 2_500);
@@ -80,13 +80,13 @@ fn what_a_session_does_not_say_is_the_files() {
         (&*worn.file, &*worn.wearer.name),
         ("../wearers/K05.toml", "K05")
     );
-    assert_eq!(Some(&*worn.text), shipped("K05"));
+    assert_eq!(Some(&*worn.text), builtin_wearer("K05"));
 }
 
 /// The device gets the same bytes from numbers typed in and from the file.
 #[test]
 fn a_file_and_its_numbers_configure_alike() {
-    let typed = with(
+    let typed = edited(
         LEAST,
         &[
             (
@@ -104,20 +104,23 @@ fn a_file_and_its_numbers_configure_alike() {
             ),
         ],
     );
-    let slope = good(LEAST).channels[0]
+    let slope = valid_session(LEAST).channels[0]
         .muscle
         .as_ref()
         .unwrap()
         .recruitment
         .slope_micro;
     let typed = typed.replace("SLOPE", &format!("{}", f64::from(slope) / 1e6));
-    assert_eq!(good(&typed).requests(), good(LEAST).requests());
-    assert!(good(&typed).worn.is_none());
+    assert_eq!(
+        valid_session(&typed).setup_requests(),
+        valid_session(LEAST).setup_requests()
+    );
+    assert!(valid_session(&typed).worn.is_none());
 }
 
 #[test]
 fn a_session_may_tighten() {
-    let text = with(
+    let text = edited(
         LEAST,
         &[
             (
@@ -134,7 +137,7 @@ fn a_session_may_tighten() {
             ),
         ],
     );
-    let session = good(&text);
+    let session = valid_session(&text);
     assert_eq!(session.wearer.host_timeout_ms, 30);
     assert_eq!(
         (session.wearer.rise_ms, session.wearer.max_session_s),
@@ -181,7 +184,7 @@ const REFUSED: [(&str, &str, u16, &str); 22] = [
 #[test]
 fn what_is_looser_or_elsewhere_is_refused_by_name() {
     for (find, replace, number, words) in REFUSED {
-        let text = with(LEAST, &[(find, replace)]);
+        let text = edited(LEAST, &[(find, replace)]);
         let Err(e) = parse(&text) else {
             panic!("{replace} is taken");
         };
@@ -193,15 +196,15 @@ fn what_is_looser_or_elsewhere_is_refused_by_name() {
 /// Whatever of the file is wrong is told with its own place, beside what the session has.
 #[test]
 fn mistakes_of_the_file_and_of_the_session_are_told_at_once() {
-    let bad = with(
+    let bad = edited(
         FULL,
         &[
             ("\nlimit = 15\n", "\nlimit = 9\n"),
             ("fall_ms = 40", "fal_ms = 40"),
         ],
     );
-    let text = with(LEAST, &[("duration_s = 1.0", "duration_s = 0.0")]);
-    let (numbers, lines) = told(&text, &bad);
+    let text = edited(LEAST, &[("duration_s = 1.0", "duration_s = 0.0")]);
+    let (numbers, lines) = mistakes(&text, &bad);
     assert_eq!(
         numbers.iter().filter(|number| **number == 653).count(),
         2,
@@ -210,7 +213,7 @@ fn mistakes_of_the_file_and_of_the_session_are_told_at_once() {
     assert!(numbers.contains(&402) && numbers.contains(&407), "{lines}");
     assert!(lines.contains("../wearers/K05.toml:"), "{lines}");
     assert!(lines.contains(" it.toml:"), "{lines}");
-    let (numbers, lines) = told(LEAST, "schema = 9");
+    let (numbers, lines) = mistakes(LEAST, "schema = 9");
     assert_eq!(numbers, [651], "{lines}");
 }
 
@@ -218,17 +221,17 @@ fn mistakes_of_the_file_and_of_the_session_are_told_at_once() {
 #[test]
 fn another_width_is_converted_by_the_files_curve_and_noted() {
     let at = |width: u16, wearer: &str| {
-        let text = with(
+        let text = edited(
             LEAST,
             &[
                 ("width_us = 400", &format!("width_us = {width}")),
                 ("value = 12.0", "value = 0.0"),
             ],
         );
-        Session::parse_beside("it.toml", &text, &|_| Ok(wearer.to_owned()))
+        Session::parse_with_wearers("it.toml", &text, &|_| Ok(wearer.to_owned()))
     };
     let factor = |us: f64| (1.0 + 215.385 / us) / (1.0 + 215.385 / 400.0);
-    let bare = with(
+    let bare = edited(
         FULL,
         &[(
             ", upper = [{ width_us = 100, value = 25 }, { width_us = 400, value = 15 }]",
@@ -297,36 +300,39 @@ const HAPTIC: [(&str, &str, usize); 6] = [
 
 #[test]
 fn the_haptic_range_is_kept_where_a_session_asks() {
-    let text = with(LEAST, &[("K05.toml\"", "K05.toml\"\nhaptic_range = true")]);
-    good(&text);
+    let text = edited(LEAST, &[("K05.toml\"", "K05.toml\"\nhaptic_range = true")]);
+    valid_session(&text);
     for (find, replace, count) in HAPTIC {
-        let (numbers, lines) = told(&with(&text, &[(find, replace)]), shipped("K05").unwrap());
+        let (numbers, lines) = mistakes(
+            &edited(&text, &[(find, replace)]),
+            builtin_wearer("K05").unwrap(),
+        );
         assert_eq!(numbers, vec![662; count], "{replace}: {lines}");
         assert!(count == 0 || lines.contains("10 to 15 mA"), "{lines}");
     }
     // A wearer who accepts more: the limit is then 1.5 I_MT, and one beyond is refused.
-    let brave = with(
-        shipped("K05").unwrap(),
+    let brave = edited(
+        builtin_wearer("K05").unwrap(),
         &[
             ("limit = 15", "limit = 18"),
             ("reference = 15", "reference = 18"),
         ],
     );
-    let session = Session::parse_beside("it.toml", &text, &|_| Ok(brave.clone())).unwrap();
+    let session = Session::parse_with_wearers("it.toml", &text, &|_| Ok(brave.clone())).unwrap();
     assert_eq!(session.channels[0].spec.limit, Amplitude::new(15_000));
-    let beyond = with(
+    let beyond = edited(
         &text,
         &[("name = \"extensors\"", "name = \"extensors\"\nlimit = 16.0")],
     );
-    assert_eq!(told(&beyond, &brave).0, [662]);
-    let free = with(&beyond, &[("haptic_range = true", "haptic_range = false")]);
-    assert_eq!(told(&free, &brave).0, [0; 0]);
+    assert_eq!(mistakes(&beyond, &brave).0, [662]);
+    let free = edited(&beyond, &[("haptic_range = true", "haptic_range = false")]);
+    assert_eq!(mistakes(&free, &brave).0, [0; 0]);
 }
 
 /// The load with which volts are judged may not be greater than the file's.
 #[test]
 fn a_load_that_lets_more_through_is_refused() {
-    let text = with(
+    let text = edited(
         LEAST,
         &[
             ("number = 1", "number = 2"),
@@ -343,11 +349,16 @@ fn a_load_that_lets_more_through_is_refused() {
             ("rate_hz = 50", "rate_hz = 60"),
         ],
     );
-    assert_eq!(told(&text, FULL).0, [0; 0], "{}", told(&text, FULL).1);
-    let loose = with(&text, &[("load_ohm = 2500", "load_ohm = 2600")]);
-    let (numbers, lines) = told(&loose, FULL);
+    assert_eq!(
+        mistakes(&text, FULL).0,
+        [0; 0],
+        "{}",
+        mistakes(&text, FULL).1
+    );
+    let loose = edited(&text, &[("load_ohm = 2500", "load_ohm = 2600")]);
+    let (numbers, lines) = mistakes(&loose, FULL);
     assert_eq!(numbers, [659], "{lines}");
-    let session = Session::parse_beside("it.toml", &text, &|_| Ok(FULL.to_owned())).unwrap();
+    let session = Session::parse_with_wearers("it.toml", &text, &|_| Ok(FULL.to_owned())).unwrap();
     let is_voltage = matches!(session.channels[0].spec.stage, StageSpec::Voltage { .. });
     assert!(is_voltage && session.wearer.hand_stop_required);
 }
@@ -391,11 +402,15 @@ fn sessions_that_name_a_file_are_what_they_were() {
         edits.extend(file.contains("co_contraction").then_some(antagonist));
         let path = format!("{}/../sessions/{file}", env!("CARGO_MANIFEST_DIR"));
         let text = std::fs::read_to_string(path).unwrap();
-        let (named, typed) = (load(file), good(&with(&text, &edits)));
+        let (named, typed) = (load(file), valid_session(&edited(&text, &edits)));
         assert!(named.worn.is_some() && typed.worn.is_none());
-        assert_eq!(named.requests(), typed.requests(), "{file}");
+        assert_eq!(named.setup_requests(), typed.setup_requests(), "{file}");
         // Of the program as well, which has no folder.
-        assert_eq!(good(&text).requests(), typed.requests(), "{file}");
+        assert_eq!(
+            valid_session(&text).setup_requests(),
+            typed.setup_requests(),
+            "{file}"
+        );
         let worn = Session {
             worn: named.worn.clone(),
             ..typed
@@ -408,7 +423,7 @@ fn sessions_that_name_a_file_are_what_they_were() {
 /// holds at one width alone.
 #[test]
 fn a_live_width_is_limited_as_its_longest_pulse_is() {
-    let bare = with(
+    let bare = edited(
         FULL,
         &[(
             ", upper = [{ width_us = 100, value = 25 }, { width_us = 400, value = 15 }]",
@@ -416,7 +431,7 @@ fn a_live_width_is_limited_as_its_longest_pulse_is() {
         )],
     );
     let text = |width: &str| {
-        with(
+        edited(
             LEAST,
             &[
                 ("muscle = {}\n", ""),
@@ -425,14 +440,14 @@ fn a_live_width_is_limited_as_its_longest_pulse_is() {
         )
     };
     let limit = |width: &str, wearer: &str| {
-        let read = Session::parse_beside("it.toml", &text(width), &|_| Ok(wearer.to_owned()));
+        let read = Session::parse_with_wearers("it.toml", &text(width), &|_| Ok(wearer.to_owned()));
         read.map(|session| session.channels[0].spec.limit.get())
     };
     assert_eq!(
-        limit("200, max_width_us = 400", shipped("K05").unwrap()).unwrap(),
+        limit("200, max_width_us = 400", builtin_wearer("K05").unwrap()).unwrap(),
         15_000
     );
-    let e = limit("200, max_width_us = 500", shipped("K05").unwrap()).unwrap_err();
+    let e = limit("200, max_width_us = 500", builtin_wearer("K05").unwrap()).unwrap_err();
     assert_eq!(numbers(&e), [658]);
     assert!(
         e.lines().contains("`channel.train.max_width_us` is 500"),
@@ -444,17 +459,17 @@ fn a_live_width_is_limited_as_its_longest_pulse_is() {
         limit("400, max_width_us = 500", &bare).unwrap(),
         lowered as u32
     );
-    let haptic = with(
+    let haptic = edited(
         &text("200, max_width_us = 400"),
         &[("K05.toml\"", "K05.toml\"\nhaptic_range = true")],
     );
-    assert_eq!(told(&haptic, shipped("K05").unwrap()).0, [658]);
+    assert_eq!(mistakes(&haptic, builtin_wearer("K05").unwrap()).0, [658]);
 }
 
 /// The haptic range holds for amplitudes over time and for lists of pulses.
 #[test]
 fn the_haptic_range_holds_over_time() {
-    let text = with(
+    let text = edited(
         LEAST,
         &[
             ("K05.toml\"", "K05.toml\"\nhaptic_range = true"),
@@ -466,7 +481,7 @@ fn the_haptic_range_holds_over_time() {
         let text = format!(
             "{head}[setpoints]\nkind = \"{kind}\"\nrate_hz = 50\nchannel = 1\npoints = [{points}]\n"
         );
-        told(&text, shipped("K05").unwrap())
+        mistakes(&text, builtin_wearer("K05").unwrap())
     };
     let good = "{ at_s = 0, value = 10.0 }, { at_s = 0.5, value = 15.0 }";
     let rest = "{ at_s = 0, value = 0.0 }, { at_s = 0.5, value = 15.0 }";
@@ -483,8 +498,8 @@ fn the_haptic_range_holds_over_time() {
     }
     let list = "rate_hz = 50\n[[setpoints.list]]\nat_s = 0.2\nchannel = 1\npulses = [{ after_us = 0, value = VALUE }]";
     for (value, count) in [("12.0", 0), ("9.5", 1)] {
-        let text = with(&text, &[("rate_hz = 50", &list.replace("VALUE", value))]);
-        let (numbers, lines) = told(&text, shipped("K05").unwrap());
+        let text = edited(&text, &[("rate_hz = 50", &list.replace("VALUE", value))]);
+        let (numbers, lines) = mistakes(&text, builtin_wearer("K05").unwrap());
         assert_eq!(numbers, vec![662; count], "{value}: {lines}");
     }
 }
@@ -497,21 +512,21 @@ fn a_finger_is_the_files_participant() {
     let kind = "kind = \"finger\"\n";
     assert!(!KNOWN.contains("participant ="));
     let saying = |name: &str| {
-        with(
+        edited(
             KNOWN,
             &[(kind, &format!("{kind}participant = \"{name}\"\n"))],
         )
     };
-    let session = good(KNOWN);
-    assert_eq!(session, good(&saying("P")));
-    assert_ne!(session.body, good(&saying("Q")).body);
+    let session = valid_session(KNOWN);
+    assert_eq!(session, valid_session(&saying("P")));
+    assert_ne!(session.body, valid_session(&saying("Q")).body);
     const TYPED: &str = include_str!("../../sessions/hamana_exp4_two_point_finger.toml");
-    let e = parse(&with(TYPED, &[("participant = \"P\"\n", "")])).unwrap_err();
+    let e = parse(&edited(TYPED, &[("participant = \"P\"\n", "")])).unwrap_err();
     assert_eq!(numbers(&e), [404], "{}", e.lines());
     assert!(e.lines().contains("participant"), "{}", e.lines());
     // Of nobody in table 7; and what is wrong with a file is not told as another mistake.
-    let (found, lines) = told(KNOWN, FULL);
+    let (found, lines) = mistakes(KNOWN, FULL);
     assert!(found.contains(&404), "{lines}");
-    let (found, lines) = told(KNOWN, "schema = 1\n");
+    let (found, lines) = mistakes(KNOWN, "schema = 1\n");
     assert!(!lines.contains("participant"), "{found:?} {lines}");
 }

@@ -33,7 +33,7 @@ fn repeated(given: &RepeatedMeasures) -> Answer {
     ])
 }
 
-fn between(effect: &Effect) -> Answer {
+fn effect_answer(effect: &Effect) -> Answer {
     answer([
         ("sum_squares", effect.sum_squares),
         ("df", effect.df as f64),
@@ -83,7 +83,7 @@ fn arguments<T: serde::de::DeserializeOwned>(given: &Value) -> T {
     from_value(given.clone()).unwrap()
 }
 
-fn two(given: &Value) -> [Vec<f64>; 2] {
+fn two_samples(given: &Value) -> [Vec<f64>; 2] {
     arguments(given)
 }
 
@@ -95,11 +95,11 @@ fn call(function: &str, given: &Value) -> Result<Answer, StatisticsError> {
         "fisher_f_p" => answer([("p", fisher_f_p(number(0), number(1), number(2))?)]),
         "chi_squared_p" => answer([("p", chi_squared_p(number(0), number(1))?)]),
         "cohens_d_paired" => {
-            let [a, b] = two(given);
+            let [a, b] = two_samples(given);
             answer([("d", cohens_d_paired(&a, &b)?)])
         }
         "cohens_d_pooled" => {
-            let [a, b] = two(given);
+            let [a, b] = two_samples(given);
             answer([("d", cohens_d_pooled(&a, &b)?)])
         }
         "holm" => {
@@ -118,11 +118,14 @@ fn call(function: &str, given: &Value) -> Result<Answer, StatisticsError> {
         "two_way" => {
             let [cells]: [Vec<Vec<Vec<f64>>>; 1] = arguments(given);
             let found = two_way(&cells)?;
-            effects([&found.first, &found.second, &found.interaction], between)
+            effects(
+                [&found.first, &found.second, &found.interaction],
+                effect_answer,
+            )
         }
         "share" => {
             let (successes, trials, level): (f64, _, _) = arguments(given);
-            let found = share(successes, trials, level)?;
+            let found = wilson_share(successes, trials, level)?;
             answer([
                 ("share", found.share),
                 ("low", found.low),
@@ -139,7 +142,7 @@ fn call(function: &str, given: &Value) -> Result<Answer, StatisticsError> {
 fn tests(function: &str, given: &Value) -> Result<Answer, StatisticsError> {
     Ok(match function {
         "paired_t" => {
-            let [a, b] = two(given);
+            let [a, b] = two_samples(given);
             let found = paired_t(&a, &b)?;
             answer([
                 ("mean_difference", found.mean_difference),
@@ -158,7 +161,7 @@ fn tests(function: &str, given: &Value) -> Result<Answer, StatisticsError> {
             ])
         }
         "wilcoxon" => {
-            let [a, b] = two(given);
+            let [a, b] = two_samples(given);
             let found = wilcoxon(&a, &b)?;
             answer([
                 ("statistic", found.statistic),
@@ -169,7 +172,7 @@ fn tests(function: &str, given: &Value) -> Result<Answer, StatisticsError> {
             ])
         }
         "mann_whitney" => {
-            let [a, b] = two(given);
+            let [a, b] = two_samples(given);
             let found = mann_whitney(&a, &b)?;
             let method = exact(found.method);
             answer([("u", found.u), ("p", found.p), ("exact", method)])
@@ -243,7 +246,7 @@ fn table_8() -> Vec<Vec<Vec<f64>>> {
 
 /// The nearest that a number which is printed as `printed` may come to `found`,
 /// relative to it.
-fn apart(found: f64, printed: &str) -> f64 {
+fn distance_to_printed(found: f64, printed: &str) -> f64 {
     let value: f64 = printed.parse().unwrap();
     let half = half_digit(printed);
     let nearest = found.clamp(value - half, value + half);
@@ -271,10 +274,13 @@ fn hamanas_table_8_gives_table_9_within_one_per_cent() {
     for (effect, printed, df) in printed {
         println!("{effect:?}");
         for (found, printed) in [effect.sum_squares, effect.f, effect.p].iter().zip(printed) {
-            assert!(apart(*found, printed) < 0.01, "{found} {printed}");
+            assert!(
+                distance_to_printed(*found, printed) < 0.01,
+                "{found} {printed}"
+            );
         }
         assert_eq!((effect.df, effect.error_df), (df, 24));
-        assert!(apart(effect.error_sum_squares, "542") < 0.01);
+        assert!(distance_to_printed(effect.error_sum_squares, "542") < 0.01);
     }
     let Effect {
         sum_squares, f, p, ..

@@ -65,7 +65,7 @@ fn too_few_are_refused_by_name() {
         "second factor: 0 given, at least 2 needed"
     );
     assert_eq!(
-        said(share(0.0, 0, 0.95)),
+        said(wilson_share(0.0, 0, 0.95)),
         "trials: 0 given, at least 1 needed"
     );
     assert_eq!(
@@ -209,11 +209,11 @@ fn parameters_outside_their_range_are_refused_by_name() {
     );
     assert_eq!(said(holm(&[0.5, 1.1])), "a p-value is outside [0, 1]");
     for successes in [3.0, -0.5, NAN] {
-        let refused = said(share(successes, 2, 0.95));
+        let refused = said(wilson_share(successes, 2, 0.95));
         assert_eq!(refused, "successes is outside 0…trials");
     }
-    assert_eq!(said(share(1.0, 2, 1.0)), "level is outside (0, 1)");
-    assert_eq!(said(share(1.0, 2, NAN)), "level is outside (0, 1)");
+    assert_eq!(said(wilson_share(1.0, 2, 1.0)), "level is outside (0, 1)");
+    assert_eq!(said(wilson_share(1.0, 2, NAN)), "level is outside (0, 1)");
     let sample = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0];
     let least = |values: &[f64]| if values == sample { -1.0 } else { mean(values) };
     let found = bootstrap_bca(&sample, least, 100, 0.95, 2);

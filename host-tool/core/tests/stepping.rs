@@ -123,7 +123,7 @@ fn the_caller_of_a_live_session_gives_its_setpoints() {
     let file = SessionFile::parse("live.toml", text).unwrap();
     let port = DeviceName::Native.open(&file.session, 1).unwrap();
     let stepper = Stepper::open(&file, port, Attachments::default()).unwrap();
-    let mut stepper = stepper.live();
+    let mut stepper = stepper.with_live_setpoints();
     stepper.configure().unwrap();
     stepper.arm().unwrap();
     stepper.request(wanted(8)).unwrap();

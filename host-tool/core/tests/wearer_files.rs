@@ -229,7 +229,7 @@ fn what_is_wrong_is_told_by_field() {
         let Err(e) = read(&bad) else {
             panic!("{replace} is taken");
         };
-        let told: Vec<u16> = e.all().map(|e| e.problem().number()).collect();
+        let told: Vec<u16> = e.errors().map(|e| e.problem().number()).collect();
         assert!(told.contains(&number), "{replace}: {}", e.lines());
         for line in e.lines().lines() {
             assert!(line.contains(" it.toml:"), "without a place: {line}");
@@ -269,7 +269,7 @@ fn no_edit_of_a_file_loosens_a_limit_beyond_the_devices_own() {
         let Err(e) = read(&FULL.replacen(find, replace, 1)) else {
             panic!("{replace} is taken");
         };
-        let told: Vec<u16> = e.all().map(|e| e.problem().number()).collect();
+        let told: Vec<u16> = e.errors().map(|e| e.problem().number()).collect();
         assert_eq!(told.first(), Some(&number), "{replace}: {}", e.lines());
     }
 }
@@ -277,7 +277,7 @@ fn no_edit_of_a_file_loosens_a_limit_beyond_the_devices_own() {
 #[test]
 fn another_schema_is_all_that_is_told_of_it() {
     let e = read("schema = 12\nwho = \"K01\"\n").unwrap_err();
-    assert_eq!(e.all().count(), 1);
+    assert_eq!(e.errors().count(), 1);
     let told = e.one_line();
     assert!(
         told.starts_with("E651 it.toml:1:10: `schema` is 12"),
@@ -299,7 +299,7 @@ fn every_mistake_of_a_file_is_told_at_once() {
         bad = bad.replacen(find, replace, 1);
     }
     let e = read(&bad).unwrap_err();
-    let mut told: Vec<u16> = e.all().map(|e| e.problem().number()).collect();
+    let mut told: Vec<u16> = e.errors().map(|e| e.problem().number()).collect();
     told.sort_unstable();
     assert_eq!(told, [402, 407, 450, 652, 653], "{}", e.lines());
 }

@@ -5,7 +5,7 @@ use hal_sim::body::FingerSpec;
 use hal_sim::body::muscle::SUBJECTS;
 use hal_sim::body::wearer::Participant;
 use host_core::session::Unit;
-use host_core::wearer::{Evidence, SHIPPED, Wearer, manual, schema, shipped};
+use host_core::wearer::{Evidence, SHIPPED, Wearer, builtin_wearer, manual, schema};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -16,7 +16,7 @@ fn root() -> PathBuf {
 }
 
 fn wearer(name: &str) -> Wearer {
-    let text = shipped(name).unwrap_or_else(|| panic!("no {name}"));
+    let text = builtin_wearer(name).unwrap_or_else(|| panic!("no {name}"));
     Wearer::parse(name, text).unwrap_or_else(|e| panic!("{}", e.lines()))
 }
 
@@ -48,7 +48,7 @@ fn the_folder_is_what_the_program_has() {
     for path in files {
         let name = path.file_stem().unwrap().to_str().unwrap();
         let text = std::fs::read_to_string(&path).unwrap();
-        assert_eq!(shipped(name), Some(&*text));
+        assert_eq!(builtin_wearer(name), Some(&*text));
         let read = wearer(name);
         assert_eq!(read.name, name);
         assert_eq!(Wearer::parse(name, &read.to_toml()).unwrap(), read);

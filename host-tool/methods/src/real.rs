@@ -20,7 +20,7 @@ pub trait Real:
     /// One.
     const ONE: Self;
     /// The nearest number; for constants.
-    fn of(x: f64) -> Self;
+    fn from_f64(x: f64) -> Self;
     /// Exactly or to the nearest, for results.
     fn to_f64(self) -> f64;
     /// e to its power.
@@ -41,7 +41,7 @@ macro_rules! float {
         impl Real for $float {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
-            fn of(x: f64) -> Self {
+            fn from_f64(x: f64) -> Self {
                 x as Self
             }
             fn to_f64(self) -> f64 {
@@ -92,7 +92,7 @@ impl Neg for Micro {
 impl Real for Micro {
     const ZERO: Self = Self(0.0);
     const ONE: Self = Self(1.0);
-    fn of(x: f64) -> Self {
+    fn from_f64(x: f64) -> Self {
         Self(x as f32)
     }
     fn to_f64(self) -> f64 {

@@ -55,7 +55,7 @@ fn number(effort: Effort) -> f64 {
 /// time, one per law period, with the errors it saw.
 fn efforts(spec: &JointSpec, steps: u32, at: impl Fn(f64) -> (f64, f64)) -> Vec<(f64, f64)> {
     // Swings as wide as a limit cycle: of the law alone.
-    let joint = Joint::with_whole_gain(spec).unwrap();
+    let joint = Joint::with_full_gain(spec).unwrap();
     let mut state = JointState::default();
     let period = u32::from(spec.law_period_ms) * 1000;
     (0..steps)
@@ -63,7 +63,7 @@ fn efforts(spec: &JointSpec, steps: u32, at: impl Fn(f64) -> (f64, f64)) -> Vec<
             let now = Micros::new(u32::MAX - 1_000_000) + us(i * period);
             let (target, angle) = at(f64::from(i * period) * 1e-6);
             joint
-                .setpoint(&mut state, now, now, degrees(target), None)
+                .accept_setpoint(&mut state, now, now, degrees(target), None)
                 .unwrap();
             let orders = joint.tick(&mut state, now, Some(degrees(angle))).unwrap();
             let error = orders.target.get().to_num::<f64>() - orders.measured.get().to_num::<f64>();
@@ -193,7 +193,7 @@ fn a_finger_too_straight_is_flexed_by_every_law() {
             let mut state = JointState::default();
             let now = Micros::new(5);
             joint
-                .setpoint(&mut state, now, now, degrees(40.0 + error), None)
+                .accept_setpoint(&mut state, now, now, degrees(40.0 + error), None)
                 .unwrap();
             let orders = joint.tick(&mut state, now, Some(degrees(40.0))).unwrap();
             let above = [24_000, 14_000];

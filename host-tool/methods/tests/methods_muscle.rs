@@ -44,7 +44,9 @@ fn run(muscle: &mut dyn Integrator, output_us: u32) -> f64 {
 }
 
 fn force(setting: Setting, output_us: u32) -> f64 {
-    setting.with(&K05, |muscle| run(muscle, output_us)).unwrap()
+    setting
+        .with_integrator(&K05, |muscle| run(muscle, output_us))
+        .unwrap()
 }
 
 /// Four nodes over at most 10 ms: 6e-9 % of peak.
@@ -95,7 +97,7 @@ fn a_cubic_keeps_the_order() {
             };
             (100..=320_000).step_by(100).map(read).collect::<Vec<f64>>()
         };
-        setting.with(&K05, each).unwrap()
+        setting.with_integrator(&K05, each).unwrap()
     };
     let exact = forces(setting(Method::EventDriven4, 10_000));
     for (method, order) in [
@@ -155,7 +157,7 @@ fn a_muscle_without_pulses_comes_to_rest() {
                 }
                 muscle.force_n().abs()
             };
-            setting.with(&K05, run).unwrap()
+            setting.with_integrator(&K05, run).unwrap()
         };
         for output_us in [1000, 100_000] {
             let left = left(output_us);
@@ -167,5 +169,5 @@ fn a_muscle_without_pulses_comes_to_rest() {
 #[test]
 fn the_shipped_method_refuses_what_the_device_refuses() {
     let spec = CalciumForceSpec { k_micro: 0, ..K05 };
-    assert!(Setting::SHIPPED.with(&spec, |_| ()).is_err());
+    assert!(Setting::SHIPPED.with_integrator(&spec, |_| ()).is_err());
 }

@@ -32,10 +32,10 @@ pub fn main(args: &Bench, output: Output) -> anyhow::Result<()> {
     let (found, yardstick) = yardstick?;
     write(args.csv.as_deref(), || found.chip.csv())?;
     write(args.svg.as_deref(), || cycles_picture(&found.chip))?;
-    let differing = found.differing();
-    output.say(
+    let differing = found.differing_algorithms();
+    output.print(
         || table(&found, &differing, &yardstick).trim_end().to_owned(),
-        || machine(&found, &differing, &yardstick),
+        || json_report(&found, &differing, &yardstick),
     )?;
     ensure!(
         differing.is_empty(),
@@ -69,7 +69,7 @@ fn write_cycles(out: &mut String, chip: &OnChip, differing: &[String]) {
         "{:28}{:>5}{:>7}{:>7}{:>7}{:>7}{:>13} same\n",
         "algorithm", "calls", "mean", "max", "mean", "max", "its deadline"
     ));
-    for (row, other) in chip.in_both() {
+    for (row, other) in chip.row_pairs() {
         let Row {
             name,
             calls,
@@ -132,7 +132,7 @@ fn write_coremark(out: &mut String, found: &CoreMark) {
         "", "prefetch", "without it"
     ));
     for reading in &found.readings {
-        let (name, with) = (name(reading.wait), reading.per_mhz());
+        let (name, with) = (flash_wait_name(reading.wait), reading.per_mhz());
         let without = reading.per_mhz_without_prefetch();
         out.push_str(&format!("  {name:<52}{with:>9.3}{without:>14.3}\n"));
     }
@@ -153,7 +153,7 @@ fn write_coremark(out: &mut String, found: &CoreMark) {
 }
 
 /// What was assumed of the flash.
-const fn name(wait: FlashWait) -> &'static str {
+const fn flash_wait_name(wait: FlashWait) -> &'static str {
     match wait {
         FlashWait::States(Prefetched::Cached) => "5 wait states, prefetched lines cached",
         FlashWait::States(Prefetched::NotCached) => "5 wait states, prefetched lines not cached",
@@ -161,10 +161,10 @@ const fn name(wait: FlashWait) -> &'static str {
     }
 }
 
-fn machine(found: &bench::Bench, differing: &[String], yardstick: &CoreMark) -> Value {
+fn json_report(found: &bench::Bench, differing: &[String], yardstick: &CoreMark) -> Value {
     let chip = &found.chip;
     let algorithms: Vec<Value> = chip
-        .in_both()
+        .row_pairs()
         .map(|(row, other)| {
             json!({
                 "name": row.name, "calls": row.calls,
@@ -184,7 +184,7 @@ fn machine(found: &bench::Bench, differing: &[String], yardstick: &CoreMark) -> 
         .iter()
         .map(|r| {
             json!({
-                "flash": name(r.wait), "iterations": r.iterations,
+                "flash": flash_wait_name(r.wait), "iterations": r.iterations,
                 "per_mhz": r.per_mhz(), "cycles": r.cycles,
                 "per_mhz_without_prefetch": r.per_mhz_without_prefetch(),
                 "cycles_without_prefetch": r.cycles_without_prefetch,

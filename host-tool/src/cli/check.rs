@@ -5,7 +5,7 @@ use super::{Incomplete, Output};
 use clap::{Args, ValueEnum};
 use firmware::safety::StageSupply;
 use host_core::run::check_supply;
-use host_core::session::{Session, SessionError, visible};
+use host_core::session::{Session, SessionError, escape_control_chars};
 use host_core::wearer::{self, Wearer};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -34,7 +34,7 @@ enum Supply {
 }
 
 impl Supply {
-    const fn declared(self) -> Option<StageSupply> {
+    const fn stage_supply(self) -> Option<StageSupply> {
         match self {
             Self::Common => Some(StageSupply::Common),
             Self::Separate => Some(StageSupply::Separate),
@@ -51,7 +51,7 @@ enum ValidFile {
 
 /// Reads a file as what it is: a wearer's says of which schema it is, a session never.
 fn read(path: &Path) -> Result<ValidFile, SessionError> {
-    let is_wearer = Session::text(path).is_ok_and(|text| wearer::is_one(&text));
+    let is_wearer = Session::text(path).is_ok_and(|text| wearer::is_wearer_file(&text));
     match is_wearer {
         true => Wearer::read(path).map(|wearer| ValidFile::Wearer(Box::new(wearer))),
         false => Session::load(path).map(|session| ValidFile::Session(Box::new(session))),
@@ -60,21 +60,21 @@ fn read(path: &Path) -> Result<ValidFile, SessionError> {
 
 impl ValidFile {
     /// What is wrong with it on a board with this supply.
-    fn mistake_on(&self, supply: Option<Supply>) -> Option<String> {
+    fn supply_mistake(&self, supply: Option<Supply>) -> Option<String> {
         let Self::Session(session) = self else {
             return None;
         };
-        let opposed = check_supply(session, supply?.declared()).err()?;
+        let opposed = check_supply(session, supply?.stage_supply()).err()?;
         Some(opposed.to_string())
     }
 
     /// What it is, in a line, and what is noted of it.
-    fn people(&self) -> (String, Vec<String>) {
+    fn title_and_notes(&self) -> (String, Vec<String>) {
         match self {
             Self::Session(session) => {
                 let mut lines = session_notes(session);
-                lines.extend(drawn_programs(session));
-                (visible(&session.title), lines)
+                lines.extend(program_charts(session));
+                (escape_control_chars(&session.title), lines)
             }
             Self::Wearer(wearer) => {
                 let count = wearer.electrodes.len();
@@ -88,7 +88,7 @@ impl ValidFile {
         }
     }
 
-    fn machines(&self, path: &Path) -> Value {
+    fn to_json(&self, path: &Path) -> Value {
         match self {
             Self::Session(session) => {
                 json!({ "session": path, "title": session.title, "notes": session_notes(session), "mistakes": [] })
@@ -110,7 +110,7 @@ fn session_notes(session: &Session) -> Vec<String> {
 const COLUMNS: u64 = 64;
 
 /// The amplitudes of a session's programs over time, a line for each channel.
-fn drawn_programs(session: &Session) -> Vec<String> {
+fn program_charts(session: &Session) -> Vec<String> {
     let programs = &session.setpoints.programs;
     if programs.is_empty() {
         return Vec::new();
@@ -120,7 +120,7 @@ fn drawn_programs(session: &Session) -> Vec<String> {
         "amplitudes of programs from 0 to {} s:",
         length_us as f64 / 1e6
     );
-    let lines = programs.drawn(length_us, COLUMNS).into_iter();
+    let lines = programs.amplitude_charts(length_us, COLUMNS).into_iter();
     let lines = lines.map(|(channel, blocks)| format!("channel {:>2} {blocks}", channel + 1));
     std::iter::once(head).chain(lines).collect()
 }
@@ -136,18 +136,18 @@ pub fn main(args: &Check, output: Output) -> anyhow::Result<()> {
         .collect();
     let opposed = checked.iter().map(|(_, session)| {
         let good = session.as_ref().ok();
-        good.and_then(|good| good.mistake_on(args.supply))
+        good.and_then(|good| good.supply_mistake(args.supply))
     });
     let opposed: Vec<Option<String>> = opposed.collect();
     let is_opposed = opposed.iter().flatten().count();
-    let mistakes: usize = wrong.iter().map(|e| e.all().count()).sum::<usize>() + is_opposed;
+    let mistakes: usize = wrong.iter().map(|e| e.errors().count()).sum::<usize>() + is_opposed;
     let files: Vec<Value> = checked
         .iter()
         .zip(&opposed)
         .map(|((path, session), opposed)| match (session, opposed) {
-            (Ok(_), Some(told)) => json!({ "session": path, "mistakes": [mistake_of(told)] }),
-            (Ok(good), None) => good.machines(path),
-            (Err(e), _) => json!({ "session": path, "mistakes": mistakes_of(e) }),
+            (Ok(_), Some(told)) => json!({ "session": path, "mistakes": [mistake_json(told)] }),
+            (Ok(good), None) => good.to_json(path),
+            (Err(e), _) => json!({ "session": path, "mistakes": mistakes_json(e) }),
         })
         .collect();
     if !output.json {
@@ -167,7 +167,7 @@ pub fn main(args: &Check, output: Output) -> anyhow::Result<()> {
             .zip(&opposed)
             .filter(|(_, text)| text.is_none());
         let lines = good.filter_map(|((path, session), _)| {
-            let (told, notes) = session.as_ref().ok()?.people();
+            let (told, notes) = session.as_ref().ok()?.title_and_notes();
             let good = format!("{}: good: {told}", path.display());
             let lines = std::iter::once(good).chain(notes.iter().cloned());
             Some(lines.collect::<Vec<_>>().join("\n  "))
@@ -175,10 +175,10 @@ pub fn main(args: &Check, output: Output) -> anyhow::Result<()> {
         lines.collect::<Vec<_>>().join("\n")
     };
     if wrong_files == 0 {
-        return output.say(people, || json!({ "sessions": files, "error": null }));
+        return output.print(people, || json!({ "sessions": files, "error": null }));
     }
     if !output.json && wrong_files < checked.len() {
-        output.say(people, || Value::Null)?;
+        output.print(people, || Value::Null)?;
     }
     let error = anyhow::anyhow!(
         "E524 {mistakes} mistake{} in {} of {} files; mend what is told of each",
@@ -191,14 +191,14 @@ pub fn main(args: &Check, output: Output) -> anyhow::Result<()> {
 }
 
 /// The same of a mistake without a place: its number, and what it says.
-fn mistake_of(told: &str) -> Value {
+fn mistake_json(told: &str) -> Value {
     let (number, message) = told.split_once(' ').unwrap_or(("", told));
     json!({ "number": number, "line": null, "column": null, "message": message, "help": null })
 }
 
 /// Number, place, message and help of each.
-fn mistakes_of(e: &SessionError) -> Vec<Value> {
-    let each = e.all().map(|e| {
+fn mistakes_json(e: &SessionError) -> Vec<Value> {
+    let each = e.errors().map(|e| {
         let (line, column) = e.line_and_column().unzip();
         json!({
             "number": format!("E{}", e.problem().number()),

@@ -1,12 +1,12 @@
 //! Options of commands that can run on the chip simulator.
 
-use super::wrong;
+use super::usage_error;
 use clap::{Args, ValueEnum};
 use hal_sim::chip::gdb::AfterDebugger;
 use hal_sim::chip::soc::flash;
 use host_core::link::Port;
-use host_core::record::may_write;
-use host_core::run::{ChipOptions, DeviceName, on_chip};
+use host_core::record::check_writable;
+use host_core::run::{ChipOptions, DeviceName, open_chip_port};
 use host_core::session::Session;
 use std::path::{Path, PathBuf};
 
@@ -93,12 +93,12 @@ impl ChipArgs {
         if *device == DeviceName::Chip {
             if let Some(log) = self.log.as_ref().filter(|log| **log != Path::new("-")) {
                 let image: Vec<&Path> = self.image().into_iter().collect();
-                may_write(log, replaces, &image, None)?;
+                check_writable(log, replaces, &image, None)?;
             }
-            return Ok(Box::new(on_chip(session, seed, &options)?));
+            return Ok(Box::new(open_chip_port(session, seed, &options)?));
         }
         if options.image.is_some() || options.gdb.is_some() || options.log.is_some() {
-            return wrong("--image, --gdb and --log need --device chip");
+            return usage_error("--image, --gdb and --log need --device chip");
         }
         Ok(device.open(session, seed)?)
     }

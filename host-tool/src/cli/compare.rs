@@ -1,7 +1,7 @@
 //! `flexor compare`: several records, experiments or sweeps side by side.
 
 use super::out::OutArgs;
-use super::{Output, wrong};
+use super::{Output, usage_error};
 use clap::Args;
 use host_core::record::replace_file;
 use host_core::report::{
@@ -44,7 +44,7 @@ impl Folder {
             });
         }
         match NamedResult::read(dir)? {
-            None => wrong(format!(
+            None => usage_error(format!(
                 "{} holds a sweep without a result: the command that began it goes on with it",
                 dir.display()
             )),
@@ -70,11 +70,11 @@ impl Folder {
 /// that have nothing in common; one that the page would replace; no room for the page.
 pub fn main(args: &Compare, output: Output) -> anyhow::Result<()> {
     if args.records.len() < 2 {
-        return wrong("compare needs two records or more");
+        return usage_error("compare needs two records or more");
     }
-    args.out.apart_from(&args.records)?;
+    args.out.check_not_record(&args.records)?;
     let folders = read_all(&args.records)?;
-    let (records, results) = in_common(&args.records, folders)?;
+    let (records, results) = common_content(&args.records, folders)?;
     // Made before an old one goes.
     let title = format!("{} records side by side", args.records.len());
     let mut body = Html::default();
@@ -85,10 +85,10 @@ pub fn main(args: &Compare, output: Output) -> anyhow::Result<()> {
         body += results_body(&results);
     }
     let text = report::document(&title, &body);
-    let place = args.out.place("compare")?;
+    let place = args.out.claim_folder("compare")?;
     let page = place.dir().join("compare.html");
     replace_file(&page, text.as_bytes())?;
-    output.say(
+    output.print(
         || {
             let records = (!records.is_empty()).then(|| compare_text(&records));
             let results = (!results.is_empty()).then(|| results_text(&results));
@@ -128,7 +128,7 @@ fn read_all(dirs: &[PathBuf]) -> anyhow::Result<Vec<Folder>> {
             .ok()
             .and_then(|real| known.insert(real, dir));
         let read = match before {
-            Some(before) => wrong(format!(
+            Some(before) => usage_error(format!(
                 "{} is the folder {} again: give each folder once",
                 dir.display(),
                 before.display()
@@ -158,7 +158,7 @@ fn read_all(dirs: &[PathBuf]) -> anyhow::Result<Vec<Folder>> {
 ///
 /// # Errors
 /// They have neither in common.
-fn in_common(
+fn common_content(
     dirs: &[PathBuf],
     folders: Vec<Folder>,
 ) -> anyhow::Result<(Vec<ComparedRecord>, Vec<NamedResult>)> {
@@ -168,7 +168,7 @@ fn in_common(
         let kinds = dirs.iter().zip(&folders);
         let kinds = kinds.map(|(dir, folder)| format!("{} is {}", dir.display(), folder.kind()));
         let kinds: Vec<String> = kinds.collect();
-        return wrong(format!(
+        return usage_error(format!(
             "these folders have nothing in common that could be compared: {}; compare records \
              with records, and results with results (an experiment's record has both)",
             kinds.join(", ")

@@ -33,7 +33,7 @@ pub fn main(args: &Completion, output: Output) -> anyhow::Result<()> {
     );
     let script = String::from_utf8_lossy(&script).into_owned();
     match output.json {
-        true => output.say(String::new, || serde_json::json!({ "script": script })),
+        true => output.print(String::new, || serde_json::json!({ "script": script })),
         // Not through `say`: a script may hold characters that a terminal would obey.
         false => print_line(script.trim_end()),
     }
@@ -46,7 +46,7 @@ pub fn manual(args: &Man, output: Output) -> anyhow::Result<()> {
     let written = std::fs::create_dir_all(folder)
         .and_then(|()| clap_mangen::generate_to(commands::command_line(), folder));
     written.map_err(RecordError::io(folder))?;
-    output.say(
+    output.print(
         || {
             format!(
                 "manual pages are in {0}; read one: man {0}/flexor.1",

@@ -1,7 +1,7 @@
 //! `flexor demo`: experiment 4 of Hamana 2022 as its declaration has it, on the native
 //! simulator; how fast that is, and the README's picture.
 
-use super::experiment::{ExperimentResult, Order, RepeatedRecord, found};
+use super::experiment::{ExperimentResult, Order, RepeatedRecord, load_or_repeat};
 use super::out::OutArgs;
 use super::{CommandOutput, Output};
 use anyhow::Context;
@@ -36,12 +36,12 @@ const EXPERIMENT: &str = "hamana-4";
 
 impl Demo {
     /// The demo of the record in `dir`, again, in `out`; `None` for another command's.
-    pub fn again(dir: &Path, record: &Run, out: OutArgs) -> Option<Self> {
+    pub fn from_record(dir: &Path, record: &Run, out: OutArgs) -> Option<Self> {
         let plan = record.plan.as_ref()?;
         (plan.command == COMMAND).then_some(Self {
             out,
             seed: record.seed?,
-            again: Some(RepeatedRecord::of(dir, plan)),
+            again: Some(RepeatedRecord::new(dir, plan)),
         })
     }
 }
@@ -60,7 +60,7 @@ const TEN_AND_FINGER: (&str, &str) = (
 /// # Errors
 /// A session that does not run, a folder that cannot be written.
 pub fn main(args: &Demo, output: Output) -> anyhow::Result<()> {
-    carry_out(args, output)?.say(output)
+    carry_out(args, output)?.print(output)
 }
 
 /// Runs and records it.
@@ -70,7 +70,7 @@ pub fn main(args: &Demo, output: Output) -> anyhow::Result<()> {
 pub(super) fn carry_out(args: &Demo, output: Output) -> anyhow::Result<CommandOutput> {
     let begin = Instant::now();
     let order = Order {
-        experiment: found(EXPERIMENT, args.again.as_ref())?,
+        experiment: load_or_repeat(EXPERIMENT, args.again.as_ref())?,
         command: COMMAND.to_owned(),
         device: &DeviceName::Native,
         decided: (args.seed, 0),
@@ -89,20 +89,20 @@ pub(super) fn carry_out(args: &Demo, output: Output) -> anyhow::Result<CommandOu
         let compared = comparison(&came.outcome);
         about = compared.as_ref().map(|comparison| comparison.in_columns());
         Ok(serde_json::json!({
-            "comparison": compared, "trials": trials(&order.experiment, came), "report": dir.join("report.html"),
+            "comparison": compared, "trials": trial_rows(&order.experiment, came), "report": dir.join("report.html"),
             "speed_factor": speed_factor, "ten_channel_simulator_speed_factor": ten.simulator,
             "ten_channel_speed_factor": ten.whole,
         }))
     })?;
     told["seconds"] = begin.elapsed().as_secs_f64().into();
     Ok(CommandOutput {
-        people: about.map_or_else(String::new, |text| text + "\n") + &table(&told),
+        people: about.map_or_else(String::new, |text| text + "\n") + &text_report(&told),
         machines: told,
     })
 }
 
 /// A row for each trial, in the order of the conditions.
-fn trials(experiment: &Experiment, came: &ExperimentResult) -> Vec<serde_json::Value> {
+fn trial_rows(experiment: &Experiment, came: &ExperimentResult) -> Vec<serde_json::Value> {
     let is_rmse = |measure: &str| measure == "rmse_deg";
     let mut all: Vec<&ConductedTrial> = came.course.trials.iter().collect();
     all.sort_by_key(|measurement| measurement.place.condition);
@@ -167,20 +167,20 @@ impl Port for Stopwatch {
 ///
 /// # Errors
 /// A session that does not run.
-pub fn overview(seed: u64) -> anyhow::Result<String> {
+pub fn overview_svg(seed: u64) -> anyhow::Result<String> {
     Ok(picture(seed)?.0)
 }
 
 /// The picture, and how fast ten channels and a finger were simulated.
 fn picture(seed: u64) -> anyhow::Result<(String, Speed)> {
-    let (_, speed) = ten_channels(TEN_AND_FINGER, LawName::Recommended, seed)?;
-    let (default, _) = ten_channels(TEN_AND_HAND, LawName::Recommended, seed)?;
-    let (paper, _) = ten_channels(TEN_AND_HAND, LawName::Paper, seed)?;
+    let (_, speed) = run_ten_channels(TEN_AND_FINGER, LawName::Recommended, seed)?;
+    let (default, _) = run_ten_channels(TEN_AND_HAND, LawName::Recommended, seed)?;
+    let (paper, _) = run_ten_channels(TEN_AND_HAND, LawName::Paper, seed)?;
     Ok((report::overview_picture(&default, &paper), speed))
 }
 
 /// A session of ten channels under a law, with the edges of one period.
-fn ten_channels(
+fn run_ten_channels(
     (name, text): (&str, &str),
     law: LawName,
     seed: u64,
@@ -213,7 +213,7 @@ fn ten_channels(
 }
 
 /// What machines are told, for people.
-fn table(told: &serde_json::Value) -> String {
+fn text_report(told: &serde_json::Value) -> String {
     let number = |value: &serde_json::Value| value.as_f64().unwrap_or(f64::NAN);
     let mut text = format!(
         "{:<34} {:>10} {:>18} {:>8}\n",

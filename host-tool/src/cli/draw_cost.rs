@@ -1,8 +1,8 @@
 //! `flexor two-points --timing`: what a drawn forearm costs this computer.
 
-use super::{Output, interrupt, wrong};
+use super::{Output, interrupt, usage_error};
 use host_core::clock::{Clock, ProcessorClock};
-use host_core::plot::words::in_columns;
+use host_core::plot::words::wrap_columns;
 use host_core::statistics::mean;
 use serde_json::{Value, json};
 use std::time::Duration;
@@ -54,21 +54,21 @@ impl Cost {
         output: Output,
     ) -> anyhow::Result<()> {
         interrupt::end_at_once()?;
-        let population = Population::declared()?;
+        let population = Population::load_embedded()?;
         let cells = population.cells();
         let number = cell.unwrap_or(CELL);
         let Some(cell) = cells.get(number) else {
-            return wrong(format!("--cell is {number}, there is none"));
+            return usage_error(format!("--cell is {number}, there is none"));
         };
         let draws = draws.unwrap_or(DRAWS);
         let bar = output.bar("two-points");
-        let cost = Self::of(&population, cell, (seed, draws), |part| bar.set(part));
+        let cost = Self::measure(&population, cell, (seed, draws), |part| bar.set(part));
         bar.finish();
         let cost = cost?;
-        output.say(|| cost.people(), || cost.machines())
+        output.print(|| cost.to_text(), || cost.to_json())
     }
 
-    fn of(
+    fn measure(
         population: &Population,
         cell: &Cell,
         (seed, draws): (u64, u64),
@@ -86,7 +86,7 @@ impl Cost {
             cost.measure_draw(population, seed, index)?;
             progress(0.5 * (index + 1) as f64 / draws as f64);
         }
-        cost.measure_four(population, |part| progress(0.5 + 0.5 * part))?;
+        cost.measure_participants(population, |part| progress(0.5 + 0.5 * part))?;
         Ok(cost)
     }
 
@@ -97,10 +97,10 @@ impl Cost {
         seed: u64,
         index: u64,
     ) -> Result<(), TwoPointsError> {
-        let (cell, protocol) = (&self.cell, Protocol::declared()?);
+        let (cell, protocol) = (&self.cell, Protocol::load_embedded()?);
         let mut spent = DrawCost::default();
         let searched = timed(&mut spent.searches, || {
-            population.searched(cell, seed, index)
+            population.prepare_wearer(cell, seed, index)
         })?;
         if let Ok(prepared) = searched {
             let wearer = Wearer {
@@ -109,9 +109,11 @@ impl Cost {
                 extensor_v: [0.0; 2], // experiment 3 is without it
             };
             timed(&mut spent.intensities, || {
-                wearer.stimulated(population, &protocol, Experiment::Intensities)
+                wearer.run_session(population, &protocol, Experiment::Intensities)
             })?;
-            timed(&mut spent.trials, || population.tried(cell, prepared))?;
+            timed(&mut spent.trials, || {
+                population.measure_patterns(cell, prepared)
+            })?;
             self.whole += 1;
         }
         self.draws.push(spent);
@@ -119,12 +121,12 @@ impl Cost {
     }
 
     /// Each of the paper's four once, with every pattern of experiment 2.
-    fn measure_four(
+    fn measure_participants(
         &mut self,
         population: &Population,
         progress: impl Fn(f64),
     ) -> Result<(), TwoPointsError> {
-        let (protocol, participants) = (Protocol::declared()?, Participants::asked(None)?);
+        let (protocol, participants) = (Protocol::load_embedded()?, Participants::load(None)?);
         let of = participants.all.len() as f64;
         for (nth, participant) in participants.all.iter().enumerate() {
             for draw in 0..TRIED {
@@ -134,7 +136,7 @@ impl Cost {
                 })?;
                 let Ok(wearer) = drawn else { continue };
                 let all = timed(&mut self.four.trials, || {
-                    wearer.stimulated(population, &protocol, Experiment::Torque)
+                    wearer.run_session(population, &protocol, Experiment::Torque)
                 })?;
                 self.stimulations += all.len();
                 break;
@@ -145,7 +147,7 @@ impl Cost {
     }
 
     /// Mean and most of the draws, s.
-    fn draw_s(&self, of: impl Fn(&DrawCost) -> Duration) -> [f64; 2] {
+    fn mean_and_max_s(&self, of: impl Fn(&DrawCost) -> Duration) -> [f64; 2] {
         let all: Vec<f64> = self
             .draws
             .iter()
@@ -160,18 +162,18 @@ impl Cost {
     /// Searches, trials, experiment 3, all.
     fn parts(&self) -> [(&'static str, [f64; 2]); 4] {
         [
-            ("searches", self.draw_s(|cost| cost.searches)),
-            ("trials", self.draw_s(|cost| cost.trials)),
-            ("intensities", self.draw_s(|cost| cost.intensities)),
+            ("searches", self.mean_and_max_s(|cost| cost.searches)),
+            ("trials", self.mean_and_max_s(|cost| cost.trials)),
+            ("intensities", self.mean_and_max_s(|cost| cost.intensities)),
             (
                 "all",
-                self.draw_s(|cost| cost.searches + cost.trials + cost.intensities),
+                self.mean_and_max_s(|cost| cost.searches + cost.trials + cost.intensities),
             ),
         ]
     }
 
     /// At most 80 columns.
-    fn people(&self) -> String {
+    fn to_text(&self) -> String {
         let head = format!(
             "{} draws of `{}`, {} of them with all numbers",
             self.draws.len(),
@@ -212,10 +214,10 @@ impl Cost {
             "Wanted: {DRAW_S} s a draw, {FOUR_S} s for the patterns of all four on two cores. \
              Processor time of this computer: no part of any result."
         );
-        text + "\n" + &in_columns(&told, 80)
+        text + "\n" + &wrap_columns(&told, 80)
     }
 
-    fn machines(&self) -> Value {
+    fn to_json(&self) -> Value {
         let parts = self.parts().into_iter();
         let parts = parts.map(|(name, [mean, most])| {
             (name.to_owned(), json!({ "mean_s": mean, "most_s": most }))

@@ -1,24 +1,24 @@
 //! `flexor experiment` and `flexor sweep` of studies that draw their persons.
 
 use super::out::OutArgs;
-use super::outcome::people;
-use super::{Incomplete, Output, interrupt, wrong};
+use super::outcome::outcome_text;
+use super::{Incomplete, Output, interrupt, usage_error};
 use host_core::link::Interruption;
 use interrupt::EndedBySignal;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use studies::catalog::{Entry, StudyRequest};
-use studies::laboratory::{Outcome, RunProgress, Runnable, Shard, Sweep, decided_by};
+use studies::laboratory::{Outcome, RunProgress, Runnable, Shard, Sweep, seed_and_draws};
 
 /// What an interrupted study says whose folder keeps what was computed.
 pub(super) const GOES_ON: &str = "the same command goes on from there";
 
 /// The study that is asked for, within what it allows.
-fn begun(entry: &Entry, asked: &StudyRequest<'_>) -> anyhow::Result<Box<dyn Runnable>> {
+fn prepare_study(entry: &Entry, asked: &StudyRequest<'_>) -> anyhow::Result<Box<dyn Runnable>> {
     let mistakes = entry.mistakes(asked);
     match mistakes.is_empty() {
         true => entry.begin(asked),
-        false => wrong(mistakes.join("; ")),
+        false => usage_error(mistakes.join("; ")),
     }
 }
 
@@ -26,18 +26,18 @@ fn begun(entry: &Entry, asked: &StudyRequest<'_>) -> anyhow::Result<Box<dyn Runn
 ///
 /// # Errors
 /// Arguments out of range, a folder that holds something else or cannot be written, a signal.
-pub(super) fn experiment(
+pub(super) fn run_experiment(
     entry: &Entry,
     asked: &StudyRequest<'_>,
     out: &OutArgs,
     output: Output,
 ) -> anyhow::Result<()> {
-    let study = begun(entry, asked)?;
-    let begun = out.dir().filter(|dir| Sweep::of(dir).is_ok());
+    let study = prepare_study(entry, asked)?;
+    let begun = out.dir().filter(|dir| Sweep::read(dir).is_ok());
     let place = match begun.filter(|_| !out.overwrites()) {
         Some(dir) => study.place(dir, Shard::WHOLE)?,
         None => {
-            let place = out.place(asked.name)?;
+            let place = out.claim_folder(asked.name)?;
             study.sweep(Shard::WHOLE).begin(place.dir())?;
             place
         }
@@ -50,8 +50,8 @@ pub(super) fn experiment(
 /// Runs a study, or a shard of it, in a folder; or merges the folders of its shards.
 ///
 /// # Errors
-/// As [`experiment`]; parts that make no whole.
-pub(super) fn sweep(
+/// As [`run_experiment`]; parts that make no whole.
+pub(super) fn run_sweep(
     entry: &Entry,
     asked: &StudyRequest<'_>,
     (shard, merge): (Shard, &[PathBuf]),
@@ -59,12 +59,12 @@ pub(super) fn sweep(
     output: Output,
 ) -> anyhow::Result<()> {
     if let Some(first) = merge.first() {
-        let (seed, draws) = decided_by(first)?;
+        let (seed, draws) = seed_and_draws(first)?;
         let decided = (Some(seed), Some(draws));
-        let study = begun(entry, &StudyRequest { decided, ..*asked })?;
-        return join(&*study, merge, dir, output);
+        let study = prepare_study(entry, &StudyRequest { decided, ..*asked })?;
+        return merge_shards(&*study, merge, dir, output);
     }
-    let study = begun(entry, asked)?;
+    let study = prepare_study(entry, asked)?;
     let _mine = study.place(dir, shard)?;
     let command = format!("sweep {}", asked.name);
     run(&*study, (Some(dir), shard), (asked.name, &command), output)
@@ -74,21 +74,21 @@ pub(super) fn sweep(
 ///
 /// # Errors
 /// Parts that make no whole.
-pub(super) fn join(
+pub(super) fn merge_shards(
     study: &dyn Runnable,
     parts: &[PathBuf],
     dir: &Path,
     output: Output,
 ) -> anyhow::Result<()> {
     let ran = study.merge(parts, dir)?;
-    say(&ran, Some(dir), output)
+    print_outcome(&ran, Some(dir), output)
 }
 
 /// Does long work with a progress bar; the work ends early once a signal has come.
 ///
 /// # Errors
 /// Those of the work.
-pub(super) fn watched<T>(
+pub(super) fn with_progress_bar<T>(
     (what, output): (&str, Output),
     interruption: &Interruption,
     work: impl FnOnce(&mut dyn FnMut(f64) -> bool) -> anyhow::Result<T>,
@@ -96,19 +96,19 @@ pub(super) fn watched<T>(
     let bar = output.bar(what);
     let result = work(&mut |part| {
         bar.set(part);
-        interruption.asked().is_none()
+        interruption.received_signal().is_none()
     });
     bar.finish();
     result
 }
 
 /// The error of a run that a signal ended early; nothing of a whole one.
-pub(super) fn ended(
+pub(super) fn interruption_error(
     ran: &RunProgress,
     dir: Option<&Path>,
     interruption: &Interruption,
 ) -> Option<anyhow::Error> {
-    let signal = interruption.asked().filter(|_| !ran.is_whole)?;
+    let signal = interruption.received_signal().filter(|_| !ran.is_whole)?;
     let goes_on = dir.map_or(String::new(), |_| format!("; {GOES_ON}"));
     Some(EndedBySignal(signal, format!("after {}{goes_on}", ran.done)).into())
 }
@@ -124,19 +124,19 @@ pub(super) fn run(
     (name, command): (&str, &str),
     output: Output,
 ) -> anyhow::Result<()> {
-    let interruption = interrupt::heed()?;
+    let interruption = interrupt::catch_signals()?;
     let run = |go_on: &mut dyn FnMut(f64) -> bool| study.run(dir, shard, go_on);
-    let mut ran = watched((name, output), &interruption, run)?;
-    let ended = ended(&ran, dir, &interruption);
+    let mut ran = with_progress_bar((name, output), &interruption, run)?;
+    let ended = interruption_error(&ran, dir, &interruption);
     let Some(error) = ran.failed.take().or(ended) else {
         return match dir.filter(|_| ran.outcome.is_none()) {
-            Some(dir) => say_shard(command, (shard, dir), output),
-            None => say(&ran, dir, output),
+            Some(dir) => print_shard_complete(command, (shard, dir), output),
+            None => print_outcome(&ran, dir, output),
         };
     };
     // What was computed is printed, whatever becomes of the folder.
     if let (Some(outcome), false) = (&ran.outcome, output.json) {
-        output.say(|| printed(&ran, outcome), || Value::Null)?;
+        output.print(|| result_text(&ran, outcome), || Value::Null)?;
     }
     let result = ran.outcome.map_or_else(
         || json!({}),
@@ -146,23 +146,23 @@ pub(super) fn run(
 }
 
 /// What a terminal shows of a run.
-fn printed(ran: &RunProgress, outcome: &Outcome) -> String {
-    ran.table.clone().unwrap_or_else(|| people(outcome))
+fn result_text(ran: &RunProgress, outcome: &Outcome) -> String {
+    ran.table.clone().unwrap_or_else(|| outcome_text(outcome))
 }
 
 /// Prints the outcome, and where its pages lie.
-fn say(ran: &RunProgress, dir: Option<&Path>, output: Output) -> anyhow::Result<()> {
+fn print_outcome(ran: &RunProgress, dir: Option<&Path>, output: Output) -> anyhow::Result<()> {
     let Some(outcome) = &ran.outcome else {
         return Ok(());
     };
-    let pages = dir.map(pages).unwrap_or_default();
-    output.say(
+    let pages = dir.map(page_paths).unwrap_or_default();
+    output.print(
         || {
             let lines = pages.iter().map(|(name, page)| match &**name {
                 "page" => format!("\nPage: {page}"),
-                name => format!("\n{}: {page}", capital(name)),
+                name => format!("\n{}: {page}", capitalize(name)),
             });
-            printed(ran, outcome) + &lines.collect::<String>()
+            result_text(ran, outcome) + &lines.collect::<String>()
         },
         || {
             let mut all = json!({ "result": outcome, "folder": dir });
@@ -176,7 +176,7 @@ fn say(ran: &RunProgress, dir: Option<&Path>, output: Output) -> anyhow::Result<
 
 /// Name and path of the pages in a folder: `result.html` is "page", the others are called by
 /// their files.
-fn pages(dir: &Path) -> Vec<(String, String)> {
+fn page_paths(dir: &Path) -> Vec<(String, String)> {
     let mut pages = vec![(
         "page".to_owned(),
         dir.join("result.html").display().to_string(),
@@ -195,14 +195,14 @@ fn pages(dir: &Path) -> Vec<(String, String)> {
     pages
 }
 
-fn capital(name: &str) -> String {
+fn capitalize(name: &str) -> String {
     let mut letters = name.chars();
     let first = letters.next().map(|first| first.to_ascii_uppercase());
     first.into_iter().chain(letters).collect()
 }
 
 /// What to do with a shard of `command` that is whole.
-pub(super) fn shard_is_whole(command: &str, dir: &Path) -> String {
+pub(super) fn shard_complete_text(command: &str, dir: &Path) -> String {
     let dir = dir.display();
     format!("the shard is whole; merge all of them: flexor {command} --merge {dir} … --out DIR")
 }
@@ -211,13 +211,13 @@ pub(super) fn shard_is_whole(command: &str, dir: &Path) -> String {
 ///
 /// # Errors
 /// The standard output cannot be written.
-pub(super) fn say_shard(
+pub(super) fn print_shard_complete(
     command: &str,
     (shard, dir): (Shard, &Path),
     output: Output,
 ) -> anyhow::Result<()> {
-    output.say(
-        || shard_is_whole(command, dir),
+    output.print(
+        || shard_complete_text(command, dir),
         || json!({ "shard": shard, "folder": dir }),
     )
 }

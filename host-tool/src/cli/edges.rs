@@ -1,9 +1,9 @@
 //! `flexor edges`: every edge of a session's pulses.
 
-use super::{Output, within};
+use super::{Output, check_range};
 use anyhow::{Context, bail};
 use clap::Args;
-use host_core::record::{RecordError, may_write, write_edges};
+use host_core::record::{RecordError, check_writable, write_edges};
 use host_core::run::{DeviceName, SessionFile, edges_between, run};
 use std::io::Write;
 use std::path::PathBuf;
@@ -36,9 +36,9 @@ pub struct Edges {
 /// The session, the device or the file.
 pub fn main(args: &Edges, output: Output) -> anyhow::Result<()> {
     let mut session = SessionFile::load(&args.session)?;
-    within("--seconds", args.seconds, 0.001, 3600.0)?;
-    may_write(&args.csv, args.overwrite, &[&args.session], None)?;
-    output.settle(&mut session.session)?;
+    check_range("--seconds", args.seconds, 0.001, 3600.0)?;
+    check_writable(&args.csv, args.overwrite, &[&args.session], None)?;
+    output.settle_models(&mut session.session)?;
     let length_us = (args.seconds * 1e6).round() as u64;
     session.session.duration_us = length_us;
     let port = args.device.open(&session.session, args.seed)?;
@@ -63,7 +63,7 @@ pub fn main(args: &Edges, output: Output) -> anyhow::Result<()> {
         file.flush()
     });
     written.map_err(RecordError::write(&args.csv))?;
-    output.say(
+    output.print(
         || {
             format!(
                 "{} edges of {:.3} s in {}",

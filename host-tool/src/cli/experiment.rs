@@ -2,8 +2,8 @@
 
 use super::operator::TerminalOperator;
 use super::out::OutArgs;
-use super::outcome::claims;
-use super::{CommandOutput, Output, WrongUse, drawn, interrupt, moment, wrong};
+use super::outcome::claims_text;
+use super::{CommandOutput, Output, WrongUse, drawn, interrupt, moment, usage_error};
 use anyhow::Context;
 use clap::Args;
 use hal_sim::input;
@@ -12,14 +12,14 @@ use host_core::record::{
     Assumption, DeclaredFile, Ending, PaperRow, Place, Plan, Role, Run, replace_file, write_header,
     write_run,
 };
-use host_core::run::{DeviceName, greet};
+use host_core::run::{DeviceName, wait_for_hello};
 use host_core::session::SessionError;
-use host_core::wearer::{Wearer, shipped};
+use host_core::wearer::{Wearer, builtin_wearer};
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use studies::catalog::{Entry, StudyRequest};
-use studies::experiments::{self, named};
+use studies::experiments::{self, load_experiment};
 use studies::laboratory::{
     ConductedTrial, Course, Experiment, LaboratoryError, Outcome, ProtocolEnd, Shard, Sweep,
     comparison, publish,
@@ -28,7 +28,7 @@ use studies::laboratory::{
 /// Run a paper's protocol on a device or on simulated wearers
 #[derive(Args, Debug)]
 pub struct ExperimentArgs {
-    #[arg(help = studies_in_words())]
+    #[arg(help = study_names())]
     name: String,
     /// A wearer file (docs/wearers.md); P, Q, R, S or all for hamana-1 to -4 (docs/two_points.md)
     #[arg(long)]
@@ -53,10 +53,10 @@ pub struct ExperimentArgs {
 }
 
 /// The names of all studies, as the help has them.
-fn studies_in_words() -> String {
+fn study_names() -> String {
     format!(
         "{}, or the file of a declaration",
-        experiments::every().join(", ")
+        experiments::all_study_names().join(", ")
     )
 }
 
@@ -69,7 +69,7 @@ pub(super) struct RepeatedRecord {
 
 impl RepeatedRecord {
     /// Of the record in `dir` that `plan` made.
-    pub fn of(dir: &Path, plan: &Plan) -> Self {
+    pub fn new(dir: &Path, plan: &Plan) -> Self {
         Self {
             dir: dir.to_owned(),
             declared: plan.declared.clone(),
@@ -85,7 +85,7 @@ const DRAWS: &str = "draws.csv";
 const MOST_DRAWS: u64 = 100_000;
 
 impl ExperimentArgs {
-    fn asked(&self) -> StudyRequest<'_> {
+    fn study_request(&self) -> StudyRequest<'_> {
         StudyRequest {
             name: &self.name,
             wearer: self.wearer.as_deref(),
@@ -97,18 +97,18 @@ impl ExperimentArgs {
 
     /// The experiment of the record in `dir`, again, in `out`; `None` for another
     /// command's.
-    pub fn again(dir: &Path, record: &Run, out: OutArgs) -> Option<Self> {
+    pub fn from_record(dir: &Path, record: &Run, out: OutArgs) -> Option<Self> {
         let plan = record.plan.as_ref()?;
         let identity = record.trials.first()?.identity.as_ref()?;
         Some(Self {
             wearer: None,
             departure: None,
             name: plan.command.strip_prefix(COMMAND)?.to_owned(),
-            device: DeviceName::of(identity.kind)?,
+            device: DeviceName::from_kind(identity.kind)?,
             draws: Some(plan.draws?),
             seed: Some(record.seed?),
             out,
-            again: Some(RepeatedRecord::of(dir, plan)),
+            again: Some(RepeatedRecord::new(dir, plan)),
         })
     }
 }
@@ -141,19 +141,19 @@ pub(super) struct ExperimentResult {
 ///
 /// # Errors
 /// There is none, or it is none.
-pub(super) fn found(
+pub(super) fn load_or_repeat(
     name: &str,
     again: Option<&RepeatedRecord>,
 ) -> Result<Experiment, LaboratoryError> {
     match again.filter(|again| !again.declared.is_empty()) {
-        Some(again) => Ok(Experiment::kept(&again.dir, &again.declared)?.called(name)),
-        None => named(name),
+        Some(again) => Ok(Experiment::from_record(&again.dir, &again.declared)?.with_name(name)),
+        None => load_experiment(name),
     }
 }
 
 /// Text of the wearer file that is meant: a file's, or of a wearer of the program by name.
-fn wearer(file: &str) -> Result<String, SessionError> {
-    match shipped(file).filter(|_| !Path::new(file).is_file()) {
+fn read_wearer_file(file: &str) -> Result<String, SessionError> {
+    match builtin_wearer(file).filter(|_| !Path::new(file).is_file()) {
         Some(text) => Ok(text.to_owned()),
         None => Wearer::text(Path::new(file)),
     }
@@ -163,10 +163,10 @@ fn wearer(file: &str) -> Result<String, SessionError> {
 /// No such experiment, no device, a folder that cannot be written, a trial that ended
 /// early.
 pub fn main(args: &ExperimentArgs, output: Output) -> anyhow::Result<()> {
-    let asked = args.asked();
-    match Entry::asked(&asked).map_err(WrongUse)? {
-        Some(entry) => drawn::experiment(entry, &asked, &args.out, output),
-        None => carry_out(args, output)?.say(output),
+    let asked = args.study_request();
+    match Entry::find(&asked).map_err(WrongUse)? {
+        Some(entry) => drawn::run_experiment(entry, &asked, &args.out, output),
+        None => carry_out(args, output)?.print(output),
     }
 }
 
@@ -175,11 +175,11 @@ pub fn main(args: &ExperimentArgs, output: Output) -> anyhow::Result<()> {
 /// # Errors
 /// As [`main`].
 pub(super) fn carry_out(args: &ExperimentArgs, output: Output) -> anyhow::Result<CommandOutput> {
-    let experiment = found(&args.name, args.again.as_ref())?;
+    let experiment = load_or_repeat(&args.name, args.again.as_ref())?;
     let experiment = match &args.wearer {
         Some(file) => {
-            let text = wearer(file)?;
-            experiment.on_wearer(file, &text)?
+            let text = read_wearer_file(file)?;
+            experiment.with_wearer(file, &text)?
         }
         None => experiment,
     };
@@ -190,7 +190,7 @@ pub(super) fn carry_out(args: &ExperimentArgs, output: Output) -> anyhow::Result
     };
     let draws = args.draws.unwrap_or(declared);
     if draws > MOST_DRAWS {
-        return wrong(format!("--draws is {draws}, allowed is 0 to {MOST_DRAWS}"));
+        return usage_error(format!("--draws is {draws}, allowed is 0 to {MOST_DRAWS}"));
     }
     let order = Order {
         experiment,
@@ -206,7 +206,7 @@ pub(super) fn carry_out(args: &ExperimentArgs, output: Output) -> anyhow::Result
     })?;
     let page = dir.join("result.html").display().to_string();
     Ok(CommandOutput {
-        people: claims(&outcome, &page),
+        people: claims_text(&outcome, &page),
         machines: serde_json::json!({ "result": outcome, "page": page }),
     })
 }
@@ -224,18 +224,18 @@ impl Order<'_> {
         then: impl FnOnce(&Path, &mut Run, &ExperimentResult) -> anyhow::Result<T>,
     ) -> anyhow::Result<T> {
         let (experiment, (seed, draws)) = (&self.experiment, self.decided);
-        let interruption = interrupt::heed()?;
-        self.has_operator()?;
-        self.meet(&interruption)?;
-        let begun = self.begun();
+        let interruption = interrupt::catch_signals()?;
+        self.check_operator()?;
+        self.check_device(&interruption)?;
+        let begun = self.recorded_draws();
         let place = match self.out.dir().filter(|_| begun.is_some()) {
-            Some(dir) => Place::given(dir, true)?,
-            None => self.out.place(name)?,
+            Some(dir) => Place::claim(dir, true)?,
+            None => self.out.claim_folder(name)?,
         };
         let dir = place.dir();
-        let mut record = self.begin();
+        let mut record = self.new_record();
         write_run(dir, &record)?;
-        experiment.keep(dir)?;
+        experiment.save_files(dir)?;
         if draws > 0 {
             self.sweep().begin(dir)?;
         }
@@ -255,9 +255,9 @@ impl Order<'_> {
         let took = begin.elapsed();
         let trials = course.trials.iter();
         record.trials = trials.map(|played| played.trial.clone()).collect();
-        let outcome = came_to(self, dir, &course, &beside);
+        let outcome = write_outcome(self, dir, &course, &beside);
         bar.finish();
-        let whole = outcome.and_then(|outcome| ended(course, outcome, &interruption));
+        let whole = outcome.and_then(|outcome| require_complete(course, outcome, &interruption));
         let came = whole.map(|(course, outcome)| ExperimentResult {
             course,
             took,
@@ -265,24 +265,25 @@ impl Order<'_> {
         });
         let came = match came {
             Ok(came) => came,
-            Err(error) => return Err(interrupt::conclude(dir, record, error)),
+            Err(error) => return Err(interrupt::close_failed_record(dir, record, error)),
         };
-        compare(experiment, &mut record, &came);
+        add_comparison(experiment, &mut record, &came);
         let told = then(dir, &mut record, &came);
-        let told = told.inspect_err(|_| super::lies_in(dir))?;
+        let told = told.inspect_err(|_| super::print_record_place(dir))?;
         record.ending = Ending::complete();
         write_header(dir, &record)?;
-        interrupt::close(dir, &mut record).inspect_err(|_| super::lies_in(dir))?;
+        interrupt::close_record(dir, &mut record)
+            .inspect_err(|_| super::print_record_place(dir))?;
         Ok(told)
     }
 
     /// The wearers drawn of this very experiment that was interrupted in its folder, as rows;
     /// its trials, which are simulated, come out again as they were.
-    fn begun(&self) -> Option<String> {
+    fn recorded_draws(&self) -> Option<String> {
         let is_mine = !self.out.overwrites() && !self.device.is_port();
         let dir = self.out.dir().filter(|_| is_mine)?;
-        let is_same = Sweep::of(dir).is_ok_and(|sweep| sweep == self.sweep());
-        (is_same && Ending::of(dir).is_incomplete())
+        let is_same = Sweep::read(dir).is_ok_and(|sweep| sweep == self.sweep());
+        (is_same && Ending::load(dir).is_incomplete())
             .then(|| input::read_text(&dir.join(DRAWS), input::LONGEST_TABLE).unwrap_or_default())
     }
 
@@ -292,7 +293,7 @@ impl Order<'_> {
     }
 
     /// That somebody can answer what a person on a board is asked.
-    fn has_operator(&self) -> anyhow::Result<()> {
+    fn check_operator(&self) -> anyhow::Result<()> {
         let protocol = &self.experiment.declaration.protocol;
         let asks = self.device.is_port() && protocol.prompt.is_some();
         anyhow::ensure!(
@@ -305,12 +306,12 @@ impl Order<'_> {
     }
 
     /// That the device is there, before a record is replaced.
-    fn meet(&self, interruption: &Interruption) -> anyhow::Result<()> {
+    fn check_device(&self, interruption: &Interruption) -> anyhow::Result<()> {
         if self.out.overwrites()
             && self.device.is_port()
             && let Some(first) = self.experiment.sessions(&[])?.first()
         {
-            greet(
+            wait_for_hello(
                 self.device.open(&first.session, self.decided.0)?,
                 interruption,
             )?;
@@ -319,13 +320,13 @@ impl Order<'_> {
     }
 
     /// The record, without a trial.
-    fn begin(&self) -> Run {
+    fn new_record(&self) -> Run {
         let device = self.device.to_string();
         let (seed, draws) = self.decided;
         let plan = Plan {
             draws: Some(draws),
-            declared: self.experiment.declared(),
-            ..Plan::of(&self.command, &device)
+            declared: self.experiment.declared_files(),
+            ..Plan::new(&self.command, &device)
         };
         let title = &self.experiment.declaration.title;
         let mut record = Run::begin(title, &device, Some(seed), plan, moment::now());
@@ -336,7 +337,7 @@ impl Order<'_> {
 
 /// Puts into the record what a paper printed of its trials, what a simulated body was
 /// given and what came out.
-fn compare(experiment: &Experiment, record: &mut Run, came: &ExperimentResult) {
+fn add_comparison(experiment: &Experiment, record: &mut Run, came: &ExperimentResult) {
     for measurement in &came.course.trials {
         let condition = experiment.conditions.get(measurement.place.condition);
         let levels = condition.map_or(&[][..], |condition| &condition.levels);
@@ -366,16 +367,16 @@ fn compare(experiment: &Experiment, record: &mut Run, came: &ExperimentResult) {
 
 /// What the trials, and the wearers drawn, came to; written beside the record as far
 /// as it goes.
-fn came_to(
+fn write_outcome(
     order: &Order<'_>,
     dir: &Path,
     course: &Course,
     beside: &TerminalOperator<'_>,
 ) -> anyhow::Result<Option<Outcome>> {
     let (experiment, (seed, draws)) = (&order.experiment, order.decided);
-    let simulated = simulated(&course.trials, beside.is_board);
-    let on = (&*order.device.typed(), seed);
-    let mut outcome = Outcome::of_trials(experiment, on, &course.trials, simulated);
+    let simulated = all_simulated(&course.trials, beside.is_board);
+    let on = (&*order.device.to_argument(), seed);
+    let mut outcome = Outcome::from_trials(experiment, on, &course.trials, simulated);
     let (done, of) = (course.trials.len(), course.of);
     if course.ended.is_some() {
         let how_far =
@@ -394,14 +395,14 @@ fn came_to(
         .sweep()
         .run(experiment, dir, &course.trials, &mut |part| {
             beside.bar.set(beside.part + (1.0 - beside.part) * part);
-            beside.interruption.asked().is_none()
+            beside.interruption.received_signal().is_none()
         })?;
     Ok(swept.outcome)
 }
 
 /// Whether all of these trials are simulated, as their devices said; in this process they
 /// are. Unknown where a device behind a port has not answered.
-fn simulated(trials: &[ConductedTrial], is_port: bool) -> Option<bool> {
+fn all_simulated(trials: &[ConductedTrial], is_port: bool) -> Option<bool> {
     let trials = trials.iter().map(|played| &played.trial);
     let is_simulated = trials.map(|trial| match &trial.identity {
         Some(identity) => Some(identity.simulated),
@@ -415,7 +416,7 @@ fn simulated(trials: &[ConductedTrial], is_port: bool) -> Option<bool> {
 }
 
 /// What came to its end.
-fn ended(
+fn require_complete(
     course: Course,
     outcome: Option<Outcome>,
     interruption: &Interruption,
@@ -426,7 +427,7 @@ fn ended(
         None => None,
         Some(ProtocolEnd::Run(error)) => Some(error),
         Some(ProtocolEnd::Criterion(what)) => return Err(stopped(what).into()),
-        Some(ProtocolEnd::Operator) if interruption.asked().is_some() => None,
+        Some(ProtocolEnd::Operator) if interruption.received_signal().is_some() => None,
         Some(ProtocolEnd::Operator) => {
             return Err(stopped("whoever operates it said no".into()).into());
         }
@@ -437,11 +438,11 @@ fn ended(
         (_, true) => format!("in trial {done} of {of}"),
         (_, false) => format!("after trial {done} of {of}"),
     };
-    if let (None, true, Some(signal)) = (&cut_short, done < of, interruption.asked()) {
+    if let (None, true, Some(signal)) = (&cut_short, done < of, interruption.received_signal()) {
         let when = "between two trials: nothing was stimulated".to_owned();
         return Err(interrupt::EndedBySignal(signal, when)).with_context(how_far);
     }
-    interrupt::after_runs(cut_short, interruption).with_context(how_far)?;
+    interrupt::check_interrupted(cut_short, interruption).with_context(how_far)?;
     let lost = || stopped("the wearers drawn came to no end".into());
     let outcome = outcome.ok_or_else(lost)?;
     let ended = None;

@@ -1,6 +1,6 @@
 //! `flexor explain`: what an error number means, from the one table of all of them.
 
-use super::{Output, wrong};
+use super::{Output, usage_error};
 use clap::Args;
 use serde::Deserialize;
 
@@ -45,14 +45,14 @@ pub fn main(args: &Explain, output: Output) -> anyhow::Result<()> {
         entries.find(|entry| entry.number == number)
     });
     let Some(entry) = found else {
-        return wrong(format!(
+        return usage_error(format!(
             "{} is not an error number: they are E{} to E{}, all in docs/errors.md",
             args.number,
             table.first().map_or(0, |entry| entry.number),
             table.last().map_or(0, |entry| entry.number),
         ));
     };
-    output.say(
+    output.print(
         || {
             let Entry {
                 number,

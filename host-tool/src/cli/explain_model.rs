@@ -1,10 +1,10 @@
 //! `flexor explain-model`: which muscle model each channel gets, and why.
 
-use super::{Output, wrong};
+use super::{Output, usage_error};
 use anyhow::ensure;
 use clap::Args;
 use host_core::choice::{self, Choice, Cycles, Effect, LevelResult, ModelUses, Need, coarsest};
-use host_core::session::{Model, Session, Share, rung_name, visible};
+use host_core::session::{Model, Session, Share, escape_control_chars, level_name};
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
@@ -26,10 +26,10 @@ pub struct ExplainModel {
 /// The session; a tolerance that is none (E518) or that no model meets (E553); a
 /// session without a muscle (E554), or one that cannot be played (E552).
 pub fn main(args: &ExplainModel, output: Output) -> anyhow::Result<()> {
-    let asked = args.tolerance.map(share).transpose()?;
+    let asked = args.tolerance.map(parse_tolerance).transpose()?;
     let session = Session::load(&args.session)?;
     for note in &session.notes {
-        eprintln!("note: {}", visible(note));
+        eprintln!("note: {}", escape_control_chars(note));
     }
     ensure!(
         session.channels.iter().any(|c| c.muscle.is_some()),
@@ -38,15 +38,18 @@ pub fn main(args: &ExplainModel, output: Output) -> anyhow::Result<()> {
     );
     let tolerance = asked.unwrap_or(session.tolerance);
     let choice = choice::choose(&session, tolerance, args.seed)?;
-    choice.refuse(&session)?;
-    output.say(|| people(&session, &choice), || machines(&session, &choice))
+    choice.check_tolerance(&session)?;
+    output.print(
+        || text_report(&session, &choice),
+        || json_report(&session, &choice),
+    )
 }
 
 /// Hundredths of a percent.
-fn share(percent: f64) -> anyhow::Result<Share> {
+fn parse_tolerance(percent: f64) -> anyhow::Result<Share> {
     let hundredths = (percent * 100.0).round();
     if !(1.0..=60_000.0).contains(&hundredths) || (percent * 100.0 - hundredths).abs() > 1e-6 {
-        return wrong(format!(
+        return usage_error(format!(
             "--tolerance is {percent}: allowed is 0.01 to 600 percent, in steps of 0.01"
         ));
     }
@@ -54,7 +57,7 @@ fn share(percent: f64) -> anyhow::Result<Share> {
 }
 
 /// At most 80 columns.
-fn people(session: &Session, choice: &Choice) -> String {
+fn text_report(session: &Session, choice: &Choice) -> String {
     let part = match choice.tried_us < session.duration_us {
         true => "the first ",
         false => "",
@@ -67,7 +70,7 @@ fn people(session: &Session, choice: &Choice) -> String {
         "{}\n{} within {}.\n\
          Tried: {part}{} s{more}; {} {}. Errors are parts of the largest true force;\n\
          cycles: of a 1 ms tick without/with a pulse, at most.\n",
-        cut(&visible(&session.title), 78),
+        truncate(&escape_control_chars(&session.title), 78),
         match choice.needs.iter().all(|need| is_given(session, need)) {
             true => "Models at the session's start are the file's; each is to err in\nwhat it uses",
             false => "Models at the session's start: the cheapest whose error in what\nit uses is",
@@ -78,7 +81,7 @@ fn people(session: &Session, choice: &Choice) -> String {
         if choice.plays == 1 { "play" } else { "plays" },
     );
     for need in &choice.needs {
-        block(&mut out, session, need, choice.tolerance);
+        write_channel(&mut out, session, need, choice.tolerance);
     }
     let tried = &choice.fidelity;
     for (name, all) in [
@@ -86,7 +89,7 @@ fn people(session: &Session, choice: &Choice) -> String {
         ("telemetry", &tried.telemetry),
         ("finger", &tried.step),
     ] {
-        let Some(own) = coarsest(all, choice.tolerance.part()) else {
+        let Some(own) = coarsest(all, choice.tolerance.fraction()) else {
             continue;
         };
         let each = all.iter().map(|effect| match effect.error.is_finite() {
@@ -108,34 +111,38 @@ fn is_given(session: &Session, need: &Need) -> bool {
     muscle.is_some_and(|muscle| muscle.model != Model::Auto)
 }
 
-fn block(out: &mut String, session: &Session, need: &Need, tolerance: Share) {
+fn write_channel(out: &mut String, session: &Session, need: &Need, tolerance: Share) {
     let channel = &session.channels[need.place];
-    let model = rung_name(need.rung);
-    let head = format!("channel {}, {}", channel.number, visible(&channel.name));
-    out.push_str(&format!("\n{}: {model}\n", cut(&head, 54)));
-    out.push_str(&format!("  uses: {}\n", used(need.uses)));
+    let model = level_name(need.rung);
+    let head = format!(
+        "channel {}, {}",
+        channel.number,
+        escape_control_chars(&channel.name)
+    );
+    out.push_str(&format!("\n{}: {model}\n", truncate(&head, 54)));
+    out.push_str(&format!("  uses: {}\n", uses_text(need.uses)));
     let [model, report, steering, cost_of] = ["model", "report", "steering", "cycles"];
     out.push_str(&format!(
         "  {model:<21}{report:>10}{steering:>10}{cost_of:>12}\n"
     ));
     for tried in &need.tried {
-        let verdict = match tried.error() <= tolerance.part() {
+        let verdict = match tried.error() <= tolerance.fraction() {
             _ if need.enough == Some(tried.rung) => "cheapest that will do",
             true => "more than enough",
             false => "too coarse",
         };
         out.push_str(&format!(
             "  {:<21}{:>10}{:>10}{:>12}   {verdict}\n",
-            rung_name(tried.rung),
+            level_name(tried.rung),
             percent(tried.report),
             percent(tried.steering),
-            cost(tried.cycles)
+            cycles_text(tried.cycles)
         ));
     }
     let muscle = channel.muscle.as_ref();
     for (at_us, rung) in muscle.iter().flat_map(|muscle| &muscle.changes) {
         let at_s = *at_us as f64 / 1e6;
-        let name = rung_name(*rung);
+        let name = level_name(*rung);
         out.push_str(&format!(
             "  from {at_s} s on the file says {name}, which is not judged\n"
         ));
@@ -149,7 +156,7 @@ fn block(out: &mut String, session: &Session, need: &Need, tolerance: Share) {
 }
 
 /// What the session uses of it.
-fn used(uses: ModelUses) -> &'static str {
+fn uses_text(uses: ModelUses) -> &'static str {
     match (uses.report, uses.steering) {
         (true, true) => "the reported force, and the force that it steers",
         (true, false) => "the reported force",
@@ -159,7 +166,7 @@ fn used(uses: ModelUses) -> &'static str {
 }
 
 /// At most so many letters.
-fn cut(text: &str, letters: usize) -> String {
+fn truncate(text: &str, letters: usize) -> String {
     if text.chars().count() <= letters {
         return text.to_owned();
     }
@@ -172,17 +179,17 @@ fn percent(part: Option<f64>) -> String {
 }
 
 /// "83/215": cycles of a tick without and with a pulse.
-fn cost(cycles: Option<Cycles>) -> String {
+fn cycles_text(cycles: Option<Cycles>) -> String {
     cycles.map_or("-".into(), |cycles| {
         format!("{}/{}", cycles.tick, cycles.tick_with_pulse)
     })
 }
 
-fn machines(session: &Session, choice: &Choice) -> Value {
+fn json_report(session: &Session, choice: &Choice) -> Value {
     let part = |part: Option<f64>| part.map(|part| part * 100.0);
     let rung = |tried: &LevelResult| {
         json!({
-            "model": rung_name(tried.rung),
+            "model": level_name(tried.rung),
             "report_pct": part(tried.report),
             "steering_pct": part(tried.steering),
             "cycles": tried.cycles.map(|cycles| json!({
@@ -194,14 +201,15 @@ fn machines(session: &Session, choice: &Choice) -> Value {
     let channels = choice.needs.iter().map(|need| {
         let channel = &session.channels[need.place];
         let changes = channel.muscle.iter().flat_map(|muscle| &muscle.changes);
-        let changes = changes
-            .map(|(at_us, rung)| json!({ "at_s": *at_us as f64 / 1e6, "model": rung_name(*rung) }));
+        let changes = changes.map(
+            |(at_us, rung)| json!({ "at_s": *at_us as f64 / 1e6, "model": level_name(*rung) }),
+        );
         json!({
             "channel": channel.number,
             "name": channel.name,
             "uses": { "report": need.uses.report, "steering": need.uses.steering },
-            "model": rung_name(need.rung),
-            "enough": need.enough.map(rung_name),
+            "model": level_name(need.rung),
+            "enough": need.enough.map(level_name),
             "raised": need.raised,
             "changes": changes.collect::<Vec<_>>(),
             "together_pct": need.together * 100.0,
@@ -209,7 +217,7 @@ fn machines(session: &Session, choice: &Choice) -> Value {
         })
     });
     let effects = |all: &[Effect]| {
-        let own = coarsest(all, choice.tolerance.part()).map(|effect| effect.us);
+        let own = coarsest(all, choice.tolerance.fraction()).map(|effect| effect.us);
         let tried = all
             .iter()
             .map(|effect| json!({ "us": effect.us, "change_pct": effect.error * 100.0 }));
@@ -220,7 +228,7 @@ fn machines(session: &Session, choice: &Choice) -> Value {
         "law": effects(&fidelity.law),
         "telemetry": effects(&fidelity.telemetry),
         "finger": effects(&fidelity.step),
-        "tolerance_pct": choice.tolerance.part() * 100.0,
+        "tolerance_pct": choice.tolerance.fraction() * 100.0,
         "models_at_s": 0.0,
         "tried_s": choice.tried_us as f64 / 1e6,
         "plays": choice.plays,

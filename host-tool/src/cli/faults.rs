@@ -1,11 +1,11 @@
 //! `flexor faults`: what gets past the device when something breaks, drawn and judged.
 
-use super::drawn::{ended, shard_is_whole, watched};
-use super::{Incomplete, Output, interrupt, wrong};
+use super::drawn::{interruption_error, shard_complete_text, with_progress_bar};
+use super::{Incomplete, Output, interrupt, usage_error};
 use clap::Args;
 use hal_sim::chip::image::Image;
 use host_core::link::Interruption;
-use host_core::plot::words::in_columns;
+use host_core::plot::words::wrap_columns;
 use host_core::run::{DeviceName, chip_image};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -14,7 +14,7 @@ use std::str::FromStr;
 use std::time::Instant;
 use studies::faults::{Case, Class, Declaration, Outcome, Run};
 use studies::laboratory::{
-    self, Lines, RunProgress, Runnable, Shard, decided_by, merge_drawing, run_drawing,
+    self, Lines, RunProgress, Runnable, Shard, merge_drawing, run_drawing, seed_and_draws,
 };
 
 /// Inject faults into a simulated board and judge the outputs
@@ -88,10 +88,10 @@ pub fn main(args: &FaultsArgs, output: Output) -> anyhow::Result<()> {
         DeviceName::Native => None,
         _ => Some(chip_image(args.image.as_deref())?),
     };
-    let interruption = interrupt::heed()?;
+    let interruption = interrupt::catch_signals()?;
     let mut all = Vec::new();
     for class in args.classes() {
-        let played = args.played(class, image.as_ref(), (output, &interruption))?;
+        let played = args.play_or_merge(class, image.as_ref(), (output, &interruption))?;
         let is_over = played.error.is_some();
         all.push(played);
         if is_over {
@@ -100,21 +100,21 @@ pub fn main(args: &FaultsArgs, output: Output) -> anyhow::Result<()> {
     }
     let error = all.last_mut().and_then(|run| run.error.take());
     let machines = match args.class {
-        ClassSelection::One(_) => all.first().map_or(Value::Null, PlayedClass::machines),
+        ClassSelection::One(_) => all.first().map_or(Value::Null, PlayedClass::to_json),
         ClassSelection::All => {
-            json!({ "campaigns": all.iter().map(PlayedClass::machines).collect::<Vec<_>>() })
+            json!({ "campaigns": all.iter().map(PlayedClass::to_json).collect::<Vec<_>>() })
         }
     };
     let shard = args.shard.filter(|shard| *shard != Shard::WHOLE);
     let Some(error) = error else {
         let text = || match (shard, &args.out) {
-            (Some(_), Some(out)) => shard_is_whole(&args.merging(), out),
-            _ => people(&all),
+            (Some(_), Some(out)) => shard_complete_text(&args.merge_command(), out),
+            _ => text_report(&all),
         };
-        return output.say(text, || machines);
+        return output.print(text, || machines);
     };
     if !output.json && shard.is_none() {
-        output.say(|| people(&all), || Value::Null)?;
+        output.print(|| text_report(&all), || Value::Null)?;
     }
     let result = machines;
     Err(Incomplete { error, result }.into())
@@ -124,21 +124,23 @@ impl FaultsArgs {
     /// That it can be played at all.
     fn check(&self) -> anyhow::Result<()> {
         if let Some(count) = self.count.filter(|count| !(1..=MOST).contains(count)) {
-            return wrong(format!("--count is {count}, allowed is 1 to {MOST}"));
+            return usage_error(format!("--count is {count}, allowed is 1 to {MOST}"));
         }
         if let Some(only) = self.only.filter(|only| *only >= MOST) {
-            return wrong(format!("--only is {only}, allowed is 0 to {}", MOST - 1));
+            return usage_error(format!("--only is {only}, allowed is 0 to {}", MOST - 1));
         }
         if self.only.is_some() && self.class == ClassSelection::All {
-            return wrong("--only needs a class: allowed with --class all is --count".to_owned());
+            return usage_error(
+                "--only needs a class: allowed with --class all is --count".to_owned(),
+            );
         }
         match self.device {
             DeviceName::Chip => Ok(()),
             DeviceName::Native if self.image.is_none() => Ok(()),
-            DeviceName::Native => wrong("--image needs --device chip"),
-            _ => wrong(format!(
+            DeviceName::Native => usage_error("--image needs --device chip"),
+            _ => usage_error(format!(
                 "--device is {}: allowed are chip and native",
-                self.device.typed()
+                self.device.to_argument()
             )),
         }
     }
@@ -156,12 +158,15 @@ impl FaultsArgs {
     }
 
     /// The command that merges shards.
-    fn merging(&self) -> String {
+    fn merge_command(&self) -> String {
         let class = match self.class {
             ClassSelection::One(class) => class.name(),
             ClassSelection::All => "all",
         };
-        format!("faults --class {class} --device {}", self.device.typed())
+        format!(
+            "faults --class {class} --device {}",
+            self.device.to_argument()
+        )
     }
 
     /// The folder of a class in `dir`.
@@ -173,7 +178,7 @@ impl FaultsArgs {
     }
 
     /// Plays or merges a class.
-    fn played(
+    fn play_or_merge(
         &self,
         class: Class,
         image: Option<&Image>,
@@ -184,12 +189,12 @@ impl FaultsArgs {
         let out = self.out.as_ref().map(|dir| self.folder(dir, class));
         let decided = match parts.first() {
             Some(first) => {
-                let (seed, count) = decided_by(first)?;
+                let (seed, count) = seed_and_draws(first)?;
                 (Some(seed), Some(count))
             }
             None => (self.seed, self.count),
         };
-        let study = Run::asked(Declaration::of(class)?, image, decided)?;
+        let study = Run::new(Declaration::for_class(class)?, image, decided)?;
         let mut played = PlayedClass {
             notes: study.campaign().notes(),
             class,
@@ -204,9 +209,9 @@ impl FaultsArgs {
         match (&played.folder, self.only) {
             (Some(out), _) if !parts.is_empty() => {
                 let (ran, cases) = merge_drawing(&Lines(&study), &parts, out)?;
-                played.keep(ran, cases);
+                played.store_outcome(ran, cases);
             }
-            (_, Some(index)) => played.alone(&study, index)?,
+            (_, Some(index)) => played.play_single_case(&study, index)?,
             _ => played.play(&study, (output, interruption))?,
         }
         Ok(played)
@@ -247,28 +252,28 @@ impl PlayedClass {
         let sweep = study.sweep(self.shard);
         let work =
             |go_on: &mut dyn FnMut(f64) -> bool| run_drawing(&Lines(study), &sweep, dir, go_on);
-        let (mut ran, cases) = watched((&what, output), interruption, work)?;
+        let (mut ran, cases) = with_progress_bar((&what, output), interruption, work)?;
         let failed = ran.failed.take();
         if failed.is_some() {
             self.folder = None;
         }
-        self.speed = (ran.fresh > 0).then(|| in_words(ran.fresh, begun));
-        self.error = failed.or_else(|| ended(&ran, dir, interruption));
-        self.keep(ran, cases);
+        self.speed = (ran.fresh > 0).then(|| speed_text(ran.fresh, begun));
+        self.error = failed.or_else(|| interruption_error(&ran, dir, interruption));
+        self.store_outcome(ran, cases);
         Ok(())
     }
 
     /// Takes up what cases come to.
-    fn keep(&mut self, ran: RunProgress, cases: BTreeMap<u64, Case>) {
+    fn store_outcome(&mut self, ran: RunProgress, cases: BTreeMap<u64, Case>) {
         let cases: Vec<Case> = cases.into_values().collect();
         let result = ran.outcome;
-        self.analysed = result.map(|result| (Outcome::of(self.class, &cases), result));
+        self.analysed = result.map(|result| (Outcome::from_cases(self.class, &cases), result));
     }
 
     /// Plays a case alone.
-    fn alone(&mut self, study: &Run, index: u64) -> anyhow::Result<()> {
+    fn play_single_case(&mut self, study: &Run, index: u64) -> anyhow::Result<()> {
         let case = study.campaign().case(index)?;
-        let (outcome, mut result) = study.analysed(std::slice::from_ref(&case));
+        let (outcome, mut result) = study.compute_outcomes(std::slice::from_ref(&case));
         let (class, device) = (self.class, self.device);
         let alone = format!("faults --class {class} --device {device} --only {index}");
         result.declared.command = Some(alone);
@@ -277,7 +282,7 @@ impl PlayedClass {
         Ok(())
     }
 
-    fn machines(&self) -> Value {
+    fn to_json(&self) -> Value {
         let result = self.analysed.as_ref().map(|(_, result)| result);
         match result {
             None => json!({ "shard": self.shard, "folder": self.folder }),
@@ -287,13 +292,13 @@ impl PlayedClass {
 }
 
 /// How fast it went, by the clock of this machine, whatever else it did.
-fn in_words(played: u64, begun: Instant) -> String {
+fn speed_text(played: u64, begun: Instant) -> String {
     let cores = rayon::current_num_threads() as f64;
     let rate = played as f64 / begun.elapsed().as_secs_f64().max(1e-3) / cores;
     format!("Played {played} cases, {rate:.2} a second and core.")
 }
 
-fn people(all: &[PlayedClass]) -> String {
+fn text_report(all: &[PlayedClass]) -> String {
     let mut text = Outcome::head();
     for (outcome, _) in all.iter().filter_map(|run| run.analysed.as_ref()) {
         text += &format!("\n{}", outcome.lines());
@@ -308,7 +313,7 @@ fn people(all: &[PlayedClass]) -> String {
             .flat_map(|(outcome, _)| outcome.remarks());
         let notes = run.notes.iter().cloned().chain(remarks);
         for note in notes.chain(run.speed.clone()) {
-            text += &format!("\n{}", in_columns(&note, 80));
+            text += &format!("\n{}", wrap_columns(&note, 80));
         }
     }
     text + "\nSimulated: a model of chip and stages; no board and no person."

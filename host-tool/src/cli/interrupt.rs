@@ -22,13 +22,13 @@ pub struct EndedBySignal(pub Signal, pub String);
 ///
 /// # Errors
 /// The system does not let a signal be handled.
-pub fn heed() -> anyhow::Result<Interruption> {
+pub fn catch_signals() -> anyhow::Result<Interruption> {
     let interruption = Interruption::default();
     let has_come = Arc::new(AtomicBool::new(false));
-    for signal in known() {
+    for signal in supported_signals() {
         let number = i32::from(signal.number());
         // In this order: the first one finds that none had come.
-        at_once(signal, &has_come)
+        register_shutdown(signal, &has_come)
             .and_then(|()| flag::register(number, Arc::clone(&has_come)).map(drop))
             .and_then(|()| {
                 let asked = signal.number().into();
@@ -43,16 +43,17 @@ pub fn heed() -> anyhow::Result<Interruption> {
 /// nothing is recorded.
 ///
 /// # Errors
-/// As [`heed`].
+/// As [`catch_signals`].
 pub fn end_at_once() -> anyhow::Result<()> {
     let always = Arc::new(AtomicBool::new(true));
-    for signal in known() {
-        at_once(signal, &always).with_context(|| format!("E581 {signal} cannot be handled"))?;
+    for signal in supported_signals() {
+        register_shutdown(signal, &always)
+            .with_context(|| format!("E581 {signal} cannot be handled"))?;
     }
     Ok(())
 }
 
-fn at_once(signal: Signal, condition: &Arc<AtomicBool>) -> std::io::Result<()> {
+fn register_shutdown(signal: Signal, condition: &Arc<AtomicBool>) -> std::io::Result<()> {
     let (number, code) = (i32::from(signal.number()), i32::from(signal.exit_code()));
     flag::register_conditional_shutdown(number, code, Arc::clone(condition)).map(drop)
 }
@@ -61,9 +62,9 @@ fn at_once(signal: Signal, condition: &Arc<AtomicBool>) -> std::io::Result<()> {
 /// signal that ends the program without a word.
 ///
 /// # Errors
-/// As [`heed`].
+/// As [`catch_signals`].
 #[cfg(unix)]
-pub fn outgrow() -> anyhow::Result<()> {
+pub fn ignore_file_size_signal() -> anyhow::Result<()> {
     let unread = Arc::new(AtomicBool::new(false));
     let registered = flag::register(signal_hook::consts::SIGXFSZ, unread);
     let signal = "SIGXFSZ";
@@ -73,13 +74,13 @@ pub fn outgrow() -> anyhow::Result<()> {
 }
 
 /// The signals that this system has.
-fn known() -> impl Iterator<Item = Signal> {
+fn supported_signals() -> impl Iterator<Item = Signal> {
     let has = |signal: &Signal| cfg!(unix) || *signal != Signal::HangUp;
     Signal::ALL.into_iter().filter(has)
 }
 
 /// The signal that ended a command, if one did.
-pub fn signal(error: &anyhow::Error) -> Option<Signal> {
+pub fn ending_signal(error: &anyhow::Error) -> Option<Signal> {
     error.chain().find_map(|error| {
         if let Some(EndedBySignal(signal, _)) = error.downcast_ref() {
             return Some(*signal);
@@ -96,8 +97,11 @@ pub fn signal(error: &anyhow::Error) -> Option<Signal> {
 ///
 /// # Errors
 /// It did.
-pub fn after_runs(cut_short: Option<RunError>, interruption: &Interruption) -> anyhow::Result<()> {
-    match (cut_short, interruption.asked()) {
+pub fn check_interrupted(
+    cut_short: Option<RunError>,
+    interruption: &Interruption,
+) -> anyhow::Result<()> {
+    match (cut_short, interruption.received_signal()) {
         (Some(error), _) => Err(error.into()),
         (None, Some(signal)) => {
             let when = "after the last stimulation: the rest was not computed".to_owned();
@@ -112,25 +116,25 @@ pub fn after_runs(cut_short: Option<RunError>, interruption: &Interruption) -> a
 ///
 /// # Errors
 /// What could not be written.
-pub fn close(dir: &Path, run: &mut Run) -> Result<PathBuf, RecordError> {
-    report::write(dir, &Report::of(run)).inspect_err(|lost| {
+pub fn close_record(dir: &Path, run: &mut Run) -> Result<PathBuf, RecordError> {
+    report::write(dir, &Report::from_run(run)).inspect_err(|lost| {
         if run.ending == Ending::complete() {
-            run.ending = Ending::complete_but(lost.to_string());
+            run.ending = Ending::complete_with_loss(lost.to_string());
             // The summary comes first, and the page was lost before.
-            let _ = report::write(dir, &Report::of(run));
+            let _ = report::write(dir, &Report::from_run(run));
         }
     })
 }
 
 /// Marks the record of a run that `error` cut short, writes its page, and says
 /// where it lies. Gives back what the command fails with.
-pub fn conclude(dir: &Path, mut run: Run, error: anyhow::Error) -> anyhow::Error {
+pub fn close_failed_record(dir: &Path, mut run: Run, error: anyhow::Error) -> anyhow::Error {
     run.ending = Ending::cut_short(format!("{error:#}"), super::exit_code(&error));
     let written = write_header(dir, &run);
-    let written = report::write(dir, &Report::of(&run)).and(written);
+    let written = report::write(dir, &Report::from_run(&run)).and(written);
     if let Err(lost) = written {
         eprintln!("error: {lost}");
     }
-    super::lies_in(dir);
+    super::print_record_place(dir);
     error
 }

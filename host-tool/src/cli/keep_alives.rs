@@ -1,6 +1,6 @@
 //! `flexor selftest --keep-alives`: whether this computer is on time enough to calibrate.
 
-use super::{Output, wrong};
+use super::{Output, usage_error};
 use crate::selftest::{KeepAlives, keep_alives};
 use clap::Args;
 use host_core::calibration::HOST_TIMEOUT_MS;
@@ -24,7 +24,7 @@ pub struct KeepAliveOptions {
 /// A length that cannot be; the system gives no thread.
 pub fn main(options: &KeepAliveOptions, seconds: u32, output: Output) -> anyhow::Result<()> {
     if !(1..=86_400).contains(&seconds) || options.busy > 1_000 {
-        return wrong(format!(
+        return usage_error(format!(
             "--keep-alives is {seconds}: allowed is 1 to 86400 s, and up to 1000 loops"
         ));
     }
@@ -34,40 +34,40 @@ pub fn main(options: &KeepAliveOptions, seconds: u32, output: Output) -> anyhow:
     let found = keep_alives(period, length, options.busy, |part| bar.set(part))?;
     bar.finish();
     let busy = options.busy;
-    output.say(
-        || people(&found, (period, timeout), busy),
+    output.print(
+        || text_report(&found, (period, timeout), busy),
         || {
             json!({
                 "seconds": seconds, "busy": busy, "period_ms": period.as_secs_f64() * 1e3,
                 "host_timeout_ms": HOST_TIMEOUT_MS,
-                "keep_alives": machines(&found.keep_alives), "looks": machines(&found.looks),
-                "in_time": in_time(&found, timeout - period),
+                "keep_alives": lateness_json(&found.keep_alives), "looks": lateness_json(&found.looks),
+                "in_time": is_in_time(&found, timeout - period),
             })
         },
     )
 }
 
 /// p50, p99.9 and the worst, ms.
-fn of(lateness: &Lateness) -> [f64; 3] {
+fn quantiles_ms(lateness: &Lateness) -> [f64; 3] {
     let ms = |share| f64::from(lateness.quantile_us(share).unwrap_or(0)) * 1e-3;
     [ms(0.5), ms(0.999), ms(1.0)]
 }
 
 /// Whether none was so late that the device would have ended stimulation.
-fn in_time(found: &KeepAlives, spare: Duration) -> bool {
+fn is_in_time(found: &KeepAlives, spare: Duration) -> bool {
     let worst = found.keep_alives.quantile_us(1.0).unwrap_or(0);
     Duration::from_micros(worst.into()) < spare
 }
 
 /// At most 80 columns.
-fn people(found: &KeepAlives, (period, timeout): (Duration, Duration), busy: u32) -> String {
+fn text_report(found: &KeepAlives, (period, timeout): (Duration, Duration), busy: u32) -> String {
     let row = |name: &str, lateness: &Lateness| {
-        let [median, most, worst] = of(lateness);
+        let [median, most, worst] = quantiles_ms(lateness);
         let count = lateness.count();
         format!("{name:<30} {count:>8} {median:>9.3} {most:>9.3} {worst:>9.3}\n")
     };
     let (period_ms, timeout_ms) = (period.as_millis(), timeout.as_millis());
-    let verdict = match in_time(found, timeout - period) {
+    let verdict = match is_in_time(found, timeout - period) {
         true => "none was too late",
         false => "some were too late: a calibration would have been silent, and gone on",
     };
@@ -88,8 +88,8 @@ fn people(found: &KeepAlives, (period, timeout): (Duration, Duration), busy: u32
     )
 }
 
-fn machines(lateness: &Lateness) -> Value {
-    let [p50, p999, worst] = of(lateness);
+fn lateness_json(lateness: &Lateness) -> Value {
+    let [p50, p999, worst] = quantiles_ms(lateness);
     json!({
         "count": lateness.count(), "p50_ms": p50, "p99_9_ms": p999, "worst_ms": worst,
     })

@@ -2,7 +2,7 @@
 
 use super::Output;
 use clap::Args;
-use host_core::session::{SHIPPED as SESSIONS, Session, visible};
+use host_core::session::{SHIPPED as SESSIONS, Session, escape_control_chars};
 use host_core::suggestion;
 use host_core::wearer::{SHIPPED as WEARERS, Wearer};
 use serde_json::{Value, json};
@@ -19,7 +19,7 @@ pub struct List {}
 /// The standard output cannot be written.
 pub fn main(_: &List, output: Output) -> anyhow::Result<()> {
     let groups = groups();
-    output.say(|| people(&groups), || machines(&groups))
+    output.print(|| text_report(&groups), || json_report(&groups))
 }
 
 /// Heading, key for machines, the command that takes a name, and names with what they are.
@@ -32,7 +32,7 @@ type Group = (
 
 fn groups() -> [Group; 4] {
     let titled = |name: &str, text: &str| {
-        let title = Session::parse(name, text).map(|session| visible(&session.title));
+        let title = Session::parse(name, text).map(|session| escape_control_chars(&session.title));
         (name.to_owned(), title.unwrap_or_default())
     };
     let sessions = SESSIONS.iter().map(|(name, text)| titled(name, text));
@@ -49,11 +49,12 @@ fn groups() -> [Group; 4] {
         let comment = text.lines().find_map(|line| line.strip_prefix("# "));
         ((*name).to_owned(), comment.unwrap_or_default().to_owned())
     });
-    let drawn = catalog::named().map(|(name, what)| (name.to_owned(), what.to_owned()));
+    let drawn = catalog::names_and_titles().map(|(name, what)| (name.to_owned(), what.to_owned()));
     let mut studies: Vec<(String, String)> = drawn.collect();
     for name in experiments::names() {
         if studies.iter().all(|(known, _)| known != name) {
-            let title = experiments::named(name).map(|experiment| experiment.declaration.title);
+            let title =
+                experiments::load_experiment(name).map(|experiment| experiment.declaration.title);
             studies.push((name.to_owned(), title.unwrap_or_default()));
         }
     }
@@ -81,12 +82,12 @@ fn groups() -> [Group; 4] {
     ]
 }
 
-fn people(groups: &[Group]) -> String {
+fn text_report(groups: &[Group]) -> String {
     let mut text = String::new();
     for (heading, _, command, names) in groups {
         text += &format!("{heading} ({command})\n");
         for (name, what) in names {
-            text += &format!("  {}\n", shortened(&format!("{name:<22} {what}"), 78));
+            text += &format!("  {}\n", truncate(&format!("{name:<22} {what}"), 78));
         }
         text += "\n";
     }
@@ -94,14 +95,14 @@ fn people(groups: &[Group]) -> String {
 }
 
 /// A line of at most so many characters.
-fn shortened(line: &str, most: usize) -> String {
+fn truncate(line: &str, most: usize) -> String {
     match line.chars().count() > most {
         true => line.chars().take(most - 1).chain(['…']).collect(),
         false => line.to_owned(),
     }
 }
 
-fn machines(groups: &[Group]) -> Value {
+fn json_report(groups: &[Group]) -> Value {
     let mut all = json!({});
     for (_, key, _, names) in groups {
         let names = names.iter();
@@ -125,8 +126,8 @@ pub(super) struct Shipped {
 
 /// The shipped session, wearer, search and declaration of this name: several kinds may have one.
 /// `KIND/NAME` is the one of that kind.
-pub(super) fn shipped(name: &str) -> Vec<Shipped> {
-    let all = every();
+pub(super) fn find_shipped(name: &str) -> Vec<Shipped> {
+    let all = all_shipped();
     let of_name = |wanted: &str| -> Vec<Shipped> {
         let same = all.iter().filter(|(name, _)| name == wanted);
         same.map(|(_, shipped)| *shipped).collect()
@@ -143,13 +144,13 @@ pub(super) fn shipped(name: &str) -> Vec<Shipped> {
 
 /// The name of a shipped file that is most similar to a misspelt one, as a question.
 pub(super) fn did_you_mean(typed: &str) -> String {
-    let all = every();
+    let all = all_shipped();
     suggestion::did_you_mean(typed, all.iter().map(|(name, _)| name.as_str()))
 }
 
 /// Names and files, each kind in the order of `flexor list`. A study has the name of its
 /// declaration's file, and under each name of its own the first of its declarations.
-fn every() -> Vec<(String, Shipped)> {
+fn all_shipped() -> Vec<(String, Shipped)> {
     type Files = &'static [(&'static str, &'static str)];
     let kinds: [(&str, Files, &str); 5] = [
         ("sessions", SESSIONS, "flexor run FILE"),
@@ -224,10 +225,10 @@ mod tests {
     fn every_name_that_is_listed_can_be_copied() {
         for (_, kind, _, names) in groups() {
             for (name, _) in names {
-                let found = shipped(&format!("{kind}/{name}"));
+                let found = find_shipped(&format!("{kind}/{name}"));
                 assert_eq!(found.len(), 1, "{kind}/{name}");
                 assert!(
-                    shipped(&name).iter().any(|found| found.kind == kind),
+                    find_shipped(&name).iter().any(|found| found.kind == kind),
                     "{name}"
                 );
             }
@@ -236,9 +237,11 @@ mod tests {
 
     #[test]
     fn a_name_of_two_kinds_finds_both() {
-        let kinds = shipped("distributed").into_iter().map(|found| found.kind);
+        let kinds = find_shipped("distributed")
+            .into_iter()
+            .map(|found| found.kind);
         assert_eq!(kinds.collect::<Vec<_>>(), ["sessions", "studies"]);
-        assert!(shipped("harris_wall/1_pre_wall").len() == 1);
-        assert!(shipped("wearers/distributed").is_empty());
+        assert!(find_shipped("harris_wall/1_pre_wall").len() == 1);
+        assert!(find_shipped("wearers/distributed").is_empty());
     }
 }

@@ -43,14 +43,14 @@ mod two_points;
 mod typed;
 mod watch;
 
-pub use demo::overview;
+pub use demo::overview_svg;
 
 use anyhow::Context;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{FromArgMatches, Parser, Subcommand};
 use host_core::choice::{self, ChoiceError};
 use host_core::record::Ending;
-use host_core::session::{Session, visible};
+use host_core::session::{Session, escape_control_chars};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::Write;
 use std::path::Path;
@@ -122,8 +122,8 @@ impl CommandOutput {
     ///
     /// # Errors
     /// As [`print_line`].
-    fn say(self, output: Output) -> anyhow::Result<()> {
-        output.say(|| self.people, || self.machines)
+    fn print(self, output: Output) -> anyhow::Result<()> {
+        output.print(|| self.people, || self.machines)
     }
 }
 
@@ -132,7 +132,7 @@ impl Output {
     ///
     /// # Errors
     /// As [`print_line`].
-    pub fn say(
+    pub fn print(
         self,
         people: impl FnOnce() -> String,
         machines: impl FnOnce() -> serde_json::Value,
@@ -149,19 +149,19 @@ impl Output {
     ///
     /// # Errors
     /// As [`choice::settle`].
-    fn settle(self, session: &mut Session) -> Result<(), ChoiceError> {
+    fn settle_models(self, session: &mut Session) -> Result<(), ChoiceError> {
         let busy = ProgressBar::new_spinner().with_message(
             "choosing muscle models by trying the session; nothing is stimulated or recorded yet",
         );
         busy.enable_steady_tick(Duration::from_millis(100));
-        let settled = choice::settle(session);
+        let settled = choice::resolve_auto_models(session);
         busy.finish_and_clear();
         settled
     }
 
     /// Begins a progress bar.
     pub fn bar(self, what: &str) -> Bar {
-        let bar = ProgressBar::new(1000).with_message(visible(what));
+        let bar = ProgressBar::new(1000).with_message(escape_control_chars(what));
         if let Ok(style) = ProgressStyle::with_template("{msg} [{bar:40}] {percent:>3} % {elapsed}")
         {
             bar.set_style(style);
@@ -184,7 +184,7 @@ impl Bar {
 
 /// Lines with nothing in them that a terminal would obey.
 fn printable(text: &str) -> String {
-    let lines: Vec<String> = text.split('\n').map(visible).collect();
+    let lines: Vec<String> = text.split('\n').map(escape_control_chars).collect();
     lines.join("\n")
 }
 
@@ -205,12 +205,12 @@ pub fn main() -> ExitCode {
     let matches = commands::command_line().try_get_matches();
     let cli = match matches.and_then(|matches| Cli::from_arg_matches(&matches)) {
         Ok(cli) => cli,
-        Err(error) => return misread(&error),
+        Err(error) => return report_parse_error(&error),
     };
     let output = Output { json: cli.json };
     #[cfg(unix)]
-    if let Err(error) = interrupt::outgrow() {
-        complain(&error);
+    if let Err(error) = interrupt::ignore_file_size_signal() {
+        print_error(&error);
         return ExitCode::FAILURE;
     }
     let result = match &cli.command {
@@ -245,36 +245,36 @@ pub fn main() -> ExitCode {
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
-        Err(error) => failed(&error, output),
+        Err(error) => report_failure(&error, output),
     }
 }
 
 /// Tells people and machines why, and gives what to exit with.
-fn failed(error: &anyhow::Error, output: Output) -> ExitCode {
+fn report_failure(error: &anyhow::Error, output: Output) -> ExitCode {
     if output.json
-        && let Err(lost) = print_line(&failure(error).to_string())
+        && let Err(lost) = print_line(&failure_json(error).to_string())
     {
-        complain(&lost);
+        print_error(&lost);
     }
-    complain(error);
+    print_error(error);
     ExitCode::from(exit_code(error))
 }
 
 /// What could not be read as a command, or asked for help.
-fn misread(error: &clap::Error) -> ExitCode {
+fn report_parse_error(error: &clap::Error) -> ExitCode {
     let is_help = error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand;
     if is_help || !error.use_stderr() {
         error.exit()
     }
     let text = error.render().to_string();
     let why = text.strip_prefix("error: ").unwrap_or(&text).trim_end();
-    let why = why.to_owned() + &meant(error);
+    let why = why.to_owned() + &suggested_command(error);
     let json = std::env::args_os().any(|name| name == "--json");
-    failed(&WrongUse(why).into(), Output { json })
+    report_failure(&WrongUse(why).into(), Output { json })
 }
 
 /// The command that a misspelt one was probably meant to be, where clap itself has none.
-fn meant(error: &clap::Error) -> String {
+fn suggested_command(error: &clap::Error) -> String {
     let typed = match error.get(ContextKind::InvalidSubcommand) {
         Some(ContextValue::String(typed))
             if error.get(ContextKind::SuggestedSubcommand).is_none() =>
@@ -292,9 +292,9 @@ fn meant(error: &clap::Error) -> String {
 }
 
 /// Says where the record of a run that failed lies, and what it says of itself.
-fn lies_in(dir: &Path) {
+fn print_record_place(dir: &Path) {
     let place = dir.display();
-    if Ending::of(dir).is_incomplete() {
+    if Ending::load(dir).is_incomplete() {
         eprintln!("the record, marked incomplete, is in {place}");
     } else if dir.join("report.html").is_file() {
         eprintln!("the record is whole and in {place}");
@@ -308,7 +308,7 @@ fn exit_code(error: &anyhow::Error) -> u8 {
     if let Some(incomplete) = error.downcast_ref::<Incomplete>() {
         return exit_code(&incomplete.error);
     }
-    match interrupt::signal(error) {
+    match interrupt::ending_signal(error) {
         Some(signal) => signal.exit_code(),
         None if error.is::<WrongUse>() => 2,
         None => 1,
@@ -317,11 +317,11 @@ fn exit_code(error: &anyhow::Error) -> u8 {
 
 /// An argument that the command cannot work with. Exit code 2.
 #[derive(Debug, thiserror::Error)]
-#[error("{}", numbered(.0))]
+#[error("{}", with_error_number(.0))]
 struct WrongUse(String);
 
 /// `text` with E518 before it, unless it begins with a number of its own.
-fn numbered(text: &str) -> String {
+fn with_error_number(text: &str) -> String {
     let digits = text.strip_prefix('E').and_then(|rest| rest.get(..3));
     match digits.is_some_and(|digits| digits.bytes().all(|byte| byte.is_ascii_digit())) {
         true => text.to_owned(),
@@ -330,15 +330,15 @@ fn numbered(text: &str) -> String {
 }
 
 /// Refuses what an option must not be.
-fn wrong<T>(what: impl Into<String>) -> anyhow::Result<T> {
+fn usage_error<T>(what: impl Into<String>) -> anyhow::Result<T> {
     Err(WrongUse(what.into()).into())
 }
 
 /// Refuses an option's value beyond these ends.
-fn within(name: &str, value: f64, min: f64, max: f64) -> anyhow::Result<()> {
+fn check_range(name: &str, value: f64, min: f64, max: f64) -> anyhow::Result<()> {
     match (min..=max).contains(&value) {
         true => Ok(()),
-        false => wrong(format!("{name} is {value}: allowed is {min} to {max}")),
+        false => usage_error(format!("{name} is {value}: allowed is {min} to {max}")),
     }
 }
 
@@ -351,7 +351,7 @@ struct Incomplete {
 }
 
 /// One JSON object: what is known, and `error`.
-fn failure(error: &anyhow::Error) -> serde_json::Value {
+fn failure_json(error: &anyhow::Error) -> serde_json::Value {
     use host_core::session::SessionError;
     let mut object = match error.downcast_ref::<Incomplete>() {
         Some(incomplete) => incomplete.result.clone(),
@@ -365,16 +365,16 @@ fn failure(error: &anyhow::Error) -> serde_json::Value {
 }
 
 /// To standard error; if that has gone, nobody is there to tell.
-fn say(text: &str) {
+fn print_stderr(text: &str) {
     let _ = writeln!(std::io::stderr(), "{text}");
 }
 
 /// A session file's error shows the line; everything else is one sentence.
-fn complain(error: &anyhow::Error) {
+fn print_error(error: &anyhow::Error) {
     use host_core::session::SessionError;
     match error.downcast_ref::<SessionError>() {
-        Some(file) => say(&format!("{:?}", miette::Report::new(file.clone()))),
-        None => say(&format!("error: {}", printable(&format!("{error:#}")))),
+        Some(file) => print_stderr(&format!("{:?}", miette::Report::new(file.clone()))),
+        None => print_stderr(&format!("error: {}", printable(&format!("{error:#}")))),
     }
 }
 

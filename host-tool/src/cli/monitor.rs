@@ -1,8 +1,10 @@
 //! `flexor monitor`: a device or a running session, live on the terminal.
 
 use super::perform::SEED;
-use super::{Output, interrupt, wrong};
-use crate::live::{Model, Order, Plan, Shared, json, line, lines, screen, work};
+use super::{Output, interrupt, usage_error};
+use crate::live::{
+    Model, Order, Plan, Shared, run_plan, run_screen, status_json, status_text, write_lines,
+};
 use clap::error::ErrorKind;
 use clap::{Args, CommandFactory};
 use host_core::run::{DeviceName, SessionFile};
@@ -43,12 +45,14 @@ impl Drop for QuitAtEnd<'_> {
 /// The session file, the device or the terminal; a session that ended early.
 pub fn main(args: &Monitor, output: Output) -> anyhow::Result<()> {
     if args.device.is_port() && args.seed.is_some() {
-        return wrong("--seed needs --device native or chip: a device behind a port has its own");
+        return usage_error(
+            "--seed needs --device native or chip: a device behind a port has its own",
+        );
     }
     let session = match &args.session {
         Some(path) => {
             let mut file = SessionFile::load(path)?;
-            output.settle(&mut file.session)?;
+            output.settle_models(&mut file.session)?;
             Some(file)
         }
         None => None,
@@ -69,7 +73,7 @@ pub fn main(args: &Monitor, output: Output) -> anyhow::Result<()> {
             .exit();
     }
     let is_screen = std::io::stdout().is_terminal() && !output.json;
-    let interruption = interrupt::heed()?;
+    let interruption = interrupt::catch_signals()?;
     let model = Model::new(&args.device.to_string(), session.as_ref());
     let shared = Shared::new(model, interruption.clone());
     let plan = Plan {
@@ -78,20 +82,20 @@ pub fn main(args: &Monitor, output: Output) -> anyhow::Result<()> {
         stays: is_screen,
         seed: args.seed.unwrap_or(SEED),
     };
-    let must_quit = quitting(args.seconds)?;
+    let must_quit = quit_condition(args.seconds)?;
     let (shown, worked) = std::thread::scope(|scope| {
         let _quit = QuitAtEnd(&shared);
-        let worker = scope.spawn(|| work(&plan, &shared));
+        let worker = scope.spawn(|| run_plan(&plan, &shared));
         let is_over = || worker.is_finished();
         let shown = if is_screen {
-            screen(&shared, is_over, must_quit)
+            run_screen(&shared, is_over, must_quit)
         } else {
             let describe = if output.json {
-                |model: &Model, told| json(model, told).to_string()
+                |model: &Model, told| status_json(model, told).to_string()
             } else {
-                line
+                status_text
             };
-            lines(
+            write_lines(
                 &shared,
                 &mut std::io::stdout(),
                 describe,
@@ -103,7 +107,7 @@ pub fn main(args: &Monitor, output: Output) -> anyhow::Result<()> {
         (shown, worker.join())
     });
     worked.unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
-    match interruption.asked() {
+    match interruption.received_signal() {
         Some(signal) => {
             let ended = match args.session {
                 Some(_) => "after the session had ended: nothing is stimulated by it any more",
@@ -116,7 +120,7 @@ pub fn main(args: &Monitor, output: Output) -> anyhow::Result<()> {
 }
 
 /// Whether it is time to leave: after `seconds`. The system asks whoever is at the device.
-fn quitting(seconds: Option<f64>) -> anyhow::Result<impl Fn() -> bool> {
+fn quit_condition(seconds: Option<f64>) -> anyhow::Result<impl Fn() -> bool> {
     let start = Instant::now();
     let length = seconds.map(Duration::try_from_secs_f64).transpose()?;
     Ok(move || length.is_some_and(|length| start.elapsed() >= length))

@@ -1,6 +1,6 @@
 //! `flexor muscle`: the force model on its own.
 
-use super::{Output, WrongUse, within, wrong};
+use super::{Output, WrongUse, check_range, usage_error};
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 use firmware::muscle::{CalciumForce, CalciumForceSpec, CalciumForceState, Gain};
@@ -8,7 +8,7 @@ use firmware::range::OutOfRange;
 use firmware::units::Micros;
 use hal_sim::body::muscle::{Parameters, reference};
 use hal_sim::input;
-use host_core::record::{RecordError, may_write};
+use host_core::record::{RecordError, check_writable};
 use std::path::{Path, PathBuf};
 
 /// Rows are written this often, µs.
@@ -73,13 +73,13 @@ struct Row {
 /// # Errors
 /// A parameter outside its range, by name; files that cannot be read or written.
 pub fn main(args: &Muscle, output: Output) -> anyhow::Result<()> {
-    within("--duration-s", args.duration_s, 0.01, 3600.0)?;
+    check_range("--duration-s", args.duration_s, 0.01, 3600.0)?;
     let reads: Vec<&Path> = args.pulses_us.iter().map(PathBuf::as_path).collect();
-    may_write(&args.csv, args.overwrite, &reads, None)?;
+    check_writable(&args.csv, args.overwrite, &reads, None)?;
     let pulses = args.pulses()?;
     let rows = match args.model {
-        Model::Fixed => args.fixed(&pulses)?,
-        Model::Reference => args.reference(&pulses)?,
+        Model::Fixed => args.fixed_point_rows(&pulses)?,
+        Model::Reference => args.reference_rows(&pulses)?,
     };
     let mut csv = csv::Writer::from_path(&args.csv)
         .with_context(|| format!("cannot write {}", args.csv.display()))?;
@@ -94,7 +94,7 @@ pub fn main(args: &Muscle, output: Output) -> anyhow::Result<()> {
     csv.flush()?;
     let peak = rows.iter().max_by(|a, b| a.force_n.total_cmp(&b.force_n));
     let (peak_n, at_s) = peak.map_or((0.0, 0.0), |row| (row.force_n, row.t_s));
-    output.say(
+    output.print(
         || format!("{} rows in {}; largest force {peak_n:.4} N at {at_s:.2} s", rows.len(), args.csv.display()),
         || serde_json::json!({ "csv": args.csv, "rows": rows.len(), "peak_n": peak_n, "peak_s": at_s }),
     )?;
@@ -111,8 +111,8 @@ impl Muscle {
             self.frequency_hz.unwrap_or(0.0),
             self.train_s.unwrap_or(0.0),
         );
-        within("--frequency-hz", frequency, 0.5, 200.0)?;
-        within("--train-s", train, 0.0, 3600.0)?;
+        check_range("--frequency-hz", frequency, 0.5, 200.0)?;
+        check_range("--train-s", train, 0.0, 3600.0)?;
         let count = (frequency * train - 1e-9).ceil().max(0.0) as u64;
         Ok((0..count)
             .map(|i| (i as f64 * 1e6 / frequency).round() as u64)
@@ -136,12 +136,12 @@ impl Muscle {
     /// its ranges either model answers soon. What is no number, negative or beyond the
     /// link's units becomes 0 or the largest, which the device refuses; what is finer
     /// than they are is refused here.
-    fn device(&self) -> anyhow::Result<CalciumForce> {
+    fn device_model(&self) -> anyhow::Result<CalciumForce> {
         for (_, name, value, factor) in self.parameters() {
             let finer = (value * factor - (value * factor).round()).abs();
             if finer > 1e-6 * (value * factor).abs().max(1.0) {
                 let step = 1.0 / factor;
-                return wrong(format!(
+                return usage_error(format!(
                     "{name} is {value}: the device knows steps of {step}"
                 ));
             }
@@ -155,7 +155,7 @@ impl Muscle {
             tau1_us,
             tau2_us,
         };
-        CalciumForce::new(spec).map_err(|e| self.refused(&e))
+        CalciumForce::new(spec).map_err(|e| self.range_error(&e))
     }
 
     /// Refuses pulses that bring C, eq. (2), to where the fixed point ends.
@@ -168,7 +168,7 @@ impl Muscle {
             last = at;
             if c >= f64::from(end) {
                 let at_s = at as f64 * 1e-6;
-                return wrong(format!(
+                return usage_error(format!(
                     "the pulse at {at_s} s brings C to {c:.1}, and the device's fixed point ends \
                      at {end}: give fewer at a time, a shorter --tau-c-ms, or --model \
                      reference"
@@ -178,8 +178,8 @@ impl Muscle {
         Ok(())
     }
 
-    fn fixed(&self, pulses: &[u64]) -> anyhow::Result<Vec<Row>> {
-        let muscle = self.device()?;
+    fn fixed_point_rows(&self, pulses: &[u64]) -> anyhow::Result<Vec<Row>> {
+        let muscle = self.device_model()?;
         self.check_pulses(pulses)?;
         let mut state = CalciumForceState::at_rest(Micros::new(0));
         let mut pulses = pulses.iter().copied().peekable();
@@ -204,7 +204,7 @@ impl Muscle {
     }
 
     /// The device's refusal in this command's words.
-    fn refused(&self, e: &OutOfRange) -> anyhow::Error {
+    fn range_error(&self, e: &OutOfRange) -> anyhow::Error {
         let all = self.parameters();
         let Some((_, name, given, factor)) = all.into_iter().find(|pair| pair.0 == e.field) else {
             return anyhow::anyhow!("{e}"); // a calcium-force model has no others
@@ -217,8 +217,8 @@ impl Muscle {
         WrongUse(format!("{name} is {given}: allowed is {min} to {max}{why}")).into()
     }
 
-    fn reference(&self, pulses: &[u64]) -> anyhow::Result<Vec<Row>> {
-        self.device()?;
+    fn reference_rows(&self, pulses: &[u64]) -> anyhow::Result<Vec<Row>> {
+        self.device_model()?;
         let parameters = Parameters {
             a_n_per_s: self.a_n_per_s,
             k: self.k,

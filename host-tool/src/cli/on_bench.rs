@@ -1,7 +1,7 @@
 //! `flexor selftest --bench`: a person measures a board on dummy loads, and is led.
 
 use super::typed::{Closed, TypedLines};
-use super::{Output, interrupt, wrong};
+use super::{Output, interrupt, usage_error};
 use crate::selftest::bench::{Answer, Bench, BoardActivity, Pattern, Sheet, Step, Verdict};
 use crate::selftest::bench::{read_value, steps};
 use anyhow::Context;
@@ -55,34 +55,34 @@ pub struct BenchOptions {
 /// missing or outside of its bounds; a signal.
 pub fn main(options: &BenchOptions, device: &DeviceName, output: Output) -> anyhow::Result<()> {
     if matches!(device, DeviceName::Chip | DeviceName::Qemu) {
-        return wrong(format!(
+        return usage_error(format!(
             "--bench --device is {device}: it takes a port, or native to rehearse"
         ));
     }
-    let (Some(out), who) = (options.out.as_deref(), who(options)?) else {
-        return wrong("--bench needs --out"); // clap has checked
+    let (Some(out), who) = (options.out.as_deref(), operator_details(options)?) else {
+        return usage_error("--bench needs --out"); // clap has checked
     };
     if out.exists() && !options.resume {
-        return wrong(format!(
+        return usage_error(format!(
             "--out {} is there: give another name, or --resume to go on with it",
             out.display()
         ));
     }
-    let interruption = interrupt::heed()?;
+    let interruption = interrupt::catch_signals()?;
     let mut asking = AnswerSource {
         typed: None,
         answers: options.answers.as_deref().map(read_answers).transpose()?,
         interruption: interruption.clone(),
     };
-    asking.nobody_is_connected(options)?;
+    asking.confirm_nobody_connected(options)?;
     let mut bench = Bench::open(device, interruption)?;
     let Some(stage) = bench.stage(options.channel) else {
-        return wrong(format!(
+        return usage_error(format!(
             "--channel is {}, and the board knows no stage there: flexor stages",
             options.channel
         ));
     };
-    let pattern = Pattern::of(options.channel, stage);
+    let pattern = Pattern::new(options.channel, stage);
     if let Some(answers) = &asking.answers {
         check_answers(&pattern, answers)?;
     }
@@ -90,11 +90,11 @@ pub fn main(options: &BenchOptions, device: &DeviceName, output: Output) -> anyh
     let identity = identity(&bench.info, is_in_process);
     let next = Sheet::begin(who, identity, &pattern);
     let mut sheet = match options.resume {
-        true => Sheet::go_on(out, &next, &pattern)?,
+        true => Sheet::resume(out, &next, &pattern)?,
         false => next,
     };
     sheet.write(out)?;
-    let walked = walk(&mut bench, &mut asking, &pattern, &mut sheet, out);
+    let walked = measure_steps(&mut bench, &mut asking, &pattern, &mut sheet, out);
     let ended = bench.end(); // whatever came before it
     walked?;
     ended?;
@@ -102,15 +102,15 @@ pub fn main(options: &BenchOptions, device: &DeviceName, output: Output) -> anyh
 }
 
 /// Who measures, when, with what.
-fn who(options: &BenchOptions) -> anyhow::Result<[&str; 3]> {
+fn operator_details(options: &BenchOptions) -> anyhow::Result<[&str; 3]> {
     let all = [
         ("--operator", &options.operator),
         ("--date", &options.date),
         ("--instruments", &options.instruments),
     ];
     for (name, text) in all {
-        if !text.as_deref().is_some_and(Sheet::is_text) {
-            return wrong(format!(
+        if !text.as_deref().is_some_and(Sheet::is_valid_text) {
+            return usage_error(format!(
                 "{name} is 1 to 200 characters without control characters"
             ));
         }
@@ -119,7 +119,7 @@ fn who(options: &BenchOptions) -> anyhow::Result<[&str; 3]> {
 }
 
 /// Every step that has no answer yet, load by load.
-fn walk(
+fn measure_steps(
     bench: &mut Bench,
     asking: &mut AnswerSource,
     pattern: &Pattern,
@@ -128,35 +128,35 @@ fn walk(
 ) -> anyhow::Result<()> {
     let mut load_ohm = None;
     for step in steps(pattern) {
-        if sheet.has(&step.id) {
+        if sheet.has_answer(&step.id) {
             continue;
         }
         let is_new = load_ohm != Some(step.load_ohm);
         if is_new || step.doing != BoardActivity::Plays {
             bench.end()?;
             if is_new {
-                asking.ready(pattern, step.load_ohm)?;
-                bench.load(step.load_ohm);
+                asking.wait_for_load(pattern, step.load_ohm)?;
+                bench.set_load(step.load_ohm);
             }
             bench.begin(*pattern)?;
             load_ohm = Some(step.load_ohm);
         }
-        tell(&step);
-        bench.act(step.doing)?;
-        let Some(measured) = asking.value(bench, &step)? else {
+        print_step(&step);
+        bench.perform(step.doing)?;
+        let Some(measured) = asking.ask_value(bench, &step)? else {
             continue; // left out
         };
-        let answer = Answer::to(&step, measured);
+        let answer = Answer::new(&step, measured);
         let (holds, low, high) = (answer.holds, answer.low, answer.high);
         let verdict = if holds { "holds" } else { "DOES NOT HOLD" };
         eprintln!("  {measured} {}: {verdict}, {low} to {high}", step.unit);
-        sheet.take(answer, pattern);
+        sheet.add_answer(answer, pattern);
         sheet.write(out)?;
     }
     Ok(())
 }
 
-fn tell(step: &Step) {
+fn print_step(step: &Step) {
     let Step { id, what, unit, .. } = step;
     eprintln!("{id}: {what}");
     eprintln!(
@@ -174,13 +174,13 @@ struct AnswerSource {
 }
 
 impl AnswerSource {
-    fn nobody_is_connected(&mut self, options: &BenchOptions) -> anyhow::Result<()> {
+    fn confirm_nobody_connected(&mut self, options: &BenchOptions) -> anyhow::Result<()> {
         if options.nobody_connected {
             return Ok(());
         }
         if self.answers.is_none() {
             eprintln!("Dummy loads only. Type: {SENTENCE}");
-            if self.line(|| Ok(()))?.as_deref().map(str::trim) == Some(SENTENCE) {
+            if self.read_line(|| Ok(()))?.as_deref().map(str::trim) == Some(SENTENCE) {
                 return Ok(());
             }
         }
@@ -191,28 +191,28 @@ impl AnswerSource {
     }
 
     /// The outputs are silent; the load is changed.
-    fn ready(&mut self, pattern: &Pattern, load_ohm: u32) -> anyhow::Result<()> {
+    fn wait_for_load(&mut self, pattern: &Pattern, load_ohm: u32) -> anyhow::Result<()> {
         let channel = pattern.channel;
         eprintln!("\nThe outputs are silent. Put {load_ohm} ohm in channel {channel}'s output.");
-        eprintln!("Enter: it will put out {}", pattern.told());
-        if self.answers.is_none() && self.line(|| Ok(()))?.is_none() {
+        eprintln!("Enter: it will put out {}", pattern.description());
+        if self.answers.is_none() && self.read_line(|| Ok(()))?.is_none() {
             anyhow::bail!("E783 the input ended: what was measured is kept; go on with --resume");
         }
         Ok(())
     }
 
     /// A measured value; nothing for a step that is left out.
-    fn value(&mut self, bench: &mut Bench, step: &Step) -> anyhow::Result<Option<f64>> {
+    fn ask_value(&mut self, bench: &mut Bench, step: &Step) -> anyhow::Result<Option<f64>> {
         if let Some(answers) = &self.answers {
             for _ in 0..10 {
-                bench.go_on()?; // as if somebody had looked
+                bench.keep_playing()?; // as if somebody had looked
             }
             let typed = answers.get(&step.id);
             return Ok(typed.map(|typed| read_value(step, typed)).transpose()?);
         }
         loop {
             eprintln!("  value and unit, or `skip`:");
-            let Some(line) = self.line(|| Ok(bench.go_on()?))? else {
+            let Some(line) = self.read_line(|| Ok(bench.keep_playing()?))? else {
                 anyhow::bail!(
                     "E783 the input ended: what was measured is kept; go on with --resume"
                 );
@@ -228,17 +228,17 @@ impl AnswerSource {
     }
 
     /// The next line that is typed, `alive` called meanwhile; nothing at the input's end.
-    fn line(
+    fn read_line(
         &mut self,
         mut alive: impl FnMut() -> anyhow::Result<()>,
     ) -> anyhow::Result<Option<String>> {
-        let typed = self.typed.get_or_insert_with(TypedLines::begin);
+        let typed = self.typed.get_or_insert_with(TypedLines::start);
         loop {
-            if let Some(signal) = self.interruption.asked() {
+            if let Some(signal) = self.interruption.received_signal() {
                 let when = "at the bench: what was measured is kept; go on with --resume";
                 return Err(interrupt::EndedBySignal(signal, when.to_owned()).into());
             }
-            match typed.line() {
+            match typed.next_line() {
                 Ok(Some(line)) => return Ok(Some(line)),
                 Ok(None) => {
                     alive()?;
@@ -293,12 +293,15 @@ fn check_answers(pattern: &Pattern, answers: &BTreeMap<String, String>) -> anyho
 /// What it came to.
 fn conclude(sheet: &Sheet, pattern: &Pattern, out: &Path, output: Output) -> anyhow::Result<()> {
     let all = steps(pattern);
-    let missing: Vec<_> = all.iter().filter(|step| !sheet.has(&step.id)).collect();
+    let missing: Vec<_> = all
+        .iter()
+        .filter(|step| !sheet.has_answer(&step.id))
+        .collect();
     let missing: Vec<_> = missing.iter().map(|step| step.id.as_str()).collect();
     let failed = sheet.answers.iter().filter(|answer| !answer.holds);
     let failed: Vec<_> = failed.map(|answer| answer.id.as_str()).collect();
     let place = out.display();
-    output.say(
+    output.print(
         || {
             let counts = format!("{} of {} steps measured", sheet.answers.len(), all.len());
             match sheet.verdict {
@@ -319,13 +322,13 @@ fn conclude(sheet: &Sheet, pattern: &Pattern, out: &Path, output: Output) -> any
     anyhow::ensure!(
         failed.is_empty() && missing.is_empty(),
         "E788 the bench self-test is not passed: outside of their bounds: {}; not measured: {}",
-        told(&failed),
-        told(&missing)
+        list_or_none(&failed),
+        list_or_none(&missing)
     );
     Ok(())
 }
 
-fn told(ids: &[&str]) -> String {
+fn list_or_none(ids: &[&str]) -> String {
     match ids {
         [] => "none".to_owned(),
         ids => ids.join(", "),

@@ -22,17 +22,17 @@ impl Operator for TerminalOperator<'_> {
         if self.is_board {
             eprintln!("{text}");
             eprintln!("Enter: go on; anything else and Enter: end here");
-            let typed = self.typed.get_or_insert_with(TypedLines::begin);
-            typed.forget();
-            while self.interruption.asked().is_none() {
-                match typed.line() {
+            let typed = self.typed.get_or_insert_with(TypedLines::start);
+            typed.discard();
+            while self.interruption.received_signal().is_none() {
+                match typed.next_line() {
                     Ok(None) => std::thread::sleep(Duration::from_millis(50)),
                     Ok(Some(line)) => return line.trim().is_empty(),
                     Err(Closed) => return false,
                 }
             }
         }
-        self.interruption.asked().is_none()
+        self.interruption.received_signal().is_none()
     }
 
     fn rest(&mut self, rest_s: f64) -> bool {
@@ -40,10 +40,13 @@ impl Operator for TerminalOperator<'_> {
         if self.is_board {
             eprintln!("{rest_s} s of rest");
         }
-        while self.is_board && Instant::now() < until && self.interruption.asked().is_none() {
+        while self.is_board
+            && Instant::now() < until
+            && self.interruption.received_signal().is_none()
+        {
             std::thread::sleep(Duration::from_millis(50));
         }
-        self.interruption.asked().is_none()
+        self.interruption.received_signal().is_none()
     }
 
     fn progress(&mut self, part: f64) {

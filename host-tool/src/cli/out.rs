@@ -2,7 +2,7 @@
 
 use super::moment;
 use clap::{ArgGroup, Args};
-use host_core::record::{Place, RecordError, may_write};
+use host_core::record::{Place, RecordError, check_writable};
 use std::path::{Path, PathBuf};
 
 /// Where records go of which nobody says where.
@@ -23,7 +23,7 @@ pub struct OutArgs {
 
 impl OutArgs {
     /// This very folder.
-    pub const fn to(dir: PathBuf) -> Self {
+    pub const fn in_folder(dir: PathBuf) -> Self {
         Self {
             out: Some(dir),
             overwrite: false,
@@ -44,7 +44,7 @@ impl OutArgs {
     ///
     /// # Errors
     /// E586: it is one of them, by whatever path.
-    pub fn apart_from(&self, records: &[PathBuf]) -> Result<(), RecordError> {
+    pub fn check_not_record(&self, records: &[PathBuf]) -> Result<(), RecordError> {
         let Some(out) = &self.out else {
             return Ok(());
         };
@@ -67,11 +67,11 @@ impl OutArgs {
     ///
     /// # Errors
     /// As [`may_write`].
-    pub fn beside(&self, vcd: &Path, reads: &[&Path]) -> Result<(), RecordError> {
+    pub fn check_vcd(&self, vcd: &Path, reads: &[&Path]) -> Result<(), RecordError> {
         let own = self.out.as_ref().map(|out| out.join("outputs.vcd"));
         match own {
             Some(own) if own == vcd => Ok(()),
-            _ => may_write(vcd, self.overwrite, reads, self.dir()),
+            _ => check_writable(vcd, self.overwrite, reads, self.dir()),
         }
     }
 
@@ -84,10 +84,10 @@ impl OutArgs {
     ///
     /// # Errors
     /// It holds something, another program writes in it, or the file system.
-    pub fn place(&self, name: &str) -> Result<Place, RecordError> {
+    pub fn claim_folder(&self, name: &str) -> Result<Place, RecordError> {
         match &self.out {
-            Some(dir) => Place::given(dir, self.overwrite),
-            None => Place::fresh(Path::new(BASE), name, moment::now()),
+            Some(dir) => Place::claim(dir, self.overwrite),
+            None => Place::create_new(Path::new(BASE), name, moment::now()),
         }
     }
 }

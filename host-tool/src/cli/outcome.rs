@@ -1,6 +1,6 @@
 //! What studies that draw their persons print, in 80 columns.
 
-use host_core::plot::words::in_columns;
+use host_core::plot::words::wrap_columns;
 use studies::hamana2022::Experiment;
 use studies::hamana2022::paper::Kind;
 use studies::laboratory::{
@@ -11,21 +11,21 @@ use studies::laboratory::{
 const COLUMNS: u16 = 80;
 
 /// Tables, shares and notes.
-pub(super) fn people(result: &Outcome) -> String {
-    let mut text = match Kind::named(&result.name) {
-        Some(Kind::Patterns(Experiment::Intensities)) => fingers(&result.rows) + "\n",
+pub(super) fn outcome_text(result: &Outcome) -> String {
+    let mut text = match Kind::from_name(&result.name) {
+        Some(Kind::Patterns(Experiment::Intensities)) => finger_table(&result.rows) + "\n",
         // Its rows are its tables'.
         Some(Kind::Control) => String::new(),
-        _ => numbers(&result.rows) + "\n",
+        _ => number_table(&result.rows) + "\n",
     };
     text.extend(result.sheets.iter().map(table));
-    text += &shares(result);
+    text += &share_lines(result);
     if let Some(cut_short) = &result.cut_short {
         text += &format!("\n{cut_short}");
     }
-    text += &format!("\n{}\n", in_columns(&headline(result), COLUMNS));
+    text += &format!("\n{}\n", wrap_columns(&headline(result), COLUMNS));
     for note in &result.notes {
-        text += &format!("{}\n", in_columns(note, COLUMNS));
+        text += &format!("{}\n", wrap_columns(note, COLUMNS));
     }
     text.trim_end().to_owned()
 }
@@ -44,7 +44,7 @@ fn table(sheet: &Sheet) -> String {
 }
 
 /// Median, range and the paper's number of each row.
-fn numbers(rows: &[Row]) -> String {
+fn number_table(rows: &[Row]) -> String {
     let digits = |value: f64| match value.abs() {
         large if large >= 100.0 => format!("{value:.0}"),
         _ => format!("{value:.3}"),
@@ -78,14 +78,14 @@ fn numbers(rows: &[Row]) -> String {
             .any(|number| large_t(&row.quantity, number).is_some())
     };
     let note = match rows.iter().any(is_large) {
-        true => format!("{}\n", in_columns(LARGE_T, COLUMNS)),
+        true => format!("{}\n", wrap_columns(LARGE_T, COLUMNS)),
         false => String::new(),
     };
     head + &rows.iter().map(line).collect::<String>() + &note
 }
 
 /// Medians of each finger at each intensity, %, and how many draws have them.
-fn fingers(rows: &[Row]) -> String {
+fn finger_table(rows: &[Row]) -> String {
     let mut text = format!("{:<36}{:>4}", "median, % of the finger's range", "n");
     let names = rows.iter().take(5);
     let names = names.filter_map(|row| row.quantity.rsplit(", ").next());
@@ -107,27 +107,27 @@ fn fingers(rows: &[Row]) -> String {
 
 /// A line for each claim of the paper, or one for each of its parts below it; then what is
 /// beside the paper.
-fn shares(result: &Outcome) -> String {
+fn share_lines(result: &Outcome) -> String {
     let (claims, beside) = paper_claims(result);
     let mut text = String::new();
     for claim in &claims {
         match claim.parts.as_slice() {
-            [one] => text += &share(one, claim.says),
+            [one] => text += &share_line(one, claim.says),
             parts => {
                 let line = format!("{}: {}", claim.says, claim.counts_in_words());
-                text += &(in_columns(&line, COLUMNS) + "\n");
+                text += &(wrap_columns(&line, COLUMNS) + "\n");
                 let lines = parts
                     .iter()
-                    .map(|part| share(part, &format!("  {}", part.claim)));
+                    .map(|part| share_line(part, &format!("  {}", part.claim)));
                 text.extend(lines);
             }
         }
     }
-    text.extend(beside.iter().map(|item| share(item, &item.claim)));
+    text.extend(beside.iter().map(|item| share_line(item, &item.claim)));
     text
 }
 
-fn share(item: &Share, says: &str) -> String {
+fn share_line(item: &Share, says: &str) -> String {
     let paper = match item.paper {
         None => "paper: -",
         Some(true) => "paper: yes",
@@ -137,8 +137,8 @@ fn share(item: &Share, says: &str) -> String {
 }
 
 /// Headline, and the share in which each claim of a declaration holds.
-pub(super) fn claims(outcome: &Outcome, page: &str) -> String {
-    let mut text = format!("{}\n\n", in_columns(&headline(outcome), 80));
+pub(super) fn claims_text(outcome: &Outcome, page: &str) -> String {
+    let mut text = format!("{}\n\n", wrap_columns(&headline(outcome), 80));
     let mut point = "";
     for share in &outcome.shares {
         if share.at != point {

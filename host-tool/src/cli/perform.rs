@@ -7,8 +7,8 @@ use anyhow::Context;
 use hal_sim::chip::gdb::AfterDebugger;
 use hal_sim::input;
 use host_core::analysis::{
-    ForceMetrics, GapMetrics, WallContact, force_limiting_share, force_metrics, hits, limit_cycles,
-    metrics_but_lag,
+    ForceMetrics, GapMetrics, WallContact, force_limiting_share, force_metrics, limit_cycles,
+    metrics_without_lag, wall_contacts,
 };
 use host_core::link::{PacedPort, Port};
 use host_core::record::{
@@ -16,10 +16,10 @@ use host_core::record::{
 };
 use host_core::report::force_remarks;
 use host_core::run::{
-    DeviceName, Dump, FullestPeriod, Keys, SessionFile, acknowledge, begin_trial, greet,
-    interruptible, repeating, run_taken,
+    DeviceName, Dump, FullestPeriod, Keys, SessionFile, acknowledge, begin_trial, interruptible,
+    replay_keys, run_with_outputs, wait_for_hello,
 };
-use host_core::session::{Session, visible};
+use host_core::session::{Session, escape_control_chars};
 use std::path::{Path, PathBuf};
 
 /// The seed of a simulated wearer that nobody chose.
@@ -75,7 +75,7 @@ pub fn perform(
 ) -> anyhow::Result<RunResult> {
     let session = order.session;
     for note in &session.session.notes {
-        eprintln!("note: {}", visible(note));
+        eprintln!("note: {}", escape_control_chars(note));
     }
     let seed = record.seed.unwrap_or(SEED); // a port has its own
     let mut port = order.chip.open(
@@ -97,16 +97,16 @@ pub fn perform(
     if matches!(order.controls, Controls::Watched) && port.world().is_some() {
         port = Box::new(PacedPort::new(port)); // for eyes and hands
     }
-    if let Some(note) = ignored_trigger(&session.session, &mut port) {
+    if let Some(note) = trigger_warning(&session.session, &mut port) {
         eprintln!("note: {note}");
     }
-    let interruption = interrupt::heed()?;
+    let interruption = interrupt::catch_signals()?;
     let is_planned = record.plan.as_ref().is_some_and(|plan| plan.acknowledge);
     if is_planned {
         port = acknowledge(port)?;
     } else if order.replaces && port.world().is_none() {
         // No record goes for a device that is not there; a simulator is.
-        port = greet(port, &interruption)?;
+        port = wait_for_hello(port, &interruption)?;
     }
     let place = place(&record.title)?;
     let dir = place.dir();
@@ -117,7 +117,7 @@ pub fn perform(
     }
     let mut recorder = Recorder::create(dir, 0, &begin_trial(session))?;
     let fullest = FullestPeriod::new(&session.session, session.session.duration_us / 2);
-    let dump = order.vcd.map(|path| Dump::at(path.to_owned()));
+    let dump = order.vcd.map(|path| Dump::new(path.to_owned()));
     let mut outputs = (fullest, dump);
     let (mut outcome, shown) = match &order.controls {
         Controls::Watched => {
@@ -127,9 +127,10 @@ pub fn perform(
         }
         Controls::Repeated(keys) => {
             let bar = output.bar(&record.title);
-            let seen = repeating(keys.clone(), |part| bar.set(part));
+            let seen = replay_keys(keys.clone(), |part| bar.set(part));
             let seen = interruptible(&interruption, seen);
-            let (outcome, _) = run_taken(session, port, Some(&mut recorder), seen, &mut outputs);
+            let (outcome, _) =
+                run_with_outputs(session, port, Some(&mut recorder), seen, &mut outputs);
             bar.finish();
             (outcome, Ok(()))
         }
@@ -140,13 +141,13 @@ pub fn perform(
         .iter()
         .flat_map(|identity| &identity.option_bytes)
     {
-        eprintln!("note: {}", visible(told));
+        eprintln!("note: {}", escape_control_chars(told));
     }
     let (fullest, dump) = outputs;
-    outcome.trial.edges = fullest.edges();
+    outcome.trial.edges = fullest.into_edges();
     let vcd = dump.map_or(Ok(()), Dump::close);
     let closed = recorder
-        .edges(&outcome.trial.edges)
+        .record_edges(&outcome.trial.edges)
         .and_then(|()| recorder.finish(&outcome.trial.counters, outcome.trial.duration_s));
     let ended = outcome.error.map_or(Ok(()), |error| Err(error.into()));
     let ended: anyhow::Result<()> = ended.and(shown).and(closed.map_err(Into::into));
@@ -154,10 +155,10 @@ pub fn perform(
     let lost = vcd.and(write_header(dir, &record));
     record.ending = match (&ended, &lost) {
         (Ok(()), Ok(())) => Ending::complete(),
-        (Ok(()), Err(lost)) => Ending::complete_but(lost.to_string()),
+        (Ok(()), Err(lost)) => Ending::complete_with_loss(lost.to_string()),
         (Err(error), _) => Ending::cut_short(format!("{error:#}"), super::exit_code(error)),
     };
-    let (report, lost) = match interrupt::close(dir, &mut record) {
+    let (report, lost) = match interrupt::close_record(dir, &mut record) {
         Ok(path) => (Some(path), lost),
         Err(error) => (None, lost.and(Err(error))),
     };
@@ -177,30 +178,30 @@ impl RunResult {
     ///
     /// # Errors
     /// What went wrong.
-    pub fn tell(self, output: Output) -> anyhow::Result<()> {
-        let result = self.machines();
-        let people = self.people();
+    pub fn print(self, output: Output) -> anyhow::Result<()> {
+        let result = self.to_json();
+        let people = self.to_text();
         let Err(error) = self.ended else {
-            return output.say(|| people, || result);
+            return output.print(|| people, || result);
         };
         if !output.json {
             super::print_line(&people)?;
         }
-        super::lies_in(self.place.dir());
+        super::print_record_place(self.place.dir());
         Err(Incomplete { error, result }.into())
     }
 
     /// For machines.
-    pub fn machines(&self) -> serde_json::Value {
+    pub fn to_json(&self) -> serde_json::Value {
         let trial = self.record.trials.last();
-        let rmse = trial.and_then(metrics_but_lag).map(|m| m.rmse_deg);
+        let rmse = trial.and_then(metrics_without_lag).map(|m| m.rmse_deg);
         let silent = trial.and_then(|trial| trial.silent.clone());
         let pulses = trial.and_then(|trial| trial.pulses);
         serde_json::json!({
             "no_pulse_was_played": silent, "pulses": pulses, "image": self.image,
             "title": self.record.title, "device": self.record.device_in_words(),
             "seed": self.record.seed, "rmse_deg": rmse,
-            "hits": trial.map(hits), "forces": trial.map(force_metrics),
+            "hits": trial.map(wall_contacts), "forces": trial.map(force_metrics),
             "limit_cycles": trial.map(|trial| limit_cycles(trial).count()),
             "force_limiting_share": trial.and_then(force_limiting_share),
             "refused": self.refused, "report": self.report, "record": self.place.dir(),
@@ -208,19 +209,19 @@ impl RunResult {
         })
     }
 
-    fn people(&self) -> String {
+    fn to_text(&self) -> String {
         let mut lines = Vec::new();
         let mut told = Vec::new();
         for trial in &self.record.trials {
             let silence = trial.silent.iter();
             lines.extend(silence.map(|why| format!("no pulse was played: {why}")));
-            if let Some(m) = metrics_but_lag(trial) {
+            if let Some(m) = metrics_without_lag(trial) {
                 told = vec![format!("RMSE {:.2}°", m.rmse_deg)];
             }
             let cycles = limit_cycles(trial);
             lines.extend(cycles.map(|(t_s, what)| format!("limit cycle at {t_s:.1} s: {what}")));
-            lines.extend(hits(trial).iter().map(in_words));
-            lines.extend(force_metrics(trial).iter().map(followed));
+            lines.extend(wall_contacts(trial).iter().map(wall_contact_text));
+            lines.extend(force_metrics(trial).iter().map(force_tracking_text));
             lines.extend(force_remarks(trial));
         }
         told.extend((self.refused > 0).then(|| format!("{} refused", self.refused)));
@@ -228,7 +229,7 @@ impl RunResult {
         told.extend(page.map(|path| format!("report: {}", path.display())));
         lines.push(format!(
             "{}: {}",
-            visible(&self.record.title),
+            escape_control_chars(&self.record.title),
             told.join("; ")
         ));
         lines.join("\n")
@@ -236,7 +237,7 @@ impl RunResult {
 }
 
 /// A board has a real trigger input: what is said of simulated edges then.
-fn ignored_trigger(session: &Session, port: &mut dyn Port) -> Option<&'static str> {
+fn trigger_warning(session: &Session, port: &mut dyn Port) -> Option<&'static str> {
     let is_ignored = session.trigger.is_some() && port.world().is_none();
     is_ignored.then_some(
         "[simulated_trigger] is for devices simulated by this program: this one's own trigger \
@@ -245,17 +246,17 @@ fn ignored_trigger(session: &Session, port: &mut dyn Port) -> Option<&'static st
 }
 
 /// How a force was followed, for people.
-fn followed(force: &ForceMetrics) -> String {
+fn force_tracking_text(force: &ForceMetrics) -> String {
     let followed = format!(
         "channel {}: predicted force within {:.3} N (RMSE) of the wanted, {:.3} N at most; it \
          asked for up to {:.1} N",
         force.channel, force.rmse_n, force.max_abs_n, force.peak_n,
     );
-    followed + &force.gap.map(limited).unwrap_or_default()
+    followed + &force.gap.map(force_gap_text).unwrap_or_default()
 }
 
 /// Where forces were wanted that cannot be given, for people.
-fn limited(gap: GapMetrics) -> String {
+fn force_gap_text(gap: GapMetrics) -> String {
     format!(
         "; {:.0} % of the time it wanted forces between {} and {} N, which its limits \
          cannot give, and got the nearer of the two (a lower `force.min_frequency_hz` narrows this)",
@@ -266,7 +267,7 @@ fn limited(gap: GapMetrics) -> String {
 }
 
 /// A hit of a virtual wall, for people.
-fn in_words(hit: &WallContact) -> String {
+fn wall_contact_text(hit: &WallContact) -> String {
     let place = if hit.deepest_deg > 0.0 {
         "inside the wall"
     } else {

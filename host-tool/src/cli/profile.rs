@@ -1,7 +1,7 @@
 //! `flexor profile`: what a session costs the flashed image, cycle by cycle.
 
 use super::chip::Prefetched;
-use super::{Output, interrupt, within};
+use super::{Output, check_range, interrupt};
 use clap::Args;
 use hal_sim::chip::board::CYCLES_PER_US;
 use hal_sim::chip::profile::{Owner, exception};
@@ -39,15 +39,15 @@ pub struct ProfileArgs {
 pub fn main(args: &ProfileArgs, output: Output) -> anyhow::Result<()> {
     let mut file = SessionFile::load(&args.session)?;
     if let Some(seconds) = args.seconds {
-        within("--seconds", seconds, 0.05, 3600.0)?;
+        check_range("--seconds", seconds, 0.05, 3600.0)?;
     }
-    output.settle(&mut file.session)?;
+    output.settle_models(&mut file.session)?;
     if let Some(seconds) = args.seconds {
         file.session.duration_us = (seconds * 1e6).round() as u64;
     }
     let image = chip_image(args.image.as_deref())?;
     let bar = output.bar(&file.session.title);
-    let interruption = interrupt::heed()?;
+    let interruption = interrupt::catch_signals()?;
     let watch = interruptible(&interruption, |part| bar.set(part));
     let clock = ProcessorClock::start();
     let prefetched = args.prefetched.into();
@@ -55,9 +55,9 @@ pub fn main(args: &ProfileArgs, output: Output) -> anyhow::Result<()> {
     bar.finish();
     let profiled = profiled?;
     let title = &file.session.title;
-    output.say(
+    output.print(
         || table(title, &profiled, args),
-        || machine(title, &profiled, args.prefetched),
+        || json_report(title, &profiled, args.prefetched),
     )?;
     Ok(())
 }
@@ -82,7 +82,7 @@ fn table(title: &str, found: &Profiled, args: &ProfileArgs) -> String {
     out.push_str(&format!(
         "simulated, by processor time: {:.1} million instructions/s, {:.1} x real time\n\n",
         found.mips(),
-        found.times_real_time()
+        found.real_time_factor()
     ));
     write_owners(out, found);
     write_lines(out, found);
@@ -182,13 +182,13 @@ fn write_functions(out: &mut String, found: &Profiled, most: usize) {
         out.push_str(&format!(
             "{:>13} {part:>6.2} %  {}\n",
             cost.cycles,
-            last(name, 55)
+            last_chars(name, 55)
         ));
     }
 }
 
 /// The last `most` characters, which say more of a path than its first.
-fn last(name: &str, most: usize) -> String {
+fn last_chars(name: &str, most: usize) -> String {
     let count = name.chars().count();
     if count <= most {
         return name.to_owned();
@@ -197,7 +197,7 @@ fn last(name: &str, most: usize) -> String {
     format!("…{end}")
 }
 
-fn machine(title: &str, found: &Profiled, prefetched: Prefetched) -> Value {
+fn json_report(title: &str, found: &Profiled, prefetched: Prefetched) -> Value {
     let summary = &found.summary;
     let owners: serde_json::Map<_, _> = Owner::ALL
         .iter()
@@ -233,7 +233,7 @@ fn machine(title: &str, found: &Profiled, prefetched: Prefetched) -> Value {
             "instructions": found.booted.instructions,
         },
         "million_instructions_per_s": found.mips(),
-        "times_real_time": found.times_real_time(),
+        "times_real_time": found.real_time_factor(),
         "functions": functions.collect::<Vec<_>>(),
     })
 }

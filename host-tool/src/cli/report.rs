@@ -1,12 +1,12 @@
 //! `flexor report`: the page of a record, made again.
 
-use super::{Output, wrong};
+use super::{Output, usage_error};
 use clap::Args;
 use host_core::record::{Place, Run, load};
 use host_core::report::{self, Report};
 use std::io::ErrorKind;
 use std::path::PathBuf;
-use studies::laboratory::{Experiment, LaboratoryError, renew};
+use studies::laboratory::{Experiment, LaboratoryError, rebuild_page};
 
 /// Write page and summary of a record, experiment or sweep again
 ///
@@ -24,23 +24,25 @@ pub fn main(args: &ReportArgs, output: Output) -> anyhow::Result<()> {
     // An experiment's record that lost its run.json still has its declaration.
     let is_result = has("sweep.json") || (has("result.json") && !has("declaration.toml"));
     if is_result && !has("run.json") {
-        return alone(args, output);
+        return renew_result_page(args, output);
     }
     load(&args.record)?; // what is no record gets no lock
-    let _place = Place::existing(&args.record)?;
+    let _place = Place::open_existing(&args.record)?;
     // Its writer may have ended in between.
     let run = load(&args.record)?;
-    let page = report::write(&args.record, &Report::of(&run))?;
-    let result = renew(&args.record, &run.trials)?;
+    let page = report::write(&args.record, &Report::from_run(&run))?;
+    let result = rebuild_page(&args.record, &run.trials)?;
     let complete = !run.ending.is_incomplete();
-    let damaged = run.damaged(&args.record).map(|error| error.to_string());
-    let damaged = damaged.or_else(|| changed(args, &run, result.is_some()));
+    let damaged = run
+        .damage_error(&args.record)
+        .map(|error| error.to_string());
+    let damaged = damaged.or_else(|| change_warning(args, &run, result.is_some()));
     let mark = match &damaged {
         Some(_) => " (damaged)",
         None if !complete => " (incomplete)",
         None => "",
     };
-    output.say(
+    output.print(
         || {
             let made = format!("{}{mark}: {}", run.title, page.display());
             let more = result.iter().map(|path| path.display().to_string());
@@ -59,9 +61,9 @@ pub fn main(args: &ReportArgs, output: Output) -> anyhow::Result<()> {
 }
 
 /// What of an experiment's record is not as it was made.
-fn changed(args: &ReportArgs, run: &Run, has_result: bool) -> Option<String> {
+fn change_warning(args: &ReportArgs, run: &Run, has_result: bool) -> Option<String> {
     let plan = run.plan.as_ref().filter(|plan| !plan.declared.is_empty())?;
-    let kept = Experiment::kept(&args.record, &plan.declared);
+    let kept = Experiment::from_record(&args.record, &plan.declared);
     let lacks = !has_result && !run.ending.is_incomplete();
     let file = || args.record.join("result.json").display().to_string();
     let lacks = lacks.then(|| LaboratoryError::File(file(), ErrorKind::NotFound.into()));
@@ -70,15 +72,15 @@ fn changed(args: &ReportArgs, run: &Run, has_result: bool) -> Option<String> {
 
 /// Of a sweep or a study of drawn participants, which record no trial: the result's page
 /// alone.
-fn alone(args: &ReportArgs, output: Output) -> anyhow::Result<()> {
-    let _place = Place::existing(&args.record)?;
-    let Some(page) = renew(&args.record, &[])? else {
-        return wrong(format!(
+fn renew_result_page(args: &ReportArgs, output: Output) -> anyhow::Result<()> {
+    let _place = Place::open_existing(&args.record)?;
+    let Some(page) = rebuild_page(&args.record, &[])? else {
+        return usage_error(format!(
             "{} holds a sweep without a result: the command that began it goes on with it",
             args.record.display()
         ));
     };
-    output.say(
+    output.print(
         || page.display().to_string(),
         || serde_json::json!({ "result": page, "error": null }),
     )

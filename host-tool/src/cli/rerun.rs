@@ -16,7 +16,7 @@ use host_core::record::{
 use host_core::run::{DeviceName, Keys, SessionFile};
 use host_core::session::{KEPT_AS, LawName};
 use std::path::{Path, PathBuf};
-use studies::laboratory::{compared, differs};
+use studies::laboratory::{compared_files, differs};
 
 /// Repeat a simulated run from its record and compare the results
 #[derive(Args, Debug)]
@@ -57,13 +57,14 @@ enum RerunError {
 pub fn main(args: &Rerun, output: Output) -> anyhow::Result<()> {
     let dir = args.record.as_path();
     let record = load(dir)?;
-    args.out.apart_from(std::slice::from_ref(&args.record))?;
-    has_its_files(dir, &record)?;
-    if let Some(damaged) = record.damaged(dir) {
+    args.out
+        .check_not_record(std::slice::from_ref(&args.record))?;
+    check_source_files(dir, &record)?;
+    if let Some(damaged) = record.damage_error(dir) {
         return Err(damaged.into());
     }
-    let plan = planned(dir, &record)?;
-    let now = Program::this();
+    let plan = repeatable_plan(dir, &record)?;
+    let now = Program::current();
     if now != record.program {
         let (then, now) = (record.program.words(), now.words());
         eprintln!("note: recorded by flexor {then}, repeated by {now}: results may differ");
@@ -71,30 +72,30 @@ pub fn main(args: &Rerun, output: Output) -> anyhow::Result<()> {
     let out = if args.out.is_given() {
         args.out.clone()
     } else {
-        OutArgs::to(beside(dir)?)
+        OutArgs::in_folder(rerun_folder(dir)?)
     };
-    let told = if let Some(again) = Demo::again(dir, &record, out.clone()) {
+    let told = if let Some(again) = Demo::from_record(dir, &record, out.clone()) {
         demo::carry_out(&again, output)?
-    } else if let Some(again) = ExperimentArgs::again(dir, &record, out.clone()) {
+    } else if let Some(again) = ExperimentArgs::from_record(dir, &record, out.clone()) {
         experiment::carry_out(&again, output)?
     } else {
-        let performed = session_again(dir, &record, &plan, &out, output)?;
+        let performed = rerun_session(dir, &record, &plan, &out, output)?;
         if performed.ended.is_err() && !record.ending.is_incomplete() {
-            return performed.tell(output);
+            return performed.print(output);
         }
         let (again, new) = (&performed.record, performed.place.dir());
         let told = CommandOutput {
             people: String::new(),
-            machines: performed.machines(),
+            machines: performed.to_json(),
         };
-        return tell((dir, &record), (new, again), told, output);
+        return print_comparison((dir, &record), (new, again), told, output);
     };
     let new = out.dir().context("E577 no folder")?;
-    tell((dir, &record), (new, &load(new)?), told, output)
+    print_comparison((dir, &record), (new, &load(new)?), told, output)
 }
 
 /// The plan of a record that can be repeated.
-fn planned(dir: &Path, record: &Run) -> Result<Plan, RerunError> {
+fn repeatable_plan(dir: &Path, record: &Run) -> Result<Plan, RerunError> {
     let dir = dir.to_owned();
     let identity = record.trials.iter().find_map(|t| t.identity.as_ref());
     if let Some(board) = identity.filter(|identity| identity.kind == DeviceKind::Board) {
@@ -113,7 +114,7 @@ fn planned(dir: &Path, record: &Run) -> Result<Plan, RerunError> {
 }
 
 /// That session and wearer files are those that were run.
-fn has_its_files(dir: &Path, record: &Run) -> Result<(), RerunError> {
+fn check_source_files(dir: &Path, record: &Run) -> Result<(), RerunError> {
     if !record.is_repeatable() || record.plan.is_none() {
         return Ok(()); // refused for that
     }
@@ -134,7 +135,7 @@ fn has_its_files(dir: &Path, record: &Run) -> Result<(), RerunError> {
 }
 
 /// Runs the session of a record again, as it was ordered.
-fn session_again(
+fn rerun_session(
     dir: &Path,
     record: &Run,
     plan: &Plan,
@@ -146,16 +147,16 @@ fn session_again(
         what,
     };
     let trial = record.trials.first().ok_or(unknown("what was run"))?;
-    let mut session = SessionFile::recorded(trial)?;
+    let mut session = SessionFile::from_trial(trial)?;
     if let Some(law) = &plan.law {
-        let law = LawName::named(law).ok_or(unknown("a law that this flexor knows"))?;
+        let law = LawName::from_name(law).ok_or(unknown("a law that this flexor knows"))?;
         session.session = session.session.with_law(law)?;
     }
-    if !choice::recall(&mut session.session, trial) {
-        output.settle(&mut session.session)?; // an older record
+    if !choice::restore_choice(&mut session.session, trial) {
+        output.settle_models(&mut session.session)?; // an older record
     }
     let kind = trial.identity.as_ref().map(|identity| identity.kind);
-    let device = kind.and_then(DeviceName::of);
+    let device = kind.and_then(DeviceName::from_kind);
     let device = device.ok_or(unknown("which device ran it"))?;
     let chip = ChipArgs::with_image(plan.image.then(|| dir.join("image.elf")));
     record.seed.ok_or(unknown("which seed it had"))?;
@@ -171,13 +172,13 @@ fn session_again(
         chip: &chip,
         vcd: vcd.as_deref(),
         replaces: out.overwrites(),
-        controls: Controls::Repeated(Keys::of(&trial.markers)),
+        controls: Controls::Repeated(Keys::from_markers(&trial.markers)),
     };
-    perform(&order, again, |title| out.place(title), output)
+    perform(&order, again, |title| out.claim_folder(title), output)
 }
 
 /// Says, after what the rerun itself has to say, how it compares.
-fn tell(
+fn print_comparison(
     (dir, record): (&Path, &Run),
     (new, again): (&Path, &Run),
     mut told: CommandOutput,
@@ -191,7 +192,10 @@ fn tell(
     told.machines["rerun_of"] = dir.display().to_string().into();
     told.machines["same"] = differs.is_none().into();
     if let Some(differs) = differs {
-        let (error, result) = (why(record, again, differs).into(), told.machines);
+        let (error, result) = (
+            difference_error(record, again, differs).into(),
+            told.machines,
+        );
         return Err(Incomplete { error, result }.into());
     }
     let rows: usize = record.trials.iter().map(|t| t.samples.len()).sum();
@@ -199,7 +203,7 @@ fn tell(
         true => "samples as far as the record goes".to_owned(),
         false => "samples and every edge".to_owned(),
     };
-    for file in compared(is_cut)
+    for file in compared_files(is_cut)
         .iter()
         .filter(|text| dir.join(text).is_file())
     {
@@ -210,11 +214,11 @@ fn tell(
     }
     let (dir, new) = (dir.display(), new.display());
     told.people += &format!("the same: {rows} {whole} of {dir}; the rerun is in {new}");
-    told.say(output)
+    told.print(output)
 }
 
 /// Why a rerun may differ from its record.
-fn why(record: &Run, again: &Run, differs: Difference) -> RerunError {
+fn difference_error(record: &Run, again: &Run, differs: Difference) -> RerunError {
     let same = record.program == again.program;
     let why = match record.program.modified {
         _ if !same => format!(
@@ -231,10 +235,10 @@ fn why(record: &Run, again: &Run, differs: Difference) -> RerunError {
 }
 
 /// A folder beside `dir` that is not there yet.
-fn beside(dir: &Path) -> Result<PathBuf, RecordError> {
+fn rerun_folder(dir: &Path) -> Result<PathBuf, RecordError> {
     let dir = dir.canonicalize().map_err(RecordError::io(dir))?;
     let name = dir.file_name().unwrap_or_default().to_string_lossy();
     let base = dir.parent().unwrap_or(Path::new("."));
-    let place = Place::fresh(base, &format!("{name}-rerun"), moment::now())?;
+    let place = Place::create_new(base, &format!("{name}-rerun"), moment::now())?;
     Ok(place.dir().to_owned())
 }

@@ -4,7 +4,7 @@ use super::chip::ChipArgs;
 use super::out::OutArgs;
 use super::perform::{Controls, Order, SEED, perform};
 use super::study::StudyArgs;
-use super::{Output, moment, watch, wrong};
+use super::{Output, moment, usage_error, watch};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use host_core::record::{Plan, Run};
@@ -49,7 +49,9 @@ pub struct RunArgs {
 pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
     let mut session = SessionFile::load(&args.session)?;
     let channels: Vec<u8> = session.session.channels.iter().map(|c| c.number).collect();
-    let study = args.study.over(&session.session.study, &channels)?;
+    let study = args
+        .study
+        .override_study(&session.session.study, &channels)?;
     if let (Some(worn), Some(said)) = (&session.session.worn, &study.pseudonym) {
         let name = &worn.wearer.name;
         anyhow::ensure!(
@@ -62,7 +64,7 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
         session.session = session.session.with_law(law)?;
     }
     if args.device.is_port() && (args.seed.is_some() || args.vcd.is_some()) {
-        return wrong(
+        return usage_error(
             "--seed and --vcd need --device native, chip or qemu: a device behind a port has its \
              own seed, and nobody sees its outputs",
         );
@@ -70,22 +72,22 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
     if let Some(vcd) = &args.vcd {
         let mut reads = vec![args.session.as_path()];
         reads.extend(args.chip.image());
-        args.out.beside(vcd, &reads)?;
+        args.out.check_vcd(vcd, &reads)?;
     }
     if args.watch && (output.json || !watch::has_terminal()) {
-        return wrong(
+        return usage_error(
             "--watch needs a terminal to show the session on and keys to press, and no --json; \
              without it flexor run records, and flexor monitor prints a line per second",
         );
     }
-    output.settle(&mut session.session)?;
+    output.settle_models(&mut session.session)?;
     let seed = (!args.device.is_port()).then_some(args.seed.unwrap_or(SEED));
     let plan = Plan {
         law: args.law.map(|law| law.name().to_owned()),
         acknowledge: args.acknowledge,
         vcd: args.vcd.is_some(),
         image: args.chip.image().is_some(),
-        ..Plan::of("run", &args.device.to_string())
+        ..Plan::new("run", &args.device.to_string())
     };
     let (title, device) = (&session.session.title, args.device.to_string());
     let mut record = Run::begin(title, &device, seed, plan, moment::now());
@@ -102,13 +104,13 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
             Controls::Repeated(Keys::default())
         },
     };
-    let performed = perform(&order, record, |title| args.out.place(title), output)?;
-    performed.tell(output)
+    let performed = perform(&order, record, |title| args.out.claim_folder(title), output)?;
+    performed.print(output)
 }
 
 /// The control laws by the names of session files.
 fn law() -> impl TypedValueParser<Value = LawName> {
     let names = LawName::ALL.map(|law| PossibleValue::new(law.name()).help(law.meaning()));
     PossibleValuesParser::new(names)
-        .try_map(|name| LawName::named(&name).ok_or("no law of this name"))
+        .try_map(|name| LawName::from_name(&name).ok_or("no law of this name"))
 }

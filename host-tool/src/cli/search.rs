@@ -2,11 +2,11 @@
 
 use super::perform::SEED;
 use super::typed::{Closed, TypedLines};
-use super::{Incomplete, Output, interrupt, wrong};
+use super::{Incomplete, Output, interrupt, usage_error};
 use clap::Args;
 use host_core::link::Error;
 use host_core::run::{DeviceName, SessionFile};
-use host_core::session::{Session, visible};
+use host_core::session::{Session, escape_control_chars};
 use serde_json::{Value, json};
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
@@ -37,10 +37,12 @@ pub fn main(args: &SearchArgs, output: Output) -> anyhow::Result<()> {
     let (file, session) = load(&args.file)?;
     let is_port = args.device.is_port();
     if is_port && args.seed.is_some() {
-        return wrong("--seed needs --device native, chip or qemu: a board's wearer has none");
+        return usage_error(
+            "--seed needs --device native, chip or qemu: a board's wearer has none",
+        );
     }
     let simulated = (!is_port).then_some(());
-    refuse(&args.file, mistakes(&file, &session, simulated.is_some()))?;
+    ensure_no_mistakes(&args.file, mistakes(&file, &session, simulated.is_some()))?;
     anyhow::ensure!(
         !is_port || std::io::stdin().is_terminal(),
         "E529 nobody is at the terminal to allow each raise on {}; search a board from a terminal",
@@ -48,9 +50,9 @@ pub fn main(args: &SearchArgs, output: Output) -> anyhow::Result<()> {
     );
     let seed = args.seed.unwrap_or(SEED);
     let mut port = args.device.open(&session, seed)?;
-    let interruption = interrupt::heed()?;
+    let interruption = interrupt::catch_signals()?;
     if !is_port {
-        say(
+        print_text(
             output,
             "Simulated: an assumed body, no evidence about people.\n",
         )?;
@@ -63,28 +65,28 @@ pub fn main(args: &SearchArgs, output: Output) -> anyhow::Result<()> {
     });
     for declared in &file.searches {
         let head = heading(declared, &session);
-        say(output, &head)?;
+        print_text(output, &head)?;
         let asked = Some(interruption.clone());
         let begun = OnDevice::start(port, &session, declared, &mut operator, asked, seed);
         let mut probe = match begun {
             Ok(probe) => probe,
-            Err(error) => return Err(incomplete(error, told)),
+            Err(error) => return Err(incomplete_error(error, told)),
         };
         let finding = search(declared, &mut probe, |step| {
-            let _ = say(output, &row(step)); // a reader that has gone misses nothing
+            let _ = print_text(output, &row(step)); // a reader that has gone misses nothing
         });
         let stopped = probe.stop();
-        say(output, &conclusion(declared, &session, &finding))?;
+        print_text(output, &conclusion(declared, &session, &finding))?;
         if let Some(list) = told["searches"].as_array_mut() {
-            list.push(machines(declared, &session, &finding));
+            list.push(json_report(declared, &session, &finding));
         }
-        if let Some(error) = early(finding) {
-            return Err(incomplete(error, told));
+        if let Some(error) = early_end_error(finding) {
+            return Err(incomplete_error(error, told));
         }
-        port = stopped.map_err(|error| incomplete(error, told.clone()))?;
+        port = stopped.map_err(|error| incomplete_error(error, told.clone()))?;
     }
     match output.json {
-        true => output.say(String::new, || told),
+        true => output.print(String::new, || told),
         false => Ok(()),
     }
 }
@@ -100,7 +102,7 @@ fn load(path: &Path) -> anyhow::Result<(SearchFile, Session)> {
     let file = match SearchFile::parse(&text) {
         Ok(file) => file,
         Err(told) => {
-            refuse(path, told)?;
+            ensure_no_mistakes(path, told)?;
             unreachable!("a refused file has mistakes")
         }
     };
@@ -122,8 +124,8 @@ fn mistakes(file: &SearchFile, session: &Session, is_simulated: bool) -> Vec<Str
     };
     let mut told = Vec::new();
     for (search, number) in file.searches.iter().zip(1..) {
-        let declared = search.declared();
-        let mut beyond = search.beyond(limit_of);
+        let declared = search.declaration();
+        let mut beyond = search.limit_violations(limit_of);
         if is_simulated && declared.kind.is_rated() && declared.simulated_rating.is_none() {
             beyond.push("simulated_rating is missing: no person rates a simulated device".into());
         }
@@ -133,7 +135,7 @@ fn mistakes(file: &SearchFile, session: &Session, is_simulated: bool) -> Vec<Str
     told
 }
 
-fn refuse(path: &Path, mistakes: Vec<String>) -> anyhow::Result<()> {
+fn ensure_no_mistakes(path: &Path, mistakes: Vec<String>) -> anyhow::Result<()> {
     anyhow::ensure!(
         mistakes.is_empty(),
         "E527 {}: {}",
@@ -143,7 +145,7 @@ fn refuse(path: &Path, mistakes: Vec<String>) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn say(output: Output, text: &str) -> anyhow::Result<()> {
+fn print_text(output: Output, text: &str) -> anyhow::Result<()> {
     match output.json {
         true => Ok(()),
         false => super::print_line(&super::printable(text)),
@@ -151,13 +153,13 @@ fn say(output: Output, text: &str) -> anyhow::Result<()> {
 }
 
 /// Why a search failed, with what is known.
-fn incomplete(error: impl Into<anyhow::Error>, result: Value) -> anyhow::Error {
+fn incomplete_error(error: impl Into<anyhow::Error>, result: Value) -> anyhow::Error {
     let error = error.into();
     Incomplete { error, result }.into()
 }
 
 /// What a search that ended before its time makes the command fail with.
-fn early(finding: Finding<DeviceError>) -> Option<anyhow::Error> {
+fn early_end_error(finding: Finding<DeviceError>) -> Option<anyhow::Error> {
     let reached = finding.low;
     match finding.ended {
         SearchEnd::Found | SearchEnd::Limit => None,
@@ -186,13 +188,15 @@ fn unit(search: &Search, session: &Session) -> &'static str {
 
 fn heading(search: &Search, session: &Session) -> String {
     let named = search.sites().iter().map(|site| {
-        let name = session.channel(site.channel - 1).map(|c| visible(&c.name));
+        let name = session
+            .channel(site.channel - 1)
+            .map(|c| escape_control_chars(&c.name));
         format!("{} ({})", site.channel, name.unwrap_or_default())
     });
     let channels: Vec<String> = named.collect();
     let line = format!(
         "{}: channel {}, levels in {}",
-        search.declared().kind.name(),
+        search.declaration().kind.name(),
         channels.join(" + "),
         match unit(search, session) {
             PART => "parts of max",
@@ -228,7 +232,7 @@ fn conclusion<E>(search: &Search, session: &Session, finding: &Finding<E>) -> St
     let (unit, low) = (unit(search, session), finding.low);
     let found = match (finding.value, finding.high) {
         (Some(value), Some(high)) => {
-            let set = finding.to_set(search).unwrap_or_default();
+            let set = finding.level_to_set(search).unwrap_or_default();
             format!("{value} {unit}, between {low} and {high}; set {set} {unit}")
         }
         _ => format!("not found up to {low} {unit}"),
@@ -237,7 +241,7 @@ fn conclusion<E>(search: &Search, session: &Session, finding: &Finding<E>) -> St
     format!("{found}; {presentations} presentations, {pulses} pulses\n")
 }
 
-fn machines<E>(search: &Search, session: &Session, finding: &Finding<E>) -> Value {
+fn json_report<E>(search: &Search, session: &Session, finding: &Finding<E>) -> Value {
     let trail = finding.trail.iter().map(|step| {
         let answer = match step.answer {
             Answer::Measured(v) => json!({ "deviation_deg": v.deviation, "bound_deg": v.bound }),
@@ -257,9 +261,9 @@ fn machines<E>(search: &Search, session: &Session, finding: &Finding<E>) -> Valu
     };
     let channels: Vec<u8> = search.sites().iter().map(|site| site.channel).collect();
     json!({
-        "kind": search.declared().kind.name(), "channels": channels,
+        "kind": search.declaration().kind.name(), "channels": channels,
         "unit": unit(search, session), "value": finding.value, "low": finding.low,
-        "high": finding.high, "set": finding.to_set(search), "ended": ended,
+        "high": finding.high, "set": finding.level_to_set(search), "ended": ended,
         "presentations": finding.trail.len(), "pulses": finding.pulses,
         "false_alarm": search.false_alarm(), "trail": trail.collect::<Vec<_>>(),
     })
@@ -274,19 +278,19 @@ struct Terminal {
 
 impl Operator for Terminal {
     fn ask(&mut self, question: Question) {
-        self.typed.get_or_insert_with(TypedLines::begin).forget();
+        self.typed.get_or_insert_with(TypedLines::start).discard();
         prompt(question);
         self.asked = Some(question);
     }
 
     fn reply(&mut self) -> Option<u8> {
         let question = self.asked?;
-        let line = match self.typed.as_ref()?.line() {
+        let line = match self.typed.as_ref()?.next_line() {
             Ok(line) => line?,
             // Nobody is there any more: nothing is allowed, everything is too much.
-            Err(Closed) => return Some(most_careful(question)),
+            Err(Closed) => return Some(safest_answer(question)),
         };
-        let reply = understood(question, &line);
+        let reply = parse_answer(question, &line);
         if reply.is_none() {
             prompt(question);
         }
@@ -299,7 +303,7 @@ fn prompt(question: Question) {
     eprint!("{question} {answers}");
 }
 
-const fn most_careful(question: Question) -> u8 {
+const fn safest_answer(question: Question) -> u8 {
     match question {
         Question::Raise(..) => 0,
         Question::Rating(_) | Question::Moved(_) => question.most(),
@@ -307,7 +311,7 @@ const fn most_careful(question: Question) -> u8 {
 }
 
 /// What a line says to a question; nothing if it says nothing.
-fn understood(question: Question, line: &str) -> Option<u8> {
+fn parse_answer(question: Question, line: &str) -> Option<u8> {
     match (question.most(), line.trim()) {
         (1, "y" | "yes") => Some(1),
         (1, "n" | "no") => Some(0),
@@ -326,15 +330,15 @@ mod tests {
             Question::Raise(Milli(1), Milli(2)),
             Question::Rating(Milli(2)),
         );
-        assert_eq!(understood(raise, " yes\n"), Some(1));
-        assert_eq!(understood(raise, "n"), Some(0));
+        assert_eq!(parse_answer(raise, " yes\n"), Some(1));
+        assert_eq!(parse_answer(raise, "n"), Some(0));
         for unclear in ["", "1", "ja", "ye"] {
-            assert_eq!(understood(raise, unclear), None, "{unclear}");
+            assert_eq!(parse_answer(raise, unclear), None, "{unclear}");
         }
-        assert_eq!(understood(rating, "10"), Some(10));
+        assert_eq!(parse_answer(rating, "10"), Some(10));
         for unclear in ["", "y", "11", "-1", "3.5"] {
-            assert_eq!(understood(rating, unclear), None, "{unclear}");
+            assert_eq!(parse_answer(rating, unclear), None, "{unclear}");
         }
-        assert_eq!((most_careful(raise), most_careful(rating)), (0, 10));
+        assert_eq!((safest_answer(raise), safest_answer(rating)), (0, 10));
     }
 }

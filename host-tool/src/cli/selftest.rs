@@ -3,7 +3,7 @@
 use super::chip::Prefetched;
 use super::keep_alives::{self, KeepAliveOptions};
 use super::on_bench::{self, BenchOptions};
-use super::{Output, interrupt, wrong};
+use super::{Output, interrupt, usage_error};
 use crate::selftest::{
     Distribution, FullLoad, Latency, Path, Subject, full_load, latency, silence, soak,
 };
@@ -63,13 +63,17 @@ pub fn main(args: &Selftest, output: Output) -> anyhow::Result<()> {
     }
     match args.device {
         DeviceName::Native if args.prefetched.is_some() || args.image.is_some() => {
-            wrong("--image and --prefetched need --device chip")
+            usage_error("--image and --prefetched need --device chip")
         }
-        DeviceName::Chip if args.minutes.is_some() => wrong("--minutes needs --device native"),
-        DeviceName::Chip if args.full_load.is_some() => wrong("--full-load needs --device native"),
+        DeviceName::Chip if args.minutes.is_some() => {
+            usage_error("--minutes needs --device native")
+        }
+        DeviceName::Chip if args.full_load.is_some() => {
+            usage_error("--full-load needs --device native")
+        }
         DeviceName::Native => on_native(args, output),
         DeviceName::Chip => on_chip(args, output),
-        _ => wrong(format!(
+        _ => usage_error(format!(
             "--device is {}: a selftest knows native and chip",
             args.device
         )),
@@ -83,14 +87,14 @@ fn on_chip(args: &Selftest, output: Output) -> anyhow::Result<()> {
     let chip = Subject::Chip(&image, args.prefetched.unwrap_or_default().into());
     let direct = latency(chip, Path::Direct, arrivals, args.seed)?;
     let control = latency(chip, Path::Control, arrivals.div_ceil(4), args.seed)?;
-    output.say(
+    output.print(
         || {
             let mut text = String::new();
             histogram(&mut text, "direct amplitude", &direct);
             histogram(&mut text, "through control law", &control);
             text.trim_end().to_owned()
         },
-        || json!({ "device": "chip", "direct": machine(&direct), "control": machine(&control) }),
+        || json!({ "device": "chip", "direct": latency_json(&direct), "control": latency_json(&control) }),
     )?;
     let (device_us, whole_us) = CHIP_BOUNDS_US;
     let holds = direct.unseen + control.unseen == 0
@@ -139,7 +143,7 @@ fn histogram(out: &mut String, name: &str, found: &Latency) {
     out.push('\n');
 }
 
-fn machine(found: &Latency) -> Value {
+fn latency_json(found: &Latency) -> Value {
     let distribution = |of: &Distribution| {
         json!({
             "best_us": of.best_us, "worst_us": of.worst_us,
@@ -154,9 +158,9 @@ fn machine(found: &Latency) -> Value {
 }
 
 /// Ten channels, setpoints and telemetry as fast as they come.
-fn under_load(minutes: u64, seed: u64, output: Output) -> anyhow::Result<FullLoad> {
+fn run_full_load(minutes: u64, seed: u64, output: Output) -> anyhow::Result<FullLoad> {
     if !(1..=24 * 60).contains(&minutes) {
-        return wrong(format!(
+        return usage_error(format!(
             "--full-load is {minutes}: allowed is 1 to 1440 minutes"
         ));
     }
@@ -167,7 +171,7 @@ fn under_load(minutes: u64, seed: u64, output: Output) -> anyhow::Result<FullLoa
 }
 
 /// At most 80 columns.
-fn load_told(load: &FullLoad) -> String {
+fn load_text(load: &FullLoad) -> String {
     format!(
         "full load of {} s from 60 s before the clock wraps, 10 channels at 200 Hz:\n\
          \u{20} {} setpoints at 1 kHz, {} not acknowledged\n\
@@ -193,7 +197,7 @@ fn load_told(load: &FullLoad) -> String {
     )
 }
 
-fn load_machine(load: &FullLoad) -> Value {
+fn load_json(load: &FullLoad) -> Value {
     json!({
         "seconds": load.seconds, "setpoints": load.setpoints,
         "unacknowledged": load.unacknowledged, "samples": load.samples,
@@ -206,10 +210,10 @@ fn load_machine(load: &FullLoad) -> Value {
 
 fn on_native(args: &Selftest, output: Output) -> anyhow::Result<()> {
     if let Some(minutes) = args.full_load {
-        let load = under_load(minutes, args.seed, output)?;
-        output.say(
-            || load_told(&load),
-            || json!({ "full_load": load_machine(&load) }),
+        let load = run_full_load(minutes, args.seed, output)?;
+        output.print(
+            || load_text(&load),
+            || json!({ "full_load": load_json(&load) }),
         )?;
         anyhow::ensure!(
             load.holds(),
@@ -239,8 +243,8 @@ fn on_native(args: &Selftest, output: Output) -> anyhow::Result<()> {
         bar.set(part)
     })?;
     bar.finish();
-    let load = under_load(2, args.seed, output)?;
-    output.say(
+    let load = run_full_load(2, args.seed, output)?;
+    output.print(
         || {
             format!(
                 "last byte -> earliest slot, worst (best), us:\n\
@@ -254,7 +258,7 @@ fn on_native(args: &Selftest, output: Output) -> anyhow::Result<()> {
                 direct.worst_phase_us, direct.device.best_us, direct.arrivals, control.worst_phase_us, control.device.best_us, control.arrivals,
                 soak.seconds, soak.pulses, soak.unasked,
                 soak.sent, soak.understood, soak.counted_lost, soak.is_accounted(),
-                soak.wire.lost, soak.wire.corrupted(), soak.stops, load_told(&load),
+                soak.wire.lost, soak.wire.corrupted(), soak.stops, load_text(&load),
             )
         },
         || {
@@ -267,7 +271,7 @@ fn on_native(args: &Selftest, output: Output) -> anyhow::Result<()> {
                 "soak_seconds": soak.seconds, "soak_pulses": soak.pulses, "soak_unasked": soak.unasked,
                 "soak_sent": soak.sent, "soak_understood": soak.understood, "soak_counted_lost": soak.counted_lost,
                 "soak_wire_lost": soak.wire.lost, "soak_wire_corrupted": soak.wire.corrupted(),
-                "soak_stops": soak.stops, "full_load": load_machine(&load),
+                "soak_stops": soak.stops, "full_load": load_json(&load),
             })
         },
     )?;

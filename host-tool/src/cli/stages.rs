@@ -1,13 +1,13 @@
 //! `flexor stages`: what output stages a board has, and storing it there.
 
-use super::{Output, interrupt, wrong};
+use super::{Output, interrupt, usage_error};
 use anyhow::Context;
 use clap::{Args, ValueEnum};
 use firmware::link::HelloInfo;
 use firmware::pulse::CHANNELS;
 use firmware::safety::{Origin, StageKind, StageSupply, StageTable, Stages, State};
 use host_core::link::{Connection, Port};
-use host_core::run::{DeviceName, option_bytes_told, stages_told};
+use host_core::run::{DeviceName, describe_option_bytes, describe_stages};
 use serde_json::json;
 use std::io::{BufRead, IsTerminal, Write};
 use std::thread::sleep;
@@ -62,16 +62,16 @@ pub fn main(args: &StagesArgs, output: Output) -> anyhow::Result<()> {
         None => None, // neither is without the other
     };
     if !args.device.is_port() {
-        return wrong(format!(
+        return usage_error(format!(
             "--device is {}: it has the stages its session declares; name a board's port",
             args.device
         ));
     }
-    let interruption = interrupt::heed()?;
+    let interruption = interrupt::catch_signals()?;
     let port = args.device.connect()?;
     let (mut client, info) = Connection::open_interruptible(port, Some(interruption))?;
     let Some((stages, supply)) = wanted else {
-        return say(&info, output);
+        return print_stages(&info, output);
     };
     let table = StageTable {
         origin: Origin::Owner,
@@ -83,36 +83,36 @@ pub fn main(args: &StagesArgs, output: Output) -> anyhow::Result<()> {
         "E538 the board is {:?}, and stores only when idle; stop it, or acknowledge its fault, first",
         info.state
     );
-    let will = stages_told(&Stages::Stored(table)).join("\n");
-    if !args.yes && !is_allowed(&args.device, &will)? {
-        return wrong("nothing was stored: say y at the question, or give --yes");
+    let will = describe_stages(&Stages::Stored(table)).join("\n");
+    if !args.yes && !ask_permission(&args.device, &will)? {
+        return usage_error("nothing was stored: say y at the question, or give --yes");
     }
     client.store_stages(stages, supply)?;
-    let info = again(&args.device, client.into_port())?;
+    let info = reconnect(&args.device, client.into_port())?;
     anyhow::ensure!(
         info.stages == Stages::Stored(table),
         "E539 the board restarted with other stages than were sent: {}; store them again",
-        stages_told(&info.stages).join(", ")
+        describe_stages(&info.stages).join(", ")
     );
-    say(&info, output)
+    print_stages(&info, output)
 }
 
-fn say(info: &HelloInfo, output: Output) -> anyhow::Result<()> {
-    let mut lines = stages_told(&info.stages);
+fn print_stages(info: &HelloInfo, output: Output) -> anyhow::Result<()> {
+    let mut lines = describe_stages(&info.stages);
     let options = info
         .option_bytes
-        .map_or_else(Vec::new, |found| option_bytes_told(&found));
+        .map_or_else(Vec::new, |found| describe_option_bytes(&found));
     lines.extend(options.iter().map(|line| format!("option bytes: {line}")));
-    output.say(
+    output.print(
         || lines.join("\n"),
         || json!({ "stages": info.stages, "unique_id": info.unique_id, "option_bytes": options }),
     )
 }
 
 /// Asks at the terminal.
-fn is_allowed(device: &DeviceName, will: &str) -> anyhow::Result<bool> {
+fn ask_permission(device: &DeviceName, will: &str) -> anyhow::Result<bool> {
     if !std::io::stdin().is_terminal() {
-        return wrong("nobody is at the terminal to allow it: give --yes");
+        return usage_error("nobody is at the terminal to allow it: give --yes");
     }
     eprint!("{device} will store\n{will}\nand restart. A false table makes wrong currents. y/N: ");
     std::io::stderr().flush().context("standard error")?;
@@ -122,7 +122,7 @@ fn is_allowed(device: &DeviceName, will: &str) -> anyhow::Result<bool> {
 }
 
 /// The board's greeting once it has restarted. The old port may be gone with it.
-fn again(device: &DeviceName, port: Box<dyn Port>) -> anyhow::Result<HelloInfo> {
+fn reconnect(device: &DeviceName, port: Box<dyn Port>) -> anyhow::Result<HelloInfo> {
     drop(port);
     let begin = Instant::now();
     loop {
@@ -143,7 +143,7 @@ fn parse(options: &[String]) -> anyhow::Result<[Option<StageKind>; CHANNELS]> {
     let mut stages = [None; CHANNELS];
     let mut mistakes = Vec::new();
     for option in options {
-        match stretch(option) {
+        match parse_range(option) {
             Err(mistake) => mistakes.push(format!("`{option}`: {mistake}")),
             Ok((channels, kind)) => {
                 for channel in channels {
@@ -165,12 +165,12 @@ fn parse(options: &[String]) -> anyhow::Result<[Option<StageKind>; CHANNELS]> {
     }
     match mistakes.is_empty() {
         true => Ok(stages),
-        false => wrong(format!("--store: {}", mistakes.join("; "))),
+        false => usage_error(format!("--store: {}", mistakes.join("; "))),
     }
 }
 
 /// "1-5=100mA".
-fn stretch(option: &str) -> Result<(std::ops::RangeInclusive<usize>, StageKind), String> {
+fn parse_range(option: &str) -> Result<(std::ops::RangeInclusive<usize>, StageKind), String> {
     let form = "write channels and full scale, as 1-5=100mA or 6=60V";
     let (channels, scale) = option.split_once('=').ok_or(form)?;
     let (first, last) = channels.split_once('-').unwrap_or((channels, channels));

@@ -32,7 +32,7 @@ impl StudyArgs {
     ///
     /// # Errors
     /// E518: an empty or too long text, an electrode of no channel.
-    pub fn over(&self, file: &Study, channels: &[u8]) -> Result<Study, WrongUse> {
+    pub fn override_study(&self, file: &Study, channels: &[u8]) -> Result<Study, WrongUse> {
         let mut study = file.clone();
         let texts = [
             ("--pseudonym", &self.pseudonym, &mut study.pseudonym),
@@ -42,7 +42,7 @@ impl StudyArgs {
         ];
         for (option, given, kept) in texts {
             if let Some(text) = given {
-                *kept = Some(checked(option, text)?);
+                *kept = Some(check_text(option, text)?);
             }
         }
         for given in &self.electrode {
@@ -53,7 +53,7 @@ impl StudyArgs {
                     "--electrode {given}: give CHANNEL=PLACE with a channel of the session"
                 )));
             };
-            let place = checked("--electrode", place)?;
+            let place = check_text("--electrode", place)?;
             study.electrodes.retain(|known| known.channel != channel);
             study.electrodes.push(Electrode { channel, place });
         }
@@ -62,7 +62,7 @@ impl StudyArgs {
     }
 }
 
-fn checked(option: &str, text: &str) -> Result<String, WrongUse> {
+fn check_text(option: &str, text: &str) -> Result<String, WrongUse> {
     if text.trim().is_empty() || text.chars().count() > LONGEST_TEXT {
         return Err(WrongUse(format!(
             "{option} must have 1 to {LONGEST_TEXT} characters"

@@ -1,14 +1,14 @@
 //! `flexor sweep`: an experiment's wearers on all cores, in shards if wanted.
 
-use super::drawn::{GOES_ON, say_shard};
-use super::outcome::claims;
-use super::{Output, WrongUse, drawn, interrupt, wrong};
+use super::drawn::{GOES_ON, print_shard_complete};
+use super::outcome::claims_text;
+use super::{Output, WrongUse, drawn, interrupt, usage_error};
 use clap::Args;
 use host_core::run::DeviceName;
 use interrupt::EndedBySignal;
 use std::path::PathBuf;
 use studies::catalog::{Entry, StudyRequest};
-use studies::experiments::named;
+use studies::experiments::load_experiment;
 use studies::laboratory::{DeviceCheck, MOST_DRAWS, Outcome, Shard, Sweep, merge};
 
 /// Run a study with many draws on all cores
@@ -56,54 +56,54 @@ pub fn main(args: &SweepArgs, output: Output) -> anyhow::Result<()> {
         device: &args.device,
         decided: (args.seed, args.draws),
     };
-    if let Some(entry) = Entry::asked(&asked).map_err(WrongUse)? {
-        return drawn::sweep(entry, &asked, (shard, &args.merge), &args.out, output);
+    if let Some(entry) = Entry::find(&asked).map_err(WrongUse)? {
+        return drawn::run_sweep(entry, &asked, (shard, &args.merge), &args.out, output);
     }
     if args.wearer.is_some() || args.device != DeviceName::Native {
-        return wrong(format!(
+        return usage_error(format!(
             "--wearer and --device do not belong to a sweep of {}",
             args.name
         ));
     }
-    let experiment = named(&args.name)?;
+    let experiment = load_experiment(&args.name)?;
     if !args.merge.is_empty() {
         let outcome = merge(&args.merge, &args.out, &experiment)?;
-        return say(args, output, &outcome);
+        return print_outcome(args, output, &outcome);
     }
     let draws = args.draws.unwrap_or(experiment.declaration.draws);
     if draws == 0 || experiment.units(draws) > MOST_DRAWS {
-        return wrong(format!(
+        return usage_error(format!(
             "--draws is {draws}, allowed are 1 to {MOST_DRAWS} over all points"
         ));
     }
     let seed = args.seed.unwrap_or(experiment.declaration.seed);
     let sweep = Sweep::new(&experiment, seed, draws, shard);
-    let interruption = interrupt::heed()?;
+    let interruption = interrupt::catch_signals()?;
     let _mine = sweep.place(&args.out)?;
     let bar = output.bar(&experiment.declaration.name);
     let mut done = 0.0;
     let swept = sweep.run(&experiment, &args.out, &[], &mut |part| {
         bar.set(part);
         done = part;
-        interruption.asked().is_none()
+        interruption.received_signal().is_none()
     })?;
     bar.finish();
-    if let (Some(signal), true) = (interruption.asked(), done < 1.0) {
+    if let (Some(signal), true) = (interruption.received_signal(), done < 1.0) {
         let percent = 100.0 * done;
         let when = format!("after {percent:.0} % of the sweep; {GOES_ON}");
         return Err(EndedBySignal(signal, when).into());
     }
     if let Some(checked) = swept.checked {
-        eprintln!("{}", in_words(checked));
+        eprintln!("{}", device_check_text(checked));
     }
     match swept.outcome {
-        Some(outcome) => say(args, output, &outcome),
-        None => say_shard(&format!("sweep {}", args.name), (shard, &args.out), output),
+        Some(outcome) => print_outcome(args, output, &outcome),
+        None => print_shard_complete(&format!("sweep {}", args.name), (shard, &args.out), output),
     }
 }
 
 /// What was drawn without the device, and how it compares.
-fn in_words(checked: DeviceCheck) -> String {
+fn device_check_text(checked: DeviceCheck) -> String {
     let DeviceCheck {
         units,
         whole,
@@ -119,10 +119,10 @@ fn in_words(checked: DeviceCheck) -> String {
     }
 }
 
-fn say(args: &SweepArgs, output: Output, outcome: &Outcome) -> anyhow::Result<()> {
+fn print_outcome(args: &SweepArgs, output: Output, outcome: &Outcome) -> anyhow::Result<()> {
     let page = args.out.join("result.html").display().to_string();
-    output.say(
-        || claims(outcome, &page),
+    output.print(
+        || claims_text(outcome, &page),
         || serde_json::json!({ "result": outcome, "page": page }),
     )
 }

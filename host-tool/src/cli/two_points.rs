@@ -2,11 +2,11 @@
 //! need to.
 
 use super::draw_cost::Cost;
-use super::{Output, drawn, wrong};
+use super::{Output, drawn, usage_error};
 use clap::Args;
 use std::path::PathBuf;
 use studies::hamana2022::{Cells, CellsRun, TWO_POINTS};
-use studies::laboratory::{Runnable, Shard, part_of};
+use studies::laboratory::{Runnable, Shard, read_shard};
 
 /// Judge the claims of Hamana 2022 on randomly generated forearms
 ///
@@ -43,33 +43,33 @@ const MOST: u64 = 100_000;
 /// # Errors
 /// Arguments out of range, a folder that cannot be written, a signal.
 pub fn main(args: &TwoPointsArgs, output: Output) -> anyhow::Result<()> {
-    args.exclude()?;
+    args.check_conflicts()?;
     if !args.merge.is_empty() {
         return merge(args, output);
     }
-    let Some(cells) = Cells::declared(args.cell)? else {
-        let most = Cells::declared(None)?.map_or(0, |cells| cells.count()) - 1;
+    let Some(cells) = Cells::load(args.cell)? else {
+        let most = Cells::load(None)?.map_or(0, |cells| cells.count()) - 1;
         let cell = args.cell.unwrap_or_default();
-        return wrong(format!("--cell is {cell}, allowed is 0 to {most}"));
+        return usage_error(format!("--cell is {cell}, allowed is 0 to {most}"));
     };
     let population = cells.population();
     let draws = args.draws.unwrap_or(population.draws);
     if draws == 0 || draws > MOST {
-        return wrong(format!("--draws is {draws}, allowed is 1 to {MOST}"));
+        return usage_error(format!("--draws is {draws}, allowed is 1 to {MOST}"));
     }
     if args.timing {
         let seed = args.seed.unwrap_or(population.seed);
         return Cost::main((args.cell, args.draws), seed, output);
     }
     let (shard, out) = (args.shard.unwrap_or(Shard::WHOLE), args.out.as_deref());
-    let study = CellsRun::asked(cells, (args.seed, Some(draws)));
+    let study = CellsRun::new(cells, (args.seed, Some(draws)));
     let _mine = out.map(|dir| study.place(dir, shard)).transpose()?;
     drawn::run(&study, (out, shard), (TWO_POINTS, TWO_POINTS), output)
 }
 
 impl TwoPointsArgs {
     /// Refuses what does not go together.
-    fn exclude(&self) -> anyhow::Result<()> {
+    fn check_conflicts(&self) -> anyhow::Result<()> {
         let has = [
             ("--cell", self.cell.is_some()),
             ("--draws", self.draws.is_some()),
@@ -79,7 +79,7 @@ impl TwoPointsArgs {
         ];
         let given = has.into_iter().find(|(_, is_given)| *is_given);
         if let (Some((option, _)), false) = (given, self.merge.is_empty()) {
-            return wrong(format!(
+            return usage_error(format!(
                 "--merge takes cell, draws and seed from the folders of its shards: leave out \
                  {option}"
             ));
@@ -90,10 +90,10 @@ impl TwoPointsArgs {
         ];
         let keeps = keeps.into_iter().find(|(_, is_given)| *is_given);
         match (keeps, &self.out, self.timing) {
-            (Some((option, _)), None, false) => wrong(format!(
+            (Some((option, _)), None, false) => usage_error(format!(
                 "{option} needs a folder to write in: add --out DIR"
             )),
-            (Some(_), _, true) | (_, Some(_), true) => wrong(
+            (Some(_), _, true) | (_, Some(_), true) => usage_error(
                 "--timing measures this computer and writes no result: leave out --shard and \
                  --out",
             ),
@@ -105,10 +105,10 @@ impl TwoPointsArgs {
 /// Joins shards, of the cells that they say.
 fn merge(args: &TwoPointsArgs, output: Output) -> anyhow::Result<()> {
     let (Some(first), Some(out)) = (args.merge.first(), args.out.as_deref()) else {
-        return wrong("--merge needs folders, and --out DIR");
+        return usage_error("--merge needs folders, and --out DIR");
     };
-    let first = part_of(first)?;
+    let first = read_shard(first)?;
     let decided = (Some(first.seed), Some(first.draws));
-    let study = CellsRun::asked(Cells::of(&first)?, decided);
-    drawn::join(&study, &args.merge, out, output)
+    let study = CellsRun::new(Cells::from_sweep(&first)?, decided);
+    drawn::merge_shards(&study, &args.merge, out, output)
 }

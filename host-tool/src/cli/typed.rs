@@ -9,7 +9,7 @@ pub struct TypedLines(Receiver<String>);
 
 impl TypedLines {
     /// Reads from now on.
-    pub fn begin() -> Self {
+    pub fn start() -> Self {
         let (to, typed) = channel();
         std::thread::spawn(move || {
             let lines = std::io::stdin().lock().lines();
@@ -21,7 +21,7 @@ impl TypedLines {
     }
 
     /// Forgets what was typed so far: it is no answer to what is asked next.
-    pub fn forget(&self) {
+    pub fn discard(&self) {
         while self.0.try_recv().is_ok() {}
     }
 
@@ -29,7 +29,7 @@ impl TypedLines {
     ///
     /// # Errors
     /// Nobody types any more.
-    pub fn line(&self) -> Result<Option<String>, Closed> {
+    pub fn next_line(&self) -> Result<Option<String>, Closed> {
         match self.0.try_recv() {
             Ok(line) => Ok(Some(line)),
             Err(TryRecvError::Empty) => Ok(None),

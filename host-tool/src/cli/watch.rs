@@ -1,11 +1,11 @@
 //! `flexor run --watch`: the session on the screen, hands on the controls.
 
 use super::interrupt;
-use crate::live::{Model, Shared, Watch, leave_unread, screen};
+use crate::live::{Model, Shared, Watch, discard_unread_output, run_screen};
 use anyhow::Context;
 use host_core::link::{Interruption, Port};
 use host_core::record::Recorder;
-use host_core::run::{Control, Outcome, Outputs, SessionFile, run_taken};
+use host_core::run::{Control, Outcome, Outputs, SessionFile, run_with_outputs};
 use std::io::{self, IsTerminal};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -35,14 +35,14 @@ pub fn play<P: Port>(
     let drawing = std::thread::spawn({
         let (shared, is_over) = (Arc::clone(&shared), Arc::clone(&is_over));
         move || {
-            let shown = screen(&shared, || is_over.load(Ordering::Acquire), || false);
+            let shown = run_screen(&shared, || is_over.load(Ordering::Acquire), || false);
             // Nobody can stop it by hand any more.
-            shared.control(Control::Stop);
+            shared.push_control(Control::Stop);
             shown
         }
     });
     let watch = Watch::new(&shared);
-    let (outcome, _) = run_taken(session, port, Some(recorder), watch, outputs);
+    let (outcome, _) = run_with_outputs(session, port, Some(recorder), watch, outputs);
     is_over.store(true, Ordering::Release);
     let begin = Instant::now();
     while !drawing.is_finished() && begin.elapsed() < FAREWELL {
@@ -55,12 +55,12 @@ pub fn play<P: Port>(
         // It hangs in a write, and so would whatever else is said there.
         false => {
             let _ = crossterm::terminal::disable_raw_mode();
-            leave_unread(Duration::ZERO);
+            discard_unread_output(Duration::ZERO);
             Err(io::ErrorKind::TimedOut.into())
         }
     };
     // Closed, it says so by a signal as well.
-    let shown = match (shown, interruption.asked()) {
+    let shown = match (shown, interruption.received_signal()) {
         (Err(_), Some(signal)) => {
             let ended = "and closed the terminal: the session was stopped then".to_owned();
             return (outcome, Err(interrupt::EndedBySignal(signal, ended).into()));

@@ -60,11 +60,11 @@ fn heading(channel: &Channel, value: f64, force: Option<f64>, width: usize) -> L
         "{value:.1} of {:.1} {}{}",
         channel.limit,
         channel.unit,
-        newtons(force)
+        force_text(force)
     );
     let room = width.saturating_sub(numbers.chars().count() + 1);
     let name = format!("{} {}", channel.number, channel.name);
-    Line::from(format!("{:<room$} {numbers}", cut(&name, room)))
+    Line::from(format!("{:<room$} {numbers}", truncate(&name, room)))
 }
 
 fn one_line(
@@ -78,9 +78,13 @@ fn one_line(
         format!("{:>2} ", channel.number)
     } else {
         let room = width / 4;
-        format!("{:>2} {:<room$} ", channel.number, cut(&channel.name, room))
+        format!(
+            "{:>2} {:<room$} ",
+            channel.number,
+            truncate(&channel.name, room)
+        )
     };
-    let numbers = format!("{value:>5.1} {:<2}{}", channel.unit, newtons(force));
+    let numbers = format!("{value:>5.1} {:<2}{}", channel.unit, force_text(force));
     let taken = name.chars().count() + numbers.chars().count() + 1;
     let mut spans = vec![Span::raw(name)];
     spans.extend(bar(
@@ -93,11 +97,11 @@ fn one_line(
     Line::from(spans)
 }
 
-fn newtons(force: Option<f64>) -> String {
+fn force_text(force: Option<f64>) -> String {
     force.map_or(String::new(), |n| format!(" {n:>4.1} N"))
 }
 
-fn cut(name: &str, width: usize) -> String {
+fn truncate(name: &str, width: usize) -> String {
     name.chars().take(width).collect()
 }
 

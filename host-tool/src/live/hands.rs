@@ -47,7 +47,7 @@ pub struct Hands {
 impl Hands {
     /// On these channels, from 1.
     #[must_use]
-    pub fn on(channels: Vec<u8>) -> Self {
+    pub fn new(channels: Vec<u8>) -> Self {
         let intensities = vec![100; channels.len()];
         Self {
             channels,
@@ -76,8 +76,8 @@ impl Hands {
         }
         match key.code {
             KeyCode::Char('q' | 'Q') | KeyCode::Esc => Some(Act::Control(Control::Stop)),
-            KeyCode::Char(' ') => self.space(key.kind, now),
-            KeyCode::Up => self.up(key.kind, now),
+            KeyCode::Char(' ') => self.press_space(key.kind, now),
+            KeyCode::Up => self.press_up(key.kind, now),
             KeyCode::Down => Some(Act::Control(Control::Lower(self.channel()?))),
             KeyCode::Left => {
                 self.selected = self.selected.saturating_sub(1);
@@ -96,7 +96,7 @@ impl Hands {
         }
     }
 
-    fn space(&mut self, kind: KeyEventKind, now: Instant) -> Option<Act> {
+    fn press_space(&mut self, kind: KeyEventKind, now: Instant) -> Option<Act> {
         let before = self.spaced.replace(now);
         if !self.is_paused {
             self.is_paused = true; // until the session says so itself
@@ -111,7 +111,7 @@ impl Hands {
         ))
     }
 
-    fn up(&mut self, kind: KeyEventKind, now: Instant) -> Option<Act> {
+    fn press_up(&mut self, kind: KeyEventKind, now: Instant) -> Option<Act> {
         let before = self.raised.replace(now);
         let is_held = before.is_some_and(|at| now.duration_since(at) < HELD);
         if is_held || kind == KeyEventKind::Repeat {
@@ -161,7 +161,7 @@ mod tests {
 
     impl Keyboard {
         fn new() -> Self {
-            let hands = Hands::on(vec![2, 5]);
+            let hands = Hands::new(vec![2, 5]);
             let now = Instant::now();
             Self { hands, now }
         }

@@ -14,7 +14,7 @@ pub enum Order {
 }
 
 /// What `key` orders. A raw terminal sends Ctrl-C as a key.
-pub fn order(key: KeyEvent) -> Option<Order> {
+pub fn order_for_key(key: KeyEvent) -> Option<Order> {
     if key.kind == KeyEventKind::Release {
         return None;
     }
@@ -34,7 +34,7 @@ mod tests {
     use super::*;
 
     fn pressed(code: KeyCode) -> Option<Order> {
-        order(KeyEvent::new(code, KeyModifiers::NONE))
+        order_for_key(KeyEvent::new(code, KeyModifiers::NONE))
     }
 
     #[test]
@@ -52,17 +52,23 @@ mod tests {
             assert_eq!(pressed(other), None);
         }
         let interrupt = KeyEvent::new(KeyCode::Char('c'), KeyModifiers::CONTROL);
-        assert_eq!(order(interrupt), Some(Order::Quit));
+        assert_eq!(order_for_key(interrupt), Some(Order::Quit));
     }
 
     #[test]
     fn a_held_key_stops_but_does_not_acknowledge_and_a_release_does_nothing() {
         let with = |code, kind| KeyEvent::new_with_kind(code, KeyModifiers::NONE, kind);
         assert_eq!(
-            order(with(KeyCode::Char(' '), KeyEventKind::Repeat)),
+            order_for_key(with(KeyCode::Char(' '), KeyEventKind::Repeat)),
             Some(Order::Stop)
         );
-        assert_eq!(order(with(KeyCode::Char('a'), KeyEventKind::Repeat)), None);
-        assert_eq!(order(with(KeyCode::Char(' '), KeyEventKind::Release)), None);
+        assert_eq!(
+            order_for_key(with(KeyCode::Char('a'), KeyEventKind::Repeat)),
+            None
+        );
+        assert_eq!(
+            order_for_key(with(KeyCode::Char(' '), KeyEventKind::Release)),
+            None
+        );
     }
 }

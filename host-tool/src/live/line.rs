@@ -6,7 +6,7 @@ use host_core::record::Sample;
 use serde_json::{Value, json as object};
 
 /// The state in one word.
-pub(super) fn word(state: State) -> &'static str {
+pub(super) fn state_word(state: State) -> &'static str {
     match state {
         State::Boot => "connecting",
         State::Idle => "idle",
@@ -18,13 +18,13 @@ pub(super) fn word(state: State) -> &'static str {
 }
 
 /// What is known, in one line; notes after the first `told` at its end.
-pub fn line(model: &Model, told: usize) -> String {
-    let mut text = format!("{:>7.2} s  {:<11}", model.t_s, word(model.state));
+pub fn status_text(model: &Model, told: usize) -> String {
+    let mut text = format!("{:>7.2} s  {:<11}", model.t_s, state_word(model.state));
     if let Some(Sample {
         target_deg,
         measured_deg,
         ..
-    }) = angles(model)
+    }) = current_angles(model)
     {
         for (name, angle) in [("target", target_deg), ("measured", measured_deg)] {
             text += &match angle {
@@ -49,16 +49,16 @@ pub fn line(model: &Model, told: usize) -> String {
         count.frames, count.lost, count.bad_frames, count.refused
     );
     if let Some(left) = &model.left {
-        text += &format!("  {}", left_in_words(left));
+        text += &format!("  {}", allowance_text(left));
     }
-    for note in fresh(model, told) {
+    for note in new_notes(model, told) {
         text += &format!("  | {:.2} s {}", note.t_s, note.text);
     }
     text
 }
 
 /// Time, and the charge of the channel that has least of it.
-pub fn left_in_words(left: &Left) -> String {
+pub fn allowance_text(left: &Left) -> String {
     let (minutes, seconds) = (left.time_ms / 60_000, left.time_ms / 1_000 % 60);
     let millicoulombs = f64::from(left.dose_uc) * 1e-3;
     let number = left.channel + 1;
@@ -66,8 +66,8 @@ pub fn left_in_words(left: &Left) -> String {
 }
 
 /// The same as JSON. What is not known now is null.
-pub fn json(model: &Model, told: usize) -> Value {
-    let joint = angles(model);
+pub fn status_json(model: &Model, told: usize) -> Value {
+    let joint = current_angles(model);
     let channels = model.channels.iter().enumerate().map(|(index, channel)| {
         object!({
             "number": channel.number, "name": channel.name, "unit": channel.unit,
@@ -75,14 +75,14 @@ pub fn json(model: &Model, told: usize) -> Value {
             "force_n": model.force_n(channel),
         })
     });
-    let notes = fresh(model, told)
+    let notes = new_notes(model, told)
         .map(|note| object!({ "t_s": note.t_s, "text": note.text, "bad": note.is_bad }));
     let fault = model.fault.map(|record| {
         object!({ "number": record.fault.number(), "name": format!("{:?}", record.fault) })
     });
     let count = &model.counters;
     object!({
-        "t_s": model.t_s, "state": word(model.state), "device": model.device,
+        "t_s": model.t_s, "state": state_word(model.state), "device": model.device,
         "kind": model.kind.map(|(kind, _)| format!("{kind:?}").to_lowercase()),
         "target_deg": joint.and_then(|s| s.target_deg),
         "measured_deg": joint.and_then(|s| s.measured_deg),
@@ -102,13 +102,13 @@ pub fn json(model: &Model, told: usize) -> Value {
 }
 
 /// The latest sample, if its angles mean something now.
-fn angles(model: &Model) -> Option<&Sample> {
+fn current_angles(model: &Model) -> Option<&Sample> {
     let is_known = model.has_joint && model.is_on();
     model.samples.back().filter(|_| is_known)
 }
 
 /// Notes after the first `told`, as far as they are kept.
-fn fresh(model: &Model, told: usize) -> impl Iterator<Item = &super::Note> {
+fn new_notes(model: &Model, told: usize) -> impl Iterator<Item = &super::Note> {
     let count = model.noted.saturating_sub(told);
     model
         .notes

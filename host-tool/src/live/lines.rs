@@ -15,7 +15,7 @@ const LOOK: Duration = Duration::from_millis(10);
 ///
 /// # Errors
 /// `out` cannot be written for another reason.
-pub fn lines(
+pub fn write_lines(
     shared: &Shared,
     out: &mut impl Write,
     describe: fn(&Model, usize) -> String,

@@ -22,15 +22,15 @@ mod work;
 
 pub use calibration::{
     InputLimiter, RawTerminal, ScreenState, SharedTerminal, State, TerminalOperator,
-    calibration_order, draw_calibration, early, sift,
+    calibration_order, draw_calibration, early_refusal, select_orders,
 };
 pub use hands::{Act, Hands};
-pub use keys::{Order, order};
-pub use line::{json, line};
-pub use lines::lines;
+pub use keys::{Order, order_for_key};
+pub use line::{status_json, status_text};
+pub use lines::write_lines;
 pub use model::{Channel, Model, Note};
-pub use screen::screen;
+pub use screen::run_screen;
 pub use shared::{Shared, Watch};
-pub use stream::{AT_ONCE, leave_unread, put};
+pub use stream::{AT_ONCE, discard_unread_output, write_available};
 pub use view::draw;
-pub use work::{Plan, work};
+pub use work::{Plan, run_plan};

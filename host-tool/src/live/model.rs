@@ -4,8 +4,8 @@ use super::Hands;
 use firmware::link::{Counters, Event, HelloInfo, Status};
 use firmware::safety::{FaultRecord, Left, State};
 use host_core::record::{DeviceKind, DeviceState, Marker, MarkerKind, Sample};
-use host_core::run::{Observation, SessionFile, device_kind, event};
-use host_core::session::visible;
+use host_core::run::{Observation, SessionFile, describe_event, device_kind};
+use host_core::session::escape_control_chars;
 use std::collections::VecDeque;
 
 /// Telemetry kept for the chart, s.
@@ -114,7 +114,7 @@ impl Model {
     }
 
     /// Takes in what a run's observer sees.
-    pub fn see(&mut self, seen: Observation<'_>) {
+    pub fn observe(&mut self, seen: Observation<'_>) {
         self.silent_s = 0.0;
         match seen {
             Observation::Hello(info) => self.greet(info),
@@ -131,7 +131,7 @@ impl Model {
     #[must_use]
     pub fn with_hands(mut self) -> Self {
         let channels = self.channels.iter().map(|channel| channel.number);
-        self.hands = Some(Hands::on(channels.collect()));
+        self.hands = Some(Hands::new(channels.collect()));
         self
     }
 
@@ -192,7 +192,7 @@ impl Model {
             text += &format!(" channel {channel}: {percent} %");
         }
         if !marker.text.is_empty() {
-            text += &format!(": {}", visible(&marker.text));
+            text += &format!(": {}", escape_control_chars(&marker.text));
         }
         self.note(marker.t_s, text, false);
     }
@@ -234,7 +234,7 @@ impl Model {
                 self.fault = Some(*record);
             }
         }
-        self.note(t_s, event(seen), matches!(seen, Event::Faulted(_)));
+        self.note(t_s, describe_event(seen), matches!(seen, Event::Faulted(_)));
     }
 
     fn status(&mut self, status: &Status) {

@@ -1,7 +1,7 @@
 //! The dashboard on a terminal, which is restored on every way out.
 
-use super::stream::{leave_unread, waits};
-use super::{Act, Order, Shared, draw, order};
+use super::stream::{discard_unread_output, has_input};
+use super::{Act, Order, Shared, draw, order_for_key};
 use crossterm::event::{self, Event, KeyEvent};
 use ratatui::DefaultTerminal;
 use std::io;
@@ -26,13 +26,13 @@ impl Screen {
     fn open() -> io::Result<Self> {
         // Restores the terminal in a panic hook of its own.
         let screen = Self(ratatui::try_init()?);
-        note_panics(|| {});
+        install_panic_hook(|| {});
         Ok(screen)
     }
 }
 
 /// From now on a panic is noted, and `restore` comes before it is told.
-pub(super) fn note_panics(restore: fn()) {
+pub(super) fn install_panic_hook(restore: fn()) {
     let tell = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
         PANICKED.store(true, Ordering::Release);
@@ -54,7 +54,7 @@ impl Drop for Screen {
 ///
 /// # Errors
 /// The terminal fails, or has gone.
-pub fn screen(
+pub fn run_screen(
     shared: &Shared,
     is_over: impl Fn() -> bool,
     must_quit: impl Fn() -> bool,
@@ -75,7 +75,7 @@ pub fn screen(
         let drawn = screen.0.draw(|frame| draw(frame, &model)).map(drop);
         let seen = drawn.and_then(|()| take_keys(shared, now + FRAME));
         if seen.is_err() {
-            leave_unread(FRAME);
+            discard_unread_output(FRAME);
             return seen;
         }
     }
@@ -87,11 +87,11 @@ fn take_key(shared: &Shared, key: KeyEvent) {
     let mut model = shared.model();
     let act = match &mut model.hands {
         Some(hands) => hands.press(key, Instant::now()),
-        None => order(key).map(Act::Order),
+        None => order_for_key(key).map(Act::Order),
     };
     match act {
         None => {}
-        Some(Act::Control(control)) => shared.control(control),
+        Some(Act::Control(control)) => shared.push_control(control),
         Some(Act::Order(order)) => shared.order(order),
         Some(Act::Note(why)) => {
             let (t_s, is_told) = (
@@ -110,16 +110,16 @@ fn take_key(shared: &Shared, key: KeyEvent) {
 /// # Errors
 /// The terminal has gone: asked for keys then, crossterm waits for ever.
 fn take_keys(shared: &Shared, next: Instant) -> io::Result<()> {
-    waits(Duration::ZERO)?;
+    has_input(Duration::ZERO)?;
     loop {
-        shared.attend();
+        shared.mark_attended();
         while event::poll(Duration::ZERO)? {
             if let Event::Key(key) = event::read()? {
                 take_key(shared, key);
             }
         }
         let rest = next.saturating_duration_since(Instant::now());
-        if rest.is_zero() || !waits(rest)? {
+        if rest.is_zero() || !has_input(rest)? {
             return Ok(());
         }
     }

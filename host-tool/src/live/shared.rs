@@ -56,12 +56,12 @@ impl Shared {
     }
 
     /// Does something at the controls.
-    pub fn control(&self, control: Control) {
+    pub fn push_control(&self, control: Control) {
         self.controls().push_back(control);
     }
 
     /// Somebody looks for keys now.
-    pub fn attend(&self) {
+    pub fn mark_attended(&self) {
         *self.attended.lock().unwrap_or_else(PoisonError::into_inner) = Instant::now();
     }
 
@@ -77,19 +77,19 @@ impl Shared {
 
     /// Whether leaving was ordered, here or by the system.
     pub fn is_quitting(&self) -> bool {
-        self.quit_is_ordered() || self.interruption.asked().is_some()
+        self.is_quit_ordered() || self.interruption.received_signal().is_some()
     }
 
-    fn quit_is_ordered(&self) -> bool {
+    fn is_quit_ordered(&self) -> bool {
         self.quit.load(Ordering::Acquire)
     }
 
     /// Whether an acknowledgement was ordered since last asked.
-    pub fn takes_acknowledge(&self) -> bool {
+    pub fn take_acknowledge(&self) -> bool {
         self.acknowledge.swap(false, Ordering::AcqRel)
     }
 
-    fn takes_stop(&self) -> bool {
+    fn take_stop(&self) -> bool {
         self.stop.swap(false, Ordering::AcqRel)
     }
 }
@@ -118,13 +118,13 @@ impl<'a> Watch<'a> {
 }
 
 impl Observer for Watch<'_> {
-    fn see(&mut self, seen: Observation<'_>) {
-        self.shared.model().see(seen);
+    fn observe(&mut self, seen: Observation<'_>) {
+        self.shared.model().observe(seen);
     }
 
-    fn wish(&mut self) -> ObserverRequest {
+    fn next_request(&mut self) -> ObserverRequest {
         // A run heeds the system by itself, and tells that ending apart.
-        if self.shared.takes_stop() || self.shared.quit_is_ordered() {
+        if self.shared.take_stop() || self.shared.is_quit_ordered() {
             self.shared.model().is_ending = true;
             return ObserverRequest::Stop;
         }
@@ -135,7 +135,7 @@ impl Observer for Watch<'_> {
         ObserverRequest::Status
     }
 
-    fn control(&mut self, _: u64) -> Option<Control> {
+    fn next_control(&mut self, _: u64) -> Option<Control> {
         // A terminal that takes no output keeps its reader from the keys, too.
         let has_hands = !self.asks;
         if has_hands && !self.is_left && self.shared.is_unattended() {
@@ -161,17 +161,17 @@ mod tests {
             Interruption::default(),
         );
         let mut watch = Watch::new(&shared);
-        assert_eq!(watch.wish(), ObserverRequest::Status);
-        assert_eq!(watch.wish(), ObserverRequest::Nothing);
+        assert_eq!(watch.next_request(), ObserverRequest::Status);
+        assert_eq!(watch.next_request(), ObserverRequest::Nothing);
         shared.order(Order::Stop);
-        assert_eq!(watch.wish(), ObserverRequest::Stop);
-        assert_eq!(watch.wish(), ObserverRequest::Nothing);
+        assert_eq!(watch.next_request(), ObserverRequest::Stop);
+        assert_eq!(watch.next_request(), ObserverRequest::Nothing);
         shared.order(Order::Quit);
-        assert_eq!(watch.wish(), ObserverRequest::Stop);
-        assert_eq!(watch.wish(), ObserverRequest::Stop);
-        assert!(!shared.takes_acknowledge());
+        assert_eq!(watch.next_request(), ObserverRequest::Stop);
+        assert_eq!(watch.next_request(), ObserverRequest::Stop);
+        assert!(!shared.take_acknowledge());
         shared.order(Order::Acknowledge);
-        assert!(shared.takes_acknowledge());
-        assert!(!shared.takes_acknowledge());
+        assert!(shared.take_acknowledge());
+        assert!(!shared.take_acknowledge());
     }
 }

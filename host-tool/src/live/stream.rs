@@ -8,14 +8,14 @@ pub const AT_ONCE: usize = 4096;
 
 /// Takes what waits at the input, `most` bytes or a little more; whether the input goes on.
 #[cfg(unix)]
-pub fn take(into: &mut Vec<u8>, most: usize) -> bool {
+pub fn read_available(into: &mut Vec<u8>, most: usize) -> bool {
     use rustix::event::PollFlags;
     use rustix::io::Errno;
     let input = io::stdin();
     let mut bytes = [0; AT_ONCE];
     let end = into.len() + most;
     while into.len() < end {
-        match is(&input, PollFlags::IN, Duration::ZERO) {
+        match poll_stream(&input, PollFlags::IN, Duration::ZERO) {
             Ok(now) if now.is_empty() => return true,
             Ok(_) => {}
             Err(_) => return false,
@@ -36,11 +36,11 @@ pub fn take(into: &mut Vec<u8>, most: usize) -> bool {
 /// # Errors
 /// Nobody can read it any more.
 #[cfg(unix)]
-pub fn put(bytes: &[u8]) -> io::Result<usize> {
+pub fn write_available(bytes: &[u8]) -> io::Result<usize> {
     use rustix::event::PollFlags;
     use rustix::io::Errno;
     let output = io::stdout();
-    let now = is(&output, PollFlags::OUT, Duration::ZERO)?;
+    let now = poll_stream(&output, PollFlags::OUT, Duration::ZERO)?;
     if now.intersects(PollFlags::ERR | PollFlags::HUP | PollFlags::NVAL) {
         return Err(io::ErrorKind::BrokenPipe.into());
     }
@@ -55,7 +55,7 @@ pub fn put(bytes: &[u8]) -> io::Result<usize> {
 
 /// What is so of a stream, of `wanted` and of what ends it, within `patience`.
 #[cfg(unix)]
-fn is(
+fn poll_stream(
     stream: &impl std::os::fd::AsFd,
     wanted: rustix::event::PollFlags,
     patience: Duration,
@@ -72,17 +72,17 @@ fn is(
 /// From now on nothing that is said waits for somebody who does not read it: what has had no
 /// reader for `patience` goes nowhere.
 #[cfg(unix)]
-pub fn leave_unread(patience: Duration) {
+pub fn discard_unread_output(patience: Duration) {
     use rustix::event::PollFlags;
     let Ok(nowhere) = std::fs::OpenOptions::new().write(true).open("/dev/null") else {
         return;
     };
     let has_room = |now: io::Result<PollFlags>| now.is_ok_and(|now| now == PollFlags::OUT);
     // Where that fails, a second signal still ends the program.
-    if !has_room(is(&io::stdout(), PollFlags::OUT, patience)) {
+    if !has_room(poll_stream(&io::stdout(), PollFlags::OUT, patience)) {
         let _ = rustix::stdio::dup2_stdout(&nowhere);
     }
-    if !has_room(is(&io::stderr(), PollFlags::OUT, patience)) {
+    if !has_room(poll_stream(&io::stderr(), PollFlags::OUT, patience)) {
         let _ = rustix::stdio::dup2_stderr(&nowhere);
     }
 }
@@ -92,9 +92,9 @@ pub fn leave_unread(patience: Duration) {
 /// # Errors
 /// Nothing can come any more.
 #[cfg(unix)]
-pub fn waits(patience: Duration) -> io::Result<bool> {
+pub fn has_input(patience: Duration) -> io::Result<bool> {
     use rustix::event::PollFlags;
-    let now = is(&io::stdin(), PollFlags::IN, patience)?;
+    let now = poll_stream(&io::stdin(), PollFlags::IN, patience)?;
     if now.intersects(PollFlags::ERR | PollFlags::HUP | PollFlags::NVAL) {
         return Err(io::ErrorKind::BrokenPipe.into());
     }
@@ -103,7 +103,7 @@ pub fn waits(patience: Duration) -> io::Result<bool> {
 
 /// On systems without `poll` nobody can be asked without waiting: the input has ended.
 #[cfg(not(unix))]
-pub fn take(_: &mut Vec<u8>, _: usize) -> bool {
+pub fn read_available(_: &mut Vec<u8>, _: usize) -> bool {
     false
 }
 
@@ -112,7 +112,7 @@ pub fn take(_: &mut Vec<u8>, _: usize) -> bool {
 /// # Errors
 /// Nobody can read it any more.
 #[cfg(not(unix))]
-pub fn put(bytes: &[u8]) -> io::Result<usize> {
+pub fn write_available(bytes: &[u8]) -> io::Result<usize> {
     use io::Write;
     io::stdout().write_all(bytes).map(|()| bytes.len())
 }
@@ -122,11 +122,11 @@ pub fn put(bytes: &[u8]) -> io::Result<usize> {
 /// # Errors
 /// None.
 #[cfg(not(unix))]
-pub fn waits(patience: Duration) -> io::Result<bool> {
+pub fn has_input(patience: Duration) -> io::Result<bool> {
     std::thread::sleep(patience);
     Ok(false)
 }
 
 /// As there, nothing is known of readers.
 #[cfg(not(unix))]
-pub fn leave_unread(_: Duration) {}
+pub fn discard_unread_output(_: Duration) {}

@@ -1,6 +1,6 @@
 //! The dashboard's frame: where everything stands.
 
-use super::line::{left_in_words, word};
+use super::line::{allowance_text, state_word};
 use super::{Hands, Model, Note, channels, chart};
 use firmware::safety::State;
 use ratatui::Frame;
@@ -54,7 +54,7 @@ pub fn draw(frame: &mut Frame<'_>, model: &Model) {
 fn draw_title(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     let device = match model.kind {
         Some((kind, [major, minor, patch])) => {
-            let device = kind.at(&model.device);
+            let device = kind.format_with_name(&model.device);
             format!("{device} {major}.{minor}.{patch} ")
         }
         None => format!("{}, connecting ", model.device),
@@ -77,7 +77,7 @@ fn status_line(model: &Model) -> Line<'_> {
         State::Stimulating => Color::Green,
         State::Fault => Color::Red,
     };
-    let badge = label(&word(model.state).to_uppercase(), color);
+    let badge = label(&state_word(model.state).to_uppercase(), color);
     let mut line = Line::from(vec![Span::raw(" "), badge, Span::raw("  ")]);
     let t_s = model.t_s;
     line.push_span(match model.duration_s {
@@ -94,7 +94,7 @@ fn status_line(model: &Model) -> Line<'_> {
             line.push_span(label("PAUSED", Color::Yellow));
         }
         line.push_span("  ");
-        line.push_span(chosen(hands));
+        line.push_span(selection_text(hands));
     }
     if model.is_ending {
         line.push_span("  stopping on request".bold());
@@ -117,7 +117,7 @@ fn status_line(model: &Model) -> Line<'_> {
 }
 
 /// The selected channel and its intensity.
-fn chosen(hands: &Hands) -> String {
+fn selection_text(hands: &Hands) -> String {
     let intensity = hands.intensities.get(hands.selected);
     match (hands.channel(), intensity) {
         (Some(channel), Some(percent)) => format!("channel {channel} at {percent} %"),
@@ -162,7 +162,7 @@ fn counters(model: &Model) -> Paragraph<'_> {
         .title(" device counters ")
         .border_style(Style::new().dim());
     if let Some(left) = &model.left {
-        block = block.title_bottom(format!(" {} ", left_in_words(left)));
+        block = block.title_bottom(format!(" {} ", allowance_text(left)));
     }
     Paragraph::new(vec![
         pair("frames", count.frames, "lost", count.lost),

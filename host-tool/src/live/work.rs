@@ -5,7 +5,7 @@ use firmware::link::Request;
 use firmware::safety::State;
 use host_core::link::{Connection, Error, Incoming, PacedPort, Port};
 use host_core::run::{
-    DeviceName, Observation, Observer, ObserverRequest, RunError, SessionFile, run, sample,
+    DeviceName, Observation, Observer, ObserverRequest, RunError, SessionFile, run, to_sample,
 };
 use host_core::session::Session;
 
@@ -32,7 +32,7 @@ pub struct Plan {
 /// # Errors
 /// The device cannot be opened or is lost; the session ended by itself before
 /// its end. A stop by hand is none.
-pub fn work(plan: &Plan, shared: &Shared) -> anyhow::Result<()> {
+pub fn run_plan(plan: &Plan, shared: &Shared) -> anyhow::Result<()> {
     let Some(file) = &plan.session else {
         return Ok(watch(plan.device.connect()?, shared)?);
     };
@@ -79,17 +79,17 @@ fn open(device: &DeviceName, session: &Session, seed: u64) -> anyhow::Result<Box
 fn watch<P: Port>(port: P, shared: &Shared) -> Result<(), Error> {
     let (mut client, info) = Connection::open(port)?;
     let mut watch = Watch::new(shared);
-    watch.see(Observation::Hello(&info));
+    watch.observe(Observation::Hello(&info));
     client.subscribe(TELEMETRY_MS)?;
     let mut clock = Elapsed {
         s: shared.model().t_s,
         last_us: None,
     };
     while !shared.is_quitting() {
-        if shared.takes_acknowledge() && shared.model().state == State::Fault {
+        if shared.take_acknowledge() && shared.model().state == State::Fault {
             client.post(Request::Acknowledge)?;
         }
-        match watch.wish() {
+        match watch.next_request() {
             ObserverRequest::Nothing => {}
             ObserverRequest::Status => drop(client.post(Request::Status)?),
             ObserverRequest::Stop => {
@@ -99,29 +99,31 @@ fn watch<P: Port>(port: P, shared: &Shared) -> Result<(), Error> {
         }
         let until = client.port().now_us() + LOOK_US;
         while let Some(incoming) = client.next(until)? {
-            tell(&incoming, &mut clock, shared);
+            update_model(&incoming, &mut clock, shared);
         }
         if let Some(world) = client.port().world() {
-            world.recorder.forget();
+            world.recorder.discard_trace();
         }
     }
     client.subscribe(0)?;
     Ok(())
 }
 
-fn tell(incoming: &Incoming, clock: &mut Elapsed, shared: &Shared) {
+fn update_model(incoming: &Incoming, clock: &mut Elapsed, shared: &Shared) {
     let mut model = shared.model();
     match incoming {
         Incoming::Telemetry(at_us, telemetry) => {
-            clock.at(*at_us);
+            clock.advance_to(*at_us);
             // Nothing is measured unless trains play: the last angles stay.
             if model.is_on() {
-                model.see(Observation::Sample(&sample(telemetry, clock.s, None)));
+                model.observe(Observation::Sample(&to_sample(telemetry, clock.s, None)));
             }
         }
-        Incoming::Event(at_us, event) => model.see(Observation::Event(clock.at(*at_us), event)),
-        Incoming::Status(_, status) => model.see(Observation::Status(status)),
-        Incoming::Refused(_, refused) => model.see(Observation::Refused(clock.s, refused)),
+        Incoming::Event(at_us, event) => {
+            model.observe(Observation::Event(clock.advance_to(*at_us), event))
+        }
+        Incoming::Status(_, status) => model.observe(Observation::Status(status)),
+        Incoming::Refused(_, refused) => model.observe(Observation::Refused(clock.s, refused)),
         Incoming::Acknowledged(..) | Incoming::Hello(_) => {}
     }
     model.silent_s = 0.0;
@@ -138,7 +140,7 @@ struct Elapsed {
 }
 
 impl Elapsed {
-    fn at(&mut self, at_us: u64) -> f64 {
+    fn advance_to(&mut self, at_us: u64) -> f64 {
         let last_us = self.last_us.unwrap_or(at_us);
         if at_us >= last_us {
             self.s += (at_us - last_us) as f64 / 1e6;

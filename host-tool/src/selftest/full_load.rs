@@ -113,7 +113,7 @@ pub fn full_load(
             progress((now - begin) as f64 / (end - begin) as f64);
         })?;
         if until < end {
-            load.trip()?;
+            load.trip_over_current()?;
         }
     }
     load.finish(seconds)
@@ -172,7 +172,7 @@ impl Load {
         while now < until_us {
             self.send()?;
             now += TICK_US;
-            self.hear(now)?;
+            self.receive_until(now)?;
             ticks += 1;
             if ticks.is_multiple_of(1_000) {
                 self.judge();
@@ -201,7 +201,7 @@ impl Load {
     }
 
     /// Takes what comes until then.
-    fn hear(&mut self, until_us: u64) -> Result<(), Error> {
+    fn receive_until(&mut self, until_us: u64) -> Result<(), Error> {
         while let Some(incoming) = self.client.next(until_us)? {
             match incoming {
                 Incoming::Acknowledged(seq, at) => {
@@ -239,41 +239,41 @@ impl Load {
 
     /// Within the next pulse, or the gap after it, a comparator trips; then the fault is
     /// acknowledged.
-    fn trip(&mut self) -> Result<(), Error> {
+    fn trip_over_current(&mut self) -> Result<(), Error> {
         let at = self.now_us() + self.random.below(PERIOD_US.into());
-        self.hear(at)?;
+        self.receive_until(at)?;
         // What was sent is answered before the fault, or refused after it.
-        self.hear(at + SETTLED_US)?;
+        self.receive_until(at + SETTLED_US)?;
         self.send()?;
         let at = self.now_us() + 2 * TICK_US + self.random.below(PERIOD_US.into());
-        self.hear(at)?;
+        self.receive_until(at)?;
         self.tripped = true;
         self.client.port().world.sensors.over_current = true;
-        self.hear(at + 1)?;
+        self.receive_until(at + 1)?;
         self.client.port().world.sensors.over_current = false;
-        self.hear(at + SETTLED_US)?;
+        self.receive_until(at + SETTLED_US)?;
         self.judge();
         self.found.truncations += 1;
         self.found.faults += u64::from(self.tripped); // it was not told
         self.tripped = false;
-        self.outputs.interrupt();
+        self.outputs.forget_pulse_starts();
         self.client.acknowledge()?;
         let grounded = self.now_us() + 150_000;
-        self.hear(grounded)
+        self.receive_until(grounded)
     }
 
     /// Takes the outputs so far from the recorder, and judges what is settled.
     fn judge(&mut self) {
         let recorder = &mut self.client.port().world.recorder;
         self.outputs.pending.extend(recorder.trace.edges());
-        recorder.forget();
+        recorder.discard_trace();
         let settled = self.now_us() - SETTLED_US;
         while let Some(edge) = self
             .outputs
             .pending
             .pop_front_if(|edge| edge.t_us <= settled)
         {
-            let Some(began) = self.outputs.play(edge, &mut self.found) else {
+            let Some(began) = self.outputs.add_edge(edge, &mut self.found) else {
                 continue;
             };
             if !(self.risen_us..self.falls_us).contains(&edge.t_us) {
@@ -297,7 +297,7 @@ impl Load {
         self.falls_us = self.now_us();
         self.client.stop()?;
         let end = self.now_us() + 4 * SETTLED_US;
-        self.hear(end)?;
+        self.receive_until(end)?;
         self.judge();
         let counters = self.client.status()?.counters;
         let counted = [
@@ -327,7 +327,7 @@ struct Outputs {
 
 impl Outputs {
     /// Takes an edge in. Of one that begins a pulse: when the one before began.
-    fn play(&mut self, edge: Edge, found: &mut FullLoad) -> Option<Option<u64>> {
+    fn add_edge(&mut self, edge: Edge, found: &mut FullLoad) -> Option<Option<u64>> {
         let index = usize::from(edge.channel);
         let before = self.now[index];
         if before.is_some_and(|(state, _, _)| state == edge.state) {
@@ -349,7 +349,7 @@ impl Outputs {
     }
 
     /// Whatever comes next begins anew.
-    fn interrupt(&mut self) {
+    fn forget_pulse_starts(&mut self) {
         self.began = [None; CHANNELS];
     }
 }

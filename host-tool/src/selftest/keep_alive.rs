@@ -73,14 +73,14 @@ pub fn keep_alives(
         let due = Instant::now() + LOOK;
         std::thread::sleep(LOOK);
         late_us.push(u32::try_from(due.elapsed().as_micros()).unwrap_or(u32::MAX));
-        keeper.attend();
+        keeper.mark_attended();
         progress(begin.elapsed().as_secs_f64() / length.as_secs_f64());
     }
     let keep_alives = keeper.lateness();
     drop((keeper, busy));
     Ok(KeepAlives {
         keep_alives,
-        looks: Lateness::of(late_us),
+        looks: Lateness::from_values(late_us),
     })
 }
 

@@ -37,7 +37,7 @@ impl Distribution {
     /// Width of a step, µs.
     pub const STEP_US: u64 = 100;
 
-    fn of(times: impl Iterator<Item = u64>) -> Self {
+    fn from_times(times: impl Iterator<Item = u64>) -> Self {
         let mut found = Self {
             best_us: u64::MAX,
             worst_us: 0,
@@ -99,7 +99,7 @@ struct Deadlines {
 impl Deadlines {
     /// A burst that starts `after_us` after the tick's start in which bytes
     /// arrived at `phase`.
-    fn note(&mut self, phase: u64, after_us: u64, is_new: bool) {
+    fn add_burst(&mut self, phase: u64, after_us: u64, is_new: bool) {
         let index = usize::try_from(after_us / u64::from(WINDOW_US)).unwrap_or(WINDOWS);
         let (made, missed) = (self.made.get_mut(index), self.missed.get_mut(index));
         match (is_new, made, missed) {
@@ -110,7 +110,7 @@ impl Deadlines {
     }
 
     /// From `phase` to the first window that is always made from there.
-    fn to_first(&self, phase: u64) -> Option<u64> {
+    fn time_to_first_us(&self, phase: u64) -> Option<u64> {
         let both = self.made.iter().zip(&self.missed);
         let is_made = |(made, missed): (&Option<u64>, &Option<u64>)| {
             made.is_some_and(|last| phase <= last) && missed.is_none_or(|first| phase < first)
@@ -141,10 +141,10 @@ pub fn latency(
     let mut deadlines = Deadlines::default();
     let mut sent = Vec::new();
     let mut unseen = 0;
-    let boots = subject.boots(arrivals);
+    let boots = subject.boot_count(arrivals);
     for boot in 0..boots {
         let shift_us = TICK_US * u64::from(boot) / u64::from(boots);
-        let mut opened = prepared(subject, path, shift_us)?;
+        let mut opened = prepare(subject, path, shift_us)?;
         let first = sent.len() as u32;
         let last = (u64::from(arrivals) * u64::from(boot + 1) / u64::from(boots)) as u32;
         // Each boot begins with the low setpoint in force, so the high one is first.
@@ -155,14 +155,14 @@ pub fn latency(
             unseen += u32::from(!is_seen);
         }
     }
-    let device = |&(_, _, phase): &(u64, u64, u64)| deadlines.to_first(phase);
+    let device = |&(_, _, phase): &(u64, u64, u64)| deadlines.time_to_first_us(phase);
     let whole = |one: &(u64, u64, u64)| Some(one.1 - one.0 + device(one)?);
     Ok(Latency {
         arrivals,
-        device: Distribution::of(sent.iter().filter_map(device)),
-        whole: Distribution::of(sent.iter().filter_map(whole)),
+        device: Distribution::from_times(sent.iter().filter_map(device)),
+        whole: Distribution::from_times(sent.iter().filter_map(whole)),
         worst_phase_us: (0..TICK_US)
-            .filter_map(|phase| deadlines.to_first(phase))
+            .filter_map(|phase| deadlines.time_to_first_us(phase))
             .max()
             .unwrap_or(0),
         blur_us: deadlines.blur(),
@@ -182,7 +182,7 @@ fn send(
     let client = &mut opened.client;
     run_to(client, at)?;
     let old = latest_codes(client);
-    client.port().world.recorder.forget();
+    client.port().world.recorder.discard_trace();
     client.post(setpoint(path, index))?;
     run_to(client, at + 2 * u64::from(PERIOD_US))?;
     let bursts = bursts(client);
@@ -193,7 +193,7 @@ fn send(
         let is_new = old[usize::from(channel)] != Some(code);
         is_seen |= is_new;
         if start > arrived {
-            deadlines.note(phase, start - (arrived - phase), is_new);
+            deadlines.add_burst(phase, start - (arrived - phase), is_new);
         }
     }
     Ok((arrived, is_seen))
@@ -250,7 +250,7 @@ fn run_to(client: &mut Connection<SimulatedPort>, until_us: u64) -> Result<(), E
     Ok(())
 }
 
-fn prepared(subject: Subject<'_>, path: Path, shift_us: u64) -> Result<OpenSubject, OpenError> {
+fn prepare(subject: Subject<'_>, path: Path, shift_us: u64) -> Result<OpenSubject, OpenError> {
     // A joint that rests in the middle, seen by the board's converter.
     let mut opened = subject.open(Box::new(FixedLoad::new(50.0)), shift_us)?;
     let client = &mut opened.client;

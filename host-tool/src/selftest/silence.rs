@@ -47,7 +47,7 @@ pub fn silence(timeout_ms: u16, fall_ms: u16) -> Result<Silence, Error> {
     let mut heard = 0;
     for _ in 0..3 {
         heard = client.port().world.now_us();
-        client.amplitudes(&all)?;
+        client.set_amplitudes(&all)?;
         idle_until(&mut client, heard + 10_000)?;
     }
     let wait_us = (u64::from(timeout_ms) + u64::from(fall_ms) + 50) * 1000;

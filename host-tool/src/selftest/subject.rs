@@ -34,7 +34,7 @@ impl Subject<'_> {
     /// and the host's frames, so a boot fixes how they lie to each other. They
     /// are shifted by 20 µs or, for few arrivals, by more: each boot needs some
     /// until every window had a pulse.
-    pub(super) fn boots(self, arrivals: u32) -> u32 {
+    pub(super) fn boot_count(self, arrivals: u32) -> u32 {
         match self {
             Self::Native => 1,
             Self::Chip(..) => (arrivals / 16).clamp(1, 50),
@@ -108,7 +108,7 @@ impl OpenSubject {
         // A step that panicked has ended the measurement.
         let board = board.lock().unwrap_or_else(PoisonError::into_inner);
         let around = &board.around;
-        let cycle = around.host.delivered().unwrap_or(0);
+        let cycle = around.host.last_delivery().unwrap_or(0);
         cycle.saturating_sub(around.origin()) / CYCLES_PER_US
     }
 }

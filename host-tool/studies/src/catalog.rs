@@ -9,7 +9,7 @@ use crate::laboratory::Runnable;
 use crate::sierotowicz2023::electrodes;
 use crate::{buatier2024, distributed, hamana2022, harris2017, lee2020, sierotowicz2023};
 use host_core::run::DeviceName;
-use host_core::wearer::shipped;
+use host_core::wearer::builtin_wearer;
 use std::ops::RangeInclusive;
 
 /// What a command asks for.
@@ -86,9 +86,9 @@ pub const ENTRIES: [Entry; 8] = [
         devices: ("two-points is of bodies alone, without a device", NATIVE),
         has_participants: false,
         begin: |request| {
-            let cells = Cells::declared(None)?;
+            let cells = Cells::load(None)?;
             let cells = cells.ok_or_else(|| anyhow::anyhow!("no cells"))?;
-            Ok(Box::new(CellsRun::asked(cells, request.decided)))
+            Ok(Box::new(CellsRun::new(cells, request.decided)))
         },
     },
     Entry {
@@ -102,7 +102,7 @@ pub const ENTRIES: [Entry; 8] = [
         devices: ("a bench is simulated", SIMULATORS),
         has_participants: false,
         begin: |request| {
-            Ok(Box::new(lee2020::Run::asked(
+            Ok(Box::new(lee2020::Run::new(
                 request.decided,
                 request.device.clone(),
             )?))
@@ -120,7 +120,7 @@ pub const ENTRIES: [Entry; 8] = [
         devices: ("a drawn elbow is simulated", SIMULATORS),
         has_participants: false,
         begin: |request| {
-            Ok(Box::new(harris2017::Run::asked(
+            Ok(Box::new(harris2017::Run::new(
                 request.decided,
                 request.device.clone(),
             )?))
@@ -140,7 +140,7 @@ pub const ENTRIES: [Entry; 8] = [
         ),
         has_participants: false,
         begin: |request| {
-            Ok(Box::new(sierotowicz2023::Run::asked(
+            Ok(Box::new(sierotowicz2023::Run::new(
                 request.decided,
                 request.device.clone(),
             )?))
@@ -160,7 +160,7 @@ pub const ENTRIES: [Entry; 8] = [
             NATIVE,
         ),
         has_participants: false,
-        begin: |request| Ok(Box::new(electrodes::Run::asked(request.decided)?)),
+        begin: |request| Ok(Box::new(electrodes::Run::new(request.decided)?)),
     },
     Entry {
         names: &[(
@@ -174,7 +174,7 @@ pub const ENTRIES: [Entry; 8] = [
         has_participants: false,
         begin: |request| {
             let (seed, draws) = request.decided;
-            Ok(Box::new(distributed::Study::asked(seed, draws)?))
+            Ok(Box::new(distributed::Study::new(seed, draws)?))
         },
     },
     Entry {
@@ -190,18 +190,18 @@ pub const ENTRIES: [Entry; 8] = [
             NATIVE,
         ),
         has_participants: false,
-        begin: |request| Ok(Box::new(buatier2024::Run::asked(request.decided)?)),
+        begin: |request| Ok(Box::new(buatier2024::Run::new(request.decided)?)),
     },
 ];
 
 fn hamana(request: &StudyRequest<'_>) -> anyhow::Result<Box<dyn Runnable>> {
-    let kind =
-        Kind::named(request.name).ok_or_else(|| anyhow::anyhow!("no study {}", request.name))?;
+    let kind = Kind::from_name(request.name)
+        .ok_or_else(|| anyhow::anyhow!("no study {}", request.name))?;
     let whom = (request.wearer, request.departure);
-    let study = paper::Study::asked(kind, whom, request.decided, request.device.clone());
+    let study = paper::Study::new(kind, whom, request.decided, request.device.clone());
     let study = study.map_err(TwoPointsError::with_lines)?;
     // Whatever is wrong with the device is found before anybody is drawn.
-    study.greet()?;
+    study.check_device()?;
     Ok(Box::new(study))
 }
 
@@ -213,10 +213,10 @@ impl Entry {
     ///
     /// # Errors
     /// What does not go together, for people.
-    pub fn asked(asked: &StudyRequest<'_>) -> Result<Option<&'static Self>, String> {
+    pub fn find(asked: &StudyRequest<'_>) -> Result<Option<&'static Self>, String> {
         let has = |entry: &&Self| entry.names.iter().any(|(name, _)| *name == asked.name);
         let found = ENTRIES.iter().find(has);
-        let is_file = |text: &str| text.ends_with(".toml") || shipped(text).is_some();
+        let is_file = |text: &str| text.ends_with(".toml") || builtin_wearer(text).is_some();
         let has_word = asked.wearer.is_some_and(|wearer| !is_file(wearer));
         match found {
             Some(_) if asked.name == CONTROL && !asked.has_participant() => Ok(None),
@@ -258,7 +258,7 @@ impl Entry {
             ));
         }
         if !devices.contains(asked.device) {
-            let names: Vec<String> = devices.iter().map(DeviceName::typed).collect();
+            let names: Vec<String> = devices.iter().map(DeviceName::to_argument).collect();
             mistakes.push(format!(
                 "{why}, --device is {}; allowed: {}",
                 asked.device,
@@ -288,11 +288,11 @@ impl StudyRequest<'_> {
 }
 
 /// The names of all of them, and what is studied under each.
-pub fn named() -> impl Iterator<Item = (&'static str, &'static str)> {
+pub fn names_and_titles() -> impl Iterator<Item = (&'static str, &'static str)> {
     ENTRIES.iter().flat_map(|entry| entry.names).copied()
 }
 
 /// The names of all of them.
 pub fn names() -> impl Iterator<Item = &'static str> {
-    named().map(|(name, _)| name)
+    names_and_titles().map(|(name, _)| name)
 }

@@ -5,7 +5,7 @@ use methods::muscle::exponential::EtdMidpoint;
 use methods::muscle::stepped::Pulses;
 use methods::muscle::{Fixed, SteppedMuscle};
 use studies::accuracy::cases::{self, Case, DURATION_US};
-use studies::accuracy::errors::of_run;
+use studies::accuracy::errors::run_error_pct;
 use studies::accuracy::{range, study};
 
 /// In the study's order; infinite where it diverges.
@@ -42,7 +42,7 @@ const DIVERGED_PCT: f64 = 1000.0;
 #[test]
 fn the_study_is_reproduced() {
     let mut wrong = vec![];
-    for (found, was) in study::repeat().into_iter().zip(ERRORS_PCT) {
+    for (found, was) in study::rerun_study().into_iter().zip(ERRORS_PCT) {
         println!("{found:?}");
         let is_same = match was.is_finite() {
             true => (0.98 * was..=1.02 * was).contains(&found.error_pct),
@@ -66,11 +66,11 @@ fn fixed_point_errs_by_its_word_length_and_rounding() {
                 1000,
                 Pulses::Split,
             );
-            of_run(case, &mut muscle, 1000, DURATION_US)
+            run_error_pct(case, &mut muscle, 1000, DURATION_US)
         };
         cases.iter().map(error).fold(0.0, f64::max)
     }
-    let cases = cases::all();
+    let cases = cases::all_cases();
     for (name, found, was) in [
         ("Q15.16 down", worst::<16, false>(&cases), 2.41),
         ("Q15.16 nearest", worst::<16, true>(&cases), 0.358),

@@ -5,12 +5,12 @@ use firmware::haptics::MotionPhase;
 use host_core::session::Session;
 use studies::buatier2024::{
     Condition, Curves, Device, LiftError, LiftWearer, Participant, Study, ToldToDevice, Trace,
-    Worker, curves, drawn, holds, middle, participant, whole,
+    Worker, compare_whole_device, curves, draw_values, holds, nominal_values, participant,
 };
 
 /// A person in the middle of all ranges, but for these.
 fn person(study: &Study, changed: &[(&str, f64)]) -> LiftWearer {
-    let mut values = middle(study);
+    let mut values = nominal_values(study);
     for (field, value) in changed {
         let place = study.ranges.iter().position(|range| range.field == *field);
         values[place.unwrap()] = *value;
@@ -27,7 +27,7 @@ const TOLD: ToldToDevice = ToldToDevice {
 /// both joints in both phases; which channels pulse tells assist from resist.
 #[test]
 fn the_device_stimulates_what_the_condition_says() {
-    let study = Study::declared().unwrap();
+    let study = Study::load_embedded().unwrap();
     let found = curves(&study, 1.66, 57.7).unwrap();
     let mut worst = 0.0_f64;
     for condition in Condition::ALL {
@@ -85,7 +85,7 @@ fn the_device_stimulates_what_the_condition_says() {
 /// triceps nearly so: nothing pulls the arm up.
 #[test]
 fn extensors_rest_without_co_contraction() {
-    let mut study = Study::declared().unwrap();
+    let mut study = Study::load_embedded().unwrap();
     study.model.co_contraction = 0.0;
     let found = curves(&study, 1.66, 57.7).unwrap();
     let peaks = found.muscles.each_ref().map(|curve| curve.peak);
@@ -99,7 +99,7 @@ fn extensors_rest_without_co_contraction() {
 /// belongs; the same seed makes the same lift.
 #[test]
 fn a_lift_without_noise_ends_at_the_target() {
-    let study = Study::declared().unwrap();
+    let study = Study::load_embedded().unwrap();
     let calm = [
         ("drive_noise", 0.0),
         ("aim_bias_m", 0.0),
@@ -108,22 +108,25 @@ fn a_lift_without_noise_ends_at_the_target() {
     ];
     let person = person(&study, &calm);
     let found = participant(&study, &person, 2).unwrap();
-    let none = found.of(Condition::None).unwrap();
+    let none = found.condition_result(Condition::None).unwrap();
     println!("{none:?}");
     for error_m in none.error_m {
         assert!(error_m < 0.02, "{error_m}");
     }
     assert_eq!(none.stimulated_nm, [0.0; 2]);
-    let resist = found.of(Condition::Resist).unwrap();
+    let resist = found.condition_result(Condition::Resist).unwrap();
     assert!(resist.stimulated_nm[0] > 0.2, "{resist:?}");
     let again = participant(&study, &person, 2).unwrap();
-    assert_eq!(again.of(Condition::Resist).unwrap().error_m, resist.error_m);
+    assert_eq!(
+        again.condition_result(Condition::Resist).unwrap().error_m,
+        resist.error_m
+    );
 }
 
 /// Pulses come at 60 Hz from the grasp on, none of them before a phase is known.
 #[test]
 fn pulses_come_sixty_times_a_second() {
-    let study = Study::declared().unwrap();
+    let study = Study::load_embedded().unwrap();
     let person = person(&study, &[]);
     let found = curves(&study, 1.66, 57.7).unwrap();
     let mut device = Device::new(&study, &found, Condition::Assist, &person.told).unwrap();
@@ -162,7 +165,7 @@ fn learnt() -> [studies::buatier2024::LearntTorque; 2] {
 /// By hand: of three persons the first costs less in none, the second more.
 #[test]
 fn claims_are_judged_by_their_sides() {
-    let study = Study::declared().unwrap();
+    let study = Study::load_embedded().unwrap();
     let person = person(&study, &[]);
     let found = participant(&study, &person, 2).unwrap();
     let with = |none: f64, resist: f64| -> Participant {
@@ -192,7 +195,7 @@ fn all_mistakes_of_a_declaration_are_told_at_once() {
         .replace("object_kg = 1.5", "object_kg = -1.5")
         .replace("repetitions = 9 ", "repetitions = 8 ")
         .replace("height = \"low\"", "height = \"lowest\"");
-    let refused = Study::read(&text).unwrap_err();
+    let refused = Study::parse(&text).unwrap_err();
     assert!(matches!(refused, LiftError::Declaration(_)));
     let told = refused.to_string();
     for part in ["E760", "model.object_kg", "repetitions is 8", "`lowest`"] {
@@ -203,9 +206,9 @@ fn all_mistakes_of_a_declaration_are_told_at_once() {
 /// The first drawn persons are the same whoever else is drawn, and within their ranges.
 #[test]
 fn draws_lie_within_their_ranges() {
-    let study = Study::declared().unwrap();
+    let study = Study::load_embedded().unwrap();
     for index in 0..200 {
-        for (value, range) in drawn(&study, 3, index).iter().zip(&study.ranges) {
+        for (value, range) in draw_values(&study, 3, index).iter().zip(&study.ranges) {
             assert!((range.low..=range.high).contains(value), "{}", range.field);
         }
     }
@@ -216,7 +219,7 @@ fn draws_lie_within_their_ranges() {
 /// `FLEXOR_OVERWRITE=1` writes them.
 #[test]
 fn shipped_sessions_have_the_functions_of_the_wearer_in_the_middle() {
-    let study = Study::declared().unwrap();
+    let study = Study::load_embedded().unwrap();
     let arm = person(&study, &[]).arms[0].clone();
     let found = curves(&study, arm.stature_m, arm.mass_kg).unwrap();
     for name in ["lift.toml", "lift_resist.toml"] {
@@ -285,11 +288,11 @@ fn with_curves(text: &str, found: &Curves) -> String {
 /// lift as the fast way has it, to one DAC code; angles take less than 3 ms to a burst.
 #[test]
 fn the_whole_device_lifts_as_the_fast_way_says() {
-    let study = Study::declared().unwrap();
+    let study = Study::load_embedded().unwrap();
     let person = person(&study, &[]);
     for condition in [Condition::Assist, Condition::Resist] {
         for height in 0..3 {
-            let found = whole(&study, &person, condition, (height, 9)).unwrap();
+            let found = compare_whole_device(&study, &person, condition, (height, 9)).unwrap();
             println!("{condition:?} to height {height}: {found:?}");
             assert!(found.bursts > 400, "{found:?}");
             assert_eq!((found.same, found.alone), (found.bursts, 0), "{found:?}");

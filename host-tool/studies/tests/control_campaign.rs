@@ -57,7 +57,11 @@ fn a_campaign_repeats_to_the_bit_and_nobody_beats_the_optimum() {
     assert_eq!(found, campaign());
     assert_eq!(found.cases.len(), 16, "no draw is dropped");
     // It starts from what the best law did; amplitudes are rounded to millivolts.
-    assert!(found.beaten_by() <= 0.005, "{}", found.beaten_by());
+    assert!(
+        found.margin_below_optimum() <= 0.005,
+        "{}",
+        found.margin_below_optimum()
+    );
     for points in Points::ALL {
         let (unreachable, reaching) = found.reach(points);
         let (optimum, _) = found.optimum(points);
@@ -94,7 +98,7 @@ impl Driver for Always {
 fn the_reachable_angle_is_what_full_stimulation_holds() {
     let up = vec![100.0; TRIAL_MS];
     for index in 0..12 {
-        let plant = Plant::drawn(5, index);
+        let plant = Plant::random(5, index);
         let reachable = Reachable::new(&plant, Points::Two, &up).expect("reach");
         let angles = trial::run(&plant, &mut Always(1.0), &up)
             .expect("a trial")
@@ -112,7 +116,7 @@ fn the_reachable_angle_is_what_full_stimulation_holds() {
 
 #[test]
 fn a_finger_that_nobody_stimulates_stays_at_rest() {
-    let plant = Plant::drawn(5, 0);
+    let plant = Plant::random(5, 0);
     let up = vec![100.0; 2000];
     let angles = trial::run(&plant, &mut Always(0.0), &up)
         .expect("a trial")
@@ -124,7 +128,7 @@ fn a_finger_that_nobody_stimulates_stays_at_rest() {
 #[test]
 fn draws_fill_their_ranges() {
     let nominal = RandomFingerSpec::nominal();
-    let all: Vec<RandomFingerSpec> = (0..1000).map(|i| RandomFingerSpec::drawn(9, i)).collect();
+    let all: Vec<RandomFingerSpec> = (0..1000).map(|i| RandomFingerSpec::random(9, i)).collect();
     let span = |of: &dyn Fn(&RandomFingerSpec) -> f64, low: f64, high: f64| {
         let values: Vec<f64> = all.iter().map(of).collect();
         let least = values.iter().copied().fold(f64::MAX, f64::min);
@@ -154,8 +158,8 @@ fn draws_fill_their_ranges() {
         );
     }
     assert_ne!(
-        RandomFingerSpec::drawn(9, 0),
-        RandomFingerSpec::drawn(10, 0)
+        RandomFingerSpec::random(9, 0),
+        RandomFingerSpec::random(10, 0)
     );
     let mut finger = RandomFinger::new(nominal, 0).expect("the nominal finger");
     finger.advance(1_000_000);
@@ -169,7 +173,7 @@ fn draws_fill_their_ranges() {
 fn widened_draws_fill_their_ranges_and_their_loads_act() {
     let (mut strengths, mut delays) = (Vec::new(), Vec::new());
     for i in 0..1000 {
-        let spec = RandomFingerSpec::widened(9, i);
+        let spec = RandomFingerSpec::random_wide_range(9, i);
         strengths.push(spec.strength());
         delays.push(spec.finger.electromechanical_delay_us);
         let [object, knock] = spec.external[..] else {
@@ -179,7 +183,7 @@ fn widened_draws_fill_their_ranges_and_their_loads_act() {
         assert!((11_000..14_000).contains(&object.from_ms) && object.to_ms <= 20_000);
         let lasts_ms = knock.to_ms - knock.from_ms;
         assert!((10..50).contains(&lasts_ms) && knock.to_ms <= 24_050);
-        let earlier = RandomFingerSpec::drawn(9, i);
+        let earlier = RandomFingerSpec::random(9, i);
         assert_eq!(spec.finger.fatigue_floor, earlier.finger.fatigue_floor);
         assert!(earlier.external.is_empty());
     }
@@ -192,7 +196,7 @@ fn widened_draws_fill_their_ranges_and_their_loads_act() {
     let most = delays.iter().max().copied().unwrap_or(0);
     assert!((99_000..=100_000).contains(&most), "{most}");
 
-    let mut spec = RandomFingerSpec::widened(9, 0);
+    let mut spec = RandomFingerSpec::random_wide_range(9, 0);
     spec.static_friction_nm = 0.0;
     spec.coulomb_friction_nm = 0.0;
     let object = spec.external[0];

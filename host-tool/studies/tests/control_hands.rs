@@ -52,8 +52,8 @@ fn a_campaign_on_hands_repeats_to_the_bit_and_counts_every_draw() {
 /// and is another forearm all the same.
 #[test]
 fn a_wearer_files_hand_is_drawn_but_for_what_the_file_says() {
-    let whom = Participants::asked(Some("P")).unwrap();
-    let population = Population::declared().unwrap();
+    let whom = Participants::load(Some("P")).unwrap();
+    let population = Population::load_embedded().unwrap();
     let mut held = Vec::new();
     for index in 0..DRAWS {
         let Ok(drawn) = DrivenHand::of_wearer(&population, &whom, (SEED, index)).unwrap() else {
@@ -75,7 +75,7 @@ fn a_wearer_files_hand_is_drawn_but_for_what_the_file_says() {
     few.retain(|contender| contender.name() == "device default");
     let found = Hands::run(plan, Some(&whom), few, |_| {}).unwrap();
     assert_eq!(found.cases.len(), held.len());
-    assert_eq!(found.stem(), "control_wearer_P");
+    assert_eq!(found.file_stem(), "control_wearer_P");
     let text = table::text(&found);
     println!("{text}");
     assert!(text.starts_with("Of P, as the wearer file says"), "{text}");
@@ -100,7 +100,7 @@ fn the_contenders_are_the_default_the_papers_law_and_pids() {
 /// One point is used alone, and its target lies within what both ways hold.
 #[test]
 fn a_drawn_hand_has_a_target_that_it_holds() {
-    let population = Population::declared().unwrap();
+    let population = Population::load_embedded().unwrap();
     let drawn = (0..DRAWS).find_map(|n| DrivenHand::draw(&population, SEED, n).unwrap().ok());
     let drawn = drawn.expect("a hand");
     let [one, two] = drawn.ways;

@@ -40,7 +40,7 @@ fn fixed_point_follows_within_one_per_cent_of_f64() {
         let spec = shipped(points);
         let (mut sums, mut widest) = ([0.0; 2], 0.0_f64);
         for index in 0..PLANTS {
-            let plant = Plant::drawn(SEED, index);
+            let plant = Plant::random(SEED, index);
             let target = Reachable::new(&plant, points, &wanted).unwrap().angles;
             let mut device = Device::new(&spec).unwrap();
             let period_ms = u32::from(spec.law_period_ms);
@@ -82,7 +82,7 @@ fn another_period_is_as_good() {
             };
             let sum: f64 = (0..PLANTS)
                 .map(|index| {
-                    let plant = Plant::drawn(SEED, index);
+                    let plant = Plant::random(SEED, index);
                     let target = Reachable::new(&plant, points, &wanted).unwrap().angles;
                     let mut device = Device::new(&spec).unwrap();
                     rmse(&run(&plant, &mut device, &wanted).unwrap().angles, &target)

@@ -3,8 +3,8 @@
 use super::laboratory::{LimitedOperator, SMALL, folder, texts};
 use host_core::run::DeviceName;
 use host_core::session::BodySpec;
-use host_core::wearer::shipped;
-use studies::experiments::{named, names};
+use host_core::wearer::builtin_wearer;
+use studies::experiments::{load_experiment, names};
 use studies::laboratory::{Experiment, LaboratoryError, Outcome};
 
 /// Why an experiment of this text is refused.
@@ -50,7 +50,7 @@ fn a_wearer_that_no_session_takes_is_blamed_on_its_draw_or_grid() {
 #[test]
 fn every_declaration_of_the_program_can_be_run() {
     for name in names() {
-        let read = named(name).map(|experiment| experiment.asked);
+        let read = load_experiment(name).map(|experiment| experiment.asked);
         assert_eq!(read.map_err(|error| error.to_string()), Ok(name.to_owned()));
     }
 }
@@ -234,7 +234,7 @@ fn conditions_may_have_different_bodies() {
     let mut operator = LimitedOperator(9, Vec::new());
     let place = (&DeviceName::Native, 3);
     let course = experiment.conduct(&folder("bodies"), place, &mut operator);
-    let outcome = Outcome::of_trials(
+    let outcome = Outcome::from_trials(
         &experiment,
         ("native", 3),
         &course.unwrap().trials,
@@ -259,7 +259,7 @@ fn conditions_may_have_different_bodies() {
 
 /// A weaker, more easily moved wearer than harris-1.
 fn other() -> String {
-    let text = shipped("harris-1").unwrap();
+    let text = builtin_wearer("harris-1").unwrap();
     let text = text.replace("name = \"harris-1\"", "name = \"X-1\"");
     let text = text.replace(
         "motor_threshold = 37.5\nlimit = 80\nminimum = 20\nmaximum = 80",
@@ -272,10 +272,13 @@ fn other() -> String {
 /// the file says is not drawn, and the record has it again.
 #[test]
 fn a_declaration_is_played_on_another_wearer() {
-    let declared = named("harris-wall").unwrap();
+    let declared = load_experiment("harris-wall").unwrap();
     let files = declared.hashes.iter().map(|(file, _)| &**file);
     assert!(files.clone().any(|file| file == "../wearers/harris-1.toml"));
-    let whole = declared.clone().on_wearer("x/X-1.toml", &other()).unwrap();
+    let whole = declared
+        .clone()
+        .with_wearer("x/X-1.toml", &other())
+        .unwrap();
     let fields = |experiment: &Experiment| -> Vec<String> {
         experiment
             .declaration
@@ -305,8 +308,8 @@ fn a_declaration_is_played_on_another_wearer() {
         assert_eq!((triceps.threshold_ma, triceps.torque_nm), (12.0, 3.5));
     }
     let dir = folder("declared_on_another");
-    whole.keep(&dir).unwrap();
-    let again = Experiment::kept(&dir, &whole.declared()).unwrap();
+    whole.save_files(&dir).unwrap();
+    let again = Experiment::from_record(&dir, &whole.declared_files()).unwrap();
     assert_eq!((&again.hashes, &again.worn), (&whole.hashes, &whole.worn));
     let texts = |experiment: &Experiment| {
         experiment
@@ -318,10 +321,10 @@ fn a_declaration_is_played_on_another_wearer() {
     };
     assert_eq!(texts(&again), texts(&whole));
     // Changed in the record: refused.
-    let kept = whole.declared().len() - 1;
-    let kept = dir.join(whole.declared()[kept].kept_as(kept));
+    let kept = whole.declared_files().len() - 1;
+    let kept = dir.join(whole.declared_files()[kept].copy_path(kept));
     std::fs::write(kept, other().replace("3.5", "3.6")).unwrap();
-    let error = Experiment::kept(&dir, &whole.declared())
+    let error = Experiment::from_record(&dir, &whole.declared_files())
         .unwrap_err()
         .to_string();
     assert!(error.starts_with("E613"), "{error}");
@@ -330,7 +333,7 @@ fn a_declaration_is_played_on_another_wearer() {
 #[test]
 fn a_wearer_who_does_not_fit_a_declaration_is_refused_by_name() {
     let refused = |name: &str, text: &str| {
-        let error = named(name).unwrap().on_wearer("X.toml", text);
+        let error = load_experiment(name).unwrap().with_wearer("X.toml", text);
         error.unwrap_err().to_string()
     };
     let (bare, _) = other()

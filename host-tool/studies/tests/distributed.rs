@@ -6,14 +6,14 @@ use studies::distributed::{
 };
 
 fn declared() -> DistributedDeclaration {
-    DistributedDeclaration::own().unwrap()
+    DistributedDeclaration::load_embedded().unwrap()
 }
 
 #[test]
 fn everything_declared_is_used() {
-    let study = Study::asked(Some(5), Some(1)).unwrap();
-    let declared = study.declared();
-    let found = study.part(0).unwrap();
+    let study = Study::new(Some(5), Some(1)).unwrap();
+    let declared = study.declaration();
+    let found = study.compute_person(0).unwrap();
     assert_eq!(found.measured.len(), declared.conditions.len());
     for claim in &declared.claims {
         holds(&found, &claim.id).unwrap();
@@ -24,7 +24,7 @@ fn everything_declared_is_used() {
             .to_string()
             .starts_with("E722")
     );
-    let person = DistributedWearer::drawn(declared, 5, 0);
+    let person = DistributedWearer::random(declared, 5, 0);
     for range in &declared.ranges {
         let value = person.value(&range.field).unwrap();
         assert!((range.low..=range.high).contains(&value), "{}", range.field);
@@ -117,10 +117,13 @@ fn what_is_left_is_last_by_first() {
         &[(15, 1.0, false), (250, 0.9, true), (200, 0.45, true)],
     );
     assert!(open.is_found());
-    assert!((open.first().unwrap() - 0.9).abs() < 1e-12);
-    assert!((open.left().unwrap() - 0.5).abs() < 1e-12);
+    assert!((open.initial_force().unwrap() - 0.9).abs() < 1e-12);
+    assert!((open.remaining_force().unwrap() - 0.5).abs() < 1e-12);
     assert!(!series("four-open", &[(13, 1.0, false), (2, 0.94, true)]).is_found());
-    assert_eq!(series("four-open", &[(100, 1.0, true)]).left(), None);
+    assert_eq!(
+        series("four-open", &[(100, 1.0, true)]).remaining_force(),
+        None
+    );
 }
 
 /// A person in the middle, as the others are but for crosstalk, holds a force as long with
@@ -128,7 +131,7 @@ fn what_is_left_is_last_by_first() {
 #[test]
 fn without_crosstalk_phase_is_ripple_alone() {
     let declared = declared();
-    let person = DistributedWearer::middle(&declared).with("crosstalk", 0.0);
+    let person = DistributedWearer::nominal(&declared).with_value("crosstalk", 0.0);
     let even = declared.condition("four-half").unwrap();
     let at_once = Condition {
         phase: Phase::Together,
@@ -152,7 +155,7 @@ fn feedback_raises_the_amplitude_of_a_tiring_muscle() {
     let declared = declared();
     let one = declared.condition("one").unwrap();
     assert_eq!(one.drive, Drive::Feedback);
-    let held = play(&declared, one, &DistributedWearer::middle(&declared)).unwrap();
+    let held = play(&declared, one, &DistributedWearer::nominal(&declared)).unwrap();
     let reached = held
         .windows
         .iter()

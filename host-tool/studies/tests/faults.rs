@@ -11,14 +11,14 @@ const FORKED: std::ops::Range<u64> = 4..10;
 
 /// A class on the chip simulator.
 fn on_chip(class: Class) -> Campaign {
-    let declaration = Declaration::of(class).unwrap();
+    let declaration = Declaration::for_class(class).unwrap();
     let image = chip_image(None).unwrap();
     Campaign::on_chip(SEED, &declaration, &image).unwrap()
 }
 
 /// A class on the native one.
 fn native(class: Class) -> Campaign {
-    Campaign::native(SEED, &Declaration::of(class).unwrap()).unwrap()
+    Campaign::native(SEED, &Declaration::for_class(class).unwrap()).unwrap()
 }
 
 /// The first `count` cases, on all cores.
@@ -39,7 +39,7 @@ fn played(class: Class, campaign: &Campaign, count: u64) -> Outcome {
             .map(str::to_owned)
     };
     assert_eq!(row(&cases), row(&[alone]));
-    let outcome = Outcome::of(class, &cases);
+    let outcome = Outcome::from_cases(class, &cases);
     println!("{}\n{}", Outcome::head(), outcome.lines());
     assert_eq!((outcome.drawn, outcome.severe), (count, 0));
     outcome
@@ -48,7 +48,7 @@ fn played(class: Class, campaign: &Campaign, count: u64) -> Outcome {
 #[test]
 fn the_native_simulator_has_what_its_classes_break() {
     for class in Class::ALL {
-        let campaign = Campaign::native(SEED, &Declaration::of(class).unwrap());
+        let campaign = Campaign::native(SEED, &Declaration::for_class(class).unwrap());
         assert_eq!(campaign.is_ok(), class.is_native(), "{class}");
     }
 }
@@ -98,7 +98,7 @@ fn known(case: &Case) -> CaseResult {
 /// of bits that are not played at all.
 #[test]
 fn a_fork_that_ends_early_has_the_fate_of_one_that_does_not() {
-    let mut declaration = Declaration::of(Class::Flips).unwrap();
+    let mut declaration = Declaration::for_class(Class::Flips).unwrap();
     let image = chip_image(None).unwrap();
     let early = Campaign::on_chip(SEED, &declaration, &image).unwrap();
     declaration.to_the_end = true;
@@ -166,7 +166,7 @@ fn all_found(class: Class, indices: &[u64]) -> Vec<Case> {
     let campaign = on_chip(class);
     let cases = indices.iter().map(|&index| campaign.case(index).unwrap());
     let cases: Vec<_> = cases.collect();
-    let outcome = Outcome::of(class, &cases);
+    let outcome = Outcome::from_cases(class, &cases);
     println!("{}\n{}", Outcome::head(), outcome.lines());
     assert_eq!((outcome.stopped, outcome.severe), (0, 0));
     assert_eq!(outcome.found, outcome.to_find);
@@ -246,7 +246,7 @@ fn nothing_evades_the_wearers_allowance() {
 /// An `Arm` among others in one long write is obeyed while the rest waits for the bus.
 #[test]
 fn an_order_within_a_long_write_counts_from_when_it_is_taken() {
-    let declaration = Declaration::of(Class::Link).unwrap();
+    let declaration = Declaration::for_class(Class::Link).unwrap();
     let image = chip_image(None).unwrap();
     let campaign = Campaign::on_chip(5_005, &declaration, &image).unwrap();
     let case = campaign.case(150).unwrap();
@@ -258,8 +258,8 @@ fn an_order_within_a_long_write_counts_from_when_it_is_taken() {
 /// for as long as any; what changed first may come later than its end.
 #[test]
 fn a_link_that_ends_early_has_the_fate_of_one_that_is_played_on() {
-    let early = Declaration::of(Class::Link).unwrap();
-    let mut long = Declaration::of(Class::Link).unwrap();
+    let early = Declaration::for_class(Class::Link).unwrap();
+    let mut long = Declaration::for_class(Class::Link).unwrap();
     long.to_the_end = true;
     let image = chip_image(None).unwrap();
     let chip =
@@ -293,7 +293,7 @@ fn angles_beyond_belief_are_found_and_none_is_severe() {
 /// one that is played from the boot to the last word.
 #[test]
 fn a_forked_scene_has_the_fate_of_one_that_is_played_from_its_begin() {
-    let mut declaration = Declaration::of(Class::Sensor).unwrap();
+    let mut declaration = Declaration::for_class(Class::Sensor).unwrap();
     let image = chip_image(None).unwrap();
     let forked = Campaign::on_chip(SEED, &declaration, &image).unwrap();
     declaration.to_the_end = true;
@@ -344,7 +344,7 @@ fn what_a_simulator_has_not_is_refused() {
         Class::Pairs,
     ];
     for class in chip_only {
-        let declaration = Declaration::of(class).unwrap();
+        let declaration = Declaration::for_class(class).unwrap();
         let refused = Campaign::native(SEED, &declaration).err().unwrap();
         assert!(refused.to_string().starts_with("E620"), "{refused}");
     }

@@ -13,7 +13,7 @@ const SEED: u64 = 1_001;
 
 #[test]
 fn the_declaration_is_whole() {
-    let population = Population::declared().unwrap();
+    let population = Population::load_embedded().unwrap();
     assert_eq!(population.cells().len(), 3 * 4 * 3 + 5 + 2 * 4);
     assert_eq!(population.claims.len(), 8);
     for range in &population.ranges {
@@ -31,11 +31,11 @@ fn the_declaration_is_whole() {
 
 /// A wearer in whom the searches find everything, and the voltage that is drawn.
 fn found() -> (Hand, Voltages, f64) {
-    let population = Population::declared().unwrap();
+    let population = Population::load_embedded().unwrap();
     for index in 0..40 {
-        let person = population.person(SEED, index).unwrap();
+        let person = population.draw_person(SEED, index).unwrap();
         if let Ok(PreparedHand { hand, voltages, .. }) =
-            prepare(&person.spec, KnownThresholds::drawn(&person)).unwrap()
+            prepare(&person.spec, KnownThresholds::from_person(&person)).unwrap()
         {
             return (hand, voltages, person.threshold_v);
         }
@@ -67,7 +67,7 @@ fn searches_find_what_they_say() {
         assert!(bent(Points::One(point), true, [threshold - 2.0; 2]) < VISIBLE_DEG);
         assert!(most >= threshold);
     }
-    let usual = Pattern::usual().points;
+    let usual = Pattern::default_two_point().points;
     let r = voltages.ratio.unwrap();
     assert!(bent(usual, false, voltages.most_v.map(|v| r * v)) >= VISIBLE_DEG);
     assert!(bent(usual, false, voltages.most_v.map(|v| (r - 0.1) * v)) < VISIBLE_DEG);
@@ -78,11 +78,12 @@ fn searches_find_what_they_say() {
 /// conducted than isolated only by as much as one of the points alone does.
 #[test]
 fn half_a_period_apart_points_know_nothing_of_each_other() {
-    let population = Population::declared().unwrap();
+    let population = Population::load_embedded().unwrap();
     let mut judged = 0;
     for index in 0..12 {
-        let person = population.person(SEED, index).unwrap();
-        let Ok(mut preparation) = prepare(&person.spec, KnownThresholds::drawn(&person)).unwrap()
+        let person = population.draw_person(SEED, index).unwrap();
+        let Ok(mut preparation) =
+            prepare(&person.spec, KnownThresholds::from_person(&person)).unwrap()
         else {
             continue;
         };
@@ -108,7 +109,7 @@ fn half_a_period_apart_points_know_nothing_of_each_other() {
 
 #[test]
 fn the_same_seed_draws_the_same_wearers() {
-    let population = Population::declared().unwrap();
+    let population = Population::load_embedded().unwrap();
     let cell = &population.cells()[15];
     let all = |seed| -> Vec<DrawOutcome> {
         let drawn = (0..3).map(|i| population.draw(cell, seed, i).unwrap());

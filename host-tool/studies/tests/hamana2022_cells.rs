@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use studies::hamana2022::Cells;
-use studies::laboratory::{Drawing, Shard, Sweep, join};
+use studies::laboratory::{Drawing, Shard, Sweep, merge_shards};
 
 /// Not the judged seed. Of its first draws in this cell one has no voltages.
 const SEED: u64 = 1_002;
@@ -17,13 +17,13 @@ const DRAWS: u64 = 6;
 const CELL: usize = 15;
 
 fn cells() -> Cells {
-    Cells::declared(Some(CELL)).unwrap().unwrap()
+    Cells::load(Some(CELL)).unwrap().unwrap()
 }
 
 /// Draws this part into `dir`, as far as it is not there.
 fn drawn(dir: &Path, seed: u64, part: &str) {
     let (cells, shard) = (cells(), shard(part));
-    let sweep = Sweep::drawing(&cells, (seed, DRAWS), shard);
+    let sweep = Sweep::from_drawing(&cells, (seed, DRAWS), shard);
     let computed = sweep.compute(&cells, Some(dir), &mut |_| true).unwrap();
     assert!(computed.is_whole);
     if shard == Shard::WHOLE {
@@ -45,7 +45,7 @@ fn whole() -> &'static Path {
 fn part(name: &str, part: &str) -> PathBuf {
     let dir = folder(name);
     let (cells, shard) = (cells(), shard(part));
-    let sweep = Sweep::drawing(&cells, (SEED, DRAWS), shard);
+    let sweep = Sweep::from_drawing(&cells, (SEED, DRAWS), shard);
     drop(sweep.place(&dir).unwrap());
     sweep.begin(&dir).unwrap();
     let rows = fs::read_to_string(whole().join("draws.csv")).unwrap();
@@ -64,7 +64,7 @@ fn shards_of_a_cell_join_to_the_bytes_of_one() {
         dir
     });
     let joined = folder("points_joined");
-    let (units, _) = join(&parts, &joined, &cells()).unwrap();
+    let (units, _) = merge_shards(&parts, &joined, &cells()).unwrap();
     assert_eq!(units.len() as u64, DRAWS);
     fs::remove_file(joined.join(".lock")).unwrap();
     assert_eq!(files(&joined), files(whole()));
@@ -90,7 +90,7 @@ fn a_study_cut_anywhere_goes_on_to_the_same_bytes() {
     }
     // Killed before there was a row, or anything whole.
     let cells = cells();
-    let sweep = Sweep::drawing(&cells, (SEED, DRAWS), Shard::WHOLE);
+    let sweep = Sweep::from_drawing(&cells, (SEED, DRAWS), Shard::WHOLE);
     for left in ["sweep.json", "sweep.json.partial", ".lock"] {
         let _ = fs::remove_dir_all(&dir);
         fs::create_dir_all(&dir).unwrap();
@@ -154,7 +154,7 @@ fn rows_that_no_study_writes_are_refused() {
         (twice.join("\n") + "\n", "unit 0 stands there twice"),
     ] {
         fs::write(&rows, text).unwrap();
-        let sweep = Sweep::drawing(&cells(), (SEED, DRAWS), Shard::WHOLE);
+        let sweep = Sweep::from_drawing(&cells(), (SEED, DRAWS), Shard::WHOLE);
         let refused = sweep.compute(&cells(), Some(&dir), &mut |_| false);
         let error = refused.err().unwrap().to_string();
         let is = error.starts_with("E608") && error.contains("draws.csv: line ");
@@ -166,7 +166,7 @@ fn rows_that_no_study_writes_are_refused() {
     }
     let other = text.replacen("unit,", "number,", 1);
     fs::write(&rows, other).unwrap();
-    let refused = join(&[dir], &folder("points_refused"), &cells());
+    let refused = merge_shards(&[dir], &folder("points_refused"), &cells());
     let error = refused.err().unwrap().to_string();
     assert!(
         error.contains("E608") && error.contains("other columns"),
@@ -180,7 +180,10 @@ fn what_is_no_whole_is_not_joined() {
     let refused = |parts: &[&PathBuf], why: &str| {
         let parts: Vec<PathBuf> = parts.iter().map(|path| (*path).clone()).collect();
         let out = folder("points_no_whole");
-        let error = join(&parts, &out, &cells()).err().unwrap().to_string();
+        let error = merge_shards(&parts, &out, &cells())
+            .err()
+            .unwrap()
+            .to_string();
         assert!(
             error.starts_with("E604") && error.contains(why),
             "{why}: {error}"
@@ -212,17 +215,17 @@ fn what_is_no_whole_is_not_joined() {
         fs::write(&about, text.replacen(from, to, 1)).unwrap();
         refused(&[&one, &two], why);
         // Nor gone on with.
-        let sweep = Sweep::drawing(&cells(), (SEED, DRAWS), shard("2/2"));
+        let sweep = Sweep::from_drawing(&cells(), (SEED, DRAWS), shard("2/2"));
         let error = sweep.place(&two).err().unwrap().to_string();
         assert!(error.starts_with("E603"), "{error}");
     }
     fs::write(&about, text.replacen("\"name\"", "name", 1)).unwrap();
-    let error = join(std::slice::from_ref(&two), &folder("points_torn"), &cells());
+    let error = merge_shards(std::slice::from_ref(&two), &folder("points_torn"), &cells());
     assert!(error.err().unwrap().to_string().starts_with("E608"));
     fs::write(&about, &text).unwrap();
     // Another's whole: what all parts say is not what this program draws.
-    let other = Cells::declared(Some(CELL + 1)).unwrap().unwrap();
-    let error = join(&[one.clone(), two.clone()], &folder("points_other"), &other);
+    let other = Cells::load(Some(CELL + 1)).unwrap().unwrap();
+    let error = merge_shards(&[one.clone(), two.clone()], &folder("points_other"), &other);
     let error = error.err().unwrap().to_string();
     assert!(
         error.contains("is not what this program makes of it"),
@@ -308,20 +311,20 @@ fn claims(row: &BTreeMap<&str, &str>) -> [Option<bool>; 8] {
 
 #[test]
 fn all_cells_have_their_own_rows_and_no_other_number() {
-    assert!(Cells::declared(Some(49)).unwrap().is_none());
-    let all = Cells::declared(None).unwrap().unwrap();
+    assert!(Cells::load(Some(49)).unwrap().is_none());
+    let all = Cells::load(None).unwrap().unwrap();
     assert_eq!((all.count(), all.units(200)), (49, 9_800));
-    assert_eq!(all.only(), None);
-    let sweep = Sweep::drawing(&all, (SEED, 200), Shard::WHOLE);
-    let last = all.begins(&sweep, 8_199);
+    assert_eq!(all.subset(), None);
+    let sweep = Sweep::from_drawing(&all, (SEED, 200), Shard::WHOLE);
+    let last = all.row_prefixes(&sweep, 8_199);
     assert!(last[0].starts_with("8199,no summation,199,"), "{last:?}");
-    let one = Sweep::drawing(&cells(), (SEED, 200), Shard::WHOLE);
-    assert_eq!(Cells::of(&one).unwrap().only(), one.only);
+    let one = Sweep::from_drawing(&cells(), (SEED, 200), Shard::WHOLE);
+    assert_eq!(Cells::from_sweep(&one).unwrap().subset(), one.only);
     let unknown = Sweep {
         only: Some("cell 99".to_owned()),
         ..one
     };
-    let error = Cells::of(&unknown).err().unwrap().to_string();
+    let error = Cells::from_sweep(&unknown).err().unwrap().to_string();
     assert!(
         error.starts_with("E604") && error.contains("cell 99"),
         "{error}"

@@ -7,12 +7,13 @@ use host_core::run::{DeviceName, SessionFile, run};
 use std::sync::{Arc, Mutex};
 use studies::harris2017::{
     AngleDependence, RampsDeclaration, RampsError, RampsWearer, RunInfo, Setting, Stimulation,
-    Study, Test, Threshold, changed, effect_found, fitted, is_significant, least_found, put_out,
+    Study, Test, Threshold, effect_found, fit_law, is_significant, least_found, play_all_on_device,
+    relative_torque_change,
 };
 
 fn person(index: u64) -> (RampsDeclaration, RampsWearer) {
-    let declared = RampsDeclaration::own().unwrap();
-    let person = RampsWearer::drawn(&declared, declared.seed, index).unwrap();
+    let declared = RampsDeclaration::load_embedded().unwrap();
+    let person = RampsWearer::random(&declared, declared.seed, index).unwrap();
     (declared, person)
 }
 
@@ -21,7 +22,7 @@ fn person(index: u64) -> (RampsDeclaration, RampsWearer) {
 #[test]
 fn a_device_puts_out_what_is_meant() {
     let (declared, _) = person(0);
-    let (pulses, apart) = put_out(&declared, &DeviceName::Native).unwrap();
+    let (pulses, apart) = play_all_on_device(&declared, &DeviceName::Native).unwrap();
     assert_eq!(pulses.len(), 7);
     // Ten seconds at 50 Hz; of width ramps without what is shorter than 10 µs.
     let of = |wanted| {
@@ -41,7 +42,7 @@ fn a_device_puts_out_what_is_meant() {
 fn a_board_is_no_place_for_a_drawn_elbow() {
     let (declared, _) = person(0);
     let nowhere = DeviceName::Tcp("127.0.0.1:1".to_owned());
-    let refused = put_out(&declared, &nowhere).unwrap_err();
+    let refused = play_all_on_device(&declared, &nowhere).unwrap_err();
     assert!(matches!(refused, RampsError::Open(_)), "{refused}");
 }
 
@@ -84,7 +85,7 @@ impl Body for RecordingArm {
 #[test]
 fn an_arm_alone_is_the_arm_that_a_device_wears() {
     let (_, person) = person(0);
-    let fresh = || IsometricElbow::new(person.bench(Setting::exact(90.0)), 5).unwrap();
+    let fresh = || IsometricElbow::new(person.rig_spec(Setting::exact(90.0)), 5).unwrap();
     let text = "title = \"ramp\"\nduration_s = 2.0\n\
         [wearer]\nmax_current_ma = 80.0\nmax_charge_uc = 5.0\nmax_rms_ma = 10.0\nrise_ms = 1\n\
         [[channel]]\nnumber = 1\nname = \"triceps\"\nlimit = 80.0\n\
@@ -121,7 +122,7 @@ fn an_arm_alone_is_the_arm_that_a_device_wears() {
 fn the_angle_does_what_the_sources_say() {
     let (_, person) = person(0);
     let on = |arms, length| AngleDependence { arms, length };
-    let percent = |depends, deg| 1e2 * changed(&person, depends, deg).unwrap();
+    let percent = |depends, deg| 1e2 * relative_torque_change(&person, depends, deg).unwrap();
     let rankin = on(Some(Source::RankinNeptune), false);
     let other = on(Some(Source::MuscleArms), false);
     assert!((percent(rankin, 75.0) - 4.2).abs() < 1.0);
@@ -166,7 +167,7 @@ fn the_bench_finds_the_law_that_it_has() {
                 .windows(2)
                 .all(|window| window[0].current_ma >= window[1].current_ma)
         );
-        let found = fitted(&thresholds, declared.strength_duration.step_ma).unwrap();
+        let found = fit_law(&thresholds, declared.strength_duration.step_ma).unwrap();
         let truth = person.muscles[0].strength.chronaxie_us;
         let [low, high] = found.chronaxie_within;
         covered += usize::from(low <= truth && truth <= high);
@@ -186,21 +187,25 @@ fn a_law_needs_thresholds() {
         width_us: 25,
         current_ma: 30.0,
     };
-    assert_eq!(fitted(&[one; 2], 0.5), None);
+    assert_eq!(fit_law(&[one; 2], 0.5), None);
 }
 
 /// Nineteen tests; persons do not depend on how many are drawn; what is told repeats.
 #[test]
 fn persons_do_not_depend_on_each_other() {
-    let study = |draws| Study::asked((Some(7), Some(draws)), DeviceName::Native).unwrap();
-    let declared = study(2).declared().clone();
+    let study = |draws| Study::new((Some(7), Some(draws)), DeviceName::Native).unwrap();
+    let declared = study(2).declaration().clone();
     let tests = Test::all(&declared.protocol);
     assert_eq!(tests.len(), 19);
     let stimulations = tests.iter().map(|test| test.stimulation);
-    let pulses =
-        stimulations.map(|stimulation| (stimulation, stimulation.meant(&declared.protocol)));
+    let pulses = stimulations.map(|stimulation| {
+        (
+            stimulation,
+            stimulation.reference_pulses(&declared.protocol),
+        )
+    });
     let pulses: Vec<_> = pulses.collect();
-    let [few, many] = [2, 5].map(|draws| study(draws).part(1, &pulses).unwrap());
+    let [few, many] = [2, 5].map(|draws| study(draws).compute_draw(1, &pulses).unwrap());
     assert_eq!(few.measured, many.measured);
     let told = || RunInfo {
         command: String::new(),
@@ -208,7 +213,7 @@ fn persons_do_not_depend_on_each_other() {
         notes: Vec::new(),
     };
     let all: Vec<_> = (0..4)
-        .map(|index| study(4).part(index, &pulses).unwrap())
+        .map(|index| study(4).compute_draw(index, &pulses).unwrap())
         .collect();
     let [first, second] = [(); 2].map(|()| study(4).outcome(&all, told()).unwrap());
     assert_eq!(first, second);
@@ -239,7 +244,7 @@ fn neighbours_answer_by_their_distance() {
         stimulation: Stimulation::Width(35.0),
         included_deg: 90.0,
     };
-    let pulses = test.stimulation.meant(&declared.protocol);
+    let pulses = test.stimulation.reference_pulses(&declared.protocol);
     let with = |part: f64| {
         let mut other = person.clone();
         for stimulation in &mut other.muscles {
@@ -248,7 +253,7 @@ fn neighbours_answer_by_their_distance() {
             }
         }
         let course = other.perform(&declared, test, &pulses).unwrap();
-        let others: Vec<_> = course.others(&declared.judged).collect();
+        let others: Vec<_> = course.unintended_muscles(&declared.judged).collect();
         (course.peak_nm(), others)
     };
     let (far_nm, far) = with(1e-3);
@@ -260,12 +265,12 @@ fn neighbours_answer_by_their_distance() {
 /// The shipped wearers are what the study finds.
 #[test]
 fn the_shipped_participants_are_the_studys() {
-    let study = Study::asked((None, None), DeviceName::Native).unwrap();
-    let (pulses, _) = study.put_out().unwrap();
+    let study = Study::new((None, None), DeviceName::Native).unwrap();
+    let (pulses, _) = study.play_on_device().unwrap();
     for (place, name) in ["harris-1", "harris-2"].into_iter().enumerate() {
-        let found = study.part(place as u64, &pulses).unwrap();
+        let found = study.compute_draw(place as u64, &pulses).unwrap();
         let wearer = study.wearer(place, &found).unwrap();
-        let shipped = host_core::wearer::shipped(name).unwrap();
+        let shipped = host_core::wearer::builtin_wearer(name).unwrap();
         let shipped = host_core::wearer::Wearer::parse(name, shipped).unwrap();
         assert_eq!(shipped.to_toml(), wearer.to_toml());
     }

@@ -6,13 +6,13 @@ use crate::sweeps::swept;
 use host_core::link::Interruption;
 use host_core::record::{Sample, Trial};
 use host_core::run::DeviceName;
-use host_core::wearer::shipped;
+use host_core::wearer::builtin_wearer;
 use std::fs;
 use std::path::{Path, PathBuf};
-use studies::experiments::named;
+use studies::experiments::load_experiment;
 use studies::laboratory::{
     ConductedTrial, Declaration, Experiment, LaboratoryError, Operator, Outcome, ProtocolEnd,
-    Shard, publish, renew,
+    Shard, publish, rebuild_page,
 };
 
 pub(crate) const SESSION: &str =
@@ -60,7 +60,7 @@ none = ["more-charge"]
 "#;
 
 pub(crate) fn texts(name: &str) -> Result<String, LaboratoryError> {
-    let wearer = name.strip_prefix("../../wearers/").and_then(shipped);
+    let wearer = name.strip_prefix("../../wearers/").and_then(builtin_wearer);
     Ok(wearer.unwrap_or(SESSION).to_owned())
 }
 
@@ -237,7 +237,7 @@ fn a_protocol_aborted_at_any_step_says_how_far_it_came() {
 /// Harris' walls on the whole device: what is put out, what is felt, that it repeats.
 #[test]
 fn harris_walls_render_what_they_say() {
-    let experiment = named("harris-wall").unwrap();
+    let experiment = load_experiment("harris-wall").unwrap();
     let conduct = |name: &str| {
         let mut operator = LimitedOperator(99, Vec::new());
         let place = (&DeviceName::Native, 1);
@@ -294,7 +294,7 @@ fn published(name: &str) -> (PathBuf, Vec<ConductedTrial>, Outcome) {
     let course = experiment
         .conduct(&dir, (&DeviceName::Native, 3), &mut operator)
         .unwrap();
-    let outcome = Outcome::of_trials(&experiment, ("native", 3), &course.trials, Some(true));
+    let outcome = Outcome::from_trials(&experiment, ("native", 3), &course.trials, Some(true));
     publish(&dir, &outcome, &course.trials).unwrap();
     (dir, course.trials, outcome)
 }
@@ -318,13 +318,13 @@ fn a_page_is_made_of_the_result_and_the_record_alone() {
         .map(|measurement| measurement.trial)
         .collect();
     fs::remove_file(dir.join("result.html")).unwrap();
-    let renewed = renew(&dir, &recorded).unwrap();
+    let renewed = rebuild_page(&dir, &recorded).unwrap();
     assert_eq!(renewed, Some(dir.join("result.html")));
     assert_eq!(page_of(&dir), page);
     // Without a result there is none, and what is no result is refused.
-    assert_eq!(renew(&folder("nothing"), &[]).unwrap(), None);
+    assert_eq!(rebuild_page(&folder("nothing"), &[]).unwrap(), None);
     fs::write(dir.join("result.json"), "{}").unwrap();
-    let refused = renew(&dir, &recorded).unwrap_err().to_string();
+    let refused = rebuild_page(&dir, &recorded).unwrap_err().to_string();
     assert!(refused.starts_with("E608"), "{refused}");
 }
 
@@ -403,7 +403,7 @@ fn drawn_angles_and_edges_are_those_of_the_record() {
         .map(|measurement| measurement.trial)
         .collect();
     recorded[1].edges[0].t_us += 3;
-    renew(&dir, &recorded).unwrap();
+    rebuild_page(&dir, &recorded).unwrap();
     let page = page_of(&dir);
     let timing = between(&page, "<h2>Timing of the pulses</h2>", "</section>");
     assert_eq!(timing.matches("<svg").count(), 2);
@@ -419,7 +419,7 @@ fn what_was_not_played_is_not_told() {
     let timing = between(&page, "<h2>Timing of the pulses</h2>", "</section>");
     assert!(timing.contains("No trial was recorded here") && !timing.contains("<svg"));
     let before = fs::read(dir.join("result.html")).unwrap();
-    renew(&dir, &[]).unwrap();
+    rebuild_page(&dir, &[]).unwrap();
     assert_eq!(fs::read(dir.join("result.html")).unwrap(), before);
     // Trials are at no point of a grid.
     let grid = "[[grid]]\nfield = \"body.inertia_kg_m2\"\nvalues = [0.05, 0.07]\nsource = \"x\"\n";
@@ -433,7 +433,7 @@ fn what_was_not_played_is_not_told() {
     let course = experiment
         .conduct(&dir, (&DeviceName::Native, 3), &mut operator)
         .unwrap();
-    let outcome = Outcome::of_trials(&experiment, ("native", 3), &course.trials, Some(true));
+    let outcome = Outcome::from_trials(&experiment, ("native", 3), &course.trials, Some(true));
     assert!(
         outcome
             .shares

@@ -26,9 +26,9 @@ fn every_drawn_session_is_one() {
 fn what_is_chosen_will_do_and_the_next_cheaper_would_not() {
     let rows = campaign(DEVELOPMENT, 2 * Kind::ALL.len(), |_| ()).unwrap();
     for (n, tolerance) in TOLERANCES.iter().enumerate() {
-        let sum = Summary::of(&rows, n);
+        let sum = Summary::from_rows(&rows, n);
         println!("{tolerance}: {sum:?}");
-        let limit_pct = tolerance.part() * 100.0;
+        let limit_pct = tolerance.fraction() * 100.0;
         for row in rows
             .iter()
             .filter(|row| row.verdicts[n].error_pct > limit_pct)

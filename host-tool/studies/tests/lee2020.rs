@@ -10,7 +10,7 @@ use studies::lee2020::{
 };
 
 fn study() -> Study {
-    Study::asked(Some(5), Some(1), DeviceName::Native).unwrap()
+    Study::new(Some(5), Some(1), DeviceName::Native).unwrap()
 }
 
 fn train(ma: f64, pulses: u32) -> Train {
@@ -38,9 +38,9 @@ fn a_device_puts_out_what_the_body_alone_is_given() {
         assert_eq!(own.samples_n.len(), 2_500);
         own
     });
-    assert_eq!(device.compared(), (3, 90));
+    assert_eq!(device.compared_counts(), (3, 90));
     let weighting = Weighting::Whitened;
-    let fitted = Fit { weighting }.of(&records).unwrap();
+    let fitted = Fit { weighting }.fit_records(&records).unwrap();
     for (found, truth) in fitted.constants.iter().zip(spec.generator.parameters.all()) {
         // The converter's steps recruit a ten-thousandth more or less.
         assert!((found / truth - 1.0).abs() < 0.02, "{found} {truth}");
@@ -49,7 +49,7 @@ fn a_device_puts_out_what_the_body_alone_is_given() {
 
 #[test]
 fn an_electrode_that_is_off_moves_nothing() {
-    let declared = Declaration::declared().unwrap();
+    let declared = Declaration::load_embedded().unwrap();
     let mut alone = ExactWrist::new(WristSpec::subject(0).unwrap(), 1).unwrap();
     let detector = declared.search.detector();
     let searched = detector.search(|ma| {
@@ -71,7 +71,7 @@ fn an_electrode_that_is_off_moves_nothing() {
 #[test]
 fn a_replication_finds_its_bench_and_leaves_wearer_files() {
     let study = study();
-    let own = (0..10).map(|subject| study.part(&Unit::Own(subject, 0)).unwrap());
+    let own = (0..10).map(|subject| study.compute_unit(&Unit::Own(subject, 0)).unwrap());
     let parts: Vec<Part> = own.collect();
     let mut covered = 0;
     for part in &parts {
@@ -154,7 +154,7 @@ fn a_departure_shows_in_what_the_model_misses() {
             kind: Kind::Activation,
             size,
         };
-        let part = study.part(&Unit::Foreign(3, foreign, 0)).unwrap();
+        let part = study.compute_unit(&Unit::Foreign(3, foreign, 0)).unwrap();
         let Part::Foreign(Ok(mismatch)) = part else {
             panic!()
         };

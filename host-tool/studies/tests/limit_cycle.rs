@@ -62,12 +62,12 @@ fn stable(seed: u64, index: u64) -> Plant {
     let mut plant = Wearers::Widened.plant(seed, index);
     let nominal = RandomFingerSpec::nominal();
     let mut draws = Draws::new(seed, index, 20);
-    let strength = draws.even(0.5, 1.0);
+    let strength = draws.uniform(0.5, 1.0);
     for (muscle, file) in plant.finger.muscles.iter_mut().zip(nominal.muscles) {
         muscle.torque_nm = file.torque_nm * strength;
     }
     let finger = &mut plant.finger.finger;
-    finger.electromechanical_delay_us = draws.even(0.0, 40_000.0) as u32;
+    finger.electromechanical_delay_us = draws.uniform(0.0, 40_000.0) as u32;
     finger.place_flexors([nominal.finger.flexor_a, nominal.finger.flexor_b]);
     finger.extensor = nominal.finger.extensor;
     plant
@@ -141,7 +141,7 @@ fn a_hold_rests() {
     let mut restless = 0;
     for index in 0..40 {
         for points in Points::ALL {
-            let deg = Draws::new(SEED, index, 21).even(15.0, 75.0);
+            let deg = Draws::new(SEED, index, 21).uniform(15.0, 75.0);
             let plant = Wearers::Earlier.plant(SEED, index);
             let (outcome, _) = attempt(plant, points, Course::Hold { deg });
             assert_eq!(Course::Hold { deg }.kind(), Kind::Hold);

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 use studies::buatier2024;
-use studies::experiments::named;
+use studies::experiments::load_experiment;
 use studies::laboratory::{
     ClaimStanding, Outcome, Reach, Share, Verdict, comparison, headline, paper_claims, publish,
 };
@@ -12,7 +12,7 @@ fn result(study: &str, shares: &[(String, String, Option<bool>, u64, u64)]) -> O
     let shares = shares
         .iter()
         .map(|(id, says, paper, holds, of)| {
-            Share::counted(id.clone(), says.clone(), *paper, (*holds, *of))
+            Share::from_counts(id.clone(), says.clone(), *paper, (*holds, *of))
         })
         .collect();
     let declared = json!({ "sha256": {}, "source": "a paper", "draws": 16, "as_declared": true });
@@ -40,7 +40,7 @@ fn owned(all: &[(&str, &str, bool, u64, u64)]) -> Vec<(String, String, Option<bo
 /// Shares of persons, of studies and of significance are parts of one claim each.
 #[test]
 fn a_lift_s_page_counts_the_eleven_claims_of_its_paper() {
-    let declared = buatier2024::Study::declared().unwrap();
+    let declared = buatier2024::Study::load_embedded().unwrap();
     let mut shares = Vec::new();
     for claim in &declared.claims {
         let share = |more: &str, says: String, paper| {
@@ -78,7 +78,7 @@ fn a_declaration_s_claims_are_those_of_its_paper() {
         ("harris-wall-yields", 2),
         ("open-trains", 0),
     ] {
-        let experiment = named(name).unwrap();
+        let experiment = load_experiment(name).unwrap();
         let claims = experiment.declaration.claims.iter();
         let shares = claims.map(|claim| (claim.id.clone(), claim.says.clone(), claim.paper, 9, 16));
         let outcome = result(name, &shares.collect::<Vec<_>>());
@@ -132,7 +132,7 @@ fn one_case_is_not_counted() {
          less than C2 (100.0 %); all: C1 correlates most (0.0 %)."
     );
     // Several cases of one wearer are one, too.
-    let one = Share::counted("a".into(), "a".into(), Some(true), (1, 1));
+    let one = Share::from_counts("a".into(), "a".into(), Some(true), (1, 1));
     let several = Share {
         holds: 4,
         of: 4,
@@ -140,7 +140,7 @@ fn one_case_is_not_counted() {
     };
     assert!(one.is_single() && several.is_single());
     assert_eq!(several.verdict(), None);
-    let two = Share::counted("a".into(), "a".into(), Some(true), (4, 4));
+    let two = Share::from_counts("a".into(), "a".into(), Some(true), (4, 4));
     assert!(!two.is_single());
 }
 
@@ -148,7 +148,7 @@ fn one_case_is_not_counted() {
 #[test]
 fn the_least_share_is_judged_by_the_interval() {
     let of = |holds, of| {
-        let share = Share::counted("a".into(), "a".into(), Some(true), (holds, of));
+        let share = Share::from_counts("a".into(), "a".into(), Some(true), (holds, of));
         share.reaches(0.9)
     };
     assert_eq!(of(15, 16), Some(Reach::Undecided));

@@ -27,10 +27,13 @@ fn a_device_puts_out_what_the_body_alone_is_given() {
     let fitted = shown();
     let mut hand = Hand::new(fitted.spec, fitted.points).unwrap();
     hand.factor = fitted.factor;
-    for pattern in Pattern::two().into_iter().chain(Pattern::one()) {
+    for pattern in Pattern::all_two_point()
+        .into_iter()
+        .chain(Pattern::all_one_point())
+    {
         let words = pattern.in_words();
-        let put_out = pattern.put_out(VOLTS, &DeviceName::Native).unwrap();
-        assert_eq!(pattern.unlike(&put_out, VOLTS), None, "{words}");
+        let put_out = pattern.play_on_device(VOLTS, &DeviceName::Native).unwrap();
+        assert_eq!(pattern.find_difference(&put_out, VOLTS), None, "{words}");
         let device = hand.respond(&put_out).unwrap();
         let body = hand.respond(&pattern.period(driven_v(&put_out))).unwrap();
         assert_eq!(device, body, "{words}");
@@ -40,18 +43,23 @@ fn a_device_puts_out_what_the_body_alone_is_given() {
 /// What is unlike is told.
 #[test]
 fn another_pattern_is_not_taken_for_it() {
-    let usual = Pattern::usual();
-    let alone = Pattern::alone(0)
-        .put_out(VOLTS, &DeviceName::Native)
+    let usual = Pattern::default_two_point();
+    let alone = Pattern::isolated_point(0)
+        .play_on_device(VOLTS, &DeviceName::Native)
         .unwrap();
-    assert!(usual.unlike(&alone, VOLTS).unwrap().contains(" V for "));
-    let put_out = usual.put_out(VOLTS, &DeviceName::Native).unwrap();
-    assert!(usual.unlike(&put_out, [34.1, 16.0]).is_some());
+    assert!(
+        usual
+            .find_difference(&alone, VOLTS)
+            .unwrap()
+            .contains(" V for ")
+    );
+    let put_out = usual.play_on_device(VOLTS, &DeviceName::Native).unwrap();
+    assert!(usual.find_difference(&put_out, [34.1, 16.0]).is_some());
     let isolated = Pattern {
         isolated: true,
         ..usual
     };
-    let told = isolated.unlike(&put_out, VOLTS).unwrap();
+    let told = isolated.find_difference(&put_out, VOLTS).unwrap();
     assert!(told.contains("µs"), "{told}");
 }
 
@@ -64,7 +72,7 @@ fn feel(hand: &mut MovingHand, channels: [usize; 3], period: &[Segment], periods
                 Terminal::Grounded => Lead::Grounded,
                 Terminal::Floating => Lead::Floating,
             };
-            hand.lead(at_us, channel, lead);
+            hand.set_lead(at_us, channel, lead);
         }
         at_us += u64::from(segment.lasts_us);
         hand.advance(at_us);
@@ -79,13 +87,17 @@ fn a_hand_in_motion_comes_to_the_same_angle() {
     fitted.spec.motion.fatigue_floor = 1.0;
     let mut hand = Hand::new(fitted.spec.clone(), fitted.points).unwrap();
     hand.factor = fitted.factor;
-    for pattern in [Pattern::usual(), Pattern::alone(0), Pattern::one()[0]] {
-        let put_out = pattern.put_out(VOLTS, &DeviceName::Native).unwrap();
+    for pattern in [
+        Pattern::default_two_point(),
+        Pattern::isolated_point(0),
+        Pattern::all_one_point()[0],
+    ] {
+        let put_out = pattern.play_on_device(VOLTS, &DeviceName::Native).unwrap();
         let period = pattern.period(driven_v(&put_out));
         let angles = [&put_out, &period].map(|period| {
-            let mut moving = fitted.moving(1).unwrap();
+            let mut moving = fitted.to_moving_hand(1).unwrap();
             feel(&mut moving, fitted.channels, period, 150);
-            assert_eq!(moving.unsettled(), 0);
+            assert_eq!(moving.uncomputed_intervals(), 0);
             moving.angle_deg()
         });
         assert_eq!(angles[0].to_bits(), angles[1].to_bits(), "{angles:?}");

@@ -19,12 +19,12 @@ fn begun(name: &str, draws: u64) -> Box<dyn Runnable> {
     // Nobody judges this seed.
     let decided = (Some(1_002), Some(draws));
     if name == FAULTS {
-        let link = faults::Declaration::of(faults::Class::Link).unwrap();
-        return Box::new(faults::Run::asked(link, None, decided).unwrap());
+        let link = faults::Declaration::for_class(faults::Class::Link).unwrap();
+        return Box::new(faults::Run::new(link, None, decided).unwrap());
     }
     if name == TWO_POINTS {
-        let cell = Cells::declared(Some(CELL)).unwrap().unwrap();
-        return Box::new(CellsRun::asked(cell, decided));
+        let cell = Cells::load(Some(CELL)).unwrap().unwrap();
+        return Box::new(CellsRun::new(cell, decided));
     }
     let asked = StudyRequest {
         name,
@@ -33,7 +33,7 @@ fn begun(name: &str, draws: u64) -> Box<dyn Runnable> {
         device: &DeviceName::Native,
         decided: (Some(44), Some(draws)),
     };
-    let entry = Entry::asked(&asked).unwrap().unwrap();
+    let entry = Entry::find(&asked).unwrap().unwrap();
     assert_eq!(entry.mistakes(&asked), [""; 0]);
     entry.begin(&asked).unwrap()
 }

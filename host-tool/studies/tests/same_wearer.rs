@@ -180,8 +180,8 @@ fn a_drawn_wearer_who_is_kept_goes_through_the_whole_protocol() {
     let peak_of = |protocol: &str| {
         let experiment = experiment(protocol).unwrap();
         let unit = experiment.unit(3, 3, 1);
-        let measured = experiment.perform(&unit).unwrap();
-        assert_eq!(measured, experiment.perform(&unit).unwrap());
+        let measured = experiment.measure_unit(&unit).unwrap();
+        assert_eq!(measured, experiment.measure_unit(&unit).unwrap());
         measured[0][0].unwrap()
     };
     let rested = peak_of("");

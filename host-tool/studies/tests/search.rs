@@ -62,7 +62,7 @@ impl Probe for Scripted {
         Ok(if level.0 >= self.moves_at { 8 } else { 2 })
     }
 
-    fn seen(&mut self, level: Milli) -> Result<Option<bool>, Self::Error> {
+    fn observed_movement(&mut self, level: Milli) -> Result<Option<bool>, Self::Error> {
         Ok(Some(level.0 >= self.moves_at))
     }
 
@@ -214,10 +214,15 @@ fn what_cannot_be_is_refused_by_name_and_all_at_once() {
     }
     assert!(SearchFile::parse("session = \"s.toml\"").is_err());
     let limits = |channel: u8| (channel == 1).then_some((Milli(15_000), "V"));
-    let told = one("threshold", "channel = 1").beyond(limits);
+    let told = one("threshold", "channel = 1").limit_violations(limits);
     assert_eq!(
         told,
         ["the stair would go to 20 V on channel 1, beyond the wearer's limit of 15 V"]
     );
-    assert_eq!(one("threshold", "channel = 2").beyond(limits).len(), 1);
+    assert_eq!(
+        one("threshold", "channel = 2")
+            .limit_violations(limits)
+            .len(),
+        1
+    );
 }

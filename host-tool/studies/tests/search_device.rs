@@ -154,7 +154,7 @@ fn board(session: &Session) -> Board {
         1,
     ));
     let boot = firmware::units::Micros::new(0);
-    Board(host_core::run::simulated(session, 1, device, boot).unwrap())
+    Board(host_core::run::simulated_port(session, 1, device, boot).unwrap())
 }
 
 #[test]
@@ -220,7 +220,7 @@ fn a_signal_ends_it_and_the_trail_stays() {
     let mut probe = OnDevice::start(port, &session, stair, &mut nobody, asked, 1).unwrap();
     let finding = search(stair, &mut probe, |step| {
         if step.level.units() == 18.0 {
-            interruption.ask(Signal::Interrupt);
+            interruption.raise_signal(Signal::Interrupt);
         }
     });
     assert!(matches!(

@@ -32,14 +32,14 @@ struct Armed {
 }
 
 fn index_deg(hand: &mut Hand, [a, b, _]: [f64; 3], part: f64) -> f64 {
-    let period = Pattern::usual().period([part * a, part * b]);
+    let period = Pattern::default_two_point().period([part * a, part * b]);
     hand.respond(&period).unwrap().angles_deg()[INDEX]
 }
 
 /// Draw `index`, if every search finds something within what the device lets through.
 fn armed(population: &Population, index: u64) -> Option<Armed> {
-    let person = population.person(SEED, index).unwrap();
-    let prepared = prepare(&person.spec, KnownThresholds::drawn(&person)).unwrap();
+    let person = population.draw_person(SEED, index).unwrap();
+    let prepared = prepare(&person.spec, KnownThresholds::from_person(&person)).unwrap();
     let mut prepared = prepared.ok()?;
     let extensor_v = search_extensor(&mut prepared.hand, END_V).unwrap()?;
     let (found, mut hand) = (prepared.voltages, prepared.hand);
@@ -51,7 +51,7 @@ fn armed(population: &Population, index: u64) -> Option<Armed> {
         shift_m: [0.0; 2],
         channels: [0, 1, 2],
     };
-    let loads = *fitted.moving(0).unwrap().loads();
+    let loads = *fitted.to_moving_hand(0).unwrap().loads();
     let through = |point: usize| match loads[point] {
         Load::Ohms(ohm) => (DEVICE.0 * ohm.min(DEVICE.1) / STEP_V).floor() * STEP_V,
         Load::Open => 0.0,
@@ -97,7 +97,7 @@ fn renewed(path: &Path, body: &str) -> String {
 /// these voltages.
 #[test]
 fn experiment_4_shows_the_first_wearer_who_can_follow_the_sine() {
-    let population = Population::declared().unwrap();
+    let population = Population::load_embedded().unwrap();
     for index in 0..SHOWN {
         let reach = armed(&population, index).map(|armed| armed.reach_deg);
         assert!(reach.is_none_or(|deg| deg < TOP_DEG), "{index}: {reach:?}");

@@ -10,12 +10,12 @@ use studies::sierotowicz2023::{
 };
 
 fn study() -> Study {
-    Study::declared().unwrap()
+    Study::load_embedded().unwrap()
 }
 
 /// An arm by cursory anatomy with these gains.
 fn device(gain: f64) -> (Model, Device) {
-    let mut model = Participant::drawn(&study(), 5, 0).unwrap().cursory();
+    let mut model = Participant::random(&study(), 5, 0).unwrap().cursory_model();
     model.gains = [gain; ELECTRODES];
     let device = Device::new(&model).unwrap();
     (model, device)
@@ -27,7 +27,7 @@ fn the_declaration_tells_all_that_is_wrong() {
         .replace("folds = 10", "folds = 1")
         .replace("ridge = 0.01", "ridge = 0")
         .replace("least = [0.85, 1.0]", "least = [1.0, 0.85]");
-    let error = Study::read(&text).unwrap_err().to_string();
+    let error = Study::parse(&text).unwrap_err().to_string();
     for said in [
         "E715",
         "regression.folds",
@@ -285,6 +285,6 @@ fn a_replication_is_whole_and_repeats() {
         println!("{:?} {:.5}", person.walks, person.share_of_numbers());
     }
     // S1's own frame was found on S1: nothing but noise is between it and the calibration.
-    let s1 = frame_of(&study, &Participant::drawn(&study, 3, 0).unwrap()).unwrap();
+    let s1 = frame_of(&study, &Participant::random(&study, 3, 0).unwrap()).unwrap();
     assert_eq!(s1.gains, first.people[0].gains[0]);
 }

@@ -5,12 +5,12 @@ use hal_sim::body::arm::{ArmSpec, ELECTRODES, ImuFault};
 use host_core::run::DeviceName;
 use nalgebra::Vector3;
 use studies::sierotowicz2023::{
-    Device, Model, Participant, Study, calibrated, check_imus, geometry_error_deg, median,
-    played_c3, replication, twitches,
+    Device, Model, Participant, Study, check_imus, fit_model, geometry_error_deg, median, play_c3,
+    replication, twitches,
 };
 
 fn study() -> Study {
-    Study::declared().unwrap()
+    Study::load_embedded().unwrap()
 }
 
 /// A short protocol.
@@ -30,14 +30,14 @@ pub(super) fn short() -> Study {
 fn a_gain_that_is_none_and_an_unknown_posture_are_told() {
     let study = study().rested();
     let mut person = without_noise(1.0);
-    let cursory = person.cursory();
+    let cursory = person.cursory_model();
     let turning = twitches(&mut person.arm, &cursory, &study, &mut person.now_us);
-    let error = calibrated(&cursory, (&turning, &[]), 0.0, &study).unwrap_err();
+    let error = fit_model(&cursory, (&turning, &[]), 0.0, &study).unwrap_err();
     assert_eq!(
         error.to_string(),
         "E719 biceps brachii: its gain is 0, which must be a finite number above zero"
     );
-    let mut spec = ArmSpec::drawn(11, 0);
+    let mut spec = ArmSpec::random(11, 0);
     spec.posture.elevation_deg = 130.0;
     let error = check_imus(&spec).unwrap_err().to_string();
     assert!(
@@ -48,7 +48,7 @@ fn a_gain_that_is_none_and_an_unknown_posture_are_told() {
 
 /// Person 1 of seed 7 without noise, `stronger` times as strong.
 fn without_noise(stronger: f64) -> Participant {
-    let mut person = Participant::drawn(&study(), 7, 1).unwrap();
+    let mut person = Participant::random(&study(), 7, 1).unwrap();
     let mut spec: ArmSpec = person.arm.spec().clone();
     spec.reached = spec.reached.map(|value| stronger * value);
     (spec.force_noise, spec.crosstalk) = (0.0, [0.0; ELECTRODES]);
@@ -66,9 +66,9 @@ fn calibration_finds_turning_and_strength() {
     let study = study().rested();
     let calibrate = |stronger: f64| {
         let mut person = without_noise(stronger);
-        let cursory = person.cursory();
+        let cursory = person.cursory_model();
         let turning = twitches(&mut person.arm, &cursory, &study, &mut person.now_us);
-        let model = calibrated(&cursory, (&turning, &[]), 77.0, &study).unwrap();
+        let model = fit_model(&cursory, (&turning, &[]), 77.0, &study).unwrap();
         let device = Device::new(&model).unwrap();
         let angles: Vec<f64> = turning
             .iter()
@@ -98,7 +98,7 @@ fn calibration_finds_turning_and_strength() {
 fn twitches_of_the_pectoralis(person: &Participant) -> [Vec<f64>; 2] {
     [study(), study().rested()].map(|study| {
         let mut person = person.clone();
-        let cursory = person.cursory();
+        let cursory = person.cursory_model();
         let turning = twitches(&mut person.arm, &cursory, &study, &mut person.now_us);
         turning[5].iter().map(|vector| vector.norm()).collect()
     })
@@ -120,7 +120,7 @@ fn an_arm_that_rings_hides_a_twitch() {
 /// rest or not, and another is drawn.
 #[test]
 fn another_first_participant_is_drawn_where_a_channel_does_not_twitch() {
-    let s1 = Participant::drawn(&study(), 2023, 3 * 19).unwrap();
+    let s1 = Participant::random(&study(), 2023, 3 * 19).unwrap();
     let threshold = s1.arm.spec().threshold_ma[5];
     assert!((1.0..1.06).contains(&(s1.ranges_ma[5][1] / threshold)));
     for twitches in twitches_of_the_pectoralis(&s1) {
@@ -137,7 +137,7 @@ fn another_first_participant_is_drawn_where_a_channel_does_not_twitch() {
 #[test]
 fn imus_that_are_missing_or_swapped_are_named() {
     for index in 0..20 {
-        let spec = ArmSpec::drawn(11, index);
+        let spec = ArmSpec::random(11, index);
         check_imus(&spec).unwrap();
         for (segment, name) in ["shoulder", "upper arm", "forearm"].iter().enumerate() {
             let mut wrong = spec.clone();
@@ -168,7 +168,7 @@ fn imus_that_are_missing_or_swapped_are_named() {
 fn a_condition_is_played_on_the_device() {
     let mut study = study();
     study.played.targets = 3;
-    let found = played_c3(&study, study.seed, &DeviceName::Native).unwrap();
+    let found = play_c3(&study, study.seed, &DeviceName::Native).unwrap();
     println!("{}", found.in_words(&DeviceName::Native));
     assert_eq!(found.played, 3);
     assert_eq!(found.pulses[0], found.pulses[1]);
@@ -178,7 +178,7 @@ fn a_condition_is_played_on_the_device() {
     assert!(found.current_ma < 0.02, "{found:?}");
     // Thresholds were found from 20 to 50 Hz.
     study.protocol.frequency_hz = 60.0;
-    let error = played_c3(&study, study.seed, &DeviceName::Native).unwrap_err();
+    let error = play_c3(&study, study.seed, &DeviceName::Native).unwrap_err();
     let told = error.to_string();
     assert!(
         told.starts_with("E730 --device native does not play C3: "),

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 use studies::sierotowicz2023::electrodes::{
-    DECLARED, RunInfo, SETS, Study, Wearer, best, directions, missed, outcome, squares,
+    DECLARED, RunInfo, SETS, Study, Wearer, best, directions, missed_forces, outcome, squares,
 };
 
 /// By another way: the best of all grids of parts, refined around it.
@@ -26,7 +26,7 @@ fn by_search(forces: &[Vector3<f64>], wanted: Vector3<f64>) -> f64 {
 
 #[test]
 fn sets_miss_what_a_search_misses() {
-    let wearer = Wearer::drawn(5, 0).unwrap();
+    let wearer = Wearer::random(5, 0).unwrap();
     for (number, direction) in directions().into_iter().enumerate().step_by(5) {
         for size in [2.0, 20.0] {
             let wanted = size * direction;
@@ -66,7 +66,7 @@ fn the_declaration_of_electrodes_tells_all_that_is_wrong() {
         .replace("made = 0.1", "made = 1.1")
         .replace("shown = 4", "shown = 10")
         .replace("sizes_n = [2.0, 5.0]", "sizes_n = [0]");
-    let error = Study::read(&text).unwrap_err().to_string();
+    let error = Study::parse(&text).unwrap_err().to_string();
     for said in ["E732", "judged.made", "judged.shown", "wanted.sizes_n"] {
         assert!(error.contains(said), "{error}");
     }
@@ -75,11 +75,11 @@ fn the_declaration_of_electrodes_tells_all_that_is_wrong() {
 /// A short run is whole and repeats; with all ten nothing is left to choose.
 #[test]
 fn a_short_choice_of_electrodes_is_whole() {
-    let mut study = Study::declared().unwrap();
+    let mut study = Study::load_embedded().unwrap();
     study.wanted.sizes_n = vec![3.0];
     let run = || {
         let all: Vec<_> = (0..2)
-            .map(|index| missed(&study, &Wearer::drawn(3, index).unwrap()).unwrap())
+            .map(|index| missed_forces(&study, &Wearer::random(3, index).unwrap()).unwrap())
             .collect();
         let told = RunInfo {
             seed: 3,

@@ -49,7 +49,7 @@ fn thresholds_cost_the_most() {
     let costs = CAUSES.map(|(name, without)| {
         let rmse: Vec<f64> = (0..WEARERS)
             .map(|index| {
-                let mut plant = Plant::drawn(SEED, index);
+                let mut plant = Plant::random(SEED, index);
                 without(&mut plant);
                 let exercise = Exercise::new(plant, Points::Two, Course::Sine).unwrap();
                 Contender::Shipped.attempt(&exercise).unwrap().rmse

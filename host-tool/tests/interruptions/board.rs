@@ -5,7 +5,7 @@ use firmware::link::{Decoder, Request, ToDevice};
 use hal_sim::native::native;
 use hal_sim::wire::{ByteStream, pty::PtyWire, tcp::TcpWire};
 use hal_sim::world::World;
-use host_core::run::{SessionFile, simulated};
+use host_core::run::{SessionFile, simulated_port};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU8, Ordering};
 use std::sync::{Arc, Mutex, mpsc};
@@ -61,7 +61,7 @@ impl Board {
                 let (wire, at) = open(wire, pty);
                 told.send(at).unwrap();
                 let boot = firmware::units::Micros::new(0);
-                let port = simulated(&file.session, 1, Box::new(native(boot)), boot).unwrap();
+                let port = simulated_port(&file.session, 1, Box::new(native(boot)), boot).unwrap();
                 serve(wire, port.world, &heard, &order)
             }
         });
@@ -135,7 +135,7 @@ fn serve(
             (begin, origin) = (Instant::now(), world.now_us());
         }
         let sent: Vec<Vec<u8>> = world.received().collect();
-        world.recorder.forget();
+        world.recorder.discard_trace();
         let open = wire.as_mut().filter(|_| now != Order::Freeze as u8);
         let Some(wire) = open else {
             std::thread::sleep(Duration::from_micros(500));

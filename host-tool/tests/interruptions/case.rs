@@ -3,7 +3,7 @@
 use super::board::{Board, Order, Wire};
 use super::metronome::{Metronome, Stall};
 use super::program::Program;
-use crate::program::{one_channel, written};
+use crate::program::{one_channel, write_file};
 use host_core::record::{self, Run};
 use host_core::report::{Report, page};
 use std::path::Path;
@@ -122,7 +122,7 @@ fn try_case(case: Case, folder: &Path) -> Option<CaseResult> {
         true => closed_loop(),
         false => open_loop(),
     };
-    let session = written(folder, "session.toml", text);
+    let session = write_file(folder, "session.toml", text);
     let board = case.wire.map(|wire| Board::serve(wire, folder, &session));
     let at = board.as_ref().map_or("native", |board| &board.at);
     let most = (case.way == Disturbance::FullDisk).then_some(case.most_bytes);
@@ -135,7 +135,7 @@ fn try_case(case: Case, folder: &Path) -> Option<CaseResult> {
     };
     let mut asked = None;
     if case.way != Disturbance::FullDisk {
-        if !program.waits_for(has_begun) {
+        if !program.wait_until(has_begun) {
             return None;
         }
         std::thread::sleep(case.after);
@@ -251,11 +251,11 @@ fn headline_is_true(case: Case, run: &Run, reason: &str, out: &Path) {
 /// A frozen wire keeps the program waiting for the answer to its stop; the exit
 /// code of a second signal then.
 pub fn signal_twice(folder: &Path) -> Option<i32> {
-    let session = written(folder, "session.toml", open_loop());
+    let session = write_file(folder, "session.toml", open_loop());
     let board = Board::serve(Wire::Tcp, folder, &session);
     let arguments = ["run", "session.toml", "--device", &board.at, "--out", "out"];
     let mut program = Program::start(folder, &arguments, None);
-    let has_started = program.waits_for(|| board.heard().start.is_some());
+    let has_started = program.wait_until(|| board.heard().start.is_some());
     assert!(has_started, "{}", program.error());
     board.order(Order::Freeze);
     program.signal("TERM");

@@ -1,9 +1,9 @@
 //! A disk that is full after so many bytes.
 
-use crate::program::{folder, one_channel};
+use crate::program::{one_channel, test_folder};
 use host_core::link::Port;
 use host_core::record::{self, Disk, Recorder, Run};
-use host_core::run::{RunError, SessionFile, begin_trial, run, simulated};
+use host_core::run::{RunError, SessionFile, begin_trial, run, simulated_port};
 use std::cell::Cell;
 use std::io::{self, Write};
 use std::path::Path;
@@ -64,7 +64,7 @@ fn run_on(bytes: usize, file: &SessionFile, out: &Path) -> Option<()> {
     };
     let boot = firmware::units::Micros::new(0);
     let device = Box::new(hal_sim::native::native(boot));
-    let port = simulated(&file.session, 1, device, boot).unwrap();
+    let port = simulated_port(&file.session, 1, device, boot).unwrap();
     let (outcome, port) = run(file, port, Some(&mut recorder), |_| ());
     let mut port = port.unwrap();
     // What was asked for when the disk was full is a stop, not silence.
@@ -95,7 +95,7 @@ fn run_on(bytes: usize, file: &SessionFile, out: &Path) -> Option<()> {
 fn a_disk_that_fills_at_any_byte_stops_the_run_and_keeps_its_rows() {
     let text = one_channel(0.05, 2);
     let file = SessionFile::parse("short.toml", &text).unwrap();
-    let out = folder("interruptions/disk");
+    let out = test_folder("interruptions/disk");
     record::write_run(&out, &Run::default()).unwrap();
     let mut bytes = 0;
     while run_on(bytes, &file, &out).is_some() {

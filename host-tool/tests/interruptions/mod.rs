@@ -13,8 +13,8 @@ mod disk;
 mod metronome;
 mod program;
 
-use crate::program::{folder, one_channel, written};
-use crate::steady::steadily;
+use crate::program::{one_channel, test_folder, write_file};
+use crate::steady::retry_after_stalls;
 use board::{Board, Wire};
 use case::{Case, CaseResult, Disturbance, run_case};
 use hal_sim::wire::pty::PtyWire;
@@ -42,7 +42,8 @@ fn campaign(name: &str, count: u64) -> Vec<(Case, CaseResult)> {
                         return;
                     }
                     let case = Case::of(seed);
-                    let fate = run_case(case, &folder(&format!("interruptions/{name}/{seed}")));
+                    let fate =
+                        run_case(case, &test_folder(&format!("interruptions/{name}/{seed}")));
                     fates.lock().unwrap().push((case, fate));
                 }
             });
@@ -51,7 +52,7 @@ fn campaign(name: &str, count: u64) -> Vec<(Case, CaseResult)> {
     fates.into_inner().unwrap()
 }
 
-fn tell(fates: &[(Case, CaseResult)]) {
+fn print_fates(fates: &[(Case, CaseResult)]) {
     for way in Disturbance::ALL {
         let own = fates.iter().filter(|(case, _)| case.way == way);
         let own: Vec<&CaseResult> = own.map(|(_, fate)| fate).collect();
@@ -88,13 +89,13 @@ fn tell(fates: &[(Case, CaseResult)]) {
 #[test]
 fn a_run_that_is_cut_short_says_so_and_keeps_its_rows() {
     let name = "a_run_that_is_cut_short_says_so_and_keeps_its_rows";
-    steadily(name, are_cut_short);
+    retry_after_stalls(name, are_cut_short);
 }
 
 fn are_cut_short() {
     let fates = campaign("short", 18);
     assert_eq!(fates.len(), 18);
-    tell(&fates);
+    print_fates(&fates);
     let mut times: Vec<Duration> = fates.iter().filter_map(|f| f.1.until_stop).collect();
     times.sort();
     assert!(times[times.len() / 2] < HALF_WITHIN, "{times:?}");
@@ -105,13 +106,13 @@ fn are_cut_short() {
 fn two_hundred_random_interruptions() {
     let fates = campaign("long", 200);
     assert_eq!(fates.len(), 200);
-    tell(&fates);
+    print_fates(&fates);
 }
 
 /// What ends a command, started with these words in a folder of its own.
-fn ends(name: &str, words: &str, ready: Option<&str>, signal: &str, code: i32) {
-    let folder = folder(&format!("interruptions/{name}-{signal}"));
-    written(&folder, "session.toml", case::open_loop());
+fn check_command_ends(name: &str, words: &str, ready: Option<&str>, signal: &str, code: i32) {
+    let folder = test_folder(&format!("interruptions/{name}-{signal}"));
+    write_file(&folder, "session.toml", case::open_loop());
     let arguments: Vec<&str> = words.split_whitespace().collect();
     let mut program = Program::start(&folder, &arguments, None);
     let out = folder.join("stdout");
@@ -119,7 +120,7 @@ fn ends(name: &str, words: &str, ready: Option<&str>, signal: &str, code: i32) {
         Some(file) => folder.join(file).exists(),
         None => std::fs::metadata(&out).is_ok_and(|file| file.len() > 0),
     };
-    assert!(program.waits_for(is_ready), "{name}: {}", program.error());
+    assert!(program.wait_until(is_ready), "{name}: {}", program.error());
     program.signal(signal);
     let status = program.wait();
     assert_eq!(status.code(), Some(code), "{name}: {}", program.error());
@@ -140,13 +141,13 @@ fn ends(name: &str, words: &str, ready: Option<&str>, signal: &str, code: i32) {
 fn every_command_that_stimulates_ends_in_order() {
     let record = Some("out/summary.json");
     for (signal, code) in [("INT", 130), ("TERM", 143), ("HUP", 129)] {
-        ends("run", "run session.toml --out out", record, signal, code);
-        ends("demo", "demo --out out", record, signal, code);
+        check_command_ends("run", "run session.toml --out out", record, signal, code);
+        check_command_ends("demo", "demo --out out", record, signal, code);
         let harris = "experiment harris-wall --out out";
-        ends("experiment", harris, record, signal, code);
+        check_command_ends("experiment", harris, record, signal, code);
         let monitor = "monitor --session session.toml";
-        ends("monitor", monitor, None, signal, code);
-        ends("serve", "serve --tcp 127.0.0.1:0", None, signal, code);
+        check_command_ends("monitor", monitor, None, signal, code);
+        check_command_ends("serve", "serve --tcp 127.0.0.1:0", None, signal, code);
     }
 }
 
@@ -179,9 +180,9 @@ fn a_signal_at_a_prompt_or_in_a_rest_ends_the_protocol() {
             1,
         ),
     ] {
-        let folder = folder(&format!("interruptions/at-{name}"));
-        let session = written(&folder, "session.toml", one_channel(0.3, 50));
-        written(&folder, "two.toml", two_trials(protocol));
+        let folder = test_folder(&format!("interruptions/at-{name}"));
+        let session = write_file(&folder, "session.toml", one_channel(0.3, 50));
+        write_file(&folder, "two.toml", two_trials(protocol));
         let board = Board::serve(Wire::Tcp, &folder, &session);
         let terminal = folder.join("terminal");
         let _other_end = PtyWire::open(&terminal).unwrap();
@@ -190,7 +191,7 @@ fn a_signal_at_a_prompt_or_in_a_rest_ends_the_protocol() {
         let mut program = Program::start_at(&terminal, &folder, &words);
         let error = folder.join("stderr");
         let is_asked = || std::fs::read_to_string(&error).is_ok_and(|error| error.contains(asked));
-        assert!(program.waits_for(is_asked), "{name}: {}", program.error());
+        assert!(program.wait_until(is_asked), "{name}: {}", program.error());
         program.signal("INT");
         let code = program.wait().code();
         assert_eq!(code, Some(130), "{name}: {}", program.error());
@@ -214,10 +215,10 @@ fn a_signal_at_a_prompt_or_in_a_rest_ends_the_protocol() {
 fn what_records_nothing_ends_at_once() {
     for (signal, number, code) in [("INT", 2, 130), ("TERM", 15, 143)] {
         for words in ["selftest", "bench"] {
-            let folder = folder(&format!("interruptions/{words}-{signal}"));
+            let folder = test_folder(&format!("interruptions/{words}-{signal}"));
             let mut program = Program::start(&folder, &[words], None);
             let begin = std::time::Instant::now();
-            while !program.handles(number) && begin.elapsed() < Duration::from_secs(60) {
+            while !program.handles_signal(number) && begin.elapsed() < Duration::from_secs(60) {
                 assert!(program.is_running(), "{words}: {}", program.error());
                 std::thread::sleep(Duration::from_millis(2));
             }
@@ -230,7 +231,7 @@ fn what_records_nothing_ends_at_once() {
 
 #[test]
 fn a_second_signal_ends_the_program_at_once() {
-    let folder = folder("interruptions/second");
+    let folder = test_folder("interruptions/second");
     let fate = case::signal_twice(&folder);
     assert_eq!(fate, Some(143));
 }

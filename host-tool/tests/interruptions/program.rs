@@ -74,7 +74,7 @@ impl Program {
     }
 
     /// Waits until something is so; false if the program ends before.
-    pub fn waits_for(&mut self, is_so: impl Fn() -> bool) -> bool {
+    pub fn wait_until(&mut self, is_so: impl Fn() -> bool) -> bool {
         let begin = Instant::now();
         while !is_so() {
             if !self.is_running() {
@@ -87,7 +87,7 @@ impl Program {
     }
 
     /// Whether it handles the signal of this number by now, as Linux tells.
-    pub fn handles(&self, signal: u32) -> bool {
+    pub fn handles_signal(&self, signal: u32) -> bool {
         let status = std::fs::read_to_string(format!("/proc/{}/status", self.process.id()));
         let caught = status.ok().and_then(|status| {
             let line = status

@@ -7,8 +7,8 @@
 mod parts;
 mod place;
 
-use super::program::{folder, written};
-use super::record_again::{shortened, told};
+use super::program::{test_folder, write_file};
+use super::record_again::{run_json, shortened_session};
 use host_core::record::{self, Run};
 use host_core::report::{self, ComparedRecord, Report};
 use host_core::run::{SessionFile, begin_trial};
@@ -17,7 +17,7 @@ use place::{Place, lengthened, places};
 use serde_json::{Value, json};
 use std::fs;
 use std::path::{Path, PathBuf};
-use studies::laboratory::{NamedResult, renew, results_body};
+use studies::laboratory::{NamedResult, rebuild_page, results_body};
 
 const HARMLESS: &str = "harmless";
 /// Leaves an attribute, a title, a style, a comment and a table; begins others.
@@ -28,19 +28,19 @@ const EVIL: &str = "\"'></title></style></td></table>--><script>flexor()</script
 /// `called`; nothing of a record that is refused.
 fn pages(dir: &Path, called: &str) -> Option<Vec<String>> {
     let run = record::load(dir).ok()?;
-    let page = report::page(&Report::of(&run));
+    let page = report::page(&Report::from_run(&run));
     // With another session file, so that how files differ is on the page.
     let mut other = run.clone();
     for trial in &mut other.trials {
         trial.session_text.push_str("\n[other]\n");
     }
     let both = [("one", &run), (called, &other)];
-    let both = both.map(|(name, run)| ComparedRecord::of(Path::new(name), run));
+    let both = both.map(|(name, run)| ComparedRecord::from_run(Path::new(name), run));
     let both = report::document("both", &report::compare_body(&both));
     let named = [dir, dir].map(|dir| NamedResult::read(dir).ok().flatten());
     let named: Vec<NamedResult> = named.into_iter().flatten().collect();
     let both = both + results_body(&named).as_str();
-    let result = renew(dir, &run.trials).ok()?;
+    let result = rebuild_page(dir, &run.trials).ok()?;
     let result = result.map(|path| fs::read_to_string(path).unwrap());
     Some([page, both].into_iter().chain(result).collect())
 }
@@ -143,14 +143,14 @@ fn try_table(dir: &Path, file: &Path) {
 
 /// An experiment's record with two trials on a wearer file, and whatever a page can show.
 fn full_record(folder: &Path) -> PathBuf {
-    shortened(folder, "hamana_exp4_two_point_wearer.toml", 0.2);
+    shortened_session(folder, "hamana_exp4_two_point_wearer.toml", 0.2);
     let declaration = "name = \"own\"\ntitle = \"Own\"\nsource = \"nobody\"\n\
         session = \"hamana_exp4_two_point_wearer.toml\"\nseed = 3\ndraws = 1\n\
         measures = [\"charge_mc\"]\n[[factor]]\nname = \"course\"\n\
         [[factor.level]]\nname = \"slow\"\n[[factor.level]]\nname = \"fast\"\n\
         set = { \"setpoints.frequency_hz\" = 0.3 }\n";
-    written(folder, "own.toml", declaration);
-    told(folder, "experiment own.toml --draws 0 --out record");
+    write_file(folder, "own.toml", declaration);
+    run_json(folder, "experiment own.toml --draws 0 --out record");
     let dir = folder.join("record");
     let name = record::load(&dir).unwrap().trials[0].name.clone();
     edit(&dir.join("run.json"), |run| {
@@ -186,7 +186,7 @@ fn trial_files(dir: &Path) -> Vec<PathBuf> {
 
 #[test]
 fn markup_in_a_record_stays_text() {
-    let folder = folder("page_markup");
+    let folder = test_folder("page_markup");
     let dir = full_record(&folder);
     try_json(&dir, &dir.join("run.json"));
     try_json(&dir, &dir.join("summary.json"));
@@ -275,19 +275,19 @@ fn sheets() -> Value {
 /// The page of a trial that begins with this session on this wearer.
 fn page_of(session: &toml::Table, wearer: &str) -> Option<Vec<String>> {
     let text = toml::to_string(session).unwrap();
-    let file = SessionFile::parse_beside("s.toml", &text, &|_| Ok(wearer.to_owned())).ok()?;
+    let file = SessionFile::parse_with_wearers("s.toml", &text, &|_| Ok(wearer.to_owned())).ok()?;
     let run = Run {
         title: file.session.title.clone(),
         trials: vec![begin_trial(&file)],
         ..Run::default()
     };
-    Some(vec![report::page(&Report::of(&run))])
+    Some(vec![report::page(&Report::from_run(&run))])
 }
 
 #[test]
 fn markup_in_a_session_or_a_wearer_file_stays_text() {
-    let folder = folder("session_markup");
-    let name = shortened(&folder, "hamana_exp4_two_point_wearer.toml", 0.2);
+    let folder = test_folder("session_markup");
+    let name = shortened_session(&folder, "hamana_exp4_two_point_wearer.toml", 0.2);
     let read = |name: &str| fs::read_to_string(folder.join(name)).unwrap();
     let session: toml::Table = read(&name).parse().unwrap();
     let file = session["wearer"]["file"].as_str().unwrap();
@@ -321,7 +321,7 @@ fn markup_in_a_session_or_a_wearer_file_stays_text() {
 /// A browser runs nothing and asks nobody, whatever a page says; its own style is shown.
 #[test]
 fn every_page_says_what_a_browser_may_do() {
-    let dir = full_record(&folder("page_policy"));
+    let dir = full_record(&test_folder("page_policy"));
     for page in pages(&dir, "two").unwrap() {
         let (head, body) = page.split_once("</head>").unwrap();
         let policy = "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; \

@@ -52,7 +52,7 @@ fn main() -> anyhow::Result<ExitCode> {
     let target = all.find(|target| target.name == arguments.target);
     let target = target.context("a target")?; // clap has checked
     if !arguments.input.is_empty() {
-        return files(target, &arguments.input);
+        return run_files(target, &arguments.input);
     }
     let end = arguments.from.checked_add(arguments.runs);
     let end = end.context("E782 --from and --runs together are beyond 2^64: give less")?;
@@ -61,7 +61,7 @@ fn main() -> anyhow::Result<ExitCode> {
         pool.build_global()
             .context("E782 so many threads cannot be")?;
     }
-    let signal = signals()?;
+    let signal = catch_signals()?;
     let campaign = Campaign {
         target,
         corpus: fuzz::corpus(target.corpus),
@@ -75,14 +75,14 @@ fn main() -> anyhow::Result<ExitCode> {
     let (done, finds) = campaign.run(|done, finds| {
         shown.show(done, finds.len());
         lost = finds.iter().skip(kept.len()).try_for_each(|find| {
-            kept.push(keep(&arguments, find)?);
+            kept.push(save_find(&arguments, find)?);
             anyhow::Ok(())
         });
         lost.is_ok() && signal.load(Ordering::Relaxed) == 0
     });
     lost?;
     shown.bar.finish_and_clear();
-    conclude(&arguments, done, &kept, since.elapsed());
+    print_summary(&arguments, done, &kept, since.elapsed());
     Ok(match (signal.load(Ordering::Relaxed), finds.is_empty()) {
         (_, false) => ExitCode::from(1),
         (signal @ 1.., true) if done < arguments.runs => ExitCode::from(128 + signal as u8),
@@ -91,7 +91,7 @@ fn main() -> anyhow::Result<ExitCode> {
 }
 
 /// The number of the first signal, 0 before; a second one ends the program at once.
-fn signals() -> anyhow::Result<Arc<AtomicUsize>> {
+fn catch_signals() -> anyhow::Result<Arc<AtomicUsize>> {
     let (signal, again) = (
         Arc::new(AtomicUsize::new(0)),
         Arc::new(AtomicBool::new(false)),
@@ -141,7 +141,7 @@ impl<'a> ProgressDisplay<'a> {
 }
 
 /// Tells what was done.
-fn conclude(arguments: &Arguments, done: u64, kept: &[PathBuf], time: Duration) {
+fn print_summary(arguments: &Arguments, done: u64, kept: &[PathBuf], time: Duration) {
     let (name, seed, from) = (&arguments.target, arguments.seed, arguments.from);
     let (seconds, finds) = (time.as_secs_f64(), kept.len());
     let rate = done as f64 / seconds;
@@ -164,7 +164,7 @@ fn conclude(arguments: &Arguments, done: u64, kept: &[PathBuf], time: Duration) 
 }
 
 /// Keeps a find as a file, and tells it.
-fn keep(arguments: &Arguments, find: &Find) -> anyhow::Result<PathBuf> {
+fn save_find(arguments: &Arguments, find: &Find) -> anyhow::Result<PathBuf> {
     let (name, seed) = (&arguments.target, arguments.seed);
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("fuzz/artifacts")
@@ -183,7 +183,7 @@ fn keep(arguments: &Arguments, find: &Find) -> anyhow::Result<PathBuf> {
 }
 
 /// Each file once, its panic as it comes.
-fn files(target: &Target, files: &[PathBuf]) -> anyhow::Result<ExitCode> {
+fn run_files(target: &Target, files: &[PathBuf]) -> anyhow::Result<ExitCode> {
     for file in files {
         let input = std::fs::read(file)
             .with_context(|| format!("E782 {} cannot be read", file.display()))?;

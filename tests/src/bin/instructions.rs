@@ -56,13 +56,18 @@ fn main() -> anyhow::Result<ExitCode> {
         println!("{name:<26} {seconds:>4} {count:>14} {each:>10.2} {budget:>7}{mark}");
         is_within &= each <= budget;
     }
-    choosing(root, &flexor, files, &scratch)?;
+    measure_model_choice(root, &flexor, files, &scratch)?;
     let _ = std::fs::remove_dir_all(&scratch); // of use to nobody
     Ok(ExitCode::from(u8::from(!is_within)))
 }
 
 /// What it costs to choose ten muscle models for 30 s of forces on tiring muscles.
-fn choosing(root: &Path, flexor: &Path, files: &Path, scratch: &Path) -> anyhow::Result<()> {
+fn measure_model_choice(
+    root: &Path,
+    flexor: &Path,
+    files: &Path,
+    scratch: &Path,
+) -> anyhow::Result<()> {
     let shipped = root.join("host-tool/sessions/ten_forces.toml");
     let text = std::fs::read_to_string(shipped)?
         .replace("duration_s = 6.0", "duration_s = 30.0")
@@ -72,7 +77,7 @@ fn choosing(root: &Path, flexor: &Path, files: &Path, scratch: &Path) -> anyhow:
     std::fs::write(&session, text)?;
     let seconds = duration_s(&session)?;
     let mut command = callgrind(flexor, &files.join("choosing.callgrind"));
-    let count = counted(command.arg("explain-model").arg(&session))?;
+    let count = count_instructions(command.arg("explain-model").arg(&session))?;
     let each = count as f64 / seconds * 1e-6;
     let name = "choosing for ten forces";
     println!("{name:<26} {seconds:>4} {count:>14} {each:>10.2}");
@@ -108,7 +113,7 @@ fn duration_s(path: &Path) -> anyhow::Result<f64> {
 /// its count of instructions.
 fn instructions(flexor: &Path, session: &Path, profile: &Path, out: &Path) -> anyhow::Result<u64> {
     let mut command = callgrind(flexor, profile);
-    counted(command.arg("run").arg(session).arg("--out").arg(out))
+    count_instructions(command.arg("run").arg(session).arg("--out").arg(out))
 }
 
 /// `flexor` under callgrind, which writes `profile`.
@@ -123,7 +128,7 @@ fn callgrind(flexor: &Path, profile: &Path) -> Command {
 }
 
 /// What callgrind counts of this command.
-fn counted(command: &mut Command) -> anyhow::Result<u64> {
+fn count_instructions(command: &mut Command) -> anyhow::Result<u64> {
     let ran = command
         .output()
         .context("valgrind cannot be started: install the package valgrind")?;

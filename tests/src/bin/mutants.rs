@@ -4,12 +4,12 @@
 
 use anyhow::{Context, ensure};
 use clap::Parser;
-use host_core::statistics::share_at_most;
+use host_core::statistics::share_upper_bound;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
-use tests::mutants::{Mutant, Proof, proofs, shuffled};
+use tests::mutants::{Mutant, Proof, parse_proofs, shuffled};
 
 /// Files whose mutants are listed; tests among them have none.
 const FILES: [&str; 3] = [
@@ -88,10 +88,10 @@ fn main() -> anyhow::Result<()> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent();
     let root = root.context("the package is in a workspace")?;
     let bench = Bench::set_up(root, &arguments.work)?;
-    let order = shuffled(&bench.listed()?, arguments.seed)?;
+    let order = shuffled(&bench.list_mutants()?, arguments.seed)?;
     let listed = order.len();
     let page = fs::read_to_string(bench.tree.join("docs/safety.md"))?;
-    let (proofs, mut run) = (proofs(&page), 0);
+    let (proofs, mut run) = (parse_proofs(&page), 0);
 
     let candidates = (1..).zip(order);
     let is_wanted = |number: &usize| arguments.only.is_empty() || arguments.only.contains(number);
@@ -100,10 +100,10 @@ fn main() -> anyhow::Result<()> {
     for (stage, &(_, _, folder)) in STAGES.iter().enumerate().take(arguments.stages) {
         let of_stage = |proof: &&Proof| proof.file.starts_with(folder);
         let proofs: Vec<_> = proofs.iter().filter(of_stage).cloned().collect();
-        let mut program = Program::named(&bench, stage, proofs)?;
+        let mut program = Program::with_proofs(&bench, stage, proofs)?;
         run += program.proofs.len();
         program.is_whole = arguments.every_test;
-        program.time(&bench)?;
+        program.measure_duration(&bench)?;
         if stage == 0 {
             let is_viable = |judged: &&MutantVerdict| judged.2 != MutantResult::Unviable;
             while judged.iter().filter(is_viable).count() < arguments.count {
@@ -122,7 +122,7 @@ fn main() -> anyhow::Result<()> {
             }
         }
     }
-    conclude(&arguments, (listed, run), &judged)
+    print_summary(&arguments, (listed, run), &judged)
 }
 
 /// A checkout that is mutated, so that the workspace never is.
@@ -152,7 +152,7 @@ impl Bench {
     }
 
     /// What cargo-mutants lists, as JSON.
-    fn listed(&self) -> anyhow::Result<String> {
+    fn list_mutants(&self) -> anyhow::Result<String> {
         let mut command = Command::new("cargo");
         command.args(["mutants", "--list", "--json", "--package", "firmware"]);
         let files = FILES.iter().flat_map(|file| ["--file", file]);
@@ -205,12 +205,12 @@ struct Program {
 
 impl Program {
     /// Finds `proofs` among the program's tests.
-    fn named(bench: &Bench, stage: usize, proofs: Vec<Proof>) -> anyhow::Result<Self> {
+    fn with_proofs(bench: &Bench, stage: usize, proofs: Vec<Proof>) -> anyhow::Result<Self> {
         let (_, words) = bench.cargo(&arguments(stage, &["--", "--list"]), BUILD)?;
         let tests = words.lines().filter_map(|line| line.strip_suffix(": test"));
         let tests: Vec<_> = tests.collect();
         let named = proofs.into_iter().map(|proof| {
-            let path = proof.path(&tests);
+            let path = proof.test_path(&tests);
             let path = path.with_context(|| format!("no test is {proof:?}:\n{words}"))?;
             Ok((proof.number, path.to_owned()))
         });
@@ -223,7 +223,7 @@ impl Program {
     }
 
     /// Runs without a mutant, which must pass, for how long that takes.
-    fn time(&mut self, bench: &Bench) -> anyhow::Result<()> {
+    fn measure_duration(&mut self, bench: &Bench) -> anyhow::Result<()> {
         let since = Instant::now();
         let (success, words) = self.run(bench)?;
         ensure!(
@@ -232,7 +232,7 @@ impl Program {
         );
         self.limit = since.elapsed() * 4 + Duration::from_secs(60);
         let (count, seconds) = (self.proofs.len(), since.elapsed().as_secs());
-        eprintln!("{}: {count} proofs in {seconds} s", name(self.stage));
+        eprintln!("{}: {count} proofs in {seconds} s", stage_name(self.stage));
         Ok(())
     }
 
@@ -287,7 +287,7 @@ fn arguments<'a>(stage: usize, more: &[&'a str]) -> Vec<&'a str> {
     [&["-p", package], target, more].concat()
 }
 
-fn name(stage: usize) -> String {
+fn stage_name(stage: usize) -> String {
     let (package, target, _) = STAGES[stage];
     format!("{package} {}", target.join(" "))
 }
@@ -297,7 +297,7 @@ fn line(number: usize, mutant: &Mutant, fate: &MutantResult) -> String {
     let fate = match fate {
         MutantResult::Unviable => "does not compile".to_owned(),
         MutantResult::Killed { by, .. } => by.join(" "),
-        MutantResult::TimedOut { stage } => format!("timeout of {}", name(*stage)),
+        MutantResult::TimedOut { stage } => format!("timeout of {}", stage_name(*stage)),
         MutantResult::Survived => "survived".to_owned(),
     };
     let mutant = mutant.name.replace('\n', " ");
@@ -309,7 +309,7 @@ fn show(number: usize, mutant: &Mutant, fate: &MutantResult) {
 }
 
 /// Prints each fate, the counts, and the share with its interval.
-fn conclude(
+fn print_summary(
     arguments: &Arguments,
     (listed, run): (usize, usize),
     judged: &[MutantVerdict],
@@ -320,13 +320,15 @@ fn conclude(
     let timed_out = count(&|fate| matches!(fate, MutantResult::TimedOut { .. }));
     let killed =
         |at: usize| count(&|f| matches!(f, MutantResult::Killed { stage, .. } if *stage == at));
-    let stages: Vec<_> = (0..STAGES.len()).map(|at| (name(at), killed(at))).collect();
+    let stages: Vec<_> = (0..STAGES.len())
+        .map(|at| (stage_name(at), killed(at)))
+        .collect();
     let viable = judged.len() - unviable;
     let noticed = viable - survived;
     let share = noticed as f64 / viable as f64;
     // Two bounds of Clopper and Pearson, each of 97.5 %.
-    let low = 1.0 - share_at_most(survived as u64, viable as u64, 0.975)?;
-    let high = share_at_most(noticed as u64, viable as u64, 0.975)?;
+    let low = 1.0 - share_upper_bound(survived as u64, viable as u64, 0.975)?;
+    let high = share_upper_bound(noticed as u64, viable as u64, 0.975)?;
     if arguments.json {
         let found = serde_json::json!({
             "seed": arguments.seed, "listed": listed, "proofs": run, "mutants": judged,

@@ -40,7 +40,7 @@ pub fn records(program: &Program, encodings: &Encodings, executed: &mut [u32]) -
             cpu.registers.r[15] = pc + 2;
             continue;
         }
-        if (start..program.end).contains(&pc) && passes(&cpu) {
+        if (start..program.end).contains(&pc) && condition_passes(&cpu) {
             count(program, pc, encodings, executed);
         }
         if let Err(stop) = cpu.step(&mut bus) {
@@ -66,7 +66,7 @@ fn copy(bus: &Flat, block: u32, records: &mut Vec<u8>) -> Result<()> {
 }
 
 /// Whether the next instruction's condition in an IT block holds.
-fn passes(cpu: &Cpu) -> bool {
+fn condition_passes(cpu: &Cpu) -> bool {
     let (value, apsr) = (cpu.registers.it, cpu.registers.apsr);
     if value & 15 == 0 {
         return true;

@@ -80,7 +80,7 @@ pub(super) fn case(
     };
     let units = builder.random.within(1..5);
     for _ in 0..units {
-        builder.any();
+        builder.push_any();
     }
     let (base_value, code) = (builder.base_value, builder.code);
     let mut input = Input {
@@ -99,7 +99,7 @@ pub(super) fn case(
 
 impl Builder<'_> {
     /// Anything: of three encodings, the one that was planned least.
-    fn any(&mut self) {
+    fn push_any(&mut self) {
         let count = self.encodings.0.len() as u32;
         let candidates = [(); 3].map(|()| self.random.within(0..count) as usize);
         let Some(id) = candidates.into_iter().min_by_key(|id| self.planned[*id]) else {
@@ -120,7 +120,7 @@ impl Builder<'_> {
     }
 
     /// Any instruction that neither branches nor writes back.
-    pub(super) fn simple(&mut self) -> Instruction {
+    pub(super) fn draw_simple(&mut self) -> Instruction {
         let count = self.encodings.0.len() as u32;
         loop {
             let id = self.random.within(0..count) as usize;
@@ -138,7 +138,7 @@ impl Builder<'_> {
 
     /// An instruction called `name`, with random fields.
     pub(super) fn draw_named(&mut self, name: &str) -> Instruction {
-        let pattern = self.encodings.named(name).clone();
+        let pattern = self.encodings.by_name(name).clone();
         (pattern.width, self.fill(&pattern))
     }
 
@@ -150,7 +150,7 @@ impl Builder<'_> {
     }
 
     /// Address of the next instruction.
-    pub(super) fn here(&self) -> u32 {
+    pub(super) fn next_address(&self) -> u32 {
         self.address + self.code.len() as u32 * 2
     }
 
@@ -167,7 +167,7 @@ impl Builder<'_> {
                     else {
                         continue;
                     };
-                    (may_write_back || !access.writes_back) && self.place(access)
+                    (may_write_back || !access.writes_back) && self.place_access(access)
                 }
                 _ => true,
             };
@@ -180,7 +180,7 @@ impl Builder<'_> {
     }
 
     /// Whether the access can be; fixes the base register's value by it.
-    pub(super) fn place(&mut self, access: Access) -> bool {
+    pub(super) fn place_access(&mut self, access: Access) -> bool {
         if !access.uses_base {
             return true;
         }
@@ -202,10 +202,10 @@ impl Builder<'_> {
 
     /// All fields at random, registers as their letters say.
     pub(super) fn fill(&mut self, pattern: &Pattern) -> u32 {
-        let mut word = pattern.empty();
+        let mut word = pattern.fixed_bits();
         let mut used: Vec<u32> = Vec::new();
         for letter in pattern.fields() {
-            let bits = pattern.bits(letter);
+            let bits = pattern.field_width(letter);
             let value = match letter {
                 'b' => self.base,
                 'x' => self.index,
@@ -215,13 +215,13 @@ impl Builder<'_> {
                     used.push(register);
                     register
                 }
-                'r' | 'q' => self.source_but_base(bits),
+                'r' | 'q' => self.source_except_base(bits),
                 'c' => self.random.within(0..14),
                 'k' => self.random.within(0..16),
-                'l' => self.list(bits, pattern.encoding.name),
+                'l' => self.register_list(bits, pattern.encoding.name),
                 _ => self.random.word() & ((1 << bits) - 1),
             };
-            word = pattern.with(word, letter, value);
+            word = pattern.set_field(word, letter, value);
         }
         word
     }
@@ -236,7 +236,7 @@ impl Builder<'_> {
         }
     }
 
-    fn source_but_base(&mut self, bits: u32) -> u32 {
+    fn source_except_base(&mut self, bits: u32) -> u32 {
         loop {
             let register = self.source(bits);
             if register != self.base {
@@ -248,7 +248,7 @@ impl Builder<'_> {
     /// A register that may be written, none of `used`.
     pub(super) fn destination(&mut self, bits: u32, used: &[u32]) -> u32 {
         loop {
-            let register = self.source_but_base(bits);
+            let register = self.source_except_base(bits);
             if register != self.index && !used.contains(&register) {
                 return register;
             }
@@ -257,7 +257,7 @@ impl Builder<'_> {
 
     /// Bits of a list of two or more registers that an instruction called
     /// `name` may have; the highest is R14 where there are more than eight.
-    pub(super) fn list(&mut self, bits: u32, name: &str) -> u32 {
+    pub(super) fn register_list(&mut self, bits: u32, name: &str) -> u32 {
         let mut kept = 1 << self.base;
         if !name.starts_with("ST") && !name.starts_with("PUSH") {
             kept |= 1 << self.index;

@@ -20,7 +20,7 @@ pub struct ImageInstructions {
 ///
 /// # Errors
 /// It is no ELF with mapping symbols.
-pub fn in_image(path: &Path, encodings: &Encodings) -> Result<ImageInstructions> {
+pub fn find_instructions(path: &Path, encodings: &Encodings) -> Result<ImageInstructions> {
     let bytes = std::fs::read(path).with_context(|| path.display().to_string())?;
     let elf = object::File::parse(&*bytes)?;
     let mut found = ImageInstructions::default();

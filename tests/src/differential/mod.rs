@@ -18,12 +18,12 @@ mod random;
 mod units;
 
 pub use encodings::Encodings;
-pub use images::{ImageInstructions, in_image};
+pub use images::{ImageInstructions, find_instructions};
 pub use program::{Program, RECORD_WORDS};
 
 /// What the words of a record are.
 #[must_use]
-pub fn name_of(word: usize) -> String {
+pub fn record_word_name(word: usize) -> String {
     match word {
         0 => "APSR".to_owned(),
         1 => "FPSCR".to_owned(),

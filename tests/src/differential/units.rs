@@ -12,19 +12,19 @@ impl Builder<'_> {
         let name = pattern.encoding.name;
         match unit {
             Unit::Alone => self.push(instruction),
-            Unit::Skip => self.skip(name, instruction),
-            Unit::Block => self.block(word),
+            Unit::Skip => self.push_branch(name, instruction),
+            Unit::Block => self.push_it_block(word),
             Unit::ToRegister => {
                 let target = self.destination(4, &[]);
-                let after = self.here() + 12;
-                self.constant(target, after | 1);
-                self.push((16, pattern.with(word, 'm', target)));
-                self.skipped();
+                let after = self.next_address() + 12;
+                self.load_constant(target, after | 1);
+                self.push((16, pattern.set_field(word, 'm', target)));
+                self.push_skipped();
             }
             Unit::ToLoaded => self.load_counter(name, instruction),
-            Unit::Table => self.table(instruction),
+            Unit::Table => self.push_table_branch(instruction),
             Unit::Stack => self.stack(name),
-            Unit::Adjust => self.adjust(name),
+            Unit::Adjust => self.push_stack_adjustment(name),
             Unit::Exclusive => self.exclusive(name),
             Unit::Event => {
                 self.push((16, 0xBF40)); // sev
@@ -35,7 +35,7 @@ impl Builder<'_> {
     }
 
     /// `register` = `value`: MOVW, MOVT.
-    fn constant(&mut self, register: u32, value: u32) {
+    fn load_constant(&mut self, register: u32, value: u32) {
         for (name, half) in [("MOVW", value & 0xFFFF), ("MOVT", value >> 16)] {
             let (width, word) = self.draw_named(name);
             let word = word & !0x040F_7FFF | register << 8;
@@ -46,15 +46,15 @@ impl Builder<'_> {
     }
 
     /// A half-word that nothing may execute: its result would show.
-    fn skipped(&mut self) {
+    fn push_skipped(&mut self) {
         let register = self.destination(3, &[]);
         self.push((16, 0x2000 | register << 8 | 0xA5)); // movs
     }
 
     /// A branch over one to three instructions, taken or not.
-    fn skip(&mut self, name: &str, (width, word): Instruction) {
+    fn push_branch(&mut self, name: &str, (width, word): Instruction) {
         let body: Vec<Instruction> = (0..self.random.within(1..4))
-            .map(|_| self.simple())
+            .map(|_| self.draw_simple())
             .collect();
         let halves: u32 = body.iter().map(|(width, _)| width / 16).sum();
         // From the instruction's address + 4, in half-words.
@@ -74,12 +74,12 @@ impl Builder<'_> {
     }
 
     /// IT and its one to four instructions.
-    fn block(&mut self, value: u32) {
+    fn push_it_block(&mut self, value: u32) {
         let mask = value & 15;
         let mask = if mask == 0 { 8 } else { mask };
         self.push((16, value & !15 | mask));
         for _ in 0..4 - mask.trailing_zeros() {
-            let instruction = self.simple();
+            let instruction = self.draw_simple();
             self.push(instruction);
         }
     }
@@ -98,17 +98,17 @@ impl Builder<'_> {
             _ => (Some((32, 0xF84D_ED04)), (width, word)), // str lr, [sp, #-4]!
         };
         let halves = 4 + before.map_or(0, |(width, _)| width / 16) + width / 16 + 1;
-        let after = self.here() + halves * 2;
-        self.constant(lr, after | 1);
+        let after = self.next_address() + halves * 2;
+        self.load_constant(lr, after | 1);
         if let Some(store) = before {
             self.push(store);
         }
         self.push(load);
-        self.skipped();
+        self.push_skipped();
     }
 
     /// TBB or TBH to one of eight places.
-    fn table(&mut self, instruction: Instruction) {
+    fn push_table_branch(&mut self, instruction: Instruction) {
         self.push(instruction);
         let wide = instruction.1 & 0x10 != 0;
         let start: u16 = if wide { 8 } else { 4 };
@@ -136,7 +136,7 @@ impl Builder<'_> {
         };
         self.push(push);
         if self.random.once_in(2) {
-            let between = self.simple();
+            let between = self.draw_simple();
             self.push(between);
         }
         self.push(pop);
@@ -145,9 +145,9 @@ impl Builder<'_> {
     /// The same number of registers, not the same ones.
     fn core_stack(&mut self, width: u32) -> (Instruction, Instruction) {
         let bits = if width == 16 { 8 } else { 14 };
-        let load = self.list(bits, "POP");
+        let load = self.register_list(bits, "POP");
         let store = loop {
-            let list = self.list(bits, "PUSH");
+            let list = self.register_list(bits, "PUSH");
             if list.count_ones() == load.count_ones() {
                 break list;
             }
@@ -180,7 +180,7 @@ impl Builder<'_> {
     }
 
     /// Moves the stack pointer down, reads it, and moves it up.
-    fn adjust(&mut self, name: &str) {
+    fn push_stack_adjustment(&mut self, name: &str) {
         let immediate = self.random.within(0..128);
         let (down, up) = match name {
             "ADD (SP + imm, T2)" | "SUB (SP - imm, T1)" => {
@@ -220,7 +220,7 @@ impl Builder<'_> {
             writes_back: false,
             uses_base: true,
         };
-        if !self.place(access) {
+        if !self.place_access(access) {
             return;
         }
         // The status goes to none of the other registers.
@@ -244,7 +244,7 @@ impl Builder<'_> {
         let zero = self.destination(4, &[]);
         let instruction = if word >> 20 == 0xF38 {
             let value = self.random.word() & 0xF0;
-            self.constant(zero, value);
+            self.load_constant(zero, value);
             (width, word & !0xF_0000 | zero << 16)
         } else {
             (width, word)
@@ -253,7 +253,7 @@ impl Builder<'_> {
         let read = self.draw_named("MRS (PRIMASK, BASEPRI)");
         self.push(read);
         self.push((16, 0xB662)); // cpsie i
-        self.constant(zero, 0);
+        self.load_constant(zero, 0);
         self.push((32, 0xF380_8811 | zero << 16)); // msr basepri
     }
 }

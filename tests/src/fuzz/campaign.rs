@@ -50,7 +50,7 @@ impl Campaign<'_> {
             let end = (next + block).min(self.inputs.end);
             let since = Instant::now();
             (next..end).into_par_iter().for_each(|index| {
-                if let Some(find) = self.one(index) {
+                if let Some(find) = self.run_input(index) {
                     let mut finds = finds.lock().expect("no panic while it is held");
                     let known = finds.iter_mut().find(|item| item.told == find.told);
                     match known {
@@ -75,17 +75,17 @@ impl Campaign<'_> {
         (next - self.inputs.start, finds)
     }
 
-    fn one(&self, index: u64) -> Option<Find> {
+    fn run_input(&self, index: u64) -> Option<Find> {
         let input = mutation(&self.corpus, self.seed, index);
-        let told = broken(self.target.function, &input)?;
+        let told = broken_promise(self.target.function, &input)?;
         Some(Find { index, input, told })
     }
 }
 
 /// What `input` breaks, if it breaks anything; a panic is not printed then.
 #[must_use]
-pub fn broken(function: fn(&[u8]), input: &[u8]) -> Option<String> {
-    note_panics();
+pub fn broken_promise(function: fn(&[u8]), input: &[u8]) -> Option<String> {
+    install_panic_hook();
     SAID.set(Some(String::new()));
     let done = panic::catch_unwind(AssertUnwindSafe(|| {
         // Twice: a program that was held, as by Ctrl-Z, took as long.
@@ -110,13 +110,13 @@ thread_local! {
 }
 
 /// From now on panics of threads that are listened to are kept and not printed.
-fn note_panics() {
+fn install_panic_hook() {
     static NOTED: Once = Once::new();
     NOTED.call_once(|| {
         let print = panic::take_hook();
         panic::set_hook(Box::new(move |info| {
             if SAID.with_borrow(Option::is_some) {
-                SAID.set(Some(told(info)));
+                SAID.set(Some(panic_text(info)));
             } else {
                 print(info);
             }
@@ -126,7 +126,7 @@ fn note_panics() {
 
 /// The place decides which finds are the same, so it comes first, and numbers that differ
 /// from input to input are left to the file.
-fn told(info: &PanicHookInfo<'_>) -> String {
+fn panic_text(info: &PanicHookInfo<'_>) -> String {
     let place = info.location().map(ToString::to_string);
     let said = info.payload_as_str().unwrap_or("a panic without words");
     let line = said.lines().next().unwrap_or_default().chars();

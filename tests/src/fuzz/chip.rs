@@ -50,7 +50,7 @@ pub fn gdb(data: &[u8]) {
         Board::power_on(image, [None; _], Pace::Lazy, Points::default()).expect("it starts")
     };
     let board = BOARD.with(|board| board.get_or_init(power_on).clone());
-    let port = SingleClient(Some(Script::of(data)));
+    let port = SingleClient(Some(Script::from_lines(data)));
     let mut debugger = Debugger::new(port, board, AfterDebugger::Nothing);
     for step in 1..=4 {
         match debugger.run_to(step * RUN) {
@@ -80,7 +80,7 @@ struct Script {
 impl Script {
     /// Packets with the right sum, since what has a wrong one is only asked for again:
     /// each line is one, but for those that begin with `!`, which are sent as they are.
-    fn of(data: &[u8]) -> Self {
+    fn from_lines(data: &[u8]) -> Self {
         let mut bytes = VecDeque::new();
         for line in data.split(|byte| *byte == b'\n') {
             if let Some(raw) = line.strip_prefix(b"!") {
@@ -107,7 +107,7 @@ enum PacketPosition {
 
 impl Script {
     /// A byte that gdb is told.
-    fn tell(&mut self, byte: u8) {
+    fn check_reply_byte(&mut self, byte: u8) {
         let digit = |byte: u8| char::from(byte).to_digit(16).expect("a digit of a sum") as u8;
         self.said = match (self.said, byte) {
             (PacketPosition::Between, b'+' | b'-') => PacketPosition::Between,
@@ -139,7 +139,7 @@ impl Line for Script {
     }
 
     fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
-        bytes.iter().for_each(|&byte| self.tell(byte));
+        bytes.iter().for_each(|&byte| self.check_reply_byte(byte));
         Ok(())
     }
 

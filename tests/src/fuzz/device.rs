@@ -17,15 +17,15 @@ use hal_sim::trace::judge::{Pump, judge};
 pub fn device(data: &[u8]) {
     let steps = read_steps(data, Budget::LONG);
     let requests = steps.iter().filter_map(|step| step.request());
-    let stages = stages(requests);
+    let stages = declared_stages(requests);
     let mut session = Session::with_stages(stages);
     for step in &steps {
         step.run(&mut session);
     }
-    session.inputs(0);
+    session.set_inputs(0);
     session.advance(1_500_000);
     let end_us = since_boot(session.now());
-    let (judged, trace, faults) = session.told();
+    let (judged, trace, faults) = session.into_result();
     let truth = judged.truth(&stages, faults);
     let verdict = judge(&trace, &Pump::Throughout, &truth, end_us);
     let findings = &verdict.as_built.findings;
@@ -33,7 +33,7 @@ pub fn device(data: &[u8]) {
 }
 
 /// What the first valid configuration of each channel declares.
-fn stages(requests: impl Iterator<Item = Request>) -> StageTable {
+fn declared_stages(requests: impl Iterator<Item = Request>) -> StageTable {
     let mut table = StageTable {
         origin: Origin::Owner,
         supply: Some(StageSupply::Separate), // the judge knows each stage by itself

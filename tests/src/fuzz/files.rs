@@ -18,15 +18,15 @@ pub fn wearer(data: &[u8]) {
     };
     let wearer = match Wearer::parse("wearer.toml", text) {
         Ok(wearer) => wearer,
-        Err(error) => return numbered(&error.lines()),
+        Err(error) => return assert_numbered(&error.lines()),
     };
     let written = wearer.to_toml();
     match Wearer::parse("written.toml", &written) {
         Ok(again) => assert_eq!(again, wearer, "a wearer changes when it is written"),
         Err(error) => panic!("what was written is refused: {}", error.lines()),
     }
-    if let Err(error) = Plan::of(&wearer) {
-        numbered(&error.to_string());
+    if let Err(error) = Plan::from_wearer(&wearer) {
+        assert_numbered(&error.to_string());
     }
 }
 
@@ -34,22 +34,22 @@ pub fn wearer(data: &[u8]) {
 /// was. Once as it is, and once with its lines' sums made right, so that what they say is
 /// read, too.
 pub fn journal(data: &[u8]) {
-    for text in [data.to_vec(), summed(data)] {
-        let kept = match calibration::kept(Path::new("x.journal"), &text) {
+    for text in [data.to_vec(), with_checksums(data)] {
+        let kept = match calibration::parse_journal(Path::new("x.journal"), &text) {
             Ok(kept) => kept,
             Err(error) => {
-                numbered(&error.to_string());
+                assert_numbered(&error.to_string());
                 continue;
             }
         };
         assert!(kept.whole <= text.len(), "more was kept than there is");
         assert!(matches!(kept.entries.first(), Some(Entry::Begun(_))));
-        let again = calibration::kept(Path::new("x.journal"), &text[..kept.whole]);
+        let again = calibration::parse_journal(Path::new("x.journal"), &text[..kept.whole]);
         assert_eq!(again.ok().as_ref(), Some(&kept), "a whole journal is cut");
         let mut machine = Machine::new(plan(), &kept.entries);
         let ceiling = machine.plan().electrodes[0].ceiling;
         machine.begin();
-        for found in machine.found() {
+        for found in machine.results() {
             let levels = [found.threshold, found.limit, found.minimum, found.maximum];
             let highest = levels.into_iter().flatten().max();
             assert!(highest <= Some(ceiling), "{highest:?} above {ceiling:?}");
@@ -67,7 +67,7 @@ fn plan() -> Plan {
 
 /// The lines with numbers and sums as the program would have written them: the first 64
 /// bits of SHA-256 over the last sum and the line up to its own.
-fn summed(data: &[u8]) -> Vec<u8> {
+fn with_checksums(data: &[u8]) -> Vec<u8> {
     let (mut out, mut sum) = (Vec::new(), String::new());
     for line in data.split_inclusive(|byte| *byte == b'\n') {
         let text = String::from_utf8_lossy(line);
@@ -87,12 +87,12 @@ fn summed(data: &[u8]) -> Vec<u8> {
 /// with a number. An order reads back from what is written of it.
 pub fn lines(data: &[u8]) {
     let (mut whole, mut pieces) = (PartialLine::default(), PartialLine::default());
-    let lines = whole.lines(data, true);
+    let lines = whole.take_lines(data, true);
     let mut again = Vec::new();
     for piece in data.chunks(7) {
-        again.extend(pieces.lines(piece, false));
+        again.extend(pieces.take_lines(piece, false));
     }
-    again.extend(pieces.lines(&[], true));
+    again.extend(pieces.take_lines(&[], true));
     assert_eq!(lines, again, "lines depend on how they come");
     for line in lines {
         match Order::parse(&line) {
@@ -100,7 +100,7 @@ pub fn lines(data: &[u8]) {
                 let written = serde_json::to_string(&order).expect("orders are JSON");
                 assert_eq!(Order::parse(&written), Ok(order));
             }
-            Err(error) => numbered(&error.to_string()),
+            Err(error) => assert_numbered(&error.to_string()),
         }
     }
 }
@@ -122,11 +122,14 @@ pub fn stage_words(data: &[u8]) {
         *to = *from;
     }
     check_stages(&copies, *unique_id);
-    check_stages(&copies.map(|words| resummed(words, *unique_id)), *unique_id);
+    check_stages(
+        &copies.map(|words| with_valid_checksum(words, *unique_id)),
+        *unique_id,
+    );
 }
 
 /// The words with the first and the last as a board writes them.
-fn resummed(mut words: StageWords, [a, b, c]: [u32; 3]) -> StageWords {
+fn with_valid_checksum(mut words: StageWords, [a, b, c]: [u32; 3]) -> StageWords {
     let [magic, version, x, y, z, ..] = &mut words;
     (*magic, *version) = (u32::from_le_bytes(*b"FXST"), *version & 1 | 1 << 16);
     (*x, *y, *z) = (a, b, c);
@@ -138,10 +141,13 @@ fn resummed(mut words: StageWords, [a, b, c]: [u32; 3]) -> StageWords {
 
 fn check_stages(copies: &[StageWords; 2], unique_id: [u32; 3]) {
     let [first, second] = copies;
-    match Stages::stored([first, second], unique_id) {
+    match Stages::from_copies([first, second], unique_id) {
         Stages::Stored(table) => {
-            assert!(is_within(&table).is_ok(), "{table:?} is beyond its ranges");
-            let written = table.words(unique_id);
+            assert!(
+                check_ranges(&table).is_ok(),
+                "{table:?} is beyond its ranges"
+            );
+            let written = table.to_words(unique_id);
             assert_eq!([&written, &written], [first, second]);
         }
         Stages::Unknown(_) => {}
@@ -150,7 +156,7 @@ fn check_stages(copies: &[StageWords; 2], unique_id: [u32; 3]) {
 }
 
 /// The ranges of docs/protocol.md, typed again: a mistake in them is not shared.
-fn is_within(table: &StageTable) -> Result<(), OutOfRange> {
+fn check_ranges(table: &StageTable) -> Result<(), OutOfRange> {
     for stage in table.stages.iter().flatten() {
         let (value, highest) = match *stage {
             StageKind::Current { full_scale_ua } => (full_scale_ua, 100_000),
@@ -164,19 +170,19 @@ fn is_within(table: &StageTable) -> Result<(), OutOfRange> {
 /// A record of which one file is anything: its name, a line, its contents. Refused with a
 /// number, or loaded and checked for damage.
 pub fn record(data: &[u8]) {
-    spoilt(data, |dir| drop(load(dir)));
+    with_spoilt_file(data, |dir| drop(load(dir)));
 }
 
 /// The same; one that is loaded is shown and compared, as `report` and `compare` do.
 pub fn report(data: &[u8]) {
-    spoilt(data, |dir| {
+    with_spoilt_file(data, |dir| {
         if let Some(run) = load(dir) {
-            show(run);
+            check_pages(run);
         }
     });
 }
 
-fn spoilt(data: &[u8], call: fn(&Path)) {
+fn with_spoilt_file(data: &[u8], call: fn(&Path)) {
     let end = data.iter().position(|byte| *byte == b'\n');
     let (name, contents) = match end {
         Some(end) => (&data[..end], &data[end + 1..]),
@@ -184,8 +190,8 @@ fn spoilt(data: &[u8], call: fn(&Path)) {
     };
     let known = RECORD.iter().position(|(file, _)| file.as_bytes() == name);
     let index = known.unwrap_or(name.len() % RECORD.len());
-    thread_local!(static FOLDER: Folder = Folder::of_a_record());
-    FOLDER.with(|folder| folder.with(index, contents, call));
+    thread_local!(static FOLDER: Folder = Folder::with_record());
+    FOLDER.with(|folder| folder.with_replaced_file(index, contents, call));
 }
 
 /// What `report`, `rerun` and `compare` begin with.
@@ -193,21 +199,21 @@ fn load(dir: &Path) -> Option<Run> {
     let run = match record::load(dir) {
         Ok(run) => run,
         Err(error) => {
-            numbered(&error.to_string());
+            assert_numbered(&error.to_string());
             return None;
         }
     };
-    let damaged: Option<RecordError> = run.damaged(dir);
+    let damaged: Option<RecordError> = run.damage_error(dir);
     if let Some(error) = damaged {
-        numbered(&error.to_string());
+        assert_numbered(&error.to_string());
     }
     Some(run)
 }
 
-fn show(run: Run) {
-    let page = host_core::report::page(&Report::of(&run));
+fn check_pages(run: Run) {
+    let page = host_core::report::page(&Report::from_run(&run));
     assert!(page.ends_with("</html>\n"), "a page without an end");
-    let both = ["one", "other"].map(|name| ComparedRecord::of(Path::new(name), &run));
+    let both = ["one", "other"].map(|name| ComparedRecord::from_run(Path::new(name), &run));
     assert!(!compare_text(&both).is_empty());
     assert!(document("both", &compare_body(&both)).ends_with("</html>\n"));
 }
@@ -244,7 +250,7 @@ const RECORD: [(&str, &str); 6] = [
 struct Folder(PathBuf);
 
 impl Folder {
-    fn of_a_record() -> Self {
+    fn with_record() -> Self {
         let thread = format!("{:?}", std::thread::current().id());
         let thread: String = thread.chars().filter(char::is_ascii_digit).collect();
         let name = format!("flexor-fuzz-{}-{thread}", std::process::id());
@@ -269,7 +275,7 @@ impl Folder {
     }
 
     /// Calls with one file replaced, and puts it back.
-    fn with(&self, index: usize, contents: &[u8], call: fn(&Path)) {
+    fn with_replaced_file(&self, index: usize, contents: &[u8], call: fn(&Path)) {
         self.write(index, contents);
         let done = std::panic::catch_unwind(|| call(&self.0));
         let (_, told) = RECORD[index];
@@ -293,7 +299,7 @@ impl Drop for Folder {
 }
 
 /// An error that a person can look up: it begins with its number.
-fn numbered(error: &str) {
+fn assert_numbered(error: &str) {
     let digits = error.strip_prefix('E').unwrap_or_default();
     let is_numbered = digits.len() > 3 && digits.as_bytes()[..3].iter().all(u8::is_ascii_digit);
     assert!(is_numbered, "an error without a number: {error}");

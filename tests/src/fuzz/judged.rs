@@ -36,7 +36,7 @@ pub struct JudgedRun {
 
 impl JudgedRun {
     /// What is armed now.
-    pub fn note(&mut self, setup: &Setup) {
+    pub fn note_setup(&mut self, setup: &Setup) {
         let wearer = &setup.wearer;
         self.silent_us = self
             .silent_us
@@ -48,12 +48,12 @@ impl JudgedRun {
     }
 
     /// The host was heard.
-    pub const fn hear(&mut self, at: Micros) {
+    pub const fn note_host(&mut self, at: Micros) {
         self.heard = at;
     }
 
     /// An electrode came off, or on again.
-    pub fn load(&mut self, at: Micros, channel: usize, is_on: bool) {
+    pub fn note_load(&mut self, at: Micros, channel: usize, is_on: bool) {
         self.loads.push((since_boot(at), channel, is_on));
     }
 

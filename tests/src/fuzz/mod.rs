@@ -16,7 +16,7 @@ mod usb;
 mod watch;
 
 use crate::desk;
-pub use campaign::{Campaign, Find, broken, corpus};
+pub use campaign::{Campaign, Find, broken_promise, corpus};
 pub use chip::{elf, gdb};
 pub use device::device;
 pub use files::{journal, lines, record, report, stage_words, wearer};
@@ -24,7 +24,7 @@ use firmware::link::Request;
 use hal_sim::trace::{read_csv, write_csv};
 use host_core::session::Session as SessionFile;
 pub use mutate::mutation;
-pub use session::{BOOTED, Session, payload, sealed};
+pub use session::{BOOTED, Session, payload, request_frame};
 pub use usb::usb;
 
 /// Something that is fuzzed.
@@ -77,7 +77,7 @@ targets! {
 /// no output before it was asked to arm, and says only well-formed answers.
 /// A host reading the same bytes does not panic either.
 pub fn frame(data: &[u8]) {
-    session::hear(data);
+    session::decode_as_host(data);
     let mut session = Session::open();
     for bytes in data.split_inclusive(|byte| *byte == 0).take(MAX_STEPS) {
         session.receive(bytes);
@@ -89,15 +89,15 @@ pub fn frame(data: &[u8]) {
 /// Requests with their payloads at random, but well framed, between steps of
 /// time and changes of the board's inputs.
 pub fn lockstep(data: &[u8]) {
-    steps(Session::open(), data);
+    run_steps(Session::open(), data);
 }
 
 /// The same, beside a board that leaves no refill out: both put out the same.
 pub fn skipping(data: &[u8]) {
-    steps(Session::beside_unskipping(), data);
+    run_steps(Session::with_unskipping_twin(), data);
 }
 
-fn steps(mut session: Session, data: &[u8]) {
+fn run_steps(mut session: Session, data: &[u8]) {
     for step in read_steps(data, Budget::SHORT) {
         step.run(&mut session);
     }
@@ -174,12 +174,12 @@ impl Step<'_> {
         match self {
             Self::Request(payload) => session.request(payload),
             Self::Time(time_us) => session.advance(*time_us),
-            Self::Inputs(bits) => session.inputs(*bits),
+            Self::Inputs(bits) => session.set_inputs(*bits),
             Self::Trigger(held) => {
-                session.hold(*held);
+                session.set_held(*held);
                 session.trigger();
             }
-            Self::Joint(code) => session.joint(code),
+            Self::Joint(code) => session.set_joint_code(code),
         }
     }
 }
@@ -208,7 +208,7 @@ pub fn session_toml(data: &[u8]) {
         }
     };
     let mut session = Session::open();
-    for request in file.requests().into_iter().chain([desk::ARM]) {
+    for request in file.setup_requests().into_iter().chain([desk::ARM]) {
         session.request(&payload(&request));
         session.advance(250); // one window: an electrode check is still under way
         let (_, refused) = session.answers();
@@ -216,8 +216,8 @@ pub fn session_toml(data: &[u8]) {
     }
     for t_us in [0, file.duration_us / 2, file.duration_us] {
         let setpoint = file.setpoints.at(t_us);
-        for setpoint in std::iter::once(setpoint).chain(file.setpoints.with(t_us)) {
-            assert!(!payload(&setpoint.request(None)).is_empty());
+        for setpoint in std::iter::once(setpoint).chain(file.setpoints.accompanying_at(t_us)) {
+            assert!(!payload(&setpoint.to_request(None)).is_empty());
         }
     }
 }

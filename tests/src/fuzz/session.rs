@@ -47,7 +47,7 @@ impl Session {
     }
 
     /// The same, beside a board that leaves no refill out.
-    pub fn beside_unskipping() -> Self {
+    pub fn with_unskipping_twin() -> Self {
         Self::boot(true, Stages::AsDeclared)
     }
 
@@ -56,10 +56,10 @@ impl Session {
         identity.stages = stages;
         let mut session = Self {
             board: Lockstep::new(identity, BOOT),
-            twin: has_twin.then(|| Lockstep::new(identity, BOOT).unskipping()),
+            twin: has_twin.then(|| Lockstep::new(identity, BOOT).without_skipping()),
             sensors: Sensors::default(),
             watch: Watch::default(),
-            record: Record::from(BOOT),
+            record: Record::starting_at(BOOT),
             judged: JudgedRun::default(),
             heard: Decoder::default(),
             draft: Draft::default(),
@@ -67,7 +67,7 @@ impl Session {
         };
         session.advance(1_000);
         let hello = Request::Hello { schema: SCHEMA };
-        session.receive(&sealed(&hello, session.seq));
+        session.receive(&request_frame(&hello, session.seq));
         session.advance(1_000);
         session
     }
@@ -78,24 +78,24 @@ impl Session {
         let mut meant = None;
         for message in requests(&mut self.heard, bytes) {
             let is_arm = matches!(message.request, Request::Arm { .. });
-            let request = self.draft.sending(message.request);
+            let request = self.draft.prepare_request(message.request);
             if is_arm {
-                self.watch.asked_to_arm(self.board.now());
+                self.watch.note_arm_request(self.board.now());
                 meant = encode(&ToDevice { request, ..message });
             }
         }
         let bytes = meant.as_deref().unwrap_or(bytes);
         let now = self.board.now();
-        self.judged.hear(now);
-        self.watch.look(now, self.board.state());
+        self.judged.note_host(now);
+        self.watch.note_state(now, self.board.state());
         self.drive(|board, sensors, sink| board.receive(now, bytes, sensors, sink));
-        self.look();
+        self.update_watch();
     }
 
-    fn look(&mut self) {
-        self.watch.look(self.board.now(), self.board.state());
+    fn update_watch(&mut self) {
+        self.watch.note_state(self.board.now(), self.board.state());
         if let Some(setup) = self.board.setup() {
-            self.judged.note(setup);
+            self.judged.note_setup(setup);
         }
     }
 
@@ -110,8 +110,8 @@ impl Session {
             assert_eq!(self.board.state(), twin.state());
         }
         for put_out in outputs.0 {
-            put_out.tell(&mut self.watch);
-            put_out.tell(&mut self.record);
+            put_out.send_to(&mut self.watch);
+            put_out.send_to(&mut self.record);
         }
     }
 
@@ -130,16 +130,16 @@ impl Session {
         while self.board.now().is_before(end) {
             let next = self.board.now() + us(LOOK_US);
             let to = if next.is_before(end) { next } else { end };
-            self.watch.look(self.board.now(), self.board.state());
+            self.watch.note_state(self.board.now(), self.board.state());
             self.drive(|board, sensors, sink| board.advance(to, sensors, sink));
-            self.look();
+            self.update_watch();
             self.sensors.trigger = None;
         }
     }
 
     /// Arm input, hand-held stop, over-current and one electrode: a bit each,
     /// the electrode's channel in the upper half.
-    pub fn inputs(&mut self, bits: u8) {
+    pub fn set_inputs(&mut self, bits: u8) {
         self.sensors.arm = bits & 1 == 0;
         self.sensors.hand_stop = bits & 2 == 0;
         self.sensors.over_current = bits & 4 != 0;
@@ -148,7 +148,7 @@ impl Session {
         for (channel, load) in self.sensors.load_ohm.iter_mut().enumerate() {
             let is_on = off != Some(channel);
             if is_on != (*load != u32::MAX) {
-                self.judged.load(now, channel, is_on);
+                self.judged.note_load(now, channel, is_on);
             }
             *load = if is_on { 2_000 } else { u32::MAX };
         }
@@ -160,13 +160,13 @@ impl Session {
     }
 
     /// The joint sensor converts to these two bytes; without them it is off.
-    pub fn joint(&mut self, bytes: &[u8]) {
+    pub fn set_joint_code(&mut self, bytes: &[u8]) {
         let code = <[u8; 2]>::try_from(bytes).ok();
         self.sensors.joint = code.map(u16::from_le_bytes);
     }
 
     /// The trigger input is held, or not.
-    pub fn hold(&mut self, held: bool) {
+    pub fn set_held(&mut self, held: bool) {
         self.sensors.held = held;
     }
 
@@ -176,7 +176,7 @@ impl Session {
     }
 
     /// What a judge needs.
-    pub fn told(self) -> SessionEnd {
+    pub fn into_result(self) -> SessionEnd {
         (self.judged, self.record.trace, self.watch.faults)
     }
 
@@ -203,25 +203,25 @@ enum DeviceOutput {
 }
 
 impl DeviceOutput {
-    fn tell(&self, sink: &mut impl Sink) {
+    fn send_to(&self, sink: &mut impl Sink) {
         match self {
-            Self::Levels(at, levels) => sink.levels(*at, *levels),
-            Self::Dac(at, channel, code) => sink.dac(*at, *channel, *code),
-            Self::Bytes(at, bytes) => sink.bytes(*at, bytes),
+            Self::Levels(at, levels) => sink.write_levels(*at, *levels),
+            Self::Dac(at, channel, code) => sink.write_dac(*at, *channel, *code),
+            Self::Bytes(at, bytes) => sink.write_bytes(*at, bytes),
         }
     }
 }
 
 impl Sink for Outputs {
-    fn levels(&mut self, at: Micros, levels: Levels) {
+    fn write_levels(&mut self, at: Micros, levels: Levels) {
         self.0.push(DeviceOutput::Levels(at, levels));
     }
 
-    fn dac(&mut self, at: Micros, channel: u8, code: DacCode) {
+    fn write_dac(&mut self, at: Micros, channel: u8, code: DacCode) {
         self.0.push(DeviceOutput::Dac(at, channel, code));
     }
 
-    fn bytes(&mut self, at: Micros, bytes: &[u8]) {
+    fn write_bytes(&mut self, at: Micros, bytes: &[u8]) {
         self.0.push(DeviceOutput::Bytes(at, bytes.to_vec()));
     }
 }
@@ -241,7 +241,7 @@ impl serde::Serialize for Raw<'_> {
 }
 
 /// The frame of a request in the session that [`Session::open`] opens.
-pub fn sealed(request: &Request, seq: u16) -> Vec<u8> {
+pub fn request_frame(request: &Request, seq: u16) -> Vec<u8> {
     desk::frame(SESSION, seq, request.clone())
 }
 
@@ -265,7 +265,7 @@ fn requests(decoder: &mut Decoder, bytes: &[u8]) -> Vec<ToDevice> {
 }
 
 /// A host reads `bytes` as answers, which they may not be.
-pub fn hear(bytes: &[u8]) {
+pub fn decode_as_host(bytes: &[u8]) {
     let mut decoder = Decoder::default();
     for &byte in bytes {
         let Some(result) = decoder.push(byte) else {

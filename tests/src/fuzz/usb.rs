@@ -26,7 +26,7 @@ pub fn usb(data: &[u8]) {
     let Some((first, mut rest)) = data.split_first() else {
         return;
     };
-    let place = Place::of(*first);
+    let place = Place::from_byte(*first);
     let case = &CASES[place.case];
     let mut board = case.board.clone();
     let before = board.last_reset();
@@ -45,7 +45,7 @@ pub fn usb(data: &[u8]) {
         around.soc.reschedule();
         (rest, asked) = (tail, asked + 1);
     }
-    serve(&mut board, &case.outputs);
+    check_served(&mut board, &case.outputs);
     let failure = board.around.host.failure();
     let is_fair = matches!(
         failure,
@@ -53,7 +53,7 @@ pub fn usb(data: &[u8]) {
     );
     assert!(is_fair || case.is_new, "{failure:?}");
     if place.is_pulled {
-        again(&mut board);
+        replug(&mut board);
     }
     assert_eq!(board.last_reset(), before, "the board was reset");
 }
@@ -67,7 +67,7 @@ struct Place {
 }
 
 impl Place {
-    fn of(byte: u8) -> Self {
+    fn from_byte(byte: u8) -> Self {
         Self {
             case: usize::from(byte & 0x7F) % CASES.len(),
             is_pulled: byte & 0x80 != 0,
@@ -93,21 +93,21 @@ static CASES: LazyLock<[Case; 3]> = LazyLock::new(|| {
     [new(), enumerated(), stimulating()].map(|board| {
         let mut alone = board.clone();
         Case {
-            is_new: !is_begun(&board),
-            outputs: play(&mut alone),
+            is_new: !has_started(&board),
+            outputs: line_changes(&mut alone),
             board,
         }
     })
 });
 
 /// Whether device time is known, so that outputs can be told.
-fn is_begun(board: &Board<()>) -> bool {
+fn has_started(board: &Board<()>) -> bool {
     board.now_us() > 0
 }
 
 /// Frames run, nothing was asked.
 fn new() -> Board<()> {
-    let (image, outputs) = (desk::flashed(), desk::stages(100.0));
+    let (image, outputs) = (desk::flashed_image(), desk::stages(100.0));
     let mut board = Board::power_on(image, outputs, Pace::Lazy, ()).expect("it starts");
     while board.around.host.frame(board.cpu.cycle).is_none() {
         let to = board.cpu.cycle + MS;
@@ -145,8 +145,8 @@ fn stimulating() -> Board<()> {
     let orders = [wearer, first, second, desk::ARM, Request::Start, amplitudes];
     for (seq, request) in (1..).zip(orders) {
         let is_arm = matches!(request, Request::Arm { .. });
-        let frame = desk::frame(session, seq, draft.sending(request));
-        say(&mut board, &frame, if is_arm { 40 } else { 5 });
+        let frame = desk::frame(session, seq, draft.prepare_request(request));
+        exchange(&mut board, &frame, if is_arm { 40 } else { 5 });
     }
     let told = answers(&mut board, &desk::frame(session, 7, Request::Status));
     let is_on = |message: &Vec<u8>| {
@@ -162,13 +162,13 @@ fn stimulating() -> Board<()> {
 const MS: u64 = 1_000 * CYCLES_PER_US;
 
 /// Bytes to the board, and what it does in `ms`.
-fn say(board: &mut Board<()>, bytes: &[u8], ms: u64) -> Record {
+fn exchange(board: &mut Board<()>, bytes: &[u8], ms: u64) -> Record {
     let (sensors, now) = (Sensors::default(), board.now_us());
     let (at, to) = (
         Micros::new(now as u32),
         Micros::new((now + 1_000 * ms) as u32),
     );
-    let mut record = Record::from(at);
+    let mut record = Record::starting_at(at);
     let done = board.receive(at, bytes, &sensors, &mut record);
     let done = done.and_then(|()| board.advance(to, &sensors, &mut record));
     done.unwrap_or_else(|why| panic!("{why}"));
@@ -177,7 +177,7 @@ fn say(board: &mut Board<()>, bytes: &[u8], ms: u64) -> Record {
 
 /// What the board answers to a frame.
 fn answers(board: &mut Board<()>, frame: &[u8]) -> Vec<Vec<u8>> {
-    let said = say(board, frame, 10);
+    let said = exchange(board, frame, 10);
     desk::messages(&said.bytes).collect()
 }
 
@@ -200,13 +200,13 @@ fn hello_frame() -> Vec<u8> {
 }
 
 /// The changes of all lines, from now on.
-fn play(board: &mut Board<()>) -> Vec<(u64, u32)> {
-    if !is_begun(board) {
+fn line_changes(board: &mut Board<()>) -> Vec<(u64, u32)> {
+    if !has_started(board) {
         let to = board.cpu.cycle + SERVED_MS * MS;
         board.run_to(to).unwrap_or_else(|why| panic!("{why}"));
         return Vec::new();
     }
-    let levels = say(board, &[], SERVED_MS).trace.levels;
+    let levels = exchange(board, &[], SERVED_MS).trace.levels;
     levels
         .into_iter()
         .map(|(t, levels)| (t, levels.0))
@@ -215,18 +215,18 @@ fn play(board: &mut Board<()>) -> Vec<(u64, u32)> {
 
 /// Lets the requests be served, and holds the outputs against those of a board that
 /// nobody asked; they may be served no faster than the host's frames.
-fn serve(board: &mut Board<()>, outputs: &[(u64, u32)]) {
-    assert_eq!(play(board), outputs, "the outputs changed");
+fn check_served(board: &mut Board<()>, outputs: &[(u64, u32)]) {
+    assert_eq!(line_changes(board), outputs, "the outputs changed");
     for _ in 0..4 {
-        if board.around.host.asked() == 0 || board.around.host.failure().is_some() {
+        if board.around.host.pending_requests() == 0 || board.around.host.failure().is_some() {
             return;
         }
-        play(board);
+        line_changes(board);
     }
 }
 
 /// The cable out and in again.
-fn again(board: &mut Board<()>) {
+fn replug(board: &mut Board<()>) {
     board.around.plug(false, board.cpu.cycle);
     let to = board.cpu.cycle + 5 * MS;
     board.run_to(to).unwrap_or_else(|why| panic!("{why}"));

@@ -66,24 +66,24 @@ impl Default for Watch {
 
 impl Watch {
     /// The host has asked the board to arm.
-    pub fn asked_to_arm(&mut self, now: Micros) {
-        self.allow(now + us(CHECK_US));
+    pub fn note_arm_request(&mut self, now: Micros) {
+        self.allow_until(now + us(CHECK_US));
     }
 
     /// The board is in `state` at `now`. Must be told at least every window.
-    pub fn look(&mut self, now: Micros, state: State) {
+    pub fn note_state(&mut self, now: Micros, state: State) {
         if matches!(state, State::Armed | State::Stimulating | State::Stopping) {
-            self.allow(now + us(RENDERED_US));
+            self.allow_until(now + us(RENDERED_US));
         }
     }
 
-    fn allow(&mut self, until: Micros) {
+    fn allow_until(&mut self, until: Micros) {
         if self.may_drive.is_none_or(|before| before.is_before(until)) {
             self.may_drive = Some(until);
         }
     }
 
-    fn change(&mut self, index: usize, line: Line, at: Micros) {
+    fn check_change(&mut self, index: usize, line: Line, at: Micros) {
         let channel = &mut self.channels[index];
         if is_driven(channel.line) {
             let length = at.get().wrapping_sub(channel.since.get());
@@ -109,20 +109,20 @@ const fn is_driven(line: Line) -> bool {
 }
 
 impl Sink for Watch {
-    fn levels(&mut self, at: Micros, levels: Levels) {
+    fn write_levels(&mut self, at: Micros, levels: Levels) {
         for index in 0..CHANNELS {
             let line = levels.state(index);
             if line != self.channels[index].line {
-                self.change(index, line, at);
+                self.check_change(index, line, at);
             }
         }
     }
 
-    fn dac(&mut self, _: Micros, channel: u8, _: DacCode) {
+    fn write_dac(&mut self, _: Micros, channel: u8, _: DacCode) {
         assert!(usize::from(channel) < CHANNELS, "DAC of channel {channel}");
     }
 
-    fn bytes(&mut self, _: Micros, bytes: &[u8]) {
+    fn write_bytes(&mut self, _: Micros, bytes: &[u8]) {
         for &byte in bytes {
             let Some(result) = self.answers.push(byte) else {
                 continue;
@@ -151,11 +151,11 @@ mod tests {
     fn objects(armed: bool, lines: &[(u32, Line)]) -> bool {
         let mut watch = Watch::default();
         if armed {
-            watch.look(Micros::new(0), State::Armed);
+            watch.note_state(Micros::new(0), State::Armed);
         }
         let play = || {
             for (at, line) in lines {
-                watch.levels(Micros::new(*at), Levels::ISOLATED.with(3, *line));
+                watch.write_levels(Micros::new(*at), Levels::ISOLATED.with_channel(3, *line));
             }
         };
         catch_unwind(AssertUnwindSafe(play)).is_err()

@@ -31,7 +31,7 @@ pub(super) fn parse(arguments: &[String], steps: &[&str]) -> Result<VerifyMode, 
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     match words[..] {
         ["-h" | "--help", ..] => Ok(VerifyMode::Help),
-        ["--soak", minutes] => soak(minutes),
+        ["--soak", minutes] => parse_soak(minutes),
         ["--soak-seed", seed] => {
             let wrong = |_| format!("--soak-seed `{seed}`: not a number from 0 to {}", u64::MAX);
             seed.parse().map(VerifyMode::SoakSeed).map_err(wrong)
@@ -40,11 +40,11 @@ pub(super) fn parse(arguments: &[String], steps: &[&str]) -> Result<VerifyMode, 
         [option @ ("--soak" | "--soak-seed"), _, ..] => {
             Err(format!("{option} takes one number and stands alone"))
         }
-        _ => named(arguments, steps),
+        _ => parse_steps(arguments, steps),
     }
 }
 
-fn soak(minutes: &str) -> Result<VerifyMode, String> {
+fn parse_soak(minutes: &str) -> Result<VerifyMode, String> {
     match minutes.parse::<u64>() {
         Ok(whole) if (1..=LONGEST_MINUTES).contains(&whole) => {
             Ok(VerifyMode::Soak(Duration::from_secs(60 * whole)))
@@ -55,7 +55,7 @@ fn soak(minutes: &str) -> Result<VerifyMode, String> {
     }
 }
 
-fn named(arguments: &[String], steps: &[&str]) -> Result<VerifyMode, String> {
+fn parse_steps(arguments: &[String], steps: &[&str]) -> Result<VerifyMode, String> {
     let mut words = arguments.iter();
     match words.find(|word| !steps.contains(&word.as_str())) {
         None => Ok(VerifyMode::Steps(arguments.to_vec())),

@@ -77,11 +77,11 @@ fn measure(image: &Image, at: &Workspace) -> anyhow::Result<Memory> {
     let bytes = std::fs::read(image.path(at));
     let bytes = bytes.with_context(|| format!("{} is not built", image.name))?;
     let file = object::File::parse(&*bytes).context(image.name.clone())?;
-    Ok(usage(file.sections().filter_map(occupied)))
+    Ok(usage(file.sections().filter_map(allocated_section)))
 }
 
 /// What a section takes, if it is in the image at all.
-fn occupied<'a>(section: impl ObjectSection<'a>) -> Option<Section> {
+fn allocated_section<'a>(section: impl ObjectSection<'a>) -> Option<Section> {
     let SectionFlags::Elf { sh_flags, .. } = section.flags() else {
         return None;
     };
@@ -115,7 +115,7 @@ struct CycleRow {
 
 impl CycleRow {
     /// No board has told which reading is right: a budget holds in both.
-    fn most(&self) -> u64 {
+    fn max_budget(&self) -> u64 {
         self.max_cycles.max(self.max_cycles_prefetched_not_cached)
     }
 }
@@ -127,14 +127,14 @@ fn cycles(table: &str, budgets: &Budgets) -> anyhow::Result<Report> {
     let mut without_row = budgets.cycles.clone();
     for row in csv::Reader::from_reader(table.as_bytes()).deserialize() {
         let row: CycleRow = row.context(CYCLES)?;
-        let (name, used) = (row.algorithm.as_str(), row.most());
+        let (name, used) = (row.algorithm.as_str(), row.max_budget());
         let Some(budget) = without_row.remove(name) else {
             let problem = format!("{name}: no budget of cycles in tests/budgets.toml");
             report.add(Report::fail(vec![problem]));
             continue;
         };
         let row = format!("{name:<30} {used:>8} cycles, budget {budget:>8}");
-        report.add(held(row, used, budget, budgets.margin_percent, false));
+        report.add(check_row(row, used, budget, budgets.margin_percent, false));
     }
     for name in without_row.keys() {
         let note = format!("note: {name} has a budget of cycles, but is not in {CYCLES}");
@@ -153,7 +153,7 @@ const fn is_loose(used: u64, budget: u64, margin_percent: u64) -> bool {
 
 /// One row: failed above its budget; listed if that is asked for or it has too
 /// much room.
-fn held(row: String, used: u64, budget: u64, margin_percent: u64, is_listed: bool) -> Report {
+fn check_row(row: String, used: u64, budget: u64, margin_percent: u64, is_listed: bool) -> Report {
     if used > budget {
         return Report::fail(vec![row, "^ above its budget".into()]);
     }
@@ -178,7 +178,7 @@ fn compare(name: &str, budget: Memory, used: Memory, margin_percent: u64) -> Rep
     for (memory, used, budget) in rows {
         let free = 100 - 100 * used.cast_signed() / budget.max(1).cast_signed();
         let row = format!("{name:<13} {memory:<6} {used:>9} B {budget:>10} B {free:>8} %");
-        report.add(held(row, used, budget, margin_percent, true));
+        report.add(check_row(row, used, budget, margin_percent, true));
     }
     report
 }
@@ -262,7 +262,7 @@ mod tests {
         let bytes = std::fs::read(std::env::current_exe().unwrap()).unwrap();
         let file = object::File::parse(&*bytes).unwrap();
         if file.format() == object::BinaryFormat::Elf {
-            let text = occupied(file.section_by_name(".text").unwrap()).unwrap();
+            let text = allocated_section(file.section_by_name(".text").unwrap()).unwrap();
             assert!(text.size > 0 && text.is_loaded);
         }
     }

@@ -36,7 +36,11 @@ impl Finished {
             return Report::pass();
         }
         let mut lines = vec![format!("`{what}` failed:")];
-        lines.extend(self.lines.into_iter().filter(|line| !is_chatter(line)));
+        lines.extend(
+            self.lines
+                .into_iter()
+                .filter(|line| !is_progress_line(line)),
+        );
         Report::fail(lines)
     }
 }
@@ -93,7 +97,7 @@ pub(super) fn execute_with(
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => break,
         }
-        console.now(lines.last().map_or("", String::as_str));
+        console.show_progress(lines.last().map_or("", String::as_str));
     }
     let success = child.wait()?.success();
     Ok(Finished { success, lines })
@@ -109,7 +113,7 @@ pub(super) fn cargo(
     Ok(execute(at, console, "cargo", arguments)?.report(&what))
 }
 
-fn is_chatter(line: &str) -> bool {
+fn is_progress_line(line: &str) -> bool {
     let first = line.split_whitespace().next();
     first.is_some_and(|first| CHATTER.split(' ').any(|word| word == first))
 }

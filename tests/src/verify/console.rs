@@ -34,14 +34,14 @@ impl Console {
         self.since = Instant::now();
         self.told = self.since;
         if self.terminal {
-            self.now("");
+            self.show_progress("");
         } else {
             println!("{heading}");
         }
     }
 
     /// The step is at `doing`. Call it often; it decides what to show.
-    pub fn now(&mut self, doing: &str) {
+    pub fn show_progress(&mut self, doing: &str) {
         let time = seconds(self.since.elapsed());
         if self.terminal {
             let line = clip(&format!("{} {time} {}", self.heading, doing.trim()));

@@ -35,18 +35,18 @@ const BUILDS: [(&str, &[&str]); 3] = [
 pub(super) fn run(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
     let mut report = Report::default();
     for (profile, arguments) in BUILDS {
-        report.add(twice(at, console, profile, arguments)?);
+        report.add(build_twice(at, console, profile, arguments)?);
     }
     for image in Image::all(at)? {
         let arguments = image.arguments("build");
         let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
         let profile = format!("the image {}", image.name);
-        report.add(twice(at, console, &profile, &arguments)?);
+        report.add(build_twice(at, console, &profile, &arguments)?);
     }
     Ok(report)
 }
 
-fn twice(
+fn build_twice(
     at: &Workspace,
     console: &mut Console,
     profile: &str,
@@ -104,7 +104,7 @@ mod tests {
     fn built(at: &Workspace) -> Report {
         let target = at.target.to_str().unwrap();
         let arguments = ["build", "--offline", "--target-dir", target];
-        let report = twice(at, &mut Console::new(), "dev", &arguments).unwrap();
+        let report = build_twice(at, &mut Console::new(), "dev", &arguments).unwrap();
         std::fs::remove_dir_all(&at.root).unwrap();
         report
     }

@@ -87,15 +87,15 @@ fn parse(manifest: &str) -> anyhow::Result<Vec<Image>> {
 pub(super) fn lint(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
     let unsafe_blocks = "clippy::undocumented_unsafe_blocks";
     let rest = ["--", "-D", "warnings", "-D", unsafe_blocks];
-    each(at, console, "clippy", &rest)
+    run_on_each(at, console, "clippy", &rest)
 }
 
 /// Each image linked.
 pub(super) fn build(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
-    each(at, console, "build", &[])
+    run_on_each(at, console, "build", &[])
 }
 
-fn each(
+fn run_on_each(
     at: &Workspace,
     console: &mut Console,
     command: &str,

@@ -22,6 +22,7 @@ mod report;
 mod rules;
 mod setup;
 mod soak;
+mod spelling;
 mod stalled;
 mod suite;
 mod windows;
@@ -46,6 +47,7 @@ type Run = fn(&Workspace, &mut Console) -> anyhow::Result<Report>;
 const STEPS: &[(&str, Run)] = &[
     ("set-up", setup::run),
     ("rules", |at, _| rules::run(&at.root)),
+    ("spelling", spelling::run),
     ("format", format),
     ("lints", lints),
     ("windows", windows::run),
@@ -115,8 +117,8 @@ pub fn main(words: &[String]) -> ExitCode {
             ExitCode::SUCCESS
         }
         VerifyMode::Steps(wanted) => verify(&workspace, &wanted),
-        VerifyMode::Soak(length) => soak::fresh(&workspace, length),
-        VerifyMode::SoakSeed(seed) => soak::repeat(&workspace, seed),
+        VerifyMode::Soak(length) => soak::run_fresh_seeds(&workspace, length),
+        VerifyMode::SoakSeed(seed) => soak::run_seed(&workspace, seed),
     }
 }
 
@@ -143,11 +145,11 @@ fn verify(workspace: &Workspace, wanted: &[String]) -> ExitCode {
         console.end(&report);
         done.push((*name, since.elapsed(), report));
     }
-    close(&mut done, begin.elapsed())
+    print_summary(&mut done, begin.elapsed())
 }
 
 /// Prints what took long, what failed, and the closing line.
-fn close(done: &mut [(&str, Duration, Report)], total: Duration) -> ExitCode {
+fn print_summary(done: &mut [(&str, Duration, Report)], total: Duration) -> ExitCode {
     println!();
     for (name, _, report) in done.iter().filter(|(_, _, report)| report.failed > 0) {
         println!("failed: {name} ({} of them, see above)", report.failed);

@@ -36,19 +36,19 @@ pub(super) fn run(at: &Workspace, console: &mut Console) -> anyhow::Result<Repor
             false => skipped(target),
         });
     }
-    report.add(leaves_out(at, console)?);
+    report.add(check_left_out(at, console)?);
     Ok(report)
 }
 
 /// That no crate of [`LEFT_OUT`] is built without features.
-fn leaves_out(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
+fn check_left_out(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
     let shape = ["--edges", "normal", "--prefix", "none"];
     let tree = [&["tree"], &PACKAGES[..], &shape].concat();
     let listed = execute(at, console, "cargo", &tree)?;
     if !listed.success {
         return Ok(listed.report("cargo tree"));
     }
-    let found = left_in(&listed.lines);
+    let found = unexpected_crates(&listed.lines);
     Ok(match found.is_empty() {
         true => Report::pass(),
         false => Report::fail(vec![format!(
@@ -59,7 +59,7 @@ fn leaves_out(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
 }
 
 /// Crates of [`LEFT_OUT`] that `cargo tree` lists.
-fn left_in(lines: &[String]) -> Vec<&'static str> {
+fn unexpected_crates(lines: &[String]) -> Vec<&'static str> {
     let is_listed = |name: &&str| {
         let mut names = lines.iter().map(|line| line.split(' ').next());
         names.any(|listed| listed == Some(name))
@@ -81,8 +81,8 @@ mod tests {
     #[test]
     fn a_crate_that_belongs_to_a_feature_is_found_by_its_whole_name() {
         let lines = ["nixon v1.0.0", "object v0.40.0 (*)", "chrono v0.4.45"].map(str::to_owned);
-        assert_eq!(left_in(&lines), ["chrono", "object"]);
-        assert!(left_in(&lines[..1]).is_empty());
+        assert_eq!(unexpected_crates(&lines), ["chrono", "object"]);
+        assert!(unexpected_crates(&lines[..1]).is_empty());
     }
 
     #[test]

@@ -21,7 +21,7 @@ pub(super) fn run(at: &Workspace, console: &mut Console) -> anyhow::Result<Repor
     if !listed.success {
         return Ok(listed.report("cargo tree"));
     }
-    let below = below(&listed.lines);
+    let below = dependencies_of_fast(&listed.lines);
     let wrong: Vec<_> = unoptimized.intersection(&below).cloned().collect();
     Ok(match wrong.is_empty() {
         true => Report::pass(),
@@ -50,7 +50,7 @@ fn unoptimized(manifest: &toml::Table) -> BTreeSet<String> {
 }
 
 /// Crates below [`FAST`] in `cargo tree --prefix depth`, whose lines begin with a depth.
-fn below(lines: &[String]) -> BTreeSet<String> {
+fn dependencies_of_fast(lines: &[String]) -> BTreeSet<String> {
     let mut crates = BTreeSet::new();
     let mut fast_depth = None;
     for line in lines {
@@ -82,7 +82,7 @@ mod tests {
             "1ratatui v0.30.0",
             "2mio v1.0.0",
         ];
-        let below = below(&lines.map(str::to_owned));
+        let below = dependencies_of_fast(&lines.map(str::to_owned));
         assert_eq!(below.into_iter().collect::<Vec<_>>(), ["memchr", "regex"]);
     }
 

@@ -27,13 +27,18 @@ pub(super) fn run(at: &Workspace, console: &mut Console) -> anyhow::Result<Repor
     let mut report = target(at, console).unwrap_or_else(Report::from_error);
     report.add(components(at, console).unwrap_or_else(Report::from_error));
     for program in PROGRAMS {
-        let found = installed(at, console, program, "--version");
+        let found = ensure_installed(at, console, program, "--version");
         report.add(found.unwrap_or_else(Report::from_error));
     }
     Ok(report)
 }
 
-fn works(at: &Workspace, console: &mut Console, program: &str, arguments: &[&str]) -> bool {
+pub(super) fn runs_successfully(
+    at: &Workspace,
+    console: &mut Console,
+    program: &str,
+    arguments: &[&str],
+) -> bool {
     execute(at, console, program, arguments).is_ok_and(|finished| finished.success)
 }
 
@@ -72,8 +77,8 @@ fn target(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
 }
 
 fn components(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
-    let present = works(at, console, "cargo", &["fmt", "--version"])
-        && works(at, console, "cargo", &["clippy", "--version"]);
+    let present = runs_successfully(at, console, "cargo", &["fmt", "--version"])
+        && runs_successfully(at, console, "cargo", &["clippy", "--version"]);
     if present {
         return Ok(Report::pass());
     }
@@ -84,18 +89,18 @@ fn components(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
 
 /// One check: a program is present, as it says when it is asked for its `version`, or its
 /// package is installed now.
-pub(super) fn installed(
+pub(super) fn ensure_installed(
     at: &Workspace,
     console: &mut Console,
     [program, package, what]: [&str; 3],
     version: &str,
 ) -> anyhow::Result<Report> {
-    if works(at, console, program, &[version]) {
+    if runs_successfully(at, console, program, &[version]) {
         return Ok(Report::pass());
     }
     let user = execute(at, console, "id", &["-u"]);
     let is_root = user.is_ok_and(|user| user.lines == ["0"]);
-    if !is_root || !works(at, console, "apt-get", &["--version"]) {
+    if !is_root || !runs_successfully(at, console, "apt-get", &["--version"]) {
         let advice = format!("install {program} ({what}) with your package manager");
         return Ok(Report::fail(vec![advice]));
     }

@@ -38,7 +38,7 @@ struct Rounds {
 }
 
 /// Rounds on fresh seeds until `length` is over; the last one is finished.
-pub(super) fn fresh(at: &Workspace, length: Duration) -> ExitCode {
+pub(super) fn run_fresh_seeds(at: &Workspace, length: Duration) -> ExitCode {
     soak(at, std::iter::repeat_with(fresh_seed), Some(length))
 }
 
@@ -48,7 +48,7 @@ fn fresh_seed() -> u64 {
 }
 
 /// One round.
-pub(super) fn repeat(at: &Workspace, seed: u64) -> ExitCode {
+pub(super) fn run_seed(at: &Workspace, seed: u64) -> ExitCode {
     soak(at, std::iter::once(seed), None)
 }
 
@@ -65,7 +65,7 @@ fn soak(at: &Workspace, seeds: impl Iterator<Item = u64>, length: Option<Duratio
                 let mut report =
                     round(at, &mut console, &drawing, seed).unwrap_or_else(Report::from_error);
                 if report.failed > 0 {
-                    report.lines.push(repetition(seed));
+                    report.lines.push(repeat_hint(seed));
                 } else {
                     report.lines.clear();
                 }
@@ -88,7 +88,7 @@ fn soak(at: &Workspace, seeds: impl Iterator<Item = u64>, length: Option<Duratio
 fn prepare(at: &Workspace, console: &mut Console) -> Result<Drawing, Report> {
     console.begin("[build]");
     let sources = rules::sources(&at.root).map_err(Report::from_error)?;
-    let drawing = drawing(&sources);
+    let drawing = random_tests(&sources);
     let arguments = [drawing.arguments(), vec!["--no-run"]].concat();
     let report = match execute(at, console, "cargo", &arguments) {
         Ok(finished) => finished.report("cargo test --no-run"),
@@ -139,19 +139,19 @@ impl Rounds {
 
     fn closing(&self, time: Duration) -> Vec<String> {
         let mut lines = vec![format!("rounds: {} in {}", self.done, seconds(time))];
-        lines.extend(self.failing.iter().map(|&seed| repetition(seed)));
+        lines.extend(self.failing.iter().map(|&seed| repeat_hint(seed)));
         let Report { passed, failed, .. } = self.total;
         lines.push(format!("{passed} passed, {failed} failed"));
         lines
     }
 }
 
-fn repetition(seed: u64) -> String {
+fn repeat_hint(seed: u64) -> String {
     format!("failed on seed {seed}; repeat it: cargo verify --soak-seed {seed}")
 }
 
 /// Every module that draws inputs, but for this program's own.
-fn drawing(sources: &[Source]) -> Drawing {
+fn random_tests(sources: &[Source]) -> Drawing {
     let mut drawing = Drawing::default();
     for source in sources {
         let draws = DRAWS.iter().any(|word| source.code.contains(word));
@@ -196,7 +196,7 @@ mod tests {
             source("tests/fuzz/fuzz_targets/h.rs", "TestRunner"),
             source("tests/src/verify/soak.rs", "TestRunner"),
         ];
-        let found = drawing(&sources);
+        let found = random_tests(&sources);
         assert_eq!(found.packages, ["a", "d-e"].map(str::to_owned).into());
         let modules = ["b::c::", "f::", "g::"].map(str::to_owned);
         assert_eq!(found.modules, modules.into());
@@ -209,7 +209,7 @@ mod tests {
     fn the_property_tests_of_this_workspace_are_among_them() {
         let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
         let sources = rules::sources(root.parent().unwrap()).unwrap();
-        let found = drawing(&sources);
+        let found = random_tests(&sources);
         let some = "device_fuzz:: muscle_properties:: trace_scheduler:: million_pulses:: \
                     device_stops:: fuzz_short:: arithmetic::division:: pulse::scheduler::tests::";
         for module in some.split(' ') {

@@ -56,7 +56,7 @@ pub(super) fn run(at: &Workspace, console: &mut Console) -> anyhow::Result<Repor
             return Ok(built.report(&format!("cargo {}", build.join(" "))));
         }
     }
-    beside_busy_loops(|| {
+    with_busy_loops(|| {
         for _ in 0..RUNS {
             for (package, modules) in &packages {
                 let mut arguments = vec!["test", "-p", *package, "--test", "suite", "--"];
@@ -74,7 +74,7 @@ pub(super) fn run(at: &Workspace, console: &mut Console) -> anyhow::Result<Repor
 }
 
 /// Does `work` while [`BUSY`] threads compute without end.
-fn beside_busy_loops(work: impl FnOnce() -> anyhow::Result<()>) -> anyhow::Result<()> {
+fn with_busy_loops(work: impl FnOnce() -> anyhow::Result<()>) -> anyhow::Result<()> {
     let is_over = AtomicBool::new(false);
     std::thread::scope(|scope| {
         for _ in 0..BUSY {
@@ -147,7 +147,7 @@ mod tests {
 
     #[test]
     fn busy_loops_end_with_the_work() {
-        assert!(beside_busy_loops(|| Ok(())).is_ok());
-        assert!(beside_busy_loops(|| anyhow::bail!("no")).is_err());
+        assert!(with_busy_loops(|| Ok(())).is_ok());
+        assert!(with_busy_loops(|| anyhow::bail!("no")).is_err());
     }
 }

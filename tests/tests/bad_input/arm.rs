@@ -2,7 +2,7 @@
 
 use crate::bad_input::bench::{Bench, LIMIT, joint};
 use crate::bad_input::table::{Row, all, field, refused, row};
-use firmware::bench::limb::{before_the_trunk, nominal};
+use firmware::bench::limb::{before_the_trunk, nominal_limb};
 use firmware::control::{
     Endpoint, EndpointSpec, EndpointState, ForceImpossible, PostureSpec, SensorSource, WrenchError,
 };
@@ -12,7 +12,7 @@ use firmware::units::{Amplitude, Micros};
 use tests::desk;
 
 fn spec() -> EndpointSpec {
-    let limb = nominal();
+    let limb = nominal_limb();
     EndpointSpec {
         ways_um: limb.ways_um,
         ranges_mdeg: limb.ranges_mdeg,
@@ -25,7 +25,7 @@ fn biceps() -> LineSpec {
     LineSpec {
         threshold: Amplitude::new(1_000),
         limit: LIMIT,
-        ..nominal().lines[0].clone()
+        ..nominal_limb().lines[0].clone()
     }
 }
 
@@ -39,18 +39,18 @@ const TOO_STRONG: [i32; 3] = [0, 0, 1_000_000];
 fn share() -> i32 {
     let endpoint = Endpoint::new(&spec(), &[biceps()].into_iter().collect()).unwrap();
     let (mut state, now) = (EndpointState::default(), Micros::new(0));
-    match endpoint.wish(&mut state, now, now, TOO_STRONG) {
+    match endpoint.accept_force(&mut state, now, now, TOO_STRONG) {
         Err(WrenchError::Unmade(ForceImpossible::TooStrong { permille, .. })) => permille.into(),
         other => panic!("{other:?}"),
     }
 }
 
 fn draft() -> Bench {
-    Bench::draft().after([Request::Line(biceps())])
+    Bench::draft().after_requests([Request::Line(biceps())])
 }
 
 fn armed() -> Bench {
-    draft().after([Request::Limb(spec())]).arm()
+    draft().after_requests([Request::Limb(spec())]).arm()
 }
 
 fn measured() -> Bench {
@@ -58,13 +58,13 @@ fn measured() -> Bench {
         stale_after_ms: 100,
     };
     draft()
-        .after([Request::Limb(EndpointSpec { posture, ..spec() })])
+        .after_requests([Request::Limb(EndpointSpec { posture, ..spec() })])
         .arm()
 }
 
 fn beside() -> Bench {
     let joint = Request::Joint(joint(SensorSource::Host));
-    draft().after([Request::Limb(spec()), joint])
+    draft().after_requests([Request::Limb(spec()), joint])
 }
 
 #[rustfmt::skip]

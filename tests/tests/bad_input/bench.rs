@@ -97,7 +97,7 @@ impl Bench {
     }
 
     /// After these requests, none of them refused.
-    pub fn after(mut self, requests: impl IntoIterator<Item = Request>) -> Self {
+    pub fn after_requests(mut self, requests: impl IntoIterator<Item = Request>) -> Self {
         for request in requests {
             self.ask(request).unwrap();
         }
@@ -118,7 +118,7 @@ impl Bench {
     }
 
     fn with_channels(count: u8) -> Self {
-        Self::open().after(channels(count))
+        Self::open().after_requests(channels(count))
     }
 
     /// Arms what [`Self::draft`] configures.
@@ -131,7 +131,7 @@ impl Bench {
 
     /// The draft is armed.
     pub fn arm(self) -> Self {
-        self.after([desk::ARM])
+        self.after_requests([desk::ARM])
     }
 
     /// Three channels are armed.
@@ -148,21 +148,21 @@ impl Bench {
     pub fn ten_muscles_armed() -> Self {
         let spec = setup::MUSCLE;
         let muscles = (0..10).map(|channel| Request::Muscle { channel, spec });
-        Self::with_channels(10).after(muscles).arm()
+        Self::with_channels(10).after_requests(muscles).arm()
     }
 
     /// Three channels stimulate.
     pub fn stimulating() -> Self {
-        let mut bench = Self::armed().after([Request::Start]);
+        let mut bench = Self::armed().after_requests([Request::Start]);
         let all = [0, 1, 2].map(|channel| (channel, FLOWING));
-        bench.client.amplitudes(&all).unwrap();
+        bench.client.set_amplitudes(&all).unwrap();
         bench.wait(50_000);
         bench
     }
 
     /// A joint measured by the host is configured beside channel 2.
     pub fn joint_draft() -> Self {
-        Self::draft().after([Request::Joint(joint(SensorSource::Host))])
+        Self::draft().after_requests([Request::Joint(joint(SensorSource::Host))])
     }
 
     /// A joint measured by the host is armed.
@@ -177,7 +177,9 @@ impl Bench {
             code_at_0,
             code_at_100,
         };
-        Self::draft().after([Request::Joint(joint(sensor))]).arm()
+        Self::draft()
+            .after_requests([Request::Joint(joint(sensor))])
+            .arm()
     }
     /// Over-current tripped while stimulating, and is over.
     pub fn faulted() -> Self {

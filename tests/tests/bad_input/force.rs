@@ -33,7 +33,7 @@ fn muscle() -> MuscleSpec {
 fn reach_mn() -> (u32, u32) {
     let recruitment = Recruitment::new(muscle().recruitment).unwrap();
     let control = ForceControl::new(0, &FORCE, muscle().force, recruitment, 20_000);
-    control.unwrap().reach_mn()
+    control.unwrap().force_range_mn()
 }
 
 fn control(channel: u8, spec: ForceSpec) -> Request {
@@ -51,11 +51,11 @@ fn force(channel: u8, millinewton: u32) -> Request {
 
 fn draft() -> Bench {
     let spec = muscle();
-    Bench::draft().after([Request::Muscle { channel: 0, spec }])
+    Bench::draft().after_requests([Request::Muscle { channel: 0, spec }])
 }
 
 fn controlled() -> Bench {
-    draft().after([control(0, FORCE)])
+    draft().after_requests([control(0, FORCE)])
 }
 
 fn armed() -> Bench {
@@ -107,7 +107,7 @@ fn setpoint_rows() -> [Row; 8] {
 }
 
 fn no_muscle() -> Bench {
-    Bench::draft().after([control(0, FORCE)])
+    Bench::draft().after_requests([control(0, FORCE)])
 }
 
 fn fastest(min_period_us: u32) -> Bench {
@@ -115,7 +115,7 @@ fn fastest(min_period_us: u32) -> Bench {
         min_period_us,
         ..FORCE
     };
-    draft().after([control(0, spec)])
+    draft().after_requests([control(0, spec)])
 }
 
 fn slowest(period_us: u32) -> Bench {
@@ -124,14 +124,14 @@ fn slowest(period_us: u32) -> Bench {
         max_period_us,
         ..FORCE
     };
-    draft().after([control(0, spec)])
+    draft().after_requests([control(0, spec)])
 }
 
 fn isolated() -> Bench {
     let (channel, spec) = (1, channel(10_000));
     let (members, partner) = (0b11, Partner::Isolated);
     let groups = [GroupSpec { members, partner }].into_iter().collect();
-    controlled().after([Request::Channel { channel, spec }, Request::Groups(groups)])
+    controlled().after_requests([Request::Channel { channel, spec }, Request::Groups(groups)])
 }
 
 fn isolated_falling() -> Bench {
@@ -140,7 +140,7 @@ fn isolated_falling() -> Bench {
         max_period_us: Some(2_000_000),
         ..FORCE
     };
-    isolated().after([control(0, spec)])
+    isolated().after_requests([control(0, spec)])
 }
 /// Arming refuses what only the whole draft shows.
 #[rustfmt::skip]

@@ -132,7 +132,7 @@ fn sensor_rows() -> Vec<Row> {
 }
 
 fn with(edit: fn(&mut JointSpec)) -> Bench {
-    Bench::draft().after([Request::Joint(edited(edit))])
+    Bench::draft().after_requests([Request::Joint(edited(edit))])
 }
 
 /// What can only be judged with the channels: at arming.

@@ -45,7 +45,7 @@ fn modulation(edit: impl FnOnce(&mut ModulationSpec)) -> Request {
 const HELD: Request = Request::Held { held: true };
 
 fn draft() -> Bench {
-    Bench::draft().after([Request::Modulation(spec())])
+    Bench::draft().after_requests([Request::Modulation(spec())])
 }
 
 fn armed() -> Bench {
@@ -61,35 +61,35 @@ fn held_too_long() -> Bench {
         centideg: 7_000,
         at,
     };
-    let mut bench = bench.after([angle, HELD, Request::Start]);
+    let mut bench = bench.after_requests([angle, HELD, Request::Start]);
     bench.wait(150_000);
     bench
 }
 
 fn beside() -> Bench {
-    draft().after([Request::Joint(joint(SensorSource::Host))])
+    draft().after_requests([Request::Joint(joint(SensorSource::Host))])
 }
 
 /// At one angle only, half of 2 µA too much.
 fn above_at_one_angle() -> Bench {
-    Bench::draft().after([modulation(|spec| {
+    Bench::draft().after_requests([modulation(|spec| {
         let base = Amplitude::new(2 * LIMIT.get() + 2);
         (spec.flexor.base, spec.flexor.form) = (base, Form::Scaled);
     })])
 }
 
 fn without_elbow() -> Bench {
-    Bench::draft().after([modulation(|spec| (spec.joint, spec.phase_joint) = (3, 2))])
+    Bench::draft().after_requests([modulation(|spec| (spec.joint, spec.phase_joint) = (3, 2))])
 }
 
 fn on_one_channel() -> Bench {
-    draft().after([modulation(|spec| {
+    draft().after_requests([modulation(|spec| {
         (spec.joint, spec.flexor.channel, spec.extensor.channel) = (1, 2, 0);
     })])
 }
 
 fn on_no_channel() -> Bench {
-    Bench::draft().after([modulation(|spec| spec.extensor.channel = 9)])
+    Bench::draft().after_requests([modulation(|spec| spec.extensor.channel = 9)])
 }
 
 /// Rows of a field that `edit` sets, if it can hold the number.

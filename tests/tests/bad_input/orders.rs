@@ -3,7 +3,7 @@
 
 use crate::bad_input::bench::{Bench, LIMIT, channel, joint};
 use crate::bad_input::setup;
-use crate::bad_input::table::{Expect, Row, all, field, live, refused, row};
+use crate::bad_input::table::{Expect, Row, all, dynamic_row, field, refused, row};
 use firmware::control::SensorSource;
 use firmware::link::{Code, Request, SCHEMA};
 use firmware::muscle::{FatigueSpec, MuscleSpec, Rung};
@@ -54,7 +54,7 @@ fn volts_on(limit_mv: u32, ohm: f64) -> Bench {
         load_ohm: 2_000,
     };
     spec.limit = Amplitude::new(limit_mv);
-    let mut bench = Bench::open().after([Request::Channel { channel: 0, spec }]);
+    let mut bench = Bench::open().after_requests([Request::Channel { channel: 0, spec }]);
     bench.client.port().world.body.loads_mut()[0] = Load::Ohms(ohm);
     bench
 }
@@ -81,7 +81,7 @@ fn key_only() -> Bench {
         hand_stop_required: true,
         ..desk::wearer(1_000)
     };
-    let mut bench = Bench::draft().after([Request::Wearer(careful)]);
+    let mut bench = Bench::draft().after_requests([Request::Wearer(careful)]);
     bench.client.port().world.sensors.hand_stop = false;
     bench
 }
@@ -91,7 +91,7 @@ fn tightened() -> Bench {
         max_current_ua: 19_999,
         ..WearerSpec::default()
     };
-    Bench::draft().after([Request::Wearer(tight)])
+    Bench::draft().after_requests([Request::Wearer(tight)])
 }
 
 /// Three channels of [`LIMIT`](super::bench::LIMIT), apart in time, and what they may
@@ -106,7 +106,7 @@ fn summed(bench: Bench, max_sum_ua: u32, max_sum_rms_ua: u32) -> Bench {
         max_sum_rms_ua,
         ..WearerSpec::default()
     };
-    bench.after([Request::Wearer(tight)])
+    bench.after_requests([Request::Wearer(tight)])
 }
 
 /// 10 mA through the load declared, 19.3 mA through the one measured.
@@ -241,10 +241,10 @@ fn widening() -> Bench {
         Request::Start,
         stimuli(&[(1_000, 200)]),
     ];
-    let mut bench = Bench::draft().after(setup);
+    let mut bench = Bench::draft().after_requests(setup);
     for _ in 0..5 {
         bench.wait(20_000);
-        bench = bench.after([Request::KeepAlive]);
+        bench = bench.after_requests([Request::KeepAlive]);
     }
     bench
 }
@@ -260,7 +260,7 @@ fn counted() -> Bench {
         start: Amplitude::new(2_000),
         ..channel(0)
     };
-    Bench::draft().after([Request::Channel { channel: 0, spec }, desk::ARM])
+    Bench::draft().after_requests([Request::Channel { channel: 0, spec }, desk::ARM])
 }
 
 /// A joint, one of whose channels has a train of seven pulses.
@@ -273,7 +273,7 @@ fn counted_joint() -> Bench {
         train,
         ..channel(0)
     };
-    Bench::draft().after([
+    Bench::draft().after_requests([
         Request::Channel { channel: 0, spec },
         Request::Joint(joint(SensorSource::Host)),
     ])
@@ -318,7 +318,7 @@ fn muscle_under_widths() -> Bench {
         ..channel(0)
     };
     let muscle = setup::MUSCLE;
-    Bench::open().after([
+    Bench::open().after_requests([
         Request::Channel { channel: 0, spec },
         Request::Muscle {
             channel: 0,
@@ -341,12 +341,12 @@ fn list(channel: u8, pulses: &[(u32, u32, u16)]) -> Request {
 
 /// [`widening`] while a list plays.
 fn listing() -> Bench {
-    widening().after([list(0, &[(20_000, 1_000, 200); 16])])
+    widening().after_requests([list(0, &[(20_000, 1_000, 200); 16])])
 }
 
 /// [`widening`] before another rise: a burst was left out.
 fn unrisen() -> Bench {
-    let mut bench = widening().after([stimuli(&[(0, 200)])]);
+    let mut bench = widening().after_requests([stimuli(&[(0, 200)])]);
     bench.wait(40_000);
     bench
 }
@@ -391,14 +391,14 @@ fn timed_angle(name: &str, scene: fn() -> Bench, ahead: i32, expect: Expect) -> 
         centideg: 0,
         centideg_per_s: None,
     };
-    live(name, scene, request, expect)
+    dynamic_row(name, scene, request, expect)
 }
 
 /// Angles from 0.011° to 89.989°, which no hundredth of a degree meets.
 fn odd_range() -> Bench {
     let mut spec = joint(SensorSource::Host);
     (spec.angle_min_mdeg, spec.angle_max_mdeg) = (-89_989, -11);
-    Bench::draft().after([Request::Joint(spec)]).arm()
+    Bench::draft().after_requests([Request::Joint(spec)]).arm()
 }
 
 /// `count` timed angles wait.
@@ -445,7 +445,7 @@ fn measurement(name: &str, scene: fn() -> Bench, joint: u8, ahead: i32, expect: 
         centideg: 0,
         at: bench.now() + us(ahead.cast_unsigned()),
     };
-    live(name, scene, request, expect)
+    dynamic_row(name, scene, request, expect)
 }
 
 fn measured() -> Bench {
@@ -479,7 +479,7 @@ fn muscles() -> Bench {
         ..setup::MUSCLE
     };
     let specs = (0..).zip([setup::MUSCLE, tires]);
-    Bench::draft().after(specs.map(|(channel, spec)| Request::Muscle { channel, spec }))
+    Bench::draft().after_requests(specs.map(|(channel, spec)| Request::Muscle { channel, spec }))
 }
 
 fn muscles_armed() -> Bench {
@@ -487,11 +487,11 @@ fn muscles_armed() -> Bench {
 }
 
 fn muscles_stimulating() -> Bench {
-    muscles_armed().after([Request::Start])
+    muscles_armed().after_requests([Request::Start])
 }
 
 fn muscles_stopped() -> Bench {
-    let mut bench = muscles_stimulating().after([Request::Stop]);
+    let mut bench = muscles_stimulating().after_requests([Request::Stop]);
     bench.wait(300_000);
     bench
 }

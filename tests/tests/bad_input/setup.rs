@@ -197,7 +197,9 @@ fn grouped(groups: &[(u16, Partner)], edit: fn(&mut [ChannelSpec; 3])) -> Bench 
     let groups = Request::Groups(groups.iter().map(spec).collect());
     let channels = (0..).zip(specs);
     let channels = channels.map(|(channel, spec)| Request::Channel { channel, spec });
-    Bench::draft().after(channels).after([groups])
+    Bench::draft()
+        .after_requests(channels)
+        .after_requests([groups])
 }
 
 fn long_to_ground() -> Bench {
@@ -234,7 +236,7 @@ fn group_rows() -> Vec<Row> {
 }
 
 fn sync_of_none() -> Bench {
-    Bench::draft().after([Request::Sync { channel: Some(7) }])
+    Bench::draft().after_requests([Request::Sync { channel: Some(7) }])
 }
 
 #[rustfmt::skip]
@@ -273,7 +275,7 @@ fn slow_calcium() -> Bench {
     let mut slow = FORCE;
     slow.tau_c_us = 60_000;
     let spec = MuscleSpec::new(slow, RECRUITMENT);
-    Bench::draft().after([on_first(bursts), Request::Muscle { channel: 0, spec }])
+    Bench::draft().after_requests([on_first(bursts), Request::Muscle { channel: 0, spec }])
 }
 
 #[rustfmt::skip]

@@ -62,11 +62,11 @@ impl Expect {
 
 /// A request that is the same whatever the device says.
 pub fn row(name: &str, scene: fn() -> Bench, request: Request, expect: Expect) -> Row {
-    live(name, scene, move |_| request.clone(), expect)
+    dynamic_row(name, scene, move |_| request.clone(), expect)
 }
 
 /// A request that depends on what the device says.
-pub fn live(
+pub fn dynamic_row(
     name: &str,
     scene: fn() -> Bench,
     request: impl Fn(&mut Bench) -> Request + 'static,
@@ -181,8 +181,8 @@ fn check(row: &Row) -> Result<(), String> {
     let got = match bench.ask(request.clone()) {
         Ok(_) => Expect::Done,
         Err(Error::Refused(refused)) => {
-            is_helpful(&refused).map_err(|e| format!("{}: {e}", row.name))?;
-            as_expect(&refused, &row.expect)?
+            check_help(&refused).map_err(|e| format!("{}: {e}", row.name))?;
+            compare_refusal(&refused, &row.expect)?
         }
         Err(other) => return Err(format!("{}: {other}", row.name)),
     };
@@ -216,25 +216,25 @@ fn check(row: &Row) -> Result<(), String> {
         return wrong("outputs are not isolated");
     }
     if after.state == State::Idle && !is_arm && bench.client.arm().is_ok() {
-        return draft_is_the_bench_s(&mut bench).map_err(|e| format!("{}: {e}", row.name));
+        return check_draft_unchanged(&mut bench).map_err(|e| format!("{}: {e}", row.name));
     }
     Ok(())
 }
 
 /// Limits in force after arming are those configured before the refusal.
-fn draft_is_the_bench_s(bench: &mut Bench) -> Result<(), String> {
-    let taken = bench.client.amplitudes(&[(2, LIMIT)]);
+fn check_draft_unchanged(bench: &mut Bench) -> Result<(), String> {
+    let taken = bench.client.set_amplitudes(&[(2, LIMIT)]);
     taken.map_err(|e| e.to_string())?;
     match bench
         .client
-        .amplitudes(&[(2, Amplitude::new(LIMIT.get() + 1))])
+        .set_amplitudes(&[(2, Amplitude::new(LIMIT.get() + 1))])
     {
         Err(Error::Refused(r)) if r.code() == Some(Code::AboveWearerLimit) => Ok(()),
         other => Err(format!("the draft changed: {other:?}")),
     }
 }
 
-fn as_expect(refused: &RefusalInWords, expected: &Expect) -> Result<Expect, String> {
+fn compare_refusal(refused: &RefusalInWords, expected: &Expect) -> Result<Expect, String> {
     let field = match expected {
         Expect::Refused { field, .. } if *field == refused.field => field,
         _ => return Err(format!("{refused}, where {expected:?} was expected")),
@@ -248,7 +248,7 @@ fn as_expect(refused: &RefusalInWords, expected: &Expect) -> Result<Expect, Stri
 }
 
 /// Number, field, range and advice are in the words that people see.
-fn is_helpful(refused: &RefusalInWords) -> Result<(), String> {
+fn check_help(refused: &RefusalInWords) -> Result<(), String> {
     let text = refused.to_string();
     let code = refused.code().ok_or("a number nobody knows")?;
     let range = refused

@@ -1,7 +1,7 @@
 //! Amplitudes with a time.
 
 use crate::bad_input::bench::{Bench, LIMIT};
-use crate::bad_input::table::{Expect, Row, live, refused};
+use crate::bad_input::table::{Expect, Row, dynamic_row, refused};
 use firmware::link::{Code, Request};
 use firmware::safety::MAX_TIMED;
 use firmware::units::{Amplitude, us};
@@ -18,7 +18,7 @@ fn timed(bench: &mut Bench, ahead: i32, ua: u32) -> Request {
 
 fn timed_row(name: &str, scene: fn() -> Bench, ahead: i32, ua: u32, expect: Expect) -> Row {
     let request = move |bench: &mut Bench| timed(bench, ahead, ua);
-    live(name, scene, request, expect)
+    dynamic_row(name, scene, request, expect)
 }
 
 /// So many wait, none of them due within half a second.
@@ -26,7 +26,7 @@ fn waiting(count: usize) -> Bench {
     let mut bench = Bench::armed();
     for n in 0..count as i32 {
         let order = timed(&mut bench, 600_000 + 10_000 * n, 1_000);
-        bench = bench.after([order]);
+        bench = bench.after_requests([order]);
     }
     bench
 }

@@ -58,12 +58,12 @@ pub fn rows() -> Vec<Row> {
 }
 
 fn beside_a_joint() -> Bench {
-    Bench::joint_draft().after([Request::Wall(wall())])
+    Bench::joint_draft().after_requests([Request::Wall(wall())])
 }
 
 fn above_the_limit() -> Bench {
     let max = Amplitude::new(LIMIT.get() + 1);
-    Bench::draft().after([Request::Wall(WallSpec { max, ..wall() })])
+    Bench::draft().after_requests([Request::Wall(WallSpec { max, ..wall() })])
 }
 /// What is wrong only beside something else.
 #[rustfmt::skip]

@@ -8,7 +8,7 @@ use hal_sim::chip::cpu::run::Observer;
 use hal_sim::chip::cpu::{Size, Stop};
 use hal_sim::chip::soc::{Pace, gpio::Level};
 use hal_sim::lockstep::{Device, Output};
-use tests::desk::flashed;
+use tests::desk::flashed_image;
 
 /// One call of `Session::receive`.
 pub struct ReceiveCall {
@@ -54,7 +54,7 @@ pub struct WatchedBoard {
 impl WatchedBoard {
     /// A board that has booted.
     pub fn boot(stages: [Option<Output>; 10], sensors: &Sensors, pace: Pace) -> Self {
-        let image = flashed();
+        let image = flashed_image();
         let function = |name: &str| {
             let functions = image.symbols.functions().iter();
             let mut found = functions.filter(|f| f.name.ends_with(name));

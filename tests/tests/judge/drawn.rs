@@ -63,7 +63,7 @@ fn random(case: u64) -> Random {
 }
 
 /// One of these.
-fn one<T: Copy>(random: &mut Random, of: &[T]) -> T {
+fn pick<T: Copy>(random: &mut Random, of: &[T]) -> T {
     of[random.below(of.len() as u64) as usize]
 }
 
@@ -85,7 +85,7 @@ fn draw(random: &mut Random) -> (Trace, Pump, Truth) {
     levels.sort_by_key(|level| (level.0, level.1));
     let mut now = Levels::ISOLATED;
     for (at, channel, state) in levels {
-        now = now.with(channel, state);
+        now = now.with_channel(channel, state);
         trace.record_levels(at, now);
     }
     trace.dac.sort_by_key(|write| write.t_us);
@@ -95,7 +95,7 @@ fn draw(random: &mut Random) -> (Trace, Pump, Truth) {
         }
     }
     trace.trips.sort_by_key(|write| write.t_us);
-    hurt(random, &mut truth);
+    add_faults(random, &mut truth);
     (trace, pump(random), truth)
 }
 
@@ -108,14 +108,14 @@ fn channel_of(random: &mut Random) -> Channel {
             full_scale_ma: random.between(1.0, 130.0),
         },
     };
-    let pulses_per_s = one(random, &[50, 100, 400, 2_000]);
+    let pulses_per_s = pick(random, &[50, 100, 400, 2_000]);
     let mut channel = Channel::steady(
         stage,
         random.log_between(100.0, 30_000.0),
         random.log_between(1.0, 200.0),
         pulses_per_s,
     );
-    channel.mismatch = one(random, &[0.0, 0.0, 0.01, -0.02]);
+    channel.mismatch = pick(random, &[0.0, 0.0, 0.01, -0.02]);
     for _ in 0..random.below(3) {
         let ohm = random.log_between(20.0, 100_000.0);
         let load = (random.below(4) > 0).then_some(ohm);
@@ -133,7 +133,7 @@ fn course(random: &mut Random) -> Vec<(u64, State)> {
     let period = 2_000 + random.below(30_000);
     let is_grounded = random.below(2) == 0;
     let is_wild = random.below(4) == 0;
-    let first = one(random, &[State::Cathodic, State::Anodic]);
+    let first = pick(random, &[State::Cathodic, State::Anodic]);
     let second = if first == State::Cathodic {
         State::Anodic
     } else {
@@ -147,7 +147,7 @@ fn course(random: &mut Random) -> Vec<(u64, State)> {
                 State::Anodic,
                 State::Grounded,
             ];
-            course.push((at, one(random, &all)));
+            course.push((at, pick(random, &all)));
             at += 1 + random.log_between(1.0, 40_000.0) as u64;
             continue;
         }
@@ -183,7 +183,7 @@ fn course(random: &mut Random) -> Vec<(u64, State)> {
 }
 
 /// What breaks, and what had to be over.
-fn hurt(random: &mut Random, truth: &mut Truth) {
+fn add_faults(random: &mut Random, truth: &mut Truth) {
     for _ in 0..random.below(3) {
         let t_us = random.below(END_US);
         truth.faults.push(Fault { t_us });
@@ -191,14 +191,14 @@ fn hurt(random: &mut Random, truth: &mut Truth) {
     if random.below(3) == 0 {
         truth.stuck.push(StuckLine {
             channel: random.below(CHANNELS.into()) as u8,
-            line: one(random, &[Line::Cathodic, Line::Anodic]),
+            line: pick(random, &[Line::Cathodic, Line::Anodic]),
             high: random.below(2) == 0,
             from_us: random.below(END_US),
         });
     }
     if random.below(3) == 0 {
         let from_us = random.below(END_US);
-        let until_us = one(random, &[from_us + 100_000, u64::MAX]);
+        let until_us = pick(random, &[from_us + 100_000, u64::MAX]);
         truth.quiet.push(QuietInterval { from_us, until_us });
     }
 }

@@ -31,7 +31,7 @@ fn trains() -> [(&'static str, Vec<StateInterval>); 7] {
 }
 
 fn scene(pulse: &[StateInterval], stuck: StuckLine, logic: StageLogic) -> Scene {
-    let mut scene = Scene::of(100, pulse);
+    let mut scene = Scene::with_pulses(100, pulse);
     let channel = &mut scene.truth.channels[0];
     // One more than the doublets': a line that sticks may begin a pulse early.
     channel.pulses_per_s = 101;

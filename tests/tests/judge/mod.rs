@@ -17,24 +17,24 @@ use hal_sim::trace::judge::{
     Channel, Fault, Line, Pump, QuietInterval, Stage, StuckLine, Truth, judge,
 };
 use hal_sim::trace::{Levels, State};
-use host_core::run::{DeviceName, SessionFile, power_on, simulated};
-use second::both;
+use host_core::run::{DeviceName, SessionFile, power_on, simulated_port};
+use second::judge_both;
 use std::sync::{Arc, Mutex};
 use studies::faults::declared_truth;
-use tests::desk::{flashed, load, play, play_on, shipped_in};
+use tests::desk::{flashed_image, load_session, play, play_on, session_paths};
 
 #[test]
 fn shipped_sessions_are_not_severe() {
     let folders = ["", "hamana_exp2", "harris_wall"];
     let mut seen = 0;
-    for path in folders.into_iter().flat_map(shipped_in) {
+    for path in folders.into_iter().flat_map(session_paths) {
         let mut file = SessionFile::load(&path).unwrap();
         file.session.duration_us = file.session.duration_us.min(3_000_000);
         let played = play(&file, &DeviceName::Native);
         let name = path.display();
         let mut truth = declared_truth(&file.session, &played.loads);
         // The native simulator has no pump pin.
-        let verdict = both(&played.trace, &Pump::Throughout, &truth, played.end_us);
+        let verdict = judge_both(&played.trace, &Pump::Throughout, &truth, played.end_us);
         let told: Vec<_> = verdict
             .as_built
             .findings
@@ -63,14 +63,14 @@ fn the_chips_own_play_is_not_severe() {
         "hamana_exp4_two_point_finger.toml",
         "full_load.toml",
     ] {
-        let mut file = load(name);
+        let mut file = load_session(name);
         file.session.duration_us = file.session.duration_us.min(1_500_000);
-        let mut board = power_on(&file.session, &flashed(), ()).unwrap();
+        let mut board = power_on(&file.session, &flashed_image(), ()).unwrap();
         board.boot(&Sensors::default()).unwrap();
         let boot = Micros::new(board.now_us() as u32);
         let board = Arc::new(Mutex::new(board));
         let device = Box::new(Arc::clone(&board));
-        let port = simulated(&file.session, 1, device, boot).unwrap();
+        let port = simulated_port(&file.session, 1, device, boot).unwrap();
         let played = play_on(&file, Box::new(port));
         let pump = board.lock().unwrap().around.pump().clone();
         let Pump::Runs(runs) = &pump else {
@@ -79,7 +79,7 @@ fn the_chips_own_play_is_not_severe() {
         let supplied_us: u64 = runs.iter().map(|(first, last)| last - first).sum();
         assert!(supplied_us > 1_000_000, "{name}: {runs:?}");
         let truth = declared_truth(&file.session, &played.loads);
-        let verdict = both(&played.trace, &pump, &truth, played.end_us);
+        let verdict = judge_both(&played.trace, &pump, &truth, played.end_us);
         let found = &verdict.as_built.findings;
         assert!(found.is_empty(), "{name}: {found:?}");
         assert_eq!(verdict.as_built.latched, [], "{name}");
@@ -97,7 +97,7 @@ fn what_a_broken_chip_puts_out_is_judged_alike() {
     const STREAM_2: u32 = 0x4002_6410 + 0x18 * 2;
     const NOTHING: &str = "nothing";
     const LINE: &str = "a line breaks on its way to its stage";
-    let (bench, at) = Bench::in_a_pulse();
+    let (bench, at) = Bench::stimulating_in_pulse();
     let breaks: [Break; 4] = [
         (NOTHING, |_| ()),
         ("the tape slips", |bench| {
@@ -139,7 +139,7 @@ fn what_a_broken_chip_puts_out_is_judged_alike() {
         }
         let pump = bench.board.around.pump().clone();
         let end_us = bench.board.now_us();
-        let account = both(&bench.record.trace, &pump, &truth, end_us).as_built;
+        let account = judge_both(&bench.record.trace, &pump, &truth, end_us).as_built;
         println!("{what}: {:?}, {:?}", account.truncated, account.latched);
         assert_eq!(account.findings, [], "{what}");
         assert_eq!(account.latched.len(), usize::from(what == LINE), "{what}");

@@ -1,7 +1,7 @@
 //! Each rule finds the trace that breaks it, and nothing else does.
 
 use super::scene::{Anodic, CODE, Cathodic, Grounded, Scene, StateInterval, biphasic, monophasic};
-use super::second::both;
+use super::second::judge_both;
 use hal_sim::trace::judge::{
     Cause, Channel, Fault, Latched, Pump, QuietInterval, Rule, Stage, judge,
 };
@@ -20,12 +20,12 @@ fn right_traces_have_no_findings() {
         (615, 815, Cathodic),
         (900, 1_100, Grounded),
     ]);
-    let mut scene = Scene::of(150, &burst);
+    let mut scene = Scene::with_pulses(150, &burst);
     scene.truth.channels[0].pulses_per_s = 100;
     assert_eq!(scene.rules(), NONE);
     // 12 mA, 200 µs, grounded for 1 ms: 5.1 V of bias, 0.51 µA through 10 MΩ. Bare,
     // a monophasic train is direct current.
-    let mut scene = Scene::of(150, &monophasic(200, 1_000));
+    let mut scene = Scene::with_pulses(150, &monophasic(200, 1_000));
     assert_eq!(scene.rules(), [vec![], vec![Rule::DirectCurrent]]);
     // Through 2.4 MΩ it would be 2.1 µA.
     scene.truth.hardware.bleed_ohm = 2.4e6;
@@ -103,7 +103,7 @@ fn a_banks_comparator_ends_what_is_above_its_level_after_10_us() {
     for (bank, level_ma, latches) in [(0, 18.75, true), (0, 36.1, false), (1, 18.75, false)] {
         let mut trace = scene.trace();
         trace.record_trip(0, bank, (level_ma / 125.0 * 65_535.0) as u16);
-        let verdict = both(&trace, &scene.pump, &scene.truth, scene.end_us);
+        let verdict = judge_both(&trace, &scene.pump, &scene.truth, scene.end_us);
         let latched = Latched {
             t_us: 10_010,
             channel: 0,
@@ -122,7 +122,7 @@ fn a_banks_comparator_ends_what_is_above_its_level_after_10_us() {
     let mut trace = scene.trace();
     trace.record_trip(0, 0, 9_831); // 18.75 mA
     trace.record_dac(10_100, 0, 3 * CODE);
-    let verdict = both(&trace, &scene.pump, &scene.truth, scene.end_us);
+    let verdict = judge_both(&trace, &scene.pump, &scene.truth, scene.end_us);
     assert_eq!(verdict.as_built.latched[0].t_us, 10_110);
 }
 
@@ -246,7 +246,7 @@ fn what_comes_before_a_pulse_takes_no_part_of_it() {
 #[test]
 fn the_charge_of_a_truncated_pulse() {
     // 110 mA held for 640 µs: 70 µC.
-    let mut scene = Scene::of(50, &biphasic(200));
+    let mut scene = Scene::with_pulses(50, &biphasic(200));
     scene.truth.channels[0] = Channel {
         limit_ma: 150.0,
         trip_ma: 200.0,
@@ -299,7 +299,7 @@ fn output_past_a_deadline() {
         (1_010_100, 40_000.0, 5)
     );
     // Without the pump nothing comes out.
-    scene.pump = Pump::of_edges((0..40_380).map(|n| n * 25), 300);
+    scene.pump = Pump::from_edges((0..40_380).map(|n| n * 25), 300);
     assert_eq!(scene.rules(), [vec![], vec![Rule::PastDeadline]]);
 }
 
@@ -318,7 +318,7 @@ fn high_voltage_follows_the_pump() {
     assert_eq!(verdict.as_built.latched, []);
     let edges = [0, 100, 399, 699, 1_000];
     assert_eq!(
-        Pump::of_edges(edges, 300),
+        Pump::from_edges(edges, 300),
         Pump::Runs(vec![(0, 399), (699, 699), (1_000, 1_000)])
     );
 }
@@ -330,7 +330,7 @@ fn one_percent_of_mismatch_is_direct_current_unless_it_is_grounded() {
     let mut seen = [0.0; 2];
     let pulses = [biphasic(400).to_vec(), grounded];
     for (seen, pulse) in seen.iter_mut().zip(pulses) {
-        let mut scene = Scene::of(60 * 50, &pulse);
+        let mut scene = Scene::with_pulses(60 * 50, &pulse);
         scene.truth.channels[0].mismatch = 0.01;
         // The quickest that hardware.md allows to get there.
         scene.truth.hardware.bleed_ohm = 2.4e6;
@@ -350,7 +350,7 @@ fn one_percent_of_mismatch_is_direct_current_unless_it_is_grounded() {
 #[test]
 fn what_a_capacitor_gives_back_cuts_no_pulse() {
     let after = |pulse: &[StateInterval], count: u64| {
-        let mut scene = Scene::of(49, &monophasic(200, 1_000));
+        let mut scene = Scene::with_pulses(49, &monophasic(200, 1_000));
         let stage = Stage::Voltage {
             full_scale_v: 200.0,
         };
@@ -388,7 +388,7 @@ fn a_minute_of_ten_channels_is_judged_at_once() {
             let at = t_us + u64::from(channel) * 1_000;
             trace
                 .levels
-                .push((at, Levels::ISOLATED.with(channel, state)));
+                .push((at, Levels::ISOLATED.with_channel(channel, state)));
         }
     }
     trace.levels.sort_by_key(|entry| entry.0);

@@ -1,6 +1,6 @@
 //! A right trace of one channel, and the means to spoil it.
 
-use super::second::both;
+use super::second::judge_both;
 use hal_sim::trace::judge::{Channel, Pump, Rule, Stage, Truth, Verdict, judge};
 use hal_sim::trace::{Levels, State, Trace};
 
@@ -24,7 +24,7 @@ pub struct Scene {
 impl Scene {
     /// 12 mA into 2 kΩ at `pulses` of 50 Hz, of the stretches that `pulse`
     /// consists of; 15 mA and 50 pulses a second allowed.
-    pub fn of(pulses: u64, pulse: &[StateInterval]) -> Self {
+    pub fn with_pulses(pulses: u64, pulse: &[StateInterval]) -> Self {
         let starts = (0..pulses).map(|n| 10_000 + n * 20_000);
         let at = |t: u64| {
             pulse
@@ -46,7 +46,7 @@ impl Scene {
     }
 
     pub fn biphasic(pulses: u64, width_us: u64) -> Self {
-        Self::of(pulses, &biphasic(width_us))
+        Self::with_pulses(pulses, &biphasic(width_us))
     }
 
     pub fn trace(&self) -> Trace {
@@ -54,7 +54,7 @@ impl Scene {
         trace.record_dac(0, 0, self.code);
         let mut stretches = self.stretches.iter().peekable();
         while let Some(&(start, end, state)) = stretches.next() {
-            trace.record_levels(start, Levels::ISOLATED.with(0, state));
+            trace.record_levels(start, Levels::ISOLATED.with_channel(0, state));
             if stretches.peek().is_none_or(|next| next.0 > end) {
                 trace.record_levels(end, Levels::ISOLATED);
             }
@@ -64,7 +64,7 @@ impl Scene {
 
     /// By both judges.
     pub fn verdict(&self) -> Verdict {
-        both(&self.trace(), &self.pump, &self.truth, self.end_us)
+        judge_both(&self.trace(), &self.pump, &self.truth, self.end_us)
     }
 
     /// By `hal_sim`'s alone: of thousands, or of a logic that only it knows.

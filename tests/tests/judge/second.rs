@@ -17,7 +17,7 @@ const ALIKE: f64 = 1e-4;
 ///
 /// # Panics
 /// If it does not.
-pub fn both(trace: &Trace, pump: &Pump, truth: &Truth, end_us: u64) -> Verdict {
+pub fn judge_both(trace: &Trace, pump: &Pump, truth: &Truth, end_us: u64) -> Verdict {
     let verdict = [judge(trace, pump, truth, end_us)];
     let differ = compare(&[case(trace, pump, truth, end_us)], &verdict);
     assert!(differ.is_empty(), "{differ:#?}");
@@ -32,7 +32,7 @@ pub fn case(trace: &Trace, pump: &Pump, truth: &Truth, end_us: u64) -> Value {
 
 /// Where the other judge says otherwise of `cases` than these verdicts.
 pub fn compare(cases: &[Value], verdicts: &[Verdict]) -> Vec<String> {
-    let others = others(cases);
+    let others = python_verdicts(cases);
     assert_eq!(others.len(), verdicts.len());
     let mut differ = Vec::new();
     for (index, (verdict, other)) in verdicts.iter().zip(&others).enumerate() {
@@ -49,7 +49,7 @@ pub fn compare(cases: &[Value], verdicts: &[Verdict]) -> Vec<String> {
 }
 
 /// The verdicts of the judge in Python.
-fn others(cases: &[Value]) -> Vec<Value> {
+fn python_verdicts(cases: &[Value]) -> Vec<Value> {
     let python = Command::new("python3")
         .arg("-B") // leaves no compiled file beside the program
         .arg(PROGRAM)
@@ -151,7 +151,7 @@ fn is_alike(a: &Value, b: &Value) -> bool {
 fn a_judge_that_errs_is_told() {
     let scene = Scene::biphasic(60, 501);
     let heard = case(&scene.trace(), &scene.pump, &scene.truth, scene.end_us);
-    let said = others(&[heard]).remove(0);
+    let said = python_verdicts(&[heard]).remove(0);
     let account = scene.judged_once().as_built;
     assert_eq!(differences(&account, &said["as_built"]), [""; 0]);
     let err = |account: &dyn Fn(&mut OutputJudgement)| {

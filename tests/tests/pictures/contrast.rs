@@ -46,7 +46,7 @@ pub fn find(drawing: &Drawing, screen: [[f64; 3]; 2]) -> Vec<String> {
 fn contrast(before: &[Item], item: &Item, dark: usize, back: [f64; 3]) -> Option<(f64, f64)> {
     let paint = item.paint[dark]?;
     let (points, wanted) = match &item.form {
-        Form::Words(words) => (along(&words.bounds), TEXT),
+        Form::Words(words) => (sample_points(&words.bounds), TEXT),
         Form::Line(path, _) if stands_out(item) => (middle(path), LINE),
         Form::Area(corners) if is_mark(corners) && stands_out(item) => {
             (vec![Box2::around(corners).middle()], LINE)
@@ -54,7 +54,7 @@ fn contrast(before: &[Item], item: &Item, dark: usize, back: [f64; 3]) -> Option
         _ => return None,
     };
     let ratios = points.into_iter().map(|at| {
-        let below = behind(before, at, dark, back, paint);
+        let below = background_color(before, at, dark, back, paint);
         ratio(mixed(below, paint.rgb, paint.cover), below)
     });
     Some((ratios.fold(f64::MAX, f64::min), wanted))
@@ -86,7 +86,7 @@ fn is_mark(corners: &[(f64, f64)]) -> bool {
 }
 
 /// Five places along a text.
-fn along(bounds: &Box2) -> Vec<(f64, f64)> {
+fn sample_points(bounds: &Box2) -> Vec<(f64, f64)> {
     let part = |n: u32| f64::from(n) / 4.0;
     let x = |n| bounds.left + (bounds.right - bounds.left) * part(n);
     let y = |n| bounds.top + (bounds.bottom - bounds.top) * part(n);
@@ -112,7 +112,7 @@ fn middle(path: &[(f64, f64)]) -> Vec<(f64, f64)> {
 /// The colour at a place after some items are painted: areas and halos. Lines and
 /// marks that cross are told apart along their way, not where they meet; a line
 /// at the edge of a tint of its own colour is seen from the other side.
-fn behind(
+fn background_color(
     items: &[Item],
     at: (f64, f64),
     dark: usize,

@@ -5,8 +5,8 @@ use super::{SCREENS, findings, top};
 use host_core::record::Run;
 use host_core::report::{Report, page};
 use host_core::run::{DeviceName, edges_of_one_period};
-use host_tool::cli::overview;
-use tests::desk::{load, play};
+use host_tool::cli::overview_svg;
+use tests::desk::{load_session, play};
 
 const RENEW: &str = "cargo demo && cp out/demo/picture.svg docs/demo.svg";
 /// A page's own background in light and dark.
@@ -16,7 +16,7 @@ const LOWEST: f64 = 9.0;
 
 /// The page of one session on the native simulator.
 fn page_of(file: &str) -> String {
-    let session = load(file);
+    let session = load_session(file);
     let played = play(&session, &DeviceName::Native);
     let mut trial = played.outcome.trial;
     trial.edges = edges_of_one_period(&session.session, &played.trace, played.epoch_us, 2_000_000);
@@ -98,7 +98,7 @@ fn the_figures_of_every_page_can_be_read() {
 #[test]
 fn the_readme_shows_what_the_simulator_gives() {
     let committed = std::fs::read_to_string(top().join("docs/demo.svg")).unwrap_or_default();
-    let drawn = overview(1).expect("a picture");
+    let drawn = overview_svg(1).expect("a picture");
     let wrong = findings(&drawn, SCREENS);
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
     let drawing = Drawing::read(&drawn).expect("an SVG");

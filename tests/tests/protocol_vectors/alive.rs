@@ -25,11 +25,11 @@ struct Scene {
 impl Scene {
     /// That of a shipped session.
     fn shipped(name: &str, setpoints: Vec<Request>) -> Self {
-        let file = desk::load(name);
+        let file = desk::load_session(name);
         let port = DeviceName::Native.open(&file.session, 1).unwrap();
-        let first = file.session.setpoints.at(0).request(None);
+        let first = file.session.setpoints.at(0).to_request(None);
         let setpoints = setpoints.into_iter().chain([first]).collect();
-        let mut setup = file.session.requests();
+        let mut setup = file.session.setup_requests();
         for request in &mut setup {
             if let Request::Wearer(spec) = request {
                 spec.host_timeout_ms = TIMEOUT_MS;
@@ -98,7 +98,7 @@ fn name(request: &Request) -> String {
 
 /// Whether a request 60 ms after the last `KeepAlive` is taken, and whether it puts off the
 /// stop: then 160 ms after it, else 100.
-fn asked(scene: Scene, request: Request) -> (bool, bool) {
+fn request_effect(scene: Scene, request: Request) -> (bool, bool) {
     let (mut client, _) = Connection::open(scene.port).unwrap();
     for request in scene.setup {
         client.request(request).unwrap();
@@ -180,7 +180,7 @@ fn protocol_md_lists_what_keeps_a_host_alive() {
             if name == "Stop" || alive.contains(&name) {
                 continue;
             }
-            let (is_taken, is_alive) = asked(scene(), request);
+            let (is_taken, is_alive) = request_effect(scene(), request);
             assert!(is_taken || !is_alive, "{name} is refused, and keeps alive");
             taken.extend(is_taken.then(|| name.clone()));
             alive.extend(is_alive.then_some(name));

@@ -1,6 +1,6 @@
 //! One message of every kind, with every variant of every type inside.
 
-use firmware::bench::limb::nominal;
+use firmware::bench::limb::nominal_limb;
 use firmware::control::{
     EndpointSpec, ForceGap, ForceSpec, HoldPolicy, JointSpec, LawSpec, PointSpec, PostureSpec,
     SensorSource,
@@ -123,7 +123,7 @@ fn joints() -> [(&'static str, Request); 3] {
 
 /// The nominal arm.
 fn endpoint(posture: PostureSpec) -> EndpointSpec {
-    let limb = nominal();
+    let limb = nominal_limb();
     EndpointSpec {
         ways_um: limb.ways_um,
         ranges_mdeg: limb.ranges_mdeg,
@@ -134,7 +134,7 @@ fn endpoint(posture: PostureSpec) -> EndpointSpec {
 
 /// One of its lines.
 fn line(n: usize) -> LineSpec {
-    nominal().lines[n].clone()
+    nominal_limb().lines[n].clone()
 }
 
 fn groups(partners: &[Partner]) -> Request {
@@ -387,9 +387,9 @@ pub fn responses() -> Vec<(String, Response<'static>)> {
     }
     let at = Micros::new(2_000_000);
     add("acknowledged".into(), Response::Ack { seq: 300, at });
-    let width = Refusal::new(Code::OutOfRange, "width_us").on(3);
+    let width = Refusal::new(Code::OutOfRange, "width_us").with_channel(3);
     let refusals = [
-        (Some(7), width.allowed(10, 500)),
+        (Some(7), width.with_range(10, 500)),
         (None, Refusal::new(Code::BadCrc, "frame")),
     ];
     for (seq, refusal) in refusals {

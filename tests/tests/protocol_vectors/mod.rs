@@ -15,7 +15,7 @@ use firmware::limb::VIAS;
 use firmware::link::{Code, MAX_MESSAGE, Refusal, Response, SCHEMA, ToDevice, encode};
 use firmware::pulse::{CHANNELS, MAX_GROUPS};
 use firmware::safety::{Fault, MAX_LISTED};
-use host_core::link::{advice, what};
+use host_core::link::{advice, meaning};
 use postcard_schema::{Schema, schema::NamedType};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -35,7 +35,7 @@ fn read(path: &str) -> String {
 }
 
 /// `text` must be what the file holds, or becomes it.
-fn hold(path: &str, text: &str) {
+fn check_or_update(path: &str, text: &str) {
     if std::env::var_os("FLEXOR_OVERWRITE").is_some() {
         // In one step: another test may be reading.
         let new = format!("{path}.new");
@@ -100,7 +100,7 @@ fn vectors_are_what_the_code_encodes_and_decodes() {
         lines.join(",\n")
     );
     serde_json::from_str::<serde_json::Value>(&text).expect("valid JSON");
-    hold(VECTORS, &text);
+    check_or_update(VECTORS, &text);
 }
 
 #[test]
@@ -189,7 +189,7 @@ fn protocol_md_tells_every_type() {
 fn codes() -> String {
     let mut table = String::from("| No. | Name | Meaning | What to do |\n|---|---|---|---|\n");
     for code in Code::ALL {
-        let (number, what, advice) = (code as u16, what(code), advice(code));
+        let (number, what, advice) = (code as u16, meaning(code), advice(code));
         table += &format!("| {number} | `{code:?}` | {what} | {advice} |\n");
     }
     table
@@ -212,7 +212,7 @@ fn protocol_md_s_blocks_are_what_the_code_makes() {
         let to = text.find(&end).unwrap_or_else(|| panic!("no {end}"));
         text.replace_range(from..to, &format!("\n{block}\n"));
     }
-    hold(PROTOCOL, &text);
+    check_or_update(PROTOCOL, &text);
 }
 
 #[test]
@@ -222,5 +222,5 @@ fn the_example_client_names_this_schema() {
     let from = text.find(begin).expect("a schema") + begin.len();
     let mut new = text.clone();
     new.replace_range(from..from + 16, &format!("{SCHEMA:016X}"));
-    hold(CLIENT, &new);
+    check_or_update(CLIENT, &new);
 }

@@ -22,7 +22,7 @@ pub fn transcript() -> String {
     world.run_until(10_000).expect("a simulator");
     let mut draft = Draft::default();
     for (seq, (request, listen_ms)) in (0u16..).zip(script) {
-        let request = draft.sending(request);
+        let request = draft.prepare_request(request);
         let message = ToDevice {
             session,
             seq,

@@ -13,7 +13,7 @@ const RATE_HZ: u32 = 60;
 /// The whole log, for a device whose first session has this number.
 pub fn lift(number: u16, session: &Session) -> Vec<Step> {
     let mut host = Host::greeting(number);
-    for request in session.requests() {
+    for request in session.setup_requests() {
         host.say(request);
         host.wait_ms(1);
     }
@@ -44,5 +44,5 @@ fn words(host: &mut Host, session: &Session, due_us: u64) {
             at: BOOT + us(host.now + ARRIVAL_US),
         });
     }
-    host.say(session.setpoints.at(due_us).request(None));
+    host.say(session.setpoints.at(due_us).to_request(None));
 }

@@ -36,20 +36,20 @@ enum Put {
 struct Record(Vec<Put>);
 
 impl Sink for Record {
-    fn levels(&mut self, at: Micros, levels: Levels) {
+    fn write_levels(&mut self, at: Micros, levels: Levels) {
         self.0.push(Put::Levels(at, levels.0));
     }
 
-    fn dac(&mut self, at: Micros, channel: u8, code: DacCode) {
+    fn write_dac(&mut self, at: Micros, channel: u8, code: DacCode) {
         self.0.push(Put::Dac(at, channel, code));
     }
 
-    fn trip(&mut self, at: Micros, bank: u8, code: DacCode) {
+    fn write_trip(&mut self, at: Micros, bank: u8, code: DacCode) {
         self.0.push(Put::Trip(at, bank, code));
     }
 
     /// Where a device cuts what it says at one time is no output.
-    fn bytes(&mut self, at: Micros, bytes: &[u8]) {
+    fn write_bytes(&mut self, at: Micros, bytes: &[u8]) {
         match self.0.last_mut() {
             Some(Put::Bytes(before, all)) if *before == at => all.extend_from_slice(bytes),
             _ => self.0.push(Put::Bytes(at, bytes.to_vec())),
@@ -112,7 +112,7 @@ fn a_session_of_30_s_is_the_same_to_the_bit() {
 
 #[test]
 fn a_lift_is_the_same_to_the_bit() {
-    let file = desk::load("lift.toml");
+    let file = desk::load_session("lift.toml");
     let record = same_to_the_bit(&lift::lift(1, &file.session));
     // Both lines of eight channels, and amplitudes of all of them.
     let (mut driven, mut said, mut channels) = (0u32, Vec::new(), BTreeSet::new());

@@ -54,7 +54,7 @@ impl Host {
     }
 
     pub fn say(&mut self, request: Request) {
-        let frame = desk::frame(self.session, self.seq, self.draft.sending(request));
+        let frame = desk::frame(self.session, self.seq, self.draft.prepare_request(request));
         self.seq = self.seq.wrapping_add(1);
         self.send(frame);
     }

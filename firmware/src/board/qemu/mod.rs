@@ -16,7 +16,7 @@ pub fn run() -> ! {
     let mut usart = Usart::enable();
     let mut port = Port::new(Kind::Qemu);
     let mut decoder = Decoder::default();
-    Port::ready(&mut |frame| usart.write(frame));
+    Port::report_ready(&mut |frame| usart.write(frame));
     loop {
         // A frame that was spoilt is no command either: an empty one.
         let message = match decoder.push(usart.read()) {

@@ -34,7 +34,7 @@ mod usb_clock;
 mod usb_driver;
 mod watchdog;
 
-use crate::device::{Controller, Identity, Mailboxes, Session, first_session};
+use crate::device::{Controller, Identity, Mailboxes, Session, first_session_number};
 use crate::link::Kind;
 use crate::link::message::{OptionBytes, ResetCause};
 use crate::safety::{Fault, FaultRecord};
@@ -117,9 +117,9 @@ pub async fn run(spawner: Spawner) -> ! {
         unique_id,
         reset: cause,
         last_fault: latched,
-        first_session: first_session(&[a, b, c, cycles]),
+        first_session: first_session_number(&[a, b, c, cycles]),
         stages: stages::load(unique_id),
-        option_bytes: Some(OptionBytes::of(pac::FLASH.optcr().read().0)),
+        option_bytes: Some(OptionBytes::from_optcr(pac::FLASH.optcr().read().0)),
     };
     static SESSION: StaticCell<Session> = StaticCell::new();
     let session = SESSION.init_with(|| Session::new(identity));

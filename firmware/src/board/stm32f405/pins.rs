@@ -18,14 +18,14 @@
 use super::pac::gpio::{Gpio, vals};
 use super::pac::{GPIOA, GPIOB, GPIOC, GPIOD, GPIOE, RCC};
 use crate::board::wiring::{self, BOARD, BoardPins, Inputs, Pin, Port};
-use crate::pulse::tape::{isolated, pump_low};
+use crate::pulse::tape::{isolated_words, pump_low};
 
 const INPUTS: Inputs = BOARD.inputs;
 /// /SYNC of each DAC.
 const SELECT: [Pin; 2] = BOARD.dacs.select;
 /// The bits of each tape port's BSRR that isolate its lines and drop the pump.
 const SAFE: [u32; wiring::TAPE_PORTS] = {
-    let (isolated, pump_low) = (isolated::<BoardPins>(), pump_low::<BoardPins>());
+    let (isolated, pump_low) = (isolated_words::<BoardPins>(), pump_low::<BoardPins>());
     [isolated[0] | pump_low[0], isolated[1] | pump_low[1]]
 };
 /// The ports in use, as RCC_AHB1ENR has them.

@@ -178,7 +178,7 @@ async fn converse(
 
 /// Stores a table that was accepted, once its answer is out or nobody reads it.
 fn store_stages(session: &Session, outgoing: &Bytes, patience: &mut u8) {
-    let Some(table) = session.storing() else {
+    let Some(table) = session.stage_table_to_store() else {
         return;
     };
     *patience = patience.saturating_sub(1);

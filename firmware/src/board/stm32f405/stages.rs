@@ -22,13 +22,13 @@ pub fn load(unique_id: [u32; 3]) -> Stages {
     // SAFETY: both lie in flash, aligned, and nothing writes there but `store`, which
     // does not return.
     let [first, second] = COPIES.map(|(_, at)| unsafe { read_volatile(at as *const StageWords) });
-    Stages::stored([&first, &second], unique_id)
+    Stages::from_copies([&first, &second], unique_id)
 }
 
 /// Stops everything, stores `table`, resets: the next start reads what is there. From
 /// the thread, with nothing armed.
 pub fn store(table: &StageTable) -> ! {
-    let words = table.words(record::unique_id());
+    let words = table.to_words(record::unique_id());
     cortex_m::interrupt::disable();
     tape::stop();
     // SAFETY: this function ends with a reset.

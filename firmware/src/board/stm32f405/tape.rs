@@ -19,7 +19,7 @@ use super::timebase::Instant;
 use super::{crystal, memory, pace, pins, timebase};
 use crate::board::wiring::{BOARD, BoardPins, TAPE_PORTS};
 use crate::pulse::WindowPlan;
-use crate::pulse::tape::{SLOTS, Window, isolated, paint};
+use crate::pulse::tape::{SLOTS, Window, isolated_words, paint};
 use crate::safety::Fault;
 use crate::units::Micros;
 use core::cell::UnsafeCell;
@@ -35,7 +35,7 @@ const ERASE_FIRST: usize = BOARD.streams.erase[0] as usize;
 const ERASE_SECOND: usize = BOARD.streams.erase[1] as usize;
 const STREAMS: [usize; 4] = [PLAY_FIRST, PLAY_SECOND, ERASE_FIRST, ERASE_SECOND];
 /// Of each port, the word that isolates it.
-const ISOLATED: [u32; TAPE_PORTS] = isolated::<BoardPins>();
+const ISOLATED: [u32; TAPE_PORTS] = isolated_words::<BoardPins>();
 
 /// All four transfers of a microsecond are over from here on: the last request
 /// comes at 32, and four transfers of two bus accesses each take less than 40

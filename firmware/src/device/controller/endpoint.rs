@@ -21,14 +21,14 @@ impl Controller {
 
     /// Resets the arm to rest.
     #[inline(never)]
-    pub(super) fn rest_endpoint(&mut self) {
+    pub(super) fn reset_endpoint(&mut self) {
         self.wrench = None;
         self.endpoint = EndpointState::default();
     }
 
     /// Takes a wanted force at the hand.
     #[inline(never)]
-    pub(super) fn wish(
+    pub(super) fn accept_force(
         &mut self,
         now: Micros,
         at: Micros,
@@ -39,13 +39,13 @@ impl Controller {
         }
         let none = Refusal::new(Code::NoLimb, "limb");
         let endpoint = self.setup.endpoint.as_ref().ok_or(none)?;
-        let taken = endpoint.wish(&mut self.endpoint, now, at, force_mn);
+        let taken = endpoint.accept_force(&mut self.endpoint, now, at, force_mn);
         taken.map_err(Refusal::from)
     }
 
     /// Takes the measurement of one of the arm's angles.
     #[inline(never)]
-    pub(super) fn posture(
+    pub(super) fn accept_posture_angle(
         &mut self,
         now: Micros,
         at: Micros,
@@ -54,7 +54,7 @@ impl Controller {
     ) -> Result<(), Refusal<'static>> {
         let none = Refusal::new(Code::NoLimb, "limb");
         let endpoint = self.setup.endpoint.as_ref().ok_or(none)?;
-        let taken = endpoint.measurement(&mut self.endpoint, now, at, axis, angle);
+        let taken = endpoint.accept_measurement(&mut self.endpoint, now, at, axis, angle);
         taken.map_err(Refusal::from)
     }
 
@@ -80,20 +80,20 @@ impl Controller {
                     SensorFault::OutOfRange { .. } => Fault::SensorRange,
                     _ => Fault::SensorStale,
                 };
-                let _ = mail.order(ControlOrder::Fault(fault)); // counted
+                let _ = mail.post_order(ControlOrder::Fault(fault)); // counted
                 return;
             }
         };
-        self.tell_endpoint(&orders);
+        self.record_endpoint(&orders);
         for (channel, amplitude) in orders.amplitudes {
             self.record_order(channel, amplitude);
             let order = ControlOrder::Amplitude { channel, amplitude };
-            let _ = mail.order(order); // counted
+            let _ = mail.post_order(order); // counted
         }
     }
 
     /// Keeps values for the next telemetry sample.
-    fn tell_endpoint(&mut self, orders: &EndpointOrders) {
+    fn record_endpoint(&mut self, orders: &EndpointOrders) {
         self.limiting |= orders.made_permille < 1000;
         let least = self.wrench.map_or(1000, |told| told.made_permille);
         self.wrench = Some(WrenchSample {

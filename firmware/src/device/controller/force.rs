@@ -16,7 +16,7 @@ impl Controller {
         for (force, followed) in self.setup.forces.iter().zip(&mut self.forces) {
             // Both are sorted by channel, and every channel under force control has a muscle.
             let muscle = muscles.find(|(muscle, _)| muscle.channel == force.channel);
-            let predicted = muscle.and_then(|(muscle, state)| muscle.force.predicted(state));
+            let predicted = muscle.and_then(|(muscle, state)| muscle.force.predicted_force(state));
             let orders = force.tick(&mut followed.state, now, predicted);
             let Some(ForceOrders { target, drive, gap }) = orders else {
                 continue;
@@ -33,7 +33,7 @@ impl Controller {
                 amplitude: drive.amplitude,
                 period_us: drive.period_us,
             };
-            let _ = mail.order(pulses); // counted
+            let _ = mail.post_order(pulses); // counted
         }
     }
 }

@@ -19,7 +19,7 @@ pub(super) struct CurrentPulses {
 
 impl CurrentPulses {
     /// Resets all channels to silence, with the periods of their trains.
-    pub(super) fn rest(&mut self, periods_us: [u32; CHANNELS]) {
+    pub(super) fn reset(&mut self, periods_us: [u32; CHANNELS]) {
         self.silence();
         self.periods_us = periods_us;
     }
@@ -30,7 +30,7 @@ impl CurrentPulses {
     }
 
     /// Records a pulse that began at `at`.
-    pub(super) fn pulse(&mut self, channel: u8, at: Micros, stimulus: Stimulus) {
+    pub(super) fn record_pulse(&mut self, channel: u8, at: Micros, stimulus: Stimulus) {
         if let Some(slot) = self.latest.get_mut(usize::from(channel)) {
             *slot = Some((stimulus, at));
         }
@@ -55,7 +55,7 @@ impl CurrentPulses {
 
     /// Marks channels as silent whose next burst is overdue: amplitude 0, a train that has ended,
     /// or a triggered train that waits.
-    pub(super) fn advance(&mut self, now: Micros) {
+    pub(super) fn silence_overdue(&mut self, now: Micros) {
         for (slot, period_us) in self.latest.iter_mut().zip(&self.periods_us) {
             // A period is at most 2 s: the sum fits.
             let is_overdue =

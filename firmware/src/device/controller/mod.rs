@@ -45,7 +45,7 @@ struct TickResult {
 
 impl TickResult {
     /// Returns the result of a joint; `has_target` says whether its control law has run.
-    fn by_joint(orders: Orders, has_target: bool) -> Self {
+    fn from_joint_orders(orders: Orders, has_target: bool) -> Self {
         Self {
             amplitudes: orders.amplitudes,
             limiting: orders.limiting,
@@ -140,28 +140,30 @@ impl Controller {
             let Some(event) = mail.events.dequeue() else {
                 break;
             };
-            self.handle(event, now, mail);
+            self.handle_event(event, now, mail);
         }
         let mut heard = None;
-        let raised = mail.stop.raised();
+        let raised = mail.stop.count_raised();
         while let Some(ControlMessage { stops, request }) = mail.requests.dequeue() {
-            heard = self.accept(request, stops == raised, now, mail).or(heard);
+            heard = self
+                .handle_request(request, stops == raised, now, mail)
+                .or(heard);
         }
         if let Some(at) = heard {
-            let _ = mail.order(ControlOrder::Heard(at)); // counted
+            let _ = mail.post_order(ControlOrder::Heard(at)); // counted
         }
-        self.in_force.advance(now);
-        let acted = self.control(now, adc, mail);
+        self.in_force.silence_overdue(now);
+        let acted = self.run_joint_or_wall(now, adc, mail);
         self.control_forces(now, mail);
         self.control_endpoint(now, mail);
         self.control_modulations(now, mail);
         for (muscle, state) in self.setup.muscles.iter().zip(&mut self.muscles) {
             muscle.force.advance(state, now);
         }
-        self.sample(now, acted.as_ref(), mail);
+        self.post_sample(now, acted.as_ref(), mail);
     }
 
-    fn handle(&mut self, event: ControlEvent, now: Micros, mail: &mut ControllerMail<'_>) {
+    fn handle_event(&mut self, event: ControlEvent, now: Micros, mail: &mut ControllerMail<'_>) {
         match event {
             ControlEvent::Armed => {
                 // The session put all parts into the mailbox before it ordered, and puts in none
@@ -170,14 +172,14 @@ impl Controller {
                     self.setup.insert(part);
                 }
                 self.take_lines(mail);
-                self.rest(now);
+                self.reset_to_rest(now);
             }
             ControlEvent::Refused => {
                 while mail.lines.dequeue().is_some() {}
                 while mail.parts.dequeue().is_some() {}
             }
             ControlEvent::Started => self.phase = Phase::Running,
-            ControlEvent::Ended => self.end(),
+            ControlEvent::Ended => self.end_control(),
             ControlEvent::State(state) => self.state = state,
             ControlEvent::Pulse {
                 channel,
@@ -189,15 +191,15 @@ impl Controller {
                 if let Some(joint) = &self.setup.joint {
                     joint.note_pulse(&mut self.joint, channel, is_delayed);
                 }
-                self.in_force.pulse(channel, at, stimulus);
-                self.pulse(channel, at, stimulus.amplitude);
+                self.in_force.record_pulse(channel, at, stimulus);
+                self.handle_pulse(channel, at, stimulus.amplitude);
             }
             ControlEvent::Slowed => self.limiting = true,
         }
     }
 
     /// Passes a pulse to the channel's muscle model and force control.
-    fn pulse(&mut self, channel: u8, at: Micros, amplitude: Amplitude) {
+    fn handle_pulse(&mut self, channel: u8, at: Micros, amplitude: Amplitude) {
         let mut muscles = self.setup.muscles.iter().zip(&mut self.muscles);
         let Some((muscle, state)) = muscles.find(|(muscle, _)| muscle.channel == channel) else {
             return;
@@ -206,12 +208,12 @@ impl Controller {
         muscle.force.pulse(state, at, gain);
         let mut forces = self.setup.forces.iter().zip(&mut self.forces);
         if let Some((force, followed)) = forces.find(|(force, _)| force.channel == channel) {
-            force.pulse(&mut followed.state, gain, state.strength());
+            force.note_pulse(&mut followed.state, gain, state.strength());
         }
     }
 
     /// Resets everything in the setup to rest.
-    fn rest(&mut self, now: Micros) {
+    fn reset_to_rest(&mut self, now: Micros) {
         self.muscles.clear();
         for muscle in &self.setup.muscles {
             // As many slots as muscles.
@@ -223,14 +225,14 @@ impl Controller {
         }
         self.joint = JointState::default();
         self.wall = WallState::default();
-        self.rest_endpoint();
-        self.rest_modulations();
-        self.in_force.rest(self.setup.periods_us);
+        self.reset_endpoint();
+        self.reset_modulations();
+        self.in_force.reset(self.setup.periods_us);
         self.phase = Phase::Armed;
     }
 
     /// Ends control: nothing plays and nothing is wanted any more.
-    fn end(&mut self) {
+    fn end_control(&mut self) {
         self.phase = Phase::Off;
         self.in_force.silence();
         self.wrench = None;
@@ -239,7 +241,7 @@ impl Controller {
         }
     }
 
-    fn change_rung(
+    fn change_model_level(
         &mut self,
         channel: u8,
         rung: Rung,
@@ -251,16 +253,16 @@ impl Controller {
         let mut muscles = self.setup.muscles.iter().zip(&mut self.muscles);
         let (muscle, state) = muscles
             .find(|(muscle, _)| muscle.channel == channel)
-            .ok_or(Refusal::new(Code::NoMuscle, "muscle").on(channel))?;
+            .ok_or(Refusal::new(Code::NoMuscle, "muscle").with_channel(channel))?;
         muscle
             .force
             .switch(state, rung, now)
-            .map_err(|_| Refusal::new(Code::NoFatigue, "fatigue").on(channel))
+            .map_err(|_| Refusal::new(Code::NoFatigue, "fatigue").with_channel(channel))
     }
 
     /// Carries out a request; after a stop that came later than the request, only if it causes no
     /// output. Returns its arrival time if it was a setpoint.
-    fn accept(
+    fn handle_request(
         &mut self,
         request: ControlRequest,
         is_latest: bool,
@@ -284,7 +286,7 @@ impl Controller {
                     _ if self.phase == Phase::Off => Err(Refusal::new(Code::NotArmed, "state")),
                     None => Err(Refusal::new(Code::NoJoint, "joint")),
                     Some(joint) => joint
-                        .setpoint(&mut self.joint, now, at, angle, rate)
+                        .accept_setpoint(&mut self.joint, now, at, angle, rate)
                         .map_err(Refusal::from),
                 };
                 (seq, result, Some(arrived))
@@ -301,15 +303,17 @@ impl Controller {
                 let result = match forces.find(|(force, _)| force.channel == channel) {
                     _ if !is_latest => Err(Refusal::new(Code::Stopped, "stop")),
                     _ if self.phase == Phase::Off => Err(Refusal::new(Code::NotArmed, "state")),
-                    None => Err(Refusal::new(Code::NoForceControl, "channel").on(channel)),
+                    None => {
+                        Err(Refusal::new(Code::NoForceControl, "channel").with_channel(channel))
+                    }
                     Some((force, followed)) => force
-                        .setpoint(&mut followed.state, now, at, millinewton, rate)
-                        .map_err(|e| Refusal::from(e).on(channel)),
+                        .accept_setpoint(&mut followed.state, now, at, millinewton, rate)
+                        .map_err(|e| Refusal::from(e).with_channel(channel)),
                 };
                 (seq, result, Some(arrived))
             }
             ControlRequest::Rung { seq, channel, rung } => {
-                (seq, self.change_rung(channel, rung, now), None)
+                (seq, self.change_model_level(channel, rung, now), None)
             }
             ControlRequest::Wrench {
                 seq,
@@ -318,7 +322,7 @@ impl Controller {
                 force_mn,
             } => {
                 let result = match is_latest {
-                    true => self.wish(now, at, force_mn),
+                    true => self.accept_force(now, at, force_mn),
                     false => Err(Refusal::new(Code::Stopped, "stop")),
                 };
                 (seq, result, Some(arrived))
@@ -330,7 +334,7 @@ impl Controller {
             } => {
                 // A release causes no output.
                 let result = match is_latest || !is_held {
-                    true => self.hold(now, is_held),
+                    true => self.set_object_held(now, is_held),
                     false => Err(Refusal::new(Code::Stopped, "stop")),
                 };
                 (seq, result, Some(arrived))
@@ -343,16 +347,20 @@ impl Controller {
             } => {
                 let result = match (&self.setup.joint, &self.setup.wall) {
                     _ if self.phase == Phase::Off => Err(Refusal::new(Code::NotArmed, "state")),
-                    _ if self.setup.endpoint.is_some() => self.posture(now, at, axis, angle),
-                    _ if !self.setup.modulations.is_empty() => {
-                        self.joint_angle(now, at, axis, angle)
+                    _ if self.setup.endpoint.is_some() => {
+                        self.accept_posture_angle(now, at, axis, angle)
                     }
-                    _ if axis > 0 => Err(Refusal::from(Request::JOINT.up_to(0).none(axis))),
+                    _ if !self.setup.modulations.is_empty() => {
+                        self.accept_joint_angle(now, at, axis, angle)
+                    }
+                    _ if axis > 0 => Err(Refusal::from(
+                        Request::JOINT.with_max_at_most(0).out_of_range(axis),
+                    )),
                     (Some(joint), _) => joint
-                        .measurement(&mut self.joint, now, at, angle)
+                        .accept_measurement(&mut self.joint, now, at, angle)
                         .map_err(Refusal::from),
                     (None, Some(wall)) => wall
-                        .measurement(&mut self.wall, now, at, angle)
+                        .accept_measurement(&mut self.wall, now, at, angle)
                         .map_err(Refusal::from),
                     (None, None) => Err(Refusal::new(Code::NoJoint, "joint")),
                 };
@@ -372,7 +380,7 @@ impl Controller {
 
     /// Runs joint or wall while stimulating; an implausible or stale sensor is a fault for the
     /// pulser to latch.
-    fn control(
+    fn run_joint_or_wall(
         &mut self,
         now: Micros,
         adc: Option<u16>,
@@ -385,7 +393,7 @@ impl Controller {
             (Some(joint), _) => {
                 let reading = adc.and_then(|code| joint.angle_from_code(code));
                 let orders = joint.tick(&mut self.joint, now, reading);
-                orders.map(|orders| TickResult::by_joint(orders, self.joint.has_target()))
+                orders.map(|orders| TickResult::from_joint_orders(orders, self.joint.has_target()))
             }
             (None, Some(wall)) => {
                 let reading = adc.and_then(|code| wall.angle_from_code(code));
@@ -400,7 +408,7 @@ impl Controller {
                 for &(channel, amplitude) in &acted.amplitudes {
                     self.record_order(channel, amplitude);
                 }
-                let _ = mail.order(ControlOrder::Amplitudes(acted.amplitudes.clone())); // counted
+                let _ = mail.post_order(ControlOrder::Amplitudes(acted.amplitudes.clone())); // counted
                 if let Some(found) = self.joint.take_limit_cycle() {
                     Self::report_limit_cycle(found, now, mail);
                 }
@@ -409,11 +417,11 @@ impl Controller {
             // A host that measures may need time until its first measurement.
             Err(SensorFault::Absent) => None,
             Err(SensorFault::Stale { .. }) => {
-                let _ = mail.order(ControlOrder::Fault(Fault::SensorStale)); // counted
+                let _ = mail.post_order(ControlOrder::Fault(Fault::SensorStale)); // counted
                 None
             }
             Err(SensorFault::OutOfRange { .. }) => {
-                let _ = mail.order(ControlOrder::Fault(Fault::SensorRange)); // counted
+                let _ = mail.post_order(ControlOrder::Fault(Fault::SensorRange)); // counted
                 None
             }
         }
@@ -423,7 +431,7 @@ impl Controller {
     /// gain is a fault for the pulser to latch.
     fn report_limit_cycle(found: LimitCycle, now: Micros, mail: &mut ControllerMail<'_>) {
         let Some(gain_milli) = found.gain_milli else {
-            let _ = mail.order(ControlOrder::Fault(Fault::LimitCycle)); // counted
+            let _ = mail.post_order(ControlOrder::Fault(Fault::LimitCycle)); // counted
             return;
         };
         let event = Event::LimitCycle {
@@ -431,7 +439,7 @@ impl Controller {
             period_ms: found.period_ms,
             gain_milli,
         };
-        let _ = mail.tell(now, event); // counted
+        let _ = mail.report_event(now, event); // counted
     }
 
     /// Records an ordered amplitude as in force, only while stimulating: during a fall the

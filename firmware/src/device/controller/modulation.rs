@@ -12,13 +12,17 @@ use crate::units::{Angle, Micros};
 impl Controller {
     /// Resets the joints to rest, with no object held.
     #[inline(never)]
-    pub(super) fn rest_modulations(&mut self) {
+    pub(super) fn reset_modulations(&mut self) {
         self.modulations = ModulationsState::default();
     }
 
     /// Takes the request that an object is held or released.
     #[inline(never)]
-    pub(super) fn hold(&mut self, now: Micros, is_held: bool) -> Result<(), Refusal<'static>> {
+    pub(super) fn set_object_held(
+        &mut self,
+        now: Micros,
+        is_held: bool,
+    ) -> Result<(), Refusal<'static>> {
         if self.phase == Phase::Off {
             return Err(Refusal::new(Code::NotArmed, "state"));
         }
@@ -26,13 +30,13 @@ impl Controller {
         if joints.is_empty() {
             return Err(Refusal::new(Code::NoModulation, "modulation"));
         }
-        joints.hold(&mut self.modulations, now, is_held)?;
+        joints.set_held(&mut self.modulations, now, is_held)?;
         Ok(())
     }
 
     /// Takes the measured angle of one of the joints.
     #[inline(never)]
-    pub(super) fn joint_angle(
+    pub(super) fn accept_joint_angle(
         &mut self,
         now: Micros,
         at: Micros,
@@ -40,7 +44,7 @@ impl Controller {
         angle: Angle,
     ) -> Result<(), Refusal<'static>> {
         let joints = &self.setup.modulations;
-        let taken = joints.measurement(&mut self.modulations, now, at, joint, angle);
+        let taken = joints.accept_measurement(&mut self.modulations, now, at, joint, angle);
         let none = Refusal::new(Code::NoModulation, Request::JOINT.field);
         taken.ok_or(none)?.map_err(Refusal::from)
     }
@@ -62,17 +66,17 @@ impl Controller {
                     SensorFault::OutOfRange { .. } => Fault::SensorRange,
                     _ => Fault::SensorStale,
                 };
-                let _ = mail.order(ControlOrder::Fault(fault)); // counted
+                let _ = mail.post_order(ControlOrder::Fault(fault)); // counted
                 return;
             }
         };
         if orders.is_just_over {
-            let _ = mail.tell(now, Event::HoldOver); // counted
+            let _ = mail.report_event(now, Event::HoldOver); // counted
         }
         for (channel, amplitude) in orders.amplitudes {
             self.record_order(channel, amplitude);
             let order = ControlOrder::Amplitude { channel, amplitude };
-            let _ = mail.order(order); // counted
+            let _ = mail.post_order(order); // counted
         }
     }
 
@@ -85,8 +89,11 @@ impl Controller {
             phase,
         };
         runs.then(|| LiftSample {
-            hold: self.modulations.held(),
-            joints: joints.seen(&self.modulations).map(joint).collect(),
+            hold: self.modulations.hold_state(),
+            joints: joints
+                .joint_readings(&self.modulations)
+                .map(joint)
+                .collect(),
         })
     }
 }

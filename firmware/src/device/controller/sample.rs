@@ -37,7 +37,7 @@ impl Subscription {
 
 impl Controller {
     /// Posts a sample if one is due.
-    pub(super) fn sample(
+    pub(super) fn post_sample(
         &mut self,
         now: Micros,
         acted: Option<&TickResult>,
@@ -69,7 +69,7 @@ impl Controller {
             }
         }
         for (muscle, state) in self.setup.muscles.iter().zip(&self.muscles) {
-            let force = muscle.force.predicted(state);
+            let force = muscle.force.predicted_force(state);
             let _ = sample.forces_mn.push(force.map(Force::to_millinewton)); // same
         }
         for (force, followed) in self.setup.forces.iter().zip(&mut self.forces) {
@@ -80,7 +80,7 @@ impl Controller {
             };
             let _ = sample.force_control.push(force); // same
         }
-        let _ = mail.sample(sample); // counted
+        let _ = mail.post_sample(sample); // counted
     }
 
     /// Returns the angle that the joint has to follow, or the angle of the wall, which needs no
@@ -90,6 +90,6 @@ impl Controller {
         let stands = wall.filter(|_| self.phase == Phase::Running);
         acted
             .and_then(|acted| acted.target)
-            .or_else(|| stands.map(Wall::stands_at))
+            .or_else(|| stands.map(Wall::wall_angle))
     }
 }

@@ -1,6 +1,6 @@
 //! The rules between the parts, and the setup that follows from parts that satisfy them all.
 
-use super::{Draft, Mistake, Part, Rule, channel_of};
+use super::{Draft, Mistake, Part, Rule, validate_channel};
 use crate::control::{Endpoint, ForceControl, Joint, JointSpec};
 use crate::device::part::{ControlPart, Muscle};
 use crate::haptics::{Modulation, ModulationError, ModulationSpec, Wall, WallSpec};
@@ -8,7 +8,7 @@ use crate::limb::{LimbSpec, LineSpec};
 use crate::muscle::MuscleSpec;
 use crate::pulse::{CHANNELS, GroupError, TrainSpec};
 use crate::range::OutOfRange;
-use crate::safety::{Channel, Setup, SetupError, Sums, check_group, opposed};
+use crate::safety::{Channel, Setup, SetupError, Sums, check_group, opposed_pairs};
 use crate::units::Amplitude;
 use heapless::Vec;
 
@@ -31,40 +31,44 @@ impl Draft {
         };
         let wearer = match self.wearer.validate() {
             Ok(wearer) => wearer,
-            Err(e) => return found(Mistake::of(Part::Wearer)(e)).map(|()| None),
+            Err(e) => return found(Mistake::in_part(Part::Wearer)(e)).map(|()| None),
         };
         let mut channels: [Option<Channel>; CHANNELS] = [None; CHANNELS];
         let specs = self.channels.iter().zip(&self.forces);
         for (index, (slot, (spec, force))) in (0u8..).zip(channels.iter_mut().zip(specs)) {
             let Some(spec) = spec else { continue };
-            match channel_of(spec, force.as_ref(), &wearer) {
+            match validate_channel(spec, force.as_ref(), &wearer) {
                 Ok(channel) => *slot = Some(channel),
-                Err(e) => found(Mistake::of(Part::Channel(index))(e))?,
+                Err(e) => found(Mistake::in_part(Part::Channel(index))(e))?,
             }
             self.check_stage(index, spec).or_else(&mut found)?;
-            if spec.train.repeats != 0 && self.controlled() & 1 << index != 0 {
-                found(Mistake::of(Part::Channel(index))(Rule::CountedControlled))?; // <= 9
+            if spec.train.repeats != 0 && self.controlled_channels() & 1 << index != 0 {
+                found(Mistake::in_part(Part::Channel(index))(
+                    Rule::CountedControlled,
+                ))?; // <= 9
             }
         }
-        if self.used() == 0 {
-            found(Mistake::of(Part::Setup)(Rule::NothingToArm))?;
+        if self.used_channels() == 0 {
+            found(Mistake::in_part(Part::Setup)(Rule::NothingToArm))?;
         }
         let sums = Sums::of(&channels);
         let together = sums.check(&wearer).map_err(SetupError::Sum);
-        together.map_or_else(|e| found(Mistake::of(Part::Setup)(e)), Ok)?;
+        together.map_or_else(|e| found(Mistake::in_part(Part::Setup)(e)), Ok)?;
         self.examine_joint_and_wall(&mut found)?;
         self.examine_forces(&mut found)?;
         self.examine_limb(&mut found)?;
         self.examine_modulations(&mut found)?;
         if let Some(sync) = self.sync
-            && self.used() & 1 << sync == 0
+            && self.used_channels() & 1 << sync == 0
         {
-            found(Mistake::of(Part::Sync)(Rule::NoTrain { channel: sync }))?; // sync <= 9
+            found(Mistake::in_part(Part::Sync)(Rule::NoTrain {
+                channel: sync,
+            }))?; // sync <= 9
         }
         for part in self.parts() {
             part.map_or_else(&mut found, |_| Ok(()))?;
         }
-        let used = self.used();
+        let used = self.used_channels();
         let trains = channels.map(|channel| channel.map(|c| c.train));
         let mut groups = Vec::new();
         for spec in &self.groups {
@@ -74,12 +78,12 @@ impl Draft {
                 }
                 // A train that is present but invalid has been reported already.
                 Err(GroupError::NoTrain { channel }) if used & 1 << channel != 0 => {} // <= 9
-                Err(e) => found(Mistake::of(Part::Groups)(SetupError::Group(e)))?,
+                Err(e) => found(Mistake::in_part(Part::Groups)(SetupError::Group(e)))?,
             }
         }
         if !self.stages.may_oppose() {
-            for (channel, other) in opposed(&channels, &groups) {
-                found(Mistake::of(Part::Setup)(SetupError::Opposed {
+            for (channel, other) in opposed_pairs(&channels, &groups) {
+                found(Mistake::in_part(Part::Setup)(SetupError::Opposed {
                     channel,
                     other,
                 }))?;
@@ -91,25 +95,27 @@ impl Draft {
             sums,
             groups,
             sync: self.sync,
-            controlled: self.controlled(),
+            controlled: self.controlled_channels(),
         }))
     }
 
     /// Returns the channels that the joint, the wall, the arm or force control drives, bit i for
     /// channel i. A host may not set their amplitudes.
     #[must_use]
-    pub fn controlled(&self) -> u16 {
+    pub fn controlled_channels(&self) -> u16 {
         let forces = (0u8..)
             .zip(&self.forces)
             .filter(|(_, force)| force.is_some());
         let forces = forces.map(|(channel, _)| channel);
         let all = forces.chain(self.lines.iter().map(|line| line.channel));
-        all.fold(self.guided(), |mask, channel| mask | 1 << channel) // below 10
+        all.fold(self.angle_driven_channels(), |mask, channel| {
+            mask | 1 << channel
+        }) // below 10
     }
 
     /// Returns the channels of the joint, of the wall and of joints whose stimulation follows
     /// their angles, bit i for channel i.
-    fn guided(&self) -> u16 {
+    fn angle_driven_channels(&self) -> u16 {
         let joint = self.joint.iter().flat_map(JointSpec::points);
         let wall = self.wall.iter().flat_map(WallSpec::demands);
         let modulated = self.modulations.iter().flatten();
@@ -127,8 +133,8 @@ impl Draft {
             .channels
             .map(|spec| spec.map_or(0, |s| s.train.period_us));
         let channels = core::iter::once(Ok(ControlPart::Channels {
-            channels: self.used(),
-            live_widths: self.live_widths(),
+            channels: self.used_channels(),
+            live_widths: self.live_width_channels(),
             periods_us: periods,
         }));
         let tables = self.tables.iter();
@@ -137,11 +143,11 @@ impl Draft {
             Some(self.muscle(channel, muscle.as_ref()?, table.as_ref()))
         });
         let joint = self.joint.iter().map(|spec| {
-            let joint = Joint::new(spec).map_err(Mistake::of(Part::Joint));
+            let joint = Joint::new(spec).map_err(Mistake::in_part(Part::Joint));
             Ok(ControlPart::Joint(joint?))
         });
         let wall = self.wall.iter().map(|spec| {
-            let wall = Wall::new(spec).map_err(Mistake::of(Part::Wall));
+            let wall = Wall::new(spec).map_err(Mistake::in_part(Part::Wall));
             Ok(ControlPart::Wall(wall?))
         });
         let endpoint = self.endpoint.iter();
@@ -151,7 +157,7 @@ impl Draft {
             let part = Part::Modulation(spec.joint);
             // Its shares were checked when it was set: checking four joints twice more would take
             // longer than the watchdog allows.
-            let joint = Modulation::of_checked(spec).map_err(Mistake::of(part));
+            let joint = Modulation::from_checked(spec).map_err(Mistake::in_part(part));
             Ok(ControlPart::Modulation(joint?))
         });
         let guided = joint.chain(wall).chain(endpoint).chain(modulations);
@@ -170,24 +176,24 @@ impl Draft {
         if let Some(Some(channel)) = self.channels.get(usize::from(channel)) {
             let train = &channel.train;
             if has_live_width(train) {
-                return Err(Mistake::of(part)(Rule::WidthChanges));
+                return Err(Mistake::in_part(part)(Rule::WidthChanges));
             }
             let follows = spec.force.check_train(train.burst_count, train.period_us);
-            follows.map_err(Mistake::of(part))?;
+            follows.map_err(Mistake::in_part(part))?;
         }
-        let (force, recruitment) = spec.validate().map_err(Mistake::of(part))?;
+        let (force, recruitment) = spec.validate().map_err(Mistake::in_part(part))?;
         let muscle = Muscle {
             channel,
             recruitment,
             force,
         };
         let control = table.cloned().transpose();
-        let control = control.map_err(Mistake::of(Part::Force(channel)))?;
+        let control = control.map_err(Mistake::in_part(Part::Force(channel)))?;
         Ok(ControlPart::Muscle(muscle, control))
     }
 
     /// Returns the channels whose pulse width may change, bit i for channel i.
-    fn live_widths(&self) -> u16 {
+    fn live_width_channels(&self) -> u16 {
         let channels = (0u8..).zip(&self.channels); // below 10
         channels.fold(0, |live, (index, spec)| {
             let is_live = spec
@@ -203,7 +209,7 @@ impl Draft {
     }
 
     /// Returns the channels with a train, bit i for channel i.
-    fn used(&self) -> u16 {
+    fn used_channels(&self) -> u16 {
         let channels = (0u8..).zip(&self.channels); // below 10
         channels.fold(0, |used, (index, spec)| {
             used | u16::from(spec.is_some()) << index
@@ -217,7 +223,7 @@ impl Draft {
     ) -> Result<(), E> {
         for point in self.joint.iter().flat_map(JointSpec::points) {
             let demand = (point.channel, point.max, "max");
-            self.within_limit(Part::Joint, demand)
+            self.check_limit(Part::Joint, demand)
                 .map_or_else(&mut *found, Ok)?;
         }
         let Some(wall) = &self.wall else {
@@ -227,10 +233,10 @@ impl Draft {
         if let Some(joint) = &self.joint {
             let mut channels = wall.demands().map(|(channel, ..)| channel);
             let shared = channels.find(|c| joint.points().any(|point| point.channel == *c));
-            found(Mistake::of(Part::Wall)(Rule::JointAndWall { shared }))?;
+            found(Mistake::in_part(Part::Wall)(Rule::JointAndWall { shared }))?;
         }
         for demand in wall.demands() {
-            self.within_limit(Part::Wall, demand)
+            self.check_limit(Part::Wall, demand)
                 .map_or_else(&mut *found, Ok)?;
         }
         Ok(())
@@ -238,22 +244,22 @@ impl Draft {
 
     /// Checks the channels under force control.
     fn examine_forces<E>(&self, found: &mut impl FnMut(Mistake) -> Result<(), E>) -> Result<(), E> {
-        let guided = self.guided();
+        let guided = self.angle_driven_channels();
         for (channel, (spec, muscle)) in (0u8..).zip(self.forces.iter().zip(&self.muscles)) {
             if spec.is_none() {
                 continue;
             }
             let part = Part::Force(channel);
             match muscle {
-                None => found(Mistake::of(part)(Rule::NoMuscle))?,
+                None => found(Mistake::in_part(part)(Rule::NoMuscle))?,
                 Some(muscle) => {
                     let demand = (channel, muscle.recruitment.limit, "limit");
-                    self.within_limit(part, demand)
+                    self.check_limit(part, demand)
                         .map_or_else(&mut *found, Ok)?;
                 }
             }
             if guided & 1 << channel != 0 {
-                found(Mistake::of(part)(Rule::Controlled))?; // below 10
+                found(Mistake::in_part(part)(Rule::Controlled))?; // below 10
             }
         }
         Ok(())
@@ -267,29 +273,29 @@ impl Draft {
         let is_beside = self.joint.is_some() || self.wall.is_some();
         // At most 10.
         let count = LimbSpec::LINE_COUNT.check(self.lines.len() as i64);
-        count.or_else(|e| found(Mistake::of(Part::Limb)(e)))?;
+        count.or_else(|e| found(Mistake::in_part(Part::Limb)(e)))?;
         // Building succeeds if the parts are valid by themselves.
         let built = self.endpoint.map(|spec| Endpoint::new(&spec, &self.lines));
         if let (true, Some(Err(e))) = (count.is_ok(), built) {
-            found(Mistake::of(Part::Limb)(e))?;
+            found(Mistake::in_part(Part::Limb)(e))?;
         }
         for (is_wrong, rule) in [
             (self.endpoint.is_none(), Rule::NoLimb),
             (is_beside, Rule::JointAndLimb),
         ] {
             if is_wrong {
-                found(Mistake::of(Part::Limb)(rule))?;
+                found(Mistake::in_part(Part::Limb)(rule))?;
             }
         }
         for line in &self.lines {
             let part = Part::Line(line.channel);
             let demand = (line.channel, line.limit, "limit");
-            self.within_limit(part, demand)
+            self.check_limit(part, demand)
                 .map_or_else(&mut *found, Ok)?;
             let forces = self.forces.get(usize::from(line.channel));
-            let is_driven = self.guided() & 1 << line.channel != 0; // below 10
+            let is_driven = self.angle_driven_channels() & 1 << line.channel != 0; // below 10
             if is_driven || forces.is_some_and(Option::is_some) {
-                found(Mistake::of(part)(Rule::Controlled))?;
+                found(Mistake::in_part(part)(Rule::Controlled))?;
             }
         }
         Ok(())
@@ -308,23 +314,23 @@ impl Draft {
         for spec in self.modulations.iter().flatten() {
             let part = Part::Modulation(spec.joint);
             if is_beside {
-                found(Mistake::of(part)(Rule::JointAndModulation))?;
+                found(Mistake::in_part(part)(Rule::JointAndModulation))?;
             }
             let mut joints = self.modulations.iter().flatten();
             if !joints.any(|modulation_spec| modulation_spec.joint == spec.phase_joint) {
                 let joint = spec.phase_joint;
-                found(Mistake::of(part)(Rule::NoPhaseJoint { joint }))?;
+                found(Mistake::in_part(part)(Rule::NoPhaseJoint { joint }))?;
             }
             for channel in spec.muscles().map(|muscle| muscle.channel) {
                 let bit = 1 << channel; // at most 9
                 if taken & bit != 0 {
                     let twice = ModulationError::ChannelTwice { channel };
-                    found(Mistake::of(part)(twice))?;
+                    found(Mistake::in_part(part)(twice))?;
                 }
                 taken |= bit;
             }
             for demand in spec.demands() {
-                self.within_limit(part, demand)
+                self.check_limit(part, demand)
                     .map_or_else(&mut *found, Ok)?;
             }
         }
@@ -332,18 +338,18 @@ impl Draft {
     }
 
     /// Checks that `part` finds its channel and asks for no more than the channel's limit.
-    fn within_limit(
+    fn check_limit(
         &self,
         part: Part,
         (channel, amplitude, field): (u8, Amplitude, &'static str),
     ) -> Result<(), Mistake> {
         let config = self.channels.get(usize::from(channel)).copied().flatten();
         let limit = match config {
-            None => return Err(Mistake::of(part)(Rule::NoTrain { channel })),
+            None => return Err(Mistake::in_part(part)(Rule::NoTrain { channel })),
             Some(config) => config.limit,
         };
         if amplitude > limit {
-            return Err(Mistake::of(part)(Rule::AboveLimit {
+            return Err(Mistake::in_part(part)(Rule::AboveLimit {
                 channel,
                 field,
                 limit,

@@ -62,7 +62,7 @@ pub struct Draft {
 impl Default for Draft {
     /// Returns an empty draft for a device that accepts any stage.
     fn default() -> Self {
-        Self::on(Stages::AsDeclared)
+        Self::for_stages(Stages::AsDeclared)
     }
 }
 
@@ -71,7 +71,7 @@ impl Default for Draft {
 ///
 /// # Errors
 /// Returns the first limit that the channel exceeds.
-pub fn channel_of(
+pub fn validate_channel(
     spec: &ChannelSpec,
     force: Option<&ForceSpec>,
     wearer: &Wearer,
@@ -91,7 +91,7 @@ const CHANNEL: Range = Range::new("channel", 0, CHANNELS as i32 - 1);
 impl Draft {
     /// Returns an empty draft for a device with these stages.
     #[must_use]
-    pub fn on(stages: Stages) -> Self {
+    pub fn for_stages(stages: Stages) -> Self {
         Self {
             stages,
             wearer: WearerSpec::default(),
@@ -127,41 +127,44 @@ impl Draft {
 
     /// Sets the wearer's limits; [`WearerSpec::default`] holds until they are set.
     pub fn set_wearer(&mut self, spec: WearerSpec) -> Result<(), Mistake> {
-        spec.validate().map_err(Mistake::of(Part::Wearer))?;
+        spec.validate().map_err(Mistake::in_part(Part::Wearer))?;
         self.wearer = spec;
         Ok(())
     }
 
     /// Sets a channel's pulses, which must keep the wearer's limits as they are now.
     pub fn set_channel(&mut self, channel: u8, spec: ChannelSpec) -> Result<(), Mistake> {
-        let wearer = self.wearer.validate().map_err(Mistake::of(Part::Wearer))?;
+        let wearer = self
+            .wearer
+            .validate()
+            .map_err(Mistake::in_part(Part::Wearer))?;
         let checked = spec.validate(&wearer);
-        checked.map_err(Mistake::of(Part::Channel(channel)))?;
+        checked.map_err(Mistake::in_part(Part::Channel(channel)))?;
         self.check_stage(channel, &spec)?;
         *slot(&mut self.channels, channel)? = Some(spec);
-        self.tabulate(channel)
+        self.update_force_table(channel)
     }
 
     /// Sets the muscle under a channel.
     pub fn set_muscle(&mut self, channel: u8, spec: MuscleSpec) -> Result<(), Mistake> {
         let checked = spec.validate();
-        checked.map_err(Mistake::of(Part::Muscle(channel)))?;
+        checked.map_err(Mistake::in_part(Part::Muscle(channel)))?;
         *slot(&mut self.muscles, channel)? = Some(spec);
-        self.tabulate(channel)
+        self.update_force_table(channel)
     }
 
     /// Sets the force control of a channel.
     pub fn set_force(&mut self, channel: u8, spec: ForceSpec) -> Result<(), Mistake> {
         let checked = spec.check();
-        checked.map_err(Mistake::of(Part::Force(channel)))?;
+        checked.map_err(Mistake::in_part(Part::Force(channel)))?;
         *slot(&mut self.forces, channel)? = Some(spec);
-        self.tabulate(channel)
+        self.update_force_table(channel)
     }
 
     /// Sets the groups of channels that share a muscle.
     pub fn set_groups(&mut self, groups: Vec<GroupSpec, MAX_GROUPS>) -> Result<(), Mistake> {
         let checked = check_members(&groups).map_err(SetupError::Group);
-        checked.map_err(Mistake::of(Part::Groups))?;
+        checked.map_err(Mistake::in_part(Part::Groups))?;
         self.groups = groups;
         Ok(())
     }
@@ -175,21 +178,21 @@ impl Draft {
 
     /// Sets the controlled joint.
     pub fn set_joint(&mut self, spec: JointSpec) -> Result<(), Mistake> {
-        Joint::new(&spec).map_err(Mistake::of(Part::Joint))?;
+        Joint::new(&spec).map_err(Mistake::in_part(Part::Joint))?;
         self.joint = Some(spec);
         Ok(())
     }
 
     /// Sets the virtual wall.
     pub fn set_wall(&mut self, spec: WallSpec) -> Result<(), Mistake> {
-        Wall::new(&spec).map_err(Mistake::of(Part::Wall))?;
+        Wall::new(&spec).map_err(Mistake::in_part(Part::Wall))?;
         self.wall = Some(spec);
         Ok(())
     }
 
     /// Sets the arm whose hand exerts a wanted force.
     pub fn set_endpoint(&mut self, spec: EndpointSpec) -> Result<(), Mistake> {
-        spec.check().map_err(Mistake::of(Part::Limb))?;
+        spec.check().map_err(Mistake::in_part(Part::Limb))?;
         self.endpoint = Some(spec);
         Ok(())
     }
@@ -199,9 +202,9 @@ impl Draft {
     pub fn set_line(&mut self, spec: LineSpec) -> Result<(), Mistake> {
         let mut first = Ok(());
         let part = Part::Line(spec.channel);
-        spec.mistakes(&mut |range| {
+        spec.report_mistakes(&mut |range| {
             if first.is_ok() {
-                first = Err(Mistake::of(part)(range));
+                first = Err(Mistake::in_part(part)(range));
             }
         });
         first?;
@@ -219,7 +222,7 @@ impl Draft {
     /// number.
     pub fn set_modulation(&mut self, spec: ModulationSpec) -> Result<(), Mistake> {
         let part = Part::Modulation(spec.joint);
-        spec.check().map_err(Mistake::of(part))?;
+        spec.check().map_err(Mistake::in_part(part))?;
         if let Some(slot) = self.modulations.get_mut(usize::from(spec.joint)) {
             *slot = Some(spec); // the number was just checked
         }
@@ -230,10 +233,10 @@ impl Draft {
     fn check_stage(&self, channel: u8, spec: &ChannelSpec) -> Result<(), Mistake> {
         let checked = self.stages.check(channel, &spec.stage);
         let checked = checked.map_err(SetupError::from);
-        checked.map_err(Mistake::of(Part::Channel(channel)))
+        checked.map_err(Mistake::in_part(Part::Channel(channel)))
     }
 
-    fn tabulate(&mut self, channel: u8) -> Result<(), Mistake> {
+    fn update_force_table(&mut self, channel: u8) -> Result<(), Mistake> {
         let spec = slot(&mut self.channels, channel)?;
         let muscle = slot(&mut self.muscles, channel)?;
         if let (Some(spec), Some(muscle), Some(force)) =
@@ -252,11 +255,13 @@ impl Draft {
 /// Returns the draft's slot for a channel number that a host sent.
 fn slot<T>(slots: &mut [Option<T>; CHANNELS], channel: u8) -> Result<&mut Option<T>, Mistake> {
     check_channel(channel)?;
-    let none = Mistake::of(Part::Setup)(Rule::NothingToArm); // the number was just checked
+    let none = Mistake::in_part(Part::Setup)(Rule::NothingToArm); // the number was just checked
     slots.get_mut(usize::from(channel)).ok_or(none)
 }
 
 /// Checks a channel number that a host sent.
 pub(super) fn check_channel(channel: u8) -> Result<(), Mistake> {
-    CHANNEL.check(channel).map_err(Mistake::of(Part::Setup))
+    CHANNEL
+        .check(channel)
+        .map_err(Mistake::in_part(Part::Setup))
 }

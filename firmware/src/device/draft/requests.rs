@@ -30,10 +30,10 @@ impl Draft {
     /// a copy of the device's. Requests that configure also edit this draft, and an
     /// [`Request::Arm`] with checksum 0 gets the checksum of the present parts.
     #[must_use]
-    pub fn sending(&mut self, mut request: Request) -> Request {
+    pub fn prepare_request(&mut self, mut request: Request) -> Request {
         match &mut request {
             Request::Hello { schema } if *schema == SCHEMA => self.clear(),
-            Request::Arm { setup } if *setup == 0 => *setup = self.sum(),
+            Request::Arm { setup } if *setup == 0 => *setup = self.checksum(),
             other => {
                 let _ = self.configure(other); // refused here is refused there
             }
@@ -45,7 +45,7 @@ impl Draft {
     /// which have room for this; a device computes the checksum over the requests that it
     /// receives.
     #[must_use]
-    pub fn sum(&self) -> u32 {
+    pub fn checksum(&self) -> u32 {
         let mut sum = SetupSum::default();
         sum.note(&Request::Wearer(self.wearer));
         sum.note(&Request::Groups(self.groups.clone()));

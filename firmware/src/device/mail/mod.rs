@@ -316,7 +316,7 @@ impl Mailboxes {
         self.orders.is_empty()
             && waiting.all(|order| matches!(order, Amplitudes(_) | Amplitude { .. } | Heard(_)))
             && self.reports.is_empty()
-            && self.stop.raised() == stops
+            && self.stop.count_raised() == stops
     }
 
     /// Removes and returns the oldest of the controller's orders.
@@ -326,7 +326,7 @@ impl Mailboxes {
 
     /// Returns whether [`super::Session::poll`] would find a message. For simulators.
     #[must_use]
-    pub fn has_for_session(&self) -> bool {
+    pub fn has_message_for_session(&self) -> bool {
         !(self.reports.is_empty()
             && self.control_reports.is_empty()
             && self.samples.is_empty()

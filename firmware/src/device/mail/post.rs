@@ -28,13 +28,13 @@ impl StopFlag {
 
     /// Raises the count by one, and returns it. Only the session calls this.
     pub(in crate::device) fn raise(&self) -> u32 {
-        let raised = self.raised().wrapping_add(1);
+        let raised = self.count_raised().wrapping_add(1);
         self.0.store(raised, Ordering::Release);
         raised
     }
 
     /// Returns the present count.
-    pub(in crate::device) fn raised(&self) -> u32 {
+    pub(in crate::device) fn count_raised(&self) -> u32 {
         self.0.load(Ordering::Acquire)
     }
 }
@@ -73,13 +73,13 @@ impl PulserMail<'_> {
     }
 
     /// Reports an edge to the session, in a mailbox separate from the answers.
-    pub(in crate::device) fn tell_edge(&mut self, edge: Edge) -> Result<(), Full> {
+    pub(in crate::device) fn report_edge(&mut self, edge: Edge) -> Result<(), Full> {
         self.lost.post(&mut self.edges, edge)
     }
 
     /// Reports a pulse to the controller. A lost pulse is missing in its muscle's model; the
     /// watchdog catches a controller that is so late.
-    pub(in crate::device) fn tell_pulse(&mut self, event: ControlEvent) -> Result<(), Full> {
+    pub(in crate::device) fn report_pulse(&mut self, event: ControlEvent) -> Result<(), Full> {
         if self.control_events.len() + RESERVED >= self.control_events.capacity() {
             self.lost.0.fetch_add(1, Ordering::Relaxed);
             return Err(Full);
@@ -89,7 +89,7 @@ impl PulserMail<'_> {
 
     /// Hands over `entry` to be written. If there is no room, the caller repeats it in the next
     /// window.
-    pub(in crate::device) fn keep(&mut self, entry: Entry) -> Result<(), Full> {
+    pub(in crate::device) fn send_entry(&mut self, entry: Entry) -> Result<(), Full> {
         self.entries.enqueue(entry).map_err(|_| Full)
     }
 
@@ -107,7 +107,7 @@ impl ControllerMail<'_> {
     }
 
     /// Reports an event to the session that no request asked for.
-    pub(in crate::device) fn tell(&mut self, at: Micros, event: Event) -> Result<(), Full> {
+    pub(in crate::device) fn report_event(&mut self, at: Micros, event: Event) -> Result<(), Full> {
         let report = ControlReport::Event { at, event };
         self.lost.post(&mut self.reports, report)
     }
@@ -115,7 +115,7 @@ impl ControllerMail<'_> {
     /// Posts a sample in the form in which the session sends it, if the session has taken the
     /// samples before it.
     #[inline(never)] // its room is no part of each tick's frame
-    pub(in crate::device) fn sample(&mut self, sample: Telemetry) -> Result<(), Full> {
+    pub(in crate::device) fn post_sample(&mut self, sample: Telemetry) -> Result<(), Full> {
         self.lost
             .post(&mut self.samples, Response::Telemetry(sample))
     }
@@ -123,7 +123,7 @@ impl ControllerMail<'_> {
     /// Posts an order to the pulser, which takes orders four times per tick, so that there is room
     /// for the orders of a tick. The next tick repeats an order that is lost.
     #[inline]
-    pub(in crate::device) fn order(&mut self, order: ControlOrder) -> Result<(), Full> {
+    pub(in crate::device) fn post_order(&mut self, order: ControlOrder) -> Result<(), Full> {
         self.lost.post(&mut self.orders, order)
     }
 }

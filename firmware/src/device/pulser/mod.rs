@@ -7,7 +7,7 @@ mod timed;
 
 use super::mail::{AnsweredOrder, ControlEvent, ControlOrder, Edge, Mailboxes, PulserMail, Report};
 use crate::pulse::{Levels, MAX_PULSES, Sample, Scheduler, WINDOW_US, WindowPlan};
-use crate::safety::trips;
+use crate::safety::trip_levels;
 use crate::safety::{
     Denial, Fault, FaultRecord, Guard, Inputs, Notice, OutputCheck, Setup, State, UsageAtBoot,
 };
@@ -124,10 +124,10 @@ impl Pulser {
             plan.reset(start, Levels::ISOLATED);
             self.fault(fault, now, mail);
         }
-        if self.guard.owes_entry() {
-            self.keep_entry(mail);
+        if self.guard.has_entry_to_write() {
+            self.send_entry(mail);
         }
-        self.guard.seal();
+        self.guard.renew_checksums();
         result
     }
 
@@ -136,7 +136,12 @@ impl Pulser {
     /// no other message was posted, the guard is at rest, and no edge or middle of a phase lies in
     /// the window. For simulators, which may then omit the refill.
     #[must_use]
-    pub fn rest(&mut self, start: Micros, inputs: &Inputs, mail: &mut Mailboxes) -> bool {
+    pub fn try_skip_refill(
+        &mut self,
+        start: Micros,
+        inputs: &Inputs,
+        mail: &mut Mailboxes,
+    ) -> bool {
         let rests = self.scheduler.is_idle(start)
             && self.phases.is_empty()
             && !self.misses_readings()
@@ -145,14 +150,14 @@ impl Pulser {
             && self.scheduler.is_gate_still(inputs.held)
             && self.due.is_none()
             && self.told == self.guard.state()
-            && !self.guard.owes_entry()
+            && !self.guard.has_entry_to_write()
             && mail.is_empty_for_pulser(self.stops_told)
             && self.guard.is_at_rest(start, inputs, &self.scheduler);
         while rests && let Some(order) = mail.next_control_order() {
             let _ = self.accept_control_order(&order, start); // no fault among them
         }
         if rests {
-            self.guard.seal();
+            self.guard.renew_checksums();
         }
         rests
     }
@@ -161,15 +166,17 @@ impl Pulser {
     #[cold]
     pub fn fault(&mut self, fault: Fault, now: Micros, mail: &mut PulserMail<'_>) {
         let is_later = self.guard.is_latched();
-        let notice = self.guard.fault(fault, now, self.scheduler.residual(now));
+        let notice = self
+            .guard
+            .fault(fault, now, self.scheduler.residual_charge(now));
         if let (true, Notice::Faulted(first)) = (is_later, notice) {
             self.last_fault = Some(first); // told already; what came later is in Status
-            self.guard.seal();
+            self.guard.renew_checksums();
             return;
         }
         self.announce(notice, now, mail);
         self.notify_state(mail);
-        self.guard.seal();
+        self.guard.renew_checksums();
     }
 
     /// Reports a new state to the controller, before the pulses that play in it.
@@ -223,11 +230,11 @@ impl Pulser {
         self.scheduler
             .render(start, &mut self.guard, plan)
             .map_err(Fault::from)?;
-        self.guard.check_seen()?;
-        self.outputs.read(plan).map_err(Fault::from)?;
-        plan.pump = self.guard.pump();
+        self.guard.check_no_mismatch()?;
+        self.outputs.check_window(plan).map_err(Fault::from)?;
+        plan.pump = self.guard.is_pump_on();
         if core::mem::take(&mut self.begins) {
-            plan.trips = self.guard.setup().map(trips);
+            plan.trips = self.guard.setup().map(trip_levels);
         }
         self.report_pulses(plan, mail);
         Ok(())
@@ -237,7 +244,10 @@ impl Pulser {
     #[inline(never)]
     fn accept_trigger(&mut self, start: Micros, inputs: &Inputs, mail: &mut PulserMail<'_>) {
         let plays = self.guard.state() == State::Stimulating;
-        let gates = plays && self.scheduler.gate(inputs.held, inputs.trigger, start);
+        let gates = plays
+            && self
+                .scheduler
+                .update_gate(inputs.held, inputs.trigger, start);
         let Some(at) = inputs.trigger else {
             return;
         };
@@ -245,7 +255,7 @@ impl Pulser {
             self.idle_triggers = self.idle_triggers.saturating_add(1);
         }
         if self.is_stimulating() {
-            let _ = mail.tell_edge(Edge { at, is_sync: false }); // counted
+            let _ = mail.report_edge(Edge { at, is_sync: false }); // counted
         }
     }
 
@@ -258,18 +268,18 @@ impl Pulser {
         match *order {
             ControlOrder::Amplitudes(ref list) => {
                 for &(channel, amplitude) in list {
-                    self.is_slowed |= self.guard.command(channel, amplitude, start);
+                    self.is_slowed |= self.guard.set_control_amplitude(channel, amplitude, start);
                 }
             }
             ControlOrder::Amplitude { channel, amplitude } => {
-                self.is_slowed |= self.guard.command(channel, amplitude, start);
+                self.is_slowed |= self.guard.set_control_amplitude(channel, amplitude, start);
             }
             ControlOrder::Pulses {
                 channel,
                 amplitude,
                 period_us,
             } => {
-                self.is_slowed |= self.guard.command(channel, amplitude, start);
+                self.is_slowed |= self.guard.set_control_amplitude(channel, amplitude, start);
                 if let Some(period_us) = self.guard.clamp_period(channel, period_us) {
                     self.scheduler.set_period(channel, period_us, start);
                 }
@@ -314,7 +324,7 @@ impl Pulser {
         if let Some(result) = result
             && let Some(seq) = self.arming.take()
         {
-            self.verdict(seq, at, result, AnsweredOrder::Other, mail);
+            self.answer_order(seq, at, result, AnsweredOrder::Other, mail);
         }
         let state = self.guard.state();
         let _ = mail.report(Report::Changed { at, state, notice }); // counted
@@ -340,26 +350,26 @@ impl Pulser {
                     at: pulse.at,
                     is_sync: true,
                 };
-                let _ = mail.tell_edge(edge); // counted
+                let _ = mail.report_edge(edge); // counted
             }
             self.pulses = self.pulses.wrapping_add(1);
             let event = ControlEvent::Pulse {
                 channel: pulse.channel,
                 at: pulse.at,
-                stimulus: self.guard.in_force(pulse.channel),
+                stimulus: self.guard.stimulus_in_force(pulse.channel),
                 is_delayed: self.guard.is_delayed(pulse.channel),
             };
-            let _ = mail.tell_pulse(event); // counted
+            let _ = mail.report_pulse(event); // counted
             // Reported with the next pulse, which is the one whose amplitude was reduced.
             if core::mem::take(&mut self.is_slowed) {
-                let _ = mail.tell_pulse(ControlEvent::Slowed); // counted
+                let _ = mail.report_pulse(ControlEvent::Slowed); // counted
             }
         }
         self.schedule_sample(plan);
     }
 
     /// Answers an order. The session has left room for the answer.
-    fn verdict(
+    fn answer_order(
         &self,
         seq: u16,
         at: Micros,

@@ -4,7 +4,7 @@ use super::Pulser;
 use crate::device::mail::{
     AnsweredOrder, ControlEvent, Order, OrderKind, PulserMail, ReleaseAnswer, Report,
 };
-use crate::device::session::is_at_rest;
+use crate::device::session::may_release;
 use crate::pulse::Levels;
 use crate::safety::{Denial, Fault, Inputs};
 use crate::units::Micros;
@@ -19,7 +19,7 @@ impl Pulser {
         inputs: &Inputs,
         mail: &mut PulserMail<'_>,
     ) {
-        let raised = mail.stop.raised();
+        let raised = mail.stop.count_raised();
         if raised != self.stops {
             self.stops = raised;
             if let Some(notice) = self.guard.stop(start) {
@@ -41,15 +41,21 @@ impl Pulser {
         while let Some(&order) = mail.orders.peek() {
             let _ = mail.orders.dequeue();
             if order.stops == raised {
-                self.accept(&order, start, inputs, mail);
+                self.accept_order(&order, start, inputs, mail);
             } else {
-                self.void(&order, start, inputs, mail);
+                self.void_order(&order, start, inputs, mail);
             }
         }
     }
 
     /// Handles an order that a stop has overtaken: it is void if it could cause output.
-    fn void(&mut self, order: &Order, start: Micros, inputs: &Inputs, mail: &mut PulserMail<'_>) {
+    fn void_order(
+        &mut self,
+        order: &Order,
+        start: Micros,
+        inputs: &Inputs,
+        mail: &mut PulserMail<'_>,
+    ) {
         let denied = match order.kind {
             OrderKind::Arm => {
                 while mail.setup.dequeue().is_some() {}
@@ -66,22 +72,22 @@ impl Pulser {
             | OrderKind::KeepAlive
             | OrderKind::Forget
             | OrderKind::Release { .. } => {
-                return self.accept(order, start, inputs, mail);
+                return self.accept_order(order, start, inputs, mail);
             }
         };
         let answered = match order.kind {
             OrderKind::Start => AnsweredOrder::Start,
             _ => AnsweredOrder::Other,
         };
-        self.verdict(order.seq, start, Err(denied), answered, mail);
+        self.answer_order(order.seq, start, Err(denied), answered, mail);
     }
 
     /// Hands over the time and charge spent of the wearer's allowance to be written.
     #[cold]
     #[inline(never)]
-    pub(super) fn keep_entry(&mut self, mail: &mut PulserMail<'_>) {
-        if mail.keep(self.guard.entry()).is_ok() {
-            self.guard.gave_entry(); // else again with the next window
+    pub(super) fn send_entry(&mut self, mail: &mut PulserMail<'_>) {
+        if mail.send_entry(self.guard.entry()).is_ok() {
+            self.guard.mark_entry_sent(); // else again with the next window
         }
     }
 
@@ -93,7 +99,13 @@ impl Pulser {
         }
     }
 
-    fn accept(&mut self, order: &Order, start: Micros, inputs: &Inputs, mail: &mut PulserMail<'_>) {
+    fn accept_order(
+        &mut self,
+        order: &Order,
+        start: Micros,
+        inputs: &Inputs,
+        mail: &mut PulserMail<'_>,
+    ) {
         let mut answered = AnsweredOrder::Other;
         let result = match order.kind {
             OrderKind::Arm => match self.arm(order.seq, start, inputs, mail) {
@@ -113,7 +125,7 @@ impl Pulser {
                     seq: order.seq,
                     at: start,
                     restarts,
-                    is_granted: is_at_rest(state, restarts) && self.arming.is_none(),
+                    is_granted: may_release(state, restarts) && self.arming.is_none(),
                     state,
                 })); // counted
                 return;
@@ -130,7 +142,7 @@ impl Pulser {
                 answered = AnsweredOrder::Setpoint;
                 self.accept_amplitudes(order, at, stimuli, start, mail)
             }
-            OrderKind::Forget => return self.guard.forget_waiting(),
+            OrderKind::Forget => return self.guard.clear_timed_orders(),
             OrderKind::Pulses => {
                 answered = AnsweredOrder::Setpoint;
                 // The session put the list into the mailbox before it ordered.
@@ -150,13 +162,13 @@ impl Pulser {
                     idle_triggers: self.idle_triggers,
                     late_setpoints: self.late_setpoints,
                     fault: self.last_fault,
-                    left: self.guard.left(start),
+                    left: self.guard.remaining_allowance(start),
                 };
                 let _ = mail.report(report); // counted
                 return;
             }
         };
-        self.verdict(order.seq, start, result, answered, mail);
+        self.answer_order(order.seq, start, result, answered, mail);
     }
 
     fn arm(
@@ -177,7 +189,7 @@ impl Pulser {
         let trains = check.trains();
         self.scheduler.start(&trains, &[], None, epoch);
         let train = |channel: u8| trains.get(usize::from(channel)).copied().flatten();
-        let expected = |channel| self.guard.expected(channel, train(channel));
+        let expected = |channel| self.guard.expected_output(channel, train(channel));
         self.outputs.arm(expected, &[]);
         (self.arming, self.begins) = (Some(seq), true);
         (self.second, self.pausing, self.owed) = (0, 0, 0);
@@ -198,7 +210,7 @@ impl Pulser {
             self.scheduler
                 .start(&setup.trains(), &setup.groups, setup.sync, start);
             let train = |channel| setup.channel(channel).map(|config| config.train);
-            let expected = |channel| self.guard.expected(channel, train(channel));
+            let expected = |channel| self.guard.expected_output(channel, train(channel));
             self.outputs.arm(expected, &setup.groups);
         }
         self.notify(ControlEvent::Started, mail);

@@ -48,7 +48,7 @@ impl Pulser {
         let pauses = self.pausing & bit != 0;
         self.second ^= bit;
         self.pausing ^= if is_second { bit } else { 0 };
-        let Some(middle) = self.scheduler.middle(pulse.channel, is_second) else {
+        let Some(middle) = self.scheduler.phase_middle(pulse.channel, is_second) else {
             return;
         };
         if pauses && middle.period_us < SLOW_US && self.arming.is_none() {

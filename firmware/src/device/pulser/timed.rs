@@ -26,7 +26,7 @@ impl Pulser {
                 at,
                 stimuli: *stimuli,
             };
-            self.guard.wait_for_time(&timed, start)?;
+            self.guard.queue_timed_order(&timed, start)?;
         } else {
             if let Some(at) = at {
                 self.carry_out_due(at, start, mail);
@@ -49,11 +49,11 @@ impl Pulser {
         start: Micros,
         mail: &mut PulserMail<'_>,
     ) {
-        let Some(order) = self.guard.take_due(until, start) else {
+        let Some(order) = self.guard.take_due_order(until, start) else {
             return;
         };
         if let denied @ Err(_) = self.set_amplitudes(&order.stimuli, start) {
-            self.verdict(order.seq, start, denied, AnsweredOrder::Setpoint, mail);
+            self.answer_order(order.seq, start, denied, AnsweredOrder::Setpoint, mail);
         }
     }
 

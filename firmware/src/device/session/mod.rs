@@ -12,8 +12,8 @@ mod present;
 mod release;
 mod requests;
 
-pub use opening::{Identity, first_session};
-pub(super) use release::is_at_rest;
+pub use opening::{Identity, first_session_number};
+pub(super) use release::may_release;
 
 use super::draft::Draft;
 use super::mail::{
@@ -22,13 +22,13 @@ use super::mail::{
 };
 use crate::link::{
     Code, Counters, Decoder, Event, Part, Reading, Refusal, Request, Response, Sender, SetupSum,
-    Status, encode_into, too_long,
+    Status, encode_into, refusal_for_long_list,
 };
 use crate::safety::{Notice, StageTable, State};
 use crate::units::Micros;
 use heapless::Deque;
 use outbox::{Outbox, ROOM};
-use present::is_of_present;
+use present::is_recent;
 use release::Release;
 
 /// Bytes of the outbox that telemetry and edges leave free for answers.
@@ -91,7 +91,7 @@ impl Session {
                 State::Idle
             },
             starting: None,
-            draft: Draft::on(identity.stages),
+            draft: Draft::for_stages(identity.stages),
             setup: SetupSum::default(),
             release: None,
             storing: None,
@@ -105,39 +105,42 @@ impl Session {
     #[inline(never)]
     pub fn receive(&mut self, now: Micros, mut bytes: &[u8], mail: &mut SessionMail<'_>) {
         while !bytes.is_empty() {
-            let message = match self.decoder.take(&mut bytes) {
+            let message = match self.decoder.push_until_delimiter(&mut bytes) {
                 None => continue,
                 Some(Ok(message)) => message,
                 Some(Err(e)) => {
                     self.decoder.clear();
-                    self.misunderstand(e.into());
+                    self.refuse_undecodable(e.into());
                     continue;
                 }
             };
-            let mut reading = Reading::of(message);
+            let mut reading = Reading::new(message);
             let sender = reading.sender();
             let request = reading.request(); // stays there
             let (told, long) = match (sender, &request) {
-                (Ok(sender), Ok(request)) if reading.is_over() => {
-                    (Some((sender, request, Part::of(request, message))), None)
-                }
-                _ => (None, too_long(message)),
+                (Ok(sender), Ok(request)) if reading.is_at_end() => (
+                    Some((sender, request, Part::from_request(request, message))),
+                    None,
+                ),
+                _ => (None, refusal_for_long_list(message)),
             };
             self.decoder.clear();
             match (told, long) {
                 (Some((sender, request, part)), _) => self.serve(now, sender, request, part, mail),
                 (None, Some((sender, refusal))) => {
                     self.counters.frames = self.counters.frames.saturating_add(1);
-                    let admitted = self.admit(sender);
+                    let admitted = self.check_owner(sender);
                     self.refuse(Some(sender.seq), admitted.err().unwrap_or(refusal));
                 }
-                (None, None) => self.misunderstand(Refusal::new(Code::UnknownMessage, "request")),
+                (None, None) => {
+                    self.refuse_undecodable(Refusal::new(Code::UnknownMessage, "request"))
+                }
             }
         }
     }
 
     /// Refuses a frame that cannot be decoded, and counts it.
-    fn misunderstand(&mut self, refusal: Refusal<'static>) {
+    fn refuse_undecodable(&mut self, refusal: Refusal<'static>) {
         self.counters.bad_frames = self.counters.bad_frames.saturating_add(1);
         self.refuse(None, refusal);
     }
@@ -147,14 +150,14 @@ impl Session {
     pub fn poll(&mut self, now: Micros, mail: &mut SessionMail<'_>) {
         self.counters.lost_posts = mail.lost.count();
         while let Some(report) = mail.reports.dequeue() {
-            if matches!(report, Report::Stopped { .. }) || is_of_present(report.at(), now) {
+            if matches!(report, Report::Stopped { .. }) || is_recent(report.at(), now) {
                 self.forward(report, mail);
             } else {
                 self.drop_message();
             }
         }
         while let Some(report) = mail.control_reports.dequeue() {
-            if !is_of_present(report.at(), now) {
+            if !is_recent(report.at(), now) {
                 self.drop_message();
                 continue;
             }
@@ -164,13 +167,13 @@ impl Session {
                     at,
                     result,
                     setpoint,
-                }) => self.verdict(seq, at, result, setpoint),
+                }) => self.send_verdict(seq, at, result, setpoint),
                 ControlReport::Event { at, event } => self.respond(&Response::Event { at, event }),
             }
         }
         while let Some(edge) = mail.edges.dequeue() {
             let at = edge.at;
-            if is_of_present(at, now) && self.leaves_room() {
+            if is_recent(at, now) && self.has_room_for_answers() {
                 let event = edge.event();
                 self.respond(&Response::Event { at, event });
             } else {
@@ -179,8 +182,8 @@ impl Session {
         }
         while let Some(sample) = mail.samples.peek() {
             let is_of_present =
-                matches!(sample, Response::Telemetry(sample) if is_of_present(sample.at, now));
-            if is_of_present && self.leaves_room() {
+                matches!(sample, Response::Telemetry(sample) if is_recent(sample.at, now));
+            if is_of_present && self.has_room_for_answers() {
                 self.respond(sample);
             } else {
                 self.drop_message();
@@ -190,7 +193,7 @@ impl Session {
     }
 
     /// Returns whether unrequested messages leave room for answers.
-    const fn leaves_room(&self) -> bool {
+    const fn has_room_for_answers(&self) -> bool {
         self.outbox.len() + RESERVED < ROOM
     }
 
@@ -208,7 +211,7 @@ impl Session {
     /// Returns the stage table that the device accepted from a host, if any. The code that runs
     /// this session sends the answer, stores the table and restarts the device.
     #[must_use]
-    pub const fn storing(&self) -> Option<&StageTable> {
+    pub const fn stage_table_to_store(&self) -> Option<&StageTable> {
         self.storing.as_ref()
     }
 
@@ -230,7 +233,7 @@ impl Session {
             }
             return;
         }
-        let admitted = self.admit(sender);
+        let admitted = self.check_owner(sender);
         if let Request::Stop = request {
             // From any sender: stopping is never refused.
             self.stop(now, seq, mail);
@@ -250,7 +253,7 @@ impl Session {
     fn check_at_rest(&mut self, now: Micros) -> Result<(), Refusal<'static>> {
         let plays = matches!(self.state, State::Stimulating | State::Stopping);
         // An answer that is so late is lost.
-        self.starting.take_if(|(_, at)| !is_of_present(*at, now));
+        self.starting.take_if(|(_, at)| !is_recent(*at, now));
         if plays || self.starting.is_some() {
             return Err(Refusal::new(Code::WrongState, "state"));
         }
@@ -267,7 +270,7 @@ impl Session {
     }
 
     /// Answers the stops that are carried out, up to the count `stops`.
-    fn stopped(&mut self, stops: u32, at: Micros) {
+    fn answer_stops(&mut self, stops: u32, at: Micros) {
         // Counts wrap; two compared counts differ by only a few.
         let is_done = |(_, raised): &(u16, u32)| stops.wrapping_sub(*raised) < 1 << 31;
         while self.stops.front().is_some_and(is_done) {
@@ -294,12 +297,12 @@ impl Session {
                     self.starting = left.filter(|(count, _)| *count > 0);
                 }
                 let setpoint = answered == AnsweredOrder::Setpoint;
-                self.verdict(seq, at, result.map_err(Refusal::from), setpoint);
+                self.send_verdict(seq, at, result.map_err(Refusal::from), setpoint);
             }
-            Report::Released(verdict) => self.released(verdict, mail),
+            Report::Released(verdict) => self.apply_release_verdict(verdict, mail),
             Report::Stopped { stops, at, state } => {
                 self.state = state;
-                self.stopped(stops, at);
+                self.answer_stops(stops, at);
             }
             Report::Status {
                 seq,
@@ -355,7 +358,7 @@ impl Session {
         }
     }
 
-    fn verdict(
+    fn send_verdict(
         &mut self,
         seq: u16,
         at: Micros,
@@ -406,22 +409,22 @@ fn is_arming(mail: &SessionMail<'_>) -> bool {
 }
 
 fn send<T>(mailbox: &mut heapless::spsc::Producer<'_, T>, item: T) -> Result<(), Refusal<'static>> {
-    mailbox.enqueue(item).map_err(|_| busy())
+    mailbox.enqueue(item).map_err(|_| busy_refusal())
 }
 
 /// Posts a request to the controller, with the stops raised so far, or refuses it if the
 /// controller could not answer.
 fn submit(request: ControlRequest, mail: &mut SessionMail<'_>) -> Result<(), Refusal<'static>> {
     if !mail.has_room_for_request() {
-        return Err(busy());
+        return Err(busy_refusal());
     }
-    let stops = mail.stop.raised();
+    let stops = mail.stop.count_raised();
     send(
         &mut mail.control_requests,
         ControlMessage { stops, request },
     )
 }
 
-fn busy() -> Refusal<'static> {
+fn busy_refusal() -> Refusal<'static> {
     Refusal::new(Code::DeviceBusy, "device")
 }

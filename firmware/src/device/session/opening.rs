@@ -1,7 +1,7 @@
 //! The device's identity, the right to send requests, and the numbers of sessions.
 
 use super::super::mail::{ControlRequest, Order, OrderKind, SessionMail};
-use super::{Session, busy, send, submit};
+use super::{Session, busy_refusal, send, submit};
 use crate::link::message::{OptionBytes, ResetCause};
 use crate::link::{Code, HelloInfo, Kind, Refusal, SCHEMA, Sender, SetupSum};
 use crate::pulse::DEAD_TIME_US;
@@ -19,7 +19,7 @@ pub struct Identity {
     pub reset: ResetCause,
     /// Fault that was recorded before the reset, if any.
     pub last_fault: Option<FaultRecord>,
-    /// Number of the first session, from [`first_session`] or arbitrary; 0 counts as 1.
+    /// Number of the first session, from [`first_session_number`] or arbitrary; 0 counts as 1.
     pub first_session: u16,
     /// The device's output stages.
     pub stages: Stages,
@@ -30,7 +30,7 @@ pub struct Identity {
 /// Returns the number of the first session, which another host is unlikely to guess by chance. The
 /// device reports it to any host that sends `Hello`, so it is no secret.
 #[must_use]
-pub fn first_session(seed: &[u32]) -> u16 {
+pub fn first_session_number(seed: &[u32]) -> u16 {
     // FNV-1a hash, folded to 16 bits.
     let hash = seed.iter().fold(0x811C_9DC5_u32, |hash, &word| {
         let bytes = word.to_le_bytes().into_iter();
@@ -60,10 +60,10 @@ impl Session {
             return Err(Refusal::new(Code::SchemaMismatch, "schema"));
         }
         if self.storing.is_some() {
-            return Err(busy()); // about to restart
+            return Err(busy_refusal()); // about to restart
         }
         if self.owner.is_some_and(|owner| owner != session) {
-            self.ask_release(now, seq, None, mail)?;
+            self.request_release(now, seq, None, mail)?;
             return Ok(None);
         }
         if self.owner.is_none() {
@@ -72,13 +72,13 @@ impl Session {
         // The device may be stimulating: the timed setpoints of the session that ends are dropped
         // with it.
         if !mail.orders.ready() {
-            return Err(busy());
+            return Err(busy_refusal());
         }
         let info = self.renew(now, seq, mail)?;
         let forget = Order {
             seq,
             at: now,
-            stops: mail.stop.raised(),
+            stops: mail.stop.count_raised(),
             kind: OrderKind::Forget,
         };
         send(&mut mail.orders, forget)?;
@@ -117,7 +117,7 @@ impl Session {
 
     /// Checks that the sender owns the session. Gaps in its request numbers count as lost
     /// requests.
-    pub(super) fn admit(&mut self, sender: Sender) -> Result<(), Refusal<'static>> {
+    pub(super) fn check_owner(&mut self, sender: Sender) -> Result<(), Refusal<'static>> {
         let Sender { session, seq } = sender;
         if self.owner != Some(session) {
             self.counters.strangers = self.counters.strangers.saturating_add(1);

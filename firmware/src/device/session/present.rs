@@ -14,7 +14,7 @@ use crate::units::Micros;
 const PRESENT_US: u32 = 100_000;
 
 /// Returns whether a message with time `at` can have been written around `now`.
-pub(super) const fn is_of_present(at: Micros, now: Micros) -> bool {
+pub(super) const fn is_recent(at: Micros, now: Micros) -> bool {
     now.elapsed_since(at) <= PRESENT_US && at.elapsed_since(now) <= PRESENT_US
 }
 
@@ -127,7 +127,7 @@ mod tests {
         let mut told = 0;
         for is_sync in [true, false].into_iter().cycle().take(400) {
             let edge = Edge { at: now, is_sync };
-            mail.split().0.tell_edge(edge).unwrap();
+            mail.split().0.report_edge(edge).unwrap();
             session.poll(now, &mut mail.split().2);
             told += 1;
             let longest = 32; // a frame of an event without content is shorter
@@ -146,8 +146,8 @@ mod tests {
         for (at, is_told) in [(now + us(500), true), (now - us(100_001), false)] {
             for is_sync in [true, false] {
                 let (mut mail, mut session) = (Mailboxes::new(), session());
-                mail.split().0.tell_edge(Edge { at, is_sync }).unwrap();
-                assert!(mail.has_for_session());
+                mail.split().0.report_edge(Edge { at, is_sync }).unwrap();
+                assert!(mail.has_message_for_session());
                 session.poll(now, &mut mail.split().2);
                 let mut expected = super::super::Outbox::new();
                 if is_told {
@@ -175,7 +175,7 @@ mod tests {
         for (at, outputs) in [(now, true), (Micros::new(0), false)] {
             let mut mail = Mailboxes::new();
             let mut controller = mail.split().1;
-            controller.tell(at, Event::Recovered).unwrap();
+            controller.report_event(at, Event::Recovered).unwrap();
             let mut session = session();
             session.poll(now, &mut mail.split().2);
             assert_eq!(session.has_output(), outputs);

@@ -4,8 +4,8 @@
 //! in turn with the earlier orders; until then nothing is ordered that could end the rest.
 
 use super::super::mail::{Order, OrderKind, ReleaseAnswer, SessionMail};
-use super::present::is_of_present;
-use super::{Session, busy, is_arming, send};
+use super::present::is_recent;
+use super::{Session, busy_refusal, is_arming, send};
 use crate::link::{Code, Refusal, Request, Response};
 use crate::safety::{StageTable, State};
 use crate::units::Micros;
@@ -26,24 +26,24 @@ impl Session {
     ///
     /// # Errors
     /// Refuses if the device is not at rest, or if the pulser cannot be asked now.
-    pub(super) fn ask_release(
+    pub(super) fn request_release(
         &mut self,
         now: Micros,
         seq: u16,
         table: Option<StageTable>,
         mail: &mut SessionMail<'_>,
     ) -> Result<(), Refusal<'static>> {
-        if self.release_under_way(now).is_some() || !mail.has_room_for_order() {
-            return Err(busy());
+        if self.pending_release(now).is_some() || !mail.has_room_for_order() {
+            return Err(busy_refusal());
         }
         let restarts = table.is_some();
-        if is_arming(mail) || !is_at_rest(self.state, restarts) {
+        if is_arming(mail) || !may_release(self.state, restarts) {
             return Err(refusal(restarts));
         }
         let order = Order {
             seq,
             at: now,
-            stops: mail.stop.raised(),
+            stops: mail.stop.count_raised(),
             kind: OrderKind::Release { restarts },
         };
         send(&mut mail.orders, order)?;
@@ -57,9 +57,8 @@ impl Session {
 
     /// Returns the takeover or restart that waits for its verdict; a verdict that is too late
     /// counts as lost.
-    fn release_under_way(&mut self, now: Micros) -> Option<&Release> {
-        self.release
-            .take_if(|release| !is_of_present(release.at, now));
+    fn pending_release(&mut self, now: Micros) -> Option<&Release> {
+        self.release.take_if(|release| !is_recent(release.at, now));
         self.release.as_ref()
     }
 
@@ -72,15 +71,19 @@ impl Session {
     ) -> Result<(), Refusal<'static>> {
         let is_storing = self.storing.is_some();
         let ends_rest = matches!(request, Request::Arm { .. } | Request::Start);
-        match self.release_under_way(now) {
-            _ if is_storing => Err(busy()),
-            Some(release) if ends_rest || release.table.is_some() => Err(busy()),
+        match self.pending_release(now) {
+            _ if is_storing => Err(busy_refusal()),
+            Some(release) if ends_rest || release.table.is_some() => Err(busy_refusal()),
             _ => Ok(()),
         }
     }
 
     /// Carries out the pulser's verdict on a takeover or a restart.
-    pub(super) fn released(&mut self, verdict: ReleaseAnswer, mail: &mut SessionMail<'_>) {
+    pub(super) fn apply_release_verdict(
+        &mut self,
+        verdict: ReleaseAnswer,
+        mail: &mut SessionMail<'_>,
+    ) {
         let ReleaseAnswer {
             seq, at, restarts, ..
         } = verdict;
@@ -106,7 +109,7 @@ impl Session {
 
 /// Returns whether another host may take over in `state`, or whether the device may restart. The
 /// pulser, which decides, also takes an electrode check into account.
-pub(in crate::device) const fn is_at_rest(state: State, restarts: bool) -> bool {
+pub(in crate::device) const fn may_release(state: State, restarts: bool) -> bool {
     match state {
         State::Idle => true,
         State::Boot | State::Fault => !restarts,

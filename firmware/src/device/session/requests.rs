@@ -3,7 +3,7 @@
 
 use super::super::draft::check_channel;
 use super::super::mail::{ControlRequest, Order, OrderKind, SessionMail};
-use super::{Answer, Reply, Session, busy, is_arming, send, submit};
+use super::{Answer, Reply, Session, busy_refusal, is_arming, send, submit};
 use crate::control::Endpoint;
 use crate::link::{Code, Part, Refusal, Request, SetupSum};
 use crate::pulse::{CHANNELS, TrainSpec};
@@ -25,7 +25,7 @@ impl Session {
         part: Option<Part>,
         mail: &mut SessionMail<'_>,
     ) -> Answer {
-        let stops = mail.stop.raised();
+        let stops = mail.stop.count_raised();
         let order = |kind| Order {
             seq,
             at: now,
@@ -43,7 +43,7 @@ impl Session {
             configured?;
             match request {
                 Request::Clear => self.setup = SetupSum::default(),
-                _ => self.setup.keep(part),
+                _ => self.setup.record_part(part),
             }
             return Ok(Reply::Done);
         }
@@ -149,7 +149,7 @@ impl Session {
                 return Ok(Reply::Later);
             }
             Request::Pulses { channel, pulses } => {
-                return self.play(*channel, pulses, order(OrderKind::Pulses), mail);
+                return self.play_list(*channel, pulses, order(OrderKind::Pulses), mail);
             }
             Request::StoreStages { stages, supply } => {
                 self.store_stages(now, seq, *stages, *supply, mail)?;
@@ -186,11 +186,11 @@ impl Session {
             stages,
         };
         table.validate()?;
-        self.ask_release(now, seq, Some(table), mail)
+        self.request_release(now, seq, Some(table), mail)
     }
 
     /// Passes a list of pulses to the pulser. Of two lists in one window the second finds no room.
-    fn play(
+    fn play_list(
         &self,
         channel: u8,
         pulses: &Vec<ListedPulse, MAX_LISTED>,
@@ -205,7 +205,7 @@ impl Session {
             TrainSpec::WIDTH_US.check(pulse.width_us)?;
         }
         if !mail.lists.ready() || !mail.has_room_for_order() {
-            return Err(busy());
+            return Err(busy_refusal());
         }
         let pulses = pulses.clone();
         send(&mut mail.lists, PulseList { channel, pulses })?;
@@ -217,7 +217,7 @@ impl Session {
     fn arm(&mut self, sum: u32, order: Order, mail: &mut SessionMail<'_>) -> Answer {
         // One order at a time, and all of it: a part left behind would block the next order.
         if is_arming(mail) || !mail.setup.ready() || !mail.has_room_for_order() {
-            return Err(busy());
+            return Err(busy_refusal());
         }
         // Checked before the draft's mistakes, because the host may mean another setup.
         if self.setup.total() != sum {
@@ -225,7 +225,7 @@ impl Session {
         }
         // `None` only if a mistake was ignored.
         let refuse = |mistake| Err(Refusal::from(mistake));
-        let setup = self.draft.examine(refuse)?.ok_or_else(busy)?;
+        let setup = self.draft.examine(refuse)?.ok_or_else(busy_refusal)?;
         // Nothing is refused from here on: every part was just built, and the mailboxes are as
         // large as the largest setup.
         for line in self.draft.lines() {
@@ -247,7 +247,7 @@ fn stimuli(mask: u16, values: &[Amplitude], widths: &[u16]) -> Result<Stimuli, R
     let is_one_each = |length: usize| length == count as usize;
     let wrong = |field| {
         let count = count.cast_signed();
-        Err(Refusal::new(Code::AmplitudeCount, field).allowed(count, count))
+        Err(Refusal::new(Code::AmplitudeCount, field).with_range(count, count))
     };
     if !is_one_each(values.len()) {
         return wrong("values");
@@ -291,7 +291,7 @@ fn force_rate(millinewton_per_s: i32) -> Result<ForceRate, Refusal<'static>> {
 #[inline(never)] // where whoever watches an image stops
 fn later(order: Order, mail: &mut SessionMail<'_>) -> Answer {
     if !mail.has_room_for_order() {
-        return Err(busy());
+        return Err(busy_refusal());
     }
     send(&mut mail.orders, order)?;
     Ok(Reply::Later)

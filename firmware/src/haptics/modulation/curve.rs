@@ -64,7 +64,7 @@ const ROUNDING: i64 = 1 << (FINE - 1);
 impl Share {
     /// This share of `whole` (below 2^18), to the nearest; of a negative share 0.
     #[inline]
-    pub(super) const fn of(self, whole: u32) -> u32 {
+    pub(super) const fn scale(self, whole: u32) -> u32 {
         // Below 2^18 · 2^30.
         let part = whole as u64 * (if self.0 > 0 { self.0 } else { 0 }) as u64;
         ((part + (1 << 25)) >> 26) as u32
@@ -84,7 +84,7 @@ impl Span {
 
     /// Where `angle` lies; outside the range at its nearer end.
     #[inline]
-    pub(super) fn along(&self, angle: Angle) -> RangePosition {
+    pub(super) fn position_of(&self, angle: Angle) -> RangePosition {
         let way = (angle - self.low).get().to_bits().max(0).cast_unsigned();
         // Below 2^31 · 2^28.
         let along = quotient(u64::from(way) << 28, self.length).unwrap_or(u32::MAX);
@@ -105,16 +105,25 @@ impl Curve {
     #[inline]
     pub(super) const fn at(&self, u: RangePosition) -> Share {
         let [a, b, c, d, e] = self.0;
-        let (a, b, c, d) = (mix(a, b, u), mix(b, c, u), mix(c, d, u), mix(d, e, u));
-        let (a, b, c) = (mix(a, b, u), mix(b, c, u), mix(c, d, u));
-        let (a, b) = (mix(a, b, u), mix(b, c, u));
-        Share(mix(a, b, u))
+        let (a, b, c, d) = (
+            interpolate(a, b, u),
+            interpolate(b, c, u),
+            interpolate(c, d, u),
+            interpolate(d, e, u),
+        );
+        let (a, b, c) = (
+            interpolate(a, b, u),
+            interpolate(b, c, u),
+            interpolate(c, d, u),
+        );
+        let (a, b) = (interpolate(a, b, u), interpolate(b, c, u));
+        Share(interpolate(a, b, u))
     }
 }
 
 /// From `a` to `b` by `u`, rounded down: between them.
 #[inline(always)]
-const fn mix(a: i32, b: i32, u: RangePosition) -> i32 {
+const fn interpolate(a: i32, b: i32, u: RangePosition) -> i32 {
     // |a|, |b| < 2^30, so the way is below 2^31, u at most 2^28.
     let way = b.wrapping_sub(a) as i64 * u.0 as i64;
     a.wrapping_add((way >> 28) as i32)
@@ -131,13 +140,13 @@ impl QuarticSpec {
     /// range is it larger by more than a quarter of a millionth, not even at one angle.
     #[must_use]
     pub fn highest(&self) -> Extreme {
-        search(self.0.map(|b| i64::from(b) << FINE)).0
+        find_maximum(self.0.map(|b| i64::from(b) << FINE)).0
     }
 
     /// Where C is smallest; as [`Self::highest`].
     #[must_use]
     pub fn lowest(&self) -> Extreme {
-        let (found, _) = search(self.0.map(|b| -(i64::from(b) << FINE)));
+        let (found, _) = find_maximum(self.0.map(|b| -(i64::from(b) << FINE)));
         Extreme {
             value: -found.value,
             ..found
@@ -181,13 +190,13 @@ struct Piece {
 
 /// The largest value: pieces are halved while their coefficients, which enclose them,
 /// leave room for one larger by more than [`SLACK`] than any found. And how many were.
-fn search(coefficients: [i64; 5]) -> (Extreme, u32) {
+fn find_maximum(coefficients: [i64; 5]) -> (Extreme, u32) {
     let [first, .., last] = coefficients;
     let mut best = Extreme {
         value: first,
         at: 0,
     };
-    best.rise(last, 1 << DEPTH);
+    best.raise_to(last, 1 << DEPTH);
     let whole = Piece {
         coefficients,
         from: 0,
@@ -206,7 +215,7 @@ fn search(coefficients: [i64; 5]) -> (Extreme, u32) {
         halved = halved.saturating_add(1);
         let (near, far) = segment.halves();
         let [middle, ..] = far.coefficients;
-        best.rise(middle, far.from);
+        best.raise_to(middle, far.from);
         let _ = left.push(far); // as many places as lengths
         piece = Some(near);
     }
@@ -214,7 +223,7 @@ fn search(coefficients: [i64; 5]) -> (Extreme, u32) {
 }
 
 impl Extreme {
-    fn rise(&mut self, value: i64, at: u16) {
+    fn raise_to(&mut self, value: i64, at: u16) {
         if value > self.value {
             *self = Self { value, at };
         }
@@ -253,7 +262,7 @@ mod tests {
     use std::println;
 
     fn halved(millionths: [i32; 5]) -> u32 {
-        search(millionths.map(|b| i64::from(b) << FINE)).1
+        find_maximum(millionths.map(|b| i64::from(b) << FINE)).1
     }
 
     /// Every quartic is searched in bounded time: few pieces stay open on the way down,

@@ -86,7 +86,7 @@ impl Modulation {
     /// [`ModulationError`] names the first mistake and what would do.
     pub fn new(spec: &ModulationSpec) -> Result<Self, ModulationError> {
         spec.check()?;
-        Ok(Self::of_checked(spec)?)
+        Ok(Self::from_checked(spec)?)
     }
 
     /// Of a specification that [`ModulationSpec::check`] has passed: quartics, which take
@@ -94,7 +94,7 @@ impl Modulation {
     ///
     /// # Errors
     /// Of one that has not, a range.
-    pub(crate) fn of_checked(spec: &ModulationSpec) -> Result<Self, OutOfRange> {
+    pub(crate) fn from_checked(spec: &ModulationSpec) -> Result<Self, OutOfRange> {
         let range = (spec.angle_min_mdeg, spec.angle_max_mdeg);
         Ok(Self {
             joint: spec.joint,
@@ -118,7 +118,7 @@ impl Modulation {
     #[must_use]
     #[inline]
     pub fn amplitudes(&self, angle: Angle, phase: Option<MotionPhase>) -> [(u8, Amplitude); 2] {
-        let along = self.span.along(angle);
+        let along = self.span.position_of(angle);
         self.muscles.map(|muscle| {
             let curve = match phase {
                 Some(MotionPhase::Lift) => muscle.lift,
@@ -126,7 +126,7 @@ impl Modulation {
                 None => None,
             };
             let amplitude = curve.map_or(Amplitude::ZERO, |curve| {
-                Modulated::intensity(muscle.base, muscle.form, curve.at(along))
+                Modulated::scaled_amplitude(muscle.base, muscle.form, curve.at(along))
             });
             (muscle.channel, amplitude)
         })
@@ -152,13 +152,13 @@ impl Modulated {
 
     /// What a share of `base` comes to.
     #[inline]
-    const fn intensity(base: Amplitude, form: Form, share: Share) -> Amplitude {
+    const fn scaled_amplitude(base: Amplitude, form: Form, share: Share) -> Amplitude {
         let threshold = match form {
             Form::Scaled => 0,
             Form::AboveThreshold { threshold } => threshold.get(),
         };
         // Threshold below base below 2^18; the share below 8.
-        let above = share.of(base.get().wrapping_sub(threshold));
+        let above = share.scale(base.get().wrapping_sub(threshold));
         Amplitude::new(threshold.wrapping_add(above))
     }
 }

@@ -145,7 +145,7 @@ impl ModulationSpec {
     }
 
     /// Tells `note` of every mistake in the spec by itself.
-    pub fn mistakes(&self, note: &mut dyn FnMut(ModulationError)) {
+    pub fn report_mistakes(&self, note: &mut dyn FnMut(ModulationError)) {
         for checked in [
             Self::JOINT.check(self.joint),
             Self::PHASE_JOINT.check(self.phase_joint),
@@ -160,7 +160,7 @@ impl ModulationSpec {
             }
         }
         for muscle in self.muscles() {
-            muscle.mistakes(note);
+            muscle.report_mistakes(note);
         }
         let channel = self.flexor.channel;
         if channel == self.extensor.channel {
@@ -168,13 +168,13 @@ impl ModulationSpec {
         }
     }
 
-    /// The first of [`Self::mistakes`].
+    /// The first of [`Self::report_mistakes`].
     ///
     /// # Errors
     /// That one.
     pub fn check(&self) -> Result<(), ModulationError> {
         let mut first = None;
-        self.mistakes(&mut |mistake| {
+        self.report_mistakes(&mut |mistake| {
             first.get_or_insert(mistake);
         });
         first.map_or(Ok(()), Err)
@@ -202,11 +202,11 @@ impl ModulatedSpec {
     #[must_use]
     pub fn peak(&self, phase: MotionPhase) -> Option<Amplitude> {
         let peak = self.share(phase)?.peak();
-        Some(Modulated::intensity(self.base, self.form, peak))
+        Some(Modulated::scaled_amplitude(self.base, self.form, peak))
     }
 
-    fn mistakes(&self, note: &mut dyn FnMut(ModulationError)) {
-        let below_base = Self::THRESHOLD.up_to(self.base.get().saturating_sub(1));
+    fn report_mistakes(&self, note: &mut dyn FnMut(ModulationError)) {
+        let below_base = Self::THRESHOLD.with_max_at_most(self.base.get().saturating_sub(1));
         let threshold = match self.form {
             Form::Scaled => Ok(()),
             Form::AboveThreshold { threshold } => below_base.check(threshold.get()),
@@ -221,12 +221,12 @@ impl ModulatedSpec {
         }
         for phase in [MotionPhase::Lift, MotionPhase::Drop] {
             if let Some(share) = self.share(phase) {
-                self.share_mistakes(phase, share, note);
+                self.report_share_mistakes(phase, share, note);
             }
         }
     }
 
-    fn share_mistakes(
+    fn report_share_mistakes(
         &self,
         phase: MotionPhase,
         share: &QuarticSpec,

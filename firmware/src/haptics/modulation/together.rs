@@ -82,7 +82,7 @@ impl Modulations {
     /// # Errors
     /// [`MeasurementError`]; the state is unchanged then. A measurement that is too old or
     /// out of range is taken, and nothing can be held with it.
-    pub fn measurement(
+    pub fn accept_measurement(
         &self,
         state: &mut ModulationsState,
         now: Micros,
@@ -101,7 +101,7 @@ impl Modulations {
     ///
     /// # Errors
     /// [`HoldError`]; a release has none.
-    pub fn hold(
+    pub fn set_held(
         &self,
         state: &mut ModulationsState,
         now: Micros,
@@ -135,7 +135,7 @@ impl Modulations {
         state: &mut ModulationsState,
         now: Micros,
     ) -> Result<ModulationOrders, SensorFault> {
-        let is_just_over = self.let_go(state, now);
+        let is_just_over = self.end_overlong_hold(state, now);
         for modulation in &self.0 {
             let found = modulation.angle(state, now);
             if let Some(slot) = state.angles.get_mut(usize::from(modulation.joint)) {
@@ -166,7 +166,7 @@ impl Modulations {
     }
 
     /// Ends what has been held for too long, and whether it just did.
-    fn let_go(&self, state: &mut ModulationsState, now: Micros) -> bool {
+    fn end_overlong_hold(&self, state: &mut ModulationsState, now: Micros) -> bool {
         let shortest = self
             .0
             .iter()
@@ -182,7 +182,7 @@ impl Modulations {
 
     /// Of every joint its angle in the latest tick, as far as it may be relied on, and its
     /// phase.
-    pub fn seen(
+    pub fn joint_readings(
         &self,
         state: &ModulationsState,
     ) -> impl Iterator<Item = (Option<Angle>, Option<MotionPhase>)> {
@@ -199,7 +199,7 @@ impl Modulations {
 impl ModulationsState {
     /// Whether an object is held.
     #[must_use]
-    pub const fn held(&self) -> Hold {
+    pub const fn hold_state(&self) -> Hold {
         self.hold
     }
 

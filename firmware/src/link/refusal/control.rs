@@ -21,7 +21,7 @@ impl From<SpecError> for Refusal<'static> {
         match e {
             SpecError::Range(e) => e.into(),
             SpecError::ChannelTwice { channel } => {
-                Self::new(Code::ChannelTwice, "joint").on(channel)
+                Self::new(Code::ChannelTwice, "joint").with_channel(channel)
             }
         }
     }
@@ -32,7 +32,7 @@ impl From<WallError> for Refusal<'static> {
         match e {
             WallError::Range(e) => e.into(),
             WallError::ChannelTwice { channel } => {
-                Self::new(Code::ChannelTwice, "wall").on(channel)
+                Self::new(Code::ChannelTwice, "wall").with_channel(channel)
             }
         }
     }
@@ -43,7 +43,7 @@ impl From<ModulationError> for Refusal<'static> {
         match e {
             ModulationError::Range(e) => e.into(),
             ModulationError::ChannelTwice { channel } => {
-                Self::new(Code::ChannelTwice, "modulation").on(channel)
+                Self::new(Code::ChannelTwice, "modulation").with_channel(channel)
             }
             ModulationError::Share {
                 channel,
@@ -53,8 +53,8 @@ impl From<ModulationError> for Refusal<'static> {
                 let reached = extreme.millionths();
                 let one = QuarticSpec::SHARE.max;
                 let bound = if reached < 0 { 0 } else { one };
-                let refusal = Self::new(Code::ShareLimit, phase.field()).on(channel);
-                refusal.allowed(reached, bound)
+                let refusal = Self::new(Code::ShareLimit, phase.field()).with_channel(channel);
+                refusal.with_range(reached, bound)
             }
         }
     }
@@ -65,7 +65,7 @@ impl From<HoldError> for Refusal<'static> {
         match e {
             HoldError::NoAngle { joint } => {
                 let joint = i32::from(joint);
-                Self::new(Code::NoAngle, "joint").allowed(joint, joint)
+                Self::new(Code::NoAngle, "joint").with_range(joint, joint)
             }
             HoldError::Over => Self::new(Code::HoldOver, "held"),
         }
@@ -78,7 +78,7 @@ impl From<SetpointError> for Refusal<'static> {
             SetpointError::OutOfRange { min_mdeg, max_mdeg } => {
                 // The hundredths of a degree that lie inside; |m°| <= 180 000.
                 let (min, max) = ((min_mdeg + 9).div_euclid(10), max_mdeg.div_euclid(10));
-                Self::new(Code::OutOfRange, "centideg").allowed(min, max)
+                Self::new(Code::OutOfRange, "centideg").with_range(min, max)
             }
             SetpointError::TooFarAhead
             | SetpointError::TooOld
@@ -94,7 +94,7 @@ impl From<ForceError> for Refusal<'static> {
             // And none, which always can be given.
             ForceError::OutOfReach { min_mn, max_mn } => {
                 let refusal = Self::new(Code::ForceOutOfReach, "millinewton");
-                refusal.allowed(bound(min_mn), bound(max_mn))
+                refusal.with_range(bound(min_mn), bound(max_mn))
             }
             ForceError::Setpoint(e) => e.into(),
         }
@@ -115,8 +115,8 @@ impl From<WrenchError> for Refusal<'static> {
                 Self::new(Code::NoMuscleHelps, field)
             }
             WrenchError::Unmade(ForceImpossible::TooStrong { channel, permille }) => {
-                let refusal = Self::new(Code::WrenchOutOfReach, field).on(channel);
-                refusal.allowed(0, permille.into())
+                let refusal = Self::new(Code::WrenchOutOfReach, field).with_channel(channel);
+                refusal.with_range(0, permille.into())
             }
         }
     }

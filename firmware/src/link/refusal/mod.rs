@@ -228,14 +228,14 @@ impl Refusal<'static> {
 
     /// The same for a channel.
     #[must_use]
-    pub const fn on(mut self, channel: u8) -> Self {
+    pub const fn with_channel(mut self, channel: u8) -> Self {
         self.channel = Some(channel);
         self
     }
 
     /// The same with what would be allowed.
     #[must_use]
-    pub const fn allowed(mut self, min: i32, max: i32) -> Self {
+    pub const fn with_range(mut self, min: i32, max: i32) -> Self {
         (self.min, self.max) = (min, max);
         self
     }
@@ -261,7 +261,7 @@ impl From<FrameError> for Refusal<'static> {
 
 impl From<OutOfRange> for Refusal<'static> {
     fn from(e: OutOfRange) -> Self {
-        Self::new(Code::OutOfRange, e.field).allowed(e.min, e.max)
+        Self::new(Code::OutOfRange, e.field).with_range(e.min, e.max)
     }
 }
 
@@ -271,11 +271,11 @@ impl From<TrainError> for Refusal<'static> {
             TrainError::Range(e) => e.into(),
             TrainError::BurstOverlaps { min_interval_us } => {
                 Self::new(Code::BurstOverlaps, "burst_interval_us")
-                    .allowed(bound(min_interval_us), TrainSpec::BURST_INTERVAL_US.max)
+                    .with_range(bound(min_interval_us), TrainSpec::BURST_INTERVAL_US.max)
             }
             TrainError::BurstTooLong { min_period_us } => {
                 Self::new(Code::BurstTooLong, "period_us")
-                    .allowed(bound(min_period_us), TrainSpec::PERIOD_US.max)
+                    .with_range(bound(min_period_us), TrainSpec::PERIOD_US.max)
             }
         }
     }
@@ -283,7 +283,7 @@ impl From<TrainError> for Refusal<'static> {
 
 impl From<GroupError> for Refusal<'static> {
     fn from(e: GroupError) -> Self {
-        let groups = |code, channel| Self::new(code, "groups").on(channel);
+        let groups = |code, channel| Self::new(code, "groups").with_channel(channel);
         match e {
             GroupError::Members(e) => e.into(),
             GroupError::NoTrain { channel } => groups(Code::NoTrain, channel),
@@ -303,7 +303,7 @@ impl From<StageMismatch> for Refusal<'static> {
             StageMismatch::Unknown(_) => Self::new(Code::StagesUnknown, "stages"),
             StageMismatch::NoStage | StageMismatch::Kind => Self::new(Code::OtherStage, "stage"),
             StageMismatch::FullScale { field, has } => {
-                Self::new(Code::OtherStage, field).allowed(bound(has), bound(has))
+                Self::new(Code::OtherStage, field).with_range(bound(has), bound(has))
             }
         }
     }
@@ -317,21 +317,21 @@ impl From<SetupError> for Refusal<'static> {
             SetupError::Group(e) => e.into(),
             SetupError::Stage(e) => e.into(),
             SetupError::Current { max } => {
-                Self::new(Code::CurrentLimit, "limit").allowed(0, bound(max.get()))
+                Self::new(Code::CurrentLimit, "limit").with_range(0, bound(max.get()))
             }
             SetupError::Charge { max_nc } => {
-                Self::new(Code::ChargeLimit, "limit").allowed(0, bound(max_nc))
+                Self::new(Code::ChargeLimit, "limit").with_range(0, bound(max_nc))
             }
             SetupError::Rms { max } => {
-                Self::new(Code::RmsLimit, "limit").allowed(0, bound(max.get()))
+                Self::new(Code::RmsLimit, "limit").with_range(0, bound(max.get()))
             }
             SetupError::Density { max } => {
-                Self::new(Code::DensityLimit, "area_mm2").allowed(0, bound(max.get()))
+                Self::new(Code::DensityLimit, "area_mm2").with_range(0, bound(max.get()))
             }
             SetupError::Sum(e) => e.into(),
             SetupError::Opposed { channel, other } => Self::new(Code::OppositePhases, "supply")
-                .on(channel)
-                .allowed(other.into(), other.into()),
+                .with_channel(channel)
+                .with_range(other.into(), other.into()),
         }
     }
 }
@@ -342,7 +342,7 @@ impl From<SumError> for Refusal<'static> {
             SumError::Peak { sum, max } => (Code::SumLimit, sum, max),
             SumError::Rms { sum, max } => (Code::SumRmsLimit, sum, max),
         };
-        Self::new(code, "limit").allowed(bound(sum.get()), bound(max.get()))
+        Self::new(code, "limit").with_range(bound(sum.get()), bound(max.get()))
     }
 }
 
@@ -352,86 +352,94 @@ impl From<Denial> for Refusal<'static> {
             Denial::WrongState(_) => Self::new(Code::WrongState, "state"),
             Denial::FaultLatched(fault) => {
                 let number = i32::from(fault.number());
-                Self::new(Code::FaultLatched, "fault").allowed(number, number)
+                Self::new(Code::FaultLatched, "fault").with_range(number, number)
             }
             Denial::ArmInputOpen => Self::new(Code::ArmInputOpen, "arm input"),
             Denial::HandStopOpen => Self::new(Code::HandStopOpen, "hand_stop_required"),
             Denial::ElectrodeOff { channel } => {
-                Self::new(Code::ElectrodeOff, "electrode").on(channel)
+                Self::new(Code::ElectrodeOff, "electrode").with_channel(channel)
             }
             Denial::ElectrodeShort { channel } => {
-                Self::new(Code::ElectrodeShort, "electrode").on(channel)
+                Self::new(Code::ElectrodeShort, "electrode").with_channel(channel)
             }
-            Denial::PhaseLost { channel } => Self::new(Code::PhaseLost, "electrode").on(channel),
+            Denial::PhaseLost { channel } => {
+                Self::new(Code::PhaseLost, "electrode").with_channel(channel)
+            }
             Denial::Together(e) => e.into(),
             Denial::LoadTooLow { channel, ohm } => Self::new(Code::LoadTooLow, "load_ohm")
-                .on(channel)
-                .allowed(bound(ohm), bound(ohm)),
+                .with_channel(channel)
+                .with_range(bound(ohm), bound(ohm)),
             Denial::Cancelled => Self::new(Code::Cancelled, "arm"),
             Denial::Stopped => Self::new(Code::Stopped, "stop"),
             Denial::Busy => Self::new(Code::DeviceBusy, "device"),
             Denial::NotArmed => Self::new(Code::NotArmed, "state"),
-            Denial::NoChannel { channel } => Self::new(Code::NoTrain, "channel").on(channel),
-            Denial::Controlled { channel } => Self::new(Code::Controlled, "channel").on(channel),
+            Denial::NoChannel { channel } => {
+                Self::new(Code::NoTrain, "channel").with_channel(channel)
+            }
+            Denial::Controlled { channel } => {
+                Self::new(Code::Controlled, "channel").with_channel(channel)
+            }
             Denial::TimeOver { max_s } => {
-                Self::new(Code::TimeOver, "max_session_s").allowed(0, bound(max_s))
+                Self::new(Code::TimeOver, "max_session_s").with_range(0, bound(max_s))
             }
             Denial::DoseReached { channel, max_mc } => {
-                let refusal = Self::new(Code::DoseReached, "max_dose_mc").on(channel);
-                refusal.allowed(0, bound(max_mc))
+                let refusal = Self::new(Code::DoseReached, "max_dose_mc").with_channel(channel);
+                refusal.with_range(0, bound(max_mc))
             }
             Denial::AllowanceLost => Self::new(Code::AllowanceLost, "max_session_s"),
             Denial::TooFarAhead => {
-                Self::new(Code::TooFarAhead, "at").allowed(0, bound(limits::AHEAD_US))
+                Self::new(Code::TooFarAhead, "at").with_range(0, bound(limits::AHEAD_US))
             }
             Denial::TooManyWaiting => {
-                Self::new(Code::TooManyWaiting, "at").allowed(0, MAX_TIMED as i32) // 16
+                Self::new(Code::TooManyWaiting, "at").with_range(0, MAX_TIMED as i32) // 16
             }
             Denial::TimeGoesBack { least_us } => Self::new(Code::TimeGoesBack, "at")
-                .allowed(bound(least_us), bound(limits::AHEAD_US)),
+                .with_range(bound(least_us), bound(limits::AHEAD_US)),
             Denial::TooLargeStep { channel, highest } => Self::new(Code::TooLargeStep, "values")
-                .on(channel)
-                .allowed(0, bound(highest.get())),
+                .with_channel(channel)
+                .with_range(0, bound(highest.get())),
             Denial::Width {
                 channel,
                 min_us,
                 max_us,
             } => Self::new(Code::OutOfRange, "widths")
-                .on(channel)
-                .allowed(min_us.into(), max_us.into()),
+                .with_channel(channel)
+                .with_range(min_us.into(), max_us.into()),
             Denial::ListedWidth {
                 channel,
                 min_us,
                 max_us,
             } => Self::new(Code::OutOfRange, "width_us")
-                .on(channel)
-                .allowed(min_us.into(), max_us.into()),
+                .with_channel(channel)
+                .with_range(min_us.into(), max_us.into()),
             Denial::Listed { channel, least_us } => {
-                let range = ListedPulse::AFTER_US.from(least_us);
+                let range = ListedPulse::AFTER_US.with_min_at_least(least_us);
                 Self::new(Code::OutOfRange, range.field)
-                    .on(channel)
-                    .allowed(range.min, range.max)
+                    .with_channel(channel)
+                    .with_range(range.min, range.max)
             }
-            Denial::NoLists { channel } => Self::new(Code::NoLists, "lists").on(channel),
+            Denial::NoLists { channel } => Self::new(Code::NoLists, "lists").with_channel(channel),
             Denial::ListPlays => Self::new(Code::ListPlays, "pulses"),
-            Denial::NotRisen { channel } => Self::new(Code::NotRisen, "pulses").on(channel),
+            Denial::NotRisen { channel } => {
+                Self::new(Code::NotRisen, "pulses").with_channel(channel)
+            }
             Denial::Charge { channel, highest } => Self::new(Code::ChargeAtWidth, "max_charge_nc")
-                .on(channel)
-                .allowed(0, bound(highest.get())),
+                .with_channel(channel)
+                .with_range(0, bound(highest.get())),
             // The number of pulses that would be below, and what would be allowed.
             Denial::AboveStart {
                 channel,
                 pulses,
                 start,
             } => Self::new(Code::AboveStart, "start")
-                .on(channel)
-                .allowed(bound(pulses), bound(start.get())),
+                .with_channel(channel)
+                .with_range(bound(pulses), bound(start.get())),
             Denial::ListedSlope { channel, highest } => Self::new(Code::ListTooSteep, "amplitude")
-                .on(channel)
-                .allowed(0, bound(highest.get())),
+                .with_channel(channel)
+                .with_range(0, bound(highest.get())),
             Denial::AboveLimit { channel, limit } => Self::new(Code::AboveWearerLimit, "values")
-                .on(channel)
-                .allowed(0, bound(limit.get())),
+                .with_channel(channel)
+                .with_range(0, bound(limit.get())),
         }
     }
 }

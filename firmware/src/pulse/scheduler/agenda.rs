@@ -1,6 +1,6 @@
 //! The changes of the outputs in one window, ordered by microsecond.
 
-use super::bits;
+use super::bit_positions;
 use crate::pulse::WINDOW_US;
 use crate::units::Micros;
 
@@ -40,7 +40,7 @@ impl EventQueue {
 
     /// Returns how far `at` is after the window's start, µs; the largest number for `None`.
     #[inline]
-    pub(super) fn ahead(&self, at: Option<Micros>) -> u32 {
+    pub(super) fn offset_us(&self, at: Option<Micros>) -> u32 {
         match at {
             Some(at) => (at - self.start).us().cast_unsigned(),
             None => u32::MAX,
@@ -56,7 +56,7 @@ impl EventQueue {
 
     /// Enters that `bits` of the picture change at `slot`. A slot outside the window is ignored.
     #[inline]
-    pub(super) fn enter(&mut self, slot: u32, bits: u32) {
+    pub(super) fn insert(&mut self, slot: u32, bits: u32) {
         if let Some(changes) = self.changes.get_mut(slot as usize)
             && let Some(slots) = self.slots.get_mut((slot / 32) as usize)
         {
@@ -72,7 +72,7 @@ impl EventQueue {
         mut change: impl FnMut(u8, u32) -> Result<(), E>,
     ) -> Result<(), E> {
         for (word, slots) in self.slots.iter_mut().enumerate() {
-            for slot in bits(core::mem::take(slots)).map(|n| (32 * word) | n) {
+            for slot in bit_positions(core::mem::take(slots)).map(|n| (32 * word) | n) {
                 if let Some(changes) = self.changes.get_mut(slot) {
                     change(slot as u8, core::mem::take(changes))?; // below 256
                 }

@@ -2,7 +2,7 @@
 
 use super::agenda::EventQueue;
 use super::lane::Lane;
-use super::{RenderError, Supply, bits};
+use super::{RenderError, Supply, bit_positions};
 use crate::pulse::CHANNELS;
 use crate::pulse::plan::WindowPlan;
 use crate::units::Micros;
@@ -16,26 +16,26 @@ pub(super) fn advance_together(
     supply: &mut impl Supply,
     plan: &mut WindowPlan,
 ) -> Result<(), RenderError> {
-    while let Some(now) = earliest(dues(lanes, members))
+    while let Some(now) = earliest(next_edge_times(lanes, members))
         && let Some(slot) = agenda.slot(now)
     {
         let mut pulsing = 0;
-        for channel in bits(members.into()) {
+        for channel in bit_positions(members.into()) {
             if let Some(Some(lane)) = lanes.get_mut(channel) {
                 if lane.due == Some(now) {
                     let old = lane.shows;
                     // channel < 10 fits u8.
-                    lane.edge(channel as u8, now, supply, plan)?;
-                    agenda.enter(slot, old.0 ^ lane.shows.0);
+                    lane.perform_edge(channel as u8, now, supply, plan)?;
+                    agenda.insert(slot, old.0 ^ lane.shows.0);
                 }
                 pulsing |= lane.shows.pulsing();
             }
         }
-        for channel in bits(members.into()) {
+        for channel in bit_positions(members.into()) {
             if let Some(Some(lane)) = lanes.get_mut(channel) {
                 let old = lane.shows;
                 lane.update_grounding(now, pulsing != 0);
-                agenda.enter(slot, old.0 ^ lane.shows.0);
+                agenda.insert(slot, old.0 ^ lane.shows.0);
             }
         }
     }
@@ -43,7 +43,10 @@ pub(super) fn advance_together(
 }
 
 /// Returns the times of the next edges of the lanes in `members` that have one.
-pub(super) fn dues(lanes: &[Option<Lane>; CHANNELS], members: u16) -> impl Iterator<Item = Micros> {
+pub(super) fn next_edge_times(
+    lanes: &[Option<Lane>; CHANNELS],
+    members: u16,
+) -> impl Iterator<Item = Micros> {
     let lanes = lanes.iter().enumerate();
     lanes.filter_map(move |(channel, lane)| {
         let due = lane.as_ref()?.due?;

@@ -16,7 +16,7 @@ mod tests;
 mod triggers;
 
 use agenda::EventQueue;
-use isolated::{advance_together, dues, earliest};
+use isolated::{advance_together, earliest, next_edge_times};
 use lane::{Lane, Phase};
 pub use supply::{Burst, BurstTime, Supply};
 use triggers::Gate;
@@ -59,7 +59,7 @@ impl Picture {
     /// Returns a picture in which `channel` (below [`CHANNELS`]) is inside a pulse and in `state`.
     const fn pulsing_in(channel: usize, state: State) -> Self {
         let bit = 1 << (Self::SHIFT + channel % CHANNELS);
-        Self(Levels::ISOLATED.with(channel, state).0 | bit)
+        Self(Levels::ISOLATED.with_channel(channel, state).0 | bit)
     }
 
     const fn levels(self) -> Levels {
@@ -114,7 +114,7 @@ impl Scheduler {
             groups_seal: Checksum::of(&Vec::<Group, MAX_GROUPS>::new()),
             turn: CheckSchedule::new(0, CHANNELS as u8),
         };
-        new.seal();
+        new.renew_checksum();
         new
     }
 
@@ -127,7 +127,7 @@ impl Scheduler {
         self.agenda.clear();
         (self.next, self.gate) = (None, Gate::NONE);
         self.groups_seal = Checksum::of(&self.groups);
-        self.seal();
+        self.renew_checksum();
     }
 
     /// Removes every train and keeps all channels grounded until the next call.
@@ -135,7 +135,7 @@ impl Scheduler {
         self.clear();
         self.picture = Picture(Levels::GROUNDED.0);
         self.levels = Levels::GROUNDED;
-        self.seal();
+        self.renew_checksum();
     }
 
     /// Starts `trains` at `epoch`, which must not lie before the next window; triggered trains
@@ -152,7 +152,7 @@ impl Scheduler {
         for (channel, (lane, train)) in self.lanes.iter_mut().zip(trains).enumerate() {
             *lane = train.map(|train| {
                 let drives_sync = sync.is_some_and(|s| usize::from(s) == channel);
-                let mut lane = Lane::waiting(train, channel, drives_sync);
+                let mut lane = Lane::new_waiting(train, channel, drives_sync);
                 if train.spec().trigger.is_none() {
                     lane.begin(epoch);
                 }
@@ -176,10 +176,10 @@ impl Scheduler {
             }
         }
         self.groups_seal = Checksum::of(&self.groups);
-        self.gate = Gate::over(self.waiting(true));
+        self.gate = Gate::for_channels(self.waiting_channels(true));
         for lane in self.lanes.iter_mut().flatten() {
-            lane.seal_train();
-            lane.seal();
+            lane.renew_train_checksum();
+            lane.renew_checksum();
         }
         self.refresh_next();
     }
@@ -187,9 +187,9 @@ impl Scheduler {
     /// Returns the charge that remains on each channel if everything is disconnected at `at`,
     /// which lies in a rendered window: DAC-code·µs, anodic positive.
     #[must_use]
-    pub fn residual(&self, at: Micros) -> [i32; CHANNELS] {
+    pub fn residual_charge(&self, at: Micros) -> [i32; CHANNELS] {
         self.lanes
-            .map(|lane| lane.map_or(0, |lane| lane.residual(at)))
+            .map(|lane| lane.map_or(0, |lane| lane.residual_charge(at)))
     }
 
     /// Changes the period of `channel` to `period_us` from its next burst on. That burst is moved,
@@ -208,7 +208,7 @@ impl Scheduler {
     /// their second phase if `second` is set and they have one; `None` without a train.
     #[inline]
     #[must_use]
-    pub fn middle(&self, channel: u8, second: bool) -> Option<Middle> {
+    pub fn phase_middle(&self, channel: u8, second: bool) -> Option<Middle> {
         let lane = self.lanes.get(usize::from(channel))?.as_ref()?;
         let spec = lane.train.spec();
         let width_us = u32::from(lane.width_us());
@@ -254,7 +254,7 @@ impl Scheduler {
         supply: &mut impl Supply,
         plan: &mut WindowPlan,
     ) -> Result<(), RenderError> {
-        self.look()?;
+        self.verify_next_checksums()?;
         plan.reset(start, self.levels);
         let Some(next) = self.next.filter(|n| n.is_before(start + us(WINDOW_US))) else {
             return Ok(());
@@ -274,7 +274,7 @@ impl Scheduler {
         plan: &mut WindowPlan,
     ) -> Result<(), RenderError> {
         self.agenda.begin(start);
-        let open = self.open()?;
+        let open = self.verify_due_lanes()?;
         for group in &self.groups {
             if group.partner() == Partner::Isolated {
                 let members = group.members();
@@ -284,24 +284,24 @@ impl Scheduler {
         let mut next = u32::MAX;
         for (lane, channel) in self.lanes.iter_mut().zip(0..) {
             if let Some(lane) = lane {
-                if self.agenda.ahead(lane.due) < WINDOW_US {
+                if self.agenda.offset_us(lane.due) < WINDOW_US {
                     lane.advance(channel, &mut self.agenda, supply, plan)?;
                 }
-                next = next.min(self.agenda.ahead(lane.due));
+                next = next.min(self.agenda.offset_us(lane.due));
             }
         }
         self.next = (next != u32::MAX).then(|| start + us(next));
-        for channel in bits(open.into()) {
+        for channel in bit_positions(open.into()) {
             if let Some(Some(lane)) = self.lanes.get_mut(channel) {
-                lane.seal();
+                lane.renew_checksum();
             }
         }
         if self.groups.iter().all(|g| g.partner() == Partner::Isolated) {
             self.emit(plan, |picture, _| picture.levels())?;
         } else {
-            self.emit(plan, with_groups)?;
+            self.emit(plan, levels_with_groups)?;
         }
-        self.seal();
+        self.renew_checksum();
         Ok(())
     }
 
@@ -329,14 +329,14 @@ impl Scheduler {
 
     #[inline(never)]
     fn refresh_next(&mut self) {
-        self.next = earliest(dues(&self.lanes, u16::MAX));
-        self.seal();
+        self.next = earliest(next_edge_times(&self.lanes, u16::MAX));
+        self.renew_checksum();
     }
 }
 
 /// Returns the levels for a picture, with the rules of groups applied: silent members of a pulsing
 /// group are grounded. Members of an isolated group are disconnected already.
-fn with_groups(picture: Picture, groups: &[Group]) -> Levels {
+fn levels_with_groups(picture: Picture, groups: &[Group]) -> Levels {
     let mut levels = picture.levels();
     for group in groups {
         let pulsing = picture.pulsing() & group.members();
@@ -348,7 +348,7 @@ fn with_groups(picture: Picture, groups: &[Group]) -> Levels {
 }
 
 /// Returns the positions of the bits set in `mask`, lowest first.
-pub(crate) fn bits(mut mask: u32) -> impl Iterator<Item = usize> + Clone {
+pub(crate) fn bit_positions(mut mask: u32) -> impl Iterator<Item = usize> + Clone {
     core::iter::from_fn(move || {
         let lowest = mask.trailing_zeros() as usize;
         mask = mask.checked_sub(1)? & mask; // ends without a bit

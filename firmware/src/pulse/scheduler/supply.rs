@@ -11,7 +11,7 @@ pub trait Supply {
     /// Returns the time from that burst to the next, µs, whether it is played or left out; `None`
     /// means the train's period. Called for trains that take lists, directly after
     /// [`Self::burst`].
-    fn next_us(&self, _channel: u8) -> Option<NonZeroU32> {
+    fn burst_interval_us(&self, _channel: u8) -> Option<NonZeroU32> {
         None
     }
     /// Returns whether a pulse whose last edge is at `end` may still start.
@@ -49,7 +49,7 @@ impl Burst {
 
     /// Returns a burst of this DAC code and the train's own width.
     #[must_use]
-    pub const fn of(code: DacCode) -> Self {
+    pub const fn with_own_width(code: DacCode) -> Self {
         Self {
             code: Some(code),
             ..Self::SILENT

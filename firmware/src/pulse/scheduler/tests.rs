@@ -5,7 +5,7 @@ use crate::units::{DacCode, us};
 struct Always;
 impl Supply for Always {
     fn burst(&mut self, _: u8, _: BurstTime) -> Burst {
-        Burst::of(DacCode::new(1000))
+        Burst::with_own_width(DacCode::new(1000))
     }
     fn may_pulse(&mut self, _: u8, _: Micros) -> bool {
         true
@@ -42,7 +42,7 @@ fn a_grounding_after_two_phases_has_its_length() {
         ground_us: 1_000,
         ..PLAIN
     };
-    let s = |state| Levels::ISOLATED.with(0, state);
+    let s = |state| Levels::ISOLATED.with_channel(0, state);
     let sync = |l: Levels| Levels(l.0 | Levels::SYNC);
     for shape in [Shape::BiphasicCathodicFirst, Shape::BiphasicAnodicFirst] {
         let seen = edges(&[TrainSpec { shape, ..spec }], &[], 20, Micros::new(0));
@@ -67,7 +67,7 @@ fn biphasic_edges_fall_on_their_microsecond_across_the_wrap() {
         offset_us: 130,
         ..PLAIN
     };
-    let s = |state| Levels::ISOLATED.with(0, state);
+    let s = |state| Levels::ISOLATED.with_channel(0, state);
     let sync = |l: Levels| Levels(l.0 | Levels::SYNC);
     for epoch in [Micros::new(0), Micros::new(u32::MAX - 150)] {
         assert_eq!(

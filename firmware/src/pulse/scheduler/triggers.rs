@@ -20,9 +20,9 @@ impl Gate {
     const HELD: u16 = 1 << 15;
     const WAITING: u16 = Self::SOME - 1;
 
-    /// Returns the state for gated trains on `channels`, bit i for channel i, before the input was
+    /// Returns the state for gated trains on `channels_where`, bit i for channel i, before the input was
     /// sampled.
-    pub(super) const fn over(channels: u16) -> Self {
+    pub(super) const fn for_channels(channels: u16) -> Self {
         Self(if channels == 0 { 0 } else { Self::SOME })
     }
 
@@ -42,14 +42,14 @@ impl Scheduler {
     /// plus their offset; playing trains that a trigger toggles begin no burst from then on.
     /// Returns the number of trains started and ended. A train whose last period is not over is
     /// not started, and neither is an isolated group with such a train, because the distances
-    /// within a group hold only from one common trigger. Gated trains use [`Self::gate`] instead.
+    /// within a group hold only from one common trigger. Gated trains use [`Self::update_gate`] instead.
     pub fn trigger(&mut self, at: Micros) -> usize {
-        if !self.seal.holds(&self.shared()) {
+        if !self.seal.matches(&self.shared_memory()) {
             return 0; // found by the next window
         }
         let epoch = at + us(TRIGGER_DELAY_US);
-        let ended = self.end(Trigger::Toggle, epoch);
-        let started = self.begin(self.waiting(false) & !ended, epoch);
+        let ended = self.end_trains(Trigger::Toggle, epoch);
+        let started = self.begin_trains(self.waiting_channels(false) & !ended, epoch);
         self.refresh_next();
         (ended | started).count_ones() as usize
     }
@@ -75,8 +75,8 @@ impl Scheduler {
     /// [`Self::trigger`] does; a train whose last period is not over starts as soon as it is.
     /// After a release, no train begins a burst later than that delay after this window's refill.
     /// Returns whether the edge counted for a gated train.
-    pub fn gate(&mut self, held: bool, edge: Option<Micros>, start: Micros) -> bool {
-        if self.gate == Gate::NONE || !self.seal.holds(&self.shared()) {
+    pub fn update_gate(&mut self, held: bool, edge: Option<Micros>, start: Micros) -> bool {
+        if self.gate == Gate::NONE || !self.seal.matches(&self.shared_memory()) {
             return false; // none is gated, or found by this window
         }
         // Same delay after the refill as trains have after an edge.
@@ -84,9 +84,9 @@ impl Scheduler {
         let counts = if self.gate.has(Gate::HELD) {
             if held {
                 let waiting = self.gate.0 & Gate::WAITING;
-                self.gate = Gate::held(waiting & !self.begin(waiting, now));
+                self.gate = Gate::held(waiting & !self.begin_trains(waiting, now));
             } else {
-                self.end(Trigger::Gated, now);
+                self.end_trains(Trigger::Gated, now);
                 self.gate = Gate::RELEASED;
             }
             edge.is_some() && held
@@ -94,8 +94,8 @@ impl Scheduler {
             && held
             && self.gate.has(Gate::SEEN)
         {
-            let waiting = self.waiting(true);
-            let begun = self.begin(waiting, at + us(TRIGGER_DELAY_US));
+            let waiting = self.waiting_channels(true);
+            let begun = self.begin_trains(waiting, at + us(TRIGGER_DELAY_US));
             self.gate = Gate::held(waiting & !begun);
             true
         } else {
@@ -110,37 +110,37 @@ impl Scheduler {
 
     /// Returns the channels whose trains wait for the trigger input: gated ones if `gated`, else
     /// all others.
-    pub(super) fn waiting(&self, gated: bool) -> u16 {
-        self.channels(|lane| {
+    pub(super) fn waiting_channels(&self, gated: bool) -> u16 {
+        self.channels_where(|lane| {
             let trigger = lane.train.spec().trigger;
             trigger.is_some_and(|trigger| (trigger == Trigger::Gated) == gated)
         })
     }
 
-    /// Ends trains with this kind of trigger, so that they begin no burst from `end` on; returns
+    /// Ends trains with this kind of trigger, so that they begin no burst from `end_trains` on; returns
     /// their channels.
-    fn end(&mut self, trigger: Trigger, end: Micros) -> u16 {
+    fn end_trains(&mut self, trigger: Trigger, end: Micros) -> u16 {
         let mut ended = 0u16;
         for (channel, lane) in self.lanes.iter_mut().enumerate() {
             if let Some(lane) = lane
                 && lane.train.spec().trigger == Some(trigger)
-                && lane.is_sealed() // an unsealed one is found with its next edge
+                && lane.is_state_intact() // an unsealed one is found with its next edge
                 && lane.end_at(end)
             {
-                lane.seal();
+                lane.renew_checksum();
                 ended |= 1 << channel; // below 16
             }
         }
         ended
     }
 
-    /// Starts the trains of `channels` at `epoch`, except those whose last period is not over
+    /// Starts the trains of `channels_where` at `epoch`, except those whose last period is not over
     /// then, and isolated groups with such a train; returns the channels started.
-    fn begin(&mut self, channels: u16, epoch: Micros) -> u16 {
-        let mut busy = self.channels(|lane| !lane.is_free(epoch));
+    fn begin_trains(&mut self, channels: u16, epoch: Micros) -> u16 {
+        let mut busy = self.channels_where(|lane| !lane.is_free(epoch));
         for group in &self.groups {
             // A member that cannot start keeps its whole group from starting.
-            let stays = busy | !channels & self.channels(|_| true);
+            let stays = busy | !channels & self.channels_where(|_| true);
             if group.partner() == Partner::Isolated && group.members() & stays != 0 {
                 busy |= group.members();
             }
@@ -151,14 +151,14 @@ impl Scheduler {
                 && begun & 1 << channel != 0
             {
                 lane.begin(epoch);
-                lane.seal();
+                lane.renew_checksum();
             }
         }
         begun
     }
 
     /// Returns the channels with a train for which `is` holds, bit i for channel i.
-    fn channels(&self, is: impl Fn(&Lane) -> bool) -> u16 {
+    fn channels_where(&self, is: impl Fn(&Lane) -> bool) -> u16 {
         let mut channels = 0u16;
         for (channel, lane) in self.lanes.iter().enumerate() {
             let is = lane.as_ref().is_some_and(&is);

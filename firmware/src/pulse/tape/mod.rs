@@ -28,7 +28,7 @@ impl<M: PinMap> Map<M> {
     const PINS: [u32; TAPE_PORTS] = {
         let (mut pins, mut n) = ([0; TAPE_PORTS], 0);
         while n < LINES {
-            pins[Self::port(Self::line(n))] |= Self::line(n).bit();
+            pins[Self::port(Self::pin_of_bit(n))] |= Self::pin_of_bit(n).bit();
             n += 1;
         }
         pins
@@ -46,7 +46,7 @@ impl<M: PinMap> Map<M> {
         let mut moves = [[Move { bits: 0, by: 0 }; LINES]; TAPE_PORTS];
         let mut bit = 0;
         while bit < LINES {
-            let pin = Self::line(bit);
+            let pin = Self::pin_of_bit(bit);
             let (port, by) = (Self::port(pin), pin.number as i8 - bit as i8);
             let mut n = 0; // there are as many moves as lines
             while moves[port][n].bits != 0 && moves[port][n].by != by {
@@ -60,7 +60,7 @@ impl<M: PinMap> Map<M> {
     };
 
     /// Returns the pin of bit `bit` of [`Levels`].
-    const fn line(bit: usize) -> Pin {
+    const fn pin_of_bit(bit: usize) -> Pin {
         let outputs = M::OUTPUTS;
         if bit == LINES - 1 {
             return outputs.sync;
@@ -88,7 +88,7 @@ struct Move {
 
 impl Move {
     #[inline(always)]
-    const fn of(self, levels: u32) -> u32 {
+    const fn apply(self, levels: u32) -> u32 {
         let bits = levels & self.bits;
         if self.by < 0 {
             bits >> -self.by
@@ -101,7 +101,7 @@ impl Move {
 /// Returns the words that disconnect every channel and set sync low, for each port. They do not
 /// change the pump's bit: an erased slot does not pump.
 #[must_use]
-pub const fn isolated<M: PinMap>() -> [u32; TAPE_PORTS] {
+pub const fn isolated_words<M: PinMap>() -> [u32; TAPE_PORTS] {
     let [first, second] = Map::<M>::PINS;
     [first << 16, second << 16]
 }
@@ -130,7 +130,7 @@ pub const fn words<M: PinMap>(levels: Levels) -> [u32; TAPE_PORTS] {
     /// All moves of a port. Written out, because a loop over constants need not be unrolled.
     macro_rules! moved {
         ($port:literal, $($n:literal)*) => {
-            0 $(| const { Map::<M>::MOVES[$port][$n] }.of(levels.0))*
+            0 $(| const { Map::<M>::MOVES[$port][$n] }.apply(levels.0))*
         };
     }
     let first = moved!(0, 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20);
@@ -149,7 +149,7 @@ pub const fn levels<M: PinMap>(words: [u32; TAPE_PORTS]) -> Option<Levels> {
     let pump = Map::<M>::PUMP | Map::<M>::PUMP << 16;
     let (mut levels, mut bit) = (0, 0);
     while bit < LINES {
-        let pin = Map::<M>::line(bit);
+        let pin = Map::<M>::pin_of_bit(bit);
         levels |= (words[Map::<M>::port(pin)] >> pin.number & 1) << bit;
         bit += 1;
     }

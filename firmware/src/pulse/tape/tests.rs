@@ -34,7 +34,7 @@ fn every_channel_state_survives<M: PinMap>() {
         let words = words::<M>(Levels(bits));
         assert_eq!(levels::<M>(words), Some(Levels(bits)));
     }
-    assert_eq!(words::<M>(Levels::ISOLATED), isolated::<M>());
+    assert_eq!(words::<M>(Levels::ISOLATED), isolated_words::<M>());
     let outputs = M::OUTPUTS;
     for (channel, lines) in outputs.channels.iter().enumerate() {
         let states = [
@@ -44,7 +44,7 @@ fn every_channel_state_survives<M: PinMap>() {
             (State::Grounded, true, true),
         ];
         for (state, cathodic, anodic) in states {
-            let words = words::<M>(Levels::ISOLATED.with(channel, state));
+            let words = words::<M>(Levels::ISOLATED.with_channel(channel, state));
             let mut high = [0; TAPE_PORTS];
             for (pin, is_high) in [(lines.cathodic, cathodic), (lines.anodic, anodic)] {
                 let port = usize::from(pin.port != outputs.ports[0]);
@@ -80,14 +80,14 @@ fn an_incomplete_word_has_no_levels() {
 fn painting_gives_the_plan_back<M: PinMap>() {
     let mut plan = WindowPlan::new();
     let driven = Levels::ISOLATED
-        .with(3, State::Cathodic)
-        .with(8, State::Anodic);
+        .with_channel(3, State::Cathodic)
+        .with_channel(8, State::Anodic);
     plan.reset(Micros::new(0), Levels::GROUNDED);
     plan.pump = true;
     for (slot, levels) in [(7, driven), (207, Levels::ISOLATED)] {
         plan.changes.push(Change { slot, levels }).unwrap();
     }
-    let [mut first, mut second] = isolated::<M>().map(|word| [word; SLOTS]);
+    let [mut first, mut second] = isolated_words::<M>().map(|word| [word; SLOTS]);
     let mut window = Window {
         first: &mut first,
         second: &mut second,

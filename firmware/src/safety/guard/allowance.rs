@@ -108,7 +108,7 @@ impl Allowance {
 
     /// Returns the time at which stimulation time is counted next, for the checksum of the guard's
     /// state.
-    pub(super) const fn due(&self) -> Micros {
+    pub(super) const fn next_count_time(&self) -> Micros {
         self.due
     }
 
@@ -140,7 +140,7 @@ impl Allowance {
         }
     }
 
-    fn seal_time(&mut self) {
+    fn renew_time_checksum(&mut self) {
         self.time_seal = Checksum::of(&(self.time_us, self.since));
     }
 }
@@ -159,7 +159,7 @@ impl Guard {
         if let Some(setup) = &self.setup {
             for (channel, most_nc) in (0u8..).zip(&mut self.allowance.most_nc) {
                 let config = setup.channel(channel);
-                *most_nc = config.map_or(0, |config| most_charge_nc(config, &setup.wearer));
+                *most_nc = config.map_or(0, |config| max_charge_nc(config, &setup.wearer));
             }
         }
         (self.allowance.is_open, self.allowance.is_owed) = (true, true);
@@ -178,12 +178,12 @@ impl Guard {
         let allowance = &mut self.allowance;
         if !allowance
             .time_seal
-            .holds(&(allowance.time_us, allowance.since))
+            .matches(&(allowance.time_us, allowance.since))
         {
-            return self.break_seal(); // and the refill ends in a fault
+            return self.note_checksum_mismatch(); // and the refill ends in a fault
         }
         allowance.since = at;
-        allowance.seal_time();
+        allowance.renew_time_checksum();
         self.schedule_count(at);
     }
 
@@ -197,17 +197,17 @@ impl Guard {
         let allowance = &mut self.allowance;
         let is_whole = allowance
             .time_seal
-            .holds(&(allowance.time_us, allowance.since));
+            .matches(&(allowance.time_us, allowance.since));
         // A fault is latched at once, within a window whose time was counted already.
         if allowance.since.is_before(at) {
             let elapsed_us = at.elapsed_since(allowance.since);
             allowance.time_us = allowance.time_us.saturating_add(elapsed_us.into());
             allowance.since = at;
-            allowance.seal_time();
+            allowance.renew_time_checksum();
         }
         allowance.is_owed = true;
         if !is_whole {
-            self.break_seal(); // and the refill ends in a fault
+            self.note_checksum_mismatch(); // and the refill ends in a fault
         }
         if self.time_left_us() == 0 {
             self.end_allowance(at, StopCause::TimeOver);
@@ -247,7 +247,7 @@ impl Guard {
     /// Returns whether an entry has to be written to memory that a reset does not clear.
     #[must_use]
     #[inline(always)]
-    pub fn owes_entry(&self) -> bool {
+    pub fn has_entry_to_write(&self) -> bool {
         self.allowance.is_owed
     }
 
@@ -269,14 +269,14 @@ impl Guard {
     }
 
     /// Notes that [`Self::entry`] is on its way to be written.
-    pub const fn gave_entry(&mut self) {
+    pub const fn mark_entry_sent(&mut self) {
         self.allowance.is_owed = false;
     }
 
     /// Returns the time and charge left at `now` of the setup that is armed or was armed last;
     /// `None` before the first arming.
     #[must_use]
-    pub fn left(&self, now: Micros) -> Option<Left> {
+    pub fn remaining_allowance(&self, now: Micros) -> Option<Left> {
         let setup = self.setup.as_ref()?;
         let mut time_us = self.allowance.time_us;
         if let Mode::Stimulating | Mode::Stopping { .. } = self.mode
@@ -303,7 +303,7 @@ fn max_time_us(wearer: &Wearer) -> u64 {
 }
 
 /// Returns the largest charge that a channel can output within [`OPEN_US`], nC.
-fn most_charge_nc(config: &Channel, wearer: &Wearer) -> u32 {
+fn max_charge_nc(config: &Channel, wearer: &Wearer) -> u32 {
     let bursts = u64::from(OPEN_US / config.min_period_us.max(1) + 2);
     let widest = config.charge_at(*config.train.widths().end());
     // At most 150 000 · 2^23 · 52 of 256ths of a pC.
@@ -325,7 +325,7 @@ mod tests {
     fn a_reset_counts_the_most_that_a_channel_could_have_put_out() {
         let wearer = WearerSpec::default().validate().unwrap();
         let channel = CHANNEL.validate(&wearer).unwrap();
-        assert_eq!(most_charge_nc(&channel, &wearer), 14 * 4_000 + 1);
+        assert_eq!(max_charge_nc(&channel, &wearer), 14 * 4_000 + 1);
         let wearer = WearerSpec {
             max_charge_nc: 8_000,
             ..WearerSpec::default()
@@ -334,6 +334,6 @@ mod tests {
         let mut wide = CHANNEL;
         wide.train.max_width_us = 500;
         let wide = wide.validate(&wearer).unwrap();
-        assert_eq!(most_charge_nc(&wide, &wearer), 14 * 8_000);
+        assert_eq!(max_charge_nc(&wide, &wearer), 14 * 8_000);
     }
 }

@@ -32,14 +32,14 @@ impl Guard {
             }
         }
         for (channel, stimulus) in orders {
-            self.want(channel, stimulus, now);
+            self.set_wanted(channel, stimulus, now);
         }
         Ok(())
     }
 
     /// Makes `stimulus`, which is within every limit, the wanted one on `channel` from `now` on.
-    fn want(&mut self, channel: u8, stimulus: Stimulus, now: Micros) {
-        if !self.open_here(channel) {
+    fn set_wanted(&mut self, channel: u8, stimulus: Stimulus, now: Micros) {
+        if !self.verify_channel_inlined(channel) {
             return; // and the refill ends in a fault
         }
         let stimulus = self.with_width(channel, stimulus);
@@ -74,7 +74,7 @@ impl Guard {
 
     #[inline(never)]
     fn check_step(&self, channel: u8, stimulus: Stimulus, now: Micros) -> Result<(), Denial> {
-        let highest = self.highest(channel, stimulus.width_us, now);
+        let highest = self.max_orderable_amplitude(channel, stimulus.width_us, now);
         if stimulus.amplitude > highest {
             return Err(Denial::TooLargeStep { channel, highest });
         }
@@ -86,7 +86,12 @@ impl Guard {
     /// guarantee is broken. The control law does not know the wearer's step limits, so its
     /// amplitude is reduced to them. Returns whether it was reduced, so that the caller can report
     /// it to the control law.
-    pub fn command(&mut self, channel: u8, amplitude: Amplitude, now: Micros) -> bool {
+    pub fn set_control_amplitude(
+        &mut self,
+        channel: u8,
+        amplitude: Amplitude,
+        now: Micros,
+    ) -> bool {
         let wanted = self.wanted.get(usize::from(channel));
         if wanted.is_some_and(|wanted| wanted.amplitude == amplitude) {
             return false; // as mostly: what stands there need not be opened and sealed
@@ -100,7 +105,7 @@ impl Guard {
         };
         let (limit, width_us) = (config.limit, config.train.spec().width_us);
         let highest = if self.limits_steps() {
-            self.highest(channel, width_us, now)
+            self.max_orderable_amplitude(channel, width_us, now)
         } else {
             limit
         };
@@ -109,7 +114,7 @@ impl Guard {
             amplitude: amplitude.min(highest),
             width_us,
         };
-        self.want(channel, stimulus, now);
+        self.set_wanted(channel, stimulus, now);
         amplitude > highest
     }
 
@@ -132,7 +137,7 @@ impl Guard {
     /// Returns the output that `train` may cause on an armed channel, for
     /// [`OutputCheck`](crate::safety::OutputCheck), which checks windows before they play.
     #[must_use]
-    pub fn expected(&self, channel: u8, train: Option<Train>) -> Option<Expected> {
+    pub fn expected_output(&self, channel: u8, train: Option<Train>) -> Option<Expected> {
         let (config, train) = (self.setup.as_ref()?.channel(channel)?, train?);
         let max_nc = self.setup.as_ref()?.wearer.spec().max_charge_nc;
         Some(Expected {
@@ -146,7 +151,7 @@ impl Guard {
 
     /// Returns amplitude and width of the channel's latest burst.
     #[must_use]
-    pub fn in_force(&self, channel: u8) -> Stimulus {
+    pub fn stimulus_in_force(&self, channel: u8) -> Stimulus {
         self.in_force
             .get(usize::from(channel))
             .copied()
@@ -156,7 +161,7 @@ impl Guard {
 
 impl Supply for Guard {
     fn burst(&mut self, channel: u8, time: BurstTime) -> Burst {
-        if !self.open_burst(channel) {
+        if !self.verify_channel_for_burst(channel) {
             return Burst::SILENT; // and the refill ends in a fault
         }
         if time.opens
@@ -165,7 +170,7 @@ impl Supply for Guard {
             *rise = Rise::default(); // a list may leave this burst out
         }
         let wanted = if self.list.is_on(channel) {
-            self.take_listed()
+            self.take_listed_stimulus()
         } else {
             self.wanted.get(usize::from(channel)).copied()
         };
@@ -173,9 +178,9 @@ impl Supply for Guard {
         burst.unwrap_or(Burst::SILENT)
     }
 
-    fn next_us(&self, channel: u8) -> Option<NonZeroU32> {
+    fn burst_interval_us(&self, channel: u8) -> Option<NonZeroU32> {
         let next_us = self.list.next_us_on(channel);
-        next_us.filter(|_| self.check_seen().is_ok()) // else the refill ends in a fault
+        next_us.filter(|_| self.check_no_mismatch().is_ok()) // else the refill ends in a fault
     }
 
     fn may_pulse(&mut self, _: u8, end: Micros) -> bool {
@@ -206,7 +211,7 @@ impl Guard {
                     amplitude,
                     ..wanted
                 };
-                return Some(Burst::of(code));
+                return Some(Burst::with_own_width(code));
             }
             // A channel without a wanted amplitude stays out of the schedule.
             _ if wanted.amplitude == Amplitude::ZERO => {
@@ -220,7 +225,7 @@ impl Guard {
                 wanted.amplitude
             }
             Mode::Stimulating | Mode::Stopping { .. } => {
-                let reach = rise.next(time, wearer.rise());
+                let reach = rise.note_burst(time, wearer.rise());
                 let previous = self.in_force.get(index).copied()?;
                 let amplitude = reach.amplitude(config, wearer, wanted, previous);
                 if let Mode::Stopping { fall, .. } = self.mode {
@@ -290,7 +295,7 @@ pub(super) fn check_stimulus(
     if stimulus.amplitude > limit {
         return Err(Denial::AboveLimit { channel, limit });
     }
-    let highest = config.highest_at(stimulus.width_us, &setup.wearer);
+    let highest = config.max_amplitude_at(stimulus.width_us, &setup.wearer);
     if stimulus.amplitude > highest {
         return Err(Denial::Charge { channel, highest });
     }

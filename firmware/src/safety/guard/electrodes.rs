@@ -12,7 +12,7 @@ impl Guard {
     /// Returns when the pulses of an electrode check requested at `now` may begin. A check is
     /// delayed and not refused for coming too soon, because arming again within a second is no
     /// error of the host.
-    pub(super) fn check_from(&self, now: Micros) -> Micros {
+    pub(super) fn check_start(&self, now: Micros) -> Micros {
         let since_us = self.checked.map(|began| now.elapsed_since(began));
         // After 72 minutes the clock wraps, and one check in 8,600 is delayed needlessly.
         now + us(since_us.map_or(0, |since_us| CHECK_PAUSE_US.saturating_sub(since_us)))
@@ -20,7 +20,7 @@ impl Guard {
 
     #[inline(never)]
     pub(super) fn end_check(&mut self, check: ElectrodeCheck, now: Micros) -> Notice {
-        let whole = match check.missing() {
+        let whole = match check.first_missing() {
             Some((channel, true)) => Err(Denial::PhaseLost { channel }),
             Some((channel, false)) => Err(Denial::ElectrodeOff { channel }),
             None => self.take_loads(),
@@ -44,7 +44,7 @@ impl Guard {
         };
         for channel in 0..CHANNELS as u8 {
             let index = usize::from(channel);
-            if !self.open_burst(channel) {
+            if !self.verify_channel_for_burst(channel) {
                 continue; // and the refill ends in a fault
             }
             let (Some(setup), Some(watch), Some(kept)) = (
@@ -64,7 +64,7 @@ impl Guard {
                 *config = judged;
             }
             *kept = load;
-            self.seal_armed(channel);
+            self.renew_armed_checksum(channel);
         }
         sums.check(&wearer).map_err(Denial::Together)
     }
@@ -88,10 +88,12 @@ impl Guard {
             return Some(Notice::Checked(Err(Denial::ElectrodeShort { channel })));
         }
         if electrode == Electrode::Fine && is_last {
-            check.passed(channel, reading.second);
+            check.mark_passed(channel, reading.second);
             self.open_core();
-            self.open(channel);
-            self.watches.get_mut(index)?.probe(reading, applied);
+            self.verify_channel(channel);
+            self.watches
+                .get_mut(index)?
+                .record_check_load(reading, applied);
         }
         (is_last && !reading.second).then_some(Notice::Electrode {
             channel,
@@ -119,10 +121,10 @@ impl Guard {
             return Ok(());
         };
         let max = config.max_current_at(shown.width_us, wearer);
-        let after = watch.after(reading, config, load, (shown.amplitude, max))?;
+        let after = watch.updated(reading, config, load, (shown.amplitude, max))?;
         // Most readings change nothing, and then the memory need not be checked and summed again.
         if after != watch
-            && self.open(reading.channel)
+            && self.verify_channel(reading.channel)
             && let Some(watch) = self.watches.get_mut(index)
         {
             *watch = after;

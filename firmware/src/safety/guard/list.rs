@@ -38,7 +38,7 @@ impl Guard {
         if !config.train.spec().lists {
             return Err(Denial::NoLists { channel });
         }
-        if self.list.is_under_way() {
+        if self.list.is_playing() {
             return Err(Denial::ListPlays);
         }
         let rise = self.rises.get(usize::from(channel));
@@ -54,14 +54,14 @@ impl Guard {
         if self.limits_steps() {
             let listed = list.pulses.iter().map(ListedPulse::stimulus);
             self.check_spread(channel, listed.clone(), now)?;
-            if self.open(channel) {
+            if self.verify_channel(channel) {
                 for stimulus in listed {
                     self.note_order(channel, stimulus, now);
                 }
             }
         }
         self.list = Playing::new(list);
-        self.seal_list();
+        self.renew_list_checksum();
         Ok(())
     }
 
@@ -78,8 +78,8 @@ impl Guard {
         let rise = self.rises.get(usize::from(channel)).copied();
         let mut rise = rise.ok_or(Denial::NoChannel { channel })?;
         let period_us = config.train.spec().period_us;
-        let mut previous = self.in_force(channel);
-        let mut at = rise.last() + us(period_us);
+        let mut previous = self.stimulus_in_force(channel);
+        let mut at = rise.last_burst_time() + us(period_us);
         for pulse in &list.pulses {
             at += us(pulse.after_us);
             let time = BurstTime {
@@ -88,7 +88,7 @@ impl Guard {
                 opens: false,
             };
             let wanted = pulse.stimulus();
-            let reach = rise.next(time, wearer.rise());
+            let reach = rise.note_burst(time, wearer.rise());
             let highest = reach.amplitude(config, wearer, wanted, previous);
             if highest < pulse.amplitude {
                 return Err(Denial::ListedSlope { channel, highest });
@@ -101,13 +101,13 @@ impl Guard {
     /// Returns the stimulus that the list in progress gives to its channel's next burst, in place
     /// of the train's. `None` leaves the burst out.
     #[inline(never)]
-    pub(super) fn take_listed(&mut self) -> Option<Stimulus> {
-        if !self.list_seal.holds(&self.list) {
-            self.break_seal(); // and the refill ends in a fault
+    pub(super) fn take_listed_stimulus(&mut self) -> Option<Stimulus> {
+        if !self.list_seal.matches(&self.list) {
+            self.note_checksum_mismatch(); // and the refill ends in a fault
             return None;
         }
-        let stimulus = self.list.turn();
-        self.seal_list();
+        let stimulus = self.list.next_stimulus();
+        self.renew_list_checksum();
         stimulus
     }
 
@@ -115,10 +115,10 @@ impl Guard {
     #[inline(never)]
     pub(super) fn end_list(&mut self) {
         self.list = Playing::NOTHING;
-        self.seal_list();
+        self.renew_list_checksum();
     }
 
-    fn seal_list(&mut self) {
+    fn renew_list_checksum(&mut self) {
         let seal = Checksum::of(&self.list);
         self.list_seal = seal;
     }
@@ -132,7 +132,7 @@ fn check_pulse(
     pulse: &ListedPulse,
     least_us: u32,
 ) -> Result<(), Denial> {
-    let after = ListedPulse::AFTER_US.from(least_us);
+    let after = ListedPulse::AFTER_US.with_min_at_least(least_us);
     if after.check(pulse.after_us).is_err() {
         return Err(Denial::Listed { channel, least_us });
     }
@@ -148,7 +148,7 @@ fn check_pulse(
     if pulse.amplitude > limit {
         return Err(Denial::AboveLimit { channel, limit });
     }
-    let highest = config.highest_at(pulse.width_us, wearer);
+    let highest = config.max_amplitude_at(pulse.width_us, wearer);
     if pulse.amplitude > highest {
         return Err(Denial::Charge { channel, highest });
     }

@@ -47,8 +47,8 @@ impl Guard {
     /// [`Fault::Memory`] if one does not match.
     pub fn check_memory(&mut self) -> Result<(), Fault> {
         let turn = self.seals.turn.next();
-        let is_broken = !self.seals.core.holds(&self.core())
-            || turn.is_some_and(|channel| !self.holds(channel));
+        let is_broken = !self.seals.core.matches(&self.core())
+            || turn.is_some_and(|channel| !self.is_channel_intact(channel));
         self.seals.broken |= is_broken;
         if self.seals.broken {
             return Err(Fault::Memory);
@@ -60,7 +60,7 @@ impl Guard {
     ///
     /// # Errors
     /// [`Fault::Memory`] if one did not match.
-    pub const fn check_seen(&self) -> Result<(), Fault> {
+    pub const fn check_no_mismatch(&self) -> Result<(), Fault> {
         if self.seals.broken {
             return Err(Fault::Memory);
         }
@@ -69,7 +69,7 @@ impl Guard {
 
     /// Renews the checksums of changed memory; called at the end of everything that changes it.
     #[inline]
-    pub fn seal(&mut self) {
+    pub fn renew_checksums(&mut self) {
         if core::mem::take(&mut self.seals.core_open) {
             let core = Checksum::of(&self.core());
             self.seals.core = core;
@@ -86,13 +86,13 @@ impl Guard {
     }
 
     /// Renews all checksums, with a new setup or without one.
-    pub(super) fn renew_seals(&mut self) {
+    pub(super) fn renew_all_checksums(&mut self) {
         self.seals.open = (1 << CHANNELS) - 1;
         (self.seals.broken, self.seals.core_open) = (false, true);
         let common = Checksum::of(&self.common());
         self.seals.common = common;
         for channel in 0..CHANNELS {
-            let seal = self.armed(channel);
+            let seal = self.armed_checksum(channel);
             if let Some((slot, _)) = self.seals.channels.get_mut(channel) {
                 *slot = seal;
             }
@@ -100,23 +100,23 @@ impl Guard {
     }
 
     /// Verifies `channel`'s amplitudes, and returns whether they may be read and changed until the
-    /// next [`Self::seal`].
+    /// next [`Self::renew_checksums`].
     #[inline(never)]
-    pub(super) fn open(&mut self, channel: u8) -> bool {
-        self.open_here(channel)
+    pub(super) fn verify_channel(&mut self, channel: u8) -> bool {
+        self.verify_channel_inlined(channel)
     }
 
-    /// Does the same as [`Self::open`], inlined where the cost of a call would be noticeable: at
+    /// Does the same as [`Self::verify_channel`], inlined where the cost of a call would be noticeable: at
     /// each burst and each setpoint.
     #[inline(always)]
-    pub(super) fn open_here(&mut self, channel: u8) -> bool {
+    pub(super) fn verify_channel_inlined(&mut self, channel: u8) -> bool {
         let bit = bit(channel);
         if self.seals.open & bit != 0 {
             return true;
         }
         let index = usize::from(channel);
         let seals = self.seals.channels.get(index);
-        let holds = seals.is_none_or(|(_, seal)| seal.holds(&self.amplitudes(index)));
+        let holds = seals.is_none_or(|(_, seal)| seal.matches(&self.amplitudes(index)));
         self.seals.broken |= !holds;
         if holds {
             self.seals.open |= bit;
@@ -126,31 +126,31 @@ impl Guard {
 
     /// Returns whether `channel` may begin a burst: its armed configuration must be unchanged,
     /// too.
-    pub(super) fn open_burst(&mut self, channel: u8) -> bool {
+    pub(super) fn verify_channel_for_burst(&mut self, channel: u8) -> bool {
         let index = usize::from(channel);
         let seals = self.seals.channels.get(index);
-        let holds = seals.is_none_or(|(seal, _)| *seal == self.armed(index));
+        let holds = seals.is_none_or(|(seal, _)| *seal == self.armed_checksum(index));
         self.seals.broken |= !holds;
-        holds && self.open_here(channel)
+        holds && self.verify_channel_inlined(channel)
     }
 
     /// Renews the checksum of a channel's armed configuration, which was changed after
-    /// [`Self::open_burst`].
-    pub(super) fn seal_armed(&mut self, channel: u8) {
+    /// [`Self::verify_channel_for_burst`].
+    pub(super) fn renew_armed_checksum(&mut self, channel: u8) {
         let index = usize::from(channel);
-        let armed = self.armed(index);
+        let armed = self.armed_checksum(index);
         if let Some((seal, _)) = self.seals.channels.get_mut(index) {
             *seal = armed;
         }
     }
 
     /// Notes that a checksum kept elsewhere did not match.
-    pub(super) const fn break_seal(&mut self) {
+    pub(super) const fn note_checksum_mismatch(&mut self) {
         self.seals.broken = true;
     }
 
     /// Lets state, timeouts, held inputs or time of the last host frame change until the next
-    /// [`Self::seal`].
+    /// [`Self::renew_checksums`].
     pub(super) const fn open_core(&mut self) {
         self.seals.core_open = true;
     }
@@ -158,26 +158,31 @@ impl Guard {
     /// Returns whether a channel's memory is unchanged. The index behind the last channel stands
     /// for the common part of the setup and the next timed setpoint.
     #[inline]
-    fn holds(&self, channel: usize) -> bool {
+    fn is_channel_intact(&self, channel: usize) -> bool {
         match self.seals.channels.get(channel) {
             Some((armed, seal)) => {
-                *armed == self.armed(channel) && seal.holds(&self.amplitudes(channel))
+                *armed == self.armed_checksum(channel) && seal.matches(&self.amplitudes(channel))
             }
-            None => self.seals.common.holds(&self.common()) && self.waiting.is_whole(),
+            None => self.seals.common.matches(&self.common()) && self.waiting.is_first_intact(),
         }
     }
 
     /// Verifies the whole armed configuration. If it has changed, the refill ends in a fault.
-    pub(super) fn is_whole(&mut self) -> bool {
-        self.seals.broken |= !self.holds(CHANNELS);
+    pub(super) fn is_armed_setup_intact(&mut self) -> bool {
+        self.seals.broken |= !self.is_channel_intact(CHANNELS);
         for channel in 0..CHANNELS as u8 {
-            self.open_burst(channel);
+            self.verify_channel_for_burst(channel);
         }
         !self.seals.broken
     }
 
     fn core(&self) -> impl Hash + '_ {
-        (&self.mode, self.heard, self.held, self.allowance.due())
+        (
+            &self.mode,
+            self.heard,
+            self.held,
+            self.allowance.next_count_time(),
+        )
     }
 
     /// Returns the part of the setup that concerns all channels: the wearer's limits and timeouts,
@@ -198,7 +203,7 @@ impl Guard {
     /// Computes the checksum over a channel's armed configuration. Never inlined, because it is
     /// long and the image needs only one copy.
     #[inline(never)]
-    fn armed(&self, index: usize) -> Checksum {
+    fn armed_checksum(&self, index: usize) -> Checksum {
         let setup = self.setup.as_ref();
         let channel = setup.and_then(|setup| setup.channels.get(index)?.as_ref());
         Checksum::of(&(channel, self.loads.get(index).map_or(0, |load| load.word())))

@@ -45,7 +45,7 @@ use crate::units::{Micros, us};
 use allowance::Allowance;
 use memory::GuardChecksums;
 use step::Step;
-use stopping::{is_at_once, let_go};
+use stopping::{is_immediate, release_cause};
 
 #[derive(Clone, Copy, Debug, Hash)]
 enum Mode {
@@ -125,8 +125,8 @@ impl Guard {
             seals: GuardChecksums::default(),
             delayed: 0,
         };
-        guard.renew_seals();
-        guard.seal();
+        guard.renew_all_checksums();
+        guard.renew_checksums();
         guard
     }
 
@@ -157,7 +157,7 @@ impl Guard {
 
     /// Returns whether the output supply must be on.
     #[must_use]
-    pub const fn pump(&self) -> bool {
+    pub const fn is_pump_on(&self) -> bool {
         !matches!(
             self.mode,
             Mode::Boot | Mode::Idle | Mode::Fault(_) | Mode::Grounding { .. }
@@ -192,12 +192,12 @@ impl Guard {
         self.allowance.check(setup)?;
         self.held = inputs.closed();
         let check = ElectrodeCheck::new(setup);
-        let epoch = self.check_from(now);
+        let epoch = self.check_start(now);
         self.checked = Some(epoch);
         self.setup = Some(setup.clone());
         self.clear_amplitudes();
         self.loads = [Load::default(); CHANNELS];
-        self.renew_seals();
+        self.renew_all_checksums();
         self.open_core();
         self.mode = Mode::Checking {
             check,
@@ -211,7 +211,7 @@ impl Guard {
     /// # Errors
     /// Refuses if the state is not Armed.
     pub fn start(&mut self, heard: Micros) -> Result<(), Denial> {
-        let is_whole = self.is_whole();
+        let is_whole = self.is_armed_setup_intact();
         match self.mode {
             Mode::Armed { .. } if is_whole => {
                 self.open_core();
@@ -308,7 +308,7 @@ impl Guard {
         inputs: &Inputs,
         scheduler: &Scheduler,
     ) -> Result<Option<Notice>, Fault> {
-        if inputs.over_current && self.pump() {
+        if inputs.over_current && self.is_pump_on() {
             return Err(Fault::OverCurrent);
         }
         let mut read = None;
@@ -342,20 +342,20 @@ impl Guard {
             }
             Mode::Idle | Mode::Fault(_) => None,
             Mode::Checking { .. } if released != 0 => {
-                self.enter_idle(let_go(released));
+                self.enter_idle(release_cause(released));
                 Some(Notice::Checked(Err(Denial::ArmInputOpen)))
             }
             Mode::Checking { check, until } if now.has_reached(until) => {
                 Some(self.end_check(check, now))
             }
             Mode::Checking { .. } => None,
-            Mode::Armed { .. } if released != 0 => Some(self.enter_idle(let_go(released))),
+            Mode::Armed { .. } if released != 0 => Some(self.enter_idle(release_cause(released))),
             Mode::Armed { since } if now.elapsed_since(since) >= limits::ARM_EXPIRY_US => {
                 Some(self.enter_idle(StopCause::ArmExpired))
             }
             Mode::Armed { .. } => None,
             Mode::Stimulating => self.tick_stimulating(now, released, scheduler.is_finished()),
-            Mode::Stopping { cause, .. } if released != 0 && !is_at_once(cause) => {
+            Mode::Stopping { cause, .. } if released != 0 && !is_immediate(cause) => {
                 Some(self.stop_at_once(now, released))
             }
             Mode::Stopping {
@@ -363,7 +363,7 @@ impl Guard {
                 cause,
                 is_told: false,
             } => {
-                self.fall(fall, cause);
+                self.begin_fall(fall, cause);
                 Some(Notice::Stopping(cause))
             }
             Mode::Stopping { fall, cause, .. } => {
@@ -396,7 +396,7 @@ impl Guard {
             Mode::Idle | Mode::Fault(_) => true,
             Mode::Stimulating => {
                 !scheduler.is_finished()
-                    && self.silent_since(now).is_none()
+                    && self.host_silence_end(now).is_none()
                     && !self.is_time_due(now)
             }
             _ => false,
@@ -411,14 +411,14 @@ impl Guard {
             self.count_time(now);
             return Some(self.enter_idle(StopCause::Finished));
         }
-        let from = self.silent_since(now)?;
+        let from = self.host_silence_end(now)?;
         Some(self.ramp_down(from, StopCause::HostSilent))
     }
 
     /// Returns the time at which the host's silence became too long; `None` while it has not.
     /// Judged at the end of the window that is rendered next, so that the fall begins at the exact
     /// microsecond inside that window.
-    fn silent_since(&self, now: Micros) -> Option<Micros> {
+    fn host_silence_end(&self, now: Micros) -> Option<Micros> {
         let setup = self.setup.as_ref();
         let timeout_us = setup.map_or(0, |s| s.wearer.host_timeout_us());
         let is_silent = (now + us(WINDOW_US)).elapsed_since(self.heard) > timeout_us;

@@ -24,13 +24,13 @@ pub(super) struct Step {
 }
 
 /// Returns the width of the train's own phases, µs.
-const fn own_us(channel: &Channel) -> u16 {
+const fn own_width_us(channel: &Channel) -> u16 {
     channel.train.spec().width_us
 }
 
 impl Step {
     /// Returns the record updated to `now`, with `wanted` unchanged in between.
-    fn at(mut self, wanted: Measures, now: Micros) -> Self {
+    fn updated_to(mut self, wanted: Measures, now: Micros) -> Self {
         // A negative difference exceeds half the clock's range: it is long ago.
         let elapsed_us = (now - self.since).us().cast_unsigned();
         if elapsed_us >= 2 * SECOND_US {
@@ -58,7 +58,12 @@ impl Guard {
     /// no second does it rise by more than the wearer allows per second: the minimum over the
     /// present second and the whole second before it is the base.
     #[inline(never)]
-    pub(super) fn highest(&self, channel: u8, width_us: u16, now: Micros) -> Amplitude {
+    pub(super) fn max_orderable_amplitude(
+        &self,
+        channel: u8,
+        width_us: u16,
+        now: Micros,
+    ) -> Amplitude {
         let index = usize::from(channel);
         let wanted = self.wanted.get(index).copied().unwrap_or_default();
         let setup = self.setup.as_ref();
@@ -70,11 +75,11 @@ impl Guard {
         if wanted.amplitude == Amplitude::ZERO || step.burst.amplitude == Amplitude::ZERO {
             return config.limit;
         }
-        let own_us = own_us(config);
+        let own_us = own_width_us(config);
         let wanted = Measures::of(wanted, own_us);
-        let step = step.at(wanted, now);
+        let step = step.updated_to(wanted, now);
         let above = |from: Amplitude, by_ua: u32| {
-            let by = config.stage.amplitude_of(MicroAmps::new(by_ua));
+            let by = config.stage.amplitude_for_current(MicroAmps::new(by_ua));
             Amplitude::new(from.get().saturating_add(by.get()))
         };
         let Measures(burst) = Measures::of(step.burst, own_us);
@@ -113,9 +118,9 @@ impl Guard {
         let (Some(setup), Some(config), Some(step)) = (setup, config, self.steps.get(index)) else {
             return Err(Denial::NoChannel { channel });
         };
-        let (spec, own_us) = (setup.wearer.spec(), own_us(config));
+        let (spec, own_us) = (setup.wearer.spec(), own_width_us(config));
         let now_wanted = Measures::of(wanted, own_us);
-        let step = step.at(now_wanted, now);
+        let step = step.updated_to(now_wanted, now);
         let low = step.low.min(step.low_before).min(now_wanted);
         let all = || {
             listed
@@ -124,7 +129,7 @@ impl Guard {
         };
         let Measures(low) = all().fold(low, Measures::min);
         let by = MicroAmps::new(spec.max_step_ua.min(spec.max_step_ua_per_s));
-        let by = config.stage.amplitude_of(by);
+        let by = config.stage.amplitude_for_current(by);
         let above = |low: Amplitude| Amplitude::new(low.get().saturating_add(by.get()));
         let [most, most_charge] = low.map(above);
         let is_far = |measures: Measures| measures.0[0] > most || measures.0[1] > most_charge;
@@ -145,7 +150,7 @@ impl Guard {
         let (Some(config), Some(step)) = (config, self.steps.get_mut(index)) else {
             return;
         };
-        let own_us = own_us(config);
+        let own_us = own_width_us(config);
         let ordered = Measures::of(stimulus, own_us);
         if wanted.amplitude == Amplitude::ZERO || step.burst.amplitude == Amplitude::ZERO {
             *step = Step {
@@ -155,7 +160,7 @@ impl Guard {
                 since: now,
             };
         } else {
-            *step = step.at(Measures::of(wanted, own_us), now);
+            *step = step.updated_to(Measures::of(wanted, own_us), now);
             step.low = step.low.min(ordered);
         }
     }

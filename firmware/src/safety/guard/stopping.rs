@@ -7,7 +7,7 @@ use crate::units::Micros;
 
 impl Guard {
     pub(super) fn ramp_down(&mut self, from: Micros, cause: StopCause) -> Notice {
-        self.fall(Fall::new(from, self.fall_us()), cause);
+        self.begin_fall(Fall::new(from, self.fall_us()), cause);
         Notice::Stopping(cause)
     }
 
@@ -15,9 +15,9 @@ impl Guard {
         self.setup.as_ref().map_or(0, |s| s.wearer.fall_us())
     }
 
-    /// Stops along `fall`. The caller reports the stop. Timed setpoints that are not due yet are
+    /// Stops along `begin_fall`. The caller reports the stop. Timed setpoints that are not due yet are
     /// dropped.
-    pub(super) fn fall(&mut self, fall: Fall, cause: StopCause) {
+    pub(super) fn begin_fall(&mut self, fall: Fall, cause: StopCause) {
         self.open_core();
         self.waiting.clear();
         self.mode = Mode::Stopping {
@@ -29,8 +29,8 @@ impl Guard {
 
     /// Stops after an input that was held closed has opened: no further pulse begins.
     pub(super) fn stop_at_once(&mut self, now: Micros, released: u8) -> Notice {
-        let cause = let_go(released);
-        self.fall(Fall::new(now, 0), cause);
+        let cause = release_cause(released);
+        self.begin_fall(Fall::new(now, 0), cause);
         Notice::Stopping(cause)
     }
 
@@ -38,7 +38,7 @@ impl Guard {
     pub(super) fn clear_amplitudes(&mut self) {
         // The old amplitudes do not matter any more, but the armed channels still do.
         for channel in 0..CHANNELS as u8 {
-            self.open(channel);
+            self.verify_channel(channel);
         }
         self.wanted.fill(Stimulus::default());
         self.rises.fill(Rise::default());
@@ -60,13 +60,13 @@ impl Guard {
 }
 
 /// Returns whether a stop for this reason lets no further pulse begin.
-pub(super) const fn is_at_once(cause: StopCause) -> bool {
+pub(super) const fn is_immediate(cause: StopCause) -> bool {
     matches!(cause, StopCause::HandStop | StopCause::ArmKey)
 }
 
 /// Returns the stop cause for inputs that opened, as bits of [`Inputs::closed`]. The hand-held
 /// stop takes precedence over the arm key.
-pub(super) const fn let_go(released: u8) -> StopCause {
+pub(super) const fn release_cause(released: u8) -> StopCause {
     if released & Inputs::STOP != 0 {
         StopCause::HandStop
     } else {

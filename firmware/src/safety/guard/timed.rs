@@ -15,12 +15,12 @@ impl Guard {
     /// window after the latest queued order, the queue is full, or [`Self::set_amplitudes`] would
     /// refuse it at any time.
     #[inline(never)]
-    pub fn wait_for_time(&mut self, order: &Timed, start: Micros) -> Result<(), Denial> {
+    pub fn queue_timed_order(&mut self, order: &Timed, start: Micros) -> Result<(), Denial> {
         let setup = self.setup_for_orders()?;
         if (order.at - start).us() > limits::AHEAD_US.cast_signed() {
             return Err(Denial::TooFarAhead);
         }
-        if let Some(latest) = self.waiting.latest() {
+        if let Some(latest) = self.waiting.last_due_time() {
             let least = latest + us(WINDOW_US);
             if order.at.is_before(least) {
                 let least_us = least.elapsed_since(start);
@@ -38,7 +38,7 @@ impl Guard {
     }
 
     /// Drops all timed setpoints that are not due yet.
-    pub fn forget_waiting(&mut self) {
+    pub fn clear_timed_orders(&mut self) {
         self.waiting.clear();
     }
 
@@ -46,7 +46,9 @@ impl Guard {
     #[inline(always)]
     #[must_use]
     pub fn is_order_due(&self, end: Micros) -> bool {
-        self.waiting.next().is_some_and(|at| at.is_before(end))
+        self.waiting
+            .first_due_time()
+            .is_some_and(|at| at.is_before(end))
     }
 
     /// Removes and returns the queued order that is due at `until` or before; `until` lies in the
@@ -54,13 +56,13 @@ impl Guard {
     /// earlier window, which should have taken it, the result is `None` and the refill ends in a
     /// fault.
     #[inline(never)]
-    pub fn take_due(&mut self, until: Micros, start: Micros) -> Option<Timed> {
+    pub fn take_due_order(&mut self, until: Micros, start: Micros) -> Option<Timed> {
         if !self.is_order_due(until + us(1)) {
             return None;
         }
         let (order, is_whole) = self.waiting.pop()?;
         if !is_whole || order.at.is_before(start) {
-            self.break_seal();
+            self.note_checksum_mismatch();
             return None;
         }
         Some(order)

@@ -109,7 +109,7 @@ impl OutputCheck {
             seal: Checksum::default(),
             turn: CheckSchedule::new(4, CHANNELS as u8),
         };
-        check.seal_all();
+        check.renew_all_checksums();
         check
     }
 
@@ -117,7 +117,7 @@ impl OutputCheck {
     pub fn disarm(&mut self, levels: Levels) {
         self.arm(|_| None, &[]);
         self.levels = levels;
-        self.seal_all();
+        self.renew_all_checksums();
     }
 
     /// Allows, from now on, the output that `expected` returns for each channel, which starts at
@@ -132,10 +132,10 @@ impl OutputCheck {
             *slot = groups.next();
         }
         self.levels = Levels::ISOLATED;
-        self.seal_all();
+        self.renew_all_checksums();
     }
 
-    fn seal_all(&mut self) {
+    fn renew_all_checksums(&mut self) {
         let lines = self.expected.iter().zip(&self.lines);
         for (seals, (expected, line)) in self.seals.iter_mut().zip(lines) {
             *seals = (Checksum::of(expected), Checksum::of(line));
@@ -148,7 +148,7 @@ impl OutputCheck {
     ///
     /// # Errors
     /// Returns the first rule that the window breaks; it must not be played then.
-    pub fn read(&mut self, plan: &WindowPlan) -> Result<(), BrokenRule> {
+    pub fn check_window(&mut self, plan: &WindowPlan) -> Result<(), BrokenRule> {
         if self.levels.0 != !self.inverse.0 {
             return Err(BrokenRule::Memory);
         }
@@ -163,7 +163,7 @@ impl OutputCheck {
                 return Err(BrokenRule::Channel);
             };
             // A burst begins, so the expected output must be unchanged.
-            if !seal.holds(&Some(expected)) {
+            if !seal.matches(&Some(expected)) {
                 return Err(BrokenRule::Memory);
             }
             if code > expected.max_code {
@@ -171,7 +171,7 @@ impl OutputCheck {
             }
             is_live |= expected.train.has_live_width();
         }
-        self.look(plan.start)?;
+        self.verify_next_channel(plan.start)?;
         if plan.changes.is_empty() {
             return Ok(());
         }
@@ -180,7 +180,7 @@ impl OutputCheck {
         }
         for change in &plan.changes {
             let at = plan.start + us(change.slot.into());
-            self.change(at, change.levels)?;
+            self.check_change(at, change.levels)?;
         }
         self.inverse = Levels(!self.levels.0);
         Ok(())
@@ -188,7 +188,7 @@ impl OutputCheck {
 
     /// Verifies the memory of one channel after the other, and forgets the latest pulse of a
     /// channel before the clock wraps and makes its time ambiguous.
-    fn look(&mut self, now: Micros) -> Result<(), BrokenRule> {
+    fn verify_next_channel(&mut self, now: Micros) -> Result<(), BrokenRule> {
         let Some(turn) = self.turn.next() else {
             return Ok(());
         };
@@ -197,7 +197,7 @@ impl OutputCheck {
             return Ok(());
         };
         let expected = self.expected.get(turn);
-        if !seal.holds(line) || expected.is_some_and(|expected| !armed.holds(expected)) {
+        if !seal.matches(line) || expected.is_some_and(|expected| !armed.matches(expected)) {
             return Err(BrokenRule::Memory);
         }
         if line.pulses != 0 && now.elapsed_since(line.pulse) > LONG_AGO_US {
@@ -237,7 +237,7 @@ impl OutputCheck {
             return Err(BrokenRule::Width);
         }
         if line.width_us != width_us {
-            if !seal.holds(line) {
+            if !seal.matches(line) {
                 return Err(BrokenRule::Memory);
             }
             line.width_us = width_us;
@@ -246,9 +246,9 @@ impl OutputCheck {
         Ok(())
     }
 
-    fn change(&mut self, at: Micros, levels: Levels) -> Result<(), BrokenRule> {
+    fn check_change(&mut self, at: Micros, levels: Levels) -> Result<(), BrokenRule> {
         let before = core::mem::replace(&mut self.levels, levels);
-        let mut changed = before.changed(levels);
+        let mut changed = before.changed_channels(levels);
         while changed != 0 {
             let channel = changed.trailing_zeros() as usize; // below CHANNELS
             changed &= changed.wrapping_sub(1);
@@ -257,11 +257,11 @@ impl OutputCheck {
             let (Some(line), Some((_, seal))) = place else {
                 return Err(BrokenRule::Channel);
             };
-            if !seal.holds(line) {
+            if !seal.matches(line) {
                 return Err(BrokenRule::Memory);
             }
             let expected = self.expected.get(channel).and_then(Option::as_ref);
-            line.edge(expected, at, (old, new))?;
+            line.check_edge(expected, at, (old, new))?;
             *seal = Checksum::of(line);
         }
         self.check_grounded(levels)
@@ -289,7 +289,7 @@ impl OutputCheck {
     /// Checks channels of which some are grounded for other members of their groups.
     #[inline(never)]
     fn check_grouped(&self, grounded: u16) -> Result<(), BrokenRule> {
-        if !self.seal.holds(&self.groups) {
+        if !self.seal.matches(&self.groups) {
             return Err(BrokenRule::Memory);
         }
         let (mut pulsing, mut reasons) = (0u16, 0u16);
@@ -332,7 +332,7 @@ impl Line {
     }
 
     /// Checks that the channel may go from the state `old` to `new` at `at`.
-    fn edge(
+    fn check_edge(
         &mut self,
         expected: Option<&Expected>,
         at: Micros,

@@ -65,7 +65,7 @@ fn play(
         let start = epoch + us(k * WINDOW_US);
         scheduler.render(start, &mut Always, &mut plan).unwrap();
         spoil(k, &mut plan);
-        check.read(&plan)?;
+        check.check_window(&plan)?;
     }
     Ok(())
 }
@@ -155,14 +155,14 @@ fn each_way_to_be_wrong_is_told() {
             }
         }
     };
-    let cathodic = Levels::ISOLATED.with(0, OutputState::Cathodic);
+    let cathodic = Levels::ISOLATED.with_channel(0, OutputState::Cathodic);
     assert_eq!(one(&levels(80, 2, cathodic)), Err(BrokenRule::Phase));
-    let grounds = Levels::ISOLATED.with(0, OutputState::Grounded);
+    let grounds = Levels::ISOLATED.with_channel(0, OutputState::Grounded);
     assert_eq!(one(&levels(80, 1, grounds)), Err(BrokenRule::Phase));
     // A channel that is not armed is driven, and one is grounded without a reason.
-    let other = Levels::ISOLATED.with(7, OutputState::Anodic);
+    let other = Levels::ISOLATED.with_channel(7, OutputState::Anodic);
     assert_eq!(one(&levels(80, 1, other)), Err(BrokenRule::Channel));
-    let idle = Levels::ISOLATED.with(7, OutputState::Grounded);
+    let idle = Levels::ISOLATED.with_channel(7, OutputState::Grounded);
     assert_eq!(one(&levels(0, 1, idle)), Err(BrokenRule::Grounding));
     // DAC codes that are too large or on a wrong channel.
     let code = |channel, code| {
@@ -177,7 +177,7 @@ fn each_way_to_be_wrong_is_told() {
     // A window that does not begin where the previous one ended.
     let jump = |window: u32, plan: &mut WindowPlan| {
         if window == 40 {
-            plan.initial = Levels::ISOLATED.with(0, OutputState::Cathodic);
+            plan.initial = Levels::ISOLATED.with_channel(0, OutputState::Cathodic);
         }
     };
     assert_eq!(one(&jump), Err(BrokenRule::Start));
@@ -280,7 +280,7 @@ fn its_own_memory_is_sealed() {
         let mut plan = WindowPlan::new();
         let found = (0..8 * CHANNELS as u32).find_map(|k| {
             plan.reset(Micros::new(k * WINDOW_US), Levels::ISOLATED);
-            check.read(&plan).err()
+            check.check_window(&plan).err()
         });
         assert_eq!(found, Some(BrokenRule::Memory));
     }
@@ -333,7 +333,7 @@ fn no_step_leads_from_drive_to_opposite_drive() {
                     };
                     line.since = Micros::new(40_000);
                     let at = line.since + us(lasted);
-                    if line.edge(Some(&expected), at, (old, new)).is_err() {
+                    if line.check_edge(Some(&expected), at, (old, new)).is_err() {
                         continue;
                     }
                     taken += 1;

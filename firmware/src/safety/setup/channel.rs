@@ -79,9 +79,9 @@ impl ChannelSpec {
     pub fn validate(&self, wearer: &Wearer) -> Result<Channel, SetupError> {
         let train = self.train.validate().map_err(SetupError::Train)?;
         let stage = self.stage.validate()?;
-        let up_to_full_scale = Self::LIMIT.up_to(stage.full_scale().get());
+        let up_to_full_scale = Self::LIMIT.with_max_at_most(stage.full_scale().get());
         up_to_full_scale.check(self.limit.get())?;
-        let up_to_limit = Self::START.up_to(self.limit.get());
+        let up_to_limit = Self::START.with_max_at_most(self.limit.get());
         up_to_limit.check(self.start.get())?;
         let spec = train.spec();
         let current = stage.current(self.limit);
@@ -93,7 +93,9 @@ impl ChannelSpec {
         // The grounding after a pulse that began before the fall must end within the fall.
         if spec.ground_us != 0 {
             let max = wearer.fall_us() - LONGEST_PULSE_US; // the fall takes 5 ms or more
-            TrainSpec::GROUND_US.up_to(max).check(spec.ground_us)?;
+            TrainSpec::GROUND_US
+                .with_max_at_most(max)
+                .check(spec.ground_us)?;
         }
         // ua <= 100 000 from here on. pC = µA·µs, at most 5e7.
         if u64::from(ua) * u64::from(spec.width_us) > u64::from(wearer.spec().max_charge_nc) * 1000
@@ -103,11 +105,11 @@ impl ChannelSpec {
             });
         }
         Self::AREA_MM2.check(self.area_mm2)?;
-        let judged_width_us = judged_width(&train, current, wearer);
+        let judged_width_us = hottest_width_us(&train, current, wearer);
         let is_above = |max: MicroAmps| {
             let (ua, max_ua) = (u64::from(ua), u64::from(max.get()));
             // At most 1e10 · 8000 and 1.6e11 · 2e6: both fit u64.
-            let squares = ua * ua * u64::from(train.on_us(judged_width_us));
+            let squares = ua * ua * u64::from(train.burst_driven_us(judged_width_us));
             squares > max_ua * max_ua * u64::from(spec.period_us)
         };
         let max = wearer.max_rms();
@@ -122,7 +124,7 @@ impl ChannelSpec {
         let max_current = if stage.is_current() {
             current
         } else {
-            most_current(&train, judged_width_us, most_rms, wearer).min(most)
+            max_train_current(&train, judged_width_us, most_rms, wearer).min(most)
         };
         Ok(Channel {
             train,
@@ -159,20 +161,22 @@ impl ChannelSpec {
             lists,
             ..
         } = self.train;
-        TrainSpec::BURST_COUNT.up_to(1).check(burst_count)?;
+        TrainSpec::BURST_COUNT
+            .with_max_at_most(1)
+            .check(burst_count)?;
         Range::new("trigger", 0, 0).check(trigger.is_some())?;
         Range::new("lists", 0, 0).check(lists)?;
         let shortest = Range {
             field: "min_period_us",
             ..TrainSpec::PERIOD_US
         };
-        shortest.up_to(period_us).check(min_period_us)?;
+        shortest.with_max_at_most(period_us).check(min_period_us)?;
         let max_period_us = max_period_us.unwrap_or(period_us);
         let longest = Range {
             field: "max_period_us",
             ..TrainSpec::PERIOD_US
         };
-        longest.from(period_us).check(max_period_us)?;
+        longest.with_min_at_least(period_us).check(max_period_us)?;
         let fastest = Self {
             train: TrainSpec {
                 period_us: min_period_us,
@@ -198,7 +202,7 @@ impl ChannelSpec {
 /// the charge by the wearer, and the heat is largest with both at their bounds, or with the
 /// train's widest phase if that comes first. The result is not below the train's own width, whose
 /// charge has been checked.
-fn judged_width(train: &Train, current: MicroAmps, wearer: &Wearer) -> u16 {
+fn hottest_width_us(train: &Train, current: MicroAmps, wearer: &Wearer) -> u16 {
     let max_pc = wearer.spec().max_charge_nc * 1000; // at most 4e7
     // Rounded up: with a µs less, a slightly smaller current might heat more.
     let by_charge = max_pc.div_ceil(current.get().max(1));
@@ -209,11 +213,16 @@ fn judged_width(train: &Train, current: MicroAmps, wearer: &Wearer) -> u16 {
 
 /// Returns the largest current with which phases of `width_us` satisfy the limits of charge and of
 /// rms.
-fn most_current(train: &Train, width_us: u16, max_rms: MicroAmps, wearer: &Wearer) -> MicroAmps {
+fn max_train_current(
+    train: &Train,
+    width_us: u16,
+    max_rms: MicroAmps,
+    wearer: &Wearer,
+) -> MicroAmps {
     let rms = u64::from(max_rms.get());
     // µA²·µs by µs, at most 2.5e9 · 2e6 / 10.
     let squares = rms * rms * u64::from(train.spec().period_us);
-    let mean_square = squares.checked_div(train.on_us(width_us).into());
+    let mean_square = squares.checked_div(train.burst_driven_us(width_us).into());
     let by_rms = mean_square.map_or(0, u64::isqrt);
     let by_rms = MicroAmps::new(u32::try_from(by_rms).unwrap_or(u32::MAX));
     wearer.max_current_at(width_us).min(by_rms)
@@ -265,7 +274,7 @@ impl Channel {
     #[inline(never)]
     fn counted_below(&self, stimulus: Stimulus, wearer: &Wearer, repeats: u16) -> u32 {
         let spec = self.train.spec();
-        if !Measures::of(stimulus, spec.width_us).is_above(Measures::both(self.start)) {
+        if !Measures::of(stimulus, spec.width_us).is_above(Measures::uniform(self.start)) {
             return 0;
         }
         let (rise_us, rise_bursts) = wearer.rise();
@@ -278,7 +287,7 @@ impl Channel {
     /// earlier.
     #[must_use]
     pub fn slope(&self, wearer: &Wearer) -> Amplitude {
-        Slope::of(self.limit, wearer).over(self.train.spec().period_us)
+        Slope::of(self.limit, wearer).max_increase(self.train.spec().period_us)
     }
 
     /// Returns the largest current that may flow in phases of `width_us`.
@@ -308,16 +317,18 @@ impl Channel {
     /// allow.
     #[must_use]
     #[inline]
-    pub fn highest_at(&self, width_us: u16, wearer: &Wearer) -> Amplitude {
+    pub fn max_amplitude_at(&self, width_us: u16, wearer: &Wearer) -> Amplitude {
         if !self.train.has_live_width() {
             return self.limit; // its charge was checked
         }
-        self.highest_by_charge(width_us, wearer)
+        self.max_amplitude_by_charge(width_us, wearer)
     }
 
     #[inline(never)]
-    fn highest_by_charge(&self, width_us: u16, wearer: &Wearer) -> Amplitude {
-        let by_charge = self.stage.amplitude_of(wearer.max_current_at(width_us));
+    fn max_amplitude_by_charge(&self, width_us: u16, wearer: &Wearer) -> Amplitude {
+        let by_charge = self
+            .stage
+            .amplitude_for_current(wearer.max_current_at(width_us));
         self.limit.min(by_charge)
     }
 

@@ -89,7 +89,7 @@ fn a_live_width_is_judged_where_it_heats_most() {
     let wearer = wearer.validate().unwrap();
     let channel = spec.validate(&wearer).unwrap();
     assert_eq!(channel.judged_width_us, 400);
-    let highest = [10, 400, 401, 500].map(|w| channel.highest_at(w, &wearer).get());
+    let highest = [10, 400, 401, 500].map(|w| channel.max_amplitude_at(w, &wearer).get());
     assert_eq!(highest, [20_000, 20_000, 19_950, 16_000]);
     // 20 mA for two phases of 400 µs in 20 ms: 4 mA rms, for which 200 mm² suffice.
     spec.area_mm2 = 200;

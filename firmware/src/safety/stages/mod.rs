@@ -192,7 +192,7 @@ impl StageTable {
 
     /// Encodes the table for the memory of the chip with this unique number.
     #[must_use]
-    pub fn words(&self, unique_id: [u32; 3]) -> StageWords {
+    pub fn to_words(&self, unique_id: [u32; 3]) -> StageWords {
         let origin = match self.origin {
             Origin::Owner => 0,
             Origin::Session => 1,
@@ -222,7 +222,7 @@ impl StageTable {
 
     /// Decodes one copy of the table.
     #[inline(never)]
-    fn read(words: &StageWords, unique_id: [u32; 3]) -> Result<Self, StagesFault> {
+    fn from_words(words: &StageWords, unique_id: [u32; 3]) -> Result<Self, StagesFault> {
         if words.iter().all(|&word| word == ERASED) {
             return Err(StagesFault::Erased);
         }
@@ -273,8 +273,8 @@ impl Stages {
     /// means that the first is complete. One copy without the other is an interrupted write, after
     /// which the board's present stages are unknown.
     #[must_use]
-    pub fn stored(copies: [&StageWords; 2], unique_id: [u32; 3]) -> Self {
-        match copies.map(|words| StageTable::read(words, unique_id)) {
+    pub fn from_copies(copies: [&StageWords; 2], unique_id: [u32; 3]) -> Self {
+        match copies.map(|words| StageTable::from_words(words, unique_id)) {
             [Ok(first), Ok(second)] if first == second => Self::Stored(first),
             [Err(first), Err(second)] if first == second => Self::Unknown(first),
             _ => Self::Unknown(StagesFault::HalfWritten),

@@ -21,7 +21,7 @@ fn table() -> StageTable {
 }
 
 fn stored(words: &StageWords) -> Stages {
-    Stages::stored([words, words], UID)
+    Stages::from_copies([words, words], UID)
 }
 
 #[test]
@@ -33,7 +33,7 @@ fn a_table_comes_back_from_its_words() {
                 supply,
                 ..table()
             };
-            let stages = stored(&table.words(UID));
+            let stages = stored(&table.to_words(UID));
             assert_eq!(stages, Stages::Stored(table));
             assert_eq!(stages.may_oppose(), supply == Some(StageSupply::Separate));
         }
@@ -43,7 +43,7 @@ fn a_table_comes_back_from_its_words() {
 /// Decodes a table from a firmware version that had no supply field.
 #[test]
 fn a_table_from_before_declares_no_supply() {
-    let mut words = table().words(UID);
+    let mut words = table().to_words(UID);
     words[1] = 1 << 16 | 1;
     words[WORDS - 1] = checksum(&words[..WORDS - 1]);
     let before = StageTable {
@@ -57,13 +57,21 @@ fn a_table_from_before_declares_no_supply() {
 
 #[test]
 fn every_flipped_bit_makes_the_stages_unknown() {
-    let whole = table().words(UID);
+    let whole = table().to_words(UID);
     for bit in 0..32 * WORDS {
         let mut flipped = whole;
         flipped[bit / 32] ^= 1 << (bit % 32);
         let half = Stages::Unknown(StagesFault::HalfWritten);
-        assert_eq!(Stages::stored([&flipped, &whole], UID), half, "bit {bit}");
-        assert_eq!(Stages::stored([&whole, &flipped], UID), half, "bit {bit}");
+        assert_eq!(
+            Stages::from_copies([&flipped, &whole], UID),
+            half,
+            "bit {bit}"
+        );
+        assert_eq!(
+            Stages::from_copies([&whole, &flipped], UID),
+            half,
+            "bit {bit}"
+        );
         let damaged = Stages::Unknown(StagesFault::Damaged);
         assert_eq!(stored(&flipped), damaged, "bit {bit}");
     }
@@ -71,17 +79,20 @@ fn every_flipped_bit_makes_the_stages_unknown() {
 
 #[test]
 fn what_is_no_table_of_this_board_is_told_apart() {
-    let (whole, erased) = (table().words(UID), [ERASED; WORDS]);
+    let (whole, erased) = (table().to_words(UID), [ERASED; WORDS]);
     let unknown = |fault| Stages::Unknown(fault);
     assert_eq!(stored(&erased), unknown(StagesFault::Erased));
     let half = unknown(StagesFault::HalfWritten);
-    assert_eq!(Stages::stored([&whole, &erased], UID), half);
-    assert_eq!(Stages::stored([&erased, &whole], UID), half);
+    assert_eq!(Stages::from_copies([&whole, &erased], UID), half);
+    assert_eq!(Stages::from_copies([&erased, &whole], UID), half);
     let mut other = table();
     other.stages[0] = Some(VOLTS);
-    assert_eq!(Stages::stored([&whole, &other.words(UID)], UID), half);
     assert_eq!(
-        Stages::stored([&whole, &whole], [1, 2, 4]),
+        Stages::from_copies([&whole, &other.to_words(UID)], UID),
+        half
+    );
+    assert_eq!(
+        Stages::from_copies([&whole, &whole], [1, 2, 4]),
         unknown(StagesFault::OtherBoard)
     );
     for version in [
@@ -110,7 +121,7 @@ fn what_is_no_table_of_this_board_is_told_apart() {
 fn power_that_fails_at_any_step_of_a_writing_leaves_no_third_table() {
     let mut other = table();
     other.stages[0] = Some(VOLTS);
-    let (old, new) = (table().words(UID), other.words(UID));
+    let (old, new) = (table().to_words(UID), other.to_words(UID));
     let mut random = 2_020u32;
     let mut some_ones = || {
         random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -119,7 +130,7 @@ fn power_that_fails_at_any_step_of_a_writing_leaves_no_third_table() {
     let (mut copies, mut steps) = ([old; 2], 0);
     let mut fails = |copies: [&StageWords; 2]| {
         steps += 1;
-        match Stages::stored(copies, UID) {
+        match Stages::from_copies(copies, UID) {
             Stages::Unknown(_) => {}
             Stages::Stored(stage_table) if stage_table == table() => assert_eq!(copies, [&old; 2]),
             Stages::Stored(stage_table) if stage_table == other => assert_eq!(copies, [&new; 2]),

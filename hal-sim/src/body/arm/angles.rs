@@ -8,7 +8,7 @@ use super::posture::{JointRotations, Posture, Skeleton};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 /// Backward, to the right and upward from forward, to the left and upward, and back.
-pub(super) fn about(vector3: Vector3<f64>) -> Vector3<f64> {
+pub(super) fn rotate_half_turn(vector3: Vector3<f64>) -> Vector3<f64> {
     Vector3::new(0.0 - vector3.x, 0.0 - vector3.y, vector3.z) // no negative zero
 }
 
@@ -17,14 +17,14 @@ pub(super) fn about(vector3: Vector3<f64>) -> Vector3<f64> {
 /// abduction x, internal rotation z of the glenohumeral joint; flexion y, bending sideways
 /// x, pronation z of the elbow.
 pub(super) fn angles_deg(posture: &Posture, bones: &Skeleton, turns: &JointRotations) -> [f64; 9] {
-    let turn = |from: usize| about(turns.fixed_rows::<3>(from).into());
+    let turn = |from: usize| rotate_half_turn(turns.fixed_rows::<3>(from).into());
     let girdle = Rotation3::new(turn(0)).into_inner();
     let axes = [
         -bones.hinge.cross(&bones.upper_arm),
         bones.hinge,
         -bones.upper_arm,
     ]
-    .map(about);
+    .map(rotate_half_turn);
     let upper_arm = Rotation3::new(turn(0) + turn(3)) * Matrix3::from_columns(&axes);
     let shoulder = girdle.transpose() * upper_arm;
     // First and third axis from what the middle one leaves of them.

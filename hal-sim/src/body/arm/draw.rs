@@ -81,12 +81,12 @@ impl ArmSpec {
     /// Arm `index` of `seed`, drawn evenly over the ranges that [`ArmSpec`] names; stature
     /// and mass normally, with the paper's means and deviations, within two of them.
     #[must_use]
-    pub fn drawn(seed: u64, index: u64) -> Self {
+    pub fn random(seed: u64, index: u64) -> Self {
         let draws = &mut Draws::new(seed, index, STREAM);
-        let subject = draws.even(0.0, SUBJECTS.len() as f64) as usize % SUBJECTS.len();
+        let subject = draws.uniform(0.0, SUBJECTS.len() as f64) as usize % SUBJECTS.len();
         let stream = random::word(random::word(seed, index), STREAM);
         let normal = |which| random::standard_normal(stream, which).clamp(-2.0, 2.0);
-        let log = |draws: &mut Draws, low: f64, high: f64| draws.even(low.ln(), high.ln()).exp();
+        let log = |draws: &mut Draws, low: f64, high: f64| draws.uniform(low.ln(), high.ln()).exp();
         let mut spec = Self {
             stature_m: 1.76 + 0.09 * normal(0),
             mass_kg: 77.3 + 6.67 * normal(1),
@@ -94,26 +94,26 @@ impl ArmSpec {
             seed: random::word(stream, 2),
             ..Self::nominal()
         };
-        spec.length_factors = [0; 2].map(|_| draws.around(0.07));
-        spec.shoulder_factor = spec.stature_m / 1.76 * draws.around(0.05);
-        spec.inertia_factors = [0; SEGMENTS].map(|_| draws.around(0.2));
-        spec.azimuth_deg = [0; MUSCLES].map(|_| draws.even(-30.0, 30.0));
+        spec.length_factors = [0; 2].map(|_| draws.uniform_factor(0.07));
+        spec.shoulder_factor = spec.stature_m / 1.76 * draws.uniform_factor(0.05);
+        spec.inertia_factors = [0; SEGMENTS].map(|_| draws.uniform_factor(0.2));
+        spec.azimuth_deg = [0; MUSCLES].map(|_| draws.uniform(-30.0, 30.0));
         spec.reached = [0; MUSCLES].map(|_| log(draws, 0.04, 0.16));
-        spec.threshold_ma = [0; ELECTRODES].map(|_| draws.even(6.0, 16.0));
-        spec.max_ma = [0; ELECTRODES].map(|_| draws.even(20.0, 45.0));
-        spec.curvature *= draws.around(0.5);
-        spec.crosstalk = [0; ELECTRODES].map(|_| draws.even(0.1, 0.6));
-        spec.delay_us = draws.even(10_000.0, 50_000.0) as u32;
-        spec.fatigue_floor = draws.even(0.3, 0.7);
-        spec.fatigue_time_s = draws.even(30.0, 120.0);
-        spec.force_noise = draws.even(0.06, 0.10);
+        spec.threshold_ma = [0; ELECTRODES].map(|_| draws.uniform(6.0, 16.0));
+        spec.max_ma = [0; ELECTRODES].map(|_| draws.uniform(20.0, 45.0));
+        spec.curvature *= draws.uniform_factor(0.5);
+        spec.crosstalk = [0; ELECTRODES].map(|_| draws.uniform(0.1, 0.6));
+        spec.delay_us = draws.uniform(10_000.0, 50_000.0) as u32;
+        spec.fatigue_floor = draws.uniform(0.3, 0.7);
+        spec.fatigue_time_s = draws.uniform(30.0, 120.0);
+        spec.force_noise = draws.uniform(0.06, 0.10);
         let girdle = log(draws, 20.0, 150.0);
         spec.hold.passive_nm_per_rad[..3].fill(girdle);
         spec.hold.voluntary_nm_per_rad[..3].fill(girdle);
-        spec.hold.damping = draws.even(0.1, 0.5);
+        spec.hold.damping = draws.uniform(0.1, 0.5);
         spec.hold.cuff = [log(draws, 3e3, 3e4), log(draws, 20.0, 200.0)];
         spec.force.wander_n = log(draws, 0.3, 2.0);
-        spec.imu.askew_deg = draws.even(2.0, 10.0);
+        spec.imu.askew_deg = draws.uniform(2.0, 10.0);
         spec
     }
 }

@@ -61,7 +61,7 @@ impl StimulatedMuscle {
         }
     }
 
-    /// A pulse that gets `part` of it acts at `due_us`.
+    /// A pulse that gets `recruited_share` of it acts at `due_us`.
     pub fn excite(&mut self, due_us: u64, part: f64) {
         if part > 0.0 {
             self.under_way.push_back((due_us, part));
@@ -69,7 +69,7 @@ impl StimulatedMuscle {
     }
 
     /// Time goes on to `to_us`.
-    pub fn pass(&mut self, to_us: u64) {
+    pub fn advance(&mut self, to_us: u64) {
         while let Some((due_us, part)) = self.under_way.front().copied() {
             if due_us >= to_us {
                 break;
@@ -144,7 +144,12 @@ impl StimulatedMuscle {
 }
 
 /// Part of a muscle that a current gets, by the electrode's own range.
-pub(super) fn part(spec: &ArmSpec, electrode: usize, current_ma: f64, width_us: u32) -> f64 {
+pub(super) fn recruited_share(
+    spec: &ArmSpec,
+    electrode: usize,
+    current_ma: f64,
+    width_us: u32,
+) -> f64 {
     if electrode >= ELECTRODES {
         return 0.0;
     }

@@ -90,7 +90,7 @@ pub(super) fn masses(spec: &ArmSpec, skeleton: &Skeleton) -> Square {
     let mut all = Square::zeros();
     for part in parts(spec, skeleton) {
         let moves = skeleton.jacobian(&part.centre, part.segment);
-        let turns = skeleton.turning(part.segment);
+        let turns = skeleton.rotation_jacobian(part.segment);
         all += part.kg * moves.transpose() * moves + turns.transpose() * part.inertia * turns;
     }
     all
@@ -106,7 +106,10 @@ pub(super) fn weight_n(spec: &ArmSpec) -> f64 {
 ///
 /// # Errors
 /// Nothing resists some turn.
-pub(super) fn held(spec: &ArmSpec, skeleton: &Skeleton) -> Result<(ToWrench, Square), InvalidArm> {
+pub(super) fn cuff_response(
+    spec: &ArmSpec,
+    skeleton: &Skeleton,
+) -> Result<(ToWrench, Square), InvalidArm> {
     let moves = skeleton.cuff_jacobian();
     let [along, about] = spec.hold.cuff;
     let cuff =
@@ -153,7 +156,7 @@ impl Free {
             masses,
             stiffness,
             h,
-            turning: std::array::from_fn(|segment| skeleton.turning(segment)),
+            turning: std::array::from_fn(|segment| skeleton.rotation_jacobian(segment)),
         })
     }
 
@@ -176,7 +179,7 @@ impl Free {
     }
 
     /// How far each has turned from the posture, rad.
-    pub const fn turns(&self) -> &JointRotations {
+    pub const fn deflections(&self) -> &JointRotations {
         &self.turns
     }
 }

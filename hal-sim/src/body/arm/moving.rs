@@ -1,8 +1,8 @@
 //! The simulated arm in motion: pulses change the force at the cuff, or turn the segments.
 
 use super::anatomy::{ALL, ELECTRODES, MUSCLES, Muscle};
-use super::angles::{about, angles_deg};
-use super::driven::{StimulatedMuscle, part};
+use super::angles::{angles_deg, rotate_half_turn};
+use super::driven::{StimulatedMuscle, recruited_share};
 use super::mechanics::{self, Free, Square, ToWrench};
 use super::posture::{JointRotations, Skeleton};
 use super::sensors::{ForceSensor, Imu, MountedImu};
@@ -75,7 +75,7 @@ impl Arm {
             let seed = random::word(stream_seed(2), segment as u64);
             MountedImu::new(spec.imu, spec.imu_faults[segment], &frames[segment], seed)
         });
-        let (to_wrench, compliance) = mechanics::held(&spec, &skeleton)?;
+        let (to_wrench, compliance) = mechanics::cuff_response(&spec, &skeleton)?;
         Ok(Self {
             to_wrench,
             compliance,
@@ -121,14 +121,14 @@ impl Arm {
     }
 
     /// Moves the arm into the cuff or out of it. The arm comes to rest at its posture.
-    pub fn hold(&mut self, held: Support) {
+    pub fn set_support(&mut self, held: Support) {
         self.held = held;
         self.free.settle();
     }
 
     /// Sets the voluntary force (N) and torque (N m) at the cuff from now on. They act only
     /// while the arm is in the cuff.
-    pub const fn push(&mut self, wrench: [f64; 6]) {
+    pub const fn set_voluntary_wrench(&mut self, wrench: [f64; 6]) {
         self.voluntary = wrench;
     }
 
@@ -169,10 +169,10 @@ impl Arm {
     }
 
     /// Returns the deflection of each turn from the posture, rad.
-    fn turns(&self) -> JointRotations {
+    fn deflections(&self) -> JointRotations {
         match self.held {
             Support::InCuff => self.compliance * self.torques,
-            Support::Freely => *self.free.turns(),
+            Support::Freely => *self.free.deflections(),
         }
     }
 
@@ -182,7 +182,7 @@ impl Arm {
         let mut torques = JointRotations::zeros();
         for (muscle, moment_arms) in self.muscles.iter_mut().zip(&self.arms_m) {
             let before = muscle.force_n();
-            muscle.pass(end_us);
+            muscle.advance(end_us);
             let force = 0.5 * (before + muscle.force_n());
             if force > 0.0 {
                 torques += force * moment_arms;
@@ -212,7 +212,7 @@ impl Body for Arm {
         let current_ma = load.current_ma(pulse.drive);
         let due_us = pulse.t_us + u64::from(self.spec.delay_us);
         let stimulated = ALL[pulse.channel];
-        let recruited = part(&self.spec, pulse.channel, current_ma, pulse.width_us);
+        let recruited = recruited_share(&self.spec, pulse.channel, current_ma, pulse.width_us);
         self.muscles[pulse.channel].excite(due_us, recruited);
         for neighbour in stimulated.neighbours() {
             let muscle = *neighbour as usize;
@@ -224,7 +224,7 @@ impl Body for Arm {
                 pulse.channel
             };
             let spread_ma = self.spec.crosstalk[pulse.channel] * current_ma;
-            let recruited = part(&self.spec, electrode, spread_ma, pulse.width_us);
+            let recruited = recruited_share(&self.spec, electrode, spread_ma, pulse.width_us);
             self.muscles[muscle].excite(due_us, recruited);
         }
     }
@@ -245,7 +245,7 @@ impl Body for Arm {
 
     /// Returns the true elbow flexion, degrees.
     fn angle_deg(&self) -> f64 {
-        self.spec.posture.elbow_deg + self.turns()[6].to_degrees()
+        self.spec.posture.elbow_deg + self.deflections()[6].to_degrees()
     }
 
     /// Returns the true elbow flexion, degrees: the arm has sensors for force and turning rate
@@ -257,15 +257,15 @@ impl Body for Arm {
     /// Returns the configured posture plus the deflection in the cuff or of the free joints,
     /// degrees.
     fn posture_deg(&self) -> Option<[f64; 9]> {
-        let turns = self.turns();
+        let turns = self.deflections();
         Some(angles_deg(&self.spec.posture, &self.skeleton, &turns))
     }
 
     /// Returns the true force on the cuff without weight, N: backward, to the right, upward.
     /// Returns `None` while the arm is not in the cuff.
-    fn hand_n(&self) -> Option<[f64; 3]> {
+    fn hand_force_n(&self) -> Option<[f64; 3]> {
         let [x, y, z, ..] = self.wrench;
-        let force = about(Vector3::new(x, y, z)).into();
+        let force = rotate_half_turn(Vector3::new(x, y, z)).into();
         (self.held == Support::InCuff).then_some(force)
     }
 

@@ -95,13 +95,13 @@ pub struct Skeleton {
     humerus: Matrix3<f64>,
 }
 
-fn turned([y, z, x]: [f64; 3]) -> Matrix3<f64> {
+fn rotation_matrix([y, z, x]: [f64; 3]) -> Matrix3<f64> {
     let turn = |axis, rad| Rotation3::from_axis_angle(&axis, rad);
     let turn = turn(Vector3::y_axis(), y) * turn(Vector3::z_axis(), z) * turn(Vector3::x_axis(), x);
     turn.into_inner()
 }
 
-fn ours(das3: Vector3<f64>) -> Vector3<f64> {
+fn from_das3_axes(das3: Vector3<f64>) -> Vector3<f64> {
     from_das3(das3.into())
 }
 
@@ -109,11 +109,11 @@ impl Skeleton {
     /// This posture with these lengths.
     #[must_use]
     pub fn new(posture: Posture, lengths: Lengths) -> Self {
-        let clavicle = turned(CLAVICLE_RAD);
-        let scapula = clavicle * turned(SCAPULA_RAD);
+        let clavicle = rotation_matrix(CLAVICLE_RAD);
+        let scapula = clavicle * rotation_matrix(SCAPULA_RAD);
         let acromion = clavicle * Vector3::from(ACROMION_M);
         let socket = acromion + scapula * Vector3::from(SOCKET_M);
-        let shoulder = lengths.shoulder * ours(socket);
+        let shoulder = lengths.shoulder * from_das3_axes(socket);
         let (sine, cosine) = posture.elevation_deg.to_radians().sin_cos();
         let (aside, ahead) = posture.plane_deg.to_radians().sin_cos();
         let upper_arm = Vector3::new(sine * ahead, -sine * aside, -cosine);
@@ -149,9 +149,9 @@ impl Skeleton {
         let scale = self.lengths.shoulder;
         let at = Vector3::from(at);
         match bone {
-            Bone::Thorax => scale * ours(at - Vector3::from(STERNAL_M)),
-            Bone::Clavicle => scale * ours(self.clavicle * at),
-            Bone::Scapula => scale * ours(self.acromion + self.scapula * at),
+            Bone::Thorax => scale * from_das3_axes(at - Vector3::from(STERNAL_M)),
+            Bone::Clavicle => scale * from_das3_axes(self.clavicle * at),
+            Bone::Scapula => scale * from_das3_axes(self.acromion + self.scapula * at),
             Bone::Humerus => self.shoulder + scale * (self.humerus * at),
         }
     }
@@ -189,7 +189,7 @@ impl Skeleton {
     pub fn jacobian(&self, at: &Vector3<f64>, segment: usize) -> SMatrix<f64, 3, TURNS> {
         let axes = self.axes();
         let mut all = SMatrix::<f64, 3, TURNS>::zeros();
-        let turns = self.turns_of(segment);
+        let turns = self.turn_count(segment);
         for turn in 0..turns {
             let joint = match turn {
                 0..3 => Vector3::zeros(),
@@ -204,15 +204,15 @@ impl Skeleton {
 
     /// How a segment turns with each turn.
     #[must_use]
-    pub fn turning(&self, segment: usize) -> SMatrix<f64, 3, TURNS> {
+    pub fn rotation_jacobian(&self, segment: usize) -> SMatrix<f64, 3, TURNS> {
         let mut all = self.axes();
-        for turn in self.turns_of(segment)..TURNS {
+        for turn in self.turn_count(segment)..TURNS {
             all.set_column(turn, &Vector3::zeros());
         }
         all
     }
 
-    const fn turns_of(&self, segment: usize) -> usize {
+    const fn turn_count(&self, segment: usize) -> usize {
         match segment {
             0 => 3,
             1 => 6,
@@ -226,7 +226,8 @@ impl Skeleton {
         let mut all = SMatrix::<f64, 6, TURNS>::zeros();
         all.fixed_rows_mut::<3>(0)
             .copy_from(&self.jacobian(&self.cuff, 2));
-        all.fixed_rows_mut::<3>(3).copy_from(&self.turning(2));
+        all.fixed_rows_mut::<3>(3)
+            .copy_from(&self.rotation_jacobian(2));
         all
     }
 
@@ -239,7 +240,7 @@ impl Skeleton {
         let mut all = JointRotations::zeros();
         if let Some(line) = muscle.line() {
             let part = muscle.shoulder_part();
-            let [sternal, shoulder] = self.about_shoulder(&line);
+            let [sternal, shoulder] = self.shoulder_moments_m(&line);
             let turn = |axis: Vector3<f64>, arm: Vector3<f64>| {
                 let axis = nalgebra::Unit::new_normalize(axis);
                 part * (Rotation3::from_axis_angle(&axis, azimuth_deg.to_radians()) * arm)
@@ -268,7 +269,7 @@ impl Skeleton {
 
     /// Moments of one newton along this line about the sternoclavicular and the
     /// glenohumeral joint, m.
-    fn about_shoulder(&self, line: &Line) -> [Vector3<f64>; 2] {
+    fn shoulder_moments_m(&self, line: &Line) -> [Vector3<f64>; 2] {
         let (from, to) = (self.point(line.origin), self.point(line.insertion));
         let pull = (from - to).normalize();
         let on = |bone: Bone, moves: &[Bone]| moves.contains(&bone);
@@ -312,7 +313,7 @@ mod tests {
                 continue;
             };
             line.wrap_m = 0.0;
-            let moments = bones.about_shoulder(&line);
+            let moments = bones.shoulder_moments_m(&line);
             let (from, to) = (bones.point(line.origin), bones.point(line.insertion));
             for (joint, moment) in [Vector3::zeros(), bones.shoulder].iter().zip(moments) {
                 if moment == Vector3::zeros() {

@@ -76,7 +76,7 @@ pub struct MountedImu {
 }
 
 /// A normal deviate of each axis.
-fn deviates(seed: u64, index: u64) -> Vector3<f64> {
+fn random_normal_vector(seed: u64, index: u64) -> Vector3<f64> {
     Vector3::from_fn(|axis, _| random::standard_normal(seed, 3 * index + axis as u64))
 }
 
@@ -86,12 +86,12 @@ impl MountedImu {
     #[must_use]
     pub fn new(spec: ImuSpec, fault: ImuFault, frame: &Matrix3<f64>, seed: u64) -> Self {
         let fixed = random::word(seed, 0);
-        let askew = spec.askew_deg.to_radians() * deviates(fixed, 0);
+        let askew = spec.askew_deg.to_radians() * random_normal_vector(fixed, 0);
         let mount = Rotation3::new(askew).into_inner();
         Self {
             to_sensor: (frame * mount).transpose(),
-            gyro_bias: spec.gyro_bias_rad_s * deviates(fixed, 1),
-            accel_bias: spec.accel_bias_m_s2 * deviates(fixed, 2),
+            gyro_bias: spec.gyro_bias_rad_s * random_normal_vector(fixed, 1),
+            accel_bias: spec.accel_bias_m_s2 * random_normal_vector(fixed, 2),
             seed: random::word(seed, 1),
             spec,
             fault,
@@ -102,19 +102,19 @@ impl MountedImu {
     /// segment's own acceleration is left out: read it at rest.
     #[must_use]
     pub fn read(&self, rate: &Vector3<f64>, tick: u64) -> Imu {
-        let noise = |what: u64| deviates(random::word(self.seed, what), tick);
+        let noise = |what: u64| random_normal_vector(random::word(self.seed, what), tick);
         let gyro = self.to_sensor * rate + self.gyro_bias + self.spec.gyro_noise_rad_s * noise(0);
         let up = GRAVITY_M_S2 * Vector3::z();
         let accel = self.to_sensor * up + self.accel_bias + self.spec.accel_noise_m_s2 * noise(1);
         Imu {
-            gyro_rad_s: self.fault.of(gyro.into()),
-            accel_m_s2: self.fault.of(accel.into()),
+            gyro_rad_s: self.fault.apply(gyro.into()),
+            accel_m_s2: self.fault.apply(accel.into()),
         }
     }
 }
 
 impl ImuFault {
-    fn of(self, read: [f64; 3]) -> [f64; 3] {
+    fn apply(self, read: [f64; 3]) -> [f64; 3] {
         match self {
             Self::None => read,
             Self::Missing => [0.0; 3],
@@ -162,7 +162,7 @@ impl ForceSensor {
             return;
         }
         let push = self.spec.wander_n * (1.0 - self.keeps * self.keeps).sqrt();
-        let deviates = deviates(random::word(self.seed, 8), self.tick);
+        let deviates = random_normal_vector(random::word(self.seed, 8), self.tick);
         for (wander, deviate) in self.wander.iter_mut().zip(deviates.iter()) {
             *wander = self.keeps * *wander + push * deviate;
         }
@@ -171,7 +171,8 @@ impl ForceSensor {
     /// What it reads where the arm pushes with `wrench` (N, N m).
     #[must_use]
     pub fn read(&self, wrench: &[f64; 6]) -> [f64; 6] {
-        let noise = [9, 10].map(|what| deviates(random::word(self.seed, what), self.tick));
+        let noise =
+            [9, 10].map(|what| random_normal_vector(random::word(self.seed, what), self.tick));
         std::array::from_fn(|axis| {
             let wander = self.wander.get(axis).copied().unwrap_or(0.0);
             let noise = match axis {

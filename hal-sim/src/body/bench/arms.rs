@@ -136,7 +136,7 @@ pub fn length_m(muscle: Muscle, flexion_deg: f64) -> Result<Option<f64>, BeyondF
 ///
 /// # Errors
 /// As [`arm_m`].
-pub fn longer_m(source: Source, muscle: Muscle, flexion_deg: f64) -> Result<f64, BeyondFit> {
+pub fn elongation_m(source: Source, muscle: Muscle, flexion_deg: f64) -> Result<f64, BeyondFit> {
     if let (Some(now), Some(then)) = (length_m(muscle, flexion_deg)?, length_m(muscle, 90.0)?) {
         return Ok(now - then);
     }
@@ -245,14 +245,14 @@ mod tests {
                 .sum::<f64>()
         };
         let exact = integral(90_f64.to_radians()) - integral(75_f64.to_radians());
-        let found = longer_m(Source::MuscleArms, Muscle::Biceps, 75.0).unwrap();
+        let found = elongation_m(Source::MuscleArms, Muscle::Biceps, 75.0).unwrap();
         assert!((found - exact).abs() < 1e-8, "{found} for {exact}");
         // Bent, the triceps is longer and the brachialis shorter.
         for source in SOURCES {
             for muscle in [Muscle::TricepsLong, Muscle::TricepsMedial] {
-                assert!(longer_m(source, muscle, 105.0).unwrap() > 0.004);
+                assert!(elongation_m(source, muscle, 105.0).unwrap() > 0.004);
             }
-            assert!(longer_m(source, Muscle::Brachialis, 105.0).unwrap() < -0.004);
+            assert!(elongation_m(source, Muscle::Brachialis, 105.0).unwrap() < -0.004);
         }
     }
 }

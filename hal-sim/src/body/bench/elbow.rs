@@ -8,7 +8,7 @@
 //! each.
 
 use super::InvalidBench;
-use super::arms::{BeyondFit, Muscle, Source, arm_m, length_m, longer_m};
+use super::arms::{BeyondFit, Muscle, Source, arm_m, elongation_m, length_m};
 use super::recruitment::{Pool, StrengthDuration};
 use super::sensor::{SAMPLE_US, Sensor, SensorSpec};
 use crate::body::muscle::{self, Parameters, Step};
@@ -86,7 +86,7 @@ pub struct IsometricSpec {
 
 /// A muscle's fibres: length of the tendon and their best length, m (arm26.osim, after
 /// Holzbaur 2005; of the biceps the two heads' best lengths, weighted by their forces).
-const fn fibres_m(muscle: Muscle) -> (f64, f64) {
+const fn tendon_and_fibre_m(muscle: Muscle) -> (f64, f64) {
     match muscle {
         Muscle::TricepsLong => (0.143, 0.134),
         Muscle::TricepsLateral => (0.098, 0.1138),
@@ -100,7 +100,7 @@ const fn fibres_m(muscle: Muscle) -> (f64, f64) {
 /// Largest isometric force, N (arm26.osim; of the biceps both heads; the posterior deltoid
 /// is Holzbaur 2005's, from memory, and moves no elbow).
 #[must_use]
-pub const fn strongest_n(muscle: Muscle) -> f64 {
+pub const fn max_force_n(muscle: Muscle) -> f64 {
     match muscle {
         Muscle::TricepsLong => 798.52,
         Muscle::TricepsLateral | Muscle::TricepsMedial => 624.3,
@@ -117,10 +117,10 @@ pub const fn strongest_n(muscle: Muscle) -> f64 {
 /// # Errors
 /// An angle beyond the sources' fit.
 pub fn fibre_length(muscle: Muscle, at_90: f64, flexion_deg: f64) -> Result<f64, BeyondFit> {
-    let (tendon_m, best_m) = fibres_m(muscle);
+    let (tendon_m, best_m) = tendon_and_fibre_m(muscle);
     Ok(match length_m(muscle, flexion_deg)? {
         Some(length_m) => (length_m - tendon_m) / best_m,
-        None => at_90 + longer_m(Source::RankinNeptune, muscle, flexion_deg)? / best_m,
+        None => at_90 + elongation_m(Source::RankinNeptune, muscle, flexion_deg)? / best_m,
     })
 }
 
@@ -152,7 +152,7 @@ impl IsometricSpec {
     ///
     /// # Errors
     /// An angle beyond the sources' fit.
-    pub fn most_nm(&self, of: &RigMuscle) -> Result<f64, BeyondFit> {
+    pub fn max_torque_nm(&self, of: &RigMuscle) -> Result<f64, BeyondFit> {
         let flexion_deg = self.flexion_deg();
         let arm_m = arm_m(self.source, of.muscle, flexion_deg)?;
         let length = fibre_length(of.muscle, of.length_at_90, flexion_deg)?;
@@ -248,7 +248,9 @@ impl IsometricElbow {
     pub fn new(spec: IsometricSpec, seed: u64) -> Result<Self, InvalidBench> {
         spec.validate()?;
         let driven = |of: &RigMuscle| {
-            let most_nm = spec.most_nm(of).map_err(|_| InvalidBench("included_deg"))?;
+            let most_nm = spec
+                .max_torque_nm(of)
+                .map_err(|_| InvalidBench("included_deg"))?;
             Ok(MuscleState {
                 spec: *of,
                 most_nm,

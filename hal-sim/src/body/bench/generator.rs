@@ -237,7 +237,7 @@ impl Muscular {
                 let bound = c / (c + self.generator.parameters.k);
                 self.state + (bound - self.state) * TICK_S / 0.2
             }
-            Kind::Length => self.force_n() / self.most_n(),
+            Kind::Length => self.force_n() / self.max_force_n(),
             _ => return,
         };
         let gain = self.gain();
@@ -260,7 +260,7 @@ impl Muscular {
     }
 
     /// The most that the model could hold, N.
-    fn most_n(&self) -> f64 {
+    fn max_force_n(&self) -> f64 {
         let p = self.generator.parameters;
         p.a_n_per_s * (p.tau1_s + p.tau2_s)
     }

@@ -57,7 +57,7 @@ impl Pool {
     /// Names what no pool can have: a lowest threshold not above 0, no spread, all but
     /// nothing of the distribution below the lowest.
     pub fn new(lowest: f64, middle: f64, spread: f64) -> Result<Self, InvalidBench> {
-        let cut = normal_below((lowest - middle) / spread);
+        let cut = normal_cdf((lowest - middle) / spread);
         match () {
             () if !(lowest.is_finite() && lowest > 0.0) => Err(InvalidBench("lowest")),
             () if !(spread.is_finite() && spread > 0.0) => Err(InvalidBench("spread")),
@@ -76,7 +76,7 @@ impl Pool {
     ///
     /// # Errors
     /// Names what no pool can have; `ratio`: no middle gives it.
-    pub fn through(
+    pub fn from_ratio(
         (lowest, spread): (f64, f64),
         (weak, strong): (f64, f64),
         ratio: f64,
@@ -105,7 +105,7 @@ impl Pool {
         if strength <= self.lowest {
             return 0.0;
         }
-        let below = normal_below((strength - self.middle) / self.spread);
+        let below = normal_cdf((strength - self.middle) / self.spread);
         ((below - self.cut) / (1.0 - self.cut)).clamp(0.0, 1.0)
     }
 
@@ -135,7 +135,7 @@ impl Pool {
 }
 
 /// Part of a standard normal distribution below `z`.
-fn normal_below(z: f64) -> f64 {
+fn normal_cdf(z: f64) -> f64 {
     0.5 * libm::erfc(-z * FRAC_1_SQRT_2)
 }
 
@@ -162,7 +162,7 @@ mod tests {
     #[test]
     fn a_pool_goes_through_a_ratio() {
         for ratio in [0.12, 0.3, 0.5] {
-            let pool = Pool::through((8.0, 2.5), (10.0, 15.0), ratio).unwrap();
+            let pool = Pool::from_ratio((8.0, 2.5), (10.0, 15.0), ratio).unwrap();
             assert!((pool.share(10.0) / pool.share(15.0) - ratio).abs() < 1e-9);
         }
     }
@@ -194,7 +194,7 @@ mod tests {
         assert_eq!(Pool::new(0.0, 1.0, 1.0), Err(InvalidBench("lowest")));
         assert_eq!(Pool::new(1.0, 1.0, 0.0), Err(InvalidBench("spread")));
         assert_eq!(Pool::new(9.0, 1.0, 0.5), Err(InvalidBench("middle")));
-        let none = Pool::through((8.0, 2.5), (10.0, 15.0), 1.5);
+        let none = Pool::from_ratio((8.0, 2.5), (10.0, 15.0), 1.5);
         assert_eq!(none, Err(InvalidBench("ratio")));
     }
 }

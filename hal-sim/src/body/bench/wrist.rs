@@ -73,7 +73,7 @@ impl WristSpec {
         let range = (*i_mt, 1.5 * i_mt);
         Ok(Self {
             channel: 0,
-            pool: Pool::through(shape, range, ratio.cbrt())?,
+            pool: Pool::from_ratio(shape, range, ratio.cbrt())?,
             strength: StrengthDuration {
                 chronaxie_us: 200.0,
                 reference_us: 400.0,

@@ -11,28 +11,28 @@ impl ElbowSpec {
     /// Arm `index` of `seed`, even over ranges about [`ElbowSpec::default`]: all
     /// of them assumed, wide because next to nothing is known. Both muscles have
     /// the dynamics of one of Lee 2020's ten subjects.
-    pub fn drawn(seed: u64, index: u64) -> Self {
+    pub fn random(seed: u64, index: u64) -> Self {
         let draws = &mut Draws::new(seed, index, STREAM);
-        let subject = SUBJECTS[draws.even(0.0, SUBJECTS.len() as f64) as usize % SUBJECTS.len()];
+        let subject = SUBJECTS[draws.uniform(0.0, SUBJECTS.len() as f64) as usize % SUBJECTS.len()];
         let dynamics = subject.normalised_at(TORQUE_FREQUENCY_HZ);
         let mut spec = Self::default();
         let mut muscle = |nominal: ElbowMuscle| ElbowMuscle {
-            threshold_ma: nominal.threshold_ma * draws.even(0.6, 1.4),
-            max_ma: nominal.max_ma * draws.even(0.8, 1.2),
-            torque_nm: nominal.torque_nm * draws.even(0.6, 1.4),
+            threshold_ma: nominal.threshold_ma * draws.uniform(0.6, 1.4),
+            max_ma: nominal.max_ma * draws.uniform(0.8, 1.2),
+            torque_nm: nominal.torque_nm * draws.uniform(0.6, 1.4),
             dynamics,
             ..nominal
         };
         spec.triceps = muscle(spec.triceps);
         spec.biceps = muscle(spec.biceps);
-        spec.recruitment_curvature *= draws.even(0.5, 1.5);
-        spec.electromechanical_delay_us = draws.even(10_000.0, 50_000.0) as u32;
-        spec.inertia_kg_m2 *= draws.even(0.7, 1.3);
-        spec.stiffness_nm_per_rad *= draws.even(0.3, 3.0);
+        spec.recruitment_curvature *= draws.uniform(0.5, 1.5);
+        spec.electromechanical_delay_us = draws.uniform(10_000.0, 50_000.0) as u32;
+        spec.inertia_kg_m2 *= draws.uniform(0.7, 1.3);
+        spec.stiffness_nm_per_rad *= draws.uniform(0.3, 3.0);
         // Even in its logarithm: the least known number matters most.
-        spec.damping_nm_s_per_rad *= 2f64.powf(draws.even(-2.0, 2.0));
-        spec.active_damping_s_per_rad *= draws.even(0.0, 2.0);
-        spec.person.push_nm *= draws.even(0.4, 1.6);
+        spec.damping_nm_s_per_rad *= 2f64.powf(draws.uniform(-2.0, 2.0));
+        spec.active_damping_s_per_rad *= draws.uniform(0.0, 2.0);
+        spec.person.push_nm *= draws.uniform(0.4, 1.6);
         spec
     }
 }

@@ -111,14 +111,14 @@ impl Elbow {
         self.voluntary_nm = person.torque_nm(push_nm, &mut self.seen, t_s, angle, rate);
         let working = triceps + biceps + self.voluntary_nm.abs();
         let damping = self.spec.damping_nm_s_per_rad + self.spec.active_damping_s_per_rad * working;
-        self.turn(biceps - triceps + self.voluntary_nm, damping);
+        self.step_joint(biceps - triceps + self.voluntary_nm, damping);
         self.tick += 1;
     }
 
     /// One millisecond of I·θ″ + b·θ′ + k·(θ − rest) = torque by the implicit
     /// midpoint rule (second order, stable for any b and k). A stop takes all
     /// momentum.
-    fn turn(&mut self, torque_nm: f64, damping: f64) {
+    fn step_joint(&mut self, torque_nm: f64, damping: f64) {
         let spec = &self.spec;
         let half = 0.5 * TICK_S / spec.inertia_kg_m2;
         let pull =
@@ -218,7 +218,7 @@ impl Body for Elbow {
         self.tick != before
     }
 
-    fn begin(&mut self) {
+    fn begin_trial(&mut self) {
         self.begun = self.tick;
     }
 

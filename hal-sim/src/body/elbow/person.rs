@@ -67,7 +67,7 @@ impl MotorBehaviour {
             }
             _ => {
                 *seen = VisualFeedback::default();
-                self.meant_rad_per_s(t_s, angle_rad)
+                self.intended_rad_per_s(t_s, angle_rad)
             }
         };
         let wanted = self.gain_nm_s_per_rad * (meant - rate_rad_per_s);
@@ -75,7 +75,7 @@ impl MotorBehaviour {
     }
 
     /// The rate the person means to move at, rad/s.
-    fn meant_rad_per_s(&self, t_s: f64, angle_rad: f64) -> f64 {
+    fn intended_rad_per_s(&self, t_s: f64, angle_rad: f64) -> f64 {
         let under_way = |a: &&VoluntaryApproach| (a.at_s..a.at_s + a.for_s).contains(&t_s);
         match self.approaches.iter().find(under_way) {
             Some(a) => {

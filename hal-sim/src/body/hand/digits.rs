@@ -37,7 +37,7 @@ pub struct Torques {
 
 impl Torques {
     /// What extends `digit`, N·m.
-    const fn against(&self, digit: usize) -> f64 {
+    const fn extension_nm(&self, digit: usize) -> f64 {
         if digit == INDEX {
             self.extensor_nm
         } else {
@@ -50,7 +50,7 @@ impl Torques {
     #[must_use]
     pub fn net_nm(&self, digit: usize, progress: f64) -> f64 {
         self.flexors_nm[digit] * (1.0 - LOST * progress)
-            - self.against(digit) * (1.0 - LOST * (1.0 - progress))
+            - self.extension_nm(digit) * (1.0 - LOST * (1.0 - progress))
     }
 
     /// Where free digits come to rest against a spring of this stiffness, °.
@@ -61,7 +61,7 @@ impl Torques {
             let rest = REST_DEG[digit];
             // stiffness · (θ - rest) = net torque, linear in θ.
             let stiffness = stiffness_nm_per_rad.to_radians();
-            let slope = (self.flexors_nm[digit] + self.against(digit)) * LOST / (high - low);
+            let slope = (self.flexors_nm[digit] + self.extension_nm(digit)) * LOST / (high - low);
             let at_rest = self.net_nm(digit, (rest - low) / (high - low));
             (rest + at_rest / (stiffness + slope)).clamp(low, high)
         })

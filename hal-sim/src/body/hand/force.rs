@@ -32,7 +32,7 @@ impl Forces {
 
     /// Of a unit that spikes at `at_us` of each period, ascending. Patterns that differ
     /// by where the period begins have the same force.
-    pub fn mean(&mut self, at_us: &[u32]) -> f64 {
+    pub fn mean_force(&mut self, at_us: &[u32]) -> f64 {
         let Some(&first) = at_us.first() else {
             return 0.0;
         };
@@ -43,12 +43,12 @@ impl Forces {
         if let Some(&force) = self.known.get(&pattern) {
             return force;
         }
-        let force = self.settle(&pattern);
+        let force = self.settled_force(&pattern);
         self.known.insert(pattern, force);
         force
     }
 
-    fn settle(&self, pattern: &[u32]) -> f64 {
+    fn settled_force(&self, pattern: &[u32]) -> f64 {
         let step = Step::new(&self.parameters, f64::from(STEP_US) * 1e-6);
         let mut muscle = Muscle::new(self.parameters);
         let steps = self.period_us / STEP_US;
@@ -76,18 +76,18 @@ mod tests {
     #[test]
     fn one_spike_in_20_ms_is_the_unit() {
         let mut forces = Forces::new(40_000);
-        assert!((forces.mean(&[0, 20_000]) - 1.0).abs() < 2e-3);
-        assert!((forces.mean(&[7_000, 27_000]) - 1.0).abs() < 2e-3);
-        assert_eq!(forces.mean(&[]), 0.0);
+        assert!((forces.mean_force(&[0, 20_000]) - 1.0).abs() < 2e-3);
+        assert!((forces.mean_force(&[7_000, 27_000]) - 1.0).abs() < 2e-3);
+        assert_eq!(forces.mean_force(&[]), 0.0);
     }
 
     /// More spikes give more, and two close together less than two far apart.
     #[test]
     fn force_rises_with_spikes_and_with_their_distance() {
         let mut forces = Forces::new(40_000);
-        let half = forces.mean(&[0]);
-        let double = forces.mean(&[0, 10_000, 20_000, 30_000]);
-        let close = forces.mean(&[0, 3_000, 20_000, 23_000]);
+        let half = forces.mean_force(&[0]);
+        let double = forces.mean_force(&[0, 10_000, 20_000, 30_000]);
+        let close = forces.mean_force(&[0, 3_000, 20_000, 23_000]);
         assert!(half < 0.9 && double > 1.05, "{half} {double}");
         assert!((1.0..double).contains(&close), "{close} {double}");
     }

@@ -41,7 +41,7 @@ impl HandSpec {
         let stream = |which: u64| self.seed.wrapping_mul(8).wrapping_add(which);
         let mut all = Vec::with_capacity(POOLS.len() * self.units);
         for (index, pool) in (0u64..).zip(POOLS) {
-            let mut place = pool.place().drawn(stream(PLACES), index);
+            let mut place = pool.place().randomized(stream(PLACES), index);
             place.spread = place.spread.map(|value| self.scatter * value);
             for number in 0..self.units as u64 {
                 let number = index * 4_096 + number;
@@ -83,7 +83,7 @@ impl HandSpec {
 impl Rule {
     /// What an ampere of this field charges `unit` by.
     #[must_use]
-    pub fn drive(self, of: &Transfer, unit: &Unit) -> f64 {
+    pub fn nerve_drive(self, of: &Transfer, unit: &Unit) -> f64 {
         match self {
             // Outside negative is inside positive.
             Self::Potential => -of.potential,
@@ -149,7 +149,7 @@ impl Forearm {
             let mut drives = [0.0; ELECTRODES];
             drives[RETURN] = spec
                 .rule
-                .drive(&field.transfer(&pads[RETURN], unit.at_m), unit);
+                .nerve_drive(&field.transfer(&pads[RETURN], unit.at_m), unit);
             drives
         };
         let mut forearm = Self {
@@ -176,13 +176,13 @@ impl Forearm {
             let [x, y, z] = unit.at_m;
             let at = [x - shift_m[0], y - shift_m[1], z];
             for ((pad, drive), coupling) in pads.iter().zip(drives).zip(spec.coupling) {
-                *drive = coupling * spec.rule.drive(&field.transfer(pad, at), unit);
+                *drive = coupling * spec.rule.nerve_drive(&field.transfer(pad, at), unit);
             }
         }
     }
 
     /// An ampere through `electrode` charges nerves `by` times as hard as before.
-    pub(super) fn strengthen(&mut self, electrode: usize, by: f64) {
+    pub(super) fn scale_coupling(&mut self, electrode: usize, by: f64) {
         let drives = self.drives.iter_mut();
         drives
             .filter_map(|of| of.get_mut(electrode))
@@ -200,7 +200,11 @@ impl Forearm {
     ///
     /// # Errors
     /// As [`Network::segment`].
-    pub fn told_ohm(&self, point: usize, (volts, at_s): (f64, f64)) -> Result<f64, InvalidSegment> {
+    pub fn measured_load_ohm(
+        &self,
+        point: usize,
+        (volts, at_s): (f64, f64),
+    ) -> Result<f64, InvalidSegment> {
         let mut terminals = [Terminal::Floating; RETURN];
         terminals[point] = Terminal::Driven(-volts);
         let mut charge = Charge::default();
@@ -213,7 +217,7 @@ impl Forearm {
 
     /// At rest, without charge.
     #[must_use]
-    pub fn rested(&self) -> Memory {
+    pub fn resting_memory(&self) -> Memory {
         Memory {
             charge: Charge::default(),
             nerves: vec![Nerve::REST; self.units.len()],
@@ -245,14 +249,14 @@ impl Forearm {
             .network
             .segment(&mut memory.charge, terminals, duration_s)?
         {
-            self.charge(&mut memory.nerves, &piece, begun_s, factor, spikes);
+            self.charge_nerves(&mut memory.nerves, &piece, begun_s, factor, spikes);
             begun_s += piece.duration_s;
         }
         Ok(())
     }
 
     /// What the currents of `piece` do to every nerve.
-    fn charge(
+    fn charge_nerves(
         &self,
         nerves: &mut [Nerve],
         piece: &Piece,
@@ -266,7 +270,7 @@ impl Forearm {
             let weights = weights(piece, &self.drives[index]);
             let most = nerve.charged.max(0.0) + weights.iter().map(|w| w.abs()).sum::<f64>();
             let spiked = (most >= threshold)
-                .then(|| looks.first(&self.membrane, *nerve, &weights, threshold))
+                .then(|| looks.first_crossing(&self.membrane, *nerve, &weights, threshold))
                 .flatten();
             if let Some(at_s) = spiked {
                 spikes.push(Spike {
@@ -320,7 +324,7 @@ impl NerveSamples {
                     amplitude: 1.0,
                     rate,
                 };
-                *place = membrane.after(0.0, [one], t_s);
+                *place = membrane.charge_after(0.0, [one], t_s);
             }
             basis
         });
@@ -342,7 +346,7 @@ impl NerveSamples {
     }
 
     /// When the nerve first reaches its threshold, if it does.
-    fn first(
+    fn first_crossing(
         &self,
         membrane: &Membrane,
         nerve: Nerve,
@@ -351,7 +355,7 @@ impl NerveSamples {
     ) -> Option<f64> {
         let (mut before_s, mut below) = (0.0, nerve.charged - threshold);
         for (place, &at_s) in self.at_s.iter().enumerate() {
-            let needed = threshold * membrane.raised(nerve.since_s + at_s);
+            let needed = threshold * membrane.threshold_factor(nerve.since_s + at_s);
             let above = self.charged(place, nerve.charged, weights) - needed;
             if above >= 0.0 {
                 // In between as on a straight line.

@@ -43,7 +43,7 @@ impl Membrane {
     /// How many times its threshold a nerve needs `since_s` after a spike; infinite
     /// while it is absolutely refractory.
     #[must_use]
-    pub fn raised(&self, since_s: f64) -> f64 {
+    pub fn threshold_factor(&self, since_s: f64) -> f64 {
         if since_s < self.absolute_s {
             f64::INFINITY
         } else if since_s < self.relative_s {
@@ -56,7 +56,12 @@ impl Membrane {
     /// What `t_s` of `terms` make of `charged`: the leak's equation
     /// leak · dv/dt = drive - v, in closed form.
     #[must_use]
-    pub fn after(&self, charged: f64, terms: impl IntoIterator<Item = Decay>, t_s: f64) -> f64 {
+    pub fn charge_after(
+        &self,
+        charged: f64,
+        terms: impl IntoIterator<Item = Decay>,
+        t_s: f64,
+    ) -> f64 {
         let kept = (-t_s / self.leak_s).exp();
         let driven = terms.into_iter().map(|term| {
             let apart = 1.0 - term.rate * self.leak_s;
@@ -102,7 +107,7 @@ mod tests {
             let d = slope(t + h, v + h * c);
             v += h / 6.0 * (a + 2.0 * b + 2.0 * c + d);
         }
-        let closed = MEMBRANE.after(0.3, terms, 200e-6);
+        let closed = MEMBRANE.charge_after(0.3, terms, 200e-6);
         assert!((closed - v).abs() < 1e-10, "{closed} {v}");
     }
 
@@ -114,7 +119,7 @@ mod tests {
                 amplitude: 1.0,
                 rate,
             };
-            MEMBRANE.after(0.0, [term], 300e-6)
+            MEMBRANE.charge_after(0.0, [term], 300e-6)
         };
         let equal = at(1.0 / MEMBRANE.leak_s);
         for part in [1.0 - 1e-5, 1.0 + 1e-5, 1.0 + 1e-7] {
@@ -130,7 +135,7 @@ mod tests {
                 amplitude: 1.0,
                 rate: 0.0,
             };
-            MEMBRANE.after(0.0, [term], t_s)
+            MEMBRANE.charge_after(0.0, [term], t_s)
         };
         assert!((reached(200e-6) - (1.0 - (-1.0f64).exp())).abs() < 1e-15);
         assert!(reached(100e-6) < 0.65 * reached(200e-6));
@@ -138,9 +143,9 @@ mod tests {
 
     #[test]
     fn a_nerve_that_spiked_needs_more_for_a_while() {
-        assert_eq!(MEMBRANE.raised(1e-3), f64::INFINITY);
-        assert_eq!(MEMBRANE.raised(2.75e-3), 2.0);
-        assert!((MEMBRANE.raised(3.875e-3) - 1.5).abs() < 1e-12);
-        assert_eq!(MEMBRANE.raised(5e-3), 1.0);
+        assert_eq!(MEMBRANE.threshold_factor(1e-3), f64::INFINITY);
+        assert_eq!(MEMBRANE.threshold_factor(2.75e-3), 2.0);
+        assert!((MEMBRANE.threshold_factor(3.875e-3) - 1.5).abs() < 1e-12);
+        assert_eq!(MEMBRANE.threshold_factor(5e-3), 1.0);
     }
 }

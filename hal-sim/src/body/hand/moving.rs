@@ -87,7 +87,7 @@ impl FittedHand {
     ///
     /// # Errors
     /// What of it cannot be.
-    pub fn moving(&self, seed: u64) -> Result<MovingHand, InvalidHand> {
+    pub fn to_moving_hand(&self, seed: u64) -> Result<MovingHand, InvalidHand> {
         let mut hand = Hand::new(self.spec.clone(), self.points)?;
         hand.factor = self.factor;
         hand.shift(0.0, self.shift_m);
@@ -126,7 +126,7 @@ impl MovingHand {
             is_awake: false,
         };
         Ok(Self {
-            memory: forearm.rested(),
+            memory: forearm.resting_memory(),
             terminals: [Terminal::Floating; RETURN],
             played_us: 0,
             under_way: Vec::new(),
@@ -167,7 +167,7 @@ impl MovingHand {
     }
 
     /// Currents and spikes up to `to_us`.
-    fn play(&mut self, to_us: u64) {
+    fn simulate_until(&mut self, to_us: u64) {
         let mut spikes = Vec::new();
         while self.played_us < to_us {
             let next_us = to_us.min((self.played_us / STRETCH_US + 1) * STRETCH_US);
@@ -215,7 +215,7 @@ impl MovingHand {
             let force = fibres.step(&self.steps);
             let floor = self.spec.motion.fatigue_floor;
             let goal = 1.0 - (1.0 - floor) * force.min(1.0);
-            if let Some((torque, of_one)) = torques.of_unit(pool, &self.spec) {
+            if let Some((torque, of_one)) = torques.unit_torque_mut(pool, &self.spec) {
                 *torque += of_one * fibres.capacity * force;
             }
             fibres.capacity += tires * (goal - fibres.capacity);
@@ -252,11 +252,11 @@ impl Body for MovingHand {
     /// What a pulse is, its leads have said.
     fn pulse(&mut self, _pulse: &Pulse) {}
 
-    fn lead(&mut self, t_us: u64, channel: usize, lead: Lead) {
+    fn set_lead(&mut self, t_us: u64, channel: usize, lead: Lead) {
         let Some(point) = self.channels.iter().position(|index| *index == channel) else {
             return;
         };
-        self.play(t_us);
+        self.simulate_until(t_us);
         self.terminals[point] = match (lead, self.loads[channel]) {
             (_, Load::Open) | (Lead::Floating, _) => Terminal::Floating,
             (Lead::Grounded, _) => Terminal::Grounded,
@@ -270,7 +270,7 @@ impl Body for MovingHand {
     /// Digits and sensor move in whole milliseconds: between them the values of the last
     /// one hold.
     fn advance(&mut self, to_us: u64) -> bool {
-        self.play(to_us / STRETCH_US * STRETCH_US);
+        self.simulate_until(to_us / STRETCH_US * STRETCH_US);
         let before = self.tick;
         while (self.tick + 1) * TICK_US <= to_us {
             self.step();
@@ -278,7 +278,7 @@ impl Body for MovingHand {
         self.tick != before
     }
 
-    fn unsettled(&self) -> u64 {
+    fn uncomputed_intervals(&self) -> u64 {
         self.unsettled
     }
 

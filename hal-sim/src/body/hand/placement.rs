@@ -51,7 +51,7 @@ impl HandSpec {
     /// What is wrong with electrodes A, B and E on `points`, beside the return; nothing
     /// of electrodes that can lie so.
     #[must_use]
-    pub fn misplaced(&self, points: &[Pad; RETURN]) -> Vec<PlacementError> {
+    pub fn placement_errors(&self, points: &[Pad; RETURN]) -> Vec<PlacementError> {
         let (forearm_m, around_m) = (self.forearm_m, self.around_m);
         let is_on =
             |pad: &Pad| (0.0..=forearm_m).contains(&pad.x_m) && pad.y_m.abs() <= 0.5 * around_m;

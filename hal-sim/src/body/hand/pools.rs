@@ -42,7 +42,7 @@ pub const DIGITS: usize = 5;
 impl Pool {
     /// The digit that it flexes, from the thumb.
     #[must_use]
-    pub const fn flexes(self) -> Option<usize> {
+    pub const fn flexed_digit(self) -> Option<usize> {
         match self {
             Self::Thumb => Some(0),
             Self::Index | Self::IndexDistal => Some(1),
@@ -95,7 +95,7 @@ const LEAST_DEPTH_M: f64 = 0.001;
 impl Place {
     /// As wearer `seed` has it; `index` is the pool's number.
     #[must_use]
-    pub fn drawn(self, seed: u64, index: u64) -> Self {
+    pub fn randomized(self, seed: u64, index: u64) -> Self {
         let mut place = self;
         for (axis, middle) in place.middle.iter_mut().enumerate() {
             let turn = standard_normal(seed, 3 * index + axis as u64);

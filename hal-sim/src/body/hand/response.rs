@@ -138,9 +138,9 @@ impl Hand {
 
     /// Point `electrode` of A, B and E has this coupling from now on
     /// ([`HandSpec::coupling`]), above 0. Others are ignored.
-    pub fn couple(&mut self, electrode: usize, coupling: f64) {
+    pub fn set_coupling(&mut self, electrode: usize, coupling: f64) {
         if let Some(of) = self.spec.coupling.get_mut(electrode) {
-            self.forearm.strengthen(electrode, coupling / *of);
+            self.forearm.scale_coupling(electrode, coupling / *of);
             *of = coupling;
         }
     }
@@ -150,7 +150,7 @@ impl Hand {
     /// # Errors
     /// Its circuit cannot be solved.
     pub fn load_ohm(&self, point: usize) -> Result<f64, InvalidSegment> {
-        self.forearm.told_ohm(point, TOLD_AT)
+        self.forearm.measured_load_ohm(point, TOLD_AT)
     }
 
     /// The skin moves over the muscles: `pronated_deg` by posture, and `along_m` and
@@ -167,8 +167,8 @@ impl Hand {
     /// # Errors
     /// As [`Forearm::segment`].
     pub fn respond(&mut self, period: &[Segment]) -> Result<Response, InvalidSegment> {
-        let spikes = self.settled(period)?;
-        Ok(self.pull(&spikes))
+        let spikes = self.settled_spikes(period)?;
+        Ok(self.muscle_response(&spikes))
     }
 
     /// What two periods make of it that know nothing of each other: every unit has the
@@ -182,23 +182,23 @@ impl Hand {
         first: &[Segment],
         (second, after_us): (&[Segment], u32),
     ) -> Result<Response, InvalidSegment> {
-        let mut spikes = self.settled(first)?;
-        for (of, later) in spikes.iter_mut().zip(self.settled(second)?) {
+        let mut spikes = self.settled_spikes(first)?;
+        for (of, later) in spikes.iter_mut().zip(self.settled_spikes(second)?) {
             of.extend(later.iter().map(|at| (at + after_us) % SPAN_US));
             of.sort_unstable();
         }
-        Ok(self.pull(&spikes))
+        Ok(self.muscle_response(&spikes))
     }
 
     /// When each unit spikes in the periods that count, µs.
-    fn settled(&self, period: &[Segment]) -> Result<Vec<Vec<u32>>, InvalidSegment> {
-        let mut memory = self.forearm.rested();
+    fn settled_spikes(&self, period: &[Segment]) -> Result<Vec<Vec<u32>>, InvalidSegment> {
+        let mut memory = self.forearm.resting_memory();
         for _ in 0..SETTLES {
-            self.play(&mut memory, period)?;
+            self.simulate_period(&mut memory, period)?;
         }
         let mut spikes = vec![Vec::new(); self.forearm.units().len()];
         for count in 0..COUNTS {
-            for spike in self.play(&mut memory, period)? {
+            for spike in self.simulate_period(&mut memory, period)? {
                 let at_us = (spike.at_s * 1e6) as u32;
                 spikes[spike.unit].push(count * PERIOD_US + at_us);
             }
@@ -207,7 +207,11 @@ impl Hand {
     }
 
     /// One period; spikes count from its begin.
-    fn play(&self, memory: &mut Memory, period: &[Segment]) -> Result<Vec<Spike>, InvalidSegment> {
+    fn simulate_period(
+        &self,
+        memory: &mut Memory,
+        period: &[Segment],
+    ) -> Result<Vec<Spike>, InvalidSegment> {
         let (mut all, mut begun_us) = (Vec::new(), 0);
         for segment in period {
             let before = all.len();
@@ -224,13 +228,13 @@ impl Hand {
     }
 
     /// What units that spike at these moments pull.
-    fn pull(&mut self, spikes: &[Vec<u32>]) -> Response {
+    fn muscle_response(&mut self, spikes: &[Vec<u32>]) -> Response {
         let (mut torques, mut wrist) = (Torques::default(), 0.0);
         for (unit, at_us) in self.forearm.units().iter().zip(spikes) {
-            if let Some((torque, of_one)) = torques.of_unit(unit.pool, &self.spec) {
-                *torque += of_one * self.forces.mean(at_us);
+            if let Some((torque, of_one)) = torques.unit_torque_mut(unit.pool, &self.spec) {
+                *torque += of_one * self.forces.mean_force(at_us);
             } else {
-                wrist += self.forces.mean(at_us) / self.spec.units as f64;
+                wrist += self.forces.mean_force(at_us) / self.spec.units as f64;
             }
         }
         Response {
@@ -243,7 +247,11 @@ impl Hand {
 
 impl Torques {
     /// Where a unit of `pool` pulls, and how much of the torque is its own, N·m.
-    pub(super) fn of_unit(&mut self, pool: Pool, spec: &HandSpec) -> Option<(&mut f64, f64)> {
+    pub(super) fn unit_torque_mut(
+        &mut self,
+        pool: Pool,
+        spec: &HandSpec,
+    ) -> Option<(&mut f64, f64)> {
         let units = spec.units as f64;
         match pool {
             // The index finger's two bellies share one tendon.
@@ -254,7 +262,7 @@ impl Torques {
             Pool::ExtensorIndicis => Some((&mut self.extensor_nm, spec.extensor_nm / units)),
             Pool::Wrist => None,
             _ => pool
-                .flexes()
+                .flexed_digit()
                 .map(|digit| (&mut self.flexors_nm[digit], spec.flexor_nm / units)),
         }
     }

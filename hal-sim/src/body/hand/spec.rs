@@ -180,7 +180,7 @@ impl HandSpec {
 
     /// The same with elbow to tip of the hand `reach_m` long.
     #[must_use]
-    pub fn of_reach(self, reach_m: f64) -> Self {
+    pub fn with_reach(self, reach_m: f64) -> Self {
         Self {
             forearm_m: FOREARM_PART * reach_m,
             ..self
@@ -202,7 +202,7 @@ impl HandSpec {
 
     /// A round electrode at this place.
     #[must_use]
-    pub const fn round(x_m: f64, y_m: f64) -> Pad {
+    pub const fn round_pad(x_m: f64, y_m: f64) -> Pad {
         Pad {
             x_m,
             y_m,

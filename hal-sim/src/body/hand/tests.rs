@@ -9,8 +9,9 @@ use crate::body::{Body, Drive, Lead, Load};
 /// ranges. Thresholds such that some 20 V move something.
 fn hand() -> Hand {
     let spec = HandSpec::nominal(0.42, 0.25, 7);
-    let at =
-        |along: f64, around: f64| HandSpec::round(along * spec.forearm_m, around * spec.around_m);
+    let at = |along: f64, around: f64| {
+        HandSpec::round_pad(along * spec.forearm_m, around * spec.around_m)
+    };
     let points = [at(0.40, 0.03), at(0.66, 0.02), at(0.72, 0.45)];
     let mut hand = Hand::new(spec, points).unwrap();
     hand.factor = 300.0;
@@ -35,7 +36,7 @@ fn moved(hand: &Hand, period: &[Segment], seconds: u64, every_us: u64) -> Moving
                     Grounded => Lead::Grounded,
                     Floating => Lead::Floating,
                 };
-                moving.lead(at_us, channel, lead);
+                moving.set_lead(at_us, channel, lead);
             }
             at_us += u64::from(segment.lasts_us);
         }
@@ -55,7 +56,7 @@ fn a_moving_hand_comes_to_the_steady_response() {
     let period = period(&[(0, A, 22.0)]);
     let steady = hand.respond(&period).unwrap();
     let moving = moved(&hand, &period, 2, 1_000);
-    assert_eq!(moving.unsettled(), 0);
+    assert_eq!(moving.uncomputed_intervals(), 0);
     let [wanted, is] =
         [steady.angles_deg(), moving.angles_deg()].map(|values| values[digits::INDEX]);
     assert!(wanted > 20.0 && wanted < 95.0, "{wanted}");
@@ -92,8 +93,8 @@ fn an_open_lead_moves_nothing() {
     let mut moving = MovingHand::new(&hand, [0, 1, 2], 3).unwrap();
     moving.loads_mut()[0] = Load::Open;
     for at_us in (0..500_000).step_by(20_000) {
-        moving.lead(at_us, 0, Lead::Cathodic(Drive::Volts(40.0)));
-        moving.lead(at_us + 200, 0, Lead::Grounded);
+        moving.set_lead(at_us, 0, Lead::Cathodic(Drive::Volts(40.0)));
+        moving.set_lead(at_us + 200, 0, Lead::Grounded);
         moving.advance(at_us + 20_000);
     }
     assert_eq!(moving.angles_deg(), digits::REST_DEG);

@@ -43,15 +43,15 @@ impl Draws {
     }
 
     /// Evenly between `low` and `high`.
-    pub fn even(&mut self, low: f64, high: f64) -> f64 {
+    pub fn uniform(&mut self, low: f64, high: f64) -> f64 {
         let x = unit(self.seed, self.next);
         self.next += 1;
         low + x * (high - low)
     }
 
     /// A factor, evenly between 1 - `part` and 1 + `part`.
-    pub fn around(&mut self, part: f64) -> f64 {
-        self.even(1.0 - part, 1.0 + part)
+    pub fn uniform_factor(&mut self, part: f64) -> f64 {
+        self.uniform(1.0 - part, 1.0 + part)
     }
 }
 
@@ -77,19 +77,19 @@ impl Twitch {
         }
     }
 
-    fn drawn(nominal: Self, draws: &mut Draws) -> Self {
+    fn randomized(nominal: Self, draws: &mut Draws) -> Self {
         Self {
-            torque_nm: nominal.torque_nm * draws.around(0.5),
-            k: nominal.k * draws.even(0.4, 2.0),
-            release_s: nominal.release_s * draws.around(0.5),
-            binding_s: nominal.binding_s * draws.around(0.4),
-            rise_s: nominal.rise_s * draws.around(0.4),
-            fall_s: nominal.fall_s * draws.around(0.4),
-            potentiation: draws.even(0.0, 0.2),
-            potentiation_s: nominal.potentiation_s * draws.around(0.5),
-            best_deg: nominal.best_deg + draws.even(-20.0, 20.0),
-            width_deg: nominal.width_deg * draws.around(0.25),
-            fastest_rad_per_s: nominal.fastest_rad_per_s * draws.around(0.5),
+            torque_nm: nominal.torque_nm * draws.uniform_factor(0.5),
+            k: nominal.k * draws.uniform(0.4, 2.0),
+            release_s: nominal.release_s * draws.uniform_factor(0.5),
+            binding_s: nominal.binding_s * draws.uniform_factor(0.4),
+            rise_s: nominal.rise_s * draws.uniform_factor(0.4),
+            fall_s: nominal.fall_s * draws.uniform_factor(0.4),
+            potentiation: draws.uniform(0.0, 0.2),
+            potentiation_s: nominal.potentiation_s * draws.uniform_factor(0.5),
+            best_deg: nominal.best_deg + draws.uniform(-20.0, 20.0),
+            width_deg: nominal.width_deg * draws.uniform_factor(0.25),
+            fastest_rad_per_s: nominal.fastest_rad_per_s * draws.uniform_factor(0.5),
         }
     }
 }
@@ -130,17 +130,17 @@ impl RandomFingerSpec {
     /// constant of fatigue 20 to 90 s, recruitment curvature ±50 %, spring ±20 %,
     /// inertia and damping ±30 %, sensor noise 0.1 to 0.6°, sensor lag 5 to 20 ms,
     /// and the muscles' own constants.
-    pub fn drawn(seed: u64, index: u64) -> Self {
+    pub fn random(seed: u64, index: u64) -> Self {
         let mut draws = Draws::new(seed, index, 0);
         let mut spec = Self::nominal();
-        let floor = draws.even(0.5, 1.0);
+        let floor = draws.uniform(0.5, 1.0);
         for (muscle, capacity) in spec.muscles.iter_mut().zip(&mut spec.capacity) {
-            *muscle = Twitch::drawn(*muscle, &mut draws);
-            *capacity = draws.even(floor, 1.0);
+            *muscle = Twitch::randomized(*muscle, &mut draws);
+            *capacity = draws.uniform(floor, 1.0);
         }
         let f = &mut spec.finger;
         let [a, b, extensor] = f.sites().map(|site| {
-            let shift = draws.even(0.95, 1.20);
+            let shift = draws.uniform(0.95, 1.20);
             Site {
                 threshold_v: site.threshold_v * shift,
                 max_v: site.max_v * shift,
@@ -149,18 +149,18 @@ impl RandomFingerSpec {
         });
         f.place_flexors([a, b]);
         f.extensor = extensor;
-        f.electromechanical_delay_us = draws.even(0.0, 60_000.0) as u32;
+        f.electromechanical_delay_us = draws.uniform(0.0, 60_000.0) as u32;
         f.fatigue_floor = floor;
-        f.fatigue_time_s = draws.even(20.0, 90.0);
-        f.recruitment_curvature *= draws.around(0.5);
-        f.stiffness_nm_per_rad *= draws.around(0.2);
-        f.inertia_kg_m2 *= draws.around(0.3);
-        f.damping_nm_s_per_rad *= draws.around(0.3);
-        f.sensor_noise_deg = draws.even(0.1, 0.6);
-        f.sensor_lag_s = draws.even(0.005, 0.020);
-        spec.static_friction_nm = f.flexor_torque_nm * draws.even(0.0, 0.03);
-        spec.coulomb_friction_nm = spec.static_friction_nm * draws.even(0.5, 1.0);
-        spec.stribeck_rad_per_s = draws.even(0.05, 0.5);
+        f.fatigue_time_s = draws.uniform(20.0, 90.0);
+        f.recruitment_curvature *= draws.uniform_factor(0.5);
+        f.stiffness_nm_per_rad *= draws.uniform_factor(0.2);
+        f.inertia_kg_m2 *= draws.uniform_factor(0.3);
+        f.damping_nm_s_per_rad *= draws.uniform_factor(0.3);
+        f.sensor_noise_deg = draws.uniform(0.1, 0.6);
+        f.sensor_lag_s = draws.uniform(0.005, 0.020);
+        spec.static_friction_nm = f.flexor_torque_nm * draws.uniform(0.0, 0.03);
+        spec.coulomb_friction_nm = spec.static_friction_nm * draws.uniform(0.5, 1.0);
+        spec.stribeck_rad_per_s = draws.uniform(0.05, 0.5);
         spec
     }
 
@@ -174,27 +174,27 @@ impl RandomFingerSpec {
     /// from the joint (±0.024 N·m, as the hand is turned), is taken at 11 to 14 s and
     /// dropped at 17 to 20 s; the knock is up to 2.5 N there (±0.1 N·m) for 10 to
     /// 50 ms, at 22 to 24 s.
-    pub fn widened(seed: u64, index: u64) -> Self {
+    pub fn random_wide_range(seed: u64, index: u64) -> Self {
         let mut draws = Draws::new(seed, index, 7);
-        let mut spec = Self::drawn(seed, index);
-        let strength = draws.even(0.5, 2.8);
+        let mut spec = Self::random(seed, index);
+        let strength = draws.uniform(0.5, 2.8);
         for (muscle, nominal) in spec.muscles.iter_mut().zip(Self::nominal().muscles) {
-            muscle.torque_nm = nominal.torque_nm * strength * draws.around(0.15);
+            muscle.torque_nm = nominal.torque_nm * strength * draws.uniform_factor(0.15);
         }
-        spec.finger.electromechanical_delay_us = draws.even(0.0, 100_000.0) as u32;
-        let mut ms = |low, high| draws.even(low, high) as u32;
+        spec.finger.electromechanical_delay_us = draws.uniform(0.0, 100_000.0) as u32;
+        let mut ms = |low, high| draws.uniform(low, high) as u32;
         let [taken, dropped, knock] =
             [(11e3, 14e3), (17e3, 20e3), (22e3, 24e3)].map(|(low, high)| ms(low, high));
         let knocked_ms = ms(10.0, 50.0);
         let object = ExternalTorque {
             from_ms: taken,
             to_ms: dropped,
-            nm: draws.even(-0.024, 0.024),
+            nm: draws.uniform(-0.024, 0.024),
         };
         let knock = ExternalTorque {
             from_ms: knock,
             to_ms: knock + knocked_ms,
-            nm: draws.even(-0.1, 0.1),
+            nm: draws.uniform(-0.1, 0.1),
         };
         spec.external = vec![object, knock];
         spec
@@ -203,7 +203,7 @@ impl RandomFingerSpec {
     /// Torque of both flexor points as a conducted pair, all of each recruited at 50 Hz
     /// where they pull best, before fatigue, N·m; that of the stronger one where no pair
     /// is stated.
-    pub fn two_points_nm(&self) -> f64 {
+    pub fn flexor_pair_nm(&self) -> f64 {
         let [a, b, _] = self.muscles.map(|muscle| muscle.torque_nm);
         let one = self.finger.flexor_torque_nm;
         let adds = |pair: Pair| (pair.torque_nm[0] / one - 1.0) * a.min(b);
@@ -225,11 +225,11 @@ mod tests {
     #[test]
     fn two_points_of_drawn_wearers_pull_what_is_declared() {
         let [low, high] = TWO_POINTS_NM;
-        let nominal = RandomFingerSpec::nominal().two_points_nm();
+        let nominal = RandomFingerSpec::nominal().flexor_pair_nm();
         assert!((nominal - 0.5 * (low + high)).abs() < 1e-12, "{nominal}");
         for index in 0..1000 {
-            let spec = RandomFingerSpec::drawn(3, index);
-            let pulls = spec.two_points_nm();
+            let spec = RandomFingerSpec::random(3, index);
+            let pulls = spec.flexor_pair_nm();
             assert!((low..=high).contains(&pulls), "{index}: {pulls}");
             let pair = spec.finger.pair.expect("it is stated");
             let limits = [spec.finger.flexor_a.max_v, spec.finger.flexor_b.max_v];

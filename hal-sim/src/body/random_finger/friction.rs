@@ -43,7 +43,7 @@ pub struct Motion {
 impl Hinge {
     /// Dry friction at this rate, N·m: Stribeck's curve between `static_nm` and
     /// `coulomb_nm` (Armstrong-Hélouvry 1994: exponent 2).
-    fn dry(&self, rate: f64) -> f64 {
+    fn dry_friction_nm(&self, rate: f64) -> f64 {
         let x = rate / self.stribeck;
         self.coulomb_nm + (self.static_nm - self.coulomb_nm) * (-x * x).exp()
     }
@@ -61,7 +61,7 @@ impl Hinge {
             - torque.slope * rate
             - self.stiffness * (angle - self.rest);
         let resistance = self.inertia / h_s + self.damping - torque.slope + self.stiffness * h_s;
-        let slip = (push.abs() - self.dry(rate)).max(0.0);
+        let slip = (push.abs() - self.dry_friction_nm(rate)).max(0.0);
         motion.rate = slip.copysign(push) / resistance;
         motion.angle = angle + h_s * motion.rate;
         let [low, high] = self.stops;
@@ -173,7 +173,7 @@ mod tests {
             let nm = 0.1 + 0.1 * (f64::from(n) * h * 3.0).sin();
             HINGE.step(&mut m, Torque { nm, slope: 0.0 }, h);
             for _ in 0..fine {
-                let dry = HINGE.dry(rate) * (rate / 1e-4).clamp(-1.0, 1.0);
+                let dry = HINGE.dry_friction_nm(rate) * (rate / 1e-4).clamp(-1.0, 1.0);
                 let net = nm - HINGE.stiffness * (angle - HINGE.rest) - HINGE.damping * rate - dry;
                 rate += dt * net / HINGE.inertia;
                 angle += dt * rate;

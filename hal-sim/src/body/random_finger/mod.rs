@@ -207,7 +207,7 @@ impl RandomFinger {
 
     fn tire(&mut self, forces: [f64; 3]) {
         for (capacity, force) in self.capacity.iter_mut().zip(forces) {
-            *capacity = self.spec.tired(*capacity, force, TICK_S);
+            *capacity = self.spec.capacity_after(*capacity, force, TICK_S);
         }
     }
 }
@@ -235,7 +235,7 @@ impl RandomFingerSpec {
     }
 
     /// What a muscle with this capacity and force has left after `s` seconds.
-    fn tired(&self, capacity: f64, force: f64, s: f64) -> f64 {
+    fn capacity_after(&self, capacity: f64, force: f64, s: f64) -> f64 {
         let goal = 1.0 - (1.0 - self.finger.fatigue_floor) * force.min(1.0);
         capacity + s / self.finger.fatigue_time_s * (goal - capacity)
     }

@@ -54,7 +54,7 @@ impl Reach {
 
     /// The part of the target that can be held now, degrees; then `s` seconds of
     /// holding it pass.
-    pub fn follow(&mut self, target_deg: f64, s: f64) -> f64 {
+    pub fn hold_reachable_target(&mut self, target_deg: f64, s: f64) -> f64 {
         let [lowest, highest] = self.range_deg();
         let reachable = target_deg.clamp(lowest, highest);
         let forces = self.forces_at(reachable.to_radians());
@@ -65,7 +65,7 @@ impl Reach {
             .zip(forces)
             .zip(self.capacity.iter_mut().zip(&mut self.potentiation))
         {
-            *capacity = self.spec.tired(*capacity, force, s);
+            *capacity = self.spec.capacity_after(*capacity, force, s);
             let goal = 1.0 + muscle.potentiation * force.min(1.0);
             *potentiation += s / muscle.potentiation_s * (goal - *potentiation);
         }

@@ -133,7 +133,7 @@ impl TwitchState {
             self.pulse(1.0, 1.0);
             sum = 0.0;
             for _ in 0..ticks {
-                sum += self.bind();
+                sum += self.step_calcium();
             }
         }
         sum / ticks as f64
@@ -151,7 +151,7 @@ impl TwitchState {
     }
 
     /// Moves the calcium by a millisecond; mean of x in it.
-    fn bind(&mut self) -> f64 {
+    fn step_calcium(&mut self) -> f64 {
         let before = self.bound;
         let [t1, t2] = [self.twitch.release_s, self.twitch.binding_s];
         let [e1, e2, ..] = self.left;
@@ -165,7 +165,7 @@ impl TwitchState {
 
     /// A millisecond further; mean force in it.
     pub fn step(&mut self) -> f64 {
-        let bound = self.bind();
+        let bound = self.step_calcium();
         let steady = self.recruited * self.potentiation * bound / self.mean_bound;
         let left = self.left[if steady > self.force { 2 } else { 3 }];
         let before = self.force;

@@ -92,7 +92,7 @@ impl Fibres {
     }
 
     /// Part of the whole muscle that pulses keep busy at `now_us`.
-    pub fn busy(&self, now_us: u64) -> f64 {
+    pub fn pulsed_share(&self, now_us: u64) -> f64 {
         let own = self
             .last
             .filter(|(last_us, _)| now_us.saturating_sub(*last_us) <= FREE_US);

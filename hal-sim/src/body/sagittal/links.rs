@@ -119,7 +119,7 @@ impl Links {
             acceleration[SHOULDER] + acceleration[ELBOW],
         );
         let [own_s, own_f, both] = self.mass(q);
-        let [left_s, left_f] = self.left(q, rate, hand_n);
+        let [left_s, left_f] = self.load_moments_nm(q, rate, hand_n);
         let (s, f) = (
             own_s * ds + both * df - left_s,
             both * ds + own_f * df - left_f,
@@ -137,7 +137,7 @@ impl Links {
         hand_n: [f64; 2],
     ) -> [f64; JOINTS] {
         let [own_s, own_f, both] = self.mass(q);
-        let [left_s, left_f] = self.left(q, rate, hand_n);
+        let [left_s, left_f] = self.load_moments_nm(q, rate, hand_n);
         let s = torque_nm[SHOULDER] - torque_nm[ELBOW] + left_s;
         let f = torque_nm[ELBOW] + left_f;
         let determinant = own_s * own_f - both * both;
@@ -153,7 +153,7 @@ impl Links {
     }
 
     /// Moments on both segments of weight, motion and the force on the hand.
-    fn left(&self, q: [f64; JOINTS], rate: [f64; JOINTS], [x, z]: [f64; 2]) -> [f64; 2] {
+    fn load_moments_nm(&self, q: [f64; JOINTS], rate: [f64; JOINTS], [x, z]: [f64; 2]) -> [f64; 2] {
         let (s, f) = (q[SHOULDER], q[SHOULDER] + q[ELBOW]);
         let (ds, df) = (rate[SHOULDER], rate[SHOULDER] + rate[ELBOW]);
         // sin(s − f) = −sin(elbow).

@@ -68,7 +68,7 @@ impl SagittalArm {
     }
 
     /// The same arm, rested, at rest with these flexions: geometry is not made again.
-    pub fn rest(&mut self, flexions: [f64; JOINTS], activation: [f64; MUSCLES]) {
+    pub fn reset_to_rest(&mut self, flexions: [f64; JOINTS], activation: [f64; MUSCLES]) {
         self.posed = self.geometry.at(flexions.map(f64::to_degrees));
         (self.flexions, self.rates) = (flexions, [0.0; JOINTS]);
         (self.activation, self.now_us, self.used_j) = (activation, 0, 0.0);
@@ -122,7 +122,7 @@ impl SagittalArm {
         self.stimulated_nm = [0.0; JOINTS];
         for (muscle, full_n) in full_n.into_iter().enumerate() {
             let fibres = self.fibres.get(muscle);
-            let busy = fibres.map_or(0.0, |fibres| fibres.busy(self.now_us));
+            let busy = fibres.map_or(0.0, |fibres| fibres.pulsed_share(self.now_us));
             let will = self.activation[muscle] * (1.0 - busy);
             let pulsed = fibres.map_or(0.0, Fibres::force);
             let force_n = full_n * (will + pulsed);
@@ -166,7 +166,7 @@ impl SagittalArm {
 
     /// Where the hand is from the shoulder, forward and up, m, and how fast it goes, m/s.
     #[must_use]
-    pub fn hand(&self) -> ([f64; 2], [f64; 2]) {
+    pub fn hand_motion(&self) -> ([f64; 2], [f64; 2]) {
         let at = self.links.hand_m(self.flexions);
         (at, self.links.hand_rate_m_s(self.flexions, self.rates))
     }
@@ -185,13 +185,13 @@ impl SagittalArm {
 
     /// Energy used up since rest, J.
     #[must_use]
-    pub const fn used_j(&self) -> f64 {
+    pub const fn energy_used_j(&self) -> f64 {
         self.used_j
     }
 
     /// Power that muscles held so would use up, without pulses, W.
     #[must_use]
-    pub fn held_w(&self, activation: &[f64; MUSCLES]) -> f64 {
+    pub fn holding_power_w(&self, activation: &[f64; MUSCLES]) -> f64 {
         let of = (self.spec.strength, self.spec.fast_part);
         let each = activation.iter().enumerate();
         each.map(|(muscle, value)| power_w(muscle, of, (*value, 0.0), (0.0, 0.0)))
@@ -225,7 +225,7 @@ pub(super) fn lengths(stature_m: f64) -> Lengths {
 impl Geometry {
     /// Of a stature.
     #[must_use]
-    pub fn of_stature(stature_m: f64, fibre_length: f64) -> Self {
+    pub fn for_stature(stature_m: f64, fibre_length: f64) -> Self {
         Self::new(lengths(stature_m), fibre_length)
     }
 }

@@ -42,7 +42,7 @@ impl Shared {
     /// Names the field that cannot be.
     pub fn new(spec: SharedSpec) -> Result<Self, InvalidShared> {
         spec.check()?;
-        let units = unit::all(&spec);
+        let units = unit::rested_units(&spec);
         Ok(Self {
             spec,
             units,
@@ -61,8 +61,8 @@ impl Shared {
 
     /// What is left of the units' A, a mean of all: 1 of a rested muscle.
     #[must_use]
-    pub fn left(&self) -> f64 {
-        let left = self.units.iter().map(Unit::left);
+    pub fn remaining_strength(&self) -> f64 {
+        let left = self.units.iter().map(Unit::remaining_strength);
         left.sum::<f64>() / self.units.len() as f64
     }
 }

@@ -3,7 +3,7 @@
 use super::spec::SharedSpec;
 use crate::body::CHANNELS;
 use crate::body::muscle::tiring::FatiguingMuscle;
-use crate::random::{part, word};
+use crate::random::{unit_from_word, word};
 
 /// A unit that has fired does not fire again for so long, µs: the absolute refractoriness
 /// of distal motor branches and muscle fibres (Kopec 1978, 2.5 to 3.0 ms).
@@ -48,7 +48,7 @@ impl Unit {
     }
 
     /// What is left of its A.
-    pub fn left(&self) -> f64 {
+    pub fn remaining_strength(&self) -> f64 {
         self.muscle.parameters().a_n_per_s / self.fresh
     }
 
@@ -64,11 +64,13 @@ impl Unit {
 }
 
 /// The units of `spec`, group by group, rested.
-pub(super) fn all(spec: &SharedSpec) -> Vec<Unit> {
+pub(super) fn rested_units(spec: &SharedSpec) -> Vec<Unit> {
     let muscle = FatiguingMuscle::new(spec.dynamics, spec.fatigue).in_steps_of(STEP_S);
     let mut units = Vec::with_capacity(spec.units());
     for group in 0..spec.groups {
-        let orders = std::array::from_fn::<_, CHANNELS, _>(|channel| order(spec, channel, group));
+        let orders = std::array::from_fn::<_, CHANNELS, _>(|channel| {
+            recruitment_thresholds(spec, channel, group)
+        });
         units.extend((0..spec.units_per_group).map(|place| Unit {
             muscle,
             fresh: spec.dynamics.a_n_per_s,
@@ -84,7 +86,7 @@ pub(super) fn all(spec: &SharedSpec) -> Vec<Unit> {
 /// From what strength of the electrode of `channel` on each unit of `group` answers: as many
 /// as it reaches, at even strengths, in an order and from a begin drawn for the two;
 /// infinity for the others.
-fn order(spec: &SharedSpec, channel: usize, group: usize) -> Vec<f64> {
+fn recruitment_thresholds(spec: &SharedSpec, channel: usize, group: usize) -> Vec<f64> {
     let count = spec.units_per_group;
     let electrode = spec.electrodes.get(channel).and_then(Option::as_ref);
     let reach = electrode.map_or(0.0, |electrode| electrode.reach[group]); // one for each group: checked
@@ -92,10 +94,10 @@ fn order(spec: &SharedSpec, channel: usize, group: usize) -> Vec<f64> {
     let mut places: Vec<usize> = (0..count).collect();
     // Fisher and Yates.
     for last in (1..count).rev() {
-        let other = (part(word(stream, last as u64)) * (last + 1) as f64) as usize;
+        let other = (unit_from_word(word(stream, last as u64)) * (last + 1) as f64) as usize;
         places.swap(last, other);
     }
-    let begin = part(word(stream, 0));
+    let begin = unit_from_word(word(stream, 0));
     let answers = |place: usize| {
         let answers = (place as f64 + begin) / (count as f64 * reach);
         if answers <= 1.0 {

@@ -73,7 +73,7 @@ pub struct Fault {
 
 impl Fault {
     /// Exception `number` was entered at `ns`, and its handler has not run yet.
-    pub(super) fn taken(number: u16, ns: u64, cpu: &mut Cpu, soc: &Soc) -> Self {
+    pub(super) fn at_entry(number: u16, ns: u64, cpu: &mut Cpu, soc: &Soc) -> Self {
         let at = cpu.cycle;
         let mut register = |address| cpu.system.read(address, Size::Word, at).unwrap_or(0);
         let [cfsr, hfsr, mmfar, bfar] = [CFSR, HFSR, MMFAR, BFAR].map(&mut register);

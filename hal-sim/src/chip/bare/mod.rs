@@ -123,7 +123,7 @@ impl Bare {
     }
 
     /// Address of the next instruction, and its function by the image's symbols.
-    pub fn place(&self) -> (u32, String) {
+    pub fn location(&self) -> (u32, String) {
         let pc = self.cpu.registers.r[15];
         (pc, self.image.symbols.describe(pc))
     }
@@ -179,7 +179,7 @@ impl Bare {
     fn note_fault(&mut self) {
         if let Some((number, at)) = self.watcher.entered.take() {
             let ns = self.wires.time().ns(at);
-            let fault = Fault::taken(number, ns, &mut self.cpu, &self.wires.soc);
+            let fault = Fault::at_entry(number, ns, &mut self.cpu, &self.wires.soc);
             self.faults.push(fault);
         }
     }

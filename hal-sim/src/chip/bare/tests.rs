@@ -127,7 +127,7 @@ fn a_fault_is_named_with_its_place_and_ends_the_run_in_its_handler() {
         "HardFault: a bus error of data at 0x40025000, pc 0x08000050 (in main + 0x10)"
     );
     assert!(fault.registers().contains(&("r3", 7)));
-    assert_eq!(bare.place().1, "HardFault_Handler + 0x0");
+    assert_eq!(bare.location().1, "HardFault_Handler + 0x0");
 }
 
 #[test]
@@ -161,7 +161,7 @@ fn a_fault_whose_handler_returns_is_counted_only() {
     assert_eq!(bare.run_to(300 * MS), Ok(()));
     assert_eq!(bare.faults().len(), 1);
     assert!(!bare.is_in_handler());
-    assert_eq!(bare.place().1, "main + 0x2");
+    assert_eq!(bare.location().1, "main + 0x2");
 }
 
 #[test]
@@ -208,14 +208,14 @@ fn a_refusal_names_peripheral_register_and_function() {
     ];
     let mut bare = running(&code.concat());
     let Err(EarlyEnd::Stopped(stop)) = bare.run_to(MS) else {
-        panic!("{:?}", bare.place())
+        panic!("{:?}", bare.location())
     };
     assert_eq!(
         stop.to_string(),
         "this peripheral is not modelled: UART4_BRR, 0x40004c08, a half-word written with \
          0x016d by the instruction at 0x08000062"
     );
-    assert_eq!(bare.place().1, "main + 0x22");
+    assert_eq!(bare.location().1, "main + 0x22");
     // What is modelled in part names the register, too.
     let code = [put(STR, RCC_APB1ENR, 2), put(STR, 0x4000_0408, 4)].concat();
     let mut bare = running(&[code, put(STR, 0x4000_0418, 2)].concat());

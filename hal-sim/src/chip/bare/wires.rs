@@ -174,11 +174,11 @@ impl Wires {
             .next_sample()
             .is_some_and(|sample| sample.at <= to)
         {
-            self.soc.adc.sampled(OPEN_INPUT);
+            self.soc.adc.deliver_sample(OPEN_INPUT);
             self.soc.reschedule();
         }
         self.now = to;
-        self.lines = self.soc.lines();
+        self.lines = self.soc.interrupt_lines();
         Ok(())
     }
 }
@@ -203,17 +203,17 @@ impl Bus for Wires {
     }
 
     #[inline(always)]
-    fn read_at_once(&self, address: u32, size: Size) -> Option<u32> {
-        self.soc.read_at_once(address, size)
+    fn read_without_wait(&self, address: u32, size: Size) -> Option<u32> {
+        self.soc.read_without_wait(address, size)
     }
 
     #[inline(always)]
-    fn write_at_once(&mut self, address: u32, size: Size, value: u32) -> bool {
-        self.soc.write_at_once(address, size, value)
+    fn write_without_wait(&mut self, address: u32, size: Size, value: u32) -> bool {
+        self.soc.write_without_wait(address, size, value)
     }
 
-    fn code(&mut self, address: u32) -> Result<u16, AccessError> {
-        self.soc.code(address)
+    fn read_code(&mut self, address: u32) -> Result<u16, AccessError> {
+        self.soc.read_code(address)
     }
 
     #[inline]
@@ -247,7 +247,7 @@ impl Bus for Wires {
     }
 
     #[inline]
-    fn lines(&self) -> [u32; LINE_WORDS] {
+    fn interrupt_lines(&self) -> [u32; LINE_WORDS] {
         self.lines
     }
 
@@ -263,7 +263,7 @@ impl Bus for Wires {
         self.soc.clocks_sleeping_core()
     }
 
-    fn wants_reset(&self) -> bool {
-        self.soc.wants_reset()
+    fn is_reset_requested(&self) -> bool {
+        self.soc.is_reset_requested()
     }
 }

@@ -1,7 +1,7 @@
 //! Everything but the core, as the core's bus: the chip, and what is wired to
 //! it.
 
-use super::dac_line::heard;
+use super::dac_line::received_bits;
 use super::front_end::{current_ma, sense};
 use super::loss::Loss;
 use super::margin::Margins;
@@ -23,7 +23,7 @@ use firmware::lockstep::{Sensors, Sink};
 
 impl Unmodelled {
     /// Where the core was when it came about.
-    pub(super) const fn at(self, cpu: &Cpu) -> Stop {
+    pub(super) const fn to_stop(self, cpu: &Cpu) -> Stop {
         Stop::Outside {
             pc: cpu.registers.r[15],
             what: self.0,
@@ -61,7 +61,7 @@ impl Surroundings {
         let mut soc = Soc::new(pace);
         // `Image` has checked that it fits.
         let _ = soc.flash.load(super::super::soc::flash::BASE, flash);
-        let words = stages::table(&outputs).words(soc.signature.uid);
+        let words = stages::table(&outputs).to_words(soc.signature.uid);
         for copy in stages::COPIES {
             let _ = stages::write(&mut soc.flash, copy, &words); // both lie in flash
         }
@@ -91,7 +91,7 @@ impl Surroundings {
         self.soc.reschedule();
     }
 
-    /// The USB cable is plugged in at `at`, the present cycle, or pulled.
+    /// The USB cable is plugged in at `to_stop`, the present cycle, or pulled.
     pub fn plug(&mut self, is_in: bool, at: Cycle) {
         self.host.advance(at, &mut self.soc.otg);
         if is_in {
@@ -102,8 +102,8 @@ impl Surroundings {
         self.reschedule();
     }
 
-    /// The world as the sensors have it, from `at` on.
-    pub(super) fn sense(&mut self, sensors: &Sensors, at: Cycle) -> Modelled {
+    /// The world as the sensors have it, from `to_stop` on.
+    pub(super) fn set_sensors(&mut self, sensors: &Sensors, at: Cycle) -> Modelled {
         self.load_ohm = sensors.load_ohm;
         // A sensor that is not connected is pulled down by the front end.
         self.joint = sensors.joint.unwrap_or(0);
@@ -117,15 +117,15 @@ impl Surroundings {
         self.drive(wiring::TRIGGER, high, at)
     }
 
-    /// The first part whose state is another than in `other` at `at`.
-    pub(super) fn unlike(&self, other: &Self, at: Cycle) -> Option<&'static str> {
+    /// The first part whose state is another than in `other` at `to_stop`.
+    pub(super) fn first_difference(&self, other: &Self, at: Cycle) -> Option<&'static str> {
         let world = (self.load_ohm, self.joint, self.broken, self.hz, self.lines);
         let parts = [
             (
                 "DACs",
                 (&self.dacs, &self.loss) == (&other.dacs, &other.loss),
             ),
-            ("outputs", self.outputs.is_like(&other.outputs)),
+            ("outputs", self.outputs.is_equivalent_to(&other.outputs)),
             (
                 "world",
                 world
@@ -137,10 +137,10 @@ impl Surroundings {
                         other.lines,
                     ),
             ),
-            ("USB host", self.host.is_like(&other.host)),
+            ("USB host", self.host.is_equivalent_to(&other.host)),
         ];
         let unlike = parts.into_iter().find(|part| !part.1).map(|part| part.0);
-        unlike.or_else(|| self.soc.unlike(&other.soc, at))
+        unlike.or_else(|| self.soc.first_difference(&other.soc, at))
     }
 
     fn drive(&mut self, (port, pin): Pin, high: bool, at: Cycle) -> Modelled {
@@ -190,13 +190,13 @@ impl Surroundings {
     /// World time at `cycle`, µs, whatever the core's clock was meanwhile.
     #[must_use]
     pub fn us_of(&self, cycle: Cycle) -> u64 {
-        self.outputs.when().us(cycle)
+        self.outputs.clock().us(cycle)
     }
 
     /// First cycle at or after world time `us`, should the core's clock stay.
     #[must_use]
     pub fn cycle_of(&self, us: u64) -> Cycle {
-        self.outputs.when().cycle(us)
+        self.outputs.clock().cycle(us)
     }
 
     /// Begins margins and phases anew.
@@ -226,10 +226,10 @@ impl Surroundings {
     /// Pin edges, DAC words and USB packets up to now, in their order.
     fn collect(&mut self) -> Modelled {
         for word in self.soc.spi3.words() {
-            if self.loss.takes(word.value, &self.dacs) {
+            if self.loss.is_lost(word.value, &self.dacs) {
                 continue;
             }
-            let Some(value) = heard(&word, &self.soc.playback.gpio) else {
+            let Some(value) = received_bits(&word, &self.soc.playback.gpio) else {
                 continue;
             };
             for dac in &mut self.dacs {
@@ -285,16 +285,16 @@ impl Surroundings {
         self.soc.debug_halt(halted, at)
     }
 
-    pub(super) fn pll_runs_at(&mut self, hz: u32, at: Cycle) -> Modelled {
+    pub(super) fn set_pll_hz(&mut self, hz: u32, at: Cycle) -> Modelled {
         self.advance(at)?;
-        self.soc.pll_runs_at(hz, at)?;
+        self.soc.set_pll_hz(hz, at)?;
         self.follow_clock(at);
         Ok(())
     }
 
-    pub(super) fn crystal_dies(&mut self, at: Cycle) -> Modelled {
+    pub(super) fn stop_crystal(&mut self, at: Cycle) -> Modelled {
         self.advance(at)?;
-        self.soc.rcc.hse_fails(at)?;
+        self.soc.rcc.stop_hse(at)?;
         self.soc.reschedule();
         self.advance(at)?;
         self.follow_clock(at);
@@ -340,11 +340,11 @@ impl Surroundings {
             && sample.at <= to
         {
             let code = self.convert(sample.channel);
-            self.soc.adc.sampled(code);
+            self.soc.adc.deliver_sample(code);
             self.soc.reschedule();
         }
         self.now = to;
-        self.lines = self.soc.lines();
+        self.lines = self.soc.interrupt_lines();
         Ok(())
     }
 }
@@ -366,23 +366,23 @@ impl Bus for Surroundings {
     ) -> Result<u32, AccessError> {
         self.poll_cable(address, at);
         self.margins
-            .wrote(address, at.saturating_sub(self.outputs.origin()));
+            .record_write(address, at.saturating_sub(self.outputs.origin()));
         self.soc.write(address, size, value, at)
     }
 
     #[inline(always)]
-    fn read_at_once(&self, address: u32, size: Size) -> Option<u32> {
-        self.soc.read_at_once(address, size)
+    fn read_without_wait(&self, address: u32, size: Size) -> Option<u32> {
+        self.soc.read_without_wait(address, size)
     }
 
     #[inline(always)]
-    fn write_at_once(&mut self, address: u32, size: Size, value: u32) -> bool {
+    fn write_without_wait(&mut self, address: u32, size: Size, value: u32) -> bool {
         // Only SRAM1, where nothing is watched.
-        self.soc.write_at_once(address, size, value)
+        self.soc.write_without_wait(address, size, value)
     }
 
-    fn code(&mut self, address: u32) -> Result<u16, AccessError> {
-        self.soc.code(address)
+    fn read_code(&mut self, address: u32) -> Result<u16, AccessError> {
+        self.soc.read_code(address)
     }
 
     #[inline]
@@ -416,7 +416,7 @@ impl Bus for Surroundings {
     }
 
     #[inline]
-    fn lines(&self) -> [u32; LINE_WORDS] {
+    fn interrupt_lines(&self) -> [u32; LINE_WORDS] {
         self.lines
     }
 
@@ -432,7 +432,7 @@ impl Bus for Surroundings {
         self.soc.clocks_sleeping_core()
     }
 
-    fn wants_reset(&self) -> bool {
-        self.soc.wants_reset()
+    fn is_reset_requested(&self) -> bool {
+        self.soc.is_reset_requested()
     }
 }

@@ -15,7 +15,7 @@ const SPI3: u32 = 6;
 /// A bit that changes with the edge at which it is sampled is the old or the new one: the
 /// data sheets promise nothing (AD5668, t6; DS8626, data output hold time). Drawn by the
 /// word's moment.
-pub(super) fn heard(word: &Word, pins: &Gpio) -> Option<u16> {
+pub(super) fn received_bits(word: &Word, pins: &Gpio) -> Option<u16> {
     let is_spi = |(port, pin): Pin| pins.has_function(port.index(), pin.into(), SPI3);
     if !is_spi(DAC_CLOCK) {
         return None;
@@ -62,10 +62,13 @@ mod tests {
     #[test]
     fn a_bit_sampled_as_it_changes_is_its_own_or_its_neighbours() {
         let pins = pins(0x0220_0000);
-        assert_eq!(heard(&word(0xA5F0, Change::Rising), &pins), Some(0xA5F0));
+        assert_eq!(
+            received_bits(&word(0xA5F0, Change::Rising), &pins),
+            Some(0xA5F0)
+        );
         for change in [Change::FallingAfter, Change::FallingBefore] {
             for same in [0, 0xFFFF] {
-                assert_eq!(heard(&word(same, change), &pins), Some(same));
+                assert_eq!(received_bits(&word(same, change), &pins), Some(same));
             }
             let heard: Vec<_> = (0..64)
                 .filter_map(|end| {
@@ -73,7 +76,7 @@ mod tests {
                         end,
                         ..word(0x0F00, change)
                     };
-                    heard(&word, &pins)
+                    received_bits(&word, &pins)
                 })
                 .collect();
             let [all, any] = [
@@ -91,7 +94,7 @@ mod tests {
     #[test]
     fn a_pin_that_is_not_the_spis_carries_nothing() {
         let word = word(0x1234, Change::Rising);
-        assert_eq!(heard(&word, &pins(0x0200_0000)), None, "no clock");
-        assert_eq!(heard(&word, &pins(0x0020_0000)), Some(0), "no data");
+        assert_eq!(received_bits(&word, &pins(0x0200_0000)), None, "no clock");
+        assert_eq!(received_bits(&word, &pins(0x0020_0000)), Some(0), "no data");
     }
 }

@@ -31,7 +31,7 @@ impl Loss {
     /// The next `writes` are lost, of two words each; of each only `half`, if that is said,
     /// and only those to output `only`, 0 to 9, if that is.
     #[must_use]
-    pub const fn of(writes: u32, half: Option<Half>, only: Option<u8>) -> Self {
+    pub const fn new(writes: u32, half: Option<Half>, only: Option<u8>) -> Self {
         Self {
             writes,
             half,
@@ -46,7 +46,7 @@ impl Loss {
     }
 
     /// Whether `word`, clocked out to `dacs`, is lost.
-    pub(super) fn takes(&mut self, word: u16, dacs: &[Ad5668; 2]) -> bool {
+    pub(super) fn is_lost(&mut self, word: u16, dacs: &[Ad5668; 2]) -> bool {
         if let Some(lost) = self.second.take() {
             return lost && self.half != Some(Half::First);
         }
@@ -68,19 +68,22 @@ mod tests {
         let mut dacs = [Ad5668::default(), Ad5668::default()];
         dacs[1].select(true);
         let words = [0x0300, 0x1111, 0x0310, 0x2222, 0x0300, 0x3333];
-        words.map(|word| loss.takes(word, &dacs))
+        words.map(|word| loss.is_lost(word, &dacs))
     }
 
     #[test]
     fn writes_are_lost_whole_by_half_or_of_one_output() {
         let (no, yes) = (false, true);
         assert_eq!(lost(Loss::default()), [no; 6]);
-        assert_eq!(lost(Loss::of(1, None, None)), [yes, yes, no, no, no, no]);
-        assert_eq!(lost(Loss::of(2, None, None)), [yes, yes, yes, yes, no, no]);
-        assert_eq!(lost(Loss::of(1, None, Some(6))), [no, no, yes, yes, no, no]);
-        let first = lost(Loss::of(1, Some(Half::First), None));
+        assert_eq!(lost(Loss::new(1, None, None)), [yes, yes, no, no, no, no]);
+        assert_eq!(lost(Loss::new(2, None, None)), [yes, yes, yes, yes, no, no]);
+        assert_eq!(
+            lost(Loss::new(1, None, Some(6))),
+            [no, no, yes, yes, no, no]
+        );
+        let first = lost(Loss::new(1, Some(Half::First), None));
         assert_eq!(first, [yes, no, no, no, no, no]);
-        let second = lost(Loss::of(1, Some(Half::Second), None));
+        let second = lost(Loss::new(1, Some(Half::Second), None));
         assert_eq!(second, [no, yes, no, no, no, no]);
     }
 }

@@ -27,7 +27,7 @@ pub struct Margins {
 impl Margins {
     /// The core wrote to `address`, `at` cycles after device time 0.
     #[inline]
-    pub(super) fn wrote(&mut self, address: u32, at: Cycle) {
+    pub(super) fn record_write(&mut self, address: u32, at: Cycle) {
         if SRAM2.contains(&address) {
             self.record(at);
         }
@@ -56,15 +56,15 @@ mod tests {
     #[test]
     fn the_last_write_of_a_window_counts_until_the_slot_before_the_next() {
         let mut margins = Margins::default();
-        margins.wrote(0x2001_BFFC, 41_999);
+        margins.record_write(0x2001_BFFC, 41_999);
         assert_eq!(margins, Margins::default(), "not the tape");
-        margins.wrote(0x2001_C000, 1_000);
-        margins.wrote(0x2001_C004, 2_000);
+        margins.record_write(0x2001_C000, 1_000);
+        margins.record_write(0x2001_C004, 2_000);
         let expected = (1, Some(249 * CYCLES_PER_US.cast_signed() - 2_000));
         assert_eq!((margins.windows, margins.worst), expected);
-        margins.wrote(0x2001_C008, 42_000 + 10_000);
+        margins.record_write(0x2001_C008, 42_000 + 10_000);
         assert_eq!((margins.windows, margins.worst_window), (2, 1));
-        margins.wrote(0x2001_C008, 2 * 42_000 - 1);
+        margins.record_write(0x2001_C008, 2 * 42_000 - 1);
         assert_eq!(margins.worst, Some(-167));
     }
 }

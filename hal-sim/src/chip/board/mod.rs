@@ -122,8 +122,8 @@ impl<O: Observer> Board<O> {
         end: Option<Cycle>,
     ) -> Result<bool, BoardError> {
         self.around
-            .sense(sensors, self.cpu.cycle)
-            .map_err(|what| self.explain(what.at(&self.cpu)))?;
+            .set_sensors(sensors, self.cpu.cycle)
+            .map_err(|what| self.explain(what.to_stop(&self.cpu)))?;
         if !self.around.host.open {
             if end.is_some_and(|end| self.cpu.cycle > end) {
                 let failure = self.around.host.failure;
@@ -143,7 +143,7 @@ impl<O: Observer> Board<O> {
     }
 
     /// The same board with somebody else looking on.
-    pub fn observed<P>(self, observer: P) -> Board<P> {
+    pub fn with_observer<P>(self, observer: P) -> Board<P> {
         Board {
             cpu: self.cpu,
             around: self.around,
@@ -156,12 +156,12 @@ impl<O: Observer> Board<O> {
 
     /// The first part whose state is another than in `other`, a fork of the same board at the
     /// same time; nothing where both do the same from now on, should the same reach them.
-    pub fn unlike(&self, other: &Self) -> Option<&'static str> {
+    pub fn first_difference(&self, other: &Self) -> Option<&'static str> {
         if self.now_us != other.now_us || self.last_reset != other.last_reset {
             return Some("time");
         }
-        match self.cpu.is_like(&other.cpu) {
-            true => self.around.unlike(&other.around, self.cpu.cycle),
+        match self.cpu.is_equivalent_to(&other.cpu) {
+            true => self.around.first_difference(&other.around, self.cpu.cycle),
             false => Some("core"),
         }
     }
@@ -215,7 +215,7 @@ impl<O: Observer> Board<O> {
         let at = self.cpu.cycle;
         self.last_reset = Some(at);
         let done = self.around.reset(at);
-        done.map_err(|what| self.explain(what.at(&self.cpu)))?;
+        done.map_err(|what| self.explain(what.to_stop(&self.cpu)))?;
         let done = self.cpu.reset(&mut self.around);
         done.map_err(|stop| self.explain(stop))
     }
@@ -224,8 +224,8 @@ impl<O: Observer> Board<O> {
     ///
     /// # Errors
     /// [`BoardError`]: no vector table.
-    pub fn be_reset(&mut self, cause: ResetCause) -> Result<(), BoardError> {
-        self.around.soc.be_reset(match cause {
+    pub fn reset_with_cause(&mut self, cause: ResetCause) -> Result<(), BoardError> {
+        self.around.soc.request_reset_for(match cause {
             ResetCause::PowerOn => Cause::PowerOn,
             ResetCause::Pin => Cause::Pin,
             ResetCause::BrownOut => Cause::BrownOut,
@@ -246,9 +246,9 @@ impl<O: Observer> Board<O> {
         let has = self.around.soc.is_powered();
         if had && !has {
             self.reset()?;
-            self.cpu.halt(true);
+            self.cpu.set_halted(true);
         } else if has && !had {
-            self.cpu.halt(false);
+            self.cpu.set_halted(false);
         }
         Ok(())
     }
@@ -260,8 +260,8 @@ impl<O: Observer> Board<O> {
     pub fn debug_halt(&mut self, halted: bool) -> Result<(), BoardError> {
         let at = self.cpu.cycle;
         let done = self.around.debug_halt(halted, at);
-        done.map_err(|what| self.explain(what.at(&self.cpu)))?;
-        self.cpu.halt(halted);
+        done.map_err(|what| self.explain(what.to_stop(&self.cpu)))?;
+        self.cpu.set_halted(halted);
         Ok(())
     }
 
@@ -269,20 +269,20 @@ impl<O: Observer> Board<O> {
     ///
     /// # Errors
     /// [`BoardError`]: prescalers that are not modelled.
-    pub fn pll_runs_at(&mut self, hz: u32) -> Result<(), BoardError> {
+    pub fn set_pll_hz(&mut self, hz: u32) -> Result<(), BoardError> {
         let at = self.cpu.cycle;
-        let done = self.around.pll_runs_at(hz, at);
-        done.map_err(|what| self.explain(what.at(&self.cpu)))
+        let done = self.around.set_pll_hz(hz, at);
+        done.map_err(|what| self.explain(what.to_stop(&self.cpu)))
     }
 
     /// The crystal stops.
     ///
     /// # Errors
     /// [`BoardError`]: nothing watches it.
-    pub fn crystal_dies(&mut self) -> Result<(), BoardError> {
+    pub fn stop_crystal(&mut self) -> Result<(), BoardError> {
         let at = self.cpu.cycle;
-        let done = self.around.crystal_dies(at);
-        done.map_err(|what| self.explain(what.at(&self.cpu)))
+        let done = self.around.stop_crystal(at);
+        done.map_err(|what| self.explain(what.to_stop(&self.cpu)))
     }
 
     fn explain(&self, stop: Stop) -> BoardError {
@@ -295,11 +295,11 @@ impl<O: Observer> Board<O> {
     /// after a stop, goes on.
     pub(super) fn resume(&mut self, to: Micros, sensors: &Sensors) -> Result<(), BoardError> {
         self.around
-            .sense(sensors, self.cpu.cycle)
-            .map_err(|what| self.explain(what.at(&self.cpu)))?;
+            .set_sensors(sensors, self.cpu.cycle)
+            .map_err(|what| self.explain(what.to_stop(&self.cpu)))?;
         if sensors.trigger.is_none() {
             let done = self.around.trigger(sensors.held, self.cpu.cycle);
-            done.map_err(|what| self.explain(what.at(&self.cpu)))?;
+            done.map_err(|what| self.explain(what.to_stop(&self.cpu)))?;
         }
         if let Some(at) = sensors.trigger.filter(|at| at.is_before(to)) {
             // The edge at its microsecond, the level low again 2 µs later unless held.
@@ -309,7 +309,7 @@ impl<O: Observer> Board<O> {
                 }
                 self.advance_to(at)?;
                 let done = self.around.trigger(high, self.cpu.cycle);
-                done.map_err(|what| self.explain(what.at(&self.cpu)))?;
+                done.map_err(|what| self.explain(what.to_stop(&self.cpu)))?;
             }
         }
         self.advance_to(to)

@@ -55,7 +55,7 @@ impl Default for Phases {
 
 /// Whether the tape plays one of the pins `changed`: the channels' lines, sync
 /// out, the pump.
-fn plays(port: Port, changed: u16) -> bool {
+fn is_played_by_tape(port: Port, changed: u16) -> bool {
     let lines = wiring::LINES.iter().flat_map(|&(c, a)| [c, a]);
     let all = lines.chain([wiring::SYNC_OUT, wiring::PUMP]);
     all.filter(|pin| pin.0 == port)
@@ -111,7 +111,7 @@ impl Outputs {
     }
 
     /// Whether both put out the same from now on: what they did before may differ.
-    pub fn is_like(&self, other: &Self) -> bool {
+    pub fn is_equivalent_to(&self, other: &Self) -> bool {
         (self.origin, self.levels, self.open) == (other.origin, other.levels, other.open)
             && self.pump.last_edge() == other.pump.last_edge()
             && (self.pins, &self.waiting, &self.bytes) == (other.pins, &other.waiting, &other.bytes)
@@ -148,7 +148,7 @@ impl Outputs {
     }
 
     /// Which cycle is when.
-    pub const fn when(&self) -> &Time {
+    pub const fn clock(&self) -> &Time {
         &self.time
     }
 
@@ -162,7 +162,10 @@ impl Outputs {
             return;
         };
         let port = wiring::TAPE_PORTS[n];
-        if let Some(origin) = self.origin.filter(|_| plays(port, edge.changed)) {
+        if let Some(origin) = self
+            .origin
+            .filter(|_| is_played_by_tape(port, edge.changed))
+        {
             self.phases.record(n, &edge, origin);
         }
         if wiring::PUMP.0 == port && edge.changed >> wiring::PUMP.1 & 1 == 1 {
@@ -214,13 +217,15 @@ impl Outputs {
         for (us, out) in self.waiting.drain(..) {
             let at = Micros::new(us as u32);
             match out {
-                OutputChange::Levels(levels) => sink.levels(at, firmware::pulse::Levels(levels.0)),
-                OutputChange::Dac(channel, code) => sink.dac(at, channel, DacCode::new(code)),
-                OutputChange::Trip(bank, code) => sink.trip(at, bank, DacCode::new(code)),
+                OutputChange::Levels(levels) => {
+                    sink.write_levels(at, firmware::pulse::Levels(levels.0))
+                }
+                OutputChange::Dac(channel, code) => sink.write_dac(at, channel, DacCode::new(code)),
+                OutputChange::Trip(bank, code) => sink.write_trip(at, bank, DacCode::new(code)),
             }
         }
         for (us, bytes) in self.bytes.drain(..) {
-            sink.bytes(Micros::new(us as u32), &bytes);
+            sink.write_bytes(Micros::new(us as u32), &bytes);
         }
     }
 }

@@ -119,7 +119,7 @@ impl Outputs {
                 (false, true) => State::Anodic,
                 (true, true) => State::Grounded,
             };
-            levels = levels.with(channel, state);
+            levels = levels.with_channel(channel, state);
         }
         levels
     }
@@ -136,7 +136,10 @@ mod tests {
             for (pin, state) in [(cathodic, State::Cathodic), (anodic, State::Anodic)] {
                 let mut outputs = Outputs::default();
                 outputs.0[tape_port(pin.0).unwrap()] = 1 << pin.1;
-                assert_eq!(outputs.levels(), Levels::ISOLATED.with(channel, state));
+                assert_eq!(
+                    outputs.levels(),
+                    Levels::ISOLATED.with_channel(channel, state)
+                );
             }
         }
     }

@@ -54,7 +54,7 @@ impl Cpu {
         size: Size,
     ) -> TrapResult<u32> {
         Self::check_aligned(address, size)?;
-        self.load_whole(bus, address, size, self.registers.is_privileged())
+        self.load_unsplit(bus, address, size, self.registers.is_privileged())
     }
 
     /// [`Self::store`] for instructions that never allow unaligned addresses.
@@ -68,12 +68,12 @@ impl Cpu {
     ) -> TrapResult {
         Self::check_aligned(address, size)?;
         let privileged = self.registers.is_privileged();
-        self.store_whole(bus, address, size, value, privileged)
+        self.store_unsplit(bus, address, size, value, privileged)
     }
 
     /// Loads from an aligned address.
     #[inline(always)]
-    fn load_whole(
+    fn load_unsplit(
         &mut self,
         bus: &mut impl Bus,
         address: u32,
@@ -84,46 +84,52 @@ impl Cpu {
             return Err(Fault::DataAccess(address).into());
         }
         if self.system.is_watching() {
-            self.look(address, size, false);
+            self.check_watchpoints(address, size, false);
         }
         let start = self.cycle.wrapping_add(self.pipeline.phase);
         let at = start.max(self.pipeline.buffer);
         self.pipeline.phase = self.pipeline.phase.wrapping_add(1);
         if address >= PERIPHERALS {
             if is_private(address) {
-                self.pass(at.wrapping_sub(start));
+                self.advance_by(at.wrapping_sub(start));
                 return self.load_private(address, size, at, privileged);
             }
             self.deadline = 0;
         }
-        if let Some(value) = bus.read_at_once(address, size) {
-            self.pass(at.wrapping_sub(start));
+        if let Some(value) = bus.read_without_wait(address, size) {
+            self.advance_by(at.wrapping_sub(start));
             return Ok(value);
         }
-        let bit = Bit::of(address, size);
+        let bit = Bit::from_alias(address, size);
         match bus.read(bit.map_or(address, |bit| bit.address), size, at) {
             Ok(read) => {
-                self.pass(at.wrapping_sub(start).wrapping_add(read.wait.into()));
+                self.advance_by(at.wrapping_sub(start).wrapping_add(read.wait.into()));
                 Ok(bit.map_or(read.value, |bit| bit.read_from(read.value)))
             }
-            Err(denied) => Err(self.denied(denied, address, size, None)),
+            Err(denied) => Err(self.trap_for_denied(denied, address, size, None)),
         }
     }
 
-    /// What an access that was `denied` comes to.
+    /// What an access that was `trap_for_denied` comes to.
     #[cold]
-    fn denied(&self, denied: AccessError, address: u32, size: Size, written: Option<u32>) -> Trap {
+    fn trap_for_denied(
+        &self,
+        denied: AccessError,
+        address: u32,
+        size: Size,
+        written: Option<u32>,
+    ) -> Trap {
         let access = Access {
             address,
             size,
             written,
         };
-        Trap::data(denied, access, self.registers.r[15])
+        Trap::from_data_access(denied, access, self.registers.r[15])
     }
 
     /// Stores to an aligned address.
     #[inline(always)]
-    fn store_whole(
+    fn store_unsplit(
         &mut self,
         bus: &mut impl Bus,
         address: u32,
@@ -135,23 +141,23 @@ impl Cpu {
             return Err(Fault::DataAccess(address).into());
         }
         if self.system.is_watching() {
-            self.look(address, size, true);
+            self.check_watchpoints(address, size, true);
         }
         let start = self.cycle.wrapping_add(self.pipeline.phase);
         let at = start.max(self.pipeline.buffer);
         self.pipeline.phase = self.pipeline.phase.wrapping_add(1);
-        self.pass(at.wrapping_sub(start));
+        self.advance_by(at.wrapping_sub(start));
         if !(RAM..PERIPHERALS).contains(&address) {
             self.deadline = 0;
             if is_private(address) {
                 return self.store_private(address, size, value, at, privileged);
             }
         }
-        if bus.write_at_once(address, size, value) {
+        if bus.write_without_wait(address, size, value) {
             self.pipeline.buffer = at.wrapping_add(1);
             return Ok(());
         }
-        let written = match Bit::of(address, size) {
+        let written = match Bit::from_alias(address, size) {
             Some(bit) => bit.write(bus, size, value, at),
             None => bus.write(address, size, value, at),
         };
@@ -168,15 +174,15 @@ impl Cpu {
                 self.deadline = 0;
                 Ok(self.imprecise_fault()?)
             }
-            Err(denied) => Err(self.denied(denied, address, size, Some(value))),
+            Err(denied) => Err(self.trap_for_denied(denied, address, size, Some(value))),
         }
     }
 
     /// A watched access ends the run once its instruction is over.
     #[cold]
     #[inline(never)]
-    fn look(&mut self, address: u32, size: Size, is_write: bool) {
-        if self.system.look(address, size, is_write) {
+    fn check_watchpoints(&mut self, address: u32, size: Size, is_write: bool) {
+        if self.system.check_access(address, size, is_write) {
             self.deadline = 0;
         }
     }
@@ -193,7 +199,7 @@ impl Cpu {
             return Err(Fault::DataBus(address).into());
         }
         let read = self.system.read(address, size, at);
-        read.map_err(|what| self.denied(what.into(), address, size, None))
+        read.map_err(|what| self.trap_for_denied(what.into(), address, size, None))
     }
 
     #[inline(never)]
@@ -209,13 +215,13 @@ impl Cpu {
             return Err(Fault::DataBus(address).into());
         }
         let written = self.system.write(address, size, value, at);
-        written.map_err(|what| self.denied(what.into(), address, size, Some(value)))
+        written.map_err(|what| self.trap_for_denied(what.into(), address, size, Some(value)))
     }
 
     /// Sizes of the aligned accesses that an unaligned one is split into
     /// (TRM 3.3.2): a half-word into bytes, a word into half-words or into
     /// byte, half-word, byte.
-    fn pieces(address: u32, size: Size) -> &'static [Size] {
+    fn split_sizes(address: u32, size: Size) -> &'static [Size] {
         match (size, address & 1) {
             (Size::Word, 0) => &[Size::Half, Size::Half],
             (Size::Word, _) => &[Size::Byte, Size::Half, Size::Byte],
@@ -225,8 +231,8 @@ impl Cpu {
 
     /// Refuses an exclusive access to an alias, which the core does not support (TRM 3.6).
     pub(super) fn check_exclusive(&self, address: u32, size: Size) -> TrapResult {
-        match Bit::of(address, size) {
-            Some(_) => Err(self.denied(EXCLUSIVE, address, size, None)),
+        match Bit::from_alias(address, size) {
+            Some(_) => Err(self.trap_for_denied(EXCLUSIVE, address, size, None)),
             None => Ok(()),
         }
     }
@@ -259,7 +265,7 @@ impl Cpu {
         if address & (size.bytes() - 1) != 0 {
             return self.load_unaligned(bus, address, size, privileged);
         }
-        self.load_whole(bus, address, size, privileged)
+        self.load_unsplit(bus, address, size, privileged)
     }
 
     /// [`Self::store`] with another privilege than the core's: STRT and its kin.
@@ -275,7 +281,7 @@ impl Cpu {
         if address & (size.bytes() - 1) != 0 {
             return self.store_unaligned(bus, address, size, value, privileged);
         }
-        self.store_whole(bus, address, size, value, privileged)
+        self.store_unsplit(bus, address, size, value, privileged)
     }
 
     #[inline(never)]
@@ -288,10 +294,10 @@ impl Cpu {
     ) -> TrapResult<u32> {
         self.check_unaligned(address)?;
         let (mut value, mut shift) = (0, 0);
-        let pieces = Self::pieces(address, size);
+        let pieces = Self::split_sizes(address, size);
         for piece in pieces {
             let at = address.wrapping_add(shift / 8);
-            value |= self.load_whole(bus, at, *piece, privileged)? << shift;
+            value |= self.load_unsplit(bus, at, *piece, privileged)? << shift;
             shift += 8 * piece.bytes();
         }
         self.cycle += pieces.len() as Cycle - 1;
@@ -310,9 +316,9 @@ impl Cpu {
     ) -> TrapResult {
         self.check_unaligned(address)?;
         let mut shift = 0;
-        for piece in Self::pieces(address, size) {
+        for piece in Self::split_sizes(address, size) {
             let at = address.wrapping_add(shift / 8);
-            self.store_whole(bus, at, *piece, value >> shift, privileged)?;
+            self.store_unsplit(bus, at, *piece, value >> shift, privileged)?;
             shift += 8 * piece.bytes();
         }
         // The write buffer hides the pieces; one that waits stalls the next,

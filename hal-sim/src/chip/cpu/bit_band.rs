@@ -22,7 +22,7 @@ impl Bit {
     /// converted (Arm's knowledge base, article 103489860). Memory is accessed in the width
     /// of the access to the alias (Cortex-M4 Devices Generic User Guide, 2.2.5).
     #[inline]
-    pub const fn of(address: u32, size: Size) -> Option<Self> {
+    pub const fn from_alias(address: u32, size: Size) -> Option<Self> {
         let region = address >> 25;
         if region != ALIASES[0] && region != ALIASES[1] || address & 3 != 0 {
             return None;
@@ -83,12 +83,20 @@ mod tests {
             (0x4247_0060, Size::Half, 0x4002_3802, 8),
             (0x43FF_FFFC, Size::Word, 0x400F_FFFC, 31),
         ] {
-            assert_eq!(Bit::of(alias, size), Some(Bit { address, number }));
+            assert_eq!(Bit::from_alias(alias, size), Some(Bit { address, number }));
         }
         for none in [0x21FF_FFFC, 0x2400_0000, 0x41FF_FFFC, 0x4400_0000] {
-            assert_eq!(Bit::of(none, Size::Word), None);
+            assert_eq!(Bit::from_alias(none, Size::Word), None);
         }
-        assert_eq!(Bit::of(0x1200_0000, Size::Word), None, "CCM has none");
-        assert_eq!(Bit::of(0x2200_0001, Size::Byte), None, "beside a word");
+        assert_eq!(
+            Bit::from_alias(0x1200_0000, Size::Word),
+            None,
+            "CCM has none"
+        );
+        assert_eq!(
+            Bit::from_alias(0x2200_0001, Size::Byte),
+            None,
+            "beside a word"
+        );
     }
 }

@@ -33,7 +33,7 @@ pub type Modelled<T = ()> = Result<T, Unmodelled>;
 
 /// Stops the run with `what` if `unmodelled`.
 #[inline]
-pub const fn refuse(unmodelled: bool, what: &'static str) -> Modelled {
+pub const fn refuse_if(unmodelled: bool, what: &'static str) -> Modelled {
     if unmodelled {
         Err(Unmodelled(what))
     } else {
@@ -85,18 +85,18 @@ pub trait Bus {
 
     /// A data read without wait states, told apart from others in a few steps;
     /// `None` where [`Self::read`] must look.
-    fn read_at_once(&self, _address: u32, _size: Size) -> Option<u32> {
+    fn read_without_wait(&self, _address: u32, _size: Size) -> Option<u32> {
         None
     }
 
     /// A data write without wait states, told apart from others in a few
     /// steps; otherwise does nothing, and [`Self::write`] must look.
-    fn write_at_once(&mut self, _address: u32, _size: Size, _value: u32) -> bool {
+    fn write_without_wait(&mut self, _address: u32, _size: Size, _value: u32) -> bool {
         false
     }
 
     /// The half-word of code at `address`, for decoding: no time passes.
-    fn code(&mut self, address: u32) -> Result<u16, AccessError>;
+    fn read_code(&mut self, address: u32) -> Result<u16, AccessError>;
 
     /// The core begins to need code of the 16-byte line at `line` (its address
     /// / 16) at `at`; gives the wait states until it has it.
@@ -119,7 +119,7 @@ pub trait Bus {
     fn next_event(&self) -> Cycle;
 
     /// Level of every interrupt line, line n in bit n % 32 of word n / 32.
-    fn lines(&self) -> [u32; LINE_WORDS];
+    fn interrupt_lines(&self) -> [u32; LINE_WORDS];
 
     /// Level of the non-maskable interrupt (clock security, RM0090 section
     /// 7.2.7).
@@ -137,7 +137,7 @@ pub trait Bus {
 
     /// A reset was asked for and not carried out yet: the run ends with
     /// [`crate::chip::cpu::Stop::Reset`].
-    fn wants_reset(&self) -> bool {
+    fn is_reset_requested(&self) -> bool {
         false
     }
 }

@@ -133,7 +133,7 @@ impl Bus for Flat {
     }
 
     #[inline]
-    fn code(&mut self, address: u32) -> Result<u16, AccessError> {
+    fn read_code(&mut self, address: u32) -> Result<u16, AccessError> {
         let code = self.peek(address, Size::Half).ok_or(AccessError::Error)?;
         Ok((code & 0xFFFF) as u16)
     }
@@ -167,7 +167,7 @@ impl Bus for Flat {
         self.schedule.front().map_or(Cycle::MAX, |(at, _)| *at)
     }
 
-    fn lines(&self) -> [u32; LINE_WORDS] {
+    fn interrupt_lines(&self) -> [u32; LINE_WORDS] {
         self.lines
     }
 

@@ -80,11 +80,11 @@ impl Cpu {
     /// What is decoded or counted for people is no state, nor what follows an encoding that
     /// no program has.
     #[must_use]
-    pub fn is_like(&self, other: &Self) -> bool {
+    pub fn is_equivalent_to(&self, other: &Self) -> bool {
         (self.cycle, self.asleep, self.exclusive, self.stands)
             == (other.cycle, other.asleep, other.exclusive, other.stands)
             && self.registers == other.registers
             && self.pipeline == other.pipeline
-            && self.system.is_like(&other.system)
+            && self.system.is_equivalent_to(&other.system)
     }
 }

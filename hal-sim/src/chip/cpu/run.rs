@@ -56,7 +56,8 @@ impl Cpu {
         observer: &mut impl Observer,
     ) -> Result<(), Stop> {
         loop {
-            let done = self.with_decoded(|cpu, decoded| cpu.go(bus, decoded, until, observer));
+            let done =
+                self.with_decoded(|cpu, decoded| cpu.run_decoded(bus, decoded, until, observer));
             match done {
                 Err(Stop::LockUp { .. }) if self.open != Open::Stops => self.stands = true,
                 done => return done,
@@ -73,7 +74,7 @@ impl Cpu {
         done
     }
 
-    fn go(
+    fn run_decoded(
         &mut self,
         bus: &mut impl Bus,
         decoded: &mut Cache,
@@ -83,7 +84,7 @@ impl Cpu {
         loop {
             self.stop_if_watched()?;
             if self.stands {
-                return self.let_pass(bus, until);
+                return self.advance_halted(bus, until);
             }
             self.service(bus, until, observer)?;
             decoded.check(bus.code_version());
@@ -95,7 +96,7 @@ impl Cpu {
                     let pc = self.registers.r[15];
                     return Err(Stop::Breakpoint { pc });
                 }
-                self.instruction(bus, decoded, observer)?;
+                self.execute_next(bus, decoded, observer)?;
                 if self.cycle >= self.deadline {
                     break;
                 }
@@ -107,9 +108,9 @@ impl Cpu {
     /// on to the next event.
     pub fn step(&mut self, bus: &mut impl Bus) -> Result<(), Stop> {
         if self.stands {
-            return self.let_pass(bus, self.cycle + 1);
+            return self.advance_halted(bus, self.cycle + 1);
         }
-        let until = match self.event(bus) {
+        let until = match self.next_event(bus) {
             Cycle::MAX => 0, // nothing will ever wake it
             event if self.asleep => event,
             _ => 0,
@@ -121,7 +122,7 @@ impl Cpu {
         }
         self.with_decoded(|cpu, decoded| {
             decoded.check(bus.code_version());
-            cpu.instruction(bus, decoded, &mut ())
+            cpu.execute_next(bus, decoded, &mut ())
         })?;
         self.stop_if_watched()
     }
@@ -136,7 +137,7 @@ impl Cpu {
 
     /// Halts the core, or lets it go on; time goes by all the same. SysTick does not
     /// count meanwhile (Arm ARM B3.3.1).
-    pub fn halt(&mut self, halted: bool) {
+    pub fn set_halted(&mut self, halted: bool) {
         self.stands = halted;
         self.system.hold_systick(halted, self.cycle);
     }
@@ -152,17 +153,17 @@ impl Cpu {
                 self.registers.r[15] = next;
                 Ok(())
             }
-            Err(trap) => self.trap(bus, trap),
+            Err(trap) => self.handle_trap(bus, trap),
         }
     }
 
     /// Time up to `until` without the core: what pends goes on pending.
-    fn let_pass(&mut self, bus: &mut impl Bus, until: Cycle) -> Result<(), Stop> {
-        while self.cycle < until && !bus.wants_reset() {
+    fn advance_halted(&mut self, bus: &mut impl Bus, until: Cycle) -> Result<(), Stop> {
+        while self.cycle < until && !bus.is_reset_requested() {
             self.cycle = bus.next_event().max(self.cycle + 1).min(until);
             self.sample(bus)?;
         }
-        if bus.wants_reset() {
+        if bus.is_reset_requested() {
             let pc = self.registers.r[15];
             return Err(Stop::Reset { pc });
         }
@@ -175,7 +176,7 @@ impl Cpu {
     }
 
     /// Earliest event inside or outside the core.
-    fn event(&self, bus: &impl Bus) -> Cycle {
+    fn next_event(&self, bus: &impl Bus) -> Cycle {
         bus.next_event().min(self.system.next_event())
     }
 
@@ -188,11 +189,11 @@ impl Cpu {
         until: Cycle,
         observer: &mut impl Observer,
     ) -> Result<bool, Stop> {
-        self.asleep |= self.system.takes_sleep_on_exit();
+        self.asleep |= self.system.take_sleep_on_exit();
         let mut entered = self.enter_pending(bus)?;
         // A reset ends sleep, whatever is masked: the watchdog needs no interrupt.
-        while self.asleep && self.cycle < until && !bus.wants_reset() {
-            let (from, next) = (self.cycle, self.event(bus).max(self.cycle + 1));
+        while self.asleep && self.cycle < until && !bus.is_reset_requested() {
+            let (from, next) = (self.cycle, self.next_event(bus).max(self.cycle + 1));
             self.cycle = next.min(until);
             if !bus.clocks_sleeping_core() {
                 self.system.sleep_unclocked(self.cycle - from);
@@ -200,7 +201,7 @@ impl Cpu {
             observer.asleep(from, self.cycle);
             entered |= self.enter_pending(bus)?;
         }
-        if bus.wants_reset() {
+        if bus.is_reset_requested() {
             let pc = self.registers.r[15];
             return Err(Stop::Reset { pc });
         }
@@ -214,7 +215,7 @@ impl Cpu {
             self.context = number;
             observer.context(context, self.cycle);
         }
-        self.deadline = self.event(bus).min(until);
+        self.deadline = self.next_event(bus).min(until);
         Ok(entered)
     }
 
@@ -233,7 +234,7 @@ impl Cpu {
 
     /// The instruction at R15.
     #[inline(always)]
-    fn instruction(
+    fn execute_next(
         &mut self,
         bus: &mut impl Bus,
         decoded: &mut Cache,
@@ -246,7 +247,7 @@ impl Cpu {
         if matches!(entry.op, Op::Missing) {
             fresh = match self.decode_missing(bus, decoded, pc) {
                 Ok(entry) => entry,
-                Err(trap) => return self.trap(bus, trap),
+                Err(trap) => return self.handle_trap(bus, trap),
             };
             entry = &fresh;
         }
@@ -264,7 +265,7 @@ impl Cpu {
                 observer.instruction(pc, self.cycle.wrapping_sub(start), self.cycle, sp);
                 Ok(())
             }
-            Err(trap) => self.trap(bus, trap),
+            Err(trap) => self.handle_trap(bus, trap),
         }
     }
 
@@ -279,8 +280,8 @@ impl Cpu {
         } else {
             value & 0xE0 | value << 1 & 0x1F
         };
-        if !self.holds(value >> 4) {
-            self.pass(1);
+        if !self.is_condition_met(value >> 4) {
+            self.advance_by(1);
             self.pipeline.last = PipelineState::idle(entry.trail.length());
             let length = u32::from(entry.trail.length());
             return Ok(self.registers.r[15].wrapping_add(length));
@@ -298,7 +299,7 @@ impl Cpu {
 
     #[cold]
     #[inline(never)]
-    fn trap(&mut self, bus: &mut impl Bus, trap: Trap) -> Result<(), Stop> {
+    fn handle_trap(&mut self, bus: &mut impl Bus, trap: Trap) -> Result<(), Stop> {
         self.deadline = 0;
         match trap {
             Trap::Fault(fault) => {

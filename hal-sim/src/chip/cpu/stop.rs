@@ -170,7 +170,7 @@ impl From<Stop> for Trap {
 
 impl Trap {
     /// What `access` by the instruction at `pc` that was `denied` comes to.
-    pub const fn data(denied: AccessError, access: Access, pc: u32) -> Self {
+    pub const fn from_data_access(denied: AccessError, access: Access, pc: u32) -> Self {
         match denied {
             AccessError::Error => Self::Fault(Fault::DataBus(access.address)),
             AccessError::Unmodelled(Unmodelled(what)) => {

@@ -75,7 +75,7 @@ fn text(answer: impl Into<String>) -> ParsedCommand {
 ///
 /// # Errors
 /// It cannot be understood or obeyed.
-pub fn understand(board: &mut Board<Points>, packet: &[u8]) -> ParsedCommand {
+pub fn parse_command(board: &mut Board<Points>, packet: &[u8]) -> ParsedCommand {
     let Some((&first, rest)) = packet.split_first() else {
         return text("");
     };
@@ -84,19 +84,19 @@ pub fn understand(board: &mut Board<Points>, packet: &[u8]) -> ParsedCommand {
         b'!' => ok(),
         b'g' | b'G' | b'p' | b'P' => registers_of(board, first, rest),
         b'm' | b'M' | b'X' => memory_of(board, first, rest),
-        b'Z' | b'z' => point(board, first == b'Z', rest),
-        b'c' | b's' | b'C' | b'S' => go(board, first, rest),
+        b'Z' | b'z' => parse_point(board, first == b'Z', rest),
+        b'c' | b's' | b'C' | b'S' => parse_resume(board, first, rest),
         b'H' => match rest.split_first() {
-            Some((b'c' | b'g', thread)) if is_own(thread) => ok(),
+            Some((b'c' | b'g', thread)) if is_own_thread(thread) => ok(),
             _ => Err(GdbRefusal::Malformed),
         },
-        b'T' if is_own(rest) => ok(),
+        b'T' if is_own_thread(rest) => ok(),
         b'T' => Err(GdbRefusal::Malformed),
         b'D' => Ok(Detach),
         b'k' => Ok(Kill { is_answered: false }),
         b'R' => Ok(Restart { is_answered: false }),
-        b'v' => verb(board, rest),
-        b'q' | b'Q' => query(board, packet),
+        b'v' => parse_v_packet(board, rest),
+        b'q' | b'Q' => parse_query(board, packet),
         _ => text(""),
     }
 }
@@ -124,7 +124,7 @@ fn split(text: &[u8], at: u8) -> Option<(&[u8], &[u8])> {
 }
 
 /// Whether a thread is the only one that there is, or any.
-fn is_own(thread: &[u8]) -> bool {
+fn is_own_thread(thread: &[u8]) -> bool {
     thread == b"-1" || matches!(number(thread), Some(0 | 1))
 }
 
@@ -177,7 +177,7 @@ fn memory_of(board: &mut Board<Points>, kind: u8, rest: &[u8]) -> ParsedCommand 
 
 /// `c`, `s`, and with a signal, which reaches no program that has no system, `C`, `S`; an
 /// address may follow.
-fn go(board: &mut Board<Points>, kind: u8, rest: &[u8]) -> ParsedCommand {
+fn parse_resume(board: &mut Board<Points>, kind: u8, rest: &[u8]) -> ParsedCommand {
     let to = match kind {
         b'c' | b's' => Some(rest).filter(|to| !to.is_empty()),
         _ => {
@@ -196,7 +196,7 @@ fn go(board: &mut Board<Points>, kind: u8, rest: &[u8]) -> ParsedCommand {
 }
 
 /// `Z` and `z`: type, address, kind. Conditions and commands are not offered.
-fn point(board: &mut Board<Points>, sets: bool, rest: &[u8]) -> ParsedCommand {
+fn parse_point(board: &mut Board<Points>, sets: bool, rest: &[u8]) -> ParsedCommand {
     let (kind, place) = split(rest, b',').ok_or(GdbRefusal::Malformed)?;
     let (address, length) = pair(place)?;
     let what = match kind {
@@ -226,7 +226,7 @@ fn point(board: &mut Board<Points>, sets: bool, rest: &[u8]) -> ParsedCommand {
 }
 
 /// Packets that begin with `v`.
-fn verb(board: &mut Board<Points>, rest: &[u8]) -> ParsedCommand {
+fn parse_v_packet(board: &mut Board<Points>, rest: &[u8]) -> ParsedCommand {
     if rest == b"Cont?" {
         return text("vCont;c;C;s;S");
     }
@@ -263,7 +263,7 @@ fn resume(actions: &[u8]) -> ParsedCommand {
             Some((b'S', signal)) if number(signal).is_some() => true,
             _ => return Err(GdbRefusal::Malformed),
         };
-        if is_own(thread) {
+        if is_own_thread(thread) {
             own.get_or_insert(Go { steps });
         }
     }
@@ -271,24 +271,24 @@ fn resume(actions: &[u8]) -> ParsedCommand {
 }
 
 /// Packets that begin with `q` or `Q`.
-fn query(board: &mut Board<Points>, packet: &[u8]) -> ParsedCommand {
+fn parse_query(board: &mut Board<Points>, packet: &[u8]) -> ParsedCommand {
     if let Some(features) = packet.strip_prefix(b"qSupported") {
         return Ok(supported(features));
     }
     if let Some(annex) = packet.strip_prefix(b"qXfer:features:read:") {
         let place = annex.strip_prefix(b"target.xml:");
-        return part(registers::DESCRIPTION, place.ok_or(GdbRefusal::Malformed)?);
+        return document_part(registers::DESCRIPTION, place.ok_or(GdbRefusal::Malformed)?);
     }
     if let Some(place) = packet.strip_prefix(b"qXfer:memory-map:read::") {
-        return part(MAP, place);
+        return document_part(MAP, place);
     }
     if let Some(line) = packet.strip_prefix(b"qRcmd,") {
         let line = unhex(line).ok_or(GdbRefusal::Malformed)?;
-        let (order, said) = monitor::understand(&String::from_utf8_lossy(&line));
+        let (order, said) = monitor::parse_order(&String::from_utf8_lossy(&line));
         return Ok(Monitor(order, said));
     }
     if let Some(place) = packet.strip_prefix(b"qCRC:") {
-        return sum(board, place);
+        return flash_crc(board, place);
     }
     if packet.starts_with(b"qThreadExtraInfo,") {
         return text(hex(b"Cortex-M4F"));
@@ -319,7 +319,7 @@ fn supported(features: &[u8]) -> Meaning {
 }
 
 /// `offset,length` of a document.
-fn part(document: &str, place: &[u8]) -> ParsedCommand {
+fn document_part(document: &str, place: &[u8]) -> ParsedCommand {
     let (offset, length) = pair(place)?;
     let rest = document.as_bytes().get(offset as usize..);
     let rest = rest.ok_or(GdbRefusal::Malformed)?;
@@ -332,7 +332,7 @@ fn part(document: &str, place: &[u8]) -> ParsedCommand {
 }
 
 /// `qCRC`: gdb's own sum of memory, which `compare-sections` compares.
-fn sum(board: &Board<Points>, place: &[u8]) -> ParsedCommand {
+fn flash_crc(board: &Board<Points>, place: &[u8]) -> ParsedCommand {
     /// As much as flash has: gdb asks for sections.
     const MOST: u32 = 1 << 20;
     let (address, count) = pair(place)?;

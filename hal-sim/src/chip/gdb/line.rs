@@ -1,6 +1,6 @@
 //! Who comes to the port: connections that are looked at without waiting.
 
-use super::packet::{PacketEvent, Receiver, framed};
+use super::packet::{PacketEvent, Receiver, frame_packet};
 use crate::wire::keepalive;
 use std::collections::VecDeque;
 use std::io::{self, Read, Write};
@@ -43,7 +43,7 @@ impl Socket {
     fn new(stream: TcpStream) -> io::Result<Self> {
         stream.set_nodelay(true)?;
         stream.set_write_timeout(Some(WRITE_PATIENCE))?;
-        keepalive::watch(&stream)?;
+        keepalive::enable_keepalive(&stream)?;
         Ok(Self(stream))
     }
 }
@@ -137,7 +137,7 @@ impl Client {
     ///
     /// # Errors
     /// It is gone.
-    pub fn hear(&mut self) -> io::Result<Option<PacketEvent>> {
+    pub fn receive(&mut self) -> io::Result<Option<PacketEvent>> {
         loop {
             match self.parse()? {
                 None if self.fetch() => {}
@@ -157,7 +157,7 @@ impl Client {
         count > 0
     }
 
-    /// As [`Self::hear`], of the bytes fetched so far.
+    /// As [`Self::receive`], of the bytes fetched so far.
     ///
     /// # Errors
     /// It is gone.
@@ -182,7 +182,7 @@ impl Client {
 
     /// Sends a packet with these contents. A line that is broken shows when it is heard.
     pub fn send(&mut self, contents: &[u8]) {
-        self.last = framed(contents);
+        self.last = frame_packet(contents);
         let _ = self.line.write(&self.last);
     }
 }

@@ -164,7 +164,7 @@ impl Debugger {
             } else if limit > 0 && self.board.cpu.cycle >= limit {
                 return Ok(());
             } else if self.board.observer.leaves {
-                self.leave();
+                self.step_once();
             } else if self.core == Core::Runs {
                 return Ok(());
             }
@@ -172,7 +172,7 @@ impl Debugger {
     }
 
     /// The first instruction since the core was let go, or the only one.
-    fn leave(&mut self) {
+    fn step_once(&mut self) {
         self.board.observer.leaves = false;
         let done = self.board.step();
         self.print_console();
@@ -196,7 +196,7 @@ impl Debugger {
                 self.others.push(Client::new(line));
             }
             // Nobody is left to let the core go.
-            Err(_) if self.client.is_none() && self.others.is_empty() => self.let_go(),
+            Err(_) if self.client.is_none() && self.others.is_empty() => self.detach(),
             Err(_) => {}
         }
         // Fetched first: whoever saw the client leave is heard after it has left.
@@ -217,9 +217,9 @@ impl Debugger {
         let mut has_heard = false;
         let stood = self.core == Core::Halted;
         while let Some(client) = &mut self.client {
-            match client.hear() {
+            match client.receive() {
                 Ok(None) => break,
-                Ok(Some(heard)) => self.obey(heard)?,
+                Ok(Some(heard)) => self.handle_event(heard)?,
                 Err(_) => self.lose_client(),
             }
             has_heard = true;
@@ -247,7 +247,7 @@ impl Debugger {
                 Ok(Some(heard)) => {
                     self.client = Some(other);
                     self.attach();
-                    self.obey(heard)?;
+                    self.handle_event(heard)?;
                 }
             }
         }
@@ -257,7 +257,7 @@ impl Debugger {
     /// A debugger halts the core as it comes.
     fn attach(&mut self) {
         self.board.cpu.system.set_debugger(true);
-        self.forget_debugger();
+        self.clear_debugger_state();
         self.alone_since = None;
         self.core = Core::Halted;
         self.status = SIGTRAP.to_owned();
@@ -267,19 +267,19 @@ impl Debugger {
     }
 
     /// What one debugger wanted is not the next one's.
-    fn forget_debugger(&mut self) {
+    fn clear_debugger_state(&mut self) {
         self.clear_points();
         self.board.cpu.system.semihosting = None;
     }
 
     fn clear_points(&mut self) {
         self.board.observer.clear();
-        self.board.cpu.system.clear_comparators();
+        self.board.cpu.system.clear_watchpoints();
     }
 
     /// Nobody debugs the chip any more, and it goes on alone.
-    fn let_go(&mut self) {
-        self.forget_debugger();
+    fn detach(&mut self) {
+        self.clear_debugger_state();
         self.board.cpu.system.set_debugger(false);
         self.pass_breakpoint_instruction();
         self.core = Core::Runs;
@@ -295,16 +295,16 @@ impl Debugger {
             return;
         }
         match (self.outlives, self.core) {
-            (AfterDebugger::Debugger, Core::Halted) => self.forget_debugger(),
-            _ => self.let_go(),
+            (AfterDebugger::Debugger, Core::Halted) => self.clear_debugger_state(),
+            _ => self.detach(),
         }
     }
 
     /// The core stopped: says why, in words where numbers do not tell.
     fn stop(&mut self, stop: Stop) {
         let status = match stop {
-            Stop::Breakpoint { pc } => self.at_breakpoint(pc),
-            Stop::Watchpoint { hit, .. } => watched(hit),
+            Stop::Breakpoint { pc } => self.breakpoint_status(pc),
+            Stop::Watchpoint { hit, .. } => describe_hit(hit),
             Stop::BreakpointInstruction { pc } => {
                 self.stopped_by = Some(pc);
                 SIGTRAP.to_owned()
@@ -321,7 +321,7 @@ impl Debugger {
         self.halt(status);
     }
 
-    fn at_breakpoint(&self, pc: u32) -> String {
+    fn breakpoint_status(&self, pc: u32) -> String {
         let knows = self
             .client
             .as_ref()
@@ -389,7 +389,7 @@ impl Debugger {
     }
 }
 
-fn watched(hit: WatchpointHit) -> String {
+fn describe_hit(hit: WatchpointHit) -> String {
     let what = match hit.what {
         WatchedAccess::Writes => "watch",
         WatchedAccess::Reads => "rwatch",

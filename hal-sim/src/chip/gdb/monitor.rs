@@ -36,7 +36,7 @@ const NO_PROBE: &str = "nothing to do: the chip is simulated, there is no probe 
 const NO_TRACE: &str = "refused: the simulated chip has no trace port (ITM, SWO, TPIU, ETM)\n";
 
 /// What `line` orders, and what is said to it.
-pub fn understand(line: &str) -> (Order, String) {
+pub fn parse_order(line: &str) -> (Order, String) {
     let words: Vec<&str> = line.split_whitespace().collect();
     let (order, text) = match *words.as_slice() {
         ["reset"] => (Order::Reset { halts: true }, ""),
@@ -109,7 +109,7 @@ mod tests {
             ("arm semihosting enable", Order::Semihosting(true)),
             ("semihosting disable", Order::Semihosting(false)),
         ] {
-            assert_eq!(understand(line).0, order, "{line}");
+            assert_eq!(parse_order(line).0, order, "{line}");
         }
     }
 
@@ -129,7 +129,7 @@ mod tests {
             ("reset hlat", "unknown command: reset hlat"),
             ("flash erase_sector 0 0 1", "unknown"),
         ] {
-            let (order, text) = understand(line);
+            let (order, text) = parse_order(line);
             assert_eq!(order, Order::Nothing, "{line}");
             assert!(
                 text.contains(words) && text.ends_with('\n'),

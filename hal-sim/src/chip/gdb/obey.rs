@@ -14,13 +14,13 @@ impl Debugger {
     ///
     /// # Errors
     /// It ended the run.
-    pub(super) fn obey(&mut self, heard: PacketEvent) -> Result<(), BoardError> {
+    pub(super) fn handle_event(&mut self, heard: PacketEvent) -> Result<(), BoardError> {
         let is_attached = self.is_attached();
         let meaning = match &heard {
             PacketEvent::Packet(packet) if !is_attached && command::needs_core(packet) => Err(
                 GdbRefusal::Address("nothing is debugged: attach or run first"),
             ),
-            PacketEvent::Packet(packet) => command::understand(&mut self.board, packet),
+            PacketEvent::Packet(packet) => command::parse_command(&mut self.board, packet),
             PacketEvent::TooLong => Err(GdbRefusal::TooLong),
             PacketEvent::Damaged | PacketEvent::Again => Err(GdbRefusal::Malformed),
             PacketEvent::Interrupt => {
@@ -34,10 +34,10 @@ impl Debugger {
             Ok(Meaning::Answer(answer)) => self.send(&answer),
             Ok(Meaning::Agree(agreed, answer)) => {
                 self.send(&answer);
-                self.agree(agreed);
+                self.apply_agreement(agreed);
             }
             Ok(Meaning::Status) => {
-                self.owe_nothing();
+                self.clear_pending_reply();
                 if !is_attached {
                     self.attach();
                 } else if self.core != Core::Halted {
@@ -45,25 +45,25 @@ impl Debugger {
                 }
                 self.send_status();
             }
-            Ok(Meaning::Go { steps }) => self.go(steps),
+            Ok(Meaning::Go { steps }) => self.resume(steps),
             Ok(Meaning::Detach) => {
                 self.send(b"OK");
-                self.leave_client();
-                self.let_go();
+                self.release_client();
+                self.detach();
             }
             Ok(Meaning::Kill { is_answered }) => {
                 if is_answered {
                     self.send(b"OK");
                 }
-                self.leave_client();
+                self.release_client();
                 if self.outlives == AfterDebugger::Nothing {
                     return Err(BoardError::Killed);
                 }
-                self.forget_debugger();
+                self.clear_debugger_state();
                 self.reset();
             }
             Ok(Meaning::Restart { is_answered }) => {
-                self.owe_nothing();
+                self.clear_pending_reply();
                 if !is_attached {
                     self.attach();
                 }
@@ -72,7 +72,7 @@ impl Debugger {
                     self.send_status();
                 }
             }
-            Ok(Meaning::Monitor(order, said)) => self.order(order, &said),
+            Ok(Meaning::Monitor(order, said)) => self.carry_out_order(order, &said),
             Err(refused) => {
                 let in_words = self
                     .client
@@ -85,13 +85,13 @@ impl Debugger {
     }
 
     /// No stop reply is waited for.
-    fn owe_nothing(&mut self) {
+    fn clear_pending_reply(&mut self) {
         if let Some(client) = &mut self.client {
             client.waits = false;
         }
     }
 
-    fn agree(&mut self, agreed: Feature) {
+    fn apply_agreement(&mut self, agreed: Feature) {
         let Some(client) = &mut self.client else {
             return;
         };
@@ -104,13 +104,13 @@ impl Debugger {
     }
 
     /// The client may go: another can have the core.
-    fn leave_client(&mut self) {
+    fn release_client(&mut self) {
         if let Some(client) = &mut self.client {
             (client.has_left, client.waits) = (true, false);
         }
     }
 
-    fn go(&mut self, steps: bool) {
+    fn resume(&mut self, steps: bool) {
         if let Some(client) = &mut self.client {
             client.waits = true;
         }
@@ -131,12 +131,12 @@ impl Debugger {
     fn reset(&mut self) {
         self.stopped_by = None;
         self.halt(SIGTRAP.to_owned());
-        if let Err(error) = self.board.be_reset(ResetCause::Software) {
+        if let Err(error) = self.board.reset_with_cause(ResetCause::Software) {
             self.print(&format!("{error}\n"));
         }
     }
 
-    fn order(&mut self, order: Order, said: &str) {
+    fn carry_out_order(&mut self, order: Order, said: &str) {
         self.print(said);
         match order {
             Order::Nothing => {}

@@ -95,7 +95,7 @@ fn without_escapes(contents: &[u8]) -> Vec<u8> {
 }
 
 /// A packet with these contents, in which no byte has to be escaped.
-pub fn framed(contents: &[u8]) -> Vec<u8> {
+pub fn frame_packet(contents: &[u8]) -> Vec<u8> {
     let sum = contents.iter().copied().fold(0, u8::wrapping_add);
     let mut packet = vec![b'$'];
     packet.extend(contents);
@@ -148,16 +148,16 @@ mod tests {
         // Cut off, and begun again.
         assert_eq!(heard(b"$m0800$g#67"), [packet("g")]);
         assert_eq!(heard(b"$m08#$g#67"), [packet("g")]);
-        assert_eq!(heard(&framed(b"")), [packet("")]);
+        assert_eq!(heard(&frame_packet(b"")), [packet("")]);
     }
 
     #[test]
     fn escapes_stand_for_the_bytes_of_the_frame() {
-        let packet = framed(b"X0,3:}\x03}\x04}]");
+        let packet = frame_packet(b"X0,3:}\x03}\x04}]");
         assert_eq!(heard(&packet), [PacketEvent::Packet(b"X0,3:#$}".to_vec())]);
         // An interrupt's byte in a packet is data.
         assert_eq!(
-            heard(&framed(b"X\x03")),
+            heard(&frame_packet(b"X\x03")),
             [PacketEvent::Packet(b"X\x03".to_vec())]
         );
     }
@@ -166,10 +166,10 @@ mod tests {
     fn a_packet_beyond_the_longest_is_told_as_such() {
         let longest = vec![b'a'; LONGEST];
         assert_eq!(
-            heard(&framed(&longest)),
+            heard(&frame_packet(&longest)),
             [PacketEvent::Packet(longest.clone())]
         );
-        let longer = framed(&[&longest[..], b"a"].concat());
+        let longer = frame_packet(&[&longest[..], b"a"].concat());
         assert_eq!(heard(&longer), [PacketEvent::TooLong]);
         assert_eq!(heard(&[&longer[..], b"$g#67"].concat()).len(), 2);
     }

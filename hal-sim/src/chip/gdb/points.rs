@@ -95,7 +95,7 @@ pub fn watch(
     bytes: u32,
     what: WatchedAccess,
 ) -> Result<(), GdbRefusal> {
-    match system.compare(&parts(address, bytes)?, what) {
+    match system.add_watchpoint(&parts(address, bytes)?, what) {
         true => Ok(()),
         false => Err(GdbRefusal::Full(
             "not enough of the four DWT comparators are free",
@@ -113,7 +113,7 @@ pub fn unwatch(
     bytes: u32,
     what: WatchedAccess,
 ) -> Result<(), GdbRefusal> {
-    system.compare_no_more(&parts(address, bytes)?, what);
+    system.remove_watchpoint(&parts(address, bytes)?, what);
     Ok(())
 }
 

@@ -25,7 +25,7 @@ enum Register {
 }
 
 impl Register {
-    const fn of(number: usize) -> Option<Self> {
+    const fn from_number(number: usize) -> Option<Self> {
         Some(match number {
             0..=15 => Self::General(number),
             16 => Self::Xpsr,
@@ -50,7 +50,7 @@ impl Register {
 /// Register `number`; `None`: there is no such register.
 pub fn read(cpu: &Cpu, number: usize) -> Option<Vec<u8>> {
     let registers = &cpu.registers;
-    let word = match Register::of(number)? {
+    let word = match Register::from_number(number)? {
         Register::General(n) => registers.r[n],
         Register::Xpsr => cpu.xpsr(),
         Register::Msp => registers.msp(),
@@ -76,7 +76,7 @@ fn masks(cpu: &Cpu) -> [u8; 4] {
 /// width. Bits that the core does not have stay 0; the exception number stays, since nothing
 /// but an exception changes it.
 pub fn write(cpu: &mut Cpu, number: usize, bytes: &[u8]) -> Option<()> {
-    let register = Register::of(number)?;
+    let register = Register::from_number(number)?;
     if bytes.len() != register.bytes() {
         return None;
     }
@@ -129,7 +129,7 @@ pub fn write_all(cpu: &mut Cpu, bytes: &[u8]) -> Option<()> {
     const CONTROL: usize = 22;
     const SP: usize = 13;
     let (mut rest, mut each) = (bytes, Vec::with_capacity(COUNT));
-    for register in (0..COUNT).filter_map(Register::of) {
+    for register in (0..COUNT).filter_map(Register::from_number) {
         let (own, others) = rest.split_at_checked(register.bytes())?;
         each.push(own);
         rest = others;
@@ -153,10 +153,10 @@ mod tests {
         let widths = DESCRIPTION.split("bitsize=\"").skip(1);
         let widths = widths.filter_map(|rest| rest.split('"').next()?.parse::<usize>().ok());
         let own = (0..)
-            .map_while(Register::of)
+            .map_while(Register::from_number)
             .map(|register| 8 * register.bytes());
         assert_eq!(widths.collect::<Vec<_>>(), own.collect::<Vec<_>>());
-        assert_eq!((0..).map_while(Register::of).count(), COUNT);
+        assert_eq!((0..).map_while(Register::from_number).count(), COUNT);
     }
 
     #[test]

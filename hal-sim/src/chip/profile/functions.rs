@@ -16,7 +16,7 @@ impl Functions {
     /// Code without a name: none in the file, or in RAM.
     const NAMELESS: u16 = 1;
 
-    pub fn of(image: &Image) -> Self {
+    pub fn from_image(image: &Image) -> Self {
         let mut names = vec!["(exception entry)".into(), "(no symbol)".into()];
         let mut at = vec![Self::NAMELESS; image.flash.len().div_ceil(2)];
         // By rising address: of two that overlap, the later.
@@ -47,7 +47,7 @@ impl Functions {
 
     /// Which one the instruction at `pc` belongs to.
     #[inline]
-    pub fn index(&self, pc: u32) -> usize {
+    pub fn index_at(&self, pc: u32) -> usize {
         let half_word = (pc.wrapping_sub(FLASH.start) / 2) as usize;
         usize::from(self.at.get(half_word).copied().unwrap_or(Self::NAMELESS))
     }

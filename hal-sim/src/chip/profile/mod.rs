@@ -37,7 +37,7 @@ impl Owner {
     pub const ALL: [Self; 4] = [Self::Pulser, Self::Controller, Self::Session, Self::Other];
 
     /// Whose exception `number` is; 0 is thread mode.
-    pub const fn of(number: u16) -> Self {
+    pub const fn from_exception(number: u16) -> Self {
         match number {
             exception::PVD | exception::EXTI9_5 | exception::TIM2 => Self::Pulser,
             exception::TIM7 => Self::Controller,
@@ -140,7 +140,7 @@ pub struct Profile {
 impl Profile {
     /// Counts from power-on, by the functions of `image`.
     pub fn new(image: &Image) -> Self {
-        let functions = Functions::of(image);
+        let functions = Functions::from_image(image);
         Self {
             costs: vec![Cost::default(); functions.len()],
             functions,
@@ -184,7 +184,7 @@ impl Profile {
     pub fn owner(&self, owner: Owner) -> Cost {
         let mut sum = Cost::default();
         for (number, cost) in (0u16..).zip(&self.contexts) {
-            if Owner::of(number) == owner {
+            if Owner::from_exception(number) == owner {
                 sum.add(cost.cycles, cost.instructions);
             }
         }
@@ -230,7 +230,7 @@ impl Observer for Profile {
         if start > self.last {
             self.spend(Functions::ENTRY, start, 0);
         }
-        let function = self.functions.index(pc);
+        let function = self.functions.index_at(pc);
         self.spend(function, at, 1);
         self.lowest_sp = self.lowest_sp.min(sp);
     }

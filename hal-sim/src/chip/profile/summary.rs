@@ -54,7 +54,7 @@ pub struct Phase {
 
 impl Phase {
     /// What was `found`, earliest first, places without edges left out.
-    pub fn all(found: &Phases) -> Vec<Self> {
+    pub fn from_phases(found: &Phases) -> Vec<Self> {
         let lap = CYCLES_PER_US as usize;
         // Half a microsecond early at most, less than that late.
         let places =
@@ -70,7 +70,7 @@ impl Phase {
         all.filter(|phase| phase.b + phase.c > 0).collect()
     }
 
-    /// Cycles from the earliest of `all` to the latest, both counted; 0 without
+    /// Cycles from the earliest of `from_phases` to the latest, both counted; 0 without
     /// edges.
     pub fn span(all: &[Self]) -> u64 {
         match (all.first(), all.last()) {
@@ -101,8 +101,12 @@ pub struct Summary {
 
 impl Summary {
     /// Of `board`, as it is now.
-    pub fn of(board: &mut Board<Profile>) -> Self {
-        let limit = board.cpu.system.denied().map(|guard| guard.end as u32);
+    pub fn from_board(board: &mut Board<Profile>) -> Self {
+        let limit = board
+            .cpu
+            .system
+            .denied_range()
+            .map(|guard| guard.end as u32);
         let profile = &board.observer;
         let owners = Owner::ALL.map(|owner| profile.owner(owner));
         let latencies: Vec<_> = board.cpu.system.latencies.entered().collect();
@@ -129,7 +133,7 @@ impl Summary {
                 limit,
             },
             margins: board.around.margins,
-            phases: Phase::all(board.around.phases()),
+            phases: Phase::from_phases(board.around.phases()),
         }
     }
 

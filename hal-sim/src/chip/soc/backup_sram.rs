@@ -28,7 +28,7 @@ impl Default for BackupSram {
             ram: Ram::new(BASE, LENGTH),
             is_writable: false,
         };
-        sram.fade();
+        sram.lose_contents();
         sram
     }
 }
@@ -40,7 +40,7 @@ impl BackupSram {
     }
 
     /// Power is gone, and what it held.
-    pub fn fade(&mut self) {
+    pub fn lose_contents(&mut self) {
         self.ram.bytes.fill(FADED);
     }
 

@@ -3,7 +3,7 @@
 use super::map;
 use super::matrix::{Bridge, Slave};
 use super::rcc::Cause;
-use super::registers::{NOTHING, nobody};
+use super::registers::{NOTHING, no_answer};
 use super::unheeded::IgnoredBits;
 use super::watch::FirstAccess;
 use super::{Peripheral, Soc, exti, playback};
@@ -32,7 +32,7 @@ impl Bus for Soc {
     fn read(&mut self, address: u32, size: Size, at: Cycle) -> Result<ReadResult, AccessError> {
         match address >> 24 {
             0x20 => {
-                self.touched(address, size, FirstAccess::Read);
+                self.record_access(address, size, FirstAccess::Read);
                 let wait = self.pass_ram(address, at)?;
                 let value = self.ram.read(address, size).ok_or(NOTHING)?;
                 Ok(ReadResult { value, wait })
@@ -40,7 +40,7 @@ impl Bus for Soc {
             0x08 if address < 0x0810_0000 => self.flash.read(address, size, at),
             0x40..=0xA0 | 0xE0 => {
                 let ReadResult { value, wait } = self.read_register(address, size, at)?;
-                let value = self.unheeded.shown(address, value);
+                let value = self.unheeded.apply_to_read(address, value);
                 Ok(ReadResult { value, wait })
             }
             0x10 => {
@@ -52,7 +52,7 @@ impl Bus for Soc {
                 .flash
                 .read_information(&self.signature, address, size, at)
                 .ok_or(AccessError::Unmodelled(Unmodelled("system memory"))),
-            _ => Err(nobody(address)),
+            _ => Err(no_answer(address)),
         }
     }
 
@@ -66,13 +66,13 @@ impl Bus for Soc {
     ) -> Result<u32, AccessError> {
         match address >> 24 {
             0x20 => {
-                self.touched(address, size, FirstAccess::Written);
+                self.record_access(address, size, FirstAccess::Written);
                 let wait = self.pass_ram(address, at)?;
                 self.ram.write(address, size, value).ok_or(NOTHING)?;
                 Ok(wait)
             }
             0x40..=0xA0 | 0xE0 => {
-                self.unheeded.written(address);
+                self.unheeded.note_write(address);
                 self.write_register(address, size, value, at)
             }
             0x10 => {
@@ -84,13 +84,13 @@ impl Bus for Soc {
                 self.reschedule_at(at);
                 Ok(wait)
             }
-            _ => Err(nobody(address)),
+            _ => Err(no_answer(address)),
         }
     }
 
     /// SRAM1 while no DMA uses it.
     #[inline(always)]
-    fn read_at_once(&self, address: u32, size: Size) -> Option<u32> {
+    fn read_without_wait(&self, address: u32, size: Size) -> Option<u32> {
         if self.shares[0] || self.watch.is_some() || !SRAM1.contains(&address) {
             return None;
         }
@@ -99,20 +99,20 @@ impl Bus for Soc {
 
     /// SRAM1 while no DMA uses it.
     #[inline(always)]
-    fn write_at_once(&mut self, address: u32, size: Size, value: u32) -> bool {
+    fn write_without_wait(&mut self, address: u32, size: Size, value: u32) -> bool {
         !self.shares[0]
             && self.watch.is_none()
             && SRAM1.contains(&address)
             && self.ram.write(address, size, value).is_some()
     }
 
-    fn code(&mut self, address: u32) -> Result<u16, AccessError> {
+    fn read_code(&mut self, address: u32) -> Result<u16, AccessError> {
         match address >> 24 {
             0x08 | 0x00 if address & 0x00FF_FFFF < 0x0010_0000 => {
                 Ok(self.flash.peek(address, Size::Half) as u16)
             }
             0x20 => Ok(self.ram.read(address, Size::Half).ok_or(NOTHING)? as u16),
-            _ => Err(nobody(address)),
+            _ => Err(no_answer(address)),
         }
     }
 
@@ -174,8 +174,8 @@ impl Bus for Soc {
         self.due
     }
 
-    fn lines(&self) -> [u32; LINE_WORDS] {
-        let mut lines = self.playback.lines();
+    fn interrupt_lines(&self) -> [u32; LINE_WORDS] {
+        let mut lines = self.playback.interrupt_lines();
         let mut set = |line: u32, high: bool| {
             lines[(line / 32) as usize] |= u32::from(high) << (line % 32);
         };
@@ -207,7 +207,7 @@ impl Bus for Soc {
         self.reset.get_or_insert(Cause::Software);
     }
 
-    fn wants_reset(&self) -> bool {
+    fn is_reset_requested(&self) -> bool {
         self.reset.is_some()
     }
 }
@@ -220,23 +220,24 @@ impl Soc {
     /// What may not be written, or is not modelled.
     pub fn upset(&mut self, address: u32, bits: u32, at: Cycle) -> Result<(), AccessError> {
         self.advance(at)?;
-        if let Some((map::Unit::Playback(playback::Block::Gpio(port)), offset)) = map::find(address)
+        if let Some((map::Unit::Playback(playback::Block::Gpio(port)), offset)) =
+            map::find_unit(address)
         {
             // What the tape did before comes before.
             self.playback.advance(at, &mut self.ram)?;
             self.playback.gpio.upset(port, offset, bits, at)?;
         } else if let Some((map::Unit::Playback(playback::Block::Dma2), offset)) =
-            map::find(address)
+            map::find_unit(address)
             && self
                 .playback
                 .upset_stream(offset, bits, at, &mut self.ram)?
         {
-            self.shares = [Slave::Sram1, Slave::Sram2].map(|s| self.playback.shares(s));
-        } else if let Some((map::Unit::Rcc, offset)) = map::find(address)
+            self.shares = [Slave::Sram1, Slave::Sram2].map(|s| self.playback.is_shared(s));
+        } else if let Some((map::Unit::Rcc, offset)) = map::find_unit(address)
             && self.rcc.upset(offset, bits, at)?
         {
             self.follow_clocks(at)?;
-        } else if let Some((map::Unit::Flash, offset)) = map::find(address)
+        } else if let Some((map::Unit::Flash, offset)) = map::find_unit(address)
             && self.flash.upset(offset, bits, self.pwr.supply_mv)?
         {
             // Wait states take effect with the next read.
@@ -250,12 +251,12 @@ impl Soc {
 
     /// The register at `address` shows `bits` of it the other way from now on, until it is
     /// written; its block does not heed them.
-    pub fn show(&mut self, address: u32, bits: u32) {
-        self.unheeded = IgnoredBits::of(address, bits);
+    pub fn flip_shown_bits(&mut self, address: u32, bits: u32) {
+        self.unheeded = IgnoredBits::new(address, bits);
     }
 
     #[inline]
-    fn touched(&mut self, address: u32, size: Size, first: FirstAccess) {
+    fn record_access(&mut self, address: u32, size: Size, first: FirstAccess) {
         if let Some(watch) = &mut self.watch {
             watch.touch(address, size, first);
         }
@@ -272,6 +273,8 @@ impl Soc {
         if !shared {
             return Ok(0);
         }
-        Ok(self.playback.pass(slave, Bridge::None, at, &mut self.ram)?)
+        Ok(self
+            .playback
+            .access_slave(slave, Bridge::None, at, &mut self.ram)?)
     }
 }

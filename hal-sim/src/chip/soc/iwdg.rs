@@ -5,7 +5,7 @@
 //! arrives five LSI cycles after its write.
 
 use super::clock::{Oscillator, cycles_in};
-use super::peripheral::{Cycle, Modelled, Peripheral, Unmodelled, refuse};
+use super::peripheral::{Cycle, Modelled, Peripheral, Unmodelled, refuse_if};
 
 /// LSI start-up, 15 µs typical (DS8626, LSI oscillator characteristics).
 const LSI_START_NS: u64 = 15_000;
@@ -29,7 +29,7 @@ impl Synchronized {
     }
 
     /// What software reads: the value written last.
-    fn latest(&self) -> u32 {
+    fn last_written(&self) -> u32 {
         self.pending.map_or(self.value, |(value, _)| value)
     }
 
@@ -124,7 +124,7 @@ impl Iwdg {
     }
 
     /// Cycle of its bite if nothing more happens; `Cycle::MAX` while it stands.
-    pub fn bites_at(&self) -> Cycle {
+    pub fn reset_cycle(&self) -> Cycle {
         let running = self.running.as_ref().filter(|_| self.held_at.is_none());
         running.map_or(Cycle::MAX, |(lsi, counter)| {
             let divider = self.divider();
@@ -174,7 +174,7 @@ impl Iwdg {
         } else {
             &mut self.prescaler
         };
-        refuse(
+        refuse_if(
             register.pending.is_some(),
             "IWDG: written while PVU or RVU is set",
         )?;
@@ -204,8 +204,8 @@ impl Peripheral for Iwdg {
         self.advance(at)?;
         let word = match offset {
             0x0 => 0,
-            0x4 => self.prescaler.latest(),
-            0x8 => self.reload.latest(),
+            0x4 => self.prescaler.last_written(),
+            0x8 => self.reload.last_written(),
             0xC => {
                 let busy = |register: &Synchronized| u32::from(register.pending.is_some());
                 busy(&self.prescaler) | busy(&self.reload) << 1
@@ -241,7 +241,7 @@ impl Peripheral for Iwdg {
             if self.prescaler.pending.is_some() || self.reload.pending.is_some() {
                 self.arrive(tick);
             }
-            self.bitten |= self.bites_at() <= to;
+            self.bitten |= self.reset_cycle() <= to;
         }
         Ok(())
     }
@@ -255,7 +255,7 @@ impl Peripheral for Iwdg {
             (Some((lsi, _)), Some((_, due))) => lsi.cycle_of(due),
             _ => Cycle::MAX,
         };
-        self.bites_at().min(arrival)
+        self.reset_cycle().min(arrival)
     }
 }
 
@@ -308,10 +308,10 @@ mod tests {
         let arrival = FIRST + 5 * TICK;
         assert_eq!(iwdg.get(SR, arrival - 1), 3);
         assert_eq!(iwdg.get(SR, arrival), 0);
-        assert!(iwdg.bites_at() > 500_000, "not reloaded yet");
+        assert!(iwdg.reset_cycle() > 500_000, "not reloaded yet");
         iwdg.set(KR, 0xAAAA, arrival + 10);
         // Tick 5 lies in count 1, so 49 counts end with tick 4 * 50.
-        assert_eq!(iwdg.bites_at(), FIRST + 200 * TICK);
+        assert_eq!(iwdg.reset_cycle(), FIRST + 200 * TICK);
     }
 
     #[test]
@@ -320,7 +320,7 @@ mod tests {
         let mut at = 10_000;
         for _ in 0..100 {
             iwdg.set(KR, 0xAAAA, at);
-            let wait = iwdg.bites_at() - at;
+            let wait = iwdg.reset_cycle() - at;
             assert!((48 * 4 * TICK..=49 * 4 * TICK).contains(&wait), "{wait}");
             at += 50_001;
         }
@@ -334,7 +334,7 @@ mod tests {
             for n in 0..50 {
                 let at = 20_000 + n * 1234;
                 iwdg.set(KR, 0xAAAA, at);
-                let us = (iwdg.bites_at() - at) / 16;
+                let us = (iwdg.reset_cycle() - at) / 16;
                 assert!((4_000..12_000).contains(&us), "{lsi_hz} Hz: {us} us");
             }
         }
@@ -363,36 +363,36 @@ mod tests {
         assert_eq!(iwdg.next_event(), due);
         iwdg.advance(due).unwrap();
         // 46 counts of 16 are left, and the one under way (ticks 16-31).
-        assert_eq!(iwdg.bites_at(), FIRST + (1 + 46 + 1) * 16 * TICK);
+        assert_eq!(iwdg.reset_cycle(), FIRST + (1 + 46 + 1) * 16 * TICK);
     }
 
     #[test]
     fn a_faster_core_changes_no_time() {
         let mut iwdg = board(32_000);
         iwdg.set(KR, 0xAAAA, 10_000);
-        let left = iwdg.bites_at() - 10_000;
+        let left = iwdg.reset_cycle() - 10_000;
         iwdg.set_hz(160_000_000, 10_000);
-        assert_eq!(iwdg.bites_at() - 10_000, left * 10);
+        assert_eq!(iwdg.reset_cycle() - 10_000, left * 10);
     }
 
     #[test]
     fn an_lsi_that_drifts_moves_the_bite() {
         let mut iwdg = board(32_000);
         iwdg.set(KR, 0xAAAA, 10_000);
-        let left = iwdg.bites_at() - 10_000;
+        let left = iwdg.reset_cycle() - 10_000;
         iwdg.set_lsi_hz(16_000, 10_000);
-        assert!((iwdg.bites_at() - 10_000).abs_diff(2 * left) <= 1);
+        assert!((iwdg.reset_cycle() - 10_000).abs_diff(2 * left) <= 1);
     }
 
     #[test]
     fn held_it_does_not_bite() {
         let mut iwdg = board(32_000);
         iwdg.set(KR, 0xAAAA, 10_000);
-        let bite = iwdg.bites_at();
+        let bite = iwdg.reset_cycle();
         iwdg.hold(true, 20_000);
         iwdg.hold(true, 30_000);
-        assert_eq!(iwdg.bites_at(), Cycle::MAX);
+        assert_eq!(iwdg.reset_cycle(), Cycle::MAX);
         iwdg.hold(false, 20_000 + 1_000 * TICK);
-        assert_eq!(iwdg.bites_at(), bite + 1_000 * TICK);
+        assert_eq!(iwdg.reset_cycle(), bite + 1_000 * TICK);
     }
 }

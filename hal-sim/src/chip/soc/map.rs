@@ -42,7 +42,7 @@ pub enum Unit {
 }
 
 /// The block at `address`, from 0x4000_0000 on, and the offset within it.
-pub fn find(address: u32) -> Option<(Unit, u32)> {
+pub fn find_unit(address: u32) -> Option<(Unit, u32)> {
     if address >> 18 == 0x5000_0000 >> 18 {
         return Some((Unit::Otg, address & 0x3_FFFF));
     }
@@ -82,7 +82,7 @@ pub fn find(address: u32) -> Option<(Unit, u32)> {
 
 /// The clock enable (bus and bit in RCC's enable registers) of a block that nobody models;
 /// `None` where RM0090 table 1 has no block. Without its clock it reads 0 and loses writes.
-pub const fn silent(address: u32) -> Option<(usize, u32)> {
+pub const fn unmodelled_clock(address: u32) -> Option<(usize, u32)> {
     const AHB1: usize = 0;
     const AHB2: usize = 1;
     const AHB3: usize = 2;
@@ -165,18 +165,18 @@ mod tests {
     #[test]
     fn blocks_are_where_the_manual_says() {
         let timer = |n| Unit::Playback(playback::Block::Timer(n));
-        assert_eq!(find(0x4000_0024), Some((timer(2), 0x24)));
-        assert_eq!(find(0x4001_0010), Some((timer(1), 0x10)));
+        assert_eq!(find_unit(0x4000_0024), Some((timer(2), 0x24)));
+        assert_eq!(find_unit(0x4001_0010), Some((timer(1), 0x10)));
         let port_b = Unit::Playback(playback::Block::Gpio(1));
-        assert_eq!(find(0x4002_0418), Some((port_b, 0x18)));
-        assert_eq!(find(0x4001_2304), Some((Unit::Adc, 0x304)));
-        assert_eq!(find(0x5000_1000), Some((Unit::Otg, 0x1000)));
-        assert_eq!(find(0x4000_2850), Some((Unit::Backup, 0x50)));
-        assert_eq!(find(0x4002_4C04), Some((Unit::BackupSram, 0xC04)));
-        assert_eq!(find(0x4002_5000), None, "beyond backup SRAM");
-        assert_eq!(find(0x4002_2400), None, "beyond port I");
-        assert_eq!(find(0x4001_4834), Some((Unit::Tim11, 0x34)));
-        assert_eq!(find(0x4000_1000), None, "TIM6");
+        assert_eq!(find_unit(0x4002_0418), Some((port_b, 0x18)));
+        assert_eq!(find_unit(0x4001_2304), Some((Unit::Adc, 0x304)));
+        assert_eq!(find_unit(0x5000_1000), Some((Unit::Otg, 0x1000)));
+        assert_eq!(find_unit(0x4000_2850), Some((Unit::Backup, 0x50)));
+        assert_eq!(find_unit(0x4002_4C04), Some((Unit::BackupSram, 0xC04)));
+        assert_eq!(find_unit(0x4002_5000), None, "beyond backup SRAM");
+        assert_eq!(find_unit(0x4002_2400), None, "beyond port I");
+        assert_eq!(find_unit(0x4001_4834), Some((Unit::Tim11, 0x34)));
+        assert_eq!(find_unit(0x4000_1000), None, "TIM6");
     }
 
     #[test]
@@ -196,8 +196,11 @@ mod tests {
             (0x4001_0800, None),
             (0xC000_0000, None),
         ] {
-            assert_eq!(silent(address), place, "{address:#x}");
-            assert!(place.is_none() || find(address).is_none(), "{address:#x}");
+            assert_eq!(unmodelled_clock(address), place, "{address:#x}");
+            assert!(
+                place.is_none() || find_unit(address).is_none(),
+                "{address:#x}"
+            );
         }
     }
 }

@@ -87,13 +87,13 @@ impl Matrix {
 
     /// First cycle from `want` on in which `slave` can take up an access.
     #[inline]
-    pub fn ready(&self, slave: Slave, want: Cycle) -> Cycle {
+    pub fn ready_at(&self, slave: Slave, want: Cycle) -> Cycle {
         want.max(self.slaves[slave as usize].free)
     }
 
     /// Whose turn it is not, should others ask at the same cycle.
     #[inline]
-    pub fn last(&self, slave: Slave) -> Master {
+    pub fn last_master(&self, slave: Slave) -> Master {
         self.slaves[slave as usize].owner
     }
 

@@ -183,7 +183,7 @@ impl Soc {
         self.exti = Exti::default();
         self.pwr.reset();
         if cause == Cause::PowerOn {
-            self.backup_sram.fade();
+            self.backup_sram.lose_contents();
         }
         self.backup.set_writable(false);
         self.backup_sram.set_writable(false);
@@ -199,27 +199,30 @@ impl Soc {
     /// The supply fails for a moment, in which a battery at VBAT keeps the backup
     /// registers: a reset follows. RAM keeps what it held, but not backup SRAM.
     pub fn lose_power(&mut self) {
-        self.be_reset(Cause::PowerOn);
+        self.request_reset_for(Cause::PowerOn);
     }
 
     /// A reset for this cause follows.
-    pub fn be_reset(&mut self, cause: Cause) {
+    pub fn request_reset_for(&mut self, cause: Cause) {
         self.reset = Some(cause);
         self.reschedule();
     }
 
     /// The first part whose state is another than in `other` at `at`; nothing where both do
     /// the same from then on. What is counted for people, and what is foreseen, is no state.
-    pub fn unlike(&self, other: &Self, at: Cycle) -> Option<&'static str> {
+    pub fn first_difference(&self, other: &Self, at: Cycle) -> Option<&'static str> {
         let parts = [
             ("SRAM", self.ram == other.ram),
             ("CCM", self.ccm == other.ccm),
-            ("playback", self.playback.is_like(&other.playback, at)),
+            (
+                "playback",
+                self.playback.is_equivalent_to(&other.playback, at),
+            ),
             ("RCC", self.rcc == other.rcc),
             ("ADC", self.adc == other.adc),
             ("TIM11", self.tim11 == other.tim11),
             ("SPI3", self.spi3 == other.spi3),
-            ("OTG", self.otg.is_like(&other.otg)),
+            ("OTG", self.otg.is_equivalent_to(&other.otg)),
             ("USART2", self.usart2 == other.usart2),
             ("backup", self.backup == other.backup),
             ("backup SRAM", self.backup_sram == other.backup_sram),

@@ -1,7 +1,7 @@
 //! What all peripherals have in common.
 
 pub(super) use crate::chip::Cycle;
-pub(super) use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse};
+pub(super) use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse_if};
 
 /// A block of registers. Wires to other peripherals, interrupt lines and pins
 /// are methods of each; `soc` joins them.

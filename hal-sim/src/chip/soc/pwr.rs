@@ -4,7 +4,7 @@
 //! Low-power modes other than sleep are not modelled. The detector's delay is
 //! taken as none.
 
-use super::peripheral::{Cycle, Modelled, Peripheral, Unmodelled, refuse};
+use super::peripheral::{Cycle, Modelled, Peripheral, Unmodelled, refuse_if};
 
 const CR: u32 = 0;
 const CSR: u32 = 4;
@@ -80,7 +80,7 @@ impl Pwr {
     /// The regulator gives too little for a core clock of `hz`: at scale 2 it suffices for
     /// 144 MHz (RM0090 section 5.1.3). What scale 1 suffices for the clocks' limits say.
     pub fn check_scale(&self, hz: u32) -> Modelled {
-        refuse(
+        refuse_if(
             self.cr & VOS == 0 && hz > 144_000_000,
             "PWR_CR: regulator scale 2 above 144 MHz",
         )
@@ -112,7 +112,7 @@ impl Peripheral for Pwr {
         match offset {
             CR => {
                 let known = PVDE | 7 << 5 | DBP | VOS | RESERVED_VOS | CLEAR_FLAGS | DEEP;
-                refuse(value & !known != 0, "PWR_CR: reserved bits")?;
+                refuse_if(value & !known != 0, "PWR_CR: reserved bits")?;
                 self.cr = value & (PVDE | 7 << 5 | DBP | VOS | DEEP);
                 self.watch();
                 Ok(())

@@ -2,7 +2,7 @@
 
 use super::map::{self, Unit};
 use super::matrix::{Bridge, Slave};
-use super::word::part;
+use super::word::read_part;
 use super::{Peripheral, Soc, playback, width};
 use crate::chip::Cycle;
 use crate::chip::cpu::Size;
@@ -20,7 +20,7 @@ pub(super) const NOTHING: AccessError = AccessError::Error;
 const DEBUG: std::ops::RangeInclusive<u32> = 0xE004_0000..=0xE00F_FFFF;
 
 /// Why nobody answers at `address`, where no block is that has a clock.
-pub(super) fn nobody(address: u32) -> AccessError {
+pub(super) fn no_answer(address: u32) -> AccessError {
     match DEBUG.contains(&address) {
         true => DEBUG_SUPPORT,
         false => NOTHING,
@@ -35,7 +35,7 @@ impl Soc {
         size: Size,
         at: Cycle,
     ) -> Result<ReadResult, AccessError> {
-        let Some((unit, offset)) = map::find(address) else {
+        let Some((unit, offset)) = map::find_unit(address) else {
             self.find_silent(address)?;
             return Ok(ReadResult {
                 value: 0,
@@ -54,14 +54,14 @@ impl Soc {
             let ReadResult { value, wait } =
                 self.playback.read(block, register, at, &mut self.ram)?;
             self.event = self.event.min(self.playback.next_event());
-            let value = part(value, offset, size);
+            let value = read_part(value, offset, size);
             return Ok(ReadResult { value, wait });
         }
         let wait = self.pass_register(unit, at)?;
         let done = at + Cycle::from(wait);
         let unit = self.peripheral(unit);
         unit.advance(done)?;
-        let value = part(unit.read(register, done)?, offset, size);
+        let value = read_part(unit.read(register, done)?, offset, size);
         let event = unit.next_event();
         self.event = self.event.min(event);
         Ok(ReadResult { value, wait })
@@ -75,7 +75,7 @@ impl Soc {
         value: u32,
         at: Cycle,
     ) -> Result<u32, AccessError> {
-        let Some((unit, offset)) = map::find(address) else {
+        let Some((unit, offset)) = map::find_unit(address) else {
             self.find_silent(address)?;
             return Ok(UNSHARED_WAIT);
         };
@@ -84,7 +84,7 @@ impl Soc {
             return Ok(self.pass_register(unit, at)?);
         }
         self.due = at;
-        let written = width::written(unit, offset, size, value)?;
+        let written = width::written_lanes(unit, offset, size, value)?;
         let register = offset & !3;
         if let Unit::Playback(block) = unit {
             let wait = self
@@ -92,7 +92,7 @@ impl Soc {
                 .write(block, register, written, at, &mut self.ram)?;
             self.event = self.event.min(self.playback.next_event());
             if block == playback::Block::Dma2 {
-                self.shares = [Slave::Sram1, Slave::Sram2].map(|s| self.playback.shares(s));
+                self.shares = [Slave::Sram1, Slave::Sram2].map(|s| self.playback.is_shared(s));
             }
             return Ok(wait);
         }
@@ -102,7 +102,7 @@ impl Soc {
         peripheral.advance(done)?;
         let value = match written.is_whole() {
             true => written.value,
-            false => written.over(peripheral.read(register, done)?),
+            false => written.merge_into(peripheral.read(register, done)?),
         };
         peripheral.write(register, value, done)?;
         let event = peripheral.next_event();
@@ -113,13 +113,13 @@ impl Soc {
 
     /// A block that nobody models is silent while its clock is off.
     fn find_silent(&mut self, address: u32) -> Result<(), AccessError> {
-        match map::silent(address) {
+        match map::unmodelled_clock(address) {
             Some(clock) if self.rcc.is_set(clock) => Err(UNMODELLED),
             Some(_) => {
                 self.unclocked += 1;
                 Ok(())
             }
-            None => Err(nobody(address)),
+            None => Err(no_answer(address)),
         }
     }
 
@@ -142,7 +142,9 @@ impl Soc {
         let Some(bridge) = unit.bridge() else {
             return Ok(UNSHARED_WAIT);
         };
-        let wait = self.playback.pass(Slave::Ahb1, bridge, at, &mut self.ram)?;
+        let wait = self
+            .playback
+            .access_slave(Slave::Ahb1, bridge, at, &mut self.ram)?;
         Ok(match unit {
             Unit::Crc => wait + self.crc.wait(at + Cycle::from(wait)),
             _ => wait,

@@ -4,7 +4,7 @@
 //! first bit begins in the cycle of the write to an idle SPI, and a buffered
 //! word follows without a pause.
 
-use super::peripheral::{Cycle, Modelled, Peripheral, Unmodelled, refuse};
+use super::peripheral::{Cycle, Modelled, Peripheral, Unmodelled, refuse_if};
 
 mod cr1 {
     pub const CPHA: u32 = 1;
@@ -136,7 +136,7 @@ impl Spi {
     /// fault of a master: MSTR and SPE go off (section 28.3.10). It is SSI with SSM; without,
     /// and without SSOE, a pin's, and what is on no pin is taken as low.
     fn write_cr1(&mut self, value: u32, at: Cycle) -> Modelled {
-        refuse(
+        refuse_if(
             self.shifting.is_some() && value != self.cr1,
             "SPI_CR1: changed while busy",
         )?;
@@ -145,7 +145,7 @@ impl Spi {
             true => value & cr1::BIDIOE == 0,
             false => value & cr1::RXONLY != 0,
         };
-        refuse(
+        refuse_if(
             value & cr1::SPE != 0 && (crc == cr1::CRC || receives),
             "SPI: all but transmitting, without CRC",
         )?;

@@ -7,7 +7,7 @@
 //! that change while it counts.
 
 use super::clock::Oscillator;
-use super::peripheral::{Cycle, Modelled, Peripheral, Unmodelled, refuse};
+use super::peripheral::{Cycle, Modelled, Peripheral, Unmodelled, refuse_if};
 
 /// Timer clocks from an edge to its capture: as of the other timers' inputs, assumed.
 const SYNCHRONISATION: u64 = 2;
@@ -181,25 +181,25 @@ impl Peripheral for Tim11 {
     fn write(&mut self, offset: u32, value: u32, at: Cycle) -> Modelled {
         self.capture(at);
         let counts = self.cr1 & bit::CEN != 0;
-        refuse(
+        refuse_if(
             counts && !matches!(offset, 0x00 | 0x10),
             "TIM11: a setting written while it counts",
         )?;
         match offset {
             0x00 => {
-                refuse(value & !bit::CEN != 0, "TIM11_CR1: other than CEN")?;
+                refuse_if(value & !bit::CEN != 0, "TIM11_CR1: other than CEN")?;
                 self.count = (self.count_at(at), at);
                 self.cr1 = value;
             }
-            0x0C | 0x28 => refuse(value != 0, "TIM11: interrupts, a prescaler")?,
+            0x0C | 0x28 => refuse_if(value != 0, "TIM11: interrupts, a prescaler")?,
             0x10 => self.sr &= value,
             0x18 => {
                 let known = bit::CC1S | bit::IC1PSC;
-                refuse(value & !known != 0, "TIM11_CCMR1: outputs, a filter")?;
+                refuse_if(value & !known != 0, "TIM11_CCMR1: outputs, a filter")?;
                 self.ccmr1 = value;
             }
             0x20 => {
-                refuse(value & !bit::CC1E != 0, "TIM11_CCER: falling edges")?;
+                refuse_if(value & !bit::CC1E != 0, "TIM11_CCER: falling edges")?;
                 self.ccer = value;
                 self.begin(at);
             }

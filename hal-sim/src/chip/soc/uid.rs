@@ -1,7 +1,7 @@
 //! What is written into each chip at its making: number, flash size (RM0090
 //! chapter 39).
 
-use super::word::part;
+use super::word::read_part;
 use crate::chip::cpu::Size;
 
 /// Address of the 96-bit number.
@@ -33,7 +33,7 @@ impl Signature {
             0x1FFF_7A20 if address >= FLASH_SIZE => 1024 << 16,
             _ => return None,
         };
-        Some(part(word, address, size))
+        Some(read_part(word, address, size))
     }
 }
 

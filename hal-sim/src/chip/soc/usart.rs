@@ -4,7 +4,7 @@
 //! In: bytes of the other side, one frame after another at this side's rate.
 //! Out: bytes with the cycle of their end, an interrupt line.
 
-use super::peripheral::{Cycle, Modelled, Peripheral, Unmodelled, refuse};
+use super::peripheral::{Cycle, Modelled, Peripheral, Unmodelled, refuse_if};
 use std::collections::VecDeque;
 
 mod sr {
@@ -134,7 +134,7 @@ impl Usart {
     }
 
     fn write_data(&mut self, value: u32, at: Cycle) -> Modelled {
-        refuse(
+        refuse_if(
             !self.is_on(cr1::TE),
             "USART_DR: written while TE or UE is off",
         )?;
@@ -184,7 +184,7 @@ impl Usart {
     }
 
     fn write_cr1(&mut self, value: u32) -> Modelled {
-        refuse(
+        refuse_if(
             value & !cr1::KNOWN != 0,
             "USART_CR1: parity, 9 bits, wake-up or break",
         )?;

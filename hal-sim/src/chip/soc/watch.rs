@@ -31,7 +31,7 @@ pub struct Watch {
 
 impl Watch {
     /// Looks at the byte at `address` from now on; gives the number of its answer.
-    pub fn look_at(&mut self, address: u32) -> usize {
+    pub fn watch_address(&mut self, address: u32) -> usize {
         let number = self.firsts.len();
         self.firsts.push(FirstAccess::Untouched);
         self.waiting.entry(address).or_default().push(number);
@@ -45,7 +45,7 @@ impl Watch {
 
     /// What came first at each, by number, so far.
     #[must_use]
-    pub fn firsts(&self) -> &[FirstAccess] {
+    pub fn first_accesses(&self) -> &[FirstAccess] {
         &self.firsts
     }
 
@@ -83,19 +83,19 @@ mod tests {
         let mut soc = Soc::new(Pace::Lazy);
         let watch = soc.watch.insert(Box::default());
         let [read, written, neither] =
-            [0x2000_0101, 0x2000_0200, 0x2000_0300].map(|at| watch.look_at(at));
+            [0x2000_0101, 0x2000_0200, 0x2000_0300].map(|at| watch.watch_address(at));
         assert_eq!(
-            soc.read_at_once(0x2000_0100, Size::Word),
+            soc.read_without_wait(0x2000_0100, Size::Word),
             None,
             "it is seen"
         );
-        assert!(!soc.write_at_once(0x2000_0200, Size::Byte, 1));
+        assert!(!soc.write_without_wait(0x2000_0200, Size::Byte, 1));
         soc.read(0x2000_0100, Size::Word, 1).unwrap();
         soc.write(0x2000_0100, Size::Word, 1, 2).unwrap();
         soc.write(0x2000_0200, Size::Byte, 1, 3).unwrap();
-        let again = soc.watch.as_mut().unwrap().look_at(0x2000_0200);
+        let again = soc.watch.as_mut().unwrap().watch_address(0x2000_0200);
         soc.read(0x2000_0200, Size::Half, 4).unwrap();
-        let firsts = soc.watch.as_ref().unwrap().firsts();
+        let firsts = soc.watch.as_ref().unwrap().first_accesses();
         let told = [read, written, neither, again].map(|index| firsts[index]);
         let wanted = [
             FirstAccess::Read,

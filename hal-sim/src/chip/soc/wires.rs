@@ -101,7 +101,7 @@ impl Soc {
         if !had && mv < POWER_DOWN_MV {
             self.rcc.reset(Cause::PowerOn); // all power is gone only now
             self.dbgmcu = Dbgmcu::default();
-            self.backup_sram.fade();
+            self.backup_sram.lose_contents();
         }
         self.follow_supply();
     }
@@ -123,8 +123,8 @@ impl Soc {
     ///
     /// # Errors
     /// As [`super::rcc::Rcc::pll_runs_at`].
-    pub fn pll_runs_at(&mut self, hz: u32, at: Cycle) -> Modelled {
-        self.rcc.pll_runs_at(hz, at)?;
+    pub fn set_pll_hz(&mut self, hz: u32, at: Cycle) -> Modelled {
+        self.rcc.set_pll_hz(hz, at)?;
         self.follow_clocks(at)?;
         self.reschedule_at(self.now.min(at));
         Ok(())
@@ -189,7 +189,9 @@ impl Soc {
                 self.follow_supply();
                 self.pwr.check_scale(self.hz())
             }
-            Unit::Flash if self.rcc.is_beyond() => self.flash.check_known(self.pwr.supply_mv),
+            Unit::Flash if self.rcc.exceeds_data_sheet() => {
+                self.flash.check_known(self.pwr.supply_mv)
+            }
             Unit::Flash => self.flash.check_wait_states(self.pwr.supply_mv),
             _ => Ok(()),
         }
@@ -245,7 +247,7 @@ impl Soc {
         self.playback.set_core_hz(hclk_hz, at);
         self.tim11.set_clock(hclk_hz, clocks.timer2_divider(), at);
         self.flash.set_hz(hclk_hz, at);
-        match (self.rcc.is_true(), self.rcc.is_beyond()) {
+        match (self.rcc.matches_registers(), self.rcc.exceeds_data_sheet()) {
             (true, false) => self.flash.check_wait_states(self.pwr.supply_mv)?,
             (true, true) => self.flash.check_known(self.pwr.supply_mv)?,
             (false, _) => {}

@@ -6,7 +6,7 @@ use crate::chip::cpu::Size;
 /// gives, zero-extended (RM0090 section 2.1: APB and AHB slaves drive all
 /// lanes).
 #[inline]
-pub const fn part(word: u32, offset: u32, size: Size) -> u32 {
+pub const fn read_part(word: u32, offset: u32, size: Size) -> u32 {
     match size {
         Size::Word => word,
         Size::Half => word >> ((offset & 2) * 8) & 0xFFFF,
@@ -30,7 +30,7 @@ impl Lanes {
     }
 
     /// The bytes that an access of `size` at `offset` writes.
-    pub const fn of(offset: u32, size: Size, value: u32) -> Self {
+    pub const fn from_access(offset: u32, size: Size, value: u32) -> Self {
         let (shift, mask) = match size {
             Size::Word => (0, u32::MAX),
             Size::Half => ((offset & 2) * 8, 0xFFFF),
@@ -48,7 +48,7 @@ impl Lanes {
     }
 
     /// What becomes of a register that holds `old`.
-    pub const fn over(self, old: u32) -> u32 {
+    pub const fn merge_into(self, old: u32) -> u32 {
         old & !self.mask | self.value
     }
 }

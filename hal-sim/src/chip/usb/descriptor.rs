@@ -60,7 +60,7 @@ pub struct Endpoint {
     pub interval: u8,
 }
 
-fn short(bytes: &[u8], at: usize) -> u16 {
+fn read_u16(bytes: &[u8], at: usize) -> u16 {
     let byte = |n| u16::from(bytes.get(n).copied().unwrap_or(0));
     byte(at) | byte(at + 1) << 8
 }
@@ -79,9 +79,9 @@ impl Device {
         if !matches!(max_packet, 8 | 16 | 32 | 64) || configurations == 0 {
             return Err(Failure::Descriptor("bMaxPacketSize0 or bNumConfigurations"));
         }
-        self.vendor = short(bytes, 8);
-        self.product = short(bytes, 10);
-        self.release = short(bytes, 12);
+        self.vendor = read_u16(bytes, 8);
+        self.product = read_u16(bytes, 10);
+        self.release = read_u16(bytes, 12);
         self.max_packet = max_packet;
         self.strings = [manufacturer, product, serial];
         Ok(())
@@ -92,7 +92,7 @@ impl Device {
         let &[9, kind::CONFIGURATION, _, _, _, value, _, _, power, ..] = bytes else {
             return Err(Failure::Descriptor("configuration descriptor"));
         };
-        if usize::from(short(bytes, 2)) != bytes.len() {
+        if usize::from(read_u16(bytes, 2)) != bytes.len() {
             return Err(Failure::Descriptor("wTotalLength"));
         }
         self.configuration = value;
@@ -112,7 +112,7 @@ impl Device {
                 [7, kind::ENDPOINT, address, attributes, ..] => {
                     let endpoint = Endpoint {
                         number: usize::from(address & 0xF),
-                        max_packet: usize::from(short(part, 4) & 0x7FF),
+                        max_packet: usize::from(read_u16(part, 4) & 0x7FF),
                         interval: part.get(6).copied().unwrap_or(0),
                     };
                     self.parse_endpoint(class, address, attributes, endpoint)?;
@@ -156,7 +156,10 @@ impl Device {
 pub(super) fn text(bytes: &[u8]) -> Result<String, Failure> {
     match bytes {
         [length, kind::STRING, units @ ..] if usize::from(*length) == bytes.len() => {
-            let units: Vec<u16> = units.chunks_exact(2).map(|unit| short(unit, 0)).collect();
+            let units: Vec<u16> = units
+                .chunks_exact(2)
+                .map(|unit| read_u16(unit, 0))
+                .collect();
             String::from_utf16(&units).map_err(|_| Failure::Descriptor("string is no UTF-16"))
         }
         _ => Err(Failure::Descriptor("string descriptor")),

@@ -117,7 +117,7 @@ impl Host {
     }
 
     /// Whether both do the same from now on: all but what is foreseen is equal.
-    pub fn is_like(&self, other: &Self) -> bool {
+    pub fn is_equivalent_to(&self, other: &Self) -> bool {
         let bare = |item: &Self| {
             let mut item = item.clone();
             (item.outlook, item.quiet_until) = (None, 0);
@@ -175,13 +175,13 @@ impl Host {
     pub fn control(&mut self, setup: [u8; 8], data: Vec<u8>, at: Cycle) {
         self.outlook = None;
         match (&self.control, self.port, self.failure) {
-            (None, Port::Running, None) => self.ask(setup, data, at),
+            (None, Port::Running, None) => self.begin_other_request(setup, data, at),
             _ => self.foreign.push_back((setup, data)),
         }
     }
 
     /// Requests of other programs that are not done.
-    pub fn asked(&self) -> usize {
+    pub fn pending_requests(&self) -> usize {
         let is_foreign = |control: &Control| matches!(control.request, Request::Foreign(_));
         self.foreign.len() + usize::from(self.control.as_ref().is_some_and(is_foreign))
     }
@@ -211,13 +211,13 @@ impl Host {
     }
 
     /// Bytes that wait to be sent.
-    pub fn unsent(&self) -> usize {
+    pub fn unsent_bytes(&self) -> usize {
         self.outgoing.iter().map(|w| w.bytes.len() - w.sent).sum()
     }
 
     /// The cycle at which the device's ACK of the last packet of sent bytes
     /// ended.
-    pub fn delivered(&self) -> Option<Cycle> {
+    pub fn last_delivery(&self) -> Option<Cycle> {
         self.delivered
     }
 
@@ -234,7 +234,8 @@ impl Host {
 
     /// Number (0–2047) of the frame at `at`, while the bus runs.
     pub fn frame(&self, at: Cycle) -> Option<u16> {
-        self.runs().then(|| (self.frames.index(at) & 0x7FF) as u16)
+        self.are_frames_running()
+            .then(|| (self.frames.index(at) & 0x7FF) as u16)
     }
 
     /// Start of the frame that `at` lies in, while the bus runs.

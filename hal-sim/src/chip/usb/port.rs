@@ -47,7 +47,7 @@ pub struct NextEvents {
 
 impl Port {
     /// When time alone changes the state.
-    fn leaves(self) -> Cycle {
+    fn end_cycle(self) -> Cycle {
         match self {
             Self::Attached(at, _)
             | Self::Suspended(at)
@@ -76,7 +76,10 @@ impl Port {
 impl Host {
     /// Lets the host and the bus go on to cycle `to`.
     pub fn advance(&mut self, to: Cycle, otg: &mut Otg) {
-        if self.outlook(otg).is_some_and(|outlook| to < outlook.step) {
+        if self
+            .cached_events(otg)
+            .is_some_and(|outlook| to < outlook.step)
+        {
             self.announce(to, otg);
             self.now = self.now.max(to);
             return;
@@ -85,7 +88,7 @@ impl Host {
         while let Some(at) = self.next_step(otg).filter(|at| *at <= to) {
             self.announce(at, otg);
             self.now = self.now.max(at);
-            if self.port.leaves() <= at {
+            if self.port.end_cycle() <= at {
                 self.leave(at, otg);
             } else {
                 self.step(at, otg);
@@ -102,7 +105,7 @@ impl Host {
     }
 
     /// What was found last, unless the device changed since.
-    fn outlook(&self, otg: &Otg) -> Option<NextEvents> {
+    fn cached_events(&self, otg: &Otg) -> Option<NextEvents> {
         self.outlook.filter(|found| found.changes == otg.changes)
     }
 
@@ -110,19 +113,19 @@ impl Host {
     /// for the device or for readers of bytes. Ask again after each access to
     /// the device's registers.
     pub fn next_event(&self, otg: &Otg) -> Cycle {
-        match self.outlook(otg) {
+        match self.cached_events(otg) {
             Some(outlook) => outlook.event,
             None => self.find_event(otg),
         }
     }
 
     fn find_event(&self, otg: &Otg) -> Cycle {
-        let attached = match (self.port, otg.attached()) {
+        let attached = match (self.port, otg.attached_since()) {
             (Port::Powered(on), Some(since)) => self.debounce(since.max(on)).0,
             _ => Cycle::MAX,
         };
         attached
-            .min(self.port.leaves())
+            .min(self.port.end_cycle())
             .min(self.next_transfer_event(otg))
             .min(self.next_announcement(otg))
     }
@@ -136,7 +139,7 @@ impl Host {
     }
 
     fn notice_attachment(&mut self, otg: &Otg) {
-        match (self.port, otg.attached()) {
+        match (self.port, otg.attached_since()) {
             (Port::Powered(on), Some(since)) => {
                 let (suspended, reset) = self.debounce(since.max(on));
                 self.port = Port::Attached(suspended, reset);
@@ -165,7 +168,7 @@ impl Host {
 
     fn next_step(&self, otg: &Otg) -> Option<Cycle> {
         let transfer = self.next_transfer(otg).unwrap_or(Cycle::MAX);
-        let at = transfer.min(self.port.leaves());
+        let at = transfer.min(self.port.end_cycle());
         (at < Cycle::MAX).then_some(at)
     }
 
@@ -176,11 +179,11 @@ impl Host {
                 Port::Suspended(reset)
             }
             Port::Suspended(_) => {
-                otg.reset_begins();
+                otg.begin_bus_reset();
                 Port::Resetting(at + self.ms(RESET_MS))
             }
             Port::Resetting(_) => {
-                otg.reset_ends();
+                otg.end_bus_reset();
                 self.frames = Frames::new(at, self.hz);
                 self.announced = (None, None);
                 self.quiet_until = 0;
@@ -193,7 +196,7 @@ impl Host {
                 match self.foreign.pop_front() {
                     Some((setup, data)) => {
                         self.interrupted = Some(Request::MaxPacket);
-                        self.ask(setup, data, at);
+                        self.begin_other_request(setup, data, at);
                     }
                     None => self.request(Request::MaxPacket, at),
                 }
@@ -205,7 +208,7 @@ impl Host {
 
     /// Announces starts and parts of frames up to `at`, the last of each.
     fn announce(&mut self, at: Cycle, otg: &mut Otg) {
-        if at < self.quiet_until || !self.runs() {
+        if at < self.quiet_until || !self.are_frames_running() {
             return;
         }
         let index = self.frames.index(at);
@@ -215,11 +218,11 @@ impl Host {
         let (started, ended) = (reached(start), reached(part));
         if started > self.announced.0 {
             self.announced.0 = started;
-            otg.sof((started.unwrap_or(0) & 0x7FF) as u16);
+            otg.receive_sof((started.unwrap_or(0) & 0x7FF) as u16);
         }
         if ended > self.announced.1 {
             self.announced.1 = ended;
-            otg.periodic_frame_ends();
+            otg.end_periodic_frame();
         }
         // Both ascend: the first of them that is still to come.
         let next = [start, part, self.frames.received(index + 1)];
@@ -228,7 +231,7 @@ impl Host {
 
     /// When the next announcement raises the device's interrupt line.
     fn next_announcement(&self, otg: &Otg) -> Cycle {
-        if !self.runs() {
+        if !self.are_frames_running() {
             return Cycle::MAX;
         }
         let next =
@@ -245,7 +248,7 @@ impl Host {
     }
 
     /// Frames run.
-    pub(super) fn runs(&self) -> bool {
+    pub(super) fn are_frames_running(&self) -> bool {
         matches!(self.port, Port::Recovering(_) | Port::Running)
     }
 }

@@ -223,8 +223,8 @@ impl Host {
             _ => None,
         };
         let answer = match setup {
-            Some(setup) => otg.setup(self.address, &setup),
-            None => otg.out(self.address, self.number(kind), &packet),
+            Some(setup) => otg.receive_setup(self.address, &setup),
+            None => otg.receive_out(self.address, self.number(kind), &packet),
         };
         let end = match answer {
             Handshake::Silent => self.cycles(TIME_OUT),
@@ -236,7 +236,7 @@ impl Host {
         }
         if kind == Kind::Out {
             self.data_out.data1 = !self.data_out.data1;
-            self.written(packet.bytes().len());
+            self.count_written(packet.bytes().len());
             self.delivered = Some(at + end);
             return;
         }
@@ -246,11 +246,11 @@ impl Host {
         if setup.is_some() {
             control.setup_done();
         } else if control.out_done(packet.bytes().len()) {
-            self.served(at + end);
+            self.finish_request(at + end);
         }
     }
 
-    fn written(&mut self, bytes: usize) {
+    fn count_written(&mut self, bytes: usize) {
         if let Some(write) = self.outgoing.front_mut() {
             write.sent += bytes;
             if write.sent >= write.bytes.len() {
@@ -313,7 +313,7 @@ impl Host {
             return;
         }
         match control.in_done(packet.bytes(), max_packet) {
-            Ok(true) => self.served(at),
+            Ok(true) => self.finish_request(at),
             Ok(false) => {}
             Err(failure) => self.fail(failure),
         }
@@ -340,7 +340,7 @@ impl Host {
                     self.fail(Failure::NoAnswer(what));
                 }
             }
-            Handshake::Stall if kind == Kind::Control => self.refused(end),
+            Handshake::Stall if kind == Kind::Control => self.handle_stall(end),
             Handshake::Stall => self.fail(Failure::Stalled(name(kind))),
             Handshake::Ack | Handshake::Nak => pipe.silent = 0,
         }

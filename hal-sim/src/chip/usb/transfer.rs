@@ -25,7 +25,7 @@ impl Host {
     }
 
     /// The device answered STALL to a request.
-    pub(super) fn refused(&mut self, at: Cycle) {
+    pub(super) fn handle_stall(&mut self, at: Cycle) {
         let Some(control) = self.control.take() else {
             return;
         };
@@ -37,7 +37,7 @@ impl Host {
     }
 
     /// A request was served in full.
-    pub(super) fn served(&mut self, at: Cycle) {
+    pub(super) fn finish_request(&mut self, at: Cycle) {
         let Some(control) = self.control.take() else {
             return;
         };
@@ -64,7 +64,7 @@ impl Host {
         };
         if let Some((setup, data)) = self.foreign.pop_front() {
             self.interrupted = own;
-            self.ask(setup, data, at + self.rest_after(served));
+            self.begin_other_request(setup, data, at + self.rest_after(served));
             return;
         }
         let next = own.or(self.line_state.take());
@@ -81,7 +81,7 @@ impl Host {
     }
 
     /// Begins another program's request with the frame after `at`.
-    pub(super) fn ask(&mut self, setup: [u8; 8], data: Vec<u8>, at: Cycle) {
+    pub(super) fn begin_other_request(&mut self, setup: [u8; 8], data: Vec<u8>, at: Cycle) {
         self.request(Request::Foreign(setup), at);
         self.control = self.control.take().map(|control| control.with_data(data));
     }

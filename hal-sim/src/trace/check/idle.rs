@@ -101,10 +101,16 @@ impl IdleChannel<'_> {
         let seen = before(&self.record.grounded, self.horizon_us);
         let mut report = |t_us, rule| found.push(Violation::new(t_us, self.channel, rule));
         for (start_us, end_us) in difference(&due, &seen) {
-            report(start_us, self.missing(start_us, end_us - start_us));
+            report(
+                start_us,
+                self.missing_grounding(start_us, end_us - start_us),
+            );
         }
         for (start_us, end_us) in difference(&seen, &due) {
-            report(start_us, self.unexpected(start_us, end_us - start_us));
+            report(
+                start_us,
+                self.unexpected_grounding(start_us, end_us - start_us),
+            );
         }
         if self.kind == Some(GroupKind::Isolated) {
             // Time that belongs to the channel's own pulses and to others'.
@@ -115,7 +121,7 @@ impl IdleChannel<'_> {
         }
     }
 
-    fn missing(&self, t_us: u64, for_us: u64) -> Rule {
+    fn missing_grounding(&self, t_us: u64, for_us: u64) -> Rule {
         if self.kind == Some(GroupKind::Conducted) && contains(&self.others, t_us) {
             Rule::NotConducted { for_us }
         } else {
@@ -123,7 +129,7 @@ impl IdleChannel<'_> {
         }
     }
 
-    fn unexpected(&self, t_us: u64, for_us: u64) -> Rule {
+    fn unexpected_grounding(&self, t_us: u64, for_us: u64) -> Rule {
         if self.kind == Some(GroupKind::Isolated) && contains(&self.others, t_us) {
             Rule::NotIsolated { for_us }
         } else {

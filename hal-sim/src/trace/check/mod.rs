@@ -54,14 +54,14 @@ pub fn check(trace: &Trace, expected: &Expectation) -> Vec<Violation> {
 fn out_of_order(trace: &Trace, end_us: u64) -> Option<Violation> {
     let levels = trace.levels.iter().map(|entry| entry.0);
     let writes = trace.dac.iter().map(|write| write.t_us);
-    let bad_level = first_bad(levels, end_us, |last, t_us| t_us > last);
-    let bad_write = first_bad(writes, end_us, |last, t_us| t_us >= last);
+    let bad_level = first_out_of_order(levels, end_us, |last, t_us| t_us > last);
+    let bad_write = first_out_of_order(writes, end_us, |last, t_us| t_us >= last);
     let t_us = bad_level.or(bad_write)?;
     Some(Violation::new(t_us, 0, Rule::TimeOrder))
 }
 
 /// The first time that does not follow its predecessor, or lies past the end.
-fn first_bad(
+fn first_out_of_order(
     times: impl Iterator<Item = u64>,
     end_us: u64,
     follows: impl Fn(u64, u64) -> bool,

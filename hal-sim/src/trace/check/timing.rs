@@ -44,7 +44,7 @@ pub(super) fn compare<'a>(
                 }
                 compare_width(pulse, train, begun.1, found);
                 compare_shape(pulse, train, expected.dead_time_us, found);
-                roll[index].present(burst * train.burst_count + number, expected, found);
+                roll[index].record_present(burst * train.burst_count + number, expected, found);
                 (burst_us, train.ground_us)
             }
             None => {
@@ -159,7 +159,7 @@ impl<'a> RollCall<'a> {
         RollCall { train, next }
     }
 
-    fn present(&mut self, number: u64, expected: &Expectation, found: &mut Vec<Violation>) {
+    fn record_present(&mut self, number: u64, expected: &Expectation, found: &mut Vec<Violation>) {
         self.missing_until(number, expected, found);
         self.next = number + 1;
     }

@@ -120,7 +120,14 @@ pub struct OutputJudgement {
 
 impl OutputJudgement {
     /// Notes that `rule` was broken.
-    pub(super) fn find(&mut self, rule: Rule, channel: u8, t_us: u64, amount: f64, limit: f64) {
+    pub(super) fn record_finding(
+        &mut self,
+        rule: Rule,
+        channel: u8,
+        t_us: u64,
+        amount: f64,
+        limit: f64,
+    ) {
         let mut known = self.findings.iter_mut();
         match known.find(|f| f.rule == rule && f.channel == channel) {
             Some(finding) => {
@@ -141,7 +148,7 @@ impl OutputJudgement {
     }
 
     /// Adds a channel's.
-    pub(super) fn take(&mut self, other: Self) {
+    pub(super) fn merge(&mut self, other: Self) {
         self.findings.extend(other.findings);
         self.findings
             .sort_by_key(|found| (found.t_us, found.channel, found.rule));

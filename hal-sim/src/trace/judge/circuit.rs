@@ -79,19 +79,19 @@ impl Circuit {
     }
 
     /// What the capacitor holds of whole pulses, C.
-    pub fn held(&self) -> f64 {
+    pub fn held_charge(&self) -> f64 {
         let farad = self.series.map_or(0.0, |series| series.farad);
         farad * (self.volts - self.apart)
     }
 
     /// The part of what it holds that is left after `seconds` in isolation.
-    pub fn keeps(&self, seconds: f64) -> f64 {
+    pub fn kept_share(&self, seconds: f64) -> f64 {
         let tau = self.series.map_or(1.0, |s| s.farad * s.bleed_ohm);
         (-seconds / tau).exp()
     }
 
     /// A pulse that was cut left this charge, C.
-    pub fn set_apart(&mut self, charge: f64) {
+    pub fn set_cut_charge(&mut self, charge: f64) {
         if let Some(series) = self.series {
             self.apart += charge / series.farad;
         }
@@ -110,10 +110,10 @@ impl Circuit {
     }
 
     /// Lets `seconds` pass on `path`.
-    pub fn pass(&mut self, path: Path, seconds: f64) -> Flow {
+    pub fn advance(&mut self, path: Path, seconds: f64) -> Flow {
         let peak = self.current(path);
         let Some(series) = self.series else {
-            return Self::pass_without(path, peak, seconds);
+            return Self::advance_without_capacitor(path, peak, seconds);
         };
         let mut flow = match path {
             Path::Open => self.constant(series, 0.0, seconds),
@@ -124,7 +124,7 @@ impl Circuit {
         flow
     }
 
-    fn pass_without(path: Path, peak: f64, seconds: f64) -> Flow {
+    fn advance_without_capacitor(path: Path, peak: f64, seconds: f64) -> Flow {
         let sign = match path {
             Path::Driven(source) => source.sign,
             Path::Open | Path::Grounded { .. } => 0.0,
@@ -248,7 +248,7 @@ mod tests {
         for (begin, source) in cases {
             let mut circuit = Circuit::new(SERIES);
             circuit.volts = begin;
-            let flow = circuit.pass(Path::Driven(source), 5e-3);
+            let flow = circuit.advance(Path::Driven(source), 5e-3);
             let mut volts = begin;
             let charge = stepped(&mut volts, source, 5e-3);
             let near = |a: f64, b: f64| (a - b).abs() <= 1e-4 * b.abs().max(1e-6);
@@ -268,26 +268,26 @@ mod tests {
     #[test]
     fn what_is_held_and_what_bled_is_what_flowed() {
         let mut circuit = Circuit::new(SERIES);
-        let drive = circuit.pass(Path::Driven(source(120.0, 0.010, 0.0)), 400e-6);
+        let drive = circuit.advance(Path::Driven(source(120.0, 0.010, 0.0)), 400e-6);
         assert!((drive.charge - 4e-6).abs() < 1e-12);
-        assert!((circuit.held() - 4e-6).abs() < 1e-9);
+        assert!((circuit.held_charge() - 4e-6).abs() < 1e-9);
         // hardware.md, the series capacitor: 8 ms into 2 kΩ.
-        let back = circuit.pass(Path::Grounded { ohm: 2_000.0 }, 8e-3);
+        let back = circuit.advance(Path::Grounded { ohm: 2_000.0 }, 8e-3);
         assert!((back.charge + 4e-6 * (1.0 - (-1.0f64).exp())).abs() < 1e-8);
-        assert!((circuit.held() - 4e-6 * (-1.0f64).exp()).abs() < 1e-8);
-        let isolated = circuit.pass(Path::Open, 9.6);
+        assert!((circuit.held_charge() - 4e-6 * (-1.0f64).exp()).abs() < 1e-8);
+        let isolated = circuit.advance(Path::Open, 9.6);
         assert_eq!(isolated.charge, 0.0);
-        assert!((circuit.held() - 4e-6 * (-2.0f64).exp()).abs() < 1e-8);
+        assert!((circuit.held_charge() - 4e-6 * (-2.0f64).exp()).abs() < 1e-8);
     }
 
     #[test]
     fn a_pulse_that_was_cut_is_told_apart() {
         let mut circuit = Circuit::new(SERIES);
-        let flow = circuit.pass(Path::Driven(source(120.0, 0.010, 0.0)), 400e-6);
-        circuit.set_apart(flow.charge);
-        assert!(circuit.held().abs() < 1e-9);
-        let back = circuit.pass(Path::Grounded { ohm: 2_000.0 }, 4e-3);
+        let flow = circuit.advance(Path::Driven(source(120.0, 0.010, 0.0)), 400e-6);
+        circuit.set_cut_charge(flow.charge);
+        assert!(circuit.held_charge().abs() < 1e-9);
+        let back = circuit.advance(Path::Grounded { ohm: 2_000.0 }, 4e-3);
         assert!((back.charge - back.apart).abs() < 1e-9);
-        assert!(circuit.held().abs() < 1e-9);
+        assert!(circuit.held_charge().abs() < 1e-9);
     }
 }

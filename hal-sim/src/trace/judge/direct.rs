@@ -39,14 +39,14 @@ impl DirectCurrentWindow {
     }
 
     /// What begins now may be the rest of the pulse that was excused at the latest sample.
-    pub fn goes_on(&mut self) {
+    pub fn resume_excused(&mut self) {
         self.samples.pop_back();
     }
 
     /// Net direct current, A, of the second before `now`, at which the electrode
     /// is at rest. `keeps` tells what of the capacitor's charge is left after so
     /// many seconds of rest.
-    pub fn rest(&mut self, now: Sample, keeps: impl Fn(f64) -> f64) -> f64 {
+    pub fn net_direct_current(&mut self, now: Sample, keeps: impl Fn(f64) -> f64) -> f64 {
         let start_us = now.t_us.saturating_sub(SECOND_US);
         while self
             .samples

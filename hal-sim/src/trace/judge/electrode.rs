@@ -76,36 +76,36 @@ impl<'a> Electrode<'a> {
         }
     }
 
-    pub fn lines(&mut self, t_us: u64, state: State) {
+    pub fn set_lines(&mut self, t_us: u64, state: State) {
         self.change(t_us, |e| e.logic.enter(t_us, state));
     }
 
-    pub fn code(&mut self, t_us: u64, code: u16) {
+    pub fn set_code(&mut self, t_us: u64, code: u16) {
         self.change(t_us, |e| e.code = code);
     }
 
     /// The level of its bank's comparator.
-    pub fn trip(&mut self, t_us: u64, code: u16) {
+    pub fn set_trip(&mut self, t_us: u64, code: u16) {
         let full_scale_ma = self.truth.hardware.bank_full_scale_ma;
         let trip_ma = full_scale_ma * f64::from(code) / 65_535.0;
         self.change(t_us, |e| e.trip_ma = trip_ma);
     }
 
-    pub fn load(&mut self, t_us: u64, ohm: Option<f64>) {
+    pub fn set_load(&mut self, t_us: u64, ohm: Option<f64>) {
         self.change(t_us, |e| e.ohm = ohm);
     }
 
-    pub fn supply(&mut self, t_us: u64, on: bool) {
+    pub fn set_supply(&mut self, t_us: u64, on: bool) {
         self.change(t_us, |e| {
             e.supplied = on || e.built.is_none();
             if on {
-                e.logic.pump(None);
+                e.logic.set_pump_rest(None);
             }
         });
     }
 
-    pub fn pump_rests(&mut self, t_us: u64) {
-        self.change(t_us, |e| e.logic.pump(Some(t_us)));
+    pub fn rest_pump(&mut self, t_us: u64) {
+        self.change(t_us, |e| e.logic.set_pump_rest(Some(t_us)));
     }
 
     /// Time goes to `t_us`, then something changes.
@@ -114,7 +114,7 @@ impl<'a> Electrode<'a> {
         let latched = self.logic.latched();
         change(self);
         self.note_latch(t_us, latched);
-        self.follow(t_us);
+        self.update_phase(t_us);
     }
 
     fn note_latch(&mut self, t_us: u64, before: Option<super::Cause>) {
@@ -140,9 +140,9 @@ impl<'a> Electrode<'a> {
             self.flow(next_us);
             if stage_us == next_us {
                 let latched = self.logic.latched();
-                self.logic.happen(next_us);
+                self.logic.run_next_event(next_us);
                 self.note_latch(next_us, latched);
-                self.follow(next_us);
+                self.update_phase(next_us);
             } else {
                 self.end_pulse(next_us);
             }
@@ -151,16 +151,16 @@ impl<'a> Electrode<'a> {
     }
 
     /// When the pulse under way is over if nothing more is driven, by its wait alone.
-    fn over_us(&self) -> Option<u64> {
+    fn pulse_end_us(&self) -> Option<u64> {
         let pulse = self.pulse.filter(|_| self.phase.is_none())?;
         let is_isolated = self.grounded_since.is_none();
-        is_isolated.then_some(pulse.end_us.max(self.ungrounded_us) + pulse.waits_us())
+        is_isolated.then_some(pulse.end_us.max(self.ungrounded_us) + pulse.max_wait_us())
     }
 
     /// The same; but where a fault may have put its second phase off, the next phase tells.
     fn rest_due(&self) -> Option<u64> {
         let is_lone = self.pulse.is_some_and(|pulse| pulse.is_lone());
-        let over_us = self.over_us()?;
+        let over_us = self.pulse_end_us()?;
         (!is_lone || !self.is_due(over_us)).then_some(over_us.max(self.now_us))
     }
 
@@ -207,20 +207,22 @@ impl<'a> Electrode<'a> {
             return;
         }
         let path = self.path();
-        let flow = self.circuit.pass(path, (to_us - self.now_us) as f64 * 1e-6);
+        let flow = self
+            .circuit
+            .advance(path, (to_us - self.now_us) as f64 * 1e-6);
         self.passed += flow.charge - flow.apart;
         if let Some(phase) = &mut self.phase {
             phase.charge += flow.charge - flow.before;
         }
         let (milliamps, limit) = (1e3 * flow.peak, CURRENT_MARGIN * self.of.limit_ma);
         if milliamps > limit {
-            self.find(Rule::Current, self.now_us, milliamps, limit);
+            self.record_finding(Rule::Current, self.now_us, milliamps, limit);
         }
         self.now_us = to_us;
     }
 
     /// The stage or its load changed at `t_us`.
-    fn follow(&mut self, t_us: u64) {
+    fn update_phase(&mut self, t_us: u64) {
         let path = self.path();
         let sign = match path {
             Path::Driven(source) => source.sign as i64,
@@ -244,7 +246,7 @@ impl<'a> Electrode<'a> {
         };
         let levels = [self.of.trip_ma, self.trip_ma];
         self.logic
-            .compare(t_us, levels.map(|level| milliamps > level));
+            .update_comparators(t_us, levels.map(|level| milliamps > level));
     }
 
     /// Whether a fault that came by `t_us` has excused no pulse yet.
@@ -268,7 +270,7 @@ impl<'a> Electrode<'a> {
                 let end_us = self.pulse.map(|pulse| pulse.end_us);
                 let is_near = end_us.is_some_and(|us| t_us - us <= MAX_GAP_US);
                 if self.end_pulse(t_us) && is_near {
-                    self.direct.goes_on();
+                    self.direct.resume_excused();
                 }
                 self.circuit.begin_pulse();
                 self.pulse = Some(Pulse::new(t_us, sign));
@@ -291,7 +293,7 @@ impl<'a> Electrode<'a> {
         }
         let (count, most) = (self.begun.len(), self.of.pulses_per_s);
         if count > most {
-            self.find(Rule::Rate, t_us, count as f64, most as f64);
+            self.record_finding(Rule::Rate, t_us, count as f64, most as f64);
         }
     }
 
@@ -301,10 +303,10 @@ impl<'a> Electrode<'a> {
         };
         let lasted = t_us - phase.start_us;
         if lasted > ANY_US {
-            self.find(Rule::AnyPhase, phase.start_us, lasted as f64, ANY_US as f64);
+            self.record_finding(Rule::AnyPhase, phase.start_us, lasted as f64, ANY_US as f64);
         } else if lasted > COMMANDED_US && !self.is_due(t_us) {
             let limit = COMMANDED_US as f64;
-            self.find(Rule::CommandedPhase, phase.start_us, lasted as f64, limit);
+            self.record_finding(Rule::CommandedPhase, phase.start_us, lasted as f64, limit);
         }
         for quiet in &self.truth.quiet {
             let last_us = t_us.min(quiet.until_us);
@@ -312,7 +314,7 @@ impl<'a> Electrode<'a> {
                 let (at, late) = (phase.start_us.max(quiet.from_us), last_us - quiet.from_us);
                 let channel = self.channel;
                 let account = &mut self.account;
-                account.find(Rule::PastDeadline, channel, at, late as f64, 0.0);
+                account.record_finding(Rule::PastDeadline, channel, at, late as f64, 0.0);
             }
         }
         if let Some(pulse) = &mut self.pulse {
@@ -339,7 +341,7 @@ impl<'a> Electrode<'a> {
         };
         let is_cut = pulse.is_cut();
         if is_cut {
-            self.circuit.set_apart(pulse.net);
+            self.circuit.set_cut_charge(pulse.net);
         }
         let is_excused = self.is_due(t_us) && (is_cut || pulse.is_long);
         if is_excused {
@@ -348,16 +350,16 @@ impl<'a> Electrode<'a> {
         let now = Sample {
             t_us,
             passed: self.passed,
-            held: self.circuit.held(),
+            held: self.circuit.held_charge(),
         };
         let circuit = &self.circuit;
         let direct = self
             .direct
-            .rest(now, |seconds| circuit.keeps(seconds))
+            .net_direct_current(now, |seconds| circuit.kept_share(seconds))
             .abs();
         if direct > DIRECT_A {
             let limit = 1e6 * DIRECT_A;
-            self.find(Rule::DirectCurrent, t_us, 1e6 * direct, limit);
+            self.record_finding(Rule::DirectCurrent, t_us, 1e6 * direct, limit);
         }
         is_excused
     }
@@ -373,19 +375,20 @@ impl<'a> Electrode<'a> {
         });
         if pulse.net.abs() > TRUNCATED_C {
             let (amount, limit) = (1e6 * pulse.net.abs(), 1e6 * TRUNCATED_C);
-            self.find(Rule::TruncatedCharge, pulse.start_us, amount, limit);
+            self.record_finding(Rule::TruncatedCharge, pulse.start_us, amount, limit);
         }
     }
 
-    fn find(&mut self, rule: Rule, t_us: u64, amount: f64, limit: f64) {
-        self.account.find(rule, self.channel, t_us, amount, limit);
+    fn record_finding(&mut self, rule: Rule, t_us: u64, amount: f64, limit: f64) {
+        self.account
+            .record_finding(rule, self.channel, t_us, amount, limit);
     }
 
     /// The recording ends at `end_us`: a phase that it cuts off lasted at least
     /// so long, what its pulse will leave nobody knows.
     pub fn finish(mut self, end_us: u64) -> OutputJudgement {
         self.advance(end_us);
-        if self.over_us().is_some_and(|over_us| over_us <= end_us) {
+        if self.pulse_end_us().is_some_and(|over_us| over_us <= end_us) {
             self.end_pulse(end_us);
         }
         self.end_phase(end_us);

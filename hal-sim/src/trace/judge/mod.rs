@@ -95,8 +95,8 @@ fn events(trace: &Trace, pump: &Pump, truth: &Truth, end_us: u64) -> Vec<(u64, E
                 None => break,
             },
         };
-        let arrive = truth.at_the_stages(pins, t_us);
-        for channel in arrive.changed(inputs) {
+        let arrive = truth.levels_at_stages(pins, t_us);
+        for channel in arrive.changed_channels(inputs) {
             events.push((t_us, Event::Lines(channel, arrive.state(channel))));
         }
         inputs = arrive;
@@ -105,7 +105,7 @@ fn events(trace: &Trace, pump: &Pump, truth: &Truth, end_us: u64) -> Vec<(u64, E
     events.extend(codes.map(|write| (write.t_us, Event::Code(write.channel, write.code))));
     let trips = trace.trips.iter();
     events.extend(trips.map(|write| (write.t_us, Event::Trip(write.bank, write.code))));
-    pump.supply(&truth.hardware, |t_us, event| events.push((t_us, event)));
+    pump.report_supply(&truth.hardware, |t_us, event| events.push((t_us, event)));
     events.retain(|event| event.0 <= end_us);
     events.sort_by_key(|event| event.0);
     events
@@ -122,23 +122,23 @@ fn play(
         std::array::from_fn(|channel| Electrode::new(truth, channel as u8, built));
     for &(t_us, event) in events {
         match event {
-            Event::Lines(channel, state) => electrodes[usize::from(channel)].lines(t_us, state),
-            Event::Code(channel, code) => electrodes[usize::from(channel)].code(t_us, code),
+            Event::Lines(channel, state) => electrodes[usize::from(channel)].set_lines(t_us, state),
+            Event::Code(channel, code) => electrodes[usize::from(channel)].set_code(t_us, code),
             Event::Trip(bank, code) => {
                 let of_bank = electrodes
                     .iter_mut()
                     .zip(BANKS)
                     .filter(|pair| pair.1 == bank);
-                of_bank.for_each(|(e, _)| e.trip(t_us, code));
+                of_bank.for_each(|(e, _)| e.set_trip(t_us, code));
             }
-            Event::Load(channel, ohm) => electrodes[usize::from(channel)].load(t_us, ohm),
-            Event::Supply(on) => electrodes.iter_mut().for_each(|e| e.supply(t_us, on)),
-            Event::PumpRests => electrodes.iter_mut().for_each(|e| e.pump_rests(t_us)),
+            Event::Load(channel, ohm) => electrodes[usize::from(channel)].set_load(t_us, ohm),
+            Event::Supply(on) => electrodes.iter_mut().for_each(|e| e.set_supply(t_us, on)),
+            Event::PumpRests => electrodes.iter_mut().for_each(|e| e.rest_pump(t_us)),
         }
     }
     let mut account = OutputJudgement::default();
     for electrode in electrodes {
-        account.take(electrode.finish(end_us));
+        account.merge(electrode.finish(end_us));
     }
     account
 }

@@ -86,7 +86,7 @@ impl Pulse {
     }
 
     /// It is whole, or never will be, when nothing has followed it for so long, µs.
-    pub const fn waits_us(&self) -> u64 {
+    pub const fn max_wait_us(&self) -> u64 {
         match self.phases {
             1 => ALONE_US,
             _ => MAX_GAP_US + 1,

@@ -93,7 +93,7 @@ impl Logic {
         if self.is_interlocked() && to.is_driven() && owes {
             self.latch(Cause::NotGivenBack);
         }
-        self.expired = self.opens_us().is_some_and(|opens| opens <= t_us);
+        self.expired = self.one_shot_end_us().is_some_and(|opens| opens <= t_us);
     }
 
     /// Closes the stretch in the present state; `false` if that was grounding
@@ -109,7 +109,7 @@ impl Logic {
     }
 
     /// When the one-shot ends the direction that is asked for.
-    fn opens_us(&self) -> Option<u64> {
+    fn one_shot_end_us(&self) -> Option<u64> {
         let built = self.built.as_ref()?;
         let since_us = match (built.logic, self.inputs) {
             (_, State::Isolated | State::Grounded) => return None,
@@ -122,17 +122,17 @@ impl Logic {
 
     /// When the stage next changes by itself.
     pub fn next_event(&self) -> u64 {
-        let opens = self.opens_us().filter(|_| !self.expired);
+        let opens = self.one_shot_end_us().filter(|_| !self.expired);
         let ends = match self.latched {
             Some(_) => u64::MAX,
             None => opens.unwrap_or(u64::MAX).min(self.trip_us()),
         };
-        ends.min(self.clears_us())
+        ends.min(self.latch_clear_time_us())
     }
 
     /// When pump and lines will have rested together for as long as a latch asks: what was
     /// held is not driven anew.
-    fn clears_us(&self) -> u64 {
+    fn latch_clear_time_us(&self) -> u64 {
         let keeps = self.latched.is_some() || self.balance_us != 0;
         match (&self.built, self.pumped_us, self.inputs) {
             (Some(built), Some(pumped_us), State::Isolated) if keeps => {
@@ -147,8 +147,8 @@ impl Logic {
     }
 
     /// Its next event comes.
-    pub fn happen(&mut self, t_us: u64) {
-        if self.clears_us() <= t_us {
+    pub fn run_next_event(&mut self, t_us: u64) {
+        if self.latch_clear_time_us() <= t_us {
             (self.latched, self.balance_us) = (None, 0);
         } else if self.trip_us() <= t_us {
             self.leave(t_us);
@@ -163,7 +163,7 @@ impl Logic {
 
     /// The current is beyond the level of the stage's comparator, of its bank's, from
     /// `t_us` on, or no longer.
-    pub fn compare(&mut self, t_us: u64, is_beyond: [bool; 2]) {
+    pub fn update_comparators(&mut self, t_us: u64, is_beyond: [bool; 2]) {
         let Some(built) = &self.built else { return };
         let delays_us = [built.comparator_us, built.bank_comparator_us];
         for ((trip_us, is_beyond), delay_us) in
@@ -182,7 +182,7 @@ impl Logic {
     }
 
     /// The pump rests since its last edge at `since_us`, or runs again.
-    pub fn pump(&mut self, since_us: Option<u64>) {
+    pub fn set_pump_rest(&mut self, since_us: Option<u64>) {
         self.pumped_us = since_us;
     }
 }
@@ -262,7 +262,7 @@ mod tests {
                 if random.is_multiple_of(5) {
                     table.pump_is_off = random & 1 << 20 != 0;
                     let since_us = table.pump_is_off.then_some(t_us);
-                    logic.pump(since_us);
+                    logic.set_pump_rest(since_us);
                     table.rested_us = 0;
                 }
                 let lines = LINES[(random >> 8) as usize % 4];
@@ -277,7 +277,7 @@ mod tests {
                     driven_us += u64::from(table.state().is_driven());
                     t_us += 1;
                     while logic.next_event() <= t_us {
-                        logic.happen(logic.next_event());
+                        logic.run_next_event(logic.next_event());
                     }
                 }
             }

@@ -199,7 +199,7 @@ impl Default for Truth {
 
 impl Truth {
     /// What arrives at the stages of what the pins have.
-    pub(super) fn at_the_stages(&self, pins: Levels, t_us: u64) -> Levels {
+    pub(super) fn levels_at_stages(&self, pins: Levels, t_us: u64) -> Levels {
         let mut word = pins.0;
         for stuck in self.stuck.iter().filter(|stuck| stuck.from_us <= t_us) {
             let line = match stuck.line {
@@ -234,7 +234,7 @@ pub enum Pump {
 
 impl Pump {
     /// Of the instants of edges, ascending; a gap of `hold_us` or more ends a run.
-    pub fn of_edges(edges: impl IntoIterator<Item = u64>, hold_us: u64) -> Self {
+    pub fn from_edges(edges: impl IntoIterator<Item = u64>, hold_us: u64) -> Self {
         let mut pump = Self::Runs(Vec::new());
         for t_us in edges {
             pump.edge(t_us, hold_us);
@@ -279,7 +279,7 @@ impl Pump {
     }
 
     /// What the detectors make of it.
-    pub(super) fn supply(&self, hardware: &Hardware, mut give: impl FnMut(u64, Event)) {
+    pub(super) fn report_supply(&self, hardware: &Hardware, mut give: impl FnMut(u64, Event)) {
         let Self::Runs(runs) = self else {
             return give(0, Event::Supply(true));
         };

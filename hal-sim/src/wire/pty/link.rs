@@ -28,7 +28,7 @@ impl Link {
     /// one to a terminal that lives; otherwise what the system says.
     pub(super) fn make(path: &Path, target: &Path) -> io::Result<Self> {
         // Of two that find the same stale link, the second would delete the first one's new one.
-        let _alone = alone_in_folder_of(path);
+        let _alone = lock_folder_of(path);
         remove_stale(path, target)?;
         symlink(target, path)?;
         Ok(Self {
@@ -47,7 +47,7 @@ impl Link {
 
 impl Drop for Link {
     fn drop(&mut self) {
-        let _alone = alone_in_folder_of(&self.path);
+        let _alone = lock_folder_of(&self.path);
         if self.is_own() {
             let _ = fs::remove_file(&self.path); // its folder may be read-only by now
         }
@@ -66,7 +66,7 @@ fn identity(path: &Path) -> Option<Identity> {
 /// Keeps others who take this from looking at links in the folder of `path` until it is
 /// dropped. They need no time; a file system that locks no folder, or somebody else's lock
 /// on it, is done without.
-fn alone_in_folder_of(path: &Path) -> Option<File> {
+fn lock_folder_of(path: &Path) -> Option<File> {
     let folder = path
         .parent()
         .filter(|folder| !folder.as_os_str().is_empty());
@@ -96,7 +96,7 @@ fn remove_stale(path: &Path, own: &Path) -> io::Result<()> {
         }
         Err(error) => return Err(error),
     };
-    if !is_alike(&target, own) {
+    if !are_both_terminals(&target, own) {
         let why = format!("is a link to {}, no pseudo-terminal", target.display());
         return refused(why);
     }
@@ -109,7 +109,7 @@ fn remove_stale(path: &Path, own: &Path) -> io::Result<()> {
 }
 
 /// Whether both are pseudo-terminals: of one folder, and of one name but for its number.
-fn is_alike(one: &Path, other: &Path) -> bool {
+fn are_both_terminals(one: &Path, other: &Path) -> bool {
     let name = |path: &Path| {
         let name = path.file_name()?.to_str()?.to_owned();
         let stem = name.trim_end_matches(|c: char| c.is_ascii_digit());

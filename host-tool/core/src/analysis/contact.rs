@@ -37,7 +37,7 @@ pub struct WallContact {
 
 /// Returns the hits of a trial in the order of time; none without a wall. The true angle is used
 /// where it is known, otherwise the sensor's angle.
-pub fn hits(trial: &Trial) -> Vec<WallContact> {
+pub fn wall_contacts(trial: &Trial) -> Vec<WallContact> {
     let Some(wall) = trial.wall else {
         return Vec::new();
     };
@@ -56,7 +56,7 @@ pub fn hits(trial: &Trial) -> Vec<WallContact> {
     }
     visits
         .into_iter()
-        .map(|(first, last)| hit(&course, first, last))
+        .map(|(first, last)| measure_contact(&course, first, last))
         .collect()
 }
 
@@ -67,7 +67,7 @@ fn penetration(wall: &WallPlace, sample: &Sample) -> Option<f64> {
 }
 
 /// Computes the hit from sample `first` to sample `last` of the course of penetration.
-fn hit(course: &[(f64, f64)], first: usize, last: usize) -> WallContact {
+fn measure_contact(course: &[(f64, f64)], first: usize, last: usize) -> WallContact {
     let visit = &course[first..=last];
     let (at_s, for_s) = (course[first].0, course[last].0 - course[first].0);
     let before = course[..first].iter().rev();
@@ -89,14 +89,14 @@ fn hit(course: &[(f64, f64)], first: usize, last: usize) -> WallContact {
         for_s,
         speed_deg_per_s: speed,
         deepest_deg: highest(&depths),
-        turns: turns(&depths),
+        turns: count_turning_points(&depths),
         late_swing_deg: highest(&late) - lowest,
         late_depth_deg: late.iter().sum::<f64>() / late.len() as f64,
     }
 }
 
 /// Counts turning points after each of which the course goes back by at least [`TURN_DEG`].
-fn turns(depths: &[f64]) -> usize {
+fn count_turning_points(depths: &[f64]) -> usize {
     let mut count = 0;
     let (mut is_rising, mut extreme) = (true, f64::MIN);
     for &depth in depths {
@@ -148,7 +148,7 @@ mod tests {
             t if t < 5.0 => 93.0 + (std::f64::consts::TAU * (t - 0.7)).cos(),
             t => 92.69 - 20.0 * (t - 5.0),
         };
-        let hits = hits(&trial(0.0, course));
+        let hits = wall_contacts(&trial(0.0, course));
         let [hit] = hits.as_slice() else {
             panic!("{hits:?}")
         };
@@ -170,9 +170,9 @@ mod tests {
                 89.0
             }
         };
-        assert_eq!(hits(&trial(0.0, course)).len(), 4);
+        assert_eq!(wall_contacts(&trial(0.0, course)).len(), 4);
         // Within a pre-wall no hit ends.
-        assert_eq!(hits(&trial(9.0, course)).len(), 1);
-        assert!(hits(&Trial::default()).is_empty());
+        assert_eq!(wall_contacts(&trial(9.0, course)).len(), 1);
+        assert!(wall_contacts(&Trial::default()).is_empty());
     }
 }

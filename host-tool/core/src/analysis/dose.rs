@@ -182,11 +182,11 @@ impl DoseCounter {
         (place, info): (usize, &ChannelInfo),
         train: Option<(TrainSpec, StageSpec)>,
     ) -> Self {
-        let live_rate = trial.place(info.number, |c| c.force);
+        let live_rate = trial.channel_index(info.number, |c| c.force);
         let session_width = train.map(|(train, _)| f64::from(train.width_us));
         Self {
             place,
-            live_width: trial.place(info.number, |c| c.live_width),
+            live_width: trial.channel_index(info.number, |c| c.live_width),
             live_rate,
             fixed_width: recorded_widths(&trial.edges, info.number)
                 .or(session_width.map(|width| (width, width))),

@@ -45,13 +45,13 @@ pub struct GapMetrics {
 /// `None` where no force was wanted.
 #[must_use]
 pub fn force_limiting_share(trial: &Trial) -> Option<f64> {
-    let wanted = || inside(trial).filter(|s| s.wanted_n.iter().any(Option::is_some));
+    let wanted = || samples_in_window(trial).filter(|s| s.wanted_n.iter().any(Option::is_some));
     let (all, limiting) = (wanted().count(), wanted().filter(|s| s.limiting).count());
     (all > 0).then(|| limiting as f64 / all as f64)
 }
 
 /// Returns the samples to judge: those in the trial's `measure` window, or all.
-fn inside(trial: &Trial) -> impl Iterator<Item = Sample> {
+fn samples_in_window(trial: &Trial) -> impl Iterator<Item = Sample> {
     let (from_s, to_s) = window(trial).unwrap_or((f64::NAN, f64::NAN)); // none
     let samples = trial.samples.iter();
     samples.filter(move |s| (from_s..=to_s).contains(&s.t_s))
@@ -60,11 +60,11 @@ fn inside(trial: &Trial) -> impl Iterator<Item = Sample> {
 /// Returns the channels for which forces were wanted but none was predicted, because no muscle
 /// model ran. The trial's `measure` window is searched, or the whole trial.
 #[must_use]
-pub fn unpredicted(trial: &Trial) -> Vec<u8> {
+pub fn channels_without_prediction(trial: &Trial) -> Vec<u8> {
     let numbers = trial.channels.iter().filter(|c| c.force).map(|c| c.number);
     let is_unpredicted = |&number: &u8| {
-        inside(trial).any(|s| trial.wanted_n(&s, number).is_some())
-            && inside(trial).all(|s| trial.force_n(&s, number).is_none())
+        samples_in_window(trial).any(|s| trial.wanted_n(&s, number).is_some())
+            && samples_in_window(trial).all(|s| trial.force_n(&s, number).is_none())
     };
     numbers.filter(is_unpredicted).collect()
 }
@@ -77,16 +77,21 @@ pub fn force_metrics(trial: &Trial) -> Vec<ForceMetrics> {
         return Vec::new();
     };
     let controlled = trial.channels.iter().filter(|c| c.force);
-    let judged = controlled.filter_map(|channel| judge(trial, channel.number, (from_s, to_s)));
+    let judged = controlled
+        .filter_map(|channel| channel_force_metrics(trial, channel.number, (from_s, to_s)));
     judged.collect()
 }
 
 /// Returns the metrics of one channel over a window; `None` where no force was both predicted and
 /// wanted.
-fn judge(trial: &Trial, channel: u8, (from_s, to_s): (f64, f64)) -> Option<ForceMetrics> {
+fn channel_force_metrics(
+    trial: &Trial,
+    channel: u8,
+    (from_s, to_s): (f64, f64),
+) -> Option<ForceMetrics> {
     let (mut errors, mut peak_n, mut seen_s) = (Errors::default(), 0.0_f64, None);
     let (mut gap, mut gaps) = (None, 0);
-    for sample in inside(trial) {
+    for sample in samples_in_window(trial) {
         if let Some(force_n) = trial.force_n(&sample, channel)
             && let Some(wanted_n) = trial.wanted_n(&sample, channel)
         {
@@ -95,7 +100,7 @@ fn judge(trial: &Trial, channel: u8, (from_s, to_s): (f64, f64)) -> Option<Force
             let (first_s, _) = seen_s.unwrap_or((sample.t_s, sample.t_s));
             seen_s = Some((first_s, sample.t_s));
         }
-        if let Some(own) = trial.gap_n(&sample, channel) {
+        if let Some(own) = trial.nearest_forces_n(&sample, channel) {
             gap = gap.or(Some(own));
             gaps += 1;
         }
@@ -222,9 +227,9 @@ mod tests {
         let mut trial = model_that_ends();
         // The device is limiting from 6 to 10 s of 2 to 10 s, both ends included.
         assert_eq!(force_limiting_share(&trial), Some(41.0 / 81.0));
-        assert_eq!(unpredicted(&trial), [2]);
-        trial.samples.change(|s| s.wanted_n.clear());
+        assert_eq!(channels_without_prediction(&trial), [2]);
+        trial.samples.modify_each(|s| s.wanted_n.clear());
         assert_eq!(force_limiting_share(&trial), None);
-        assert!(unpredicted(&trial).is_empty());
+        assert!(channels_without_prediction(&trial).is_empty());
     }
 }

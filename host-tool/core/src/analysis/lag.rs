@@ -21,7 +21,7 @@ pub fn lag_s(t_s: &[f64], target: &[f64], measured: &[f64]) -> Option<f64> {
     let measured = resample(t_s, measured, first, step);
     let longest = ((LONGEST_S / step) as usize).min(n / 4);
     let pair = Pair::new(&target, &measured, longest);
-    let best = pair.best()?;
+    let best = pair.best_shift()?;
     let (before, peak) = (pair.score(best.checked_sub(1)?)?, pair.score(best)?);
     let after = pair.score(Some(best + 1).filter(|after| *after <= 2 * longest)?)?;
     let curvature = before - 2.0 * peak + after;
@@ -138,7 +138,7 @@ impl<'a> Pair<'a> {
     /// Returns the shift with the largest score, the last if several are equal; `None` if a signal
     /// is constant at any shift. The result is exact: scores are left out only if their estimates
     /// are clearly below the largest.
-    fn best(&self) -> Option<usize> {
+    fn best_shift(&self) -> Option<usize> {
         let shifts = 0..=2 * self.longest;
         let estimates: Vec<f64> = shifts
             .map(|shift| self.estimate(shift).or_else(|| self.score(shift)))
@@ -238,7 +238,7 @@ mod tests {
             let best = exact.and_then(|scores| {
                 (0..scores.len()).max_by(|&a, &b| scores[a].total_cmp(&scores[b]))
             });
-            assert_eq!(pair.best(), best, "round {round}");
+            assert_eq!(pair.best_shift(), best, "round {round}");
         }
     }
 

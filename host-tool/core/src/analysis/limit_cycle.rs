@@ -20,7 +20,7 @@ pub fn limit_cycles(trial: &Trial) -> impl Iterator<Item = (f64, &str)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::run::event;
+    use crate::run::describe_event;
     use firmware::link::Event;
 
     #[test]
@@ -33,7 +33,9 @@ mod tests {
         };
         let mut trial = Trial::default();
         for (t_s, found) in (1..).zip(found) {
-            trial.events.push((f64::from(t_s), event(&cycle(found))));
+            trial
+                .events
+                .push((f64::from(t_s), describe_event(&cycle(found))));
             trial.events.push((f64::from(t_s), "stopped".to_owned()));
         }
         let counted = limit_cycles(&trial).map(|(t_s, _)| t_s);

@@ -16,9 +16,11 @@ mod motion_error;
 mod savitzky_golay;
 mod smoothness;
 
-pub use contact::{WallContact, hits};
+pub use contact::{WallContact, wall_contacts};
 pub use dose::{ChannelDose, doses};
-pub use force::{ForceMetrics, GapMetrics, force_limiting_share, force_metrics, unpredicted};
+pub use force::{
+    ForceMetrics, GapMetrics, channels_without_prediction, force_limiting_share, force_metrics,
+};
 pub use lag::lag_s;
 pub use limit_cycle::{LIMIT_CYCLE, limit_cycles};
 pub use metabolic::GasExchange;
@@ -67,16 +69,16 @@ struct JudgedSample {
 /// trial. Returns `None` when no sample lies in the window, and without a joint, because nothing
 /// then follows the target.
 pub fn metrics(trial: &Trial) -> Option<Metrics> {
-    judge(trial, true)
+    compute_metrics(trial, true)
 }
 
 /// Returns the same metrics as [`metrics`] without the lag, whose search costs more than everything
 /// else.
-pub fn metrics_but_lag(trial: &Trial) -> Option<Metrics> {
-    judge(trial, false)
+pub fn metrics_without_lag(trial: &Trial) -> Option<Metrics> {
+    compute_metrics(trial, false)
 }
 
-fn judge(trial: &Trial, searches_lag: bool) -> Option<Metrics> {
+fn compute_metrics(trial: &Trial, searches_lag: bool) -> Option<Metrics> {
     if !trial.joint {
         return None;
     }

@@ -26,7 +26,7 @@ impl SavitzkyGolay {
     ///
     /// # Errors
     /// E765: no window has such a cutoff.
-    pub fn ending_at(order: usize, cutoff_hz: f64, rate_hz: f64) -> Result<Self, MotionError> {
+    pub fn with_cutoff(order: usize, cutoff_hz: f64, rate_hz: f64) -> Result<Self, MotionError> {
         let refused = MotionError::Filter {
             order,
             cutoff_hz,
@@ -34,7 +34,7 @@ impl SavitzkyGolay {
         };
         let mut best: Option<Self> = None;
         for half in order / 2 + 1..=LONGEST {
-            let Some(savitzky_golay) = Self::of(order, half, rate_hz) else {
+            let Some(savitzky_golay) = Self::with_half_window(order, half, rate_hz) else {
                 return Err(refused);
             };
             let apart = (savitzky_golay.cutoff_hz - cutoff_hz).abs();
@@ -50,7 +50,7 @@ impl SavitzkyGolay {
             .ok_or(refused)
     }
 
-    fn of(order: usize, half: usize, rate_hz: f64) -> Option<Self> {
+    fn with_half_window(order: usize, half: usize, rate_hz: f64) -> Option<Self> {
         let window = 2 * half + 1;
         let place = |row: usize| (row as f64 - half as f64) / half as f64;
         let powers = DMatrix::from_fn(window, order + 1, |row, power| {
@@ -119,7 +119,7 @@ mod tests {
     /// its power.
     #[test]
     fn cubics_stay_and_the_cutoff_is_where_it_says() {
-        let filter = SavitzkyGolay::ending_at(3, 10.0, 200.0).unwrap();
+        let filter = SavitzkyGolay::with_cutoff(3, 10.0, 200.0).unwrap();
         assert!(
             (filter.cutoff_hz() - 10.0).abs() < 0.4,
             "{}",

@@ -32,7 +32,7 @@ impl Sparc {
     ///
     /// # Errors
     /// E763: fewer than two samples, a speed that is negative, not finite, or nothing but zero.
-    pub fn of(&self, speed: &[f64], rate_hz: f64) -> Result<f64, MotionError> {
+    pub fn arc_length(&self, speed: &[f64], rate_hz: f64) -> Result<f64, MotionError> {
         let sum: f64 = speed.iter().sum();
         if speed.len() < 2
             || !speed.iter().all(|speed| *speed >= 0.0)
@@ -104,7 +104,7 @@ mod tests {
     fn the_authors_example_comes_out() {
         let speed = |n: i32| (-5.0 * (f64::from(n) * 0.01 - 1.0).powi(2)).exp();
         let speed: Vec<f64> = (0..200).map(speed).collect();
-        let found = Sparc::USUAL.of(&speed, 100.0).unwrap();
+        let found = Sparc::USUAL.arc_length(&speed, 100.0).unwrap();
         assert!((found - -1.414_03).abs() < 5e-6, "{found}");
     }
 
@@ -113,13 +113,13 @@ mod tests {
         let bump = |t: f64, at: f64| (-20.0 * (t - at).powi(2)).exp();
         let of = |f: &dyn Fn(f64) -> f64| {
             let speed: Vec<f64> = (0..400).map(|n| f(f64::from(n) * 0.005)).collect();
-            Sparc::USUAL.of(&speed, 200.0).unwrap()
+            Sparc::USUAL.arc_length(&speed, 200.0).unwrap()
         };
         let one = of(&|t| bump(t, 1.0));
         let two = of(&|t| bump(t, 0.6) + bump(t, 1.4));
         assert!(two < one - 0.1, "{two} {one}");
-        assert!(Sparc::USUAL.of(&[0.0; 9], 200.0).is_err());
-        assert!(Sparc::USUAL.of(&[1.0, -1.0, 1.0], 200.0).is_err());
+        assert!(Sparc::USUAL.arc_length(&[0.0; 9], 200.0).is_err());
+        assert!(Sparc::USUAL.arc_length(&[1.0, -1.0, 1.0], 200.0).is_err());
     }
 
     #[test]

@@ -43,27 +43,27 @@ struct Checking<'a> {
 }
 
 impl Checking<'_> {
-    fn at(&self) -> usize {
+    fn electrode_index(&self) -> usize {
         self.drifts.len()
     }
 
     fn channel(&self) -> u8 {
         self.plan
             .electrodes
-            .get(self.at())
+            .get(self.electrode_index())
             .map_or(0, |plan| plan.channel)
     }
 
     fn next(&self) -> Option<Level> {
-        let expected = *self.expected.get(self.at())?;
+        let expected = *self.expected.get(self.electrode_index())?;
         let tolerance = self.checked.tolerance;
         let levels = [
-            expected.below(tolerance).below(tolerance),
-            expected.below(tolerance),
+            expected.saturating_sub(tolerance).saturating_sub(tolerance),
+            expected.saturating_sub(tolerance),
             expected,
-            expected.above(tolerance),
+            expected.saturating_add(tolerance),
         ];
-        let limit = self.plan.electrodes[self.at()].ceiling;
+        let limit = self.plan.electrodes[self.electrode_index()].ceiling;
         let next = levels.into_iter().skip(self.tried as usize);
         next.map(|level| level.min(limit))
             .find(|level| *level > self.level)
@@ -71,10 +71,10 @@ impl Checking<'_> {
 
     /// Records the result of the electrode: the level that moved, or `None` if nothing did.
     fn conclude(&mut self, found: Option<Level>) -> Vec<Action> {
-        let at = self.at();
+        let at = self.electrode_index();
         let (planned, expected) = (&self.plan.electrodes[at], self.expected[at]);
         let tolerance = self.checked.tolerance;
-        let accepted = found.is_some_and(|found| found >= expected.below(tolerance));
+        let accepted = found.is_some_and(|found| found >= expected.saturating_sub(tolerance));
         let channel = planned.channel;
         self.drifts.push(Drift {
             at: self.checked.head.at.clone(),
@@ -88,10 +88,10 @@ impl Checking<'_> {
             seed: self.checked.head.seed,
         });
         (self.level, self.tried) = (Level(0), 0);
-        self.presentation.renew();
+        self.presentation.reset();
         let mut actions = vec![Action::Give(channel, Level(0)), Action::Write];
-        if !self.is_over() {
-            actions.push(Action::Arm(self.at()));
+        if !self.is_finished() {
+            actions.push(Action::Arm(self.electrode_index()));
         }
         actions
     }
@@ -99,20 +99,20 @@ impl Checking<'_> {
 
 impl Procedure for Checking<'_> {
     fn begin(&mut self) -> Vec<Action> {
-        match self.is_over() {
+        match self.is_finished() {
             true => Vec::new(),
             false => vec![Action::Arm(0)],
         }
     }
 
-    fn pass(&mut self, t_us: u64) -> Vec<Action> {
-        match self.presentation.pass(t_us) {
+    fn advance_to(&mut self, t_us: u64) -> Vec<Action> {
+        match self.presentation.advance_to(t_us) {
             true => vec![Action::Give(self.channel(), Level(0))],
             false => Vec::new(),
         }
     }
 
-    fn order(&mut self, t_us: u64, order: &Order) -> Result<Vec<Action>, Refusal> {
+    fn execute_order(&mut self, t_us: u64, order: &Order) -> Result<Vec<Action>, Refusal> {
         match order {
             Order::Abort => Ok(vec![Action::Abort]),
             // A level that is too much now ends the check of this electrode.
@@ -122,12 +122,12 @@ impl Procedure for Checking<'_> {
                 Ok(vec![Action::Give(self.channel(), Level(0))])
             }
             Order::Raise => {
-                self.presentation.may_give(t_us)?;
+                self.presentation.check_ready(t_us)?;
                 let level = self.next();
-                let level = level.ok_or_else(|| Refusal::beyond("there is no higher level"))?;
+                let level = level.ok_or_else(|| Refusal::not_now("there is no higher level"))?;
                 (self.before, self.level) = (self.level, level);
                 self.tried += 1;
-                self.presentation.give(t_us);
+                self.presentation.start(t_us);
                 let channel = self.channel();
                 let step = Step::Threshold;
                 let given = Entry::Given {
@@ -138,7 +138,7 @@ impl Procedure for Checking<'_> {
                 Ok(vec![Action::Give(channel, level), Action::Record(given)])
             }
             Order::Yes | Order::No if !self.presentation.has_question => {
-                Err(Refusal::beyond("nothing was asked"))
+                Err(Refusal::not_now("nothing was asked"))
             }
             Order::Yes => Ok(self.conclude(Some(self.level))),
             Order::No => {
@@ -148,14 +148,14 @@ impl Procedure for Checking<'_> {
                     None => Ok(self.conclude(None)),
                 }
             }
-            _ => Err(Refusal::beyond(
+            _ => Err(Refusal::not_now(
                 "a check knows raise, yes, no, lower and abort",
             )),
         }
     }
 
-    fn void(&mut self, t_us: u64) {
-        if self.is_on() || self.presentation.has_question {
+    fn discard_level(&mut self, t_us: u64) {
+        if self.is_stimulating() || self.presentation.has_question {
             self.level = self.before;
             self.tried = self.tried.saturating_sub(1);
             self.presentation.end(t_us);
@@ -163,9 +163,11 @@ impl Procedure for Checking<'_> {
     }
 
     fn view(&self, t_us: u64) -> View {
-        let at = self.at().min(self.plan.electrodes.len().saturating_sub(1));
+        let at = self
+            .electrode_index()
+            .min(self.plan.electrodes.len().saturating_sub(1));
         let planned = &self.plan.electrodes[at];
-        let (phase, left_s) = match self.is_over() {
+        let (phase, left_s) = match self.is_finished() {
             true => (Phase::Done, 0.0),
             false => self.presentation.phase(t_us),
         };
@@ -179,7 +181,11 @@ impl Procedure for Checking<'_> {
             phase,
             left_s,
             level: self.level,
-            given: if self.is_on() { self.level } else { Level(0) },
+            given: if self.is_stimulating() {
+                self.level
+            } else {
+                Level(0)
+            },
             raise: self.next(),
             top: planned.ceiling,
             question: (self.presentation.has_question).then(|| Step::Threshold.question()),
@@ -192,15 +198,15 @@ impl Procedure for Checking<'_> {
         }
     }
 
-    fn is_on(&self) -> bool {
-        self.presentation.is_on()
+    fn is_stimulating(&self) -> bool {
+        self.presentation.is_stimulating()
     }
 
-    fn is_over(&self) -> bool {
-        self.at() >= self.plan.electrodes.len()
+    fn is_finished(&self) -> bool {
+        self.electrode_index() >= self.plan.electrodes.len()
     }
 
-    fn write(&mut self) -> Result<Option<usize>, CalibrationError> {
+    fn write_wearer_file(&mut self) -> Result<Option<usize>, CalibrationError> {
         if let Some(drift) = self.drifts.last() {
             let added = append(self.checked.file, &[], std::slice::from_ref(drift));
             added.map_err(|why| CalibrationError::Store(why.to_string()))?;
@@ -222,7 +228,7 @@ pub fn check<P: Port>(
     journal: &mut Journal,
     desk: &mut OperatorStation<'_>,
 ) -> (Result<(), CalibrationError>, Vec<Drift>, ProcedureCost) {
-    let plan = match Plan::of(wearer) {
+    let plan = match Plan::from_wearer(wearer) {
         Ok(plan) => plan,
         Err(error) => return (Err(error), Vec::new(), ProcedureCost::default()),
     };
@@ -239,11 +245,11 @@ pub fn check<P: Port>(
         presentation: Presentation::new(&plan),
     };
     let (result, spent, _) = conduct(port, &plan, &mut checking, journal, desk, checked.head);
-    let result = result.and_then(|()| judged(&checking.drifts));
+    let result = result.and_then(|()| check_drifts(&checking.drifts));
     (result, checking.drifts, spent)
 }
 
-fn judged(drifts: &[Drift]) -> Result<(), CalibrationError> {
+fn check_drifts(drifts: &[Drift]) -> Result<(), CalibrationError> {
     let milli = |value: u32| f64::from(value) / 1e3;
     let told: Vec<String> = (drifts.iter())
         .filter(|drift| !drift.accepted)

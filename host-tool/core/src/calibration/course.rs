@@ -37,32 +37,32 @@ impl Procedure for Writing<'_> {
         self.machine.begin()
     }
 
-    fn pass(&mut self, t_us: u64) -> Vec<Action> {
-        self.machine.pass(t_us)
+    fn advance_to(&mut self, t_us: u64) -> Vec<Action> {
+        self.machine.advance_to(t_us)
     }
 
-    fn order(&mut self, t_us: u64, order: &Order) -> Result<Vec<Action>, Refusal> {
-        self.machine.order(t_us, order)
+    fn execute_order(&mut self, t_us: u64, order: &Order) -> Result<Vec<Action>, Refusal> {
+        self.machine.execute_order(t_us, order)
     }
 
-    fn void(&mut self, t_us: u64) {
-        self.machine.void(t_us);
+    fn discard_level(&mut self, t_us: u64) {
+        self.machine.discard_level(t_us);
     }
 
     fn view(&self, t_us: u64) -> View {
         self.machine.view(t_us)
     }
 
-    fn is_on(&self) -> bool {
-        self.machine.is_on()
+    fn is_stimulating(&self) -> bool {
+        self.machine.is_stimulating()
     }
 
-    fn is_over(&self) -> bool {
-        self.machine.is_over()
+    fn is_finished(&self) -> bool {
+        self.machine.is_finished()
     }
 
     /// Writes the whole wearer file, with every electrode that is complete.
-    fn write(&mut self) -> Result<Option<usize>, CalibrationError> {
+    fn write_wearer_file(&mut self) -> Result<Option<usize>, CalibrationError> {
         let Course {
             plan,
             out,
@@ -70,7 +70,8 @@ impl Procedure for Writing<'_> {
             before,
             head,
         } = self.course;
-        let mut wearer = worn::wearer(plan, before, head, self.limits, self.machine.found());
+        let mut wearer =
+            worn::compose_wearer(plan, before, head, self.limits, self.machine.results());
         let electrodes = wearer.electrodes.len();
         if electrodes == 0 {
             return Ok(None);
@@ -107,7 +108,7 @@ pub fn calibrate<P: Port>(
         .map(|session| session.wearer)
         .unwrap_or_default();
     let plan = course.plan;
-    if let Err(error) = worn::rehearse(plan, course.head, limits) {
+    if let Err(error) = worn::check_planned_wearer(plan, course.head, limits) {
         return (Err(error), ProcedureCost::default(), Some(port));
     }
     let mut writing = Writing {
@@ -117,7 +118,7 @@ pub fn calibrate<P: Port>(
     };
     let (result, spent, port) = conduct(port, plan, &mut writing, journal, desk, course.head);
     (
-        result.map(|()| writing.machine.found().to_vec()),
+        result.map(|()| writing.machine.results().to_vec()),
         spent,
         port,
     )

@@ -35,13 +35,13 @@ pub struct ElectrodeResult {
 impl ElectrodeResult {
     /// Returns the first step without a result; `None` if the electrode is done or left out.
     #[must_use]
-    pub fn step(&self) -> Option<Step> {
-        self.open().filter(|_| !self.is_skipped)
+    pub fn next_step(&self) -> Option<Step> {
+        self.first_missing_step().filter(|_| !self.is_skipped)
     }
 
     /// Returns the first step without a result, even if the electrode is left out.
     #[must_use]
-    pub fn open(&self) -> Option<Step> {
+    pub fn first_missing_step(&self) -> Option<Step> {
         let has = |step: &Step| match step {
             Step::Placement => self.placement.is_some(),
             Step::Threshold => self.threshold.is_some(),
@@ -56,7 +56,7 @@ impl ElectrodeResult {
     /// Returns whether every step has a result.
     #[must_use]
     pub fn is_complete(&self) -> bool {
-        !self.is_skipped && self.step().is_none()
+        !self.is_skipped && self.next_step().is_none()
     }
 
     /// Stores the result of a step. A result of the wrong kind is refused.
@@ -64,18 +64,21 @@ impl ElectrodeResult {
     /// # Errors
     /// The result would be out of order. The order is threshold ≤ minimum < maximum ≤ limit, and
     /// threshold < limit.
-    pub fn take(&mut self, step: Step, value: &Value) -> Result<(), Refusal> {
+    pub fn store(&mut self, step: Step, value: &Value) -> Result<(), Refusal> {
         let level = match (step, value) {
             (Step::Points, Value::Moves(moves)) => {
                 self.moves = Some(moves.clone());
                 return Ok(());
             }
             (Step::Points, _) | (_, Value::Moves(_)) => {
-                return Err(Refusal::order(step, "it has another kind of result".into()));
+                return Err(Refusal::out_of_order(
+                    step,
+                    "it has another kind of result".into(),
+                ));
             }
             (_, Value::Level(level)) => *level,
         };
-        self.ordered(step, level)?;
+        self.check_order(step, level)?;
         match step {
             Step::Placement => self.placement = Some(level),
             Step::Threshold => self.threshold = Some(level),
@@ -87,7 +90,7 @@ impl ElectrodeResult {
         Ok(())
     }
 
-    fn ordered(&self, step: Step, level: Level) -> Result<(), Refusal> {
+    fn check_order(&self, step: Step, level: Level) -> Result<(), Refusal> {
         let known = |level: Option<Level>| level.unwrap_or_default();
         let (threshold, limit, minimum) = (
             known(self.threshold),
@@ -117,7 +120,7 @@ impl ElectrodeResult {
             _ => None,
         };
         match wrong {
-            Some(wrong) => Err(Refusal::order(step, wrong)),
+            Some(wrong) => Err(Refusal::out_of_order(step, wrong)),
             None => Ok(()),
         }
     }
@@ -128,31 +131,32 @@ mod tests {
     use super::*;
 
     fn level(units: f64) -> Value {
-        Value::Level(Level::of(units).unwrap())
+        Value::Level(Level::from_units(units).unwrap())
     }
 
     #[test]
     fn results_out_of_order_are_refused_by_name() {
         let mut found = ElectrodeResult::default();
-        found.take(Step::Placement, &level(8.0)).unwrap();
-        found.take(Step::Threshold, &level(9.0)).unwrap();
+        found.store(Step::Placement, &level(8.0)).unwrap();
+        found.store(Step::Threshold, &level(9.0)).unwrap();
         let told = |result: Result<(), Refusal>| result.unwrap_err().to_string();
         assert!(
-            told(found.take(Step::Comfort, &level(9.0)))
+            told(found.store(Step::Comfort, &level(9.0)))
                 .starts_with("E676 out of order at comfort")
         );
-        found.take(Step::Comfort, &level(13.0)).unwrap();
+        found.store(Step::Comfort, &level(13.0)).unwrap();
         assert!(
-            told(found.take(Step::Minimum, &level(8.5))).contains("below the motor threshold of 9")
+            told(found.store(Step::Minimum, &level(8.5)))
+                .contains("below the motor threshold of 9")
         );
-        assert!(told(found.take(Step::Minimum, &level(13.0))).contains("the limit of 13"));
-        found.take(Step::Minimum, &level(10.0)).unwrap();
-        assert!(told(found.take(Step::Maximum, &level(13.5))).contains("above the limit"));
-        assert!(told(found.take(Step::Maximum, &level(10.0))).contains("not above the minimum"));
-        assert_eq!(found.step(), Some(Step::Maximum));
-        found.take(Step::Maximum, &level(13.0)).unwrap();
-        assert!(found.take(Step::Points, &level(13.0)).is_err());
-        found.take(Step::Points, &Value::Moves(vec![])).unwrap();
+        assert!(told(found.store(Step::Minimum, &level(13.0))).contains("the limit of 13"));
+        found.store(Step::Minimum, &level(10.0)).unwrap();
+        assert!(told(found.store(Step::Maximum, &level(13.5))).contains("above the limit"));
+        assert!(told(found.store(Step::Maximum, &level(10.0))).contains("not above the minimum"));
+        assert_eq!(found.next_step(), Some(Step::Maximum));
+        found.store(Step::Maximum, &level(13.0)).unwrap();
+        assert!(found.store(Step::Points, &level(13.0)).is_err());
+        found.store(Step::Points, &Value::Moves(vec![])).unwrap();
         assert!(found.is_complete());
     }
 }

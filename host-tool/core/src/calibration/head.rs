@@ -37,7 +37,7 @@ impl Head {
     /// Creates a head of this format for the wearer and the plan's text; the other fields are
     /// empty.
     #[must_use]
-    pub fn of(wearer: &str, plan: &str) -> Self {
+    pub fn new(wearer: &str, plan: &str) -> Self {
         Self {
             format: FORMAT,
             wearer: wearer.to_owned(),
@@ -57,7 +57,7 @@ impl Head {
     ///
     /// # Errors
     /// The wearer, the plan or the simulated wearer differs.
-    pub fn goes_on(&self, path: &Path, next: &Self) -> Result<(), CalibrationError> {
+    pub fn check_continuation(&self, path: &Path, next: &Self) -> Result<(), CalibrationError> {
         let known = |body: &Option<String>, seed: Option<u64>| match (body, seed) {
             (Some(body), Some(seed)) => format!("the simulated {body} of seed {seed}"),
             _ => "a device's wearer".to_owned(),

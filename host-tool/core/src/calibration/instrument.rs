@@ -51,7 +51,7 @@ pub(super) struct Instrument {
 
 impl Instrument {
     /// Adds a reading of `n` newtons at `t_us`; `is_on` is true while a level is given.
-    pub fn read(&mut self, t_us: u64, n: f64, is_on: bool) {
+    pub fn add_reading(&mut self, t_us: u64, n: f64, is_on: bool) {
         match (is_on, self.on_us) {
             (true, None) => {
                 self.window.clear();
@@ -89,7 +89,7 @@ impl Instrument {
     }
 
     /// Returns whether the instrument has been read at rest for long enough.
-    pub fn is_rested(&self) -> bool {
+    pub fn has_baseline(&self) -> bool {
         self.on_us.is_none() && self.baseline.len() >= DETECTOR.baseline as usize
     }
 
@@ -142,14 +142,14 @@ mod tests {
         for i in 0..200_u64 {
             let noise = noise_n * standard_normal(seed, i);
             let n = if i < 100 { noise } else { force(noise) };
-            instrument.read(i * READ_US, n, i >= 100);
+            instrument.add_reading(i * READ_US, n, i >= 100);
         }
         instrument.judge()
     }
 
     #[test]
     fn a_search_is_seldom_false() {
-        let one = DETECTOR.false_alarm();
+        let one = DETECTOR.false_alarm_probability();
         let of_40 = 1.0 - (1.0 - one * one).powi(40);
         assert!(of_40 < 0.01, "{one} {of_40}");
     }

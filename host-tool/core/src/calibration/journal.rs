@@ -100,7 +100,7 @@ struct Line {
     /// Time since the device was opened, s of the device's time.
     t_s: f64,
     entry: Entry,
-    /// Checksum by [`chained`] over all lines before this one and this line up to here. It is
+    /// Checksum by [`chained_checksum`] over all lines before this one and this line up to here. It is
     /// appended by hand, not by serde.
     #[serde(default, skip_serializing)]
     sum: String,
@@ -108,10 +108,10 @@ struct Line {
 
 impl Line {
     /// Returns the text of the line after a line with the checksum `before`, and its own checksum.
-    fn written(&self, before: &str) -> serde_json::Result<(String, String)> {
+    fn with_checksum(&self, before: &str) -> serde_json::Result<(String, String)> {
         let object = serde_json::to_string(self)?;
         let told = object.strip_suffix('}').unwrap_or(&object); // an object ends so
-        let sum = chained(before, told);
+        let sum = chained_checksum(before, told);
         Ok((format!("{told}{SUM}{sum}\"}}\n"), sum))
     }
 }
@@ -121,7 +121,7 @@ const SUM: &str = ",\"sum\":\"";
 
 /// Returns the checksum over a line's content `told` and, by their last checksum `before`, all
 /// lines before it: the first 64 bits of SHA-256, in hexadecimal.
-fn chained(before: &str, told: &str) -> String {
+fn chained_checksum(before: &str, told: &str) -> String {
     let mut sum = crate::record::sha256(format!("{before}{told}").as_bytes());
     sum.truncate(16);
     sum
@@ -148,7 +148,7 @@ pub struct OnDisk;
 
 impl Files for OnDisk {
     fn append(&self, path: &Path) -> io::Result<Box<dyn Write>> {
-        input::may_go_on(path)?;
+        input::check_appendable(path)?;
         let file = OpenOptions::new().append(true).create(true).open(path)?;
         // The lock is held until the file is closed, however the program ends.
         if matches!(file.try_lock(), Err(TryLockError::WouldBlock)) {
@@ -168,7 +168,7 @@ impl Files for OnDisk {
 
 /// Returns the path of the journal of a wearer file, which lies beside that file.
 #[must_use]
-pub fn journal_of(out: &Path) -> PathBuf {
+pub fn journal_path(out: &Path) -> PathBuf {
     let mut name = out.file_name().unwrap_or_default().to_owned();
     name.push(".journal");
     out.with_file_name(name)
@@ -184,7 +184,7 @@ pub struct Journal {
 }
 
 impl Journal {
-    /// Opens the journal at `path`, and continues after the lines it has `kept`, or begins a new
+    /// Opens the journal at `path`, and continues after the lines it has `parse_journal`, or begins a new
     /// journal.
     ///
     /// # Errors
@@ -206,7 +206,7 @@ impl Journal {
 
     /// Creates a journal that discards its entries.
     #[must_use]
-    pub fn nowhere() -> Self {
+    pub fn discarding() -> Self {
         Self {
             path: PathBuf::new(),
             out: Box::new(io::sink()),
@@ -226,7 +226,7 @@ impl Journal {
             entry: entry.clone(),
             sum: String::new(),
         };
-        let text = line.written(&self.sum).map_err(io::Error::from);
+        let text = line.with_checksum(&self.sum).map_err(io::Error::from);
         let written = text.and_then(|(text, sum)| {
             self.out.write_all(text.as_bytes())?;
             self.out.flush()?;
@@ -243,7 +243,7 @@ impl Journal {
 ///
 /// # Errors
 /// The file cannot be read or removed.
-pub fn is_begun(path: &Path) -> io::Result<bool> {
+pub fn has_entries(path: &Path) -> io::Result<bool> {
     match input::read(path, input::LONGEST_DOCUMENT) {
         Err(why) if why.kind() == io::ErrorKind::NotFound => Ok(false),
         Err(why) => Err(why),
@@ -283,7 +283,7 @@ pub fn read(path: &Path) -> Result<JournalContents, CalibrationError> {
         let why = "nothing was recorded in it; begin anew without --resume";
         return Err(unusable(why.to_owned()));
     }
-    let kept = kept(path, &text)?;
+    let kept = parse_journal(path, &text)?;
     if kept.head.format > FORMAT {
         return Err(unusable(format!(
             "its format is {}, and this flexor knows {FORMAT}: use a later one",
@@ -302,9 +302,13 @@ pub fn read(path: &Path) -> Result<JournalContents, CalibrationError> {
 ///
 /// # Errors
 /// The bytes are damaged; the error names the line and the reason.
-pub fn kept(path: &Path, text: &[u8]) -> Result<JournalContents, CalibrationError> {
+pub fn parse_journal(path: &Path, text: &[u8]) -> Result<JournalContents, CalibrationError> {
     let damaged = |line: usize, why: &str| {
-        CalibrationError::Damaged(path.to_owned(), line, crate::session::visible(why))
+        CalibrationError::Damaged(
+            path.to_owned(),
+            line,
+            crate::session::escape_control_chars(why),
+        )
     };
     let (mut entries, mut whole, mut sum) = (Vec::new(), 0, String::new());
     for line in text.split_inclusive(|byte| *byte == b'\n') {
@@ -321,7 +325,7 @@ pub fn kept(path: &Path, text: &[u8]) -> Result<JournalContents, CalibrationErro
             ));
         }
         let text = String::from_utf8_lossy(line); // JSON that was read is UTF-8
-        sum = chained(&sum, text.rsplit_once(SUM).map_or("", |(told, _)| told));
+        sum = chained_checksum(&sum, text.rsplit_once(SUM).map_or("", |(told, _)| told));
         if read.sum != sum {
             return Err(damaged(number, "it was changed since it was written"));
         }
@@ -345,7 +349,7 @@ mod tests {
 
     fn text(lines: usize) -> String {
         let entries = [
-            Entry::Begun(Head::of("K05", "a plan")),
+            Entry::Begun(Head::new("K05", "a plan")),
             Entry::Skipped { channel: 3 },
             Entry::Found {
                 channel: 1,
@@ -357,7 +361,7 @@ mod tests {
         let line = |(i, entry): (usize, &Entry)| {
             let (n, t_s, entry, sum) = (i + 1, 0.5, entry.clone(), String::new());
             let line = Line { n, t_s, entry, sum };
-            let (text, sum) = line.written(&before).unwrap();
+            let (text, sum) = line.with_checksum(&before).unwrap();
             before = sum;
             text
         };
@@ -368,18 +372,22 @@ mod tests {
     fn what_was_cut_off_does_not_count_and_what_was_changed_is_damage() {
         let path = Path::new("x.journal");
         let whole = text(3);
-        let read = kept(path, whole.as_bytes()).unwrap();
+        let read = parse_journal(path, whole.as_bytes()).unwrap();
         assert_eq!(read.entries.len(), 3);
         assert_eq!(read.head.wearer, "K05");
         for end in text(2).len()..whole.len() {
-            let kept = kept(path, &whole.as_bytes()[..end]).unwrap();
+            let kept = parse_journal(path, &whole.as_bytes()[..end]).unwrap();
             assert_eq!(
                 (kept.entries.len(), kept.whole),
                 (2, text(2).len()),
                 "{end}"
             );
         }
-        let told = |text: &str| kept(path, text.as_bytes()).unwrap_err().to_string();
+        let told = |text: &str| {
+            parse_journal(path, text.as_bytes())
+                .unwrap_err()
+                .to_string()
+        };
         assert!(told(&whole.replace("\"n\":2", "\"n\":9")).contains("line 2: it is line 9"));
         let line = text(2);
         let second = line.lines().nth(1).unwrap();

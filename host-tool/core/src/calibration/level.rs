@@ -13,7 +13,7 @@ impl Level {
     /// Converts a number of units; `None` if it is not a whole number of thousandths or not between
     /// 0 and 100 units.
     #[must_use]
-    pub fn of(units: f64) -> Option<Self> {
+    pub fn from_units(units: f64) -> Option<Self> {
         let milli = (units * 1e3).round();
         let is_whole = (milli - units * 1e3).abs() < 1e-6;
         (is_whole && (0.0..=1e5).contains(&milli)).then_some(Self(milli as u32))
@@ -27,13 +27,13 @@ impl Level {
 
     /// Returns the level that is higher by `step`.
     #[must_use]
-    pub const fn above(self, step: Self) -> Self {
+    pub const fn saturating_add(self, step: Self) -> Self {
         Self(self.0.saturating_add(step.0))
     }
 
     /// Returns the level that is lower by `step`, but not below 0.
     #[must_use]
-    pub const fn below(self, step: Self) -> Self {
+    pub const fn saturating_sub(self, step: Self) -> Self {
         Self(self.0.saturating_sub(step.0))
     }
 
@@ -54,7 +54,8 @@ impl TryFrom<f64> for Level {
     type Error = String;
 
     fn try_from(units: f64) -> Result<Self, String> {
-        Self::of(units).ok_or_else(|| format!("{units} is no whole thousandth from 0 to 100"))
+        Self::from_units(units)
+            .ok_or_else(|| format!("{units} is no whole thousandth from 0 to 100"))
     }
 }
 

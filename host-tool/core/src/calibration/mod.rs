@@ -37,15 +37,15 @@ pub use found::{ElectrodeResult, Value};
 pub use head::Head;
 pub use instrument::MovementVerdict;
 pub use journal::{
-    Entry, Files, Journal, JournalContents, OnDisk, is_begun, journal_of, kept, read,
+    Entry, Files, Journal, JournalContents, OnDisk, has_entries, journal_path, parse_journal, read,
 };
 pub use level::Level;
 pub use machine::{Action, Machine};
 pub use operator::{Operator, OperatorNotice};
 pub use order::{Order, OrderError, Refusal};
 pub use plan::{HOST_TIMEOUT_MS, Plan, PlannedElectrode};
-pub use setup::board;
+pub use setup::board_session;
 pub use step::Step;
 pub use unread::PartialLine;
 pub use view::{Phase, View};
-pub use worn::rehearse;
+pub use worn::check_planned_wearer;

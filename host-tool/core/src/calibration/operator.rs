@@ -25,7 +25,7 @@ pub trait Operator {
     fn orders(&mut self, view: &View) -> Result<Vec<Order>, OperatorLoss>;
 
     /// Receives a message.
-    fn tell(&mut self, _told: OperatorNotice<'_>, _view: &View) {}
+    fn notify(&mut self, _told: OperatorNotice<'_>, _view: &View) {}
 }
 
 impl<O: Operator + ?Sized> Operator for &mut O {
@@ -33,7 +33,7 @@ impl<O: Operator + ?Sized> Operator for &mut O {
         (**self).orders(view)
     }
 
-    fn tell(&mut self, told: OperatorNotice<'_>, view: &View) {
-        (**self).tell(told, view);
+    fn notify(&mut self, told: OperatorNotice<'_>, view: &View) {
+        (**self).notify(told, view);
     }
 }

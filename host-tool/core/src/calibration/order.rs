@@ -57,7 +57,8 @@ impl Order {
     /// # Errors
     /// The line is not a valid order.
     pub fn parse(line: &str) -> Result<Self, OrderError> {
-        let nonsense = |why: String| OrderError::Nonsense(crate::session::visible(&why));
+        let nonsense =
+            |why: String| OrderError::Nonsense(crate::session::escape_control_chars(&why));
         let order: Self = serde_json::from_str(line).map_err(|why| nonsense(why.to_string()))?;
         // For variants without fields, serde's tagged enums ignore unknown fields, so they are
         // checked here.
@@ -108,11 +109,11 @@ pub enum Refusal {
 }
 
 impl Refusal {
-    pub(super) fn beyond(what: &str) -> Self {
+    pub(super) fn not_now(what: &str) -> Self {
         Self::NotNow(what.to_owned())
     }
 
-    pub(super) fn order(step: Step, what: String) -> Self {
+    pub(super) fn out_of_order(step: Step, what: String) -> Self {
         Self::OutOfOrder(step.name(), what)
     }
 }

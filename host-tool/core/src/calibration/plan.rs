@@ -155,13 +155,13 @@ impl Plan {
         let plan = Self {
             on_ms: millis("on_s", file.on_s, [1.0, 10.0], &mut told),
             off_ms: millis("off_s", file.off_s, [1.0, 60.0], &mut told),
-            limits: limited(file.limits, &mut told),
+            limits: complete_limits(file.limits, &mut told),
             electrodes: (file.electrodes.into_iter())
-                .filter_map(|declaration| planned(declaration, &mut told))
+                .filter_map(|declaration| plan_electrode(declaration, &mut told))
                 .collect(),
             wearer: file.wearer,
         };
-        plan.tell(&mut told);
+        plan.list_mistakes(&mut told);
         match told.is_empty() {
             true => Ok(plan),
             false => Err(refused(told)),
@@ -175,7 +175,7 @@ impl Plan {
     /// # Errors
     /// The file has no electrodes, an electrode whose values leave nothing to find, or an electrode
     /// whose threshold holds at no such rate.
-    pub fn of(wearer: &Wearer) -> Result<Self, CalibrationError> {
+    pub fn from_wearer(wearer: &Wearer) -> Result<Self, CalibrationError> {
         let mut told = Vec::new();
         let limits = wearer_limits(wearer).map_err(|why| {
             CalibrationError::Plan(wearer.name.clone(), format!("its limits: {why}"))
@@ -185,8 +185,8 @@ impl Plan {
                 told.push(why);
                 electrode.frequency_hz
             });
-            let [start, step, coarse] =
-                usual(electrode.unit).map(|units| Level::of(units).unwrap_or_default());
+            let [start, step, coarse] = default_levels(electrode.unit)
+                .map(|units| Level::from_units(units).unwrap_or_default());
             PlannedElectrode {
                 channel: electrode.channel,
                 place: electrode.place.clone(),
@@ -204,12 +204,12 @@ impl Plan {
         let electrodes = electrodes.collect();
         let plan = Self {
             wearer: wearer.name.clone(),
-            limits: tightened(limits),
+            limits: tighten_limits(limits),
             on_ms: 1_000,
             off_ms: 1_000,
             electrodes,
         };
-        plan.tell(&mut told);
+        plan.list_mistakes(&mut told);
         match told.is_empty() {
             true => Ok(plan),
             false => Err(CalibrationError::Plan(
@@ -231,10 +231,10 @@ impl Plan {
         u64::from(self.off_ms) * 1000
     }
 
-    fn tell(&self, told: &mut Vec<String>) {
+    fn list_mistakes(&self, told: &mut Vec<String>) {
         let is_plain = |c: char| c.is_ascii_alphanumeric() || c == '-';
         if self.wearer.is_empty() || self.wearer.len() > 60 || !self.wearer.chars().all(is_plain) {
-            let wearer = crate::session::visible(&self.wearer);
+            let wearer = crate::session::escape_control_chars(&self.wearer);
             told.push(format!(
                 "wearer is \"{wearer}\": a pseudonym of 1 to 60 letters, digits and hyphens"
             ));
@@ -259,7 +259,7 @@ fn millis(name: &str, seconds: f64, [least, most]: [f64; 2], told: &mut Vec<Stri
 }
 
 /// Returns a wearer's limits, made as tight as a calibration needs them.
-fn tightened(mut limits: Table) -> Table {
+fn tighten_limits(mut limits: Table) -> Table {
     for (name, most) in MOST_MS {
         let said = limits.get(name).and_then(toml::Value::as_integer);
         limits.insert(name.to_owned(), said.unwrap_or(most).min(most).into());
@@ -269,7 +269,7 @@ fn tightened(mut limits: Table) -> Table {
 
 /// Completes the plan's limits with those that a calibration needs, and reports limits that are too
 /// loose.
-fn limited(mut limits: Table, told: &mut Vec<String>) -> Table {
+fn complete_limits(mut limits: Table, told: &mut Vec<String>) -> Table {
     for (name, most) in MOST_MS {
         let said = limits.entry(name).or_insert(most.into());
         if said.as_integer().is_some_and(|said| said > most) {
@@ -284,7 +284,7 @@ fn limited(mut limits: Table, told: &mut Vec<String>) -> Table {
 
 /// Returns the default start, step and coarse step, in mA or V. For currents the step is that of
 /// Lee 2020 (step 3); the other values are assumed.
-const fn usual(unit: Unit) -> [f64; 3] {
+const fn default_levels(unit: Unit) -> [f64; 3] {
     match unit {
         Unit::Milliampere => [4.0, 0.5, 2.0],
         Unit::Volt => [10.0, 1.0, 4.0],
@@ -307,16 +307,19 @@ fn wearer_limits(wearer: &Wearer) -> Result<Table, String> {
     Ok(limits.cloned().unwrap_or_default())
 }
 
-fn planned(declaration: ElectrodeDeclaration, told: &mut Vec<String>) -> Option<PlannedElectrode> {
+fn plan_electrode(
+    declaration: ElectrodeDeclaration,
+    told: &mut Vec<String>,
+) -> Option<PlannedElectrode> {
     let before = told.len();
     let channel = declaration.channel;
     let stage = match declaration.stage {
         Stage::Current => Unit::Milliampere,
         Stage::Voltage => Unit::Volt,
     };
-    let [start, step, coarse] = usual(stage);
+    let [start, step, coarse] = default_levels(stage);
     let mut level = |name: &str, value: f64| {
-        let level = Level::of(value).filter(|level| level.0 > 0);
+        let level = Level::from_units(value).filter(|level| level.0 > 0);
         if level.is_none() {
             told.push(format!(
                 "channel {channel}: {name} is {value}: allowed are whole thousandths above 0, to \
@@ -345,12 +348,12 @@ fn planned(declaration: ElectrodeDeclaration, told: &mut Vec<String>) -> Option<
         ceiling: ceiling.unwrap_or_default(),
     };
     if told.len() == before {
-        fits(&planned, told);
+        check_electrode(&planned, told);
     }
     (told.len() == before).then_some(planned)
 }
 
-fn fits(plan: &PlannedElectrode, told: &mut Vec<String>) {
+fn check_electrode(plan: &PlannedElectrode, told: &mut Vec<String>) {
     let channel = plan.channel;
     let mut say = |what: String| told.push(format!("channel {channel}: {what}"));
     if !(1..=10).contains(&channel) {

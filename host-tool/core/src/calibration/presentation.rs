@@ -33,17 +33,17 @@ impl Presentation {
     }
 
     /// Makes the presentation ready for another electrode, without an open question.
-    pub const fn renew(&mut self) {
+    pub const fn reset(&mut self) {
         (self.state, self.has_question) = (State::Ready, false);
     }
 
     /// Returns whether a level is being given.
-    pub const fn is_on(&self) -> bool {
+    pub const fn is_stimulating(&self) -> bool {
         matches!(self.state, State::On { .. })
     }
 
     /// Starts the presentation of a level at `t_us`.
-    pub const fn give(&mut self, t_us: u64) {
+    pub const fn start(&mut self, t_us: u64) {
         let until_us = t_us.saturating_add(self.on_us);
         self.state = State::On { until_us };
     }
@@ -51,24 +51,24 @@ impl Presentation {
     /// Ends the presentation at `t_us`, before its time, without asking about the level. If a level
     /// was being given, the muscle rests from `t_us` on.
     pub const fn end(&mut self, t_us: u64) {
-        if self.is_on() {
-            self.rest(t_us);
+        if self.is_stimulating() {
+            self.start_rest(t_us);
         }
         self.has_question = false;
     }
 
     /// Starts the rest at `t_us`.
-    const fn rest(&mut self, t_us: u64) {
+    const fn start_rest(&mut self, t_us: u64) {
         let until_us = t_us.saturating_add(self.off_us);
         self.state = State::Rest { until_us };
     }
 
     /// Advances the time to `t_us`. Returns `true` if the level has just ended; the question about
     /// it is then open.
-    pub const fn pass(&mut self, t_us: u64) -> bool {
+    pub const fn advance_to(&mut self, t_us: u64) -> bool {
         match self.state {
             State::On { until_us } if t_us >= until_us => {
-                self.rest(t_us);
+                self.start_rest(t_us);
                 self.has_question = true;
                 true
             }
@@ -85,10 +85,10 @@ impl Presentation {
     /// # Errors
     /// A [`Refusal`] with the reason: a question is open, a level is being given, or the muscle
     /// still rests.
-    pub fn may_give(&self, t_us: u64) -> Result<(), Refusal> {
+    pub fn check_ready(&self, t_us: u64) -> Result<(), Refusal> {
         match self.state {
-            _ if self.has_question => Err(Refusal::beyond("answer the question first")),
-            State::On { .. } => Err(Refusal::beyond("a level is being given")),
+            _ if self.has_question => Err(Refusal::not_now("answer the question first")),
+            State::On { .. } => Err(Refusal::not_now("a level is being given")),
             State::Rest { until_us } if t_us < until_us => {
                 let rest_s = (until_us - t_us) as f64 / 1e6;
                 Err(Refusal::NotNow(format!(

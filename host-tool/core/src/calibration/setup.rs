@@ -1,7 +1,7 @@
 //! Builds the device's setup for one electrode: an ordinary session with one channel.
 
 use super::{CalibrationError, Plan, PlannedElectrode};
-use crate::run::worn_alike;
+use crate::run::merge_sessions;
 use crate::session::{Session, Unit};
 use toml::{Table, Value};
 
@@ -13,7 +13,7 @@ use toml::{Table, Value};
 pub fn sessions(plan: &Plan) -> Result<Vec<Session>, CalibrationError> {
     let (mut sessions, mut told) = (Vec::new(), Vec::new());
     for planned in &plan.electrodes {
-        let text = text(plan, planned);
+        let text = session_text(plan, planned);
         match Session::parse("the plan", &text) {
             Ok(session) => sessions.push(session),
             Err(error) => told.extend(
@@ -35,15 +35,15 @@ pub fn sessions(plan: &Plan) -> Result<Vec<Session>, CalibrationError> {
 ///
 /// # Errors
 /// The errors of [`sessions`], or two electrodes that need different boards.
-pub fn board(plan: &Plan) -> Result<Session, CalibrationError> {
+pub fn board_session(plan: &Plan) -> Result<Session, CalibrationError> {
     let refused = |why: String| CalibrationError::Plan(plan.wearer.clone(), why);
-    let worn = worn_alike(&sessions(plan)?);
+    let worn = merge_sessions(&sessions(plan)?);
     let worn = worn.map_err(|field| refused(format!("two electrodes differ in {field}")))?;
     worn.ok_or_else(|| refused("there is no [[electrode]]".to_owned()))
 }
 
 /// Returns the text of the session file for an electrode.
-fn text(plan: &Plan, planned: &PlannedElectrode) -> String {
+fn session_text(plan: &Plan, planned: &PlannedElectrode) -> String {
     let (kind, full_scale) = match planned.stage {
         Unit::Milliampere => ("current", "full_scale_ma"),
         Unit::Volt => ("voltage", "full_scale_v"),

@@ -14,7 +14,7 @@ impl PartialLine {
     /// Returns the lines that end in `bytes`, whatever they contain; with `is_last` also the
     /// unfinished rest. A line that is too long is cut, and ends in a character that makes it an
     /// invalid order.
-    pub fn lines(&mut self, bytes: &[u8], is_last: bool) -> Vec<String> {
+    pub fn take_lines(&mut self, bytes: &[u8], is_last: bool) -> Vec<String> {
         let mut lines = Vec::new();
         for byte in bytes {
             match byte {
@@ -49,13 +49,13 @@ mod tests {
         let mut unread = PartialLine::default();
         let long = format!("{{\"order\":\"raise\"}}{}", " ".repeat(40_000));
         let text = format!("one\n\u{fffd}\n{long}\nla");
-        let lines = unread.lines(text.as_bytes(), false);
+        let lines = unread.take_lines(text.as_bytes(), false);
         assert_eq!(lines[..2], ["one", "\u{fffd}"]);
         assert!(lines.len() == 3 && Order::parse(&lines[2]).is_err());
         assert!(unread.bytes.capacity() <= 2 * LONGEST);
-        assert_eq!(unread.lines(b"st", true), ["last"]);
-        assert!(unread.lines(b"", true).is_empty());
-        let broken = unread.lines(b"\xff\xfe\nnext\n", false);
+        assert_eq!(unread.take_lines(b"st", true), ["last"]);
+        assert!(unread.take_lines(b"", true).is_empty());
+        let broken = unread.take_lines(b"\xff\xfe\nnext\n", false);
         assert!(Order::parse(&broken[0]).is_err());
         assert_eq!(broken[1], "next");
     }

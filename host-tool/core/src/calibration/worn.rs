@@ -10,7 +10,7 @@ use std::path::Path;
 ///
 /// A journal has one head for each time that the calibration was begun or resumed. An electrode
 /// whose last step is not among the entries `before` gets the current head, `now`.
-fn heads<'a>(plan: &Plan, before: &'a [Entry], now: &'a Head) -> Vec<&'a Head> {
+fn completion_heads<'a>(plan: &Plan, before: &'a [Entry], now: &'a Head) -> Vec<&'a Head> {
     let mut heads = vec![now; plan.electrodes.len()];
     let mut begun = now;
     for entry in before {
@@ -36,7 +36,7 @@ fn heads<'a>(plan: &Plan, before: &'a [Entry], now: &'a Head) -> Vec<&'a Head> {
 ///
 /// `before` are the journal entries from before this run, `head` is the head of this run, and
 /// `found` has one entry for each electrode of the plan.
-pub fn wearer(
+pub fn compose_wearer(
     plan: &Plan,
     before: &[Entry],
     head: &Head,
@@ -55,7 +55,7 @@ pub fn wearer(
         limits,
         ..Wearer::new(&plan.wearer, evidence, source)
     };
-    let heads = heads(plan, before, head);
+    let heads = completion_heads(plan, before, head);
     for ((planned, found), head) in plan.electrodes.iter().zip(found).zip(heads) {
         if let Some(electrode) = electrode(planned, found) {
             wearer.electrodes.push(electrode);
@@ -114,7 +114,11 @@ fn history(planned: &PlannedElectrode, head: &Head) -> History {
 ///
 /// # Errors
 /// [`CalibrationError::Plan`] with every reason for which the file would be refused.
-pub fn rehearse(plan: &Plan, head: &Head, limits: WearerSpec) -> Result<(), CalibrationError> {
+pub fn check_planned_wearer(
+    plan: &Plan,
+    head: &Head,
+    limits: WearerSpec,
+) -> Result<(), CalibrationError> {
     let results = plan.electrodes.iter().map(|planned| ElectrodeResult {
         placement: Some(planned.start),
         threshold: Some(planned.start),
@@ -125,7 +129,7 @@ pub fn rehearse(plan: &Plan, head: &Head, limits: WearerSpec) -> Result<(), Cali
         is_skipped: false,
     });
     let found: Vec<ElectrodeResult> = results.collect();
-    let text = wearer(plan, &[], head, limits, &found).to_toml();
+    let text = compose_wearer(plan, &[], head, limits, &found).to_toml();
     let read = Wearer::parse("its wearer file", &text);
     read.map(drop)
         .map_err(|error| CalibrationError::Plan(plan.wearer.clone(), error.lines()))

@@ -1,6 +1,6 @@
 //! Cost of a model level, from docs/charts/cycles.csv as of the build of this program.
 
-use crate::session::rung_name;
+use crate::session::level_name;
 use firmware::muscle::Rung;
 use std::sync::LazyLock;
 
@@ -35,7 +35,7 @@ impl Cycles {
 /// Returns the cost of a model level; `None` if it was not measured.
 #[must_use]
 pub fn cycles(rung: Rung) -> Option<Cycles> {
-    let (_, row) = ROWS.iter().find(|(name, _)| *name == rung_name(rung))?;
+    let (_, row) = ROWS.iter().find(|(name, _)| *name == level_name(rung))?;
     let Some(row) = row else {
         return Some(Cycles {
             tick: 0,
@@ -43,19 +43,19 @@ pub fn cycles(rung: Rung) -> Option<Cycles> {
         });
     };
     Some(Cycles {
-        tick: most(row)?,
-        tick_with_pulse: most(&format!("{row}_and_pulse"))?,
+        tick: max_cycles(row)?,
+        tick_with_pulse: max_cycles(&format!("{row}_and_pulse"))?,
     })
 }
 
 /// Returns the model levels to choose from, the most detailed last.
-pub fn rungs() -> impl Iterator<Item = Rung> {
-    let is_known = |rung: &Rung| ROWS.iter().any(|(name, _)| *name == rung_name(*rung));
+pub fn measured_levels() -> impl Iterator<Item = Rung> {
+    let is_known = |rung: &Rung| ROWS.iter().any(|(name, _)| *name == level_name(*rung));
     Rung::ALL.into_iter().filter(is_known)
 }
 
 /// Returns the maximum cycles that an algorithm took; `None` if it was not measured.
-fn most(algorithm: &str) -> Option<u32> {
+fn max_cycles(algorithm: &str) -> Option<u32> {
     static ROWS: LazyLock<Vec<(String, u32)>> = LazyLock::new(|| {
         let mut reader = csv::Reader::from_reader(CYCLES_CSV.as_bytes());
         let headers = reader.headers().cloned().unwrap_or_default();

@@ -2,7 +2,7 @@
 //! the period of telemetry, and the simulated finger's step. Each is found by playing the session
 //! with it.
 
-use super::play::{PlayError, trial};
+use super::play::{PlayError, play_trial};
 use crate::analysis::limit_cycles;
 use crate::record::{Sample, Samples};
 use crate::session::{BodySpec, Session};
@@ -51,24 +51,28 @@ pub fn coarsest(tried: &[Effect], tolerance: f64) -> Option<Effect> {
 ///
 /// # Errors
 /// Returns [`PlayError`] if the session cannot be played.
-pub(super) fn tried(session: &Session, length_us: u64, seed: u64) -> Result<Fidelity, PlayError> {
+pub(super) fn try_settings(
+    session: &Session,
+    length_us: u64,
+    seed: u64,
+) -> Result<Fidelity, PlayError> {
     let mut finest = session.clone();
     finest.duration_us = length_us;
     let mut dense = finest.clone();
     dense.telemetry_ms = TELEMETRY_MS[0];
     let mut fidelity = Fidelity {
-        telemetry: telemetry(&trial(&dense, seed)?.samples),
+        telemetry: telemetry_effects(&play_trial(&dense, seed)?.samples),
         ..Fidelity::default()
     };
     let off = |sessions: Vec<(u32, Session)>| {
         let errors = sessions.par_iter().map(|(us, session)| {
-            let trial = trial(session, seed)?;
+            let trial = play_trial(session, seed)?;
             // A loop that oscillates by itself is not a coarser loop but an unusable one.
             let swings = limit_cycles(&trial).next().is_some();
             let error = if swings {
                 f64::INFINITY
             } else {
-                tracking(&trial.samples)
+                tracking_error(&trial.samples)
             };
             Ok((*us, error))
         });
@@ -91,7 +95,7 @@ pub(super) fn tried(session: &Session, length_us: u64, seed: u64) -> Result<Fide
                 },
             ))
         });
-        fidelity.law = against_finest(&off(all.collect())?, |value, finest| value - finest);
+        fidelity.law = relative_effects(&off(all.collect())?, |value, finest| value - finest);
     }
     if let (Some(BodySpec::Finger(finger)), true) = (&session.body, session.joint.is_some()) {
         let all = STEPS_US.into_iter().map(|step_us| {
@@ -107,13 +111,13 @@ pub(super) fn tried(session: &Session, length_us: u64, seed: u64) -> Result<Fide
             )
         });
         fidelity.step =
-            against_finest(&off(all.collect())?, |value, finest| (value - finest).abs());
+            relative_effects(&off(all.collect())?, |value, finest| (value - finest).abs());
     }
     Ok(fidelity)
 }
 
 /// Returns the effect of each error relative to the first, which is the finest.
-fn against_finest(tried: &[(u32, f64)], off: impl Fn(f64, f64) -> f64) -> Vec<Effect> {
+fn relative_effects(tried: &[(u32, f64)], off: impl Fn(f64, f64) -> f64) -> Vec<Effect> {
     let finest = tried.first().map_or(0.0, |pair| pair.1);
     let effect = |&(us, error): &(u32, f64)| Effect {
         us,
@@ -125,7 +129,7 @@ fn against_finest(tried: &[(u32, f64)], off: impl Fn(f64, f64) -> f64) -> Vec<Ef
 /// Returns the root mean square of wanted minus true angle, as a share of the wanted angle's range.
 /// The first fifth of the session is left out, because the joint is still leaving its initial
 /// position.
-fn tracking(samples: &Samples) -> f64 {
+fn tracking_error(samples: &Samples) -> f64 {
     let settled = samples.iter().skip(samples.len() / 5);
     let both = settled.filter_map(|sample| Some((sample.target_deg?, sample.true_deg?)));
     let (mut sum, mut count, mut low, mut high) = (0.0, 0.0, f64::INFINITY, f64::NEG_INFINITY);
@@ -141,9 +145,14 @@ fn tracking(samples: &Samples) -> f64 {
 }
 
 /// Returns the error of each telemetry period against values reported every millisecond.
-fn telemetry(dense: &Samples) -> Vec<Effect> {
+fn telemetry_effects(dense: &Samples) -> Vec<Effect> {
     let muscles = dense.first().map_or(0, |sample| sample.forces_n.len());
-    let force = |n: usize| -> Vec<f64> { dense.iter().map(|sample| told(&sample, n)).collect() };
+    let force = |n: usize| -> Vec<f64> {
+        dense
+            .iter()
+            .map(|sample| reported_force(&sample, n))
+            .collect()
+    };
     let angle: Vec<f64> = dense
         .iter()
         .filter_map(|sample| sample.measured_deg)
@@ -160,19 +169,19 @@ fn telemetry(dense: &Samples) -> Vec<Effect> {
     let of = |ms: u16| Effect {
         us: u32::from(ms) * 1_000,
         error: (courses.iter())
-            .map(|(course, span)| between(course, ms.into()) / span)
+            .map(|(course, span)| interpolation_error(course, ms.into()) / span)
             .fold(0.0, f64::max),
     };
     TELEMETRY_MS.map(of).to_vec()
 }
 
 /// Returns a muscle's reported force, N.
-fn told(sample: &Sample, muscle: usize) -> f64 {
-    super::play::told(&sample.forces_n, muscle)
+fn reported_force(sample: &Sample, muscle: usize) -> f64 {
+    super::play::force_or_zero(&sample.forces_n, muscle)
 }
 
 /// Returns the largest error of straight lines through every `apart`th point.
-fn between(course: &[f64], apart: usize) -> f64 {
+fn interpolation_error(course: &[f64], apart: usize) -> f64 {
     let pieces = (0..course.len().saturating_sub(apart)).step_by(apart);
     let missed = pieces.flat_map(|from| {
         let (a, b) = (course[from], course[from + apart]);
@@ -185,7 +194,7 @@ fn between(course: &[f64], apart: usize) -> f64 {
 impl Fidelity {
     /// Makes `session` as coarse as `tolerance` allows, and returns a note for people about the
     /// result.
-    pub(super) fn settle(&self, session: &mut Session, tolerance: f64) -> String {
+    pub(super) fn coarsen_session(&self, session: &mut Session, tolerance: f64) -> String {
         let mut note = String::new();
         if let Some(effect) = coarsest(&self.telemetry, tolerance) {
             session.telemetry_ms = (effect.us / 1_000) as u16; // at most 100

@@ -14,14 +14,14 @@ mod pulsed;
 mod stream;
 mod tried;
 
-pub use cost::{Cycles, cycles, rungs};
+pub use cost::{Cycles, cycles, measured_levels};
 pub use fidelity::{Effect, Fidelity, coarsest};
-pub use play::{PlayError, PlayedSession, Pulse, fatigue, forces};
-pub use stream::streaming;
+pub use play::{PlayError, PlayedSession, Pulse, fatigue, muscle_forces};
+pub use stream::with_courses;
 pub use tried::{LevelResult, ModelUses};
 
 use crate::record::Trial;
-use crate::session::{BodySpec, Model, Muscle, Session, Share, rung_name};
+use crate::session::{BodySpec, Model, Muscle, Session, Share, level_name};
 use firmware::muscle::Rung;
 use tried::Trials;
 
@@ -52,7 +52,7 @@ pub struct Need {
 impl Need {
     /// Returns the smallest error of any model level, and that level.
     #[must_use]
-    pub fn least(&self) -> (f64, Rung) {
+    pub fn smallest_error(&self) -> (f64, Rung) {
         let all = self.tried.iter().map(|trial| (trial.error(), trial.rung));
         all.min_by(|a, b| a.0.total_cmp(&b.0))
             .unwrap_or((0.0, self.rung))
@@ -108,7 +108,7 @@ impl From<PlayError> for ChoiceError {
 impl Share {
     /// Returns the share as a fraction, 0 to 1.
     #[must_use]
-    pub fn part(self) -> f64 {
+    pub fn fraction(self) -> f64 {
         f64::from(self.0) * 1e-4
     }
 }
@@ -131,34 +131,34 @@ impl Share {
 /// [`ChoiceError::Unplayed`].
 pub fn choose(session: &Session, tolerance: Share, seed: u64) -> Result<Choice, ChoiceError> {
     let tried_us = session.duration_us.min(session.try_us);
-    let sessions = stream::sessions(session, tried_us);
-    let mut trials = Trials::of(&sessions, seed)?;
+    let sessions = stream::trial_sessions(session, tried_us);
+    let mut trials = Trials::play(&sessions, seed)?;
     let mut needs: Vec<Need> = (session.channels.iter().enumerate())
         .filter_map(|(place, channel)| {
             let muscle = channel.muscle.as_ref()?;
-            let tried = trials.tried(place);
+            let tried = trials.level_results(place);
             let within = tried
                 .iter()
-                .filter(|trial| trial.error() <= tolerance.part());
+                .filter(|trial| trial.error() <= tolerance.fraction());
             let enough = within.min_by(|a, b| a.cost().total_cmp(&b.cost()));
             let enough = enough.map(|trial| trial.rung);
             let mut need = Need {
                 place,
-                uses: trials.uses(place),
+                uses: trials.used_outputs(place),
                 enough,
-                rung: muscle.rung(),
+                rung: muscle.initial_level(),
                 together: 0.0,
                 tried,
                 raised: false,
             };
             if muscle.model == Model::Auto {
-                need.rung = enough.unwrap_or(need.least().1);
+                need.rung = enough.unwrap_or(need.smallest_error().1);
             }
             Some(need)
         })
         .collect();
     loop {
-        let together = trials.together(&models(&needs).collect::<Vec<_>>())?;
+        let together = trials.combined_errors(&chosen_levels(&needs).collect::<Vec<_>>())?;
         for (need, error) in needs.iter_mut().zip(together) {
             need.together = error;
         }
@@ -168,7 +168,7 @@ pub fn choose(session: &Session, tolerance: Share, seed: u64) -> Result<Choice, 
             muscle.is_some_and(|muscle| muscle.model == Model::Auto && muscle.changes.is_empty())
                 && need.enough.is_some()
                 && above
-                && need.together > tolerance.part()
+                && need.together > tolerance.fraction()
         };
         let wrong = needs.iter_mut().filter(is_free);
         let Some(worst) = wrong.max_by(|a, b| a.together.total_cmp(&b.together)) else {
@@ -181,10 +181,14 @@ pub fn choose(session: &Session, tolerance: Share, seed: u64) -> Result<Choice, 
     Ok(Choice {
         tolerance,
         tried_us,
-        plays: trials.plays(),
+        plays: trials.play_count(),
         sessions: sessions.len(),
         fidelity: match session.has_fidelity {
-            true => fidelity::tried(&with(session, models(&needs)), tried_us, seed)?,
+            true => fidelity::try_settings(
+                &with_levels(session, chosen_levels(&needs)),
+                tried_us,
+                seed,
+            )?,
             false => Fidelity::default(),
         },
         needs,
@@ -192,12 +196,12 @@ pub fn choose(session: &Session, tolerance: Share, seed: u64) -> Result<Choice, 
 }
 
 /// Returns the model level that each channel gets, by index.
-fn models(needs: &[Need]) -> impl Iterator<Item = (usize, Rung)> {
+fn chosen_levels(needs: &[Need]) -> impl Iterator<Item = (usize, Rung)> {
     needs.iter().map(|need| (need.place, need.rung))
 }
 
 /// Returns `session` with the model levels that its channels get, by index.
-fn with(session: &Session, rungs: impl IntoIterator<Item = (usize, Rung)>) -> Session {
+fn with_levels(session: &Session, rungs: impl IntoIterator<Item = (usize, Rung)>) -> Session {
     let mut session = session.clone();
     for (place, rung) in rungs {
         if let Some(muscle) = &mut session.channels[place].muscle {
@@ -214,19 +218,19 @@ fn with(session: &Session, rungs: impl IntoIterator<Item = (usize, Rung)>) -> Se
 ///
 /// # Errors
 /// [`ChoiceError::NoRung`] if the session has a `[fidelity]` that no model meets.
-pub fn settle(session: &mut Session) -> Result<(), ChoiceError> {
+pub fn resolve_auto_models(session: &mut Session) -> Result<(), ChoiceError> {
     let is_auto = |muscle: &Muscle| muscle.model == Model::Auto;
     let mut muscles = session.channels.iter().filter_map(|c| c.muscle.as_ref());
     if !muscles.any(is_auto) && !session.has_fidelity {
         return Ok(());
     }
     let tried_us = session.duration_us.min(session.try_us);
-    let found = match pulsed::decide(session) {
-        true => pulsed::rungs(session, tried_us, SEED)
+    let found = match pulsed::is_decided_by_pulses(session) {
+        true => pulsed::choose_levels(session, tried_us, SEED)
             .map(|found| (found, None))
             .map_err(ChoiceError::from),
         false => choose(session, session.tolerance, SEED)
-            .map(|choice| (models(&choice.needs).collect(), Some(choice))),
+            .map(|choice| (chosen_levels(&choice.needs).collect(), Some(choice))),
     };
     let (found, choice) = match found {
         Ok(found) => found,
@@ -239,8 +243,8 @@ pub fn settle(session: &mut Session) -> Result<(), ChoiceError> {
     };
     let choice = choice.filter(|_| session.has_fidelity);
     if let Some(choice) = &choice {
-        choice.refuse(session)?;
-        session.notes.extend(choice.coarse(session));
+        choice.check_tolerance(session)?;
+        session.notes.extend(choice.tolerance_notes(session));
     }
     if tried_us < session.duration_us {
         session.notes.push(format!(
@@ -249,9 +253,11 @@ pub fn settle(session: &mut Session) -> Result<(), ChoiceError> {
             session.duration_us as f64 * 1e-6,
         ));
     }
-    *session = with(session, found);
+    *session = with_levels(session, found);
     if let Some(choice) = &choice {
-        let note = choice.fidelity.settle(session, choice.tolerance.part());
+        let note = choice
+            .fidelity
+            .coarsen_session(session, choice.tolerance.fraction());
         session
             .notes
             .push(format!("fidelity {}: {note}", choice.tolerance));
@@ -261,7 +267,7 @@ pub fn settle(session: &mut Session) -> Result<(), ChoiceError> {
 
 /// Gives `"auto"` models and `[fidelity]` the values that they had in this trial. Returns whether
 /// the trial records all of them.
-pub fn recall(session: &mut Session, trial: &Trial) -> bool {
+pub fn restore_choice(session: &mut Session, trial: &Trial) -> bool {
     let mut is_known = !session.has_fidelity || trial.fidelity.is_some();
     for channel in &mut session.channels {
         let Some(muscle) = &mut channel.muscle else {
@@ -272,7 +278,7 @@ pub fn recall(session: &mut Session, trial: &Trial) -> bool {
         let name = of.and_then(|channel_info| channel_info.model.as_deref());
         let rung = Rung::ALL
             .into_iter()
-            .find(|level| Some(rung_name(*level)) == name);
+            .find(|level| Some(level_name(*level)) == name);
         muscle.auto = rung.unwrap_or(muscle.auto);
         is_known &= rung.is_some();
     }
@@ -293,13 +299,13 @@ pub fn recall(session: &mut Session, trial: &Trial) -> bool {
 impl Choice {
     /// Returns a note for each channel whose model the file fixes and whose error exceeds the
     /// tolerance.
-    fn coarse(&self, session: &Session) -> Vec<String> {
-        let coarse = |need: &&Need| need.together > self.tolerance.part();
+    fn tolerance_notes(&self, session: &Session) -> Vec<String> {
+        let coarse = |need: &&Need| need.together > self.tolerance.fraction();
         let told = self.needs.iter().filter(coarse).map(|need| {
             format!(
                 "channel {}: `{}`, as the file says, errs by {:.2} %: more than the tolerance of {}",
                 session.channels[need.place].number,
-                rung_name(need.rung),
+                level_name(need.rung),
                 100.0 * need.together,
                 self.tolerance,
             )
@@ -311,16 +317,16 @@ impl Choice {
     ///
     /// # Errors
     /// [`ChoiceError::NoRung`] for the first channel for which no level is accurate enough.
-    pub fn refuse(&self, session: &Session) -> Result<(), ChoiceError> {
+    pub fn check_tolerance(&self, session: &Session) -> Result<(), ChoiceError> {
         let Some(need) = self.needs.iter().find(|need| need.enough.is_none()) else {
             return Ok(());
         };
-        let (least, best) = need.least();
+        let (least, best) = need.smallest_error();
         Err(ChoiceError::NoRung {
             channel: session.channels[need.place].number,
             tolerance: self.tolerance,
             least_percent: (least * 1e4).ceil() * 1e-2,
-            best: rung_name(best),
+            best: level_name(best),
         })
     }
 }

@@ -35,17 +35,20 @@ pub struct PlayedSession {
 }
 
 /// Plays `session` and returns its recorded trial.
-pub(super) fn trial(session: &Session, seed: u64) -> Result<Trial, PlayError> {
-    Ok(played(session, seed)?.0.trial)
+pub(super) fn play_trial(session: &Session, seed: u64) -> Result<Trial, PlayError> {
+    Ok(play_session(session, seed)?.0.trial)
 }
 
 /// Returns a muscle's force in a list of forces, N; 0 if none was reported.
-pub(super) fn told(forces_n: &[Option<f64>], muscle: usize) -> f64 {
+pub(super) fn force_or_zero(forces_n: &[Option<f64>], muscle: usize) -> f64 {
     forces_n.get(muscle).copied().flatten().unwrap_or(0.0)
 }
 
 /// Plays `session` in memory to its end.
-fn played(session: &Session, seed: u64) -> Result<(Outcome, Option<Box<dyn Port>>), PlayError> {
+fn play_session(
+    session: &Session,
+    seed: u64,
+) -> Result<(Outcome, Option<Box<dyn Port>>), PlayError> {
     let file = SessionFile {
         name: String::new(),
         text: String::new(),
@@ -64,8 +67,8 @@ impl PlayedSession {
     ///
     /// # Errors
     /// Returns [`PlayError`] if the session cannot be played.
-    pub fn of(session: &Session, seed: u64) -> Result<Self, PlayError> {
-        let (outcome, mut port) = played(session, seed)?;
+    pub fn play(session: &Session, seed: u64) -> Result<Self, PlayError> {
+        let (outcome, mut port) = play_session(session, seed)?;
         let world = port.as_mut().and_then(|port| port.world());
         let epoch = outcome.epoch_us.unwrap_or(0); // it ran to its end
         let end = epoch + session.duration_us;
@@ -74,8 +77,12 @@ impl PlayedSession {
         let felt = session.channels.iter().map(|channel| {
             let train = trains[usize::from(channel.index())].iter();
             let own = train.filter(|pulse| pulse.start_us >= epoch);
-            let gains =
-                own.filter_map(|pulse| Some((pulse.start_us - epoch, gain(channel, pulse.code)?)));
+            let gains = own.filter_map(|pulse| {
+                Some((
+                    pulse.start_us - epoch,
+                    recruited_share(channel, pulse.code)?,
+                ))
+            });
             gains.collect()
         });
         let reports = outcome.trial.samples.iter();
@@ -91,14 +98,14 @@ impl PlayedSession {
     }
 
     /// Returns the true force of a channel's muscle at these ascending times, N.
-    pub fn truth(&self, muscle: &Muscle, channel: usize, times_us: &[u64]) -> Vec<f64> {
-        forces(muscle, &self.pulses[channel], times_us.iter().copied())
+    pub fn true_force(&self, muscle: &Muscle, channel: usize, times_us: &[u64]) -> Vec<f64> {
+        muscle_forces(muscle, &self.pulses[channel], times_us.iter().copied())
     }
 }
 
 /// Returns the share of a channel's muscle that a pulse of this code recruits; `None` below the
 /// motor threshold. A code is rounded down, so the threshold's own code lies just below it.
-fn gain(channel: &Channel, code: u16) -> Option<f64> {
+fn recruited_share(channel: &Channel, code: u16) -> Option<f64> {
     let recruits = channel.muscle.as_ref()?.recruitment;
     let step = f64::from(channel.spec.stage.full_scale().get()) / 65_535.0;
     let milli = f64::from(code) * step;
@@ -110,7 +117,11 @@ fn gain(channel: &Channel, code: u16) -> Option<f64> {
 
 /// Returns the force of a muscle under these pulses at these ascending times, N. It uses equations
 /// (2) to (4) of Lee 2020 and those of Ding 2003, in f64, and shares no code with the device.
-pub fn forces(muscle: &Muscle, pulses: &[Pulse], times_us: impl Iterator<Item = u64>) -> Vec<f64> {
+pub fn muscle_forces(
+    muscle: &Muscle,
+    pulses: &[Pulse],
+    times_us: impl Iterator<Item = u64>,
+) -> Vec<f64> {
     let tires = muscle.fatigue.as_ref().map_or(Fatigue::NEVER, fatigue);
     let mut truth = FatiguingMuscle::new(parameters(muscle), tires);
     let mut due = pulses.iter().peekable();

@@ -11,7 +11,7 @@ const LOOKS_US: [u64; 3] = [1_000_000, 5_000_000, u64::MAX];
 
 /// Returns whether pulses alone decide the models of `session`, whatever the models' errors: the
 /// levels below report nothing, which is completely wrong, and there are none above.
-pub(super) fn decide(session: &Session) -> bool {
+pub(super) fn is_decided_by_pulses(session: &Session) -> bool {
     let tires = |c: &Channel| {
         c.muscle
             .as_ref()
@@ -19,7 +19,7 @@ pub(super) fn decide(session: &Session) -> bool {
     };
     let mut channels = session.channels.iter();
     !session.has_fidelity
-        && session.tolerance.part() < 1.0
+        && session.tolerance.fraction() < 1.0
         && session.setpoints.bounds.is_empty()
         && !channels.any(|c| c.force.is_some() || tires(c))
 }
@@ -29,7 +29,7 @@ pub(super) fn decide(session: &Session) -> bool {
 ///
 /// # Errors
 /// Returns [`PlayError`] if the session cannot be played.
-pub(super) fn rungs(
+pub(super) fn choose_levels(
     session: &Session,
     length_us: u64,
     seed: u64,
@@ -50,7 +50,7 @@ pub(super) fn rungs(
             break;
         }
         look.duration_us = length_us.min(look_us);
-        let played = PlayedSession::of(&look, seed)?;
+        let played = PlayedSession::play(&look, seed)?;
         for (place, rung, is_read) in &mut rungs {
             if *is_read && !played.pulses[*place].is_empty() {
                 *rung = Rung::CalciumForce;

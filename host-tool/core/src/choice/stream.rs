@@ -9,20 +9,26 @@ const APART_US: u64 = 2_000_000;
 /// worst courses within them, on all such channels at once. These are: held at the top, which tires
 /// most; swung between the ends as fast as allowed; single short bursts; a slow way up and down;
 /// and held low, where an error is large compared with the peak.
-pub(super) fn sessions(session: &Session, length_us: u64) -> Vec<Session> {
+pub(super) fn trial_sessions(session: &Session, length_us: u64) -> Vec<Session> {
     let mut all = vec![session.clone()];
     if session.setpoints.bounds.is_empty() {
         return all;
     }
-    for course in [held_high, swung, bursts, slow, held_low] {
-        all.push(streaming(session, |bounds| course(bounds, length_us)));
+    for course in [
+        high_course,
+        swing_course,
+        burst_course,
+        slow_course,
+        low_course,
+    ] {
+        all.push(with_courses(session, |bounds| course(bounds, length_us)));
     }
     all
 }
 
 /// Returns `session` with these courses for the channels to which a live client streams. Forces are
 /// mN at µs, amplitudes are thousandths of their unit at µs.
-pub fn streaming(session: &Session, mut of: impl FnMut(&Bounds) -> Vec<(u64, u32)>) -> Session {
+pub fn with_courses(session: &Session, mut of: impl FnMut(&Bounds) -> Vec<(u64, u32)>) -> Session {
     let mut session = session.clone();
     let setpoints = &mut session.setpoints;
     for bounds in setpoints.bounds.clone() {
@@ -49,7 +55,7 @@ pub fn streaming(session: &Session, mut of: impl FnMut(&Bounds) -> Vec<(u64, u32
 impl Bounds {
     /// Returns the shortest time for the way from one value to another, µs; 1 for a step.
     #[must_use]
-    pub fn way_us(&self, from: u32, to: u32) -> u64 {
+    pub fn shortest_change_us(&self, from: u32, to: u32) -> u64 {
         let way = u64::from(from.abs_diff(to)) * 1_000_000;
         self.per_s
             .map_or(1, |per_s| (way / u64::from(per_s.max(1))).max(1))
@@ -57,7 +63,7 @@ impl Bounds {
 
     /// Returns a course from rest through these values, each kept for its given time, until
     /// `length_us`.
-    pub fn through(
+    pub fn course_through(
         &self,
         values: impl IntoIterator<Item = (u32, u64)>,
         length_us: u64,
@@ -68,7 +74,7 @@ impl Bounds {
             if at_us >= length_us {
                 break;
             }
-            at_us += self.way_us(last, value);
+            at_us += self.shortest_change_us(last, value);
             points.push((at_us, value));
             at_us += stay_us.max(1);
             points.push((at_us, value));
@@ -78,27 +84,27 @@ impl Bounds {
     }
 }
 
-fn held_high(bounds: &Bounds, length_us: u64) -> Vec<(u64, u32)> {
-    bounds.through([(bounds.most, length_us)], length_us)
+fn high_course(bounds: &Bounds, length_us: u64) -> Vec<(u64, u32)> {
+    bounds.course_through([(bounds.most, length_us)], length_us)
 }
 
-fn held_low(bounds: &Bounds, length_us: u64) -> Vec<(u64, u32)> {
+fn low_course(bounds: &Bounds, length_us: u64) -> Vec<(u64, u32)> {
     let low = bounds.least + (bounds.most - bounds.least).div_ceil(5);
-    bounds.through([(low, length_us)], length_us)
+    bounds.course_through([(low, length_us)], length_us)
 }
 
-fn swung(bounds: &Bounds, length_us: u64) -> Vec<(u64, u32)> {
+fn swing_course(bounds: &Bounds, length_us: u64) -> Vec<(u64, u32)> {
     let ends = [bounds.most, bounds.least].map(|end| (end, bounds.shortest_us));
-    bounds.through(ends.into_iter().cycle(), length_us)
+    bounds.course_through(ends.into_iter().cycle(), length_us)
 }
 
-fn bursts(bounds: &Bounds, length_us: u64) -> Vec<(u64, u32)> {
+fn burst_course(bounds: &Bounds, length_us: u64) -> Vec<(u64, u32)> {
     let apart_us = bounds.shortest_us.max(APART_US);
     let burst = [(bounds.most, bounds.shortest_us), (bounds.least, apart_us)];
-    bounds.through(burst.into_iter().cycle(), length_us)
+    bounds.course_through(burst.into_iter().cycle(), length_us)
 }
 
-fn slow(bounds: &Bounds, length_us: u64) -> Vec<(u64, u32)> {
+fn slow_course(bounds: &Bounds, length_us: u64) -> Vec<(u64, u32)> {
     let middle = (length_us / 2).max(2);
     vec![
         (0, bounds.least),

@@ -1,7 +1,7 @@
 //! Errors of the outputs in use, for a session on each model level.
 
-use super::cost::{Cycles, cycles, rungs};
-use super::play::{PlayError, PlayedSession, told};
+use super::cost::{Cycles, cycles, measured_levels};
+use super::play::{PlayError, PlayedSession, force_or_zero};
 use crate::session::{Muscle, Session};
 use firmware::muscle::Rung;
 use rayon::prelude::*;
@@ -44,7 +44,7 @@ impl LevelResult {
     }
 
     /// Returns the larger errors and costs of two sessions.
-    fn worse(self, other: &Self) -> Self {
+    fn max_with(self, other: &Self) -> Self {
         let larger = |a: Option<f64>, b: Option<f64>| a.map(|a| a.max(b.unwrap_or(0.0))).or(b);
         Self {
             report: larger(self.report, other.report),
@@ -69,29 +69,31 @@ pub(super) struct Trials<'a>(Vec<Trial<'a>>);
 
 impl<'a> Trials<'a> {
     /// Plays each of `sessions` once for each model level that can make a difference.
-    pub(super) fn of(sessions: &'a [Session], seed: u64) -> Result<Self, PlayError> {
-        let all = sessions.par_iter().map(|session| Trial::of(session, seed));
+    pub(super) fn play(sessions: &'a [Session], seed: u64) -> Result<Self, PlayError> {
+        let all = sessions
+            .par_iter()
+            .map(|session| Trial::play(session, seed));
         Ok(Self(all.collect::<Result<_, _>>()?))
     }
 
     /// Returns the results of a channel's model levels in the worst of the sessions.
-    pub(super) fn tried(&self, place: usize) -> Vec<LevelResult> {
+    pub(super) fn level_results(&self, place: usize) -> Vec<LevelResult> {
         let each = self.0.iter().map(|trial| trial.tried[place].clone());
         let worse = |a: Vec<LevelResult>, b: Vec<LevelResult>| {
             let both = a.into_iter().zip(b);
-            both.map(|(a, b)| a.worse(&b)).collect()
+            both.map(|(a, b)| a.max_with(&b)).collect()
         };
         each.reduce(worse).unwrap_or_default()
     }
 
     /// Returns the number of plays so far.
-    pub(super) fn plays(&self) -> usize {
+    pub(super) fn play_count(&self) -> usize {
         self.0.iter().map(|trial| trial.plays).sum()
     }
 
     /// Returns the outputs in use of a channel, which are the same in every session.
-    pub(super) fn uses(&self, place: usize) -> ModelUses {
-        let first = self.0.first().map(|trial| trial.uses(place));
+    pub(super) fn used_outputs(&self, place: usize) -> ModelUses {
+        let first = self.0.first().map(|trial| trial.used_outputs(place));
         first.unwrap_or(ModelUses {
             report: false,
             steering: false,
@@ -100,8 +102,11 @@ impl<'a> Trials<'a> {
 
     /// Returns the error of each of these channels in the worst session, with all of them on these
     /// levels at once.
-    pub(super) fn together(&mut self, all: &[(usize, Rung)]) -> Result<Vec<f64>, PlayError> {
-        let each = self.0.par_iter_mut().map(|trial| trial.together(all));
+    pub(super) fn combined_errors(&mut self, all: &[(usize, Rung)]) -> Result<Vec<f64>, PlayError> {
+        let each = self
+            .0
+            .par_iter_mut()
+            .map(|trial| trial.combined_errors(all));
         let each: Vec<Vec<f64>> = each.collect::<Result<_, _>>()?;
         let worst = |n: usize| each.iter().map(|values| values[n]).fold(0.0, f64::max);
         Ok((0..all.len()).map(worst).collect())
@@ -124,24 +129,25 @@ struct Trial<'a> {
 
 impl<'a> Trial<'a> {
     /// Plays `session` once for each model level that can make a difference.
-    fn of(session: &'a Session, seed: u64) -> Result<Self, PlayError> {
+    fn play(session: &'a Session, seed: u64) -> Result<Self, PlayError> {
         let muscles = || session.channels.iter().filter_map(|c| c.muscle.as_ref());
-        let fullest = muscles().map(fullest_of).max();
+        let fullest = muscles().map(most_detailed_level).max();
         let steers = session.channels.iter().any(|c| c.force.is_some());
         let matters = |rung: &Rung| {
             // A model that does not run reports nothing, which needs no trial.
             Some(*rung) <= fullest && (steers || cycles(*rung).is_none_or(|cycles| cycles.tick > 0))
         };
-        let all: Vec<Rung> = rungs().filter(matters).collect();
+        let all: Vec<Rung> = measured_levels().filter(matters).collect();
         let played = all.into_par_iter().map(|rung| {
-            let mut variant = on_rungs(session, |_, muscle| rung.min(fullest_of(muscle)));
+            let mut variant =
+                session_at_levels(session, |_, muscle| rung.min(most_detailed_level(muscle)));
             // Later changes in the file are not an effect of this model level.
             let muscles = variant
                 .channels
                 .iter_mut()
                 .filter_map(|c| c.muscle.as_mut());
             muscles.for_each(|muscle| muscle.changes.clear());
-            Ok((rung, PlayedSession::of(&variant, seed)?))
+            Ok((rung, PlayedSession::play(&variant, seed)?))
         });
         let played: Vec<(Rung, PlayedSession)> = played.collect::<Result<_, PlayError>>()?;
         let mut trials = Self {
@@ -153,12 +159,12 @@ impl<'a> Trial<'a> {
             steered: Vec::new(),
         };
         let places: Vec<usize> = (0..session.channels.len()).collect();
-        let judged = places.into_par_iter().map(|place| trials.judge(place));
+        let judged = places.into_par_iter().map(|place| trials.try_levels(place));
         (trials.tried, trials.steered) = judged.collect::<Vec<_>>().into_iter().unzip();
         Ok(trials)
     }
 
-    fn uses(&self, place: usize) -> ModelUses {
+    fn used_outputs(&self, place: usize) -> ModelUses {
         let channel = &self.session.channels[place];
         ModelUses {
             report: channel.muscle.as_ref().is_some_and(|muscle| muscle.report),
@@ -168,11 +174,11 @@ impl<'a> Trial<'a> {
 
     /// Returns the results of a channel on each model level, and its true force at each ms under
     /// the most detailed.
-    fn judge(&self, place: usize) -> (Vec<LevelResult>, Vec<f64>) {
+    fn try_levels(&self, place: usize) -> (Vec<LevelResult>, Vec<f64>) {
         let Some(muscle) = &self.session.channels[place].muscle else {
             return Default::default();
         };
-        let (uses, top) = (self.uses(place), fullest_of(muscle));
+        let (uses, top) = (self.used_outputs(place), most_detailed_level(muscle));
         let on = |rung: Rung| {
             self.played
                 .iter()
@@ -183,10 +189,10 @@ impl<'a> Trial<'a> {
             return Default::default(); // every muscle's fullest was played
         };
         let steered = match uses.steering {
-            true => best.truth(muscle, place, &milliseconds(best)),
+            true => best.true_force(muscle, place, &millisecond_times(best)),
             false => Vec::new(),
         };
-        let tried = rungs().filter(|rung| *rung <= top).map(|rung| {
+        let tried = measured_levels().filter(|rung| *rung <= top).map(|rung| {
             let played = on(rung);
             let (report, steering) = match played {
                 Some(played) => self.errors(place, muscle, played, &steered),
@@ -220,29 +226,29 @@ impl<'a> Trial<'a> {
         let before = &self.session.channels[..place];
         let column = before.iter().filter(|c| c.muscle.is_some()).count();
         let times: Vec<u64> = played.reports.iter().map(|report| report.0).collect();
-        let truth = played.truth(muscle, place, &times);
+        let truth = played.true_force(muscle, place, &times);
         let said = played.reports.iter();
-        let said = said.map(|(_, forces)| told(forces, column));
-        let report = worst(&truth, said, RESOLUTION_N);
+        let said = said.map(|(_, forces)| force_or_zero(forces, column));
+        let report = worst_error(&truth, said, RESOLUTION_N);
         let steering = (!steered.is_empty()).then(|| {
-            let true_force = played.truth(muscle, place, &milliseconds(played));
-            worst(steered, true_force.into_iter(), 0.0)
+            let true_force = played.true_force(muscle, place, &millisecond_times(played));
+            worst_error(steered, true_force.into_iter(), 0.0)
         });
         (Some(report), steering)
     }
 
     /// Returns the error of each of these channels, with all of them on these levels at once.
-    fn together(&mut self, all: &[(usize, Rung)]) -> Result<Vec<f64>, PlayError> {
+    fn combined_errors(&mut self, all: &[(usize, Rung)]) -> Result<Vec<f64>, PlayError> {
         let of = |place: usize, muscle: &Muscle| {
             let found = all.iter().find(|pair| pair.0 == place);
-            found.map_or(muscle.rung(), |pair| pair.1)
+            found.map_or(muscle.initial_level(), |pair| pair.1)
         };
-        let variant = on_rungs(self.session, of);
+        let variant = session_at_levels(self.session, of);
         let same = self.played.iter().find(|(rung, _)| {
             all.iter().all(|(place, own)| {
                 let muscle = self.session.channels[*place].muscle.as_ref();
                 muscle.is_some_and(|muscle| {
-                    *own == fullest_of(muscle).min(*rung) && muscle.changes.is_empty()
+                    *own == most_detailed_level(muscle).min(*rung) && muscle.changes.is_empty()
                 })
             })
         });
@@ -251,7 +257,7 @@ impl<'a> Trial<'a> {
             Some((_, played)) => played,
             None => {
                 self.plays += 1;
-                anew = PlayedSession::of(&variant, self.seed)?;
+                anew = PlayedSession::play(&variant, self.seed)?;
                 &anew
             }
         };
@@ -259,7 +265,7 @@ impl<'a> Trial<'a> {
             let Some(muscle) = &self.session.channels[place].muscle else {
                 return 0.0;
             };
-            let uses = self.uses(place);
+            let uses = self.used_outputs(place);
             let (report, steering) = self.errors(place, muscle, played, &self.steered[place]);
             let report = report.filter(|_| uses.report).unwrap_or(0.0);
             report.max(steering.filter(|_| uses.steering).unwrap_or(0.0))
@@ -269,15 +275,15 @@ impl<'a> Trial<'a> {
 }
 
 /// Returns the most detailed model level that a muscle allows.
-fn fullest_of(muscle: &Muscle) -> Rung {
+fn most_detailed_level(muscle: &Muscle) -> Rung {
     match muscle.fatigue {
         Some(_) => Rung::CalciumForceFatigue,
         None => Rung::CalciumForce,
     }
 }
 
-/// Returns the part of `session` that is tried, with its muscles on the levels that `of` returns.
-fn on_rungs(session: &Session, of: impl Fn(usize, &Muscle) -> Rung) -> Session {
+/// Returns the part of `session` that is tried, with its muscles on the levels that `play` returns.
+fn session_at_levels(session: &Session, of: impl Fn(usize, &Muscle) -> Rung) -> Session {
     let mut variant = session.clone();
     variant.duration_us = session.duration_us.min(session.try_us);
     for (place, channel) in variant.channels.iter_mut().enumerate() {
@@ -290,13 +296,13 @@ fn on_rungs(session: &Session, of: impl Fn(usize, &Muscle) -> Rung) -> Session {
 }
 
 /// Returns every millisecond of the played session, µs.
-fn milliseconds(played: &PlayedSession) -> Vec<u64> {
+fn millisecond_times(played: &PlayedSession) -> Vec<u64> {
     (0..=played.length_us / 1000).map(|ms| ms * 1000).collect()
 }
 
 /// Returns the largest difference at any moment, minus the resolution, as a share of the largest
 /// true force; 0 without any difference.
-fn worst(truth: &[f64], other: impl Iterator<Item = f64>, resolution: f64) -> f64 {
+fn worst_error(truth: &[f64], other: impl Iterator<Item = f64>, resolution: f64) -> f64 {
     let peak = truth.iter().copied().fold(0.0, f64::max);
     let off = truth
         .iter()

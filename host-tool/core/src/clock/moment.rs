@@ -41,7 +41,7 @@ impl Moment {
 
 /// Returns the date, such as `2026-11-27`, and hour, minute and second, for `seconds` since 1970.
 fn date_and_time(seconds: i64) -> (String, [i64; 3]) {
-    let (year, month, day) = civil(seconds.div_euclid(SECONDS_PER_DAY));
+    let (year, month, day) = civil_from_days(seconds.div_euclid(SECONDS_PER_DAY));
     let second = seconds.rem_euclid(SECONDS_PER_DAY);
     let time = [second / 3600, second / 60 % 60, second % 60];
     (format!("{year:04}-{month:02}-{day:02}"), time)
@@ -51,7 +51,7 @@ fn date_and_time(seconds: i64) -> (String, [i64; 3]) {
 ///
 /// The method is `civil_from_days` of H. Hinnant, "chrono-Compatible Low-Level Date Algorithms"
 /// (2013): years begin in March, so that the leap day is a year's last day.
-const fn civil(days: i64) -> (i64, i64, i64) {
+const fn civil_from_days(days: i64) -> (i64, i64, i64) {
     let from_march_0000 = days + 719_468;
     let era = from_march_0000.div_euclid(146_097); // 400 years
     let day_of_era = from_march_0000.rem_euclid(146_097);

@@ -9,7 +9,7 @@ pub(crate) struct Decimal {
 
 impl Decimal {
     /// Returns a whole number as a decimal.
-    pub(crate) const fn of(digits: i128) -> Self {
+    pub(crate) const fn from_integer(digits: i128) -> Self {
         Self {
             digits,
             exponent: 0,
@@ -55,22 +55,26 @@ impl Decimal {
 }
 
 /// Formats `value` · 10^−`places` for people.
-pub(crate) fn in_units(value: i64, places: i32) -> String {
+pub(crate) fn format_scaled(value: i64, places: i32) -> String {
     (value as f64 / 10_f64.powi(places)).to_string()
 }
 
 /// Formats a range whose bounds are in 10^−`places`, for example "0.5 to 200".
-pub(crate) fn between(min: i64, max: i64, places: i32) -> String {
-    format!("{} to {}", in_units(min, places), in_units(max, places))
+pub(crate) fn format_range(min: i64, max: i64, places: i32) -> String {
+    format!(
+        "{} to {}",
+        format_scaled(min, places),
+        format_scaled(max, places)
+    )
 }
 
 /// Returns the TOML number in `text` times 10^`power`, as the nearest float to the exact product; a
 /// multiplication of floats could be off in the last digit.
-pub(crate) fn shifted(text: &str, power: i32) -> Option<f64> {
+pub(crate) fn parse_scaled(text: &str, power: i32) -> Option<f64> {
     let text = text.replace('_', "");
     for (prefix, radix) in [("0x", 16), ("0o", 8), ("0b", 2)] {
         if let Some(digits) = text.strip_prefix(prefix) {
-            return shifted(
+            return parse_scaled(
                 &i128::from_str_radix(digits, radix).ok()?.to_string(),
                 power,
             );
@@ -84,9 +88,9 @@ pub(crate) fn shifted(text: &str, power: i32) -> Option<f64> {
     format!("{mantissa}e{exponent}").parse().ok()
 }
 
-/// Formats `value` · 10^`power` as TOML, with the fewest digits from which [`shifted`] gives
+/// Formats `value` · 10^`power` as TOML, with the fewest digits from which [`parse_scaled`] gives
 /// `value` again.
-pub(crate) fn written(value: f64, power: i32) -> String {
+pub(crate) fn format_toml_number(value: f64, power: i32) -> String {
     let text = format!("{value:e}");
     let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
     let exponent = exponent.parse::<i32>().unwrap_or_default() + power;
@@ -149,7 +153,7 @@ mod tests {
         for milli in (0..200_000).step_by(7) {
             let text = format!("{}.{:03}", milli / 1000, milli % 1000);
             assert_eq!(Decimal::parse(&text).unwrap().scaled(3), Some(milli));
-            assert_eq!(in_units(milli, 3).parse::<f64>(), text.parse());
+            assert_eq!(format_scaled(milli, 3).parse::<f64>(), text.parse());
         }
     }
 
@@ -164,8 +168,8 @@ mod tests {
                 if !value.is_finite() || !(1e-290..1e290).contains(&value.abs()) {
                     continue;
                 }
-                let text = written(value, power);
-                let again = shifted(&text, -power).unwrap();
+                let text = format_toml_number(value, power);
+                let again = parse_scaled(&text, -power).unwrap();
                 assert_eq!(again.to_bits(), value.to_bits(), "{value:e}: {text}");
                 text.parse::<f64>().unwrap();
             }
@@ -179,11 +183,11 @@ mod tests {
             (4e-5, 0, "0.00004"),
             (1e-9, 0, "1e-9"),
         ] {
-            assert_eq!(written(value, power), text);
+            assert_eq!(format_toml_number(value, power), text);
         }
-        assert_eq!(shifted("1_2", -3), Some(0.012));
-        assert_eq!(shifted("0xe", -3), Some(0.014));
-        assert_eq!(shifted("4.2E1", -3), Some(0.042));
-        assert_eq!(shifted("12:00", 0), None);
+        assert_eq!(parse_scaled("1_2", -3), Some(0.012));
+        assert_eq!(parse_scaled("0xe", -3), Some(0.014));
+        assert_eq!(parse_scaled("4.2E1", -3), Some(0.042));
+        assert_eq!(parse_scaled("12:00", 0), None);
     }
 }

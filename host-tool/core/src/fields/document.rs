@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use super::error::{Place, Problem};
 use super::refused::SessionError;
-use super::visible::{blanked, visible};
+use super::visible::{blank_control_chars, escape_control_chars};
 
 /// Longest quotation of a value in a message, characters.
 const LONGEST_GIVEN: usize = 100;
@@ -25,47 +25,47 @@ pub(crate) struct Document {
 impl Document {
     pub(crate) fn new(name: &str, text: &str) -> Self {
         Self {
-            name: visible(name),
-            text: blanked(text).into(),
+            name: escape_control_chars(name),
+            text: blank_control_chars(text).into(),
             told: RefCell::default(),
             doubts: RefCell::default(),
         }
     }
 
     /// Adds all errors of another file.
-    pub(crate) fn tell(&self, e: SessionError) {
-        self.told.borrow_mut().extend(e.each());
+    pub(crate) fn report_all(&self, e: SessionError) {
+        self.told.borrow_mut().extend(e.into_errors());
     }
 
     /// Reports a problem at a place.
-    pub(crate) fn say(&self, problem: Problem, place: Place) {
+    pub(crate) fn report(&self, problem: Problem, place: Place) {
         let error = SessionError::at(problem, &self.name, &self.text, place);
         self.told.borrow_mut().push(error);
     }
 
-    pub(crate) fn doubt(&self, problem: Problem, place: Place) {
+    pub(crate) fn report_tentatively(&self, problem: Problem, place: Place) {
         let error = SessionError::at(problem, &self.name, &self.text, place);
         self.doubts.borrow_mut().push(error);
     }
 
     /// Returns whether no error has been found so far.
-    pub(crate) fn is_sound(&self) -> bool {
+    pub(crate) fn is_valid(&self) -> bool {
         self.told.borrow().is_empty() && self.doubts.borrow().is_empty()
     }
 
     /// Returns all errors, each once, or `None` if there are none.
-    pub(crate) fn finish(self) -> Option<SessionError> {
+    pub(crate) fn into_error(self) -> Option<SessionError> {
         let mut told = self.told.into_inner();
         let mut seen = HashSet::new();
         told.retain(|e| seen.insert((e.offset(), e.to_string())));
         let places: HashSet<usize> = told.iter().map(SessionError::offset).collect();
         let doubts = self.doubts.into_inner().into_iter();
         told.extend(doubts.filter(|doubt| !places.contains(&doubt.offset())));
-        SessionError::all_of(told)
+        SessionError::combine(told)
     }
 
     /// Returns the text of the file at `span`, at most one line and [`LONGEST_GIVEN`] characters.
-    pub(crate) fn given(&self, span: &Range<usize>) -> String {
+    pub(crate) fn excerpt(&self, span: &Range<usize>) -> String {
         let text = self.text.get(span.clone()).unwrap_or_default();
         let line = text.lines().next().unwrap_or_default().trim();
         match line.char_indices().nth(LONGEST_GIVEN) {

@@ -3,7 +3,7 @@
 
 use firmware::range::Range;
 
-use super::decimal::{between, in_units};
+use super::decimal::{format_range, format_scaled};
 
 /// The fields of a table, in the order in which documents list them.
 pub(crate) type Section = Vec<Field>;
@@ -162,7 +162,7 @@ impl Kind {
 
 impl Number {
     /// Returns a number in a range that the firmware declares, in 10^−`places` of the file's unit.
-    pub(crate) fn of(unit: &'static str, places: i32, range: Range) -> Self {
+    pub(crate) fn from_range(unit: &'static str, places: i32, range: Range) -> Self {
         Self {
             device: range.field,
             ..Self::within(unit, places, range.min.into(), range.max.into())
@@ -195,7 +195,7 @@ impl Number {
     }
 
     /// Returns the rate, in mHz, for which `device` is the period in the firmware, in µs.
-    pub(crate) fn rate_of(device: &'static str, period_us: Range) -> Self {
+    pub(crate) fn rate_from_period(device: &'static str, period_us: Range) -> Self {
         let mhz = |us: i32| 1_000_000_000 / i64::from(us.max(1));
         Self {
             device,
@@ -211,26 +211,28 @@ impl Number {
     }
 
     /// Formats bounds that the firmware reports in the unit of the file, for example "0.5 to 200".
-    pub(crate) fn told(&self, min: i64, max: i64) -> String {
+    pub(crate) fn format_bounds(&self, min: i64, max: i64) -> String {
         match self.is_rate {
             true => format!("{} to {}", 1e6 / max as f64, 1e6 / min as f64),
-            false => between(min, max, self.places),
+            false => format_range(min, max, self.places),
         }
     }
 
     /// Formats the range of the number, for example "0.5 to 200", or returns `None` without a
     /// range.
-    pub(crate) fn allowed(&self) -> Option<String> {
-        let range = self.range.map(|(min, max)| between(min, max, self.places));
+    pub(crate) fn format_range(&self) -> Option<String> {
+        let range = self
+            .range
+            .map(|(min, max)| format_range(min, max, self.places));
         range.map(|range| {
-            format!("{range} {}", self.shown_unit())
+            format!("{range} {}", self.display_unit())
                 .trim_end()
                 .to_owned()
         })
     }
 
     /// The unit for people; empty if there is none or another field decides it.
-    pub(crate) fn shown_unit(&self) -> &'static str {
+    pub(crate) fn display_unit(&self) -> &'static str {
         if self.unit.starts_with(UNIT) {
             ""
         } else {
@@ -240,7 +242,7 @@ impl Number {
 
     /// What was probably meant by a `value` in SI base units where the field has smaller ones:
     /// `; did you mean 200 µs?` of 0.0002. Empty if that is not allowed either.
-    pub(crate) fn meant(&self, value: f64) -> String {
+    pub(crate) fn unit_suggestion(&self, value: f64) -> String {
         let is_smaller = self.unit.starts_with(['m', 'µ']) && self.unit != "m";
         let Some((min, max)) = self.range.filter(|_| is_smaller) else {
             return String::new();
@@ -252,7 +254,7 @@ impl Number {
         };
         let mut scaled = [1e3, 1e6].into_iter().map(|factor| value * factor);
         scaled.find(is_allowed).map_or_else(String::new, |value| {
-            let value = in_units((value * steps).round() as i64, self.places);
+            let value = format_scaled((value * steps).round() as i64, self.places);
             format!("; did you mean {value} {}?", self.unit)
         })
     }
@@ -260,7 +262,7 @@ impl Number {
 
 impl Count {
     /// Formats the allowed number of tables, for example "1 to 2 points".
-    pub(crate) fn allowed(self) -> String {
+    pub(crate) fn format_count(self) -> String {
         let Self { least, most, of } = self;
         match most {
             None => format!("{least} or more {of}"),
@@ -274,22 +276,27 @@ impl Count {
 pub(crate) const UNIT: &str = "unit";
 
 /// Declares a field that the file may always have.
-pub(crate) fn f(name: &'static str, kind: Kind, need: Need, meaning: &'static str) -> Field {
+pub(crate) fn field(name: &'static str, kind: Kind, need: Need, meaning: &'static str) -> Field {
     Field::new(name, kind, need, meaning)
 }
 
 /// Returns the kind of a whole number in a range of the firmware.
-pub(crate) fn n(unit: &'static str, places: i32, range: Range) -> Kind {
-    Kind::Whole(Number::of(unit, places, range))
+pub(crate) fn number_in(unit: &'static str, places: i32, range: Range) -> Kind {
+    Kind::Whole(Number::from_range(unit, places, range))
 }
 
 /// Returns the kind of a whole number in a range of the firmware that other fields restrict
 /// further; `bound` describes the restriction.
-pub(crate) fn nb(unit: &'static str, places: i32, range: Range, bound: &'static str) -> Kind {
-    Kind::Whole(Number::of(unit, places, range).bound(bound))
+pub(crate) fn bounded_number(
+    unit: &'static str,
+    places: i32,
+    range: Range,
+    bound: &'static str,
+) -> Kind {
+    Kind::Whole(Number::from_range(unit, places, range).bound(bound))
 }
 
-/// Returns the kind of a list of tables with `fields`; `of` names them in the plural.
+/// Returns the kind of a list of tables with `fields`; `from_range` names them in the plural.
 pub(crate) fn list(fields: Section, least: usize, most: Option<usize>, of: &'static str) -> Kind {
     Kind::Tables(fields, Count { least, most, of })
 }
@@ -300,7 +307,7 @@ pub(crate) fn one_of<T>(choices: &[(&'static str, T)]) -> Kind {
 }
 
 /// Returns the kind of a channel number in the file.
-pub(crate) fn channel() -> Kind {
+pub(crate) fn channel_number() -> Kind {
     Kind::Whole(CHANNEL)
 }
 
@@ -315,7 +322,7 @@ pub(crate) const LONGEST_NOTES: usize = 4000;
 /// that replaces them.
 const DROPPED: [&str; 2] = ["static", "lag"];
 /// Returns the word that replaces a former word, if it is one of `words`.
-pub(super) fn instead(given: &str, words: &[&'static str]) -> Option<&'static str> {
+pub(super) fn replacement_word(given: &str, words: &[&'static str]) -> Option<&'static str> {
     let is_dropped = DROPPED.contains(&given);
     let mut words = words.iter().copied();
     words.find(|word| is_dropped && *word == "calcium-force")

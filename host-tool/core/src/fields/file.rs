@@ -38,11 +38,11 @@ pub(crate) fn parse<T>(
                 span,
                 ..Place::default()
             };
-            doc.say(Problem::Syntax { reason }, place);
+            doc.report(Problem::Syntax { reason }, place);
         }
     }
     let content = (!is_broken).then(|| read(&doc, &Table::root(&doc, &root, section)));
-    match (doc.finish(), content.flatten()) {
+    match (doc.into_error(), content.flatten()) {
         (Some(e), _) => Err(e),
         (None, Some(content)) => Ok(content),
         (None, None) => unreachable!("a file is read, or something is told"),
@@ -63,7 +63,7 @@ fn decimal_comma(text: &str, at: usize) -> &'static str {
 }
 
 /// Returns the text of a session or wearer file, or the reason why it cannot be read.
-pub(crate) fn text_of(path: &Path) -> Result<String, String> {
+pub(crate) fn read_text(path: &Path) -> Result<String, String> {
     let text = input::read_text(path, input::LONGEST_TYPED);
     text.map_err(|why| format!("{}: {why}", path.display()))
 }

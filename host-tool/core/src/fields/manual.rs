@@ -1,16 +1,16 @@
 //! The tables of a format's manual, generated from its declared fields.
 
-use super::decimal::in_units;
+use super::decimal::format_scaled;
 use super::field::{Condition, Field, Kind, Need, Number, Section};
 
 /// Returns the fields of the table at `path` of a file as a Markdown table, or `None` if there is
 /// no such table. Each part of a path is the name of a field, followed by `=` and a word if the
 /// field is declared several times.
-pub(crate) fn manual_of(file: &'static Section, path: &str) -> Option<String> {
+pub(crate) fn fields_as_markdown(file: &'static Section, path: &str) -> Option<String> {
     let section = section(file, path)?;
     let mut text = String::from("| field | unit, range | default | meaning |\n|---|---|---|---|\n");
     for field in section {
-        let (what, need) = (what(field), need(field));
+        let (what, need) = (unit_and_range(field), format_default(field));
         text += &format!(
             "| `{}` | {what} | {need} | {} |\n",
             field.name, field.meaning
@@ -40,7 +40,7 @@ fn section(file: &'static Section, path: &str) -> Option<&'static Section> {
 }
 
 /// Returns the unit and range of a field for the manual, for example "mA, 0.1–100".
-fn what(field: &Field) -> String {
+fn unit_and_range(field: &Field) -> String {
     match &field.kind {
         Kind::Text(None) => "text".into(),
         Kind::Text(Some(most)) => format!("1–{most} characters"),
@@ -54,13 +54,13 @@ fn what(field: &Field) -> String {
         Kind::Wholes(number, _) => format!("list of {}", range(number)),
         Kind::Pairs(number, count, _) => format!("{count} pairs of {}", range(number)),
         Kind::Table(_) => "table".into(),
-        Kind::Tables(_, count) => count.allowed(),
+        Kind::Tables(_, count) => count.format_count(),
     }
 }
 
 fn range(number: &Number) -> String {
     let told = number.range.map(|(min, max)| {
-        let told = |value| grouped(&in_units(value, number.places));
+        let told = |value| grouped(&format_scaled(value, number.places));
         match told(min).starts_with('−') {
             true => format!("{} to {}", told(min), told(max)),
             false => format!("{}–{}", told(min), told(max)),
@@ -96,13 +96,13 @@ fn grouped(number: &str) -> String {
     fraction.map_or(text.clone(), |fraction| format!("{text}.{fraction}"))
 }
 
-fn need(field: &Field) -> String {
+fn format_default(field: &Field) -> String {
     let need = match &field.need {
         Need::Required => "required".into(),
         Need::RequiredWithout(other) => format!("required without `{other}`"),
         Need::OrFile => "the wearer file's".into(),
         Need::Optional => "none".into(),
-        Need::Or(value) => grouped(&in_units(*value, field.places())),
+        Need::Or(value) => grouped(&format_scaled(*value, field.places())),
         Need::OrWord(word @ ("true" | "false")) => (*word).into(),
         Need::OrWord(word) => format!("`\"{word}\"`"),
         Need::OrTold(told) => told.clone(),

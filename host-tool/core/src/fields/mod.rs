@@ -21,8 +21,8 @@ mod visible;
 
 pub use error::Problem;
 pub use field::LONGEST;
-pub(crate) use file::{parse, text_of};
-pub(crate) use manual::manual_of;
+pub(crate) use file::{parse, read_text};
+pub(crate) use manual::fields_as_markdown;
 pub use refused::SessionError;
-pub(crate) use schema::schema_of;
-pub use visible::visible;
+pub(crate) use schema::json_schema;
+pub use visible::escape_control_chars;

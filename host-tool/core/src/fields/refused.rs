@@ -4,7 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use super::error::{MOST, Place, Problem};
-use super::visible::visible;
+use super::visible::escape_control_chars;
 use miette::{Diagnostic, LabeledSpan, NamedSource, Severity, SourceCode};
 
 /// Longest line that is shown around an error, bytes.
@@ -31,7 +31,7 @@ impl SessionError {
     /// Returns the error for a problem at a place in a file's text.
     pub(crate) fn at(problem: Problem, name: &str, text: &Arc<str>, place: Place) -> Self {
         let label = Some(problem.label());
-        let mut error = Self::nowhere(problem);
+        let mut error = Self::without_place(problem);
         error.0.label = Some(LabeledSpan::new_primary_with_span(
             label,
             place.span.clone(),
@@ -43,12 +43,12 @@ impl SessionError {
 
     /// Combines all errors, sorted by their place in the file; `None` if there are none. Errors
     /// beyond [`MOST`] are only counted.
-    pub(crate) fn all_of(mut errors: Vec<Self>) -> Option<Self> {
+    pub(crate) fn combine(mut errors: Vec<Self>) -> Option<Self> {
         errors.sort_by_key(Self::offset);
         let count = errors.len().saturating_sub(MOST);
         errors.truncate(MOST);
         if count > 0 {
-            errors.push(Self::nowhere(Problem::More { count }));
+            errors.push(Self::without_place(Problem::More { count }));
         }
         let mut errors = errors.into_iter();
         let mut first = errors.next()?;
@@ -57,7 +57,7 @@ impl SessionError {
     }
 
     /// Returns the errors one by one.
-    pub(crate) fn each(mut self) -> impl Iterator<Item = Self> {
+    pub(crate) fn into_errors(mut self) -> impl Iterator<Item = Self> {
         let further = std::mem::take(&mut self.0.further);
         std::iter::once(self).chain(further)
     }
@@ -71,12 +71,12 @@ impl SessionError {
     }
 
     /// Returns all errors, this one first.
-    pub fn all(&self) -> impl Iterator<Item = &Self> {
+    pub fn errors(&self) -> impl Iterator<Item = &Self> {
         std::iter::once(self).chain(&self.0.further)
     }
 
     /// Returns the error for a problem that has no place in a text.
-    pub(crate) fn nowhere(problem: Problem) -> Self {
+    pub(crate) fn without_place(problem: Problem) -> Self {
         Self(Box::new(Inner {
             code: format!("E{}", problem.number()),
             file: None,
@@ -98,7 +98,7 @@ impl SessionError {
     }
 
     /// Returns whether the lines around the error are short enough to be shown to people.
-    fn is_drawn(&self) -> bool {
+    fn can_show_source(&self) -> bool {
         let text = self.0.file.as_ref().map(|file| &**file.inner());
         let lines = text.unwrap_or_default().lines();
         let line = self.line_and_column().map_or(0, |(line, _)| line);
@@ -113,17 +113,17 @@ impl SessionError {
         let place = self.0.file.as_ref().zip(self.line_and_column());
         let place =
             place.map(|(file, (line, column))| format!("{}:{line}:{column}: ", file.name()));
-        self.told(&place.unwrap_or_default())
+        self.format_at(&place.unwrap_or_default())
     }
 
     /// Returns number, problem and help in one line, without a place, for a text that no person
     /// wrote.
     #[must_use]
-    pub fn words(&self) -> String {
-        self.told("")
+    pub fn summary(&self) -> String {
+        self.format_at("")
     }
 
-    fn told(&self, place: &str) -> String {
+    fn format_at(&self, place: &str) -> String {
         let Inner { problem, code, .. } = &*self.0;
         let help = problem.help().map(|help| format!("; {help}"));
         format!("{code} {place}{self}{}", help.unwrap_or_default())
@@ -132,7 +132,7 @@ impl SessionError {
     /// Returns all errors, one line each.
     #[must_use]
     pub fn lines(&self) -> String {
-        let lines: Vec<String> = self.all().map(Self::one_line).collect();
+        let lines: Vec<String> = self.errors().map(Self::one_line).collect();
         lines.join("\n")
     }
 
@@ -145,7 +145,9 @@ impl SessionError {
 
 impl fmt::Display for SessionError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&visible(&self.0.problem.message(&self.0.place)))
+        f.write_str(&escape_control_chars(
+            &self.0.problem.message(&self.0.place),
+        ))
     }
 }
 
@@ -168,7 +170,7 @@ impl Diagnostic for SessionError {
 
     fn help(&self) -> Option<Box<dyn fmt::Display + '_>> {
         let help = self.0.problem.help();
-        let place = self.line_and_column().filter(|_| !self.is_drawn());
+        let place = self.line_and_column().filter(|_| !self.can_show_source());
         let place = place.map(|(line, column)| format!("line {line}, column {column}"));
         let both: Vec<String> = place.into_iter().chain(help).collect();
         (!both.is_empty()).then(|| Box::new(both.join("; ")) as Box<_>)
@@ -180,12 +182,12 @@ impl Diagnostic for SessionError {
     }
 
     fn source_code(&self) -> Option<&dyn SourceCode> {
-        let file = self.0.file.as_ref().filter(|_| self.is_drawn());
+        let file = self.0.file.as_ref().filter(|_| self.can_show_source());
         file.map(|file| file as &dyn SourceCode)
     }
 
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        let label = self.0.label.clone().filter(|_| self.is_drawn())?;
+        let label = self.0.label.clone().filter(|_| self.can_show_source())?;
         Some(Box::new(std::iter::once(label)))
     }
 }

@@ -7,7 +7,7 @@ use serde_json::{Map, Value, json};
 use super::field::{Condition, Field, Kind, Need, Number, Section};
 
 /// Returns the schema of a file with these fields.
-pub(crate) fn schema_of(title: &str, section: &Section) -> Value {
+pub(crate) fn json_schema(title: &str, section: &Section) -> Value {
     let mut all = table(section);
     all["$schema"] = "http://json-schema.org/draft-07/schema#".into();
     all["title"] = title.into();
@@ -44,14 +44,14 @@ fn table(section: &Section) -> Value {
                 rules.push(json!({ "if": given, "then": never, "else": must }));
             }
             Some(Condition::Is(tag, words)) => {
-                let given = is_one_of(section, tag, words);
+                let given = choice_condition(section, tag, words);
                 let mut then = must;
                 if !alone {
                     then["properties"] = json!({ field.name: own });
                 }
                 let rule = json!({ "if": given, "then": then });
                 rules.push(if alone {
-                    with(rule, "else", never)
+                    with_key(rule, "else", never)
                 } else {
                     rule
                 });
@@ -74,16 +74,16 @@ fn table(section: &Section) -> Value {
 
 /// Returns the condition that a choice is one of `words`, or that its default is if the choice is
 /// left out.
-fn is_one_of(section: &Section, tag: &str, words: &[&str]) -> Value {
+fn choice_condition(section: &Section, tag: &str, words: &[&str]) -> Value {
     let given = json!({ "properties": { tag: { "enum": words } } });
     let declared = section.iter().find(|f| f.name == tag).map(|f| &f.need);
     match declared {
         Some(Need::OrWord(word)) if words.contains(word) => given,
-        _ => with(given, "required", json!([tag])),
+        _ => with_key(given, "required", json!([tag])),
     }
 }
 
-fn with(mut value: Value, key: &str, part: Value) -> Value {
+fn with_key(mut value: Value, key: &str, part: Value) -> Value {
     value[key] = part;
     value
 }
@@ -110,19 +110,19 @@ fn field_schema(field: &Field) -> Value {
         Kind::Tables(section, count) => {
             let list = json!({ "type": "array", "items": table(section), "minItems": count.least });
             match count.most {
-                Some(most) => with(list, "maxItems", most.into()),
+                Some(most) => with_key(list, "maxItems", most.into()),
                 None => list,
             }
         }
     };
     let own = match &field.need {
-        Need::Or(value) => with(own, "default", units(*value, field.places())),
+        Need::Or(value) => with_key(own, "default", units(*value, field.places())),
         Need::OrWord(word) if matches!(field.kind, Kind::Choice(_)) => {
-            with(own, "default", json!(word))
+            with_key(own, "default", json!(word))
         }
         _ => own,
     };
-    with(own, "description", field.description().into())
+    with_key(own, "description", field.description().into())
 }
 
 fn range(number: &Number) -> Value {

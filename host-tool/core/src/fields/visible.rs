@@ -1,7 +1,7 @@
 //! Makes the text of a file safe to print: terminals execute control characters, and direction
 //! marks change the order in which text appears.
 
-fn is_obeyed(c: char) -> bool {
+fn is_terminal_control(c: char) -> bool {
     let turns = ['\u{61c}', '\u{200e}', '\u{200f}'].contains(&c);
     let embeds = ('\u{202a}'..='\u{202e}').contains(&c) || ('\u{2066}'..='\u{2069}').contains(&c);
     c.is_control() && c != '\t' || turns || embeds
@@ -9,10 +9,10 @@ fn is_obeyed(c: char) -> bool {
 
 /// Returns a line in which such characters are replaced by escapes such as `\u{1b}`.
 #[must_use]
-pub fn visible(line: &str) -> String {
+pub fn escape_control_chars(line: &str) -> String {
     let mut text = String::with_capacity(line.len());
     for c in line.chars() {
-        match is_obeyed(c) {
+        match is_terminal_control(c) {
             true => text.extend(c.escape_unicode()),
             false => text.push(c),
         }
@@ -22,9 +22,9 @@ pub fn visible(line: &str) -> String {
 
 /// Returns a text in which such characters, except for tabs and line ends, are replaced by others
 /// of the same length, so that all places in it stay the same.
-pub(super) fn blanked(text: &str) -> String {
+pub(super) fn blank_control_chars(text: &str) -> String {
     let blank = |c: char| match c.len_utf8() {
-        _ if !is_obeyed(c) || c == '\n' => c,
+        _ if !is_terminal_control(c) || c == '\n' => c,
         _ if c == '\r' => ' ',
         1 => '?',
         2 => '¿',
@@ -40,9 +40,13 @@ mod tests {
     #[test]
     fn nothing_printed_is_obeyed_and_places_stay() {
         let text = "a\u{1b}[2Jb\0\u{9b}µ\u{202e}\u{61c}筋\u{7f}\t\r\n";
-        assert!(visible(text).chars().all(|c| !is_obeyed(c)));
-        assert_eq!(visible("筋 45°"), "筋 45°");
-        let blanked = blanked(text);
+        assert!(
+            escape_control_chars(text)
+                .chars()
+                .all(|c| !is_terminal_control(c))
+        );
+        assert_eq!(escape_control_chars("筋 45°"), "筋 45°");
+        let blanked = blank_control_chars(text);
         assert_eq!(blanked, "a?[2Jb?¿µ\u{fffd}¿筋?\t \n");
         assert_eq!(blanked.len(), text.len());
     }

@@ -8,7 +8,7 @@ pub const WINDOW: usize = 40;
 /// `samples[i..i + WINDOW]`, so the result is 39 shorter. The result is empty for fewer samples
 /// than one window.
 #[must_use]
-pub fn averaged(samples: &[f64]) -> Vec<f64> {
+pub fn moving_average(samples: &[f64]) -> Vec<f64> {
     let part = 1.0 / WINDOW as f64;
     let mut sums = Vec::with_capacity(samples.len() + 1);
     let mut sum = 0.0;
@@ -24,9 +24,9 @@ pub fn averaged(samples: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// Applies the transpose of [`averaged`] as a matrix: turns the averages of `samples` samples back
+/// Applies the transpose of [`moving_average`] as a matrix: turns the averages of `samples` samples back
 /// into that many numbers.
-pub(super) fn spread(averages: &[f64], samples: usize) -> Vec<f64> {
+pub(super) fn moving_average_transpose(averages: &[f64], samples: usize) -> Vec<f64> {
     let nothing = vec![0.0; WINDOW - 1];
     let padded: Vec<f64> = nothing
         .iter()
@@ -34,7 +34,7 @@ pub(super) fn spread(averages: &[f64], samples: usize) -> Vec<f64> {
         .chain(&nothing)
         .copied()
         .collect();
-    let mut all = averaged(&padded);
+    let mut all = moving_average(&padded);
     all.resize(samples, 0.0);
     all
 }
@@ -46,11 +46,11 @@ mod tests {
     #[test]
     fn a_step_becomes_a_ramp_of_forty_milliseconds() {
         let step: Vec<f64> = (0..200).map(|i| if i < 100 { 0.0 } else { 1.0 }).collect();
-        let all = averaged(&step);
+        let all = moving_average(&step);
         assert_eq!(all.len(), 161);
         assert_eq!((all[60], all[100]), (0.0, 1.0));
         assert!((all[80] - 0.5).abs() < 1e-12);
-        assert!(averaged(&step[..39]).is_empty());
+        assert!(moving_average(&step[..39]).is_empty());
     }
 
     /// Checks ⟨W a, b⟩ = ⟨a, Wᵀ b⟩.
@@ -59,7 +59,10 @@ mod tests {
         let a: Vec<f64> = (0..120).map(|i| f64::from(i * i % 17)).collect();
         let b: Vec<f64> = (0..81).map(|i| f64::from(i * 7 % 13)).collect();
         let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        let (one, other) = (product(&averaged(&a), &b), product(&a, &spread(&b, 120)));
+        let (one, other) = (
+            product(&moving_average(&a), &b),
+            product(&a, &moving_average_transpose(&b, 120)),
+        );
         assert!((one - other).abs() < 1e-9 * one.abs());
     }
 }

@@ -18,7 +18,7 @@ impl Exponential {
     /// Fits the exponential by least squares to amplitudes in mA and peaks in N. Returns `None`
     /// unless peaks at two or more amplitudes are above 0 and the fit is finite.
     #[must_use]
-    pub fn through(points: &[(f64, f64)]) -> Option<Self> {
+    pub fn fit(points: &[(f64, f64)]) -> Option<Self> {
         let above: Vec<_> = points.iter().filter(|(_, n)| *n > 0.0).collect();
         let (first, last) = (above.first()?, above.last()?);
         if above.len() < 2 || first.0 == last.0 {
@@ -136,10 +136,10 @@ mod tests {
             .map(f64::from)
             .map(|ma| (ma, truth.at(ma)))
             .collect();
-        let found = Exponential::through(&points).unwrap();
+        let found = Exponential::fit(&points).unwrap();
         assert!((found.a_n - 0.3).abs() < 1e-9 && (found.b_per_ma - 0.4).abs() < 1e-9);
         assert!((found.gain(8.0, 12.0) - truth.at(8.0) / truth.at(12.0)).abs() < 1e-9);
-        assert_eq!(Exponential::through(&points[..1]), None);
+        assert_eq!(Exponential::fit(&points[..1]), None);
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Fits the five constants of a muscle to records, each with its 95 % interval.
 
 use super::error::IdentifyError;
-use super::information::{inverse, rows, untold};
+use super::information::{inverse, rows, undetermined_constants};
 use super::model::{Constants, PARAMETERS};
 use super::problem::{Problem, Weighting};
 use super::record::ForceRecord;
@@ -85,29 +85,33 @@ impl Fit {
     ///
     /// # Errors
     /// E640, E641, E643 for any record; E644.
-    pub fn of(self, records: &[ForceRecord]) -> Result<ForceFit, IdentifyError> {
-        self.among(records, &START_SEEDS.map(start))
+    pub fn fit_records(self, records: &[ForceRecord]) -> Result<ForceFit, IdentifyError> {
+        self.fit_from_starts(records, &START_SEEDS.map(start))
     }
 
     /// Fits the constants from one start, at which another fit of these records has ended.
     ///
     /// # Errors
-    /// The errors of [`Self::of`].
-    pub fn near(
+    /// The errors of [`Self::fit_records`].
+    pub fn fit_from(
         self,
         records: &[ForceRecord],
         start: Constants,
     ) -> Result<ForceFit, IdentifyError> {
-        self.among(records, &[start])
+        self.fit_from_starts(records, &[start])
     }
 
-    fn among(self, records: &[ForceRecord], all: &[Constants]) -> Result<ForceFit, IdentifyError> {
+    fn fit_from_starts(
+        self,
+        records: &[ForceRecord],
+        all: &[Constants],
+    ) -> Result<ForceFit, IdentifyError> {
         if records.is_empty() {
             let what = "there is none".to_owned();
             return Err(IdentifyError::TooShort { what });
         }
         for record in records {
-            record.sound()?;
+            record.check_quality()?;
         }
         let mut best: Option<Problem<'_>> = None;
         let (mut agreeing, mut starts, mut why) = (0, 0, "no start".to_owned());
@@ -120,12 +124,12 @@ impl Fit {
                 .with_xtol(TOLERANCE)
                 .with_gtol(TOLERANCE);
             let (found, report) = solver.minimize(problem);
-            if !found.squares().is_finite() {
+            if !found.sum_of_squares().is_finite() {
                 why = format!("{:?}", report.termination);
                 continue;
             }
-            let before = best.as_ref().map_or(f64::INFINITY, Problem::squares);
-            let now = found.squares();
+            let before = best.as_ref().map_or(f64::INFINITY, Problem::sum_of_squares);
+            let now = found.sum_of_squares();
             agreeing = match () {
                 () if (now - before).abs() <= ALIKE * before.min(now) => agreeing + 1,
                 () if now < before => 1,
@@ -139,10 +143,10 @@ impl Fit {
             }
         }
         let best = best.ok_or(IdentifyError::NoFit { starts, why })?;
-        self.judged(&best, starts)
+        self.finish_fit(&best, starts)
     }
 
-    fn judged(self, best: &Problem<'_>, starts: usize) -> Result<ForceFit, IdentifyError> {
+    fn finish_fit(self, best: &Problem<'_>, starts: usize) -> Result<ForceFit, IdentifyError> {
         let information = best.information();
         let no_fit = |why: &str| IdentifyError::NoFit {
             starts,
@@ -153,19 +157,22 @@ impl Fit {
             Weighting::Whitened => {
                 let straight = 2 * best.records();
                 let freedom = best.count().saturating_sub(PARAMETERS + straight).max(1);
-                let variance = best.squares() / freedom as f64;
+                let variance = best.sum_of_squares() / freedom as f64;
                 (bread * variance, variance)
             }
             Weighting::Averaged => {
                 let (meat, trace) = best.averaged_noise();
                 let taken = (bread * meat).trace();
-                let variance = best.squares() / (trace - taken).max(1.0);
+                let variance = best.sum_of_squares() / (trace - taken).max(1.0);
                 (bread * meat * bread * variance, variance)
             }
         };
         Ok(ForceFit {
             constants: best.constants(),
-            untold: untold(&covariance).into_iter().map(str::to_owned).collect(),
+            untold: undetermined_constants(&covariance)
+                .into_iter()
+                .map(str::to_owned)
+                .collect(),
             covariance: rows(&covariance),
             noise_n: variance.sqrt(),
             starts,

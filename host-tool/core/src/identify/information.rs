@@ -38,11 +38,15 @@ impl Bound {
 /// and the number of samples matter; the readings are ignored. Returns `None` if the force does not
 /// depend on one of the constants.
 #[must_use]
-pub fn bound(constants: Constants, records: &[ForceRecord], noise_n: f64) -> Option<Bound> {
+pub fn cramer_rao_bound(
+    constants: Constants,
+    records: &[ForceRecord],
+    noise_n: f64,
+) -> Option<Bound> {
     let problem = Problem::new(records, Weighting::Whitened, constants);
     let covariance = inverse(&problem.information())? * (noise_n * noise_n);
     Some(Bound {
-        untold: untold(&covariance),
+        untold: undetermined_constants(&covariance),
         covariance: rows(&covariance),
     })
 }
@@ -68,7 +72,7 @@ pub(super) fn inverse(information: &Square) -> Option<Square> {
 /// Returns the names of the constants that are not determined, according to the covariance of their
 /// logarithms.
 #[must_use]
-pub fn untold(covariance: &Square) -> Vec<&'static str> {
+pub fn undetermined_constants(covariance: &Square) -> Vec<&'static str> {
     let is_untold = |i: &usize| {
         let half = HALF_95 * covariance[(*i, *i)].max(0.0).sqrt();
         half.is_nan() || half > UNTOLD

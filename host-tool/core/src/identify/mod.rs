@@ -19,13 +19,13 @@ mod record;
 mod response;
 mod threshold;
 
-pub use average::{WINDOW, averaged};
+pub use average::{WINDOW, moving_average};
 pub use error::IdentifyError;
 pub use exponential::{Agreement, Exponential, agreement};
 pub use fit::{Estimate, Fit, ForceFit, START_SEEDS};
-pub use information::{Bound, UNTOLD, bound, untold};
-pub use model::{Constants, NAMES, PARAMETERS, Sensitive, UNITS, simulated};
+pub use information::{Bound, UNTOLD, cramer_rao_bound, undetermined_constants};
+pub use model::{Constants, NAMES, PARAMETERS, Sensitive, UNITS, simulate_record};
 pub use problem::Weighting;
 pub use record::{ForceRecord, SAMPLE_US, Sound};
 pub use response::{Response, response, responses};
-pub use threshold::{Detector, Layout, ThresholdEstimate, TryResult, bare_rule, in_order};
+pub use threshold::{Detector, Layout, ThresholdEstimate, TryResult, bare_rule, check_rising};

@@ -79,14 +79,14 @@ impl Sensitive {
     }
 
     /// Applies a pulse now.
-    pub const fn pulse(&mut self) {
+    pub const fn apply_pulse(&mut self) {
         self.calcium[0] += 1.0;
     }
 
     /// Lets `s` seconds pass, of the order of a millisecond.
-    pub fn pass(&mut self, s: f64) {
+    pub fn advance(&mut self, s: f64) {
         if s > 0.0 {
-            self.over(&Span::new(s, self.constants[2]));
+            self.advance_span(&Span::new(s, self.constants[2]));
         }
     }
 
@@ -111,7 +111,7 @@ impl Sensitive {
         }
     }
 
-    fn over(&mut self, span: &Span) {
+    fn advance_span(&mut self, span: &Span) {
         let (a, tau_c, h) = (self.constants[0], self.constants[2], span.s);
         let [c, by] = self.calcium;
         let at = |u: f64, left: f64| [c * left, (by + c * u * h / tau_c) * left];
@@ -150,7 +150,10 @@ impl Sensitive {
 /// Returns the force at every sample of `record`, N, and its derivatives with respect to the
 /// logarithm of each constant; both include the record's gain.
 #[must_use]
-pub fn simulated(constants: Constants, record: &ForceRecord) -> (Vec<f64>, Vec<[f64; PARAMETERS]>) {
+pub fn simulate_record(
+    constants: Constants,
+    record: &ForceRecord,
+) -> (Vec<f64>, Vec<[f64; PARAMETERS]>) {
     let whole = Span::new(f64::from(SAMPLE_US) * 1e-6, constants[2]);
     let mut muscle = Sensitive::new(constants);
     let count = record.samples_n.len();
@@ -162,15 +165,15 @@ pub fn simulated(constants: Constants, record: &ForceRecord) -> (Vec<f64>, Vec<[
         let (to_us, mut now_us) = (sample * SAMPLE_US, from_us);
         // A pulse at the time of a sample acts after the sample.
         while let Some(at_us) = pulses.next_if(|at| *at < to_us) {
-            muscle.pass(f64::from(at_us.saturating_sub(now_us)) * 1e-6);
+            muscle.advance(f64::from(at_us.saturating_sub(now_us)) * 1e-6);
             now_us = now_us.max(at_us);
-            muscle.pulse();
+            muscle.apply_pulse();
             begun = true;
         }
         if begun {
             match to_us - now_us {
-                SAMPLE_US => muscle.over(&whole),
-                rest_us => muscle.pass(f64::from(rest_us) * 1e-6),
+                SAMPLE_US => muscle.advance_span(&whole),
+                rest_us => muscle.advance(f64::from(rest_us) * 1e-6),
             }
         }
         force.push(record.gain * muscle.force_n);
@@ -196,7 +199,7 @@ mod tests {
     #[test]
     fn force_is_the_reference_s() {
         for subject in &SUBJECTS {
-            let (force, _) = simulated(subject.all(), &record());
+            let (force, _) = simulate_record(subject.all(), &record());
             let pulses = reference::train(40.0, 40);
             let truth = reference::integrate(subject, &pulses, 1.499, 1e-3);
             let peak = force.iter().copied().fold(0.0, f64::max);
@@ -211,12 +214,12 @@ mod tests {
     #[test]
     fn slopes_are_the_differences() {
         for subject in &SUBJECTS {
-            let (_, slopes) = simulated(subject.all(), &record());
+            let (_, slopes) = simulate_record(subject.all(), &record());
             for parameter in 0..PARAMETERS {
                 let moved = |by: f64| {
                     let mut constants = subject.all();
                     constants[parameter] *= f64::exp(by);
-                    simulated(constants, &record()).0
+                    simulate_record(constants, &record()).0
                 };
                 let (up, down) = (moved(1e-4), moved(-1e-4));
                 let largest = slopes

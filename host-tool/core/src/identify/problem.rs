@@ -3,8 +3,8 @@
 //! Each record has an offset and a drift of its own, which do not come from the muscle. The
 //! straight line is therefore removed from each record and from the model alike.
 
-use super::average::{averaged, spread};
-use super::model::{Constants, PARAMETERS, simulated};
+use super::average::{moving_average, moving_average_transpose};
+use super::model::{Constants, PARAMETERS, simulate_record};
 use super::record::ForceRecord;
 use levenberg_marquardt::LeastSquaresProblem;
 use nalgebra::storage::Owned;
@@ -28,7 +28,7 @@ pub enum Weighting {
 struct Straight([Vec<f64>; 2]);
 
 impl Straight {
-    fn of(samples: usize) -> Self {
+    fn new(samples: usize) -> Self {
         let n = samples.max(1) as f64;
         let middle = 0.5 * (n - 1.0);
         let constant = vec![1.0 / n.sqrt(); samples];
@@ -43,7 +43,7 @@ impl Straight {
     }
 
     /// Removes the straight part from `all`.
-    fn out_of(&self, all: &mut [f64]) {
+    fn remove_from(&self, all: &mut [f64]) {
         for direction in &self.0 {
             let along: f64 = direction
                 .iter()
@@ -82,19 +82,19 @@ impl<'a> Problem<'a> {
     pub fn new(records: &'a [ForceRecord], weighting: Weighting, start: Constants) -> Self {
         let count = |record: &ForceRecord| match weighting {
             Weighting::Whitened => record.samples_n.len(),
-            Weighting::Averaged => averaged(&record.samples_n).len(),
+            Weighting::Averaged => moving_average(&record.samples_n).len(),
         };
         let straight: Vec<Straight> = records
             .iter()
-            .map(|force_record| Straight::of(count(force_record)))
+            .map(|force_record| Straight::new(count(force_record)))
             .collect();
         let mut measured = Vec::new();
         for (record, straight) in records.iter().zip(&straight) {
             let mut own = match weighting {
                 Weighting::Whitened => record.samples_n.clone(),
-                Weighting::Averaged => averaged(&record.samples_n),
+                Weighting::Averaged => moving_average(&record.samples_n),
             };
-            straight.out_of(&mut own);
+            straight.remove_from(&mut own);
             measured.extend(own);
         }
         let mut problem = Self {
@@ -106,7 +106,7 @@ impl<'a> Problem<'a> {
             residuals: Vec::new(),
             slopes: Vec::new(),
         };
-        problem.place(start.map(f64::ln));
+        problem.move_to(start.map(f64::ln));
         problem
     }
 
@@ -116,7 +116,7 @@ impl<'a> Problem<'a> {
     }
 
     /// Returns the sum of squared residuals, N².
-    pub fn squares(&self) -> f64 {
+    pub fn sum_of_squares(&self) -> f64 {
         self.residuals
             .iter()
             .map(|residual| residual * residual)
@@ -133,7 +133,7 @@ impl<'a> Problem<'a> {
         self.measured.len()
     }
 
-    fn place(&mut self, logarithms: [f64; PARAMETERS]) {
+    fn move_to(&mut self, logarithms: [f64; PARAMETERS]) {
         let mut within = logarithms;
         for (own, [low, high]) in within.iter_mut().zip(RANGE) {
             *own = own.clamp(low.ln(), high.ln());
@@ -142,13 +142,13 @@ impl<'a> Problem<'a> {
         (self.residuals, self.slopes) = (Vec::new(), Vec::new());
         let constants = self.constants();
         for (record, straight) in self.records.iter().zip(&self.straight) {
-            let (force, slopes) = simulated(constants, record);
+            let (force, slopes) = simulate_record(constants, record);
             self.residuals
-                .extend(compared(&force, self.weighting, straight));
+                .extend(prepare_values(&force, self.weighting, straight));
             let begin = self.slopes.len();
             for parameter in 0..PARAMETERS {
                 let own: Vec<f64> = slopes.iter().map(|slope| slope[parameter]).collect();
-                let own = compared(&own, self.weighting, straight);
+                let own = prepare_values(&own, self.weighting, straight);
                 self.slopes.resize(begin + own.len(), [0.0; PARAMETERS]);
                 let all = self.slopes.iter_mut().skip(begin);
                 all.zip(own).for_each(|(all, own)| all[parameter] = own);
@@ -170,7 +170,7 @@ impl<'a> Problem<'a> {
         if across > 0.0 && square > 0.0 {
             logarithms[0] += (across / square).ln();
         }
-        self.place(logarithms);
+        self.move_to(logarithms);
     }
 
     /// Returns Fisher's information about the logarithms of the constants, for noise of 1 N.
@@ -199,14 +199,14 @@ impl<'a> Problem<'a> {
                         .map(|values| values[parameter])
                         .collect::<Vec<f64>>()
                 })
-                .map(|column| spread(&column, samples))
+                .map(|column| moving_average_transpose(&column, samples))
                 .collect();
             let rows =
                 (0..samples).map(|row| SVector::<f64, PARAMETERS>::from_fn(|i, _| columns[i][row]));
             rows.for_each(|own| meat += own * own.transpose());
             trace += count as f64 / super::WINDOW as f64;
             for direction in &straight.0 {
-                trace -= spread(direction, samples)
+                trace -= moving_average_transpose(direction, samples)
                     .iter()
                     .map(|value| value * value)
                     .sum::<f64>();
@@ -218,12 +218,12 @@ impl<'a> Problem<'a> {
 
 /// Returns values in the form in which they are compared: averaged if `weighting` asks for it, and
 /// without their straight part.
-fn compared(all: &[f64], weighting: Weighting, straight: &Straight) -> Vec<f64> {
+fn prepare_values(all: &[f64], weighting: Weighting, straight: &Straight) -> Vec<f64> {
     let mut own = match weighting {
         Weighting::Whitened => all.to_vec(),
-        Weighting::Averaged => averaged(all),
+        Weighting::Averaged => moving_average(all),
     };
-    straight.out_of(&mut own);
+    straight.remove_from(&mut own);
     own
 }
 
@@ -233,7 +233,7 @@ impl LeastSquaresProblem<f64, Dyn, U5> for Problem<'_> {
     type ParameterStorage = Owned<f64, U5>;
 
     fn set_params(&mut self, x: &SVector<f64, PARAMETERS>) {
-        self.place((*x).into());
+        self.move_to((*x).into());
     }
 
     fn params(&self) -> SVector<f64, PARAMETERS> {

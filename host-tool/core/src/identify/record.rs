@@ -39,15 +39,15 @@ pub struct Sound {
 impl ForceRecord {
     /// Returns the number of samples before the first pulse.
     #[must_use]
-    pub fn rest(&self) -> usize {
+    pub fn rest_samples(&self) -> usize {
         let first = self.pulses_us.first().copied().unwrap_or(0);
         ((first / SAMPLE_US) as usize).min(self.samples_n.len())
     }
 
     /// Returns the samples minus the mean of the rest before the train, N.
     #[must_use]
-    pub fn from_rest(&self) -> Vec<f64> {
-        let rest = self.rest();
+    pub fn relative_to_rest(&self) -> Vec<f64> {
+        let rest = self.rest_samples();
         let zero_n = self.samples_n.iter().take(rest).sum::<f64>() / rest.max(1) as f64;
         self.samples_n
             .iter()
@@ -60,7 +60,7 @@ impl ForceRecord {
     /// # Errors
     /// E643: too little rest or decay, or a sample that is not a number. E640: the sensor
     /// saturates. E641: the sensor is upside down.
-    pub fn sound(&self) -> Result<Sound, IdentifyError> {
+    pub fn check_quality(&self) -> Result<Sound, IdentifyError> {
         let too_short = |what: &str| IdentifyError::TooShort {
             what: what.to_owned(),
         };
@@ -80,11 +80,11 @@ impl ForceRecord {
         if lasts_us < u64::from(*last) + u64::from(DECAY_US) {
             return Err(too_short("it has less than 0.5 s after the last pulse"));
         }
-        self.saturates()?;
-        self.hangs(*first, *last)
+        self.check_saturation()?;
+        self.check_sign(*first, *last)
     }
 
-    fn saturates(&self) -> Result<(), IdentifyError> {
+    fn check_saturation(&self) -> Result<(), IdentifyError> {
         let mut run = 1;
         for (place, pair) in self.samples_n.windows(2).enumerate() {
             run = if pair[0] == pair[1] { run + 1 } else { 1 };
@@ -101,8 +101,8 @@ impl ForceRecord {
         Ok(())
     }
 
-    fn hangs(&self, first_us: u32, last_us: u32) -> Result<Sound, IdentifyError> {
-        let rest = self.rest();
+    fn check_sign(&self, first_us: u32, last_us: u32) -> Result<Sound, IdentifyError> {
+        let rest = self.rest_samples();
         let (rest_n, variance) = moments(&self.samples_n[..rest]);
         let from = (((first_us + RISE_US) / SAMPLE_US) as usize).min(self.samples_n.len());
         let to = ((last_us / SAMPLE_US) as usize).clamp(from, self.samples_n.len());
@@ -149,19 +149,19 @@ mod tests {
 
     #[test]
     fn a_sound_record_tells_its_rest() {
-        let sound = record(pulled).sound().unwrap();
+        let sound = record(pulled).check_quality().unwrap();
         assert_eq!(sound.rest, 200);
         assert!((sound.rest_n - 0.05).abs() < 0.01);
     }
 
     #[test]
     fn an_end_and_a_sign_are_named() {
-        let ends = record(|i| pulled(i).min(4.0)).sound().unwrap_err();
+        let ends = record(|i| pulled(i).min(4.0)).check_quality().unwrap_err();
         let IdentifyError::Saturated { samples, at_s, .. } = ends else {
             panic!("{ends}");
         };
         assert!(samples == 1_000 && (at_s - 0.2).abs() < 1e-9);
-        let hangs = record(|i| -pulled(i)).sound().unwrap_err();
+        let hangs = record(|i| -pulled(i)).check_quality().unwrap_err();
         assert!(matches!(hangs, IdentifyError::UpsideDown { .. }), "{hangs}");
         assert!(hangs.to_string().starts_with("E641"));
     }
@@ -172,7 +172,7 @@ mod tests {
         short.samples_n.truncate(1_400);
         assert!(
             short
-                .sound()
+                .check_quality()
                 .unwrap_err()
                 .to_string()
                 .contains("0.5 s after")
@@ -184,7 +184,7 @@ mod tests {
             .for_each(|pulse_us| *pulse_us -= 150_000);
         assert!(
             early
-                .sound()
+                .check_quality()
                 .unwrap_err()
                 .to_string()
                 .contains("0.1 s before")

@@ -35,7 +35,7 @@ impl Response {
     /// Computes the response of force sampled every `step_s` seconds; `None` if it does not exceed
     /// [`BEGINS_N`].
     #[must_use]
-    pub fn of(force_n: &[f64], step_s: f64) -> Option<Self> {
+    pub fn from_force(force_n: &[f64], step_s: f64) -> Option<Self> {
         let peak_n = force_n.iter().copied().fold(0.0, f64::max);
         let from = |level: f64| force_n.iter().position(|force_n| *force_n >= level);
         let begin = force_n.iter().position(|force_n| *force_n > BEGINS_N)?;
@@ -53,7 +53,7 @@ impl Response {
 /// above 0), from its first pulse on, as the paper computes it (§3.3, §4.3).
 #[must_use]
 pub fn response(constants: Constants, period_s: f64, lasts_s: f64) -> Option<Response> {
-    Response::of(&course(constants, period_s, lasts_s), GRID_S)
+    Response::from_force(&force_course(constants, period_s, lasts_s), GRID_S)
 }
 
 /// Returns the responses at several gains of A, from a single computation of the force.
@@ -63,17 +63,17 @@ pub fn responses(
     (period_s, lasts_s): (f64, f64),
     gains: &[f64],
 ) -> Vec<Option<Response>> {
-    let course = course(constants, period_s, lasts_s);
+    let course = force_course(constants, period_s, lasts_s);
     let scaled = |gain: &f64| {
         let own: Vec<f64> = course.iter().map(|course| gain * course).collect();
-        Response::of(&own, GRID_S)
+        Response::from_force(&own, GRID_S)
     };
     gains.iter().map(scaled).collect()
 }
 
 /// Returns the force on the time grid, N, until the last pulse has acted, because the peak may come
 /// after the train.
-fn course(constants: Constants, period_s: f64, lasts_s: f64) -> Vec<f64> {
+fn force_course(constants: Constants, period_s: f64, lasts_s: f64) -> Vec<f64> {
     let steps = ((lasts_s + AFTER_S) / GRID_S).round() as u64;
     let mut muscle = Sensitive::new(constants);
     let (mut force, mut next, mut now_s) = (Vec::with_capacity(steps as usize), 0u32, 0.0);
@@ -84,12 +84,12 @@ fn course(constants: Constants, period_s: f64, lasts_s: f64) -> Vec<f64> {
         let to_s = step as f64 * GRID_S;
         while next < pulses && f64::from(next) * period_s <= to_s + 1e-12 {
             let at_s = f64::from(next) * period_s;
-            muscle.pass(at_s - now_s);
+            muscle.advance(at_s - now_s);
             now_s = now_s.max(at_s);
-            muscle.pulse();
+            muscle.apply_pulse();
             next += 1;
         }
-        muscle.pass(to_s - now_s);
+        muscle.advance(to_s - now_s);
         now_s = now_s.max(to_s);
         force.push(muscle.force_n);
     }
@@ -105,10 +105,10 @@ mod tests {
         let force: Vec<f64> = (0..200)
             .map(|i| (f64::from(i) - 50.0).max(0.0) * 0.1)
             .collect();
-        let all = Response::of(&force, 1e-3).unwrap();
+        let all = Response::from_force(&force, 1e-3).unwrap();
         assert!((all.peak_n - 14.9).abs() < 1e-9);
         assert!((all.t_rt_s() - 0.119).abs() < 0.0015, "{all:?}");
         assert!((all.t10_s - 0.014).abs() < 1e-9, "{all:?}");
-        assert_eq!(Response::of(&[0.0; 10], 1e-3), None);
+        assert_eq!(Response::from_force(&[0.0; 10], 1e-3), None);
     }
 }

@@ -7,7 +7,7 @@
 //! standard error. A step that shows force is tried once more, and counts only if it shows force
 //! again: two errors would have to coincide.
 
-use super::average::averaged;
+use super::average::moving_average;
 use super::error::IdentifyError;
 use serde::{Deserialize, Serialize};
 
@@ -118,7 +118,7 @@ impl Detector {
         let mut rest = over(0, before);
         rest.extend(over(before + train + decay, samples_n.len()));
         let pulled = over(before + rise, before + train);
-        let line = Line::through(&rest);
+        let line = Line::fit(&rest);
         let n = pulled.len().max(1) as f64;
         let middle = pulled.iter().map(|pair| pair.0).sum::<f64>() / n;
         let mean = pulled.iter().map(|pair| pair.1).sum::<f64>() / n;
@@ -178,7 +178,7 @@ struct Line {
 }
 
 impl Line {
-    fn through(points: &[(f64, f64)]) -> Self {
+    fn fit(points: &[(f64, f64)]) -> Self {
         let n = points.len().max(1) as f64;
         let middle = points.iter().map(|point| point.0).sum::<f64>() / n;
         let mean = points.iter().map(|point| point.1).sum::<f64>() / n;
@@ -218,14 +218,14 @@ pub fn bare_rule(samples_n: &[f64], layout: &Layout) -> bool {
     let zero_n = samples_n.iter().take(rest).sum::<f64>() / rest.max(1) as f64;
     let train = samples_n.iter().skip(rest).take(layout.train);
     let train: Vec<f64> = train.map(|train| train - zero_n).collect();
-    averaged(&train).iter().any(|value| *value > PAPER_N)
+    moving_average(&train).iter().any(|value| *value > PAPER_N)
 }
 
 /// Checks that amplitudes, lowest first, rise.
 ///
 /// # Errors
 /// E642: an amplitude does not exceed the amplitude before it.
-pub fn in_order(amplitudes: &[(&'static str, f64)]) -> Result<(), IdentifyError> {
+pub fn check_rising(amplitudes: &[(&'static str, f64)]) -> Result<(), IdentifyError> {
     for pair in amplitudes.windows(2) {
         let [(lower, low), (upper, high)] = [pair[0], pair[1]];
         if !(low > 0.0 && high > low) {
@@ -313,11 +313,11 @@ mod tests {
 
     #[test]
     fn amplitudes_out_of_order_are_named() {
-        let wrong = in_order(&[("I_MT", 9.0), ("I_PT", 8.0)]).unwrap_err();
+        let wrong = check_rising(&[("I_MT", 9.0), ("I_PT", 8.0)]).unwrap_err();
         assert!(
             wrong.to_string().contains("I_PT must be above I_MT"),
             "{wrong}"
         );
-        assert!(in_order(&[("I_MT", 8.0), ("I_PT", 12.0)]).is_ok());
+        assert!(check_rising(&[("I_MT", 8.0), ("I_PT", 12.0)]).is_ok());
     }
 }

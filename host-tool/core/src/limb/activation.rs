@@ -36,7 +36,7 @@ impl<const J: usize> Muscles<J> {
     /// wanted torque gets at least `share` (0 to 1) of the common activation that all agonists of
     /// that joint would need.
     #[must_use]
-    pub fn co_contracting(mut self, share: f64, wanted_nm: [f64; J]) -> Self {
+    pub fn with_co_contraction(mut self, share: f64, wanted_nm: [f64; J]) -> Self {
         for joint in 0..J {
             let along = |of: &[f64; J]| of[joint] * wanted_nm[joint].signum();
             let agonists: f64 = self
@@ -82,7 +82,7 @@ impl<const J: usize> Muscles<J> {
         let all: SMatrix<f64, J, J> = all.sum();
         let mut missed = f64::INFINITY;
         for _ in 0..MOST_ROUNDS {
-            let left = wanted - self.given(&rows, &dual);
+            let left = wanted - self.torques_for(&rows, &dual);
             missed = left.norm();
             if missed <= MISSED * (1.0 + wanted.norm()) {
                 let each = rows.iter().zip(&self.least);
@@ -90,7 +90,7 @@ impl<const J: usize> Muscles<J> {
                     .map(|(row, least)| clamped(row.dot(&dual), *least))
                     .collect());
             }
-            let Some(next) = self.climbed(&rows, &wanted, (&dual, &left), &all) else {
+            let Some(next) = self.step_dual(&rows, &wanted, (&dual, &left), &all) else {
                 break;
             };
             dual = next;
@@ -102,7 +102,7 @@ impl<const J: usize> Muscles<J> {
     }
 
     /// Returns the dual variables after one step; `None` if the step cannot be computed.
-    fn climbed(
+    fn step_dual(
         &self,
         rows: &[SVector<f64, J>],
         wanted: &SVector<f64, J>,
@@ -117,7 +117,7 @@ impl<const J: usize> Muscles<J> {
         let free = each.filter(is_free).map(|(row, _)| row * row.transpose());
         let free: SMatrix<f64, J, J> = free.sum();
         let newton = free.cholesky().map(|factor| dual + factor.solve(left));
-        let height = |dual: &SVector<f64, J>| self.height(rows, wanted, dual);
+        let height = |dual: &SVector<f64, J>| self.dual_objective(rows, wanted, dual);
         let before = height(dual);
         let climbs = |s_vector: &SVector<f64, J>| height(s_vector) > before;
         let newton =
@@ -125,14 +125,14 @@ impl<const J: usize> Muscles<J> {
         newton.or_else(|| Some(dual + all.cholesky()?.solve(left)))
     }
 
-    fn given(&self, rows: &[SVector<f64, J>], dual: &SVector<f64, J>) -> SVector<f64, J> {
+    fn torques_for(&self, rows: &[SVector<f64, J>], dual: &SVector<f64, J>) -> SVector<f64, J> {
         let each = rows.iter().zip(&self.least);
         each.map(|(row, least)| row * clamped(row.dot(dual), *least))
             .sum()
     }
 
     /// Returns the value of the dual objective.
-    fn height(
+    fn dual_objective(
         &self,
         rows: &[SVector<f64, J>],
         wanted: &SVector<f64, J>,

@@ -54,17 +54,22 @@ impl Bounded {
         // Half of the resolution of the gradient in 16 digits.
         let still = 1e-13 * self.slope.amax();
         for _ in 0..MOST_TURNS {
-            let Some(freed) = self.held(&x, &places, still) else {
+            let Some(freed) = self.bound_to_release(&x, &places, still) else {
                 return Ok(x);
             };
             places[freed] = BoundState::Free;
-            self.settle(&mut x, &mut places)?;
+            self.move_to_minimum(&mut x, &mut places)?;
         }
         Err(RecruitmentError::NotConverged)
     }
 
     /// Returns the unknown whose release from its bound would lower the objective most.
-    fn held(&self, x: &Column, places: &[BoundState; LINES], still: f64) -> Option<usize> {
+    fn bound_to_release(
+        &self,
+        x: &Column,
+        places: &[BoundState; LINES],
+        still: f64,
+    ) -> Option<usize> {
         let gradient = self.curvature * x - self.slope;
         let gain = |n: usize| {
             let along = gradient[n];
@@ -82,7 +87,7 @@ impl Bounded {
     }
 
     /// Moves to the minimum of the free unknowns, or to the bounds on the way.
-    fn settle(
+    fn move_to_minimum(
         &self,
         x: &mut Column,
         places: &mut [BoundState; LINES],

@@ -85,7 +85,7 @@ impl Solution {
     /// Returns the size of the difference between wanted and given force at the hand, N. Torques do
     /// not count.
     #[must_use]
-    pub fn missed_n(&self, wanted: &WrenchVector) -> f64 {
+    pub fn force_error_n(&self, wanted: &WrenchVector) -> f64 {
         (self.given - wanted).fixed_rows::<3>(0).norm()
     }
 }
@@ -101,7 +101,7 @@ impl LeastSquares {
     ) -> Result<Self, RecruitmentError> {
         weights.check()?;
         let mut most = Forces::zeros();
-        for (entry, force) in most.iter_mut().zip(limb.most()) {
+        for (entry, force) in most.iter_mut().zip(limb.max_forces()) {
             *entry = force.to_double();
         }
         Ok(Self {
@@ -148,7 +148,7 @@ impl LeastSquares {
     ) -> Result<Solution, RecruitmentError> {
         let last = self.last;
         let found = self.recruit(posed, wanted)?;
-        if found.missed_n(wanted) <= tolerance_n {
+        if found.force_error_n(wanted) <= tolerance_n {
             return Ok(found);
         }
         self.last = last;

@@ -37,7 +37,7 @@ impl Quartic {
     ///
     /// # Errors
     /// E762.
-    pub fn fitted(points: &[(f64, f64)]) -> Result<Self, NoQuartic> {
+    pub fn fit(points: &[(f64, f64)]) -> Result<Self, NoQuartic> {
         let refused = NoQuartic(points.len());
         let finite = |pair: &(f64, f64)| pair.0.is_finite() && pair.1.is_finite();
         if points.len() < TERMS || !points.iter().all(finite) {
@@ -85,7 +85,7 @@ impl Quartic {
     /// Returns the coefficients of powers of the angle in degrees, a₀ to a₄: equation 3 as it is
     /// printed.
     #[must_use]
-    pub fn per_degree(&self) -> [f64; TERMS] {
+    pub fn degree_coefficients(&self) -> [f64; TERMS] {
         let [low, high] = self.range_deg;
         let (slope, offset) = (2.0 / (high - low), -(high + low) / (high - low));
         let mut sum = [0.0; TERMS];

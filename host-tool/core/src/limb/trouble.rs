@@ -74,9 +74,9 @@ impl RecruitmentError {
     ///
     /// # Errors
     /// [`RecruitmentError::Spec`].
-    pub fn of_spec(spec: &LimbSpec) -> Result<(), Self> {
+    pub fn check_spec(spec: &LimbSpec) -> Result<(), Self> {
         let mut lines = Vec::new();
-        spec.mistakes(&mut |mistake| lines.push(told(&mistake, spec)));
+        spec.report_mistakes(&mut |mistake| lines.push(describe_mistake(&mistake, spec)));
         match lines.is_empty() {
             true => Ok(()),
             false => Err(Self::Spec(lines)),
@@ -91,7 +91,7 @@ impl From<PostureError> for RecruitmentError {
 }
 
 /// Describes a mistake with the names of axes and channels that people use.
-fn told(mistake: &LimbError, spec: &LimbSpec) -> String {
+fn describe_mistake(mistake: &LimbError, spec: &LimbSpec) -> String {
     match mistake {
         LimbError::Axis { axis, .. } => format!("  {mistake} ({})", axis_name(*axis)),
         LimbError::Line { line, range } => {

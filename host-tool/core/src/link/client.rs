@@ -3,7 +3,7 @@
 //! thread, a server or a page in a browser can drive it themselves.
 
 use super::clock::{Clock, Fit};
-use super::numbers::{Numbers, framed};
+use super::numbers::{Numbers, frame_request};
 use super::{Error, RefusalInWords};
 use firmware::link::{
     Code, Decoder, Event, HelloInfo, Request, Response, SCHEMA, SetupSum, Status, Telemetry,
@@ -35,7 +35,7 @@ pub enum Incoming {
 
 impl Incoming {
     /// Returns the number of the request that this message answers; `None` if it answers none.
-    const fn answers(&self) -> Option<u16> {
+    const fn answered_seq(&self) -> Option<u16> {
         match self {
             Self::Acknowledged(seq, _) | Self::Status(seq, _) => Some(*seq),
             Self::Hello(info) => Some(info.seq),
@@ -46,7 +46,7 @@ impl Incoming {
 
     /// Returns whether the message turns this host away without having read its request: a device
     /// that serves another host answers like this before it reads a number.
-    fn turns_away(&self) -> bool {
+    fn is_session_refusal(&self) -> bool {
         matches!(self, Self::Refused(None, refused) if refused.code() == Some(Code::SessionTaken))
     }
 }
@@ -103,7 +103,7 @@ impl Client {
     pub fn hello(&mut self, now_us: u64) -> (u16, Vec<u8>) {
         self.awaited.clear();
         let (seq, request) = (self.numbers.next(), Request::Hello { schema: SCHEMA });
-        let frame = framed(self.session, seq, request).unwrap_or_default(); // always fits
+        let frame = frame_request(self.session, seq, request).unwrap_or_default(); // always fits
         self.opening = Some(seq);
         self.await_answer(seq, now_us, None);
         (seq, frame)
@@ -114,9 +114,9 @@ impl Client {
     /// # Errors
     /// [`Error::TooLarge`]: the request does not fit a frame.
     pub fn request(&mut self, request: Request, now_us: u64) -> Result<(u16, Vec<u8>), Error> {
-        let configures = SetupSum::concerns(&request).then(|| request.clone());
+        let configures = SetupSum::is_setup_request(&request).then(|| request.clone());
         let seq = self.numbers.next();
-        let frame = framed(self.session, seq, request).ok_or(Error::TooLarge("request"))?;
+        let frame = frame_request(self.session, seq, request).ok_or(Error::TooLarge("request"))?;
         self.await_answer(seq, now_us, configures);
         Ok((seq, frame))
     }
@@ -148,19 +148,19 @@ impl Client {
     pub fn receive(&mut self, bytes: &[u8], now_us: u64) -> Result<(), Error> {
         let mut rest = bytes;
         while !rest.is_empty() {
-            let Some(Ok(message)) = self.decoder.take(&mut rest) else {
+            let Some(Ok(message)) = self.decoder.push_until_delimiter(&mut rest) else {
                 continue;
             };
             let device = other_schema(message, self.opening);
             let response = postcard::from_bytes::<Response<'_>>(message);
-            let incoming =
-                response.map(|response| sort(response, |at| self.clock.unwrap(now_us, at)));
+            let incoming = response
+                .map(|response| to_incoming(response, |at| self.clock.unwrap_stamp(now_us, at)));
             self.decoder.clear();
             if let Some(device) = device {
                 return Err(Error::OtherSchema { device });
             }
             if let Ok(incoming) = incoming {
-                self.file(incoming, now_us);
+                self.store_message(incoming, now_us);
             }
         }
         Ok(())
@@ -179,9 +179,10 @@ impl Client {
 
     /// Removes and returns the answer to the request with this number, ahead of other messages;
     /// `None` if it has not arrived.
-    pub fn answer(&mut self, seq: u16) -> Option<Incoming> {
-        let is_answer =
-            |incoming: &Incoming| incoming.answers() == Some(seq) || incoming.turns_away();
+    pub fn take_answer(&mut self, seq: u16) -> Option<Incoming> {
+        let is_answer = |incoming: &Incoming| {
+            incoming.answered_seq() == Some(seq) || incoming.is_session_refusal()
+        };
         let index = self.incoming.iter().position(is_answer)?;
         self.incoming.remove(index)
     }
@@ -207,7 +208,7 @@ impl Client {
         Self {
             decoder: self.decoder.clone(),
             session: self.session,
-            numbers: self.numbers.apart(),
+            numbers: self.numbers.fork(),
             clock: self.clock,
             opening: self.opening,
             awaited: self.awaited.clone(),
@@ -222,19 +223,19 @@ impl Client {
     pub fn keep_alives(&self) -> impl FnMut() -> Vec<u8> + Send + 'static {
         let (session, numbers) = (self.session, self.numbers.clone());
         // A keep-alive always fits a frame.
-        move || framed(session, numbers.next(), Request::KeepAlive).unwrap_or_default()
+        move || frame_request(session, numbers.next(), Request::KeepAlive).unwrap_or_default()
     }
 
     /// Updates the clock and the setup from an answer, and keeps the message.
-    fn file(&mut self, incoming: Incoming, now_us: u64) {
-        let seq = incoming.answers();
+    fn store_message(&mut self, incoming: Incoming, now_us: u64) {
+        let seq = incoming.answered_seq();
         let asked = self
             .awaited
             .iter()
             .position(|expectation| Some(expectation.seq) == seq);
         let asked = asked.and_then(|index| self.awaited.remove(index));
         if let (Incoming::Acknowledged(_, at), Some(asked)) = (&incoming, asked) {
-            self.clock.observe(asked.sent_us, now_us, *at);
+            self.clock.add_exchange(asked.sent_us, now_us, *at);
             if let Some(request) = &asked.configures {
                 self.setup.note(request);
             }
@@ -266,7 +267,7 @@ fn other_schema(message: &[u8], hello: Option<u16>) -> Option<u64> {
 }
 
 /// Converts a response into a message; `unwrap` turns device times into 64 bits.
-fn sort(response: Response<'_>, mut unwrap: impl FnMut(Micros) -> u64) -> Incoming {
+fn to_incoming(response: Response<'_>, mut unwrap: impl FnMut(Micros) -> u64) -> Incoming {
     match response {
         Response::Ack { seq, at } => Incoming::Acknowledged(seq, unwrap(at)),
         Response::Hello(info) => Incoming::Hello(Box::new(info)),

@@ -112,7 +112,7 @@ impl Clock {
     /// lower 32 bits, it is the time nearest to where the device must be by the host's clock,
     /// however long the device was silent. The first stamp becomes the time nearest to host time,
     /// so that a simulated device's time is that of its world. The result is never less than 0.
-    pub fn unwrap(&mut self, host_us: u64, at: Micros) -> u64 {
+    pub fn unwrap_stamp(&mut self, host_us: u64, at: Micros) -> u64 {
         let expected_us = self.last.map_or(host_us, |(host, device)| {
             device.saturating_add(host_us.saturating_sub(host))
         });
@@ -125,7 +125,7 @@ impl Clock {
 
     /// Adds an exchange: a request sent at `sent_us`, answered by `received_us`, and stamped
     /// `device_us` in between.
-    pub fn observe(&mut self, sent_us: u64, received_us: u64, device_us: u64) {
+    pub fn add_exchange(&mut self, sent_us: u64, received_us: u64, device_us: u64) {
         let round_trip_us = received_us.saturating_sub(sent_us);
         let exchange = Exchange {
             round_trip_us,
@@ -173,8 +173,8 @@ mod tests {
             let device = (u32::MAX - 999_999).wrapping_add((host_us + host_us / 25_000) as u32);
             let half = 150 + i % 7;
             let middle = host_us + 1_000;
-            let device_us = clock.unwrap(middle + half, Micros::new(device));
-            clock.observe(middle - half, middle + half, device_us);
+            let device_us = clock.unwrap_stamp(middle + half, Micros::new(device));
+            clock.add_exchange(middle - half, middle + half, device_us);
         }
         let fit = clock.fit().unwrap();
         assert_eq!((fit.exchanges, fit.round_trip_us), (1_000, 300));
@@ -187,10 +187,10 @@ mod tests {
     fn the_shortest_round_trip_decides() {
         let mut clock = Clock::default();
         assert_eq!(clock.device_at(0), None);
-        clock.observe(1_000, 3_000, u32::MAX.into());
+        clock.add_exchange(1_000, 3_000, u32::MAX.into());
         assert_eq!(clock.device_at(2_010), Some((1 << 32) + 9));
-        clock.observe(10_000, 10_200, 8_000);
-        clock.observe(20_000, 29_000, 50_000);
+        clock.add_exchange(10_000, 10_200, 8_000);
+        clock.add_exchange(20_000, 29_000, 50_000);
         assert_eq!(clock.device_at(10_100), Some(8_000));
     }
 
@@ -211,10 +211,13 @@ mod tests {
                 while host_us < DAY_US.min(step_us * 5_000) {
                     // The device's quartz is 100 ppm fast.
                     let device_us = boot_us + host_us + host_us / 10_000;
-                    assert_eq!(clock.unwrap(host_us, stamp(device_us)), device_us);
+                    assert_eq!(clock.unwrap_stamp(host_us, stamp(device_us)), device_us);
                     // An earlier stamp may arrive later.
                     let before_us = device_us.saturating_sub(2_500).max(boot_us);
-                    assert_eq!(clock.unwrap(host_us + 20, stamp(before_us)), before_us);
+                    assert_eq!(
+                        clock.unwrap_stamp(host_us + 20, stamp(before_us)),
+                        before_us
+                    );
                     host_us += step_us;
                 }
             }
@@ -222,7 +225,7 @@ mod tests {
         // A simulated world's time is that of its device, also if it starts beyond the wrap.
         let mut clock = Clock::default();
         assert_eq!(
-            clock.unwrap((1 << 32) + 900, Micros::new(700)),
+            clock.unwrap_stamp((1 << 32) + 900, Micros::new(700)),
             (1 << 32) + 700
         );
     }

@@ -76,7 +76,7 @@ impl<P: Port> Connection<P> {
     /// The errors of [`Connection::open`].
     pub fn hello(&mut self) -> Result<HelloInfo, Error> {
         self.keeper = None; // it speaks in the session before
-        let sent_us = self.attend();
+        let sent_us = self.mark_attended();
         self.port.send(&Client::BREAK)?;
         let (seq, frame) = self.client.hello(sent_us);
         self.port.send(&frame)?;
@@ -117,7 +117,7 @@ impl<P: Port> Connection<P> {
     ///
     /// # Errors
     /// [`Error::Lost`]: the port failed, or the system could not start a thread.
-    pub fn keep_alive_apart(&mut self, period: Duration) -> Result<bool, Error> {
+    pub fn start_keep_alive_thread(&mut self, period: Duration) -> Result<bool, Error> {
         let Some(Outlet {
             line: mut to,
             clock,
@@ -204,7 +204,7 @@ impl<P: Port> Connection<P> {
     /// [`Error::Lost`].
     pub fn poll(&mut self, until_us: u64) -> Result<Polled, Error> {
         if let Some(keeper) = &self.keeper {
-            keeper.attend();
+            keeper.mark_attended();
         }
         if let Some(incoming) = self.client.take_message() {
             return Ok(Polled::Message(incoming));
@@ -242,15 +242,15 @@ impl<P: Port> Connection<P> {
     }
 
     fn call(&mut self, name: &'static str, request: Request) -> Result<Incoming, Error> {
-        let sent_us = self.attend();
+        let sent_us = self.mark_attended();
         let seq = self.send(name, request, sent_us)?;
         self.await_answer(name, seq, sent_us)
     }
 
     /// Notes that the program looks at its port now, and returns the port's time, µs.
-    fn attend(&mut self) -> u64 {
+    fn mark_attended(&mut self) -> u64 {
         let now_us = self.port.now_us();
-        self.stalls.look(now_us, 0);
+        self.stalls.record_look(now_us, 0);
         now_us
     }
 
@@ -274,7 +274,7 @@ impl<P: Port> Connection<P> {
                 });
             }
             self.receive(until_us)?;
-            match self.client.answer(seq) {
+            match self.client.take_answer(seq) {
                 Some(Incoming::Refused(_, refused)) => return Err(Error::Refused(refused)),
                 Some(answer) => return Ok(answer),
                 None => {}
@@ -284,14 +284,14 @@ impl<P: Port> Connection<P> {
 
     /// Returns the longest time within the last two seconds in which this computer did not run the
     /// program, as far as the port shows, µs; 0 if none exceeded 10 ms.
-    pub fn stalled_us(&mut self) -> u64 {
+    pub fn recent_stall_us(&mut self) -> u64 {
         let now_us = self.port.now_us();
         self.stalls.recent_us(now_us)
     }
 
     /// Returns the sum of all times since the session was opened in which this computer did not run
     /// the program, µs.
-    pub(crate) fn stalled_in_sum_us(&self) -> u64 {
+    pub(crate) fn total_stall_us(&self) -> u64 {
         self.stalls.sum_us()
     }
 
@@ -307,21 +307,24 @@ impl<P: Port> Connection<P> {
     }
 
     /// Returns an error if a signal has arrived, so that waiting ends.
-    fn heed_signal(&self) -> Result<(), Error> {
-        let asked = self.interruption.as_ref().and_then(Interruption::asked);
+    fn check_signal(&self) -> Result<(), Error> {
+        let asked = self
+            .interruption
+            .as_ref()
+            .and_then(Interruption::received_signal);
         asked.map_or(Ok(()), |signal| Err(Error::Interrupted(signal)))
     }
 
     /// Takes bytes that arrive by `until_us`. It may return earlier without bytes, after
     /// [`POLL_US`], so that signals and stalls are noticed. Returns the port's time at its end, µs.
     fn receive(&mut self, until_us: u64) -> Result<u64, Error> {
-        self.heed_signal()?;
-        let now_us = self.attend();
+        self.check_signal()?;
+        let now_us = self.mark_attended();
         self.asked_us = Some(now_us);
         let until_us = until_us.min(now_us + POLL_US);
         let received = self.port.receive(until_us);
         let now_us = self.port.now_us();
-        self.stalls.look(now_us, until_us);
+        self.stalls.record_look(now_us, until_us);
         let bytes = received.map_err(|error| match self.stalls.recent_us(now_us) {
             stalled_us @ ANSWER_US.. => {
                 host_stalled(stalled_us, &format!("the connection broke ({error})"))

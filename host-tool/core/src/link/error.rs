@@ -129,7 +129,7 @@ impl RefusalInWords {
     }
 
     /// Returns whether the first number is the joint concerned.
-    fn is_of_joint(&self) -> bool {
+    fn names_joint(&self) -> bool {
         matches!(self.code(), Some(Code::NoPhaseJoint | Code::NoAngle))
     }
 }
@@ -140,7 +140,12 @@ impl fmt::Display for RefusalInWords {
         if let Some(channel) = self.channel {
             write!(f, "channel {channel}, ")?;
         }
-        write!(f, "{}: {}", self.field, self.code().map_or("refused", what))?;
+        write!(
+            f,
+            "{}: {}",
+            self.field,
+            self.code().map_or("refused", meaning)
+        )?;
         if let Some((min, max)) = self.allowed {
             match self.fault() {
                 Some(fault) => write!(f, " ({min}: {fault:?})")?,
@@ -153,7 +158,7 @@ impl fmt::Display for RefusalInWords {
                 None if self.code() == Some(Code::OppositePhases) => {
                     write!(f, " (with channel {})", min.saturating_add(1))?;
                 }
-                None if self.is_of_joint() => write!(f, " (joint {min})")?,
+                None if self.names_joint() => write!(f, " (joint {min})")?,
                 None if self.is_sum() => write!(f, " ({min} µA, allowed {max})")?,
                 None if min == max => write!(f, " (allowed only {min})")?,
                 None => write!(f, " (allowed {min} to {max})")?,
@@ -168,7 +173,7 @@ impl fmt::Display for RefusalInWords {
 
 /// Returns the meaning of a refusal as a phrase.
 #[must_use]
-pub fn what(code: Code) -> &'static str {
+pub fn meaning(code: Code) -> &'static str {
     words(code).0
 }
 

@@ -53,14 +53,14 @@ pub struct Interruption(Arc<AtomicUsize>);
 impl Interruption {
     /// Returns the latest signal that arrived; `None` if none did.
     #[must_use]
-    pub fn asked(&self) -> Option<Signal> {
+    pub fn received_signal(&self) -> Option<Signal> {
         let number = self.0.load(Ordering::Acquire);
         let is = |signal: &Signal| usize::from(signal.number()) == number;
         Signal::ALL.into_iter().find(is)
     }
 
     /// Sets the flag as if `signal` had arrived.
-    pub fn ask(&self, signal: Signal) {
+    pub fn raise_signal(&self, signal: Signal) {
         self.0.store(signal.number().into(), Ordering::Release);
     }
 
@@ -80,11 +80,11 @@ mod tests {
     fn a_signal_reaches_every_clone_and_stays() {
         let interruption = Interruption::default();
         let other = interruption.clone();
-        assert_eq!(other.asked(), None);
+        assert_eq!(other.received_signal(), None);
         for signal in Signal::ALL {
-            interruption.ask(signal);
-            assert_eq!(other.asked(), Some(signal));
-            assert_eq!(other.asked(), Some(signal));
+            interruption.raise_signal(signal);
+            assert_eq!(other.received_signal(), Some(signal));
+            assert_eq!(other.received_signal(), Some(signal));
         }
         let codes = Signal::ALL.map(Signal::exit_code);
         assert_eq!(codes, [130, 143, 129]);

@@ -32,7 +32,7 @@ pub struct Lateness {
 impl Lateness {
     /// Creates the distribution from values in any order, µs.
     #[must_use]
-    pub fn of(mut late_us: Vec<u32>) -> Self {
+    pub fn from_values(mut late_us: Vec<u32>) -> Self {
         late_us.sort_unstable();
         Self { late_us }
     }
@@ -64,7 +64,7 @@ struct Beats {
 }
 
 impl Beats {
-    fn sent(&mut self, now: Duration) {
+    fn record_sent(&mut self, now: Duration) {
         if let Some(last) = self.last {
             self.pauses.push_back((now, now.saturating_sub(last)));
         }
@@ -99,7 +99,7 @@ impl Shared {
 
     /// Sends keep-alives until the keeper is dropped or the device is gone; the loop that reads
     /// from the device gets that error itself.
-    fn beat(&self, period: Duration, mut send: impl FnMut() -> io::Result<()>) {
+    fn send_keep_alives(&self, period: Duration, mut send: impl FnMut() -> io::Result<()>) {
         let mut due = self.clock.now() + period;
         loop {
             while let Some(left) = due.checked_sub(self.clock.now()) {
@@ -121,7 +121,7 @@ impl Shared {
             let late_us = u32::try_from(late.as_micros()).unwrap_or(u32::MAX);
             beats.late_us.push(late_us);
             if is_attended {
-                beats.sent(now);
+                beats.record_sent(now);
             }
             due = now + period;
         }
@@ -161,12 +161,12 @@ impl Keeper {
         });
         let own = Arc::clone(&shared);
         let named = std::thread::Builder::new().name("keep-alive".to_owned());
-        let thread = Some(named.spawn(move || own.beat(period, send))?);
+        let thread = Some(named.spawn(move || own.send_keep_alives(period, send))?);
         Ok(Self { shared, thread })
     }
 
     /// Notes that the host's loop looks at its device.
-    pub fn attend(&self) {
+    pub fn mark_attended(&self) {
         let now_us = self.shared.now_us();
         self.shared.attended_us.store(now_us, Ordering::Release);
     }
@@ -189,7 +189,7 @@ impl Keeper {
     /// for `host_timeout`; `None` if there is no such pause. A pause of half the timeout suffices:
     /// the rest is due to the period and the wire.
     #[must_use]
-    pub fn explains(&self, host_timeout: Duration) -> Option<Duration> {
+    pub fn explaining_pause(&self, host_timeout: Duration) -> Option<Duration> {
         let pause = self.longest_pause();
         (pause >= host_timeout / 2).then_some(pause)
     }
@@ -197,7 +197,7 @@ impl Keeper {
     /// Returns the lateness of all keep-alives so far.
     #[must_use]
     pub fn lateness(&self) -> Lateness {
-        Lateness::of(self.shared.beats().late_us.clone())
+        Lateness::from_values(self.shared.beats().late_us.clone())
     }
 }
 
@@ -251,7 +251,7 @@ mod tests {
     fn hears(keeper: &Keeper, heard: &mpsc::Receiver<()>) {
         let begin = Instant::now();
         while heard.recv_timeout(PERIOD).is_err() {
-            keeper.attend();
+            keeper.mark_attended();
             assert!(begin.elapsed() < PATIENCE, "it never speaks");
         }
     }
@@ -274,8 +274,8 @@ mod tests {
         while heard.recv_timeout(200 * PERIOD).is_ok() {
             assert!(begin.elapsed() < PATIENCE, "it never ends");
         }
-        assert!(keeper.explains(100 * PERIOD).is_some());
-        assert_eq!(keeper.explains(100 * PATIENCE), None);
+        assert!(keeper.explaining_pause(100 * PERIOD).is_some());
+        assert_eq!(keeper.explaining_pause(100 * PATIENCE), None);
         // The loop attends again.
         hears(&keeper, &heard);
     }
@@ -296,17 +296,17 @@ mod tests {
         drop(heard);
         let thread = keeper.thread.as_ref().unwrap();
         while !thread.is_finished() {
-            keeper.attend();
+            keeper.mark_attended();
             std::thread::yield_now();
         }
     }
 
     #[test]
     fn quantiles_are_of_what_there_is() {
-        let lateness = Lateness::of((1..=1000).rev().collect());
+        let lateness = Lateness::from_values((1..=1000).rev().collect());
         let at = |share| lateness.quantile_us(share).unwrap();
         assert_eq!([at(0.0), at(0.5), at(0.999), at(1.0)], [1, 500, 999, 1000]);
         assert_eq!(Lateness::default().quantile_us(0.5), None);
-        assert_eq!(Lateness::of(vec![7]).quantile_us(0.999), Some(7));
+        assert_eq!(Lateness::from_values(vec![7]).quantile_us(0.999), Some(7));
     }
 }

@@ -27,7 +27,7 @@ mod stream;
 pub use client::{Client, Incoming};
 pub use clock::{Fit, stamp};
 pub use connection::{Connection, Polled};
-pub use error::{Error, RefusalInWords, advice, what};
+pub use error::{Error, RefusalInWords, advice, meaning};
 pub use interruption::{Interruption, Signal};
 pub use keeper::{Keeper, Lateness, UNATTENDED};
 #[cfg(feature = "realtime")]

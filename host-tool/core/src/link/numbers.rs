@@ -15,13 +15,13 @@ impl Numbers {
     }
 
     /// Returns a separate counter that continues from the present number.
-    pub(super) fn apart(&self) -> Self {
+    pub(super) fn fork(&self) -> Self {
         Self(Arc::new(AtomicU16::new(self.0.load(Ordering::Relaxed))))
     }
 }
 
 /// Returns the frame of a request; `None` if the request does not fit a frame.
-pub(super) fn framed(session: u16, seq: u16, request: Request) -> Option<Vec<u8>> {
+pub(super) fn frame_request(session: u16, seq: u16, request: Request) -> Option<Vec<u8>> {
     let message = ToDevice {
         session,
         seq,

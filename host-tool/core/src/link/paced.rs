@@ -26,7 +26,7 @@ impl<P> PacedPort<P> {
 
 /// Returns how long virtual time, `virtual_us` after the origin, must wait for the wall clock,
 /// `wall` after the origin.
-fn ahead(virtual_us: u64, wall: Duration) -> Duration {
+fn wait_time(virtual_us: u64, wall: Duration) -> Duration {
     Duration::from_micros(virtual_us).saturating_sub(wall)
 }
 
@@ -45,7 +45,7 @@ impl<P: Port> Port for PacedPort<P> {
             let (start, start_us) = *self.origin.get_or_insert_with(|| (Instant::now(), now));
             let bytes = self.port.receive(until_us.min(now + STEP_US))?;
             let now = self.port.now_us();
-            std::thread::sleep(ahead(now.saturating_sub(start_us), start.elapsed()));
+            std::thread::sleep(wait_time(now.saturating_sub(start_us), start.elapsed()));
             if !bytes.is_empty() || now >= until_us {
                 return Ok(bytes);
             }
@@ -97,7 +97,7 @@ mod tests {
 
     #[test]
     fn a_late_simulation_does_not_wait() {
-        let ahead_us = |wall_ms| ahead(1_500, Duration::from_millis(wall_ms)).as_micros();
+        let ahead_us = |wall_ms| wait_time(1_500, Duration::from_millis(wall_ms)).as_micros();
         assert_eq!((ahead_us(1), ahead_us(2)), (500, 0));
     }
 }

@@ -65,8 +65,8 @@ pub trait Port: Send {
     }
     /// Returns the true force of a simulated wearer's hand on the object that holds it, N:
     /// backward, to the right, upward. `None` if there is no simulated arm.
-    fn hand_n(&mut self) -> Option<[f64; 3]> {
-        self.world().and_then(|world| world.body.hand_n())
+    fn hand_force_n(&mut self) -> Option<[f64; 3]> {
+        self.world().and_then(|world| world.body.hand_force_n())
     }
 }
 

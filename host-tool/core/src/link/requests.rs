@@ -72,7 +72,7 @@ impl<P: Port> Connection<P> {
     ///
     /// # Errors
     /// The errors of every request here; [`Error::TooLarge`] for more than five groups.
-    pub fn groups(&mut self, groups: &[GroupSpec]) -> Result<u64, Error> {
+    pub fn set_groups(&mut self, groups: &[GroupSpec]) -> Result<u64, Error> {
         if groups.len() > MAX_GROUPS {
             return Err(Error::TooLarge("Groups"));
         }
@@ -85,7 +85,7 @@ impl<P: Port> Connection<P> {
     ///
     /// # Errors
     /// The errors of every request here; [`Error::TooLarge`] for more than ten amplitudes.
-    pub fn amplitudes(&mut self, list: &[(u8, Amplitude)]) -> Result<u64, Error> {
+    pub fn set_amplitudes(&mut self, list: &[(u8, Amplitude)]) -> Result<u64, Error> {
         let list = list.iter();
         let own: Vec<_> = list
             .map(|&(channel, amplitude)| (channel, amplitude, None))
@@ -98,7 +98,7 @@ impl<P: Port> Connection<P> {
     ///
     /// # Errors
     /// The errors of every request here; [`Error::TooLarge`] for more than ten amplitudes.
-    pub fn stimuli(&mut self, list: &[(u8, Amplitude, u16)]) -> Result<u64, Error> {
+    pub fn set_stimuli(&mut self, list: &[(u8, Amplitude, u16)]) -> Result<u64, Error> {
         let list = list.iter();
         let pairs: Vec<_> = list
             .map(|&(channel, amplitude, us)| (channel, amplitude, Some(us)))
@@ -110,7 +110,7 @@ impl<P: Port> Connection<P> {
     ///
     /// # Errors
     /// The errors of every request here; [`Error::TooLarge`] for more than sixteen pulses.
-    pub fn pulses(&mut self, channel: u8, pulses: &[ListedPulse]) -> Result<u64, Error> {
+    pub fn play_pulses(&mut self, channel: u8, pulses: &[ListedPulse]) -> Result<u64, Error> {
         if pulses.len() > MAX_LISTED {
             return Err(Error::TooLarge("Pulses"));
         }

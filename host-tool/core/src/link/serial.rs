@@ -37,7 +37,7 @@ impl SerialPort {
 }
 
 impl SplitStream for Box<dyn serialport::SerialPort> {
-    fn forked(&self) -> io::Result<Box<dyn Write + Send>> {
+    fn clone_writer(&self) -> io::Result<Box<dyn Write + Send>> {
         Ok(Box::new(self.try_clone()?))
     }
 }

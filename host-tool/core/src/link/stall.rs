@@ -22,7 +22,7 @@ impl Stalls {
 
     /// Notes that the program looks at its port at `now_us`, which it wanted to do by `due_us`, or
     /// at once if `due_us` is 0.
-    pub(super) fn look(&mut self, now_us: u64, due_us: u64) {
+    pub(super) fn record_look(&mut self, now_us: u64, due_us: u64) {
         let wanted_us = self.seen_us.unwrap_or(now_us).max(due_us);
         let stall_us = now_us.saturating_sub(wanted_us);
         self.seen_us = Some(now_us);
@@ -58,17 +58,17 @@ mod tests {
     #[test]
     fn only_what_was_not_wanted_is_a_stall() {
         let mut stalls = Stalls::default();
-        stalls.look(70_000_000, 0); // how long the port was there does not count
-        stalls.look(70_500_000, 70_500_000); // a wait
-        stalls.look(70_509_000, 0); // work
+        stalls.record_look(70_000_000, 0); // how long the port was there does not count
+        stalls.record_look(70_500_000, 70_500_000); // a wait
+        stalls.record_look(70_509_000, 0); // work
         assert_eq!((stalls.sum_us(), stalls.recent_us(70_509_000)), (0, 0));
-        stalls.look(75_000_000, 70_511_000);
+        stalls.record_look(75_000_000, 70_511_000);
         assert_eq!(stalls.sum_us(), 4_489_000);
-        stalls.look(75_100_000, 0);
+        stalls.record_look(75_100_000, 0);
         assert_eq!(stalls.sum_us(), 4_589_000);
         assert_eq!(stalls.recent_us(77_000_000), 4_489_000);
         assert_eq!(stalls.recent_us(77_000_001), 0);
-        stalls.look(77_100_000, 77_080_000);
+        stalls.record_look(77_100_000, 77_080_000);
         assert_eq!(stalls.recent_us(77_100_000), 20_000);
     }
 }

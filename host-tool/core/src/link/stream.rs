@@ -52,11 +52,11 @@ impl<S> Stream<S> {
 /// Stream that two threads can write to.
 pub trait SplitStream: Read + Write + Send {
     /// Returns a second end for writing.
-    fn forked(&self) -> io::Result<Box<dyn Write + Send>>;
+    fn clone_writer(&self) -> io::Result<Box<dyn Write + Send>>;
 }
 
 impl SplitStream for TcpStream {
-    fn forked(&self) -> io::Result<Box<dyn Write + Send>> {
+    fn clone_writer(&self) -> io::Result<Box<dyn Write + Send>> {
         Ok(Box::new(self.try_clone()?))
     }
 }
@@ -72,7 +72,7 @@ impl<S: SplitStream> Port for Stream<S> {
 
     fn outlet(&mut self) -> io::Result<Option<Outlet>> {
         Ok(Some(Outlet {
-            line: self.stream.forked()?,
+            line: self.stream.clone_writer()?,
             clock: Box::new(SystemClock::start()),
         }))
     }

@@ -23,7 +23,7 @@ pub enum Scale {
 impl Scale {
     /// Returns the position of a value between the pixels of both ends.
     #[must_use]
-    pub fn place(&self, value: f64, from: f64, to: f64) -> f64 {
+    pub fn position(&self, value: f64, from: f64, to: f64) -> f64 {
         let along = |part: f64| from + (to - from) * part.clamp(0.0, 1.0);
         match self {
             Self::Linear(low, high) => along((value - low) / (high - low)),
@@ -61,7 +61,7 @@ impl Scale {
         };
         let starts = parts.iter().skip(1);
         starts
-            .map(|(low, _)| self.place(*low, from, to) - CUT / 2.0)
+            .map(|(low, _)| self.position(*low, from, to) - CUT / 2.0)
             .collect()
     }
 }
@@ -165,9 +165,9 @@ impl Axis {
         Self { ticks, ..self }
     }
 
-    /// Removes the words if `silent`, because another panel with the same axis has them.
+    /// Removes the words if `hide_labels`, because another panel with the same axis has them.
     #[must_use]
-    pub fn silent(mut self, silent: bool) -> Self {
+    pub fn hide_labels(mut self, silent: bool) -> Self {
         if silent {
             self.name.clear();
             self.heads.clear();
@@ -178,20 +178,26 @@ impl Axis {
 
     /// Adds a line through the panel, with its name at the far side.
     #[must_use]
-    pub fn rule(self, at: f64, words: &str, color: Color) -> Self {
+    pub fn reference_line(self, at: f64, words: &str, color: Color) -> Self {
         let rule = Some(color);
-        self.far(at, words, rule, MUTED)
+        self.add_far_label(at, words, rule, MUTED)
     }
 
     /// Adds words at the far side.
     #[must_use]
-    pub fn aside(self, at: f64, words: &str) -> Self {
-        self.far(at, words, None, INK)
+    pub fn far_label(self, at: f64, words: &str) -> Self {
+        self.add_far_label(at, words, None, INK)
     }
 
     /// Adds words at the far side, with the colour of an optional line and of the words.
     #[must_use]
-    pub fn far(mut self, at: f64, words: &str, rule: Option<Color>, color: Color) -> Self {
+    pub fn add_far_label(
+        mut self,
+        at: f64,
+        words: &str,
+        rule: Option<Color>,
+        color: Color,
+    ) -> Self {
         let words = words.to_owned();
         self.far.push(FarLabel {
             at,
@@ -203,7 +209,7 @@ impl Axis {
     }
 
     /// Returns whether the axis has a name or a tick label.
-    pub(super) fn speaks(&self) -> bool {
+    pub(super) fn has_labels(&self) -> bool {
         !self.name.is_empty() || self.ticks.iter().any(|(_, words)| !words.is_empty())
     }
 
@@ -219,7 +225,7 @@ impl Axis {
 
 /// Moves positions apart until neighbours are `gaps` apart, between two ends if there is room; the
 /// order is unchanged.
-pub(super) fn apart(places: &[f64], gaps: &[f64], low: f64, high: f64) -> Vec<f64> {
+pub(super) fn spread_apart(places: &[f64], gaps: &[f64], low: f64, high: f64) -> Vec<f64> {
     let mut order: Vec<usize> = (0..places.len()).collect();
     order.sort_by(|a, b| places[*a].total_cmp(&places[*b]));
     // Neighbours that would touch form a block around their common middle.
@@ -259,23 +265,23 @@ mod tests {
     #[test]
     fn places_grow_with_decades_and_stay_on_the_scale() {
         let cycles = Scale::Log(1e4, 1e8);
-        let at = [1e4, 1e6, 1e99, 0.0].map(|x| cycles.place(x, 100.0, 500.0).round());
+        let at = [1e4, 1e6, 1e99, 0.0].map(|x| cycles.position(x, 100.0, 500.0).round());
         assert_eq!(at, [100.0, 300.0, 500.0, 100.0]);
-        assert_eq!(Scale::Rows(4.0).place(0.0, 0.0, 80.0), 10.0);
+        assert_eq!(Scale::Rows(4.0).position(0.0, 0.0, 80.0), 10.0);
     }
 
     #[test]
     fn a_cut_axis_joins_its_parts() {
         let cut = Scale::Parts(vec![(0.0, 10.0), (90.0, 100.0)]);
-        let at = [0.0, 10.0, 50.0, 90.0, 100.0].map(|x| cut.place(x, 0.0, 220.0));
+        let at = [0.0, 10.0, 50.0, 90.0, 100.0].map(|x| cut.position(x, 0.0, 220.0));
         assert_eq!(at, [0.0, 100.0, 120.0, 120.0, 220.0]);
         assert_eq!(cut.cuts(0.0, 220.0), [110.0]);
     }
 
     #[test]
     fn names_that_crowd_are_moved_apart() {
-        let at = apart(&[50.0, 51.0, 49.0], &[10.0; 3], 0.0, 100.0);
+        let at = spread_apart(&[50.0, 51.0, 49.0], &[10.0; 3], 0.0, 100.0);
         assert_eq!(at, [50.0, 60.0, 40.0]);
-        assert!(apart(&[99.0, 99.0], &[10.0; 2], 0.0, 100.0) == [85.0, 95.0]);
+        assert!(spread_apart(&[99.0, 99.0], &[10.0; 2], 0.0, 100.0) == [85.0, 95.0]);
     }
 }

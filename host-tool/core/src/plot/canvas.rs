@@ -58,7 +58,7 @@ impl Words {
 
     /// Returns the same style with the text ending at its position.
     #[must_use]
-    pub const fn ending(self) -> Self {
+    pub const fn right_aligned(self) -> Self {
         Self {
             anchor: 1.0,
             ..self
@@ -67,7 +67,7 @@ impl Words {
 
     /// Returns the same style with the text centred and running upwards.
     #[must_use]
-    pub const fn turned(self) -> Self {
+    pub const fn rotated(self) -> Self {
         Self {
             turned: true,
             ..self.centred()
@@ -119,7 +119,7 @@ impl Canvas {
         let (w, h) = (short((to.0 - from.0).abs()), short((to.1 - from.1).abs()));
         self.element(format_args!(
             "<rect x=\"{x}\" y=\"{y}\" width=\"{w}\" height=\"{h}\" {}/>",
-            painted(paint)
+            paint_attributes(paint)
         ));
     }
 
@@ -140,7 +140,7 @@ impl Canvas {
         let points = path(corners);
         self.element(format_args!(
             "<polygon {} points=\"{points}\"/>",
-            painted(paint)
+            paint_attributes(paint)
         ));
     }
 
@@ -151,7 +151,7 @@ impl Canvas {
             let placed = corners.map(|(dx, dy)| (x + dx * radius, y + dy * radius));
             return self.polygon(&placed.collect::<Vec<_>>(), paint);
         }
-        let (x, y, paint) = (short(x), short(y), painted(paint));
+        let (x, y, paint) = (short(x), short(y), paint_attributes(paint));
         self.element(format_args!(
             "<circle cx=\"{x}\" cy=\"{y}\" r=\"{radius}\" {paint}/>"
         ));
@@ -200,7 +200,7 @@ impl Canvas {
     }
 }
 
-fn painted(paint: Paint) -> String {
+fn paint_attributes(paint: Paint) -> String {
     match paint {
         Paint::Full(color) => format!("fill=\"{color}\""),
         Paint::Tint(color) => format!("fill=\"{color}\" fill-opacity=\"0.22\""),

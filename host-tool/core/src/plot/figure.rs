@@ -3,7 +3,7 @@
 use super::canvas::{Canvas, Svg, Words, standalone};
 use super::ink::{EDGE, HALO, INK, MUTED, Paint, Shape, Stroke, stroke};
 use super::panel::{LetterScale, Margins, Panel};
-use super::words::{folded, width};
+use super::words::{width, wrap_text};
 
 /// Width of every figure, CSS pixels.
 pub const WIDTH: f64 = 1000.0;
@@ -46,13 +46,17 @@ impl Figure {
     #[must_use]
     pub fn svg(&self) -> Svg {
         let mut canvas = Canvas::default();
-        let mut y = self.head(&mut canvas);
-        y = legend(&mut canvas, LetterScale(1.0), (0.0, y), &self.legend, WIDTH);
-        y = self.panels(&mut canvas, y);
+        let mut y = self.draw_head(&mut canvas);
+        y = draw_legend(&mut canvas, LetterScale(1.0), (0.0, y), &self.legend, WIDTH);
+        y = self.draw_panels(&mut canvas, y);
         if !self.notes.is_empty() {
             y += NOTE / 2.0;
         }
-        for line in self.notes.iter().flat_map(|note| folded(12.0, note, WIDTH)) {
+        for line in self
+            .notes
+            .iter()
+            .flat_map(|note| wrap_text(12.0, note, WIDTH))
+        {
             canvas.text((0.0, y + NOTE / 2.0), &line, Words::new(12.0, MUTED));
             y += NOTE;
         }
@@ -65,13 +69,13 @@ impl Figure {
         standalone(&self.svg())
     }
 
-    fn head(&self, canvas: &mut Canvas) -> f64 {
+    fn draw_head(&self, canvas: &mut Canvas) -> f64 {
         let mut y = 0.0;
         if !self.title.is_empty() {
             canvas.text((0.0, 14.0), &self.title, Words::new(15.0, INK).bold());
             y = 28.0;
         }
-        let lines = folded(12.0, &self.subtitle, WIDTH).into_iter();
+        let lines = wrap_text(12.0, &self.subtitle, WIDTH).into_iter();
         for line in lines.filter(|line| !line.is_empty()) {
             canvas.text((0.0, y + NOTE / 2.0), &line, Words::new(12.0, INK));
             y += NOTE;
@@ -79,7 +83,7 @@ impl Figure {
         y
     }
 
-    fn panels(&self, canvas: &mut Canvas, top: f64) -> f64 {
+    fn draw_panels(&self, canvas: &mut Canvas, top: f64) -> f64 {
         let letters = LetterScale(1.0);
         let columns = self.rows.iter().map(Vec::len).max().unwrap_or(0);
         let column = |n: usize| self.rows.iter().filter_map(move |row| row.get(n));
@@ -119,7 +123,7 @@ impl Figure {
 
 /// Draws legend entries in rows from a position, no further right than `right`; returns the
 /// vertical position below them.
-pub fn legend(
+pub fn draw_legend(
     canvas: &mut Canvas,
     letters: LetterScale,
     (left, top): super::At,

@@ -15,7 +15,7 @@ impl fmt::Display for Color {
 impl Color {
     /// Returns the colour at the share `part`, 0 to 1, between this one and another.
     #[must_use]
-    pub fn towards(self, other: Self, part: f64) -> Self {
+    pub fn mix(self, other: Self, part: f64) -> Self {
         let mix =
             |a: u8, b: u8| (f64::from(a) + (f64::from(b) - f64::from(a)) * part).round() as u8;
         Self(

@@ -17,23 +17,23 @@ pub(super) struct OccupiedSpace {
 const COSTS: [f64; 4] = [1000.0, 400.0, 60.0, 25.0];
 
 impl OccupiedSpace {
-    pub(super) fn mark(&mut self, (x, y): At, radius: f64) {
+    pub(super) fn add_mark(&mut self, (x, y): At, radius: f64) {
         self.marks
             .push([x - radius, y - radius, x + radius, y + radius]);
     }
 
-    pub(super) fn line(&mut self, points: &[At]) {
+    pub(super) fn add_line(&mut self, points: &[At]) {
         self.lines
             .extend(points.windows(2).map(|pair| (pair[0], pair[1])));
     }
 
-    pub(super) fn label(&mut self, label: Box4) {
+    pub(super) fn add_label(&mut self, label: Box4) {
         self.labels.push(label);
     }
 
     /// Returns the left middle of a label of this size for a point, at the best of many positions
     /// around it, and marks the space as in use.
-    pub(super) fn place(&mut self, (x, y): At, (wide, high): At, bounds: Box4) -> At {
+    pub(super) fn place_label(&mut self, (x, y): At, (wide, high): At, bounds: Box4) -> At {
         let mut best = (f64::MAX, (x, y));
         for (ring, distance) in [9.0, 18.0, 30.0, 46.0, 66.0, 90.0].into_iter().enumerate() {
             for n in 0..16u32 {
@@ -50,12 +50,12 @@ impl OccupiedSpace {
             }
         }
         let (left, middle) = best.1;
-        self.label([left, middle - high / 2.0, left + wide, middle + high / 2.0]);
+        self.add_label([left, middle - high / 2.0, left + wide, middle + high / 2.0]);
         best.1
     }
 
     fn cost(&self, label: Box4, bounds: Box4) -> f64 {
-        let hits = |boxes: &[Box4]| boxes.iter().filter(|other| meet(label, **other)).count();
+        let hits = |boxes: &[Box4]| boxes.iter().filter(|other| overlap(label, **other)).count();
         let leaves = label[0] < bounds[0]
             || label[1] < bounds[1]
             || label[2] > bounds[2]
@@ -72,7 +72,7 @@ impl OccupiedSpace {
     }
 }
 
-fn meet(a: Box4, b: Box4) -> bool {
+fn overlap(a: Box4, b: Box4) -> bool {
     a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3]
 }
 
@@ -86,7 +86,7 @@ fn crosses(label: Box4, (from, to): (At, At)) -> bool {
             from.0 + (to.0 - from.0) * part,
             from.1 + (to.1 - from.1) * part,
         );
-        meet(label, [x, y, x, y])
+        overlap(label, [x, y, x, y])
     })
 }
 
@@ -97,10 +97,10 @@ mod tests {
     #[test]
     fn labels_of_one_point_stand_side_by_side_within_their_panel() {
         let mut taken = OccupiedSpace::default();
-        taken.mark((50.0, 50.0), 4.0);
+        taken.add_mark((50.0, 50.0), 4.0);
         let bounds = [0.0, 0.0, 200.0, 100.0];
         let placed: Vec<At> = (0..4)
-            .map(|_| taken.place((50.0, 50.0), (60.0, 14.0), bounds))
+            .map(|_| taken.place_label((50.0, 50.0), (60.0, 14.0), bounds))
             .collect();
         for (n, (x, y)) in placed.iter().enumerate() {
             assert!(*x >= 0.0 && x + 60.0 <= 200.0 && (7.0..=93.0).contains(y));

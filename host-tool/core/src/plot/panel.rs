@@ -1,11 +1,11 @@
 //! A plot between two axes.
 
 use super::At;
-use super::axis::{Axis, Scale, apart};
+use super::axis::{Axis, Scale, spread_apart};
 use super::canvas::{Canvas, Words};
 use super::ink::{Color, GRID, INK, MUTED, PALETTE, Paint, Shape, Stroke, stroke};
 use super::labels::OccupiedSpace;
-use super::words::{shortened, width};
+use super::words::{truncate, width};
 
 /// Maximum width of the names at a panel's left edge, pixels.
 const HEADS: f64 = 150.0;
@@ -114,14 +114,14 @@ impl Panel {
         } else {
             letters.line() + 3.0
         };
-        let heads = self.heads_wide(letters);
+        let heads = self.heads_width(letters);
         let far = |words: &str| width(letters.tick().size, words, false);
         let beyond = self.y.far.iter().map(|f| far(&f.words) + 14.0);
         let title = !self.title.is_empty() || !self.result.is_empty();
-        let bottom = match (self.x.speaks(), self.x.name.is_empty()) {
+        let bottom = match (self.x.has_labels(), self.x.name.is_empty()) {
             (false, _) => 0.0,
             (true, unnamed) => {
-                let lines = self.crowd(letters, wide).1 + if unnamed { 0.0 } else { 1.3 };
+                let lines = self.label_layout(letters, wide).1 + if unnamed { 0.0 } else { 1.3 };
                 3.0 + lines * letters.line()
             }
         };
@@ -138,7 +138,7 @@ impl Panel {
         }
     }
 
-    fn heads_wide(&self, letters: LetterScale) -> f64 {
+    fn heads_width(&self, letters: LetterScale) -> f64 {
         let head = |h: &super::axis::Head| {
             let name = width(letters.title().size, &h.name, false);
             let more = width(letters.tick().size, &h.more, false);
@@ -151,7 +151,7 @@ impl Panel {
     }
 
     /// Returns the interval between columns that are labelled, and the number of lines of labels.
-    fn crowd(&self, letters: LetterScale, wide: f64) -> (usize, f64) {
+    fn label_layout(&self, letters: LetterScale, wide: f64) -> (usize, f64) {
         let Scale::Rows(count) = self.x.scale else {
             return (1, 1.0);
         };
@@ -183,7 +183,7 @@ impl Panel {
         drawn.marks(canvas, &self.ground, &mut taken);
         drawn.grid(canvas);
         drawn.marks(canvas, &self.marks, &mut taken);
-        drawn.words(canvas);
+        drawn.draw_texts(canvas);
         drawn.labels(canvas, &mut taken);
     }
 }
@@ -199,22 +199,25 @@ struct PlacedPanel<'a> {
 
 impl PlacedPanel<'_> {
     fn x(&self, value: f64) -> f64 {
-        self.panel.x.scale.place(value, self.from.0, self.to.0)
+        self.panel.x.scale.position(value, self.from.0, self.to.0)
     }
 
     fn y(&self, value: f64) -> f64 {
         match self.panel.y.scale {
-            Scale::Rows(_) => self.panel.y.scale.place(value, self.from.1, self.to.1),
-            _ => self.panel.y.scale.place(value, self.to.1, self.from.1),
+            Scale::Rows(_) => self.panel.y.scale.position(value, self.from.1, self.to.1),
+            _ => self.panel.y.scale.position(value, self.to.1, self.from.1),
         }
     }
 
-    fn at(&self, (x, y): At) -> At {
+    fn canvas_point(&self, (x, y): At) -> At {
         (self.x(x), self.y(y))
     }
 
     fn path(&self, points: &[At]) -> Vec<At> {
-        points.iter().map(|point| self.at(*point)).collect()
+        points
+            .iter()
+            .map(|point| self.canvas_point(*point))
+            .collect()
     }
 
     /// Draws faint lines at the ticks, lines with names, and the marks of cuts on the axis.
@@ -250,22 +253,25 @@ impl PlacedPanel<'_> {
             match mark {
                 Mark::Line(points, stroke) => {
                     let path = self.path(points);
-                    taken.line(&path);
+                    taken.add_line(&path);
                     canvas.line(&path, *stroke);
                 }
                 Mark::Outline(points, paint) => canvas.polygon(&self.path(points), *paint),
                 Mark::Area((x, to_x), (y, to_y), paint) => {
-                    let (from, to) = (self.at((*x, *y)), self.at((*to_x, *to_y)));
+                    let (from, to) = (
+                        self.canvas_point((*x, *y)),
+                        self.canvas_point((*to_x, *to_y)),
+                    );
                     canvas.area(from, to, *paint);
                 }
                 Mark::Dot(at, shape, radius, paint) => {
-                    taken.mark(self.at(*at), *radius + 1.0);
-                    canvas.mark(self.at(*at), *shape, *radius, *paint);
+                    taken.add_mark(self.canvas_point(*at), *radius + 1.0);
+                    canvas.mark(self.canvas_point(*at), *shape, *radius, *paint);
                 }
                 Mark::Beside(at, distance, words) => {
-                    let ((x, y), style) = (self.at(*at), self.letters.tick());
+                    let ((x, y), style) = (self.canvas_point(*at), self.letters.tick());
                     let wide = width(style.size, words, false);
-                    taken.label([x, y - 7.0, x + distance + wide, y + 7.0]);
+                    taken.add_label([x, y - 7.0, x + distance + wide, y + 7.0]);
                     canvas.text((x + distance, y), words, style);
                 }
                 Mark::Label(..) => {}
@@ -282,8 +288,8 @@ impl PlacedPanel<'_> {
             };
             let style = Words::new(self.letters.tick().size, *color);
             let size = (width(style.size, words, false), style.size * 1.2);
-            let (x, y) = self.at(*at);
-            let (left, middle) = taken.place((x, y), size, bounds);
+            let (x, y) = self.canvas_point(*at);
+            let (left, middle) = taken.place_label((x, y), size, bounds);
             // A label further away gets a lead to its point.
             let near = (x.clamp(left, left + size.0), middle);
             if (near.0 - x).hypot(near.1 - y) > 16.0 {
@@ -295,27 +301,27 @@ impl PlacedPanel<'_> {
     }
 
     /// Draws titles, heads, tick labels, names and words at the far side.
-    fn words(&self, canvas: &mut Canvas) {
+    fn draw_texts(&self, canvas: &mut Canvas) {
         let (panel, letters) = (self.panel, self.letters);
         let over = self.from.1 - self.above + 11.0 * letters.0;
         canvas.text((self.from.0, over), &panel.title, letters.title());
         let result = Words {
             color: PALETTE[0],
-            ..letters.title().ending()
+            ..letters.title().right_aligned()
         };
         canvas.text((self.to.0, over), &panel.result, result);
-        self.across(canvas);
-        self.up(canvas);
-        self.far(canvas);
+        self.draw_x_axis(canvas);
+        self.draw_y_axis(canvas);
+        self.draw_far_labels(canvas);
     }
 
-    fn across(&self, canvas: &mut Canvas) {
+    fn draw_x_axis(&self, canvas: &mut Canvas) {
         let (axis, letters) = (&self.panel.x, self.letters);
-        if !axis.speaks() {
+        if !axis.has_labels() {
             return;
         }
         let style = letters.tick().centred();
-        let (every, lines) = self.panel.crowd(letters, self.to.0 - self.from.0);
+        let (every, lines) = self.panel.label_layout(letters, self.to.0 - self.from.0);
         let mut free = f64::MIN;
         for (n, (value, words)) in axis.ticks.iter().enumerate().step_by(every) {
             let x = self.x(*value);
@@ -336,9 +342,9 @@ impl PlacedPanel<'_> {
         canvas.text((middle, y), &axis.name, letters.name().centred());
     }
 
-    fn up(&self, canvas: &mut Canvas) {
+    fn draw_y_axis(&self, canvas: &mut Canvas) {
         let (axis, letters) = (&self.panel.y, self.letters);
-        let style = letters.tick().ending();
+        let style = letters.tick().right_aligned();
         let mut free = f64::NEG_INFINITY;
         let mut ticks: Vec<_> = axis.ticks.iter().map(|(v, w)| (self.y(*v), w)).collect();
         ticks.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -351,13 +357,13 @@ impl PlacedPanel<'_> {
         let wide = self.from.0 - NEAR - axis.widest(style.size);
         let middle = (self.from.1 + self.to.1) / 2.0;
         let at = (wide - letters.line() * 0.6, middle);
-        canvas.text(at, &axis.name, letters.name().turned());
+        canvas.text(at, &axis.name, letters.name().rotated());
         let name = if axis.name.is_empty() {
             0.0
         } else {
             letters.line() + 3.0
         };
-        let left = wide - name - self.panel.heads_wide(letters);
+        let left = wide - name - self.panel.heads_width(letters);
         for head in &axis.heads {
             let right = if head.bold {
                 self.from.0 - OWN_TICK
@@ -384,12 +390,12 @@ impl PlacedPanel<'_> {
             bold: head.bold,
             ..Words::new(13.0 * letters.0, INK)
         };
-        let name = shortened(style.size, &head.name, right - left, head.bold);
+        let name = truncate(style.size, &head.name, right - left, head.bold);
         canvas.text((left, y - up), &name, style);
         canvas.text((left, y + down), &head.more, letters.tick());
     }
 
-    fn far(&self, canvas: &mut Canvas) {
+    fn draw_far_labels(&self, canvas: &mut Canvas) {
         let letters = self.letters;
         let style = |color: Color| Words {
             color,
@@ -399,7 +405,7 @@ impl PlacedPanel<'_> {
         let far = &self.panel.y.far;
         let places: Vec<f64> = far.iter().map(|f| self.y(f.at)).collect();
         let gaps = vec![size * 1.25; far.len()];
-        let at = apart(&places, &gaps, self.from.1 - 8.0, self.to.1 + 8.0);
+        let at = spread_apart(&places, &gaps, self.from.1 - 8.0, self.to.1 + 8.0);
         for ((far, y), place) in far.iter().zip(at).zip(places) {
             let lead = [(self.to.0 + 1.0, place), (self.to.0 + 8.0, y)];
             if far.rule.is_none() && far.color != INK || (y - place).abs() > 1.0 {
@@ -415,7 +421,7 @@ impl PlacedPanel<'_> {
             .iter()
             .map(|f| width(size, &f.words, false) + 8.0)
             .collect();
-        let at = apart(&places, &gaps, self.from.0 - 20.0, self.to.0 + 40.0);
+        let at = spread_apart(&places, &gaps, self.from.0 - 20.0, self.to.0 + 40.0);
         for ((far, x), place) in far.iter().zip(at).zip(places) {
             let y = self.from.1 - letters.line() * 0.7;
             let lead = [(place, self.from.1), (x, y + size * 0.6)];

@@ -12,9 +12,9 @@ const GAP_S: f64 = 0.5;
 /// The iterator runs over the points twice, and at most one bucket is in memory.
 pub fn shorten(points: impl Iterator<Item = Point> + Clone, buckets: usize) -> Vec<Vec<Point>> {
     let points = points.filter(|(t, value)| t.is_finite() && value.is_finite());
-    let mut short = ShortenedSeries::of(points.clone().count(), buckets);
+    let mut short = ShortenedSeries::new(points.clone().count(), buckets);
     points.for_each(|point| short.push(point));
-    short.close()
+    short.finish()
 }
 
 /// A signal that is reduced as by [`shorten`] while its points arrive one by one.
@@ -29,7 +29,7 @@ pub struct ShortenedSeries {
 impl ShortenedSeries {
     /// Returns an empty signal that will receive `points` points, for this many buckets.
     #[must_use]
-    pub fn of(points: usize, buckets: usize) -> Self {
+    pub fn new(points: usize, buckets: usize) -> Self {
         Self {
             per_bucket: points.div_ceil(buckets.max(1)).max(2),
             parts: Vec::new(),
@@ -57,7 +57,7 @@ impl ShortenedSeries {
 
     /// Returns the parts of the signal between which nothing was recorded.
     #[must_use]
-    pub fn close(mut self) -> Vec<Vec<Point>> {
+    pub fn finish(mut self) -> Vec<Vec<Point>> {
         self.part.extend(extremes(&self.bucket));
         self.parts.push(self.part);
         self.parts.retain(|part| !part.is_empty());

@@ -39,7 +39,7 @@ pub fn width(size: f64, text: &str, bold: bool) -> f64 {
 
 /// Returns the text, cut to `room` pixels and with an ellipsis if it is too long.
 #[must_use]
-pub fn shortened(size: f64, text: &str, room: f64, bold: bool) -> String {
+pub fn truncate(size: f64, text: &str, room: f64, bold: bool) -> String {
     if width(size, text, bold) <= room {
         return text.to_owned();
     }
@@ -50,19 +50,19 @@ pub fn shortened(size: f64, text: &str, room: f64, bold: bool) -> String {
 
 /// Splits a paragraph into lines that fit in `room` pixels.
 #[must_use]
-pub fn folded(size: f64, paragraph: &str, room: f64) -> Vec<String> {
-    folded_by(|line| width(size, line, false), paragraph, room)
+pub fn wrap_text(size: f64, paragraph: &str, room: f64) -> Vec<String> {
+    wrap_by(|line| width(size, line, false), paragraph, room)
 }
 
 /// Splits a paragraph into lines that fit in the columns of a terminal.
 #[must_use]
-pub fn in_columns(paragraph: &str, columns: u16) -> String {
+pub fn wrap_columns(paragraph: &str, columns: u16) -> String {
     let wide = |line: &str| line.chars().count() as f64;
-    folded_by(wide, paragraph, columns.into()).join("\n")
+    wrap_by(wide, paragraph, columns.into()).join("\n")
 }
 
 /// Splits a paragraph into lines for which `wide` is at most `room`; a single word may be wider.
-fn folded_by(wide: impl Fn(&str) -> f64, paragraph: &str, room: f64) -> Vec<String> {
+fn wrap_by(wide: impl Fn(&str) -> f64, paragraph: &str, room: f64) -> Vec<String> {
     let mut lines = vec![String::new()];
     for word in paragraph.split_whitespace() {
         let last = lines.last().map_or("", |line| line);
@@ -79,7 +79,7 @@ fn folded_by(wide: impl Fn(&str) -> f64, paragraph: &str, room: f64) -> Vec<Stri
 
 /// Formats a number with its digits in groups of three, separated by thin spaces.
 #[must_use]
-pub fn grouped(number: u64) -> String {
+pub fn group_digits(number: u64) -> String {
     let digits = number.to_string();
     let mut out = String::new();
     for (n, digit) in digits.chars().enumerate() {
@@ -113,18 +113,18 @@ mod tests {
     #[test]
     fn text_is_cut_and_folded_to_its_room() {
         let words = "a line that is longer than its room";
-        assert!(width(12.0, &shortened(12.0, words, 90.0, false), false) <= 90.0);
-        let lines = folded(12.0, words, 90.0);
+        assert!(width(12.0, &truncate(12.0, words, 90.0, false), false) <= 90.0);
+        let lines = wrap_text(12.0, words, 90.0);
         assert!(lines.len() > 2 && lines.iter().all(|l| width(12.0, l, false) <= 90.0));
         assert_eq!(lines.join(" "), words);
         let ends = "a line that\nends at 11";
-        assert_eq!(in_columns("a line that ends at 11", 11), ends);
+        assert_eq!(wrap_columns("a line that ends at 11", 11), ends);
     }
 
     #[test]
     fn digits_are_grouped_and_decades_written_out_near_one() {
-        assert_eq!(grouped(7), "7");
-        assert_eq!(grouped(168_000), "168\u{2009}000");
+        assert_eq!(group_digits(7), "7");
+        assert_eq!(group_digits(168_000), "168\u{2009}000");
         let powers = [-7, -2, 0, 3, 6].map(power_of_ten);
         assert_eq!(powers, ["10⁻⁷", "0.01", "1", "1000", "10⁶"]);
     }

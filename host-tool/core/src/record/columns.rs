@@ -110,7 +110,7 @@ pub const MARKERS: [Column; 7] = [
 
 impl Column {
     /// Returns the names and units of this column for these channels.
-    fn with(&self, channels: &[ChannelInfo]) -> Vec<(String, String)> {
+    fn names_and_units(&self, channels: &[ChannelInfo]) -> Vec<(String, String)> {
         if self.each == ColumnScope::Table {
             return vec![(self.name.to_owned(), self.unit.to_owned())];
         }
@@ -144,7 +144,7 @@ impl Column {
         let named = own.map(|channel| {
             let is_own = self.each == ColumnScope::Channel;
             let unit = if is_own { &channel.unit } else { self.unit };
-            let name = format!("{}_{}_{}", self.name, channel.number, in_name(unit));
+            let name = format!("{}_{}_{}", self.name, channel.number, unit_in_name(unit));
             (name, unit.to_owned())
         });
         named.collect()
@@ -161,13 +161,15 @@ pub(super) fn joints(channels: &[ChannelInfo]) -> impl Iterator<Item = u8> {
 }
 
 /// Returns a unit in the form that it has in a column name: in lower case, with "u" for "µ".
-fn in_name(unit: &str) -> String {
+fn unit_in_name(unit: &str) -> String {
     unit.to_lowercase().replace('µ', "u")
 }
 
 /// Returns the header line for these columns and channels, in the order of the fields in a row.
 pub(super) fn header(columns: &[Column], channels: &[ChannelInfo]) -> String {
-    let names = columns.iter().flat_map(|column| column.with(channels));
+    let names = columns
+        .iter()
+        .flat_map(|column| column.names_and_units(channels));
     let names: Vec<String> = names.map(|(name, _)| name).collect();
     names.join(",")
 }
@@ -184,7 +186,7 @@ pub(super) fn dictionary(channels: &[ChannelInfo]) -> io::Result<Vec<u8>> {
     ];
     for (file, columns) in tables {
         for column in columns {
-            for (name, unit) in column.with(channels) {
+            for (name, unit) in column.names_and_units(channels) {
                 let row = [file, &name, &unit, column.meaning, column.source];
                 out.write_record(row)?;
             }
@@ -195,7 +197,7 @@ pub(super) fn dictionary(channels: &[ChannelInfo]) -> io::Result<Vec<u8>> {
 }
 
 /// Returns the columns as a Markdown table for docs/record.md.
-pub(super) fn in_markdown(columns: &[Column]) -> String {
+pub(super) fn to_markdown(columns: &[Column]) -> String {
     let mut text = "| column | unit | meaning | source |\n|---|---|---|---|\n".to_owned();
     for column in columns {
         let (name, unit) = match column.each {
@@ -208,7 +210,7 @@ pub(super) fn in_markdown(columns: &[Column]) -> String {
             ColumnScope::Joint => (format!("{}_J", column.name), column.unit),
             ColumnScope::Channel => (format!("{}_N_ma, …_v", column.name), "the channel's"),
             ColumnScope::Width | ColumnScope::Muscle | ColumnScope::Force => (
-                format!("{}_N_{}", column.name, in_name(column.unit)),
+                format!("{}_N_{}", column.name, unit_in_name(column.unit)),
                 column.unit,
             ),
         };

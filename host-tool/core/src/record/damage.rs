@@ -22,7 +22,7 @@ pub struct RowCounts {
 impl RowCounts {
     /// Returns the numbers of rows of a trial in memory.
     #[must_use]
-    pub const fn by(trial: &Trial) -> Self {
+    pub const fn from_trial(trial: &Trial) -> Self {
         Self {
             samples: trial.samples.len(),
             edges: trial.edges.len(),
@@ -42,7 +42,7 @@ impl Run {
     /// Returns the error for a record in `dir` that has changed since it was closed, or `None` if
     /// the record is whole.
     #[must_use]
-    pub fn damaged(&self, dir: &Path) -> Option<RecordError> {
+    pub fn damage_error(&self, dir: &Path) -> Option<RecordError> {
         let what = self.damage.join("; ");
         (!what.is_empty()).then(|| RecordError::Damaged(dir.to_owned(), what))
     }
@@ -60,7 +60,7 @@ impl Run {
 
 /// Returns the differences between the trials that `summary.json` counted (`counted`) and the
 /// folders and rows that were read (`found`), one phrase per difference.
-pub(super) fn of(
+pub(super) fn find_damage(
     dir: &Path,
     counted: &[TrialCounts],
     found: &[(PathBuf, RowCounts)],
@@ -68,10 +68,11 @@ pub(super) fn of(
     let each = counted.iter().enumerate().flat_map(|(position, trial)| {
         let folder = trial_folder(dir, position, &trial.name);
         match found.iter().find(|(known, _)| *known == folder) {
-            None => vec![absent(&folder)],
+            None => vec![describe_absent_trial(&folder)],
             Some((_, now)) => {
                 let held = trial.held.iter();
-                held.flat_map(|held| rows(&folder, held, now)).collect()
+                held.flat_map(|held| row_differences(&folder, held, now))
+                    .collect()
             }
         }
     });
@@ -80,21 +81,21 @@ pub(super) fn of(
         names.any(|(position, trial)| trial_folder(dir, position, &trial.name) == *folder)
     };
     let added = found.iter().filter(|(folder, _)| !known(folder));
-    let added = added.map(|(folder, _)| format!("the folder {} was added", last(folder)));
+    let added = added.map(|(folder, _)| format!("the folder {} was added", file_name(folder)));
     each.chain(added).collect()
 }
 
 /// Returns the files of a trial that differ from those with which it was run, by their SHA-256. An
 /// altered session file is removed from the trial, because its pulse width or rate would give
 /// numbers for pulses that were never output.
-pub(super) fn altered(folder: &Path, trial: &mut Trial) -> Vec<String> {
+pub(super) fn altered_files(folder: &Path, trial: &mut Trial) -> Vec<String> {
     let mut altered = Vec::new();
     let mut tell = |name: &str, text: &str| {
         let what = match text.is_empty() {
             true => "is missing",
             false => "was changed since it was run",
         };
-        altered.push(format!("{}/{name} {what}", last(folder)));
+        altered.push(format!("{}/{name} {what}", file_name(folder)));
     };
     let is_other = |sum: &str, text: &str| sum != sha256(text.as_bytes());
     let session_sum = trial.session_sha256.as_deref();
@@ -111,14 +112,14 @@ pub(super) fn altered(folder: &Path, trial: &mut Trial) -> Vec<String> {
 }
 
 /// Returns the phrase for a trial whose folder is missing or has no `trial.json`.
-fn absent(folder: &Path) -> String {
+fn describe_absent_trial(folder: &Path) -> String {
     match folder.is_dir() {
-        false => format!("the folder {} is missing", last(folder)),
-        true => format!("{}/trial.json is missing", last(folder)),
+        false => format!("the folder {} is missing", file_name(folder)),
+        true => format!("{}/trial.json is missing", file_name(folder)),
     }
 }
 
-fn rows(folder: &Path, held: &RowCounts, now: &RowCounts) -> Vec<String> {
+fn row_differences(folder: &Path, held: &RowCounts, now: &RowCounts) -> Vec<String> {
     let both = [
         ("samples.csv", held.samples, now.samples),
         ("edges.csv", held.edges, now.edges),
@@ -127,7 +128,7 @@ fn rows(folder: &Path, held: &RowCounts, now: &RowCounts) -> Vec<String> {
     let told = differing.filter_map(|(file, held, now)| {
         let path = folder.join(file);
         // A missing samples.csv was already reported when it was read.
-        let name = format!("{}/{file}", last(folder));
+        let name = format!("{}/{file}", file_name(folder));
         match path.is_file() {
             true => Some(format!("{name} has {now} of {held} rows")),
             false if file == "samples.csv" => None,
@@ -141,17 +142,21 @@ fn rows(folder: &Path, held: &RowCounts, now: &RowCounts) -> Vec<String> {
 ///
 /// # Errors
 /// The file exists but cannot be opened.
-pub(super) fn missing(path: &Path) -> Result<Option<String>, RecordError> {
+pub(super) fn describe_missing_file(path: &Path) -> Result<Option<String>, RecordError> {
     match input::open(path) {
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
             let folder = path.parent().unwrap_or(path);
-            Ok(Some(format!("{}/{} is missing", last(folder), last(path))))
+            Ok(Some(format!(
+                "{}/{} is missing",
+                file_name(folder),
+                file_name(path)
+            )))
         }
         opened => opened.map(|_| None).map_err(RecordError::io(path)),
     }
 }
 
-fn last(path: &Path) -> String {
+fn file_name(path: &Path) -> String {
     let name = path.file_name().unwrap_or_default();
     name.to_string_lossy().into_owned()
 }

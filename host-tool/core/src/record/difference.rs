@@ -49,7 +49,7 @@ pub fn compare_rows(record: &Run, again: &Run) -> Option<Difference> {
         let is_cut = is_cut && (is_last || !is_whole);
         // Rows after the request to stop do not belong to the session.
         let kept = if is_cut {
-            until_cut(trial)
+            lines_before_cut(trial)
         } else {
             rows.max(others)
         };
@@ -99,7 +99,7 @@ fn lines(trial: &Trial) -> impl Iterator<Item = Vec<u8>> {
 
 /// Returns the number of lines that were written before the trial was cut short, which is the time
 /// of its last event.
-fn until_cut(trial: &Trial) -> usize {
+fn lines_before_cut(trial: &Trial) -> usize {
     let times = trial.events.iter().map(|(t_s, _)| *t_s);
     let cut = times.fold(f64::NAN, f64::min);
     let samples = trial.samples.iter();

@@ -1,12 +1,12 @@
 //! The text of docs/record.md, whose tables are generated from the declared columns.
 
-use super::columns::{EDGES, MARKERS, SAMPLES, in_markdown};
+use super::columns::{EDGES, MARKERS, SAMPLES, to_markdown};
 
 /// Returns the text of docs/record.md.
 #[must_use]
 pub fn document() -> String {
     include_str!("record.md")
-        .replace("{samples}", in_markdown(&SAMPLES).trim_end())
-        .replace("{edges}", in_markdown(&EDGES).trim_end())
-        .replace("{markers}", in_markdown(&MARKERS).trim_end())
+        .replace("{samples}", to_markdown(&SAMPLES).trim_end())
+        .replace("{edges}", to_markdown(&EDGES).trim_end())
+        .replace("{markers}", to_markdown(&MARKERS).trim_end())
 }

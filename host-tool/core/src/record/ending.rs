@@ -48,7 +48,7 @@ impl Ending {
     /// Returns the ending of a run that reached its own end, but whose page, or a file beside the
     /// record, could not be written. `lost` names it.
     #[must_use]
-    pub const fn complete_but(lost: String) -> Self {
+    pub const fn complete_with_loss(lost: String) -> Self {
         Self {
             status: Completeness::Complete,
             reason: Some(lost),
@@ -58,7 +58,7 @@ impl Ending {
 
     /// Returns the ending that the record in `dir` contains; incomplete if it cannot be read.
     #[must_use]
-    pub fn of(dir: &Path) -> Self {
+    pub fn load(dir: &Path) -> Self {
         read(dir).map_or_else(|_| Self::default(), |pair| pair.0)
     }
 
@@ -105,7 +105,7 @@ struct Beginning<'a> {
 }
 
 /// Writes the `summary.json` of a run that has just begun.
-pub(super) fn begin(dir: &Path, run: &Run) -> Result<(), RecordError> {
+pub(super) fn write_initial_summary(dir: &Path, run: &Run) -> Result<(), RecordError> {
     let beginning = Beginning {
         title: &run.title,
         device: &run.device,

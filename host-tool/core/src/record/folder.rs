@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 /// [`Recorder`], so that an interrupted run can be loaded.
 pub fn write_run(dir: &Path, run: &Run) -> Result<(), RecordError> {
     std::fs::create_dir_all(dir).map_err(RecordError::write(dir))?;
-    ending::begin(dir, run)?;
+    ending::write_initial_summary(dir, run)?;
     write_header(dir, run)
 }
 
@@ -34,11 +34,11 @@ pub fn write_header(dir: &Path, run: &Run) -> Result<(), RecordError> {
         kind: Option<DeviceKind>,
         simulated: Option<bool>,
     }
-    let kind = run.kind();
+    let kind = run.device_kind();
     let header = Header {
         run,
         kind,
-        simulated: run.simulated(),
+        simulated: run.simulated_if_known(),
     };
     write_json(&FileSystem, &dir.join("run.json"), &header)
 }
@@ -71,7 +71,7 @@ pub fn load_each(dir: &Path, each: &mut dyn FnMut(Trial)) -> Result<Run, RecordE
     for folder in trial_folders(dir)? {
         let mut trial: Trial = read_json(&folder.join("trial.json"))?;
         let samples = folder.join("samples.csv");
-        match damage::missing(&samples)? {
+        match damage::describe_missing_file(&samples)? {
             Some(what) => run.damage.push(what),
             None => trial.samples = read_samples(&samples)?,
         }
@@ -90,17 +90,19 @@ pub fn load_each(dir: &Path, each: &mut dyn FnMut(Trial)) -> Result<Run, RecordE
             trial.duration_s = trial.samples.last().map_or(0.0, |sample| sample.t_s);
         }
         // Records of the first format have no copy of the session.
-        trial.session_text = copied(&folder.join("session.toml"))?;
+        trial.session_text = read_copy(&folder.join("session.toml"))?;
         if let Some(wearer) = &mut trial.wearer {
-            wearer.text = copied(&folder.join(KEPT_AS))?;
+            wearer.text = read_copy(&folder.join(KEPT_AS))?;
         }
-        run.damage.extend(damage::altered(&folder, &mut trial));
-        found.push((folder, RowCounts::by(&trial)));
+        run.damage
+            .extend(damage::altered_files(&folder, &mut trial));
+        found.push((folder, RowCounts::from_trial(&trial)));
         each(trial);
     }
     // If the run was cut short, the disk may hold fewer rows than the program counted.
     if !run.ending.is_incomplete() {
-        run.damage.extend(damage::of(dir, &counted, &found));
+        run.damage
+            .extend(damage::find_damage(dir, &counted, &found));
     }
     Ok(run)
 }
@@ -131,7 +133,7 @@ pub(super) fn trial_folders(dir: &Path) -> Result<Vec<PathBuf>, RecordError> {
 
 /// Returns the copy of a file from which a trial was made, or an empty text if the copy is missing
 /// or is not text.
-fn copied(path: &Path) -> Result<String, RecordError> {
+fn read_copy(path: &Path) -> Result<String, RecordError> {
     match input::read_text(path, input::LONGEST_TYPED) {
         Err(why) if is_lost(&why) => Ok(String::new()),
         read => read.map_err(RecordError::io(path)),

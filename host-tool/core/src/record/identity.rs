@@ -58,7 +58,7 @@ impl DeviceKind {
     /// Returns the kind in words, with the name by which the device was found, for example "board
     /// at /dev/ttyACM0". A simulator of this program has only its kind as a name.
     #[must_use]
-    pub fn at(self, name: &str) -> String {
+    pub fn format_with_name(self, name: &str) -> String {
         match self.words() {
             words if words == name => words.to_owned(),
             words => format!("{words} at {name}"),

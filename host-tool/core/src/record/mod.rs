@@ -37,7 +37,7 @@ pub use error::RecordError;
 pub use folder::{load, load_each, save, write_header, write_run};
 pub use identity::{DeviceKind, Identity};
 pub use marker::{Marker, MarkerKind, read_markers};
-pub use place::{Place, may_write};
+pub use place::{Place, check_writable};
 pub use provenance::{ClockFit, DeclaredFile, HostFacts, Plan, Program};
 pub use recorder::Recorder;
 pub use sample::{DeviceState, Sample};
@@ -121,9 +121,9 @@ impl Run {
             title: title.to_owned(),
             device: device.to_owned(),
             seed,
-            program: Program::this(),
+            program: Program::current(),
             plan: Some(plan),
-            host: HostFacts::at(start),
+            host: HostFacts::collect(start),
             ..Self::default()
         }
     }
@@ -159,9 +159,9 @@ impl Run {
     /// Returns [`Run::is_simulated`], or `None` if no device has answered, because the kind is then
     /// unknown.
     #[must_use]
-    pub fn simulated(&self) -> Option<bool> {
+    pub fn simulated_if_known(&self) -> Option<bool> {
         let is_simulated = self.is_simulated();
-        (is_simulated || self.kind().is_some()).then_some(is_simulated)
+        (is_simulated || self.device_kind().is_some()).then_some(is_simulated)
     }
 
     /// Returns the seed as text for people.
@@ -173,7 +173,7 @@ impl Run {
 
     /// Returns the kind of device that stimulated, or `None` until a device has answered.
     #[must_use]
-    pub fn kind(&self) -> Option<DeviceKind> {
+    pub fn device_kind(&self) -> Option<DeviceKind> {
         let mut said = self
             .trials
             .iter()
@@ -187,7 +187,7 @@ impl Run {
         let said = self.trials.iter().find_map(|trial| trial.identity.as_ref());
         said.map_or_else(
             || self.device.clone(),
-            |identity| identity.kind.at(&self.device),
+            |identity| identity.kind.format_with_name(&self.device),
         )
     }
 }
@@ -284,7 +284,7 @@ impl Trial {
     /// Returns whether the trial has something to follow: an angle, a wall or a force. Any other
     /// trial is open loop.
     #[must_use]
-    pub fn follows(&self) -> bool {
+    pub fn has_reference(&self) -> bool {
         self.joint || self.wall.is_some() || self.channels.iter().any(|c| c.force)
     }
 
@@ -292,7 +292,7 @@ impl Trial {
     /// predicted.
     #[must_use]
     pub fn force_n(&self, sample: &Sample, channel: u8) -> Option<f64> {
-        let place = self.place(channel, |c| c.muscle)?;
+        let place = self.channel_index(channel, |c| c.muscle)?;
         sample.forces_n.get(place).copied().flatten()
     }
 
@@ -300,21 +300,25 @@ impl Trial {
     /// setpoint.
     #[must_use]
     pub fn wanted_n(&self, sample: &Sample, channel: u8) -> Option<f64> {
-        let place = self.place(channel, |c| c.force)?;
+        let place = self.channel_index(channel, |c| c.force)?;
         sample.wanted_n.get(place).copied().flatten()
     }
 
     /// Returns the two forces closest to the wanted one that a channel's limits allow, N; `None` if
     /// the limits allow the wanted force itself.
     #[must_use]
-    pub fn gap_n(&self, sample: &Sample, channel: u8) -> Option<(f64, f64)> {
-        let place = self.place(channel, |c| c.force)?;
+    pub fn nearest_forces_n(&self, sample: &Sample, channel: u8) -> Option<(f64, f64)> {
+        let place = self.channel_index(channel, |c| c.force)?;
         let side = |list: &[Option<f64>]| list.get(place).copied().flatten();
         side(&sample.below_n).zip(side(&sample.above_n))
     }
 
     /// Returns the index of a channel among the channels for which `has` is true.
-    pub(crate) fn place(&self, channel: u8, has: fn(&ChannelInfo) -> bool) -> Option<usize> {
+    pub(crate) fn channel_index(
+        &self,
+        channel: u8,
+        has: fn(&ChannelInfo) -> bool,
+    ) -> Option<usize> {
         let mut such = self.channels.iter().filter(|c| has(c));
         such.position(|c| c.number == channel)
     }

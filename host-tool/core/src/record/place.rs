@@ -48,13 +48,13 @@ impl Place {
     ///
     /// # Errors
     /// The file system refuses.
-    pub fn fresh(base: &Path, name: &str, start: Moment) -> Result<Self, RecordError> {
-        Self::counted(base, &format!("{}-{}", slug(name), start.local_stamp()))
+    pub fn create_new(base: &Path, name: &str, start: Moment) -> Result<Self, RecordError> {
+        Self::create_numbered(base, &format!("{}-{}", slug(name), start.local_stamp()))
     }
 
     /// Creates the first of `stem`, `stem-2`, `stem-3`, … that does not exist. Of two programs, the
     /// one that creates the folder gets it.
-    fn counted(base: &Path, stem: &str) -> Result<Self, RecordError> {
+    fn create_numbered(base: &Path, stem: &str) -> Result<Self, RecordError> {
         std::fs::create_dir_all(base).map_err(RecordError::io(base))?;
         let mut dir = base.join(stem);
         let mut count = 1;
@@ -73,12 +73,12 @@ impl Place {
     ///
     /// # Errors
     /// E590 if the folder holds anything else; E591 if another program writes it.
-    pub fn given(dir: &Path, overwrite: bool) -> Result<Self, RecordError> {
-        leads_somewhere(dir)?;
+    pub fn claim(dir: &Path, overwrite: bool) -> Result<Self, RecordError> {
+        check_not_dangling(dir)?;
         std::fs::create_dir_all(dir).map_err(RecordError::io(dir))?;
-        let found = foreign(dir)?;
+        let found = foreign_entry(dir)?;
         if let Some(found) = found
-            && !(overwrite && is_ours(dir))
+            && !(overwrite && is_written_by_flexor(dir))
         {
             let dir = dir.to_owned();
             return Err(match overwrite {
@@ -88,8 +88,8 @@ impl Place {
         }
         let place = Self::lock(dir.to_owned())?;
         if overwrite {
-            clear(dir)?;
-        } else if let Some(found) = foreign(dir)? {
+            remove_record_files(dir)?;
+        } else if let Some(found) = foreign_entry(dir)? {
             // Another program was faster, and has already ended.
             return Err(RecordError::Taken(dir.to_owned(), found));
         }
@@ -100,13 +100,13 @@ impl Place {
     ///
     /// # Errors
     /// E591 if another program writes it.
-    pub fn existing(dir: &Path) -> Result<Self, RecordError> {
+    pub fn open_existing(dir: &Path) -> Result<Self, RecordError> {
         Self::lock(dir.to_owned())
     }
 
     fn lock(dir: PathBuf) -> Result<Self, RecordError> {
         let path = dir.join(LOCK);
-        input::may_go_on(&path).map_err(RecordError::io(&path))?;
+        input::check_appendable(&path).map_err(RecordError::io(&path))?;
         let mut options = File::options();
         let lock = options.create(true).truncate(false).write(true).open(&path);
         let lock = lock.map_err(RecordError::io(&path))?;
@@ -125,7 +125,7 @@ impl Place {
 ///
 /// # Errors
 /// E586 if the file is read or recorded; E587 if it exists; E583 if it cannot be created.
-pub fn may_write(
+pub fn check_writable(
     path: &Path,
     overwrite: bool,
     reads: &[&Path],
@@ -138,7 +138,7 @@ pub fn may_write(
     {
         return Ok(());
     }
-    leads_somewhere(path)?;
+    check_not_dangling(path)?;
     let real = match path.parent().zip(path.file_name()) {
         Some((folder, name)) if there.is_err() => {
             let folder = Path::new(".").join(folder).canonicalize();
@@ -176,7 +176,7 @@ pub fn may_write(
 }
 
 /// Checks that `path` is not a dangling link, which can be neither opened nor created.
-fn leads_somewhere(path: &Path) -> Result<(), RecordError> {
+fn check_not_dangling(path: &Path) -> Result<(), RecordError> {
     match path.is_symlink() && !path.exists() {
         false => Ok(()),
         true => Err(RecordError::io(path)(std::io::Error::other(
@@ -186,7 +186,7 @@ fn leads_somewhere(path: &Path) -> Result<(), RecordError> {
 }
 
 /// Returns the name of an entry in `dir` other than the lock, if there is any.
-fn foreign(dir: &Path) -> Result<Option<String>, RecordError> {
+fn foreign_entry(dir: &Path) -> Result<Option<String>, RecordError> {
     let first = names(dir)?.into_iter().next();
     Ok(first.map(|name| name.to_string_lossy().into_owned()))
 }
@@ -201,14 +201,14 @@ fn names(dir: &Path) -> Result<Vec<OsString>, RecordError> {
 }
 
 /// Returns whether this program wrote `dir`: a record, a study, or a comparison page alone.
-fn is_ours(dir: &Path) -> bool {
+fn is_written_by_flexor(dir: &Path) -> bool {
     folder::read_header(dir).is_ok()
         || dir.join(SWEEP).is_file()
         || names(dir).is_ok_and(|names| names == [COMPARE_PAGE])
 }
 
 /// Removes the files that belong to the record in `dir`, and nothing else.
-fn clear(dir: &Path) -> Result<(), RecordError> {
+fn remove_record_files(dir: &Path) -> Result<(), RecordError> {
     for folder in folder::trial_folders(dir)? {
         if folder.is_symlink() {
             // The folder to which the link leads does not belong to this record.
@@ -228,7 +228,7 @@ fn clear_declared(dir: &Path) -> Result<(), RecordError> {
     let header = folder::read_header(dir).ok();
     let plan = header.and_then(|run| run.plan);
     for (place, declared) in plan.iter().flat_map(|plan| &plan.declared).enumerate() {
-        remove_file(&dir.join(declared.kept_as(place)))?;
+        remove_file(&dir.join(declared.copy_path(place)))?;
     }
     let _ = std::fs::remove_dir(dir.join(DECLARED));
     Ok(())
@@ -280,7 +280,12 @@ mod tests {
     fn programs_of_one_second_get_a_folder_each() {
         let base = empty("second");
         let made: Vec<PathBuf> = std::thread::scope(|scope| {
-            let begin = || Place::counted(&base, "one-1").unwrap().dir().to_owned();
+            let begin = || {
+                Place::create_numbered(&base, "one-1")
+                    .unwrap()
+                    .dir()
+                    .to_owned()
+            };
             let threads: Vec<_> = (0..8).map(|_| scope.spawn(begin)).collect();
             let joined = threads.into_iter().map(|thread| thread.join().unwrap());
             joined.collect()
@@ -294,12 +299,12 @@ mod tests {
     #[test]
     fn a_folder_is_written_by_one_program_at_a_time() {
         let dir = empty("lock");
-        let first = Place::given(&dir, false).unwrap();
-        let second = Place::given(&dir, false).unwrap_err().to_string();
+        let first = Place::claim(&dir, false).unwrap();
+        let second = Place::claim(&dir, false).unwrap_err().to_string();
         assert!(second.starts_with("E591"), "{second}");
         drop(first);
         // The first program wrote nothing into the folder.
-        Place::given(&dir, false).unwrap();
+        Place::claim(&dir, false).unwrap();
     }
 
     #[test]
@@ -308,13 +313,13 @@ mod tests {
         std::fs::create_dir_all(&dir).unwrap();
         std::fs::write(dir.join("thesis.tex"), "years").unwrap();
         for (overwrite, number) in [(false, "E590"), (true, "E592")] {
-            let error = Place::given(&dir, overwrite).unwrap_err().to_string();
+            let error = Place::claim(&dir, overwrite).unwrap_err().to_string();
             assert!(error.starts_with(number), "{error}");
             assert!(error.contains("thesis.tex"), "{error}");
         }
         folder::save(&dir, &Run::default()).unwrap();
-        Place::given(&dir, false).unwrap_err();
-        Place::given(&dir, true).unwrap();
+        Place::claim(&dir, false).unwrap_err();
+        Place::claim(&dir, true).unwrap();
         assert!(!dir.join("run.json").exists());
         let kept = std::fs::read_to_string(dir.join("thesis.tex")).unwrap();
         assert_eq!(kept, "years");

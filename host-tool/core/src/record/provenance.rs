@@ -18,7 +18,7 @@ pub struct Program {
 impl Program {
     /// Returns the description of the running program.
     #[must_use]
-    pub fn this() -> Self {
+    pub fn current() -> Self {
         let known = |text: &'static str| (!text.is_empty()).then_some(text);
         Self {
             version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -83,7 +83,7 @@ impl DeclaredFile {
     /// Returns the path of the copy relative to the record's folder; `place` is the index in the
     /// plan, from 0.
     #[must_use]
-    pub fn kept_as(&self, place: usize) -> String {
+    pub fn copy_path(&self, place: usize) -> String {
         let name = Path::new(&self.file).file_name().unwrap_or_default();
         match place {
             0 => "declaration.toml".to_owned(),
@@ -95,7 +95,7 @@ impl DeclaredFile {
 impl Plan {
     /// Returns the plan of a command without options.
     #[must_use]
-    pub fn of(command: &str, device: &str) -> Self {
+    pub fn new(command: &str, device: &str) -> Self {
         Self {
             command: command.to_owned(),
             device: device.to_owned(),
@@ -127,7 +127,7 @@ pub struct HostFacts {
 impl HostFacts {
     /// Returns the facts about this program and a record that is begun at `start`.
     #[must_use]
-    pub fn at(start: Moment) -> Self {
+    pub fn collect(start: Moment) -> Self {
         let arguments = std::env::args_os().map(|text| text.to_string_lossy().into_owned());
         Self {
             started_utc: start.utc(),

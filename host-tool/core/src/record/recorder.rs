@@ -71,24 +71,27 @@ impl Recorder {
             row: Vec::new(),
             described_s: 0.0,
         };
-        recorder.describe()?;
-        recorder.accompany(trial)?;
+        recorder.write_description()?;
+        recorder.write_companion_files(trial)?;
         table::push_sample_header(&mut recorder.row, &trial.channels);
         recorder.append().map_err(RecordError::write(&path))?;
-        recorder.edges(&trial.edges)?;
+        recorder.record_edges(&trial.edges)?;
         marker::write_header(&mut recorder.row)
             .and_then(|()| recorder.append_marker())
             .map_err(RecordError::write(&markers_path))?;
         trial
             .markers
             .iter()
-            .try_for_each(|marker| recorder.marker(marker))?;
-        trial.samples.iter().try_for_each(|s| recorder.sample(&s))?;
+            .try_for_each(|marker| recorder.record_marker(marker))?;
+        trial
+            .samples
+            .iter()
+            .try_for_each(|s| recorder.record_sample(&s))?;
         Ok(recorder)
     }
 
     /// Appends a sample to `samples.csv`.
-    pub fn sample(&mut self, sample: &Sample) -> Result<(), RecordError> {
+    pub fn record_sample(&mut self, sample: &Sample) -> Result<(), RecordError> {
         table::push_sample(&mut self.row, sample, &self.trial.channels);
         self.append()
             .map_err(|source| RecordError::write(&self.folder.join("samples.csv"))(source))
@@ -107,7 +110,7 @@ impl Recorder {
     ///
     /// # Errors
     /// The marker cannot be written.
-    pub fn marker(&mut self, marker: &Marker) -> Result<(), RecordError> {
+    pub fn record_marker(&mut self, marker: &Marker) -> Result<(), RecordError> {
         let written = marker::write_row(&mut self.row, marker);
         let written = written.and_then(|()| self.append_marker());
         written.map_err(|source| RecordError::write(&self.folder.join("markers.csv"))(source))
@@ -121,7 +124,7 @@ impl Recorder {
     }
 
     /// Replaces the content of `edges.csv` with these edges of one period.
-    pub fn edges(&mut self, edges: &[Edge]) -> Result<(), RecordError> {
+    pub fn record_edges(&mut self, edges: &[Edge]) -> Result<(), RecordError> {
         let path = self.folder.join("edges.csv");
         let mut text = Vec::new();
         table::write_edges(&mut text, edges).map_err(RecordError::write(&path))?;
@@ -129,31 +132,31 @@ impl Recorder {
     }
 
     /// Notes in `trial.json` which device answered.
-    pub fn identity(&mut self, identity: &Identity) -> Result<(), RecordError> {
+    pub fn record_identity(&mut self, identity: &Identity) -> Result<(), RecordError> {
         self.trial.identity = Some(identity.clone());
-        self.describe()
+        self.write_description()
     }
 
     /// Notes that something happened `t_s` seconds into the trial.
-    pub fn event(&mut self, t_s: f64, text: &str) -> Result<(), RecordError> {
+    pub fn record_event(&mut self, t_s: f64, text: &str) -> Result<(), RecordError> {
         self.trial.events.push((t_s, text.to_owned()));
         let is_soon = (t_s - self.described_s).abs() < LATER_S;
         if is_soon && self.trial.events.len() > AT_ONCE {
             return Ok(());
         }
         self.described_s = t_s;
-        self.describe()
+        self.write_description()
     }
 
     /// Notes a reading of the electrode check.
-    pub fn electrode(&mut self, reading: ElectrodeReading) -> Result<(), RecordError> {
+    pub fn record_electrode(&mut self, reading: ElectrodeReading) -> Result<(), RecordError> {
         self.trial.electrode_check.push(reading);
-        self.describe()
+        self.write_description()
     }
 
     /// Notes how many pulses were output and, if none, why; they are written to disk with the next
     /// note.
-    pub fn played(&mut self, pulses: Option<u64>, silent: Option<&str>) {
+    pub fn record_pulses(&mut self, pulses: Option<u64>, silent: Option<&str>) {
         self.trial.pulses = pulses;
         self.trial.silent = silent.map(str::to_owned);
     }
@@ -166,17 +169,17 @@ impl Recorder {
     ) -> Result<(), RecordError> {
         self.trial.counters = counters.to_vec();
         self.trial.duration_s = duration_s;
-        self.describe()
+        self.write_description()
     }
 
     /// Notes how the device's clock ran; the fit is written to disk with the next note.
-    pub fn clock(&mut self, clock: Option<ClockFit>) {
+    pub fn record_clock(&mut self, clock: Option<ClockFit>) {
         self.trial.clock = clock;
     }
 
     /// Writes the files that explain the rows: the session file, the wearer file that the session
     /// names, and the dictionary of columns.
-    fn accompany(&self, trial: &Trial) -> Result<(), RecordError> {
+    fn write_companion_files(&self, trial: &Trial) -> Result<(), RecordError> {
         if !trial.session_text.is_empty() {
             let path = self.folder.join("session.toml");
             std::fs::write(&path, &trial.session_text).map_err(RecordError::write(&path))?;
@@ -191,7 +194,7 @@ impl Recorder {
         written.map_err(RecordError::write(&path))
     }
 
-    fn describe(&mut self) -> Result<(), RecordError> {
+    fn write_description(&mut self) -> Result<(), RecordError> {
         write_json(&*self.disk, &self.folder.join("trial.json"), &self.trial)
     }
 }

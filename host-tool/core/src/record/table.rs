@@ -41,7 +41,7 @@ pub(super) fn push_sample(text: &mut Vec<u8>, sample: &Sample, channels: &[Chann
     }
     push_field(text, sample.effort);
     text.extend_from_slice(if sample.limiting { b",1," } else { b",0," });
-    text.extend_from_slice(word(&DEVICE_STATES, sample.state).as_bytes());
+    text.extend_from_slice(state_word(&DEVICE_STATES, sample.state).as_bytes());
     for column in 0..channels.len() {
         push_field(text, sample.amplitudes.get(column).copied().flatten());
     }
@@ -108,7 +108,7 @@ pub fn write_samples(
 pub fn write_edges(out: &mut impl Write, edges: &[Edge]) -> io::Result<()> {
     writeln!(out, "{}", columns::header(&columns::EDGES, &[]))?;
     for edge in edges {
-        let (state, code) = (word(&STATES, edge.state), edge.dac_code);
+        let (state, code) = (state_word(&STATES, edge.state), edge.dac_code);
         writeln!(out, "{},{},{state},{code}", edge.t_us, edge.channel)?;
     }
     Ok(())
@@ -181,15 +181,15 @@ pub fn read_samples(path: &Path) -> Result<Samples, RecordError> {
             held: held.map_or(Ok(None), |held| row.optional(held))?,
             joint_deg: list(&angles)?,
             phase: list(&phases)?,
-            hand_n: known(list(&hand)?),
+            hand_n: empty_if_unknown(list(&hand)?),
             hand_made: made.map_or(Ok(None), |made| row.optional(made))?,
-            hand_true_n: known(list(&truly)?),
+            hand_true_n: empty_if_unknown(list(&truly)?),
         })
     })
 }
 
 /// Returns the components of a force, or an empty list if none of them is known.
-fn known(force: Vec<Option<f64>>) -> Vec<Option<f64>> {
+fn empty_if_unknown(force: Vec<Option<f64>>) -> Vec<Option<f64>> {
     match force.iter().all(Option::is_none) {
         true => Vec::new(),
         false => force,
@@ -230,7 +230,7 @@ const DEVICE_STATES: [(DeviceState, &str); 6] = [
 ];
 
 /// Returns the word for `state`, which must be among `words`.
-fn word<S: PartialEq>(words: &[(S, &'static str)], state: S) -> &'static str {
+fn state_word<S: PartialEq>(words: &[(S, &'static str)], state: S) -> &'static str {
     let found = words.iter().find(|(word, _)| *word == state);
     found.map_or("", |(_, word)| word)
 }

@@ -1,7 +1,7 @@
 //! Wearer file of a trial: for whom the session was run.
 
 use super::Trial;
-use crate::session::{Session, SessionError, shipped_text};
+use crate::session::{Session, SessionError, builtin_wearer_text};
 use serde::{Deserialize, Serialize};
 
 /// Wearer file whose thresholds and limits a trial kept, and the source of its numbers.
@@ -28,9 +28,9 @@ impl Trial {
     /// The record keeps no session file, or one that this version of the program refuses.
     pub fn session(&self) -> Result<Session, SessionError> {
         let kept = self.wearer.as_ref();
-        Session::parse_beside(&self.session_file, &self.session_text, &|file| match kept {
+        Session::parse_with_wearers(&self.session_file, &self.session_text, &|file| match kept {
             Some(wearer) => Ok(wearer.text.clone()),
-            None => shipped_text(file),
+            None => builtin_wearer_text(file),
         })
     }
 }

@@ -1,10 +1,10 @@
 //! Bar chart of the RMSE of this run beside the values that a paper printed.
 
 use super::tables::degrees;
-use crate::analysis::metrics_but_lag;
+use crate::analysis::metrics_without_lag;
 use crate::plot::axis::Head;
 use crate::plot::ink::{EDGE, HALO, INK, PALETTE};
-use crate::plot::words::shortened;
+use crate::plot::words::truncate;
 use crate::plot::{Axis, Figure, Key, Mark, Paint, Panel, Scale, Shape, Svg};
 use crate::record::{PaperRow, Trial};
 
@@ -23,7 +23,7 @@ struct Bar<'a> {
 pub(super) fn figure(trials: &[Trial], paper: &[PaperRow]) -> Svg {
     let groups = trials
         .iter()
-        .filter_map(|trial| Some((trial.name.as_str(), group(trial, paper)?)));
+        .filter_map(|trial| Some((trial.name.as_str(), trial_bars(trial, paper)?)));
     let (mut heads, mut ticks, mut marks) = (Vec::new(), Vec::new(), Vec::new());
     let (mut at, mut most) = (0.0, 1.0f64);
     for (name, bars) in groups {
@@ -34,7 +34,7 @@ pub(super) fn figure(trials: &[Trial], paper: &[PaperRow]) -> Svg {
             ..Head::default()
         });
         for bar in bars {
-            ticks.push((at, shortened(11.0, bar.label, NAME, false)));
+            ticks.push((at, truncate(11.0, bar.label, NAME, false)));
             most = most.max(draw(&mut marks, at, &bar));
             at += 1.0;
         }
@@ -74,7 +74,7 @@ pub(super) fn figure(trials: &[Trial], paper: &[PaperRow]) -> Svg {
     .svg()
 }
 
-fn group<'a>(trial: &Trial, paper: &'a [PaperRow]) -> Option<Vec<Bar<'a>>> {
+fn trial_bars<'a>(trial: &Trial, paper: &'a [PaperRow]) -> Option<Vec<Bar<'a>>> {
     let rows = paper.iter().filter(|row| row.trial == trial.name);
     let printed = rows.filter_map(|row| {
         Some(Bar {
@@ -85,7 +85,7 @@ fn group<'a>(trial: &Trial, paper: &'a [PaperRow]) -> Option<Vec<Bar<'a>>> {
     });
     let mut bars = vec![Bar {
         label: "this run",
-        value: metrics_but_lag(trial)?.rmse_deg,
+        value: metrics_without_lag(trial)?.rmse_deg,
         dots: &[],
     }];
     bars.extend(printed);

@@ -43,7 +43,7 @@ pub fn edges_figure(trial: &Trial, alike: &[&Trial]) -> Svg {
     let mut channels: Vec<u8> = known.chain(edges.iter().map(|edge| edge.channel)).collect();
     channels.sort_unstable();
     channels.dedup();
-    let parts = parts(&edges);
+    let parts = visible_parts(&edges);
     let mut y = Axis::new("", Scale::Rows(channels.len() as f64));
     let mut marks = Vec::new();
     for (row, channel) in (0..).map(f64::from).zip(&channels) {
@@ -91,14 +91,14 @@ fn time(parts: &[(u64, u64)]) -> Axis {
 
 /// Returns the parts of the period that are drawn, µs: the ones with the longest cuts at which the
 /// narrowest phase is still visible.
-fn parts(edges: &[Edge]) -> Vec<(u64, u64)> {
+fn visible_parts(edges: &[Edge]) -> Vec<(u64, u64)> {
     let narrowest = narrowest_phase(edges) as f64;
     let seen = |parts: &Vec<(u64, u64)>| {
         let drawn: u64 = parts.iter().map(|(from, to)| to - from).sum();
         let room = 1.0 - CUT * (parts.len() - 1) as f64;
         narrowest / drawn.max(1) as f64 * room
     };
-    let all = CUTS_US.map(|longest| cut(edges, longest));
+    let all = CUTS_US.map(|longest| cut_gaps(edges, longest));
     let fits = all.iter().find(|parts| seen(parts) >= THIN);
     let best = fits.or_else(|| all.iter().max_by(|a, b| seen(a).total_cmp(&seen(b))));
     best.cloned().unwrap_or_default()
@@ -106,7 +106,7 @@ fn parts(edges: &[Edge]) -> Vec<(u64, u64)> {
 
 /// Returns the parts of the period that remain if every stretch without an edge longer than
 /// `longest` µs is cut out.
-fn cut(edges: &[Edge], longest: u64) -> Vec<(u64, u64)> {
+fn cut_gaps(edges: &[Edge], longest: u64) -> Vec<(u64, u64)> {
     let groups: Vec<(u64, u64)> = edges
         .chunk_by(|a, b| b.t_us - a.t_us <= longest)
         .map(|group| (group[0].t_us, group[group.len() - 1].t_us))

@@ -68,9 +68,11 @@ pub(super) fn figure(trials: &[Trial]) -> Svg {
 }
 
 /// Returns the result of the forces wanted in a run, in a sentence; `None` without an arm.
-pub(super) fn result(run: &Run) -> Option<String> {
+pub(super) fn hand_result(run: &Run) -> Option<String> {
     let samples = || run.trials.iter().flat_map(|trial| &trial.samples);
-    let wanted = samples().filter_map(|s| three(&s.hand_n)).map(length);
+    let wanted = samples()
+        .filter_map(|s| known_vector(&s.hand_n))
+        .map(length);
     let most = wanted.reduce(f64::max)?;
     let mut text = format!("Up to {most:.1} N were wanted at the hand");
     let unmade = samples().filter(|s| s.hand_made.is_some_and(|made| made < 1.0));
@@ -80,7 +82,8 @@ pub(super) fn result(run: &Run) -> Option<String> {
         text +=
             &format!(", which for {percent:.1} % of the time could not be made and was not given");
     }
-    let both = samples().filter_map(|s| Some((three(&s.hand_n)?, three(&s.hand_true_n)?)));
+    let both =
+        samples().filter_map(|s| Some((known_vector(&s.hand_n)?, known_vector(&s.hand_true_n)?)));
     let both: Vec<_> = both.collect();
     if both.is_empty() {
         return Some(text + "; nothing measured the force that came.");
@@ -102,7 +105,7 @@ fn is_wanted(sample: &Sample) -> bool {
     !sample.hand_n.is_empty()
 }
 
-fn three(force: &[Option<f64>]) -> Option<[f64; 3]> {
+fn known_vector(force: &[Option<f64>]) -> Option<[f64; 3]> {
     match *force {
         [Some(x), Some(y), Some(z)] => Some([x, y, z]),
         _ => None,

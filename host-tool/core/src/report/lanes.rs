@@ -47,10 +47,10 @@ struct Survey {
 
 impl Source {
     /// Returns the sources of `values` for each of these channels, channel by channel.
-    fn all(trial: &Trial, channels: &[u8], values: &[Value]) -> Vec<Self> {
+    fn for_channels(trial: &Trial, channels: &[u8], values: &[Value]) -> Vec<Self> {
         let of = |value: Value, channel: u8| Self {
             value,
-            place: trial.place(
+            place: trial.channel_index(
                 channel,
                 match value {
                     Value::Amplitude => |_| true,
@@ -67,7 +67,7 @@ impl Source {
     }
 
     /// Returns the value of the quantity in a sample.
-    fn of(&self, sample: &Sample) -> Option<f64> {
+    fn value_in(&self, sample: &Sample) -> Option<f64> {
         let known = |values: &[Option<f64>]| values.get(self.place?).copied();
         match self.value {
             Value::Amplitude => Some(known(&sample.amplitudes)?.unwrap_or(0.0)),
@@ -82,11 +82,11 @@ impl Source {
 /// [`Source::all`]. Each trial is read only once, because its samples are packed.
 fn surveys(trials: &[Trial], channels: &[u8], values: &[Value]) -> Vec<Vec<Survey>> {
     let of_trial = |trial: &Trial| {
-        let sources = Source::all(trial, channels, values);
+        let sources = Source::for_channels(trial, channels, values);
         let mut surveys = vec![Survey::default(); sources.len()];
         for sample in trial.samples.iter().filter(|sample| sample.t_s.is_finite()) {
             for (survey, source) in surveys.iter_mut().zip(&sources) {
-                if let Some(value) = source.of(&sample).filter(|value| value.is_finite()) {
+                if let Some(value) = source.value_in(&sample).filter(|value| value.is_finite()) {
                     survey.count += 1;
                     let largest = survey.largest.unwrap_or(value);
                     survey.largest = Some(largest.max(value));
@@ -119,7 +119,7 @@ pub(super) fn amplitudes(trials: &[Trial]) -> Svg {
         let of_row = surveys.iter().filter_map(|all| all.get(row)?.largest);
         let top = of_row.fold(1e-3, f64::max).max(channel.limit);
         let unit = format!("amplitude ({})", channel.unit);
-        Lane::of(channel, unit, top, channel.limit)
+        Lane::new(channel, unit, top, channel.limit)
     };
     let lanes: Vec<Lane> = channels.iter().enumerate().map(lane).collect();
     grid(
@@ -135,14 +135,14 @@ pub(super) fn amplitudes(trials: &[Trial]) -> Svg {
 pub(super) fn forces(trials: &[Trial]) -> Svg {
     let shown = |channel: &ChannelInfo| channel.muscle;
     let what = ("Predicted force over time", "force (N)");
-    alike(trials, what, shown, &[Value::Force, Value::Wanted])
+    common_scale_figure(trials, what, shown, &[Value::Force, Value::Wanted])
 }
 
 /// Returns the pulse rate of every channel under force control over time; an empty figure if there
 /// is none.
 pub(super) fn rates(trials: &[Trial]) -> Svg {
     let shown = |channel: &ChannelInfo| channel.force;
-    alike(
+    common_scale_figure(
         trials,
         ("Pulse rate over time", "rate (Hz)"),
         shown,
@@ -152,7 +152,7 @@ pub(super) fn rates(trials: &[Trial]) -> Svg {
 
 /// Returns rows with a common scale, because small values would otherwise look as large as big
 /// ones.
-fn alike(
+fn common_scale_figure(
     trials: &[Trial],
     (what, unit): (&str, &str),
     shown: fn(&ChannelInfo) -> bool,
@@ -169,7 +169,7 @@ fn alike(
     };
     let step = round_step(most, 2.0);
     let top = (most / step).ceil() * step;
-    let lane = |channel: &&ChannelInfo| Lane::of(channel, unit.to_owned(), top, top);
+    let lane = |channel: &&ChannelInfo| Lane::new(channel, unit.to_owned(), top, top);
     let lanes: Vec<Lane> = channels.iter().map(lane).collect();
     grid(trials, &lanes, what, (values, &surveys))
 }
@@ -184,7 +184,7 @@ fn channels(trials: &[Trial]) -> Vec<&ChannelInfo> {
 }
 
 impl Lane {
-    fn of(channel: &ChannelInfo, unit: String, top: f64, scale: f64) -> Self {
+    fn new(channel: &ChannelInfo, unit: String, top: f64, scale: f64) -> Self {
         Self {
             number: channel.number,
             name: format!("{} {}", channel.number, channel.name),
@@ -208,7 +208,10 @@ impl Lane {
         for (n, (parts, line)) in values.into_iter().zip(strokes).enumerate() {
             for part in parts {
                 if let (0, Some(tint)) = (n, channel_mark(self.number).tint()) {
-                    marks.push(Mark::Outline(closed(&part, self.height(row, 0.0)), tint));
+                    marks.push(Mark::Outline(
+                        filled_outline(&part, self.height(row, 0.0)),
+                        tint,
+                    ));
                 }
                 marks.push(Mark::Line(part, line));
             }
@@ -223,8 +226,8 @@ impl Lane {
 /// Returns the marks of all rows of a trial, whose samples are read only once.
 fn rows(trial: &Trial, lanes: &[Lane], values: &[Value], surveys: &[Survey]) -> Vec<Mark> {
     let numbers: Vec<u8> = lanes.iter().map(|lane| lane.number).collect();
-    let sources = Source::all(trial, &numbers, values);
-    let begun = |survey: &Survey| ShortenedSeries::of(survey.count, BUCKETS);
+    let sources = Source::for_channels(trial, &numbers, values);
+    let begun = |survey: &Survey| ShortenedSeries::new(survey.count, BUCKETS);
     let mut short: Vec<ShortenedSeries> = surveys.iter().map(begun).collect();
     let each = values.len().max(1);
     for sample in trial.samples.iter() {
@@ -232,13 +235,13 @@ fn rows(trial: &Trial, lanes: &[Lane], values: &[Value], surveys: &[Survey]) -> 
         let all = lanes.zip(short.chunks_mut(each).zip(sources.chunks(each)));
         for ((row, lane), (short, sources)) in all {
             for (short, source) in short.iter_mut().zip(sources) {
-                if let Some(value) = source.of(&sample) {
+                if let Some(value) = source.value_in(&sample) {
                     short.push((sample.t_s, lane.height(row, value)));
                 }
             }
         }
     }
-    let mut parts = short.into_iter().map(ShortenedSeries::close);
+    let mut parts = short.into_iter().map(ShortenedSeries::finish);
     let numbered = (0..).map(f64::from).zip(lanes);
     let marks = numbered.map(|(row, lane)| lane.marks(row, parts.by_ref().take(each).collect()));
     marks.flatten().collect()
@@ -272,11 +275,11 @@ fn grid(
             grid: false,
             ..Axis::linear("time (s)", (0.0, end_s(trials)), 6.0)
         };
-        let title = crate::plot::words::shortened(13.0, &trial.name, 240.0, true);
+        let title = crate::plot::words::truncate(13.0, &trial.name, 240.0, true);
         let height = lanes.len() as f64 * ROW;
         Panel {
             marks: rows(trial, lanes, values, surveys),
-            ..Panel::new(&title, time, y.clone().silent(column > 0), height)
+            ..Panel::new(&title, time, y.clone().hide_labels(column > 0), height)
         }
     };
     let lines = trials.chunks(COLUMNS).zip(surveys.chunks(COLUMNS));
@@ -291,7 +294,7 @@ fn grid(
 }
 
 /// Returns the outline between a signal and zero, to be filled.
-fn closed(points: &[Point], zero: f64) -> Vec<Point> {
+fn filled_outline(points: &[Point], zero: f64) -> Vec<Point> {
     let ends = [points.last(), points.first()];
     let feet = ends.into_iter().flatten().map(|(t, _)| (*t, zero));
     points.iter().copied().chain(feet).collect()

@@ -51,7 +51,7 @@ pub struct Report<'a> {
 impl<'a> Report<'a> {
     /// Returns the report of a run with everything that its record contains.
     #[must_use]
-    pub fn of(run: &'a Run) -> Self {
+    pub fn from_run(run: &'a Run) -> Self {
         Self {
             run,
             paper: &run.paper,

@@ -5,9 +5,9 @@
 use super::limb::draw_bones;
 use super::tables::degrees;
 use super::trajectory::course;
-use crate::analysis::metrics_but_lag;
+use crate::analysis::metrics_without_lag;
 use crate::plot::canvas::standalone;
-use crate::plot::figure::legend;
+use crate::plot::figure::draw_legend;
 use crate::plot::ink::{Color, GRID, INK, MUTED, PALETTE, channel_mark, stroke};
 use crate::plot::panel::LetterScale;
 use crate::plot::series::range;
@@ -65,7 +65,7 @@ fn draw_arm(canvas: &mut Canvas, trial: &Trial) {
     let corners = corners.into_iter().chain([(40.0, wrist), (62.0, elbow)]);
     let arm: Vec<At> = corners.map(|(dx, y)| (ARM + dx, y)).collect();
     canvas.polygon(&arm, Paint::Ring(MUTED, 1.8));
-    let angles = shown(trial).filter_map(|sample| sample.measured_deg);
+    let angles = shown_samples(trial).filter_map(|sample| sample.measured_deg);
     let (least, most) = range(angles).unwrap_or((0.0, 90.0));
     draw_finger(canvas, least, GRID);
     draw_finger(canvas, most, MUTED);
@@ -127,7 +127,7 @@ fn lanes(edges: &[Edge]) -> Panel {
 /// Draws the reference and the angle under both laws, each with its RMSE.
 fn draw_angles(canvas: &mut Canvas, default: &Trial, paper: &Trial) {
     let error =
-        |trial: &Trial| metrics_but_lag(trial).map_or(String::new(), |m| degrees(m.rmse_deg));
+        |trial: &Trial| metrics_without_lag(trial).map_or(String::new(), |m| degrees(m.rmse_deg));
     let (blue, red) = (stroke(PALETTE[0], 2.6), stroke(PALETTE[1], 2.0));
     let ink = stroke(INK, 1.2);
     let keys = [
@@ -141,7 +141,7 @@ fn draw_angles(canvas: &mut Canvas, default: &Trial, paper: &Trial) {
             format!("paper's law, RMSE {}", error(paper)),
         ),
     ];
-    legend(
+    draw_legend(
         canvas,
         LetterScale(16.0 / 12.0),
         (6.0, ANGLE.0.1 - 66.0),
@@ -151,9 +151,9 @@ fn draw_angles(canvas: &mut Canvas, default: &Trial, paper: &Trial) {
     let x = Axis::linear("time (s)", SHOWN_S, 5.0);
     let y = Axis::linear("angle (°)", (0.0, 100.0), 2.0);
     let measured = |s: &Sample| s.measured_deg;
-    let marks = course(shown(paper), measured, red, 400)
-        .chain(course(shown(default), measured, blue, 400))
-        .chain(course(shown(default), |s| s.target_deg, ink, 400));
+    let marks = course(shown_samples(paper), measured, red, 400)
+        .chain(course(shown_samples(default), measured, blue, 400))
+        .chain(course(shown_samples(default), |s| s.target_deg, ink, 400));
     Panel {
         marks: marks.collect(),
         ..Panel::new("", Axis { grid: false, ..x }, y, 0.0)
@@ -162,7 +162,7 @@ fn draw_angles(canvas: &mut Canvas, default: &Trial, paper: &Trial) {
 }
 
 /// Returns the samples in the part of a trial that is shown.
-fn shown(trial: &Trial) -> impl Iterator<Item = Sample> + Clone {
+fn shown_samples(trial: &Trial) -> impl Iterator<Item = Sample> + Clone {
     let (from, to) = SHOWN_S;
     let samples = trial.samples.iter();
     samples.filter(move |sample| (from..=to).contains(&sample.t_s))

@@ -6,7 +6,9 @@ use super::tables::{
     hits_table, metrics_table, models_in_words, newtons, paper_table, seconds,
 };
 use super::{Html, Report, bars, edges, hand, lanes, trajectory};
-use crate::analysis::{Metrics, force_metrics, hits, metrics_but_lag, unpredicted};
+use crate::analysis::{
+    Metrics, channels_without_prediction, force_metrics, metrics_without_lag, wall_contacts,
+};
 use crate::html;
 use crate::plot::Svg;
 use crate::record::{Assumption, Role, Run, Trial};
@@ -86,7 +88,8 @@ fn headline(run: &Run) -> String {
 /// Returns the result of the run in one sentence.
 fn result(run: &Run) -> String {
     let judged = run.trials.iter();
-    let judged = judged.filter_map(|trial| Some((trial.name.as_str(), metrics_but_lag(trial)?)));
+    let judged =
+        judged.filter_map(|trial| Some((trial.name.as_str(), metrics_without_lag(trial)?)));
     let mut judged: Vec<(&str, Metrics)> = judged.collect();
     judged.sort_by(|a, b| a.1.rmse_deg.total_cmp(&b.1.rmse_deg));
     let Some(((name, best), others)) = judged.split_first() else {
@@ -95,8 +98,8 @@ fn result(run: &Run) -> String {
         }
         let other = wall_result(run).or_else(|| force_result(run));
         let other = other.or_else(|| unpredicted_result(run));
-        let other = other.or_else(|| hand::result(run));
-        return other.unwrap_or_else(|| nothing_judged(run).to_owned());
+        let other = other.or_else(|| hand::hand_result(run));
+        return other.unwrap_or_else(|| no_result_reason(run).to_owned());
     };
     let window = format!("{}–{} s", seconds(best.from_s), seconds(best.to_s));
     let rmse = degrees(best.rmse_deg);
@@ -120,8 +123,8 @@ fn result(run: &Run) -> String {
 }
 
 /// Returns the reason why there is nothing to assess.
-fn nothing_judged(run: &Run) -> &'static str {
-    if run.trials.iter().any(Trial::follows) {
+fn no_result_reason(run: &Run) -> &'static str {
+    if run.trials.iter().any(Trial::has_reference) {
         "Nothing was recorded of the time that is judged."
     } else {
         "Open loop: nothing was to be followed."
@@ -157,7 +160,7 @@ fn force_result(run: &Run) -> Option<String> {
 /// Returns the result of the first trial for which no muscle model ran.
 fn unpredicted_result(run: &Run) -> Option<String> {
     let mut trials = run.trials.iter();
-    let trial = trials.find(|trial| !unpredicted(trial).is_empty())?;
+    let trial = trials.find(|trial| !channels_without_prediction(trial).is_empty())?;
     let remarks = force_remarks(trial).join(" ");
     Some(format!("{}: {remarks}", capitalised(&trial.name)))
 }
@@ -165,7 +168,7 @@ fn unpredicted_result(run: &Run) -> Option<String> {
 /// Returns the result of trials at a virtual wall.
 fn wall_result(run: &Run) -> Option<String> {
     let depths = run.trials.iter().filter_map(|trial| {
-        let deepest = hits(trial).into_iter().map(|hit| hit.deepest_deg);
+        let deepest = wall_contacts(trial).into_iter().map(|hit| hit.deepest_deg);
         Some((trial.name.as_str(), deepest.reduce(f64::max)?))
     });
     let mut depths: Vec<(&str, f64)> = depths.collect();
@@ -251,7 +254,7 @@ fn forces_caption(run: &Run) -> &'static str {
 
 /// Returns whether no trial had anything to follow; stimulation is then the result.
 fn is_open_loop(run: &Run) -> bool {
-    !run.trials.iter().any(Trial::follows)
+    !run.trials.iter().any(Trial::has_reference)
 }
 
 fn amplitudes(run: &Run) -> Html {

@@ -3,7 +3,7 @@
 use super::{Report, page};
 use crate::analysis::{
     ChannelDose, ForceMetrics, Metrics, WallContact, doses, force_limiting_share, force_metrics,
-    hits, limit_cycles, metrics,
+    limit_cycles, metrics, wall_contacts,
 };
 use crate::record::{
     Assumption, Ending, PaperRow, RecordError, RowCounts, TrialWearer, replace_file, write_summary,
@@ -67,7 +67,7 @@ pub fn write(dir: &Path, report: &Report) -> Result<PathBuf, RecordError> {
         title: &run.title,
         ending: &run.ending,
         device: run.device_in_words(),
-        simulated: run.simulated(),
+        simulated: run.simulated_if_known(),
         seed: run.seed,
         speed_factor: run.host.speed_factor,
         version: env!("CARGO_PKG_VERSION"),
@@ -81,11 +81,11 @@ pub fn write(dir: &Path, report: &Report) -> Result<PathBuf, RecordError> {
                 pulses: trial.pulses,
                 session_file: &trial.session_file,
                 wearer: trial.wearer.as_ref(),
-                held: RowCounts::by(trial),
+                held: RowCounts::from_trial(trial),
                 duration_s: trial.duration_s,
                 channels: doses(trial),
                 metrics: metrics(trial),
-                hits: hits(trial),
+                hits: wall_contacts(trial),
                 forces: force_metrics(trial),
                 force_limiting_share: force_limiting_share(trial),
                 limit_cycles: limit_cycles(trial).count(),

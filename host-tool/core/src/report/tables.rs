@@ -2,7 +2,8 @@
 
 use super::Html;
 use crate::analysis::{
-    Metrics, force_limiting_share, force_metrics, hits, metrics, metrics_but_lag, unpredicted,
+    Metrics, channels_without_prediction, force_limiting_share, force_metrics, metrics,
+    metrics_without_lag, wall_contacts,
 };
 use crate::html;
 use crate::record::{PaperRow, Trial};
@@ -87,9 +88,11 @@ fn span(from_s: f64, to_s: f64) -> String {
 
 /// Returns the hits of each trial at a virtual wall; nothing without any.
 pub(super) fn hits_table(trials: &[Trial]) -> Html {
-    let all = trials
-        .iter()
-        .flat_map(|trial| hits(trial).into_iter().map(move |hit| (trial, hit)));
+    let all = trials.iter().flat_map(|trial| {
+        wall_contacts(trial)
+            .into_iter()
+            .map(move |hit| (trial, hit))
+    });
     let rows = all.map(|(trial, hit)| {
         let cells = [
             span(hit.at_s, hit.at_s + hit.for_s).into(),
@@ -183,7 +186,10 @@ pub(super) fn models_in_words(trial: &Trial) -> Option<String> {
 #[must_use]
 pub fn force_remarks(trial: &Trial) -> Vec<String> {
     let mut all = Vec::new();
-    let numbers: Vec<String> = unpredicted(trial).iter().map(u8::to_string).collect();
+    let numbers: Vec<String> = channels_without_prediction(trial)
+        .iter()
+        .map(u8::to_string)
+        .collect();
     if !numbers.is_empty() {
         all.push(format!(
             "No muscle model ran on channel {}: its force was not predicted and is not judged.",
@@ -234,7 +240,7 @@ pub(super) fn paper_table(trials: &[Trial], paper: &[PaperRow]) -> Html {
     let mut rows = Html::default();
     for trial in trials {
         let own: Vec<_> = paper.iter().filter(|row| row.trial == trial.name).collect();
-        let here = metrics_but_lag(trial).map_or("–".to_owned(), |m| degrees(m.rmse_deg));
+        let here = metrics_without_lag(trial).map_or("–".to_owned(), |m| degrees(m.rmse_deg));
         for (position, row) in own.iter().enumerate() {
             let mut group = Html::default();
             if position == 0 {

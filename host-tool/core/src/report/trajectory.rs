@@ -1,7 +1,7 @@
 //! Reference and measured angle over time, one panel per trial.
 
 use super::tables::{degrees, seconds};
-use crate::analysis::{hits, metrics_but_lag};
+use crate::analysis::{metrics_without_lag, wall_contacts};
 use crate::plot::ink::{INK, PALETTE, SHADE};
 use crate::plot::series::{range, round_step, shorten};
 use crate::plot::{At, Axis, Figure, Key, Mark, Paint, Panel, Stroke, Svg, ink::stroke};
@@ -57,7 +57,7 @@ pub(super) struct TrialTrace {
 
 impl TrialTrace {
     /// Returns the data of this trial for the figure.
-    pub(super) fn of(trial: &Trial) -> Self {
+    pub(super) fn from_trial(trial: &Trial) -> Self {
         let curves = [
             (MEASURED, (|s: &Sample| s.measured_deg) as Angle),
             // The reference is on top, because a joint that follows well would otherwise hide it.
@@ -85,7 +85,7 @@ impl TrialTrace {
     }
 
     /// Returns the same data under another name.
-    pub(super) fn called(&self, name: String) -> Self {
+    pub(super) fn with_name(&self, name: String) -> Self {
         Self {
             name,
             ..self.clone()
@@ -104,11 +104,16 @@ pub(super) fn figure(trials: &[Trial]) -> Svg {
     if !trials.is_empty() && !trials.iter().any(has_angle) {
         return Svg::default();
     }
-    figure_of(&trials.iter().map(TrialTrace::of).collect::<Vec<_>>())
+    figure_from_traces(
+        &trials
+            .iter()
+            .map(TrialTrace::from_trial)
+            .collect::<Vec<_>>(),
+    )
 }
 
 /// Returns the main figure of trials whose samples are no longer in memory.
-pub(super) fn figure_of(trials: &[TrialTrace]) -> Svg {
+pub(super) fn figure_from_traces(trials: &[TrialTrace]) -> Svg {
     // All panels share their scales, so that they can be compared at a glance.
     let angles = trials.iter().filter_map(|trial| trial.angles);
     let (low, high) = range(angles.flat_map(|(low, high)| [low, high])).unwrap_or((0.0, 90.0));
@@ -121,7 +126,7 @@ pub(super) fn figure_of(trials: &[TrialTrace]) -> Svg {
     let panel = |n: usize, is_last: bool| {
         let x = Axis {
             grid: false,
-            ..Axis::linear("time (s)", (0.0, end_s), 10.0).silent(!is_last)
+            ..Axis::linear("time (s)", (0.0, end_s), 10.0).hide_labels(!is_last)
         };
         panel(&trials[n], x, Axis::linear("angle (°)", ends, 5.0))
     };
@@ -187,21 +192,23 @@ fn panel(trial: &TrialTrace, x: Axis, y: Axis) -> Panel {
 
 /// Returns the result of the trial in a few words.
 fn result(trial: &Trial) -> String {
-    match (trial.wall, metrics_but_lag(trial)) {
-        (Some(_), _) => deepest(trial),
+    match (trial.wall, metrics_without_lag(trial)) {
+        (Some(_), _) => deepest_contacts(trial),
         (None, Some(m)) => {
             let (from, to) = (seconds(m.from_s), seconds(m.to_s));
             format!("RMSE {} ({from}–{to} s)", degrees(m.rmse_deg))
         }
         (None, None) if trial.samples.is_empty() => "no samples".to_owned(),
-        (None, None) if trial.follows() => "not judged".to_owned(),
+        (None, None) if trial.has_reference() => "not judged".to_owned(),
         (None, None) => "open loop".to_owned(),
     }
 }
 
 /// Returns the deepest penetration of each hit of a wall.
-fn deepest(trial: &Trial) -> String {
-    let depths = hits(trial).into_iter().map(|hit| degrees(hit.deepest_deg));
+fn deepest_contacts(trial: &Trial) -> String {
+    let depths = wall_contacts(trial)
+        .into_iter()
+        .map(|hit| degrees(hit.deepest_deg));
     let depths: Vec<String> = depths.collect();
     if depths.is_empty() {
         return "not touched".to_owned();

@@ -6,8 +6,8 @@ mod log;
 
 use super::images;
 use super::open_error::{ChipError, OpenError};
-use super::simulated::simulated;
-use super::wearer::outputs;
+use super::simulated::simulated_port;
+use super::wearer::output_stages;
 use crate::link::SimulatedPort;
 use crate::session::Session;
 use firmware::lockstep::Sensors;
@@ -45,7 +45,7 @@ pub fn power_on<O: Observer>(
     image: &chip::image::Image,
     observer: O,
 ) -> Result<Board<O>, ChipError> {
-    let (outputs, pace) = (outputs(session), Pace::Lazy);
+    let (outputs, pace) = (output_stages(session), Pace::Lazy);
     Ok(Board::power_on(image.clone(), outputs, pace, observer)?)
 }
 
@@ -70,7 +70,7 @@ pub struct ChipOptions {
 ///
 /// # Errors
 /// The errors of [`simulated`], and any reason why the board does not boot.
-pub fn on_chip(
+pub fn open_chip_port(
     session: &Session,
     seed: u64,
     options: &ChipOptions,
@@ -79,17 +79,17 @@ pub fn on_chip(
     let log = LogFile::open(options, &image)?;
     let (device, boot_us) = match () {
         #[cfg(feature = "gdb")]
-        () if options.gdb.is_some() => debug::booted(session, &image, options, log)?,
-        () => booted(session, &image, log)?,
+        () if options.gdb.is_some() => debug::boot_under_gdb(session, &image, options, log)?,
+        () => boot_board(session, &image, log)?,
     };
-    let mut port = simulated(session, seed, device, Micros::new(boot_us as u32))?; // far from wrapping
+    let mut port = simulated_port(session, seed, device, Micros::new(boot_us as u32))?; // far from wrapping
     port.image = Some(image.path().to_owned());
     Ok(port)
 }
 
 /// Boots a board without a debugger, and returns the board and the device time at which it had
 /// booted, µs.
-fn booted(
+fn boot_board(
     session: &Session,
     image: &chip::image::Image,
     log: LogFile,

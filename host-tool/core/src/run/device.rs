@@ -1,11 +1,11 @@
 //! Opens devices by name: simulators in this process and boards behind ports.
 
 #[cfg(feature = "chip")]
-use super::chip::{ChipOptions, on_chip};
+use super::chip::{ChipOptions, open_chip_port};
 #[cfg(feature = "qemu")]
 use super::images;
 use super::open_error::OpenError;
-use super::simulated::simulated;
+use super::simulated::simulated_port;
 use crate::link::Port;
 #[cfg(feature = "realtime")]
 use crate::link::TcpPort;
@@ -59,7 +59,7 @@ impl FromStr for DeviceName {
 impl DeviceName {
     /// Returns the name as a command accepts it, which [`FromStr`] reads back to the same value.
     #[must_use]
-    pub fn typed(&self) -> String {
+    pub fn to_argument(&self) -> String {
         match self {
             Self::Native => "native".to_owned(),
             Self::Chip => "chip".to_owned(),
@@ -78,7 +78,7 @@ impl DeviceName {
     /// Returns the simulator of this program that a record of `kind` was made on; `None` for a
     /// board.
     #[must_use]
-    pub const fn of(kind: DeviceKind) -> Option<Self> {
+    pub const fn from_kind(kind: DeviceKind) -> Option<Self> {
         match kind {
             DeviceKind::Native => Some(Self::Native),
             DeviceKind::Chip => Some(Self::Chip),
@@ -110,20 +110,20 @@ impl DeviceName {
         Ok(match self {
             Self::Native => {
                 let device = Box::new(native_seeded(Micros::new(0), seed));
-                Box::new(simulated(session, seed, device, Micros::new(0))?)
+                Box::new(simulated_port(session, seed, device, Micros::new(0))?)
             }
             #[cfg(feature = "chip")]
-            Self::Chip => Box::new(on_chip(session, seed, &ChipOptions::default())?),
+            Self::Chip => Box::new(open_chip_port(session, seed, &ChipOptions::default())?),
             #[cfg(not(feature = "chip"))]
-            Self::Chip => return Err(self.left_out("chip")),
+            Self::Chip => return Err(self.missing_feature("chip")),
             #[cfg(not(feature = "qemu"))]
-            Self::Qemu => return Err(self.left_out("qemu")),
+            Self::Qemu => return Err(self.missing_feature("qemu")),
             #[cfg(feature = "qemu")]
             Self::Qemu => {
                 let image = images::find(Image::Qemu).map_err(StartError::NotBuilt)?;
                 let mut device = Box::new(Qemu::start(&image)?);
                 device.boot_seeded(seed).map_err(StartError::from)?;
-                let mut port = simulated(session, seed, device, Micros::new(0))?;
+                let mut port = simulated_port(session, seed, device, Micros::new(0))?;
                 port.image = Some(image);
                 Box::new(port)
             }
@@ -141,20 +141,20 @@ impl DeviceName {
             #[cfg(feature = "realtime")]
             Self::Tcp(address) => Ok(Box::new(TcpPort::connect(address)?)),
             #[cfg(not(feature = "realtime"))]
-            Self::Tcp(_) => Err(self.left_out("realtime")),
+            Self::Tcp(_) => Err(self.missing_feature("realtime")),
             #[cfg(feature = "serial")]
             Self::Serial(path) => match SerialPort::open(path) {
                 Ok(port) => Ok(Box::new(port)),
-                Err(error) => Err(misspelt(path, error).into()),
+                Err(error) => Err(with_suggestion(path, error).into()),
             },
             #[cfg(not(feature = "serial"))]
-            Self::Serial(_) => Err(self.left_out("serial")),
+            Self::Serial(_) => Err(self.missing_feature("serial")),
             Self::Native | Self::Chip | Self::Qemu => Err(OpenError::NoPort(self.to_string())),
         }
     }
 
     #[cfg(not(all(feature = "chip", feature = "qemu", feature = "serial")))]
-    fn left_out(&self, feature: &'static str) -> OpenError {
+    fn missing_feature(&self, feature: &'static str) -> OpenError {
         let device = self.to_string();
         OpenError::LeftOut { device, feature }
     }
@@ -163,7 +163,7 @@ impl DeviceName {
 /// The error of a serial port that cannot be opened, with the simulator whose name was probably
 /// meant by `path`.
 #[cfg(feature = "serial")]
-fn misspelt(path: &str, error: Error) -> Error {
+fn with_suggestion(path: &str, error: Error) -> Error {
     let advice = match nearest(path, ["native", "chip", "qemu"]) {
         Some("native") => "did you mean `native`, the simulator?",
         Some("chip") => "did you mean `chip`, the chip simulator?",

@@ -70,7 +70,7 @@ pub enum RunError {
     )]
     Unsettled(u64),
     /// A signal ended the session (E580).
-    #[error("E580 {}", interruption::told(*.signal, *.t_s, .stopped))]
+    #[error("E580 {}", interruption::describe_signal(*.signal, *.t_s, .stopped))]
     Signal {
         /// Signal that arrived.
         signal: Signal,

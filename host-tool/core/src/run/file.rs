@@ -1,7 +1,7 @@
 //! Sessions together with the name and text of their file.
 
 use crate::record::Trial;
-use crate::session::{Session, SessionError, WearerTexts, shipped_text};
+use crate::session::{Session, SessionError, WearerTexts, builtin_wearer_text};
 use std::path::Path;
 
 /// Session, and the file it was read from.
@@ -23,7 +23,7 @@ impl SessionFile {
     pub fn load(path: &Path) -> Result<Self, SessionError> {
         let text = Session::text(path)?;
         let name = path.display().to_string();
-        Self::parse_beside(&name, &text, &|file| Session::wearer_text(path, file))
+        Self::parse_with_wearers(&name, &text, &|file| Session::wearer_text(path, file))
     }
 
     /// Parses the text of a session that is part of the program; a wearer file that it names is
@@ -32,14 +32,14 @@ impl SessionFile {
     /// # Errors
     /// Returns a [`SessionError`] if the text is not a valid session.
     pub fn parse(name: &str, text: &str) -> Result<Self, SessionError> {
-        Self::parse_beside(name, text, &shipped_text)
+        Self::parse_with_wearers(name, text, &builtin_wearer_text)
     }
 
     /// Restores the session of a recorded trial, with the wearer file that the record keeps.
     ///
     /// # Errors
     /// Returns a [`SessionError`] if the recorded text is not a valid session of this version.
-    pub fn recorded(trial: &Trial) -> Result<Self, SessionError> {
+    pub fn from_trial(trial: &Trial) -> Result<Self, SessionError> {
         Ok(Self {
             name: trial.session_file.clone(),
             text: trial.session_text.clone(),
@@ -52,7 +52,7 @@ impl SessionFile {
     ///
     /// # Errors
     /// Returns a [`SessionError`] if the session or its wearer file is not valid.
-    pub fn parse_beside(
+    pub fn parse_with_wearers(
         name: &str,
         text: &str,
         texts: WearerTexts<'_>,
@@ -60,7 +60,7 @@ impl SessionFile {
         Ok(Self {
             name: name.to_owned(),
             text: text.to_owned(),
-            session: Session::parse_beside(name, text, texts)?,
+            session: Session::parse_with_wearers(name, text, texts)?,
         })
     }
 }

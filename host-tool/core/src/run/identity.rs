@@ -1,6 +1,6 @@
 //! Derives the identity of a device from its answer to `Hello`.
 
-use super::option_bytes_told;
+use super::describe_option_bytes;
 use crate::link::Fit;
 use crate::record::{ClockFit, DeviceKind, Identity};
 use firmware::link::message::ResetCause;
@@ -11,7 +11,7 @@ use firmware::link::{HelloInfo, Kind};
 const SIMULATED_CHIP: &[u8] = b"FLEXOR S";
 
 /// Converts the fit of the device's clock into the form that a record keeps.
-pub(super) fn clock(fit: Fit) -> ClockFit {
+pub(super) fn to_clock_fit(fit: Fit) -> ClockFit {
     ClockFit {
         exchanges: fit.exchanges,
         round_trip_us: fit.round_trip_us,
@@ -57,9 +57,9 @@ pub fn identity(info: &HelloInfo, in_process: bool) -> Identity {
         schema: format!("{:016x}", info.schema),
         reset: reset.to_owned(),
         dead_time_us: info.dead_time_us,
-        option_bytes: info
-            .option_bytes
-            .map_or_else(Vec::new, |option_bytes| option_bytes_told(&option_bytes)),
+        option_bytes: info.option_bytes.map_or_else(Vec::new, |option_bytes| {
+            describe_option_bytes(&option_bytes)
+        }),
     }
 }
 

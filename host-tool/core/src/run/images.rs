@@ -14,7 +14,7 @@ const WORKSPACE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 /// # Errors
 /// Returns a [`BuildError`] if the image does not exist and cannot be built.
 pub fn find(image: Image) -> Result<PathBuf, BuildError> {
-    image.find(&places(), &mut teller(image.name()))
+    image.find(&places(), &mut build_listener(image.name()))
 }
 
 /// Returns the path of the CoreMark image; see [`find`].
@@ -22,18 +22,18 @@ pub fn find(image: Image) -> Result<PathBuf, BuildError> {
 /// # Errors
 /// Returns a [`BuildError`] if the image does not exist and cannot be built.
 pub fn find_coremark() -> Result<PathBuf, BuildError> {
-    images::find_coremark(&places(), &mut teller("coremark"))
+    images::find_coremark(&places(), &mut build_listener("coremark"))
 }
 
 fn places() -> Places {
     let checkout = Path::new(WORKSPACE);
-    Places::of_this_program(&checkout.canonicalize().unwrap_or(checkout.to_owned()))
+    Places::for_this_program(&checkout.canonicalize().unwrap_or(checkout.to_owned()))
 }
 
 /// Returns a listener for the lines of a build. It prints one note when `image` starts to be built,
 /// and shows the lines of the build if standard error is a terminal. It prints nothing if the image
 /// is up to date.
-fn teller(image: &'static str) -> impl FnMut(&str) {
+fn build_listener(image: &'static str) -> impl FnMut(&str) {
     let is_shown = std::io::stderr().is_terminal();
     let mut is_told = false;
     move |line| {

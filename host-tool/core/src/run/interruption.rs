@@ -17,16 +17,16 @@ struct InterruptibleObserver<O> {
 }
 
 impl<O: Observer> Observer for InterruptibleObserver<O> {
-    fn see(&mut self, seen: Observation<'_>) {
-        self.observer.see(seen);
+    fn observe(&mut self, seen: Observation<'_>) {
+        self.observer.observe(seen);
     }
 
-    fn wish(&mut self) -> ObserverRequest {
-        self.observer.wish()
+    fn next_request(&mut self) -> ObserverRequest {
+        self.observer.next_request()
     }
 
-    fn control(&mut self, now_us: u64) -> Option<Control> {
-        self.observer.control(now_us)
+    fn next_control(&mut self, now_us: u64) -> Option<Control> {
+        self.observer.next_control(now_us)
     }
 
     fn interruption(&self) -> Option<Interruption> {
@@ -47,7 +47,7 @@ pub enum Stopped {
 
 /// Describes a signal and its effect in words. `t_s` is the time since the start of the trains, s;
 /// `None` if they had not started.
-pub(super) fn told(signal: Signal, t_s: Option<f64>, stopped: &Stopped) -> String {
+pub(super) fn describe_signal(signal: Signal, t_s: Option<f64>, stopped: &Stopped) -> String {
     let what = match t_s {
         Some(t_s) => format!("{signal} came at {t_s:.2} s"),
         None => format!("{signal} came before the stimulation had begun"),

@@ -31,7 +31,7 @@ mod trial;
 mod wearer;
 
 #[cfg(feature = "chip")]
-pub use chip::{ChipOptions, chip_image, on_chip, power_on};
+pub use chip::{ChipOptions, chip_image, open_chip_port, power_on};
 pub use device::DeviceName;
 pub use error::RunError;
 pub use file::SessionFile;
@@ -41,17 +41,17 @@ pub use observer::{Observation, Observer, ObserverRequest};
 #[cfg(feature = "chip")]
 pub use open_error::ChipError;
 pub use open_error::OpenError;
-pub use option_bytes::option_bytes_told;
+pub use option_bytes::describe_option_bytes;
 pub use outcome::Outcome;
 pub use outputs::{Dump, FullestPeriod, Outputs, edges_of_one_period};
 #[cfg(feature = "chip")]
 pub use profile::{Booted, ProfileError, Profiled, profile};
 pub use recorded::{BeginError, RecordedTrial, TrialPlace, record, record_on};
-pub use runner::{acknowledge, greet, run, run_taken};
-pub use simulated::simulated;
-pub use stages::{check_supply, stages_told};
+pub use runner::{acknowledge, run, run_with_outputs, wait_for_hello};
+pub use simulated::simulated_port;
+pub use stages::{check_supply, describe_stages};
 pub use stepper::{
-    Attachments, Control, INTENSITY_STEP, Keys, StepEnd, StepLimit, Stepper, repeating,
+    Attachments, Control, INTENSITY_STEP, Keys, StepEnd, StepLimit, Stepper, replay_keys,
 };
-pub use trial::{begin_trial, edges_between, event, sample};
-pub use wearer::{BodyError, body_of, fit, rest, worn_alike};
+pub use trial::{begin_trial, describe_event, edges_between, to_sample};
+pub use wearer::{BodyError, attach_electrodes, create_body, merge_sessions, rest_wearer};

@@ -39,18 +39,18 @@ pub enum ObserverRequest {
 /// 1.
 pub trait Observer {
     /// Receives each occurrence as soon as it arrives.
-    fn see(&mut self, seen: Observation<'_>);
+    fn observe(&mut self, seen: Observation<'_>);
 
     /// Returns the observer's wish. It is called after every message that arrives and before every
     /// setpoint.
-    fn wish(&mut self) -> ObserverRequest {
+    fn next_request(&mut self) -> ObserverRequest {
         ObserverRequest::Nothing
     }
 
     /// Returns the next action of a person at the controls that happened by `now_us` and was not
     /// returned before; `None` if there is none. `now_us` is host time since the start of the
     /// trains, µs. It is called at least every 2 ms.
-    fn control(&mut self, _now_us: u64) -> Option<Control> {
+    fn next_control(&mut self, _now_us: u64) -> Option<Control> {
         None
     }
 
@@ -62,7 +62,7 @@ pub trait Observer {
 }
 
 impl<F: FnMut(f64)> Observer for F {
-    fn see(&mut self, seen: Observation<'_>) {
+    fn observe(&mut self, seen: Observation<'_>) {
         if let Observation::Progress(part) = seen {
             self(part);
         }

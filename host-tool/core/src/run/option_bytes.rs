@@ -5,7 +5,7 @@ use firmware::link::message::OptionBytes;
 /// Returns one line for each option byte that differs from the value in docs/hil.md, with the
 /// consequence where there is one. The list is empty if all are as required.
 #[must_use]
-pub fn option_bytes_told(found: &OptionBytes) -> Vec<String> {
+pub fn describe_option_bytes(found: &OptionBytes) -> Vec<String> {
     let wanted = OptionBytes::WANTED;
     let mut told = Vec::new();
     if found.brown_out_level != wanted.brown_out_level {
@@ -36,12 +36,12 @@ mod tests {
 
     #[test]
     fn what_is_not_as_it_ought_to_be_is_told() {
-        assert_eq!(option_bytes_told(&OptionBytes::WANTED), [""; 0]);
+        assert_eq!(describe_option_bytes(&OptionBytes::WANTED), [""; 0]);
         // The value as delivered (RM0090 3.9.7), then a value in which every field differs.
-        let delivered = option_bytes_told(&OptionBytes::of(0x0FFF_AAED));
+        let delivered = describe_option_bytes(&OptionBytes::from_optcr(0x0FFF_AAED));
         assert_eq!(delivered.len(), 1);
         assert!(delivered[0].contains("brown-out reset is off"));
-        let other = option_bytes_told(&OptionBytes::of(0x0FFF_CCC9));
+        let other = describe_option_bytes(&OptionBytes::from_optcr(0x0FFF_CCC9));
         assert_eq!(other.len(), 3, "{other:?}");
         assert!(other[0].contains("level 1"), "{other:?}");
         assert!(other[2].contains("level 2"), "{other:?}");

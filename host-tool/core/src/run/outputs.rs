@@ -12,15 +12,15 @@ use std::path::PathBuf;
 /// Receiver of a simulated device's output, piece by piece in the order of time.
 pub trait Outputs {
     /// Receives the next piece of the output. The trains began at `epoch_us`, µs of device time.
-    fn take(&mut self, piece: &Trace, epoch_us: u64);
+    fn receive(&mut self, piece: &Trace, epoch_us: u64);
 
     /// Receives the end of the output, at the device time `now_us`, µs.
     fn end(&mut self, now_us: u64);
 }
 
 impl<T: Outputs + ?Sized> Outputs for &mut T {
-    fn take(&mut self, piece: &Trace, epoch_us: u64) {
-        (**self).take(piece, epoch_us);
+    fn receive(&mut self, piece: &Trace, epoch_us: u64) {
+        (**self).receive(piece, epoch_us);
     }
 
     fn end(&mut self, now_us: u64) {
@@ -29,9 +29,9 @@ impl<T: Outputs + ?Sized> Outputs for &mut T {
 }
 
 impl<A: Outputs, B: Outputs> Outputs for (A, B) {
-    fn take(&mut self, piece: &Trace, epoch_us: u64) {
-        self.0.take(piece, epoch_us);
-        self.1.take(piece, epoch_us);
+    fn receive(&mut self, piece: &Trace, epoch_us: u64) {
+        self.0.receive(piece, epoch_us);
+        self.1.receive(piece, epoch_us);
     }
 
     fn end(&mut self, now_us: u64) {
@@ -41,9 +41,9 @@ impl<A: Outputs, B: Outputs> Outputs for (A, B) {
 }
 
 impl<T: Outputs> Outputs for Option<T> {
-    fn take(&mut self, piece: &Trace, epoch_us: u64) {
+    fn receive(&mut self, piece: &Trace, epoch_us: u64) {
         self.iter_mut()
-            .for_each(|output| output.take(piece, epoch_us));
+            .for_each(|output| output.receive(piece, epoch_us));
     }
 
     fn end(&mut self, now_us: u64) {
@@ -62,8 +62,8 @@ pub fn edges_of_one_period(
     after_us: u64,
 ) -> Vec<Edge> {
     let mut fullest = FullestPeriod::new(session, after_us);
-    fullest.take(trace, epoch_us);
-    fullest.edges()
+    fullest.receive(trace, epoch_us);
+    fullest.into_edges()
 }
 
 /// Collector of the edges of one period, which is as long as the longest period of the session's
@@ -96,12 +96,12 @@ impl FullestPeriod {
     /// Returns the edges of the fullest period, with times counted from the start of that period,
     /// µs.
     #[must_use]
-    pub fn edges(mut self) -> Vec<Edge> {
-        self.close();
+    pub fn into_edges(mut self) -> Vec<Edge> {
+        self.close_period();
         self.fullest.map(|(_, edges)| edges).unwrap_or_default()
     }
 
-    fn close(&mut self) {
+    fn close_period(&mut self) {
         let (_, playing, edges) = std::mem::take(&mut self.now);
         let count = playing.count_ones();
         if self.fullest.as_ref().is_none_or(|(most, _)| count > *most) {
@@ -111,12 +111,12 @@ impl FullestPeriod {
 }
 
 impl Outputs for FullestPeriod {
-    fn take(&mut self, piece: &Trace, epoch_us: u64) {
+    fn receive(&mut self, piece: &Trace, epoch_us: u64) {
         let begin_us = epoch_us + self.after_us;
         for item in piece.edges_from(begin_us) {
             let number = (item.t_us - begin_us) / self.period_us;
             if number != self.now.0 {
-                self.close();
+                self.close_period();
                 self.now.0 = number;
             }
             if item.state.is_driven() && item.dac_code > 0 {
@@ -142,7 +142,7 @@ pub struct Dump {
 impl Dump {
     /// Creates a dump that replaces the file at `path` when the first piece arrives.
     #[must_use]
-    pub const fn at(path: PathBuf) -> Self {
+    pub const fn new(path: PathBuf) -> Self {
         Self {
             path,
             vcd: None,
@@ -161,7 +161,7 @@ impl Dump {
 }
 
 impl Outputs for Dump {
-    fn take(&mut self, piece: &Trace, _: u64) {
+    fn receive(&mut self, piece: &Trace, _: u64) {
         let path = &self.path;
         let begin = || File::create(path).and_then(Vcd::begin);
         let vcd = self.vcd.get_or_insert_with(begin);

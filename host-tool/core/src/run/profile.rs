@@ -2,7 +2,7 @@
 
 use super::chip::power_on;
 use super::open_error::{ChipError, OpenError};
-use super::simulated::simulated;
+use super::simulated::simulated_port;
 use super::{Observation, Observer, RunError, SessionFile, run};
 use crate::clock::Clock;
 use crate::link::Interruption;
@@ -84,7 +84,7 @@ impl Profiled {
 
     /// Returns the ratio of simulated time to processor time.
     #[must_use]
-    pub fn times_real_time(&self) -> f64 {
+    pub fn real_time_factor(&self) -> f64 {
         self.seconds() / self.spent.as_secs_f64()
     }
 
@@ -107,7 +107,7 @@ struct Watch<'a, O> {
 }
 
 impl<O: Observer> Observer for Watch<'_, O> {
-    fn see(&mut self, seen: Observation<'_>) {
+    fn observe(&mut self, seen: Observation<'_>) {
         // A step that panicked ends the run, and its profile is never read.
         let board = || self.board.lock().unwrap_or_else(PoisonError::into_inner);
         match seen {
@@ -122,10 +122,10 @@ impl<O: Observer> Observer for Watch<'_, O> {
                 if let Some(began) = self.began.filter(|_| part >= 1.0) {
                     let spent = self.clock.now().saturating_sub(began);
                     let mut board = board();
-                    let summary = Summary::of(&mut board);
+                    let summary = Summary::from_board(&mut board);
                     *self.ended = Some((summary, board.observer.clone(), spent));
                 }
-                self.observer.see(seen);
+                self.observer.observe(seen);
             }
             _ => {}
         }
@@ -161,7 +161,7 @@ pub fn profile(
     };
     let boot = Micros::new(board.now_us() as u32); // far from wrapping
     let board = Arc::new(Mutex::new(board));
-    let port = simulated(&file.session, seed, Box::new(board.clone()), boot)?;
+    let port = simulated_port(&file.session, seed, Box::new(board.clone()), boot)?;
     let mut ended = None;
     let watch = Watch {
         board: &board,

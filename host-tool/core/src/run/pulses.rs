@@ -8,7 +8,7 @@ use hal_sim::trace::{Edge, State, Trace};
 
 /// Counts the pulses of `session` in a simulated device's trace from `epoch_us` on: first phases
 /// with a DAC code above 0. Pulses of the electrode check come earlier and are not counted.
-pub(super) fn played(session: &Session, trace: &Trace, epoch_us: u64) -> u64 {
+pub(super) fn count_pulses(session: &Session, trace: &Trace, epoch_us: u64) -> u64 {
     let first: [Option<State>; CHANNELS] = std::array::from_fn(|channel| {
         let shape = session.channel(channel as u8)?.spec.train.shape;
         Some(match shape.cathodic_first() {
@@ -25,7 +25,11 @@ pub(super) fn played(session: &Session, trace: &Trace, epoch_us: u64) -> u64 {
 
 /// Returns the likely reason why `session` played no pulse in `length_us`. `idle_triggers` is the
 /// number of trigger edges that arrived when no train was ready.
-pub(super) fn why_silent(session: &Session, length_us: u64, idle_triggers: u64) -> &'static str {
+pub(super) fn silence_reason(
+    session: &Session,
+    length_us: u64,
+    idle_triggers: u64,
+) -> &'static str {
     let trains = || session.channels.iter().map(|c| c.spec.train);
     if trains().all(|train| train.trigger.is_some()) {
         return if idle_triggers > 0 {

@@ -1,7 +1,8 @@
 //! Runs a session as one trial of a record, whose rows are written to disk as they arrive.
 
 use super::{
-    DeviceName, FullestPeriod, Observer, OpenError, RunError, SessionFile, begin_trial, run_taken,
+    DeviceName, FullestPeriod, Observer, OpenError, RunError, SessionFile, begin_trial,
+    run_with_outputs,
 };
 use crate::link::Port;
 use crate::record::{RecordError, Recorder, Trial};
@@ -72,14 +73,14 @@ pub fn record_on<P: Port>(
     };
     let mut recorder = Recorder::create(place.dir, place.position, &named)?;
     let mut fullest = FullestPeriod::new(&file.session, edges_us);
-    let (outcome, port) = run_taken(file, port, Some(&mut recorder), observer, &mut fullest);
+    let (outcome, port) = run_with_outputs(file, port, Some(&mut recorder), observer, &mut fullest);
     let mut trial = Trial {
         name: named.name,
         ..outcome.trial
     };
-    trial.edges = fullest.edges();
+    trial.edges = fullest.into_edges();
     let closed = recorder
-        .edges(&trial.edges)
+        .record_edges(&trial.edges)
         .and_then(|()| recorder.finish(&trial.counters, trial.duration_s));
     let recorded = RecordedTrial {
         trial,

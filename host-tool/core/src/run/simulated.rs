@@ -1,7 +1,7 @@
 //! Places a device in a simulated world.
 
 use super::open_error::OpenError;
-use super::wearer::{body_of, fit};
+use super::wearer::{attach_electrodes, create_body};
 use crate::link::SimulatedPort;
 use crate::session::Session;
 use firmware::units::Micros;
@@ -14,14 +14,14 @@ use hal_sim::world::World;
 ///
 /// # Errors
 /// The session describes a wearer that cannot exist.
-pub fn simulated(
+pub fn simulated_port(
     session: &Session,
     seed: u64,
     device: Box<dyn Device>,
     boot: Micros,
 ) -> Result<SimulatedPort, OpenError> {
-    let body = body_of(session, seed)?;
+    let body = create_body(session, seed)?;
     let mut world = World::new(device, body, boot, Faults::default(), seed);
-    fit(&mut world, session);
+    attach_electrodes(&mut world, session);
     Ok(SimulatedPort::new(world))
 }

@@ -12,12 +12,12 @@ use std::convert::Infallible;
 
 /// Describes the output stages of a device, one line for each run of channels with equal stages.
 #[must_use]
-pub fn stages_told(stages: &Stages) -> Vec<String> {
+pub fn describe_stages(stages: &Stages) -> Vec<String> {
     let table = match stages {
         Stages::AsDeclared => {
             return vec!["a simulator: the stages are those that a session declares".to_owned()];
         }
-        Stages::Unknown(fault) => return vec![format!("unknown: {}", unknown(*fault))],
+        Stages::Unknown(fault) => return vec![format!("unknown: {}", describe_fault(*fault))],
         Stages::Stored(table) => table,
     };
     let mut lines: Vec<String> = Vec::new();
@@ -31,11 +31,11 @@ pub fn stages_told(stages: &Stages) -> Vec<String> {
             (a, b) if a == b => format!("channel {a}"),
             (a, b) => format!("channels {a} to {b}"),
         };
-        let kind = stage.map_or_else(|| "no stage".to_owned(), told);
+        let kind = stage.map_or_else(|| "no stage".to_owned(), describe_stage);
         lines.push(format!("{channels}: {kind}"));
         first = index + 1;
     }
-    lines.push(format!("supply: {}", supply_told(table.supply)));
+    lines.push(format!("supply: {}", describe_supply(table.supply)));
     if table.origin == Origin::Session {
         lines.push("taken from the session: a simulated board".to_owned());
     }
@@ -53,23 +53,23 @@ pub(super) fn check_stages(session: &Session, stages: &Stages) -> Result<(), Run
             let has = match mismatch {
                 StageMismatch::Unknown(_) => return None, // told once
                 StageMismatch::NoStage => "no stage".to_owned(),
-                _ => of(stages, channel.index()).map_or_else(String::new, told),
+                _ => stored_stage(stages, channel.index()).map_or_else(String::new, describe_stage),
             };
-            let (number, declared) = (channel.number, told(declared.kind()));
+            let (number, declared) = (channel.number, describe_stage(declared.kind()));
             Some(format!(
                 "channel {number} is declared {declared}, the board has {has}"
             ))
         })
         .collect();
     match stages {
-        Stages::Unknown(fault) => Err(RunError::StagesUnknown(unknown(*fault))),
+        Stages::Unknown(fault) => Err(RunError::StagesUnknown(describe_fault(*fault))),
         _ if wrong.is_empty() => Ok(()),
         _ => Err(RunError::OtherStages(wrong.join("; "))),
     }
 }
 
 /// Returns the name and consequence of a supply.
-const fn supply_told(supply: Option<StageSupply>) -> &'static str {
+const fn describe_supply(supply: Option<StageSupply>) -> &'static str {
     match supply {
         None => {
             "not declared, taken as common: no two channels may drive in opposite directions at the same time"
@@ -106,8 +106,8 @@ pub fn check_supply(session: &Session, supply: Option<StageSupply>) -> Result<()
 /// # Errors
 /// E507, with every such pair of channels.
 pub(super) fn check_opposition(session: &Session, stages: &Stages) -> Result<(), RunError> {
-    let mut draft = Draft::on(*stages);
-    for request in session.requests() {
+    let mut draft = Draft::for_stages(*stages);
+    for request in session.setup_requests() {
         let _ = draft.configure(&request); // what the device refuses, it refuses by itself
     }
     let mut pairs = Vec::new();
@@ -128,7 +128,7 @@ pub(super) fn check_opposition(session: &Session, stages: &Stages) -> Result<(),
     )))
 }
 
-fn of(stages: &Stages, channel: u8) -> Option<StageKind> {
+fn stored_stage(stages: &Stages, channel: u8) -> Option<StageKind> {
     match stages {
         Stages::Stored(table) => *table.stages.get(usize::from(channel))?,
         _ => None,
@@ -136,7 +136,7 @@ fn of(stages: &Stages, channel: u8) -> Option<StageKind> {
 }
 
 /// Describes an output stage, for example "current, 100 mA full scale".
-fn told(kind: StageKind) -> String {
+fn describe_stage(kind: StageKind) -> String {
     match kind {
         StageKind::Current { full_scale_ua } => {
             format!("current, {} mA full scale", f64::from(full_scale_ua) / 1e3)
@@ -147,7 +147,7 @@ fn told(kind: StageKind) -> String {
     }
 }
 
-const fn unknown(fault: StagesFault) -> &'static str {
+const fn describe_fault(fault: StagesFault) -> &'static str {
     match fault {
         StagesFault::Erased => "no table has been stored",
         StagesFault::HalfWritten => "the table is half written: storing it was cut off",

@@ -6,7 +6,7 @@ use crate::record::{
     ChannelInfo, DeviceState, Edge, ElectrodeReading, FidelityFound, Sample, State, Trial,
     TrialWearer, WallPlace, sha256,
 };
-use crate::session::{Session, rung_name};
+use crate::session::{Session, level_name};
 use firmware::control::ForceGap;
 use firmware::haptics::{Hold, ModulationSpec, MotionPhase, Side};
 use firmware::link::{Counters, Event, ForceSample, JointSample, Telemetry};
@@ -27,13 +27,14 @@ pub fn begin_trial(file: &SessionFile) -> Trial {
         limit: milli(channel.spec.limit.get().into()),
         live_width: channel.has_live_width(),
         muscle: channel.muscle.is_some(),
-        model: (channel.muscle.as_ref()).map(|muscle| rung_name(muscle.rung()).to_owned()),
+        model: (channel.muscle.as_ref())
+            .map(|muscle| level_name(muscle.initial_level()).to_owned()),
         force: channel.force.is_some(),
         line: session.limb.as_ref().is_some_and(|limb| {
             let mut lines = limb.lines.iter();
             lines.any(|line| line.channel == channel.index())
         }),
-        joint: modulated(session, channel.index()),
+        joint: modulating_joint(session, channel.index()),
     });
     let wall = session.wall.map(|wall| WallPlace {
         at_deg: milli(wall.at_mdeg.into()),
@@ -71,7 +72,7 @@ pub fn begin_trial(file: &SessionFile) -> Trial {
 }
 
 /// Returns the number of the joint that modulates a channel, if one does.
-fn modulated(session: &Session, channel: u8) -> Option<u8> {
+fn modulating_joint(session: &Session, channel: u8) -> Option<u8> {
     let joints = session.modulations.iter().map(|joint| &joint.spec);
     let is_of = |spec: &&ModulationSpec| {
         spec.muscles()
@@ -82,7 +83,7 @@ fn modulated(session: &Session, channel: u8) -> Option<u8> {
 
 /// Converts a reading of the electrode check into its recorded form. `channel` counts from 0;
 /// `channels` supplies its unit. The load in Ω is computed for voltage stages only.
-pub fn electrode(
+pub fn electrode_reading(
     channels: &[ChannelInfo],
     channel: u8,
     applied: Amplitude,
@@ -101,13 +102,13 @@ pub fn electrode(
 
 /// Returns the seconds from `begin_us` to `at_us`. The result is the number nearest to that many
 /// µs, so that its shortest decimal form has at most six places.
-pub fn since_s(at_us: u64, begin_us: u64) -> f64 {
+pub fn seconds_between(at_us: u64, begin_us: u64) -> f64 {
     (at_us.cast_signed() - begin_us.cast_signed()) as f64 / 1e6
 }
 
 /// Converts telemetry into a sample at `t_s` seconds after the start. Whole steps of the device are
 /// divided, not multiplied by a fraction, because only division gives the nearest numbers.
-pub fn sample(telemetry: &Telemetry, t_s: f64, true_deg: Option<f64>) -> Sample {
+pub fn to_sample(telemetry: &Telemetry, t_s: f64, true_deg: Option<f64>) -> Sample {
     let milli = |value: u32| f64::from(value) / 1e3;
     let force =
         |f: fn(&ForceSample) -> Option<f64>| telemetry.force_control.iter().map(f).collect();
@@ -172,7 +173,7 @@ fn state(state: safety::State) -> DeviceState {
 }
 
 /// Describes an event in words.
-pub fn event(event: &Event) -> String {
+pub fn describe_event(event: &Event) -> String {
     match event {
         Event::Stopping(cause) => format!("stopping: {cause:?}"),
         Event::Stopped(cause) => format!("stopped: {cause:?}"),
@@ -226,14 +227,14 @@ pub fn advice(event: &Event) -> &'static str {
 }
 
 /// Returns the named differences between two sets of counters, which both count since boot.
-pub fn counters(begin: &Counters, end: &Counters) -> Vec<(String, u64)> {
-    let (begin, end) = (named(begin), named(end));
+pub fn counter_differences(begin: &Counters, end: &Counters) -> Vec<(String, u64)> {
+    let (begin, end) = (named_counters(begin), named_counters(end));
     let both = begin.into_iter().zip(end);
     let counted = both.map(|((name, begin), (_, end))| (name.to_owned(), end.wrapping_sub(begin)));
     counted.map(|(name, n)| (name, u64::from(n))).collect()
 }
 
-fn named(counters: &Counters) -> [(&'static str, u32); 11] {
+fn named_counters(counters: &Counters) -> [(&'static str, u32); 11] {
     [
         ("frames understood", counters.frames),
         ("bad frames", counters.bad_frames),

@@ -35,7 +35,7 @@ pub enum BodyError {
 ///
 /// # Errors
 /// The session describes a wearer that cannot exist.
-pub fn body_of(session: &Session, seed: u64) -> Result<Box<dyn Body>, BodyError> {
+pub fn create_body(session: &Session, seed: u64) -> Result<Box<dyn Body>, BodyError> {
     Ok(match &session.body {
         Some(BodySpec::Elbow(spec)) => {
             Box::new(Elbow::new((**spec).clone(), seed).map_err(BodyError::Elbow)?)
@@ -43,7 +43,9 @@ pub fn body_of(session: &Session, seed: u64) -> Result<Box<dyn Body>, BodyError>
         Some(BodySpec::Finger(spec)) => {
             Box::new(Finger::new((**spec).clone(), seed).map_err(BodyError::Finger)?)
         }
-        Some(BodySpec::Hand(fitted)) => Box::new(fitted.moving(seed).map_err(BodyError::Hand)?),
+        Some(BodySpec::Hand(fitted)) => {
+            Box::new(fitted.to_moving_hand(seed).map_err(BodyError::Hand)?)
+        }
         Some(BodySpec::Arm { spec, held }) => {
             // The session fixes which arm is simulated; `seed` determines the random part of its
             // motion and of its sensors.
@@ -53,7 +55,7 @@ pub fn body_of(session: &Session, seed: u64) -> Result<Box<dyn Body>, BodyError>
                 ..(**spec).clone()
             };
             let mut arm = Arm::new(spec).map_err(BodyError::Arm)?;
-            arm.hold(*held);
+            arm.set_support(*held);
             Box::new(arm)
         }
         Some(BodySpec::Still { load_ohm }) => {
@@ -66,7 +68,7 @@ pub fn body_of(session: &Session, seed: u64) -> Result<Box<dyn Body>, BodyError>
 }
 
 /// Gives the wearer of `world` the session's electrodes and angle sensor.
-pub fn fit(world: &mut World, session: &Session) {
+pub fn attach_electrodes(world: &mut World, session: &Session) {
     if let Some(SensorSource::Adc {
         code_at_0,
         code_at_100,
@@ -75,7 +77,7 @@ pub fn fit(world: &mut World, session: &Session) {
         let zero = f64::from(code_at_0);
         world.connect_joint((f64::from(code_at_100) - zero) / 100.0, zero);
     }
-    world.outputs = outputs(session);
+    world.outputs = output_stages(session);
 }
 
 /// Returns one session that describes the wearer and board which all of these sessions need: the
@@ -83,7 +85,7 @@ pub fn fit(world: &mut World, session: &Session) {
 ///
 /// # Errors
 /// The name of the field in which two sessions need different wearers or boards.
-pub fn worn_alike(sessions: &[Session]) -> Result<Option<Session>, &'static str> {
+pub fn merge_sessions(sessions: &[Session]) -> Result<Option<Session>, &'static str> {
     let Some(mut worn) = sessions.first().cloned() else {
         return Ok(None);
     };
@@ -123,16 +125,20 @@ const REST_STEP_US: u64 = 1_000_000;
 ///
 /// # Errors
 /// The device can no longer be reached.
-pub fn rest(world: &mut World, rest_s: f64, go_on: &mut dyn FnMut() -> bool) -> io::Result<()> {
+pub fn rest_wearer(
+    world: &mut World,
+    rest_s: f64,
+    go_on: &mut dyn FnMut() -> bool,
+) -> io::Result<()> {
     let until_us = world.now_us() + (rest_s * 1e6).round() as u64; // saturates
     while world.now_us() < until_us && go_on() {
-        world.rest(REST_STEP_US.min(until_us - world.now_us()))?;
+        world.run_silently(REST_STEP_US.min(until_us - world.now_us()))?;
     }
     Ok(())
 }
 
 /// Returns the output stages of the session's board.
-pub(super) fn outputs(session: &Session) -> [Option<Output>; CHANNELS] {
+pub(super) fn output_stages(session: &Session) -> [Option<Output>; CHANNELS] {
     let mut outputs = [None; CHANNELS];
     for channel in &session.channels {
         let full_scale = f64::from(channel.spec.stage.full_scale().get()) * 1e-3;

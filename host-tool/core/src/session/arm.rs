@@ -3,7 +3,7 @@
 use hal_sim::body::arm::{ArmSpec, Posture, Support};
 
 use crate::fields::field::Need::{OrTold, OrWord};
-use crate::fields::field::{Field, Kind, Number, f, one_of};
+use crate::fields::field::{Field, Kind, Number, field, one_of};
 use crate::fields::table::Table;
 
 /// Ways in which the forearm is held, and their names in session files.
@@ -17,11 +17,11 @@ const ARMS: u64 = 2023;
 pub(super) fn arm_fields() -> [Field; 6] {
     let d = Posture::STUDY;
     let turn = |name, least, most, default: f64, meaning| {
-        f(name, Kind::Real(Number::within("°", 0, least, most)), OrTold(default.to_string()), meaning)
+        field(name, Kind::Real(Number::within("°", 0, least, most)), OrTold(default.to_string()), meaning)
     };
     let all = [
-        f("drawn", Kind::Whole(Number::within("", 0, 0, 1_000_000_000)), OrTold("none: the middle of all ranges".into()), "which of the arms drawn at random, as [endpoint.md](endpoint.md) draws them"),
-        f("held", one_of(&HELD), OrWord("cuff"), "its forearm lies in the cuff of a force sensor, or the person alone holds it"),
+        field("drawn", Kind::Whole(Number::within("", 0, 0, 1_000_000_000)), OrTold("none: the middle of all ranges".into()), "which of the arms drawn at random, as [endpoint.md](endpoint.md) draws them"),
+        field("held", one_of(&HELD), OrWord("cuff"), "its forearm lies in the cuff of a force sensor, or the person alone holds it"),
         turn("plane_deg", -180, 180, d.plane_deg, "vertical plane of the upper arm, 0 forward, 90 to the side"),
         turn("elevation_deg", 1, 120, d.elevation_deg, "how far it is raised in it: 0 hangs, 90 is level"),
         turn("rotation_deg", -180, 180, d.rotation_deg, "how far the forearm is turned about the upper arm, inward positive, from where its flexion points most forward"),
@@ -36,7 +36,7 @@ pub(super) fn read_arm(t: &Table<'_>) -> (ArmSpec, Support) {
     let real = |name, default| t.real(name).unwrap_or(default);
     let d = Posture::STUDY;
     let spec = match t.has("drawn") {
-        true => ArmSpec::drawn(ARMS, t.whole("drawn")),
+        true => ArmSpec::random(ARMS, t.integer("drawn")),
         false => ArmSpec::nominal(),
     };
     let posture = Posture {
@@ -45,6 +45,6 @@ pub(super) fn read_arm(t: &Table<'_>) -> (ArmSpec, Support) {
         rotation_deg: real("rotation_deg", d.rotation_deg),
         elbow_deg: real("elbow_deg", d.elbow_deg),
     };
-    let held = t.named("held", &HELD).unwrap_or(Support::InCuff);
+    let held = t.choice("held", &HELD).unwrap_or(Support::InCuff);
     (ArmSpec { posture, ..spec }, held)
 }

@@ -45,7 +45,7 @@ pub(super) fn read_body(
     channels: &[Channel],
     person: &WearerContext,
 ) -> Option<BodySpec> {
-    if !t.is_sound() {
+    if !t.is_valid() {
         return None;
     }
     Some(match t.word("kind") {
@@ -58,7 +58,7 @@ pub(super) fn read_body(
             BodySpec::Arm { spec, held }
         }
         _ => BodySpec::Still {
-            load_ohm: t.whole("load_ohm"),
+            load_ohm: t.integer("load_ohm"),
         },
     })
 }
@@ -67,14 +67,14 @@ pub(super) fn read_body(
 /// the wearer file.
 fn read_finger(t: &Table<'_>, person: &WearerContext) -> Option<FingerSpec> {
     let participant = if t.has("participant") {
-        t.named("participant", &PARTICIPANTS)?
+        t.choice("participant", &PARTICIPANTS)?
     } else {
         let name = person.worn.as_ref().map(|worn| &*worn.wearer.name);
         let known = PARTICIPANTS
             .iter()
             .find(|participant| Some(participant.0) == name);
         if known.is_none() && !person.is_unknown {
-            t.say("participant", Problem::MissingField {});
+            t.report("participant", Problem::MissingField {});
         }
         known?.1
     };
@@ -92,7 +92,7 @@ fn read_finger(t: &Table<'_>, person: &WearerContext) -> Option<FingerSpec> {
     real("stiffness_nm_per_rad", &mut spec.stiffness_nm_per_rad);
     real("damping_nm_s_per_rad", &mut spec.damping_nm_s_per_rad);
     if t.has("delay_ms") {
-        spec.electromechanical_delay_us = t.whole("delay_ms");
+        spec.electromechanical_delay_us = t.integer("delay_ms");
     }
     let one_nm = spec.flexor_torque_nm;
     let adds = t.real("second_point_nm").filter(|nm| *nm > 0.0);
@@ -133,15 +133,15 @@ fn read_elbow(t: &Table<'_>) -> Option<ElbowSpec> {
         real(max, &mut muscle.max_ma);
     }
     if t.has("delay_ms") {
-        spec.electromechanical_delay_us = t.whole("delay_ms");
+        spec.electromechanical_delay_us = t.integer("delay_ms");
     }
     if t.has("subject") {
-        let subject: u8 = t.whole("subject"); // 1 or more
+        let subject: u8 = t.integer("subject"); // 1 or more
         let subject = SUBJECTS.get(usize::from(subject) - 1);
         let dynamics = subject?.normalised_at(TORQUE_FREQUENCY_HZ);
         (spec.triceps.dynamics, spec.biceps.dynamics) = (dynamics, dynamics);
     }
-    spec.person.sight = t.part("sight", |sight| {
+    spec.person.sight = t.optional_table("sight", |sight| {
         let real = |name| sight.real(name);
         Some(VisionSpec {
             delay_s: real("delay_s")?,
@@ -149,7 +149,7 @@ fn read_elbow(t: &Table<'_>) -> Option<ElbowSpec> {
             line_deg: real("line_deg")?,
         })
     })?;
-    spec.person.yields = t.part("yields", |yields| {
+    spec.person.yields = t.optional_table("yields", |yields| {
         let real = |name| yields.real(name);
         Some(YieldSpec {
             delay_s: real("delay_s")?,
@@ -159,8 +159,8 @@ fn read_elbow(t: &Table<'_>) -> Option<ElbowSpec> {
     })?;
     real("start_deg", &mut spec.person.start_deg);
     real("push_nm", &mut spec.person.push_nm);
-    for item in t.tables("approaches").iter().filter(|item| item.is_sound()) {
-        let milli = |name| item.whole::<i64>(name) as f64 * 1e-3;
+    for item in t.tables("approaches").iter().filter(|item| item.is_valid()) {
+        let milli = |name| item.integer::<i64>(name) as f64 * 1e-3;
         let approach = VoluntaryApproach {
             at_s: milli("at_s"),
             speed_deg_per_s: milli("speed_deg_per_s"),
@@ -168,7 +168,7 @@ fn read_elbow(t: &Table<'_>) -> Option<ElbowSpec> {
         };
         let before = spec.person.approaches.last();
         if before.is_some_and(|b| b.at_s + b.for_s > approach.at_s) {
-            item.not_after("at_s", "the end of the approach before it".into());
+            item.report_not_after("at_s", "the end of the approach before it".into());
             return None;
         }
         spec.person.approaches.push(approach);

@@ -6,7 +6,7 @@ use firmware::safety::{ChannelSpec, StageSpec};
 use firmware::units::Amplitude;
 
 use super::muscle::Muscle;
-use crate::fields::decimal::in_units;
+use crate::fields::decimal::format_scaled;
 use crate::fields::error::Problem;
 use crate::fields::table::Table;
 use crate::wearer::Unit;
@@ -65,15 +65,15 @@ impl Channel {
     }
 
     /// Reports that the field `name` asks for more than the channel's limit.
-    pub(super) fn tell_above_limit(&self, t: &Table<'_>, name: &str) {
-        let (channel, limit) = (self.number, self.display(self.spec.limit));
-        t.say(name, Problem::AboveChannelLimit { channel, limit });
+    pub(super) fn report_above_limit(&self, t: &Table<'_>, name: &str) {
+        let (channel, limit) = (self.number, self.format_amplitude(self.spec.limit));
+        t.report(name, Problem::AboveChannelLimit { channel, limit });
     }
 
     /// Formats an amplitude of this channel for people, for example "28 V".
     #[must_use]
-    pub fn display(&self, amplitude: Amplitude) -> String {
-        let value = in_units(amplitude.get().into(), 3);
+    pub fn format_amplitude(&self, amplitude: Amplitude) -> String {
+        let value = format_scaled(amplitude.get().into(), 3);
         format!("{value} {}", self.unit().symbol())
     }
 }

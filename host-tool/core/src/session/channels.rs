@@ -10,8 +10,8 @@ use super::channel::Channel;
 use super::fields::{SHAPES, TRIGGERS};
 use super::hold::read_hold;
 use super::muscle::read_muscle;
-use super::verdict::{tell_channel, tell_muscle};
-use super::worn::{WearerContext, tell_force};
+use super::verdict::{report_channel_mistake, report_muscle_mistake};
+use super::worn::{WearerContext, check_force_rate};
 use crate::fields::error::Problem;
 use crate::fields::table::Table;
 use crate::wearer::Electrode;
@@ -48,14 +48,14 @@ impl Channels {
         let tables = root.tables("channel");
         all.unknown = tables.is_empty();
         for t in tables {
-            let number = t.whole::<u8>("number");
+            let number = t.integer::<u8>("number");
             let Some(index) = number.checked_sub(1).filter(|i| usize::from(*i) < CHANNELS) else {
                 all.unknown = true;
                 continue;
             };
             let is_second = all.named & 1 << index != 0;
             if is_second {
-                t.say("number", Problem::ChannelTwice { channel: number });
+                t.report("number", Problem::ChannelTwice { channel: number });
                 all.unknown = true;
             }
             all.named |= 1 << index;
@@ -78,7 +78,7 @@ impl Channels {
     }
 
     /// Returns whether every channel of the file could be read.
-    pub(super) const fn are_whole(&self) -> bool {
+    pub(super) const fn all_valid(&self) -> bool {
         !self.wrong && !self.unknown
     }
 
@@ -92,7 +92,7 @@ impl Channels {
     /// Returns the smallest and the largest amplitude that the wearer file allows on a channel: the
     /// operator's minimum and maximum, or else motor threshold and limit. The largest does not
     /// exceed the channel's own limit.
-    pub(super) fn used(&self, channel: &Channel) -> Option<[Amplitude; 2]> {
+    pub(super) fn usable_range(&self, channel: &Channel) -> Option<[Amplitude; 2]> {
         let electrode = self.electrode(channel.number)?;
         let least = electrode.minimum.unwrap_or(electrode.motor_threshold);
         let most = electrode.maximum.unwrap_or(electrode.limit);
@@ -102,19 +102,19 @@ impl Channels {
     /// Returns the channel that the field `name` refers to. Reports an error if the file has no
     /// channel of this number; for a channel that has errors of its own, these are enough.
     pub(super) fn find(&self, t: &Table<'_>, name: &str) -> Option<&Channel> {
-        let number = t.whole(name);
-        self.numbered(t, name, number)
+        let number = t.integer(name);
+        self.find_number(t, name, number)
     }
 
     /// Returns the channel of this number, to which the field `name` refers; reports errors as
     /// [`Self::find`] does.
-    pub(super) fn numbered(&self, t: &Table<'_>, name: &str, number: u8) -> Option<&Channel> {
+    pub(super) fn find_number(&self, t: &Table<'_>, name: &str, number: u8) -> Option<&Channel> {
         let found = self.list.iter().find(|c| c.number == number);
         let index = number.checked_sub(1)?;
         let is_named = self.named.checked_shr(index.into()).unwrap_or(0) & 1 != 0;
         let is_number = usize::from(index) < CHANNELS;
         if found.is_none() && !is_named && !self.unknown && is_number {
-            t.say(name, Problem::NoSuchChannel { channel: number });
+            t.report(name, Problem::NoSuchChannel { channel: number });
         }
         found
     }
@@ -128,10 +128,10 @@ pub(super) fn amplitude_or(
     known: Option<Amplitude>,
 ) -> Option<Amplitude> {
     if t.has(name) {
-        return Some(Amplitude::new(t.whole(name)));
+        return Some(Amplitude::new(t.integer(name)));
     }
     if known.is_none() {
-        t.say(name, Problem::MissingField {});
+        t.report(name, Problem::MissingField {});
     }
     known
 }
@@ -145,20 +145,22 @@ fn read_channel(
     duration_us: u64,
     notes: &mut Vec<String>,
 ) -> Result<(Channel, Option<Electrode>), Option<Box<Channel>>> {
-    let number = t.whole("number");
-    let stage = t.part("stage", |s| Some(read_stage(s))).flatten();
-    let train = t.part("train", |table| Some(read_train(table, number, notes)));
-    let (Some(stage), Some(train), true) = (stage, train.flatten(), t.is_sound()) else {
+    let number = t.integer("number");
+    let stage = t.optional_table("stage", |s| Some(read_stage(s))).flatten();
+    let train = t.optional_table("train", |table| Some(read_train(table, number, notes)));
+    let (Some(stage), Some(train), true) = (stage, train.flatten(), t.is_valid()) else {
         return Err(None);
     };
-    let fitted = person.fitted(t, (&stage, &train), notes).ok_or(None)?;
+    let fitted = person
+        .channel_electrode(t, (&stage, &train), notes)
+        .ok_or(None)?;
     let fitted = fitted.as_ref();
-    let limit = person.limit(t, fitted).ok_or(None)?;
+    let limit = person.channel_limit(t, fitted).ok_or(None)?;
     let spec = ChannelSpec {
         train,
         stage,
         limit,
-        start: person.start(t, fitted, limit).ok_or(None)?,
+        start: person.start_amplitude(t, fitted, limit).ok_or(None)?,
         area_mm2: person.area_mm2(t, fitted),
     };
     let mut channel = Channel {
@@ -169,24 +171,24 @@ fn read_channel(
         force: None,
     };
     let (index, plain) = (channel.index(), channel.clone());
-    let told = |mistake| tell_channel(t, &plain, mistake);
+    let told = |mistake| report_channel_mistake(t, &plain, mistake);
     if let Err(mistake) = draft.set_channel(index, spec) {
         told(mistake);
         return Err(Some(Box::new(channel)));
     }
-    let muscle = t.part("muscle", |m| {
+    let muscle = t.optional_table("muscle", |m| {
         let muscle = read_muscle(m, fitted, spec.limit, duration_us)?;
-        for (place, spec) in muscle.rungs(m) {
-            let told = |mistake| tell_muscle(place, t, mistake);
+        for (place, spec) in muscle.specs_by_level(m) {
+            let told = |mistake| report_muscle_mistake(place, t, mistake);
             draft.set_muscle(index, spec).map_err(told).ok()?;
         }
         Some(muscle)
     });
     channel.muscle = muscle.ok_or(None)?;
-    let force = t.part("force", |f| {
+    let force = t.optional_table("force", |f| {
         let force = read_force(f, &spec.train);
         if let Some(electrode) = fitted {
-            tell_force(f, electrode, &force);
+            check_force_rate(f, electrode, &force);
         }
         draft.set_force(index, force).map_err(told).ok()?;
         Some(force)
@@ -198,11 +200,11 @@ fn read_channel(
 fn read_stage(t: &Table<'_>) -> StageSpec {
     match t.word("kind") {
         "voltage" => StageSpec::Voltage {
-            full_scale_mv: t.whole("full_scale_v"),
-            load_ohm: t.whole("load_ohm"),
+            full_scale_mv: t.integer("full_scale_v"),
+            load_ohm: t.integer("load_ohm"),
         },
         _ => StageSpec::Current {
-            full_scale_ua: t.whole("full_scale_ma"),
+            full_scale_ua: t.integer("full_scale_ma"),
         },
     }
 }
@@ -210,20 +212,20 @@ fn read_stage(t: &Table<'_>) -> StageSpec {
 fn read_train(t: &Table<'_>, number: u8, notes: &mut Vec<String>) -> TrainSpec {
     TrainSpec {
         shape: t
-            .named("shape", &SHAPES)
+            .choice("shape", &SHAPES)
             .unwrap_or(Shape::BiphasicCathodicFirst),
-        width_us: t.whole("width_us"),
+        width_us: t.integer("width_us"),
         max_width_us: match t.has("max_width_us") {
-            true => t.whole("max_width_us"),
+            true => t.integer("max_width_us"),
             false => 0,
         },
-        gap_us: t.whole("gap_us"),
-        ground_us: t.whole("ground_us"),
+        gap_us: t.integer("gap_us"),
+        ground_us: t.integer("ground_us"),
         period_us: read_period(t, number, notes),
-        offset_us: t.whole("offset_us"),
-        burst_count: t.whole("burst_count"),
-        burst_interval_us: t.whole("burst_interval_us"),
-        repeats: t.whole("repeats"),
+        offset_us: t.integer("offset_us"),
+        burst_count: t.integer("burst_count"),
+        burst_interval_us: t.integer("burst_interval_us"),
+        repeats: t.integer("repeats"),
         trigger: read_trigger_mode(t),
         lists: t.flag("lists"),
     }
@@ -233,7 +235,7 @@ fn read_train(t: &Table<'_>, number: u8, notes: &mut Vec<String>) -> TrainSpec {
 /// start.
 fn read_trigger_mode(t: &Table<'_>) -> Option<Trigger> {
     match t.has("trigger") {
-        true => t.named("trigger", &TRIGGERS),
+        true => t.choice("trigger", &TRIGGERS),
         false => t.flag("triggered").then_some(Trigger::Start),
     }
 }
@@ -242,7 +244,7 @@ fn read_trigger_mode(t: &Table<'_>) -> Option<Trigger> {
 /// rounded frequency adds a note.
 fn read_period(t: &Table<'_>, number: u8, notes: &mut Vec<String>) -> u32 {
     let Some(hz) = t.real("frequency_hz") else {
-        return t.whole("period_us");
+        return t.integer("period_us");
     };
     let exact_us = 1e6 / hz;
     let period_us = exact_us.round() as u32; // saturates

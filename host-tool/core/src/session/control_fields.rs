@@ -9,9 +9,11 @@ use firmware::control::{HoldPolicy, LawSpec, PointSpec, ResponseSpec, SensorSour
 use firmware::haptics::{CoContraction, PreWall, Side, WallSpec};
 
 use super::law::LAWS;
-use crate::fields::decimal::in_units;
+use crate::fields::decimal::format_scaled;
 use crate::fields::field::Need::{Optional, Or, OrFile, OrTold, OrWord, Required};
-use crate::fields::field::{Kind, Need, Section, UNIT, channel, f, list, n, nb, one_of};
+use crate::fields::field::{
+    Kind, Need, Section, UNIT, bounded_number, channel_number, field, list, number_in, one_of,
+};
 
 /// Directions of motion that a wall stops, and their names in session files.
 pub(super) const SIDES: [(&str, Side); 2] =
@@ -34,14 +36,14 @@ const LEE_CURVATURE_MILLI: i64 = 1_200;
 
 /// Returns the kind of a channel's amplitude, in thousandths of its unit.
 pub(super) fn amplitude() -> Kind {
-    nb(UNIT, 3, PointSpec::MAX, "to the channel's `limit`")
+    bounded_number(UNIT, 3, PointSpec::MAX, "to the channel's `limit`")
 }
 
 #[rustfmt::skip]
 pub(super) fn hold(meaning: &'static str) -> Section {
     vec![
-        f("hold", Kind::Choice(vec!["extrapolate", "hold"]), OrWord("extrapolate"), meaning),
-        f("max_extrapolation_ms", n("ms", 0, HoldPolicy::MAX_MS), Or(MAX_EXTRAPOLATION_MS), "longest extrapolation").when("hold", &["extrapolate"]),
+        field("hold", Kind::Choice(vec!["extrapolate", "hold"]), OrWord("extrapolate"), meaning),
+        field("max_extrapolation_ms", number_in("ms", 0, HoldPolicy::MAX_MS), Or(MAX_EXTRAPOLATION_MS), "longest extrapolation").when("hold", &["extrapolate"]),
     ]
 }
 
@@ -49,27 +51,27 @@ pub(super) fn hold(meaning: &'static str) -> Section {
 fn sensor(codes: (i64, i64)) -> Section {
     let (adc, host) = STALE_AFTER_MS;
     vec![
-        f("sensor", Kind::Choice(vec!["adc", "host"]), Required, "who measures"),
-        f("code_at_0_deg", n("", 0, SensorSource::CODE_AT_0), Or(codes.0), "the converter's code at 0°").when("sensor", &["adc"]),
-        f("code_at_100_deg", nb("", 0, SensorSource::CODE_AT_100, "≥ 100 from the other"), Or(codes.1), "and at 100°").when("sensor", &["adc"]),
-        f("stale_after_ms", n("ms", 0, SensorSource::STALE_AFTER_MS), OrTold(format!("{adc} adc, {host} host")), "age at which a measurement is a fault"),
+        field("sensor", Kind::Choice(vec!["adc", "host"]), Required, "who measures"),
+        field("code_at_0_deg", number_in("", 0, SensorSource::CODE_AT_0), Or(codes.0), "the converter's code at 0°").when("sensor", &["adc"]),
+        field("code_at_100_deg", bounded_number("", 0, SensorSource::CODE_AT_100, "≥ 100 from the other"), Or(codes.1), "and at 100°").when("sensor", &["adc"]),
+        field("stale_after_ms", number_in("ms", 0, SensorSource::STALE_AFTER_MS), OrTold(format!("{adc} adc, {host} host")), "age at which a measurement is a fault"),
     ]
 }
 
 #[rustfmt::skip]
 fn angles(most_mdeg: i64) -> Section {
     vec![
-        f("angle_min_deg", n("°", 3, ANGLE_MIN_MDEG), Or(0), "lowest angle"),
-        f("angle_max_deg", nb("°", 3, ANGLE_MAX_MDEG, "above the lowest"), Or(most_mdeg), "highest angle"),
+        field("angle_min_deg", number_in("°", 3, ANGLE_MIN_MDEG), Or(0), "lowest angle"),
+        field("angle_max_deg", bounded_number("°", 3, ANGLE_MAX_MDEG, "above the lowest"), Or(most_mdeg), "highest angle"),
     ]
 }
 
 #[rustfmt::skip]
 fn point() -> Section {
     vec![
-        f("channel", channel(), Required, "a channel of the file"),
-        f("threshold", nb(UNIT, 3, PointSpec::THRESHOLD, "to `max`"), OrFile, "amplitude at no effort"),
-        f("max", amplitude(), OrFile, "amplitude at full effort"),
+        field("channel", channel_number(), Required, "a channel of the file"),
+        field("threshold", bounded_number(UNIT, 3, PointSpec::THRESHOLD, "to `max`"), OrFile, "amplitude at no effort"),
+        field("max", amplitude(), OrFile, "amplitude at full effort"),
     ]
 }
 
@@ -79,23 +81,23 @@ pub(super) fn joint() -> Section {
         let told = LAWS.map(|(_, law)| {
             let [alone, known] = [false, true].map(|wearer| of(law.spec(wearer)));
             match alone == known {
-                true => in_units(alone, places),
-                false => format!("{} (with a `wearer` {})", in_units(alone, places), in_units(known, places)),
+                true => format_scaled(alone, places),
+                false => format!("{} (with a `wearer` {})", format_scaled(alone, places), format_scaled(known, places)),
             }
         });
         OrTold(format!("{} by law", told.join(", ")))
     };
     let mut all = vec![
-        f("law", one_of(&LAWS), OrWord("recommended"), "control law"),
-        f("gains", Kind::Table(recommended_gains()), Optional, "gains to change").when("law", &["recommended"]),
-        f("gains", Kind::Table(paper_gains()), Optional, "gains to change").when("law", &["paper"]),
-        f("gains", Kind::Table(pid_gains()), Optional, "gains to change").when("law", &["pid"]),
-        f("law_period_ms", n("ms", 0, Differentiator::STEP_MS), by_law(|law| law.default_period_ms().into(), 0), "period of the law"),
-        f("cutoff_hz", n("Hz", 3, Differentiator::CUTOFF_MHZ), by_law(|law| law.default_cutoff_mhz().into(), 3), "cutoff of its differentiator"),
-        f("flexors", list(point(), 1, Some(2), "points"), Required, "flexor points"),
-        f("extensor", Kind::Table(point()), Required, "extensor point"),
-        f("wearer", Kind::Table(wearer_model()), Optional, "the nominal wearer of the feed-forward"),
-        f("response", Kind::Table(response()), Optional, "how that wearer answers in time"),
+        field("law", one_of(&LAWS), OrWord("recommended"), "control law"),
+        field("gains", Kind::Table(recommended_gains()), Optional, "gains to change").when("law", &["recommended"]),
+        field("gains", Kind::Table(paper_gains()), Optional, "gains to change").when("law", &["paper"]),
+        field("gains", Kind::Table(pid_gains()), Optional, "gains to change").when("law", &["pid"]),
+        field("law_period_ms", number_in("ms", 0, Differentiator::STEP_MS), by_law(|law| law.default_period_ms().into(), 0), "period of the law"),
+        field("cutoff_hz", number_in("Hz", 3, Differentiator::CUTOFF_MHZ), by_law(|law| law.default_cutoff_mhz().into(), 3), "cutoff of its differentiator"),
+        field("flexors", list(point(), 1, Some(2), "points"), Required, "flexor points"),
+        field("extensor", Kind::Table(point()), Required, "extensor point"),
+        field("wearer", Kind::Table(wearer_model()), Optional, "the nominal wearer of the feed-forward"),
+        field("response", Kind::Table(response()), Optional, "how that wearer answers in time"),
     ];
     all.extend(hold("between and after setpoints"));
     all.extend(angles(100_000));
@@ -105,8 +107,8 @@ pub(super) fn joint() -> Section {
 
 /// Returns the default of a gain: the value `alone` of the control law and, if a law with a model
 /// of the wearer has another, also that value.
-fn own(alone: u32, with_wearer: u32) -> Need {
-    let [alone, other] = [alone, with_wearer].map(|milli| in_units(milli.into(), 3));
+fn gain_default(alone: u32, with_wearer: u32) -> Need {
+    let [alone, other] = [alone, with_wearer].map(|milli| format_scaled(milli.into(), 3));
     OrTold(match alone == other {
         true => alone,
         false => format!("{alone}, with a `wearer` {other}"),
@@ -121,12 +123,12 @@ fn recommended_gains() -> Section {
         _ => [0; 6],
     });
     vec![
-        f("lambda", n("", 3, Recommended::LAMBDA_MILLI), own(a[0], w[0]), "slope of the sliding surface"),
-        f("k1", nb("", 3, SuperTwisting::k1_milli(1_000, 1), "h·b·k1 to 200"), own(a[1], w[1]), "of the root of the sliding variable"),
-        f("k2", n("", 3, Recommended::K2_MILLI), own(a[2], w[2]), "of its sign, integrated"),
-        f("b", n("", 3, SuperTwisting::B_MILLI), own(a[3], w[3]), "of the plant that the law assumes"),
-        f("k3", nb("", 3, SuperTwisting::k3_milli(1_000, 1), "h·b·k3 to 7"), own(a[4], w[4]), "of the sliding variable itself"),
-        f("ki", n("", 3, Recommended::KI_MILLI), own(a[5], w[5]), "of the error, integrated"),
+        field("lambda", number_in("", 3, Recommended::LAMBDA_MILLI), gain_default(a[0], w[0]), "slope of the sliding surface"),
+        field("k1", bounded_number("", 3, SuperTwisting::k1_milli(1_000, 1), "h·b·k1 to 200"), gain_default(a[1], w[1]), "of the root of the sliding variable"),
+        field("k2", number_in("", 3, Recommended::K2_MILLI), gain_default(a[2], w[2]), "of its sign, integrated"),
+        field("b", number_in("", 3, SuperTwisting::B_MILLI), gain_default(a[3], w[3]), "of the plant that the law assumes"),
+        field("k3", bounded_number("", 3, SuperTwisting::k3_milli(1_000, 1), "h·b·k3 to 7"), gain_default(a[4], w[4]), "of the sliding variable itself"),
+        field("ki", number_in("", 3, Recommended::KI_MILLI), gain_default(a[5], w[5]), "of the error, integrated"),
     ]
 }
 
@@ -137,8 +139,8 @@ fn paper_gains() -> Section {
         _ => [0; 2],
     };
     vec![
-        f("lambda", n("", 3, Paper::LAMBDA_MILLI), own(lambda, lambda), "slope of the sliding surface"),
-        f("w", n("", 3, Paper::W_MILLI), own(w, w), "the paper's W"),
+        field("lambda", number_in("", 3, Paper::LAMBDA_MILLI), gain_default(lambda, lambda), "slope of the sliding surface"),
+        field("w", number_in("", 3, Paper::W_MILLI), gain_default(w, w), "the paper's W"),
     ]
 }
 
@@ -149,9 +151,9 @@ fn pid_gains() -> Section {
         _ => [0; 3],
     };
     vec![
-        f("kp", n("", 3, Pid::KP_MILLI), own(kp, kp), "of the error"),
-        f("ki", n("", 3, Pid::KI_MILLI), own(ki, ki), "of its integral"),
-        f("kd", n("", 3, Pid::KD_MILLI), own(kd, kd), "of its rate"),
+        field("kp", number_in("", 3, Pid::KP_MILLI), gain_default(kp, kp), "of the error"),
+        field("ki", number_in("", 3, Pid::KI_MILLI), gain_default(ki, ki), "of its integral"),
+        field("kd", number_in("", 3, Pid::KD_MILLI), gain_default(kd, kd), "of its rate"),
     ]
 }
 
@@ -160,14 +162,14 @@ fn wearer_model() -> Section {
     type W = WearerModel;
     let [leads, _, pid] = LAWS.map(|(_, law)| law.spec(true).default_lead_ms());
     vec![
-        f("rest_deg", n("°", 3, W::REST_MDEG), Required, "angle of the relaxed joint"),
-        f("stiffness_nm_per_rad", n("N·m/rad", 6, W::STIFFNESS_UNM_PER_RAD), Required, "towards it"),
-        f("damping_nm_s_per_rad", n("N·m·s/rad", 6, W::DAMPING_UNM_S_PER_RAD), Or(0), "viscous friction"),
-        f("flexion_nm", n("N·m", 6, W::FLEXION_UNM), Required, "all flexors at `max`, at `angle_min_deg`"),
-        f("extension_nm", n("N·m", 6, W::EXTENSION_UNM), Required, "the extensor at `max`, at `angle_max_deg`"),
-        f("torque_loss", n("", 3, W::TORQUE_LOSS_MILLI), Or(0), "part that a muscle loses over the range"),
-        f("curvature", n("", 3, W::CURVATURE_MILLI), Or(LEE_CURVATURE_MILLI), "of force between threshold and `max`"),
-        f("lead_ms", n("ms", 0, W::LEAD_MS), OrTold(format!("{leads}, `pid` {pid}")), "how far ahead the target is taken"),
+        field("rest_deg", number_in("°", 3, W::REST_MDEG), Required, "angle of the relaxed joint"),
+        field("stiffness_nm_per_rad", number_in("N·m/rad", 6, W::STIFFNESS_UNM_PER_RAD), Required, "towards it"),
+        field("damping_nm_s_per_rad", number_in("N·m·s/rad", 6, W::DAMPING_UNM_S_PER_RAD), Or(0), "viscous friction"),
+        field("flexion_nm", number_in("N·m", 6, W::FLEXION_UNM), Required, "all flexors at `max`, at `angle_min_deg`"),
+        field("extension_nm", number_in("N·m", 6, W::EXTENSION_UNM), Required, "the extensor at `max`, at `angle_max_deg`"),
+        field("torque_loss", number_in("", 3, W::TORQUE_LOSS_MILLI), Or(0), "part that a muscle loses over the range"),
+        field("curvature", number_in("", 3, W::CURVATURE_MILLI), Or(LEE_CURVATURE_MILLI), "of force between threshold and `max`"),
+        field("lead_ms", number_in("ms", 0, W::LEAD_MS), OrTold(format!("{leads}, `pid` {pid}")), "how far ahead the target is taken"),
     ]
 }
 
@@ -175,14 +177,14 @@ fn wearer_model() -> Section {
 fn response() -> Section {
     type R = ResponseSpec;
     let d = ResponseSpec::RECOMMENDED;
-    let by_strength = |milli: u32| OrTold(format!("{}·s", in_units(milli.into(), 3)));
+    let by_strength = |milli: u32| OrTold(format!("{}·s", format_scaled(milli.into(), 3)));
     vec![
-        f("gain_rad", n("rad", 3, R::GAIN_MRAD), by_strength(d.gain_mrad.into()), "angle per full effort; 0: no predictor"),
-        f("muscle_ms", n("ms", 0, R::MUSCLE_MS), Or(d.muscle_ms.into()), "time constant of the muscle"),
-        f("joint_ms", n("ms", 0, R::JOINT_MS), Or(d.joint_ms.into()), "time constant of the joint"),
-        f("delay_ms", n("ms", 0, R::DELAY_MS), Or(d.delay_ms.into()), "from effort to angle"),
-        f("scale_learning", n("1/(rad·s)", 3, R::SCALE_MILLI), by_strength(d.scale_milli), "of the feed-forward's scale"),
-        f("damping_learning", n("1/rad²", 3, R::DAMPING_MILLI), Or(d.damping_milli.into()), "of effort per rate of the target"),
+        field("gain_rad", number_in("rad", 3, R::GAIN_MRAD), by_strength(d.gain_mrad.into()), "angle per full effort; 0: no predictor"),
+        field("muscle_ms", number_in("ms", 0, R::MUSCLE_MS), Or(d.muscle_ms.into()), "time constant of the muscle"),
+        field("joint_ms", number_in("ms", 0, R::JOINT_MS), Or(d.joint_ms.into()), "time constant of the joint"),
+        field("delay_ms", number_in("ms", 0, R::DELAY_MS), Or(d.delay_ms.into()), "from effort to angle"),
+        field("scale_learning", number_in("1/(rad·s)", 3, R::SCALE_MILLI), by_strength(d.scale_milli), "of the feed-forward's scale"),
+        field("damping_learning", number_in("1/rad²", 3, R::DAMPING_MILLI), Or(d.damping_milli.into()), "of effort per rate of the target"),
     ]
 }
 
@@ -190,24 +192,24 @@ fn response() -> Section {
 pub(super) fn wall() -> Section {
     type W = WallSpec;
     let pre_wall = vec![
-        f("depth_deg", n("°", 3, PreWall::DEPTH_MDEG), Required, "in front of the wall"),
-        f("begin", nb(UNIT, 3, PreWall::BEGIN, "to `end`"), OrFile, "amplitude where it begins"),
-        f("end", nb(UNIT, 3, PreWall::END, "to the wall's `max`"), OrFile, "amplitude at the wall"),
+        field("depth_deg", number_in("°", 3, PreWall::DEPTH_MDEG), Required, "in front of the wall"),
+        field("begin", bounded_number(UNIT, 3, PreWall::BEGIN, "to `end`"), OrFile, "amplitude where it begins"),
+        field("end", bounded_number(UNIT, 3, PreWall::END, "to the wall's `max`"), OrFile, "amplitude at the wall"),
     ];
     let antagonist = vec![
-        f("channel", channel(), Required, "a channel of the file"),
-        f("amplitude", nb(UNIT, 3, CoContraction::AMPLITUDE, "to the channel's `limit`"), OrFile, "inside the wall"),
+        field("channel", channel_number(), Required, "a channel of the file"),
+        field("amplitude", bounded_number(UNIT, 3, CoContraction::AMPLITUDE, "to the channel's `limit`"), OrFile, "inside the wall"),
     ];
     let mut all = vec![
-        f("at_deg", nb("°", 3, W::AT_MDEG, "within the angles"), Required, "where it stands"),
-        f("stops", one_of(&SIDES), OrWord("flexion"), "what it stops: larger or smaller angles"),
-        f("channel", channel(), Required, "the muscle that pulls out"),
-        f("max", nb(UNIT, 3, W::MAX, "to the channel's `limit`"), OrFile, "highest amplitude there"),
-        f("stiffness_per_deg", n("unit per °", 3, W::STIFFNESS), Required, "amplitude per penetration"),
-        f("damping_s_per_deg", n("unit·s per °", 3, W::DAMPING), Or(0), "amplitude per rate of penetration; the paper has none"),
-        f("cutoff_hz", n("Hz", 3, W::CUTOFF_MHZ), Or(10_000), "cutoff of the damping's differentiator"),
-        f("pre_wall", Kind::Table(pre_wall), Optional, "ramp from `begin` to `end` over `depth_deg` in front of the wall; the paper's is 9° to `max`"),
-        f("co_contraction", Kind::Table(antagonist), Optional, "the antagonist and its amplitude inside the wall"),
+        field("at_deg", bounded_number("°", 3, W::AT_MDEG, "within the angles"), Required, "where it stands"),
+        field("stops", one_of(&SIDES), OrWord("flexion"), "what it stops: larger or smaller angles"),
+        field("channel", channel_number(), Required, "the muscle that pulls out"),
+        field("max", bounded_number(UNIT, 3, W::MAX, "to the channel's `limit`"), OrFile, "highest amplitude there"),
+        field("stiffness_per_deg", number_in("unit per °", 3, W::STIFFNESS), Required, "amplitude per penetration"),
+        field("damping_s_per_deg", number_in("unit·s per °", 3, W::DAMPING), Or(0), "amplitude per rate of penetration; the paper has none"),
+        field("cutoff_hz", number_in("Hz", 3, W::CUTOFF_MHZ), Or(10_000), "cutoff of the damping's differentiator"),
+        field("pre_wall", Kind::Table(pre_wall), Optional, "ramp from `begin` to `end` over `depth_deg` in front of the wall; the paper's is 9° to `max`"),
+        field("co_contraction", Kind::Table(antagonist), Optional, "the antagonist and its amplitude inside the wall"),
     ];
     all.extend(angles(150_000));
     all.extend(sensor(ELBOW_CODES));

@@ -30,8 +30,8 @@ pub(super) fn read(root: &Table<'_>, session: &mut Session) {
     let Some(table) = root.table("fidelity") else {
         return;
     };
-    session.tolerance = Share(table.whole(FIELD));
-    session.try_us = table.whole("try_s");
+    session.tolerance = Share(table.integer(FIELD));
+    session.try_us = table.integer("try_s");
     session.has_fidelity = true;
     let is_given = root
         .table("joint")
@@ -42,6 +42,6 @@ pub(super) fn read(root: &Table<'_>, session: &mut Session) {
         .is_some_and(|joint_spec| joint_spec.law == LawSpec::ALONE);
     session.law_is_free = is_own && !is_given;
     if session.channels.iter().all(|c| c.muscle.is_none()) {
-        table.say(FIELD, Problem::NothingToFit {});
+        table.report(FIELD, Problem::NothingToFit {});
     }
 }

@@ -20,7 +20,10 @@ use super::hand_fields::{hand_fields, point_channels};
 use super::modulation_fields::{held_points, modulation};
 use super::program::program;
 use crate::fields::field::Need::{Optional, Or, OrFile, OrTold, OrWord, Required, RequiredWithout};
-use crate::fields::field::{CHANNEL, Kind, Number, Section, UNIT, channel, f, list, n, nb, one_of};
+use crate::fields::field::{
+    CHANNEL, Kind, Number, Section, UNIT, bounded_number, channel_number, field, list, number_in,
+    one_of,
+};
 use crate::fields::field::{LONGEST, LONGEST_NOTES};
 use crate::wearer::{fatigue, limits};
 
@@ -71,58 +74,58 @@ fn time(least_us: i64) -> Kind {
 }
 
 /// Returns the kind of the times of a list, µs, which begin at 0 and rise.
-fn rising() -> Kind {
+fn rising_time() -> Kind {
     Kind::Whole(Number::within("s", 6, 0, DAY_US).bound("the first 0, then rising"))
 }
 
 /// Returns `range` extended to 0, which means that the feature is absent.
-const fn or_none(range: Range) -> Range {
+const fn or_zero(range: Range) -> Range {
     Range::new(range.field, 0, range.max)
 }
 
 #[rustfmt::skip]
 fn file() -> Section {
     vec![
-        f("title", Kind::Text(None), Required, "name in reports"),
-        f("duration_s", Kind::Whole(Number::within("s", 6, 1_000, DAY_US)), Required, "how long it stimulates"),
-        f("wearer", Kind::Table(wearer()), Optional, "the wearer's limits"),
-        f("channel", list(channels(), 1, Some(CHANNELS), "channels"), Required, "channels"),
-        f("group", list(group(), 0, Some(MAX_GROUPS), "groups"), Optional, "channels that share a muscle"),
-        f("sync", Kind::Table(vec![f("channel", channel(), Required, "whose first phases drive sync out")]), Optional, "`channel`: whose first phases drive sync out"),
-        f("joint", Kind::Table(joint()), Optional, "closed loop on the device"),
-        f("wall", Kind::Table(wall()), Optional, "virtual wall on the device; not beside a `[joint]` (E480)"),
-        f("modulation", list(modulation(rising()), 0, Some(JOINTS), "joints"), Optional, "joints of a person who handles an object, whose stimulation [follows their angles](lift.md); not beside a `[joint]`, a `[wall]` or forces at the hand (E751)"),
-        f("program", list(program(time, rising), 0, Some(CHANNELS), "programs"), Optional, "[amplitudes over time](#program) of channels that nothing else drives"),
-        f("setpoints", Kind::Table(setpoints()), RequiredWithout("program"), "what the host streams"),
-        f("measure", Kind::Table(measure()), Optional, "window in which errors are scored"),
-        f("body", Kind::Table(body()), Optional, "the simulated wearer, dummy loads without it; a board ignores it"),
-        f("simulated_trigger", Kind::Table(trigger()), Optional, "edges of a simulated trigger input; a board ignores them and `flexor run` says so"),
-        f("fidelity", Kind::Table(fidelity()), Optional, "how exact the simulation and the models must be"),
-        f("study", Kind::Table(study()), Optional, "what a publication must tell and no device knows"),
+        field("title", Kind::Text(None), Required, "name in reports"),
+        field("duration_s", Kind::Whole(Number::within("s", 6, 1_000, DAY_US)), Required, "how long it stimulates"),
+        field("wearer", Kind::Table(wearer()), Optional, "the wearer's limits"),
+        field("channel", list(channels(), 1, Some(CHANNELS), "channels"), Required, "channels"),
+        field("group", list(group(), 0, Some(MAX_GROUPS), "groups"), Optional, "channels that share a muscle"),
+        field("sync", Kind::Table(vec![field("channel", channel_number(), Required, "whose first phases drive sync out")]), Optional, "`channel`: whose first phases drive sync out"),
+        field("joint", Kind::Table(joint()), Optional, "closed loop on the device"),
+        field("wall", Kind::Table(wall()), Optional, "virtual wall on the device; not beside a `[joint]` (E480)"),
+        field("modulation", list(modulation(rising_time()), 0, Some(JOINTS), "joints"), Optional, "joints of a person who handles an object, whose stimulation [follows their angles](lift.md); not beside a `[joint]`, a `[wall]` or forces at the hand (E751)"),
+        field("program", list(program(time, rising_time), 0, Some(CHANNELS), "programs"), Optional, "[amplitudes over time](#program) of channels that nothing else drives"),
+        field("setpoints", Kind::Table(setpoints()), RequiredWithout("program"), "what the host streams"),
+        field("measure", Kind::Table(measure()), Optional, "window in which errors are scored"),
+        field("body", Kind::Table(body()), Optional, "the simulated wearer, dummy loads without it; a board ignores it"),
+        field("simulated_trigger", Kind::Table(trigger()), Optional, "edges of a simulated trigger input; a board ignores them and `flexor run` says so"),
+        field("fidelity", Kind::Table(fidelity()), Optional, "how exact the simulation and the models must be"),
+        field("study", Kind::Table(study()), Optional, "what a publication must tell and no device knows"),
     ]
 }
 
 #[rustfmt::skip]
 fn study() -> Section {
     let electrodes = vec![
-        f("channel", channel(), Required, "a channel of the file"),
-        f("place", Kind::Text(Some(LONGEST)), Required, "where its electrodes are, in words"),
+        field("channel", channel_number(), Required, "a channel of the file"),
+        field("place", Kind::Text(Some(LONGEST)), Required, "where its electrodes are, in words"),
     ];
     vec![
-        f("pseudonym", Kind::Text(Some(LONGEST)), Optional, "the wearer's; never a name"),
-        f("operator", Kind::Text(Some(LONGEST)), Optional, "who operates the device"),
-        f("ethics", Kind::Text(Some(LONGEST)), Optional, "the ethics vote"),
-        f("notes", Kind::Text(Some(LONGEST_NOTES)), Optional, "anything worth knowing"),
-        f("electrodes", list(electrodes, 0, Some(CHANNELS), "electrodes"), Optional, "`{ channel, place }`: where each channel's electrodes are, in words"),
+        field("pseudonym", Kind::Text(Some(LONGEST)), Optional, "the wearer's; never a name"),
+        field("operator", Kind::Text(Some(LONGEST)), Optional, "who operates the device"),
+        field("ethics", Kind::Text(Some(LONGEST)), Optional, "the ethics vote"),
+        field("notes", Kind::Text(Some(LONGEST_NOTES)), Optional, "anything worth knowing"),
+        field("electrodes", list(electrodes, 0, Some(CHANNELS), "electrodes"), Optional, "`{ channel, place }`: where each channel's electrodes are, in words"),
     ]
 }
 
 #[rustfmt::skip]
 fn wearer() -> Section {
     let mut all = vec![
-        f("file", Kind::Text(Some(LONGEST)), Optional, "the [wearer file](wearers.md) of whoever is stimulated, relative to this one; every field here may then only tighten it"),
-        f("name", Kind::Text(Some(64)), Optional, "their pseudonym: a file of another person is refused (E660)"),
-        f("haptic_range", Kind::Flag, OrWord("false"), "keep amplitudes within I_MT and 1.5 I_MT of the file, or 0 (E662)"),
+        field("file", Kind::Text(Some(LONGEST)), Optional, "the [wearer file](wearers.md) of whoever is stimulated, relative to this one; every field here may then only tighten it"),
+        field("name", Kind::Text(Some(64)), Optional, "their pseudonym: a file of another person is refused (E660)"),
+        field("haptic_range", Kind::Flag, OrWord("false"), "keep amplitudes within I_MT and 1.5 I_MT of the file, or 0 (E662)"),
     ];
     all.extend(limits());
     all
@@ -131,25 +134,25 @@ fn wearer() -> Section {
 #[rustfmt::skip]
 fn channels() -> Section {
     vec![
-        f("number", channel(), Required, "its number on the board"),
-        f("name", Kind::Text(None), Required, "what the wearer calls it"),
-        f("stage", Kind::Table(stage()), Required, "output stage"),
-        f("limit", nb(UNIT, 3, ChannelSpec::LIMIT, "to full scale"), OrFile, "largest amplitude; must keep the wearer's current, charge and rms limits"),
-        f("start", nb(UNIT, 3, ChannelSpec::START, "to `limit`"), OrTold("0, or the wearer file's".into()), "largest amplitude that is reached at once, without the wearer's rise: a train with `repeats` plays nothing above it"),
-        f("area_mm2", n("mm²", 0, ChannelSpec::AREA_MM2), Or(ChannelSpec::ASSUMED_AREA_MM2.into()), "area of its active electrode, under which 2 mA/cm² rms hold at `limit`; a disc of 32 mm is assumed"),
-        f("train", Kind::Table(train()), Required, "its pulses"),
-        f("muscle", Kind::Table(muscle()), Optional, "predict its force; `{}` takes the wearer file's muscle"),
-        f("force", Kind::Table(force()), Optional, "control the muscle's force; needs `muscle`"),
+        field("number", channel_number(), Required, "its number on the board"),
+        field("name", Kind::Text(None), Required, "what the wearer calls it"),
+        field("stage", Kind::Table(stage()), Required, "output stage"),
+        field("limit", bounded_number(UNIT, 3, ChannelSpec::LIMIT, "to full scale"), OrFile, "largest amplitude; must keep the wearer's current, charge and rms limits"),
+        field("start", bounded_number(UNIT, 3, ChannelSpec::START, "to `limit`"), OrTold("0, or the wearer file's".into()), "largest amplitude that is reached at once, without the wearer's rise: a train with `repeats` plays nothing above it"),
+        field("area_mm2", number_in("mm²", 0, ChannelSpec::AREA_MM2), Or(ChannelSpec::ASSUMED_AREA_MM2.into()), "area of its active electrode, under which 2 mA/cm² rms hold at `limit`; a disc of 32 mm is assumed"),
+        field("train", Kind::Table(train()), Required, "its pulses"),
+        field("muscle", Kind::Table(muscle()), Optional, "predict its force; `{}` takes the wearer file's muscle"),
+        field("force", Kind::Table(force()), Optional, "control the muscle's force; needs `muscle`"),
     ]
 }
 
 #[rustfmt::skip]
 fn stage() -> Section {
     vec![
-        f("kind", Kind::Choice(vec!["voltage", "current"]), Required, "what the stage controls"),
-        f("full_scale_ma", n("mA", 3, StageSpec::FULL_SCALE_UA), Required, "output at full DAC code").when("kind", &["current"]),
-        f("full_scale_v", n("V", 3, StageSpec::FULL_SCALE_MV), Required, "output at full DAC code").when("kind", &["voltage"]),
-        f("load_ohm", n("Ω", 0, StageSpec::LOAD_OHM), Required, "load through which volts are judged against current limits; 2000 is usual; a voltage stage is limited to 20 mA").when("kind", &["voltage"]),
+        field("kind", Kind::Choice(vec!["voltage", "current"]), Required, "what the stage controls"),
+        field("full_scale_ma", number_in("mA", 3, StageSpec::FULL_SCALE_UA), Required, "output at full DAC code").when("kind", &["current"]),
+        field("full_scale_v", number_in("V", 3, StageSpec::FULL_SCALE_MV), Required, "output at full DAC code").when("kind", &["voltage"]),
+        field("load_ohm", number_in("Ω", 0, StageSpec::LOAD_OHM), Required, "load through which volts are judged against current limits; 2000 is usual; a voltage stage is limited to 20 mA").when("kind", &["voltage"]),
     ]
 }
 
@@ -157,20 +160,20 @@ fn stage() -> Section {
 fn train() -> Section {
     type T = TrainSpec;
     vec![
-        f("shape", one_of(&SHAPES), Required, "waveform"),
-        f("width_us", n("µs", 0, T::WIDTH_US), Required, "one phase"),
-        f("max_width_us", nb("µs", 0, T::MAX_WIDTH_US, "from `width_us`"), OrTold("`width_us`: it never changes".into()), "largest width that a setpoint may ask for, [burst by burst](protocol.md#widths); not under a `muscle`"),
-        f("gap_us", nb("µs", 0, T::GAP_US, "0 for monophasic"), Or(0), "between the phases; 5 at least is kept"),
-        f("ground_us", nb("µs", 0, or_none(T::GROUND_US), "at least 1000 and at most `fall_ms` less 1.2 ms; 0 for none, after biphasic pulses only"), Or(0), "grounding after each pulse; without it what the phases of biphasic pulses differ by is net direct current"),
-        f("frequency_hz", Kind::Real(Number::rate_of(T::PERIOD_US.field, T::PERIOD_US)), Required, "rounded to a whole period; a note says so").without("period_us"),
-        f("period_us", n("µs", 0, T::PERIOD_US), Optional, "burst start to burst start"),
-        f("offset_us", nb("µs", 0, T::OFFSET_US, "to the period"), Or(0), "against the common start"),
-        f("burst_count", n("", 0, T::BURST_COUNT), Or(1), "pulses per burst"),
-        f("burst_interval_us", nb("µs", 0, or_none(T::BURST_INTERVAL_US), "at least 200 for bursts, 0 for single pulses"), Or(0), "pulse start to pulse start"),
-        f("repeats", Kind::Whole(Number::within("", 0, 0, u16::MAX as i64)), Or(0), "bursts to play, 0 until stopped"),
-        f("triggered", Kind::Flag, OrWord("false"), "wait for the trigger input: `trigger = \"start\"`; [`[simulated_trigger]`](#simulated_trigger) tries it at a desk").without("trigger"),
-        f("trigger", one_of(&TRIGGERS), Optional, "wait for the trigger input: an edge starts the train, or each starts it and the next one ends it, or it plays [while the input is held](protocol.md#trigger)"),
-        f("lists", Kind::Flag, OrWord("false"), "take [lists of pulses](#lists) in place of its own; endless single pulses only, and not in an isolated group"),
+        field("shape", one_of(&SHAPES), Required, "waveform"),
+        field("width_us", number_in("µs", 0, T::WIDTH_US), Required, "one phase"),
+        field("max_width_us", bounded_number("µs", 0, T::MAX_WIDTH_US, "from `width_us`"), OrTold("`width_us`: it never changes".into()), "largest width that a setpoint may ask for, [burst by burst](protocol.md#widths); not under a `muscle`"),
+        field("gap_us", bounded_number("µs", 0, T::GAP_US, "0 for monophasic"), Or(0), "between the phases; 5 at least is kept"),
+        field("ground_us", bounded_number("µs", 0, or_zero(T::GROUND_US), "at least 1000 and at most `fall_ms` less 1.2 ms; 0 for none, after biphasic pulses only"), Or(0), "grounding after each pulse; without it what the phases of biphasic pulses differ by is net direct current"),
+        field("frequency_hz", Kind::Real(Number::rate_from_period(T::PERIOD_US.field, T::PERIOD_US)), Required, "rounded to a whole period; a note says so").without("period_us"),
+        field("period_us", number_in("µs", 0, T::PERIOD_US), Optional, "burst start to burst start"),
+        field("offset_us", bounded_number("µs", 0, T::OFFSET_US, "to the period"), Or(0), "against the common start"),
+        field("burst_count", number_in("", 0, T::BURST_COUNT), Or(1), "pulses per burst"),
+        field("burst_interval_us", bounded_number("µs", 0, or_zero(T::BURST_INTERVAL_US), "at least 200 for bursts, 0 for single pulses"), Or(0), "pulse start to pulse start"),
+        field("repeats", Kind::Whole(Number::within("", 0, 0, u16::MAX as i64)), Or(0), "bursts to play, 0 until stopped"),
+        field("triggered", Kind::Flag, OrWord("false"), "wait for the trigger input: `trigger = \"start\"`; [`[simulated_trigger]`](#simulated_trigger) tries it at a desk").without("trigger"),
+        field("trigger", one_of(&TRIGGERS), Optional, "wait for the trigger input: an edge starts the train, or each starts it and the next one ends it, or it plays [while the input is held](protocol.md#trigger)"),
+        field("lists", Kind::Flag, OrWord("false"), "take [lists of pulses](#lists) in place of its own; endless single pulses only, and not in an isolated group"),
     ]
 }
 
@@ -179,32 +182,32 @@ fn muscle() -> Section {
     type M = CalciumForceSpec;
     type R = RecruitmentSpec;
     let changes = vec![
-        f("at_s", time(1), Required, "from when on"),
-        f("model", one_of(&RUNGS), Required, "which model"),
+        field("at_s", time(1), Required, "from when on"),
+        field("model", one_of(&RUNGS), Required, "which model"),
     ];
     let models = std::iter::once("auto").chain(RUNGS.map(|(name, _)| name));
     vec![
-        f("a_n_per_s", n("N/s", 3, M::A_MN_PER_S), OrFile, "A"),
-        f("k", n("", 6, M::K_MICRO), OrFile, "K"),
-        f("tau_c_ms", nb("ms", 3, M::TAU_C_US, "under bursts of n pulses every T at most T/ln(24/(24 − n))"), OrFile, "τc"),
-        f("tau1_ms", n("ms", 3, M::TAU1_US), OrFile, "τ1; more than 2 ms beside a `tau2_ms` below 1.4, and beside a `tau2_ms` above 100,000 `k`"),
-        f("tau2_ms", n("ms", 3, M::TAU2_US), OrFile, "τ2"),
-        f("motor_threshold", nb(UNIT, 3, R::MOTOR_THRESHOLD, "below `limit`"), OrFile, "smallest amplitude that moves"),
-        f("reference", nb(UNIT, 3, R::REFERENCE, "from `limit`"), OrFile, "amplitude at which A was measured"),
-        f("slope_per_unit", nb("per unit", 6, R::SLOPE_MICRO, "at most 16 octaves from threshold to reference"), OrFile, "b"),
-        f("model", Kind::Choice(models.collect()), OrWord("auto"), "which model of the muscle the device computes ([what each is](protocol.md#rung)); `\"auto\"` is the cheapest that will do in this session: `flexor explain-model` tells which and why ([muscle.md](muscle.md))"),
-        f("report", Kind::Flag, OrWord("true"), "whether anybody reads the predicted force; without that, `\"auto\"` heeds only what the force steers"),
-        f("fatigue", Kind::Table(fatigue()), Optional, "how it tires; `\"calcium-force-fatigue\"` needs it"),
-        f("changes", list(changes, 0, None, "changes"), Optional, "`{ at_s, model }`: other models, each from its time on, with the next setpoint; times rise"),
+        field("a_n_per_s", number_in("N/s", 3, M::A_MN_PER_S), OrFile, "A"),
+        field("k", number_in("", 6, M::K_MICRO), OrFile, "K"),
+        field("tau_c_ms", bounded_number("ms", 3, M::TAU_C_US, "under bursts of n pulses every T at most T/ln(24/(24 − n))"), OrFile, "τc"),
+        field("tau1_ms", number_in("ms", 3, M::TAU1_US), OrFile, "τ1; more than 2 ms beside a `tau2_ms` below 1.4, and beside a `tau2_ms` above 100,000 `k`"),
+        field("tau2_ms", number_in("ms", 3, M::TAU2_US), OrFile, "τ2"),
+        field("motor_threshold", bounded_number(UNIT, 3, R::MOTOR_THRESHOLD, "below `limit`"), OrFile, "smallest amplitude that moves"),
+        field("reference", bounded_number(UNIT, 3, R::REFERENCE, "from `limit`"), OrFile, "amplitude at which A was measured"),
+        field("slope_per_unit", bounded_number("per unit", 6, R::SLOPE_MICRO, "at most 16 octaves from threshold to reference"), OrFile, "b"),
+        field("model", Kind::Choice(models.collect()), OrWord("auto"), "which model of the muscle the device computes ([what each is](protocol.md#rung)); `\"auto\"` is the cheapest that will do in this session: `flexor explain-model` tells which and why ([muscle.md](muscle.md))"),
+        field("report", Kind::Flag, OrWord("true"), "whether anybody reads the predicted force; without that, `\"auto\"` heeds only what the force steers"),
+        field("fatigue", Kind::Table(fatigue()), Optional, "how it tires; `\"calcium-force-fatigue\"` needs it"),
+        field("changes", list(changes, 0, None, "changes"), Optional, "`{ at_s, model }`: other models, each from its time on, with the next setpoint; times rise"),
     ]
 }
 
 #[rustfmt::skip]
 fn force() -> Section {
-    let rate = |period_us, bound| Kind::Real(Number::rate_of(period_us, TrainSpec::PERIOD_US).bound(bound));
+    let rate = |period_us, bound| Kind::Real(Number::rate_from_period(period_us, TrainSpec::PERIOD_US).bound(bound));
     let mut all = vec![
-        f("max_frequency_hz", rate("min_period_us", "from the train's"), OrTold("the train's".into()), "highest pulse rate, at `limit`"),
-        f("min_frequency_hz", rate("max_period_us", "to the train's"), OrTold("the train's".into()), "lowest pulse rate, at `motor_threshold`: gives forces below those of threshold at the train's rate, with [ripple](muscle.md#forces-that-can-be-had) below 10 Hz; without it the device is *limiting* there and gives the nearer of that and none"),
+        field("max_frequency_hz", rate("min_period_us", "from the train's"), OrTold("the train's".into()), "highest pulse rate, at `limit`"),
+        field("min_frequency_hz", rate("max_period_us", "to the train's"), OrTold("the train's".into()), "lowest pulse rate, at `motor_threshold`: gives forces below those of threshold at the train's rate, with [ripple](muscle.md#forces-that-can-be-had) below 10 Hz; without it the device is *limiting* there and gives the nearer of that and none"),
     ];
     all.extend(hold("between and after setpoints; held, the muscle's lag is not made up for"));
     all
@@ -213,8 +216,8 @@ fn force() -> Section {
 #[rustfmt::skip]
 fn group() -> Section {
     vec![
-        f("channels", Kind::Wholes(CHANNEL, "a list of channel numbers"), Required, "2–10 members; each in one group only"),
-        f("partner", one_of(&PARTNERS), Required, "a silent member is grounded, or isolated, while another pulses"),
+        field("channels", Kind::Wholes(CHANNEL, "a list of channel numbers"), Required, "2–10 members; each in one group only"),
+        field("partner", one_of(&PARTNERS), Required, "a silent member is grounded, or isolated, while another pulses"),
     ]
 }
 
@@ -222,8 +225,8 @@ fn group() -> Section {
 #[rustfmt::skip]
 fn force_points() -> Section {
     vec![
-        f("at_s", rising(), Required, "when"),
-        f("n", Kind::Whole(Number::any("N", 3, "what the limits can give")), Required, "which force"),
+        field("at_s", rising_time(), Required, "when"),
+        field("n", Kind::Whole(Number::any("N", 3, "what the limits can give")), Required, "which force"),
     ]
 }
 
@@ -239,28 +242,28 @@ const SINE: Number = Number::within("Hz", 3, 0, 10_000);
 #[rustfmt::skip]
 fn values() -> Section {
     vec![
-        f("channel", channel(), Required, "a channel of the file"),
-        f("value", amplitude(), Required, "its amplitude"),
-        f("width_us", width(TrainSpec::WIDTH_US), OrTold("the train's `width_us`".into()), "its width; another needs the train's `max_width_us`"),
+        field("channel", channel_number(), Required, "a channel of the file"),
+        field("value", amplitude(), Required, "its amplitude"),
+        field("width_us", width(TrainSpec::WIDTH_US), OrTold("the train's `width_us`".into()), "its width; another needs the train's `max_width_us`"),
     ]
 }
 
 /// Range of the widths that a point of a course may have, µs; a width below the shortest pulse
 /// width outputs no pulse.
-const POINT_WIDTH: Range = or_none(TrainSpec::WIDTH_US);
+const POINT_WIDTH: Range = or_zero(TrainSpec::WIDTH_US);
 
 /// Returns the kind of a setpoint's pulse width, µs, within `range`.
 fn width(range: Range) -> Kind {
-    nb("µs", 0, range, "to the train's `max_width_us`")
+    bounded_number("µs", 0, range, "to the train's `max_width_us`")
 }
 
 /// Returns the fields of one point of an amplitude and a width over time.
 #[rustfmt::skip]
 fn stimulus_points() -> Section {
     vec![
-        f("at_s", rising(), Required, "when"),
-        f("value", amplitude(), Required, "which amplitude"),
-        f("width_us", width(POINT_WIDTH), OrTold("the train's `width_us`".into()), "which width; below 10 an amplitude of 0"),
+        field("at_s", rising_time(), Required, "when"),
+        field("value", amplitude(), Required, "which amplitude"),
+        field("width_us", width(POINT_WIDTH), OrTold("the train's `width_us`".into()), "which width; below 10 an amplitude of 0"),
     ]
 }
 
@@ -270,24 +273,24 @@ fn stimulus_points() -> Section {
 fn list_of_pulses() -> Section {
     let value = Kind::Whole(Number::within(UNIT, 3, 1, 200_000).bound("to the channel's `limit`"));
     let pulses = vec![
-        f("after_us", Kind::Whole(Number::of("µs", 0, ListedPulse::AFTER_US).bound("the train's period at least, but of the first")), Required, "from the pulse before; of the first, from when the channel's next burst would begin"),
-        f("value", value, Required, "its amplitude"),
-        f("width_us", width(TrainSpec::WIDTH_US), OrTold("the train's `width_us`".into()), "its width; another needs the train's `max_width_us`"),
+        field("after_us", Kind::Whole(Number::from_range("µs", 0, ListedPulse::AFTER_US).bound("the train's period at least, but of the first")), Required, "from the pulse before; of the first, from when the channel's next burst would begin"),
+        field("value", value, Required, "its amplitude"),
+        field("width_us", width(TrainSpec::WIDTH_US), OrTold("the train's `width_us`".into()), "its width; another needs the train's `max_width_us`"),
     ];
     vec![
-        f("at_s", time(1), Required, "when it is sent, with the next setpoint; times rise"),
-        f("channel", channel(), Required, "a channel whose train has `lists`"),
-        f("pulses", list(pulses, 1, Some(MAX_LISTED), "pulses"), Required, "`{ after_us, value, width_us }`"),
+        field("at_s", time(1), Required, "when it is sent, with the next setpoint; times rise"),
+        field("channel", channel_number(), Required, "a channel whose train has `lists`"),
+        field("pulses", list(pulses, 1, Some(MAX_LISTED), "pulses"), Required, "`{ after_us, value, width_us }`"),
     ]
 }
 
 /// Returns the fields of one point of a force at the hand over time.
 #[rustfmt::skip]
 fn wrench_points() -> Section {
-    let force = Number { device: "", ..Number::of("N", 3, Endpoint::FORCE_MN) };
+    let force = Number { device: "", ..Number::from_range("N", 3, Endpoint::FORCE_MN) };
     vec![
-        f("at_s", rising(), Required, "when"),
-        f("force_n", Kind::Wholes(force.bound("what the muscles can make"), "a list of three numbers"), Required, "backward, to the right, upward, seen from the thorax"),
+        field("at_s", rising_time(), Required, "when"),
+        field("force_n", Kind::Wholes(force.bound("what the muscles can make"), "a list of three numbers"), Required, "backward, to the right, upward, seen from the thorax"),
     ]
 }
 
@@ -295,68 +298,68 @@ fn wrench_points() -> Section {
 fn posture() -> Section {
     let angle = |name| {
         let number = Number::within("°", 2, -18_000, 18_000).bound("within the wearer's range");
-        f(name, Kind::Whole(number), Or(0), "of that axis")
+        field(name, Kind::Whole(number), Or(0), "of that axis")
     };
     AXIS_NAMES.map(angle).into()
 }
 
 /// Returns the kind of a bound that is an amplitude or a force, in thousandths.
-fn either() -> Kind {
+fn amplitude_or_force() -> Kind {
     Kind::Whole(Number::within("unit or N", 3, 0, 10_000_000))
 }
 
 #[rustfmt::skip]
 fn setpoints() -> Section {
     let steps = vec![
-        f("at_s", rising(), Required, "when"),
-        f("deg", Kind::Whole(Number::any("°", 2, "within the joint's range")), Required, "which angle"),
+        field("at_s", rising_time(), Required, "when"),
+        field("deg", Kind::Whole(Number::any("°", 2, "within the joint's range")), Required, "which angle"),
     ];
     let [offset, amplitude, frequency] = sine_of_force();
     let forces = vec![
-        f("channel", channel(), Required, "a channel with `force`"),
-        f("points", list(force_points(), 1, None, "points"), Optional, "as of a `force-ramp`"),
-        f("offset_n", offset, Required, "as of a `force-sine`").without("points"),
-        f("amplitude_n", amplitude, Required, "as of a `force-sine`").without("points"),
-        f("frequency_hz", frequency, Required, "as of a `force-sine`").without("points"),
+        field("channel", channel_number(), Required, "a channel with `force`"),
+        field("points", list(force_points(), 1, None, "points"), Optional, "as of a `force-ramp`"),
+        field("offset_n", offset, Required, "as of a `force-sine`").without("points"),
+        field("amplitude_n", amplitude, Required, "as of a `force-sine`").without("points"),
+        field("frequency_hz", frequency, Required, "as of a `force-sine`").without("points"),
     ];
     let bounds = vec![
-        f("channel", channel(), Required, "a channel that neither joint nor wall drives"),
-        f("least", either(), Or(0), "lowest, N of a channel with `force`, else its unit"),
-        f("most", either(), Required, "highest, above `least`, what the limits can give"),
-        f("per_s", either(), OrTold("none: steps".into()), "steepest change a second, at least `most` − `least` within `duration_s`"),
-        f("shortest_s", Kind::Whole(Number::within("s", 6, 10_000, 600_000_000)), Or(100_000), "how long it stays at least"),
+        field("channel", channel_number(), Required, "a channel that neither joint nor wall drives"),
+        field("least", amplitude_or_force(), Or(0), "lowest, N of a channel with `force`, else its unit"),
+        field("most", amplitude_or_force(), Required, "highest, above `least`, what the limits can give"),
+        field("per_s", amplitude_or_force(), OrTold("none: steps".into()), "steepest change a second, at least `most` − `least` within `duration_s`"),
+        field("shortest_s", Kind::Whole(Number::within("s", 6, 10_000, 600_000_000)), Or(100_000), "how long it stays at least"),
     ];
     let [offset, amplitude, _] = sine_of_force();
     let angle = || Kind::Real(Number::any("°", 3, "within the joint's range"));
     vec![
-        f("kind", Kind::Choice(vec!["keep-alive", "amplitudes", "amplitude-ramp", "amplitude-steps", "angle-sine", "angle-steps", "force-ramp", "force-sine", "endpoint-force", "held"]), Required, "what is streamed; angles need a `[joint]`, forces a channel's `force`, a force at the hand the `[limb]` of a wearer file, whether an object is held `[[modulation]]`s; `\"keep-alive\"` is nothing but a sign of life: all that a `[wall]` needs"),
-        f("rate_hz", Kind::Real(Number::within("Hz", 0, 1, 1000).bound("above 1000/`host_timeout_ms`")), Required, "how often"),
-        f("offset_deg", angle(), Required, "centre").when("kind", &["angle-sine"]),
-        f("amplitude_deg", angle(), Required, "of the sine").when("kind", &["angle-sine"]),
-        f("steps", list(steps, 1, None, "steps"), Required, "`{ at_s, deg }`: each angle from its time on").when("kind", &["angle-steps"]),
-        f("channel", channel(), Required, "whose amplitude, or whose force").when("kind", &["amplitude-ramp", "amplitude-steps", "force-ramp", "force-sine"]),
-        f("points", list(stimulus_points(), 1, None, "points"), Required, "`{ at_s, value, width_us }`: amplitudes and widths, both straight between their times in a ramp, both held in steps; the last pair stays. Each pair on the way is within `max_charge_uc` (E630). From 0 an amplitude rises over the wearer's `rise_ms`, a ramp of the width as soon as that reaches 10 µs").when("kind", &["amplitude-ramp", "amplitude-steps"]),
-        f("points", list(force_points(), 1, None, "points"), Required, "`{ at_s, n }`: forces, straight between their times; the last one stays; more than 1000 N/s is a step").when("kind", &["force-ramp"]),
-        f("points", list(wrench_points(), 1, None, "points"), Required, "`{ at_s, force_n }`: [forces at the hand](endpoint_session.md), straight between their times; the last one stays").when("kind", &["endpoint-force"]),
-        f("points", list(held_points(rising()), 1, None, "points"), Required, "`{ at_s, held }`: from when on an object is held, and from when it is not; never for longer than `longest_hold_s` (E753)").when("kind", &["held"]),
-        f("posture_deg", Kind::Table(posture()), Optional, "how the arm is held: nine angles; without it the host measures them").when("kind", &["endpoint-force"]),
-        f("stale_after_ms", n("ms", 0, SensorSource::STALE_AFTER_MS), Or(100), "age at which a measured angle is stale; not beside `posture_deg`").when("kind", &["endpoint-force"]),
-        f("offset_n", offset, Required, "centre").when("kind", &["force-sine"]),
-        f("amplitude_n", amplitude, Required, "of the sine").when("kind", &["force-sine"]),
-        f("frequency_hz", Kind::Real(SINE), Required, "of the sine").when("kind", &["angle-sine", "force-sine"]),
-        f("forces", list(forces, 0, Some(CHANNELS), "forces"), Optional, "forces of further channels with `force`, sent with every setpoint of any kind: each `{ channel, points }` as of a `force-ramp` or `{ channel, offset_n, amplitude_n, frequency_hz }` as of a `force-sine`; for up to ten, with `kind = \"keep-alive\"`, see `host-tool/sessions/ten_forces.toml`"),
-        f("list", list(list_of_pulses(), 0, None, "lists"), Optional, "`{ at_s, channel, pulses }`: [lists of pulses](#lists), each played once in place of its channel's own"),
-        f("bounds", list(bounds, 0, Some(CHANNELS), "channels"), Optional, "`{ channel, least, most, per_s, shortest_s }`: what a live client may stream instead, for the choice of [muscle models](muscle.md); a run plays the file's own, which may not leave them (but a force may go below `least`)"),
-        f("values", list(values(), 1, Some(CHANNELS), "channels"), Required, "`{ channel, value, width_us }`: constant amplitudes; not for the joint's or the wall's channels").when("kind", &["amplitudes"]),
-        f("values", list(values(), 1, Some(CHANNELS), "channels"), Optional, "the same beside all that is wanted").when("kind", &["keep-alive", "amplitude-ramp", "amplitude-steps", "angle-sine", "angle-steps", "force-ramp", "force-sine", "endpoint-force", "held"]),
+        field("kind", Kind::Choice(vec!["keep-alive", "amplitudes", "amplitude-ramp", "amplitude-steps", "angle-sine", "angle-steps", "force-ramp", "force-sine", "endpoint-force", "held"]), Required, "what is streamed; angles need a `[joint]`, forces a channel's `force`, a force at the hand the `[limb]` of a wearer file, whether an object is held `[[modulation]]`s; `\"keep-alive\"` is nothing but a sign of life: all that a `[wall]` needs"),
+        field("rate_hz", Kind::Real(Number::within("Hz", 0, 1, 1000).bound("above 1000/`host_timeout_ms`")), Required, "how often"),
+        field("offset_deg", angle(), Required, "centre").when("kind", &["angle-sine"]),
+        field("amplitude_deg", angle(), Required, "of the sine").when("kind", &["angle-sine"]),
+        field("steps", list(steps, 1, None, "steps"), Required, "`{ at_s, deg }`: each angle from its time on").when("kind", &["angle-steps"]),
+        field("channel", channel_number(), Required, "whose amplitude, or whose force").when("kind", &["amplitude-ramp", "amplitude-steps", "force-ramp", "force-sine"]),
+        field("points", list(stimulus_points(), 1, None, "points"), Required, "`{ at_s, value, width_us }`: amplitudes and widths, both straight between their times in a ramp, both held in steps; the last pair stays. Each pair on the way is within `max_charge_uc` (E630). From 0 an amplitude rises over the wearer's `rise_ms`, a ramp of the width as soon as that reaches 10 µs").when("kind", &["amplitude-ramp", "amplitude-steps"]),
+        field("points", list(force_points(), 1, None, "points"), Required, "`{ at_s, n }`: forces, straight between their times; the last one stays; more than 1000 N/s is a step").when("kind", &["force-ramp"]),
+        field("points", list(wrench_points(), 1, None, "points"), Required, "`{ at_s, force_n }`: [forces at the hand](endpoint_session.md), straight between their times; the last one stays").when("kind", &["endpoint-force"]),
+        field("points", list(held_points(rising_time()), 1, None, "points"), Required, "`{ at_s, held }`: from when on an object is held, and from when it is not; never for longer than `longest_hold_s` (E753)").when("kind", &["held"]),
+        field("posture_deg", Kind::Table(posture()), Optional, "how the arm is held: nine angles; without it the host measures them").when("kind", &["endpoint-force"]),
+        field("stale_after_ms", number_in("ms", 0, SensorSource::STALE_AFTER_MS), Or(100), "age at which a measured angle is stale; not beside `posture_deg`").when("kind", &["endpoint-force"]),
+        field("offset_n", offset, Required, "centre").when("kind", &["force-sine"]),
+        field("amplitude_n", amplitude, Required, "of the sine").when("kind", &["force-sine"]),
+        field("frequency_hz", Kind::Real(SINE), Required, "of the sine").when("kind", &["angle-sine", "force-sine"]),
+        field("forces", list(forces, 0, Some(CHANNELS), "forces"), Optional, "forces of further channels with `force`, sent with every setpoint of any kind: each `{ channel, points }` as of a `force-ramp` or `{ channel, offset_n, amplitude_n, frequency_hz }` as of a `force-sine`; for up to ten, with `kind = \"keep-alive\"`, see `host-tool/sessions/ten_forces.toml`"),
+        field("list", list(list_of_pulses(), 0, None, "lists"), Optional, "`{ at_s, channel, pulses }`: [lists of pulses](#lists), each played once in place of its channel's own"),
+        field("bounds", list(bounds, 0, Some(CHANNELS), "channels"), Optional, "`{ channel, least, most, per_s, shortest_s }`: what a live client may stream instead, for the choice of [muscle models](muscle.md); a run plays the file's own, which may not leave them (but a force may go below `least`)"),
+        field("values", list(values(), 1, Some(CHANNELS), "channels"), Required, "`{ channel, value, width_us }`: constant amplitudes; not for the joint's or the wall's channels").when("kind", &["amplitudes"]),
+        field("values", list(values(), 1, Some(CHANNELS), "channels"), Optional, "the same beside all that is wanted").when("kind", &["keep-alive", "amplitude-ramp", "amplitude-steps", "angle-sine", "angle-steps", "force-ramp", "force-sine", "endpoint-force", "held"]),
     ]
 }
 
 #[rustfmt::skip]
 fn measure() -> Section {
     vec![
-        f("from_s", time(0), Or(0), "its begin"),
-        f("to_s", time(0), OrTold("`duration_s`".into()), "its end, after `from_s`"),
+        field("from_s", time(0), Or(0), "its begin"),
+        field("to_s", time(0), OrTold("`duration_s`".into()), "its end, after `from_s`"),
     ]
 }
 
@@ -364,9 +367,9 @@ fn measure() -> Section {
 fn body() -> Section {
     let seconds = |least| Kind::Whole(Number::within("s", 3, least, DAY_US / 1000));
     let approaches = vec![
-        f("at_s", seconds(0), Required, "when it begins, in rising order"),
-        f("speed_deg_per_s", Kind::Whole(Number::within("°/s", 3, 1_000, 360_000)), Required, "into flexion"),
-        f("for_s", seconds(1), Required, "how long it is held and pushed"),
+        field("at_s", seconds(0), Required, "when it begins, in rising order"),
+        field("speed_deg_per_s", Kind::Whole(Number::within("°/s", 3, 1_000, 360_000)), Required, "into flexion"),
+        field("for_s", seconds(1), Required, "how long it is held and pushed"),
     ];
     let d = ElbowSpec::default();
     let real = |unit, most| Kind::Real(Number::within(unit, 0, 0, most));
@@ -374,46 +377,46 @@ fn body() -> Section {
     let finger = FingerSpec::participant(Participant::P);
     let both = |finger: f64, elbow: f64| OrTold(format!("{finger} of a finger, {elbow} of an elbow"));
     let sight = vec![
-        f("delay_s", real("s", 2), Required, "until the person acts on what is seen"),
-        f("every_s", real("s", 10), Required, "from one correction to the next; not 0"),
-        f("line_deg", real("°", 145), Required, "where the line is"),
+        field("delay_s", real("s", 2), Required, "until the person acts on what is seen"),
+        field("every_s", real("s", 10), Required, "from one correction to the next; not 0"),
+        field("line_deg", real("°", 145), Required, "where the line is"),
     ];
     let yields = vec![
-        f("delay_s", real("s", 2), Required, "from a pulse to the changed push"),
-        f("to", real("", 1), Required, "part of `push_nm` that remains"),
-        f("at_ma", real("mA", 200), Required, "least current that is felt"),
+        field("delay_s", real("s", 2), Required, "from a pulse to the changed push"),
+        field("to", real("", 1), Required, "part of `push_nm` that remains"),
+        field("at_ma", real("mA", 200), Required, "least current that is felt"),
     ];
     let mut all = vec![
-        f("kind", Kind::Choice(vec!["finger", "elbow", "hand", "arm", "still"]), Required, "an index finger, a forearm and the person who moves it, a forearm and hand that are a mechanism (below), a right arm under nine electrodes (below), or dummy loads"),
-        f("participant", one_of(&PARTICIPANTS), OrTold("who `[wearer] file` is of".into()), "of Hamana 2022, table 7; required where no file is of P, Q or S").when("kind", &["finger"]),
+        field("kind", Kind::Choice(vec!["finger", "elbow", "hand", "arm", "still"]), Required, "an index finger, a forearm and the person who moves it, a forearm and hand that are a mechanism (below), a right arm under nine electrodes (below), or dummy loads"),
+        field("participant", one_of(&PARTICIPANTS), OrTold("who `[wearer] file` is of".into()), "of Hamana 2022, table 7; required where no file is of P, Q or S").when("kind", &["finger"]),
     ];
     all.extend(point_channels());
-    all.extend(["triceps", "biceps"].map(|muscle| f(muscle, channel(), Required, "where its electrodes are; each another").when("kind", &["elbow"])));
+    all.extend(["triceps", "biceps"].map(|muscle| field(muscle, channel_number(), Required, "where its electrodes are; each another").when("kind", &["elbow"])));
     all.extend([
-        f("flexor_nm", real("N·m", 10), or(finger.flexor_torque_nm), "torque of one flexor point at full recruitment and 50 Hz").when("kind", &["finger"]),
-        f("extensor_nm", real("N·m", 10), or(finger.extensor_torque_nm), "torque of the extensor likewise").when("kind", &["finger"]),
-        f("second_point_nm", real("N·m", 10), or(0.0), "what the second of two conducted points adds to one likewise, assumed by whoever writes it: both then begin at table 7's two-point thresholds; with 0 two pull as the stronger one").when("kind", &["finger"]),
-        f("fatigue_floor", real("", 1), or(finger.fatigue_floor), "what full force without end leaves of a muscle, 0 to 1; 1 never tires").when("kind", &["finger"]),
-        f("fatigue_time_s", real("s", 86_400), or(finger.fatigue_time_s), "time constant of tiring and of recovery; not 0").when("kind", &["finger"]),
-        f("subject", Kind::Whole(Number::within("", 0, 1, 10)), OrTold("the mean".into()), "of Lee 2020, table 4, whose dynamics both muscles have").when("kind", &["elbow"]),
-        f("triceps_nm", real("N·m", 100), or(d.triceps.torque_nm), "torque of all of it at 50 Hz").when("kind", &["elbow"]),
-        f("triceps_threshold_ma", real("mA", 100), or(d.triceps.threshold_ma), "where it begins to pull, at 35 µs").when("kind", &["elbow"]),
-        f("triceps_max_ma", real("mA", 200), or(d.triceps.max_ma), "where all of it pulls, at 35 µs").when("kind", &["elbow"]),
-        f("biceps_nm", real("N·m", 100), or(d.biceps.torque_nm), "torque of all of it at 50 Hz").when("kind", &["elbow"]),
-        f("biceps_threshold_ma", real("mA", 100), or(d.biceps.threshold_ma), "where it begins to pull, at 25 µs").when("kind", &["elbow"]),
-        f("biceps_max_ma", real("mA", 200), or(d.biceps.max_ma), "where all of it pulls, at 25 µs").when("kind", &["elbow"]),
-        f("recruitment_curvature", real("", 50), or(d.recruitment_curvature), "of recruitment over current; not 0").when("kind", &["elbow"]),
-        f("delay_ms", Kind::Whole(Number::within("ms", 3, 0, 1_000_000)), both(f64::from(finger.electromechanical_delay_us) * 1e-3, f64::from(d.electromechanical_delay_us) * 1e-3), "from a pulse to its effect on the muscle").when("kind", &["finger", "elbow"]),
-        f("inertia_kg_m2", real("kg·m²", 10), both(finger.inertia_kg_m2, d.inertia_kg_m2), "about the elbow").when("kind", &["finger", "elbow"]),
-        f("stiffness_nm_per_rad", real("N·m/rad", 100), both(finger.stiffness_nm_per_rad, d.stiffness_nm_per_rad), "passive, towards rest").when("kind", &["finger", "elbow"]),
-        f("damping_nm_s_per_rad", real("N·m·s/rad", 100), both(finger.damping_nm_s_per_rad, d.damping_nm_s_per_rad), "passive friction").when("kind", &["finger", "elbow"]),
-        f("active_damping_s_per_rad", real("s/rad", 10), or(d.active_damping_s_per_rad), "friction per torque of each active muscle").when("kind", &["elbow"]),
-        f("start_deg", real("°", 145), or(d.person.start_deg), "where the arm waits and goes back to").when("kind", &["elbow"]),
-        f("push_nm", real("N·m", 100), or(d.person.push_nm), "the person's strongest torque").when("kind", &["elbow"]),
-        f("approaches", list(approaches, 0, None, "approaches"), Required, "`{ at_s, speed_deg_per_s, for_s }`: movements into flexion, each held and pushed for `for_s`; seconds from when the simulated world begins, a few tenths before the trains").when("kind", &["elbow"]),
-        f("sight", Kind::Table(sight), Optional, "`{ delay_s, every_s, line_deg }`: the person sees the arm's angle and a line and corrects now and then; blind without it").when("kind", &["elbow"]),
-        f("yields", Kind::Table(yields), Optional, "`{ delay_s, to, at_ma }`: the person pushes less where stimulation is felt; as hard as ever without it").when("kind", &["elbow"]),
-        f("load_ohm", Kind::Whole(Number::within("Ω", 0, 1, 1_000_000)), Or(2_000), "on every channel").when("kind", &["still"]),
+        field("flexor_nm", real("N·m", 10), or(finger.flexor_torque_nm), "torque of one flexor point at full recruitment and 50 Hz").when("kind", &["finger"]),
+        field("extensor_nm", real("N·m", 10), or(finger.extensor_torque_nm), "torque of the extensor likewise").when("kind", &["finger"]),
+        field("second_point_nm", real("N·m", 10), or(0.0), "what the second of two conducted points adds to one likewise, assumed by whoever writes it: both then begin at table 7's two-point thresholds; with 0 two pull as the stronger one").when("kind", &["finger"]),
+        field("fatigue_floor", real("", 1), or(finger.fatigue_floor), "what full force without end leaves of a muscle, 0 to 1; 1 never tires").when("kind", &["finger"]),
+        field("fatigue_time_s", real("s", 86_400), or(finger.fatigue_time_s), "time constant of tiring and of recovery; not 0").when("kind", &["finger"]),
+        field("subject", Kind::Whole(Number::within("", 0, 1, 10)), OrTold("the mean".into()), "of Lee 2020, table 4, whose dynamics both muscles have").when("kind", &["elbow"]),
+        field("triceps_nm", real("N·m", 100), or(d.triceps.torque_nm), "torque of all of it at 50 Hz").when("kind", &["elbow"]),
+        field("triceps_threshold_ma", real("mA", 100), or(d.triceps.threshold_ma), "where it begins to pull, at 35 µs").when("kind", &["elbow"]),
+        field("triceps_max_ma", real("mA", 200), or(d.triceps.max_ma), "where all of it pulls, at 35 µs").when("kind", &["elbow"]),
+        field("biceps_nm", real("N·m", 100), or(d.biceps.torque_nm), "torque of all of it at 50 Hz").when("kind", &["elbow"]),
+        field("biceps_threshold_ma", real("mA", 100), or(d.biceps.threshold_ma), "where it begins to pull, at 25 µs").when("kind", &["elbow"]),
+        field("biceps_max_ma", real("mA", 200), or(d.biceps.max_ma), "where all of it pulls, at 25 µs").when("kind", &["elbow"]),
+        field("recruitment_curvature", real("", 50), or(d.recruitment_curvature), "of recruitment over current; not 0").when("kind", &["elbow"]),
+        field("delay_ms", Kind::Whole(Number::within("ms", 3, 0, 1_000_000)), both(f64::from(finger.electromechanical_delay_us) * 1e-3, f64::from(d.electromechanical_delay_us) * 1e-3), "from a pulse to its effect on the muscle").when("kind", &["finger", "elbow"]),
+        field("inertia_kg_m2", real("kg·m²", 10), both(finger.inertia_kg_m2, d.inertia_kg_m2), "about the elbow").when("kind", &["finger", "elbow"]),
+        field("stiffness_nm_per_rad", real("N·m/rad", 100), both(finger.stiffness_nm_per_rad, d.stiffness_nm_per_rad), "passive, towards rest").when("kind", &["finger", "elbow"]),
+        field("damping_nm_s_per_rad", real("N·m·s/rad", 100), both(finger.damping_nm_s_per_rad, d.damping_nm_s_per_rad), "passive friction").when("kind", &["finger", "elbow"]),
+        field("active_damping_s_per_rad", real("s/rad", 10), or(d.active_damping_s_per_rad), "friction per torque of each active muscle").when("kind", &["elbow"]),
+        field("start_deg", real("°", 145), or(d.person.start_deg), "where the arm waits and goes back to").when("kind", &["elbow"]),
+        field("push_nm", real("N·m", 100), or(d.person.push_nm), "the person's strongest torque").when("kind", &["elbow"]),
+        field("approaches", list(approaches, 0, None, "approaches"), Required, "`{ at_s, speed_deg_per_s, for_s }`: movements into flexion, each held and pushed for `for_s`; seconds from when the simulated world begins, a few tenths before the trains").when("kind", &["elbow"]),
+        field("sight", Kind::Table(sight), Optional, "`{ delay_s, every_s, line_deg }`: the person sees the arm's angle and a line and corrects now and then; blind without it").when("kind", &["elbow"]),
+        field("yields", Kind::Table(yields), Optional, "`{ delay_s, to, at_ma }`: the person pushes less where stimulation is felt; as hard as ever without it").when("kind", &["elbow"]),
+        field("load_ohm", Kind::Whole(Number::within("Ω", 0, 1, 1_000_000)), Or(2_000), "on every channel").when("kind", &["still"]),
     ]);
     all.extend(hand_fields());
     all.extend(arm_fields());
@@ -423,17 +426,17 @@ fn body() -> Section {
 #[rustfmt::skip]
 fn trigger() -> Section {
     vec![
-        f("at_s", Kind::Wholes(Number::within("s", 6, TRIGGER_FIRST_US, DAY_US).bound("to `duration_s`"), "a list of numbers"), Optional, "edges at these times, rising, at least 1 ms apart"),
-        f("every_s", time(TRIGGER_LEAST_US), Required, "from edge to edge").without("at_s"),
-        f("from_s", time(TRIGGER_FIRST_US), OrTold("`every_s`, 0.01 at least".into()), "the first edge").without("at_s"),
-        f("held_s", time(TRIGGER_LEAST_US), Optional, "how long the input is held after each edge, released 1 ms before the next at least; needed where a train is `\"gated\"`, and no matter to others"),
+        field("at_s", Kind::Wholes(Number::within("s", 6, TRIGGER_FIRST_US, DAY_US).bound("to `duration_s`"), "a list of numbers"), Optional, "edges at these times, rising, at least 1 ms apart"),
+        field("every_s", time(TRIGGER_LEAST_US), Required, "from edge to edge").without("at_s"),
+        field("from_s", time(TRIGGER_FIRST_US), OrTold("`every_s`, 0.01 at least".into()), "the first edge").without("at_s"),
+        field("held_s", time(TRIGGER_LEAST_US), Optional, "how long the input is held after each edge, released 1 ms before the next at least; needed where a train is `\"gated\"`, and no matter to others"),
     ]
 }
 
 #[rustfmt::skip]
 fn fidelity() -> Section {
     vec![
-        f("tolerance_percent", Kind::Whole(Number::within("%", 2, 1, 60_000)), Required, "how far what the session uses of its muscles may be off"),
-        f("try_s", Kind::Whole(Number::within("s", 6, 1_000_000, 600_000_000)), Or(60_000_000), "how much of a longer session is tried, from its start"),
+        field("tolerance_percent", Kind::Whole(Number::within("%", 2, 1, 60_000)), Required, "how far what the session uses of its muscles may be off"),
+        field("try_s", Kind::Whole(Number::within("s", 6, 1_000_000, 600_000_000)), Or(60_000_000), "how much of a longer session is tried, from its start"),
     ]
 }

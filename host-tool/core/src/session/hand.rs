@@ -8,7 +8,7 @@ use hal_sim::body::hand::spec::{ROUND_M, SMALL_M};
 use super::channel::Channel;
 use super::hand_fields::{CHANNELS, ELECTRODES, Electrodes, QUANTITIES, RULES, nominal};
 use super::sites::read_sites;
-use crate::fields::decimal::written;
+use crate::fields::decimal::format_toml_number;
 use crate::fields::error::Problem;
 use crate::fields::table::Table;
 use crate::wearer::Unit;
@@ -26,33 +26,33 @@ pub(super) fn read_hand(t: &Table<'_>, channels: &[Channel]) -> Option<FittedHan
             *(quantity.of)(&mut hand) = value;
         }
     }
-    hand.spec.rule = t.named("rule", &RULES)?;
+    hand.spec.rule = t.choice("rule", &RULES)?;
     hand.spec.sums = !t.has("sums") || t.flag("sums");
-    hand.spec.units = t.whole::<u32>("units") as usize; // at most 256
-    let seed = t.whole::<i64>("seed");
+    hand.spec.units = t.integer::<u32>("units") as usize; // at most 256
+    let seed = t.integer::<i64>("seed");
     let is_seed = seed != i64::MIN && seed != i64::MAX;
     if !is_seed {
         let allowed = "between -9223372036854775808 and 9223372036854775807".to_owned();
-        t.out_of_range("seed", allowed);
+        t.report_out_of_range("seed", allowed);
     }
     hand.spec.seed = seed.cast_unsigned();
-    let shape = shape(t.named("electrodes", &ELECTRODES)?);
+    let shape = shape(t.choice("electrodes", &ELECTRODES)?);
     let places = t.pairs("pads_mm", MILLI);
     let points = places.into_iter().map(|[x_m, y_m]| Pad { x_m, y_m, shape });
     hand.points = points.collect::<Vec<_>>().try_into().ok()?;
-    let wrong = hand.spec.misplaced(&hand.points);
+    let wrong = hand.spec.placement_errors(&hand.points);
     for why in &wrong {
         let why = why.to_string();
-        t.say("pads_mm", Problem::Misplaced { why });
+        t.report("pads_mm", Problem::Misplaced { why });
     }
     hand.channels = sites?;
-    let driven = tell_currents(t, &hand, channels);
+    let driven = report_current_stages(t, &hand, channels);
     (is_seed && wrong.is_empty() && driven).then_some(hand)
 }
 
 /// Reports the points whose output stages drive currents, which the simulated hand does not
 /// support. Returns whether there are none.
-fn tell_currents(t: &Table<'_>, hand: &FittedHand, channels: &[Channel]) -> bool {
+fn report_current_stages(t: &Table<'_>, hand: &FittedHand, channels: &[Channel]) -> bool {
     let mut are_volts = true;
     for (name, site) in CHANNELS.into_iter().zip(hand.channels) {
         let own = channels
@@ -60,7 +60,7 @@ fn tell_currents(t: &Table<'_>, hand: &FittedHand, channels: &[Channel]) -> bool
             .find(|channel| usize::from(channel.index()) == site);
         if let Some(channel) = own.filter(|channel| channel.unit() == Unit::Milliampere) {
             let channel = channel.number;
-            t.say(name, Problem::CurrentIntoHand { channel });
+            t.report(name, Problem::CurrentIntoHand { channel });
             are_volts = false;
         }
     }
@@ -105,7 +105,7 @@ pub fn hand_body(hand: &FittedHand) -> Result<String, UnnamedHand> {
         .find(is_all)
         .ok_or(UnnamedHand("electrodes"))?;
     let places = hand.points.map(|pad| {
-        let [along, around] = [pad.x_m, pad.y_m].map(|m| written(m, -MILLI));
+        let [along, around] = [pad.x_m, pad.y_m].map(|m| format_toml_number(m, -MILLI));
         format!("[{along}, {around}]")
     });
     if hand
@@ -131,7 +131,7 @@ pub fn hand_body(hand: &FittedHand) -> Result<String, UnnamedHand> {
         if !(quantity.of)(&mut hand.clone()).is_finite() {
             return Err(UnnamedHand(quantity.name));
         }
-        say(quantity.name, &quantity.written(hand));
+        say(quantity.name, &quantity.format_value(hand));
     }
     Ok(text)
 }

@@ -4,9 +4,9 @@
 use hal_sim::body::hand::spec::{A, B, E, HandSpec, RETURN};
 use hal_sim::body::hand::{FittedHand, Rule};
 
-use crate::fields::decimal::written;
+use crate::fields::decimal::format_toml_number;
 use crate::fields::field::Need::{Or, OrTold, OrWord, Required};
-use crate::fields::field::{Field, Kind, Need, Number, channel, f, one_of};
+use crate::fields::field::{Field, Kind, Need, Number, channel_number, field, one_of};
 
 /// Quantities of the electric field that charge a nerve, and their names in session files.
 pub(super) const RULES: [(&str, Rule); 3] = [
@@ -51,42 +51,42 @@ const REQUIRED: [&str; 3] = ["forearm_m", "around_m", "threshold_factor"];
 
 #[rustfmt::skip]
 pub(super) const QUANTITIES: [Quantity; 32] = [
-    q("forearm_m", "m", 3, (100, 500), 0, |h| &mut h.spec.forearm_m, "elbow to wrist"),
-    q("around_m", "m", 3, (100, 600), 0, |h| &mut h.spec.around_m, "around the forearm"),
-    q("threshold_factor", "V, V/m² or V/m", 6, (1, 1_000_000_000_000_000), 0, |h| &mut h.factor, "what a nerve of the middle threshold needs at rest, the others as many times as much: V of potential, V/m² of curvature, V/m of field, as `rule` is; it decides from which voltage on this wearer feels anything"),
-    q("shift_along_mm", "mm", 0, (-100, 100), -3, |h| &mut h.shift_m[0], "how far the skin lies from where it does at rest, along"),
-    q("shift_around_mm", "mm", 0, (-100, 100), -3, |h| &mut h.shift_m[1], "the same around the forearm"),
-    q("fat_mm", "mm", 0, (1, 30), -3, |h| &mut h.spec.tissue.fat_m, "fat, with skin, over muscle"),
-    q("fat_s_per_m", "S/m", 3, (5, 200), 0, |h| &mut h.spec.tissue.fat_s_per_m, "conductivity of fat"),
-    q("muscle_along_s_per_m", "S/m", 3, (50, 2_000), 0, |h| &mut h.spec.tissue.along_s_per_m, "of muscle along its fibres"),
-    q("muscle_across_s_per_m", "S/m", 3, (20, 1_000), 0, |h| &mut h.spec.tissue.across_s_per_m, "of muscle across them"),
-    q("skin_nf_per_cm2", "nF/cm²", 0, (0, 1_000), -9, |h| &mut h.spec.skin.farad_per_cm2, "capacitance of skin"),
-    q("skin_kohm_cm2", "kΩ·cm²", 2, (1, 100_000), 3, |h| &mut h.spec.skin.ohm_cm2, "resistance parallel to it at a small current"),
-    q("skin_series_ohm", "Ω", 0, (1, 10_000), 0, |h| &mut h.spec.skin.series_ohm, "in series, under a round electrode"),
-    q("skin_half_ma_per_cm2", "mA/cm²", 3, (1, 10_000_000), -3, |h| &mut h.spec.skin.half_a_per_cm2, "where the parallel resistance has halved"),
-    q("coupling_a", "", 2, (1, 10_000), 0, |h| &mut h.spec.coupling[A], "how many times as hard an ampere through A charges nerves as fat and depth there say"),
-    q("coupling_b", "", 2, (1, 10_000), 0, |h| &mut h.spec.coupling[B], "the same of B"),
-    q("coupling_extensor", "", 2, (1, 10_000), 0, |h| &mut h.spec.coupling[E], "the same of the extensor's electrode"),
-    q("return_factor", "", 2, (1, 10_000), 0, |h| &mut h.spec.return_factor, "how many times the skin's impedance by area under the return, 4 × 9 cm above the wrist"),
-    q("limiter_ma", "mA", 1, (1, 10_000), -3, |h| &mut h.spec.limiter_a, "what the stages' limiter lets through; the device does not reckon with it"),
-    q("leak_us", "µs", 0, (10, 10_000), -6, |h| &mut h.spec.membrane.leak_s, "time constant of a nerve's leak"),
-    q("absolute_ms", "ms", 0, (0, 100), -3, |h| &mut h.spec.membrane.absolute_s, "how long a nerve that spiked does not answer"),
-    q("relative_ms", "ms", 0, (0, 100), -3, |h| &mut h.spec.membrane.relative_s, "how long after a spike it needs more"),
-    q("threshold_spread", "", 0, (0, 2), 0, |h| &mut h.spec.threshold_spread, "standard deviation of the logarithm of thresholds within a pool"),
-    q("scatter", "", 2, (1, 1_000), 0, |h| &mut h.spec.scatter, "how far nerves of a pool and their thresholds differ, as a part of what is assumed"),
-    q("shift_mm_per_deg", "mm/°", 0, (-2, 2), -3, |h| &mut h.spec.shift_m_per_deg, "skin over muscle with pronation; a session does not pronate"),
-    q("flexor_nm", "N·m", 0, (0, 10), 0, |h| &mut h.spec.flexor_nm, "torque of a flexor with every unit at 50 Hz"),
-    q("extensor_nm", "N·m", 0, (0, 10), 0, |h| &mut h.spec.extensor_nm, "of the index finger's extensor likewise"),
-    q("stiffness_nm_per_rad", "N·m/rad", 3, (1, 100_000), 0, |h| &mut h.spec.stiffness_nm_per_rad, "of a digit, towards rest"),
-    q("inertia_kg_m2", "kg·m²", 7, (1, 10_000_000), 0, |h| &mut h.spec.motion.inertia_kg_m2, "of a digit"),
-    q("damping_nm_s_per_rad", "N·m·s/rad", 0, (0, 100), 0, |h| &mut h.spec.motion.damping_nm_s_per_rad, "passive friction of a digit"),
-    q("delay_ms", "ms", 0, (5, 1_000), -3, |h| &mut h.spec.motion.delay_s, "from a spike to its effect on the muscle"),
-    q("fatigue_floor", "", 0, (0, 1), 0, |h| &mut h.spec.motion.fatigue_floor, "what 50 Hz without end leaves of a motor unit's force; 1 never tires"),
-    q("fatigue_time_s", "s", 2, (1, 8_640_000), 0, |h| &mut h.spec.motion.fatigue_time_s, "time constant of tiring and of recovery"),
+    quantity("forearm_m", "m", 3, (100, 500), 0, |h| &mut h.spec.forearm_m, "elbow to wrist"),
+    quantity("around_m", "m", 3, (100, 600), 0, |h| &mut h.spec.around_m, "around the forearm"),
+    quantity("threshold_factor", "V, V/m² or V/m", 6, (1, 1_000_000_000_000_000), 0, |h| &mut h.factor, "what a nerve of the middle threshold needs at rest, the others as many times as much: V of potential, V/m² of curvature, V/m of field, as `rule` is; it decides from which voltage on this wearer feels anything"),
+    quantity("shift_along_mm", "mm", 0, (-100, 100), -3, |h| &mut h.shift_m[0], "how far the skin lies from where it does at rest, along"),
+    quantity("shift_around_mm", "mm", 0, (-100, 100), -3, |h| &mut h.shift_m[1], "the same around the forearm"),
+    quantity("fat_mm", "mm", 0, (1, 30), -3, |h| &mut h.spec.tissue.fat_m, "fat, with skin, over muscle"),
+    quantity("fat_s_per_m", "S/m", 3, (5, 200), 0, |h| &mut h.spec.tissue.fat_s_per_m, "conductivity of fat"),
+    quantity("muscle_along_s_per_m", "S/m", 3, (50, 2_000), 0, |h| &mut h.spec.tissue.along_s_per_m, "of muscle along its fibres"),
+    quantity("muscle_across_s_per_m", "S/m", 3, (20, 1_000), 0, |h| &mut h.spec.tissue.across_s_per_m, "of muscle across them"),
+    quantity("skin_nf_per_cm2", "nF/cm²", 0, (0, 1_000), -9, |h| &mut h.spec.skin.farad_per_cm2, "capacitance of skin"),
+    quantity("skin_kohm_cm2", "kΩ·cm²", 2, (1, 100_000), 3, |h| &mut h.spec.skin.ohm_cm2, "resistance parallel to it at a small current"),
+    quantity("skin_series_ohm", "Ω", 0, (1, 10_000), 0, |h| &mut h.spec.skin.series_ohm, "in series, under a round electrode"),
+    quantity("skin_half_ma_per_cm2", "mA/cm²", 3, (1, 10_000_000), -3, |h| &mut h.spec.skin.half_a_per_cm2, "where the parallel resistance has halved"),
+    quantity("coupling_a", "", 2, (1, 10_000), 0, |h| &mut h.spec.coupling[A], "how many times as hard an ampere through A charges nerves as fat and depth there say"),
+    quantity("coupling_b", "", 2, (1, 10_000), 0, |h| &mut h.spec.coupling[B], "the same of B"),
+    quantity("coupling_extensor", "", 2, (1, 10_000), 0, |h| &mut h.spec.coupling[E], "the same of the extensor's electrode"),
+    quantity("return_factor", "", 2, (1, 10_000), 0, |h| &mut h.spec.return_factor, "how many times the skin's impedance by area under the return, 4 × 9 cm above the wrist"),
+    quantity("limiter_ma", "mA", 1, (1, 10_000), -3, |h| &mut h.spec.limiter_a, "what the stages' limiter lets through; the device does not reckon with it"),
+    quantity("leak_us", "µs", 0, (10, 10_000), -6, |h| &mut h.spec.membrane.leak_s, "time constant of a nerve's leak"),
+    quantity("absolute_ms", "ms", 0, (0, 100), -3, |h| &mut h.spec.membrane.absolute_s, "how long a nerve that spiked does not answer"),
+    quantity("relative_ms", "ms", 0, (0, 100), -3, |h| &mut h.spec.membrane.relative_s, "how long after a spike it needs more"),
+    quantity("threshold_spread", "", 0, (0, 2), 0, |h| &mut h.spec.threshold_spread, "standard deviation of the logarithm of thresholds within a pool"),
+    quantity("scatter", "", 2, (1, 1_000), 0, |h| &mut h.spec.scatter, "how far nerves of a pool and their thresholds differ, as a part of what is assumed"),
+    quantity("shift_mm_per_deg", "mm/°", 0, (-2, 2), -3, |h| &mut h.spec.shift_m_per_deg, "skin over muscle with pronation; a session does not pronate"),
+    quantity("flexor_nm", "N·m", 0, (0, 10), 0, |h| &mut h.spec.flexor_nm, "torque of a flexor with every unit at 50 Hz"),
+    quantity("extensor_nm", "N·m", 0, (0, 10), 0, |h| &mut h.spec.extensor_nm, "of the index finger's extensor likewise"),
+    quantity("stiffness_nm_per_rad", "N·m/rad", 3, (1, 100_000), 0, |h| &mut h.spec.stiffness_nm_per_rad, "of a digit, towards rest"),
+    quantity("inertia_kg_m2", "kg·m²", 7, (1, 10_000_000), 0, |h| &mut h.spec.motion.inertia_kg_m2, "of a digit"),
+    quantity("damping_nm_s_per_rad", "N·m·s/rad", 0, (0, 100), 0, |h| &mut h.spec.motion.damping_nm_s_per_rad, "passive friction of a digit"),
+    quantity("delay_ms", "ms", 0, (5, 1_000), -3, |h| &mut h.spec.motion.delay_s, "from a spike to its effect on the muscle"),
+    quantity("fatigue_floor", "", 0, (0, 1), 0, |h| &mut h.spec.motion.fatigue_floor, "what 50 Hz without end leaves of a motor unit's force; 1 never tires"),
+    quantity("fatigue_time_s", "s", 2, (1, 8_640_000), 0, |h| &mut h.spec.motion.fatigue_time_s, "time constant of tiring and of recovery"),
     // The positions of A, B and the extensor's electrode are pairs: see `pads_mm`.
 ];
 
-const fn q(
+const fn quantity(
     name: &'static str,
     unit: &'static str,
     places: i32,
@@ -107,9 +107,9 @@ const fn q(
 }
 
 impl Quantity {
-    /// Formats the number of `hand` as a session file writes it.
-    pub(super) fn written(&self, hand: &FittedHand) -> String {
-        written(*(self.of)(&mut hand.clone()), -self.power)
+    /// Formats the number of `hand_field` as a session file writes it.
+    pub(super) fn format_value(&self, hand: &FittedHand) -> String {
+        format_toml_number(*(self.of)(&mut hand.clone()), -self.power)
     }
 
     fn field(&self, nominal: &FittedHand) -> Field {
@@ -117,16 +117,16 @@ impl Quantity {
         let kind = Kind::Real(Number::within(self.unit, self.places, least, most));
         let need = match REQUIRED.contains(&self.name) {
             true => Required,
-            false => OrTold(self.written(nominal).trim_end_matches(".0").to_owned()),
+            false => OrTold(self.format_value(nominal).trim_end_matches(".0").to_owned()),
         };
-        hand(self.name, kind, need, self.meaning)
+        hand_field(self.name, kind, need, self.meaning)
     }
 }
 
 /// Returns the default hand. Its dimensions and its threshold factor are placeholders, because the
 /// file must give them.
 pub(super) fn nominal() -> FittedHand {
-    let pad = HandSpec::round(0.0, 0.0);
+    let pad = HandSpec::round_pad(0.0, 0.0);
     FittedHand {
         spec: HandSpec::nominal(1.0, 1.0, 0),
         points: [pad; RETURN],
@@ -143,37 +143,37 @@ pub(super) fn hand_fields() -> Vec<Field> {
     let (least, most) = UNITS;
     let units = Number::within("", 0, least, most);
     let mut all = vec![
-        hand(
+        hand_field(
             "pads_mm",
             Kind::Pairs(millimetres, RETURN, "3 pairs of numbers"),
             Required,
             "where the middles of A's, B's and the extensor's electrode lie: along from the elbow, around from the palmar midline, positive to the thumb; on the forearm, none on another or on the return (E481)",
         ),
-        hand(
+        hand_field(
             "electrodes",
             one_of(&ELECTRODES),
             OrWord("round"),
             "all three round, of 2.5 cm, or small, of 2.0 × 1.5 cm",
         ),
-        hand(
+        hand_field(
             "rule",
             one_of(&RULES),
             OrWord("curvature"),
             "what of the field charges a nerve: the potential, its curvature along the fibres, or the field along the nerve's own direction",
         ),
-        hand(
+        hand_field(
             "sums",
             Kind::Flag,
             OrWord("true"),
             "whether what one pulse leaves in a nerve adds to the next",
         ),
-        hand(
+        hand_field(
             "units",
             Kind::Whole(units),
             Or(nominal.spec.units as i64),
             "motor units of each of the eight pools",
         ),
-        hand(
+        hand_field(
             "seed",
             Kind::Whole(Number::any("", 0, "whole, of 64 bits")),
             Or(0),
@@ -187,9 +187,11 @@ pub(super) fn hand_fields() -> Vec<Field> {
 /// Returns the fields for the channels of a finger's or a hand's points.
 pub(super) fn point_channels() -> [Field; RETURN] {
     let meaning = "where this point is, used or not; each another";
-    CHANNELS.map(|point| f(point, channel(), Required, meaning).when("kind", &["finger", "hand"]))
+    CHANNELS.map(|point| {
+        field(point, channel_number(), Required, meaning).when("kind", &["finger", "hand"])
+    })
 }
 
-fn hand(name: &'static str, kind: Kind, need: Need, meaning: &'static str) -> Field {
-    f(name, kind, need, meaning).when("kind", &["hand"])
+fn hand_field(name: &'static str, kind: Kind, need: Need, meaning: &'static str) -> Field {
+    field(name, kind, need, meaning).when("kind", &["hand"])
 }

@@ -10,11 +10,11 @@ use crate::wearer::Electrode;
 
 /// Reports every amplitude of the file `root` that is neither 0 nor in the haptic range of its
 /// channel. The amplitude of a wall rises from 0 with penetration, so only its maximum is checked.
-pub(super) fn tell(root: &Table<'_>, person: &WearerContext, channels: &Channels) {
+pub(super) fn check_haptic_range(root: &Table<'_>, person: &WearerContext, channels: &Channels) {
     let tell = |t: &Table<'_>, named: &Table<'_>, field: &str| {
-        let electrode = channels.electrode(named.whole("channel"));
-        if let Some(electrode) = electrode.filter(|_| t.has(field) && t.is_sound()) {
-            person.tell_outside(t, field, electrode, Amplitude::new(t.whole(field)));
+        let electrode = channels.electrode(named.integer("channel"));
+        if let Some(electrode) = electrode.filter(|_| t.has(field) && t.is_valid()) {
+            person.check_haptic_range(t, field, electrode, Amplitude::new(t.integer(field)));
         }
     };
     if let Some(setpoints) = root.table("setpoints") {
@@ -22,7 +22,7 @@ pub(super) fn tell(root: &Table<'_>, person: &WearerContext, channels: &Channels
             tell(value, value, "value");
         }
         let drives_force = |bounds: &Table<'_>| {
-            let number: u8 = bounds.whole("channel");
+            let number: u8 = bounds.integer("channel");
             let mut list = channels.list.iter();
             list.any(|channel| channel.number == number && channel.force.is_some())
         };
@@ -35,7 +35,7 @@ pub(super) fn tell(root: &Table<'_>, person: &WearerContext, channels: &Channels
     if let Some(setpoints) = root.table("setpoints") {
         for (nth, point) in setpoints.tables("points").iter().enumerate() {
             tell(point, setpoints, "value");
-            tell_way(setpoints, nth, person, channels);
+            check_ramp_after(setpoints, nth, person, channels);
         }
         for list in setpoints.tables("list") {
             for pulse in list.tables("pulses") {
@@ -54,7 +54,7 @@ pub(super) fn tell(root: &Table<'_>, person: &WearerContext, channels: &Channels
         }
     }
     for program in root.tables("program") {
-        tell_program(program, person, channels);
+        check_program(program, person, channels);
     }
     for joint in root.tables("modulation") {
         for muscle in ["flexor", "extensor"]
@@ -64,7 +64,7 @@ pub(super) fn tell(root: &Table<'_>, person: &WearerContext, channels: &Channels
         {
             tell(muscle, muscle, "base");
             tell(muscle, muscle, "threshold");
-            tell_scaled(muscle, person, channels);
+            check_scaled(muscle, person, channels);
         }
     }
     if let Some(wall) = root.table("wall") {
@@ -79,13 +79,13 @@ pub(super) fn tell(root: &Table<'_>, person: &WearerContext, channels: &Channels
     }
     for channel in root.tables("channel") {
         if let Some(muscle) = channel.table("muscle") {
-            let number: u8 = channel.whole("number");
+            let number: u8 = channel.integer("number");
             if let Some(electrode) = channels.electrode(number)
                 && muscle.has("motor_threshold")
-                && muscle.is_sound()
+                && muscle.is_valid()
             {
-                let threshold = Amplitude::new(muscle.whole("motor_threshold"));
-                person.tell_outside(muscle, "motor_threshold", electrode, threshold);
+                let threshold = Amplitude::new(muscle.integer("motor_threshold"));
+                person.check_haptic_range(muscle, "motor_threshold", electrode, threshold);
             }
         }
     }
@@ -93,17 +93,17 @@ pub(super) fn tell(root: &Table<'_>, person: &WearerContext, channels: &Channels
 
 /// Reports the amplitudes of a program that are outside their channel's range, and the ramps that
 /// leave it on the way: only the wearer's own rise may.
-fn tell_program(program: &Table<'_>, person: &WearerContext, channels: &Channels) {
-    let numbers = program.wholes("channels").iter().map(|pair| pair.0);
+fn check_program(program: &Table<'_>, person: &WearerContext, channels: &Channels) {
+    let numbers = program.integers("channels").iter().map(|pair| pair.0);
     let listed: Vec<_> = numbers
         .filter_map(|number| channels.electrode(number as u8))
         .collect(); // 1–10
     let tell = |t: &Table<'_>, field: &str, electrode: &Electrode, value: Amplitude| {
-        if t.has(field) && t.is_sound() {
-            person.tell_outside(t, field, electrode, value);
+        if t.has(field) && t.is_valid() {
+            person.check_haptic_range(t, field, electrode, value);
         }
     };
-    let of = |t: &Table<'_>| Amplitude::new(t.whole("value"));
+    let of = |t: &Table<'_>| Amplitude::new(t.integer("value"));
     for electrode in &listed {
         tell(program, "value", electrode, of(program));
         for point in program.tables("points") {
@@ -116,7 +116,7 @@ fn tell_program(program: &Table<'_>, person: &WearerContext, channels: &Channels
     }
     let phases = program.tables("phases").iter();
     let of_phases =
-        phases.filter_map(|table| Some((table, channels.electrode(table.whole("channel"))?)));
+        phases.filter_map(|table| Some((table, channels.electrode(table.integer("channel"))?)));
     let of_phases: Vec<_> = of_phases.collect();
     for (phase, electrode) in &of_phases {
         tell(phase, "value", electrode, of(phase));
@@ -125,7 +125,7 @@ fn tell_program(program: &Table<'_>, person: &WearerContext, channels: &Channels
         .first()
         .or(of_phases.first().map(|(_, electrode)| electrode));
     for field in ["ramp_up_s", "ramp_down_s"] {
-        if let Some(electrode) = any.filter(|_| program.whole::<u64>(field) > 0) {
+        if let Some(electrode) = any.filter(|_| program.integer::<u64>(field) > 0) {
             tell(program, field, electrode, Amplitude::new(1));
         }
     }
@@ -133,19 +133,24 @@ fn tell_program(program: &Table<'_>, person: &WearerContext, channels: &Channels
 
 /// Reports a muscle of the form "scaled", whose intensity takes any value from 0 on and so leaves
 /// the range.
-fn tell_scaled(muscle: &Table<'_>, person: &WearerContext, channels: &Channels) {
-    let electrode = channels.electrode(muscle.whole("channel"));
+fn check_scaled(muscle: &Table<'_>, person: &WearerContext, channels: &Channels) {
+    let electrode = channels.electrode(muscle.integer("channel"));
     if let Some(electrode) = electrode.filter(|_| muscle.word("form") == "scaled") {
         // The smallest amplitude above 0 stands for the values between 0 and the range.
-        person.tell_outside(muscle, "form", electrode, Amplitude::new(1));
+        person.check_haptic_range(muscle, "form", electrode, Amplitude::new(1));
     }
 }
 
 /// Reports the point after point `nth` if the ramp between them begins or ends at 0, because the
 /// ramp then leaves the range on the way.
-fn tell_way(setpoints: &Table<'_>, nth: usize, person: &WearerContext, channels: &Channels) {
+fn check_ramp_after(
+    setpoints: &Table<'_>,
+    nth: usize,
+    person: &WearerContext,
+    channels: &Channels,
+) {
     let points = setpoints.tables("points");
-    let value = |t: &Table<'_>| t.has("value").then(|| t.whole::<u32>("value"));
+    let value = |t: &Table<'_>| t.has("value").then(|| t.integer::<u32>("value"));
     let pair = points.get(nth).zip(points.get(nth + 1));
     let Some((from, to)) = pair.filter(|_| setpoints.word("kind") == "amplitude-ramp") else {
         return;
@@ -153,10 +158,10 @@ fn tell_way(setpoints: &Table<'_>, nth: usize, person: &WearerContext, channels:
     let is_way = value(from)
         .zip(value(to))
         .is_some_and(|(a, b)| (a == 0) != (b == 0));
-    if let Some(electrode) = channels.electrode(setpoints.whole("channel"))
+    if let Some(electrode) = channels.electrode(setpoints.integer("channel"))
         && is_way
     {
         // The smallest amplitude above 0 stands for the values between 0 and the range.
-        person.tell_outside(to, "value", electrode, Amplitude::new(1));
+        person.check_haptic_range(to, "value", electrode, Amplitude::new(1));
     }
 }

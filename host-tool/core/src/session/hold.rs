@@ -11,7 +11,7 @@ pub(super) fn read_hold(t: &Table<'_>) -> HoldPolicy {
     match t.word("hold") {
         "hold" => HoldPolicy::Hold,
         _ => HoldPolicy::Extrapolate {
-            max_ms: t.whole("max_extrapolation_ms"),
+            max_ms: t.integer("max_extrapolation_ms"),
         },
     }
 }
@@ -21,8 +21,8 @@ pub(super) fn read_sensor(t: &Table<'_>) -> SensorSource {
     match t.word("sensor") {
         "host" => SensorSource::Host,
         _ => SensorSource::Adc {
-            code_at_0: t.whole("code_at_0_deg"),
-            code_at_100: t.whole("code_at_100_deg"),
+            code_at_0: t.integer("code_at_0_deg"),
+            code_at_100: t.integer("code_at_100_deg"),
         },
     }
 }
@@ -30,7 +30,7 @@ pub(super) fn read_sensor(t: &Table<'_>) -> SensorSource {
 /// Reads the age at which a measurement is stale, ms; the default depends on `sensor`.
 pub(super) fn read_stale(t: &Table<'_>, sensor: SensorSource) -> u16 {
     let (adc, host) = STALE_AFTER_MS;
-    t.whole_or(
+    t.integer_or(
         "stale_after_ms",
         if sensor == SensorSource::Host {
             host

@@ -9,32 +9,32 @@ use crate::fields::table::Table;
 
 /// Reads `[joint]`, whose points must name channels of the file.
 pub(super) fn read_joint(t: &Table<'_>, channels: &Channels) -> Option<JointSpec> {
-    let name = t.named("law", &LAWS).unwrap_or(LawName::Recommended);
+    let name = t.choice("law", &LAWS).unwrap_or(LawName::Recommended);
     let law = name.spec(t.has("wearer"));
-    let wearer = t.part("wearer", |w| read_wearer_model(w, law))?;
+    let wearer = t.optional_table("wearer", |w| read_wearer_model(w, law))?;
     let law = wearer.map_or(law, |wearer| law.for_wearer(&wearer));
     let law = t
-        .part("gains", |g| Some(read_gains(g, law)))?
+        .optional_table("gains", |g| Some(read_gains(g, law)))?
         .unwrap_or(law);
-    let response = t.part("response", |r| Some(read_response(r, wearer)))?;
+    let response = t.optional_table("response", |r| Some(read_response(r, wearer)))?;
     // All points are read before the first failure returns, so that every error is reported.
     let points = t.tables("flexors").iter().chain(t.table("extensor"));
     let points: Vec<_> = points.map(|p| read_point(p, channels)).collect();
     let points: Vec<PointSpec> = points.into_iter().collect::<Option<_>>()?;
     let (extensor, flexors) = points.split_last()?;
-    if !t.is_sound() {
+    if !t.is_valid() {
         return None;
     }
     let sensor = read_sensor(t);
     Some(JointSpec {
         law,
-        law_period_ms: t.whole_or("law_period_ms", law.default_period_ms()),
-        cutoff_mhz: t.whole_or("cutoff_hz", law.default_cutoff_mhz()),
+        law_period_ms: t.integer_or("law_period_ms", law.default_period_ms()),
+        cutoff_mhz: t.integer_or("cutoff_hz", law.default_cutoff_mhz()),
         flexors: flexors.iter().copied().collect(),
         extensor: *extensor,
         hold: read_hold(t),
-        angle_min_mdeg: t.whole("angle_min_deg"),
-        angle_max_mdeg: t.whole("angle_max_deg"),
+        angle_min_mdeg: t.integer("angle_min_deg"),
+        angle_max_mdeg: t.integer("angle_max_deg"),
         sensor,
         stale_after_ms: read_stale(t, sensor),
         wearer,
@@ -49,8 +49,8 @@ fn read_gains(g: &Table<'_>, law: LawSpec) -> LawSpec {
             lambda_milli,
             w_milli,
         } => LawSpec::Paper {
-            lambda_milli: g.whole_or("lambda", lambda_milli),
-            w_milli: g.whole_or("w", w_milli),
+            lambda_milli: g.integer_or("lambda", lambda_milli),
+            w_milli: g.integer_or("w", w_milli),
         },
         LawSpec::Recommended {
             lambda_milli,
@@ -60,21 +60,21 @@ fn read_gains(g: &Table<'_>, law: LawSpec) -> LawSpec {
             k3_milli,
             ki_milli,
         } => LawSpec::Recommended {
-            lambda_milli: g.whole_or("lambda", lambda_milli),
-            k1_milli: g.whole_or("k1", k1_milli),
-            k2_milli: g.whole_or("k2", k2_milli),
-            b_milli: g.whole_or("b", b_milli),
-            k3_milli: g.whole_or("k3", k3_milli),
-            ki_milli: g.whole_or("ki", ki_milli),
+            lambda_milli: g.integer_or("lambda", lambda_milli),
+            k1_milli: g.integer_or("k1", k1_milli),
+            k2_milli: g.integer_or("k2", k2_milli),
+            b_milli: g.integer_or("b", b_milli),
+            k3_milli: g.integer_or("k3", k3_milli),
+            ki_milli: g.integer_or("ki", ki_milli),
         },
         LawSpec::Pid {
             kp_milli,
             ki_milli,
             kd_milli,
         } => LawSpec::Pid {
-            kp_milli: g.whole_or("kp", kp_milli),
-            ki_milli: g.whole_or("ki", ki_milli),
-            kd_milli: g.whole_or("kd", kd_milli),
+            kp_milli: g.integer_or("kp", kp_milli),
+            ki_milli: g.integer_or("ki", ki_milli),
+            kd_milli: g.integer_or("kd", kd_milli),
         },
     }
 }
@@ -82,14 +82,14 @@ fn read_gains(g: &Table<'_>, law: LawSpec) -> LawSpec {
 /// Reads `[joint.wearer]`, the nominal wearer of the feed-forward.
 fn read_wearer_model(w: &Table<'_>, law: LawSpec) -> Option<WearerModel> {
     Some(WearerModel {
-        rest_mdeg: w.whole("rest_deg"),
-        stiffness_unm_per_rad: w.whole("stiffness_nm_per_rad"),
-        damping_unm_s_per_rad: w.whole("damping_nm_s_per_rad"),
-        flexion_unm: w.whole("flexion_nm"),
-        extension_unm: w.whole("extension_nm"),
-        torque_loss_milli: w.whole("torque_loss"),
-        curvature_milli: w.whole("curvature"),
-        lead_ms: w.whole_or("lead_ms", law.default_lead_ms()),
+        rest_mdeg: w.integer("rest_deg"),
+        stiffness_unm_per_rad: w.integer("stiffness_nm_per_rad"),
+        damping_unm_s_per_rad: w.integer("damping_nm_s_per_rad"),
+        flexion_unm: w.integer("flexion_nm"),
+        extension_unm: w.integer("extension_nm"),
+        torque_loss_milli: w.integer("torque_loss"),
+        curvature_milli: w.integer("curvature"),
+        lead_ms: w.integer_or("lead_ms", law.default_lead_ms()),
     })
 }
 
@@ -99,12 +99,12 @@ fn read_response(r: &Table<'_>, wearer: Option<WearerModel>) -> ResponseSpec {
     let default = ResponseSpec::RECOMMENDED;
     let default = wearer.map_or(default, |wearer| default.for_wearer(&wearer));
     ResponseSpec {
-        gain_mrad: r.whole_or("gain_rad", default.gain_mrad),
-        muscle_ms: r.whole_or("muscle_ms", default.muscle_ms),
-        joint_ms: r.whole_or("joint_ms", default.joint_ms),
-        delay_ms: r.whole_or("delay_ms", default.delay_ms),
-        scale_milli: r.whole_or("scale_learning", default.scale_milli),
-        damping_milli: r.whole_or("damping_learning", default.damping_milli),
+        gain_mrad: r.integer_or("gain_rad", default.gain_mrad),
+        muscle_ms: r.integer_or("muscle_ms", default.muscle_ms),
+        joint_ms: r.integer_or("joint_ms", default.joint_ms),
+        delay_ms: r.integer_or("delay_ms", default.delay_ms),
+        scale_milli: r.integer_or("scale_learning", default.scale_milli),
+        damping_milli: r.integer_or("damping_learning", default.damping_milli),
     }
 }
 
@@ -112,10 +112,10 @@ fn read_response(r: &Table<'_>, wearer: Option<WearerModel>) -> ResponseSpec {
 /// operator's minimum to the maximum, or from the motor threshold to the limit.
 fn read_point(t: &Table<'_>, channels: &Channels) -> Option<PointSpec> {
     let channel = channels.find(t, "channel")?;
-    if !t.is_sound() {
+    if !t.is_valid() {
         return None;
     }
-    let known = channels.used(channel);
+    let known = channels.usable_range(channel);
     let threshold = amplitude_or(t, "threshold", known.map(|[least, _]| least));
     let max = amplitude_or(t, "max", known.map(|[_, most]| most));
     Some(PointSpec {

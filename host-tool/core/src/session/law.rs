@@ -3,7 +3,7 @@
 use firmware::control::{Joint, JointSpec, LawSpec, SpecError, WearerModel};
 use firmware::range::OutOfRange;
 
-use crate::fields::decimal::{between, in_units};
+use crate::fields::decimal::{format_range, format_scaled};
 use crate::fields::{Problem, SessionError};
 
 pub(super) const LAWS: [(&str, LawName); 3] = [
@@ -48,7 +48,7 @@ impl LawName {
 
     /// Returns the control law of this name, if there is one.
     #[must_use]
-    pub fn named(name: &str) -> Option<Self> {
+    pub fn from_name(name: &str) -> Option<Self> {
         let found = LAWS.iter().find(|(known, _)| *known == name);
         found.map(|(_, law)| *law)
     }
@@ -79,20 +79,22 @@ pub(super) fn with_law(spec: JointSpec, law: LawName) -> Result<JointSpec, Sessi
     };
     let flexion_unm = spec.wearer.map_or(0, |wearer| wearer.flexion_unm);
     let refused = match Joint::new(&spec) {
-        Err(SpecError::Range(e)) => never_tried(e, flexion_unm),
+        Err(SpecError::Range(e)) => untried_stiffness(e, flexion_unm),
         _ => None, // nothing else depends on the law
     };
-    refused.map_or(Ok(spec), |problem| Err(SessionError::nowhere(problem)))
+    refused.map_or(Ok(spec), |problem| {
+        Err(SessionError::without_place(problem))
+    })
 }
 
 /// Returns the problem of a stiffness that is allowed by itself, but not together with this flexion
 /// torque; `None` for any other value out of range.
-pub(super) fn never_tried(e: OutOfRange, flexion_unm: u32) -> Option<Problem> {
+pub(super) fn untried_stiffness(e: OutOfRange, flexion_unm: u32) -> Option<Problem> {
     let own = WearerModel::STIFFNESS_UNM_PER_RAD;
     let is_its = e.field == own.field && (e.min, e.max) != (own.min, own.max);
     is_its.then(|| Problem::NeverTried {
-        flexion_nm: in_units(flexion_unm.into(), 6),
-        stiffness: in_units(e.value, 6),
-        allowed: between(e.min.into(), e.max.into(), 6),
+        flexion_nm: format_scaled(flexion_unm.into(), 6),
+        stiffness: format_scaled(e.value, 6),
+        allowed: format_range(e.min.into(), e.max.into(), 6),
     })
 }

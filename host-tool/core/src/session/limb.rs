@@ -5,7 +5,7 @@ use firmware::limb::{AXES, AXIS_NAMES, LINES, Lines};
 
 use super::channels::Channels;
 use super::worn::WearerContext;
-use crate::fields::decimal::between;
+use crate::fields::decimal::format_range;
 use crate::fields::error::Problem;
 use crate::fields::table::Table;
 
@@ -42,7 +42,7 @@ pub(super) fn read_limb(
     let rate_hz = t.real("rate_hz");
     let is_rate = rate_hz.is_some_and(|hz| RATES_HZ.contains(&hz));
     if rate_hz.is_some() && !is_rate {
-        t.out_of_range("rate_hz", "200 or 20 for a force at the hand".into());
+        t.report_out_of_range("rate_hz", "200 or 20 for a force at the hand".into());
     }
     if person.is_unknown() {
         return None; // told
@@ -52,19 +52,19 @@ pub(super) fn read_limb(
         .as_ref()
         .and_then(|worn| worn.wearer.limb.as_ref())
     else {
-        t.say("kind", Problem::NoLimb {});
+        t.report("kind", Problem::NoLimb {});
         return None;
     };
     let ranges = &limb.ranges_mdeg;
     let posture = match t.table("posture_deg") {
         None if t.has("posture_deg") => return None,
         None => PostureSpec::Measured {
-            stale_after_ms: t.whole("stale_after_ms"),
+            stale_after_ms: t.integer("stale_after_ms"),
         },
         Some(p) => {
             if t.has("stale_after_ms") {
                 let other = "posture_deg".into();
-                t.say("stale_after_ms", Problem::SaidTwice { other });
+                t.report("stale_after_ms", Problem::SaidTwice { other });
             }
             PostureSpec::Fixed(read_posture(p, ranges)?)
         }
@@ -73,13 +73,13 @@ pub(super) fn read_limb(
         let mut list = channels.list.iter();
         let channel = list.find(|channel| channel.number == line.channel)?;
         let threshold = channels.electrode(channel.number)?.motor_threshold;
-        let [_, most] = channels.used(channel)?;
+        let [_, most] = channels.usable_range(channel)?;
         Some(line.spec(threshold, most))
     });
     let lines: Lines = lines.take(LINES).collect();
     if lines.is_empty() {
-        if channels.are_whole() {
-            t.say("kind", Problem::NoLine {});
+        if channels.all_valid() {
+            t.report("kind", Problem::NoLine {});
         }
         return None;
     }
@@ -98,16 +98,16 @@ pub(super) fn read_limb(
 
 /// Reads the nine angles of a posture, 0.01°; angles that are left out are 0.
 fn read_posture(p: &Table<'_>, ranges: &[(i32, i32); AXES]) -> Option<[i16; AXES]> {
-    if !p.is_sound() {
+    if !p.is_valid() {
         return None;
     }
     let mut is_within = true;
     let mut all = [0; AXES];
     for ((to, name), &(low, high)) in all.iter_mut().zip(AXIS_NAMES).zip(ranges) {
-        let centideg: i16 = p.whole(name);
+        let centideg: i16 = p.integer(name);
         if !(low..=high).contains(&(i32::from(centideg) * 10)) {
-            let range = between(low.into(), high.into(), 3);
-            p.out_of_range(name, format!("{range}, this wearer's range"));
+            let range = format_range(low.into(), high.into(), 3);
+            p.report_out_of_range(name, format!("{range}, this wearer's range"));
             is_within = false;
         }
         *to = centideg;

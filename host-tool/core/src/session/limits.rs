@@ -1,18 +1,18 @@
 //! Checks the charge, current and duration of channels at their limits, each alone and all
 //! together, and reports them with the values that are allowed.
 
-use firmware::device::channel_of;
+use firmware::device::validate_channel;
 use firmware::pulse::{CHANNELS, WINDOW_US};
 use firmware::safety::{self, ChannelSpec, SetupError, SumError, Sums, WearerSpec};
 
 use super::channel::Channel;
-use crate::fields::decimal::in_units;
+use crate::fields::decimal::format_scaled;
 use crate::fields::error::{Problem, SumBound};
 use crate::fields::table::Table;
 use crate::wearer;
 
 /// Returns a wearer with the loosest limits that any wearer may have.
-pub(super) fn anyone() -> WearerSpec {
+pub(super) fn loosest_wearer() -> WearerSpec {
     WearerSpec {
         fall_ms: WearerSpec::FALL_MS.max as u16, // 100 ms
         host_timeout_ms: WearerSpec::HOST_TIMEOUT_MS.max as u16, // 1 s
@@ -23,39 +23,39 @@ pub(super) fn anyone() -> WearerSpec {
 /// Returns the channel as checked for the loosest wearer, under the largest electrode, but with
 /// this wearer's charge limit if the channel keeps it, because that limits how long a pulse lasts.
 /// Returns `None` for a channel that no wearer allows.
-fn played(channel: &Channel, wearer: &WearerSpec) -> Option<safety::Channel> {
+fn loosest_channel(channel: &Channel, wearer: &WearerSpec) -> Option<safety::Channel> {
     let spec = ChannelSpec {
         area_mm2: ChannelSpec::AREA_MM2.max.cast_unsigned(),
         ..channel.spec
     };
     let on = |wearer: WearerSpec| {
         let wearer = wearer.validate().ok()?;
-        channel_of(&spec, channel.force.as_ref(), &wearer).ok()
+        validate_channel(&spec, channel.force.as_ref(), &wearer).ok()
     };
     let same_charge = WearerSpec {
         max_charge_nc: wearer.max_charge_nc,
-        ..anyone()
+        ..loosest_wearer()
     };
-    on(same_charge).or_else(|| on(anyone()))
+    on(same_charge).or_else(|| on(loosest_wearer()))
 }
 
 /// Returns which of its own limits a channel exceeds, and by how much.
-pub(super) fn beyond(channel: &Channel, e: SetupError) -> Option<Problem> {
+pub(super) fn channel_limit_problem(channel: &Channel, e: SetupError) -> Option<Problem> {
     // The loosest wearer and the largest electrode, so that the rms can be computed.
-    let milli = |value: u32| in_units(value.into(), 3);
+    let milli = |value: u32| format_scaled(value.into(), 3);
     let ma = || {
-        played(channel, &anyone()).map_or_else(
+        loosest_channel(channel, &loosest_wearer()).map_or_else(
             || "more than 50".into(),
             |channel| milli(channel.rms().get()),
         )
     };
-    wearer::beyond(&channel.spec, channel.unit(), ma, e)
+    wearer::channel_limit_problem(&channel.spec, channel.unit(), ma, e)
 }
 
 /// Reports the sum of the currents through the common return, at the last channel of the file. The
-/// sum includes the channels within their own limits and, of those `beyond` them, all that the
+/// sum includes the channels within their own limits and, of those `channel_limit_problem` them, all that the
 /// loosest wearer allows.
-pub(super) fn tell_sum(
+pub(super) fn check_current_sum(
     root: &Table<'_>,
     wearer: &WearerSpec,
     channels: &[Channel],
@@ -64,7 +64,7 @@ pub(super) fn tell_sum(
     let both = || channels.iter().chain(beyond);
     let mut summed = [None; CHANNELS];
     for (slot, channel) in summed.iter_mut().zip(both()) {
-        *slot = played(channel, wearer);
+        *slot = loosest_channel(channel, wearer);
     }
     let Ok(wearer) = wearer.validate() else {
         return; // told
@@ -80,10 +80,10 @@ pub(super) fn tell_sum(
         true => "all channels".into(),
         false => {
             numbers.sort_unstable();
-            format!("channels {}", listed(&numbers))
+            format!("channels {}", list_in_words(&numbers))
         }
     };
-    let milli = |ua: u32| in_units(ua.into(), 3);
+    let milli = |ua: u32| format_scaled(ua.into(), 3);
     let problem = match e {
         SumError::Peak { sum, max } => Problem::SumLimit {
             who,
@@ -101,7 +101,7 @@ pub(super) fn tell_sum(
         },
     };
     if let Some(last) = root.tables("channel").last() {
-        last.say("limit", problem);
+        last.report("limit", problem);
     }
 }
 
@@ -112,17 +112,17 @@ fn fall_us(wearer: &WearerSpec) -> u64 {
 
 /// Reports a session that lasts longer than its wearer allows. Adds a note where the wearer's
 /// limits end the session early, or where the amplitude rise takes all of it.
-pub(super) fn tell_times(
+pub(super) fn check_duration(
     root: &Table<'_>,
     wearer: &WearerSpec,
     channels: &[Channel],
     notes: &mut Vec<String>,
 ) {
-    let duration_us: u64 = root.whole_or("duration_s", 0); // told
-    let seconds = |us: u64| in_units(us.cast_signed(), 6);
+    let duration_us: u64 = root.integer_or("duration_s", 0); // told
+    let seconds = |us: u64| format_scaled(us.cast_signed(), 6);
     if duration_us > u64::from(wearer.max_session_s) * 1_000_000 {
         let most_s = wearer.max_session_s;
-        root.say("duration_s", Problem::SessionTooLong { most_s });
+        root.report("duration_s", Problem::SessionTooLong { most_s });
     } else {
         // The fall and one window of the pulser count towards the session time.
         let ends_us = u64::from(wearer.max_session_s) * 1_000_000 - fall_us(wearer);
@@ -169,7 +169,7 @@ pub(super) fn tell_times(
 }
 
 /// Lists channel numbers in words, for example "1, 2 and 4".
-fn listed(numbers: &[u8]) -> String {
+fn list_in_words(numbers: &[u8]) -> String {
     let words: Vec<String> = numbers.iter().map(u8::to_string).collect();
     match words.split_last() {
         Some((last, rest)) if !rest.is_empty() => format!("{} and {last}", rest.join(", ")),

@@ -53,8 +53,8 @@ use hal_sim::body::FingerSpec;
 
 use crate::fields::document::Document;
 use crate::fields::table::Table;
-pub use crate::fields::{LONGEST as LONGEST_TEXT, Problem, SessionError, visible};
-use crate::fields::{parse, text_of};
+pub use crate::fields::{LONGEST as LONGEST_TEXT, Problem, SessionError, escape_control_chars};
+use crate::fields::{parse, read_text};
 use crate::suggestion::did_you_mean;
 
 pub use crate::wearer::Unit;
@@ -67,19 +67,19 @@ pub use law::LawName;
 pub use limb::SessionLimb;
 pub use manual::manual;
 pub use modulation::{SessionJoint, joint_name, quartic_through};
-pub use muscle::{Model, Muscle, rung_name};
+pub use muscle::{Model, Muscle, level_name};
 pub use program::Programs;
-use program::{read_programs, tell_beside};
+use program::{check_setpoints, read_programs};
 pub use schema::schema;
 use setpoints::read_setpoints;
 pub use setpoints::{
-    Bounds, Course, ForceCourse, Setpoint, Setpoints, WrenchCourse, nearest, newtons,
+    Bounds, Course, ForceCourse, Setpoint, Setpoints, WrenchCourse, newtons, possible_part,
 };
 pub use shipped::SHIPPED;
 pub use study::{Electrode, Study};
 pub use trigger::{Edges, SimulatedTrigger};
 use worn::WearerContext;
-pub use worn::{KEPT_AS, SessionWearer, WearerTexts, no_wearer, shipped_text};
+pub use worn::{KEPT_AS, SessionWearer, WearerTexts, builtin_wearer_text, unreadable_wearer};
 
 /// A checked session, which the firmware accepts and can arm: everything that a run needs.
 #[derive(Clone, PartialEq, Debug)]
@@ -148,7 +148,7 @@ impl Session {
     pub fn load(path: impl AsRef<Path>) -> Result<Self, SessionError> {
         let path = path.as_ref();
         let name = path.display().to_string();
-        Self::parse_beside(&name, &Self::text(path)?, &|file| {
+        Self::parse_with_wearers(&name, &Self::text(path)?, &|file| {
             Self::wearer_text(path, file)
         })
     }
@@ -159,9 +159,9 @@ impl Session {
     /// # Errors
     /// E650 if the wearer file cannot be read.
     pub fn wearer_text(path: &Path, file: &str) -> Result<String, SessionError> {
-        match shipped::shipped(path) {
-            Some(_) => shipped_text(file),
-            None => worn::text_beside(path.parent().unwrap_or(Path::new("")), file),
+        match shipped::builtin_session(path) {
+            Some(_) => builtin_wearer_text(file),
+            None => worn::read_wearer_text(path.parent().unwrap_or(Path::new("")), file),
         }
     }
 
@@ -171,16 +171,16 @@ impl Session {
     /// # Errors
     /// The file cannot be read, or is too long for a session.
     pub fn text(path: &Path) -> Result<String, SessionError> {
-        if let Some(text) = shipped::shipped(path) {
+        if let Some(text) = shipped::builtin_session(path) {
             return Ok(text.to_owned());
         }
-        text_of(path).map_err(|reason| {
+        read_text(path).map_err(|reason| {
             let typed = path.to_string_lossy();
             let names = SHIPPED
                 .iter()
                 .map(|(file, _)| file.trim_end_matches(".toml"));
             let reason = reason + &did_you_mean(typed.trim_end_matches(".toml"), names);
-            SessionError::nowhere(Problem::Unreadable { reason })
+            SessionError::without_place(Problem::Unreadable { reason })
         })
     }
 
@@ -190,7 +190,7 @@ impl Session {
     /// # Errors
     /// As [`Session::load`].
     pub fn parse(name: &str, text: &str) -> Result<Self, SessionError> {
-        Self::parse_beside(name, text, &shipped_text)
+        Self::parse_with_wearers(name, text, &builtin_wearer_text)
     }
 
     /// Reads and checks the text of a session file called `name`; `texts` returns the text of the
@@ -198,7 +198,7 @@ impl Session {
     ///
     /// # Errors
     /// As [`Session::load`].
-    pub fn parse_beside(
+    pub fn parse_with_wearers(
         name: &str,
         text: &str,
         texts: WearerTexts<'_>,
@@ -209,29 +209,29 @@ impl Session {
     /// Reads everything that can be read. If an error is reported, the result is `None` or an
     /// incomplete session, which must not be used.
     fn read(doc: &Document, t: &Table<'_>, texts: WearerTexts<'_>) -> Option<Self> {
-        let duration_us = t.whole_or("duration_s", DAY_US as u64); // not negative
+        let duration_us = t.integer_or("duration_s", DAY_US as u64); // not negative
         let mut notes = Vec::new();
         let person = WearerContext::read(doc, t, texts);
         let setup = setup::read_setup(t, &person, duration_us, &mut notes);
-        haptic::tell(t, &person, &setup.channels);
+        haptic::check_haptic_range(t, &person, &setup.channels);
         let has_joint = t.has("joint");
-        let setpoints = t.part("setpoints", |s| {
+        let setpoints = t.optional_table("setpoints", |s| {
             read_setpoints(s, &setup, has_joint, duration_us)
         });
         let programs = read_programs(t, &setup, duration_us);
         if let Some(setpoints) = t.table("setpoints") {
-            tell_beside(setpoints, &programs);
+            check_setpoints(setpoints, &programs);
         }
         let setpoints = setpoints.map(|own| match own {
             Some(own) => Setpoints { programs, ..own },
-            None => Setpoints::of_programs(programs, setup.wearer.host_timeout_ms),
+            None => Setpoints::from_programs(programs, setup.wearer.host_timeout_ms),
         });
-        let study = t.part("study", |s| study::read_study(s, &setup.channels));
-        let trigger = t.part("simulated_trigger", |s| {
+        let study = t.optional_table("study", |s| study::read_study(s, &setup.channels));
+        let trigger = t.optional_table("simulated_trigger", |s| {
             trigger::read_trigger(s, &setup.channels, duration_us)
         });
-        let measure = t.part("measure", |m| read_measure(m, duration_us));
-        let body = t.part("body", |b| {
+        let measure = t.optional_table("measure", |m| read_measure(m, duration_us));
+        let body = t.optional_table("body", |b| {
             body::read_body(b, &setup.channels.list, &person)
         });
         let mut session = Self {
@@ -258,8 +258,8 @@ impl Session {
             study: study?.unwrap_or_default(),
             worn: person.worn,
         };
-        if doc.is_sound() {
-            silent::note(&mut session);
+        if doc.is_valid() {
+            silent::note_silent_channels(&mut session);
             fidelity::read(t, &mut session);
         }
         Some(session)
@@ -276,7 +276,7 @@ impl Session {
     /// Returns the requests that configure a device, in an order in which the device can check each
     /// request on arrival.
     #[must_use]
-    pub fn requests(&self) -> Vec<Request> {
+    pub fn setup_requests(&self) -> Vec<Request> {
         let mut all = vec![Request::Clear, Request::Wearer(self.wearer)];
         all.extend(self.channels.iter().map(|c| Request::Channel {
             channel: c.index(),
@@ -319,7 +319,7 @@ impl Session {
 
     /// Returns whether any channel has a train of a fixed number of pulses.
     #[must_use]
-    pub fn is_counted(&self) -> bool {
+    pub fn has_pulse_count(&self) -> bool {
         let mut channels = self.channels.iter();
         channels.any(|channel| channel.spec.train.repeats > 0)
     }
@@ -327,7 +327,7 @@ impl Session {
     /// Returns the amplitude limit of the channel with this number (from 1), or `None` if the
     /// session does not use the channel.
     #[must_use]
-    pub fn limit_of(&self, number: u8) -> Option<Amplitude> {
+    pub fn channel_limit(&self, number: u8) -> Option<Amplitude> {
         let mut channels = self.channels.iter();
         let channel = channels.find(|channel| channel.number == number)?;
         Some(channel.spec.limit)
@@ -335,15 +335,15 @@ impl Session {
 
     /// Returns the amplitudes that a device needs before `Start`, because a train of a fixed number
     /// of pulses counts from its first slot on. Returns nothing if no channel has such a train.
-    pub fn counted_from_start(&self) -> impl Iterator<Item = Setpoint> + '_ {
-        let is_counted = self.is_counted();
-        let beside = self.setpoints.with(0);
+    pub fn amplitudes_before_start(&self) -> impl Iterator<Item = Setpoint> + '_ {
+        let is_counted = self.has_pulse_count();
+        let beside = self.setpoints.accompanying_at(0);
         beside.filter(move |setpoint| is_counted && matches!(setpoint, Setpoint::Amplitudes(_)))
     }
 
     /// Returns the changes of model level that are due after `from_us` and until `to_us`, both in
     /// µs from the start.
-    pub fn rungs(&self, from_us: u64, to_us: u64) -> impl Iterator<Item = Request> + '_ {
+    pub fn level_changes(&self, from_us: u64, to_us: u64) -> impl Iterator<Item = Request> + '_ {
         let due = move |at: u64| from_us < at && at <= to_us;
         self.channels.iter().flat_map(move |c| {
             let changes = c.muscle.iter().flat_map(|muscle| &muscle.changes);
@@ -362,7 +362,7 @@ impl Session {
     /// never tried on a wearer of such stiffness and torque.
     pub fn with_law(mut self, law: LawName) -> Result<Self, SessionError> {
         let wanted = "another control law";
-        let none = || SessionError::nowhere(Problem::NoJoint { wanted });
+        let none = || SessionError::without_place(Problem::NoJoint { wanted });
         let joint = self.joint.take().ok_or_else(none)?;
         self.joint = Some(law::with_law(joint, law)?);
         Ok(self)
@@ -392,7 +392,7 @@ fn read_measure(t: &Table<'_>, duration_us: u64) -> Option<(u64, u64)> {
         false => duration_us,
     };
     if from.is_some_and(|from| to <= from) {
-        t.not_after("to_s", "`from_s`".into());
+        t.report_not_after("to_s", "`from_s`".into());
         return None;
     }
     Some((from?, to))

@@ -10,7 +10,7 @@ use firmware::units::Amplitude;
 use super::channels::{Channels, amplitude_or};
 use super::modulation_fields::{JOINTS, MODES, Mode};
 use super::setpoints::read_time;
-use crate::fields::decimal::in_units;
+use crate::fields::decimal::format_scaled;
 use crate::fields::error::Problem;
 use crate::fields::table::Table;
 
@@ -68,48 +68,48 @@ pub(super) fn read_modulations(root: &Table<'_>, channels: &Channels) -> Vec<Ses
             .iter()
             .any(|session_joint| session_joint.spec.joint == joint.spec.joint)
         {
-            true => t.say("joint", Problem::JointTwice {}),
+            true => t.report("joint", Problem::JointTwice {}),
             false => all.push(joint),
         }
     }
     if let Some(first) = tables.first() {
-        tell_beside(root, first);
+        check_combination(root, first);
     }
     all
 }
 
 /// Reports tables and setpoints that cannot be used together with modulated joints, and setpoints
 /// that never say that an object is held.
-fn tell_beside(root: &Table<'_>, first: &Table<'_>) {
+fn check_combination(root: &Table<'_>, first: &Table<'_>) {
     let setpoints = root.table("setpoints");
     let kind = setpoints.map(|t| t.word("kind"));
     let beside = ["joint", "wall"].into_iter().find(|text| root.has(text));
     match (beside, kind) {
         (Some(other), _) => {
             let other = format!("a `[{other}]`");
-            first.say("joint", Problem::ModulationBeside { other });
+            first.report("joint", Problem::ModulationBeside { other });
         }
         (None, Some("endpoint-force")) => {
             let other = "forces at the hand".into();
-            first.say("joint", Problem::ModulationBeside { other });
+            first.report("joint", Problem::ModulationBeside { other });
         }
         _ => {}
     }
     if let (Some(t), Some(kind)) = (setpoints, kind)
         && !matches!(kind, "held" | "" | "endpoint-force")
     {
-        t.say("kind", Problem::NeverGrabbed {});
+        t.report("kind", Problem::NeverGrabbed {});
     }
 }
 
 /// Returns the further mistakes of a joint that the device refuses for its shares alone: peaks
 /// above the limits of their channels.
-pub(super) fn behind_shares<'a>(
+pub(super) fn peak_mistakes<'a>(
     spec: &'a ModulationSpec,
     channels: &'a Channels,
 ) -> impl Iterator<Item = Mistake> + use<'a> {
     let mut has_peaks = true; // only shares whose coefficients are in range
-    spec.mistakes(&mut |mistake| {
+    spec.report_mistakes(&mut |mistake| {
         has_peaks &= !matches!(mistake, ModulationError::Range(_));
     });
     let demands = has_peaks.then(|| spec.demands()).into_iter().flatten();
@@ -129,34 +129,37 @@ pub(super) fn behind_shares<'a>(
 }
 
 fn read_joint(t: &Table<'_>, channels: &Channels) -> Option<SessionJoint> {
-    let muscle = |name| t.part(name, |m| read_muscle(m, channels)).flatten();
+    let muscle = |name| {
+        t.optional_table(name, |m| read_muscle(m, channels))
+            .flatten()
+    };
     let (flexor, extensor) = (muscle("flexor"), muscle("extensor"));
     let (lift, drop) = (read_share(t, "lift"), read_share(t, "drop"));
     let angles = read_angles(t);
-    if !t.is_sound() {
+    if !t.is_valid() {
         return None;
     }
-    let joint = t.named("joint", &JOINTS)?;
+    let joint = t.choice("joint", &JOINTS)?;
     let (mut flexor, mut extensor) = (flexor?, extensor?);
     let (lift, drop) = (lift?, drop?);
-    match t.named("mode", &MODES)? {
+    match t.choice("mode", &MODES)? {
         Mode::Assist => (flexor.lift, extensor.drop) = (lift, drop),
         // To resist a movement, the antagonist is stimulated by the muscle's share.
         Mode::Resist => (extensor.lift, flexor.drop) = (lift, drop),
     }
     let spec = ModulationSpec {
         joint,
-        phase_joint: elbow_of(joint),
-        dead_band_centideg_per_s: t.whole("dead_band_deg_per_s"),
-        cutoff_mhz: t.whole("cutoff_hz"),
-        angle_min_mdeg: t.whole("angle_min_deg"),
-        angle_max_mdeg: t.whole("angle_max_deg"),
-        stale_after_ms: t.whole("stale_after_ms"),
-        longest_hold_ms: t.whole("longest_hold_s"),
+        phase_joint: elbow_number(joint),
+        dead_band_centideg_per_s: t.integer("dead_band_deg_per_s"),
+        cutoff_mhz: t.integer("cutoff_hz"),
+        angle_min_mdeg: t.integer("angle_min_deg"),
+        angle_max_mdeg: t.integer("angle_max_deg"),
+        stale_after_ms: t.integer("stale_after_ms"),
+        longest_hold_ms: t.integer("longest_hold_s"),
         flexor,
         extensor,
     };
-    tell_outside(t, &spec);
+    check_angles(t, &spec);
     let angles = angles?;
     Some(SessionJoint { spec, angles })
 }
@@ -169,13 +172,13 @@ pub fn joint_name(joint: u8) -> &'static str {
 }
 
 /// Returns the number of the elbow of a joint's arm.
-const fn elbow_of(joint: u8) -> u8 {
+const fn elbow_number(joint: u8) -> u8 {
     joint & !1
 }
 
 fn read_muscle(t: &Table<'_>, channels: &Channels) -> Option<ModulatedSpec> {
     let channel = channels.find(t, "channel")?;
-    let known = channels.used(channel);
+    let known = channels.usable_range(channel);
     let base = amplitude_or(t, "base", known.map(|[_, most]| most));
     let form = match t.word("form") {
         "above-threshold" => {
@@ -201,12 +204,12 @@ fn read_share(t: &Table<'_>, name: &str) -> Option<Option<QuarticSpec>> {
     if !t.has(name) {
         return Some(None);
     }
-    let values: Vec<i64> = t.wholes(name).iter().map(|(value, _)| *value).collect();
+    let values: Vec<i64> = t.integers(name).iter().map(|(value, _)| *value).collect();
     let found = <[i64; 5]>::try_from(values).ok();
-    if found.is_none() && !t.wholes(name).is_empty() {
+    if found.is_none() && !t.integers(name).is_empty() {
         let allowed = "five numbers: at the lowest angle, a quarter, a half, three quarters of \
                        the way, and at the highest";
-        t.out_of_range(name, allowed.into());
+        t.report_out_of_range(name, allowed.into());
     }
     found.map(|values| Some(quartic_through(values)))
 }
@@ -217,40 +220,40 @@ fn read_angles(t: &Table<'_>) -> Option<Vec<(u64, i16)>> {
     for item in t
         .tables("angles")
         .iter()
-        .take_while(|table| table.is_sound())
+        .take_while(|table| table.is_valid())
     {
         let at_us = read_time(item, all.last().map(|&(at_us, _)| at_us), "angle")?;
-        all.push((at_us, item.whole("deg")));
+        all.push((at_us, item.integer("deg")));
     }
     Some(all)
 }
 
 /// Reports angles outside the range of the joint.
-fn tell_outside(t: &Table<'_>, spec: &ModulationSpec) {
+fn check_angles(t: &Table<'_>, spec: &ModulationSpec) {
     let (low, high) = (spec.angle_min_mdeg, spec.angle_max_mdeg);
-    for item in t.tables("angles").iter().filter(|table| table.is_sound()) {
-        let mdeg = i32::from(item.whole::<i16>("deg")) * 10;
+    for item in t.tables("angles").iter().filter(|table| table.is_valid()) {
+        let mdeg = i32::from(item.integer::<i16>("deg")) * 10;
         if !(low..=high).contains(&mdeg) && low < high {
             let range = format!(
                 "{} to {}",
-                in_units(low.into(), 3),
-                in_units(high.into(), 3)
+                format_scaled(low.into(), 3),
+                format_scaled(high.into(), 3)
             );
-            item.out_of_range("deg", format!("{range}, the joint's range"));
+            item.report_out_of_range("deg", format!("{range}, the joint's range"));
         }
     }
 }
 
 /// Reports a mistake that the device finds in the joint numbered `joint`, one of the joints `all`
 /// of the file `root`.
-pub(super) fn tell_modulation(
+pub(super) fn report_modulation_mistake(
     root: &Table<'_>,
     channels: &Channels,
     all: &[SessionJoint],
     joint: u8,
     mistake: Mistake,
 ) {
-    let is_it = |t: &&Table<'_>| t.named("joint", &JOINTS) == Some(joint);
+    let is_it = |t: &&Table<'_>| t.choice("joint", &JOINTS) == Some(joint);
     let Some(t) = root.tables("modulation").iter().find(is_it) else {
         return;
     };
@@ -262,19 +265,19 @@ pub(super) fn tell_modulation(
         let both = ["flexor", "extensor"]
             .into_iter()
             .filter_map(|text| t.table(text));
-        both.filter(move |m| m.whole::<u8>("channel") == index + 1) // at most 10
+        both.filter(move |m| m.integer::<u8>("channel") == index + 1) // at most 10
     };
     match mistake.rule {
         // An elbow that is in the file but has errors was already reported.
         Rule::NoPhaseJoint { joint: elbow } if names_joint(root, elbow) => {}
         Rule::NoPhaseJoint { .. } => {
-            let elbow = joint_name(elbow_of(joint));
-            t.say("joint", Problem::NoPhaseJoint { elbow });
+            let elbow = joint_name(elbow_number(joint));
+            t.report("joint", Problem::NoPhaseJoint { elbow });
         }
         Rule::Modulation(ModulationError::ChannelTwice { channel: index }) => {
             if let Some(m) = muscle(index).next_back() {
                 let channel = index + 1; // at most 10
-                m.say("channel", Problem::ChannelTwice { channel });
+                m.report("channel", Problem::ChannelTwice { channel });
             }
         }
         Rule::Modulation(ModulationError::Share { phase, extreme, .. }) => {
@@ -282,7 +285,7 @@ pub(super) fn tell_modulation(
                 millionths(extreme),
                 spec.map_or(0.0, |modulation_spec| degrees(modulation_spec, extreme)),
             );
-            t.say(phase.field(), Problem::ShareOutside { share, at_deg });
+            t.report(phase.field(), Problem::ShareOutside { share, at_deg });
         }
         Rule::AboveLimit {
             channel: index,
@@ -294,8 +297,11 @@ pub(super) fn tell_modulation(
                 .iter()
                 .find(|channel| channel.index() == index);
             if let (Some(m), Some(channel), Some(spec)) = (muscle(index).next(), found, spec) {
-                let (peak, at_deg) = peak_of(spec, index, field);
-                let (peak, limit) = (channel.display(peak), channel.display(channel.spec.limit));
+                let (peak, at_deg) = phase_peak(spec, index, field);
+                let (peak, limit) = (
+                    channel.format_amplitude(peak),
+                    channel.format_amplitude(channel.spec.limit),
+                );
                 let channel = channel.number;
                 let problem = Problem::PeakAboveLimit {
                     channel,
@@ -303,26 +309,26 @@ pub(super) fn tell_modulation(
                     at_deg,
                     limit,
                 };
-                m.say("base", problem);
+                m.report("base", problem);
             }
         }
         // A range of amplitudes belongs to a muscle's table, and both muscles may have the field.
         Rule::Modulation(ModulationError::Range(e)) if matches!(e.field, "base" | "threshold") => {
             let of =
-                |m: &&Table<'_>| m.has(e.field) && i64::from(m.whole::<u32>(e.field)) == e.value;
+                |m: &&Table<'_>| m.has(e.field) && i64::from(m.integer::<u32>(e.field)) == e.value;
             let both = ["flexor", "extensor"]
                 .into_iter()
                 .filter_map(|text| t.table(text));
-            both.into_iter().find(of).unwrap_or(t).refuse(e);
+            both.into_iter().find(of).unwrap_or(t).report_refusal(e);
         }
         // The coefficients exceed those of any share between 0 and 1.
         Rule::Modulation(ModulationError::Range(e)) if matches!(e.field, "lift" | "drop") => {
             let allowed = "five values that one quartic between 0 and 1 goes through";
-            t.out_of_range(e.field, allowed.into());
+            t.report_out_of_range(e.field, allowed.into());
         }
         // Reported where the channels are named, and for all joints at once.
         Rule::NoTrain { .. } | Rule::JointAndModulation => {}
-        _ => t.refuse(mistake),
+        _ => t.report_refusal(mistake),
     }
 }
 
@@ -330,12 +336,15 @@ pub(super) fn tell_modulation(
 /// name is unknown.
 fn names_joint(root: &Table<'_>, joint: u8) -> bool {
     let mut tables = root.tables("modulation").iter();
-    tables.any(|t| t.named("joint", &JOINTS).is_none_or(|value| value == joint))
+    tables.any(|t| {
+        t.choice("joint", &JOINTS)
+            .is_none_or(|value| value == joint)
+    })
 }
 
 /// Formats an extreme of a share with six decimals, for example "-0.000213".
 fn millionths(extreme: Extreme) -> String {
-    in_units(extreme.millionths().into(), 6)
+    format_scaled(extreme.millionths().into(), 6)
 }
 
 /// Returns the angle of an extreme, °, to a hundredth.
@@ -347,7 +356,7 @@ fn degrees(spec: &ModulationSpec, extreme: Extreme) -> f64 {
 
 /// Returns the largest amplitude that a channel receives in a phase, and the angle at which it
 /// does, °.
-fn peak_of(spec: &ModulationSpec, channel: u8, phase: &str) -> (Amplitude, f64) {
+fn phase_peak(spec: &ModulationSpec, channel: u8, phase: &str) -> (Amplitude, f64) {
     let phases = [MotionPhase::Lift, MotionPhase::Drop];
     let phase = phases
         .into_iter()

@@ -6,7 +6,9 @@ use firmware::control::refusal::{ANGLE_MAX_MDEG, ANGLE_MIN_MDEG};
 use firmware::haptics::{ModulatedSpec, ModulationSpec, QuarticSpec};
 
 use crate::fields::field::Need::{Optional, Or, OrFile, OrWord, Required};
-use crate::fields::field::{Kind, Number, Section, UNIT, channel, f, list, n, nb, one_of};
+use crate::fields::field::{
+    Kind, Number, Section, UNIT, bounded_number, channel_number, field, list, number_in, one_of,
+};
 
 /// Joints and their names in session files. The number of an elbow is even, and the shoulder of the
 /// same arm has the next number.
@@ -44,10 +46,10 @@ const LONGEST_HOLD_MS: i64 = 30_000;
 #[rustfmt::skip]
 fn muscle() -> Section {
     vec![
-        f("channel", channel(), Required, "a channel of the file; each another"),
-        f("base", nb(UNIT, 3, ModulatedSpec::BASE, "what the joint's shares leave within the channel's `limit`"), OrFile, "I₀, the intensity that calibration found"),
-        f("form", one_of(&FORMS), OrWord("scaled"), "C·I₀, or I_th + C·(I₀ − I_th)"),
-        f("threshold", nb(UNIT, 3, ModulatedSpec::THRESHOLD, "below `base`"), OrFile, "I_th, the motor threshold").when("form", &["above-threshold"]),
+        field("channel", channel_number(), Required, "a channel of the file; each another"),
+        field("base", bounded_number(UNIT, 3, ModulatedSpec::BASE, "what the joint's shares leave within the channel's `limit`"), OrFile, "I₀, the intensity that calibration found"),
+        field("form", one_of(&FORMS), OrWord("scaled"), "C·I₀, or I_th + C·(I₀ − I_th)"),
+        field("threshold", bounded_number(UNIT, 3, ModulatedSpec::THRESHOLD, "below `base`"), OrFile, "I_th, the motor threshold").when("form", &["above-threshold"]),
     ]
 }
 
@@ -55,27 +57,27 @@ fn muscle() -> Section {
 #[rustfmt::skip]
 pub(super) fn modulation(at_s: Kind) -> Section {
     let share = || {
-        let number = Number { device: "", ..Number::of("", 6, QuarticSpec::SHARE) };
+        let number = Number { device: "", ..Number::from_range("", 6, QuarticSpec::SHARE) };
         Kind::Wholes(number, "a list of five numbers")
     };
     let angles = vec![
-        f("at_s", at_s, Required, "when"),
-        f("deg", Kind::Whole(Number::within("°", 2, -18_000, 18_000).bound("within the joint's range")), Required, "which angle"),
+        field("at_s", at_s, Required, "when"),
+        field("deg", Kind::Whole(Number::within("°", 2, -18_000, 18_000).bound("within the joint's range")), Required, "which angle"),
     ];
     vec![
-        f("joint", one_of(&JOINTS), Required, "which joint; a shoulder needs the elbow of its arm, whose motion tells the phase of both (E752)"),
-        f("mode", one_of(&MODES), OrWord("assist"), "`\"assist\"`: the flexor while the elbow flexes, the extensor while it extends; `\"resist\"`: the antagonist of each, by the same share"),
-        f("lift", share(), Optional, "share of the intensity while the elbow flexes: the one quartic through five values, at the joint's lowest angle, a quarter, half and three quarters of the way, and at its highest; between 0 and 1 at every angle (E750); nothing is stimulated without it"),
-        f("drop", share(), Optional, "the same while the elbow extends"),
-        f("angle_min_deg", n("°", 3, ANGLE_MIN_MDEG), Required, "lowest angle of the shares"),
-        f("angle_max_deg", nb("°", 3, ANGLE_MAX_MDEG, "above the lowest"), Required, "highest"),
-        f("dead_band_deg_per_s", n("°/s", 2, ModulationSpec::DEAD_BAND), Or(DEAD_BAND), "angular velocity of the elbow up to which the last phase stays"),
-        f("cutoff_hz", n("Hz", 3, ModulationSpec::CUTOFF_MHZ), Or(CUTOFF_MHZ), "cutoff of the differentiator that finds it"),
-        f("stale_after_ms", n("ms", 0, SensorSource::STALE_AFTER_MS), Or(STALE_AFTER_MS), "age at which a measured angle is stale: a fault while an object is held"),
-        f("longest_hold_s", n("s", 3, ModulationSpec::LONGEST_HOLD_MS), Or(LONGEST_HOLD_MS), "how long an object may be held; of several joints the shortest counts"),
-        f("flexor", Kind::Table(muscle()), Required, "`{ channel, base, form, threshold }`: the muscle that flexes it"),
-        f("extensor", Kind::Table(muscle()), Required, "the same of the one that extends it"),
-        f("angles", list(angles, 1, None, "angles"), Required, "`{ at_s, deg }`: its course, straight between its times, sent as measured with every setpoint; the last angle stays. Simulated devices only (E755): a wearer's angles come from a client that measures them"),
+        field("joint", one_of(&JOINTS), Required, "which joint; a shoulder needs the elbow of its arm, whose motion tells the phase of both (E752)"),
+        field("mode", one_of(&MODES), OrWord("assist"), "`\"assist\"`: the flexor while the elbow flexes, the extensor while it extends; `\"resist\"`: the antagonist of each, by the same share"),
+        field("lift", share(), Optional, "share of the intensity while the elbow flexes: the one quartic through five values, at the joint's lowest angle, a quarter, half and three quarters of the way, and at its highest; between 0 and 1 at every angle (E750); nothing is stimulated without it"),
+        field("drop", share(), Optional, "the same while the elbow extends"),
+        field("angle_min_deg", number_in("°", 3, ANGLE_MIN_MDEG), Required, "lowest angle of the shares"),
+        field("angle_max_deg", bounded_number("°", 3, ANGLE_MAX_MDEG, "above the lowest"), Required, "highest"),
+        field("dead_band_deg_per_s", number_in("°/s", 2, ModulationSpec::DEAD_BAND), Or(DEAD_BAND), "angular velocity of the elbow up to which the last phase stays"),
+        field("cutoff_hz", number_in("Hz", 3, ModulationSpec::CUTOFF_MHZ), Or(CUTOFF_MHZ), "cutoff of the differentiator that finds it"),
+        field("stale_after_ms", number_in("ms", 0, SensorSource::STALE_AFTER_MS), Or(STALE_AFTER_MS), "age at which a measured angle is stale: a fault while an object is held"),
+        field("longest_hold_s", number_in("s", 3, ModulationSpec::LONGEST_HOLD_MS), Or(LONGEST_HOLD_MS), "how long an object may be held; of several joints the shortest counts"),
+        field("flexor", Kind::Table(muscle()), Required, "`{ channel, base, form, threshold }`: the muscle that flexes it"),
+        field("extensor", Kind::Table(muscle()), Required, "the same of the one that extends it"),
+        field("angles", list(angles, 1, None, "angles"), Required, "`{ at_s, deg }`: its course, straight between its times, sent as measured with every setpoint; the last angle stays. Simulated devices only (E755): a wearer's angles come from a client that measures them"),
     ]
 }
 
@@ -83,7 +85,7 @@ pub(super) fn modulation(at_s: Kind) -> Section {
 #[rustfmt::skip]
 pub(super) fn held_points(at_s: Kind) -> Section {
     vec![
-        f("at_s", at_s, Required, "when"),
-        f("held", Kind::Flag, Required, "whether it is from then on"),
+        field("at_s", at_s, Required, "when"),
+        field("held", Kind::Flag, Required, "whether it is from then on"),
     ]
 }

@@ -52,7 +52,7 @@ const PARAMETERS: [&str; 8] = [
 
 /// Returns the name of a model level in session files.
 #[must_use]
-pub fn rung_name(rung: Rung) -> &'static str {
+pub fn level_name(rung: Rung) -> &'static str {
     let named = RUNGS.iter().find(|(_, known)| *known == rung);
     named.map_or("", |(name, _)| name) // all are there
 }
@@ -60,7 +60,7 @@ pub fn rung_name(rung: Rung) -> &'static str {
 impl Muscle {
     /// Returns the model level with which the muscle starts.
     #[must_use]
-    pub const fn rung(&self) -> Rung {
+    pub const fn initial_level(&self) -> Rung {
         match self.model {
             Model::Auto => self.auto,
             Model::Fixed(rung) => rung,
@@ -74,13 +74,13 @@ impl Muscle {
             force: self.force,
             recruitment: self.recruitment,
             fatigue: self.fatigue,
-            rung: self.rung(),
+            rung: self.initial_level(),
         }
     }
 
     /// Returns the muscle at every model level that it uses, the first one and those of its
     /// changes, each with the table that sets the level.
-    pub(super) fn rungs<'t>(
+    pub(super) fn specs_by_level<'t>(
         &self,
         t: &'t Table<'t>,
     ) -> impl Iterator<Item = (&'t Table<'t>, MuscleSpec)> {
@@ -104,7 +104,7 @@ pub(super) fn read_muscle(
     let known =
         electrode.and_then(|electrode| Some((electrode.motor_threshold, electrode.muscle?)));
     let number = |name, file: fn(&CalciumForceSpec) -> u32| {
-        t.whole_or(
+        t.integer_or(
             name,
             known.map_or(u32::MAX, |(_, muscle)| file(&muscle.force)),
         )
@@ -121,13 +121,13 @@ pub(super) fn read_muscle(
     let threshold = electrode.map(|electrode| electrode.motor_threshold);
     let amplitude = |name, file: Option<Amplitude>| {
         let file = file.map_or(u32::MAX, Amplitude::get);
-        Amplitude::new(t.whole_or(name, file))
+        Amplitude::new(t.integer_or(name, file))
     };
     let recruitment = RecruitmentSpec {
         motor_threshold: amplitude("motor_threshold", threshold),
         limit,
         reference: amplitude("reference", known.map(|(_, muscle)| muscle.reference)),
-        slope_micro: t.whole_or(
+        slope_micro: t.integer_or(
             "slope_per_unit",
             known.map_or(u32::MAX, |(_, muscle)| muscle.slope_micro),
         ),
@@ -141,16 +141,16 @@ pub(super) fn read_muscle(
     };
     missing.retain(|name| *name != "motor_threshold" || threshold.is_none());
     for name in &missing {
-        t.say(name, Problem::MissingField {});
+        t.report(name, Problem::MissingField {});
     }
     if !missing.is_empty() {
         return None;
     }
     let own = known.and_then(|(_, muscle)| muscle.fatigue);
-    let fatigue = t.part("fatigue", |f| Some(read_fatigue(f, force.a_mn_per_s)))?;
+    let fatigue = t.optional_table("fatigue", |f| Some(read_fatigue(f, force.a_mn_per_s)))?;
     let fatigue = fatigue.or(own);
     let changes = read_changes(t, duration_us);
-    let model = t.named("model", &RUNGS).map_or(Model::Auto, Model::Fixed);
+    let model = t.choice("model", &RUNGS).map_or(Model::Auto, Model::Fixed);
     let auto = match fatigue {
         Some(_) => Rung::CalciumForceFatigue,
         None => Rung::CalciumForce,
@@ -170,12 +170,12 @@ pub(super) fn read_muscle(
 fn read_changes(t: &Table<'_>, duration_us: u64) -> Option<Vec<(u64, Rung)>> {
     let mut changes: Vec<(u64, Rung)> = Vec::new();
     for item in t.tables("changes") {
-        let rung = item.named("model", &RUNGS).filter(|_| item.is_sound())?;
+        let rung = item.choice("model", &RUNGS).filter(|_| item.is_valid())?;
         let at_us = item.time("at_s", 1, duration_us)?;
         if let Some(&(before, _)) = changes.last()
             && at_us <= before
         {
-            item.not_after("at_s", format!("the change at {} s", before as f64 / 1e6));
+            item.report_not_after("at_s", format!("the change at {} s", before as f64 / 1e6));
             return None;
         }
         changes.push((at_us, rung));

@@ -3,10 +3,10 @@
 use serde_json::Value;
 
 use super::fields::FILE;
-use crate::fields::schema_of;
+use crate::fields::json_schema;
 
 /// Returns the schema as JSON Schema draft 7, which editors of TOML understand.
 #[must_use]
 pub fn schema() -> Value {
-    schema_of("Flexor session", &FILE)
+    json_schema("Flexor session", &FILE)
 }

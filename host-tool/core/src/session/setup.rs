@@ -13,9 +13,9 @@ use super::channels::Channels;
 use super::fields::PARTNERS;
 use super::joint::read_joint;
 use super::limb::{SessionLimb, read_limb};
-use super::limits::{tell_sum, tell_times};
-use super::modulation::{SessionJoint, behind_shares, read_modulations, tell_modulation};
-use super::verdict::{tell, tell_group};
+use super::limits::{check_current_sum, check_duration};
+use super::modulation::{SessionJoint, peak_mistakes, read_modulations, report_modulation_mistake};
+use super::verdict::{report_group_mistake, report_mistake};
 use super::wall::read_wall;
 use super::worn::WearerContext;
 use crate::fields::error::Problem;
@@ -57,22 +57,22 @@ pub(super) fn read_setup(
         if let Err(e) = draft.set_groups(groups.iter().copied().collect()) {
             groups.pop();
             if let Rule::Setup(SetupError::Group(e)) = e.rule {
-                tell_group(&tables[..=place], e);
+                report_group_mistake(&tables[..=place], e);
             }
         }
     }
-    let sync = root.part("sync", |t| Some(channels.find(t, "channel")?.index()));
+    let sync = root.optional_table("sync", |t| Some(channels.find(t, "channel")?.index()));
     let sync = sync.flatten();
     mistakes.extend(draft.set_sync(sync).err());
     if root.has("joint") && root.has("wall") {
-        root.say("wall", Problem::JointAndWall {}); // sound or not
+        root.report("wall", Problem::JointAndWall {}); // sound or not
     }
     let joint = root.table("joint").and_then(|t| read_joint(t, &channels));
     mistakes.extend(joint.clone().and_then(|spec| draft.set_joint(spec).err()));
     let wall = root.table("wall").and_then(|t| read_wall(t, &channels));
     mistakes.extend(wall.and_then(|spec| draft.set_wall(spec).err()));
     if root.has("joint") || root.has("wall") {
-        tell_limb_beside(root); // sound or not
+        check_limb_combination(root); // sound or not
     }
     let limb = read_limb(root, person, &channels);
     if let Some(limb) = &limb {
@@ -85,26 +85,26 @@ pub(super) fn read_setup(
     let modulations = read_modulations(root, &channels);
     for joint in &modulations {
         // The device stops at the first mistake; here all are reported.
-        joint.spec.mistakes(&mut |mistake| {
+        joint.spec.report_mistakes(&mut |mistake| {
             let (part, rule) = (Part::Modulation(joint.spec.joint), mistake.into());
             mistakes.push(Mistake { part, rule });
         });
         if draft.set_modulation(joint.spec).is_err() {
-            mistakes.extend(behind_shares(&joint.spec, &channels));
+            mistakes.extend(peak_mistakes(&joint.spec, &channels));
         }
     }
     let Ok(_) = draft.examine(|mistake| {
         mistakes.push(mistake);
         Ok::<(), Infallible>(())
     });
-    tell_sum(root, &wearer, &channels.list, &channels.beyond);
-    tell_times(root, &wearer, &channels.list, notes);
+    check_current_sum(root, &wearer, &channels.list, &channels.beyond);
+    check_duration(root, &wearer, &channels.list, notes);
     for mistake in mistakes {
         match mistake.part {
             Part::Modulation(joint) => {
-                tell_modulation(root, &channels, &modulations, joint, mistake);
+                report_modulation_mistake(root, &channels, &modulations, joint, mistake);
             }
-            _ => tell(root, &channels.list, mistake),
+            _ => report_mistake(root, &channels.list, mistake),
         }
     }
     SetupSpec {
@@ -117,34 +117,34 @@ pub(super) fn read_setup(
         limb,
         modulations,
         has_modulation: root.has("modulation"),
-        controlled: draft.controlled(),
+        controlled: draft.controlled_channels(),
     }
 }
 
 /// Reports an arm that is driven together with a joint or a wall.
-fn tell_limb_beside(root: &Table<'_>) {
+fn check_limb_combination(root: &Table<'_>) {
     if let Some(t) = root.table("setpoints")
         && t.word("kind") == "endpoint-force"
     {
-        t.say("kind", Problem::JointAndLimb {});
+        t.report("kind", Problem::JointAndLimb {});
     }
 }
 
 fn read_group(t: &Table<'_>, channels: &Channels) -> Option<GroupSpec> {
-    if !t.is_sound() {
+    if !t.is_valid() {
         return None;
     }
     let mut members = 0u16;
-    for &(number, _) in t.wholes("channels") {
+    for &(number, _) in t.integers("channels") {
         let channel = number as u8; // 1–10: checked
-        channels.numbered(t, "channels", channel)?;
+        channels.find_number(t, "channels", channel)?;
         let bit = 1 << (channel - 1);
         if members & bit != 0 {
-            t.say("channels", Problem::ChannelTwice { channel });
+            t.report("channels", Problem::ChannelTwice { channel });
             return None;
         }
         members |= bit;
     }
-    let partner = t.named("partner", &PARTNERS).unwrap_or(Partner::Conducted);
+    let partner = t.choice("partner", &PARTNERS).unwrap_or(Partner::Conducted);
     Some(GroupSpec { members, partner })
 }

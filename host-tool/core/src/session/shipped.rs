@@ -73,7 +73,7 @@ pub const SHIPPED: &[(&str, &str)] = sessions![
 
 /// Returns the text of the built-in session that `path` names, with or without `.toml`. Returns
 /// `None` if a file of that path exists, because the file has precedence.
-pub(super) fn shipped(path: &Path) -> Option<&'static str> {
+pub(super) fn builtin_session(path: &Path) -> Option<&'static str> {
     let name = path.to_str()?;
     let name = name.strip_suffix(".toml").unwrap_or(name);
     let found = SHIPPED.iter().find(|(own, _)| *own == name);

@@ -9,13 +9,14 @@ use super::{BodySpec, Channel, Course, Session};
 
 /// Adds a note for each channel that is configured, never receives an amplitude, and is not meant
 /// to stay at 0.
-pub(super) fn note(session: &mut Session) {
+pub(super) fn note_silent_channels(session: &mut Session) {
     let silent = session.channels.iter();
-    let silent = silent
-        .filter(|channel| !is_driven(session, channel.index()) && !is_meant(session, channel));
+    let silent = silent.filter(|channel| {
+        !is_driven(session, channel.index()) && !is_meant_silent(session, channel)
+    });
     let notes: Vec<String> = silent
         .map(|channel| {
-            let (number, zero) = (channel.number, channel.display(Amplitude::ZERO));
+            let (number, zero) = (channel.number, channel.format_amplitude(Amplitude::ZERO));
             format!(
                 "channel {number}: it is configured and never receives an amplitude: it stays at \
                  {zero}; name it in `[setpoints]` or in what controls it, or leave it out"
@@ -27,11 +28,13 @@ pub(super) fn note(session: &mut Session) {
 
 /// Returns whether the file means a channel to stay at 0: a partner in a group whose value is 0, a
 /// channel for the lists of a live client, or a muscle of a simulated elbow, which has two.
-fn is_meant(session: &Session, channel: &Channel) -> bool {
+fn is_meant_silent(session: &Session, channel: &Channel) -> bool {
     let index = channel.index();
     let mut groups = session.groups.iter();
     let is_partner = groups.any(|group| group.members & (1 << index) != 0);
-    let is_zero = constant(session).iter().any(|(own, _)| *own == index);
+    let is_zero = constant_amplitudes(session)
+        .iter()
+        .any(|(own, _)| *own == index);
     let is_muscle = match &session.body {
         Some(BodySpec::Elbow(elbow)) => {
             [elbow.triceps.channel, elbow.biceps.channel].contains(&usize::from(index))
@@ -42,7 +45,7 @@ fn is_meant(session: &Session, channel: &Channel) -> bool {
 }
 
 /// Returns the constant amplitudes, by channel on the link.
-fn constant(session: &Session) -> &[(u8, Stimulus)] {
+fn constant_amplitudes(session: &Session) -> &[(u8, Stimulus)] {
     match &session.setpoints.course {
         Course::Amplitudes(values) => values,
         _ => &session.setpoints.beside,
@@ -59,10 +62,8 @@ fn is_driven(session: &Session, channel: u8) -> bool {
     joint
         .map(|point_spec| point_spec.channel)
         .any(|value| value == channel)
-        || wall
-            .into_iter()
-            .any(|wall| is_more(wall.0, wall.1, channel))
-        || is_held(session, channel)
+        || wall.into_iter().any(|wall| drives(wall.0, wall.1, channel))
+        || is_modulated(session, channel)
         || is_recruited(session, channel)
         || is_streamed(session, channel)
         || bounds
@@ -70,12 +71,12 @@ fn is_driven(session: &Session, channel: u8) -> bool {
             .any(|value| value == channel)
 }
 
-fn is_more(own: u8, most: Amplitude, channel: u8) -> bool {
+fn drives(own: u8, most: Amplitude, channel: u8) -> bool {
     own == channel && most > Amplitude::ZERO
 }
 
 /// Returns whether a modulated joint drives the channel once an object is held.
-fn is_held(session: &Session, channel: u8) -> bool {
+fn is_modulated(session: &Session, channel: u8) -> bool {
     let joints = session.modulations.iter();
     let demands = joints.flat_map(|joint| ModulationSpec::demands(&joint.spec));
     let is_grabbed = match &session.setpoints.course {
@@ -85,7 +86,7 @@ fn is_held(session: &Session, channel: u8) -> bool {
     is_grabbed
         && demands
             .into_iter()
-            .any(|demand| is_more(demand.0, demand.1, channel))
+            .any(|demand| drives(demand.0, demand.1, channel))
 }
 
 /// Returns whether the arm recruits the channel for a force at the hand.

@@ -4,9 +4,9 @@
 use super::Session;
 use super::channel::Channel;
 use super::setpoints::Course;
-use crate::fields::decimal::in_units;
+use crate::fields::decimal::format_scaled;
 use firmware::control::JointSpec;
-use firmware::device::channel_of;
+use firmware::device::validate_channel;
 use firmware::safety::Stimulus;
 use firmware::units::Amplitude;
 
@@ -17,7 +17,7 @@ pub(super) fn notes(session: &Session) -> Vec<String> {
         return notes; // told
     };
     for channel in &session.channels {
-        let Ok(armed) = channel_of(&channel.spec, channel.force.as_ref(), &wearer) else {
+        let Ok(armed) = validate_channel(&channel.spec, channel.force.as_ref(), &wearer) else {
             continue; // told
         };
         let rise = Rise {
@@ -31,14 +31,14 @@ pub(super) fn notes(session: &Session) -> Vec<String> {
         let ranges = points
             .filter(|point| point.channel == channel.index())
             .map(|point| [point.threshold, point.max]);
-        notes.extend(ranges.filter_map(|range| rise.of_law(range)));
+        notes.extend(ranges.filter_map(|range| rise.law_note(range)));
         if let Course::Stimulus(index, course) = &session.setpoints.course
             && *index == channel.index()
         {
-            notes.extend(rise.of_course(&course.points, course.is_held, ""));
+            notes.extend(rise.course_note(&course.points, course.is_held, ""));
         }
         let steps = session.setpoints.programs.steps(channel.index());
-        notes.extend(steps.and_then(|points| rise.of_course(points, true, " of its program")));
+        notes.extend(steps.and_then(|points| rise.course_note(points, true, " of its program")));
     }
     notes
 }
@@ -55,7 +55,7 @@ struct Rise<'a> {
 
 impl Rise<'_> {
     /// Returns a note on how long the amplitudes of a control law take from threshold to maximum.
-    fn of_law(&self, [threshold, max]: [Amplitude; 2]) -> Option<String> {
+    fn law_note(&self, [threshold, max]: [Amplitude; 2]) -> Option<String> {
         let range = max.get().saturating_sub(threshold.get());
         if max <= self.start || range <= self.slope.get() {
             return None;
@@ -65,28 +65,29 @@ impl Rise<'_> {
             "channel {}: from `threshold` to `max` are {}, and a burst rises by {} at most \
              (`rise_ms`, `rise_bursts`): {bursts} bursts, {} s",
             self.channel.number,
-            self.channel.display(Amplitude::new(range)),
-            self.channel.display(self.slope),
+            self.channel.format_amplitude(Amplitude::new(range)),
+            self.channel.format_amplitude(self.slope),
             self.seconds(bursts * self.period_us()),
         ))
     }
 
     /// Returns a note on the step of a course that takes longest. Times count from the start, or
     /// from the beginning of whatever `of` names.
-    fn of_course(&self, points: &[(u64, Stimulus)], is_held: bool, of: &str) -> Option<String> {
+    fn course_note(&self, points: &[(u64, Stimulus)], is_held: bool, of: &str) -> Option<String> {
         let first = points.first().map(|&(at_us, to)| (0, at_us, to));
         let pairs = points.windows(2).filter_map(|pair| match pair {
             [(_, from), (at_us, to)] => Some((from.amplitude.get(), *at_us, *to)),
             _ => None,
         });
         let steps = first.into_iter().chain(pairs).filter(|_| is_held);
-        let taken = steps.map(|(from, at_us, to)| (self.takes_us(from, to.amplitude), at_us, to));
+        let taken =
+            steps.map(|(from, at_us, to)| (self.rise_time_us(from, to.amplitude), at_us, to));
         let (takes_us, at_us, to) = taken.max_by_key(|(takes_us, ..)| *takes_us)?;
         (takes_us > self.period_us()).then(|| {
             format!(
                 "channel {}: the step to {} at {} s{of} takes {} s (`rise_ms`, `rise_bursts`)",
                 self.channel.number,
-                self.channel.display(to.amplitude),
+                self.channel.format_amplitude(to.amplitude),
                 self.seconds(at_us),
                 self.seconds(takes_us)
             )
@@ -94,7 +95,7 @@ impl Rise<'_> {
     }
 
     /// Returns the time that an amplitude needs to rise, µs.
-    fn takes_us(&self, from: u32, to: Amplitude) -> u64 {
+    fn rise_time_us(&self, from: u32, to: Amplitude) -> u64 {
         let by = to.get().saturating_sub(from);
         if to <= self.start || by == 0 {
             return 0;
@@ -110,6 +111,6 @@ impl Rise<'_> {
     }
 
     fn seconds(&self, us: u64) -> String {
-        in_units(us.cast_signed(), 6)
+        format_scaled(us.cast_signed(), 6)
     }
 }

@@ -33,11 +33,11 @@ pub struct Electrode {
 /// Reads `[study]` and reports channels that the file lacks or that are named twice.
 pub(super) fn read_study(t: &Table<'_>, channels: &Channels) -> Option<Study> {
     let mut electrodes: Vec<Electrode> = Vec::new();
-    for item in t.tables("electrodes").iter().filter(|item| item.is_sound()) {
-        let channel: u8 = item.whole("channel");
+    for item in t.tables("electrodes").iter().filter(|item| item.is_valid()) {
+        let channel: u8 = item.integer("channel");
         channels.find(item, "channel");
         if electrodes.iter().any(|known| known.channel == channel) {
-            item.say("channel", Problem::ChannelTwice { channel });
+            item.report("channel", Problem::ChannelTwice { channel });
         }
         let place = item.text("place").unwrap_or_default().to_owned();
         electrodes.push(Electrode { channel, place });

@@ -58,7 +58,7 @@ impl Edges {
     }
 
     /// Returns the shortest time from edge to edge, µs, if there are two edges.
-    fn closest_us(&self) -> Option<u64> {
+    fn shortest_interval_us(&self) -> Option<u64> {
         match self {
             Self::At(times) => times.windows(2).map(|pair| pair[1] - pair[0]).min(),
             Self::Every { period_us, .. } => Some(*period_us),
@@ -73,11 +73,11 @@ pub(super) fn read_trigger(
     channels: &Channels,
     duration_us: u64,
 ) -> Option<SimulatedTrigger> {
-    if channels.are_whole() && !channels.list.iter().any(|c| c.spec.train.trigger.is_some()) {
-        t.say("", Problem::NothingTriggered {});
+    if channels.all_valid() && !channels.list.iter().any(|c| c.spec.train.trigger.is_some()) {
+        t.report("", Problem::NothingTriggered {});
         return None;
     }
-    if !t.is_sound() {
+    if !t.is_valid() {
         return None;
     }
     let edges = read_edges(t, duration_us)?;
@@ -88,13 +88,15 @@ pub(super) fn read_trigger(
     let is_gated = |c: &Channel| c.spec.train.trigger == Some(Trigger::Gated);
     if let (0, Some(gated)) = (held_us, channels.list.iter().find(|c| is_gated(c))) {
         let channel = gated.number;
-        t.say("", Problem::NeverHeld { channel });
+        t.report("", Problem::NeverHeld { channel });
         return None;
     }
-    let most_us = edges.closest_us().map(|us| us - TRIGGER_LEAST_US as u64); // 1 ms at least
+    let most_us = edges
+        .shortest_interval_us()
+        .map(|us| us - TRIGGER_LEAST_US as u64); // 1 ms at least
     if let Some(most_us) = most_us.filter(|most_us| held_us > *most_us) {
         let most_s = (most_us as f64 / 1e6).to_string();
-        t.say("held_s", Problem::HeldTooLong { most_s });
+        t.report("held_s", Problem::HeldTooLong { most_s });
         return None;
     }
     Some(SimulatedTrigger { edges, held_us })

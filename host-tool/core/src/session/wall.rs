@@ -13,44 +13,44 @@ use crate::fields::table::Table;
 /// maximum of the wall.
 pub(super) fn read_wall(t: &Table<'_>, channels: &Channels) -> Option<WallSpec> {
     let channel = channels.find(t, "channel");
-    let known = channel.and_then(|channel| channels.used(channel));
-    let pre_wall = t.part("pre_wall", |p| {
+    let known = channel.and_then(|channel| channels.usable_range(channel));
+    let pre_wall = t.optional_table("pre_wall", |p| {
         channel?; // of one that is wrong itself, everything is told
         let most = match t.has("max") {
-            true => Some(Amplitude::new(t.whole("max"))),
+            true => Some(Amplitude::new(t.integer("max"))),
             false => known.map(|[_, most]| most),
         };
         let begin = amplitude_or(p, "begin", known.map(|[least, _]| least));
         let end = amplitude_or(p, "end", known.and(most));
         Some(PreWall {
-            depth_mdeg: p.whole("depth_deg"),
+            depth_mdeg: p.integer("depth_deg"),
             begin: begin?,
             end: end?,
         })
     });
-    let co_contraction = t.part("co_contraction", |c| {
+    let co_contraction = t.optional_table("co_contraction", |c| {
         let channel = channels.find(c, "channel")?;
-        let most = channels.used(channel).map(|[_, most]| most);
+        let most = channels.usable_range(channel).map(|[_, most]| most);
         Some(CoContraction {
             channel: channel.index(),
             amplitude: amplitude_or(c, "amplitude", most)?,
         })
     });
-    let channel = channel.filter(|_| t.is_sound())?;
+    let channel = channel.filter(|_| t.is_valid())?;
     let max = amplitude_or(t, "max", known.map(|[_, most]| most))?;
     let sensor = read_sensor(t);
     Some(WallSpec {
-        at_mdeg: t.whole("at_deg"),
-        side: t.named("stops", &SIDES).unwrap_or(Side::Flexion),
+        at_mdeg: t.integer("at_deg"),
+        side: t.choice("stops", &SIDES).unwrap_or(Side::Flexion),
         channel: channel.index(),
         max,
-        stiffness: t.whole("stiffness_per_deg"),
-        damping: t.whole("damping_s_per_deg"),
-        cutoff_mhz: t.whole("cutoff_hz"),
+        stiffness: t.integer("stiffness_per_deg"),
+        damping: t.integer("damping_s_per_deg"),
+        cutoff_mhz: t.integer("cutoff_hz"),
         pre_wall: pre_wall?,
         co_contraction: co_contraction?,
-        angle_min_mdeg: t.whole("angle_min_deg"),
-        angle_max_mdeg: t.whole("angle_max_deg"),
+        angle_min_mdeg: t.integer("angle_min_deg"),
+        angle_max_mdeg: t.integer("angle_max_deg"),
         sensor,
         stale_after_ms: read_stale(t, sensor),
     })

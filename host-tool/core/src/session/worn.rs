@@ -12,13 +12,13 @@ use firmware::pulse::TrainSpec;
 use firmware::safety::{StageSpec, WearerSpec};
 use firmware::units::Amplitude;
 
-use super::limits::anyone;
-use crate::fields::decimal::in_units;
+use super::limits::loosest_wearer;
+use crate::fields::decimal::format_scaled;
 use crate::fields::document::Document;
 use crate::fields::table::Table;
 use crate::fields::{Problem, SessionError};
 use crate::wearer::Unit;
-use crate::wearer::{Electrode, Wearer, WidthError, limits_of, shipped};
+use crate::wearer::{Electrode, Wearer, WidthError, builtin_wearer, read_limits};
 
 /// The wearer file that a session names, as it was when the session was read.
 #[derive(Clone, PartialEq, Debug)]
@@ -39,20 +39,20 @@ pub type WearerTexts<'a> = &'a dyn Fn(&str) -> Result<String, SessionError>;
 ///
 /// # Errors
 /// E650 if no built-in wearer has this name.
-pub fn shipped_text(file: &str) -> Result<String, SessionError> {
+pub fn builtin_wearer_text(file: &str) -> Result<String, SessionError> {
     let name = Path::new(file)
         .file_name()
         .unwrap_or_default()
         .to_string_lossy();
-    let found = shipped(&name).map(str::to_owned);
-    found.ok_or_else(|| no_wearer(file, "no wearer of the program has this name"))
+    let found = builtin_wearer(&name).map(str::to_owned);
+    found.ok_or_else(|| unreadable_wearer(file, "no wearer of the program has this name"))
 }
 
 /// Returns the error E650: the wearer file of a session cannot be read.
 #[must_use]
-pub fn no_wearer(file: &str, reason: &str) -> SessionError {
+pub fn unreadable_wearer(file: &str, reason: &str) -> SessionError {
     let reason = format!("{file}: {reason}");
-    SessionError::nowhere(Problem::WearerUnreadable { reason })
+    SessionError::without_place(Problem::WearerUnreadable { reason })
 }
 
 /// Returns the text of the wearer file that a session in `folder` names. For the session of a
@@ -60,7 +60,7 @@ pub fn no_wearer(file: &str, reason: &str) -> SessionError {
 ///
 /// # Errors
 /// E650 if the wearer file cannot be read.
-pub(super) fn text_beside(folder: &Path, file: &str) -> Result<String, SessionError> {
+pub(super) fn read_wearer_text(folder: &Path, file: &str) -> Result<String, SessionError> {
     let kept = folder.join(KEPT_AS);
     let is_record = folder.join("trial.json").is_file() && kept.is_file();
     match is_record {
@@ -93,7 +93,7 @@ impl WearerContext {
                 .into_iter()
                 .filter(|text| t.has(text))
             {
-                t.say(field, Problem::NoWearerFile {});
+                t.report(field, Problem::NoWearerFile {});
             }
             let is_unknown = t.has("file");
             return Self {
@@ -110,8 +110,8 @@ impl WearerContext {
             Ok(worn) => Some(worn),
             Err(e) => {
                 match e.line_and_column() {
-                    Some(_) => doc.tell(e),
-                    None => t.say("file", e.problem().clone()),
+                    Some(_) => doc.report_all(e),
+                    None => t.report("file", e.problem().clone()),
                 }
                 None
             }
@@ -122,7 +122,7 @@ impl WearerContext {
             for (t, field) in said.into_iter().flatten() {
                 if t.text(field).is_some_and(|name| name != worn.wearer.name) {
                     let name = worn.wearer.name.clone();
-                    t.say(field, Problem::AnotherPerson { name });
+                    t.report(field, Problem::AnotherPerson { name });
                 }
             }
         }
@@ -142,12 +142,12 @@ impl WearerContext {
     /// its file has errors, returns the loosest limits, so that these errors cause no others.
     pub(super) fn limits(&self, root: &Table<'_>) -> WearerSpec {
         let file = self.worn.as_ref().map(|worn| worn.wearer.limits);
-        match root.table("wearer").filter(|t| t.is_sound()) {
-            None if root.has("wearer") => anyone(),
+        match root.table("wearer").filter(|t| t.is_valid()) {
+            None if root.has("wearer") => loosest_wearer(),
             None => WearerSpec::default(),
-            Some(_) if self.is_unknown => anyone(),
+            Some(_) if self.is_unknown => loosest_wearer(),
             Some(t) => {
-                let mut limits = limits_of(t);
+                let mut limits = read_limits(t);
                 if let Some(file) = file {
                     tighten(t, &mut limits, &file);
                 }
@@ -159,7 +159,7 @@ impl WearerContext {
     /// Returns the wearer's electrode under a channel, converted to the largest width of the
     /// channel's train. Returns `Some(None)` without a wearer file, and `None` if the electrode
     /// does not fit, which is reported.
-    pub(super) fn fitted(
+    pub(super) fn channel_electrode(
         &self,
         t: &Table<'_>,
         (stage, train): (&StageSpec, &TrainSpec),
@@ -171,13 +171,13 @@ impl WearerContext {
         let Some(worn) = &self.worn else {
             return Some(None);
         };
-        let channel = t.whole("number");
+        let channel = t.integer("number");
         let Some(electrode) = worn.wearer.electrode(channel) else {
-            t.say("number", Problem::NoElectrode { channel });
+            t.report("number", Problem::NoElectrode { channel });
             return None;
         };
-        let is_stage = tell_stage(t, electrode, stage);
-        let is_rate = tell_rate(t, electrode, train);
+        let is_stage = check_stage(t, electrode, stage);
+        let is_rate = check_rate(t, electrode, train);
         let at = t.table("train").unwrap_or(t);
         // A limit that holds at the largest pulse width holds at all widths.
         let longest_us = train.width_us.max(train.max_width_us);
@@ -187,7 +187,7 @@ impl WearerContext {
         };
         if self.is_haptic && longest_us > train.width_us {
             let there = "one width alone, with `wearer.haptic_range`".into();
-            at.say(field, Problem::HoldsElsewhere { channel, there });
+            at.report(field, Problem::HoldsElsewhere { channel, there });
         }
         let fitted = match electrode.at_width(longest_us) {
             Ok(fitted) => fitted,
@@ -198,26 +198,30 @@ impl WearerContext {
                         "{} µs, and what its `strength_duration` makes of the threshold, {}, is \
                          not below what the wearer accepts",
                         electrode.width_us,
-                        worth(electrode, threshold)
+                        format_amplitude(electrode, threshold)
                     ),
                 };
-                at.say(field, Problem::HoldsElsewhere { channel, there });
+                at.report(field, Problem::HoldsElsewhere { channel, there });
                 return None;
             }
         };
         if fitted.width_us != electrode.width_us {
-            notes.push(converted(electrode, &fitted));
+            notes.push(conversion_note(electrode, &fitted));
         }
         (is_stage && is_rate).then_some(Some(fitted))
     }
 
     /// Returns the limit of a channel, from the session or else from the electrode. Returns `None`
     /// if the limit is missing or too high, which is reported.
-    pub(super) fn limit(&self, t: &Table<'_>, fitted: Option<&Electrode>) -> Option<Amplitude> {
-        let said = t.has("limit").then(|| Amplitude::new(t.whole("limit")));
+    pub(super) fn channel_limit(
+        &self,
+        t: &Table<'_>,
+        fitted: Option<&Electrode>,
+    ) -> Option<Amplitude> {
+        let said = t.has("limit").then(|| Amplitude::new(t.integer("limit")));
         let Some(electrode) = fitted else {
             if said.is_none() {
-                t.say("limit", Problem::MissingField {});
+                t.report("limit", Problem::MissingField {});
             }
             return said;
         };
@@ -228,36 +232,36 @@ impl WearerContext {
         };
         match said {
             Some(limit) if limit > electrode.limit => {
-                let allowed = format!("at most {}", worth(electrode, electrode.limit));
-                t.say("limit", Problem::Loosened { allowed });
+                let allowed = format!("at most {}", format_amplitude(electrode, electrode.limit));
+                t.report("limit", Problem::Loosened { allowed });
                 None
             }
             Some(limit) if limit > most => {
-                self.tell_outside(t, "limit", electrode, limit);
+                self.check_haptic_range(t, "limit", electrode, limit);
                 None
             }
             said => said.or(Some(most)),
         }
     }
 
-    /// Returns the amplitude that a channel reaches at once: `start` of the session, or else of the
+    /// Returns the amplitude that a channel reaches at once: `start_amplitude` of the session, or else of the
     /// electrode. Returns `None` if it is too high, which is reported.
-    pub(super) fn start(
+    pub(super) fn start_amplitude(
         &self,
         t: &Table<'_>,
         fitted: Option<&Electrode>,
         limit: Amplitude,
     ) -> Option<Amplitude> {
-        let said = t.has("start").then(|| Amplitude::new(t.whole("start")));
+        let said = t.has("start").then(|| Amplitude::new(t.integer("start")));
         match (said, fitted) {
             (Some(start), Some(electrode)) if start > electrode.start => {
-                let allowed = format!("at most {}", worth(electrode, electrode.start));
-                t.say("start", Problem::Loosened { allowed });
+                let allowed = format!("at most {}", format_amplitude(electrode, electrode.start));
+                t.report("start", Problem::Loosened { allowed });
                 None
             }
             (Some(start), _) if start > limit => {
-                let allowed = format!("0 to `limit`, {}", in_units(limit.get().into(), 3));
-                t.out_of_range("start", allowed);
+                let allowed = format!("0 to `limit`, {}", format_scaled(limit.get().into(), 3));
+                t.report_out_of_range("start", allowed);
                 None
             }
             (Some(start), _) => Some(start),
@@ -270,12 +274,12 @@ impl WearerContext {
     /// Returns the area of the electrode under a channel, mm²; reports an area larger than that in
     /// the wearer file.
     pub(super) fn area_mm2(&self, t: &Table<'_>, fitted: Option<&Electrode>) -> u32 {
-        let said: u32 = t.whole("area_mm2");
+        let said: u32 = t.integer("area_mm2");
         match fitted {
             Some(electrode) if !t.has("area_mm2") => electrode.area_mm2,
             Some(electrode) if said > electrode.area_mm2 => {
                 let allowed = format!("at most {} mm²", electrode.area_mm2);
-                t.say("area_mm2", Problem::Loosened { allowed });
+                t.report("area_mm2", Problem::Loosened { allowed });
                 electrode.area_mm2
             }
             _ => said,
@@ -284,7 +288,7 @@ impl WearerContext {
 
     /// Reports an amplitude that is neither 0 nor in the haptic range of the channel, if the
     /// session asks to stay in that range.
-    pub(super) fn tell_outside(
+    pub(super) fn check_haptic_range(
         &self,
         t: &Table<'_>,
         field: &str,
@@ -297,18 +301,18 @@ impl WearerContext {
                 electrode.channel,
                 format!(
                     "{} to {}",
-                    in_units(least.get().into(), 3),
-                    worth(electrode, most)
+                    format_scaled(least.get().into(), 3),
+                    format_amplitude(electrode, most)
                 ),
             );
-            t.say(field, Problem::OutsideHapticRange { channel, range });
+            t.report(field, Problem::OutsideHapticRange { channel, range });
         }
     }
 }
 
 /// Reports an output stage of another kind than the one for which the electrode's thresholds hold,
 /// or one that assumes a larger load. Returns whether the stage fits.
-fn tell_stage(t: &Table<'_>, electrode: &Electrode, stage: &StageSpec) -> bool {
+fn check_stage(t: &Table<'_>, electrode: &Electrode, stage: &StageSpec) -> bool {
     let channel = electrode.channel;
     let at = t.table("stage").unwrap_or(t);
     match (stage, electrode.unit) {
@@ -317,7 +321,7 @@ fn tell_stage(t: &Table<'_>, electrode: &Electrode, stage: &StageSpec) -> bool {
             let fits = *load_ohm <= electrode.load_ohm;
             if !fits {
                 let allowed = format!("at most {} Ω", electrode.load_ohm);
-                at.say("load_ohm", Problem::Loosened { allowed });
+                at.report("load_ohm", Problem::Loosened { allowed });
             }
             fits
         }
@@ -326,7 +330,7 @@ fn tell_stage(t: &Table<'_>, electrode: &Electrode, stage: &StageSpec) -> bool {
                 Unit::Milliampere => "a current stage".to_owned(),
                 Unit::Volt => "a voltage stage".to_owned(),
             };
-            at.say("kind", Problem::HoldsElsewhere { channel, there });
+            at.report("kind", Problem::HoldsElsewhere { channel, there });
             false
         }
     }
@@ -334,24 +338,24 @@ fn tell_stage(t: &Table<'_>, electrode: &Electrode, stage: &StageSpec) -> bool {
 
 /// Reports the rate of a train at which the electrode's thresholds do not hold. Returns whether
 /// they hold.
-fn tell_rate(t: &Table<'_>, electrode: &Electrode, train: &TrainSpec) -> bool {
+fn check_rate(t: &Table<'_>, electrode: &Electrode, train: &TrainSpec) -> bool {
     let at = t.table("train").unwrap_or(t);
     let field = ["period_us", "frequency_hz"][usize::from(at.has("frequency_hz"))];
     let [fastest_us, slowest_us] = periods(electrode);
     let holds = (fastest_us..=slowest_us).contains(&train.period_us);
     if !holds {
         let (channel, there) = (electrode.channel, rates(electrode));
-        at.say(field, Problem::HoldsElsewhere { channel, there });
+        at.report(field, Problem::HoldsElsewhere { channel, there });
     }
     holds
 }
 
 /// Reports force control that may pulse faster than the electrode's thresholds hold.
-pub(super) fn tell_force(t: &Table<'_>, electrode: &Electrode, force: &ForceSpec) {
+pub(super) fn check_force_rate(t: &Table<'_>, electrode: &Electrode, force: &ForceSpec) {
     let [fastest_us, _] = periods(electrode);
     if force.min_period_us < fastest_us {
         let (channel, there) = (electrode.channel, rates(electrode));
-        t.say(
+        t.report(
             "max_frequency_hz",
             Problem::HoldsElsewhere { channel, there },
         );
@@ -374,23 +378,23 @@ fn rates(electrode: &Electrode) -> String {
 }
 
 /// Formats an amplitude with its unit, for example "15 mA".
-fn worth(electrode: &Electrode, value: Amplitude) -> String {
+fn format_amplitude(electrode: &Electrode, value: Amplitude) -> String {
     let symbol = electrode.unit.symbol();
-    format!("{} {symbol}", in_units(value.get().into(), 3))
+    format!("{} {symbol}", format_scaled(value.get().into(), 3))
 }
 
 /// Returns a note on how thresholds and limits were converted to another width.
-fn converted(from: &Electrode, to: &Electrode) -> String {
+fn conversion_note(from: &Electrode, to: &Electrode) -> String {
     format!(
         "channel {}: by the wearer's strength–duration curve the threshold of {} at {} µs is {} \
          at {} µs, and the limit of {} is {}",
         from.channel,
-        worth(from, from.motor_threshold),
+        format_amplitude(from, from.motor_threshold),
         from.width_us,
-        worth(to, to.motor_threshold),
+        format_amplitude(to, to.motor_threshold),
         to.width_us,
-        worth(from, from.limit),
-        worth(to, to.limit)
+        format_amplitude(from, from.limit),
+        format_amplitude(to, to.limit)
     )
 }
 
@@ -407,9 +411,9 @@ macro_rules! tightened {
             if !$t.has($name) {
                 $limits.$field = file;
             } else if looser {
-                let value = in_units(file.into(), $places);
+                let value = format_scaled(file.into(), $places);
                 let allowed = format!("{} {value}{}", $bound, $unit);
-                $t.say($name, Problem::Loosened { allowed });
+                $t.report($name, Problem::Loosened { allowed });
             }
         })*
     };
@@ -434,7 +438,7 @@ fn tighten(t: &Table<'_>, limits: &mut WearerSpec, file: &WearerSpec) {
     }
     if file.hand_stop_required && t.has("hand_stop_required") && !limits.hand_stop_required {
         let allowed = "true".into();
-        t.say("hand_stop_required", Problem::Loosened { allowed });
+        t.report("hand_stop_required", Problem::Loosened { allowed });
     }
     limits.hand_stop_required |= file.hand_stop_required;
 }

@@ -1,6 +1,6 @@
 //! Finds the rotation that aligns one set of points best with another.
 
-use super::sample::{StatisticsError, enough, equal, finite};
+use super::sample::{StatisticsError, check_count, check_equal_length, check_finite};
 use nalgebra::{Matrix3, Matrix4, Quaternion, UnitQuaternion, Vector3};
 
 /// Rigid motion: `to ≈ rotation · from + translation`.
@@ -27,16 +27,16 @@ const LEAST_GAP: f64 = 1e-5;
 /// Fewer than three points, unequal lengths, values that are not finite, points on a line, or
 /// points for which several rotations are equally good.
 pub fn kabsch(from: &[[f64; 3]], to: &[[f64; 3]]) -> Result<Alignment, StatisticsError> {
-    enough("points", from.len(), 3)?;
-    equal("points laid upon", to.len(), from.len())?;
-    finite("points", from.iter().flatten())?;
-    finite("points laid upon", to.iter().flatten())?;
+    check_count("points", from.len(), 3)?;
+    check_equal_length("points laid upon", to.len(), from.len())?;
+    check_finite("points", from.iter().flatten())?;
+    check_finite("points laid upon", to.iter().flatten())?;
     let (from_centre, to_centre) = (centre(from), centre(to));
     let mut products = Matrix3::zeros();
     for (a, b) in from.iter().zip(to) {
         products += (Vector3::from(*a) - from_centre) * (Vector3::from(*b) - to_centre).transpose();
     }
-    let rotation = best_turn(&products)?;
+    let rotation = best_rotation(&products)?;
     let translation = to_centre - rotation * from_centre;
     let distance = |(a, b): (&[f64; 3], &[f64; 3])| {
         (rotation * Vector3::from(*a) + translation - Vector3::from(*b)).norm_squared()
@@ -51,7 +51,7 @@ pub fn kabsch(from: &[[f64; 3]], to: &[[f64; 3]]) -> Result<Alignment, Statistic
 
 /// Returns the rotation R with the largest tr(R·`products`): the quaternion that is the eigenvector
 /// of the largest eigenvalue of Horn's matrix.
-fn best_turn(products: &Matrix3<f64>) -> Result<Matrix3<f64>, StatisticsError> {
+fn best_rotation(products: &Matrix3<f64>) -> Result<Matrix3<f64>, StatisticsError> {
     let turned = products - products.transpose();
     let axis = Vector3::new(turned[(1, 2)], turned[(2, 0)], turned[(0, 1)]);
     let trace = products.trace();

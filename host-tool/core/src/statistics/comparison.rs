@@ -1,7 +1,10 @@
 //! Tests of two paired samples, effect sizes, and corrections for multiple comparisons.
 
 use super::distribution::student_t_p;
-use super::sample::{StatisticsError, enough, equal, finite, largest, mean, sum_squares, varies};
+use super::sample::{
+    StatisticsError, check_count, check_equal_length, check_finite, check_varies, largest, mean,
+    sum_squares,
+};
 
 /// Result of Student's paired t-test, two-sided.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -43,13 +46,13 @@ pub fn cohens_d_paired(first: &[f64], second: &[f64]) -> Result<f64, StatisticsE
 
 /// Returns mean and standard deviation of first − second, and the number of pairs.
 fn differences(first: &[f64], second: &[f64]) -> Result<(f64, f64, usize), StatisticsError> {
-    enough("pairs", first.len(), 2)?;
-    equal("second of the pairs", second.len(), first.len())?;
-    finite("first of the pairs", first)?;
-    finite("second of the pairs", second)?;
+    check_count("pairs", first.len(), 2)?;
+    check_equal_length("second of the pairs", second.len(), first.len())?;
+    check_finite("first of the pairs", first)?;
+    check_finite("second of the pairs", second)?;
     let differences: Vec<f64> = first.iter().zip(second).map(|(a, b)| a - b).collect();
     let (squares, n) = (sum_squares(&differences), first.len());
-    varies(
+    check_varies(
         "differences",
         squares,
         largest(first.iter().chain(second)),
@@ -64,13 +67,13 @@ fn differences(first: &[f64], second: &[f64]) -> Result<(f64, f64, usize), Stati
 /// # Errors
 /// A sample of fewer than two, values that are not finite, samples that do not vary.
 pub fn cohens_d_pooled(first: &[f64], second: &[f64]) -> Result<f64, StatisticsError> {
-    enough("first sample", first.len(), 2)?;
-    enough("second sample", second.len(), 2)?;
-    finite("first sample", first)?;
-    finite("second sample", second)?;
+    check_count("first sample", first.len(), 2)?;
+    check_count("second sample", second.len(), 2)?;
+    check_finite("first sample", first)?;
+    check_finite("second sample", second)?;
     let squares = sum_squares(first) + sum_squares(second);
     let n = first.len() + second.len();
-    varies("samples", squares, largest(first.iter().chain(second)), n)?;
+    check_varies("samples", squares, largest(first.iter().chain(second)), n)?;
     Ok((mean(first) - mean(second)) / (squares / (n - 2) as f64).sqrt())
 }
 
@@ -80,7 +83,7 @@ pub fn cohens_d_pooled(first: &[f64], second: &[f64]) -> Result<f64, StatisticsE
 /// # Errors
 /// No p-value, or one outside [0, 1].
 pub fn bonferroni(p: &[f64]) -> Result<Vec<f64>, StatisticsError> {
-    probabilities(p)?;
+    check_probabilities(p)?;
     Ok(p.iter()
         .map(|value| (value * p.len() as f64).min(1.0))
         .collect())
@@ -92,7 +95,7 @@ pub fn bonferroni(p: &[f64]) -> Result<Vec<f64>, StatisticsError> {
 /// # Errors
 /// No p-value, or one outside [0, 1].
 pub fn holm(p: &[f64]) -> Result<Vec<f64>, StatisticsError> {
-    probabilities(p)?;
+    check_probabilities(p)?;
     let mut order: Vec<usize> = (0..p.len()).collect();
     order.sort_by(|a, b| p[*a].total_cmp(&p[*b]));
     let mut adjusted = vec![0.0; p.len()];
@@ -105,9 +108,9 @@ pub fn holm(p: &[f64]) -> Result<Vec<f64>, StatisticsError> {
 }
 
 /// Checks that there is at least one p-value and that all are in [0, 1].
-fn probabilities(p: &[f64]) -> Result<(), StatisticsError> {
-    enough("p-values", p.len(), 1)?;
-    finite("p-values", p)?;
+fn check_probabilities(p: &[f64]) -> Result<(), StatisticsError> {
+    check_count("p-values", p.len(), 1)?;
+    check_finite("p-values", p)?;
     match p.iter().all(|p| (0.0..=1.0).contains(p)) {
         true => Ok(()),
         false => Err(StatisticsError::OutOfRange {

@@ -72,14 +72,14 @@ impl Detector {
     /// with probability E\[Q(m + k·s)^c\]. For c = 1 that is the upper tail of Student's t with n−1
     /// degrees at k/√(1 + 1/n). Runs and sides are added up (Boole).
     #[must_use]
-    pub fn false_alarm(&self) -> f64 {
+    pub fn false_alarm_probability(&self) -> f64 {
         let runs = (self.windows + 1).saturating_sub(self.consecutive);
-        (2.0 * f64::from(runs) * self.run_beyond()).min(1.0)
+        (2.0 * f64::from(runs) * self.run_probability()).min(1.0)
     }
 
     /// Returns E[Q(m + k·s)^c], by the trapezium rule over m and s, whose densities and all their
     /// derivatives vanish at the ends.
-    fn run_beyond(&self) -> f64 {
+    fn run_probability(&self) -> f64 {
         const POINTS: u32 = 400;
         let (n, c) = (f64::from(self.baseline), self.consecutive as i32);
         let nu = n - 1.0;
@@ -120,7 +120,7 @@ mod tests {
     fn a_single_window_fails_as_student_says() {
         // Upper points of t with 9 degrees of freedom (any table): 1.833, 2.821, 3.250, 4.297.
         for (t, p) in [(1.833, 0.05), (2.821, 0.01), (3.250, 0.005), (4.297, 0.001)] {
-            let beyond = detector(t * 1.1_f64.sqrt(), 1).run_beyond();
+            let beyond = detector(t * 1.1_f64.sqrt(), 1).run_probability();
             assert!((beyond / p - 1.0).abs() < 2e-3, "{t}: {beyond}");
         }
     }
@@ -140,7 +140,7 @@ mod tests {
                 let windows: Vec<f64> = (10..10 + u64::from(c)).map(noise).collect();
                 alarms += u64::from(one.judge(&baseline, &windows).is_movement());
             }
-            let (drawn, said) = (alarms as f64 / draws as f64, one.false_alarm());
+            let (drawn, said) = (alarms as f64 / draws as f64, one.false_alarm_probability());
             let error = (said / draws as f64).sqrt();
             assert!(
                 (drawn - said).abs() < 4.0 * error,

@@ -10,7 +10,7 @@ use std::f64::consts::SQRT_2;
 /// subtracted, which leaves less than ten digits.
 const MOST_FREEDOM: f64 = 5000.0;
 
-fn freedom(df: f64) -> Result<(), StatisticsError> {
+fn check_degrees_of_freedom(df: f64) -> Result<(), StatisticsError> {
     if df > 0.0 && df <= MOST_FREEDOM {
         return Ok(());
     }
@@ -35,9 +35,9 @@ pub fn student_t_p(t: f64, df: f64) -> Result<f64, StatisticsError> {
 /// # Errors
 /// A statistic that is not finite or below zero, degrees of freedom outside their range.
 pub fn fisher_f_p(f: f64, effect: f64, error: f64) -> Result<f64, StatisticsError> {
-    not_negative(f)?;
-    freedom(effect)?;
-    freedom(error)?;
+    check_not_negative(f)?;
+    check_degrees_of_freedom(effect)?;
+    check_degrees_of_freedom(error)?;
     let sum = error + effect * f;
     let p = beta_reg(error / 2.0, effect / 2.0, error / sum);
     // Near one the other tail is exact, because its argument is small.
@@ -53,8 +53,8 @@ pub fn fisher_f_p(f: f64, effect: f64, error: f64) -> Result<f64, StatisticsErro
 /// # Errors
 /// A statistic that is not finite or below zero, degrees of freedom outside their range.
 pub fn chi_squared_p(chi_squared: f64, df: f64) -> Result<f64, StatisticsError> {
-    not_negative(chi_squared)?;
-    freedom(df)?;
+    check_not_negative(chi_squared)?;
+    check_degrees_of_freedom(df)?;
     // statrs refuses zero.
     if chi_squared == 0.0 {
         return Ok(1.0);
@@ -62,7 +62,7 @@ pub fn chi_squared_p(chi_squared: f64, df: f64) -> Result<f64, StatisticsError> 
     Ok(gamma_ur(df / 2.0, chi_squared / 2.0))
 }
 
-fn not_negative(value: f64) -> Result<(), StatisticsError> {
+fn check_not_negative(value: f64) -> Result<(), StatisticsError> {
     if value >= 0.0 && value.is_finite() {
         return Ok(());
     }
@@ -78,7 +78,7 @@ pub(super) fn normal_p(z: f64) -> f64 {
 }
 
 /// Returns P(Z ≤ z).
-pub(super) fn normal_below(z: f64) -> f64 {
+pub(super) fn normal_cdf(z: f64) -> f64 {
     0.5 * libm::erfc(-z / SQRT_2)
 }
 

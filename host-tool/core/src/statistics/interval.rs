@@ -1,8 +1,8 @@
 //! Confidence intervals: of a share, and of any statistic by resampling.
 
 use super::descriptive::quantile_of_sorted;
-use super::distribution::{normal_below, normal_quantile};
-use super::sample::{StatisticsError, enough, finite, largest, mean, varies};
+use super::distribution::{normal_cdf, normal_quantile};
+use super::sample::{StatisticsError, check_count, check_finite, check_varies, largest, mean};
 use hal_sim::random::Random;
 
 /// Value with the interval that covers it at the requested level.
@@ -34,15 +34,15 @@ pub struct Share {
 ///
 /// # Errors
 /// No trial, successes below 0 or more than trials, a level outside (0, 1).
-pub fn share(successes: f64, trials: u64, level: f64) -> Result<Share, StatisticsError> {
-    enough("trials", usize::try_from(trials).unwrap_or(usize::MAX), 1)?;
+pub fn wilson_share(successes: f64, trials: u64, level: f64) -> Result<Share, StatisticsError> {
+    check_count("trials", usize::try_from(trials).unwrap_or(usize::MAX), 1)?;
     if !(0.0..=trials as f64).contains(&successes) {
         return Err(StatisticsError::OutOfRange {
             what: "successes",
             range: "0…trials",
         });
     }
-    let z = quantile(level)?;
+    let z = two_sided_quantile(level)?;
     let (n, share) = (trials as f64, successes / trials as f64);
     let part = z * z / n;
     let centre = (share + part / 2.0) / (1.0 + part);
@@ -60,9 +60,9 @@ pub fn share(successes: f64, trials: u64, level: f64) -> Result<Share, Statistic
 ///
 /// # Errors
 /// No trial, more successes than trials, a level outside (0, 1).
-pub fn share_at_most(successes: u64, trials: u64, level: f64) -> Result<f64, StatisticsError> {
-    enough("trials", usize::try_from(trials).unwrap_or(usize::MAX), 1)?;
-    quantile(level)?;
+pub fn share_upper_bound(successes: u64, trials: u64, level: f64) -> Result<f64, StatisticsError> {
+    check_count("trials", usize::try_from(trials).unwrap_or(usize::MAX), 1)?;
+    two_sided_quantile(level)?;
     if successes > trials {
         return Err(StatisticsError::OutOfRange {
             what: "successes",
@@ -76,7 +76,7 @@ pub fn share_at_most(successes: u64, trials: u64, level: f64) -> Result<f64, Sta
     // Each step halves the interval, down to the last bit.
     for _ in 0..64 {
         let share = 0.5 * (low + high);
-        if at_most(successes, trials, share) > 1.0 - level {
+        if binomial_cdf(successes, trials, share) > 1.0 - level {
             low = share;
         } else {
             high = share;
@@ -85,8 +85,8 @@ pub fn share_at_most(successes: u64, trials: u64, level: f64) -> Result<f64, Sta
     Ok(high)
 }
 
-/// Returns the probability of `successes` or fewer among `trials`, at `share` in (0, 1).
-fn at_most(successes: u64, trials: u64, share: f64) -> f64 {
+/// Returns the probability of `successes` or fewer among `trials`, at `wilson_share` in (0, 1).
+fn binomial_cdf(successes: u64, trials: u64, share: f64) -> f64 {
     let odds = share.ln() - (-share).ln_1p();
     let mut term = trials as f64 * (-share).ln_1p();
     let mut sum = term.exp();
@@ -98,7 +98,7 @@ fn at_most(successes: u64, trials: u64, share: f64) -> f64 {
 }
 
 /// Returns the normal quantile above which half of the probability outside `level` lies.
-fn quantile(level: f64) -> Result<f64, StatisticsError> {
+fn two_sided_quantile(level: f64) -> Result<f64, StatisticsError> {
     if level > 0.0 && level < 1.0 {
         return Ok(-normal_quantile((1.0 - level) / 2.0));
     }
@@ -124,11 +124,11 @@ pub fn bootstrap_bca<T: Clone>(
     level: f64,
     seed: u64,
 ) -> Result<Interval, StatisticsError> {
-    enough("sample", sample.len(), 2)?;
-    enough("resamples", resamples, 100)?;
-    let z = quantile(level)?;
+    check_count("sample", sample.len(), 2)?;
+    check_count("resamples", resamples, 100)?;
+    let z = two_sided_quantile(level)?;
     let value = statistic(sample);
-    finite("statistic", [&value])?;
+    check_finite("statistic", [&value])?;
     let mut random = Random::new(seed);
     let mut draw = |_| {
         let pick = |_| sample[random.below(sample.len() as u64) as usize].clone();
@@ -136,7 +136,7 @@ pub fn bootstrap_bca<T: Clone>(
         statistic(&drawn)
     };
     let mut drawn: Vec<f64> = (0..resamples).map(&mut draw).collect();
-    finite("statistic of a resample", &drawn)?;
+    check_finite("statistic of a resample", &drawn)?;
     drawn.sort_by(f64::total_cmp);
     let below = drawn.partition_point(|drawn| *drawn < value);
     let not_above = drawn.partition_point(|drawn| *drawn <= value);
@@ -150,7 +150,7 @@ pub fn bootstrap_bca<T: Clone>(
     let acceleration = acceleration(sample, statistic)?;
     let end = |z: f64| {
         let moved = bias + z;
-        let part = normal_below(bias + moved / (1.0 - acceleration * moved));
+        let part = normal_cdf(bias + moved / (1.0 - acceleration * moved));
         quantile_of_sorted(&drawn, part)
     };
     Ok(Interval {
@@ -171,11 +171,11 @@ fn acceleration<T: Clone>(
         statistic(&[before, after].concat())
     };
     let values: Vec<f64> = (0..sample.len()).map(without).collect();
-    finite("statistic of a part", &values)?;
+    check_finite("statistic of a part", &values)?;
     let middle = mean(&values);
     let power = |n: i32| values.iter().map(|v| (middle - v).powi(n)).sum::<f64>();
     let squares = power(2);
-    varies(
+    check_varies(
         "statistics of parts",
         squares,
         largest(&values),
@@ -199,10 +199,10 @@ mod tests {
             (5, 100, 0.102_253_4),
             (10, 10, 1.0),
         ] {
-            let ours = share_at_most(k, n, 0.95).unwrap();
+            let ours = share_upper_bound(k, n, 0.95).unwrap();
             assert!((ours - bound).abs() < 1e-6, "{k} of {n}: {ours}");
         }
-        assert!(share_at_most(2, 1, 0.95).is_err());
-        assert!(share_at_most(0, 0, 0.95).is_err());
+        assert!(share_upper_bound(2, 1, 0.95).is_err());
+        assert!(share_upper_bound(0, 0, 0.95).is_err());
     }
 }

@@ -22,7 +22,7 @@ pub use comparison::{PairedT, bonferroni, cohens_d_paired, cohens_d_pooled, holm
 pub use descriptive::{Sorted, Spread, mean, median, quantile, standard_deviation};
 pub use detector::{Detector, Verdict};
 pub use distribution::{chi_squared_p, fisher_f_p, student_t_p};
-pub use interval::{Interval, Share, bootstrap_bca, share, share_at_most};
+pub use interval::{Interval, Share, bootstrap_bca, share_upper_bound, wilson_share};
 pub use normality::{ShapiroWilk, shapiro_wilk};
 pub use ranks::{Friedman, MannWhitney, Method, Wilcoxon, friedman, mann_whitney, wilcoxon};
 pub use sample::StatisticsError;

@@ -1,7 +1,9 @@
 //! Test of whether a sample may be normally distributed.
 
-use super::distribution::{normal_below, normal_quantile};
-use super::sample::{StatisticsError, enough, finite, largest, sum_squares, varies};
+use super::distribution::{normal_cdf, normal_quantile};
+use super::sample::{
+    StatisticsError, check_count, check_finite, check_varies, largest, sum_squares,
+};
 use std::f64::consts::FRAC_1_SQRT_2;
 
 /// Result of Shapiro and Wilk's test.
@@ -26,16 +28,16 @@ const SECOND: [f64; 6] = [0.0, 0.042981, -0.293762, -1.752461, 5.682633, -3.5826
 /// # Errors
 /// Too few or too many values, values that are not finite or do not vary.
 pub fn shapiro_wilk(sample: &[f64]) -> Result<ShapiroWilk, StatisticsError> {
-    enough("sample", sample.len(), 3)?;
+    check_count("sample", sample.len(), 3)?;
     if sample.len() > MOST {
         return Err(StatisticsError::OutOfRange {
             what: "number of values",
             range: "3…5000",
         });
     }
-    finite("sample", sample)?;
+    check_finite("sample", sample)?;
     let squares = sum_squares(sample);
-    varies("sample", squares, largest(sample), sample.len())?;
+    check_varies("sample", squares, largest(sample), sample.len())?;
     let mut sorted = sample.to_vec();
     sorted.sort_by(f64::total_cmp);
     let weights = weights(sample.len());
@@ -90,7 +92,7 @@ fn upper_tail(w: f64, n: usize) -> f64 {
         let deviation = polynomial(&[-0.4803, -0.082676, 0.0030302], x);
         (short, mean, deviation.exp())
     };
-    normal_below((mean - value) / deviation)
+    normal_cdf((mean - value) / deviation)
 }
 
 fn polynomial(coefficients: &[f64], x: f64) -> f64 {

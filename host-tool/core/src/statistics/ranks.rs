@@ -1,7 +1,7 @@
 //! Tests on ranks: Friedman, Wilcoxon's signed ranks, and Mann and Whitney's U.
 
 use super::distribution::{chi_squared_p, normal_p};
-use super::sample::{StatisticsError, enough, equal, finite, rows};
+use super::sample::{StatisticsError, check_count, check_equal_length, check_finite, check_rows};
 
 /// Maximum number of values for which the exact distribution is counted: the counts, at most 2^50,
 /// are exact in an `f64`.
@@ -34,7 +34,7 @@ pub struct Friedman {
 /// Fewer than two subjects or three conditions, rows of unequal length, values that are not finite,
 /// conditions tied in every row.
 pub fn friedman(subjects: &[Vec<f64>]) -> Result<Friedman, StatisticsError> {
-    rows(["subjects", "conditions"], subjects, 3)?;
+    check_rows(["subjects", "conditions"], subjects, 3)?;
     let (n, k) = (subjects.len() as f64, subjects[0].len());
     let mut sums = vec![0.0; k];
     let mut tied = 0.0;
@@ -83,16 +83,16 @@ pub struct Wilcoxon {
 /// # Errors
 /// No pair, unequal lengths, values that are not finite, no difference other than zero.
 pub fn wilcoxon(first: &[f64], second: &[f64]) -> Result<Wilcoxon, StatisticsError> {
-    enough("pairs", first.len(), 1)?;
-    equal("second of the pairs", second.len(), first.len())?;
-    finite("first of the pairs", first)?;
-    finite("second of the pairs", second)?;
+    check_count("pairs", first.len(), 1)?;
+    check_equal_length("second of the pairs", second.len(), first.len())?;
+    check_finite("first of the pairs", first)?;
+    check_finite("second of the pairs", second)?;
     let differences = first.iter().zip(second).map(|(a, b)| a - b);
     let differences: Vec<f64> = differences.filter(|d| *d != 0.0).collect();
     if differences.is_empty() {
         return Err(StatisticsError::NoVariance { what: "pairs" });
     }
-    finite("differences", &differences)?;
+    check_finite("differences", &differences)?;
     let n = differences.len();
     let magnitudes: Vec<f64> = differences.iter().map(|d| d.abs()).collect();
     let ranks = Ranks::of(&magnitudes);
@@ -143,10 +143,10 @@ pub struct MannWhitney {
 /// # Errors
 /// An empty sample, values that are not finite, all values equal.
 pub fn mann_whitney(first: &[f64], second: &[f64]) -> Result<MannWhitney, StatisticsError> {
-    enough("first sample", first.len(), 1)?;
-    enough("second sample", second.len(), 1)?;
+    check_count("first sample", first.len(), 1)?;
+    check_count("second sample", second.len(), 1)?;
     let pooled = [first, second].concat();
-    finite("samples", &pooled)?;
+    check_finite("samples", &pooled)?;
     if pooled.iter().all(|value| *value == pooled[0]) {
         return Err(StatisticsError::NoVariance { what: "samples" });
     }

@@ -52,7 +52,7 @@ pub enum StatisticsError {
 use StatisticsError::{NoVariance, NotFinite, TooFew, UnequalLengths};
 
 /// Checks that there are at least `least` elements of `what`.
-pub(super) fn enough(
+pub(super) fn check_count(
     what: &'static str,
     given: usize,
     least: usize,
@@ -64,7 +64,7 @@ pub(super) fn enough(
 }
 
 /// Checks that there are as many elements of `what` as of the first argument.
-pub(super) fn equal(
+pub(super) fn check_equal_length(
     what: &'static str,
     given: usize,
     expected: usize,
@@ -84,7 +84,7 @@ pub(super) fn equal(
 const MOST: f64 = 1e60;
 
 /// Checks that every value is finite and at most [`MOST`] in magnitude.
-pub(super) fn finite<'a>(
+pub(super) fn check_finite<'a>(
     what: &'static str,
     values: impl IntoIterator<Item = &'a f64>,
 ) -> Result<(), StatisticsError> {
@@ -97,22 +97,22 @@ pub(super) fn finite<'a>(
 
 /// Checks that there are at least two rows of equal length, each with at least `least` values, all
 /// finite.
-pub(super) fn rows(
+pub(super) fn check_rows(
     names: [&'static str; 2],
     rows: &[Vec<f64>],
     least: usize,
 ) -> Result<(), StatisticsError> {
-    enough(names[0], rows.len(), 2)?;
-    enough(names[1], rows[0].len(), least)?;
+    check_count(names[0], rows.len(), 2)?;
+    check_count(names[1], rows[0].len(), least)?;
     for row in rows {
-        equal(names[1], row.len(), rows[0].len())?;
+        check_equal_length(names[1], row.len(), rows[0].len())?;
     }
-    finite(names[0], rows.iter().flatten())
+    check_finite(names[0], rows.iter().flatten())
 }
 
 /// Checks that a sum of squares is larger than the rounding of constant values of this magnitude,
 /// 16 ε of the largest for each of `count`, and large enough for powers of it to be computed.
-pub(super) fn varies(
+pub(super) fn check_varies(
     what: &'static str,
     sum_squares: f64,
     largest: f64,

@@ -2,7 +2,10 @@
 //! trials with replication.
 
 use super::distribution::{chi_squared_p, fisher_f_p};
-use super::sample::{StatisticsError, enough, equal, finite, largest, rows, varies};
+use super::sample::{
+    StatisticsError, check_count, check_equal_length, check_finite, check_rows, check_varies,
+    largest,
+};
 
 /// Result for one source of variation.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -83,10 +86,10 @@ pub struct TwoWay {
 /// Fewer than two subjects or conditions, rows of unequal length, values that are not finite, no
 /// variation besides that of subjects and conditions.
 pub fn repeated_measures(subjects: &[Vec<f64>]) -> Result<RepeatedMeasures, StatisticsError> {
-    rows(["subjects", "conditions"], subjects, 2)?;
+    check_rows(["subjects", "conditions"], subjects, 2)?;
     let magnitude = largest(subjects.iter().flatten());
     let scores: Vec<Vec<f64>> = subjects.iter().map(|row| centred(row)).collect();
-    within(&scores, scores[0].len() - 1, 1, magnitude)
+    within_subjects_effect(&scores, scores[0].len() - 1, 1, magnitude)
 }
 
 /// Tests the sphericity that [`repeated_measures`] requires with Mauchly's test (Mauchly 1940; χ²
@@ -98,9 +101,9 @@ pub fn repeated_measures(subjects: &[Vec<f64>]) -> Result<RepeatedMeasures, Stat
 /// The errors of [`repeated_measures`], fewer than three conditions, or not more subjects than
 /// contrasts.
 pub fn mauchly(subjects: &[Vec<f64>]) -> Result<Mauchly, StatisticsError> {
-    rows(["subjects", "conditions"], subjects, 3)?;
+    check_rows(["subjects", "conditions"], subjects, 3)?;
     let p = subjects[0].len() - 1;
-    enough("subjects", subjects.len(), p + 2)?;
+    check_count("subjects", subjects.len(), p + 2)?;
     let magnitude = largest(subjects.iter().flatten());
     // These are Helmert's contrasts: each condition against the mean of those before it.
     let contrast = |row: &Vec<f64>, at: usize| {
@@ -113,7 +116,7 @@ pub fn mauchly(subjects: &[Vec<f64>]) -> Result<Mauchly, StatisticsError> {
     };
     let scores: Vec<Vec<f64>> = (1..=p).map(scores).collect();
     let spread = squares(scores.iter().flatten().copied());
-    varies(
+    check_varies(
         "differences between subjects",
         spread,
         magnitude,
@@ -151,11 +154,11 @@ pub fn mauchly(subjects: &[Vec<f64>]) -> Result<Mauchly, StatisticsError> {
 /// Fewer than two subjects or levels, unequal lengths, values that are not finite, an effect that
 /// is the same for every subject.
 pub fn two_way_repeated(subjects: &[Vec<Vec<f64>>]) -> Result<TwoWayRepeated, StatisticsError> {
-    enough("subjects", subjects.len(), 2)?;
+    check_count("subjects", subjects.len(), 2)?;
     for subject in subjects {
-        rows(["first factor", "second factor"], subject, 2)?;
-        equal("first factor", subject.len(), subjects[0].len())?;
-        equal("second factor", subject[0].len(), subjects[0][0].len())?;
+        check_rows(["first factor", "second factor"], subject, 2)?;
+        check_equal_length("first factor", subject.len(), subjects[0].len())?;
+        check_equal_length("second factor", subject[0].len(), subjects[0][0].len())?;
     }
     let (a, b) = (subjects[0].len(), subjects[0][0].len());
     let magnitude = largest(subjects.iter().flatten().flatten());
@@ -167,9 +170,9 @@ pub fn two_way_repeated(subjects: &[Vec<Vec<f64>>]) -> Result<TwoWayRepeated, St
         scores[2].push(interaction);
     }
     Ok(TwoWayRepeated {
-        first: within(&scores[0], a - 1, b, magnitude)?,
-        second: within(&scores[1], b - 1, a, magnitude)?,
-        interaction: within(&scores[2], (a - 1) * (b - 1), 1, magnitude)?,
+        first: within_subjects_effect(&scores[0], a - 1, b, magnitude)?,
+        second: within_subjects_effect(&scores[1], b - 1, a, magnitude)?,
+        interaction: within_subjects_effect(&scores[2], (a - 1) * (b - 1), 1, magnitude)?,
     })
 }
 
@@ -181,27 +184,27 @@ pub fn two_way_repeated(subjects: &[Vec<Vec<f64>>]) -> Result<TwoWayRepeated, St
 /// Fewer than two levels or trials per cell, unequal lengths, values that are not finite, no
 /// variation within cells.
 pub fn two_way(cells: &[Vec<Vec<f64>>]) -> Result<TwoWay, StatisticsError> {
-    enough("first factor", cells.len(), 2)?;
-    enough("second factor", cells[0].len(), 2)?;
-    enough("trials", cells[0][0].len(), 2)?;
+    check_count("first factor", cells.len(), 2)?;
+    check_count("second factor", cells[0].len(), 2)?;
+    check_count("trials", cells[0][0].len(), 2)?;
     for level in cells {
-        equal("second factor", level.len(), cells[0].len())?;
+        check_equal_length("second factor", level.len(), cells[0].len())?;
         for cell in level {
-            equal("trials", cell.len(), cells[0][0].len())?;
+            check_equal_length("trials", cell.len(), cells[0][0].len())?;
         }
     }
-    finite("trials", cells.iter().flatten().flatten())?;
+    check_finite("trials", cells.iter().flatten().flatten())?;
     let (a, b, n) = (cells.len(), cells[0].len(), cells[0][0].len());
     let residuals = cells.iter().flatten().flat_map(|cell| centred(cell));
     let error = (squares(residuals), a * b * (n - 1));
     let magnitude = largest(cells.iter().flatten().flatten());
-    varies("trials", error.0, magnitude, a * b * n)?;
+    check_varies("trials", error.0, magnitude, a * b * n)?;
     let average = |cell: &Vec<f64>| super::sample::mean(cell);
     let row = |level: &Vec<Vec<f64>>| level.iter().map(average).collect::<Vec<f64>>();
     let means: Vec<Vec<f64>> = cells.iter().map(row).collect();
     let (first, second, interaction) = split(&means);
     let effect =
-        |scores: Vec<f64>, each: usize, df| judged((each as f64 * squares(scores), df), error);
+        |scores: Vec<f64>, each: usize, df| f_test((each as f64 * squares(scores), df), error);
     Ok(TwoWay {
         first: effect(first, b * n, a - 1)?,
         second: effect(second, a * n, b - 1)?,
@@ -231,7 +234,7 @@ fn split(table: &[Vec<f64>]) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
 
 /// Returns the effect that `scores` (one row per subject, whose sum is zero) have in common,
 /// compared with how subjects differ in it. Each score is a mean of `each` values.
-fn within(
+fn within_subjects_effect(
     scores: &[Vec<f64>],
     df: usize,
     each: usize,
@@ -244,16 +247,16 @@ fn within(
         |row: &Vec<f64>| -> Vec<f64> { row.iter().zip(&means).map(|(x, m)| x - m).collect() };
     let left: Vec<Vec<f64>> = scores.iter().map(less).collect();
     let error = squares(left.iter().flatten().copied());
-    varies("differences between subjects", error, magnitude, n * k)?;
+    check_varies("differences between subjects", error, magnitude, n * k)?;
     let each = each as f64;
     let between = each * n as f64 * squares(means);
     let error_df = df * (n - 1);
-    let effect = judged((between, df), (each * error, error_df))?;
+    let effect = f_test((between, df), (each * error, error_df))?;
     let corrected = |epsilon: f64| -> Result<CorrectedP, StatisticsError> {
         let p = fisher_f_p(effect.f, epsilon * df as f64, epsilon * error_df as f64)?;
         Ok(CorrectedP { epsilon, p })
     };
-    let epsilon = sphericity(&left, df);
+    let epsilon = greenhouse_geisser(&left, df);
     Ok(RepeatedMeasures {
         effect,
         greenhouse_geisser: corrected(epsilon)?,
@@ -264,7 +267,7 @@ fn within(
 /// Returns Greenhouse and Geisser's ε: tr(S)²/(df·tr(S²)) of the covariance S of the effect's
 /// scores. Its trace and that of its square equal those of the covariance of orthonormal contrasts,
 /// which the definition uses.
-fn sphericity(left: &[Vec<f64>], df: usize) -> f64 {
+fn greenhouse_geisser(left: &[Vec<f64>], df: usize) -> f64 {
     let k = left[0].len();
     let product = |i: usize, j: usize| left.iter().map(|row| row[i] * row[j]).sum::<f64>();
     let trace: f64 = (0..k).map(|i| product(i, i)).sum();
@@ -285,7 +288,7 @@ fn huynh_feldt(epsilon: f64, df: usize, subjects: usize) -> f64 {
 
 /// Returns F and p of two sums of squares with their degrees of freedom; the error's sum is above
 /// zero.
-fn judged(effect: (f64, usize), error: (f64, usize)) -> Result<Effect, StatisticsError> {
+fn f_test(effect: (f64, usize), error: (f64, usize)) -> Result<Effect, StatisticsError> {
     let f = (effect.0 / effect.1 as f64) / (error.0 / error.1 as f64);
     Ok(Effect {
         sum_squares: effect.0,

@@ -6,16 +6,17 @@ use firmware::pulse::TrainSpec;
 use firmware::safety::{ChannelSpec, StageSpec, WearerSpec};
 
 use super::electrode::Electrode;
-use super::limits::beyond;
+use super::limits::channel_limit_problem;
 use super::unit::Unit;
-use crate::fields::decimal::in_units;
+use crate::fields::decimal::format_scaled;
 use crate::fields::error::Problem;
 use crate::fields::table::Table;
 
 /// Reports the amplitudes and widths of an electrode that are not in rising order.
-pub(super) fn tell_order(t: &Table<'_>, electrode: &Electrode) {
-    let disordered = |name: &str, why: String| t.say(name, Problem::ThresholdsDisordered { why });
-    let told = |name: &str| format!("and `{name}` is {}", t.at(name).given);
+pub(super) fn check_order(t: &Table<'_>, electrode: &Electrode) {
+    let disordered =
+        |name: &str, why: String| t.report(name, Problem::ThresholdsDisordered { why });
+    let told = |name: &str| format!("and `{name}` is {}", t.field_place(name).given);
     if electrode.motor_threshold >= electrode.limit {
         disordered("motor_threshold", told("limit"));
     }
@@ -47,13 +48,16 @@ pub(super) fn tell_order(t: &Table<'_>, electrode: &Electrode) {
         return;
     };
     if curve.rheobase > electrode.motor_threshold {
-        let why = format!("and `motor_threshold` is {}", t.at("motor_threshold").given);
-        s.say("rheobase", Problem::ThresholdsDisordered { why });
+        let why = format!(
+            "and `motor_threshold` is {}",
+            t.field_place("motor_threshold").given
+        );
+        s.report("rheobase", Problem::ThresholdsDisordered { why });
     }
     let mut before = 0;
     for (item, &(width_us, value)) in s.tables("upper").iter().zip(&curve.upper) {
         if width_us <= before {
-            item.not_after("width_us", format!("{before} µs"));
+            item.report_not_after("width_us", format!("{before} µs"));
         }
         before = width_us;
         let threshold =
@@ -61,32 +65,32 @@ pub(super) fn tell_order(t: &Table<'_>, electrode: &Electrode) {
         // If the threshold itself has an error, the curve is not checked.
         if f64::from(value.get()) <= threshold && electrode.motor_threshold < electrode.limit {
             let why = format!("and the threshold there is {:.3}", threshold * 1e-3);
-            item.say("value", Problem::ThresholdsDisordered { why });
+            item.report("value", Problem::ThresholdsDisordered { why });
         }
     }
 }
 
 /// Reports where an electrode at its limit exceeds the wearer's limits, and the values of its
 /// muscle that the device would refuse.
-pub(super) fn tell_limits(t: &Table<'_>, electrode: &Electrode, draft: &mut Draft) {
+pub(super) fn check_limits(t: &Table<'_>, electrode: &Electrode, draft: &mut Draft) {
     let spec = electrode.channel_spec();
     let index = electrode.channel.saturating_sub(1); // 1–10
     match draft.set_channel(index, spec).map_err(|e| (e, e.rule)) {
         Ok(()) => {}
         Err((mistake, Rule::Setup(e))) => {
-            match beyond(&spec, electrode.unit, || rms_ma(&spec), e) {
-                Some(problem) => t.say("limit", problem),
-                None => t.refuse(mistake),
+            match channel_limit_problem(&spec, electrode.unit, || rms_ma(&spec), e) {
+                Some(problem) => t.report("limit", problem),
+                None => t.report_refusal(mistake),
             }
         }
-        Err((mistake, _)) => t.refuse(mistake),
+        Err((mistake, _)) => t.report_refusal(mistake),
     }
     if let (Some(m), Some(spec)) = (t.table("muscle"), electrode.muscle_spec())
-        && m.is_sound()
+        && m.is_valid()
         && electrode.motor_threshold < electrode.limit
         && let Err(mistake) = draft.set_muscle(index, spec)
     {
-        m.refuse(mistake);
+        m.report_refusal(mistake);
     }
 }
 
@@ -98,7 +102,7 @@ fn rms_ma(spec: &ChannelSpec) -> String {
     };
     let anyone = WearerSpec::default().validate().ok();
     let channel = anyone.and_then(|anyone| widest.validate(&anyone).ok());
-    let milli = |ua: u32| in_units(ua.into(), 3);
+    let milli = |ua: u32| format_scaled(ua.into(), 3);
     channel.map_or_else(
         || "more than 50".into(),
         |channel| milli(channel.rms().get()),

@@ -7,7 +7,7 @@ use firmware::units::Amplitude;
 use super::Electrode;
 use crate::fields::error::Problem;
 use crate::fields::field::Need::Required;
-use crate::fields::field::{Kind, Number, Section, channel, f, list, n, one_of};
+use crate::fields::field::{Kind, Number, Section, channel_number, field, list, number_in, one_of};
 use crate::fields::table::Table;
 
 /// A right arm: its bones, the ranges of its joints, and its muscles.
@@ -83,34 +83,34 @@ const PAIR: &str = "a list of two numbers";
 /// Returns the fields of `[limb]`.
 #[rustfmt::skip]
 pub(super) fn fields() -> Section {
-    let place = |range| Kind::Wholes(Number::of("mm", 3, range), TRIPLE);
-    let turns = |range| Kind::Wholes(Number::of("°", 3, range), PAIR);
+    let place = |range| Kind::Wholes(Number::from_range("mm", 3, range), TRIPLE);
+    let turns = |range| Kind::Wholes(Number::from_range("°", 3, range), PAIR);
     let points = vec![
-        f("segment", one_of(&SEGMENTS), Required, "to which it is fixed"),
-        f("at_mm", place(LineSpec::AT_UM), Required, "from the segment's origin: backward, to the right, upward"),
+        field("segment", one_of(&SEGMENTS), Required, "to which it is fixed"),
+        field("at_mm", place(LineSpec::AT_UM), Required, "from the segment's origin: backward, to the right, upward"),
     ];
     let lines = vec![
-        f("channel", channel(), Required, "an electrode of the file; force begins at its `motor_threshold` and ends at its `maximum` or `limit`"),
-        f("joint", one_of(&JOINT_WORDS), Required, "which the recruitment considers it at; one that it crosses"),
-        f("points", list(points, 2, Some(VIAS), "points"), Required, "`{ segment, at_mm }`: origin to insertion; segments never fall"),
-        f("gain_n_per_unit", n("N per unit", 3, LineSpec::GAIN_MN_PER_MA), Required, "force per amplitude above the motor threshold"),
+        field("channel", channel_number(), Required, "an electrode of the file; force begins at its `motor_threshold` and ends at its `maximum` or `limit`"),
+        field("joint", one_of(&JOINT_WORDS), Required, "which the recruitment considers it at; one that it crosses"),
+        field("points", list(points, 2, Some(VIAS), "points"), Required, "`{ segment, at_mm }`: origin to insertion; segments never fall"),
+        field("gain_n_per_unit", number_in("N per unit", 3, LineSpec::GAIN_MN_PER_MA), Required, "force per amplitude above the motor threshold"),
     ];
     let ways = ["its origin to the sternoclavicular joint", "that to the glenohumeral joint", "that to the elbow", "that to the hand"];
     let axes = ["protraction", "elevation", "roll", "flexion", "abduction", "internal rotation", "flexion", "bend sideways", "pronation"];
     let ways = WAYS.into_iter().zip(ways);
-    let mut all: Section = ways.map(|(name, meaning)| f(name, place(LimbSpec::WAY_UM), Required, meaning)).collect();
+    let mut all: Section = ways.map(|(name, meaning)| field(name, place(LimbSpec::WAY_UM), Required, meaning)).collect();
     all.extend(RANGES.into_iter().zip(axes).enumerate().map(|(axis, (name, meaning))| {
         let range = [LimbSpec::RANGE_MDEG, LimbSpec::MIDDLE_MDEG][usize::from(axis % 3 == 1)];
-        f(name, turns(range), Required, meaning)
+        field(name, turns(range), Required, meaning)
     }));
-    all.push(f("line", list(lines, 1, Some(CHANNELS), "lines"), Required, "one for each muscle"));
+    all.push(field("line", list(lines, 1, Some(CHANNELS), "lines"), Required, "one for each muscle"));
     all
 }
 
 /// Reads `[limb]`, and reports everything in it that the device would refuse.
 pub(super) fn read(t: &Table<'_>, electrodes: &[Electrode], are_whole: bool) -> Option<Limb> {
-    let ways = WAYS.map(|name| triple(t, name));
-    let ranges = RANGES.map(|name| pair(t, name));
+    let ways = WAYS.map(|name| read_triple(t, name));
+    let ranges = RANGES.map(|name| read_pair(t, name));
     let items = t.tables("line");
     let lines: Vec<Option<Line>> = items.iter().map(read_line).collect();
     let mut ways_um = [[0, 0, -100_000]; JOINTS + 1];
@@ -121,15 +121,15 @@ pub(super) fn read(t: &Table<'_>, electrodes: &[Electrode], are_whole: bool) -> 
     for (to, from) in ranges_mdeg.iter_mut().zip(ranges) {
         *to = from.unwrap_or(*to);
     }
-    LimbSpec::bone_mistakes(&ways_um, &ranges_mdeg, &mut |mistake| match mistake {
+    LimbSpec::report_bone_mistakes(&ways_um, &ranges_mdeg, &mut |mistake| match mistake {
         LimbError::Way { way, .. } if ways[usize::from(way)].is_some() => {
             let allowed = "a bone of 10 mm at least, each number within ±1000".into();
-            t.out_of_range(WAYS[usize::from(way)], allowed);
+            t.report_out_of_range(WAYS[usize::from(way)], allowed);
         }
         LimbError::Axis { axis, .. } if ranges[usize::from(axis)].is_some() => {
             let most = [180, 80][usize::from(axis % 3 == 1)];
             let allowed = format!("the lowest and the highest, within ±{most}");
-            t.out_of_range(RANGES[usize::from(axis)], allowed);
+            t.report_out_of_range(RANGES[usize::from(axis)], allowed);
         }
         _ => {}
     });
@@ -138,21 +138,21 @@ pub(super) fn read(t: &Table<'_>, electrodes: &[Electrode], are_whole: bool) -> 
         let Some(line) = line else { continue };
         let channel = line.channel;
         if known.iter().any(|line| line.channel == channel) {
-            item.say("channel", Problem::ChannelTwice { channel });
+            item.report("channel", Problem::ChannelTwice { channel });
         }
         let is_there = electrodes
             .iter()
             .any(|electrode| electrode.channel == channel);
         if !is_there && are_whole {
-            item.say("channel", Problem::NoSuchChannel { channel });
+            item.report("channel", Problem::NoSuchChannel { channel });
         }
         let mut is_routed = true;
         // The values of the electrode are checked with the electrode.
         line.spec(Amplitude::ZERO, Amplitude::new(1))
-            .mistakes(&mut |range| is_routed &= range.field != LineSpec::SEGMENT.field);
+            .report_mistakes(&mut |range| is_routed &= range.field != LineSpec::SEGMENT.field);
         if !is_routed {
             let allowed = "from a segment before its `joint` to one behind it, never back".into();
-            item.out_of_range("points", allowed);
+            item.report_out_of_range("points", allowed);
         }
         known.push(line);
     }
@@ -167,49 +167,49 @@ pub(super) fn read(t: &Table<'_>, electrodes: &[Electrode], are_whole: bool) -> 
 fn read_line(t: &Table<'_>) -> Option<Line> {
     let via = |item: &Table<'_>| {
         Some(ViaSpec {
-            segment: item.named("segment", &SEGMENTS)?,
-            at_um: triple(item, "at_mm")?,
+            segment: item.choice("segment", &SEGMENTS)?,
+            at_um: read_triple(item, "at_mm")?,
         })
     };
     let vias: Option<Vec<ViaSpec>> = t.tables("points").iter().map(via).collect();
-    if !t.is_sound() {
+    if !t.is_valid() {
         return None;
     }
     Some(Line {
-        channel: t.whole("channel"),
-        joint: t.named("joint", &JOINT_WORDS)?,
+        channel: t.integer("channel"),
+        joint: t.choice("joint", &JOINT_WORDS)?,
         vias: vias?,
-        gain_mn_per_unit: t.whole("gain_n_per_unit"),
+        gain_mn_per_unit: t.integer("gain_n_per_unit"),
     })
 }
 
 /// Returns the three numbers in a field, in the device's steps; reports a list of another length.
-pub(crate) fn triple(t: &Table<'_>, name: &str) -> Option<[i32; 3]> {
+pub(crate) fn read_triple(t: &Table<'_>, name: &str) -> Option<[i32; 3]> {
     let all = wholes(t, name);
     let found = <[i32; 3]>::try_from(all).ok();
-    if found.is_none() && t.has(name) && is_told_by_none(t, name) {
-        t.out_of_range(name, "three numbers: backward, to the right, upward".into());
+    if found.is_none() && t.has(name) && has_no_reported_error(t, name) {
+        t.report_out_of_range(name, "three numbers: backward, to the right, upward".into());
     }
     found
 }
 
-fn pair(t: &Table<'_>, name: &str) -> Option<(i32, i32)> {
+fn read_pair(t: &Table<'_>, name: &str) -> Option<(i32, i32)> {
     let all = wholes(t, name);
     let found = <[i32; 2]>::try_from(all).ok();
-    if found.is_none() && t.has(name) && is_told_by_none(t, name) {
-        t.out_of_range(name, "two numbers: lowest and highest".into());
+    if found.is_none() && t.has(name) && has_no_reported_error(t, name) {
+        t.report_out_of_range(name, "two numbers: lowest and highest".into());
     }
     found.map(|[low, high]| (low, high))
 }
 
 /// Returns whether no error of this list has been reported yet: it has numbers, or it is empty and
 /// the whole table has no error.
-fn is_told_by_none(t: &Table<'_>, name: &str) -> bool {
-    !t.wholes(name).is_empty() || t.is_sound()
+fn has_no_reported_error(t: &Table<'_>, name: &str) -> bool {
+    !t.integers(name).is_empty() || t.is_valid()
 }
 
 fn wholes(t: &Table<'_>, name: &str) -> Vec<i32> {
-    let all = t.wholes(name).iter();
+    let all = t.integers(name).iter();
     all.map(|(value, _)| i32::try_from(*value).unwrap_or(i32::MAX)) // within its range
         .collect()
 }

@@ -4,10 +4,10 @@
 use firmware::safety::{ChannelSpec, SetupError, WearerSpec};
 
 use super::unit::Unit;
-use crate::fields::decimal::in_units;
+use crate::fields::decimal::format_scaled;
 use crate::fields::error::Problem;
 use crate::fields::field::Need::{Or, OrWord};
-use crate::fields::field::{Kind, Section, f, n};
+use crate::fields::field::{Kind, Section, field, number_in};
 use crate::fields::table::Table;
 
 /// Returns the fields of the limits, whose defaults are the device's own.
@@ -16,54 +16,54 @@ pub(crate) fn limits() -> Section {
     type W = WearerSpec;
     let d = W::default();
     vec![
-        f("max_current_ma", n("mA", 3, W::MAX_CURRENT_UA), Or(d.max_current_ua.into()), "largest current"),
-        f("max_charge_uc", n("µC", 3, W::MAX_CHARGE_NC), Or(d.max_charge_nc.into()), "largest charge of one phase"),
-        f("max_rms_ma", n("mA", 3, W::MAX_RMS_UA), Or(d.max_rms_ua.into()), "largest rms current of a channel"),
-        f("rise_ms", n("ms", 0, W::RISE_MS), Or(d.rise_ms.into()), "rise of an amplitude from zero"),
-        f("fall_ms", n("ms", 0, W::FALL_MS), Or(d.fall_ms.into()), "fall when stimulation ends"),
-        f("host_timeout_ms", n("ms", 0, W::HOST_TIMEOUT_MS), Or(d.host_timeout_ms.into()), "host silence that ends stimulation"),
-        f("max_sum_ma", n("mA", 3, W::MAX_SUM_UA), Or(d.max_sum_ua.into()), "largest sum of all channels over the common return at any microsecond"),
-        f("max_sum_rms_ma", n("mA", 3, W::MAX_SUM_RMS_UA), Or(d.max_sum_rms_ua.into()), "largest rms current of all channels together"),
-        f("return_area_mm2", n("mm²", 0, W::RETURN_AREA_MM2), Or(d.return_area_mm2.into()), "area of the common return, under which 2 mA/cm² rms hold"),
-        f("hand_stop_required", Kind::Flag, OrWord("false"), "arming needs the hand-held stop closed, which stops when it opens; the arm key alone does not do"),
-        f("rise_bursts", n("", 0, W::RISE_BURSTS), Or(d.rise_bursts.into()), "fewest bursts of that rise"),
-        f("max_session_s", n("s", 0, W::MAX_SESSION_S), Or(d.max_session_s.into()), "longest stimulation since power came up"),
-        f("max_dose_mc", n("mC", 0, W::MAX_DOSE_MC), Or(d.max_dose_mc.into()), "largest charge through a channel since power came up, one phase a pulse"),
-        f("max_step_ma", n("mA", 3, W::MAX_STEP_UA), Or(d.max_step_ua.into()), "largest rise from burst to burst of an amplitude that is not zero"),
-        f("max_step_ma_per_s", n("mA", 3, W::MAX_STEP_UA_PER_S), Or(d.max_step_ua_per_s.into()), "the same within a second"),
+        field("max_current_ma", number_in("mA", 3, W::MAX_CURRENT_UA), Or(d.max_current_ua.into()), "largest current"),
+        field("max_charge_uc", number_in("µC", 3, W::MAX_CHARGE_NC), Or(d.max_charge_nc.into()), "largest charge of one phase"),
+        field("max_rms_ma", number_in("mA", 3, W::MAX_RMS_UA), Or(d.max_rms_ua.into()), "largest rms current of a channel"),
+        field("rise_ms", number_in("ms", 0, W::RISE_MS), Or(d.rise_ms.into()), "rise of an amplitude from zero"),
+        field("fall_ms", number_in("ms", 0, W::FALL_MS), Or(d.fall_ms.into()), "fall when stimulation ends"),
+        field("host_timeout_ms", number_in("ms", 0, W::HOST_TIMEOUT_MS), Or(d.host_timeout_ms.into()), "host silence that ends stimulation"),
+        field("max_sum_ma", number_in("mA", 3, W::MAX_SUM_UA), Or(d.max_sum_ua.into()), "largest sum of all channels over the common return at any microsecond"),
+        field("max_sum_rms_ma", number_in("mA", 3, W::MAX_SUM_RMS_UA), Or(d.max_sum_rms_ua.into()), "largest rms current of all channels together"),
+        field("return_area_mm2", number_in("mm²", 0, W::RETURN_AREA_MM2), Or(d.return_area_mm2.into()), "area of the common return, under which 2 mA/cm² rms hold"),
+        field("hand_stop_required", Kind::Flag, OrWord("false"), "arming needs the hand-held stop closed, which stops when it opens; the arm key alone does not do"),
+        field("rise_bursts", number_in("", 0, W::RISE_BURSTS), Or(d.rise_bursts.into()), "fewest bursts of that rise"),
+        field("max_session_s", number_in("s", 0, W::MAX_SESSION_S), Or(d.max_session_s.into()), "longest stimulation since power came up"),
+        field("max_dose_mc", number_in("mC", 0, W::MAX_DOSE_MC), Or(d.max_dose_mc.into()), "largest charge through a channel since power came up, one phase a pulse"),
+        field("max_step_ma", number_in("mA", 3, W::MAX_STEP_UA), Or(d.max_step_ua.into()), "largest rise from burst to burst of an amplitude that is not zero"),
+        field("max_step_ma_per_s", number_in("mA", 3, W::MAX_STEP_UA_PER_S), Or(d.max_step_ua_per_s.into()), "the same within a second"),
     ]
 }
 
 /// Returns the limits in a table, with the device's own for those that it leaves out.
-pub(crate) fn limits_of(t: &Table<'_>) -> WearerSpec {
+pub(crate) fn read_limits(t: &Table<'_>) -> WearerSpec {
     WearerSpec {
-        max_current_ua: t.whole("max_current_ma"),
-        max_charge_nc: t.whole("max_charge_uc"),
-        max_rms_ua: t.whole("max_rms_ma"),
-        rise_ms: t.whole("rise_ms"),
-        fall_ms: t.whole("fall_ms"),
-        host_timeout_ms: t.whole("host_timeout_ms"),
-        max_sum_ua: t.whole("max_sum_ma"),
-        max_sum_rms_ua: t.whole("max_sum_rms_ma"),
-        return_area_mm2: t.whole("return_area_mm2"),
+        max_current_ua: t.integer("max_current_ma"),
+        max_charge_nc: t.integer("max_charge_uc"),
+        max_rms_ua: t.integer("max_rms_ma"),
+        rise_ms: t.integer("rise_ms"),
+        fall_ms: t.integer("fall_ms"),
+        host_timeout_ms: t.integer("host_timeout_ms"),
+        max_sum_ua: t.integer("max_sum_ma"),
+        max_sum_rms_ua: t.integer("max_sum_rms_ma"),
+        return_area_mm2: t.integer("return_area_mm2"),
         hand_stop_required: t.flag("hand_stop_required"),
-        rise_bursts: t.whole("rise_bursts"),
-        max_session_s: t.whole("max_session_s"),
-        max_dose_mc: t.whole("max_dose_mc"),
-        max_step_ua: t.whole("max_step_ma"),
-        max_step_ua_per_s: t.whole("max_step_ma_per_s"),
+        rise_bursts: t.integer("rise_bursts"),
+        max_session_s: t.integer("max_session_s"),
+        max_dose_mc: t.integer("max_dose_mc"),
+        max_step_ua: t.integer("max_step_ma"),
+        max_step_ua_per_s: t.integer("max_step_ma_per_s"),
     }
 }
 
 /// Returns which of its own limits a channel exceeds, and by how much. `ma` returns the rms current
 /// of its train, as text for people.
-pub(crate) fn beyond(
+pub(crate) fn channel_limit_problem(
     spec: &ChannelSpec,
     unit: Unit,
     ma: impl Fn() -> String,
     e: SetupError,
 ) -> Option<Problem> {
-    let milli = |value: u32| in_units(value.into(), 3);
+    let milli = |value: u32| format_scaled(value.into(), 3);
     let stage = spec.stage.validate().ok()?;
     let current_ua = stage.current(spec.limit).get();
     let limit = format!(
@@ -84,7 +84,7 @@ pub(crate) fn beyond(
         SetupError::Charge { max_nc } => Problem::ChargeLimit {
             limit,
             // The product of µA and µs is in pC.
-            uc: in_units(i64::from(current_ua) * i64::from(spec.train.width_us), 6),
+            uc: format_scaled(i64::from(current_ua) * i64::from(spec.train.width_us), 6),
             max_uc: milli(max_nc),
         },
         SetupError::Rms { max } => Problem::RmsLimit {

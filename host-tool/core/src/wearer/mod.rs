@@ -21,11 +21,11 @@ mod write;
 
 pub use electrode::{Electrode, Interval, Muscle, StrengthDuration, WidthError};
 pub use fields::{INTERVALS_OF, manual, schema};
-pub(crate) use limb::triple;
+pub(crate) use limb::read_triple;
 pub use limb::{Limb, Line};
-pub(crate) use limits::{beyond, limits, limits_of};
-pub use read::is_one;
-pub use shipped::{SHIPPED, shipped};
+pub(crate) use limits::{channel_limit_problem, limits, read_limits};
+pub use read::is_wearer_file;
+pub use shipped::{SHIPPED, builtin_wearer};
 pub use store::{StoreError, append};
 pub(crate) use tiring::{fatigue, read_fatigue};
 pub use unit::Unit;

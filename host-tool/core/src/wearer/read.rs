@@ -11,8 +11,8 @@ use hal_sim::body::hand::spec::ROUND_M;
 use toml::de::{DeTable, DeValue};
 
 use super::fields::{EVIDENCE, FILE, INTERVALS_OF};
-use super::judge::{tell_limits, tell_order};
-use super::limits::limits_of;
+use super::judge::{check_limits, check_order};
+use super::limits::read_limits;
 use super::tiring::read_fatigue;
 use super::unit::Unit;
 use super::{
@@ -21,20 +21,21 @@ use super::{
 };
 use crate::fields::error::{Place, Problem};
 use crate::fields::table::Table;
-use crate::fields::{SessionError, parse as parse_file, text_of, visible};
+use crate::fields::{SessionError, escape_control_chars, parse as parse_file, read_text};
 
 /// Returns the text of a wearer file.
 ///
 /// # Errors
 /// E650 if the file cannot be read.
 pub(super) fn text(path: &Path) -> Result<String, SessionError> {
-    text_of(path).map_err(|reason| SessionError::nowhere(Problem::WearerUnreadable { reason }))
+    read_text(path)
+        .map_err(|reason| SessionError::without_place(Problem::WearerUnreadable { reason }))
 }
 
 /// Returns whether a text is meant as a wearer file: it has a `schema` or an `evidence`, which no
 /// session has.
 #[must_use]
-pub fn is_one(text: &str) -> bool {
+pub fn is_wearer_file(text: &str) -> bool {
     let (root, _) = DeTable::parse_recoverable(text);
     let root = root.get_ref();
     ["schema", "evidence"]
@@ -48,16 +49,16 @@ pub fn is_one(text: &str) -> bool {
 /// All errors of the text. For a file of another schema, only that error. For any other kind of
 /// file only E665, so that nothing of an unrelated file is shown.
 pub(super) fn parse(name: &str, text: &str) -> Result<Wearer, SessionError> {
-    if !is_one(text) {
-        let file = visible(name);
-        return Err(SessionError::nowhere(Problem::NotAWearer { file }));
+    if !is_wearer_file(text) {
+        let file = escape_control_chars(name);
+        return Err(SessionError::without_place(Problem::NotAWearer { file }));
     }
     match other_schema(text) {
         Some(place) => {
             let problem = Problem::WearerSchema { known: SCHEMA };
             Err(SessionError::at(
                 problem,
-                &visible(name),
+                &escape_control_chars(name),
                 &text.into(),
                 place,
             ))
@@ -87,22 +88,22 @@ fn read(t: &Table<'_>) -> Option<Wearer> {
     if let Some(name) = t.text("name")
         && !is_pseudonym(name)
     {
-        t.say("name", Problem::WearerName {});
+        t.report("name", Problem::WearerName {});
     }
-    let limits = t.part("limits", |l| Some(limits_of(l)));
+    let limits = t.optional_table("limits", |l| Some(read_limits(l)));
     let limits = limits.map(Option::unwrap_or_default);
     let mut draft = Draft::default();
     if let (Some(limits), Some(l)) = (limits, t.table("limits"))
         && let Err(mistake) = draft.set_wearer(limits)
     {
-        l.refuse(mistake);
+        l.report_refusal(mistake);
     }
     let mut electrodes: Vec<Electrode> = Vec::new();
     let mut are_whole = true;
     for item in t.tables("electrode") {
-        let channel = item.whole::<u8>("channel");
+        let channel = item.integer::<u8>("channel");
         if electrodes.iter().any(|known| known.channel == channel) {
-            item.say("channel", Problem::ChannelTwice { channel });
+            item.report("channel", Problem::ChannelTwice { channel });
         }
         match read_electrode(item, &mut draft) {
             Some(electrode) => electrodes.push(electrode),
@@ -117,25 +118,25 @@ fn read(t: &Table<'_>) -> Option<Wearer> {
                 .any(|electrode| electrode.channel == channel)
     };
     let find = |t: &Table<'_>, name: &str| {
-        let channel = t.whole(name);
+        let channel = t.integer(name);
         if !has(channel) {
-            t.say(name, Problem::NoSuchChannel { channel });
+            t.report(name, Problem::NoSuchChannel { channel });
         }
         channel
     };
-    let forearm = t.part("forearm", read_forearm);
-    let elbow = t.part("elbow", |e| Some(read_elbow(e, find)));
+    let forearm = t.optional_table("forearm", read_forearm);
+    let elbow = t.optional_table("elbow", |e| Some(read_elbow(e, find)));
     // The limb is read even if it has errors, because an error in one line must not hide those in
     // another.
     let limb = t.table("limb");
     let limb = limb.and_then(|l| super::limb::read(l, &electrodes, are_whole));
-    let checks = t.tables("check").iter().filter(|item| item.is_sound());
+    let checks = t.tables("check").iter().filter(|item| item.is_valid());
     let checks = checks.map(|item| read_check(item, find)).collect();
-    let history = t.tables("history").iter().filter(|item| item.is_sound());
+    let history = t.tables("history").iter().filter(|item| item.is_valid());
     let history = history.map(read_history).collect();
     Some(Wearer {
         name: t.text("name")?.to_owned(),
-        evidence: t.named("evidence", &EVIDENCE).unwrap_or(Evidence::Assumed),
+        evidence: t.choice("evidence", &EVIDENCE).unwrap_or(Evidence::Assumed),
         source: t.text("source")?.to_owned(),
         note: t.text("note").map(str::to_owned),
         limits: limits?,
@@ -155,17 +156,18 @@ pub(super) fn is_pseudonym(name: &str) -> bool {
 }
 
 /// Returns an amplitude that may be left out.
-fn optional(t: &Table<'_>, name: &str) -> Option<Amplitude> {
-    t.has(name).then(|| Amplitude::new(t.whole(name)))
+fn optional_amplitude(t: &Table<'_>, name: &str) -> Option<Amplitude> {
+    t.has(name).then(|| Amplitude::new(t.integer(name)))
 }
 
 /// Reads one `[[electrode]]`, and checks it against itself and against the wearer's limits.
 fn read_electrode(t: &Table<'_>, draft: &mut Draft) -> Option<Electrode> {
-    let strength_duration = t.part("strength_duration", |s| Some(read_strength_duration(s)));
-    let muscle = t.part("muscle", |m| Some(read_muscle(m)));
+    let strength_duration =
+        t.optional_table("strength_duration", |s| Some(read_strength_duration(s)));
+    let muscle = t.optional_table("muscle", |m| Some(read_muscle(m)));
     let intervals = t.tables("intervals").iter();
     let intervals: Option<Vec<Interval>> = intervals.map(read_interval).collect();
-    if !t.is_sound() {
+    if !t.is_valid() {
         return None;
     }
     let unit = match t.word("stage") {
@@ -175,19 +177,19 @@ fn read_electrode(t: &Table<'_>, draft: &mut Draft) -> Option<Electrode> {
     let frequency_hz = t.real("frequency_hz")?;
     let holds = |name| t.real(name).unwrap_or(frequency_hz);
     let electrode = Electrode {
-        channel: t.whole("channel"),
+        channel: t.integer("channel"),
         place: t.text("place")?.to_owned(),
-        area_mm2: t.whole("area_mm2"),
+        area_mm2: t.integer("area_mm2"),
         unit,
-        load_ohm: t.whole("load_ohm"),
-        width_us: t.whole("width_us"),
+        load_ohm: t.integer("load_ohm"),
+        width_us: t.integer("width_us"),
         frequency_hz,
         holds_hz: [holds("from_hz"), holds("to_hz")],
-        motor_threshold: Amplitude::new(t.whole("motor_threshold")),
-        limit: Amplitude::new(t.whole("limit")),
-        start: optional(t, "start").unwrap_or_default(),
-        minimum: optional(t, "minimum"),
-        maximum: optional(t, "maximum"),
+        motor_threshold: Amplitude::new(t.integer("motor_threshold")),
+        limit: Amplitude::new(t.integer("limit")),
+        start: optional_amplitude(t, "start").unwrap_or_default(),
+        minimum: optional_amplitude(t, "minimum"),
+        maximum: optional_amplitude(t, "maximum"),
         moves: t
             .texts("moves")
             .iter()
@@ -197,39 +199,39 @@ fn read_electrode(t: &Table<'_>, draft: &mut Draft) -> Option<Electrode> {
         muscle: muscle?,
         intervals: intervals?,
     };
-    tell_order(t, &electrode);
-    tell_limits(t, &electrode, draft);
+    check_order(t, &electrode);
+    check_limits(t, &electrode, draft);
     Some(electrode)
 }
 
 fn read_strength_duration(t: &Table<'_>) -> StrengthDuration {
-    let points = t.tables("upper").iter().filter(|table| table.is_sound());
+    let points = t.tables("upper").iter().filter(|table| table.is_valid());
     let points = points.map(|table| {
         (
-            table.whole("width_us"),
-            Amplitude::new(table.whole("value")),
+            table.integer("width_us"),
+            Amplitude::new(table.integer("value")),
         )
     });
     StrengthDuration {
-        rheobase: Amplitude::new(t.whole("rheobase")),
-        chronaxie_ns: t.whole("chronaxie_us"),
+        rheobase: Amplitude::new(t.integer("rheobase")),
+        chronaxie_ns: t.integer("chronaxie_us"),
         upper: points.collect(),
     }
 }
 
 fn read_muscle(t: &Table<'_>) -> Muscle {
     let force = CalciumForceSpec {
-        a_mn_per_s: t.whole("a_n_per_s"),
-        k_micro: t.whole("k"),
-        tau_c_us: t.whole("tau_c_ms"),
-        tau1_us: t.whole("tau1_ms"),
-        tau2_us: t.whole("tau2_ms"),
+        a_mn_per_s: t.integer("a_n_per_s"),
+        k_micro: t.integer("k"),
+        tau_c_us: t.integer("tau_c_ms"),
+        tau1_us: t.integer("tau1_ms"),
+        tau2_us: t.integer("tau2_ms"),
     };
-    let fatigue = t.table("fatigue").filter(|f| f.is_sound());
+    let fatigue = t.table("fatigue").filter(|f| f.is_valid());
     Muscle {
         force,
-        reference: Amplitude::new(t.whole("reference")),
-        slope_micro: t.whole("slope_per_unit"),
+        reference: Amplitude::new(t.integer("reference")),
+        slope_micro: t.integer("slope_per_unit"),
         fatigue: fatigue.map(|f| read_fatigue(f, force.a_mn_per_s)),
     }
 }
@@ -238,7 +240,7 @@ fn read_interval(t: &Table<'_>) -> Option<Interval> {
     let of = INTERVALS_OF.iter().find(|of| **of == t.word("of"));
     let (low, high) = (t.real("low")?, t.real("high")?);
     if low > high {
-        t.not_after("high", "`low`".into());
+        t.report_not_after("high", "`low`".into());
     }
     Some(Interval { of: of?, low, high })
 }
@@ -246,14 +248,14 @@ fn read_interval(t: &Table<'_>) -> Option<Interval> {
 fn read_forearm(t: &Table<'_>) -> Option<Forearm> {
     let (reach_m, around_m) = (t.real("reach_m")?, t.real("around_m")?);
     let volts: Vec<f64> = t
-        .wholes("thresholds_v")
+        .integers("thresholds_v")
         .iter()
         .map(|(mv, _)| *mv as f64 / 1e3)
         .collect();
     let thresholds_v = <[f64; 3]>::try_from(volts).ok();
     if t.has("thresholds_v") && thresholds_v.is_none() {
         let allowed = "three numbers: of A, B and the extensor's point".into();
-        t.out_of_range("thresholds_v", allowed);
+        t.report_out_of_range("thresholds_v", allowed);
     }
     let pads_mm = <[[f64; 2]; 3]>::try_from(t.pairs("pads_mm", 0)).ok();
     if let Some(pads_mm) = pads_mm {
@@ -264,9 +266,9 @@ fn read_forearm(t: &Table<'_>) -> Option<Forearm> {
                 diameter_m: ROUND_M,
             },
         });
-        for wrong in HandSpec::nominal(reach_m, around_m, 0).misplaced(&points) {
+        for wrong in HandSpec::nominal(reach_m, around_m, 0).placement_errors(&points) {
             let why = wrong.to_string();
-            t.say("pads_mm", Problem::Misplaced { why });
+            t.report("pads_mm", Problem::Misplaced { why });
         }
     }
     Some(Forearm {
@@ -280,7 +282,7 @@ fn read_forearm(t: &Table<'_>) -> Option<Forearm> {
 fn read_elbow(t: &Table<'_>, find: impl Fn(&Table<'_>, &str) -> u8) -> Elbow {
     let (triceps, biceps) = (find(t, "triceps"), find(t, "biceps"));
     if triceps == biceps {
-        t.say("biceps", Problem::ChannelTwice { channel: biceps });
+        t.report("biceps", Problem::ChannelTwice { channel: biceps });
     }
     Elbow {
         triceps,
@@ -299,7 +301,7 @@ fn read_history(t: &Table<'_>) -> History {
         what: said("what"),
         device: text("device"),
         firmware: text("firmware"),
-        seed: t.has("seed").then(|| t.whole("seed")),
+        seed: t.has("seed").then(|| t.integer("seed")),
     }
 }
 
@@ -307,8 +309,8 @@ fn read_check(t: &Table<'_>, find: impl Fn(&Table<'_>, &str) -> u8) -> DriftChec
     DriftCheck {
         at: t.text("at").unwrap_or_default().to_owned(),
         channel: find(t, "channel"),
-        expected: Amplitude::new(t.whole("expected")),
-        found: optional(t, "found"),
+        expected: Amplitude::new(t.integer("expected")),
+        found: optional_amplitude(t, "found"),
         unit: match t.word("unit") {
             "V" => Unit::Volt,
             _ => Unit::Milliampere,
@@ -316,6 +318,6 @@ fn read_check(t: &Table<'_>, find: impl Fn(&Table<'_>, &str) -> u8) -> DriftChec
         accepted: t.flag("accepted"),
         by: t.text("by").map(str::to_owned),
         device: t.text("device").map(str::to_owned),
-        seed: t.has("seed").then(|| t.whole("seed")),
+        seed: t.has("seed").then(|| t.integer("seed")),
     }
 }

@@ -15,7 +15,7 @@ pub const SHIPPED: [(&str, &str); 17] = wearers![
 
 /// Returns the text of the built-in wearer file of this name, with or without `.toml`.
 #[must_use]
-pub fn shipped(name: &str) -> Option<&'static str> {
+pub fn builtin_wearer(name: &str) -> Option<&'static str> {
     let name = name.strip_suffix(".toml").unwrap_or(name);
     let is = |file: &str| file.strip_suffix(".toml") == Some(name);
     let found = SHIPPED.iter().find(|(file, _)| is(file));

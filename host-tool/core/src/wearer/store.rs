@@ -1,6 +1,6 @@
 //! Keeps a wearer file on disk: it is either complete or unchanged, and its history only grows.
 
-use super::write::appendix;
+use super::write::entries_to_toml;
 use super::{DriftCheck, History, Wearer};
 use crate::disk::{FileSystem, replace};
 use crate::fields::SessionError;
@@ -45,13 +45,13 @@ impl Wearer {
         let path = path.as_ref();
         if path.exists() {
             let old = Self::read(path).map_err(|e| unreadable(&e))?;
-            self.follows(path, &old)?;
+            self.check_may_replace(path, &old)?;
         }
         self.store(path, &self.to_toml())
     }
 
     /// Checks whether this wearer may replace `old`.
-    fn follows(&self, path: &Path, old: &Self) -> Result<(), StoreError> {
+    fn check_may_replace(&self, path: &Path, old: &Self) -> Result<(), StoreError> {
         if old.name != self.name {
             let (known, new) = (old.name.clone(), self.name.clone());
             return Err(StoreError::Another(path.to_owned(), known, new));
@@ -93,6 +93,9 @@ pub fn append(
     wearer.history.extend_from_slice(history);
     wearer.checks.extend_from_slice(checks);
     let end = if text.ends_with('\n') { "" } else { "\n" };
-    wearer.store(path, &format!("{text}{end}{}", appendix(history, checks)))?;
+    wearer.store(
+        path,
+        &format!("{text}{end}{}", entries_to_toml(history, checks)),
+    )?;
     Ok(wearer)
 }

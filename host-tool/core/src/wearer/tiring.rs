@@ -3,7 +3,7 @@
 use firmware::muscle::FatigueSpec;
 
 use crate::fields::field::Need::{Or, OrTold};
-use crate::fields::field::{Section, f, n};
+use crate::fields::field::{Section, field, number_in};
 use crate::fields::table::Table;
 
 /// Returns the fields of `fatigue`.
@@ -12,10 +12,10 @@ pub(crate) fn fatigue() -> Section {
     type F = FatigueSpec;
     let q = F::QUADRICEPS;
     vec![
-        f("alpha_a_per_s2", n("s⁻²", 3, F::ALPHA_A_MILLI_PER_S2), Or(q.alpha_a_milli_per_s2.into()), "what force takes from A"),
-        f("alpha_k_per_n_s", n("N⁻¹s⁻¹", 9, F::ALPHA_K_NANO_PER_N_S), OrTold("0.0572 / A in N/s".into()), "what it adds to K"),
-        f("alpha_tau1_per_n", n("N⁻¹", 9, F::ALPHA_TAU1_NANO_PER_N), OrTold("0.0632 / A in N/s".into()), "what it adds to τ1"),
-        f("tau_fat_s", n("s", 3, F::TAU_FAT_MS), Or(q.tau_fat_ms.into()), "recovery"),
+        field("alpha_a_per_s2", number_in("s⁻²", 3, F::ALPHA_A_MILLI_PER_S2), Or(q.alpha_a_milli_per_s2.into()), "what force takes from A"),
+        field("alpha_k_per_n_s", number_in("N⁻¹s⁻¹", 9, F::ALPHA_K_NANO_PER_N_S), OrTold("0.0572 / A in N/s".into()), "what it adds to K"),
+        field("alpha_tau1_per_n", number_in("N⁻¹", 9, F::ALPHA_TAU1_NANO_PER_N), OrTold("0.0632 / A in N/s".into()), "what it adds to τ1"),
+        field("tau_fat_s", number_in("s", 3, F::TAU_FAT_MS), Or(q.tau_fat_ms.into()), "recovery"),
     ]
 }
 
@@ -23,9 +23,9 @@ pub(crate) fn fatigue() -> Section {
 pub(crate) fn read_fatigue(t: &Table<'_>, a_mn_per_s: u32) -> FatigueSpec {
     let scaled = FatigueSpec::scaled_to(a_mn_per_s);
     FatigueSpec {
-        alpha_a_milli_per_s2: t.whole("alpha_a_per_s2"),
-        alpha_k_nano_per_n_s: t.whole_or("alpha_k_per_n_s", scaled.alpha_k_nano_per_n_s),
-        alpha_tau1_nano_per_n: t.whole_or("alpha_tau1_per_n", scaled.alpha_tau1_nano_per_n),
-        tau_fat_ms: t.whole("tau_fat_s"),
+        alpha_a_milli_per_s2: t.integer("alpha_a_per_s2"),
+        alpha_k_nano_per_n_s: t.integer_or("alpha_k_per_n_s", scaled.alpha_k_nano_per_n_s),
+        alpha_tau1_nano_per_n: t.integer_or("alpha_tau1_per_n", scaled.alpha_tau1_nano_per_n),
+        tau_fat_ms: t.integer("tau_fat_s"),
     }
 }

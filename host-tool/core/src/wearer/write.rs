@@ -5,7 +5,7 @@ use super::unit::Unit;
 use super::{
     DriftCheck, Elbow, Electrode, Forearm, History, Limb, Muscle, SCHEMA, StrengthDuration, Wearer,
 };
-use crate::fields::decimal::{in_units, written};
+use crate::fields::decimal::{format_scaled, format_toml_number};
 use firmware::muscle::FatigueSpec;
 use firmware::safety::WearerSpec;
 use firmware::units::Amplitude;
@@ -18,7 +18,7 @@ pub(super) fn to_toml(wearer: &Wearer) -> String {
     out.text("name", &wearer.name);
     out.text("evidence", wearer.evidence.word());
     out.text("source", &wearer.source);
-    out.texts("note", wearer.note.as_deref());
+    out.optional_text("note", wearer.note.as_deref());
     limits(&mut out, &wearer.limits);
     for electrode in &wearer.electrodes {
         out.head("[[electrode]]");
@@ -35,32 +35,32 @@ pub(super) fn to_toml(wearer: &Wearer) -> String {
     if let Some(limb) = &wearer.limb {
         write_limb(&mut out, limb);
     }
-    out.0 + &appendix(&wearer.history, &wearer.checks)
+    out.0 + &entries_to_toml(&wearer.history, &wearer.checks)
 }
 
 /// Returns the text that is appended to a file for these entries.
-pub(super) fn appendix(history: &[History], checks: &[DriftCheck]) -> String {
+pub(super) fn entries_to_toml(history: &[History], checks: &[DriftCheck]) -> String {
     let mut out = Lines::default();
     for entry in history {
         out.head("[[history]]");
         out.text("at", &entry.at);
         out.text("by", &entry.by);
         out.text("what", &entry.what);
-        out.texts("device", entry.device.as_deref());
-        out.texts("firmware", entry.firmware.as_deref());
-        out.given("seed", entry.seed);
+        out.optional_text("device", entry.device.as_deref());
+        out.optional_text("firmware", entry.firmware.as_deref());
+        out.optional_field("seed", entry.seed);
     }
     for check in checks {
         out.head("[[check]]");
         out.text("at", &check.at);
         out.field("channel", check.channel);
         out.field("expected", milli(check.expected));
-        out.given("found", check.found.map(milli));
+        out.optional_field("found", check.found.map(milli));
         out.text("unit", check.unit.symbol());
         out.field("accepted", check.accepted);
-        out.texts("by", check.by.as_deref());
-        out.texts("device", check.device.as_deref());
-        out.given("seed", check.seed);
+        out.optional_text("by", check.by.as_deref());
+        out.optional_text("device", check.device.as_deref());
+        out.optional_field("seed", check.seed);
     }
     out.0
 }
@@ -84,7 +84,7 @@ impl Lines {
         let _ = writeln!(self.0, "{name} = {value}"); // a String takes all
     }
 
-    fn given(&mut self, name: &str, value: Option<impl Display>) {
+    fn optional_field(&mut self, name: &str, value: Option<impl Display>) {
         if let Some(value) = value {
             self.field(name, value);
         }
@@ -94,8 +94,8 @@ impl Lines {
         self.field(name, quoted(text));
     }
 
-    fn texts(&mut self, name: &str, text: Option<&str>) {
-        self.given(name, text.map(quoted));
+    fn optional_text(&mut self, name: &str, text: Option<&str>) {
+        self.optional_field(name, text.map(quoted));
     }
 }
 
@@ -106,7 +106,7 @@ fn quoted(text: &str) -> String {
 
 /// Formats an amplitude in thousandths for people.
 fn milli(value: Amplitude) -> String {
-    in_units(value.get().into(), 3)
+    format_scaled(value.get().into(), 3)
 }
 
 /// Writes the limits that differ from the device's own; host silence and fall are always written.
@@ -215,7 +215,7 @@ fn limits(out: &mut Lines, wearer_spec: &WearerSpec) {
     ];
     for (name, value, default, places, always) in numbers {
         if always || value != default {
-            out.field(name, in_units(value.into(), places));
+            out.field(name, format_scaled(value.into(), places));
         }
     }
     if wearer_spec.hand_stop_required {
@@ -235,35 +235,41 @@ fn write_electrode(out: &mut Lines, electrode: &Electrode) {
     }
     out.field("area_mm2", electrode.area_mm2);
     out.field("width_us", electrode.width_us);
-    out.field("frequency_hz", written(electrode.frequency_hz, 0));
+    out.field(
+        "frequency_hz",
+        format_toml_number(electrode.frequency_hz, 0),
+    );
     let [from, to] = electrode.holds_hz;
     if electrode.holds_hz != [electrode.frequency_hz; 2] {
-        out.field("from_hz", written(from, 0));
-        out.field("to_hz", written(to, 0));
+        out.field("from_hz", format_toml_number(from, 0));
+        out.field("to_hz", format_toml_number(to, 0));
     }
     out.field("motor_threshold", milli(electrode.motor_threshold));
     out.field("limit", milli(electrode.limit));
-    out.given(
+    out.optional_field(
         "start",
         Some(electrode.start)
             .filter(|amplitude| amplitude.get() > 0)
             .map(milli),
     );
-    out.given("minimum", electrode.minimum.map(milli));
-    out.given("maximum", electrode.maximum.map(milli));
+    out.optional_field("minimum", electrode.minimum.map(milli));
+    out.optional_field("maximum", electrode.maximum.map(milli));
     if !electrode.moves.is_empty() {
         let moves: Vec<String> = electrode.moves.iter().map(|text| quoted(text)).collect();
         out.field("moves", format!("[{}]", moves.join(", ")));
     }
-    out.given(
+    out.optional_field(
         "strength_duration",
         electrode.strength_duration.as_ref().map(curve),
     );
-    out.given("muscle", electrode.muscle.as_ref().map(muscle));
+    out.optional_field("muscle", electrode.muscle.as_ref().map(muscle));
     if !electrode.intervals.is_empty() {
         out.line("intervals = [");
         for interval in &electrode.intervals {
-            let (low, high) = (written(interval.low, 0), written(interval.high, 0));
+            let (low, high) = (
+                format_toml_number(interval.low, 0),
+                format_toml_number(interval.high, 0),
+            );
             let of = interval.of;
             out.line(&format!(
                 "    {{ of = \"{of}\", low = {low}, high = {high} }},"
@@ -282,7 +288,7 @@ fn curve(strength_duration: &StrengthDuration) -> String {
         true => String::new(),
         false => format!(", upper = [{}]", points.join(", ")),
     };
-    let chronaxie_us = in_units(strength_duration.chronaxie_ns.into(), 3);
+    let chronaxie_us = format_scaled(strength_duration.chronaxie_ns.into(), 3);
     let rheobase = milli(strength_duration.rheobase);
     format!("{{ rheobase = {rheobase}, chronaxie_us = {chronaxie_us}{upper} }}")
 }
@@ -295,8 +301,8 @@ fn muscle(item: &Muscle) -> String {
         force.tau1_us,
         force.tau2_us,
     ]
-    .map(|value| in_units(value.into(), 3));
-    let [k, slope] = [force.k_micro, item.slope_micro].map(|value| in_units(value.into(), 6));
+    .map(|value| format_scaled(value.into(), 3));
+    let [k, slope] = [force.k_micro, item.slope_micro].map(|value| format_scaled(value.into(), 6));
     let reference = milli(item.reference);
     let fatigue = item.fatigue.map(fatigue).unwrap_or_default();
     format!(
@@ -306,8 +312,8 @@ fn muscle(item: &Muscle) -> String {
 }
 
 fn fatigue(fatigue_spec: FatigueSpec) -> String {
-    let nano = |value: u32| in_units(value.into(), 9);
-    let milli = |value: u32| in_units(value.into(), 3);
+    let nano = |value: u32| format_scaled(value.into(), 9);
+    let milli = |value: u32| format_scaled(value.into(), 3);
     format!(
         ", fatigue = {{ alpha_a_per_s2 = {}, alpha_k_per_n_s = {}, alpha_tau1_per_n = {}, \
          tau_fat_s = {} }}",
@@ -319,26 +325,37 @@ fn fatigue(fatigue_spec: FatigueSpec) -> String {
 }
 
 fn write_forearm(out: &mut Lines, forearm: &Forearm) {
-    out.field("reach_m", written(forearm.reach_m, 0));
-    out.field("around_m", written(forearm.around_m, 0));
+    out.field("reach_m", format_toml_number(forearm.reach_m, 0));
+    out.field("around_m", format_toml_number(forearm.around_m, 0));
     let volts = |all: [f64; 3]| {
-        let mv = all.map(|v| in_units((v * 1e3).round() as i64, 3)); // 2–40 V
+        let mv = all.map(|v| format_scaled((v * 1e3).round() as i64, 3)); // 2–40 V
         format!("[{}]", mv.join(", "))
     };
-    out.given("thresholds_v", forearm.thresholds_v.map(volts));
+    out.optional_field("thresholds_v", forearm.thresholds_v.map(volts));
     let pairs = |all: [[f64; 2]; 3]| {
-        let pairs =
-            all.map(|[along, around]| format!("[{}, {}]", written(along, 0), written(around, 0)));
+        let pairs = all.map(|[along, around]| {
+            format!(
+                "[{}, {}]",
+                format_toml_number(along, 0),
+                format_toml_number(around, 0)
+            )
+        });
         format!("[{}]", pairs.join(", "))
     };
-    out.given("pads_mm", forearm.pads_mm.map(pairs));
+    out.optional_field("pads_mm", forearm.pads_mm.map(pairs));
 }
 
 fn write_elbow(out: &mut Lines, elbow: &Elbow) {
     out.field("triceps", elbow.triceps);
     out.field("biceps", elbow.biceps);
-    out.given("triceps_nm", elbow.triceps_nm.map(|nm| written(nm, 0)));
-    out.given("biceps_nm", elbow.biceps_nm.map(|nm| written(nm, 0)));
+    out.optional_field(
+        "triceps_nm",
+        elbow.triceps_nm.map(|nm| format_toml_number(nm, 0)),
+    );
+    out.optional_field(
+        "biceps_nm",
+        elbow.biceps_nm.map(|nm| format_toml_number(nm, 0)),
+    );
 }
 
 fn write_limb(out: &mut Lines, limb: &Limb) {
@@ -359,7 +376,10 @@ fn write_limb(out: &mut Lines, limb: &Limb) {
             out.line(&format!("    {{ segment = \"{segment}\", at_mm = {at} }},"));
         }
         out.line("]");
-        out.field("gain_n_per_unit", in_units(line.gain_mn_per_unit.into(), 3));
+        out.field(
+            "gain_n_per_unit",
+            format_scaled(line.gain_mn_per_unit.into(), 3),
+        );
     }
 }
 
@@ -367,7 +387,7 @@ fn write_limb(out: &mut Lines, limb: &Limb) {
 fn numbers(milli: &[i32]) -> String {
     let each: Vec<String> = milli
         .iter()
-        .map(|milli| in_units((*milli).into(), 3))
+        .map(|milli| format_scaled((*milli).into(), 3))
         .collect();
     format!("[{}]", each.join(", "))
 }

@@ -2,7 +2,7 @@
 
 use super::scene::*;
 use hal_sim::body::bench::SensorSpec;
-use host_core::calibration::{Auto, Files, OnDisk, journal_of};
+use host_core::calibration::{Auto, Files, OnDisk, journal_path};
 use std::cell::Cell;
 use std::io::{self, Write};
 use std::path::Path;
@@ -51,19 +51,19 @@ impl Files for Full {
 
 #[test]
 fn a_full_disk_ends_stimulation_first_and_leaves_everything_whole() {
-    let order = plan_of(2);
+    let order = plan_with_electrodes(2);
     let folder = folder("disk");
-    let (_, _, reference) = whole(&order, &folder.join("reference.toml"));
+    let (_, _, reference) = run_whole_calibration(&order, &folder.join("reference.toml"));
     let out = folder.join("w.toml");
     let (mut tried, mut room) = (0, 0);
     loop {
         let _ = std::fs::remove_file(&out);
-        let _ = std::fs::remove_file(journal_of(&out));
+        let _ = std::fs::remove_file(journal_path(&out));
         let full = Full {
             left: Rc::new(Cell::new(room)),
         };
-        let port = port_of(&order.0, SEED, SensorSpec::default());
-        let (result, _, port) = calibrated(port, &order, &out, &full, &mut Auto);
+        let port = array_port(&order.0, SEED, SensorSpec::default());
+        let (result, _, port) = run_calibration(port, &order, &out, &full, &mut Auto);
         let Err(error) = result else {
             break;
         };
@@ -77,8 +77,8 @@ fn a_full_disk_ends_stimulation_first_and_leaves_everything_whole() {
             host_core::wearer::Wearer::read(&out).unwrap();
         }
         // Room was made.
-        let port = port_of(&order.0, SEED, SensorSpec::default());
-        calibrated(port, &order, &out, &OnDisk, &mut Auto)
+        let port = array_port(&order.0, SEED, SensorSpec::default());
+        run_calibration(port, &order, &out, &OnDisk, &mut Auto)
             .0
             .unwrap();
         let resumed = std::fs::read_to_string(&out).unwrap();

@@ -11,9 +11,13 @@ use std::path::Path;
 use std::sync::{Arc, Mutex};
 
 /// Checks the file on the body that `seed` draws.
-fn checked(file: &Path, seed: u64) -> (Result<(), CalibrationError>, ProcedureCost) {
+fn run_check(file: &Path, seed: u64) -> (Result<(), CalibrationError>, ProcedureCost) {
     let wearer = Wearer::read(file).unwrap();
-    let port = port_of(&Plan::of(&wearer).unwrap(), seed, SensorSpec::default());
+    let port = array_port(
+        &Plan::from_wearer(&wearer).unwrap(),
+        seed,
+        SensorSpec::default(),
+    );
     let head = head_of("");
     let checked = CheckOrder {
         file,
@@ -25,15 +29,21 @@ fn checked(file: &Path, seed: u64) -> (Result<(), CalibrationError>, ProcedureCo
         interruption: None,
         acknowledges: false,
     };
-    let (result, _, spent) = check(port, &wearer, &checked, &mut Journal::nowhere(), &mut desk);
+    let (result, _, spent) = check(
+        port,
+        &wearer,
+        &checked,
+        &mut Journal::discarding(),
+        &mut desk,
+    );
     (result, spent)
 }
 
 #[test]
 fn thresholds_that_hold_are_told_in_a_minute_and_others_refused() {
     let out = folder("drift").join("w.toml");
-    let (_, _, text) = whole(&plan_of(10), &out);
-    let (result, spent) = checked(&out, SEED);
+    let (_, _, text) = run_whole_calibration(&plan_with_electrodes(10), &out);
+    let (result, spent) = run_check(&out, SEED);
     result.unwrap();
     println!(
         "{:.1} s of device time, {} presentations",
@@ -46,7 +56,7 @@ fn thresholds_that_hold_are_told_in_a_minute_and_others_refused() {
     let kept = std::fs::read_to_string(&out).unwrap();
     assert!(kept.starts_with(&text), "every byte is kept");
     // Another person's arm.
-    let (result, _) = checked(&out, SEED + 1);
+    let (result, _) = run_check(&out, SEED + 1);
     let told = result.unwrap_err().to_string();
     assert!(
         told.starts_with("E682 the thresholds have drifted: channel"),
@@ -58,9 +68,9 @@ fn thresholds_that_hold_are_told_in_a_minute_and_others_refused() {
 }
 
 /// A calibrated electrode whose file says these rates instead: found at, holds from and to.
-fn found_at(name: &str, [hz, from_hz, to_hz]: [f64; 3]) -> std::path::PathBuf {
+fn calibrated_at(name: &str, [hz, from_hz, to_hz]: [f64; 3]) -> std::path::PathBuf {
     let out = folder(name).join("w.toml");
-    let (_, _, text) = whole(&plan_of(1), &out);
+    let (_, _, text) = run_whole_calibration(&plan_with_electrodes(1), &out);
     let own = "frequency_hz = 32.0\n";
     assert!(text.contains(own), "{text}");
     let rates = format!("frequency_hz = {hz:?}\nfrom_hz = {from_hz:?}\nto_hz = {to_hz:?}\n");
@@ -71,9 +81,9 @@ fn found_at(name: &str, [hz, from_hz, to_hz]: [f64; 3]) -> std::path::PathBuf {
 /// Lee 2020's 30 Hz, at which three pulses are more than 100 ms: checked at 32.
 #[test]
 fn an_electrode_that_falls_off_while_a_30_hz_file_is_checked_is_silent_in_time() {
-    let file = found_at("slow", [30.0, 20.0, 40.0]);
+    let file = calibrated_at("slow", [30.0, 20.0, 40.0]);
     let wearer = Wearer::read(&file).unwrap();
-    let plan = Plan::of(&wearer).unwrap();
+    let plan = Plan::from_wearer(&wearer).unwrap();
     assert_eq!(plan.electrodes[0].frequency_hz, 32.0);
     let given = (0..32).map(|place| (Phase::On, 0.3 + 0.005 * f64::from(place)));
     let mut longest = 0;
@@ -91,7 +101,7 @@ fn an_electrode_that_falls_off_while_a_30_hz_file_is_checked_is_silent_in_time()
             come: Arc::clone(&come),
         };
         let mut port = DisturbedPort {
-            port: port_of(&plan, SEED, SensorSpec::default()),
+            port: array_port(&plan, SEED, SensorSpec::default()),
             way: Disturbance::Off,
             come: Arc::clone(&come),
         };
@@ -105,7 +115,7 @@ fn an_electrode_that_falls_off_while_a_30_hz_file_is_checked_is_silent_in_time()
             interruption: None,
             acknowledges: false,
         };
-        let mut nowhere = Journal::nowhere();
+        let mut nowhere = Journal::discarding();
         let (result, _, _) = check(&mut port, &wearer, &checked, &mut nowhere, &mut desk);
         let told = result.unwrap_err().to_string();
         assert!(told.starts_with("E677 "), "{moment:?}: {told}");
@@ -129,13 +139,16 @@ fn thresholds_of_other_rates_are_not_checked() {
         ("slower", [30.0, 20.0, 31.9]),
         ("faster", [60.0, 50.1, 100.0]),
     ] {
-        let wearer = Wearer::read(found_at(name, rates)).unwrap();
-        let told = Plan::of(&wearer).unwrap_err().to_string();
+        let wearer = Wearer::read(calibrated_at(name, rates)).unwrap();
+        let told = Plan::from_wearer(&wearer).unwrap_err().to_string();
         assert!(told.starts_with("E670 "), "{told}");
         let [_, from_hz, to_hz] = rates;
         let holds = format!("channel 1: its threshold holds from {from_hz} to {to_hz} Hz");
         assert!(told.contains(&holds), "{told}");
     }
-    let wearer = Wearer::read(found_at("fast", [60.0, 40.0, 100.0])).unwrap();
-    assert_eq!(Plan::of(&wearer).unwrap().electrodes[0].frequency_hz, 50.0);
+    let wearer = Wearer::read(calibrated_at("fast", [60.0, 40.0, 100.0])).unwrap();
+    assert_eq!(
+        Plan::from_wearer(&wearer).unwrap().electrodes[0].frequency_hz,
+        50.0
+    );
 }

@@ -33,8 +33,8 @@ fn moments() -> Vec<Moment> {
 }
 
 /// Ends a calibration so, and gives how long the outputs were not silent.
-fn ended(way: Disturbance, moment: Moment, out: &Path) -> u64 {
-    let order = plan_of(2);
+fn end_at_moment(way: Disturbance, moment: Moment, out: &Path) -> u64 {
+    let order = plan_with_electrodes(2);
     let come = Arc::new(Mutex::new(DisturbanceState::default()));
     let mut operator = DisturbedOperator {
         moment,
@@ -42,11 +42,11 @@ fn ended(way: Disturbance, moment: Moment, out: &Path) -> u64 {
         come: Arc::clone(&come),
     };
     let port = DisturbedPort {
-        port: port_of(&order.0, SEED, SensorSpec::default()),
+        port: array_port(&order.0, SEED, SensorSpec::default()),
         way,
         come: Arc::clone(&come),
     };
-    let (result, _, port) = calibrated(port, &order, out, &OnDisk, &mut operator);
+    let (result, _, port) = run_calibration(port, &order, out, &OnDisk, &mut operator);
     let told = result.unwrap_err().to_string();
     let expected = match way {
         Disturbance::Abort => "E683 ",
@@ -70,13 +70,13 @@ fn ended(way: Disturbance, moment: Moment, out: &Path) -> u64 {
 }
 
 fn at_every_step(way: Disturbance) {
-    let order = plan_of(2);
+    let order = plan_with_electrodes(2);
     let folder = folder(&format!("{way:?}"));
-    let (_, _, reference) = whole(&order, &folder.join("reference.toml"));
+    let (_, _, reference) = run_whole_calibration(&order, &folder.join("reference.toml"));
     let (mut longest, mut tried) = (0, 0);
     for (place, moment) in moments().into_iter().enumerate() {
         let out = folder.join(format!("{place}.toml"));
-        let silent_us = ended(way, moment, &out);
+        let silent_us = end_at_moment(way, moment, &out);
         longest = longest.max(silent_us);
         let most_us = match way {
             Disturbance::Cut | Disturbance::Freeze => UNHEARD_US,
@@ -89,8 +89,8 @@ fn at_every_step(way: Disturbance) {
             "{moment:?}"
         );
         // The electrode is on again, the cable mended.
-        let port = port_of(&order.0, SEED, SensorSpec::default());
-        let (result, _, _) = calibrated(port, &order, &out, &OnDisk, &mut Auto);
+        let port = array_port(&order.0, SEED, SensorSpec::default());
+        let (result, _, _) = run_calibration(port, &order, &out, &OnDisk, &mut Auto);
         result.unwrap();
         let resumed = std::fs::read_to_string(&out).unwrap();
         assert_eq!(resumed, reference, "{way:?} {moment:?}");
@@ -145,7 +145,7 @@ fn an_electrode_that_falls_off_at_any_moment_of_a_second_is_silent_in_time() {
             phase: Phase::On,
             left_s: 0.3 + 0.005 * f64::from(place),
         };
-        let silent_us = ended(
+        let silent_us = end_at_moment(
             Disturbance::Off,
             moment,
             &folder.join(format!("{nth}.toml")),

@@ -1,6 +1,6 @@
 //! The procedure by itself: what no order may bring about, whatever comes.
 
-use super::scene::plan_of;
+use super::scene::plan_with_electrodes;
 use host_core::calibration::{Action, Entry, Level, Machine, Order, Phase, Step};
 use proptest::prelude::*;
 
@@ -32,13 +32,13 @@ proptest! {
     /// comes again.
     #[test]
     fn nothing_rises_by_itself(orders in proptest::collection::vec((ordered(), 0_u64..1_500_000), 1..200)) {
-        let (plan, _) = plan_of(2);
+        let (plan, _) = plan_with_electrodes(2);
         let mut machine = Machine::new(plan, &[]);
         machine.begin();
         let (mut t_us, mut given, mut ceilings) = (0, 0, [24_000_u32; 2]);
         for (order, later_us) in orders {
             t_us += later_us;
-            for action in machine.pass(t_us) {
+            for action in machine.advance_to(t_us) {
                 if let Action::Give(_, level) = action {
                     prop_assert_eq!(level, Level(0));
                     given = 0;
@@ -46,7 +46,7 @@ proptest! {
             }
             let before = machine.view(t_us);
             let Some(order) = order else {
-                machine.void(t_us);
+                machine.discard_level(t_us);
                 let after = machine.view(t_us);
                 prop_assert!(after.level <= before.level && after.given == Level(0));
                 let most = before.level.max(before.raise.unwrap_or_default());
@@ -55,7 +55,7 @@ proptest! {
                 given = 0;
                 continue;
             };
-            let Ok(actions) = machine.order(t_us, &order) else {
+            let Ok(actions) = machine.execute_order(t_us, &order) else {
                 let after = machine.view(t_us);
                 prop_assert_eq!(before, after, "a refused order changes nothing");
                 continue;
@@ -74,26 +74,26 @@ proptest! {
                     _ => {}
                 }
             }
-            for found in machine.found() {
+            for found in machine.results() {
                 let (threshold, limit) = (found.threshold, found.limit);
                 prop_assert!(limit.is_none() || threshold < limit);
                 prop_assert!(found.maximum.is_none() || found.minimum < found.maximum);
                 prop_assert!(found.maximum.is_none() || found.maximum <= limit);
             }
-            prop_assert_eq!(machine.order(t_us, &Order::Abort), Ok(vec![Action::Abort]));
+            prop_assert_eq!(machine.execute_order(t_us, &Order::Abort), Ok(vec![Action::Abort]));
         }
     }
 }
 
 /// The machine at `step` of its first electrode, ready.
 fn at(step: Step) -> (Machine, u64) {
-    let (plan, _) = plan_of(1);
+    let (plan, _) = plan_with_electrodes(1);
     let mut machine = Machine::new(plan, &[]);
     machine.begin();
     let mut t_us = 0;
     for _ in 0..100 {
         t_us += 2_000_000;
-        machine.pass(t_us);
+        machine.advance_to(t_us);
         let view = machine.view(t_us);
         if view.step == step && view.phase == Phase::Ready && view.question.is_none() {
             return (machine, t_us);
@@ -107,9 +107,9 @@ fn at(step: Step) -> (Machine, u64) {
             }
             None => Order::Raise,
         };
-        machine.order(t_us, &order).unwrap();
+        machine.execute_order(t_us, &order).unwrap();
         t_us += 1_000_000;
-        machine.pass(t_us);
+        machine.advance_to(t_us);
     }
     panic!("{step:?} was not reached");
 }
@@ -118,17 +118,17 @@ fn at(step: Step) -> (Machine, u64) {
 fn every_refusal_says_what_to_do() {
     let (mut machine, t_us) = at(Step::Threshold);
     let told = |machine: &mut Machine, t_us, order: Order| {
-        machine.order(t_us, &order).unwrap_err().to_string()
+        machine.execute_order(t_us, &order).unwrap_err().to_string()
     };
     assert_eq!(
         told(&mut machine, t_us, Order::Yes),
         "E671 not now: nothing was asked"
     );
-    machine.order(t_us, &Order::Raise).unwrap();
+    machine.execute_order(t_us, &Order::Raise).unwrap();
     assert!(told(&mut machine, t_us, Order::Raise).contains("being given"));
-    machine.pass(t_us + 1_000_000);
+    machine.advance_to(t_us + 1_000_000);
     assert!(told(&mut machine, t_us + 1_000_000, Order::Raise).contains("answer"));
-    machine.order(t_us + 1_000_000, &Order::No).unwrap();
+    machine.execute_order(t_us + 1_000_000, &Order::No).unwrap();
     let soon = told(&mut machine, t_us + 1_300_000, Order::Raise);
     assert!(soon.contains("rests for 0.7 s more"), "{soon}");
 }
@@ -136,10 +136,12 @@ fn every_refusal_says_what_to_do() {
 #[test]
 fn levels_out_of_order_are_refused_by_name() {
     let (mut machine, t_us) = at(Step::Minimum);
-    machine.order(t_us, &Order::Lower).unwrap();
-    machine.order(t_us, &Order::Again).unwrap();
-    machine.pass(t_us + 1_000_000);
-    let told = machine.order(t_us + 1_000_000, &Order::Yes).unwrap_err();
+    machine.execute_order(t_us, &Order::Lower).unwrap();
+    machine.execute_order(t_us, &Order::Again).unwrap();
+    machine.advance_to(t_us + 1_000_000);
+    let told = machine
+        .execute_order(t_us + 1_000_000, &Order::Yes)
+        .unwrap_err();
     let told = told.to_string();
     assert!(told.starts_with("E676 out of order at minimum"), "{told}");
     assert!(told.contains("below the motor threshold"), "{told}");
@@ -149,17 +151,19 @@ fn levels_out_of_order_are_refused_by_name() {
 #[test]
 fn too_much_later_takes_back_what_was_set() {
     let (mut machine, t_us) = at(Step::Points);
-    let limit = machine.found()[0].limit.unwrap();
-    machine.order(t_us, &Order::Again).unwrap();
-    let actions = machine.order(t_us + 300_000, &Order::TooMuch).unwrap();
+    let limit = machine.results()[0].limit.unwrap();
+    machine.execute_order(t_us, &Order::Again).unwrap();
+    let actions = machine
+        .execute_order(t_us + 300_000, &Order::TooMuch)
+        .unwrap();
     assert_eq!(actions.first(), Some(&Action::Give(1, Level(0))));
-    let found = &machine.found()[0];
-    assert_eq!(found.limit, Some(limit.below(Level(500))));
+    let found = &machine.results()[0];
+    assert_eq!(found.limit, Some(limit.saturating_sub(Level(500))));
     assert_eq!(found.maximum, None);
     let view = machine.view(t_us + 300_000);
     assert_eq!(
         (view.step, view.top),
-        (Step::Maximum, limit.below(Level(500)))
+        (Step::Maximum, limit.saturating_sub(Level(500)))
     );
 }
 
@@ -167,18 +171,20 @@ fn too_much_later_takes_back_what_was_set() {
 #[test]
 fn a_threshold_that_is_too_much_leaves_nothing_to_give() {
     let (mut machine, t_us) = at(Step::Minimum);
-    let threshold = machine.found()[0].threshold.unwrap();
-    machine.order(t_us, &Order::Again).unwrap();
-    machine.order(t_us + 100_000, &Order::TooMuch).unwrap();
+    let threshold = machine.results()[0].threshold.unwrap();
+    machine.execute_order(t_us, &Order::Again).unwrap();
+    machine
+        .execute_order(t_us + 100_000, &Order::TooMuch)
+        .unwrap();
     let later_us = t_us + 5_000_000;
-    machine.pass(later_us);
+    machine.advance_to(later_us);
     let view = machine.view(later_us);
     assert_eq!((view.step, view.raise), (Step::Comfort, None));
     assert!(view.again.is_none_or(|again| again < threshold), "{view:?}");
-    assert!(machine.order(later_us, &Order::Raise).is_err());
-    assert!(machine.order(later_us, &Order::Enough).is_err());
-    machine.order(later_us, &Order::Skip).unwrap();
-    assert!(machine.is_over());
+    assert!(machine.execute_order(later_us, &Order::Raise).is_err());
+    assert!(machine.execute_order(later_us, &Order::Enough).is_err());
+    machine.execute_order(later_us, &Order::Skip).unwrap();
+    assert!(machine.is_finished());
 }
 
 /// What a stall cut short is given again at the same level, at every step.
@@ -191,16 +197,16 @@ fn what_was_cut_short_counts_for_nothing() {
             Some(_) => Order::Raise,
             None => Order::Again,
         };
-        machine.order(t_us, &order).unwrap();
+        machine.execute_order(t_us, &order).unwrap();
         let given = machine.view(t_us).given;
         assert!(given > Level(0), "{step:?}");
         // While it is given, and when it has just ended.
         for later_us in [500_000, 1_000_000] {
             let mut machine = machine.clone();
-            machine.pass(t_us + later_us);
-            machine.void(t_us + later_us);
+            machine.advance_to(t_us + later_us);
+            machine.discard_level(t_us + later_us);
             let t_us = t_us + later_us + 1_500_000;
-            machine.pass(t_us);
+            machine.advance_to(t_us);
             let after = machine.view(t_us);
             assert_eq!(after.phase, Phase::Ready, "{step:?}");
             let same = [(after.level, ready.level), (after.top, ready.top)];
@@ -210,7 +216,7 @@ fn what_was_cut_short_counts_for_nothing() {
             );
             assert_eq!((after.raise, after.again), (ready.raise, ready.again));
             assert_eq!((&after.found, after.question), (&ready.found, None));
-            machine.order(t_us, &order).unwrap();
+            machine.execute_order(t_us, &order).unwrap();
             assert_eq!(machine.view(t_us).given, given, "{step:?}");
         }
     }

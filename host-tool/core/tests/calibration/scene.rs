@@ -7,11 +7,11 @@ use hal_sim::native::native_seeded;
 use hal_sim::world::World;
 use host_core::calibration::{
     Auto, CalibrationError, Course, ElectrodeResult, Entry, Files, Head, Journal, OnDisk, Operator,
-    OperatorLoss, OperatorStation, Order, Phase, Plan, ProcedureCost, Step, View, board, calibrate,
-    journal_of, read,
+    OperatorLoss, OperatorStation, Order, Phase, Plan, ProcedureCost, Step, View, board_session,
+    calibrate, journal_path, read,
 };
 use host_core::link::{Port, SimulatedPort};
-use host_core::run::simulated;
+use host_core::run::simulated_port;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
@@ -29,7 +29,7 @@ pub fn folder(test: &str) -> PathBuf {
 }
 
 /// Electrodes 1 to `count`, none above 24 mA.
-pub fn plan_of(count: u8) -> (Plan, String) {
+pub fn plan_with_electrodes(count: u8) -> (Plan, String) {
     let mut text = "wearer = \"W01\"\n[limits]\nmax_current_ma = 30.0\n".to_owned();
     for channel in 1..=count {
         text += &format!(
@@ -47,14 +47,15 @@ pub fn head_of(text: &str) -> Head {
         firmware: "0.1.0".to_owned(),
         body: Some("array".to_owned()),
         seed: Some(SEED),
-        ..Head::of("W01", text)
+        ..Head::new("W01", text)
     }
 }
 
 /// A native device under the array that `seed` draws.
-pub fn port_of(plan: &Plan, seed: u64, sensor: SensorSpec) -> SimulatedPort {
+pub fn array_port(plan: &Plan, seed: u64, sensor: SensorSpec) -> SimulatedPort {
     let device = Box::new(native_seeded(Micros::new(0), seed));
-    let mut port = simulated(&board(plan).unwrap(), seed, device, Micros::new(0)).unwrap();
+    let mut port =
+        simulated_port(&board_session(plan).unwrap(), seed, device, Micros::new(0)).unwrap();
     port.world.body = Box::new(Array::new(seed, sensor).unwrap());
     port
 }
@@ -124,7 +125,7 @@ pub struct DisturbedPort {
 
 impl DisturbedPort {
     /// Whether the wire is as it was.
-    fn is_whole(&mut self) -> bool {
+    fn is_wire_intact(&mut self) -> bool {
         let mut come = self.come.lock().unwrap();
         if !come.has_come {
             return true;
@@ -145,7 +146,7 @@ impl Port for DisturbedPort {
     }
 
     fn send(&mut self, frame: &[u8]) -> io::Result<()> {
-        match self.is_whole() {
+        match self.is_wire_intact() {
             true => self.port.send(frame),
             false if self.way == Disturbance::Cut => Err(io::Error::other("cut")),
             false => Ok(()),
@@ -153,7 +154,7 @@ impl Port for DisturbedPort {
     }
 
     fn receive(&mut self, until_us: u64) -> io::Result<Vec<u8>> {
-        match self.is_whole() {
+        match self.is_wire_intact() {
             true => self.port.receive(until_us),
             false if self.way == Disturbance::Cut => Err(io::Error::other("cut")),
             false => {
@@ -196,14 +197,14 @@ pub type CalibrationEnd<P> = (
 );
 
 /// Calibrates through `port`, from the journal beside `out` on if there is one.
-pub fn calibrated<P: Port>(
+pub fn run_calibration<P: Port>(
     port: P,
     (plan, text): &(Plan, String),
     out: &Path,
     files: &dyn Files,
     operator: &mut dyn Operator,
 ) -> CalibrationEnd<P> {
-    let path = journal_of(out);
+    let path = journal_path(out);
     let kept = match path.exists() {
         true if std::fs::read(&path).unwrap().contains(&b'\n') => Some(read(&path).unwrap()),
         _ => None,
@@ -232,15 +233,18 @@ pub fn calibrated<P: Port>(
 }
 
 /// The whole of it, by the stand-in: what was found, and the file.
-pub fn whole(order: &(Plan, String), out: &Path) -> (Vec<ElectrodeResult>, ProcedureCost, String) {
-    let port = port_of(&order.0, SEED, SensorSpec::default());
-    let (found, spent, _) = calibrated(port, order, out, &OnDisk, &mut Auto);
+pub fn run_whole_calibration(
+    order: &(Plan, String),
+    out: &Path,
+) -> (Vec<ElectrodeResult>, ProcedureCost, String) {
+    let port = array_port(&order.0, SEED, SensorSpec::default());
+    let (found, spent, _) = run_calibration(port, order, out, &OnDisk, &mut Auto);
     (found.unwrap(), spent, std::fs::read_to_string(out).unwrap())
 }
 
 /// The journal's entries, which are whole.
 pub fn entries(out: &Path) -> Vec<Entry> {
-    read(&journal_of(out)).unwrap().entries
+    read(&journal_path(out)).unwrap().entries
 }
 
 /// How long after `since_us` the outputs were last anything but isolated, µs. They are

@@ -24,7 +24,7 @@ fn true_threshold_ma(body: &Array, index: usize) -> f64 {
 #[test]
 fn ten_electrodes_are_found_in_a_quarter_of_an_hour() {
     let out = folder("ten").join("w.toml");
-    let (found, spent, text) = whole(&plan_of(10), &out);
+    let (found, spent, text) = run_whole_calibration(&plan_with_electrodes(10), &out);
     println!(
         "{:.1} min of device time, {} presentations",
         spent.t_s / 60.0,
@@ -62,10 +62,10 @@ fn ten_electrodes_are_found_in_a_quarter_of_an_hour() {
 fn thresholds_are_seldom_false_and_mostly_within_a_step() {
     let (mut all, mut is_false, mut is_near) = (0, 0, 0);
     for seed in 1..=20 {
-        let order = plan_of(10);
+        let order = plan_with_electrodes(10);
         let out = folder(&format!("seed{seed}")).join("w.toml");
-        let port = port_of(&order.0, seed, SensorSpec::default());
-        let (found, _, _) = calibrated(port, &order, &out, &OnDisk, &mut Auto);
+        let port = array_port(&order.0, seed, SensorSpec::default());
+        let (found, _, _) = run_calibration(port, &order, &out, &OnDisk, &mut Auto);
         let body = Array::new(seed, SensorSpec::default()).unwrap();
         for (index, found) in found.unwrap().iter().enumerate() {
             let threshold = found.threshold.unwrap().units();
@@ -95,10 +95,10 @@ impl Operator for Once {
 
 #[test]
 fn silence_raises_nothing() {
-    let order = plan_of(1);
+    let order = plan_with_electrodes(1);
     let out = folder("silence").join("w.toml");
-    let port = port_of(&order.0, SEED, SensorSpec::default());
-    let (result, spent, port) = calibrated(port, &order, &out, &OnDisk, &mut Once(false));
+    let port = array_port(&order.0, SEED, SensorSpec::default());
+    let (result, spent, port) = run_calibration(port, &order, &out, &OnDisk, &mut Once(false));
     let told = result.unwrap_err().to_string();
     assert!(told.starts_with("E684 nobody orders"), "{told}");
     assert_eq!(spent.given, 1);
@@ -127,10 +127,10 @@ fn a_sensor_that_saturates_or_hangs_upside_down_is_named() {
             },
         ),
     ] {
-        let order = plan_of(2);
+        let order = plan_with_electrodes(2);
         let out = folder(name.trim()).join("w.toml");
-        let port = port_of(&order.0, SEED, sensor);
-        let (result, _, port) = calibrated(port, &order, &out, &OnDisk, &mut Auto);
+        let port = array_port(&order.0, SEED, sensor);
+        let (result, _, port) = run_calibration(port, &order, &out, &OnDisk, &mut Auto);
         let error = result.unwrap_err();
         assert!(error.to_string().starts_with(name), "{error}");
         assert!(matches!(

@@ -5,7 +5,7 @@ use crate::control::derivative::Differentiator;
 use crate::control::parameters::parameters;
 use crate::control::{AddOns, Controller, DerivativeKind, Form, Input, Law};
 use core::fmt;
-use firmware::bench::{Bench, Clock, Row, control, empty};
+use firmware::bench::{Bench, Clock, Row, control, measure_empty};
 use firmware::control::ResponseSpec;
 
 const RUNS: u32 = 400;
@@ -57,12 +57,12 @@ impl fmt::Display for LawName {
 /// itself, which a law is handed, is not in the row.
 pub fn run_laws(clock: &impl Clock, mut row: impl FnMut(&Row<LawName>)) {
     let mut bench = Bench::new(clock, &mut row);
-    empty(&mut bench, LawName::Markers, RUNS);
+    measure_empty(&mut bench, LawName::Markers, RUNS);
     let response = Some(ResponseSpec::RECOMMENDED);
     // A constant within its ranges; else its row were missing.
-    let _ = control::law_alone(&mut bench, LawName::Device, RUNS, response);
-    let _ = control::law_alone(&mut bench, LawName::DeviceLaw, RUNS, None);
-    let _ = control::differentiator_alone(&mut bench, LawName::DeviceDifferentiator, RUNS);
+    let _ = control::measure_law(&mut bench, LawName::Device, RUNS, response);
+    let _ = control::measure_law(&mut bench, LawName::DeviceLaw, RUNS, None);
+    let _ = control::measure_differentiator(&mut bench, LawName::DeviceDifferentiator, RUNS);
     for kind in DerivativeKind::ALL {
         differentiator(&mut bench, kind);
     }
@@ -76,7 +76,7 @@ pub fn run_laws(clock: &impl Clock, mut row: impl FnMut(&Row<LawName>)) {
 /// A differentiator of readings anywhere.
 fn differentiator<C: Clock>(bench: &mut Bench<'_, C, LawName>, kind: DerivativeKind) {
     let h = 0.002;
-    bench.row(
+    bench.measure(
         LawName::Differentiator(kind),
         RUNS,
         match kind {
@@ -91,7 +91,7 @@ fn differentiator<C: Clock>(bench: &mut Bench<'_, C, LawName>, kind: DerivativeK
         // Below 2^16: exact.
         |_, random| 1.7 * random.between(0, 1 << 16) as f32 / 65_536.0,
         |differentiator: &mut Differentiator<f32>, x| differentiator.step(*x),
-        |_, rate, sum| sum.word(rate.to_bits()),
+        |_, rate, sum| sum.add_word(rate.to_bits()),
     );
 }
 
@@ -102,7 +102,7 @@ fn law<C: Clock>(bench: &mut Bench<'_, C, LawName>, form: Form, add_ons: AddOns)
         .iter()
         .map(|p| ((p.low + p.high) * 0.5) as f32)
         .collect();
-    bench.row(
+    bench.measure(
         LawName::Float(form, add_ons),
         RUNS,
         Controller::from_parameters(form, add_ons, 0.002, &values).ok()?,
@@ -117,7 +117,7 @@ fn law<C: Clock>(bench: &mut Bench<'_, C, LawName>, form: Form, add_ons: AddOns)
             }
         },
         |law: &mut Controller<f32>, input| law.step(input),
-        |_, effort, sum| sum.word(effort.to_bits()),
+        |_, effort, sum| sum.add_word(effort.to_bits()),
     );
     Some(())
 }

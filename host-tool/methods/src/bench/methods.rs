@@ -124,22 +124,22 @@ fn measure(clock: &impl Clock, name: MethodName) -> Row<MethodName> {
         let mut with = |name, is_parted| match name {
             MethodName::Empty(output_us) => Ok(run(&mut NoMuscle, output_us, is_parted)),
             MethodName::Run(setting, output_us) => {
-                setting.with(spec, |muscle| run(muscle, output_us, is_parted))
+                setting.with_integrator(spec, |muscle| run(muscle, output_us, is_parted))
             }
             MethodName::Corner(output_us) => {
-                Setting::SHIPPED.with(spec, |muscle| run(muscle, output_us, is_parted))
+                Setting::SHIPPED.with_integrator(spec, |muscle| run(muscle, output_us, is_parted))
             }
             MethodName::Make(setting) => {
                 let begin = clock.cycles();
-                setting.with(spec, |muscle| {
+                setting.with_integrator(spec, |muscle| {
                     let cycles = clock.cycles().wrapping_sub(begin);
-                    (black_box(muscle).force_word(), cycles)
+                    (black_box(muscle).force_bits(), cycles)
                 })
             }
         };
         // The loads' parameters are in range; else the checksum tells.
         let (word, cycles) = with(name, false).unwrap_or_default();
-        sum.word(word);
+        sum.add_word(word);
         let _ = with(name, true);
         total += u64::from(cycles); // three of at most 2^32 each
     }
@@ -194,7 +194,7 @@ impl Load {
                     next = pulses.next();
                 }
                 muscle.advance(to);
-                muscle.force_word()
+                muscle.force_bits()
             });
             read = read.rotate_left(5) ^ word;
         }
@@ -214,7 +214,7 @@ impl Integrator for NoMuscle {
     fn force_n(&self) -> f64 {
         0.0
     }
-    fn force_word(&self) -> u32 {
+    fn force_bits(&self) -> u32 {
         0
     }
 }

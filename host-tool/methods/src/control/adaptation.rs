@@ -45,7 +45,7 @@ impl<R: Real> Adaptation<R> {
     }
 
     /// The effort in place of this feed-forward for a target of this rate, rad/s.
-    pub fn applied(&self, feed_forward: R, target_rate: R) -> R {
+    pub fn adapted_effort(&self, feed_forward: R, target_rate: R) -> R {
         self.scale * feed_forward + self.damping * target_rate
     }
 
@@ -54,9 +54,9 @@ impl<R: Real> Adaptation<R> {
     pub fn learn(&mut self, error: R, feed_forward: R, target_rate: R) {
         let (low, high) = SCALE;
         let scale = self.scale + self.scale_step * error * feed_forward;
-        self.scale = within(scale, R::of(low), R::of(high));
+        self.scale = within(scale, R::from_f64(low), R::from_f64(high));
         let damping = self.damping + self.damping_step * error * target_rate;
-        self.damping = within(damping, R::of(-DAMPING), R::of(DAMPING));
+        self.damping = within(damping, R::from_f64(-DAMPING), R::from_f64(DAMPING));
     }
 }
 
@@ -88,9 +88,9 @@ impl<R: Real> Integral<R> {
 
     /// How much of an effort is the flexor's, and how much the extensor's, 0…1, that
     /// asks for `torque` (−1…1) before any integral; all of one integral is both's.
-    pub fn side(&self, torque: R) -> [R; 2] {
+    pub fn side_shares(&self, torque: R) -> [R; 2] {
         if self.is_apart {
-            let place = R::of(0.5) + torque / R::of(2.0 * ZONE);
+            let place = R::from_f64(0.5) + torque / R::from_f64(2.0 * ZONE);
             let flexion = within(place, R::ZERO, R::ONE);
             [flexion, R::ONE - flexion]
         } else {
@@ -99,17 +99,17 @@ impl<R: Real> Integral<R> {
     }
 
     /// What it adds to an effort of this side.
-    pub fn at(&mut self, [flexion, _]: [R; 2]) -> R {
+    pub fn contribution(&mut self, [flexion, _]: [R; 2]) -> R {
         self.latest = self.extension + (self.flexion - self.extension) * flexion;
         self.latest
     }
 
     /// Grows on this side.
-    pub fn grow(&mut self, [flexion, extension]: [R; 2], growth: R) {
+    pub fn accumulate(&mut self, [flexion, extension]: [R; 2], growth: R) {
         self.flexion = self.flexion + growth * flexion;
         self.extension = self.extension + growth * extension;
         if self.flexion < self.extension {
-            let middle = (self.flexion + self.extension) * R::of(0.5);
+            let middle = (self.flexion + self.extension) * R::from_f64(0.5);
             (self.flexion, self.extension) = (middle, middle);
         }
     }

@@ -103,7 +103,7 @@ impl<R: Real> Controller<R> {
     fn error(&mut self, input: &Input<R>) -> (R, R) {
         let mut measured = input.measured;
         if let Some(smith) = &self.smith {
-            measured = measured + smith.ahead();
+            measured = measured + smith.prediction_offset();
         }
         let error = input.target + self.preview_s * input.target_rate - measured;
         let rate = match self.add_ons.derivative {
@@ -125,22 +125,22 @@ impl<R: Real> Law<R> for Controller<R> {
             torque = torque
                 + self
                     .adaptation
-                    .applied(input.feed_forward, input.target_rate);
+                    .adapted_effort(input.feed_forward, input.target_rate);
         }
-        let side = self.integral.side(torque);
-        let effort = torque + self.integral.at(side);
+        let side = self.integral.side_shares(torque);
+        let effort = torque + self.integral.contribution(side);
         let outward = |growth: R| {
             (effort > R::ONE && growth > R::ZERO) || (effort < -R::ONE && growth < R::ZERO)
         };
         if !(self.feedback.has_anti_windup() && outward(growth)) {
-            self.integral.grow(side, growth);
+            self.integral.accumulate(side, growth);
         }
         if input.target_rate != R::ZERO && !outward(error) {
             self.adaptation
                 .learn(error, input.feed_forward, input.target_rate);
         }
         if let Some(smith) = &mut self.smith {
-            smith.take(super::bounded(effort, R::ONE));
+            smith.record_effort(super::bounded(effort, R::ONE));
         }
         effort
     }

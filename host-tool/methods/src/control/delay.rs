@@ -38,7 +38,7 @@ impl<R: Real> SmithPredictor<R> {
     }
 
     /// What to add to the angle measured now.
-    pub fn ahead(&self) -> R {
+    pub fn prediction_offset(&self) -> R {
         let then = self
             .past
             .get((self.next + LONGEST - 1 - self.delay) % LONGEST);
@@ -47,7 +47,7 @@ impl<R: Real> SmithPredictor<R> {
     }
 
     /// Takes the effort that acts until the next period, within ±1.
-    pub fn take(&mut self, effort: R) {
+    pub fn record_effort(&mut self, effort: R) {
         let [keep_muscle, keep_joint] = self.keeps;
         let [muscle, joint] = &mut self.lags;
         *muscle = effort + (*muscle - effort) * keep_muscle;

@@ -68,7 +68,7 @@ pub enum Differentiator<R> {
 impl<R: Real> Differentiator<R> {
     /// Pseudo-differentiation with a cutoff in Hz, period h in s.
     pub fn pseudo(cutoff_hz: R, h: R) -> Self {
-        let pole = (-(R::of(core::f64::consts::TAU) * cutoff_hz * h)).exp();
+        let pole = (-(R::from_f64(core::f64::consts::TAU) * cutoff_hz * h)).exp();
         Self::Pseudo {
             pole,
             gain: (R::ONE - pole) / h,
@@ -82,8 +82,8 @@ impl<R: Real> Differentiator<R> {
     pub fn robust_exact(bound: R, h: R) -> Self {
         Self::RobustExact {
             h,
-            a: h * R::of(1.5) * bound.sqrt(),
-            c: h * h * R::of(1.1) * bound,
+            a: h * R::from_f64(1.5) * bound.sqrt(),
+            c: h * h * R::from_f64(1.1) * bound,
             z: None,
         }
     }
@@ -92,13 +92,13 @@ impl<R: Real> Differentiator<R> {
     /// λ1 = 2.12·bound^⅔, λ0 = 1.1·bound (Levant 2003, in the form without
     /// recursion).
     pub fn robust_exact_second_order(bound: R, h: R) -> Self {
-        let third = (bound.ln() / R::of(3.0)).exp();
+        let third = (bound.ln() / R::from_f64(3.0)).exp();
         Self::RobustExactSecondOrder {
             h,
             coefficients: [
-                h * R::of(2.0) * third,
-                h * h * R::of(2.12) * third * third,
-                h * h * h * R::of(1.1) * bound,
+                h * R::from_f64(2.0) * third,
+                h * h * R::from_f64(2.12) * third * third,
+                h * h * h * R::from_f64(1.1) * bound,
             ],
             z: None,
         }
@@ -161,7 +161,7 @@ fn cubic_root<R: Real>(size: R, [a, b, c]: [R; 3]) -> R {
     let mut q = if linear < square { linear } else { square };
     for _ in 0..40 {
         let value = ((q + a) * q + b) * q - rest;
-        let slope = (R::of(3.0) * q + R::of(2.0) * a) * q + b;
+        let slope = (R::from_f64(3.0) * q + R::from_f64(2.0) * a) * q + b;
         q = q - value / slope;
     }
     if q > R::ZERO { q } else { R::ZERO }

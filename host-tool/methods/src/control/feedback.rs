@@ -91,8 +91,8 @@ impl<R: Real> Feedback<R> {
     pub fn push(&self, e: R, rate: R, v: R) -> Push<R> {
         match self {
             Self::Paper { lambda, w_step } => {
-                let degrees = R::of(180.0 / core::f64::consts::PI);
-                let volts = R::of(PAPER_RANGE_V);
+                let degrees = R::from_f64(180.0 / core::f64::consts::PI);
+                let volts = R::from_f64(PAPER_RANGE_V);
                 let s = (rate + *lambda * e) * degrees;
                 Push {
                     push: *lambda * s.abs().sqrt() * sign(s) / volts,

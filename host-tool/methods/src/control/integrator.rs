@@ -66,10 +66,10 @@ impl<R: Real> Loop<R> {
 
     /// Largest |σ| at the sampling instants once settled, in units of σ; stops
     /// at 10^9·L·h², where nothing returns.
-    pub fn worst(&self, discretization: Discretization, disturbance: Disturbance) -> R {
+    pub fn worst_sigma(&self, discretization: Discretization, disturbance: Disturbance) -> R {
         let twist = Twist::new(discretization, self.k1, self.k2, R::ONE, self.h);
         let mut integral = R::ZERO;
-        self.worst_under(disturbance, |sigma| {
+        self.worst_sigma_under(disturbance, |sigma| {
             let answer = twist.push(sigma, integral);
             let u = -(integral + answer.push);
             integral = integral + answer.growth;
@@ -78,10 +78,10 @@ impl<R: Real> Loop<R> {
     }
 
     /// The same for any law from σ to u: for fixed point.
-    pub fn worst_under(&self, disturbance: Disturbance, mut law: impl FnMut(R) -> R) -> R {
+    pub fn worst_sigma_under(&self, disturbance: Disturbance, mut law: impl FnMut(R) -> R) -> R {
         let h = self.h;
         let unit = self.slope * h * h;
-        let (mut sigma, mut before) = (R::of(10.0) * unit, R::ZERO);
+        let (mut sigma, mut before) = (R::from_f64(10.0) * unit, R::ZERO);
         let (mut d, mut side) = (R::ZERO, R::ONE);
         let mut worst = R::ZERO;
         for period in 0..SETTLING + JUDGED {
@@ -95,9 +95,9 @@ impl<R: Real> Loop<R> {
             before = sigma;
             let grown = side * self.slope * h;
             // u is held, d rises evenly.
-            sigma = sigma + h * (law(sigma) + d + grown / R::of(2.0));
+            sigma = sigma + h * (law(sigma) + d + grown / R::from_f64(2.0));
             d = d + grown;
-            if sigma.abs() > R::of(1e9) * unit {
+            if sigma.abs() > R::from_f64(1e9) * unit {
                 return sigma.abs();
             }
             if period >= SETTLING && sigma.abs() > worst {
@@ -108,8 +108,8 @@ impl<R: Real> Loop<R> {
     }
 
     /// Largest |σ| over [`Disturbance::ALL`].
-    pub fn worst_of_all(&self, discretization: Discretization) -> R {
-        let each = Disturbance::ALL.map(|d| self.worst(discretization, d));
+    pub fn worst_sigma_of_all(&self, discretization: Discretization) -> R {
+        let each = Disturbance::ALL.map(|d| self.worst_sigma(discretization, d));
         each.into_iter()
             .fold(R::ZERO, |most, x| if x > most { x } else { most })
     }
@@ -118,7 +118,7 @@ impl<R: Real> Loop<R> {
 /// The side of x, up where x is nothing but rounding: an adversary that follows
 /// the sign of rounding turns every period, and that cancels.
 fn outward<R: Real>(x: R, unit: R) -> R {
-    if x < -(R::of(ROUNDING) * unit) {
+    if x < -(R::from_f64(ROUNDING) * unit) {
         -R::ONE
     } else {
         R::ONE

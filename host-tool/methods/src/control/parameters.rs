@@ -213,7 +213,7 @@ fn feedback<R: Real>(form: Form, h: R, next: &mut impl FnMut() -> R) -> Feedback
         }
         Form::TwistingWithLinear => {
             let (lambda, k3, ki_step) = (next(), next(), next() * h);
-            let (form, b) = (Discretization::ProperImplicit, R::of(NOMINAL_GAIN));
+            let (form, b) = (Discretization::ProperImplicit, R::from_f64(NOMINAL_GAIN));
             let twist = Twist::new(form, next(), next(), b, h).with_linear(k3);
             Feedback::Twisting {
                 lambda,

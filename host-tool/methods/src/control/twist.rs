@@ -117,25 +117,29 @@ impl<R: Real> Twist<R> {
             Discretization::Explicit => {
                 let side = sign(s);
                 let push = self.k1 * s.abs().sqrt() * side + self.linear * s;
-                self.grown(push, side, R::ZERO)
+                self.combine_terms(push, side, R::ZERO)
             }
             Discretization::SemiImplicit => {
                 let root = s.abs().sqrt();
                 let side = bounded(s / (self.hbk1 * root + self.hhbk2), R::ONE);
-                self.grown(self.k1 * root * side + self.linear * s, side, R::ONE)
+                self.combine_terms(self.k1 * root * side + self.linear * s, side, R::ONE)
             }
             Discretization::KochReichhartinger => {
                 let root = s.abs().sqrt();
                 let side = s / (s.abs() + self.hbk1 * root + self.hhbk2);
-                self.grown(self.k1 * root * side + self.linear * s, side, R::of(2.0))
+                self.combine_terms(
+                    self.k1 * root * side + self.linear * s,
+                    side,
+                    R::from_f64(2.0),
+                )
             }
             Discretization::Resolvent => self.implicit(s - self.hb * v, R::ONE),
             Discretization::Proxy => self.implicit(s, R::ONE),
-            Discretization::ProperImplicit => self.implicit(s, R::of(2.0)),
+            Discretization::ProperImplicit => self.implicit(s, R::from_f64(2.0)),
         }
     }
 
-    fn grown(&self, root_term: R, side: R, ahead: R) -> Push<R> {
+    fn combine_terms(&self, root_term: R, side: R, ahead: R) -> Push<R> {
         let growth = self.hk2 * side;
         Push {
             push: root_term + ahead * growth,
@@ -150,7 +154,7 @@ impl<R: Real> Twist<R> {
         let root = resolvent_root(s.abs(), slope, self.hbk1, self.hhbk2);
         // hhbk2 > 0; within it the next s is 0 and its sign a share.
         let side = bounded(s / self.hhbk2, R::ONE);
-        self.grown((self.k1 + self.linear * root) * root * side, side, ahead)
+        self.combine_terms((self.k1 + self.linear * root) * root * side, side, ahead)
     }
 }
 
@@ -160,7 +164,7 @@ pub(super) fn resolvent_root<R: Real>(size: R, slope: R, a: R, c: R) -> R {
     if size <= c {
         return R::ZERO;
     }
-    let half = a / R::of(2.0);
+    let half = a / R::from_f64(2.0);
     // (√(half² + slope·rest) − half)/slope loses digits where rest is small.
     let rest = size - c;
     rest / ((half * half + slope * rest).sqrt() + half)

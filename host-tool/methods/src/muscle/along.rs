@@ -42,7 +42,7 @@ impl<M: Explicit> Rule for M {
                 f: point.slope(state.f),
             }
         };
-        M::moved(time, State { c: R::ZERO, f }, slope).f
+        M::advance_state(time, State { c: R::ZERO, f }, slope).f
     }
 }
 
@@ -103,19 +103,19 @@ impl<M: Rule, R: Arithmetic> Scheme for RuleMuscle<M, R> {
     /// One exponential where the places lie symmetrically about the middle: then
     /// both together are the whole step.
     fn factors(&self, us: u32) -> AlongFactors<R> {
-        let time = R::of_micros(us);
+        let time = R::from_micros(us);
         let [first, second] = M::INSIDE;
-        let near = self.muscle.left(time * R::of(first));
+        let near = self.muscle.calcium_decay(time * R::from_f64(first));
         let far = match first == second {
             true => near,
-            false => self.muscle.left(time * R::of(second)),
+            false => self.muscle.calcium_decay(time * R::from_f64(second)),
         };
         AlongFactors {
             time,
             left: [near, far, near * far],
         }
     }
-    fn place(&self, c: NumberOf<Self>, f: NumberOf<Self>) -> AlongState<R> {
+    fn state_at(&self, c: NumberOf<Self>, f: NumberOf<Self>) -> AlongState<R> {
         let here = self.here(c);
         AlongState { c, f, here }
     }

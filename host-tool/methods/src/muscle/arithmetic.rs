@@ -18,33 +18,33 @@ pub trait Arithmetic: Real {
     /// Whether numbers of any size have a place.
     const FLOATING: bool = true;
     /// `us` microseconds, below 2^21, in units of [`UNIT_US`]; exact.
-    fn of_micros(us: u32) -> Self;
+    fn from_micros(us: u32) -> Self;
     /// Whole part and the rest of self·2^`shift`. Numbers below zero and
     /// beyond 32 bits have no meaning here and give any index.
-    fn split(self, shift: u32) -> (usize, Self);
+    fn split_scaled(self, shift: u32) -> (usize, Self);
     /// Its bits, folded to 32.
-    fn word(self) -> u32;
+    fn fold_bits(self) -> u32;
     /// 2 to its power.
     fn exp2(self) -> Self {
-        (self * Self::of(core::f64::consts::LN_2)).exp()
+        (self * Self::from_f64(core::f64::consts::LN_2)).exp()
     }
     /// Logarithm to base 2, for positive numbers.
     fn log2(self) -> Self {
-        self.ln() * Self::of(core::f64::consts::LOG2_E)
+        self.ln() * Self::from_f64(core::f64::consts::LOG2_E)
     }
 }
 
 impl Arithmetic for f64 {
     type Design = Self;
-    fn of_micros(us: u32) -> Self {
+    fn from_micros(us: u32) -> Self {
         Self::from(us) * (1.0 / UNIT_US)
     }
-    fn split(self, shift: u32) -> (usize, Self) {
+    fn split_scaled(self, shift: u32) -> (usize, Self) {
         let scaled = self * Self::from(1u32 << (shift & 31));
         let whole = scaled as u32;
         (whole as usize, scaled - Self::from(whole))
     }
-    fn word(self) -> u32 {
+    fn fold_bits(self) -> u32 {
         if self.is_nan() {
             return NOT_A_NUMBER;
         }
@@ -55,16 +55,16 @@ impl Arithmetic for f64 {
 
 impl Arithmetic for f32 {
     type Design = Self;
-    fn of_micros(us: u32) -> Self {
+    fn from_micros(us: u32) -> Self {
         // Below 2^24: exact.
         us as Self * (1.0 / UNIT_US as Self)
     }
-    fn split(self, shift: u32) -> (usize, Self) {
+    fn split_scaled(self, shift: u32) -> (usize, Self) {
         let scaled = self * (1u32 << (shift & 31)) as Self;
         let whole = scaled as u32;
         (whole as usize, scaled - whole as Self)
     }
-    fn word(self) -> u32 {
+    fn fold_bits(self) -> u32 {
         if self.is_nan() {
             NOT_A_NUMBER
         } else {
@@ -75,14 +75,14 @@ impl Arithmetic for f32 {
 
 impl Arithmetic for Micro {
     type Design = f32;
-    fn of_micros(us: u32) -> Self {
-        Self(<f32 as Arithmetic>::of_micros(us))
+    fn from_micros(us: u32) -> Self {
+        Self(<f32 as Arithmetic>::from_micros(us))
     }
-    fn split(self, shift: u32) -> (usize, Self) {
-        let (whole, rest) = self.0.split(shift);
+    fn split_scaled(self, shift: u32) -> (usize, Self) {
+        let (whole, rest) = self.0.split_scaled(shift);
         (whole, Self(rest))
     }
-    fn word(self) -> u32 {
-        self.0.word()
+    fn fold_bits(self) -> u32 {
+        self.0.fold_bits()
     }
 }

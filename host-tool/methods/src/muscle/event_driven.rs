@@ -71,7 +71,7 @@ impl<R: Arithmetic> Interval<R> {
     /// G = p·log2(1 + c/κ), octaves, p = τc·τ2/(τ1·α), and its slope over
     /// ln c: F keeps 2^(G0 − G) more than τ1 alone would leave.
     pub fn power_at(&self, c: R) -> (R, R) {
-        let octaves = R::of(core::f64::consts::LOG2_E);
+        let octaves = R::from_f64(core::f64::consts::LOG2_E);
         let value = (R::ONE + c / self.kappa).ln();
         let slope = c / (c + self.kappa);
         (self.power * octaves * value, self.power * octaves * slope)
@@ -79,18 +79,18 @@ impl<R: Arithmetic> Interval<R> {
 
     /// What F keeps over `time` in which C falls from `c`, and what is added to
     /// it, N; the integral at `N` nodes.
-    pub fn kept_and_added<const N: usize>(&self, time: R, c: R) -> (R, R) {
+    pub fn decay_and_gain<const N: usize>(&self, time: R, c: R) -> (R, R) {
         let m = &self.muscle;
-        let end = c * m.left(time) + self.kappa;
+        let end = c * m.calcium_decay(time) + self.kappa;
         let kept = |rest: R, c: R| {
             let bound = ((c + self.kappa) / end).ln();
             (self.power * bound - rest * self.rate).exp()
         };
         let mut source = R::ZERO;
         for (node, weight) in const { rule::<N>() } {
-            let c = c * m.left(time * R::of(node));
-            let rest = time * R::of(1.0 - node);
-            source = source + R::of(weight) * (m.bound(c) * kept(rest, c));
+            let c = c * m.calcium_decay(time * R::from_f64(node));
+            let rest = time * R::from_f64(1.0 - node);
+            source = source + R::from_f64(weight) * (m.bound_fraction(c) * kept(rest, c));
         }
         (kept(time, c), m.a * (time * source))
     }
@@ -125,7 +125,7 @@ impl<R: Arithmetic, const NODES: usize> EventDriven<R, NODES> {
     }
 
     fn time(&self) -> R {
-        R::of_micros(self.now.elapsed_since(self.from))
+        R::from_micros(self.now.elapsed_since(self.from))
     }
 
     fn force(&self) -> R {
@@ -133,16 +133,16 @@ impl<R: Arithmetic, const NODES: usize> EventDriven<R, NODES> {
             return self.f;
         }
         let time = self.time();
-        let (kept, added) = self.interval.kept_and_added::<NODES>(time, self.c);
+        let (kept, added) = self.interval.decay_and_gain::<NODES>(time, self.c);
         self.f * kept + added
     }
 
     fn calcium_number(&self) -> R {
-        self.c * self.interval.muscle.left(self.time())
+        self.c * self.interval.muscle.calcium_decay(self.time())
     }
 
     /// Keeps what is true now.
-    fn keep(&mut self) {
+    fn store_state(&mut self) {
         (self.f, self.c) = (self.force(), self.calcium_number());
         self.from = self.now;
     }
@@ -151,13 +151,13 @@ impl<R: Arithmetic, const NODES: usize> EventDriven<R, NODES> {
 impl<R: Arithmetic, const NODES: usize> Integrator for EventDriven<R, NODES> {
     fn pulse(&mut self, at: Micros) {
         self.advance(at);
-        self.keep();
+        self.store_state();
         self.c = self.c + R::ONE;
     }
     fn advance(&mut self, to: Micros) {
         while to.elapsed_since(self.from) > self.longest_us {
             self.now = self.from + us(self.longest_us);
-            self.keep();
+            self.store_state();
         }
         self.now = to;
     }
@@ -167,7 +167,7 @@ impl<R: Arithmetic, const NODES: usize> Integrator for EventDriven<R, NODES> {
     fn force_n(&self) -> f64 {
         self.force().to_f64()
     }
-    fn force_word(&self) -> u32 {
-        self.force().word()
+    fn force_bits(&self) -> u32 {
+        self.force().fold_bits()
     }
 }

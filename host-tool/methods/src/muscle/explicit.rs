@@ -23,7 +23,7 @@ pub trait Explicit {
     /// Whether it takes slopes in the middle.
     const MIDDLE: bool = false;
     /// Over `time`, by slopes.
-    fn moved<R: Arithmetic>(
+    fn advance_state<R: Arithmetic>(
         time: R,
         from: State<R>,
         slope: impl Fn(SlopePosition, State<R>) -> State<R>,
@@ -44,52 +44,52 @@ pub struct RungeKutta4;
 
 impl Explicit for Euler {
     #[inline(always)]
-    fn moved<R: Arithmetic>(
+    fn advance_state<R: Arithmetic>(
         time: R,
         from: State<R>,
         slope: impl Fn(SlopePosition, State<R>) -> State<R>,
     ) -> State<R> {
-        from.moved(time, slope(SlopePosition::Begin, from))
+        from.add_scaled(time, slope(SlopePosition::Begin, from))
     }
 }
 
 impl Explicit for Heun {
     #[inline(always)]
-    fn moved<R: Arithmetic>(
+    fn advance_state<R: Arithmetic>(
         time: R,
         from: State<R>,
         slope: impl Fn(SlopePosition, State<R>) -> State<R>,
     ) -> State<R> {
         let first = slope(SlopePosition::Begin, from);
-        let second = slope(SlopePosition::End, from.moved(time, first));
-        let half = time * R::of(0.5);
-        from.moved(half, first).moved(half, second)
+        let second = slope(SlopePosition::End, from.add_scaled(time, first));
+        let half = time * R::from_f64(0.5);
+        from.add_scaled(half, first).add_scaled(half, second)
     }
 }
 
 impl Explicit for RungeKutta4 {
     const MIDDLE: bool = true;
     #[inline(always)]
-    fn moved<R: Arithmetic>(
+    fn advance_state<R: Arithmetic>(
         time: R,
         from: State<R>,
         slope: impl Fn(SlopePosition, State<R>) -> State<R>,
     ) -> State<R> {
-        let half = time * R::of(0.5);
+        let half = time * R::from_f64(0.5);
         let k1 = slope(SlopePosition::Begin, from);
-        let k2 = slope(SlopePosition::Middle, from.moved(half, k1));
-        let k3 = slope(SlopePosition::Middle, from.moved(half, k2));
-        let k4 = slope(SlopePosition::End, from.moved(time, k3));
+        let k2 = slope(SlopePosition::Middle, from.add_scaled(half, k1));
+        let k3 = slope(SlopePosition::Middle, from.add_scaled(half, k2));
+        let k4 = slope(SlopePosition::End, from.add_scaled(time, k3));
         let both = |p: fn(State<R>) -> R| {
             let outer = p(k1) + p(k4);
             let inner = p(k2) + p(k3);
-            (outer + inner + inner) * R::of(1.0 / 6.0)
+            (outer + inner + inner) * R::from_f64(1.0 / 6.0)
         };
         let mean = State {
             c: both(|k| k.c),
             f: both(|k| k.f),
         };
-        from.moved(time, mean)
+        from.add_scaled(time, mean)
     }
 }
 
@@ -112,12 +112,12 @@ impl<M: Explicit, R: Arithmetic> Scheme for ExplicitMuscle<M, R> {
         }
     }
     fn factors(&self, us: u32) -> R {
-        R::of_micros(us)
+        R::from_micros(us)
     }
-    fn place(&self, c: NumberOf<Self>, f: NumberOf<Self>) -> State<R> {
+    fn state_at(&self, c: NumberOf<Self>, f: NumberOf<Self>) -> State<R> {
         State { c, f }
     }
     fn step(&self, time: &R, state: &mut State<R>) {
-        *state = M::moved(*time, *state, |_, state| self.muscle.slope(state));
+        *state = M::advance_state(*time, *state, |_, state| self.muscle.slope(state));
     }
 }

@@ -26,7 +26,7 @@ impl<const MIDDLE: bool> Rule for HeldRate<MIDDLE> {
         f: R,
     ) -> R {
         let held = if MIDDLE { inside(0) } else { begin };
-        let share = R::ONE - (-held.length(time)).exp();
+        let share = R::ONE - (-held.time_over_tau(time)).exp();
         f + share * (held.source * held.tau - f)
     }
 }
@@ -54,15 +54,15 @@ impl Rule for GaussExponential {
         let nodes = const { <Self as Rule>::INSIDE };
         let span = nodes[1] - nodes[0];
         let points = [inside(0), inside(1)];
-        let rate = points.map(|p| p.length(time));
+        let rate = points.map(|p| p.time_over_tau(time));
         let slope = rate[1] - rate[0];
         // What is kept from a node to the end of the step.
         let source = |n: usize| {
             let place = ((nodes[n] + 1.0) / 2.0 - nodes[0]) / span;
-            let mean = rate[0] + slope * R::of(place);
-            points[n].source * (-(mean * R::of(1.0 - nodes[n]))).exp()
+            let mean = rate[0] + slope * R::from_f64(place);
+            points[n].source * (-(mean * R::from_f64(1.0 - nodes[n]))).exp()
         };
-        let half = R::of(0.5);
+        let half = R::from_f64(0.5);
         let kept = (-(half * (rate[0] + rate[1]))).exp();
         f * kept + time * half * (source(0) + source(1))
     }

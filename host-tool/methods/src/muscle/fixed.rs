@@ -100,7 +100,7 @@ impl<const F: u32, const NEAREST: bool> Div for Fixed<F, NEAREST> {
 impl<const F: u32, const NEAREST: bool> Real for Fixed<F, NEAREST> {
     const ZERO: Self = Self(0);
     const ONE: Self = Self(1 << F);
-    fn of(x: f64) -> Self {
+    fn from_f64(x: f64) -> Self {
         // Nothing here that a compiler could not do to a constant; `as`
         // saturates.
         let half = if x < 0.0 { -0.5 } else { 0.5 };
@@ -127,16 +127,16 @@ impl<const F: u32, const NEAREST: bool> Real for Fixed<F, NEAREST> {
 impl<const F: u32, const NEAREST: bool> Arithmetic for Fixed<F, NEAREST> {
     type Design = f32;
     const FLOATING: bool = false;
-    fn of_micros(us: u32) -> Self {
+    fn from_micros(us: u32) -> Self {
         // F ≥ 14 by the type's documentation: a shift, exact.
         Self((us << F.saturating_sub(14)).cast_signed() >> 14u32.saturating_sub(F))
     }
-    fn split(self, shift: u32) -> (usize, Self) {
+    fn split_scaled(self, shift: u32) -> (usize, Self) {
         let scaled = i64::from(self.0) << (shift & 31);
         let rest = scaled as i32 & ((1 << F) - 1);
         ((scaled >> F) as usize, Self(rest))
     }
-    fn word(self) -> u32 {
+    fn fold_bits(self) -> u32 {
         self.0.cast_unsigned()
     }
     fn exp2(self) -> Self {
@@ -163,7 +163,7 @@ mod tests {
         // 1/x of less than 1/128 does not fit.
         for i in 10..20_000u32 {
             let x = f64::from(i) * 1e-3;
-            let y = Fixed::<24>::of(x);
+            let y = Fixed::<24>::from_f64(x);
             let is = [
                 off((-y).exp(), (-y.to_f64()).exp()),
                 off(y.ln(), y.to_f64().ln()),
@@ -186,8 +186,8 @@ mod tests {
         assert_eq!((near * Fixed(half)).0, 2);
         assert_eq!((-down * Fixed(half)).0, -2);
         assert_eq!((Fixed::<16>::ONE / Fixed(0)).0, i32::MAX);
-        assert_eq!(Fixed::<24>::of_micros(1000).to_f64(), 1000.0 / UNIT_US);
-        assert_eq!(Fixed::<16>::of(2.75).split(4), (44, Fixed(0)));
-        assert_eq!(Fixed::<16>::of(2.3).split(0).0, 2);
+        assert_eq!(Fixed::<24>::from_micros(1000).to_f64(), 1000.0 / UNIT_US);
+        assert_eq!(Fixed::<16>::from_f64(2.75).split_scaled(4), (44, Fixed(0)));
+        assert_eq!(Fixed::<16>::from_f64(2.3).split_scaled(0).0, 2);
     }
 }

@@ -55,10 +55,10 @@ impl<R: Arithmetic> Flow<R> {
     /// Makes the table.
     pub fn new(spec: &CalciumForceSpec) -> Self {
         let design = Muscle::<R::Design>::new(spec);
-        let octaves = R::Design::of(LN_2);
+        let octaves = R::Design::from_f64(LN_2);
         Self {
-            fall: R::of((design.rate_c / octaves).to_f64()),
-            rate: R::of((R::Design::ONE / (design.tau1 * octaves)).to_f64()),
+            fall: R::from_f64((design.rate_c / octaves).to_f64()),
+            rate: R::from_f64((R::Design::ONE / (design.tau1 * octaves)).to_f64()),
             cells: cells(&design),
         }
     }
@@ -68,18 +68,18 @@ impl<R: Arithmetic> Flow<R> {
         if octave <= R::ZERO {
             return R::ZERO;
         }
-        (octave + R::of(LOWEST)).exp2()
+        (octave + R::from_f64(LOWEST)).exp2()
     }
 
     /// The octave of C.
     pub fn octave(c: R) -> R {
-        c.log2() - R::of(LOWEST)
+        c.log2() - R::from_f64(LOWEST)
     }
 
     /// Q and G.
     #[inline(always)]
     fn look_up(&self, octave: R) -> (R, R) {
-        let (index, t) = octave.split(DENSITY);
+        let (index, t) = octave.split_scaled(DENSITY);
         let Some((q, g)) = self.cells.get(index) else {
             return (R::ZERO, R::ZERO);
         };
@@ -101,12 +101,12 @@ impl<R: Arithmetic> Flow<R> {
     /// Its force `time` later, when C is at `octave`, not below 0.
     #[inline(always)]
     pub fn force(&self, start: &Start<R>, time: R, octave: R) -> R {
-        self.after(start, time, octave).0
+        self.advance_start(start, time, octave).0
     }
 
     /// The same, and that moment as a start of its own.
     #[inline(always)]
-    pub fn after(&self, start: &Start<R>, time: R, octave: R) -> (R, Start<R>) {
+    pub fn advance_start(&self, start: &Start<R>, time: R, octave: R) -> (R, Start<R>) {
         let (q, power) = self.look_up(octave);
         // Above 0 by no more than rounding.
         let gap = start.gap * (start.power - power - time * self.rate).exp2();
@@ -114,10 +114,10 @@ impl<R: Arithmetic> Flow<R> {
     }
 
     /// What τ1 alone leaves of a force after `us` microseconds.
-    pub fn relaxed(&self, mut f: R, mut us: u32) -> R {
+    pub fn relax_force(&self, mut f: R, mut us: u32) -> R {
         while us > 0 && f > R::ZERO {
             let part = us.min(LONGEST_US);
-            f = f * (-(R::of_micros(part) * self.rate)).exp2();
+            f = f * (-(R::from_micros(part) * self.rate)).exp2();
             us = us.wrapping_sub(part);
         }
         f
@@ -128,7 +128,7 @@ impl<R: Arithmetic> Flow<R> {
 /// exactly from cell to cell, downwards.
 fn cells<R: Arithmetic, D: Arithmetic>(muscle: &Muscle<D>) -> [(Cubic<R>, Cubic<R>); CELLS] {
     let exact = Interval::new(muscle);
-    let width = D::of(LN_2 / f64::from(1u32 << DENSITY));
+    let width = D::from_f64(LN_2 / f64::from(1u32 << DENSITY));
     // The time that C takes across a cell.
     let time = width / muscle.rate_c;
     // Value and slope across a cell at C, of Q and of G.
@@ -139,19 +139,19 @@ fn cells<R: Arithmetic, D: Arithmetic>(muscle: &Muscle<D>) -> [(Cubic<R>, Cubic<
     };
     let cubic = |[y0, m0]: [D; 2], [y1, m1]: [D; 2]| {
         let rise = y1 - y0;
-        let [two, three] = [2.0, 3.0].map(D::of);
+        let [two, three] = [2.0, 3.0].map(D::from_f64);
         let all = [y0, m0, three * rise - two * m0 - m1, m0 + m1 - two * rise];
-        all.map(|a| R::of(a.to_f64()))
+        all.map(|a| R::from_f64(a.to_f64()))
     };
     let c_at = |node: usize| {
         let octaves = LOWEST * f64::from(1u32 << DENSITY) + node as f64;
-        (D::of(octaves) * width).exp()
+        (D::from_f64(octaves) * width).exp()
     };
     let mut cells = [([R::ZERO; 4], [R::ZERO; 4]); CELLS];
     let mut upper_c = c_at(CELLS);
     let mut upper = ends(upper_c, D::ZERO);
     for (node, cell) in cells.iter_mut().enumerate().rev() {
-        let (kept, added) = exact.kept_and_added::<4>(time, upper_c);
+        let (kept, added) = exact.decay_and_gain::<4>(time, upper_c);
         let [[q, _], _] = upper;
         let c = c_at(node);
         let lower = ends(c, q * kept + added);

@@ -25,7 +25,7 @@ impl Rule for HermiteSimpson {
         f: R,
     ) -> R {
         let middle = inside(0);
-        let sixth = time * R::of(1.0 / 6.0);
+        let sixth = time * R::from_f64(1.0 / 6.0);
         let [v0, vm, v1] = [begin, middle, end].map(|point| sixth * point.rate);
         let twice = |r: R| r + r;
         let (vm2, vm3) = (twice(vm), twice(vm) + vm);

@@ -36,7 +36,7 @@ impl<R: Arithmetic> LogFlow<R> {
     /// Where C is at `now`, if in the table, and the time since the pulse.
     #[inline(always)]
     fn place(&self, start: &Start<R>, pulse: Micros) -> (Option<R>, R) {
-        let time = R::of_micros(self.now.elapsed_since(pulse));
+        let time = R::from_micros(self.now.elapsed_since(pulse));
         let octave = start.octave - time * self.flow.fall;
         ((octave >= R::ZERO).then_some(octave), time)
     }
@@ -44,12 +44,12 @@ impl<R: Arithmetic> LogFlow<R> {
     /// Past the table's lower end, once per silence: there by the table, from
     /// there on by τ1.
     #[inline(never)]
-    fn leave(&mut self, start: &Start<R>, pulse: Micros) {
+    fn leave_table(&mut self, start: &Start<R>, pulse: Micros) {
         let time = start.octave / self.flow.fall;
         let f = self.flow.force(start, time, R::ZERO);
         let us = (time.to_f64() * super::arithmetic::UNIT_US) as u32;
         let left_us = self.now.elapsed_since(pulse).saturating_sub(us);
-        self.f = self.flow.relaxed(f, left_us);
+        self.f = self.flow.relax_force(f, left_us);
         self.start = None;
     }
 
@@ -70,7 +70,7 @@ impl<R: Arithmetic> Integrator for LogFlow<R> {
         let ahead_us = to.elapsed_since(self.now);
         self.now += us(ahead_us);
         let Some((start, pulse)) = self.start else {
-            self.f = self.flow.relaxed(self.f, ahead_us);
+            self.f = self.flow.relax_force(self.f, ahead_us);
             return;
         };
         // The limit keeps the time within what the arithmetics take.
@@ -78,7 +78,7 @@ impl<R: Arithmetic> Integrator for LogFlow<R> {
             (Some(octave), time) if self.now.elapsed_since(pulse) < 1 << 20 => {
                 self.f = self.flow.force(&start, time, octave);
             }
-            _ => self.leave(&start, pulse),
+            _ => self.leave_table(&start, pulse),
         }
     }
 
@@ -90,8 +90,8 @@ impl<R: Arithmetic> Integrator for LogFlow<R> {
         self.f.to_f64()
     }
 
-    fn force_word(&self) -> u32 {
-        self.f.word()
+    fn force_bits(&self) -> u32 {
+        self.f.fold_bits()
     }
 }
 
@@ -141,15 +141,15 @@ impl<R: Arithmetic> Scheme for FlowSteps<R> {
         }
     }
     fn factors(&self, us: u32) -> FlowFactors<R> {
-        let time = R::of_micros(us);
+        let time = R::from_micros(us);
         FlowFactors {
             time,
             fall: time * self.flow.fall,
-            left: self.muscle.left(time),
-            relaxed: self.flow.relaxed(R::ONE, us),
+            left: self.muscle.calcium_decay(time),
+            relaxed: self.flow.relax_force(R::ONE, us),
         }
     }
-    fn place(&self, c: R, f: R) -> FlowState<R> {
+    fn state_at(&self, c: R, f: R) -> FlowState<R> {
         let octave = Flow::octave(c);
         let start = (c > R::ZERO && octave >= R::ZERO).then(|| self.flow.start(octave, f));
         FlowState { c, f, start }
@@ -158,7 +158,7 @@ impl<R: Arithmetic> Scheme for FlowSteps<R> {
     fn step(&self, step: &FlowFactors<R>, state: &mut FlowState<R>) {
         let ends = |start: Start<R>| {
             let octave = start.octave - step.fall;
-            (octave >= R::ZERO).then(|| self.flow.after(&start, step.time, octave))
+            (octave >= R::ZERO).then(|| self.flow.advance_start(&start, step.time, octave))
         };
         let (f, start) = match state.start.and_then(ends) {
             Some((f, start)) => (f, Some(start)),

@@ -66,7 +66,7 @@ impl<R: Arithmetic, const DENSE: bool> LogTable<R, DENSE> {
         if octave <= R::ZERO {
             return (self.entries[0].0, R::ZERO);
         }
-        let (index, rest) = octave.split(DENSITY);
+        let (index, rest) = octave.split_scaled(DENSITY);
         match self.entries.get(index..index.saturating_add(2)) {
             Some(&[(e, s), (e1, s1)]) => (e + (e1 - e) * rest, s + (s1 - s) * rest),
             _ => (R::ONE, R::ZERO), // beyond 32 pulses: never
@@ -75,14 +75,14 @@ impl<R: Arithmetic, const DENSE: bool> LogTable<R, DENSE> {
 
     /// A part of a step.
     #[inline(never)]
-    fn part(&self, part: &LogFactors<R>, state: &mut LogState<R, DENSE>) {
+    fn advance_part(&self, part: &LogFactors<R>, state: &mut LogState<R, DENSE>) {
         let end = state.octave - part.fall;
         if end >= R::ZERO {
             let start = self.flow.start(state.octave, state.f);
             state.f = self.flow.force(&start, part.time, end);
             state.octave = end;
         } else {
-            state.f = self.flow.relaxed(state.f, part.us);
+            state.f = self.flow.relax_force(state.f, part.us);
             state.octave = R::ZERO;
         }
     }
@@ -94,13 +94,13 @@ impl<R: Arithmetic, const DENSE: bool> Scheme for LogTable<R, DENSE> {
 
     fn new(spec: &CalciumForceSpec, step_us: u32) -> Self {
         let exact = Interval::new(&Muscle::<R::Design>::new(spec));
-        let time = R::Design::of_micros(step_us);
-        let width = R::Design::of(LN_2 / f64::from(1u32 << DENSITY));
-        let lowest = R::Design::of(LOWEST * LN_2);
+        let time = R::Design::from_micros(step_us);
+        let width = R::Design::from_f64(LN_2 / f64::from(1u32 << DENSITY));
+        let lowest = R::Design::from_f64(LOWEST * LN_2);
         let entry = |index: usize| {
-            let c = (lowest + width * R::Design::of(index as f64)).exp();
-            let (kept, added) = exact.kept_and_added::<4>(time, c);
-            (R::of(kept.to_f64()), R::of(added.to_f64()))
+            let c = (lowest + width * R::Design::from_f64(index as f64)).exp();
+            let (kept, added) = exact.decay_and_gain::<4>(time, c);
+            (R::from_f64(kept.to_f64()), R::from_f64(added.to_f64()))
         };
         Self {
             muscle: Muscle::new(spec),
@@ -110,19 +110,19 @@ impl<R: Arithmetic, const DENSE: bool> Scheme for LogTable<R, DENSE> {
         }
     }
     fn factors(&self, us: u32) -> LogFactors<R> {
-        let time = R::of_micros(us);
+        let time = R::from_micros(us);
         LogFactors {
             us,
             time,
             fall: time * self.flow.fall,
             left: match DENSE {
-                true => self.muscle.left(time),
+                true => self.muscle.calcium_decay(time),
                 false => R::ONE,
             },
         }
     }
     /// 2^-19 of a pulse, the table's end, is none.
-    fn place(&self, c: R, f: R) -> LogState<R, DENSE> {
+    fn state_at(&self, c: R, f: R) -> LogState<R, DENSE> {
         let octave = match c > R::ZERO {
             true => Flow::octave(c),
             false => R::ZERO,
@@ -132,7 +132,7 @@ impl<R: Arithmetic, const DENSE: bool> Scheme for LogTable<R, DENSE> {
     #[inline(always)]
     fn step(&self, step: &LogFactors<R>, state: &mut LogState<R, DENSE>) {
         if step.us != self.step_us {
-            return self.part(step, state);
+            return self.advance_part(step, state);
         }
         let (kept, added) = self.entry(state.octave);
         state.f = state.f * kept + added;

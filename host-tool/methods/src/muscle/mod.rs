@@ -48,5 +48,5 @@ pub trait Integrator {
     /// The same in the bits of the method's own arithmetic, folded to 32; all
     /// that is not a number is one word. For comparing machines, and for
     /// reading a force without converting it.
-    fn force_word(&self) -> u32;
+    fn force_bits(&self) -> u32;
 }

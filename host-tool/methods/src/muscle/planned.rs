@@ -36,11 +36,11 @@ impl<S: Dense> PlannedStep<S> {
         Self {
             whole: scheme.factors(step_us),
             step_us,
-            per_step: NumberOf::<S>::ONE / NumberOf::<S>::of_micros(step_us),
+            per_step: NumberOf::<S>::ONE / NumberOf::<S>::from_micros(step_us),
             c: zero,
             cubic: [zero; 4],
             from: Micros::new(0),
-            end: scheme.place(zero, zero),
+            end: scheme.state_at(zero, zero),
             slope: zero,
             now: Micros::new(0),
             scheme,
@@ -62,7 +62,7 @@ impl<S: Dense> PlannedStep<S> {
     }
 
     fn time(&self) -> NumberOf<S> {
-        NumberOf::<S>::of_micros(self.now.elapsed_since(self.from))
+        NumberOf::<S>::from_micros(self.now.elapsed_since(self.from))
     }
 
     #[inline(always)]
@@ -73,11 +73,11 @@ impl<S: Dense> PlannedStep<S> {
     }
 
     fn calcium_number(&self) -> NumberOf<S> {
-        self.c * self.scheme.muscle().left(self.time())
+        self.c * self.scheme.muscle().calcium_decay(self.time())
     }
 
     #[inline(never)]
-    fn next(&mut self, to: Micros) {
+    fn plan_until(&mut self, to: Micros) {
         while to.elapsed_since(self.from) > self.step_us {
             self.from += us(self.step_us);
             self.plan();
@@ -90,14 +90,14 @@ impl<S: Dense> Integrator for PlannedStep<S> {
     fn pulse(&mut self, at: Micros) {
         self.advance(at);
         let c = self.calcium_number() + NumberOf::<S>::ONE;
-        self.end = self.scheme.place(c, self.force());
+        self.end = self.scheme.state_at(c, self.force());
         self.slope = self.scheme.slope(&self.end);
         self.from = at;
         self.plan();
     }
     fn advance(&mut self, to: Micros) {
         if to.elapsed_since(self.from) > self.step_us {
-            self.next(to);
+            self.plan_until(to);
         }
         self.now = to;
     }
@@ -107,7 +107,7 @@ impl<S: Dense> Integrator for PlannedStep<S> {
     fn force_n(&self) -> f64 {
         self.force().to_f64()
     }
-    fn force_word(&self) -> u32 {
-        self.force().word()
+    fn force_bits(&self) -> u32 {
+        self.force().fold_bits()
     }
 }

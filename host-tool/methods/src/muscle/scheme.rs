@@ -46,7 +46,7 @@ impl<R: Arithmetic> Point<R> {
     }
 
     /// `time` over τ.
-    pub fn length(&self, time: R) -> R {
+    pub fn time_over_tau(&self, time: R) -> R {
         if R::FLOATING {
             time * self.rate
         } else {
@@ -66,17 +66,17 @@ impl<R: Arithmetic> Muscle<R> {
             units(spec.tau2_us),
         );
         Self {
-            a: R::of(f64::from(spec.a_mn_per_s) * 1e-9 * UNIT_US),
-            k: R::of(k),
-            rate_c: R::of(1.0 / units(spec.tau_c_us)),
-            tau1: R::of(tau1),
-            tau2: R::of(tau2),
-            over: [R::of(k * tau1), R::of(tau1 + tau2)],
+            a: R::from_f64(f64::from(spec.a_mn_per_s) * 1e-9 * UNIT_US),
+            k: R::from_f64(k),
+            rate_c: R::from_f64(1.0 / units(spec.tau_c_us)),
+            tau1: R::from_f64(tau1),
+            tau2: R::from_f64(tau2),
+            over: [R::from_f64(k * tau1), R::from_f64(tau1 + tau2)],
         }
     }
 
     /// x = C/(K + C), the share of cross-bridges bound.
-    pub fn bound(&self, c: R) -> R {
+    pub fn bound_fraction(&self, c: R) -> R {
         c / (self.k + c)
     }
 
@@ -100,7 +100,7 @@ impl<R: Arithmetic> Muscle<R> {
                 rate: lower * tau_over,
             };
         }
-        let x = self.bound(c);
+        let x = self.bound_fraction(c);
         let tau = self.tau(x);
         Point {
             source: self.a * x,
@@ -110,13 +110,13 @@ impl<R: Arithmetic> Muscle<R> {
     }
 
     /// What is left of C after `time`.
-    pub fn left(&self, time: R) -> R {
+    pub fn calcium_decay(&self, time: R) -> R {
         (-(time * self.rate_c)).exp()
     }
 
     /// (dC/dt, dF/dt) between pulses: Lee 2020, eqs. (2) and (3).
     pub fn slope(&self, s: State<R>) -> State<R> {
-        let x = self.bound(s.c);
+        let x = self.bound_fraction(s.c);
         State {
             c: -(s.c * self.rate_c),
             f: self.a * x - s.f / self.tau(x),
@@ -135,7 +135,7 @@ pub struct State<R> {
 
 impl<R: Arithmetic> State<R> {
     /// Self + `time` · `slope`.
-    pub fn moved(self, time: R, slope: Self) -> Self {
+    pub fn add_scaled(self, time: R, slope: Self) -> Self {
         Self {
             c: self.c + time * slope.c,
             f: self.f + time * slope.f,
@@ -178,7 +178,7 @@ pub trait Scheme {
     /// Of a step of `us` microseconds.
     fn factors(&self, us: u32) -> Self::Factors;
     /// A muscle with this C and this force, N.
-    fn place(&self, c: NumberOf<Self>, f: NumberOf<Self>) -> Self::State;
+    fn state_at(&self, c: NumberOf<Self>, f: NumberOf<Self>) -> Self::State;
     /// Over one step.
     fn step(&self, factors: &Self::Factors, state: &mut Self::State);
 }

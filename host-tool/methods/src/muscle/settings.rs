@@ -231,9 +231,9 @@ impl Setting {
     pub fn all(output_us: u32) -> impl Iterator<Item = Self> {
         let generic = Method::ALL.into_iter().flat_map(move |method| {
             Number::GENERIC.into_iter().flat_map(move |number| {
-                let ended = ended(method).iter();
+                let ended = steps_ending_at_readings(method).iter();
                 let ended = ended.map(move |us| Self::new(method, number, *us));
-                let planned = planned(method).iter();
+                let planned = steps_read_by_cubics(method).iter();
                 ended.chain(planned.map(move |us| Self::planned(method, number, *us)))
             })
         });
@@ -273,7 +273,7 @@ impl Setting {
     ///
     /// # Errors
     /// Parameters that the product's own method does not take.
-    pub fn with<T>(
+    pub fn with_integrator<T>(
         self,
         spec: &CalciumForceSpec,
         then: impl FnOnce(&mut dyn Integrator) -> T,
@@ -296,22 +296,24 @@ impl Setting {
         let step_us = self.step_us.max(1);
         let is_planned = self.reading == Reading::Cubic;
         Ok(match self.method {
-            Method::Euler => self.split::<ExplicitMuscle<Euler, R>, T>(spec, then),
-            Method::Heun => self.split::<ExplicitMuscle<Heun, R>, T>(spec, then),
-            Method::RungeKutta4 => self.split::<ExplicitMuscle<RungeKutta4, R>, T>(spec, then),
-            Method::RungeKutta4Snapped => {
-                self.stepped::<ExplicitMuscle<RungeKutta4, R>, T>(spec, Pulses::Snapped, then)
+            Method::Euler => self.with_split_pulses::<ExplicitMuscle<Euler, R>, T>(spec, then),
+            Method::Heun => self.with_split_pulses::<ExplicitMuscle<Heun, R>, T>(spec, then),
+            Method::RungeKutta4 => {
+                self.with_split_pulses::<ExplicitMuscle<RungeKutta4, R>, T>(spec, then)
             }
-            Method::EulerExactC => self.along::<Euler, R, T>(spec, then),
-            Method::HeunExactC => self.along::<Heun, R, T>(spec, then),
-            Method::RungeKutta4ExactC => self.along::<RungeKutta4, R, T>(spec, then),
-            Method::HermiteSimpson => self.along::<HermiteSimpson, R, T>(spec, then),
-            Method::Etd1 => self.along::<Etd1, R, T>(spec, then),
-            Method::EtdMidpoint => self.along::<HeldRate<true>, R, T>(spec, then),
-            Method::GaussExponential => self.along::<GaussExponential, R, T>(spec, then),
-            Method::LogTable if is_planned => self.plan::<LogTable<R, true>, T>(spec, then),
-            Method::LogTable => self.split::<LogTable<R, false>, T>(spec, then),
-            Method::LogFlow if is_planned => self.plan::<FlowSteps<R>, T>(spec, then),
+            Method::RungeKutta4Snapped => {
+                self.with_stepped::<ExplicitMuscle<RungeKutta4, R>, T>(spec, Pulses::Snapped, then)
+            }
+            Method::EulerExactC => self.with_rule::<Euler, R, T>(spec, then),
+            Method::HeunExactC => self.with_rule::<Heun, R, T>(spec, then),
+            Method::RungeKutta4ExactC => self.with_rule::<RungeKutta4, R, T>(spec, then),
+            Method::HermiteSimpson => self.with_rule::<HermiteSimpson, R, T>(spec, then),
+            Method::Etd1 => self.with_rule::<Etd1, R, T>(spec, then),
+            Method::EtdMidpoint => self.with_rule::<HeldRate<true>, R, T>(spec, then),
+            Method::GaussExponential => self.with_rule::<GaussExponential, R, T>(spec, then),
+            Method::LogTable if is_planned => self.with_planned::<LogTable<R, true>, T>(spec, then),
+            Method::LogTable => self.with_split_pulses::<LogTable<R, false>, T>(spec, then),
+            Method::LogFlow if is_planned => self.with_planned::<FlowSteps<R>, T>(spec, then),
             Method::LogFlow => then(&mut LogFlow::<R>::new(spec)),
             Method::EventDriven2 => then(&mut EventDriven::<R, 2>::new(spec, step_us)),
             Method::EventDriven3 => then(&mut EventDriven::<R, 3>::new(spec, step_us)),
@@ -320,19 +322,19 @@ impl Setting {
         })
     }
 
-    fn along<M: Rule, R: Arithmetic, T>(
+    fn with_rule<M: Rule, R: Arithmetic, T>(
         self,
         spec: &CalciumForceSpec,
         then: impl FnOnce(&mut dyn Integrator) -> T,
     ) -> T {
         match self.reading {
-            Reading::Steps => self.split::<RuleMuscle<M, R>, T>(spec, then),
-            Reading::Cubic => self.plan::<RuleMuscle<M, R>, T>(spec, then),
+            Reading::Steps => self.with_split_pulses::<RuleMuscle<M, R>, T>(spec, then),
+            Reading::Cubic => self.with_planned::<RuleMuscle<M, R>, T>(spec, then),
         }
     }
 
     #[inline(never)]
-    fn plan<S: Dense, T>(
+    fn with_planned<S: Dense, T>(
         self,
         spec: &CalciumForceSpec,
         then: impl FnOnce(&mut dyn Integrator) -> T,
@@ -340,16 +342,16 @@ impl Setting {
         then(&mut PlannedStep::<S>::new(spec, self.step_us.max(1)))
     }
 
-    fn split<S: Scheme, T>(
+    fn with_split_pulses<S: Scheme, T>(
         self,
         spec: &CalciumForceSpec,
         then: impl FnOnce(&mut dyn Integrator) -> T,
     ) -> T {
-        self.stepped::<S, T>(spec, Pulses::Split, then)
+        self.with_stepped::<S, T>(spec, Pulses::Split, then)
     }
 
     #[inline(never)]
-    fn stepped<S: Scheme, T>(
+    fn with_stepped<S: Scheme, T>(
         self,
         spec: &CalciumForceSpec,
         pulses: Pulses,
@@ -364,7 +366,7 @@ impl Setting {
 }
 
 /// Steps that end at readings, µs; of event-driven methods the longest stretches.
-const fn ended(method: Method) -> &'static [u32] {
+const fn steps_ending_at_readings(method: Method) -> &'static [u32] {
     match method {
         Method::LogFlow => &[Setting::WHOLE_US],
         _ if method.is_event_driven() => &[10_000, 20_000, Setting::WHOLE_US],
@@ -374,7 +376,7 @@ const fn ended(method: Method) -> &'static [u32] {
 
 /// Steps that are read through their cubics, µs: of methods that take steps and have
 /// the exact C. An event-driven one is new at every reading, whatever the stretch.
-const fn planned(method: Method) -> &'static [u32] {
+const fn steps_read_by_cubics(method: Method) -> &'static [u32] {
     if method.is_event_driven() || method.is_alike() {
         return &[];
     }

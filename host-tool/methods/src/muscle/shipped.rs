@@ -39,7 +39,7 @@ impl Integrator for Shipped {
     fn force_n(&self) -> f64 {
         self.muscle.force(&self.state).get().to_num()
     }
-    fn force_word(&self) -> u32 {
+    fn force_bits(&self) -> u32 {
         self.muscle
             .force(&self.state)
             .get()

@@ -35,7 +35,7 @@ impl<S: Scheme> SteppedMuscle<S> {
         let scheme = S::new(spec, step_us);
         Self {
             whole: scheme.factors(step_us),
-            state: scheme.place(NumberOf::<S>::ZERO, NumberOf::<S>::ZERO),
+            state: scheme.state_at(NumberOf::<S>::ZERO, NumberOf::<S>::ZERO),
             scheme,
             step_us,
             pulses,
@@ -50,7 +50,7 @@ impl<S: Scheme> SteppedMuscle<S> {
         let mut left_us = to.elapsed_since(self.at);
         if self.over_us > 0 && left_us > 0 {
             let us = left_us.min(self.step_us.wrapping_sub(self.over_us));
-            self.part(us);
+            self.advance_part(us);
             left_us = left_us.wrapping_sub(us);
         }
         while left_us >= self.step_us {
@@ -58,7 +58,7 @@ impl<S: Scheme> SteppedMuscle<S> {
             left_us = left_us.wrapping_sub(self.step_us);
         }
         if left_us > 0 && self.pulses == Pulses::Split {
-            self.part(left_us);
+            self.advance_part(left_us);
             left_us = 0;
         }
         // What a snapped run has not stepped over stays ahead of it.
@@ -69,7 +69,7 @@ impl<S: Scheme> SteppedMuscle<S> {
 
     /// A part of a step; the parts of one add up to it.
     #[inline(never)]
-    fn part(&mut self, us: u32) {
+    fn advance_part(&mut self, us: u32) {
         self.scheme.step(&self.scheme.factors(us), &mut self.state);
         self.over_us = self.over_us.wrapping_add(us);
         if self.over_us >= self.step_us {
@@ -82,7 +82,7 @@ impl<S: Scheme> Integrator for SteppedMuscle<S> {
     fn pulse(&mut self, at: Micros) {
         self.advance_any(at);
         let c = self.state.calcium() + NumberOf::<S>::ONE;
-        self.state = self.scheme.place(c, self.state.force());
+        self.state = self.scheme.state_at(c, self.state.force());
     }
 
     fn advance(&mut self, to: Micros) {
@@ -103,7 +103,7 @@ impl<S: Scheme> Integrator for SteppedMuscle<S> {
         self.state.force().to_f64()
     }
 
-    fn force_word(&self) -> u32 {
-        self.state.force().word()
+    fn force_bits(&self) -> u32 {
+        self.state.force().fold_bits()
     }
 }

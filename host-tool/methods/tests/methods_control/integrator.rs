@@ -29,7 +29,7 @@ fn grid() -> impl Iterator<Item = Loop<f64>> {
 
 /// |σ| in L·h².
 fn relative(l: &Loop<f64>, discretization: Discretization) -> f64 {
-    l.worst_of_all(discretization) / (l.slope * l.h * l.h)
+    l.worst_sigma_of_all(discretization) / (l.slope * l.h * l.h)
 }
 
 #[test]
@@ -77,7 +77,7 @@ fn sigma_falls_with_the_square_of_the_period_but_for_the_resolvent() {
             let periods = (0.2 / h).round() as u32;
             (
                 h,
-                l.worst(discretization, Disturbance::Triangle { periods }),
+                l.worst_sigma(discretization, Disturbance::Triangle { periods }),
             )
         });
         let fitted = fitted_order(&points).unwrap();
@@ -106,7 +106,7 @@ fn only_the_explicit_form_cycles_wider_with_more_gain() {
             h: 1e-3,
             slope: 1.0,
         };
-        l.worst(d, Disturbance::None) / 1e-6
+        l.worst_sigma(d, Disturbance::None) / 1e-6
     };
     for d in Discretization::ALL {
         let [low, high] = [1.1, 110.0].map(|k2| at(k2, d));
@@ -121,12 +121,12 @@ fn only_the_explicit_form_cycles_wider_with_more_gain() {
 
 fn in_arithmetic<R: Real>(h: f64) -> f64 {
     let l = Loop {
-        k1: R::of(1.5),
-        k2: R::of(1.1),
-        h: R::of(h),
-        slope: R::of(1.0),
+        k1: R::from_f64(1.5),
+        k2: R::from_f64(1.1),
+        h: R::from_f64(h),
+        slope: R::from_f64(1.0),
     };
-    let worst = l.worst(
+    let worst = l.worst_sigma(
         Discretization::ProperImplicit,
         Disturbance::Triangle { periods: 97 },
     );
@@ -162,7 +162,7 @@ fn the_devices_arithmetic_adds_at_most_four_bits() {
         loops += 1;
         for disturbance in Disturbance::ALL {
             let mut integral = Q::ZERO;
-            let worst = l.worst_under(disturbance, |sigma| {
+            let worst = l.worst_sigma_under(disturbance, |sigma| {
                 let answer = twist.push(Q::from_num(sigma));
                 let u = integral + answer.push;
                 integral += answer.growth;

@@ -13,7 +13,7 @@ fn middle<R: Real>(form: Form, add_ons: AddOns) -> Vec<R> {
     parameters(form, add_ons)
         .iter()
         .map(|p| {
-            R::of(if p.is_log {
+            R::from_f64(if p.is_log {
                 (p.low * p.high).sqrt()
             } else {
                 0.5 * (p.low + p.high)
@@ -27,7 +27,7 @@ fn middle<R: Real>(form: Form, add_ons: AddOns) -> Vec<R> {
 fn tracked<R: Real>(form: Form, add_ons: AddOns) -> f64 {
     let h = 2e-3;
     let mut law =
-        Controller::from_parameters(form, add_ons, R::of(h), &middle(form, add_ons)).unwrap();
+        Controller::from_parameters(form, add_ons, R::from_f64(h), &middle(form, add_ons)).unwrap();
     let (mut angle, mut sum) = (0.1, 0.0);
     for i in 0..10_000 {
         let t = f64::from(i) * h;
@@ -36,10 +36,10 @@ fn tracked<R: Real>(form: Form, add_ons: AddOns) -> f64 {
             0.5 * TAU * 0.2 * (TAU * 0.2 * t).cos(),
         );
         let effort = law.step(&Input {
-            target: R::of(target),
-            target_rate: R::of(target_rate),
-            measured: R::of(angle),
-            feed_forward: R::of(0.8 * target / 1.6),
+            target: R::from_f64(target),
+            target_rate: R::from_f64(target_rate),
+            measured: R::from_f64(angle),
+            feed_forward: R::from_f64(0.8 * target / 1.6),
         });
         let effort = effort.to_f64().clamp(-1.0, 1.0);
         angle += h * (1.6 * effort - angle) / 0.15;

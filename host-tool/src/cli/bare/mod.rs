@@ -3,7 +3,7 @@
 mod report;
 mod usb;
 
-use super::{Bar, Incomplete, Output, interrupt, wrong};
+use super::{Bar, Incomplete, Output, interrupt, usage_error};
 use anyhow::Context;
 use clap::Args;
 use hal_sim::chip::bare::{Bare, EarlyEnd};
@@ -12,7 +12,7 @@ use hal_sim::chip::image::Image;
 use hal_sim::chip::soc::gpio::PORTS;
 use hal_sim::trace::Dump;
 use host_core::link::Interruption;
-use host_core::record::{RecordError, may_write};
+use host_core::record::{RecordError, check_writable};
 use report::Report;
 use std::fs::File;
 use std::io::{IsTerminal, Write};
@@ -103,28 +103,28 @@ enum Failed {
 pub fn main(args: &BareArgs, output: Output) -> anyhow::Result<()> {
     let image = Image::open(&args.image)?;
     if let Some(vcd) = &args.vcd {
-        may_write(vcd, args.overwrite, &[&args.image], None)?;
+        check_writable(vcd, args.overwrite, &[&args.image], None)?;
     }
-    let interruption = interrupt::heed()?;
+    let interruption = interrupt::catch_signals()?;
     let mut line = args.usb.as_deref().map(Line::open).transpose()?;
     if let Some(line) = &line {
         // Where, before anything is simulated; a machine reads it as the first object.
-        output.say(
+        output.print(
             || format!("its USB port is at {}; end with Ctrl-C", line.place()),
             || serde_json::json!({ "usb_at": line.place() }),
         )?;
     }
     let bare = Bare::power_on(image, line.is_some());
-    let mut bare = bare.map_err(|stop| stopped(&args.image, 0, &stop.to_string()))?;
+    let mut bare = bare.map_err(|stop| stopped_error(&args.image, 0, &stop.to_string()))?;
     let mut run = Run::begin(args, &bare, output)?;
     let until = match (args.time, &line) {
         (Some(time), _) => time.as_nanos() as u64, // at most an hour
         (None, None) => USUAL.as_nanos() as u64,
         (None, Some(_)) => u64::MAX,
     };
-    let ended = run.go(&mut bare, line.as_mut(), until, &interruption);
+    let ended = run.run_until(&mut bare, line.as_mut(), until, &interruption);
     let ended = ended.and_then(|ended| run.finish(&mut bare).map(|()| ended))?;
-    let report = Report::of(&bare, &ended, &run.heard);
+    let report = Report::new(&bare, &ended, &run.heard);
     let error = match ended {
         RunEnd::Time => None,
         RunEnd::Signal(signal) => {
@@ -134,14 +134,14 @@ pub fn main(args: &BareArgs, output: Output) -> anyhow::Result<()> {
         RunEnd::Itself(ending) => failure(&args.image, &bare, ending),
     };
     match error {
-        None => output.say(|| report.table(), || report.machine()),
+        None => output.print(|| report.to_text(), || report.to_json()),
         Some(error) if output.json => Err(Incomplete {
             error,
-            result: report.machine(),
+            result: report.to_json(),
         }
         .into()),
         Some(error) => {
-            output.say(|| report.table(), || report.machine())?;
+            output.print(|| report.to_text(), || report.to_json())?;
             Err(error)
         }
     }
@@ -158,7 +158,7 @@ enum RunEnd {
     Itself(EarlyEnd),
 }
 
-fn stopped(image: &Path, ns: u64, why: &str) -> anyhow::Error {
+fn stopped_error(image: &Path, ns: u64, why: &str) -> anyhow::Error {
     Failed::Stopped {
         image: image.display().to_string(),
         seconds: ns as f64 * 1e-9,
@@ -186,13 +186,13 @@ fn failure(image: &Path, bare: &Bare, ending: EarlyEnd) -> Option<anyhow::Error>
             .into(),
         ),
         EarlyEnd::Stopped(stop) => {
-            let (_, function) = bare.place();
+            let (_, function) = bare.location();
             let is_lock_up = matches!(stop, Stop::LockUp { .. });
             let why = match fault.filter(|_| is_lock_up || bare.is_in_handler()) {
                 Some(fault) => format!("{stop}, after {}", fault.describe(symbols)),
                 None => format!("{stop} (in {function})"),
             };
-            Some(stopped(image, bare.now_ns(), &why))
+            Some(stopped_error(image, bare.now_ns(), &why))
         }
     }
 }
@@ -240,7 +240,7 @@ impl<'a> Run<'a> {
     }
 
     /// Runs to `until` ns, or to what ends it before.
-    fn go(
+    fn run_until(
         &mut self,
         bare: &mut Bare,
         mut line: Option<&mut Line>,
@@ -249,7 +249,7 @@ impl<'a> Run<'a> {
     ) -> anyhow::Result<RunEnd> {
         let mut end = 0;
         while end < until {
-            if let Some(signal) = interruption.asked() {
+            if let Some(signal) = interruption.received_signal() {
                 return Ok(RunEnd::Signal(signal));
             }
             end = end.saturating_add(STEP_NS).min(until);
@@ -257,7 +257,7 @@ impl<'a> Run<'a> {
             if let Some(line) = line.as_deref_mut() {
                 line.serve(bare)?;
             }
-            self.hear(bare)?;
+            self.drain_output(bare)?;
             if let Err(ending) = ended {
                 return Ok(RunEnd::Itself(ending));
             }
@@ -269,7 +269,7 @@ impl<'a> Run<'a> {
     }
 
     /// Prints and writes what came since the last call.
-    fn hear(&mut self, bare: &mut Bare) -> anyhow::Result<()> {
+    fn drain_output(&mut self, bare: &mut Bare) -> anyhow::Result<()> {
         let (console, uart) = (bare.console(), bare.wires.serial());
         let uart = if self.args.uart { uart } else { Vec::new() };
         if self.output.json {
@@ -312,7 +312,7 @@ impl<'a> Run<'a> {
 
     /// All that is left, and the dump's end.
     fn finish(&mut self, bare: &mut Bare) -> anyhow::Result<()> {
-        self.hear(bare)?;
+        self.drain_output(bare)?;
         if let Some(bar) = &self.bar {
             bar.finish();
         }

@@ -36,7 +36,7 @@ type Fault = (f64, String, Vec<(&'static str, u32)>);
 
 impl Report {
     /// Of `bare`, which `ended` so.
-    pub fn of(bare: &Bare, ended: &RunEnd, heard: &ProgramOutput) -> Self {
+    pub fn new(bare: &Bare, ended: &RunEnd, heard: &ProgramOutput) -> Self {
         let (ending, status) = match ended {
             RunEnd::Time => ("time", None),
             RunEnd::Signal(_) => ("signal", None),
@@ -51,7 +51,7 @@ impl Report {
         });
         let symbols = &bare.image().symbols;
         let faults = bare.faults().iter();
-        let (pc, function) = bare.place();
+        let (pc, function) = bare.location();
         Self {
             ending,
             status,
@@ -87,7 +87,7 @@ impl Report {
     }
 
     /// For people.
-    pub fn table(&self) -> String {
+    pub fn to_text(&self) -> String {
         let mut out = format!(
             "{:.6} s of device time, {} cycles, {} instructions; the core's clock is {} Hz\n",
             self.seconds, self.cycles, self.instructions, self.clock_hz
@@ -114,7 +114,7 @@ impl Report {
                 out.push_str(&format!("  {}\n", row.join("  ")));
             }
         }
-        more(&mut out, "faults", self.faults.len(), MOST_FAULTS);
+        write_omitted_count(&mut out, "faults", self.faults.len(), MOST_FAULTS);
         if let Some((at, cause)) = self.resets.last() {
             let count = self.resets.len();
             out.push_str(&format!(
@@ -136,12 +136,12 @@ impl Report {
         for (name, count) in self.pins.iter().take(MOST_PINS) {
             out.push_str(&format!("pin {name}: {count} edges\n"));
         }
-        more(&mut out, "pins", self.pins.len(), MOST_PINS);
+        write_omitted_count(&mut out, "pins", self.pins.len(), MOST_PINS);
         out.trim_end().to_owned()
     }
 
     /// For machines.
-    pub fn machine(&self) -> Value {
+    pub fn to_json(&self) -> Value {
         let pins: Map<String, Value> = (self.pins.iter())
             .map(|(name, count)| (name.clone(), json!(count)))
             .collect();
@@ -165,7 +165,7 @@ impl Report {
     }
 }
 
-fn more(out: &mut String, what: &str, count: usize, most: usize) {
+fn write_omitted_count(out: &mut String, what: &str, count: usize, most: usize) {
     if count > most {
         out.push_str(&format!(
             "and {} more {what}; --json has all\n",

@@ -1,6 +1,6 @@
 //! The USB serial port of an image, where other programs reach it, in real time.
 
-use super::wrong;
+use super::usage_error;
 use anyhow::Context;
 use hal_sim::chip::bare::Bare;
 #[cfg(unix)]
@@ -40,7 +40,7 @@ impl Line {
                     .iter()
                     .find(|socket_addr| !socket_addr.ip().is_loopback())
                 {
-                    return wrong(format!(
+                    return usage_error(format!(
                         "--usb is {beyond}: give an address of this computer, such as \
                          tcp:127.0.0.1:{}",
                         beyond.port()
@@ -58,7 +58,11 @@ impl Line {
                 (Box::new(wire), place.to_owned())
             }
             #[cfg(not(unix))]
-            None => return wrong("--usb: this system has no pseudo-terminals; give tcp:HOST:PORT"),
+            None => {
+                return usage_error(
+                    "--usb: this system has no pseudo-terminals; give tcp:HOST:PORT",
+                );
+            }
         };
         Ok(Self {
             wire,

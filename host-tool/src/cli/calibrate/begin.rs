@@ -3,7 +3,7 @@
 use super::CalibrateArgs;
 use crate::cli::moment;
 use crate::cli::perform::SEED;
-use host_core::calibration::{self, CalibrationError, Head, JournalContents, Plan, journal_of};
+use host_core::calibration::{self, CalibrationError, Head, JournalContents, Plan, journal_path};
 use host_core::link::{Connection, PacedPort, Port};
 use host_core::run::identity;
 use host_core::wearer::Wearer;
@@ -22,23 +22,23 @@ pub struct OpenedJournal {
 ///
 /// # Errors
 /// Files that are taken, missing, damaged or another person's.
-pub fn files(
+pub fn check_files(
     args: &CalibrateArgs,
     out: &Path,
     head: &Head,
 ) -> Result<OpenedJournal, CalibrationError> {
-    let journal = journal_of(out);
+    let journal = journal_path(out);
     let mut kept = None;
     if args.resume {
         let before = calibration::read(&journal)?;
-        before.head.goes_on(&journal, head)?;
+        before.head.check_continuation(&journal, head)?;
         kept = Some(before);
         if out.exists() {
-            own(out, &head.wearer)?;
+            check_owner(out, &head.wearer)?;
         }
     } else {
         let unusable = |why| CalibrationError::Closed(journal.clone(), why);
-        if calibration::is_begun(&journal).map_err(unusable)? {
+        if calibration::has_entries(&journal).map_err(unusable)? {
             return Err(CalibrationError::Taken(journal));
         }
         if out.exists() {
@@ -49,7 +49,7 @@ pub fn files(
 }
 
 /// Whether the wearer file that is there is this person's.
-fn own(out: &Path, name: &str) -> Result<(), CalibrationError> {
+fn check_owner(out: &Path, name: &str) -> Result<(), CalibrationError> {
     let unusable = |why: String| CalibrationError::NotResumable(out.to_owned(), why);
     let old = Wearer::read(out).map_err(|error| unusable(error.lines()))?;
     match old.name == name {
@@ -62,7 +62,7 @@ fn own(out: &Path, name: &str) -> Result<(), CalibrationError> {
 }
 
 /// What is known of it without a device.
-pub fn head(args: &CalibrateArgs, wearer: &str, text: &str) -> Head {
+pub fn journal_head(args: &CalibrateArgs, wearer: &str, text: &str) -> Head {
     let is_simulated = !args.device.is_port();
     Head {
         operator: args.operator.clone(),
@@ -71,7 +71,7 @@ pub fn head(args: &CalibrateArgs, wearer: &str, text: &str) -> Head {
         firmware: "0".to_owned(), // until it answers
         body: is_simulated.then(|| args.body.unwrap_or_default().name().to_owned()),
         seed: is_simulated.then(|| args.seed.unwrap_or(SEED)),
-        ..Head::of(wearer, text)
+        ..Head::new(wearer, text)
     }
 }
 
@@ -80,8 +80,12 @@ pub fn head(args: &CalibrateArgs, wearer: &str, text: &str) -> Head {
 ///
 /// # Errors
 /// The plan, or the device.
-pub fn open(args: &CalibrateArgs, plan: &Plan, head: &mut Head) -> anyhow::Result<Box<dyn Port>> {
-    let board = calibration::board(plan)?;
+pub fn open_device(
+    args: &CalibrateArgs,
+    plan: &Plan,
+    head: &mut Head,
+) -> anyhow::Result<Box<dyn Port>> {
+    let board = calibration::board_session(plan)?;
     let seed = args.seed.unwrap_or(SEED);
     let mut port = args.device.open(&board, seed)?;
     let in_process = port.world().is_some();

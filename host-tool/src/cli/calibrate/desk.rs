@@ -2,7 +2,7 @@
 
 use super::CalibrateArgs;
 use super::ordered::Task;
-use super::work::{CalibrationOutcome, work};
+use super::work::{CalibrationOutcome, run_task};
 use crate::cli::Bar;
 use crate::live::{RawTerminal, ScreenState, SharedTerminal, TerminalOperator};
 use host_core::calibration::{Auto, Operator, OperatorLoss, OperatorNotice, Order, View};
@@ -26,7 +26,7 @@ impl Operator for ProgressOperator<'_> {
         Auto.orders(view)
     }
 
-    fn tell(&mut self, _told: OperatorNotice<'_>, view: &View) {
+    fn notify(&mut self, _told: OperatorNotice<'_>, view: &View) {
         let before = view.electrode.saturating_sub(1) as f64;
         self.bar.set(before / view.of.max(1) as f64);
     }
@@ -37,12 +37,12 @@ impl Operator for ProgressOperator<'_> {
 ///
 /// # Errors
 /// As [`work`], or the terminal.
-pub fn at_the_terminal(
+pub fn calibrate_at_terminal(
     args: &CalibrateArgs,
     task: &Task,
     interruption: &Interruption,
 ) -> anyhow::Result<CalibrationOutcome> {
-    let sitting = Mutex::new(SharedTerminal::at(ScreenState {
+    let sitting = Mutex::new(SharedTerminal::new(ScreenState {
         wearer: task.wearer().to_owned(),
         device: args.device.to_string(),
         ..ScreenState::default()
@@ -56,9 +56,12 @@ pub fn at_the_terminal(
                 sitting,
                 interruption: interruption.clone(),
             };
-            work(args, task, &interruption, &mut operator)
+            run_task(args, task, &interruption, &mut operator)
         });
-        (seat.sit(sitting, || worker.is_finished()), worker.join())
+        (
+            seat.draw_until(sitting, || worker.is_finished()),
+            worker.join(),
+        )
     });
     drop(seat);
     let worked = worked.unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;

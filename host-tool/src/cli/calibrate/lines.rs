@@ -1,6 +1,9 @@
 //! Another program orders: JSON lines on standard input and output.
 
-use crate::live::{AT_ONCE, InputLimiter, State, early, leave_unread, put, sift};
+use crate::live::{
+    AT_ONCE, InputLimiter, State, discard_unread_output, early_refusal, select_orders,
+    write_available,
+};
 use host_core::calibration::{
     Level, Operator, OperatorLoss, OperatorNotice, Order, OrderError, PartialLine, Phase, Step,
     View,
@@ -41,10 +44,10 @@ type ShownState = (Phase, bool, bool);
 
 impl Lines {
     /// Takes in all that waits; `is_late` is not for what is shown.
-    fn take(&mut self, t_s: f64, is_late: bool) {
-        let bytes = self.inlet.take(t_s);
-        let is_last = self.inlet.gone().is_some();
-        for line in self.unread.lines(&bytes, is_last) {
+    fn read_orders(&mut self, t_s: f64, is_late: bool) {
+        let bytes = self.inlet.read_available(t_s);
+        let is_last = self.inlet.loss().is_some();
+        for line in self.unread.take_lines(&bytes, is_last) {
             match Order::parse(&line) {
                 Ok(order) => self.asked.push((order, self.is_shown && !is_late)),
                 Err(error) => self.nonsense.push(error),
@@ -54,7 +57,7 @@ impl Lines {
 
     /// Looks whether there is something else to show.
     fn show(&mut self, view: &View) {
-        let state = State::of(view);
+        let state = State::from_view(view);
         let is_new = self.state.as_ref() != Some(&state);
         if is_new {
             (self.state, self.is_shown) = (Some(state), false);
@@ -65,11 +68,11 @@ impl Lines {
         let shown = (view.phase, view.is_rested, view.complains);
         if is_new || self.shown.as_ref() != Some(&shown) {
             self.shown = Some(shown);
-            self.say(&view_line(view), is_new);
+            self.queue_line(&view_line(view), is_new);
         }
     }
 
-    fn say(&mut self, value: &Value, is_state: bool) {
+    fn queue_line(&mut self, value: &Value, is_state: bool) {
         self.told
             .push_back((format!("{value}\n").into_bytes(), is_state));
     }
@@ -79,12 +82,12 @@ impl Lines {
         while let Some((bytes, is_state)) = self.told.front() {
             let is_shown = *is_state && bytes.len() <= AT_ONCE;
             if is_shown {
-                self.take(t_s, true);
+                self.read_orders(t_s, true);
             }
             let Some((bytes, _)) = self.told.front_mut() else {
                 break;
             };
-            let written = put(bytes).map_err(|_| OperatorLoss::Unread)?;
+            let written = write_available(bytes).map_err(|_| OperatorLoss::Unread)?;
             bytes.drain(..written);
             if written == 0 {
                 break;
@@ -101,14 +104,17 @@ impl Lines {
     }
 
     /// Tells what was not carried out.
-    fn refuse(&mut self, count: usize) {
+    fn report_refused(&mut self, count: usize) {
         for error in std::mem::take(&mut self.nonsense).into_iter().take(TOLD) {
-            self.say(&refused(&error.to_string()), false);
+            self.queue_line(&refusal_json(&error.to_string()), false);
         }
-        let one = refused(&early(1).to_string());
-        (0..count.min(TOLD)).for_each(|_| self.say(&one, false));
+        let one = refusal_json(&early_refusal(1).to_string());
+        (0..count.min(TOLD)).for_each(|_| self.queue_line(&one, false));
         if count > TOLD {
-            self.say(&refused(&early(count - TOLD).to_string()), false);
+            self.queue_line(
+                &refusal_json(&early_refusal(count - TOLD).to_string()),
+                false,
+            );
         }
     }
 
@@ -116,7 +122,7 @@ impl Lines {
     pub fn end(mut self) {
         let mut since = Instant::now();
         while let Some((bytes, _)) = self.told.front_mut() {
-            match put(bytes) {
+            match write_available(bytes) {
                 Ok(0) if since.elapsed() < LAST => std::thread::sleep(Duration::from_millis(2)),
                 Ok(written) if written > 0 => {
                     bytes.drain(..written);
@@ -128,7 +134,7 @@ impl Lines {
                 self.told.pop_front();
             }
         }
-        leave_unread(LAST);
+        discard_unread_output(LAST);
     }
 }
 
@@ -136,12 +142,12 @@ impl Lines {
 fn view_line(view: &View) -> Value {
     let mut said = json!(view);
     said["event"] = "view".into();
-    said["orders"] = json!(orders(view));
+    said["orders"] = json!(allowed_orders(view));
     said
 }
 
 /// What may be ordered at this sight, the always allowed apart.
-fn orders(view: &View) -> Vec<&'static str> {
+fn allowed_orders(view: &View) -> Vec<&'static str> {
     let mut all = Vec::new();
     match (view.question, view.phase) {
         (Some(_), _) if view.step == Step::Points => all.push("moves"),
@@ -156,37 +162,37 @@ fn orders(view: &View) -> Vec<&'static str> {
     all
 }
 
-fn refused(error: &str) -> Value {
+fn refusal_json(error: &str) -> Value {
     json!({ "event": "refused", "error": error })
 }
 
 impl Operator for Lines {
     fn orders(&mut self, view: &View) -> Result<Vec<Order>, OperatorLoss> {
-        self.take(view.t_s, false);
+        self.read_orders(view.t_s, false);
         self.show(view);
         let asked = std::mem::take(&mut self.asked);
-        let (orders, count) = sift(asked, view.given > Level(0));
-        self.refuse(count);
+        let (orders, count) = select_orders(asked, view.given > Level(0));
+        self.report_refused(count);
         if orders.contains(&Order::Abort) {
             return Ok(orders);
         }
-        if let Some(gone) = self.inlet.gone() {
+        if let Some(gone) = self.inlet.loss() {
             return Err(gone);
         }
         // Of what nobody could see nothing is given.
-        put(&[]).map_err(|_| OperatorLoss::Unread)?;
+        write_available(&[]).map_err(|_| OperatorLoss::Unread)?;
         self.write(view.t_s)?;
         Ok(orders)
     }
 
-    fn tell(&mut self, told: OperatorNotice<'_>, view: &View) {
+    fn notify(&mut self, told: OperatorNotice<'_>, view: &View) {
         let said = match told {
             OperatorNotice::Recorded(entry) => {
                 json!({ "event": "recorded", "t_s": view.t_s, "entry": entry })
             }
-            OperatorNotice::Refused(refusal) => refused(&refusal.to_string()),
+            OperatorNotice::Refused(refusal) => refusal_json(&refusal.to_string()),
             OperatorNotice::Written => json!({ "event": "written" }),
         };
-        self.say(&said, false);
+        self.queue_line(&said, false);
     }
 }

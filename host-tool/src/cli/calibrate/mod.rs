@@ -8,7 +8,7 @@ mod ordered;
 mod simulated;
 mod work;
 
-use super::{Output, interrupt, wrong};
+use super::{Output, interrupt, usage_error};
 use clap::Args;
 use desk::ProgressOperator;
 use host_core::calibration::CalibrationError;
@@ -18,7 +18,7 @@ use ordered::Task;
 use simulated::BodyName;
 use std::io::IsTerminal;
 use std::path::PathBuf;
-use work::work;
+use work::run_task;
 
 /// Find a wearer's thresholds and limits, with an operator
 ///
@@ -79,31 +79,33 @@ pub struct CalibrateArgs {
 pub fn main(args: &CalibrateArgs, output: Output) -> anyhow::Result<()> {
     let is_port = args.device.is_port();
     if is_port && (args.seed.is_some() || args.body.is_some()) {
-        return wrong("--seed and --body need --device native or chip: a board's wearer has none");
+        return usage_error(
+            "--seed and --body need --device native or chip: a board's wearer has none",
+        );
     }
     anyhow::ensure!(
         !(is_port && args.auto),
         "E679 --auto answers for simulated bodies only: on {} a person is asked before every raise",
         args.device
     );
-    let task = Task::of(args)?;
+    let task = Task::from_args(args)?;
     let has_terminal = std::io::stdin().is_terminal() && std::io::stdout().is_terminal();
     if !args.auto && !output.json && !has_terminal {
         return Err(CalibrationError::Nobody.into());
     }
-    let interruption = interrupt::heed()?;
+    let interruption = interrupt::catch_signals()?;
     let worked = if args.auto {
         let bar = output.bar("calibrating");
-        let worked = work(args, &task, &interruption, &mut ProgressOperator::new(&bar));
+        let worked = run_task(args, &task, &interruption, &mut ProgressOperator::new(&bar));
         bar.finish();
         worked?
     } else if output.json {
         let mut lines = Lines::default();
-        let worked = work(args, &task, &interruption, &mut lines);
+        let worked = run_task(args, &task, &interruption, &mut lines);
         lines.end();
         worked?
     } else {
-        desk::at_the_terminal(args, &task, &interruption)?
+        desk::calibrate_at_terminal(args, &task, &interruption)?
     };
-    worked.tell(output)
+    worked.print(output)
 }

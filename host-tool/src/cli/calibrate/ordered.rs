@@ -1,7 +1,7 @@
 //! What is ordered on the command line.
 
 use super::CalibrateArgs;
-use crate::cli::wrong;
+use crate::cli::usage_error;
 use host_core::calibration::{Level, Plan};
 use host_core::session::Session;
 use host_core::wearer::Wearer;
@@ -36,11 +36,11 @@ impl Task {
     ///
     /// # Errors
     /// The plan, the file, or options that do not fit.
-    pub fn of(args: &CalibrateArgs) -> anyhow::Result<Self> {
+    pub fn from_args(args: &CalibrateArgs) -> anyhow::Result<Self> {
         if let Some(file) = &args.check {
             let tolerance = args.tolerance.unwrap_or(1.0);
-            let Some(tolerance) = Level::of(tolerance).filter(|level| level.0 > 0) else {
-                return wrong(format!(
+            let Some(tolerance) = Level::from_units(tolerance).filter(|level| level.0 > 0) else {
+                return usage_error(format!(
                     "--tolerance is {tolerance}: whole thousandths above 0, to 100"
                 ));
             };
@@ -54,13 +54,15 @@ impl Task {
         }
         let (name, text) = match (&args.electrodes, &args.channels) {
             (Some(path), _) => (path.display().to_string(), Session::text(path)?),
-            (None, Some(channels)) => ("--channels".to_owned(), usual(args, channels)?),
+            (None, Some(channels)) => ("--channels".to_owned(), default_plan(args, channels)?),
             (None, None) => {
-                return wrong("give --electrodes PLAN.toml, or --wearer NAME and --channels 1,2,3");
+                return usage_error(
+                    "give --electrodes PLAN.toml, or --wearer NAME and --channels 1,2,3",
+                );
             }
         };
         let text = match &args.wearer {
-            Some(wearer) => worn_by(&text, wearer),
+            Some(wearer) => with_wearer(&text, wearer),
             None => text,
         };
         Ok(Self::Calibrate {
@@ -80,7 +82,7 @@ impl Task {
 }
 
 /// The plan's text for another wearer; as it was if it is none.
-fn worn_by(text: &str, wearer: &str) -> String {
+fn with_wearer(text: &str, wearer: &str) -> String {
     match toml::from_str::<Table>(text) {
         Ok(mut plan) => {
             plan.insert("wearer".to_owned(), wearer.into());
@@ -91,14 +93,14 @@ fn worn_by(text: &str, wearer: &str) -> String {
 }
 
 /// A plan of these channels.
-fn usual(args: &CalibrateArgs, channels: &str) -> anyhow::Result<String> {
+fn default_plan(args: &CalibrateArgs, channels: &str) -> anyhow::Result<String> {
     let Some(wearer) = &args.wearer else {
-        return wrong("--channels needs --wearer: the wearer's pseudonym");
+        return usage_error("--channels needs --wearer: the wearer's pseudonym");
     };
-    let Some(channels) = listed(channels) else {
-        return wrong(format!(
+    let Some(channels) = parse_channels(channels) else {
+        return usage_error(format!(
             "--channels is \"{}\": channels from 1 to 10, such as 1,2,3 or 1-10",
-            host_core::session::visible(channels)
+            host_core::session::escape_control_chars(channels)
         ));
     };
     let ceiling = args.ceiling.unwrap_or(20.0);
@@ -118,7 +120,7 @@ fn usual(args: &CalibrateArgs, channels: &str) -> anyhow::Result<String> {
 }
 
 /// "1,3-5" as channels, each once.
-fn listed(text: &str) -> Option<Vec<u8>> {
+fn parse_channels(text: &str) -> Option<Vec<u8>> {
     let mut all = BTreeSet::new();
     for part in text.split(',') {
         let (from, to) = part.split_once('-').unwrap_or((part, part));
@@ -133,13 +135,13 @@ fn listed(text: &str) -> Option<Vec<u8>> {
 
 #[cfg(test)]
 mod tests {
-    use super::listed;
+    use super::parse_channels;
 
     #[test]
     fn channels_are_listed_or_refused() {
-        assert_eq!(listed("1,3-5, 4"), Some(vec![1, 3, 4, 5]));
+        assert_eq!(parse_channels("1,3-5, 4"), Some(vec![1, 3, 4, 5]));
         for wrong in ["", "0", "11", "3-1", "a", "1,,2", "1-"] {
-            assert_eq!(listed(wrong), None, "{wrong}");
+            assert_eq!(parse_channels(wrong), None, "{wrong}");
         }
     }
 }

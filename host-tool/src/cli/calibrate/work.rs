@@ -6,7 +6,8 @@ use super::ordered::Task;
 use crate::cli::{Output, interrupt};
 use host_core::calibration::{
     CalibrationError, CheckOrder, Course, Drift, ElectrodeResult, Journal, Level, OnDisk, Operator,
-    OperatorStation, Plan, ProcedureCost, Step, board, calibrate, check, rehearse,
+    OperatorStation, Plan, ProcedureCost, Step, board_session, calibrate, check,
+    check_planned_wearer,
 };
 use host_core::link::{Error, Interruption};
 use host_core::wearer::{Electrode, Evidence, Wearer};
@@ -33,7 +34,7 @@ enum CalibrationResult {
 ///
 /// # Errors
 /// What stands against it, or ended it.
-pub fn work(
+pub fn run_task(
     args: &CalibrateArgs,
     task: &Task,
     interruption: &Interruption,
@@ -45,24 +46,24 @@ pub fn work(
         acknowledges: args.acknowledge,
     };
     match task {
-        Task::Calibrate { plan, text, out } => calibrated(args, (plan, text, out), &mut desk),
+        Task::Calibrate { plan, text, out } => run_calibration(args, (plan, text, out), &mut desk),
         Task::Check {
             file,
             wearer,
             tolerance,
-        } => checked(args, file, wearer, *tolerance, &mut desk),
+        } => run_check(args, file, wearer, *tolerance, &mut desk),
     }
 }
 
-fn calibrated(
+fn run_calibration(
     args: &CalibrateArgs,
     (plan, text, out): (&Plan, &str, &Path),
     desk: &mut OperatorStation<'_>,
 ) -> anyhow::Result<CalibrationOutcome> {
-    let mut head = begin::head(args, &plan.wearer, text);
-    let OpenedJournal { journal, kept } = begin::files(args, out, &head)?;
-    rehearse(plan, &head, board(plan)?.wearer)?;
-    let port = begin::open(args, plan, &mut head)?;
+    let mut head = begin::journal_head(args, &plan.wearer, text);
+    let OpenedJournal { journal, kept } = begin::check_files(args, out, &head)?;
+    check_planned_wearer(plan, &head, board_session(plan)?.wearer)?;
+    let port = begin::open_device(args, plan, &mut head)?;
     let course = Course {
         plan,
         out,
@@ -72,21 +73,21 @@ fn calibrated(
     };
     let mut journal = Journal::open(&OnDisk, &journal, kept.as_ref())?;
     let (result, spent, _) = calibrate(port, &course, &mut journal, desk);
-    let found = result.map_err(|error| told(error, AGAIN))?;
+    let found = result.map_err(|error| map_signal_error(error, AGAIN))?;
     if !found.iter().any(ElectrodeResult::is_complete) {
         let what = "move the electrodes, or raise `ceiling` if the wearer bears it";
-        return Err(CalibrationError::Nothing(left_out(plan, &found), what).into());
+        return Err(CalibrationError::Nothing(incomplete_electrodes(plan, &found), what).into());
     }
     Ok(CalibrationOutcome {
         file: out.to_owned(),
         simulated: head.simulated,
         spent,
-        left_out: left_out(plan, &found),
+        left_out: incomplete_electrodes(plan, &found),
         result: CalibrationResult::Calibrated(found),
     })
 }
 
-fn checked(
+fn run_check(
     args: &CalibrateArgs,
     file: &Path,
     wearer: &Wearer,
@@ -99,9 +100,9 @@ fn checked(
         let threshold = Level(electrode.motor_threshold.get());
         return Err(CalibrationError::Loose(tolerance, electrode.channel, threshold).into());
     }
-    let mut head = begin::head(args, &wearer.name, "");
-    let plan = Plan::of(wearer)?;
-    let port = begin::open(args, &plan, &mut head)?;
+    let mut head = begin::journal_head(args, &wearer.name, "");
+    let plan = Plan::from_wearer(wearer)?;
+    let port = begin::open_device(args, &plan, &mut head)?;
     let checked = CheckOrder {
         file,
         tolerance,
@@ -117,8 +118,8 @@ fn checked(
         let (file, word) = (file.to_owned(), wearer.evidence.word());
         return Err(CalibrationError::Another(file, word, whose).into());
     }
-    let (result, drifts, spent) = check(port, wearer, &checked, &mut Journal::nowhere(), desk);
-    result.map_err(|error| told(error, "check again"))?;
+    let (result, drifts, spent) = check(port, wearer, &checked, &mut Journal::discarding(), desk);
+    result.map_err(|error| map_signal_error(error, "check again"))?;
     let both = plan.electrodes.iter().zip(&wearer.electrodes);
     let rates = both.map(|(planned, electrode)| [planned.frequency_hz, electrode.frequency_hz]);
     Ok(CalibrationOutcome {
@@ -133,11 +134,11 @@ fn checked(
 }
 
 /// The electrodes that are not complete, each with the step that it was left out at.
-fn left_out(plan: &Plan, found: &[ElectrodeResult]) -> String {
+fn incomplete_electrodes(plan: &Plan, found: &[ElectrodeResult]) -> String {
     let left = plan.electrodes.iter().zip(found);
     let left = left.filter(|(_, found)| !found.is_complete());
     let left = left.map(|(planned, found)| {
-        let step = found.open().map_or("", Step::name);
+        let step = found.first_missing_step().map_or("", Step::name);
         format!("channel {} was left out at {step}", planned.channel)
     });
     left.collect::<Vec<_>>().join(", ")
@@ -147,7 +148,7 @@ fn left_out(plan: &Plan, found: &[ElectrodeResult]) -> String {
 const AGAIN: &str = "go on with --resume";
 
 /// What a signal did is told as such.
-fn told(error: CalibrationError, then: &str) -> anyhow::Error {
+fn map_signal_error(error: CalibrationError, then: &str) -> anyhow::Error {
     match error {
         CalibrationError::Link(Error::Interrupted(signal)) => {
             let what = format!("during the calibration: the device was stopped; {then}");
@@ -162,11 +163,11 @@ impl CalibrationOutcome {
     ///
     /// # Errors
     /// The output.
-    pub fn tell(&self, output: Output) -> anyhow::Result<()> {
-        output.say(|| self.people(), || self.machines())
+    pub fn print(&self, output: Output) -> anyhow::Result<()> {
+        output.print(|| self.to_text(), || self.to_json())
     }
 
-    fn people(&self) -> String {
+    fn to_text(&self) -> String {
         let (file, minutes) = (self.file.display(), self.spent.t_s / 60.0);
         let what = match &self.result {
             CalibrationResult::Calibrated(found) => {
@@ -197,7 +198,7 @@ impl CalibrationOutcome {
         format!("{what}; {minutes:.1} min of the device's time, {given} presentations{simulated}")
     }
 
-    fn machines(&self) -> Value {
+    fn to_json(&self) -> Value {
         let mut said = json!({
             "event": "done", "file": self.file, "device_s": self.spent.t_s,
             "presentations": self.spent.given, "simulated": self.simulated, "error": null,
@@ -210,14 +211,14 @@ impl CalibrationOutcome {
                 said["found"] = json!(found);
             }
             CalibrationResult::Checked(drifts) => {
-                said["checks"] = drifts.iter().map(drift).collect();
+                said["checks"] = drifts.iter().map(drift_json).collect();
             }
         }
         said
     }
 }
 
-fn drift((drift, [at_hz, _]): &(Drift, [f64; 2])) -> Value {
+fn drift_json((drift, [at_hz, _]): &(Drift, [f64; 2])) -> Value {
     let milli = |value: u32| f64::from(value) / 1e3;
     json!({
         "channel": drift.channel, "unit": drift.unit.symbol(), "accepted": drift.accepted,

@@ -37,7 +37,7 @@ pub fn main(args: &Accuracy, output: Output) -> anyhow::Result<()> {
         args.out.display()
     );
     let bar = output.bar("accuracy");
-    let chart = measure(&cases::all(), |part| bar.set(part));
+    let chart = measure(&cases::all_cases(), |part| bar.set(part));
     bar.finish();
     let chart = chart?;
     for (name, contents) in [
@@ -47,13 +47,13 @@ pub fn main(args: &Accuracy, output: Output) -> anyhow::Result<()> {
         let path = args.out.join(name);
         std::fs::write(&path, contents).with_context(|| format!("E556 {}", path.display()))?;
     }
-    let again = study::repeat();
+    let again = study::rerun_study();
     let range = range::study(RANGE_SEED, args.draws);
     let people = || {
         let (study, range) = (study_text(&again), range_text(&range));
         format!("{study}\n{range}\n{}", text(&chart).trim_end())
     };
-    output.say(people, || machine(&chart, &again, &range))?;
+    output.print(people, || json_report(&chart, &again, &range))?;
     ensure!(
         chart.differing.is_empty(),
         "E557 results differ between host and chip: {}",
@@ -63,7 +63,7 @@ pub fn main(args: &Accuracy, output: Output) -> anyhow::Result<()> {
 }
 
 /// What changing a parameter costs: a muscle that tires does so once a second.
-fn write_makes(out: &mut String, chart: &Chart) {
+fn write_change_costs(out: &mut String, chart: &Chart) {
     let every = OUTPUTS_US.map(|us| format!("{} ms", us / 1000));
     out.push_str(&format!(
         "Cycles per second if parameters change once a second\n  {:<26}{:>10}{:>11}{:>11}\n",
@@ -91,7 +91,7 @@ struct Verdict<'a> {
 }
 
 impl<'a> Verdict<'a> {
-    fn of(chart: &'a Chart, output_us: u32) -> Option<Self> {
+    fn at_output_period(chart: &'a Chart, output_us: u32) -> Option<Self> {
         Some(Self {
             shipped: chart.point(Setting::SHIPPED, output_us)?,
             cheapest: chart.cheapest(output_us)?,
@@ -100,12 +100,12 @@ impl<'a> Verdict<'a> {
     }
 
     /// Cycles over the cheapest's within the wanted error.
-    fn over_cheapest(&self) -> f64 {
+    fn ratio_to_cheapest(&self) -> f64 {
         self.shipped.cycles_per_s as f64 / self.cheapest.cycles_per_s as f64
     }
 
     /// The paper's cycles over the shipped.
-    fn paper_over_shipped(&self) -> f64 {
+    fn paper_to_shipped_ratio(&self) -> f64 {
         self.paper.cycles_per_s as f64 / self.shipped.cycles_per_s as f64
     }
 }
@@ -172,7 +172,7 @@ fn text(chart: &Chart) -> String {
             output_us / 1000
         ));
     }
-    write_makes(&mut out, chart);
+    write_change_costs(&mut out, chart);
     out.push_str(&format!(
         "\n{} settings; the same bits on host and chip in {} of them",
         chart.points.len(),
@@ -201,7 +201,7 @@ fn write_interval(out: &mut String, chart: &Chart, output_us: u32) {
     for point in front {
         out.push_str(&format!("{}\n", line(point)));
     }
-    let Some(verdict) = Verdict::of(chart, output_us) else {
+    let Some(verdict) = Verdict::at_output_period(chart, output_us) else {
         return out.push('\n');
     };
     out.push_str("  shipped, and the paper's own:\n");
@@ -220,29 +220,29 @@ fn write_interval(out: &mut String, chart: &Chart, output_us: u32) {
                 "Not on"
             },
             verdict.cheapest.setting,
-            verdict.over_cheapest()
+            verdict.ratio_to_cheapest()
         ));
     }
     out.push_str(&format!(
         "  The paper's takes {:.1} times the shipped cycles (its step is finer than needed:\n  \
          no merit of the shipped choice).\n\n",
-        verdict.paper_over_shipped()
+        verdict.paper_to_shipped_ratio()
     ));
 }
 
-fn machine(chart: &Chart, again: &[study::MethodError], range: &RangeErrors) -> Value {
-    let points: Vec<Value> = chart.points.iter().map(point).collect();
+fn json_report(chart: &Chart, again: &[study::MethodError], range: &RangeErrors) -> Value {
+    let points: Vec<Value> = chart.points.iter().map(point_json).collect();
     let verdicts = OUTPUTS_US.into_iter().filter_map(|output_us| {
-        let verdict = Verdict::of(chart, output_us)?;
+        let verdict = Verdict::at_output_period(chart, output_us)?;
         Some(json!({
             "output_us": output_us,
             "wanted_pct": WANTED_PCT,
-            "shipped": point(verdict.shipped),
-            "cheapest": point(verdict.cheapest),
-            "paper": point(verdict.paper),
+            "shipped": point_json(verdict.shipped),
+            "cheapest": point_json(verdict.cheapest),
+            "paper": point_json(verdict.paper),
             "shipped_on_front_at_wanted": verdict.cheapest.setting == Setting::SHIPPED,
-            "shipped_over_cheapest": verdict.over_cheapest(),
-            "paper_over_shipped": verdict.paper_over_shipped(),
+            "shipped_over_cheapest": verdict.ratio_to_cheapest(),
+            "paper_over_shipped": verdict.paper_to_shipped_ratio(),
         }))
     });
     let makes = chart
@@ -261,8 +261,8 @@ fn machine(chart: &Chart, again: &[study::MethodError], range: &RangeErrors) -> 
         "study": again.collect::<Vec<_>>(),
         "range": {
             "refused": range.refused,
-            "corners": places(&range.corners),
-            "drawn": places(&range.drawn),
+            "corners": places_json(&range.corners),
+            "drawn": places_json(&range.drawn),
         },
         "corner_cycles": chart.corners,
         "makes": makes.collect::<Vec<_>>(),
@@ -272,7 +272,7 @@ fn machine(chart: &Chart, again: &[study::MethodError], range: &RangeErrors) -> 
     })
 }
 
-fn places(places: &[Place]) -> Value {
+fn places_json(places: &[Place]) -> Value {
     let worst = places.iter().take(WORST).map(|place| {
         json!({
             "spec": place.spec,
@@ -287,7 +287,7 @@ fn places(places: &[Place]) -> Value {
     })
 }
 
-fn point(p: &Point) -> Value {
+fn point_json(p: &Point) -> Value {
     json!({
         "method": p.setting.method.name(),
         "arithmetic": p.setting.number.name(),

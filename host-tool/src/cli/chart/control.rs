@@ -1,7 +1,7 @@
 //! `flexor chart control`: control laws on random plants, error against cycles.
 
 use super::{hands, write};
-use crate::cli::{Output, wrong};
+use crate::cli::{Output, usage_error};
 use anyhow::ensure;
 use clap::{Args, ValueEnum};
 use methods::control::Form;
@@ -99,20 +99,20 @@ pub fn main(args: &Control, output: Output) -> anyhow::Result<()> {
         let out = (!args.quick).then_some(&*args.out);
         return match hands_plan(args) {
             Ok(plan) => hands::main(plan, args.wearer.as_deref(), out, output),
-            Err(refused) => wrong(refused),
+            Err(refused) => usage_error(refused),
         };
     }
     let plan = match plan(args) {
         Ok(plan) => plan,
-        Err(refused) => return wrong(refused),
+        Err(refused) => return usage_error(refused),
     };
     if args.ablate {
         return ablate(args, plan, output);
     }
     let campaign = run(plan, contenders(args.quick)?, output)?;
     match plan.wearers {
-        Wearers::Earlier => earlier(args, campaign, output),
-        Wearers::Widened => widened(args, &campaign, output),
+        Wearers::Earlier => chart_earlier_wearers(args, campaign, output),
+        Wearers::Widened => chart_widened_wearers(args, &campaign, output),
     }
 }
 
@@ -126,12 +126,12 @@ fn hands_plan(args: &Control) -> Result<hands::Plan, String> {
     }
     Ok(hands::Plan {
         seed: args.seed,
-        draws: plants(args, hands::DRAWS)?,
+        draws: plant_count(args, hands::DRAWS)?,
     })
 }
 
 /// How many are asked for, of a chart's and a quick look's.
-fn plants(args: &Control, (chart, quick): (u64, u64)) -> Result<u64, String> {
+fn plant_count(args: &Control, (chart, quick): (u64, u64)) -> Result<u64, String> {
     let usual = if args.quick { quick } else { chart };
     let plants = args.plants.unwrap_or(usual);
     if plants > MOST_PLANTS {
@@ -147,7 +147,7 @@ fn plants(args: &Control, (chart, quick): (u64, u64)) -> Result<u64, String> {
 
 /// What is asked for, or why it cannot be.
 fn plan(args: &Control) -> Result<Plan, String> {
-    let plants = plants(args, PLANTS)?;
+    let plants = plant_count(args, PLANTS)?;
     if args.seed == TRAINING_SEED {
         let seed = args.seed;
         return Err(format!(
@@ -209,16 +209,24 @@ fn run(plan: Plan, contenders: Vec<Contender>, output: Output) -> anyhow::Result
     Ok(campaign?)
 }
 
-fn earlier(args: &Control, mut campaign: Campaign, output: Output) -> anyhow::Result<()> {
+fn chart_earlier_wearers(
+    args: &Control,
+    mut campaign: Campaign,
+    output: Output,
+) -> anyhow::Result<()> {
     let cost = Cost::on_chip();
     if let Ok(cost) = &cost {
-        campaign.cycles = campaign.contenders.iter().map(|c| cost.of(c)).collect();
+        campaign.cycles = campaign
+            .contenders
+            .iter()
+            .map(|c| cost.contender_cycles(c))
+            .collect();
     }
     if !args.quick {
         write(&args.out.join("control.csv"), &table::csv(&campaign))?;
         write(&args.out.join("control.svg"), &control_picture(&campaign))?;
     }
-    output.say(
+    output.print(
         || {
             let why = cost.err().map_or_else(String::new, |e| {
                 format!("\nno cycles: the image `laws` did not run: {e}")
@@ -229,13 +237,17 @@ fn earlier(args: &Control, mut campaign: Campaign, output: Output) -> anyhow::Re
     )
 }
 
-fn widened(args: &Control, campaign: &Campaign, output: Output) -> anyhow::Result<()> {
+fn chart_widened_wearers(
+    args: &Control,
+    campaign: &Campaign,
+    output: Output,
+) -> anyhow::Result<()> {
     if !args.quick {
         let name = |end: &str| args.out.join(format!("control_widened.{end}"));
         write(&name("csv"), &widened::csv(campaign))?;
         write(&name("svg"), &failure_picture(campaign))?;
     }
-    output.say(
+    output.print(
         || widened::text(campaign).trim_end().to_owned(),
         || widened::json(campaign),
     )
@@ -252,7 +264,7 @@ fn ablate(args: &Control, plan: Plan, output: Output) -> anyhow::Result<()> {
         &args.out.join("control_ablation.csv"),
         &ablation_table::csv(&both),
     )?;
-    output.say(
+    output.print(
         || ablation_table::text(&both).trim_end().to_owned(),
         || ablation_table::json(&both),
     )
@@ -260,7 +272,7 @@ fn ablate(args: &Control, plan: Plan, output: Output) -> anyhow::Result<()> {
 
 fn search(args: &Control, output: Output) -> anyhow::Result<()> {
     if args.evaluations < 12 {
-        return wrong("--evaluations: 12 or more");
+        return usage_error("--evaluations: 12 or more");
     }
     let bar = output.bar("search");
     let training = Training::new()?;
@@ -282,13 +294,13 @@ fn search(args: &Control, output: Output) -> anyhow::Result<()> {
     bar.finish();
     let path = args.out.join("control_gains.csv");
     write(&path, &gains::write(&rows, default, args.evaluations))?;
-    output.say(
+    output.print(
         || {
-            table::found(&rows, default, args.evaluations)
+            table::search_text(&rows, default, args.evaluations)
                 .trim_end()
                 .to_owned()
         },
-        || table::found_json(&rows, default, args.evaluations),
+        || table::search_json(&rows, default, args.evaluations),
     )?;
     Ok(())
 }

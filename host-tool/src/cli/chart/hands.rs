@@ -2,7 +2,7 @@
 //! a mechanism, drawn from the population or as a wearer file says.
 
 use super::write;
-use crate::cli::{Output, wrong};
+use crate::cli::{Output, usage_error};
 use std::path::Path;
 use studies::figures::hands_picture;
 use studies::hamana2022::{Participants, TwoPointsError};
@@ -24,9 +24,9 @@ pub(super) fn main(
     output: Output,
 ) -> anyhow::Result<()> {
     if wearer == Some("all") {
-        return wrong("--wearer: one wearer; every one of the paper has a chart of its own");
+        return usage_error("--wearer: one wearer; every one of the paper has a chart of its own");
     }
-    let whom = wearer.map(|wearer| Participants::asked(Some(wearer)));
+    let whom = wearer.map(|wearer| Participants::load(Some(wearer)));
     let whom = whom.transpose().map_err(TwoPointsError::with_lines)?;
     let bar = output.bar("hands");
     let ran = Hands::run(plan, whom.as_ref(), contenders()?, |part| bar.set(part));
@@ -36,11 +36,11 @@ pub(super) fn main(
     })?;
     bar.finish();
     if let Some(out) = out {
-        let name = |end: &str| out.join(format!("{}.{end}", hands.stem()));
+        let name = |end: &str| out.join(format!("{}.{end}", hands.file_stem()));
         write(&name("csv"), &table::csv(&hands))?;
         write(&name("svg"), &hands_picture(&hands))?;
     }
-    output.say(
+    output.print(
         || table::text(&hands).trim_end().to_owned(),
         || table::json(&hands),
     )

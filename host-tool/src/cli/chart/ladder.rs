@@ -1,7 +1,7 @@
 //! `flexor chart ladder`: the choice of muscle models, judged on drawn sessions.
 
 use super::write;
-use crate::cli::{Output, within};
+use crate::cli::{Output, check_range};
 use clap::Args;
 use serde_json::json;
 use std::path::PathBuf;
@@ -29,7 +29,7 @@ pub struct LevelChart {
 /// # Errors
 /// Sessions that cannot be tried; files that cannot be written.
 pub fn main(args: &LevelChart, output: Output) -> anyhow::Result<()> {
-    within("--sessions", args.sessions as f64, 1.0, 10_000.0)?;
+    check_range("--sessions", args.sessions as f64, 1.0, 10_000.0)?;
     let bar = output.bar("drawn sessions");
     let rows = campaign(args.seed, args.sessions, |part| bar.set(part));
     bar.finish();
@@ -39,11 +39,11 @@ pub fn main(args: &LevelChart, output: Output) -> anyhow::Result<()> {
         let picture = ladder_picture(&rows, args.seed);
         write(&args.workspace.join("docs/charts/ladder.svg"), &picture)?;
     }
-    output.say(
-        || people(args, &rows),
+    output.print(
+        || text_report(args, &rows),
         || {
             let shares = TOLERANCES.iter().enumerate().map(|(n, tolerance)| {
-                json!({ "tolerance_pct": tolerance.part() * 100.0, "shares": Summary::of(&rows, n) })
+                json!({ "tolerance_pct": tolerance.fraction() * 100.0, "shares": Summary::from_rows(&rows, n) })
             });
             json!({ "seed": args.seed, "sessions": args.sessions, "rows": rows.len(),
                     "tolerances": shares.collect::<Vec<_>>() })
@@ -52,7 +52,7 @@ pub fn main(args: &LevelChart, output: Output) -> anyhow::Result<()> {
 }
 
 /// At most 80 columns.
-fn people(args: &LevelChart, rows: &[Row]) -> String {
+fn text_report(args: &LevelChart, rows: &[Row]) -> String {
     let share = |part: usize, whole: usize| match whole {
         0 => "-".to_owned(),
         _ => format!("{:.1} % of {whole}", 100.0 * part as f64 / whole as f64),
@@ -69,7 +69,7 @@ fn people(args: &LevelChart, rows: &[Row]) -> String {
         "next cheaper fails"
     );
     for (n, tolerance) in TOLERANCES.iter().enumerate() {
-        let sum = Summary::of(rows, n);
+        let sum = Summary::from_rows(rows, n);
         out.push_str(&format!(
             "\n{:<11}{:>9}{:>17}{:>17}{:>20}",
             tolerance.to_string(),

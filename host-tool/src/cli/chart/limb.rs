@@ -1,7 +1,7 @@
 //! `flexor chart limb`: recruitments for a force at the hand, and the device's numbers.
 
 use super::write;
-use crate::cli::{Output, within};
+use crate::cli::{Output, check_range};
 use clap::Args;
 use serde_json::{Value, json};
 use std::path::PathBuf;
@@ -22,7 +22,7 @@ pub struct Limb {
 /// E700 to E707; E575: a file cannot be written.
 pub fn main(args: &Limb, output: Output) -> anyhow::Result<()> {
     if let Some(draws) = args.draws {
-        within("--draws", draws as f64, 1.0, 100_000.0)?;
+        check_range("--draws", draws as f64, 1.0, 100_000.0)?;
     }
     let bar = output.bar("drawn arms");
     let found = study(args.draws);
@@ -32,10 +32,10 @@ pub fn main(args: &Limb, output: Output) -> anyhow::Result<()> {
     if args.draws.is_none() {
         write(&args.out.join("limb.csv"), &found.csv())?;
     }
-    output.say(|| people(&found, &pace), || machine(&found, &pace))
+    output.print(|| text_report(&found, &pace), || json_report(&found, &pace))
 }
 
-fn machine(found: &Study, pace: &Pace) -> Value {
+fn json_report(found: &Study, pace: &Pace) -> Value {
     json!({
         "name": "limb", "seed": found.declared.seed, "simulated": true,
         "declared": { "text": DECLARED, "draws": found.declared.arms.draws },
@@ -45,7 +45,7 @@ fn machine(found: &Study, pace: &Pace) -> Value {
 }
 
 /// At most 80 columns.
-fn people(found: &Study, pace: &Pace) -> String {
+fn text_report(found: &Study, pace: &Pace) -> String {
     let mut out = format!("{:<52}{:>9}{:>9}{:>9}\n", "", "median", "95 %", "most");
     for row in found.rows() {
         let Row {

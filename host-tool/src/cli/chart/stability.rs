@@ -1,7 +1,7 @@
 //! `flexor chart stability`: where each method fails, and where theory says so.
 
 use super::write;
-use crate::cli::{Output, wrong};
+use crate::cli::{Output, usage_error};
 use anyhow::ensure;
 use clap::Args;
 use serde_json::{Value, json};
@@ -31,10 +31,10 @@ pub fn main(args: &Stability, output: Output) -> anyhow::Result<()> {
         "E565 --out {}: no such folder; run in the checkout or name a folder that exists",
         args.out.display()
     );
-    let entries = chosen(&args.names)?;
+    let entries = selected_draws(&args.names)?;
     let has_chance = |name: &String| matches!(&**name, "loss" | "pulse_rate");
     if args.seed.is_some() && !args.names.is_empty() && !args.names.iter().any(has_chance) {
-        return wrong(
+        return usage_error(
             "--seed decides chance in `loss` and `pulse_rate`; none of these maps has any",
         );
     }
@@ -52,11 +52,11 @@ pub fn main(args: &Stability, output: Output) -> anyhow::Result<()> {
             &map_picture(map),
         )?;
     }
-    output.say(|| people(&maps, &args.out), || machines(&maps))?;
+    output.print(|| text_report(&maps, &args.out), || json_report(&maps))?;
     Ok(())
 }
 
-fn chosen(names: &[String]) -> anyhow::Result<Vec<Draw>> {
+fn selected_draws(names: &[String]) -> anyhow::Result<Vec<Draw>> {
     if names.is_empty() {
         return Ok(MAPS.map(|(_, draw)| draw).to_vec());
     }
@@ -64,13 +64,13 @@ fn chosen(names: &[String]) -> anyhow::Result<Vec<Draw>> {
         Some((_, draw)) => Ok(*draw),
         None => {
             let known = MAPS.map(|(known, _)| known).join(", ");
-            wrong(format!("no map `{name}`; there are {known}"))
+            usage_error(format!("no map `{name}`; there are {known}"))
         }
     };
     names.iter().map(find).collect()
 }
 
-fn people(maps: &[Map], out: &Path) -> String {
+fn text_report(maps: &[Map], out: &Path) -> String {
     let mut lines = vec![format!(
         "{:<16}{:>7}{:>9}{:>9}",
         "map", "cells", "worse", "better"
@@ -89,7 +89,7 @@ fn people(maps: &[Map], out: &Path) -> String {
     lines.join("\n")
 }
 
-fn machines(maps: &[Map]) -> Value {
+fn json_report(maps: &[Map]) -> Value {
     let one = |map: &Map| {
         let found = map.agreement();
         let panel = |p: &studies::stability::Panel| {

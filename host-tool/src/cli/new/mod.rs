@@ -4,7 +4,7 @@
 mod played;
 mod worn;
 
-use super::{Output, WrongUse, list, wrong};
+use super::{Output, WrongUse, list, usage_error};
 use clap::Args;
 use host_core::record::RecordError;
 use host_core::session::{Session, SessionError};
@@ -93,25 +93,30 @@ type Answers = BTreeMap<&'static str, String>;
 /// writing it.
 pub fn main(args: &New, output: Output) -> anyhow::Result<()> {
     if args.session.exists() {
-        return Err(taken(&args.session));
+        return Err(file_exists_error(&args.session));
     }
     if let Some(name) = &args.from {
-        return copy(args, name, output);
+        return copy_shipped(args, name, output);
     }
     if let Some(wearer) = &args.wearer {
-        return write(args, &on_wearer(args, wearer)?, RUN, output);
+        return write(args, &session_on_wearer(args, wearer)?, RUN, output);
     }
     let is_complete = QUESTIONS.iter().all(|(.., given)| given(args).is_some());
     let answers = if std::io::stdin().is_terminal() && !output.json && !is_complete {
-        ask(
+        ask_questions(
             args,
             &mut std::io::stdin().lock(),
             &mut std::io::stderr().lock(),
         )?
     } else {
-        known(args)
+        default_answers(args)
     };
-    write(args, &accepted(&answers).map_err(WrongUse)?, RUN, output)
+    write(
+        args,
+        &valid_session(&answers).map_err(WrongUse)?,
+        RUN,
+        output,
+    )
 }
 
 /// Copies what the program has by this name, and beside it the files that it names.
@@ -119,12 +124,12 @@ pub fn main(args: &New, output: Output) -> anyhow::Result<()> {
 /// # Errors
 /// E518: there is none of this name, or several. E525: a file is there. What stands against
 /// writing it.
-fn copy(args: &New, name: &str, output: Output) -> anyhow::Result<()> {
+fn copy_shipped(args: &New, name: &str, output: Output) -> anyhow::Result<()> {
     let name = name.strip_suffix(".toml").unwrap_or(name);
-    let shipped = match &list::shipped(name)[..] {
+    let shipped = match &list::find_shipped(name)[..] {
         [shipped] => *shipped,
         [] => {
-            return wrong(format!(
+            return usage_error(format!(
                 "--from is `{name}`, which is not the name of a shipped file{}; flexor list \
                  shows them",
                 list::did_you_mean(name)
@@ -135,13 +140,13 @@ fn copy(args: &New, name: &str, output: Output) -> anyhow::Result<()> {
                 .iter()
                 .map(|shipped| format!("{}/{name}", shipped.kind));
             let names = names.collect::<Vec<_>>().join(" or ");
-            return wrong(format!(
+            return usage_error(format!(
                 "--from is `{name}`, which several files have: say {names}"
             ));
         }
     };
     let folder = args.session.parent().unwrap_or(Path::new(""));
-    let text = beside(folder, shipped.text)?;
+    let text = copy_companions(folder, shipped.text)?;
     write(args, &text, shipped.command, output)
 }
 
@@ -154,7 +159,7 @@ const FOLDERS: [(&str, &str); 3] = [
 
 /// `text` with the wearers and sessions that it names lying in `folder`, into which they are
 /// copied, with what they name in turn.
-fn beside(folder: &Path, text: &str) -> anyhow::Result<String> {
+fn copy_companions(folder: &Path, text: &str) -> anyhow::Result<String> {
     let mut text = text.to_owned();
     for (path, kind) in FOLDERS {
         let marker = format!("\"{path}");
@@ -164,8 +169,8 @@ fn beside(folder: &Path, text: &str) -> anyhow::Result<String> {
             };
             let file_name = file.rsplit('/').next().unwrap_or_default();
             let name = format!("{kind}/{}", file.trim_end_matches(".toml"));
-            if let [companion] = list::shipped(&name)[..] {
-                let companion = beside(folder, companion.text)?;
+            if let [companion] = list::find_shipped(&name)[..] {
+                let companion = copy_companions(folder, companion.text)?;
                 let copy = folder.join(file_name);
                 // Several conditions of a declaration may name the same file.
                 if std::fs::read_to_string(&copy).ok().as_ref() != Some(&companion) {
@@ -179,11 +184,13 @@ fn beside(folder: &Path, text: &str) -> anyhow::Result<String> {
 }
 
 /// The session on a wearer file, as `flexor check` accepts it.
-fn on_wearer(args: &New, wearer: &Path) -> anyhow::Result<String> {
+fn session_on_wearer(args: &New, wearer: &Path) -> anyhow::Result<String> {
     let text = Wearer::text(wearer)?;
     let read = Wearer::parse(&wearer.display().to_string(), &text)?;
-    let usual = known(args);
-    let file = worn::named(&args.session, wearer).display().to_string();
+    let usual = default_answers(args);
+    let file = worn::wearer_path_in_session(&args.session, wearer)
+        .display()
+        .to_string();
     let said = (
         &*usual["title"],
         &*usual["seconds"],
@@ -191,8 +198,8 @@ fn on_wearer(args: &New, wearer: &Path) -> anyhow::Result<String> {
         &*usual["program"],
     );
     let session = worn::compose(&read, &file, said).map_err(WrongUse)?;
-    Session::parse_beside("session", &session, &|_| Ok(text.clone()))
-        .map_err(|e| WrongUse(told(&e)))?;
+    Session::parse_with_wearers("session", &session, &|_| Ok(text.clone()))
+        .map_err(|e| WrongUse(mistakes_text(&e)))?;
     Ok(session)
 }
 
@@ -205,12 +212,12 @@ fn write(args: &New, session: &str, command: &str, output: Output) -> anyhow::Re
     let head = head.map(|schema| format!("#:schema {schema}\n"));
     let text = head.unwrap_or_default() + session;
     create(&args.session, &text)?;
-    output.say(
+    output.print(
         || {
             format!(
                 "{0} is written; {1}",
                 args.session.display(),
-                next(command, &args.session)
+                next_step_text(command, &args.session)
             )
         },
         || serde_json::json!({ "session": args.session, "error": null }),
@@ -218,7 +225,7 @@ fn write(args: &New, session: &str, command: &str, output: Output) -> anyhow::Re
 }
 
 /// The command that takes the file, or that none does.
-fn next(command: &str, file: &Path) -> String {
+fn next_step_text(command: &str, file: &Path) -> String {
     match command.contains("FILE") {
         true => format!(
             "next: {}",
@@ -232,12 +239,12 @@ fn next(command: &str, file: &Path) -> String {
 fn create(path: &Path, text: &str) -> anyhow::Result<()> {
     let file = std::fs::File::create_new(path);
     match file.and_then(|mut file| file.write_all(text.as_bytes())) {
-        Err(e) if e.kind() == std::io::ErrorKind::AlreadyExists => Err(taken(path)),
+        Err(e) if e.kind() == std::io::ErrorKind::AlreadyExists => Err(file_exists_error(path)),
         written => Ok(written.map_err(RecordError::io(path))?),
     }
 }
 
-fn taken(path: &Path) -> anyhow::Error {
+fn file_exists_error(path: &Path) -> anyhow::Error {
     anyhow::anyhow!(
         "E525 {} is there already; give another name",
         path.display()
@@ -245,7 +252,7 @@ fn taken(path: &Path) -> anyhow::Error {
 }
 
 /// What options say, and else the usual.
-fn known(args: &New) -> Answers {
+fn default_answers(args: &New) -> Answers {
     let known = |(name, _, usual, given): Question| {
         let answer = given(args).clone();
         (name, answer.unwrap_or_else(|| usual.to_owned()))
@@ -254,8 +261,12 @@ fn known(args: &New) -> Answers {
 }
 
 /// Asks what no option says, again until it makes a session.
-fn ask(args: &New, from: &mut impl BufRead, to: &mut impl Write) -> anyhow::Result<Answers> {
-    let mut answers = known(&New::default());
+fn ask_questions(
+    args: &New,
+    from: &mut impl BufRead,
+    to: &mut impl Write,
+) -> anyhow::Result<Answers> {
+    let mut answers = default_answers(&New::default());
     for (name, question, usual, given) in QUESTIONS {
         if let Some(answer) = given(args) {
             answers.insert(name, answer.clone());
@@ -269,7 +280,7 @@ fn ask(args: &New, from: &mut impl BufRead, to: &mut impl Write) -> anyhow::Resu
             let answer = line.trim();
             let answer = if answer.is_empty() { usual } else { answer };
             answers.insert(name, answer.to_owned());
-            match accepted(&answers) {
+            match valid_session(&answers) {
                 Err(why) if !ended => writeln!(to, "{why}")?,
                 _ => break,
             }
@@ -282,17 +293,17 @@ fn ask(args: &New, from: &mut impl BufRead, to: &mut impl Write) -> anyhow::Resu
 ///
 /// # Errors
 /// Why they make no session.
-fn accepted(answers: &Answers) -> Result<String, String> {
+fn valid_session(answers: &Answers) -> Result<String, String> {
     let text = compose(answers)?;
     match Session::parse("session", &text) {
         Ok(_) => Ok(text),
-        Err(e) => Err(told(&e)),
+        Err(e) => Err(mistakes_text(&e)),
     }
 }
 
 /// Every mistake, in a line.
-fn told(e: &SessionError) -> String {
-    let each = e.all().map(|e| format!("E{} {e}", e.problem().number()));
+fn mistakes_text(e: &SessionError) -> String {
+    let each = e.errors().map(|e| format!("E{} {e}", e.problem().number()));
     each.collect::<Vec<_>>().join("; ")
 }
 
@@ -350,7 +361,7 @@ mod tests {
     fn questions_are_asked_until_a_session_comes_of_them() {
         let said = "My \"first\"\n\n11\n3\nvoltage\n30\n31\n20\n1000\n250\n0\n50\n";
         let mut told = Vec::new();
-        let answers = ask(&New::default(), &mut said.as_bytes(), &mut told).unwrap();
+        let answers = ask_questions(&New::default(), &mut said.as_bytes(), &mut told).unwrap();
         let told = String::from_utf8(told).unwrap();
         for why in [
             "channels is 11",
@@ -360,7 +371,7 @@ mod tests {
         ] {
             assert!(told.contains(why), "{why}: {told}");
         }
-        let text = accepted(&answers).unwrap();
+        let text = valid_session(&answers).unwrap();
         let session = Session::parse("new.toml", &text).unwrap();
         assert_eq!(
             (session.title.as_str(), session.channels.len()),
@@ -379,7 +390,7 @@ mod tests {
                     channels: Some(channels.to_owned()),
                     ..New::default()
                 };
-                let text = accepted(&known(&new)).unwrap();
+                let text = valid_session(&default_answers(&new)).unwrap();
                 let session = Session::parse("new.toml", &text).unwrap();
                 let programs = &session.setpoints.programs;
                 let expected = match program {
@@ -393,7 +404,7 @@ mod tests {
             program: Some("sometimes".to_owned()),
             ..New::default()
         };
-        let why = accepted(&known(&new)).unwrap_err();
+        let why = valid_session(&default_answers(&new)).unwrap_err();
         assert!(why.contains("program is sometimes"), "{why}");
     }
 }

@@ -65,7 +65,7 @@ fn channel(electrode: &Electrode, offset_us: f64) -> String {
 
 /// How a session at `session` names the wearer file at `wearer`: as it was given where both
 /// are told from the same folder, else by its whole path.
-pub(super) fn named(session: &Path, wearer: &Path) -> PathBuf {
+pub(super) fn wearer_path_in_session(session: &Path, wearer: &Path) -> PathBuf {
     let is_here = session
         .parent()
         .is_none_or(|path| path.as_os_str().is_empty());

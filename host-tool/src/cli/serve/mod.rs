@@ -3,7 +3,7 @@
 mod pace;
 
 use super::chip::ChipArgs;
-use super::{Output, interrupt, wrong};
+use super::{Output, interrupt, usage_error};
 use anyhow::{Context, bail};
 use clap::{ArgGroup, Args};
 use firmware::link::{Code, Refusal, Response, encode};
@@ -58,7 +58,7 @@ const POLL: Duration = Duration::from_micros(500);
 
 impl Serve {
     /// The wire to clients, and its place in words. A client may connect at once.
-    fn wire(&self) -> anyhow::Result<(Box<dyn ByteStream>, String)> {
+    fn open_wire(&self) -> anyhow::Result<(Box<dyn ByteStream>, String)> {
         match (&self.pty, &self.tcp) {
             #[cfg(unix)]
             (Some(path), _) => {
@@ -76,8 +76,8 @@ impl Serve {
                 let cannot = || format!("cannot listen at {address}");
                 let places: Vec<SocketAddr> =
                     address.to_socket_addrs().with_context(cannot)?.collect();
-                self.is_open_on_purpose(&places)?;
-                let wire = TcpWire::bind(&places[..], busy()).with_context(cannot)?;
+                self.check_network_access(&places)?;
+                let wire = TcpWire::bind(&places[..], busy_frame()).with_context(cannot)?;
                 let place = format!("tcp:{}", wire.local_addr()?);
                 Ok((Box::new(wire), place))
             }
@@ -86,7 +86,7 @@ impl Serve {
     }
 
     /// Beyond this computer only where that is asked for, and with a warning.
-    fn is_open_on_purpose(&self, places: &[SocketAddr]) -> anyhow::Result<()> {
+    fn check_network_access(&self, places: &[SocketAddr]) -> anyhow::Result<()> {
         let Some(beyond) = places.iter().find(|place| !place.ip().is_loopback()) else {
             return Ok(());
         };
@@ -115,7 +115,7 @@ pub fn main(args: &Serve, output: Output) -> anyhow::Result<()> {
         );
     }
     if let Some(seconds) = args.seconds.filter(|s| !(*s > 0.0 && s.is_finite())) {
-        return wrong(format!(
+        return usage_error(format!(
             "--seconds is {seconds}: a time above 0, or leave it out"
         ));
     }
@@ -133,15 +133,15 @@ pub fn main(args: &Serve, output: Output) -> anyhow::Result<()> {
     )?;
     let image = port.image().map(std::path::Path::to_owned);
     // Before anyone learns that there is something to end.
-    let interruption = interrupt::heed()?;
+    let interruption = interrupt::catch_signals()?;
     // A client that is let in is answered: the device has booted.
-    let (mut wire, place) = args.wire()?;
+    let (mut wire, place) = args.open_wire()?;
     let world = port.world().context("the device is no simulator")?;
     let name = match args.device {
         DeviceName::Chip => "chip",
         _ => "native",
     };
-    output.say(
+    output.print(
         || format!("a simulated board is at {place}; end with Ctrl-C"),
         || serde_json::json!({ "device": name, "at": place, "image": image }),
     )?;
@@ -152,35 +152,35 @@ pub fn main(args: &Serve, output: Output) -> anyhow::Result<()> {
         .seconds
         .is_none_or(|s| begin.elapsed().as_secs_f64() < s)
     {
-        if let Some(signal) = interruption.asked() {
+        if let Some(signal) = interruption.received_signal() {
             return Err(interrupt::EndedBySignal(
                 signal,
                 format!("and the board at {place} is gone"),
             )
             .into());
         }
-        let is_slow = pace.follow(world)?;
+        let is_slow = pace.advance_world(world)?;
         if is_slow && !args.chip.is_debugged() {
             eprintln!("note: the simulator is slower than real time; device time lags behind");
         }
         for bytes in world.received().collect::<Vec<_>>() {
-            pace.told(&bytes);
+            pace.note_sent(&bytes);
             wire.write_all(&bytes)?;
         }
         let count = wire.read(&mut buffer)?;
-        pace.heard(world.now_us(), &buffer[..count], wire.connected());
+        pace.note_received(world.now_us(), &buffer[..count], wire.connected());
         match count {
             0 if pace.is_ahead(world) => std::thread::sleep(POLL),
             0 => {}
             count => world.send(&buffer[..count]),
         }
-        world.recorder.forget();
+        world.recorder.discard_trace();
     }
     Ok(())
 }
 
 /// What a second client is told.
-fn busy() -> Vec<u8> {
+fn busy_frame() -> Vec<u8> {
     let refusal = Refusal::new(Code::SessionTaken, "connection");
     encode(&Response::Refused { seq: None, refusal })
         .map(|frame| frame.to_vec())

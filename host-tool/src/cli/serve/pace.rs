@@ -36,7 +36,7 @@ impl Pace {
     fn due(&self) -> u64 {
         let elapsed = u64::try_from(self.start.elapsed().as_micros()).unwrap_or(u64::MAX);
         let due = self.origin.saturating_add(elapsed);
-        let waits_at = self.host.as_ref().and_then(Host::waits_at);
+        let waits_at = self.host.as_ref().and_then(Host::wait_limit_us);
         due.min(waits_at.unwrap_or(u64::MAX))
     }
 
@@ -46,12 +46,12 @@ impl Pace {
     }
 
     /// The host sent these bytes, or none, at device time `now_us`.
-    pub(super) fn heard(&mut self, now_us: u64, bytes: &[u8], is_connected: bool) {
+    pub(super) fn note_received(&mut self, now_us: u64, bytes: &[u8], is_connected: bool) {
         let Some(host) = &mut self.host else {
             return;
         };
-        let waited = host.waits_at().is_some_and(|until| now_us >= until);
-        host.heard(now_us, bytes, is_connected);
+        let waited = host.wait_limit_us().is_some_and(|until| now_us >= until);
+        host.note_received(now_us, bytes, is_connected);
         // What was waited for is not caught up.
         if waited && !bytes.is_empty() {
             (self.start, self.origin) = (Instant::now(), now_us);
@@ -59,15 +59,15 @@ impl Pace {
     }
 
     /// The device sent these bytes.
-    pub(super) fn told(&mut self, bytes: &[u8]) {
+    pub(super) fn note_sent(&mut self, bytes: &[u8]) {
         if let Some(host) = &mut self.host {
-            host.told(bytes);
+            host.note_sent(bytes);
         }
     }
 
     /// Lets `world` go on by a step; says, the first time only, that it cannot
     /// follow the clock.
-    pub(super) fn follow(&mut self, world: &mut World) -> std::io::Result<bool> {
+    pub(super) fn advance_world(&mut self, world: &mut World) -> std::io::Result<bool> {
         let now = world.now_us();
         world.run_until(self.due().min(now + Self::STEP_US))?;
         let is_slow = self.due() > world.now_us() + Self::LAG_US;
@@ -115,12 +115,12 @@ impl Host {
 
     /// Where device time waits for it, µs: at three quarters of the silence that would end
     /// stimulation. Hosts speak every quarter of it.
-    fn waits_at(&self) -> Option<u64> {
+    fn wait_limit_us(&self) -> Option<u64> {
         let waits = self.started.is_some() && self.last.elapsed() < Self::PATIENCE;
         waits.then(|| self.last_us + self.timeout_us * 3 / 4)
     }
 
-    fn heard(&mut self, now_us: u64, bytes: &[u8], is_connected: bool) {
+    fn note_received(&mut self, now_us: u64, bytes: &[u8], is_connected: bool) {
         if !is_connected {
             self.started = None;
             return;
@@ -130,7 +130,7 @@ impl Host {
         }
         let mut rest = bytes;
         while !rest.is_empty() {
-            let Some(message) = self.from_host.take(&mut rest) else {
+            let Some(message) = self.from_host.push_until_delimiter(&mut rest) else {
                 continue;
             };
             let said: Option<ToDevice> = message
@@ -138,12 +138,12 @@ impl Host {
                 .and_then(|message| postcard::from_bytes(message).ok());
             self.from_host.clear();
             if let Some(said) = said {
-                self.asked(&said);
+                self.note_request(&said);
             }
         }
     }
 
-    fn asked(&mut self, said: &ToDevice) {
+    fn note_request(&mut self, said: &ToDevice) {
         match &said.request {
             Request::Clear => self.timeout_us = timeout_us(&WearerSpec::default()),
             Request::Wearer(wearer) => self.timeout_us = timeout_us(wearer),
@@ -153,10 +153,10 @@ impl Host {
         }
     }
 
-    fn told(&mut self, bytes: &[u8]) {
+    fn note_sent(&mut self, bytes: &[u8]) {
         let mut rest = bytes;
         while !rest.is_empty() {
-            let Some(message) = self.from_device.take(&mut rest) else {
+            let Some(message) = self.from_device.push_until_delimiter(&mut rest) else {
                 continue;
             };
             let said: Option<Response<'_>> = message
@@ -189,12 +189,12 @@ mod tests {
             seq: 1,
             request,
         };
-        host.heard(now_us, &encode(&message).unwrap(), true);
+        host.note_received(now_us, &encode(&message).unwrap(), true);
     }
 
     fn told(host: &mut Host, event: Event) {
         let at = Micros::new(0);
-        host.told(&encode(&Response::Event { at, event }).unwrap());
+        host.note_sent(&encode(&Response::Event { at, event }).unwrap());
     }
 
     #[test]
@@ -206,35 +206,35 @@ mod tests {
             ..WearerSpec::default()
         };
         said(&mut host, 20, Request::Wearer(wearer));
-        assert_eq!(host.waits_at(), None, "nothing is armed");
+        assert_eq!(host.wait_limit_us(), None, "nothing is armed");
         let setup = SetupSum::default().total();
         said(&mut host, 1_000, Request::Arm { setup });
-        assert_eq!(host.waits_at(), None, "nothing has started");
+        assert_eq!(host.wait_limit_us(), None, "nothing has started");
         said(&mut host, 2_000, Request::Start);
-        assert_eq!(host.waits_at(), Some(32_000));
+        assert_eq!(host.wait_limit_us(), Some(32_000));
         said(&mut host, 9_000, Request::KeepAlive);
-        assert_eq!(host.waits_at(), Some(39_000));
+        assert_eq!(host.wait_limit_us(), Some(39_000));
         // Half a frame is a sign of life, too.
-        host.heard(12_000, &[3, 1], true);
-        assert_eq!(host.waits_at(), Some(42_000));
-        host.heard(13_000, &[0], true);
+        host.note_received(12_000, &[3, 1], true);
+        assert_eq!(host.wait_limit_us(), Some(42_000));
+        host.note_received(13_000, &[0], true);
         said(&mut host, 14_000, Request::Stop);
-        assert_eq!(host.waits_at(), None, "it waits for the stop");
+        assert_eq!(host.wait_limit_us(), None, "it waits for the stop");
         said(&mut host, 15_000, Request::Start);
         told(&mut host, Event::Recovered);
-        assert!(host.waits_at().is_some());
+        assert!(host.wait_limit_us().is_some());
         told(&mut host, Event::Stopped(StopCause::Finished));
-        assert_eq!(host.waits_at(), None, "it ended by itself");
+        assert_eq!(host.wait_limit_us(), None, "it ended by itself");
         said(&mut host, 16_000, Request::Start);
         let refusal = Refusal::new(Code::NotArmed, "state");
         let refused = Response::Refused {
             seq: Some(1),
             refusal,
         };
-        host.told(&encode(&refused).unwrap());
-        assert_eq!(host.waits_at(), None, "it was refused");
+        host.note_sent(&encode(&refused).unwrap());
+        assert_eq!(host.wait_limit_us(), None, "it was refused");
         said(&mut host, 16_500, Request::Start);
-        host.heard(17_000, &[], false);
-        assert_eq!(host.waits_at(), None, "it has gone");
+        host.note_received(17_000, &[], false);
+        assert_eq!(host.wait_limit_us(), None, "it has gone");
     }
 }

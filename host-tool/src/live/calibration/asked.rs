@@ -22,7 +22,7 @@ pub struct State {
 impl State {
     /// At this sight.
     #[must_use]
-    pub fn of(view: &View) -> Self {
+    pub fn from_view(view: &View) -> Self {
         Self {
             electrode: view.electrode,
             step: view.step,
@@ -50,7 +50,7 @@ pub struct InputLimiter {
 
 impl InputLimiter {
     /// What has come until now; `t_s` is the device's time.
-    pub fn take(&mut self, t_s: f64) -> Vec<u8> {
+    pub fn read_available(&mut self, t_s: f64) -> Vec<u8> {
         let mut bytes = Vec::new();
         if self.gone.is_some() {
             return bytes;
@@ -58,7 +58,7 @@ impl InputLimiter {
         if self.second != t_s as u64 {
             (self.second, self.taken) = (t_s as u64, 0);
         }
-        let goes_on = stream::take(&mut bytes, (MOST + 1).saturating_sub(self.taken));
+        let goes_on = stream::read_available(&mut bytes, (MOST + 1).saturating_sub(self.taken));
         self.taken += bytes.len();
         if self.taken > MOST {
             self.gone = Some(OperatorLoss::Flooded);
@@ -70,7 +70,7 @@ impl InputLimiter {
 
     /// Why nothing comes any more.
     #[must_use]
-    pub const fn gone(&self) -> Option<OperatorLoss> {
+    pub const fn loss(&self) -> Option<OperatorLoss> {
         self.gone
     }
 }
@@ -80,7 +80,7 @@ impl InputLimiter {
 /// before everything, however late it came. Of the rest one is carried out, the first, if
 /// nothing lowers.
 #[must_use]
-pub fn sift(asked: Vec<(Order, bool)>, is_on: bool) -> (Vec<Order>, usize) {
+pub fn select_orders(asked: Vec<(Order, bool)>, is_on: bool) -> (Vec<Order>, usize) {
     let has = |wanted: Order| asked.iter().any(|(order, _)| *order == wanted);
     if has(Order::Abort) {
         return (vec![Order::Abort], 0);
@@ -104,7 +104,7 @@ pub fn sift(asked: Vec<(Order, bool)>, is_on: bool) -> (Vec<Order>, usize) {
 
 /// Why `count` orders are not carried out.
 #[must_use]
-pub fn early(count: usize) -> Refusal {
+pub fn early_refusal(count: usize) -> Refusal {
     let what = match count {
         1 => "this order".to_owned(),
         _ => format!("{count} orders"),
@@ -120,7 +120,7 @@ mod tests {
     use super::*;
 
     fn sifted(asked: &[(Order, bool)], is_on: bool) -> (Vec<Order>, usize) {
-        sift(asked.to_vec(), is_on)
+        select_orders(asked.to_vec(), is_on)
     }
 
     #[test]

@@ -23,7 +23,7 @@ const fn rows(of: char) -> Option<[&'static str; ROWS]> {
 
 /// `number` in big digits, and its unit behind the last row.
 #[must_use]
-pub fn big(number: &str, unit: &str) -> [String; ROWS] {
+pub fn big_number(number: &str, unit: &str) -> [String; ROWS] {
     let mut lines: [String; ROWS] = Default::default();
     for rows in number.chars().filter_map(rows) {
         for (line, row) in lines.iter_mut().zip(rows) {

@@ -20,7 +20,7 @@ pub fn order(key: KeyEvent, view: &View, typed: &mut String) -> Option<Order> {
         _ => {}
     }
     if view.question.is_some() && view.step == Step::Points {
-        return named(key.code, typed);
+        return edit_names(key.code, typed);
     }
     typed.clear();
     let is_pressed = key.kind == KeyEventKind::Press;
@@ -40,7 +40,7 @@ pub fn order(key: KeyEvent, view: &View, typed: &mut String) -> Option<Order> {
 }
 
 /// Names, typed until Enter.
-fn named(key: KeyCode, typed: &mut String) -> Option<Order> {
+fn edit_names(key: KeyCode, typed: &mut String) -> Option<Order> {
     match key {
         KeyCode::Char(c) if typed.chars().count() < LONGEST => typed.push(c),
         KeyCode::Backspace => drop(typed.pop()),

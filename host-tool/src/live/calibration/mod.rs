@@ -12,7 +12,7 @@ mod terminal;
 mod typed;
 mod view;
 
-pub use asked::{InputLimiter, State, early, sift};
+pub use asked::{InputLimiter, State, early_refusal, select_orders};
 pub use keys::order as calibration_order;
 pub use sight::ScreenState;
 pub use sitting::{SharedTerminal, TerminalOperator};

@@ -29,9 +29,9 @@ impl ScreenState {
     }
 
     /// Notes what is told.
-    pub(super) fn tell(&mut self, told: OperatorNotice<'_>, view: &View) {
+    pub(super) fn add_notice(&mut self, told: OperatorNotice<'_>, view: &View) {
         let (text, is_bad) = match told {
-            OperatorNotice::Recorded(entry) => match noted(entry) {
+            OperatorNotice::Recorded(entry) => match entry_text(entry) {
                 Some(text) => {
                     let is_bad = matches!(entry, Entry::TooMuch { .. } | Entry::Stalled { .. });
                     (text, is_bad)
@@ -46,7 +46,7 @@ impl ScreenState {
 }
 
 /// An entry in words; nothing for what the screen shows anyway.
-fn noted(entry: &Entry) -> Option<String> {
+fn entry_text(entry: &Entry) -> Option<String> {
     Some(match entry {
         Entry::Armed { channel, check_ma } => match check_ma {
             Some(ma) => format!("channel {channel} armed: its electrode carries {ma:.2} mA"),

@@ -1,7 +1,7 @@
 //! Who sits at the terminal, for both threads: keys in, orders out, and what is shown.
 
 use super::typed::PendingInput;
-use super::{InputLimiter, ScreenState, State, calibration_order, early, sift};
+use super::{InputLimiter, ScreenState, State, calibration_order, early_refusal, select_orders};
 use crossterm::event::KeyEvent;
 use host_core::calibration::{
     Level, Operator, OperatorLoss, OperatorNotice, Order, Refusal, Step, View,
@@ -33,66 +33,66 @@ pub struct SharedTerminal {
 impl SharedTerminal {
     /// At this sight.
     #[must_use]
-    pub fn at(sight: ScreenState) -> Self {
+    pub fn new(sight: ScreenState) -> Self {
         let rest = Self::default();
         Self { sight, ..rest }
     }
 
     /// What is to be drawn, and the number of its state.
     #[must_use]
-    pub fn seen(&self) -> (ScreenState, u64) {
+    pub fn snapshot(&self) -> (ScreenState, u64) {
         (self.sight.clone(), self.number)
     }
 
     /// What was pressed until now is not for state `number`, which is on the terminal next;
     /// on one that `is_small` it cannot be seen.
-    pub fn show(&mut self, number: u64, is_small: bool) {
+    pub fn mark_shown(&mut self, number: u64, is_small: bool) {
         let shown = Some(number).filter(|_| !is_small);
         if self.shown != shown {
-            self.take(false);
+            self.read_keys(false);
             self.pressed.iter_mut().for_each(|key| key.1 = false);
             (self.shown, self.is_small) = (shown, is_small);
         }
     }
 
     /// The terminal takes nothing: what is on it is not what it should be.
-    pub const fn hide(&mut self) {
+    pub const fn mark_hidden(&mut self) {
         self.shown = None;
     }
 
     /// The terminal has gone.
-    pub const fn leave(&mut self) {
+    pub const fn mark_closed(&mut self) {
         self.has_left = true;
     }
 
-    fn take(&mut self, is_turn: bool) {
+    fn read_keys(&mut self, is_turn: bool) {
         let t_s = self.sight.view.as_ref().map_or(0.0, |view| view.t_s);
-        let bytes = self.inlet.take(t_s);
+        let bytes = self.inlet.read_available(t_s);
         let is_shown = self.shown == Some(self.number);
-        let keys = self.typed.keys(&bytes, is_turn);
+        let keys = self.typed.parse_keys(&bytes, is_turn);
         self.pressed
             .extend(keys.into_iter().map(|key| (key, is_shown)));
     }
 
     fn orders(&mut self, view: &View) -> Result<Vec<Order>, OperatorLoss> {
-        self.take(true);
-        let state = State::of(view);
+        self.read_keys(true);
+        let state = State::from_view(view);
         if self.state.as_ref() != Some(&state) {
             self.state = Some(state);
             self.number += 1;
             self.pressed.iter_mut().for_each(|key| key.1 = false);
         }
         self.sight.view = Some(view.clone());
-        let asked = self.asked(view);
-        let (orders, count) = sift(asked, view.given > Level(0));
+        let asked = self.pressed_orders(view);
+        let (orders, count) = select_orders(asked, view.given > Level(0));
         if count > 0 {
             let why = match self.is_small {
                 true => Refusal::NotNow("the terminal is too small: 80 x 24 needed".to_owned()),
-                false => early(count),
+                false => early_refusal(count),
             };
             self.sight.note(view.t_s, why.to_string(), true);
         }
-        match (orders.contains(&Order::Abort), self.inlet.gone()) {
+        match (orders.contains(&Order::Abort), self.inlet.loss()) {
             (true, _) => Ok(orders),
             (false, Some(gone)) => Err(gone),
             (false, None) if self.has_left => Err(OperatorLoss::Unread),
@@ -101,7 +101,7 @@ impl SharedTerminal {
     }
 
     /// What was pressed, as orders.
-    fn asked(&mut self, view: &View) -> Vec<(Order, bool)> {
+    fn pressed_orders(&mut self, view: &View) -> Vec<(Order, bool)> {
         let pressed = std::mem::take(&mut self.pressed);
         let is_typing = view.question.is_some() && view.step == Step::Points;
         let mut is_for_this = is_typing || pressed.len() <= TYPED;
@@ -144,14 +144,14 @@ impl Operator for TerminalOperator<'_> {
         match orders {
             Err(OperatorLoss::Ended | OperatorLoss::Unread) => {
                 // As the system says it, to those whose terminal it is.
-                self.interruption.ask(Signal::HangUp);
+                self.interruption.raise_signal(Signal::HangUp);
                 Ok(Vec::new())
             }
             orders => orders,
         }
     }
 
-    fn tell(&mut self, told: OperatorNotice<'_>, view: &View) {
-        self.sitting().sight.tell(told, view);
+    fn notify(&mut self, told: OperatorNotice<'_>, view: &View) {
+        self.sitting().sight.add_notice(told, view);
     }
 }

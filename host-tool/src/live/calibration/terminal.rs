@@ -2,8 +2,8 @@
 
 use super::view::is_small;
 use super::{SharedTerminal, draw_calibration};
-use crate::live::screen::{FRAME, has_panicked, note_panics};
-use crate::live::stream::{AT_ONCE, leave_unread, put};
+use crate::live::screen::{FRAME, has_panicked, install_panic_hook};
+use crate::live::stream::{AT_ONCE, discard_unread_output, write_available};
 use crossterm::cursor::Show;
 use crossterm::event::{DisableBracketedPaste, EnableBracketedPaste};
 use crossterm::queue;
@@ -24,7 +24,7 @@ const RETRY: Duration = Duration::from_millis(2);
 /// Tries after which a terminal that takes nothing shows nothing, or is left as it is.
 const TRIES: u32 = 50;
 
-fn locked(sitting: &Mutex<SharedTerminal>) -> MutexGuard<'_, SharedTerminal> {
+fn lock_terminal(sitting: &Mutex<SharedTerminal>) -> MutexGuard<'_, SharedTerminal> {
     sitting.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -59,7 +59,7 @@ impl RawTerminal {
         let terminal = Terminal::new(CrosstermBackend::new(bytes.clone()))?;
         queue!(bytes, EnterAlternateScreen, EnableBracketedPaste)?;
         enable_raw_mode()?;
-        note_panics(leave);
+        install_panic_hook(restore_terminal);
         Ok(Self { bytes, terminal })
     }
 
@@ -67,7 +67,7 @@ impl RawTerminal {
     ///
     /// # Errors
     /// The terminal fails. One that has gone is no error: it is noted.
-    pub fn sit(
+    pub fn draw_until(
         &mut self,
         sitting: &Mutex<SharedTerminal>,
         is_over: impl Fn() -> bool,
@@ -77,7 +77,7 @@ impl RawTerminal {
             drawn = self.draw(sitting, &is_over);
             std::thread::sleep(FRAME);
         }
-        locked(sitting).leave();
+        lock_terminal(sitting).mark_closed();
         drawn
     }
 
@@ -87,25 +87,25 @@ impl RawTerminal {
         sitting: &Mutex<SharedTerminal>,
         is_over: impl Fn() -> bool,
     ) -> io::Result<()> {
-        let (sight, number) = locked(sitting).seen();
+        let (sight, number) = lock_terminal(sitting).snapshot();
         let drawn = (self.terminal).draw(|frame| draw_calibration(frame, &sight))?;
         let is_small = is_small(drawn.area);
         let mut bytes = std::mem::take(&mut *self.bytes.0.borrow_mut());
         let mut tries = 0;
         while !bytes.is_empty() && !is_over() {
             if bytes.len() <= AT_ONCE {
-                locked(sitting).show(number, is_small);
+                lock_terminal(sitting).mark_shown(number, is_small);
             }
-            let Ok(written) = put(&bytes) else {
+            let Ok(written) = write_available(&bytes) else {
                 // Whoever is at the device ends it.
-                locked(sitting).leave();
+                lock_terminal(sitting).mark_closed();
                 break;
             };
             bytes.drain(..written);
             if written == 0 {
                 tries += 1;
                 if tries >= TRIES {
-                    locked(sitting).hide();
+                    lock_terminal(sitting).mark_hidden();
                 }
                 std::thread::sleep(RETRY);
             }
@@ -117,21 +117,21 @@ impl RawTerminal {
 impl Drop for RawTerminal {
     fn drop(&mut self) {
         if !has_panicked() {
-            leave();
+            restore_terminal();
         }
-        leave_unread(RETRY * TRIES);
+        discard_unread_output(RETRY * TRIES);
     }
 }
 
 /// Gives the terminal back as it was, if it is still there.
-fn leave() {
+fn restore_terminal() {
     let _ = disable_raw_mode();
     let mut bytes = Vec::new();
     if queue!(bytes, DisableBracketedPaste, LeaveAlternateScreen, Show).is_err() {
         return;
     }
     for _ in 0..TRIES {
-        match put(&bytes) {
+        match write_available(&bytes) {
             Ok(written) => drop(bytes.drain(..written)),
             Err(_) => return,
         }

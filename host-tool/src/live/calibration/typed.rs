@@ -31,7 +31,7 @@ enum InputStart {
 
 impl PendingInput {
     /// The keys that `bytes` end. `is_turn`: what came a turn before is no longer waited on.
-    pub fn keys(&mut self, bytes: &[u8], is_turn: bool) -> Vec<KeyEvent> {
+    pub fn parse_keys(&mut self, bytes: &[u8], is_turn: bool) -> Vec<KeyEvent> {
         let mut keys = Vec::new();
         if bytes.is_empty() && is_turn {
             self.quiet = self.quiet.saturating_add(1);
@@ -47,7 +47,7 @@ impl PendingInput {
         let all = std::mem::take(&mut self.rest);
         let mut rest = all.as_slice();
         while !rest.is_empty() {
-            let count = match begins(rest) {
+            let count = match parse_input(rest) {
                 InputStart::Key(count, code) => {
                     if !self.is_pasting || code == KeyCode::Esc {
                         keys.push(KeyEvent::from(code));
@@ -72,16 +72,16 @@ impl PendingInput {
     }
 }
 
-fn begins(bytes: &[u8]) -> InputStart {
+fn parse_input(bytes: &[u8]) -> InputStart {
     match bytes {
         [ESCAPE] => InputStart::Part,
         // The function keys of the Linux console.
         [ESCAPE, b'[', b'[', last, ..] if *last >= b' ' => InputStart::Nothing(4),
         [ESCAPE, b'[', b'['] => InputStart::Part,
         [ESCAPE, b'[', b'[', ..] => InputStart::Key(3, KeyCode::Esc),
-        [ESCAPE, b'[', rest @ ..] => sequence(rest),
+        [ESCAPE, b'[', rest @ ..] => parse_sequence(rest),
         [ESCAPE, b'O'] => InputStart::Part,
-        [ESCAPE, b'O', last, ..] => arrow(3, *last),
+        [ESCAPE, b'O', last, ..] => parse_arrow(3, *last),
         // Escape and something else: to end is the safe side.
         [ESCAPE, ..] => InputStart::Key(1, KeyCode::Esc),
         [3, ..] => InputStart::Control(1, 'c'),
@@ -89,12 +89,12 @@ fn begins(bytes: &[u8]) -> InputStart {
         [b'\r' | b'\n', ..] => InputStart::Key(1, KeyCode::Enter),
         [8 | 0x7f, ..] => InputStart::Key(1, KeyCode::Backspace),
         [first, ..] if *first < b' ' => InputStart::Nothing(1),
-        _ => character(bytes),
+        _ => parse_character(bytes),
     }
 }
 
 /// What a control sequence is, of which `rest` follows the introducer.
-fn sequence(rest: &[u8]) -> InputStart {
+fn parse_sequence(rest: &[u8]) -> InputStart {
     let is_last = |byte: &u8| !(0x20..0x40).contains(byte);
     let Some(end) = rest.iter().take(LONGEST).position(is_last) else {
         return match rest.len() < LONGEST {
@@ -106,13 +106,13 @@ fn sequence(rest: &[u8]) -> InputStart {
     match (parameters, last) {
         (b"200", b'~') => InputStart::Paste(end + 3, true),
         (b"201", b'~') => InputStart::Paste(end + 3, false),
-        (_, 0x40..=0x7e) => arrow(end + 3, last),
+        (_, 0x40..=0x7e) => parse_arrow(end + 3, last),
         // Broken off: what comes now begins anew.
         _ => InputStart::Key(end + 2, KeyCode::Esc),
     }
 }
 
-const fn arrow(count: usize, last: u8) -> InputStart {
+const fn parse_arrow(count: usize, last: u8) -> InputStart {
     match last {
         b'A' => InputStart::Key(count, KeyCode::Up),
         b'B' => InputStart::Key(count, KeyCode::Down),
@@ -121,7 +121,7 @@ const fn arrow(count: usize, last: u8) -> InputStart {
     }
 }
 
-fn character(bytes: &[u8]) -> InputStart {
+fn parse_character(bytes: &[u8]) -> InputStart {
     let first = bytes.utf8_chunks().next();
     let valid = first
         .as_ref()
@@ -143,7 +143,7 @@ mod tests {
     use KeyCode::{Backspace, Char, Down, Enter, Esc, Up};
 
     fn codes(typed: &mut PendingInput, bytes: &[u8]) -> Vec<KeyCode> {
-        let keys = typed.keys(bytes, true);
+        let keys = typed.parse_keys(bytes, true);
         keys.into_iter().map(|key| key.code).collect()
     }
 
@@ -176,7 +176,7 @@ mod tests {
     fn escape_is_known_when_nothing_follows() {
         let mut typed = PendingInput::default();
         assert!(codes(&mut typed, b"\x1b").is_empty());
-        assert!(typed.keys(b"", false).is_empty());
+        assert!(typed.parse_keys(b"", false).is_empty());
         assert_eq!(codes(&mut typed, b""), [Esc]);
         assert!(codes(&mut typed, b"").is_empty());
         for broken in [
@@ -211,7 +211,7 @@ mod tests {
             for before in [vec![byte], vec![byte, byte], vec![ESCAPE, b'[', byte]] {
                 let mut typed = PendingInput::default();
                 let all = [&before[..], &[3]].concat();
-                let keys = typed.keys(&all, true);
+                let keys = typed.parse_keys(&all, true);
                 let is_end = |key: &KeyEvent| {
                     key.code == Esc || key.modifiers.contains(KeyModifiers::CONTROL)
                 };

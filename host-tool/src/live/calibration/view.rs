@@ -1,7 +1,7 @@
 //! The frame, cell by cell: for 80 × 24.
 
 use super::ScreenState;
-use super::digits::big;
+use super::digits::big_number;
 use host_core::calibration::{Level, Phase, Step, View};
 use ratatui::Frame;
 use ratatui::layout::{Alignment, Constraint, Layout, Rect};
@@ -44,7 +44,7 @@ pub fn draw(frame: &mut Frame<'_>, sight: &ScreenState) {
     draw_step(frame, middle, view, &sight.typed);
     let [left, right] =
         Layout::horizontal([Constraint::Length(26), Constraint::Fill(1)]).areas(below);
-    frame.render_widget(found(view), left);
+    frame.render_widget(results_panel(view), left);
     frame.render_widget(notes(sight), right);
     draw_done(frame, done, view);
     let [first, second] = footer(view);
@@ -96,7 +96,7 @@ fn status_line(view: &View) -> Line<'_> {
     line
 }
 
-fn number(step: Step) -> usize {
+fn step_number(step: Step) -> usize {
     let place = Step::ALL.iter().position(|item| *item == step);
     place.map_or(0, |place| place + 1)
 }
@@ -104,7 +104,7 @@ fn number(step: Step) -> usize {
 fn draw_step(frame: &mut Frame<'_>, area: Rect, view: &View, typed: &str) {
     let title = format!(
         " step {} of {}: {} ",
-        number(view.step),
+        step_number(view.step),
         Step::ALL.len(),
         view.step.name()
     );
@@ -114,17 +114,17 @@ fn draw_step(frame: &mut Frame<'_>, area: Rect, view: &View, typed: &str) {
     } else {
         Color::Reset
     };
-    for row in big(&view.level.to_string(), view.unit) {
+    for row in big_number(&view.level.to_string(), view.unit) {
         lines.push(Line::styled(format!("    {row}"), Style::new().fg(color)));
     }
     lines.push(Line::from(""));
-    lines.push(asked(view, typed));
+    lines.push(prompt_line(view, typed));
     let block = Block::bordered().title(title.bold());
     frame.render_widget(Paragraph::new(lines).block(block), area);
 }
 
 /// What is asked, or what the next key does.
-fn asked<'a>(view: &View, typed: &'a str) -> Line<'a> {
+fn prompt_line<'a>(view: &View, typed: &'a str) -> Line<'a> {
     let gives = |level: Level| format!("gives {level} {}", view.unit);
     if let Some(question) = view.question {
         return match view.step {
@@ -148,7 +148,7 @@ fn asked<'a>(view: &View, typed: &'a str) -> Line<'a> {
     }
 }
 
-fn found(view: &View) -> Paragraph<'_> {
+fn results_panel(view: &View) -> Paragraph<'_> {
     let level = |name: &str, level: Option<Level>| {
         let value = level.map_or_else(|| "–".to_owned(), |level| format!("{level} {}", view.unit));
         Line::from(format!("{name:<10} {value}"))
@@ -186,7 +186,8 @@ fn notes(sight: &ScreenState) -> Paragraph<'_> {
 /// The part done: steps of all electrodes.
 fn draw_done(frame: &mut Frame<'_>, area: Rect, view: &View) {
     let steps = Step::ALL.len();
-    let before = view.electrode.saturating_sub(1) * steps + number(view.step).saturating_sub(1);
+    let before =
+        view.electrode.saturating_sub(1) * steps + step_number(view.step).saturating_sub(1);
     let all = (view.of * steps).max(1);
     let part = match view.phase {
         Phase::Done => 1.0,

@@ -46,7 +46,7 @@ pub struct Pattern {
 impl Pattern {
     /// On this channel, from 1, of this stage.
     #[must_use]
-    pub const fn of(channel: u8, stage: StageKind) -> Self {
+    pub const fn new(channel: u8, stage: StageKind) -> Self {
         Self { channel, stage }
     }
 
@@ -71,7 +71,7 @@ impl Pattern {
 
     /// For people: "5 mA".
     #[must_use]
-    pub fn told(&self) -> String {
+    pub fn description(&self) -> String {
         let unit = match self.stage {
             StageKind::Current { .. } => "mA",
             StageKind::Voltage { .. } => "V",
@@ -170,7 +170,7 @@ impl Bench {
     }
 
     /// Another load is in the output: known to a simulator only.
-    pub fn load(&mut self, load_ohm: u32) {
+    pub fn set_load(&mut self, load_ohm: u32) {
         if let Some(world) = self.client.port().world() {
             *world.body.loads_mut() = [Load::Ohms(load_ohm.into()); CHANNELS];
         }
@@ -186,14 +186,14 @@ impl Bench {
         self.client.arm()?;
         self.client.start()?;
         (self.pattern, self.is_on) = (Some(pattern), true);
-        self.go_on()
+        self.keep_playing()
     }
 
     /// A moment of it, 20 ms; call again and again. A board that has stopped is left alone.
     ///
     /// # Errors
     /// The board is lost, or a signal came.
-    pub fn go_on(&mut self) -> Result<(), Error> {
+    pub fn keep_playing(&mut self) -> Result<(), Error> {
         if let (Some(pattern), true) = (self.pattern, self.is_on) {
             let asked = firmware::link::Request::Amplitudes {
                 at: None,
@@ -212,7 +212,7 @@ impl Bench {
     ///
     /// # Errors
     /// The board is lost.
-    pub fn act(&mut self, doing: BoardActivity) -> Result<(), Error> {
+    pub fn perform(&mut self, doing: BoardActivity) -> Result<(), Error> {
         match doing {
             BoardActivity::Plays | BoardActivity::StopOpens => Ok(()),
             BoardActivity::Falls => self.end(),

@@ -94,7 +94,7 @@ pub enum SheetError {
 impl Answer {
     /// What was measured in a step.
     #[must_use]
-    pub fn to(step: &Step, measured: f64) -> Self {
+    pub fn new(step: &Step, measured: f64) -> Self {
         Self {
             id: step.id.clone(),
             load_ohm: step.load_ohm,
@@ -123,18 +123,18 @@ impl Sheet {
             nobody_connected: true,
             device,
             channel: pattern.channel,
-            pattern: pattern.told(),
+            pattern: pattern.description(),
             answers: Vec::new(),
             verdict: Verdict::Incomplete,
             sum: String::new(),
         };
-        sheet.seal(pattern);
+        sheet.update_verdict(pattern);
         sheet
     }
 
     /// Whether a person's text may stand in a sheet; why not.
     #[must_use]
-    pub fn is_text(text: &str) -> bool {
+    pub fn is_valid_text(text: &str) -> bool {
         let length = text.trim().chars().count();
         (1..=LONGEST).contains(&length) && !text.chars().any(char::is_control)
     }
@@ -144,7 +144,7 @@ impl Sheet {
     ///
     /// # Errors
     /// [`SheetError::Unfit`].
-    pub fn go_on(path: &Path, next: &Self, pattern: &Pattern) -> Result<Self, SheetError> {
+    pub fn resume(path: &Path, next: &Self, pattern: &Pattern) -> Result<Self, SheetError> {
         let unfit = |why: String| SheetError::Unfit(path.to_owned(), why);
         let text = input::read_text(path, input::LONGEST_DOCUMENT);
         let text = text.map_err(|why| unfit(why.to_string()))?;
@@ -156,7 +156,7 @@ impl Sheet {
                 sheet.format
             )));
         }
-        if sheet.sum != sheet.summed() {
+        if sheet.sum != sheet.checksum() {
             return Err(unfit(
                 "it was changed since it was written; begin another".into(),
             ));
@@ -187,29 +187,29 @@ impl Sheet {
                 sheet.pattern, next.pattern
             )));
         }
-        sheet.seal(pattern);
+        sheet.update_verdict(pattern);
         Ok(sheet)
     }
 
     /// Whether a step has its answer.
     #[must_use]
-    pub fn has(&self, id: &str) -> bool {
+    pub fn has_answer(&self, id: &str) -> bool {
         self.answers.iter().any(|answer| answer.id == id)
     }
 
     /// Takes an answer in, and judges anew.
-    pub fn take(&mut self, answer: Answer, pattern: &Pattern) {
+    pub fn add_answer(&mut self, answer: Answer, pattern: &Pattern) {
         self.answers.retain(|known| known.id != answer.id);
         self.answers.push(answer);
-        self.seal(pattern);
+        self.update_verdict(pattern);
     }
 
-    fn seal(&mut self, pattern: &Pattern) {
+    fn update_verdict(&mut self, pattern: &Pattern) {
         let all = steps(pattern);
         self.answers
             .sort_by_key(|answer| all.iter().position(|step| step.id == answer.id));
         let is_board = self.device.kind == DeviceKind::Board && !self.device.simulated;
-        let is_whole = all.iter().all(|step| self.has(&step.id));
+        let is_whole = all.iter().all(|step| self.has_answer(&step.id));
         self.verdict = if !is_board {
             Verdict::Simulated
         } else if self.answers.iter().any(|answer| !answer.holds) {
@@ -219,10 +219,10 @@ impl Sheet {
         } else {
             Verdict::Incomplete
         };
-        self.sum = self.summed();
+        self.sum = self.checksum();
     }
 
-    fn summed(&self) -> String {
+    fn checksum(&self) -> String {
         let mut without = self.clone();
         without.sum.clear();
         sha256(without.text().as_bytes())
@@ -251,7 +251,7 @@ mod tests {
     use firmware::safety::StageKind;
 
     fn pattern() -> Pattern {
-        Pattern::of(
+        Pattern::new(
             1,
             StageKind::Current {
                 full_scale_ua: 100_000,
@@ -281,7 +281,7 @@ mod tests {
             let measured = but
                 .filter(|pair| pair.0 == step.id)
                 .map_or(step.expected, |pair| pair.1);
-            sheet.take(Answer::to(&step, measured), &pattern);
+            sheet.add_answer(Answer::new(&step, measured), &pattern);
         }
         sheet
     }
@@ -309,7 +309,7 @@ mod tests {
         assert_eq!(sheet.verdict, Verdict::Simulated);
         let (mut sheet, pattern) = (filled(board(), None), pattern());
         sheet.answers.pop();
-        sheet.seal(&pattern);
+        sheet.update_verdict(&pattern);
         assert_eq!(sheet.verdict, Verdict::Incomplete);
     }
 
@@ -322,8 +322,12 @@ mod tests {
         let next = Sheet::begin(["B", "later", "scope"], board.clone(), &pattern);
         let sheet = filled(board.clone(), None);
         sheet.write(&path).unwrap();
-        assert_eq!(Sheet::go_on(&path, &next, &pattern).unwrap(), sheet);
-        let told = |next: &Sheet| Sheet::go_on(&path, next, &pattern).unwrap_err().to_string();
+        assert_eq!(Sheet::resume(&path, &next, &pattern).unwrap(), sheet);
+        let told = |next: &Sheet| {
+            Sheet::resume(&path, next, &pattern)
+                .unwrap_err()
+                .to_string()
+        };
         let mut other = next.clone();
         other.device.unique_id = Some("ff".into());
         assert!(told(&other).contains("give that one"), "{}", told(&other));

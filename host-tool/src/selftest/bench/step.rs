@@ -34,14 +34,14 @@ pub struct Step {
 pub fn steps(pattern: &Pattern) -> Vec<Step> {
     let mut all = vec![pump()];
     for load_ohm in LOADS_OHM {
-        all.extend(of_load(pattern, load_ohm));
+        all.extend(load_steps(pattern, load_ohm));
     }
     all.extend([stop(), fall()]);
     all
 }
 
 /// A step with 2 kΩ of which the bounds are this far from the expected value.
-fn around(id: &str, unit: &'static str, expected: f64, apart: f64) -> Step {
+fn step_with_bounds(id: &str, unit: &'static str, expected: f64, apart: f64) -> Step {
     Step {
         id: id.to_owned(),
         load_ohm: 2_000,
@@ -60,18 +60,18 @@ fn pump() -> Step {
         what: "PB10: the period of the pump, mean of 1000 or more".to_owned(),
         source: "hil.md part 3: 50 us within the crystal's 50 ppm; 50 ppm more for the \
                  oscilloscope",
-        ..around("pump-period", "us", 50.0, 0.005)
+        ..step_with_bounds("pump-period", "us", 50.0, 0.005)
     }
 }
 
-fn of_load(pattern: &Pattern, load_ohm: u32) -> [Step; 7] {
+fn load_steps(pattern: &Pattern, load_ohm: u32) -> [Step; 7] {
     let peak_v = pattern.peak_v(load_ohm);
     let across = "across the load";
     let with = |name: &str, unit, expected, apart, what: &str, source| Step {
         load_ohm,
         what: format!("{across}: {what}"),
         source,
-        ..around(&format!("{load_ohm}-{name}"), unit, expected, apart)
+        ..step_with_bounds(&format!("{load_ohm}-{name}"), unit, expected, apart)
     };
     let phase = "hardware.md, Before a person is connected, 2: width within 1 us";
     [
@@ -142,7 +142,7 @@ fn stop() -> Step {
             .to_owned(),
         low: 0.0,
         source: "hardware.md, Wiring: no pulse starts 0.5 ms later (two windows)",
-        ..around("stop", "ms", 0.0, 0.5)
+        ..step_with_bounds("stop", "ms", 0.0, 0.5)
     }
 }
 
@@ -152,7 +152,7 @@ fn fall() -> Step {
         what: "across the load, single shot: from the last full pulse to the last pulse".to_owned(),
         low: 0.0,
         source: "the pattern's fall of 50 ms, and the 20 ms from the last full pulse to the next",
-        ..around("fall", "ms", 50.0, 20.0)
+        ..step_with_bounds("fall", "ms", 50.0, 20.0)
     }
 }
 
@@ -171,7 +171,7 @@ pub struct ValueError {
 /// Nothing, letters, another unit, none, a sign, a comma, or nothing that anybody measures.
 pub fn read_value(step: &Step, typed: &str) -> Result<f64, ValueError> {
     let fail = |why: &str| ValueError {
-        typed: host_core::session::visible(typed.trim()),
+        typed: host_core::session::escape_control_chars(typed.trim()),
         why: why.to_owned(),
         like: format!("{} {}", step.expected, step.unit),
     };
@@ -212,7 +212,7 @@ mod tests {
 
     #[test]
     fn what_is_typed_is_a_value_with_its_unit_or_told() {
-        let pattern = Pattern::of(
+        let pattern = Pattern::new(
             1,
             StageKind::Current {
                 full_scale_ua: 100_000,
@@ -265,7 +265,7 @@ mod tests {
                 full_scale_mv: 60_000,
             },
         ] {
-            let all = steps(&Pattern::of(10, kind));
+            let all = steps(&Pattern::new(10, kind));
             assert_eq!(all.len(), 1 + 3 * 7 + 2);
             let mut ids: Vec<_> = all.iter().map(|step| &step.id).collect();
             ids.sort();

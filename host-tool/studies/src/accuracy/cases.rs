@@ -57,16 +57,19 @@ impl Case {
 /// Every subject at every rate, each with two trains: regular from an
 /// arbitrary first pulse on, and every pulse up to 45 % of a period off its
 /// place.
-pub fn all() -> Vec<Case> {
+pub fn all_cases() -> Vec<Case> {
     let mut random = Random(0x9E37_79B9);
     let mut cases = vec![];
     for subject in &SUBJECTS {
         for rate_hz in RATES_HZ {
             let period = f64::from(TRAIN_US) / f64::from(rate_hz);
-            let phase = random.part();
+            let phase = random.unit_value();
             let regular = (0..rate_hz).map(|i| ((f64::from(i) + phase) * period) as u32);
             cases.push(Case::new(subject, regular.collect()));
-            cases.push(Case::new(subject, scattered(rate_hz.into(), &mut random)));
+            cases.push(Case::new(
+                subject,
+                jittered_train(rate_hz.into(), &mut random),
+            ));
         }
     }
     cases
@@ -74,10 +77,10 @@ pub fn all() -> Vec<Case> {
 
 /// A train of [`TRAIN_US`] at `rate_hz`, every pulse up to 45 % of a period off its
 /// place.
-pub(super) fn scattered(rate_hz: f64, random: &mut Random) -> Vec<u32> {
+pub(super) fn jittered_train(rate_hz: f64, random: &mut Random) -> Vec<u32> {
     let period = f64::from(TRAIN_US) / rate_hz;
     let place = |i: u32| {
-        let place = f64::from(i) + 0.5 + 0.9 * (random.part() - 0.5);
+        let place = f64::from(i) + 0.5 + 0.9 * (random.unit_value() - 0.5);
         (place * period) as u32
     };
     (0..rate_hz as u32).map(place).collect()
@@ -88,7 +91,7 @@ pub(super) struct Random(pub u32);
 
 impl Random {
     /// 0…1.
-    pub fn part(&mut self) -> f64 {
+    pub fn unit_value(&mut self) -> f64 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 17;
         self.0 ^= self.0 << 5;

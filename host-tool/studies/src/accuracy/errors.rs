@@ -6,17 +6,22 @@ use methods::muscle::{Integrator, Setting};
 
 /// Worst difference from the truth at every `output_us`, % of the case's
 /// peak; infinite where a force is no number.
-pub fn of_case(case: &Case, setting: Setting, output_us: u32) -> f64 {
+pub fn case_error_pct(case: &Case, setting: Setting, output_us: u32) -> f64 {
     setting
-        .with(&case.spec, |muscle| {
-            of_run(case, muscle, output_us, DURATION_US)
+        .with_integrator(&case.spec, |muscle| {
+            run_error_pct(case, muscle, output_us, DURATION_US)
         })
         .unwrap_or(f64::INFINITY)
 }
 
 /// The same for an integrator at rest at time 0, up to `until_us`, at most
 /// [`DURATION_US`].
-pub fn of_run(case: &Case, muscle: &mut dyn Integrator, output_us: u32, until_us: u32) -> f64 {
+pub fn run_error_pct(
+    case: &Case,
+    muscle: &mut dyn Integrator,
+    output_us: u32,
+    until_us: u32,
+) -> f64 {
     let times = || (output_us..=until_us).step_by(output_us as usize);
     let mut worst = 0f64;
     for (force, at_us) in forces(muscle, &case.pulses_us, times()).zip(times()) {
@@ -31,7 +36,9 @@ pub fn of_run(case: &Case, muscle: &mut dyn Integrator, output_us: u32, until_us
 }
 
 /// The worst of `cases`.
-pub fn worst(cases: &[Case], setting: Setting, output_us: u32) -> f64 {
-    let errors = cases.iter().map(|case| of_case(case, setting, output_us));
+pub fn worst_error_pct(cases: &[Case], setting: Setting, output_us: u32) -> f64 {
+    let errors = cases
+        .iter()
+        .map(|case| case_error_pct(case, setting, output_us));
     errors.fold(0.0, f64::max)
 }

@@ -42,7 +42,7 @@ pub fn all_errors(cases: &[Case], step: impl Fn(f64) + Sync) -> Vec<f64> {
     let settings: Vec<_> = settings().collect();
     let done = AtomicUsize::new(0);
     let error = |(setting, output_us): &(Setting, u32)| {
-        let error = errors::worst(cases, *setting, *output_us);
+        let error = errors::worst_error_pct(cases, *setting, *output_us);
         let done = done.fetch_add(1, Ordering::Relaxed);
         step(done as f64 / settings.len() as f64);
         error

@@ -10,7 +10,7 @@
 //! that can be read, are below 1e-6 of full scale, so that nothing here is rounding of
 //! the output.
 
-use super::cases::{Case, Random, scattered};
+use super::cases::{Case, Random, jittered_train};
 use super::{WANTED_PCT, errors};
 use firmware::muscle::{CalciumForce, CalciumForceSpec};
 use firmware::range::Range;
@@ -66,7 +66,7 @@ pub fn study(seed: u32, draws: usize) -> RangeErrors {
     let corners: Vec<_> = corners.map(|(v, hz)| train(v, hz, &mut random)).collect();
     let drawn: Vec<_> = (0..draws)
         .map(|_| {
-            let mut even = |[low, high]: [f64; 2]| low * (high / low).powf(random.part());
+            let mut even = |[low, high]: [f64; 2]| low * (high / low).powf(random.unit_value());
             let drawn = values(|_, range| even(ends(range).map(f64::from)) as u32);
             let rate_hz = even([RATES_HZ[0], RATES_HZ[4]]);
             train(drawn, rate_hz, &mut random)
@@ -105,11 +105,11 @@ fn train([k, tau_c, tau1, tau2]: [u32; 4], rate_hz: f64, random: &mut Random) ->
         tau1_us: tau1,
         tau2_us: tau2,
     };
-    (spec, rate_hz, scattered(rate_hz, random))
+    (spec, rate_hz, jittered_train(rate_hz, random))
 }
 
 /// With the shortest τ1 that the device takes beside the rest, where that is longer.
-fn taken(spec: CalciumForceSpec) -> CalciumForceSpec {
+fn with_valid_tau1(spec: CalciumForceSpec) -> CalciumForceSpec {
     match CalciumForce::new(spec) {
         Err(refused) if refused.field == CalciumForceSpec::TAU1_US.field => CalciumForceSpec {
             tau1_us: refused.min.cast_unsigned(),
@@ -121,7 +121,7 @@ fn taken(spec: CalciumForceSpec) -> CalciumForceSpec {
 
 fn judge(trains: &[Train]) -> Vec<Place> {
     let judge = |(spec, rate_hz, pulses_us): &Train| {
-        let spec = taken(*spec);
+        let spec = with_valid_tau1(*spec);
         let parameters = Parameters {
             a_n_per_s: f64::from(spec.a_mn_per_s) * 1e-3,
             k: f64::from(spec.k_micro) * 1e-6,
@@ -133,7 +133,7 @@ fn judge(trains: &[Train]) -> Vec<Place> {
         Place {
             spec,
             rate_hz: *rate_hz,
-            error_pct: errors::of_case(&case, Setting::SHIPPED, 1000),
+            error_pct: errors::case_error_pct(&case, Setting::SHIPPED, 1000),
         }
     };
     let mut places: Vec<Place> = trains.par_iter().map(judge).collect();

@@ -2,7 +2,7 @@
 //! same cases: ten subjects at 20, 30 and 40 Hz, pulses from time 0 on.
 
 use super::cases::{Case, DURATION_US};
-use super::errors::of_run;
+use super::errors::run_error_pct;
 use hal_sim::body::muscle::reference::train;
 use hal_sim::body::muscle::{Parameters, SUBJECTS};
 use methods::muscle::{Method, Number, Setting};
@@ -57,7 +57,7 @@ const STUDY: [(Method, u32, f64); 24] = [
 
 /// Every row of the study, run again. Forces are read every 10 ms, at steps of
 /// 20 ms every 20 ms.
-pub fn repeat() -> Vec<MethodError> {
+pub fn rerun_study() -> Vec<MethodError> {
     let cases = thirty_cases();
     let found = |(method, step_us, study_pct)| MethodError {
         method,
@@ -87,7 +87,7 @@ fn worst(cases: &[Case], method: Method, step_us: u32) -> f64 {
     let output_us = if step_us == 20_000 { step_us } else { 10_000 };
     let error = |case: &Case| {
         setting
-            .with(&case.spec, |m| of_run(case, m, output_us, until_us))
+            .with_integrator(&case.spec, |m| run_error_pct(case, m, output_us, until_us))
             .unwrap_or(f64::INFINITY)
     };
     cases.iter().map(error).fold(0.0, f64::max)

@@ -80,8 +80,8 @@ fn read(wait: FlashWait, console: &str) -> Option<(Reading, String)> {
     let [_, counts, words, _, without, ..] = lines[..] else {
         return None;
     };
-    let (iterations, cycles) = counted(counts)?;
-    let (as_many, cycles_without_prefetch) = counted(without.strip_prefix("prefetch off: ")?)?;
+    let (iterations, cycles) = parse_counts(counts)?;
+    let (as_many, cycles_without_prefetch) = parse_counts(without.strip_prefix("prefetch off: ")?)?;
     let (_, compiler) = words.strip_prefix("CoreMark/MHz ")?.split_once(' ')?;
     let reading = Reading {
         wait,
@@ -93,7 +93,7 @@ fn read(wait: FlashWait, console: &str) -> Option<(Reading, String)> {
 }
 
 /// Iterations and cycles of a line.
-fn counted(line: &str) -> Option<(u64, u64)> {
+fn parse_counts(line: &str) -> Option<(u64, u64)> {
     let counts: Vec<&str> = line.split(' ').collect();
     let ["iterations", iterations, "cycles", cycles] = counts[..] else {
         return None;

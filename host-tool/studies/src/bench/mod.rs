@@ -98,7 +98,7 @@ impl OnChip {
     }
 
     /// Each row in both readings of the flash, the default first.
-    pub fn in_both(&self) -> impl Iterator<Item = (&Row, &Row)> {
+    pub fn row_pairs(&self) -> impl Iterator<Item = (&Row, &Row)> {
         self.rows.iter().zip(&self.not_cached)
     }
 
@@ -126,7 +126,7 @@ pub struct Bench {
 impl Bench {
     /// Names of the algorithms whose results are not the same on all three and
     /// in both readings of the flash, or that are missing somewhere.
-    pub fn differing(&self) -> Vec<String> {
+    pub fn differing_algorithms(&self) -> Vec<String> {
         let result = |rows: &[Row], name: &str| {
             let row = rows.iter().find(|row| row.name == name)?;
             Some((row.calls, row.checksum))
@@ -191,9 +191,9 @@ fn run_on_chip(elf: &Path) -> Result<OnChip, BenchError> {
     let begin = Instant::now();
     let ended = alone::run(&image, FlashWait::default())?;
     let time = begin.elapsed();
-    let (rows, overhead) = without_markers(&ended.console)?;
+    let (rows, overhead) = subtract_markers(&ended.console)?;
     let other = alone::run(&image, FlashWait::States(Prefetched::NotCached))?;
-    let (not_cached, overhead_not_cached) = without_markers(&other.console)?;
+    let (not_cached, overhead_not_cached) = subtract_markers(&other.console)?;
     Ok(OnChip {
         rows,
         not_cached,
@@ -208,12 +208,12 @@ fn run_on_chip(elf: &Path) -> Result<OnChip, BenchError> {
 }
 
 /// The image's rows without the cycles of its markers, and those.
-fn without_markers(console: &str) -> Result<(Vec<Row>, u64), RowError> {
+fn subtract_markers(console: &str) -> Result<(Vec<Row>, u64), RowError> {
     let mut rows = row::parse(console)?;
     let markers = rows.iter().find(|row| row.name == MARKERS);
     let overhead = markers.map_or(0, |row| row.min);
     for row in &mut rows {
-        row.take_off(overhead);
+        row.subtract_overhead(overhead);
     }
     Ok((rows, overhead))
 }

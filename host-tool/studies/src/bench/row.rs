@@ -70,7 +70,7 @@ impl Row {
         Some(self.max as f64 * 100.0 / deadline.cycles() as f64)
     }
 
-    pub(crate) const fn take_off(&mut self, cycles: u64) {
+    pub(crate) const fn subtract_overhead(&mut self, cycles: u64) {
         self.min = self.min.saturating_sub(cycles);
         self.mean = self.mean.saturating_sub(cycles);
         self.max = self.max.saturating_sub(cycles);
@@ -162,9 +162,9 @@ mod tests {
         let console = "name runs checksum min mean max\nowner_refill 800 2107ebdc 737 2206 5390\n";
         let mut rows = parse(console).unwrap();
         assert_eq!(rows.len(), 1);
-        rows[0].take_off(23);
+        rows[0].subtract_overhead(23);
         let mut other = rows.clone();
-        other[0].take_off(14);
+        other[0].subtract_overhead(14);
         let table = csv(&rows, &other);
         assert!(table.ends_with("\nowner_refill,800,2107ebdc,714,2183,5367,700,2169,5353\n"));
         assert_eq!(rows[0].deadline(), Some(Deadline::Window));

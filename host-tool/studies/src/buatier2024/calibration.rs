@@ -2,7 +2,7 @@
 
 use super::declaration::{Condition, Form, HEIGHTS, Scale, Study};
 use super::error::LiftError;
-use super::way::{LiftTrajectory, Timing, places};
+use super::way::{LiftTrajectory, Timing, waypoints};
 use firmware::haptics::{Form as DeviceForm, ModulatedSpec, ModulationSpec, QuarticSpec};
 use firmware::limb::LINES;
 use firmware::units::Amplitude;
@@ -63,10 +63,14 @@ struct SolvedActivations {
     range_deg: [[f64; 2]; JOINTS],
 }
 
-fn solved(study: &Study, stature_m: f64, mass_kg: f64) -> Result<SolvedActivations, LiftError> {
+fn solve_activations(
+    study: &Study,
+    stature_m: f64,
+    mass_kg: f64,
+) -> Result<SolvedActivations, LiftError> {
     let model = &study.model;
     let links = Links::new(stature_m, mass_kg, study.scene.added_inertia_kg_m2);
-    let geometry = Geometry::of_stature(stature_m, 1.0);
+    let geometry = Geometry::for_stature(stature_m, 1.0);
     let timing = Timing {
         lift_s: model.lift_s,
         drop_s: model.drop_s,
@@ -75,7 +79,7 @@ fn solved(study: &Study, stature_m: f64, mass_kg: f64) -> Result<SolvedActivatio
     let mut points: [Vec<(f64, f64)>; ELECTRODES] = Default::default();
     let mut range_deg = [[f64::INFINITY, f64::NEG_INFINITY]; JOINTS];
     for height in 0..HEIGHTS {
-        let way = LiftTrajectory::new(&links, places(study, links.reach_m(), height), timing);
+        let way = LiftTrajectory::new(&links, waypoints(study, links.reach_m(), height), timing);
         for n in (0..way.len()).step_by(EVERY) {
             let flexions_deg = way.flexions[n].map(f64::to_degrees);
             let wanted = way.torques_nm(&links, n, model.object_kg);
@@ -83,7 +87,7 @@ fn solved(study: &Study, stature_m: f64, mass_kg: f64) -> Result<SolvedActivatio
                 full_nm: geometry.at(flexions_deg).full_nm(1.0).to_vec(),
                 least: vec![0.0; hal_sim::body::sagittal::MUSCLES],
             };
-            let muscles = muscles.co_contracting(model.co_contraction, wanted);
+            let muscles = muscles.with_co_contraction(model.co_contraction, wanted);
             let k = muscles.activations(wanted)?;
             let lifts = way.rates[n][ELBOW] > 0.0;
             for muscle in 0..ELECTRODES {
@@ -107,7 +111,7 @@ fn solved(study: &Study, stature_m: f64, mass_kg: f64) -> Result<SolvedActivatio
 /// # Errors
 /// E761: the way needs more than the muscles have; E762.
 pub fn curves(study: &Study, stature_m: f64, mass_kg: f64) -> Result<Curves, LiftError> {
-    let solved = solved(study, stature_m, mass_kg)?;
+    let solved = solve_activations(study, stature_m, mass_kg)?;
     let curve = |muscle: usize| -> Result<Curve, LiftError> {
         let points = &solved.points[muscle];
         let peak = points.iter().map(|point| point.1).fold(0.0, f64::max);
@@ -120,15 +124,15 @@ pub fn curves(study: &Study, stature_m: f64, mass_kg: f64) -> Result<Curves, Lif
             .iter()
             .map(|point| (point.0, scale * point.1))
             .collect();
-        let fitted = Quartic::fitted(&scaled)?;
+        let fitted = Quartic::fit(&scaled)?;
         let range = solved.range_deg[JOINT_OF[muscle]];
-        let device = on_device(&fitted, &scaled, range)?;
+        let device = fit_device_quartic(&fitted, &scaled, range)?;
         Ok(Curve {
             points: points.iter().map(|point| [point.0, point.1]).collect(),
             peak,
-            per_degree: fitted.per_degree(),
+            per_degree: fitted.degree_coefficients(),
             left: [fitted.rms, fitted.most],
-            left_on_device: left(&device, range, &scaled),
+            left_on_device: residuals(&device, range, &scaled),
             bernstein: (peak > LEAST_PEAK).then_some(device),
         })
     };
@@ -140,7 +144,7 @@ pub fn curves(study: &Study, stature_m: f64, mass_kg: f64) -> Result<Curves, Lif
 
 /// The quartic whose Bernstein coefficients over `range` are between 0 and 1, so that it is
 /// itself, nearest to the points and, in the margins, to what the fit has at its ends.
-fn on_device(
+fn fit_device_quartic(
     fitted: &Quartic,
     points: &[(f64, f64)],
     range: [f64; 2],
@@ -192,7 +196,7 @@ fn basis([low, high]: [f64; 2], deg: f64) -> [f64; TERMS] {
 }
 
 /// Root mean square and most of what such a quartic misses.
-fn left(bernstein: &[i32; TERMS], range: [f64; 2], points: &[(f64, f64)]) -> [f64; 2] {
+fn residuals(bernstein: &[i32; TERMS], range: [f64; 2], points: &[(f64, f64)]) -> [f64; 2] {
     let at = |deg: f64| -> f64 {
         let each = basis(range, deg).into_iter().zip(bernstein);
         each.map(|(weight, own)| weight * f64::from(*own) / MILLION)

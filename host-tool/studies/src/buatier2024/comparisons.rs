@@ -3,10 +3,10 @@
 use super::declaration::{Claim, Condition, Metric, Side, Study};
 use super::error::LiftError;
 use super::participant::Participant;
-use super::person::{LiftWearer, middle};
+use super::person::{LiftWearer, nominal_values};
 use super::replication::Replication;
 use super::tests::PAIRS;
-use super::whole::whole;
+use super::whole::compare_whole_device;
 use crate::laboratory::{Row, Share};
 use host_core::statistics;
 
@@ -14,7 +14,11 @@ use host_core::statistics;
 #[must_use]
 pub fn value(study: &Study, person: &Participant, metric: Metric, side: &Side) -> Option<f64> {
     let height = side.height.as_ref().and_then(|name| study.height(name));
-    Some(person.of(side.condition)?.value(metric, height))
+    Some(
+        person
+            .condition_result(side.condition)?
+            .value(metric, height),
+    )
 }
 
 /// Whether a claim holds of one person.
@@ -37,7 +41,7 @@ fn mean(study: &Study, own: &Replication, metric: Metric, side: &Side) -> f64 {
 
 /// p, times three, of a claim's two conditions in a study; none of what is not between
 /// conditions.
-fn p(own: &Replication, claim: &Claim) -> Option<f64> {
+fn p_value(own: &Replication, claim: &Claim) -> Option<f64> {
     let place = |side: &Side| {
         Condition::ALL
             .iter()
@@ -66,23 +70,30 @@ pub(super) fn shares(study: &Study, all: &[Replication]) -> Vec<Share> {
         };
         let named = |more: &str, says: &str| (format!("{}{more}", claim.id), says.to_owned());
         let (id, says) = named("", &format!("persons: {}", claim.says));
-        shares.push(Share::counted(id, says, claim.paper, counted(&known)));
+        shares.push(Share::from_counts(id, says, claim.paper, counted(&known)));
         let sides = |own: &Replication| {
             let mean = |side| mean(study, own, claim.metric, side);
             mean(&claim.lower) < mean(&claim.higher)
         };
         let known: Vec<bool> = all.iter().map(sides).collect();
         let (id, says) = named("/studies", &format!("studies: {}", claim.says));
-        shares.push(Share::counted(id, says, claim.paper, counted(&known)));
-        let known: Vec<bool> = (all.iter().filter_map(|replication| p(replication, claim)))
-            .map(|p| p < study.protocol.level)
-            .collect();
+        shares.push(Share::from_counts(id, says, claim.paper, counted(&known)));
+        let known: Vec<bool> = (all
+            .iter()
+            .filter_map(|replication| p_value(replication, claim)))
+        .map(|p| p < study.protocol.level)
+        .collect();
         if !known.is_empty() {
             let (id, says) = named(
                 "/significant",
                 &format!("p < 0.05: {}, or less", claim.says),
             );
-            shares.push(Share::counted(id, says, claim.significant, counted(&known)));
+            shares.push(Share::from_counts(
+                id,
+                says,
+                claim.significant,
+                counted(&known),
+            ));
         }
     }
     shares
@@ -99,7 +110,7 @@ pub(super) fn rows(study: &Study, all: &[Replication]) -> Vec<Row> {
                 condition,
                 height: name.clone(),
             };
-            let (quantity, unit) = metric.named();
+            let (quantity, unit) = metric.name_and_unit();
             let at = name
                 .as_deref()
                 .map_or_else(String::new, |name| format!(", {name}"));
@@ -119,12 +130,12 @@ pub(super) fn rows(study: &Study, all: &[Replication]) -> Vec<Row> {
                 at.replace(", ", "/")
             );
             let quantity = format!("{}: {quantity}{at}", condition.name());
-            rows.push(Row::of(id, quantity, unit, printed, values));
+            rows.push(Row::from_numbers(id, quantity, unit, printed, values));
         }
     }
     rows.extend(changes(study, all));
-    rows.extend(about_the_proxy(study, all));
-    rows.extend(of_stimulation(all));
+    rows.extend(proxy_rows(study, all));
+    rows.extend(stimulation_rows(all));
     rows
 }
 
@@ -148,7 +159,7 @@ fn changes(study: &Study, all: &[Replication]) -> [Row; 5] {
     };
     let row = |id: &str, quantity: &str, paper: f64, of: &dyn Fn(&Replication) -> f64| {
         let values = all.iter().map(of);
-        Row::of(id.to_owned(), quantity.to_owned(), "%", Some(paper), values)
+        Row::from_numbers(id.to_owned(), quantity.to_owned(), "%", Some(paper), values)
     };
     let change = |from, to, over| {
         move |own: &Replication| 100.0 * (power(own, to) - power(own, from)) / power(own, over)
@@ -189,7 +200,7 @@ fn changes(study: &Study, all: &[Replication]) -> [Row; 5] {
 }
 
 /// What part of equation 5 the proxy could stand for.
-fn about_the_proxy(study: &Study, all: &[Replication]) -> Vec<Row> {
+fn proxy_rows(study: &Study, all: &[Replication]) -> Vec<Row> {
     let rows = Condition::ALL.into_iter().filter_map(|condition| {
         let mut printed = study.printed.iter();
         let printed = printed.find(|printed_value| {
@@ -203,7 +214,7 @@ fn about_the_proxy(study: &Study, all: &[Replication]) -> Vec<Row> {
             |own: &Replication| 100.0 * mean(study, own, Metric::Power, &side) / printed.mean;
         let quantity = format!("{}: proxy over equation 5 as printed", condition.name());
         let values = all.iter().map(part);
-        Some(Row::of(
+        Some(Row::from_numbers(
             format!("{}/proxy-part", condition.name()),
             quantity,
             "%",
@@ -215,13 +226,14 @@ fn about_the_proxy(study: &Study, all: &[Replication]) -> Vec<Row> {
 }
 
 /// What stimulation does in both modes.
-fn of_stimulation(all: &[Replication]) -> Vec<Row> {
+fn stimulation_rows(all: &[Replication]) -> Vec<Row> {
     let mut rows = Vec::new();
     for condition in [Condition::Resist, Condition::Assist] {
-        let own = || people(all).filter_map(move |participant| participant.of(condition));
+        let own =
+            || people(all).filter_map(move |participant| participant.condition_result(condition));
         let name = condition.name();
         let row = |id: &str, quantity: &str, unit: &str, paper, values: Vec<f64>| {
-            Row::of(
+            Row::from_numbers(
                 format!("{name}/{id}"),
                 format!("{name}: {quantity}"),
                 unit,
@@ -261,7 +273,7 @@ fn of_stimulation(all: &[Replication]) -> Vec<Row> {
     let weak = people(all)
         .flat_map(|participant| &participant.conditions)
         .map(|result| 100.0 * result.weak);
-    rows.push(Row::of(
+    rows.push(Row::from_numbers(
         "weak".to_owned(),
         "steps without drives for what is wanted".to_owned(),
         "%",
@@ -275,13 +287,13 @@ fn of_stimulation(all: &[Replication]) -> Vec<Row> {
 ///
 /// # Errors
 /// Those of [`whole`].
-pub(super) fn of_whole_device(study: &Study, seed: u64) -> Result<Row, LiftError> {
-    let person = LiftWearer::new(study, middle(study), seed)?;
+pub(super) fn whole_device_row(study: &Study, seed: u64) -> Result<Row, LiftError> {
+    let person = LiftWearer::new(study, nominal_values(study), seed)?;
     let share = |condition| -> Result<f64, LiftError> {
-        let found = whole(study, &person, condition, (0, seed))?;
+        let found = compare_whole_device(study, &person, condition, (0, seed))?;
         Ok(100.0 * found.same as f64 / (found.bursts + found.alone) as f64)
     };
-    Ok(Row::of(
+    Ok(Row::from_numbers(
         "whole-device".to_owned(),
         "bursts of a lift that the whole device puts out as the fast way, to one DAC code"
             .to_owned(),

@@ -54,7 +54,7 @@ impl Control {
 
     /// How often no drives gave what was wanted.
     #[must_use]
-    pub const fn weak(&self) -> u64 {
+    pub const fn infeasible_steps(&self) -> u64 {
         self.weak
     }
 
@@ -81,7 +81,7 @@ impl Control {
             least: vec![0.0; MUSCLES],
         };
         match muscles
-            .co_contracting(self.will.co_contraction, wanted)
+            .with_co_contraction(self.will.co_contraction, wanted)
             .activations(wanted)
         {
             Ok(found) => self.drive = std::array::from_fn(|muscle| found[muscle]),
@@ -91,7 +91,7 @@ impl Control {
         let at = way.step(n);
         let still = n >= way.len();
         Intent {
-            drive: self.noisy(),
+            drive: self.noisy_drives(),
             flexions: way.flexions[at],
             rates: if still { [0.0; JOINTS] } else { way.rates[at] },
         }
@@ -115,7 +115,7 @@ impl Control {
     }
 
     /// Drives with noise that grows with them.
-    fn noisy(&mut self) -> [f64; MUSCLES] {
+    fn noisy_drives(&mut self) -> [f64; MUSCLES] {
         let [size, time_s] = self.will.noise;
         let kept = (-1.0 / (RATE_HZ * time_s)).exp();
         let fresh = (1.0 - kept * kept).sqrt();

@@ -4,7 +4,7 @@ use super::comparisons::holds;
 use super::declaration::{Form, Scale, Study};
 use super::error::LiftError;
 use super::participant::{Participant, participant};
-use super::person::{LiftWearer, middle};
+use super::person::{LiftWearer, nominal_values};
 use crate::laboratory::{Grid, Sheet};
 use hal_sim::random;
 use rayon::prelude::*;
@@ -67,12 +67,12 @@ fn models(study: &Study) -> Vec<(&'static str, Study)> {
 ///
 /// # Errors
 /// As [`participant`]; asked to end.
-pub fn deciding(
+pub fn compute_sensitivity(
     study: &Study,
     seed: u64,
     is_asked: &(dyn Fn() -> bool + Sync),
 ) -> Result<Sensitivity, LiftError> {
-    let nominal = middle(study);
+    let nominal = nominal_values(study);
     let mut cases = vec![("nothing changed".to_owned(), study.clone(), nominal.clone())];
     for (place, range) in study.ranges.iter().enumerate() {
         for end in [0.0, 1.0] {
@@ -88,7 +88,7 @@ pub fn deciding(
         if is_asked() {
             return Err(LiftError::Asked);
         }
-        changed(study, (named, values), seed)
+        evaluate_change(study, (named, values), seed)
     };
     let all: Result<Vec<ChangeEffect>, LiftError> = cases.par_iter().map(one).collect();
     let mut all = all?.into_iter();
@@ -109,7 +109,7 @@ pub fn deciding(
     })
 }
 
-fn changed(
+fn evaluate_change(
     study: &Study,
     (named, values): (&str, &[f64]),
     seed: u64,
@@ -154,7 +154,7 @@ impl Sensitivity {
     /// and in none at the other, models with which it is the opposite of what it is with
     /// nothing changed.
     #[must_use]
-    pub fn of(&self, at: usize) -> Vec<&str> {
+    pub fn deciding_factors(&self, at: usize) -> Vec<&str> {
         let opposite = |a: &str, b: &str| matches!((a, b), ("yes", "no") | ("no", "yes"));
         let ends = self
             .ends
@@ -187,7 +187,7 @@ impl Sensitivity {
     pub(super) fn notes(&self, study: &Study) -> Vec<String> {
         let claims = study.claims.iter().enumerate();
         let note = |(at, claim): (usize, &super::declaration::Claim)| {
-            let decides = self.of(at);
+            let decides = self.deciding_factors(at);
             let middle = self.middle.verdict(at);
             match decides.is_empty() {
                 true => format!(

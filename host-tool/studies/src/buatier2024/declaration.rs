@@ -211,7 +211,7 @@ pub enum Metric {
 impl Metric {
     /// Name and unit.
     #[must_use]
-    pub const fn named(self) -> (&'static str, &'static str) {
+    pub const fn name_and_unit(self) -> (&'static str, &'static str) {
         match self {
             Self::Power => ("metabolic proxy", "W/kg"),
             Self::Error => ("matching error", "m"),
@@ -271,18 +271,18 @@ impl Study {
     ///
     /// # Errors
     /// E760: it cannot be read, or what of it cannot be.
-    pub fn declared() -> Result<Self, LiftError> {
-        Self::read(DECLARED)
+    pub fn load_embedded() -> Result<Self, LiftError> {
+        Self::parse(DECLARED)
     }
 
     /// Of this text.
     ///
     /// # Errors
-    /// As [`Self::declared`].
-    pub fn read(text: &str) -> Result<Self, LiftError> {
+    /// As [`Self::load_embedded`].
+    pub fn parse(text: &str) -> Result<Self, LiftError> {
         let study: Self =
             toml::from_str(text).map_err(|e| LiftError::Declaration(e.to_string()))?;
-        let wrong = study.wrong();
+        let wrong = study.mistakes();
         match wrong.is_empty() {
             true => Ok(study),
             false => Err(LiftError::Declaration(wrong.join("; "))),
@@ -290,7 +290,7 @@ impl Study {
     }
 
     /// Everything that cannot be.
-    fn wrong(&self) -> Vec<String> {
+    fn mistakes(&self) -> Vec<String> {
         let (protocol, model) = (&self.protocol, &self.model);
         let positive = [
             ("way.return_s", self.way.return_s),

@@ -5,12 +5,12 @@ use super::control::LearntTorque;
 use super::declaration::{Condition, HEIGHTS, Metric, Study};
 use super::device::Device;
 use super::error::LiftError;
-use super::participant::{height_of, seed_of};
-use super::person::{LiftWearer, middle};
+use super::participant::{lift_height, lift_seed};
+use super::person::{LiftWearer, nominal_values};
 use super::replication::{Replication, families};
 use super::tests::{PAIRS, Tested, mean_and_error};
 use super::trial::{Trace, Worker};
-use super::way::{RATE_HZ, places};
+use super::way::{RATE_HZ, waypoints};
 use crate::laboratory::{Bar, Curve, Grid, Plot, Plots, Sheet, SheetAxis};
 use host_core::statistics::{Spread, mean};
 
@@ -50,8 +50,8 @@ pub(super) fn hands(study: &Study, person: &LiftWearer) -> Result<Sheet, LiftErr
         };
         plots.push(Plot {
             title: condition.name().to_owned(),
-            x: SheetAxis::even("time (s)", [0.0, SHOWN_S]),
-            y: SheetAxis::even("height of the right hand (m)", [-0.5, 0.4]),
+            x: SheetAxis::linear("time (s)", [0.0, SHOWN_S]),
+            y: SheetAxis::linear("height of the right hand (m)", [-0.5, 0.4]),
             curves: over(1),
             ..Plot::default()
         });
@@ -60,8 +60,8 @@ pub(super) fn hands(study: &Study, person: &LiftWearer) -> Result<Sheet, LiftErr
             .map(|lift| Curve::line(0, lift.iter().map(|(_, place)| *place)));
         paths.push(Plot {
             title: condition.name().to_owned(),
-            x: SheetAxis::even("forward (m)", [0.3, 0.7]),
-            y: SheetAxis::even("up (m)", [-0.5, 0.4]),
+            x: SheetAxis::linear("forward (m)", [0.3, 0.7]),
+            y: SheetAxis::linear("up (m)", [-0.5, 0.4]),
             curves: path.collect(),
             ..Plot::default()
         });
@@ -103,8 +103,8 @@ fn hand_paths(
     let (mut held, mut back, mut t) = (Vec::new(), Vec::new(), 0.0);
     let lifts = study.protocol.repetitions;
     for nth in 0..2 * lifts {
-        let (height, mut trace) = (height_of(nth), Trace::default());
-        let of = (height, seed_of(person, nth));
+        let (height, mut trace) = (lift_height(nth), Trace::default());
+        let of = (height, lift_seed(person, nth));
         worker.lift(
             &mut device,
             of,
@@ -127,7 +127,7 @@ fn hand_paths(
             continue;
         };
         t = end_s + study.way.return_s;
-        let [start, ..] = places(study, worker.reach_m(), height);
+        let [start, ..] = waypoints(study, worker.reach_m(), height);
         back.push(vec![(end_s, end_m), (t, start)]);
         held.push(path);
     }
@@ -137,7 +137,7 @@ fn hand_paths(
 /// Draws k by angle, and tabulates the quartics of C, for a wearer whose numbers are in the middle
 /// of their ranges.
 pub(super) fn activations(study: &Study) -> Result<[Sheet; 2], LiftError> {
-    let nominal = LiftWearer::new(study, middle(study), 0)?;
+    let nominal = LiftWearer::new(study, nominal_values(study), 0)?;
     let arm = &nominal.arms[0];
     let curves = curves(study, arm.stature_m, arm.mass_kg)?;
     let plots = (0..MUSCLES.len()).map(|muscle| activation_plot(&curves, muscle));
@@ -187,8 +187,8 @@ fn activation_plot(curves: &Curves, muscle: usize) -> Plot {
     let fitted = Curve::line(1, angles.map(|deg| [deg, quartic(deg)]));
     Plot {
         title: format!("{}, {}", MUSCLES[muscle], ["lift", "drop"][muscle % 2]),
-        x: SheetAxis::even(joint, range),
-        y: SheetAxis::even(
+        x: SheetAxis::linear(joint, range),
+        y: SheetAxis::linear(
             "k (thousandths)",
             [0.0, 1.2 * THOUSAND * curve.peak.max(0.01)],
         ),
@@ -227,7 +227,9 @@ pub(super) fn bars(study: &Study, all: &[Replication]) -> Sheet {
             .iter()
             .map(|replication| {
                 let values: Vec<f64> = (replication.people.iter())
-                    .filter_map(|person| Some(person.of(condition)?.value(metric, height)))
+                    .filter_map(|person| {
+                        Some(person.condition_result(condition)?.value(metric, height))
+                    })
                     .collect();
                 mean_and_error(&values)[0]
             })
@@ -256,7 +258,7 @@ pub(super) fn bars(study: &Study, all: &[Replication]) -> Sheet {
                 paper.extend(printed.map(|number| [left + 0.12, number.mean]));
             }
         }
-        let (name, unit) = metric.named();
+        let (name, unit) = metric.name_and_unit();
         let names = heights.iter().map(|height| {
             height.map_or_else(String::new, |index| study.way.heights[index].name.clone())
         });
@@ -267,8 +269,8 @@ pub(super) fn bars(study: &Study, all: &[Replication]) -> Sheet {
         };
         Plot {
             title: name.to_owned(),
-            x: SheetAxis::of("", names),
-            y: SheetAxis::even(&format!("{name}{unit}"), ends),
+            x: SheetAxis::categorical("", names),
+            y: SheetAxis::linear(&format!("{name}{unit}"), ends),
             bars,
             paper,
             ..Plot::default()
@@ -312,7 +314,7 @@ pub(super) fn tests(study: &Study, all: &[Replication]) -> Sheet {
                 format!("{count}/{}", tests.len())
             };
             let name = height.map_or("all", |index| &*study.way.heights[index].name);
-            let mut row = vec![format!("{}, {name}", metric.named().0)];
+            let mut row = vec![format!("{}, {name}", metric.name_and_unit().0)];
             row.push(share(&|test| test.normal_p.iter().any(|p| *p < level)));
             row.push(share(&|test| test.sphericity_p < level));
             row.push(share(&|test| test.anova[1] < level));

@@ -1,6 +1,6 @@
 //! What all studies come to, as `result.json` and its page have it.
 
-use super::comparisons::{of_whole_device, rows, shares};
+use super::comparisons::{rows, shares, whole_device_row};
 use super::deciding::Sensitivity;
 use super::declaration::{DECLARED, Study};
 use super::error::LiftError;
@@ -59,7 +59,7 @@ pub fn outcome(
     }
     sheets.extend(decides.map(|decision| decision.sheet(study)));
     let mut all_rows = rows(study, all);
-    all_rows.push(of_whole_device(study, told.seed)?);
+    all_rows.push(whole_device_row(study, told.seed)?);
     let said = [SIMULATED, MEANING, PROXY, PRINTED, MODEL].map(str::to_owned);
     let decided = decides
         .map(|decision| decision.notes(study))

@@ -59,7 +59,7 @@ pub struct Participant {
 impl Participant {
     /// Of a condition.
     #[must_use]
-    pub fn of(&self, condition: Condition) -> Option<&ConditionResult> {
+    pub fn condition_result(&self, condition: Condition) -> Option<&ConditionResult> {
         self.conditions
             .iter()
             .find(|result| result.condition == condition)
@@ -80,7 +80,7 @@ pub fn participant(
     let curves = curves(study, spec.stature_m, spec.mass_kg)?;
     let mut worker = Worker::new(study, person)?;
     let one = |condition| {
-        condition_of(
+        simulate_condition(
             study,
             person,
             (&mut worker, &curves),
@@ -99,17 +99,17 @@ pub fn participant(
 
 /// Seed of lift `nth` of a person: of its aim, its drives and its encoders.
 #[must_use]
-pub(super) const fn seed_of(person: &LiftWearer, nth: usize) -> u64 {
+pub(super) const fn lift_seed(person: &LiftWearer, nth: usize) -> u64 {
     random::word(random::word(person.seed, 3), nth as u64)
 }
 
 /// The height of repetition `nth` of a set: each in turn.
 #[must_use]
-pub(super) const fn height_of(nth: usize) -> usize {
+pub(super) const fn lift_height(nth: usize) -> usize {
     nth % HEIGHTS
 }
 
-fn condition_of(
+fn simulate_condition(
     study: &Study,
     person: &LiftWearer,
     (worker, curves): (&mut Worker, &Curves),
@@ -123,8 +123,8 @@ fn condition_of(
     let (mut stimulated_nm, mut weak, mut steps) = ([0.0_f64; 2], 0, 0.0);
     let lifts = study.protocol.repetitions;
     for nth in 0..target_sets * lifts {
-        let height = height_of(nth);
-        let seed = seed_of(person, nth);
+        let height = lift_height(nth);
+        let seed = lift_seed(person, nth);
         let found = worker.lift(
             &mut device,
             (height, seed),
@@ -153,7 +153,7 @@ fn condition_of(
     let (mut used_j, mut time_s, mut all) = (0.0, 0.0, 0.0);
     let mut phases_s = [0.0; 2];
     for (height, (sum, count)) in sums.iter().enumerate() {
-        let (back_j, back_s) = worker.back(height);
+        let (back_j, back_s) = worker.return_cost(height);
         used_j += sum.used_j + count * back_j;
         time_s += sum.duration_s + count * back_s;
         all += count;

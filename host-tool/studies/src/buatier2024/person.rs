@@ -65,13 +65,13 @@ const AIM_STREAM: u64 = 2;
 
 /// Numbers of person `index` of a seed, one for each range.
 #[must_use]
-pub fn drawn(study: &Study, seed: u64, index: u64) -> Vec<f64> {
-    Range::drawn(&study.ranges, seed, index)
+pub fn draw_values(study: &Study, seed: u64, index: u64) -> Vec<f64> {
+    Range::draw_values(&study.ranges, seed, index)
 }
 
 /// Numbers in the middle of every range.
 #[must_use]
-pub fn middle(study: &Study) -> Vec<f64> {
+pub fn nominal_values(study: &Study) -> Vec<f64> {
     study.ranges.iter().map(|range| range.at(0.5)).collect()
 }
 

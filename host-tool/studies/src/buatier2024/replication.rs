@@ -3,8 +3,8 @@
 use super::declaration::{HEIGHTS, Metric, Study};
 use super::error::LiftError;
 use super::participant::{Participant, participant};
-use super::person::{LiftWearer, drawn};
-use super::tests::{Tested, tested};
+use super::person::{LiftWearer, draw_values};
+use super::tests::{Tested, test_metric};
 use hal_sim::random;
 use serde::{Deserialize, Serialize};
 
@@ -43,7 +43,7 @@ pub(super) fn person(
 ) -> Result<LiftWearer, LiftError> {
     let number = index * study.protocol.persons as u64 + nth as u64;
     let own = random::word(random::word(seed, PERSONS), number);
-    LiftWearer::new(study, drawn(study, seed, number), own)
+    LiftWearer::new(study, draw_values(study, seed, number), own)
 }
 
 /// Study `index` of a seed. `is_asked`, before each person, whether to end.
@@ -66,7 +66,7 @@ pub fn replication(
     let people = (0..study.protocol.persons).map(one);
     let people = people.collect::<Result<Vec<_>, LiftError>>()?;
     let level = study.protocol.level;
-    let test = |family| tested(&people, family, level);
+    let test = |family| test_metric(&people, family, level);
     let tests = families()
         .into_iter()
         .map(test)

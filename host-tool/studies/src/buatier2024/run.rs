@@ -1,6 +1,6 @@
 //! The study as the laboratory's runner runs it: studies, then what decides.
 
-use super::deciding::{Sensitivity, deciding};
+use super::deciding::{Sensitivity, compute_sensitivity};
 use super::declaration::{DECLARED, HEIGHTS, Metric, Study};
 use super::error::LiftError;
 use super::outcome::{NAME, RunInfo, outcome};
@@ -30,8 +30,8 @@ impl Run {
     ///
     /// # Errors
     /// E760: the declaration.
-    pub fn asked((seed, draws): (Option<u64>, Option<u64>)) -> Result<Self, LiftError> {
-        let study = Study::declared()?;
+    pub fn new((seed, draws): (Option<u64>, Option<u64>)) -> Result<Self, LiftError> {
+        let study = Study::load_embedded()?;
         Ok(Self {
             seed: seed.unwrap_or(study.seed),
             draws: draws.unwrap_or(study.studies),
@@ -46,7 +46,7 @@ impl Run {
 }
 
 /// The studies of these units, and what decides.
-fn parted(parts: &[Part]) -> (Vec<Replication>, Option<&Sensitivity>) {
+fn split_parts(parts: &[Part]) -> (Vec<Replication>, Option<&Sensitivity>) {
     let (mut studies, mut decides) = (Vec::new(), None);
     for part in parts {
         match part {
@@ -83,7 +83,7 @@ fn csv(all: &[Replication]) -> String {
 impl laboratory::Study for Run {
     type Unit = Part;
 
-    fn about(&self) -> StudyIdentity<'_> {
+    fn metadata(&self) -> StudyIdentity<'_> {
         StudyIdentity {
             name: NAME,
             arguments: String::new(),
@@ -105,7 +105,7 @@ impl laboratory::Study for Run {
         let is_asked = || !goes_on();
         let found = match index < self.draws {
             true => replication(&self.study, self.seed, index, &is_asked).map(Part::Study),
-            false => deciding(&self.study, self.seed, &is_asked).map(Part::Decides),
+            false => compute_sensitivity(&self.study, self.seed, &is_asked).map(Part::Decides),
         };
         match found {
             Err(LiftError::Asked) => Ok(None),
@@ -114,7 +114,7 @@ impl laboratory::Study for Run {
     }
 
     fn outcome(&self, parts: &[Part], cut_short: Option<String>) -> anyhow::Result<Outcome> {
-        let (studies, decides) = parted(parts);
+        let (studies, decides) = split_parts(parts);
         let told = RunInfo {
             seed: self.seed,
             draws: self.draws,
@@ -125,7 +125,7 @@ impl laboratory::Study for Run {
     }
 
     fn files(&self, parts: &[Part]) -> anyhow::Result<Vec<(String, String)>> {
-        let (studies, decides) = parted(parts);
+        let (studies, decides) = split_parts(parts);
         let lines = studies.iter().map(laboratory::line);
         let mut files = vec![
             ("draws.csv".to_owned(), csv(&studies)),
@@ -139,7 +139,7 @@ impl laboratory::Study for Run {
         Ok(files)
     }
 
-    fn in_words(&self, done: u64) -> String {
+    fn progress_text(&self, done: u64) -> String {
         format!("{} of {} studies", done.min(self.draws), self.draws)
     }
 }

@@ -37,16 +37,17 @@ pub struct Tested {
 ///
 /// # Errors
 /// E768: they do not vary, or are too few.
-pub fn tested(
+pub fn test_metric(
     people: &[Participant],
     (metric, height): (Metric, Option<usize>),
     level: f64,
 ) -> Result<Tested, LiftError> {
-    let fails = |why: StatisticsError| LiftError::Statistics(metric.named().0.to_owned(), why);
+    let fails =
+        |why: StatisticsError| LiftError::Statistics(metric.name_and_unit().0.to_owned(), why);
     let of = |at: usize| -> Vec<f64> {
         let own = people
             .iter()
-            .filter_map(|participant| participant.of(Condition::ALL[at]));
+            .filter_map(|participant| participant.condition_result(Condition::ALL[at]));
         own.map(|result| result.value(metric, height)).collect()
     };
     let columns = [of(0), of(1), of(2)];

@@ -7,7 +7,7 @@ use super::device::Device;
 use super::error::LiftError;
 use super::person::LiftWearer;
 use super::scene::Object;
-use super::way::{LiftTrajectory, RATE_HZ, places};
+use super::way::{LiftTrajectory, RATE_HZ, waypoints};
 use firmware::haptics::MotionPhase;
 use firmware::units::Amplitude;
 use hal_sim::body::sagittal::{
@@ -85,7 +85,7 @@ impl<'a> Worker<'a> {
             arms: [left, right],
             links,
             held: [0.0; MUSCLES],
-            filter: SavitzkyGolay::ending_at(
+            filter: SavitzkyGolay::with_cutoff(
                 judged.filter_order,
                 judged.filter_hz,
                 f64::from(judged.rate_hz),
@@ -101,8 +101,8 @@ impl<'a> Worker<'a> {
 
     /// The movement that is meant, `off_m` beside the true target.
     #[must_use]
-    pub fn way(&self, height: usize, off_m: [f64; 2]) -> LiftTrajectory {
-        let mut places = places(self.study, self.links.reach_m(), height);
+    pub fn planned_trajectory(&self, height: usize, off_m: [f64; 2]) -> LiftTrajectory {
+        let mut places = waypoints(self.study, self.links.reach_m(), height);
         for axis in 0..2 {
             places[2][axis] += off_m[axis];
         }
@@ -127,7 +127,7 @@ impl<'a> Worker<'a> {
         let aim = random::word(seed, AIM);
         let off =
             |axis: usize| day_m[axis] + will.aim_m[1] * random::standard_normal(aim, axis as u64);
-        let way = self.way(height, [off(0), off(1)]);
+        let way = self.planned_trajectory(height, [off(0), off(1)]);
         let start = way.flexions[0];
         self.begin(&way);
         device.reset();
@@ -140,7 +140,7 @@ impl<'a> Worker<'a> {
         let mut record = Record::default();
         let mut due_us = 0;
         for n in 0..steps {
-            let hands = [0, 1].map(|arm| self.arms[arm].hand());
+            let hands = [0, 1].map(|arm| self.arms[arm].hand_motion());
             if n > 0 {
                 object.step(1.0 / RATE_HZ, &hands);
             }
@@ -171,7 +171,7 @@ impl<'a> Worker<'a> {
                         .push([0, 1].map(|arm| [elbows[arm], shoulder(arm)]));
                 }
                 for (arm, intent) in self.arms.iter_mut().zip(&intents) {
-                    let force = object.force_n(arm.hand());
+                    let force = object.force_n(arm.hand_motion());
                     arm.step(intent, force);
                     let most = record.stimulated_nm.iter_mut();
                     for (most, pulled) in most.zip(arm.stimulated_nm()) {
@@ -186,8 +186,8 @@ impl<'a> Worker<'a> {
         if let Some(trace) = trace {
             trace.hands_m.clone_from(&record.hands_m);
         }
-        let weak = controls.iter().map(Control::weak).sum();
-        self.judged(&record, height, weak)
+        let weak = controls.iter().map(Control::infeasible_steps).sum();
+        self.judge_lift(&record, height, weak)
     }
 
     /// Arms at rest on the table, holding their own weight.
@@ -197,14 +197,14 @@ impl<'a> Worker<'a> {
             .links
             .torques_nm(start, [0.0; JOINTS], [0.0; JOINTS], [0.0; 2]);
         for arm in &mut self.arms {
-            arm.rest(start, self.held);
+            arm.reset_to_rest(start, self.held);
             let muscles = host_core::limb::Muscles {
                 full_nm: arm.full_nm().to_vec(),
                 least: vec![0.0; MUSCLES],
             };
             // A start that cannot be held begins without.
             if let Ok(found) = muscles.activations(weight) {
-                arm.rest(start, std::array::from_fn(|muscle| found[muscle]));
+                arm.reset_to_rest(start, std::array::from_fn(|muscle| found[muscle]));
             }
         }
     }
@@ -228,9 +228,14 @@ impl<'a> Worker<'a> {
         }
     }
 
-    fn judged(&self, record: &Record, height: usize, weak: u64) -> Result<LiftResult, LiftError> {
-        let [_, _, target] = places(self.study, self.links.reach_m(), height);
-        let released = [0, 1].map(|arm| (self.arms[arm].hand().0, target));
+    fn judge_lift(
+        &self,
+        record: &Record,
+        height: usize,
+        weak: u64,
+    ) -> Result<LiftResult, LiftError> {
+        let [_, _, target] = waypoints(self.study, self.links.reach_m(), height);
+        let released = [0, 1].map(|arm| (self.arms[arm].hand_motion().0, target));
         let rate_hz = f64::from(self.study.judged.rate_hz);
         let mut sparc = 0.0;
         for arm in 0..ARMS {
@@ -245,12 +250,12 @@ impl<'a> Worker<'a> {
             let (x, z) = (axis(0)?, axis(1)?);
             let speed = |n: usize| (x[n + 1] - x[n]).hypot(z[n + 1] - z[n]) * rate_hz;
             let speed: Vec<f64> = (0..x.len() - 1).map(speed).collect();
-            sparc += Sparc::USUAL.of(&speed, rate_hz)? / ARMS as f64;
+            sparc += Sparc::USUAL.arc_length(&speed, rate_hz)? / ARMS as f64;
         }
         Ok(LiftResult {
             error_m: matching_error(&released).unwrap_or(f64::NAN),
             sparc,
-            used_j: self.arms.iter().map(SagittalArm::used_j).sum(),
+            used_j: self.arms.iter().map(SagittalArm::energy_used_j).sum(),
             duration_s: record.hands_m.len() as f64 / RATE_HZ,
             phases_s: record
                 .phases
@@ -263,9 +268,9 @@ impl<'a> Worker<'a> {
     /// Energy that going back to the table with empty hands takes, J, both arms, and its
     /// time, s: muscles hold each posture of the way back.
     #[must_use]
-    pub fn back(&mut self, height: usize) -> (f64, f64) {
+    pub fn return_cost(&mut self, height: usize) -> (f64, f64) {
         let return_s = self.study.way.return_s;
-        let [start, _, target] = places(self.study, self.links.reach_m(), height);
+        let [start, _, target] = waypoints(self.study, self.links.reach_m(), height);
         let steps = 20;
         let mut used_w = 0.0;
         for n in 0..steps {
@@ -276,15 +281,15 @@ impl<'a> Worker<'a> {
                 .links
                 .torques_nm(flexions, [0.0; JOINTS], [0.0; JOINTS], [0.0; 2]);
             for arm in &mut self.arms {
-                arm.rest(flexions, self.held);
+                arm.reset_to_rest(flexions, self.held);
                 let muscles = host_core::limb::Muscles {
                     full_nm: arm.full_nm().to_vec(),
                     least: vec![0.0; MUSCLES],
                 };
-                let muscles = muscles.co_contracting(self.person.will.co_contraction, weight);
+                let muscles = muscles.with_co_contraction(self.person.will.co_contraction, weight);
                 if let Ok(found) = muscles.activations(weight) {
                     let found = std::array::from_fn(|muscle| found[muscle]);
-                    used_w += arm.held_w(&found) / f64::from(steps);
+                    used_w += arm.holding_power_w(&found) / f64::from(steps);
                 }
             }
         }

@@ -34,7 +34,7 @@ pub struct LiftTrajectory {
 
 /// The minimum-jerk trajectory from 0 to 1 (Flash & Hogan 1985) and its second
 /// derivative, for u from 0 to 1.
-fn least_jerk(u: f64) -> [f64; 2] {
+fn minimum_jerk(u: f64) -> [f64; 2] {
     let u = u.clamp(0.0, 1.0);
     [
         u * u * u * (10.0 + u * (6.0 * u - 15.0)),
@@ -44,7 +44,7 @@ fn least_jerk(u: f64) -> [f64; 2] {
 
 /// Places that a person of this reach goes to for a height, m: start, above, target.
 #[must_use]
-pub(super) fn places(study: &Study, reach_m: f64, height: usize) -> [[f64; 2]; 3] {
+pub(super) fn waypoints(study: &Study, reach_m: f64, height: usize) -> [[f64; 2]; 3] {
     let way = &study.way;
     let z = way.heights[height].z;
     let all = [way.start, [way.over_x, z + way.over_z], [way.target_x, z]];
@@ -60,8 +60,8 @@ impl LiftTrajectory {
         let steps = (duration_s * RATE_HZ).ceil() as usize;
         let at = |n: usize| {
             let t = n as f64 / RATE_HZ;
-            let [up, up2] = least_jerk(t / timing.lift_s);
-            let [down, down2] = least_jerk((t - begins_s) / timing.drop_s);
+            let [up, up2] = minimum_jerk(t / timing.lift_s);
+            let [down, down2] = minimum_jerk((t - begins_s) / timing.drop_s);
             let axis = |axis: usize| {
                 let (first, second) = (over[axis] - start[axis], end[axis] - over[axis]);
                 let at = start[axis] + first * up + second * down;
@@ -73,7 +73,7 @@ impl LiftTrajectory {
         };
         let all: Vec<_> = (0..=steps).map(at).collect();
         let hand_m: Vec<[f64; 2]> = all.iter().map(|values| values.map(|pair| pair.0)).collect();
-        Self::through(
+        Self::from_hand_path(
             links,
             hand_m,
             all.iter().map(|values| values.map(|pair| pair.1)).collect(),
@@ -81,7 +81,7 @@ impl LiftTrajectory {
     }
 
     /// A hand's way as its joints turn.
-    fn through(links: &Links, hand_m: Vec<[f64; 2]>, hand_m_s2: Vec<[f64; 2]>) -> Self {
+    fn from_hand_path(links: &Links, hand_m: Vec<[f64; 2]>, hand_m_s2: Vec<[f64; 2]>) -> Self {
         let flexions: Vec<_> = hand_m
             .iter()
             .map(|hand_m| links.flexions(*hand_m))

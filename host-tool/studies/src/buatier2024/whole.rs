@@ -62,7 +62,7 @@ type Bursts = BTreeMap<(u8, u64), u64>;
 ///
 /// # Errors
 /// A lift that cannot be; E759, a device that stops.
-pub fn whole(
+pub fn compare_whole_device(
     study: &Study,
     person: &LiftWearer,
     condition: Condition,
@@ -70,12 +70,12 @@ pub fn whole(
 ) -> Result<DeviceComparison, LiftError> {
     let own = &person.arms[0];
     let curves = curves(study, own.stature_m, own.mass_kg)?;
-    let (trace, course) = fast(study, person, (&curves, condition), lift)?;
+    let (trace, course) = simulate_fast(study, person, (&curves, condition), lift)?;
     let joints = specs(study, &curves, condition, &person.told);
-    let bursts = played(study, &joints, &trace)?;
+    let bursts = play_on_device(study, &joints, &trace)?;
     let (most, step) = LAGS_US;
     let lags = (0..=most).step_by(step);
-    let all = lags.map(|lag_us| compared(study, (&course, &bursts), lag_us));
+    let all = lags.map(|lag_us| compare_bursts(study, (&course, &bursts), lag_us));
     // The first of those with the most.
     let best = all.reduce(|best, whole| if whole.same > best.same { whole } else { best });
     Ok(best.unwrap_or(DeviceComparison {
@@ -87,7 +87,7 @@ pub fn whole(
 }
 
 /// What encoders tell in a lift, and what the device's own modulation makes of it.
-fn fast(
+fn simulate_fast(
     study: &Study,
     person: &LiftWearer,
     (curves, condition): (&Curves, Condition),
@@ -108,7 +108,11 @@ fn fast(
 }
 
 /// First phases of all bursts of a native device that is told these angles.
-fn played(study: &Study, joints: &[ModulationSpec], trace: &Trace) -> Result<Bursts, LiftError> {
+fn play_on_device(
+    study: &Study,
+    joints: &[ModulationSpec],
+    trace: &Trace,
+) -> Result<Bursts, LiftError> {
     let boot = Micros::new(0);
     let body = Box::new(FixedLoad::new(0.0));
     let world = World::new(Box::new(native(boot)), body, boot, Faults::default(), 1);
@@ -116,7 +120,7 @@ fn played(study: &Study, joints: &[ModulationSpec], trace: &Trace) -> Result<Bur
     set_up(&mut client, study, joints)?;
     client.arm()?;
     if let Some(degrees) = trace.encoders_deg.first() {
-        for word in words(degrees, client.port().now_us()) {
+        for word in measurement_requests(degrees, client.port().now_us()) {
             client.request(word)?;
         }
         client.request(Request::Held { held: true })?;
@@ -124,8 +128,8 @@ fn played(study: &Study, joints: &[ModulationSpec], trace: &Trace) -> Result<Bur
     let begin_us = client.start()?; // device time is world time
     let mut due_us = begin_us;
     for (nth, degrees) in trace.encoders_deg.iter().enumerate() {
-        heed(&mut client, due_us)?;
-        for word in words(degrees, due_us) {
+        advance_until(&mut client, due_us)?;
+        for word in measurement_requests(degrees, due_us) {
             client.post(word)?;
         }
         if nth.is_multiple_of(HELD_EVERY) {
@@ -133,7 +137,7 @@ fn played(study: &Study, joints: &[ModulationSpec], trace: &Trace) -> Result<Bur
         }
         due_us += WORD_US;
     }
-    heed(&mut client, due_us)?;
+    advance_until(&mut client, due_us)?;
     let Some(world) = client.port().world() else {
         return Ok(Bursts::new());
     };
@@ -193,7 +197,10 @@ fn offset_us(channel: u8) -> u64 {
 }
 
 /// Angles of all four joints, as measured at `at_us`.
-fn words(degrees: &[[f64; JOINTS]; ARMS], at_us: u64) -> impl Iterator<Item = Request> {
+fn measurement_requests(
+    degrees: &[[f64; JOINTS]; ARMS],
+    at_us: u64,
+) -> impl Iterator<Item = Request> {
     let at = Micros::new(at_us as u32); // modulo 2^32
     let all = degrees.iter().flatten();
     (0u8..)
@@ -206,7 +213,7 @@ fn words(degrees: &[[f64; JOINTS]; ARMS], at_us: u64) -> impl Iterator<Item = Re
 }
 
 /// Lets time go on; nothing may be refused until then.
-fn heed(client: &mut Connection<SimulatedPort>, until_us: u64) -> Result<(), LiftError> {
+fn advance_until(client: &mut Connection<SimulatedPort>, until_us: u64) -> Result<(), LiftError> {
     while let Some(incoming) = client.next(until_us)? {
         match incoming {
             Incoming::Refused(_, refused) => return Err(Error::Refused(refused).into()),
@@ -220,7 +227,11 @@ fn heed(client: &mut Connection<SimulatedPort>, until_us: u64) -> Result<(), Lif
 }
 
 /// Each burst that is due against the fast way's amplitude `lag_us` before.
-fn compared(study: &Study, (course, bursts): (&Course, &Bursts), lag_us: u64) -> DeviceComparison {
+fn compare_bursts(
+    study: &Study,
+    (course, bursts): (&Course, &Bursts),
+    lag_us: u64,
+) -> DeviceComparison {
     let end_us = WORD_US * course.len() as u64;
     let mut found = DeviceComparison {
         bursts: 0,

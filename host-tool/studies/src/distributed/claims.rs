@@ -15,11 +15,15 @@ const ALIKE: f64 = 0.10;
 /// # Errors
 /// E722: there is no such claim.
 pub fn holds(found: &DrawResult, id: &str) -> Result<Option<bool>, DistributedError> {
-    let endurance = |id| found.of(id).map(|measurement| measurement.endurance);
+    let endurance = |id| {
+        found
+            .condition_result(id)
+            .map(|measurement| measurement.endurance)
+    };
     let longer = |a, b, times| exceeds(endurance(a)?, endurance(b)?, times);
     let published = PUBLISHED_S[0] / PUBLISHED_S[1];
     let left = |id| {
-        let own = found.of(id)?;
+        let own = found.condition_result(id)?;
         own.left.filter(|_| own.is_found)
     };
     let more_left = |id| Some(left(id)? > left("one-open")?);
@@ -42,7 +46,7 @@ pub fn holds(found: &DrawResult, id: &str) -> Result<Option<bool>, DistributedEr
             }
         }
         "interleaved-smoother" => {
-            let ripple = |id| found.of(id)?.ripple;
+            let ripple = |id| found.condition_result(id)?.ripple;
             ripple("four-open")
                 .zip(ripple("four-together-open"))
                 .map(|(a, b)| a < b)
@@ -52,7 +56,7 @@ pub fn holds(found: &DrawResult, id: &str) -> Result<Option<bool>, DistributedEr
         "fast-more-left" => more_left("four-fast-open"),
         "tiring-longer" => longer("two-tiring", "two-fresh", 1.0),
         "tiring-nearer" => {
-            let distance = |id| found.of(id)?.distance;
+            let distance = |id| found.condition_result(id)?.distance;
             distance("two-tiring")
                 .zip(distance("two-fresh"))
                 .map(|(a, b)| a < b)
@@ -95,7 +99,7 @@ impl Study {
     }
 
     /// What decides every claim.
-    pub(super) fn decided(
+    pub(super) fn deciding_factors(
         &self,
         all: &[DrawResult],
     ) -> Result<Vec<DecidingClaim>, DistributedError> {
@@ -103,7 +107,7 @@ impl Study {
         let claims = self.declared.claims.iter();
         let decided = claims.map(|judgement| {
             let verdicts = self.verdicts(all, &judgement.id)?;
-            Ok(judgement.decided(&self.declared.ranges, &verdicts, &drawn))
+            Ok(judgement.deciding_fields(&self.declared.ranges, &verdicts, &drawn))
         });
         decided.collect()
     }

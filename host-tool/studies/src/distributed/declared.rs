@@ -169,7 +169,7 @@ impl DistributedDeclaration {
     ///
     /// # Errors
     /// E722: it cannot be read.
-    pub fn own() -> Result<Self, DistributedError> {
+    pub fn load_embedded() -> Result<Self, DistributedError> {
         toml::from_str(DECLARED).map_err(|e| DistributedError::Declaration(e.to_string()))
     }
 

@@ -16,7 +16,7 @@ impl Study {
     /// Of whoever was computed.
     pub(super) fn figures(&self, all: &[DrawResult], along: &[AxisPoint]) -> Vec<Sheet> {
         let mut sheets = vec![self.against_crosstalk(all, along), self.axes(along)];
-        sheets.push(self.left(all));
+        sheets.push(self.remaining_force_figure(all));
         sheets.extend(all.first().map(|result| self.courses(result)));
         sheets
     }
@@ -41,9 +41,9 @@ impl Study {
             curves.push(middle);
             curves.push(published([0.0, 0.5]));
             Plot {
-                title: self.says(RATIOS[series]),
-                x: SheetAxis::even("crosstalk", [0.0, 0.5]),
-                y: SheetAxis::even("endurance by one electrode's", [0.0, MOST_RATIO]),
+                title: self.condition_text(RATIOS[series]),
+                x: SheetAxis::linear("crosstalk", [0.0, 0.5]),
+                y: SheetAxis::linear("endurance by one electrode's", [0.0, MOST_RATIO]),
                 curves,
                 ..Plot::default()
             }
@@ -77,8 +77,8 @@ impl Study {
             curves.push(published([0.0, end]));
             Plot {
                 title: name.to_owned(),
-                x: SheetAxis::even(name, [0.0, end]),
-                y: SheetAxis::even("endurance by one electrode's", [0.0, MOST_RATIO]),
+                x: SheetAxis::linear(name, [0.0, end]),
+                y: SheetAxis::linear("endurance by one electrode's", [0.0, MOST_RATIO]),
                 curves,
                 ..Plot::default()
             }
@@ -104,7 +104,7 @@ impl Study {
     }
 
     /// Mean force and ripple against what is left.
-    fn left(&self, all: &[DrawResult]) -> Sheet {
+    fn remaining_force_figure(&self, all: &[DrawResult]) -> Sheet {
         let open = self.declared.conditions.iter();
         let open: Vec<_> = open
             .filter(|condition| condition.drive == Drive::Open)
@@ -112,7 +112,9 @@ impl Study {
         let plot = |name: &str, end: f64, of: &dyn Fn(&ConditionResult) -> Option<f64>| {
             let mut curves = Vec::new();
             for (series, condition) in open.iter().enumerate() {
-                let own = all.iter().filter_map(|result| result.of(&condition.id));
+                let own = all
+                    .iter()
+                    .filter_map(|result| result.condition_result(&condition.id));
                 let points = own.filter_map(|measurement| {
                     Some([1e2 * of(measurement)?, 1e2 * measurement.left?])
                 });
@@ -124,8 +126,8 @@ impl Study {
             }
             Plot {
                 title: name.to_owned(),
-                x: SheetAxis::even(name, [0.0, end]),
-                y: SheetAxis::even("left after 6 min (%)", [0.0, 110.0]),
+                x: SheetAxis::linear(name, [0.0, end]),
+                y: SheetAxis::linear("left after 6 min (%)", [0.0, 110.0]),
                 curves,
                 ..Plot::default()
             }
@@ -170,7 +172,7 @@ impl Study {
             let own = ids.iter().enumerate();
             let curves: Vec<Curve> = own
                 .filter_map(|(series, id)| {
-                    let course = &found.of(id)?.course;
+                    let course = &found.condition_result(id)?.course;
                     Some(Curve::line(series, course.iter().copied()))
                 })
                 .collect();
@@ -178,8 +180,8 @@ impl Study {
             let end_s = points.map(|point| point[0]).fold(10.0, f64::max);
             Plot {
                 title: (*title).to_owned(),
-                x: SheetAxis::even("time (s)", [0.0, end_s]),
-                y: SheetAxis::even("force (of wanted)", [0.0, 1.6]),
+                x: SheetAxis::linear("time (s)", [0.0, end_s]),
+                y: SheetAxis::linear("force (of wanted)", [0.0, 1.6]),
                 curves,
                 ..Plot::default()
             }
@@ -202,7 +204,7 @@ impl Study {
         figure("Course", "force over time", caption, &series, plots)
     }
 
-    fn says(&self, id: &str) -> String {
+    fn condition_text(&self, id: &str) -> String {
         let found = self
             .declared
             .conditions

@@ -65,17 +65,17 @@ impl Series {
 
     /// The window in which the wanted force was reached first; of a force that is steered
     /// by a model, the first from which a moving mean is not below.
-    fn reached(&self) -> Option<usize> {
+    fn first_reached_window(&self) -> Option<usize> {
         let within = self.count(self.hold.reach_within_s);
         let first = self.windows.iter().take(within);
         first
             .enumerate()
-            .find(|(_, window)| window.mean_n >= self.least_n())
+            .find(|(_, window)| window.mean_n >= self.reached_threshold_n())
             .map(|(nth, _)| nth)
     }
 
     /// Of the wanted force, from which on it counts as reached.
-    fn least_n(&self) -> f64 {
+    fn reached_threshold_n(&self) -> f64 {
         match self.drive.model() {
             None => self.wanted_n,
             Some(_) => self.hold.below * self.wanted_n,
@@ -83,8 +83,8 @@ impl Series {
     }
 
     /// The window at whose end it was held no more.
-    fn ended(&self) -> Option<usize> {
-        let from = self.reached()?;
+    fn end_window(&self) -> Option<usize> {
+        let from = self.first_reached_window()?;
         let average = self.hold.average_windows.max(1);
         let (mut sum, mut at_most) = (0.0, 0);
         for (nth, item) in self.windows.iter().enumerate().skip(from) {
@@ -114,8 +114,9 @@ impl Series {
             // Models are looked at for a minute at least.
             _ if self.drive.model().is_some() && seconds < 60.0 => false,
             _ => {
-                let unreached = seconds >= self.hold.reach_within_s && self.reached().is_none();
-                unreached || self.ended().is_some() || seconds >= self.hold.most_s
+                let unreached =
+                    seconds >= self.hold.reach_within_s && self.first_reached_window().is_none();
+                unreached || self.end_window().is_some() || seconds >= self.hold.most_s
             }
         }
     }
@@ -127,10 +128,10 @@ impl Series {
             seconds: 0.0,
             is_longer: false,
         };
-        let Some(reached) = self.reached().filter(|_| !self.is_refused) else {
+        let Some(reached) = self.first_reached_window().filter(|_| !self.is_refused) else {
             return none;
         };
-        let ended = self.ended();
+        let ended = self.end_window();
         let end = ended.map_or(self.windows.len(), |index| index + 1);
         Endurance {
             seconds: (end - reached) as f64 * self.window_s,
@@ -149,7 +150,10 @@ impl Series {
             ),
             _ => {
                 let from = self.count(self.hold.ripple_from_s);
-                (self.reached()? + from, self.count(self.hold.ripple_for_s))
+                (
+                    self.first_reached_window()? + from,
+                    self.count(self.hold.ripple_for_s),
+                )
             }
         };
         let own = self.windows.get(from..from + count)?;
@@ -173,18 +177,18 @@ impl Series {
 
     /// Mean force of a constant amplitude at first, in parts of the wanted force.
     #[must_use]
-    pub fn first(&self) -> Option<f64> {
+    pub fn initial_force(&self) -> Option<f64> {
         let from = self.count(self.open.settle_s);
         self.mean(from, self.count(self.open.first_s))
     }
 
     /// Mean force of a constant amplitude at last, in parts of that at first.
     #[must_use]
-    pub fn left(&self) -> Option<f64> {
+    pub fn remaining_force(&self) -> Option<f64> {
         let end = self.count(self.open.settle_s + self.open.for_s);
         let count = self.count(self.open.last_s);
         let last = self.mean(end.checked_sub(count)?, count)?;
-        Some(last / self.first()?)
+        Some(last / self.initial_force()?)
     }
 
     /// Mean distance from the wanted force over a minute, from when a force that a model

@@ -68,7 +68,7 @@ impl Study {
             conditions: Vec::new(),
             rows: self.rows(all),
             shares: self.shares(all)?,
-            decides: self.decided(all)?,
+            decides: self.deciding_factors(all)?,
             sheets: self.sheets(all, along),
             notes: NOTES.map(str::to_owned).to_vec(),
         })

@@ -30,9 +30,9 @@ pub struct DistributedWearer {
 impl DistributedWearer {
     /// Person `index` of `seed`.
     #[must_use]
-    pub fn drawn(declared: &DistributedDeclaration, seed: u64, index: u64) -> Self {
+    pub fn random(declared: &DistributedDeclaration, seed: u64, index: u64) -> Self {
         Self {
-            drawn: Range::drawn(&declared.ranges, seed, index),
+            drawn: Range::draw_values(&declared.ranges, seed, index),
             ranges: declared.ranges.clone(),
             seed: random::word(random::word(seed, index), u64::MAX),
         }
@@ -40,7 +40,7 @@ impl DistributedWearer {
 
     /// In the middle of every range.
     #[must_use]
-    pub fn middle(declared: &DistributedDeclaration) -> Self {
+    pub fn nominal(declared: &DistributedDeclaration) -> Self {
         Self {
             drawn: declared.ranges.iter().map(|range| range.at(0.5)).collect(),
             ranges: declared.ranges.clone(),
@@ -50,7 +50,7 @@ impl DistributedWearer {
 
     /// The same with another value of this field.
     #[must_use]
-    pub fn with(mut self, field: &str, value: f64) -> Self {
+    pub fn with_value(mut self, field: &str, value: f64) -> Self {
         let place = self.ranges.iter().position(|range| range.field == field);
         if let Some(own) = place.and_then(|place| self.drawn.get_mut(place)) {
             *own = value;

@@ -52,7 +52,7 @@ pub fn play(
     match Playing::begin(condition, &spec, wanted_n, &file, port)? {
         None => series.is_refused = true,
         Some(mut playing) => playing
-            .go(declared, &mut series)
+            .run(declared, &mut series)
             .map_err(|e| failed(e.to_string()))?,
     }
     Ok(series)
@@ -86,7 +86,7 @@ impl<'a> Playing<'a> {
             |electrode: &&Electrode| (1e3 * wanted_n * strength_n(spec, electrode) / all_n) as u32;
         let stepper = Stepper::open(file, port, Attachments::default()).map_err(told)?;
         let mut playing = Self {
-            stepper: stepper.live(),
+            stepper: stepper.with_live_setpoints(),
             condition,
             amplitude_ma: electrode.threshold_ma,
             electrode,
@@ -112,7 +112,7 @@ impl<'a> Playing<'a> {
     fn start(&mut self) -> Result<(), RunError> {
         self.stepper.configure()?;
         self.stepper.arm()?;
-        for request in self.orders() {
+        for request in self.requests() {
             self.stepper.request(request)?;
         }
         self.stepper.start()?;
@@ -122,7 +122,7 @@ impl<'a> Playing<'a> {
     }
 
     /// What is asked for now.
-    fn orders(&self) -> Vec<Request> {
+    fn requests(&self) -> Vec<Request> {
         let count = self.condition.electrodes;
         if self.condition.drive.model().is_some() {
             let of = |(channel, millinewton): (u8, &u32)| Request::Force {
@@ -142,7 +142,7 @@ impl<'a> Playing<'a> {
         }]
     }
 
-    fn go(
+    fn run(
         &mut self,
         declared: &DistributedDeclaration,
         series: &mut Series,
@@ -170,11 +170,11 @@ impl<'a> Playing<'a> {
                 let (least, most) = (self.electrode.threshold_ma, self.electrode.full_ma);
                 self.amplitude_ma = (self.amplitude_ma + by_ma).clamp(least, most);
             }
-            for request in self.orders() {
+            for request in self.requests() {
                 self.stepper.post(request)?;
             }
             if let Some(world) = self.stepper.port().world() {
-                world.recorder.forget();
+                world.recorder.discard_trace();
             }
         }
         Ok(())

@@ -14,7 +14,7 @@ impl Study {
     pub(super) fn rows(&self, all: &[DrawResult]) -> Vec<Row> {
         let conditions = self.declared.conditions.iter();
         let mut rows: Vec<Row> = conditions
-            .flat_map(|condition| of_condition(condition, all))
+            .flat_map(|condition| condition_rows(condition, all))
             .collect();
         let [four, one] = PUBLISHED_S;
         for (id, paper) in [
@@ -26,7 +26,13 @@ impl Study {
         ] {
             let ratios = all.iter().filter_map(|result| ratio(result, id));
             let says = format!("endurance by one's, {id}");
-            rows.push(Row::of(format!("ratio/{id}"), says, "", paper, ratios));
+            rows.push(Row::from_numbers(
+                format!("ratio/{id}"),
+                says,
+                "",
+                paper,
+                ratios,
+            ));
         }
         rows
     }
@@ -35,15 +41,15 @@ impl Study {
 /// Endurance in this condition by one electrode's: of what was held to the end the least that
 /// it is. Nothing where one electrode did not reach the force.
 pub(super) fn ratio(found: &DrawResult, id: &str) -> Option<f64> {
-    let own = found.of(id)?.endurance.seconds;
-    let one = found.of("one")?.endurance.seconds;
+    let own = found.condition_result(id)?.endurance.seconds;
+    let one = found.condition_result("one")?.endurance.seconds;
     (one > 0.0).then(|| own / one)
 }
 
-fn of_condition(condition: &Condition, all: &[DrawResult]) -> Vec<Row> {
+fn condition_rows(condition: &Condition, all: &[DrawResult]) -> Vec<Row> {
     let own: Vec<&ConditionResult> = all
         .iter()
-        .filter_map(|result| result.of(&condition.id))
+        .filter_map(|result| result.condition_result(&condition.id))
         .collect();
     let row = |what: &str,
                says: &str,
@@ -52,7 +58,7 @@ fn of_condition(condition: &Condition, all: &[DrawResult]) -> Vec<Row> {
                of: &dyn Fn(&ConditionResult) -> Option<f64>| {
         let numbers = own.iter().filter_map(|measurement| of(measurement));
         let id = format!("{}/{what}", condition.id);
-        Row::of(
+        Row::from_numbers(
             id,
             format!("{says}, {}", condition.id),
             unit,

@@ -16,7 +16,7 @@ pub enum Part {
 }
 
 /// Persons and points of some units.
-fn parted(parts: &[Part]) -> (Vec<DrawResult>, Vec<AxisPoint>) {
+fn split_parts(parts: &[Part]) -> (Vec<DrawResult>, Vec<AxisPoint>) {
     let (mut persons, mut points) = (Vec::new(), Vec::new());
     for part in parts {
         match part.clone() {
@@ -30,7 +30,7 @@ fn parted(parts: &[Part]) -> (Vec<DrawResult>, Vec<AxisPoint>) {
 impl laboratory::Study for Study {
     type Unit = Part;
 
-    fn about(&self) -> StudyIdentity<'_> {
+    fn metadata(&self) -> StudyIdentity<'_> {
         StudyIdentity {
             name: NAME,
             arguments: String::new(),
@@ -46,16 +46,16 @@ impl laboratory::Study for Study {
 
     fn compute(&self, index: u64, _: &(dyn Fn() -> bool + Sync)) -> anyhow::Result<Option<Part>> {
         let Some(nth) = index.checked_sub(self.draws) else {
-            return Ok(Some(Part::Person(self.part(index)?)));
+            return Ok(Some(Part::Person(self.compute_person(index)?)));
         };
         let points = self.points();
         let point = usize::try_from(nth).ok().and_then(|nth| points.get(nth));
-        let point = point.map(|point| self.at(point)).transpose()?;
+        let point = point.map(|point| self.compute_point(point)).transpose()?;
         Ok(point.map(Part::Point))
     }
 
     fn outcome(&self, parts: &[Part], cut_short: Option<String>) -> anyhow::Result<Outcome> {
-        let (persons, points) = parted(parts);
+        let (persons, points) = split_parts(parts);
         let told = RunInfo {
             command: format!("experiment {NAME} --draws {}", self.draws),
             cut_short,
@@ -64,10 +64,13 @@ impl laboratory::Study for Study {
     }
 
     fn files(&self, parts: &[Part]) -> anyhow::Result<Vec<(String, String)>> {
-        Ok(vec![("draws.csv".to_owned(), self.csv(&parted(parts).0))])
+        Ok(vec![(
+            "draws.csv".to_owned(),
+            self.csv(&split_parts(parts).0),
+        )])
     }
 
-    fn in_words(&self, done: u64) -> String {
+    fn progress_text(&self, done: u64) -> String {
         let persons = done.min(self.draws);
         format!(
             "{persons} of {} persons and {} of {} points of charts",

@@ -70,15 +70,15 @@ pub struct AxisPoint {
 }
 
 impl ConditionResult {
-    fn of(condition: &Condition, series: &Series, is_shown: bool) -> Self {
+    fn from_series(condition: &Condition, series: &Series, is_shown: bool) -> Self {
         Self {
             id: condition.id.clone(),
             endurance: series.endurance(),
             is_refused: series.is_refused,
             ripple: series.ripple(),
             is_found: series.is_found(),
-            first: series.first(),
-            left: series.left(),
+            first: series.initial_force(),
+            left: series.remaining_force(),
             distance: series.distance(),
             course: if is_shown {
                 series.course(COURSE)
@@ -92,7 +92,7 @@ impl ConditionResult {
 impl DrawResult {
     /// What was measured in this condition.
     #[must_use]
-    pub fn of(&self, id: &str) -> Option<&ConditionResult> {
+    pub fn condition_result(&self, id: &str) -> Option<&ConditionResult> {
         self.measured
             .iter()
             .find(|measurement| measurement.id == id)
@@ -104,8 +104,8 @@ impl Study {
     ///
     /// # Errors
     /// E722: the declaration cannot be read.
-    pub fn asked(seed: Option<u64>, draws: Option<u64>) -> Result<Self, DistributedError> {
-        let declared = DistributedDeclaration::own()?;
+    pub fn new(seed: Option<u64>, draws: Option<u64>) -> Result<Self, DistributedError> {
+        let declared = DistributedDeclaration::load_embedded()?;
         Ok(Self {
             seed: seed.unwrap_or(declared.seed),
             draws: draws.unwrap_or(declared.draws),
@@ -122,7 +122,7 @@ impl Study {
 
     /// What was declared.
     #[must_use]
-    pub const fn declared(&self) -> &DistributedDeclaration {
+    pub const fn declaration(&self) -> &DistributedDeclaration {
         &self.declared
     }
 
@@ -130,12 +130,12 @@ impl Study {
     ///
     /// # Errors
     /// E722 to E724.
-    pub fn part(&self, index: u64) -> Result<DrawResult, DistributedError> {
-        let person = DistributedWearer::drawn(&self.declared, self.seed, index);
+    pub fn compute_person(&self, index: u64) -> Result<DrawResult, DistributedError> {
+        let person = DistributedWearer::random(&self.declared, self.seed, index);
         let conditions = self.declared.conditions.iter();
         let measured = conditions.map(|condition| {
             let series = play(&self.declared, condition, &person)?;
-            Ok(ConditionResult::of(condition, &series, index == 0))
+            Ok(ConditionResult::from_series(condition, &series, index == 0))
         });
         Ok(DrawResult {
             index,
@@ -153,7 +153,7 @@ impl Study {
     ///
     /// # Errors
     /// E722 to E724.
-    pub fn at(
+    pub fn compute_point(
         &self,
         (axis, value, condition): &(&'static str, f64, Condition),
     ) -> Result<AxisPoint, DistributedError> {
@@ -161,12 +161,12 @@ impl Study {
         if *axis == "wanted" {
             declared.hold.wanted = *value;
         }
-        let person = DistributedWearer::middle(&declared).with(axis, *value);
+        let person = DistributedWearer::nominal(&declared).with_value(axis, *value);
         let series = play(&declared, condition, &person)?;
         Ok(AxisPoint {
             axis: (*axis).to_owned(),
             value: *value,
-            measured: ConditionResult::of(condition, &series, false),
+            measured: ConditionResult::from_series(condition, &series, false),
         })
     }
 }

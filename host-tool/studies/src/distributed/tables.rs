@@ -10,7 +10,7 @@ impl Study {
         let mut sheets = self.figures(all, along);
         sheets.push(self.holds(all));
         sheets.push(rates(along));
-        sheets.push(wanted(along));
+        sheets.push(wanted_force_table(along));
         sheets
     }
 
@@ -21,11 +21,11 @@ impl Study {
         let row = |condition: &crate::distributed::Condition| {
             let own: Vec<&ConditionResult> = all
                 .iter()
-                .filter_map(|result| result.of(&condition.id))
+                .filter_map(|result| result.condition_result(&condition.id))
                 .collect();
             let count = |is: &dyn Fn(&&&ConditionResult) -> bool| own.iter().filter(is).count();
             let seconds = own.iter().map(|measurement| measurement.endurance.seconds);
-            let row = Row::of(String::new(), String::new(), "s", None, seconds);
+            let row = Row::from_numbers(String::new(), String::new(), "s", None, seconds);
             let whole = |number: Option<f64>| {
                 number.map_or_else(|| "-".to_owned(), |value| format!("{value:.0}"))
             };
@@ -94,7 +94,7 @@ fn rates(along: &[AxisPoint]) -> Sheet {
 }
 
 /// The middle person by the force that is held.
-fn wanted(along: &[AxisPoint]) -> Sheet {
+fn wanted_force_table(along: &[AxisPoint]) -> Sheet {
     let of = |value: f64, id: &str| {
         let is = |axis_point: &&AxisPoint| {
             axis_point.axis == "wanted" && axis_point.value == value && axis_point.measured.id == id

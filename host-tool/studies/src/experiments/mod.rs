@@ -7,7 +7,7 @@
 
 use crate::catalog;
 use crate::laboratory::{Experiment, LaboratoryError};
-use host_core::wearer::shipped;
+use host_core::wearer::builtin_wearer;
 use std::path::Path;
 
 /// File name and text of every declaration.
@@ -39,7 +39,7 @@ const SESSIONS: &[(&str, &str)] = sessions![
     "open_finger.toml"
 ];
 
-/// The names of [`named`].
+/// The names of [`load_experiment`].
 pub fn names() -> impl Iterator<Item = &'static str> {
     DECLARATIONS
         .iter()
@@ -48,7 +48,7 @@ pub fn names() -> impl Iterator<Item = &'static str> {
 
 /// The names of all studies that a command takes, declarations or not, sorted.
 #[must_use]
-pub fn every() -> Vec<&'static str> {
+pub fn all_study_names() -> Vec<&'static str> {
     let mut names: Vec<_> = names().chain(catalog::names()).collect();
     names.sort_unstable();
     names.dedup();
@@ -60,25 +60,25 @@ pub fn every() -> Vec<&'static str> {
 ///
 /// # Errors
 /// There is none, or what is wrong with it.
-pub fn named(name: &str) -> Result<Experiment, LaboratoryError> {
+pub fn load_experiment(name: &str) -> Result<Experiment, LaboratoryError> {
     let own = format!("{name}.toml");
     if let Some((file, text)) = DECLARATIONS.iter().find(|(file, _)| *file == own) {
-        return Ok(Experiment::new(file, text, &of_program)?.called(name));
+        return Ok(Experiment::new(file, text, &embedded_text)?.with_name(name));
     }
     if Path::new(name)
         .extension()
         .is_none_or(|name| name != "toml")
     {
-        let (name, known) = (name.to_owned(), every().join(", "));
+        let (name, known) = (name.to_owned(), all_study_names().join(", "));
         return Err(LaboratoryError::Unknown { name, known });
     }
     from_file(Path::new(name))
 }
 
 /// A session or a wearer file of the program, by its path from a declaration.
-fn of_program(path: &str) -> Result<String, LaboratoryError> {
+fn embedded_text(path: &str) -> Result<String, LaboratoryError> {
     let session = SESSIONS.iter().find(|(file, _)| *file == path);
-    let wearer = || path.strip_prefix("../wearers/").and_then(shipped);
+    let wearer = || path.strip_prefix("../wearers/").and_then(builtin_wearer);
     let text = session.map(|(_, text)| *text).or_else(wearer);
     let absent = || std::io::Error::other("no file of the program has this name");
     let text = text.ok_or_else(|| LaboratoryError::File(path.to_owned(), absent()))?;

@@ -69,7 +69,7 @@ impl Resets for Lockstep {
     }
 
     fn damage(&mut self, copy: usize, bit: usize) {
-        let words = &mut self.copies()[copy];
+        let words = &mut self.allowance_copies_mut()[copy];
         words[bit / 32 % words.len()] ^= 1 << (bit % 32);
     }
 }
@@ -77,7 +77,7 @@ impl Resets for Lockstep {
 impl Resets for Board<()> {
     fn reset(&mut self, cause: ResetCause, sensors: &Sensors) -> Result<u64, FaultsError> {
         let told = |e: BoardError| never_runs(e.to_string());
-        self.be_reset(cause).map_err(told)?;
+        self.reset_with_cause(cause).map_err(told)?;
         // Until the host finds that the device has left.
         self.run_to(self.cpu.cycle + 1_000 * CYCLES_PER_US)
             .map_err(told)?;
@@ -111,7 +111,7 @@ where
     B::Board: Resets,
 {
     pub fn new(seed: u64, declaration: &Declaration, boards: B) -> Result<Self, FaultsError> {
-        let kinds = Kinds::of(declaration, &boards, seed, STREAM);
+        let kinds = Kinds::new(declaration, &boards, seed, STREAM);
         let mut session = declaration.scene.session.clone();
         for (n, channel) in (0u16..).zip(&mut session.channels) {
             channel.spec.stage = StageSpec::Current {
@@ -122,7 +122,7 @@ where
             channel.spec.train.burst_interval_us = 2_000 * n;
             channel.spec.train.period_us = 20_000 * (1 + u32::from(n));
         }
-        let kept = boards.kept(&session)?;
+        let kept = boards.prepare(&session)?;
         Ok(Self {
             boards,
             session,
@@ -139,11 +139,11 @@ where
     }
 
     /// The case's own limits.
-    fn drawn(&self, random: &mut Random) -> Session {
+    fn random_session(&self, random: &mut Random) -> Session {
         let mut session = self.session.clone();
         let wearer = &mut session.wearer;
         // A second on the chip simulator, which is slower than the native one.
-        let most_s: &u64 = self.boards.own(&1, &3);
+        let most_s: &u64 = self.boards.select(&1, &3);
         wearer.max_session_s = 1 + random.below(*most_s) as u32;
         // By charge in two cases of five: 1 mC are 250 pulses of 4 µC, or 125 pairs.
         let is_by_dose = random.below(5) < 2 && *most_s > 1;
@@ -169,10 +169,12 @@ where
     fn play(&mut self) -> Result<(), FaultsError> {
         let class = self.class;
         let sensors = AllowanceAttack::<B>::sensors();
-        let mut bench = class.boards.greeted(&class.kept, &class.session, sensors)?;
+        let mut bench = class
+            .boards
+            .connected_board(&class.kept, &class.session, sensors)?;
         while self.refused.is_none() && self.pieces < MOST_PIECES {
             self.pieces += 1;
-            let reset = self.piece(&mut bench)?;
+            let reset = self.play_piece(&mut bench)?;
             let Some(cause) = reset else {
                 continue;
             };
@@ -188,7 +190,7 @@ where
             }
             self.resets += 1;
             let now_us = device.reset(cause, &sensors)?;
-            bench = Bench::greeted(device, now_us, sensors)?;
+            bench = Bench::connect(device, now_us, sensors)?;
             // A watchdog's reset is a fault, which the device keeps.
             acknowledge(&mut bench)?;
         }
@@ -196,7 +198,10 @@ where
     }
 
     /// One piece, and what resets in it or after it.
-    fn piece(&mut self, bench: &mut Bench<B::Board>) -> Result<Option<ResetCause>, FaultsError> {
+    fn play_piece(
+        &mut self,
+        bench: &mut Bench<B::Board>,
+    ) -> Result<Option<ResetCause>, FaultsError> {
         let exit = match self.kind {
             kind if EXITS.contains(&kind) => kind,
             _ => EXITS[self.random.below(EXITS.len() as u64) as usize],
@@ -213,21 +218,21 @@ where
                 channel.spec.start = channel.spec.limit; // a fixed number does not rise
             }
         }
-        let refused = bench.heard().refused.len();
+        let refused = bench.reports().refused.len();
         bench.configure(&session)?;
-        if let Some((code, field)) = bench.heard().refused.get(refused) {
+        if let Some((code, field)) = bench.reports().refused.get(refused) {
             return Err(never_runs(format!("the setup was refused: {code} {field}")));
         }
         let speaks = exit != "silence" && self.random.below(2) == 0;
         bench.speaks = speaks;
-        let refused = bench.heard().refused.len();
+        let refused = bench.reports().refused.len();
         let wanted = self.wanted();
         bench.start_within(0, wanted.clone(), ARM_US)?;
-        if let Some((code, _)) = bench.heard().refused.get(refused) {
+        if let Some((code, _)) = bench.reports().refused.get(refused) {
             self.refused = Some(*code);
             return Ok(None);
         }
-        bench.tell(wanted)?;
+        bench.send(wanted)?;
         let from_us = bench.now_us();
         let length_us = 20_000 + self.random.below(880_000);
         let reset = self.reset();
@@ -240,7 +245,7 @@ where
             .run_to(until_us)
             .map_err(|e| never_runs(e.to_string()))?;
         if !is_cut {
-            self.end(bench, exit)?;
+            self.end_piece(bench, exit)?;
         }
         self.account.add(&bench.recorder.trace, from_us);
         Ok(reset)
@@ -262,10 +267,10 @@ where
     }
 
     /// The piece ends so, and the device is idle.
-    fn end(&mut self, bench: &mut Bench<B::Board>, exit: &str) -> Result<(), FaultsError> {
+    fn end_piece(&mut self, bench: &mut Bench<B::Board>, exit: &str) -> Result<(), FaultsError> {
         bench.speaks = false;
         match exit {
-            "stop" => bench.tell(Request::Stop)?,
+            "stop" => bench.send(Request::Stop)?,
             "hand stop" => bench.sensors.hand_stop = false,
             "fault" => bench.sensors.over_current = true,
             // The longest silence; what was finished before is idle.
@@ -274,7 +279,7 @@ where
         wait(bench, ENDS_US)?;
         (bench.sensors.hand_stop, bench.sensors.over_current) = (true, false);
         wait(bench, 1_000 + self.random.below(30_000))?;
-        if bench.heard().fault.is_some() {
+        if bench.reports().fault.is_some() {
             acknowledge(bench)?;
         }
         Ok(())
@@ -308,7 +313,7 @@ where
         }
     }
 
-    fn fate(&self, allowed: &Allowed) -> CaseResult {
+    fn judge(&self, allowed: &Allowed) -> CaseResult {
         let is_over = |code: u16| OVER.iter().any(|over| *over as u16 == code);
         let found = match self.refused {
             Some(code) if self.is_lost => code == Code::AllowanceLost as u16,
@@ -326,7 +331,7 @@ where
 }
 
 fn acknowledge<D: FaultableDevice>(bench: &mut Bench<D>) -> Result<(), FaultsError> {
-    bench.tell(Request::Acknowledge)?;
+    bench.send(Request::Acknowledge)?;
     wait(bench, GROUNDS_US)
 }
 
@@ -341,8 +346,8 @@ where
 {
     fn case(&self, index: u64) -> Result<Case, FaultsError> {
         let (kind, mut random) = self.kinds.draw(index)?;
-        let session = self.drawn(&mut random);
-        let allowed = Allowed::of(&session);
+        let session = self.random_session(&mut random);
+        let allowed = Allowed::from_session(&session);
         let mut trial = Trial {
             class: self,
             kind,
@@ -359,7 +364,7 @@ where
         if played.is_ok() && trial.account.is_empty() {
             played = Err(never_runs("nothing was played"));
         }
-        let mut fate = trial.fate(&allowed);
+        let mut fate = trial.judge(&allowed);
         if let Err(why) = played {
             fate.stopped = Some(why.to_string());
         }
@@ -372,7 +377,7 @@ where
             trial.resets,
             trial.account.in_words(&allowed)
         );
-        Ok(Case::of(kind, &drawn, (index, 0), fate))
+        Ok(Case::new(kind, &drawn, (index, 0), fate))
     }
 
     fn notes(&self) -> Vec<String> {

@@ -6,8 +6,8 @@ use super::bench::DeviceClock;
 use super::declaration::Register;
 use super::error::FaultsError;
 use super::stem::Chip;
-use super::streams::{misclocked, switch_off};
-use super::supply::unlocks;
+use super::streams::{stop_timer_clock, switch_off};
+use super::supply::unlock_pll;
 use hal_sim::chip::board::Loss;
 use hal_sim::random::Random;
 
@@ -15,13 +15,16 @@ use hal_sim::random::Random;
 pub(super) const KIND: &str = "assumed";
 
 /// Turns `bits` of `register`; gives the end that was drawn.
-pub(super) fn strike(
+pub(super) fn flip_register_bits(
     fork: &mut Chip,
     (register, bits): (&Register, u32),
     random: &mut Random,
 ) -> Result<&'static str, FaultsError> {
-    let stands = random.below(2) == 1 && stand(fork, &register.name)?;
-    fork.device.around.soc.show(register.address, bits);
+    let stands = random.below(2) == 1 && freeze_block(fork, &register.name)?;
+    fork.device
+        .around
+        .soc
+        .flip_shown_bits(register.address, bits);
     Ok(if stands {
         "its block stands"
     } else {
@@ -30,12 +33,12 @@ pub(super) fn strike(
 }
 
 /// Whether it is known how the block of `register` stands; then it does.
-fn stand(fork: &mut Chip, register: &str) -> Result<bool, FaultsError> {
+fn freeze_block(fork: &mut Chip, register: &str) -> Result<bool, FaultsError> {
     let from_us = fork.device_us();
     let board = &mut fork.device;
     match register.split_once('_').map_or(register, |pair| pair.0) {
-        "TIM1" => misclocked(board, 1)?,
-        "TIM2" => misclocked(board, 2)?,
+        "TIM1" => stop_timer_clock(board, 1)?,
+        "TIM2" => stop_timer_clock(board, 2)?,
         "DMA2" => {
             let number = register.as_bytes().get("DMA2_S".len()).copied();
             let stream = number
@@ -47,14 +50,14 @@ fn stand(fork: &mut Chip, register: &str) -> Result<bool, FaultsError> {
             switch_off(board, stream.into())?;
         }
         "RCC" => {
-            let rate = unlocks(board)?;
+            let rate = unlock_pll(board)?;
             fork.clock = DeviceClock {
                 from_us,
                 stood_us: 0,
                 rate,
             };
         }
-        "SPI3" => board.around.loss = Loss::of(u32::MAX, None, None),
+        "SPI3" => board.around.loss = Loss::new(u32::MAX, None, None),
         "ADC1" => board.around.soc.adc.unheard = u8::MAX,
         _ => return Ok(false),
     }

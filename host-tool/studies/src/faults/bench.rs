@@ -85,7 +85,7 @@ pub(super) struct DeviceReports {
 
 impl<D> Bench<D> {
     /// The same with `device` in its place.
-    pub fn with<E>(&self, device: E) -> Bench<E> {
+    pub fn with_device<E>(&self, device: E) -> Bench<E> {
         Bench {
             device,
             recorder: self.recorder.clone(),
@@ -106,7 +106,7 @@ impl<D> Bench<D> {
 
 impl<D: Device> Bench<D> {
     /// A device whose time is `now_us`, and what it has put out; nobody speaks to it.
-    pub fn of(device: D, recorder: Recorder, now_us: u64, sensors: Sensors) -> Self {
+    pub fn new(device: D, recorder: Recorder, now_us: u64, sensors: Sensors) -> Self {
         Self {
             device,
             recorder,
@@ -125,14 +125,14 @@ impl<D: Device> Bench<D> {
     }
 
     /// The same, that was heard to say this before.
-    pub fn that_said(self, heard: DeviceReports) -> Self {
+    pub fn with_reports(self, heard: DeviceReports) -> Self {
         Self { heard, ..self }
     }
 
     /// A device whose time is `now_us`, greeted.
-    pub fn greeted(device: D, now_us: u64, sensors: Sensors) -> Result<Self, FaultsError> {
-        let mut bench = Self::of(device, Recorder::default(), now_us, sensors);
-        bench.ask(Request::Hello { schema: SCHEMA }, ANSWER_US)?;
+    pub fn connect(device: D, now_us: u64, sensors: Sensors) -> Result<Self, FaultsError> {
+        let mut bench = Self::new(device, Recorder::default(), now_us, sensors);
+        bench.send_and_wait(Request::Hello { schema: SCHEMA }, ANSWER_US)?;
         match bench.heard.hello {
             Some(session) => bench.session = session,
             None => return Err(never_runs("no answer to Hello")),
@@ -142,13 +142,13 @@ impl<D: Device> Bench<D> {
 
     /// Configures it as `session` says, whether it takes that or not.
     pub fn configure(&mut self, session: &Session) -> Result<(), FaultsError> {
-        let mut requests = session.requests().into_iter();
-        requests.try_for_each(|request| self.ask(request, ANSWER_US))
+        let mut requests = session.setup_requests().into_iter();
+        requests.try_for_each(|request| self.send_and_wait(request, ANSWER_US))
     }
 
     /// The sum of what the host has sent.
     pub fn sum(&self) -> u32 {
-        self.draft.sum()
+        self.draft.checksum()
     }
 
     /// Arms this sum, 0 for that of what was sent, and starts, with a host that goes on to
@@ -166,15 +166,15 @@ impl<D: Device> Bench<D> {
         arm_us: u64,
     ) -> Result<(), FaultsError> {
         self.wanted = None;
-        self.ask(Request::Arm { setup }, arm_us)?;
+        self.send_and_wait(Request::Arm { setup }, arm_us)?;
         self.wanted = Some(wanted);
-        self.ask(Request::Start, ANSWER_US)?;
+        self.send_and_wait(Request::Start, ANSWER_US)?;
         self.due_us = self.now_us.next_multiple_of(HOST_US);
         Ok(())
     }
 
     /// [`Self::configure`], [`Self::start`], and `us` of it; nothing is refused.
-    pub fn stimulating(
+    pub fn into_stimulating(
         mut self,
         session: &Session,
         wanted: Request,
@@ -185,13 +185,13 @@ impl<D: Device> Bench<D> {
         self.run_to(self.now_us + us)
             .map_err(|e| never_runs(e.to_string()))?;
         match (&*self.heard.refused, self.heard.fault) {
-            ([], None) if self.drives_since(self.now_us.saturating_sub(50_000)) => Ok(self),
+            ([], None) if self.has_driven_since(self.now_us.saturating_sub(50_000)) => Ok(self),
             (refused, fault) => Err(never_runs(format!("refused {refused:?}, fault {fault:?}"))),
         }
     }
 
     /// Whether the host is where that of `other` is, and says the same from now on.
-    pub fn speaks_like(&self, other: &Self) -> bool {
+    pub fn has_same_host_state(&self, other: &Self) -> bool {
         (self.speaks, self.said_us, self.due_us) == (other.speaks, other.said_us, other.due_us)
             && (self.session, self.seq, self.now_us) == (other.session, other.seq, other.now_us)
             && (&self.wanted, &self.heard.half) == (&other.wanted, &other.heard.half)
@@ -203,38 +203,38 @@ impl<D: Device> Bench<D> {
     }
 
     /// Whether a channel was driven from `since_us` on.
-    pub fn drives_since(&self, since_us: u64) -> bool {
+    pub fn has_driven_since(&self, since_us: u64) -> bool {
         let levels = self.recorder.trace.levels.iter().rev();
         let mut last = levels.take_while(|(t, _)| *t >= since_us);
         last.any(|(_, levels)| (0..10).any(|c| levels.state(c).is_driven()))
     }
 
     /// When the host last spoke.
-    pub const fn said_us(&self) -> u64 {
+    pub const fn last_sent_us(&self) -> u64 {
         self.said_us
     }
 
     /// What it said.
-    pub const fn heard(&self) -> &DeviceReports {
+    pub const fn reports(&self) -> &DeviceReports {
         &self.heard
     }
 
     /// Says `request`, and awaits no answer.
-    pub fn tell(&mut self, request: Request) -> Result<(), FaultsError> {
-        self.ask(request, 0)
+    pub fn send(&mut self, request: Request) -> Result<(), FaultsError> {
+        self.send_and_wait(request, 0)
     }
 
-    fn ask(&mut self, request: Request, us: u64) -> Result<(), FaultsError> {
+    fn send_and_wait(&mut self, request: Request, us: u64) -> Result<(), FaultsError> {
         let told = |e: io::Error| never_runs(e.to_string());
-        self.say(request).map_err(told)?;
+        self.write_request(request).map_err(told)?;
         self.advance(self.now_us + us).map_err(told)
     }
 
-    fn say(&mut self, request: Request) -> io::Result<()> {
+    fn write_request(&mut self, request: Request) -> io::Result<()> {
         let message = ToDevice {
             session: self.session,
             seq: self.seq,
-            request: self.draft.sending(request),
+            request: self.draft.prepare_request(request),
         };
         self.seq = self.seq.wrapping_add(1);
         self.said_us = self.now_us;
@@ -263,7 +263,7 @@ impl<D: Device> Bench<D> {
         while self.due_us < to_us {
             self.advance(self.due_us.max(self.now_us))?;
             if let Some(wanted) = self.wanted.clone().filter(|_| self.speaks) {
-                self.say(wanted)?;
+                self.write_request(wanted)?;
             }
             self.due_us += HOST_US;
         }
@@ -274,26 +274,26 @@ impl<D: Device> Bench<D> {
         let to = Micros::new(to_us as u32);
         let done = self.device.advance(to, &self.sensors, &mut self.recorder);
         self.now_us = to_us;
-        self.heard.listen(&mut self.recorder);
+        self.heard.decode_recorded(&mut self.recorder);
         done
     }
 }
 
 impl DeviceReports {
     /// Hears what was recorded.
-    pub fn listen(&mut self, recorder: &mut Recorder) {
+    pub fn decode_recorded(&mut self, recorder: &mut Recorder) {
         for (_, bytes) in recorder.bytes.drain(..) {
             self.half.extend(bytes);
         }
         while let Some(end) = self.half.iter().position(|&byte| byte == 0) {
             let frame: Vec<u8> = self.half.drain(..=end).collect();
-            if let Some(Ok(message)) = Decoder::default().take(&mut &*frame) {
-                self.hear(message);
+            if let Some(Ok(message)) = Decoder::default().push_until_delimiter(&mut &*frame) {
+                self.decode_message(message);
             }
         }
     }
 
-    fn hear(&mut self, message: &[u8]) {
+    fn decode_message(&mut self, message: &[u8]) {
         match postcard::from_bytes(message) {
             Ok(Response::Hello(hello)) => {
                 self.hello = Some(hello.session);

@@ -38,11 +38,11 @@ impl<'k> BrokenAngle<'k> {
             late_us: Some(0),
             moment_us,
         };
-        drawn.break_it(angles, random);
+        drawn.choose_fault(angles, random);
         drawn
     }
 
-    fn break_it(&mut self, angles: &[MeasuredBits], random: &mut Random) {
+    fn choose_fault(&mut self, angles: &[MeasuredBits], random: &mut Random) {
         let off = random.log_between(5.0, 200.0) * [-1.0, 1.0][random.below(2) as usize];
         let age_us = random.log_between(5e3, 4e5) as u64;
         let far = 1e6_f64.copysign(off);
@@ -84,7 +84,7 @@ impl<'k> BrokenAngle<'k> {
 
     /// The measurement that comes in place of this one, and how late; nothing where none
     /// does.
-    pub fn remade(
+    pub fn replace_measurement(
         &self,
         t_us: u64,
         joint: u8,
@@ -111,7 +111,7 @@ impl<'k> BrokenAngle<'k> {
     }
 
     /// Whether the device owes to find it: by what was said from the moment on, °.
-    pub fn is_owed(&self, said: Option<[f64; 2]>) -> bool {
+    pub fn must_be_detected(&self, said: Option<[f64; 2]>) -> bool {
         let late_us = self.late_us.unwrap_or(u64::MAX);
         let is_late = late_us > self.angle.stale_us + SOON_US;
         is_late || said.is_some_and(|said| self.angle.is_beyond(said))

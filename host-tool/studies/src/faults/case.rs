@@ -18,7 +18,7 @@ pub struct Case {
 
 impl Case {
     /// Of what can be told by its kind and what was drawn of it.
-    pub(super) fn of(
+    pub(super) fn new(
         kind: &str,
         drawn: &str,
         (index, moment_us): (u64, u64),
@@ -122,13 +122,13 @@ impl CaseResult {
 
     /// Whether it is to be looked at.
     #[must_use]
-    pub fn is_open(&self) -> bool {
+    pub fn needs_review(&self) -> bool {
         !self.severe.is_empty() || self.must_find != self.found && self.stopped.is_none()
     }
 
     /// Whether anything came of it that somebody could see.
     #[must_use]
-    pub fn changed(&self) -> bool {
+    pub fn has_effect(&self) -> bool {
         let severe = !self.severe.is_empty();
         self.changed_us.is_some() || self.found || self.reset || self.latched || severe
     }
@@ -136,6 +136,6 @@ impl CaseResult {
     /// Whether it is known that nothing came of it.
     #[must_use]
     pub fn is_harmless(&self) -> bool {
-        !self.changed() && !self.must_find && self.stopped.is_none() && !self.assumed
+        !self.has_effect() && !self.must_find && self.stopped.is_none() && !self.assumed
     }
 }

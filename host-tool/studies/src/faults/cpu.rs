@@ -41,15 +41,15 @@ pub(super) struct Core {
 impl Core {
     pub fn new(seed: u64, declaration: &Declaration, image: &Image) -> Result<Self, FaultsError> {
         Ok(Self {
-            stem: ForkSource::grow(declaration, image)?,
-            kinds: Kinds::of(declaration, image, seed, STREAM),
+            stem: ForkSource::record(declaration, image)?,
+            kinds: Kinds::new(declaration, image, seed, STREAM),
             registers: declaration.of.registers.clone(),
             image_bytes: image.flash.len() as u64,
         })
     }
 
     /// Breaks it; gives what was drawn, or why nobody knows what follows.
-    fn strike(
+    fn inject_fault(
         &self,
         kind: &str,
         fork: &mut Chip,
@@ -57,7 +57,7 @@ impl Core {
     ) -> Result<(String, Result<(), Stop>), FaultsError> {
         let board = &mut fork.device;
         let text = match kind {
-            "wild PC" => return Ok(self.go_astray(board, random)),
+            "wild PC" => return Ok(self.jump_to_wild_address(board, random)),
             "wild SP" => {
                 let (begin, bytes) = [SRAM, CCM, ALL][random.below(3) as usize];
                 let sp = (begin + random.below(bytes)) as u32 & !3;
@@ -77,7 +77,7 @@ impl Core {
                 format!("bit {bit}")
             }
             "private register" => return self.private(board, random),
-            "stack at its guard" => to_guard(board)?,
+            "stack at its guard" => move_stack_to_guard(board)?,
             "stack lowered" => {
                 let bytes = random.below(DEEPEST) as u32 & !7;
                 let sp = &mut board.cpu.registers.r[13];
@@ -86,7 +86,7 @@ impl Core {
             }
             _ => {
                 let instructions = random.below(INSTRUCTIONS);
-                let frozen = freeze(fork, Owner::of(kind)?, instructions);
+                let frozen = freeze(fork, Owner::from_kind(kind)?, instructions);
                 if !frozen? {
                     return Err(never_runs("an owner does not run"));
                 }
@@ -96,7 +96,11 @@ impl Core {
         Ok((text, Ok(())))
     }
 
-    fn go_astray(&self, board: &mut Board<()>, random: &mut Random) -> (String, Result<(), Stop>) {
+    fn jump_to_wild_address(
+        &self,
+        board: &mut Board<()>,
+        random: &mut Random,
+    ) -> (String, Result<(), Stop>) {
         let image = (FLASH.0, self.image_bytes);
         let areas = [image, FLASH, SRAM, CCM, PERIPHERALS, ALL];
         let (begin, bytes) = areas[random.below(areas.len() as u64) as usize];
@@ -132,18 +136,18 @@ impl Draws for Core {
         let mut fork = self.stem.instant(random.unit(), &mut random)?;
         let open = [Open::Undefined, Open::Nothing][random.below(2) as usize];
         fork.device.cpu.open = open;
-        let struck = self.strike(kind, &mut fork, &mut random);
+        let struck = self.inject_fault(kind, &mut fork, &mut random);
         let moment_us = fork.device_us();
         let (detail, done) = struck?;
         let fate = match done {
             Err(Stop::LockUp { .. }) => {
-                fork.device.cpu.halt(true); // until a reset
-                self.stem.follow(fork, moment_us)
+                fork.device.cpu.set_halted(true); // until a reset
+                self.stem.play_and_judge(fork, moment_us)
             }
             Err(stop) => CaseResult::stopped(stop),
-            Ok(()) => self.stem.follow(fork, moment_us),
+            Ok(()) => self.stem.play_and_judge(fork, moment_us),
         };
-        Ok(Case::of(kind, &detail, (index, moment_us), fate))
+        Ok(Case::new(kind, &detail, (index, moment_us), fate))
     }
 
     fn notes(&self) -> Vec<String> {
@@ -156,8 +160,8 @@ impl Draws for Core {
 }
 
 /// The stack pointer is where the guard's region ends.
-fn to_guard(board: &mut Board<()>) -> Result<String, FaultsError> {
-    let guard = board.cpu.system.denied();
+fn move_stack_to_guard(board: &mut Board<()>) -> Result<String, FaultsError> {
+    let guard = board.cpu.system.denied_range();
     let end = guard
         .ok_or_else(|| never_runs("no guard of the stack"))?
         .end as u32;

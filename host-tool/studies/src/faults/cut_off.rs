@@ -52,10 +52,10 @@ impl CutOff {
         }
     }
 
-    fn grow(&self) -> Result<Vec<Writer>, FaultsError> {
+    fn record_writing(&self) -> Result<Vec<Writer>, FaultsError> {
         let sensors = Sensors::default();
         let mut bench = self.image.board(&self.session, sensors, &|_| ())?;
-        bench.tell(Request::StoreStages {
+        bench.send(Request::StoreStages {
             stages: [Some(NEW); CHANNELS],
             supply: StageSupply::Separate,
         })?;
@@ -73,7 +73,7 @@ impl CutOff {
     pub fn case(&self, kind: &str, index: u64, random: &mut Random) -> Result<Case, FaultsError> {
         let kept = self
             .kept
-            .get_or_init(|| self.grow().map_err(|e| e.to_string()));
+            .get_or_init(|| self.record_writing().map_err(|e| e.to_string()));
         let kept = kept.as_ref().map_err(never_runs)?;
         let Some(first) = kept.first() else {
             return Err(never_runs("no moment was kept"));
@@ -94,10 +94,10 @@ impl CutOff {
             .map_err(|e| e.to_string())
             .and_then(|()| self.restart(&mut bench).map_err(|e| e.to_string()));
         let mut fate = match played {
-            Ok((told, drives)) => fate(told, first.heard().stages, drives),
+            Ok((told, drives)) => fate(told, first.reports().stages, drives),
             Err(why) => CaseResult::stopped(why),
         };
-        if bench.drives_since(begin_us) {
+        if bench.has_driven_since(begin_us) {
             fate.severe.push("driven while it was written".to_owned());
         }
         let step = match step {
@@ -124,14 +124,14 @@ impl CutOff {
         let mut board = board.clone();
         board.boot(&sensors)?;
         let now_us = board.now_us();
-        let mut again = Bench::greeted(board, now_us, sensors)?;
-        let told = again.heard().stages;
+        let mut again = Bench::connect(board, now_us, sensors)?;
+        let told = again.reports().stages;
         // A host that tries all the same.
         again.configure(&self.session)?;
-        let wanted = self.session.setpoints.at(0).request(None);
+        let wanted = self.session.setpoints.at(0).to_request(None);
         again.start(0, wanted)?;
         again.run_to(again.now_us() + 50_000).map_err(never_runs)?;
-        Ok((told, again.drives_since(0)))
+        Ok((told, again.has_driven_since(0)))
     }
 }
 

@@ -255,7 +255,7 @@ impl Declaration {
     ///
     /// # Errors
     /// E619.
-    pub fn of(class: Class) -> Result<Self, FaultsError> {
+    pub fn for_class(class: Class) -> Result<Self, FaultsError> {
         let name = format!("{class}.toml");
         let told = |why: String| FaultsError::Declaration(format!("{name}: {why}"));
         let (name, text) = file(&name).ok_or_else(|| told("no such file".to_owned()))?;

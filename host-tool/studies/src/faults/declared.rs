@@ -5,7 +5,7 @@ use super::case::{Case, CaseResult};
 use super::declaration::Declaration;
 use super::error::FaultsError;
 use super::kinds::Kinds;
-use super::simulated::{Boards, judged};
+use super::simulated::{Boards, judge_case};
 use super::truth::declared_truth;
 use firmware::link::{Code, Request};
 use firmware::lockstep::Sensors;
@@ -67,7 +67,7 @@ struct DeclarationCase<'k> {
 
 impl<B: Boards> DeclarationFaults<B> {
     pub fn new(seed: u64, declaration: &Declaration, boards: B) -> Result<Self, FaultsError> {
-        let kinds = Kinds::of(declaration, &boards, seed, STREAM);
+        let kinds = Kinds::new(declaration, &boards, seed, STREAM);
         let declaration = declaration.clone();
         Ok(Self {
             boards,
@@ -97,7 +97,7 @@ impl<B: Boards> DeclarationFaults<B> {
         if let Setpoint::Amplitudes(values) = &mut wanted {
             values.retain(|(channel, _)| Some(*channel) == index);
         }
-        wanted.request(None)
+        wanted.to_request(None)
     }
 
     /// One channel of the scene, with this stage.
@@ -158,7 +158,7 @@ impl DeclarationCase<'_> {
             supply: Some(StageSupply::Separate),
             stages: [Some(self.stages[0]); CHANNELS],
         };
-        let (whole, erased) = (table.words(uid), StageWords::default().map(|_| u32::MAX));
+        let (whole, erased) = (table.to_words(uid), StageWords::default().map(|_| u32::MAX));
         let mut copies = [whole; 2];
         let place = random.below(2) as usize;
         match self.kind {
@@ -170,7 +170,7 @@ impl DeclarationCase<'_> {
             }
             "table of another board" => {
                 let other = uid.map(|value| value ^ random.word() as u32);
-                copies = [table.words(other); 2];
+                copies = [table.to_words(other); 2];
             }
             _ => {}
         }
@@ -230,13 +230,17 @@ impl<B: Boards> Draws for DeclarationFaults<B> {
         bench.start(setup, self.wanted())?;
         let played = bench.run_to(bench.now_us() + self.declaration.timing().runs_us);
         let truth = declared_truth(&has, &[Load::Ohms(LOAD_OHM.into()); CHANNELS]);
-        let (fate, verdict) = judged(&mut bench, moment_us, truth);
-        let drives = bench.drives_since(moment_us);
-        let refused = &bench.heard().refused;
+        let (fate, verdict) = judge_case(&mut bench, moment_us, truth);
+        let drives = bench.has_driven_since(moment_us);
+        let refused = &bench.reports().refused;
         Ok(Case {
             index,
             moment_us,
-            what: format!("{}; {}", drawn.in_words(), told(refused, drives)),
+            what: format!(
+                "{}; {}",
+                drawn.in_words(),
+                describe_response(refused, drives)
+            ),
             fate: CaseResult {
                 must_find: drawn.kind != TRUE,
                 found: drawn.is_found(refused, drives),
@@ -263,7 +267,7 @@ impl<B: Boards> Draws for DeclarationFaults<B> {
 }
 
 /// What the device said to it.
-fn told(refused: &[(u16, String)], drives: bool) -> String {
+fn describe_response(refused: &[(u16, String)], drives: bool) -> String {
     let first = refused.first().map_or_else(
         || "refused nothing".to_owned(),
         |(code, field)| format!("refused {code} {field}"),

@@ -7,7 +7,7 @@ use super::case::{Case, CaseEnd, CaseResult};
 use super::declaration::Declaration;
 use super::error::FaultsError;
 use super::kinds::Kinds;
-use super::simulated::{Boards, FaultableDevice, TWO_WINDOWS_US, is_isolated_for_good, judged};
+use super::simulated::{Boards, FaultableDevice, TWO_WINDOWS_US, is_isolated_for_good, judge_case};
 use super::truth::declared_truth;
 use firmware::link::Request;
 use firmware::lockstep::Sensors;
@@ -57,10 +57,10 @@ struct ElectrodeCase<'k> {
 
 impl<B: Boards> Electrode<B> {
     pub fn new(seed: u64, declaration: &Declaration, boards: B) -> Result<Self, FaultsError> {
-        let kinds = Kinds::of(declaration, &boards, seed, STREAM);
+        let kinds = Kinds::new(declaration, &boards, seed, STREAM);
         let declaration = declaration.clone();
         let session = &declaration.scene.session;
-        let kept = boards.kept(session)?;
+        let kept = boards.prepare(session)?;
         Ok(Self {
             boards,
             kept,
@@ -120,7 +120,7 @@ impl<B: Boards> Electrode<B> {
                 };
                 bench
                     .device
-                    .break_lines(Levels::ISOLATED.with(drawn.channel, state));
+                    .break_lines(Levels::ISOLATED.with_channel(drawn.channel, state));
                 truth.stuck.push(StuckLine {
                     channel: drawn.channel,
                     line,
@@ -137,7 +137,7 @@ impl<B: Boards> Electrode<B> {
                 bench.run_to(begin_us + drawn.pulled_us)?;
                 bench.sensors.over_current = false;
             }
-            _ => bench.device.deafen(),
+            _ => bench.device.ignore_sense_trigger(),
         }
         while bench.now_us() < ends_us {
             if drawn.kind == "peel" {
@@ -146,7 +146,7 @@ impl<B: Boards> Electrode<B> {
             }
             bench.run_to(bench.now_us() + HOST_US)?;
             let (device, trace) = (&bench.device, &bench.recorder.trace);
-            if is_isolated_for_good(bench.heard(), device, trace, bench.now_us()) {
+            if is_isolated_for_good(bench.reports(), device, trace, bench.now_us()) {
                 return Ok(CaseEnd::Isolated);
             }
         }
@@ -157,7 +157,7 @@ impl<B: Boards> Electrode<B> {
 impl ElectrodeCase<'_> {
     /// Whether anything that the board measures shows it: a current stage drives the same
     /// current through any load within its compliance.
-    fn shows(&self) -> bool {
+    fn is_measurable(&self) -> bool {
         let milliamps = f64::from(self.amplitude) * 1e-3;
         match (self.kind, self.is_current) {
             ("short", true) => false,
@@ -169,7 +169,7 @@ impl ElectrodeCase<'_> {
     fn in_words(&self) -> String {
         let amplitude = f64::from(self.amplitude) * 1e-3;
         let unit = if self.is_current { "mA" } else { "V" };
-        let hidden = if self.shows() {
+        let hidden = if self.is_measurable() {
             ""
         } else {
             ", nothing shows it"
@@ -208,16 +208,16 @@ impl<B: Boards> Draws for Electrode<B> {
             load_ohm: [drawn.ohm; CHANNELS],
             ..Sensors::default()
         };
-        let bench = self.boards.greeted(&self.kept, session, sensors)?;
+        let bench = self.boards.connected_board(&self.kept, session, sensors)?;
         let wanted = wanted(session, &drawn);
-        let mut bench = bench.stimulating(session, wanted, drawn.warm_us)?;
+        let mut bench = bench.into_stimulating(session, wanted, drawn.warm_us)?;
         let mut truth = declared_truth(session, &[Load::Ohms(drawn.ohm.into()); CHANNELS]);
         for channel in &mut truth.channels {
             channel.limit_ma = f64::from(session.wearer.max_current_ua) * 1e-3;
         }
         let moment_us = bench.now_us();
         let played = self.play(&mut bench, &drawn, &mut truth);
-        let (mut fate, verdict) = judged(&mut bench, moment_us, truth);
+        let (mut fate, verdict) = judge_case(&mut bench, moment_us, truth);
         fate.bare = verdict
             .bare
             .findings
@@ -227,7 +227,7 @@ impl<B: Boards> Draws for Electrode<B> {
         if drawn.kind == OVER_CURRENT {
             fate.found = fate.fault == Some(Fault::OverCurrent);
         }
-        fate.must_find = drawn.shows() || fate.found;
+        fate.must_find = drawn.is_measurable() || fate.found;
         Ok(Case {
             index,
             moment_us,

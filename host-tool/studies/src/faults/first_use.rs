@@ -39,9 +39,9 @@ impl Observer for Handlers {
 
 impl Refills {
     /// Those of the window.
-    pub fn of(stem: &ForkSource) -> Result<Self, FaultsError> {
+    pub fn in_window(stem: &ForkSource) -> Result<Self, FaultsError> {
         let (_, window) = stem.cycles();
-        let watched = stem.watched(Handlers::default(), &[], &mut |_| ())?;
+        let watched = stem.run_with_observer(Handlers::default(), &[], &mut |_| ())?;
         let mut refills = Self::default();
         let mut from = window.start;
         let all = watched.device.observer.done.into_iter();
@@ -103,16 +103,16 @@ pub(super) fn first_uses(
     let cycles: Vec<Cycle> = order.iter().map(|&k| wanted[k].cycle).collect();
     let mut numbers = vec![None; wanted.len()];
     let mut next = order.iter();
-    let watched = stem.watched((), &cycles, &mut |board| {
+    let watched = stem.run_with_observer((), &cycles, &mut |board| {
         let Some(&k) = next.next() else { return };
         let byte = (wanted[k].byte)(board.cpu.registers.msp());
         let watch = board.around.soc.watch.get_or_insert_default();
-        numbers[k] = byte.map(|byte| (byte, watch.look_at(byte)));
+        numbers[k] = byte.map(|byte| (byte, watch.watch_address(byte)));
     })?;
     let watch = watched.device.around.soc.watch.unwrap_or_default();
     let first = |number: usize| {
         watch
-            .firsts()
+            .first_accesses()
             .get(number)
             .copied()
             .unwrap_or(FirstAccess::Read)

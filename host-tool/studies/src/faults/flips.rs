@@ -50,14 +50,14 @@ impl Flips {
     pub fn new(seed: u64, declaration: &Declaration, image: &Image) -> Result<Self, FaultsError> {
         let written = &declaration.of.strata;
         // An image without what is declared is told before anything is played.
-        strata::found(written, image, SRAM1.start)?;
-        let stem = ForkSource::grow(declaration, image)?;
+        strata::locate_strata(written, image, SRAM1.start)?;
+        let stem = ForkSource::record(declaration, image)?;
         let deepest = stem.deepest_stack().unwrap_or(SRAM1.start);
         Ok(Self {
-            refills: Refills::of(&stem)?,
+            refills: Refills::in_window(&stem)?,
             stem,
             seed,
-            strata: strata::found(written, image, deepest)?,
+            strata: strata::locate_strata(written, image, deepest)?,
             to_the_end: declaration.to_the_end,
             blocks: Mutex::default(),
         })
@@ -124,7 +124,7 @@ impl Flips {
     }
 
     /// What becomes of a flip that no program meets, if it is one.
-    fn unmet(&self, byte: u32, first: FirstAccess) -> Option<CaseResult> {
+    fn result_if_unread(&self, byte: u32, first: FirstAccess) -> Option<CaseResult> {
         // DMA reads the tape, and what is in flash is not looked at.
         let ended = match first {
             _ if self.to_the_end || !SRAM1.contains(&byte) => return None,
@@ -146,7 +146,7 @@ impl Flips {
     ) -> Result<CaseResult, FaultsError> {
         let mut fork = self.stem.fork_at(drawn.cycle)?;
         flip(&mut fork.device, byte, drawn.bit)?;
-        let mut fate = self.stem.follow_shown(fork, moment_us);
+        let mut fate = self.stem.play_and_judge_shown(fork, moment_us);
         if SRAM2.contains(&byte) {
             // One slot of the tape is over before anybody could look.
             let is_short = fate.shown_us.is_some_and(|us| us <= 1);
@@ -190,7 +190,7 @@ impl Draws for Flips {
                 fate,
             });
         };
-        let fate = match self.unmet(byte, first) {
+        let fate = match self.result_if_unread(byte, first) {
             Some(fate) => fate,
             None => self.play(&drawn, byte, moment_us)?,
         };

@@ -20,7 +20,7 @@ pub(super) enum Owner {
 
 impl Owner {
     /// The one that a kind begins with.
-    pub fn of(kind: &str) -> Result<Self, FaultsError> {
+    pub fn from_kind(kind: &str) -> Result<Self, FaultsError> {
         Ok(match kind.split(' ').next() {
             Some("pulser") => Self::Pulser,
             Some("controller") => Self::Controller,
@@ -59,7 +59,7 @@ pub(super) fn freeze(
     let mut left = instructions;
     while fork.device.cpu.cycle <= end {
         match run(&mut fork.device, owner, &mut left) {
-            Ok(true) => return stay(&mut fork.device).map(|()| true),
+            Ok(true) => return loop_forever(&mut fork.device).map(|()| true),
             Ok(false) => {}
             Err(Stop::Reset { .. }) => return Ok(false),
             Err(stop) => return Err(never_runs(stop)),
@@ -88,7 +88,7 @@ fn run(board: &mut Board<()>, owner: Owner, left: &mut u64) -> Result<bool, Stop
 
 /// From now on it waits and branches back, where the image has these two instructions, or a
 /// constant that could be: memory cannot be executed.
-fn stay(board: &mut Board<()>) -> Result<(), FaultsError> {
+fn loop_forever(board: &mut Board<()>) -> Result<(), FaultsError> {
     let (code, _) = board.image().flash.as_chunks();
     let Some(place) = code.windows(2).position(|two| *two == STAY) else {
         return Err(never_runs("the image has no loop that waits"));

@@ -15,13 +15,13 @@ pub(super) struct Kinds {
 
 impl Kinds {
     /// `stream` tells the draws of one class from another's.
-    pub fn of(declaration: &Declaration, boards: &impl Boards, seed: u64, stream: u64) -> Self {
+    pub fn new(declaration: &Declaration, boards: &impl Boards, seed: u64, stream: u64) -> Self {
         let of = &declaration.of;
-        let names = boards.own(&*of.kinds, &*of.native_kinds).to_vec();
+        let names = boards.select(&*of.kinds, &*of.native_kinds).to_vec();
         let later = of.later.as_ref();
         let later = later.map(|later| {
             (
-                *boards.own(&later.from, &later.native_from),
+                *boards.select(&later.from, &later.native_from),
                 later.kind.clone(),
             )
         });

@@ -9,8 +9,8 @@ use super::error::FaultsError;
 use super::kinds::Kinds;
 use super::orders::{Orders, broken_frames};
 use super::played_on::{EndCondition, is_isolated_for};
-use super::script::{ForkableBoards, Script, name, request};
-use super::simulated::judged;
+use super::script::{ForkableBoards, Script, decode_request, name};
+use super::simulated::judge_case;
 use super::stem::first_difference;
 use super::truth::allow_checks;
 use firmware::link::{Code, Request, ToDevice, encode};
@@ -58,7 +58,7 @@ impl<B: ForkableBoards> Link<B> {
             Ok(script)
         });
         let scripts = scripts.collect::<Result<_, FaultsError>>()?;
-        let kinds = Kinds::of(declaration, &boards, seed, STREAM);
+        let kinds = Kinds::new(declaration, &boards, seed, STREAM);
         Ok(Self {
             boards,
             scripts,
@@ -84,9 +84,9 @@ impl<B: ForkableBoards> Link<B> {
             ),
             what: String::new(),
         };
-        let told = drawn.break_it(kind, at, script, &mut random);
-        let asked =
-            request(bytes).map_or_else(|| "no frame".to_owned(), |to_device| name(&to_device));
+        let told = drawn.break_stream(kind, at, script, &mut random);
+        let asked = decode_request(bytes)
+            .map_or_else(|| "no frame".to_owned(), |to_device| name(&to_device));
         let file = &script.file.name;
         drawn.what = format!("{kind}: {file}, message {at}, {asked}{told}");
         Ok((script, drawn))
@@ -100,27 +100,27 @@ impl<B: ForkableBoards> Link<B> {
             ..
         } = drawn;
         let session = &script.file.session;
-        let orders = Orders::of(session, script.said.writes(), B::LINE_US);
+        let orders = Orders::from_session(session, script.said.writes(), B::LINE_US);
         let last = stream.writes().last().map_or(0, |write| write.t_us);
         let sent = script.said.writes().iter().map(|write| &*write.bytes);
         let sent: Vec<&[u8]> = sent
             .chain(drawn.written.iter().map(|values| &**values))
             .collect();
-        let moments = [*moment_us, drawn.again_us(script), last];
-        let on = EndCondition::of(script, &orders, &sent, moments);
+        let moments = [*moment_us, drawn.resume_us(script), last];
+        let on = EndCondition::new(script, &orders, &sent, moments);
         let is_over = |bench: &Bench<B::Board>, passed: &[Write], left: &[Write]| {
             !self.to_the_end && on.is_over(bench, passed, left)
         };
         let mut bench = script.board(&self.boards, *moment_us)?;
-        let (passed, played) = script.say(&mut bench, stream, *out, on.end_us, &is_over);
+        let (passed, played) = script.send_stream(&mut bench, stream, *out, on.end_us, &is_over);
         let end_us = bench.now_us();
         let (whole, broken) = broken_frames(&passed, &sent);
         let mut truth = script.truth();
-        let owed = orders.owed(&whole, *moment_us, end_us);
+        let owed = orders.expected_effects(&whole, *moment_us, end_us);
         allow_checks(&mut truth, owed.checks);
         truth.quiet = owed.quiet;
-        let (mut fate, verdict) = judged(&mut bench, *moment_us, truth);
-        fate.bare = script.bare(&verdict);
+        let (mut fate, verdict) = judge_case(&mut bench, *moment_us, truth);
+        fate.bare = script.unprotected_findings(&verdict);
         match played {
             Ok(ended) => fate.ended = ended,
             Err(lost) => fate.stopped = Some(lost.to_string()),
@@ -129,14 +129,14 @@ impl<B: ForkableBoards> Link<B> {
         let changed = first_difference(&script.whole, trace, *moment_us, end_us);
         fate.changed_us = changed.map(|at| at - moment_us);
         let is_applied =
-            B::IS_EXACT && broken > 0 && self.applies(script, &bench, &whole, end_us)?;
-        drawn.find(&mut fate, &bench, (broken > 0, owed.is_silenced));
+            B::IS_EXACT && broken > 0 && self.changes_output(script, &bench, &whole, end_us)?;
+        drawn.judge_detection(&mut fate, &bench, (broken > 0, owed.is_silenced));
         fate.found &= !is_applied;
         Ok(fate)
     }
 
     /// Whether anything else came out than if what was broken had not been sent at all.
-    fn applies(
+    fn changes_output(
         &self,
         script: &Script<B>,
         bench: &Bench<B::Board>,
@@ -145,7 +145,7 @@ impl<B: ForkableBoards> Link<B> {
     ) -> Result<bool, FaultsError> {
         let mut other = script.board(&self.boards, 0)?;
         let whole = Stream::new(whole.to_vec());
-        let (_, played) = script.say(&mut other, &whole, None, end_us, &|_, _, _| false);
+        let (_, played) = script.send_stream(&mut other, &whole, None, end_us, &|_, _, _| false);
         let differs = || {
             let traces = (&bench.recorder.trace, &other.recorder.trace);
             first_difference(traces.0, traces.1, 0, end_us).is_some()
@@ -157,16 +157,16 @@ impl<B: ForkableBoards> Link<B> {
 impl LinkCase {
     /// What the device owes, and whether it did that: where frames were broken, and where a
     /// silence ends what plays.
-    fn find<D: Device>(
+    fn judge_detection<D: Device>(
         &self,
         fate: &mut CaseResult,
         bench: &Bench<D>,
         (broken, silenced): (bool, bool),
     ) {
         // With the cable out nobody hears what it says; when it ended is judged.
-        let (is_out, heard) = (self.out.is_some(), bench.heard());
+        let (is_out, heard) = (self.out.is_some(), bench.reports());
         let tells = broken && !is_out;
-        let is_told = !tells || heard.refused.iter().any(|pair| is_of_a_frame(pair.0));
+        let is_told = !tells || heard.refused.iter().any(|pair| is_frame_error(pair.0));
         let ends = heard.stopping.is_some() || heard.fault.is_some();
         let is_ended = !silenced || ends || is_out && fate.severe.is_empty();
         // What else it tells is of what is missing or late, or it is a false alarm.
@@ -182,7 +182,7 @@ impl LinkCase {
     }
 
     /// From when on everything is said, and heard, as in the script again, µs.
-    fn again_us<B: ForkableBoards>(&self, script: &Script<B>) -> u64 {
+    fn resume_us<B: ForkableBoards>(&self, script: &Script<B>) -> u64 {
         let (said, whole) = (self.stream.writes(), script.said.writes());
         let pairs = said.iter().rev().zip(whole.iter().rev());
         let same = pairs.take_while(|(one, other)| one == other).count();
@@ -199,7 +199,7 @@ impl LinkCase {
     }
 
     /// Breaks it at write `at`; says what is not the kind's name.
-    fn break_it<B: ForkableBoards>(
+    fn break_stream<B: ForkableBoards>(
         &mut self,
         kind: &str,
         at: usize,
@@ -210,45 +210,45 @@ impl LinkCase {
         let (t_us, length) = (self.moment_us, self.stream.writes()[at].bytes.len());
         let for_us = random.log_between(5e3, 5e5) as u64;
         match kind {
-            "silence" => self.stream.lose(t_us, u64::MAX),
+            "silence" => self.stream.drop_writes(t_us, u64::MAX),
             "pause" => {
                 let for_us = timeout_us - 40_000 + random.below(80_000);
-                self.stream.lose(t_us, t_us + for_us);
+                self.stream.drop_writes(t_us, t_us + for_us);
                 return format!(", for {for_us} us");
             }
             "random bytes" | "flood of bytes" | "frames out of place" | "flood of frames" => {
-                return self.babble(kind, script, random);
+                return self.insert_noise(kind, script, random);
             }
             "corrupted" => {
                 let count = 1 + random.below(2) * random.below(8);
                 let bits = (0..count).map(|_| random.below(8 * length as u64) as usize);
                 let bits: Vec<usize> = bits.collect();
-                self.stream.turn(at, &bits);
+                self.stream.flip_bits(at, &bits);
                 return format!(", bits {bits:?}");
             }
             "reordered" => {
                 let other = (at + 1 + random.below(5) as usize).min(script.stop.0);
-                self.stream.exchange(at, other);
+                self.stream.swap_writes(at, other);
                 return format!(", with {other}");
             }
             "duplicated" => {
                 let count = 1 + random.below(5);
                 for _ in 0..count {
-                    self.stream.repeat(at, random.below(20_000));
+                    self.stream.repeat_write(at, random.below(20_000));
                 }
                 return format!(", {count} times more");
             }
             "cut" => {
                 let (kept, late_us) = (random.below(length as u64), random.below(30_000));
                 let late_us = (random.below(2) == 1).then_some(late_us);
-                self.stream.cut(at, kept as usize, late_us);
+                self.stream.truncate_write(at, kept as usize, late_us);
                 return format!(", after {kept} bytes, the rest {late_us:?} us late");
             }
             _ => {
                 let is_half = random.below(2) == 1;
                 if is_half {
                     self.stream
-                        .cut(at, random.below(length as u64) as usize, None);
+                        .truncate_write(at, random.below(length as u64) as usize, None);
                 }
                 let out_us = t_us + ON_THE_WAY_US;
                 let in_us = match kind {
@@ -256,7 +256,7 @@ impl LinkCase {
                     _ => out_us + for_us,
                 };
                 self.out = Some((out_us, in_us));
-                self.stream.lose(out_us, in_us);
+                self.stream.drop_writes(out_us, in_us);
                 let after = if is_half { "within it" } else { "after it" };
                 return match kind {
                     "unplugged" => format!(", {after}"),
@@ -269,7 +269,7 @@ impl LinkCase {
 
     /// Bytes and frames that nobody meant, between two writes; half of the floods end with
     /// a `Stop`.
-    fn babble<B: ForkableBoards>(
+    fn insert_noise<B: ForkableBoards>(
         &mut self,
         kind: &str,
         script: &Script<B>,
@@ -317,7 +317,7 @@ impl LinkCase {
         while bytes.len() <= length {
             let said = script.said.writes();
             let frame = &said[random.below(said.len() as u64) as usize].bytes;
-            let mut asked = request(frame);
+            let mut asked = decode_request(frame);
             if random.below(2) == 1
                 && let Some(asked) = &mut asked
                 && asked.request != Request::Stop
@@ -355,7 +355,7 @@ fn pick<'a, T>(random: &mut Random, all: &'a [T]) -> Result<&'a T, FaultsError> 
 }
 
 /// Whether a refusal is of a frame, not of what it asks.
-fn is_of_a_frame(code: u16) -> bool {
+fn is_frame_error(code: u16) -> bool {
     (Code::BadCrc as u16..=Code::UnknownMessage as u16).contains(&code)
 }
 

@@ -1,7 +1,7 @@
 //! What of a stream of frames a device owes: when it must have stopped, and how often it
 //! may have checked its electrodes.
 
-use super::script::request;
+use super::script::decode_request;
 use super::simulated::TWO_WINDOWS_US;
 use firmware::link::Request;
 use firmware::safety::CHECK_PAUSE_US;
@@ -41,8 +41,8 @@ pub(super) struct Orders {
 
 impl Orders {
     /// Of a session, whose host said `said`.
-    pub fn of(session: &Session, said: &[Write], line_us: u64) -> Self {
-        let owner = said.last().and_then(|write| request(&write.bytes));
+    pub fn from_session(session: &Session, said: &[Write], line_us: u64) -> Self {
+        let owner = said.last().and_then(|write| decode_request(&write.bytes));
         Self {
             timeout_us: 1000 * u64::from(session.wearer.host_timeout_ms),
             fall_us: 1000 * u64::from(session.wearer.fall_ms),
@@ -58,15 +58,20 @@ impl Orders {
 
     /// Whether by the whole frames that came nothing may be driven from `from_us` on, until
     /// it is armed anew.
-    pub fn ended(&self, whole: &[Write], from_us: u64) -> bool {
-        let quiet = self.owed(whole, 0, from_us).quiet;
+    pub fn forbids_output_from(&self, whole: &[Write], from_us: u64) -> bool {
+        let quiet = self.expected_effects(whole, 0, from_us).quiet;
         let last = quiet.last().filter(|last| last.until_us == u64::MAX);
         last.is_some_and(|last| last.from_us <= from_us)
     }
 
     /// What up to `end_us` is owed by the whole frames that came, and whether silence ends
     /// anything from `moment_us` on.
-    pub fn owed(&self, whole: &[Write], moment_us: u64, end_us: u64) -> ExpectedEffects {
+    pub fn expected_effects(
+        &self,
+        whole: &[Write],
+        moment_us: u64,
+        end_us: u64,
+    ) -> ExpectedEffects {
         let mut quiet: Vec<QuietInterval> = Vec::new();
         let mut armed_us = Vec::new();
         let mut is_silenced = false;
@@ -91,7 +96,7 @@ impl Orders {
                 (alive_us, off_us) = (None, Some(over_us));
                 is_armed = false;
             }
-            let Some(asked) = request(bytes) else {
+            let Some(asked) = decode_request(bytes) else {
                 continue;
             };
             let is_own = asked.session == self.session;
@@ -116,7 +121,7 @@ impl Orders {
                 Request::Start if is_own && is_armed => {
                     (alive_us, off_us) = (Some(t_us), None);
                 }
-                _ if is_own && counts(&asked.request) => {
+                _ if is_own && counts_as_keep_alive(&asked.request) => {
                     alive_us = alive_us.map(|_| t_us);
                 }
                 _ => {}
@@ -142,7 +147,7 @@ fn most_counted(at_us: &[u64]) -> usize {
 }
 
 /// Whether it says that the host is there (docs/protocol.md, host silence).
-const fn counts(request: &Request) -> bool {
+const fn counts_as_keep_alive(request: &Request) -> bool {
     matches!(
         request,
         Request::Amplitudes { .. }
@@ -156,9 +161,9 @@ const fn counts(request: &Request) -> bool {
 }
 
 /// Whether stimulation may begin anew with what is said: after a fault, by none but these.
-pub(super) fn begins(said: &[Write]) -> bool {
+pub(super) fn may_restart(said: &[Write]) -> bool {
     let is = |write: &Write| {
-        request(&write.bytes).is_some_and(|asked| {
+        decode_request(&write.bytes).is_some_and(|asked| {
             matches!(
                 asked.request,
                 Request::Hello { .. } | Request::Arm { .. } | Request::Start | Request::Acknowledge
@@ -208,7 +213,7 @@ mod tests {
 
     /// When nothing may be driven, ms and half ones, and whether a silence ended it.
     fn quiet(said: &[(u64, u16, Request)]) -> (Vec<(f64, f64)>, bool) {
-        let owed = ORDERS.owed(&frames(said), 0, 1_000_000);
+        let owed = ORDERS.expected_effects(&frames(said), 0, 1_000_000);
         let ms = |us: u64| us as f64 * 1e-3;
         let all = owed.quiet.iter();
         (
@@ -260,7 +265,9 @@ mod tests {
     #[test]
     fn an_electrode_check_may_come_with_each_arming_anew() {
         const STOP: Request = Request::Stop;
-        let checks = |said: &[(u64, u16, Request)]| ORDERS.owed(&frames(said), 0, 9_000_000).checks;
+        let checks = |said: &[(u64, u16, Request)]| {
+            ORDERS.expected_effects(&frames(said), 0, 9_000_000).checks
+        };
         assert_eq!(checks(&[]), 0);
         let armed = [(10, 7, ARM), (11, 7, ARM), (12, 9, ARM)];
         assert_eq!(checks(&armed), 1, "armed already, and a stranger's");
@@ -279,7 +286,7 @@ mod tests {
         let sent: Vec<&[u8]> = said.iter().map(|write| &*write.bytes).collect();
         let mut passed = Stream::new(said.clone());
         assert_eq!(broken_frames(&passed, &sent), (said.clone(), 0));
-        passed.turn(1, &[9]);
+        passed.flip_bits(1, &[9]);
         passed.add(4_000, vec![0]);
         let whole = vec![said[0].clone(), said[2].clone()];
         assert_eq!(broken_frames(&passed, &sent), (whole, 1));

@@ -3,7 +3,7 @@
 use super::case::{Case, CaseResult};
 use super::declaration::Class;
 use super::simulated::TWO_WINDOWS_US;
-use host_core::statistics::{median, share_at_most};
+use host_core::statistics::{median, share_upper_bound};
 use std::collections::BTreeMap;
 
 /// Of the upper bounds.
@@ -61,7 +61,7 @@ pub struct Outcome {
 impl Outcome {
     /// Of these cases.
     #[must_use]
-    pub fn of(class: Class, cases: &[Case]) -> Self {
+    pub fn from_cases(class: Class, cases: &[Case]) -> Self {
         let all: Vec<&Case> = cases.iter().collect();
         let mut kinds = BTreeMap::<&str, Vec<&Case>>::new();
         for case in cases {
@@ -74,16 +74,17 @@ impl Outcome {
             kinds.clear();
         }
         let kinds = kinds.into_iter();
-        let kinds = kinds.map(|(kind, cases)| Self::counted(class, Some(kind.to_owned()), &cases));
-        let listed = cases.iter().filter(|case| case.fate.is_open());
+        let kinds =
+            kinds.map(|(kind, cases)| Self::count_cases(class, Some(kind.to_owned()), &cases));
+        let listed = cases.iter().filter(|case| case.fate.needs_review());
         Self {
             listed: listed.cloned().collect(),
             kinds: kinds.collect(),
-            ..Self::counted(class, None, &all)
+            ..Self::count_cases(class, None, &all)
         }
     }
 
-    fn counted(class: Class, kind: Option<String>, cases: &[&Case]) -> Self {
+    fn count_cases(class: Class, kind: Option<String>, cases: &[&Case]) -> Self {
         let fates = || cases.iter().map(|case| &case.fate);
         let count =
             |is: &dyn Fn(&CaseResult) -> bool| fates().filter(|fate| is(fate)).count() as u64;
@@ -104,7 +105,7 @@ impl Outcome {
             class,
             kind,
             drawn: cases.len() as u64,
-            changed: count(&CaseResult::changed),
+            changed: count(&CaseResult::has_effect),
             harmless: count(&CaseResult::is_harmless),
             to_find: count(&|fate| fate.must_find),
             found: found().count() as u64,
@@ -135,7 +136,7 @@ impl Outcome {
     #[must_use]
     pub fn severe_bound(&self) -> Option<f64> {
         let played = self.drawn - self.stopped;
-        share_at_most(self.severe.min(played), played, LEVEL).ok()
+        share_upper_bound(self.severe.min(played), played, LEVEL).ok()
     }
 
     /// How it is called in a table.

@@ -26,8 +26,8 @@ pub(super) struct Pairs {
 impl Pairs {
     pub fn new(seed: u64, declaration: &Declaration, image: &Image) -> Result<Self, FaultsError> {
         Ok(Self {
-            stem: ForkSource::grow(declaration, image)?,
-            kinds: Kinds::of(declaration, image, seed, STREAM),
+            stem: ForkSource::record(declaration, image)?,
+            kinds: Kinds::new(declaration, image, seed, STREAM),
         })
     }
 }
@@ -35,7 +35,7 @@ impl Pairs {
 impl Draws for Pairs {
     fn case(&self, index: u64) -> Result<Case, FaultsError> {
         let (kind, mut random) = self.kinds.draw(index)?;
-        let owner = Owner::of(kind)?;
+        let owner = Owner::from_kind(kind)?;
         let stream = ERASE[random.below(2) as usize];
         let after_us = random.log_between(APART_US.0, APART_US.1) as u64;
         let instructions = random.below(INSTRUCTIONS);
@@ -64,7 +64,7 @@ impl Draws for Pairs {
             moment_us,
             what: format!("{kind}: {order} after {after_us} us, stream {stream}"),
             fate: match struck {
-                Ok(_) => self.stem.follow(fork, moment_us),
+                Ok(_) => self.stem.play_and_judge(fork, moment_us),
                 Err(why) => CaseResult::stopped(why),
             },
         })

@@ -1,7 +1,7 @@
 //! How long a case of a broken link is played on.
 
 use super::bench::Bench;
-use super::orders::{Orders, begins, broken_frames};
+use super::orders::{Orders, broken_frames, may_restart};
 use super::script::{ForkableBoards, Script};
 use super::simulated::{FOR_GOOD_US, FaultableDevice};
 use hal_sim::lockstep::Device;
@@ -32,7 +32,7 @@ pub(super) struct EndCondition<'a> {
 impl<'a> EndCondition<'a> {
     /// Of a script that is broken at the first of the moments, and said and heard as it
     /// should be from the second on; its host's last word is at the third, µs.
-    pub fn of<B: ForkableBoards>(
+    pub fn new<B: ForkableBoards>(
         script: &Script<B>,
         orders: &'a Orders,
         sent: &'a [&'a [u8]],
@@ -64,8 +64,8 @@ impl<'a> EndCondition<'a> {
         now_us >= self.again_us + shown_us
             && bench.device.is_connected()
             && is_isolated_for(bench, shown_us)
-            && !begins(left)
-            && self.orders.ended(&whole(), now_us - shown_us)
+            && !may_restart(left)
+            && self.orders.forbids_output_from(&whole(), now_us - shown_us)
     }
 }
 

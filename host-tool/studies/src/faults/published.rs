@@ -115,5 +115,5 @@ impl Outcome {
 
 /// A share with its interval.
 fn part(id: &str, claim: &str, holds: u64, of: u64) -> Share {
-    Share::counted(id.to_owned(), claim.to_owned(), None, (holds, of))
+    Share::from_counts(id.to_owned(), claim.to_owned(), None, (holds, of))
 }

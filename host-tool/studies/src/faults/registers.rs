@@ -24,7 +24,7 @@ pub(super) struct Registers {
 impl Registers {
     pub fn new(seed: u64, declaration: &Declaration, image: &Image) -> Result<Self, FaultsError> {
         Ok(Self {
-            stem: ForkSource::grow(declaration, image)?,
+            stem: ForkSource::record(declaration, image)?,
             seed,
             registers: declaration.of.registers.clone(),
         })
@@ -86,7 +86,7 @@ impl Draws for Registers {
             Ok(()) => (
                 block(&register.name),
                 String::new(),
-                self.stem.follow(fork, moment_us),
+                self.stem.play_and_judge(fork, moment_us),
             ),
             Err(AccessError::Error) => {
                 let why = format!("no register answers as {}", register.name);
@@ -94,9 +94,9 @@ impl Draws for Registers {
             }
             Err(AccessError::Unmodelled(Unmodelled(what))) => {
                 let mut fork = self.stem.fork(moment_us)?; // whatever became of the other
-                let struck = assumed::strike(&mut fork, (register, bits), &mut random);
+                let struck = assumed::flip_register_bits(&mut fork, (register, bits), &mut random);
                 let (end, fate) = match struck {
-                    Ok(end) => (end, self.stem.follow(fork, moment_us)),
+                    Ok(end) => (end, self.stem.play_and_judge(fork, moment_us)),
                     Err(why) => ("", CaseResult::stopped(why)),
                 };
                 let assumed = CaseResult {
@@ -107,7 +107,7 @@ impl Draws for Registers {
             }
         };
         let drawn = format!("{} bit {bit}{end}", register.name);
-        Ok(Case::of(kind, &drawn, (index, moment_us), fate))
+        Ok(Case::new(kind, &drawn, (index, moment_us), fate))
     }
 
     fn notes(&self) -> Vec<String> {

@@ -31,7 +31,7 @@ impl Run {
     ///
     /// # Errors
     /// As [`Campaign::on_chip`] and [`Campaign::native`].
-    pub fn asked(
+    pub fn new(
         declaration: Declaration,
         image: Option<&Image>,
         (seed, count): (Option<u64>, Option<u64>),
@@ -67,8 +67,8 @@ impl Run {
 
     /// What these cases come to: for people, and as `result.json` has it.
     #[must_use]
-    pub fn analysed(&self, cases: &[Case]) -> (Outcome, laboratory::Outcome) {
-        let outcome = Outcome::of(self.declaration.class, cases);
+    pub fn compute_outcomes(&self, cases: &[Case]) -> (Outcome, laboratory::Outcome) {
+        let outcome = Outcome::from_cases(self.declaration.class, cases);
         let on = (self.device(), self.seed);
         let result = outcome.result(&self.declaration, on, &self.campaign.notes());
         (outcome, result)
@@ -89,7 +89,7 @@ impl Run {
 impl Study for Run {
     type Unit = Case;
 
-    fn about(&self) -> StudyIdentity<'_> {
+    fn metadata(&self) -> StudyIdentity<'_> {
         StudyIdentity {
             name: "faults",
             arguments: format!(
@@ -112,10 +112,10 @@ impl Study for Run {
 
     /// With its commit: the simulators and the judge are the program's own.
     fn version(&self) -> String {
-        Program::this().words()
+        Program::current().words()
     }
 
-    fn grows(&self) -> bool {
+    fn is_extensible(&self) -> bool {
         true
     }
 
@@ -133,7 +133,7 @@ impl Study for Run {
         cases: &[Case],
         cut_short: Option<String>,
     ) -> anyhow::Result<laboratory::Outcome> {
-        let (_, result) = self.analysed(cases);
+        let (_, result) = self.compute_outcomes(cases);
         Ok(laboratory::Outcome {
             cut_short,
             ..result
@@ -145,7 +145,7 @@ impl Study for Run {
         Ok(vec![("faults.csv".to_owned(), String::from_utf8(rows)?)])
     }
 
-    fn in_words(&self, done: u64) -> String {
+    fn progress_text(&self, done: u64) -> String {
         format!("{done} of {} cases", self.count)
     }
 }

@@ -3,7 +3,7 @@
 use super::bench::Bench;
 use super::case::CaseEnd;
 use super::error::{FaultsError, never_runs};
-use super::simulated::{Boards, FaultableDevice, Native, judged};
+use super::simulated::{Boards, FaultableDevice, Native, judge_case};
 use super::truth::declared_truth;
 use firmware::link::{Decoder, ToDevice};
 use firmware::lockstep::{Lockstep, Sensors, Sink};
@@ -18,7 +18,7 @@ use hal_sim::trace::judge::{Rule, Truth, Verdict};
 use hal_sim::wire::faults::DELIMITER;
 use hal_sim::wire::stream::{Stream, Write};
 use hal_sim::world::Recorder;
-use host_core::run::{SessionFile, power_on, run, simulated};
+use host_core::run::{SessionFile, power_on, run, simulated_port};
 use host_core::session::Session;
 use std::collections::VecDeque;
 use std::io;
@@ -44,11 +44,7 @@ pub(super) trait ForkableBoards: Boards<Board: 'static> {
     const IS_EXACT: bool;
 
     /// A board with the stages of `session`, booted, that nobody has spoken to.
-    fn booted(
-        &self,
-        session: &Session,
-        sensors: Sensors,
-    ) -> Result<Bench<Self::Board>, FaultsError>;
+    fn boot(&self, session: &Session, sensors: Sensors) -> Result<Bench<Self::Board>, FaultsError>;
 
     /// Another one that goes on by itself from here, where that is quicker than to play it
     /// anew.
@@ -62,11 +58,11 @@ impl ForkableBoards for Image {
     const CONNECTS_US: u64 = 200_000;
     const IS_EXACT: bool = false;
 
-    fn booted(&self, session: &Session, sensors: Sensors) -> Result<Bench<Board<()>>, FaultsError> {
+    fn boot(&self, session: &Session, sensors: Sensors) -> Result<Bench<Board<()>>, FaultsError> {
         let mut board = power_on(session, self, ())?;
         board.boot(&Sensors::default())?;
         let now_us = board.now_us();
-        Ok(Bench::of(board, Recorder::default(), now_us, sensors))
+        Ok(Bench::new(board, Recorder::default(), now_us, sensors))
     }
 
     fn fork(board: &Board<()>) -> Option<Board<()>> {
@@ -79,9 +75,9 @@ impl ForkableBoards for Native {
     const CONNECTS_US: u64 = 0;
     const IS_EXACT: bool = true;
 
-    fn booted(&self, _: &Session, sensors: Sensors) -> Result<Bench<Lockstep>, FaultsError> {
+    fn boot(&self, _: &Session, sensors: Sensors) -> Result<Bench<Lockstep>, FaultsError> {
         let device = native(Micros::new(0));
-        Ok(Bench::of(device, Recorder::default(), 0, sensors))
+        Ok(Bench::new(device, Recorder::default(), 0, sensors))
     }
 
     fn fork(_: &Lockstep) -> Option<Lockstep> {
@@ -146,14 +142,14 @@ impl<B: ForkableBoards> Script<B> {
     /// It does not come to its end without any fault.
     pub fn record(boards: &B, file: &SessionFile) -> Result<Self, FaultsError> {
         let session = &file.session;
-        let bench = boards.booted(session, Sensors::default())?;
+        let bench = boards.boot(session, Sensors::default())?;
         let (boot_us, heard) = (bench.now_us(), Arc::default());
         let tap = Box::new(WriteRecorder {
             device: bench.device,
             heard: Arc::clone(&heard),
         });
         let boot = Micros::new(boot_us as u32); // far from wrapping
-        let port = simulated(session, 0, tap, boot).map_err(never_runs)?;
+        let port = simulated_port(session, 0, tap, boot).map_err(never_runs)?;
         let (outcome, port) = run(file, port, None, |_: f64| {});
         let (None, Some(port)) = (outcome.error.as_ref(), port) else {
             let why = outcome.error.map_or_else(String::new, |e| e.to_string());
@@ -171,7 +167,7 @@ impl<B: ForkableBoards> Script<B> {
         let heard = heard.map(|writes| writes.unwrap_or_else(PoisonError::into_inner));
         let said = Stream::new(heard.unwrap_or_default());
         let first_us = said.writes().first().map_or(0, |write| write.t_us);
-        let mut bench = boards.booted(session, sensors)?;
+        let mut bench = boards.boot(session, sensors)?;
         bench.run_to(first_us).map_err(never_runs)?;
         Ok(Self {
             file: file.clone(),
@@ -181,7 +177,7 @@ impl<B: ForkableBoards> Script<B> {
             whole: Trace::default(),
             always: Vec::new(),
             sensors,
-            kept: kept::<B>(&bench).into_iter().collect(),
+            kept: fork_with_time::<B>(&bench).into_iter().collect(),
         })
     }
 
@@ -195,7 +191,7 @@ impl<B: ForkableBoards> Script<B> {
         for write in self.said.writes() {
             if write.t_us >= next_us {
                 bench.run_to(write.t_us).map_err(never_runs)?;
-                kept.extend(self::kept::<B>(&bench));
+                kept.extend(self::fork_with_time::<B>(&bench));
                 next_us = write.t_us + KEPT_US;
             }
             bench
@@ -212,7 +208,7 @@ impl<B: ForkableBoards> Script<B> {
     /// # Errors
     /// It is severe by itself.
     pub fn accept(&mut self, mut bench: Bench<B::Board>) -> Result<(), FaultsError> {
-        let (fate, verdict) = judged(&mut bench, self.end_us(), self.truth());
+        let (fate, verdict) = judge_case(&mut bench, self.end_us(), self.truth());
         if let Some(severe) = fate.severe.first() {
             let severe = format!("{}: {severe}", self.file.name);
             return Err(FaultsError::SevereItself(severe));
@@ -245,7 +241,7 @@ impl<B: ForkableBoards> Script<B> {
     }
 
     /// What is severe without protection, and is not when nothing breaks.
-    pub fn bare(&self, verdict: &Verdict) -> Vec<String> {
+    pub fn unprotected_findings(&self, verdict: &Verdict) -> Vec<String> {
         let found = verdict.bare.findings.iter();
         let found = found.filter(|finding| !self.always.contains(&(finding.rule, finding.channel)));
         found.map(ToString::to_string).collect()
@@ -260,7 +256,7 @@ impl<B: ForkableBoards> Script<B> {
         });
         match fork {
             Some(fork) => Ok(fork),
-            None => boards.booted(&self.file.session, self.sensors),
+            None => boards.boot(&self.file.session, self.sensors),
         }
     }
 
@@ -270,7 +266,7 @@ impl<B: ForkableBoards> Script<B> {
     ///
     /// # Errors
     /// The device is gone: the simulator does not model what it did.
-    pub fn say(
+    pub fn send_stream(
         &self,
         bench: &mut Bench<B::Board>,
         stream: &Stream,
@@ -279,7 +275,7 @@ impl<B: ForkableBoards> Script<B> {
         is_over: &EndCheck<'_, B::Board>,
     ) -> (Stream, io::Result<CaseEnd>) {
         let mut passed = Vec::new();
-        let done = say(bench, stream, out, (end_us, is_over), &mut passed);
+        let done = send_writes(bench, stream, out, (end_us, is_over), &mut passed);
         (Stream::new(passed), done)
     }
 }
@@ -288,15 +284,17 @@ impl<B: ForkableBoards> Script<B> {
 pub(super) type EndCheck<'a, D> = dyn Fn(&Bench<D>, &[Write], &[Write]) -> bool + 'a;
 
 fn fork<B: ForkableBoards>(bench: &Bench<B::Board>) -> Option<Bench<B::Board>> {
-    B::fork(&bench.device).map(|device| bench.with(device))
+    B::fork(&bench.device).map(|device| bench.with_device(device))
 }
 
 /// A fork with its time, to be forked again.
-fn kept<B: ForkableBoards>(bench: &Bench<B::Board>) -> Option<(u64, Mutex<Bench<B::Board>>)> {
+fn fork_with_time<B: ForkableBoards>(
+    bench: &Bench<B::Board>,
+) -> Option<(u64, Mutex<Bench<B::Board>>)> {
     fork::<B>(bench).map(|fork| (fork.now_us(), Mutex::new(fork)))
 }
 
-fn say<D: FaultableDevice>(
+fn send_writes<D: FaultableDevice>(
     bench: &mut Bench<D>,
     stream: &Stream,
     out: Option<(u64, u64)>,
@@ -316,11 +314,11 @@ fn say<D: FaultableDevice>(
             continue;
         }
         while let Some((at, is_in)) = cable.next_if(|pair| pair.0 <= write.t_us) {
-            carry(bench, &mut waiting, passed, at)?;
+            deliver_writes(bench, &mut waiting, passed, at)?;
             waiting.clear();
-            bench.device.plug(is_in);
+            bench.device.set_cable(is_in);
         }
-        carry(bench, &mut waiting, passed, write.t_us)?;
+        deliver_writes(bench, &mut waiting, passed, write.t_us)?;
         if waiting.is_empty() && write.t_us >= asked_us + ASKED_US {
             asked_us = write.t_us;
             if is_over(bench, passed, &writes[at..]) {
@@ -339,17 +337,17 @@ fn say<D: FaultableDevice>(
         }
     }
     for (at, is_in) in cable.filter(|pair| pair.0 < end_us) {
-        carry(bench, &mut waiting, passed, at)?;
+        deliver_writes(bench, &mut waiting, passed, at)?;
         waiting.clear();
-        bench.device.plug(is_in);
+        bench.device.set_cable(is_in);
     }
-    carry(bench, &mut waiting, passed, end_us)?;
+    deliver_writes(bench, &mut waiting, passed, end_us)?;
     Ok(CaseEnd::Played)
 }
 
 /// Time goes on to `to_us`. Of the writes that wait for the bus those that the device has
 /// taken pass, at the time when that is seen.
-fn carry<D: FaultableDevice>(
+fn deliver_writes<D: FaultableDevice>(
     bench: &mut Bench<D>,
     waiting: &mut VecDeque<Write>,
     passed: &mut Vec<Write>,
@@ -357,7 +355,7 @@ fn carry<D: FaultableDevice>(
 ) -> io::Result<()> {
     loop {
         let mut left = waiting.iter().map(|write| write.bytes.len()).sum::<usize>();
-        let unsent = bench.device.unsent();
+        let unsent = bench.device.unread_bytes();
         while let Some(first) = waiting.pop_front_if(|first| left - first.bytes.len() >= unsent) {
             left -= first.bytes.len();
             let t_us = first.t_us.max(bench.now_us());
@@ -375,9 +373,9 @@ fn carry<D: FaultableDevice>(
 }
 
 /// The request of a whole frame.
-pub(super) fn request(frame: &[u8]) -> Option<ToDevice> {
+pub(super) fn decode_request(frame: &[u8]) -> Option<ToDevice> {
     let mut decoder = Decoder::default();
-    let message = decoder.take(&mut &*frame)?.ok()?;
+    let message = decoder.push_until_delimiter(&mut &*frame)?.ok()?;
     postcard::from_bytes(message).ok()
 }
 
@@ -390,8 +388,9 @@ pub(super) fn name(asked: &ToDevice) -> String {
 
 /// The first write that is this request.
 fn find(said: &Stream, wanted: &str) -> Result<(usize, u64), FaultsError> {
-    let is =
-        |write: &Write| request(&write.bytes).is_some_and(|to_device| name(&to_device) == wanted);
+    let is = |write: &Write| {
+        decode_request(&write.bytes).is_some_and(|to_device| name(&to_device) == wanted)
+    };
     let found = said.writes().iter().position(is);
     let write = found.map(|index| (index, said.writes()[index].t_us));
     write.ok_or_else(|| FaultsError::NeverStimulates(format!("its host says no {wanted}")))

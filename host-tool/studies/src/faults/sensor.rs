@@ -10,7 +10,7 @@ use super::kinds::Kinds;
 use super::measured::angles;
 use super::orders::Orders;
 use super::script::ForkableBoards;
-use super::simulated::judged;
+use super::simulated::judge_case;
 use super::stem::first_difference;
 use super::worn::{PlayedCase, SensorScenario};
 use rayon::prelude::*;
@@ -37,7 +37,7 @@ impl<B: ForkableBoards> Sensor<B> {
             files.map(|file| SensorScenario::record(&boards, file, declaration.to_the_end));
         Ok(Self {
             scenes: scenes.collect::<Result<_, FaultsError>>()?,
-            kinds: Kinds::of(declaration, &boards, seed, STREAM),
+            kinds: Kinds::new(declaration, &boards, seed, STREAM),
             runs_us: declaration.timing().runs_us,
             boards,
         })
@@ -71,11 +71,13 @@ impl<B: ForkableBoards> Draws for Sensor<B> {
             done,
         } = scene.play(&self.boards, &drawn)?;
         let session = &script.file.session;
-        let orders = Orders::of(session, script.said.writes(), B::LINE_US);
+        let orders = Orders::from_session(session, script.said.writes(), B::LINE_US);
         let mut truth = script.truth();
-        truth.quiet = orders.owed(script.said.writes(), moment_us, end_us).quiet;
-        let (mut fate, verdict) = judged(&mut bench, moment_us, truth);
-        fate.bare = script.bare(&verdict);
+        truth.quiet = orders
+            .expected_effects(script.said.writes(), moment_us, end_us)
+            .quiet;
+        let (mut fate, verdict) = judge_case(&mut bench, moment_us, truth);
+        fate.bare = script.unprotected_findings(&verdict);
         let changed = first_difference(&script.whole, &bench.recorder.trace, moment_us, end_us);
         fate.changed_us = changed.map(|at| at - moment_us);
         let (ended, stopped) = match done {
@@ -83,10 +85,10 @@ impl<B: ForkableBoards> Draws for Sensor<B> {
             Err(lost) => (CaseEnd::Played, Some(lost.to_string())),
         };
         // A force that cannot be made with such an angle is refused, and its host silent.
-        let stopping = bench.heard().stopping.map(|(at, _)| u64::from(at.get()));
+        let stopping = bench.reports().stopping.map(|(at, _)| u64::from(at.get()));
         fate.found |= stopping.is_some_and(|at| (moment_us..script.stop.1).contains(&at));
         // What it finds of what it need not is no false alarm: the angle is wrong.
-        fate.must_find = stopped.is_none() && (drawn.is_owed(said) || fate.found);
+        fate.must_find = stopped.is_none() && (drawn.must_be_detected(said) || fate.found);
         Ok(Case {
             index,
             moment_us,

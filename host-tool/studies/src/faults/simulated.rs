@@ -38,15 +38,15 @@ pub(super) trait FaultableDevice: Device {
     /// These lines break on their way to their stage.
     fn break_lines(&mut self, lines: Levels);
     /// The converter of the current sense no longer heeds its trigger.
-    fn deafen(&mut self);
+    fn ignore_sense_trigger(&mut self);
     /// The cable to the host is plugged in, or pulled.
-    fn plug(&mut self, is_in: bool);
+    fn set_cable(&mut self, is_in: bool);
     /// What the host writes goes to the device.
     fn is_connected(&self) -> bool;
     /// It keeps a fault, and has nobody to tell.
-    fn keeps_to_itself(&self) -> bool;
+    fn has_unreported_fault(&self) -> bool;
     /// Bytes that the host has written, and that the device has not yet taken.
-    fn unsent(&self) -> usize;
+    fn unread_bytes(&self) -> usize;
 }
 
 impl FaultableDevice for Board<()> {
@@ -68,11 +68,11 @@ impl FaultableDevice for Board<()> {
         self.around.broken = lines;
     }
 
-    fn deafen(&mut self) {
+    fn ignore_sense_trigger(&mut self) {
         self.around.soc.adc.deaf = true;
     }
 
-    fn plug(&mut self, is_in: bool) {
+    fn set_cable(&mut self, is_in: bool) {
         self.around.plug(is_in, self.cpu.cycle);
     }
 
@@ -80,13 +80,13 @@ impl FaultableDevice for Board<()> {
         self.around.host.is_open()
     }
 
-    fn keeps_to_itself(&self) -> bool {
+    fn has_unreported_fault(&self) -> bool {
         let kept = self.around.soc.backup.word(KEPT_FAULT_WORD);
         !self.is_connected() && kept >> 16 == MAGIC
     }
 
-    fn unsent(&self) -> usize {
-        self.around.host.unsent()
+    fn unread_bytes(&self) -> usize {
+        self.around.host.unsent_bytes()
     }
 }
 
@@ -107,19 +107,19 @@ impl FaultableDevice for Lockstep {
 
     fn break_lines(&mut self, _: Levels) {}
 
-    fn deafen(&mut self) {}
+    fn ignore_sense_trigger(&mut self) {}
 
-    fn plug(&mut self, _: bool) {}
+    fn set_cable(&mut self, _: bool) {}
 
     fn is_connected(&self) -> bool {
         true
     }
 
-    fn keeps_to_itself(&self) -> bool {
+    fn has_unreported_fault(&self) -> bool {
         false
     }
 
-    fn unsent(&self) -> usize {
+    fn unread_bytes(&self) -> usize {
         0
     }
 }
@@ -140,11 +140,11 @@ pub(super) trait Boards: Sync + Send {
         prepare: &dyn Fn(&mut Board<()>),
     ) -> Result<Bench<Self::Board>, FaultsError>;
 
-    /// Boots and greets one for [`Self::greeted`].
-    fn kept(&self, session: &Session) -> Result<Self::Snapshot, FaultsError>;
+    /// Boots and greets one for [`Self::connected_board`].
+    fn prepare(&self, session: &Session) -> Result<Self::Snapshot, FaultsError>;
 
     /// A board as [`Self::board`] gives it, unchanged: a fork of the kept one, if there is one.
-    fn greeted(
+    fn connected_board(
         &self,
         kept: &Self::Snapshot,
         session: &Session,
@@ -152,7 +152,7 @@ pub(super) trait Boards: Sync + Send {
     ) -> Result<Bench<Self::Board>, FaultsError>;
 
     /// Of what a declaration says for the chip and natively, its own.
-    fn own<'k, T: ?Sized>(&self, chip: &'k T, native: &'k T) -> &'k T;
+    fn select<'k, T: ?Sized>(&self, chip: &'k T, native: &'k T) -> &'k T;
 }
 
 impl Boards for Image {
@@ -169,14 +169,14 @@ impl Boards for Image {
         prepare(&mut board);
         board.boot(&sensors)?;
         let now_us = board.now_us();
-        Bench::greeted(board, now_us, sensors)
+        Bench::connect(board, now_us, sensors)
     }
 
-    fn kept(&self, session: &Session) -> Result<Self::Snapshot, FaultsError> {
+    fn prepare(&self, session: &Session) -> Result<Self::Snapshot, FaultsError> {
         self.board(session, Sensors::default(), &|_| ())
     }
 
-    fn greeted(
+    fn connected_board(
         &self,
         kept: &Self::Snapshot,
         _: &Session,
@@ -187,7 +187,7 @@ impl Boards for Image {
         Ok(fork)
     }
 
-    fn own<'k, T: ?Sized>(&self, chip: &'k T, _: &'k T) -> &'k T {
+    fn select<'k, T: ?Sized>(&self, chip: &'k T, _: &'k T) -> &'k T {
         chip
     }
 }
@@ -205,14 +205,14 @@ impl Boards for Native {
         sensors: Sensors,
         _: &dyn Fn(&mut Board<()>),
     ) -> Result<Bench<Lockstep>, FaultsError> {
-        Bench::greeted(native(Micros::new(0)), 0, sensors)
+        Bench::connect(native(Micros::new(0)), 0, sensors)
     }
 
-    fn kept(&self, _: &Session) -> Result<(), FaultsError> {
+    fn prepare(&self, _: &Session) -> Result<(), FaultsError> {
         Ok(())
     }
 
-    fn greeted(
+    fn connected_board(
         &self,
         (): &(),
         session: &Session,
@@ -221,7 +221,7 @@ impl Boards for Native {
         self.board(session, sensors, &|_| ())
     }
 
-    fn own<'k, T: ?Sized>(&self, _: &'k T, native: &'k T) -> &'k T {
+    fn select<'k, T: ?Sized>(&self, _: &'k T, native: &'k T) -> &'k T {
         native
     }
 }
@@ -235,7 +235,7 @@ pub(super) fn is_isolated_for_good(
     now_us: u64,
 ) -> bool {
     let reset_us = device.reset_us();
-    let found = heard.fault.is_some() || reset_us.is_some() || device.keeps_to_itself();
+    let found = heard.fault.is_some() || reset_us.is_some() || device.has_unreported_fault();
     let last = trace.levels.last();
     let since_us = last
         .filter(|pair| pair.1 == Levels::ISOLATED)
@@ -246,18 +246,18 @@ pub(super) fn is_isolated_for_good(
 
 /// What the device found of what was broken at `moment_us`, and what the judge says of all
 /// that it put out, once with `truth` and what the fault itself adds to it.
-pub(super) fn judged<D: FaultableDevice>(
+pub(super) fn judge_case<D: FaultableDevice>(
     bench: &mut Bench<D>,
     moment_us: u64,
     truth: Truth,
 ) -> (CaseResult, Verdict) {
     let (pump, end_us) = (bench.device.pump(), bench.now_us());
-    judged_to(bench, moment_us, truth, (&pump, end_us))
+    judge_case_until(bench, moment_us, truth, (&pump, end_us))
 }
 
 /// The same of a bench whose recorder has more than it played: with its pump, and to
 /// `end_us`.
-pub(super) fn judged_to<D: FaultableDevice>(
+pub(super) fn judge_case_until<D: FaultableDevice>(
     bench: &mut Bench<D>,
     moment_us: u64,
     mut truth: Truth,
@@ -270,7 +270,7 @@ pub(super) fn judged_to<D: FaultableDevice>(
             until_us: u64::MAX,
         });
     };
-    if let Some(record) = bench.heard().fault {
+    if let Some(record) = bench.reports().fault {
         let at_us = bench.clock.world_us(record.at);
         fate.fault = Some(record.fault);
         fate.told_us = Some(at_us.saturating_sub(moment_us));

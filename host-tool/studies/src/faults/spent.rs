@@ -18,7 +18,7 @@ pub(super) struct Allowed {
 
 impl Allowed {
     /// By `session`, whose stages drive currents.
-    pub fn of(session: &Session) -> Self {
+    pub fn from_session(session: &Session) -> Self {
         let mut channels = [None; CHANNELS];
         for channel in &session.channels {
             let (spec, train) = (&channel.spec, &channel.spec.train);
@@ -64,7 +64,7 @@ impl OutputTotals {
         let mut since = [0; CHANNELS];
         let mut before = hal_sim::trace::Levels::ISOLATED;
         for &(t_us, levels) in &trace.levels {
-            for channel in levels.changed(before) {
+            for channel in levels.changed_channels(before) {
                 let index = usize::from(channel);
                 if t_us >= from_us && before.state(channel).is_driven() {
                     last = t_us;
@@ -180,7 +180,7 @@ mod tests {
                 (250, State::Anodic),
                 (450, State::Isolated),
             ] {
-                let levels = Levels::ISOLATED.with(2, state);
+                let levels = Levels::ISOLATED.with_channel(2, state);
                 trace.record_levels(1_000 + t_us + after_us, levels);
             }
         }

@@ -5,7 +5,7 @@ use super::case::{CaseEnd, CaseResult};
 use super::declaration::{Declaration, Timing};
 use super::error::{FaultsError, never_runs};
 use super::simulated::{
-    Boards, FaultableDevice, TWO_WINDOWS_US, is_isolated_for_good, judged, judged_to,
+    Boards, FaultableDevice, TWO_WINDOWS_US, is_isolated_for_good, judge_case, judge_case_until,
 };
 use super::truth::declared_truth;
 use firmware::lockstep::Sensors;
@@ -49,15 +49,15 @@ impl ForkSource {
     ///
     /// # Errors
     /// It does not stimulate, or is severe by itself.
-    pub fn grow(declaration: &Declaration, image: &Image) -> Result<Self, FaultsError> {
+    pub fn record(declaration: &Declaration, image: &Image) -> Result<Self, FaultsError> {
         let (session, timing) = (&declaration.scene.session, declaration.timing());
         let sensors = Sensors {
             load_ohm: [LOAD_OHM; CHANNELS],
             ..Sensors::default()
         };
         let bench = image.board(session, sensors, &|_| ())?;
-        let wanted = session.setpoints.at(0).request(None);
-        let mut bench = bench.stimulating(session, wanted, timing.warm_us)?;
+        let wanted = session.setpoints.at(0).to_request(None);
+        let mut bench = bench.into_stimulating(session, wanted, timing.warm_us)?;
         let end_us = bench.now_us() + timing.window_us;
         let mut kept = Vec::new();
         let mut last = bench.clone();
@@ -82,7 +82,7 @@ impl ForkSource {
         };
         // To its end, host silence included: it is like itself at once.
         let begin_us = last.now_us();
-        let (fate, verdict) = stem.played(last, begin_us);
+        let (fate, verdict) = stem.play_to_end(last, begin_us);
         stem.always = verdict
             .bare
             .findings
@@ -128,7 +128,7 @@ impl ForkSource {
 
     /// From the begin of the window on with `observer`, to the end of the last fork; `at` is
     /// called at each of `cycles`, which ascend.
-    pub fn watched<O: Observer + Send + Clone + 'static>(
+    pub fn run_with_observer<O: Observer + Send + Clone + 'static>(
         &self,
         observer: O,
         cycles: &[Cycle],
@@ -137,7 +137,7 @@ impl ForkSource {
         let begin = self.kept.first();
         let begin = begin.ok_or_else(|| FaultsError::NeverStimulates("nothing kept".into()))?;
         let end_us = begin.now_us() + self.timing.window_us + self.timing.runs_us;
-        let mut bench = begin.with(begin.device.clone().observed(observer));
+        let mut bench = begin.with_device(begin.device.clone().with_observer(observer));
         let origin = bench.device.around.origin();
         for &cycle in cycles {
             let us = cycle.saturating_sub(origin) / CYCLES_PER_US;
@@ -175,23 +175,23 @@ impl ForkSource {
     }
 
     /// Plays on what was broken at `moment_us`, and judges it.
-    pub fn follow(&self, fork: Chip, moment_us: u64) -> CaseResult {
+    pub fn play_and_judge(&self, fork: Chip, moment_us: u64) -> CaseResult {
         CaseResult {
             shown_us: None,
-            ..self.follow_shown(fork, moment_us)
+            ..self.play_and_judge_shown(fork, moment_us)
         }
     }
 
     /// The same, with how long a line was another.
-    pub fn follow_shown(&self, fork: Chip, moment_us: u64) -> CaseResult {
-        let (mut fate, verdict) = self.judged(fork, moment_us);
+    pub fn play_and_judge_shown(&self, fork: Chip, moment_us: u64) -> CaseResult {
+        let (mut fate, verdict) = self.play_or_reconverge(fork, moment_us);
         let bare = verdict.bare.findings.iter();
         let bare = bare.filter(|finding| !self.always.contains(&(finding.rule, finding.channel)));
         fate.bare = bare.map(ToString::to_string).collect();
         fate
     }
 
-    fn judged(&self, mut fork: Chip, moment_us: u64) -> (CaseResult, Verdict) {
+    fn play_or_reconverge(&self, mut fork: Chip, moment_us: u64) -> (CaseResult, Verdict) {
         let silent_us = moment_us + self.timing.runs_us;
         let after = self.kept.partition_point(|kept| kept.now_us() <= moment_us);
         for stem in self.kept.iter().skip(after).filter(|_| !self.to_the_end) {
@@ -200,28 +200,35 @@ impl ForkSource {
                 break;
             }
             let (device, trace) = (&fork.device, &fork.recorder.trace);
-            if is_isolated_for_good(fork.heard(), device, trace, fork.now_us()) {
-                return self.fate(fork, moment_us, CaseEnd::Isolated, Ok(()));
+            if is_isolated_for_good(fork.reports(), device, trace, fork.now_us()) {
+                return self.judge_ended(fork, moment_us, CaseEnd::Isolated, Ok(()));
             }
-            if fork.speaks_like(stem) && fork.device.unlike(&stem.device).is_none() {
-                return self.goes_on_as(stem, fork, moment_us);
+            if fork.has_same_host_state(stem)
+                && fork.device.first_difference(&stem.device).is_none()
+            {
+                return self.judge_reconverged(stem, fork, moment_us);
             }
         }
-        self.played(fork, moment_us)
+        self.play_to_end(fork, moment_us)
     }
 
     /// Plays to the end of its time, and judges it.
-    fn played(&self, mut fork: Chip, moment_us: u64) -> (CaseResult, Verdict) {
+    fn play_to_end(&self, mut fork: Chip, moment_us: u64) -> (CaseResult, Verdict) {
         let silent_us = moment_us + self.timing.runs_us;
         let end_us = silent_us + self.timing.silent_us;
         let played = fork.run_to(silent_us);
         fork.speaks = false;
         let played = played.and_then(|()| fork.run_to(end_us));
-        self.fate(fork, moment_us, CaseEnd::Played, played)
+        self.judge_ended(fork, moment_us, CaseEnd::Played, played)
     }
 
     /// Of a fork that is in the state of `stem`: what that puts out from here on is its own.
-    fn goes_on_as(&self, stem: &Chip, mut fork: Chip, moment_us: u64) -> (CaseResult, Verdict) {
+    fn judge_reconverged(
+        &self,
+        stem: &Chip,
+        mut fork: Chip,
+        moment_us: u64,
+    ) -> (CaseResult, Verdict) {
         let (at_us, end_us) = (stem.now_us(), moment_us + self.timing.runs_us);
         // Not by time: what happened shortly before is told a little later, of both.
         let (trace, told) = (&mut fork.recorder.trace, &stem.recorder.trace);
@@ -240,13 +247,13 @@ impl ForkSource {
             .extend(trips.filter(|trip_write| before_end(trip_write.t_us)));
         let pump = fork.device.pump().followed_by(&self.pump, at_us);
         let on = (&pump, end_us);
-        let (mut fate, verdict) = judged_to(&mut fork, moment_us, self.truth.clone(), on);
+        let (mut fate, verdict) = judge_case_until(&mut fork, moment_us, self.truth.clone(), on);
         fate.ended = CaseEnd::Reconverged;
         self.compare(&mut fate, &fork, (moment_us, at_us));
         (fate, verdict)
     }
 
-    fn fate(
+    fn judge_ended(
         &self,
         mut fork: Chip,
         moment_us: u64,
@@ -255,10 +262,10 @@ impl ForkSource {
     ) -> (CaseResult, Verdict) {
         let mut truth = self.truth.clone();
         truth.quiet.push(QuietInterval {
-            from_us: fork.said_us() + self.silence_us,
+            from_us: fork.last_sent_us() + self.silence_us,
             until_us: u64::MAX,
         });
-        let (mut fate, verdict) = judged(&mut fork, moment_us, truth);
+        let (mut fate, verdict) = judge_case(&mut fork, moment_us, truth);
         (fate.ended, fate.stopped) = (ended, played.err().map(|e| e.to_string()));
         let silent_us = moment_us + self.timing.runs_us;
         // A fall's last pulses, of single codes, are uneven by themselves.

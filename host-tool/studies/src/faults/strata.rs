@@ -75,7 +75,7 @@ impl Area {
 ///
 /// # Errors
 /// E616: it has not what is declared.
-pub(super) fn found(
+pub(super) fn locate_strata(
     written: &[WrittenStratum],
     image: &Image,
     deepest: u32,
@@ -116,7 +116,7 @@ pub(super) fn found(
                 let others: Result<Vec<_>, _> = others
                     .map(|written_stratum| variable(&written_stratum.symbol))
                     .collect();
-                Area::Bytes(without(SRAM1.start..end, others?))
+                Area::Bytes(subtract_ranges(SRAM1.start..end, others?))
             }
         })
     };
@@ -132,7 +132,7 @@ pub(super) fn found(
 }
 
 /// What of `all` lies in none of `others`.
-fn without(all: Range<u32>, mut others: Vec<Range<u32>>) -> Vec<Range<u32>> {
+fn subtract_ranges(all: Range<u32>, mut others: Vec<Range<u32>>) -> Vec<Range<u32>> {
     others.sort_by_key(|range| range.start);
     let (mut left, mut from) = (Vec::new(), all.start);
     for other in others.into_iter().filter(|range| range.start < all.end) {
@@ -153,7 +153,7 @@ mod tests {
 
     #[test]
     fn the_rest_is_what_is_in_no_other() {
-        let left = without(0..100, vec![50..60, 10..20, 10..20, 200..300]);
+        let left = subtract_ranges(0..100, vec![50..60, 10..20, 10..20, 200..300]);
         assert_eq!(left, [0..10, 20..50, 60..100]);
         let area = Area::Bytes(left);
         assert_eq!(area.bytes(0), 80);

@@ -44,8 +44,8 @@ pub(super) struct Streams {
 impl Streams {
     pub fn new(seed: u64, declaration: &Declaration, image: &Image) -> Result<Self, FaultsError> {
         Ok(Self {
-            stem: ForkSource::grow(declaration, image)?,
-            kinds: Kinds::of(declaration, image, seed, STREAM),
+            stem: ForkSource::record(declaration, image)?,
+            kinds: Kinds::new(declaration, image, seed, STREAM),
         })
     }
 }
@@ -56,11 +56,11 @@ impl Draws for Streams {
         let part = random.unit() * if kind.contains("DAC") { RISES } else { 1.0 };
         let mut fork = self.stem.instant(part, &mut random)?;
         let moment_us = fork.device_us();
-        let (detail, fate) = match strike(kind, &mut fork, &mut random) {
-            Ok(detail) => (detail, self.stem.follow(fork, moment_us)),
+        let (detail, fate) = match inject_fault(kind, &mut fork, &mut random) {
+            Ok(detail) => (detail, self.stem.play_and_judge(fork, moment_us)),
             Err(why) => (String::new(), CaseResult::stopped(why)),
         };
-        Ok(Case::of(kind, &detail, (index, moment_us), fate))
+        Ok(Case::new(kind, &detail, (index, moment_us), fate))
     }
 
     fn notes(&self) -> Vec<String> {
@@ -70,17 +70,17 @@ impl Draws for Streams {
 }
 
 /// Breaks it; gives what was drawn.
-fn strike(kind: &str, fork: &mut Chip, random: &mut Random) -> Result<String, FaultsError> {
+fn inject_fault(kind: &str, fork: &mut Chip, random: &mut Random) -> Result<String, FaultsError> {
     match kind {
         "DAC word lost"
         | "DAC write lost"
         | "two DAC writes lost"
-        | "a channel's DAC write lost" => Ok(lose(kind, &mut fork.device, random)),
+        | "a channel's DAC write lost" => Ok(lose_dac_write(kind, &mut fork.device, random)),
         "conversion lost" => {
             fork.device.around.soc.adc.unheard = 1;
             Ok("one trigger".to_owned())
         }
-        "request unseen" | "request too many" => slip(kind, &mut fork.device, random),
+        "request unseen" | "request too many" => slip_request(kind, &mut fork.device, random),
         "play stream off" => switch_off(&mut fork.device, PLAY[random.below(2) as usize]),
         "erase stream off" => switch_off(&mut fork.device, ERASE[random.below(2) as usize]),
         "refill lost" => {
@@ -89,36 +89,40 @@ fn strike(kind: &str, fork: &mut Chip, random: &mut Random) -> Result<String, Fa
         }
         "refill held back" => {
             let us = random.between(10.0, 3_000.0) as u64;
-            private(&mut fork.device, NVIC[1], TIM2)?;
+            write_private_register(&mut fork.device, NVIC[1], TIM2)?;
             let until = fork.device.cpu.cycle + us * CYCLES_PER_US;
             fork.device.run_to(until).map_err(never_runs)?;
-            private(&mut fork.device, NVIC[0], TIM2)?;
+            write_private_register(&mut fork.device, NVIC[0], TIM2)?;
             Ok(format!("by {us} us"))
         }
         _ => clock(kind, &mut fork.device, random),
     }
 }
 
-fn lose(kind: &str, board: &mut Board<()>, random: &mut Random) -> String {
+fn lose_dac_write(kind: &str, board: &mut Board<()>, random: &mut Random) -> String {
     let half = [Half::First, Half::Second][random.below(2) as usize];
     let channel = random.below(CHANNELS) as u8;
     let (loss, text) = match kind {
         "DAC word lost" => (
-            Loss::of(1, Some(half), None),
+            Loss::new(1, Some(half), None),
             format!("the {half:?} of the next write").to_lowercase(),
         ),
         "a channel's DAC write lost" => (
-            Loss::of(1, None, Some(channel)),
+            Loss::new(1, None, Some(channel)),
             format!("the next to channel {}", channel + 1),
         ),
-        "DAC write lost" => (Loss::of(1, None, None), "the next".to_owned()),
-        _ => (Loss::of(2, None, None), "the next two".to_owned()),
+        "DAC write lost" => (Loss::new(1, None, None), "the next".to_owned()),
+        _ => (Loss::new(2, None, None), "the next two".to_owned()),
     };
     board.around.loss = loss;
     text
 }
 
-fn slip(kind: &str, board: &mut Board<()>, random: &mut Random) -> Result<String, FaultsError> {
+fn slip_request(
+    kind: &str,
+    board: &mut Board<()>,
+    random: &mut Random,
+) -> Result<String, FaultsError> {
     let (role, streams) = [("play", PLAY), ("erase", ERASE)][random.below(2) as usize];
     let stream = streams[random.below(2) as usize];
     let slip = match kind {
@@ -146,7 +150,7 @@ fn clock(kind: &str, board: &mut Board<()>, random: &mut Random) -> Result<Strin
     let number = kind.as_bytes().get(3).map_or(0, |digit| digit - b'0');
     let cycle = board.cpu.cycle;
     if kind.ends_with("stands") {
-        misclocked(board, number)?;
+        stop_timer_clock(board, number)?;
         return Ok("no edge arrives".to_owned());
     }
     if number == 1 && random.below(2) == 0 {
@@ -168,7 +172,7 @@ fn clock(kind: &str, board: &mut Board<()>, random: &mut Random) -> Result<Strin
 }
 
 /// No edge of its clock arrives at timer `number` any more.
-pub(super) fn misclocked(board: &mut Board<()>, number: u8) -> Result<(), FaultsError> {
+pub(super) fn stop_timer_clock(board: &mut Board<()>, number: u8) -> Result<(), FaultsError> {
     let cycle = board.cpu.cycle;
     let done = board.around.soc.misclock(number, Clocking::Stands, cycle);
     done.map_err(unmodelled)
@@ -176,7 +180,7 @@ pub(super) fn misclocked(board: &mut Board<()>, number: u8) -> Result<(), Faults
 
 /// The next refill's request goes by unheard.
 fn lose_refill(fork: &mut Chip) -> Result<(), FaultsError> {
-    private(&mut fork.device, NVIC[1], TIM2)?;
+    write_private_register(&mut fork.device, NVIC[1], TIM2)?;
     let Board { cpu, around, .. } = &mut fork.device;
     let end = cpu.cycle + PATIENCE;
     loop {
@@ -194,11 +198,15 @@ fn lose_refill(fork: &mut Chip) -> Result<(), FaultsError> {
     done.map_err(denied)?;
     around.advance(cpu.cycle + 8).map_err(unmodelled)?; // the line is low
     cpu.cycle += 8;
-    private(&mut fork.device, NVIC[3], TIM2)?;
-    private(&mut fork.device, NVIC[0], TIM2)
+    write_private_register(&mut fork.device, NVIC[3], TIM2)?;
+    write_private_register(&mut fork.device, NVIC[0], TIM2)
 }
 
-fn private(board: &mut Board<()>, register: u32, value: u32) -> Result<(), FaultsError> {
+fn write_private_register(
+    board: &mut Board<()>,
+    register: u32,
+    value: u32,
+) -> Result<(), FaultsError> {
     let cpu = &mut board.cpu;
     let done = cpu.system.write(register, Size::Word, value, cpu.cycle);
     done.map_err(unmodelled)

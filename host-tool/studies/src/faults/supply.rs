@@ -43,8 +43,8 @@ pub(super) struct Supply {
 impl Supply {
     pub fn new(seed: u64, declaration: &Declaration, image: &Image) -> Result<Self, FaultsError> {
         Ok(Self {
-            stem: ForkSource::grow(declaration, image)?,
-            kinds: Kinds::of(declaration, image, seed, STREAM),
+            stem: ForkSource::record(declaration, image)?,
+            kinds: Kinds::new(declaration, image, seed, STREAM),
             cut_off: CutOff::new(declaration, image),
         })
     }
@@ -63,7 +63,7 @@ impl Draws for Supply {
             moment_us = fork.device_us();
             struck
         } else {
-            let struck = strike(kind, &mut fork.device, &mut random).map_err(never_runs);
+            let struck = inject_fault(kind, &mut fork.device, &mut random).map_err(never_runs);
             struck.map(|(detail, stood_us, rate)| {
                 let from_us = moment_us;
                 fork.clock = DeviceClock {
@@ -75,10 +75,10 @@ impl Draws for Supply {
             })
         };
         let (detail, fate) = match struck {
-            Ok(detail) => (detail, self.stem.follow(fork, moment_us)),
+            Ok(detail) => (detail, self.stem.play_and_judge(fork, moment_us)),
             Err(why) => (String::new(), CaseResult::stopped(why)),
         };
-        Ok(Case::of(kind, &detail, (index, moment_us), fate))
+        Ok(Case::new(kind, &detail, (index, moment_us), fate))
     }
 
     fn notes(&self) -> Vec<String> {
@@ -96,14 +96,14 @@ impl Draws for Supply {
 type SupplyCase = (String, u64, f64);
 
 /// Breaks it.
-fn strike(
+fn inject_fault(
     kind: &str,
     board: &mut Board<()>,
     random: &mut Random,
 ) -> Result<SupplyCase, BoardError> {
     match kind {
         "crystal dead" => {
-            board.crystal_dies()?;
+            board.stop_crystal()?;
             Ok(("no oscillation".to_owned(), 0, 1.0))
         }
         "PLL wrong" => {
@@ -112,10 +112,10 @@ fn strike(
             Ok((format!("{factor:.4} of 168 MHz"), 0, factor))
         }
         "PLL unlocked" => {
-            let rate = unlocks(board)?;
+            let rate = unlock_pll(board)?;
             Ok(("168 to 28 MHz".to_owned(), 0, rate))
         }
-        "supply falls" => Ok((falls(board, random)?, 0, 1.0)),
+        "supply falls" => Ok((drop_supply(board, random)?, 0, 1.0)),
         "supply dips" => {
             let mv = random.between(1_000.0, 3_200.0) as u32;
             let us = random.log_between(1.0, 10_000.0) as u64;
@@ -125,12 +125,12 @@ fn strike(
             board.supply(FULL_MV as u32)?;
             Ok((format!("{mv} mV for {us} us"), 0, 1.0))
         }
-        _ => halts(kind, board, random),
+        _ => halt_core(kind, board, random),
     }
 }
 
 /// The PLL falls to where it runs by itself; gives which part of its clock that is.
-pub(super) fn unlocks(board: &mut Board<()>) -> Result<f64, BoardError> {
+pub(super) fn unlock_pll(board: &mut Board<()>) -> Result<f64, BoardError> {
     let (us, steps) = UNLOCKS;
     for step in 1..=steps {
         set_pll(board, 6.0_f64.powf(-f64::from(step) / f64::from(steps)))?;
@@ -149,7 +149,7 @@ fn wait_us(board: &mut Board<()>, us: u64) -> Result<(), BoardError> {
 }
 
 fn set_pll(board: &mut Board<()>, factor: f64) -> Result<(), BoardError> {
-    board.pll_runs_at((PLL_HZ * factor) as u32)?;
+    board.set_pll_hz((PLL_HZ * factor) as u32)?;
     if (factor - 1.0).abs() > USB_HOLDS {
         let around = &mut board.around;
         around.host.unplug(board.cpu.cycle, &mut around.soc.otg);
@@ -158,7 +158,7 @@ fn set_pll(board: &mut Board<()>, factor: f64) -> Result<(), BoardError> {
     Ok(())
 }
 
-fn falls(board: &mut Board<()>, random: &mut Random) -> Result<String, BoardError> {
+fn drop_supply(board: &mut Board<()>, random: &mut Random) -> Result<String, BoardError> {
     let mv_per_us = random.log_between(0.1, 100.0);
     let away_us = random.log_between(1_000.0, 100_000.0) as u64;
     let begin_us = board.around.us_of(board.cpu.cycle);
@@ -174,7 +174,11 @@ fn falls(board: &mut Board<()>, random: &mut Random) -> Result<String, BoardErro
     Ok(format!("{mv_per_us:.2} mV/us, back {away_us} us later"))
 }
 
-fn halts(kind: &str, board: &mut Board<()>, random: &mut Random) -> Result<SupplyCase, BoardError> {
+fn halt_core(
+    kind: &str,
+    board: &mut Board<()>,
+    random: &mut Random,
+) -> Result<SupplyCase, BoardError> {
     let us = random.log_between(100.0, 500_000.0) as u64;
     let stand = kind == "debugger, timers stand";
     if stand {

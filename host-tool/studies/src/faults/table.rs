@@ -214,7 +214,7 @@ pub fn csv(class: Class, cases: &[Case]) -> Result<Vec<u8>, csv::Error> {
             &case.what,
             flag(fate.must_find),
             flag(fate.found),
-            flag(fate.changed()),
+            flag(fate.has_effect()),
             &number(fate.changed_us),
             &number(fate.shown_us),
             &number(fault),
@@ -264,7 +264,7 @@ mod tests {
             "a kind with a long name: b",
             CaseResult::default(),
         ));
-        let outcome = Outcome::of(Class::Flips, &cases);
+        let outcome = Outcome::from_cases(Class::Flips, &cases);
         let text = format!("{}\n{}", Outcome::head(), outcome.lines());
         assert!(text.contains(" 1000ms  1000ms "), "{text}");
         assert!(
@@ -292,7 +292,7 @@ mod tests {
                 ..CaseResult::default()
             },
         };
-        let told = |cases: &[Case]| Outcome::of(Class::Flips, cases).lines();
+        let told = |cases: &[Case]| Outcome::from_cases(Class::Flips, cases).lines();
         let cases: Vec<_> = (0..6).map(|k| case(k, k > 3)).collect();
         let text = told(&cases);
         for (index, is_told) in [true, true, true, false, true, true].iter().enumerate() {

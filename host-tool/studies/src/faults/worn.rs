@@ -4,8 +4,8 @@ use super::bench::{Bench, DeviceReports};
 use super::broken_angle::{BrokenAngle, SOON_US};
 use super::case::CaseEnd;
 use super::error::{FaultsError, never_runs};
-use super::orders::begins;
-use super::script::{ForkableBoards, KEPT_US, Script, request};
+use super::orders::may_restart;
+use super::script::{ForkableBoards, KEPT_US, Script, decode_request};
 use super::simulated::is_isolated_for_good;
 use firmware::link::{Request, ToDevice, encode};
 use firmware::units::Micros;
@@ -13,7 +13,7 @@ use hal_sim::body::{BrokenSensor, SensorFault};
 use hal_sim::wire::faults::Faults;
 use hal_sim::wire::stream::Write;
 use hal_sim::world::World;
-use host_core::run::{SessionFile, body_of, fit};
+use host_core::run::{SessionFile, attach_electrodes, create_body};
 use std::collections::BTreeMap;
 use std::io;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -55,15 +55,15 @@ impl<B: ForkableBoards> SensorScenario<B> {
     /// As of [`Script::record`] and [`Script::accept`].
     pub fn record(boards: &B, file: &SessionFile, to_the_end: bool) -> Result<Self, FaultsError> {
         let script = Script::record(boards, file)?;
-        let mut worn = BoardWithWearer::booted(boards, &script)?;
+        let mut worn = BoardWithWearer::boot(boards, &script)?;
         let mut scene = Self {
             script,
             read: BTreeMap::new(),
-            converted: BrokenSensor::whole(),
+            converted: BrokenSensor::never_broken(),
             kept: Vec::new(),
             to_the_end,
         };
-        worn.world.broken_joint = Some(BrokenSensor::whole());
+        worn.world.broken_joint = Some(BrokenSensor::never_broken());
         let mut next_us = 0;
         for (next, write) in scene.script.said.writes().iter().enumerate() {
             worn.run_to(write.t_us).map_err(never_runs)?;
@@ -74,9 +74,9 @@ impl<B: ForkableBoards> SensorScenario<B> {
                 scene.kept.push((write.t_us, next, Mutex::new(fork)));
                 next_us = write.t_us + KEPT_US;
             }
-            let late = worn.say(&scene.script, write, &mut |t_us, joint, deg| {
+            let late = worn.send_write(&scene.script, write, &mut |t_us, joint, deg| {
                 let sensor = scene.read.entry(joint);
-                let sensor = sensor.or_insert_with(BrokenSensor::whole);
+                let sensor = sensor.or_insert_with(BrokenSensor::never_broken);
                 Some((0, joint, sensor.read(t_us, deg)))
             });
             late.map_err(never_runs)?;
@@ -104,10 +104,10 @@ impl<B: ForkableBoards> SensorScenario<B> {
         };
         let (fault, whole) = (
             drawn.fault.unwrap_or(SensorFault::Stuck),
-            BrokenSensor::whole(),
+            BrokenSensor::never_broken(),
         );
         let read = read.unwrap_or(&whole);
-        let mut broken = read.breaking(begin_us, fault, drawn.moment_us);
+        let mut broken = read.broken_from(begin_us, fault, drawn.moment_us);
         worn.world.broken_joint = drawn.angle.is_converted().then(|| broken.clone());
         let (said, done) = match worn.play(self, next, drawn, &mut broken) {
             Ok((said, ended)) => (said, Ok(ended)),
@@ -130,14 +130,14 @@ impl<B: ForkableBoards> SensorScenario<B> {
         {
             return Ok((worn, *next, *t_us));
         }
-        let worn = BoardWithWearer::booted(boards, &self.script)?;
+        let worn = BoardWithWearer::boot(boards, &self.script)?;
         Ok((worn, 0, self.script.first_us()))
     }
 }
 
 impl<B: ForkableBoards> BoardWithWearer<B> {
     /// Nobody has spoken to it.
-    fn booted(boards: &B, script: &Script<B>) -> Result<Self, FaultsError> {
+    fn boot(boards: &B, script: &Script<B>) -> Result<Self, FaultsError> {
         let (session, boot_us) = (&script.file.session, script.first_us());
         let Bench {
             device,
@@ -146,12 +146,13 @@ impl<B: ForkableBoards> BoardWithWearer<B> {
             ..
         } = script.board(boards, boot_us)?;
         let device = Arc::new(Mutex::new(device));
-        let body = body_of(session, 0).map_err(|e| FaultsError::NeverStimulates(e.to_string()))?;
+        let body =
+            create_body(session, 0).map_err(|e| FaultsError::NeverStimulates(e.to_string()))?;
         let boot = Micros::new(boot_us as u32); // far from wrapping
         let shared = Box::new(Arc::clone(&device));
         let mut world = World::new(shared, body, boot, Faults::default(), 0);
         (world.recorder, world.sensors) = (recorder, sensors);
-        fit(&mut world, session);
+        attach_electrodes(&mut world, session);
         let heard = DeviceReports::default();
         Ok(Self {
             device,
@@ -183,12 +184,12 @@ impl<B: ForkableBoards> BoardWithWearer<B> {
         drop(world);
         let device = Arc::into_inner(device).ok_or_else(|| never_runs("its world keeps it"))?;
         let device = device.into_inner().unwrap_or_else(PoisonError::into_inner);
-        Ok(Bench::of(device, recorder, now_us, sensors).that_said(heard))
+        Ok(Bench::new(device, recorder, now_us, sensors).with_reports(heard))
     }
 
     fn run_to(&mut self, to_us: u64) -> io::Result<()> {
         let done = self.world.run_until(to_us);
-        self.heard.listen(&mut self.world.recorder);
+        self.heard.decode_recorded(&mut self.world.recorder);
         done
     }
 
@@ -215,14 +216,14 @@ impl<B: ForkableBoards> BoardWithWearer<B> {
             }
             self.run_to(write.t_us)?;
             let is_known = !scene.to_the_end && self.is_isolated_for_good();
-            if is_known && !begins(&script.said.writes()[next..]) {
+            if is_known && !may_restart(&script.said.writes()[next..]) {
                 return Ok((said, CaseEnd::Isolated));
             }
             if write.t_us + SOON_US < heeded_us {
-                said = (self.world.broken_joint.as_ref().unwrap_or(broken)).said_deg();
+                said = (self.world.broken_joint.as_ref().unwrap_or(broken)).reported_range_deg();
             }
-            late.extend(self.say(script, write, &mut |t_us, joint, deg| {
-                drawn.remade(t_us, joint, deg, broken)
+            late.extend(self.send_write(script, write, &mut |t_us, joint, deg| {
+                drawn.replace_measurement(t_us, joint, deg, broken)
             })?);
         }
         self.run_to(script.end_us())?;
@@ -232,13 +233,13 @@ impl<B: ForkableBoards> BoardWithWearer<B> {
     /// Says one write, an angle in it as `read` makes it of the time, its number and what it
     /// is now: how late it comes, which it is and what; not at all. What comes late is given
     /// back.
-    fn say(
+    fn send_write(
         &mut self,
         script: &Script<B>,
         write: &Write,
         read: &mut dyn FnMut(u64, u8, f64) -> Option<(u64, u8, f64)>,
     ) -> io::Result<Option<(u64, Vec<u8>)>> {
-        let asked = request(&write.bytes);
+        let asked = decode_request(&write.bytes);
         let measured = asked.and_then(|asked| measurement(&self.world, script, asked));
         let Some((asked, joint, deg)) = measured else {
             self.world.send(&write.bytes);
@@ -268,7 +269,7 @@ fn locked<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
 /// Until when the device heeds an angle that is beyond belief: while it stimulates, of a
 /// lift while an object is held.
 fn heeded_us<B: ForkableBoards>(script: &Script<B>) -> u64 {
-    let is_held = |write: &Write| match request(&write.bytes)?.request {
+    let is_held = |write: &Write| match decode_request(&write.bytes)?.request {
         Request::Held { held } => held.then_some(write.t_us),
         _ => None,
     };

@@ -131,8 +131,8 @@ fn panel(
         .collect();
     let x = Axis::decades("cycles per simulated second and muscle", cycles);
     let y = Axis::decades("worst error (% of peak)", errors)
-        .rule(NOTICED_PCT, "noticed", MUTED)
-        .rule(WANTED_PCT, "wanted", MUTED);
+        .reference_line(NOTICED_PCT, "noticed", MUTED)
+        .reference_line(WANTED_PCT, "wanted", MUTED);
     let is_last = number == Number::F64 || number == Number::Micromath;
     let title = format!("{name}; read every {} ms", output_us / 1000);
     let height = f64::from(errors.1 - errors.0) * DECADE;
@@ -177,7 +177,7 @@ fn panel(
     }
     Panel {
         marks,
-        ..Panel::new(&title, x.silent(!is_last), y, height)
+        ..Panel::new(&title, x.hide_labels(!is_last), y, height)
     }
 }
 

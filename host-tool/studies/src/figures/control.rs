@@ -63,7 +63,7 @@ fn panel(campaign: &Campaign, order: &[usize], title: &str, x: Axis, silent: boo
         let (row, whole) = (row as f64, (f64::NEG_INFINITY, f64::INFINITY));
         Mark::Area(whole, (row - 0.5, row + 0.5), Paint::Full(SHADE))
     });
-    let y = Axis::rows("", names).silent(silent);
+    let y = Axis::rows("", names).hide_labels(silent);
     Panel {
         ground: shaded.into_iter().collect(),
         ..Panel::new(title, x, y, order.len() as f64 * PITCH)
@@ -93,10 +93,10 @@ fn cost(campaign: &Campaign, order: &[usize]) -> Panel {
 fn errors(campaign: &Campaign, order: &[usize], points: Points) -> Panel {
     let name = "RMSE to the reachable target (°)";
     let mut x = Axis::linear(name, (0.0, ERROR_TOP), 5.0);
-    x = x.rule(campaign.optimum(points).0, "optimum", MUTED);
+    x = x.reference_line(campaign.optimum(points).0, "optimum", MUTED);
     if points == Points::Two {
-        x = x.rule(TWO_POINT_MEAN, "goal, mean", MUTED);
-        x = x.rule(TWO_POINT_P95, "goal, 95 %", MUTED);
+        x = x.reference_line(TWO_POINT_MEAN, "goal, mean", MUTED);
+        x = x.reference_line(TWO_POINT_P95, "goal, 95 %", MUTED);
     }
     let mut panel = panel(campaign, order, points.name(), x, true);
     for (row, n) in (0..).map(f64::from).zip(order) {
@@ -113,7 +113,7 @@ fn errors(campaign: &Campaign, order: &[usize], points: Points) -> Panel {
             Mark::Dot(mean, shape, 4.0, Paint::Full(color)),
         ]);
         if score.p95 > ERROR_TOP {
-            panel.y = panel.y.aside(row, &format!("{:.1}", score.p95));
+            panel.y = panel.y.far_label(row, &format!("{:.1}", score.p95));
         }
     }
     panel

@@ -3,7 +3,7 @@
 
 use crate::bench::{Deadline, OnChip};
 use host_core::plot::ink::{MUTED, PALETTE, stroke};
-use host_core::plot::words::grouped;
+use host_core::plot::words::group_digits;
 use host_core::plot::{Axis, Figure, Key, Mark, Paint, Panel, Shape};
 
 const PITCH: f64 = 22.0;
@@ -16,11 +16,11 @@ pub fn picture(chip: &OnChip) -> String {
     let mut x = Axis::decades("cycles of one call", (1, 6));
     x.ticks
         .iter_mut()
-        .for_each(|(cycles, words)| *words = grouped(*cycles as u64));
+        .for_each(|(cycles, words)| *words = group_digits(*cycles as u64));
     for (deadline, name) in [(Deadline::Window, "window"), (Deadline::Tick, "tick")] {
         let cycles = deadline.cycles();
-        let words = format!("{name} {}", grouped(cycles));
-        x = x.rule(cycles as f64, &words, MUTED);
+        let words = format!("{name} {}", group_digits(cycles));
+        x = x.reference_line(cycles as f64, &words, MUTED);
     }
     let names = rows.iter().map(|row| row.name.replace('_', " "));
     let mut y = Axis::rows("", names);
@@ -33,7 +33,10 @@ pub fn picture(chip: &OnChip) -> String {
         ));
         marks.push(Mark::Dot((most, at), MOST.0, 4.0, MOST.1));
         marks.push(Mark::Dot((mean, at), MEAN.0, 4.0, MEAN.1));
-        y = y.aside(at, &format!("{} / {}", grouped(row.mean), grouped(row.max)));
+        y = y.far_label(
+            at,
+            &format!("{} / {}", group_digits(row.mean), group_digits(row.max)),
+        );
     }
     y.grid = true;
     let what = "Mean and most core clock cycles of each algorithm on the chip simulator";

@@ -108,7 +108,7 @@ fn wearers(campaign: &Campaign, points: Points, n: usize) -> Panel {
     let mut panel = Panel::new(&campaign.contenders[n].name(), x, y, HEIGHTS.0);
     let f = failures(campaign, points, n, None);
     panel.result = format!("{} fail", f.failed);
-    let mut cases = campaign.with(points);
+    let mut cases = campaign.cases_with(points);
     // Failures lie on top.
     cases.sort_by_key(|c| c.outcomes[n].has_failed() || c.outcomes[n].refused.is_some());
     for case in cases {
@@ -144,7 +144,7 @@ fn shares(campaign: &Campaign, shown: &[usize], points: Points) -> Vec<Panel> {
         let mut panel = Panel::new(&title, x, y(), HEIGHTS.1);
         for (place, n) in shown.iter().enumerate() {
             let (color, shape) = series(place);
-            let line = stretches(&campaign.with(points), *n, span, of);
+            let line = stretches(&campaign.cases_with(points), *n, span, of);
             let dots = line
                 .iter()
                 .map(|at| Mark::Dot(*at, shape, 4.0, Paint::Full(color)));

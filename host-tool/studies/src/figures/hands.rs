@@ -42,7 +42,7 @@ pub fn picture(hands: &Hands) -> String {
             "Target: a sine between 15 and 85 % of the range that each hand holds. Held still: a \
              finger held in the middle of the target. Table: "
                 .to_owned()
-                + &hands.stem()
+                + &hands.file_stem()
                 + ".csv.",
         ],
     }
@@ -58,9 +58,9 @@ const fn mark(contender: &Contender) -> (Color, Shape) {
 
 fn errors(hands: &Hands, points: Points) -> Panel {
     let x = Axis::linear("RMSE (% of the range held)", (0.0, ERROR_TOP), 5.0);
-    let x = x.rule(100.0 * DrivenHand::STILL, "held still", MUTED);
+    let x = x.reference_line(100.0 * DrivenHand::STILL, "held still", MUTED);
     let names = hands.contenders.iter().map(Contender::name);
-    let y = Axis::rows("", names).silent(points == Points::Two);
+    let y = Axis::rows("", names).hide_labels(points == Points::Two);
     let height = hands.contenders.len() as f64 * PITCH;
     let mut panel = Panel::new(points.name(), x, y, height);
     for (row, n) in (0..).map(f64::from).zip(0..hands.contenders.len()) {

@@ -1,10 +1,10 @@
 //! The judge's sessions: the chosen model's error against the next cheaper one's.
 
 use crate::ladder::judge::{Row, TOLERANCES};
-use host_core::choice::rungs;
+use host_core::choice::measured_levels;
 use host_core::plot::ink::{INK, PALETTE};
 use host_core::plot::{Axis, Figure, Key, Mark, Paint, Panel, Shape};
-use host_core::session::rung_name;
+use host_core::session::level_name;
 
 /// The scales' ends, powers of ten of a percent.
 const DECADES: (i32, i32) = (-3, 3);
@@ -12,8 +12,8 @@ const LEAST: f64 = 1e-3;
 
 /// The picture of these rows, a file of its own.
 pub fn picture(rows: &[Row], seed: u64) -> String {
-    let legend = rungs().enumerate().map(|(n, rung)| {
-        let name = format!("{} chosen", rung_name(rung));
+    let legend = measured_levels().enumerate().map(|(n, rung)| {
+        let name = format!("{} chosen", level_name(rung));
         (Key::Dot(Shape::SERIES[n], Paint::Full(PALETTE[n])), name)
     });
     let panels: Vec<Panel> = (0..TOLERANCES.len()).map(|n| panel(rows, n)).collect();
@@ -37,8 +37,8 @@ pub fn picture(rows: &[Row], seed: u64) -> String {
 /// One tolerance: right of its upright line the choice fails, below its level line the
 /// cheaper model would have done.
 fn panel(rows: &[Row], n: usize) -> Panel {
-    let limit_pct = TOLERANCES[n].part() * 100.0;
-    let all: Vec<_> = rungs().collect();
+    let limit_pct = TOLERANCES[n].fraction() * 100.0;
+    let all: Vec<_> = measured_levels().collect();
     let dots = rows.iter().filter_map(|row| {
         let verdict = row.verdicts[n];
         let place = all.iter().position(|rung| Some(*rung) == verdict.chosen)?;
@@ -59,8 +59,8 @@ fn panel(rows: &[Row], n: usize) -> Panel {
         marks: dots.collect(),
         ..Panel::new(
             &format!("Tolerance {limit_pct:.0} %"),
-            x.rule(limit_pct, "", INK),
-            y.rule(limit_pct, "tolerated", INK),
+            x.reference_line(limit_pct, "", INK),
+            y.reference_line(limit_pct, "tolerated", INK),
             260.0,
         )
     }

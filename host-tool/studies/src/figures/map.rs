@@ -61,7 +61,7 @@ fn color(map: &Map, class: &Class) -> Color {
     let place = alike().position(|c| c == class).unwrap_or(0);
     let part = place as f64 / (alike().count() - 1).max(1) as f64;
     let (from, to) = RAMPS[usize::from(class.verdict.min(2))];
-    from.towards(to, part)
+    from.mix(to, part)
 }
 
 fn cells_subtitle(map: &Map) -> String {
@@ -228,8 +228,8 @@ fn lines(map: &Map, found: &Found) -> Panel {
         let remark = found.remarks.get(r).map_or("", String::as_str);
         let words = format!("{} {remark}", map.down.labels[r]);
         match path.last() {
-            Some((_, end)) => y = y.far(*end, &words, None, color),
-            None => y = y.far(10f64.powf(high.ceil()), &words, None, MUTED),
+            Some((_, end)) => y = y.add_far_label(*end, &words, None, color),
+            None => y = y.add_far_label(10f64.powf(high.ceil()), &words, None, MUTED),
         }
         marks.push(Mark::Line(path, stroke(color, 1.8)));
         marks.extend(dots);

@@ -63,7 +63,7 @@ pub(super) type IndexAngles = [[f64; 3]; 2];
 
 /// Of a session on posture: means over trials, one point being that of A and B which bends
 /// the finger further at 0°.
-pub(super) fn bent(session: &Session) -> Option<IndexAngles> {
+pub(super) fn index_angles(session: &Session) -> Option<IndexAngles> {
     let of = |points: Points| {
         let at = LIES_DEG.map(|lies| {
             let is = |c: &Condition| c.pattern.points == points && c.pronated_deg == lies;
@@ -74,7 +74,7 @@ pub(super) fn bent(session: &Session) -> Option<IndexAngles> {
     };
     let [a, b] = [of(Points::One(A))?, of(Points::One(B))?];
     let better = if a[0] >= b[0] { a } else { b };
-    Some([better, of(Pattern::usual().points)?])
+    Some([better, of(Pattern::default_two_point().points)?])
 }
 
 /// The index finger at each pronation, one point and two, °.
@@ -83,7 +83,7 @@ pub(super) fn postures(protocol: &Protocol, sessions: &[Session]) -> (Vec<Row>, 
     let mut all = Vec::new();
     for (who, is_printed) in people(sessions) {
         let own = sessions.iter().filter(|session| session.participant == who);
-        let bent: Vec<IndexAngles> = own.filter_map(bent).collect();
+        let bent: Vec<IndexAngles> = own.filter_map(index_angles).collect();
         for (method, name) in ["one point", "two points"].into_iter().enumerate() {
             for (place, lies) in LIES_DEG.into_iter().enumerate() {
                 let values = bent.iter().map(|values| values[method][place]).collect();

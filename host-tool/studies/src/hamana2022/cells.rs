@@ -9,7 +9,7 @@ use crate::laboratory::{
     Drawing, LaboratoryError, Outcome, Preregistration, RunProgress, Runnable, Shard, Sweep,
     merge_drawing, run_drawing,
 };
-use host_core::plot::words::in_columns;
+use host_core::plot::words::wrap_columns;
 use host_core::record::sha256;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -41,8 +41,8 @@ impl Cells {
     ///
     /// # Errors
     /// E621: the declaration cannot be read.
-    pub fn declared(only: Option<usize>) -> Result<Option<Self>, TwoPointsError> {
-        let population = Population::declared()?;
+    pub fn load(only: Option<usize>) -> Result<Option<Self>, TwoPointsError> {
+        let population = Population::load_embedded()?;
         let mut all = population.cells();
         if let Some(number) = only {
             match all.get(number).cloned() {
@@ -61,11 +61,11 @@ impl Cells {
     ///
     /// # Errors
     /// E604: this program does not have them. E621: the declaration cannot be read.
-    pub fn of(sweep: &Sweep) -> Result<Self, TwoPointsError> {
-        let every = Population::declared()?.cells().len();
+    pub fn from_sweep(sweep: &Sweep) -> Result<Self, TwoPointsError> {
+        let every = Population::load_embedded()?.cells().len();
         for only in std::iter::once(None).chain((0..every).map(Some)) {
-            if let Some(cells) = Self::declared(only)?
-                && cells.only() == sweep.only
+            if let Some(cells) = Self::load(only)?
+                && cells.subset() == sweep.only
             {
                 return Ok(cells);
             }
@@ -135,7 +135,7 @@ impl Drawing for Cells {
         TWO_POINTS
     }
 
-    fn only(&self) -> Option<String> {
+    fn subset(&self) -> Option<String> {
         let (number, cell) = self.only.zip(self.all.first())?;
         Some(format!("cell {number} ({})", cell.name()))
     }
@@ -163,14 +163,14 @@ impl Drawing for Cells {
         self.all.len() as u64 * draws
     }
 
-    fn rows_each(&self) -> usize {
+    fn rows_per_unit(&self) -> usize {
         1
     }
 
-    fn begins(&self, sweep: &Sweep, unit: u64) -> Vec<String> {
+    fn row_prefixes(&self, sweep: &Sweep, unit: u64) -> Vec<String> {
         let (cell, wearer) = self.place(sweep.draws, unit);
         let cell = cell.map(Cell::name).unwrap_or_default();
-        let drawn = self.population.drawn(sweep.seed, wearer).into_iter();
+        let drawn = self.population.draw_values(sweep.seed, wearer).into_iter();
         let drawn: String = drawn.map(|value| format!(",{value}")).collect();
         vec![format!("{unit},{cell},{wearer}{drawn}")]
     }
@@ -187,13 +187,13 @@ impl Drawing for Cells {
         }
     }
 
-    fn rest(&self, unit: &DrawOutcome) -> Vec<String> {
-        vec![row::written(unit, &self.population)]
+    fn row_suffixes(&self, unit: &DrawOutcome) -> Vec<String> {
+        vec![row::format_row(unit, &self.population)]
     }
 
-    fn read(&self, rest: &[&str]) -> Result<DrawOutcome, (usize, String)> {
+    fn parse_unit(&self, rest: &[&str]) -> Result<DrawOutcome, (usize, String)> {
         let row = rest.first().copied().unwrap_or_default();
-        row::read(row, &self.population).map_err(|what| (0, what))
+        row::parse_row(row, &self.population).map_err(|what| (0, what))
     }
 
     fn outcome(
@@ -234,7 +234,7 @@ impl Drawing for Cells {
         })
     }
 
-    fn in_words(&self, sweep: &Sweep, done: u64) -> String {
+    fn progress_text(&self, sweep: &Sweep, done: u64) -> String {
         format!("{done} of {} draws", self.units(sweep.draws))
     }
 
@@ -242,9 +242,12 @@ impl Drawing for Cells {
         let summaries = self.summaries(sweep.draws, units);
         let lines = summaries
             .iter()
-            .map(|summary| format!("\n{}\n{}", summary.line(), summary.below()));
+            .map(|summary| format!("\n{}\n{}", summary.line(), summary.details()));
         let table = Summary::head() + &lines.collect::<String>();
-        Some(format!("{table}\n{}\n{SIMULATED}", in_columns(COLUMNS, 80)))
+        Some(format!(
+            "{table}\n{}\n{SIMULATED}",
+            wrap_columns(COLUMNS, 80)
+        ))
     }
 }
 
@@ -258,7 +261,7 @@ pub struct CellsRun {
 impl CellsRun {
     /// With this seed and so many wearers in each cell, or the declaration's own.
     #[must_use]
-    pub fn asked(cells: Cells, (seed, draws): (Option<u64>, Option<u64>)) -> Self {
+    pub fn new(cells: Cells, (seed, draws): (Option<u64>, Option<u64>)) -> Self {
         let population = &cells.population;
         let (seed, draws) = (
             seed.unwrap_or(population.seed),
@@ -270,7 +273,7 @@ impl CellsRun {
 
 impl Runnable for CellsRun {
     fn sweep(&self, shard: Shard) -> Sweep {
-        Sweep::drawing(&self.cells, (self.seed, self.draws), shard)
+        Sweep::from_drawing(&self.cells, (self.seed, self.draws), shard)
     }
 
     fn run(

@@ -28,13 +28,13 @@ pub struct Torques {
 impl Torques {
     /// Of all 29 patterns.
     #[must_use]
-    pub fn of(outcomes: &[Outcome]) -> Self {
+    pub fn from_outcomes(outcomes: &[Outcome]) -> Self {
         let long = |isolated: bool| {
             let of = outcomes.iter().filter(|outcome| {
                 outcome.pattern.isolated == isolated
                     && outcome
                         .pattern
-                        .after_us()
+                        .phase_difference_us()
                         .is_some_and(|after| after >= LONG_US)
             });
             mean(of.map(|outcome| outcome.torque_nm)).unwrap_or_default()
@@ -74,7 +74,7 @@ pub(super) fn individuations(outcomes: &[Outcome]) -> Individuations {
 /// Mean individuation of the conducted patterns with this phase difference.
 fn individuation(outcomes: &[Outcome], after_us: u32) -> Option<f64> {
     let of = outcomes.iter().filter(|outcome| {
-        !outcome.pattern.isolated && outcome.pattern.after_us() == Some(after_us)
+        !outcome.pattern.isolated && outcome.pattern.phase_difference_us() == Some(after_us)
     });
     mean(of.filter_map(|outcome| outcome.individuation))
 }
@@ -82,7 +82,7 @@ fn individuation(outcomes: &[Outcome], after_us: u32) -> Option<f64> {
 /// Whether each claim of `population.toml` holds, in its order; `None` where it cannot be
 /// judged. `postures` are of one point and of two.
 #[must_use]
-pub fn judged(
+pub fn judge_claims(
     torques: &Torques,
     individuations: &Individuations,
     voltages: &Voltages,

@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 const ALIKE: std::ops::RangeInclusive<f64> = 0.9..=1.15;
 /// A number for each quantity, and in how many draws each claim holds.
 #[must_use]
-pub fn compared(
+pub fn compare_with_paper(
     experiment: Experiment,
     protocol: &Protocol,
     sessions: &[Session],
@@ -32,12 +32,12 @@ fn patterns(
 ) -> (Vec<Row>, Vec<Share>) {
     let mut draws: BTreeMap<u64, Vec<Averages>> = BTreeMap::new();
     for session in sessions {
-        let averages = Averages::of(experiment, &session.conditions, &session.stimulated);
+        let averages = Averages::from_session(experiment, &session.conditions, &session.stimulated);
         draws.entry(session.draw).or_default().push(averages);
     }
     let all: Vec<Replication> = draws
         .values()
-        .map(|averages| Replication::of(averages))
+        .map(|averages| Replication::from_averages(averages))
         .collect();
     let is_torque = experiment == Experiment::Torque;
     let mut rows = pattern_rows(is_torque.then_some(protocol.paper.one_point), &all);
@@ -122,7 +122,7 @@ fn table_4(sessions: &[Session]) -> Vec<Row> {
         let own = sessions.iter().filter(|session| session.participant == who);
         let all: Vec<Averages> = own
             .map(|session| {
-                Averages::of(Experiment::Torque, &session.conditions, &session.stimulated)
+                Averages::from_session(Experiment::Torque, &session.conditions, &session.stimulated)
             })
             .collect();
         for (place, point) in ["A-C", "A-I", "B-C", "B-I"].into_iter().enumerate() {
@@ -141,13 +141,13 @@ fn pattern_rows(one_point: Option<[f64; 2]>, all: &[Replication]) -> Vec<Row> {
         Some(_) => "Torque, part of the greatest pattern",
     };
     let mut rows = Vec::new();
-    let named = Pattern::two().into_iter().filter_map(|pattern| {
+    let named = Pattern::all_two_point().into_iter().filter_map(|pattern| {
         let state = if pattern.isolated {
             "isolated"
         } else {
             "conducted"
         };
-        Some((pattern.number()?, pattern.after_us()?, state))
+        Some((pattern.number()?, pattern.phase_difference_us()?, state))
     });
     let named: BTreeMap<usize, (u32, &str)> = named
         .map(|(number, after_us, state)| (number, (after_us, state)))

@@ -27,7 +27,7 @@ pub(super) fn fit(
     b_v: Option<f64>,
     extensor_v: Option<f64>,
 ) -> Result<bool, TwoPointsError> {
-    let alone = Pattern::alone(B);
+    let alone = Pattern::isolated_point(B);
     let is_fitted = match b_v {
         None => true,
         Some(volts) => weakest(hand, B, |hand| {
@@ -49,13 +49,13 @@ fn weakest(
 ) -> Result<bool, TwoPointsError> {
     let [low, high] = COUPLINGS;
     let step = (high / low).powf(1.0 / f64::from(LOOKS));
-    hand.couple(point, low);
+    hand.set_coupling(point, low);
     if is_visible(hand)? {
         return Ok(false);
     }
     let (mut low, mut high) = (low, low * step);
     for _ in 0..LOOKS {
-        hand.couple(point, high);
+        hand.set_coupling(point, high);
         if is_visible(hand)? {
             break;
         }
@@ -63,12 +63,12 @@ fn weakest(
     }
     for _ in 0..BISECTIONS {
         let middle = (low * high).sqrt();
-        hand.couple(point, middle);
+        hand.set_coupling(point, middle);
         match is_visible(hand)? {
             true => high = middle,
             false => low = middle,
         }
     }
-    hand.couple(point, high);
+    hand.set_coupling(point, high);
     is_visible(hand)
 }

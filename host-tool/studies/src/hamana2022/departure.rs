@@ -30,7 +30,7 @@ pub struct Departure {
 impl Departure {
     /// `spec`, otherwise.
     #[must_use]
-    pub fn of(&self, mut spec: HandSpec) -> HandSpec {
+    pub fn apply_to(&self, mut spec: HandSpec) -> HandSpec {
         spec.limiter_a = self.limiter_ma.map_or(spec.limiter_a, |ma| 1e-3 * ma);
         spec.return_factor = self.return_factor.unwrap_or(spec.return_factor);
         spec.scatter = self.scatter.unwrap_or(spec.scatter);

@@ -112,7 +112,7 @@ impl Protocol {
     ///
     /// # Errors
     /// It cannot be read.
-    pub fn declared() -> Result<Self, TwoPointsError> {
+    pub fn load_embedded() -> Result<Self, TwoPointsError> {
         toml::from_str(EXPERIMENTS).map_err(|e| TwoPointsError::Declaration(e.to_string()))
     }
 
@@ -139,21 +139,26 @@ impl Experiment {
             pronated_deg: 0.0,
         };
         match self {
-            Self::Selectivity => Pattern::two().into_iter().map(of).collect(),
+            Self::Selectivity => Pattern::all_two_point().into_iter().map(of).collect(),
             Self::Torque => {
-                let all = Pattern::two().into_iter().chain(Pattern::one());
+                let all = Pattern::all_two_point()
+                    .into_iter()
+                    .chain(Pattern::all_one_point());
                 all.map(of).collect()
             }
             Self::Intensities => intensities(voltages, protocol.over_v),
             Self::Posture => [0.0, 45.0, 90.0]
                 .into_iter()
                 .flat_map(|pronated_deg| {
-                    [Pattern::alone(A), Pattern::alone(B), Pattern::usual()].map(|pattern| {
-                        Condition {
-                            name: format!("{}, {pronated_deg}°", pattern.in_words()),
-                            pronated_deg,
-                            ..of(pattern)
-                        }
+                    [
+                        Pattern::isolated_point(A),
+                        Pattern::isolated_point(B),
+                        Pattern::default_two_point(),
+                    ]
+                    .map(|pattern| Condition {
+                        name: format!("{}, {pronated_deg}°", pattern.in_words()),
+                        pronated_deg,
+                        ..of(pattern)
                     })
                 })
                 .collect(),
@@ -165,20 +170,36 @@ impl Experiment {
 fn intensities(voltages: &Voltages, over_v: f64) -> Vec<Condition> {
     let (least, most) = (voltages.threshold_v, voltages.most_v);
     let over = most.map(|v| v + over_v);
-    let both = Pattern::usual();
+    let both = Pattern::default_two_point();
     let rows = [
-        ("a: A at its threshold", Pattern::alone(A), Some(least)),
-        ("b: B at its threshold", Pattern::alone(B), Some(least)),
+        (
+            "a: A at its threshold",
+            Pattern::isolated_point(A),
+            Some(least),
+        ),
+        (
+            "b: B at its threshold",
+            Pattern::isolated_point(B),
+            Some(least),
+        ),
         (
             "c: both at r_th of greatest",
             both,
             voltages.ratio.map(|r| most.map(|v| r * v)),
         ),
-        ("d: A at its greatest", Pattern::alone(A), Some(most)),
-        ("e: B at its greatest", Pattern::alone(B), Some(most)),
+        (
+            "d: A at its greatest",
+            Pattern::isolated_point(A),
+            Some(most),
+        ),
+        (
+            "e: B at its greatest",
+            Pattern::isolated_point(B),
+            Some(most),
+        ),
         ("f: both at greatest", both, Some(most)),
-        ("g: A 4 V above", Pattern::alone(A), Some(over)),
-        ("h: B 4 V above", Pattern::alone(B), Some(over)),
+        ("g: A 4 V above", Pattern::isolated_point(A), Some(over)),
+        ("h: B 4 V above", Pattern::isolated_point(B), Some(over)),
         ("i: both 4 V above", both, Some(over)),
     ];
     let rows = rows.into_iter();
@@ -206,7 +227,7 @@ impl Wearer {
     ///
     /// # Errors
     /// The hand's circuit cannot be solved.
-    pub fn stimulated(
+    pub fn run_session(
         &self,
         population: &Population,
         protocol: &Protocol,
@@ -267,7 +288,7 @@ mod tests {
 
     #[test]
     fn conditions_are_the_paper_s() {
-        let protocol = Protocol::declared().unwrap();
+        let protocol = Protocol::load_embedded().unwrap();
         let mut voltages = Voltages {
             threshold_v: [24.0, 28.0],
             most_v: [28.0, 36.0],

@@ -41,7 +41,7 @@ impl Hold {
 
     /// From the greatest angle to that at 10 s, °.
     #[must_use]
-    pub fn sinks_deg(&self) -> f64 {
+    pub fn drop_deg(&self) -> f64 {
         self.greatest_deg() - self.last_deg()
     }
 }
@@ -63,7 +63,7 @@ fn course(
                     Terminal::Grounded => Lead::Grounded,
                     Terminal::Floating => Lead::Floating,
                 };
-                hand.lead(at_us, channel, lead);
+                hand.set_lead(at_us, channel, lead);
             }
             at_us += u64::from(segment.lasts_us);
         }
@@ -82,37 +82,37 @@ impl Wearer {
     ///
     /// # Errors
     /// The hand cannot be.
-    pub fn moved(
+    pub fn digit_angles(
         &self,
         population: &Population,
         number: u64,
         (pattern, pronated_deg): (Pattern, f64),
         lasts_us: u64,
     ) -> Result<Vec<[f64; DIGITS]>, TwoPointsError> {
-        let fitted = self.fitted(population, number);
+        let fitted = self.fit_for_trial(population, number);
         let mut hand = Hand::new(fitted.spec.clone(), fitted.points)?;
         hand.factor = fitted.factor;
         hand.shift(pronated_deg, fitted.shift_m);
         let mut moving = MovingHand::new(&hand, fitted.channels, number)?;
         let period = pattern.period(self.voltages.most_v);
         let all = course(&mut moving, fitted.channels, &period, lasts_us);
-        match moving.unsettled() {
+        match moving.uncomputed_intervals() {
             0 => Ok(all),
             _ => Err(TwoPointsError::Hand(InvalidHand::Segment(UNSETTLED))),
         }
     }
 
-    /// The index finger over ten seconds; see [`Self::moved`].
+    /// The index finger over ten seconds; see [`Self::digit_angles`].
     ///
     /// # Errors
     /// The hand cannot be.
-    pub fn held(
+    pub fn hold_pattern(
         &self,
         population: &Population,
         number: u64,
         (pattern, pronated_deg): (Pattern, f64),
     ) -> Result<Hold, TwoPointsError> {
-        let all = self.moved(population, number, (pattern, pronated_deg), HOLD_US)?;
+        let all = self.digit_angles(population, number, (pattern, pronated_deg), HOLD_US)?;
         Ok(Hold {
             pattern,
             course_deg: all.iter().map(|values| values[INDEX]).collect(),
@@ -125,13 +125,16 @@ impl Wearer {
     /// # Errors
     /// The hand cannot be.
     pub fn hold(&self, population: &Population, number: u64) -> Result<[Hold; 2], TwoPointsError> {
-        let play = |pattern: Pattern| self.held(population, number, (pattern, 0.0));
-        let [a, b] = [play(Pattern::alone(A))?, play(Pattern::alone(B))?];
+        let play = |pattern: Pattern| self.hold_pattern(population, number, (pattern, 0.0));
+        let [a, b] = [
+            play(Pattern::isolated_point(A))?,
+            play(Pattern::isolated_point(B))?,
+        ];
         let better = match a.greatest_deg() >= b.greatest_deg() {
             true => a,
             false => b,
         };
-        Ok([better, play(Pattern::usual())?])
+        Ok([better, play(Pattern::default_two_point())?])
     }
 }
 

@@ -32,8 +32,8 @@ mod voltages;
 mod wearers;
 
 pub use cells::{Cells, CellsRun, TWO_POINTS};
-pub use claims::{Individuations, PHASES_US, Torques, judged};
-pub use compared::compared;
+pub use claims::{Individuations, PHASES_US, Torques, judge_claims};
+pub use compared::compare_with_paper;
 pub use departure::Departure;
 pub use error::TwoPointsError;
 pub use experiments::{Condition, EXPERIMENTS, Experiment, Protocol, StimulationResult};

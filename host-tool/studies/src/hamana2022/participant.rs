@@ -39,7 +39,7 @@ impl Participant {
     /// # Errors
     /// Why there is no such forearm: the file has no `[forearm]`, or a threshold at which
     /// no search arrives.
-    pub(super) fn of(wearer: &Wearer) -> Result<Self, String> {
+    pub(super) fn from_wearer(wearer: &Wearer) -> Result<Self, String> {
         let forearm = wearer.forearm.ok_or("it has no `[forearm]`")?;
         let thresholds_v = wearer.forearm_thresholds_v();
         let names = ["A", "B", "the extensor's point"];

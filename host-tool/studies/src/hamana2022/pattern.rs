@@ -46,7 +46,7 @@ impl Pattern {
     /// The 25 patterns of two points: orders A before B and B before A are the same at 0
     /// and at half a period.
     #[must_use]
-    pub fn two() -> Vec<Self> {
+    pub fn all_two_point() -> Vec<Self> {
         let conducted = CONDUCTED_US.map(|after_us| (after_us, false));
         let isolated = ISOLATED_US.map(|after_us| (after_us, true));
         let mut all = Vec::new();
@@ -63,7 +63,7 @@ impl Pattern {
 
     /// The four of one point.
     #[must_use]
-    pub fn one() -> [Self; 4] {
+    pub fn all_one_point() -> [Self; 4] {
         [(A, false), (A, true), (B, false), (B, true)].map(|(point, isolated)| Self {
             points: Points::One(point),
             isolated,
@@ -72,7 +72,7 @@ impl Pattern {
 
     /// One point as experiments 3 and 4 have it: isolated.
     #[must_use]
-    pub const fn alone(point: usize) -> Self {
+    pub const fn isolated_point(point: usize) -> Self {
         Self {
             points: Points::One(point),
             isolated: true,
@@ -81,7 +81,7 @@ impl Pattern {
 
     /// Experiments 3 and 4: A before B by 2 ms, conducted.
     #[must_use]
-    pub const fn usual() -> Self {
+    pub const fn default_two_point() -> Self {
         Self {
             points: Points::Two {
                 first: A,
@@ -93,7 +93,7 @@ impl Pattern {
 
     /// Phase difference, µs, of two points.
     #[must_use]
-    pub const fn after_us(&self) -> Option<u32> {
+    pub const fn phase_difference_us(&self) -> Option<u32> {
         match self.points {
             Points::One(_) => None,
             Points::Two { after_us, .. } => Some(after_us),
@@ -104,7 +104,7 @@ impl Pattern {
     /// are 7, 9, 11 and 13: text and table 5 agree in it, figure 11's caption does not.
     #[must_use]
     pub fn number(&self) -> Option<usize> {
-        let after_us = self.after_us()?;
+        let after_us = self.phase_difference_us()?;
         let place = CONDUCTED_US
             .iter()
             .position(|&conducted_us| conducted_us == after_us)?;
@@ -177,27 +177,33 @@ mod tests {
 
     #[test]
     fn there_are_25_and_4() {
-        assert_eq!(Pattern::two().len(), 25);
-        let isolated = Pattern::two().iter().filter(|p| p.isolated).count();
+        assert_eq!(Pattern::all_two_point().len(), 25);
+        let isolated = Pattern::all_two_point()
+            .iter()
+            .filter(|p| p.isolated)
+            .count();
         assert_eq!(isolated, 7);
     }
 
     #[test]
     fn numbers_are_figure_5_s() {
         let mut numbers = [0; 14];
-        for pattern in Pattern::two() {
+        for pattern in Pattern::all_two_point() {
             let number = pattern.number().unwrap();
             numbers[number] += 1;
             assert_eq!(pattern.isolated, number >= 7 && number % 2 == 1);
         }
         assert_eq!(numbers, [1, 2, 2, 2, 2, 2, 2, 2, 2, 2, 2, 2, 1, 1]);
-        assert_eq!(Pattern::usual().number(), Some(8));
-        assert_eq!(Pattern::one()[0].number(), None);
+        assert_eq!(Pattern::default_two_point().number(), Some(8));
+        assert_eq!(Pattern::all_one_point()[0].number(), None);
     }
 
     #[test]
     fn a_period_is_whole_and_says_what_figure_6_shows() {
-        for pattern in Pattern::two().into_iter().chain(Pattern::one()) {
+        for pattern in Pattern::all_two_point()
+            .into_iter()
+            .chain(Pattern::all_one_point())
+        {
             let lasts: u32 = pattern.period([20.0; 2]).iter().map(|s| s.lasts_us).sum();
             assert_eq!(lasts, PERIOD_US, "{pattern:?}");
         }

@@ -39,7 +39,7 @@ struct PadSelectivity {
 #[must_use]
 pub fn search(spec: &HandSpec, field: &Field, units: &[Unit], shape: Shape) -> Option<[Pad; 3]> {
     let (first, second) = most_selective(spec, field, units, shape)?;
-    Some(placed(spec, (first, second), shape))
+    Some(assign_points(spec, (first, second), shape))
 }
 
 /// The same where a person would stop: places are tried in random order, the first two
@@ -57,7 +57,7 @@ pub fn first_found(
     let mut found = all.into_iter();
     let first = found.find(is_selective)?;
     let second = found.find(|pad| distance_m(pad, &first) >= APART_M && is_selective(pad))?;
-    Some(placed(spec, (first, second), shape))
+    Some(assign_points(spec, (first, second), shape))
 }
 
 fn most_selective(
@@ -90,7 +90,7 @@ fn most_selective(
 }
 
 /// A, B and the extensor's electrode of these two places.
-fn placed(spec: &HandSpec, (first, second): (Pad, Pad), shape: Shape) -> [Pad; 3] {
+fn assign_points(spec: &HandSpec, (first, second): (Pad, Pad), shape: Shape) -> [Pad; 3] {
     let (a, b) = match first.y_m >= second.y_m {
         true => (first, second),
         false => (second, first),
@@ -132,8 +132,8 @@ fn selectivity<'u>(
 ) -> f64 {
     let mut reached: [Vec<f64>; DIGITS] = Default::default();
     for unit in units {
-        if let Some(digit) = unit.pool.flexes() {
-            let drive = -spec.rule.drive(&field.transfer(pad, unit.at_m), unit);
+        if let Some(digit) = unit.pool.flexed_digit() {
+            let drive = -spec.rule.nerve_drive(&field.transfer(pad, unit.at_m), unit);
             reached[digit].push(drive / unit.threshold);
         }
     }

@@ -93,18 +93,18 @@ impl Population {
     ///
     /// # Errors
     /// It cannot be read.
-    pub fn declared() -> Result<Self, TwoPointsError> {
+    pub fn load_embedded() -> Result<Self, TwoPointsError> {
         toml::from_str(DECLARED).map_err(|e| TwoPointsError::Declaration(e.to_string()))
     }
 
     /// What is drawn for person `index`, a number for each range in their order: every one
     /// of the same seed has the same numbers, whatever is drawn beside.
     #[must_use]
-    pub fn drawn(&self, seed: u64, index: u64) -> Vec<f64> {
-        Range::drawn(&self.ranges, seed, index)
+    pub fn draw_values(&self, seed: u64, index: u64) -> Vec<f64> {
+        Range::draw_values(&self.ranges, seed, index)
     }
 
-    /// What is `drawn` for the range of this field.
+    /// What is `draw_values` for the range of this field.
     fn value(&self, drawn: &[f64], field: &str) -> Result<f64, TwoPointsError> {
         Range::value(&self.ranges, drawn, field).ok_or_else(|| TwoPointsError::missing(field))
     }
@@ -115,7 +115,7 @@ impl Population {
     /// # Errors
     /// A range is missing.
     pub fn thresholds_v(&self, seed: u64, index: u64) -> Result<[f64; 3], TwoPointsError> {
-        let drawn = self.drawn(seed, index);
+        let drawn = self.draw_values(seed, index);
         let of = |field| self.value(&drawn, field);
         Ok([of("threshold_v")?, of("other_v")?, of("extensor_v")?])
     }
@@ -124,9 +124,9 @@ impl Population {
     ///
     /// # Errors
     /// A range's field is unknown, or one is missing.
-    pub fn person(&self, seed: u64, index: u64) -> Result<DrawnHand, TwoPointsError> {
+    pub fn draw_person(&self, seed: u64, index: u64) -> Result<DrawnHand, TwoPointsError> {
         let stream = random::word(seed, index);
-        let drawn = self.drawn(seed, index);
+        let drawn = self.draw_values(seed, index);
         let value = |field| self.value(&drawn, field);
         let mut spec = HandSpec::nominal(value("reach_m")?, value("around_m")?, stream);
         spec.tissue.fat_m = 1e-3 * value("fat_mm")?;
@@ -174,7 +174,7 @@ pub fn rule(name: &str) -> Result<Rule, TwoPointsError> {
 ///
 /// # Errors
 /// There is no such ablation.
-pub fn without(mut spec: HandSpec, name: &str) -> Result<HandSpec, TwoPointsError> {
+pub fn ablate(mut spec: HandSpec, name: &str) -> Result<HandSpec, TwoPointsError> {
     match name {
         "capacitance" => spec.skin.farad_per_cm2 = 0.0,
         "limiter" => spec.limiter_a = f64::INFINITY,

@@ -38,7 +38,7 @@ struct Leads {
 impl Body for Leads {
     fn pulse(&mut self, _: &Pulse) {}
 
-    fn lead(&mut self, t_us: u64, channel: usize, lead: Lead) {
+    fn set_lead(&mut self, t_us: u64, channel: usize, lead: Lead) {
         let mut heard = self.heard.lock().unwrap_or_else(PoisonError::into_inner);
         heard.push((t_us, channel, lead));
     }
@@ -139,7 +139,7 @@ impl Pattern {
     ///
     /// # Errors
     /// The device is not there; E628: it does not play it.
-    pub fn put_out(
+    pub fn play_on_device(
         &self,
         volts: [f64; 2],
         device: &DeviceName,
@@ -170,7 +170,7 @@ impl Pattern {
     /// out; nothing if all is. What may differ: that a point floats, while nothing drives,
     /// where the pattern grounds it; a device grounds no point to its next pulse.
     #[must_use]
-    pub fn unlike(&self, put_out: &[Segment], asked_v: [f64; 2]) -> Option<String> {
+    pub fn find_difference(&self, put_out: &[Segment], asked_v: [f64; 2]) -> Option<String> {
         let volts = driven_v(put_out);
         let pulses = |point: usize| self.points != Points::One(1 - point);
         for point in [A, B].into_iter().filter(|point| pulses(*point)) {
@@ -210,7 +210,7 @@ impl Wearer {
     ///
     /// # Errors
     /// E628: the device puts out another pattern.
-    pub fn put_out(
+    pub fn compare_outputs(
         &self,
         all: impl IntoIterator<Item = (Pattern, [f64; 2])>,
         device: &DeviceName,
@@ -222,8 +222,8 @@ impl Wearer {
                 continue;
             }
             told.push((pattern, volts));
-            let put_out = pattern.put_out(volts, device)?;
-            if let Some(why) = pattern.unlike(&put_out, volts) {
+            let put_out = pattern.play_on_device(volts, device)?;
+            if let Some(why) = pattern.find_difference(&put_out, volts) {
                 return Err(TwoPointsError::PutOut(pattern.in_words(), why));
             }
             let whole_nm = hand.respond(&put_out)?.index_nm();
@@ -253,7 +253,7 @@ impl OutputComparison {
              well, into dummy loads: the same terminals at every microsecond, but that a point \
              floats, while nothing drives, before its own pulse; torques are {torques}.",
             self.patterns,
-            device.typed()
+            device.to_argument()
         )
     }
 }

@@ -50,7 +50,11 @@ pub struct Replication {
 impl Averages {
     /// Of a session of experiment 1 or 2.
     #[must_use]
-    pub fn of(experiment: Experiment, conditions: &[Condition], all: &[StimulationResult]) -> Self {
+    pub fn from_session(
+        experiment: Experiment,
+        conditions: &[Condition],
+        all: &[StimulationResult],
+    ) -> Self {
         let value = |stimulation: &StimulationResult| match experiment {
             Experiment::Torque => Some(stimulation.torque_nm),
             _ => stimulation.individuation,
@@ -96,7 +100,7 @@ impl Averages {
 impl Replication {
     /// Of these participants; tests that cannot be made of them are missing.
     #[must_use]
-    pub fn of(participants: &[Averages]) -> Self {
+    pub fn from_averages(participants: &[Averages]) -> Self {
         let patterns = std::array::from_fn(|number| {
             mean(
                 participants
@@ -121,14 +125,14 @@ impl Replication {
         };
         let isolation = late(0)
             .zip(late(1))
-            .and_then(|(conducted, isolated)| tested(&conducted, &isolated));
+            .and_then(|(conducted, isolated)| paired_test(&conducted, &isolated));
         let table_5 = std::array::from_fn(|number| {
             let pairs = participants.iter().filter_map(|averages| {
                 let [conducted, _] = averages.one_point?;
                 Some((averages.patterns[number]?, conducted))
             });
             let (two, one): (Vec<f64>, Vec<f64>) = pairs.unzip();
-            tested(&two, &one)
+            paired_test(&two, &one)
         });
         Self {
             patterns,
@@ -141,7 +145,7 @@ impl Replication {
     }
 }
 
-fn tested(first: &[f64], second: &[f64]) -> Test {
+fn paired_test(first: &[f64], second: &[f64]) -> Test {
     paired_t(first, second)
         .ok()
         .map(|paired_t| [paired_t.t, paired_t.p])
@@ -165,11 +169,11 @@ mod tests {
     fn tests_are_of_what_the_paper_says() {
         // All rank conducted patterns alike: χ² is n (k - 1).
         let all = [1.0, 2.0, 3.0].map(|by| averages(|number| by + 0.01 * number as f64));
-        let of = Replication::of(&all);
+        let of = Replication::from_averages(&all);
         let [chi_squared, _] = of.friedman.unwrap();
         assert!((chi_squared - 27.0).abs() < 1e-9, "{chi_squared}");
         // Isolated ones exceed conducted ones by 0.01 at every phase difference.
-        let apart = Replication::of(&[
+        let apart = Replication::from_averages(&[
             averages(|number| 0.1 * (number % 3) as f64),
             averages(|number| 0.01 * number as f64),
         ]);
@@ -183,7 +187,7 @@ mod tests {
         assert!((conducted - 0.3).abs() < 1e-12 && (isolated - 0.2).abs() < 1e-12);
         let mut gone = averages(|_| 1.0);
         gone.patterns[3] = None;
-        let few = Replication::of(&[gone, averages(|n| n as f64)]);
+        let few = Replication::from_averages(&[gone, averages(|n| n as f64)]);
         assert_eq!(few.friedman, None, "one whole subject is none");
         assert_eq!(few.table_5[3], None);
         assert_eq!(few.n, 2);

@@ -7,7 +7,7 @@ use super::population::Population;
 use super::study::{DrawOutcome, Numbers};
 use super::trials::Postures;
 use super::voltages::{MOST_V, Voltages};
-use crate::laboratory::number_of;
+use crate::laboratory::parse_number;
 
 /// Fields with a number, and between which ends it lies.
 const NUMBERS: [(&str, [f64; 2]); 21] = [
@@ -59,7 +59,7 @@ pub(super) fn columns(population: &Population) -> Vec<String> {
 }
 
 /// The row of this wearer, without what was drawn.
-pub(super) fn written(drawn: &DrawOutcome, population: &Population) -> String {
+pub(super) fn format_row(drawn: &DrawOutcome, population: &Population) -> String {
     let DrawOutcome::Whole(measured) = drawn else {
         let name = MISSING.iter().find(|(_, of)| of == drawn);
         let name = name.map_or("", |(name, _)| name);
@@ -81,7 +81,7 @@ pub(super) fn written(drawn: &DrawOutcome, population: &Population) -> String {
 ///
 /// # Errors
 /// What the program does not write.
-pub(super) fn read(row: &str, population: &Population) -> Result<DrawOutcome, String> {
+pub(super) fn parse_row(row: &str, population: &Population) -> Result<DrawOutcome, String> {
     let fields: Vec<&str> = row.split(',').collect();
     let wanted = columns(population).len();
     if fields.len() != wanted {
@@ -104,7 +104,7 @@ pub(super) fn read(row: &str, population: &Population) -> Result<DrawOutcome, St
     let is_small = is_small.ok_or_else(|| format!("no electrodes are `{electrodes}`"))? == 1;
     let mut values = [None; NUMBERS.len()];
     for ((value, field), (name, ends)) in values.iter_mut().zip(rest).zip(NUMBERS) {
-        *value = number_of(field)?;
+        *value = parse_number(field)?;
         if value.is_some_and(|value| !(ends[0]..=ends[1]).contains(&value)) {
             let [low, high] = ends;
             return Err(format!(
@@ -113,7 +113,8 @@ pub(super) fn read(row: &str, population: &Population) -> Result<DrawOutcome, St
         }
     }
     let left_out = rest.get(NUMBERS.len()).copied().unwrap_or_default();
-    let most = (Pattern::two().len() + Pattern::one().len()) as u64 * population.trials;
+    let most = (Pattern::all_two_point().len() + Pattern::all_one_point().len()) as u64
+        * population.trials;
     match left_out.parse() {
         Ok(left_out) if left_out <= most => numbers_of(values, is_small, left_out),
         _ => Err(format!(

@@ -28,7 +28,7 @@ pub(super) fn row(
     paper: Option<f64>,
     all: Vec<f64>,
 ) -> Row {
-    Row::of(id.to_owned(), quantity, unit, paper, all)
+    Row::from_numbers(id.to_owned(), quantity, unit, paper, all)
 }
 
 /// In how many of `all` that could be judged it holds.
@@ -43,7 +43,7 @@ pub(super) fn claim(
         judged.iter().filter(|flag| **flag).count() as u64,
         judged.len() as u64,
     );
-    Share::counted(id.to_owned(), claim, paper, (holds, of))
+    Share::from_counts(id.to_owned(), claim, paper, (holds, of))
 }
 
 /// Mean over the trials of the condition that `is`.

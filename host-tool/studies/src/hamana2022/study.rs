@@ -1,10 +1,10 @@
 //! Cells of the study: drawn wearers under one rule, ground and operating point.
 
-use super::claims::{Individuations, Torques, individuations, judged};
+use super::claims::{Individuations, Torques, individuations, judge_claims};
 use super::couplings;
 use super::error::TwoPointsError;
 use super::points;
-use super::population::{DrawnHand, Population, rule, without};
+use super::population::{DrawnHand, Population, ablate, rule};
 use super::trials::{Postures, Trials};
 use super::voltages::{MOST_V, STEP_V, Voltages, calibrate};
 use hal_sim::body::hand::field::{Field, Pad, Shape};
@@ -63,7 +63,7 @@ impl Numbers {
     /// Whether each claim holds, of these numbers alone.
     #[must_use]
     pub fn claims(&self) -> [Option<bool>; 8] {
-        judged(
+        judge_claims(
             &self.torques,
             &self.individuations,
             &self.voltages,
@@ -146,7 +146,7 @@ pub fn prepare(
         let found = Voltages::search(&mut hand, known.most_v)?;
         missing = match found {
             None => DrawOutcome::NoVoltages,
-            Some(voltages) if known.is_held(&voltages) => DrawOutcome::Held,
+            Some(voltages) if known.contradicts(&voltages) => DrawOutcome::Held,
             Some(voltages) => {
                 return Ok(Ok(PreparedHand {
                     hand,
@@ -162,7 +162,7 @@ pub fn prepare(
 impl KnownThresholds {
     /// Of a drawn person.
     #[must_use]
-    pub const fn drawn(person: &DrawnHand) -> Self {
+    pub const fn from_person(person: &DrawnHand) -> Self {
         Self {
             threshold_v: person.threshold_v,
             b_v: None,
@@ -174,7 +174,7 @@ impl KnownThresholds {
     }
 
     /// Whether a threshold found is below the known one by a step of the search or more.
-    fn is_held(&self, found: &Voltages) -> bool {
+    fn contradicts(&self, found: &Voltages) -> bool {
         self.b_v.is_some_and(|b_v| {
             let known = [self.threshold_v, b_v];
             let mut both = found.threshold_v.into_iter().zip(known);
@@ -227,8 +227,8 @@ impl Population {
     /// # Errors
     /// The declaration, or a hand that cannot be.
     pub fn draw(&self, cell: &Cell, seed: u64, index: u64) -> Result<DrawOutcome, TwoPointsError> {
-        Ok(match self.searched(cell, seed, index)? {
-            Ok(prepared) => DrawOutcome::Whole(Box::new(self.tried(cell, prepared)?)),
+        Ok(match self.prepare_wearer(cell, seed, index)? {
+            Ok(prepared) => DrawOutcome::Whole(Box::new(self.measure_patterns(cell, prepared)?)),
             Err(missing) => missing,
         })
     }
@@ -237,21 +237,21 @@ impl Population {
     ///
     /// # Errors
     /// The declaration, or a hand that cannot be.
-    pub fn searched(
+    pub fn prepare_wearer(
         &self,
         cell: &Cell,
         seed: u64,
         index: u64,
     ) -> Result<Result<PreparedHand, DrawOutcome>, TwoPointsError> {
-        let person = self.person(seed, index)?;
-        let mut known = KnownThresholds::drawn(&person);
+        let person = self.draw_person(seed, index)?;
+        let mut known = KnownThresholds::from_person(&person);
         let mut spec = HandSpec {
             rule: rule(&cell.rule)?,
             return_factor: cell.return_factor,
             ..person.spec
         };
         if let Some(name) = &cell.without {
-            spec = without(spec, name)?;
+            spec = ablate(spec, name)?;
         }
         if let Some(skin) = cell.balanced_skin {
             let [_, b_v, _] = self.thresholds_v(seed, index)?;
@@ -266,7 +266,11 @@ impl Population {
     ///
     /// # Errors
     /// The hand's circuit cannot be solved.
-    pub fn tried(&self, cell: &Cell, prepared: PreparedHand) -> Result<Numbers, TwoPointsError> {
+    pub fn measure_patterns(
+        &self,
+        cell: &Cell,
+        prepared: PreparedHand,
+    ) -> Result<Numbers, TwoPointsError> {
         let PreparedHand {
             mut hand,
             voltages,
@@ -286,7 +290,7 @@ impl Population {
         Ok(Numbers {
             voltages,
             is_small,
-            torques: Torques::of(&outcomes),
+            torques: Torques::from_outcomes(&outcomes),
             individuations: individuations(&outcomes),
             postures: trials.postures(&mut hand, volts)?,
             left_out: outcomes.iter().map(|outcome| outcome.left_out).sum(),

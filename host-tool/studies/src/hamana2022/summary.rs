@@ -78,7 +78,7 @@ impl Cell {
 }
 
 impl Summary {
-    fn whole(&self) -> impl Iterator<Item = &Numbers> + Clone {
+    fn complete_draws(&self) -> impl Iterator<Item = &Numbers> + Clone {
         self.drawn.iter().filter_map(|draw| match draw {
             DrawOutcome::Whole(numbers) => Some(&**numbers),
             DrawOutcome::NoPoints
@@ -90,7 +90,9 @@ impl Summary {
 
     /// Wearers in whom claim `index` holds, of those in whom it can be judged.
     fn holds(&self, index: usize) -> (u64, u64) {
-        let judged = self.whole().filter_map(|numbers| numbers.claims()[index]);
+        let judged = self
+            .complete_draws()
+            .filter_map(|numbers| numbers.claims()[index]);
         (
             judged.clone().filter(|flag| *flag).count() as u64,
             judged.count() as u64,
@@ -100,9 +102,9 @@ impl Summary {
     /// All claims at once; one that cannot be judged does not hold.
     fn holds_jointly(&self) -> (u64, u64) {
         let all = self
-            .whole()
+            .complete_draws()
             .filter(|numbers| numbers.claims().iter().all(|c| *c == Some(true)));
-        (all.count() as u64, self.whole().count() as u64)
+        (all.count() as u64, self.complete_draws().count() as u64)
     }
 
     /// The table's head.
@@ -120,14 +122,14 @@ impl Summary {
             _ => format!("{:.0}", 100.0 * holds as f64 / of as f64),
         };
         let claims = (0..SHORT.len()).map(|index| format!("{:>6}", percent(self.holds(index))));
-        let (claims, n) = (claims.collect::<String>(), self.whole().count());
+        let (claims, n) = (claims.collect::<String>(), self.complete_draws().count());
         let all = percent(self.holds_jointly());
         format!("{:<23}{n:>4}{claims}{all:>5}", self.cell.name())
     }
 
     /// Why wearers are missing, and medians of what the claims compare.
     #[must_use]
-    pub fn below(&self) -> String {
+    pub fn details(&self) -> String {
         let median = |id: &str| {
             let measure = MEASURES.iter().find(|measure| measure.0 == id);
             let middle = measure.and_then(|(_, _, of)| statistics::median(self.sorted(*of)));
@@ -160,7 +162,7 @@ impl Summary {
 
     /// What whole wearers have of a measure, rising.
     fn sorted(&self, of: Measure) -> Vec<f64> {
-        let all = self.whole().filter_map(of);
+        let all = self.complete_draws().filter_map(of);
         let mut all: Vec<f64> = all.filter(|value| value.is_finite()).collect();
         all.sort_unstable_by(f64::total_cmp);
         all
@@ -173,7 +175,7 @@ impl Summary {
         let name = self.cell.name();
         let row = |(id, unit, of): &(&str, &str, Measure)| {
             let (id, quantity) = (format!("{name}/{id}"), format!("{id}: {name}"));
-            Row::of(id, quantity, unit, None, self.sorted(*of))
+            Row::from_numbers(id, quantity, unit, None, self.sorted(*of))
         };
         MEASURES.iter().map(row).collect()
     }
@@ -186,9 +188,12 @@ impl Summary {
         let jointly = ("all", "all of them in one wearer", self.holds_jointly());
         let share = |(id, says, cases): (&str, &str, (u64, u64))| Share {
             at: self.cell.name(),
-            ..Share::counted(id.to_owned(), says.to_owned(), Some(true), cases)
+            ..Share::from_counts(id.to_owned(), says.to_owned(), Some(true), cases)
         };
-        let found = (self.whole().count() as u64, self.drawn.len() as u64);
+        let found = (
+            self.complete_draws().count() as u64,
+            self.drawn.len() as u64,
+        );
         let found = Share {
             paper: None,
             ..share(("found", FOUND, found))

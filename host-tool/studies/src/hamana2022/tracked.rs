@@ -7,7 +7,7 @@ use super::voltages::STEP_V;
 use super::wearers::Wearer;
 use firmware::safety::limits::VOLTAGE_STAGE_LIMITER;
 use hal_sim::body::hand::spec::{A, B};
-use host_core::analysis::metrics_but_lag;
+use host_core::analysis::metrics_without_lag;
 use host_core::record::Sample;
 use host_core::run::{DeviceName, SessionFile, run};
 use host_core::session::BodySpec;
@@ -122,26 +122,30 @@ impl Wearer {
             Ok(ranges) => ranges,
             Err(why) => return Ok(Err(why)),
         };
-        let text = adapted(method.session(), ranges, law)
+        let text = adapt_session(method.session(), ranges, law)
             .ok_or_else(|| TwoPointsError::Declaration("experiment 4's session".to_owned()))?;
         let mut file = match SessionFile::parse("hamana-4.toml", &text) {
             Ok(file) => file,
             // Where threshold and greatest voltage are one, there is nothing to control.
             Err(error) => return Ok(Err(error.to_string())),
         };
-        let fitted = self.fitted(population, number);
+        let fitted = self.fit_for_trial(population, number);
         file.session.body = Some(BodySpec::Hand(Box::new(fitted)));
-        Ok(played(&file, device, number))
+        Ok(play_session(&file, device, number))
     }
 }
 
-fn played(file: &SessionFile, device: &DeviceName, seed: u64) -> Result<TrialTracking, String> {
+fn play_session(
+    file: &SessionFile,
+    device: &DeviceName,
+    seed: u64,
+) -> Result<TrialTracking, String> {
     let port = device.open(&file.session, seed);
     let (outcome, _) = run(file, port.map_err(|e| e.to_string())?, None, |_: f64| ());
     if let Some(error) = outcome.error {
         return Err(error.to_string());
     }
-    let metrics = metrics_but_lag(&outcome.trial);
+    let metrics = metrics_without_lag(&outcome.trial);
     let metrics = metrics.ok_or_else(|| "nothing was measured".to_owned())?;
     let samples = &outcome.trial.samples;
     let rows = samples.iter().step_by(samples.len().div_ceil(ROWS).max(1));
@@ -153,7 +157,7 @@ fn played(file: &SessionFile, device: &DeviceName, seed: u64) -> Result<TrialTra
 }
 
 /// `text` for a wearer with these ranges.
-fn adapted(text: &str, ranges_v: [[f64; 2]; 3], law: &str) -> Option<String> {
+fn adapt_session(text: &str, ranges_v: [[f64; 2]; 3], law: &str) -> Option<String> {
     let mut table: Table = text.parse().ok()?;
     let range = |number: &Value| ranges_v.get(usize::try_from(number.as_integer()? - 1).ok()?);
     for channel in table.get_mut("channel")?.as_array_mut()? {
@@ -192,7 +196,7 @@ mod tests {
         // The extensor's are below the `start` of the shipped session.
         let ranges = [[19.6, 28.0], [25.2, 36.0], [14.0, 20.0]];
         for (method, channels) in Method::ALL.into_iter().zip([2, 2, 3]) {
-            let text = adapted(method.session(), ranges, "paper").unwrap();
+            let text = adapt_session(method.session(), ranges, "paper").unwrap();
             let session = Session::parse("it", &text).unwrap();
             assert_eq!(session.channels.len(), channels);
             let joint = session.joint.unwrap();

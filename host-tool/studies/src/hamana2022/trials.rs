@@ -47,7 +47,10 @@ impl Trials {
         hand: &mut Hand,
         volts: [f64; 2],
     ) -> Result<Vec<Outcome>, TwoPointsError> {
-        let patterns: Vec<Pattern> = Pattern::two().into_iter().chain(Pattern::one()).collect();
+        let patterns: Vec<Pattern> = Pattern::all_two_point()
+            .into_iter()
+            .chain(Pattern::all_one_point())
+            .collect();
         let mut sums = vec![(0.0, 0.0, 0u64); patterns.len()];
         for trial in 0..self.count {
             let jitter = |axis| self.jitter_m * standard_normal(self.seed, 2 * trial + axis);
@@ -87,15 +90,15 @@ impl Trials {
         volts: [f64; 2],
     ) -> Result<[Postures; 2], TwoPointsError> {
         let at_rest = [
-            bent_deg(hand, Pattern::alone(A), volts)?,
-            bent_deg(hand, Pattern::alone(B), volts)?,
+            bent_deg(hand, Pattern::isolated_point(A), volts)?,
+            bent_deg(hand, Pattern::isolated_point(B), volts)?,
         ];
         let better = if at_rest[A] >= at_rest[B] { A } else { B };
         let mut bent = [[0.0; 3]; 2];
         for (place, pronated_deg) in [0.0, 45.0, 90.0].into_iter().enumerate() {
             hand.shift(pronated_deg, [0.0; 2]);
-            bent[0][place] = bent_deg(hand, Pattern::alone(better), volts)?;
-            bent[1][place] = bent_deg(hand, Pattern::usual(), volts)?;
+            bent[0][place] = bent_deg(hand, Pattern::isolated_point(better), volts)?;
+            bent[1][place] = bent_deg(hand, Pattern::default_two_point(), volts)?;
         }
         hand.shift(0.0, [0.0; 2]);
         Ok(bent)

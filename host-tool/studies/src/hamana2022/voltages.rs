@@ -101,7 +101,7 @@ pub fn calibrate(hand: &mut Hand, threshold_v: f64) -> Result<(), TwoPointsError
     let [mut low, mut high] = FACTOR_RANGE;
     for _ in 0..BISECTIONS {
         hand.factor = (low * high).sqrt();
-        match bent_deg(hand, Pattern::alone(A), [threshold_v; 2])? >= VISIBLE_DEG {
+        match bent_deg(hand, Pattern::isolated_point(A), [threshold_v; 2])? >= VISIBLE_DEG {
             true => low = hand.factor,
             false => high = hand.factor,
         }
@@ -129,7 +129,7 @@ impl Voltages {
         let mut ratio = None;
         for step in 1..=RATIO_STEPS {
             let r = f64::from(step) / f64::from(RATIO_STEPS);
-            let bent = bent_deg(hand, Pattern::usual(), most_v.map(|v| r * v))?;
+            let bent = bent_deg(hand, Pattern::default_two_point(), most_v.map(|v| r * v))?;
             if bent >= VISIBLE_DEG {
                 ratio = Some(r);
                 break;
@@ -159,14 +159,14 @@ pub struct SearchStep {
 ///
 /// # Errors
 /// The hand's circuit cannot be solved.
-pub fn searched(
+pub fn search_steps(
     hand: &mut Hand,
     point: usize,
     end_v: f64,
 ) -> Result<Vec<SearchStep>, TwoPointsError> {
     let (mut steps, mut volts) = (Vec::new(), STEP_V);
     while volts <= end_v {
-        let response = hand.respond(&Pattern::alone(point).period([volts; 2]))?;
+        let response = hand.respond(&Pattern::isolated_point(point).period([volts; 2]))?;
         steps.push(SearchStep {
             volts,
             flexed: normalised(&response.angles_deg()),
@@ -187,7 +187,7 @@ fn search_point(
     let mut found: Option<[f64; 2]> = None;
     let mut volts = STEP_V;
     while volts <= end_v {
-        let response = hand.respond(&Pattern::alone(point).period([volts; 2]))?;
+        let response = hand.respond(&Pattern::isolated_point(point).period([volts; 2]))?;
         let bent = response.angles_deg()[INDEX] - REST_DEG[INDEX];
         let is_visible = bent >= VISIBLE_DEG;
         let is_alone = response

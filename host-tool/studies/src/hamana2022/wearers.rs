@@ -8,7 +8,7 @@ use super::study::{DrawOutcome, KnownThresholds, PreparedHand, prepare};
 use super::voltages::{Voltages, search_extensor};
 use hal_sim::body::hand::{FittedHand, Hand, HandSpec};
 use hal_sim::random::{standard_normal, word};
-use host_core::wearer::{self, shipped};
+use host_core::wearer::{self, builtin_wearer};
 use serde::Deserialize;
 use std::path::Path;
 
@@ -59,7 +59,7 @@ const TRIALS: u64 = 0x7121;
 /// Whoever the wearer file `file` of this text describes, all of whose thresholds are
 /// known.
 fn own(file: &str, text: &str) -> Result<Participant, TwoPointsError> {
-    let of = Participant::of(&wearer::Wearer::parse(file, text)?).and_then(|participant| {
+    let of = Participant::from_wearer(&wearer::Wearer::parse(file, text)?).and_then(|participant| {
         let missing = "no thresholds are known: measure those of A, B and the extensor's point, \
                        V, as `motor_threshold` of channels 1 to 3 or as `forearm.thresholds_v`";
         participant
@@ -75,7 +75,7 @@ impl Participants {
     ///
     /// # Errors
     /// They cannot be read, or there is nobody of this name.
-    pub fn asked(whom: Option<&str>) -> Result<Self, TwoPointsError> {
+    pub fn load(whom: Option<&str>) -> Result<Self, TwoPointsError> {
         let mut read: Self =
             toml::from_str(WEARERS).map_err(|e| TwoPointsError::Declaration(e.to_string()))?;
         let path = whom.map(Path::new);
@@ -91,8 +91,8 @@ impl Participants {
             .push(("wearers.toml".to_owned(), WEARERS.to_owned()));
         for participant in &mut read.all {
             let file = format!("{}.toml", participant.name);
-            let text = shipped(&file).unwrap_or_default();
-            let known = Participant::of(&wearer::Wearer::parse(&file, text)?);
+            let text = builtin_wearer(&file).unwrap_or_default();
+            let known = Participant::from_wearer(&wearer::Wearer::parse(&file, text)?);
             let known = known.map_err(|why| TwoPointsError::Wearer(file.clone(), why))?;
             let paper = participant.paper.take();
             *participant = Participant { paper, ..known };
@@ -111,7 +111,7 @@ impl Participants {
     ///
     /// # Errors
     /// There is none of this name.
-    pub fn departing(mut self, name: Option<&str>) -> Result<Self, TwoPointsError> {
+    pub fn with_departure(mut self, name: Option<&str>) -> Result<Self, TwoPointsError> {
         let Some(name) = name else { return Ok(self) };
         let found = self
             .departures
@@ -128,7 +128,7 @@ impl Participants {
 
     /// The ablation as a sentence for readers of the page.
     #[must_use]
-    pub fn otherwise(&self) -> Option<String> {
+    pub fn ablation_note(&self) -> Option<String> {
         let Departure { name, says, .. } = &self.departure;
         (!name.is_empty()).then(|| format!("Departure {name}: {says}."))
     }
@@ -163,10 +163,10 @@ impl Participant {
             .name
             .bytes()
             .fold(seed, |seed, byte| word(seed, byte.into()));
-        let person = population.person(own, index)?;
+        let person = population.draw_person(own, index)?;
         let spec = HandSpec {
             around_m: self.around_m,
-            ..person.spec.clone().of_reach(self.reach_m)
+            ..person.spec.clone().with_reach(self.reach_m)
         };
         let drawn = || population.thresholds_v(own, index);
         let [threshold_v, b_v, e_v] = self.thresholds_v.map_or_else(drawn, Ok)?;
@@ -178,12 +178,12 @@ impl Participant {
             most_v: DEVICE_V,
             first_found: departure.first_found,
         };
-        let spec = departure.of(spec);
+        let spec = departure.apply_to(spec);
         let PreparedHand {
             mut hand, voltages, ..
         } = match prepare(&spec, known)? {
             Ok(prepared) => prepared,
-            Err(missing) => return Ok(Err(why(&missing))),
+            Err(missing) => return Ok(Err(missing_reason(&missing))),
         };
         Ok(match search_extensor(&mut hand, DEVICE_V)? {
             Some(extensor_v) => Ok(Wearer {
@@ -196,7 +196,7 @@ impl Participant {
     }
 }
 
-const fn why(missing: &DrawOutcome) -> &'static str {
+const fn missing_reason(missing: &DrawOutcome) -> &'static str {
     match missing {
         DrawOutcome::NoPoints => "no two selective points",
         DrawOutcome::NoCoupling => "no coupling gives the thresholds",
@@ -210,7 +210,7 @@ impl Wearer {
     /// As they come to trial `number`: the skin has moved a little, the contraction is a
     /// little stronger or weaker (standard deviations of the population's declaration).
     #[must_use]
-    pub fn fitted(&self, population: &Population, number: u64) -> FittedHand {
+    pub fn fit_for_trial(&self, population: &Population, number: u64) -> FittedHand {
         let mut spec = self.hand.spec().clone();
         let seed = word(spec.seed ^ TRIALS, number);
         let normal = |index| standard_normal(seed, index);

@@ -120,7 +120,7 @@ impl Hands {
         contenders: Vec<Contender>,
         mut progress: impl FnMut(f64),
     ) -> Result<Self, HandsError> {
-        let population = Population::declared()?;
+        let population = Population::load_embedded()?;
         let (mut cases, mut missing, mut unsettled) = (Vec::new(), BTreeMap::new(), 0);
         let indices: Vec<u64> = (0..plan.draws).collect();
         let mut done = 0;
@@ -152,7 +152,7 @@ impl Hands {
     }
 
     /// What its table and picture are called, without an ending.
-    pub fn stem(&self) -> String {
+    pub fn file_stem(&self) -> String {
         let of = |name| format!("control_wearer_{name}");
         self.wearer.as_ref().map_or("control_hands".to_owned(), of)
     }
@@ -178,7 +178,7 @@ impl Hands {
     }
 
     /// Widths of the ranges that hands hold with these points, °: 5 %, median, 95 %.
-    pub fn held(&self, points: Points) -> [f64; 3] {
+    pub fn held_range_deg(&self, points: Points) -> [f64; 3] {
         let held = self.cases.iter().map(|case| case.held_deg[place(points)]);
         let held: Vec<f64> = held.collect();
         [0.05, 0.5, 0.95].map(|part| quantile(&held, part).unwrap_or(f64::NAN))

@@ -68,7 +68,7 @@ impl Actuation {
 
     /// All of an effort, its antagonist at threshold: the device has it so (Hamana 2022,
     /// (7) to (12)).
-    fn all_of(&self, flexion: bool) -> Volts {
+    fn full_effort_volts(&self, flexion: bool) -> Volts {
         let at = |point: usize| {
             let works = (point == E) != flexion;
             self.ranges_v[point].map_or(0.0, |range| range[usize::from(works)])
@@ -93,8 +93,8 @@ impl DrivenHand {
         seed: u64,
         index: u64,
     ) -> Result<Result<Self, &'static str>, TwoPointsError> {
-        let person = population.person(seed, index)?;
-        let known = KnownThresholds::drawn(&person);
+        let person = population.draw_person(seed, index)?;
+        let known = KnownThresholds::from_person(&person);
         let PreparedHand {
             mut hand, voltages, ..
         } = match prepare(&person.spec, known)? {
@@ -109,7 +109,7 @@ impl DrivenHand {
             voltages,
             extensor_v,
         };
-        Self::of(wearer, seed, index)
+        Self::from_wearer(wearer, seed, index)
     }
 
     /// Draw `index` of the one person of `whom`, whose forearm is drawn but for what is
@@ -126,13 +126,13 @@ impl DrivenHand {
             return Err(TwoPointsError::Nobody(String::new()));
         };
         match whom.draw(person, population, (seed, index))? {
-            Ok(wearer) => Self::of(wearer, seed, index),
+            Ok(wearer) => Self::from_wearer(wearer, seed, index),
             Err(missing) => Ok(Err(missing)),
         }
     }
 
     /// A forearm whose voltages are known, with the line of this draw.
-    fn of(
+    fn from_wearer(
         wearer: Wearer,
         seed: u64,
         index: u64,
@@ -145,26 +145,26 @@ impl DrivenHand {
         if !is_range(extensor_v) {
             return Ok(Err("threshold and greatest voltage are one"));
         }
-        let Plant { line, seed, .. } = Plant::drawn(seed, index);
+        let Plant { line, seed, .. } = Plant::random(seed, index);
         let mut drawn = Self {
             hand,
             line,
             seed,
-            ways: [Actuation::of(Points::One, [None; 2], extensor_v); 2],
+            ways: [Actuation::from_ranges(Points::One, [None; 2], extensor_v); 2],
             holds_deg: [0.0; 2],
             wanted: Vec::new(),
         };
-        Ok(match drawn.ways_of(&voltages, extensor_v)? {
+        Ok(match drawn.actuations(&voltages, extensor_v)? {
             Ok(ways) => {
                 drawn.ways = ways;
-                drawn.aim()
+                drawn.with_target()
             }
             Err(missing) => Err(missing),
         })
     }
 
     /// One point, the one that holds further, and two.
-    fn ways_of(
+    fn actuations(
         &self,
         voltages: &Voltages,
         extensor_v: [f64; 2],
@@ -181,7 +181,8 @@ impl DrivenHand {
         let mut one: Option<Actuation> = None;
         for ranges in [[Some([a, most_a]), None], [None, Some([b, most_b])]] {
             if ranges.iter().flatten().all(|range| is_range(*range)) {
-                let way = self.held(Actuation::of(Points::One, ranges, extensor_v))?;
+                let way =
+                    self.measure_range(Actuation::from_ranges(Points::One, ranges, extensor_v))?;
                 one = one
                     .filter(|trajectory| trajectory.span_deg() >= way.span_deg())
                     .or(Some(way));
@@ -190,12 +191,16 @@ impl DrivenHand {
         let Some(one) = one.filter(|_| pair.into_iter().all(is_range)) else {
             return Ok(Err("threshold and greatest voltage are one"));
         };
-        let two = self.held(Actuation::of(Points::Two, pair.map(Some), extensor_v))?;
+        let two = self.measure_range(Actuation::from_ranges(
+            Points::Two,
+            pair.map(Some),
+            extensor_v,
+        ))?;
         Ok(Ok([one, two]))
     }
 
     /// With the target of what it holds.
-    fn aim(mut self) -> Result<Self, &'static str> {
+    fn with_target(mut self) -> Result<Self, &'static str> {
         let [one, two] = self.ways.map(|way| way.held_deg);
         let [low, high] = [one[0].max(two[0]), one[1].min(two[1])];
         if high - low < LEAST_DEG {
@@ -211,9 +216,9 @@ impl DrivenHand {
     }
 
     /// This way with what it holds.
-    fn held(&self, way: Actuation) -> Result<Actuation, TwoPointsError> {
-        let extended = self.under(&way, way.all_of(false))?;
-        let flexed = self.under(&way, way.all_of(true))?;
+    fn measure_range(&self, way: Actuation) -> Result<Actuation, TwoPointsError> {
+        let extended = self.held_angles_deg(&way, way.full_effort_volts(false))?;
+        let flexed = self.held_angles_deg(&way, way.full_effort_volts(true))?;
         Ok(Actuation {
             fresh_deg: flexed[0],
             held_deg: [extended[0].max(extended[1]), flexed[0].min(flexed[1])],
@@ -222,9 +227,9 @@ impl DrivenHand {
     }
 
     /// Where these volts hold the finger in the third and in the last second, °.
-    fn under(&self, way: &Actuation, volts: Volts) -> Result<[f64; 2], TwoPointsError> {
+    fn held_angles_deg(&self, way: &Actuation, volts: Volts) -> Result<[f64; 2], TwoPointsError> {
         let (mut hand, leads) = (self.moving()?, way.leads());
-        leads.begin(&mut hand);
+        leads.ground_used(&mut hand);
         let mut sums = [0.0; 2];
         for ms in 0..TRIAL_MS {
             leads.pulse(&mut hand, ms, volts);
@@ -256,7 +261,7 @@ impl DrivenHand {
         let (mut hand, leads) = (self.moving()?, way.leads());
         let mut frames = Frames::new(self.line, self.seed);
         let mut angles = Vec::with_capacity(TRIAL_MS);
-        leads.begin(&mut hand);
+        leads.ground_used(&mut hand);
         for ms in 0..TRIAL_MS {
             let now_us = ms as u64 * 1000;
             frames.take(now_us, &self.wanted, hand.sensed_deg());
@@ -267,7 +272,7 @@ impl DrivenHand {
             angles.push(hand.angle_deg() as f32);
         }
         let refused = driver.refused().map(str::to_owned);
-        Ok((Attempt { angles, refused }, hand.unsettled()))
+        Ok((Attempt { angles, refused }, hand.uncomputed_intervals()))
     }
 
     /// RMSE from 10 to 30 s of a finger that is held in the middle of the target, as a
@@ -283,7 +288,11 @@ impl DrivenHand {
 }
 
 impl Actuation {
-    const fn of(points: Points, [a, b]: [Option<[f64; 2]>; 2], extensor_v: [f64; 2]) -> Self {
+    const fn from_ranges(
+        points: Points,
+        [a, b]: [Option<[f64; 2]>; 2],
+        extensor_v: [f64; 2],
+    ) -> Self {
         Self {
             points,
             ranges_v: [a, b, Some(extensor_v)],

@@ -24,9 +24,9 @@ pub struct Leads {
 
 impl Leads {
     /// Grounds what is used, from the start on.
-    pub fn begin(self, hand: &mut MovingHand) {
+    pub fn ground_used(self, hand: &mut MovingHand) {
         for channel in self.channels() {
-            hand.lead(0, channel, Lead::Grounded);
+            hand.set_lead(0, channel, Lead::Grounded);
         }
     }
 
@@ -43,15 +43,15 @@ impl Leads {
             }
             let isolated = |other: &usize| *other != channel && (*other == E || channel == E);
             for other in self.channels().filter(isolated) {
-                hand.lead(now_us, other, Lead::Floating);
+                hand.set_lead(now_us, other, Lead::Floating);
             }
-            hand.lead(
+            hand.set_lead(
                 now_us,
                 channel,
                 Lead::Cathodic(Drive::Volts(volts[channel])),
             );
             for other in self.channels() {
-                hand.lead(now_us + u64::from(PULSE_US), other, Lead::Grounded);
+                hand.set_lead(now_us + u64::from(PULSE_US), other, Lead::Grounded);
             }
         }
     }

@@ -1,7 +1,7 @@
 //! A campaign on hands as tables: for people, for machines, as CSV.
 
 use super::campaign::{Hands, Score};
-use crate::tracking::columns::{Column, cells, names, tell};
+use crate::tracking::columns::{Column, add_to_json, cells, names};
 use crate::tracking::wearer::Points;
 use serde_json::{Value, json};
 
@@ -24,7 +24,7 @@ pub fn text(hands: &Hands) -> String {
         out += &format!("  {} stretches without currents\n", hands.unsettled);
     }
     for points in Points::ALL {
-        let [low, middle, high] = hands.held(points);
+        let [low, middle, high] = hands.held_range_deg(points);
         out += &format!(
             "\n{}: they hold a range of {middle:.1}° ({low:.1} to {high:.1})\n\
              {:<22}{:>7}{:>6}{:>6}{:>6}{:>6}{:>6}  - PID, ° [95 %]\n",
@@ -86,7 +86,7 @@ pub fn csv(hands: &Hands) -> String {
         + &names(&NUMBERS)
         + "\n";
     for points in Points::ALL {
-        let [low, middle, high] = hands.held(points);
+        let [low, middle, high] = hands.held_range_deg(points);
         for (n, contender) in hands.contenders.iter().enumerate() {
             let s = hands.score(points, n);
             out += &format!(
@@ -116,10 +116,10 @@ pub fn json(hands: &Hands) -> Value {
                 "refused": s.refused, "refusals": hands.refusals(points, n),
                 "no_better_than_still": s.no_better,
             });
-            tell(&NUMBERS, &s, &mut law);
+            add_to_json(&NUMBERS, &s, &mut law);
             law
         });
-        let [low, middle, high] = hands.held(points);
+        let [low, middle, high] = hands.held_range_deg(points);
         json!({
             "points": points.name(),
             "held_deg": { "p5": low, "median": middle, "p95": high },

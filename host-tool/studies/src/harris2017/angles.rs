@@ -23,25 +23,25 @@ pub struct AngleDependence {
 pub const DEPENDS: [(&str, AngleDependence); 5] = [
     (
         "arms, Rankin & Neptune",
-        AngleDependence::on(Some(Source::RankinNeptune), false),
+        AngleDependence::new(Some(Source::RankinNeptune), false),
     ),
     (
         "arms, MuscleArms",
-        AngleDependence::on(Some(Source::MuscleArms), false),
+        AngleDependence::new(Some(Source::MuscleArms), false),
     ),
-    ("force-length alone", AngleDependence::on(None, true)),
+    ("force-length alone", AngleDependence::new(None, true)),
     (
         "Rankin & Neptune with force-length",
-        AngleDependence::on(Some(Source::RankinNeptune), true),
+        AngleDependence::new(Some(Source::RankinNeptune), true),
     ),
     (
         "MuscleArms with force-length",
-        AngleDependence::on(Some(Source::MuscleArms), true),
+        AngleDependence::new(Some(Source::MuscleArms), true),
     ),
 ];
 
 impl AngleDependence {
-    const fn on(arms: Option<Source>, length: bool) -> Self {
+    const fn new(arms: Option<Source>, length: bool) -> Self {
         Self { arms, length }
     }
 }
@@ -51,7 +51,7 @@ impl AngleDependence {
 ///
 /// # Errors
 /// E691: an angle that no source knows.
-pub fn changed(
+pub fn relative_torque_change(
     person: &RampsWearer,
     depends: AngleDependence,
     included_deg: f64,
@@ -85,13 +85,16 @@ pub fn changed(
 ///
 /// # Errors
 /// E691: an angle that no source knows.
-pub fn departs(declared: &RampsDeclaration, person: &RampsWearer) -> Result<f64, RampsError> {
+pub fn torque_deviation(
+    declared: &RampsDeclaration,
+    person: &RampsWearer,
+) -> Result<f64, RampsError> {
     let protocol = &declared.protocol;
     let mut most = 0.0_f64;
     for &width_us in &protocol.current_ramp_widths_us {
-        let pulse = Stimulation::Current(width_us).at(protocol, protocol.ramp_s);
+        let pulse = Stimulation::Current(width_us).pulse_at(protocol, protocol.ramp_s);
         let torque = |deg: f64| -> Result<f64, RampsError> {
-            let spec = person.bench(Setting::exact(deg));
+            let spec = person.rig_spec(Setting::exact(deg));
             let parts = person.steady(&spec, TRICEPS, pulse)?;
             Ok(parts.iter().map(|(_, nm, _)| nm).sum())
         };
@@ -126,7 +129,7 @@ pub const ROWS: u64 = 9;
 /// standard deviation, that find a torque which falls by `effect` to one side and rises by as
 /// much to the other.
 #[must_use]
-pub fn found(effect: f64, noise: f64, level: f64, seed: u64) -> f64 {
+pub fn detection_power(effect: f64, noise: f64, level: f64, seed: u64) -> f64 {
     let is_found = |experiment: &u64| {
         let stream = random::word(seed, *experiment);
         let row = |row: u64| {
@@ -143,6 +146,6 @@ pub fn found(effect: f64, noise: f64, level: f64, seed: u64) -> f64 {
 #[must_use]
 pub fn least_found(noise: f64, level: f64, seed: u64) -> Option<f64> {
     let all = (1..=50).map(|percent| 1e-2 * f64::from(percent));
-    let mut enough = all.filter(|effect| found(*effect, noise, level, seed) >= 0.8);
+    let mut enough = all.filter(|effect| detection_power(*effect, noise, level, seed) >= 0.8);
     enough.next()
 }

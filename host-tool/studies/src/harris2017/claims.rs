@@ -82,8 +82,10 @@ fn most_linear(found: &DrawResult) -> Option<bool> {
 #[must_use]
 pub fn co_contraction(declared: &RampsDeclaration, found: &DrawResult) -> Option<f64> {
     let middle_deg = *declared.protocol.angles_deg.get(1)?;
-    let biceps = found.at(Stimulation::Biceps, middle_deg)?.peak_nm;
-    let triceps = found.at(Stimulation::Current(35), middle_deg)?.peak_nm;
+    let biceps = found.find_test(Stimulation::Biceps, middle_deg)?.peak_nm;
+    let triceps = found
+        .find_test(Stimulation::Current(35), middle_deg)?
+        .peak_nm;
     (triceps > declared.judged.detected_nm).then(|| biceps / triceps)
 }
 
@@ -100,14 +102,14 @@ pub fn shares(declared: &RampsDeclaration, all: &[DrawResult]) -> Result<Vec<Sha
 ///
 /// # Errors
 /// E690: a claim that nobody judges.
-pub fn decided(
+pub fn deciding_factors(
     declared: &RampsDeclaration,
     all: &[DrawResult],
 ) -> Result<Vec<DecidingClaim>, RampsError> {
     let drawn: Vec<&[f64]> = all.iter().map(|result| &*result.person.drawn).collect();
     let one = |claim: &DrawClaim| {
         let verdicts = verdicts(declared, all, &claim.id)?;
-        Ok(claim.decided(&declared.ranges, &verdicts, &drawn))
+        Ok(claim.deciding_fields(&declared.ranges, &verdicts, &drawn))
     };
     declared.claims.iter().map(one).collect()
 }

@@ -53,7 +53,7 @@ struct Average {
 }
 
 impl Average {
-    fn over(ms: f64) -> Self {
+    fn new(ms: f64) -> Self {
         Self {
             samples: VecDeque::new(),
             most: ms.round().max(1.0) as usize, // a sample a millisecond
@@ -86,21 +86,21 @@ impl RampsWearer {
         let holds = test.stimulation.holds();
         let error_deg = protocol.setting_error_deg;
         let setting = self.setting(test.nth, test.included_deg, error_deg, holds);
-        let arm = IsometricElbow::new(self.bench(setting), self.seed(test.nth))?;
-        Ok(recorded(arm, test, pulses, (protocol, judged)))
+        let arm = IsometricElbow::new(self.rig_spec(setting), self.seed(test.nth))?;
+        Ok(record_test(arm, test, pulses, (protocol, judged)))
     }
 }
 
 /// The same of an arm that is on its bench already.
 #[must_use]
-pub fn recorded(
+pub fn record_test(
     mut arm: IsometricElbow,
     test: Test,
     pulses: &[Pulse],
     (protocol, judged): (&Protocol, &TraceCriteria),
 ) -> Course {
     let (lever_m, sign) = (arm.spec().cell.lever_m, sign(test.stimulation));
-    let mut average = Average::over(judged.average_ms);
+    let mut average = Average::new(judged.average_ms);
     let mut answers: Vec<Answer> = (arm.parts()).map(|parts| Answer::none(parts.0)).collect();
     let (mut moments, mut zero) = (Vec::new(), (0.0, 0.0));
     let begin_ms = micros(protocol.settle_s) / 1_000;
@@ -126,7 +126,7 @@ pub fn recorded(
         }
         let is_moment = (ms + 1) * 1_000 % period_us(protocol) == 0;
         if let Some(pulse) = last.filter(|_| is_moment) {
-            let at = ramped(test.stimulation, pulse);
+            let at = ramped_value(test.stimulation, pulse);
             let zero_n: f64 = zero.0 / f64::max(zero.1, 1.0);
             moments.push(Moment {
                 at,
@@ -135,7 +135,7 @@ pub fn recorded(
             });
             let shares = shares(arm.spec(), test.stimulation, pulse);
             for ((answer, (_, nm, _)), share) in answers.iter_mut().zip(arm.parts()).zip(shares) {
-                answer.heed(at, nm, share, judged.recruited);
+                answer.update(at, nm, share, judged.recruited);
             }
         }
     }
@@ -165,11 +165,11 @@ fn shares(spec: &IsometricSpec, stimulation: Stimulation, pulse: &Pulse) -> Vec<
 }
 
 /// What is ramped, of a pulse.
-fn ramped(stimulation: Stimulation, pulse: &Pulse) -> f64 {
+fn ramped_value(stimulation: Stimulation, pulse: &Pulse) -> f64 {
     let Drive::Milliamps(ma) = pulse.drive else {
         return 0.0; // no such stage here
     };
-    stimulation.ramped(ma, pulse.width_us.into())
+    stimulation.ramped_value(ma, pulse.width_us.into())
 }
 
 impl Answer {
@@ -182,7 +182,7 @@ impl Answer {
         }
     }
 
-    fn heed(&mut self, at: f64, nm: f64, share: f64, recruited: f64) {
+    fn update(&mut self, at: f64, nm: f64, share: f64, recruited: f64) {
         if share >= recruited {
             self.from.get_or_insert(at);
         }
@@ -192,7 +192,7 @@ impl Answer {
 
     /// Whether a muscle that was not meant counts as stimulated.
     #[must_use]
-    pub fn counts(&self, judged: &TraceCriteria) -> bool {
+    pub fn is_stimulated(&self, judged: &TraceCriteria) -> bool {
         let has_torque = self.muscle != Muscle::Deltoid;
         match has_torque {
             true => self.torque_nm >= judged.others_nm,
@@ -217,7 +217,7 @@ impl Course {
     }
 
     /// From which moment on the torque is detected for good.
-    fn begin(&self, judged: &TraceCriteria) -> Option<usize> {
+    fn detection_index(&self, judged: &TraceCriteria) -> Option<usize> {
         let below = |moment: &Moment| moment.measured_nm < judged.detected_nm;
         let begin = self
             .moments
@@ -230,13 +230,13 @@ impl Course {
     /// Where the torque begins: what is ramped, mA or µs.
     #[must_use]
     pub fn detected_at(&self, judged: &TraceCriteria) -> Option<f64> {
-        Some(self.moments.get(self.begin(judged)?)?.at)
+        Some(self.moments.get(self.detection_index(judged)?)?.at)
     }
 
     /// R² of a line through what is above that; nothing of fewer than ten moments.
     #[must_use]
     pub fn linearity(&self, judged: &TraceCriteria) -> Option<f64> {
-        let above = self.moments.get(self.begin(judged)?..)?;
+        let above = self.moments.get(self.detection_index(judged)?..)?;
         let points = above.iter().map(|moment| (moment.at, moment.measured_nm));
         (above.len() >= 10).then(|| r_squared(points))?
     }
@@ -253,13 +253,13 @@ impl Course {
     }
 
     /// Muscles that were not meant and count as stimulated.
-    pub fn others(&self, judged: &TraceCriteria) -> impl Iterator<Item = Muscle> {
+    pub fn unintended_muscles(&self, judged: &TraceCriteria) -> impl Iterator<Item = Muscle> {
         let others = self
             .answers
             .iter()
             .filter(|answer| !is_triceps(answer.muscle));
         let counted = others
-            .filter(|answer| answer.counts(judged))
+            .filter(|answer| answer.is_stimulated(judged))
             .map(|answer| answer.muscle);
         counted.collect::<Vec<_>>().into_iter()
     }
@@ -300,7 +300,7 @@ mod tests {
 
     #[test]
     fn an_average_forgets() {
-        let mut average = Average::over(3.0);
+        let mut average = Average::new(3.0);
         let means = [3.0, 6.0, 9.0, 0.0].map(|value| average.push(value));
         assert_eq!(means, [3.0, 4.5, 6.0, 5.0]);
     }

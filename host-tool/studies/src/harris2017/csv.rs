@@ -19,8 +19,8 @@ impl Study {
                     number.map_or_else(String::new, |value| format!("{value:.6}"))
                 };
                 let others = measurement.answers.iter();
-                let others =
-                    others.filter(|answer| !is_triceps(answer.muscle) && answer.counts(judged));
+                let others = others
+                    .filter(|answer| !is_triceps(answer.muscle) && answer.is_stimulated(judged));
                 let others: Vec<String> = others
                     .map(|answer| format!("{:?}", answer.muscle))
                     .collect();

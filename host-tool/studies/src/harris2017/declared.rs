@@ -130,18 +130,18 @@ impl RampsDeclaration {
     ///
     /// # Errors
     /// E690: it cannot be read.
-    pub fn own() -> Result<Self, RampsError> {
+    pub fn load_embedded() -> Result<Self, RampsError> {
         toml::from_str(DECLARED).map_err(|e| RampsError::Declaration(e.to_string()))
     }
 
     /// What is drawn for person `index`, a number for each range in their order: every one of
     /// the same seed has the same numbers, whatever is drawn beside.
     #[must_use]
-    pub fn drawn(&self, seed: u64, index: u64) -> Vec<f64> {
-        Range::drawn(&self.ranges, seed, index)
+    pub fn draw_values(&self, seed: u64, index: u64) -> Vec<f64> {
+        Range::draw_values(&self.ranges, seed, index)
     }
 
-    /// What is `drawn` for the range of this field.
+    /// What is `draw_values` for the range of this field.
     ///
     /// # Errors
     /// E690: there is no such range.

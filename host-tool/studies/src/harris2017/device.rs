@@ -72,7 +72,7 @@ impl Stimulation {
         let begin_us = micros(protocol.settle_s);
         let since_us = due_us.checked_sub(begin_us);
         let (ma, width_us) = match since_us {
-            Some(since_us) => self.at(protocol, 1e-6 * since_us as f64),
+            Some(since_us) => self.pulse_at(protocol, 1e-6 * since_us as f64),
             None => (0.0, f64::from(LEAST_WIDTH_US)),
         };
         let width_us = width_us.round() as u16;
@@ -95,7 +95,7 @@ impl Stimulation {
     ///
     /// # Errors
     /// The device is not there; E692: it does not play it, or plays something else.
-    pub fn put_out(
+    pub fn play_on_device(
         self,
         protocol: &Protocol,
         device: &DeviceName,
@@ -109,16 +109,16 @@ impl Stimulation {
         let heard = ElectrodeLog::default();
         let world = port.world();
         let world = world.ok_or_else(|| failed("it is not simulated".to_owned()))?;
-        world.body = Box::new(Notes::on(&heard));
+        world.body = Box::new(Notes::new(&heard));
         let streamed = self.stream(protocol, &file, port);
         let epoch_us = streamed.map_err(|e| failed(e.to_string()))?;
-        let found = heard.all().into_iter().filter_map(|pulse| {
+        let found = heard.pulses().into_iter().filter_map(|pulse| {
             let t_us = pulse.t_us.checked_sub(epoch_us)?;
             let is_one = pulse.drive != Drive::Milliamps(0.0);
             is_one.then_some(Pulse { t_us, ..pulse })
         });
         let found: Vec<Pulse> = found.collect();
-        let apart = apart(&self.meant(protocol), &found).map_err(failed)?;
+        let apart = compare_pulses(&self.reference_pulses(protocol), &found).map_err(failed)?;
         Ok((found, apart))
     }
 
@@ -129,7 +129,7 @@ impl Stimulation {
         file: &SessionFile,
         port: Box<dyn Port>,
     ) -> Result<u64, RunError> {
-        let mut stepper = Stepper::open(file, port, Attachments::default())?.live();
+        let mut stepper = Stepper::open(file, port, Attachments::default())?.with_live_setpoints();
         stepper.configure()?;
         stepper.arm()?;
         stepper.request(self.setpoint(protocol, 0))?;
@@ -158,7 +158,7 @@ impl Stimulation {
 }
 
 /// Compares pulse by pulse.
-fn apart(meant: &[Pulse], found: &[Pulse]) -> Result<OutputDifference, String> {
+fn compare_pulses(meant: &[Pulse], found: &[Pulse]) -> Result<OutputDifference, String> {
     if meant.len() != found.len() {
         return Err(format!("{} pulses for {}", found.len(), meant.len()));
     }
@@ -186,7 +186,7 @@ fn apart(meant: &[Pulse], found: &[Pulse]) -> Result<OutputDifference, String> {
 ///
 /// # Errors
 /// As [`Stimulation::put_out`].
-pub fn put_out(
+pub fn play_all_on_device(
     declared: &RampsDeclaration,
     device: &DeviceName,
 ) -> Result<(Pulses, OutputDifference), RampsError> {
@@ -196,7 +196,7 @@ pub fn put_out(
         .into_iter()
         .chain([Stimulation::Biceps])
     {
-        let (pulses, apart) = stimulation.put_out(protocol, device)?;
+        let (pulses, apart) = stimulation.play_on_device(protocol, device)?;
         most.pulses += apart.pulses;
         most.current_ma = most.current_ma.max(apart.current_ma);
         all.push((stimulation, pulses));
@@ -212,7 +212,7 @@ impl OutputDifference {
             "Everybody got the pulses that --device {} put out, streamed to it once: {} pulses of \
              seven stimulations, each at the microsecond and with the width that was meant, \
              currents within {:.1} µA (a step of the converter is 1.5 µA).",
-            device.typed(),
+            device.to_argument(),
             self.pulses,
             1e3 * self.current_ma
         )

@@ -63,7 +63,9 @@ impl Study {
         }
         let series = (0..3).map(|place| {
             let held = rows.iter().filter_map(|row| row.get(place));
-            let held: Vec<String> = held.map(|stimulation| stimulation.held_at()).collect();
+            let held: Vec<String> = held
+                .map(|stimulation| stimulation.constant_value())
+                .collect();
             held.join(" above, ") + if rows.len() > 1 { " below" } else { "" }
         });
         Sheet::figure(
@@ -128,8 +130,8 @@ impl Study {
         curves.push(Curve::line(3, along(&truth)));
         Some(Plot {
             title: format!("participant {}", place + 1),
-            x: SheetAxis::even("pulse width (µs)", [0.0, 310.0]),
-            y: SheetAxis::even("current (mA)", [0.0, 85.0]),
+            x: SheetAxis::linear("pulse width (µs)", [0.0, 310.0]),
+            y: SheetAxis::linear("current (mA)", [0.0, 85.0]),
             curves,
             ..Plot::default()
         })
@@ -155,11 +157,11 @@ fn panel(found: &DrawResult, row: &[Stimulation], deg: f64, top_nm: f64) -> Plot
     let end = end.fold(1.0, f64::max);
     Plot {
         title: format!("{deg}°"),
-        x: SheetAxis::even(
+        x: SheetAxis::linear(
             row.first().map_or("", |stimulation| stimulation.axis()),
             [0.0, end],
         ),
-        y: SheetAxis::even("torque (N·m)", [-0.05 * top_nm, 1.05 * top_nm]),
+        y: SheetAxis::linear("torque (N·m)", [-0.05 * top_nm, 1.05 * top_nm]),
         curves: row.iter().enumerate().filter_map(curve).collect(),
         ..Plot::default()
     }

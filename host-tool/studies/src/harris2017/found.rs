@@ -1,11 +1,11 @@
 //! What came of one person.
 
-use super::angles::departs;
+use super::angles::torque_deviation;
 use super::course::{Answer, Course};
 use super::declared::{PulseOf, RampsDeclaration, TraceCriteria};
 use super::error::RampsError;
 use super::person::{RampsWearer, Setting, is_triceps};
-use super::strength_duration::{StrengthDurationFit, Threshold, fitted};
+use super::strength_duration::{StrengthDurationFit, Threshold, fit_law};
 use super::test::{Stimulation, Test};
 use hal_sim::body::Pulse;
 use hal_sim::body::bench::arms::Muscle;
@@ -87,7 +87,7 @@ pub struct DrawMeasurements {
 }
 
 impl TestMeasurements {
-    fn of(course: &Course, judged: &TraceCriteria) -> Self {
+    fn from_course(course: &Course, judged: &TraceCriteria) -> Self {
         Self {
             test: course.test,
             peak_nm: course.peak_nm(),
@@ -106,7 +106,7 @@ impl TestMeasurements {
             .answers
             .iter()
             .filter(|answer| !is_triceps(answer.muscle));
-        others.any(|answer| answer.counts(judged))
+        others.any(|answer| answer.is_stimulated(judged))
     }
 }
 
@@ -116,19 +116,19 @@ impl DrawResult {
     ///
     /// # Errors
     /// E690, E691: a declaration or a bench that cannot be.
-    pub fn of(
+    pub fn measure(
         declared: &RampsDeclaration,
         (seed, index): (u64, u64),
         pulses: &Pulses,
         is_shown: bool,
     ) -> Result<Self, RampsError> {
-        let person = RampsWearer::drawn(declared, seed, index)?;
+        let person = RampsWearer::random(declared, seed, index)?;
         let (mut measured, mut courses) = (Vec::new(), Vec::new());
         for test in Test::all(&declared.protocol) {
             let own = pulses.iter().find(|(of, _)| *of == test.stimulation);
             let Some((_, own)) = own else { continue };
             let course = person.perform(declared, test, own)?;
-            measured.push(TestMeasurements::of(&course, &declared.judged));
+            measured.push(TestMeasurements::from_course(&course, &declared.judged));
             if is_shown {
                 courses.push(course);
             }
@@ -137,17 +137,17 @@ impl DrawResult {
         let pairs = [TRICEPS, BICEPS].into_iter();
         for pair in pairs.take(if is_shown { 2 } else { 1 }) {
             let thresholds = person.thresholds(declared, pair)?;
-            let fitted = fitted(&thresholds, declared.strength_duration.step_ma);
+            let fitted = fit_law(&thresholds, declared.strength_duration.step_ma);
             strength_duration.push(StrengthDurationFound { thresholds, fitted });
         }
         let beyond = declared.beyond;
-        let held = |pulse| person.held(&declared.judged, pulse);
+        let held = |pulse| person.hold_pulse(&declared.judged, pulse);
         let kept = DrawMeasurements {
             measured,
             courses,
             strength_duration,
             beyond: [held(beyond.first)?, held(beyond.second)?],
-            departs: departs(declared, &person)?,
+            departs: torque_deviation(declared, &person)?,
         };
         Ok(Self { person, kept })
     }
@@ -173,7 +173,11 @@ impl DrawResult {
 
     /// The test of this stimulation at this angle.
     #[must_use]
-    pub fn at(&self, stimulation: Stimulation, included_deg: f64) -> Option<&TestMeasurements> {
+    pub fn find_test(
+        &self,
+        stimulation: Stimulation,
+        included_deg: f64,
+    ) -> Option<&TestMeasurements> {
         let is = |measurement: &&TestMeasurements| {
             measurement.test.stimulation == stimulation
                 && measurement.test.included_deg == included_deg
@@ -184,8 +188,8 @@ impl DrawResult {
 
 impl RampsWearer {
     /// A pulse of the pair on the triceps, held at 90° in the mean contraction.
-    fn held(&self, judged: &TraceCriteria, pulse: PulseOf) -> Result<HeldPulse, RampsError> {
-        let spec = self.bench(Setting::exact(90.0));
+    fn hold_pulse(&self, judged: &TraceCriteria, pulse: PulseOf) -> Result<HeldPulse, RampsError> {
+        let spec = self.rig_spec(Setting::exact(90.0));
         let width_us = f64::from(pulse.width_us);
         let parts = self.steady(&spec, TRICEPS, (pulse.current_ma, width_us))?;
         let counts = |&(muscle, nm, share): &(Muscle, f64, f64)| {
@@ -195,7 +199,7 @@ impl RampsWearer {
                 share,
                 torque_nm: nm.abs(),
             };
-            !is_triceps(muscle) && answer.counts(judged)
+            !is_triceps(muscle) && answer.is_stimulated(judged)
         };
         let others = parts.iter().filter(|part| counts(part)).map(|part| part.0);
         Ok(HeldPulse {

@@ -51,7 +51,7 @@ fn session(rate_hz: u32, is_triggered: bool) -> String {
 }
 
 /// This current, mA.
-fn wanted(ma: u32) -> Request {
+fn current_request(ma: u32) -> Request {
     Request::Amplitudes {
         at: None,
         mask: 1,
@@ -73,7 +73,7 @@ impl OpenDevice {
         let heard = ElectrodeLog::default();
         let world = port.world();
         let world = world.ok_or_else(|| failed("it is not simulated"))?;
-        world.body = Box::new(Notes::on(&heard));
+        world.body = Box::new(Notes::new(&heard));
         let stepper = begin(file, port, ma).map_err(failed)?;
         Ok(Self { stepper, heard })
     }
@@ -86,7 +86,7 @@ impl OpenDevice {
     /// Asks for this current, and lets time pass until `until_us`.
     fn hold(&mut self, until_us: u64, ma: u32) -> Result<(), RampsError> {
         let epoch_us = self.now_us() - self.stepper.time_us();
-        self.stepper.post(wanted(ma)).map_err(failed)?;
+        self.stepper.post(current_request(ma)).map_err(failed)?;
         let stepped = self.stepper.step(StepLimit::Time(until_us - epoch_us));
         stepped.map(drop).map_err(failed)
     }
@@ -96,7 +96,7 @@ impl OpenDevice {
         let is = |drive| matches!(drive, Drive::Milliamps(ma) if ma >= least_ma);
         let mut later = self
             .heard
-            .all()
+            .pulses()
             .into_iter()
             .filter(|pulse| pulse.t_us >= from_us);
         Some(later.find(|pulse| is(pulse.drive))?.t_us - from_us)
@@ -109,16 +109,17 @@ fn begin(
     port: Box<dyn Port>,
     ma: u32,
 ) -> Result<Stepper<'static, Box<dyn Port>>, RunError> {
-    let mut stepper = Stepper::open_owned(file, port, Attachments::default())?.live();
+    let mut stepper =
+        Stepper::open_owned(file, port, Attachments::default())?.with_live_setpoints();
     stepper.configure()?;
     stepper.arm()?;
-    stepper.request(wanted(ma))?;
+    stepper.request(current_request(ma))?;
     stepper.start()?;
     Ok(stepper)
 }
 
 /// Least and greatest.
-fn ends(all: impl IntoIterator<Item = Option<u64>>) -> Option<[u64; 2]> {
+fn min_and_max(all: impl IntoIterator<Item = Option<u64>>) -> Option<[u64; 2]> {
     let all: Option<Vec<u64>> = all.into_iter().collect();
     let all = all?;
     Some([all.iter().copied().min()?, all.iter().copied().max()?])
@@ -131,11 +132,11 @@ fn ends(all: impl IntoIterator<Item = Option<u64>>) -> Option<[u64; 2]> {
 pub fn latency(device: &DeviceName) -> Result<Latency, RampsError> {
     let [first, second, third] = COMMANDS;
     Ok(Latency {
-        trigger_us: triggered(device)?,
+        trigger_us: trigger_latency(device)?,
         command_us: [
-            commanded(device, first)?,
-            commanded(device, second)?,
-            commanded(device, third)?,
+            command_latency(device, first)?,
+            command_latency(device, second)?,
+            command_latency(device, third)?,
         ],
     })
 }
@@ -149,7 +150,7 @@ fn silent() -> RampsError {
 }
 
 /// From an edge at the trigger input to the first edge of the train, silent or not.
-fn triggered(device: &DeviceName) -> Result<[u64; 2], RampsError> {
+fn trigger_latency(device: &DeviceName) -> Result<[u64; 2], RampsError> {
     let mut opened = OpenDevice::new(device, &session(TRIGGERED_HZ, true), 20)?;
     let mut found = Vec::new();
     for _ in 0..TIMES {
@@ -161,11 +162,14 @@ fn triggered(device: &DeviceName) -> Result<[u64; 2], RampsError> {
         opened.hold(at_us + 250_000, 20)?;
         found.push(opened.to_first(at_us, 0.0));
     }
-    ends(found).ok_or_else(silent)
+    min_and_max(found).ok_or_else(silent)
 }
 
 /// From a setpoint to the first pulse that has it.
-fn commanded(device: &DeviceName, (rate_hz, from_ma): (u32, u32)) -> Result<[u64; 2], RampsError> {
+fn command_latency(
+    device: &DeviceName,
+    (rate_hz, from_ma): (u32, u32),
+) -> Result<[u64; 2], RampsError> {
     let mut opened = OpenDevice::new(device, &session(rate_hz, false), from_ma)?;
     let mut found = Vec::new();
     for _ in 0..TIMES {
@@ -177,7 +181,7 @@ fn commanded(device: &DeviceName, (rate_hz, from_ma): (u32, u32)) -> Result<[u64
         let off_us = opened.now_us() + 100_000;
         opened.hold(off_us, from_ma)?;
     }
-    ends(found).ok_or_else(silent)
+    min_and_max(found).ok_or_else(silent)
 }
 
 impl Latency {
@@ -197,7 +201,7 @@ impl Latency {
              {} µs from a reference pulse, set by the same program that sent the command, to the \
              first pulse: with its USB, serial line and stimulator in it. The wire of a simulator \
              takes no time, the chip's USB does.",
-            device.typed(),
+            device.to_argument(),
             commands.collect::<Vec<_>>().join(", "),
             PAPER_US[0],
             PAPER_US[1]

@@ -29,11 +29,12 @@ mod test;
 mod wearer_file;
 
 pub use angles::{
-    AngleDependence, DEPENDS, changed, found as effect_found, is_significant, least_found,
+    AngleDependence, DEPENDS, detection_power as effect_found, is_significant, least_found,
+    relative_torque_change,
 };
-pub use course::{Answer, Course, Moment, recorded};
+pub use course::{Answer, Course, Moment, record_test};
 pub use declared::{DECLARED, RampsDeclaration};
-pub use device::{OutputDifference, put_out};
+pub use device::{OutputDifference, play_all_on_device};
 pub use error::RampsError;
 pub use found::{
     DrawMeasurements, DrawResult, HeldPulse, Pulses, StrengthDurationFound, TestMeasurements,
@@ -42,6 +43,6 @@ pub use latency::{Latency, latency};
 pub use outcome::RunInfo;
 pub use person::{RampsWearer, Setting, in_words, is_triceps};
 pub use run::Run;
-pub use strength_duration::{StrengthDurationFit, Threshold, fitted};
+pub use strength_duration::{StrengthDurationFit, Threshold, fit_law};
 pub use study::{NAME, Study};
 pub use test::{Stimulation, Test, stimulations};

@@ -1,6 +1,6 @@
 //! The study as `result.json` and its page have it.
 
-use super::claims::{decided, shares};
+use super::claims::{deciding_factors, shares};
 use super::declared::DECLARED;
 use super::error::RampsError;
 use super::found::DrawResult;
@@ -54,7 +54,7 @@ impl Study {
             declared: Preregistration {
                 asked: NAME.to_owned(),
                 command: Some(told.command),
-                device: Some(self.device.typed()),
+                device: Some(self.device.to_argument()),
                 sha256: BTreeMap::from(sha256),
                 source: declared.source.clone(),
                 draws: self.draws,
@@ -64,9 +64,9 @@ impl Study {
             conditions: Vec::new(),
             rows: self.rows(all)?,
             shares: (shares(declared, all)?.into_iter())
-                .chain([self.significant(all), self.covered(all)])
+                .chain([self.significance_share(all), self.coverage_share(all)])
                 .collect(),
-            decides: decided(declared, all)?,
+            decides: deciding_factors(declared, all)?,
             sheets: self.sheets(all)?,
             notes: said.into_iter().chain(told.notes).collect(),
         })

@@ -3,7 +3,7 @@
 use super::declared::RampsDeclaration;
 use super::error::RampsError;
 use hal_sim::body::bench::arms::{MUSCLES, Muscle, Source};
-use hal_sim::body::bench::elbow::{FORCE_FREQUENCY_HZ, strongest_n};
+use hal_sim::body::bench::elbow::{FORCE_FREQUENCY_HZ, max_force_n};
 use hal_sim::body::bench::{
     CellSide, IsometricSpec, Pool, RigMuscle, SensorSpec, StrengthDuration,
 };
@@ -70,8 +70,8 @@ impl RampsWearer {
     ///
     /// # Errors
     /// E690 and E691: a range is missing, or draws what cannot be.
-    pub fn drawn(declared: &RampsDeclaration, seed: u64, index: u64) -> Result<Self, RampsError> {
-        let drawn = declared.drawn(seed, index);
+    pub fn random(declared: &RampsDeclaration, seed: u64, index: u64) -> Result<Self, RampsError> {
+        let drawn = declared.draw_values(seed, index);
         let of = |field: &str| declared.value(&drawn, field);
         let stream = random::word(random::word(seed, index), u64::MAX);
         let subject = of("subject")? as usize; // from 0, below 10
@@ -108,7 +108,7 @@ impl RampsWearer {
 
     /// The bench with this person on it.
     #[must_use]
-    pub fn bench(&self, setting: Setting) -> IsometricSpec {
+    pub fn rig_spec(&self, setting: Setting) -> IsometricSpec {
         IsometricSpec {
             included_deg: setting.included_deg,
             source: self.source,
@@ -151,7 +151,7 @@ impl RampsWearer {
     ) -> Result<Vec<(Muscle, f64, f64)>, RampsError> {
         let one = |of: &RigMuscle| {
             let share = of.share(pair, current_ma, width_us);
-            let most_nm = spec.most_nm(of).map_err(|_| BEYOND)?;
+            let most_nm = spec.max_torque_nm(of).map_err(|_| BEYOND)?;
             Ok((of.muscle, share * most_nm, share))
         };
         self.muscles.iter().map(one).collect()
@@ -172,16 +172,17 @@ fn stimulated(
         _ => (triceps_ma, TRICEPS_US),
     };
     let middle_ma = of("middle")? * lowest_ma;
-    let deviate = random::standard_normal(random::word(stream, CHRONAXIES), own(muscle));
+    let deviate =
+        random::standard_normal(random::word(stream, CHRONAXIES), chronaxie_group(muscle));
     Ok(RigMuscle {
         muscle,
-        force_n: of("strength")? * of("reached")? * strongest_n(muscle),
+        force_n: of("strength")? * of("reached")? * max_force_n(muscle),
         pool: Pool::new(lowest_ma, middle_ma, 0.5 * (middle_ma - lowest_ma))?,
         strength: StrengthDuration {
             chronaxie_us: of("chronaxie_us")? * (of("chronaxie_apart")? * deviate).exp(),
             reference_us,
         },
-        reached: reached(of, muscle)?,
+        reached: current_fractions(of, muscle)?,
         length_at_90: match muscle {
             Muscle::Biceps => of("biceps_at_90")?,
             _ => of("long_head_at_90")?,
@@ -191,7 +192,7 @@ fn stimulated(
 }
 
 /// Part of each pair's current that reaches a muscle.
-fn reached(
+fn current_fractions(
     of: &dyn Fn(&str) -> Result<f64, RampsError>,
     muscle: Muscle,
 ) -> Result<[f64; 2], RampsError> {
@@ -213,7 +214,7 @@ pub(super) const BEYOND: hal_sim::body::bench::InvalidBench =
     hal_sim::body::bench::InvalidBench("included_deg");
 
 /// Heads of one muscle have one chronaxie.
-const fn own(muscle: Muscle) -> u64 {
+const fn chronaxie_group(muscle: Muscle) -> u64 {
     match muscle {
         Muscle::TricepsLong | Muscle::TricepsLateral | Muscle::TricepsMedial => 0,
         Muscle::Biceps => 1,
@@ -225,7 +226,7 @@ const fn own(muscle: Muscle) -> u64 {
 /// Whether it is a head of the triceps.
 #[must_use]
 pub const fn is_triceps(muscle: Muscle) -> bool {
-    own(muscle) == 0
+    chronaxie_group(muscle) == 0
 }
 
 /// For people.

@@ -1,6 +1,6 @@
 //! Numbers of everybody, for `result.json`.
 
-use super::angles::{DEPENDS, changed, is_significant, least_found};
+use super::angles::{DEPENDS, is_significant, least_found, relative_torque_change};
 use super::claims::co_contraction;
 use super::error::RampsError;
 use super::found::DrawResult;
@@ -10,7 +10,7 @@ use crate::laboratory::{Row, Share};
 
 /// A row of these numbers.
 pub(super) fn row(id: String, quantity: String, unit: &str, numbers: Vec<f64>) -> Row {
-    Row::of(id, quantity, unit, None, numbers)
+    Row::from_numbers(id, quantity, unit, None, numbers)
 }
 
 impl Study {
@@ -18,9 +18,9 @@ impl Study {
     pub(super) fn rows(&self, all: &[DrawResult]) -> Result<Vec<Row>, RampsError> {
         let mut rows: Vec<Row> = stimulations(&self.declared.protocol)
             .into_iter()
-            .flat_map(|stimulation| self.of_ramp(stimulation, all))
+            .flat_map(|stimulation| self.ramp_rows(stimulation, all))
             .collect();
-        rows.extend(self.of_angles(all)?);
+        rows.extend(self.angle_rows(all)?);
         let parts = all
             .iter()
             .filter_map(|result| co_contraction(&self.declared, result));
@@ -46,11 +46,11 @@ impl Study {
         Ok(rows)
     }
 
-    fn of_ramp(&self, stimulation: Stimulation, all: &[DrawResult]) -> [Row; 3] {
+    fn ramp_rows(&self, stimulation: Stimulation, all: &[DrawResult]) -> [Row; 3] {
         let middle_deg = self.middle_deg();
         let own = || {
             all.iter()
-                .filter_map(|result| result.at(stimulation, middle_deg))
+                .filter_map(|result| result.find_test(stimulation, middle_deg))
         };
         let (id, words) = (stimulation.id(), stimulation.in_words());
         let unit = match stimulation {
@@ -90,7 +90,7 @@ impl Study {
     }
 
     /// What ±15° do to the triceps' torque.
-    fn of_angles(&self, all: &[DrawResult]) -> Result<Vec<Row>, RampsError> {
+    fn angle_rows(&self, all: &[DrawResult]) -> Result<Vec<Row>, RampsError> {
         let mut rows = Vec::new();
         let protocol = &self.declared.protocol;
         for (nth, (words, depends)) in DEPENDS.into_iter().enumerate() {
@@ -101,7 +101,7 @@ impl Study {
             {
                 let numbers = all
                     .iter()
-                    .map(|result| changed(&result.person, depends, deg));
+                    .map(|result| relative_torque_change(&result.person, depends, deg));
                 let numbers = numbers.collect::<Result<Vec<f64>, _>>()?;
                 let id = format!("angle-{nth}-{deg}");
                 let says = format!("triceps at {deg}°: {words}");
@@ -125,7 +125,7 @@ impl Study {
 
     /// In how many studies of two participants the angle is significant: pairs of persons,
     /// the first with both kinds of ramps, the second with those of current.
-    pub(super) fn significant(&self, all: &[DrawResult]) -> Share {
+    pub(super) fn significance_share(&self, all: &[DrawResult]) -> Share {
         let protocol = &self.declared.protocol;
         let ramps = stimulations(protocol);
         let rows = |found: &DrawResult, with_widths: bool| {
@@ -134,7 +134,8 @@ impl Study {
             });
             let row = |stimulation: &Stimulation| {
                 let angles = protocol.angles_deg.iter();
-                let peaks = angles.filter_map(|&deg| Some(found.at(*stimulation, deg)?.peak_nm));
+                let peaks =
+                    angles.filter_map(|&deg| Some(found.find_test(*stimulation, deg)?.peak_nm));
                 peaks.collect::<Vec<f64>>()
             };
             own.map(row).collect::<Vec<_>>()
@@ -151,7 +152,7 @@ impl Study {
             tested.len() as u64,
         );
         let says = "a study of two finds ±15° significant (p < 0.05)";
-        Share::counted(
+        Share::from_counts(
             "angle-significant".to_owned(),
             says.to_owned(),
             Some(false),
@@ -160,7 +161,7 @@ impl Study {
     }
 
     /// In whom the interval of the chronaxie has the true one: should be 95 %.
-    pub(super) fn covered(&self, all: &[DrawResult]) -> Share {
+    pub(super) fn coverage_share(&self, all: &[DrawResult]) -> Share {
         let found = all.iter().filter_map(DrawResult::chronaxies_us);
         let within = found.map(|(_, [low, high], truth)| low <= truth && truth <= high);
         let within: Vec<bool> = within.collect();
@@ -169,7 +170,7 @@ impl Study {
             within.len() as u64,
         );
         let says = "the chronaxie's 95 % interval has the true one";
-        Share::counted(
+        Share::from_counts(
             "chronaxie-covered".to_owned(),
             says.to_owned(),
             None,

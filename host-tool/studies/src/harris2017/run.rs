@@ -21,12 +21,12 @@ impl Run {
     ///
     /// # Errors
     /// As [`Study::asked`] and [`Study::put_out`].
-    pub fn asked(
+    pub fn new(
         decided: (Option<u64>, Option<u64>),
         device: DeviceName,
     ) -> Result<Self, RampsError> {
-        let study = Study::asked(decided, device)?;
-        let (pulses, notes) = study.put_out()?;
+        let study = Study::new(decided, device)?;
+        let (pulses, notes) = study.play_on_device()?;
         Ok(Self {
             study,
             pulses,
@@ -35,27 +35,27 @@ impl Run {
     }
 
     /// The persons of these units, drawn again.
-    fn found(&self, kept: &[DrawMeasurements]) -> Result<Vec<DrawResult>, RampsError> {
+    fn restore_draws(&self, kept: &[DrawMeasurements]) -> Result<Vec<DrawResult>, RampsError> {
         let all = (0..).zip(kept);
-        all.map(|(index, kept)| self.study.of_person(index, kept.clone()))
+        all.map(|(index, kept)| self.study.restore_draw(index, kept.clone()))
             .collect()
     }
 }
 
 impl Run {
     /// The device as a terminal takes it.
-    fn typed(&self) -> String {
-        format!("--device {}", self.study.device.typed())
+    fn device_argument(&self) -> String {
+        format!("--device {}", self.study.device.to_argument())
     }
 }
 
 impl laboratory::Study for Run {
     type Unit = DrawMeasurements;
 
-    fn about(&self) -> StudyIdentity<'_> {
+    fn metadata(&self) -> StudyIdentity<'_> {
         StudyIdentity {
             name: NAME,
-            arguments: self.typed(),
+            arguments: self.device_argument(),
             declaration: ("harris-ramps.toml", DECLARED),
             seed: self.study.seed,
             draws: self.study.draws,
@@ -71,7 +71,7 @@ impl laboratory::Study for Run {
         index: u64,
         _: &(dyn Fn() -> bool + Sync),
     ) -> anyhow::Result<Option<DrawMeasurements>> {
-        let found = self.study.part(index, &self.pulses)?;
+        let found = self.study.compute_draw(index, &self.pulses)?;
         Ok(Some(found.kept))
     }
 
@@ -83,17 +83,17 @@ impl laboratory::Study for Run {
         let told = RunInfo {
             command: format!(
                 "experiment {NAME} {} --draws {}",
-                self.typed(),
+                self.device_argument(),
                 self.study.draws
             ),
             cut_short,
             notes: self.notes.clone(),
         };
-        Ok(self.study.outcome(&self.found(kept)?, told)?)
+        Ok(self.study.outcome(&self.restore_draws(kept)?, told)?)
     }
 
     fn files(&self, kept: &[DrawMeasurements]) -> anyhow::Result<Vec<(String, String)>> {
-        let all = self.found(kept)?;
+        let all = self.restore_draws(kept)?;
         let mut files = vec![("draws.csv".to_owned(), self.study.csv(&all))];
         let wearers = all.iter().take(2).enumerate();
         let wearers = wearers.filter_map(|(nth, found)| self.study.wearer(nth, found));
@@ -101,7 +101,7 @@ impl laboratory::Study for Run {
         Ok(files)
     }
 
-    fn in_words(&self, done: u64) -> String {
+    fn progress_text(&self, done: u64) -> String {
         format!("{done} of {} persons", self.units())
     }
 }

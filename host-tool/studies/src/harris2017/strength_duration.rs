@@ -118,7 +118,7 @@ impl RampsWearer {
             },
             ..Setting::exact(90.0)
         };
-        let spec = self.bench(setting);
+        let spec = self.rig_spec(setting);
         let mut bench = Bench {
             declared,
             channel: spec.channels[pair.min(1)],
@@ -140,7 +140,7 @@ impl RampsWearer {
 /// The law through thresholds: linear in 1/width. A threshold lies between the step that
 /// answers and the one below, so half a step is taken off. Nothing of fewer than four.
 #[must_use]
-pub fn fitted(thresholds: &[Threshold], step_ma: f64) -> Option<StrengthDurationFit> {
+pub fn fit_law(thresholds: &[Threshold], step_ma: f64) -> Option<StrengthDurationFit> {
     let n = thresholds.len() as f64;
     if thresholds.len() < 4 {
         return None;
@@ -249,7 +249,7 @@ mod tests {
             let (tenths, fives) = (f64::from(index % 24), f64::from(index / 24));
             (3.0 + 0.21 * tenths, 100.0 + 10.3 * fives)
         }) {
-            let found = fitted(&law(rheobase, chronaxie, 0.5), 0.5).unwrap();
+            let found = fit_law(&law(rheobase, chronaxie, 0.5), 0.5).unwrap();
             all += 1;
             rheobases += usize::from(within(found.rheobase_within, rheobase));
             chronaxies += usize::from(within(found.chronaxie_within, chronaxie));
@@ -267,7 +267,7 @@ mod tests {
 
     #[test]
     fn too_few_thresholds_are_no_law() {
-        assert_eq!(fitted(&law(4.0, 200.0, 0.5)[..3], 0.5), None);
+        assert_eq!(fit_law(&law(4.0, 200.0, 0.5)[..3], 0.5), None);
     }
 
     /// Table of Student: 2.306 with eight degrees of freedom.
@@ -279,7 +279,7 @@ mod tests {
     /// By hand: b = 27.1 mA, c = 88 µs; above 80 mA nothing.
     #[test]
     fn the_upper_curve_goes_through_what_was_put_out() {
-        let upper = super::super::declared::RampsDeclaration::own()
+        let upper = super::super::declared::RampsDeclaration::load_embedded()
             .unwrap()
             .strength_duration;
         assert!((upper.upper_ma(300.0) - 35.0).abs() < 1e-9);

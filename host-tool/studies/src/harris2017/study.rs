@@ -1,7 +1,7 @@
 //! The study as it is asked for.
 
 use super::declared::RampsDeclaration;
-use super::device::put_out;
+use super::device::play_all_on_device;
 use super::error::RampsError;
 use super::found::{DrawMeasurements, DrawResult, Pulses};
 use super::latency::latency;
@@ -29,11 +29,11 @@ impl Study {
     ///
     /// # Errors
     /// E690: the declaration cannot be read.
-    pub fn asked(
+    pub fn new(
         (seed, draws): (Option<u64>, Option<u64>),
         device: DeviceName,
     ) -> Result<Self, RampsError> {
-        let declared = RampsDeclaration::own()?;
+        let declared = RampsDeclaration::load_embedded()?;
         Ok(Self {
             seed: seed.unwrap_or(declared.seed),
             draws: draws.unwrap_or(declared.draws),
@@ -56,7 +56,7 @@ impl Study {
 
     /// What was declared.
     #[must_use]
-    pub const fn declared(&self) -> &RampsDeclaration {
+    pub const fn declaration(&self) -> &RampsDeclaration {
         &self.declared
     }
 
@@ -65,8 +65,8 @@ impl Study {
     ///
     /// # Errors
     /// The device is not there; E692: it does not play them.
-    pub fn put_out(&self) -> Result<(Pulses, Vec<String>), RampsError> {
-        let (pulses, apart) = put_out(&self.declared, &self.device)?;
+    pub fn play_on_device(&self) -> Result<(Pulses, Vec<String>), RampsError> {
+        let (pulses, apart) = play_all_on_device(&self.declared, &self.device)?;
         let latency = latency(&self.device)?;
         let device = &self.device;
         Ok((
@@ -79,12 +79,12 @@ impl Study {
     ///
     /// # Errors
     /// E690: the declaration.
-    pub(super) fn of_person(
+    pub(super) fn restore_draw(
         &self,
         index: u64,
         kept: DrawMeasurements,
     ) -> Result<DrawResult, RampsError> {
-        let person = RampsWearer::drawn(&self.declared, self.seed, index)?;
+        let person = RampsWearer::random(&self.declared, self.seed, index)?;
         Ok(DrawResult { person, kept })
     }
 
@@ -92,8 +92,8 @@ impl Study {
     ///
     /// # Errors
     /// E690, E691: a declaration or a bench that cannot be.
-    pub fn part(&self, index: u64, pulses: &Pulses) -> Result<DrawResult, RampsError> {
+    pub fn compute_draw(&self, index: u64, pulses: &Pulses) -> Result<DrawResult, RampsError> {
         let is_shown = index < PARTICIPANTS;
-        DrawResult::of(&self.declared, (self.seed, index), pulses, is_shown)
+        DrawResult::measure(&self.declared, (self.seed, index), pulses, is_shown)
     }
 }

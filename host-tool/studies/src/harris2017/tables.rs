@@ -1,6 +1,6 @@
 //! What the paper asks without a table of its own: angles, muscles, equal pulses.
 
-use super::angles::{DEPENDS, changed};
+use super::angles::{DEPENDS, relative_torque_change};
 use super::error::RampsError;
 use super::found::{DrawResult, HeldPulse, TestMeasurements};
 use super::person::{in_words, is_triceps};
@@ -46,7 +46,7 @@ impl Study {
         for (words, depends) in DEPENDS {
             let mut row = vec![words.to_owned()];
             for &deg in angles() {
-                let percent = 1e2 * changed(&nominal, depends, deg)?;
+                let percent = 1e2 * relative_torque_change(&nominal, depends, deg)?;
                 row.push(format!("{percent:+.1} %"));
             }
             rows.push(row);
@@ -77,7 +77,7 @@ impl Study {
         let row = |stimulation: Stimulation| {
             let own: Vec<&TestMeasurements> = all
                 .iter()
-                .filter_map(|result| result.at(stimulation, middle_deg))
+                .filter_map(|result| result.find_test(stimulation, middle_deg))
                 .collect();
             let first = |is: &dyn Fn(Muscle) -> bool| {
                 let count = own
@@ -89,7 +89,7 @@ impl Study {
             let stimulated = |muscle: Muscle| {
                 let counts = |measurement: &&&TestMeasurements| {
                     let mut answers = measurement.answers.iter();
-                    answers.any(|answer| answer.muscle == muscle && answer.counts(judged))
+                    answers.any(|answer| answer.muscle == muscle && answer.is_stimulated(judged))
                 };
                 percent(own.iter().filter(counts).count(), own.len())
             };

@@ -72,7 +72,7 @@ impl Stimulation {
 
     /// Current, mA, and width, µs, `t_s` after the ramp's begin.
     #[must_use]
-    pub fn at(self, protocol: &Protocol, t_s: f64) -> (f64, f64) {
+    pub fn pulse_at(self, protocol: &Protocol, t_s: f64) -> (f64, f64) {
         let part = (t_s / protocol.ramp_s).clamp(0.0, 1.0);
         match self {
             Self::Current(width_us) => (part * protocol.current_ramp_ma, width_us.into()),
@@ -86,7 +86,7 @@ impl Stimulation {
 
     /// What is ramped, of this pulse: mA or µs; of the biceps, mA.
     #[must_use]
-    pub const fn ramped(self, current_ma: f64, width_us: f64) -> f64 {
+    pub const fn ramped_value(self, current_ma: f64, width_us: f64) -> f64 {
         match self {
             Self::Width(_) => width_us,
             _ => current_ma,
@@ -95,7 +95,7 @@ impl Stimulation {
 
     /// What is held, with its unit.
     #[must_use]
-    pub fn held_at(self) -> String {
+    pub fn constant_value(self) -> String {
         match self {
             Self::Current(width_us) => format!("{width_us} µs"),
             Self::Width(current_ma) => format!("{current_ma} mA"),
@@ -116,12 +116,12 @@ impl Stimulation {
     /// whole microseconds, each with what is ramped when it comes; none shorter than a stage
     /// plays, none without a current.
     #[must_use]
-    pub fn meant(self, protocol: &Protocol) -> Vec<Pulse> {
+    pub fn reference_pulses(self, protocol: &Protocol) -> Vec<Pulse> {
         let period_us = period_us(protocol);
         let begin_us = micros(protocol.settle_s);
         let count = micros(protocol.ramp_s) / period_us;
         let pulse = |nth: u64| {
-            let (current_ma, width_us) = self.at(protocol, 1e-6 * (nth * period_us) as f64);
+            let (current_ma, width_us) = self.pulse_at(protocol, 1e-6 * (nth * period_us) as f64);
             let current_ma = (1e3 * current_ma).round() / 1e3;
             let width_us = width_us.round() as u32;
             let is_one = current_ma > 0.0 && width_us >= LEAST_WIDTH_US;

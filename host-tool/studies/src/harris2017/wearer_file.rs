@@ -59,7 +59,7 @@ impl Study {
         });
         let torque = |stimulation| {
             found
-                .at(stimulation, middle_deg)
+                .find_test(stimulation, middle_deg)
                 .map(|measurement| measurement.peak_nm)
         };
         let [extends, flexes] = [Stimulation::Current(TRICEPS_US), Stimulation::Biceps].map(torque);
@@ -73,7 +73,7 @@ impl Study {
             at: "simulated time".to_owned(),
             by: format!("flexor experiment {NAME}"),
             what: "thresholds against pulse width, current and width ramps".to_owned(),
-            device: Some(format!("{} simulator", self.device.typed())),
+            device: Some(format!("{} simulator", self.device.to_argument())),
             firmware: None,
             seed: i64::try_from(self.seed).ok().map(i64::unsigned_abs),
         }

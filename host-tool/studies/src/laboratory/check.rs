@@ -18,14 +18,14 @@ impl Declaration {
     /// # Errors
     /// Everything that is wrong with it, each with a line where one is known.
     pub fn parse(file: &str, text: &str) -> Result<Self, LaboratoryError> {
-        match Self::looked_at(text) {
+        match Self::read_and_check(text) {
             (Some(read), mistakes) if mistakes.is_empty() => Ok(read),
             (_, mistakes) => Err(LaboratoryError::declaration(file, mistakes)),
         }
     }
 
     /// What can be read of the text, and everything that is wrong with it.
-    pub(super) fn looked_at(text: &str) -> (Option<Self>, Vec<Mistake>) {
+    pub(super) fn read_and_check(text: &str) -> (Option<Self>, Vec<Mistake>) {
         let mut written = DeclarationText::new(text);
         let (read, mut mistakes) = written.read();
         if let Some(read) = &read {
@@ -33,7 +33,7 @@ impl Declaration {
                 written: &written,
                 all: mistakes,
             };
-            told.look_at(read);
+            told.check_all(read);
             mistakes = told.all;
         }
         (read, mistakes)
@@ -48,22 +48,22 @@ struct DeclarationMistakes<'w> {
 
 impl DeclarationMistakes<'_> {
     /// Of a field of element `nth` of a list.
-    fn of(&mut self, (list, nth, field): (&str, usize, &str), what: &str) {
+    fn add_in_list(&mut self, (list, nth, field): (&str, usize, &str), what: &str) {
         let line = self.written.line(list, nth, field);
         self.all.push(Mistake::at(line, what));
     }
 
     /// Of a field of the whole.
-    fn whole(&mut self, field: &str, what: &str) {
+    fn add_in_root(&mut self, field: &str, what: &str) {
         let line = self.written.line_of(field);
         self.all.push(Mistake::at(line, what));
     }
 
-    fn look_at(&mut self, d: &Declaration) {
-        self.names(d);
-        self.factors(d);
-        self.numbers(d);
-        self.overwritten(d);
+    fn check_all(&mut self, d: &Declaration) {
+        self.check_names(d);
+        self.check_factors(d);
+        self.check_numbers(d);
+        self.check_overwritten(d);
         for nth in 0..d.claims.len() {
             self.claim(d, nth);
         }
@@ -71,10 +71,10 @@ impl DeclarationMistakes<'_> {
             self.printed(d, nth);
         }
         for what in d.protocol.mistakes() {
-            self.whole("protocol", &what);
+            self.add_in_root("protocol", &what);
         }
         if self.written.is_empty("protocol", "stop") {
-            self.whole(
+            self.add_in_root(
                 "protocol",
                 "stop has no criterion: give one, or leave it out",
             );
@@ -89,7 +89,7 @@ impl DeclarationMistakes<'_> {
         match &claim.what {
             ClaimKind::Compared(compared) => {
                 for (field, what) in compared_mistakes(d, compared) {
-                    self.of(("claim", nth, field), &say(&what));
+                    self.add_in_list(("claim", nth, field), &say(&what));
                 }
             }
             ClaimKind::Combined { all, none } => {
@@ -99,13 +99,13 @@ impl DeclarationMistakes<'_> {
                         let is_known = before.iter().any(|other| other.id == *id);
                         if !is_known && !self.written.is_unread_claim(id) {
                             let what = say(&format!("no claim `{id}` before it"));
-                            self.of(("claim", nth, field), &what);
+                            self.add_in_list(("claim", nth, field), &what);
                         }
                     }
                 }
                 if all.is_empty() && none.is_empty() {
                     let what = say("compares nothing: give `measure`, or `all` or `none`");
-                    self.of(("claim", nth, "id"), &what);
+                    self.add_in_list(("claim", nth, "id"), &what);
                 }
             }
         }
@@ -117,71 +117,71 @@ impl DeclarationMistakes<'_> {
         };
         let say = |what: &str| format!("printed, {}: {what}", printed.source);
         if let Some(what) = unknown_measure(d, &printed.measure) {
-            self.of(("printed", nth, "measure"), &say(&what));
+            self.add_in_list(("printed", nth, "measure"), &say(&what));
         }
         for (factor, levels) in &printed.only {
             for what in levels
                 .iter()
                 .filter_map(|level| unknown_level(d, factor, level))
             {
-                self.of(("printed", nth, "where"), &say(&what));
+                self.add_in_list(("printed", nth, "where"), &say(&what));
             }
             if levels.is_empty() {
                 let what = say(&format!("no level of `{factor}`"));
-                self.of(("printed", nth, "where"), &what);
+                self.add_in_list(("printed", nth, "where"), &what);
             }
         }
         if printed.values.is_empty() || !printed.values.iter().all(|value| value.is_finite()) {
-            self.of(("printed", nth, "values"), &say("no finite value"));
+            self.add_in_list(("printed", nth, "values"), &say("no finite value"));
         }
     }
 
-    fn names(&mut self, d: &Declaration) {
+    fn check_names(&mut self, d: &Declaration) {
         let is_plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
         if d.name.is_empty() || !d.name.chars().all(is_plain) {
             let what = format!("name is `{}`, allowed are a–z, 0–9 and -", d.name);
-            self.whole("name", &what);
+            self.add_in_root("name", &what);
         }
         let known: Vec<_> = measure::MEASURES.iter().map(|measure| measure.id).collect();
         for name in d
             .measures
             .iter()
-            .filter(|text| measure::named(text).is_none())
+            .filter(|text| measure::find_measure(text).is_none())
         {
             let what = format!("no measure `{name}`; there are {}", known.join(", "));
-            self.whole("measures", &what);
+            self.add_in_root("measures", &what);
         }
         if d.measures.is_empty() {
-            self.whole("measures", "measures is empty: nothing would come out");
+            self.add_in_root("measures", "measures is empty: nothing would come out");
         }
-        for (_, what) in twice("measure", d.measures.iter().map(|measure| &**measure)) {
-            self.whole("measures", &what);
+        for (_, what) in find_duplicates("measure", d.measures.iter().map(|measure| &**measure)) {
+            self.add_in_root("measures", &what);
         }
-        for (nth, what) in twice("claim", d.claims.iter().map(|claim| &*claim.id)) {
-            self.of(("claim", nth, "id"), &what);
+        for (nth, what) in find_duplicates("claim", d.claims.iter().map(|claim| &*claim.id)) {
+            self.add_in_list(("claim", nth, "id"), &what);
         }
         let drawn = d.drawn.iter().map(|draw| &*draw.field);
         let fields = drawn.chain(d.grid.iter().map(|grid| &*grid.field));
-        for (nth, what) in twice("drawn field", fields) {
+        for (nth, what) in find_duplicates("drawn field", fields) {
             match nth.checked_sub(d.drawn.len()) {
-                None => self.of(("draw", nth, "field"), &what),
-                Some(nth) => self.of(("grid", nth, "field"), &what),
+                None => self.add_in_list(("draw", nth, "field"), &what),
+                Some(nth) => self.add_in_list(("grid", nth, "field"), &what),
             }
         }
     }
 
-    fn factors(&mut self, d: &Declaration) {
-        for (nth, what) in twice("factor", d.factors.iter().map(|factor| &*factor.name)) {
-            self.of(("factor", nth, "name"), &what);
+    fn check_factors(&mut self, d: &Declaration) {
+        for (nth, what) in find_duplicates("factor", d.factors.iter().map(|factor| &*factor.name)) {
+            self.add_in_list(("factor", nth, "name"), &what);
         }
         for (nth, factor) in d.factors.iter().enumerate() {
             if factor.levels.is_empty() {
                 let name = &factor.name;
                 let what = format!("factor `{name}` has no level: no condition is left");
-                self.of(("factor", nth, "name"), &what);
+                self.add_in_list(("factor", nth, "name"), &what);
             }
             let levels = factor.levels.iter().map(|level| &*level.name);
-            for (at, what) in twice(&format!("level of `{}`", factor.name), levels) {
+            for (at, what) in find_duplicates(&format!("level of `{}`", factor.name), levels) {
                 let line = self.written.line_of_level(nth, at);
                 self.all.push(Mistake::at(line, &what));
             }
@@ -197,14 +197,14 @@ impl DeclarationMistakes<'_> {
                     "`{one}` and `{other}` both name sessions: a condition has one; name them \
                      in one factor"
                 );
-                self.of(("factor", nth, "name"), &what);
+                self.add_in_list(("factor", nth, "name"), &what);
             }
         }
     }
 
     /// Levels whose field a draw or a grid would write over, so that the conditions
     /// would be alike in it.
-    fn overwritten(&mut self, d: &Declaration) {
+    fn check_overwritten(&mut self, d: &Declaration) {
         let drawn = d
             .drawn
             .iter()
@@ -236,15 +236,20 @@ impl DeclarationMistakes<'_> {
         }
     }
 
-    fn numbers(&mut self, d: &Declaration) {
+    fn check_numbers(&mut self, d: &Declaration) {
         let conditions = d.factors.iter().map(|factor| factor.levels.len());
         let conditions = conditions.fold(1, usize::saturating_mul);
         let trials = conditions.saturating_mul(d.protocol.rounds());
         if trials > MOST_TRIALS {
             let what = format!("{trials} trials, at most {MOST_TRIALS} are allowed");
-            self.whole("protocol", &what);
+            self.add_in_root("protocol", &what);
         }
-        for (nth, drawn) in d.drawn.iter().enumerate().filter(|(_, draw)| !can_be(draw)) {
+        for (nth, drawn) in d
+            .drawn
+            .iter()
+            .enumerate()
+            .filter(|(_, draw)| !is_valid_range(draw))
+        {
             let RandomField {
                 field, low, high, ..
             } = drawn;
@@ -252,12 +257,12 @@ impl DeclarationMistakes<'_> {
                 "draw `{field}` goes from {low} to {high}: give a least below the most, above 0 \
                  for a logarithm, whole for whole numbers"
             );
-            self.of(("draw", nth, "low"), &what);
+            self.add_in_list(("draw", nth, "low"), &what);
         }
         for (nth, grid) in d.grid.iter().enumerate() {
             if grid.values.is_empty() || !grid.values.iter().all(|value| value.is_finite()) {
                 let what = format!("grid `{}` has no finite value", grid.field);
-                self.of(("grid", nth, "values"), &what);
+                self.add_in_list(("grid", nth, "values"), &what);
             }
         }
         let points = d.grid.iter().map(|grid| grid.values.len() as u64);
@@ -265,13 +270,13 @@ impl DeclarationMistakes<'_> {
         if points.saturating_mul(d.draws) > MOST_DRAWS || d.draws == 0 {
             let draws = d.draws;
             let what = format!("{draws} draws at {points} points, allowed are 1 to {MOST_DRAWS}");
-            self.whole("draws", &what);
+            self.add_in_root("draws", &what);
         }
     }
 }
 
-/// Which of `names` stand there once more, and that they do.
-fn twice<'a>(what: &str, names: impl Iterator<Item = &'a str>) -> Vec<(usize, String)> {
+/// Which of `check_names` stand there once more, and that they do.
+fn find_duplicates<'a>(what: &str, names: impl Iterator<Item = &'a str>) -> Vec<(usize, String)> {
     let mut seen = HashSet::new();
     let again = names.enumerate().filter(|(_, name)| !seen.insert(*name));
     let told = again.map(|(nth, name)| (nth, format!("{what} `{name}` stands there twice")));
@@ -292,7 +297,7 @@ fn value_within<'l>(level: &'l Level, field: &str) -> Option<&'l Value> {
     })
 }
 
-fn can_be(drawn: &RandomField) -> bool {
+fn is_valid_range(drawn: &RandomField) -> bool {
     let is_range = drawn.low.is_finite() && drawn.high.is_finite() && drawn.low < drawn.high;
     is_range
         && match drawn.even {

@@ -61,13 +61,13 @@ pub enum Reach {
 impl Share {
     /// Of a claim called `id` that holds in so many of so many independent cases.
     #[must_use]
-    pub fn counted(
+    pub fn from_counts(
         id: String,
         claim: String,
         paper: Option<bool>,
         (holds, of): (u64, u64),
     ) -> Self {
-        let interval = statistics::share(holds as f64, of, LEVEL).ok();
+        let interval = statistics::wilson_share(holds as f64, of, LEVEL).ok();
         Self {
             id,
             at: String::new(),
@@ -110,7 +110,7 @@ impl Share {
     pub fn is_single(&self) -> bool {
         let one = || {
             let part = self.holds as f64 / self.of as f64;
-            let one = statistics::share(part, 1, LEVEL).ok()?;
+            let one = statistics::wilson_share(part, 1, LEVEL).ok()?;
             let (low, high) = self.low.zip(self.high)?;
             Some((low - one.low).abs() < 1e-9 && (high - one.high).abs() < 1e-9)
         };
@@ -138,7 +138,7 @@ const LEVEL: f64 = 0.95;
 #[must_use]
 pub fn shares(experiment: &Experiment, draws: u64, units: &Units) -> Vec<Share> {
     let declaration = &experiment.declaration;
-    let known = held(experiment, units);
+    let known = claim_verdicts(experiment, units);
     let at_point = |point: u64| {
         let own = point * draws..(point + 1) * draws;
         let place = point_in_words(declaration, point);
@@ -153,7 +153,7 @@ pub fn shares(experiment: &Experiment, draws: u64, units: &Units) -> Vec<Share> 
 }
 
 /// Whether each claim, by its id, holds in each case in which it can be judged.
-pub(super) fn held<'e>(
+pub(super) fn claim_verdicts<'e>(
     experiment: &'e Experiment,
     units: &Units,
 ) -> BTreeMap<&'e str, BTreeMap<Case, bool>> {
@@ -161,7 +161,7 @@ pub(super) fn held<'e>(
     for claim in &experiment.declaration.claims {
         let cases = match &claim.what {
             ClaimKind::Compared(compared) => cases(experiment, compared, units),
-            ClaimKind::Combined { all, none } => combined(&known, all, none),
+            ClaimKind::Combined { all, none } => combine_claims(&known, all, none),
         };
         known.insert(&*claim.id, cases);
     }
@@ -181,7 +181,7 @@ fn share<'a>(
     }
     let wearers = wearers.len() as u64;
     let successes = holds as f64 * wearers as f64 / (of as f64).max(1.0);
-    let interval = statistics::share(successes, wearers, LEVEL).ok();
+    let interval = statistics::wilson_share(successes, wearers, LEVEL).ok();
     Share {
         id: claim.id.clone(),
         at: place.trim_end_matches("; ").to_owned(),
@@ -249,7 +249,7 @@ fn pairs(experiment: &Experiment, c: &LevelComparison) -> Vec<(OtherFactors, usi
 }
 
 /// Where all of these and none of those hold, of the cases that all have.
-fn combined(
+fn combine_claims(
     known: &BTreeMap<&str, BTreeMap<Case, bool>>,
     all: &[String],
     none: &[String],

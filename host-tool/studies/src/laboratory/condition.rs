@@ -2,9 +2,9 @@
 
 use super::declaration::{Declaration, Level};
 use super::draw::crossed;
-use super::error::{LaboratoryError, words};
+use super::error::{LaboratoryError, describe_mistakes};
 use host_core::run::SessionFile;
-use host_core::session::no_wearer;
+use host_core::session::unreadable_wearer;
 use host_core::wearer::Wearer;
 use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
@@ -77,11 +77,11 @@ impl Condition {
     /// For people: "pre-wall, 15 °/s".
     #[must_use]
     pub fn name(&self) -> String {
-        named(&self.levels)
+        condition_name(&self.levels)
     }
 
     /// The session with these fields, or why there is none, for people.
-    pub(super) fn with(&self, fields: &[(String, Value)]) -> Result<SessionFile, String> {
+    pub(super) fn session_with(&self, fields: &[(String, Value)]) -> Result<SessionFile, String> {
         let mut table = self.base.clone();
         for (field, value) in fields {
             set(&mut table, field, value.clone())?;
@@ -89,13 +89,13 @@ impl Condition {
         let file = format!("{}.toml", self.name());
         let texts = |asked: &str| match &self.worn {
             Some((file, text)) if file == asked => Ok(text.clone()),
-            _ => Err(no_wearer(
+            _ => Err(unreadable_wearer(
                 asked,
                 "the declaration's own sessions do not name it",
             )),
         };
-        let read = SessionFile::parse_beside(&file, &table.to_string(), &texts);
-        read.map_err(|error| words(&error))
+        let read = SessionFile::parse_with_wearers(&file, &table.to_string(), &texts);
+        read.map_err(|error| describe_mistakes(&error))
     }
 
     /// Puts another wearer in place of the one whose file the session names; gives the
@@ -126,10 +126,10 @@ impl Condition {
     /// Puts on the wearer whose file the session names: what a declaration calls that, and
     /// its text. Nothing of a session that names none, or one that cannot be read: whoever
     /// reads the session tells.
-    pub(super) fn wear(&mut self, texts: Texts<'_>) -> Option<(String, String)> {
+    pub(super) fn load_wearer(&mut self, texts: Texts<'_>) -> Option<(String, String)> {
         let wearer = self.base.get("wearer")?;
         let file = wearer.get("file").and_then(Value::as_str)?.to_owned();
-        let name = beside(&self.session, &file);
+        let name = relative_to_session(&self.session, &file);
         let text = texts(&name).ok()?;
         self.worn = Some((file, text.clone()));
         Some((name, text))
@@ -174,7 +174,7 @@ fn known_elbow(wearer: &Wearer, body: &mut Table) -> Result<Vec<&'static str>, S
 }
 
 /// What a declaration calls `file`, which its session `session` names.
-pub(super) fn beside(session: &str, file: &str) -> String {
+pub(super) fn relative_to_session(session: &str, file: &str) -> String {
     let folder = Path::new(session).parent().unwrap_or(Path::new(""));
     let mut whole = PathBuf::new();
     for part in folder.join(file).components() {
@@ -191,7 +191,7 @@ pub(super) fn beside(session: &str, file: &str) -> String {
 }
 
 /// A condition's name by its levels.
-pub(super) fn named(levels: &[String]) -> String {
+pub(super) fn condition_name(levels: &[String]) -> String {
     match levels.is_empty() {
         true => "the session".to_owned(),
         false => levels.join(", "),
@@ -269,7 +269,7 @@ mod tests {
             ("a/it.toml", "/w/P.toml", "/w/P.toml"),
         ];
         for (session, file, name) in cases {
-            assert_eq!(beside(session, file), name);
+            assert_eq!(relative_to_session(session, file), name);
         }
     }
 

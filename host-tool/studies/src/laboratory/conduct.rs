@@ -86,7 +86,7 @@ impl Experiment {
             let goes_on = match step {
                 Step::Rest(rest_s) => {
                     let interruption = operator.interruption();
-                    worn.rest(rest_s, &mut || interruption.asked().is_none())?;
+                    worn.rest(rest_s, &mut || interruption.received_signal().is_none())?;
                     operator.rest(rest_s)
                 }
                 Step::Prompt(text) => operator.ready(&text),
@@ -130,7 +130,7 @@ impl Experiment {
         let port = worn.open(&file.session, place, &mut |_| ())?;
         let (recorded, port) = record_on(at, file, port, half_us, watch)?;
         worn.give_back(port);
-        let measured = self.measured(file, &recorded.trial);
+        let measured = self.measure_trial(file, &recorded.trial);
         course.trials.push(ConductedTrial {
             trial: recorded.trial,
             place,
@@ -167,13 +167,13 @@ struct Watch<'a> {
 }
 
 impl Observer for Watch<'_> {
-    fn see(&mut self, seen: Observation<'_>) {
+    fn observe(&mut self, seen: Observation<'_>) {
         if let (Observation::Sample(sample), true) = (seen, self.crossed.is_none()) {
-            *self.crossed = self.stop.crossed(sample);
+            *self.crossed = self.stop.crossed_limit(sample);
         }
     }
 
-    fn wish(&mut self) -> ObserverRequest {
+    fn next_request(&mut self) -> ObserverRequest {
         match self.crossed {
             Some(_) => ObserverRequest::Stop,
             None => ObserverRequest::Nothing,
@@ -187,7 +187,7 @@ impl Observer for Watch<'_> {
 
 impl Stop {
     /// What a sample crosses, in words.
-    fn crossed(&self, sample: &Sample) -> Option<String> {
+    fn crossed_limit(&self, sample: &Sample) -> Option<String> {
         let t_s = sample.t_s;
         let beyond = |value: Option<f64>, limit: Option<f64>, is: fn(f64, f64) -> bool| {
             value.zip(limit).filter(|(value, limit)| is(*value, *limit))

@@ -1,7 +1,7 @@
 //! What decides whether a claim holds: the drawn numbers of the wearers in whom it
 //! does, held against those of the wearers in whom it does not.
 
-use super::claims::{Case, Units, held};
+use super::claims::{Case, Units, claim_verdicts};
 use super::declaration::Claim;
 use super::draw::Unit;
 use super::experiment::Experiment;
@@ -60,13 +60,13 @@ pub struct Field {
 /// For each claim in the declaration's order, the drawn fields of its wearers. A
 /// wearer counts once, over all cases and all points of a grid.
 #[must_use]
-pub(super) fn decided(
+pub(super) fn deciding_fields(
     experiment: &Experiment,
     (seed, draws): (u64, u64),
     units: &Units,
 ) -> Vec<DecidingClaim> {
     let declaration = &experiment.declaration;
-    let known = held(experiment, units);
+    let known = claim_verdicts(experiment, units);
     let of_claim = |claim: &Claim| {
         let wearers = by_wearer(known.get(&*claim.id), draws);
         let units = wearers.keys().map(|key| experiment.unit(seed, draws, *key));
@@ -85,7 +85,7 @@ pub(super) fn decided(
             fails: of(false),
             enough,
             fields: match enough {
-                true => compared(&fields.collect::<Vec<_>>(), &holds),
+                true => compare_fields(&fields.collect::<Vec<_>>(), &holds),
                 false => Vec::new(),
             },
         }
@@ -115,7 +115,7 @@ fn numbers(unit: &Unit) -> Vec<f64> {
 
 /// Each field's numbers, one of each wearer, between those in whom the claim `holds`
 /// and the others. A field that does not vary is left out.
-pub(super) fn compared(fields: &[(&str, Vec<f64>)], holds: &[bool]) -> Vec<Field> {
+pub(super) fn compare_fields(fields: &[(&str, Vec<f64>)], holds: &[bool]) -> Vec<Field> {
     let one = |(name, numbers): &(&str, Vec<f64>)| {
         let group = |wanted: bool| -> Vec<f64> {
             let own = numbers.iter().zip(holds).filter(|(_, is)| **is == wanted);
@@ -157,7 +157,7 @@ fn thirds(numbers: &[f64], holds: &[bool]) -> [f64; 3] {
 
 #[cfg(test)]
 mod tests {
-    use super::{by_wearer, compared};
+    use super::{by_wearer, compare_fields};
     use std::collections::BTreeMap;
 
     /// Forty wearers: one field decides, one does not, one does in the middle only,
@@ -174,7 +174,7 @@ mod tests {
             ("decisive", decisive),
             ("constant", constant),
         ];
-        let found = compared(&fields, &holds);
+        let found = compare_fields(&fields, &holds);
         let names: Vec<&str> = found.iter().map(|field| &*field.field).collect();
         assert_eq!(names, ["idle", "decisive"]);
         let [idle, decisive] = &found[..] else {
@@ -195,7 +195,7 @@ mod tests {
     fn thirds_show_what_superiority_hides() {
         let numbers: Vec<f64> = (0..60).map(f64::from).collect();
         let holds: Vec<bool> = (0..60).map(|n| (20..40).contains(&n)).collect();
-        let found = compared(&[("middle", numbers)], &holds);
+        let found = compare_fields(&[("middle", numbers)], &holds);
         assert_eq!(found[0].superiority, 0.5);
         assert_eq!(found[0].thirds, [0.0, 1.0, 0.0]);
         assert!(!found[0].decides);

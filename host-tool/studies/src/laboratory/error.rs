@@ -208,7 +208,7 @@ impl LaboratoryError {
         match self {
             Self::Session(error) => match error.problem() {
                 Problem::Unreadable { reason } => reason.clone(),
-                _ => words(error),
+                _ => describe_mistakes(error),
             },
             other => other.to_string(),
         }
@@ -216,8 +216,8 @@ impl LaboratoryError {
 }
 
 /// Every mistake of a session, without its place in a text that nobody wrote.
-pub(super) fn words(error: &SessionError) -> String {
-    let all: Vec<String> = error.all().map(SessionError::words).collect();
+pub(super) fn describe_mistakes(error: &SessionError) -> String {
+    let all: Vec<String> = error.errors().map(SessionError::summary).collect();
     all.join("\n  ")
 }
 

@@ -7,7 +7,7 @@ use super::error::{LaboratoryError, Mistake};
 use super::measure::{self, Measure};
 use super::protocol::{Place, Step, Wearer};
 use super::sources;
-use super::wearer::{TrialDevice, same};
+use super::wearer::{TrialDevice, shared_session};
 use super::written::DeclarationText;
 use host_core::link::Port;
 use host_core::record::{Trial, sha256};
@@ -55,7 +55,7 @@ impl Experiment {
     /// # Errors
     /// Everything wrong with the declaration; a condition that no device would arm.
     pub fn new(file: &str, text: &str, texts: Texts<'_>) -> Result<Self, LaboratoryError> {
-        let (declaration, mut mistakes) = Declaration::looked_at(text);
+        let (declaration, mut mistakes) = Declaration::read_and_check(text);
         let named = declaration.as_ref();
         let named = named.map(|read| sources::sessions(read, text, texts));
         let (sessions, absent) = named.unwrap_or_default();
@@ -67,14 +67,14 @@ impl Experiment {
         };
         let sum = |(name, text): (&str, &str)| (name.to_owned(), sha256(text.as_bytes()));
         let read = RefCell::new(BTreeMap::new());
-        let wearer = |name: &str| sources::once(&read, name, texts);
+        let wearer = |name: &str| sources::read_cached(&read, name, texts);
         let conditions = Condition::all(&declaration, &sources::tables(&sessions, &wearer)?);
         let mut conditions =
-            conditions.map_err(|all| unchanged(&declaration, (file, text), &all))?;
+            conditions.map_err(|all| unchangeable_fields(&declaration, (file, text), &all))?;
         let mut wearers: Vec<(String, String)> = Vec::new();
         for worn in conditions
             .iter_mut()
-            .filter_map(|condition| condition.wear(&wearer))
+            .filter_map(|condition| condition.load_wearer(&wearer))
         {
             if !wearers.contains(&worn) {
                 wearers.push(worn);
@@ -95,7 +95,7 @@ impl Experiment {
         };
         // Whatever is wrong is told before anything runs.
         let declared = whole.sessions(&[])?;
-        whole.can_be_worn(file)?;
+        whole.check_wearable(file)?;
         let drawn = whole.unit(whole.declaration.seed, 1, 0);
         for files in [declared, whole.sessions(&drawn.fields)?] {
             let sessions: Vec<_> = files.into_iter().map(|file| file.session).collect();
@@ -110,7 +110,7 @@ impl Experiment {
     ///
     /// # Errors
     /// The file; a session that names no wearer file (E663) or cannot be played on this one.
-    pub fn on_wearer(mut self, file: &str, text: &str) -> Result<Self, LaboratoryError> {
+    pub fn with_wearer(mut self, file: &str, text: &str) -> Result<Self, LaboratoryError> {
         let wearer = host_core::wearer::Wearer::parse(file, text)?;
         let refuse = |why| LaboratoryError::NotWorn {
             file: file.to_owned(),
@@ -132,7 +132,7 @@ impl Experiment {
 
     /// The same, as a command calls it: `name`, of a file without its folder.
     #[must_use]
-    pub fn called(mut self, name: &str) -> Self {
+    pub fn with_name(mut self, name: &str) -> Self {
         let file = Path::new(name).file_name();
         self.asked = file.map_or_else(
             || name.to_owned(),
@@ -146,7 +146,7 @@ impl Experiment {
         self.declaration
             .measures
             .iter()
-            .filter_map(|id| measure::named(id))
+            .filter_map(|id| measure::find_measure(id))
     }
 
     /// How many units `draws` wearers make: one at each point of the grid.
@@ -167,7 +167,7 @@ impl Experiment {
         let all = self.conditions.iter().zip(sessions);
         let unmet = all.flat_map(|(condition, session)| {
             let name = condition.name();
-            let unmet = stop.unmet(session).into_iter();
+            let unmet = stop.unusable_criteria(session).into_iter();
             unmet.map(move |(field, what)| format!("`{field}` in `{name}`, which has no {what}"))
         });
         match unmet.collect::<Vec<_>>() {
@@ -183,7 +183,7 @@ impl Experiment {
     pub(super) fn check_worn(&self, sessions: &[Session]) -> Result<(), LaboratoryError> {
         match self.declaration.protocol.wearer {
             Wearer::Rested => Ok(()),
-            Wearer::Same => same(sessions).map(|_| ()),
+            Wearer::Same => shared_session(sessions).map(|_| ()),
         }
     }
 
@@ -215,7 +215,7 @@ impl Experiment {
     ) -> Result<Vec<SessionFile>, LaboratoryError> {
         let (mut files, mut refused) = (Vec::new(), Vec::new());
         for condition in &self.conditions {
-            match condition.with(fields) {
+            match condition.session_with(fields) {
                 Ok(file) => files.push(file),
                 Err(reason) => refused.push((condition.name(), reason)),
             }
@@ -232,7 +232,7 @@ impl Experiment {
     ///
     /// # Errors
     /// A session that no device arms, or one that ended early.
-    pub fn perform(&self, unit: &Unit) -> Result<Vec<TrialMeasures>, LaboratoryError> {
+    pub fn measure_unit(&self, unit: &Unit) -> Result<Vec<TrialMeasures>, LaboratoryError> {
         let files = self.sessions(&unit.fields)?;
         let trials = self.play(unit, &files, &mut |_| ())?;
         Ok(self.means(&files, &trials))
@@ -292,8 +292,9 @@ impl Experiment {
     ) -> Vec<TrialMeasures> {
         let of = |(c, file): (usize, &SessionFile)| {
             let own = trials.iter().filter(|(condition, _)| *condition == c);
-            let own: Vec<TrialMeasures> =
-                own.map(|(_, trial)| self.measured(file, trial)).collect();
+            let own: Vec<TrialMeasures> = own
+                .map(|(_, trial)| self.measure_trial(file, trial))
+                .collect();
             let mean = |m: usize| {
                 let numbers = own.iter().filter_map(|measured| *measured.get(m)?);
                 let numbers: Vec<f64> = numbers.collect();
@@ -307,14 +308,14 @@ impl Experiment {
 
     /// The measures of a trial of `file`.
     #[must_use]
-    pub fn measured(&self, file: &SessionFile, trial: &Trial) -> TrialMeasures {
+    pub fn measure_trial(&self, file: &SessionFile, trial: &Trial) -> TrialMeasures {
         let number = |measure: &Measure| (measure.of)(&file.session, trial);
         self.measures().map(number).collect()
     }
 }
 
 /// That levels change fields which cannot be changed.
-fn unchanged(
+fn unchangeable_fields(
     d: &Declaration,
     (file, text): (&str, &str),
     refused: &[IneffectiveLevel],

@@ -1,7 +1,7 @@
 //! What a study that draws persons declares: ranges and claims; and what comes of the claims.
 
 use super::claims::Share;
-use super::decides::{DecidingClaim, LEAST_WEARERS, compared};
+use super::decides::{DecidingClaim, LEAST_WEARERS, compare_fields};
 use hal_sim::random;
 use serde::Deserialize;
 
@@ -35,13 +35,13 @@ impl Range {
     /// What is drawn for person `index`, a number for each range in their order: every one of
     /// the same seed has the same numbers, whatever is drawn beside.
     #[must_use]
-    pub fn drawn(ranges: &[Self], seed: u64, index: u64) -> Vec<f64> {
+    pub fn draw_values(ranges: &[Self], seed: u64, index: u64) -> Vec<f64> {
         let stream = random::word(seed, index);
         let value = |(place, range): (u64, &Self)| range.at(random::unit(stream, place));
         (0..).zip(ranges).map(value).collect()
     }
 
-    /// What is `drawn` for the range of this field; nothing where there is none.
+    /// What is `draw_values` for the range of this field; nothing where there is none.
     #[must_use]
     pub fn value(ranges: &[Self], drawn: &[f64], field: &str) -> Option<f64> {
         let place = ranges.iter().position(|range| range.field == field)?;
@@ -68,12 +68,12 @@ impl DrawClaim {
         let known = verdicts.iter().flatten();
         let holds = known.clone().filter(|flag| **flag).count() as u64;
         let counts = (holds, known.count() as u64);
-        Share::counted(self.id.clone(), self.says.clone(), self.paper, counts)
+        Share::from_counts(self.id.clone(), self.says.clone(), self.paper, counts)
     }
 
-    /// Which of what was `drawn` of each person decides it.
+    /// Which of what was `draw_values` of each person decides it.
     #[must_use]
-    pub fn decided(
+    pub fn deciding_fields(
         &self,
         ranges: &[Range],
         verdicts: &[Option<bool>],
@@ -97,7 +97,7 @@ impl DrawClaim {
             fails: of(false),
             enough,
             fields: match enough {
-                true => compared(&fields.collect::<Vec<_>>(), &holds),
+                true => compare_fields(&fields.collect::<Vec<_>>(), &holds),
                 false => Vec::new(),
             },
         }

@@ -11,7 +11,7 @@ use std::path::Path;
 /// The files beside the trials that a rerun is held against: of a record that was cut
 /// short the rows alone, for its outcome says how far it came, and so differs.
 #[must_use]
-pub const fn compared(is_cut: bool) -> &'static [&'static str] {
+pub const fn compared_files(is_cut: bool) -> &'static [&'static str] {
     match is_cut {
         true => &["draws.csv"],
         false => &["draws.csv", "result.json"],
@@ -29,7 +29,7 @@ pub fn differs(
     again: &Path,
     is_cut: bool,
 ) -> Result<Option<Difference>, LaboratoryError> {
-    for &file in compared(is_cut) {
+    for &file in compared_files(is_cut) {
         let (mut one, mut other) = (lines(&record.join(file))?, lines(&again.join(file))?);
         if is_cut {
             let whole = one.iter().take_while(|line| line.ends_with('\n')).count();
@@ -61,7 +61,7 @@ fn lines(path: &Path) -> Result<Vec<String>, LaboratoryError> {
 impl Experiment {
     /// The files that it is made of, as a record's plan tells them.
     #[must_use]
-    pub fn declared(&self) -> Vec<DeclaredFile> {
+    pub fn declared_files(&self) -> Vec<DeclaredFile> {
         let each = self.hashes.iter().cloned();
         each.map(|(file, sha256)| DeclaredFile { file, sha256 })
             .collect()
@@ -71,12 +71,12 @@ impl Experiment {
     ///
     /// # Errors
     /// They cannot be written.
-    pub fn keep(&self, dir: &Path) -> Result<(), LaboratoryError> {
+    pub fn save_files(&self, dir: &Path) -> Result<(), LaboratoryError> {
         let others = self.sessions.iter().chain(&self.wearers);
         let others = others.map(|(_, text)| text);
         let texts = std::iter::once(&self.text).chain(others);
-        for ((place, declared), text) in self.declared().iter().enumerate().zip(texts) {
-            let path = dir.join(declared.kept_as(place));
+        for ((place, declared), text) in self.declared_files().iter().enumerate().zip(texts) {
+            let path = dir.join(declared.copy_path(place));
             if let Some(folder) = path.parent() {
                 let made = fs::create_dir_all(folder);
                 made.map_err(|error| LaboratoryError::File(folder.display().to_string(), error))?;
@@ -90,10 +90,10 @@ impl Experiment {
     ///
     /// # Errors
     /// One of them is missing, or is another than it was.
-    pub fn kept(dir: &Path, declared: &[DeclaredFile]) -> Result<Self, LaboratoryError> {
+    pub fn from_record(dir: &Path, declared: &[DeclaredFile]) -> Result<Self, LaboratoryError> {
         let mut texts = Vec::new();
         for (place, one) in declared.iter().enumerate() {
-            let path = dir.join(one.kept_as(place));
+            let path = dir.join(one.copy_path(place));
             let refuse = |reason: String| LaboratoryError::Kept {
                 file: path.display().to_string(),
                 reason,
@@ -123,7 +123,7 @@ impl Experiment {
             Some((file.to_owned(), text.clone()))
         };
         match sessions.iter().find_map(worn) {
-            Some((file, text)) => whole.on_wearer(&file, &text),
+            Some((file, text)) => whole.with_wearer(&file, &text),
             None => Ok(whole),
         }
     }

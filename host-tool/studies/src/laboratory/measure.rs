@@ -1,7 +1,7 @@
 //! What is computed of a trial, by name.
 
 use firmware::safety::StageSpec;
-use host_core::analysis::{WallContact, force_metrics, hits, metrics_but_lag};
+use host_core::analysis::{WallContact, force_metrics, metrics_without_lag, wall_contacts};
 use host_core::record::Trial;
 use host_core::session::Session;
 
@@ -20,9 +20,9 @@ pub struct Measure {
 /// Every measure there is.
 #[rustfmt::skip]
 pub const MEASURES: &[Measure] = &[
-    Measure { id: "rmse_deg", quantity: "RMSE of the measured angle", unit: "°", of: |_, trial| Some(metrics_but_lag(trial)?.rmse_deg) },
-    Measure { id: "worst_deg", quantity: "largest error of the measured angle", unit: "°", of: |_, trial| Some(metrics_but_lag(trial)?.max_abs_deg) },
-    Measure { id: "limiting_share", quantity: "share of samples at a limit", unit: "", of: |_, trial| Some(metrics_but_lag(trial)?.limiting_share) },
+    Measure { id: "rmse_deg", quantity: "RMSE of the measured angle", unit: "°", of: |_, trial| Some(metrics_without_lag(trial)?.rmse_deg) },
+    Measure { id: "worst_deg", quantity: "largest error of the measured angle", unit: "°", of: |_, trial| Some(metrics_without_lag(trial)?.max_abs_deg) },
+    Measure { id: "limiting_share", quantity: "share of samples at a limit", unit: "", of: |_, trial| Some(metrics_without_lag(trial)?.limiting_share) },
     Measure { id: "force_rmse_n", quantity: "largest RMSE of a predicted force", unit: "N", of: |_, trial| force_metrics(trial).iter().map(|m| m.rmse_n).reduce(f64::max) },
     Measure { id: "deepest_deg", quantity: "deepest inside the wall", unit: "°", of: |_, trial| deepest(trial, |_| 0.0) },
     Measure { id: "beyond_begin_deg", quantity: "deepest beyond where current begins", unit: "°", of: |_, trial| deepest(trial, |front_deg| front_deg) },
@@ -30,13 +30,13 @@ pub const MEASURES: &[Measure] = &[
     Measure { id: "turns", quantity: "turns of at least half a degree", unit: "", of: |_, trial| Some(last_hit(trial)?.turns as f64) },
     Measure { id: "settling_s", quantity: "from the first turn until within 1° of the end", unit: "s", of: |_, trial| Some(visit(trial)?.settling_s()) },
     Measure { id: "peak_deg", quantity: "largest true angle", unit: "°", of: |_, trial| trial.samples.iter().filter_map(|sample| sample.true_deg).reduce(f64::max) },
-    Measure { id: "charge_mc", quantity: "charge of all first phases", unit: "mC", of: |session, trial| Some(delivered(session, trial).0) },
-    Measure { id: "energy_mj", quantity: "energy into 1 kΩ (assumed) or a voltage stage's load", unit: "mJ", of: |session, trial| Some(delivered(session, trial).1) },
+    Measure { id: "charge_mc", quantity: "charge of all first phases", unit: "mC", of: |session, trial| Some(delivered_dose(session, trial).0) },
+    Measure { id: "energy_mj", quantity: "energy into 1 kΩ (assumed) or a voltage stage's load", unit: "mJ", of: |session, trial| Some(delivered_dose(session, trial).1) },
 ];
 
 /// The measure of this id.
 #[must_use]
-pub fn named(id: &str) -> Option<&'static Measure> {
+pub fn find_measure(id: &str) -> Option<&'static Measure> {
     MEASURES.iter().find(|measure| measure.id == id)
 }
 
@@ -46,7 +46,7 @@ const JUDGED_S: f64 = 2.0;
 const SETTLED_DEG: f64 = 1.0;
 
 fn last_hit(trial: &Trial) -> Option<WallContact> {
-    hits(trial).into_iter().last()
+    wall_contacts(trial).into_iter().last()
 }
 
 fn deepest(trial: &Trial, begin: fn(f64) -> f64) -> Option<f64> {
@@ -110,7 +110,7 @@ const ASSUMED_OHM: f64 = 1_000.0;
 
 /// Charge of all first phases, mC, and the energy of all phases, mJ, as telemetry
 /// tells the amplitudes: each sample's hold until the next one.
-fn delivered(session: &Session, trial: &Trial) -> (f64, f64) {
+fn delivered_dose(session: &Session, trial: &Trial) -> (f64, f64) {
     let (mut charge_mc, mut energy_mj) = (0.0, 0.0);
     for (sample, next) in trial.samples.iter().zip(trial.samples.iter().skip(1)) {
         let for_s = next.t_s - sample.t_s;

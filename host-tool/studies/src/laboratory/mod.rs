@@ -48,24 +48,25 @@ pub use declaration::{Claim, Declaration};
 pub use error::LaboratoryError;
 pub use experiment::{Experiment, TrialMeasures};
 pub use judged::{DrawClaim, Range};
-pub use kept::{compared, differs};
+pub use kept::{compared_files, differs};
 pub use measure::{MEASURES, Measure};
 pub(crate) use notes::{ElectrodeLog, LOAD_OHM, Notes};
 pub use numbers::{LARGE_T, large_t};
 pub use open_loop::DeviceCheck;
-pub use page::{headline, publish, renew};
+pub use page::{headline, publish, rebuild_page};
 pub use paper_claims::{ClaimStanding, PaperClaim, paper_claims};
 pub use protocol::{Place, Step, Wearer};
-pub use quoted::quoted;
+pub use quoted::quote_for_shell;
 pub use result::{Outcome, Preregistration, Row, ShownCondition};
 pub use results::{
     NamedResult, ResultRow, ResultValue, declaration_differences, result_rows, results_body,
     results_text,
 };
-pub use run::{RunProgress, Runnable, WithUnits, decided_by, merge_drawing, run_drawing};
+pub use run::{RunProgress, Runnable, WithUnits, merge_drawing, run_drawing, seed_and_draws};
 pub use sheet::{Band, Bar, Curve, Grid, Matrix, Plot, Plots, Sheet, SheetAxis, SheetContent};
 pub(crate) use study::line;
 pub use study::{Lines, Study, StudyIdentity};
 pub use sweep::{
-    ComputedUnits, Drawing, Shard, Sweep, SweepResult, join, merge, number_of, part_of,
+    ComputedUnits, Drawing, Shard, Sweep, SweepResult, merge, merge_shards, parse_number,
+    read_shard,
 };

@@ -12,7 +12,7 @@ pub(crate) struct ElectrodeLog(Arc<Mutex<Vec<Pulse>>>);
 
 impl ElectrodeLog {
     /// All of it so far.
-    pub(crate) fn all(&self) -> Vec<Pulse> {
+    pub(crate) fn pulses(&self) -> Vec<Pulse> {
         let heard = self.0.lock();
         heard.unwrap_or_else(PoisonError::into_inner).clone()
     }
@@ -26,7 +26,7 @@ pub(crate) struct Notes {
 
 impl Notes {
     /// Whose pulses go to `heard`.
-    pub(crate) fn on(heard: &ElectrodeLog) -> Self {
+    pub(crate) fn new(heard: &ElectrodeLog) -> Self {
         Self {
             loads: [Load::Ohms(LOAD_OHM); CHANNELS],
             heard: heard.clone(),

@@ -200,14 +200,16 @@ pub fn paper_claims(outcome: &Outcome) -> (Vec<PaperClaim<'_>>, Vec<&Share>) {
             }
         }
     }
-    let named = claims.into_iter().map(|(_, claim)| claim.named());
+    let named = claims
+        .into_iter()
+        .map(|(_, claim)| claim.with_common_name());
     (named.collect(), beside)
 }
 
 impl PaperClaim<'_> {
     /// Called by what its parts say alike after a colon: "persons: it falls" and "studies: it
     /// falls" are "it falls".
-    fn named(mut self) -> Self {
+    fn with_common_name(mut self) -> Self {
         let tail = |share: &'_ Share| share.claim.find(": ").map(|at| at + 2);
         if let [first, second, ..] = *self.parts
             && self.says == first.claim

@@ -66,7 +66,7 @@ pub struct Stop {
 
 impl Stop {
     /// The criteria that a session gives nothing to hold against, and what that would be.
-    pub(super) fn unmet(&self, session: &Session) -> Vec<(&'static str, &'static str)> {
+    pub(super) fn unusable_criteria(&self, session: &Session) -> Vec<(&'static str, &'static str)> {
         let has_angle = session.joint.is_some() || session.wall.is_some();
         let has_force = session
             .channels

@@ -1,13 +1,13 @@
 //! `result.json`: what came out, beside what a paper printed.
 
 use super::claims::{Share, Units, shares};
-use super::condition::{Condition, named};
+use super::condition::{Condition, condition_name};
 use super::conduct::ConductedTrial;
-use super::decides::{DecidingClaim, decided};
+use super::decides::{DecidingClaim, deciding_fields};
 use super::declaration::Declaration;
 use super::draw::{point_in_words, points};
 use super::experiment::{Experiment, TrialMeasures};
-use super::quoted::quoted;
+use super::quoted::quote_for_shell;
 use super::sheet::Sheet;
 use host_core::statistics::Spread;
 use serde::{Deserialize, Serialize};
@@ -87,12 +87,15 @@ pub struct Preregistration {
 
 /// What a terminal takes to have an experiment on another wearer again, but for its seed.
 fn command(experiment: &Experiment, draws: u64, device: &str) -> Option<String> {
-    let (asked, file) = (quoted(&experiment.asked), experiment.worn.as_deref()?);
+    let (asked, file) = (
+        quote_for_shell(&experiment.asked),
+        experiment.worn.as_deref()?,
+    );
     let device = match device {
         "native" => String::new(),
         device => format!(" --device {device}"),
     };
-    let file = quoted(file);
+    let file = quote_for_shell(file);
     Some(format!(
         "experiment {asked} --wearer {file}{device} --draws {draws}"
     ))
@@ -123,7 +126,7 @@ impl Row {
     /// Median, 5th and 95th percentile of the numbers that are finite, and how many those
     /// are, beside what the paper printed.
     #[must_use]
-    pub fn of(
+    pub fn from_numbers(
         id: String,
         quantity: String,
         unit: &str,
@@ -159,7 +162,7 @@ const CASES: &str = "A share's interval (95 %, Wilson) counts wearers, since sev
 impl Outcome {
     /// Of these units: `draws` wearers at each point of the grid.
     #[must_use]
-    pub fn of(
+    pub fn from_units(
         experiment: &Experiment,
         (seed, draws): (u64, u64),
         units: &Units,
@@ -171,15 +174,15 @@ impl Outcome {
         });
         let told = (&[MEANING, CASES][..], drawn.collect());
         Self {
-            decides: decided(experiment, (seed, draws), units),
-            ..Self::told(experiment, (seed, draws), units, simulated, told)
+            decides: deciding_fields(experiment, (seed, draws), units),
+            ..Self::build(experiment, (seed, draws), units, simulated, told)
         }
     }
 
     /// Of trials that were conducted on `device`, each round a unit of its own: with
     /// what the sessions say, at no point of the grid.
     #[must_use]
-    pub fn of_trials(
+    pub fn from_trials(
         experiment: &Experiment,
         (device, seed): (&str, u64),
         trials: &[ConductedTrial],
@@ -204,7 +207,7 @@ impl Outcome {
             format!("The grid is for wearers drawn: {field} is here what the session says.")
         });
         let told = (&[PLAYED][..], grid.collect());
-        let mut outcome = Self::told(&played, (seed, rounds_of), &rounds, simulated, told);
+        let mut outcome = Self::build(&played, (seed, rounds_of), &rounds, simulated, told);
         outcome.declared.draws = 0;
         outcome.declared.as_declared = false;
         outcome.declared.device = Some(device.to_owned());
@@ -212,12 +215,12 @@ impl Outcome {
         for share in &mut outcome.shares {
             (share.low, share.high) = (None, None);
         }
-        outcome.showing(trials)
+        outcome.with_trials(trials)
     }
 
     /// The same with the trials that were recorded beside it.
     #[must_use]
-    pub fn showing(mut self, trials: &[ConductedTrial]) -> Self {
+    pub fn with_trials(mut self, trials: &[ConductedTrial]) -> Self {
         for (position, measurement) in trials.iter().enumerate() {
             let is_first = (measurement.place.block, measurement.place.repetition) == (0, 0);
             if let (true, Some(own)) = (
@@ -230,7 +233,7 @@ impl Outcome {
         self
     }
 
-    fn told(
+    fn build(
         experiment: &Experiment,
         (seed, draws): (u64, u64),
         units: &Units,
@@ -251,7 +254,7 @@ impl Outcome {
         });
         let more = more
             .into_iter()
-            .chain(absent(experiment, units))
+            .chain(missing_measures(experiment, units))
             .chain(printed);
         let conditions = experiment
             .conditions
@@ -304,7 +307,7 @@ impl ShownCondition {
     /// As [`Condition::name`](super::condition::Condition::name).
     #[must_use]
     pub fn name(&self) -> String {
-        named(&self.levels)
+        condition_name(&self.levels)
     }
 }
 
@@ -320,7 +323,7 @@ fn rows(experiment: &Experiment, draws: u64, units: &Units) -> Vec<Row> {
             for (m, measure) in experiment.measures().enumerate() {
                 let numbers = own.iter().filter_map(|unit| *unit.get(c)?.get(m)?);
                 let name = condition.name();
-                rows.push(Row::of(
+                rows.push(Row::from_numbers(
                     format!("{place}{name}/{}", measure.id),
                     format!("{}: {place}{name}", measure.quantity),
                     measure.unit,
@@ -334,7 +337,7 @@ fn rows(experiment: &Experiment, draws: u64, units: &Units) -> Vec<Row> {
 }
 
 /// Measures that no wearer has in a condition in which wearers were measured.
-fn absent(experiment: &Experiment, units: &Units) -> Vec<String> {
+fn missing_measures(experiment: &Experiment, units: &Units) -> Vec<String> {
     let mut told = Vec::new();
     for (m, measure) in experiment.measures().enumerate() {
         let lacks = |(c, _): &(usize, &Condition)| {

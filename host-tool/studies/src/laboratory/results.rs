@@ -207,7 +207,7 @@ pub fn results_text(all: &[NamedResult]) -> String {
     for row in differing.iter().take(MOST_ROWS) {
         text += &format!(
             "\n{}\n",
-            host_core::plot::words::in_columns(&row.quantity, 80)
+            host_core::plot::words::wrap_columns(&row.quantity, 80)
         );
         for (position, cell) in row.cells().iter().enumerate() {
             text += &format!("{:>4}  {cell}\n", position + 1);

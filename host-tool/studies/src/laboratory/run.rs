@@ -3,7 +3,7 @@
 use super::error::LaboratoryError;
 use super::result::Outcome;
 use super::study::{Lines, Study};
-use super::sweep::{Drawing, Shard, Sweep, join};
+use super::sweep::{Drawing, Shard, Sweep, merge_shards};
 use host_core::record::Place;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -81,7 +81,7 @@ where
         table: None,
         failed: None,
         is_whole: computed.is_whole,
-        done: drawing.in_words(sweep, units.len() as u64),
+        done: drawing.progress_text(sweep, units.len() as u64),
         fresh: computed.fresh,
     };
     if sweep.shard == Shard::WHOLE {
@@ -103,14 +103,14 @@ pub fn merge_drawing<D: Drawing>(
     parts: &[PathBuf],
     out: &Path,
 ) -> Result<WithUnits<D::Unit>, D::Error> {
-    let (units, outcome) = join(parts, out, drawing)?;
-    let sweep = Sweep::of(out)?;
+    let (units, outcome) = merge_shards(parts, out, drawing)?;
+    let sweep = Sweep::read(out)?;
     let ran = RunProgress {
         outcome: Some(outcome),
         table: drawing.table(&sweep, &units),
         failed: None,
         is_whole: true,
-        done: drawing.in_words(&sweep, units.len() as u64),
+        done: drawing.progress_text(&sweep, units.len() as u64),
         fresh: 0,
     };
     Ok((ran, units))
@@ -118,8 +118,8 @@ pub fn merge_drawing<D: Drawing>(
 
 impl<S: Study> Runnable for S {
     fn sweep(&self, shard: Shard) -> Sweep {
-        let about = self.about();
-        Sweep::drawing(&Lines(self), (about.seed, about.draws), shard)
+        let about = self.metadata();
+        Sweep::from_drawing(&Lines(self), (about.seed, about.draws), shard)
     }
 
     fn place(&self, dir: &Path, shard: Shard) -> Result<Place, LaboratoryError> {
@@ -144,7 +144,7 @@ impl<S: Study> Runnable for S {
 ///
 /// # Errors
 /// E604: there is none.
-pub fn decided_by(part: &Path) -> Result<(u64, u64), LaboratoryError> {
-    let sweep = super::sweep::part_of(part)?;
+pub fn seed_and_draws(part: &Path) -> Result<(u64, u64), LaboratoryError> {
+    let sweep = super::sweep::read_shard(part)?;
     Ok((sweep.seed, sweep.draws))
 }

@@ -148,7 +148,7 @@ const fn is_false(flag: &bool) -> bool {
 impl SheetAxis {
     /// From one value to another, in round steps.
     #[must_use]
-    pub fn even(name: &str, ends: [f64; 2]) -> Self {
+    pub fn linear(name: &str, ends: [f64; 2]) -> Self {
         Self {
             name: name.to_owned(),
             ends,
@@ -158,12 +158,12 @@ impl SheetAxis {
 
     /// A place for each name, the first at 0.
     #[must_use]
-    pub fn of(name: &str, names: impl IntoIterator<Item = String>) -> Self {
+    pub fn categorical(name: &str, names: impl IntoIterator<Item = String>) -> Self {
         let ticks: Vec<(f64, String)> = (0..).map(f64::from).zip(names).collect();
         Self {
             ends: [-0.5, ticks.len() as f64 - 0.5],
             ticks,
-            ..Self::even(name, [0.0; 2])
+            ..Self::linear(name, [0.0; 2])
         }
     }
 }
@@ -258,7 +258,7 @@ mod tests {
 
     #[test]
     fn names_have_a_place_each() {
-        let along = SheetAxis::of("", ["a", "b", "c"].map(str::to_owned));
+        let along = SheetAxis::categorical("", ["a", "b", "c"].map(str::to_owned));
         assert_eq!(along.ends, [-0.5, 2.5]);
         assert_eq!(along.ticks[2], (2.0, "c".to_owned()));
     }

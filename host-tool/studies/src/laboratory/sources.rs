@@ -1,11 +1,11 @@
 //! The sessions that a declaration names: each read once.
 
-use super::condition::{Texts, beside};
+use super::condition::{Texts, relative_to_session};
 use super::declaration::Declaration;
 use super::error::{LaboratoryError, Mistake};
 use super::written::DeclarationText;
 use host_core::run::SessionFile;
-use host_core::session::no_wearer;
+use host_core::session::unreadable_wearer;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use toml::Table;
@@ -24,9 +24,11 @@ pub(super) fn sessions(
             // Nothing of an unrelated file is shown.
             Ok(_) => {
                 let why = "it has neither `channel` nor `setpoints`, and so is no session";
-                mistakes.push(absent(d, text, (session, level), why));
+                mistakes.push(missing_session(d, text, (session, level), why));
             }
-            Err(error) => mistakes.push(absent(d, text, (session, level), &error.reason())),
+            Err(error) => {
+                mistakes.push(missing_session(d, text, (session, level), &error.reason()))
+            }
         }
     }
     (all, mistakes)
@@ -40,7 +42,7 @@ fn is_session(text: &str) -> bool {
 }
 
 /// That a session cannot be read, why, and who asks for it.
-fn absent(
+fn missing_session(
     d: &Declaration,
     text: &str,
     (session, level): (&str, Option<(usize, usize)>),
@@ -68,7 +70,7 @@ fn absent(
 }
 
 /// The text of `name`: as it was read before, or read now.
-pub(super) fn once(
+pub(super) fn read_cached(
     before: &RefCell<BTreeMap<String, String>>,
     name: &str,
     texts: Texts<'_>,
@@ -88,9 +90,9 @@ pub(super) fn tables<'s>(
 ) -> Result<BTreeMap<&'s str, Table>, LaboratoryError> {
     let table = |(name, text): &(String, String)| -> Result<Table, LaboratoryError> {
         // Whatever is wrong with it is told by those who know sessions.
-        SessionFile::parse_beside(name, text, &|file| {
-            let text = texts(&beside(name, file));
-            text.map_err(|error| no_wearer(file, &error.reason()))
+        SessionFile::parse_with_wearers(name, text, &|file| {
+            let text = texts(&relative_to_session(name, file));
+            text.map_err(|error| unreadable_wearer(file, &error.reason()))
         })?;
         Ok(text.parse().unwrap_or_default())
     };

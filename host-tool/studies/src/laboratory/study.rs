@@ -30,10 +30,10 @@ pub trait Study: Sync {
     type Unit: Serialize + DeserializeOwned + Clone + Send + Sync;
 
     /// What decides it.
-    fn about(&self) -> StudyIdentity<'_>;
+    fn metadata(&self) -> StudyIdentity<'_>;
     /// SHA-256 of everything declared, by file: of the declaration alone, if nothing else is.
     fn hashes(&self) -> BTreeMap<String, String> {
-        let (file, text) = self.about().declaration;
+        let (file, text) = self.metadata().declaration;
         [(file.to_owned(), sha256(text.as_bytes()))].into()
     }
     /// The program that computes its units: another one neither goes on with them nor merges
@@ -43,12 +43,12 @@ pub trait Study: Sync {
     }
     /// Whether a unit is the same however many are drawn, so that a folder of fewer draws goes
     /// on to more.
-    fn grows(&self) -> bool {
+    fn is_extensible(&self) -> bool {
         false
     }
     /// How many units of work there are: one for each draw, if nothing else is.
     fn units(&self) -> u64 {
-        self.about().draws
+        self.metadata().draws
     }
     /// What unit `index`, from 0, becomes; nothing once `goes_on` says no.
     ///
@@ -72,7 +72,7 @@ pub trait Study: Sync {
     /// As [`Self::outcome`].
     fn files(&self, units: &[Self::Unit]) -> anyhow::Result<Vec<(String, String)>>;
     /// Some units of work in words: `12 of 40 sessions`.
-    fn in_words(&self, done: u64) -> String;
+    fn progress_text(&self, done: u64) -> String;
 }
 
 /// A study as a sweep keeps it: a line of JSON for each unit.
@@ -86,7 +86,7 @@ impl<S: Study> Lines<'_, S> {
 }
 
 /// By which a line that was changed by hand is known: the beginning of its SHA-256.
-fn sum(text: &str) -> String {
+fn checksum(text: &str) -> String {
     sha256(text.as_bytes()).chars().take(16).collect()
 }
 
@@ -101,19 +101,19 @@ impl<S: Study> Drawing for Lines<'_, S> {
     type Error = anyhow::Error;
 
     fn name(&self) -> &str {
-        self.0.about().name
+        self.0.metadata().name
     }
 
-    fn only(&self) -> Option<String> {
-        Some(self.0.about().arguments).filter(|arguments| !arguments.is_empty())
+    fn subset(&self) -> Option<String> {
+        Some(self.0.metadata().arguments).filter(|arguments| !arguments.is_empty())
     }
 
     fn version(&self) -> String {
         self.0.version()
     }
 
-    fn grows(&self) -> bool {
-        self.0.grows()
+    fn is_extensible(&self) -> bool {
+        self.0.is_extensible()
     }
 
     fn file(&self) -> &'static str {
@@ -125,7 +125,7 @@ impl<S: Study> Drawing for Lines<'_, S> {
     }
 
     fn declaration(&self) -> &str {
-        self.0.about().declaration.1
+        self.0.metadata().declaration.1
     }
 
     fn columns(&self) -> Vec<String> {
@@ -136,7 +136,7 @@ impl<S: Study> Drawing for Lines<'_, S> {
         self.0.units()
     }
 
-    fn rows_each(&self) -> usize {
+    fn rows_per_unit(&self) -> usize {
         1
     }
 
@@ -148,7 +148,7 @@ impl<S: Study> Drawing for Lines<'_, S> {
             .ok()
     }
 
-    fn begins(&self, _: &Sweep, unit: u64) -> Vec<String> {
+    fn row_prefixes(&self, _: &Sweep, unit: u64) -> Vec<String> {
         vec![format!("{{\"unit\":{unit}")]
     }
 
@@ -161,20 +161,23 @@ impl<S: Study> Drawing for Lines<'_, S> {
         self.0.compute(unit, goes_on)
     }
 
-    fn rest(&self, unit: &Self::Unit) -> Vec<String> {
+    fn row_suffixes(&self, unit: &Self::Unit) -> Vec<String> {
         // Structs of numbers, words and lists always have a text.
         let text = serde_json::to_string(unit).unwrap_or_default();
-        vec![format!("\"sum\":\"{}\",\"became\":{text}}}", sum(&text))]
+        vec![format!(
+            "\"sum\":\"{}\",\"became\":{text}}}",
+            checksum(&text)
+        )]
     }
 
-    fn read(&self, rest: &[&str]) -> Result<Self::Unit, (usize, String)> {
+    fn parse_unit(&self, rest: &[&str]) -> Result<Self::Unit, (usize, String)> {
         let rest = rest.first().copied().unwrap_or_default();
         let parts = rest.split_once("\",\"became\":");
         let parts = parts.and_then(|(begin, text)| {
             Some((begin.strip_prefix("\"sum\":\"")?, text.strip_suffix('}')?))
         });
         match parts {
-            Some((own, text)) if own == sum(text) => {
+            Some((own, text)) if own == checksum(text) => {
                 serde_json::from_str(text).map_err(|error| (0, error.to_string()))
             }
             _ => Err((0, "its sum is another: the line was changed".to_owned())),
@@ -187,8 +190,8 @@ impl<S: Study> Drawing for Lines<'_, S> {
         units: &BTreeMap<u64, Self::Unit>,
     ) -> Result<Outcome, Self::Error> {
         let done = units.len() as u64;
-        let cut_short =
-            (done < self.0.units()).then(|| format!("Cut short after {}.", self.0.in_words(done)));
+        let cut_short = (done < self.0.units())
+            .then(|| format!("Cut short after {}.", self.0.progress_text(done)));
         self.0.outcome(&Self::listed(units), cut_short)
     }
 
@@ -200,7 +203,7 @@ impl<S: Study> Drawing for Lines<'_, S> {
         self.0.files(&Self::listed(units))
     }
 
-    fn in_words(&self, _: &Sweep, done: u64) -> String {
-        self.0.in_words(done)
+    fn progress_text(&self, _: &Sweep, done: u64) -> String {
+        self.0.progress_text(done)
     }
 }

@@ -4,7 +4,7 @@ use super::error::LaboratoryError;
 use super::protocol::{Place, Wearer};
 use hal_sim::random::word;
 use host_core::link::Port;
-use host_core::run::{DeviceName, RunError, fit, rest, worn_alike};
+use host_core::run::{DeviceName, RunError, attach_electrodes, merge_sessions, rest_wearer};
 use host_core::session::Session;
 
 /// Of a trial's noise, beyond the first round.
@@ -32,7 +32,7 @@ impl<'a> TrialDevice<'a> {
         (device, seed): (&'a DeviceName, u64),
     ) -> Result<Self, LaboratoryError> {
         let all = match wearer {
-            Wearer::Same if !device.is_port() => same(sessions)?,
+            Wearer::Same if !device.is_port() => shared_session(sessions)?,
             _ => None,
         };
         Ok(Self {
@@ -56,7 +56,7 @@ impl<'a> TrialDevice<'a> {
         let mut port = match (self.kept.take(), &self.all) {
             (Some(mut port), _) => {
                 if let Some(world) = port.world() {
-                    world.begin();
+                    world.begin_trial();
                 }
                 port
             }
@@ -71,7 +71,7 @@ impl<'a> TrialDevice<'a> {
             }
         };
         if let (Some(_), Some(world)) = (&self.all, port.world()) {
-            fit(world, session);
+            attach_electrodes(world, session);
         }
         Ok(port)
     }
@@ -93,7 +93,7 @@ impl<'a> TrialDevice<'a> {
     ) -> Result<(), LaboratoryError> {
         if let Some(world) = self.kept.as_mut().and_then(|port| port.world()) {
             let lost = |error| RunError::from(host_core::link::Error::from(error));
-            rest(world, rest_s, go_on).map_err(lost)?;
+            rest_wearer(world, rest_s, go_on).map_err(lost)?;
         }
         Ok(())
     }
@@ -103,8 +103,8 @@ impl<'a> TrialDevice<'a> {
 ///
 /// # Errors
 /// They differ in what one wearer has once.
-pub(super) fn same(sessions: &[Session]) -> Result<Option<Session>, LaboratoryError> {
-    worn_alike(sessions).map_err(|field| LaboratoryError::Unlike { field })
+pub(super) fn shared_session(sessions: &[Session]) -> Result<Option<Session>, LaboratoryError> {
+    merge_sessions(sessions).map_err(|field| LaboratoryError::Unlike { field })
 }
 
 /// Of a trial's noise: the protocol's seed in the first round, so that a protocol of

@@ -18,18 +18,21 @@ impl Experiment {
     ///
     /// # Errors
     /// Every draw and grid that does not; the file's name is `file`.
-    pub(super) fn can_be_worn(&self, file: &str) -> Result<(), LaboratoryError> {
+    pub(super) fn check_wearable(&self, file: &str) -> Result<(), LaboratoryError> {
         let mut refused = BTreeMap::new();
         for index in 0..self.units(1).min(POINTS_TRIED) {
             let unit = self.unit(self.declaration.seed, 1, index);
             for condition in &self.conditions {
-                let Err(together) = condition.with(&unit.fields) else {
+                let Err(together) = condition.session_with(&unit.fields) else {
                     continue;
                 };
-                let alone = blamed(condition, &unit.fields);
+                let alone = refused_fields(condition, &unit.fields);
                 if alone.is_empty() {
                     // No field alone: what they make together.
-                    let what = format!("the wearer with {}: {together}", told(&unit.fields));
+                    let what = format!(
+                        "the wearer with {}: {together}",
+                        describe_fields(&unit.fields)
+                    );
                     refused.entry(None).or_insert((condition.name(), what));
                 }
                 for (nth, what) in alone {
@@ -41,7 +44,7 @@ impl Experiment {
             for end in ends(drawn) {
                 let field = [(drawn.field.clone(), end)];
                 for condition in &self.conditions {
-                    for (_, what) in blamed(condition, &field) {
+                    for (_, what) in refused_fields(condition, &field) {
                         let refused = refused.entry(Some(nth));
                         refused.or_insert((condition.name(), what));
                     }
@@ -75,17 +78,17 @@ impl Experiment {
 }
 
 /// The fields that a condition refuses each by itself, by their place.
-fn blamed(condition: &Condition, fields: &[(String, Value)]) -> Vec<(usize, String)> {
+fn refused_fields(condition: &Condition, fields: &[(String, Value)]) -> Vec<(usize, String)> {
     let each = fields.chunks(1).enumerate();
     let refused = each.filter_map(|(nth, one)| {
-        let why = condition.with(one).err()?;
-        Some((nth, format!("{}: {why}", told(one))))
+        let why = condition.session_with(one).err()?;
+        Some((nth, format!("{}: {why}", describe_fields(one))))
     });
     refused.collect()
 }
 
 /// "`body.push_nm` = 0.6, `body.delay_ms` = 25".
-fn told(fields: &[(String, Value)]) -> String {
+fn describe_fields(fields: &[(String, Value)]) -> String {
     let each = fields.iter();
     let each: Vec<String> = each
         .map(|(field, value)| format!("`{field}` = {value}"))

@@ -84,7 +84,7 @@ impl<'t> DeclarationText<'t> {
     pub(super) fn read(&mut self) -> (Option<Declaration>, Vec<Mistake>) {
         let broken = std::mem::take(&mut self.broken);
         if !broken.is_empty() {
-            let told = broken.iter().map(|error| self.told(error, 0));
+            let told = broken.iter().map(|error| self.mistake_at(error, 0));
             return (None, told.collect());
         }
         if self.root.get_ref().contains_key("channel") {
@@ -94,13 +94,13 @@ impl<'t> DeclarationText<'t> {
         let mut root = self.root.clone();
         let table = root.get_mut();
         let mut errors = Vec::new();
-        let factors = self.pieces(table, "factor", &mut errors);
+        let factors = self.read_list(table, "factor", &mut errors);
         let has_factors = errors.is_empty();
-        let drawn = self.pieces(table, "draw", &mut errors);
-        let grid = self.pieces(table, "grid", &mut errors);
-        let claims = self.pieces(table, "claim", &mut errors);
-        let printed = self.pieces(table, "printed", &mut errors);
-        let rest: Option<Declaration> = self.whole(root.into_inner(), 0, &mut errors);
+        let drawn = self.read_list(table, "draw", &mut errors);
+        let grid = self.read_list(table, "grid", &mut errors);
+        let claims = self.read_list(table, "claim", &mut errors);
+        let printed = self.read_list(table, "printed", &mut errors);
+        let rest: Option<Declaration> = self.read_table(root.into_inner(), 0, &mut errors);
         let whole = rest.filter(|_| has_factors).map(|rest| Declaration {
             factors,
             drawn,
@@ -113,7 +113,7 @@ impl<'t> DeclarationText<'t> {
     }
 
     /// Takes a list out of `table` and reads each of its elements.
-    fn pieces<T: DeserializeOwned>(
+    fn read_list<T: DeserializeOwned>(
         &mut self,
         table: &mut DeTable<'_>,
         list: &'static str,
@@ -126,8 +126,8 @@ impl<'t> DeclarationText<'t> {
         for (place, one) in each.iter().enumerate() {
             let at = one.span().start;
             let read = match one.get_ref() {
-                DeValue::Table(table) => self.whole(table.clone(), at, errors),
-                _ => self.value(one.clone(), at, errors),
+                DeValue::Table(table) => self.read_table(table.clone(), at, errors),
+                _ => self.read_value(one.clone(), at, errors),
             };
             match read {
                 Some(one) => all.push(one),
@@ -141,7 +141,7 @@ impl<'t> DeclarationText<'t> {
     /// Reads a table that begins at byte `at`. Where it cannot be, what cannot is told
     /// and taken out, and what is left read again. A field that was taken out is then
     /// missing: the table that misses it goes as well, untold.
-    fn whole<T: DeserializeOwned>(
+    fn read_table<T: DeserializeOwned>(
         &self,
         mut table: DeTable<'_>,
         at: usize,
@@ -157,27 +157,27 @@ impl<'t> DeclarationText<'t> {
             let lacks = |field: &String| error.message() == format!("missing field `{field}`");
             let is_told = taken.iter().any(lacks);
             if !is_told {
-                errors.push(self.told(&error, at));
+                errors.push(self.mistake_at(&error, at));
             }
             let offset = error.span().map_or(at, |span| span.start);
-            taken.push(take_out(&mut table, offset, !is_told)?);
+            taken.push(remove_at(&mut table, offset, !is_told)?);
         }
     }
 
     /// Reads what is no table.
-    fn value<T: DeserializeOwned>(
+    fn read_value<T: DeserializeOwned>(
         &self,
         value: Spanned<DeValue<'_>>,
         at: usize,
         errors: &mut Vec<Mistake>,
     ) -> Option<T> {
         let read = read(ValueDeserializer::from(value));
-        read.map_err(|error| errors.push(self.told(&error, at)))
+        read.map_err(|error| errors.push(self.mistake_at(&error, at)))
             .ok()
     }
 
     /// Where it is; at byte `piece` if it does not say.
-    fn told(&self, error: &Error, piece: usize) -> Mistake {
+    fn mistake_at(&self, error: &Error, piece: usize) -> Mistake {
         let offset = error.span().map_or(piece, |span| span.start);
         Mistake::at(Some(self.line_at(offset)), error.message())
     }
@@ -185,18 +185,18 @@ impl<'t> DeclarationText<'t> {
 
 /// Takes out of a table what stands at byte `offset` of the text: of a table in it, if
 /// `deep`, a field; its name. Nothing where nothing stands there.
-fn take_out(table: &mut DeTable<'_>, offset: usize, deep: bool) -> Option<String> {
+fn remove_at(table: &mut DeTable<'_>, offset: usize, deep: bool) -> Option<String> {
     let fields = table.iter().map(|(key, _)| key);
     let before = fields.filter(|key| key.span().start <= offset);
     let name = before.max_by_key(|key| key.span().start)?;
     let name = name.get_ref().to_string();
     let value = table.get_mut(&*name)?.get_mut();
     let within = match value {
-        DeValue::Table(inner) if deep => take_out(inner, offset, deep),
+        DeValue::Table(inner) if deep => remove_at(inner, offset, deep),
         DeValue::Array(list) if deep => {
             let before = list.iter_mut().filter(|one| one.span().start <= offset);
             before.last().and_then(|one| match one.get_mut() {
-                DeValue::Table(inner) => take_out(inner, offset, deep),
+                DeValue::Table(inner) => remove_at(inner, offset, deep),
                 _ => None,
             })
         }

@@ -95,12 +95,12 @@ fn text(kind: Kind, random: &mut Random) -> String {
     match kind {
         Kind::Joint => joint(random),
         Kind::Wall => wall(random),
-        _ => plain(kind, random),
+        _ => plain_session(kind, random),
     }
 }
 
 /// One to four muscles on current stages.
-fn plain(kind: Kind, random: &mut Random) -> String {
+fn plain_session(kind: Kind, random: &mut Random) -> String {
     let duration_s = random.log_between(2.0, 30.0);
     let count = 1 + (random.unit() * 4.0) as usize;
     let mut text = format!(
@@ -218,7 +218,7 @@ fn reach_n(p: &Parameters, threshold: f64, slope: f64, (period_us, fastest_us): 
     let control = recruitment
         .and_then(|recruitment| ForceControl::new(0, &force, spec(p), recruitment, period_us));
     control.map_or(0.0, |force_control| {
-        f64::from(force_control.reach_mn().1) * 1e-3
+        f64::from(force_control.force_range_mn().1) * 1e-3
     })
 }
 

@@ -4,8 +4,8 @@ use super::draw::{Kind, session};
 use super::{JudgeError, draw};
 use firmware::muscle::Rung;
 use hal_sim::random::Random;
-use host_core::choice::{SEED, choose, streaming};
-use host_core::session::{Bounds, Model, Session, Share, rung_name};
+use host_core::choice::{SEED, choose, with_courses};
+use host_core::session::{Bounds, Model, Session, Share, level_name};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -60,7 +60,7 @@ pub fn campaign(
 ) -> Result<Vec<Row>, JudgeError> {
     let done = AtomicUsize::new(0);
     let each = (0..count).into_par_iter().map(|index| {
-        let rows = one(seed, index)?;
+        let rows = judge_session(seed, index)?;
         let done = done.fetch_add(1, Ordering::Relaxed) + 1;
         step(done as f64 / count as f64);
         Ok(rows)
@@ -70,7 +70,7 @@ pub fn campaign(
 }
 
 /// The rows of one session.
-fn one(seed: u64, index: usize) -> Result<Vec<Row>, JudgeError> {
+fn judge_session(seed: u64, index: usize) -> Result<Vec<Row>, JudgeError> {
     let (kind, session) = session(seed, index)?;
     let of = TOLERANCES.map(|tolerance| verdicts(&session, tolerance, seed ^ index as u64));
     let [a, b, c, d] = of;
@@ -112,7 +112,9 @@ fn verdicts(session: &Session, tolerance: Share, seed: u64) -> Result<Vec<Verdic
         errors.fill(0.0);
         for client in 0..CLIENTS {
             let mut random = Random::new(seed.wrapping_add(client << 32));
-            let mut live = streaming(&settled, |bounds| drawn(bounds, session, &mut random));
+            let mut live = with_courses(&settled, |bounds| {
+                random_course(bounds, session, &mut random)
+            });
             live.setpoints.bounds.clear();
             let live = choose(&live, tolerance, NOISE)?;
             for (worst, need) in errors.iter_mut().zip(&live.needs) {
@@ -137,7 +139,7 @@ fn verdicts(session: &Session, tolerance: Share, seed: u64) -> Result<Vec<Verdic
 }
 
 /// A live client's course within its bounds.
-fn drawn(bounds: &Bounds, session: &Session, random: &mut Random) -> Vec<(u64, u32)> {
+fn random_course(bounds: &Bounds, session: &Session, random: &mut Random) -> Vec<(u64, u32)> {
     let span = f64::from(bounds.most - bounds.least);
     let values: Vec<(u32, u64)> = (0..2_000)
         .map(|_| {
@@ -146,7 +148,7 @@ fn drawn(bounds: &Bounds, session: &Session, random: &mut Random) -> Vec<(u64, u
             (value, stay_s as u64)
         })
         .collect();
-    bounds.through(values, session.duration_us)
+    bounds.course_through(values, session.duration_us)
 }
 
 /// Shares at one tolerance.
@@ -171,8 +173,8 @@ pub struct Summary {
 impl Summary {
     /// Of these rows at [`TOLERANCES`]' number `tolerance`.
     #[must_use]
-    pub fn of(rows: &[Row], tolerance: usize) -> Self {
-        let limit_pct = TOLERANCES[tolerance].part() * 100.0;
+    pub fn from_rows(rows: &[Row], tolerance: usize) -> Self {
+        let limit_pct = TOLERANCES[tolerance].fraction() * 100.0;
         let mut sum = Self::default();
         for session in rows.chunk_by(|a, b| a.session == b.session) {
             let verdicts = || session.iter().map(|row| row.verdicts[tolerance]);
@@ -216,7 +218,7 @@ pub fn csv(rows: &[Row]) -> String {
             row.steering
         ));
         for verdict in row.verdicts {
-            let chosen = verdict.chosen.map_or("refused", rung_name);
+            let chosen = verdict.chosen.map_or("refused", level_name);
             let cheaper = verdict
                 .cheaper_pct
                 .map_or(String::new(), |cheaper_pct| format!("{cheaper_pct:.3}"));
@@ -231,6 +233,6 @@ pub fn csv(rows: &[Row]) -> String {
 ///
 /// # Errors
 /// [`JudgeError`].
-pub fn judged(step: impl Fn(f64) + Sync) -> Result<Vec<Row>, JudgeError> {
+pub fn judge_declared(step: impl Fn(f64) + Sync) -> Result<Vec<Row>, JudgeError> {
     campaign(draw::JUDGED, draw::SESSIONS, step)
 }

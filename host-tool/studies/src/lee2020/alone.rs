@@ -36,7 +36,7 @@ impl ExactWrist {
     }
 
     /// The same train, and the true force of each sample beside what is read.
-    pub fn known(&mut self, train: &Train) -> (ForceRecord, Vec<f64>) {
+    pub fn train_with_truth(&mut self, train: &Train) -> (ForceRecord, Vec<f64>) {
         let first_us = self.now_us + train.before as u64 * SAMPLE_US;
         let mut pulses_us = Vec::with_capacity(train.pulses as usize);
         for place in 0..train.pulses {
@@ -68,7 +68,7 @@ impl ExactWrist {
 
 impl Stimulator for ExactWrist {
     fn train(&mut self, train: &Train) -> Result<ForceRecord, LeeError> {
-        Ok(self.known(train).0)
+        Ok(self.train_with_truth(train).0)
     }
 
     fn rest(&mut self, s: f64) -> Result<(), LeeError> {

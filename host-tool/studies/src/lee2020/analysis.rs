@@ -5,7 +5,7 @@ use super::error::LeeError;
 use super::protocol::{Session, peak_n};
 use host_core::identify::{
     Agreement, Constants, Exponential, Fit, ForceFit, ForceRecord, Response, Weighting, agreement,
-    averaged, responses, simulated,
+    moving_average, responses, simulate_record,
 };
 use serde::{Deserialize, Serialize};
 
@@ -35,7 +35,7 @@ pub struct TrainAnalysis {
 
 /// # Errors
 /// What is wrong with a record, or no fit.
-pub fn analysed(session: &Session, declared: &Declaration) -> Result<TrainAnalysis, LeeError> {
+pub fn run_analysis(session: &Session, declared: &Declaration) -> Result<TrainAnalysis, LeeError> {
     let amplitudes = session.amplitudes.0.clone();
     let peaks_n: Vec<[f64; 3]> = session
         .records
@@ -45,8 +45,8 @@ pub fn analysed(session: &Session, declared: &Declaration) -> Result<TrainAnalys
     let exponentials: [_; 3] = std::array::from_fn(|f| exponential(&amplitudes, &peaks_n, f));
     let last = session.records.last().map_or(&[][..], |record| &record[..]);
     let fit = |weighting| Fit { weighting };
-    let best = fit(Weighting::Whitened).of(last)?;
-    let averaged_fit = fit(Weighting::Averaged).near(last, best.constants)?;
+    let best = fit(Weighting::Whitened).fit_records(last)?;
+    let averaged_fit = fit(Weighting::Averaged).fit_from(last, best.constants)?;
     let fits = [best, averaged_fit];
     // The paper's own comparison goes on with its own estimate.
     let constants = fits[1].constants;
@@ -59,7 +59,7 @@ pub fn analysed(session: &Session, declared: &Declaration) -> Result<TrainAnalys
     let both = || amplitudes.iter().zip(&session.records);
     let agree = |(ma, records): (&f64, &[ForceRecord; 3])| {
         let all: [Agreement; 3] =
-            std::array::from_fn(|f| agrees(constants, gain(*ma, f), &records[f]));
+            std::array::from_fn(|f| record_agreement(constants, gain(*ma, f), &records[f]));
         mean(&all)
     };
     let times = |f: usize| {
@@ -99,20 +99,23 @@ fn exponential(
         .copied()
         .zip(peaks_n.iter().map(|peak_n| peak_n[f]))
         .collect();
-    let own = Exponential::through(&points)?;
+    let own = Exponential::fit(&points)?;
     let estimated: Vec<f64> = points.iter().map(|(ma, _)| own.at(*ma)).collect();
     let measured: Vec<f64> = points.iter().map(|(_, n)| *n).collect();
     Some((own, agreement(&estimated, &measured)))
 }
 
 /// How the averaged model agrees with the averaged record, above rest.
-fn agrees(constants: Constants, gain: f64, record: &ForceRecord) -> Agreement {
+fn record_agreement(constants: Constants, gain: f64, record: &ForceRecord) -> Agreement {
     let own = ForceRecord {
         gain,
         ..record.clone()
     };
-    let (force, _) = simulated(constants, &own);
-    agreement(&averaged(&force), &averaged(&record.from_rest()))
+    let (force, _) = simulate_record(constants, &own);
+    agreement(
+        &moving_average(&force),
+        &moving_average(&record.relative_to_rest()),
+    )
 }
 
 fn mean(all: &[Agreement; 3]) -> Agreement {
@@ -127,7 +130,7 @@ fn mean(all: &[Agreement; 3]) -> Agreement {
 /// From 10 to 90 % of the peak of the averaged record, during the train.
 fn t_rt_s(record: &ForceRecord) -> Option<f64> {
     let last = *record.pulses_us.last()? as usize / 1_000;
-    let all = averaged(&record.from_rest());
+    let all = moving_average(&record.relative_to_rest());
     let train = all.get(..last.min(all.len()))?;
-    Some(Response::of(train, 1e-3)?.t_rt_s())
+    Some(Response::from_force(train, 1e-3)?.t_rt_s())
 }

@@ -2,21 +2,21 @@
 
 use super::SUBJECTS;
 use super::analysis::TrainAnalysis;
-use super::quality::{Cell, FitKind, Thresholds, drawn, printed};
+use super::quality::{Cell, FitKind, Thresholds, printed_analyses, replications};
 use super::spread::mean_sd;
 use super::study::{Part, Study};
 use crate::laboratory::Share;
 use host_core::identify::NAMES;
 
-fn said(id: &str, claim: &str, paper: Option<bool>, count: (u64, u64)) -> Share {
-    Share::counted(id.to_owned(), claim.to_owned(), paper, count)
+fn counted_share(id: &str, claim: &str, paper: Option<bool>, count: (u64, u64)) -> Share {
+    Share::from_counts(id.to_owned(), claim.to_owned(), paper, count)
 }
 
 impl Study {
     /// All, the paper's first.
     pub(super) fn shares(&self, parts: &[Part]) -> Vec<Share> {
-        let mut all = self.of_each(parts);
-        all.extend(self.of_draws(parts));
+        let mut all = self.subject_claims(parts);
+        all.extend(self.replication_claims(parts));
         all.push(self.printed_thresholds(parts));
         all.extend(self.found_thresholds(parts));
         all.extend(self.covered(parts));
@@ -24,12 +24,12 @@ impl Study {
     }
 
     /// Claims that every subject's replication decides.
-    fn of_each(&self, parts: &[Part]) -> Vec<Share> {
+    fn subject_claims(&self, parts: &[Part]) -> Vec<Share> {
         let each: Vec<&TrainAnalysis> = (0..SUBJECTS)
-            .flat_map(|index| printed(parts, index))
+            .flat_map(|index| printed_analyses(parts, index))
             .collect();
         let count = |is: &dyn Fn(&TrainAnalysis) -> Option<bool>| {
-            counted(each.iter().map(|analysis| is(analysis)))
+            count_holds(each.iter().map(|analysis| is(analysis)))
         };
         let by_amplitude = |analysis: &TrainAnalysis, f: usize| {
             let own: Vec<f64> = analysis.peaks_n.iter().map(|peak_n| peak_n[f]).collect();
@@ -41,25 +41,25 @@ impl Study {
                 .collect::<Option<Vec<f64>>>()
         };
         vec![
-            said(
+            counted_share(
                 "rises-f",
                 "peak force rises with frequency",
                 Some(true),
                 count(&|session| Some(session.peaks_n.iter().all(|peak_n| rise(peak_n)))),
             ),
-            said(
+            counted_share(
                 "rises-i",
                 "peak force rises with amplitude",
                 Some(true),
                 count(&|session| Some((0..3).all(|f| by_amplitude(session, f)))),
             ),
-            said(
+            counted_share(
                 "t-rises",
                 "T_RT rises with frequency",
                 Some(true),
                 count(&|session| Some(rise(&times(session)?))),
             ),
-            said(
+            counted_share(
                 "t-flat",
                 "measured T_RT does not depend on amplitude",
                 Some(true),
@@ -69,26 +69,26 @@ impl Study {
     }
 
     /// Claims about means over subjects, which every replication of all decides.
-    fn of_draws(&self, parts: &[Part]) -> Vec<Share> {
+    fn replication_claims(&self, parts: &[Part]) -> Vec<Share> {
         let claims = &self.declared.claims;
         let count = |is: &dyn Fn(&[&TrainAnalysis]) -> Option<bool>| {
-            counted((0..self.draws).map(|draw| is(&self.of_draw(parts, draw))))
+            count_holds((0..self.draws).map(|draw| is(&self.draw_analyses(parts, draw))))
         };
         let last = self.declared.trains.amplitudes - 1;
         vec![
-            said(
+            counted_share(
                 "r2",
                 &format!("mean R² of the exponential is above {}", claims.r2),
                 Some(true),
                 count(&|all| above_r2(all, claims.r2)),
             ),
-            said(
+            counted_share(
                 "nrmse-i5",
                 "the model's mean NRMSE at I5 is below 10 %",
                 Some(true),
                 count(&|all| Some(mean_nrmse(all, last)? < claims.nrmse_i5_percent)),
             ),
-            said(
+            counted_share(
                 "nrmse",
                 "and at I1 to I4 at most 13.1 %",
                 Some(true),
@@ -102,16 +102,16 @@ impl Study {
 
     fn printed_thresholds(&self, parts: &[Part]) -> Share {
         let step = self.declared.search.step_ma + 1e-9;
-        let near = drawn(parts).map(|draw| {
+        let near = replications(parts).map(|draw| {
             let printed_ma = self.truths.get(draw.subject)?.printed_ma;
             Some((draw.searched.i_mt_ma()? - printed_ma).abs() <= step)
         });
         let claim = "I_MT found by force is the printed one ± 0.5 mA";
-        said("i-mt", claim, Some(true), counted(near))
+        counted_share("i-mt", claim, Some(true), count_holds(near))
     }
 
     fn found_thresholds(&self, parts: &[Part]) -> Vec<Share> {
-        let found: Thresholds = self.thresholds(drawn(parts));
+        let found: Thresholds = self.thresholds(replications(parts));
         let rows = [
             (
                 "detector-false",
@@ -139,7 +139,7 @@ impl Study {
                 found.bare_within,
             ),
         ];
-        rows.map(|(id, claim, holds)| said(id, claim, None, (holds, found.of)))
+        rows.map(|(id, claim, holds)| counted_share(id, claim, None, (holds, found.of)))
             .into()
     }
 
@@ -157,7 +157,7 @@ impl Study {
                 };
                 let count = (sum(|cell| cell.covers), sum(|cell| cell.of));
                 let id = format!("covers-{}-{name}", which as usize);
-                all.push(said(&id, &format!("{told} {name}"), None, count));
+                all.push(counted_share(&id, &format!("{told} {name}"), None, count));
             }
         }
         all
@@ -202,7 +202,7 @@ fn flat(analysis: &TrainAnalysis, part: f64) -> Option<bool> {
     Some(mean_sd(&changes?)?.0.abs() < part)
 }
 
-fn counted(all: impl Iterator<Item = Option<bool>>) -> (u64, u64) {
+fn count_holds(all: impl Iterator<Item = Option<bool>>) -> (u64, u64) {
     let judged: Vec<bool> = all.flatten().collect();
     (
         judged.iter().filter(|flag| **flag).count() as u64,

@@ -102,7 +102,7 @@ impl Declaration {
     ///
     /// # Errors
     /// E646: it cannot be read.
-    pub fn declared() -> Result<Self, LeeError> {
+    pub fn load_embedded() -> Result<Self, LeeError> {
         toml::from_str(DECLARED).map_err(|e| LeeError::Declaration(e.to_string()))
     }
 }

@@ -1,16 +1,16 @@
 //! The same protocol through a device: every train an ordinary session, the bench its body.
 
-use super::analysis::analysed;
+use super::analysis::run_analysis;
 use super::error::LeeError;
 use super::name;
-use super::protocol::{Amplitudes, Stimulator, Train, fifteen, search};
+use super::protocol::{Amplitudes, Stimulator, Train, run_fifteen_trains, search};
 use super::study::Study;
 use hal_sim::body::bench::sensor::SAMPLE_US;
 use hal_sim::body::bench::{Wrist, WristSpec};
 use hal_sim::body::{Body, CHANNELS, Lead, Load, Pulse};
 use host_core::identify::ForceRecord;
 use host_core::link::Port;
-use host_core::run::{DeviceName, SessionFile, rest, run};
+use host_core::run::{DeviceName, SessionFile, rest_wearer, run};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Full scale of the stage, mA; a step of its converter is that over 65 535.
@@ -39,7 +39,7 @@ struct NotingWrist {
 }
 
 impl NotingWrist {
-    fn heard(&self) -> std::sync::MutexGuard<'_, BodyNotes> {
+    fn lock_notes(&self) -> std::sync::MutexGuard<'_, BodyNotes> {
         self.heard.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -48,12 +48,14 @@ impl Body for NotingWrist {
     fn pulse(&mut self, pulse: &Pulse) {
         let load = self.wrist.loads().get(pulse.channel).copied();
         let ma = load.map_or(0.0, |load| load.current_ma(pulse.drive));
-        self.heard().pulses.push((pulse.t_us, ma, pulse.width_us));
+        self.lock_notes()
+            .pulses
+            .push((pulse.t_us, ma, pulse.width_us));
         self.wrist.pulse(pulse);
     }
 
-    fn lead(&mut self, t_us: u64, channel: usize, lead: Lead) {
-        self.wrist.lead(t_us, channel, lead);
+    fn set_lead(&mut self, t_us: u64, channel: usize, lead: Lead) {
+        self.wrist.set_lead(t_us, channel, lead);
     }
 
     fn advance(&mut self, to_us: u64) -> bool {
@@ -63,7 +65,7 @@ impl Body for NotingWrist {
         for sample in before + 1..=(to_us / SAMPLE_US).saturating_sub(1) {
             self.wrist.advance(sample * SAMPLE_US);
             let reading = self.wrist.instrument_n().unwrap_or_default();
-            let mut heard = self.heard();
+            let mut heard = self.lock_notes();
             if heard.samples_n.is_empty() {
                 heard.since_ms = sample;
             }
@@ -150,19 +152,19 @@ impl OnDevice {
 
     /// Trains and pulses that were as the body alone is given them.
     #[must_use]
-    pub const fn compared(&self) -> (usize, usize) {
+    pub const fn compared_counts(&self) -> (usize, usize) {
         (self.trains, self.pulses)
     }
 
-    fn rests(&mut self, s: f64) -> Result<(), String> {
+    fn wait_s(&mut self, s: f64) -> Result<(), String> {
         let gone = || "the device is gone".to_owned();
         let port = self.port.as_mut().ok_or_else(gone)?;
         let world = port.world().ok_or_else(gone)?;
-        rest(world, s, &mut || true).map_err(|e| e.to_string())
+        rest_wearer(world, s, &mut || true).map_err(|e| e.to_string())
     }
 
     /// What of `came` is not as the body alone is given it.
-    fn unlike(came: &[BodyPulse], train: &Train) -> Option<String> {
+    fn find_difference(came: &[BodyPulse], train: &Train) -> Option<String> {
         if came.len() != train.pulses as usize {
             return Some(format!("{} pulses came", came.len()));
         }
@@ -190,7 +192,7 @@ impl OnDevice {
             .copied()
             .filter(|pulse| pulse.0 >= epoch_us)
             .collect();
-        if let Some(why) = Self::unlike(&own, train) {
+        if let Some(why) = Self::find_difference(&own, train) {
             return Err(why);
         }
         let first_us = own.first().map_or(0, |pair| pair.0);
@@ -219,7 +221,7 @@ impl Stimulator for OnDevice {
     fn train(&mut self, train: &Train) -> Result<ForceRecord, LeeError> {
         let told = |why: String| failed(train, why);
         *self.heard.lock().unwrap_or_else(PoisonError::into_inner) = BodyNotes::default();
-        self.rests(1e-3 * train.before as f64).map_err(told)?;
+        self.wait_s(1e-3 * train.before as f64).map_err(told)?;
         let file = session(train, 0, self.most_ma)?;
         let port = self
             .port
@@ -234,7 +236,7 @@ impl Stimulator for OnDevice {
             .epoch_us
             .ok_or_else(|| told("it did not start".to_owned()))?;
         let after = train.samples.saturating_sub(train.before + 1_000);
-        self.rests(1e-3 * after as f64 + 0.05).map_err(told)?;
+        self.wait_s(1e-3 * after as f64 + 0.05).map_err(told)?;
         let (record, pulses) = self.record(train, epoch_us).map_err(told)?;
         self.trains += 1;
         self.pulses += pulses;
@@ -243,7 +245,7 @@ impl Stimulator for OnDevice {
 
     fn rest(&mut self, s: f64) -> Result<(), LeeError> {
         let gone = |why| LeeError::PutOut("a break".to_owned(), why);
-        self.rests(s).map_err(gone)
+        self.wait_s(s).map_err(gone)
     }
 }
 
@@ -285,23 +287,23 @@ impl Study {
     ///
     /// # Errors
     /// The device is not there; E647: it does not put out what the body alone is given.
-    pub fn on_device(&self) -> Result<Vec<String>, LeeError> {
+    pub fn check_on_device(&self) -> Result<Vec<String>, LeeError> {
         let truth = &self.truths[SAMPLE];
         let most_ma = self.declared.search.most_ma;
         let seed = self.seed_of(SAMPLE, 0);
         let mut by = OnDevice::new(&self.device, (truth.spec, seed), most_ma)?;
         let searched = search(&mut by, &self.declared)?;
-        let amplitudes = Amplitudes::from(truth.printed_ma, &self.declared)?;
+        let amplitudes = Amplitudes::from_threshold(truth.printed_ma, &self.declared)?;
         let most = amplitudes.0.last().copied().unwrap_or_default();
-        let session = fifteen(&mut by, amplitudes, &self.declared)?;
-        let found = analysed(&session, &self.declared)?;
+        let session = run_fifteen_trains(&mut by, amplitudes, &self.declared)?;
+        let found = run_analysis(&session, &self.declared)?;
         let constants = truth.constants(most, self.declared.trains.width_us);
         let estimates = found.fits[0].estimates();
         let covered = estimates
             .iter()
             .zip(constants)
             .filter(|(estimate, truth)| estimate.covers(*truth));
-        let (trains, pulses) = by.compared();
+        let (trains, pulses) = by.compared_counts();
         let i_mt = searched
             .i_mt_ma()
             .map_or_else(|| "none".to_owned(), |i_mt_ma| format!("{i_mt_ma} mA"));
@@ -312,7 +314,7 @@ impl Study {
              the body alone is given; I_MT {i_mt} (truth {} mA), and the intervals of {} of the \
              5 constants that were fitted to it have the truth.",
             name(SAMPLE),
-            self.device.typed(),
+            self.device.to_argument(),
             truth.i_mt_ma,
             covered.count(),
         )])

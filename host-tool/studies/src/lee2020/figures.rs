@@ -1,14 +1,14 @@
 //! Figures 7 to 10 beside the paper's.
 
-use super::analysis::{TrainAnalysis, analysed};
+use super::analysis::{TrainAnalysis, run_analysis};
 use super::error::LeeError;
-use super::outcome::estimated;
+use super::outcome::peak_pairs;
 use super::protocol::Session;
-use super::quality::printed;
+use super::quality::printed_analyses;
 use super::study::{Part, Study};
 use super::{SUBJECTS, name, paper};
 use crate::laboratory::{Curve, Plot, Plots, Sheet, SheetAxis};
-use host_core::identify::{ForceRecord, averaged, simulated};
+use host_core::identify::{ForceRecord, moving_average, simulate_record};
 
 /// Whose figures 7, 9 and 10 are: best and worst exponential, and the courses.
 const BEST: usize = 4;
@@ -33,12 +33,12 @@ pub(super) fn marked(series: usize, points: Vec<[f64; 2]>, ranges: Vec<[f64; 2]>
 impl Study {
     /// All, in their order; nothing of nothing.
     pub(super) fn figures(&self, parts: &[Part]) -> Result<Vec<Sheet>, LeeError> {
-        if (0..SUBJECTS).any(|index| printed(parts, index).next().is_none()) {
+        if (0..SUBJECTS).any(|index| printed_analyses(parts, index).next().is_none()) {
             return Ok(Vec::new());
         }
         let mut all = vec![self.figure_7(parts), self.figure_8(parts)];
-        let session = self.printed(COURSE, 0)?;
-        let found = analysed(&session, &self.declared)?;
+        let session = self.printed_session(COURSE, 0)?;
+        let found = run_analysis(&session, &self.declared)?;
         all.extend(self.figures_9_and_10(&session, &found));
         all.push(self.figure_11(parts));
         all.push(self.mismatches(parts));
@@ -47,7 +47,7 @@ impl Study {
 
     fn figure_7(&self, parts: &[Part]) -> Sheet {
         let plot = |subject: usize| {
-            let own = printed(parts, subject).next()?;
+            let own = printed_analyses(parts, subject).next()?;
             let first = *own.amplitudes.first()?;
             let last = *own.amplitudes.last()?;
             let mut curves = Vec::new();
@@ -65,8 +65,8 @@ impl Study {
             let most = own.peaks_n.iter().flatten().copied().fold(0.0, f64::max);
             Some(Plot {
                 title: name(subject),
-                x: SheetAxis::even("amplitude (mA)", [first, last]),
-                y: SheetAxis::even("peak force (N)", [0.0, 1.1 * most]),
+                x: SheetAxis::linear("amplitude (mA)", [first, last]),
+                y: SheetAxis::linear("peak force (N)", [0.0, 1.1 * most]),
                 curves,
                 ..Plot::default()
             })
@@ -89,9 +89,9 @@ impl Study {
 
     fn figure_8(&self, parts: &[Part]) -> Sheet {
         let points: Vec<[f64; 2]> = self
-            .of_draw(parts, 0)
+            .draw_analyses(parts, 0)
             .into_iter()
-            .flat_map(estimated)
+            .flat_map(peak_pairs)
             .map(|(measured, estimated)| [measured, estimated])
             .collect();
         let most = points.iter().flatten().copied().fold(1.0, f64::max);
@@ -102,8 +102,8 @@ impl Study {
         let slope = Curve::line(1, [[0.0, 0.0], [most, paper::FIGURE_8[0] * most]]);
         let curves = alone.chain([slope]).collect();
         let plot = Plot {
-            x: SheetAxis::even("measured peak (N)", [0.0, most]),
-            y: SheetAxis::even("estimated peak (N)", [0.0, most]),
+            x: SheetAxis::linear("measured peak (N)", [0.0, most]),
+            y: SheetAxis::linear("estimated peak (N)", [0.0, most]),
             curves,
             ..Plot::default()
         };
@@ -167,14 +167,14 @@ impl Study {
             let all = all.into_iter().enumerate().step_by(EVERY);
             all.map(|(ms, n)| [1e-3 * ms as f64, n]).collect::<Vec<_>>()
         };
-        let measured = thin(averaged(&record.from_rest()));
-        let model = thin(averaged(&simulated(constants, &model).0));
+        let measured = thin(moving_average(&record.relative_to_rest()));
+        let model = thin(moving_average(&simulate_record(constants, &model).0));
         let both = measured.iter().chain(&model);
         let most = both.map(|values| values[1]).fold(0.1, f64::max);
         Plot {
             title: format!("I{}, {} Hz", i + 1, self.declared.trains.frequencies_hz[f]),
-            x: SheetAxis::even("time (s)", [0.0, 2.5]),
-            y: SheetAxis::even("force (N)", [-0.05 * most, 1.15 * most]),
+            x: SheetAxis::linear("time (s)", [0.0, 2.5]),
+            y: SheetAxis::linear("force (N)", [-0.05 * most, 1.15 * most]),
             curves: vec![Curve::line(0, measured), Curve::line(1, model)],
             ..Plot::default()
         }

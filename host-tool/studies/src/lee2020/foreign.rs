@@ -1,10 +1,10 @@
 //! Bodies of another structure: how far a fit of the model still agrees with them.
 
 use super::alone::ExactWrist;
-use super::analysis::analysed;
+use super::analysis::run_analysis;
 use super::declaration::Declaration;
 use super::error::LeeError;
-use super::protocol::{Amplitudes, fifteen};
+use super::protocol::{Amplitudes, run_fifteen_trains};
 use super::truth::Truth;
 use hal_sim::body::bench::{Foreign, Generator, Kind, WristSpec};
 use hal_sim::random::word;
@@ -49,9 +49,12 @@ pub fn mismatch(
         (1e6 * foreign.size) as u64,
     );
     let mut alone = ExactWrist::new(spec, seed)?;
-    let amplitudes = Amplitudes::from(truth.printed_ma, declared)?;
+    let amplitudes = Amplitudes::from_threshold(truth.printed_ma, declared)?;
     let most_ma = amplitudes.0.last().copied().unwrap_or_default();
-    let found = analysed(&fifteen(&mut alone, amplitudes, declared)?, declared)?;
+    let found = run_analysis(
+        &run_fifteen_trains(&mut alone, amplitudes, declared)?,
+        declared,
+    )?;
     let constants = truth.constants(most_ma, declared.trains.width_us);
     let fit = &found.fits[0];
     let estimates = fit.estimates();

@@ -1,6 +1,6 @@
 //! Tables A to D, ours: what the method is worth where the truth is known.
 
-use super::quality::{FitKind, own};
+use super::quality::{FitKind, subject_replications};
 use super::spread::{cell, mean_sd, median};
 use super::study::{Part, Study};
 use super::tables::grid;
@@ -61,7 +61,7 @@ impl Study {
     }
 
     /// Ours: what data of the kind can tell at best.
-    pub(super) fn untold(&self) -> Sheet {
+    pub(super) fn bounds_table(&self) -> Sheet {
         let frequencies = self.declared.trains.frequencies_hz;
         let cases: [(&str, &[u32], usize, bool); 5] = [
             ("three trains with decay", &frequencies, 1_000, false),
@@ -110,15 +110,19 @@ impl Study {
     }
 
     /// Ours: thresholds, and the haptic range that follows.
-    pub(super) fn searched(&self, parts: &[Part]) -> Sheet {
+    pub(super) fn thresholds_table(&self, parts: &[Part]) -> Sheet {
         let mut rows = Vec::new();
         for (subject, truth) in self.truths.iter().enumerate() {
-            let i_mt = median(own(parts, subject).filter_map(|draw| draw.searched.i_mt_ma()));
-            let bare = median(own(parts, subject).filter_map(|draw| draw.searched.bare_ma));
-            let found = self.thresholds(own(parts, subject));
+            let i_mt = median(
+                subject_replications(parts, subject).filter_map(|draw| draw.searched.i_mt_ma()),
+            );
+            let bare = median(
+                subject_replications(parts, subject).filter_map(|draw| draw.searched.bare_ma),
+            );
+            let found = self.thresholds(subject_replications(parts, subject));
             let percent = |n: u64| format!("{:.1}", 100.0 * n as f64 / found.of.max(1) as f64);
             let peak = |i: usize| {
-                let all = own(parts, subject)
+                let all = subject_replications(parts, subject)
                     .filter_map(|draw| Some(draw.found.as_ref().ok()?.peaks_n.get(i)?[2]));
                 median(all)
             };
@@ -127,7 +131,8 @@ impl Study {
                 || "-".to_owned(),
                 |value| format!("{value:.1}-{:.2}", self.declared.trains.reach * value),
             );
-            let placement = median(own(parts, subject).map(|draw| draw.searched.placement_n));
+            let placement =
+                median(subject_replications(parts, subject).map(|draw| draw.searched.placement_n));
             rows.push(vec![
                 name(subject),
                 format!("{:.1}", truth.printed_ma),

@@ -33,7 +33,7 @@ mod truth;
 mod wearer;
 
 pub use alone::ExactWrist;
-pub use analysis::{TrainAnalysis, analysed};
+pub use analysis::{TrainAnalysis, run_analysis};
 pub use declaration::{DECLARED, Declaration};
 pub use device::OnDevice;
 pub use error::LeeError;

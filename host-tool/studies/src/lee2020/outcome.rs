@@ -3,7 +3,7 @@
 use super::analysis::TrainAnalysis;
 use super::declaration::DECLARED;
 use super::error::LeeError;
-use super::quality::{FitKind, drawn};
+use super::quality::{FitKind, replications};
 use super::spread::{mean_sd, regression, row};
 use super::study::{Part, Study};
 use super::{SUBJECTS, name, paper};
@@ -57,7 +57,7 @@ impl Study {
             declared: Preregistration {
                 asked: "lee".to_owned(),
                 command: Some(told.command),
-                device: Some(self.device.typed()),
+                device: Some(self.device.to_argument()),
                 sha256: [("lee.toml".to_owned(), sha256(DECLARED.as_bytes()))].into(),
                 source: self.declared.source.clone(),
                 draws: self.draws,
@@ -124,9 +124,11 @@ impl Study {
 
     fn figure_8_rows(&self, parts: &[Part]) -> Vec<Row> {
         let each = (0..self.draws).filter_map(|draw| {
-            let of: Vec<&TrainAnalysis> = self.of_draw(parts, draw);
-            let points: Vec<(f64, f64)> =
-                of.iter().flat_map(|analysis| estimated(analysis)).collect();
+            let of: Vec<&TrainAnalysis> = self.draw_analyses(parts, draw);
+            let points: Vec<(f64, f64)> = of
+                .iter()
+                .flat_map(|analysis| peak_pairs(analysis))
+                .collect();
             let (slope, r2) = regression(&points)?;
             let square = points.iter().map(|(m, e)| (m - e).powi(2)).sum::<f64>();
             Some([slope, r2, (square / points.len() as f64).sqrt()])
@@ -186,8 +188,8 @@ impl Study {
             rows.push(row((&id, &what, ""), None, one(geometric)));
         }
         for subject in 0..SUBJECTS {
-            let all =
-                super::quality::own(parts, subject).filter_map(|draw| draw.searched.i_mt_ma());
+            let all = super::quality::subject_replications(parts, subject)
+                .filter_map(|draw| draw.searched.i_mt_ma());
             let (id, what) = (
                 format!("i-mt-{}", name(subject)),
                 format!("I_MT by force, {}", name(subject)),
@@ -201,21 +203,25 @@ impl Study {
     /// Of each replication, the mean over subjects that have it all.
     fn means(&self, parts: &[Part], of: &dyn Fn(&TrainAnalysis) -> Option<f64>) -> Vec<f64> {
         let each = (0..self.draws).filter_map(|draw| {
-            let all: Option<Vec<f64>> = self.of_draw(parts, draw).into_iter().map(of).collect();
+            let all: Option<Vec<f64>> = self
+                .draw_analyses(parts, draw)
+                .into_iter()
+                .map(of)
+                .collect();
             Some(mean_sd(&all?)?.0)
         });
         each.collect()
     }
 
     /// Everybody's trains at the printed amplitudes of this replication.
-    pub(super) fn of_draw<'p>(&self, parts: &'p [Part], draw: u64) -> Vec<&'p TrainAnalysis> {
-        let all = drawn(parts).filter(|replication| replication.draw == draw);
+    pub(super) fn draw_analyses<'p>(&self, parts: &'p [Part], draw: u64) -> Vec<&'p TrainAnalysis> {
+        let all = replications(parts).filter(|replication| replication.draw == draw);
         all.filter_map(|draw| draw.printed.as_ref().ok()).collect()
     }
 }
 
 /// Measured and estimated peaks.
-pub(super) fn estimated(analysis: &TrainAnalysis) -> Vec<(f64, f64)> {
+pub(super) fn peak_pairs(analysis: &TrainAnalysis) -> Vec<(f64, f64)> {
     let mut points = Vec::new();
     for (ma, peaks) in analysis.amplitudes.iter().zip(&analysis.peaks_n) {
         for (peak, own) in peaks.iter().zip(&analysis.exponentials) {

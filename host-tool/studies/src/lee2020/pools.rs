@@ -73,13 +73,13 @@ impl Study {
         let ratio: f64 = forces.iter().map(|[weak, strong]| weak / strong).product();
         let most_ma = self.declared.trains.reach * i_mt;
         let shape = (lowest * i_mt, spread * i_mt);
-        let pool = Pool::through(shape, (*i_mt, most_ma), ratio.cbrt()).ok()?;
+        let pool = Pool::from_ratio(shape, (*i_mt, most_ma), ratio.cbrt()).ok()?;
         let most_n = printed_peak_n(self, subject)?;
         let peak_n = |ma: f64| most_n * pool.share(ma) / pool.share(most_ma);
         let count = self.declared.trains.amplitudes;
         let at = |i: usize| i_mt + (most_ma - i_mt) * i as f64 / (count - 1) as f64;
         let points: Vec<(f64, f64)> = (0..count).map(at).map(|ma| (ma, peak_n(ma))).collect();
-        let own = Exponential::through(&points)?;
+        let own = Exponential::fit(&points)?;
         let estimated: Vec<f64> = points.iter().map(|(ma, _)| own.at(*ma)).collect();
         let measured: Vec<f64> = points.iter().map(|(_, n)| *n).collect();
         let search = &self.declared.search;

@@ -2,7 +2,9 @@
 
 use super::declaration::Declaration;
 use super::error::LeeError;
-use host_core::identify::{ForceRecord, ThresholdEstimate, averaged, bare_rule, in_order};
+use host_core::identify::{
+    ForceRecord, ThresholdEstimate, bare_rule, check_rising, moving_average,
+};
 use serde::{Deserialize, Serialize};
 
 /// Rest before a train that is fitted, and all of its record, samples of 1 ms.
@@ -55,9 +57,9 @@ impl Amplitudes {
     ///
     /// # Errors
     /// E642: they do not rise.
-    pub fn from(i_mt_ma: f64, declared: &Declaration) -> Result<Self, LeeError> {
+    pub fn from_threshold(i_mt_ma: f64, declared: &Declaration) -> Result<Self, LeeError> {
         let trains = &declared.trains;
-        in_order(&[("I_MT", i_mt_ma), ("I_PT", trains.reach * i_mt_ma)])?;
+        check_rising(&[("I_MT", i_mt_ma), ("I_PT", trains.reach * i_mt_ma)])?;
         let last = trains.amplitudes.max(2) - 1;
         let part = |i: usize| i as f64 / last as f64 * (trains.reach - 1.0);
         // A device has steps of a thousandth.
@@ -137,7 +139,7 @@ pub fn search(by: &mut dyn Stimulator, declared: &Declaration) -> Result<SearchR
 
 /// Greatest 40 ms mean above rest, N.
 pub(super) fn peak_n(record: &ForceRecord) -> f64 {
-    let all = averaged(&record.from_rest());
+    let all = moving_average(&record.relative_to_rest());
     all.into_iter().fold(0.0, f64::max)
 }
 
@@ -145,7 +147,7 @@ pub(super) fn peak_n(record: &ForceRecord) -> f64 {
 ///
 /// # Errors
 /// The device does not do it.
-pub fn fifteen(
+pub fn run_fifteen_trains(
     by: &mut dyn Stimulator,
     amplitudes: Amplitudes,
     declared: &Declaration,

@@ -4,7 +4,7 @@
 use super::analysis::{TrainAnalysis, period_s};
 use super::study::{Part, Study, SubjectReplication};
 use super::{SUBJECTS, paper};
-use host_core::identify::{Bound, ForceRecord, PARAMETERS, bound, response};
+use host_core::identify::{Bound, ForceRecord, PARAMETERS, cramer_rao_bound, response};
 
 /// Of one subject and constant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -29,12 +29,15 @@ pub(super) enum FitKind {
 }
 
 /// Every replication of this subject.
-pub(super) fn own(parts: &[Part], subject: usize) -> impl Iterator<Item = &SubjectReplication> {
-    drawn(parts).filter(move |draw| draw.subject == subject)
+pub(super) fn subject_replications(
+    parts: &[Part],
+    subject: usize,
+) -> impl Iterator<Item = &SubjectReplication> {
+    replications(parts).filter(move |draw| draw.subject == subject)
 }
 
 /// Every replication.
-pub(super) fn drawn(parts: &[Part]) -> impl Iterator<Item = &SubjectReplication> {
+pub(super) fn replications(parts: &[Part]) -> impl Iterator<Item = &SubjectReplication> {
     parts.iter().filter_map(|part| match part {
         Part::Own(drawn) => Some(&**drawn),
         Part::Foreign(_) => None,
@@ -42,8 +45,11 @@ pub(super) fn drawn(parts: &[Part]) -> impl Iterator<Item = &SubjectReplication>
 }
 
 /// Whatever came of the trains at the printed amplitudes.
-pub(super) fn printed(parts: &[Part], subject: usize) -> impl Iterator<Item = &TrainAnalysis> {
-    own(parts, subject).filter_map(|draw| draw.printed.as_ref().ok())
+pub(super) fn printed_analyses(
+    parts: &[Part],
+    subject: usize,
+) -> impl Iterator<Item = &TrainAnalysis> {
+    subject_replications(parts, subject).filter_map(|draw| draw.printed.as_ref().ok())
 }
 
 impl Study {
@@ -70,7 +76,7 @@ impl Study {
         let truth = self.truths.get(subject)?;
         let most_ma = self.declared.trains.reach * truth.printed_ma;
         let constants = truth.constants(most_ma, self.declared.trains.width_us);
-        bound(constants, &self.trains(frequencies_hz, decay_ms), noise_n)
+        cramer_rao_bound(constants, &self.trains(frequencies_hz, decay_ms), noise_n)
     }
 
     /// By subject and constant.
@@ -83,7 +89,7 @@ impl Study {
             let errors = bound.map_or([f64::NAN; PARAMETERS], |bound| bound.errors());
             let most_ma = self.declared.trains.reach * truth.printed_ma;
             let constants = truth.constants(most_ma, self.declared.trains.width_us);
-            let fits: Vec<_> = printed(parts, subject)
+            let fits: Vec<_> = printed_analyses(parts, subject)
                 .map(|analysis| &analysis.fits[which as usize])
                 .collect();
             std::array::from_fn(|i| {
@@ -114,7 +120,8 @@ impl Study {
     /// of the true constants; K06's τ2 is corrected in both.
     pub(super) fn t_rt_off_ms(&self, parts: &[Part]) -> [TimesOff; 2] {
         let fitted = |subject: usize, f: usize| {
-            let all = printed(parts, subject).filter_map(|analysis| analysis.responses.last()?[f]);
+            let all = printed_analyses(parts, subject)
+                .filter_map(|analysis| analysis.responses.last()?[f]);
             super::spread::median(all.map(|response| 1e3 * response.t_rt_s()))
         };
         let truth = |subject: usize, f: usize| self.true_t_rt_ms(subject)[f];

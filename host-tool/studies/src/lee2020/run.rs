@@ -19,30 +19,30 @@ impl Run {
     ///
     /// # Errors
     /// As [`Study::asked`] and [`Study::on_device`].
-    pub fn asked(
+    pub fn new(
         (seed, draws): (Option<u64>, Option<u64>),
         device: DeviceName,
     ) -> Result<Self, LeeError> {
-        let study = Study::asked(seed, draws, device)?;
-        let device = study.on_device()?;
+        let study = Study::new(seed, draws, device)?;
+        let device = study.check_on_device()?;
         Ok(Self { study, device })
     }
 }
 
 impl Run {
     /// The device as a terminal takes it.
-    fn typed(&self) -> String {
-        format!("--device {}", self.study.device.typed())
+    fn device_argument(&self) -> String {
+        format!("--device {}", self.study.device.to_argument())
     }
 }
 
 impl laboratory::Study for Run {
     type Unit = Part;
 
-    fn about(&self) -> StudyIdentity<'_> {
+    fn metadata(&self) -> StudyIdentity<'_> {
         StudyIdentity {
             name: "lee",
-            arguments: self.typed(),
+            arguments: self.device_argument(),
             declaration: ("lee.toml", DECLARED),
             seed: self.study.seed,
             draws: self.study.draws,
@@ -58,14 +58,14 @@ impl laboratory::Study for Run {
         let unit = usize::try_from(index)
             .ok()
             .and_then(|index| units.get(index));
-        Ok(unit.map(|unit| self.study.part(unit)).transpose()?)
+        Ok(unit.map(|unit| self.study.compute_unit(unit)).transpose()?)
     }
 
     fn outcome(&self, parts: &[Part], cut_short: Option<String>) -> anyhow::Result<Outcome> {
         let told = RunInfo {
             command: format!(
                 "experiment lee {} --draws {}",
-                self.typed(),
+                self.device_argument(),
                 self.study.draws
             ),
             cut_short,
@@ -83,7 +83,7 @@ impl laboratory::Study for Run {
         Ok(files)
     }
 
-    fn in_words(&self, done: u64) -> String {
+    fn progress_text(&self, done: u64) -> String {
         format!("{done} of {} sessions", self.units())
     }
 }

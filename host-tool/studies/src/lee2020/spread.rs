@@ -10,11 +10,11 @@ pub(super) fn mean_sd(all: &[f64]) -> Option<(f64, f64)> {
 
 /// Median of the finite values.
 pub(super) fn median(all: impl IntoIterator<Item = f64>) -> Option<f64> {
-    at(all, 0.5)
+    quantile_of_finite(all, 0.5)
 }
 
 /// Quantile of the finite values.
-pub(super) fn at(all: impl IntoIterator<Item = f64>, part: f64) -> Option<f64> {
+pub(super) fn quantile_of_finite(all: impl IntoIterator<Item = f64>, part: f64) -> Option<f64> {
     quantile(all.into_iter().filter(|value| value.is_finite()), part)
 }
 
@@ -25,7 +25,7 @@ pub(super) fn row(
     all: Vec<f64>,
 ) -> Row {
     let n = all.len();
-    let row = Row::of(id.to_owned(), quantity.to_owned(), unit, paper, all);
+    let row = Row::from_numbers(id.to_owned(), quantity.to_owned(), unit, paper, all);
     // Of all that were tried.
     Row { n, ..row }
 }

@@ -2,11 +2,11 @@
 
 use super::SUBJECTS;
 use super::alone::ExactWrist;
-use super::analysis::{TrainAnalysis, analysed};
+use super::analysis::{TrainAnalysis, run_analysis};
 use super::declaration::Declaration;
 use super::error::LeeError;
 use super::foreign::{Mismatch, mismatch};
-use super::protocol::{Amplitudes, SearchResult, Session, fifteen, search};
+use super::protocol::{Amplitudes, SearchResult, Session, run_fifteen_trains, search};
 use super::truth::Truth;
 use hal_sim::body::bench::{Foreign, Kind};
 use hal_sim::random::word;
@@ -69,13 +69,13 @@ impl Study {
     ///
     /// # Errors
     /// E646: the declaration; E649: a bench that cannot be.
-    pub fn asked(
+    pub fn new(
         seed: Option<u64>,
         draws: Option<u64>,
         device: DeviceName,
     ) -> Result<Self, LeeError> {
-        let declared = Declaration::declared()?;
-        let truths = (0..SUBJECTS).map(|index| Truth::of(index, &declared));
+        let declared = Declaration::load_embedded()?;
+        let truths = (0..SUBJECTS).map(|index| Truth::for_subject(index, &declared));
         Ok(Self {
             truths: truths.collect::<Result<_, _>>()?,
             seed: seed.unwrap_or(declared.seed),
@@ -121,9 +121,9 @@ impl Study {
     ///
     /// # Errors
     /// A bench that cannot be, which is a mistake of the program.
-    pub fn part(&self, unit: &Unit) -> Result<Part, LeeError> {
+    pub fn compute_unit(&self, unit: &Unit) -> Result<Part, LeeError> {
         match *unit {
-            Unit::Own(subject, draw) => Ok(Part::Own(Box::new(self.own(subject, draw)?))),
+            Unit::Own(subject, draw) => Ok(Part::Own(Box::new(self.replicate(subject, draw)?))),
             Unit::Foreign(subject, foreign, draw) => {
                 let seed = self.seed_of(subject, draw);
                 let own = (subject, &self.truths[subject]);
@@ -133,17 +133,17 @@ impl Study {
         }
     }
 
-    fn own(&self, subject: usize, draw: u64) -> Result<SubjectReplication, LeeError> {
+    fn replicate(&self, subject: usize, draw: u64) -> Result<SubjectReplication, LeeError> {
         let seed = self.seed_of(subject, draw);
         let mut alone = ExactWrist::new(self.truths[subject].spec, seed)?;
         let searched = search(&mut alone, &self.declared)?;
-        let printed = self.printed(subject, draw);
-        let printed = printed.and_then(|session| analysed(&session, &self.declared));
+        let printed = self.printed_session(subject, draw);
+        let printed = printed.and_then(|session| run_analysis(&session, &self.declared));
         let found = match searched.i_mt_ma() {
             None => Err("no motor threshold was found".to_owned()),
             Some(i_mt_ma) => self
                 .session(subject, i_mt_ma, word(seed, FOUND))
-                .and_then(|session| analysed(&session, &self.declared))
+                .and_then(|session| run_analysis(&session, &self.declared))
                 .map_err(|e| e.to_string()),
         };
         Ok(SubjectReplication {
@@ -159,14 +159,14 @@ impl Study {
     ///
     /// # Errors
     /// A bench that cannot be.
-    pub fn printed(&self, subject: usize, draw: u64) -> Result<Session, LeeError> {
+    pub fn printed_session(&self, subject: usize, draw: u64) -> Result<Session, LeeError> {
         let i_mt_ma = self.truths[subject].printed_ma;
         self.session(subject, i_mt_ma, self.seed_of(subject, draw) ^ 1)
     }
 
     fn session(&self, subject: usize, i_mt_ma: f64, seed: u64) -> Result<Session, LeeError> {
         let mut alone = ExactWrist::new(self.truths[subject].spec, seed)?;
-        let amplitudes = Amplitudes::from(i_mt_ma, &self.declared)?;
-        fifteen(&mut alone, amplitudes, &self.declared)
+        let amplitudes = Amplitudes::from_threshold(i_mt_ma, &self.declared)?;
+        run_fifteen_trains(&mut alone, amplitudes, &self.declared)
     }
 }

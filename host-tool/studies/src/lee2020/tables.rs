@@ -1,7 +1,7 @@
 //! Tables 2 to 7 beside the paper's.
 
-use super::quality::{FitKind, printed};
-use super::spread::{at, cell, mean_sd, median};
+use super::quality::{FitKind, printed_analyses};
+use super::spread::{cell, mean_sd, median, quantile_of_finite};
 use super::study::{Part, Study};
 use super::{SUBJECTS, name, paper};
 use crate::laboratory::{Grid, Sheet};
@@ -20,7 +20,7 @@ pub(super) fn grid(heads: &[&str], rows: Vec<Vec<String>>) -> Grid {
 }
 
 /// "paper / ours".
-fn beside(printed: f64, ours: Option<f64>, decimals: usize) -> String {
+fn paper_and_ours(printed: f64, ours: Option<f64>, decimals: usize) -> String {
     format!("{printed} / {}", cell(ours, decimals))
 }
 
@@ -36,8 +36,8 @@ impl Study {
             self.table_7(parts),
             self.quality(parts, FitKind::Whitened),
             self.quality(parts, FitKind::Averaged),
-            self.untold(),
-            self.searched(parts),
+            self.bounds_table(),
+            self.thresholds_table(parts),
             self.pools(),
         ]
     }
@@ -49,13 +49,13 @@ impl Study {
             for (f, [least, most]) in forces.into_iter().enumerate() {
                 let of = |i: usize| {
                     median(
-                        printed(parts, subject)
+                        printed_analyses(parts, subject)
                             .filter_map(|analysis| Some(analysis.peaks_n.get(i)?[f])),
                     )
                 };
                 let last = self.declared.trains.amplitudes - 1;
-                row.push(beside(least, of(0), 2));
-                row.push(beside(most, of(last), 1));
+                row.push(paper_and_ours(least, of(0), 2));
+                row.push(paper_and_ours(most, of(last), 1));
             }
             row
         };
@@ -85,12 +85,16 @@ impl Study {
             let mut row = vec![format!("{hz} Hz")];
             for (of, printed_is) in own.iter().zip(paper::TABLE_3[f]) {
                 let all: Vec<f64> = (0..SUBJECTS)
-                    .flat_map(|index| printed(parts, index))
+                    .flat_map(|index| printed_analyses(parts, index))
                     .filter_map(|analysis| of(analysis))
                     .collect();
-                row.push(beside(printed_is, mean_sd(&all).map(|pair| pair.0), 3));
+                row.push(paper_and_ours(
+                    printed_is,
+                    mean_sd(&all).map(|pair| pair.0),
+                    3,
+                ));
             }
-            let found: Vec<f64> = super::quality::drawn(parts)
+            let found: Vec<f64> = super::quality::replications(parts)
                 .filter_map(|draw| Some(draw.found.as_ref().ok()?.exponentials[f]?.0.b_per_ma))
                 .collect();
             row.push(cell(mean_sd(&found).map(|pair| pair.0), 3));
@@ -121,19 +125,23 @@ impl Study {
             let mut row = vec![name(subject)];
             for i in 0..PARAMETERS {
                 let of = |part| {
-                    at(
-                        printed(parts, subject)
+                    quantile_of_finite(
+                        printed_analyses(parts, subject)
                             .map(|analysis| SCALE[i] * analysis.fits[1].constants[i]),
                         part,
                     )
                 };
-                row.push(beside(paper::TABLE_4[subject][i], of(0.5), DECIMALS[i]));
+                row.push(paper_and_ours(
+                    paper::TABLE_4[subject][i],
+                    of(0.5),
+                    DECIMALS[i],
+                ));
             }
             let nrmse = median(
-                printed(parts, subject)
+                printed_analyses(parts, subject)
                     .filter_map(|analysis| Some(analysis.agreements.last()?.nrmse_percent)),
             );
-            row.push(beside(paper::TABLE_4[subject][7], nrmse, 2));
+            row.push(paper_and_ours(paper::TABLE_4[subject][7], nrmse, 2));
             rows.push(row);
         }
         let heads = [
@@ -163,19 +171,23 @@ impl Study {
         for subject in 0..SUBJECTS {
             let mut row = vec![name(subject)];
             for (i, printed_is) in paper::TABLE_5[subject].iter().enumerate().take(last) {
-                let own = printed(parts, subject)
+                let own = printed_analyses(parts, subject)
                     .filter_map(|analysis| Some(analysis.agreements.get(i)?.nrmse_percent));
-                row.push(beside(*printed_is, median(own), 2));
+                row.push(paper_and_ours(*printed_is, median(own), 2));
             }
             rows.push(row);
         }
         let mut row = vec!["mean".to_owned()];
         for (i, [_, printed_is]) in paper::TABLE_5_MEANS.iter().enumerate().take(last) {
-            let all = (0..SUBJECTS).flat_map(|index| printed(parts, index));
+            let all = (0..SUBJECTS).flat_map(|index| printed_analyses(parts, index));
             let all: Vec<f64> = all
                 .filter_map(|analysis| Some(analysis.agreements.get(i)?.nrmse_percent))
                 .collect();
-            row.push(beside(*printed_is, mean_sd(&all).map(|pair| pair.0), 2));
+            row.push(paper_and_ours(
+                *printed_is,
+                mean_sd(&all).map(|pair| pair.0),
+                2,
+            ));
         }
         rows.push(row);
         let heads = ["NRMSE, %", "I1", "I2", "I3", "I4", "I5"];
@@ -194,17 +206,17 @@ impl Study {
         let mut rows = Vec::new();
         for (subject, printed_is) in paper::TABLE_6.iter().enumerate() {
             let of = |what: &dyn Fn(&host_core::identify::Response) -> f64| {
-                let all = printed(parts, subject)
+                let all = printed_analyses(parts, subject)
                     .flat_map(|analysis| analysis.responses.iter().flatten().flatten());
                 let all: Vec<f64> = all.map(|response| 1e3 * what(response)).collect();
                 mean_sd(&all).map(|pair| pair.0)
             };
             rows.push(vec![
                 name(subject),
-                beside(printed_is[0], of(&|response| response.t10_s), 1),
-                beside(printed_is[1], of(&|response| response.t50_s), 1),
-                beside(printed_is[2], of(&|response| response.t90_s), 1),
-                beside(printed_is[3], of(&host_core::identify::Response::t_rt_s), 1),
+                paper_and_ours(printed_is[0], of(&|response| response.t10_s), 1),
+                paper_and_ours(printed_is[1], of(&|response| response.t50_s), 1),
+                paper_and_ours(printed_is[2], of(&|response| response.t90_s), 1),
+                paper_and_ours(printed_is[3], of(&host_core::identify::Response::t_rt_s), 1),
             ]);
         }
         let heads = ["ms", "T0.1", "T0.5", "T0.9", "T_RT"];
@@ -225,12 +237,12 @@ impl Study {
             let truth = self.true_t_rt_ms(subject);
             let mut row = vec![name(subject)];
             for (f, of_truth) in truth.into_iter().enumerate() {
-                let own =
-                    printed(parts, subject).filter_map(|analysis| analysis.responses.last()?[f]);
+                let own = printed_analyses(parts, subject)
+                    .filter_map(|analysis| analysis.responses.last()?[f]);
                 let ours = median(own.map(|response| 1e3 * response.t_rt_s()));
                 row.push(format!(
                     "{} / {}",
-                    beside(paper::TABLE_7[subject][f], ours, 1),
+                    paper_and_ours(paper::TABLE_7[subject][f], ours, 1),
                     cell(of_truth, 1)
                 ));
             }

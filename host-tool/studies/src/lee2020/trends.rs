@@ -2,8 +2,8 @@
 
 use super::analysis::TrainAnalysis;
 use super::figures::{frequencies, marked};
-use super::quality::printed;
-use super::spread::{at, mean_sd};
+use super::quality::printed_analyses;
+use super::spread::{mean_sd, quantile_of_finite};
 use super::study::{Part, Study};
 use super::{SUBJECTS, paper};
 use crate::laboratory::{Band, Curve, Plot, Plots, Sheet, SheetAxis};
@@ -26,7 +26,7 @@ fn times(title: &str, x: SheetAxis, own: &[(f64, f64)], paper: Vec<[f64; 2]>) ->
     Plot {
         title: title.to_owned(),
         x,
-        y: SheetAxis::even("T_RT (ms)", [150.0, 420.0]),
+        y: SheetAxis::linear("T_RT (ms)", [150.0, 420.0]),
         curves: vec![marked(0, points.collect(), ranges.collect())],
         paper,
         ..Plot::default()
@@ -36,7 +36,7 @@ fn times(title: &str, x: SheetAxis, own: &[(f64, f64)], paper: Vec<[f64; 2]>) ->
 impl Study {
     pub(super) fn figure_11(&self, parts: &[Part]) -> Sheet {
         let all: Vec<&TrainAnalysis> = (0..SUBJECTS)
-            .flat_map(|index| printed(parts, index))
+            .flat_map(|index| printed_analyses(parts, index))
             .collect();
         let by_frequency = |f: usize| {
             let own = all
@@ -67,13 +67,13 @@ impl Study {
             plots: vec![
                 times(
                     "by frequency",
-                    SheetAxis::of("", frequencies()),
+                    SheetAxis::categorical("", frequencies()),
                     &left,
                     means,
                 ),
                 times(
                     "by amplitude",
-                    SheetAxis::of("", amplitudes),
+                    SheetAxis::categorical("", amplitudes),
                     &right,
                     Vec::new(),
                 ),
@@ -109,28 +109,28 @@ impl Study {
         };
         Plot {
             title: kind.name().to_owned(),
-            x: SheetAxis::even("size", [0.0, 1.0]),
-            y: SheetAxis::even("NRMSE (%)", [0.0, 30.0]),
+            x: SheetAxis::linear("size", [0.0, 1.0]),
+            y: SheetAxis::linear("NRMSE (%)", [0.0, 30.0]),
             bands: vec![
                 band(0, paper::NRMSE_I5, paper::NRMSE_I5, paper::NRMSE_I5),
                 band(1, 10.8, 12.0, 13.1),
             ],
             curves: vec![
-                self.grows(parts, kind, (0, last, last + 1)),
-                self.grows(parts, kind, (1, 0, last)),
+                self.nrmse_curve(parts, kind, (0, last, last + 1)),
+                self.nrmse_curve(parts, kind, (1, 0, last)),
             ],
             ..Plot::default()
         }
     }
 
     /// Mean NRMSE at the amplitudes from..to by size, the model's own structure first.
-    fn grows(
+    fn nrmse_curve(
         &self,
         parts: &[Part],
         kind: Kind,
         (series, from, to): (usize, usize, usize),
     ) -> Curve {
-        let own = (0..SUBJECTS).flat_map(|index| printed(parts, index));
+        let own = (0..SUBJECTS).flat_map(|index| printed_analyses(parts, index));
         let own = own.flat_map(|analysis| analysis.agreements.get(from..to).unwrap_or_default());
         let mut all = vec![(0.0, own.map(|fit| fit.nrmse_percent).collect::<Vec<f64>>())];
         for size in &self.declared.foreign.sizes {
@@ -151,7 +151,7 @@ impl Study {
             let Some((mean, _)) = mean_sd(&numbers) else {
                 continue;
             };
-            let end = |part| at(numbers.iter().copied(), part).unwrap_or(mean);
+            let end = |part| quantile_of_finite(numbers.iter().copied(), part).unwrap_or(mean);
             points.push([size, mean]);
             ranges.push([end(0.1), end(0.9)]);
         }

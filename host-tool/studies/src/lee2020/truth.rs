@@ -6,7 +6,7 @@ use super::error::LeeError;
 use super::protocol::Train;
 use hal_sim::body::bench::wrist::PRINTED;
 use hal_sim::body::bench::{SensorSpec, WristSpec};
-use host_core::identify::{Constants, averaged};
+use host_core::identify::{Constants, moving_average};
 
 /// Of a threshold: the lowest step at which a noise-free 40 ms mean exceeds this, N.
 const MOVES_N: f64 = 0.015;
@@ -29,7 +29,7 @@ impl Truth {
     ///
     /// # Errors
     /// No such subject; E646: it moves at no step.
-    pub fn of(index: usize, declared: &Declaration) -> Result<Self, LeeError> {
+    pub fn for_subject(index: usize, declared: &Declaration) -> Result<Self, LeeError> {
         let spec = WristSpec::subject(index)?;
         let nothing = LeeError::Declaration("most_ma moves nobody".to_owned());
         let printed_ma = PRINTED.get(index).map_or(0.0, |pair| pair.0);
@@ -61,14 +61,14 @@ fn lowest_step(spec: WristSpec, declared: &Declaration) -> Result<Option<f64>, L
     for step in 1..=steps {
         let ma = f64::from(step) * search.step_ma;
         let mut alone = ExactWrist::new(WristSpec { sensor, ..spec }, 0)?;
-        let (_, truth) = alone.known(&Train {
+        let (_, truth) = alone.train_with_truth(&Train {
             ma,
             pulses: search.frequency_hz,
             width_us: declared.trains.width_us,
             before: layout.before,
             samples: layout.samples,
         });
-        if averaged(&truth).iter().any(|value| *value > MOVES_N) {
+        if moving_average(&truth).iter().any(|value| *value > MOVES_N) {
             return Ok(Some(ma));
         }
     }

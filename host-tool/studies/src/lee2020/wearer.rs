@@ -1,7 +1,7 @@
 //! What was found of a subject's first replication, as a wearer file.
 
 use super::error::LeeError;
-use super::quality::own;
+use super::quality::subject_replications;
 use super::study::{Part, Study, SubjectReplication};
 use super::{SUBJECTS, name};
 use firmware::muscle::CalciumForceSpec;
@@ -32,7 +32,7 @@ impl Study {
     pub fn wearers(&self, parts: &[Part]) -> Result<Vec<(String, String)>, LeeError> {
         let mut all = Vec::new();
         for subject in 0..SUBJECTS {
-            let first = own(parts, subject).find(|draw| draw.draw == 0);
+            let first = subject_replications(parts, subject).find(|draw| draw.draw == 0);
             let Some(wearer) = first.and_then(|draw| self.wearer(draw)) else {
                 continue;
             };

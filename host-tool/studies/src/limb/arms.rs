@@ -1,7 +1,7 @@
 //! Arms drawn around the nominal one.
 
 use super::declared::{Arms, LimbDeclaration};
-use firmware::bench::limb::{before_the_trunk, nominal};
+use firmware::bench::limb::{before_the_trunk, nominal_limb};
 use firmware::limb::{AXES, LimbSpec, Posture};
 use firmware::units::Angle;
 use hal_sim::random;
@@ -14,7 +14,7 @@ struct UniformDeviates {
 
 impl UniformDeviates {
     /// Those of arm `n`: 1000 of their own.
-    const fn of(seed: u64, n: u64) -> Self {
+    const fn for_arm(seed: u64, n: u64) -> Self {
         Self {
             seed,
             index: n * 1000,
@@ -34,7 +34,7 @@ impl UniformDeviates {
 }
 
 /// Arm `n` and the posture in which forces are wanted of it.
-pub(super) fn drawn(declared: &LimbDeclaration, n: u64) -> (LimbSpec, Posture) {
+pub(super) fn random_arm(declared: &LimbDeclaration, n: u64) -> (LimbSpec, Posture) {
     let Arms {
         bones_percent,
         points_mm,
@@ -42,8 +42,8 @@ pub(super) fn drawn(declared: &LimbDeclaration, n: u64) -> (LimbSpec, Posture) {
         posture_deg,
         ..
     } = declared.arms;
-    let mut deviates = UniformDeviates::of(declared.seed, n);
-    let mut spec = nominal();
+    let mut deviates = UniformDeviates::for_arm(declared.seed, n);
+    let mut spec = nominal_limb();
     for way in &mut spec.ways_um {
         let factor = 1.0 + deviates.next() * bones_percent / 100.0;
         *way = way.map(|um| (f64::from(um) * factor).round() as i32);
@@ -65,11 +65,11 @@ pub(super) fn drawn(declared: &LimbDeclaration, n: u64) -> (LimbSpec, Posture) {
 }
 
 /// Posture `n` anywhere in the nominal arm's ranges, and a direction anywhere.
-pub(super) fn anywhere(declared: &LimbDeclaration, n: u64) -> (Posture, [f64; 3]) {
+pub(super) fn random_posture(declared: &LimbDeclaration, n: u64) -> (Posture, [f64; 3]) {
     // Beyond the arms' own deviates.
-    let mut deviates = UniformDeviates::of(declared.seed ^ 0x5EED, n);
+    let mut deviates = UniformDeviates::for_arm(declared.seed ^ 0x5EED, n);
     let mut posture = Posture::default();
-    let ranges: [(i32, i32); AXES] = nominal().ranges_mdeg;
+    let ranges: [(i32, i32); AXES] = nominal_limb().ranges_mdeg;
     for (angle, (low, high)) in posture.iter_mut().zip(ranges) {
         let middle = f64::from(low) + f64::from(high);
         let span = f64::from(high) - f64::from(low);

@@ -1,9 +1,9 @@
 //! Recruitments on drawn arms: what each misses, and how it switches.
 
-use super::arms::drawn;
+use super::arms::random_arm;
 use super::declared::LimbDeclaration;
 use super::method::{Arm, Method, Recruiter};
-use super::numbers::{Spread, apart};
+use super::numbers::{Spread, distance};
 use host_core::limb::RecruitmentError;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -32,12 +32,12 @@ pub type ArmScores = [ArmScore; 3];
 ///
 /// # Errors
 /// [`RecruitmentError`] where an arm was refused.
-pub fn compared(declared: &LimbDeclaration) -> Result<Vec<ArmScores>, RecruitmentError> {
+pub fn compare_arms(declared: &LimbDeclaration) -> Result<Vec<ArmScores>, RecruitmentError> {
     let arms = (0..declared.arms.draws).into_par_iter();
     arms.map(|n| {
-        let (spec, posture) = drawn(declared, n);
+        let (spec, posture) = random_arm(declared, n);
         let arm = Arm::new(&spec, &posture)?;
-        let [a, b, c] = Method::ALL.map(|method| scored(declared, &arm, method));
+        let [a, b, c] = Method::ALL.map(|method| score_arm(declared, &arm, method));
         Ok([a?, b?, c?])
     })
     .collect()
@@ -53,7 +53,7 @@ const DIRECTIONS: [[f64; 3]; 6] = [
     [0.0, 0.0, -1.0],
 ];
 
-fn scored(
+fn score_arm(
     declared: &LimbDeclaration,
     arm: &Arm,
     method: Method,
@@ -62,22 +62,22 @@ fn scored(
     let mut squares = Vec::new();
     for direction in DIRECTIONS {
         // Where nothing helps there is nothing to want.
-        let share = arm.share(direction);
+        let share = arm.reachable_share(direction);
         if !share.is_finite() {
             continue;
         }
         for part in &declared.targets.shares {
             let wanted = direction.map(|x| x * share * part);
             recruiter.forget();
-            let given = arm.given(&recruiter.recruit(wanted)?);
-            squares.push((apart(given, wanted) / (share * part)).powi(2));
+            let given = arm.endpoint_force(&recruiter.recruit(wanted)?);
+            squares.push((distance(given, wanted) / (share * part)).powi(2));
         }
     }
-    let walked = walked(declared, arm, &mut recruiter)?;
+    let walked = walk_arm(declared, arm, &mut recruiter)?;
     Ok(ArmScore {
         method,
         targets_rmse_percent: rms_percent(&squares),
-        ..walked.scored(method)
+        ..walked.to_score(method)
     })
 }
 
@@ -91,7 +91,7 @@ struct WalkResult {
 }
 
 impl WalkResult {
-    fn scored(&self, method: Method) -> ArmScore {
+    fn to_score(&self, method: Method) -> ArmScore {
         ArmScore {
             method,
             targets_rmse_percent: 0.0,
@@ -103,12 +103,12 @@ impl WalkResult {
     }
 }
 
-fn walked(
+fn walk_arm(
     declared: &LimbDeclaration,
     arm: &Arm,
     recruiter: &mut Recruiter,
 ) -> Result<WalkResult, RecruitmentError> {
-    let can = DIRECTIONS.map(|direction| arm.share(direction));
+    let can = DIRECTIONS.map(|direction| arm.reachable_share(direction));
     let strength = 0.5 * can.into_iter().fold(f64::INFINITY, f64::min);
     let mut walked = WalkResult::default();
     for plane in 0..3 {
@@ -121,11 +121,11 @@ fn walked(
             wanted[plane] = strength * angle.cos();
             wanted[(plane + 1) % 3] = strength * angle.sin();
             let forces = recruiter.recruit(wanted)?;
-            let given = arm.given(&forces);
+            let given = arm.endpoint_force(&forces);
             if step % declared.walk.hold.max(1) == 0 {
                 held = given;
             }
-            let missed = |given| (apart(given, wanted) / strength).powi(2);
+            let missed = |given| (distance(given, wanted) / strength).powi(2);
             walked.at_each.push(missed(given));
             walked.held.push(missed(held));
             if let Some(last) = last.replace(forces) {
@@ -148,5 +148,5 @@ fn rms_percent(squares: &[f64]) -> f64 {
 #[must_use]
 pub fn spread(arms: &[ArmScores], method: usize, of: impl Fn(&ArmScore) -> f64) -> Spread {
     let all = arms.iter().filter_map(|arm| arm.get(method));
-    Spread::of(&all.map(of).collect::<Vec<_>>())
+    Spread::from_values(&all.map(of).collect::<Vec<_>>())
 }

@@ -82,7 +82,7 @@ impl LimbDeclaration {
     /// # Errors
     /// [`LimbError::Declaration`]: a build of this program with a committed file that
     /// cannot be read.
-    pub fn read() -> Result<Self, LimbError> {
+    pub fn load_embedded() -> Result<Self, LimbError> {
         toml::from_str(DECLARED).map_err(LimbError::Declaration)
     }
 }

@@ -52,13 +52,13 @@ impl Arm {
     /// # Errors
     /// [`RecruitmentError`]: all mistakes of the arm, its posture, or no force can be told there.
     pub fn new(spec: &LimbSpec, posture: &Posture) -> Result<Self, RecruitmentError> {
-        RecruitmentError::of_spec(spec)?;
+        RecruitmentError::check_spec(spec)?;
         let limb =
             Limb::<Exact>::new(spec).map_err(|e| RecruitmentError::Spec(vec![e.to_string()]))?;
-        let jacobians = limb.refresh(posture)?;
+        let jacobians = limb.jacobians_at_posture(posture)?;
         let posed = PostureMatrices::new(&jacobians)?;
         let mut most = Forces::zeros();
-        for (to, Exact(from)) in most.iter_mut().zip(limb.most()) {
+        for (to, Exact(from)) in most.iter_mut().zip(limb.max_forces()) {
             *to = from;
         }
         Ok(Self {
@@ -71,16 +71,16 @@ impl Arm {
 
     /// The nearest neighbour's forces, N, whatever the limits.
     #[must_use]
-    pub fn nearest(&self, wanted: [f64; 3]) -> Forces {
+    pub fn nearest_forces(&self, wanted: [f64; 3]) -> Forces {
         let [x, y, z] = wanted.map(Exact);
-        chosen(choices(&self.jacobians, Vector::new(x, y, z)))
+        forces_of_choices(choices(&self.jacobians, Vector::new(x, y, z)))
     }
 
     /// How much of a force the nearest neighbour can make: its factor, which may be
     /// above 1, or infinite where nothing helps.
     #[must_use]
-    pub fn share(&self, wanted: [f64; 3]) -> f64 {
-        let forces = self.nearest(wanted);
+    pub fn reachable_share(&self, wanted: [f64; 3]) -> f64 {
+        let forces = self.nearest_forces(wanted);
         let asked = forces
             .iter()
             .zip(&self.most)
@@ -101,7 +101,7 @@ impl Arm {
 
     /// The force at the hand, N.
     #[must_use]
-    pub fn given(&self, forces: &Forces) -> [f64; 3] {
+    pub fn endpoint_force(&self, forces: &Forces) -> [f64; 3] {
         let [x, y, z, ..] = self.posed.wrench(forces).data.0[0];
         [x, y, z]
     }
@@ -123,7 +123,7 @@ pub fn choices<N: Number + ToDouble>(
 
 /// Forces of lines from the three joints' choices.
 #[must_use]
-pub fn chosen(choices: [Option<(u8, f64)>; JOINTS]) -> Forces {
+pub fn forces_of_choices(choices: [Option<(u8, f64)>; JOINTS]) -> Forces {
     let mut forces = Forces::zeros();
     for (line, force) in choices.into_iter().flatten() {
         let place = usize::from(line).min(LINES - 1);
@@ -158,7 +158,7 @@ impl<'a> Recruiter<'a> {
     /// [`RecruitmentError::NotConverged`], on what is not finite.
     pub fn recruit(&mut self, wanted: [f64; 3]) -> Result<Forces, RecruitmentError> {
         match &mut self.squares {
-            None => Ok(self.arm.nearest(wanted)),
+            None => Ok(self.arm.nearest_forces(wanted)),
             Some(squares) => {
                 let found = squares.recruit(&self.arm.posed, &force(wanted))?;
                 Ok(found.forces)

@@ -14,9 +14,9 @@ mod numbers;
 mod pace;
 mod table;
 
-pub use compared::{ArmScore, ArmScores, compared};
+pub use compared::{ArmScore, ArmScores, compare_arms};
 pub use declared::{DECLARED, LimbDeclaration};
-pub use method::{Arm, Method, Recruiter, choices, chosen};
+pub use method::{Arm, Method, Recruiter, choices, forces_of_choices};
 pub use numbers::{Numbers, Spread, numbers};
 pub use pace::{Pace, pace};
 pub use table::{Row, Verdict};
@@ -50,11 +50,11 @@ pub struct Study {
 /// # Errors
 /// [`LimbError`].
 pub fn study(draws: Option<u64>) -> Result<Study, LimbError> {
-    let mut declared = LimbDeclaration::read()?;
+    let mut declared = LimbDeclaration::load_embedded()?;
     declared.arms.draws = draws.unwrap_or(declared.arms.draws);
     Ok(Study {
         numbers: numbers(&declared)?,
-        arms: compared(&declared)?,
+        arms: compare_arms(&declared)?,
         declared,
     })
 }

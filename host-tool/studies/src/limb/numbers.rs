@@ -1,10 +1,10 @@
 //! What the device's single precision and micromath's sine and cosine add to the error
 //! of a force at the hand.
 
-use super::arms::anywhere;
+use super::arms::random_posture;
 use super::declared::LimbDeclaration;
-use super::method::{Arm, choices, chosen};
-use firmware::bench::limb::nominal;
+use super::method::{Arm, choices, forces_of_choices};
+use firmware::bench::limb::nominal_limb;
 use firmware::limb::{Limb, Number, Posture, Vector};
 use host_core::limb::{Forces, RecruitmentError, Single, ToDouble};
 use host_core::statistics::Sorted;
@@ -37,7 +37,7 @@ pub struct Spread {
 
 impl Spread {
     /// Of numbers in any order; NaN of none.
-    pub(super) fn of(all: &[f64]) -> Self {
+    pub(super) fn from_values(all: &[f64]) -> Self {
         let sorted = Sorted::of(all);
         let at = |part| {
             sorted
@@ -74,18 +74,18 @@ pub fn numbers(declared: &LimbDeclaration) -> Result<Numbers, RecruitmentError> 
     let (mut device, mut rounding) = (PostureErrors::default(), PostureErrors::default());
     let mut missed = Vec::new();
     for n in 0..declared.numbers.postures {
-        let (posture, wanted) = anywhere(declared, n);
-        let arm = match Arm::new(&nominal(), &posture) {
+        let (posture, wanted) = random_posture(declared, n);
+        let arm = match Arm::new(&nominal_limb(), &posture) {
             // An arm stretched out: no force can be told.
             Err(RecruitmentError::Singular) => continue,
             arm => arm?,
         };
-        let forces = arm.nearest(wanted);
+        let forces = arm.nearest_forces(wanted);
         if forces.amax() == 0.0 {
             continue;
         }
-        let given = arm.given(&forces);
-        let recruitment = apart(given, wanted);
+        let given = arm.endpoint_force(&forces);
+        let recruitment = distance(given, wanted);
         missed.push(100.0 * recruitment);
         let hand = arm.limb.skeleton().pose(&arm.limb.radians(&posture)?).hand;
         let case = Case {
@@ -96,14 +96,14 @@ pub fn numbers(declared: &LimbDeclaration) -> Result<Numbers, RecruitmentError> 
             recruitment,
             hand: hand.to_array().map(ToDouble::to_double),
         };
-        device.add(case.of::<f32>()?);
-        rounding.add(case.of::<Single>()?);
+        device.add(case.errors::<f32>()?);
+        rounding.add(case.errors::<Single>()?);
     }
     Ok(Numbers {
         n: missed.len() as u64,
         device: device.error(),
         rounding: rounding.error(),
-        recruitment_percent: Spread::of(&missed),
+        recruitment_percent: Spread::from_values(&missed),
     })
 }
 
@@ -127,8 +127,8 @@ struct NumberErrors {
 }
 
 impl Case<'_> {
-    fn of<N: Number + ToDouble>(&self) -> Result<NumberErrors, RecruitmentError> {
-        let spec = nominal();
+    fn errors<N: Number + ToDouble>(&self) -> Result<NumberErrors, RecruitmentError> {
+        let spec = nominal_limb();
         let limb =
             Limb::<N>::new(&spec).map_err(|e| RecruitmentError::Spec(vec![e.to_string()]))?;
         let radians = limb.radians(self.posture)?;
@@ -138,17 +138,17 @@ impl Case<'_> {
             .wanted
             .map(|part| N::ratio((part * 1e6).round() as i32, 1_000_000));
         let jacobians = limb.jacobians(&radians);
-        let forces = chosen(choices(&jacobians, Vector::new(x, y, z)));
+        let forces = forces_of_choices(choices(&jacobians, Vector::new(x, y, z)));
         let same = forces.iter().zip(&self.forces);
         let is_same = same
             .clone()
             .all(|(ours, exact)| (*ours > 0.0) == (*exact > 0.0));
-        let given = self.arm.given(&self.forces);
-        let force = is_same.then(|| apart(self.arm.given(&forces), given));
+        let given = self.arm.endpoint_force(&self.forces);
+        let force = is_same.then(|| distance(self.arm.endpoint_force(&forces), given));
         Ok(NumberErrors {
-            hand_m: apart(hand.to_array().map(ToDouble::to_double), self.hand),
+            hand_m: distance(hand.to_array().map(ToDouble::to_double), self.hand),
             force,
-            given: apart(given, [0.0; 3]),
+            given: distance(given, [0.0; 3]),
             recruitment: self.recruitment,
         })
     }
@@ -177,16 +177,16 @@ impl PostureErrors {
 
     fn error(self) -> Error {
         Error {
-            hand_mm: Spread::of(&self.hand_mm),
-            force_percent: Spread::of(&self.force_percent),
-            share_percent: Spread::of(&self.share_percent),
+            hand_mm: Spread::from_values(&self.hand_mm),
+            force_percent: Spread::from_values(&self.force_percent),
+            share_percent: Spread::from_values(&self.share_percent),
             other_choices: self.other_choices,
         }
     }
 }
 
 /// The distance of two places or forces.
-pub(super) fn apart(a: [f64; 3], b: [f64; 3]) -> f64 {
+pub(super) fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     let parts = a.into_iter().zip(b);
     parts.map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
 }

@@ -1,9 +1,9 @@
 //! How long a recruitment takes on this computer.
 
 use super::LimbError;
-use super::arms::anywhere;
+use super::arms::random_posture;
 use super::declared::LimbDeclaration;
-use firmware::bench::limb::{before_the_trunk, nominal};
+use firmware::bench::limb::{before_the_trunk, nominal_limb};
 use firmware::limb::Limb;
 use host_core::limb::{
     Exact, LeastSquares, PostureMatrices, RecruitmentError, Weights, amplitudes, force,
@@ -31,19 +31,19 @@ const TIMED: u64 = 4000;
 /// # Errors
 /// [`LimbError`].
 pub fn pace() -> Result<Pace, LimbError> {
-    let declared = LimbDeclaration::read()?;
-    let spec = nominal();
+    let declared = LimbDeclaration::load_embedded()?;
+    let spec = nominal_limb();
     let refused = |e: firmware::limb::LimbError| RecruitmentError::Spec(vec![e.to_string()]);
     let device = Limb::<f32>::new(&spec).map_err(refused)?;
     let exact = Limb::<Exact>::new(&spec).map_err(refused)?;
     let mut squares = LeastSquares::new(&exact, Weights::SMOOTH)?;
     let before = exact
-        .refresh(&before_the_trunk())
+        .jacobians_at_posture(&before_the_trunk())
         .map_err(RecruitmentError::from)?;
     let fixed = PostureMatrices::new(&before)?;
     let (mut alone, mut with_posture) = (Vec::new(), Vec::new());
     for n in 0..TIMED {
-        let (posture, direction) = anywhere(&declared, n);
+        let (posture, direction) = random_posture(&declared, n);
         let wanted = force(direction.map(|part| 30.0 * part));
         let begin = Instant::now();
         let found = squares.recruit(black_box(&fixed), black_box(&wanted))?;
@@ -51,7 +51,7 @@ pub fn pace() -> Result<Pace, LimbError> {
         alone.push(begin.elapsed().as_secs_f64() * 1e6);
         let begin = Instant::now();
         let jacobians = exact
-            .refresh(black_box(&posture))
+            .jacobians_at_posture(black_box(&posture))
             .map_err(RecruitmentError::from)?;
         let Ok(posed) = PostureMatrices::new(&jacobians) else {
             continue;

@@ -2,7 +2,7 @@
 
 use super::compared::spread;
 use super::{ArmScore, ArmScores, Method, Spread, Study};
-use host_core::statistics::share;
+use host_core::statistics::wilson_share;
 use serde::Serialize;
 
 /// A number with its spread over arms or postures.
@@ -130,7 +130,7 @@ impl Study {
                 let holds = rule(&claim.name)?;
                 let held = self.arms.iter().filter(|arm| holds(arm)).count() as u64;
                 let of = self.arms.len() as u64;
-                let wilson = share(held as f64, of, 0.95).ok()?;
+                let wilson = wilson_share(held as f64, of, 0.95).ok()?;
                 Some(Verdict {
                     claim: claim.says.clone(),
                     holds: held,

@@ -70,7 +70,7 @@ pub fn twitches(
     now_us: &mut u64,
 ) -> [Twitches; ELECTRODES] {
     let (how, protocol) = (&study.calibration, &study.protocol);
-    arm.hold(Support::Freely);
+    arm.set_support(Support::Freely);
     let mut all: [Twitches; ELECTRODES] = Default::default();
     for (channel, found) in all.iter_mut().enumerate() {
         let joint = usize::from(model.actions[channel].joint.index());
@@ -101,7 +101,7 @@ pub fn twitches(
             found.push(turned(greatest.into()).into());
         }
     }
-    arm.hold(Support::InCuff);
+    arm.set_support(Support::InCuff);
     all
 }
 
@@ -139,7 +139,7 @@ fn nearest(cylinder: &Cylinder, point: &Point, normals: &[Vector3<f64>]) -> Vec<
 ///
 /// # Errors
 /// E700 to E704: an arm that the device refuses.
-pub fn routed(
+pub fn fit_routing(
     model: &Model,
     channel: usize,
     turning: &[Vector3<f64>],
@@ -152,7 +152,11 @@ pub fn routed(
         let segment = usize::from(action.joint.index()) + end;
         let own = segments[segment].1.transpose();
         let normals: Vec<Vector3<f64>> = normals.iter().map(|vector| own * vector).collect();
-        nearest(&Cylinder::of(segment), &action.points[end], &normals)
+        nearest(
+            &Cylinder::of_segment(segment),
+            &action.points[end],
+            &normals,
+        )
     });
     let mut best = (f64::NEG_INFINITY, action);
     let mut tried = model.clone();
@@ -214,7 +218,7 @@ fn gain(
 
 /// Channels whose twitches turn nothing.
 #[must_use]
-pub fn still(twitches: &[Twitches; ELECTRODES]) -> Vec<usize> {
+pub fn motionless_channels(twitches: &[Twitches; ELECTRODES]) -> Vec<usize> {
     let is_still = |twitches: &Twitches| {
         twitches.is_empty() || twitches.iter().any(|vector| vector.norm() < LEAST_RAD_S)
     };
@@ -229,14 +233,14 @@ pub fn still(twitches: &[Twitches; ELECTRODES]) -> Vec<usize> {
 /// # Errors
 /// E718: a channel's twitches turn nothing. E719: a gain that is none. E700 to E704: an arm
 /// that the device refuses.
-pub fn calibrated(
+pub fn fit_model(
     model: &Model,
     (twitches, kept): (&[Twitches; ELECTRODES], &[usize]),
     mass_kg: f64,
     study: &Study,
 ) -> Result<Model, EndpointError> {
     let mut model = model.clone();
-    let nothing = still(twitches);
+    let nothing = motionless_channels(twitches);
     for (channel, turning) in twitches.iter().enumerate() {
         if kept.contains(&channel) {
             continue;
@@ -247,7 +251,7 @@ pub fn calibrated(
         if nothing.contains(&channel) {
             return Err(EndpointError::NoTwitch(name));
         }
-        model.actions[channel] = routed(&model, channel, turning)?;
+        model.actions[channel] = fit_routing(&model, channel, turning)?;
         let device = Device::new(&model)?;
         let inertia = inertia(&device, &model.frame, mass_kg, model.actions[channel].joint);
         let of = (turning.as_slice(), &inertia);

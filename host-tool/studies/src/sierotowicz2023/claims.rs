@@ -32,18 +32,18 @@ pub(super) fn median_of(person: &ParticipantResult, name: &str) -> f64 {
 fn count((id, claim): (&str, &str), paper: Option<bool>, cases: Vec<bool>) -> Share {
     let holds = cases.iter().filter(|case| **case).count() as u64;
     let of = cases.len() as u64;
-    Share::counted(id.to_owned(), claim.to_owned(), paper, (holds, of))
+    Share::from_counts(id.to_owned(), claim.to_owned(), paper, (holds, of))
 }
 
 /// What was asked, counted.
 pub(super) fn shares(all: &[Replication]) -> Vec<Share> {
-    let mut shares = of_wearers(all);
-    shares.extend(of_studies(all));
+    let mut shares = wearer_claims(all);
+    shares.extend(study_claims(all));
     shares
 }
 
 /// Cases are S2 and S3 of every study.
-fn of_wearers(all: &[Replication]) -> Vec<Share> {
+fn wearer_claims(all: &[Replication]) -> Vec<Share> {
     let lower = |less: &str, more: &str| -> Vec<bool> {
         wearers(all)
             .map(|wearer| median_of(wearer, less) < median_of(wearer, more))
@@ -124,7 +124,7 @@ fn of_wearers(all: &[Replication]) -> Vec<Share> {
 }
 
 /// Cases are studies, or all of them together.
-fn of_studies(all: &[Replication]) -> Vec<Share> {
+fn study_claims(all: &[Replication]) -> Vec<Share> {
     let signed = |name: &str, other: &str| -> f64 {
         let of = |name| {
             all.iter()

@@ -7,7 +7,7 @@ use super::error::EndpointError;
 use super::metrics::{Measures, Target, align, measures};
 use super::model::Model;
 use super::participant::Participant;
-use super::regression::{Score, folds, predicted, score};
+use super::regression::{Score, cross_validate, folds, score};
 use firmware::limb::JOINTS;
 use hal_sim::random;
 use serde::{Deserialize, Serialize};
@@ -84,7 +84,7 @@ fn table_1(
         2 + JOINTS
     ];
     for (way, groups) in ways.iter().enumerate() {
-        let answers = predicted(how, seed, (&inputs, &outputs), groups)?;
+        let answers = cross_validate(how, seed, (&inputs, &outputs), groups)?;
         for (place, row) in rows.iter_mut().enumerate() {
             row[way] = score(&outputs, &answers, 3 * place..3 * place + 3);
         }
@@ -125,7 +125,7 @@ impl Course<'_> {
         (player, method): (&Player, Method),
     ) -> Result<f64, EndpointError> {
         let commands = person.commands(self.study, &self.own.device, order);
-        let targets = person.stimulated(self.study, (&player.device, method), &commands)?;
+        let targets = person.stimulate_commands(self.study, (&player.device, method), &commands)?;
         let is_papers = name.starts_with('C');
         let table = is_papers.then(|| (player, random::word(self.seed, order)));
         let found = condition(self.study, name, targets, table)?;

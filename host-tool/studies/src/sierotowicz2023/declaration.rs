@@ -171,18 +171,18 @@ impl Study {
     ///
     /// # Errors
     /// E715: it cannot be read, or what of it cannot be.
-    pub fn declared() -> Result<Self, EndpointError> {
-        Self::read(DECLARED)
+    pub fn load_embedded() -> Result<Self, EndpointError> {
+        Self::parse(DECLARED)
     }
 
     /// Of this text.
     ///
     /// # Errors
-    /// As [`Self::declared`].
-    pub fn read(text: &str) -> Result<Self, EndpointError> {
+    /// As [`Self::load_embedded`].
+    pub fn parse(text: &str) -> Result<Self, EndpointError> {
         let study: Self =
             toml::from_str(text).map_err(|e| EndpointError::Declaration(e.to_string()))?;
-        let wrong = study.wrong();
+        let wrong = study.mistakes();
         match wrong.is_empty() {
             true => Ok(study),
             false => Err(EndpointError::Declaration(wrong.join("; "))),
@@ -198,7 +198,7 @@ impl Study {
     }
 
     /// Everything that cannot be.
-    fn wrong(&self) -> Vec<String> {
+    fn mistakes(&self) -> Vec<String> {
         let protocol = &self.protocol;
         let times = [
             ("protocol.contraction_s", protocol.contraction_s),

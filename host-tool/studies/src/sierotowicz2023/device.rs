@@ -39,7 +39,9 @@ impl Device {
         let arm = Arm::new(&spec, &posture)?;
         let limb =
             Limb::new(&spec).map_err(|error| RecruitmentError::Spec(vec![error.to_string()]))?;
-        let jacobians = limb.refresh(&posture).map_err(RecruitmentError::from)?;
+        let jacobians = limb
+            .jacobians_at_posture(&posture)
+            .map_err(RecruitmentError::from)?;
         let radians = arm.limb.radians(&posture).map_err(RecruitmentError::from)?;
         Ok(Self {
             pose: arm.limb.skeleton().pose(&radians),
@@ -59,9 +61,9 @@ impl Device {
         Ok(match method {
             Method::Nearest => {
                 let [x, y, z] = wanted.map(|component| component as f32);
-                limb::chosen(choices(&self.jacobians, Vector::new(x, y, z)))
+                limb::forces_of_choices(choices(&self.jacobians, Vector::new(x, y, z)))
             }
-            Method::Exact => self.arm.nearest(wanted),
+            Method::Exact => self.arm.nearest_forces(wanted),
             Method::Squares => {
                 Recruiter::new(&self.arm, limb::Method::LeastSquares)?.recruit(wanted)?
             }
@@ -174,7 +176,7 @@ pub fn switches(
     let mut switches = Switches::default();
     for plane in 0..3 {
         let parts = |deg: u32| {
-            let wanted = around(plane, f64::from(deg).to_radians(), size_n);
+            let wanted = force_on_circle(plane, f64::from(deg).to_radians(), size_n);
             let forces = device.forces_n(method, wanted)?;
             Ok::<_, EndpointError>(device.parts(&forces))
         };
@@ -194,7 +196,7 @@ pub fn switches(
 /// Returns a force of `size_n` at `angle` (rad) on one of three great circles. `plane` (0 to 2) is
 /// the index of the axis that points to angle 0.
 #[must_use]
-pub fn around(plane: usize, angle: f64, size_n: f64) -> [f64; 3] {
+pub fn force_on_circle(plane: usize, angle: f64, size_n: f64) -> [f64; 3] {
     let mut wanted = [0.0; 3];
     wanted[plane % 3] = size_n * angle.cos();
     wanted[(plane + 1) % 3] = size_n * angle.sin();

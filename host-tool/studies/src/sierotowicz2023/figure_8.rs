@@ -84,8 +84,8 @@ fn plot(all: &[Replication], axis: usize) -> Plot {
     }
     Plot {
         title: AXES[axis].to_owned(),
-        x: SheetAxis::of("", SHOWN.map(str::to_owned)),
-        y: SheetAxis::even("force (N)", [0.0, (1.05 * most).max(1.0)]),
+        x: SheetAxis::categorical("", SHOWN.map(str::to_owned)),
+        y: SheetAxis::linear("force (N)", [0.0, (1.05 * most).max(1.0)]),
         bars,
         ..Plot::default()
     }

@@ -49,7 +49,7 @@ fn accel(imu: Imu) -> Vector3<f64> {
 }
 
 /// The 48 ways in which three axes can be read: axes in order, reversed where negative.
-fn orders() -> Vec<[i8; 3]> {
+fn axis_orders() -> Vec<[i8; 3]> {
     let mut all = Vec::new();
     for order in [
         [1, 2, 3],
@@ -108,7 +108,7 @@ pub fn check(spec: &ArmSpec) -> Result<(), EndpointError> {
             each.fold(0.0, f64::max)
         };
         let right = off([1, 2, 3]);
-        let best = orders().into_iter().map(|order| (order, off(order)));
+        let best = axis_orders().into_iter().map(|order| (order, off(order)));
         let best = best.fold(([1, 2, 3], right), |best, next| match next.1 < best.1 {
             true => next,
             false => best,
@@ -119,7 +119,7 @@ pub fn check(spec: &ArmSpec) -> Result<(), EndpointError> {
         if best.0 != [1, 2, 3] {
             wrong.push(format!(
                 "the IMU of the {name} reads its axes as {}",
-                told(best.0)
+                describe_order(best.0)
             ));
         }
     }
@@ -130,7 +130,7 @@ pub fn check(spec: &ArmSpec) -> Result<(), EndpointError> {
 }
 
 /// An order of axes in words.
-fn told(order: [i8; 3]) -> String {
+fn describe_order(order: [i8; 3]) -> String {
     let name = |axis: i8| {
         let sign = if axis < 0 { "-" } else { "" };
         format!(

@@ -30,19 +30,19 @@ mod run;
 mod sheets;
 mod walk;
 
-pub use calibrate::{calibrated, geometry_error_deg, routed, still, twitches};
+pub use calibrate::{fit_model, fit_routing, geometry_error_deg, motionless_channels, twitches};
 pub use course::Condition;
 pub use declaration::{DECLARED, Study};
-pub use device::{Device, Method, Switches, around, switches};
+pub use device::{Device, Method, Switches, force_on_circle, switches};
 pub use error::EndpointError;
 pub use imus::check as check_imus;
 pub use metrics::{Correlation, Measures, Target, align, measures, median, pearson};
 pub use model::{Action, Cylinder, Frame, JOINT_NAMES, Model, Point, cursory, turned};
 pub use participant::{Command, DIRECTION_NAMES, DIRECTIONS, Participant};
 pub use picture::page as arms_page;
-pub use played::{DeviceCheck, played_c3};
+pub use played::{DeviceCheck, play_c3};
 pub use population::{RunInfo, outcome};
-pub use regression::{Features, Score, folds, predicted, ridge, score};
+pub use regression::{Features, Score, cross_validate, folds, ridge, score};
 pub use replication::{
     CONDITIONS, PARTICIPANTS, ParticipantResult, Replication, frame_of, person, replication,
 };

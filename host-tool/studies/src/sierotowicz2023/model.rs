@@ -57,7 +57,7 @@ pub struct Cylinder {
 impl Cylinder {
     /// Of segment `n`: thorax, girdle, upper arm, forearm.
     #[must_use]
-    pub fn of(n: usize) -> Self {
+    pub fn of_segment(n: usize) -> Self {
         let axis = match n {
             0 => Vector3::z(),
             1 => Vector3::y(),
@@ -85,7 +85,7 @@ impl Cylinder {
     }
 
     /// The same of a place along the segment's own axes.
-    fn around(&self, at: &Vector3<f64>) -> Point {
+    fn point_at(&self, at: &Vector3<f64>) -> Point {
         let aside = self.axis.cross(&self.front);
         self.point([self.axis, self.front, aside].map(|vector| at.dot(&vector)))
     }
@@ -174,8 +174,8 @@ impl Model {
             let Action { joint, points } = &self.actions[channel];
             let before = usize::from(joint.index());
             let [origin, insertion] = points;
-            let origin = ways[before] + Cylinder::of(before).at(origin);
-            let insertion = Cylinder::of(before + 1).at(insertion);
+            let origin = ways[before] + Cylinder::of_segment(before).at(origin);
+            let insertion = Cylinder::of_segment(before + 1).at(insertion);
             let via = |segment, at: &Vector3<f64>| ViaSpec {
                 segment,
                 at_um: um(at),
@@ -234,12 +234,12 @@ const CURSORY: [(JointName, [f64; 3], [f64; 3]); ELECTRODES] = {
 pub fn cursory() -> [Action; ELECTRODES] {
     CURSORY.map(|(joint, origin, insertion)| {
         let before = usize::from(joint.index());
-        let cylinder = Cylinder::of(before);
+        let cylinder = Cylinder::of_segment(before);
         let origin = match joint {
             JointName::Elbow => cylinder.point(origin),
-            _ => cylinder.around(&Vector3::from(origin)),
+            _ => cylinder.point_at(&Vector3::from(origin)),
         };
-        let points = [origin, Cylinder::of(before + 1).point(insertion)];
+        let points = [origin, Cylinder::of_segment(before + 1).point(insertion)];
         Action { joint, points }
     })
 }

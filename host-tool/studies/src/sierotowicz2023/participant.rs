@@ -47,8 +47,8 @@ impl Participant {
     ///
     /// # Errors
     /// E716: a drawn arm cannot be.
-    pub fn drawn(study: &Study, seed: u64, index: u64) -> Result<Self, EndpointError> {
-        let spec = ArmSpec::drawn(seed, index);
+    pub fn random(study: &Study, seed: u64, index: u64) -> Result<Self, EndpointError> {
+        let spec = ArmSpec::random(seed, index);
         let stream = random::word(random::word(seed, index), 0xE9D);
         let mut random = Random::new(random::word(stream, 0));
         let comfort = &study.comfort;
@@ -72,7 +72,7 @@ impl Participant {
     /// The arm by cursory anatomy, in this person's own lengths and currents; gains are
     /// not known yet.
     #[must_use]
-    pub fn cursory(&self) -> Model {
+    pub fn cursory_model(&self) -> Model {
         let frame = Frame {
             stature_m: self.arm.spec().stature_m,
             posture: self.arm.spec().posture,
@@ -87,7 +87,7 @@ impl Participant {
 
     /// Another person's frame on this one: their routing, gains and lengths, own currents.
     #[must_use]
-    pub fn wearing(&self, other: &Model) -> Model {
+    pub fn model_wearing(&self, other: &Model) -> Model {
         Model {
             ranges_ma: self.ranges_ma,
             ..other.clone()
@@ -122,7 +122,7 @@ impl Participant {
     ///
     /// # Errors
     /// E706.
-    pub fn stimulated(
+    pub fn stimulate_commands(
         &mut self,
         study: &Study,
         (device, method): (&Device, Method),
@@ -131,7 +131,7 @@ impl Participant {
         let one = |(command, wanted_n): &Command| {
             let forces = device.forces_n(method, *wanted_n)?;
             let currents_ma = device.currents_ma(&forces);
-            let measured = self.contraction(study, &currents_ma, [0.0; 6]);
+            let measured = self.measure_contraction(study, &currents_ma, [0.0; 6]);
             Ok(Target {
                 command: *command,
                 wanted_n: *wanted_n,
@@ -145,7 +145,7 @@ impl Participant {
 
     /// The person pushes by will, with feedback: each direction at all of what `device`
     /// reaches.
-    pub fn by_will(&mut self, study: &Study, device: &Device) -> Vec<Target> {
+    pub fn push_voluntarily(&mut self, study: &Study, device: &Device) -> Vec<Target> {
         let aim = &study.voluntary;
         let mut random = Random::new(random::word(self.stream, 2));
         let mut all = Vec::new();
@@ -165,7 +165,7 @@ impl Participant {
                     };
                     *push = size * (wanted + off);
                 }
-                let measured = self.contraction(study, &[0.0; ELECTRODES], push);
+                let measured = self.measure_contraction(study, &[0.0; ELECTRODES], push);
                 all.push(Target {
                     command: place,
                     wanted_n,
@@ -191,7 +191,7 @@ impl Participant {
 
     /// Two seconds of these currents and of this push, two of nothing: the mean wrench over
     /// the contraction less that immediately before it (section 2.6).
-    pub(super) fn contraction(
+    pub(super) fn measure_contraction(
         &mut self,
         study: &Study,
         currents_ma: &[f64; ELECTRODES],
@@ -204,15 +204,19 @@ impl Participant {
             protocol.width_us,
         );
         let currents = &mut |_| *currents_ma;
-        self.contracted(study, &mut |arm, now_us, each_ms| {
-            arm.push(push);
+        self.measure_stimulation(study, &mut |arm, now_us, each_ms| {
+            arm.set_voluntary_wrench(push);
             pulses(arm, now_us, currents, train, each_ms)
         })
     }
 
     /// The same of what `stimulate` does from a time on, µs, calling after each millisecond;
     /// it tells when it ended.
-    pub(super) fn contracted(&mut self, study: &Study, stimulate: Stimulate<'_>) -> [f64; 6] {
+    pub(super) fn measure_stimulation(
+        &mut self,
+        study: &Study,
+        stimulate: Stimulate<'_>,
+    ) -> [f64; 6] {
         let before = self.baseline();
         let mut during = Mean::default();
         let mut ms = 0;
@@ -223,7 +227,7 @@ impl Participant {
             }
         };
         self.now_us = stimulate(&mut self.arm, self.now_us, &mut add);
-        self.arm.push([0.0; 6]);
+        self.arm.set_voluntary_wrench([0.0; 6]);
         let rest = study.protocol.rest_s - 1e-3 * BASELINE_MS as f64;
         self.pause(rest.max(0.0));
         let during = during.mean();

@@ -20,7 +20,7 @@ const LONGEST: f64 = 95.0;
 const SEEN_DEG: [f64; 2] = [40.0, 20.0];
 
 /// A direction of our axes on the screen, right and down.
-fn seen([x, y, z]: [f64; 3]) -> At {
+fn project([x, y, z]: [f64; 3]) -> At {
     let (aside, ahead) = SEEN_DEG[0].to_radians().sin_cos();
     let (high, level) = SEEN_DEG[1].to_radians().sin_cos();
     let right = aside * x + ahead * y;
@@ -29,7 +29,7 @@ fn seen([x, y, z]: [f64; 3]) -> At {
 }
 
 fn place(at: [f64; 3]) -> At {
-    let (x, y) = seen(at);
+    let (x, y) = project(at);
     (ORIGIN.0 + PER_M * x, ORIGIN.1 + PER_M * y)
 }
 
@@ -79,7 +79,7 @@ fn picture(person: &ParticipantResult, name: &str, title: &str) -> Svg {
     let mut canvas = Canvas::default();
     let all = forces(person, name);
     let sizes = all.iter().flatten().map(|values| {
-        let (x, y) = seen(*values);
+        let (x, y) = project(*values);
         x.hypot(y)
     });
     let largest = sizes.fold(0.0, f64::max).max(1e-9);
@@ -92,7 +92,7 @@ fn picture(person: &ParticipantResult, name: &str, title: &str) -> Svg {
     draw_bones(&mut canvas, &joints, 9.0, MUTED);
     let hand = joints[3];
     let scaled = |of: [f64; 3]| {
-        let (x, y) = seen(of);
+        let (x, y) = project(of);
         (LONGEST * x / largest, LONGEST * y / largest)
     };
     for (at, [wanted, given]) in all.iter().enumerate() {
@@ -100,7 +100,7 @@ fn picture(person: &ParticipantResult, name: &str, title: &str) -> Svg {
         let (dx, dy) = scaled(*wanted);
         canvas.line(
             &[hand, (hand.0 + dx, hand.1 + dy)],
-            stroke(color.towards(GRID, 0.45), 6.0),
+            stroke(color.mix(GRID, 0.45), 6.0),
         );
         arrow(&mut canvas, hand, scaled(*given), (color, 2.2));
     }

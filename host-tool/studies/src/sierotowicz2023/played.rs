@@ -195,17 +195,17 @@ fn session(study: &Study, model: &Model, all: &[Contraction]) -> String {
 }
 
 /// Edges and pulses of the session on `device`, with times from its start.
-fn put_out(
+fn play_on_device(
     file: &SessionFile,
     device: &DeviceName,
     seed: u64,
 ) -> Result<(Vec<Edge>, Vec<Pulse>), EndpointError> {
-    let failed = |why: String| EndpointError::NotPlayed(device.typed(), why);
+    let failed = |why: String| EndpointError::NotPlayed(device.to_argument(), why);
     let told = |error: &dyn std::fmt::Display| failed(error.to_string());
     let mut port = device.open(&file.session, seed).map_err(|e| told(&e))?;
     let not_simulated = || failed("it is not simulated".to_owned());
     let heard = ElectrodeLog::default();
-    port.world().ok_or_else(not_simulated)?.body = Box::new(Notes::on(&heard));
+    port.world().ok_or_else(not_simulated)?.body = Box::new(Notes::new(&heard));
     let (outcome, port) = run(file, port, None, |_: f64| ());
     if let Some(error) = outcome.error {
         return Err(told(&error));
@@ -226,7 +226,7 @@ fn put_out(
     });
     let edges = edges.take_while(|edge| edge.t_us < until_us).collect();
     let since = heard
-        .all()
+        .pulses()
         .into_iter()
         .filter(|pulse| pulse.t_us >= epoch_us);
     let pulses = since.map(|pulse| Pulse {
@@ -262,7 +262,7 @@ fn replay(
 ///
 /// # Errors
 /// What goes wrong in the study; E730: the device does not play it; E731: other edges.
-pub fn played_c3(
+pub fn play_c3(
     study: &Study,
     seed: u64,
     device: &DeviceName,
@@ -271,12 +271,12 @@ pub fn played_c3(
     let all = contractions(study, &begun)?;
     let texts = wearer(study, &begun.model);
     let text = session(study, &begun.model, &all);
-    let file = SessionFile::parse_beside("c3.toml", &text, &|_| Ok(texts.clone()))
-        .map_err(|e| EndpointError::NotPlayed(device.typed(), e.lines()))?;
-    let (edges, pulses) = put_out(&file, &DeviceName::Native, seed)?;
+    let file = SessionFile::parse_with_wearers("c3.toml", &text, &|_| Ok(texts.clone()))
+        .map_err(|e| EndpointError::NotPlayed(device.to_argument(), e.lines()))?;
+    let (edges, pulses) = play_on_device(&file, &DeviceName::Native, seed)?;
     let (others, pulses) = match device {
         DeviceName::Native => (edges.clone(), pulses),
-        _ => put_out(&file, device, seed)?,
+        _ => play_on_device(&file, device, seed)?,
     };
     if let Some(at) =
         (0..edges.len().max(others.len())).find(|at| edges.get(*at) != others.get(*at))
@@ -284,16 +284,16 @@ pub fn played_c3(
         let told =
             |item: Option<&Edge>| item.map_or("nothing".to_owned(), |edge| format!("{edge:?}"));
         return Err(EndpointError::OtherEdges(
-            device.typed(),
+            device.to_argument(),
             told(others.get(at)),
             told(edges.get(at)),
         ));
     }
-    Ok(compared(study, &begun, &all, (edges.len(), &pulses)))
+    Ok(compare_forces(study, &begun, &all, (edges.len(), &pulses)))
 }
 
 /// What these pulses make of the body against what the study makes of it.
-fn compared(
+fn compare_forces(
     study: &Study,
     begun: &PreparedC3,
     all: &[Contraction],
@@ -312,10 +312,10 @@ fn compared(
         study_n: Vec::new(),
     };
     for contraction in all {
-        let study_n = force(theirs.contraction(study, &contraction.currents_ma, [0.0; 6]));
+        let study_n = force(theirs.measure_contraction(study, &contraction.currents_ma, [0.0; 6]));
         if !contraction.is_played {
             found.refused += 1;
-            ours.contraction(study, &contraction.currents_ma, [0.0; 6]);
+            ours.measure_contraction(study, &contraction.currents_ma, [0.0; 6]);
             continue;
         }
         let [from_us, to_us] =
@@ -343,9 +343,11 @@ fn compared(
             let off = (ma - contraction.currents_ma[pulse.channel]).abs();
             found.current_ma = found.current_ma.max(off);
         }
-        let device_n = force(ours.contracted(study, &mut |arm, now_us, each_ms| {
-            replay(arm, now_us, &own, (lasts_s, each_ms))
-        }));
+        let device_n = force(
+            ours.measure_stimulation(study, &mut |arm, now_us, each_ms| {
+                replay(arm, now_us, &own, (lasts_s, each_ms))
+            }),
+        );
         let off = size(std::array::from_fn(|axis| device_n[axis] - study_n[axis]));
         found.force_n[0] = found.force_n[0].max(off);
         found.force_n[1] += size(study_n).powi(2);
@@ -372,7 +374,7 @@ impl DeviceCheck {
              {:.4} mA apart, mean forces at most {off:.3} N apart where the study's are {rms:.2} N \
              (root mean square).",
             self.played,
-            device.typed(),
+            device.to_argument(),
             self.refused,
             self.edges,
             self.current_ma,

@@ -40,7 +40,7 @@ pub struct RunInfo {
 }
 
 fn row(id: &str, quantity: &str, unit: &str, paper: Option<f64>, values: Vec<f64>) -> Row {
-    Row::of(id.to_owned(), quantity.to_owned(), unit, paper, values)
+    Row::from_numbers(id.to_owned(), quantity.to_owned(), unit, paper, values)
 }
 
 /// Numbers of one condition over all participants.
@@ -325,7 +325,7 @@ fn who_did_not_twitch(all: &[Replication]) -> Vec<String> {
 
 /// What was asked beforehand, and whether it is met: by the interval of the share, not by the
 /// share alone.
-fn asked(study: &Study, lower: &Share) -> Option<String> {
+fn expectation_note(study: &Study, lower: &Share) -> Option<String> {
     let (low, high) = lower.low.zip(lower.high)?;
     let verdict = match lower.reaches(study.claims.share)? {
         Reach::Met => "met".to_owned(),
@@ -368,7 +368,11 @@ pub fn outcome(
     );
     notes.extend(who_did_not_twitch(all));
     let shares = shares(all);
-    notes.extend(shares.first().and_then(|share| asked(study, share)));
+    notes.extend(
+        shares
+            .first()
+            .and_then(|share| expectation_note(study, share)),
+    );
     let (device, played) = told.played.unzip();
     notes.extend(played);
     notes.extend(

@@ -91,7 +91,7 @@ pub struct Score {
 ///
 /// # Errors
 /// E720: as [`ridge`].
-pub fn predicted(
+pub fn cross_validate(
     how: &Regression,
     seed: u64,
     (inputs, outputs): (&[Vec<f64>], &[Vec<f64>]),

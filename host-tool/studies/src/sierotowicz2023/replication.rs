@@ -1,6 +1,6 @@
 //! One study of three participants, C1 to C4.
 
-use super::calibrate::{calibrated, geometry_error_deg, still, twitches};
+use super::calibrate::{fit_model, geometry_error_deg, motionless_channels, twitches};
 use super::course::{Condition, Course, Player, condition};
 use super::declaration::Study;
 use super::device::{Method, Switches, switches};
@@ -98,10 +98,10 @@ impl ParticipantResult {
 pub fn frame_of(study: &Study, participant: &Participant) -> Result<Model, EndpointError> {
     let mut participant = participant.clone();
     imus::check(participant.arm.spec())?;
-    let model = participant.cursory();
+    let model = participant.cursory_model();
     let turning = twitches(&mut participant.arm, &model, study, &mut participant.now_us);
     let mass_kg = participant.arm.spec().mass_kg;
-    calibrated(&model, (&turning, &[]), mass_kg, study)
+    fit_model(&model, (&turning, &[]), mass_kg, study)
 }
 
 /// A participant who is calibrated: where C3 begins.
@@ -119,14 +119,14 @@ struct CalibratedParticipant<'a> {
 }
 
 /// One participant up to C3, with `s1`, S1's frame.
-fn begun<'a>(
+fn simulate_until_c3<'a>(
     study: &'a Study,
     mut person: Participant,
     s1: &Model,
     seed: u64,
 ) -> Result<CalibratedParticipant<'a>, EndpointError> {
-    let own = Player::new(person.wearing(s1))?;
-    let by_will = person.by_will(study, &own.device);
+    let own = Player::new(person.model_wearing(s1))?;
+    let by_will = person.push_voluntarily(study, &own.device);
     let mut course = Course {
         study,
         conditions: vec![condition(study, "C1", by_will, None)?],
@@ -168,7 +168,7 @@ pub fn person(
         mut early,
         before: mut rested,
         left: c2,
-    } = begun(study, participant, s1, seed)?;
+    } = simulate_until_c3(study, participant, s1, seed)?;
     let other = person.clone();
     let c3 = course.run(("C3", 3), &mut person, (&calibrated, near))?;
     let reset = Player::new(Model {
@@ -222,9 +222,9 @@ pub(super) struct PreparedC3 {
 /// # Errors
 /// As [`replication`].
 pub(super) fn before_c3(study: &Study, seed: u64) -> Result<PreparedC3, EndpointError> {
-    let (_, s1, _) = first(study, seed, 0)?;
-    let s2 = Participant::drawn(study, seed, 1)?;
-    let begun = begun(study, s2, &s1, random::word(seed, 1_001))?;
+    let (_, s1, _) = first_participant(study, seed, 0)?;
+    let s2 = Participant::random(study, seed, 1)?;
+    let begun = simulate_until_c3(study, s2, &s1, random::word(seed, 1_001))?;
     let own = &begun.course.own.device;
     Ok(PreparedC3 {
         commands: begun.person.commands(study, own, 3),
@@ -249,20 +249,24 @@ fn own_model(
 ) -> Result<(Model, Vec<usize>), EndpointError> {
     imus::check(person.arm.spec())?;
     let model = Model {
-        frame: person.cursory().frame,
-        ..person.wearing(s1)
+        frame: person.cursory_model().frame,
+        ..person.model_wearing(s1)
     };
     let turning = twitches(&mut person.arm, &model, study, &mut person.now_us);
-    let kept = still(&turning);
+    let kept = motionless_channels(&turning);
     let mass_kg = person.arm.spec().mass_kg;
-    let model = calibrated(&model, (&turning, &kept), mass_kg, study)?;
+    let model = fit_model(&model, (&turning, &kept), mass_kg, study)?;
     person.pause(study.protocol.pause_s);
     Ok((model, kept))
 }
 
 /// S1 of study `index` and the frame; where a channel of theirs does not twitch, the next
 /// who is drawn in their place, at most `substitutes` times. Who it is, and after how many.
-fn first(study: &Study, seed: u64, index: u64) -> Result<(Participant, Model, u64), EndpointError> {
+fn first_participant(
+    study: &Study,
+    seed: u64,
+    index: u64,
+) -> Result<(Participant, Model, u64), EndpointError> {
     let most = study.calibration.substitutes;
     let mut in_vain = 0;
     loop {
@@ -270,7 +274,7 @@ fn first(study: &Study, seed: u64, index: u64) -> Result<(Participant, Model, u6
             0 => PARTICIPANTS as u64 * index,
             again => SUBSTITUTES + most * index + again - 1,
         };
-        let s1 = Participant::drawn(study, seed, number)?;
+        let s1 = Participant::random(study, seed, number)?;
         match frame_of(study, &s1) {
             Err(EndpointError::NoTwitch(_)) if in_vain < most => in_vain += 1,
             frame => return Ok((s1, frame?, in_vain)),
@@ -285,12 +289,12 @@ fn first(study: &Study, seed: u64, index: u64) -> Result<(Participant, Model, u6
 /// who was drawn instead.
 pub fn replication(study: &Study, seed: u64, index: u64) -> Result<Replication, EndpointError> {
     let numbers = (0..PARTICIPANTS as u64).map(|at| PARTICIPANTS as u64 * index + at);
-    let (s1, frame, in_vain) = first(study, seed, index)?;
+    let (s1, frame, in_vain) = first_participant(study, seed, index)?;
     let mut s1 = Some(s1);
     let mut course = |number: u64| {
         let who = match s1.take() {
             Some(s1) => s1,
-            None => Participant::drawn(study, seed, number)?,
+            None => Participant::random(study, seed, number)?,
         };
         person(study, who, &frame, random::word(seed, 1_000 + number))
     };

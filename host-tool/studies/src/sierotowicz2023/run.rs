@@ -4,7 +4,7 @@ use super::declaration::{DECLARED, Study};
 use super::error::EndpointError;
 use super::metrics::median;
 use super::picture::page;
-use super::played::played_c3;
+use super::played::play_c3;
 use super::population::{RunInfo, outcome};
 use super::replication::{Replication, replication};
 use crate::laboratory::{self, Outcome, StudyIdentity};
@@ -29,15 +29,15 @@ impl Run {
     ///
     /// # Errors
     /// The declaration, or a device that plays something else.
-    pub fn asked(
+    pub fn new(
         (seed, draws): (Option<u64>, Option<u64>),
         device: DeviceName,
     ) -> Result<Self, EndpointError> {
-        let study = Study::declared()?;
+        let study = Study::load_embedded()?;
         let seed = seed.unwrap_or(study.seed);
         Ok(Self {
             draws: draws.unwrap_or(study.replications),
-            played: played_c3(&study, seed, &device)?.in_words(&device),
+            played: play_c3(&study, seed, &device)?.in_words(&device),
             study,
             seed,
             device,
@@ -46,7 +46,7 @@ impl Run {
 }
 
 /// Whoever came to something, and why the others did not.
-fn parted(units: &[Result<Replication, String>]) -> (Vec<Replication>, Vec<String>) {
+fn split_results(units: &[Result<Replication, String>]) -> (Vec<Replication>, Vec<String>) {
     let whole = units
         .iter()
         .filter_map(|replication| replication.as_ref().ok().cloned());
@@ -81,18 +81,18 @@ fn csv(all: &[Replication]) -> String {
 
 impl Run {
     /// The device as a terminal takes it.
-    fn typed(&self) -> String {
-        format!("--device {}", self.device.typed())
+    fn device_argument(&self) -> String {
+        format!("--device {}", self.device.to_argument())
     }
 }
 
 impl laboratory::Study for Run {
     type Unit = Result<Replication, String>;
 
-    fn about(&self) -> StudyIdentity<'_> {
+    fn metadata(&self) -> StudyIdentity<'_> {
         StudyIdentity {
             name: NAME,
-            arguments: self.typed(),
+            arguments: self.device_argument(),
             declaration: ("study.toml", DECLARED),
             seed: self.seed,
             draws: self.draws,
@@ -111,12 +111,16 @@ impl laboratory::Study for Run {
     }
 
     fn outcome(&self, units: &[Self::Unit], cut_short: Option<String>) -> anyhow::Result<Outcome> {
-        let (whole, failed) = parted(units);
+        let (whole, failed) = split_results(units);
         let told = RunInfo {
             seed: self.seed,
             draws: self.draws,
-            command: format!("experiment {NAME} {} --draws {}", self.typed(), self.draws),
-            played: Some((self.device.typed(), self.played.clone())),
+            command: format!(
+                "experiment {NAME} {} --draws {}",
+                self.device_argument(),
+                self.draws
+            ),
+            played: Some((self.device.to_argument(), self.played.clone())),
             cut_short,
             failed,
         };
@@ -124,7 +128,7 @@ impl laboratory::Study for Run {
     }
 
     fn files(&self, units: &[Self::Unit]) -> anyhow::Result<Vec<(String, String)>> {
-        let (whole, _) = parted(units);
+        let (whole, _) = split_results(units);
         let lines = whole.iter().map(laboratory::line);
         let mut files = vec![
             ("draws.csv".to_owned(), csv(&whole)),
@@ -138,7 +142,7 @@ impl laboratory::Study for Run {
         Ok(files)
     }
 
-    fn in_words(&self, done: u64) -> String {
+    fn progress_text(&self, done: u64) -> String {
         format!("{done} of {} studies", self.draws)
     }
 }

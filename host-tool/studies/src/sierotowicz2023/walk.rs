@@ -3,7 +3,7 @@
 
 use super::calibrate::pulses;
 use super::declaration::Study;
-use super::device::{Device, Method, around};
+use super::device::{Device, Method, force_on_circle};
 use super::error::EndpointError;
 use super::metrics::{Target, align};
 use super::participant::{DIRECTIONS, Participant};
@@ -70,7 +70,7 @@ fn circle(
     let turn_s = study.walk.turn_s;
     let wanted = |t_us: u64| {
         let angle = t_us as f64 * 1e-6 / turn_s * std::f64::consts::TAU;
-        around(plane, angle, size_n)
+        force_on_circle(plane, angle, size_n)
     };
     let every_us = 1_000_000 / rate_hz;
     let mut wrong = None;

@@ -50,8 +50,8 @@ pub(super) struct DescribingFunction {
 
 impl Efforts {
     /// Drives the joint's law with every amplitude and period.
-    pub(super) fn of(joint: &JointSpec) -> Self {
-        let joint = Joint::with_whole_gain(joint).expect("a valid joint");
+    pub(super) fn measure(joint: &JointSpec) -> Self {
+        let joint = Joint::with_full_gain(joint).expect("a valid joint");
         let answer = |a, period| Answer::of(&joint, a, period);
         Self {
             answers: amplitudes()
@@ -77,14 +77,14 @@ impl Answer {
     fn of(joint: &Joint, amplitude_deg: f64, period_ms: u32) -> Self {
         let mut state = JointState::default();
         let zero = Micros::new(0);
-        let taken = joint.setpoint(&mut state, zero, zero, angle(MIDDLE_DEG), None);
+        let taken = joint.accept_setpoint(&mut state, zero, zero, angle(MIDDLE_DEG), None);
         taken.expect("the middle of the range");
         let mut efforts = Vec::new();
         for ms in 0..(SETTLING + LOOKED_AT) * period_ms {
             let now = Micros::new(ms * 1000);
             let turn = TAU * f64::from(ms) / f64::from(period_ms);
             let seen = angle(MIDDLE_DEG + amplitude_deg * turn.cos());
-            let taken = joint.measurement(&mut state, now, now, seen);
+            let taken = joint.accept_measurement(&mut state, now, now, seen);
             taken.expect("measurements come in order");
             let orders = joint.tick(&mut state, now, None).expect("a fresh angle");
             let (Effort::AboveThreshold(u) | Effort::Fraction(u)) = orders.effort;
@@ -146,7 +146,8 @@ impl DescribingFunction {
 /// The loop's largest gain where its phase passes −180°, and the period, ms;
 /// gain 0 if it never does.
 fn crossing(row: &[(f64, Complex)], plant: &Plant) -> (f64, f64) {
-    let gain = |(period, n): &(f64, Complex)| (*period, n * plant.answer(TAU / period * 1e3));
+    let gain =
+        |(period, n): &(f64, Complex)| (*period, n * plant.frequency_response(TAU / period * 1e3));
     let gains: Vec<(f64, Complex)> = row.iter().map(gain).collect();
     let mut best = (0.0, 1.0);
     for pair in gains.windows(2) {
@@ -214,7 +215,7 @@ impl Plant {
 
     /// From torque asked for to angle measured: pulses that hold it, delay,
     /// muscle, joint, sensor.
-    fn answer(&self, omega: f64) -> Complex {
+    fn frequency_response(&self, omega: f64) -> Complex {
         let s = &self.spec;
         let jw = Complex::new(0.0, omega);
         let one = Complex::new(1.0, 0.0);

@@ -55,7 +55,7 @@ impl Loop {
     /// At rest, with the law's whole gain always: what is mapped is the law. Both specifications come from this room and are valid.
     pub(super) fn new(finger: FingerSpec, joint: &JointSpec, seed: u64) -> Self {
         Self {
-            joint: Joint::with_whole_gain(joint).expect("a valid joint"),
+            joint: Joint::with_full_gain(joint).expect("a valid joint"),
             state: JointState::default(),
             finger: Finger::new(finger, seed).expect("a valid finger"),
             tick: 0,
@@ -67,7 +67,7 @@ impl Loop {
         let now = self.now();
         let taken = self
             .joint
-            .setpoint(&mut self.state, now, now, angle(deg), None);
+            .accept_setpoint(&mut self.state, now, now, angle(deg), None);
         taken.expect("setpoints come in order and within range");
     }
 
@@ -80,7 +80,9 @@ impl Loop {
     pub(super) fn step(&mut self) -> f64 {
         let now = self.now();
         let seen = angle(self.finger.sensed_deg());
-        let taken = self.joint.measurement(&mut self.state, now, now, seen);
+        let taken = self
+            .joint
+            .accept_measurement(&mut self.state, now, now, seen);
         taken.expect("measurements come in order");
         let orders = self.joint.tick(&mut self.state, now, None);
         let orders = orders.expect("a fresh and believable angle");

@@ -45,16 +45,16 @@ const CLASSES: [Class; 6] = [
 pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
     let mut panels = Panels::new(laws().len(), progress);
     for (name, joint) in laws() {
-        let efforts = Efforts::of(&joint);
+        let efforts = Efforts::measure(&joint);
         let rows = GAINS.map(|gain| (gain, efforts.around(&plant(gain, 0))));
         panels.add(
             name.to_owned(),
             &rows,
             &DELAYS,
             |(gain, function), delay| {
-                let number = circling(&finger(*gain, *delay), &joint);
+                let number = limit_cycle_swing_deg(&finger(*gain, *delay), &joint);
                 let told = 2.0 * function.limit_cycle_deg(&plant(*gain, *delay));
-                Cell::told(&CLASSES, number, Some(told))
+                Cell::with_prediction(&CLASSES, number, Some(told))
             },
         );
     }
@@ -131,7 +131,7 @@ fn plant(gain: f64, delay_ms: u32) -> Plant {
 }
 
 /// Peak to peak of the true angle at the end of a trial, degrees.
-fn circling(finger: &FingerSpec, joint: &JointSpec) -> f64 {
+fn limit_cycle_swing_deg(finger: &FingerSpec, joint: &JointSpec) -> f64 {
     let mut device = Loop::new(finger.clone(), joint, 0);
     device.setpoint(TARGET_DEG);
     let (mut low, mut high) = (f64::MAX, f64::MIN);
@@ -151,11 +151,11 @@ mod tests {
     #[test]
     fn the_describing_function_tells_the_amplitude() {
         for (name, joint) in laws() {
-            let efforts = Efforts::of(&joint);
+            let efforts = Efforts::measure(&joint);
             for gain in [0.5, 1.0, 2.0] {
                 let function = efforts.around(&plant(gain, 0));
                 for delay in [0, 60, 150] {
-                    let found = circling(&finger(gain, delay), &joint);
+                    let found = limit_cycle_swing_deg(&finger(gain, delay), &joint);
                     let told = 2.0 * function.limit_cycle_deg(&plant(gain, delay));
                     println!("{name}, gain {gain}, 25 + {delay} ms: {found:.2}°, told {told:.2}°");
                     let alone = joint.wearer.is_none();

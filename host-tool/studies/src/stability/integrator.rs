@@ -120,7 +120,7 @@ pub fn run(p: &Parameters, step_us: u32) -> Vec<Outcome> {
         let truth = integrate(p, &seconds, DURATION_S, f64::from(step_us) * 1e-6);
         for ((method, number), worst) in METHODS.iter().zip(&mut worst) {
             let setting = Setting::new(*method, *number, step_us);
-            let judged = setting.with(&spec(p), |m| judge(m, &pulses, &truth, step_us));
+            let judged = setting.with_integrator(&spec(p), |m| judge(m, &pulses, &truth, step_us));
             let judged = judged.expect("table 4 is within the device's ranges");
             *worst = Some(worst.map_or(judged, |w| w.or_worse(judged)));
         }

@@ -1,7 +1,7 @@
 //! Lost setpoints: what the device's setpoint track makes of the rest, holding
 //! or extrapolating, and what that costs the finger.
 
-use super::chance::even;
+use super::chance::uniform;
 use super::finger::{Loop, angle, default_one_point, one_point, quiet_finger};
 use super::{Axis, Cell, Class, Layout, Map, Panels};
 use crate::tracking::wearer::SHIPPED_HOLD;
@@ -33,7 +33,7 @@ const SHIPPED_MS: u16 = match SHIPPED_HOLD {
     HoldPolicy::Hold => 0,
 };
 
-fn wanted(t: f64) -> f64 {
+fn reference_deg(t: f64) -> f64 {
     MIDDLE_DEG + SWING_DEG * (TAU * TARGET_HZ * t).sin()
 }
 
@@ -81,8 +81,8 @@ pub fn draw(seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
     for (title, joint) in runs {
         let seeds = SEEDS[usize::from(joint.is_some())];
         let rmse = |reach, loss, seed| match joint {
-            None => of_track(reach, loss, seed),
-            Some(joint) => on_finger(joint, reach, loss, seed),
+            None => track_rmse_deg(reach, loss, seed),
+            Some(joint) => finger_rmse_deg(joint, reach, loss, seed),
         };
         // What is left where nothing is lost is not the loss's.
         let floor = joint.map_or(0.0, |_| rmse(SHIPPED_MS, 0, seed));
@@ -94,7 +94,7 @@ pub fn draw(seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
                 .map(|n| rmse(*reach, *loss, seed.wrapping_mul(1000).wrapping_add(n)).powi(2));
             let number = (squares.sum::<f64>() / seeds as f64).sqrt();
             let told = floor.hypot(predicted(*reach, *loss));
-            Cell::told(&CLASSES, number, Some(told))
+            Cell::with_prediction(&CLASSES, number, Some(told))
         });
     }
     Map {
@@ -145,32 +145,32 @@ impl Frames {
             return false;
         }
         self.next += 1;
-        self.next == 1 || even(self.seed, self.next.into()) >= self.loss
+        self.next == 1 || uniform(self.seed, self.next.into()) >= self.loss
     }
 }
 
 /// RMSE of what the track says, degrees.
-pub fn of_track(reach_ms: u16, loss_percent: u32, seed: u64) -> f64 {
+pub fn track_rmse_deg(reach_ms: u16, loss_percent: u32, seed: u64) -> f64 {
     let mut track = SetpointTrack::default();
     let mut frames = Frames::new(loss_percent, seed);
     let mut square = 0.0;
     for ms in 0..SCORED_MS.end {
         let (t, now) = (f64::from(ms) / 1000.0, Micros::new(ms * 1000));
         if frames.arrives(ms) {
-            let taken = track.accept(now, now, angle(wanted(t)), None);
+            let taken = track.accept(now, now, angle(reference_deg(t)), None);
             taken.expect("setpoints come in order");
         }
         let said = track.value_at(now, policy(reach_ms));
         let said = said.map_or(MIDDLE_DEG, |a| a.get().to_num::<f64>());
         if SCORED_MS.contains(&ms) {
-            square += (said - wanted(t)).powi(2);
+            square += (said - reference_deg(t)).powi(2);
         }
     }
     (square / SCORED_MS.len() as f64).sqrt()
 }
 
 /// RMSE of the true angle, degrees.
-fn on_finger(joint: JointOf, reach_ms: u16, loss_percent: u32, seed: u64) -> f64 {
+fn finger_rmse_deg(joint: JointOf, reach_ms: u16, loss_percent: u32, seed: u64) -> f64 {
     let joint = joint(policy(reach_ms));
     let mut finger = Loop::new(quiet_finger(), &joint, seed);
     let mut frames = Frames::new(loss_percent, seed);
@@ -178,11 +178,11 @@ fn on_finger(joint: JointOf, reach_ms: u16, loss_percent: u32, seed: u64) -> f64
     for ms in 0..SCORED_MS.end {
         let t = f64::from(ms) / 1000.0;
         if frames.arrives(ms) {
-            finger.setpoint(wanted(t));
+            finger.setpoint(reference_deg(t));
         }
         let reached = finger.step();
         if SCORED_MS.contains(&ms) {
-            square += (reached - wanted(t + 1e-3)).powi(2);
+            square += (reached - reference_deg(t + 1e-3)).powi(2);
         }
     }
     (square / SCORED_MS.len() as f64).sqrt()
@@ -226,7 +226,8 @@ mod tests {
     #[test]
     fn at_half_the_setpoints_lost_extrapolation_keeps_the_finger_and_holding_does_not() {
         for joint in [default_one_point as JointOf, alone] {
-            let [hold, extrapolate] = [0, SHIPPED_MS].map(|reach| on_finger(joint, reach, 55, 1));
+            let [hold, extrapolate] =
+                [0, SHIPPED_MS].map(|reach| finger_rmse_deg(joint, reach, 55, 1));
             println!("55 % lost: {hold:.2}° held, {extrapolate:.2}° extrapolated");
             assert!(hold > 2.0 && extrapolate < 2.0, "{hold} {extrapolate}");
         }
@@ -235,7 +236,7 @@ mod tests {
     #[test]
     fn the_track_alone_errs_as_predicted() {
         for (reach, loss) in [(0, 0), (0, 50), (0, 70), (20, 70), (50, 60), (100, 60)] {
-            let squares = (1..=40).map(|seed| of_track(reach, loss, seed).powi(2));
+            let squares = (1..=40).map(|seed| track_rmse_deg(reach, loss, seed).powi(2));
             let found = (squares.sum::<f64>() / 40.0).sqrt();
             let ratio = found / predicted(reach, loss);
             assert!(

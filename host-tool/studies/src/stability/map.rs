@@ -138,7 +138,7 @@ pub fn class_of(classes: &[Class], number: f64) -> usize {
 
 impl Cell {
     /// A number by its class, beside the number that theory gives, by its.
-    pub fn told(classes: &[Class], number: f64, told: Option<f64>) -> Self {
+    pub fn with_prediction(classes: &[Class], number: f64, told: Option<f64>) -> Self {
         Self {
             class: class_of(classes, number),
             number,
@@ -148,10 +148,10 @@ impl Cell {
     }
 
     /// A number by its class, beside the verdict that theory gives.
-    pub fn judged(classes: &[Class], number: f64, predicted: Option<u8>) -> Self {
+    pub fn with_verdict(classes: &[Class], number: f64, predicted: Option<u8>) -> Self {
         Self {
             predicted,
-            ..Self::told(classes, number, None)
+            ..Self::with_prediction(classes, number, None)
         }
     }
 }
@@ -359,7 +359,7 @@ mod tests {
         let mut tell = |_| {};
         let mut panels = Panels::new(1, &mut tell);
         panels.add("one".to_owned(), &rows, &columns, |limit, x| {
-            Cell::judged(&CLASSES, *x, Some(u8::from(x > limit)))
+            Cell::with_verdict(&CLASSES, *x, Some(u8::from(x > limit)))
         });
         Map {
             name: "test",

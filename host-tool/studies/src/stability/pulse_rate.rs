@@ -1,7 +1,7 @@
 //! Pulse rate × step × time constants: the error of ETD midpoint, steps split at
 //! pulses or pulses snapped to steps.
 
-use super::chance::even;
+use super::chance::uniform;
 use super::{Axis, Cell, Class, Layout, Map, Panels};
 use crate::subjects::forces;
 use crate::subjects::spec;
@@ -50,7 +50,7 @@ pub fn draw(seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
             let trains = RATES_HZ.map(|rate| Train::new(&p, rate, seed));
             panels.add(title, &trains, &STEPS_US, |train, step| {
                 let told = train.predicted(*step, pulses);
-                Cell::told(&CLASSES, error(&p, train, *step, pulses), Some(told))
+                Cell::with_prediction(&CLASSES, error(&p, train, *step, pulses), Some(told))
             });
         }
     }
@@ -101,7 +101,7 @@ struct Train {
 impl Train {
     fn new(p: &Parameters, rate_hz: f64, seed: u64) -> Self {
         let at = |n: u32| {
-            let place = f64::from(n) + JITTER * (1.0 + 2.0 * even(seed, n.into()));
+            let place = f64::from(n) + JITTER * (1.0 + 2.0 * uniform(seed, n.into()));
             (place * 1e6 / rate_hz) as u32
         };
         let pulses_us = (0..(TRAIN_S * rate_hz) as u32).map(at).collect();

@@ -7,7 +7,7 @@
 use super::{Axis, Cell, Class, Layout, Map, Panels};
 use firmware::control::PointSpec;
 use firmware::units::Amplitude;
-use host_core::analysis::metrics_but_lag;
+use host_core::analysis::metrics_without_lag;
 use host_core::run::{DeviceName, SessionFile, run};
 use host_core::session::{BodySpec, Session};
 use rayon::prelude::*;
@@ -39,7 +39,7 @@ pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
     for (law, session) in sessions {
         let part = range(&session);
         let late_ms = |rise_ms: u16| (0.5 * part * f64::from(rise_ms)).round() as u32;
-        let at_once = at_once(&session, RISES_MS.map(late_ms));
+        let at_once = rmse_without_rise(&session, RISES_MS.map(late_ms));
         let floor = |delay_ms: u32| at_once.get(&delay_ms).copied().unwrap_or(f64::NAN);
         let list = DELAYS_MS.map(|delay_ms| format!("{:.2}", floor(delay_ms)));
         floors.push(format!("{law} {}°", list.join(", ")));
@@ -51,7 +51,7 @@ pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
                 let floor_deg = floor(*delay_ms);
                 let number = rmse_deg(&session, Some(*rise_ms), *delay_ms) - floor_deg;
                 let told = floor(delay_ms + late_ms(*rise_ms)) - floor_deg;
-                Cell::told(&CLASSES, number.max(0.0), Some(told.max(0.0)))
+                Cell::with_prediction(&CLASSES, number.max(0.0), Some(told.max(0.0)))
             },
         );
     }
@@ -107,7 +107,7 @@ fn range(session: &Session) -> f64 {
 }
 
 /// RMSE without a rise for each delay that the map or its theory asks for, degrees.
-fn at_once(session: &Session, late_ms: [u32; RISES_MS.len()]) -> BTreeMap<u32, f64> {
+fn rmse_without_rise(session: &Session, late_ms: [u32; RISES_MS.len()]) -> BTreeMap<u32, f64> {
     let mut delays: Vec<u32> = (late_ms.into_iter().chain([0]))
         .flat_map(|late_ms| DELAYS_MS.map(|delay_ms| delay_ms + late_ms))
         .collect();
@@ -145,6 +145,6 @@ fn rmse_deg(session: &Session, rise_ms: Option<u16>, delay_ms: u32) -> f64 {
     if outcome.error.is_some() {
         return f64::INFINITY;
     }
-    let metrics = metrics_but_lag(&outcome.trial).expect("a joint was measured");
+    let metrics = metrics_without_lag(&outcome.trial).expect("a joint was measured");
     metrics.rmse_true_deg.expect("a simulated finger")
 }

@@ -71,14 +71,14 @@ impl Form {
             Self::Of(discretization) => {
                 let twist = Twist::new(discretization, of.k1, of.k2, 1.0, of.h);
                 let mut integral = 0.0;
-                LoopResult::of(of, disturbance, |sigma| {
+                LoopResult::from_run(of, disturbance, |sigma| {
                     let answer = twist.push(sigma, integral);
                     let u = -(integral + answer.push);
                     integral += answer.growth;
                     u
                 })
             }
-            Self::Shipped => shipped(of, disturbance),
+            Self::Shipped => run_shipped(of, disturbance),
         }
     }
 }
@@ -92,9 +92,9 @@ struct LoopResult {
 }
 
 impl LoopResult {
-    fn of(of: &Loop<f64>, disturbance: Disturbance, mut law: impl FnMut(f64) -> f64) -> Self {
+    fn from_run(of: &Loop<f64>, disturbance: Disturbance, mut law: impl FnMut(f64) -> f64) -> Self {
         let mut course = Vec::new();
-        let worst = of.worst_under(disturbance, |sigma| {
+        let worst = of.worst_sigma_under(disturbance, |sigma| {
             course.push(sigma.abs());
             law(sigma)
         });
@@ -109,13 +109,13 @@ impl LoopResult {
 }
 
 /// Under the device's fixed-point code.
-fn shipped(of: &Loop<f64>, disturbance: Disturbance) -> LoopResult {
+fn run_shipped(of: &Loop<f64>, disturbance: Disturbance) -> LoopResult {
     let milli = |x: f64| (x * 1e3).round() as u32;
     let twist =
         super_twisting::SuperTwisting::new(milli(of.k1), milli(of.k2), 1000, 0, milli(of.h) as u8);
     let twist = twist.expect("gains and periods of this map are the device's");
     let mut integral = Q::ZERO;
-    LoopResult::of(of, disturbance, |sigma| {
+    LoopResult::from_run(of, disturbance, |sigma| {
         let answer = twist.push(Q::from_num(sigma));
         let u = integral + answer.push;
         integral += answer.growth;
@@ -179,7 +179,7 @@ impl Kind {
     }
 
     /// What theory says of |σ|, L·h²; infinite where it grows without end.
-    fn told(self, form: Form, h: f64) -> Option<f64> {
+    fn predicted_sigma(self, form: Form, h: f64) -> Option<f64> {
         match (form, self) {
             (form, _) if form.is_proper() => Some(1.0),
             // It keeps h·|d|: the triangle reaches L·turn, the others grow on.
@@ -190,8 +190,8 @@ impl Kind {
     }
 
     /// The order that theory gives |σ| in h; `None` where it grows without end.
-    fn told_order(self, form: Form) -> Option<f64> {
-        match self.told(form, 1.0) {
+    fn predicted_order(self, form: Form) -> Option<f64> {
+        match self.predicted_sigma(form, 1.0) {
             Some(told) if told.is_infinite() => None,
             Some(_) if !form.is_proper() => Some(1.0),
             _ => Some(2.0),
@@ -208,11 +208,11 @@ impl Kind {
                 true => f64::INFINITY,
                 false => found.worst,
             };
-            Cell::told(&CLASSES, number, self.told(*form, of.h))
+            Cell::with_prediction(&CLASSES, number, self.predicted_sigma(*form, of.h))
         });
         if let Some(panel) = panels.made.last_mut() {
             panel.remarks = (panel.rows.iter().zip(FORMS))
-                .map(|(row, form)| remark(fitted(row), self.told_order(form)))
+                .map(|(row, form)| remark(fitted(row), self.predicted_order(form)))
                 .collect();
         }
     }
@@ -263,7 +263,7 @@ pub fn order(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
 }
 
 fn notes(panels: &[Panel]) -> Vec<String> {
-    let off = off_order(panels);
+    let off = order_mismatches(panels);
     vec![
         format!(
             "After each row the fitted p of |σ| ~ h^p and the order that theory gives. L = \
@@ -287,12 +287,12 @@ fn notes(panels: &[Panel]) -> Vec<String> {
 }
 
 /// The rows whose order is not the one that theory gives.
-fn off_order(panels: &[Panel]) -> Vec<String> {
+fn order_mismatches(panels: &[Panel]) -> Vec<String> {
     let kinds = KINDS.iter().flat_map(|kind| [kind; GAINS.len()]);
     let mut off = Vec::new();
     for (panel, kind) in panels.iter().zip(kinds) {
         for (row, form) in panel.rows.iter().zip(FORMS) {
-            let agrees = match (fitted(row), kind.told_order(form)) {
+            let agrees = match (fitted(row), kind.predicted_order(form)) {
                 (Some(found), Some(told)) => (found - told).abs() <= ORDER_OFF,
                 (found, told) => found == told,
             };
@@ -329,7 +329,7 @@ pub fn gains(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
                 false if *k2 < 1.0 || overshoot(*k1, *k2) >= 1.0 => Some(2),
                 false => None,
             };
-            Cell::judged(&CLASSES, number, told.filter(|_| form.is_proper()))
+            Cell::with_verdict(&CLASSES, number, told.filter(|_| form.is_proper()))
         });
     }
     Map {

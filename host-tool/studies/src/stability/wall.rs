@@ -151,7 +151,7 @@ fn cell(
     let damping = (f64::from(stiffness) * lead_s) as u32;
     let number = swing_deg(&arm, stiffness, damping);
     let told = swings(&Linear::of(&arm, stiffness, lead_s));
-    Cell::judged(&CLASSES, number, Some(u8::from(told)))
+    Cell::with_verdict(&CLASSES, number, Some(u8::from(told)))
 }
 
 fn arm(friction: f64, delay_ms: u32) -> ElbowSpec {

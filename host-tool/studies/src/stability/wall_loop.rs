@@ -75,7 +75,7 @@ pub(crate) fn angles(wall: &WallSpec, arm: ElbowSpec, seconds: u64) -> Vec<f64> 
         }
         let now = Micros::new((ms * 1000) as u32);
         let sensed = Angle::from_millideg((arm.sensed_deg() * 1e3).round() as i32);
-        let taken = wall.measurement(&mut state, now, now, sensed);
+        let taken = wall.accept_measurement(&mut state, now, now, sensed);
         taken.expect("measurements come in order");
         let orders = wall.tick(&mut state, now, None);
         let orders = orders.expect("a fresh and believable angle");

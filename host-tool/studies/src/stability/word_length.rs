@@ -52,7 +52,7 @@ pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
     for (title, rounding, least, found, told) in PANELS {
         panels.add(title.to_owned(), &SUBJECTS, &BITS, |p, bits| {
             let found = found(run(p, *bits, rounding));
-            let cell = Cell::told(&CLASSES, found, Some(told(p, *bits, rounding)));
+            let cell = Cell::with_prediction(&CLASSES, found, Some(told(p, *bits, rounding)));
             Cell {
                 class: cell.class.max(least),
                 ..cell

@@ -1,7 +1,7 @@
 //! The ablation as tables: what each term of the device's default is worth.
 
 use super::campaign::Campaign;
-use super::columns::{Column, cells, names, tell};
+use super::columns::{Column, add_to_json, cells, names};
 use super::exercise::Wearers;
 use super::target::Kind;
 use super::wearer::Points;
@@ -121,8 +121,8 @@ pub fn json(campaigns: &[Campaign]) -> Value {
             "wearers": f.wearers, "failed": f.failed, "refused": f.refused,
             "restless": f.restless,
         });
-        tell(&NUMBERS, f, &mut line);
-        tell(&OVER_WHOLE, f, &mut line);
+        add_to_json(&NUMBERS, f, &mut line);
+        add_to_json(&OVER_WHOLE, f, &mut line);
         line
     };
     let seed = campaigns.first().map(|c| c.plan.seed);

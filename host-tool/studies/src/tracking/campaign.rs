@@ -164,28 +164,32 @@ impl Campaign {
     }
 
     /// The cases with these points.
-    pub fn with(&self, points: Points) -> Vec<&Case> {
+    pub fn cases_with(&self, points: Points) -> Vec<&Case> {
         self.cases.iter().filter(|c| c.points == points).collect()
     }
 
     /// Mean part of the scored time in which the target is out of reach, and the
     /// part of the plants that can reach all of it.
     pub fn reach(&self, points: Points) -> (f64, f64) {
-        let shares: Vec<f64> = self.with(points).iter().map(|c| c.unreachable).collect();
+        let shares: Vec<f64> = self
+            .cases_with(points)
+            .iter()
+            .map(|c| c.unreachable)
+            .collect();
         let reaching = shares.iter().filter(|s| **s < WHOLLY).count();
         (mean(&shares), reaching as f64 / shares.len().max(1) as f64)
     }
 
     /// Mean RMSE of the optimum where it was looked for, and its 95th percentile.
     pub fn optimum(&self, points: Points) -> (f64, f64) {
-        let cases = self.with(points).into_iter();
+        let cases = self.cases_with(points).into_iter();
         let all: Vec<f64> = cases.filter_map(|c| c.optimum).collect();
         (mean(&all), percentile(&all, 0.95))
     }
 
     /// By how much a contender beats the optimum at most, degrees; what is above
     /// zero is how far the optimum is from one.
-    pub fn beaten_by(&self) -> f64 {
+    pub fn margin_below_optimum(&self) -> f64 {
         let by = |c: &Case| {
             let tracked = c.outcomes.iter().filter(|o| o.refused.is_none());
             let optimum = c.optimum.unwrap_or(f64::MIN);
@@ -196,7 +200,7 @@ impl Campaign {
 
     /// The cases with these points that a contender did not refuse.
     fn tracked(&self, points: Points, contender: usize) -> Vec<&Case> {
-        let mut cases = self.with(points);
+        let mut cases = self.cases_with(points);
         cases.retain(|c| c.outcomes[contender].refused.is_none());
         cases
     }

@@ -82,8 +82,8 @@ impl Candidate {
                 value
             }
         };
-        let values: Vec<R> = wanted.iter().map(|p| R::of(value(p))).collect();
-        let h = R::of(f64::from(self.period_ms) / 1000.0);
+        let values: Vec<R> = wanted.iter().map(|p| R::from_f64(value(p))).collect();
+        let h = R::from_f64(f64::from(self.period_ms) / 1000.0);
         let law = Controller::from_parameters(self.form, self.add_ons, h, &values)?;
         Floating::new(law, self.period_ms, self.hold(), known)
     }
@@ -164,7 +164,7 @@ impl Genome {
     }
 
     /// Where these numbers lie between their bounds; the middle for what is unknown.
-    pub fn at<'a>(
+    pub fn from_values<'a>(
         known: impl Fn(&str) -> Option<f64>,
         all: impl IntoIterator<Item = &'a Parameter>,
     ) -> Self {
@@ -206,13 +206,13 @@ impl Genome {
     /// What the device's default uses of them, as far as it does: the first
     /// thing that the search tries for every law. A PID gets the default's linear
     /// terms; what the default lacks is in the middle.
-    pub fn of_default(form: Form) -> Self {
+    pub fn from_default(form: Form) -> Self {
         let known = numbers_of(&wearer::shipped(Points::Two));
         let number = |name: &str| known.iter().find(|(n, _)| *n == name).map(|(_, x)| *x);
         // The form's own bounds where its name has several.
         let mut all = Self::parameters();
         all.extend(form.parameters());
-        Self::at(number, &all)
+        Self::from_values(number, &all)
     }
 }
 

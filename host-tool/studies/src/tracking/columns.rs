@@ -18,7 +18,7 @@ pub(crate) fn cells<T>(columns: &[Column<T>], of: &T) -> String {
 }
 
 /// The numbers for machines.
-pub(crate) fn tell<T>(columns: &[Column<T>], of: &T, line: &mut Value) {
+pub(crate) fn add_to_json<T>(columns: &[Column<T>], of: &T, line: &mut Value) {
     for (name, number) in columns {
         line[*name] = number(of).into();
     }

@@ -31,7 +31,7 @@ impl Cost {
         let overhead = rows.iter().find(|row| row.name == markers);
         let overhead = overhead.map_or(0, |row| row.min);
         for row in &mut rows {
-            row.take_off(overhead);
+            row.subtract_overhead(overhead);
         }
         Ok(Self(rows))
     }
@@ -39,7 +39,7 @@ impl Cost {
     /// A contender's cycles: in f32, the device's own in fixed point; setpoint
     /// track, feed-forward and mapping to amplitudes, which are the same for all,
     /// not in them. Of the ablated default none are measured.
-    pub fn of(&self, contender: &Contender) -> Option<Cycles> {
+    pub fn contender_cycles(&self, contender: &Contender) -> Option<Cycles> {
         let (whole, alone, differentiator) = match contender {
             Contender::Searched(_, c) => {
                 let derivative = c.add_ons.derivative;

@@ -109,13 +109,13 @@ impl Driver for Device {
         // A frame that overtook another is refused, as on the board.
         let _ = self
             .joint
-            .setpoint(&mut self.state, now, at, angle(degrees), None);
+            .accept_setpoint(&mut self.state, now, at, angle(degrees), None);
     }
 
     fn measurement(&mut self, now: Micros, at: Micros, degrees: f64) {
         let _ = self
             .joint
-            .measurement(&mut self.state, now, at, angle(degrees));
+            .accept_measurement(&mut self.state, now, at, angle(degrees));
     }
 
     /// Silent before the first measurement, and for good once the joint has named a
@@ -204,12 +204,12 @@ impl<R: Real> Driver for Floating<R> {
         }
         self.wait_ms = self.period_ms - 1;
         let forward: f64 = self.forward.effort(target, rate).to_num();
-        let radians = |degrees: f64| R::of(degrees.to_radians());
+        let radians = |degrees: f64| R::from_f64(degrees.to_radians());
         let effort = self.law.step(&Input {
             target: radians(target.get().to_num()),
             target_rate: radians(rate.get().to_num()),
             measured: radians(measured),
-            feed_forward: R::of(forward),
+            feed_forward: R::from_f64(forward),
         });
         // Beyond ±2 the mapping has clamped long before.
         let effort = Q::from_num(effort.to_f64().clamp(-2.0, 2.0));

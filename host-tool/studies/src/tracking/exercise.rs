@@ -26,11 +26,11 @@ pub enum Wearers {
 impl Wearers {
     /// Plant `index` of campaign `seed`.
     pub fn plant(self, seed: u64, index: u64) -> Plant {
-        let earlier = Plant::drawn(seed, index);
+        let earlier = Plant::random(seed, index);
         match self {
             Self::Earlier => earlier,
             Self::Widened => Plant {
-                finger: RandomFingerSpec::widened(seed, index),
+                finger: RandomFingerSpec::random_wide_range(seed, index),
                 ..earlier
             },
         }

@@ -66,7 +66,7 @@ pub fn optimum(
     let mut found = Vec::new();
     let friction = plant.finger.static_friction_nm;
     for (friction_nm, ahead) in [(0.0, 0), (friction, 0), (friction, MUSCLE_PERIODS)] {
-        let first = learner.first(&plant.finger, friction_nm, ahead);
+        let first = learner.initial_efforts(&plant.finger, friction_nm, ahead);
         found.push(learn(&learner, &play, first, target)?);
     }
     if let Some(known) = known {
@@ -93,7 +93,7 @@ fn learn(
     let mut damping = 0.1;
     let mut failures = 0;
     for _ in 0..ROUNDS {
-        let tried = learner.corrected(&efforts, &angles, damping);
+        let tried = learner.correct_efforts(&efforts, &angles, damping);
         let after = play(&tried)?;
         let now = learner.cost(&after);
         let scored = rmse(&after, target);
@@ -228,7 +228,7 @@ struct Learner {
 impl Learner {
     /// What would hold each angle if there were time, against so much friction
     /// and so many periods ahead: where learning starts.
-    fn first(&self, spec: &RandomFingerSpec, friction_nm: f64, ahead: usize) -> Vec<f64> {
+    fn initial_efforts(&self, spec: &RandomFingerSpec, friction_nm: f64, ahead: usize) -> Vec<f64> {
         let last = self.wanted.len() - 1;
         let wanted = |n: usize| self.wanted[(n + ahead).min(last)];
         let held = (0..=last).map(|n| {
@@ -253,7 +253,7 @@ impl Learner {
     }
 
     /// Efforts after one damped Gauss-Newton step.
-    fn corrected(&self, efforts: &[f64], angles: &[f32], damping: f64) -> Vec<f64> {
+    fn correct_efforts(&self, efforts: &[f64], angles: &[f32], damping: f64) -> Vec<f64> {
         let errors = self.errors(angles);
         // What each effort should gain: kernel, turned round, on the errors.
         let gain = |n: usize| -> f64 {

@@ -30,12 +30,12 @@ impl Line {
 
     /// Evenly: samples up to 2 ms late, 1 to 4 ms on the way, up to 8 ms more,
     /// up to 54 % of the setpoints lost (the worst line of our earlier study).
-    fn drawn(draws: &mut Draws) -> Self {
+    fn random(draws: &mut Draws) -> Self {
         Self {
-            sampling_jitter_us: draws.even(0.0, 2000.0),
-            transport_us: draws.even(1000.0, 4000.0),
-            transport_jitter_us: draws.even(0.0, 8000.0),
-            loss: draws.even(0.0, 0.54),
+            sampling_jitter_us: draws.uniform(0.0, 2000.0),
+            transport_us: draws.uniform(1000.0, 4000.0),
+            transport_jitter_us: draws.uniform(0.0, 8000.0),
+            loss: draws.uniform(0.0, 0.54),
         }
     }
 }
@@ -62,11 +62,11 @@ impl Plant {
     }
 
     /// Plant `index` of campaign `seed`; see [`RandomFingerSpec::drawn`].
-    pub fn drawn(seed: u64, index: u64) -> Self {
+    pub fn random(seed: u64, index: u64) -> Self {
         Self {
-            finger: RandomFingerSpec::drawn(seed, index),
-            line: Line::drawn(&mut Draws::new(seed, index, 1)),
-            seed: Draws::new(seed, index, 2).even(0.0, 4e15) as u64,
+            finger: RandomFingerSpec::random(seed, index),
+            line: Line::random(&mut Draws::new(seed, index, 1)),
+            seed: Draws::new(seed, index, 2).uniform(0.0, 4e15) as u64,
         }
     }
 }

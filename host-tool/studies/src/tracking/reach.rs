@@ -46,7 +46,7 @@ impl Reachable {
             let [lowest, highest] = reach.range_deg();
             angles.extend(window.iter().map(|w| w.clamp(lowest, highest)));
             if let Some(first) = window.first() {
-                reach.follow(*first, window.len() as f64 / 1000.0);
+                reach.hold_reachable_target(*first, window.len() as f64 / 1000.0);
             }
         }
         let scored = || wanted.iter().zip(&angles).skip(SCORED_FROM_MS);

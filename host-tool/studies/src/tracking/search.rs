@@ -141,7 +141,7 @@ impl Training {
                 genome.candidate(form, equipment).driver::<f64>(points)?,
             ))
         };
-        let first = Genome::of_default(form);
+        let first = Genome::from_default(form);
         let best = self.best(&names, first, driver, evaluations, progress)?;
         Ok(best.map(|(cost, genome)| SearchResult {
             candidate: genome.candidate(form, equipment),
@@ -162,7 +162,7 @@ impl Training {
         let parameters = &default::PARAMETERS;
         let names = parameters.map(|p| p.name);
         let shipped = default::shipped();
-        let first = Genome::at(|name| shipped.get(name).copied(), parameters);
+        let first = Genome::from_values(|name| shipped.get(name).copied(), parameters);
         let driver = |genome: &Genome, points| -> Result<Box<dyn Driver>, _> {
             let spec = default::joint(&genome.values(parameters), points);
             Ok(Box::new(Device::new(&spec)?))
@@ -229,23 +229,23 @@ fn random_genome(names: &[&'static str], draws: &mut Draws) -> Genome {
     Genome {
         places: names
             .iter()
-            .map(|name| (*name, draws.even(0.0, 1.0)))
+            .map(|name| (*name, draws.uniform(0.0, 1.0)))
             .collect(),
-        choices: [(); 6].map(|()| draws.even(0.0, 1.0)),
+        choices: [(); 6].map(|()| draws.uniform(0.0, 1.0)),
     }
 }
 
 /// Returns a random variation of one of the parents. Better parents are chosen more often.
 fn mutated(parents: &[(f64, Genome)], spread: f64, draws: &mut Draws) -> Genome {
-    let rank = draws.even(0.0, 1.0).powi(2) * parents.len() as f64;
+    let rank = draws.uniform(0.0, 1.0).powi(2) * parents.len() as f64;
     let (_, parent) = &parents[(rank as usize).min(parents.len() - 1)];
     let mut child = parent.clone();
     for place in child.places.values_mut() {
-        *place = (*place + draws.even(-spread, spread)).clamp(0.0, 1.0);
+        *place = (*place + draws.uniform(-spread, spread)).clamp(0.0, 1.0);
     }
     for choice in &mut child.choices {
-        if draws.even(0.0, 1.0) < 0.1 {
-            *choice = draws.even(0.0, 1.0);
+        if draws.uniform(0.0, 1.0) < 0.1 {
+            *choice = draws.uniform(0.0, 1.0);
         }
     }
     child

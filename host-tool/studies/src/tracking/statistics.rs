@@ -36,7 +36,7 @@ pub fn paired(ours: &[f64], theirs: &[f64]) -> Interval {
     let mut draws = Draws::new(0, 0, 6);
     let means: Vec<f64> = (0..RESAMPLES)
         .map(|_| {
-            let pick = |_| differences[(draws.even(0.0, n as f64) as usize).min(n - 1)];
+            let pick = |_| differences[(draws.uniform(0.0, n as f64) as usize).min(n - 1)];
             (0..n).map(pick).sum::<f64>() / n.max(1) as f64
         })
         .collect();

@@ -1,7 +1,7 @@
 //! A campaign and a search as tables: for people, for machines, as CSV.
 
 use super::campaign::{Campaign, Score};
-use super::columns::{Column, cells, names, tell};
+use super::columns::{Column, add_to_json, cells, names};
 use super::gains::{Default, Row};
 use super::target::Course;
 use super::wearer::Points;
@@ -103,7 +103,7 @@ fn write_text(out: &mut String, campaign: &Campaign) {
     if campaign.plan.optimum_plants == 0 {
         return;
     }
-    let beaten = campaign.beaten_by();
+    let beaten = campaign.margin_below_optimum();
     out.push_str(&format!(
         "no law beats the optimum by more than {:.2}°\n",
         beaten.max(0.0)
@@ -241,7 +241,7 @@ pub fn json(campaign: &Campaign) -> Value {
                     })),
                     "over_best_pid_deg": { "mean": d.mean, "low": d.low, "high": d.high },
                 });
-                tell(&NUMBERS, &s, &mut law);
+                add_to_json(&NUMBERS, &s, &mut law);
                 law
             });
         json!({
@@ -260,12 +260,12 @@ pub fn json(campaign: &Campaign) -> Value {
         "two_points_nm_assumed": { "low": TWO_POINTS_NM[0], "high": TWO_POINTS_NM[1] },
         "points": points,
         "goals": goals(campaign).into_iter().map(goal).collect::<Vec<_>>(),
-        "optimum_beaten_by_deg": campaign.beaten_by().max(0.0),
+        "optimum_beaten_by_deg": campaign.margin_below_optimum().max(0.0),
     })
 }
 
 /// What a search found, for people.
-pub fn found(rows: &[Row], default: Option<&Default>, evaluations: usize) -> String {
+pub fn search_text(rows: &[Row], default: Option<&Default>, evaluations: usize) -> String {
     let mut out = format!(
         "{evaluations} evaluations each; geometric mean of the quadratic mean RMSE on earlier\n\
          and on widened training wearers\n"
@@ -297,7 +297,7 @@ pub fn found(rows: &[Row], default: Option<&Default>, evaluations: usize) -> Str
 }
 
 /// The same for machines.
-pub fn found_json(rows: &[Row], default: Option<&Default>, evaluations: usize) -> Value {
+pub fn search_json(rows: &[Row], default: Option<&Default>, evaluations: usize) -> Value {
     let one = |(equipment, found): &Row| {
         json!({
             "law": found.candidate.form.name(), "equipment": equipment.name(),

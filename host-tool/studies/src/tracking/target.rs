@@ -72,11 +72,11 @@ impl Course {
         let mut draws = Draws::new(seed, index, 8);
         match index % 3 {
             0 => Self::SineAt {
-                hz: draws.even(0.1, 0.5),
+                hz: draws.uniform(0.1, 0.5),
             },
             1 => Self::Steps { seed, index },
             _ => Self::Hold {
-                deg: draws.even(15.0, 75.0),
+                deg: draws.uniform(15.0, 75.0),
             },
         }
     }
@@ -97,11 +97,11 @@ impl Course {
             Self::SineAt { hz } => sines(&[(40.0, hz, 0.0)], ms),
             Self::Smooth { seed } => {
                 let mut draws = Draws::new(seed, 0, 3);
-                let weights = [(); 4].map(|()| draws.even(0.2, 1.0));
+                let weights = [(); 4].map(|()| draws.uniform(0.2, 1.0));
                 let all: f64 = weights.iter().sum();
                 let part = |w: f64| {
                     let amplitude = 40.0 * w / all;
-                    (amplitude, draws.even(0.05, 0.4), draws.even(0.0, TAU))
+                    (amplitude, draws.uniform(0.05, 0.4), draws.uniform(0.0, TAU))
                 };
                 sines(&weights.map(part), ms)
             }
@@ -123,8 +123,8 @@ fn steps(seed: u64, index: u64, ms: usize) -> Vec<f64> {
     let mut draws = Draws::new(seed, index, 9);
     let mut angles = vec![REST_DEG; SETTLING_MS.min(ms)];
     while angles.len() < ms {
-        let level = draws.even(10.0, 80.0);
-        let stays = draws.even(2500.0, 5000.0) as usize;
+        let level = draws.uniform(10.0, 80.0);
+        let stays = draws.uniform(2500.0, 5000.0) as usize;
         angles.resize((angles.len() + stays).min(ms), level);
     }
     angles

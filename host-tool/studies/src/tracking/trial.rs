@@ -54,14 +54,14 @@ impl Frames {
             sample_us: 0.0,
             under_way: VecDeque::with_capacity(4),
         };
-        frames.sample_us = frames.late();
+        frames.sample_us = frames.next_sample_us();
         frames
     }
 
     /// When the next frame is really sampled.
-    fn late(&mut self) -> f64 {
+    fn next_sample_us(&mut self) -> f64 {
         let nominal_us = self.taken as f64 * 1e6 / FRAME_HZ;
-        nominal_us + self.luck.even(0.0, self.line.sampling_jitter_us)
+        nominal_us + self.luck.uniform(0.0, self.line.sampling_jitter_us)
     }
 
     /// Takes a frame if it is time. A frame states the time it should have been
@@ -72,9 +72,9 @@ impl Frames {
         }
         let at_us = (self.taken as f64 * 1e6 / FRAME_HZ) as u64;
         let ms = (at_us / 1000) as usize;
-        let way = self.line.transport_us + self.luck.even(0.0, self.line.transport_jitter_us);
+        let way = self.line.transport_us + self.luck.uniform(0.0, self.line.transport_jitter_us);
         // The first setpoint always arrives: without it nobody stimulates.
-        let is_lost = self.luck.even(0.0, 1.0) < self.line.loss && self.taken > 0;
+        let is_lost = self.luck.uniform(0.0, 1.0) < self.line.loss && self.taken > 0;
         self.under_way.push_back(Frame {
             due_us: now_us + way as u64,
             at_us,
@@ -82,7 +82,7 @@ impl Frames {
             measured: sensed_deg,
         });
         self.taken += 1;
-        self.sample_us = self.late();
+        self.sample_us = self.next_sample_us();
     }
 
     /// Hands over what has arrived; frames stay in order.

@@ -1,7 +1,7 @@
 //! The widened wearers as tables: where each law fails, and whom it refuses.
 
 use super::campaign::{Campaign, Case};
-use super::columns::{Column, cells, names, tell};
+use super::columns::{Column, add_to_json, cells, names};
 use super::exercise::{FAILS_DEG, RIPPLE_DEG};
 use super::statistics::{Interval, mean, paired, percentile};
 use super::target::Kind;
@@ -48,7 +48,7 @@ pub fn failures(
     contender: usize,
     kind: Option<Kind>,
 ) -> Failures {
-    let mut cases = campaign.with(points);
+    let mut cases = campaign.cases_with(points);
     cases.retain(|c| kind.is_none_or(|k| c.kind == k));
     let outcome = |c: &Case| c.outcomes[contender].clone();
     let pid = campaign.best_pid(points);
@@ -187,7 +187,7 @@ fn verdict(campaign: &Campaign, points: Points) -> String {
 /// Names under which a contender refused, each with how often.
 fn refusals(campaign: &Campaign, points: Points, contender: usize) -> Vec<(String, usize)> {
     let mut counts = std::collections::BTreeMap::new();
-    for case in campaign.with(points) {
+    for case in campaign.cases_with(points) {
         if let Some(name) = &case.outcomes[contender].refused {
             *counts.entry(name.clone()).or_insert(0) += 1;
         }
@@ -244,7 +244,7 @@ pub fn json(campaign: &Campaign) -> Value {
                         "over_best_pid_deg": { "mean": f.over_pid.mean, "low": f.over_pid.low,
                                                "high": f.over_pid.high },
                     });
-                    tell(&NUMBERS, &f, &mut line);
+                    add_to_json(&NUMBERS, &f, &mut line);
                     line
                 });
                 json!({

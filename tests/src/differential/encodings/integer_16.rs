@@ -1,6 +1,6 @@
 //! 16-bit instructions (Arm ARM A5.2).
 
-use super::{Encoding, Form, Unit, left, memory, plain, unit, valid};
+use super::{Encoding, Form, Unit, excluded, memory, plain, unit, valid};
 
 /// More special ones first.
 #[rustfmt::skip]
@@ -79,13 +79,13 @@ pub(super) const ENCODINGS: &[Encoding] = &[
     plain("NOP (T1)", "1011111100000000"),
     plain("YIELD (T1)", "1011111100010000"),
     unit("WFE (T1)", "1011111100100000", Unit::Event),
-    left("WFI (T1)", "1011111100110000", "sleeps, and nothing would wake the core"),
+    excluded("WFI (T1)", "1011111100110000", "sleeps, and nothing would wake the core"),
     unit("SEV (T1)", "1011111101000000", Unit::Event),
     unit("IT", "10111111 cccc iiii", Unit::Block),
-    left("BKPT", "10111110 iiiiiiii", "asks the debugger or the host, as the harness does"),
+    excluded("BKPT", "10111110 iiiiiiii", "asks the debugger or the host, as the harness does"),
     memory("STM (T1)", "11000 bbb llllllll", Form::Up, 0),
     memory("LDM (T1)", "11001 bbb llllllll", Form::Up, 0),
-    left("UDF (T1)", "11011110 iiiiiiii", "faults, and a fault ends the program"),
+    excluded("UDF (T1)", "11011110 iiiiiiii", "faults, and a fault ends the program"),
     unit("SVC", "11011111 iiiiiiii", Unit::Alone),
     unit("B (cond, T1)", "1101 cccc iiiiiiii", Unit::Skip),
     unit("B (T2)", "11100 iiiiiiiiiii", Unit::Skip),

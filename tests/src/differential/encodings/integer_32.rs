@@ -1,6 +1,6 @@
 //! 32-bit instructions that access no memory (Arm ARM A5.3).
 
-use super::{Encoding, Unit, left, plain, unit, valid};
+use super::{Encoding, Unit, excluded, plain, unit, valid};
 
 /// A byte of zero twice or four times is UNPREDICTABLE.
 const fn is_modified(w: u32) -> bool {
@@ -26,7 +26,7 @@ const fn inserts(w: u32) -> bool {
 }
 
 /// The operand is there twice.
-const fn twice(w: u32) -> bool {
+const fn has_same_operands(w: u32) -> bool {
     w >> 16 & 15 == w & 15
 }
 
@@ -150,12 +150,12 @@ pub(super) const ENCODINGS: &[Encoding] = &[
     plain("QDADD", "111110101000nnnn 1111dddd1001mmmm"),
     plain("QSUB", "111110101000nnnn 1111dddd1010mmmm"),
     plain("QDSUB", "111110101000nnnn 1111dddd1011mmmm"),
-    valid("REV (T2)", "111110101001nnnn 1111dddd1000mmmm", twice),
-    valid("REV16 (T2)", "111110101001nnnn 1111dddd1001mmmm", twice),
-    valid("RBIT", "111110101001nnnn 1111dddd1010mmmm", twice),
-    valid("REVSH (T2)", "111110101001nnnn 1111dddd1011mmmm", twice),
+    valid("REV (T2)", "111110101001nnnn 1111dddd1000mmmm", has_same_operands),
+    valid("REV16 (T2)", "111110101001nnnn 1111dddd1001mmmm", has_same_operands),
+    valid("RBIT", "111110101001nnnn 1111dddd1010mmmm", has_same_operands),
+    valid("REVSH (T2)", "111110101001nnnn 1111dddd1011mmmm", has_same_operands),
     plain("SEL", "111110101010nnnn 1111dddd1000mmmm"),
-    valid("CLZ", "111110101011nnnn 1111dddd1000mmmm", twice),
+    valid("CLZ", "111110101011nnnn 1111dddd1000mmmm", has_same_operands),
     // Multiplication and division.
     plain("MUL (T2)", "111110110000nnnn 1111dddd0000mmmm"),
     plain("MLA", "111110110000nnnn aaaadddd0000mmmm"),
@@ -192,7 +192,7 @@ pub(super) const ENCODINGS: &[Encoding] = &[
     plain("MRS (MSP)", "1111001111101111 1000dddd00001000"),
     unit("MRS (PRIMASK, BASEPRI)", "1111001111101111 1000dddd0001000w", Unit::Mask),
     unit("MSR (PRIMASK, BASEPRI)", "111100111000nnnn 100010000001000w", Unit::Mask),
-    left("MSR (other)", "111100111000ffff 1000ffffffffffff", "changes the stack or mode"),
+    excluded("MSR (other)", "111100111000ffff 1000ffffffffffff", "changes the stack or mode"),
     plain("NOP (T2)", "1111001110101111 1000000000000000"),
     plain("CLREX", "1111001110111111 1000111100101111"),
     plain("DSB", "1111001110111111 1000111101001111"),
@@ -201,7 +201,7 @@ pub(super) const ENCODINGS: &[Encoding] = &[
     // Branches.
     unit("BL", "11110iiiiiiiiiii 11w1wiiiiiiiiiii", Unit::Skip),
     unit("B (T4)", "11110iiiiiiiiiii 10w1wiiiiiiiiiii", Unit::Skip),
-    left("UDF (T2)", "111101111111ffff 1010ffffffffffff", "faults, and a fault ends the program"),
+    excluded("UDF (T2)", "111101111111ffff 1010ffffffffffff", "faults, and a fault ends the program"),
     unit("B (cond, T3)", "11110scccciiiiii 10j0jiiiiiiiiiii", Unit::Skip),
     unit("TBB", "111010001101 1111 11110000 0000 xxxx", Unit::Table),
     unit("TBH", "111010001101 1111 11110000 0001 xxxx", Unit::Table),

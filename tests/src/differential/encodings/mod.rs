@@ -111,7 +111,7 @@ const fn unit(name: &'static str, pattern: &'static str, unit: Unit) -> Encoding
     row(name, pattern, Kind::Unit(unit))
 }
 
-const fn left(name: &'static str, pattern: &'static str, why: &'static str) -> Encoding {
+const fn excluded(name: &'static str, pattern: &'static str, why: &'static str) -> Encoding {
     row(name, pattern, Kind::Left(why))
 }
 
@@ -174,20 +174,20 @@ impl Pattern {
 
     /// Bits of the field `letter`.
     #[must_use]
-    pub fn bits(&self, letter: char) -> u32 {
+    pub fn field_width(&self, letter: char) -> u32 {
         self.letters.iter().filter(|c| **c == letter).count() as u32
     }
 
     /// The fixed bits.
     #[must_use]
-    pub const fn empty(&self) -> u32 {
+    pub const fn fixed_bits(&self) -> u32 {
         self.value
     }
 
     /// `word` with the field `letter` set to `value`.
     #[must_use]
-    pub fn with(&self, word: u32, letter: char, value: u32) -> u32 {
-        let (mut word, mut left) = (word, self.bits(letter));
+    pub fn set_field(&self, word: u32, letter: char, value: u32) -> u32 {
+        let (mut word, mut left) = (word, self.field_width(letter));
         for (at, _) in self
             .letters
             .iter()
@@ -241,7 +241,7 @@ impl Encodings {
     /// # Panics
     /// There is none.
     #[must_use]
-    pub fn named(&self, name: &str) -> &Pattern {
+    pub fn by_name(&self, name: &str) -> &Pattern {
         let found = self.0.iter().find(|p| p.encoding.name == name);
         found.unwrap_or_else(|| panic!("no encoding {name}"))
     }

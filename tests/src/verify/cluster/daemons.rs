@@ -55,9 +55,9 @@ impl Cluster {
         let options = options.map(|text| format!("--{text}={}", munge(text).display()));
         let mut words = vec!["--foreground"];
         words.extend(options.iter().map(String::as_str));
-        cluster.begin("munged", &words)?;
-        cluster.begin("slurmctld", &["-D", "-f", &configuration])?;
-        cluster.begin("slurmd", &["-D", "-f", &configuration])?;
+        cluster.start_program("munged", &words)?;
+        cluster.start_program("slurmctld", &["-D", "-f", &configuration])?;
+        cluster.start_program("slurmd", &["-D", "-f", &configuration])?;
         cluster.await_node(at, console)?;
         Ok(cluster)
     }
@@ -84,7 +84,7 @@ impl Cluster {
     }
 
     /// The end of what each program wrote.
-    pub fn complaints(&self) -> Vec<String> {
+    pub fn log_tails(&self) -> Vec<String> {
         let mut lines = Vec::new();
         for program in ["munged", "slurmctld", "slurmd"] {
             let log = fs::read(self.log(program)).unwrap_or_default();
@@ -157,7 +157,7 @@ impl Cluster {
         ))
     }
 
-    fn begin(&mut self, program: &str, words: &[&str]) -> anyhow::Result<()> {
+    fn start_program(&mut self, program: &str, words: &[&str]) -> anyhow::Result<()> {
         let log = File::create(self.log(program))?;
         let started = Command::new(program)
             .args(words)
@@ -183,7 +183,7 @@ impl Cluster {
                 let seen = asked.lines.join("; ");
                 bail!(
                     "the node is not idle: {seen}\n{}",
-                    self.complaints().join("\n")
+                    self.log_tails().join("\n")
                 );
             }
             sleep(LOOK);

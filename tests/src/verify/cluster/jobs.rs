@@ -31,19 +31,19 @@ pub(super) struct Array {
 }
 
 /// The document's script for another study: what its folders are called, and what draws it.
-pub(super) fn script_of([name, draws, _]: [&str; 3], script: &str) -> String {
+pub(super) fn study_script([name, draws, _]: [&str; 3], script: &str) -> String {
     script.replace(SHOWN, draws).replace(FOLDERS, name)
 }
 
 impl Array {
     /// Of a study: what its folders are called, what draws it, what merges it.
-    pub fn of(kind: [&'static str; 3], script: &str) -> Self {
+    pub fn new(kind: [&'static str; 3], script: &str) -> Self {
         let [name, draws, merges] = kind;
         Self {
             name,
             draws,
             merges,
-            script: script_of(kind, script),
+            script: study_script(kind, script),
         }
     }
 
@@ -51,7 +51,7 @@ impl Array {
     ///
     /// # Errors
     /// A program ends with an error, or not in time.
-    pub fn is_whole(
+    pub fn check_merged(
         &self,
         at: &Workspace,
         console: &mut Console,
@@ -59,7 +59,7 @@ impl Array {
     ) -> anyhow::Result<Report> {
         let begin = Instant::now();
         let job = self.submit(at, console, cluster)?;
-        while self.runs(at, console, cluster, &job)? {
+        while self.is_running(at, console, cluster, &job)? {
             ensure!(begin.elapsed() < PATIENCE, "{}: not in time", self.name);
             sleep(LOOK);
         }
@@ -70,8 +70,8 @@ impl Array {
     /// from what it had.
     ///
     /// # Errors
-    /// As [`Self::is_whole`].
-    pub fn is_requeued(
+    /// As [`Self::check_merged`].
+    pub fn check_requeued(
         &self,
         at: &Workspace,
         console: &mut Console,
@@ -99,7 +99,7 @@ impl Array {
         }
         let ended_with = lines(&kept);
         let mut least = ended_with;
-        while self.runs(at, console, cluster, &job)? {
+        while self.is_running(at, console, cluster, &job)? {
             ensure!(begin.elapsed() < PATIENCE, "{}: not in time", self.name);
             least = least.min(lines(&kept));
             sleep(LOOK);
@@ -156,11 +156,11 @@ impl Array {
         let asked = cluster.run(at, console, "squeue", &words)?;
         let lines = asked.lines.join("; ");
         ensure!(asked.success, "{}: squeue: {lines}", self.name);
-        console.now(&format!("{}: {lines}", self.name));
+        console.show_progress(&format!("{}: {lines}", self.name));
         Ok(asked.lines)
     }
 
-    fn runs(
+    fn is_running(
         &self,
         at: &Workspace,
         console: &mut Console,

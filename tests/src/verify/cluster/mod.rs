@@ -64,7 +64,7 @@ pub(super) fn run(at: &Workspace, console: &mut Console) -> anyhow::Result<Repor
     }
     let mut report = Report::default();
     for program in PROGRAMS {
-        report.add(setup::installed(at, console, program, "-V")?);
+        report.add(setup::ensure_installed(at, console, program, "-V")?);
     }
     let build = ["build", "-p", "host-tool", "--bin", "flexor"];
     let built = execute(at, console, "cargo", &build)?;
@@ -75,15 +75,15 @@ pub(super) fn run(at: &Workspace, console: &mut Console) -> anyhow::Result<Repor
     }
     let cluster = Cluster::start(at, console)?;
     for kind in KINDS {
-        let array = Array::of(kind, &script);
-        let came = array.is_whole(at, console, &cluster);
+        let array = Array::new(kind, &script);
+        let came = array.check_merged(at, console, &cluster);
         report.add(came.unwrap_or_else(Report::from_error));
     }
-    let array = Array::of(REQUEUED, &script);
-    let came = array.is_requeued(at, console, &cluster);
+    let array = Array::new(REQUEUED, &script);
+    let came = array.check_requeued(at, console, &cluster);
     report.add(came.unwrap_or_else(Report::from_error));
     if report.failed > 0 {
-        report.lines.extend(cluster.complaints());
+        report.lines.extend(cluster.log_tails());
     }
     Ok(report)
 }
@@ -117,7 +117,7 @@ mod tests {
             "{script}"
         );
         let [name, draws, _] = KINDS[2];
-        let own = jobs::script_of([name, draws, ""], &script);
+        let own = jobs::study_script([name, draws, ""], &script);
         assert!(own.contains("flexor faults --class link"), "{own}");
         assert!(own.contains("--out faults-$SLURM_ARRAY_TASK_ID"), "{own}");
         assert!(!own.contains("harris") && !own.contains("walls"), "{own}");

@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 const PAGE: &str = "docs/safety.md";
 
 /// What the page names and the tree has not.
-pub(super) fn missing(sources: &[Source]) -> Findings {
+pub(super) fn missing_evidence(sources: &[Source]) -> Findings {
     let page = sources.iter().find(|source| source.path == PAGE);
     let Some(page) = page else {
         return vec![format!("{PAGE} is gone")];
@@ -21,7 +21,7 @@ pub(super) fn missing(sources: &[Source]) -> Findings {
     if proofs.is_empty() {
         found.push(format!("{PAGE}: no list of proofs"));
     }
-    let cited = cited(told);
+    let cited = cited_proofs(told);
     let tell = |what: &str, of: &str| format!("{PAGE}: {of} {what}");
     found.extend(
         cited
@@ -34,7 +34,7 @@ pub(super) fn missing(sources: &[Source]) -> Findings {
             .map(|p| tell("is cited nowhere", p)),
     );
     let quoted = told.split('`').skip(1).step_by(2);
-    let is_gone = |quoted: &&str| !is_there(quoted, sources);
+    let is_gone = |quoted: &&str| !exists_in_tree(quoted, sources);
     found.extend(
         quoted
             .filter(is_gone)
@@ -86,7 +86,7 @@ fn has_test(file: &Source, test: &str) -> bool {
 }
 
 /// Every P and number, of a range (`P6–P10`) all.
-fn cited(text: &str) -> BTreeSet<String> {
+fn cited_proofs(text: &str) -> BTreeSet<String> {
     let number = |word: &str| word.strip_prefix('P')?.parse::<u32>().ok();
     let is_part = |c: char| c.is_ascii_alphanumeric() || c == '–';
     let words = text.split(|c| !is_part(c));
@@ -112,7 +112,7 @@ fn links(text: &str) -> impl Iterator<Item = &str> {
 
 /// A file or folder of the tree or of `docs`, or a command of `flexor`; what has the form
 /// of neither is no name.
-fn is_there(quoted: &str, sources: &[Source]) -> bool {
+fn exists_in_tree(quoted: &str, sources: &[Source]) -> bool {
     if let Some(rest) = quoted.strip_prefix("flexor ") {
         let command = rest.split_whitespace().next().unwrap_or_default();
         let command = command.replace('-', "_");
@@ -150,7 +150,7 @@ mod tests {
             ("docs/c.md", ""),
             ("host-tool/src/cli/run.rs", ""),
         ];
-        missing(&files.map(|(path, text)| Source::new(path, text.to_owned())))
+        missing_evidence(&files.map(|(path, text)| Source::new(path, text.to_owned())))
     }
 
     #[test]
@@ -176,6 +176,6 @@ mod tests {
             let told = found(&GOOD.replacen(from, to, 1)).join("\n");
             assert!(told.contains(says), "{from} → {to}: {told}");
         }
-        assert_eq!(missing(&[]), ["docs/safety.md is gone"]);
+        assert_eq!(missing_evidence(&[]), ["docs/safety.md is gone"]);
     }
 }

@@ -2,6 +2,7 @@
 //!
 //! In: the working tree. Out: where a rule is broken, as `file:line`.
 
+mod empty_comments;
 mod evidence;
 mod layers;
 mod modules;
@@ -10,7 +11,7 @@ mod words;
 
 use super::report::Report;
 pub(super) use source::Source;
-use source::words;
+use source::find_word;
 use std::iter;
 use std::path::Path;
 
@@ -54,7 +55,7 @@ type Findings = Vec<String>;
 type Rule = (&'static str, fn(&Source) -> Findings);
 
 #[rustfmt::skip]
-const RULES: [Rule; 8] = [
+const RULES: [Rule; 9] = [
     ("`unsafe` is in images' boards only", unsafe_elsewhere),
     ("device code cannot panic without a proof", panics),
     ("the pulse path has no float", floats),
@@ -63,6 +64,7 @@ const RULES: [Rule; 8] = [
     ("no path of one machine is committed", machine_paths),
     ("tests draw from one committed seed", own_seeds),
     ("simulators and sessions read a clock only behind a feature", clocks),
+    ("no comment repeats the name and type below it", empty_comments::judge),
 ];
 
 /// A rule that needs all files to judge one.
@@ -78,7 +80,10 @@ const EVIDENCE_IS_THERE: &str = "what docs/safety.md names as evidence is there"
 pub(super) fn run(root: &Path) -> anyhow::Result<Report> {
     let sources = sources(root)?;
     let mut report = judge(&sources);
-    report.add(told(EVIDENCE_IS_THERE, &evidence::missing(&sources)));
+    report.add(rule_report(
+        EVIDENCE_IS_THERE,
+        &evidence::missing_evidence(&sources),
+    ));
     Ok(report)
 }
 
@@ -95,15 +100,15 @@ fn judge(sources: &[Source]) -> Report {
         let findings: Findings = sources.iter().flat_map(broken).collect();
         (statement, findings)
     });
-    let lost = (NO_FILE_IS_LOST, modules::lost(sources));
+    let lost = (NO_FILE_IS_LOST, modules::orphan_files(sources));
     let unwanted = (WORDS_ARE_THE_FIELDS, words::judge(sources));
     let wide = [lost, unwanted].into_iter().chain(layers::judge(sources));
     for (statement, findings) in each.into_iter().chain(wide) {
-        report.add(told(statement, &findings));
+        report.add(rule_report(statement, &findings));
     }
     for source in sources.iter().filter(|s| s.is_rust()) {
         let count = source.text.lines().count();
-        if (LONG_LINES + 1..=longest(source)).contains(&count) {
+        if (LONG_LINES + 1..=max_lines(source)).contains(&count) {
             let note = format!("note: {} has {count} lines: split it?", source.path);
             report.lines.push(note);
         }
@@ -112,7 +117,7 @@ fn judge(sources: &[Source]) -> Report {
 }
 
 /// Whether a rule holds, and where not.
-fn told(statement: &str, findings: &[String]) -> Report {
+fn rule_report(statement: &str, findings: &[String]) -> Report {
     if findings.is_empty() {
         return Report::pass();
     }
@@ -151,7 +156,7 @@ fn unsafe_elsewhere(source: &Source) -> Findings {
     if !source.is_rust() || is_board {
         return Vec::new();
     }
-    source.places(words(&source.code, "unsafe"))
+    source.places(find_word(&source.code, "unsafe"))
 }
 
 /// In images and boards a comment on the line or the one above is the proof.
@@ -173,7 +178,7 @@ fn floats(source: &Source) -> Findings {
     if !rooms.iter().any(|room| source.path.starts_with(room)) {
         return Vec::new();
     }
-    let found = ["f32", "f64"].map(|float| words(&source.shipped, float));
+    let found = ["f32", "f64"].map(|float| find_word(&source.shipped, float));
     source.places(found.concat())
 }
 
@@ -182,7 +187,7 @@ fn dependent_simulator(source: &Source) -> Findings {
     if !source.is_rust() || !rooms.iter().any(|room| source.path.starts_with(room)) {
         return Vec::new();
     }
-    source.places(words(&source.shipped, "firmware"))
+    source.places(find_word(&source.shipped, "firmware"))
 }
 
 fn clocks(source: &Source) -> Findings {
@@ -191,12 +196,12 @@ fn clocks(source: &Source) -> Findings {
     if !is_judged || CLOCKS.contains(&&*source.path) {
         return Vec::new();
     }
-    let found = ["Instant", "SystemTime", "chrono"].map(|clock| words(&source.shipped, clock));
+    let found = ["Instant", "SystemTime", "chrono"].map(|clock| find_word(&source.shipped, clock));
     source.places(found.concat())
 }
 
 /// Most lines of a file like this.
-fn longest(source: &Source) -> usize {
+fn max_lines(source: &Source) -> usize {
     match source.is_test() {
         true => TOO_LONG_TEST_LINES,
         false => TOO_LONG_LINES,
@@ -205,7 +210,7 @@ fn longest(source: &Source) -> usize {
 
 fn too_long(source: &Source) -> Findings {
     let count = source.text.lines().count();
-    if source.is_rust() && count > longest(source) {
+    if source.is_rust() && count > max_lines(source) {
         vec![format!("{}: {count} lines", source.path)]
     } else {
         Vec::new()
@@ -243,7 +248,7 @@ fn own_seeds(source: &Source) -> Findings {
     {
         return Vec::new();
     }
-    source.places(found.map(|own| words(&source.code, own)).concat())
+    source.places(found.map(|own| find_word(&source.code, own)).concat())
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use super::Findings;
 use super::source::Source;
 
 /// Rust files in a package's `src` and `tests` that are part of no program.
-pub(super) fn lost(sources: &[Source]) -> Findings {
+pub(super) fn orphan_files(sources: &[Source]) -> Findings {
     let mut found = Findings::new();
     for source in sources {
         let Some((folder, name)) = module(&source.path) else {
@@ -56,7 +56,7 @@ mod tests {
 
     fn lost_of(files: &[(&str, &str)]) -> Vec<String> {
         let source = |(path, text): &(&str, &str)| Source::new(path, (*text).to_owned());
-        let found = lost(&files.iter().map(source).collect::<Vec<_>>());
+        let found = orphan_files(&files.iter().map(source).collect::<Vec<_>>());
         let file = |finding: String| finding.split(':').next().unwrap_or("").to_owned();
         found.into_iter().map(file).collect()
     }

@@ -12,14 +12,18 @@ pub(in crate::verify) struct Source {
     pub text: String,
     /// Without comments and the contents of strings (Rust files only).
     pub code: String,
-    /// `code` without test modules; empty if the file is a test.
+    /// `blank_non_code` without test modules; empty if the file is a test.
     pub shipped: String,
 }
 
 impl Source {
     pub fn new(path: &str, text: String) -> Self {
         let is_rust = is_rust(path);
-        let code = if is_rust { code(&text) } else { String::new() };
+        let code = if is_rust {
+            blank_non_code(&text)
+        } else {
+            String::new()
+        };
         let shipped = if is_test(path) {
             String::new()
         } else {
@@ -73,7 +77,7 @@ fn is_rust(path: &str) -> bool {
 }
 
 /// Byte offsets of `word` where it is not part of a longer one.
-pub(super) fn words(code: &str, word: &str) -> Vec<usize> {
+pub(super) fn find_word(code: &str, word: &str) -> Vec<usize> {
     let bytes = code.as_bytes();
     let joins = |byte: Option<&u8>| byte.is_some_and(|b| b.is_ascii_alphanumeric() || *b == b'_');
     let is_whole = |at: &usize| {
@@ -85,7 +89,7 @@ pub(super) fn words(code: &str, word: &str) -> Vec<usize> {
 }
 
 /// `text` with comments and literals blanked; as it is where it is no Rust.
-fn code(text: &str) -> String {
+fn blank_non_code(text: &str) -> String {
     let Ok(tokens) = text.parse::<TokenStream>() else {
         return text.to_owned();
     };
@@ -132,21 +136,21 @@ fn blank(bytes: &mut [u8], from: usize, to: usize) {
     }
 }
 
-/// `code` with every item under `#[cfg(test)]` blanked.
+/// `blank_non_code` with every item under `#[cfg(test)]` blanked.
 fn without_tests(code: &str) -> String {
     const MARK: &str = "#[cfg(test)]";
     let mut out = code.as_bytes().to_vec();
     let mut from = 0;
     while let Some(at) = code[from..].find(MARK) {
         let start = from + at;
-        from = start + MARK.len() + item(&code[start + MARK.len()..]);
+        from = start + MARK.len() + item_length(&code[start + MARK.len()..]);
         blank(&mut out, start, from);
     }
     String::from_utf8_lossy(&out).into_owned()
 }
 
-/// Length of the item that `code` begins with: to its `;` or closing brace.
-fn item(code: &str) -> usize {
+/// Length of the item that `blank_non_code` begins with: to its `;` or closing brace.
+fn item_length(code: &str) -> usize {
     let mut depth = 0usize;
     for (at, byte) in code.bytes().enumerate() {
         match byte {
@@ -167,7 +171,7 @@ mod tests {
     #[test]
     fn comments_and_strings_are_blanked_in_place() {
         let text = "a // x\nb /* y /* z */ */ c \"s\\\"t\" d r#\"u\"v\"# e b\"w\" f";
-        let left = code(text);
+        let left = blank_non_code(text);
         assert_eq!(left.len(), text.len());
         assert_eq!(left.split_whitespace().collect::<String>(), "abcdef");
         assert_eq!(left.find('\n'), text.find('\n'));
@@ -176,14 +180,14 @@ mod tests {
     #[test]
     fn characters_are_no_strings_and_lifetimes_no_characters() {
         let text = "f('\"', '\\'', 'é', b'{') g<'a>(x: &'a str, r#type) h('x')";
-        let left = code(text).replace(' ', "");
+        let left = blank_non_code(text).replace(' ', "");
         assert_eq!(left, "f(,,,)g<'a>(x:&'astr,r#type)h()");
     }
 
     #[test]
     fn what_is_no_rust_stays_as_it_is() {
         for text in ["\"open", "/* open", "r#\"open", "'\\", "f(", "\"\\"] {
-            assert_eq!(code(text), text);
+            assert_eq!(blank_non_code(text), text);
         }
     }
     #[test]
@@ -192,17 +196,17 @@ mod tests {
                     #[cfg(test)]\nextern crate std;\nfn d() {}";
         let source = Source::new("x/a.rs", text.to_owned());
         for (name, is_shipped) in [("a", true), ("b", false), ("c", true), ("d", true)] {
-            let found = !words(&source.shipped, name).is_empty();
+            let found = !find_word(&source.shipped, name).is_empty();
             assert_eq!(found, is_shipped, "{name}");
         }
-        assert!(words(&source.shipped, "std").is_empty());
+        assert!(find_word(&source.shipped, "std").is_empty());
         assert!(Source::new("x/tests/a.rs", text.into()).shipped.is_empty());
     }
 
     #[test]
     fn places_are_lines_that_an_editor_opens() {
         let source = Source::new("a.rs", "one\n  two // why\nthree".to_owned());
-        let at = |word| words(&source.text, word);
+        let at = |word| find_word(&source.text, word);
         assert_eq!(source.places(at("two")), ["a.rs:2: two // why"]);
         let has_comment = |word| source.has_comment(at(word)[0]);
         assert!(!has_comment("one"));

@@ -144,7 +144,7 @@ fn uses<'l>(list: &'l List, source: &Source) -> Vec<(usize, &'l str, &'l str)> {
                     continue;
                 }
                 // Lower case may have another length: the place is then only about right.
-                let offsets = super::words(&lower, &find.to_lowercase());
+                let offsets = super::find_word(&lower, &find.to_lowercase());
                 found.extend(offsets.into_iter().map(|at| {
                     let at = (offset + at).min(source.text.len());
                     let at = (0..=at).rev().find(|at| source.text.is_char_boundary(*at));

@@ -10,7 +10,7 @@ use firmware::pulse::{GroupSpec, Partner, Shape, TrainSpec};
 use firmware::safety::{ListedPulse, WearerSpec};
 use firmware::units::{Amplitude, Micros, us};
 use tests::desk;
-use tests::fuzz::{BOOTED, Session, payload, sealed};
+use tests::fuzz::{BOOTED, Session, payload, request_frame};
 
 /// One step of a conversation.
 #[expect(
@@ -38,9 +38,9 @@ impl Step {
         match self {
             Ask(request) => session.request(&payload(request)),
             Wait(_) => session.advance(self.length_us()),
-            Inputs(bits) => session.inputs(*bits),
+            Inputs(bits) => session.set_inputs(*bits),
             Trigger => session.trigger(),
-            Joint(code) => session.joint(&code.to_le_bytes()),
+            Joint(code) => session.set_joint_code(&code.to_le_bytes()),
         }
     }
 
@@ -78,7 +78,9 @@ pub fn all() -> Vec<(&'static str, String, Vec<u8>)> {
             Ask(request) => Some(request),
             _ => None,
         });
-        let frames = (1..).zip(requests).flat_map(|(seq, r)| sealed(r, seq));
+        let frames = (1..)
+            .zip(requests)
+            .flat_map(|(seq, r)| request_frame(r, seq));
         seeds.push(("frame", name.to_owned(), frames.collect()));
     }
     let edges = "t_us,channel,state,dac_code\n0,1,cathodic,100\n200,1,isolated,100\n\

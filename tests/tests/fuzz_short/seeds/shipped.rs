@@ -14,8 +14,8 @@ const WAIT: u8 = 250;
 /// What a host says that plays this session for a little while, its setpoints 0.4 s of the
 /// session apart so that they come to something.
 pub fn conversation(name: &str) -> Vec<Step> {
-    let session = desk::load(name).session;
-    let configured = session.requests().into_iter();
+    let session = desk::load_session(name).session;
+    let configured = session.setup_requests().into_iter();
     let mut steps: Vec<_> = configured
         .filter(|request| !matches!(request, Request::Clear))
         .map(Ask)
@@ -40,11 +40,11 @@ pub fn conversation(name: &str) -> Vec<Step> {
         let t_us = 400_000 * turn;
         measured(t_us, &mut steps);
         let setpoint = session.setpoints.at(t_us);
-        let with = session.setpoints.with(t_us);
+        let with = session.setpoints.accompanying_at(t_us);
         steps.extend(
             std::iter::once(setpoint)
                 .chain(with)
-                .map(|setpoint| Ask(setpoint.request(None))),
+                .map(|setpoint| Ask(setpoint.to_request(None))),
         );
         steps.push(Wait(WAIT));
     }

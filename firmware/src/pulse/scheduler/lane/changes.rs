@@ -29,7 +29,7 @@ impl Lane {
         for phase in [first, second].into_iter().flatten() {
             phase.length_us = width_us;
         }
-        self.seal_train();
+        self.renew_train_checksum();
     }
 
     /// Changes the period. A burst that has not begun is moved to the new period after the
@@ -39,11 +39,11 @@ impl Lane {
         period_us: u32,
         earliest: Micros,
     ) -> bool {
-        if period_us == self.period_us || !self.is_sealed() {
+        if period_us == self.period_us || !self.is_state_intact() {
             return false; // an unsealed one is found with its next edge
         }
         let moved = self.move_to_period(period_us, earliest);
-        self.seal();
+        self.renew_checksum();
         moved
     }
 

@@ -89,7 +89,7 @@ pub(super) struct Lane {
 
 impl Lane {
     /// Returns a lane on `channel` that waits for its start. If `sync`, it drives the sync output.
-    pub(super) fn waiting(train: Train, channel: usize, sync: bool) -> Self {
+    pub(super) fn new_waiting(train: Train, channel: usize, sync: bool) -> Self {
         let sync = if sync { Levels::SYNC } else { 0 };
         let width_us = train.spec().width_us;
         let cathodic = Picture::pulsing_in(channel, State::Cathodic);
@@ -113,7 +113,7 @@ impl Lane {
                 stretch(second.0, width_us),
             ]
         } else {
-            let grounded = Levels::ISOLATED.with(channel, State::Grounded);
+            let grounded = Levels::ISOLATED.with_channel(channel, State::Grounded);
             [
                 stretch(first.0 | sync, width_us),
                 stretch(grounded.0, train.spec().ground_us),
@@ -144,7 +144,7 @@ impl Lane {
 
     /// Returns the charge that remains if pulses are truncated at `at`, in DAC-code·µs, anodic
     /// positive. A monophasic pulse counts in full until its grounding is over.
-    pub(super) fn residual(&self, at: Micros) -> i32 {
+    pub(super) fn residual_charge(&self, at: Micros) -> i32 {
         let biphasic = self.train.spec().shape.is_biphasic();
         let under_way = self.recent.iter().find_map(|pulse| {
             let t = (at - pulse.start).us();
@@ -222,15 +222,15 @@ impl Lane {
             && let Some(slot) = agenda.slot(now)
         {
             let old = self.shows;
-            self.edge(channel, now, supply, plan)?;
-            agenda.enter(slot, old.0 ^ self.shows.0);
+            self.perform_edge(channel, now, supply, plan)?;
+            agenda.insert(slot, old.0 ^ self.shows.0);
         }
         Ok(())
     }
 
     /// Performs the edge at `now`, the time of `due`.
     #[inline(always)]
-    pub(super) fn edge(
+    pub(super) fn perform_edge(
         &mut self,
         channel: u8,
         now: Micros,
@@ -239,9 +239,9 @@ impl Lane {
     ) -> Result<(), RenderError> {
         match self.phase {
             // At most 3 + 1.
-            Phase::Pulsing => self.enter(self.stretch + 1, now),
+            Phase::Pulsing => self.begin_stretch(self.stretch + 1, now),
             Phase::Rest => return self.start_pulse(channel, now, supply, plan),
-            Phase::Interrupted => self.rest(),
+            Phase::Interrupted => self.schedule_next(),
             Phase::Recovering => (self.phase, self.due) = (Phase::Rest, None),
         }
         Ok(())
@@ -249,7 +249,7 @@ impl Lane {
 
     /// Begins a stretch of the pulse, or rests after the last stretch.
     #[inline]
-    fn enter(&mut self, stretch: u8, now: Micros) {
+    fn begin_stretch(&mut self, stretch: u8, now: Micros) {
         if let Some(Some(next)) = self.stretches.get(usize::from(stretch)) {
             self.shows = next.shows;
             self.due = Some(now + us(next.length_us.get().into()));
@@ -257,7 +257,7 @@ impl Lane {
         } else if stretch == GROUNDING && self.train.spec().ground_us != 0 {
             self.ground(now);
         } else {
-            self.rest();
+            self.schedule_next();
         }
     }
 
@@ -284,7 +284,7 @@ impl Lane {
             self.due = None;
         } else if self.phase == Phase::Interrupted && !pulsing {
             self.phase = Phase::Pulsing;
-            self.enter(self.stretch, now);
+            self.begin_stretch(self.stretch, now);
         }
     }
 
@@ -297,7 +297,7 @@ impl Lane {
         plan: &mut WindowPlan,
     ) -> Result<(), RenderError> {
         if self.pulse == 0 {
-            if !self.train_seal.holds(&self.fixed()) {
+            if !self.train_seal.matches(&self.fixed()) {
                 return Err(RenderError::Memory);
             }
             let time = BurstTime {
@@ -308,7 +308,7 @@ impl Lane {
             let burst = supply.burst(channel, time);
             self.code = burst.code;
             if self.train.spec().lists {
-                self.next_us = supply.next_us(channel).map_or(0, NonZeroU32::get);
+                self.next_us = supply.burst_interval_us(channel).map_or(0, NonZeroU32::get);
             }
             self.set_width(burst.width_us);
             if let Some(code) = self.code {
@@ -337,9 +337,9 @@ impl Lane {
                 }
                 self.oldest = self.oldest.wrapping_add(1); // 256 is whole rings
                 self.phase = Phase::Pulsing;
-                self.enter(0, now);
+                self.begin_stretch(0, now);
             }
-            _ => self.rest(),
+            _ => self.schedule_next(),
         }
         Ok(())
     }
@@ -347,7 +347,7 @@ impl Lane {
     /// Continues after a pulse that was played or left out: with the next pulse of the burst, the
     /// next burst, or the end of the train.
     #[inline(never)]
-    fn rest(&mut self) {
+    fn schedule_next(&mut self) {
         let spec = self.train.spec();
         (self.phase, self.shows) = (Phase::Rest, Picture::ISOLATED);
         self.pulse = self.pulse.saturating_add(1);

@@ -6,27 +6,27 @@ use core::hash::Hash;
 
 impl Lane {
     /// Renews the checksum of the part that is set once.
-    pub(in crate::pulse::scheduler) fn seal_train(&mut self) {
+    pub(in crate::pulse::scheduler) fn renew_train_checksum(&mut self) {
         let seal = Checksum::of(&self.fixed());
         self.train_seal = seal;
     }
 
     /// Renews the checksum of the part that changes.
     #[inline]
-    pub(in crate::pulse::scheduler) fn seal(&mut self) {
+    pub(in crate::pulse::scheduler) fn renew_checksum(&mut self) {
         let seal = Checksum::of(&self.moving());
         self.seal = seal;
     }
 
     /// Returns whether the checksum of the part that changes matches.
     #[inline]
-    pub(in crate::pulse::scheduler) fn is_sealed(&self) -> bool {
-        self.seal.holds(&self.moving())
+    pub(in crate::pulse::scheduler) fn is_state_intact(&self) -> bool {
+        self.seal.matches(&self.moving())
     }
 
     /// Returns whether both checksums match.
-    pub(in crate::pulse::scheduler) fn is_whole(&self) -> bool {
-        self.is_sealed() && self.train_seal.holds(&self.fixed())
+    pub(in crate::pulse::scheduler) fn is_intact(&self) -> bool {
+        self.is_state_intact() && self.train_seal.matches(&self.fixed())
     }
 
     pub(super) fn fixed(&self) -> impl Hash + '_ {

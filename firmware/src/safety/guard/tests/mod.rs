@@ -97,7 +97,7 @@ fn guard_in(state: &str) -> (Guard, Scheduler) {
         let pulse = NOW + us(15_000);
         guard.burst(0, begins(pulse)).code.unwrap();
         for (second, window) in [(false, 2), (true, 3)] {
-            let reading = Some(Reading::of(0, second, MicroAmps::new(1_000)));
+            let reading = Some(Reading::from_current(0, second, MicroAmps::new(1_000)));
             let inputs = Inputs { reading, ..CLOSED };
             tick(
                 &mut guard,
@@ -209,7 +209,7 @@ fn a_phase_that_owes_its_reading_is_told() {
         let pulse = NOW + us(15_000);
         guard.burst(0, begins(pulse)).code.unwrap();
         for &second in phases {
-            let reading = Some(Reading::of(0, second, MicroAmps::new(1_000)));
+            let reading = Some(Reading::from_current(0, second, MicroAmps::new(1_000)));
             let inputs = Inputs { reading, ..CLOSED };
             let now = pulse + us(2 * WINDOW_US);
             guard.tick(now, &inputs, &scheduler).unwrap();
@@ -238,7 +238,7 @@ fn a_reading_of_an_earlier_amplitude_passes_no_phase() {
         guard.burst(0, begins(NOW + us(10_000))).code.unwrap();
         let applied = MicroAmps::new(guard.in_force[0].amplitude.get());
         for second in [false, true] {
-            let reading = Some(Reading::of(0, second, applied));
+            let reading = Some(Reading::from_current(0, second, applied));
             let inputs = Inputs { reading, ..CLOSED };
             guard.tick(NOW + us(after_us), &inputs, &scheduler).unwrap();
         }
@@ -275,14 +275,14 @@ fn a_bit_that_changes_by_itself_is_a_fault() {
             channel.train = spec.validate().unwrap();
         }),
         ("rise", |g| {
-            let _ = g.rises[0].next(begins(NOW), (1, 1));
+            let _ = g.rises[0].note_burst(begins(NOW), (1, 1));
         }),
         ("wanted amplitude of an unused channel", |g| {
             g.wanted[9].amplitude = Amplitude::new(1)
         }),
         ("what readings showed", |g| {
-            let reading = Reading::of(0, false, MicroAmps::new(7_000));
-            g.watches[0].probe(reading, Amplitude::new(1 << 10));
+            let reading = Reading::from_current(0, false, MicroAmps::new(7_000));
+            g.watches[0].record_check_load(reading, Amplitude::new(1 << 10));
         }),
         ("load at arming", |g| g.loads[0].raw ^= 1),
         ("limit", |g| {
@@ -306,16 +306,16 @@ fn a_bit_that_changes_by_itself_is_a_fault() {
     ];
     for (what, flip) in flips {
         let (mut guard, _) = guard_in("Stimulating");
-        guard.seal();
+        guard.renew_checksums();
         for _ in 0..8 * (CHANNELS + 1) {
             assert_eq!(guard.check_memory(), Ok(()), "{what}");
-            guard.seal();
+            guard.renew_checksums();
         }
         flip(&mut guard);
         let mut found = Ok(());
         for _ in 0..8 * (CHANNELS + 1) {
             found = found.and(guard.check_memory());
-            guard.seal();
+            guard.renew_checksums();
         }
         assert_eq!(found, Err(Fault::Memory), "{what}");
     }
@@ -348,10 +348,10 @@ fn a_changed_list_is_left_out() {
         }
         let burst = guard.burst(0, begins(NOW));
         assert_eq!(burst.code.is_none(), spoil);
-        let next_us = guard.next_us(0).map(NonZeroU32::get);
+        let next_us = guard.burst_interval_us(0).map(NonZeroU32::get);
         assert_eq!(next_us, (!spoil).then_some(20_000));
         let found = if spoil { Err(Fault::Memory) } else { Ok(()) };
-        assert_eq!(guard.check_seen(), found);
+        assert_eq!(guard.check_no_mismatch(), found);
     }
 }
 
@@ -376,21 +376,21 @@ fn a_changed_order_that_waits_is_left_out() {
         (true, due, false),
     ] {
         let (mut guard, _) = guard_in("Stimulating");
-        guard.wait_for_time(&order(due), NOW).unwrap();
-        guard.seal();
+        guard.queue_timed_order(&order(due), NOW).unwrap();
+        guard.renew_checksums();
         if spoil {
             guard.waiting.clear();
             guard.waiting.push_spoiled(&order(due));
         }
         assert!(!guard.is_order_due(due) && guard.is_order_due(due + us(1)));
-        let taken = guard.take_due(start + us(WINDOW_US - 1), start);
+        let taken = guard.take_due_order(start + us(WINDOW_US - 1), start);
         assert_eq!(taken.map(|order| order.at), is_taken.then_some(due));
-        assert_eq!(guard.check_seen().is_ok(), is_taken);
-        assert_eq!(guard.waiting.next(), None);
+        assert_eq!(guard.check_no_mismatch().is_ok(), is_taken);
+        assert_eq!(guard.waiting.first_due_time(), None);
     }
     let (mut guard, _) = guard_in("Stimulating");
-    guard.wait_for_time(&order(due), NOW).unwrap();
-    guard.seal();
+    guard.queue_timed_order(&order(due), NOW).unwrap();
+    guard.renew_checksums();
     let looks = 8 * (CHANNELS as u32 + 1);
     assert!((0..looks).all(|_| guard.check_memory().is_ok()));
     guard.waiting.clear();
@@ -404,19 +404,19 @@ fn a_burst_of_a_changed_channel_is_left_out() {
     guard
         .set_amplitudes([(0, stimulus(5_000, 0))].into_iter(), NOW)
         .unwrap();
-    guard.seal();
+    guard.renew_checksums();
     assert!(guard.burst(0, begins(NOW)).code.is_some());
-    guard.seal();
+    guard.renew_checksums();
     guard.wanted[0].amplitude = Amplitude::new(5_000 ^ 1 << 12);
     assert_eq!(guard.burst(0, begins(NOW)), Burst::SILENT);
-    assert_eq!(guard.check_seen(), Err(Fault::Memory));
+    assert_eq!(guard.check_no_mismatch(), Err(Fault::Memory));
 }
 
 /// A setup whose memory changed is not started, even before the channel's turn for verification.
 #[test]
 fn a_setup_that_changed_by_itself_is_not_started() {
     let (mut guard, _) = guard_in("Armed");
-    guard.seal();
+    guard.renew_checksums();
     let channel = guard.setup.as_mut().unwrap().channels[0].as_mut().unwrap();
     channel.limit = Amplitude::new(20_000 ^ 1 << 14);
     let refused = Err(Denial::WrongState(State::Armed));
@@ -449,10 +449,10 @@ fn a_channel_without_an_amplitude_has_no_burst() {
     for (ua, is_burst) in [(5_000, true), (0, false)] {
         let order = [(0, stimulus(ua, 0))];
         guard.set_amplitudes(order.into_iter(), NOW).unwrap();
-        guard.seal();
+        guard.renew_checksums();
         let burst = guard.burst(0, begins(NOW));
         assert_eq!(burst.code.is_some(), is_burst, "{ua}");
-        guard.seal();
+        guard.renew_checksums();
     }
 }
 
@@ -462,7 +462,10 @@ fn a_channel_without_an_amplitude_has_no_burst() {
 fn a_law_that_asks_for_its_limit_is_not_slowed() {
     let (mut guard, _) = guard_in("Stimulating");
     for ua in [19_999, 20_000, 20_001] {
-        assert!(!guard.command(0, Amplitude::new(ua), NOW), "{ua}");
+        assert!(
+            !guard.set_control_amplitude(0, Amplitude::new(ua), NOW),
+            "{ua}"
+        );
         assert_eq!(guard.wanted[0].amplitude.get(), ua.min(20_000));
     }
 }

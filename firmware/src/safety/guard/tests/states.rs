@@ -52,7 +52,7 @@ const EVENTS: [(&str, EventFunction); 20] = [
         answer(g.set_amplitudes([(0, ABOVE)].into_iter(), now))
     }),
     ("the law asks for more than the limit", |g, _, now| {
-        g.command(0, ABOVE.amplitude, now);
+        g.set_control_amplitude(0, ABOVE.amplitude, now);
         EventResult::Nothing
     }),
     ("a keep-alive", |g, _, now| {
@@ -84,11 +84,11 @@ const EVENTS: [(&str, EventFunction); 20] = [
         refill(g, s, now, &inputs)
     }),
     ("a reading above the limit", |g, s, now| {
-        let reading = Some(Reading::of(0, false, MicroAmps::new(30_000)));
+        let reading = Some(Reading::from_current(0, false, MicroAmps::new(30_000)));
         refill(g, s, now, &Inputs { reading, ..CLOSED })
     }),
     ("the state changes by itself", |g, _, now| {
-        g.seal();
+        g.renew_checksums();
         g.heard += us(1 << 20);
         match g.check_memory() {
             Ok(()) => EventResult::Nothing,
@@ -170,7 +170,7 @@ fn then(state: &str) -> Micros {
 /// Returns the state in the page's words.
 fn place(guard: &Guard) -> &'static str {
     match guard.mode {
-        Mode::Stopping { cause, .. } if is_at_once(cause) => "Stopping at once",
+        Mode::Stopping { cause, .. } if is_immediate(cause) => "Stopping at once",
         _ => name(guard),
     }
 }
@@ -204,7 +204,7 @@ fn page() -> String {
     for state in STATES {
         let (mut guard, _) = wanting(state);
         assert_eq!(place(&guard), state);
-        let pump = if guard.pump() { "on" } else { "off" };
+        let pump = if guard.is_pump_on() { "on" } else { "off" };
         let puts_out = if pulses(&mut guard, NOW) {
             "a pulse may begin"
         } else {
@@ -266,13 +266,13 @@ fn hold(before: &str, event: &str, guard: &mut Guard, now: Micros, way: &str) {
         after,
         "Checking" | "Armed" | "Stimulating" | "Stopping" | "Stopping at once"
     );
-    assert_eq!(guard.pump(), is_pumped, "{way}: the pump in {after}");
+    assert_eq!(guard.is_pump_on(), is_pumped, "{way}: the pump in {after}");
     let may_begin = matches!(after, "Checking" | "Stimulating" | "Stopping");
     let begins = pulses(guard, now);
     assert!(!begins || may_begin, "{way}: a pulse begins in {after}");
     let limit = Amplitude::new(20_000);
     assert!(
-        guard.in_force(0).amplitude <= limit,
+        guard.stimulus_in_force(0).amplitude <= limit,
         "{way}: above the limit"
     );
     let from = |state: &str| after == before || state == before;

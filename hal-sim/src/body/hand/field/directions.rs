@@ -48,7 +48,7 @@ impl Directions {
         let ends = [(1.0, 0.0), (0.0, 1.0)];
         let needed = ends.map(|(cos, sin)| {
             let reflection = tissue.reflection(tissue.decay(cos, sin));
-            images(reflection, resolution.images)
+            image_count(reflection, resolution.images)
         });
         let images = needed[0].max(needed[1]);
         let counts = (0..=resolution.doublings).flat_map(|i| FEWEST.map(|count| count << i));
@@ -71,7 +71,7 @@ impl Directions {
     /// exp(−2·N·d), d the distance from the real axis to its first singularity.
     /// Those are poles where w = s − i·u is zero: sinh d = s / distance for an
     /// isotropic tissue; and the root of the decay, tan² θ = −contrast.
-    pub fn enough(&self, fat_m: f64, muscle_m: f64, across_m: f64) -> &[Direction] {
+    pub fn sufficient_directions(&self, fat_m: f64, muscle_m: f64, across_m: f64) -> &[Direction] {
         let slowest = self.contrast.sqrt().min(1.0);
         let bend = (self.contrast - 1.0).abs().sqrt() * muscle_m;
         let pole = ((fat_m + slowest * muscle_m) / across_m.hypot(bend)).asinh();
@@ -100,7 +100,7 @@ fn direction(tissue: &Tissue, angle: f64, images: usize) -> Direction {
 /// How many images, for what is left out to be below `tolerance` of the first: for
 /// f(n) = 1/(2n + 1), the slowest there is, Euler's transformation from n on leaves
 /// out about rⁿ/(1 − r)·(r/(1 − r))^j times f's j-th difference.
-fn images(reflection: f64, tolerance: f64) -> usize {
+fn image_count(reflection: f64, tolerance: f64) -> usize {
     let ratio = reflection / (1.0 - reflection);
     let left = |n: usize| {
         let falls = (1..=DIFFERENCES + 1).map(|j| ratio * j as f64 / (n as f64 + 0.5 + j as f64));

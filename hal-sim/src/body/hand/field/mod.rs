@@ -84,7 +84,7 @@ impl Field {
     /// # Errors
     /// [`InvalidTissue`] names a field out of its range.
     pub fn new(tissue: Tissue) -> Result<Self, InvalidTissue> {
-        Self::resolved(tissue, RESOLUTION)
+        Self::with_resolution(tissue, RESOLUTION)
     }
 
     /// The same, less exact and several times as fast: errors below a hundredth of the
@@ -93,10 +93,10 @@ impl Field {
     /// # Errors
     /// As [`Self::new`].
     pub fn coarse(tissue: Tissue) -> Result<Self, InvalidTissue> {
-        Self::resolved(tissue, COARSE)
+        Self::with_resolution(tissue, COARSE)
     }
 
-    fn resolved(tissue: Tissue, resolution: Resolution) -> Result<Self, InvalidTissue> {
+    fn with_resolution(tissue: Tissue, resolution: Resolution) -> Result<Self, InvalidTissue> {
         tissue.validate()?;
         Ok(Self {
             tissue,
@@ -119,9 +119,11 @@ impl Field {
     pub fn transfer(&self, pad: &Pad, at_m: [f64; 3]) -> Transfer {
         let [x, y, z] = at_m;
         let fat = self.tissue.fat_m;
-        let directions =
-            self.directions
-                .enough(z.min(fat), (z - fat).max(0.0), pad.farthest_m(x, y));
+        let directions = self.directions.sufficient_directions(
+            z.min(fat),
+            (z - fat).max(0.0),
+            pad.farthest_m(x, y),
+        );
         let mut sum = Transfer::default();
         for direction in directions {
             let u = (x - pad.x_m) * direction.cos + (y - pad.y_m) * direction.sin;
@@ -153,7 +155,7 @@ impl Field {
         let fat = &self.tissue;
         let first = 2.0 * fat.fat_m;
         let across = a.farthest_m(b.x_m, b.y_m) + b.farthest_m(b.x_m, b.y_m);
-        let directions = self.directions.enough(first, 0.0, across);
+        let directions = self.directions.sufficient_directions(first, 0.0, across);
         let [x, y] = [b.x_m - a.x_m, b.y_m - a.y_m];
         let images = directions.iter().map(|direction| {
             let [from, to] =

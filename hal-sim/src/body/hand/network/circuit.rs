@@ -68,7 +68,7 @@ impl Circuit {
     }
 
     /// The common return takes what the others give.
-    pub fn close(&self, current_a: &mut Vector) {
+    pub fn balance_return_current(&self, current_a: &mut Vector) {
         current_a[self.actives] = -current_a[..self.actives].iter().sum::<f64>();
     }
 }

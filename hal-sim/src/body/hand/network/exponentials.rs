@@ -73,8 +73,8 @@ impl Exponentials {
     /// The instant in [0, `end_s`] at which the value goes through 0 and falls, first.
     /// 0 if it begins below, or so near 0 that rounding decides where, and falls.
     /// `scale`: of what the value is a difference.
-    pub fn first_fall(&self, end_s: f64, scale: f64) -> Option<f64> {
-        if self.floor(end_s) >= -FELL * scale {
+    pub fn first_falling_zero(&self, end_s: f64, scale: f64) -> Option<f64> {
+        if self.lower_bound(end_s) >= -FELL * scale {
             return None;
         }
         let (mut left, mut before) = (0.0, self.at(0.0));
@@ -98,7 +98,7 @@ impl Exponentials {
     }
 
     /// A bound that is cheap and never above the least value within [0, `end_s`].
-    fn floor(&self, end_s: f64) -> f64 {
+    fn lower_bound(&self, end_s: f64) -> f64 {
         let least = |(rate, amplitude): &(f64, f64)| {
             let is_falling = *amplitude > 0.0;
             amplitude

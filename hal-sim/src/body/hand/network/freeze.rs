@@ -56,10 +56,10 @@ impl FrozenSegment<'_> {
         let mut broyden = Broyden::new();
         for attempt in 0..TRIES {
             if attempt % AFRESH == AFRESH - 1 {
-                broyden.begin_afresh(0.5f64.powi((attempt / AFRESH) as i32 + 1));
+                broyden.restart(0.5f64.powi((attempt / AFRESH) as i32 + 1));
             }
-            let (pieces, end) = self.frozen(charge, &mut limiting, &broyden.state)?;
-            let wrong = self.wrong(&pieces, &broyden.state);
+            let (pieces, end) = self.solve_with_drops(charge, &mut limiting, &broyden.state)?;
+            let wrong = self.drop_errors(&pieces, &broyden.state);
             if wrong.iter().all(|value| value.abs() <= AGREED) {
                 return Some((pieces, end));
             }
@@ -69,7 +69,7 @@ impl FrozenSegment<'_> {
     }
 
     /// The segment with R_p = R_0 / exp(`drop`).
-    fn frozen(
+    fn solve_with_drops(
         &self,
         charge: &Charge,
         limiting: &mut [Limiting; SIZE],
@@ -90,7 +90,7 @@ impl FrozenSegment<'_> {
     }
 
     /// By how much each `drop` is more than its electrode's current asks.
-    fn wrong(&self, pieces: &[Piece], drop: &Vector) -> Vector {
+    fn drop_errors(&self, pieces: &[Piece], drop: &Vector) -> Vector {
         let mut wrong = [0.0; SIZE];
         if self.skins.iter().all(Skin::is_linear) {
             return wrong;
@@ -157,12 +157,12 @@ impl Broyden {
     }
 
     /// Forgets what it learnt; plain steps are `part` as long from here on.
-    fn begin_afresh(&mut self, part: f64) {
+    fn restart(&mut self, part: f64) {
         self.last = None;
         self.inverse = identity().map(|row| row.map(|row| row * part));
     }
 
-    /// Moves the state, which was `wrong`; it does not go below 0.
+    /// Moves the state, which was `drop_errors`; it does not go below 0.
     fn step(&mut self, wrong: &Vector) {
         if let Some((step, before)) = self.last {
             let change: Vector = std::array::from_fn(|k| wrong[k] - before[k]);

@@ -67,13 +67,13 @@ impl Stages<'_> {
         let (mut charge, mut now, mut left_s) = (*charge, *limiting, duration_s);
         for _ in 0..MOST_TURNS {
             let mut piece = self.piece(&charge, &now, left_s)?;
-            let turn = self.first_turn(&piece, &now);
+            let turn = self.first_transition(&piece, &now);
             piece.duration_s = turn.map_or(left_s, |(_, at_s)| at_s);
             if let Some((electrode, _)) = turn {
-                now[electrode] = turned(&piece, electrode, now[electrode]);
+                now[electrode] = next_limiting(&piece, electrode, now[electrode]);
             }
             if piece.duration_s > 0.0 {
-                charge = self.after(&piece);
+                charge = self.charge_after(&piece);
                 left_s -= piece.duration_s;
                 pieces.push(piece);
             } else if pieces.is_empty() {
@@ -87,7 +87,7 @@ impl Stages<'_> {
     }
 
     /// What the capacitors hold after a piece.
-    fn after(&self, piece: &Piece) -> Charge {
+    fn charge_after(&self, piece: &Piece) -> Charge {
         let (_, mut volts) = piece.at(piece.duration_s);
         for (volts, farad) in volts.iter_mut().zip(self.circuit.farad) {
             *volts = if farad > 0.0 { *volts } else { 0.0 };
@@ -127,7 +127,7 @@ impl Stages<'_> {
     }
 
     /// The first stage whose state ends within the piece, and when.
-    fn first_turn(&self, piece: &Piece, limiting: &[Limiting; SIZE]) -> Option<(usize, f64)> {
+    fn first_transition(&self, piece: &Piece, limiting: &[Limiting; SIZE]) -> Option<(usize, f64)> {
         let mut first: Option<(usize, f64)> = None;
         for (electrode, terminal) in self.terminals.iter().enumerate() {
             let Terminal::Driven(volts) = *terminal else {
@@ -135,9 +135,9 @@ impl Stages<'_> {
             };
             let end_s = first.map_or(piece.duration_s, |(_, at_s)| at_s);
             let ends_s = match limiting[electrode] {
-                Limiting::No => self.begins_to_limit(piece, electrode, end_s),
-                Limiting::Positive => self.ceases(piece, electrode, volts, -1.0, end_s),
-                Limiting::Negative => self.ceases(piece, electrode, volts, 1.0, end_s),
+                Limiting::No => self.limit_start_s(piece, electrode, end_s),
+                Limiting::Positive => self.limit_end_s(piece, electrode, volts, -1.0, end_s),
+                Limiting::Negative => self.limit_end_s(piece, electrode, volts, 1.0, end_s),
             };
             let is_first = |at_s: &f64| first.is_none_or(|(_, other)| *at_s < other);
             if let Some(at_s) = ends_s.filter(is_first) {
@@ -148,19 +148,19 @@ impl Stages<'_> {
     }
 
     /// When, within `end_s`, the current of a stage at its voltage leaves the limits.
-    fn begins_to_limit(&self, piece: &Piece, electrode: usize, end_s: f64) -> Option<f64> {
-        if piece.most_a(electrode) <= self.limit_a {
+    fn limit_start_s(&self, piece: &Piece, electrode: usize, end_s: f64) -> Option<f64> {
+        if piece.max_current_bound_a(electrode) <= self.limit_a {
             return None;
         }
         let current = piece.current(electrode);
         let within = |sign: f64| current.scaled(sign).plus(self.limit_a);
-        let ends_s = [-1.0, 1.0].map(|sign| within(sign).first_fall(end_s, self.limit_a));
+        let ends_s = [-1.0, 1.0].map(|sign| within(sign).first_falling_zero(end_s, self.limit_a));
         ends_s.into_iter().flatten().reduce(f64::min)
     }
 
     /// When, within `end_s`, the limit needs the stage's voltage: until then the
     /// terminal is below it (`side` −1: the current is positive) or above (1).
-    fn ceases(
+    fn limit_end_s(
         &self,
         piece: &Piece,
         electrode: usize,
@@ -174,12 +174,12 @@ impl Stages<'_> {
         let needed = Exponentials::new(v(&piece.constant_a, &piece.constant_v), pairs);
         let scale = volts.abs() + self.limit_a * self.circuit.own_ohm(electrode);
         let beyond = needed.plus(-volts).scaled(side);
-        beyond.first_fall(end_s, scale)
+        beyond.first_falling_zero(end_s, scale)
     }
 }
 
 /// What a stage does after its state has ended at the end of this piece.
-fn turned(piece: &Piece, electrode: usize, limiting: Limiting) -> Limiting {
+fn next_limiting(piece: &Piece, electrode: usize, limiting: Limiting) -> Limiting {
     if limiting != Limiting::No {
         return Limiting::No;
     }

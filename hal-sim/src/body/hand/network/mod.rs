@@ -103,7 +103,7 @@ impl Network {
             return Err(InvalidNetwork::Skins(electrodes));
         }
         let wrong = |(i, skin): (usize, &Skin)| {
-            let wrong = skin.wrong();
+            let wrong = skin.first_invalid_field();
             wrong.map(|(field, range)| InvalidNetwork::Skin(i, field, range))
         };
         if let Some(wrong) = skins.iter().enumerate().find_map(wrong) {

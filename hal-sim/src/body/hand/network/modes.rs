@@ -36,7 +36,7 @@ struct ElectrodeSubset {
 }
 
 impl ElectrodeSubset {
-    fn of(electrodes: impl Iterator<Item = usize>) -> Self {
+    fn from_electrodes(electrodes: impl Iterator<Item = usize>) -> Self {
         let mut few = Self::default();
         for (place, electrode) in few.list.iter_mut().zip(electrodes) {
             *place = electrode;
@@ -45,15 +45,15 @@ impl ElectrodeSubset {
         few
     }
 
-    fn all(&self) -> &[usize] {
+    fn as_slice(&self) -> &[usize] {
         &self.list[..self.count]
     }
 
     /// Rows and columns of these electrodes.
-    fn of_matrix(&self, matrix: &Matrix) -> Matrix {
+    fn submatrix(&self, matrix: &Matrix) -> Matrix {
         let mut out = [[0.0; SIZE]; SIZE];
-        for (row, i) in out.iter_mut().zip(self.all()) {
-            for (value, j) in row.iter_mut().zip(self.all()) {
+        for (row, i) in out.iter_mut().zip(self.as_slice()) {
+            for (value, j) in row.iter_mut().zip(self.as_slice()) {
                 *value = matrix[*i][*j];
             }
         }
@@ -71,9 +71,10 @@ impl Modes {
         basis: Matrix,
     ) -> Option<Self> {
         let actives = 0..circuit.actives;
-        let at_voltage = ElectrodeSubset::of(actives.filter(|electrode| set >> electrode & 1 == 1));
+        let at_voltage =
+            ElectrodeSubset::from_electrodes(actives.filter(|electrode| set >> electrode & 1 == 1));
         let loop_ohm = circuit.loops(parallel_ohm);
-        let inverse = inverse(at_voltage.of_matrix(&loop_ohm), at_voltage.count)?;
+        let inverse = inverse(at_voltage.submatrix(&loop_ohm), at_voltage.count)?;
         let mut modes = Self {
             parallel_ohm: *parallel_ohm,
             at_voltage,
@@ -83,27 +84,28 @@ impl Modes {
             rows: 0,
             basis,
         };
-        modes.shape(circuit)?;
+        modes.find_modes(circuit)?;
         Some(modes)
     }
 
     /// Finds rates and shapes.
-    fn shape(&mut self, circuit: &Circuit) -> Option<()> {
+    fn find_modes(&mut self, circuit: &Circuit) -> Option<()> {
         let siemens = self.conductance(circuit);
         let coupled = self
             .at_voltage
-            .all()
+            .as_slice()
             .iter()
             .copied()
             .chain([circuit.actives]);
-        let coupled =
-            ElectrodeSubset::of(coupled.filter(|electrode| circuit.has_capacitor(*electrode)));
+        let coupled = ElectrodeSubset::from_electrodes(
+            coupled.filter(|electrode| circuit.has_capacitor(*electrode)),
+        );
         let mut scale = [0.0; SIZE];
-        for (value, electrode) in scale.iter_mut().zip(coupled.all()) {
+        for (value, electrode) in scale.iter_mut().zip(coupled.as_slice()) {
             *value = circuit.farad[*electrode].sqrt().recip();
         }
-        let mut system = coupled.of_matrix(&siemens);
-        for (i, electrode) in coupled.all().iter().enumerate() {
+        let mut system = coupled.submatrix(&siemens);
+        for (i, electrode) in coupled.as_slice().iter().enumerate() {
             system[i][i] += self.parallel_ohm[*electrode].recip();
             let scaled = system[i].iter_mut().zip(scale);
             scaled.for_each(|(value, other)| *value *= scale[i] * other);
@@ -112,13 +114,13 @@ impl Modes {
         let rates = eigen(&system, &mut self.basis, self.rows)?;
         for (mode, shape) in self.shapes[..self.rows].iter_mut().enumerate() {
             shape.rate_per_s = rates[mode];
-            for (i, electrode) in coupled.all().iter().enumerate() {
+            for (i, electrode) in coupled.as_slice().iter().enumerate() {
                 shape.skin_v[*electrode] = self.basis[mode][i] * scale[i];
             }
-            for electrode in self.at_voltage.all() {
+            for electrode in self.at_voltage.as_slice() {
                 shape.current_a[*electrode] = -dot(&siemens[*electrode], &shape.skin_v);
             }
-            circuit.close(&mut shape.current_a);
+            circuit.balance_return_current(&mut shape.current_a);
         }
         rates[..self.rows]
             .iter()
@@ -131,8 +133,8 @@ impl Modes {
     fn conductance(&self, circuit: &Circuit) -> Matrix {
         let mut out = [[0.0; SIZE]; SIZE];
         let common = circuit.actives;
-        for (row, i) in self.inverse.iter().zip(self.at_voltage.all()) {
-            for (siemens, j) in row.iter().zip(self.at_voltage.all()) {
+        for (row, i) in self.inverse.iter().zip(self.at_voltage.as_slice()) {
+            for (siemens, j) in row.iter().zip(self.at_voltage.as_slice()) {
                 out[*i][*j] = *siemens;
                 out[*i][common] -= siemens;
                 out[common][*j] -= siemens;
@@ -154,17 +156,17 @@ impl Modes {
             Source::Voltage(_) => 0.0,
         });
         let mut left_v = [0.0; SIZE];
-        for (left, electrode) in left_v.iter_mut().zip(self.at_voltage.all()) {
+        for (left, electrode) in left_v.iter_mut().zip(self.at_voltage.as_slice()) {
             if let Source::Voltage(volts) = imposed[*electrode] {
                 let held_v = dot(&self.loop_ohm[*electrode], &current_a);
                 let stored_v = capacitor_v[*electrode] - capacitor_v[circuit.actives];
                 *left = volts - held_v - stored_v;
             }
         }
-        for (row, electrode) in self.inverse.iter().zip(self.at_voltage.all()) {
+        for (row, electrode) in self.inverse.iter().zip(self.at_voltage.as_slice()) {
             current_a[*electrode] = dot(row, &left_v);
         }
-        circuit.close(&mut current_a);
+        circuit.balance_return_current(&mut current_a);
         current_a
     }
 

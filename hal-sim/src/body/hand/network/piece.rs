@@ -30,7 +30,7 @@ pub struct Term {
 }
 
 impl Term {
-    fn left(&self, t_s: f64) -> f64 {
+    fn remaining(&self, t_s: f64) -> f64 {
         (-self.rate_per_s * t_s).exp()
     }
 }
@@ -70,13 +70,13 @@ impl Piece {
 
     /// Current of this electrode, A, `t_s` after the piece's start.
     pub fn current_a(&self, electrode: usize, t_s: f64) -> f64 {
-        let part = |term: &Term| term.current_a[electrode] * term.left(t_s);
+        let part = |term: &Term| term.current_a[electrode] * term.remaining(t_s);
         self.constant_a[electrode] + self.terms().iter().map(part).sum::<f64>()
     }
 
     /// Voltage over this electrode's R_p and C, V, `t_s` after the piece's start.
     pub fn skin_v(&self, electrode: usize, t_s: f64) -> f64 {
-        let part = |term: &Term| term.skin_v[electrode] * term.left(t_s);
+        let part = |term: &Term| term.skin_v[electrode] * term.remaining(t_s);
         self.constant_v[electrode] + self.all_terms().iter().map(part).sum::<f64>()
     }
 
@@ -84,7 +84,7 @@ impl Piece {
     pub(in crate::body::hand) fn at(&self, t_s: f64) -> (Vector, Vector) {
         let (mut current_a, mut skin_v) = (self.constant_a, self.constant_v);
         for term in self.all_terms() {
-            let left = term.left(t_s);
+            let left = term.remaining(t_s);
             for electrode in 0..SIZE {
                 current_a[electrode] += left * term.current_a[electrode];
                 skin_v[electrode] += left * term.skin_v[electrode];
@@ -94,7 +94,7 @@ impl Piece {
     }
 
     /// A bound of this electrode's |current| during the piece, A.
-    pub(super) fn most_a(&self, electrode: usize) -> f64 {
+    pub(super) fn max_current_bound_a(&self, electrode: usize) -> f64 {
         let parts = self
             .terms()
             .iter()

@@ -29,7 +29,7 @@ impl Skin {
     }
 
     /// The first field that no skin can have, and its range.
-    pub(super) fn wrong(&self) -> Option<(&'static str, &'static str)> {
+    pub(super) fn first_invalid_field(&self) -> Option<(&'static str, &'static str)> {
         let positive = |value: f64| value.is_finite() && value > 0.0;
         let rules = [
             (positive(self.series_ohm), "series_ohm", "finite, above 0"),

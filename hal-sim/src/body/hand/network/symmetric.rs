@@ -57,7 +57,7 @@ pub fn inverse(mut a: Matrix, rows: usize) -> Option<Matrix> {
 /// eigenvalues as exactly as large ones (Demmel & Veselić 1992). `None` if it does not
 /// end.
 pub fn eigen(a: &Matrix, basis: &mut Matrix, rows: usize) -> Option<Vector> {
-    let mut a = within(a, basis, rows);
+    let mut a = change_basis(a, basis, rows);
     for _ in 0..SWEEPS {
         let mut is_diagonal = true;
         for p in 0..rows {
@@ -76,7 +76,7 @@ pub fn eigen(a: &Matrix, basis: &mut Matrix, rows: usize) -> Option<Vector> {
 }
 
 /// The matrix as the vectors of `basis` see it.
-fn within(a: &Matrix, basis: &Matrix, rows: usize) -> Matrix {
+fn change_basis(a: &Matrix, basis: &Matrix, rows: usize) -> Matrix {
     let mut out = [[0.0; SIZE]; SIZE];
     for (k, row) in basis[..rows].iter().enumerate() {
         let mut product = [0.0; SIZE];
@@ -102,7 +102,7 @@ fn rotate(a: &mut Matrix, basis: &mut Matrix, rows: usize, [p, q]: [usize; 2]) -
     let tangent = 2.0 * entry / (gap + root.copysign(gap));
     let cosine = (1.0 + tangent * tangent).sqrt().recip();
     let sine = tangent * cosine;
-    turn(first, second, cosine, sine);
+    rotate_pair(first, second, cosine, sine);
     (first[p], second[q]) = (low - tangent * entry, high + tangent * entry);
     (first[q], second[p]) = (0.0, 0.0);
     let (first, second) = (*first, *second);
@@ -110,11 +110,11 @@ fn rotate(a: &mut Matrix, basis: &mut Matrix, rows: usize, [p, q]: [usize; 2]) -
         (row[p], row[q]) = (first[k], second[k]);
     }
     let [first, second] = basis.get_disjoint_mut([p, q]).ok()?;
-    turn(first, second, cosine, sine);
+    rotate_pair(first, second, cosine, sine);
     Some(())
 }
 
-fn turn(first: &mut Vector, second: &mut Vector, cosine: f64, sine: f64) {
+fn rotate_pair(first: &mut Vector, second: &mut Vector, cosine: f64, sine: f64) {
     for (x, y) in first.iter_mut().zip(second) {
         (*x, *y) = (cosine * *x - sine * *y, sine * *x + cosine * *y);
     }

@@ -24,12 +24,12 @@ pub fn decode(first: u16, second: u16) -> Option<Op> {
 }
 
 /// Neither the stack pointer nor the program counter.
-const fn general(register: u8) -> bool {
+const fn is_general(register: u8) -> bool {
     register != 13 && register != 15
 }
 
-const fn all_general(x: ThreeRegisters) -> bool {
-    general(x.d) && general(x.n) && general(x.m)
+const fn are_general(x: ThreeRegisters) -> bool {
+    is_general(x.d) && is_general(x.n) && is_general(x.m)
 }
 
 #[rustfmt::skip]
@@ -46,7 +46,7 @@ fn shift_or_extend(first: u16, second: u16, top: u8, x: ThreeRegisters) -> Optio
             _ => Shift::Rotate,
         };
         let flags = op & 1 != 0;
-        return all_general(x).then_some(Op::Shift { kind, flags, registers: x });
+        return are_general(x).then_some(Op::Shift { kind, flags, registers: x });
     }
     let kind = match (second & 0xC0 == 0x80, op) {
         (true, 0) => Extend::SignedHalf,
@@ -57,7 +57,7 @@ fn shift_or_extend(first: u16, second: u16, top: u8, x: ThreeRegisters) -> Optio
         (true, 5) => Extend::UnsignedByte,
         _ => return None,
     };
-    (general(x.d) && general(x.m) && x.n != 13).then_some(Op::Extend {
+    (is_general(x.d) && is_general(x.m) && x.n != 13).then_some(Op::Extend {
         kind,
         rotation: (second >> 4 & 3) as u8 * 8,
         registers: x,
@@ -65,7 +65,7 @@ fn shift_or_extend(first: u16, second: u16, top: u8, x: ThreeRegisters) -> Optio
 }
 
 fn parallel_or_other(first: u16, second: u16, top: u8, x: ThreeRegisters) -> Option<Op> {
-    if top != 15 || !all_general(x) {
+    if top != 15 || !are_general(x) {
         return None;
     }
     let (op, sub) = (first >> 4 & 7, second >> 4 & 15);
@@ -117,7 +117,7 @@ fn other(op: u16, sub: u16, x: ThreeRegisters) -> Option<Op> {
 #[rustfmt::skip]
 fn short(first: u16, second: u16, a: u8, x: ThreeRegisters) -> Option<Op> {
     let (bit, sub) = (second >> 4 & 1 != 0, second >> 4 & 15);
-    if sub > 3 || !all_general(x) || a == 13 {
+    if sub > 3 || !are_general(x) || a == 13 {
         return None;
     }
     let kind = match (first >> 4 & 7, sub) {
@@ -138,7 +138,7 @@ fn short(first: u16, second: u16, a: u8, x: ThreeRegisters) -> Option<Op> {
 #[rustfmt::skip]
 fn long_or_divide(first: u16, second: u16, low: u8, x: ThreeRegisters) -> Option<Op> {
     let (op, sub) = (first >> 4 & 7, second >> 4 & 15);
-    if !all_general(x) {
+    if !are_general(x) {
         return None;
     }
     match (op, sub) {
@@ -158,5 +158,5 @@ fn long_or_divide(first: u16, second: u16, low: u8, x: ThreeRegisters) -> Option
         (6, 6) => LongMultiply::UnsignedDoubleAccumulate,
         _ => return None,
     };
-    (general(low) && low != x.d).then_some(Op::Long { kind, registers: x, low })
+    (is_general(low) && low != x.d).then_some(Op::Long { kind, registers: x, low })
 }

@@ -135,7 +135,7 @@ fn execute(op: Op, registers: &mut Registers) -> u32 {
         Op::Saturating(kind, x) => {
             let (result, saturated) = saturating(kind, get(registers, x.n), get(registers, x.m));
             set(registers, x.d, result);
-            sticky(registers, saturated);
+            set_q_flag(registers, saturated);
         }
         Op::Reverse(kind, x) => set(registers, x.d, reverse(kind, get(registers, x.m))),
         Op::Select(x) => {
@@ -173,7 +173,7 @@ fn set(registers: &mut Registers, number: u8, value: u32) {
 
 /// Sets Q if `saturated`.
 #[inline]
-fn sticky(registers: &mut Registers, saturated: bool) {
+fn set_q_flag(registers: &mut Registers, saturated: bool) {
     if saturated {
         registers.apsr |= flag::Q;
     }

@@ -1,6 +1,6 @@
 //! Multiplications (Arm ARM A7.7), one cycle each (TRM table 3-1).
 
-use super::{ThreeRegisters, get, get_or_zero, set, sticky};
+use super::{ThreeRegisters, get, get_or_zero, set, set_q_flag};
 use crate::chip::cpu::Registers;
 
 /// A multiplication whose result is one register; an accumulator is added
@@ -41,7 +41,7 @@ const fn half(x: u32, top: bool) -> i64 {
 }
 
 /// Products of the bottom halves and of the top halves.
-const fn dual(n: u32, m: u32, exchange: bool) -> (i64, i64) {
+const fn dual_products(n: u32, m: u32, exchange: bool) -> (i64, i64) {
     let m = if exchange { m.rotate_left(16) } else { m };
     (
         half(n, false) * half(m, false),
@@ -86,11 +86,11 @@ pub(super) fn short(kind: Multiply, x: ThreeRegisters, a: u8, registers: &mut Re
             with_q(product >> 16)
         }
         Multiply::DualAdd { exchange } => {
-            let (low, high) = dual(n, m, exchange);
+            let (low, high) = dual_products(n, m, exchange);
             with_q(low + high)
         }
         Multiply::DualSubtract { exchange } => {
-            let (low, high) = dual(n, m, exchange);
+            let (low, high) = dual_products(n, m, exchange);
             with_q(low - high)
         }
         Multiply::High { round } => {
@@ -108,7 +108,7 @@ pub(super) fn short(kind: Multiply, x: ThreeRegisters, a: u8, registers: &mut Re
         }
     };
     set(registers, x.d, sum as u32);
-    sticky(registers, i64::from(sum as i32) != sum);
+    set_q_flag(registers, i64::from(sum as i32) != sum);
     1
 }
 
@@ -134,11 +134,11 @@ pub(super) fn long(kind: LongMultiply, x: ThreeRegisters, low: u8, registers: &m
         }
         LongMultiply::Halves { n_top, m_top } => add(half(n, n_top) * half(m, m_top)),
         LongMultiply::DualAdd { exchange } => {
-            let (bottom, top) = dual(n, m, exchange);
+            let (bottom, top) = dual_products(n, m, exchange);
             add(bottom + top)
         }
         LongMultiply::DualSubtract { exchange } => {
-            let (bottom, top) = dual(n, m, exchange);
+            let (bottom, top) = dual_products(n, m, exchange);
             add(bottom - top)
         }
     };

@@ -46,7 +46,8 @@ fn lane_by_lane<const BITS: u32>(prefix: Prefix, a: u32, b: u32, subtract: u32) 
     for lane in 0..32 / BITS {
         let at = lane * BITS;
         let subtracts = subtract >> lane & 1 != 0;
-        let (value, greater) = one::<BITS>(prefix, a >> at & mask, b >> at & mask, subtracts);
+        let (value, greater) =
+            lane_result::<BITS>(prefix, a >> at & mask, b >> at & mask, subtracts);
         result |= (value as u32 & mask) << at;
         ge |= if greater { lane_ge << (at / 8) } else { 0 };
     }
@@ -56,7 +57,7 @@ fn lane_by_lane<const BITS: u32>(prefix: Prefix, a: u32, b: u32, subtract: u32) 
 /// One lane of `BITS` bits: the result, and GE: no carry out of a signed sum's
 /// sign, a carry of an unsigned sum, no borrow of a difference.
 #[inline]
-fn one<const BITS: u32>(prefix: Prefix, a: u32, b: u32, subtracts: bool) -> (i32, bool) {
+fn lane_result<const BITS: u32>(prefix: Prefix, a: u32, b: u32, subtracts: bool) -> (i32, bool) {
     let is_signed = matches!(
         prefix,
         Prefix::Signed | Prefix::SignedSaturating | Prefix::SignedHalving

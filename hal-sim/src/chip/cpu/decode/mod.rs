@@ -89,7 +89,7 @@ impl Cache {
 /// Decodes the instruction at `pc`; `target` looks at code elsewhere, for the
 /// refill of branches.
 pub(super) fn decode(bus: &mut impl Bus, pc: u32) -> Result<Entry, Fault> {
-    let first = bus.code(pc).map_err(|_| Fault::InstructionBus)?;
+    let first = bus.read_code(pc).map_err(|_| Fault::InstructionBus)?;
     if !timing::is_wide(first) {
         let mut op = narrow::decode(first, pc);
         add_refill(&mut op, bus);
@@ -97,7 +97,7 @@ pub(super) fn decode(bus: &mut impl Bus, pc: u32) -> Result<Entry, Fault> {
         return Ok(Entry { op, trail });
     }
     let second = bus
-        .code(pc.wrapping_add(2))
+        .read_code(pc.wrapping_add(2))
         .map_err(|_| Fault::InstructionBus)?;
     let mut op = wide::decode(first, second, pc);
     add_refill(&mut op, bus);
@@ -149,7 +149,7 @@ impl Cpu {
     #[cold]
     pub(super) fn refuse(&self, bus: &mut impl Bus, what: &'static str) -> Trap {
         let pc = self.registers.r[15];
-        let mut code = |at| u32::from(bus.code(at).unwrap_or(0));
+        let mut code = |at| u32::from(bus.read_code(at).unwrap_or(0));
         let first = code(pc);
         let instruction = if timing::is_wide((first & 0xFFFF) as u16) {
             first << 16 | code(pc.wrapping_add(2))

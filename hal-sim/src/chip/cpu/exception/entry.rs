@@ -34,7 +34,7 @@ impl Cpu {
     /// Enters the pending exception of highest priority, which pre-empts: late
     /// arrivals included.
     pub(super) fn enter_exception(&mut self, bus: &mut impl Bus) -> Result<(), Stop> {
-        let Some(number) = self.preempting() else {
+        let Some(number) = self.preempting_exception() else {
             return Ok(());
         };
         let behind = self.registers.exception;
@@ -67,8 +67,8 @@ impl Cpu {
         let read = if address < 0x2000_0000 {
             let wait = bus.fetch(address >> 4, at);
             let halves = bus
-                .code(address)
-                .and_then(|low| Ok((low, bus.code(address + 2)?)));
+                .read_code(address)
+                .and_then(|low| Ok((low, bus.read_code(address + 2)?)));
             halves.map(|(low, high)| (u32::from(high) << 16 | u32::from(low), wait))
         } else {
             bus.read(address, Size::Word, at)
@@ -147,7 +147,7 @@ impl Cpu {
         let mut more = 0;
         if with_fp {
             if self.system.floating.is_lazy() {
-                let preempted = self.preempted();
+                let preempted = self.preempted_context();
                 self.system
                     .floating
                     .defer_save(frame.wrapping_add(0x20), preempted);
@@ -216,7 +216,7 @@ impl Cpu {
     }
 
     /// What the pre-empted context could do.
-    fn preempted(&self) -> PreemptedContext {
+    fn preempted_context(&self) -> PreemptedContext {
         let priority = self.execution_priority();
         PreemptedContext {
             privileged: self.registers.is_privileged(),
@@ -233,10 +233,10 @@ impl Cpu {
         bus: &mut impl Bus,
         approach: &mut ExceptionEntry,
     ) -> Result<(), Stop> {
-        self.interrupted_by_now(bus)?;
-        match self.preempting() {
+        self.advance_to_now(bus)?;
+        match self.preempting_exception() {
             Some(first) if first != approach.number => {
-                let at = self.system.nvic.raised(first).max(approach.fetch_at);
+                let at = self.system.nvic.raised_at(first).max(approach.fetch_at);
                 *approach = self.approach(bus, first, at)?;
                 Ok(())
             }
@@ -283,7 +283,7 @@ impl Cpu {
         registers.it = 0;
         registers.r[14] = exc_return;
         registers.r[15] = approach.vector & !1;
-        let raised = self.system.nvic.raised(approach.number);
+        let raised = self.system.nvic.raised_at(approach.number);
         self.system.nvic.activate(approach.number);
         self.system.event = true;
         self.system.update(&self.registers);

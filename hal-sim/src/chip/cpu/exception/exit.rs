@@ -36,7 +36,7 @@ impl Cpu {
             return Ok(self.tail_chain(bus, exc_return | 0xF000_0000)?);
         }
         self.sample(bus)?;
-        if self.preempting().is_some() {
+        if self.preempting_exception().is_some() {
             return Ok(self.tail_chain(bus, exc_return)?);
         }
         match self.unstack(bus, exc_return) {
@@ -64,7 +64,7 @@ impl Cpu {
 
     /// Goes on with the pending exception; the stack stays as it is.
     fn tail_chain(&mut self, bus: &mut impl Bus, exc_return: u32) -> Result<(), Stop> {
-        let Some(first) = self.preempting() else {
+        let Some(first) = self.preempting_exception() else {
             return Err(self.lock_up());
         };
         let behind = self.registers.exception;
@@ -134,7 +134,7 @@ impl Cpu {
             (0x10, 12),
             (0x14, 14),
         ] {
-            if self.interrupted_by_now(bus)? {
+            if self.advance_to_now(bus)? {
                 return Ok(None);
             }
             let address = frame.wrapping_add(offset);
@@ -163,7 +163,7 @@ impl Cpu {
             return Err(Fault::NoCoprocessor.into());
         }
         for index in 0..17 {
-            if self.interrupted_by_now(bus)? {
+            if self.advance_to_now(bus)? {
                 return Ok(false);
             }
             let address = frame.wrapping_add(0x20 + 4 * index);

@@ -72,7 +72,7 @@ impl Cpu {
     /// interrupt is counted from the rise of its line.
     pub(super) fn take_pending(&mut self, bus: &mut impl Bus) -> Result<bool, Stop> {
         self.sample(bus)?;
-        if self.preempting().is_none() {
+        if self.preempting_exception().is_none() {
             return Ok(false);
         }
         self.enter_exception(bus)?;
@@ -81,7 +81,7 @@ impl Cpu {
 
     /// The pending exception that pre-empts what runs.
     #[inline]
-    fn preempting(&self) -> Option<u16> {
+    fn preempting_exception(&self) -> Option<u16> {
         let first = self.system.nvic.first_pending()?;
         let priority = self.execution_priority();
         (self.system.nvic.group_priority(first) < priority).then_some(first)
@@ -94,7 +94,7 @@ impl Cpu {
     /// Whether a core that sleeps by WFI or WFE wakes; after `take_pending`,
     /// which has sampled the lines.
     pub(super) fn should_wake(&mut self) -> bool {
-        self.system.wakes(&self.registers)
+        self.system.should_wake(&self.registers)
     }
 
     /// Lets everything up to now happen, and samples the lines.
@@ -102,8 +102,9 @@ impl Cpu {
         if let Some(at) = self.system.scb.reset_request.take() {
             bus.request_reset(at);
         }
-        while self.interrupted_by_now(bus)? {}
-        self.system.sample(bus.lines(), bus.nmi(), self.cycle);
+        while self.advance_to_now(bus)? {}
+        self.system
+            .sample(bus.interrupt_lines(), bus.nmi(), self.cycle);
         Ok(())
     }
 
@@ -111,7 +112,7 @@ impl Cpu {
     /// exception pre-empts; gives the cycle of the event that did it. For
     /// instructions that can be interrupted before their end, too: `end` may
     /// lie ahead, and time then has gone on to the cycle given.
-    pub(super) fn interrupted_before(
+    pub(super) fn advance_until_preempted(
         &mut self,
         bus: &mut impl Bus,
         end: Cycle,
@@ -122,7 +123,7 @@ impl Cpu {
                 return Ok(None);
             }
             let event = self.advance_bus(bus, event)?;
-            if self.preempting().is_some() {
+            if self.preempting_exception().is_some() {
                 return Ok(Some(event));
             }
             if bus.next_event() <= event {
@@ -135,9 +136,9 @@ impl Cpu {
 
     /// Lets events up to now happen until an exception pre-empts; whether one
     /// did.
-    fn interrupted_by_now(&mut self, bus: &mut impl Bus) -> Result<bool, Stop> {
+    fn advance_to_now(&mut self, bus: &mut impl Bus) -> Result<bool, Stop> {
         let end = self.cycle.saturating_add(1);
-        Ok(self.interrupted_before(bus, end)?.is_some())
+        Ok(self.advance_until_preempted(bus, end)?.is_some())
     }
 
     /// Time never goes back: gives the cycle that it went on to.
@@ -147,7 +148,7 @@ impl Cpu {
             pc: self.registers.r[15],
             what,
         })?;
-        self.system.sample(bus.lines(), bus.nmi(), to);
+        self.system.sample(bus.interrupt_lines(), bus.nmi(), to);
         Ok(to)
     }
 
@@ -159,7 +160,7 @@ impl Cpu {
             _ => self.pend_fault(fault),
         };
         pended?;
-        if self.preempting().is_none() {
+        if self.preempting_exception().is_none() {
             return Err(Stop::Outside {
                 pc: self.registers.r[15],
                 what: "a fault of lazy stacking that the running handler's priority holds back",
@@ -230,7 +231,7 @@ impl Cpu {
                     size: Size::Word,
                     written: store,
                 };
-                Err(Trap::data(denied, access, self.registers.r[15]))
+                Err(Trap::from_data_access(denied, access, self.registers.r[15]))
             }
         }
     }

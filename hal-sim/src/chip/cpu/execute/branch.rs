@@ -2,7 +2,7 @@
 
 use crate::chip::Cycle;
 use crate::chip::cpu::instruction::Reg;
-use crate::chip::cpu::timing::{PipelineState, REFILL_LOAD, REFILL_REGISTER, waits};
+use crate::chip::cpu::timing::{PipelineState, REFILL_LOAD, REFILL_REGISTER, depends_on_last};
 use crate::chip::cpu::{Bus, Cpu, Fault, Size, TrapResult};
 
 impl Cpu {
@@ -74,7 +74,7 @@ impl Cpu {
         let pc = self.registers.r[15].wrapping_add(4);
         let base = if n == 15 { pc } else { self.reg(n) };
         let index = self.reg(m);
-        let hazard = waits(last, n) | waits(last, m);
+        let hazard = depends_on_last(last, n) | depends_on_last(last, m);
         let cycles = self.begin_load(last, hazard);
         let entry = if half {
             self.load(bus, base.wrapping_add(index << 1), Size::Half)?

@@ -71,7 +71,7 @@ impl Cpu {
             },
             _ => {} // hints, WFE with an event
         }
-        self.pass(1);
+        self.advance_by(1);
         Ok(next)
     }
 

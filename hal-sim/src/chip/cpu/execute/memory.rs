@@ -2,7 +2,7 @@
 
 use crate::chip::Cycle;
 use crate::chip::cpu::instruction::{Index, Load, Reg};
-use crate::chip::cpu::timing::{PipelineState, REFILL_LOAD, waits};
+use crate::chip::cpu::timing::{PipelineState, REFILL_LOAD, depends_on_last};
 use crate::chip::cpu::{Bus, Cpu, Size, TrapResult};
 
 /// Base register, how the offset applies, offset.
@@ -72,11 +72,11 @@ impl Cpu {
         imm: u32,
         size: Size,
     ) -> TrapResult {
-        let cycles = self.begin_load(last, waits(last, n));
+        let cycles = self.begin_load(last, depends_on_last(last, n));
         let address = self.reg(n).wrapping_add(imm);
         let value = self.load(bus, address, size)?;
         self.set(t, value);
-        self.pass(cycles);
+        self.advance_by(cycles);
         Ok(())
     }
 
@@ -90,10 +90,10 @@ impl Cpu {
         imm: u32,
         size: Size,
     ) -> TrapResult {
-        let cycles = self.begin_store(last, waits(last, n));
+        let cycles = self.begin_store(last, depends_on_last(last, n));
         let address = self.reg(n).wrapping_add(imm);
         self.store(bus, address, size, self.reg(t))?;
-        self.pass(cycles);
+        self.advance_by(cycles);
         Ok(())
     }
 
@@ -111,7 +111,7 @@ impl Cpu {
     ) -> TrapResult<u32> {
         let cycles = self.begin_load(last, hazard);
         let value = self.load(bus, address, kind.size())?;
-        self.pass(cycles);
+        self.advance_by(cycles);
         if t == 15 {
             return self.load_to_pc(bus, value);
         }
@@ -134,9 +134,9 @@ impl Cpu {
         next: u32,
     ) -> TrapResult<u32> {
         let (address, base) = index.apply(self.reg(n), imm);
-        let cycles = self.begin_load(last, waits(last, n));
+        let cycles = self.begin_load(last, depends_on_last(last, n));
         let value = self.load(bus, address, kind.size())?;
-        self.pass(cycles);
+        self.advance_by(cycles);
         self.set_any(n, base);
         if t == 15 {
             return self.load_to_pc(bus, value);
@@ -156,11 +156,11 @@ impl Cpu {
         (n, m, shift): (Reg, Reg, u8),
         next: u32,
     ) -> TrapResult<u32> {
-        let cycles = self.begin_load(last, waits(last, n) | waits(last, m));
+        let cycles = self.begin_load(last, depends_on_last(last, n) | depends_on_last(last, m));
         self.pipeline.phase = cycles;
         let address = self.reg(n).wrapping_add(self.reg(m) << (shift & 3));
         self.store(bus, address, size, self.reg(t))?;
-        self.pass(cycles);
+        self.advance_by(cycles);
         Ok(next)
     }
 
@@ -174,9 +174,9 @@ impl Cpu {
         next: u32,
     ) -> TrapResult<u32> {
         let (address, base) = index.apply(self.reg(n), imm);
-        let cycles = self.begin_store(last, waits(last, n));
+        let cycles = self.begin_store(last, depends_on_last(last, n));
         self.store(bus, address, size, self.reg(t))?;
-        self.pass(cycles);
+        self.advance_by(cycles);
         self.set_any(n, base);
         Ok(next)
     }
@@ -190,10 +190,10 @@ impl Cpu {
         n: Reg,
         imm: u8,
     ) -> TrapResult {
-        let cycles = self.begin_load(last, waits(last, n));
+        let cycles = self.begin_load(last, depends_on_last(last, n));
         let address = self.reg(n).wrapping_add(u32::from(imm));
         let value = self.load_as(bus, address, kind.size(), false)?;
-        self.pass(cycles);
+        self.advance_by(cycles);
         self.set(t, kind.extend(value));
         Ok(())
     }
@@ -207,10 +207,10 @@ impl Cpu {
         n: Reg,
         imm: u8,
     ) -> TrapResult {
-        let cycles = self.begin_store(last, waits(last, n));
+        let cycles = self.begin_store(last, depends_on_last(last, n));
         let address = self.reg(n).wrapping_add(u32::from(imm));
         self.store_as(bus, address, size, self.reg(t), false)?;
-        self.pass(cycles);
+        self.advance_by(cycles);
         Ok(())
     }
 
@@ -224,11 +224,11 @@ impl Cpu {
         n: Reg,
         imm: u16,
     ) -> TrapResult {
-        let cycles = self.begin_load(last, waits(last, n));
+        let cycles = self.begin_load(last, depends_on_last(last, n));
         let address = self.reg(n).wrapping_add(u32::from(imm));
         self.check_exclusive(address, size)?;
         let value = self.load_aligned(bus, address, size)?;
-        self.pass(cycles);
+        self.advance_by(cycles);
         self.exclusive = true;
         self.set(t, value);
         Ok(())
@@ -244,7 +244,7 @@ impl Cpu {
         t: Reg,
         (n, imm): (Reg, u16),
     ) -> TrapResult {
-        let cycles = self.begin_load(last, waits(last, n));
+        let cycles = self.begin_load(last, depends_on_last(last, n));
         let address = self.reg(n).wrapping_add(u32::from(imm));
         self.check_exclusive(address, size)?;
         if self.exclusive {
@@ -252,7 +252,7 @@ impl Cpu {
         } else {
             Self::check_aligned(address, size)?;
         }
-        self.pass(cycles);
+        self.advance_by(cycles);
         self.set(d, u32::from(!self.exclusive));
         self.exclusive = false;
         Ok(())

@@ -17,7 +17,7 @@ use super::decode::Entry;
 use super::instruction::{Load, Op, Reg, ShiftKind};
 use super::{Bus, Cpu, Size, TrapResult};
 use crate::chip::Cycle;
-use crate::chip::cpu::timing::{PipelineState, waits};
+use crate::chip::cpu::timing::{PipelineState, depends_on_last};
 
 /// Whether condition 0–14 holds for the flags N, Z, C, V in bits 3:0 of the
 /// index (Arm ARM A7.3).
@@ -54,7 +54,7 @@ const CONDITIONS: [u16; 16] = {
 impl Cpu {
     /// Whether `condition` holds.
     #[inline(always)]
-    pub(super) fn holds(&self, condition: u8) -> bool {
+    pub(super) fn is_condition_met(&self, condition: u8) -> bool {
         CONDITIONS[usize::from(condition & 15)] >> (self.registers.apsr >> 28) & 1 != 0
     }
 
@@ -79,7 +79,7 @@ impl Cpu {
     /// Cycles of an operation outside the families below.
     #[inline(always)]
     fn spend(&mut self, cycles: u32) {
-        self.pass(Cycle::from(cycles));
+        self.advance_by(Cycle::from(cycles));
     }
 
     /// Executes the instruction at R15, whose condition has passed; gives the
@@ -130,15 +130,15 @@ impl Cpu {
             Op::Strb { t, n, imm } => return self.store_simple(bus, last, t, n, imm, Size::Byte).map(|()| next),
             Op::LoadReg { kind: Load::Word, t, n, m, shift } if t < 13 => {
                 let address = self.reg(n).wrapping_add(self.reg(m) << (shift & 3));
-                let cycles = self.begin_load(last, waits(last, n) | waits(last, m));
+                let cycles = self.begin_load(last, depends_on_last(last, n) | depends_on_last(last, m));
                 let value = self.load(bus, address, Size::Word)?;
                 self.set(t, value);
-                self.pass(cycles);
+                self.advance_by(cycles);
                 return Ok(next);
             }
             Op::Branch { refill, target } => return Ok(self.branch_to(bus, target, 1 + refill)),
             Op::BranchIf { condition, refill, target } => {
-                if self.holds(condition) {
+                if self.is_condition_met(condition) {
                     return Ok(self.branch_to(bus, target, 1 + refill));
                 }
             }
@@ -159,7 +159,7 @@ impl Cpu {
             Op::Float(op) => return self.execute_floating(bus, op, last).map(|()| next),
             _ => return self.execute_other(bus, entry, last, next),
         }
-        self.pass(1);
+        self.advance_by(1);
         Ok(next)
     }
 
@@ -170,12 +170,12 @@ impl Cpu {
         match entry.op {
             Op::LoadImm { kind, t, n, imm } => {
                 let address = self.reg(n).wrapping_add(imm);
-                let hazard = waits(last, n);
+                let hazard = depends_on_last(last, n);
                 self.load_single(bus, last, hazard, kind, t, address, next)
             }
             Op::LoadReg { kind, t, n, m, shift } => {
                 let address = self.reg(n).wrapping_add(self.reg(m) << (shift & 3));
-                let hazard = waits(last, n) | waits(last, m);
+                let hazard = depends_on_last(last, n) | depends_on_last(last, m);
                 self.load_single(bus, last, hazard, kind, t, address, next)
             }
             Op::LoadLiteral { kind, t, address } => self.load_single(bus, last, 0, kind, t, address, next),

@@ -2,7 +2,7 @@
 
 use crate::chip::Cycle;
 use crate::chip::cpu::instruction::{Index, Reg};
-use crate::chip::cpu::timing::{PipelineState, waits};
+use crate::chip::cpu::timing::{PipelineState, depends_on_last};
 use crate::chip::cpu::{Bus, Cpu, Size, TrapResult};
 
 /// Lowest address of the words of `list`, and where the base moves to.
@@ -40,7 +40,7 @@ impl Cpu {
         list: u16,
         next: u32,
     ) -> TrapResult<u32> {
-        let before = self.begin_several(last, waits(last, n));
+        let before = self.begin_several(last, depends_on_last(last, n));
         let (mut address, moved) = span(self.reg(n), down, list);
         let mut values = [0; 16];
         let mut left = list;
@@ -59,7 +59,7 @@ impl Cpu {
             self.registers.r[t] = values[t];
             left &= left - 1;
         }
-        self.pass(before + Cycle::from(list.count_ones()));
+        self.advance_by(before + Cycle::from(list.count_ones()));
         if list & 0x8000 != 0 {
             return self.load_to_pc(bus, values[15]);
         }
@@ -77,7 +77,7 @@ impl Cpu {
         list: u16,
         next: u32,
     ) -> TrapResult<u32> {
-        let before = self.begin_several(last, waits(last, n));
+        let before = self.begin_several(last, depends_on_last(last, n));
         let (mut address, moved) = span(self.reg(n), down, list);
         let mut left = list;
         while left != 0 {
@@ -89,7 +89,7 @@ impl Cpu {
         if writeback {
             self.set_any(n, moved);
         }
-        self.pass(before + Cycle::from(list.count_ones()));
+        self.advance_by(before + Cycle::from(list.count_ones()));
         Ok(next)
     }
 
@@ -104,7 +104,7 @@ impl Cpu {
         let before = self.begin_several(last, hazard);
         let low = self.load_aligned(bus, address, Size::Word)?;
         let high = self.load_aligned(bus, address.wrapping_add(4), Size::Word)?;
-        self.pass(before + 2);
+        self.advance_by(before + 2);
         self.set(t, low);
         self.set(t2, high);
         Ok(())
@@ -119,7 +119,7 @@ impl Cpu {
         next: u32,
     ) -> TrapResult<u32> {
         let (address, base) = index.apply(self.reg(n), imm);
-        self.load_pair(bus, last, waits(last, n), pair, address)?;
+        self.load_pair(bus, last, depends_on_last(last, n), pair, address)?;
         if index != Index::Offset {
             self.set_any(n, base);
         }
@@ -135,10 +135,10 @@ impl Cpu {
         next: u32,
     ) -> TrapResult<u32> {
         let (address, base) = index.apply(self.reg(n), imm);
-        let before = self.begin_several(last, waits(last, n));
+        let before = self.begin_several(last, depends_on_last(last, n));
         self.store_aligned(bus, address, Size::Word, self.reg(t))?;
         self.store_aligned(bus, address.wrapping_add(4), Size::Word, self.reg(t2))?;
-        self.pass(before + 2);
+        self.advance_by(before + 2);
         if index != Index::Offset {
             self.set_any(n, base);
         }

@@ -19,7 +19,7 @@ pub struct Fixed {
 
 /// A 32-bit integer to single precision, rounded as FPSCR says.
 pub(super) fn from_integer(x: u32, signed: bool, fpscr: &mut u32) -> u32 {
-    let rounding = Rounding::of(*fpscr);
+    let rounding = Rounding::from_fpscr(*fpscr);
     from(wide(x, signed), 0, rounding, fpscr)
 }
 
@@ -48,7 +48,7 @@ pub(super) fn to_integer(x: u32, signed: bool, truncate: bool, fpscr: &mut u32) 
     let rounding = if truncate {
         Rounding::Zero
     } else {
-        Rounding::of(*fpscr)
+        Rounding::from_fpscr(*fpscr)
     };
     to(x, 32, signed, 0, rounding, fpscr)
 }
@@ -144,6 +144,6 @@ pub(super) fn single_to_half(x: u32, fpscr: &mut u32) -> u32 {
             sign | 0x7FFF
         }
         Number::Infinity { .. } => sign | 0x7C00,
-        Number::Finite(x) => round(x, HALF, Rounding::of(*fpscr), fpscr),
+        Number::Finite(x) => round(x, HALF, Rounding::from_fpscr(*fpscr), fpscr),
     }
 }

@@ -17,7 +17,7 @@ pub fn decode(first: u16, second: u16) -> Option<Op> {
 }
 
 /// Neither the stack pointer nor the program counter.
-const fn general(register: u8) -> bool {
+const fn is_general(register: u8) -> bool {
     register != 13 && register != 15
 }
 
@@ -122,7 +122,7 @@ fn one_core_register(first: u16, second: u16) -> Option<Op> {
         let d = double(first, 0, second, 7)?;
         let s = d + (what & 1) as u8;
         let is_word = what <= 1 && second & 0x6F == 0;
-        return (is_word && general(t)).then_some(core_move(to_core, s, t, true));
+        return (is_word && is_general(t)).then_some(core_move(to_core, s, t, true));
     }
     if second & 0x6F != 0 {
         return None;
@@ -130,12 +130,12 @@ fn one_core_register(first: u16, second: u16) -> Option<Op> {
     match (what, to_core) {
         (0, _) => {
             let s = single(first, 0, second, 7);
-            general(t).then_some(core_move(to_core, s, t, false))
+            is_general(t).then_some(core_move(to_core, s, t, false))
         }
         (7, _) if first & 15 != 1 || second & 0x80 != 0 => None,
         (7, true) if t == 15 => Some(Op::ReadFlags),
-        (7, true) => general(t).then_some(Op::ReadStatus(t)),
-        (7, false) => general(t).then_some(Op::WriteStatus(t)),
+        (7, true) => is_general(t).then_some(Op::ReadStatus(t)),
+        (7, false) => is_general(t).then_some(Op::WriteStatus(t)),
         _ => None,
     }
 }
@@ -156,7 +156,7 @@ fn two_core_registers(first: u16, second: u16) -> Option<Op> {
     } else {
         single(second, 0, second, 5)
     };
-    let allowed = general(t) && general(t2) && s < 31 && !(to_core && t == t2);
+    let allowed = is_general(t) && is_general(t2) && s < 31 && !(to_core && t == t2);
     (second & 0xD0 == 0x10 && allowed).then_some(if to_core {
         Op::ToCorePair { s, t, t2 }
     } else {

@@ -46,7 +46,7 @@ pub(super) enum Rounding {
 
 impl Rounding {
     /// What FPSCR asks for.
-    pub(super) const fn of(fpscr: u32) -> Self {
+    pub(super) const fn from_fpscr(fpscr: u32) -> Self {
         match (fpscr & RMODE) >> 22 {
             0 => Self::Nearest,
             1 => Self::Up,

@@ -56,7 +56,7 @@ fn exact_add(operands: [u32; 2], b: u32, fpscr: &mut u32) -> u32 {
 
 /// x + y, rounded.
 fn sum(x: Finite, y: Finite, fpscr: &mut u32) -> u32 {
-    let rounding = Rounding::of(*fpscr);
+    let rounding = Rounding::from_fpscr(*fpscr);
     let is_above = (x.exponent, x.significand) >= (y.exponent, y.significand);
     let (large, small) = if is_above { (x, y) } else { (y, x) };
     let by = large.exponent - small.exponent;
@@ -94,7 +94,7 @@ fn exact_multiply(a: u32, b: u32, fpscr: &mut u32) -> u32 {
         }
         (Number::Infinity { .. }, _) | (_, Number::Infinity { .. }) => infinity(negative),
         (Number::Finite(x), Number::Finite(y)) => {
-            let rounding = Rounding::of(*fpscr);
+            let rounding = Rounding::from_fpscr(*fpscr);
             round(product(x, y), SINGLE, rounding, fpscr)
         }
     }
@@ -140,7 +140,7 @@ fn exact_divide(a: u32, b: u32, fpscr: &mut u32) -> u32 {
             } else {
                 Finite::new(negative, x.exponent - y.exponent, significand)
             };
-            round(exact, SINGLE, Rounding::of(*fpscr), fpscr)
+            round(exact, SINGLE, Rounding::from_fpscr(*fpscr), fpscr)
         }
     }
 }
@@ -165,7 +165,7 @@ fn exact_square_root(a: u32, fpscr: &mut u32) -> u32 {
             let root = square.isqrt();
             let sticky = u64::from(root * root != square);
             let exact = Finite::new(false, x.exponent >> 1, root << 32 | sticky);
-            round(exact, SINGLE, Rounding::of(*fpscr), fpscr)
+            round(exact, SINGLE, Rounding::from_fpscr(*fpscr), fpscr)
         }
     }
 }

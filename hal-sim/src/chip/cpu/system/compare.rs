@@ -80,14 +80,14 @@ pub struct Comparators {
 
 impl Comparators {
     /// Whether one watches anything.
-    pub fn watch(&self) -> bool {
+    pub fn has_watchpoints(&self) -> bool {
         self.comparators
             .iter()
             .any(|comparator| comparator.what.is_some())
     }
 
     /// An instruction accesses `size` at `address`; whether that is watched.
-    pub fn look(&mut self, address: u32, size: Size, is_write: bool) -> bool {
+    pub fn check_access(&mut self, address: u32, size: Size, is_write: bool) -> bool {
         let mut is_watched = false;
         for comparator in &mut self.comparators {
             let Some(what) = comparator.what.filter(|what| what.has(is_write)) else {
@@ -103,7 +103,7 @@ impl Comparators {
     }
 
     /// The first access that was watched since this was asked.
-    pub const fn take(&mut self) -> Option<WatchpointHit> {
+    pub const fn take_hit(&mut self) -> Option<WatchpointHit> {
         self.hit.take()
     }
 
@@ -207,20 +207,24 @@ mod tests {
             (0x2000_0008, Size::Word, None),
             (0x1FFF_FFFC, Size::Word, None),
         ] {
-            assert_eq!(all.look(address, size, true), hit.is_some(), "{address:#x}");
-            assert_eq!(all.take().map(|hit| hit.address), hit, "{address:#x}");
-            assert!(!all.look(address, size, false), "a read");
+            assert_eq!(
+                all.check_access(address, size, true),
+                hit.is_some(),
+                "{address:#x}"
+            );
+            assert_eq!(all.take_hit().map(|hit| hit.address), hit, "{address:#x}");
+            assert!(!all.check_access(address, size, false), "a read");
         }
         // The end of memory, and a block.
         assert!(all.add(&[(u32::MAX, 0), (0x2001_8000, 15)], WatchedAccess::Reads));
-        assert!(all.look(u32::MAX - 3, Size::Word, false));
-        assert!(all.look(0x2001_FFFF, Size::Byte, false));
-        assert!(!all.look(0x2002_0000, Size::Byte, false));
+        assert!(all.check_access(u32::MAX - 3, Size::Word, false));
+        assert!(all.check_access(0x2001_FFFF, Size::Byte, false));
+        assert!(!all.check_access(0x2002_0000, Size::Byte, false));
         let first = WatchpointHit {
             address: u32::MAX,
             what: WatchedAccess::Reads,
         };
-        assert_eq!((all.take(), all.take()), (Some(first), None));
+        assert_eq!((all.take_hit(), all.take_hit()), (Some(first), None));
     }
 
     #[test]
@@ -239,7 +243,7 @@ mod tests {
         all.remove(&parts[1..2], WatchedAccess::Accesses);
         assert!(all.add(&parts[..1], WatchedAccess::Reads));
         all.clear();
-        assert!(!all.watch());
+        assert!(!all.has_watchpoints());
     }
 
     #[test]
@@ -250,15 +254,15 @@ mod tests {
             [0, 4, 8].map(|at| all.read(at)),
             [Some(0x2000_0000), Some(2), Some(6)]
         );
-        assert!(all.look(0x2000_0000, Size::Word, true));
-        assert_eq!(all.take().unwrap().address, 0x2000_0000);
+        assert!(all.check_access(0x2000_0000, Size::Word, true));
+        assert_eq!(all.take_hit().unwrap().address, 0x2000_0000);
         assert_eq!([8, 8].map(|at| all.read(at)), [Some(6 | MATCHED), Some(6)]);
         for (offset, value) in [(0x30, 0x2000_0104), (0x34, 3), (0x38, 5)] {
             assert_eq!(all.write(offset, value), Some(Ok(())));
         }
         // The bits below the mask do not count.
-        assert!(all.look(0x2000_0100, Size::Byte, false));
-        assert_eq!(all.take().unwrap().address, 0x2000_0100);
+        assert!(all.check_access(0x2000_0100, Size::Byte, false));
+        assert_eq!(all.take_hit().unwrap().address, 0x2000_0100);
         assert!(all.write(0x38, 4).unwrap().is_err());
         assert_eq!(
             (all.write(0x3C, 0), all.write(0x40, 0), all.read(0x3C)),

@@ -77,8 +77,8 @@ impl System {
     }
 
     /// Whether both do the same from now on: all but what is counted for people is equal.
-    pub(super) fn is_like(&self, other: &Self) -> bool {
-        self.nvic.is_like(&other.nvic)
+    pub(super) fn is_equivalent_to(&self, other: &Self) -> bool {
+        self.nvic.is_equivalent_to(&other.nvic)
             && (&self.scb, &self.floating) == (&other.scb, &other.floating)
             && (&self.systick, &self.mpu) == (&other.systick, &other.mpu)
             && (&self.trace, self.event) == (&other.trace, other.event)
@@ -100,8 +100,8 @@ impl System {
     }
 
     /// As [`mpu::Mpu::denied`].
-    pub fn denied(&self) -> Option<Range<u64>> {
-        self.mpu.denied()
+    pub fn denied_range(&self) -> Option<Range<u64>> {
+        self.mpu.denied_range()
     }
 
     /// Whether unprivileged code may write the private register at `address`
@@ -133,42 +133,42 @@ impl System {
 
     /// Has one comparator watch each of `parts`, an address and log2 of its bytes (0–15). If
     /// not enough are free, it says so, and all stays as it was.
-    pub fn compare(&mut self, parts: &[(u32, u32)], what: WatchedAccess) -> bool {
+    pub fn add_watchpoint(&mut self, parts: &[(u32, u32)], what: WatchedAccess) -> bool {
         let done = self.trace.comparators.add(parts, what);
         self.follow_comparators();
         done
     }
 
     /// Frees the comparators of `parts`.
-    pub fn compare_no_more(&mut self, parts: &[(u32, u32)], what: WatchedAccess) {
+    pub fn remove_watchpoint(&mut self, parts: &[(u32, u32)], what: WatchedAccess) {
         self.trace.comparators.remove(parts, what);
         self.follow_comparators();
     }
 
     /// Frees all comparators.
-    pub fn clear_comparators(&mut self) {
+    pub fn clear_watchpoints(&mut self) {
         self.trace.comparators.clear();
         self.follow_comparators();
     }
 
     fn follow_comparators(&mut self) {
-        self.is_watching = self.trace.debugger && self.trace.comparators.watch();
+        self.is_watching = self.trace.debugger && self.trace.comparators.has_watchpoints();
     }
 
-    /// Whether [`Self::look`] must be told of instructions' accesses to data.
+    /// Whether [`Self::check_access`] must be told of instructions' accesses to data.
     #[inline]
     pub(super) const fn is_watching(&self) -> bool {
         self.is_watching
     }
 
     /// An instruction accesses data; whether that is watched.
-    pub(super) fn look(&mut self, address: u32, size: Size, is_write: bool) -> bool {
-        self.trace.comparators.look(address, size, is_write)
+    pub(super) fn check_access(&mut self, address: u32, size: Size, is_write: bool) -> bool {
+        self.trace.comparators.check_access(address, size, is_write)
     }
 
     /// The first access that was watched since this was asked.
     pub(super) const fn take_hit(&mut self) -> Option<WatchpointHit> {
-        self.trace.comparators.take()
+        self.trace.comparators.take_hit()
     }
 
     /// Whether CCR has any of `bits`.

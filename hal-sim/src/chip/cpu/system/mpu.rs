@@ -172,14 +172,14 @@ impl Mpu {
             {
                 self.open = open;
             }
-            _ => self.open_stretches(),
+            _ => self.find_uniform_ranges(),
         }
         self.prepared = (self.regions, self.control);
     }
 
     /// Where the region that goes before all others denies all access; none if no region
     /// does.
-    pub fn denied(&self) -> Option<Range<u64>> {
+    pub fn denied_range(&self) -> Option<Range<u64>> {
         let is_denied = |region: &&Region| {
             let denies =
                 !region.allows(AccessKind::Read, true) && !region.allows(AccessKind::Write, true);
@@ -191,7 +191,7 @@ impl Mpu {
 
     /// Between two neighbouring bounds of regions all addresses have one answer. The
     /// largest stretches are kept: those that are not are looked up.
-    fn open_stretches(&mut self) {
+    fn find_uniform_ranges(&mut self) {
         let mut bounds = vec![0, 0xE000_0000, 0xE010_0000, 1 << 32];
         for region in self.regions.iter().filter(|region| region.is_enabled()) {
             let (first, eighth) = (region.first(), (region.end() - region.first()) / 8);

@@ -104,7 +104,7 @@ pub fn numbers(mut bits: u128) -> impl Iterator<Item = u16> {
 
 impl Nvic {
     /// Whether both do the same from now on: since when something is pending may differ.
-    pub fn is_like(&self, other: &Self) -> bool {
+    pub fn is_equivalent_to(&self, other: &Self) -> bool {
         let mut nvic = self.clone();
         nvic.raised = other.raised;
         nvic == *other
@@ -133,12 +133,12 @@ impl Nvic {
         let new = exceptions & !self.pending;
         if new != 0 {
             self.pending |= new;
-            self.date(new, at);
+            self.set_raised(new, at);
         }
         new
     }
 
-    fn date(&mut self, exceptions: u128, at: Cycle) {
+    fn set_raised(&mut self, exceptions: u128, at: Cycle) {
         for number in numbers(exceptions) {
             if let Some(raised) = self.raised.get_mut(usize::from(number)) {
                 *raised = at;
@@ -155,7 +155,7 @@ impl Nvic {
     /// counted from here if what is enabled is pending already.
     pub fn enable(&mut self, exceptions: u128, on: bool, at: Cycle) {
         if on {
-            self.date(exceptions & self.pending & !self.enabled, at);
+            self.set_raised(exceptions & self.pending & !self.enabled, at);
             self.enabled |= exceptions;
         } else {
             self.enabled &= !(exceptions & !ALWAYS_ENABLED);
@@ -174,7 +174,7 @@ impl Nvic {
     }
 
     /// Cycle at which `number` last became pending and enabled.
-    pub fn raised(&self, number: u16) -> Cycle {
+    pub fn raised_at(&self, number: u16) -> Cycle {
         self.raised.get(usize::from(number)).copied().unwrap_or(0)
     }
 

@@ -4,7 +4,7 @@ use super::nvic::{Nvic, bit, numbers};
 use super::{System, number};
 use crate::chip::Cycle;
 use crate::chip::cpu::Size;
-use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse};
+use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse_if};
 
 /// The exceptions of SHCSR by its bits: (exception, active, pending, enable);
 /// 0 where it has no such bit (Arm ARM B3.2.13).
@@ -230,7 +230,7 @@ impl System {
 
     fn write_shcsr(&mut self, value: u32, at: Cycle) -> Modelled {
         let actives = SHCSR.iter().fold(0, |all, (_, active, ..)| all | active);
-        refuse(
+        refuse_if(
             (value ^ self.read_shcsr()) & actives != 0,
             "SCB_SHCSR: making exceptions active",
         )?;

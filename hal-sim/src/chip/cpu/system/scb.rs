@@ -3,7 +3,7 @@
 
 use crate::chip::Cycle;
 use crate::chip::cpu::Fault;
-use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse};
+use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse_if};
 
 /// CPUID of the STM32F405: Cortex-M4 r0p1 (TRM table 4-1).
 pub const CPUID: u32 = 0x410F_C241;
@@ -200,7 +200,7 @@ impl Scb {
         if value >> 16 != 0x05FA {
             return Ok(());
         }
-        refuse(value & 0b11 != 0, "SCB_AIRCR.VECTRESET or VECTCLRACTIVE")?;
+        refuse_if(value & 0b11 != 0, "SCB_AIRCR.VECTRESET or VECTCLRACTIVE")?;
         self.prigroup = value & 7 << 8;
         if value & 1 << 2 != 0 {
             self.reset_request = Some(at);

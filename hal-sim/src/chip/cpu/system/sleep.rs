@@ -12,21 +12,21 @@ impl System {
     }
 
     /// WFE: clears the event register; says whether it was clear, so that the
-    /// core sleeps until [`Self::wakes`].
+    /// core sleeps until [`Self::should_wake`].
     pub fn wait_for_event(&mut self) -> bool {
         self.sleeps_for_event = !self.event;
         self.event = false;
         self.sleeps_for_event
     }
 
-    /// WFI: the core sleeps until [`Self::wakes`].
+    /// WFI: the core sleeps until [`Self::should_wake`].
     pub fn wait_for_interrupt(&mut self) {
         self.sleeps_for_event = false;
     }
 
     /// The core slept for so many cycles without its clock: the cycle counter stood.
     pub(in crate::chip::cpu) fn sleep_unclocked(&mut self, cycles: Cycle) {
-        self.trace.stand(cycles);
+        self.trace.skip_cycles(cycles);
     }
 
     /// SCR.SLEEPDEEP: sleep would stop the clocks, which nobody models.
@@ -36,7 +36,7 @@ impl System {
 
     /// The core returned to thread mode and sleeps now (SCR.SLEEPONEXIT), as
     /// by WFI; asked once.
-    pub fn takes_sleep_on_exit(&mut self) -> bool {
+    pub fn take_sleep_on_exit(&mut self) -> bool {
         std::mem::take(&mut self.sleeps_on_exit)
     }
 
@@ -48,7 +48,7 @@ impl System {
     /// Whether a sleeping core wakes, as the lines were sampled last: WFI by
     /// an exception that would pre-empt if PRIMASK were clear, WFE by one that
     /// does pre-empt or by an event, which it consumes.
-    pub fn wakes(&mut self, registers: &Registers) -> bool {
+    pub fn should_wake(&mut self, registers: &Registers) -> bool {
         if !self.sleeps_for_event {
             let priority = self.nvic.priority_without_primask(registers);
             return self.nvic.preempting(priority).is_some();

@@ -59,7 +59,7 @@ impl Trace {
     }
 
     /// The counter stood for so many of the cycles up to now.
-    pub const fn stand(&mut self, cycles: Cycle) {
+    pub const fn skip_cycles(&mut self, cycles: Cycle) {
         if self.counts() {
             self.count = self.count.wrapping_sub(cycles as u32);
         }

@@ -6,7 +6,7 @@
 //! VLDR or VSTR is not pipelined with its neighbours, as the manual's table of
 //! cycles has no such note.
 
-use super::{PipelineState, waits};
+use super::{PipelineState, depends_on_last};
 use crate::chip::Cycle;
 use crate::chip::cpu::fpu::{Arithmetic, Op, Transfer, Unary};
 use crate::chip::cpu::system::actlr;
@@ -72,7 +72,7 @@ impl Cpu {
         }
         if let Op::Load(transfer) | Op::Store(transfer) = op {
             // The address stall of every load and store (TRM 3.3.2).
-            start += Cycle::from(waits(last, transfer.n) & !u16::from(last.load()));
+            start += Cycle::from(depends_on_last(last, transfer.n) & !u16::from(last.load()));
         }
         self.cycle = start;
         self.pipeline.phase = 1;

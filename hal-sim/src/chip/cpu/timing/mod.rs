@@ -46,7 +46,7 @@ pub const fn is_wide(first: u16) -> bool {
 /// 1 if the instruction at `target` is a 32-bit one that straddles two words,
 /// so that two fetches are needed before it can be decoded.
 pub(super) fn straddles(bus: &mut impl Bus, target: u32) -> u8 {
-    let wide = target & 2 != 0 && bus.code(target).is_ok_and(is_wide);
+    let wide = target & 2 != 0 && bus.read_code(target).is_ok_and(is_wide);
     u8::from(wide)
 }
 
@@ -101,7 +101,7 @@ impl PipelineState {
 
 /// 1 if register `n` was produced by the instruction before.
 #[inline(always)]
-pub(super) const fn waits(last: PipelineState, n: Reg) -> u16 {
+pub(super) const fn depends_on_last(last: PipelineState, n: Reg) -> u16 {
     (last.0 >> (n & 15) & 1) as u16
 }
 
@@ -187,12 +187,12 @@ impl Pipeline {
             asked: target >> 4,
             ..Self::default()
         };
-        self.have(target >> 4);
+        self.note_line_fetched(target >> 4);
     }
 
     /// `line` is there: the next one is asked for [`AHEAD`] of it.
     #[inline(always)]
-    fn have(&mut self, line: u32) {
+    fn note_line_fetched(&mut self, line: u32) {
         self.line = line;
         self.quiet_from = (line << 4).wrapping_sub(AHEAD);
         self.quiet_bytes = 16;
@@ -201,7 +201,7 @@ impl Pipeline {
     /// `asked` is under way: it is waited for when execution gets there, 4
     /// bytes before it at the earliest.
     #[inline(always)]
-    fn await_asked(&mut self) {
+    fn wait_for_asked(&mut self) {
         self.line = Self::NO_LINE;
         self.quiet_from = (self.asked << 4).wrapping_sub(AHEAD);
         self.quiet_bytes = AHEAD - 3;
@@ -227,7 +227,7 @@ impl Default for Pipeline {
 impl Cpu {
     /// `cycles` pass. 64 bits outlast any run: nothing looks for their end.
     #[inline(always)]
-    pub(super) const fn pass(&mut self, cycles: Cycle) {
+    pub(super) const fn advance_by(&mut self, cycles: Cycle) {
         self.cycle = self.cycle.wrapping_add(cycles);
     }
 
@@ -250,16 +250,16 @@ impl Cpu {
                 return;
             }
             self.cycle = self.cycle.max(pipeline.ready);
-            pipeline.have(needed);
+            pipeline.note_line_fetched(needed);
         }
         if pipeline.line != ahead {
             let wait = bus.fetch(ahead, self.cycle);
             pipeline.asked = ahead;
             pipeline.ready = self.cycle + STAGES + Cycle::from(wait);
             if wait == 0 {
-                pipeline.have(ahead);
+                pipeline.note_line_fetched(ahead);
             } else {
-                pipeline.await_asked();
+                pipeline.wait_for_asked();
             }
         }
     }
@@ -267,7 +267,7 @@ impl Cpu {
     /// Goes on at `target` after `cycles`, refill included; gives `target`.
     #[inline(always)]
     pub(super) fn branch_to(&mut self, bus: &mut impl Bus, target: u32, cycles: u8) -> u32 {
-        self.pass(cycles.into());
+        self.advance_by(cycles.into());
         let fetch = self.cycle.wrapping_sub(STAGES);
         self.pipeline.last = PipelineState::NONE;
         if target >> 4 != self.pipeline.line {
@@ -300,7 +300,7 @@ impl Cpu {
             pipeline.asked = line;
             pipeline.ready = at + STAGES + Cycle::from(wait);
         }
-        pipeline.have(line);
+        pipeline.note_line_fetched(line);
         self.cycle = self.cycle.max(pipeline.ready);
     }
 }

@@ -115,7 +115,10 @@ fn a_core_let_go_runs_before_the_next_debugger_halts_it() {
     for lets_go in ["c", "D"] {
         let answers = Arc::new(Mutex::new(Vec::new()));
         let client = |packets: &[&str]| Scripted {
-            says: packets.iter().flat_map(|p| framed(p.as_bytes())).collect(),
+            says: packets
+                .iter()
+                .flat_map(|p| frame_packet(p.as_bytes()))
+                .collect(),
             answers: Arc::clone(&answers),
         };
         let port = Script([client(&["?", lets_go]), client(&["?", "p0", "D"])].into());
@@ -208,7 +211,10 @@ fn an_image_that_opens_no_usb_port_is_left_running() {
 #[test]
 fn an_image_that_opens_no_usb_port_ends_a_session_that_is_left_alone() {
     for (packets, is_detached) in [(&["?", "D"][..], true), (&["?", "c"][..], false)] {
-        let says = packets.iter().flat_map(|p| framed(p.as_bytes())).collect();
+        let says = packets
+            .iter()
+            .flat_map(|p| frame_packet(p.as_bytes()))
+            .collect();
         let answers = Arc::default();
         let port = Script([Scripted { says, answers }].into());
         let image = program(&[0xBF30, 0xE7FD], &[("Reset", CODE, 4)]);
@@ -286,14 +292,14 @@ fn flash_is_erased_and_written_as_load_does() {
     gdb.exchanges(&[("m8000000,4", "ffffffff")]);
     let mut packet = b"vFlashWrite:8000000:".to_vec();
     packet.extend(&vectors);
-    gdb.write(&framed(&packet));
+    gdb.write(&frame_packet(&packet));
     assert_eq!(gdb.receive(), "OK");
     let packet = [
         format!("vFlashWrite:{CODE:x}:").as_bytes(),
         &[0x09, 0x20, 0xFE, 0xE7],
     ]
     .concat();
-    gdb.write(&framed(&packet));
+    gdb.write(&frame_packet(&packet));
     assert_eq!(gdb.receive(), "OK");
     gdb.exchanges(&[("vFlashDone", "OK")]);
     assert_eq!(gdb.exchange("m8000000,40"), before);
@@ -446,7 +452,7 @@ fn cortex_debug_s_external_server_mode_is_served() {
         &unhex(flash.as_bytes()).unwrap(),
     ]
     .concat();
-    gdb.write(&framed(&image));
+    gdb.write(&frame_packet(&image));
     assert_eq!(gdb.receive(), "OK");
     gdb.exchanges(&[("vFlashDone", "OK")]);
     assert_eq!(gdb.monitor("reset halt").1, "OK");

@@ -7,7 +7,7 @@ use super::*;
 use crate::chip::image::tests::{CODE, program};
 use crate::chip::soc::Pace;
 use crate::trace::CHANNELS;
-use packet::{framed, number, unhex};
+use packet::{frame_packet, number, unhex};
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::thread::JoinHandle;
@@ -76,7 +76,7 @@ impl Gdb {
     }
 
     fn send(&mut self, packet: &str) {
-        self.write(&framed(packet.as_bytes()));
+        self.write(&frame_packet(packet.as_bytes()));
     }
 
     fn byte(&mut self) -> u8 {

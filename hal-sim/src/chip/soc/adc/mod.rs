@@ -3,7 +3,7 @@
 //!
 //! In: the trigger, codes. Out: when which channel is sampled, the results, an
 //! interrupt line. The analogue side is the caller's: it asks `next_sample`,
-//! and gives the code that the input has at that very cycle with `sampled`.
+//! and gives the code that the input has at that very cycle with `deliver_sample`.
 //!
 //! Taken: sampling begins three ADC clocks after the trigger, the data sheet's
 //! longest latency, and the clock's phase is the trigger's.
@@ -14,7 +14,7 @@ mod tests;
 
 use super::clock::cycles_in;
 use crate::chip::Cycle;
-use crate::chip::cpu::bus::{Modelled, refuse};
+use crate::chip::cpu::bus::{Modelled, refuse_if};
 
 /// Injected trigger latency, in ADC clocks (DS8626, ADC characteristics).
 const LATENCY: u64 = 3;
@@ -143,9 +143,9 @@ impl Adc {
             self.unheard -= 1;
             return Ok(());
         }
-        refuse(self.conversion.is_some(), "ADC: triggered while converting")?;
-        refuse(at < self.ready, "ADC: triggered within its power-up time")?;
-        refuse(
+        refuse_if(self.conversion.is_some(), "ADC: triggered while converting")?;
+        refuse_if(at < self.ready, "ADC: triggered within its power-up time")?;
+        refuse_if(
             self.clock() * 36_000_000 < u64::from(self.hz),
             "ADC: clock above 36 MHz",
         )?;
@@ -155,14 +155,14 @@ impl Adc {
     }
 
     /// The sample that is due next, if a conversion is sampling: the caller
-    /// gives its code with `sampled` before it lets time go beyond it.
+    /// gives its code with `deliver_sample` before it lets time go beyond it.
     pub fn next_sample(&self) -> Option<Sample> {
         let conversion = self.conversion?;
         conversion.code.is_none().then_some(conversion.sample)
     }
 
     /// The code, 0–4095, that the input of `next_sample` has at its cycle.
-    pub fn sampled(&mut self, code: u16) {
+    pub fn deliver_sample(&mut self, code: u16) {
         if let Some(conversion) = &mut self.conversion {
             conversion.code.get_or_insert(code.min(0xFFF));
         }

@@ -1,7 +1,7 @@
 //! ADC1 and common registers (RM0090 section 13.13), by offset from ADC1.
 
 use super::{Adc, cr1, cr2, sr};
-use crate::chip::soc::peripheral::{Cycle, Modelled, Peripheral, Unmodelled, refuse};
+use crate::chip::soc::peripheral::{Cycle, Modelled, Peripheral, Unmodelled, refuse_if};
 
 const CSR: u32 = 0x300;
 const CCR: u32 = 0x304;
@@ -10,7 +10,7 @@ const CCR_KNOWN: u32 = 3 << 16;
 
 impl Adc {
     fn write_cr2(&mut self, value: u32, at: Cycle) -> Modelled {
-        refuse(
+        refuse_if(
             value & !cr2::KNOWN != 0,
             "ADC_CR2: regular or software-started group",
         )?;

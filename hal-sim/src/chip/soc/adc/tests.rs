@@ -40,7 +40,7 @@ fn a_trigger_converts_both_channels_at_their_exact_times() {
         })
     );
     assert_eq!(adc.next_event(), first);
-    adc.sampled(0x123);
+    adc.deliver_sample(0x123);
     assert_eq!(adc.next_sample(), None);
     assert_eq!(adc.get(SR, first), 8, "JSTRT");
     let second = first + 8 * (12 + 84);
@@ -53,7 +53,7 @@ fn a_trigger_converts_both_channels_at_their_exact_times() {
             channel: 0
         })
     );
-    adc.sampled(0xFFF);
+    adc.deliver_sample(0xFFF);
     let end = second + 8 * 12;
     assert_eq!(adc.next_event(), end);
     assert_eq!(adc.get(SR, end - 1), 8);
@@ -68,9 +68,9 @@ fn a_trigger_converts_both_channels_at_their_exact_times() {
 fn flags_clear_by_writing_0_and_ignore_1() {
     let mut adc = board();
     adc.trigger(1000).unwrap();
-    adc.sampled(1);
+    adc.deliver_sample(1);
     adc.advance(1300).unwrap();
-    adc.sampled(2);
+    adc.deliver_sample(2);
     adc.advance(3000).unwrap();
     adc.set(SR, u32::MAX, 3000);
     assert_eq!(adc.get(SR, 3000), 0xC);
@@ -86,9 +86,9 @@ fn the_interrupt_follows_jeoc_and_jeocie() {
     let mut adc = board();
     adc.set(CR1, 1 << 8 | 1 << 7, 0);
     adc.trigger(1000).unwrap();
-    adc.sampled(1);
+    adc.deliver_sample(1);
     adc.advance(1300).unwrap();
-    adc.sampled(2);
+    adc.deliver_sample(2);
     assert!(!adc.interrupt());
     adc.advance(3000).unwrap();
     assert!(adc.interrupt());
@@ -108,7 +108,7 @@ fn a_group_of_one_is_jsq4_and_of_four_starts_at_jsq1() {
     for channel in 1..=4 {
         let sample = adc.next_sample().unwrap();
         assert_eq!(sample.channel, channel);
-        adc.sampled(100 + u16::from(channel));
+        adc.deliver_sample(100 + u16::from(channel));
         adc.advance(adc.next_event()).unwrap();
     }
     assert_eq!(adc.next_sample(), None);
@@ -153,7 +153,7 @@ fn sampling_times_resolutions_offsets_and_alignment() {
         adc.set(CR2, ARMED | align << 11, 0);
         adc.trigger(1000).unwrap();
         let held = adc.next_sample().unwrap().at;
-        adc.sampled(0xABC);
+        adc.deliver_sample(0xABC);
         assert_eq!(adc.next_event(), held + 8 * clocks);
         assert_eq!(adc.get(JDR1, 5000), jdr, "RES {res} ALIGN {align}");
     }
@@ -182,7 +182,7 @@ fn triggers_that_do_not_count_and_those_that_stop_the_run() {
 fn a_group_that_changes_begins_anew_and_without_scan_its_first_is_all() {
     let mut adc = board();
     adc.trigger(1000).unwrap();
-    adc.sampled(1);
+    adc.deliver_sample(1);
     adc.advance(1300).unwrap();
     adc.set(JSQR, 7 << 15, 1310);
     let sample = adc.next_sample();
@@ -194,7 +194,7 @@ fn a_group_that_changes_begins_anew_and_without_scan_its_first_is_all() {
     adc.trigger(1000).unwrap();
     adc.set(CR1, 0, 1001);
     assert!(adc.write(CR1, 1 << 24, 1001).is_err(), "RES");
-    adc.sampled(5);
+    adc.deliver_sample(5);
     assert_eq!(adc.get(SR, 1000 + 8 * 30), 8 | 4, "JEOC");
     assert_eq!((adc.get(JDR1, 1300), adc.next_sample()), (5, None));
 }

@@ -86,7 +86,7 @@ impl Dma {
     /// The one of `candidates` (bits) that the arbiter of a port chooses: the
     /// highest priority level, then the lowest number (RM0090 10.3.4).
     #[inline]
-    pub fn choose(&self, candidates: u8) -> Option<usize> {
+    pub fn arbitrate(&self, candidates: u8) -> Option<usize> {
         if candidates & candidates.wrapping_sub(1) == 0 {
             return (candidates != 0).then_some(candidates.trailing_zeros() as usize);
         }

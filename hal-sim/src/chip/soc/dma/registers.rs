@@ -2,7 +2,7 @@
 
 use super::{Dma, STREAMS, Stream, bit, tim1_events};
 use crate::chip::Cycle;
-use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse};
+use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse_if};
 
 /// Register offsets.
 pub(crate) mod offset {
@@ -139,9 +139,9 @@ impl Dma {
         if !enable {
             return Ok(());
         }
-        refuse(self.number == 1, "a DMA1 stream")?;
+        refuse_if(self.number == 1, "a DMA1 stream")?;
         let is_apb = matches!(self.streams[index].par, 0x4000_0000..0x4002_0000);
-        refuse(
+        refuse_if(
             is_apb && self.enabled() != 0,
             "DMA2 serves AHB and APB at once (ES0182)",
         )?;

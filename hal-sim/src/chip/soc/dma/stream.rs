@@ -3,7 +3,7 @@
 use super::NEVER;
 use crate::chip::Cycle;
 use crate::chip::cpu::Size;
-use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse};
+use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse_if};
 use crate::chip::soc::matrix::Slave;
 
 /// Bits of SxCR (RM0090 10.5.5) and flags of a stream, at stream 0's place.
@@ -117,7 +117,7 @@ impl Stream {
 
     /// Direction: memory to peripheral.
     #[inline]
-    pub const fn plays(&self) -> bool {
+    pub const fn is_memory_to_peripheral(&self) -> bool {
         self.cr & bit::MEMORY_TO_PERIPHERAL != 0
     }
 
@@ -172,7 +172,7 @@ impl Stream {
     /// DIR: it asks itself, and ends with its items; the FIFO is the hardware's then (RM0090
     /// 10.3.6, 10.5.10).
     #[inline]
-    pub const fn copies(&self) -> bool {
+    pub const fn is_memory_to_memory(&self) -> bool {
         self.cr >> 7 & 1 != 0
     }
 
@@ -195,7 +195,7 @@ impl Stream {
     /// (playing) or the last one gone.
     #[inline]
     pub const fn is_ready_at(&self, at: Cycle) -> bool {
-        self.plays() == self.word.is_some() && self.turned <= at
+        self.is_memory_to_peripheral() == self.word.is_some() && self.turned <= at
     }
 
     /// The memory port moved one item. After the last it begins anew, with two buffers in
@@ -235,14 +235,14 @@ impl Stream {
     }
 
     /// Items that it can move before it begins anew or a flag rises.
-    pub fn uneventful(&self) -> u16 {
+    pub fn uneventful_items(&self) -> u16 {
         let half = self.length / 2;
         let flag = if self.ndtr > half { half } else { 0 };
         let items = (self.ndtr - flag).saturating_sub(1);
         items.min(self.length.saturating_sub(self.index))
     }
 
-    /// Both ports moved `items`, at most [`Self::uneventful`].
+    /// Both ports moved `items`, at most [`Self::uneventful_items`].
     pub fn skip(&mut self, items: u16) {
         self.ndtr -= items;
         self.index += items;
@@ -272,19 +272,19 @@ impl Stream {
 
     /// EN was written 1, complete from `done` on: takes the settings over.
     pub(super) fn switch_on(&mut self, done: Cycle) -> Modelled {
-        refuse(
+        refuse_if(
             self.cr & !FREE != WORDS,
             "a DMA2 stream that does not move words, incrementing its memory only",
         )?;
-        refuse(self.fcr & 0b100 != 0, "a DMA2 stream's FIFO")?;
-        refuse(self.ndtr == 0, "a DMA2 stream enabled with nothing to move")?;
+        refuse_if(self.fcr & 0b100 != 0, "a DMA2 stream's FIFO")?;
+        refuse_if(self.ndtr == 0, "a DMA2 stream enabled with nothing to move")?;
         self.target = self.far_end()?;
         self.memory = sram(self.m0ar);
         let last = self.m0ar.wrapping_add(4 * (u32::from(self.ndtr) - 1));
         if !self.m0ar.is_multiple_of(4) || !is_sram(self.m0ar) || !is_sram(last) {
             return Err(Unmodelled("DMA2 memory other than SRAM1 and SRAM2"));
         }
-        refuse(
+        refuse_if(
             sram(last) != self.memory,
             "a DMA2 buffer across SRAM1 and SRAM2",
         )?;
@@ -293,7 +293,11 @@ impl Stream {
         (self.pointer, self.far) = (self.m0ar, self.par);
         (self.word, self.stopping) = (None, false);
         self.asked = NEVER;
-        self.due = if self.plays() { done } else { NEVER };
+        self.due = if self.is_memory_to_peripheral() {
+            done
+        } else {
+            NEVER
+        };
         Ok(())
     }
 
@@ -334,8 +338,8 @@ impl Stream {
     pub(super) fn upset_cr(&mut self, bits: u32, at: Cycle) -> Modelled {
         const FORCED: u32 = 0b11 << 13 | 0b1111 << 21;
         let mut cr = self.cr ^ bits & !FORCED;
-        refuse(cr >> 6 & 0b11 == 3, "a DMA2 stream with DIR 3")?;
-        refuse(cr >> 11 & 0b11 == 3, "a DMA2 stream with PSIZE 3")?;
+        refuse_if(cr >> 6 & 0b11 == 3, "a DMA2 stream with DIR 3")?;
+        refuse_if(cr >> 11 & 0b11 == 3, "a DMA2 stream with PSIZE 3")?;
         cr = cr & !(0b11 << 13) | (cr >> 11 & 0b11) << 13;
         if cr & bit::PFCTRL != 0 {
             cr &= !bit::CIRC;
@@ -346,7 +350,7 @@ impl Stream {
         self.cr = cr;
         self.redirect();
         // What is between the ports goes on the new way; nothing is there: it is fetched.
-        if turned && self.plays() != self.word.is_some() {
+        if turned && self.is_memory_to_peripheral() != self.word.is_some() {
             self.due = at;
         }
         Ok(())
@@ -357,7 +361,7 @@ impl Stream {
     fn redirect(&mut self) {
         let far = self.far & !(self.bytes() - 1);
         let port = far.wrapping_sub(PORTS.start);
-        self.target = match (self.plays(), is_sram(far)) {
+        self.target = match (self.is_memory_to_peripheral(), is_sram(far)) {
             (true, _) if PORTS.contains(&far) && port & 0x3FF == 0x18 => {
                 Target::Bsrr(port as usize / 0x400)
             }
@@ -371,9 +375,10 @@ impl Stream {
 
     fn far_end(&self) -> Modelled<Target> {
         let port = self.par.wrapping_sub(0x4002_0018);
-        if self.plays() && port <= 0x2000 && port.is_multiple_of(0x400) {
+        if self.is_memory_to_peripheral() && port <= 0x2000 && port.is_multiple_of(0x400) {
             Ok(Target::Bsrr(port as usize / 0x400))
-        } else if !self.plays() && is_sram(self.par) && self.par.is_multiple_of(4) {
+        } else if !self.is_memory_to_peripheral() && is_sram(self.par) && self.par.is_multiple_of(4)
+        {
             Ok(Target::Word(self.par))
         } else {
             Err(Unmodelled(

@@ -85,11 +85,11 @@ fn the_arbiter_takes_level_then_number() {
     for (stream, level) in [(1, 0), (3, 2), (6, 2), (7, 1)] {
         write(&mut dma, stream, offset::CR, level << 16).unwrap();
     }
-    assert_eq!(dma.choose(0b1100_1010), Some(3));
-    assert_eq!(dma.choose(0b1100_0010), Some(6));
-    assert_eq!(dma.choose(0b1000_0010), Some(7));
-    assert_eq!(dma.choose(0b0000_0010), Some(1));
-    assert_eq!(dma.choose(0), None);
+    assert_eq!(dma.arbitrate(0b1100_1010), Some(3));
+    assert_eq!(dma.arbitrate(0b1100_0010), Some(6));
+    assert_eq!(dma.arbitrate(0b1000_0010), Some(7));
+    assert_eq!(dma.arbitrate(0b0000_0010), Some(1));
+    assert_eq!(dma.arbitrate(0), None);
 }
 
 /// RM0090 table 43, TIM1's entries.

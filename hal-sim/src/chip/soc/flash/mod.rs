@@ -12,10 +12,10 @@ mod registers;
 mod tests;
 
 use super::clock::rescale;
-use super::word::part;
+use super::word::read_part;
 use crate::chip::Cycle;
 use crate::chip::cpu::Size;
-use crate::chip::cpu::bus::{AccessError, Modelled, ReadResult, Unmodelled, refuse};
+use crate::chip::cpu::bus::{AccessError, Modelled, ReadResult, Unmodelled, refuse_if};
 use crate::random;
 use accelerator::Accelerator;
 use programming::Programming;
@@ -201,7 +201,7 @@ impl Flash {
             2100.. => 22_000_000,
             _ => 20_000_000,
         };
-        refuse(
+        refuse_if(
             self.accelerator.latency < self.hz.div_ceil(step_hz).saturating_sub(1),
             "FLASH_ACR: too few wait states for this clock and supply",
         )?;
@@ -228,7 +228,7 @@ impl Flash {
             .ok_or(Unmodelled("FLASH: data cached before an erasure"))?;
         let value = self.word(offset & !3);
         Ok(ReadResult {
-            value: part(value, offset, size),
+            value: read_part(value, offset, size),
             wait,
         })
     }
@@ -236,7 +236,7 @@ impl Flash {
     /// What is at `address`; no time passes. For decoding and debuggers.
     pub fn peek(&self, address: u32, size: Size) -> u32 {
         let offset = address & (SIZE as u32 - 1);
-        part(self.word(offset & !3), offset, size)
+        read_part(self.word(offset & !3), offset, size)
     }
 
     /// A read from the information block, which no cache holds: number, flash

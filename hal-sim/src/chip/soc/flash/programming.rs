@@ -8,9 +8,9 @@
 use super::Flash;
 use crate::chip::Cycle;
 use crate::chip::cpu::Size;
-use crate::chip::cpu::bus::{AccessError, Modelled, Unmodelled, refuse};
+use crate::chip::cpu::bus::{AccessError, Modelled, Unmodelled, refuse_if};
 use crate::chip::soc::clock::cycles_in;
-use crate::chip::soc::word::part;
+use crate::chip::soc::word::read_part;
 use std::ops::Range;
 
 pub(super) mod sr {
@@ -161,7 +161,7 @@ impl Programming {
             0x1FFF_C004 | 0x1FFF_C00C => u32::MAX,
             _ => return None,
         };
-        Some(part(word, address, size))
+        Some(read_part(word, address, size))
     }
 
     fn fail(&mut self, flag: u32) {
@@ -213,12 +213,12 @@ impl Flash {
             programming.fail(sr::WRPERR);
         } else {
             let bytes = value.to_le_bytes();
-            self.remember(offset..offset + size.bytes());
+            self.save_contents(offset..offset + size.bytes());
             let places = self.bytes_mut().iter_mut().skip(offset as usize);
             for (place, byte) in places.zip(&bytes[..size.bytes() as usize]) {
                 *place &= byte; // programming only clears bits
             }
-            self.changed(offset >> 4..(offset >> 4) + 1, false);
+            self.mark_changed(offset >> 4..(offset >> 4) + 1, false);
             self.occupy(begin, PROGRAM_NS);
         }
         Ok(wait)
@@ -229,7 +229,7 @@ impl Flash {
         if programming.cr & cr::LOCK != 0 {
             return Ok(()); // section 3.9.6: not accessible while locked
         }
-        refuse(programming.end.is_some(), "FLASH_CR: written while busy")?;
+        refuse_if(programming.end.is_some(), "FLASH_CR: written while busy")?;
         if value & cr::MER != 0 || value & cr::PSIZE == cr::PSIZE {
             return Err(Unmodelled("FLASH_CR: mass erase or x64"));
         }
@@ -239,7 +239,7 @@ impl Flash {
         if value & cr::STRT == 0 {
             return Ok(());
         }
-        refuse(
+        refuse_if(
             value & (cr::SER | cr::PG) != cr::SER,
             "FLASH_CR: STRT without SER alone",
         )?;
@@ -250,27 +250,27 @@ impl Flash {
             programming.fail(sr::WRPERR);
             return Ok(());
         }
-        self.remember(sector.clone());
+        self.save_contents(sector.clone());
         if let Some(bytes) = self
             .bytes_mut()
             .get_mut(sector.start as usize..sector.end as usize)
         {
             bytes.fill(0xFF);
         }
-        self.changed(sector.start >> 4..sector.end >> 4, true);
+        self.mark_changed(sector.start >> 4..sector.end >> 4, true);
         let psize = (value & cr::PSIZE) >> 8;
         self.occupy(at, erase_ns(sector.end - sector.start, psize));
         Ok(())
     }
 
     /// Keeps what is at `offsets`, should a reset cut off what changes it.
-    fn remember(&mut self, offsets: Range<u32>) {
+    fn save_contents(&mut self, offsets: Range<u32>) {
         let (start, end) = (offsets.start as usize, offsets.end as usize);
         let before = self.bytes.get(start..end).unwrap_or_default();
         self.before = (start, before.to_vec());
     }
 
-    fn changed(&mut self, lines: Range<u32>, erased: bool) {
+    fn mark_changed(&mut self, lines: Range<u32>, erased: bool) {
         self.accelerator.outdate(lines, erased);
         self.code_version = self.code_version.wrapping_add(1);
     }

@@ -1,7 +1,7 @@
 //! The flash interface's registers (RM0090 section 3.9).
 
 use super::Flash;
-use crate::chip::soc::peripheral::{Cycle, Modelled, Peripheral, Unmodelled, refuse};
+use crate::chip::soc::peripheral::{Cycle, Modelled, Peripheral, Unmodelled, refuse_if};
 
 impl Flash {
     pub(super) fn set_acr(&mut self, value: u32) -> Modelled {
@@ -42,7 +42,7 @@ impl Peripheral for Flash {
         if !self.before.1.is_empty() && !self.programming.is_busy(to) {
             self.before = (0, Vec::new());
         }
-        refuse(
+        refuse_if(
             self.accelerator.delivered_stale,
             "FLASH: code cached before it was changed",
         )?;

@@ -44,7 +44,7 @@ impl Lock {
 
     /// What becomes of a configuration register with `width` (1, 2, 4) bits a pin,
     /// the lowest pin being `first`, when `value` is written over `old`.
-    pub fn keep(&self, old: u32, value: u32, width: u32, first: u32) -> u32 {
+    pub fn apply_lock(&self, old: u32, value: u32, width: u32, first: u32) -> u32 {
         if !self.locked {
             return value;
         }

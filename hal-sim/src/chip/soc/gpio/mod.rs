@@ -124,7 +124,7 @@ impl Gpio {
                 p.lock.break_off();
                 return Ok(());
             }
-            (false, _) => written.over(p.register(offset)?),
+            (false, _) => written.merge_into(p.register(offset)?),
         };
         if offset == offset::BSRR {
             self.bsrr(port, value, done);
@@ -133,15 +133,15 @@ impl Gpio {
         let p = &mut self.ports[port];
         let before = p.levels;
         match offset {
-            offset::MODER => p.moder = p.lock.keep(p.moder, value, 2, 0),
-            offset::OTYPER => p.otyper = p.lock.keep(p.otyper.into(), value, 1, 0) as u16,
-            offset::OSPEEDR => p.ospeedr = p.lock.keep(p.ospeedr, value, 2, 0),
-            offset::PUPDR => p.pupdr = p.lock.keep(p.pupdr, value, 2, 0),
+            offset::MODER => p.moder = p.lock.apply_lock(p.moder, value, 2, 0),
+            offset::OTYPER => p.otyper = p.lock.apply_lock(p.otyper.into(), value, 1, 0) as u16,
+            offset::OSPEEDR => p.ospeedr = p.lock.apply_lock(p.ospeedr, value, 2, 0),
+            offset::PUPDR => p.pupdr = p.lock.apply_lock(p.pupdr, value, 2, 0),
             offset::IDR => (), // read only
             offset::ODR => p.odr = value as u16,
             offset::LCKR => p.lock.write(value),
-            offset::AFRL => p.afr[0] = p.lock.keep(p.afr[0], value, 4, 0),
-            offset::AFRH => p.afr[1] = p.lock.keep(p.afr[1], value, 4, 8),
+            offset::AFRL => p.afr[0] = p.lock.apply_lock(p.afr[0], value, 4, 0),
+            offset::AFRH => p.afr[1] = p.lock.apply_lock(p.afr[1], value, 4, 8),
             _ => return Err(Unmodelled("a GPIO register")),
         }
         p.refresh();

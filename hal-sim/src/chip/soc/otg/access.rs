@@ -4,7 +4,7 @@ use super::fifo::{self, Status};
 use super::registers::*;
 use super::{ENDPOINTS, Otg, Session};
 use crate::chip::Cycle;
-use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse};
+use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse_if};
 
 /// A FIFO flush or core reset takes 8 cycles of the slower clock, the PHY's
 /// 48 MHz (RM0090 section 34.16.2, GRSTCTL).
@@ -77,7 +77,7 @@ impl Otg {
     }
 
     fn write_reset(&mut self, value: u32, at: Cycle) -> Modelled {
-        refuse(value & rstctl::HOST != 0, "OTG_FS GRSTCTL HSRST or FCRST")?;
+        refuse_if(value & rstctl::HOST != 0, "OTG_FS GRSTCTL HSRST or FCRST")?;
         let bits = value & (rstctl::CSRST | rstctl::RXFFLSH | rstctl::TXFFLSH);
         self.flushed = value & rstctl::TXFNUM;
         if bits & rstctl::CSRST != 0 {
@@ -131,7 +131,7 @@ impl Otg {
             s if s == Status::GlobalNak as u32 => self.out_nak_effective = true,
             _ => {}
         }
-        self.changed();
+        self.mark_changed();
         Ok(popped.word)
     }
 

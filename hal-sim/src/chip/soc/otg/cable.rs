@@ -65,49 +65,49 @@ impl Otg {
     pub fn set_vbus(&mut self, on: bool, at: Cycle) {
         self.vbus = on;
         self.update_session(at);
-        self.changed();
+        self.mark_changed();
     }
 
     /// Since when D+ has been pulled up, if it is.
-    pub fn attached(&self) -> Option<Cycle> {
+    pub fn attached_since(&self) -> Option<Cycle> {
         self.attached
     }
 
     /// The host drives SE0: a bus reset begins (USBRST). The device answers to
     /// no address until software writes DCFG.DAD = 0.
-    pub fn reset_begins(&mut self) {
+    pub fn begin_bus_reset(&mut self) {
         self.events |= int::USBRST;
         self.dsts = 0;
         self.setup_stage = false;
         for endpoint in self.ins.iter_mut().chain(&mut self.outs) {
             endpoint.usb_reset();
         }
-        self.changed();
+        self.mark_changed();
     }
 
     /// The bus reset is over, the speed is known (ENUMDNE).
-    pub fn reset_ends(&mut self) {
+    pub fn end_bus_reset(&mut self) {
         self.events |= int::ENUMDNE;
         self.dsts = dsts::FULL_SPEED;
-        self.changed();
+        self.mark_changed();
     }
 
     /// The bus has been idle for 3 ms (ESUSP, USBSUSP).
     pub fn suspend(&mut self) {
         self.events |= int::ESUSP | int::USBSUSP;
         self.dsts |= dsts::SUSPSTS;
-        self.changed();
+        self.mark_changed();
     }
 
     /// The start of frame `number` (0–2047) was received.
-    pub fn sof(&mut self, number: u16) {
+    pub fn receive_sof(&mut self, number: u16) {
         self.frame = number & 0x7FF;
         self.dsts &= !dsts::SUSPSTS;
         self.raise(int::SOF);
     }
 
     /// 80 % of the frame, the part for periodic transfers, are over (EOPF).
-    pub fn periodic_frame_ends(&mut self) {
+    pub fn end_periodic_frame(&mut self) {
         self.raise(int::EOPF);
     }
 
@@ -115,7 +115,7 @@ impl Otg {
     fn raise(&mut self, bit: u32) {
         if self.events & bit == 0 {
             self.events |= bit;
-            self.changed();
+            self.mark_changed();
         }
     }
 
@@ -134,14 +134,14 @@ impl Otg {
         (self.dcfg >> 4 & 0x7F) as u8
     }
 
-    fn listens(&self, address: u8, endpoint: usize) -> bool {
+    fn is_addressed(&self, address: u8, endpoint: usize) -> bool {
         self.attached.is_some() && self.address == address && endpoint < ENDPOINTS
     }
 
     /// A SETUP transaction to endpoint 0 at `address`: always accepted
     /// (RM0090 section 34.17.6). Both directions NAK until software clears it.
-    pub fn setup(&mut self, address: u8, request: &[u8; 8]) -> Handshake {
-        if !self.listens(address, 0) {
+    pub fn receive_setup(&mut self, address: u8, request: &[u8; 8]) -> Handshake {
+        if !self.is_addressed(address, 0) {
             return Handshake::Silent;
         }
         self.receive
@@ -153,7 +153,7 @@ impl Otg {
         let left = self.outs[0].upper;
         self.outs[0].upper = left.saturating_sub(1);
         self.setup_stage = true;
-        self.changed();
+        self.mark_changed();
         Handshake::Ack
     }
 
@@ -163,7 +163,7 @@ impl Otg {
             self.setup_stage = false;
             self.receive
                 .push(Status::SetupDone, 0, false, self.frame, &[]);
-            self.changed();
+            self.mark_changed();
         }
     }
 
@@ -179,7 +179,7 @@ impl Otg {
         endpoint == 0 && self.setup_stage
             || !out.has(ctl::USBAEP)
             || out.has(ctl::STALL)
-            || !self.listens(address, endpoint)
+            || !self.is_addressed(address, endpoint)
             || room && !out.has(ctl::NAKSTS) && self.dctl & dctl::GONSTS == 0
     }
 
@@ -188,8 +188,8 @@ impl Otg {
     /// EPENA is not asked: the manual says that software sets it for each
     /// transfer, but STM32F4 parts receive while only NAKSTS is clear, and the
     /// HAL in the image relies on it.
-    pub fn out(&mut self, address: u8, endpoint: usize, packet: &Packet) -> Handshake {
-        if !self.listens(address, endpoint) || !self.outs[endpoint].has(ctl::USBAEP) {
+    pub fn receive_out(&mut self, address: u8, endpoint: usize, packet: &Packet) -> Handshake {
+        if !self.is_addressed(address, endpoint) || !self.outs[endpoint].has(ctl::USBAEP) {
             return Handshake::Silent;
         }
         let ready = self.out_ready(address, endpoint, packet.bytes().len());
@@ -221,7 +221,7 @@ impl Otg {
             self.receive
                 .push(Status::OutDone, endpoint, packet.data1, frame, &[]);
         }
-        self.changed();
+        self.mark_changed();
         Handshake::Ack
     }
 
@@ -234,7 +234,7 @@ impl Otg {
         endpoint == 0 && self.setup_stage
             || !source.has(ctl::USBAEP)
             || source.has(ctl::STALL)
-            || !self.listens(address, endpoint)
+            || !self.is_addressed(address, endpoint)
             || self.packet_length(endpoint).is_some()
     }
 
@@ -252,7 +252,7 @@ impl Otg {
 
     /// An IN token ends now. Data stay in the FIFO until [`Self::acknowledge`].
     pub fn in_token(&mut self, address: u8, endpoint: usize) -> Reply {
-        if !self.listens(address, endpoint) || !self.ins[endpoint].has(ctl::USBAEP) {
+        if !self.is_addressed(address, endpoint) || !self.ins[endpoint].has(ctl::USBAEP) {
             return Reply::Silent;
         }
         self.end_setup_stage(endpoint);
@@ -286,6 +286,6 @@ impl Otg {
             source.clear(ctl::EPENA);
             source.interrupt |= epint::XFRC;
         }
-        self.changed();
+        self.mark_changed();
     }
 }

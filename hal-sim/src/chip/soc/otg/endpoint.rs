@@ -1,7 +1,7 @@
 //! One endpoint: its control, interrupt and transfer size registers.
 
 use super::registers::{ctl, epint};
-use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse};
+use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse_if};
 
 /// Which way an endpoint's data go, as the host names it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,11 +88,11 @@ impl Endpoint {
     pub fn write_control(&mut self, value: u32) -> Modelled {
         let plain = self.plain_bits();
         let next = self.control & !plain | value & plain;
-        refuse(
+        refuse_if(
             next & ctl::EPTYP == ctl::ISOCHRONOUS,
             "OTG_FS isochronous endpoint",
         )?;
-        refuse(next & ctl::SNPM != 0, "OTG_FS DOEPCTL SNPM")?;
+        refuse_if(next & ctl::SNPM != 0, "OTG_FS DOEPCTL SNPM")?;
         let fifo = (next & ctl::TXFNUM) >> 22;
         if self.direction == Direction::In && fifo != 0 && fifo != self.number as u32 {
             return Err(Unmodelled("OTG_FS TXFNUM other than the endpoint's own"));

@@ -1,6 +1,6 @@
 //! The receive FIFO that all OUT endpoints share, and one transmit FIFO.
 
-use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse};
+use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse_if};
 use std::collections::VecDeque;
 
 /// Words of the FIFO memory (RM0090 section 34.10: 1.25 Kbyte).
@@ -78,7 +78,7 @@ impl Receive {
 
     /// The next status word, left in place (GRXSTSR).
     pub fn peek(&self) -> Modelled<u32> {
-        refuse(
+        refuse_if(
             self.unread > 0,
             "OTG_FS GRXSTSR read before the packet's data",
         )?;
@@ -88,7 +88,7 @@ impl Receive {
 
     /// Takes the next status word (GRXSTSP).
     pub fn pop(&mut self) -> Modelled<PoppedEntry> {
-        refuse(
+        refuse_if(
             self.unread > 0,
             "OTG_FS GRXSTSP read before the packet's data",
         )?;
@@ -158,7 +158,7 @@ impl Transmit {
 
     /// Appends a word.
     pub fn push(&mut self, word: u32) -> Modelled {
-        refuse(self.free() == 0, "OTG_FS write to a full TX FIFO")?;
+        refuse_if(self.free() == 0, "OTG_FS write to a full TX FIFO")?;
         self.words.push_back(word);
         Ok(())
     }

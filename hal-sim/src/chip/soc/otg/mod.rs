@@ -90,7 +90,7 @@ enum Session {
 
 impl Otg {
     /// Whether both do the same from now on: how often something changed may differ.
-    pub fn is_like(&self, other: &Self) -> bool {
+    pub fn is_equivalent_to(&self, other: &Self) -> bool {
         let mut otg = self.clone();
         otg.changes = other.changes;
         otg == *other
@@ -152,11 +152,11 @@ impl Otg {
             changes: self.changes,
             ..Self::new(self.hz)
         };
-        self.changed();
+        self.mark_changed();
     }
 
     /// Something changed.
-    fn changed(&mut self) {
+    fn mark_changed(&mut self) {
         self.changes += 1;
         self.line = self.ahbcfg & ahbcfg::GINT != 0 && self.status() & self.mask != 0;
     }
@@ -238,7 +238,7 @@ impl Peripheral for Otg {
         match offset {
             offset::FIFO..0x5000 => {
                 let word = self.receive.data();
-                self.changed();
+                self.mark_changed();
                 word
             }
             offset::IN_ENDPOINTS..offset::OUT_ENDPOINTS => self.read_in_endpoint(offset),
@@ -257,7 +257,7 @@ impl Peripheral for Otg {
             offset::DCFG..offset::IN_ENDPOINTS => self.write_device(offset, value, at)?,
             _ => self.write_core(offset, value, at)?,
         }
-        self.changed();
+        self.mark_changed();
         Ok(())
     }
 
@@ -269,7 +269,7 @@ impl Peripheral for Otg {
             self.session = Session::Valid;
             self.events |= int::SRQINT;
             self.update_pull_up(then);
-            self.changed();
+            self.mark_changed();
         }
         Ok(())
     }

@@ -23,8 +23,8 @@ fn configured() -> Otg {
         let start = 78 + 16 * n;
         write(&mut otg, offset::DIEPTXF1 + 4 * n, 16 << 16 | start);
     }
-    otg.reset_begins();
-    otg.reset_ends();
+    otg.begin_bus_reset();
+    otg.end_bus_reset();
     let bulk = 64 | ctl::USBAEP | 0b10 << 18 | ctl::SD0PID;
     write(&mut otg, 0x920, bulk | 1 << 22 | ctl::SNAK);
     write(&mut otg, 0xB20, bulk | ctl::SNAK);
@@ -75,17 +75,17 @@ fn vbus_connects_and_its_loss_ends_the_session() {
     write(&mut otg, offset::GINTMSK, int::SRQINT | int::OTGINT);
     write(&mut otg, offset::GAHBCFG, ahbcfg::GINT);
     write(&mut otg, offset::GCCFG, ccfg::PWRDWN | ccfg::VBUSBSEN);
-    assert_eq!(otg.attached(), None, "no VBUS");
+    assert_eq!(otg.attached_since(), None, "no VBUS");
     otg.set_vbus(true, 0);
     let valid = otg.next_event();
     otg.advance(valid).unwrap();
-    assert_eq!(otg.attached(), Some(valid));
+    assert_eq!(otg.attached_since(), Some(valid));
     assert!(otg.line);
     write(&mut otg, offset::GINTSTS, int::SRQINT);
     assert!(!otg.line);
     assert_ne!(read(&mut otg, offset::GOTGCTL) & otgctl::BSVLD, 0);
     otg.set_vbus(false, valid);
-    assert_eq!(otg.attached(), None);
+    assert_eq!(otg.attached_since(), None);
     assert_eq!(read(&mut otg, offset::GOTGINT), SEDET);
     assert!(otg.line);
     write(&mut otg, offset::GOTGINT, SEDET);
@@ -95,9 +95,9 @@ fn vbus_connects_and_its_loss_ends_the_session() {
 #[test]
 fn soft_disconnect_releases_the_pull_up() {
     let mut otg = configured();
-    assert!(otg.attached().is_some());
+    assert!(otg.attached_since().is_some());
     write(&mut otg, offset::DCTL, dctl::SDIS);
-    assert_eq!(otg.attached(), None);
+    assert_eq!(otg.attached_since(), None);
 }
 
 #[test]
@@ -121,10 +121,10 @@ fn out_packet_to_interrupt() {
     write(&mut otg, offset::DOEPMSK, epint::XFRC);
     write(&mut otg, offset::DAINTMSK, 1 << 17);
     let packet = Packet::new(&[1, 2, 3, 4, 5], false);
-    assert_eq!(otg.out(0, 1, &packet), Handshake::Nak, "NAKSTS");
+    assert_eq!(otg.receive_out(0, 1, &packet), Handshake::Nak, "NAKSTS");
     arm_out(&mut otg, 1, 64);
-    otg.sof(0x5A3);
-    assert_eq!(otg.out(0, 1, &packet), Handshake::Ack);
+    otg.receive_sof(0x5A3);
+    assert_eq!(otg.receive_out(0, 1, &packet), Handshake::Ack);
     assert!(otg.line);
     // FRMNUM 3, PKTSTS 2, DATA0, 5 bytes, endpoint 1.
     let status = 3 << 21 | 2 << 17 | 5 << 4 | 1;
@@ -153,9 +153,9 @@ fn a_repeated_packet_is_acknowledged_and_dropped() {
     let mut otg = configured();
     arm_out(&mut otg, 2, 128);
     let packet = Packet::new(&[9; 64], false);
-    assert_eq!(otg.out(0, 1, &packet), Handshake::Ack);
+    assert_eq!(otg.receive_out(0, 1, &packet), Handshake::Ack);
     let words = otg.receive.len();
-    assert_eq!(otg.out(0, 1, &packet), Handshake::Ack);
+    assert_eq!(otg.receive_out(0, 1, &packet), Handshake::Ack);
     assert_eq!(otg.receive.len(), words);
     assert_eq!(read(&mut otg, 0xB30) >> 19 & 0x3FF, 1);
 }
@@ -167,10 +167,13 @@ fn a_full_receive_fifo_naks() {
     // 16 words of data and one of status each: after three, 11 of 62 are left.
     for n in 0..3 {
         let packet = Packet::new(&[n; 64], n % 2 == 1);
-        assert_eq!(otg.out(0, 1, &packet), Handshake::Ack);
+        assert_eq!(otg.receive_out(0, 1, &packet), Handshake::Ack);
     }
     assert!(!otg.out_ready(0, 1, 64));
-    assert_eq!(otg.out(0, 1, &Packet::new(&[3; 64], true)), Handshake::Nak);
+    assert_eq!(
+        otg.receive_out(0, 1, &Packet::new(&[3; 64], true)),
+        Handshake::Nak
+    );
     assert!(otg.out_ready(0, 1, 36), "9 words and 2");
 }
 
@@ -204,7 +207,7 @@ fn setup_naks_both_directions_and_ends_with_the_next_token() {
     write(&mut otg, 0xB10, 0b11 << 29);
     assert_eq!(otg.in_token(0, 0), Reply::Stall);
     let request = [0x80, 6, 0, 1, 0, 0, 8, 0];
-    assert_eq!(otg.setup(0, &request), Handshake::Ack);
+    assert_eq!(otg.receive_setup(0, &request), Handshake::Ack);
     assert_eq!(read(&mut otg, 0xB10) >> 29, 2, "STUPCNT counts down");
     let expected = ctl::NAKSTS;
     assert_eq!(read(&mut otg, 0x900) & (ctl::STALL | ctl::NAKSTS), expected);
@@ -249,7 +252,10 @@ fn disabling_and_global_naks() {
     assert_eq!(read(&mut otg, 0x928) & bits, bits);
     arm_out(&mut otg, 1, 64);
     write(&mut otg, offset::DCTL, dctl::SGONAK);
-    assert_eq!(otg.out(0, 1, &Packet::new(&[], false)), Handshake::Nak);
+    assert_eq!(
+        otg.receive_out(0, 1, &Packet::new(&[], false)),
+        Handshake::Nak
+    );
     assert_eq!(read(&mut otg, offset::GINTSTS) & int::GONAKEFF, 0);
     assert_eq!(read(&mut otg, offset::GRXSTSP) >> 17 & 0xF, 1);
     assert_ne!(read(&mut otg, offset::GINTSTS) & int::GONAKEFF, 0);
@@ -258,12 +264,12 @@ fn disabling_and_global_naks() {
 #[test]
 fn a_bus_reset_makes_endpoints_inactive() {
     let mut otg = configured();
-    otg.reset_begins();
+    otg.begin_bus_reset();
     assert_ne!(read(&mut otg, offset::GINTSTS) & int::USBRST, 0);
     assert_eq!(read(&mut otg, 0x920) & ctl::USBAEP, 0);
     assert_ne!(read(&mut otg, 0x900) & ctl::USBAEP, 0);
     assert_eq!(otg.in_token(0, 1), Reply::Silent);
-    otg.reset_ends();
+    otg.end_bus_reset();
     assert_eq!(read(&mut otg, offset::DSTS) & 0b110, 0b110);
 }
 

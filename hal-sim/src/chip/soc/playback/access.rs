@@ -3,7 +3,7 @@
 use super::requests::Requests;
 use super::{MEMORY, PERIPHERAL, Playback};
 use crate::chip::Cycle;
-use crate::chip::cpu::bus::{Modelled, ReadResult, refuse};
+use crate::chip::cpu::bus::{Modelled, ReadResult, refuse_if};
 use crate::chip::soc::dma::{NEVER, STREAMS, tim1_events};
 use crate::chip::soc::matrix::{Bridge, Master, Slave};
 use crate::chip::soc::{Lanes, Ram};
@@ -46,7 +46,7 @@ impl Playback {
         at: Cycle,
         ram: &mut Ram,
     ) -> Modelled<ReadResult> {
-        let wait = self.pass(Slave::Ahb1, block.bridge(), at, ram)?;
+        let wait = self.access_slave(Slave::Ahb1, block.bridge(), at, ram)?;
         let done = at + Cycle::from(wait) + 1;
         let value = match block {
             Block::Timer(n) => {
@@ -54,7 +54,7 @@ impl Playback {
                 let before = timer.next_event();
                 let value = timer.read(offset, done)?;
                 if timer.next_event() != before {
-                    self.foresee();
+                    self.update_timer_event();
                 }
                 value
             }
@@ -75,7 +75,7 @@ impl Playback {
         at: Cycle,
         ram: &mut Ram,
     ) -> Modelled<u32> {
-        let wait = self.pass(Slave::Ahb1, block.bridge(), at, ram)?;
+        let wait = self.access_slave(Slave::Ahb1, block.bridge(), at, ram)?;
         let done = at + Cycle::from(wait) + 1;
         let value = written.value;
         match block {
@@ -94,12 +94,12 @@ impl Playback {
                 if n == 2 {
                     self.link_trigger(done)?;
                 }
-                self.foresee();
+                self.update_timer_event();
             }
             Block::Dma1 => self.dma[0].write(offset, value, done)?,
             Block::Dma2 => {
                 self.dma[1].write(offset, value, done)?;
-                self.listen(done);
+                self.rewire_streams(done);
             }
             Block::Gpio(port) => {
                 self.gpio.write(port, offset, written, done)?;
@@ -112,10 +112,10 @@ impl Playback {
     }
 
     /// The core's access to anything that shares a slave with what is here:
-    /// SRAM1 or SRAM2 while [`Self::shares`] says so, and everything on AHB1,
+    /// SRAM1 or SRAM2 while [`Self::is_shared`] says so, and everything on AHB1,
     /// APB1, APB2. Its data phase begins at `at`; all that comes before its end
     /// has happened when this returns its wait states.
-    pub fn pass(
+    pub fn access_slave(
         &mut self,
         slave: Slave,
         bridge: Bridge,
@@ -124,11 +124,11 @@ impl Playback {
     ) -> Modelled<u32> {
         self.run(at, at, ram)?;
         // Both ask at once: the core waits if the slave was its own last.
-        if self.matrix.last(slave) == Master::Core {
+        if self.matrix.last_master(slave) == Master::Core {
             for port in [PERIPHERAL, MEMORY] {
                 if let Some(access) = self.ports[port].access
                     && access.slave == slave
-                    && self.matrix.ready(slave, access.want) <= self.matrix.ready(slave, at)
+                    && self.matrix.ready_at(slave, access.want) <= self.matrix.ready_at(slave, at)
                 {
                     self.serve(port, ram)?;
                     break;
@@ -141,9 +141,9 @@ impl Playback {
     }
 
     /// Whether an enabled stream uses `slave`, so that the core's accesses to
-    /// it must be announced by [`Self::pass`]. SRAM only: AHB1's always must.
+    /// it must be announced by [`Self::access_slave`]. SRAM only: AHB1's always must.
     #[inline]
-    pub const fn shares(&self, slave: Slave) -> bool {
+    pub const fn is_shared(&self, slave: Slave) -> bool {
         match slave {
             Slave::Sram1 => self.shared[0],
             Slave::Sram2 => self.shared[1],
@@ -155,7 +155,7 @@ impl Playback {
     /// and what is to be foreseen.
     pub(super) fn link(&mut self, done: Cycle) -> Modelled {
         self.link_trigger(done)?;
-        self.foresee();
+        self.update_timer_event();
         self.link_requests()
     }
 
@@ -185,14 +185,14 @@ impl Playback {
             return Ok(());
         }
         let tim1 = &self.timers[0];
-        refuse(
+        refuse_if(
             tim1.is_centre_aligned() && tim1.is_running(),
             "requests of a centre-aligned TIM1",
         )?;
         let due = std::array::from_fn(|event| match event {
             _ if enabled >> event & 1 == 0 => NEVER,
             0 => tim1.next_update(),
-            _ if tim1.asks_at_updates() => tim1.next_update(),
+            _ if tim1.requests_at_updates() => tim1.next_update(),
             channel => tim1.next_match(channel - 1),
         });
         self.requests = Requests::new(due, tim1.lap());
@@ -221,7 +221,7 @@ impl Playback {
         if high != self.capture_input {
             self.capture_input = high;
             self.timers[1].set_input(high, at)?;
-            self.foresee();
+            self.update_timer_event();
         }
         Ok(())
     }

@@ -51,7 +51,7 @@ impl Playback {
         self.ports.iter().all(|port| port.is_idle_at(at))
             && [Slave::Sram1, Slave::Sram2, Slave::Ahb1]
                 .into_iter()
-                .all(|slave| self.matrix.ready(slave, at) == at)
+                .all(|slave| self.matrix.ready_at(slave, at) == at)
     }
 
     /// The next transfer, if it ends before `end` and the next request. All is

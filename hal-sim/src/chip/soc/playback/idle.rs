@@ -24,7 +24,11 @@ impl Playback {
         // All is fetched that is fetched, then all erased: `keeps_clear`.
         for plays in [true, false] {
             for transfer in transfers.iter_mut() {
-                if self.dma[1].stream(transfer.stream).plays() == plays {
+                if self.dma[1]
+                    .stream(transfer.stream)
+                    .is_memory_to_peripheral()
+                    == plays
+                {
                     transfer.item += u64::from(items) * lap;
                     transfer.word += u64::from(items) * lap;
                     self.skip_items(transfer, items, ram);
@@ -57,7 +61,7 @@ impl Playback {
     /// they fetch, read and erase is all in `ram`.
     fn idle_laps(&self, transfers: &[Transfer], laps: u64, ram: &Ram) -> Option<u16> {
         let streams = || transfers.iter().map(|t| self.dma[1].stream(t.stream));
-        let most = streams().map(Stream::uneventful).min()?;
+        let most = streams().map(Stream::uneventful_items).min()?;
         let mut idle = most.min(u16::try_from(laps).unwrap_or(u16::MAX));
         for stream in streams() {
             if idle == 0 || !stream.is_plain() {
@@ -74,7 +78,7 @@ impl Playback {
                     let n = played.take(usize::from(idle)).take_while(|w| same(*w));
                     idle = n.count() as u16; // at most as it was
                 }
-                Target::Word(_) if stream.plays() => return None,
+                Target::Word(_) if stream.is_memory_to_peripheral() => return None,
                 Target::Word(source) => {
                     ram.words(stream.address(), usize::from(idle))?;
                     ram.read(source, Size::Word)?;
@@ -82,7 +86,7 @@ impl Playback {
                 Target::None | Target::Nowhere | Target::Port(..) => return None,
             }
         }
-        let erasing = || streams().filter(|stream| !stream.plays());
+        let erasing = || streams().filter(|stream| !stream.is_memory_to_peripheral());
         let clear = erasing().all(|e| streams().all(|s| keeps_clear(e, s, idle)));
         (idle > 0 && clear).then_some(idle)
     }

@@ -121,7 +121,7 @@ impl Playback {
     }
 
     /// Whether both do the same from `at` on: all but what is counted and foreseen is equal.
-    pub fn is_like(&self, other: &Self, at: Cycle) -> bool {
+    pub fn is_equivalent_to(&self, other: &Self, at: Cycle) -> bool {
         let bare = |item: &Self| {
             let mut item = item.clone();
             (item.quiet_until, item.timer_event, item.transfers) = (0, 0, 0);
@@ -146,7 +146,7 @@ impl Playback {
         let is_upset = self.dma[1].upset(offset, bits, at)?;
         if is_upset {
             self.copy_rest(at, ram)?;
-            self.listen(at);
+            self.rewire_streams(at);
         }
         Ok(is_upset)
     }
@@ -155,7 +155,7 @@ impl Playback {
     /// is left of its items. Taken as done at once: it takes some microseconds.
     fn copy_rest(&mut self, at: Cycle, ram: &mut Ram) -> Modelled {
         for index in 0..STREAMS {
-            if !self.dma[1].stream(index).copies() {
+            if !self.dma[1].stream(index).is_memory_to_memory() {
                 continue;
             }
             for _ in 0..self.dma[1].stream(index).count_left() {
@@ -176,13 +176,13 @@ impl Playback {
             for timer in &mut self.timers {
                 timer.advance(to)?;
             }
-            self.foresee();
+            self.update_timer_event();
         }
         Ok(())
     }
 
     /// A timer changed: when does one of them need to be looked at again?
-    fn foresee(&mut self) {
+    fn update_timer_event(&mut self) {
         let events = self.timers.iter().map(Timer::next_event);
         self.timer_event = events.min().unwrap_or(NEVER);
     }
@@ -198,7 +198,7 @@ impl Playback {
 
     /// Interrupt lines of the timers and of DMA2, line n in bit n % 32 of word n / 32
     /// (RM0090 table 61).
-    pub fn lines(&self) -> [u32; LINE_WORDS] {
+    pub fn interrupt_lines(&self) -> [u32; LINE_WORDS] {
         let [tim1, tim2, tim3, tim4, tim5] = &self.timers;
         let line = |timer: &Timer, n: u32| u32::from(timer.interrupt()) << (n % 32);
         let [update, compare] = tim1.interrupt_parts().map(u32::from);
@@ -274,7 +274,7 @@ impl Playback {
             Block::Dma2 => {
                 self.dma[1] = Dma::new(2);
                 self.ports = Default::default();
-                self.listen(done);
+                self.rewire_streams(done);
             }
             Block::Gpio(port) => {
                 self.gpio.reset_port(port, done);

@@ -49,7 +49,7 @@ impl Playback {
         }
         loop {
             self.fast_forward(end, ram)?;
-            let (at, step) = self.earliest();
+            let (at, step) = self.next_step();
             match step {
                 Step::Request(event) if at < requests_end => self.request(event, at),
                 Step::Grant(port) if at < end => self.grant(port, at),
@@ -63,18 +63,18 @@ impl Playback {
     }
 
     #[inline]
-    fn earliest(&self) -> (Cycle, Step) {
+    fn next_step(&self) -> (Cycle, Step) {
         let (due, event) = self.requests.next();
         let mut first = (due, Step::Request(event));
         for port in [PERIPHERAL, MEMORY] {
             let p = &self.ports[port];
             let next = if let Some(access) = p.access {
                 (
-                    self.matrix.ready(access.slave, access.want),
+                    self.matrix.ready_at(access.slave, access.want),
                     Step::Access(port),
                 )
             } else if p.waiting != 0 {
-                (self.grantable(port), Step::Grant(port))
+                (self.grantable_at(port), Step::Grant(port))
             } else {
                 continue;
             };
@@ -92,23 +92,23 @@ impl Playback {
             return false;
         };
         let slave = |port: usize| self.ports[port].access.map(|access| access.slave);
-        let is_last = |slave| self.matrix.last(slave) == Master::Dma2Peripheral;
+        let is_last = |slave| self.matrix.last_master(slave) == Master::Dma2Peripheral;
         slave(MEMORY) == slave(PERIPHERAL) && slave(MEMORY).is_some_and(is_last)
     }
 
     /// First cycle at which `port` can be granted to one that waits.
-    fn grantable(&self, port: usize) -> Cycle {
+    fn grantable_at(&self, port: usize) -> Cycle {
         let waiting = streams(self.ports[port].waiting);
-        let first = waiting.map(|n| self.since(port, n)).min();
+        let first = waiting.map(|n| self.usable_since(port, n)).min();
         first.map_or(NEVER, |since| since.max(self.ports[port].free))
     }
 
     /// Since when `stream` can use `port`.
-    fn since(&self, port: usize, index: usize) -> Cycle {
+    fn usable_since(&self, port: usize, index: usize) -> Cycle {
         let stream = self.dma[1].stream(index);
         if port == MEMORY {
             stream.due
-        } else if stream.plays() == stream.word.is_some() {
+        } else if stream.is_memory_to_peripheral() == stream.word.is_some() {
             stream.asked.max(stream.turned)
         } else {
             NEVER
@@ -139,9 +139,9 @@ impl Playback {
 
     fn grant(&mut self, port: usize, at: Cycle) {
         let candidates = streams(self.ports[port].waiting)
-            .filter(|&n| self.since(port, n) <= at)
+            .filter(|&n| self.usable_since(port, n) <= at)
             .fold(0u8, |bits, n| bits | 1 << n);
-        let Some(index) = self.dma[1].choose(candidates) else {
+        let Some(index) = self.dma[1].arbitrate(candidates) else {
             return;
         };
         let stream = self.dma[1].stream_mut(index);
@@ -186,10 +186,10 @@ impl Playback {
     fn serve_peripheral(&mut self, index: usize, done: Cycle, ram: &mut Ram) -> Modelled {
         let more = self.move_item(index, done, ram)?;
         let stream = self.dma[1].stream_mut(index);
-        if stream.plays() && (stream.stopping || !more) {
+        if stream.is_memory_to_peripheral() && (stream.stopping || !more) {
             self.dma[1].switch_off(index);
-            self.listen(done);
-        } else if !stream.plays() || !stream.has_fetched_all() {
+            self.rewire_streams(done);
+        } else if !stream.is_memory_to_peripheral() || !stream.has_fetched_all() {
             stream.due = done;
             self.ports[MEMORY].waiting |= 1 << index;
         }
@@ -216,7 +216,7 @@ impl Playback {
                     let _ = self.gpio.write(port, offset, Lanes::whole(word), done);
                 }
             }
-            Target::Word(address) if stream.plays() => {
+            Target::Word(address) if stream.is_memory_to_peripheral() => {
                 if let Some(word) = stream.word.take() {
                     ram.write(address, size, word).ok_or(NO_RAM)?;
                 }
@@ -224,7 +224,7 @@ impl Playback {
             Target::Word(address) => {
                 stream.word = Some(ram.read(address, size).ok_or(NO_RAM)?);
             }
-            Target::Nowhere if stream.plays() => stream.word = None,
+            Target::Nowhere if stream.is_memory_to_peripheral() => stream.word = None,
             Target::Nowhere => stream.word = Some(0),
             Target::None => (), // nothing is granted before a stream is enabled
         }
@@ -234,10 +234,10 @@ impl Playback {
     fn serve_memory(&mut self, index: usize, done: Cycle, ram: &mut Ram) -> Modelled {
         self.move_word(index, done, ram)?;
         let stream = self.dma[1].stream_mut(index);
-        let over = !stream.plays() && stream.has_fetched_all();
+        let over = !stream.is_memory_to_peripheral() && stream.has_fetched_all();
         if stream.stopping || over {
             self.dma[1].switch_off(index);
-            self.listen(done);
+            self.rewire_streams(done);
         }
         Ok(())
     }
@@ -250,7 +250,7 @@ impl Playback {
         stream.step();
         stream.turned = done;
         // Beyond SRAM only a stream that was upset comes: see `Dma::upset`.
-        if stream.plays() {
+        if stream.is_memory_to_peripheral() {
             stream.word = Some(ram.read(address, size).unwrap_or(0));
         } else if let Some(word) = stream.word.take() {
             let _ = ram.write(address, size, word);
@@ -260,7 +260,7 @@ impl Playback {
 
     /// Streams were switched on or off: ends those that stop and have nothing
     /// under way, and wires the rest to their requests.
-    pub(super) fn listen(&mut self, at: Cycle) {
+    pub(super) fn rewire_streams(&mut self, at: Cycle) {
         self.quiet_until = 0;
         self.listeners = [0; EVENTS];
         self.shared = [false; 2];
@@ -270,15 +270,15 @@ impl Playback {
                 .iter()
                 .any(|port| port.access.is_some_and(|access| access.stream == index));
             let stream = self.dma[1].stream(index);
-            let keeps_word = !stream.plays() && stream.word.is_some();
+            let keeps_word = !stream.is_memory_to_peripheral() && stream.word.is_some();
             if stream.is_enabled() && stream.stopping && !under_way && !keeps_word {
                 self.dma[1].switch_off(index);
             }
-            self.wire(index, at);
+            self.wire_stream(index, at);
         }
     }
 
-    fn wire(&mut self, index: usize, at: Cycle) {
+    fn wire_stream(&mut self, index: usize, at: Cycle) {
         let events = self.events(index);
         let stream = self.dma[1].stream_mut(index);
         let mask = 1u8 << index;
@@ -289,7 +289,7 @@ impl Playback {
         }
         if !stream.is_enabled() || stream.stopping {
             self.ports[PERIPHERAL].waiting &= !mask;
-            if !stream.is_enabled() || stream.plays() {
+            if !stream.is_enabled() || stream.is_memory_to_peripheral() {
                 self.ports[MEMORY].waiting &= !mask;
             }
             return;

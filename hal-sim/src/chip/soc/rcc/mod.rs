@@ -1,7 +1,7 @@
 //! RCC: oscillators, PLL, clock tree, clock security, block clocks and resets,
 //! reset causes (RM0090 chapter 7, F405).
 //!
-//! Not here: what the clocks drive. In: register accesses, `hse_fails`,
+//! Not here: what the clocks drive. In: register accesses, `stop_hse`,
 //! `reset`. Out: `Clocks` when they change, enabled blocks, block resets, NMI.
 //!
 //! Taken as immediate, since the manual gives no time: the switch to a ready
@@ -18,7 +18,7 @@ pub use tree::HSI_HZ;
 
 use super::clock::{Clocks, cycles_in, rescale};
 use crate::chip::Cycle;
-use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse};
+use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse_if};
 use tree::{Limits, Pll, Source};
 
 /// HSI start-up, 2.2 µs typical (DS8626, HSI oscillator characteristics).
@@ -207,7 +207,7 @@ impl Rcc {
     pub fn is_enabled(&self, block: Block, at: Cycle) -> Modelled<bool> {
         let (bus, bit) = block.place();
         let mask = 1 << bit;
-        refuse(
+        refuse_if(
             self.fresh[bus] & mask != 0 && at < self.settled[bus],
             "access right after its clock enable (ES0182, delay after clock enabling)",
         )?;
@@ -247,7 +247,7 @@ impl Rcc {
     ///
     /// # Errors
     /// The core would have no clock, since clock security is off.
-    pub fn hse_fails(&mut self, at: Cycle) -> Modelled {
+    pub fn stop_hse(&mut self, at: Cycle) -> Modelled {
         self.hse_works = false;
         self.starting.hse = Cycle::MAX;
         if self.cr & cr::HSERDY == 0 {
@@ -283,30 +283,30 @@ impl Rcc {
     ///
     /// # Errors
     /// Prescalers that are not modelled.
-    pub fn pll_runs_at(&mut self, hz: u32, at: Cycle) -> Modelled {
+    pub fn set_pll_hz(&mut self, hz: u32, at: Cycle) -> Modelled {
         self.pll_hz = Some(hz);
         self.update_clocks(at)
     }
 
     /// Whether its clocks are what its registers say.
-    pub const fn is_true(&self) -> bool {
+    pub const fn matches_registers(&self) -> bool {
         self.pll_hz.is_none()
     }
 
     /// Whether its clocks are beyond the data sheet, since a register turned by itself.
-    pub fn is_beyond(&self) -> bool {
+    pub fn exceeds_data_sheet(&self) -> bool {
         self.limits != Limits::DATA_SHEET
     }
 
     fn write_cr(&mut self, value: u32, at: Cycle) -> Modelled {
         // PLLI2S clocks nothing that is on here.
-        refuse(
+        refuse_if(
             value & !(cr::KNOWN | cr::PLLI2SON) != 0,
             "RCC_CR: reserved bits",
         )?;
-        let in_use = self.in_use();
+        let in_use = self.clock_bits_in_use();
         let trim = value & cr::HSITRIM;
-        refuse(
+        refuse_if(
             trim != self.cr & cr::HSITRIM && in_use & cr::HSION != 0,
             "RCC_CR: HSITRIM of a clock in use",
         )?;
@@ -371,14 +371,14 @@ impl Rcc {
         } else {
             cr::HSIRDY
         };
-        refuse(
+        refuse_if(
             self.cr & ready == 0,
             "RCC: PLL switched on before its source is ready",
         )
     }
 
     /// On bits of CR that the core clock needs.
-    const fn in_use(&self) -> u32 {
+    const fn clock_bits_in_use(&self) -> u32 {
         let pll_source = if self.pllcfgr & 1 << 22 != 0 {
             cr::HSEON
         } else {
@@ -427,7 +427,7 @@ impl Rcc {
         };
         let usb = pll.map_or(0, |pll| pll.q_hz);
         let clocks = tree::buses(sysclk, usb, self.cfgr);
-        if self.is_true() {
+        if self.matches_registers() {
             self.limits.check(&clocks)?;
         }
         if clocks == self.clocks {

@@ -3,7 +3,7 @@
 use super::{APB1, APB2, CSSC, CSSF, LPENR_RESET, PLLCFGR_FIELDS, PLLCFGR_RESET, RMVF, Rcc};
 use super::{LSI_START_NS, cr};
 use crate::chip::soc::clock::cycles_in;
-use crate::chip::soc::peripheral::{Cycle, Modelled, Peripheral, Unmodelled, refuse};
+use crate::chip::soc::peripheral::{Cycle, Modelled, Peripheral, Unmodelled, refuse_if};
 
 const CSR: u32 = 0x74;
 const LSION: u32 = 1;
@@ -59,14 +59,14 @@ impl Rcc {
         if !self.backup_writable {
             return Ok(()); // section 5.1.2: write-protected, ignored
         }
-        refuse(value & !BDRST != 0, "RCC_BDCR: LSE and RTC clock")?;
+        refuse_if(value & !BDRST != 0, "RCC_BDCR: LSE and RTC clock")?;
         self.backup_reset |= value & !self.bdcr & BDRST != 0;
         self.bdcr = value;
         Ok(())
     }
 
     fn write_cir(&mut self, value: u32) -> Modelled {
-        refuse(value & 0x3F00 != 0, "RCC_CIR: ready interrupts")?;
+        refuse_if(value & 0x3F00 != 0, "RCC_CIR: ready interrupts")?;
         if value & CSSC != 0 {
             self.cssf = false;
         }
@@ -108,7 +108,7 @@ impl Peripheral for Rcc {
             0x00 => self.write_cr(value, at)?,
             0x04 if value & PLLCFGR_FIELDS == self.pllcfgr & PLLCFGR_FIELDS => {}
             0x04 => {
-                refuse(
+                refuse_if(
                     self.cr & cr::PLLON != 0,
                     "RCC_PLLCFGR: written while the PLL is on",
                 )?;

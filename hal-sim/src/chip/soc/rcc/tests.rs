@@ -102,7 +102,7 @@ fn clock_security_falls_back_to_hsi_with_nmi() {
     let (mut rcc, at) = at_168_mhz();
     rcc.set(CR, 0x0109_0083, at);
     rcc.take_change();
-    rcc.hse_fails(at).unwrap();
+    rcc.stop_hse(at).unwrap();
     assert!(rcc.cssf);
     assert_eq!(rcc.get(CIR, at), 1 << 7);
     assert_eq!(rcc.get(CFGR, at), 0x9400, "HSI; prescalers stay");
@@ -117,9 +117,9 @@ fn clock_security_falls_back_to_hsi_with_nmi() {
 #[test]
 fn without_clock_security_a_failed_crystal_leaves_no_clock() {
     let (mut rcc, at) = at_168_mhz();
-    assert!(rcc.hse_fails(at).is_err());
+    assert!(rcc.stop_hse(at).is_err());
     let mut idle = Rcc::new(8_000_000);
-    idle.hse_fails(0).unwrap();
+    idle.stop_hse(0).unwrap();
     idle.set(CR, 0x0001_0083, 0);
     assert_eq!(idle.get(CR, 1_000_000), 0x0001_0083, "never ready");
 }
@@ -152,7 +152,7 @@ fn a_factor_that_turns_by_itself_multiplies_at_once() {
     // PLLN 168 without bit 3: 160.
     assert_eq!(rcc.upset(PLLCFGR, 1 << 9, at), Ok(true));
     assert_eq!(rcc.clocks.hclk_hz, 160_000_000);
-    assert!(!rcc.is_beyond());
+    assert!(!rcc.exceeds_data_sheet());
     assert_eq!(rcc.upset(CSR, 1, at), Ok(false), "a write does that");
     let mut off = Rcc::new(8_000_000);
     assert_eq!(off.upset(PLLCFGR, 1 << 9, 0), Ok(false));
@@ -170,14 +170,17 @@ fn a_factor_that_turns_by_itself_may_leave_the_data_sheet() {
     ] {
         let mut rcc = board.clone();
         assert_eq!(rcc.upset(PLLCFGR, 1 << bit, at), Ok(true), "bit {bit}");
-        assert_eq!((rcc.clocks.hclk_hz, rcc.is_beyond()), (hz, true));
+        assert_eq!((rcc.clocks.hclk_hz, rcc.exceeds_data_sheet()), (hz, true));
         assert_eq!(rcc.upset(PLLCFGR, 1 << bit, at), Ok(true));
-        assert_eq!((rcc.clocks.hclk_hz, rcc.is_beyond()), (168_000_000, false));
+        assert_eq!(
+            (rcc.clocks.hclk_hz, rcc.exceeds_data_sheet()),
+            (168_000_000, false)
+        );
     }
     for (bit, hz) in [(10, 84_000_000), (12, 168_000_000)] {
         let mut rcc = board.clone();
         assert_eq!(rcc.upset(CFGR, 1 << bit, at), Ok(true));
-        assert_eq!((rcc.clocks.pclk1_hz, rcc.is_beyond()), (hz, true));
+        assert_eq!((rcc.clocks.pclk1_hz, rcc.exceeds_data_sheet()), (hz, true));
     }
     // M 0; N 424, VCO 848 MHz; HSI, VCO 672 MHz. SW 3; APB2 at 168 MHz.
     for (offset, bit) in [
@@ -257,11 +260,11 @@ fn a_pll_that_is_wrong_shows_in_no_register() {
         let (mut rcc, at) = at_168_mhz();
         let registers = [CR, PLLCFGR, CFGR, CSR].map(|offset| rcc.get(offset, at));
         rcc.take_change();
-        rcc.pll_runs_at(hz, at).unwrap();
+        rcc.set_pll_hz(hz, at).unwrap();
         let clocks = rcc.take_change().unwrap();
         assert_eq!((clocks.hclk_hz, clocks.apb1_divider()), (hz, 4));
         assert_eq!(clocks.usb_hz, hz / 7 * 2);
-        assert!(!rcc.is_true());
+        assert!(!rcc.matches_registers());
         let after = [CR, PLLCFGR, CFGR, CSR].map(|offset| rcc.get(offset, at));
         assert_eq!(after, registers);
     }

@@ -1,6 +1,6 @@
 //! The clock tree: from oscillators to bus clocks (RM0090 figure 21).
 
-use crate::chip::cpu::bus::{Modelled, refuse};
+use crate::chip::cpu::bus::{Modelled, refuse_if};
 use crate::chip::soc::clock::Clocks;
 
 /// HSI frequency, Hz (DS8626, HSI oscillator characteristics).
@@ -72,9 +72,9 @@ impl Limits {
     /// # Errors
     /// A bus above its limit.
     pub fn check(&self, clocks: &Clocks) -> Modelled {
-        refuse(clocks.hclk_hz > self.hclk_hz, "RCC: HCLK above its limit")?;
-        refuse(clocks.pclk1_hz > self.pclk1_hz, "RCC: APB1 above its limit")?;
-        refuse(clocks.pclk2_hz > self.pclk2_hz, "RCC: APB2 above its limit")
+        refuse_if(clocks.hclk_hz > self.hclk_hz, "RCC: HCLK above its limit")?;
+        refuse_if(clocks.pclk1_hz > self.pclk1_hz, "RCC: APB1 above its limit")?;
+        refuse_if(clocks.pclk2_hz > self.pclk2_hz, "RCC: APB2 above its limit")
     }
 }
 
@@ -98,7 +98,7 @@ impl Pll {
         let field = |shift: u32, width: u32| pllcfgr >> shift & ((1 << width) - 1);
         let (m, n, q) = (field(0, 6), field(6, 9), field(24, 4));
         let p = 2 * (field(16, 2) + 1);
-        refuse(
+        refuse_if(
             m < 2 || !(2..=432).contains(&n) || q < 2,
             "RCC: PLL divider out of range",
         )?;
@@ -106,13 +106,13 @@ impl Pll {
         let input = if from_hse { hse_hz } else { HSI_HZ };
         // Compared without division.
         let [least, most] = limits.input_hz.map(|hz| u64::from(hz) * u64::from(m));
-        refuse(
+        refuse_if(
             !(least..=most).contains(&u64::from(input)),
             "RCC: PLL input beyond its limits",
         )?;
         let vco = u64::from(input) * u64::from(n) / u64::from(m); // < 2^33: 16 MHz × 432
         let [least, most] = limits.vco_hz.map(u64::from);
-        refuse(
+        refuse_if(
             !(least..=most).contains(&vco),
             "RCC: PLL VCO beyond its limits",
         )?;

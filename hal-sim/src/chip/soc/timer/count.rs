@@ -2,7 +2,7 @@
 
 use super::{IN_FORCE, Mode, Timer, WRITTEN, bit};
 use crate::chip::Cycle;
-use crate::chip::cpu::bus::{Modelled, refuse};
+use crate::chip::cpu::bus::{Modelled, refuse_if};
 
 /// Cycles of future counts: single ones, then an arithmetic sequence.
 #[derive(Clone, PartialEq, Debug, Default)]
@@ -150,7 +150,7 @@ impl Timer {
         let n = self.ticks.pop(to);
         let rises = self.raises_flags(n)?;
         for channel in 0..4 {
-            let distance = self.distance(self.ccr[channel]);
+            let distance = self.counts_until(self.ccr[channel]);
             if self.is_input(channel) || distance.is_none_or(|distance| distance > n) {
                 continue;
             }
@@ -165,7 +165,7 @@ impl Timer {
                 self.rises.push(trigger);
             }
         }
-        if n >= self.to_update() && self.cr1 & bit::UDIS == 0 {
+        if n >= self.counts_to_update() && self.cr1 & bit::UDIS == 0 {
             self.sr |= bit::UIF;
             for channel in 0..4 {
                 if self.is_preloaded(channel) {
@@ -173,7 +173,7 @@ impl Timer {
                 }
             }
         }
-        self.count = self.after(n);
+        self.count = self.counter_after(n);
         self.capture_trigger(n);
         Ok(())
     }
@@ -200,7 +200,7 @@ impl Timer {
 
     /// Counts until the counter becomes `value`, at least 1; `None` if never.
     #[inline]
-    pub(super) fn distance(&self, value: u32) -> Option<u64> {
+    pub(super) fn counts_until(&self, value: u32) -> Option<u64> {
         let arr = self.arr[IN_FORCE];
         if value > arr {
             return None;
@@ -208,16 +208,16 @@ impl Timer {
         let (from, to) = (u64::from(self.count), u64::from(value));
         Some(match self.counts_down() {
             true if to < from => from - to,
-            true => self.to_update() + u64::from(arr - value),
+            true => self.counts_to_update() + u64::from(arr - value),
             false if to > from => to - from,
-            false => self.to_update() + to,
+            false => self.counts_to_update() + to,
         })
     }
 
     /// Counts until it overflows, or underflows. Up, it begins anew after the auto-reload
     /// value, with which it is compared: one that is beyond that goes on to its own end.
     #[inline]
-    pub(super) fn to_update(&self) -> u64 {
+    pub(super) fn counts_to_update(&self) -> u64 {
         let (arr, count) = (self.arr[IN_FORCE], self.count);
         if self.counts_down() {
             return u64::from(count) + 1;
@@ -228,8 +228,8 @@ impl Timer {
 
     /// The counter after `n` counts.
     #[inline]
-    fn after(&self, n: u64) -> u32 {
-        let (arr, update) = (u64::from(self.arr[IN_FORCE]), self.to_update());
+    fn counter_after(&self, n: u64) -> u32 {
+        let (arr, update) = (u64::from(self.arr[IN_FORCE]), self.counts_to_update());
         let lap = arr + 1;
         // All below 2^32: a count, or the rest of a division by lap.
         match (self.counts_down(), n < update) {
@@ -247,8 +247,8 @@ impl Timer {
     /// It comes to where such a mode turns.
     fn raises_flags(&self, n: u64) -> Modelled<bool> {
         let mode = (self.cr1 & bit::CMS) >> 5;
-        refuse(
-            mode != 0 && n + 1 >= self.to_update(),
+        refuse_if(
+            mode != 0 && n + 1 >= self.counts_to_update(),
             "a centre-aligned timer that turns",
         )?;
         Ok(match mode {

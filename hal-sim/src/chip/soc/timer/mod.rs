@@ -15,7 +15,7 @@ mod registers;
 mod trigger;
 
 use crate::chip::Cycle;
-use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse};
+use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse_if};
 use capture::{Capture, Channel4};
 use count::Ticks;
 pub(crate) use registers::bit;
@@ -199,13 +199,13 @@ impl Timer {
 
     /// Next cycle after `seen` at which the counter overflows.
     pub fn next_update(&self) -> Cycle {
-        self.ticks.at(self.to_update())
+        self.ticks.at(self.counts_to_update())
     }
 
     /// Next cycle after `seen` at which the counter becomes CCR of `channel`
     /// (0–3), whether or not anybody asked; never if it is an input.
     pub fn next_match(&self, channel: usize) -> Cycle {
-        match self.distance(self.ccr[channel]) {
+        match self.counts_until(self.ccr[channel]) {
             Some(distance) if !self.is_input(channel) => self.ticks.at(distance),
             _ => Cycle::MAX,
         }
@@ -239,7 +239,7 @@ impl Timer {
     }
 
     /// CCDS: channels ask for DMA at updates, not at matches.
-    pub const fn asks_at_updates(&self) -> bool {
+    pub const fn requests_at_updates(&self) -> bool {
         self.cr2 & bit::CCDS != 0
     }
 
@@ -323,7 +323,7 @@ impl Timer {
     /// It has counted further already.
     pub fn misreload(&mut self, counts: u32) -> Modelled {
         let last = counts.max(2) - 1;
-        refuse(self.count > last, "a broken reload of a timer beyond it")?;
+        refuse_if(self.count > last, "a broken reload of a timer beyond it")?;
         self.shown = Some(self.shown.unwrap_or(self.arr[WRITTEN]));
         self.arr = [last; 2];
         Ok(())

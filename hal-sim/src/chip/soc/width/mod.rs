@@ -10,7 +10,7 @@ use super::matrix::Bridge;
 use super::playback::Block;
 use super::word::Lanes;
 use crate::chip::cpu::Size;
-use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse};
+use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse_if};
 
 /// The narrowest access that a register permits; else the words of the refusal.
 struct NarrowestAccess {
@@ -86,14 +86,14 @@ pub(super) fn check_read(unit: Unit, offset: u32, size: Size) -> Modelled {
         return Ok(());
     }
     let rule = rule(unit, offset & !3);
-    refuse(size.bytes() < rule.read.bytes(), rule.else_refused)
+    refuse_if(size.bytes() < rule.read.bytes(), rule.else_refused)
 }
 
 /// What a write of `size` at `offset` of `unit` brings to its register.
 ///
 /// # Errors
 /// [`Unmodelled`]: it is not permitted.
-pub(super) fn written(unit: Unit, offset: u32, size: Size, value: u32) -> Modelled<Lanes> {
+pub(super) fn written_lanes(unit: Unit, offset: u32, size: Size, value: u32) -> Modelled<Lanes> {
     if size == Size::Word {
         return Ok(Lanes::whole(value));
     }
@@ -106,13 +106,13 @@ pub(super) fn written(unit: Unit, offset: u32, size: Size, value: u32) -> Modell
         _ => matches!(unit.bridge(), Some(Bridge::Apb1 | Bridge::Apb2)),
     };
     Ok(match is_on_apb {
-        true => Lanes::whole(doubled(unit, size, value)),
-        false => Lanes::of(offset, size, value),
+        true => Lanes::whole(replicate_lanes(unit, size, value)),
+        false => Lanes::from_access(offset, size, value),
     })
 }
 
 /// What a bridge makes of a byte or half-word. Registers of half-words have no upper half.
-const fn doubled(unit: Unit, size: Size, value: u32) -> u32 {
+const fn replicate_lanes(unit: Unit, size: Size, value: u32) -> u32 {
     let half = match size {
         Size::Byte => (value & 0xFF) * 0x0101,
         _ => value & 0xFFFF,

@@ -74,7 +74,7 @@ impl Chip {
     fn set_bit(&mut self, size: Size, address: u32, number: u32, value: u32) {
         let alias = 0x4200_0000 + (address - 0x4000_0000) * 32 + number * 4;
         let at = self.next();
-        let bit = Bit::of(alias, size).unwrap();
+        let bit = Bit::from_alias(alias, size).unwrap();
         bit.write(&mut self.soc, size, value, at).unwrap();
     }
 
@@ -299,7 +299,7 @@ fn an_alias_of_a_register_reads_and_writes_it() {
     chip.at += 10_000;
     assert_ne!(chip.get(0x4000_4400) & 1 << 5, 0, "RXNE");
     let at = chip.next();
-    let dr = Bit::of(0x4200_0000 + 0x4404 * 32, Word).unwrap();
+    let dr = Bit::from_alias(0x4200_0000 + 0x4404 * 32, Word).unwrap();
     chip.soc.read(dr.address, Word, at).unwrap();
     assert_eq!(chip.get(0x4000_4400) & 1 << 5, 0);
 }
@@ -311,7 +311,7 @@ fn an_alias_of_nothing_is_a_bus_error() {
     let mut write = |address: u32| {
         let base = address & 0xF000_0000;
         let alias = base + 0x0200_0000 + (address - base) * 32;
-        let bit = Bit::of(alias, Word).unwrap();
+        let bit = Bit::from_alias(alias, Word).unwrap();
         bit.write(&mut soc, Word, 1, 100)
     };
     assert_eq!(write(0x4002_2400), Err(AccessError::Error), "beyond port I");

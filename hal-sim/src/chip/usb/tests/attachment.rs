@@ -26,7 +26,7 @@ fn waits_as_long_as_the_specification_says() {
     let mut board = Board::plugged();
     let attached = {
         board.run(board.now + MS);
-        board.otg.attached().unwrap()
+        board.otg.attached_since().unwrap()
     };
     board.run(attached + 103 * MS);
     assert_eq!(board.events, ["power", "suspend", "reset"]);
@@ -51,14 +51,14 @@ fn unplugging_in_the_middle_and_plugging_in_again() {
     let mut board = Board::open();
     board.send(&[3; 64 * 50]);
     board.run(board.now + 2 * MS + 300 * US);
-    assert!(board.host.unsent() > 0);
+    assert!(board.host.unsent_bytes() > 0);
     board.events.clear();
     let (now, host, otg) = (board.now, &mut board.host, &mut board.otg);
     host.unplug(now, otg);
     board.run(board.now + 20 * MS);
     assert_eq!(board.events, ["no power"]);
     assert!(!board.host.open);
-    assert_eq!(board.host.unsent(), 0);
+    assert_eq!(board.host.unsent_bytes(), 0);
     assert_eq!(board.host.device(), None);
     let (now, host, otg) = (board.now, &mut board.host, &mut board.otg);
     host.plug(now, otg);
@@ -129,7 +129,7 @@ fn debounce_begins_with_the_plug() {
     let (now, host, otg) = (board.now, &mut board.host, &mut board.otg);
     host.unplug(now, otg);
     board.write(0x038, 1 << 16 | 1 << 21);
-    assert!(board.otg.attached().is_some());
+    assert!(board.otg.attached_since().is_some());
     board.run(board.now + 1_000 * MS);
     assert_eq!(board.events, Vec::<&str>::new());
     let (now, host, otg) = (board.now, &mut board.host, &mut board.otg);

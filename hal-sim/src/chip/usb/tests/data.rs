@@ -162,7 +162,7 @@ fn a_deaf_device_is_naked_without_an_event() {
     board.send(&[2; 64]);
     board.run(board.now + 3 * MS);
     assert_eq!(board.received.len(), 1, "the second packet is NAKed");
-    assert_eq!(board.host.unsent(), 64);
+    assert_eq!(board.host.unsent_bytes(), 64);
     let (wakes, interrupts) = (board.wakes, board.interrupts);
     board.run(board.now + 1_000 * MS);
     assert_eq!(board.wakes, wakes, "NAKs wake nobody");

@@ -22,7 +22,7 @@ fn a_good_trace_cut_anywhere_passes() {
     let (trace, mut expected) = (full.trace(), full.expected);
     for end_us in 100_000..110_000 {
         expected.end_us = end_us;
-        assert_eq!(check(&trace.until(end_us), &expected), [], "{end_us}");
+        assert_eq!(check(&trace.up_to(end_us), &expected), [], "{end_us}");
     }
 }
 
@@ -44,7 +44,7 @@ fn no_single_change_of_the_lines_goes_unseen() {
         }
         for (channel, state) in (0..10).flat_map(|ch| STATES.map(|state| (ch, state))) {
             let mut flipped = trace.clone();
-            flipped.levels[index].1 = levels.with(channel, state);
+            flipped.levels[index].1 = levels.with_channel(channel, state);
             if flipped != trace {
                 seen(flipped, &format!("{t_us}: channel {channel} {state}"));
             }

@@ -118,7 +118,7 @@ impl Scene {
         let mut trace = Trace::default();
         let mut levels = Levels::ISOLATED;
         for (t_us, _, channel, state) in edges {
-            levels = levels.with(channel, state);
+            levels = levels.with_channel(channel, state);
             trace.record_levels(t_us, levels);
         }
         for &(t_us, channel, code) in &self.writes {

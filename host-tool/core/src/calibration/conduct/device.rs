@@ -1,10 +1,10 @@
 //! Requests to the device, and its messages, during a calibration.
 
-use super::{Conduct, Procedure, place};
+use super::{Conduct, Procedure, describe_position};
 use crate::calibration::instrument::Instrument;
 use crate::calibration::{CalibrationError, Entry, Level};
 use crate::link::{Error, Incoming, Port};
-use crate::run::event;
+use crate::run::describe_event;
 use firmware::link::{Event, Request};
 use firmware::safety::StopCause;
 
@@ -17,28 +17,31 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
         if self.is_armed {
             self.stop()?;
         }
-        self.forget();
+        self.clear_observations();
         (self.is_given, self.ended) = (false, None);
         self.instrument = Instrument::default();
         let Some(session) = self.sessions.get(at) else {
             return Ok(());
         };
-        let requests = session.requests();
+        let requests = session.setup_requests();
         for request in requests {
             self.client.request(request)?;
         }
         self.is_armed = true;
         self.client.arm()?;
         let channel = self.machine.view(0).channel;
-        let check_ma = self.checked(channel)?;
+        let check_ma = self.arming_current_ma(channel)?;
         self.client.start()?;
-        self.give(channel, Level(0))?;
+        self.set_level(channel, Level(0))?;
         self.record(&Entry::Armed { channel, check_ma })
     }
 
     /// Returns the current that the sub-threshold pulse of arming measured on a channel, mA; `None`
     /// if the device reported none.
-    pub(super) fn checked(&mut self, channel: u8) -> Result<Option<f64>, CalibrationError> {
+    pub(super) fn arming_current_ma(
+        &mut self,
+        channel: u8,
+    ) -> Result<Option<f64>, CalibrationError> {
         let now_us = self.client.port().now_us();
         let mut read = None;
         while let Some(incoming) = self.client.next(now_us)? {
@@ -58,10 +61,10 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
         Ok(read)
     }
 
-    pub(super) fn give(&mut self, channel: u8, level: Level) -> Result<(), CalibrationError> {
+    pub(super) fn set_level(&mut self, channel: u8, level: Level) -> Result<(), CalibrationError> {
         let index = channel.saturating_sub(1);
         self.is_given |= level > Level(0);
-        self.client.amplitudes(&[(index, level.amplitude())])?;
+        self.client.set_amplitudes(&[(index, level.amplitude())])?;
         self.is_given = level > Level(0);
         self.due_us = self.client.port().now_us() + self.keep_alive_us;
         Ok(())
@@ -81,7 +84,7 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
     }
 
     /// Waits until `until_us`, in the port's time, and sends keep-alives meanwhile.
-    pub(super) fn pass(&mut self, until_us: u64) -> Result<(), CalibrationError> {
+    pub(super) fn wait_until(&mut self, until_us: u64) -> Result<(), CalibrationError> {
         while self.client.port().now_us() < until_us {
             if !self.is_kept && self.client.port().now_us() >= self.due_us {
                 self.client.post(Request::KeepAlive)?;
@@ -92,13 +95,13 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
                 false => until_us.min(self.due_us),
             };
             while let Some(incoming) = self.client.next(soon_us)? {
-                self.heed(incoming)?;
+                self.handle_message(incoming)?;
             }
         }
         Ok(())
     }
 
-    pub(super) fn heed(&mut self, incoming: Incoming) -> Result<(), CalibrationError> {
+    pub(super) fn handle_message(&mut self, incoming: Incoming) -> Result<(), CalibrationError> {
         match incoming {
             Incoming::Event(
                 _,
@@ -107,8 +110,8 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
                 self.note_end(&happened);
                 let (view, what) = (self.view(), advice(&happened));
                 Err(CalibrationError::Ended(
-                    event(&happened),
-                    place(&view),
+                    describe_event(&happened),
+                    describe_position(&view),
                     what,
                 ))
             }

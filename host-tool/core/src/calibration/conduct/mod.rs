@@ -25,21 +25,21 @@ pub(super) trait Procedure {
     /// Returns the first actions.
     fn begin(&mut self) -> Vec<Action>;
     /// Lets time pass until `t_us`, and returns the actions that follow from it.
-    fn pass(&mut self, t_us: u64) -> Vec<Action>;
+    fn advance_to(&mut self, t_us: u64) -> Vec<Action>;
     /// Carries out an order at `t_us` completely, or refuses it and changes nothing.
-    fn order(&mut self, t_us: u64, order: &Order) -> Result<Vec<Action>, Refusal>;
+    fn execute_order(&mut self, t_us: u64, order: &Order) -> Result<Vec<Action>, Refusal>;
     /// Discards the level that was given at `t_us`, or has just ended, because it was cut short.
     /// The next raise gives the same level.
-    fn void(&mut self, t_us: u64);
+    fn discard_level(&mut self, t_us: u64);
     /// Returns the state that an operator sees at `t_us`.
     fn view(&self, t_us: u64) -> View;
     /// Returns whether a level is being given.
-    fn is_on(&self) -> bool;
+    fn is_stimulating(&self) -> bool;
     /// Returns whether every electrode is done.
-    fn is_over(&self) -> bool;
+    fn is_finished(&self) -> bool;
     /// Writes the wearer file, and returns how many electrodes it contains; `None` if there was
     /// nothing to write.
-    fn write(&mut self) -> Result<Option<usize>, CalibrationError>;
+    fn write_wearer_file(&mut self) -> Result<Option<usize>, CalibrationError>;
 }
 
 /// Operator of a calibration, and the means to end it.
@@ -104,7 +104,7 @@ pub(super) fn conduct<P: Port, M: Procedure>(
     };
     let begun_us = client.port().now_us();
     let keep_alive_us = u64::from(host_timeout_ms(&sessions)) * 1000 / 4;
-    let is_kept = match client.keep_alive_apart(Duration::from_micros(keep_alive_us)) {
+    let is_kept = match client.start_keep_alive_thread(Duration::from_micros(keep_alive_us)) {
         Ok(is_kept) => is_kept,
         Err(error) => {
             return (
@@ -156,14 +156,14 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
         let entry = Entry::Begun(head.clone());
         self.record(&entry)?;
         let first = self.machine.begin();
-        let mut done = self.act(first);
+        let mut done = self.perform_actions(first);
         loop {
             done = match done {
-                Ok(()) if self.machine.is_over() => return self.record(&Entry::Done),
-                Ok(()) => self.turn(),
+                Ok(()) if self.machine.is_finished() => return self.record(&Entry::Done),
+                Ok(()) => self.run_cycle(),
                 // A calibration that a stall of this computer interrupted continues at the same
                 // step.
-                Err(error) => match self.stall(&error)? {
+                Err(error) => match self.host_pause(&error)? {
                     Some(pause) => self.recover(pause),
                     None => return Err(error),
                 },
@@ -171,10 +171,10 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
         }
     }
 
-    fn turn(&mut self) -> Result<(), CalibrationError> {
+    fn run_cycle(&mut self) -> Result<(), CalibrationError> {
         let until_us = self.client.port().now_us() + LOOK_US;
-        self.pass(until_us)?;
-        self.look()
+        self.wait_until(until_us)?;
+        self.poll_all()
     }
 
     /// Stops the device in every case, then records the reason for the end in the journal.
@@ -204,47 +204,48 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
     }
 
     /// Looks once at device, instrument, operator and machine.
-    fn look(&mut self) -> Result<(), CalibrationError> {
-        self.read();
+    fn poll_all(&mut self) -> Result<(), CalibrationError> {
+        self.read_instrument();
         let t_us = self.t_us();
-        let was_on = self.machine.is_on();
-        let actions = self.machine.pass(t_us);
-        let is_given = was_on && !self.machine.is_on();
-        self.act(actions)?;
+        let was_on = self.machine.is_stimulating();
+        let actions = self.machine.advance_to(t_us);
+        let is_given = was_on && !self.machine.is_stimulating();
+        self.perform_actions(actions)?;
         if is_given {
-            self.judge()?;
+            self.judge_movement()?;
         }
         let view = self.view();
         let orders = self.desk.operator.orders(&view);
-        let orders = orders.map_err(|gone| CalibrationError::Gone(gone, place(&view)))?;
+        let orders =
+            orders.map_err(|gone| CalibrationError::Gone(gone, describe_position(&view)))?;
         orders.iter().try_for_each(|order| self.carry_out(order))
     }
 
     fn carry_out(&mut self, order: &Order) -> Result<(), CalibrationError> {
         let t_us = self.t_us();
-        let was_on = self.machine.is_on();
-        match self.machine.order(t_us, order) {
+        let was_on = self.machine.is_stimulating();
+        match self.machine.execute_order(t_us, order) {
             Ok(actions) => {
-                if order.raises() || (was_on && !self.machine.is_on()) {
-                    self.forget();
+                if order.raises() || (was_on && !self.machine.is_stimulating()) {
+                    self.clear_observations();
                 }
-                self.act(actions)
+                self.perform_actions(actions)
             }
             Err(refusal) => {
-                self.tell_refusal(&refusal);
+                self.notify_refusal(&refusal);
                 Ok(())
             }
         }
     }
 
-    fn tell_refusal(&mut self, refusal: &Refusal) {
+    fn notify_refusal(&mut self, refusal: &Refusal) {
         let view = self.view();
         self.desk
             .operator
-            .tell(OperatorNotice::Refused(refusal), &view);
+            .notify(OperatorNotice::Refused(refusal), &view);
     }
 
-    fn act(&mut self, actions: Vec<Action>) -> Result<(), CalibrationError> {
+    fn perform_actions(&mut self, actions: Vec<Action>) -> Result<(), CalibrationError> {
         // Silence comes first, then everything that may take time. If the device refused an action,
         // everything is still recorded, except that the level was given.
         let mut refused = Ok(());
@@ -253,13 +254,13 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
                 Action::Arm(_) | Action::Give(..) if refused.is_err() => {}
                 Action::Record(Entry::Given { .. }) if refused.is_err() => {}
                 Action::Arm(at) => refused = self.arm(at),
-                Action::Give(channel, level) => refused = self.give(channel, level),
+                Action::Give(channel, level) => refused = self.set_level(channel, level),
                 Action::Record(entry) => self.record(&entry)?,
-                Action::Write => self.write()?,
-                Action::Tell(refusal) => self.tell_refusal(&refusal),
+                Action::Write => self.store_wearer()?,
+                Action::Tell(refusal) => self.notify_refusal(&refusal),
                 Action::Abort => {
                     let view = self.view();
-                    return Err(CalibrationError::Aborted(place(&view)));
+                    return Err(CalibrationError::Aborted(describe_position(&view)));
                 }
             }
         }
@@ -275,44 +276,44 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
         let view = self.view();
         self.desk
             .operator
-            .tell(OperatorNotice::Recorded(entry), &view);
+            .notify(OperatorNotice::Recorded(entry), &view);
         Ok(())
     }
 
-    fn write(&mut self) -> Result<(), CalibrationError> {
-        if let Some(electrodes) = self.machine.write()? {
+    fn store_wearer(&mut self) -> Result<(), CalibrationError> {
+        if let Some(electrodes) = self.machine.write_wearer_file()? {
             self.record(&Entry::Written { electrodes })?;
             let view = self.view();
-            self.desk.operator.tell(OperatorNotice::Written, &view);
+            self.desk.operator.notify(OperatorNotice::Written, &view);
         }
         Ok(())
     }
 
     /// Reads the instrument, and the reactions of a simulated wearer.
-    fn read(&mut self) {
+    fn read_instrument(&mut self) {
         let now_us = self.client.port().now_us();
         if now_us < self.read_us {
             return;
         }
         self.read_us = now_us + READ_US;
         let t_us = self.t_us();
-        let is_on = self.machine.is_on();
+        let is_on = self.machine.is_stimulating();
         let Some(world) = self.client.port().world() else {
             return;
         };
         // Readings are taken now, because the output of long ago is not kept.
-        let (reading, moving) = (world.body.instrument_n(), world.body.seen_moving());
-        self.seen.complains = world.body.complains();
+        let (reading, moving) = (world.body.instrument_n(), world.body.visible_movements());
+        self.seen.complains = world.body.is_complaining();
         self.seen.reading_n = reading;
         if is_on {
             self.seen.moving = moving;
         }
         if let Some(n) = reading {
-            self.instrument.read(t_us, n, is_on);
+            self.instrument.add_reading(t_us, n, is_on);
         }
     }
 
-    fn judge(&mut self) -> Result<(), CalibrationError> {
+    fn judge_movement(&mut self) -> Result<(), CalibrationError> {
         self.seen.judged = self.instrument.judge()?;
         if let Some(judged) = self.seen.judged {
             let channel = self.machine.view(0).channel;
@@ -326,7 +327,7 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
         Ok(())
     }
 
-    fn forget(&mut self) {
+    fn clear_observations(&mut self) {
         self.seen.judged = None;
         self.seen.moving.clear();
     }
@@ -336,7 +337,7 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
         let view = self.machine.view(t_us);
         View {
             reading_n: self.seen.reading_n,
-            is_rested: self.seen.reading_n.is_none() || self.instrument.is_rested(),
+            is_rested: self.seen.reading_n.is_none() || self.instrument.has_baseline(),
             judged: self.seen.judged,
             moving: self.seen.moving.clone(),
             complains: self.seen.complains,
@@ -352,7 +353,7 @@ fn host_timeout_ms(sessions: &[Session]) -> u16 {
 }
 
 /// Describes the electrode and the step in words.
-fn place(view: &View) -> String {
+fn describe_position(view: &View) -> String {
     match view.phase {
         Phase::Done => "the end".to_owned(),
         _ => format!(

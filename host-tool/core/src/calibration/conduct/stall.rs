@@ -5,7 +5,7 @@
 //! device. The electrode is then armed again, silent, at the step where it was, and the level that
 //! was cut short counts for nothing.
 
-use super::{Conduct, Procedure, host_timeout_ms, place};
+use super::{Conduct, Procedure, describe_position, host_timeout_ms};
 use crate::calibration::{CalibrationError, Entry};
 use crate::link::{Error, Incoming, Port};
 use firmware::link::Event;
@@ -35,12 +35,16 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
         self.record(&Entry::Stalled { channel, pause_ms })?;
         if self.stalls.len() > MOST {
             let count = self.stalls.len();
-            return Err(CalibrationError::Stalls(count, pause_ms, place(&view)));
+            return Err(CalibrationError::Stalls(
+                count,
+                pause_ms,
+                describe_position(&view),
+            ));
         }
         if self.is_given {
-            self.machine.void(t_us);
+            self.machine.discard_level(t_us);
         }
-        if self.machine.is_over() {
+        if self.machine.is_finished() {
             return Ok(());
         }
         self.stop()?;
@@ -52,7 +56,7 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
     ///
     /// # Errors
     /// The device is lost.
-    pub(super) fn stall(
+    pub(super) fn host_pause(
         &mut self,
         error: &CalibrationError,
     ) -> Result<Option<Duration>, CalibrationError> {
@@ -74,7 +78,7 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
         let timeout = Duration::from_millis(host_timeout_ms(&self.sessions).into());
         let keeper = self.client.keeper();
         let keeper = keeper.filter(|_| self.ended == Some(StopCause::HostSilent));
-        Ok(keeper.and_then(|keeper| keeper.explains(timeout)))
+        Ok(keeper.and_then(|keeper| keeper.explaining_pause(timeout)))
     }
 
     /// Remembers the first reason why the device ended stimulation, if `event` reports an end.

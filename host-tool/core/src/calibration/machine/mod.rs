@@ -87,7 +87,7 @@ impl Machine {
 
     /// Returns whether every electrode is done or left out.
     #[must_use]
-    pub const fn is_over(&self) -> bool {
+    pub const fn is_finished(&self) -> bool {
         self.at.is_none()
     }
 
@@ -99,19 +99,19 @@ impl Machine {
 
     /// Returns the results by electrode of the plan.
     #[must_use]
-    pub fn found(&self) -> &[ElectrodeResult] {
+    pub fn results(&self) -> &[ElectrodeResult] {
         &self.found
     }
 
     /// Returns whether a level is being given.
     #[must_use]
-    pub const fn is_on(&self) -> bool {
-        self.presentation.is_on()
+    pub const fn is_stimulating(&self) -> bool {
+        self.presentation.is_stimulating()
     }
 
     /// Lets time pass until `t_us`, and returns the actions that follow from it.
-    pub fn pass(&mut self, t_us: u64) -> Vec<Action> {
-        match self.presentation.pass(t_us) {
+    pub fn advance_to(&mut self, t_us: u64) -> Vec<Action> {
+        match self.presentation.advance_to(t_us) {
             true => vec![Action::Give(self.channel(), Level(0))],
             false => Vec::new(),
         }
@@ -119,8 +119,8 @@ impl Machine {
 
     /// Discards the level that was given at `t_us`, or has just ended, because it was cut short.
     /// The next raise gives the same level.
-    pub fn void(&mut self, t_us: u64) {
-        if self.is_on() || self.presentation.has_question {
+    pub fn discard_level(&mut self, t_us: u64) {
+        if self.is_stimulating() || self.presentation.has_question {
             (self.level, self.first) = self.before;
             self.presentation.end(t_us);
         }
@@ -131,56 +131,59 @@ impl Machine {
     ///
     /// # Errors
     /// Returns a [`Refusal`] with the reason.
-    pub fn order(&mut self, t_us: u64, order: &Order) -> Result<Vec<Action>, Refusal> {
+    pub fn execute_order(&mut self, t_us: u64, order: &Order) -> Result<Vec<Action>, Refusal> {
         if *order == Order::Abort {
             return Ok(vec![Action::Abort]);
         }
         let Some(at) = self.at else {
-            return Err(Refusal::beyond("every electrode is done"));
+            return Err(Refusal::not_now("every electrode is done"));
         };
         match order {
             Order::Lower => Ok(self.lower(at)),
-            Order::TooMuch => Ok(self.too_much(at, t_us)),
+            Order::TooMuch => Ok(self.reject_level(at, t_us)),
             Order::Skip => Ok(self.skip(at)),
             Order::Raise => self.raise(at, t_us),
-            Order::Again => self.again(t_us),
-            Order::Enough => self.enough(at),
+            Order::Again => self.repeat_level(t_us),
+            Order::Enough => self.accept_comfort_limit(at),
             Order::Yes | Order::No | Order::Moves { .. } => self.answer(at, t_us, order),
             Order::Abort => Ok(Vec::new()), // above
         }
     }
 
-    fn planned(&self, at: usize) -> &PlannedElectrode {
+    fn planned_electrode(&self, at: usize) -> &PlannedElectrode {
         &self.plan.electrodes[at]
     }
 
     /// Returns the difference between two levels of this step.
-    fn stride(&self, at: usize) -> Level {
+    fn level_step(&self, at: usize) -> Level {
         match self.step {
-            Step::Placement => self.planned(at).coarse,
-            _ => self.planned(at).step,
+            Step::Placement => self.planned_electrode(at).coarse,
+            _ => self.planned_electrode(at).step,
         }
     }
 
     /// Returns the highest level that this electrode may be given now.
-    fn top(&self, at: usize) -> Level {
+    fn highest_level(&self, at: usize) -> Level {
         let limit = self.found[at].limit.unwrap_or(self.caps[at]);
         self.caps[at].min(limit)
     }
 
     /// Returns the level that a raise would give; `None` if there is no higher level.
-    fn higher(&self, at: usize) -> Option<Level> {
-        let next = self.level.above(self.stride(at)).min(self.top(at));
+    fn next_level(&self, at: usize) -> Option<Level> {
+        let next = self
+            .level
+            .saturating_add(self.level_step(at))
+            .min(self.highest_level(at));
         (next > self.level).then_some(next)
     }
 
-    fn give(&mut self, t_us: u64, level: Level) -> Vec<Action> {
+    fn present_level(&mut self, t_us: u64, level: Level) -> Vec<Action> {
         self.before = (self.level, self.first);
         self.level = level;
         if self.step == Step::Threshold {
             self.first.get_or_insert(level);
         }
-        self.presentation.give(t_us);
+        self.presentation.start(t_us);
         let entry = Entry::Given {
             channel: self.channel(),
             step: self.step,
@@ -190,23 +193,23 @@ impl Machine {
     }
 
     fn channel(&self) -> u8 {
-        self.at.map_or(0, |at| self.planned(at).channel)
+        self.at.map_or(0, |at| self.planned_electrode(at).channel)
     }
 
     fn raise(&mut self, at: usize, t_us: u64) -> Result<Vec<Action>, Refusal> {
-        self.presentation.may_give(t_us)?;
+        self.presentation.check_ready(t_us)?;
         if self.moved.is_some() {
-            return Err(Refusal::beyond(
+            return Err(Refusal::not_now(
                 "it moved: give the same level again to confirm",
             ));
         }
         if self.step == Step::Points {
-            return Err(Refusal::beyond(
+            return Err(Refusal::not_now(
                 "points are found at the maximum: give it again",
             ));
         }
-        match self.higher(at) {
-            Some(level) => Ok(self.give(t_us, level)),
+        match self.next_level(at) {
+            Some(level) => Ok(self.present_level(t_us, level)),
             None => Err(Refusal::NotNow(format!(
                 "{} is the highest level here; {}",
                 self.level,
@@ -219,21 +222,21 @@ impl Machine {
         }
     }
 
-    fn again(&mut self, t_us: u64) -> Result<Vec<Action>, Refusal> {
-        self.presentation.may_give(t_us)?;
+    fn repeat_level(&mut self, t_us: u64) -> Result<Vec<Action>, Refusal> {
+        self.presentation.check_ready(t_us)?;
         let is_new = self.step == Step::Threshold && self.first.is_none();
         if self.level == Level(0) || is_new {
-            return Err(Refusal::beyond("nothing was given yet: raise"));
+            return Err(Refusal::not_now("nothing was given yet: raise"));
         }
-        Ok(self.give(t_us, self.level))
+        Ok(self.present_level(t_us, self.level))
     }
 
     fn lower(&mut self, at: usize) -> Vec<Action> {
-        self.level = self.level.below(self.stride(at));
+        self.level = self.level.saturating_sub(self.level_step(at));
         (self.moved, self.first) = (None, None);
         self.before = (self.level, None);
         self.presentation.has_question = false;
-        match self.is_on() {
+        match self.is_stimulating() {
             true => vec![Action::Give(self.channel(), self.level)],
             false => Vec::new(),
         }
@@ -242,7 +245,9 @@ impl Machine {
     /// Ensures that `level` is not given again at this electrode, and removes results above the new
     /// maximum.
     fn cap(&mut self, at: usize, level: Level) {
-        let cap = level.below(self.planned(at).step).min(self.caps[at]);
+        let cap = level
+            .saturating_sub(self.planned_electrode(at).step)
+            .min(self.caps[at]);
         self.caps[at] = cap;
         let found = &mut self.found[at];
         if found.limit.is_some_and(|limit| limit > cap) {
@@ -257,7 +262,7 @@ impl Machine {
         }
     }
 
-    fn too_much(&mut self, at: usize, t_us: u64) -> Vec<Action> {
+    fn reject_level(&mut self, at: usize, t_us: u64) -> Vec<Action> {
         let mut actions = vec![Action::Give(self.channel(), Level(0))];
         if self.level == Level(0) {
             return actions;
@@ -270,11 +275,11 @@ impl Machine {
         self.level = self.caps[at];
         if self.step == Step::Comfort {
             let limit = self.accepted.unwrap_or_default();
-            match self.take(at, Value::Level(limit)) {
+            match self.store_result(at, Value::Level(limit)) {
                 Ok(more) => actions.extend(more),
                 Err(refusal) => actions.push(Action::Tell(refusal)),
             }
-        } else if let Some(step) = self.found[at].step().filter(|step| *step < self.step) {
+        } else if let Some(step) = self.found[at].next_step().filter(|step| *step < self.step) {
             self.enter(at, step);
         }
         actions
@@ -292,30 +297,30 @@ impl Machine {
         actions
     }
 
-    fn enough(&mut self, at: usize) -> Result<Vec<Action>, Refusal> {
-        if self.is_on() || self.presentation.has_question {
-            return Err(Refusal::beyond("answer the question first"));
+    fn accept_comfort_limit(&mut self, at: usize) -> Result<Vec<Action>, Refusal> {
+        if self.is_stimulating() || self.presentation.has_question {
+            return Err(Refusal::not_now("answer the question first"));
         }
         match (self.step, self.accepted) {
-            (Step::Comfort, Some(level)) => self.take(at, Value::Level(level)),
-            (Step::Comfort, None) => Err(Refusal::beyond("nothing was accepted yet")),
-            _ => Err(Refusal::beyond("only the comfort limit is set so")),
+            (Step::Comfort, Some(level)) => self.store_result(at, Value::Level(level)),
+            (Step::Comfort, None) => Err(Refusal::not_now("nothing was accepted yet")),
+            _ => Err(Refusal::not_now("only the comfort limit is set so")),
         }
     }
 
     fn answer(&mut self, at: usize, t_us: u64, order: &Order) -> Result<Vec<Action>, Refusal> {
         if !self.presentation.has_question {
-            return Err(Refusal::beyond("nothing was asked"));
+            return Err(Refusal::not_now("nothing was asked"));
         }
         match (self.step, order) {
             (Step::Points, Order::Moves { moves }) => {
                 let named = moves.iter().map(|name| name.trim().to_owned());
-                self.take(at, Value::Moves(named.collect()))
+                self.store_result(at, Value::Moves(named.collect()))
             }
-            (Step::Points, _) => Err(Refusal::beyond("name what moves")),
-            (_, Order::Moves { .. }) => Err(Refusal::beyond("nobody asked what moves")),
-            (Step::Comfort, Order::No) => Ok(self.too_much(at, t_us)),
-            (_, Order::Yes) => self.yes(at),
+            (Step::Points, _) => Err(Refusal::not_now("name what moves")),
+            (_, Order::Moves { .. }) => Err(Refusal::not_now("nobody asked what moves")),
+            (Step::Comfort, Order::No) => Ok(self.reject_level(at, t_us)),
+            (_, Order::Yes) => self.answer_yes(at),
             _ => {
                 (self.presentation.has_question, self.moved) = (false, None);
                 Ok(Vec::new())
@@ -323,18 +328,20 @@ impl Machine {
         }
     }
 
-    fn yes(&mut self, at: usize) -> Result<Vec<Action>, Refusal> {
+    fn answer_yes(&mut self, at: usize) -> Result<Vec<Action>, Refusal> {
         let level = self.level;
         match self.step {
             Step::Threshold if self.moved != Some(level) => self.moved = Some(level),
-            Step::Threshold if self.first == Some(level) && level > self.planned(at).start => {
+            Step::Threshold
+                if self.first == Some(level) && level > self.planned_electrode(at).start =>
+            {
                 // Something moved at the very first level of the climb, so the climb begins again
                 // from a lower level.
-                let below = level.below(self.planned(at).coarse);
-                self.climb_from(at, below.max(self.planned(at).start));
+                let below = level.saturating_sub(self.planned_electrode(at).coarse);
+                self.climb_from(at, below.max(self.planned_electrode(at).start));
             }
-            Step::Comfort if level < self.top(at) => self.accepted = Some(level),
-            _ => return self.take(at, Value::Level(level)),
+            Step::Comfort if level < self.highest_level(at) => self.accepted = Some(level),
+            _ => return self.store_result(at, Value::Level(level)),
         }
         self.presentation.has_question = false;
         Ok(Vec::new())
@@ -342,20 +349,20 @@ impl Machine {
 
     /// Sets the level so that the next raise of the threshold's climb gives `first`.
     fn climb_from(&mut self, at: usize, first: Level) {
-        self.level = first.below(self.planned(at).step);
+        self.level = first.saturating_sub(self.planned_electrode(at).step);
         (self.moved, self.first) = (None, None);
     }
 
     /// Stores the step's result, and goes on to the next step or electrode.
-    fn take(&mut self, at: usize, value: Value) -> Result<Vec<Action>, Refusal> {
-        self.found[at].take(self.step, &value)?;
+    fn store_result(&mut self, at: usize, value: Value) -> Result<Vec<Action>, Refusal> {
+        self.found[at].store(self.step, &value)?;
         let (channel, step) = (self.channel(), self.step);
         let mut actions = vec![Action::Record(Entry::Found {
             channel,
             step,
             value,
         })];
-        match self.found[at].step() {
+        match self.found[at].next_step() {
             Some(step) => self.enter(at, step),
             None => {
                 actions.push(Action::Write);
@@ -367,12 +374,15 @@ impl Machine {
 
     fn go_to_next(&mut self) -> Vec<Action> {
         self.level = Level(0);
-        self.presentation.renew();
-        self.at = self.found.iter().position(|found| found.step().is_some());
+        self.presentation.reset();
+        self.at = self
+            .found
+            .iter()
+            .position(|found| found.next_step().is_some());
         let Some(at) = self.at else {
             return Vec::new();
         };
-        if let Some(step) = self.found[at].step() {
+        if let Some(step) = self.found[at].next_step() {
             self.enter(at, step);
         }
         vec![Action::Arm(at)]
@@ -386,9 +396,12 @@ impl Machine {
         match step {
             Step::Placement => self.level = Level(0),
             Step::Threshold => {
-                let planned = self.planned(at);
-                let below = found.placement.unwrap_or_default().below(planned.coarse);
-                let first = below.max(planned.start).min(self.top(at));
+                let planned = self.planned_electrode(at);
+                let below = found
+                    .placement
+                    .unwrap_or_default()
+                    .saturating_sub(planned.coarse);
+                let first = below.max(planned.start).min(self.highest_level(at));
                 self.climb_from(at, first);
             }
             Step::Comfort | Step::Minimum => self.level = found.threshold.unwrap_or_default(),
@@ -396,6 +409,6 @@ impl Machine {
             Step::Points => self.level = found.maximum.unwrap_or_default(),
         }
         // A level that has been too much since then must not be given again either.
-        self.level = self.level.min(self.top(at));
+        self.level = self.level.min(self.highest_level(at));
     }
 }

@@ -18,7 +18,7 @@ impl Machine {
             } => {
                 if let Some(at) = of(*channel) {
                     // The journal holds only results that were accepted before, in this order.
-                    let _ = self.found[at].take(*step, value);
+                    let _ = self.found[at].store(*step, value);
                 }
             }
             Entry::TooMuch { channel, level } => {

@@ -10,7 +10,7 @@ impl Machine {
         let at = self
             .at
             .unwrap_or(self.plan.electrodes.len().saturating_sub(1));
-        let planned = self.planned(at);
+        let planned = self.planned_electrode(at);
         let (phase, left_s) = match self.at {
             Some(_) => self.presentation.phase(t_us),
             None => (Phase::Done, 0.0),
@@ -27,10 +27,14 @@ impl Machine {
             phase,
             left_s,
             level: self.level,
-            given: if self.is_on() { self.level } else { Level(0) },
-            raise: self.higher(at).filter(|_| can_raise),
+            given: if self.is_stimulating() {
+                self.level
+            } else {
+                Level(0)
+            },
+            raise: self.next_level(at).filter(|_| can_raise),
             again: Some(self.level).filter(|level| *level > Level(0) && !is_new),
-            top: self.top(at),
+            top: self.highest_level(at),
             question: (self.presentation.has_question).then(|| self.step.question()),
             confirms: self.moved.is_some(),
             found: self.found[at].clone(),

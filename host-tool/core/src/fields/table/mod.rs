@@ -10,7 +10,7 @@ use std::ops::Range;
 
 use firmware::link::Refusal;
 
-use super::decimal::{between, shifted};
+use super::decimal::{format_range, parse_scaled};
 use super::document::Document;
 use super::error::{Place, Problem};
 use super::field::{Condition, Field, Need, Section};
@@ -52,7 +52,7 @@ enum Value<'a> {
 impl<'a> Table<'a> {
     /// Returns whether no field of the table has an error by itself; tables within it count
     /// separately.
-    pub(crate) const fn is_sound(&self) -> bool {
+    pub(crate) const fn is_valid(&self) -> bool {
         self.sound
     }
 
@@ -80,7 +80,7 @@ impl<'a> Table<'a> {
         }
     }
 
-    fn whole_of(&self, name: &str) -> Option<i64> {
+    fn find_integer(&self, name: &str) -> Option<i64> {
         match (self.get(name), self.field(name).map(|field| &field.need)) {
             (Some(Value::Whole(value)), _) => Some(*value),
             (None, Some(Need::Or(value))) => Some(*value),
@@ -90,14 +90,14 @@ impl<'a> Table<'a> {
 
     /// Returns the number in this field, or its default. If there is neither, or it does not fit in
     /// `T`, returns the largest value of `T`, which no rule of the firmware accepts.
-    pub(crate) fn whole<T: WholeNumber>(&self, name: &str) -> T {
-        self.whole_or(name, T::TOP)
+    pub(crate) fn integer<T: WholeNumber>(&self, name: &str) -> T {
+        self.integer_or(name, T::TOP)
     }
 
     /// Returns the number in this field, with `default` if it is left out; otherwise as
-    /// [`Self::whole`].
-    pub(crate) fn whole_or<T: WholeNumber>(&self, name: &str, default: T) -> T {
-        self.whole_of(name)
+    /// [`Self::integer`].
+    pub(crate) fn integer_or<T: WholeNumber>(&self, name: &str, default: T) -> T {
+        self.find_integer(name)
             .map_or(default, |value| T::try_from(value).unwrap_or(T::TOP))
     }
 
@@ -133,11 +133,11 @@ impl<'a> Table<'a> {
     }
 
     fn number_at(&self, span: &Range<usize>, power: i32) -> Option<f64> {
-        shifted(self.doc.text.get(span.clone())?, power)
+        parse_scaled(self.doc.text.get(span.clone())?, power)
     }
 
     /// Returns the list of numbers in this field, in the device's steps, each with its place.
-    pub(crate) fn wholes(&self, name: &str) -> &[(i64, Range<usize>)] {
+    pub(crate) fn integers(&self, name: &str) -> &[(i64, Range<usize>)] {
         match self.get(name) {
             Some(Value::Wholes(values)) => values,
             _ => &[],
@@ -170,7 +170,7 @@ impl<'a> Table<'a> {
     }
 
     /// Returns the value that `choices` gives for the word in this field.
-    pub(crate) fn named<T: Copy>(&self, name: &str, choices: &[(&str, T)]) -> Option<T> {
+    pub(crate) fn choice<T: Copy>(&self, name: &str, choices: &[(&str, T)]) -> Option<T> {
         let word = self.word(name);
         choices
             .iter()
@@ -204,7 +204,7 @@ impl<'a> Table<'a> {
 
     /// Returns the result of `read` for the table in this field: `Some(None)` if the table is left
     /// out, `None` if it has errors.
-    pub(crate) fn part<T>(
+    pub(crate) fn optional_table<T>(
         &self,
         name: &str,
         read: impl FnOnce(&Self) -> Option<T>,
@@ -228,7 +228,7 @@ impl<'a> Table<'a> {
 /// Reports of rules that several fields break together.
 impl Table<'_> {
     /// Returns the path of the field in the file.
-    pub(crate) fn path_of(&self, name: &str) -> String {
+    pub(crate) fn field_path(&self, name: &str) -> String {
         if self.path.is_empty() {
             name.into()
         } else {
@@ -237,42 +237,42 @@ impl Table<'_> {
     }
 
     /// Returns the place of a field, or of the table if the field is left out.
-    pub(crate) fn at(&self, name: &str) -> Place {
+    pub(crate) fn field_place(&self, name: &str) -> Place {
         let entry = self.entries.get(name);
         Place {
-            field: self.path_of(name),
-            given: entry.map_or_else(|| "left out".into(), |entry| self.doc.given(&entry.span)),
+            field: self.field_path(name),
+            given: entry.map_or_else(|| "left out".into(), |entry| self.doc.excerpt(&entry.span)),
             span: entry.map_or_else(|| self.span.clone(), |entry| entry.span.clone()),
         }
     }
 
     fn place(&self, name: &str, span: Range<usize>) -> Place {
         Place {
-            field: self.path_of(name),
-            given: self.doc.given(&span),
+            field: self.field_path(name),
+            given: self.doc.excerpt(&span),
             span,
         }
     }
 
     /// Reports a problem at this field, or at the table if the field is left out.
-    pub(crate) fn say(&self, name: &str, problem: Problem) {
-        self.doc.say(problem, self.at(name));
+    pub(crate) fn report(&self, name: &str, problem: Problem) {
+        self.doc.report(problem, self.field_place(name));
     }
 
     /// Reports that the field is outside the range `allowed`.
-    pub(crate) fn out_of_range(&self, name: &str, allowed: String) {
-        self.say(name, Problem::OutOfRange { allowed });
+    pub(crate) fn report_out_of_range(&self, name: &str, allowed: String) {
+        self.report(name, Problem::OutOfRange { allowed });
     }
 
     /// Reports that the field must come after `after`.
-    pub(crate) fn not_after(&self, name: &str, after: String) {
-        self.say(name, Problem::NotInOrder { after });
+    pub(crate) fn report_not_after(&self, name: &str, after: String) {
+        self.report(name, Problem::NotInOrder { after });
     }
 
     /// Returns a time, µs, from `least` to the end of the session; reports any other time.
     pub(crate) fn time(&self, name: &str, least: i64, duration_us: u64) -> Option<u64> {
-        let time = self.whole(name);
-        self.within(time, self.at(name), least, duration_us)
+        let time = self.integer(name);
+        self.within(time, self.field_place(name), least, duration_us)
     }
 
     /// Returns a list of times, µs, from `least` to the end of the session, which rise by at least
@@ -285,13 +285,13 @@ impl Table<'_> {
         duration_us: u64,
     ) -> Option<Vec<u64>> {
         let mut times: Vec<u64> = Vec::new();
-        for (at, span) in self.wholes(name) {
+        for (at, span) in self.integers(name) {
             let place = self.place(name, span.clone());
             let at = self.within(*at, place.clone(), least, duration_us)?;
             if let Some(before) = times.last().filter(|before| at < *before + apart) {
                 let (before, apart) = (*before as f64 * 1e-6, apart as f64 * 1e-6);
                 let after = format!("{before} s, by at least {apart} s");
-                self.doc.say(Problem::NotInOrder { after }, place);
+                self.doc.report(Problem::NotInOrder { after }, place);
                 return None;
             }
             times.push(at);
@@ -304,33 +304,33 @@ impl Table<'_> {
         if (least..=end).contains(&at) {
             return Some(at as u64); // not negative
         }
-        let allowed = between(least, end, 6);
-        self.doc.say(Problem::OutOfRange { allowed }, place);
+        let allowed = format_range(least, end, 6);
+        self.doc.report(Problem::OutOfRange { allowed }, place);
         None
     }
 
     /// Reports the firmware's refusal at the field concerned, in this table or in one within it.
-    pub(crate) fn refuse(&self, e: impl Into<Refusal<'static>>) {
+    pub(crate) fn report_refusal(&self, e: impl Into<Refusal<'static>>) {
         let Refusal {
             field, min, max, ..
         } = e.into();
-        match self.find(field) {
+        match self.find_quantity(field) {
             Some((table, found)) => {
                 let bounds = (min.into(), max.into());
                 let number = found.number();
                 // The field's own error message is more precise.
                 let own = number.filter(|n| !n.bound.is_empty() && n.range == Some(bounds));
                 if own.is_none() || !table.has(found.name) {
-                    let allowed = number.map(|number| number.told(bounds.0, bounds.1));
-                    table.out_of_range(found.name, allowed.unwrap_or_default());
+                    let allowed = number.map(|number| number.format_bounds(bounds.0, bounds.1));
+                    table.report_out_of_range(found.name, allowed.unwrap_or_default());
                 }
             }
-            None => self.out_of_range(field, format!("{min} to {max}")),
+            None => self.report_out_of_range(field, format!("{min} to {max}")),
         }
     }
 
     /// Returns the table and field that hold a quantity of the firmware, or would hold it.
-    fn find(&self, device: &str) -> Option<(&Self, &'static Field)> {
+    fn find_quantity(&self, device: &str) -> Option<(&Self, &'static Field)> {
         let is = |field: &&Field| field.number().is_some_and(|number| number.device == device);
         let mut own = self.section.iter().filter(is);
         let told = own.clone().find(|field| self.has(field.name));
@@ -338,7 +338,7 @@ impl Table<'_> {
         found.map(|field| (self, field)).or_else(|| {
             let mut entries = self.entries.values();
             entries.find_map(|entry| match &entry.value {
-                Some(Value::Table(table)) => table.find(device),
+                Some(Value::Table(table)) => table.find_quantity(device),
                 _ => None,
             })
         })

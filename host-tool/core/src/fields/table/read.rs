@@ -6,10 +6,10 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::super::decimal::{Decimal, in_units};
+use super::super::decimal::{Decimal, format_scaled};
 use super::super::document::Document;
 use super::super::error::{Place, Problem};
-use super::super::field::{Condition, Field, Kind, Need, Number, Section, instead};
+use super::super::field::{Condition, Field, Kind, Need, Number, Section, replacement_word};
 use super::{Entry, Table, Value};
 use crate::suggestion::nearest;
 
@@ -52,7 +52,7 @@ impl<'a> Table<'a> {
             if section.iter().all(|field| field.name != name) {
                 let (problem, close) = table.unknown(name);
                 meant.extend(close);
-                table.wrong(problem, table.place(name, key.span()));
+                table.report_invalid(problem, table.place(name, key.span()));
             }
         }
         // A field with a misspelt name does not count as missing.
@@ -65,9 +65,9 @@ impl<'a> Table<'a> {
             is_needed && !meant.contains(&f.name)
         };
         for field in section.iter().filter(required) {
-            if !file.contains_key(field.name) && table.may_have(field, file) == Some(true) {
+            if !file.contains_key(field.name) && table.is_allowed(field, file) == Some(true) {
                 let place = table.place(field.name, table.span.clone());
-                table.wrong(Problem::MissingField {}, place);
+                table.report_invalid(Problem::MissingField {}, place);
             }
         }
         table
@@ -78,16 +78,16 @@ impl<'a> Table<'a> {
         let Some((key, found)) = file.get_key_value(field.name) else {
             return;
         };
-        let applies = self.may_have(field, file);
+        let applies = self.is_allowed(field, file);
         if applies == Some(false) {
             // Another declaration of the same name may apply.
             let mut same = self.section.iter().filter(|f| f.name == field.name);
-            if same.all(|f| self.may_have(f, file) == Some(false)) {
-                self.misplaced(field, key.span(), found.span(), file);
+            if same.all(|f| self.is_allowed(f, file) == Some(false)) {
+                self.report_misplaced(field, key.span(), found.span(), file);
             }
             return;
         }
-        let value = applies.and_then(|_| self.value(field, found));
+        let value = applies.and_then(|_| self.read_value(field, found));
         self.sound &= value.is_some();
         let span = found.span();
         self.entries.insert(field.name, Entry { span, value });
@@ -95,7 +95,7 @@ impl<'a> Table<'a> {
 
     /// Returns whether the file may have this field, or `None` if an error in another field leaves
     /// it open.
-    fn may_have(&self, field: &Field, file: &DeTable<'_>) -> Option<bool> {
+    fn is_allowed(&self, field: &Field, file: &DeTable<'_>) -> Option<bool> {
         match field.when {
             None => Some(true),
             Some(Condition::Without(other)) => Some(!file.contains_key(other)),
@@ -107,7 +107,7 @@ impl<'a> Table<'a> {
     }
 
     /// Reports a field that another field rules out.
-    fn misplaced(
+    fn report_misplaced(
         &mut self,
         field: &Field,
         key: Range<usize>,
@@ -116,19 +116,19 @@ impl<'a> Table<'a> {
     ) {
         match field.when {
             Some(Condition::Without(first)) => {
-                let other = self.path_of(field.name);
+                let other = self.field_path(field.name);
                 let place = self.place(first, file.get(first).map_or(span, Spanned::span));
-                self.wrong(Problem::SaidTwice { other }, place);
+                self.report_invalid(Problem::SaidTwice { other }, place);
             }
             // The first field of a table determines its type.
             Some(Condition::Is(tag, _)) if self.section.first().is_some_and(|f| f.name == tag) => {
                 let (problem, _) = self.unknown(field.name);
-                self.wrong(problem, self.place(field.name, key));
+                self.report_invalid(problem, self.place(field.name, key));
             }
             Some(Condition::Is(tag, _)) => {
                 let word = self.word_of(tag).unwrap_or_default();
                 let allowed = format!("none with {tag} = \"{word}\"");
-                self.wrong(
+                self.report_invalid(
                     Problem::OutOfRange { allowed },
                     self.place(field.name, span),
                 );
@@ -137,9 +137,9 @@ impl<'a> Table<'a> {
         }
     }
 
-    fn wrong(&mut self, problem: Problem, place: Place) {
+    fn report_invalid(&mut self, problem: Problem, place: Place) {
         self.sound = false;
-        self.doc.say(problem, place);
+        self.doc.report(problem, place);
     }
 
     /// Returns the problem of an unknown field name, and the field that was probably meant.
@@ -162,19 +162,23 @@ impl<'a> Table<'a> {
     }
 
     /// Returns the value of a field. Returns `None` if it has an error, which is reported.
-    fn value(&self, field: &'static Field, found: &'a Spanned<DeValue<'a>>) -> Option<Value<'a>> {
+    fn read_value(
+        &self,
+        field: &'static Field,
+        found: &'a Spanned<DeValue<'a>>,
+    ) -> Option<Value<'a>> {
         let (file, place) = (found.get_ref(), self.place(field.name, found.span()));
         let wrong = |problem| {
-            self.doc.say(problem, place.clone());
+            self.doc.report(problem, place.clone());
             None
         };
         let read = match &field.kind {
             Kind::Text(longest) => file.as_str().map(|text| {
-                if let Some(most) = longest.filter(|most| !fits(text, *most)) {
+                if let Some(most) = longest.filter(|most| !is_valid_text(text, *most)) {
                     let allowed = characters(most);
                     return wrong(Problem::OutOfRange { allowed });
                 }
-                if let Some(character) = unshowable(text) {
+                if let Some(character) = forbidden_character(text) {
                     return wrong(Problem::ControlCharacter { character });
                 }
                 Some(Value::Text(text))
@@ -182,11 +186,11 @@ impl<'a> Table<'a> {
             Kind::Texts(most) => file.as_array().and_then(|list| {
                 let texts = list.iter().map(|item| item.get_ref().as_str());
                 let texts: Vec<&str> = texts.collect::<Option<_>>()?;
-                if texts.iter().any(|text| !fits(text, *most)) {
+                if texts.iter().any(|text| !is_valid_text(text, *most)) {
                     let allowed = format!("texts of {}", characters(*most));
                     return Some(wrong(Problem::OutOfRange { allowed }));
                 }
-                if let Some(character) = texts.iter().find_map(|text| unshowable(text)) {
+                if let Some(character) = texts.iter().find_map(|text| forbidden_character(text)) {
                     return Some(wrong(Problem::ControlCharacter { character }));
                 }
                 Some(Some(Value::Texts(texts)))
@@ -194,26 +198,27 @@ impl<'a> Table<'a> {
             Kind::Flag => file.as_bool().map(|is| Some(Value::Flag(is))),
             Kind::Choice(words) => file.as_str().map(|given| {
                 let word = words.iter().find(|word| **word == given);
-                let close = instead(given, words).map(str::to_owned);
-                let close = close.or_else(|| likely(given, words));
+                let close = replacement_word(given, words).map(str::to_owned);
+                let close = close.or_else(|| suggest_word(given, words));
                 let known = words.join(", ");
                 let unknown = || wrong(Problem::UnknownChoice { close, known });
                 word.map_or_else(unknown, |word| Some(Value::Word(word)))
             }),
             Kind::Whole(number) => self
-                .whole_value(number, file, place.clone())
+                .read_integer(number, file, place.clone())
                 .map(|whole_value| whole_value.map(Value::Whole)),
             Kind::Real(number) => self
-                .real_value(number, file, place.clone())
+                .read_real(number, file, place.clone())
                 .map(|real_value| real_value.map(Value::Real)),
             Kind::Wholes(number, _) => file.as_array().map(|list| {
                 let each = list.iter().map(|item| {
                     let place = self.place(field.name, item.span());
                     let (value, expected) = (item.get_ref(), "a number in each place");
-                    let read = self.whole_value(number, value, place.clone());
+                    let read = self.read_integer(number, value, place.clone());
                     let read = read.unwrap_or_else(|| {
                         let found = kind(value);
-                        self.doc.say(Problem::WrongType { expected, found }, place);
+                        self.doc
+                            .report(Problem::WrongType { expected, found }, place);
                         None
                     });
                     read.map(|value| (value, item.span()))
@@ -222,7 +227,7 @@ impl<'a> Table<'a> {
                 each.into_iter().collect::<Option<_>>().map(Value::Wholes)
             }),
             Kind::Pairs(number, count, what) => file.as_array().and_then(|list| {
-                let pairs = list.iter().map(|pair| self.pair(field, number, pair));
+                let pairs = list.iter().map(|pair| self.read_pair(field, number, pair));
                 let pairs: Vec<Option<_>> = pairs.collect::<Option<_>>()?;
                 if pairs.len() != *count {
                     let allowed = (*what).to_owned();
@@ -238,7 +243,7 @@ impl<'a> Table<'a> {
                 let tables: Vec<_> = each.collect::<Option<_>>()?;
                 let most = count.most.unwrap_or(usize::MAX);
                 if !(count.least..=most).contains(&tables.len()) {
-                    let allowed = count.allowed();
+                    let allowed = count.format_count();
                     return Some(wrong(Problem::OutOfRange { allowed }));
                 }
                 Some(Some(Value::Tables(tables)))
@@ -252,7 +257,7 @@ impl<'a> Table<'a> {
 
     /// Returns the places of the two numbers of a pair; `None` if the value is not a pair, and
     /// `Some(None)` if a number has an error, which is reported.
-    fn pair(
+    fn read_pair(
         &self,
         field: &Field,
         number: &Number,
@@ -263,7 +268,7 @@ impl<'a> Table<'a> {
         };
         let read = |item: &Spanned<DeValue<'_>>| {
             let place = self.place(field.name, item.span());
-            let read = self.real_value(number, item.get_ref(), place)?;
+            let read = self.read_real(number, item.get_ref(), place)?;
             Some(read.map(|_| item.span()))
         };
         let (one, two) = (read(one)?, read(two)?);
@@ -276,44 +281,39 @@ impl<'a> Table<'a> {
         found: &'a Spanned<DeValue<'a>>,
         section: &'static Section,
     ) -> Option<Self> {
-        let (file, path) = (found.get_ref().as_table()?, self.path_of(field.name));
+        let (file, path) = (found.get_ref().as_table()?, self.field_path(field.name));
         Some(Self::read(self.doc, path, found.span(), file, section))
     }
 
     /// Returns a number in its field's steps, which must be whole; `None` if the value is not a
     /// number, and `Some(None)` if it has an error, which is reported.
-    fn whole_value(
+    fn read_integer(
         &self,
         number: &Number,
         value: &DeValue<'_>,
         place: Place,
     ) -> Option<Option<i64>> {
         let Some(decimal) = decimal(value)? else {
-            let allowed = number.allowed();
-            self.doc.say(Problem::NotFinite { allowed }, place);
+            let allowed = number.format_range();
+            self.doc.report(Problem::NotFinite { allowed }, place);
             return Some(None);
         };
         let Some(value) = decimal.scaled(number.places) else {
-            let (step, unit) = (in_units(1, number.places), number.shown_unit());
-            let meant = number.meant(decimal.value());
+            let (step, unit) = (format_scaled(1, number.places), number.display_unit());
+            let meant = number.unit_suggestion(decimal.value());
             let step = format!("{step} {unit}").trim_end().to_owned() + &meant;
-            self.doc.say(Problem::NotExact { step }, place);
+            self.doc.report(Problem::NotExact { step }, place);
             return Some(None);
         };
         let fits = number
             .range
             .is_none_or(|(min, max)| (min..=max).contains(&value));
-        Some(self.fitting(number, fits, value, place))
+        Some(self.check_range(number, fits, value, place))
     }
 
     /// Returns a number that need not be whole; `None` if the value is not a number, and
     /// `Some(None)` if it has an error, which is reported.
-    fn real_value(
-        &self,
-        number: &Number,
-        value: &DeValue<'_>,
-        place: Place,
-    ) -> Option<Option<f64>> {
+    fn read_real(&self, number: &Number, value: &DeValue<'_>, place: Place) -> Option<Option<f64>> {
         let value = match value {
             DeValue::Float(float) => float.as_str().replace('_', "").parse().ok()?,
             DeValue::Integer(integer) => i128::from_str_radix(integer.as_str(), integer.radix())
@@ -321,37 +321,38 @@ impl<'a> Table<'a> {
             _ => return None,
         };
         if !f64::is_finite(value) {
-            let allowed = number.allowed();
-            self.doc.say(Problem::NotFinite { allowed }, place);
+            let allowed = number.format_range();
+            self.doc.report(Problem::NotFinite { allowed }, place);
             return Some(None);
         }
         let steps = 10_f64.powi(number.places);
         let fits = number
             .range
             .is_none_or(|(min, max)| (min as f64 / steps..=max as f64 / steps).contains(&value));
-        Some(self.fitting(number, fits, value, place))
+        Some(self.check_range(number, fits, value, place))
     }
 
-    /// Returns `value` if it is in range, or if other fields restrict the range and so decide
+    /// Returns `read_value` if it is in range, or if other fields restrict the range and so decide
     /// later.
-    fn fitting<T>(&self, number: &Number, fits: bool, value: T, place: Place) -> Option<T> {
+    fn check_range<T>(&self, number: &Number, fits: bool, value: T, place: Place) -> Option<T> {
         if fits {
             return Some(value);
         }
-        let allowed = number.allowed().unwrap_or_default();
+        let allowed = number.format_range().unwrap_or_default();
         if number.bound.is_empty() {
-            self.doc.say(Problem::OutOfRange { allowed }, place);
+            self.doc.report(Problem::OutOfRange { allowed }, place);
             return None;
         }
         let allowed = format!("{allowed}, {}", number.bound);
-        self.doc.doubt(Problem::OutOfRange { allowed }, place);
+        self.doc
+            .report_tentatively(Problem::OutOfRange { allowed }, place);
         Some(value)
     }
 }
 
 /// The words that `given` is the beginning of, such as both polarities of `biphasic`, or else the
 /// most similar one.
-fn likely(given: &str, words: &[&'static str]) -> Option<String> {
+fn suggest_word(given: &str, words: &[&'static str]) -> Option<String> {
     let longer = words.iter().filter(|word| {
         let rest = word.strip_prefix(given);
         rest.is_some_and(|rest| rest.starts_with('-'))
@@ -364,13 +365,13 @@ fn likely(given: &str, words: &[&'static str]) -> Option<String> {
 }
 
 /// Returns whether a text is not blank and has at most `most` characters.
-fn fits(text: &str, most: usize) -> bool {
+fn is_valid_text(text: &str, most: usize) -> bool {
     !text.trim().is_empty() && text.chars().count() <= most
 }
 
 /// Returns the first character of a text that an XML document must not contain or that a terminal
 /// executes, except for tabs and line ends, for example "U+001B".
-fn unshowable(text: &str) -> Option<String> {
+fn forbidden_character(text: &str) -> Option<String> {
     let is_such = |c: &char| match c {
         '\t' | '\n' | '\r' => false,
         _ => c.is_control() || ['\u{fffe}', '\u{ffff}'].contains(c),
@@ -391,7 +392,7 @@ fn decimal(value: &DeValue<'_>) -> Option<Option<Decimal>> {
         DeValue::Float(float) => Some(Decimal::parse(float.as_str())),
         DeValue::Integer(integer) => {
             let digits = i128::from_str_radix(integer.as_str(), integer.radix());
-            Some(digits.ok().map(Decimal::of))
+            Some(digits.ok().map(Decimal::from_integer))
         }
         _ => None,
     }

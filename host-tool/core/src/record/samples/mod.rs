@@ -141,8 +141,8 @@ impl Samples {
         self.iter().collect()
     }
 
-    /// Applies `change` to each sample; all are unpacked and packed again.
-    pub fn change(&mut self, change: impl FnMut(&mut Sample)) {
+    /// Applies `modify_each` to each sample; all are unpacked and packed again.
+    pub fn modify_each(&mut self, change: impl FnMut(&mut Sample)) {
         let mut samples = self.to_vec();
         samples.iter_mut().for_each(change);
         *self = samples.into();
@@ -234,7 +234,7 @@ impl Iter<'_> {
             code => {
                 let zigzag = code - DIFFERENCE;
                 let difference = (zigzag >> 1).cast_signed() ^ -(zigzag & 1).cast_signed();
-                Some((whole(before) + difference) as f64 / 1e6)
+                Some((millionths_or_zero(before) + difference) as f64 / 1e6)
             }
         }
     }
@@ -286,7 +286,7 @@ impl Iter<'_> {
 }
 
 /// Returns a value in millionths, or 0 if it is not a whole number of them.
-fn whole(cell: Cell) -> i64 {
+fn millionths_or_zero(cell: Cell) -> i64 {
     cell.and_then(millionths).unwrap_or(0)
 }
 
@@ -299,7 +299,7 @@ fn push_cell(bytes: &mut Vec<u8>, now: Cell, before: Cell) {
         push_varint(bytes, RAW);
         return bytes.extend_from_slice(&value.to_le_bytes());
     };
-    let difference = millionths - whole(before);
+    let difference = millionths - millionths_or_zero(before);
     let zigzag = (difference << 1 ^ difference >> 63).cast_unsigned();
     push_varint(bytes, DIFFERENCE + zigzag);
 }

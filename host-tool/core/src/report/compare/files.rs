@@ -58,8 +58,8 @@ impl FileDifference {
             of: of.to_owned(),
             from,
             to: vec![to],
-            keys: changed(one, another),
-            unified: unified((from, one), (to, another)),
+            keys: changed_keys(one, another),
+            unified: unified_diff((from, one), (to, another)),
         })
     }
 
@@ -73,11 +73,11 @@ impl FileDifference {
     /// Returns the keys for a terminal of 80 columns, one line each.
     #[must_use]
     pub fn text(&self) -> String {
-        let mut text = format!("{}\n", cut(&self.heading()));
+        let mut text = format!("{}\n", truncate_line(&self.heading()));
         for KeyChange { key, from, to } in self.keys.iter().take(MOST_KEYS) {
             let value = |value: &Option<String>| value.clone().unwrap_or_else(|| "absent".into());
             let line = format!("    {key}: {} -> {}", value(from), value(to));
-            text += &format!("{}\n", cut(&line));
+            text += &format!("{}\n", truncate_line(&line));
         }
         text + &match self.keys.len() {
             0 => "    no key has another value: see the lines on the page\n".to_owned(),
@@ -124,7 +124,7 @@ impl FileDifference {
 }
 
 /// Returns the line, cut to the columns of a terminal.
-pub(super) fn cut(line: &str) -> String {
+pub(super) fn truncate_line(line: &str) -> String {
     match line.chars().count() <= WIDE {
         true => line.to_owned(),
         false => line.chars().take(WIDE - 1).chain(['…']).collect(),
@@ -132,7 +132,7 @@ pub(super) fn cut(line: &str) -> String {
 }
 
 /// Returns a unified diff of both texts; an empty text if one of them has too many lines.
-fn unified((from, one): (usize, &str), (to, another): (usize, &str)) -> String {
+fn unified_diff((from, one): (usize, &str), (to, another): (usize, &str)) -> String {
     if one.lines().count().max(another.lines().count()) > MOST_LINES {
         return String::new();
     }
@@ -143,7 +143,7 @@ fn unified((from, one): (usize, &str), (to, another): (usize, &str)) -> String {
 }
 
 /// Returns the keys whose values differ.
-fn changed(one: &str, another: &str) -> Vec<KeyChange> {
+fn changed_keys(one: &str, another: &str) -> Vec<KeyChange> {
     let (Some(one), Some(another)) = (values(one), values(another)) else {
         return Vec::new();
     };
@@ -217,7 +217,7 @@ mod tests {
     #[test]
     fn keys_are_named_by_their_channel() {
         let another = ONE.replace("28.0", "30.0").replace("26.0", "20.0") + "rate_hz = 20\n";
-        let found = changed(ONE, &another);
+        let found = changed_keys(ONE, &another);
         let limit = change("channel[2].limit", Some("28.0"), Some("30.0"));
         let rate = change("setpoints.rate_hz", None, Some("20"));
         let key = "setpoints.values[channel 2].value";
@@ -228,16 +228,16 @@ mod tests {
     #[test]
     fn comments_change_no_key_and_stand_in_the_unified_diff() {
         let another = format!("# for P07\n{ONE}");
-        assert_eq!(changed(ONE, &another), []);
-        let text = unified((1, ONE), (3, &another));
+        assert_eq!(changed_keys(ONE, &another), []);
+        let text = unified_diff((1, ONE), (3, &another));
         let head = "--- record 1\n+++ record 3\n@@ -1,3 +1,4 @@\n+# for P07\n title = \"a\"\n";
         assert!(text.starts_with(head), "{text}");
     }
 
     #[test]
     fn what_is_no_toml_or_too_long_is_no_mistake() {
-        assert_eq!(changed(ONE, "["), []);
+        assert_eq!(changed_keys(ONE, "["), []);
         let long = "a\n".repeat(MOST_LINES + 1);
-        assert_eq!(unified((1, ONE), (2, &long)), "");
+        assert_eq!(unified_diff((1, ONE), (2, &long)), "");
     }
 }

@@ -18,7 +18,9 @@ pub use text::compare_text;
 
 use super::tables::models_in_words;
 use super::trajectory::TrialTrace;
-use crate::analysis::{ChannelDose, doses, force_metrics, hits, limit_cycles, metrics_but_lag};
+use crate::analysis::{
+    ChannelDose, doses, force_metrics, limit_cycles, metrics_without_lag, wall_contacts,
+};
 use crate::record::{Identity, RecordError, Run, Trial, load_each};
 use overlay::Course;
 use serde::Serialize;
@@ -96,15 +98,15 @@ pub struct TrialRow {
 }
 
 impl ComparedTrial {
-    fn of(trial: &Trial) -> Self {
+    fn from_trial(trial: &Trial) -> Self {
         let forces = force_metrics(trial).into_iter().map(|m| m.rmse_n);
-        let depths = hits(trial).into_iter().map(|hit| hit.deepest_deg);
+        let depths = wall_contacts(trial).into_iter().map(|hit| hit.deepest_deg);
         let wearer = trial.wearer.as_ref();
         Self {
             row: TrialRow {
                 trial: trial.name.clone(),
                 duration_s: trial.duration_s,
-                rmse_deg: metrics_but_lag(trial).map(|m| m.rmse_deg),
+                rmse_deg: metrics_without_lag(trial).map(|m| m.rmse_deg),
                 rmse_n: forces.reduce(f64::max),
                 deepest_deg: depths.reduce(f64::max),
                 pulses: trial.pulses,
@@ -112,8 +114,8 @@ impl ComparedTrial {
                 models: models_in_words(trial),
                 channels: doses(trial),
             },
-            traced: TrialTrace::of(trial),
-            courses: Course::all(trial),
+            traced: TrialTrace::from_trial(trial),
+            courses: Course::channel_courses(trial),
             session: trial.session_text.clone(),
             wearer: wearer.map_or_else(String::new, |wearer| wearer.text.clone()),
             is_simulated: trial.is_simulated(),
@@ -129,22 +131,24 @@ impl ComparedRecord {
     /// As [`load_each`].
     pub fn read(dir: &Path) -> Result<Self, RecordError> {
         let mut trials = Vec::new();
-        let run = load_each(dir, &mut |trial| trials.push(ComparedTrial::of(&trial)))?;
-        Ok(Self::with(dir, run, trials))
+        let run = load_each(dir, &mut |trial| {
+            trials.push(ComparedTrial::from_trial(&trial))
+        })?;
+        Ok(Self::from_parts(dir, run, trials))
     }
 
     /// Returns the data of a run in memory that is the record in `dir`.
     #[must_use]
-    pub fn of(dir: &Path, run: &Run) -> Self {
-        let trials = run.trials.iter().map(ComparedTrial::of).collect();
+    pub fn from_run(dir: &Path, run: &Run) -> Self {
+        let trials = run.trials.iter().map(ComparedTrial::from_trial).collect();
         let run = Run {
             trials: Vec::new(),
             ..run.clone()
         };
-        Self::with(dir, run, trials)
+        Self::from_parts(dir, run, trials)
     }
 
-    fn with(dir: &Path, mut run: Run, trials: Vec<ComparedTrial>) -> Self {
+    fn from_parts(dir: &Path, mut run: Run, trials: Vec<ComparedTrial>) -> Self {
         // The description of the device needs no samples.
         run.trials = trials
             .iter()
@@ -159,7 +163,7 @@ impl ComparedRecord {
             is_simulated: trials.iter().any(|kept| kept.is_simulated),
             is_complete: !run.ending.is_incomplete(),
             caveat: run.caveat(),
-            damaged: run.damaged(dir).map(|error| error.to_string()),
+            damaged: run.damage_error(dir).map(|error| error.to_string()),
             title: run.title,
             trials,
         }

@@ -3,7 +3,7 @@
 use super::pairs::Group;
 use crate::plot::ink::{PALETTE, stroke};
 use crate::plot::series::{Point, ShortenedSeries};
-use crate::plot::words::shortened;
+use crate::plot::words::truncate;
 use crate::plot::{Axis, Figure, Key, Mark, Panel, Stroke, Svg};
 use crate::record::Trial;
 
@@ -29,8 +29,8 @@ pub(super) struct Course {
 
 impl Course {
     /// Returns the amplitude of each channel of a trial; 0 while a channel outputs nothing.
-    pub(super) fn all(trial: &Trial) -> Vec<Self> {
-        let short = || ShortenedSeries::of(trial.samples.len(), BUCKETS);
+    pub(super) fn channel_courses(trial: &Trial) -> Vec<Self> {
+        let short = || ShortenedSeries::new(trial.samples.len(), BUCKETS);
         let mut lines: Vec<(ShortenedSeries, f64)> =
             trial.channels.iter().map(|_| (short(), 0.0)).collect();
         for sample in &trial.samples {
@@ -48,7 +48,7 @@ impl Course {
                 number: info.number,
                 name: info.name.clone(),
                 unit: info.unit.clone(),
-                parts: line.close(),
+                parts: line.finish(),
                 end_s: end_s.max(trial.duration_s),
                 peak,
             })
@@ -99,10 +99,10 @@ pub(super) fn figure(group: &Group<'_>) -> Svg {
         });
         let x = Axis {
             grid: false,
-            ..Axis::linear("time (s)", (0.0, end_s), 8.0).silent(!is_last)
+            ..Axis::linear("time (s)", (0.0, end_s), 8.0).hide_labels(!is_last)
         };
         let y = Axis::linear(&format!("amplitude ({unit})"), (0.0, top * 1.05), 5.0);
-        let title = shortened(13.0, &format!("{number} {name}"), 300.0, true);
+        let title = truncate(13.0, &format!("{number} {name}"), 300.0, true);
         Panel {
             marks: lines.collect(),
             ..Panel::new(&title, x, y, HEIGHT)
@@ -116,7 +116,7 @@ pub(super) fn figure(group: &Group<'_>) -> Svg {
     });
     let names = drawn().map(|(place, (number, kept))| {
         let name = format!("{number}: {}", kept.row.trial);
-        (Key::Line(line(place)), shortened(12.0, &name, 300.0, false))
+        (Key::Line(line(place)), truncate(12.0, &name, 300.0, false))
     });
     Figure {
         description: format!("Amplitude of every channel over time, {}", group.name),

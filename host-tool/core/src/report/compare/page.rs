@@ -2,7 +2,7 @@
 
 use super::files::FileDifference;
 use super::pairs::{Group, groups};
-use super::sessions::of_group;
+use super::sessions::group_differences;
 use super::{CompareRow, ComparedRecord, compare_rows, overlay};
 use crate::html;
 use crate::report::doses::{HEADS as DOSE_HEADS, NOTE, cells as dose_cells, channel};
@@ -175,7 +175,7 @@ fn angles(all: &[ComparedRecord]) -> Html {
     let traced = numbered.flat_map(|(position, compared)| {
         let own = compared.trials.iter().map(|kept| &kept.traced);
         let own = own.filter(|traced| traced.has_angle());
-        own.map(move |traced| traced.called(format!("{}: {}", position + 1, traced.name)))
+        own.map(move |traced| traced.with_name(format!("{}: {}", position + 1, traced.name)))
     });
     let traced: Vec<_> = traced.collect();
     let caption = match traced.len() > MOST_ANGLES {
@@ -186,14 +186,14 @@ fn angles(all: &[ComparedRecord]) -> Html {
         true => Html::default(),
         false => {
             let drawn = &traced[..traced.len().min(MOST_ANGLES)];
-            figure(&trajectory::figure_of(drawn), caption)
+            figure(&trajectory::figure_from_traces(drawn), caption)
         }
     }
 }
 
 /// Returns the keys with another value, and both files line by line.
 fn sessions(groups: &[Group<'_>]) -> Html {
-    let all: Vec<FileDifference> = groups.iter().flat_map(of_group).collect();
+    let all: Vec<FileDifference> = groups.iter().flat_map(group_differences).collect();
     let are_held = groups.iter().any(|group| group.trials.len() > 1);
     match all.is_empty() && are_held {
         true => html!("<p>They are the same.</p>\n"),

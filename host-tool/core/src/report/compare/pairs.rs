@@ -26,23 +26,23 @@ pub(super) fn groups(all: &[ComparedRecord]) -> Vec<Group<'_>> {
     let are_single = all.iter().all(|compared| compared.trials.len() == 1);
     let by_name = match are_single {
         true => Vec::new(),
-        false => grouped(all, named),
+        false => group_by_key(all, name_key),
     };
     match by_name.iter().any(|group| group.trials.len() > 1) {
         true => by_name,
-        false => grouped(all, |_, place| ("", place)),
+        false => group_by_key(all, |_, place| ("", place)),
     }
 }
 
 /// Returns the name of a trial, and the number of trials of that name before it.
-fn named(compared: &ComparedRecord, place: usize) -> (&str, usize) {
+fn name_key(compared: &ComparedRecord, place: usize) -> (&str, usize) {
     let name = |kept: &ComparedTrial| kept.row.trial == compared.trials[place].row.trial;
     let before = compared.trials[..place].iter().filter(|kept| name(kept));
     (&compared.trials[place].row.trial, before.count())
 }
 
 /// Returns the groups of trials with the same key, with at most one trial of each record.
-fn grouped<'a>(
+fn group_by_key<'a>(
     all: &'a [ComparedRecord],
     key: fn(&'a ComparedRecord, usize) -> (&'a str, usize),
 ) -> Vec<Group<'a>> {

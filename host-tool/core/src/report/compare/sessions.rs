@@ -8,11 +8,11 @@ use super::pairs::{Group, groups};
 /// has the trial.
 #[must_use]
 pub fn session_differences(all: &[ComparedRecord]) -> Vec<FileDifference> {
-    groups(all).iter().flat_map(of_group).collect()
+    groups(all).iter().flat_map(group_differences).collect()
 }
 
 /// Returns the differences within one group of trials.
-pub(super) fn of_group(group: &Group<'_>) -> Vec<FileDifference> {
+pub(super) fn group_differences(group: &Group<'_>) -> Vec<FileDifference> {
     let mut found: Vec<(&str, FileDifference)> = Vec::new();
     let Some(((from, first), others)) = group.trials.split_first() else {
         return Vec::new();

@@ -1,10 +1,10 @@
 //! The comparison as text for a terminal of 80 columns.
 
-use super::files::{FileDifference, cut};
+use super::files::{FileDifference, truncate_line};
 use super::pairs::{Group, groups};
-use super::sessions::of_group;
+use super::sessions::group_differences;
 use super::{CompareRow, ComparedRecord, compare_rows};
-use crate::plot::words::in_columns;
+use crate::plot::words::wrap_columns;
 use crate::report::doses::{HEADS as DOSE_HEADS, NOTE, cells as dose_cells, channel};
 use crate::report::tables::{degrees, newtons, seconds};
 
@@ -80,7 +80,7 @@ fn stimulation(groups: &[Group<'_>]) -> String {
     let alike = groups.len() - count;
     let mut text = String::new();
     for group in shown {
-        text += &format!("\n{}\n{}", cut(group.name), doses(group));
+        text += &format!("\n{}\n{}", truncate_line(group.name), doses(group));
     }
     if count > MOST_TRIALS {
         let more = count - MOST_TRIALS;
@@ -103,7 +103,7 @@ fn stimulation(groups: &[Group<'_>]) -> String {
         text += &format!("\n{words}: on the page.\n");
     }
     if count > 0 {
-        text += &format!("\n{}\n", in_columns(NOTE, 80));
+        text += &format!("\n{}\n", wrap_columns(NOTE, 80));
     }
     text
 }
@@ -132,7 +132,7 @@ fn doses(group: &Group<'_>) -> String {
     for number in numbers {
         let own = || channels().filter(|channel_dose| channel_dose.channel == number);
         let name = own().next().map_or_else(String::new, channel);
-        text += &format!("{}\n", cut(&format!("  channel {name}")));
+        text += &format!("{}\n", truncate_line(&format!("  channel {name}")));
         for (record, kept) in &group.trials {
             let dose = kept
                 .row
@@ -150,7 +150,7 @@ fn doses(group: &Group<'_>) -> String {
 
 /// Returns the keys of session files that differ.
 fn sessions(groups: &[Group<'_>]) -> String {
-    let differences: Vec<FileDifference> = groups.iter().flat_map(of_group).collect();
+    let differences: Vec<FileDifference> = groups.iter().flat_map(group_differences).collect();
     let shown = differences.iter().take(MOST_TRIALS);
     let mut text: String = shown
         .map(|file_difference| format!("\n{}", file_difference.text()))

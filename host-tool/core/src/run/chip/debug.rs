@@ -10,7 +10,7 @@ use std::net::TcpListener;
 
 /// Waits for gdb, lets it boot the board, and returns the board and the device time at which it had
 /// booted, µs.
-pub(super) fn booted(
+pub(super) fn boot_under_gdb(
     session: &Session,
     image: &Image,
     options: &ChipOptions,

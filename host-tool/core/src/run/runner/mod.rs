@@ -1,6 +1,6 @@
 //! Runs a whole session in one call: opens, configures, arms, starts, streams and stops.
 
-use super::stepper::{Attachments, Stepper, signalled};
+use super::stepper::{Attachments, Stepper, to_signal_error};
 use super::{Observer, Outcome, Outputs, RunError, SessionFile, Stopped, trial};
 use crate::link::{Connection, Error, Interruption, Port};
 use crate::record::Recorder;
@@ -23,7 +23,7 @@ pub fn run<P: Port>(
 
 /// Does the same as [`run`], and hands the output of a simulated device to `outputs` while the
 /// session runs. The simulated world then holds no trace at the end.
-pub fn run_taken<P: Port>(
+pub fn run_with_outputs<P: Port>(
     file: &SessionFile,
     port: P,
     recorder: Option<&mut Recorder>,
@@ -67,10 +67,10 @@ fn conduct<P: Port>(
 ///
 /// # Errors
 /// The device does not answer, another host holds its session, or a signal arrived.
-pub fn greet<P: Port>(port: P, interruption: &Interruption) -> Result<P, RunError> {
+pub fn wait_for_hello<P: Port>(port: P, interruption: &Interruption) -> Result<P, RunError> {
     let opened = Connection::open_interruptible(port, Some(interruption.clone()));
     let (connection, _) =
-        opened.map_err(|error| signalled(error.into(), None, Stopped::NotOpen))?;
+        opened.map_err(|error| to_signal_error(error.into(), None, Stopped::NotOpen))?;
     Ok(connection.into_port())
 }
 

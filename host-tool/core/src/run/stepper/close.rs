@@ -1,7 +1,7 @@
 //! Ends a session: stops the device in every case, and records the rest.
 
 use super::listen::MOST_AT_ONCE;
-use super::{Observation, Outcome, RunError, Stepper, Stopped, signalled, trial};
+use super::{Observation, Outcome, RunError, Stepper, Stopped, to_signal_error, trial};
 use crate::link::{Error, Incoming, Port};
 use firmware::link::Event;
 
@@ -36,16 +36,16 @@ impl<P: Port> Stepper<'_, P> {
         let result = match (ran, stopped) {
             (Ok(()), Ok(())) => finished,
             (Ok(()), Err(error)) => Err(error.into()),
-            (Err(error), Ok(())) => Err(signalled(error, t_s, Stopped::Acknowledged)),
-            (Err(error), Err(why)) => Err(signalled(error, t_s, Stopped::Unanswered(why))),
+            (Err(error), Ok(())) => Err(to_signal_error(error, t_s, Stopped::Acknowledged)),
+            (Err(error), Err(why)) => Err(to_signal_error(error, t_s, Stopped::Unanswered(why))),
         };
         if self.is_stopped && result.is_ok() {
             self.trial.duration_s = self.t_s();
         }
-        self.clock();
+        self.record_clock();
         self.count_left_out();
         if let Err(error) = &result {
-            self.cut_short(error);
+            self.record_early_end(error);
         }
         if is_started {
             self.take_the_last_outputs();
@@ -73,19 +73,19 @@ impl<P: Port> Stepper<'_, P> {
                 incoming,
                 Incoming::Event(_, Event::Stopped(_) | Event::Faulted(_))
             );
-            self.file(incoming)?;
+            self.record_message(incoming)?;
             if is_end {
                 break;
             }
         }
         let status = self.connection.status()?;
-        self.attached.observer.see(Observation::Status(&status));
-        self.trial.counters = trial::counters(&self.begun, &status.counters);
+        self.attached.observer.observe(Observation::Status(&status));
+        self.trial.counters = trial::counter_differences(&self.begun, &status.counters);
         if !self.is_live() {
             self.connection.subscribe(0)?;
         }
         let world = self.connection.port().world();
-        match world.map_or(0, |world| world.body.unsettled()) {
+        match world.map_or(0, |world| world.body.uncomputed_intervals()) {
             0 => Ok(()),
             stretches => Err(RunError::Unsettled(stretches)),
         }

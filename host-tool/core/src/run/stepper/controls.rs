@@ -36,7 +36,7 @@ impl Control {
     /// Returns the action that a row of `markers.csv` records; `None` for a row that records an
     /// edge.
     #[must_use]
-    pub fn of(marker: &Marker) -> Option<Self> {
+    pub fn from_marker(marker: &Marker) -> Option<Self> {
         Some(match (marker.kind, marker.channel) {
             (MarkerKind::Pause, _) => Self::Pause,
             (MarkerKind::Resume, _) => Self::Resume,
@@ -87,7 +87,7 @@ impl<P: Port> Stepper<'_, P> {
     /// channel at its limit, an electrode that is off at a resume) is no error: the reason is
     /// recorded and shown.
     pub fn control(&mut self, control: &Control) -> Result<(), RunError> {
-        let (host_us, device_us) = (self.time_us(), self.now());
+        let (host_us, device_us) = (self.time_us(), self.device_now_us());
         let refused = match control {
             Control::Pause => self.pause()?,
             Control::Resume => self.resume()?,
@@ -115,8 +115,10 @@ impl<P: Port> Stepper<'_, P> {
             intensity_percent: intensity,
             text,
         };
-        self.attached.observer.see(Observation::Control(&marker));
-        self.keep_marker(marker)
+        self.attached
+            .observer
+            .observe(Observation::Control(&marker));
+        self.record_marker(marker)
     }
 
     /// Returns the intensity of a channel, counted from 1, in percent of the session's own
@@ -132,7 +134,11 @@ impl<P: Port> Stepper<'_, P> {
     }
 
     /// Records an edge of the trigger input or the sync output.
-    pub(super) fn file_line(&mut self, kind: MarkerKind, at_us: u64) -> Result<(), RunError> {
+    pub(super) fn record_line_edge(
+        &mut self,
+        kind: MarkerKind,
+        at_us: u64,
+    ) -> Result<(), RunError> {
         let marker = Marker {
             t_s: self.since_start_s(at_us),
             device_us: at_us,
@@ -142,12 +148,12 @@ impl<P: Port> Stepper<'_, P> {
             intensity_percent: None,
             text: String::new(),
         };
-        self.keep_marker(marker)
+        self.record_marker(marker)
     }
 
-    fn keep_marker(&mut self, marker: Marker) -> Result<(), RunError> {
+    fn record_marker(&mut self, marker: Marker) -> Result<(), RunError> {
         if let Some(recorder) = &mut self.attached.recorder {
-            recorder.marker(&marker)?;
+            recorder.record_marker(&marker)?;
         }
         let is_kept = marker.kind != MarkerKind::Sync;
         if is_kept && self.trial.markers.len() < MOST_MARKERS {
@@ -158,7 +164,7 @@ impl<P: Port> Stepper<'_, P> {
 
     /// Asks the observer for actions at the controls, and carries them out. It is called when no
     /// message waits, and at most once per microsecond, so that a rerun acts at the same moment.
-    pub(super) fn take_controls(&mut self) -> Result<(), RunError> {
+    pub(super) fn apply_controls(&mut self) -> Result<(), RunError> {
         let now_us = self.time_us();
         if now_us <= self.controlled_us {
             return Ok(());
@@ -166,7 +172,7 @@ impl<P: Port> Stepper<'_, P> {
         self.controlled_us = now_us;
         // An action that took time leaves the next action to a later moment.
         while self.time_us() == now_us
-            && let Some(control) = self.attached.observer.control(now_us)
+            && let Some(control) = self.attached.observer.next_control(now_us)
         {
             self.control(&control)?;
         }
@@ -178,7 +184,7 @@ impl<P: Port> Stepper<'_, P> {
         if self.is_paused() {
             return Ok(Some("paused already".to_owned()));
         }
-        if self.session.is_counted() {
+        if self.session.has_pulse_count() {
             // A new start would play trains with a fixed number of pulses again from the first
             // pulse.
             self.is_stopped = true;
@@ -201,11 +207,11 @@ impl<P: Port> Stepper<'_, P> {
         match resumed {
             Ok(_) => {
                 self.paused = Paused::No;
-                self.hear();
+                self.note_received();
                 // The device was armed again, so its muscles are at the model levels of the
                 // session's start.
                 let now_us = self.time_us();
-                for request in self.session.rungs(0, now_us) {
+                for request in self.session.level_changes(0, now_us) {
                     self.connection.request(request)?;
                 }
                 Ok(None)
@@ -218,7 +224,7 @@ impl<P: Port> Stepper<'_, P> {
     fn raise(&mut self, channel: u8) -> Option<String> {
         let raised = self.intensity_percent(channel) + INTENSITY_STEP;
         let Some(most) = self.highest_intensity(channel) else {
-            return Some(not_driven(channel));
+            return Some(describe_no_intensity(channel));
         };
         if raised > most {
             return Some(format!(
@@ -231,7 +237,7 @@ impl<P: Port> Stepper<'_, P> {
 
     fn lower(&mut self, channel: u8) -> Option<String> {
         if self.highest_intensity(channel).is_none() {
-            return Some(not_driven(channel));
+            return Some(describe_no_intensity(channel));
         }
         if self.intensity_percent(channel) == 0 {
             return Some(format!("channel {channel} is at 0 % already"));
@@ -253,24 +259,27 @@ impl<P: Port> Stepper<'_, P> {
     /// Returns the highest intensity at which every amplitude of a channel, counted from 1, is
     /// within its limit, in percent; `None` for a channel whose amplitudes the host does not set.
     fn highest_intensity(&self, channel: u8) -> Option<u16> {
-        let peak = self.session.setpoints.peak(channel.checked_sub(1)?)?;
-        let limit = self.session.limit_of(channel)?.get();
+        let peak = self
+            .session
+            .setpoints
+            .peak_amplitude(channel.checked_sub(1)?)?;
+        let limit = self.session.channel_limit(channel)?.get();
         let most = u64::from(limit) * 100 / u64::from(peak.get().max(1));
         Some(u16::try_from(most).unwrap_or(u16::MAX))
     }
 
     /// Returns `setpoint` with its amplitudes scaled to the channels' intensities.
-    pub(super) fn at_intensity(&self, setpoint: Setpoint) -> Setpoint {
+    pub(super) fn scale_setpoint(&self, setpoint: Setpoint) -> Setpoint {
         let Setpoint::Amplitudes(values) = setpoint else {
             return setpoint;
         };
-        let scaled = values.into_iter().map(|value| self.scaled(value));
+        let scaled = values.into_iter().map(|value| self.scale_stimulus(value));
         Setpoint::Amplitudes(scaled.collect())
     }
 
     /// Scales an amplitude of a channel on the link (0–9) to the channel's intensity. The result is
     /// rounded down to a whole thousandth, so that rounding never raises an amplitude.
-    pub(super) fn scaled(&self, (channel, stimulus): (u8, Stimulus)) -> (u8, Stimulus) {
+    pub(super) fn scale_stimulus(&self, (channel, stimulus): (u8, Stimulus)) -> (u8, Stimulus) {
         let percent = self.intensity.get(usize::from(channel)).copied();
         let percent = u64::from(percent.unwrap_or(0));
         let amplitude = u64::from(stimulus.amplitude.get()) * percent / 100;
@@ -283,7 +292,7 @@ impl<P: Port> Stepper<'_, P> {
     }
 }
 
-fn not_driven(channel: u8) -> String {
+fn describe_no_intensity(channel: u8) -> String {
     format!("channel {channel} has no intensity: a control law drives it, or nothing does")
 }
 
@@ -297,9 +306,9 @@ pub struct Keys {
 impl Keys {
     /// Returns the actions that the markers of a trial record.
     #[must_use]
-    pub fn of(markers: &[Marker]) -> Self {
+    pub fn from_markers(markers: &[Marker]) -> Self {
         let keys = markers.iter();
-        let keys = keys.filter_map(|marker| Some((marker.host_us, Control::of(marker)?)));
+        let keys = keys.filter_map(|marker| Some((marker.host_us, Control::from_marker(marker)?)));
         Self {
             left: keys.collect(),
         }
@@ -307,14 +316,14 @@ impl Keys {
 
     /// Returns the next action if it happened by `now_us`, host time since the start of the trains,
     /// µs.
-    fn due(&mut self, now_us: u64) -> Option<Control> {
+    fn take_due(&mut self, now_us: u64) -> Option<Control> {
         let (_, control) = self.left.pop_front_if(|(at_us, _)| *at_us <= now_us)?;
         Some(control)
     }
 }
 
 /// Wraps `observer` so that the actions in `keys` are repeated at their times.
-pub fn repeating<O: Observer>(keys: Keys, observer: O) -> impl Observer {
+pub fn replay_keys<O: Observer>(keys: Keys, observer: O) -> impl Observer {
     Repeating { keys, observer }
 }
 
@@ -324,18 +333,18 @@ struct Repeating<O> {
 }
 
 impl<O: Observer> Observer for Repeating<O> {
-    fn see(&mut self, seen: Observation<'_>) {
-        self.observer.see(seen);
+    fn observe(&mut self, seen: Observation<'_>) {
+        self.observer.observe(seen);
     }
 
-    fn wish(&mut self) -> ObserverRequest {
-        self.observer.wish()
+    fn next_request(&mut self) -> ObserverRequest {
+        self.observer.next_request()
     }
 
-    fn control(&mut self, now_us: u64) -> Option<Control> {
+    fn next_control(&mut self, now_us: u64) -> Option<Control> {
         self.keys
-            .due(now_us)
-            .or_else(|| self.observer.control(now_us))
+            .take_due(now_us)
+            .or_else(|| self.observer.next_control(now_us))
     }
 
     fn interruption(&self) -> Option<Interruption> {

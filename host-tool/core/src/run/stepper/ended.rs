@@ -8,9 +8,9 @@ use firmware::safety::StopCause;
 
 impl<P: Port> Stepper<'_, P> {
     /// Notes that the device has sent something now.
-    pub(super) fn hear(&mut self) {
+    pub(super) fn note_received(&mut self) {
         self.heard_us = self.connection.port().now_us();
-        self.heard_stalled_us = self.connection.stalled_in_sum_us();
+        self.heard_stalled_us = self.connection.total_stall_us();
     }
 
     /// Checks how long the device has been silent.
@@ -23,7 +23,7 @@ impl<P: Port> Stepper<'_, P> {
             .port()
             .now_us()
             .saturating_sub(self.heard_us);
-        let stalled_us = self.connection.stalled_in_sum_us() - self.heard_stalled_us;
+        let stalled_us = self.connection.total_stall_us() - self.heard_stalled_us;
         if silence_us.saturating_sub(stalled_us) <= SILENCE_US {
             return Ok(());
         }
@@ -43,7 +43,7 @@ impl<P: Port> Stepper<'_, P> {
 
     /// Returns the error for a session that the device ended with `event`, `t_s` seconds after the
     /// start; `why` describes the event in words.
-    pub(super) fn ended_by(&mut self, event: &Event, t_s: f64, why: String) -> RunError {
+    pub(super) fn ended_error(&mut self, event: &Event, t_s: f64, why: String) -> RunError {
         let (Event::Stopping(StopCause::HostSilent) | Event::Stopped(StopCause::HostSilent)) =
             event
         else {
@@ -62,7 +62,7 @@ impl<P: Port> Stepper<'_, P> {
             );
             return RunError::Ended { t_s, why, advice };
         }
-        let stalled_ms = self.connection.stalled_us() / 1000;
+        let stalled_ms = self.connection.recent_stall_us() / 1000;
         // The time since the last setpoint counts towards the silence, too.
         if stalled_ms >= timeout_ms / 2 {
             let then = format!(
@@ -82,7 +82,7 @@ impl<P: Port> Stepper<'_, P> {
 
     /// Carries out the observer's wish.
     pub(super) fn poll_observer(&mut self) -> Result<(), RunError> {
-        match self.attached.observer.wish() {
+        match self.attached.observer.next_request() {
             ObserverRequest::Nothing => {}
             ObserverRequest::Status => {
                 self.connection.post(Request::Status)?;

@@ -31,7 +31,7 @@ impl<P: Port> Stepper<'_, P> {
         let mut late = 0;
         while late < MOST_AT_ONCE {
             if !self.connection.has_message() {
-                self.take_controls()?;
+                self.apply_controls()?;
                 if self.is_stopped {
                     return Ok(ListenEnd::Due);
                 }
@@ -41,9 +41,9 @@ impl<P: Port> Stepper<'_, P> {
             }
             match self.connection.poll(until_us)? {
                 Polled::Message(incoming) => {
-                    self.hear();
+                    self.note_received();
                     late += usize::from(self.heard_us > until_us);
-                    self.file(incoming)?;
+                    self.record_message(incoming)?;
                     if let Some(ended) = self.ended.take() {
                         return Err(ended);
                     }

@@ -17,7 +17,7 @@ impl<P: Port> Stepper<'_, P> {
     /// time is real, a separate thread sends them. The session has no length, a step ends exactly
     /// at its time, and a refusal ends the session.
     #[must_use]
-    pub fn live(mut self) -> Self {
+    pub fn with_live_setpoints(mut self) -> Self {
         self.keep_alive_us = Some(u64::MAX); // nothing is due before the start
         self
     }
@@ -29,7 +29,7 @@ impl<P: Port> Stepper<'_, P> {
     /// The request is refused or not answered, or the device is lost.
     pub fn request(&mut self, request: Request) -> Result<u64, RunError> {
         let at_us = self.connection.request(request)?;
-        self.hear();
+        self.note_received();
         self.delay_keep_alive();
         Ok(at_us)
     }
@@ -52,7 +52,7 @@ impl<P: Port> Stepper<'_, P> {
     pub(super) fn begin_keep_alives(&mut self) -> Result<(), RunError> {
         if self.is_live() {
             let period = Duration::from_micros(self.keep_alive_period_us());
-            self.connection.keep_alive_apart(period)?;
+            self.connection.start_keep_alive_thread(period)?;
             self.delay_keep_alive();
         }
         Ok(())

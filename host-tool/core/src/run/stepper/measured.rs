@@ -14,8 +14,8 @@ impl<P: Port> Stepper<'_, P> {
     }
 
     /// Returns one measurement request for each of the arm's angles, as measured now.
-    pub(super) fn posture(&mut self) -> Vec<Request> {
-        let at = stamp(self.now());
+    pub(super) fn posture_requests(&mut self) -> Vec<Request> {
+        let at = stamp(self.device_now_us());
         let angles = self.connection.port().posture_deg().into_iter().flatten();
         let measured = (0u8..).zip(angles).map(|(joint, deg)| {
             let centideg = (deg * 100.0).round() as i16; // saturates
@@ -30,8 +30,8 @@ impl<P: Port> Stepper<'_, P> {
 
     /// Returns measurement requests for the modulated joints: the session's angles for `due` µs
     /// after the start, stamped as measured now.
-    pub(super) fn joint_angles(&mut self, due: u64) -> Vec<Request> {
-        let at = stamp(self.now());
+    pub(super) fn joint_angle_requests(&mut self, due: u64) -> Vec<Request> {
+        let at = stamp(self.device_now_us());
         let joints = self.session.modulations.iter();
         let measured = joints.map(|joint| Request::Measurement {
             joint: joint.spec.joint,
@@ -41,19 +41,19 @@ impl<P: Port> Stepper<'_, P> {
         measured.collect()
     }
 
-    pub(super) fn measures(&self) -> bool {
+    pub(super) fn measures_angle(&self) -> bool {
         self.session.sensor() == Some(SensorSource::Host)
     }
 
     /// Sends the angles that the host measures or takes from the session, so that the device has
     /// them before the first pulse. Fails if this device has no simulated arm, or may have a wearer
     /// while the session's joint angles are a script.
-    pub(super) fn check_measured(&mut self) -> Result<(), RunError> {
+    pub(super) fn send_measurements(&mut self) -> Result<(), RunError> {
         if self.measures_posture() {
             if self.connection.port().posture_deg().is_none() {
                 return Err(RunError::NoPosture("this device".to_owned()));
             }
-            for request in self.posture() {
+            for request in self.posture_requests() {
                 self.connection.request(request)?;
             }
         }
@@ -62,7 +62,7 @@ impl<P: Port> Stepper<'_, P> {
             if port.world().is_none() && port.image().is_none() {
                 return Err(RunError::ScriptedAngles("this device".to_owned()));
             }
-            for request in self.joint_angles(0) {
+            for request in self.joint_angle_requests(0) {
                 self.connection.request(request)?;
             }
         }
@@ -71,7 +71,7 @@ impl<P: Port> Stepper<'_, P> {
 
     /// Schedules the edges of a simulated trigger input up to `to`, µs after the start, that were
     /// not scheduled yet. A board has a real trigger input.
-    pub(super) fn trigger(&mut self, to: u64) {
+    pub(super) fn schedule_triggers(&mut self, to: u64) {
         let (begin, from) = (self.started_us.unwrap_or(0), self.triggered_us);
         self.triggered_us = to;
         if let (Some(trigger), Some(world)) =

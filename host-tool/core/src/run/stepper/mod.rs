@@ -29,7 +29,7 @@ use std::collections::VecDeque;
 use std::ops::DerefMut;
 
 use controls::Paused;
-pub use controls::{Control, INTENSITY_STEP, Keys, repeating};
+pub use controls::{Control, INTENSITY_STEP, Keys, replay_keys};
 use listen::ListenEnd;
 use post::Programmed;
 
@@ -169,7 +169,7 @@ pub struct Stepper<'a, P> {
 
 /// Turns the link's report of a signal into [`RunError::Signal`], `t_s` seconds after the start;
 /// returns other errors unchanged.
-pub(super) fn signalled(error: RunError, t_s: Option<f64>, stopped: Stopped) -> RunError {
+pub(super) fn to_signal_error(error: RunError, t_s: Option<f64>, stopped: Stopped) -> RunError {
     match error {
         RunError::Link(Error::Interrupted(signal)) => RunError::Signal {
             signal,
@@ -216,8 +216,8 @@ impl<'a, P: Port> Stepper<'a, P> {
         let interruption = attached.observer.interruption();
         let opened = Connection::open_interruptible(port, interruption);
         let (connection, info) =
-            opened.map_err(|error| signalled(error.into(), None, Stopped::NotOpen))?;
-        attached.observer.see(Observation::Hello(&info));
+            opened.map_err(|error| to_signal_error(error.into(), None, Stopped::NotOpen))?;
+        attached.observer.observe(Observation::Hello(&info));
         Ok(Self {
             session,
             connection,
@@ -281,7 +281,7 @@ impl<'a, P: Port> Stepper<'a, P> {
     /// The session does not fit the device, a request is refused or not answered, or the device is
     /// lost.
     pub fn configure(&mut self) -> Result<(), RunError> {
-        self.identify()?;
+        self.record_identity()?;
         // The device may have played for others, or another trial, since it booted.
         let is_new = (self.connection.port().world()).is_some_and(|world| !world.is_used());
         if !is_new {
@@ -289,10 +289,10 @@ impl<'a, P: Port> Stepper<'a, P> {
         }
         check_stages(&self.session, &self.info.stages)?;
         check_opposition(&self.session, &self.info.stages)?;
-        for request in self.session.requests() {
+        for request in self.session.setup_requests() {
             self.connection.request(request)?;
         }
-        if self.measures() && self.connection.port().glove_deg().is_none() {
+        if self.measures_angle() && self.connection.port().glove_deg().is_none() {
             return Err(RunError::NoGlove("this device".to_owned()));
         }
         if !self.is_live() {
@@ -319,7 +319,7 @@ impl<'a, P: Port> Stepper<'a, P> {
             let checked = pulses.wrapping_sub(before);
             self.checked = self.checked.wrapping_add(checked);
         }
-        self.check_measured()
+        self.send_measurements()
     }
 
     /// Starts the trains.
@@ -329,7 +329,7 @@ impl<'a, P: Port> Stepper<'a, P> {
     pub fn start(&mut self) -> Result<(), RunError> {
         self.epoch = self.start_trains()?;
         let now_us = self.connection.port().now_us();
-        self.hear();
+        self.note_received();
         let is_simulated = self.connection.port().world().is_some();
         // In a simulated world, host time and device time are the same.
         let now = match is_simulated {
@@ -345,7 +345,7 @@ impl<'a, P: Port> Stepper<'a, P> {
     /// Starts the armed trains, and returns the device time of the start, µs.
     fn start_trains(&mut self) -> Result<u64, RunError> {
         // The first setpoint is sent before the first pulse.
-        for request in self.first_orders() {
+        for request in self.requests_before_start() {
             self.connection.request(request)?;
         }
         Ok(self.connection.start()?)
@@ -379,20 +379,20 @@ impl<'a, P: Port> Stepper<'a, P> {
             }
             let duration_us = self.session.duration_us;
             let due = self.session.setpoints.due_us(self.index);
-            self.trigger(due);
+            self.schedule_triggers(due);
             let listened = self.listen(begin + due.min(duration_us), to_us, ends_at_event)?;
             if listened == ListenEnd::Paused {
                 continue;
             }
             self.take_outputs();
             if due >= duration_us || self.is_finished || self.is_stopped {
-                self.attached.observer.see(Observation::Progress(1.0));
+                self.attached.observer.observe(Observation::Progress(1.0));
                 return Ok(StepEnd::Over);
             }
             self.post_due(self.session.setpoints.due_us(self.index - 1), due)?;
             if self.index.is_multiple_of(90) {
                 let part = due as f64 / duration_us as f64;
-                self.attached.observer.see(Observation::Progress(part));
+                self.attached.observer.observe(Observation::Progress(part));
             }
             self.index += 1;
         }
@@ -407,7 +407,7 @@ impl<'a, P: Port> Stepper<'a, P> {
     }
 
     /// Returns the device time now, µs.
-    fn now(&mut self) -> u64 {
+    fn device_now_us(&mut self) -> u64 {
         let now_us = self.connection.port().now_us();
         self.device_time(now_us)
     }
@@ -420,6 +420,6 @@ impl<'a, P: Port> Stepper<'a, P> {
 
     /// Converts the device time `at_us` into seconds since the start of the trains.
     fn since_start_s(&self, at_us: u64) -> f64 {
-        trial::since_s(at_us, self.epoch)
+        trial::seconds_between(at_us, self.epoch)
     }
 }

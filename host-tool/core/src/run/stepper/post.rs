@@ -47,11 +47,11 @@ impl<P: Port> Stepper<'_, P> {
         while self.programmed.next_us < end_us {
             let at_us = self.programmed.next_us;
             self.programmed.next_us += tick_us;
-            let orders = self.programmed_at(at_us);
+            let orders = self.programmed_amplitudes(at_us);
             if orders != self.programmed.latest {
                 self.programmed.latest.clone_from(&orders);
                 let at = stamp(self.epoch + at_us);
-                let request = Setpoint::Amplitudes(orders).request(Some(at));
+                let request = Setpoint::Amplitudes(orders).to_request(Some(at));
                 self.connection.post(request)?;
             }
         }
@@ -60,25 +60,25 @@ impl<P: Port> Stepper<'_, P> {
 
     /// Returns the programs' amplitudes for `at_us` µs after the start, at the channels'
     /// intensities.
-    fn programmed_at(&self, at_us: u64) -> Vec<(u8, Stimulus)> {
+    fn programmed_amplitudes(&self, at_us: u64) -> Vec<(u8, Stimulus)> {
         let orders = self.session.setpoints.programs.at(at_us);
-        let orders = orders.into_iter().map(|order| self.scaled(order));
+        let orders = orders.into_iter().map(|order| self.scale_stimulus(order));
         orders.collect()
     }
 
     /// Returns the requests that are sent before `Start`.
-    pub(super) fn first_orders(&mut self) -> Vec<Request> {
+    pub(super) fn requests_before_start(&mut self) -> Vec<Request> {
         if self.is_live() {
             return Vec::new();
         }
         let now_us = self.time_us();
         let first = self.session.setpoints.at(now_us);
-        let all = iter::once(first).chain(self.session.counted_from_start());
-        let all = all.map(|setpoint| self.at_intensity(setpoint).request(None));
+        let all = iter::once(first).chain(self.session.amplitudes_before_start());
+        let all = all.map(|setpoint| self.scale_setpoint(setpoint).to_request(None));
         let mut all: Vec<Request> = all.collect();
         if let Some(tick_us) = self.session.setpoints.programs.tick_us() {
-            let orders = self.programmed_at(now_us / tick_us * tick_us);
-            all.push(Setpoint::Amplitudes(orders.clone()).request(None));
+            let orders = self.programmed_amplitudes(now_us / tick_us * tick_us);
+            all.push(Setpoint::Amplitudes(orders.clone()).to_request(None));
             self.programmed = Programmed {
                 next_us: (now_us / tick_us + 1) * tick_us,
                 latest: orders,
@@ -93,10 +93,10 @@ impl<P: Port> Stepper<'_, P> {
         if self.is_paused() {
             return Ok(());
         }
-        if self.measures()
+        if self.measures_angle()
             && let Some(deg) = self.connection.port().glove_deg()
         {
-            let at = stamp(self.now());
+            let at = stamp(self.device_now_us());
             let (joint, centideg) = (0, (deg * 100.0).round() as i16); // saturates
             let measured = Request::Measurement {
                 joint,
@@ -106,17 +106,17 @@ impl<P: Port> Stepper<'_, P> {
             self.connection.post(measured)?;
         }
         if self.measures_posture() && before / POSTURE_US != due / POSTURE_US {
-            for request in self.posture() {
+            for request in self.posture_requests() {
                 self.connection.post(request)?;
             }
         }
-        for request in self.joint_angles(due) {
+        for request in self.joint_angle_requests(due) {
             self.connection.post(request)?;
         }
-        for request in self.session.rungs(before, due) {
+        for request in self.session.level_changes(before, due) {
             self.connection.post(request)?;
         }
-        for request in self.session.setpoints.lists(before, due) {
+        for request in self.session.setpoints.due_lists(before, due) {
             self.connection.post(request)?;
         }
         self.post_programs(due)?;
@@ -127,13 +127,13 @@ impl<P: Port> Stepper<'_, P> {
             _ => 0,
         };
         let driven = setpoints.at(due + ahead_us);
-        for setpoint in iter::once(driven).chain(setpoints.with(due)) {
+        for setpoint in iter::once(driven).chain(setpoints.accompanying_at(due)) {
             let at = match setpoint {
                 Setpoint::Wrench(_) => Some(stamp(now + ahead_us)),
                 Setpoint::Angle { .. } | Setpoint::Force { .. } => Some(stamp(now)),
                 Setpoint::Amplitudes(_) | Setpoint::Held(_) | Setpoint::KeepAlive => None,
             };
-            let request = self.at_intensity(setpoint.clone()).request(at);
+            let request = self.scale_setpoint(setpoint.clone()).to_request(at);
             let seq = self.connection.post(request)?;
             if let Setpoint::Wrench(force_mn) = setpoint {
                 self.wishes.truncate(WISHES - 1);

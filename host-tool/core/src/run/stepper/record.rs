@@ -4,7 +4,7 @@ use super::{Paused, RunError, Stepper, TAKE_US};
 use crate::link::{Error, Incoming, Port, RefusalInWords};
 use crate::record::MarkerKind;
 use crate::run::{Observation, identity, pulses, trial};
-use crate::session::{nearest, newtons};
+use crate::session::{newtons, possible_part};
 use firmware::link::{Code, Event};
 use firmware::safety::StopCause;
 
@@ -16,11 +16,11 @@ const MOST_READINGS: usize = 100;
 
 impl<P: Port> Stepper<'_, P> {
     /// Records the identity of the device.
-    pub(super) fn identify(&mut self) -> Result<(), RunError> {
+    pub(super) fn record_identity(&mut self) -> Result<(), RunError> {
         let in_process = self.connection.port().world().is_some();
         let identity = identity(&self.info, in_process);
         if let Some(recorder) = &mut self.attached.recorder {
-            recorder.identity(&identity)?;
+            recorder.record_identity(&identity)?;
         }
         self.trial.identity = Some(identity);
         Ok(())
@@ -31,14 +31,14 @@ impl<P: Port> Stepper<'_, P> {
         let now_us = self.connection.port().now_us();
         while let Ok(Some(incoming)) = self.connection.next(now_us) {
             if let Incoming::Event(_, event) = incoming {
-                self.file_electrode(&event)?;
+                self.record_electrode(&event)?;
             }
         }
         Ok(())
     }
 
     /// Records the event if it is a reading of the electrode check, and returns whether it is.
-    fn file_electrode(&mut self, event: &Event) -> Result<bool, RunError> {
+    fn record_electrode(&mut self, event: &Event) -> Result<bool, RunError> {
         let &Event::Electrode {
             channel,
             applied,
@@ -51,19 +51,19 @@ impl<P: Port> Stepper<'_, P> {
             self.left_out += 1;
             return Ok(true);
         }
-        let reading = trial::electrode(&self.trial.channels, channel, applied, current_ua);
+        let reading = trial::electrode_reading(&self.trial.channels, channel, applied, current_ua);
         if let Some(recorder) = &mut self.attached.recorder {
-            recorder.electrode(reading)?;
+            recorder.record_electrode(reading)?;
         }
         self.trial.electrode_check.push(reading);
         Ok(true)
     }
 
     /// Records the fit of the device's clock.
-    pub(super) fn clock(&mut self) {
-        let clock = self.connection.clock_fit().map(identity::clock);
+    pub(super) fn record_clock(&mut self) {
+        let clock = self.connection.clock_fit().map(identity::to_clock_fit);
         if let Some(recorder) = &mut self.attached.recorder {
-            recorder.clock(clock);
+            recorder.record_clock(clock);
         }
         self.trial.clock = clock;
     }
@@ -80,7 +80,7 @@ impl<P: Port> Stepper<'_, P> {
         let played = match self.connection.port().world() {
             Some(world) => {
                 let trace = &world.recorder.trace;
-                let left = pulses::played(&self.session, trace, self.started_us.unwrap_or(0));
+                let left = pulses::count_pulses(&self.session, trace, self.started_us.unwrap_or(0));
                 Some(self.taken.0 + left)
             }
             None => told.map(u64::from),
@@ -88,11 +88,11 @@ impl<P: Port> Stepper<'_, P> {
         self.trial.pulses = played;
         if played == Some(0) {
             let length_us = (self.trial.duration_s * 1e6).round() as u64;
-            let why = pulses::why_silent(&self.session, length_us, idle);
+            let why = pulses::silence_reason(&self.session, length_us, idle);
             self.trial.silent = Some(why.to_owned());
         }
         if let Some(recorder) = &mut self.attached.recorder {
-            recorder.played(played, self.trial.silent.as_deref());
+            recorder.record_pulses(played, self.trial.silent.as_deref());
         }
     }
 
@@ -102,26 +102,27 @@ impl<P: Port> Stepper<'_, P> {
         if now_us >= self.taken.1 + TAKE_US {
             self.taken.1 = now_us;
             // The output of the latest steps may still change.
-            self.take_until(now_us - TAKE_US / 2);
+            self.take_outputs_until(now_us - TAKE_US / 2);
         }
     }
 
     /// Hands over the rest of the output at the end.
     pub(super) fn take_the_last_outputs(&mut self) {
-        self.take_until(u64::MAX);
+        self.take_outputs_until(u64::MAX);
         let now_us = self.connection.port().now_us();
         if let Some(outputs) = &mut self.attached.outputs {
             outputs.end(now_us);
         }
     }
 
-    fn take_until(&mut self, until_us: u64) {
+    fn take_outputs_until(&mut self, until_us: u64) {
         if let Some(outputs) = &mut self.attached.outputs
             && let Some(world) = self.connection.port().world()
         {
             let piece = world.recorder.trace.take(until_us);
-            self.taken.0 += pulses::played(&self.session, &piece, self.started_us.unwrap_or(0));
-            outputs.take(&piece, self.started_us.unwrap_or(0));
+            self.taken.0 +=
+                pulses::count_pulses(&self.session, &piece, self.started_us.unwrap_or(0));
+            outputs.receive(&piece, self.started_us.unwrap_or(0));
         }
     }
 
@@ -131,47 +132,51 @@ impl<P: Port> Stepper<'_, P> {
     }
 
     /// Records how far the session went and why it ended there.
-    pub(super) fn cut_short(&mut self, error: &RunError) {
+    pub(super) fn record_early_end(&mut self, error: &RunError) {
         let t_s = self.t_s();
         self.trial.duration_s = t_s;
         let text = error.to_string();
         if let Some(recorder) = &mut self.attached.recorder {
-            let _ = recorder.event(t_s, &text); // the first error is the one to tell
+            let _ = recorder.record_event(t_s, &text); // the first error is the one to tell
         }
         self.trial.events.push((t_s, text));
     }
 
-    pub(super) fn file(&mut self, incoming: Incoming) -> Result<(), RunError> {
+    pub(super) fn record_message(&mut self, incoming: Incoming) -> Result<(), RunError> {
         match incoming {
             Incoming::Telemetry(at_us, telemetry) => {
                 if at_us >= self.epoch {
                     let true_deg = self.connection.port().true_deg();
                     let t_s = self.since_start_s(at_us);
-                    let mut sample = trial::sample(&telemetry, t_s, true_deg);
+                    let mut sample = trial::to_sample(&telemetry, t_s, true_deg);
                     if self.session.limb.is_some() {
-                        let force = self.connection.port().hand_n().into_iter().flatten();
+                        let force = self.connection.port().hand_force_n().into_iter().flatten();
                         sample.hand_true_n = force.map(Some).collect();
                     }
                     if let Some(recorder) = &mut self.attached.recorder {
-                        recorder.sample(&sample)?;
+                        recorder.record_sample(&sample)?;
                     }
-                    self.attached.observer.see(Observation::Sample(&sample));
+                    self.attached.observer.observe(Observation::Sample(&sample));
                     self.trial.samples.push(sample);
                 }
             }
             Incoming::Event(at_us, Event::TriggerEdge) => {
-                self.file_line(MarkerKind::Trigger, at_us)?;
+                self.record_line_edge(MarkerKind::Trigger, at_us)?;
             }
-            Incoming::Event(at_us, Event::SyncEdge) => self.file_line(MarkerKind::Sync, at_us)?,
+            Incoming::Event(at_us, Event::SyncEdge) => {
+                self.record_line_edge(MarkerKind::Sync, at_us)?
+            }
             Incoming::Event(at_us, event) => {
-                if self.file_electrode(&event)? {
+                if self.record_electrode(&event)? {
                     return Ok(());
                 }
-                let text = trial::event(&event);
+                let text = trial::describe_event(&event);
                 let t_s = self.since_start_s(at_us);
-                self.attached.observer.see(Observation::Event(t_s, &event));
+                self.attached
+                    .observer
+                    .observe(Observation::Event(t_s, &event));
                 self.event = Some((t_s, event));
-                self.note(t_s, text.clone())?;
+                self.record_event(t_s, text.clone())?;
                 let is_finished = event == Event::Stopped(StopCause::Finished);
                 self.is_finished |= is_finished;
                 let is_end = matches!(
@@ -187,7 +192,7 @@ impl<P: Port> Stepper<'_, P> {
                         Event::Stopping(StopCause::Request) | Event::Stopped(StopCause::Request)
                     );
                 if is_end && !is_finished && !is_by_hand && self.ended.is_none() {
-                    self.ended = Some(self.ended_by(&event, t_s, text));
+                    self.ended = Some(self.ended_error(&event, t_s, text));
                 }
             }
             // These are the last setpoints, which a stop has overtaken; the event of the stop is
@@ -195,33 +200,37 @@ impl<P: Port> Stepper<'_, P> {
             Incoming::Refused(_, refused) if refused.number == Code::Stopped as u16 => {}
             Incoming::Refused(seq, refused) => {
                 self.refused += 1;
-                let at_us = self.now();
+                let at_us = self.device_now_us();
                 let t_s = self.since_start_s(at_us);
                 self.attached
                     .observer
-                    .see(Observation::Refused(t_s, &refused));
-                let nearest = self.nearest(seq, &refused).unwrap_or_default();
-                self.note(t_s, format!("{refused}{nearest}"))?;
+                    .observe(Observation::Refused(t_s, &refused));
+                let nearest = self
+                    .describe_nearest_force(seq, &refused)
+                    .unwrap_or_default();
+                self.record_event(t_s, format!("{refused}{nearest}"))?;
                 if self.is_live() && self.ended.is_none() {
                     self.ended = Some(Error::Refused(refused.clone()).into());
                 }
                 self.last_refused = Some((t_s, refused));
             }
-            Incoming::Status(_, status) => self.attached.observer.see(Observation::Status(&status)),
+            Incoming::Status(_, status) => {
+                self.attached.observer.observe(Observation::Status(&status))
+            }
             Incoming::Acknowledged(..) | Incoming::Hello(_) => {}
         }
         Ok(())
     }
 
     /// Describes the possible force nearest to a refused force at the hand, in words.
-    fn nearest(&self, seq: Option<u16>, refused: &RefusalInWords) -> Option<String> {
+    fn describe_nearest_force(&self, seq: Option<u16>, refused: &RefusalInWords) -> Option<String> {
         let (_, permille) = refused.allowed?;
         if refused.code() != Some(Code::WrenchOutOfReach) {
             return None;
         }
         let mut wishes = self.wishes.iter();
         let (_, wanted) = wishes.find(|(known, _)| Some(*known) == seq)?;
-        let made = nearest(*wanted, u16::try_from(permille).ok()?);
+        let made = possible_part(*wanted, u16::try_from(permille).ok()?);
         Some(format!(
             "; asked for {}, the nearest is {}",
             newtons(*wanted),
@@ -237,18 +246,18 @@ impl<P: Port> Stepper<'_, P> {
         let text = format!("{} more events, which are not recorded", self.left_out);
         let t_s = self.t_s();
         if let Some(recorder) = &mut self.attached.recorder {
-            let _ = recorder.event(t_s, &text); // written again at the end
+            let _ = recorder.record_event(t_s, &text); // written again at the end
         }
         self.trial.events.push((t_s, text));
     }
 
-    fn note(&mut self, t_s: f64, text: String) -> Result<(), RunError> {
+    fn record_event(&mut self, t_s: f64, text: String) -> Result<(), RunError> {
         if self.trial.events.len() >= MOST_EVENTS {
             self.left_out += 1;
             return Ok(());
         }
         if let Some(recorder) = &mut self.attached.recorder {
-            recorder.event(t_s, &text)?;
+            recorder.record_event(t_s, &text)?;
         }
         self.trial.events.push((t_s, text));
         Ok(())

@@ -43,9 +43,9 @@ pub(super) struct BurstOrder {
 
 impl BurstOrder {
     /// Returns the stimulus to order so that the burst has this amplitude and width.
-    pub(super) fn order(self, rise: &Rise) -> Stimulus {
+    pub(super) fn to_stimulus(self, rise: &Rise) -> Stimulus {
         let since_us = self.since_us.unwrap_or(u64::MAX);
-        let order = rise.order(self.amplitude, self.width_us, since_us);
+        let order = rise.order_amplitude(self.amplitude, self.width_us, since_us);
         Stimulus {
             amplitude: self.most.min(Amplitude::new(order)),
             width_us: self.width_us,
@@ -56,7 +56,7 @@ impl BurstOrder {
 impl Course {
     /// Returns the stimulus that the burst at `at_us` should have in a pass that began at
     /// `begun_us`.
-    pub(super) fn wanted(&self, rise: &Rise, begun_us: u64, at_us: u64) -> BurstOrder {
+    pub(super) fn burst_order(&self, rise: &Rise, begun_us: u64, at_us: u64) -> BurstOrder {
         match self {
             Self::OnOff {
                 stimulus,
@@ -64,7 +64,7 @@ impl Course {
                 up_us,
                 down_us,
             } => {
-                let since_us = at_us - rise.burst_from(begun_us);
+                let since_us = at_us - rise.next_burst_us(begun_us);
                 // Passes begin and end on whole microseconds.
                 let left_us = on_us.round() - (at_us - begun_us) as f64;
                 let up = share(since_us, *up_us, rise);
@@ -86,7 +86,7 @@ impl Course {
                 let from = points.get(next.saturating_sub(1)).copied();
                 let from = from.unwrap_or_default();
                 match points.get(next) {
-                    Some(&to) if !is_held => on_the_way(rise, begun_us, at_us, from, to),
+                    Some(&to) if !is_held => interpolate(rise, begun_us, at_us, from, to),
                     _ => BurstOrder {
                         amplitude: from.1.amplitude.get().into(),
                         width_us: from.1.width_us,
@@ -109,7 +109,7 @@ impl Course {
     }
 
     /// Returns the duration of a pass, µs.
-    pub(super) fn lasts_us(&self) -> f64 {
+    pub(super) fn pass_duration_us(&self) -> f64 {
         match self {
             Self::OnOff { on_us, .. } => *on_us,
             Self::Points { points, .. } => points.last().map_or(0.0, |&(at_us, _)| at_us as f64),
@@ -119,7 +119,7 @@ impl Course {
 
 /// Returns the stimulus that the burst at `at_us` should have between two points of a pass that
 /// began at `begun_us`.
-fn on_the_way(
+fn interpolate(
     rise: &Rise,
     begun_us: u64,
     at_us: u64,
@@ -134,7 +134,7 @@ fn on_the_way(
     let (amplitude, since_us) = match from.amplitude {
         // A rise begins with its first burst, which already has a share of the amplitude.
         Amplitude::ZERO => {
-            let first_us = rise.burst_from(from_us);
+            let first_us = rise.next_burst_us(from_us);
             let since_us = at_us - first_us;
             let up = share(since_us, to_us.saturating_sub(first_us), rise);
             (b * up.min(1.0), Some(since_us))

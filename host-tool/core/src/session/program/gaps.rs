@@ -6,7 +6,7 @@ use firmware::units::Amplitude;
 use super::super::channel::Channel;
 use super::rise::Rise;
 use super::steps::Steps;
-use super::told::{seconds, tell_short};
+use super::told::{report_too_short, seconds};
 use crate::fields::error::Problem;
 use crate::fields::table::Table;
 
@@ -32,7 +32,7 @@ impl Points<'_, '_> {
         let (channel, period_us) = (self.found.number, self.rise.period_us);
         let tell = |t: &Table<'_>, field: &str, before_us: u64| {
             let least = seconds(before_us + period_us);
-            t.say(field, Problem::StepTooShort { channel, least });
+            t.report(field, Problem::StepTooShort { channel, least });
         };
         for (pair, item) in self.points.windows(2).zip(self.items.iter().skip(1)) {
             let [(before_us, from), (at_us, to)] = *pair else {
@@ -61,13 +61,13 @@ impl Points<'_, '_> {
         };
         if self.every_us.is_some_and(|every_us| every_us < last_us) {
             let after = format!("the last point at {} s", seconds(last_us));
-            self.t.not_after("every_s", after);
+            self.t.report_not_after("every_s", after);
             return;
         }
         self.check_begin(last);
         let mut silent_us = match self.every_us {
             Some(every_us) if last.amplitude == Amplitude::ZERO => {
-                self.silence() + every_us - last_us
+                self.final_silence_us() + every_us - last_us
             }
             Some(_) => 0,
             None => u64::MAX,
@@ -77,9 +77,9 @@ impl Points<'_, '_> {
                 continue;
             };
             let over_us = to.0 - from.0;
-            let needed = self.shortest(from.1, to.1);
+            let needed = self.shortest_change_us(from.1, to.1);
             if needed.is_none_or(|needed| over_us < needed) {
-                tell_short(item, "at_s", self.found, (from.1, to.1), needed, from.0);
+                report_too_short(item, "at_s", self.found, (from.1, to.1), needed, from.0);
             }
             let is_silent = [from, to].map(|pair| pair.1.amplitude == Amplitude::ZERO);
             if is_silent == [true, false] {
@@ -101,23 +101,23 @@ impl Points<'_, '_> {
             amplitude: Amplitude::ZERO,
             ..first
         };
-        let needed = self.shortest(off, first);
+        let needed = self.shortest_change_us(off, first);
         if needed != Some(0) {
-            tell_short(item, "value", self.found, (off, first), needed, 0);
-        } else if self.every_us.is_some() && self.shortest(last, first) != Some(0) {
-            let needed = self.shortest(last, first);
-            tell_short(item, "value", self.found, (last, first), needed, 0);
+            report_too_short(item, "value", self.found, (off, first), needed, 0);
+        } else if self.every_us.is_some() && self.shortest_change_us(last, first) != Some(0) {
+            let needed = self.shortest_change_us(last, first);
+            report_too_short(item, "value", self.found, (last, first), needed, 0);
         }
     }
 
     /// Returns the shortest time from one stimulus to another, µs, or `None` if no time is long
     /// enough. A rise takes a period more, because it begins with its first burst and ends with its
     /// point.
-    fn shortest(&self, from: Stimulus, to: Stimulus) -> Option<u64> {
+    fn shortest_change_us(&self, from: Stimulus, to: Stimulus) -> Option<u64> {
         let rise = self.rise;
         let is_rise = from.amplitude == Amplitude::ZERO;
         let shortest_us = match is_rise {
-            true if self.points.iter().all(|point| rise.is_at_once(point.1)) => 0,
+            true if self.points.iter().all(|point| rise.is_immediate(point.1)) => 0,
             true => match rise.shortest_us(from, to)? {
                 0 => 0,
                 shortest_us => shortest_us + rise.period_us,
@@ -140,11 +140,11 @@ impl Points<'_, '_> {
             (_, Some(before)) => (*before, "at_s"),
         };
         let (channel, least) = (self.found.number, seconds(period_us));
-        place.say(field, Problem::SilenceTooShort { channel, least });
+        place.report(field, Problem::SilenceTooShort { channel, least });
     }
 
     /// Returns how long the last points stay at 0, up to the last of them, µs.
-    fn silence(&self) -> u64 {
+    fn final_silence_us(&self) -> u64 {
         let is_silent = |pair: &&(u64, Stimulus)| pair.1.amplitude == Amplitude::ZERO;
         let first = self.points.iter().rev().take_while(is_silent).last();
         first

@@ -18,4 +18,4 @@ mod told;
 pub(super) use fields::program;
 pub use played::Programs;
 pub(super) use read::read_programs;
-pub(super) use told::tell_beside;
+pub(super) use told::check_setpoints;

@@ -13,33 +13,33 @@ pub(super) struct Passes {
 
 impl Passes {
     /// Returns when the latest pass up to `t_us` began, µs, or `None` before the first.
-    pub(super) fn begun(&self, t_us: u64) -> Option<u64> {
+    pub(super) fn latest_start_us(&self, t_us: u64) -> Option<u64> {
         let since_us = t_us as f64 - self.first_us.round();
         if since_us < 0.0 {
             return None;
         }
         let Some(every_us) = self.every_us else {
-            return Some(self.begin(0));
+            return Some(self.start_us(0));
         };
         let last = self.count.map_or(u64::MAX, |count| count.saturating_sub(1));
         let mut pass = (since_us / every_us) as u64; // saturates
         // Passes begin on whole microseconds, so the quotient may be off by one.
-        if self.begin(pass + 1) <= t_us {
+        if self.start_us(pass + 1) <= t_us {
             pass += 1;
-        } else if self.begin(pass) > t_us {
+        } else if self.start_us(pass) > t_us {
             pass = pass.saturating_sub(1);
         }
-        Some(self.begin(pass.min(last)))
+        Some(self.start_us(pass.min(last)))
     }
 
     /// Returns when pass `nth`, from 0, begins, µs.
-    pub(super) fn begin(&self, nth: u64) -> u64 {
+    pub(super) fn start_us(&self, nth: u64) -> u64 {
         let since_us = self.every_us.map_or(0.0, |every_us| every_us * nth as f64);
         (self.first_us + since_us).round() as u64 // not negative
     }
 
     /// Returns how many passes end within `duration_us` if each lasts `lasts_us`.
-    pub(super) fn within(&self, lasts_us: f64, duration_us: u64) -> u64 {
+    pub(super) fn count_within(&self, lasts_us: f64, duration_us: u64) -> u64 {
         let left_us = duration_us as f64 - self.first_us - lasts_us;
         match self.every_us {
             _ if left_us < 0.0 => 0,
@@ -61,7 +61,7 @@ mod tests {
             count: Some(3),
         };
         // Passes begin at 10, 13.33 and 16.67; the last one continues.
-        let begun = [9, 10, 12, 13, 16, 17, 1_000].map(|t_us| passes.begun(t_us));
+        let begun = [9, 10, 12, 13, 16, 17, 1_000].map(|t_us| passes.latest_start_us(t_us));
         let expected = [
             None,
             Some(10),
@@ -72,7 +72,7 @@ mod tests {
             Some(17),
         ];
         assert_eq!(begun, expected);
-        assert_eq!(passes.within(3.0, 20), 3);
-        assert_eq!(passes.within(3.0, 12), 0);
+        assert_eq!(passes.count_within(3.0, 20), 3);
+        assert_eq!(passes.count_within(3.0, 12), 0);
     }
 }

@@ -63,7 +63,7 @@ impl Programs {
     #[must_use]
     pub fn at(&self, t_us: u64) -> Vec<(u8, Stimulus)> {
         let order = |run: &ChannelProgram| {
-            let order = run.order(t_us);
+            let order = run.stimulus_at(t_us);
             let width_us = match (self.has_widths, order.width_us) {
                 (false, _) => 0,
                 (true, 0) => run.own_us,
@@ -110,7 +110,7 @@ impl Programs {
     pub fn two_passes_us(&self) -> u64 {
         let ends = self.played.iter().map(|run| {
             let passes_us = run.passes.every_us.map(|every_us| 2.0 * every_us);
-            run.passes.first_us + passes_us.unwrap_or(run.course.lasts_us())
+            run.passes.first_us + passes_us.unwrap_or(run.course.pass_duration_us())
         });
         ends.fold(0.0, f64::max).ceil() as u64
     }
@@ -119,7 +119,7 @@ impl Programs {
     /// `columns` blocks, over `length_us` from the start on. A whole block is the largest amplitude
     /// of the channel.
     #[must_use]
-    pub fn drawn(&self, length_us: u64, columns: u64) -> Vec<(u8, String)> {
+    pub fn amplitude_charts(&self, length_us: u64, columns: u64) -> Vec<(u8, String)> {
         let line = |run: &ChannelProgram| {
             let most = run
                 .course
@@ -130,7 +130,7 @@ impl Programs {
                 // The time in the middle of the column.
                 let t_us = length_us * (2 * column + 1) / (2 * columns.max(1));
                 let amplitude = run
-                    .wanted(t_us)
+                    .burst_order(t_us)
                     .map_or(0.0, |wanted_value| wanted_value.amplitude);
                 let part = amplitude / f64::from(most.unwrap_or(0)).max(1.0);
                 let blocks = BLOCKS.len() as f64 - 1.0;
@@ -157,20 +157,20 @@ impl Programs {
 impl ChannelProgram {
     /// Returns the stimulus that the first burst at or after `t_us` should have, or `None` before
     /// the first pass.
-    fn wanted(&self, t_us: u64) -> Option<BurstOrder> {
-        let at_us = self.rise.burst_from(t_us);
-        let begun_us = self.passes.begun(at_us)?;
-        Some(self.course.wanted(&self.rise, begun_us, at_us))
+    fn burst_order(&self, t_us: u64) -> Option<BurstOrder> {
+        let at_us = self.rise.next_burst_us(t_us);
+        let begun_us = self.passes.latest_start_us(at_us)?;
+        Some(self.course.burst_order(&self.rise, begun_us, at_us))
     }
 
     /// Returns the order for the first burst at or after `t_us`; an amplitude of 0 before the first
     /// pass.
-    fn order(&self, t_us: u64) -> Stimulus {
+    fn stimulus_at(&self, t_us: u64) -> Stimulus {
         let off = Stimulus {
             amplitude: Amplitude::ZERO,
             width_us: self.own_us,
         };
-        let wanted = self.wanted(t_us);
-        wanted.map_or(off, |wanted| wanted.order(&self.rise))
+        let wanted = self.burst_order(t_us);
+        wanted.map_or(off, |wanted| wanted.to_stimulus(&self.rise))
     }
 }

@@ -13,7 +13,7 @@ use super::passes::Passes;
 use super::played::{ChannelProgram, Programs};
 use super::rise::Rise;
 use super::steps::Steps;
-use super::told::{seconds, tell_short};
+use super::told::{report_too_short, seconds};
 use crate::fields::error::Problem;
 use crate::fields::table::Table;
 
@@ -29,9 +29,9 @@ pub(in crate::session) fn read_programs(
         played: Vec::new(),
         named: 0,
     };
-    for t in root.tables("program").iter().filter(|t| t.is_sound()) {
+    for t in root.tables("program").iter().filter(|t| t.is_valid()) {
         let earlier = reader.named;
-        match t.named("kind", &FORMS) {
+        match t.choice("kind", &FORMS) {
             Some(Form::Cycle) => reader.read_cycle(t, earlier),
             Some(form) => reader.read_listed(t, form, earlier),
             None => {}
@@ -57,7 +57,7 @@ struct Player<'a> {
 impl<'a> Reader<'a> {
     /// Returns the channel with this number, to which a field refers, if a program may drive it;
     /// reports the reason otherwise. Channels in `earlier` belong to programs before this one.
-    fn player(
+    fn find_player(
         &mut self,
         t: &Table<'_>,
         field: &str,
@@ -65,46 +65,46 @@ impl<'a> Reader<'a> {
         earlier: u16,
     ) -> Option<Player<'a>> {
         let setup = self.setup;
-        let found = setup.channels.numbered(t, field, number)?;
+        let found = setup.channels.find_number(t, field, number)?;
         let (channel, bit) = (found.number, 1u16 << found.index());
         let problem = match () {
             () if earlier & bit != 0 => Some(Problem::Programmed { channel }),
             () if self.named & bit != 0 => Some(Problem::ChannelTwice { channel }),
-            () => not_endless(found).map(|why| Problem::NotEndless { channel, why }),
+            () => reason_not_endless(found).map(|why| Problem::NotEndless { channel, why }),
         };
         self.named |= bit;
         if let Some(problem) = problem {
-            t.say(field, problem);
+            t.report(field, problem);
             return None;
         }
         if !is_free(t, field, found, setup) {
             return None;
         }
-        let rise = Rise::of(found, setup)?;
+        let rise = Rise::from_channel(found, setup)?;
         Some(Player { found, rise })
     }
 
     /// Reads a program that has `channels`.
     fn read_listed(&mut self, t: &Table<'_>, form: Form, earlier: u16) {
         let numbers: Vec<u8> = t
-            .wholes("channels")
+            .integers("channels")
             .iter()
             .map(|pair| pair.0 as u8)
             .collect(); // 1–10
         if numbers.is_empty() {
-            t.out_of_range("channels", "1 to 10 channels".into());
+            t.report_out_of_range("channels", "1 to 10 channels".into());
         }
         let times = ["delay_s", "stagger_s"].map(|name| t.time(name, 0, self.duration_us));
         let times = times[0].zip(times[1]);
         for (place, number) in (0_u64..).zip(numbers) {
-            let Some(player) = self.player(t, "channels", number, earlier) else {
+            let Some(player) = self.find_player(t, "channels", number, earlier) else {
                 continue;
             };
             let (course, every_us) = match form {
                 Form::OnOff => (self.read_on_off(t, &player), read_every(t, "on_s", "off_s")),
                 _ => (
                     self.read_points(t, &player, form == Form::Steps),
-                    t.has("every_s").then(|| t.whole::<u64>("every_s") as f64),
+                    t.has("every_s").then(|| t.integer::<u64>("every_s") as f64),
                 ),
             };
             let (Some(course), Some((delay_us, stagger_us))) = (course, times) else {
@@ -115,7 +115,7 @@ impl<'a> Reader<'a> {
                 0 => "delay_s",
                 _ => "stagger_s",
             };
-            self.play(t, &player, course, (first_us, latest), every_us);
+            self.add_course(t, &player, course, (first_us, latest), every_us);
         }
     }
 
@@ -144,7 +144,7 @@ impl<'a> Reader<'a> {
             amplitude: Amplitude::ZERO,
             ..stimulus
         };
-        let shortest_us = match rise.is_at_once(stimulus) {
+        let shortest_us = match rise.is_immediate(stimulus) {
             true => Some(0),
             false => rise.shortest_us(off, stimulus),
         };
@@ -153,13 +153,13 @@ impl<'a> Reader<'a> {
             false => shortest_us.unwrap_or(0),
         };
         if shortest_us.is_none_or(|shortest_us| up_us < shortest_us) {
-            tell_short(t, "ramp_up_s", found, (off, stimulus), shortest_us, 0);
+            report_too_short(t, "ramp_up_s", found, (off, stimulus), shortest_us, 0);
             return None;
         }
-        if let Some(steps) = Steps::of(found, self.setup, std::iter::once(stimulus)) {
+        if let Some(steps) = Steps::from_channel(found, self.setup, std::iter::once(stimulus)) {
             let least_us = steps.shortest_us(off, stimulus);
             if Some(up_us) != shortest_us && up_us < least_us {
-                tell_short(t, "ramp_up_s", found, (off, stimulus), Some(least_us), 0);
+                report_too_short(t, "ramp_up_s", found, (off, stimulus), Some(least_us), 0);
             }
             steps.check_start((t, "ramp_up_s"), found, rise, stimulus, up_us);
         }
@@ -181,7 +181,7 @@ impl<'a> Reader<'a> {
                 down: seconds(down_us),
                 nearest,
             };
-            t.say(field, problem);
+            t.report(field, problem);
             return None;
         }
         Some(Course::OnOff {
@@ -198,7 +198,7 @@ impl<'a> Reader<'a> {
         let items = t
             .tables("points")
             .iter()
-            .take_while(|table| table.is_sound());
+            .take_while(|table| table.is_valid());
         let items: Vec<&Table<'_>> = items.collect();
         for item in &items {
             let at_us = read_time(item, points.last().map(|&(at_us, _)| at_us), "point")?;
@@ -213,7 +213,7 @@ impl<'a> Reader<'a> {
             false => None,
         };
         let Player { found, rise } = player;
-        let steps = Steps::of(found, self.setup, points.iter().map(|point| point.1));
+        let steps = Steps::from_channel(found, self.setup, points.iter().map(|point| point.1));
         let points = Points {
             t,
             items: &items,
@@ -234,18 +234,19 @@ impl<'a> Reader<'a> {
     /// Reads a program that has `phases`.
     fn read_cycle(&mut self, t: &Table<'_>, earlier: u16) {
         let delay_us = t.time("delay_s", 0, self.duration_us);
-        let start_mdeg: i64 = t.whole("start_deg");
+        let start_mdeg: i64 = t.integer("start_deg");
         // The checks guarantee at least one turn a minute.
         let turn_us = t.real("cadence_rpm").map(|rpm| 60e6 / rpm);
-        for item in t.tables("phases").iter().filter(|table| table.is_sound()) {
-            let Some(player) = self.player(item, "channel", item.whole("channel"), earlier) else {
+        for item in t.tables("phases").iter().filter(|table| table.is_valid()) {
+            let Some(player) = self.find_player(item, "channel", item.integer("channel"), earlier)
+            else {
                 continue;
             };
-            let [from, to]: [i64; 2] = ["from_deg", "to_deg"].map(|name| item.whole(name));
+            let [from, to]: [i64; 2] = ["from_deg", "to_deg"].map(|name| item.integer(name));
             let turn = |mdeg: i64| mdeg.rem_euclid(TURN_MDEG) as f64 / TURN_MDEG as f64;
             if turn(from) == turn(to) {
                 let allowed = "another angle than `from_deg`".into();
-                item.out_of_range("to_deg", allowed);
+                item.report_out_of_range("to_deg", allowed);
                 continue;
             }
             let (Some(stimulus), Some(turn_us)) = (self.stimulus(item, &player), turn_us) else {
@@ -258,7 +259,7 @@ impl<'a> Reader<'a> {
                 continue;
             };
             let first_us = delay_us as f64 + turn(from - start_mdeg) * turn_us;
-            self.play(t, &player, course, (first_us, "delay_s"), Some(turn_us));
+            self.add_course(t, &player, course, (first_us, "delay_s"), Some(turn_us));
         }
     }
 
@@ -270,7 +271,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Adds a course to the programs, and reports an error if it is not within the session.
-    fn play(
+    fn add_course(
         &mut self,
         t: &Table<'_>,
         player: &Player<'_>,
@@ -279,26 +280,26 @@ impl<'a> Reader<'a> {
         every_us: Option<f64>,
     ) {
         let (found, rise) = (player.found, player.rise);
-        let first_burst_us = rise.burst_from(first_us.round() as u64); // not negative
+        let first_burst_us = rise.next_burst_us(first_us.round() as u64); // not negative
         if first_burst_us >= self.duration_us {
             let (channel, begins) = (found.number, seconds(first_burst_us));
-            t.say(latest, Problem::BeginsAfterEnd { channel, begins });
+            t.report(latest, Problem::BeginsAfterEnd { channel, begins });
             return;
         }
-        let count = t.has("repeats").then(|| t.whole::<u64>("repeats"));
+        let count = t.has("repeats").then(|| t.integer::<u64>("repeats"));
         let passes = Passes {
             first_us,
             every_us,
             count,
         };
-        let most = passes.within(course.lasts_us(), self.duration_us);
+        let most = passes.count_within(course.pass_duration_us(), self.duration_us);
         if count.is_some_and(|count| count > most) {
             let allowed = match (most, every_us) {
                 (0, _) => "none: not one pass ends within the session".into(),
                 (_, None) => "1: nothing says when the next begins".into(),
                 _ => format!("1 to {most}, within the session"),
             };
-            t.out_of_range("repeats", allowed);
+            t.report_out_of_range("repeats", allowed);
         }
         self.played.push(ChannelProgram {
             channel: found.index(),
@@ -313,7 +314,7 @@ impl<'a> Reader<'a> {
 
 /// Returns the sum of both times, µs, if the file gives the second.
 fn read_every(t: &Table<'_>, on: &str, off: &str) -> Option<f64> {
-    let [on_us, off_us] = [on, off].map(|name| t.whole::<u64>(name));
+    let [on_us, off_us] = [on, off].map(|name| t.integer::<u64>(name));
     t.has(off).then_some(on_us.saturating_add(off_us) as f64)
 }
 
@@ -322,12 +323,12 @@ fn check_off(t: &Table<'_>, field: &str, player: &Player<'_>, off_us: Option<f64
     let period_us = player.rise.period_us;
     if off_us.is_some_and(|off_us| off_us < period_us as f64) {
         let (channel, least) = (player.found.number, seconds(period_us));
-        t.say(field, Problem::SilenceTooShort { channel, least });
+        t.report(field, Problem::SilenceTooShort { channel, least });
     }
 }
 
 /// Returns why a train is not endless from the common start, or `None` if it is endless.
-fn not_endless(found: &Channel) -> Option<&'static str> {
+fn reason_not_endless(found: &Channel) -> Option<&'static str> {
     let train = &found.spec.train;
     match () {
         () if train.trigger.is_some() => Some("waits for the trigger input"),

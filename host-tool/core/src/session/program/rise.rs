@@ -1,7 +1,7 @@
 //! Computes the order with which a burst has the amplitude that a program wants, although the
 //! device limits the rise (docs/protocol.md, "Rise").
 
-use firmware::device::channel_of;
+use firmware::device::validate_channel;
 use firmware::safety::{Stage, Stimulus};
 use firmware::units::{Amplitude, DacCode};
 
@@ -29,9 +29,9 @@ pub(super) struct Rise {
 
 impl Rise {
     /// Returns the rise of a channel, or `None` if the device would refuse to arm it.
-    pub(super) fn of(channel: &Channel, setup: &SetupSpec) -> Option<Self> {
+    pub(super) fn from_channel(channel: &Channel, setup: &SetupSpec) -> Option<Self> {
         let wearer = setup.wearer.validate().ok()?;
-        let armed = channel_of(&channel.spec, channel.force.as_ref(), &wearer).ok()?;
+        let armed = validate_channel(&channel.spec, channel.force.as_ref(), &wearer).ok()?;
         let train = &channel.spec.train;
         let (rise_us, rise_bursts) = wearer.rise();
         Some(Self {
@@ -42,31 +42,31 @@ impl Rise {
             slope: armed.slope(&wearer).get().into(),
             start: armed.start.get().into(),
             own_us: train.width_us.into(),
-            least: least(armed.stage),
+            least: smallest_amplitude(armed.stage),
         })
     }
 
     /// Returns the time of the first burst at or after `t_us`, µs after the start of the trains.
-    pub(super) fn burst_from(&self, t_us: u64) -> u64 {
+    pub(super) fn next_burst_us(&self, t_us: u64) -> u64 {
         let periods = t_us.saturating_sub(self.offset_us).div_ceil(self.period_us);
         self.offset_us + periods * self.period_us
     }
 
     /// Returns the shortest duration of a rise from 0, µs, by time and by bursts.
-    pub(super) fn lasts_us(&self) -> u64 {
+    pub(super) fn duration_us(&self) -> u64 {
         self.rise_us.max(self.rise_bursts * self.period_us)
     }
 
     /// Returns the order for a burst that should have `amplitude` thousandths, `since_us` after the
-    /// first burst of its rise. The device outputs `order` · min(k / (`rise_bursts` + 1), (t + T) /
+    /// first burst of its rise. The device outputs `order_amplitude` · min(k / (`rise_bursts` + 1), (t + T) /
     /// (`rise_ms` + T)) with burst k at t, and at once any order that is not above `start`. The
     /// burst then differs from `amplitude` by at most a thousandth, or a step of its DAC.
-    pub(super) fn order(&self, amplitude: f64, width_us: u16, since_us: u64) -> u32 {
+    pub(super) fn order_amplitude(&self, amplitude: f64, width_us: u16, since_us: u64) -> u32 {
         if amplitude <= 0.0 {
             return 0;
         }
-        let whole = match self.reached(since_us) {
-            part if part < 1.0 && amplitude > self.at_once(width_us) => {
+        let whole = match self.reached_share(since_us) {
+            part if part < 1.0 && amplitude > self.immediate_amplitude(width_us) => {
                 (amplitude / part - EXACT).ceil()
             }
             _ => (amplitude + EXACT).floor(),
@@ -76,7 +76,7 @@ impl Rise {
     }
 
     /// Returns the share of an order that a rise has reached after `since_us`.
-    fn reached(&self, since_us: u64) -> f64 {
+    fn reached_share(&self, since_us: u64) -> f64 {
         let part = |part: u64, whole: u64| (part + 1) as f64 / (whole + 1) as f64;
         let period = self.period_us as f64;
         let played = (since_us / self.period_us).min(self.rise_bursts);
@@ -86,14 +86,14 @@ impl Rise {
     }
 
     /// Returns the largest amplitude of this width that is reached at once, thousandths.
-    fn at_once(&self, width_us: u16) -> f64 {
+    fn immediate_amplitude(&self, width_us: u16) -> f64 {
         let by_charge = (self.start * self.own_us / f64::from(width_us.max(1))).floor();
         self.start.min(by_charge)
     }
 
     /// Returns whether `stimulus` is reached at once.
-    pub(super) fn is_at_once(&self, stimulus: Stimulus) -> bool {
-        f64::from(stimulus.amplitude.get()) <= self.at_once(stimulus.width_us)
+    pub(super) fn is_immediate(&self, stimulus: Stimulus) -> bool {
+        f64::from(stimulus.amplitude.get()) <= self.immediate_amplitude(stimulus.width_us)
     }
 
     /// Returns the shortest duration of a linear change between two stimuli, µs: a rise from 0
@@ -102,7 +102,7 @@ impl Rise {
     pub(super) fn shortest_us(&self, from: Stimulus, to: Stimulus) -> Option<u64> {
         let is_lower = to.amplitude <= from.amplitude && to.width_us <= from.width_us;
         let is_rise = from.amplitude == Amplitude::ZERO;
-        if to.amplitude == Amplitude::ZERO || is_lower || (self.is_at_once(to) && !is_rise) {
+        if to.amplitude == Amplitude::ZERO || is_lower || (self.is_immediate(to) && !is_rise) {
             return Some(0);
         }
         let number = |stimulus: Stimulus| {
@@ -116,7 +116,7 @@ impl Rise {
         let by_amplitude = (b - a).max(0.0) * period / self.slope;
         // The first burst of a rise already has a share of the amplitude.
         let (least_us, by_amplitude) = match is_rise {
-            true => (self.lasts_us() as f64, by_amplitude - period),
+            true => (self.duration_us() as f64, by_amplitude - period),
             false => (0.0, by_amplitude),
         };
         let is_own = w == self.own_us && v == self.own_us;
@@ -143,7 +143,7 @@ impl Rise {
 const EXACT: f64 = 1e-6;
 
 /// Returns the smallest amplitude whose DAC code is not 0.
-fn least(stage: Stage) -> u32 {
+fn smallest_amplitude(stage: Stage) -> u32 {
     let near = stage.amplitude(DacCode::new(1)).get();
     let all = near..=near + 2;
     let has_code = |value: &u32| stage.code(Amplitude::new(*value)) > DacCode::new(0);

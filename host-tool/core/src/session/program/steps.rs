@@ -14,7 +14,7 @@ use crate::fields::table::Table;
 pub(super) struct Steps {
     burst: f64,
     second: f64,
-    /// Largest order of the program, as [`Self::measure`] returns it.
+    /// Largest order of the program, as [`Self::order_size`] returns it.
     peak: f64,
     period_us: f64,
     own_us: f64,
@@ -29,7 +29,7 @@ const ROUNDING: f64 = 2.0;
 impl Steps {
     /// Returns the steps that the wearer allows, or `None` if the wearer does not limit them.
     /// `stimuli` are all of the program.
-    pub(super) fn of(
+    pub(super) fn from_channel(
         found: &Channel,
         setup: &SetupSpec,
         stimuli: impl Iterator<Item = Stimulus>,
@@ -41,7 +41,7 @@ impl Steps {
             return None;
         }
         let stage = found.spec.stage.validate().ok()?;
-        let of = |ua: u32| f64::from(stage.amplitude_of(MicroAmps::new(ua)).get());
+        let of = |ua: u32| f64::from(stage.amplitude_for_current(MicroAmps::new(ua)).get());
         let mut steps = Self {
             burst: of(wearer.max_step_ua),
             second: of(wearer.max_step_ua_per_s),
@@ -50,14 +50,14 @@ impl Steps {
             own_us: found.spec.train.width_us.into(),
         };
         steps.peak = stimuli
-            .map(|stimulus| steps.measure(stimulus))
+            .map(|stimulus| steps.order_size(stimulus))
             .fold(0.0, f64::max);
         Some(steps)
     }
 
     /// Returns the shortest duration of a change between two stimuli, µs.
     pub(super) fn shortest_us(&self, from: Stimulus, to: Stimulus) -> u64 {
-        let by = (self.measure(to) - self.measure(from)).max(0.0);
+        let by = (self.order_size(to) - self.order_size(from)).max(0.0);
         let by_burst = by * self.period_us / (self.burst - ROUNDING).max(1.0);
         let by_second = match self.peak <= self.second {
             true => 0.0,
@@ -79,16 +79,19 @@ impl Steps {
         let is_free = [from, to]
             .iter()
             .any(|stimulus| stimulus.amplitude == Amplitude::ZERO);
-        if !is_free && self.measure(to) - self.measure(from) > most {
-            let [from, to] = [from, to].map(|stimulus| found.display(stimulus.amplitude));
-            let (channel, most) = (found.number, found.display(Amplitude::new(most as u32)));
+        if !is_free && self.order_size(to) - self.order_size(from) > most {
+            let [from, to] = [from, to].map(|stimulus| found.format_amplitude(stimulus.amplitude));
+            let (channel, most) = (
+                found.number,
+                found.format_amplitude(Amplitude::new(most as u32)),
+            );
             let problem = Problem::StepTooLarge {
                 channel,
                 from,
                 to,
                 most,
             };
-            t.say(field, problem);
+            t.report(field, problem);
         }
     }
 
@@ -106,20 +109,20 @@ impl Steps {
             amplitude: found.spec.start,
             ..to
         };
-        let part = (rise.lasts_us() as f64 + self.period_us) / (up_us as f64 + self.period_us);
+        let part = (rise.duration_us() as f64 + self.period_us) / (up_us as f64 + self.period_us);
         let order = f64::from(to.amplitude.get()) * part.min(1.0);
         let first = Stimulus {
             amplitude: Amplitude::new(order as u32),
             ..to
         };
-        if !rise.is_at_once(to) {
+        if !rise.is_immediate(to) {
             self.check(at, found, start, first);
         }
     }
 
     /// Returns the size of an order: its amplitude or, at a larger width, the amplitude that has
     /// the same charge at the train's own width.
-    fn measure(&self, stimulus: Stimulus) -> f64 {
+    fn order_size(&self, stimulus: Stimulus) -> f64 {
         let wider = f64::from(stimulus.width_us) / self.own_us.max(1.0);
         f64::from(stimulus.amplitude.get()) * wider.max(1.0)
     }

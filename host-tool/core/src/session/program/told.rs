@@ -4,13 +4,13 @@ use firmware::safety::Stimulus;
 
 use super::super::channel::Channel;
 use super::played::Programs;
-use crate::fields::decimal::in_units;
+use crate::fields::decimal::format_scaled;
 use crate::fields::error::Problem;
 use crate::fields::table::Table;
 
 /// Reports a change between two stimuli that needs more time than the field `field` gives, counted
 /// from `before_us`. `least_us` is the time that it needs; `None` if no time is long enough.
-pub(super) fn tell_short(
+pub(super) fn report_too_short(
     t: &Table<'_>,
     field: &str,
     found: &Channel,
@@ -22,10 +22,10 @@ pub(super) fn tell_short(
     let [from, to] = [from, to].map(|stimulus| match found.has_live_width() {
         true => format!(
             "{} for {} µs",
-            found.display(stimulus.amplitude),
+            found.format_amplitude(stimulus.amplitude),
             stimulus.width_us
         ),
-        false => found.display(stimulus.amplitude),
+        false => found.format_amplitude(stimulus.amplitude),
     });
     let problem = match least_us {
         Some(least_us) => Problem::RampTooShort {
@@ -40,30 +40,30 @@ pub(super) fn tell_short(
         },
         None => Problem::NoSmoothRamp { channel, from, to },
     };
-    t.say(field, problem);
+    t.report(field, problem);
 }
 
 /// Formats a time in s.
 pub(super) fn seconds(us: u64) -> String {
-    in_units(us.cast_signed(), 6)
+    format_scaled(us.cast_signed(), 6)
 }
 
 /// Reports setpoints that name a channel of a program, and setpoints that are streamed less often
 /// than bursts come.
-pub(in crate::session) fn tell_beside(setpoints: &Table<'_>, programs: &Programs) {
+pub(in crate::session) fn check_setpoints(setpoints: &Table<'_>, programs: &Programs) {
     let is_played = |t: &Table<'_>| {
-        let number: u8 = t.whole("channel");
+        let number: u8 = t.integer("channel");
         programs.channels().any(|channel| channel + 1 == number) // at most 10
     };
     let lists = ["values", "list", "bounds", "forces"];
     let lists = lists.into_iter().flat_map(|name| setpoints.tables(name));
     for t in lists
         .chain([setpoints])
-        .filter(|t| t.is_sound() && t.has("channel"))
+        .filter(|t| t.is_valid() && t.has("channel"))
     {
         if is_played(t) {
-            let channel = t.whole("channel");
-            t.say("channel", Problem::Programmed { channel });
+            let channel = t.integer("channel");
+            t.report("channel", Problem::Programmed { channel });
         }
     }
     let (rate_hz, period_us) = (setpoints.real("rate_hz"), programs.shortest_period_us());
@@ -71,6 +71,6 @@ pub(in crate::session) fn tell_beside(setpoints: &Table<'_>, programs: &Programs
         && rate_hz * (period_us as f64) < 1e6 * (1.0 - 1e-9)
     {
         let least_hz = format!("{}", (1e10 / period_us as f64).ceil() / 1e4);
-        setpoints.say("rate_hz", Problem::RateBelowTrain { least_hz });
+        setpoints.report("rate_hz", Problem::RateBelowTrain { least_hz });
     }
 }

@@ -18,7 +18,7 @@ pub(super) use pairs::{check_stimulus, is_free, read_stimulus};
 pub(super) use read::read_setpoints;
 pub use stimulus::StimulusCourse;
 pub(super) use times::read_time;
-pub use wrench::{WrenchCourse, nearest, newtons};
+pub use wrench::{WrenchCourse, newtons, possible_part};
 
 /// Smallest number of setpoints within the host silence after which the device stops.
 const SIGNS_OF_LIFE: f64 = 3.0;
@@ -141,7 +141,7 @@ impl Setpoint {
     /// Returns the request that carries the setpoint. An amplitude, an angle or a force is valid
     /// from `at`, or from its arrival if `at` is `None`.
     #[must_use]
-    pub fn request(&self, at: Option<Micros>) -> Request {
+    pub fn to_request(&self, at: Option<Micros>) -> Request {
         match self {
             Self::KeepAlive => Request::KeepAlive,
             &Self::Angle {
@@ -186,7 +186,7 @@ impl Setpoints {
     /// Returns setpoints that consist of `programs` only, and keep-alives for a wearer whose device
     /// stops after `timeout_ms` of silence. They are sent as often as the fastest of the trains has
     /// a burst, and at least three times in that silence.
-    pub(super) fn of_programs(programs: Programs, timeout_ms: u16) -> Self {
+    pub(super) fn from_programs(programs: Programs, timeout_ms: u16) -> Self {
         let period_us = programs.shortest_period_us().unwrap_or(u64::MAX) as f64;
         let alive_us = f64::from(timeout_ms) * 1e3 / SIGNS_OF_LIFE;
         Self {
@@ -242,20 +242,20 @@ impl Setpoints {
     }
 
     /// Returns the setpoints sent together with [`Self::at`]: further forces and amplitudes.
-    pub fn with(&self, t_us: u64) -> impl Iterator<Item = Setpoint> {
+    pub fn accompanying_at(&self, t_us: u64) -> impl Iterator<Item = Setpoint> {
         let forces = self.forces.iter();
         let forces = forces.map(move |(channel, course)| course.setpoint(*channel, t_us));
         let beside = (!self.beside.is_empty()).then(|| Setpoint::Amplitudes(self.beside.clone()));
         let swings = self.swings.iter().map(move |(channel, course)| {
             let amplitude = Amplitude::new((course.at(t_us).0 * 1e3).round() as u32); // saturates
-            Setpoint::Amplitudes(vec![(*channel, Stimulus::own(amplitude))])
+            Setpoint::Amplitudes(vec![(*channel, Stimulus::with_own_width(amplitude))])
         });
         forces.chain(beside).chain(swings)
     }
 
     /// Returns the wanted force of a channel on the link (0–9), if the host asks for one.
     #[must_use]
-    pub fn force_of(&self, channel: u8) -> Option<&ForceCourse> {
+    pub fn force_course(&self, channel: u8) -> Option<&ForceCourse> {
         match &self.course {
             Course::Force(driven, course) if *driven == channel => Some(course),
             _ => {
@@ -284,7 +284,7 @@ impl Setpoints {
             _ => &self.beside,
         };
         let mut constant = constant.iter().filter(|(driven, _)| *driven == channel);
-        match self.force_of(channel) {
+        match self.force_course(channel) {
             None => constant
                 .next()
                 .map(|(_, stimulus)| (stimulus.amplitude.get(), stimulus.amplitude.get())),
@@ -303,14 +303,14 @@ impl Setpoints {
     /// Returns the largest amplitude that the file streams to a channel on the link (0–9),
     /// thousandths of its unit; `None` for a channel whose amplitudes the host does not set.
     #[must_use]
-    pub fn peak(&self, channel: u8) -> Option<Amplitude> {
-        let is_force = self.force_of(channel).is_some();
+    pub fn peak_amplitude(&self, channel: u8) -> Option<Amplitude> {
+        let is_force = self.force_course(channel).is_some();
         let (_, most) = self.extremes(channel).filter(|_| !is_force)?;
         Some(Amplitude::new(most))
     }
 
     /// Returns the lists that begin after `from_us` and at the latest at `to_us`.
-    pub fn lists(&self, from_us: u64, to_us: u64) -> impl Iterator<Item = Request> {
+    pub fn due_lists(&self, from_us: u64, to_us: u64) -> impl Iterator<Item = Request> {
         let due = self.lists.iter();
         let due = due.filter(move |(at, _)| from_us < *at && *at <= to_us);
         due.map(|(_, list)| Request::Pulses {
@@ -431,9 +431,9 @@ mod tests {
 
     #[test]
     fn amplitudes_name_their_channels() {
-        let own = |ua| Stimulus::own(Amplitude::new(ua));
+        let own = |ua| Stimulus::with_own_width(Amplitude::new(ua));
         let values = vec![(1, own(26_000)), (4, own(0))];
-        match Setpoint::Amplitudes(values).request(None) {
+        match Setpoint::Amplitudes(values).to_request(None) {
             Request::Amplitudes {
                 at: None,
                 mask,

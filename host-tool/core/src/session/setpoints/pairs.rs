@@ -1,7 +1,7 @@
 //! Reads amplitudes and widths, and lists of pulses, and checks with the firmware whether the
 //! device would accept them.
 
-use firmware::device::channel_of;
+use firmware::device::validate_channel;
 use firmware::safety::{self, ListedPulse, PulseList, Stimulus};
 use firmware::units::Amplitude;
 
@@ -9,7 +9,7 @@ use super::super::channel::Channel;
 use super::super::setup::SetupSpec;
 use super::times::read_time;
 use super::{Course, StimulusCourse};
-use crate::fields::decimal::in_units;
+use crate::fields::decimal::format_scaled;
 use crate::fields::error::Problem;
 use crate::fields::table::Table;
 
@@ -17,16 +17,16 @@ use crate::fields::table::Table;
 pub(super) fn read_amplitudes(t: &Table<'_>, setup: &SetupSpec) -> Option<Vec<(u8, Stimulus)>> {
     let mut values: Vec<(u8, Stimulus)> = Vec::new();
     let driven = match t.word("kind") {
-        "amplitude-ramp" | "amplitude-steps" => Some(t.whole::<u8>("channel")),
+        "amplitude-ramp" | "amplitude-steps" => Some(t.integer::<u8>("channel")),
         _ => None,
     };
-    for item in t.tables("values").iter().filter(|item| item.is_sound()) {
+    for item in t.tables("values").iter().filter(|item| item.is_valid()) {
         let Some(found) = find_free(item, setup) else {
             continue;
         };
         let channel = found.number;
         if driven == Some(channel) || values.iter().any(|&(index, _)| index == found.index()) {
-            item.say("channel", Problem::ChannelTwice { channel });
+            item.report("channel", Problem::ChannelTwice { channel });
         } else if let Some(stimulus) = read_stimulus(item, found) {
             check_stimulus(item, found, setup, stimulus);
             values.push((found.index(), stimulus));
@@ -40,7 +40,7 @@ pub(super) fn read_amplitudes(t: &Table<'_>, setup: &SetupSpec) -> Option<Vec<(u
     };
     if !values.iter().any(is_live) {
         for (_, value) in &mut values {
-            *value = Stimulus::own(value.amplitude);
+            *value = Stimulus::with_own_width(value.amplitude);
         }
     }
     Some(values)
@@ -62,9 +62,9 @@ pub(in crate::session) fn is_free(
 ) -> bool {
     let channel = found.number;
     if found.force.is_some() {
-        t.say(field, Problem::ForceControlled { channel });
+        t.report(field, Problem::ForceControlled { channel });
     } else if setup.controlled & 1 << found.index() != 0 {
-        t.say(field, Problem::Controlled { channel });
+        t.report(field, Problem::Controlled { channel });
     } else {
         return true;
     }
@@ -74,19 +74,19 @@ pub(in crate::session) fn is_free(
 /// Reads `value` and `width_us`, which defaults to the train's own width.
 pub(in crate::session) fn read_stimulus(item: &Table<'_>, found: &Channel) -> Option<Stimulus> {
     let train = &found.spec.train;
-    let amplitude = Amplitude::new(item.whole("value"));
+    let amplitude = Amplitude::new(item.integer("value"));
     let width_us = match item.has("width_us") {
-        true => item.whole("width_us"),
+        true => item.integer("width_us"),
         false => train.width_us,
     };
     if amplitude > found.spec.limit {
-        found.tell_above_limit(item, "value");
+        found.report_above_limit(item, "value");
     } else if !found.has_live_width() && width_us != train.width_us {
         let (channel, own_us) = (found.number, train.width_us);
-        item.say("width_us", Problem::FixedWidth { channel, own_us });
+        item.report("width_us", Problem::FixedWidth { channel, own_us });
     } else if width_us > train.max_width_us.max(train.width_us) {
         let allowed = format!("up to the train's `max_width_us` of {}", train.max_width_us);
-        item.out_of_range("width_us", allowed);
+        item.report_out_of_range("width_us", allowed);
     } else {
         return Some(Stimulus {
             amplitude,
@@ -103,36 +103,36 @@ pub(in crate::session) fn check_stimulus(
     setup: &SetupSpec,
     stimulus: Stimulus,
 ) {
-    let Some((channel, wearer)) = armed(found, setup) else {
+    let Some((channel, wearer)) = armed_channel(found, setup) else {
         return; // told
     };
-    let highest = channel.highest_at(stimulus.width_us, &wearer);
+    let highest = channel.max_amplitude_at(stimulus.width_us, &wearer);
     if stimulus.width_us != 0 && stimulus.amplitude > highest {
         let problem = Problem::ChargeAtWidth {
-            value: found.display(stimulus.amplitude),
+            value: found.format_amplitude(stimulus.amplitude),
             width_us: stimulus.width_us,
-            most: found.display(highest),
-            max_uc: in_units(wearer.spec().max_charge_nc.into(), 3),
+            most: found.format_amplitude(highest),
+            max_uc: format_scaled(wearer.spec().max_charge_nc.into(), 3),
         };
-        item.say("value", problem);
+        item.report("value", problem);
     }
     let stimulus = channel.with_width(stimulus);
     let pulses = channel.pulses_below(stimulus, &wearer);
     if pulses > 0 {
         let problem = Problem::CountedRises {
             channel: found.number,
-            value: found.display(stimulus.amplitude),
-            start: found.display(channel.start),
+            value: found.format_amplitude(stimulus.amplitude),
+            start: found.format_amplitude(channel.start),
             pulses,
         };
-        item.say("value", problem);
+        item.report("value", problem);
     }
 }
 
 /// Returns the channel as the device arms it.
-fn armed(found: &Channel, setup: &SetupSpec) -> Option<(safety::Channel, safety::Wearer)> {
+fn armed_channel(found: &Channel, setup: &SetupSpec) -> Option<(safety::Channel, safety::Wearer)> {
     let wearer = setup.wearer.validate().ok()?;
-    let channel = channel_of(&found.spec, found.force.as_ref(), &wearer).ok()?;
+    let channel = validate_channel(&found.spec, found.force.as_ref(), &wearer).ok()?;
     Some((channel, wearer))
 }
 
@@ -143,7 +143,7 @@ pub(super) fn read_stimuli(t: &Table<'_>, setup: &SetupSpec, is_held: bool) -> O
     let items: Vec<_> = t
         .tables("points")
         .iter()
-        .take_while(|table| table.is_sound())
+        .take_while(|table| table.is_valid())
         .collect();
     for item in &items {
         let at_us = read_time(item, points.last().map(|&(at_us, _)| at_us), "point")?;
@@ -167,10 +167,10 @@ pub(super) fn read_lists(
     duration_us: u64,
 ) -> Option<Vec<(u64, PulseList)>> {
     let mut all: Vec<(u64, PulseList)> = Vec::new();
-    for item in t.tables("list").iter().filter(|item| item.is_sound()) {
+    for item in t.tables("list").iter().filter(|item| item.is_valid()) {
         let at_us = item.time("at_s", 1, duration_us)?;
         if let Some(&(before, _)) = all.last().filter(|(before, _)| at_us <= *before) {
-            item.not_after("at_s", format!("the list at {} s", before as f64 / 1e6));
+            item.report_not_after("at_s", format!("the list at {} s", before as f64 / 1e6));
             return None;
         }
         let Some(found) = find_free(item, setup) else {
@@ -178,7 +178,7 @@ pub(super) fn read_lists(
         };
         if !found.spec.train.lists {
             let channel = found.number;
-            item.say("channel", Problem::NoLists { channel });
+            item.report("channel", Problem::NoLists { channel });
             continue;
         }
         let mut list = PulseList {
@@ -188,15 +188,15 @@ pub(super) fn read_lists(
         for pulse in item
             .tables("pulses")
             .iter()
-            .filter(|table| table.is_sound())
+            .filter(|table| table.is_valid())
         {
             let stimulus = read_stimulus(pulse, found)?;
             check_stimulus(pulse, found, setup, stimulus);
-            let after_us: u32 = pulse.whole("after_us");
+            let after_us: u32 = pulse.integer("after_us");
             let least_us = found.spec.train.period_us;
             if !list.pulses.is_empty() && after_us < least_us {
                 let allowed = format!("at least the train's period of {least_us} after the first");
-                pulse.out_of_range("after_us", allowed);
+                pulse.report_out_of_range("after_us", allowed);
             }
             // The checks allow no more pulses than a list may have.
             let _ = list.pulses.push(ListedPulse {

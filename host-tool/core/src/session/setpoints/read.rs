@@ -11,7 +11,7 @@ use super::pairs::{read_amplitudes, read_lists, read_stimuli};
 use super::times::read_time;
 use super::wrench::read_wrenches;
 use super::{Bounds, Course, ForceCourse, Setpoints, to_centi};
-use crate::fields::decimal::in_units;
+use crate::fields::decimal::format_scaled;
 use crate::fields::error::Problem;
 use crate::fields::table::Table;
 
@@ -25,7 +25,7 @@ pub(in super::super) fn read_setpoints(
     let rate_hz = t.real("rate_hz");
     let timeout_ms = setup.wearer.host_timeout_ms;
     if rate_hz.is_some_and(|hz| hz * f64::from(timeout_ms) <= 1000.0) {
-        t.say("rate_hz", Problem::TooSlow { timeout_ms });
+        t.report("rate_hz", Problem::TooSlow { timeout_ms });
     }
     let values = t.has("values").then(|| read_amplitudes(t, setup));
     let course = read_course(t, setup, has_joint, duration_us);
@@ -56,14 +56,14 @@ pub(in super::super) fn read_setpoints(
 
 /// Reports lists whose channel the file never raises above 0: none of their pulses would be output.
 fn check_lists(t: &Table<'_>, setpoints: &Setpoints) {
-    for item in t.tables("list").iter().filter(|item| item.is_sound()) {
-        let channel: u8 = item.whole("channel");
-        let mut values = t.tables("values").iter().filter(|item| item.is_sound());
-        let has_values = values.any(|item| item.whole::<u8>("channel") == channel);
+    for item in t.tables("list").iter().filter(|item| item.is_valid()) {
+        let channel: u8 = item.integer("channel");
+        let mut values = t.tables("values").iter().filter(|item| item.is_valid());
+        let has_values = values.any(|item| item.integer::<u8>("channel") == channel);
         let own = setpoints.extremes(channel.saturating_sub(1)); // at least 1
         // Values that were refused were already reported.
         if own.map_or(!has_values, |(_, most)| most == 0) {
-            item.say("channel", Problem::NeverRises { channel });
+            item.report("channel", Problem::NeverRises { channel });
         }
     }
 }
@@ -71,19 +71,19 @@ fn check_lists(t: &Table<'_>, setpoints: &Setpoints) {
 /// Reports bounds that the file's own setpoints of the same channel leave. A force starts from
 /// rest, so it may be below the lower bound.
 fn check_own(t: &Table<'_>, bounds: &Bounds, setpoints: &Setpoints) {
-    let is_it = |item: &&Table<'_>| item.whole::<u8>("channel") == bounds.channel + 1; // at most 10
+    let is_it = |item: &&Table<'_>| item.integer::<u8>("channel") == bounds.channel + 1; // at most 10
     let own = setpoints.extremes(bounds.channel);
     let (Some(item), Some((least, most))) = (t.tables("bounds").iter().find(is_it), own) else {
         return;
     };
-    let milli = |value: u32| in_units(value.into(), 3);
+    let milli = |value: u32| format_scaled(value.into(), 3);
     if least < bounds.least && !bounds.is_force {
         let reach = format!("down to {}", milli(least));
-        item.say("least", Problem::OutsideBounds { reach });
+        item.report("least", Problem::OutsideBounds { reach });
     }
     if most > bounds.most {
         let reach = format!("up to {}", milli(most));
-        item.say("most", Problem::OutsideBounds { reach });
+        item.report("most", Problem::OutsideBounds { reach });
     }
 }
 
@@ -102,7 +102,7 @@ fn read_course(
         "amplitude-ramp" | "amplitude-steps" => read_stimuli(t, setup, kind == "amplitude-steps"),
         "angle-sine" | "angle-steps" if !has_joint => {
             let wanted = "an angle";
-            t.say("kind", Problem::NoJoint { wanted });
+            t.report("kind", Problem::NoJoint { wanted });
             None
         }
         "angle-sine" => read_sine(t, &joint?),
@@ -124,14 +124,14 @@ fn read_course(
 /// Reads when an object is held; reports times that are longer than the joints allow.
 fn read_held(t: &Table<'_>, setup: &SetupSpec, duration_us: u64) -> Option<Course> {
     if !setup.has_modulation {
-        t.say("kind", Problem::NothingModulated {});
+        t.report("kind", Problem::NothingModulated {});
     }
     let mut points: Vec<(u64, bool)> = Vec::new();
     // The points after one with an error cannot be judged.
     let items = t
         .tables("points")
         .iter()
-        .take_while(|table| table.is_sound());
+        .take_while(|table| table.is_valid());
     let items: Vec<&Table<'_>> = items.collect();
     for item in &items {
         let at_us = read_time(item, points.last().map(|&(at_us, _)| at_us), "point")?;
@@ -150,7 +150,7 @@ fn read_held(t: &Table<'_>, setup: &SetupSpec, duration_us: u64) -> Option<Cours
             && at_us.saturating_sub(from_us) > u64::from(ms) * 1000
         {
             let most_s = f64::from(ms) / 1e3;
-            at.say("held", Problem::HeldForTooLong { most_s });
+            at.report("held", Problem::HeldForTooLong { most_s });
         }
         grabbed = match (is_held, item) {
             (true, Some(item)) => grabbed.or(Some((at_us, *item))),
@@ -171,14 +171,14 @@ fn read_further_forces(
         _ => 0,
     };
     let mut forces = Vec::new();
-    for item in t.tables("forces").iter().filter(|item| item.is_sound()) {
+    for item in t.tables("forces").iter().filter(|item| item.is_valid()) {
         let Some(channel) = find_controlled(item, channels) else {
             continue;
         };
         let bit = 1u16 << channel.index();
         if taken & bit != 0 {
             let channel = channel.number;
-            item.say("channel", Problem::ChannelTwice { channel });
+            item.report("channel", Problem::ChannelTwice { channel });
         }
         taken |= bit;
         let course = match item.has("points") {
@@ -195,7 +195,7 @@ fn find_controlled<'c>(t: &Table<'_>, channels: &'c Channels) -> Option<&'c Chan
     let channel = channels.find(t, "channel")?;
     if channel.force.is_none() {
         let channel = channel.number;
-        t.say("channel", Problem::NoForceControl { channel });
+        t.report("channel", Problem::NoForceControl { channel });
         return None;
     }
     Some(channel)
@@ -207,10 +207,10 @@ fn read_ramp(t: &Table<'_>, channel: &Channel) -> Option<ForceCourse> {
     for item in t
         .tables("points")
         .iter()
-        .take_while(|table| table.is_sound())
+        .take_while(|table| table.is_valid())
     {
         let at_us = read_time(item, points.last().map(|&(at_us, _)| at_us), "point")?;
-        let mn = item.whole::<i64>("n");
+        let mn = item.integer::<i64>("n");
         check_force(item, "n", channel, mn as f64 / 1e3)?;
         points.push((at_us, mn as u32)); // not negative, within reach
     }
@@ -234,7 +234,7 @@ fn read_force_sine(t: &Table<'_>, channel: &Channel) -> Option<ForceCourse> {
 /// the channel or the session.
 fn read_bounds(t: &Table<'_>, setup: &SetupSpec, duration_us: u64) -> Option<Vec<Bounds>> {
     let mut all: Vec<Bounds> = Vec::new();
-    for item in t.tables("bounds").iter().filter(|item| item.is_sound()) {
+    for item in t.tables("bounds").iter().filter(|item| item.is_valid()) {
         let Some(found) = setup.channels.find(item, "channel") else {
             continue;
         };
@@ -242,24 +242,24 @@ fn read_bounds(t: &Table<'_>, setup: &SetupSpec, duration_us: u64) -> Option<Vec
         let bounds = Bounds {
             channel: found.index(),
             is_force,
-            least: item.whole("least"),
-            most: item.whole("most"),
-            per_s: item.has("per_s").then(|| item.whole("per_s")),
-            shortest_us: item.whole("shortest_s"),
+            least: item.integer("least"),
+            most: item.integer("most"),
+            per_s: item.has("per_s").then(|| item.integer("per_s")),
+            shortest_us: item.integer("shortest_s"),
         };
         let limit = found.spec.limit;
         if setup.controlled & 1 << bounds.channel != 0 && !is_force {
-            item.say("channel", Problem::Controlled { channel });
+            item.report("channel", Problem::Controlled { channel });
         } else if all.iter().any(|item| item.channel == bounds.channel) {
-            item.say("channel", Problem::ChannelTwice { channel });
+            item.report("channel", Problem::ChannelTwice { channel });
         } else if bounds.most <= bounds.least {
-            item.not_after("most", "`least`".into());
+            item.report_not_after("most", "`least`".into());
         } else if !is_force && i64::from(bounds.most) > i64::from(limit.get()) {
-            found.tell_above_limit(item, "most");
+            found.report_above_limit(item, "most");
         } else if bounds.shortest_us > duration_us {
-            item.out_of_range("shortest_s", "up to `duration_s`".into());
+            item.report_out_of_range("shortest_s", "up to `duration_s`".into());
         } else if let Some(slowest) = bounds.slowest(duration_us).filter(|_| item.has("per_s")) {
-            item.out_of_range("per_s", slowest);
+            item.report_out_of_range("per_s", slowest);
         } else if !is_force
             || check_force(item, "most", found, f64::from(bounds.most) / 1e3).is_some()
         {
@@ -286,7 +286,7 @@ fn check_force(t: &Table<'_>, name: &str, channel: &Channel, newton: f64) -> Opt
     let Some(control) = channel.force_control() else {
         return Some(());
     };
-    let reach_mn = control.reach_mn();
+    let reach_mn = control.force_range_mn();
     let (min_n, max_n) = (f64::from(reach_mn.0) / 1e3, f64::from(reach_mn.1) / 1e3);
     if (0.0..=max_n).contains(&newton) {
         return Some(());
@@ -297,7 +297,7 @@ fn check_force(t: &Table<'_>, name: &str, channel: &Channel, newton: f64) -> Opt
         min_n,
         max_n,
     };
-    t.say(name, problem);
+    t.report(name, problem);
     None
 }
 
@@ -316,9 +316,9 @@ fn read_sine(t: &Table<'_>, joint: &Joint) -> Option<Course> {
 
 fn read_steps(t: &Table<'_>, joint: &Joint) -> Option<Course> {
     let mut steps: Vec<(u64, i16)> = Vec::new();
-    for item in t.tables("steps").iter().filter(|item| item.is_sound()) {
+    for item in t.tables("steps").iter().filter(|item| item.is_valid()) {
         let at_us = read_time(item, steps.last().map(|&(at_us, _)| at_us), "step")?;
-        let centideg: i16 = item.whole("deg");
+        let centideg: i16 = item.integer("deg");
         check_angle(item, "deg", joint, f64::from(centideg) / 100.0)?;
         steps.push((at_us, centideg));
     }
@@ -329,11 +329,11 @@ fn read_steps(t: &Table<'_>, joint: &Joint) -> Option<Course> {
 fn check_angle(t: &Table<'_>, name: &str, joint: &Joint, deg: f64) -> Option<()> {
     let centideg = to_centi(deg) as i16; // saturates
     let (state, now) = (&mut JointState::default(), Micros::new(0));
-    match joint.setpoint(state, now, now, Angle::from_centideg(centideg), None) {
+    match joint.accept_setpoint(state, now, now, Angle::from_centideg(centideg), None) {
         Err(SetpointError::OutOfRange { min_mdeg, max_mdeg }) => {
             let (min, max) = (f64::from(min_mdeg) / 1e3, f64::from(max_mdeg) / 1e3);
             let allowed = format!("what keeps the angle in the joint's {min}° to {max}°");
-            t.out_of_range(name, allowed);
+            t.report_out_of_range(name, allowed);
             None
         }
         // A new state refuses nothing else.

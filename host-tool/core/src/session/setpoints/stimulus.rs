@@ -32,7 +32,7 @@ impl StimulusCourse {
         match self.points.get(next) {
             Some(&(to_us, to)) if !self.is_held => {
                 let part = (t_us - from_us) as f64 / (to_us - from_us) as f64;
-                self.playable(between(from, to, part))
+                self.playable(interpolate(from, to, part))
             }
             _ => self.playable(from),
         }
@@ -68,7 +68,7 @@ impl StimulusCourse {
             // changes.
             let part = -((b - a) * w + (v - w) * a) / (2.0 * (b - a) * (v - w));
             if !self.is_held && (0.0..1.0).contains(&part) {
-                all.push((n, self.playable(between(*from, *to, part))));
+                all.push((n, self.playable(interpolate(*from, *to, part))));
             }
         }
         all
@@ -77,7 +77,7 @@ impl StimulusCourse {
     /// Returns `stimulus` as a device accepts it.
     fn playable(&self, stimulus: Stimulus) -> Stimulus {
         match stimulus.width_us {
-            _ if !self.is_live => Stimulus::own(stimulus.amplitude),
+            _ if !self.is_live => Stimulus::with_own_width(stimulus.amplitude),
             0..SHORTEST_US => Stimulus {
                 amplitude: Amplitude::ZERO,
                 width_us: SHORTEST_US,
@@ -88,7 +88,7 @@ impl StimulusCourse {
 }
 
 /// Returns the stimulus at the share `part` between two stimuli.
-fn between(from: Stimulus, to: Stimulus, part: f64) -> Stimulus {
+fn interpolate(from: Stimulus, to: Stimulus, part: f64) -> Stimulus {
     let mix = |from: u32, to: u32| {
         let (from, to) = (f64::from(from), f64::from(to));
         (from + (to - from) * part + 1e-6).floor() as u32 // not negative

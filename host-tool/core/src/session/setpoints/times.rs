@@ -10,14 +10,14 @@ pub(in super::super) fn read_time(
     before: Option<u64>,
     what: &str,
 ) -> Option<u64> {
-    let at_us = item.whole::<u64>("at_s");
+    let at_us = item.integer::<u64>("at_s");
     match before {
         // A time beyond a day was already reported, so the next entry is compared with the one
         // before.
         Some(before) if at_us > DAY_US as u64 => return Some(before),
-        None if at_us != 0 => item.out_of_range("at_s", "0 at first".into()),
+        None if at_us != 0 => item.report_out_of_range("at_s", "0 at first".into()),
         Some(before) if at_us <= before => {
-            item.not_after("at_s", format!("the {what} at {} s", before as f64 / 1e6));
+            item.report_not_after("at_s", format!("the {what} at {} s", before as f64 / 1e6));
         }
         _ => return Some(at_us),
     }

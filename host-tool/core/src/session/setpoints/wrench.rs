@@ -10,7 +10,7 @@ use super::Course;
 use super::times::read_time;
 use crate::fields::error::Problem;
 use crate::fields::table::Table;
-use crate::wearer::triple;
+use crate::wearer::read_triple;
 
 /// Forces at the hand in mN at times in µs, the first at 0. The force changes linearly between
 /// them, and the last one stays.
@@ -52,11 +52,11 @@ pub(super) fn read_wrenches(
     let items = t
         .tables("points")
         .iter()
-        .take_while(|table| table.is_sound());
+        .take_while(|table| table.is_valid());
     let items: Vec<&Table<'_>> = items.collect();
     for item in &items {
         let at_us = read_time(item, points.last().map(|&(at_us, _)| at_us), "point")?;
-        let force_mn = triple(item, "force_n")?;
+        let force_mn = read_triple(item, "force_n")?;
         let Range { min, max, .. } = Endpoint::FORCE_MN;
         if !force_mn.iter().all(|mn| (min..=max).contains(mn)) {
             return None; // it was told with its range
@@ -66,12 +66,12 @@ pub(super) fn read_wrenches(
     let course = WrenchCourse(points);
     let fixed = limb.filter(|limb| !limb.is_measured());
     if let Some(endpoint) = fixed.and_then(|limb| Endpoint::new(&limb.spec, &limb.lines).ok()) {
-        tell_unmade(&items, &course, &endpoint, rate_hz?);
+        check_reachable(&items, &course, &endpoint, rate_hz?);
     }
     Some(Course::Wrench(course))
 }
 
-fn tell_unmade(items: &[&Table<'_>], course: &WrenchCourse, endpoint: &Endpoint, rate_hz: f64) {
+fn check_reachable(items: &[&Table<'_>], course: &WrenchCourse, endpoint: &Endpoint, rate_hz: f64) {
     let mut before_us = 0;
     for (item, &(at_us, _)) in items.iter().zip(&course.0) {
         let setpoints = ((at_us - before_us) as f64 * rate_hz / 1e6).ceil() as u64;
@@ -80,20 +80,20 @@ fn tell_unmade(items: &[&Table<'_>], course: &WrenchCourse, endpoint: &Endpoint,
         before_us = at_us;
         let times = (0..count).rev().map(|n| at_us - way_us * n / count);
         // The point itself is reported, or else the first time on the way to it.
-        let wrong = |t_us: u64| Some((t_us, unmade(endpoint, course.at(t_us))?));
+        let wrong = |t_us: u64| Some((t_us, impossible_reason(endpoint, course.at(t_us))?));
         let found = wrong(at_us).or_else(|| times.into_iter().find_map(wrong));
         if let Some((t_us, why)) = found {
             let wanted = course.at(t_us);
             let (at_s, force) = (t_us as f64 / 1e6, newtons(wanted));
-            item.say("force_n", problem(why, wanted, at_s, force));
+            item.report("force_n", problem(why, wanted, at_s, force));
         }
     }
 }
 
 /// Returns why the arm cannot exert a force in its posture, or `None` if it can.
-fn unmade(endpoint: &Endpoint, force_mn: [i32; 3]) -> Option<ForceImpossible> {
+fn impossible_reason(endpoint: &Endpoint, force_mn: [i32; 3]) -> Option<ForceImpossible> {
     let (mut state, now) = (EndpointState::default(), Micros::new(0));
-    match endpoint.wish(&mut state, now, now, force_mn) {
+    match endpoint.accept_force(&mut state, now, now, force_mn) {
         Err(WrenchError::Unmade(why)) => Some(why),
         _ => None,
     }
@@ -106,7 +106,7 @@ fn problem(why: ForceImpossible, wanted: [i32; 3], at_s: f64, force: String) -> 
             force,
             channel: channel + 1, // at most 10
             percent: f64::from(permille) / 10.0,
-            nearest: newtons(nearest(wanted, permille)),
+            nearest: newtons(possible_part(wanted, permille)),
         },
         _ => Problem::NoMuscleHelps { at_s, force },
     }
@@ -114,7 +114,7 @@ fn problem(why: ForceImpossible, wanted: [i32; 3], at_s: f64, force: String) -> 
 
 /// Returns the part of a force that the arm can exert, mN: `permille` of it.
 #[must_use]
-pub fn nearest(force_mn: [i32; 3], permille: u16) -> [i32; 3] {
+pub fn possible_part(force_mn: [i32; 3], permille: u16) -> [i32; 3] {
     force_mn.map(|mn| mn * i32::from(permille.min(1000)) / 1000) // within ±1e9
 }
 

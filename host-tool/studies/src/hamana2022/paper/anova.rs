@@ -2,7 +2,7 @@
 //! points and participant, both fixed, with the trials as replication.
 
 use super::printed::TABLE_8;
-use super::{Part, of_draw};
+use super::{Part, find_draw};
 use host_core::statistics::two_way;
 use std::collections::BTreeSet;
 
@@ -13,7 +13,7 @@ pub(super) type Anova = [[f64; 2]; 3];
 pub(super) const SOURCES: [&str; 3] = ["number of points", "participant", "interaction"];
 
 /// Of trials by number of points and participant; `None` where it cannot be made.
-fn of(cells: &[Vec<Vec<f64>>]) -> Option<Anova> {
+fn two_way_anova(cells: &[Vec<Vec<f64>>]) -> Option<Anova> {
     let all = two_way(cells).ok()?;
     Some([all.first, all.second, all.interaction].map(|effect| [effect.f, effect.p]))
 }
@@ -25,7 +25,7 @@ pub(super) fn published() -> Option<Anova> {
         let all = TABLE_8.iter().map(|(_, trials)| trials[place].to_vec());
         all.collect::<Vec<_>>()
     });
-    of(&points)
+    two_way_anova(&points)
 }
 
 /// The paper's three are among these.
@@ -40,20 +40,20 @@ pub(super) fn replications(parts: &[Part], law: &str) -> Vec<Anova> {
     let replication = |draw: u64| {
         let (mut one, mut two) = (Vec::new(), Vec::new());
         for (name, _) in &TABLE_8 {
-            let tracking = of_draw(parts, name, draw)?.tracking()?;
-            one.push(tracking.one(law)?.1);
-            two.push(tracking.two(law)?);
+            let tracking = find_draw(parts, name, draw)?.tracking()?;
+            one.push(tracking.one_point_rmse(law)?.1);
+            two.push(tracking.two_point_rmse(law)?);
         }
-        of(&[one, two])
+        two_way_anova(&[one, two])
     };
     draws.into_iter().filter_map(replication).collect()
 }
 
 /// Draws in which P, Q and S all have both means, with them.
-pub(super) fn whole(parts: &[Part], law: &str) -> Vec<Vec<[f64; 2]>> {
+pub(super) fn complete_means(parts: &[Part], law: &str) -> Vec<Vec<[f64; 2]>> {
     let draws: BTreeSet<u64> = parts.iter().map(|part| part.draw).collect();
     let both = |name: &str, draw: u64| {
-        let [one, two] = of_draw(parts, name, draw)?.tracking()?.means(law);
+        let [one, two] = find_draw(parts, name, draw)?.tracking()?.means(law);
         Some([one?, two?])
     };
     let replication = |draw: u64| TABLE_8.iter().map(|(name, _)| both(name, draw)).collect();

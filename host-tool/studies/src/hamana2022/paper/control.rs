@@ -4,7 +4,7 @@ use super::anova::{self, SOURCES, published, replications};
 use super::printed::{TABLE_8, TABLE_9};
 use super::spread::{cell, cells};
 use super::tracking::mean;
-use super::{Part, Study, own};
+use super::{Part, Study, draw_results};
 use crate::hamana2022::participant::Participant;
 use crate::hamana2022::sessions::{claim, row};
 use crate::hamana2022::tracked::LAWS;
@@ -23,7 +23,7 @@ const METHODS: [&str; 2] = ["one point", "two points"];
 
 /// One point's and two points' mean RMSE of each draw that has any, °.
 fn means(parts: &[Part], name: &str, law: &str) -> Vec<[Option<f64>; 2]> {
-    let tracked = own(parts, name).filter_map(|outcome| outcome.tracking());
+    let tracked = draw_results(parts, name).filter_map(|outcome| outcome.tracking());
     tracked.map(|tracking| tracking.means(law)).collect()
 }
 
@@ -74,7 +74,7 @@ impl Study {
             }
         }
         for law in LAWS.into_iter().filter(|_| self.has_all()) {
-            let all = anova::whole(parts, law);
+            let all = anova::complete_means(parts, law);
             let words = in_words(law);
             shares.push(claim(
                 &format!("table-8-{law}"),
@@ -152,8 +152,8 @@ impl Study {
             let both = parts.iter().filter(|part| part.participant == *name);
             let first = both.filter_map(|part| {
                 let tracking = part.became.as_ref().ok()?.tracking()?;
-                let (_, one) = tracking.one(LAWS[0])?;
-                Some((part.draw, [one, tracking.two(LAWS[0])?]))
+                let (_, one) = tracking.one_point_rmse(LAWS[0])?;
+                Some((part.draw, [one, tracking.two_point_rmse(LAWS[0])?]))
             });
             let Some((draw, ours)) = first.into_iter().next() else {
                 continue;
@@ -326,7 +326,7 @@ mod tests {
     /// Wearers who did what the paper printed: its numbers, its claims.
     #[test]
     fn what_is_printed_comes_out_of_what_is_printed() {
-        let study = Study::asked(
+        let study = Study::new(
             Kind::Control,
             (None, None),
             (None, None),
@@ -359,7 +359,7 @@ mod tests {
     /// Table 8's averages are those of its trials, to what is printed.
     #[test]
     fn averages_are_those_of_the_trials() {
-        let all = crate::hamana2022::Participants::asked(None).unwrap().all;
+        let all = crate::hamana2022::Participants::load(None).unwrap().all;
         for (name, trials) in TABLE_8 {
             let own = all
                 .iter()

@@ -30,7 +30,7 @@ impl Study {
                 Err(why) => drop(writeln!(text, "{name},{draw},\"{why}\"{empty}")),
                 Ok(came) => rows(
                     &mut text,
-                    &format!("{name},{draw},whole,{}", found(came)),
+                    &format!("{name},{draw},whole,{}", voltage_fields(came)),
                     came,
                 ),
             }
@@ -39,7 +39,7 @@ impl Study {
     }
 }
 
-fn found(came: &DrawResult) -> String {
+fn voltage_fields(came: &DrawResult) -> String {
     let [[a, b], [am, bm]] = [came.voltages.threshold_v, came.voltages.most_v];
     let [e, em] = came.extensor_v;
     let r = came.voltages.ratio;
@@ -83,7 +83,7 @@ fn rows(text: &mut String, begin: &str, came: &DrawResult) {
             for (number, hold) in trials.iter().flatten().enumerate() {
                 let points = points(hold.pattern);
                 let [greatest, last] = [hold.greatest_deg(), hold.last_deg()];
-                let (trial, sinks) = (number / 2, hold.sinks_deg());
+                let (trial, sinks) = (number / 2, hold.drop_deg());
                 let _ = writeln!(
                     text,
                     "{begin},{points},{trial},{greatest:.3},{last:.3},{sinks:.3}"

@@ -17,9 +17,9 @@ impl Study {
     ///
     /// # Errors
     /// The device is not there; E628: it does not play it.
-    pub fn greet(&self) -> Result<(), TwoPointsError> {
+    pub fn check_device(&self) -> Result<(), TwoPointsError> {
         if self.kind != Kind::Control {
-            Pattern::usual().put_out(TRIED_V, &self.device)?;
+            Pattern::default_two_point().play_on_device(TRIED_V, &self.device)?;
         }
         Ok(())
     }
@@ -28,7 +28,7 @@ impl Study {
     ///
     /// # Errors
     /// E628: the device does not put it out as the body alone is given it.
-    pub(super) fn put_out(&self, parts: &[Part]) -> Result<Vec<String>, TwoPointsError> {
+    pub(super) fn check_outputs(&self, parts: &[Part]) -> Result<Vec<String>, TwoPointsError> {
         let whole = parts
             .iter()
             .filter_map(|part| Some((part, part.became.as_ref().ok()?)));
@@ -41,7 +41,11 @@ impl Study {
                         .collect()
                 }
                 DrawMeasurements::Held(_) => {
-                    let all = [Pattern::alone(A), Pattern::alone(B), Pattern::usual()];
+                    let all = [
+                        Pattern::isolated_point(A),
+                        Pattern::isolated_point(B),
+                        Pattern::default_two_point(),
+                    ];
                     all.map(|pattern| (pattern, came.voltages.most_v)).into()
                 }
                 DrawMeasurements::Tracked(_) => continue,
@@ -49,7 +53,7 @@ impl Study {
             let Some(wearer) = self.wearer(&part.participant, part.draw)? else {
                 continue;
             };
-            let put_out = wearer.put_out(patterns, &self.device)?;
+            let put_out = wearer.compare_outputs(patterns, &self.device)?;
             let who = format!("{}'s draw {}", part.participant, part.draw);
             notes.push(put_out.in_words(&who, &self.device));
         }

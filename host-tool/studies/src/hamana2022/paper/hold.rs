@@ -1,20 +1,20 @@
 //! The hold (Hamana 2022, III-D6b) over all draws, beside what is printed in its text.
 
 use super::tracking::mean;
-use super::{Part, Study, own};
+use super::{Part, Study, draw_results};
 use crate::hamana2022::held::Hold;
 use crate::hamana2022::sessions::{claim, row};
 use crate::laboratory::{Row, Share};
 
 /// One point's and two points' mean over the trials of each draw, °.
-fn sinks(parts: &[Part], name: &str) -> Vec<[f64; 2]> {
+fn mean_drops_deg(parts: &[Part], name: &str) -> Vec<[f64; 2]> {
     let of = |all: &[[Hold; 2]]| {
         [0, 1].map(|place| {
-            let all: Vec<f64> = all.iter().map(|values| values[place].sinks_deg()).collect();
+            let all: Vec<f64> = all.iter().map(|values| values[place].drop_deg()).collect();
             mean(&all)
         })
     };
-    let held = own(parts, name).filter_map(|outcome| outcome.held());
+    let held = draw_results(parts, name).filter_map(|outcome| outcome.held());
     held.filter(|values| !values.is_empty()).map(of).collect()
 }
 
@@ -24,7 +24,7 @@ impl Study {
         let mut rows = Vec::new();
         for participant in &self.participants.all {
             let name = &participant.name;
-            let all = sinks(parts, name);
+            let all = mean_drops_deg(parts, name);
             for (place, method) in ["one point", "two points"].into_iter().enumerate() {
                 let quantity = format!("{name}, {method} sinks");
                 let paper = participant
@@ -43,7 +43,7 @@ impl Study {
     pub(super) fn hold_shares(&self, parts: &[Part]) -> Vec<Share> {
         let share_of = |participant: &crate::hamana2022::Participant| {
             let name = &participant.name;
-            let all = sinks(parts, name);
+            let all = mean_drops_deg(parts, name);
             claim(
                 &format!("two-better-{name}"),
                 format!("{name}: two points sink less"),

@@ -32,7 +32,7 @@ use super::population::Population;
 use super::sessions::Session;
 use super::voltages::Voltages;
 use super::wearers::{Participants, Wearer};
-use crate::laboratory::quoted;
+use crate::laboratory::quote_for_shell;
 use host_core::run::DeviceName;
 use serde::{Deserialize, Serialize};
 
@@ -84,13 +84,13 @@ const ALL: [(&str, Kind, &str); 6] = [
 impl Kind {
     /// That of this name.
     #[must_use]
-    pub fn named(name: &str) -> Option<Self> {
+    pub fn from_name(name: &str) -> Option<Self> {
         let mut all = ALL.into_iter();
         all.find_map(|(own, kind, _)| (own == name).then_some(kind))
     }
 
     /// Name and title.
-    fn told(self) -> (&'static str, &'static str) {
+    fn name_and_title(self) -> (&'static str, &'static str) {
         let mut all = ALL.into_iter();
         let own = all.find_map(|(name, kind, title)| (kind == self).then_some((name, title)));
         own.unwrap_or_default()
@@ -156,7 +156,7 @@ impl Study {
     /// # Errors
     /// E621, E624 to E627: declarations that cannot be read, nobody of this name, a
     /// wearer's file, no departure of this name.
-    pub fn asked(
+    pub fn new(
         kind: Kind,
         (wearer, departure): (Option<&str>, Option<&str>),
         (seed, draws): (Option<u64>, Option<u64>),
@@ -164,8 +164,8 @@ impl Study {
     ) -> Result<Self, TwoPointsError> {
         // The paper's experiment 3 is P's.
         let is_of_p = kind == Kind::Patterns(Experiment::Intensities);
-        let participants = Participants::asked(wearer.or(is_of_p.then_some("P")))?;
-        let participants = participants.departing(departure)?;
+        let participants = Participants::load(wearer.or(is_of_p.then_some("P")))?;
+        let participants = participants.with_departure(departure)?;
         let is_all = wearer.is_none_or(|wearer| wearer == if is_of_p { "P" } else { "all" });
         let is_own = is_all && departure.is_none();
         let seed = seed.unwrap_or(participants.seed);
@@ -175,13 +175,13 @@ impl Study {
             .into_iter()
             .filter_map(|(name, said)| Some((name, said?)));
         let mut typed: String = options
-            .map(|(name, said)| format!("{name} {} ", quoted(said)))
+            .map(|(name, said)| format!("{name} {} ", quote_for_shell(said)))
             .collect();
-        typed += &format!("--device {}", device.typed());
+        typed += &format!("--device {}", device.to_argument());
         Ok(Self {
             kind,
-            population: Population::declared()?,
-            protocol: Protocol::declared()?,
+            population: Population::load_embedded()?,
+            protocol: Protocol::load_embedded()?,
             as_declared: is_own && (seed, draws) == (participants.seed, participants.draws),
             participants,
             seed,
@@ -209,7 +209,7 @@ impl Study {
     ///
     /// # Errors
     /// The declaration, a hand that cannot be, the program's own session.
-    pub fn part(
+    pub fn compute_part(
         &self,
         (who, draw): (usize, u64),
         goes_on: &(dyn Fn() -> bool + Sync),
@@ -230,7 +230,7 @@ impl Study {
             Ok(wearer) => wearer,
             Err(why) => return Ok(Some(part(Err(why.to_owned())))),
         };
-        let what = self.what((participant, draw), &wearer, goes_on)?;
+        let what = self.measure_draw((participant, draw), &wearer, goes_on)?;
         let came = what.map(|what| DrawResult {
             voltages: wearer.voltages,
             extensor_v: wearer.extensor_v,
@@ -239,7 +239,7 @@ impl Study {
         Ok(came.map(|came| part(Ok(came))))
     }
 
-    fn what(
+    fn measure_draw(
         &self,
         (participant, draw): (&Participant, u64),
         wearer: &Wearer,
@@ -251,7 +251,7 @@ impl Study {
                 is_printed: participant.paper.is_some(),
                 draw,
                 conditions: experiment.conditions(&wearer.voltages, &self.protocol),
-                stimulated: wearer.stimulated(&self.population, &self.protocol, experiment)?,
+                stimulated: wearer.run_session(&self.population, &self.protocol, experiment)?,
             })),
             Kind::Control => self
                 .tracking(wearer, goes_on)?
@@ -271,7 +271,11 @@ impl Study {
 
     /// The forearm of the first draw of this participant that came to anything, and which
     /// it is.
-    fn first(&self, name: &str, parts: &[Part]) -> Result<Option<(u64, Wearer)>, TwoPointsError> {
+    fn first_forearm(
+        &self,
+        name: &str,
+        parts: &[Part],
+    ) -> Result<Option<(u64, Wearer)>, TwoPointsError> {
         let is = |part: &&Part| part.participant == name && part.became.is_ok();
         let Some(part) = parts.iter().find(is) else {
             return Ok(None);
@@ -320,14 +324,14 @@ impl DrawResult {
 }
 
 /// What of this draw of `name`, if it came to anything.
-fn of_draw<'p>(parts: &'p [Part], name: &str, draw: u64) -> Option<&'p DrawResult> {
+fn find_draw<'p>(parts: &'p [Part], name: &str, draw: u64) -> Option<&'p DrawResult> {
     let mut own = parts.iter();
     let own = own.find(|part| part.draw == draw && part.participant == name)?;
     own.became.as_ref().ok()
 }
 
 /// What of each draw of `name` that came to anything.
-fn own<'p>(parts: &'p [Part], name: &'p str) -> impl Iterator<Item = &'p DrawResult> {
+fn draw_results<'p>(parts: &'p [Part], name: &'p str) -> impl Iterator<Item = &'p DrawResult> {
     let own = parts.iter().filter(move |part| part.participant == name);
     own.filter_map(|part| part.became.as_ref().ok())
 }

@@ -1,7 +1,7 @@
 //! The study as `result.json` and its page have it.
 
-use super::{Kind, Part, Study, own};
-use crate::hamana2022::compared::compared;
+use super::{Kind, Part, Study, draw_results};
+use crate::hamana2022::compared::compare_with_paper;
 use crate::hamana2022::error::TwoPointsError;
 use crate::hamana2022::experiments::{EXPERIMENTS, Experiment};
 use crate::hamana2022::population::DECLARED;
@@ -42,11 +42,11 @@ impl Study {
     /// # Errors
     /// A forearm whose course is shown cannot be; E628: the device puts out something else.
     pub fn outcome(&self, parts: &[Part], told: RunInfo) -> Result<Outcome, TwoPointsError> {
-        let (name, title) = self.kind.told();
+        let (name, title) = self.kind.name_and_title();
         let (rows, shares) = self.compared(parts);
         let mut notes = self.notes(parts);
         if told.cut_short.is_none() {
-            notes.extend(self.put_out(parts)?);
+            notes.extend(self.check_outputs(parts)?);
         }
         Ok(Outcome {
             name: name.to_owned(),
@@ -57,7 +57,7 @@ impl Study {
             declared: Preregistration {
                 asked: name.to_owned(),
                 command: Some(told.command),
-                device: Some(self.device.typed()),
+                device: Some(self.device.to_argument()),
                 sha256: self.sha256(),
                 source: self.source().to_owned(),
                 draws: self.draws,
@@ -112,7 +112,9 @@ impl Study {
         parts: &[Part],
     ) -> (Vec<crate::laboratory::Row>, Vec<crate::laboratory::Share>) {
         let (mut rows, shares) = match self.kind {
-            Kind::Patterns(experiment) => compared(experiment, &self.protocol, &sessions(parts)),
+            Kind::Patterns(experiment) => {
+                compare_with_paper(experiment, &self.protocol, &sessions(parts))
+            }
             Kind::Control => (self.control_rows(parts), self.control_shares(parts)),
             Kind::Hold => (self.hold_rows(parts), self.hold_shares(parts)),
         };
@@ -142,7 +144,7 @@ impl Study {
             .iter()
             .chain(more)
             .map(|text| (*text).to_owned())
-            .chain(self.participants.otherwise())
+            .chain(self.participants.ablation_note())
             .collect();
         let draws = self.draws;
         for participant in &self.participants.all {
@@ -152,7 +154,7 @@ impl Study {
             let of = parts.iter().filter(|part| part.participant == *name);
             of.filter_map(|part| part.became.as_ref().err())
                 .for_each(|why| count(why.clone()));
-            let tracked = own(parts, name).filter_map(|outcome| outcome.tracking());
+            let tracked = draw_results(parts, name).filter_map(|outcome| outcome.tracking());
             tracked
                 .flat_map(|tracking| tracking.refused())
                 .for_each(count);

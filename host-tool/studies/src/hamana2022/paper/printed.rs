@@ -59,7 +59,10 @@ pub(super) const TABLE_8: [(&str, [[f64; 5]; 2]); 3] = [
 pub(super) const TABLE_9: [[f64; 2]; 3] = [[4.30, 0.048_9], [1.76, 0.193], [1.16, 0.332]];
 
 /// What is printed of `name`.
-pub(super) fn of<const N: usize>(table: &[(&str, [f64; N])], name: &str) -> Option<[f64; N]> {
+pub(super) fn printed_values<const N: usize>(
+    table: &[(&str, [f64; N])],
+    name: &str,
+) -> Option<[f64; N]> {
     let own = table.iter().find(|(who, _)| *who == name);
     own.map(|(_, numbers)| *numbers)
 }

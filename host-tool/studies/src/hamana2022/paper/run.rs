@@ -9,9 +9,9 @@ use std::collections::BTreeMap;
 impl laboratory::Study for Study {
     type Unit = Part;
 
-    fn about(&self) -> StudyIdentity<'_> {
+    fn metadata(&self) -> StudyIdentity<'_> {
         StudyIdentity {
-            name: self.kind.told().0,
+            name: self.kind.name_and_title().0,
             arguments: self.typed.clone(),
             declaration: ("population.toml", DECLARED),
             seed: self.seed,
@@ -34,11 +34,11 @@ impl laboratory::Study for Study {
     ) -> anyhow::Result<Option<Part>> {
         let draws = self.draws.max(1);
         let who = usize::try_from(index / draws).unwrap_or(usize::MAX);
-        Ok(self.part((who, index % draws), goes_on)?)
+        Ok(self.compute_part((who, index % draws), goes_on)?)
     }
 
     fn outcome(&self, parts: &[Part], cut_short: Option<String>) -> anyhow::Result<Outcome> {
-        let (name, arguments, draws) = (self.kind.told().0, &self.typed, self.draws);
+        let (name, arguments, draws) = (self.kind.name_and_title().0, &self.typed, self.draws);
         let told = RunInfo {
             command: format!("experiment {name} {arguments} --draws {draws}"),
             cut_short,
@@ -50,7 +50,7 @@ impl laboratory::Study for Study {
         Ok(vec![("draws.csv".to_owned(), self.csv(parts))])
     }
 
-    fn in_words(&self, done: u64) -> String {
+    fn progress_text(&self, done: u64) -> String {
         format!("{done} of {} draws", laboratory::Study::units(self))
     }
 }

@@ -24,7 +24,7 @@ pub(super) fn cells(spread: Option<Spread>, places: usize) -> [String; 3] {
 }
 
 /// "P (1 draw)".
-pub(super) fn of_draws(name: &str, count: usize) -> String {
+pub(super) fn draw_count_label(name: &str, count: usize) -> String {
     let draws = if count == 1 { "draw" } else { "draws" };
     format!("{name} ({count} {draws})")
 }

@@ -16,7 +16,7 @@ use std::collections::BTreeMap;
 pub(super) fn averages(experiment: Experiment, sessions: &[Session]) -> Vec<Vec<Averages>> {
     let mut draws: BTreeMap<u64, Vec<Averages>> = BTreeMap::new();
     for session in sessions {
-        let of = Averages::of(experiment, &session.conditions, &session.stimulated);
+        let of = Averages::from_session(experiment, &session.conditions, &session.stimulated);
         draws.entry(session.draw).or_default().push(of);
     }
     draws.into_values().collect()
@@ -43,7 +43,11 @@ impl Study {
             let own = sessions.iter().filter(|session| session.participant == who);
             let all: Vec<Averages> = own
                 .map(|session| {
-                    Averages::of(Experiment::Torque, &session.conditions, &session.stimulated)
+                    Averages::from_session(
+                        Experiment::Torque,
+                        &session.conditions,
+                        &session.stimulated,
+                    )
                 })
                 .collect();
             let spreads: [Option<Spread>; 6] = std::array::from_fn(|place| {
@@ -65,7 +69,7 @@ impl Study {
         let draws = averages(Experiment::Torque, sessions);
         let all: Vec<Replication> = draws
             .iter()
-            .map(|averages| Replication::of(averages))
+            .map(|averages| Replication::from_averages(averages))
             .collect();
         let of = |place: usize| {
             Spread::of(
@@ -100,7 +104,7 @@ impl Study {
         let draws = averages(Experiment::Torque, sessions);
         let all: Vec<Replication> = draws
             .iter()
-            .map(|averages| Replication::of(averages))
+            .map(|averages| Replication::from_averages(averages))
             .collect();
         let row = |number: usize| {
             let of = |place: usize| {

@@ -80,14 +80,14 @@ impl Study {
             trials,
             courses: Vec::new(),
         };
-        all.courses = all.shown(&tracked);
+        all.courses = all.shown_courses(&tracked);
         Ok(Some(all))
     }
 }
 
 impl Tracking {
     /// RMSE of every trial, °; `None` unless all have one.
-    fn of(&self, law: &str, method: Method) -> Option<Vec<f64>> {
+    fn trial_rmse(&self, law: &str, method: Method) -> Option<Vec<f64>> {
         let own = self.trials.iter();
         let own = own.filter(|trial| trial.law == law && trial.method == method);
         let all: Option<Vec<f64>> = own.map(|trial| trial.rmse_deg.clone().ok()).collect();
@@ -96,24 +96,24 @@ impl Tracking {
 
     /// Of one point: the better of A and B by its mean, as the paper has it (III-D5).
     #[must_use]
-    pub fn one(&self, law: &str) -> Option<(Method, Vec<f64>)> {
+    pub fn one_point_rmse(&self, law: &str) -> Option<(Method, Vec<f64>)> {
         let points = [Method::A, Method::B];
-        let known = points.map(|method| Some((method, self.of(law, method)?)));
+        let known = points.map(|method| Some((method, self.trial_rmse(law, method)?)));
         let known = known.into_iter().flatten();
         known.min_by(|a, b| mean(&a.1).total_cmp(&mean(&b.1)))
     }
 
     /// Of two points.
     #[must_use]
-    pub fn two(&self, law: &str) -> Option<Vec<f64>> {
-        self.of(law, Method::Two)
+    pub fn two_point_rmse(&self, law: &str) -> Option<Vec<f64>> {
+        self.trial_rmse(law, Method::Two)
     }
 
     /// Means of one point and of two, °.
     #[must_use]
     pub fn means(&self, law: &str) -> [Option<f64>; 2] {
-        let one = self.one(law).map(|(_, all)| mean(&all));
-        [one, self.two(law).map(|all| mean(&all))]
+        let one = self.one_point_rmse(law).map(|(_, all)| mean(&all));
+        [one, self.two_point_rmse(law).map(|all| mean(&all))]
     }
 
     /// Why methods have trials without a number, briefly, each reason once with its
@@ -128,7 +128,7 @@ impl Tracking {
         };
         let mut all: Vec<(&str, Vec<String>)> = Vec::new();
         for method in Method::ALL {
-            let both = LAWS.map(|law| why(law, method).map(|why| brief(why)));
+            let both = LAWS.map(|law| why(law, method).map(|why| brief_reason(why)));
             let is_same = both[0] == both[1];
             for (law, why) in LAWS.into_iter().zip(both).take(if is_same { 1 } else { 2 }) {
                 let Some(why) = why else { continue };
@@ -149,9 +149,9 @@ impl Tracking {
 
     /// Of these trials under the paper's law, the best and the worst of one point and of
     /// two.
-    fn shown(&self, tracked: &[(Method, u64, TrialTracking)]) -> Vec<Course> {
-        let one = self.one(LAWS[0]).map(|(method, _)| method);
-        let two = self.two(LAWS[0]).map(|_| Method::Two);
+    fn shown_courses(&self, tracked: &[(Method, u64, TrialTracking)]) -> Vec<Course> {
+        let one = self.one_point_rmse(LAWS[0]).map(|(method, _)| method);
+        let two = self.two_point_rmse(LAWS[0]).map(|_| Method::Two);
         let mut all = Vec::new();
         for method in [one, two].into_iter().flatten() {
             let own = || tracked.iter().filter(move |pair| pair.0 == method);
@@ -179,7 +179,7 @@ pub(super) fn mean(all: &[f64]) -> f64 {
 }
 
 /// What happened, without numbers of the draw and what to do about it.
-fn brief(why: &str) -> &str {
+fn brief_reason(why: &str) -> &str {
     why.split([';', '(']).next().unwrap_or(why).trim_end()
 }
 
@@ -210,7 +210,10 @@ mod tests {
             trials,
             courses: Vec::new(),
         };
-        assert_eq!(tracking.one("paper"), Some((Method::A, vec![20.0, 10.0])));
+        assert_eq!(
+            tracking.one_point_rmse("paper"),
+            Some((Method::A, vec![20.0, 10.0]))
+        );
         assert_eq!(tracking.means("paper"), [Some(15.0), Some(7.0)]);
         assert_eq!(tracking.means("recommended"), [None, None]);
         assert_eq!(tracking.refused(), ["B (paper): E229 refused"]);

@@ -1,8 +1,8 @@
 //! Thresholds and greatest voltages of drawn participants beside tables 2, 3 and 7.
 
-use super::printed::{TABLE_2, TABLE_3, TABLE_7_BOTH_V, of};
+use super::printed::{TABLE_2, TABLE_3, TABLE_7_BOTH_V, printed_values};
 use super::spread::cell;
-use super::{DrawResult, Kind, Part, Study, own};
+use super::{DrawResult, Kind, Part, Study, draw_results};
 use crate::hamana2022::experiments::Experiment;
 use crate::hamana2022::participant::Participant;
 use crate::hamana2022::sessions::row;
@@ -25,7 +25,7 @@ const TABLE_7: [&str; 9] = [
 const R_TH: usize = 6;
 
 /// A draw's, in the order of [`TABLE_7`].
-fn found(came: &DrawResult) -> [Option<f64>; 9] {
+fn draw_voltages(came: &DrawResult) -> [Option<f64>; 9] {
     let [[a, b], [am, bm]] = [came.voltages.threshold_v, came.voltages.most_v];
     let [e, em] = came.extensor_v;
     let r = came.voltages.ratio;
@@ -41,7 +41,7 @@ fn printed(participant: &Participant) -> [Option<f64>; 9] {
         return [None; 9];
     };
     let [am, bm, em] = paper.most_v;
-    let both = of(&TABLE_7_BOTH_V, &participant.name);
+    let both = printed_values(&TABLE_7_BOTH_V, &participant.name);
     let [both_a, both_b] = both.map_or([None; 2], |values| values.map(Some));
     let [a, am, b, bm, e, em, r] = [a, am, b, bm, e, em, paper.r_th].map(Some);
     [a, am, b, bm, e, em, r, both_a, both_b]
@@ -51,7 +51,7 @@ fn printed(participant: &Participant) -> [Option<f64>; 9] {
 type PrintedVoltages = [(&'static str, [f64; 2])];
 
 /// What experiment 1 or 2 printed, tables 2 and 3.
-fn applied(experiment: Experiment) -> Option<(&'static str, &'static PrintedVoltages)> {
+fn printed_voltages(experiment: Experiment) -> Option<(&'static str, &'static PrintedVoltages)> {
     match experiment {
         Experiment::Selectivity => Some(("Table 2", &TABLE_2)),
         Experiment::Torque => Some(("Table 3", &TABLE_3)),
@@ -68,7 +68,7 @@ impl Study {
                 .flat_map(|participant| table_7_rows(participant, parts))
                 .collect(),
             Kind::Patterns(experiment) => {
-                let Some((_, paper)) = applied(experiment) else {
+                let Some((_, paper)) = printed_voltages(experiment) else {
                     return Vec::new();
                 };
                 all.flat_map(|participant| applied_rows(participant, paper, parts))
@@ -83,7 +83,7 @@ impl Study {
         match self.kind {
             Kind::Control => Some(self.table_7(parts)),
             Kind::Patterns(experiment) => {
-                let (number, paper) = applied(experiment)?;
+                let (number, paper) = printed_voltages(experiment)?;
                 Some(self.table_2_or_3(number, paper, parts))
             }
             Kind::Hold => None,
@@ -94,7 +94,7 @@ impl Study {
         let mut rows = Vec::new();
         for participant in &self.participants.all {
             let name = &participant.name;
-            let all: Vec<[Option<f64>; 9]> = own(parts, name).map(found).collect();
+            let all: Vec<[Option<f64>; 9]> = draw_results(parts, name).map(draw_voltages).collect();
             let of = |place: usize| Spread::of(all.iter().filter_map(|values| values[place]));
             let spreads: [Option<Spread>; 9] = std::array::from_fn(of);
             let lines = [
@@ -135,11 +135,12 @@ impl Study {
     fn table_2_or_3(&self, number: &str, paper: &PrintedVoltages, parts: &[Part]) -> Sheet {
         let row = |participant: &Participant| {
             let name = &participant.name;
-            let printed = of(paper, name);
-            let mut row = vec![name.clone(), own(parts, name).count().to_string()];
+            let printed = printed_values(paper, name);
+            let mut row = vec![name.clone(), draw_results(parts, name).count().to_string()];
             for point in 0..2 {
-                let spread =
-                    Spread::of(own(parts, name).map(|outcome| outcome.voltages.most_v[point]));
+                let spread = Spread::of(
+                    draw_results(parts, name).map(|outcome| outcome.voltages.most_v[point]),
+                );
                 let at = |of: fn(Spread) -> f64| cell(spread.map(of), 1);
                 row.extend([
                     at(|spread| spread.median),
@@ -168,7 +169,7 @@ impl Study {
 
 fn table_7_rows(participant: &Participant, parts: &[Part]) -> Vec<Row> {
     let name = &participant.name;
-    let all: Vec<[Option<f64>; 9]> = own(parts, name).map(found).collect();
+    let all: Vec<[Option<f64>; 9]> = draw_results(parts, name).map(draw_voltages).collect();
     let paper = printed(participant);
     let row_of = |place: usize| {
         let quantity = format!("{name}, {}", TABLE_7[place]);
@@ -185,10 +186,10 @@ fn table_7_rows(participant: &Participant, parts: &[Part]) -> Vec<Row> {
 
 fn applied_rows(participant: &Participant, paper: &PrintedVoltages, parts: &[Part]) -> Vec<Row> {
     let name = &participant.name;
-    let printed = of(paper, name);
+    let printed = printed_values(paper, name);
     let row_of = |(point, letter): (usize, &str)| {
         let quantity = format!("{name}, V_{letter}app");
-        let values = own(parts, name).map(|outcome| outcome.voltages.most_v[point]);
+        let values = draw_results(parts, name).map(|outcome| outcome.voltages.most_v[point]);
         let id = format!("{quantity}/Voltage applied (V)");
         row(
             &id,

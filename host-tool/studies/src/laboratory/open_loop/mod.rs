@@ -10,7 +10,7 @@ use super::protocol::Step;
 use hal_sim::body::{Body, CHANNELS, Lead, Load, Pulse};
 use host_core::link::Port;
 use host_core::record::{Sample, Trial};
-use host_core::run::{OpenError, RunError, SessionFile, body_of};
+use host_core::run::{OpenError, RunError, SessionFile, create_body};
 use host_core::session::Session;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -81,7 +81,7 @@ impl Body for Listener {
         self.note(BodyEvent::Pulse(*pulse));
     }
 
-    fn lead(&mut self, t_us: u64, channel: usize, lead: Lead) {
+    fn set_lead(&mut self, t_us: u64, channel: usize, lead: Lead) {
         self.note(BodyEvent::Lead(t_us, channel, lead));
     }
 
@@ -90,7 +90,7 @@ impl Body for Listener {
         true
     }
 
-    fn begin(&mut self) {
+    fn begin_trial(&mut self) {
         self.note(BodyEvent::Begin);
     }
 
@@ -134,7 +134,7 @@ impl Score {
     ///
     /// # Errors
     /// A session that no device arms, or one that ended early.
-    pub(super) fn of(
+    pub(super) fn record(
         experiment: &Experiment,
         (seed, draws): (u64, u64),
     ) -> Result<Option<Self>, LaboratoryError> {
@@ -180,7 +180,7 @@ impl Score {
     ///
     /// # Errors
     /// As [`Experiment::perform`], and the two are not equal.
-    pub(super) fn perform(
+    pub(super) fn measure_unit(
         &self,
         experiment: &Experiment,
         unit: &Unit,
@@ -189,7 +189,7 @@ impl Score {
         let files = experiment.sessions(&unit.fields)?;
         let begin = Instant::now();
         let Some(alone) = self.play(experiment, unit, &files)? else {
-            return experiment.perform(unit);
+            return experiment.measure_unit(unit);
         };
         let (measured, took) = (experiment.means(&files, &alone), begin.elapsed());
         if is_checked {
@@ -220,7 +220,7 @@ impl Score {
     }
 
     /// What came of the units checked.
-    pub(super) fn checked(&self) -> DeviceCheck {
+    pub(super) fn check_result(&self) -> DeviceCheck {
         *self.checked.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -238,7 +238,7 @@ impl Score {
         for part in &self.parts {
             let worn = part.trials.first().and_then(|(c, _)| files.get(*c));
             let Some(file) = worn else { continue };
-            let mut body = body_of(&file.session, unit.seed).map_err(OpenError::from)?;
+            let mut body = create_body(&file.session, unit.seed).map_err(OpenError::from)?;
             if *body.loads() != part.loads {
                 return Ok(None);
             }
@@ -269,17 +269,17 @@ impl Part {
                 body.advance(*at_us);
                 match touch {
                     BodyEvent::Pulse(pulse) => body.pulse(pulse),
-                    BodyEvent::Lead(t_us, channel, lead) => body.lead(*t_us, *channel, *lead),
-                    BodyEvent::Begin => body.begin(),
+                    BodyEvent::Lead(t_us, channel, lead) => body.set_lead(*t_us, *channel, *lead),
+                    BodyEvent::Begin => body.begin_trial(),
                 }
             }
             body.advance(looked_us);
             sample.true_deg = Some(body.angle_deg());
         };
         for (_, trial) in &mut trials {
-            trial.samples.change(&mut look);
+            trial.samples.modify_each(&mut look);
         }
-        match body.unsettled() {
+        match body.uncomputed_intervals() {
             0 => Ok(trials),
             stretches => Err(RunError::Unsettled(stretches)),
         }

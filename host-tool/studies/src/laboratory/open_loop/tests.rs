@@ -29,7 +29,7 @@ fn experiment(wearer: &str) -> Experiment {
 }
 
 fn score(experiment: &Experiment) -> Score {
-    Score::of(experiment, (5, 4)).unwrap().unwrap()
+    Score::record(experiment, (5, 4)).unwrap().unwrap()
 }
 
 fn folder(name: &str) -> PathBuf {
@@ -52,9 +52,9 @@ fn every_drawn_body_moves_as_on_the_whole_device() {
             assert_eq!(whole[0].1.samples.len(), alone[0].1.samples.len());
         }
         score
-            .perform(&experiment, &experiment.unit(5, 4, 3), true)
+            .measure_unit(&experiment, &experiment.unit(5, 4, 3), true)
             .unwrap();
-        assert_eq!(score.checked().units, 1);
+        assert_eq!(score.check_result().units, 1);
     }
 }
 
@@ -70,7 +70,7 @@ fn a_sweep_stops_at_what_the_whole_device_does_not_do() {
     let swept = |score: &Score, name: &str| {
         let sweep = Sweep::new(&experiment, 5, 4, Shard::WHOLE);
         let dir = folder(name);
-        let swept = sweep.run_to(&experiment, (&dir, &[]), Some(score), &mut |_| true);
+        let swept = sweep.run_with_score(&experiment, (&dir, &[]), Some(score), &mut |_| true);
         std::fs::remove_dir_all(&dir).unwrap();
         swept.map(|_| ()).map_err(|error| error.to_string())
     };
@@ -109,8 +109,8 @@ fn a_unit_with_a_schedule_of_its_own_runs_on_the_whole_device() {
     let unit = units.find(|unit| unit.fields != first.fields).unwrap();
     let files = experiment.sessions(&unit.fields).unwrap();
     assert!(score.play(&experiment, &unit, &files).unwrap().is_none());
-    let measured = score.perform(&experiment, &unit, true).unwrap();
-    assert_eq!(measured, experiment.perform(&unit).unwrap());
+    let measured = score.measure_unit(&experiment, &unit, true).unwrap();
+    assert_eq!(measured, experiment.measure_unit(&unit).unwrap());
 }
 
 #[test]

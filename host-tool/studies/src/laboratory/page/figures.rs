@@ -2,12 +2,12 @@
 
 use super::{Rows, shown};
 use crate::laboratory::claims::Share;
-use crate::laboratory::measure::{Measure, named};
+use crate::laboratory::measure::{Measure, find_measure};
 use crate::laboratory::numbers::along;
 use crate::laboratory::result::{Outcome, Row, ShownCondition};
 use host_core::plot::ink::{INK, MUTED, PALETTE, stroke};
 use host_core::plot::series::{range, shorten};
-use host_core::plot::words::shortened;
+use host_core::plot::words::truncate;
 use host_core::plot::{Axis, Figure, Key, Mark, Paint, Panel, Scale, Shape, Svg};
 use host_core::record::{Sample, Trial};
 use host_core::report::{Html, figure};
@@ -32,10 +32,10 @@ pub(super) fn shares(outcome: &Outcome) -> Svg {
     for share in shares {
         if share.at != point {
             point = &share.at;
-            names.push(shortened(11.0, point, NAME, false));
+            names.push(truncate(11.0, point, NAME, false));
         }
         marks.extend(share_marks(share, names.len() as f64));
-        names.push(shortened(11.0, &share.claim, NAME, false));
+        names.push(truncate(11.0, &share.claim, NAME, false));
     }
     let height = names.len() as f64 * PITCH;
     let y = Axis {
@@ -106,12 +106,12 @@ pub(super) fn multiples(rows: &Rows<'_>) -> Html {
         // What all panels of a row share stands once, at its left.
         let (row, own) = heading(condition);
         let row = match n {
-            0 => shortened(12.0, &format!("{row} (°)"), 1.5 * MULTIPLE, false),
+            0 => truncate(12.0, &format!("{row} (°)"), 1.5 * MULTIPLE, false),
             _ => String::new(),
         };
         let y = Axis::linear(row.trim_start(), (low - 2.0, high + 2.0), 4.0);
         let mut panel = Panel::new("", x, y, MULTIPLE);
-        panel.title = shortened(13.0, &own, 1000.0 / wide as f64 - 60.0, true);
+        panel.title = truncate(13.0, &own, 1000.0 / wide as f64 - 60.0, true);
         draw_course(&mut panel, trial);
         panel
     };
@@ -240,9 +240,9 @@ fn panel(id: &str, rows: &[Row]) -> Option<Panel> {
     let name = |row: &&Row| row.id.trim_end_matches(&end).to_owned();
     let names = own
         .iter()
-        .map(|row| shortened(11.0, &name(row), NAME, false));
+        .map(|row| truncate(11.0, &name(row), NAME, false));
     let y = Axis::rows("", names);
-    let title = match named(id) {
+    let title = match find_measure(id) {
         None => id.to_owned(),
         Some(Measure {
             quantity, unit: "", ..

@@ -22,13 +22,13 @@ fn counted(outcome: &Outcome) -> String {
         return "Nothing here is held against a paper.".to_owned();
     }
     if outcome.declared.draws == 0 {
-        return of_trials(&claims);
+        return trials_summary(&claims);
     }
     let of = |wanted: ClaimStanding| -> Vec<String> {
         let own = claims
             .iter()
             .filter(|paper_claim| paper_claim.standing() == wanted);
-        own.map(|paper_claim| told(paper_claim, outcome.is_grid()))
+        own.map(|paper_claim| claim_summary(paper_claim, outcome.is_grid()))
             .collect()
     };
     let lists = [
@@ -63,7 +63,7 @@ fn come_out(like: usize, total: usize) -> String {
 }
 
 /// A claim and its share, or how many of its parts are as the paper says.
-fn told(claim: &PaperClaim<'_>, is_grid: bool) -> String {
+fn claim_summary(claim: &PaperClaim<'_>, is_grid: bool) -> String {
     match claim.parts.as_slice() {
         [one] => format!("{} ({})", claim.says, one.percent()),
         [first, rest @ ..] if is_grid && rest.iter().all(|share| share.id == first.id) => {
@@ -79,7 +79,7 @@ fn told(claim: &PaperClaim<'_>, is_grid: bool) -> String {
 }
 
 /// Of trials alone, which are too few for *most*.
-fn of_trials(claims: &[PaperClaim<'_>]) -> String {
+fn trials_summary(claims: &[PaperClaim<'_>]) -> String {
     // Cases as the paper has it, and all cases, of the parts that are judged.
     let as_printed = |claim: &PaperClaim<'_>| {
         let parts = claim.parts.iter();

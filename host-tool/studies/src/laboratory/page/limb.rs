@@ -3,11 +3,11 @@
 use super::Rows;
 use super::figures::heading;
 use crate::laboratory::result::ShownCondition;
-use host_core::plot::figure::{WIDTH, legend};
+use host_core::plot::figure::{WIDTH, draw_legend};
 use host_core::plot::ink::{Color, INK, MUTED, PALETTE, channel_mark, stroke};
 use host_core::plot::panel::LetterScale;
 use host_core::plot::series::range;
-use host_core::plot::words::shortened;
+use host_core::plot::words::truncate;
 use host_core::plot::{At, Canvas, Key, Paint, Shape, Words};
 use host_core::record::{Sample, Trial};
 use host_core::report::{Html, draw_bones, figure};
@@ -71,7 +71,7 @@ pub(super) fn section<'a>(rows: &'a Rows<'a>) -> Html {
     let lowest = all().map(Limb::lowest).fold(0.0, f64::max);
     let high = (scale * lowest).max(4.0 * LINE) + 12.0;
     let mut canvas = Canvas::default();
-    let mut y = legend(
+    let mut y = draw_legend(
         &mut canvas,
         LetterScale(1.0),
         (0.0, 0.0),
@@ -89,7 +89,7 @@ pub(super) fn section<'a>(rows: &'a Rows<'a>) -> Html {
         for (n, (shown, limb)) in row.iter().enumerate() {
             let x = n as f64 * cell;
             let Some(limb) = limb else { continue };
-            let own = shortened(12.0, &heading(shown).1, cell - 10.0, false);
+            let own = truncate(12.0, &heading(shown).1, cell - 10.0, false);
             canvas.text(
                 (x, y + LINE / 2.0),
                 &own,
@@ -116,7 +116,7 @@ pub(super) fn section<'a>(rows: &'a Rows<'a>) -> Html {
 /// What a screen reader says: every angle.
 fn description<'a>(limbs: impl Iterator<Item = &'a Limb<'a>>) -> String {
     let each = limbs.map(|limb| {
-        let words: Vec<String> = limb.words().map(|(_, words)| words).into();
+        let words: Vec<String> = limb.angle_labels().map(|(_, words)| words).into();
         format!("{}: {}", limb.trial.name, words.join(", "))
     });
     let each: Vec<String> = each.collect();
@@ -200,7 +200,7 @@ impl Kind {
     }
 
     /// The bones that do not turn: their joints and half their thickness.
-    fn still(self) -> Vec<(Vec<At>, f64)> {
+    fn fixed_bones(self) -> Vec<(Vec<At>, f64)> {
         let (joint, _, half) = self.joint();
         match self {
             Self::Arm => vec![(vec![(54.0, 12.0), joint], 11.0)],
@@ -228,7 +228,7 @@ impl Kind {
 
 impl<'a> Limb<'a> {
     fn of(trial: &'a Trial) -> Option<Self> {
-        let file = SessionFile::recorded(trial).ok()?;
+        let file = SessionFile::from_trial(trial).ok()?;
         let (kind, channels) = match file.session.body? {
             BodySpec::Finger(f) => {
                 let sites = [f.flexor_a.channel, f.flexor_b.channel, f.extensor.channel];
@@ -304,7 +304,7 @@ impl<'a> Limb<'a> {
             let bone = path(&[joint, self.kind.end(*deg, length)]);
             draw_bones(canvas, &bone, half * at.scale, color);
         }
-        for (joints, half) in self.kind.still() {
+        for (joints, half) in self.kind.fixed_bones() {
             draw_bones(canvas, &path(&joints), half * at.scale, MUTED);
         }
         let bound = match self.bound {
@@ -330,7 +330,7 @@ impl<'a> Limb<'a> {
     }
 
     /// The angles, each in the colour of what it belongs to.
-    fn words(&self) -> [(Color, String); 3] {
+    fn angle_labels(&self) -> [(Color, String); 3] {
         let [(ghost, from), (main, to)] = self.poses;
         let bound = match self.bound {
             Bound::Wall(deg, _) => format!("wall {}°", tenths(deg)),
@@ -344,8 +344,8 @@ impl<'a> Limb<'a> {
     }
 
     fn label(&self, canvas: &mut Canvas, (x, y): At) {
-        for (n, (color, words)) in self.words().into_iter().enumerate() {
-            let words = shortened(TEXT.size, &words, WORDS - 8.0, false);
+        for (n, (color, words)) in self.angle_labels().into_iter().enumerate() {
+            let words = truncate(TEXT.size, &words, WORDS - 8.0, false);
             let style = Words { color, ..TEXT };
             canvas.text((x, y + LINE * n as f64), &words, style);
         }

@@ -12,7 +12,7 @@ mod timing;
 
 use super::conduct::ConductedTrial;
 use super::error::LaboratoryError;
-use super::quoted::quoted;
+use super::quoted::quote_for_shell;
 use super::result::{Outcome, ShownCondition};
 use figures::{beside, measures, multiples, shares};
 use hal_sim::input;
@@ -49,7 +49,7 @@ pub fn publish(
 ///
 /// # Errors
 /// E608: it says what this program does not write. The page cannot be written.
-pub fn renew(dir: &Path, trials: &[Trial]) -> Result<Option<PathBuf>, LaboratoryError> {
+pub fn rebuild_page(dir: &Path, trials: &[Trial]) -> Result<Option<PathBuf>, LaboratoryError> {
     let Some(outcome) = read_outcome(dir)? else {
         return Ok(None);
     };
@@ -96,14 +96,14 @@ fn page(outcome: &Outcome, trials: &[&Trial]) -> String {
     );
     let claims = match grid::is_large(outcome) {
         true => {
-            let all = folded("Each share with its interval", shares_table(outcome));
+            let all = collapsible("Each share with its interval", shares_table(outcome));
             grid::section(outcome) + all
         }
         false => figure(&shares(outcome), "") + shares_table(outcome),
     };
     let kinds = pivot::kinds_table(outcome);
     let numbers = match grid::is_large(outcome) || !kinds.is_empty() {
-        true => measures(outcome) + kinds + folded("Each number", rows_table(outcome)),
+        true => measures(outcome) + kinds + collapsible("Each number", rows_table(outcome)),
         false => measures(outcome) + rows_table(outcome),
     };
     // What has no conditions, such as drawn participants, has no trials to record.
@@ -123,7 +123,7 @@ fn page(outcome: &Outcome, trials: &[&Trial]) -> String {
         ("Timing of the pulses", timing),
         ("Each measure", numbers),
         ("What to know", notes(outcome)),
-        ("Declared before looking", declared(outcome)),
+        ("Declared before looking", declaration_section(outcome)),
     ] {
         if !text.is_empty() {
             body += html!("<section><h2>{}</h2>\n{}</section>\n", title, text);
@@ -133,7 +133,7 @@ fn page(outcome: &Outcome, trials: &[&Trial]) -> String {
 }
 
 /// What opens where its heading is clicked; nothing of nothing.
-fn folded(heading: &str, text: Html) -> Html {
+fn collapsible(heading: &str, text: Html) -> Html {
     match text.is_empty() {
         true => text,
         false => html!(
@@ -191,7 +191,7 @@ fn notes(outcome: &Outcome) -> Html {
     html!("<ul>\n{}</ul>\n", notes)
 }
 
-fn declared(outcome: &Outcome) -> Html {
+fn declaration_section(outcome: &Outcome) -> Html {
     let (seed, draws) = (outcome.seed, outcome.declared.draws);
     let name = match &*outcome.declared.asked {
         "" => &outcome.name, // an older result
@@ -207,7 +207,7 @@ fn declared(outcome: &Outcome) -> Html {
             "Seed, wearer or number of {drawn} differ from the declaration's: explored, not declared."
         ),
     };
-    let shown = quoted(name);
+    let shown = quote_for_shell(name);
     let command = match (&outcome.declared.command, draws) {
         (Some(command), _) => format!("flexor {command} --seed {seed}"),
         (None, 0) => format!("flexor experiment {shown}{device} --seed {seed} --draws 0"),

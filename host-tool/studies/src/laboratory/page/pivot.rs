@@ -1,6 +1,6 @@
 //! Kinds in rows and their measures in columns.
 
-use super::tables::{printed, table};
+use super::tables::{format_value, table};
 use crate::laboratory::result::{Outcome, Row};
 use host_core::html;
 use host_core::report::Html;
@@ -32,7 +32,7 @@ pub(super) fn kinds_table(outcome: &Outcome) -> Html {
     let rows = kinds.iter().map(|kind| {
         let drawn = cell(kind, measures.first()?).map(|row| row.n)?;
         let values = measures.iter().map(|measure| match cell(kind, measure) {
-            Some(row) => html!("<td>{}</td>", printed(row.ours, &row.unit)),
+            Some(row) => html!("<td>{}</td>", format_value(row.ours, &row.unit)),
             None => html!("<td>—</td>"),
         });
         let values = values.collect::<Html>();

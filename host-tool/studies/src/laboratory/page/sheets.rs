@@ -24,16 +24,20 @@ fn sheet(item: &Sheet) -> Html {
         SheetContent::Table(grid) => {
             let row = |row: &Vec<String>| {
                 let cells = row.iter().enumerate().map(|(place, cell)| match place {
-                    0 => html!("<th scope=\"row\">{}</th>", unbroken(cell)),
-                    _ => html!("<td>{}</td>", unbroken(cell)),
+                    0 => html!("<th scope=\"row\">{}</th>", no_break_percent(cell)),
+                    _ => html!("<td>{}</td>", no_break_percent(cell)),
                 });
                 html!("<tr>{}</tr>\n", cells.collect::<Html>())
             };
-            let heads: Vec<String> = grid.heads.iter().map(|head| unbroken(head)).collect();
+            let heads: Vec<String> = grid
+                .heads
+                .iter()
+                .map(|head| no_break_percent(head))
+                .collect();
             let heads: Vec<&str> = heads.iter().map(String::as_str).collect();
             table(&heads, grid.rows.iter().map(row).collect())
         }
-        SheetContent::Plots(plots) => figure(&drawn(plots, &item.title), ""),
+        SheetContent::Plots(plots) => figure(&draw_plots(plots, &item.title), ""),
         SheetContent::Matrix(matrix) => figure(&shaded(matrix, &item.title), ""),
     };
     // Not within the figure: on a narrow screen that scrolls, and this stays.
@@ -64,7 +68,7 @@ fn shaded(matrix: &Matrix, description: &str) -> Svg {
         for (column, value) in cells.iter().enumerate() {
             let (left, top) = place(column, row);
             let part = 0.75 * (value / largest).clamp(0.0, 1.0);
-            let paint = Paint::Full(GRID.towards(PALETTE[0], part));
+            let paint = Paint::Full(GRID.mix(PALETTE[0], part));
             let (right, bottom) = (left + CELL.0 - 1.0, top + CELL.1 - 1.0);
             canvas.area((left, top), (right, bottom), paint);
             let middle = (left + 4.0, top + 0.5 * CELL.1);
@@ -82,11 +86,11 @@ fn shaded(matrix: &Matrix, description: &str) -> Svg {
 }
 
 /// A per cent sign beside its number on narrow screens too.
-fn unbroken(cell: &str) -> String {
+fn no_break_percent(cell: &str) -> String {
     cell.replace(" %", "\u{a0}%")
 }
 
-fn drawn(plots: &Plots, description: &str) -> Svg {
+fn draw_plots(plots: &Plots, description: &str) -> Svg {
     if plots.plots.is_empty() {
         return Svg::default();
     }
@@ -267,8 +271,8 @@ mod tests {
         };
         let plot = Plot {
             title: "P (2 draws)".to_owned(),
-            x: SheetAxis::of("pattern", ["0".to_owned()]),
-            y: SheetAxis::even("torque", [0.0, 1.0]),
+            x: SheetAxis::categorical("pattern", ["0".to_owned()]),
+            y: SheetAxis::linear("torque", [0.0, 1.0]),
             bars: vec![bar],
             paper: vec![[0.0, 0.28]],
             ..Plot::default()
@@ -278,11 +282,11 @@ mod tests {
             series: vec!["conducted".to_owned(), "isolated".to_owned()],
             plots: vec![plot.clone(), plot],
         };
-        let svg = drawn(&plots, "torque by pattern");
+        let svg = draw_plots(&plots, "torque by pattern");
         assert_eq!(svg.matches("P (2 draws)").count(), 2);
         // Its axis' name stands once, at the left of the row.
         assert_eq!(svg.matches(">torque<").count(), 1);
         assert!(svg.contains("the paper") && svg.contains("isolated"));
-        assert!(drawn(&Plots::default(), "").is_empty());
+        assert!(draw_plots(&Plots::default(), "").is_empty());
     }
 }

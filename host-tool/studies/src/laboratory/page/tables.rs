@@ -107,7 +107,7 @@ pub(super) fn rows_table(outcome: &Outcome) -> Html {
     let has_paper = all.iter().any(|row| row.paper.is_some());
     let has_range = all.iter().any(|row| row.low.is_some());
     let rows = all.iter().map(|row| {
-        let paper = has_paper.then(|| printed(row.paper, &row.unit));
+        let paper = has_paper.then(|| format_value(row.paper, &row.unit));
         let end =
             |value: f64| large_t(&row.quantity, value).map_or_else(|| digits(value), str::to_owned);
         let range = row.low.zip(row.high);
@@ -121,7 +121,7 @@ pub(super) fn rows_table(outcome: &Outcome) -> Html {
         };
         let cells = [Some(unit.to_owned()), paper];
         let large = row.ours.and_then(|value| large_t(&row.quantity, value));
-        let ours = large.map_or_else(|| printed(row.ours, &row.unit), str::to_owned);
+        let ours = large.map_or_else(|| format_value(row.ours, &row.unit), str::to_owned);
         let ours = [Some(ours), has_range.then_some(range)];
         let cells = cells.into_iter().chain(ours).flatten();
         let cells: Html = cells.map(|cell| html!("<td>{}</td>", cell)).collect();
@@ -166,7 +166,7 @@ pub(super) fn rows_table(outcome: &Outcome) -> Html {
 }
 
 /// A value in its unit: cases are whole.
-pub(super) fn printed(value: Option<f64>, unit: &str) -> String {
+pub(super) fn format_value(value: Option<f64>, unit: &str) -> String {
     match value {
         None => "—".to_owned(),
         Some(cases) if unit == "cases" => format!("{cases:.0}"),

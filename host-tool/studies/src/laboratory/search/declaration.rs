@@ -78,7 +78,7 @@ pub struct Rating {
 impl Rating {
     /// The rating of a level, 0 to 10, with this normal deviate.
     #[must_use]
-    pub fn of(&self, level: Milli, deviate: f64) -> u8 {
+    pub fn rate(&self, level: Milli, deviate: f64) -> u8 {
         let even = 10.0 * (level.units() - self.none) / (self.ten - self.none);
         (even + self.noise * deviate).round().clamp(0.0, 10.0) as u8
     }

@@ -9,7 +9,7 @@ use firmware::safety::StopCause;
 use firmware::units::Amplitude;
 use hal_sim::random::standard_normal;
 use host_core::link::{Connection, Error, Incoming, Interruption, Port};
-use host_core::run::event;
+use host_core::run::describe_event;
 use host_core::session::Session;
 use std::fmt;
 use std::time::Duration;
@@ -121,12 +121,12 @@ impl<'a, P: Port> OnDevice<'a, P> {
     ) -> Result<Self, DeviceError> {
         let (mut client, _) = Connection::open_interruptible(port, interruption)?;
         let is_simulated = client.port().world().is_some();
-        let needs_sensor = search.declared().needs_baseline();
-        let has_eye = search.declared().observer == Observer::Eye && !is_simulated;
+        let needs_sensor = search.declaration().needs_baseline();
+        let has_eye = search.declaration().observer == Observer::Eye && !is_simulated;
         if needs_sensor && !has_eye && client.port().glove_deg().is_none() {
             return Err(DeviceError::NoSensor);
         }
-        for request in session.requests() {
+        for request in session.setup_requests() {
             let is_plain = matches!(
                 request,
                 Request::Clear
@@ -141,7 +141,7 @@ impl<'a, P: Port> OnDevice<'a, P> {
         }
         client.arm()?;
         let host_timeout_us = u64::from(session.wearer.host_timeout_ms) * 1000;
-        let is_kept = client.keep_alive_apart(Duration::from_micros(host_timeout_us / 4))?;
+        let is_kept = client.start_keep_alive_thread(Duration::from_micros(host_timeout_us / 4))?;
         let mut probe = Self {
             client,
             search,
@@ -157,7 +157,7 @@ impl<'a, P: Port> OnDevice<'a, P> {
         // The electrode check's are not the search's.
         probe.counted = probe.client.status()?.counters.pulses;
         probe.client.start()?;
-        probe.set(Milli(0))?;
+        probe.set_level(Milli(0))?;
         Ok(probe)
     }
 
@@ -178,18 +178,18 @@ impl<'a, P: Port> OnDevice<'a, P> {
     }
 
     /// Gives all channels of the search their amplitudes at `level`.
-    fn set(&mut self, level: Milli) -> Result<(), DeviceError> {
+    fn set_level(&mut self, level: Milli) -> Result<(), DeviceError> {
         let sites = self.search.sites().iter();
         let list: Vec<(u8, Amplitude)> = sites
             .map(|site| (site.channel - 1, Amplitude::new(site.amplitude(level).0)))
             .collect();
-        self.client.amplitudes(&list)?;
+        self.client.set_amplitudes(&list)?;
         self.due_us = self.client.port().now_us() + self.host_timeout_us / 4;
         Ok(())
     }
 
     /// Lets time pass until `until_us`, the host alive.
-    fn pass(&mut self, until_us: u64) -> Result<(), DeviceError> {
+    fn wait_until(&mut self, until_us: u64) -> Result<(), DeviceError> {
         while self.client.port().now_us() < until_us {
             if !self.is_kept && self.client.port().now_us() >= self.due_us {
                 self.client.post(Request::KeepAlive)?;
@@ -204,7 +204,7 @@ impl<'a, P: Port> OnDevice<'a, P> {
                     Incoming::Event(
                         _,
                         happened @ (Event::Stopping(_) | Event::Stopped(_) | Event::Faulted(_)),
-                    ) => return Err(self.ended(&happened)),
+                    ) => return Err(self.end_error(&happened)),
                     Incoming::Refused(_, refused) => return Err(Error::Refused(refused).into()),
                     _ => {}
                 }
@@ -214,26 +214,27 @@ impl<'a, P: Port> OnDevice<'a, P> {
     }
 
     /// Why it did: this computer, if it stalled.
-    fn ended(&self, happened: &Event) -> DeviceError {
+    fn end_error(&self, happened: &Event) -> DeviceError {
         let silence = StopCause::HostSilent;
         let is_silence =
             *happened == Event::Stopping(silence) || *happened == Event::Stopped(silence);
         let keeper = self.client.keeper().filter(|_| is_silence);
-        match keeper.and_then(|keeper| keeper.explains(Duration::from_micros(self.host_timeout_us)))
+        match keeper
+            .and_then(|keeper| keeper.explaining_pause(Duration::from_micros(self.host_timeout_us)))
         {
             Some(pause) => DeviceError::Stalled(pause.as_millis()),
-            None => DeviceError::Ended(event(happened)),
+            None => DeviceError::Ended(describe_event(happened)),
         }
     }
 
-    fn pass_ms(&mut self, ms: u32) -> Result<(), DeviceError> {
+    fn wait_ms(&mut self, ms: u32) -> Result<(), DeviceError> {
         let until_us = self.client.port().now_us() + u64::from(ms) * 1000;
-        self.pass(until_us)
+        self.wait_until(until_us)
     }
 
     /// Means of the sensor over the next windows; none where there is no sensor.
     fn windows(&mut self, count: u32) -> Result<Vec<f64>, DeviceError> {
-        let length_us = u64::from(self.search.declared().window_ms) * 1000;
+        let length_us = u64::from(self.search.declaration().window_ms) * 1000;
         let begin_us = self.client.port().now_us();
         let mut means = Vec::new();
         for window in 1..=u64::from(count) {
@@ -241,7 +242,7 @@ impl<'a, P: Port> OnDevice<'a, P> {
             let end_us = begin_us + window * length_us;
             while self.client.port().now_us() < end_us {
                 let next_us = end_us.min(self.client.port().now_us() + READ_US);
-                self.pass(next_us)?;
+                self.wait_until(next_us)?;
                 if let Some(deg) = self.client.port().glove_deg() {
                     (sum, readings) = (sum + deg, readings + 1);
                 }
@@ -261,7 +262,7 @@ impl<'a, P: Port> OnDevice<'a, P> {
             if let Some(reply) = self.operator.as_mut().and_then(|o| o.reply()) {
                 return Ok(Some(reply));
             }
-            self.pass_ms(20)?;
+            self.wait_ms(20)?;
         }
     }
 
@@ -282,25 +283,25 @@ impl<P: Port> Probe for OnDevice<'_, P> {
     }
 
     fn rest(&mut self, has_baseline: bool) -> Result<Vec<f64>, DeviceError> {
-        let declared = self.search.declared();
+        let declared = self.search.declaration();
         let rest_ms = (declared.rest_s * 1e3).round() as u32; // at most 600 s
         let windows = if has_baseline {
             declared.baseline_windows
         } else {
             0
         };
-        self.pass_ms(rest_ms.saturating_sub(windows * declared.window_ms))?;
+        self.wait_ms(rest_ms.saturating_sub(windows * declared.window_ms))?;
         self.windows(windows)
     }
 
     fn present(&mut self, level: Milli, has_windows: bool) -> Result<Vec<f64>, DeviceError> {
-        let declared = self.search.declared();
+        let declared = self.search.declaration();
         let (settle_ms, windows) = (declared.settle_ms, declared.windows);
-        let set = self.set(level).and_then(|()| self.pass_ms(settle_ms));
+        let set = self.set_level(level).and_then(|()| self.wait_ms(settle_ms));
         let seen = set.and_then(|()| match has_windows {
             true => self.windows(windows),
             false => {
-                let passed = self.pass_ms(windows * declared.window_ms);
+                let passed = self.wait_ms(windows * declared.window_ms);
                 passed.map(|()| Vec::new())
             }
         });
@@ -308,7 +309,7 @@ impl<P: Port> Probe for OnDevice<'_, P> {
         if seen.is_err() {
             self.client.ignore_signals();
         }
-        let (silent, counted) = (self.set(Milli(0)), self.count());
+        let (silent, counted) = (self.set_level(Milli(0)), self.count());
         let windows = seen?;
         silent.and(counted)?;
         Ok(windows)
@@ -320,12 +321,12 @@ impl<P: Port> Probe for OnDevice<'_, P> {
         }
         self.rated += 1;
         let deviate = standard_normal(self.seed, self.rated);
-        let person = self.search.declared().simulated_rating;
+        let person = self.search.declaration().simulated_rating;
         // Who has declared no person has one who bears nothing.
-        Ok(person.map_or(10, |person: Rating| person.of(level, deviate)))
+        Ok(person.map_or(10, |person: Rating| person.rate(level, deviate)))
     }
 
-    fn seen(&mut self, level: Milli) -> Result<Option<bool>, DeviceError> {
+    fn observed_movement(&mut self, level: Milli) -> Result<Option<bool>, DeviceError> {
         Ok(self.ask(Question::Moved(level))?.map(|moved| moved > 0))
     }
 

@@ -267,10 +267,10 @@ impl Probe for Wearer<'_> {
             noise: self.noise,
         };
         let deviate = self.normal();
-        Ok(person.of(level, deviate))
+        Ok(person.rate(level, deviate))
     }
 
-    fn seen(&mut self, _: Milli) -> Result<Option<bool>, Infallible> {
+    fn observed_movement(&mut self, _: Milli) -> Result<Option<bool>, Infallible> {
         Ok(None)
     }
 

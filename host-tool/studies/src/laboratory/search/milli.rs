@@ -25,7 +25,7 @@ impl Milli {
 
     /// This part of `whole`, rounded down.
     #[must_use]
-    pub fn of(self, whole: Self) -> Self {
+    pub fn fraction_of(self, whole: Self) -> Self {
         let part = u64::from(self.0) * u64::from(whole.0) / 1000;
         Self(u32::try_from(part).unwrap_or(u32::MAX))
     }
@@ -57,6 +57,6 @@ mod tests {
             assert_eq!(Milli::exactly(value), None, "{value}");
         }
         assert_eq!(Milli(28_100).to_string(), "28.1");
-        assert_eq!(Milli(700).of(Milli(28_100)), Milli(19_670));
+        assert_eq!(Milli(700).fraction_of(Milli(28_100)), Milli(19_670));
     }
 }

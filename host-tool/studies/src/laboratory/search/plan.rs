@@ -25,7 +25,7 @@ impl Site {
     /// The channel's amplitude at a level.
     #[must_use]
     pub fn amplitude(&self, level: Milli) -> Milli {
-        self.max.map_or(level, |max| level.of(max))
+        self.max.map_or(level, |max| level.fraction_of(max))
     }
 }
 
@@ -78,7 +78,7 @@ impl Search {
             stair,
         };
         if told.is_empty() {
-            stairs(&search, &mut told);
+            check_levels(&search, &mut told);
         }
         match told.is_empty() {
             true => Ok(search),
@@ -90,7 +90,10 @@ impl Search {
     /// wearer's limit, its unit's symbol; nothing where there is no channel
     /// that plays by itself.
     #[must_use]
-    pub fn beyond<'a>(&self, limit_of: impl Fn(u8) -> Option<(Milli, &'a str)>) -> Vec<String> {
+    pub fn limit_violations<'a>(
+        &self,
+        limit_of: impl Fn(u8) -> Option<(Milli, &'a str)>,
+    ) -> Vec<String> {
         let mut told = Vec::new();
         let highest = self.levels().last().unwrap_or_default();
         for site in &self.sites {
@@ -111,7 +114,7 @@ impl Search {
 
     /// As declared.
     #[must_use]
-    pub const fn declared(&self) -> &SearchDeclaration {
+    pub const fn declaration(&self) -> &SearchDeclaration {
         &self.declared
     }
 
@@ -138,7 +141,11 @@ impl Search {
     #[must_use]
     pub fn false_alarm(&self) -> f64 {
         let repeats = self.declared.confirm as i32;
-        let one = self.declared.detector().false_alarm().powi(1 + repeats);
+        let one = self
+            .declared
+            .detector()
+            .false_alarm_probability()
+            .powi(1 + repeats);
         1.0 - (1.0 - one).powi(self.levels().count() as i32)
     }
 }
@@ -251,9 +258,9 @@ fn fitting(d: &SearchDeclaration, told: &mut Vec<String>) {
 }
 
 /// What the levels and the detector say together.
-fn stairs(search: &Search, told: &mut Vec<String>) {
+fn check_levels(search: &Search, told: &mut Vec<String>) {
     let [start, step, limit] = search.stair;
-    let d = search.declared();
+    let d = search.declaration();
     if start > limit {
         told.push(format!("start is {start}, above the limit of {limit}"));
     } else if (limit.0 - start.0) / step.0 >= MOST_LEVELS {

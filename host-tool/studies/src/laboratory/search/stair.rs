@@ -41,7 +41,7 @@ pub trait Probe {
     ///
     /// # Errors
     /// The device or a signal.
-    fn seen(&mut self, level: Milli) -> Result<Option<bool>, Self::Error>;
+    fn observed_movement(&mut self, level: Milli) -> Result<Option<bool>, Self::Error>;
 
     /// Pulses given so far.
     fn pulses(&self) -> u64;
@@ -119,8 +119,8 @@ impl<E> Finding<E> {
     /// The level to set: of comfort and maximum the highest accepted, of the others
     /// the lowest that moves. Nothing if it was not found, or nothing was accepted.
     #[must_use]
-    pub fn to_set(&self, search: &Search) -> Option<Milli> {
-        match search.declared().kind.is_rated() {
+    pub fn level_to_set(&self, search: &Search) -> Option<Milli> {
+        match search.declaration().kind.is_rated() {
             true => self.high.and(Some(self.low)).filter(|low| low.0 > 0),
             false => self.high,
         }
@@ -157,9 +157,9 @@ fn climb<P: Probe>(
     tell: &mut impl FnMut(&Step),
 ) -> Result<SearchEnd<P::Error>, P::Error> {
     // What was too much is not given again to be sure of it.
-    let confirm = match search.declared().kind {
+    let confirm = match search.declaration().kind {
         Kind::Maximum => 0,
-        _ => search.declared().confirm,
+        _ => search.declaration().confirm,
     };
     for level in search.levels() {
         let mut is_confirmed = true;
@@ -194,7 +194,7 @@ fn climb<P: Probe>(
 }
 
 fn answer<P: Probe>(search: &Search, probe: &mut P, level: Milli) -> Result<Answer, P::Error> {
-    let declared = search.declared();
+    let declared = search.declaration();
     let is_measured = declared.needs_baseline();
     let baseline = probe.rest(is_measured)?;
     let windows = probe.present(level, is_measured)?;
@@ -202,7 +202,7 @@ fn answer<P: Probe>(search: &Search, probe: &mut P, level: Milli) -> Result<Answ
         return Ok(Answer::Rated(probe.rating(level)?, accepted));
     }
     if declared.observer == Observer::Eye
-        && let Some(moved) = probe.seen(level)?
+        && let Some(moved) = probe.observed_movement(level)?
     {
         return Ok(Answer::Seen(moved));
     }

@@ -16,7 +16,7 @@ pub trait Drawing: Sync {
     /// What the sweep is called.
     fn name(&self) -> &str;
     /// Which part of what is declared it is, where it is not all of it.
-    fn only(&self) -> Option<String> {
+    fn subset(&self) -> Option<String> {
         None
     }
     /// The program that computes its units, as `sweep.json` has it: another one neither goes on
@@ -26,7 +26,7 @@ pub trait Drawing: Sync {
     }
     /// Whether a unit is the same however many are drawn, so that a folder of fewer draws goes
     /// on to more.
-    fn grows(&self) -> bool {
+    fn is_extensible(&self) -> bool {
         false
     }
     /// The file that keeps what was computed.
@@ -42,14 +42,14 @@ pub trait Drawing: Sync {
     /// Units in all, of so many draws.
     fn units(&self, draws: u64) -> u64;
     /// Rows of every unit.
-    fn rows_each(&self) -> usize;
+    fn rows_per_unit(&self) -> usize;
     /// The index that the first row of a unit begins with.
     fn index_of(&self, row: &str) -> Option<u64> {
         row.split(',').next()?.parse().ok()
     }
     /// How each row of a unit begins: everything that is known before it is computed, its
     /// index first.
-    fn begins(&self, sweep: &Sweep, unit: u64) -> Vec<String>;
+    fn row_prefixes(&self, sweep: &Sweep, unit: u64) -> Vec<String>;
     /// What a unit comes to; nothing once `goes_on` says no, if the unit is long enough to
     /// ask.
     ///
@@ -62,12 +62,12 @@ pub trait Drawing: Sync {
         goes_on: &(dyn Fn() -> bool + Sync),
     ) -> Result<Option<Self::Unit>, Self::Error>;
     /// The rest of each of its rows, with every digit that decides.
-    fn rest(&self, unit: &Self::Unit) -> Vec<String>;
+    fn row_suffixes(&self, unit: &Self::Unit) -> Vec<String>;
     /// What a unit came to of the rest of each of its rows.
     ///
     /// # Errors
-    /// Which of them, from 0, says what, that [`Self::rest`] never says.
-    fn read(&self, rest: &[&str]) -> Result<Self::Unit, (usize, String)>;
+    /// Which of them, from 0, says what, that [`Self::row_suffixes`] never says.
+    fn parse_unit(&self, rest: &[&str]) -> Result<Self::Unit, (usize, String)>;
     /// What the units come to, be they all or the first ones.
     ///
     /// # Errors
@@ -90,7 +90,7 @@ pub trait Drawing: Sync {
         Ok(Vec::new())
     }
     /// Some units of a sweep's in words: `12 of 40 sessions`.
-    fn in_words(&self, sweep: &Sweep, done: u64) -> String {
+    fn progress_text(&self, sweep: &Sweep, done: u64) -> String {
         format!("{done} of {} units", self.units(sweep.draws))
     }
     /// What a terminal shows of the units in 80 columns, where that is more than the outcome's

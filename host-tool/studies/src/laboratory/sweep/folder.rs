@@ -30,14 +30,14 @@ impl Folder {
         drawing: &D,
     ) -> Result<(Self, Units<D>), LaboratoryError> {
         fs::create_dir_all(dir).map_err(failed(dir))?;
-        refuse_other(dir, sweep, drawing.grows())?;
+        refuse_other(dir, sweep, drawing.is_extensible())?;
         let rows = dir.join(drawing.file());
-        let (known, text) = match about(dir).exists() && rows.exists() {
+        let (known, text) = match sweep_file(dir).exists() && rows.exists() {
             true => whole_rows(&rows, sweep, drawing)?,
             false => (BTreeMap::new(), header(drawing)),
         };
         // First: whatever ends the program from here on, the folder says what it is.
-        begin(dir, sweep)?;
+        write_sweep(dir, sweep)?;
         write(&dir.join("declaration.toml"), drawing.declaration())?;
         write(&rows, &text)?;
         let append = OpenOptions::new().append(true).open(&rows);
@@ -56,8 +56,8 @@ impl Folder {
         sweep: &Sweep,
         (index, unit): (u64, &D::Unit),
     ) -> Result<(), LaboratoryError> {
-        let begins = drawing.begins(sweep, index).into_iter();
-        let rows = begins.zip(drawing.rest(unit));
+        let begins = drawing.row_prefixes(sweep, index).into_iter();
+        let rows = begins.zip(drawing.row_suffixes(unit));
         let text: String = rows
             .map(|(begin, rest)| format!("{begin},{rest}\n"))
             .collect();
@@ -77,8 +77,8 @@ pub(super) fn refuse_other(dir: &Path, sweep: &Sweep, grows: bool) -> Result<(),
             wanted,
         })
     };
-    if about(dir).exists() {
-        let found = about_of(dir)?;
+    if sweep_file(dir).exists() {
+        let found = read_sweep(dir)?;
         let (there, here) = (found.in_words(), sweep.in_words());
         let draws = match grows {
             true => sweep.draws.max(found.draws),
@@ -127,13 +127,13 @@ pub(super) fn units<D: Drawing>(
 }
 
 /// The file in `dir` that says what the sweep there is.
-pub(super) fn about(dir: &Path) -> PathBuf {
+pub(super) fn sweep_file(dir: &Path) -> PathBuf {
     dir.join("sweep.json")
 }
 
 /// What the sweep in `dir` is.
-pub(super) fn about_of(dir: &Path) -> Result<Sweep, LaboratoryError> {
-    let path = about(dir);
+pub(super) fn read_sweep(dir: &Path) -> Result<Sweep, LaboratoryError> {
+    let path = sweep_file(dir);
     let text = input::read_text(&path, input::LONGEST_DOCUMENT).map_err(failed(&path))?;
     serde_json::from_str(&text).map_err(|error| LaboratoryError::Damaged {
         file: path.display().to_string(),
@@ -142,8 +142,8 @@ pub(super) fn about_of(dir: &Path) -> Result<Sweep, LaboratoryError> {
 }
 
 /// Writes what the sweep in `dir` is.
-pub(super) fn begin(dir: &Path, sweep: &Sweep) -> Result<(), LaboratoryError> {
-    write(&about(dir), &json(sweep))
+pub(super) fn write_sweep(dir: &Path, sweep: &Sweep) -> Result<(), LaboratoryError> {
+    write(&sweep_file(dir), &json(sweep))
 }
 
 fn json(sweep: &Sweep) -> String {
@@ -197,10 +197,10 @@ fn whole_rows<D: Drawing>(
     let mut units = BTreeMap::new();
     let mut whole = head;
     let lines: Vec<&str> = body.split_inclusive('\n').collect();
-    let of_unit = drawing.rows_each().max(1);
+    let of_unit = drawing.rows_per_unit().max(1);
     let first = 1 + usize::from(!whole.is_empty()); // the header is line 1
     for (lines, first) in lines.chunks(of_unit).zip((first..).step_by(of_unit)) {
-        let is_whole = lines.len() == drawing.rows_each();
+        let is_whole = lines.len() == drawing.rows_per_unit();
         if !is_whole || lines.last().is_some_and(|line| !line.ends_with('\n')) {
             break; // the program was killed here
         }
@@ -226,7 +226,7 @@ fn unit_of<D: Drawing>(
     if index >= drawing.units(sweep.draws) || !sweep.shard.has(index) {
         return Err((0, format!("unit {index} is none of this sweep")));
     }
-    let begins = drawing.begins(sweep, index);
+    let begins = drawing.row_prefixes(sweep, index);
     let rest = |(row, (line, wanted)): (usize, (&&'_ str, &String))| {
         let rest = line.strip_prefix(wanted.as_str());
         let rest = rest.and_then(|rest| rest.strip_prefix(','));
@@ -241,8 +241,8 @@ fn unit_of<D: Drawing>(
     let rests = lines.iter().zip(&begins).enumerate().map(rest);
     let rests: Vec<String> = rests.collect::<Result<_, _>>()?;
     let borrowed: Vec<&str> = rests.iter().map(String::as_str).collect();
-    let unit = drawing.read(&borrowed)?;
-    let written = drawing.rest(&unit);
+    let unit = drawing.parse_unit(&borrowed)?;
+    let written = drawing.row_suffixes(&unit);
     let differs = rests.iter().zip(&written).position(|(is, own)| is != own);
     match differs.and_then(|row| Some((row, written.get(row)?))) {
         None => Ok((index, unit)),

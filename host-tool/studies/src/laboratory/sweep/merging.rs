@@ -16,14 +16,14 @@ pub type MergedUnits<U> = (BTreeMap<u64, U>, Outcome);
 ///
 /// # Errors
 /// The parts are not all shards of one sweep, one has a hole, or a file fails.
-pub fn join<D: Drawing>(
+pub fn merge_shards<D: Drawing>(
     parts: &[PathBuf],
     out: &Path,
     drawing: &D,
 ) -> Result<MergedUnits<D::Unit>, D::Error> {
-    let named = parts.iter().map(|part| Ok((name(part), part_of(part)?)));
+    let named = parts.iter().map(|part| Ok((name(part), read_shard(part)?)));
     let named: Vec<(String, Sweep)> = named.collect::<Result<_, LaboratoryError>>()?;
-    let whole = whole_of(&named, drawing)?;
+    let whole = combined_sweep(&named, drawing)?;
     let mut units = BTreeMap::new();
     for (part, (name, sweep)) in parts.iter().zip(&named) {
         let own = folder::units(part, sweep, drawing)?;
@@ -55,19 +55,22 @@ fn name(part: &Path) -> String {
 ///
 /// # Errors
 /// E604: there is none. Its `sweep.json` cannot be read.
-pub fn part_of(part: &Path) -> Result<Sweep, LaboratoryError> {
-    if part.is_dir() && !folder::about(part).exists() {
+pub fn read_shard(part: &Path) -> Result<Sweep, LaboratoryError> {
+    if part.is_dir() && !folder::sweep_file(part).exists() {
         let part = name(part);
         return Err(LaboratoryError::Merge(format!(
             "{part} has no sweep.json, so it holds no shard; give the folders that --shard I/N \
              --out DIR made"
         )));
     }
-    Sweep::of(part)
+    Sweep::read(part)
 }
 
 /// The sweep that these are all parts of.
-fn whole_of<D: Drawing>(parts: &[(String, Sweep)], drawing: &D) -> Result<Sweep, LaboratoryError> {
+fn combined_sweep<D: Drawing>(
+    parts: &[(String, Sweep)],
+    drawing: &D,
+) -> Result<Sweep, LaboratoryError> {
     let refuse = |why: String| Err(LaboratoryError::Merge(why));
     let Some((first_name, first)) = parts.first() else {
         return refuse("there are none".to_owned());
@@ -92,7 +95,7 @@ fn whole_of<D: Drawing>(parts: &[(String, Sweep)], drawing: &D) -> Result<Sweep,
         return refuse(format!("shard {number}/{of} is missing"));
     }
     let whole = whole(first);
-    let wanted = Sweep::drawing(drawing, (whole.seed, whole.draws), Shard::WHOLE);
+    let wanted = Sweep::from_drawing(drawing, (whole.seed, whole.draws), Shard::WHOLE);
     match whole == wanted {
         true => Ok(whole),
         false => refuse(format!(

@@ -16,15 +16,15 @@ pub use drawing::Drawing;
 use folder::Folder;
 use host_core::record::Place;
 use in_order::in_order;
-pub use merging::{MergedUnits, join, part_of};
+pub use merging::{MergedUnits, merge_shards, read_shard};
 use playing::Playing;
-pub use playing::number_of;
+pub use playing::parse_number;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-/// A part of a sweep: units whose index is `number - 1` modulo `of`.
+/// A part of a sweep: units whose index is `number - 1` modulo `read`.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub struct Shard {
     /// From 1.
@@ -107,15 +107,15 @@ impl Sweep {
     /// Of this experiment.
     #[must_use]
     pub fn new(experiment: &Experiment, seed: u64, draws: u64, shard: Shard) -> Self {
-        Self::drawing(&Playing::of(experiment), (seed, draws), shard)
+        Self::from_drawing(&Playing::new(experiment), (seed, draws), shard)
     }
 
     /// Of what is drawn: seed and draws.
     #[must_use]
-    pub fn drawing(drawing: &impl Drawing, (seed, draws): (u64, u64), shard: Shard) -> Self {
+    pub fn from_drawing(drawing: &impl Drawing, (seed, draws): (u64, u64), shard: Shard) -> Self {
         Self {
             name: drawing.name().to_owned(),
-            only: drawing.only(),
+            only: drawing.subset(),
             sha256: drawing.hashes(),
             seed,
             draws,
@@ -129,15 +129,15 @@ impl Sweep {
     /// # Errors
     /// It cannot be written.
     pub fn begin(&self, dir: &Path) -> Result<(), LaboratoryError> {
-        folder::begin(dir, self)
+        folder::write_sweep(dir, self)
     }
 
     /// What the sweep in `dir` is, whole or not.
     ///
     /// # Errors
     /// There is none.
-    pub fn of(dir: &Path) -> Result<Self, LaboratoryError> {
-        folder::about_of(dir)
+    pub fn read(dir: &Path) -> Result<Self, LaboratoryError> {
+        folder::read_sweep(dir)
     }
 
     /// Takes the folder `dir`, absent, empty or this sweep begun before, for this program
@@ -154,14 +154,14 @@ impl Sweep {
     /// # Errors
     /// As [`Self::place`].
     pub fn place_of(&self, drawing: &impl Drawing, dir: &Path) -> Result<Place, LaboratoryError> {
-        self.take(dir, drawing.grows())
+        self.take(dir, drawing.is_extensible())
     }
 
     fn take(&self, dir: &Path, grows: bool) -> Result<Place, LaboratoryError> {
         let made = std::fs::create_dir_all(dir);
         made.map_err(|error| LaboratoryError::File(dir.display().to_string(), error))?;
         folder::refuse_other(dir, self, grows)?;
-        Ok(Place::existing(dir)?)
+        Ok(Place::open_existing(dir)?)
     }
 
     /// For people.
@@ -190,14 +190,14 @@ impl Sweep {
         trials: &[ConductedTrial],
         go_on: &mut dyn FnMut(f64) -> bool,
     ) -> Result<SweepResult, LaboratoryError> {
-        let score = Score::of(experiment, (self.seed, self.draws))?;
-        let outcome = self.run_to(experiment, (dir, trials), score.as_ref(), go_on)?;
-        let checked = score.as_ref().map(Score::checked);
+        let score = Score::record(experiment, (self.seed, self.draws))?;
+        let outcome = self.run_with_score(experiment, (dir, trials), score.as_ref(), go_on)?;
+        let checked = score.as_ref().map(Score::check_result);
         Ok(SweepResult { outcome, checked })
     }
 
     /// [`Self::run`] to this score, if the experiment has one.
-    pub(super) fn run_to(
+    pub(super) fn run_with_score(
         &self,
         experiment: &Experiment,
         (dir, trials): (&Path, &[ConductedTrial]),
@@ -357,6 +357,6 @@ pub fn merge(
     out: &Path,
     experiment: &Experiment,
 ) -> Result<Outcome, LaboratoryError> {
-    let joined: MergedUnits<_> = join(parts, out, &Playing::of(experiment))?;
+    let joined: MergedUnits<_> = merge_shards(parts, out, &Playing::new(experiment))?;
     Ok(joined.1)
 }

@@ -18,7 +18,7 @@ pub(super) struct Playing<'a> {
 
 impl<'a> Playing<'a> {
     /// What decides, without what is only to be played.
-    pub(super) const fn of(experiment: &'a Experiment) -> Self {
+    pub(super) const fn new(experiment: &'a Experiment) -> Self {
         Self {
             experiment,
             score: None,
@@ -61,18 +61,18 @@ impl Drawing for Playing<'_> {
         self.experiment.units(draws)
     }
 
-    fn rows_each(&self) -> usize {
+    fn rows_per_unit(&self) -> usize {
         self.experiment.conditions.len()
     }
 
-    fn begins(&self, sweep: &Sweep, unit: u64) -> Vec<String> {
+    fn row_prefixes(&self, sweep: &Sweep, unit: u64) -> Vec<String> {
         let unit = self.experiment.unit(sweep.seed, sweep.draws, unit);
         let fields = unit.fields.iter().map(|(_, value)| format!(",{value}"));
         let fields: String = fields.collect();
         let of = |condition: String| format!("{},{}{fields},{condition}", unit.index, unit.wearer);
         let names = self.experiment.conditions.iter();
         names
-            .map(|condition| of(quoted(&condition.name())))
+            .map(|condition| of(quote_csv(&condition.name())))
             .collect()
     }
 
@@ -85,13 +85,13 @@ impl Drawing for Playing<'_> {
         let position = sweep.shard.position(unit);
         let unit = self.experiment.unit(sweep.seed, sweep.draws, unit);
         let performed = match self.score {
-            Some(score) => score.perform(self.experiment, &unit, is_checked(position)),
-            None => self.experiment.perform(&unit),
+            Some(score) => score.measure_unit(self.experiment, &unit, is_checked(position)),
+            None => self.experiment.measure_unit(&unit),
         };
         performed.map(Some)
     }
 
-    fn rest(&self, unit: &Self::Unit) -> Vec<String> {
+    fn row_suffixes(&self, unit: &Self::Unit) -> Vec<String> {
         let number =
             |number: &Option<f64>| number.map_or_else(String::new, |value| value.to_string());
         let row =
@@ -99,14 +99,14 @@ impl Drawing for Playing<'_> {
         unit.iter().map(row).collect()
     }
 
-    fn read(&self, rest: &[&str]) -> Result<Self::Unit, (usize, String)> {
+    fn parse_unit(&self, rest: &[&str]) -> Result<Self::Unit, (usize, String)> {
         let measures = self.experiment.measures().count();
         let row = |(row, rest): (usize, &&str)| {
             let fields: Vec<&str> = rest.split(',').collect();
             if fields.len() != measures {
                 return Err((row, "not a number for each measure".to_owned()));
             }
-            let numbers = fields.iter().map(|field| number_of(field));
+            let numbers = fields.iter().map(|field| parse_number(field));
             let numbers: Result<TrialMeasures, String> = numbers.collect();
             numbers.map_err(|what| (row, what))
         };
@@ -119,7 +119,10 @@ impl Drawing for Playing<'_> {
         units: &BTreeMap<u64, Self::Unit>,
     ) -> Result<Outcome, Self::Error> {
         let decided = (sweep.seed, sweep.draws);
-        Ok(Outcome::of(self.experiment, decided, units, Some(true)).showing(self.trials))
+        Ok(
+            Outcome::from_units(self.experiment, decided, units, Some(true))
+                .with_trials(self.trials),
+        )
     }
 
     fn trials(&self) -> &[ConductedTrial] {
@@ -128,7 +131,7 @@ impl Drawing for Playing<'_> {
 }
 
 /// A name as a CSV field.
-fn quoted(name: &str) -> String {
+fn quote_csv(name: &str) -> String {
     format!("\"{}\"", name.replace('"', "\"\""))
 }
 
@@ -136,7 +139,7 @@ fn quoted(name: &str) -> String {
 ///
 /// # Errors
 /// It is no finite number.
-pub fn number_of(field: &str) -> Result<Option<f64>, String> {
+pub fn parse_number(field: &str) -> Result<Option<f64>, String> {
     match (field, field.parse::<f64>()) {
         ("", _) => Ok(None),
         (_, Ok(number)) if number.is_finite() => Ok(Some(number)),

@@ -61,15 +61,15 @@ impl Study {
     ///
     /// # Errors
     /// E732: it cannot be read, or all that cannot be of it.
-    pub fn declared() -> Result<Self, EndpointError> {
-        Self::read(DECLARED)
+    pub fn load_embedded() -> Result<Self, EndpointError> {
+        Self::parse(DECLARED)
     }
 
     /// Of this text.
     ///
     /// # Errors
-    /// As [`Self::declared`].
-    pub fn read(text: &str) -> Result<Self, EndpointError> {
+    /// As [`Self::load_embedded`].
+    pub fn parse(text: &str) -> Result<Self, EndpointError> {
         let study: Self =
             toml::from_str(text).map_err(|e| EndpointError::Electrodes(e.to_string()))?;
         let mut wrong = Vec::new();

@@ -15,5 +15,5 @@ mod wearer;
 pub use declaration::{DECLARED, Study};
 pub use outcome::{NAME, RunInfo, outcome};
 pub use run::Run;
-pub use sets::{METHODS, MissedForce, SETS, best, missed, squares};
+pub use sets::{METHODS, MissedForce, SETS, best, missed_forces, squares};
 pub use wearer::{DIRECTION_NAMES, NAMES, Wearer, directions};

@@ -44,15 +44,15 @@ fn percent(part: f32) -> f64 {
 }
 
 /// Of each of a wearer's forces what the best `count` miss.
-fn of_best(miss: &MissedForce, method: usize, count: u32) -> Vec<f64> {
+fn missed_by_best(miss: &MissedForce, method: usize, count: u32) -> Vec<f64> {
     let each = miss.0[method].iter();
     each.map(|parts| percent(parts[best(parts, count)]))
         .collect()
 }
 
 /// What the best set of `count` for all forces misses of them in the mean, %.
-fn of_one_set(miss: &MissedForce, method: usize, count: u32) -> f64 {
-    let all = miss.of_all(method);
+fn missed_by_one_set(miss: &MissedForce, method: usize, count: u32) -> f64 {
+    let all = miss.mean_by_set(method);
     percent(all[best(&all, count)])
 }
 
@@ -75,24 +75,24 @@ fn rows_of(study: &Study, all: &[MissedForce], method: usize, count: u32) -> [Ro
     let of = |pick: &dyn Fn(Pair<'_>) -> f64| pairs(all).into_iter().map(pick).collect();
     let row = |id: &str, what: &str, values: Vec<f64>| {
         let id = format!("{name}/{count}/{id}");
-        Row::of(id, format!("{name}, {count}: {what}"), "%", None, values)
+        Row::from_numbers(id, format!("{name}, {count}: {what}"), "%", None, values)
     };
     let made = 100.0 * study.judged.made;
     [
         row(
             "missed",
             "the best for a force miss",
-            of(&|(miss, _)| median(&of_best(miss, method, count))),
+            of(&|(miss, _)| median(&missed_by_best(miss, method, count))),
         ),
         row(
             "made",
             "forces that they make",
-            of(&|(miss, _)| share_of(&of_best(miss, method, count), made)),
+            of(&|(miss, _)| share_of(&missed_by_best(miss, method, count), made)),
         ),
         row(
             "one-set",
             "one set for all misses",
-            of(&|(miss, _)| of_one_set(miss, method, count)),
+            of(&|(miss, _)| missed_by_one_set(miss, method, count)),
         ),
         row(
             "another",
@@ -103,7 +103,7 @@ fn rows_of(study: &Study, all: &[MissedForce], method: usize, count: u32) -> [Ro
             "another-set",
             "another's one set misses more",
             of(&|(own, other)| {
-                let (own, other) = (own.of_all(method), other.of_all(method));
+                let (own, other) = (own.mean_by_set(method), other.mean_by_set(method));
                 percent(own[best(&other, count)] - own[best(&own, count)])
             }),
         ),
@@ -129,7 +129,7 @@ fn electrode_rows(all: &[MissedForce], method: usize) -> Vec<Row> {
         .collect();
     let rows = NAMES.iter().zip(costs).map(|(muscle, values)| {
         let what = format!("{name}: without {muscle}, missed more");
-        Row::of(format!("{name}/without/{muscle}"), what, "%", None, values)
+        Row::from_numbers(format!("{name}/without/{muscle}"), what, "%", None, values)
     });
     rows.collect()
 }
@@ -138,7 +138,7 @@ fn electrode_rows(all: &[MissedForce], method: usize) -> Vec<Row> {
 fn shares(study: &Study, all: &[MissedForce]) -> Vec<Share> {
     let count = |id: String, claim: String, cases: Vec<bool>| {
         let holds = cases.iter().filter(|case| **case).count() as u64;
-        Share::counted(id, claim, None, (holds, cases.len() as u64))
+        Share::from_counts(id, claim, None, (holds, cases.len() as u64))
     };
     let (made, within) = (100.0 * study.judged.made, 100.0 * study.judged.within);
     let mut shares = vec![count(
@@ -149,7 +149,8 @@ fn shares(study: &Study, all: &[MissedForce]) -> Vec<Share> {
         ),
         all.iter()
             .map(|wearer| {
-                let [four, ten] = [4, 10].map(|count| share_of(&of_best(wearer, 0, count), made));
+                let [four, ten] =
+                    [4, 10].map(|count| share_of(&missed_by_best(wearer, 0, count), made));
                 four >= study.expected.four_of_ten * ten
             })
             .collect(),
@@ -157,7 +158,7 @@ fn shares(study: &Study, all: &[MissedForce]) -> Vec<Share> {
     for (method, name) in METHODS.iter().enumerate() {
         for electrodes in 1..10 {
             let good = pairs(all).into_iter().map(|(own, other)| {
-                let (own, other) = (own.of_all(method), other.of_all(method));
+                let (own, other) = (own.mean_by_set(method), other.mean_by_set(method));
                 let more = own[best(&other, electrodes)] - own[best(&own, electrodes)];
                 percent(more) <= within
             });

@@ -2,7 +2,7 @@
 
 use super::declaration::{DECLARED, Study};
 use super::outcome::{NAME, RunInfo, outcome};
-use super::sets::{METHODS, MissedForce, best, missed};
+use super::sets::{METHODS, MissedForce, best, missed_forces};
 use super::wearer::{MUSCLES, Wearer};
 use crate::laboratory::{self, Outcome, StudyIdentity};
 use crate::sierotowicz2023::EndpointError;
@@ -20,8 +20,8 @@ impl Run {
     ///
     /// # Errors
     /// The declaration cannot be read.
-    pub fn asked((seed, draws): (Option<u64>, Option<u64>)) -> Result<Self, EndpointError> {
-        let study = Study::declared()?;
+    pub fn new((seed, draws): (Option<u64>, Option<u64>)) -> Result<Self, EndpointError> {
+        let study = Study::load_embedded()?;
         Ok(Self {
             seed: seed.unwrap_or(study.seed),
             draws: draws.unwrap_or(study.draws),
@@ -36,7 +36,7 @@ fn csv(all: &[MissedForce]) -> String {
     let mut text = "wearer,method,electrodes,missed_percent\n".to_owned();
     for (index, missed) in all.iter().enumerate() {
         for (nth, method) in METHODS.iter().enumerate() {
-            let parts = missed.of_all(nth);
+            let parts = missed.mean_by_set(nth);
             for count in 1..=MUSCLES.len() as u32 {
                 let percent = 100.0 * f64::from(parts[best(&parts, count)]);
                 // A formatted `String` takes every byte.
@@ -50,7 +50,7 @@ fn csv(all: &[MissedForce]) -> String {
 impl laboratory::Study for Run {
     type Unit = MissedForce;
 
-    fn about(&self) -> StudyIdentity<'_> {
+    fn metadata(&self) -> StudyIdentity<'_> {
         StudyIdentity {
             name: NAME,
             arguments: String::new(),
@@ -65,9 +65,9 @@ impl laboratory::Study for Run {
         index: u64,
         _: &(dyn Fn() -> bool + Sync),
     ) -> anyhow::Result<Option<MissedForce>> {
-        Ok(Some(missed(
+        Ok(Some(missed_forces(
             &self.study,
-            &Wearer::drawn(self.seed, index)?,
+            &Wearer::random(self.seed, index)?,
         )?))
     }
 
@@ -84,7 +84,7 @@ impl laboratory::Study for Run {
         Ok(vec![("draws.csv".to_owned(), csv(all))])
     }
 
-    fn in_words(&self, done: u64) -> String {
+    fn progress_text(&self, done: u64) -> String {
         format!("{done} of {} wearers", self.draws)
     }
 }

@@ -2,7 +2,7 @@
 
 use super::declaration::Study;
 use super::wearer::{MUSCLES, Wearer, directions};
-use crate::limb::{choices, chosen};
+use crate::limb::{choices, forces_of_choices};
 use crate::sierotowicz2023::{EndpointError, turned};
 use firmware::limb::{Jacobians, Limb, Vector};
 use host_core::limb::{Bounded, Exact, RecruitmentError};
@@ -24,7 +24,7 @@ const NOTHING: f64 = 1e-4;
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct MissedForce(pub [Vec<Vec<f32>>; METHODS.len()]);
 
-/// Parts of `wanted` that least squares over each set of these forces miss.
+/// Parts of `wanted_forces` that least squares over each set of these forces miss.
 ///
 /// # Errors
 /// E706: what is no number.
@@ -79,18 +79,18 @@ fn nearest(
     let wrong = |error: &dyn std::fmt::Display| RecruitmentError::Spec(vec![error.to_string()]);
     let limb = Limb::<Exact>::new(&spec).map_err(|limb_error| wrong(&limb_error))?;
     let jacobians: Jacobians<Exact> = limb
-        .refresh(&wearer.posture)
+        .jacobians_at_posture(&wearer.posture)
         .map_err(RecruitmentError::from)?;
     // Forces are in the order of lines.
     let own: Vec<(Vector3<f64>, f64)> = spec
         .lines
         .iter()
-        .zip(limb.most())
+        .zip(limb.max_forces())
         .map(|(line, Exact(most))| (wearer.forces_n[usize::from(line.channel)], most))
         .collect();
     let part = |wanted_n: &Vector3<f64>| {
         let [x, y, z] = turned((*wanted_n).into()).map(Exact);
-        let forces = chosen(choices(&jacobians, Vector::new(x, y, z)));
+        let forces = forces_of_choices(choices(&jacobians, Vector::new(x, y, z)));
         let pulls = own.iter().zip(&forces);
         let given = pulls.map(|((full_n, most), force)| full_n * (force / most).min(1.0));
         ((given.sum::<Vector3<f64>>() - wanted_n).norm() / wanted_n.norm()) as f32
@@ -99,7 +99,7 @@ fn nearest(
 }
 
 /// What is wanted: each size in each direction, N.
-fn wanted(study: &Study) -> Vec<Vector3<f64>> {
+fn wanted_forces(study: &Study) -> Vec<Vector3<f64>> {
     let sizes = study.wanted.sizes_n.iter();
     sizes
         .flat_map(|size| directions().map(|directions| *size * directions))
@@ -110,8 +110,8 @@ fn wanted(study: &Study) -> Vec<Vector3<f64>> {
 ///
 /// # Errors
 /// E700 to E706: an arm that the device refuses.
-pub fn missed(study: &Study, wearer: &Wearer) -> Result<MissedForce, EndpointError> {
-    let wanted = wanted(study);
+pub fn missed_forces(study: &Study, wearer: &Wearer) -> Result<MissedForce, EndpointError> {
+    let wanted = wanted_forces(study);
     let by_squares = wanted
         .iter()
         .map(|vector| squares(&wearer.forces_n, *vector))
@@ -136,7 +136,7 @@ pub fn best(parts: &[f32], count: u32) -> usize {
 impl MissedForce {
     /// The mean over all wanted forces of what each set misses by method `method`.
     #[must_use]
-    pub fn of_all(&self, method: usize) -> Vec<f32> {
+    pub fn mean_by_set(&self, method: usize) -> Vec<f32> {
         let all = &self.0[method];
         let mean =
             |set: usize| all.iter().map(|values| values[set]).sum::<f32>() / all.len() as f32;

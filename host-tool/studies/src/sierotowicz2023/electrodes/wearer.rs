@@ -83,8 +83,8 @@ impl Wearer {
     ///
     /// # Errors
     /// E716: a drawn arm cannot be.
-    pub fn drawn(seed: u64, index: u64) -> Result<Self, EndpointError> {
-        let spec = ArmSpec::drawn(seed, index);
+    pub fn random(seed: u64, index: u64) -> Result<Self, EndpointError> {
+        let spec = ArmSpec::random(seed, index);
         let strengths_n = spec.forces_n();
         let arm = Arm::new(spec.clone())?;
         let forces_n = MUSCLES.map(|muscle| {

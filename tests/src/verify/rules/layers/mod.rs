@@ -30,8 +30,8 @@ pub(super) fn judge(sources: &[Source]) -> [(&'static str, Findings); 2] {
     let (mut calls, mut circles) = (Findings::new(), Findings::new());
     for (name, layers) in LAYERS {
         let needs = Package::read(name, sources).needs();
-        calls.extend(upward(name, layers, &needs));
-        circles.extend(circular(name, &needs));
+        calls.extend(upward_calls(name, layers, &needs));
+        circles.extend(circular_needs(name, &needs));
     }
     [
         ("a room calls only rooms below it", calls),
@@ -40,7 +40,7 @@ pub(super) fn judge(sources: &[Source]) -> [(&'static str, Findings); 2] {
 }
 
 /// Calls between rooms that do not go down, and rooms that have no place.
-fn upward(name: &str, layers: &[&[&str]], needs: &Needs) -> Findings {
+fn upward_calls(name: &str, layers: &[&[&str]], needs: &Needs) -> Findings {
     let depth = |room: &str| layers.iter().position(|rooms| rooms.contains(&room));
     let room = |module: &Module| -> Option<String> {
         let inner = module.get(..2).map(|names| names.join("::"));
@@ -68,8 +68,10 @@ fn upward(name: &str, layers: &[&[&str]], needs: &Needs) -> Findings {
 }
 
 /// Files that need each other, directly or around corners: one line a circle.
-fn circular(name: &str, needs: &Needs) -> Findings {
-    let reach = needs.keys().map(|from| (from, reached(from, needs)));
+fn circular_needs(name: &str, needs: &Needs) -> Findings {
+    let reach = needs
+        .keys()
+        .map(|from| (from, reachable_modules(from, needs)));
     let reach: BTreeMap<_, _> = reach.collect();
     let mut found = BTreeSet::new();
     for (from, all) in reach.iter().filter(|(from, all)| all.contains(*from)) {
@@ -81,7 +83,7 @@ fn circular(name: &str, needs: &Needs) -> Findings {
 }
 
 /// All that `from` needs, and what that needs.
-fn reached<'a>(from: &'a Module, needs: &'a Needs) -> BTreeSet<&'a Module> {
+fn reachable_modules<'a>(from: &'a Module, needs: &'a Needs) -> BTreeSet<&'a Module> {
     let mut reached = BTreeSet::new();
     let mut open: Vec<&Module> = vec![from];
     while let Some(module) = open.pop() {

@@ -70,7 +70,7 @@ impl<'a> Package<'a> {
                     Some(import) => [import, &path[1..]].concat(),
                     None => path.clone(),
                 };
-                if let Some(to) = self.definer(&path, 0)
+                if let Some(to) = self.defining_module(&path, 0)
                     && !from.starts_with(to)
                 {
                     let place = || format!("{}:{line}", file.path);
@@ -82,7 +82,7 @@ impl<'a> Package<'a> {
     }
 
     /// The module that defines the item at `path`, through re-exports.
-    fn definer(&self, path: &[String], depth: usize) -> Option<&Module> {
+    fn defining_module(&self, path: &[String], depth: usize) -> Option<&Module> {
         let longest = (0..=path.len()).rev();
         let (module, file) = longest
             .filter_map(|end| self.modules.get_key_value(&path[..end]))
@@ -95,11 +95,11 @@ impl<'a> Package<'a> {
         }
         if let Some(from) = file.exports.get(name) {
             let rest = &path[module.len() + 1..];
-            return self.definer(&[from, rest].concat(), depth + 1);
+            return self.defining_module(&[from, rest].concat(), depth + 1);
         }
         let from_glob = |glob: &Module| {
             let path = [glob.clone(), vec![name.clone()]].concat();
-            let to = self.definer(&path, depth + 1)?;
+            let to = self.defining_module(&path, depth + 1)?;
             self.modules[to].defines.contains(name).then_some(to)
         };
         Some(file.globs.iter().find_map(from_glob).unwrap_or(module))
@@ -128,7 +128,7 @@ struct Reader<'k, 'a> {
 impl Reader<'_, '_> {
     /// The same path from the package's root; nothing if it leads outside, and
     /// names that may be imports as they are.
-    fn absolute(&self, path: &[String]) -> Option<Module> {
+    fn absolute_path(&self, path: &[String]) -> Option<Module> {
         let mut base = self.here.clone();
         let mut rest = path;
         match path.first()?.as_str() {
@@ -166,7 +166,7 @@ impl Reader<'_, '_> {
             syn::UseTree::Rename(new) => (with(&new.ident), new.rename.to_string(), &new.ident),
             syn::UseTree::Glob(glob) => {
                 let line = glob.star_token.spans[0].start().line;
-                match self.absolute(before) {
+                match self.absolute_path(before) {
                     Some(path) if is_public => self.file.globs.push(path),
                     Some(path) => self.file.uses.push((path, line)),
                     None => {}
@@ -178,7 +178,7 @@ impl Reader<'_, '_> {
             "self" => (before.to_vec(), before.last().cloned().unwrap_or_default()),
             _ => (path, name),
         };
-        let Some(path) = self.absolute(&path) else {
+        let Some(path) = self.absolute_path(&path) else {
             return;
         };
         if is_public {
@@ -192,7 +192,7 @@ impl Reader<'_, '_> {
 
 impl<'ast> Visit<'ast> for Reader<'_, '_> {
     fn visit_item(&mut self, item: &'ast syn::Item) {
-        let (attributes, name) = named(item);
+        let (attributes, name) = item_name(item);
         if attributes.iter().any(is_test) {
             return;
         }
@@ -216,7 +216,7 @@ impl<'ast> Visit<'ast> for Reader<'_, '_> {
         let first = path.segments.first();
         let line = first.map_or(1, |s| s.ident.span().start().line);
         let is_import = names.len() > 1 && self.file.imports.contains_key(&names[0]);
-        match self.absolute(&names) {
+        match self.absolute_path(&names) {
             Some(absolute) => self.file.uses.push((absolute, line)),
             None if is_import => self.file.uses.push((names, line)),
             None => {}
@@ -232,7 +232,7 @@ fn is_test(attribute: &syn::Attribute) -> bool {
 }
 
 /// An item's attributes, and the name that others know it by.
-fn named(item: &syn::Item) -> (&[syn::Attribute], Option<&syn::Ident>) {
+fn item_name(item: &syn::Item) -> (&[syn::Attribute], Option<&syn::Ident>) {
     use syn::Item;
     match item {
         Item::Const(item_const) => (&item_const.attrs, Some(&item_const.ident)),

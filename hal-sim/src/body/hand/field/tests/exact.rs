@@ -75,7 +75,7 @@ fn length(v: [f64; 3]) -> f64 {
 
 #[test]
 fn a_point_on_one_even_tissue_gives_one_over_two_pi_s_r() {
-    let field = Field::resolved(even(4e-3, 0.2), FINE).unwrap();
+    let field = Field::with_resolution(even(4e-3, 0.2), FINE).unwrap();
     for at in places(4e-3) {
         let exact = inverse(at, [1.0; 2], 1.0 / (2.0 * PI * 0.2));
         let transfer = field.transfer(&pad(POINT), at);
@@ -91,7 +91,7 @@ fn a_point_on_muscle_alone_gives_one_over_r_in_scaled_lengths() {
         fat_m: 1e-9,
         ..Tissue::default()
     };
-    let field = Field::resolved(tissue, FINE).unwrap();
+    let field = Field::with_resolution(tissue, FINE).unwrap();
     let [along, across] = [tissue.along_s_per_m, tissue.across_s_per_m];
     for at in places(5e-3) {
         let scale = 1.0 / (2.0 * PI * across * along.sqrt());
@@ -110,7 +110,7 @@ fn a_point_on_two_even_layers_has_the_known_images() {
             fat_s_per_m: fat,
             ..even(3e-3, muscle)
         };
-        let field = Field::resolved(tissue, FINE).unwrap();
+        let field = Field::with_resolution(tissue, FINE).unwrap();
         let r = (fat - muscle) / (fat + muscle);
         for [x, y, z] in places(3e-3) {
             let image = |n: i32| {
@@ -143,7 +143,7 @@ fn points(shape: Shape, count: u32) -> Vec<[f64; 2]> {
 
 #[test]
 fn a_pad_is_the_mean_of_its_points() {
-    let field = Field::resolved(even(4e-3, 0.2), FINE).unwrap();
+    let field = Field::with_resolution(even(4e-3, 0.2), FINE).unwrap();
     for shape in super::SHAPES {
         let points = points(shape, 200);
         for at in places(5e-3) {

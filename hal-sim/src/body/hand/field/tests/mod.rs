@@ -29,7 +29,7 @@ fn pairs() -> [[Field; 2]; 3] {
             fat_m,
             ..Tissue::default()
         };
-        [RESOLUTION, FINE].map(|resolution| Field::resolved(tissue, resolution).unwrap())
+        [RESOLUTION, FINE].map(|resolution| Field::with_resolution(tissue, resolution).unwrap())
     })
 }
 
@@ -95,8 +95,8 @@ fn nor_do_they_for_tissues_at_the_ends_of_their_ranges() {
             along_s_per_m,
             ..usual
         };
-        let fields =
-            [RESOLUTION, FINE].map(|resolution| Field::resolved(tissue, resolution).unwrap());
+        let fields = [RESOLUTION, FINE]
+            .map(|resolution| Field::with_resolution(tissue, resolution).unwrap());
         for below in [0.0, 3e-3, 3e-2] {
             let errors = errors(&fields, SHAPES[0], tissue.fat_m + below);
             assert!(

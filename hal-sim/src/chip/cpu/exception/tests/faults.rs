@@ -262,11 +262,11 @@ fn a_halted_core_does_nothing_and_its_systick_stands() {
     set(&mut cpu, 0xE000_E018, 0);
     set(&mut cpu, 0xE000_E010, 7);
     cpu.run(&mut bus, 100).unwrap();
-    cpu.halt(true);
+    cpu.set_halted(true);
     let done = cpu.instructions;
     cpu.run(&mut bus, 10_000).unwrap();
     assert_eq!(cpu.instructions, done);
-    cpu.halt(false);
+    cpu.set_halted(false);
     let next = cpu.system.next_event();
     assert!((10_800..11_000).contains(&next), "{next}");
     cpu.run(&mut bus, next - 5).unwrap();

@@ -143,7 +143,7 @@ fn a_line_pends_when_it_rises_and_while_it_is_high_and_not_active() {
     let line = bit(16 + 40);
     let [low, high] = [[0; 3], [0, 1 << 8, 0]];
     assert_eq!(nvic.sample(high, false, 7), line);
-    assert_eq!(nvic.raised(56), 7);
+    assert_eq!(nvic.raised_at(56), 7);
     assert_eq!(nvic.sample(high, false, 8), 0, "pending already");
     nvic.activate(56);
     assert_eq!(nvic.sample(high, false, 9), 0, "active, no edge");

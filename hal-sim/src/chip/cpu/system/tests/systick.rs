@@ -63,7 +63,7 @@ fn compare(divider: Cycle, source: u32, reload: u32, stride: usize) {
         }
         assert_eq!(read_at(&mut system, CVR, at), stepped.counter, "at {at}");
         if system.nvic.pending & bit(number::SYS_TICK) != 0 {
-            found.push(system.nvic.raised(number::SYS_TICK));
+            found.push(system.nvic.raised_at(number::SYS_TICK));
             system.nvic.unpend(bit(number::SYS_TICK));
         }
         next = system.next_event();

@@ -35,10 +35,10 @@ fn an_access_of_the_core_shifts_an_edge_by_its_own_length_at_most() {
             scene.sleep(overflow - 60);
             let Scene { playback, ram, .. } = &mut scene;
             playback
-                .pass(Slave::Ahb1, Bridge::None, overflow - 60, ram)
+                .access_slave(Slave::Ahb1, Bridge::None, overflow - 60, ram)
                 .unwrap();
             let at = overflow - 20 + offset;
-            let wait = playback.pass(Slave::Ahb1, bridge, at, ram).unwrap();
+            let wait = playback.access_slave(Slave::Ahb1, bridge, at, ram).unwrap();
             let done = at + Cycle::from(wait) + 1;
             scene.sleep(overflow + 100);
             let shift = edge_after(&scene, B, overflow) - 4;
@@ -69,10 +69,10 @@ fn dma_makes_the_core_wait() {
             scene.sleep(overflow - 60);
             let Scene { playback, ram, .. } = &mut scene;
             playback
-                .pass(Slave::Ahb1, Bridge::None, overflow - 60, ram)
+                .access_slave(Slave::Ahb1, Bridge::None, overflow - 60, ram)
                 .unwrap();
             playback
-                .pass(Slave::Ahb1, Bridge::None, overflow + offset, ram)
+                .access_slave(Slave::Ahb1, Bridge::None, overflow + offset, ram)
                 .unwrap()
         })
         .collect();
@@ -84,8 +84,8 @@ fn dma_makes_the_core_wait() {
 #[test]
 fn sram1_is_never_contended_and_sram2_is() {
     let (scene, _) = playing(Pace::Lazy);
-    assert!(!scene.playback.shares(Slave::Sram1));
-    assert!(scene.playback.shares(Slave::Sram2));
+    assert!(!scene.playback.is_shared(Slave::Sram1));
+    assert!(scene.playback.is_shared(Slave::Sram2));
 }
 
 #[test]
@@ -97,12 +97,12 @@ fn compare_interrupts_come_at_the_exact_cycle() {
         let expected = (first + US * Cycle::from(us)).next_multiple_of(2) + 4;
         assert_eq!(scene.playback.next_event(), expected);
         scene.sleep(expected - 1);
-        assert_eq!(scene.playback.lines()[0] & line, 0);
+        assert_eq!(scene.playback.interrupt_lines()[0] & line, 0);
         scene.sleep(expected);
-        assert_eq!(scene.playback.lines()[0] & line, line);
+        assert_eq!(scene.playback.interrupt_lines()[0] & line, line);
         scene.at += 100;
         scene.refill_at(us + 250);
-        assert_eq!(scene.playback.lines()[0] & line, 0);
+        assert_eq!(scene.playback.interrupt_lines()[0] & line, 0);
     }
 }
 
@@ -283,7 +283,7 @@ fn run(pace: Pace, acts: &[(u64, Act)], naps: &[u64]) -> (Vec<Edge>, Vec<u64>, V
             Act::Pass(slave, bridge) => {
                 let wait = scene
                     .playback
-                    .pass(slave, bridge, to, &mut scene.ram)
+                    .access_slave(slave, bridge, to, &mut scene.ram)
                     .unwrap();
                 scene.at += u64::from(wait) + 1;
                 seen.push(wait.into());
@@ -293,9 +293,10 @@ fn run(pace: Pace, acts: &[(u64, Act)], naps: &[u64]) -> (Vec<Edge>, Vec<u64>, V
                 seen.push(value.into());
             }
             Act::SlotB(slot) => {
-                let wait = scene
-                    .playback
-                    .pass(Slave::Sram2, Bridge::None, to, &mut scene.ram);
+                let wait =
+                    scene
+                        .playback
+                        .access_slave(Slave::Sram2, Bridge::None, to, &mut scene.ram);
                 scene.at += u64::from(wait.unwrap()) + 1;
                 seen.push(scene.word(TAPE_B + 4 * slot).into());
                 paint(&mut scene, slot, slot + 1);

@@ -1,11 +1,11 @@
 //! Figures 25 to 28 and 30 to 32: the index finger's angle.
 
 use super::super::outcome::sessions;
-use super::super::spread::of_draws;
+use super::super::spread::draw_count_label;
 use super::super::tracking::Course;
 use super::super::{Part, Study};
 use super::in_words;
-use crate::hamana2022::angles::{IndexAngles, LIES_DEG, bent};
+use crate::hamana2022::angles::{IndexAngles, LIES_DEG, index_angles};
 use crate::hamana2022::error::TwoPointsError;
 use crate::hamana2022::held::Hold;
 use crate::hamana2022::pattern::Pattern;
@@ -26,11 +26,11 @@ fn course(series: usize, hold: &Hold) -> Curve {
 }
 
 fn angle() -> SheetAxis {
-    SheetAxis::even("angle (°)", [0.0, 100.0])
+    SheetAxis::linear("angle (°)", [0.0, 100.0])
 }
 
 fn ten_seconds() -> SheetAxis {
-    SheetAxis::even("time (s)", [0.0, 10.0])
+    SheetAxis::linear("time (s)", [0.0, 10.0])
 }
 
 impl Study {
@@ -49,7 +49,7 @@ impl Study {
                 METHODS[usize::from(is_two)],
                 if is_best { "best" } else { "worst" }
             );
-            let Some((part, course)) = self.shown(parts, is_two, is_best) else {
+            let Some((part, course)) = self.find_course(parts, is_two, is_best) else {
                 whose.push(format!("{number}: no draw has a number"));
                 continue;
             };
@@ -60,7 +60,10 @@ impl Study {
                 course.method.name(),
                 course.number + 1
             ));
-            plots.push(followed(format!("{what}: {:.1}°", course.rmse_deg), course));
+            plots.push(tracking_plot(
+                format!("{what}: {:.1}°", course.rmse_deg),
+                course,
+            ));
         }
         let caption = format!(
             "Wanted and measured angle of the trial with the least and with the greatest RMSE \
@@ -79,7 +82,7 @@ impl Study {
     }
 
     /// The first draw with such a course, of P if they have one.
-    fn shown<'p>(
+    fn find_course<'p>(
         &self,
         parts: &'p [Part],
         is_two: bool,
@@ -103,18 +106,28 @@ impl Study {
 
     /// Angle over time at three postures.
     pub(super) fn figure_30(&self, parts: &[Part]) -> Result<Vec<Sheet>, TwoPointsError> {
-        let Some(whose) = self.whose("Q", parts)? else {
+        let Some(whose) = self.shown_wearer("Q", parts)? else {
             return Ok(Vec::new());
         };
-        let of = |pattern, lies| whose.wearer.held(&self.population, 0, (pattern, lies));
-        let [a, b] = [of(Pattern::alone(A), 0.0)?, of(Pattern::alone(B), 0.0)?];
+        let of = |pattern, lies| {
+            whose
+                .wearer
+                .hold_pattern(&self.population, 0, (pattern, lies))
+        };
+        let [a, b] = [
+            of(Pattern::isolated_point(A), 0.0)?,
+            of(Pattern::isolated_point(B), 0.0)?,
+        ];
         let better = if a.greatest_deg() >= b.greatest_deg() {
             a
         } else {
             b
         };
         let mut plots = Vec::new();
-        for (name, pattern) in METHODS.into_iter().zip([better.pattern, Pattern::usual()]) {
+        for (name, pattern) in METHODS
+            .into_iter()
+            .zip([better.pattern, Pattern::default_two_point()])
+        {
             let mut curves = Vec::new();
             for (series, lies) in LIES_DEG.into_iter().enumerate() {
                 curves.push(course(series, &of(pattern, lies)?));
@@ -148,7 +161,7 @@ impl Study {
         let mut plots = Vec::new();
         for (who, _) in people(&sessions) {
             let own = sessions.iter().filter(|session| session.participant == who);
-            let all: Vec<IndexAngles> = own.filter_map(bent).collect();
+            let all: Vec<IndexAngles> = own.filter_map(index_angles).collect();
             let mut bars = Vec::new();
             for place in 0..LIES_DEG.len() {
                 for method in 0..METHODS.len() {
@@ -163,8 +176,8 @@ impl Study {
                 }
             }
             plots.push(Plot {
-                title: of_draws(who, all.len()),
-                x: SheetAxis::of("pronation", LIES_DEG.map(|lies| format!("{lies}°"))),
+                title: draw_count_label(who, all.len()),
+                x: SheetAxis::categorical("pronation", LIES_DEG.map(|lies| format!("{lies}°"))),
                 y: angle(),
                 bars,
                 ..Plot::default()
@@ -200,7 +213,7 @@ impl Study {
             let Some((draw, both)) = first else { continue };
             whose.push(format!("{name}'s draw {draw}"));
             let curves = both.iter().enumerate();
-            let [one, two] = both.each_ref().map(Hold::sinks_deg);
+            let [one, two] = both.each_ref().map(Hold::drop_deg);
             plots.push(Plot {
                 title: format!("{name}: sinks {one:.1}°, {two:.1}°"),
                 x: ten_seconds(),
@@ -230,11 +243,11 @@ impl Study {
     }
 }
 
-fn followed(title: String, course: &Course) -> Plot {
+fn tracking_plot(title: String, course: &Course) -> Plot {
     let of = |place: usize| course.rows.iter().map(move |row| [row[0], row[place]]);
     Plot {
         title,
-        x: SheetAxis::even("time (s)", [0.0, 30.0]),
+        x: SheetAxis::linear("time (s)", [0.0, 30.0]),
         y: angle(),
         aside: Some([0.0, 10.0]),
         curves: vec![Curve::line(0, of(2)), Curve::line(1, of(1))],
@@ -281,7 +294,7 @@ mod tests {
     /// P's first draw that has a number, otherwise another's, and it is said whose.
     #[test]
     fn whose_course_is_shown_is_said() {
-        let study = Study::asked(
+        let study = Study::new(
             Kind::Control,
             (None, None),
             (None, None),

@@ -7,7 +7,7 @@ use crate::hamana2022::error::TwoPointsError;
 use crate::hamana2022::participant::DEVICE_V;
 use crate::hamana2022::pattern::{Pattern, Points};
 use crate::hamana2022::sessions::{Session, mean, people};
-use crate::hamana2022::voltages::{SELECTIVE, searched};
+use crate::hamana2022::voltages::{SELECTIVE, search_steps};
 use crate::laboratory::{Bar, Curve, Plot, Plots, Sheet, SheetAxis};
 use hal_sim::body::hand::digits::REST_DEG;
 use hal_sim::body::hand::spec::{A, B};
@@ -30,13 +30,13 @@ fn series(count: usize) -> Vec<String> {
 impl Study {
     /// The search at each point: angles and individuation against voltage.
     pub(super) fn figure_8(&self, parts: &[Part]) -> Result<Vec<Sheet>, TwoPointsError> {
-        let Some(mut whose) = self.whose("P", parts)? else {
+        let Some(mut whose) = self.shown_wearer("P", parts)? else {
             return Ok(Vec::new());
         };
         let voltages = whose.wearer.voltages;
         let mut plots = Vec::new();
         for (point, name) in [(A, "A"), (B, "B")] {
-            let steps = searched(&mut whose.wearer.hand, point, DEVICE_V)?;
+            let steps = search_steps(&mut whose.wearer.hand, point, DEVICE_V)?;
             let mut curves: Vec<Curve> = (0..LETTERS.len())
                 .map(|digit| {
                     let at = steps
@@ -51,8 +51,8 @@ impl Study {
             let [least, most] = [voltages.threshold_v[point], voltages.most_v[point]];
             plots.push(Plot {
                 title: format!("point {name}: from {least:.0} to {most:.0} V"),
-                x: SheetAxis::even("voltage (V)", [0.0, DEVICE_V]),
-                y: SheetAxis::even("part of the range; index", [0.0, 1.05]),
+                x: SheetAxis::linear("voltage (V)", [0.0, DEVICE_V]),
+                y: SheetAxis::linear("part of the range; index", [0.0, 1.05]),
                 curves,
                 ..Plot::default()
             });
@@ -76,7 +76,7 @@ impl Study {
 
     /// Five fingers over two seconds, of the moving hand.
     pub(super) fn figures_9_to_11(&self, parts: &[Part]) -> Result<Vec<Sheet>, TwoPointsError> {
-        let Some(whose) = self.whose("S", parts)? else {
+        let Some(whose) = self.shown_wearer("S", parts)? else {
             return Ok(Vec::new());
         };
         let [a, b] = whose.wearer.voltages.most_v;
@@ -86,13 +86,13 @@ impl Study {
         };
         let mut plots = Vec::new();
         for (title, pattern) in [
-            ("9: point B alone, isolated", Pattern::alone(B)),
+            ("9: point B alone, isolated", Pattern::isolated_point(B)),
             ("10: 0 µs (pattern 0)", two(0)),
             ("11: 2000 µs (pattern 8)", two(2_000)),
         ] {
             let rows = whose
                 .wearer
-                .moved(&self.population, 0, (pattern, 0.0), LASTS_US)?;
+                .digit_angles(&self.population, 0, (pattern, 0.0), LASTS_US)?;
             let curve = |digit: usize| {
                 let rows = std::iter::once(&REST_DEG).chain(&rows);
                 let rows = rows.enumerate();
@@ -101,8 +101,8 @@ impl Study {
             };
             plots.push(Plot {
                 title: title.to_owned(),
-                x: SheetAxis::even("time (s)", [0.0, 2.0]),
-                y: SheetAxis::even("angle (°)", [-40.0, 100.0]),
+                x: SheetAxis::linear("time (s)", [0.0, 2.0]),
+                y: SheetAxis::linear("angle (°)", [-40.0, 100.0]),
                 curves: (0..LETTERS.len()).map(curve).collect(),
                 ..Plot::default()
             });
@@ -182,8 +182,8 @@ fn intensity(name: &str, sessions: &[&Session]) -> Plot {
     };
     Plot {
         title: name.to_owned(),
-        x: SheetAxis::of("", LETTERS.map(str::to_owned)),
-        y: SheetAxis::even("part of the range", [0.0, 1.05]),
+        x: SheetAxis::categorical("", LETTERS.map(str::to_owned)),
+        y: SheetAxis::linear("part of the range", [0.0, 1.05]),
         bars: (0..LETTERS.len()).filter_map(bar).collect(),
         ..Plot::default()
     }

@@ -51,14 +51,18 @@ impl Study {
     }
 
     /// The first draw that came to anything, of `wanted` if they have one.
-    fn whose(&self, wanted: &str, parts: &[Part]) -> Result<Option<ShownWearer>, TwoPointsError> {
+    fn shown_wearer(
+        &self,
+        wanted: &str,
+        parts: &[Part],
+    ) -> Result<Option<ShownWearer>, TwoPointsError> {
         let others = self
             .participants
             .all
             .iter()
             .map(|participant| &*participant.name);
         for name in std::iter::once(wanted).chain(others) {
-            if let Some((draw, wearer)) = self.first(name, parts)? {
+            if let Some((draw, wearer)) = self.first_forearm(name, parts)? {
                 return Ok(Some(ShownWearer {
                     wearer,
                     words: in_words(name, draw, wanted),

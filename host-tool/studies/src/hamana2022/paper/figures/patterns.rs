@@ -1,7 +1,7 @@
 //! Figures 12 to 15 and 17 to 20: individuation and torque by pattern.
 
 use super::super::outcome::sessions;
-use super::super::spread::of_draws;
+use super::super::spread::draw_count_label;
 use super::super::tables::averages;
 use super::super::{Part, Study};
 use crate::hamana2022::experiments::Experiment;
@@ -89,7 +89,7 @@ impl<'s> PatternFigure<'s> {
         Self {
             draws: draws
                 .iter()
-                .map(|averages| Replication::of(averages))
+                .map(|averages| Replication::from_averages(averages))
                 .collect(),
             measure,
             sessions,
@@ -125,7 +125,7 @@ impl<'s> PatternFigure<'s> {
     }
 
     fn y(&self) -> SheetAxis {
-        SheetAxis::even(self.measure.axis, [0.0, 1.05])
+        SheetAxis::linear(self.measure.axis, [0.0, 1.05])
     }
 
     /// A bar of each pattern, and of one point where the paper prints it.
@@ -151,7 +151,7 @@ impl<'s> PatternFigure<'s> {
         let paper = one.and_then(|(_, paper)| paper);
         Plot {
             title: title.to_owned(),
-            x: SheetAxis::of("pattern", names),
+            x: SheetAxis::categorical("pattern", names),
             y: self.y(),
             bars: bars
                 .chain(ours.map(|spread| bar(PATTERNS, ONE, spread)))
@@ -181,7 +181,7 @@ impl<'s> PatternFigure<'s> {
                 .filter(|session| session.participant == who);
             let all: Vec<Averages> = own
                 .map(|session| {
-                    Averages::of(
+                    Averages::from_session(
                         self.measure.experiment,
                         &session.conditions,
                         &session.stimulated,
@@ -194,7 +194,7 @@ impl<'s> PatternFigure<'s> {
                 all.iter()
                     .filter_map(|averages| Some(averages.one_point?[0])),
             );
-            let title = of_draws(who, all.len());
+            let title = draw_count_label(who, all.len());
             self.plot(&title, &of, one.map(|_| (alone, None)))
         };
         Plots {
@@ -245,8 +245,9 @@ impl<'s> PatternFigure<'s> {
             ranges: Vec::new(),
         };
         let mut ticks = Vec::new();
-        for pattern in Pattern::two() {
-            let (Some(number), Some(after_us)) = (pattern.number(), pattern.after_us()) else {
+        for pattern in Pattern::all_two_point() {
+            let (Some(number), Some(after_us)) = (pattern.number(), pattern.phase_difference_us())
+            else {
                 continue;
             };
             let at = f64::from(after_us).max(TOGETHER_US);
@@ -263,7 +264,7 @@ impl<'s> PatternFigure<'s> {
         let x = SheetAxis {
             logarithmic: true,
             ticks,
-            ..SheetAxis::even(
+            ..SheetAxis::linear(
                 "phase difference (µs); 0 stands at its left end",
                 [20.0, 13_000.0],
             )
@@ -296,7 +297,7 @@ impl<'s> PatternFigure<'s> {
         }
         let names = LATE.into_iter().map(|(_, name)| name.to_owned());
         let plot = Plot {
-            x: SheetAxis::of("phase difference (µs)", names),
+            x: SheetAxis::categorical("phase difference (µs)", names),
             y: self.y(),
             bars,
             ..Plot::default()
