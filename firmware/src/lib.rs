@@ -1,12 +1,11 @@
-//! Everything the stimulator does, without a clock, a register or a global.
+//! Device program of the stimulator, without clocks, registers or global state.
 //!
-//! Bytes, samples and time come in; port words, DAC codes and bytes go out.
-//! The rooms, top of the data's way first: `link` → `device` → `haptics` →
-//! `control`, `muscle` → `safety` → `pulse`; `limb` stands beside `control`;
-//! `units`, `range` and `arithmetic` serve all. `board` holds registers, on a target only, and
-//! `board::wiring`, data that everything may use.
-//! `lockstep` runs the device in virtual time, for simulators. `bench` runs each
-//! algorithm for its cycles and results.
+//! Inputs are bytes, samples and the time; outputs are port words, DAC codes and bytes. The
+//! modules, in the order in which data passes them: `link` → `device` → `haptics` → `control`,
+//! `muscle` → `safety` → `pulse`. `limb` is beside `control`; `units`, `range` and `arithmetic`
+//! serve all of them. `board` contains the registers, on targets only, and `board::wiring` data
+//! that every module may use. `lockstep` runs the device in virtual time, for simulators. `bench`
+//! runs each algorithm and measures its cycles and results.
 #![no_std]
 #![deny(unsafe_code)]
 

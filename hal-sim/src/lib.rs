@@ -1,15 +1,17 @@
-//! What stands in for the board and the wearer.
+//! Simulators that replace the board and the wearer.
 //!
-//! `world` couples a device with a body in virtual time; `native` runs the
-//! device code in this process, `qemu` its Thumb build, `chip` the flashed
-//! image on a model of the chip; `lockstep`, below them all, is what a device
-//! in virtual time can do.
-//! `images` builds what the last two run, `input` reads files that somebody names.
-//! `body` and `trace` know nothing of the firmware, so that they cannot agree with its
-//! mistakes. `random` draws for all of them.
+//! `world` couples a device with a simulated limb in virtual time. Three backends execute the
+//! device code: `native` runs it in this process, `qemu` runs its Thumb build, and `chip` runs the
+//! flashed image on a model of the chip. `lockstep` defines the interface of a device in virtual
+//! time; the backends implement it. `images` builds the images for `qemu` and `chip`, and `input`
+//! reads files that a person names.
+//! `body` and `trace` do not depend on the firmware, so that they cannot share its mistakes.
+//! `random` generates the random numbers of all modules.
 //!
-//! No module reads a clock or opens a socket but those behind a feature: `chip`, `gdb`, `rtt`,
-//! `images`, `qemu` and `wire`, all of them on by default.
+//! Only the modules behind a feature read a clock or open a socket: `chip`, `gdb`, `rtt`, `images`,
+//! `qemu` and `wire`, all of them on by default.
+
+#![warn(missing_docs)]
 
 pub mod body;
 #[cfg(feature = "chip")]

@@ -1,7 +1,7 @@
-//! A device, a wearer and a wire in one virtual time.
+//! Simulated world: a device, a wearer and a wire in one virtual time.
 //!
-//! In: bytes from a host and how far time goes. Out: bytes for the host, the
-//! trace of everything the device put out, the wearer's motion.
+//! In: bytes from a host and the time to advance to. Out: bytes for the host, the trace of
+//! everything that the device emitted, and the wearer's motion.
 
 use crate::body::{Body, BrokenSensor, CHANNELS, Lead, Load, Pulse};
 use crate::lockstep::{Device, Output};
@@ -12,15 +12,15 @@ use firmware::lockstep::{Sensors, Sink, cost};
 use firmware::units::{DacCode, Micros};
 use std::collections::VecDeque;
 
-/// The world moves in steps of one control tick, µs.
+/// Step of the world, µs: one control tick.
 const STEP_US: u64 = 1000;
 
-/// Everything a device put out, in time that does not wrap.
+/// Everything that a device emitted, with times that do not wrap.
 #[derive(Clone, Debug, Default)]
 pub struct Recorder {
-    /// Levels and DAC writes.
+    /// Output levels and DAC writes.
     pub trace: Trace,
-    /// Bytes for the host with their times.
+    /// Bytes for the host with their times, µs.
     pub bytes: VecDeque<(u64, Vec<u8>)>,
     level_time: Unwrap,
     dac_time: Unwrap,
@@ -47,21 +47,20 @@ impl Recorder {
 }
 
 impl Recorder {
-    /// Drops what was recorded of levels and DACs, for runs without an end.
+    /// Discards the recorded levels and DAC writes, for runs without an end.
     pub fn discard_trace(&mut self) {
         self.trace.dac.clear();
         for (channel, code) in (0u8..).zip(self.codes) {
             self.trace
                 .record_dac(self.trace.levels.last().map_or(0, |l| l.0), channel, code);
         }
-        // The last levels stay: only changes against them are recorded.
+        // The last levels stay, because only changes from them are recorded.
         let last = self.trace.levels.len().saturating_sub(1);
         self.trace.levels.drain(..last);
     }
 
-    /// Device time is now the lower half of `now_us`: the world says so after each of
-    /// its steps, or a device that puts nothing out for 36 minutes would be recorded at
-    /// the time of a wrap ago.
+    /// Sets the device time to the lower 32 bits of `now_us`. The world calls this after each step:
+    /// without it, output after 36 silent minutes would get the time of one wrap earlier.
     fn set_time(&mut self, now_us: u64) {
         for time in [
             &mut self.level_time,
@@ -83,7 +82,7 @@ impl Sink for Recorder {
             let index = usize::from(channel);
             let lead = (t, index, self.codes[index], now.state(channel));
             self.leads.push(lead);
-            // The cathodic phase is the one that excites.
+            // The cathodic phase is the one that excites the muscle.
             if now.state(channel) == State::Cathodic {
                 self.cathodic_since[index] = t;
             } else if before.state(channel) == State::Cathodic {
@@ -111,38 +110,57 @@ impl Sink for Recorder {
     }
 }
 
-/// The simulated world.
+/// A device and its wearer, coupled in virtual time.
+///
+/// ```
+/// use firmware::link::{BROADCAST, Request, SCHEMA, ToDevice, encode};
+/// use firmware::units::Micros;
+/// use hal_sim::body::FixedLoad;
+/// use hal_sim::native::native;
+/// use hal_sim::wire::faults::Faults;
+/// use hal_sim::world::World;
+///
+/// let boot = Micros::new(0);
+/// let body = Box::new(FixedLoad::new(0.0));
+/// let mut world = World::new(Box::new(native(boot)), body, boot, Faults::default(), 1);
+/// let request = Request::Hello { schema: SCHEMA };
+/// world.send(&encode(&ToDevice { session: BROADCAST, seq: 0, request }).unwrap());
+/// world.run_until(10_000)?; // 10 ms of virtual time
+/// assert!(world.received().count() > 0); // the device has answered
+/// # Ok::<(), std::io::Error>(())
+/// ```
 pub struct World {
     device: Box<dyn Device>,
-    /// The wearer.
+    /// Simulated limb of the wearer.
     pub body: Box<dyn Body>,
-    /// What the device put out.
+    /// Recorder of the device's output.
     pub recorder: Recorder,
-    /// The board's inputs, apart from joint and loads, which the body gives.
+    /// Inputs of the board. The joint angle and the electrode loads come from the body.
     pub sensors: Sensors,
-    /// The wire from host to device.
+    /// Wire from the host to the device.
     pub wire: FaultyLine,
-    /// By channel, where the device cannot be asked for it.
+    /// Output configuration by channel, used if the device cannot report its own.
     pub outputs: [Option<Output>; CHANNELS],
-    /// Angle sensor: conversion per degree and at 0°; `None` if not connected.
+    /// Angle sensor: ADC counts per degree and at 0°; `None` if no sensor is connected.
     joint_adc: Option<(f64, f64)>,
-    /// How that sensor breaks.
+    /// Defect of the angle sensor, if it is broken.
     pub broken_joint: Option<BrokenSensor>,
-    /// The sensor was read since the body moved.
+    /// Whether the sensor was read since the body last moved.
     is_sensed: bool,
-    /// Edges still to come on the trigger input, rising, and how long each is held, µs.
+    /// Pending edges of the trigger input: time of the rising edge and time it is held, both µs.
     triggers: VecDeque<(u64, u64)>,
-    /// When the trigger input that is held is released, µs.
+    /// Time at which the trigger input is released, µs, while it is held.
     release_us: Option<u64>,
     now_us: u64,
-    /// The device has served a trial before.
+    /// Whether the device has served a trial before.
     is_used: bool,
-    /// The body's, as the device was last told.
+    /// Electrode loads that the device was last given.
     loads: [Load; CHANNELS],
 }
 
 impl World {
-    /// A world that begins when `device` boots, at `boot`.
+    /// Creates a world that begins at `boot`, when `device` boots. The wire has `faults`, which
+    /// depend on `seed`.
     pub fn new(
         device: Box<dyn Device>,
         body: Box<dyn Body>,
@@ -164,12 +182,13 @@ impl World {
             release_us: None,
             now_us: boot.get().into(),
             is_used: false,
-            loads: [Load::Ohms(f64::NAN); CHANNELS], // like no body's
+            // differs from the loads of every body, so that the first update sends them
+            loads: [Load::Ohms(f64::NAN); CHANNELS],
         }
     }
 
-    /// The same world around `device`, a fork of its own, which goes on alone from here;
-    /// nothing where its wearer cannot.
+    /// Copies the world around `device`, which must be a fork of this world's device. Returns
+    /// `None` if the wearer cannot be copied.
     #[must_use]
     pub fn fork(&self, device: Box<dyn Device>) -> Option<Self> {
         Some(Self {
@@ -190,27 +209,28 @@ impl World {
         })
     }
 
-    /// The same world, which goes on alone from here; nothing where its device or its wearer
-    /// cannot be copied.
+    /// Copies the world; the copy advances independently. Returns `None` if the device or the
+    /// wearer cannot be copied.
     #[must_use]
     pub fn snapshot(&self) -> Option<Self> {
         self.fork(self.device.fork()?)
     }
 
-    /// Virtual time, µs; device time is its lower 32 bits.
+    /// Returns the virtual time, µs; device time is its lower 32 bits.
     #[must_use]
     pub const fn now_us(&self) -> u64 {
         self.now_us
     }
 
-    /// An edge comes on the trigger input at `at_us`, or now if that is past. Of
-    /// edges closer than a refill's 250 µs the device sees the last one only, as
-    /// its timer has one capture register.
+    /// Schedules an edge on the trigger input at `at_us`, or now if that time is past. Of several
+    /// edges within a refill of 250 µs the device sees only the last one, because its timer has one
+    /// capture register.
     pub fn trigger(&mut self, at_us: u64) {
         self.hold_trigger(at_us, 0);
     }
 
-    /// The same, and the input is held for `held_us`, within which no other edge comes.
+    /// Schedules an edge like [`Self::trigger`] and holds the input for `held_us`, during which no
+    /// other edge may come.
     pub fn hold_trigger(&mut self, at_us: u64, held_us: u64) {
         let at_us = at_us.max(self.now_us);
         if let Err(place) = self.triggers.binary_search_by_key(&at_us, |edge| edge.0) {
@@ -218,31 +238,31 @@ impl World {
         }
     }
 
-    /// Connects an angle sensor that converts `per_degree` and gives `zero` at 0°.
+    /// Connects an angle sensor that reads `per_degree` ADC counts per degree and `zero` at 0°.
     pub const fn connect_joint(&mut self, per_degree: f64, zero: f64) {
         self.joint_adc = Some((per_degree, zero));
         self.is_sensed = false;
     }
 
-    /// The host sends one frame now.
+    /// Sends one frame from the host to the device now.
     pub fn send(&mut self, frame: &[u8]) {
         self.wire.push(self.now_us, frame);
     }
 
-    /// Lets time go on to `to_us`.
+    /// Advances the world to `to_us`.
     ///
     /// # Errors
-    /// The device cannot be reached any more.
+    /// Fails if the device cannot be reached any more.
     pub fn run_until(&mut self, to_us: u64) -> std::io::Result<()> {
         self.update_loads();
         while self.now_us < to_us {
             let mut step = to_us.min((self.now_us / STEP_US + 1) * STEP_US);
-            // One edge a step: a second one begins the next.
+            // A step contains at most one edge: a second edge begins the next step.
             if let Some(&(second, _)) = self.triggers.get(1) {
                 step = step.min(second.max(self.now_us + 1));
             }
             step = self.release_trigger(step);
-            // A device that is serving bytes may be ahead by what that costs.
+            // A device that processes bytes may be ahead by the time that the processing takes.
             let ahead = step + u64::from(cost::SESSION_US);
             if let Some(&(at, held_us)) = self.triggers.front().filter(|edge| edge.0 < ahead) {
                 self.sensors.trigger = Some(Micros::new(at as u32));
@@ -258,7 +278,7 @@ impl World {
                     .receive(at, &bytes, &self.sensors, &mut self.recorder)?;
             }
             if is_asked {
-                // The first moment that no device has passed already.
+                // This is the first time that no device has passed yet.
                 self.trigger(ahead);
             }
             self.device
@@ -273,8 +293,8 @@ impl World {
         Ok(())
     }
 
-    /// Releases the trigger input where it is due, and lets a step to `to_us` end with its
-    /// next release; of an edge in the step, too.
+    /// Releases the trigger input when its release is due. Returns the end of the step that should
+    /// reach to `to_us`: at most the next release, including that of an edge within the step.
     fn release_trigger(&mut self, to_us: u64) -> u64 {
         if self.release_us.take_if(|at| *at <= self.now_us).is_some() {
             self.sensors.held = false;
@@ -288,32 +308,32 @@ impl World {
         self.release_us.map_or(to_us, |at| to_us.min(at))
     }
 
-    /// The same device and the same wearer go on to another trial: what was put out
-    /// before is forgotten, the wearer's state is kept.
+    /// Prepares the same device and wearer for another trial: discards the recorded output and
+    /// keeps the wearer's state.
     pub fn begin_trial(&mut self) {
         self.is_used = true;
         self.recorder.discard_trace();
         self.body.begin_trial();
     }
 
-    /// Whether the device has served a trial before, so that it has counted already.
+    /// Returns whether the device has served a trial before, so that its counters are not zero.
     #[must_use]
     pub const fn is_used(&self) -> bool {
         self.is_used
     }
 
-    /// Lets `for_us` pass, in which no host says anything; what the device tells is
-    /// lost.
+    /// Advances by `for_us` without messages from a host, and discards the bytes that the device
+    /// sends.
     ///
     /// # Errors
-    /// The device cannot be reached any more.
+    /// Fails if the device cannot be reached any more.
     pub fn run_silently(&mut self, for_us: u64) -> std::io::Result<()> {
         self.run_until(self.now_us.saturating_add(for_us))?;
         self.recorder.bytes.clear();
         Ok(())
     }
 
-    /// Whether bytes have arrived at the host that it has not taken.
+    /// Returns whether bytes have arrived at the host that it has not taken yet.
     #[must_use]
     pub fn has_received(&self) -> bool {
         self.recorder
@@ -333,9 +353,9 @@ impl World {
         })
     }
 
-    /// The joint sensor's conversion.
+    /// Updates the ADC conversion of the joint sensor.
     fn update_joint_sensor(&mut self) {
-        // What is broken changes while nothing moves.
+        // The reading of a broken sensor changes even if nothing moves.
         let is_known = self.is_sensed && self.broken_joint.is_none();
         if let Some((per_degree, zero)) = self.joint_adc.filter(|_| !is_known) {
             let (now_us, mut deg) = (self.now_us, self.body.sensed_deg());
@@ -348,8 +368,8 @@ impl World {
         }
     }
 
-    /// What the device's stages drive: the body's electrodes, which nothing changes
-    /// while time goes on.
+    /// Updates the loads on the device's output stages from the body's electrodes. They do not
+    /// change while time advances.
     fn update_loads(&mut self) {
         if self.loads != *self.body.loads() {
             self.loads = *self.body.loads();
@@ -387,12 +407,11 @@ impl World {
     }
 }
 
-/// The longest frame of a [`Request::SimulateTrigger`], bytes.
+/// Maximum length of a frame with a [`Request::SimulateTrigger`], bytes.
 const TRIGGER_FRAME: usize = 16;
 
-/// Whether a simulated trigger is among `bytes`. The device gets a sign of life
-/// with its number instead, so that it misses none and answers; the edge comes
-/// from the world.
+/// Returns whether `bytes` contain a simulated trigger, and replaces it with a keep-alive of the
+/// same number. The device answers that as usual, and the edge comes from the world.
 fn replace_trigger(bytes: &mut [u8]) -> bool {
     let mut is_there = false;
     for frame in bytes.split_inclusive_mut(|&byte| byte == 0) {
@@ -404,7 +423,7 @@ fn replace_trigger(bytes: &mut [u8]) -> bool {
     is_there
 }
 
-/// What the device gets for `frame` if that is a simulated trigger.
+/// Returns the keep-alive that replaces `frame`, if the frame is a simulated trigger.
 fn keepalive_for_trigger(frame: &[u8]) -> Option<Vec<u8>> {
     if frame.len() > TRIGGER_FRAME {
         return None;

@@ -1,16 +1,20 @@
-//! What a program that stimulates needs, `flexor` or another.
+//! The library of programs that drive a Flexor stimulator: sessions, the link, records and reports.
 //!
-//! `session` reads what to do, `run` does it through `link`, `choice` tries which
-//! models will do; `record` and `analysis` keep and judge it, `report` draws it
-//! with `plot`, numbers written by `number`. `wearer` is who is stimulated: thresholds,
-//! limits and muscles, from a file, which `calibration` finds with an operator; `fields`
-//! holds such files and sessions against what they may say, `disk` replaces files as a
-//! whole. `statistics` is what analyses of experiments share, `identify` makes a muscle's
-//! numbers of measured force, `limb` finds muscles for a force at the hand, `clock` has the time,
-//! `suggestion` finds the name that a misspelt one was meant to be.
+//! - `session` reads session files, `wearer` the thresholds, limits and muscles of a wearer, and
+//!   `fields` checks both against their permitted fields.
+//! - `link` speaks the protocol, and `run` carries out a session through it. `choice` tries which
+//!   level of a muscle model suffices. `calibration` finds thresholds with an operator.
+//! - `record` writes and reads records, `analysis` computes their results, `statistics` compares
+//!   them, and `report` draws them with `plot`.
+//! - `identify` fits a muscle model to measured force; `limb` chooses muscles for a force at the
+//!   hand.
+//! - `clock` reads the time, `disk` replaces files as a whole, `number` formats numbers, and
+//!   `suggestion` finds the name that a misspelt one was meant to be.
 //!
 //! Without its features (docs/architecture.md, Features) the package reads no clock, opens no
 //! socket and starts no process, and builds for `wasm32-unknown-unknown`.
+
+#![warn(missing_docs)]
 
 pub mod analysis;
 pub mod calibration;

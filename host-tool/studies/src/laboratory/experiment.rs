@@ -1,4 +1,4 @@
-//! A declaration with its sessions: what can be run.
+//! Combines a declaration with its sessions and wearer files to an experiment that can run.
 
 use super::condition::{Condition, IneffectiveLevel, Texts};
 use super::declaration::Declaration;
@@ -18,42 +18,40 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use toml::Value;
 
-/// A checked experiment.
+/// An experiment whose declaration, sessions and wearer files have been checked.
 #[derive(Clone, Debug)]
 pub struct Experiment {
-    /// What was written before looking.
+    /// The parsed declaration.
     pub declaration: Declaration,
-    /// What a command calls it: its name in the program, or its file.
+    /// Name by which a command refers to the experiment: its built-in name, or its file.
     pub asked: String,
-    /// The text of its file.
+    /// Text of the declaration file.
     pub text: String,
-    /// Name and text of each session that it names, in its order.
+    /// Name and text of each session, in the declaration's order.
     pub sessions: Vec<(String, String)>,
-    /// Name and text of each wearer file that these name.
+    /// Name and text of each wearer file that the sessions name.
     pub wearers: Vec<(String, String)>,
-    /// The wearer file that takes their place, if one does.
+    /// Name of the wearer file that replaces those of the sessions.
     pub worn: Option<String>,
-    /// Its conditions, each level of a factor with each of the others.
+    /// Every combination of the factors' levels.
     pub conditions: Vec<Condition>,
-    /// SHA-256 of the declaration, of each session that it names and of each wearer file
-    /// that these name, as files.
+    /// Name and SHA-256 of the declaration, of each session and of each wearer file.
     pub hashes: Vec<(String, String)>,
 }
 
-/// What stands before the name of a wearer file that takes the place of the sessions' own,
-/// among the files of an experiment.
+/// Prefix that marks a replacing wearer file in the list of an experiment's files.
 pub(super) const WORN: &str = "--wearer/";
 
-/// What one wearer did in one condition: a number for each of the declaration's
-/// measures, where there is one.
+/// Results of one wearer in one condition: a value per measure of the declaration, `None` where the
+/// trial does not have that measure.
 pub type TrialMeasures = Vec<Option<f64>>;
 
 impl Experiment {
-    /// The experiment that `text`, called `file`, declares; `texts` knows its
-    /// sessions.
+    /// Creates the experiment from the declaration `text` of `file`; `texts` provides the sessions
+    /// and wearer files.
     ///
     /// # Errors
-    /// Everything wrong with the declaration; a condition that no device would arm.
+    /// Returns every mistake in the declaration, or the conditions that no device would arm.
     pub fn new(file: &str, text: &str, texts: Texts<'_>) -> Result<Self, LaboratoryError> {
         let (declaration, mut mistakes) = Declaration::read_and_check(text);
         let named = declaration.as_ref();
@@ -93,7 +91,7 @@ impl Experiment {
             conditions,
             hashes,
         };
-        // Whatever is wrong is told before anything runs.
+        // Reports every mistake before anything runs.
         let declared = whole.sessions(&[])?;
         whole.check_wearable(file)?;
         let drawn = whole.unit(whole.declaration.seed, 1, 0);
@@ -105,11 +103,12 @@ impl Experiment {
         Ok(whole)
     }
 
-    /// The same on another wearer than its sessions name: `file` of this text. What the
-    /// file says of a simulated elbow is not drawn.
+    /// Replaces the wearer files of all sessions by `file` with this text. Fields of a simulated
+    /// elbow that the file determines are no longer random.
     ///
     /// # Errors
-    /// The file; a session that names no wearer file (E663) or cannot be played on this one.
+    /// Fails if the file is invalid, if a session names no wearer file (E663), or if a session
+    /// cannot use this wearer.
     pub fn with_wearer(mut self, file: &str, text: &str) -> Result<Self, LaboratoryError> {
         let wearer = host_core::wearer::Wearer::parse(file, text)?;
         let refuse = |why| LaboratoryError::NotWorn {
@@ -130,7 +129,7 @@ impl Experiment {
         Ok(self)
     }
 
-    /// The same, as a command calls it: `name`, of a file without its folder.
+    /// Sets the name by which a command refers to the experiment, without its folder.
     #[must_use]
     pub fn with_name(mut self, name: &str) -> Self {
         let file = Path::new(name).file_name();
@@ -141,7 +140,7 @@ impl Experiment {
         self
     }
 
-    /// The declaration's measures.
+    /// Returns the measures of the declaration.
     pub fn measures(&self) -> impl Iterator<Item = &'static Measure> {
         self.declaration
             .measures
@@ -149,19 +148,19 @@ impl Experiment {
             .filter_map(|id| measure::find_measure(id))
     }
 
-    /// How many units `draws` wearers make: one at each point of the grid.
+    /// Returns the number of units for `draws` wearers: each wearer at each grid point.
     #[must_use]
     pub fn units(&self, draws: u64) -> u64 {
         points(&self.declaration).saturating_mul(draws)
     }
 
-    /// A wearer at a point of the grid.
+    /// Returns one wearer at one point of the grid.
     #[must_use]
     pub fn unit(&self, seed: u64, draws: u64, index: u64) -> Unit {
         unit_of(&self.declaration, seed, draws, index)
     }
 
-    /// Whether every condition has what the protocol stops at.
+    /// Checks that every condition has the measurements to which the stop limits refer.
     fn check_stop(&self, sessions: &[Session]) -> Result<(), LaboratoryError> {
         let stop = self.declaration.protocol.stop;
         let all = self.conditions.iter().zip(sessions);
@@ -176,10 +175,10 @@ impl Experiment {
         }
     }
 
-    /// Whether one wearer can wear these conditions, where one has to.
+    /// Checks that a single wearer can go through all conditions, if the protocol asks for that.
     ///
     /// # Errors
-    /// They differ in what one wearer has once.
+    /// Returns the first property in which the sessions differ although a wearer has it only once.
     pub(super) fn check_worn(&self, sessions: &[Session]) -> Result<(), LaboratoryError> {
         match self.declaration.protocol.wearer {
             Wearer::Rested => Ok(()),
@@ -187,8 +186,8 @@ impl Experiment {
         }
     }
 
-    /// What a drawn wearer goes through: every condition once; one who is kept the whole
-    /// protocol, in an order of their own.
+    /// Returns the steps for a random wearer: every condition once if the wearer is rested,
+    /// otherwise the whole protocol in an order that depends on `seed`.
     pub(super) fn steps_of(&self, seed: u64) -> Vec<Step> {
         let protocol = &self.declaration.protocol;
         match protocol.wearer {
@@ -205,10 +204,10 @@ impl Experiment {
         }
     }
 
-    /// The session of each condition with these fields of a wearer.
+    /// Returns the session of each condition with these wearer's fields set.
     ///
     /// # Errors
-    /// A session that no device arms.
+    /// Returns every session that no device would arm.
     pub fn sessions(
         &self,
         fields: &[(String, Value)],
@@ -227,22 +226,22 @@ impl Experiment {
         }
     }
 
-    /// What a unit does in each condition: the whole device, natively. A wearer who is
-    /// kept goes through the whole protocol; of several rounds it is their mean.
+    /// Simulates a unit in each condition on the whole native device. A wearer who is not rested
+    /// goes through the whole protocol; several rounds are averaged.
     ///
     /// # Errors
-    /// A session that no device arms, or one that ended early.
+    /// Fails if no device would arm a session or a trial ended early.
     pub fn measure_unit(&self, unit: &Unit) -> Result<Vec<TrialMeasures>, LaboratoryError> {
         let files = self.sessions(&unit.fields)?;
         let trials = self.play(unit, &files, &mut |_| ())?;
         Ok(self.means(&files, &trials))
     }
 
-    /// The trials of a unit, each with its condition; `meet` meets every device that
-    /// they open.
+    /// Runs the trials of a unit and returns each with the index of its condition; calls `meet`
+    /// with every device that is opened.
     ///
     /// # Errors
-    /// No device, or a trial that ended early.
+    /// Fails if a device cannot be opened or a trial ended early.
     pub(super) fn play(
         &self,
         unit: &Unit,
@@ -283,8 +282,7 @@ impl Experiment {
         Ok(trials)
     }
 
-    /// The measures of each condition, of several trials the mean of those that have
-    /// one.
+    /// Returns the measures of each condition, averaged over the trials that have a value.
     pub(super) fn means(
         &self,
         files: &[SessionFile],
@@ -306,7 +304,7 @@ impl Experiment {
         files.iter().enumerate().map(of).collect()
     }
 
-    /// The measures of a trial of `file`.
+    /// Computes every measure of the declaration from one trial.
     #[must_use]
     pub fn measure_trial(&self, file: &SessionFile, trial: &Trial) -> TrialMeasures {
         let number = |measure: &Measure| (measure.of)(&file.session, trial);
@@ -314,7 +312,7 @@ impl Experiment {
     }
 }
 
-/// That levels change fields which cannot be changed.
+/// Creates the error for levels that set fields which cannot be changed.
 fn unchangeable_fields(
     d: &Declaration,
     (file, text): (&str, &str),
