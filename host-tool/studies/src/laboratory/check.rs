@@ -1,4 +1,4 @@
-//! Reading a declaration: all that cannot be, at once.
+//! Parses a declaration and reports every mistake in it at once.
 
 use super::declaration::{ClaimKind, Declaration, Level, LevelComparison, RandomField, Uniformity};
 use super::error::{LaboratoryError, Mistake};
@@ -7,16 +7,16 @@ use super::written::DeclarationText;
 use std::collections::HashSet;
 use toml::Value;
 
-/// Most trials of a protocol, and wearers of a sweep.
+/// Largest number of trials of a protocol, and of wearers of a sweep.
 const MOST_TRIALS: usize = 10_000;
-/// Most wearers times points of the grid.
+/// Largest product of wearers and grid points in a sweep.
 pub const MOST_DRAWS: u64 = 10_000_000;
 
 impl Declaration {
-    /// Reads and checks the text of the file called `file`.
+    /// Parses and checks `text`; `file` names it in messages.
     ///
     /// # Errors
-    /// Everything that is wrong with it, each with a line where one is known.
+    /// Returns every mistake in the declaration, with its line where that is known.
     pub fn parse(file: &str, text: &str) -> Result<Self, LaboratoryError> {
         match Self::read_and_check(text) {
             (Some(read), mistakes) if mistakes.is_empty() => Ok(read),
@@ -24,7 +24,7 @@ impl Declaration {
         }
     }
 
-    /// What can be read of the text, and everything that is wrong with it.
+    /// Returns the declaration, if the text can be parsed, and every mistake in it.
     pub(super) fn read_and_check(text: &str) -> (Option<Self>, Vec<Mistake>) {
         let mut written = DeclarationText::new(text);
         let (read, mut mistakes) = written.read();
@@ -40,20 +40,20 @@ impl Declaration {
     }
 }
 
-/// Everything that is wrong with a declaration, for people.
+/// Collects the mistakes of a declaration as messages with line numbers.
 struct DeclarationMistakes<'w> {
     written: &'w DeclarationText<'w>,
     all: Vec<Mistake>,
 }
 
 impl DeclarationMistakes<'_> {
-    /// Of a field of element `nth` of a list.
+    /// Adds a mistake in a field of element `nth` of a list.
     fn add_in_list(&mut self, (list, nth, field): (&str, usize, &str), what: &str) {
         let line = self.written.line(list, nth, field);
         self.all.push(Mistake::at(line, what));
     }
 
-    /// Of a field of the whole.
+    /// Adds a mistake in a top-level field.
     fn add_in_root(&mut self, field: &str, what: &str) {
         let line = self.written.line_of(field);
         self.all.push(Mistake::at(line, what));
@@ -202,8 +202,8 @@ impl DeclarationMistakes<'_> {
         }
     }
 
-    /// Levels whose field a draw or a grid would write over, so that the conditions
-    /// would be alike in it.
+    /// Reports levels that set a field which a draw or a grid would overwrite: the conditions would
+    /// then not differ in that field.
     fn check_overwritten(&mut self, d: &Declaration) {
         let drawn = d
             .drawn
@@ -213,7 +213,8 @@ impl DeclarationMistakes<'_> {
         let grids = d.grid.iter().map(|grid| ("grid", &*grid.field)).enumerate();
         for (nth, (list, field)) in drawn.chain(grids) {
             for (at, factor) in d.factors.iter().enumerate() {
-                // A table that levels set alike in this field is what is drawn into.
+                // If every level gives the field the same value, the draw or the grid just changes
+                // this common base, which is allowed.
                 let mut values = factor.levels.iter().map(|level| value_within(level, field));
                 let first = values.next().flatten();
                 let is_base = first.is_some() && values.all(|value| value == first);
@@ -275,7 +276,7 @@ impl DeclarationMistakes<'_> {
     }
 }
 
-/// Which of `check_names` stand there once more, and that they do.
+/// Returns the index of every repeated name, and a message about it.
 fn find_duplicates<'a>(what: &str, names: impl Iterator<Item = &'a str>) -> Vec<(usize, String)> {
     let mut seen = HashSet::new();
     let again = names.enumerate().filter(|(_, name)| !seen.insert(*name));
@@ -283,13 +284,13 @@ fn find_duplicates<'a>(what: &str, names: impl Iterator<Item = &'a str>) -> Vec<
     told.collect()
 }
 
-/// Whether the dotted path `field` is `table` or lies in it.
+/// Returns whether the dotted path `field` equals `table` or lies within it.
 fn is_within(field: &str, table: &str) -> bool {
     let rest = field.strip_prefix(table);
     rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
 }
 
-/// The value of `field` in a table that a level sets.
+/// Returns the value of `field` in a table that a level sets.
 fn value_within<'l>(level: &'l Level, field: &str) -> Option<&'l Value> {
     level.set.iter().find_map(|(table, value)| {
         let rest = field.strip_prefix(&**table)?.strip_prefix('.')?;
@@ -320,7 +321,7 @@ fn unknown_level(d: &Declaration, factor: &str, level: &str) -> Option<String> {
     }
 }
 
-/// What is wrong with a comparison, by the field that says it.
+/// Returns the mistakes of a comparison, each with the field that contains it.
 fn compared_mistakes(d: &Declaration, c: &LevelComparison) -> Vec<(&'static str, String)> {
     let measure = unknown_measure(d, &c.measure).map(|what| ("measure", what));
     let mut told: Vec<_> = measure.into_iter().collect();

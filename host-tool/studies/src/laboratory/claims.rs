@@ -1,4 +1,4 @@
-//! In how many cases a declared claim holds.
+//! Counts in how many cases a preregistered claim holds.
 
 use super::declaration::{Claim, ClaimKind, Declaration, LevelComparison};
 use super::draw::{point_in_words, points};
@@ -7,59 +7,59 @@ use host_core::statistics;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A wearer in one combination of the factors that a claim does not compare: its
-/// unit's index, and their levels.
+/// One wearer at one combination of the factors that a claim does not compare: index of the unit,
+/// and the levels of these factors.
 pub type Case = (u64, OtherFactors);
 
-/// Factors that a claim does not compare, and their levels.
+/// Names and levels of the factors that a claim does not compare.
 pub type OtherFactors = Vec<(String, String)>;
 
-/// In how many cases a claim holds.
+/// Number of cases in which a claim holds, with a confidence interval of the share.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Share {
-    /// Its id.
+    /// Identifier of the claim.
     pub id: String,
-    /// At which point of the grid; empty without one.
+    /// Point of the grid, in words; empty without a grid.
     pub at: String,
-    /// For people.
+    /// The claim as a sentence.
     pub claim: String,
-    /// What the paper says of it.
+    /// Whether the paper says that the claim holds; `None` where the paper is silent.
     pub paper: Option<bool>,
-    /// Cases in which it holds.
+    /// Number of cases in which the claim holds.
     pub holds: u64,
-    /// Cases in which it could be judged.
+    /// Number of cases in which the claim could be judged.
     pub of: u64,
-    /// Lower end of the interval of the share, 0 to 1; nothing without a case, or
-    /// where no wearers were drawn.
+    /// Lower end of the 95 % interval of the share, 0 to 1; `None` without a case, or if wearers
+    /// were not generated at random.
     pub low: Option<f64>,
-    /// Upper end.
+    /// Upper end of the 95 % interval of the share, 0 to 1.
     pub high: Option<f64>,
 }
 
-/// A share held against what the paper says.
+/// Comparison of a share with the paper's statement.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Verdict {
-    /// Most cases are as the paper says.
+    /// The claim agrees with the paper in most cases.
     Like,
-    /// Most are not.
+    /// The claim disagrees with the paper in most cases.
     Unlike,
-    /// Half of them lies in the interval.
+    /// The interval includes one half.
     Undecided,
 }
 
-/// A share held against the least that was asked for.
+/// Comparison of a share with a required minimum.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Reach {
-    /// All of its interval has that much.
+    /// The whole interval is at or above the minimum.
     Met,
-    /// None of it has.
+    /// The whole interval is below the minimum.
     Missed,
-    /// The least lies within it.
+    /// The minimum lies within the interval.
     Undecided,
 }
 
 impl Share {
-    /// Of a claim called `id` that holds in so many of so many independent cases.
+    /// Creates the share of claim `id` that holds in `holds` of `of` independent cases.
     #[must_use]
     pub fn from_counts(
         id: String,
@@ -80,8 +80,8 @@ impl Share {
         }
     }
 
-    /// Whether it is in most cases as the paper says; nothing where the paper says
-    /// nothing, no case could be judged, or there is one independent case alone.
+    /// Compares the share with the paper. Returns `None` where the paper is silent, where no case
+    /// could be judged, or where only one case is independent.
     #[must_use]
     pub fn verdict(&self) -> Option<Verdict> {
         let paper = self.paper.filter(|_| !self.is_single())?;
@@ -93,8 +93,8 @@ impl Share {
         })
     }
 
-    /// Whether it holds in a part of the cases of `least` or more, by its interval; nothing
-    /// where it has none.
+    /// Returns whether the claim holds in a share of at least `least` of the cases, judged by its
+    /// interval; `None` without an interval.
     #[must_use]
     pub fn reaches(&self, least: f64) -> Option<Reach> {
         let (low, high) = self.low.zip(self.high).filter(|_| self.of > 0)?;
@@ -105,7 +105,8 @@ impl Share {
         })
     }
 
-    /// Whether only one case is independent: one was judged, or all are of one wearer.
+    /// Returns whether only one case is independent: either one was judged, or all belong to one
+    /// wearer.
     #[must_use]
     pub fn is_single(&self) -> bool {
         let one = || {
@@ -117,7 +118,7 @@ impl Share {
         self.of == 1 || (self.of > 0 && one() == Some(true))
     }
 
-    /// "7.5 %".
+    /// Returns the share as text, as in "7.5 %".
     #[must_use]
     pub fn percent(&self) -> String {
         match self.of {
@@ -127,14 +128,14 @@ impl Share {
     }
 }
 
-/// What each unit did in each condition, in the order of the units.
+/// The measures of each unit in each condition, by index of the unit.
 pub type Units = BTreeMap<u64, Vec<TrialMeasures>>;
 
-/// Of the intervals of shares.
+/// Confidence level of the intervals of the shares.
 const LEVEL: f64 = 0.95;
 
-/// The shares of all claims in the declaration's order; with a grid, at each of its
-/// points of `draws` units.
+/// Returns the shares of all claims in the declaration's order; with a grid, for each of its
+/// points, of which each has `draws` units.
 #[must_use]
 pub fn shares(experiment: &Experiment, draws: u64, units: &Units) -> Vec<Share> {
     let declaration = &experiment.declaration;
@@ -152,7 +153,7 @@ pub fn shares(experiment: &Experiment, draws: u64, units: &Units) -> Vec<Share> 
     (0..points(declaration)).flat_map(at_point).collect()
 }
 
-/// Whether each claim, by its id, holds in each case in which it can be judged.
+/// Returns, by claim identifier, whether the claim holds in each case that can be judged.
 pub(super) fn claim_verdicts<'e>(
     experiment: &'e Experiment,
     units: &Units,
@@ -168,7 +169,7 @@ pub(super) fn claim_verdicts<'e>(
     known
 }
 
-/// The share of a claim at a place of the grid.
+/// Returns the share of a claim at one point of the grid.
 fn share<'a>(
     claim: &Claim,
     place: &str,
@@ -194,8 +195,8 @@ fn share<'a>(
     }
 }
 
-/// Where `compared` holds: every unit in every combination of the other factors
-/// in which both levels have the measure.
+/// Returns whether the comparison holds in each case: each unit in every combination of the other
+/// factors for which both levels have the measure.
 fn cases(experiment: &Experiment, c: &LevelComparison, units: &Units) -> BTreeMap<Case, bool> {
     let declaration = &experiment.declaration;
     let Some(measure) = declaration.measures.iter().position(|m| *m == c.measure) else {
@@ -213,8 +214,9 @@ fn cases(experiment: &Experiment, c: &LevelComparison, units: &Units) -> BTreeMa
     units.iter().flat_map(in_unit).collect()
 }
 
-/// Conditions that differ in the compared factor alone: the levels of the others,
-/// the condition the claim is about, and the one it is held against.
+/// Returns the pairs of conditions that differ in the compared factor only: the levels of the other
+/// factors, the index of the condition that the claim is about, and that of the one it is compared
+/// with.
 fn pairs(experiment: &Experiment, c: &LevelComparison) -> Vec<(OtherFactors, usize, usize)> {
     let Declaration { factors, .. } = &experiment.declaration;
     let others = |levels: &[String]| -> OtherFactors {
@@ -248,7 +250,8 @@ fn pairs(experiment: &Experiment, c: &LevelComparison) -> Vec<(OtherFactors, usi
         .collect()
 }
 
-/// Where all of these and none of those hold, of the cases that all have.
+/// Returns whether all claims in `all` and no claim in `none` hold, for each case that every one of
+/// these claims has.
 fn combine_claims(
     known: &BTreeMap<&str, BTreeMap<Case, bool>>,
     all: &[String],

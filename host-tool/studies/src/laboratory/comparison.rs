@@ -1,19 +1,19 @@
-//! The comparison that an experiment is about, beside the paper's.
+//! Compares the main result of an experiment with the paper's.
 
 use super::numbers::digits;
 use super::result::Outcome;
 use serde::Serialize;
 
-/// Which numbers of which experiment it is about.
+/// The experiment and the measure to compare.
 struct ComparedMeasure {
     study: &'static str,
-    /// Id of the measure, and for people. Less of it is better.
+    /// Identifier and readable name of the measure. Smaller values are better.
     measure: (&'static str, &'static str),
-    /// The level whose number stands first.
+    /// The level whose value comes first.
     this: &'static str,
-    /// The levels the best of which stands second.
+    /// The levels of which the best value comes second.
     than: &'static [&'static str],
-    /// What those are, for people.
+    /// Readable name of the best of those levels.
     best: &'static str,
 }
 
@@ -25,38 +25,37 @@ const ABOUT: &[ComparedMeasure] = &[ComparedMeasure {
     best: "the better point alone",
 }];
 
-/// The same number in two conditions, by what else the conditions are.
+/// One measure in two levels of a factor, for each combination of the other factors.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Comparison {
-    /// What is compared, and whether it is a median of wearers.
+    /// The compared measure, and whether its values are medians over wearers.
     pub quantity: String,
-    /// Its unit.
+    /// Unit of both values.
     pub unit: String,
-    /// What stands first.
+    /// Label of the first value.
     pub this: &'static str,
-    /// What stands second.
+    /// Label of the second value.
     pub than: &'static str,
-    /// A pair for each of the other levels.
+    /// One pair for each combination of the other factors' levels.
     pub pairs: Vec<Pair>,
-    /// What the paper printed of both.
+    /// Both values as the paper prints them.
     pub paper: Option<[f64; 2]>,
 }
 
-/// Two numbers that are compared.
+/// Two values that are compared.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Pair {
-    /// The levels of the other factors.
+    /// The levels of the other factors, joined as text.
     pub levels: String,
-    /// The number that stands first.
+    /// The first value.
     pub this: f64,
-    /// The best of those that stand second.
+    /// The best of the second values.
     pub than: f64,
-    /// The level that is the best.
+    /// The level that has the best second value.
     pub best: &'static str,
 }
 
-/// The comparison that `outcome` is about; nothing where it is about none, or numbers are
-/// missing.
+/// Returns the comparison for `outcome`, or `None` if its study has none or values are missing.
 #[must_use]
 pub fn comparison(outcome: &Outcome) -> Option<Comparison> {
     let about = ABOUT.iter().find(|about| about.study == outcome.name)?;
@@ -114,8 +113,8 @@ pub fn comparison(outcome: &Outcome) -> Option<Comparison> {
 }
 
 impl Comparison {
-    /// "RMSE with two points against the better point alone: 5.92° against 9.55° (…); the
-    /// paper's: 10.7° against 17.6°."
+    /// Returns one sentence: "RMSE with two points against the better point alone: 5.92° against
+    /// 9.55° (…); the paper's: 10.7° against 17.6°."
     #[must_use]
     pub fn sentence(&self) -> String {
         let both = |[this, than]: [f64; 2]| {
@@ -142,7 +141,7 @@ impl Comparison {
         )
     }
 
-    /// The same as a table for a terminal.
+    /// Returns the same values as a text table for a terminal.
     #[must_use]
     pub fn in_columns(&self) -> String {
         let row = |name: &str, [this, than]: [&str; 2]| {

@@ -1,4 +1,4 @@
-//! Conditions crossed with conditions, and the sessions that they make.
+//! Crosses the levels of all factors to conditions, and builds their sessions.
 
 use super::declaration::{Declaration, Level};
 use super::draw::crossed;
@@ -10,31 +10,31 @@ use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
 use toml::{Table, Value};
 
-/// One level of each factor.
+/// A combination of one level of each factor.
 #[derive(Clone, Debug)]
 pub struct Condition {
-    /// The levels, in the order of the declaration's factors.
+    /// Names of the levels, in the order of the declaration's factors.
     pub levels: Vec<String>,
-    /// The session, before a wearer is put into it.
+    /// The session before a wearer's values are set in it.
     base: Table,
-    /// What the declaration calls that session.
+    /// Name of that session in the declaration.
     session: String,
-    /// The wearer file that it names, with its text.
+    /// Name and text of the wearer file that the session uses.
     worn: Option<(String, String)>,
 }
 
-/// A session's text by the name that a declaration gives it.
+/// Returns the text of a session or wearer file by the name that the declaration uses.
 pub type Texts<'a> = &'a dyn Fn(&str) -> Result<String, LaboratoryError>;
 
-/// A level, by factor and place in it, and what it cannot change.
+/// Index of a factor and of its level, and the change that the level cannot make.
 pub(super) type IneffectiveLevel = ((usize, usize), String);
 
 impl Condition {
-    /// Every level of each factor with each of the others, the last factor
-    /// changing first; `sessions` has those that the declaration names.
+    /// Returns every combination of levels; the last factor changes fastest. `sessions` contains
+    /// those that the declaration names.
     ///
     /// # Errors
-    /// Every field that a level cannot change.
+    /// Returns every field that a level cannot change.
     pub(super) fn all(
         d: &Declaration,
         sessions: &BTreeMap<&str, Table>,
@@ -74,13 +74,13 @@ impl Condition {
         }
     }
 
-    /// For people: "pre-wall, 15 °/s".
+    /// Returns a readable name, as "pre-wall, 15 °/s".
     #[must_use]
     pub fn name(&self) -> String {
         condition_name(&self.levels)
     }
 
-    /// The session with these fields, or why there is none, for people.
+    /// Returns the session with these fields set, or the reason why the session is invalid.
     pub(super) fn session_with(&self, fields: &[(String, Value)]) -> Result<SessionFile, String> {
         let mut table = self.base.clone();
         for (field, value) in fields {
@@ -98,11 +98,11 @@ impl Condition {
         read.map_err(|error| describe_mistakes(&error))
     }
 
-    /// Puts another wearer in place of the one whose file the session names; gives the
-    /// fields of a simulated elbow that are this wearer's.
+    /// Replaces the wearer file of the session. Returns the fields of a simulated elbow that this
+    /// file now determines.
     ///
     /// # Errors
-    /// The session names none, or has an elbow of which the file says nothing.
+    /// Fails if the session names no wearer file, or has an elbow that the file does not describe.
     pub(super) fn change_wearer(
         &mut self,
         (file, text): (&str, &str),
@@ -123,9 +123,9 @@ impl Condition {
         }
     }
 
-    /// Puts on the wearer whose file the session names: what a declaration calls that, and
-    /// its text. Nothing of a session that names none, or one that cannot be read: whoever
-    /// reads the session tells.
+    /// Loads the wearer file that the session names, and returns its name in the declaration and
+    /// its text. Returns `None` if the session names none or the file cannot be read; parsing the
+    /// session reports that error later.
     pub(super) fn load_wearer(&mut self, texts: Texts<'_>) -> Option<(String, String)> {
         let wearer = self.base.get("wearer")?;
         let file = wearer.get("file").and_then(Value::as_str)?.to_owned();
@@ -136,9 +136,9 @@ impl Condition {
     }
 }
 
-/// Makes a simulated elbow this wearer's: where each muscle begins to pull is the file's, at
-/// the width of its electrode, and how strong it is, where the file knows. Where all of it
-/// pulls no file knows: a wearer's limit lies below.
+/// Sets the fields of a simulated elbow from the wearer file: the threshold of each muscle at its
+/// electrode's width, and its torque if the file states it. The saturation current is not set: the
+/// file does not contain it, because a wearer's limit lies below.
 fn known_elbow(wearer: &Wearer, body: &mut Table) -> Result<Vec<&'static str>, String> {
     let elbow = wearer.elbow.ok_or("the wearer file has no `[elbow]`")?;
     let muscles = [
@@ -173,7 +173,8 @@ fn known_elbow(wearer: &Wearer, body: &mut Table) -> Result<Vec<&'static str>, S
     Ok(known)
 }
 
-/// What a declaration calls `file`, which its session `session` names.
+/// Returns the path of `file`, which `session` names relative to itself, as the declaration would
+/// write it.
 pub(super) fn relative_to_session(session: &str, file: &str) -> String {
     let folder = Path::new(session).parent().unwrap_or(Path::new(""));
     let mut whole = PathBuf::new();
@@ -190,7 +191,7 @@ pub(super) fn relative_to_session(session: &str, file: &str) -> String {
     whole.display().to_string()
 }
 
-/// A condition's name by its levels.
+/// Returns the readable name of the condition with these levels.
 pub(super) fn condition_name(levels: &[String]) -> String {
     match levels.is_empty() {
         true => "the session".to_owned(),
@@ -199,7 +200,7 @@ pub(super) fn condition_name(levels: &[String]) -> String {
 }
 
 impl Level {
-    /// Makes a session this level's; every field that cannot be changed, for people.
+    /// Applies this level to a session. Returns a message for every field that cannot be changed.
     fn change(&self, session: &mut Table) -> Vec<String> {
         let unset = self.unset.iter().map(|field| unset(session, field));
         let mut told: Vec<String> = unset.filter_map(Result::err).collect();
@@ -212,7 +213,7 @@ impl Level {
     }
 }
 
-/// The table that holds the last part of `field`, and that part.
+/// Returns the table that contains the last part of the path `field`, and that part.
 fn parent<'t, 'f>(root: &'t mut Table, field: &'f str) -> Result<(&'t mut Table, &'f str), String> {
     let refuse = |reason: String| format!("`{field}` cannot be set: {reason}");
     let (path, last) = field.rsplit_once('.').unwrap_or(("", field));

@@ -1,4 +1,4 @@
-//! A protocol on a device: trial after trial, with rests and prompts.
+//! Runs a protocol on a device: the trials in their order, with rests and prompts.
 
 use super::error::LaboratoryError;
 use super::experiment::{Experiment, TrialMeasures};
@@ -12,56 +12,57 @@ use host_core::run::{
 };
 use std::path::Path;
 
-/// Who is beside the wearer while a protocol runs.
+/// The operator who accompanies the wearer while a protocol runs.
 pub trait Operator {
-    /// Says `text` and waits until the person is ready; no ends the protocol.
+    /// Shows `text` and waits until the wearer is ready; `false` ends the protocol.
     fn ready(&mut self, text: &str) -> bool;
-    /// Nothing is stimulated for `rest_s`; no ends the protocol.
+    /// Waits for `rest_s` without stimulation; `false` ends the protocol.
     fn rest(&mut self, rest_s: f64) -> bool;
-    /// So much is done, 0 to 1.
+    /// Reports the completed share of the protocol, 0 to 1.
     fn progress(&mut self, part: f64);
-    /// What ends whatever runs.
+    /// Returns the handle that can interrupt a running trial.
     fn interruption(&self) -> Interruption;
 }
 
-/// A trial and where it stood.
+/// A recorded trial and its position in the protocol.
 pub struct ConductedTrial {
-    /// Everything recorded.
+    /// Samples, events and counters of the trial.
     pub trial: Trial,
-    /// Where in the protocol.
+    /// Position in the protocol.
     pub place: Place,
-    /// Its measures.
+    /// Value of each measure of the declaration.
     pub measured: TrialMeasures,
 }
 
-/// How far a protocol came.
+/// The trials of a protocol that ran, and why it ended early if it did.
 pub struct Course {
-    /// Its trials in order, the last one perhaps not whole.
+    /// The trials in order; the last may be incomplete.
     pub trials: Vec<ConductedTrial>,
-    /// How many there should be.
+    /// Number of trials that the protocol has.
     pub of: usize,
-    /// What ended it early.
+    /// Reason why the protocol ended early.
     pub ended: Option<ProtocolEnd>,
 }
 
-/// What ended a protocol before its last trial.
+/// Reason why a protocol ended before its last trial.
 #[derive(Debug)]
 pub enum ProtocolEnd {
-    /// The operator said so.
+    /// The operator ended the protocol.
     Operator,
-    /// What the declaration stops at, in words.
+    /// A sample crossed a stop limit of the declaration, given in words.
     Criterion(String),
-    /// A trial's error.
+    /// A trial failed.
     Run(RunError),
 }
 
 impl Experiment {
-    /// Runs the protocol on `device` and records each trial in `dir`, in the order
-    /// of `seed`. A simulated wearer is as the protocol's `wearer` says; what a person
-    /// remembers of the trials before, only a person does.
+    /// Runs the protocol on `device` in the order that `seed` gives, and records each trial in
+    /// `dir`. The protocol's `wearer` setting decides whether a simulated wearer is rested before
+    /// every trial; a real wearer never is.
     ///
     /// # Errors
-    /// No device or no place for the record; an early end is no error of this.
+    /// Fails if the device cannot be opened or a record cannot be written. An early end is not an
+    /// error.
     pub fn conduct(
         &self,
         dir: &Path,
@@ -144,7 +145,8 @@ impl Experiment {
         Ok(())
     }
 
-    /// "pre-wall, 15 °/s", with its round where there are several.
+    /// Returns the name of a trial, as "pre-wall, 15 °/s", with block and repetition if there are
+    /// several.
     fn name_of(&self, place: Place) -> String {
         let protocol = &self.declaration.protocol;
         let condition = self.conditions.get(place.condition);
@@ -159,7 +161,7 @@ impl Experiment {
     }
 }
 
-/// Ends a trial at what the declaration stops at.
+/// Observer that ends a trial when a sample crosses a stop limit.
 struct Watch<'a> {
     stop: Stop,
     crossed: &'a mut Option<String>,
@@ -186,7 +188,7 @@ impl Observer for Watch<'_> {
 }
 
 impl Stop {
-    /// What a sample crosses, in words.
+    /// Returns the limit that a sample crosses, in words.
     fn crossed_limit(&self, sample: &Sample) -> Option<String> {
         let t_s = sample.t_s;
         let beyond = |value: Option<f64>, limit: Option<f64>, is: fn(f64, f64) -> bool| {

@@ -1,5 +1,5 @@
-//! What decides whether a claim holds: the drawn numbers of the wearers in whom it
-//! does, held against those of the wearers in whom it does not.
+//! Finds the parameters that decide whether a claim holds: compares the random values of the
+//! wearers in whom it holds with those of the wearers in whom it does not.
 
 use super::claims::{Case, Units, claim_verdicts};
 use super::declaration::Claim;
@@ -10,55 +10,54 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use toml::Value;
 
-/// Least wearers in whom a claim holds, and in whom it does not, for anything to be
-/// concluded of it (rule of thumb; Peduzzi et al. 1996 ask ten events for each
-/// variable).
+/// Smallest number of wearers in whom a claim holds, and in whom it does not, that allows a
+/// conclusion (rule of thumb; Peduzzi et al. 1996 ask for ten events per variable).
 pub(super) const LEAST_WEARERS: usize = 10;
-/// Of p, corrected.
+/// Significance level of the corrected p.
 pub(super) const LEVEL: f64 = 0.05;
 
-/// What decides a claim among the wearers drawn.
+/// The parameters that decide one claim among the random wearers.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct DecidingClaim {
-    /// The claim's id.
+    /// Identifier of the claim.
     pub id: String,
-    /// The claim for people.
+    /// The claim as a sentence.
     pub claim: String,
-    /// Wearers in whom it holds: in at least half of their cases.
+    /// Number of wearers in whom the claim holds, which means in at least half of their cases.
     pub holds: usize,
-    /// Wearers in whom it does not.
+    /// Number of wearers in whom it does not hold.
     pub fails: usize,
-    /// Whether both are [`LEAST_WEARERS`] or more; no field is compared otherwise.
+    /// Whether both numbers reach [`LEAST_WEARERS`]; otherwise no field is compared.
     pub enough: bool,
-    /// The drawn fields that differ between wearers, as declared.
+    /// The random fields that vary between wearers, in the declaration's order.
     pub fields: Vec<Field>,
 }
 
-/// A drawn field compared between both groups.
+/// One random field, compared between the wearers in whom a claim holds and the others.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Field {
-    /// Its dotted path.
+    /// Dotted path in the session.
     pub field: String,
-    /// Median where the claim holds.
+    /// Median of the wearers in whom the claim holds.
     pub holds: f64,
-    /// Median where it does not.
+    /// Median of the other wearers.
     pub fails: f64,
-    /// Probability of superiority: that a wearer in whom the claim holds has more of
-    /// it than one in whom it does not. 0 to 1; ½ is no difference.
+    /// Probability of superiority: that a wearer in whom the claim holds has a larger value than
+    /// one in whom it does not. 0 to 1; ½ means no difference.
     pub superiority: f64,
-    /// Of Mann and Whitney's test, two-sided.
+    /// Two-sided p of the Mann–Whitney test.
     pub p: f64,
-    /// Corrected by Holm for all fields of this claim.
+    /// The same p after Holm's correction for all fields of this claim.
     pub p_holm: f64,
     /// Whether `p_holm` is below 0.05.
     pub decides: bool,
-    /// Share of wearers in whom the claim holds among those with the least, a middling
-    /// and the most of it, a third each: what a superiority of ½ can hide.
+    /// Share of wearers in whom the claim holds, among the third with the smallest, the middle and
+    /// the largest values. It shows effects that a superiority of ½ hides.
     pub thirds: [f64; 3],
 }
 
-/// For each claim in the declaration's order, the drawn fields of its wearers. A
-/// wearer counts once, over all cases and all points of a grid.
+/// Returns the comparison of the random fields for each claim, in the declaration's order. A wearer
+/// counts once, over all cases and all grid points.
 #[must_use]
 pub(super) fn deciding_fields(
     experiment: &Experiment,
@@ -93,7 +92,7 @@ pub(super) fn deciding_fields(
     declaration.claims.iter().map(of_claim).collect()
 }
 
-/// Whether a claim holds in each wearer that has a case: in at least half of them.
+/// Returns whether the claim holds in at least half of the cases of each wearer that has a case.
 fn by_wearer(cases: Option<&BTreeMap<Case, bool>>, draws: u64) -> BTreeMap<u64, bool> {
     let mut counts: BTreeMap<u64, (usize, usize)> = BTreeMap::new();
     for ((unit, _), is) in cases.into_iter().flatten() {
@@ -104,7 +103,7 @@ fn by_wearer(cases: Option<&BTreeMap<Case, bool>>, draws: u64) -> BTreeMap<u64, 
     counts.into_iter().map(most).collect()
 }
 
-/// What was drawn of a unit, in the declaration's order.
+/// Returns the random values of a unit, in the declaration's order.
 fn numbers(unit: &Unit) -> Vec<f64> {
     let number = |value: &Value| match value {
         Value::Integer(whole) => *whole as f64,
@@ -113,8 +112,8 @@ fn numbers(unit: &Unit) -> Vec<f64> {
     unit.fields.iter().map(|(_, value)| number(value)).collect()
 }
 
-/// Each field's numbers, one of each wearer, between those in whom the claim `holds`
-/// and the others. A field that does not vary is left out.
+/// Compares each field between the wearers in whom the claim `holds` and the others. Each field has
+/// one value per wearer; a field that does not vary is left out.
 pub(super) fn compare_fields(fields: &[(&str, Vec<f64>)], holds: &[bool]) -> Vec<Field> {
     let one = |(name, numbers): &(&str, Vec<f64>)| {
         let group = |wanted: bool| -> Vec<f64> {
@@ -136,14 +135,15 @@ pub(super) fn compare_fields(fields: &[(&str, Vec<f64>)], holds: &[bool]) -> Vec
     };
     let mut all: Vec<Field> = fields.iter().filter_map(one).collect();
     let p: Vec<f64> = all.iter().map(|field| field.p).collect();
-    // Without a p there is no field either.
+    // If the correction fails, no field has a p either.
     for (field, p_holm) in all.iter_mut().zip(holm(&p).unwrap_or_default()) {
         (field.p_holm, field.decides) = (p_holm, p_holm < LEVEL);
     }
     all
 }
 
-/// The share that `holds` in each third of the wearers by their number.
+/// Returns the share of wearers in whom the claim holds, in each third of the wearers sorted by
+/// value.
 fn thirds(numbers: &[f64], holds: &[bool]) -> [f64; 3] {
     let mut all: Vec<(f64, bool)> = numbers.iter().copied().zip(holds.iter().copied()).collect();
     all.sort_by(|(a, _), (b, _)| a.total_cmp(b));
@@ -160,7 +160,7 @@ mod tests {
     use super::{by_wearer, compare_fields};
     use std::collections::BTreeMap;
 
-    /// Forty wearers: one field decides, one does not, one does in the middle only,
+    /// Forty wearers and four fields: one decides, one does not, one only in its middle range, and
     /// one does not vary.
     #[test]
     fn a_planted_field_is_found_and_no_other() {
@@ -189,8 +189,8 @@ mod tests {
         assert_eq!(decisive.thirds[2], 1.0);
     }
 
-    /// Where the ends are alike and the middle is not, superiority is a half: the
-    /// thirds tell.
+    /// If both ends are alike and the middle differs, superiority is a half, and only the thirds
+    /// show the effect.
     #[test]
     fn thirds_show_what_superiority_hides() {
         let numbers: Vec<f64> = (0..60).map(f64::from).collect();
@@ -201,7 +201,7 @@ mod tests {
         assert!(!found[0].decides);
     }
 
-    /// Two draws at two points of a grid, two speeds: four cases of each wearer.
+    /// Two draws at two grid points and two speeds give four cases per wearer.
     #[test]
     fn a_wearer_counts_once_over_all_cases() {
         let speed = |name: &str| vec![("speed".to_owned(), name.to_owned())];

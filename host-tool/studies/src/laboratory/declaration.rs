@@ -1,150 +1,151 @@
-//! What an experiment asks, of whom, and what it compares: written before looking.
+//! Structure of an experiment's declaration: protocol, factors, random fields, grid and claims, all
+//! preregistered.
 
 use super::protocol::Protocol;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
-/// An experiment's file, `host-tool/experiments/*.toml`. Its SHA-256 stands in the
-/// `result.json` of everything that came of it.
+/// The declaration file, `host-tool/experiments/*.toml`. Every `result.json` of the experiment
+/// contains its SHA-256.
 #[derive(Clone, PartialEq, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Declaration {
-    /// As on the command line.
+    /// Name of the experiment on the command line.
     pub name: String,
-    /// Heading of its page.
+    /// Heading of the report page.
     pub title: String,
-    /// The paper, section and figure that it repeats.
+    /// Paper, section and figure that the experiment replicates.
     pub source: String,
-    /// The session that its conditions change, beside the declaration.
+    /// Path of the session that the conditions modify, relative to the declaration.
     pub session: String,
-    /// Of wearers, noise and order, unless the command line says another.
+    /// Default seed of wearers, noise and trial order; the command line can override it.
     pub seed: u64,
-    /// Wearers drawn, unless the command line says otherwise.
+    /// Default number of random wearers; the command line can override it.
     pub draws: u64,
-    /// What is computed of each trial: names of [`super::measure::MEASURES`].
+    /// Measures computed from each trial: identifiers of [`super::measure::MEASURES`].
     pub measures: Vec<String>,
-    /// What is assumed and what the simulated body has been given.
+    /// Assumptions, and properties that the simulated body was given.
     #[serde(default)]
     pub assumed: Vec<String>,
-    /// How the trials follow each other.
+    /// Order and repetition of the trials, rests and stop limits.
     #[serde(default)]
     pub protocol: Protocol,
-    /// What differs between conditions; each level of one meets each of the others.
+    /// The differences between conditions; the levels of all factors are crossed.
     #[serde(default, rename = "factor")]
     pub factors: Vec<Factor>,
-    /// What differs between wearers, drawn at random.
+    /// The fields that are randomly generated for each wearer.
     #[serde(default, rename = "draw")]
     pub drawn: Vec<RandomField>,
-    /// What is tried value by value; every wearer meets every point.
+    /// The fields that are varied systematically; every wearer is simulated at every point.
     #[serde(default, rename = "grid")]
     pub grid: Vec<Grid>,
-    /// What is compared.
+    /// The comparisons whose outcome is counted over wearers.
     #[serde(default, rename = "claim")]
     pub claims: Vec<Claim>,
-    /// What a paper printed of a condition.
+    /// Values that a paper prints for a condition.
     #[serde(default, rename = "printed")]
     pub printed: Vec<PrintedMeasure>,
 }
 
-/// Something that differs between conditions.
+/// A property that differs between conditions.
 #[derive(Clone, PartialEq, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Factor {
-    /// For people.
+    /// Readable name.
     pub name: String,
-    /// At least one.
+    /// At least one level.
     #[serde(default, rename = "level")]
     pub levels: Vec<Level>,
 }
 
-/// What a factor can be.
+/// One setting of a factor.
 #[derive(Clone, PartialEq, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Level {
-    /// For people; the condition is named by its levels.
+    /// Readable name; the names of its levels form the name of a condition.
     pub name: String,
-    /// Another session than the declaration's.
+    /// Session that replaces the declaration's session.
     pub session: Option<String>,
-    /// Fields of the session by their dotted path, and what they become. A number
-    /// in a path is the `number` of a channel.
+    /// New values by the dotted path of the session field. A number in a path is the `number` of a
+    /// channel.
     #[serde(default)]
     pub set: toml::Table,
-    /// Fields taken out.
+    /// Dotted paths of the session fields to remove.
     #[serde(default)]
     pub unset: Vec<String>,
 }
 
-/// A number of the wearer drawn at random.
+/// A field of the session that is randomly generated for each wearer.
 #[derive(Clone, PartialEq, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RandomField {
-    /// Dotted path of the field.
+    /// Dotted path in the session.
     pub field: String,
-    /// Least.
+    /// Smallest value.
     pub low: f64,
-    /// Most.
+    /// Largest value.
     pub high: f64,
-    /// Over what it is even.
+    /// Scale on which the values are distributed uniformly.
     #[serde(default)]
     pub even: Uniformity,
-    /// Where the range is from, or "assumed".
+    /// Source of the range, or "assumed".
     pub source: String,
 }
 
-/// Over what a drawn number is even.
+/// Scale on which a random value is distributed uniformly.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Uniformity {
-    /// Its value.
+    /// Uniform in the value.
     #[default]
     Value,
-    /// Its logarithm.
+    /// Uniform in the logarithm.
     Logarithm,
-    /// The whole numbers from the least to the most.
+    /// Uniform over the integers from the smallest to the largest value, both included.
     Whole,
 }
 
-/// A number tried value by value.
+/// A field of the session that takes each of a list of values.
 #[derive(Clone, PartialEq, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Grid {
-    /// Dotted path of the field.
+    /// Dotted path in the session.
     pub field: String,
-    /// At least one.
+    /// At least one value.
     pub values: Vec<f64>,
-    /// Why these.
+    /// Reason for these values.
     pub source: String,
 }
 
-/// Something compared in every wearer; its share is what is told.
+/// A statement that is judged for every wearer; the result is the share in which it holds.
 #[derive(Clone, PartialEq, Debug, Deserialize)]
 #[serde(try_from = "ClaimFields")]
 pub struct Claim {
-    /// For machines and other claims.
+    /// Identifier in results and in combined claims.
     pub id: String,
-    /// For people.
+    /// The claim as a sentence.
     pub says: String,
-    /// What the paper says of it; nothing where it says nothing.
+    /// Whether the paper says that the claim holds; `None` where the paper is silent.
     pub paper: Option<bool>,
-    /// What makes it hold.
+    /// Condition under which the claim holds.
     pub what: ClaimKind,
 }
 
-/// What makes a claim hold.
+/// Condition under which a claim holds.
 #[derive(Clone, PartialEq, Debug)]
 pub enum ClaimKind {
-    /// A measure in two levels of a factor, all else alike.
+    /// Compares a measure between two levels of a factor; all other factors are equal.
     Compared(LevelComparison),
-    /// All of these claims and none of those hold in the same case.
+    /// All claims in `all` and no claim in `none` hold in the same case.
     Combined {
-        /// Claims before this one.
+        /// Identifiers of claims that the file defines before this one.
         all: Vec<String>,
-        /// Claims before this one.
+        /// Identifiers of claims that the file defines before this one.
         none: Vec<String>,
     },
 }
 
-/// A claim as it stands in the file: either kind.
+/// The fields of a claim of either kind, as parsed.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct ClaimFields {
@@ -221,41 +222,41 @@ impl TryFrom<ClaimFields> for Claim {
     }
 }
 
-/// A measure in two levels of a factor.
+/// Comparison of a measure between two levels of a factor.
 #[derive(Clone, PartialEq, Debug)]
 pub struct LevelComparison {
-    /// One of the declaration's.
+    /// A measure of the declaration.
     pub measure: String,
     /// The factor whose levels are compared.
     pub factor: String,
     /// The level that the claim is about.
     pub this: String,
-    /// What is said of its measure.
+    /// How the measure of `this` relates to that of `than`.
     pub is: Relation,
-    /// The level that it is held against.
+    /// The level to compare with.
     pub than: String,
-    /// By at least so much, in the measure's unit.
+    /// Smallest difference, in the measure's unit.
     pub by: f64,
-    /// Only in these levels of other factors.
+    /// Restricts the comparison to these levels of other factors.
     pub only: BTreeMap<String, String>,
 }
 
-/// A relation of two numbers.
+/// Ordering of two numbers with a margin.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Relation {
-    /// Less than.
+    /// `this` is smaller than `that` by more than the margin.
     Less,
-    /// More than.
+    /// `this` is larger than `that` by more than the margin.
     More,
-    /// Not more than.
+    /// `this` is at most `that` plus the margin.
     NoMore,
-    /// Not less than.
+    /// `this` is at least `that` minus the margin.
     NoLess,
 }
 
 impl Relation {
-    /// Whether `this` is so related to `that`, by `by`.
+    /// Returns whether `this` has the relation to `that` with the margin `by`.
     #[must_use]
     pub fn holds(self, this: f64, that: f64, by: f64) -> bool {
         match self {
@@ -267,23 +268,24 @@ impl Relation {
     }
 }
 
-/// What the paper prints of a measure.
+/// Values that the paper prints for a measure.
 #[derive(Clone, PartialEq, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PrintedMeasure {
-    /// One of the declaration's.
+    /// A measure of the declaration.
     pub measure: String,
-    /// Of the conditions with one of these levels of each factor named; of all without.
+    /// Restricts the values to conditions with one of these levels of each named factor; empty for
+    /// all conditions.
     #[serde(default, rename = "where")]
     pub only: BTreeMap<String, Vec<String>>,
-    /// One number, or that of each trial; in the measure's unit.
+    /// One value, or the value of each trial, in the measure's unit.
     pub values: Vec<f64>,
-    /// Table or figure.
+    /// Table or figure of the paper.
     pub source: String,
 }
 
 impl PrintedMeasure {
-    /// Arithmetic mean; nothing of nothing.
+    /// Returns the arithmetic mean, or `None` without values.
     #[must_use]
     pub fn mean(&self) -> Option<f64> {
         let sum: f64 = self.values.iter().sum();
@@ -292,7 +294,8 @@ impl PrintedMeasure {
 }
 
 impl Declaration {
-    /// What the paper prints of the condition with these levels, one of each factor.
+    /// Returns the values that the paper prints for the condition with these levels, one per
+    /// factor.
     pub fn printed_of<'a>(
         &'a self,
         levels: &'a [String],
@@ -307,8 +310,8 @@ impl Declaration {
             .filter(move |printed_value| printed_value.only.iter().all(has))
     }
 
-    /// Every session that it names, once, with the factor and the level that names it;
-    /// its own, which no level names, first.
+    /// Returns every session that the declaration names, once, with the factor and the level that
+    /// name it. The declaration's own session comes first, without a level.
     #[must_use]
     pub fn sessions(&self) -> Vec<(&str, Option<(usize, usize)>)> {
         let mut all = vec![(&*self.session, None)];

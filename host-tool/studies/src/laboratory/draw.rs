@@ -1,34 +1,34 @@
-//! Wearers drawn at random and points of a grid.
+//! Generates random wearers and the points of a grid.
 
 use super::declaration::{Declaration, RandomField, Uniformity};
 use hal_sim::random::{unit, word};
 use toml::Value;
 
-/// Of a wearer's numbers; noise has another.
+/// Random stream of the wearers' values; [`NOISE`] seeds their noise.
 const WEARERS: u64 = 0x1AB0;
 const NOISE: u64 = 0x1AB1;
 
 /// One wearer at one point of the grid.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Unit {
-    /// From 0, over all.
+    /// Counts all units from 0.
     pub index: u64,
-    /// The wearer, from 0: alike at every point of the grid.
+    /// Counts the wearers from 0; the same wearer recurs at every point of the grid.
     pub wearer: u64,
-    /// Fields of the session and what they become.
+    /// Dotted paths of session fields and their new values.
     pub fields: Vec<(String, Value)>,
-    /// Of the simulated noise.
+    /// Seed of the simulated noise.
     pub seed: u64,
 }
 
-/// Points of the grid: 1 without one.
+/// Returns the number of grid points: 1 without a grid.
 #[must_use]
 pub fn points(d: &Declaration) -> u64 {
     d.grid.iter().map(|grid| grid.values.len() as u64).product()
 }
 
-/// Unit `index` of `seed`: wearers within points, so that one more wearer is one
-/// more at each point.
+/// Returns unit `index` for `seed`. Wearers vary within a point, so an additional wearer adds one
+/// unit at each point.
 #[must_use]
 pub fn unit_of(d: &Declaration, seed: u64, draws: u64, index: u64) -> Unit {
     let (point, wearer) = (index / draws.max(1), index % draws.max(1));
@@ -46,7 +46,7 @@ pub fn unit_of(d: &Declaration, seed: u64, draws: u64, index: u64) -> Unit {
     }
 }
 
-/// The values of point `point` of the grid, the last field changing first.
+/// Returns the values at grid point `point`; the last field changes fastest.
 #[must_use]
 pub fn at_point(d: &Declaration, point: u64) -> Vec<(String, Value)> {
     let values = crossed(point, d.grid.iter().map(|grid| &*grid.values));
@@ -56,8 +56,8 @@ pub fn at_point(d: &Declaration, point: u64) -> Vec<(String, Value)> {
         .collect()
 }
 
-/// Element `index` of these lists crossed, one of each, the last list changing first;
-/// none of an empty list.
+/// Returns combination `index` of the crossed lists, one element of each; the last list changes
+/// fastest. An empty list contributes nothing.
 pub(super) fn crossed<'a, T>(
     index: u64,
     lists: impl DoubleEndedIterator<Item = &'a [T]>,
@@ -72,14 +72,14 @@ pub(super) fn crossed<'a, T>(
     chosen
 }
 
-/// "body.inertia_kg_m2 = 0.06; ", nothing without a grid.
+/// Returns the grid point as text, as in "body.inertia_kg_m2 = 0.06; "; empty without a grid.
 pub(super) fn point_in_words(declaration: &Declaration, point: u64) -> String {
     let fields = at_point(declaration, point).into_iter();
     let fields = fields.map(|(field, value)| format!("{field} = {value}; "));
     fields.collect()
 }
 
-/// The least and the most that a draw gives.
+/// Returns the smallest and the largest value that a random field can take.
 pub(super) fn ends(drawn: &RandomField) -> [Value; 2] {
     match drawn.even {
         Uniformity::Whole => [drawn.low, drawn.high].map(|end| Value::Integer(end as i64)),
@@ -87,7 +87,7 @@ pub(super) fn ends(drawn: &RandomField) -> [Value; 2] {
     }
 }
 
-/// Where `part` of the way, 0 to 1, lies.
+/// Returns the value at the fraction `part` of the range, 0 to 1.
 fn value(drawn: &RandomField, part: f64) -> Value {
     let RandomField { low, high, .. } = *drawn;
     match drawn.even {
@@ -97,7 +97,7 @@ fn value(drawn: &RandomField, part: f64) -> Value {
     }
 }
 
-/// A whole number as such: some fields take no other.
+/// Returns a whole number as an integer, because some session fields accept nothing else.
 fn number(value: f64) -> Value {
     match value.fract() == 0.0 && value.abs() < 1e15 {
         true => Value::Integer(value as i64),

@@ -1,4 +1,4 @@
-//! What a laboratory refuses.
+//! Errors of experiments and sweeps.
 
 use host_core::record::RecordError;
 use host_core::run::{BeginError, OpenError, RunError};
@@ -7,171 +7,171 @@ use host_core::suggestion::did_you_mean;
 use std::fmt;
 use std::path::Path;
 
-/// Why an experiment or a sweep does not go on.
+/// Reason why an experiment or a sweep cannot run or continue.
 #[derive(Debug, thiserror::Error)]
 pub enum LaboratoryError {
-    /// The declaration is none.
+    /// The declaration is invalid.
     #[error("E600 {file}: {}", list(mistakes))]
     Declaration {
-        /// Its file.
+        /// Name of the declaration file.
         file: String,
-        /// Everything that is wrong.
+        /// Every mistake in the declaration.
         mistakes: Vec<Mistake>,
     },
-    /// Conditions make no session.
+    /// Conditions yield no valid session.
     #[error("E601 {file}: {}", list(mistakes))]
     Condition {
-        /// The declaration's file.
+        /// Name of the declaration file.
         file: String,
-        /// What is wrong, with the names of those that it is wrong with.
+        /// The mistakes, each with the names of the conditions that have it.
         mistakes: Vec<Mistake>,
     },
-    /// Fields that a level, a draw or a grid changes are not there to be changed, or
-    /// become what no device would arm.
+    /// A level, a draw or a grid changes a field that does not exist, or sets a value that no
+    /// device would accept.
     #[error("E602 {file}: {}", list(mistakes))]
     Fields {
-        /// The declaration's file.
+        /// Name of the declaration file.
         file: String,
-        /// All of them.
+        /// Every mistake about the fields.
         mistakes: Vec<Mistake>,
     },
-    /// Another wearer cannot take the place of a session's.
+    /// The given wearer file cannot replace the session's.
     #[error("E663 {file}: {why}; give a file that fits, or leave --wearer out")]
     NotWorn {
-        /// The wearer's file.
+        /// Name of the wearer file.
         file: String,
-        /// Why not.
+        /// Reason for the refusal.
         why: String,
     },
-    /// A folder holds a sweep of something else.
+    /// The folder contains another sweep.
     #[error(
         "E603 {folder} holds {found}, this is {wanted}; give another --out, or the same arguments"
     )]
     Other {
-        /// Where.
+        /// Path of the folder.
         folder: String,
-        /// What is there.
+        /// Description of the sweep in the folder.
         found: String,
-        /// What was asked.
+        /// Description of the requested sweep.
         wanted: String,
     },
-    /// Parts do not make a whole.
+    /// The parts of a sweep do not form a whole.
     #[error("E604 the parts do not make a whole: {0}")]
     Merge(String),
-    /// A shard that cannot be.
+    /// The argument of `--shard` is invalid.
     #[error("E605 --shard is `{0}`, wanted I/N with 1 ≤ I ≤ N ≤ 10000, as 3/8")]
     Shard(String),
-    /// A draw's device failed.
+    /// The simulation of a draw failed.
     #[error("E606 draw {draw}, {condition}: {error}")]
     Draw {
-        /// From 0.
+        /// Index of the draw, from 0.
         draw: u64,
-        /// Its name.
+        /// Name of the condition.
         condition: String,
-        /// What happened.
+        /// Message of the failure.
         error: String,
     },
-    /// A file of the sweep.
+    /// A file of the sweep cannot be read or written.
     #[error("E607 {0}: {1}")]
     File(String, std::io::Error),
-    /// A file of the sweep says what no sweep writes.
+    /// A file of the sweep has contents that no sweep writes.
     #[error("E608 {file}: {reason}")]
     Damaged {
-        /// Which.
+        /// Path of the file.
         file: String,
-        /// What.
+        /// Description of the damage.
         reason: String,
     },
-    /// No such experiment.
+    /// No experiment has this name.
     #[error(
         "E609 no experiment `{name}`{}; there are {known}, or give a declaration's file, NAME.toml",
         did_you_mean(.name, .known.split(", "))
     )]
     Unknown {
-        /// As asked.
+        /// The requested name.
         name: String,
-        /// What there is.
+        /// Comma-separated names of all experiments.
         known: String,
     },
-    /// A protocol that ended before its last trial.
+    /// The protocol ended before its last trial.
     #[error(
         "E610 the protocol ended after {done} of {of} trials: {why}; what was recorded is kept"
     )]
     Stopped {
-        /// What ended it.
+        /// Reason for the early end.
         why: String,
-        /// Trials begun.
+        /// Number of trials that were started.
         done: usize,
-        /// Trials declared.
+        /// Number of trials in the protocol.
         of: usize,
     },
-    /// Conditions of one wearer that one wearer cannot wear.
+    /// The protocol keeps one wearer, but the conditions need different wearers or boards.
     #[error(
         "E611 protocol: wearer is \"same\", but `{field}` differs between conditions: one wearer \
          and one board cannot have both; set it alike, or say wearer = \"rested\""
     )]
     Unlike {
-        /// Of their sessions.
+        /// The session field that differs.
         field: &'static str,
     },
-    /// Stop criteria that nothing is held against.
+    /// A stop limit refers to a measurement that the session does not have.
     #[error(
         "E614 protocol: stop says {0}; it would never stop: add it to the session, or leave the \
          criterion out"
     )]
     Unmet(String),
-    /// A draw that is not what it is on the whole device.
+    /// A unit computed with body and schedule alone differs from the same unit on the whole device.
     #[error(
         "E612 unit {unit}, {condition}: body and schedule alone are not the whole device: {what} \
          differs; the sweep stops, and what was drawn this way is not to be trusted: report it \
          with the declaration"
     )]
     Unequal {
-        /// From 0.
+        /// Index of the unit, from 0.
         unit: u64,
-        /// Its name.
+        /// Name of the condition.
         condition: String,
-        /// What differs first.
+        /// The first difference.
         what: String,
     },
-    /// A file that an experiment's record keeps is not what was declared.
+    /// A file in an experiment's record differs from the one that was used.
     #[error(
         "E613 {file} is not what was declared when the record was made: {reason}; take the folder \
          from where it was kept unchanged"
     )]
     Kept {
-        /// Where.
+        /// Path of the file.
         file: String,
-        /// It is missing, or another.
+        /// Whether the file is missing or has changed.
         reason: String,
     },
-    /// The session that conditions change.
+    /// The session that the conditions modify is invalid.
     #[error("{}", .0.lines())]
     Session(#[from] SessionError),
-    /// No device.
+    /// The device could not be opened.
     #[error(transparent)]
     Open(#[from] OpenError),
-    /// A trial could not begin.
+    /// A trial could not start.
     #[error(transparent)]
     Begin(#[from] BeginError),
     /// A trial ended early.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// The record.
+    /// The record could not be written or read.
     #[error(transparent)]
     Record(#[from] RecordError),
 }
 
 impl LaboratoryError {
-    /// Everything that is wrong with the declaration `file`, by line.
+    /// Creates the error with all mistakes of the declaration `file`, sorted by line.
     pub(super) fn declaration(file: &str, mut mistakes: Vec<Mistake>) -> Self {
         mistakes.sort_by_key(|mistake| mistake.line.unwrap_or(usize::MAX));
         let file = file.to_owned();
         Self::Declaration { file, mistakes }
     }
 
-    /// That no device would arm what comes of these conditions of the declaration
-    /// `file`: of each its name and why.
+    /// Creates the error for conditions of the declaration `file` whose sessions no device would
+    /// arm. `refused` contains the name of each condition and the reason.
     pub(super) fn conditions(file: &str, refused: Vec<(String, String)>) -> Self {
         let mut reasons: Vec<(String, Vec<String>)> = Vec::new();
         for (name, reason) in refused {
@@ -196,14 +196,15 @@ impl LaboratoryError {
         }
     }
 
-    /// That no declaration can be read at `path`.
+    /// Creates the error for a declaration at `path` that cannot be read.
     pub(crate) fn unreadable(path: &Path, error: &Self) -> Self {
         let what = format!("it cannot be read: {}", error.reason());
         let file = path.file_name().unwrap_or(path.as_os_str());
         Self::declaration(&file.to_string_lossy(), vec![Mistake::at(None, &what)])
     }
 
-    /// As part of another message: without a number, where it is a file's.
+    /// Returns the message for use within another message: without an error number if a session
+    /// file caused it.
     pub(super) fn reason(&self) -> String {
         match self {
             Self::Session(error) => match error.problem() {
@@ -215,13 +216,14 @@ impl LaboratoryError {
     }
 }
 
-/// Every mistake of a session, without its place in a text that nobody wrote.
+/// Joins every mistake of a session without line numbers, because the text is generated and nobody
+/// can look the lines up.
 pub(super) fn describe_mistakes(error: &SessionError) -> String {
     let all: Vec<String> = error.errors().map(SessionError::summary).collect();
     all.join("\n  ")
 }
 
-/// One thing that is wrong with a declaration.
+/// One mistake in a declaration.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Mistake {
     line: Option<usize>,
@@ -229,7 +231,7 @@ pub struct Mistake {
 }
 
 impl Mistake {
-    /// In this line, from 1, if one is known.
+    /// Creates a mistake in `line`, from 1, if the line is known.
     #[must_use]
     pub fn at(line: Option<usize>, what: &str) -> Self {
         let what = what.to_owned();

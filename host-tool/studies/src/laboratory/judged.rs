@@ -1,29 +1,29 @@
-//! What a study that draws persons declares: ranges and claims; and what comes of the claims.
+//! Random ranges and claims of studies that simulate participants directly, and their results.
 
 use super::claims::Share;
 use super::decides::{DecidingClaim, LEAST_WEARERS, compare_fields};
 use hal_sim::random;
 use serde::Deserialize;
 
-/// A parameter that is drawn.
+/// Range of a parameter that is randomly generated.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Range {
-    /// Its name, with its unit.
+    /// Name of the parameter, with its unit.
     pub field: String,
-    /// Least.
+    /// Smallest value.
     pub low: f64,
-    /// Greatest.
+    /// Largest value.
     pub high: f64,
-    /// Even in the logarithm.
+    /// Whether the distribution is uniform in the logarithm instead of the value.
     #[serde(default)]
     pub logarithm: bool,
-    /// Where from.
+    /// Source of the range.
     pub source: String,
 }
 
 impl Range {
-    /// So far of the way from least to greatest, 0 to 1.
+    /// Returns the value at the fraction `part` of the range, 0 to 1.
     #[must_use]
     pub fn at(&self, part: f64) -> f64 {
         match self.logarithm {
@@ -32,8 +32,8 @@ impl Range {
         }
     }
 
-    /// What is drawn for person `index`, a number for each range in their order: every one of
-    /// the same seed has the same numbers, whatever is drawn beside.
+    /// Generates the values of participant `index`, one per range. Each value depends on seed,
+    /// index and position only, so that appending a range does not change the others.
     #[must_use]
     pub fn draw_values(ranges: &[Self], seed: u64, index: u64) -> Vec<f64> {
         let stream = random::word(seed, index);
@@ -41,7 +41,7 @@ impl Range {
         (0..).zip(ranges).map(value).collect()
     }
 
-    /// What is `draw_values` for the range of this field; nothing where there is none.
+    /// Returns the value that belongs to the range of `field`, or `None` if there is no such range.
     #[must_use]
     pub fn value(ranges: &[Self], drawn: &[f64], field: &str) -> Option<f64> {
         let place = ranges.iter().position(|range| range.field == field)?;
@@ -49,20 +49,20 @@ impl Range {
     }
 }
 
-/// What is judged of each person.
+/// A statement that is judged for each simulated participant.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DrawClaim {
-    /// For machines.
+    /// Identifier in the results.
     pub id: String,
-    /// For people.
+    /// The claim as a sentence.
     pub says: String,
-    /// What the paper says of it.
+    /// Whether the paper says that the claim holds.
     pub paper: Option<bool>,
 }
 
 impl DrawClaim {
-    /// In how many of those it can be judged of it holds.
+    /// Returns the share of the judged participants in whom the claim holds.
     #[must_use]
     pub fn share(&self, verdicts: &[Option<bool>]) -> Share {
         let known = verdicts.iter().flatten();
@@ -71,7 +71,7 @@ impl DrawClaim {
         Share::from_counts(self.id.clone(), self.says.clone(), self.paper, counts)
     }
 
-    /// Which of what was `draw_values` of each person decides it.
+    /// Finds the parameters that decide the claim, from the random values of each participant.
     #[must_use]
     pub fn deciding_fields(
         &self,

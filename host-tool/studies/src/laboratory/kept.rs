@@ -1,4 +1,4 @@
-//! The files that an experiment is made of, in its record: kept, and read back.
+//! Stores the files of an experiment in its record, and reads them back.
 
 use super::error::LaboratoryError;
 use super::experiment::{Experiment, WORN};
@@ -8,8 +8,8 @@ use std::fs;
 use std::io::ErrorKind;
 use std::path::Path;
 
-/// The files beside the trials that a rerun is held against: of a record that was cut
-/// short the rows alone, for its outcome says how far it came, and so differs.
+/// Returns the files, besides the trials, that a rerun is compared with. Of an interrupted record
+/// only the rows count, because its result contains the early end and always differs.
 #[must_use]
 pub const fn compared_files(is_cut: bool) -> &'static [&'static str] {
     match is_cut {
@@ -18,12 +18,11 @@ pub const fn compared_files(is_cut: bool) -> &'static [&'static str] {
     }
 }
 
-/// Where what is drawn and what came out differ between the record of an experiment
-/// and its rerun `again`. Of a record that was cut short, the rows that it has are held
-/// against, as far as they go.
+/// Returns the first difference between the record of an experiment and its rerun `again`. Of an
+/// interrupted record, the rows that exist are compared.
 ///
 /// # Errors
-/// A file cannot be read.
+/// Fails if a file cannot be read.
 pub fn differs(
     record: &Path,
     again: &Path,
@@ -49,7 +48,7 @@ pub fn differs(
     Ok(None)
 }
 
-/// The lines of a file, each with its end; none of a file that is not there.
+/// Returns the lines of a file with their line ends; empty if the file does not exist.
 fn lines(path: &Path) -> Result<Vec<String>, LaboratoryError> {
     match input::read_text(path, input::LONGEST_TABLE) {
         Ok(text) => Ok(text.split_inclusive('\n').map(str::to_owned).collect()),
@@ -59,7 +58,7 @@ fn lines(path: &Path) -> Result<Vec<String>, LaboratoryError> {
 }
 
 impl Experiment {
-    /// The files that it is made of, as a record's plan tells them.
+    /// Returns names and SHA-256 of the experiment's files, as the record's plan lists them.
     #[must_use]
     pub fn declared_files(&self) -> Vec<DeclaredFile> {
         let each = self.hashes.iter().cloned();
@@ -67,10 +66,10 @@ impl Experiment {
             .collect()
     }
 
-    /// Keeps the files that it is made of in the record `dir`.
+    /// Copies the experiment's files into the record `dir`.
     ///
     /// # Errors
-    /// They cannot be written.
+    /// Fails if a file cannot be written.
     pub fn save_files(&self, dir: &Path) -> Result<(), LaboratoryError> {
         let others = self.sessions.iter().chain(&self.wearers);
         let others = others.map(|(_, text)| text);
@@ -86,10 +85,10 @@ impl Experiment {
         Ok(())
     }
 
-    /// The experiment that the record `dir` keeps, made of these files.
+    /// Recreates the experiment from the files that the record `dir` contains.
     ///
     /// # Errors
-    /// One of them is missing, or is another than it was.
+    /// Fails if a file is missing or its SHA-256 has changed.
     pub fn from_record(dir: &Path, declared: &[DeclaredFile]) -> Result<Self, LaboratoryError> {
         let mut texts = Vec::new();
         for (place, one) in declared.iter().enumerate() {

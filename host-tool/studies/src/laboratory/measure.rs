@@ -1,23 +1,23 @@
-//! What is computed of a trial, by name.
+//! Defines the measures that are computed from a trial, by name.
 
 use firmware::safety::StageSpec;
 use host_core::analysis::{WallContact, force_metrics, metrics_without_lag, wall_contacts};
 use host_core::record::Trial;
 use host_core::session::Session;
 
-/// A number of a trial.
+/// A number that is computed from a trial.
 pub struct Measure {
-    /// In declarations, `draws.csv` and `result.json`.
+    /// Identifier in declarations, `draws.csv` and `result.json`.
     pub id: &'static str,
-    /// For people.
+    /// Readable name.
     pub quantity: &'static str,
-    /// Of the number; empty for a count.
+    /// Unit of the value; empty for a count.
     pub unit: &'static str,
-    /// The number; nothing where the trial has none.
+    /// Computes the value; `None` if the trial does not have the measure.
     pub of: fn(&Session, &Trial) -> Option<f64>,
 }
 
-/// Every measure there is.
+/// All available measures.
 #[rustfmt::skip]
 pub const MEASURES: &[Measure] = &[
     Measure { id: "rmse_deg", quantity: "RMSE of the measured angle", unit: "°", of: |_, trial| Some(metrics_without_lag(trial)?.rmse_deg) },
@@ -34,15 +34,15 @@ pub const MEASURES: &[Measure] = &[
     Measure { id: "energy_mj", quantity: "energy into 1 kΩ (assumed) or a voltage stage's load", unit: "mJ", of: |session, trial| Some(delivered_dose(session, trial).1) },
 ];
 
-/// The measure of this id.
+/// Returns the measure with this identifier.
 #[must_use]
 pub fn find_measure(id: &str) -> Option<&'static Measure> {
     MEASURES.iter().find(|measure| measure.id == id)
 }
 
-/// In which swings are judged, s before the arm leaves.
+/// Time before the arm leaves the wall in which swings are judged, s.
 const JUDGED_S: f64 = 2.0;
-/// Within which an arm has settled, degrees.
+/// Largest distance from the final angle of a settled arm, degrees.
 const SETTLED_DEG: f64 = 1.0;
 
 fn last_hit(trial: &Trial) -> Option<WallContact> {
@@ -54,11 +54,11 @@ fn deepest(trial: &Trial, begin: fn(f64) -> f64) -> Option<f64> {
     Some(last_hit(trial)?.deepest_deg + front_deg)
 }
 
-/// The angle from the first touch of what the wall renders to the push's end.
+/// Time, s, and angle, °, from the first contact with the rendered wall to the end of the push.
 struct Visit(Vec<(f64, f64)>);
 
-/// The last visit of the wall while the person goes on: until the trial ends, or
-/// the arm has turned back for good.
+/// Returns the last contact with the wall while the wearer pushes: until the trial ends, or the arm
+/// finally turns back.
 fn visit(trial: &Trial) -> Option<Visit> {
     let hit = last_hit(trial)?;
     let inside = |t_s: f64| (hit.at_s..=hit.at_s + hit.for_s).contains(&t_s);
@@ -69,7 +69,7 @@ fn visit(trial: &Trial) -> Option<Visit> {
 }
 
 impl Visit {
-    /// Angles of the last [`JUDGED_S`].
+    /// Returns the angles of the last [`JUDGED_S`].
     fn late(&self) -> impl Iterator<Item = f64> {
         let end_s = self.0.last().map_or(0.0, |(t_s, _)| *t_s);
         let late = self
@@ -86,8 +86,8 @@ impl Visit {
         high - low
     }
 
-    /// From the first turn on: the way there is the approach's, and a pre-wall begins
-    /// sooner. 0 for an arm that never turns.
+    /// Returns the settling time, s, counted from the first turn: before that the arm still
+    /// approaches, and a pre-wall begins earlier. 0 for an arm that never turns.
     fn settling_s(&self) -> f64 {
         let (count, sum) = self
             .late()
@@ -105,11 +105,11 @@ impl Visit {
     }
 }
 
-/// Load of a current stage, which nobody knows, Ω.
+/// Assumed load of a current stage, Ω; the real load is unknown.
 const ASSUMED_OHM: f64 = 1_000.0;
 
-/// Charge of all first phases, mC, and the energy of all phases, mJ, as telemetry
-/// tells the amplitudes: each sample's hold until the next one.
+/// Returns the charge of all first phases, mC, and the energy of all phases, mJ. The amplitude of
+/// each telemetry sample counts until the next sample.
 fn delivered_dose(session: &Session, trial: &Trial) -> (f64, f64) {
     let (mut charge_mc, mut energy_mj) = (0.0, 0.0);
     for (sample, next) in trial.samples.iter().zip(trial.samples.iter().skip(1)) {

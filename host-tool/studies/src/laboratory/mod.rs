@@ -1,10 +1,9 @@
-//! The laboratory's machinery: what every paper's protocol shares.
+//! Common machinery of all experiments, whichever paper they replicate.
 //!
-//! Lives here: declarations (what is asked, of whom, decided before looking),
-//! conditions crossed with conditions, searches, draws and sweeps, results and
-//! their page. Not here: a paper's own protocol and analysis (`experiments`), how
-//! a session runs (`host_core::run`), tests of hypotheses (`host_core::statistics`).
-//! In: a declaration and a device. Out: a folder with `result.json` and its page.
+//! Contains declarations, conditions, threshold searches, draws and sweeps, results and their page.
+//! The protocol and analysis of a particular paper belong to `experiments`, running a session to
+//! `host_core::run`, hypothesis tests to `host_core::statistics`. Takes a declaration and a device;
+//! writes a folder with `result.json` and its page.
 
 mod check;
 mod claims;

@@ -1,31 +1,31 @@
-//! A body that only notes which pulses reach it.
+//! A body without mechanics that records the pulses that reach it.
 
 use hal_sim::body::{Body, CHANNELS, Load, Pulse};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Between the electrodes of each channel, Ω.
+/// Resistance between the electrodes of each channel, Ω.
 pub(crate) const LOAD_OHM: f64 = 1_000.0;
 
-/// What reached the electrodes, in its order.
+/// The pulses that reached the electrodes, in order.
 #[derive(Clone, Default)]
 pub(crate) struct ElectrodeLog(Arc<Mutex<Vec<Pulse>>>);
 
 impl ElectrodeLog {
-    /// All of it so far.
+    /// Returns all pulses so far.
     pub(crate) fn pulses(&self) -> Vec<Pulse> {
         let heard = self.0.lock();
         heard.unwrap_or_else(PoisonError::into_inner).clone()
     }
 }
 
-/// A dummy load at each channel; what it is pulsed with is heard.
+/// A body with a dummy load at each channel, which records its pulses.
 pub(crate) struct Notes {
     loads: [Load; CHANNELS],
     heard: ElectrodeLog,
 }
 
 impl Notes {
-    /// Whose pulses go to `heard`.
+    /// Creates a body that adds its pulses to `heard`.
     pub(crate) fn new(heard: &ElectrodeLog) -> Self {
         Self {
             loads: [Load::Ohms(LOAD_OHM); CHANNELS],

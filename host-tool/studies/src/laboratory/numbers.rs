@@ -1,17 +1,17 @@
-//! How a number of a result is printed, on pages and terminals alike.
+//! Formats the numbers of results alike on pages and terminals.
 
-/// A t of more than this is not printed, in size. It is a mean difference over its standard
-/// error, so beyond a hundred it says how little the differences vary, as simulated indices do
-/// that are all near 1, and no longer how large they are. Ours, by convention.
+/// Largest magnitude of a t statistic that is printed. t is a mean difference over its standard
+/// error: beyond a hundred it only shows that the differences hardly vary, as with simulated
+/// indices near 1, and no longer how large they are. Our convention.
 const LARGEST_T: f64 = 100.0;
 
-/// What is said of a page or table that leaves a t out.
+/// Note for a page or table that omits a t.
 pub const LARGE_T: &str = "A t beyond ±100 is not printed: it is a mean difference over its \
                            standard error, and the differences of such a test hardly vary \
                            (simulated numbers near an end of their range, all alike). It says \
                            nothing of how large a difference is.";
 
-/// Three digits that count.
+/// Formats a number with three significant digits.
 #[must_use]
 pub fn digits(value: f64) -> String {
     let places = match value.abs() {
@@ -23,8 +23,8 @@ pub fn digits(value: f64) -> String {
     format!("{value:.places$}")
 }
 
-/// What stands in place of a t statistic that is too large to mean anything; nothing for
-/// another quantity or a smaller t.
+/// Returns the text that replaces a t statistic too large to be meaningful, or `None` for other
+/// quantities and smaller t.
 #[must_use]
 pub fn large_t(quantity: &str, value: f64) -> Option<&'static str> {
     let is_t = quantity.ends_with(", t") || quantity == "t";
@@ -36,7 +36,7 @@ pub fn large_t(quantity: &str, value: f64) -> Option<&'static str> {
     }
 }
 
-/// The same as a place along an axis: at the end of what is printed.
+/// Returns the position on an axis: a t that is not printed is moved to the largest one that is.
 #[must_use]
 pub fn along(quantity: &str, value: f64) -> f64 {
     match large_t(quantity, value) {

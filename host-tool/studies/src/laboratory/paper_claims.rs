@@ -1,44 +1,45 @@
-//! Claims of a paper, each with the shares that are its parts.
+//! Groups shares under the paper's claims of which they are parts.
 //!
-//! A declaration asks more than a paper claims: the same claim of several persons, at several
-//! walls, of wearers and of whole studies. Here those shares are put under the claim of the
-//! paper whose parts they are, so that a page counts claims of the paper.
+//! A declaration often asks more than the paper claims: the same claim for several participants, at
+//! several walls, or for wearers and for whole studies. Grouping these shares lets a page count the
+//! claims of the paper.
 
 use super::claims::{Share, Verdict};
 use super::result::Outcome;
 
-/// A claim of a paper in one result.
+/// One claim of a paper and the shares that belong to it.
 #[derive(Clone, Debug)]
 pub struct PaperClaim<'a> {
-    /// For people.
+    /// The claim as a sentence.
     pub says: &'a str,
-    /// The shares that it consists of, at every point of a grid.
+    /// The shares that form the claim, at every point of a grid.
     pub parts: Vec<&'a Share>,
 }
 
-/// What a paper's claim comes to, of all its parts.
+/// Combined result of all parts of a paper's claim.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum ClaimStanding {
-    /// Every part that is counted has this verdict, or the worst of them has.
+    /// The worst verdict of the parts that count.
     Judged(Verdict),
-    /// Every part has one independent case.
+    /// No part has more than one independent case.
     Single,
     /// No part could be judged.
     Unjudged,
 }
 
-/// How the shares of some studies belong together.
+/// Rules that assign the shares of certain studies to claims of the paper.
 struct Grouping {
-    /// Of these studies.
+    /// Names of the studies to which the rules apply.
     studies: &'static [&'static str],
-    /// Words of a claim and the ids of its parts, `*` for anything.
+    /// Text of each claim and the identifier patterns of its parts; `*` matches anything.
     claims: &'static [(&'static str, &'static [&'static str])],
-    /// Ids of what is no claim of the paper, though the paper's word stands beside it.
+    /// Identifier patterns of shares that are no claim of the paper, although they contain its
+    /// statement.
     beside: &'static [&'static str],
 }
 
-/// Shares of no study here are claims of their own, but for those of one id up to a `/`, which
-/// are parts of one.
+/// The grouping rules. In any other study each share is a claim of its own, except that shares
+/// whose identifiers agree up to a `/` are parts of one claim.
 const GROUPINGS: &[Grouping] = &[
     Grouping {
         studies: &["hamana-3"],
@@ -65,7 +66,7 @@ const GROUPINGS: &[Grouping] = &[
                 &["table-9-interaction-paper"],
             ),
         ],
-        // The paper has its own controller alone, and means without a range.
+        // The paper has only its own controller, and means without a range.
         beside: &["*-recommended", "table-8-within-*"],
     },
     Grouping {
@@ -85,7 +86,7 @@ const GROUPINGS: &[Grouping] = &[
     Grouping {
         studies: &["two-points"],
         claims: &[],
-        // Says nothing but that each holds of one wearer.
+        // This share only combines the others for one wearer.
         beside: &["all"],
     },
     Grouping {
@@ -135,7 +136,7 @@ const GROUPINGS: &[Grouping] = &[
             "co-contraction: helps only with pre-wall",
             &["with", "without", "only-with"],
         )],
-        // Two claims of one arm at once.
+        // This share combines two claims about one arm.
         beside: &["as-concluded"],
     },
     Grouping {
@@ -151,7 +152,7 @@ const GROUPINGS: &[Grouping] = &[
     },
     Grouping {
         studies: &["distributed"],
-        // The abstract does not say whether four shared the rate or had it each.
+        // The abstract does not say whether the four electrodes shared the rate or each had it.
         claims: &[(
             "four electrodes hold longer than one, by both readings of the rate",
             &["quarter-longer", "fast-longer"],
@@ -160,7 +161,7 @@ const GROUPINGS: &[Grouping] = &[
     },
 ];
 
-/// Whether `id` is meant by `pattern`, in which one `*` stands for anything.
+/// Returns whether `id` matches `pattern`, in which one `*` matches anything.
 fn is_meant(pattern: &str, id: &str) -> bool {
     match pattern.split_once('*') {
         None => pattern == id,
@@ -170,7 +171,7 @@ fn is_meant(pattern: &str, id: &str) -> bool {
     }
 }
 
-/// The claims of the paper in their order, and the shares that are of none.
+/// Returns the claims of the paper in their order, and the shares that belong to none.
 #[must_use]
 pub fn paper_claims(outcome: &Outcome) -> (Vec<PaperClaim<'_>>, Vec<&Share>) {
     let grouping = GROUPINGS
@@ -207,8 +208,8 @@ pub fn paper_claims(outcome: &Outcome) -> (Vec<PaperClaim<'_>>, Vec<&Share>) {
 }
 
 impl PaperClaim<'_> {
-    /// Called by what its parts say alike after a colon: "persons: it falls" and "studies: it
-    /// falls" are "it falls".
+    /// Names the claim by the text that its parts share after a colon: "persons: it falls" and
+    /// "studies: it falls" become "it falls".
     fn with_common_name(mut self) -> Self {
         let tail = |share: &'_ Share| share.claim.find(": ").map(|at| at + 2);
         if let [first, second, ..] = *self.parts
@@ -221,8 +222,8 @@ impl PaperClaim<'_> {
         self
     }
 
-    /// The worst of its parts: it comes out only where all of them do. Parts of one
-    /// independent case, and parts of none, are not counted.
+    /// Returns the worst verdict of the parts: a claim holds only if all of its parts do. Parts
+    /// with one independent case or none do not count.
     #[must_use]
     pub fn standing(&self) -> ClaimStanding {
         let of = |wanted| {
@@ -237,7 +238,7 @@ impl PaperClaim<'_> {
         }
     }
 
-    /// How many of its parts are as the paper says, and how many are counted.
+    /// Returns the number of parts that agree with the paper, and of parts that count.
     #[must_use]
     pub fn counts(&self) -> (usize, usize) {
         let counted = self.parts.iter().filter_map(|share| share.verdict());
@@ -245,7 +246,7 @@ impl PaperClaim<'_> {
         (like.count(), counted.count())
     }
 
-    /// "as the paper in 2 of 3 counted parts".
+    /// Returns a phrase as "as the paper in 2 of 3 counted parts".
     #[must_use]
     pub fn counts_in_words(&self) -> String {
         match self.counts() {
@@ -257,7 +258,7 @@ impl PaperClaim<'_> {
 }
 
 impl ClaimStanding {
-    /// In two or three words.
+    /// Returns the standing in two or three words.
     #[must_use]
     pub const fn in_words(self) -> &'static str {
         match self {

@@ -1,71 +1,70 @@
-//! How the trials of an experiment follow each other.
+//! Defines the order of an experiment's trials.
 
 use hal_sim::random::word;
 use host_core::session::Session;
 use serde::Deserialize;
 
-/// Of the order of conditions.
+/// Random stream of the order of conditions.
 const ORDER: u64 = 0x1AB2;
 
 /// Blocks of trials, with rests and prompts between them.
 #[derive(Clone, PartialEq, Debug, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Protocol {
-    /// Rounds of all conditions that a longer rest parts.
+    /// Number of blocks, which the longer rest separates.
     pub blocks: usize,
-    /// Times that each condition comes in a block.
+    /// Number of times that each condition occurs in a block.
     pub repetitions: usize,
-    /// Of the trials in a block.
+    /// Order of the trials in a block.
     pub order: Order,
-    /// Between two trials, s.
+    /// Rest between two trials, s.
     pub rest_s: f64,
-    /// Between two blocks, s.
+    /// Rest between two blocks, s.
     pub block_rest_s: f64,
-    /// How a trial finds a simulated wearer.
+    /// State of a simulated wearer at the start of a trial.
     pub wearer: Wearer,
-    /// Said before each trial; somebody who operates a board answers it.
+    /// Text that is shown before each trial; on a board the operator confirms it.
     pub prompt: Option<String>,
-    /// What ends the protocol.
+    /// Limits that end the protocol.
     pub stop: Stop,
 }
 
-/// How a trial finds a simulated wearer. A board has a person, who is the same.
+/// State of a simulated wearer at the start of a trial. A board always has the same person.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Wearer {
-    /// Rested and at the start of their movement: trials do not depend on each other.
+    /// Rested and at the start of the movement, so that trials are independent of each other.
     #[default]
     Rested,
-    /// As the trials and rests before have left them.
+    /// In the state that the previous trials and rests left.
     Same,
 }
 
-/// The order of trials in a block.
+/// Order of the trials in a block.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Order {
-    /// As the declaration lists them.
+    /// The order of the declaration.
     #[default]
     Listed,
-    /// Drawn anew for each block, by the seed.
+    /// A random order for each block, which depends on the seed.
     Random,
 }
 
-/// What ends a protocol before its last trial. A fault, a refusal and a signal
-/// always do.
+/// Limits that end a protocol before its last trial. A fault, a refusal or a signal always ends it.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Stop {
-    /// A measured angle above this, degrees.
+    /// Largest measured angle, degrees.
     pub angle_above_deg: Option<f64>,
-    /// A measured angle below this, degrees.
+    /// Smallest measured angle, degrees.
     pub angle_below_deg: Option<f64>,
-    /// A predicted force above this, N.
+    /// Largest predicted force, N.
     pub force_above_n: Option<f64>,
 }
 
 impl Stop {
-    /// The criteria that a session gives nothing to hold against, and what that would be.
+    /// Returns the criteria that this session cannot meet, and the measurement that it lacks.
     pub(super) fn unusable_criteria(&self, session: &Session) -> Vec<(&'static str, &'static str)> {
         let has_angle = session.joint.is_some() || session.wall.is_some();
         let has_force = session
@@ -101,36 +100,36 @@ impl Default for Protocol {
     }
 }
 
-/// One thing that a protocol does.
+/// One step of a protocol.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Step {
-    /// Nothing is stimulated for so long, s.
+    /// A rest without stimulation, s.
     Rest(f64),
-    /// Said to the person, and answered.
+    /// A text that the operator confirms.
     Prompt(String),
-    /// A trial.
+    /// A trial in one condition.
     Trial(Place),
 }
 
-/// Where a trial stands in its protocol.
+/// Position of a trial in its protocol.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Place {
-    /// From 0.
+    /// Counts the blocks from 0.
     pub block: usize,
-    /// Of its condition within the block, from 0.
+    /// Counts the trials of the same condition within the block, from 0.
     pub repetition: usize,
     /// Index of the condition.
     pub condition: usize,
 }
 
 impl Protocol {
-    /// Times that each condition comes.
+    /// Returns the number of trials of each condition.
     #[must_use]
     pub const fn rounds(&self) -> usize {
         self.blocks.saturating_mul(self.repetitions)
     }
 
-    /// What it does with so many conditions, for this seed.
+    /// Returns the steps for this number of conditions and this seed.
     #[must_use]
     pub fn steps(&self, conditions: usize, seed: u64) -> Vec<Step> {
         let mut steps = Vec::new();
@@ -153,7 +152,7 @@ impl Protocol {
         steps
     }
 
-    /// The trials of a block in their order.
+    /// Returns the trials of a block in their order.
     fn block(&self, block: usize, conditions: usize, seed: u64) -> Vec<Place> {
         let rounds = 0..self.repetitions;
         let place = |repetition, condition| Place {
@@ -164,7 +163,7 @@ impl Protocol {
         let all = rounds.flat_map(|r| (0..conditions).map(move |c| place(r, c)));
         let mut all: Vec<Place> = all.collect();
         if self.order == Order::Random {
-            // Fisher and Yates, from the last on.
+            // Fisher–Yates shuffle, from the last element on.
             let stream = word(word(seed, ORDER), block as u64);
             for last in (1..all.len()).rev() {
                 let other = word(stream, last as u64) % (last as u64 + 1);
@@ -174,7 +173,7 @@ impl Protocol {
         all
     }
 
-    /// Everything that cannot be, for people.
+    /// Returns a message for every invalid setting.
     pub(super) fn mistakes(&self) -> Vec<String> {
         let mut told = Vec::new();
         if self.blocks == 0 || self.repetitions == 0 {

@@ -1,6 +1,6 @@
-//! A word as a shell takes it.
+//! Quotes a word for a shell.
 
-/// `word` as a shell takes it for one.
+/// Returns `word` so that a shell reads it as one word.
 #[must_use]
 pub fn quote_for_shell(word: &str) -> String {
     let is_plain = |c: char| c.is_alphanumeric() || "._-/:+,@%".contains(c);

@@ -1,4 +1,4 @@
-//! `result.json`: what came out, beside what a paper printed.
+//! Defines `result.json`: our results beside those that a paper prints.
 
 use super::claims::{Share, Units, shares};
 use super::condition::{Condition, condition_name};
@@ -13,79 +13,78 @@ use host_core::statistics::Spread;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// What an experiment came to.
+/// Result of an experiment.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Outcome {
-    /// The experiment.
+    /// Name of the experiment.
     pub name: String,
-    /// The page's heading.
+    /// Heading of the page.
     pub title: String,
-    /// Of wearers, noise and order.
+    /// Seed of wearers, noise and trial order.
     pub seed: u64,
-    /// Whether all of it is simulated; unknown where no device said.
+    /// Whether everything is simulated; `None` if no device reported it.
     pub simulated: Option<bool>,
-    /// What is missing of it, for people; nothing of what is whole.
+    /// Description of the missing part; `None` for a complete result.
     #[serde(default)]
     pub cut_short: Option<String>,
-    /// What was written before looking.
+    /// The preregistered settings.
     pub declared: Preregistration,
-    /// The conditions, as the declaration crosses them.
+    /// The conditions, in the declaration's order.
     pub conditions: Vec<ShownCondition>,
-    /// A number for each measure of each condition.
+    /// One row for each measure of each condition.
     pub rows: Vec<Row>,
-    /// In how many cases each claim holds.
+    /// Share of cases in which each claim holds.
     pub shares: Vec<Share>,
-    /// What decides each claim; empty where no wearers were drawn, and in results older
-    /// than it.
+    /// Parameters that decide each claim; empty without random wearers, and in results of older
+    /// versions.
     #[serde(default)]
     pub decides: Vec<DecidingClaim>,
-    /// What stands beside the paper's own tables and figures, by their numbers; in results
-    /// that lay them out.
+    /// Results beside the paper's own tables and figures, by their numbers; empty where a study has
+    /// none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sheets: Vec<Sheet>,
-    /// What one must know to read them.
+    /// Notes that the reader needs to interpret the numbers.
     pub notes: Vec<String>,
 }
 
-/// A condition and the trial that the page shows of it.
+/// A condition and the trial that represents it on the page.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct ShownCondition {
-    /// A level of each factor.
+    /// One level per factor.
     pub levels: Vec<String>,
-    /// The place of its first trial in the record, from 0; nothing where none was
-    /// recorded.
+    /// Index of its first trial in the record, from 0; `None` if none was recorded.
     pub trial: Option<usize>,
 }
 
-/// What was written before looking.
+/// Preregistered settings of an experiment.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Preregistration {
-    /// What a command calls it: its name in this program, or its file. Empty in
-    /// results older than it.
+    /// Name by which a command refers to the experiment: its built-in name, or its file. Empty in
+    /// results of older versions.
     #[serde(default)]
     pub asked: String,
-    /// What to type after `flexor` to have it again, but for the seed; nothing of what
-    /// `experiment` or `sweep` repeats by its name.
+    /// Arguments after `flexor` that repeat the result, without the seed; `None` if `experiment` or
+    /// `sweep` repeats it by name.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub command: Option<String>,
-    /// Where its trials were conducted, where they are all there is.
+    /// Device that ran the trials, if the result consists of trials only.
     #[serde(default)]
     pub device: Option<String>,
-    /// SHA-256 of the declaration and its sessions, by file.
+    /// SHA-256 of the declaration and its sessions, by file name.
     pub sha256: BTreeMap<String, String>,
-    /// The paper, section and figure.
+    /// Paper, section and figure.
     pub source: String,
-    /// Wearers drawn, at each point of a grid; 0 where the trials of the record are
-    /// all there is.
+    /// Number of random wearers at each grid point; 0 if the result consists of recorded trials
+    /// only.
     pub draws: u64,
-    /// What was drawn, in the plural, where it is not wearers.
+    /// Plural noun for the draws if they are not wearers.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drawn: Option<String>,
-    /// Whether seed, draws and wearer are the declaration's own.
+    /// Whether seed, number of draws and wearer are those of the declaration.
     pub as_declared: bool,
 }
 
-/// What a terminal takes to have an experiment on another wearer again, but for its seed.
+/// Returns the arguments that repeat an experiment with another wearer, without the seed.
 fn command(experiment: &Experiment, draws: u64, device: &str) -> Option<String> {
     let (asked, file) = (
         quote_for_shell(&experiment.asked),
@@ -101,30 +100,30 @@ fn command(experiment: &Experiment, draws: u64, device: &str) -> Option<String> 
     ))
 }
 
-/// A measure in a condition.
+/// A measure in one condition.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Row {
     /// Condition and measure.
     pub id: String,
-    /// The measure for people, and in which condition.
+    /// Readable name of the measure and its condition.
     pub quantity: String,
-    /// Of the numbers.
+    /// Unit of the values.
     pub unit: String,
-    /// What the paper printed.
+    /// Value that the paper prints.
     pub paper: Option<f64>,
     /// Median over the wearers.
     pub ours: Option<f64>,
-    /// 5th percentile of the wearers.
+    /// 5th percentile over the wearers.
     pub low: Option<f64>,
-    /// 95th percentile.
+    /// 95th percentile over the wearers.
     pub high: Option<f64>,
-    /// Wearers that have it.
+    /// Number of wearers with a value.
     pub n: usize,
 }
 
 impl Row {
-    /// Median, 5th and 95th percentile of the numbers that are finite, and how many those
-    /// are, beside what the paper printed.
+    /// Computes median, 5th and 95th percentile and count of the finite numbers, beside the paper's
+    /// value.
     #[must_use]
     pub fn from_numbers(
         id: String,
@@ -147,9 +146,9 @@ impl Row {
     }
 }
 
-/// What is said of every simulated result.
+/// Note in every simulated result.
 const SIMULATED: &str = "Simulated: numbers of assumed bodies, no evidence about people.";
-/// What is said where no device told what it is.
+/// Note in a result for which no device reported whether it is simulated.
 const UNKNOWN: &str = "No device answered: whether any of it is simulated is unknown.";
 const MEANING: &str = "ours is the median, low and high the 5th and 95th percentile of the wearers \
                        drawn: a range of bodies, no confidence interval.";
@@ -160,7 +159,7 @@ const CASES: &str = "A share's interval (95 %, Wilson) counts wearers, since sev
                      wearer are not independent.";
 
 impl Outcome {
-    /// Of these units: `draws` wearers at each point of the grid.
+    /// Creates the result of a sweep: `draws` wearers at each point of the grid.
     #[must_use]
     pub fn from_units(
         experiment: &Experiment,
@@ -179,8 +178,8 @@ impl Outcome {
         }
     }
 
-    /// Of trials that were conducted on `device`, each round a unit of its own: with
-    /// what the sessions say, at no point of the grid.
+    /// Creates the result of trials on `device`. Each round counts as a unit with the session's own
+    /// values, without a grid.
     #[must_use]
     pub fn from_trials(
         experiment: &Experiment,
@@ -218,7 +217,7 @@ impl Outcome {
         outcome.with_trials(trials)
     }
 
-    /// The same with the trials that were recorded beside it.
+    /// Adds the recorded trials that the page shows.
     #[must_use]
     pub fn with_trials(mut self, trials: &[ConductedTrial]) -> Self {
         for (position, measurement) in trials.iter().enumerate() {
@@ -289,29 +288,29 @@ impl Outcome {
         }
     }
 
-    /// Whether its shares are of points of a grid.
+    /// Returns whether the shares belong to grid points.
     #[must_use]
     pub fn is_grid(&self) -> bool {
         self.shares.iter().any(|share| !share.at.is_empty())
     }
 
-    /// As the file has it.
+    /// Returns the contents of `result.json`.
     #[must_use]
     pub fn json(&self) -> String {
-        // Strings, numbers and lists only.
+        // Cannot fail: the result has only strings, numbers and lists.
         serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
     }
 }
 
 impl ShownCondition {
-    /// As [`Condition::name`](super::condition::Condition::name).
+    /// Returns the name as [`Condition::name`](super::condition::Condition::name) does.
     #[must_use]
     pub fn name(&self) -> String {
         condition_name(&self.levels)
     }
 }
 
-/// Each measure of each condition at each point of the grid.
+/// Returns the rows of each measure in each condition at each point of the grid.
 fn rows(experiment: &Experiment, draws: u64, units: &Units) -> Vec<Row> {
     let declaration = &experiment.declaration;
     let mut rows = Vec::new();
@@ -336,7 +335,8 @@ fn rows(experiment: &Experiment, draws: u64, units: &Units) -> Vec<Row> {
     rows
 }
 
-/// Measures that no wearer has in a condition in which wearers were measured.
+/// Returns a note for each measure that no wearer has in a condition although wearers were
+/// simulated there.
 fn missing_measures(experiment: &Experiment, units: &Units) -> Vec<String> {
     let mut told = Vec::new();
     for (m, measure) in experiment.measures().enumerate() {

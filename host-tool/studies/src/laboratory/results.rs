@@ -1,4 +1,4 @@
-//! Results of experiments and sweeps side by side.
+//! Compares the results of experiments and sweeps side by side.
 
 use super::error::LaboratoryError;
 use super::numbers::large_t;
@@ -12,51 +12,52 @@ use std::collections::HashMap;
 use std::io::ErrorKind;
 use std::path::Path;
 
-/// Rows shown on a terminal; all are on the page.
+/// Largest number of rows on a terminal; the page shows all.
 const MOST_ROWS: usize = 12;
 
-/// The result of an experiment or a sweep, and what to call it.
+/// The result of an experiment or a sweep, and its name.
 #[derive(Debug)]
 pub struct NamedResult {
-    /// Its folder, as given.
+    /// Path of its folder, as given.
     pub name: String,
-    /// What came out.
+    /// The result that was read.
     pub outcome: Outcome,
-    /// The text of its declaration; empty where its folder keeps none.
+    /// Text of the declaration; empty if the folder does not contain it.
     declaration: String,
 }
 
-/// A number of one result beside the same of the others.
+/// The same number in several results.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct ResultRow {
     /// Condition and measure, or the claim.
     pub id: String,
-    /// For people.
+    /// Readable name.
     pub quantity: String,
-    /// Unit of the numbers; "cases" of a claim, whose numbers are shares from 0 to 1.
+    /// Unit of the values; "cases" for a claim, whose values are shares from 0 to 1.
     pub unit: String,
-    /// Of each result in the order given; `None` where it has no such row.
+    /// Values in the order of the results; `None` if a result has no such row.
     pub values: Vec<Option<ResultValue>>,
 }
 
 /// One number of a result.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct ResultValue {
-    /// Median over the wearers or rounds; of a claim the share of cases in which it holds.
+    /// Median over the wearers or rounds; for a claim, the share of cases in which it holds.
     pub value: Option<f64>,
-    /// 5th percentile; of a claim the lower end of its interval.
+    /// 5th percentile; for a claim, the lower end of its interval.
     pub low: Option<f64>,
-    /// 95th percentile; of a claim the upper end of its interval.
+    /// 95th percentile; for a claim, the upper end of its interval.
     pub high: Option<f64>,
-    /// Wearers, rounds or cases.
+    /// Number of wearers, rounds or cases.
     pub n: u64,
 }
 
 impl NamedResult {
-    /// The result in `dir`; `None` where there is no `result.json`.
+    /// Reads the result in `dir`; returns `None` if there is no `result.json`.
     ///
     /// # Errors
-    /// E608: the file says what this program does not write. It cannot be read.
+    /// Fails with E608 if the file has contents that this program does not write, or if it cannot
+    /// be read.
     pub fn read(dir: &Path) -> Result<Option<Self>, LaboratoryError> {
         let Some(outcome) = read_outcome(dir)? else {
             return Ok(None);
@@ -74,7 +75,7 @@ impl NamedResult {
     }
 }
 
-/// Each number and each claim that any of the results has, in the order in which they come.
+/// Returns every number and claim that any result has, in order of first occurrence.
 #[must_use]
 pub fn result_rows(all: &[NamedResult]) -> Vec<ResultRow> {
     let mut rows: Vec<ResultRow> = Vec::new();
@@ -126,7 +127,7 @@ fn number(row: &Row) -> ResultValue {
     }
 }
 
-/// How the declarations differ from that of the first result.
+/// Returns the differences of each declaration from that of the first result.
 #[must_use]
 pub fn declaration_differences(all: &[NamedResult]) -> Vec<FileDifference> {
     let mut numbered = all.iter().enumerate();
@@ -149,7 +150,7 @@ impl ResultRow {
         self.values.iter().any(|value| *value != self.values[0])
     }
 
-    /// Each value in words.
+    /// Formats each value as text.
     fn cells(&self) -> Vec<String> {
         let in_words = |value: &Option<ResultValue>| {
             let Some(ResultValue {
@@ -182,7 +183,7 @@ impl ResultRow {
     }
 }
 
-/// Four digits.
+/// Formats a number with four significant digits.
 fn short(value: f64) -> String {
     let decimals = match value.abs() {
         value if value < 9.9995 => 3,
@@ -193,7 +194,7 @@ fn short(value: f64) -> String {
     format!("{value:.decimals$}")
 }
 
-/// The numbers that differ, for a terminal of 80 columns.
+/// Returns the numbers that differ, for a terminal of 80 columns.
 #[must_use]
 pub fn results_text(all: &[NamedResult]) -> String {
     let mut text = "\nResults (median; 5th to 95th percentile)\n".to_owned();
@@ -227,8 +228,8 @@ pub fn results_text(all: &[NamedResult]) -> String {
     text.trim_end().to_owned()
 }
 
-/// What a page says of the results: every number, in bold what is other than in the first,
-/// and how the declarations differ.
+/// Returns the page's contents: every number, in bold where it differs from the first result, and
+/// the differences between the declarations.
 #[must_use]
 pub fn results_body(all: &[NamedResult]) -> Html {
     let names = all.iter().map(|result| {

@@ -1,4 +1,4 @@
-//! What a command does with a study, whatever its units are.
+//! Runs studies for commands, independent of the type of their units.
 
 use super::error::LaboratoryError;
 use super::result::Outcome;
@@ -8,63 +8,64 @@ use host_core::record::Place;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// How far a run came.
+/// Result of a run and how much of the study it covers.
 pub struct RunProgress {
-    /// Of a study that is not a shard: what the units there are come to, all or the first
-    /// ones.
+    /// Result of the units that exist, all or only the first; `None` for a shard.
     pub outcome: Option<Outcome>,
-    /// What a terminal shows of them, where that is more than the outcome's own tables.
+    /// Text table for a terminal, if the study has more than the tables of `outcome`.
     pub table: Option<String>,
-    /// Why the outcome could not be written.
+    /// Reason why the outcome could not be written.
     pub failed: Option<anyhow::Error>,
     /// Whether every unit was computed.
     pub is_whole: bool,
-    /// How many were, in words.
+    /// Number of computed units, in words.
     pub done: String,
-    /// How many were computed now, not before.
+    /// Number of units computed in this run, without those computed before.
     pub fresh: u64,
 }
 
-/// A study that a command runs, without its types.
+/// A study that a command can run, without its type parameters.
 pub trait Runnable: Sync {
-    /// What decides every byte of it.
+    /// Returns the parameters that determine every byte of the result.
     fn sweep(&self, shard: Shard) -> Sweep;
-    /// Takes the folder `dir`, absent, empty or this shard begun before, for this program
-    /// alone.
+    /// Takes the folder `dir` for this process alone. It must be absent, empty, or contain an
+    /// earlier part of the same shard.
     ///
     /// # Errors
-    /// E603: it holds something else, which is left alone; another program writes there.
+    /// Fails with E603 if the folder contains something else, which stays unchanged, or if another
+    /// program writes there.
     fn place(&self, dir: &Path, shard: Shard) -> Result<Place, LaboratoryError> {
         self.sweep(shard).place(dir)
     }
-    /// Computes what `dir` lacks of this shard, or all of it without keeping it anywhere;
-    /// `go_on` hears the part done, 0 to 1, and may say no. Then writes what the units come
-    /// to, unless it is but a shard.
+    /// Computes the units of this shard that `dir` lacks, or without `dir` all of them, which are
+    /// then not stored. `go_on` receives the completed share, 0 to 1, and ends the run by returning
+    /// `false`. Writes the result, unless this is only a shard.
     ///
     /// # Errors
-    /// The folder holds something else, or a unit cannot be kept in it; a unit failed, which
-    /// ends the run with everything before kept.
+    /// Fails if the folder contains something else, if a unit cannot be stored, or if a unit fails;
+    /// earlier units stay stored.
     fn run(
         &self,
         dir: Option<&Path>,
         shard: Shard,
         go_on: &mut dyn FnMut(f64) -> bool,
     ) -> anyhow::Result<RunProgress>;
-    /// Makes one study in `out` of all of its shards in `parts`: the bytes of one that was
-    /// never cut.
+    /// Merges all shards of a study in `parts` into `out`, with the same bytes as a run without
+    /// shards.
     ///
     /// # Errors
-    /// The parts are not all shards of this study, one has a hole, or a file fails.
+    /// Fails if the parts are not all shards of this study, if units are missing, or if a file
+    /// cannot be read or written.
     fn merge(&self, parts: &[PathBuf], out: &Path) -> anyhow::Result<RunProgress>;
 }
 
-/// What a run came to, with its units by their index.
+/// A run's result, and its units by index.
 pub type WithUnits<U> = (RunProgress, BTreeMap<u64, U>);
 
-/// Runs a sweep of a drawing, as [`Runnable::run`].
+/// Runs a sweep of a drawing, as [`Runnable::run`] does.
 ///
 /// # Errors
-/// As [`Runnable::run`].
+/// Fails as [`Runnable::run`] does.
 pub fn run_drawing<D: Drawing>(
     drawing: &D,
     sweep: &Sweep,
@@ -94,10 +95,10 @@ where
     Ok((ran, units))
 }
 
-/// Merges the shards of a drawing, as [`Runnable::merge`].
+/// Merges the shards of a drawing, as [`Runnable::merge`] does.
 ///
 /// # Errors
-/// As [`Runnable::merge`].
+/// Fails as [`Runnable::merge`] does.
 pub fn merge_drawing<D: Drawing>(
     drawing: &D,
     parts: &[PathBuf],
@@ -140,10 +141,10 @@ impl<S: Study> Runnable for S {
     }
 }
 
-/// The seed and draws of the shard in a folder, which a merge goes by.
+/// Returns the seed and the number of draws of the shard in a folder, which determine the merge.
 ///
 /// # Errors
-/// E604: there is none.
+/// Fails with E604 if the folder contains no shard.
 pub fn seed_and_draws(part: &Path) -> Result<(u64, u64), LaboratoryError> {
     let sweep = super::sweep::read_shard(part)?;
     Ok((sweep.seed, sweep.draws))

@@ -1,152 +1,153 @@
-//! What stands beside one of a paper's tables or figures, as numbers: `result.json` keeps
-//! it, and the page draws it.
+//! Data beside a paper's tables and figures: stored in `result.json` and shown on the page.
 
 use serde::{Deserialize, Serialize};
 
-/// A table or a figure under the paper's own number.
+/// A table or figure under the paper's own number.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Sheet {
-    /// "Table 8", "Figure 12", as the paper numbers it.
+    /// The paper's number, as "Table 8" or "Figure 12".
     pub number: String,
-    /// What it is of, in a few words.
+    /// Subject in a few words.
     pub title: String,
-    /// What is shown, of whom, whether it is simulated, and what the paper's shows.
+    /// Explanation of the contents: whose data they are, whether they are simulated, and what the
+    /// paper shows.
     pub caption: String,
-    /// Its numbers.
+    /// Numbers to show.
     pub shows: SheetContent,
 }
 
-/// What a sheet shows.
+/// Contents of a sheet, by kind of presentation.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum SheetContent {
-    /// Rows and columns.
+    /// Text in rows and columns.
     Table(Grid),
-    /// Small multiples.
+    /// Small multiples with axes.
     Plots(Plots),
-    /// Shades.
+    /// Numbers in shaded cells.
     Matrix(Matrix),
 }
 
-/// Numbers as shades, from none to the largest.
+/// Numbers with shades, from white for 0 to darkest for the largest.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct Matrix {
-    /// What a number is of.
+    /// Quantity that the numbers measure.
     pub unit: String,
-    /// Over the columns.
+    /// Column heads.
     pub heads: Vec<String>,
-    /// Names with as many numbers as there are heads.
+    /// Name of each row, and one number per column.
     pub rows: Vec<(String, Vec<f64>)>,
 }
 
-/// Cells as they are printed, the first of a row its name.
+/// A table of formatted cells; the first cell of a row is its name.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct Grid {
-    /// Over the columns.
+    /// Column heads.
     pub heads: Vec<String>,
-    /// As many cells as there are heads, each.
+    /// Rows with one cell per column.
     pub rows: Vec<Vec<String>>,
 }
 
 /// Plots side by side.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct Plots {
-    /// As many in a row.
+    /// Number of plots in a row.
     pub beside: usize,
-    /// What each colour is, in the order of the palette.
+    /// Legend of each colour, in the order of the palette.
     pub series: Vec<String>,
-    /// The plots.
+    /// Plots from left to right, row by row.
     pub plots: Vec<Plot>,
 }
 
 /// Marks between two axes.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct Plot {
-    /// Over it.
+    /// Heading above the plot.
     pub title: String,
-    /// Across.
+    /// Horizontal axis.
     pub x: SheetAxis,
-    /// Up.
+    /// Vertical axis.
     pub y: SheetAxis,
-    /// From x to x: what does not count.
+    /// Range of x that the evaluation ignores, shown in grey.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub aside: Option<[f64; 2]>,
-    /// Ranges across the whole plot, under everything.
+    /// Horizontal bands behind all other marks.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub bands: Vec<Band>,
-    /// Upright bars from 0.
+    /// Vertical bars from 0.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub bars: Vec<Bar>,
-    /// Lines, over everything but the paper's numbers.
+    /// Lines above all marks except the paper's values.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub curves: Vec<Curve>,
-    /// What the paper printed, at x and y.
+    /// The paper's values, as x and y.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub paper: Vec<[f64; 2]>,
 }
 
-/// An axis.
+/// Name, range and ticks of an axis.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct SheetAxis {
-    /// What is counted, with its unit.
+    /// Quantity with its unit.
     pub name: String,
-    /// Its ends; of names, half a place beyond the first and the last.
+    /// Smallest and largest value; on an axis of names, half a position beyond the first and the
+    /// last.
     pub ends: [f64; 2],
-    /// Whether it is even in the logarithm.
+    /// Whether the scale is logarithmic.
     #[serde(default, skip_serializing_if = "is_false")]
     pub logarithmic: bool,
-    /// Values with what stands there; round steps without.
+    /// Position and text of each tick; empty for round steps.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub ticks: Vec<(f64, String)>,
 }
 
-/// From one y to another.
+/// Horizontal band between two values of y.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Band {
-    /// Of which series, from 0.
+    /// Index of the series, from 0.
     pub series: usize,
-    /// From where.
+    /// Lower edge.
     pub low: f64,
-    /// Middle.
+    /// Value of the line inside the band.
     pub middle: f64,
-    /// To where.
+    /// Upper edge.
     pub high: f64,
 }
 
-/// A bar from 0.
+/// A vertical bar from 0.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Bar {
-    /// Of which series, from 0.
+    /// Index of the series, from 0.
     pub series: usize,
-    /// Left and right end.
+    /// Left and right edge.
     pub x: [f64; 2],
-    /// Its height.
+    /// Height of the bar.
     pub value: f64,
-    /// Ends of its interval.
+    /// Lower and upper end of the interval.
     pub range: Option<[f64; 2]>,
 }
 
-/// A line.
+/// A line through points.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Curve {
-    /// Of which series, from 0.
+    /// Index of the series, from 0.
     pub series: usize,
-    /// Whether each point is marked; then `ranges` may have its interval.
+    /// Whether each point has a mark; only then may `ranges` contain intervals.
     pub marked: bool,
-    /// x and y.
+    /// Points as x and y.
     pub points: Vec<[f64; 2]>,
-    /// Of each point, or none.
+    /// Interval of each point; empty without intervals.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub ranges: Vec<[f64; 2]>,
 }
 
-#[allow(clippy::trivially_copy_pass_by_ref)] // as serde asks for it
+#[allow(clippy::trivially_copy_pass_by_ref)] // serde passes a reference
 const fn is_false(flag: &bool) -> bool {
     !*flag
 }
 
 impl SheetAxis {
-    /// From one value to another, in round steps.
+    /// Creates a linear axis between these ends, with round steps.
     #[must_use]
     pub fn linear(name: &str, ends: [f64; 2]) -> Self {
         Self {
@@ -156,7 +157,7 @@ impl SheetAxis {
         }
     }
 
-    /// A place for each name, the first at 0.
+    /// Creates an axis with one position per name, the first at 0.
     #[must_use]
     pub fn categorical(name: &str, names: impl IntoIterator<Item = String>) -> Self {
         let ticks: Vec<(f64, String)> = (0..).map(f64::from).zip(names).collect();
@@ -169,7 +170,8 @@ impl SheetAxis {
 }
 
 impl Curve {
-    /// A line through these, to a thousandth of a unit: no picture shows more.
+    /// Creates a line through these points, rounded to a thousandth, which is finer than any
+    /// picture shows.
     #[must_use]
     pub fn line(series: usize, points: impl IntoIterator<Item = [f64; 2]>) -> Self {
         let round = |value: f64| (1e3 * value).round() / 1e3;
@@ -183,7 +185,7 @@ impl Curve {
 }
 
 impl Sheet {
-    /// A table.
+    /// Creates a sheet that shows a table.
     #[must_use]
     pub fn table(number: &str, title: &str, caption: String, grid: Grid) -> Self {
         Self {
@@ -194,7 +196,7 @@ impl Sheet {
         }
     }
 
-    /// A table of shades.
+    /// Creates a sheet that shows a matrix of shades.
     #[must_use]
     pub fn matrix(number: &str, title: &str, caption: String, matrix: Matrix) -> Self {
         Self {
@@ -205,7 +207,7 @@ impl Sheet {
         }
     }
 
-    /// A figure.
+    /// Creates a sheet that shows plots.
     #[must_use]
     pub fn figure(number: &str, title: &str, caption: String, plots: Plots) -> Self {
         Self {
@@ -218,7 +220,7 @@ impl Sheet {
 }
 
 impl Grid {
-    /// For a terminal: names to the left, numbers to the right.
+    /// Formats the table for a terminal, with names aligned left and numbers aligned right.
     #[must_use]
     pub fn in_columns(&self) -> String {
         let rows: Vec<&Vec<String>> = std::iter::once(&self.heads).chain(&self.rows).collect();

@@ -1,4 +1,4 @@
-//! The sessions that a declaration names: each read once.
+//! Reads the sessions that a declaration names, each of them once.
 
 use super::condition::{Texts, relative_to_session};
 use super::declaration::Declaration;
@@ -10,8 +10,8 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 use toml::Table;
 
-/// The sessions that a declaration names, in its order, with their texts, and which
-/// of them there are not.
+/// Returns the sessions that a declaration names, in its order, with their texts, and a mistake for
+/// each that is missing.
 pub(super) fn sessions(
     d: &Declaration,
     text: &str,
@@ -21,7 +21,7 @@ pub(super) fn sessions(
     for (session, level) in d.sessions() {
         match texts(session) {
             Ok(own) if is_session(&own) => all.push((session.to_owned(), own)),
-            // Nothing of an unrelated file is shown.
+            // The message must not show the contents of an unrelated file.
             Ok(_) => {
                 let why = "it has neither `channel` nor `setpoints`, and so is no session";
                 mistakes.push(missing_session(d, text, (session, level), why));
@@ -34,14 +34,15 @@ pub(super) fn sessions(
     (all, mistakes)
 }
 
-/// Whether a text is meant as a session: it has a channel, or says what is streamed.
+/// Returns whether a text looks like a session: it has a channel or setpoints.
 fn is_session(text: &str) -> bool {
     let (root, _) = toml::de::DeTable::parse_recoverable(text);
     let has = |field: &&str| root.get_ref().contains_key(*field);
     ["channel", "setpoints"].iter().any(has)
 }
 
-/// That a session cannot be read, why, and who asks for it.
+/// Creates the mistake for a session that cannot be read, with the reason and the level that names
+/// it.
 fn missing_session(
     d: &Declaration,
     text: &str,
@@ -69,7 +70,7 @@ fn missing_session(
     Mistake::at(line, &what)
 }
 
-/// The text of `name`: as it was read before, or read now.
+/// Returns the text of `name`, from the cache or freshly read.
 pub(super) fn read_cached(
     before: &RefCell<BTreeMap<String, String>>,
     name: &str,
@@ -83,13 +84,13 @@ pub(super) fn read_cached(
     Ok(text)
 }
 
-/// Each session as a table that conditions change, by its name.
+/// Parses each session into a table that conditions modify, by name.
 pub(super) fn tables<'s>(
     sessions: &'s [(String, String)],
     texts: Texts<'_>,
 ) -> Result<BTreeMap<&'s str, Table>, LaboratoryError> {
     let table = |(name, text): &(String, String)| -> Result<Table, LaboratoryError> {
-        // Whatever is wrong with it is told by those who know sessions.
+        // The session parser reports all its mistakes.
         SessionFile::parse_with_wearers(name, text, &|file| {
             let text = texts(&relative_to_session(name, file));
             text.map_err(|error| unreadable_wearer(file, &error.reason()))

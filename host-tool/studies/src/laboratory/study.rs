@@ -1,5 +1,5 @@
-//! A study as the runner runs it: units of work decided by a seed, kept as they come, and an
-//! analysis of them.
+//! Defines a study for the runner: units of work that depend on a seed and are stored one by one,
+//! and their analysis.
 
 use super::result::Outcome;
 use super::sweep::{Drawing, Sweep};
@@ -8,91 +8,93 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::collections::BTreeMap;
 
-/// What decides every unit of a study.
+/// The inputs that determine every unit of a study.
 pub struct StudyIdentity<'a> {
-    /// The name that a command has for it.
+    /// Name of the study in commands.
     pub name: &'a str,
-    /// Arguments that decide the result, beside seed and draws: as they are typed, empty
-    /// without any.
+    /// Arguments that affect the result, besides seed and draws, as typed; empty without any.
     pub arguments: String,
-    /// File name and text of its declaration.
+    /// File name and text of the declaration.
     pub declaration: (&'a str, &'a str),
-    /// Of all draws.
+    /// Seed of all draws.
     pub seed: u64,
-    /// How many wearers, or replications of the whole study, are drawn.
+    /// Number of random wearers, or of replications of the whole study.
     pub draws: u64,
 }
 
-/// A study of a paper, with its arguments: which units of work there are, what each becomes,
-/// and what all of them come to.
+/// A replication of a paper's study with its arguments: its units of work, how each is computed,
+/// and how all are analysed.
 pub trait Study: Sync {
-    /// What a unit of work became. It is kept as JSON, with every digit that decides.
+    /// Result of a unit of work. It is stored as JSON, with all significant digits.
     type Unit: Serialize + DeserializeOwned + Clone + Send + Sync;
 
-    /// What decides it.
+    /// Returns the inputs that determine the result.
     fn metadata(&self) -> StudyIdentity<'_>;
-    /// SHA-256 of everything declared, by file: of the declaration alone, if nothing else is.
+    /// Returns the SHA-256 of every preregistered file by name; by default only that of the
+    /// declaration.
     fn hashes(&self) -> BTreeMap<String, String> {
         let (file, text) = self.metadata().declaration;
         [(file.to_owned(), sha256(text.as_bytes()))].into()
     }
-    /// The program that computes its units: another one neither goes on with them nor merges
-    /// them.
+    /// Returns the version of the program that computes the units. Another version neither
+    /// continues nor merges them.
     fn version(&self) -> String {
         env!("CARGO_PKG_VERSION").to_owned()
     }
-    /// Whether a unit is the same however many are drawn, so that a folder of fewer draws goes
-    /// on to more.
+    /// Returns whether a unit is independent of the number of draws, so that a folder can be
+    /// extended to more draws.
     fn is_extensible(&self) -> bool {
         false
     }
-    /// How many units of work there are: one for each draw, if nothing else is.
+    /// Returns the number of units of work; by default one per draw.
     fn units(&self) -> u64 {
         self.metadata().draws
     }
-    /// What unit `index`, from 0, becomes; nothing once `goes_on` says no.
+    /// Computes unit `index`, from 0; returns `None` after `goes_on` has returned `false`.
     ///
     /// # Errors
-    /// The study ends, with everything before kept.
+    /// Fails if the unit cannot be computed. The study then ends, and all earlier units stay
+    /// stored.
     fn compute(
         &self,
         index: u64,
         goes_on: &(dyn Fn() -> bool + Sync),
     ) -> anyhow::Result<Option<Self::Unit>>;
-    /// What the units come to, be they all or the first ones; `cut_short` says which are
-    /// missing.
+    /// Analyses the units, which are all or the first of them; `cut_short` describes the missing
+    /// ones.
     ///
     /// # Errors
-    /// They cannot be analysed.
+    /// Fails if the units cannot be analysed.
     fn outcome(&self, units: &[Self::Unit], cut_short: Option<String>) -> anyhow::Result<Outcome>;
-    /// Files beside `result.json`, by name: name and content; of a study that draws persons
-    /// `draws.csv` is one of them.
+    /// Returns name and content of further files beside `result.json`. Studies with random
+    /// participants include `draws.csv`.
     ///
     /// # Errors
-    /// As [`Self::outcome`].
+    /// Fails as [`Self::outcome`] does.
     fn files(&self, units: &[Self::Unit]) -> anyhow::Result<Vec<(String, String)>>;
-    /// Some units of work in words: `12 of 40 sessions`.
+    /// Returns the progress in words, as in `12 of 40 sessions`.
     fn progress_text(&self, done: u64) -> String;
 }
 
-/// A study as a sweep keeps it: a line of JSON for each unit.
+/// Adapter that stores a study as a sweep, with one line of JSON per unit.
 pub struct Lines<'a, S>(pub &'a S);
 
 impl<S: Study> Lines<'_, S> {
-    /// Its units, which are the first ones.
+    /// Returns the units as a list; they are the first of the study.
     fn listed(units: &BTreeMap<u64, S::Unit>) -> Vec<S::Unit> {
         units.values().cloned().collect()
     }
 }
 
-/// By which a line that was changed by hand is known: the beginning of its SHA-256.
+/// Returns the checksum that reveals a line that was edited by hand: the first 16 digits of its
+/// SHA-256.
 fn checksum(text: &str) -> String {
     sha256(text.as_bytes()).chars().take(16).collect()
 }
 
-/// A line of JSON, with every digit that decides.
+/// Returns a line of JSON with all significant digits.
 pub(crate) fn line(value: &impl Serialize) -> String {
-    // Structs of numbers, words and lists always have a text.
+    // Cannot fail: the types have only numbers, strings and lists.
     serde_json::to_string(value).unwrap_or_default() + "\n"
 }
 
@@ -162,7 +164,7 @@ impl<S: Study> Drawing for Lines<'_, S> {
     }
 
     fn row_suffixes(&self, unit: &Self::Unit) -> Vec<String> {
-        // Structs of numbers, words and lists always have a text.
+        // Cannot fail: the types have only numbers, strings and lists.
         let text = serde_json::to_string(unit).unwrap_or_default();
         vec![format!(
             "\"sum\":\"{}\",\"became\":{text}}}",

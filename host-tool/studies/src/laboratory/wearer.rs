@@ -1,4 +1,5 @@
-//! The device and the simulated wearer of a protocol: new for each trial, or kept.
+//! Opens the device and the simulated wearer for the trials of a protocol: new ones for each trial,
+//! or the same for all.
 
 use super::error::LaboratoryError;
 use super::protocol::{Place, Wearer};
@@ -7,25 +8,25 @@ use host_core::link::Port;
 use host_core::run::{DeviceName, RunError, attach_electrodes, merge_sessions, rest_wearer};
 use host_core::session::Session;
 
-/// Of a trial's noise, beyond the first round.
+/// Random stream of a trial's noise after the first round.
 const ROUNDS: u64 = 0x1AB3;
 
-/// Opens the device for trial after trial.
+/// Opens the device for one trial after the other.
 pub(super) struct TrialDevice<'a> {
     device: &'a DeviceName,
     seed: u64,
-    /// What a wearer who is kept needs for every trial.
+    /// Merged session of all trials, if the wearer stays the same.
     all: Option<Session>,
-    /// The kept device, between two trials.
+    /// The device between two trials, if it stays the same.
     kept: Option<Box<dyn Port>>,
 }
 
 impl<'a> TrialDevice<'a> {
-    /// For trials of these sessions, one for each condition. A board is opened anew
-    /// for each trial: it keeps its person.
+    /// Prepares for trials of these sessions, one per condition. A board is opened again for each
+    /// trial, because its wearer stays the same anyway.
     ///
     /// # Errors
-    /// One wearer cannot wear all of them.
+    /// Fails if a single wearer cannot go through all of them.
     pub(super) fn new(
         wearer: Wearer,
         sessions: &[Session],
@@ -43,10 +44,11 @@ impl<'a> TrialDevice<'a> {
         })
     }
 
-    /// The device for a trial of `session` at `place`; `meet` meets it when it is new.
+    /// Returns the device for a trial of `session` at `place`; calls `meet` with a newly opened
+    /// device.
     ///
     /// # Errors
-    /// No device.
+    /// Fails if the device cannot be opened.
     pub(super) fn open(
         &mut self,
         session: &Session,
@@ -76,16 +78,16 @@ impl<'a> TrialDevice<'a> {
         Ok(port)
     }
 
-    /// The device after a trial.
+    /// Takes the device back after a trial.
     pub(super) fn give_back(&mut self, port: Option<Box<dyn Port>>) {
         self.kept = port.filter(|_| self.all.is_some());
     }
 
-    /// Nothing is stimulated for `rest_s`: a wearer who is kept recovers. `go_on` is
-    /// asked now and then.
+    /// Rests for `rest_s` without stimulation, in which a wearer who stays the same recovers. Calls
+    /// `go_on` now and then.
     ///
     /// # Errors
-    /// The device is lost.
+    /// Fails if the device is lost.
     pub(super) fn rest(
         &mut self,
         rest_s: f64,
@@ -99,16 +101,17 @@ impl<'a> TrialDevice<'a> {
     }
 }
 
-/// What one wearer needs for all of these.
+/// Merges the sessions to one that a single wearer can go through.
 ///
 /// # Errors
-/// They differ in what one wearer has once.
+/// Returns the first property in which the sessions differ although a wearer has it only once.
 pub(super) fn shared_session(sessions: &[Session]) -> Result<Option<Session>, LaboratoryError> {
     merge_sessions(sessions).map_err(|field| LaboratoryError::Unlike { field })
 }
 
-/// Of a trial's noise: the protocol's seed in the first round, so that a protocol of
-/// one trial is that trial; alike for all conditions of a round.
+/// Returns the seed of a trial's noise, which is the same for all conditions of a round. In the
+/// first round it is the protocol's seed, so that a protocol of one trial gives the same result as
+/// that trial alone.
 fn noise(seed: u64, place: Place) -> u64 {
     match (place.block, place.repetition) {
         (0, 0) => seed,

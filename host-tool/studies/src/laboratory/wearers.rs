@@ -1,5 +1,5 @@
-//! That wearers can be put into every condition: told before anything runs, by the
-//! draw or the grid that asks for what a session does not have.
+//! Checks before a run that random wearers fit every condition, and reports the draw or grid whose
+//! field the session does not have.
 
 use super::condition::Condition;
 use super::draw::ends;
@@ -9,15 +9,17 @@ use super::written::DeclarationText;
 use std::collections::BTreeMap;
 use toml::Value;
 
-/// Points of a grid that are tried beforehand; beyond, a sweep tells its unit.
+/// Number of grid points that are checked beforehand; beyond these, the sweep reports the unit that
+/// fails.
 const POINTS_TRIED: u64 = 64;
 
 impl Experiment {
-    /// That the first wearer makes a session of every condition, at each point, and
-    /// both ends of every draw by themselves.
+    /// Checks that every condition is a valid session with the first wearer at each point, and with
+    /// each end of each random range alone.
     ///
     /// # Errors
-    /// Every draw and grid that does not; the file's name is `file`.
+    /// Returns every draw and grid that leads to an invalid session; `file` names the declaration
+    /// in the message.
     pub(super) fn check_wearable(&self, file: &str) -> Result<(), LaboratoryError> {
         let mut refused = BTreeMap::new();
         for index in 0..self.units(1).min(POINTS_TRIED) {
@@ -28,7 +30,7 @@ impl Experiment {
                 };
                 let alone = refused_fields(condition, &unit.fields);
                 if alone.is_empty() {
-                    // No field alone: what they make together.
+                    // No field alone is refused, only all of them together.
                     let what = format!(
                         "the wearer with {}: {together}",
                         describe_fields(&unit.fields)
@@ -67,7 +69,7 @@ impl Experiment {
         Err(LaboratoryError::Fields { file, mistakes })
     }
 
-    /// The line and the name of the draw or grid of a wearer's field `nth`.
+    /// Returns line and name of the draw or grid that sets field `nth` of a wearer.
     fn asked_by(&self, written: &DeclarationText<'_>, nth: usize) -> (Option<usize>, String) {
         let (list, at) = match nth.checked_sub(self.declaration.drawn.len()) {
             None => ("draw", nth),
@@ -77,7 +79,7 @@ impl Experiment {
     }
 }
 
-/// The fields that a condition refuses each by itself, by their place.
+/// Returns the fields that the condition refuses individually, by index, with the reason.
 fn refused_fields(condition: &Condition, fields: &[(String, Value)]) -> Vec<(usize, String)> {
     let each = fields.chunks(1).enumerate();
     let refused = each.filter_map(|(nth, one)| {
@@ -87,7 +89,7 @@ fn refused_fields(condition: &Condition, fields: &[(String, Value)]) -> Vec<(usi
     refused.collect()
 }
 
-/// "`body.push_nm` = 0.6, `body.delay_ms` = 25".
+/// Returns the fields as text, as in "`body.push_nm` = 0.6, `body.delay_ms` = 25".
 fn describe_fields(fields: &[(String, Value)]) -> String {
     let each = fields.iter();
     let each: Vec<String> = each

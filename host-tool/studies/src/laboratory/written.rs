@@ -1,5 +1,5 @@
-//! A declaration as it is written: everything in it that cannot be read, at once, and
-//! on which line a thing stands.
+//! Parses a declaration piece by piece, so that all mistakes are found at once, and finds the lines
+//! of its parts.
 
 use super::declaration::Declaration;
 use super::error::Mistake;
@@ -7,13 +7,13 @@ use serde::de::DeserializeOwned;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Error, ValueDeserializer};
 
-/// The text of a declaration, taken apart as far as it can be.
+/// The text of a declaration and the tables that it contains.
 pub(super) struct DeclarationText<'t> {
     text: &'t str,
     root: Spanned<DeTable<'t>>,
-    /// What is no TOML.
+    /// Errors in the TOML syntax.
     broken: Vec<Error>,
-    /// Elements of lists that cannot be read: the list, and the place in it.
+    /// List elements that could not be parsed: name of the list, and index in it.
     unread: Vec<(&'static str, usize)>,
 }
 
@@ -28,8 +28,8 @@ impl<'t> DeclarationText<'t> {
         }
     }
 
-    /// The line, from 1, of `field` of the element `nth` of the list `list`, counting
-    /// those that could be read; of the element where it has no such field.
+    /// Returns the line, from 1, of `field` in element `nth` of `list`, where only parsed elements
+    /// count; the line of the element if it has no such field.
     pub(super) fn line(&self, list: &str, nth: usize, field: &str) -> Option<usize> {
         let is_read = |place: &usize| {
             let mut unread = self.unread.iter();
@@ -41,20 +41,20 @@ impl<'t> DeclarationText<'t> {
         Some(self.line_at(part.span().start))
     }
 
-    /// The line of a field of the declaration itself.
+    /// Returns the line of a top-level field.
     pub(super) fn line_of(&self, field: &str) -> Option<usize> {
         let part = self.root.get_ref().get(field)?;
         Some(self.line_at(part.span().start))
     }
 
-    /// The line of the level `level` of the factor `factor`.
+    /// Returns the line of a factor's level, by their indices.
     pub(super) fn line_of_level(&self, factor: usize, level: usize) -> Option<usize> {
         let factor = self.root.get_ref().get("factor")?.get_ref().get(factor)?;
         let level = factor.get_ref().get("level")?.get_ref().get(level)?;
         Some(self.line_at(level.span().start))
     }
 
-    /// Whether the table `field` of `table` stands there with nothing in it.
+    /// Returns whether the file contains the table `field` of `table` without any entry.
     pub(super) fn is_empty(&self, table: &str, field: &str) -> bool {
         let table = self.root.get_ref().get(table).map(Spanned::get_ref);
         let own = table.and_then(|table| table.get(field));
@@ -62,7 +62,7 @@ impl<'t> DeclarationText<'t> {
         own.is_some_and(|own| own.is_empty())
     }
 
-    /// Whether a claim of this id stands there that could not be read.
+    /// Returns whether the file contains a claim with this identifier that could not be parsed.
     pub(super) fn is_unread_claim(&self, id: &str) -> bool {
         let claims = self.root.get_ref().get("claim").map(Spanned::get_ref);
         let mut unread = self.unread.iter().filter(|(list, _)| *list == "claim");
@@ -78,9 +78,8 @@ impl<'t> DeclarationText<'t> {
         before.matches('\n').count() + 1
     }
 
-    /// Reads it piece by piece, so that one mistake does not hide the next: everything
-    /// that cannot be read is told, and what can be comes back, unless too much hangs
-    /// on what cannot.
+    /// Parses piece by piece, so that one mistake does not hide the next. Returns every mistake,
+    /// and the declaration unless too much depends on the parts that are wrong.
     pub(super) fn read(&mut self) -> (Option<Declaration>, Vec<Mistake>) {
         let broken = std::mem::take(&mut self.broken);
         if !broken.is_empty() {
@@ -112,7 +111,7 @@ impl<'t> DeclarationText<'t> {
         (whole, errors)
     }
 
-    /// Takes a list out of `table` and reads each of its elements.
+    /// Removes a list from `table` and parses each of its elements.
     fn read_list<T: DeserializeOwned>(
         &mut self,
         table: &mut DeTable<'_>,
@@ -120,7 +119,7 @@ impl<'t> DeclarationText<'t> {
         errors: &mut Vec<Mistake>,
     ) -> Vec<T> {
         let Some(DeValue::Array(each)) = table.get(list).map(Spanned::get_ref) else {
-            return Vec::new(); // what is no list is refused with the rest
+            return Vec::new(); // parsing the rest reports a value that is no list
         };
         let mut all = Vec::new();
         for (place, one) in each.iter().enumerate() {
@@ -138,9 +137,9 @@ impl<'t> DeclarationText<'t> {
         all
     }
 
-    /// Reads a table that begins at byte `at`. Where it cannot be, what cannot is told
-    /// and taken out, and what is left read again. A field that was taken out is then
-    /// missing: the table that misses it goes as well, untold.
+    /// Parses a table that starts at byte `at`. Each part that fails is reported and removed, and
+    /// the rest is parsed again. If a removed field is then reported as missing, that error is
+    /// dropped and the table is given up.
     fn read_table<T: DeserializeOwned>(
         &self,
         mut table: DeTable<'_>,
@@ -164,7 +163,7 @@ impl<'t> DeclarationText<'t> {
         }
     }
 
-    /// Reads what is no table.
+    /// Parses an element that is not a table.
     fn read_value<T: DeserializeOwned>(
         &self,
         value: Spanned<DeValue<'_>>,
@@ -176,15 +175,15 @@ impl<'t> DeclarationText<'t> {
             .ok()
     }
 
-    /// Where it is; at byte `piece` if it does not say.
+    /// Creates the mistake at the error's position, or at byte `piece` if the error has none.
     fn mistake_at(&self, error: &Error, piece: usize) -> Mistake {
         let offset = error.span().map_or(piece, |span| span.start);
         Mistake::at(Some(self.line_at(offset)), error.message())
     }
 }
 
-/// Takes out of a table what stands at byte `offset` of the text: of a table in it, if
-/// `deep`, a field; its name. Nothing where nothing stands there.
+/// Removes the entry at byte `offset` of the text from a table, and with `deep` a field of a nested
+/// table. Returns its name, or `None` if there is no entry.
 fn remove_at(table: &mut DeTable<'_>, offset: usize, deep: bool) -> Option<String> {
     let fields = table.iter().map(|(key, _)| key);
     let before = fields.filter(|key| key.span().start <= offset);

@@ -1,7 +1,7 @@
-//! Draws without feedback: where nothing that the body does comes back to the device,
-//! what the device puts out is the same for every wearer. It plays once, the whole of
-//! it, to somebody who only listens; then each drawn body is given those pulses at
-//! those times, without device, link and host.
+//! Simulates draws without feedback. If nothing that the body does returns to the device, the
+//! device's output is the same for every wearer. The whole device therefore runs once with a body
+//! that records the output; then each random body receives the recorded pulses at their times,
+//! without device, link and host.
 
 use super::draw::Unit;
 use super::error::LaboratoryError;
@@ -15,54 +15,54 @@ use host_core::session::Session;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Of so many units that a part of a sweep computes, one runs on the whole device as
-/// well; the first of them always.
+/// One of this many units in a part of a sweep also runs on the whole device; the first unit always
+/// does.
 const CHECKED_OF: u64 = 100;
 
-/// What a device does to whoever wears it.
+/// Recorded output of a device, which is the same for every wearer.
 pub(super) struct Score {
-    /// What the wearers go through.
+    /// The steps of each wearer.
     steps: Vec<Step>,
     /// The session of each condition, without its body.
     sessions: Vec<Session>,
-    /// Each device that was opened.
+    /// One entry for each device that was opened.
     parts: Vec<Part>,
     checked: Mutex<DeviceCheck>,
 }
 
-/// From when a device is opened until it is left.
+/// The recorded output of one device, from opening to closing.
 struct Part {
     loads: [Load; CHANNELS],
-    /// What reached the body, and to when it had lived by then, µs.
+    /// The events that reached the body, each with the body's time when it arrived, µs.
     touches: Vec<(u64, BodyEvent)>,
-    /// With their conditions. For the true angle of a sample stands when the host looked
-    /// at it, µs.
+    /// The trials with their conditions. In place of a sample's true angle they hold the time at
+    /// which the host read it, µs.
     trials: Vec<(usize, Trial)>,
 }
 
-/// What came of the units that ran on the whole device as well: all were equal.
+/// Result of the units that also ran on the whole device; all of them agreed.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct DeviceCheck {
-    /// How many.
+    /// Number of units that ran on both.
     pub units: u64,
-    /// How long they took on the whole device.
+    /// Computing time on the whole device.
     pub whole: Duration,
-    /// How long as bodies and schedules alone.
+    /// Computing time with body and schedule alone.
     pub alone: Duration,
 }
 
-/// What reaches a body.
+/// Something that the device does to a body.
 #[derive(Clone, Copy, Debug)]
 enum BodyEvent {
     Pulse(Pulse),
-    /// From when on, µs, what a channel's stage does with its lead.
+    /// Time, µs, channel, and the new state of that channel's output.
     Lead(u64, usize, Lead),
     Begin,
 }
 
 type BodyEvents = Arc<Mutex<Vec<(u64, BodyEvent)>>>;
 
-/// A body that notes down what reaches it. Its angle is the time.
+/// A body that records what reaches it. It returns the time as its angle.
 struct Listener {
     loads: [Load; CHANNELS],
     now_us: u64,
@@ -95,7 +95,7 @@ impl Body for Listener {
     }
 
     fn angle_deg(&self) -> f64 {
-        self.now_us as f64 // whole below 2^53
+        self.now_us as f64 // exact below 2^53
     }
 
     fn sensed_deg(&self) -> f64 {
@@ -111,7 +111,7 @@ impl Body for Listener {
     }
 }
 
-/// Whether nothing that a body does changes what is put out.
+/// Returns whether the device's output is independent of the body's movement.
 fn is_open(session: &Session) -> bool {
     let is_controlled = session
         .channels
@@ -129,11 +129,11 @@ fn without_bodies(files: &[SessionFile]) -> Vec<Session> {
 }
 
 impl Score {
-    /// Of an experiment none of whose conditions has feedback, played to the first
-    /// wearer of `seed`; none of another.
+    /// Records the output of an experiment for the first wearer of `seed`. Returns `None` if any
+    /// condition has feedback.
     ///
     /// # Errors
-    /// A session that no device arms, or one that ended early.
+    /// Fails if no device would arm a session or a trial ended early.
     pub(super) fn record(
         experiment: &Experiment,
         (seed, draws): (u64, u64),
@@ -160,7 +160,7 @@ impl Score {
             trials: Vec::new(),
         };
         let mut parts: Vec<Part> = opened.into_iter().map(part).collect();
-        // One device for all trials, or one for each.
+        // There is either one device for all trials or one for each.
         let last = parts.len().saturating_sub(1);
         for (index, trial) in trials.into_iter().enumerate() {
             if let Some(part) = parts.get_mut(index.min(last)) {
@@ -175,11 +175,11 @@ impl Score {
         }))
     }
 
-    /// What `unit` does in each condition: body and schedule alone where the schedule
-    /// is that of all, else the whole device; both if `is_checked`.
+    /// Simulates `unit` in each condition: with body and schedule alone if it has the recorded
+    /// schedule, otherwise on the whole device; on both if `is_checked`.
     ///
     /// # Errors
-    /// As [`Experiment::perform`], and the two are not equal.
+    /// Fails as [`Experiment::measure_unit`] does, or if both results differ.
     pub(super) fn measure_unit(
         &self,
         experiment: &Experiment,
@@ -219,12 +219,12 @@ impl Score {
         Ok(measured)
     }
 
-    /// What came of the units checked.
+    /// Returns the result of the checked units.
     pub(super) fn check_result(&self) -> DeviceCheck {
         *self.checked.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The trials of a unit, or nothing if it has a schedule of its own.
+    /// Returns the trials of a unit, or `None` if its schedule differs from the recorded one.
     fn play(
         &self,
         experiment: &Experiment,
@@ -249,10 +249,10 @@ impl Score {
 }
 
 impl Part {
-    /// The trials, as they are with this body.
+    /// Replays the recorded output to this body; returns the trials with its angles.
     ///
     /// # Errors
-    /// The body was not computed throughout.
+    /// Fails if the body could not be computed throughout.
     fn play(&self, body: &mut dyn Body) -> Result<Vec<(usize, Trial)>, RunError> {
         let mut touches = self.touches.iter();
         let mut trials = self.trials.clone();
@@ -260,8 +260,9 @@ impl Part {
             let Some(looked_us) = sample.true_deg else {
                 return;
             };
-            let looked_us = looked_us as u64; // whole
-            // What came at the same microsecond came after the body had lived to it.
+            let looked_us = looked_us as u64;
+            // Events at the same microsecond were recorded after the body had advanced to that
+            // time.
             while let Some((at_us, touch)) = touches.as_slice().first()
                 && *at_us < looked_us
             {
@@ -286,8 +287,8 @@ impl Part {
     }
 }
 
-/// In which condition the whole device and body and schedule alone first differ, and
-/// in what.
+/// Returns the first condition in which the whole device and body and schedule alone differ, and
+/// the difference in words.
 fn difference(whole: &[(usize, Trial)], alone: &[(usize, Trial)]) -> Option<(usize, String)> {
     if whole.len() != alone.len() {
         return Some((0, "the number of trials".to_owned()));
@@ -318,7 +319,7 @@ fn in_words(whole: &Sample, alone: &Sample) -> String {
     }
 }
 
-/// Whether the unit at this position of a part, from 0, is checked.
+/// Returns whether the unit at this position of a part, from 0, also runs on the whole device.
 pub(super) const fn is_checked(position: u64) -> bool {
     position.is_multiple_of(CHECKED_OF)
 }

@@ -1,4 +1,4 @@
-//! Bodies alone against the whole device.
+//! Compares bodies with a recorded schedule with the whole device.
 
 use super::*;
 use crate::laboratory::sweep::{Shard, Sweep};
@@ -58,7 +58,7 @@ fn every_drawn_body_moves_as_on_the_whole_device() {
     }
 }
 
-/// What is put out a microsecond late, or not at all, is found.
+/// A recorded pulse that comes a microsecond late, or is missing, stops the sweep.
 #[test]
 fn a_sweep_stops_at_what_the_whole_device_does_not_do() {
     let experiment = experiment("rested");

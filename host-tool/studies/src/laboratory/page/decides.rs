@@ -1,4 +1,4 @@
-//! The page's section on what decides each claim.
+//! The page's section about the parameters that decide each claim.
 
 use super::tables::table;
 use crate::laboratory::decides::{DecidingClaim, Field, LEAST_WEARERS};
@@ -7,7 +7,7 @@ use crate::laboratory::result::Outcome;
 use host_core::html;
 use host_core::report::Html;
 
-/// What it is about, and a table; empty where no wearers were drawn.
+/// Returns an explanation and a table; empty if no wearers were generated at random.
 pub(super) fn section(outcome: &Outcome) -> Html {
     let rows: Html = outcome.decides.iter().map(rows_of).collect();
     let heads = [

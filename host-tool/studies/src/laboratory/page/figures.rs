@@ -13,21 +13,22 @@ use host_core::record::{Sample, Trial};
 use host_core::report::{Html, figure};
 use std::collections::BTreeSet;
 
-/// Pixels of a row with its space; of a row's name; of a small multiple's height.
+/// Height of a row with its spacing, width of its name, and height of a small multiple, all in
+/// pixels.
 const PITCH: f64 = 24.0;
 const NAME: f64 = 330.0;
 const MULTIPLE: f64 = 110.0;
-/// Small multiples side by side, and points drawn of each.
+/// Small multiples side by side, and points plotted in each.
 const BESIDE: usize = 4;
 const POINTS: usize = 300;
 
-/// A bar for each claim, with its interval and what the paper says.
+/// Plots a bar for each claim, with its interval and the paper's statement.
 pub(super) fn shares(outcome: &Outcome) -> Svg {
     let shares = &outcome.shares;
     if shares.is_empty() {
         return Svg::default();
     }
-    // A row for each claim, and one for each point of a grid before its claims.
+    // One row per claim, and one per grid point before its claims.
     let (mut names, mut marks, mut point) = (Vec::new(), Vec::new(), "");
     for share in shares {
         if share.at != point {
@@ -67,7 +68,7 @@ pub(super) fn shares(outcome: &Outcome) -> Svg {
     .svg()
 }
 
-/// A bar to its share in row `at`, its interval, and the paper's word.
+/// Returns the marks of row `at`: a bar for the share, its interval, and the paper's statement.
 fn share_marks(share: &Share, at: f64) -> Vec<Mark> {
     let part = 100.0 * share.holds as f64 / (share.of as f64).max(1.0);
     let paint = Paint::Tint(PALETTE[0]);
@@ -84,7 +85,7 @@ fn share_marks(share: &Share, at: f64) -> Vec<Mark> {
     marks
 }
 
-/// The course of each recorded trial.
+/// Plots the angle of each recorded trial over time.
 pub(super) fn multiples(rows: &Rows<'_>) -> Html {
     let trials: Vec<&Trial> = shown(rows).map(|(_, trial)| trial).collect();
     let angles = trials
@@ -103,7 +104,7 @@ pub(super) fn multiples(rows: &Rows<'_>) -> Html {
             return empty();
         };
         let x = Axis::linear("time (s)", (0.0, last_s), 4.0);
-        // What all panels of a row share stands once, at its left.
+        // The label that all panels of a row share appears once, at the left.
         let (row, own) = heading(condition);
         let row = match n {
             0 => truncate(12.0, &format!("{row} (°)"), 1.5 * MULTIPLE, false),
@@ -117,7 +118,7 @@ pub(super) fn multiples(rows: &Rows<'_>) -> Html {
     };
     let row = |row: &Vec<(&ShownCondition, Option<&Trial>)>| -> Vec<Panel> {
         let own = row.iter().enumerate().map(|(n, row)| panel(n, row));
-        // All rows have as many columns.
+        // Empty panels fill each row to the same number of columns.
         own.chain(std::iter::repeat_with(empty))
             .take(wide)
             .collect()
@@ -137,14 +138,14 @@ pub(super) fn multiples(rows: &Rows<'_>) -> Html {
     figure(&drawn.svg(), "")
 }
 
-/// A place without a trial.
+/// Returns an empty panel for a condition without a trial.
 fn empty() -> Panel {
     let nothing = || Axis::new("", Scale::Linear(0.0, 1.0));
     Panel::new("", nothing(), nothing(), MULTIPLE)
 }
 
-/// What a row of conditions shares, and a condition's own: the levels of the first
-/// factor and of the others, or of one factor alone.
+/// Returns the label of a row of conditions and that of one condition: the level of the first
+/// factor and those of the others, or of a single factor alone.
 pub(super) fn heading(condition: &ShownCondition) -> (String, String) {
     match condition.levels.split_first() {
         Some((row, own)) if !own.is_empty() => (row.clone(), own.join(", ")),
@@ -152,7 +153,7 @@ pub(super) fn heading(condition: &ShownCondition) -> (String, String) {
     }
 }
 
-/// The wall or the wanted angle, and the angle.
+/// Plots the wall or the reference angle, and the measured angle.
 fn draw_course(panel: &mut Panel, trial: &Trial) {
     if let Some(wall) = trial.wall {
         let inside = match wall.stops_flexion {
@@ -179,7 +180,8 @@ fn angle(sample: &Sample) -> Option<f64> {
     sample.true_deg.or(sample.measured_deg)
 }
 
-/// As many small multiples side by side as the later factors have combinations.
+/// Returns the number of small multiples side by side: the number of combinations of the later
+/// factors.
 pub(super) fn beside(conditions: &[ShownCondition]) -> usize {
     let row = |condition: &ShownCondition| heading(condition).0;
     let first = conditions.first().map(row);
@@ -193,7 +195,7 @@ pub(super) fn beside(conditions: &[ShownCondition]) -> usize {
     }
 }
 
-/// Each measure: median and range of the wearers in each condition.
+/// Plots median and range of the wearers for each measure in each condition.
 pub(super) fn measures(outcome: &Outcome) -> Html {
     let id = |row: &Row| Some(row.id.rsplit_once('/')?.1.to_owned());
     let mut ids: Vec<String> = outcome.rows.iter().filter_map(id).collect();
@@ -212,7 +214,7 @@ pub(super) fn measures(outcome: &Outcome) -> Html {
             "the paper's number",
         ),
     ];
-    // Each a figure: a sheet of paper could not hold them together.
+    // Each measure is a figure of its own: together they would not fit on a sheet of paper.
     let one = |(nth, panel): (usize, Panel)| {
         let legend = legend.map(|(key, name)| (key, name.to_owned()));
         let drawn = Figure {
@@ -226,11 +228,11 @@ pub(super) fn measures(outcome: &Outcome) -> Html {
     panels.enumerate().map(one).collect()
 }
 
-/// Of the rows of a measure: the laboratory's of this id, or one of this name.
+/// Plots the rows of one measure, given its identifier or name.
 fn panel(id: &str, rows: &[Row]) -> Option<Panel> {
     let end = format!("/{id}");
     let own: Vec<&Row> = rows.iter().filter(|row| row.id.ends_with(&end)).collect();
-    // As far as numbers are printed.
+    // Numbers too large to be printed are moved to the end of the axis.
     let place = |row: &Row, number: Option<f64>| number.map(|value| along(&row.quantity, value));
     let numbers = own
         .iter()

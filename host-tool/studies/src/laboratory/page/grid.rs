@@ -1,5 +1,5 @@
-//! Claims at many points of a grid: a table with a line for each point, where a bar for
-//! each would fill many pages.
+//! Shows claims on a large grid as a table with one line per point, because a bar for each would
+//! fill many pages.
 
 use super::tables::table;
 use crate::laboratory::claims::{Share, Verdict};
@@ -7,22 +7,22 @@ use crate::laboratory::result::Outcome;
 use host_core::html;
 use host_core::report::Html;
 
-/// A grid of more points than this is large.
+/// Largest number of grid points whose shares are shown as bars.
 const LARGE: usize = 20;
 
-/// Shares of one point after those of another, in their order.
+/// Groups the shares by grid point, in their order.
 fn points(outcome: &Outcome) -> Vec<&[Share]> {
     let alike = |a: &Share, b: &Share| a.at == b.at;
     outcome.shares.chunk_by(alike).collect()
 }
 
-/// Whether bars of all its shares would fill many pages.
+/// Returns whether the grid is too large to show its shares as bars.
 pub(super) fn is_large(outcome: &Outcome) -> bool {
     points(outcome).len() > LARGE
 }
 
-/// In how many of a hundred cases each claim holds at each point, and at how many points
-/// that is as in the paper.
+/// Tabulates the percentage of cases in which each claim holds at each point, and the number of
+/// points that agree with the paper.
 pub(super) fn section(outcome: &Outcome) -> Html {
     let points = points(outcome);
     let Some(claims) = points.first().copied() else {
@@ -49,14 +49,14 @@ pub(super) fn section(outcome: &Outcome) -> Html {
     )
 }
 
-/// A line: the darker, the more.
+/// Returns the line of one point, whose cells are darker for larger shares.
 fn row(point: &[Share]) -> Html {
     let at = point.first().map_or("", |share| &share.at);
     let cell = |share: &Share| match share.of {
         0 => html!("<td>–</td>"),
         of => {
             let percent = 100.0 * share.holds as f64 / of as f64;
-            // At most half, so that what is written stays legible.
+            // At most half, so that the text stays legible.
             let tint = 0.5 * percent;
             html!(
                 "<td style=\"background:color-mix(in srgb,var(--accent) {}%,transparent)\">{}</td>",
@@ -69,7 +69,7 @@ fn row(point: &[Share]) -> Html {
     html!("<tr><th scope=\"row\">{}</th>{}</tr>\n", at, cells)
 }
 
-/// The last line: at how many points most cases are as in the paper.
+/// Returns the last line: the number of points at which most cases agree with the paper.
 fn like(points: &[&[Share]], claims: &[Share]) -> Html {
     let count = |(nth, claim): (usize, &Share)| {
         let at = points.iter().filter_map(|point| point.get(nth));

@@ -1,4 +1,4 @@
-//! What came out, in a sentence.
+//! Summarises the result of an experiment in a sentence.
 
 use super::grid::is_large;
 use crate::laboratory::claims::Verdict;
@@ -6,15 +6,15 @@ use crate::laboratory::comparison::comparison;
 use crate::laboratory::paper_claims::{ClaimStanding, PaperClaim, paper_claims};
 use crate::laboratory::result::Outcome;
 
-/// The comparison it is about, if it has one; then how many of the paper's claims come out in
-/// most cases, and which do not; with a grid, at every one of its points.
+/// Returns the experiment's main comparison, if it has one; then how many of the paper's claims
+/// hold in most cases and which do not. With a grid, a claim must hold at every point.
 #[must_use]
 pub fn headline(outcome: &Outcome) -> String {
     let compared = comparison(outcome).map(|comparison| comparison.sentence() + " ");
     compared.unwrap_or_default() + &counted(outcome)
 }
 
-/// How many of the paper's claims come out.
+/// Counts the paper's claims that hold.
 fn counted(outcome: &Outcome) -> String {
     let (claims, _) = paper_claims(outcome);
     let total = claims.len();
@@ -39,7 +39,7 @@ fn counted(outcome: &Outcome) -> String {
     ];
     let lists = lists.map(|standing| match of(standing).as_slice() {
         [] => String::new(),
-        // Its table says so in its last line.
+        // On a large grid, the last line of the table shows this.
         _ if is_large(outcome) => String::new(),
         all => format!("; {}: {}", standing.in_words(), all.join("; ")),
     });
@@ -55,14 +55,14 @@ fn counted(outcome: &Outcome) -> String {
     )
 }
 
-/// "1 of the paper's 3 claims comes out".
+/// Returns a phrase as "1 of the paper's 3 claims comes out".
 fn come_out(like: usize, total: usize) -> String {
     let claims = if total == 1 { "claim" } else { "claims" };
     let come = if like == 1 { "comes" } else { "come" };
     format!("{like} of the paper's {total} {claims} {come} out")
 }
 
-/// A claim and its share, or how many of its parts are as the paper says.
+/// Returns a claim with its share, or with the number of its parts that agree with the paper.
 fn claim_summary(claim: &PaperClaim<'_>, is_grid: bool) -> String {
     match claim.parts.as_slice() {
         [one] => format!("{} ({})", claim.says, one.percent()),
@@ -78,9 +78,9 @@ fn claim_summary(claim: &PaperClaim<'_>, is_grid: bool) -> String {
     }
 }
 
-/// Of trials alone, which are too few for *most*.
+/// Summarises a result that has only trials, which are too few for the word *most*.
 fn trials_summary(claims: &[PaperClaim<'_>]) -> String {
-    // Cases as the paper has it, and all cases, of the parts that are judged.
+    // Cases that agree with the paper, and all cases, of the parts that are judged.
     let as_printed = |claim: &PaperClaim<'_>| {
         let parts = claim.parts.iter();
         parts.fold((0, 0), |(like, of), share| match share.paper {

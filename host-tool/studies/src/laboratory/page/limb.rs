@@ -1,4 +1,4 @@
-//! The limb of each recorded trial, drawn at the angles that its record has.
+//! Draws the limb of each recorded trial at the angles in its record.
 
 use super::Rows;
 use super::figures::heading;
@@ -14,44 +14,44 @@ use host_core::report::{Html, draw_bones, figure};
 use host_core::run::SessionFile;
 use host_core::session::BodySpec;
 
-/// Of a cell: what words take, most of its drawing's enlargement, a line of words.
+/// Layout of a cell: width of its text, largest scale of its drawing, height of a text line.
 const WORDS: f64 = 122.0;
 const LARGEST: f64 = 1.5;
 const LINE: f64 = 17.0;
-/// Of a heading, pixels.
+/// Height of a heading, pixels.
 const HEADING: f64 = 24.0;
 const TEXT: Words = Words::new(12.0, INK);
 
-/// A limb that is drawn; the bone that turns is straight at 0°.
+/// Kind of limb in a drawing; the moving bone is straight at 0°.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Kind {
-    /// Upper arm down, forearm straight down at 0° and forwards at 90°.
+    /// Upper arm pointing down; the forearm points straight down at 0° and forwards at 90°.
     Arm,
-    /// Forearm and hand from the left, palm down; the finger bends down.
+    /// Forearm and hand from the left, palm down; the finger bends downwards.
     Finger,
 }
 
-/// What a record says of a limb.
+/// The values of a record that its drawing needs.
 struct Limb<'a> {
     trial: &'a Trial,
     kind: Kind,
-    /// Channels, 1-based, under the places of [`Kind::pads`].
+    /// Channels, from 1, in the order of [`Kind::pads`].
     pads: Vec<u8>,
-    /// What they are called, and the angle in degrees; the last one is what the trial
-    /// came to.
+    /// Label and angle in degrees of the two positions that are shown; the last one is the result
+    /// of the trial.
     poses: [(&'static str, f64); 2],
     bound: Bound,
 }
 
-/// What the angle is held against, degrees.
+/// Angle with which the limb is compared, degrees.
 enum Bound {
-    /// A wall, and which side of it is inside: 1 for larger angles.
+    /// Angle of the wall and its inner side: 1 if larger angles are inside, otherwise −1.
     Wall(f64, f64),
-    /// The least and the largest wanted angle.
+    /// Smallest and largest reference angle.
     Wanted(f64, f64),
 }
 
-/// The limb of each condition's trial; nothing where no joint was measured.
+/// Draws the limb of each condition's trial; empty where no joint was measured.
 pub(super) fn section<'a>(rows: &'a Rows<'a>) -> Html {
     let row = |row: &'a Vec<(&'a ShownCondition, Option<&'a Trial>)>| -> Vec<_> {
         let limbs = row.iter();
@@ -113,7 +113,7 @@ pub(super) fn section<'a>(rows: &'a Rows<'a>) -> Html {
     )
 }
 
-/// What a screen reader says: every angle.
+/// Returns the text for screen readers: every angle.
 fn description<'a>(limbs: impl Iterator<Item = &'a Limb<'a>>) -> String {
     let each = limbs.map(|limb| {
         let words: Vec<String> = limb.angle_labels().map(|(_, words)| words).into();
@@ -156,7 +156,7 @@ fn keys(limb: &Limb<'_>) -> Vec<(Key, String)> {
     keys.map(|(key, name)| (key, name.to_owned())).into()
 }
 
-/// Where a drawing lies on its canvas.
+/// Position and scale of a drawing on its canvas.
 #[derive(Clone, Copy)]
 struct DrawingPlace {
     origin: At,
@@ -173,7 +173,7 @@ impl DrawingPlace {
 }
 
 impl Kind {
-    /// Width and least height.
+    /// Returns the width and the smallest height of the drawing.
     fn size(self) -> At {
         match self {
             Self::Arm => (140.0, 92.0),
@@ -181,7 +181,7 @@ impl Kind {
         }
     }
 
-    /// Where the joint is, the length of the bone that turns, half its thickness.
+    /// Returns the position of the joint, and the length and half the thickness of the moving bone.
     fn joint(self) -> (At, f64, f64) {
         match self {
             Self::Arm => ((54.0, 80.0), 72.0, 9.0),
@@ -189,7 +189,7 @@ impl Kind {
         }
     }
 
-    /// Where a bone of this length ends at an angle.
+    /// Returns the end of a bone of this length at an angle.
     fn end(self, deg: f64, length: f64) -> At {
         let ((x, y), ..) = self.joint();
         let (sin, cos) = deg.to_radians().sin_cos();
@@ -199,7 +199,7 @@ impl Kind {
         }
     }
 
-    /// The bones that do not turn: their joints and half their thickness.
+    /// Returns the bones that do not move: their joints and half their thickness.
     fn fixed_bones(self) -> Vec<(Vec<At>, f64)> {
         let (joint, _, half) = self.joint();
         match self {
@@ -212,8 +212,8 @@ impl Kind {
         }
     }
 
-    /// Electrodes and, beside them, their channels: triceps and biceps, or flexor A,
-    /// flexor B and extensor.
+    /// Returns the positions of the electrodes and of their channel labels: triceps and biceps, or
+    /// flexor A, flexor B and extensor.
     fn pads(self) -> &'static [(At, At)] {
         match self {
             Self::Arm => &[((40.0, 40.0), (24.0, 40.0)), ((68.0, 40.0), (84.0, 40.0))],
@@ -258,7 +258,7 @@ impl<'a> Limb<'a> {
             }
             None => return None,
         };
-        // 0–9 in a session, from 1 for people.
+        // Sessions count channels from 0, people from 1.
         let pads = channels.into_iter();
         let pads = pads.filter_map(|channel| u8::try_from(channel + 1).ok());
         Some(Self {
@@ -270,7 +270,7 @@ impl<'a> Limb<'a> {
         })
     }
 
-    /// Whether a channel put out a pulse in the trial.
+    /// Returns whether a channel emitted a pulse in the trial.
     fn pulses(&self, channel: u8) -> bool {
         let known = self.trial.channels.iter();
         let Some(place) = known
@@ -283,7 +283,7 @@ impl<'a> Limb<'a> {
         samples.any(|s| s.amplitudes.get(place).copied().flatten() > Some(0.0))
     }
 
-    /// How far down the drawing reaches.
+    /// Returns the lowest point of the drawing.
     fn lowest(&self) -> f64 {
         let (_, length, half) = self.kind.joint();
         let ends = self
@@ -323,13 +323,13 @@ impl<'a> Limb<'a> {
         }
     }
 
-    /// Points about the joint from one angle to another.
+    /// Returns points on an arc about the joint.
     fn arc(&self, from_deg: f64, to_deg: f64, radius: f64) -> Vec<At> {
         let step = |n: u32| from_deg + (to_deg - from_deg) * f64::from(n) / 24.0;
         (0..=24).map(|n| self.kind.end(step(n), radius)).collect()
     }
 
-    /// The angles, each in the colour of what it belongs to.
+    /// Returns the angle labels, each in the colour of the element that it describes.
     fn angle_labels(&self) -> [(Color, String); 3] {
         let [(ghost, from), (main, to)] = self.poses;
         let bound = match self.bound {
@@ -352,7 +352,7 @@ impl<'a> Limb<'a> {
     }
 }
 
-/// An angle to a tenth of a degree.
+/// Rounds an angle to a tenth of a degree.
 fn tenths(deg: f64) -> f64 {
-    (deg * 10.0).round() / 10.0 + 0.0 // 0 has no sign
+    (deg * 10.0).round() / 10.0 + 0.0 // turns −0 into 0
 }

@@ -1,4 +1,4 @@
-//! The page of an experiment, made of its `result.json` and its recorded trials.
+//! Builds the page of an experiment from its `result.json` and its recorded trials.
 
 mod decides;
 mod figures;
@@ -26,10 +26,10 @@ use tables::{rows_table, shares_table};
 const JSON: &str = "result.json";
 const HTML: &str = "result.html";
 
-/// Writes `result.json` and its page in `dir`, a record of `trials`.
+/// Writes `result.json` and its page in `dir`, the record of `trials`.
 ///
 /// # Errors
-/// They cannot be written.
+/// Fails if a file cannot be written.
 pub fn publish(
     dir: &Path,
     outcome: &Outcome,
@@ -44,11 +44,12 @@ pub fn publish(
     Ok(())
 }
 
-/// Makes the page in `dir`, a record of `trials`, again: the page's path, or nothing
-/// where there is no `result.json`.
+/// Rebuilds the page in `dir`, the record of `trials`. Returns its path, or `None` if there is no
+/// `result.json`.
 ///
 /// # Errors
-/// E608: it says what this program does not write. The page cannot be written.
+/// Fails with E608 if `result.json` has contents that this program does not write, or if the page
+/// cannot be written.
 pub fn rebuild_page(dir: &Path, trials: &[Trial]) -> Result<Option<PathBuf>, LaboratoryError> {
     let Some(outcome) = read_outcome(dir)? else {
         return Ok(None);
@@ -59,10 +60,11 @@ pub fn rebuild_page(dir: &Path, trials: &[Trial]) -> Result<Option<PathBuf>, Lab
     Ok(Some(html))
 }
 
-/// What `result.json` in `dir` says; nothing where there is none.
+/// Reads `result.json` in `dir`; returns `None` if the file does not exist.
 ///
 /// # Errors
-/// E608: it says what this program does not write. It cannot be read.
+/// Fails with E608 if the file has contents that this program does not write, or if it cannot be
+/// read.
 pub(super) fn read_outcome(dir: &Path) -> Result<Option<Outcome>, LaboratoryError> {
     let json = dir.join(JSON);
     if !json.exists() {
@@ -78,11 +80,10 @@ pub(super) fn read_outcome(dir: &Path) -> Result<Option<Outcome>, LaboratoryErro
     Ok(Some(outcome))
 }
 
-/// What a section that shows trials is made of: the conditions in rows, of each the
-/// trial that stands for it.
+/// The conditions in rows, each with the trial that represents it.
 type Rows<'a> = Vec<Vec<(&'a ShownCondition, Option<&'a Trial>)>>;
 
-/// A self-contained HTML document. `trials` are the record's, none of a sweep.
+/// Returns a self-contained HTML document. `trials` are those of the record; a sweep has none.
 #[must_use]
 fn page(outcome: &Outcome, trials: &[&Trial]) -> String {
     let rows = rows(outcome, trials);
@@ -106,7 +107,7 @@ fn page(outcome: &Outcome, trials: &[&Trial]) -> String {
         true => measures(outcome) + kinds + collapsible("Each number", rows_table(outcome)),
         false => measures(outcome) + rows_table(outcome),
     };
-    // What has no conditions, such as drawn participants, has no trials to record.
+    // Results without conditions, as of simulated participants, have no recorded trials.
     let timing = match outcome.conditions.is_empty() {
         true => Html::default(),
         false => timing::section(&rows),
@@ -132,7 +133,7 @@ fn page(outcome: &Outcome, trials: &[&Trial]) -> String {
     document(&outcome.title, &body)
 }
 
-/// What opens where its heading is clicked; nothing of nothing.
+/// Returns a section that a click on its heading opens; empty if `text` is empty.
 fn collapsible(heading: &str, text: Html) -> Html {
     match text.is_empty() {
         true => text,
@@ -144,7 +145,7 @@ fn collapsible(heading: &str, text: Html) -> Html {
     }
 }
 
-/// The conditions that have a trial, in rows as [`Rows`] says; none of a sweep.
+/// Returns the conditions in rows, without rows that have no trial; a sweep has none.
 fn rows<'a>(outcome: &'a Outcome, trials: &[&'a Trial]) -> Rows<'a> {
     let trial =
         |shown: &'a ShownCondition| (shown, shown.trial.and_then(|at| trials.get(at)).copied());
@@ -154,13 +155,13 @@ fn rows<'a>(outcome: &'a Outcome, trials: &[&'a Trial]) -> Rows<'a> {
         .collect()
 }
 
-/// Every condition with a trial.
+/// Returns every condition that has a trial.
 fn shown<'a, 'r>(rows: &'r Rows<'a>) -> impl Iterator<Item = (&'a ShownCondition, &'a Trial)> + 'r {
     let all = rows.iter().flatten();
     all.filter_map(|(shown, trial)| Some((*shown, (*trial)?)))
 }
 
-/// Where the numbers come from, in one line.
+/// Returns one line about the origin of the numbers.
 fn facts(outcome: &Outcome) -> Html {
     let drawn = match (outcome.declared.draws, &outcome.declared.drawn) {
         (draws, Some(what)) => format!("{draws} {what} drawn"),
@@ -194,7 +195,7 @@ fn notes(outcome: &Outcome) -> Html {
 fn declaration_section(outcome: &Outcome) -> Html {
     let (seed, draws) = (outcome.seed, outcome.declared.draws);
     let name = match &*outcome.declared.asked {
-        "" => &outcome.name, // an older result
+        "" => &outcome.name, // older results lack the field
         asked => asked,
     };
     let device = outcome.declared.device.as_deref();

@@ -1,12 +1,12 @@
-//! Kinds in rows and their measures in columns.
+//! Tabulates kinds of cases in rows and their measures in columns.
 
 use super::tables::{format_value, table};
 use crate::laboratory::result::{Outcome, Row};
 use host_core::html;
 use host_core::report::Html;
 
-/// A row for each kind of cases that were drawn, and a column for each measure that any has;
-/// nothing where there are no kinds.
+/// Returns a table with a row for each kind of case and a column for each measure; empty if the
+/// rows have no kinds.
 pub(super) fn kinds_table(outcome: &Outcome) -> Html {
     let parts = |row: &'_ Row| {
         let (kind, measure) = row.quantity.split_once(": ")?;
@@ -60,7 +60,7 @@ pub(super) fn kinds_table(outcome: &Outcome) -> Html {
     html!("<div class=\"wide\">{}</div>\n", table)
 }
 
-/// Each once, in the order of their first.
+/// Returns each text once, in the order of first occurrence.
 fn distinct<'a>(all: impl Iterator<Item = &'a String>) -> Vec<&'a String> {
     let mut found: Vec<&String> = Vec::new();
     for text in all {

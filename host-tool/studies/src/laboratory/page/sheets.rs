@@ -1,4 +1,4 @@
-//! Tables and figures under a paper's own numbers.
+//! Renders tables and figures in the layout of a paper's own.
 
 use super::tables::table;
 use crate::laboratory::sheet::{
@@ -9,11 +9,11 @@ use host_core::plot::ink::{Color, GRID, INK, MUTED, PALETTE, stroke};
 use host_core::plot::{Axis, Canvas, Figure, Key, Mark, Paint, Panel, Scale, Shape, Svg, Words};
 use host_core::report::{Html, figure};
 
-/// Pixels of a plot's height: of one that stands alone in its row, and of others.
+/// Height of a plot that is alone in its row, and of others, in pixels.
 const ALONE: f64 = 260.0;
 const MULTIPLE: f64 = 170.0;
 
-/// Every sheet, in order, each with what it shows.
+/// Renders every sheet in order, each with its heading and caption.
 pub(super) fn sheets(all: &[Sheet]) -> Html {
     all.iter().map(sheet).collect()
 }
@@ -40,16 +40,16 @@ fn sheet(item: &Sheet) -> Html {
         SheetContent::Plots(plots) => figure(&draw_plots(plots, &item.title), ""),
         SheetContent::Matrix(matrix) => figure(&shaded(matrix, &item.title), ""),
     };
-    // Not within the figure: on a narrow screen that scrolls, and this stays.
+    // The caption stays outside the figure, which scrolls on a narrow screen.
     heading + body + html!("<p class=\"note\">{}</p>\n", item.caption)
 }
 
-/// Pixels of a matrix' names to its left, of a cell and of what stands over them.
+/// Width of the row names of a matrix, size of a cell, and height of the column heads, in pixels.
 const NAMES: f64 = 200.0;
 const CELL: (f64, f64) = (30.0, 24.0);
 const HEADS: f64 = 24.0;
 
-/// A number in each cell, the darker the larger; rounded so that none is `-0`.
+/// Draws a number in each cell, darker for larger numbers, and rounds so that none appears as `-0`.
 fn shaded(matrix: &Matrix, description: &str) -> Svg {
     let mut canvas = Canvas::default();
     let all = matrix.rows.iter().flat_map(|(_, cells)| cells);
@@ -85,7 +85,7 @@ fn shaded(matrix: &Matrix, description: &str) -> Svg {
     canvas.svg((right, bottom + HEADS), description)
 }
 
-/// A per cent sign beside its number on narrow screens too.
+/// Keeps a per cent sign on the line of its number on narrow screens.
 fn no_break_percent(cell: &str) -> String {
     cell.replace(" %", "\u{a0}%")
 }
@@ -131,7 +131,7 @@ fn draw_plots(plots: &Plots, description: &str) -> Svg {
     .svg()
 }
 
-/// A place without a plot.
+/// Returns an empty panel for a position without a plot.
 fn empty(height: f64) -> Panel {
     let nothing = || Axis::new("", Scale::Linear(0.0, 1.0));
     Panel::new("", nothing(), nothing(), height)
@@ -161,7 +161,7 @@ fn axis(along: &SheetAxis) -> Axis {
 fn panel(plot: &Plot, height: f64, is_first: bool) -> Panel {
     let mut y = axis(&plot.y);
     if !is_first {
-        // What a row shares stands at its left.
+        // The label that all plots of a row share appears only at the left.
         y.name.clear();
     }
     let mut panel = Panel::new(&plot.title, axis(&plot.x), y, height);
@@ -197,7 +197,7 @@ fn band(item: &Band) -> Mark {
     )
 }
 
-/// Its box, its end, and its interval.
+/// Returns the box of a bar, its top line and its interval.
 fn bar(item: &Bar) -> Vec<Mark> {
     let ([left, right], color) = (item.x, color(item.series));
     let middle = 0.5 * (left + right);
@@ -215,7 +215,8 @@ fn interval(at: f64, [low, high]: [f64; 2], color: Color) -> Mark {
     Mark::Line(vec![(at, low), (at, high)], stroke(color, 1.6))
 }
 
-/// Of so many lines, pixels: one that another covers is seen beside it.
+/// Returns the widths of `count` lines in pixels, wider for those behind, so that a covered line
+/// stays visible.
 fn widths(count: usize) -> impl Iterator<Item = f64> {
     let step = (2.0 / (count as f64 - 1.0).max(1.0)).min(1.0);
     (0..count).rev().map(move |above| 1.4 + step * above as f64)
@@ -260,7 +261,7 @@ mod tests {
         }
     }
 
-    /// Two plots and an empty place in each row of three, the paper's number in the legend.
+    /// Two plots and an empty panel fill each row of three; the legend contains the paper's value.
     #[test]
     fn plots_have_what_they_are_given() {
         let bar = Bar {
@@ -284,7 +285,7 @@ mod tests {
         };
         let svg = draw_plots(&plots, "torque by pattern");
         assert_eq!(svg.matches("P (2 draws)").count(), 2);
-        // Its axis' name stands once, at the left of the row.
+        // The axis label appears once, at the left of the row.
         assert_eq!(svg.matches(">torque<").count(), 1);
         assert!(svg.contains("the paper") && svg.contains("isolated"));
         assert!(draw_plots(&Plots::default(), "").is_empty());

@@ -7,8 +7,8 @@ use crate::laboratory::result::Outcome;
 use host_core::html;
 use host_core::report::Html;
 
-/// A row for each claim of the paper, with the parts that it has; then what is ours. With a
-/// grid, a part at each of its points.
+/// Returns a row for each claim of the paper and its parts, then our additional shares. With a
+/// grid, each point has a part.
 pub(super) fn shares_table(outcome: &Outcome) -> Html {
     let is_grid = outcome.is_grid();
     let (claims, beside) = paper_claims(outcome);
@@ -54,7 +54,7 @@ pub(super) fn shares_table(outcome: &Outcome) -> Html {
     }
 }
 
-/// How a verdict comes about.
+/// Explanation of the verdicts.
 const RULE: &str = "A row for each claim of the paper, with its parts below it (·); a claim comes \
                     out only if all of its parts do. As the paper: the 95 % interval of the share \
                     lies beyond one half, on the side that the paper says; not so: it lies on the \
@@ -62,7 +62,7 @@ const RULE: &str = "A row for each claim of the paper, with its parts below it (
                     is not counted, and no verdict is given of trials without drawn wearers. \
                     Beside the paper: what it does not claim.";
 
-/// A part's own verdict.
+/// Returns the verdict of one part in words.
 fn part_in_words(share: &Share) -> &'static str {
     let standing = match share.verdict() {
         Some(verdict) => ClaimStanding::Judged(verdict),
@@ -72,7 +72,7 @@ fn part_in_words(share: &Share) -> &'static str {
     standing.in_words()
 }
 
-/// A share, after its name.
+/// Returns the table row of a share, which begins with its name.
 fn share_row(share: &Share, (name, is_grid): (&Html, bool), verdict: &str) -> Html {
     let paper = match share.paper {
         Some(true) => "yes",
@@ -101,7 +101,7 @@ fn share_row(share: &Share, (name, is_grid): (&Html, bool), verdict: &str) -> Ht
     )
 }
 
-/// Rows *paper | ours | interval*; without paper or interval where no row has one.
+/// Returns the rows *paper | ours | interval*; omits paper or interval if no row has one.
 pub(super) fn rows_table(outcome: &Outcome) -> Html {
     let all = &outcome.rows;
     let has_paper = all.iter().any(|row| row.paper.is_some());
@@ -165,7 +165,7 @@ pub(super) fn rows_table(outcome: &Outcome) -> Html {
     }
 }
 
-/// A value in its unit: cases are whole.
+/// Formats a value in its unit; cases are whole numbers.
 pub(super) fn format_value(value: Option<f64>, unit: &str) -> String {
     match value {
         None => "—".to_owned(),
@@ -174,7 +174,7 @@ pub(super) fn format_value(value: Option<f64>, unit: &str) -> String {
     }
 }
 
-/// A table of these rows, under heads that are text; nothing without a row.
+/// Returns a table of these rows under text heads; empty without rows.
 pub(super) fn table(heads: &[&str], rows: Html) -> Html {
     let heads: Html = heads
         .iter()

@@ -1,18 +1,18 @@
-//! The pulses of one period, as they were put out.
+//! Shows the pulses of one period as they were emitted.
 
 use super::{Rows, shown};
 use host_core::html;
 use host_core::record::{State, Trial};
 use host_core::report::{Html, edges_figure, figure};
 
-/// Moments, channels and states of a period's edges; their amplitudes left out.
+/// Returns time, channel and state of each edge of a period, without its amplitude.
 fn pattern(trial: &Trial) -> impl Iterator<Item = (u64, u8, State)> {
     let edges = trial.edges.iter();
     edges.map(|edge| (edge.t_us, edge.channel, edge.state))
 }
 
-/// A drawing for each pattern that is another one's, with the conditions that have
-/// it; why there is none, where no edge is recorded.
+/// Returns one drawing per distinct pulse pattern, with the conditions that have it. Where no edges
+/// were recorded, returns the reason.
 pub(super) fn section(rows: &Rows<'_>) -> Html {
     let mut patterns: Vec<Vec<&Trial>> = Vec::new();
     let (mut silent, mut unseen) = (Vec::new(), Vec::new());

@@ -1,35 +1,35 @@
-//! What a search is to look for, and how: written before it runs.
+//! The declaration of a threshold search, preregistered before it runs.
 
 use super::milli::Milli;
 use host_core::statistics::Detector;
 use serde::Deserialize;
 
-/// What is looked for.
+/// Quantity that a search determines.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kind {
-    /// The lowest level that moves the joint beyond its noise.
+    /// Lowest level that moves the joint beyond its noise.
     Threshold,
-    /// The lowest level that moves it visibly, by at least `visible_deg`.
+    /// Lowest level that moves the joint visibly, by at least `visible_deg`.
     Visible,
-    /// The lowest part of all channels' `max`, given together, that moves the joint:
-    /// r_th of Hamana 2022 §III-C1.
+    /// Lowest fraction of all channels' `max`, applied together, that moves the joint: r_th of
+    /// Hamana 2022 §III-C1.
     Ratio,
-    /// The highest level that the person rates `rating` or less; a higher rating is
-    /// asked for again.
+    /// Highest level that the wearer rates `rating` or less; a higher rating is asked for again.
     Comfort,
-    /// The same of what the person bears; what was too much is never given again.
+    /// Highest level that the wearer tolerates, by the same rating; a level that was too high is
+    /// never repeated.
     Maximum,
 }
 
 impl Kind {
-    /// Whether the person rates each level.
+    /// Returns whether the wearer rates each level.
     #[must_use]
     pub const fn is_rated(self) -> bool {
         matches!(self, Self::Comfort | Self::Maximum)
     }
 
-    /// As declared.
+    /// Returns the name as written in the declaration.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -42,41 +42,41 @@ impl Kind {
     }
 }
 
-/// Who says whether the joint moved.
+/// Source of the decision whether the joint moved.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Observer {
-    /// The angle sensor, by the detector.
+    /// The angle sensor, evaluated by the detector.
     #[default]
     Sensor,
-    /// The operator, who watches it.
+    /// The operator, who watches the joint.
     Eye,
 }
 
-/// Channel of a ratio, and the level that its part is of.
+/// Channel of a ratio search, and the level to which the ratio applies.
 #[derive(Clone, Copy, PartialEq, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Share {
-    /// From 1.
+    /// Number of the channel, from 1.
     pub channel: u8,
-    /// In the channel's unit.
+    /// Level at ratio 1, in the channel's unit.
     pub max: f64,
 }
 
-/// How a simulated person rates: evenly from 0 at one level to 10 at another, rounded.
+/// Ratings of a simulated wearer, linear from 0 at one level to 10 at another, and rounded.
 #[derive(Clone, Copy, PartialEq, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Rating {
     /// Level rated 0, in the channel's unit.
     pub none: f64,
-    /// Level rated 10.
+    /// Level rated 10, in the channel's unit.
     pub ten: f64,
     /// Standard deviation of one rating, 0 to 10.
     pub noise: f64,
 }
 
 impl Rating {
-    /// The rating of a level, 0 to 10, with this normal deviate.
+    /// Returns the rating of a level, 0 to 10, given a standard normal deviate.
     #[must_use]
     pub fn rate(&self, level: Milli, deviate: f64) -> u8 {
         let even = 10.0 * (level.units() - self.none) / (self.ten - self.none);
@@ -84,63 +84,62 @@ impl Rating {
     }
 }
 
-/// A `[[search]]` as its file has it.
+/// A `[[search]]` table as written in a file.
 #[derive(Clone, PartialEq, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SearchDeclaration {
-    /// What is looked for.
+    /// Quantity to determine.
     pub kind: Kind,
-    /// The channel, from 1; not for a ratio.
+    /// Stimulated channel, from 1; none for a ratio.
     pub channel: Option<u8>,
-    /// The channels of a ratio.
+    /// Stimulated channels of a ratio.
     #[serde(default)]
     pub of: Vec<Share>,
-    /// First level, in the channel's unit; in a ratio, part of `max`.
+    /// First level, in the channel's unit; for a ratio, as a fraction of `max`.
     pub start: f64,
-    /// From level to level.
+    /// Difference between successive levels.
     pub step: f64,
-    /// No level is above it.
+    /// Upper bound of the levels.
     pub limit: f64,
-    /// Windows of a presentation, 1 to 100.
+    /// Number of windows per presentation, 1 to 100.
     #[serde(default = "five")]
     pub windows: u32,
-    /// Length of each, ms, 10 to 1000.
+    /// Length of each window, ms, 10 to 1000.
     #[serde(default = "hundred")]
     pub window_ms: u32,
-    /// Windows of the rest before, 5 to 100.
+    /// Number of windows of the rest before a presentation, 5 to 100.
     #[serde(default = "ten")]
     pub baseline_windows: u32,
-    /// Standard deviations of the baseline, 1 to 20.
+    /// Threshold of the detector in standard deviations of the baseline, 1 to 20.
     #[serde(default = "four")]
     pub k_sigma: f64,
-    /// Windows in a row beyond them, 1 to `windows`.
+    /// Number of successive windows beyond the threshold, 1 to `windows`.
     #[serde(default = "three")]
     pub consecutive: u32,
-    /// How often what is found must come again at the same level, 0 to 5; not for a
-    /// maximum.
+    /// Number of times that the result must recur at the same level, 0 to 5; not for a maximum.
     #[serde(default = "one")]
     pub confirm: u32,
-    /// From a level to its first window, ms, 0 to 5000: ramp and rise of force.
+    /// Time from setting a level to its first window, ms, 0 to 5000: ramp and rise of force.
     #[serde(default = "four_hundred")]
     pub settle_ms: u32,
     /// Rest before each presentation, s, 0 to 600, baseline included.
     #[serde(default = "two")]
     pub rest_s: f64,
-    /// The sensor's step, 0 to 10°.
+    /// Resolution of the sensor, 0 to 10°.
     #[serde(default = "tenth")]
     pub resolution_deg: f64,
-    /// Least visible movement, above 0 to 90°.
+    /// Smallest visible movement, above 0 to 90°.
     pub visible_deg: Option<f64>,
-    /// Who sees it; not asked where a simulated joint has a sensor.
+    /// Source of the decision about movement; ignored if a simulated joint has a sensor.
     #[serde(default)]
     pub observer: Observer,
-    /// Highest rating that is still comfortable, or borne, 0 to 9.
+    /// Highest rating that is still comfortable or tolerated, 0 to 9.
     pub rating: Option<u8>,
-    /// Who rates where there is no person.
+    /// Ratings of a simulated wearer, if there is no real one.
     pub simulated_rating: Option<Rating>,
 }
 
-/// Defaults of [`SearchDeclaration`]: serde wants functions.
+/// Defines default values of [`SearchDeclaration`] as functions, as serde requires.
 macro_rules! defaults {
     ($($name:ident: $type:ty = $value:expr;)*) => {
         $(const fn $name() -> $type { $value })*
@@ -152,7 +151,7 @@ defaults! {
 }
 
 impl SearchDeclaration {
-    /// When a movement counts.
+    /// Returns the detector, with these settings, that decides whether the joint moved.
     #[must_use]
     pub fn detector(&self) -> Detector {
         Detector {
@@ -165,7 +164,7 @@ impl SearchDeclaration {
         }
     }
 
-    /// Whether the sensor's noise at rest counts.
+    /// Returns whether the search needs the sensor's noise at rest.
     #[must_use]
     pub fn needs_baseline(&self) -> bool {
         !self.kind.is_rated()

@@ -1,4 +1,4 @@
-//! A search on a device, through ordinary requests.
+//! Runs a search on a device, with ordinary requests.
 
 use super::declaration::{Observer, Rating};
 use super::milli::Milli;
@@ -14,25 +14,25 @@ use host_core::session::Session;
 use std::fmt;
 use std::time::Duration;
 
-/// From reading to reading of the sensor, µs.
+/// Interval between sensor readings, µs.
 const READ_US: u64 = 10_000;
 
-/// Longest wait for the outputs to be reported isolated after a stop, µs.
+/// Longest wait after a stop until the device reports isolated outputs, µs.
 const STOP_US: u64 = 300_000;
 
-/// What people are asked.
+/// A question to the operator or the wearer.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Question {
-    /// Whether the level may be raised. 1 is yes, 0 no.
+    /// Whether the level may be raised: 1 yes, 0 no.
     Raise(Milli, Milli),
-    /// How the level just given felt, 0 to 10.
+    /// How the last level felt, 0 to 10.
     Rating(Milli),
-    /// Whether the joint moved. 1 is yes, 0 no.
+    /// Whether the joint moved: 1 yes, 0 no.
     Moved(Milli),
 }
 
 impl Question {
-    /// The largest answer; the least is 0.
+    /// Returns the largest valid answer; the smallest is 0.
     #[must_use]
     pub const fn most(&self) -> u8 {
         match self {
@@ -52,33 +52,32 @@ impl fmt::Display for Question {
     }
 }
 
-/// Who answers where no simulator does. Never waits: the device must hear of the host
-/// meanwhile.
+/// The operator who answers if no simulator does. The methods must never wait: the device needs
+/// keep-alives meanwhile.
 pub trait Operator {
-    /// Asks.
+    /// Shows a question.
     fn ask(&mut self, question: Question);
 
-    /// The answer to what was asked last, once it is there: 0 to
-    /// [`Question::most`].
+    /// Returns the answer to the last question as soon as it is there: 0 to [`Question::most`].
     fn reply(&mut self) -> Option<u8>;
 }
 
-/// Why a search on a device did not go on.
+/// Reason why a search on a device ended early.
 #[derive(Debug, thiserror::Error)]
 pub enum DeviceError {
-    /// The link.
+    /// The link to the device failed.
     #[error(transparent)]
     Link(#[from] Error),
-    /// Nothing measures the joint.
+    /// The device has no sensor at the joint.
     #[error(
         "E528 nothing measures the joint of this device outside closed loop; let the operator \
          watch it with observer = \"eye\""
     )]
     NoSensor,
-    /// The device ended it.
+    /// The device ended the search.
     #[error("E537 the device ended the search ({0}); find out why, then search again")]
     Ended(String),
-    /// This computer stalled, for so many ms, and the device ended it.
+    /// This computer stalled for this time, ms, and the device ended the search.
     #[error(
         "E698 this computer stalled for {0} ms, and the device, which heard of no host, ended \
          stimulation; close other programs, or use another computer, then search again"
@@ -86,17 +85,17 @@ pub enum DeviceError {
     Stalled(u128),
 }
 
-/// A device that is armed for one search, its channels silent but for presentations.
-/// Joint, wall, force control and muscle models of the session stay out of it.
+/// A device that is armed for one search; its channels are silent between presentations. Joint,
+/// wall, force control and muscle models of the session are not used.
 pub struct OnDevice<'a, P> {
     client: Connection<P>,
     search: &'a Search,
-    /// Of a device that no simulator in this process is.
+    /// The operator, unless the device is simulated in this process.
     operator: Option<&'a mut dyn Operator>,
     host_timeout_us: u64,
-    /// When the device is owed a sign of life.
+    /// Time at which the next keep-alive is due.
     due_us: u64,
-    /// Signs of life come from a thread of their own.
+    /// Whether a separate thread sends the keep-alives.
     is_kept: bool,
     pulses: u64,
     counted: u32,
@@ -105,12 +104,12 @@ pub struct OnDevice<'a, P> {
 }
 
 impl<'a, P: Port> OnDevice<'a, P> {
-    /// Opens a session through `port`, configures and arms the device as `session`
-    /// says, and starts its trains at 0. `operator` answers unless the device is
-    /// simulated in this process; `seed` decides a simulated person's noise.
+    /// Opens a session through `port`, configures and arms the device as `session` specifies, and
+    /// starts its trains at amplitude 0. `operator` answers unless the device is simulated in this
+    /// process; `seed` determines the noise of a simulated wearer.
     ///
     /// # Errors
-    /// The device, or nothing sees what the search looks for.
+    /// Fails if the device fails, or if nothing can observe the searched quantity.
     pub fn start(
         port: P,
         session: &Session,
@@ -154,17 +153,17 @@ impl<'a, P: Port> OnDevice<'a, P> {
             seed,
             rated: 0,
         };
-        // The electrode check's are not the search's.
+        // Excludes the pulses of the electrode check.
         probe.counted = probe.client.status()?.counters.pulses;
         probe.client.start()?;
         probe.set_level(Milli(0))?;
         Ok(probe)
     }
 
-    /// Stops the device, whatever happened, and gives the port back.
+    /// Stops the device in every case and returns the port.
     ///
     /// # Errors
-    /// The stop was not acknowledged: the device stops by itself after its timeout.
+    /// Fails if the stop was not acknowledged; the device then stops by itself after its timeout.
     pub fn stop(mut self) -> Result<P, Error> {
         self.client.ignore_signals();
         self.client.stop()?;
@@ -177,7 +176,7 @@ impl<'a, P: Port> OnDevice<'a, P> {
         Ok(self.client.into_port())
     }
 
-    /// Gives all channels of the search their amplitudes at `level`.
+    /// Sets the amplitudes of all channels of the search to those of `level`.
     fn set_level(&mut self, level: Milli) -> Result<(), DeviceError> {
         let sites = self.search.sites().iter();
         let list: Vec<(u8, Amplitude)> = sites
@@ -188,7 +187,7 @@ impl<'a, P: Port> OnDevice<'a, P> {
         Ok(())
     }
 
-    /// Lets time pass until `until_us`, the host alive.
+    /// Waits until `until_us` and sends keep-alives meanwhile.
     fn wait_until(&mut self, until_us: u64) -> Result<(), DeviceError> {
         while self.client.port().now_us() < until_us {
             if !self.is_kept && self.client.port().now_us() >= self.due_us {
@@ -213,7 +212,7 @@ impl<'a, P: Port> OnDevice<'a, P> {
         Ok(())
     }
 
-    /// Why it did: this computer, if it stalled.
+    /// Returns why the device ended the search: a stall of this computer, if there was one.
     fn end_error(&self, happened: &Event) -> DeviceError {
         let silence = StopCause::HostSilent;
         let is_silence =
@@ -232,7 +231,7 @@ impl<'a, P: Port> OnDevice<'a, P> {
         self.wait_until(until_us)
     }
 
-    /// Means of the sensor over the next windows; none where there is no sensor.
+    /// Returns the sensor's mean over each of the next windows; empty without a sensor.
     fn windows(&mut self, count: u32) -> Result<Vec<f64>, DeviceError> {
         let length_us = u64::from(self.search.declaration().window_ms) * 1000;
         let begin_us = self.client.port().now_us();
@@ -252,7 +251,7 @@ impl<'a, P: Port> OnDevice<'a, P> {
         Ok(means)
     }
 
-    /// Asks whoever answers, the host alive meanwhile; nobody where it is simulated.
+    /// Asks the operator and sends keep-alives meanwhile; `None` if the device is simulated.
     fn ask(&mut self, question: Question) -> Result<Option<u8>, DeviceError> {
         let Some(operator) = &mut self.operator else {
             return Ok(None);
@@ -266,7 +265,7 @@ impl<'a, P: Port> OnDevice<'a, P> {
         }
     }
 
-    /// Counts what the device has played since.
+    /// Adds the pulses that the device has emitted since the last count.
     fn count(&mut self) -> Result<(), DeviceError> {
         let now = self.client.status()?.counters.pulses;
         self.pulses += u64::from(now.wrapping_sub(self.counted));
@@ -305,7 +304,7 @@ impl<P: Port> Probe for OnDevice<'_, P> {
                 passed.map(|()| Vec::new())
             }
         });
-        // Whatever happened, silence comes first, and what was given is counted.
+        // After any failure the amplitudes are set to 0 first, and the pulses are counted.
         if seen.is_err() {
             self.client.ignore_signals();
         }
@@ -322,7 +321,7 @@ impl<P: Port> Probe for OnDevice<'_, P> {
         self.rated += 1;
         let deviate = standard_normal(self.seed, self.rated);
         let person = self.search.declaration().simulated_rating;
-        // Who has declared no person has one who bears nothing.
+        // Without a configured simulated wearer, every level is rated intolerable.
         Ok(person.map_or(10, |person: Rating| person.rate(level, deviate)))
     }
 

@@ -1,5 +1,5 @@
-//! Searches on wearers whose truth is declared: how often each is wrong, and by how
-//! much.
+//! Judges searches on simulated wearers whose true threshold is known: how often a search is wrong,
+//! and by how much.
 
 use super::declaration::{Rating, SearchDeclaration};
 use super::milli::Milli;
@@ -9,118 +9,117 @@ use hal_sim::random::{standard_normal, unit};
 use serde::Deserialize;
 use std::convert::Infallible;
 
-/// The judged run as it was declared before it: parameters, sources and seeds.
+/// Preregistered declaration of the judged run: parameters, sources and seeds.
 pub const JUDGED: &str = include_str!("judged.toml");
 
-/// What a simulated joint does at a level.
+/// Response of a simulated joint to a level.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Curve {
-    /// Nothing at any level.
+    /// No movement at any level.
     Still,
-    /// Nothing up to the threshold, above it exponential (Lee 2020, table 2).
+    /// No movement up to the threshold, and an exponential rise above it (Lee 2020, table 2).
     Hard,
-    /// Logistic; the threshold is where it reaches `visible_deg`.
+    /// Logistic; the threshold is the level at which the movement reaches `visible_deg`.
     Logistic,
-    /// Nothing; the person rates levels, evenly from `threshold` (0) on, 10 at `span`
-    /// above it.
+    /// No movement; the wearer rates levels linearly, 0 at `threshold` and 10 at `span` above it.
     Rated,
 }
 
-/// Wearers drawn evenly between the ends of each range.
+/// Random wearers whose parameters are uniform between the ends of each range.
 #[derive(Clone, PartialEq, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Case {
-    /// For people.
+    /// Readable name.
     pub name: String,
-    /// What the joint does.
+    /// Response of the joint to a level.
     pub curve: Curve,
-    /// The truth, in the search's unit.
+    /// Range of the true threshold, in the search's unit.
     pub threshold: [f64; 2],
-    /// From it to full movement; of a logistic curve, its width w.
+    /// Range of the distance from threshold to full movement; for a logistic curve, of its width w.
     pub span: [f64; 2],
     /// Full movement, degrees.
     pub full_deg: f64,
-    /// Standard deviation of a window's mean at rest, degrees; drawn evenly over its
-    /// logarithm. Of a rating: points.
+    /// Range of the standard deviation of a window's mean at rest, degrees; uniform in the
+    /// logarithm. For ratings, in points.
     pub noise: [f64; 2],
-    /// Correlation of a window's noise with that of the one before, 0 to below 1.
+    /// Correlation of the noise of successive windows, 0 to below 1.
     pub correlation: f64,
-    /// Coefficient of variation of the movement from contraction to contraction.
+    /// Range of the coefficient of variation of the movement between contractions.
     pub contraction: [f64; 2],
-    /// Of all channels together.
+    /// Pulse rate of all channels together, Hz.
     pub pulses_hz: f64,
-    /// Where these are from.
+    /// Source of the values.
     pub source: String,
-    /// The search.
+    /// The search to judge.
     pub search: SearchDeclaration,
 }
 
-/// The cases of a judged run, each searched with the same seeds.
+/// The cases of a judged run; every case uses the same seeds.
 #[derive(Clone, PartialEq, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SearchCases {
-    /// First seed; the others follow.
+    /// The first seed; the others follow.
     pub first_seed: u64,
-    /// Searches of each case.
+    /// Number of searches per case.
     pub searches: u64,
-    /// One or more.
+    /// At least one case.
     #[serde(rename = "case")]
     pub cases: Vec<Case>,
 }
 
 impl SearchCases {
-    /// Reads a declaration.
+    /// Parses a declaration.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// Returns the first mistake in the text.
     pub fn parse(text: &str) -> Result<Self, toml::de::Error> {
         toml::from_str(text)
     }
 }
 
-/// How a case's searches came out.
+/// Counts over the searches of one case.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct SearchCounts {
-    /// How many there were.
+    /// Number of searches.
     pub searches: u64,
-    /// Those that ended more than a step below the truth.
+    /// Searches that ended more than one step below the true threshold.
     pub early: u64,
-    /// Those that found nothing although the truth is a step or more below the highest
-    /// level, or, of ratings, accepted more than a step above it.
+    /// Searches that found nothing although the true threshold is at least one step below the
+    /// highest level; for ratings, those that accepted more than one step above it.
     pub missed: u64,
-    /// Those with a truth to be found.
+    /// Searches whose threshold lies within the levels.
     pub findable: u64,
-    /// Of these, those whose value is within a step of it.
+    /// Findable searches whose value is within one step of the true threshold.
     pub within: u64,
-    /// Of these, those whose interval has it.
+    /// Findable searches whose interval contains the true threshold.
     pub covered: u64,
-    /// Largest distance of a value from the truth, steps.
+    /// Largest distance of a value from the true threshold, steps.
     pub worst_steps: f64,
-    /// Pulses of all searches.
+    /// Total number of pulses in all searches.
     pub pulses: u64,
-    /// Presentations of all searches.
+    /// Total number of presentations in all searches.
     pub presentations: u64,
 }
 
 impl SearchCounts {
-    /// Share of searches that are false.
+    /// Returns the share of wrong searches: early or missed.
     #[must_use]
     pub fn false_share(&self) -> f64 {
         (self.early + self.missed) as f64 / self.searches.max(1) as f64
     }
 
-    /// Share of values within a step of the truth, of those to be found.
+    /// Returns the share of values within one step of the true threshold, among findable searches.
     #[must_use]
     pub fn within_share(&self) -> f64 {
         self.within as f64 / self.findable.max(1) as f64
     }
 }
 
-/// Searches each wearer of `case` once.
+/// Runs one search on each wearer of `case`.
 ///
 /// # Errors
-/// What is wrong with its search.
+/// Returns every mistake in the case's search.
 pub fn judge(case: &Case, first_seed: u64, searches: u64) -> Result<SearchCounts, Vec<String>> {
     let stair = Search::new(case.search.clone())?;
     let top = stair.levels().last().unwrap_or_default().units();
@@ -156,7 +155,7 @@ impl SearchCounts {
     }
 }
 
-/// A drawn wearer: a test body of declared numbers.
+/// A random wearer with a known threshold.
 struct Wearer<'a> {
     case: &'a Case,
     threshold: f64,
@@ -164,9 +163,9 @@ struct Wearer<'a> {
     noise: f64,
     contraction: f64,
     seed: u64,
-    /// Normal deviates used so far.
+    /// Number of normal deviates used so far.
     drawn: u64,
-    /// Noise of the latest window, in its deviations.
+    /// Noise of the latest window, in standard deviations.
     latest: f64,
     pulses: u64,
 }
@@ -187,12 +186,12 @@ impl<'a> Wearer<'a> {
         }
     }
 
-    /// What is to be found, in the search's unit; infinite if there is nothing.
+    /// Returns the true threshold in the search's unit; infinite if there is none.
     fn truth(&self) -> f64 {
         match self.case.curve {
             Curve::Still => f64::INFINITY,
             Curve::Hard | Curve::Logistic => self.threshold,
-            // Rounded ratings exceed what is accepted from half a point above it on.
+            // Ratings are rounded, so they exceed the accepted one from half a point above it.
             Curve::Rated => {
                 let accepted = f64::from(self.case.search.rating.unwrap_or(0));
                 self.threshold + self.span * (accepted + 0.5) / 10.0
@@ -200,7 +199,7 @@ impl<'a> Wearer<'a> {
         }
     }
 
-    /// Movement without noise, degrees.
+    /// Returns the movement without noise, degrees.
     fn movement(&self, level: f64) -> f64 {
         let full = self.case.full_deg;
         match self.case.curve {
@@ -222,7 +221,7 @@ impl<'a> Wearer<'a> {
         standard_normal(self.seed, self.drawn)
     }
 
-    /// The sensor's means around `deg`.
+    /// Returns noisy sensor means around `deg`.
     fn windows(&mut self, count: u32, deg: f64) -> Vec<f64> {
         let rho = self.case.correlation;
         (0..count)
@@ -234,7 +233,7 @@ impl<'a> Wearer<'a> {
     }
 }
 
-/// b of F = a·exp(b·I) from threshold to tolerable maximum, mean of Lee 2020, table 2.
+/// Exponent b of F = a·exp(b·I) from threshold to tolerable maximum, mean of Lee 2020, table 2.
 const CURVATURE: f64 = 1.2;
 
 impl Probe for Wearer<'_> {

@@ -1,15 +1,15 @@
-//! Levels of a stair, exactly.
+//! Represents levels of a staircase exactly.
 
 use serde::{Serialize, Serializer};
 use std::fmt;
 
-/// Thousandths of a channel's unit (mA or V), or of one in a ratio.
+/// Thousandths of a channel's unit (mA or V), or of 1 for a ratio.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
 pub struct Milli(pub u32);
 
 impl Milli {
-    /// `value` of the unit; nothing if that is negative, more than 4 · 10⁶ or no whole
-    /// number of thousandths.
+    /// Converts `value`; returns `None` if it is negative, above 4 · 10⁶, or no whole number of
+    /// thousandths.
     #[must_use]
     pub fn exactly(value: f64) -> Option<Self> {
         let thousandths = (value * 1e3).round();
@@ -17,13 +17,13 @@ impl Milli {
         is_whole.then_some(Self(thousandths as u32))
     }
 
-    /// In the unit.
+    /// Converts to the channel's unit.
     #[must_use]
     pub fn units(self) -> f64 {
         f64::from(self.0) / 1e3
     }
 
-    /// This part of `whole`, rounded down.
+    /// Returns this fraction of `whole`, rounded down.
     #[must_use]
     pub fn fraction_of(self, whole: Self) -> Self {
         let part = u64::from(self.0) * u64::from(whole.0) / 1000;

@@ -1,11 +1,10 @@
-//! Searches: threshold, visible movement, ratio, comfort and maximum of a wearer.
+//! Searches for a wearer's threshold, visible movement, ratio, comfort and maximum.
 //!
-//! Lives here: the declaration of a search, the ascending stair (its detector, with the
-//! calculated chance of a false alarm, is `statistics`'), the declared wearers on whom it is judged,
-//! and the stair on a device through ordinary requests. Not here: who asks the
-//! operator (the program), protocols of trials (`laboratory`).
-//! In: a [`SearchDeclaration`] search and a [`Probe`]. Out: a [`Finding`]: value, interval,
-//! cost and trail, however far it came.
+//! Contains the declaration of a search, the ascending staircase (its detector, with the calculated
+//! probability of a false alarm, is in `statistics`), the simulated wearers on which a search is
+//! judged, and the staircase on a device. Asking the operator is the program's task, protocols of
+//! trials are in `laboratory`. Takes a [`SearchDeclaration`] and a [`Probe`]; returns a [`Finding`]
+//! with value, interval, cost and trail, even if the search ended early.
 
 mod declaration;
 mod device;
@@ -14,7 +13,7 @@ mod milli;
 mod plan;
 mod stair;
 
-/// Name and text of the searches that are part of the program.
+/// Name and text of the built-in searches.
 pub const SHIPPED: &[(&str, &str)] =
     &[("finger", include_str!("../../../../searches/finger.toml"))];
 

@@ -1,48 +1,46 @@
-//! A search that can be run: declared, exact, and everything that is wrong told at
-//! once.
+//! Checks a search declaration, reports all mistakes at once, and converts it to exact levels.
 
 use super::declaration::{Kind, SearchDeclaration};
 use super::milli::Milli;
 use serde::Deserialize;
 
-/// Most presentations of one stair, repeats apart.
+/// Largest number of levels of one staircase, without repeats.
 const MOST_LEVELS: u32 = 1000;
 
-/// Share of searches that may find a movement where none is; what makes more of them
-/// is refused.
+/// Largest accepted share of searches that find a movement where none is.
 const FALSE_ALARMS: f64 = 0.01;
 
-/// A channel that a search drives.
+/// A channel that a search stimulates.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Site {
-    /// From 1.
+    /// Number of the channel, from 1.
     pub channel: u8,
-    /// What a ratio is of; nothing where levels are amplitudes.
+    /// Level at ratio 1; `None` if levels are amplitudes.
     pub max: Option<Milli>,
 }
 
 impl Site {
-    /// The channel's amplitude at a level.
+    /// Returns the channel's amplitude at a level.
     #[must_use]
     pub fn amplitude(&self, level: Milli) -> Milli {
         self.max.map_or(level, |max| level.fraction_of(max))
     }
 }
 
-/// A search that can be run.
+/// A checked search with exact levels.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Search {
     declared: SearchDeclaration,
     sites: Vec<Site>,
-    /// Start, step and limit.
+    /// Start, step and limit of the levels.
     stair: [Milli; 3],
 }
 
 impl Search {
-    /// Checks a declaration by itself.
+    /// Checks a declaration without its session.
     ///
     /// # Errors
-    /// Everything that is wrong with it, by field.
+    /// Returns every mistake, by field.
     pub fn new(declared: SearchDeclaration) -> Result<Self, Vec<String>> {
         let mut told = Vec::new();
         ranges(&declared, &mut told);
@@ -86,9 +84,9 @@ impl Search {
         }
     }
 
-    /// What stands against this search within `limit_of` each channel, from 1: the
-    /// wearer's limit, its unit's symbol; nothing where there is no channel
-    /// that plays by itself.
+    /// Returns a message for each channel that this search would drive beyond its limit. `limit_of`
+    /// takes a channel, from 1, and returns the wearer's limit and its unit, or `None` if the
+    /// session has no such channel or it waits for a trigger.
     #[must_use]
     pub fn limit_violations<'a>(
         &self,
@@ -112,32 +110,33 @@ impl Search {
         told
     }
 
-    /// As declared.
+    /// Returns the declaration as written in the file.
     #[must_use]
     pub const fn declaration(&self) -> &SearchDeclaration {
         &self.declared
     }
 
-    /// The channels that it drives, one or more.
+    /// Returns the channels that the search stimulates, at least one.
     #[must_use]
     pub fn sites(&self) -> &[Site] {
         &self.sites
     }
 
-    /// From level to level.
+    /// Returns the difference between successive levels.
     #[must_use]
     pub const fn step(&self) -> Milli {
         self.stair[1]
     }
 
-    /// All levels, rising.
+    /// Returns all levels in ascending order.
     pub fn levels(&self) -> impl Iterator<Item = Milli> {
         let [start, step, limit] = self.stair;
         (start.0..=limit.0).step_by(step.0 as usize).map(Milli)
     }
 
-    /// Probability that it finds a movement at a level of no movement: see
-    /// [`Detector::false_alarm`](host_core::statistics::Detector::false_alarm). Each presentation has a baseline of its own.
+    /// Returns the probability that the search finds a movement although no level causes one, from
+    /// [`host_core::statistics::Detector::false_alarm_probability`]. Each presentation has its own
+    /// baseline.
     #[must_use]
     pub fn false_alarm(&self) -> f64 {
         let repeats = self.declared.confirm as i32;
@@ -153,17 +152,17 @@ impl Search {
 /// A file of searches on one session.
 #[derive(Clone, PartialEq, Debug)]
 pub struct SearchFile {
-    /// The session file, from the folder of this one: wearer, channels and body.
+    /// Path of the session relative to this file: wearer, channels and body.
     pub session: String,
-    /// One or more, run in this order.
+    /// At least one, in the order in which they run.
     pub searches: Vec<Search>,
 }
 
 impl SearchFile {
-    /// Reads the text of a file.
+    /// Parses the text of a file.
     ///
     /// # Errors
-    /// Everything that is wrong with it.
+    /// Returns every mistake in the text.
     pub fn parse(text: &str) -> Result<Self, Vec<String>> {
         #[derive(Deserialize)]
         #[serde(deny_unknown_fields)]
@@ -198,7 +197,7 @@ impl SearchFile {
     }
 }
 
-/// Fields outside their ranges.
+/// Reports the fields that are outside their ranges.
 fn ranges(d: &SearchDeclaration, told: &mut Vec<String>) {
     let mut within = |name: &str, value: f64, least: f64, most: f64| {
         if !(least..=most).contains(&value) {
@@ -236,7 +235,7 @@ fn ranges(d: &SearchDeclaration, told: &mut Vec<String>) {
     }
 }
 
-/// Which fields a kind has.
+/// Reports the fields that a kind of search lacks or must not have.
 fn fitting(d: &SearchDeclaration, told: &mut Vec<String>) {
     let kind = d.kind.name();
     let mut has = |name: &str, is_there: bool, is_wanted: bool| match (is_there, is_wanted) {
@@ -257,7 +256,7 @@ fn fitting(d: &SearchDeclaration, told: &mut Vec<String>) {
     has("simulated_rating", is_rated, is_rated && d.kind.is_rated());
 }
 
-/// What the levels and the detector say together.
+/// Checks that levels and detector fit together.
 fn check_levels(search: &Search, told: &mut Vec<String>) {
     let [start, step, limit] = search.stair;
     let d = search.declaration();

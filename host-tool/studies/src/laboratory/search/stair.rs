@@ -1,65 +1,66 @@
-//! The ascending stair: level by level, each asked for, rested for and answered.
+//! Runs the ascending staircase: asks before each level, rests, stimulates, and evaluates the
+//! answer.
 
 use super::declaration::{Kind, Observer};
 use super::milli::Milli;
 use super::plan::Search;
 use host_core::statistics::Verdict;
 
-/// Whom a search is made on: declared numbers, a simulator or a board.
+/// The subject of a search: a simulated wearer with a known threshold, a simulator or a board.
 pub trait Probe {
-    /// What ends a search early.
+    /// Error that ends a search early.
     type Error;
 
-    /// Asked before each presentation, repeats included; what refuses ends the search. A simulator agrees by itself, a board's operator is
-    /// asked.
+    /// Asks before each presentation, repeats included, whether the level may be raised; `false`
+    /// ends the search. A simulator agrees, a board's operator is asked.
     ///
     /// # Errors
-    /// The device or a signal.
+    /// Fails if the device fails or a signal arrives.
     fn may_raise(&mut self, from: Milli, to: Milli) -> Result<bool, Self::Error>;
 
-    /// Rests as declared, nothing stimulated; gives the sensor's means over the last
-    /// windows, as many as the baseline has, if `has_baseline`.
+    /// Rests without stimulation for the configured time. Returns the sensor's mean over each of
+    /// the last windows, as many as the baseline has, if `has_baseline`.
     ///
     /// # Errors
-    /// The device or a signal.
+    /// Fails if the device fails or a signal arrives.
     fn rest(&mut self, has_baseline: bool) -> Result<Vec<f64>, Self::Error>;
 
-    /// Stimulates at `level` until the last window is over; gives the sensor's means
-    /// over the windows, if `has_windows`.
+    /// Stimulates at `level` until the end of the last window. Returns the sensor's mean over each
+    /// window, if `has_windows`.
     ///
     /// # Errors
-    /// The device or a signal.
+    /// Fails if the device fails or a signal arrives.
     fn present(&mut self, level: Milli, has_windows: bool) -> Result<Vec<f64>, Self::Error>;
 
-    /// What the person says of the level just given, 0 to 10.
+    /// Returns the wearer's rating of the last level, 0 to 10.
     ///
     /// # Errors
-    /// The device or a signal.
+    /// Fails if the device fails or a signal arrives.
     fn rating(&mut self, level: Milli) -> Result<u8, Self::Error>;
 
-    /// Whether who watches saw the joint move; nothing where the sensor decides.
+    /// Returns whether the operator saw the joint move; `None` if the sensor decides.
     ///
     /// # Errors
-    /// The device or a signal.
+    /// Fails if the device fails or a signal arrives.
     fn observed_movement(&mut self, level: Milli) -> Result<Option<bool>, Self::Error>;
 
-    /// Pulses given so far.
+    /// Returns the number of pulses emitted so far.
     fn pulses(&self) -> u64;
 }
 
-/// What came of one presentation.
+/// Result of one presentation.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Answer {
-    /// The detector's.
+    /// Decision of the detector.
     Measured(Verdict),
-    /// The operator's: whether it moved.
+    /// The operator's answer: whether the joint moved.
     Seen(bool),
-    /// The person's, and the highest that is still accepted.
+    /// The wearer's rating, and the highest rating that is still accepted.
     Rated(u8, u8),
 }
 
 impl Answer {
-    /// Whether that is what the search looks for.
+    /// Returns whether the search found what it looks for.
     #[must_use]
     pub fn is_positive(&self) -> bool {
         match self {
@@ -70,54 +71,54 @@ impl Answer {
     }
 }
 
-/// One presentation.
+/// One presentation of a level.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Step {
-    /// Its level.
+    /// Stimulated level.
     pub level: Milli,
-    /// How often the level was given before.
+    /// Number of earlier presentations of this level.
     pub repeat: u32,
-    /// What was said of it.
+    /// Result of the presentation.
     pub answer: Answer,
-    /// Its pulses.
+    /// Pulses of the presentation.
     pub pulses: u64,
 }
 
-/// Why a search ended.
+/// Reason why a search ended.
 #[derive(Clone, PartialEq, Debug)]
 pub enum SearchEnd<E> {
-    /// It found what it looked for.
+    /// The search found a level.
     Found,
-    /// It came to its limit and found nothing.
+    /// The search reached its limit and found nothing.
     Limit,
-    /// Going up to this level was not allowed.
+    /// The operator refused to raise to this level.
     Refused(Milli),
-    /// The device, or a signal.
+    /// The device failed, or a signal arrived.
     Failed(E),
 }
 
-/// What a search found, complete or not.
+/// Result of a search, complete or not.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Finding<E> {
-    /// Estimate: the middle of the interval, the transition point of the method of
-    /// limits (Gescheider 1997, ch. 3). Nothing if it was not found.
+    /// Estimate: the midpoint of the interval, which is the transition point of the method of
+    /// limits (Gescheider 1997, ch. 3). `None` if nothing was found.
     pub value: Option<Milli>,
-    /// Highest level at which it was not; 0 if there is none. Of comfort and maximum:
-    /// the highest accepted, the one to set.
+    /// Highest level with a negative answer; 0 if there is none. For comfort and maximum it is the
+    /// highest accepted level, which is the one to set.
     pub low: Milli,
-    /// Lowest level at which it was, confirmed. Of the others the one to set.
+    /// Lowest level with a confirmed positive answer. For the other kinds it is the one to set.
     pub high: Option<Milli>,
-    /// Cost.
+    /// Number of pulses that the search needed.
     pub pulses: u64,
-    /// Every presentation.
+    /// All presentations in their order.
     pub trail: Vec<Step>,
-    /// Why it ended.
+    /// Reason why the search ended.
     pub ended: SearchEnd<E>,
 }
 
 impl<E> Finding<E> {
-    /// The level to set: of comfort and maximum the highest accepted, of the others
-    /// the lowest that moves. Nothing if it was not found, or nothing was accepted.
+    /// Returns the level to set: the highest accepted one for comfort and maximum, otherwise the
+    /// lowest one that moves the joint. `None` if nothing was found or accepted.
     #[must_use]
     pub fn level_to_set(&self, search: &Search) -> Option<Milli> {
         match search.declaration().kind.is_rated() {
@@ -127,8 +128,8 @@ impl<E> Finding<E> {
     }
 }
 
-/// Climbs `search`'s levels on `probe` until what it looks for is found and
-/// confirmed; `tell` hears every presentation.
+/// Raises the level on `probe` until the quantity that `search` determines is found and confirmed;
+/// calls `tell` after every presentation.
 pub fn search<P: Probe>(
     search: &Search,
     probe: &mut P,
@@ -156,7 +157,7 @@ fn climb<P: Probe>(
     finding: &mut Finding<P::Error>,
     tell: &mut impl FnMut(&Step),
 ) -> Result<SearchEnd<P::Error>, P::Error> {
-    // What was too much is not given again to be sure of it.
+    // A level that was too high is never repeated for confirmation.
     let confirm = match search.declaration().kind {
         Kind::Maximum => 0,
         _ => search.declaration().confirm,
@@ -164,7 +165,7 @@ fn climb<P: Probe>(
     for level in search.levels() {
         let mut is_confirmed = true;
         for repeat in 0..=confirm {
-            // A repeat begins from rest, and is allowed like any other.
+            // A repeat starts from rest and needs permission as any other presentation does.
             let from = if repeat == 0 { finding.low } else { Milli(0) };
             if !probe.may_raise(from, level)? {
                 return Ok(SearchEnd::Refused(level));

@@ -1,4 +1,4 @@
-//! What a sweep draws, whoever declares it.
+//! Interface between a sweep and the experiment or study that it computes.
 
 use super::Sweep;
 use crate::laboratory::conduct::ConductedTrial;
@@ -6,81 +6,83 @@ use crate::laboratory::error::LaboratoryError;
 use crate::laboratory::result::Outcome;
 use std::collections::BTreeMap;
 
-/// What a sweep draws: units, each of which is some rows of `draws.csv`.
+/// The units that a sweep computes; each is stored as one or several rows.
 pub trait Drawing: Sync {
-    /// What a unit came to.
+    /// Result of a unit.
     type Unit: Send;
-    /// Why a unit comes to nothing at all, which ends the sweep.
+    /// Error of a unit that ends the sweep.
     type Error: From<LaboratoryError> + Send;
 
-    /// What the sweep is called.
+    /// Returns the name of the sweep.
     fn name(&self) -> &str;
-    /// Which part of what is declared it is, where it is not all of it.
+    /// Returns the part of the declaration that the sweep covers, or `None` if it covers
+    /// everything.
     fn subset(&self) -> Option<String> {
         None
     }
-    /// The program that computes its units, as `sweep.json` has it: another one neither goes on
-    /// with them nor merges them.
+    /// Returns the version of the program that computes the units, as in `sweep.json`. Another
+    /// version neither continues nor merges them.
     fn version(&self) -> String {
         env!("CARGO_PKG_VERSION").to_owned()
     }
-    /// Whether a unit is the same however many are drawn, so that a folder of fewer draws goes
-    /// on to more.
+    /// Returns whether a unit is independent of the number of draws, so that a folder can be
+    /// extended to more draws.
     fn is_extensible(&self) -> bool {
         false
     }
-    /// The file that keeps what was computed.
+    /// Returns the name of the file that stores the units.
     fn file(&self) -> &'static str {
         "draws.csv"
     }
-    /// SHA-256 of everything declared, by file.
+    /// Returns the SHA-256 of every preregistered file, by name.
     fn hashes(&self) -> BTreeMap<String, String>;
-    /// `declaration.toml`.
+    /// Returns the contents of `declaration.toml`.
     fn declaration(&self) -> &str;
-    /// Names of the columns; none: the file has no header.
+    /// Returns the column names; if there are none, the file has no header.
     fn columns(&self) -> Vec<String>;
-    /// Units in all, of so many draws.
+    /// Returns the number of units for this number of draws.
     fn units(&self, draws: u64) -> u64;
-    /// Rows of every unit.
+    /// Returns the number of rows of each unit.
     fn rows_per_unit(&self) -> usize;
-    /// The index that the first row of a unit begins with.
+    /// Parses the unit's index at the start of its first row.
     fn index_of(&self, row: &str) -> Option<u64> {
         row.split(',').next()?.parse().ok()
     }
-    /// How each row of a unit begins: everything that is known before it is computed, its
-    /// index first.
+    /// Returns the start of each row of a unit, which is known before the unit is computed; the
+    /// index comes first.
     fn row_prefixes(&self, sweep: &Sweep, unit: u64) -> Vec<String>;
-    /// What a unit comes to; nothing once `goes_on` says no, if the unit is long enough to
-    /// ask.
+    /// Computes a unit; a long computation may return `None` after `goes_on` has returned `false`.
     ///
     /// # Errors
-    /// The sweep ends, with everything before kept.
+    /// Fails if the unit cannot be computed. The sweep then ends, and all earlier units stay
+    /// stored.
     fn compute(
         &self,
         sweep: &Sweep,
         unit: u64,
         goes_on: &(dyn Fn() -> bool + Sync),
     ) -> Result<Option<Self::Unit>, Self::Error>;
-    /// The rest of each of its rows, with every digit that decides.
+    /// Returns the remainder of each row of a unit, with all significant digits.
     fn row_suffixes(&self, unit: &Self::Unit) -> Vec<String>;
-    /// What a unit came to of the rest of each of its rows.
+    /// Parses a unit from the remainders of its rows.
     ///
     /// # Errors
-    /// Which of them, from 0, says what, that [`Self::row_suffixes`] never says.
+    /// Returns the index of the row, from 0, that [`Self::row_suffixes`] cannot have written, and
+    /// the reason.
     fn parse_unit(&self, rest: &[&str]) -> Result<Self::Unit, (usize, String)>;
-    /// What the units come to, be they all or the first ones.
+    /// Analyses the units, which are all or the first of them.
     ///
     /// # Errors
-    /// They cannot be analysed.
+    /// Fails if the units cannot be analysed.
     fn outcome(
         &self,
         sweep: &Sweep,
         units: &BTreeMap<u64, Self::Unit>,
     ) -> Result<Outcome, Self::Error>;
-    /// Files beside the page, by name: name and content.
+    /// Returns name and content of further files beside the page.
     ///
     /// # Errors
-    /// As [`Self::outcome`].
+    /// Fails as [`Self::outcome`] does.
     fn files(
         &self,
         sweep: &Sweep,
@@ -89,17 +91,17 @@ pub trait Drawing: Sync {
         let _ = (sweep, units);
         Ok(Vec::new())
     }
-    /// Some units of a sweep's in words: `12 of 40 sessions`.
+    /// Returns the progress in words, as in `12 of 40 sessions`.
     fn progress_text(&self, sweep: &Sweep, done: u64) -> String {
         format!("{done} of {} units", self.units(sweep.draws))
     }
-    /// What a terminal shows of the units in 80 columns, where that is more than the outcome's
-    /// own tables.
+    /// Returns a text table of the units for a terminal with 80 columns, if the study has more than
+    /// the tables of its outcome.
     fn table(&self, sweep: &Sweep, units: &BTreeMap<u64, Self::Unit>) -> Option<String> {
         let _ = (sweep, units);
         None
     }
-    /// Trials that the page shows beside.
+    /// Returns the recorded trials that the page also shows.
     fn trials(&self) -> &[ConductedTrial] {
         &[]
     }

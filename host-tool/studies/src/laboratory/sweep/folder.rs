@@ -1,5 +1,5 @@
-//! A sweep on disk: `sweep.json`, `declaration.toml` and the file of a
-//! [`Drawing`], to which whole units are appended in order.
+//! Stores a sweep on disk: `sweep.json`, `declaration.toml` and the file of a [`Drawing`], to which
+//! complete units are appended in order.
 
 use super::Sweep;
 use super::drawing::Drawing;
@@ -10,20 +10,20 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
-/// The open `draws.csv`.
+/// The open file of units.
 pub(super) struct Folder {
     name: String,
     rows: File,
 }
 
-/// What each unit came to, by its index.
+/// Result of each unit by index.
 type Units<D> = BTreeMap<u64, <D as Drawing>::Unit>;
 
 impl Folder {
-    /// Begins `sweep` in `dir`, or goes on: what was written only in part is cut off.
+    /// Starts `sweep` in `dir`, or continues it; a partially written unit is removed.
     ///
     /// # Errors
-    /// It holds something else, or the file system.
+    /// Fails if the folder contains something else, or if a file cannot be read or written.
     pub(super) fn open<D: Drawing>(
         dir: &Path,
         sweep: &Sweep,
@@ -36,7 +36,7 @@ impl Folder {
             true => whole_rows(&rows, sweep, drawing)?,
             false => (BTreeMap::new(), header(drawing)),
         };
-        // First: whatever ends the program from here on, the folder says what it is.
+        // Written first, so that the folder describes itself even if the program ends now.
         write_sweep(dir, sweep)?;
         write(&dir.join("declaration.toml"), drawing.declaration())?;
         write(&rows, &text)?;
@@ -48,8 +48,8 @@ impl Folder {
         Ok((folder, known))
     }
 
-    /// Appends a unit in one write, so that a program killed at any moment leaves
-    /// whole units but for the last.
+    /// Appends a unit in one write, so that a killed program leaves at most the last unit
+    /// incomplete.
     pub(super) fn append<D: Drawing>(
         &mut self,
         drawing: &D,
@@ -66,8 +66,8 @@ impl Folder {
     }
 }
 
-/// A folder that holds another sweep, or something that is none, is left alone; one of fewer
-/// draws, unless `sweep` grows.
+/// Refuses a folder that contains another sweep or anything else. A sweep with fewer draws is
+/// accepted only if `grows`.
 pub(super) fn refuse_other(dir: &Path, sweep: &Sweep, grows: bool) -> Result<(), LaboratoryError> {
     let other = |found: String, wanted: String| {
         let folder = dir.display().to_string();
@@ -97,7 +97,7 @@ pub(super) fn refuse_other(dir: &Path, sweep: &Sweep, grows: bool) -> Result<(),
             false => other(there, here),
         };
     }
-    // Of whoever writes here, or ended before there was a sweep.
+    // Files of the process that writes here, or of one that ended before it wrote a sweep.
     let passes = [".lock", "sweep.json.partial"];
     let entries = fs::read_dir(dir).map_err(failed(dir))?;
     let mut entries = entries
@@ -109,10 +109,10 @@ pub(super) fn refuse_other(dir: &Path, sweep: &Sweep, grows: bool) -> Result<(),
     }
 }
 
-/// The whole units of a sweep's folder, finished or not; none where it has just begun.
+/// Returns the complete units in a sweep's folder, finished or not; empty for a new sweep.
 ///
 /// # Errors
-/// It is none.
+/// Fails if the folder contains no valid sweep.
 pub(super) fn units<D: Drawing>(
     dir: &Path,
     sweep: &Sweep,
@@ -126,12 +126,12 @@ pub(super) fn units<D: Drawing>(
     Ok(units)
 }
 
-/// The file in `dir` that says what the sweep there is.
+/// Returns the path of the file in `dir` that describes the sweep.
 pub(super) fn sweep_file(dir: &Path) -> PathBuf {
     dir.join("sweep.json")
 }
 
-/// What the sweep in `dir` is.
+/// Reads the description of the sweep in `dir`.
 pub(super) fn read_sweep(dir: &Path) -> Result<Sweep, LaboratoryError> {
     let path = sweep_file(dir);
     let text = input::read_text(&path, input::LONGEST_DOCUMENT).map_err(failed(&path))?;
@@ -141,17 +141,17 @@ pub(super) fn read_sweep(dir: &Path) -> Result<Sweep, LaboratoryError> {
     })
 }
 
-/// Writes what the sweep in `dir` is.
+/// Writes the description of the sweep in `dir`.
 pub(super) fn write_sweep(dir: &Path, sweep: &Sweep) -> Result<(), LaboratoryError> {
     write(&sweep_file(dir), &json(sweep))
 }
 
 fn json(sweep: &Sweep) -> String {
-    // Strings and numbers only.
+    // Cannot fail: the sweep has only strings and numbers.
     serde_json::to_string_pretty(sweep).unwrap_or_default() + "\n"
 }
 
-/// Replaces a file as a whole.
+/// Replaces a file atomically.
 pub(super) fn write(path: &Path, text: &str) -> Result<(), LaboratoryError> {
     let written = host_core::record::replace_file(path, text.as_bytes());
     written.map_err(LaboratoryError::from)
@@ -169,10 +169,10 @@ fn header(drawing: &impl Drawing) -> String {
     }
 }
 
-/// What to do about rows that no sweep wrote.
+/// Advice for a file with rows that no sweep wrote.
 const CUT: &str = "cut the file off before this line, and the same command goes on from there";
 
-/// The whole units of `draws.csv`, and the text of those alone.
+/// Returns the complete units of the file, and the text of these units only.
 fn whole_rows<D: Drawing>(
     path: &Path,
     sweep: &Sweep,
@@ -202,7 +202,7 @@ fn whole_rows<D: Drawing>(
     for (lines, first) in lines.chunks(of_unit).zip((first..).step_by(of_unit)) {
         let is_whole = lines.len() == drawing.rows_per_unit();
         if !is_whole || lines.last().is_some_and(|line| !line.ends_with('\n')) {
-            break; // the program was killed here
+            break; // the program was killed while it wrote this unit
         }
         let at =
             |(row, what): (usize, String)| damaged(format!("line {}: {what}; {CUT}", first + row));
@@ -215,8 +215,8 @@ fn whole_rows<D: Drawing>(
     Ok((units, whole))
 }
 
-/// The unit that these lines are of. Of every line how it begins is known; the rest is
-/// what the program writes of what it says. Otherwise which line, from 0, says what.
+/// Parses the unit of these lines. The start of every line must be the expected one. Otherwise
+/// returns the index of the wrong line, from 0, and the reason.
 fn unit_of<D: Drawing>(
     lines: &[&str],
     (sweep, drawing): (&Sweep, &D),

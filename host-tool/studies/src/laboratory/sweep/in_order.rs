@@ -1,24 +1,24 @@
-//! Work on all cores, whose results are kept in their order.
+//! Computes on all cores and stores the results in their order.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 
-/// The longest time between two questions whether to go on.
+/// Longest time between two calls of `go_on`.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// Whether to go on.
+/// Returns whether to continue.
 pub(super) type NextStep<'a> = &'a (dyn Fn() -> bool + Sync);
 
-/// Computes every one of `items` on all cores and keeps the results in the order of `items`,
-/// each as soon as those before it are kept, so that whatever ends the program leaves the
-/// first ones. `keep` returns the part done, 0 to 1, which is `begun` before; `go_on` hears
-/// it, and may say no: then a long computation may return nothing, and what comes after is
-/// left out.
+/// Computes all `items` on all cores and stores the results in the order of `items`, each as soon
+/// as those before it are stored, so that an interruption leaves the first ones. `keep` stores a
+/// result and returns the completed share, 0 to 1, which starts at `begun`; `go_on` receives it and
+/// may return `false`. Then long computations may return `None`, and the remaining items are
+/// omitted.
 ///
 /// # Errors
-/// The first, in the order of `items`, that `compute` has, or that of `keep`.
+/// Returns the first error of `compute` in the order of `items`, or the error of `keep`.
 pub(super) fn in_order<I: Sync, T: Send, E: Send>(
     items: &[I],
     begun: f64,
@@ -31,7 +31,7 @@ pub(super) fn in_order<I: Sync, T: Send, E: Send>(
     }
     let cores = rayon::current_num_threads();
     let next = AtomicUsize::new(0);
-    // No further one is begun; those under way end early.
+    // `is_closed` prevents further items; `is_stopped` ends those in progress early.
     let (is_closed, is_stopped) = (AtomicBool::new(false), AtomicBool::new(false));
     let close = || is_closed.store(true, Ordering::Relaxed);
     let goes_on = || !is_stopped.load(Ordering::Relaxed);
@@ -44,7 +44,7 @@ pub(super) fn in_order<I: Sync, T: Send, E: Send>(
                     let nth = next.fetch_add(1, Ordering::Relaxed);
                     let Some(item) = items.get(nth) else { break };
                     if sender.send((nth, compute(item, goes_on))).is_err() {
-                        break; // nobody keeps any more
+                        break; // the receiver has ended
                     }
                 }
             });
@@ -68,7 +68,7 @@ pub(super) fn in_order<I: Sync, T: Send, E: Send>(
                 let item = result.inspect_err(|_| close())?;
                 let Some(item) = item else {
                     close();
-                    break; // and nothing after it is kept
+                    break; // nothing after this result is stored
                 };
                 done = keep(item).inspect_err(|_| close())?;
                 kept += 1;

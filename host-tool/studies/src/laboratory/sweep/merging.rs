@@ -1,4 +1,4 @@
-//! Shards of a sweep, joined to what it would be undivided.
+//! Merges the shards of a sweep into the sweep that would have run without them.
 
 use super::drawing::Drawing;
 use super::folder::{self, Folder};
@@ -8,14 +8,15 @@ use crate::laboratory::result::Outcome;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// What a whole came to: each unit, and all of them.
+/// Each unit of the merged sweep, and the analysis of all.
 pub type MergedUnits<U> = (BTreeMap<u64, U>, Outcome);
 
-/// Makes one sweep in `out` of all of its shards in `parts`: the bytes of a sweep
-/// that was never cut.
+/// Merges all shards of a sweep in `parts` into `out`, with the same bytes as a sweep without
+/// shards.
 ///
 /// # Errors
-/// The parts are not all shards of one sweep, one has a hole, or a file fails.
+/// Fails if the parts are not all shards of one sweep, if units are missing, or if a file cannot be
+/// read or written.
 pub fn merge_shards<D: Drawing>(
     parts: &[PathBuf],
     out: &Path,
@@ -51,10 +52,10 @@ fn name(part: &Path) -> String {
     part.display().to_string()
 }
 
-/// The shard in this folder.
+/// Reads the description of the shard in this folder.
 ///
 /// # Errors
-/// E604: there is none. Its `sweep.json` cannot be read.
+/// Fails with E604 if the folder contains no shard, or if its `sweep.json` cannot be read.
 pub fn read_shard(part: &Path) -> Result<Sweep, LaboratoryError> {
     if part.is_dir() && !folder::sweep_file(part).exists() {
         let part = name(part);
@@ -66,7 +67,7 @@ pub fn read_shard(part: &Path) -> Result<Sweep, LaboratoryError> {
     Sweep::read(part)
 }
 
-/// The sweep that these are all parts of.
+/// Returns the sweep of which these are all the shards.
 fn combined_sweep<D: Drawing>(
     parts: &[(String, Sweep)],
     drawing: &D,

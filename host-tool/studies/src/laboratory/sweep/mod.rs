@@ -1,4 +1,5 @@
-//! Many wearers on all cores: resumable, in shards, the same bytes however cut.
+//! Simulates many wearers on all cores. A sweep can be resumed and divided into shards; the
+//! resulting bytes are the same.
 
 mod drawing;
 mod folder;
@@ -24,16 +25,16 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-/// A part of a sweep: units whose index is `number - 1` modulo `read`.
+/// A part of a sweep: the units whose index is `number - 1` modulo `of`.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub struct Shard {
-    /// From 1.
+    /// Number of this shard, from 1.
     pub number: u64,
-    /// Shards in all.
+    /// Total number of shards.
     pub of: u64,
 }
 
-/// Most shards of a sweep.
+/// Largest number of shards of a sweep.
 const MOST_SHARDS: u64 = 10_000;
 
 impl FromStr for Shard {
@@ -52,65 +53,65 @@ impl FromStr for Shard {
 }
 
 impl Shard {
-    /// All of it.
+    /// The whole sweep as a single shard.
     pub const WHOLE: Self = Self { number: 1, of: 1 };
 
     fn has(self, unit: u64) -> bool {
         unit % self.of == self.number - 1
     }
 
-    /// Which of this part's units it is, from 0.
+    /// Returns the position of this unit within the shard, from 0.
     const fn position(self, unit: u64) -> u64 {
         unit / self.of
     }
 }
 
-/// What came of a sweep, or of as much of it as there is.
+/// Result of a sweep, complete or not.
 pub struct SweepResult {
-    /// Of a whole sweep that came to its end.
+    /// Result of a complete sweep that is not a shard.
     pub outcome: Option<Outcome>,
-    /// Of an experiment without feedback, the units that ran on the whole device too.
+    /// Comparison with the whole device, for an experiment without feedback.
     pub checked: Option<DeviceCheck>,
 }
 
-/// What decides every byte of a sweep; `sweep.json`.
+/// The inputs that determine every byte of a sweep, stored as `sweep.json`.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Sweep {
-    /// The experiment.
+    /// Name of the experiment.
     pub name: String,
-    /// Which part of what is declared, where it is not all of it.
+    /// Part of the declaration that the sweep covers; `None` for everything.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub only: Option<String>,
-    /// SHA-256 of the declaration and its sessions, by file.
+    /// SHA-256 of the declaration and its sessions, by file name.
     pub sha256: BTreeMap<String, String>,
-    /// Of wearers and noise.
+    /// Seed of wearers and noise.
     pub seed: u64,
-    /// Wearers, at each point of the grid.
+    /// Number of random wearers at each point of the grid.
     pub draws: u64,
-    /// Which part.
+    /// Part of the units that is computed here.
     pub shard: Shard,
-    /// Of the program.
+    /// Version of the program.
     pub version: String,
 }
 
-/// The units of a sweep that were computed, now or before.
+/// The units of a sweep that exist, from this or earlier runs.
 pub struct ComputedUnits<U> {
-    /// The first ones of this part, by index.
+    /// The first units of this shard, by index.
     pub units: BTreeMap<u64, U>,
-    /// Whether they are all of them.
+    /// Whether these are all units of the shard.
     pub is_whole: bool,
-    /// How many of them were computed now.
+    /// Number of units that this run computed.
     pub fresh: u64,
 }
 
 impl Sweep {
-    /// Of this experiment.
+    /// Creates the sweep of an experiment.
     #[must_use]
     pub fn new(experiment: &Experiment, seed: u64, draws: u64, shard: Shard) -> Self {
         Self::from_drawing(&Playing::new(experiment), (seed, draws), shard)
     }
 
-    /// Of what is drawn: seed and draws.
+    /// Creates the sweep of a drawing with this seed and number of draws.
     #[must_use]
     pub fn from_drawing(drawing: &impl Drawing, (seed, draws): (u64, u64), shard: Shard) -> Self {
         Self {
@@ -124,35 +125,36 @@ impl Sweep {
         }
     }
 
-    /// Writes in `dir`, which is a record's, that the sweep begins there.
+    /// Writes the description of the sweep into the record `dir`.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// Fails if the file cannot be written.
     pub fn begin(&self, dir: &Path) -> Result<(), LaboratoryError> {
         folder::write_sweep(dir, self)
     }
 
-    /// What the sweep in `dir` is, whole or not.
+    /// Reads the description of the sweep in `dir`, complete or not.
     ///
     /// # Errors
-    /// There is none.
+    /// Fails if `dir` contains no sweep.
     pub fn read(dir: &Path) -> Result<Self, LaboratoryError> {
         folder::read_sweep(dir)
     }
 
-    /// Takes the folder `dir`, absent, empty or this sweep begun before, for this program
-    /// alone.
+    /// Takes the folder `dir` for this process alone. It must be absent, empty, or contain an
+    /// earlier part of this sweep.
     ///
     /// # Errors
-    /// E603: it holds something else, which is left alone; another program writes there.
+    /// Fails with E603 if the folder contains something else, which stays unchanged, or if another
+    /// program writes there.
     pub fn place(&self, dir: &Path) -> Result<Place, LaboratoryError> {
         self.take(dir, false)
     }
 
-    /// [`Self::place`] of this drawing, which may hold fewer of its draws if it grows.
+    /// Takes the folder as [`Self::place`] does; an extensible drawing may have fewer draws there.
     ///
     /// # Errors
-    /// As [`Self::place`].
+    /// Fails as [`Self::place`] does.
     pub fn place_of(&self, drawing: &impl Drawing, dir: &Path) -> Result<Place, LaboratoryError> {
         self.take(dir, drawing.is_extensible())
     }
@@ -164,7 +166,7 @@ impl Sweep {
         Ok(Place::open_existing(dir)?)
     }
 
-    /// For people.
+    /// Describes the sweep in words.
     fn in_words(&self) -> String {
         let Self {
             name, seed, draws, ..
@@ -175,14 +177,14 @@ impl Sweep {
         format!("{name}{only}, seed {seed}, {draws} draws, shard {number}/{of}")
     }
 
-    /// Computes what `dir` does not hold yet; `go_on` hears the part done, 0 to 1,
-    /// and may say no. The page of a whole sweep shows `trials`, which were conducted
-    /// before. Without feedback bodies are drawn without their device, one in a hundred
-    /// with it as well.
+    /// Computes the units that `dir` lacks. `go_on` receives the completed share, 0 to 1, and ends
+    /// the run by returning `false`. The page of a complete sweep also shows `trials`, which were
+    /// recorded before. Without feedback, bodies are simulated without the device, and one unit in
+    /// a hundred with it as well.
     ///
     /// # Errors
-    /// The folder holds something else or cannot be written; a unit failed, or was not
-    /// what it is on the whole device, which ends the sweep with everything before kept.
+    /// Fails if the folder contains something else or cannot be written, or if a unit fails or
+    /// differs from the whole device. The sweep then ends, and all earlier units stay stored.
     pub fn run(
         &self,
         experiment: &Experiment,
@@ -196,7 +198,8 @@ impl Sweep {
         Ok(SweepResult { outcome, checked })
     }
 
-    /// [`Self::run`] to this score, if the experiment has one.
+    /// Runs the sweep as [`Self::run`] does, with the recorded output of the device if there is
+    /// one.
     pub(super) fn run_with_score(
         &self,
         experiment: &Experiment,
@@ -216,12 +219,13 @@ impl Sweep {
         }
     }
 
-    /// Computes what `dir` does not hold yet, or all of it without keeping it anywhere;
-    /// `go_on` hears the part done, 0 to 1, at least every 50 ms, and may say no.
+    /// Computes the units that `dir` lacks, or without `dir` all of them, which are then not
+    /// stored. `go_on` receives the completed share, 0 to 1, at least every 50 ms, and ends the run
+    /// by returning `false`.
     ///
     /// # Errors
-    /// The folder holds something else or cannot be written; a unit failed, which ends the
-    /// sweep with everything before kept.
+    /// Fails if the folder contains something else or cannot be written, or if a unit fails. The
+    /// sweep then ends, and all earlier units stay stored.
     pub fn compute<D: Drawing>(
         &self,
         drawing: &D,
@@ -234,7 +238,7 @@ impl Sweep {
             Some((folder, units)) => (Some(folder), units),
             None => (None, BTreeMap::new()),
         };
-        // What is known are the first ones.
+        // The known units are the first ones.
         let left = all.get(units.len()..).unwrap_or_default();
         let part = |done: usize| done as f64 / all.len() as f64;
         let compute = |index: &u64, goes_on: &(dyn Fn() -> bool + Sync)| {
@@ -262,7 +266,8 @@ impl Sweep {
         })
     }
 
-    /// The folder of this part, whose units are `all`, and those that it holds.
+    /// Opens the folder of this shard, whose units are `all`, and returns the units that it
+    /// contains.
     fn open<D: Drawing>(
         &self,
         dir: &Path,
@@ -281,17 +286,17 @@ impl Sweep {
         Err(LaboratoryError::Damaged { file, reason })
     }
 
-    /// The units of this part, rising.
+    /// Returns the units of this shard in ascending order.
     fn units(&self, drawing: &impl Drawing) -> impl Iterator<Item = u64> {
         let shard = self.shard;
         (0..drawing.units(self.draws)).filter(move |unit| shard.has(*unit))
     }
 
-    /// Writes what the units came to, be they all or the first ones: result, page and the
-    /// study's own files.
+    /// Analyses the units, which are all or the first of them, and writes result, page and further
+    /// files.
     ///
     /// # Errors
-    /// It cannot be analysed, or not be written.
+    /// Fails if the units cannot be analysed or a file cannot be written.
     pub fn close<D: Drawing>(
         &self,
         drawing: &D,
@@ -303,10 +308,10 @@ impl Sweep {
         Ok(outcome)
     }
 
-    /// Writes what the units came to: result, page and the study's own files.
+    /// Writes result, page and further files.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// Fails if a file cannot be written.
     pub(super) fn publish<D: Drawing>(
         &self,
         drawing: &D,
@@ -321,7 +326,7 @@ impl Sweep {
         Ok(())
     }
 
-    /// What differs from `other`, for people.
+    /// Returns the first difference from `other` in words.
     fn difference(&self, other: &Self) -> String {
         let only = |item: &Self| item.only.clone().unwrap_or_else(|| "all".to_owned());
         let pairs = [
@@ -347,11 +352,12 @@ impl Sweep {
     }
 }
 
-/// Makes one sweep in `out` of all of its shards in `parts`: the bytes of a sweep
-/// that was never cut.
+/// Merges all shards of a sweep in `parts` into `out`, with the same bytes as a sweep without
+/// shards.
 ///
 /// # Errors
-/// The parts are not all shards of one sweep, one has a hole, or a file fails.
+/// Fails if the parts are not all shards of one sweep, if units are missing, or if a file cannot be
+/// read or written.
 pub fn merge(
     parts: &[PathBuf],
     out: &Path,

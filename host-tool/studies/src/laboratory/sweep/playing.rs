@@ -1,4 +1,4 @@
-//! An experiment's wearers as a sweep draws them: a row for each condition.
+//! Adapts an experiment to a sweep: a unit is a wearer with a row for each condition.
 
 use super::Sweep;
 use super::drawing::Drawing;
@@ -9,7 +9,7 @@ use crate::laboratory::open_loop::{Score, is_checked};
 use crate::laboratory::result::Outcome;
 use std::collections::BTreeMap;
 
-/// An experiment, its score if it has one, and trials that were conducted before.
+/// An experiment, the recorded output of its device if there is no feedback, and earlier trials.
 pub(super) struct Playing<'a> {
     pub(super) experiment: &'a Experiment,
     pub(super) score: Option<&'a Score>,
@@ -17,7 +17,8 @@ pub(super) struct Playing<'a> {
 }
 
 impl<'a> Playing<'a> {
-    /// What decides, without what is only to be played.
+    /// Creates the adapter without recorded output and trials, which do not affect the identity of
+    /// the sweep.
     pub(super) const fn new(experiment: &'a Experiment) -> Self {
         Self {
             experiment,
@@ -130,15 +131,15 @@ impl Drawing for Playing<'_> {
     }
 }
 
-/// A name as a CSV field.
+/// Quotes a name for a CSV field.
 fn quote_csv(name: &str) -> String {
     format!("\"{}\"", name.replace('"', "\"\""))
 }
 
-/// A number of `draws.csv`; none where there was none.
+/// Parses a number of `draws.csv`; an empty field is `None`.
 ///
 /// # Errors
-/// It is no finite number.
+/// Returns a message if the field is no finite number.
 pub fn parse_number(field: &str) -> Result<Option<f64>, String> {
     match (field, field.parse::<f64>()) {
         ("", _) => Ok(None),
