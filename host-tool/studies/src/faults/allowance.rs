@@ -1,6 +1,6 @@
-//! A host that plays pieces until the wearer's time or charge is over, however each ends and
-//! whatever resets in between: judged at the electrode, nothing of it passes the limits by
-//! more than a host timeout, and 250 ms for each reset.
+//! Fault campaign: a host stimulates again and again until the wearer's time or charge is used up,
+//! however each piece ends and whatever resets in between. Judged at the electrode, the total must
+//! not exceed the limits by more than one host timeout, plus 250 ms for each reset.
 
 use super::Draws;
 use super::bench::Bench;
@@ -22,26 +22,27 @@ use hal_sim::native::identity;
 use hal_sim::random::Random;
 use host_core::session::Session;
 
-/// Of the streams that this class draws from.
+/// Number of the random stream of this fault class, different from those of the others.
 const STREAM: u64 = 0xA110;
-/// Every electrode, Ω.
+/// Resistance of every electrode, Ω.
 const LOAD_OHM: u32 = 1_000;
-/// Until `Arm` is answered: the pause between two electrode checks, and a check, µs.
+/// Longest time until `Arm` is answered, µs: the pause between two electrode checks, and one check.
 const ARM_US: u64 = 430_000;
-/// Until a piece that ended is idle: the longest fall, and the train's last grounding, µs.
+/// Longest time until a piece has ended, µs: the longest fall, and the last grounding of the train.
 const ENDS_US: u64 = 115_000;
-/// The grounding after an acknowledged fault, µs.
+/// Grounding after an acknowledged fault, µs.
 const GROUNDS_US: u64 = 110_000;
-/// No case has as many pieces: 0.1 s each, of 3 s.
+/// Upper bound of the number of pieces: a case has at most 3 s in pieces of 0.1 s.
 const MOST_PIECES: usize = 400;
-/// Refused because nothing is left of time or of charge.
+/// Refusal codes if no time or no charge is left.
 const OVER: [Code; 2] = [Code::TimeOver, Code::DoseReached];
-/// How a piece may end by itself or by its host.
+/// Ways in which a piece ends, by itself or by its host.
 const EXITS: [&str; 5] = ["stop", "silence", "hand stop", "fault", "finish"];
-/// What resets without power.
+/// Causes of a reset that keeps the power on.
 const RESETS: [ResetCause; 3] = [ResetCause::Software, ResetCause::Watchdog, ResetCause::Pin];
 
-/// What is tried.
+/// Campaign of attempts to exceed the wearer's allowance: the session, a booted board, and the
+/// kinds of attempt.
 pub(super) struct AllowanceAttack<B: Boards> {
     boards: B,
     session: Session,
@@ -51,10 +52,10 @@ pub(super) struct AllowanceAttack<B: Boards> {
 
 /// A board that can be reset.
 pub(super) trait Resets: FaultableDevice + Sized {
-    /// Resets it, and boots; its time then, µs.
+    /// Resets the board with this cause and boots it; returns its time afterwards, µs.
     fn reset(&mut self, cause: ResetCause, sensors: &Sensors) -> Result<u64, FaultsError>;
 
-    /// Flips `bit` of what it keeps through resets, in copy 0 or 1.
+    /// Flips `bit` of copy 0 or 1 of the memory that survives resets.
     fn damage(&mut self, copy: usize, bit: usize);
 }
 
@@ -78,7 +79,7 @@ impl Resets for Board<()> {
     fn reset(&mut self, cause: ResetCause, sensors: &Sensors) -> Result<u64, FaultsError> {
         let told = |e: BoardError| never_runs(e.to_string());
         self.reset_with_cause(cause).map_err(told)?;
-        // Until the host finds that the device has left.
+        // Lets the host notice that the device has gone.
         self.run_to(self.cpu.cycle + 1_000 * CYCLES_PER_US)
             .map_err(told)?;
         self.boot(sensors).map_err(told)?;
@@ -86,20 +87,20 @@ impl Resets for Board<()> {
     }
 
     fn damage(&mut self, copy: usize, bit: usize) {
-        // The copies lie 1 KiB apart, 140 bytes each.
+        // The copies are 1 KiB apart and 140 bytes long.
         let byte = 1024 * copy + bit / 8 % 140;
         self.around.soc.backup_sram.bytes()[byte] ^= 1 << (bit % 8);
     }
 }
 
-/// One case on its way.
+/// One case while it runs.
 struct Trial<'c, B: Boards> {
     class: &'c AllowanceAttack<B>,
     kind: &'c str,
     session: Session,
     random: Random,
     account: OutputTotals,
-    /// A device that lost what was spent must refuse by this name.
+    /// Whether the device has lost its account of what was spent and must refuse for that reason.
     is_lost: bool,
     refused: Option<u16>,
     pieces: usize,
@@ -117,7 +118,7 @@ where
             channel.spec.stage = StageSpec::Current {
                 full_scale_ua: 100_000,
             };
-            // The first pulses at 50 Hz, the second in pairs at 25.
+            // The first channel emits single pulses at 50 Hz, the second pairs at 25 Hz.
             channel.spec.train.burst_count = 1 + n as u8;
             channel.spec.train.burst_interval_us = 2_000 * n;
             channel.spec.train.period_us = 20_000 * (1 + u32::from(n));
@@ -138,14 +139,14 @@ where
         }
     }
 
-    /// The case's own limits.
+    /// Returns the session with random limits for this case.
     fn random_session(&self, random: &mut Random) -> Session {
         let mut session = self.session.clone();
         let wearer = &mut session.wearer;
-        // A second on the chip simulator, which is slower than the native one.
+        // One second on the chip simulator, which is slower than the native backend.
         let most_s: &u64 = self.boards.select(&1, &3);
         wearer.max_session_s = 1 + random.below(*most_s) as u32;
-        // By charge in two cases of five: 1 mC are 250 pulses of 4 µC, or 125 pairs.
+        // The charge limits two cases of five: 1 mC is 250 pulses of 4 µC, or 125 pairs.
         let is_by_dose = random.below(5) < 2 && *most_s > 1;
         wearer.max_dose_mc = if is_by_dose { 1 } else { 1_000 };
         if is_by_dose {
@@ -165,7 +166,7 @@ impl<B: Boards> Trial<'_, B>
 where
     B::Board: Resets,
 {
-    /// Plays pieces until the device refuses; what boards put out goes to the account.
+    /// Plays pieces until the device refuses; adds the output of all boards to the account.
     fn play(&mut self) -> Result<(), FaultsError> {
         let class = self.class;
         let sensors = AllowanceAttack::<B>::sensors();
@@ -191,13 +192,13 @@ where
             self.resets += 1;
             let now_us = device.reset(cause, &sensors)?;
             bench = Bench::connect(device, now_us, sensors)?;
-            // A watchdog's reset is a fault, which the device keeps.
+            // The device stores a watchdog reset as a fault.
             acknowledge(&mut bench)?;
         }
         Ok(())
     }
 
-    /// One piece, and what resets in it or after it.
+    /// Plays one piece, and returns the cause of a reset in it or after it.
     fn play_piece(
         &mut self,
         bench: &mut Bench<B::Board>,
@@ -215,7 +216,8 @@ where
         for channel in &mut session.channels {
             channel.spec.train.repeats = count;
             if count != 0 {
-                channel.spec.start = channel.spec.limit; // a fixed number does not rise
+                // a train with a fixed number of pulses has no rise
+                channel.spec.start = channel.spec.limit;
             }
         }
         let refused = bench.reports().refused.len();
@@ -251,7 +253,7 @@ where
         Ok(reset)
     }
 
-    /// 5 to 15 mA on both channels.
+    /// Returns a request for 5 to 15 mA on both channels.
     fn wanted(&mut self) -> Request {
         let channels = &self.session.channels;
         let mask = channels
@@ -266,14 +268,14 @@ where
         }
     }
 
-    /// The piece ends so, and the device is idle.
+    /// Ends the piece in this way and waits until the device is idle.
     fn end_piece(&mut self, bench: &mut Bench<B::Board>, exit: &str) -> Result<(), FaultsError> {
         bench.speaks = false;
         match exit {
             "stop" => bench.send(Request::Stop)?,
             "hand stop" => bench.sensors.hand_stop = false,
             "fault" => bench.sensors.over_current = true,
-            // The longest silence; what was finished before is idle.
+            // The longest host silence; a train that finished by itself is already idle.
             _ => wait(bench, 1_000_000)?,
         }
         wait(bench, ENDS_US)?;
@@ -285,7 +287,7 @@ where
         Ok(())
     }
 
-    /// What resets in or after this piece, if anything does.
+    /// Returns the cause of a reset in or after this piece, if there is one.
     fn reset(&mut self) -> Option<ResetCause> {
         let one_in = |random: &mut Random, n| random.below(n) == 0;
         match self.kind {
@@ -321,7 +323,7 @@ where
             None => false,
         };
         CaseResult {
-            must_find: self.kind != "power" || found, // power gives back what was spent
+            must_find: self.kind != "power" || found, // power removal gives the allowance back
             found,
             reset: self.resets > 0,
             severe: self.account.findings(allowed),

@@ -1,6 +1,6 @@
-//! Codes that the simulator does not model, most of which manuals reserve or forbid: what a
-//! chip does with one nobody knows. Its end is assumed, one of two that are drawn: the block
-//! goes on as if the bit were not there, or stands; the register shows it either way.
+//! Fault campaign: register codes that the simulator does not model, most of which the manuals
+//! reserve or forbid, so that their effect on a chip is unknown. One of two effects is assumed at
+//! random: the block ignores the bit, or it stops. The register shows the bit in both cases.
 
 use super::bench::DeviceClock;
 use super::declaration::Register;
@@ -11,10 +11,10 @@ use super::supply::unlock_pll;
 use hal_sim::chip::board::Loss;
 use hal_sim::random::Random;
 
-/// How cases with such an end are told apart from those that are modelled.
+/// Prefix of cases with an assumed effect.
 pub(super) const KIND: &str = "assumed";
 
-/// Turns `bits` of `register`; gives the end that was drawn.
+/// Flips `bits` of `register`; returns the effect that was chosen at random.
 pub(super) fn flip_register_bits(
     fork: &mut Chip,
     (register, bits): (&Register, u32),
@@ -32,7 +32,7 @@ pub(super) fn flip_register_bits(
     })
 }
 
-/// Whether it is known how the block of `register` stands; then it does.
+/// Stops the block of `register`; returns `false` if the simulator has no way to stop it.
 fn freeze_block(fork: &mut Chip, register: &str) -> Result<bool, FaultsError> {
     let from_us = fork.device_us();
     let board = &mut fork.device;

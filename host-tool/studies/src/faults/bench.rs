@@ -1,4 +1,5 @@
-//! A device and its host, which keeps on saying what it wants. A clone is a fork.
+//! Connects a device with a host that keeps sending its request. A clone is a fork of the
+//! simulation.
 
 use super::error::{FaultsError, never_runs};
 use firmware::device::Draft;
@@ -11,24 +12,24 @@ use hal_sim::world::Recorder;
 use host_core::session::Session;
 use std::io;
 
-/// The host says what it wants this often, µs.
+/// Interval at which the host repeats its request, µs.
 pub(super) const HOST_US: u64 = 5_000;
-/// Until a request that only the draft must take is answered, µs.
+/// Longest time until the device answers a request that only changes the draft, µs.
 const ANSWER_US: u64 = 4_000;
-/// Until `Arm` is: the electrode check takes 22 ms.
+/// Longest time until `Arm` is answered, µs: the electrode check takes 22 ms.
 const ARM_US: u64 = 60_000;
 
-/// A device, its host and all that it put out.
+/// A device, its host and its recorded output.
 #[derive(Clone)]
 pub(super) struct Bench<D> {
     pub device: D,
     pub recorder: Recorder,
     pub sensors: Sensors,
-    /// How the device's clock goes by the world's.
+    /// Relation of the device's clock to world time.
     pub clock: DeviceClock,
-    /// Whether the host still speaks.
+    /// Whether the host still sends.
     pub speaks: bool,
-    /// What the host asks for again and again.
+    /// Request that the host repeats.
     wanted: Option<Request>,
     said_us: u64,
     now_us: u64,
@@ -39,8 +40,8 @@ pub(super) struct Bench<D> {
     heard: DeviceReports,
 }
 
-/// A device's clock that went wrong at `from_us`: it stood for `stood_us`, and has `rate` of
-/// the world's pace since.
+/// A device clock that fails at `from_us`: it stops for `stood_us` and then runs at `rate` times
+/// the true speed.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct DeviceClock {
     pub from_us: u64,
@@ -49,14 +50,14 @@ pub(super) struct DeviceClock {
 }
 
 impl DeviceClock {
-    /// Both are the same.
+    /// A clock that agrees with world time.
     const TRUE: Self = Self {
         from_us: 0,
         stood_us: 0,
         rate: 1.0,
     };
 
-    /// World time when the device's clock showed `at`, µs.
+    /// Returns the world time at which the device's clock showed `at`, µs.
     pub fn world_us(&self, at: Micros) -> u64 {
         let at_us = u64::from(at.get());
         match at_us.checked_sub(self.from_us) {
@@ -66,25 +67,25 @@ impl DeviceClock {
     }
 }
 
-/// What the device said.
+/// The device's responses and events.
 #[derive(Clone, Debug, Default)]
 pub(super) struct DeviceReports {
-    /// Of a frame that is not whole yet.
+    /// Bytes of an incomplete frame.
     half: Vec<u8>,
-    /// The first fault since it was greeted.
+    /// First fault since the device answered `Hello`.
     pub fault: Option<FaultRecord>,
-    /// Why it stopped first, and when.
+    /// Time and cause of the first stop.
     pub stopping: Option<(Micros, StopCause)>,
-    /// Numbers and fields of what was refused.
+    /// Number and field of each refusal.
     pub refused: Vec<(u16, String)>,
-    /// It greeted back.
+    /// Session number from the answer to `Hello`.
     hello: Option<u16>,
-    /// And said what stages it has.
+    /// Stages from the answer to `Hello`.
     pub stages: Option<Stages>,
 }
 
 impl<D> Bench<D> {
-    /// The same with `device` in its place.
+    /// Returns a copy that has `device` instead of its own.
     pub fn with_device<E>(&self, device: E) -> Bench<E> {
         Bench {
             device,
@@ -105,7 +106,7 @@ impl<D> Bench<D> {
 }
 
 impl<D: Device> Bench<D> {
-    /// A device whose time is `now_us`, and what it has put out; nobody speaks to it.
+    /// Combines a device at `now_us`, its output so far, and a host that sends nothing yet.
     pub fn new(device: D, recorder: Recorder, now_us: u64, sensors: Sensors) -> Self {
         Self {
             device,
@@ -124,12 +125,12 @@ impl<D: Device> Bench<D> {
         }
     }
 
-    /// The same, that was heard to say this before.
+    /// Replaces the responses received so far.
     pub fn with_reports(self, heard: DeviceReports) -> Self {
         Self { heard, ..self }
     }
 
-    /// A device whose time is `now_us`, greeted.
+    /// Connects to a device at `now_us` and exchanges `Hello`.
     pub fn connect(device: D, now_us: u64, sensors: Sensors) -> Result<Self, FaultsError> {
         let mut bench = Self::new(device, Recorder::default(), now_us, sensors);
         bench.send_and_wait(Request::Hello { schema: SCHEMA }, ANSWER_US)?;
@@ -140,25 +141,25 @@ impl<D: Device> Bench<D> {
         Ok(bench)
     }
 
-    /// Configures it as `session` says, whether it takes that or not.
+    /// Sends the setup of `session`, whether the device accepts it or not.
     pub fn configure(&mut self, session: &Session) -> Result<(), FaultsError> {
         let mut requests = session.setup_requests().into_iter();
         requests.try_for_each(|request| self.send_and_wait(request, ANSWER_US))
     }
 
-    /// The sum of what the host has sent.
+    /// Returns the checksum of the setup that the host has sent.
     pub fn sum(&self) -> u32 {
         self.draft.checksum()
     }
 
-    /// Arms this sum, 0 for that of what was sent, and starts, with a host that goes on to
-    /// ask for `wanted`; whether the device takes that or not.
+    /// Sends `Arm` with this checksum, or 0 for that of the sent setup, then `Start`, and repeats
+    /// `wanted` from then on, whether the device accepts it or not.
     pub fn start(&mut self, setup: u32, wanted: Request) -> Result<(), FaultsError> {
         self.start_within(setup, wanted, ARM_US)
     }
 
-    /// [`Self::start`] with so long for the answer to `Arm`, which comes after the pause
-    /// between two electrode checks.
+    /// Starts as [`Self::start`] does, but waits up to `arm_us` for the answer to `Arm`, which
+    /// includes the pause between two electrode checks.
     pub fn start_within(
         &mut self,
         setup: u32,
@@ -173,7 +174,7 @@ impl<D: Device> Bench<D> {
         Ok(())
     }
 
-    /// [`Self::configure`], [`Self::start`], and `us` of it; nothing is refused.
+    /// Configures, starts and runs for `us`. Fails if the device refuses anything.
     pub fn into_stimulating(
         mut self,
         session: &Session,
@@ -190,36 +191,37 @@ impl<D: Device> Bench<D> {
         }
     }
 
-    /// Whether the host is where that of `other` is, and says the same from now on.
+    /// Returns whether this host and that of `other` are in the same state, so that they send the
+    /// same from now on.
     pub fn has_same_host_state(&self, other: &Self) -> bool {
         (self.speaks, self.said_us, self.due_us) == (other.speaks, other.said_us, other.due_us)
             && (self.session, self.seq, self.now_us) == (other.session, other.seq, other.now_us)
             && (&self.wanted, &self.heard.half) == (&other.wanted, &other.heard.half)
     }
 
-    /// Device time, which is the world's.
+    /// Returns the device time, which equals world time.
     pub const fn now_us(&self) -> u64 {
         self.now_us
     }
 
-    /// Whether a channel was driven from `since_us` on.
+    /// Returns whether a channel was driven after `since_us`.
     pub fn has_driven_since(&self, since_us: u64) -> bool {
         let levels = self.recorder.trace.levels.iter().rev();
         let mut last = levels.take_while(|(t, _)| *t >= since_us);
         last.any(|(_, levels)| (0..10).any(|c| levels.state(c).is_driven()))
     }
 
-    /// When the host last spoke.
+    /// Returns the time at which the host last sent a request.
     pub const fn last_sent_us(&self) -> u64 {
         self.said_us
     }
 
-    /// What it said.
+    /// Returns the device's responses.
     pub const fn reports(&self) -> &DeviceReports {
         &self.heard
     }
 
-    /// Says `request`, and awaits no answer.
+    /// Sends `request` without waiting for an answer.
     pub fn send(&mut self, request: Request) -> Result<(), FaultsError> {
         self.send_and_wait(request, 0)
     }
@@ -245,20 +247,20 @@ impl<D: Device> Bench<D> {
         self.device.receive(at, &frame, sensors, &mut self.recorder)
     }
 
-    /// Somebody else writes these bytes to it at `at_us`, or now if that is past.
+    /// Feeds foreign bytes to the device at `at_us`, or now if that time is past.
     ///
     /// # Errors
-    /// As of [`Self::run_to`].
+    /// Fails as [`Self::run_to`] does.
     pub fn receive(&mut self, at_us: u64, bytes: &[u8]) -> io::Result<()> {
         self.advance(at_us.max(self.now_us))?;
         let (at, sensors) = (Micros::new(self.now_us as u32), &self.sensors);
         self.device.receive(at, bytes, sensors, &mut self.recorder)
     }
 
-    /// Time goes on to `to_us`, the host speaking at its times.
+    /// Runs until `to_us`; the host sends at its times.
     ///
     /// # Errors
-    /// The device is gone: the simulator does not model what it did.
+    /// Fails if the device has gone: the simulator does not model what the device did.
     pub fn run_to(&mut self, to_us: u64) -> io::Result<()> {
         while self.due_us < to_us {
             self.advance(self.due_us.max(self.now_us))?;
@@ -280,7 +282,7 @@ impl<D: Device> Bench<D> {
 }
 
 impl DeviceReports {
-    /// Hears what was recorded.
+    /// Decodes the bytes that were recorded since the last call.
     pub fn decode_recorded(&mut self, recorder: &mut Recorder) {
         for (_, bytes) in recorder.bytes.drain(..) {
             self.half.extend(bytes);

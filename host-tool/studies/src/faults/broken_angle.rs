@@ -1,29 +1,29 @@
-//! A measured angle that is wrong, late or missing: what comes in its place.
+//! Breaks a measured angle: replaces, delays or drops its measurements.
 
 use super::measured::MeasuredBits;
 use hal_sim::body::{BrokenSensor, SensorFault};
 use hal_sim::random::Random;
 
-/// A measurement is asked for again this long after it was found wrong, or missing, at
-/// least: two ticks of the control, and the next reading of 50 a second, µs.
+/// Shortest time after which a wrong or missing measurement must be detected, µs: two control ticks
+/// plus the next reading at 50 Hz.
 pub(super) const SOON_US: u64 = 22_000;
-/// The board reads its converter this often, µs.
+/// Interval at which the board reads its converter, µs.
 const TICK_US: u64 = 1_000;
 
-/// One angle of a scene, and how it breaks.
+/// One measured angle of a session, and its fault.
 pub(super) struct BrokenAngle<'k> {
     kind: &'k str,
     pub angle: MeasuredBits,
-    /// The other one, where two are swapped.
+    /// Index of the other angle if two are swapped.
     other: Option<u8>,
     pub fault: Option<SensorFault>,
-    /// How old what comes is, as it says, µs; nothing where nothing comes.
+    /// Age of the measurement as reported with it, µs; `None` if no measurement arrives.
     late_us: Option<u64>,
     pub moment_us: u64,
 }
 
 impl<'k> BrokenAngle<'k> {
-    /// How `angle`, one of `angles`, breaks at `moment_us`.
+    /// Chooses at random how `angle`, one of `angles`, breaks at `moment_us`.
     pub fn draw(
         (kind, moment_us): (&'k str, u64),
         angle: MeasuredBits,
@@ -48,14 +48,15 @@ impl<'k> BrokenAngle<'k> {
         let far = 1e6_f64.copysign(off);
         let fault = match self.kind {
             "stuck" => SensorFault::Stuck,
-            // One reading: of a host the first, of a converter those of a tick.
+            // An outlier is one reading: the first from a host, or those of one tick from a
+            // converter.
             "outlier" if self.angle.is_converted() => SensorFault::Outlier(off, TICK_US),
             "outlier" => SensorFault::Outlier(off, 0),
             "step" => SensorFault::Step(off),
             "drift" => SensorFault::Drift(off),
             "code" => SensorFault::Says(far),
             "delayed" => SensorFault::Delayed(age_us),
-            // A converter's reading has no time, and a wire that is off reads the least.
+            // A converter's reading has no time stamp, and an open wire reads the smallest value.
             "late" if self.angle.is_converted() => SensorFault::Delayed(age_us),
             "stopped" if self.angle.is_converted() => SensorFault::Says(-1e6),
             "late" => {
@@ -82,8 +83,8 @@ impl<'k> BrokenAngle<'k> {
         self.fault = Some(fault);
     }
 
-    /// The measurement that comes in place of this one, and how late; nothing where none
-    /// does.
+    /// Returns the delay, index and value of the measurement that arrives in place of this one, or
+    /// `None` if it is lost.
     pub fn replace_measurement(
         &self,
         t_us: u64,
@@ -110,7 +111,8 @@ impl<'k> BrokenAngle<'k> {
         }
     }
 
-    /// Whether the device owes to find it: by what was said from the moment on, °.
+    /// Returns whether the device must detect the fault, given the range of reported angles since
+    /// then, °.
     pub fn must_be_detected(&self, said: Option<[f64; 2]>) -> bool {
         let late_us = self.late_us.unwrap_or(u64::MAX);
         let is_late = late_us > self.angle.stale_us + SOON_US;

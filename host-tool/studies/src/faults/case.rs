@@ -1,23 +1,23 @@
-//! One fault and what came of it.
+//! One injected fault and its result.
 
 use firmware::safety::Fault;
 use serde::{Deserialize, Serialize};
 
-/// What was broken, and what came of it.
+/// One injected fault and its result.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Case {
-    /// Its number, from 0: with class and seed, what repeats it.
+    /// Number of the case, from 0; class, seed and number reproduce it.
     pub index: u64,
-    /// When, device time in µs.
+    /// Device time of the fault, µs.
     pub moment_us: u64,
-    /// What, for people: its kind, and after `: ` the rest.
+    /// Description: kind, then `: ` and details.
     pub what: String,
-    /// What came of it.
+    /// Effect of the fault.
     pub fate: CaseResult,
 }
 
 impl Case {
-    /// Of what can be told by its kind and what was drawn of it.
+    /// Creates a case from its kind, its random details, its index and moment, and its result.
     pub(super) fn new(
         kind: &str,
         drawn: &str,
@@ -32,73 +32,73 @@ impl Case {
         }
     }
 
-    /// What kind of fault of its class it is: all before the first `: ` of what it is;
-    /// nothing where that has none.
+    /// Returns the kind of fault: the text before the first `: `, or `None` if there is none.
     #[must_use]
     pub fn kind(&self) -> Option<&str> {
         self.what.split_once(": ").map(|(kind, _)| kind)
     }
 }
 
-/// What came of a fault.
+/// Effect of a fault on the device and at the electrode.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub struct CaseResult {
-    /// The device must find it: it changes an edge, a declaration is false, an electrode
-    /// broke in a way that something shows.
+    /// Whether the device must detect the fault: it changes an edge, a setting is false, or an
+    /// electrode failed in a way that some measurement shows.
     pub must_find: bool,
-    /// The device found it: it told a fault, keeps one for the next host, was reset, or
-    /// refused by the right name.
+    /// Whether the device detected the fault: it reported or stored a fault, was reset, or refused
+    /// with the right number.
     pub found: bool,
-    /// How long after it the first edge or code differs from what would have been, µs.
+    /// Time from the fault to the first edge or DAC code that differs from the undisturbed run, µs.
     pub changed_us: Option<u64>,
-    /// For how long at a stretch a line was another, up to when the outputs were isolated,
-    /// µs; of flips of the tape.
+    /// Longest uninterrupted time for which a line differed, until the outputs were isolated, µs;
+    /// only for bit flips of the pulse tape.
     pub shown_us: Option<u64>,
-    /// The fault that the device told, or keeps.
+    /// Fault that the device reported or stored.
     pub fault: Option<Fault>,
-    /// When the device says that it found it, µs after it; nothing where it told nobody.
+    /// Time from the injection to the detection, as the device reports it, µs; `None` without a
+    /// report.
     pub told_us: Option<u64>,
-    /// The chip was reset.
+    /// Whether the chip was reset.
     pub reset: bool,
-    /// How long after it the outputs were isolated for good, µs; nothing where they
-    /// were not, or not by a fault.
+    /// Time from the injection until the outputs were permanently isolated, µs; `None` if that
+    /// never happened or had another cause than a fault.
     pub isolated_us: Option<u64>,
-    /// What is severe with the stages as docs/hardware.md builds them.
+    /// Severe findings with the output stages of docs/hardware.md.
     pub severe: Vec<String>,
-    /// What is severe without what protects, and was not before anything broke.
+    /// Severe findings without protective circuits, unless they existed before the injection.
     pub bare: Vec<String>,
-    /// Pulses that it cut off or held, and that are excused: their net charge, µC.
+    /// Net charge of the pulses that the fault truncated or held and that are excused, µC.
     pub truncated_uc: Vec<f64>,
-    /// A stage isolated itself.
+    /// Whether an output stage isolated itself.
     pub latched: bool,
-    /// Why the simulator could not go on: what it does not model.
+    /// Reason why the simulator could not continue: behaviour that it does not model.
     pub stopped: Option<String>,
-    /// What broke is not modelled, and its end is assumed: whatever came, it is not known to
-    /// be harmless.
+    /// Whether the effect is assumed because the simulator does not model it; then no outcome
+    /// counts as harmless.
     pub assumed: bool,
-    /// Why it was not played to the end.
+    /// Reason why the fork ended early.
     pub ended: CaseEnd,
 }
 
-/// Why a fork was not played to the end of its time.
+/// Reason why a fork ended before its configured time.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 pub enum CaseEnd {
-    /// It was, or the class has no such end.
+    /// The fork ran to its end, or the class never ends early.
     #[default]
     Played,
-    /// Its outputs are isolated for good.
+    /// The outputs are permanently isolated.
     Isolated,
-    /// It is again in the state of the board that nothing broke.
+    /// The state is again that of the undisturbed board.
     Reconverged,
-    /// What broke is written again before anything reads it: nothing was played.
+    /// The damaged data are overwritten before any read; no fork was needed.
     Overwritten,
-    /// Nothing touches what broke until the end: nothing was played.
+    /// Nothing accesses the damaged data until the end; no fork was needed.
     Untouched,
 }
 
 impl CaseEnd {
-    /// As a table and a file have it.
+    /// Returns the name that tables and files use.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -112,7 +112,7 @@ impl CaseEnd {
 }
 
 impl CaseResult {
-    /// Of a fault that the simulator cannot play.
+    /// Creates the result of a fault that the simulator cannot play.
     pub(super) fn stopped(why: impl ToString) -> Self {
         Self {
             stopped: Some(why.to_string()),
@@ -120,20 +120,20 @@ impl CaseResult {
         }
     }
 
-    /// Whether it is to be looked at.
+    /// Returns whether the case needs manual review.
     #[must_use]
     pub fn needs_review(&self) -> bool {
         !self.severe.is_empty() || self.must_find != self.found && self.stopped.is_none()
     }
 
-    /// Whether anything came of it that somebody could see.
+    /// Returns whether the fault had any visible effect.
     #[must_use]
     pub fn has_effect(&self) -> bool {
         let severe = !self.severe.is_empty();
         self.changed_us.is_some() || self.found || self.reset || self.latched || severe
     }
 
-    /// Whether it is known that nothing came of it.
+    /// Returns whether the fault certainly had no effect.
     #[must_use]
     pub fn is_harmless(&self) -> bool {
         !self.has_effect() && !self.must_find && self.stopped.is_none() && !self.assumed

@@ -1,4 +1,5 @@
-//! What happens to the core: it freezes, goes astray, hears nothing, forgets.
+//! Fault campaign: the processor core freezes, jumps to a wrong address, receives no interrupts, or
+//! loses register contents.
 
 use super::Draws;
 use super::case::{Case, CaseResult};
@@ -14,23 +15,23 @@ use hal_sim::chip::cpu::{Open, Stop};
 use hal_sim::chip::image::Image;
 use hal_sim::random::Random;
 
-/// Of the streams that this class draws from.
+/// Number of the random stream of this fault class, different from those of the others.
 const STREAM: u64 = 0xC9_0C;
-/// Instructions of an owner before it stays where it is.
+/// Instructions that an interrupt handler executes before it hangs.
 const INSTRUCTIONS: u64 = 300;
-/// Where a branch may go, and a stack pointer (RM0090 section 2.3): begin and bytes. The
-/// image comes before, the whole of the addresses after.
+/// Address ranges for a wrong branch or stack pointer (RM0090 section 2.3), as start and length in
+/// bytes. The image precedes them in the list, the whole address space follows.
 const FLASH: (u64, u64) = (0x0800_0000, 0x10_0000);
 const SRAM: (u64, u64) = (0x2000_0000, 0x2_0000);
 const CCM: (u64, u64) = (0x1000_0000, 0x1_0000);
 const PERIPHERALS: (u64, u64) = (0x4000_0000, 0x8_0000);
 const ALL: (u64, u64) = (0, 1 << 32);
-/// N, Z, C, V, Q, GE.
+/// Bit positions of N, Z, C, V, Q and GE.
 const FLAGS: [u32; 9] = [31, 30, 29, 28, 27, 19, 18, 17, 16];
-/// A recursion takes at most this, bytes.
+/// Largest stack depth of an endless recursion, bytes.
 const DEEPEST: u64 = 0x1_0000;
 
-/// What fails.
+/// Campaign of faults in the processor core: the board to fork, and the kinds of fault.
 pub(super) struct Core {
     stem: ForkSource,
     kinds: Kinds,
@@ -48,7 +49,7 @@ impl Core {
         })
     }
 
-    /// Breaks it; gives what was drawn, or why nobody knows what follows.
+    /// Injects the fault; returns its random details, or the reason why its effect is unknown.
     fn inject_fault(
         &self,
         kind: &str,
@@ -159,7 +160,7 @@ impl Draws for Core {
     }
 }
 
-/// The stack pointer is where the guard's region ends.
+/// Sets the stack pointer to the end of the stack guard's region.
 fn move_stack_to_guard(board: &mut Board<()>) -> Result<String, FaultsError> {
     let guard = board.cpu.system.denied_range();
     let end = guard
@@ -169,7 +170,7 @@ fn move_stack_to_guard(board: &mut Board<()>) -> Result<String, FaultsError> {
     Ok(format!("{end:#010x}"))
 }
 
-/// Masks and CONTROL.
+/// Changes an interrupt mask or CONTROL.
 fn special(kind: &str, board: &mut Board<()>, random: &mut Random) -> String {
     let registers = &board.cpu.registers;
     let (mut primask, mut faultmask) = (registers.primask, registers.faultmask);
@@ -199,7 +200,7 @@ fn special(kind: &str, board: &mut Board<()>, random: &mut Random) -> String {
     text
 }
 
-/// One bit of R0 to R15; the lowest of SP and PC are not there.
+/// Flips one bit of R0 to R15; the lowest bits of SP and PC do not exist.
 fn register(board: &mut Board<()>, random: &mut Random) -> String {
     let (number, bit) = (random.below(16) as usize, random.below(32) as u32);
     let lowest = match number {

@@ -1,4 +1,4 @@
-//! Power fails while the board writes the table of its stages.
+//! Fault campaign: power fails while the board writes the table of its output stages.
 
 use super::bench::Bench;
 use super::case::{Case, CaseResult};
@@ -15,29 +15,29 @@ use hal_sim::random::Random;
 use host_core::session::Session;
 use std::sync::OnceLock;
 
-/// Steps of a copy: its sector is erased, then its words are written; and what they take at
-/// the data sheet's most, µs.
+/// Steps of writing a copy: its sector is erased, then its words are written; and the longest times
+/// of both in the data sheet.
 const WORDS: u64 = 16;
 const ERASE_US: u64 = 2_000_000;
 const WORD_US: u64 = 100;
-/// Until the writing has begun, µs, and both copies are written.
+/// Longest time until writing starts, and until both copies are written, µs.
 const BEGINS_US: u64 = 1_000;
 const WRITING_US: u64 = 2 * (ERASE_US + WORDS * WORD_US) + BEGINS_US;
-/// From one kept fork to the next, µs.
+/// Interval between stored forks, µs.
 const KEPT_US: u64 = 100_000;
-/// Power is away for this long, µs.
+/// Duration of the power failure, µs.
 const AWAY_US: u64 = 10_000;
-/// What the new table has on each channel.
+/// Stage of each channel in the new table.
 const NEW: StageKind = StageKind::Current {
     full_scale_ua: 33_000,
 };
 const FULL_MV: u32 = 3_300;
 
-/// A board that is told new stages, and loses its power meanwhile.
+/// A board that receives a new table of stages and loses power meanwhile.
 pub(super) struct CutOff {
     image: Image,
     session: Session,
-    /// Boards that write, from the request on, once one was asked for.
+    /// Boards at successive times while they write, recorded on first use.
     kept: OnceLock<Result<Vec<Writer>, String>>,
 }
 
@@ -69,7 +69,7 @@ impl CutOff {
     }
 
     /// # Errors
-    /// Nothing was broken yet.
+    /// Fails only before anything was broken.
     pub fn case(&self, kind: &str, index: u64, random: &mut Random) -> Result<Case, FaultsError> {
         let kept = self
             .kept
@@ -112,7 +112,7 @@ impl CutOff {
         })
     }
 
-    /// Power goes and comes again; what the board then says of its stages, and whether a
+    /// Removes and restores power. Returns the stages that the board then reports, and whether a
     /// host that arms and starts makes it drive.
     fn restart(&self, bench: &mut Writer) -> Result<(Option<Stages>, bool), FaultsError> {
         let sensors = Sensors::default();
@@ -126,7 +126,7 @@ impl CutOff {
         let now_us = board.now_us();
         let mut again = Bench::connect(board, now_us, sensors)?;
         let told = again.reports().stages;
-        // A host that tries all the same.
+        // A host that tries in spite of the report.
         again.configure(&self.session)?;
         let wanted = self.session.setpoints.at(0).to_request(None);
         again.start(0, wanted)?;
@@ -135,7 +135,7 @@ impl CutOff {
     }
 }
 
-/// What the board `told` of its stages after power came again, if they were `old` before.
+/// Judges the stages that the board `told` after power returned, where `old` is the table before.
 fn fate(told: Option<Stages>, old: Option<Stages>, drives: bool) -> CaseResult {
     let is_old = told.is_some() && told == old;
     let is_new = matches!(told, Some(Stages::Stored(table))

@@ -1,4 +1,5 @@
-//! What is drawn, how often, and what stimulates meanwhile: files of the program.
+//! Reads the preregistered fault campaigns: the faults to inject, their number, and the session
+//! that stimulates meanwhile.
 
 use super::error::FaultsError;
 use host_core::record::sha256;
@@ -14,8 +15,8 @@ macro_rules! files {
     };
 }
 
-/// File name in `host-tool/experiments/faults` and text of what each class draws, and of the
-/// sessions that stimulate meanwhile.
+/// Name and text of the files in `host-tool/experiments/faults`: the campaigns, and the sessions
+/// that stimulate meanwhile.
 pub const FILES: [(&str, &str); 18] = files![
     "allowance.toml"
     "arm.toml"
@@ -37,40 +38,40 @@ pub const FILES: [(&str, &str); 18] = files![
     "supply.toml"
 ];
 
-/// The file of this name, and its text.
+/// Returns name and text of the file with this name.
 fn file(name: &str) -> Option<(&'static str, &'static str)> {
     FILES.into_iter().find(|(file, _)| *file == name)
 }
 
-/// A class of faults.
+/// A class of injected faults.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Class {
-    /// One bit of the memory that decides the outputs.
+    /// One bit of the memory that determines the outputs.
     Flips,
-    /// One bit of a register that decides edges.
+    /// One bit of a register that determines edges.
     Registers,
-    /// A setup that is not true of the board, or a board that does not know itself.
+    /// A setup that contradicts the board, or a board with a damaged table of its stages.
     Declarations,
-    /// An electrode that opens, shorts, peels, loses a phase or its reading.
+    /// An electrode that opens, shorts, peels off, loses a phase or its measurement.
     Electrode,
-    /// What a host says, broken on its way.
+    /// A host's messages, corrupted in transit.
     Link,
     /// A joint's measured angle that is wrong, late or missing.
     Sensor,
-    /// What moves words, paces them or asks for them.
+    /// The DMA streams and the timers that pace or request their transfers.
     Streams,
-    /// What happens to the core.
+    /// The processor core.
     Cpu,
-    /// What the chip lives on: clocks, supply, a debugger, power within a flash write.
+    /// The chip's environment: clocks, supply, a debugger, loss of power during a flash write.
     Supply,
-    /// An owner that freezes and an erase stream that is off.
+    /// A hanging interrupt handler together with a disabled erase stream.
     Pairs,
-    /// Pieces and resets that would evade the wearer's time and charge.
+    /// Pieces of stimulation and resets that try to exceed the wearer's time and charge.
     Allowance,
 }
 
 impl Class {
-    /// All of them.
+    /// All classes, in the order of their reports.
     pub const ALL: [Self; 11] = [
         Self::Flips,
         Self::Declarations,
@@ -85,7 +86,7 @@ impl Class {
         Self::Allowance,
     ];
 
-    /// As a command takes it.
+    /// Returns the name that commands use.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -105,7 +106,7 @@ impl Class {
 }
 
 impl Class {
-    /// Whether the native simulator has what it breaks.
+    /// Returns whether the native backend can simulate the class.
     #[must_use]
     pub const fn is_native(self) -> bool {
         matches!(
@@ -132,21 +133,21 @@ impl FromStr for Class {
     }
 }
 
-/// What the campaign of a class draws.
+/// The preregistered campaign of one class.
 #[derive(Clone, Debug)]
 pub struct Declaration {
-    /// Of which class.
+    /// Fault class of the campaign.
     pub class: Class,
-    /// What the file says.
+    /// Parsed campaign file.
     pub(super) of: CampaignFile,
-    /// What stimulates meanwhile.
+    /// Session that stimulates while faults are injected.
     pub(super) scene: SessionFile,
-    /// What else may, of classes that draw that.
+    /// Further sessions, for classes that choose one at random.
     pub(super) scenes: Vec<SessionFile>,
-    /// SHA-256 of all of them, by file.
+    /// SHA-256 of all these files, by name.
     pub sha256: BTreeMap<String, String>,
-    /// Every fork is played to the end of its time, although it is known before what
-    /// becomes of it: to check what is known.
+    /// Whether every fork runs to its end even if the result is known before, which verifies the
+    /// shortcuts.
     pub to_the_end: bool,
 }
 
@@ -158,72 +159,72 @@ pub(super) struct CampaignFile {
     more_scenes: Vec<String>,
     seed: u64,
     count: u64,
-    /// The same natively, of classes that are played there.
+    /// Number of cases on the native backend, for classes that run there.
     native_count: Option<u64>,
     warm_ms: u64,
     window_ms: u64,
     runs_ms: u64,
     #[serde(default)]
     silent_ms: u64,
-    /// What memory bits are flipped in.
+    /// Memory areas in which bits are flipped.
     #[serde(default, rename = "stratum")]
     pub strata: Vec<WrittenStratum>,
-    /// The registers of which a bit is turned.
+    /// Registers in which one bit is flipped.
     #[serde(default, rename = "register")]
     pub registers: Vec<Register>,
-    /// What may be wrong.
+    /// Kinds of fault on the chip simulator.
     #[serde(default)]
     pub kinds: Vec<String>,
-    /// Of those, what the native simulator can play.
+    /// Kinds of fault that the native backend can simulate.
     #[serde(default)]
     pub native_kinds: Vec<String>,
-    /// What joined them later, without another draw of what was played before.
+    /// Kind of fault that was added later and leaves the earlier cases unchanged.
     #[serde(default)]
     pub later: Option<Later>,
 }
 
-/// A kind that all cases from a number on are.
+/// A kind of fault that all cases from an index on have.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Later {
     pub kind: String,
-    /// The number on the chip, and natively.
+    /// First index on the chip simulator; `native_from` is that on the native backend.
     pub from: u64,
     pub native_from: u64,
 }
 
-/// Memory of one kind, in which a declared number of bits is flipped.
+/// One kind of memory, and the number of bits to flip in it.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct WrittenStratum {
     pub kind: String,
     pub count: u64,
     pub memory: Memory,
-    /// Of [`Memory::Variable`], as its source calls it.
+    /// Name of a [`Memory::Variable`] in its source.
     #[serde(default)]
     pub symbol: String,
-    /// While a refill is under way, not at rest.
+    /// Whether the flip happens during a refill instead of between refills.
     #[serde(default)]
     pub in_refill: bool,
 }
 
-/// What memory.
+/// Kind of memory whose bits are flipped.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum Memory {
-    /// A variable.
+    /// The variable that `symbol` names.
     Variable,
-    /// What the main stack holds at that moment.
+    /// The part of the main stack in use at that moment.
     LiveStack,
-    /// Down to where the stack was deepest, whatever it holds.
+    /// The main stack down to its largest depth, in use or not.
     Stack,
-    /// All other variables.
+    /// All variables that no other stratum covers.
     Rest,
     /// Both copies of the board's table, in flash.
     Table,
 }
 
-/// A register and those of its bits that may be turned.
+/// A register, and the bits that may be flipped.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Register {
@@ -232,29 +233,29 @@ pub(super) struct Register {
     pub bits: u32,
 }
 
-/// When what happens in a fork, µs.
+/// Phases of a fork, µs.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Timing {
-    /// Stimulated before the first.
+    /// Stimulation before the first fault.
     pub warm_us: u64,
-    /// In which it breaks.
+    /// Interval in which the fault occurs.
     pub window_us: u64,
-    /// Played after it, the host speaking.
+    /// Time after the fault during which the host sends.
     pub runs_us: u64,
-    /// And then, the host silent.
+    /// Time after that during which the host is silent.
     pub silent_us: u64,
 }
 
-/// A file by its name, with its SHA-256.
+/// Returns a file's name with its SHA-256.
 fn hash((file, text): (&str, &str)) -> (String, String) {
     (file.to_owned(), sha256(text.as_bytes()))
 }
 
 impl Declaration {
-    /// The program's own of this class.
+    /// Reads the built-in campaign of this class.
     ///
     /// # Errors
-    /// E619.
+    /// Fails with E619 if the file or a session in it is invalid.
     pub fn for_class(class: Class) -> Result<Self, FaultsError> {
         let name = format!("{class}.toml");
         let told = |why: String| FaultsError::Declaration(format!("{name}: {why}"));
@@ -280,18 +281,18 @@ impl Declaration {
         })
     }
 
-    /// File name and text of the class's own file.
+    /// Returns name and text of the class's own file.
     pub(super) fn file(&self) -> (&'static str, &'static str) {
         file(&format!("{}.toml", self.class)).unwrap_or_default()
     }
 
-    /// The seed that is judged.
+    /// Returns the preregistered seed.
     #[must_use]
     pub const fn seed(&self) -> u64 {
         self.of.seed
     }
 
-    /// How many cases are judged, on the chip or natively.
+    /// Returns the preregistered number of cases, on the chip simulator or the native backend.
     #[must_use]
     pub fn count(&self, natively: bool) -> u64 {
         let native = self.of.native_count.filter(|_| natively);

@@ -1,4 +1,5 @@
-//! A setup that is not true of the board, or a board that does not know itself.
+//! Fault campaign: a setup that contradicts the board, or a board with a damaged table of its
+//! stages.
 
 use super::Draws;
 use super::case::{Case, CaseResult};
@@ -16,7 +17,7 @@ use hal_sim::chip::board::{Board, stages};
 use hal_sim::random::Random;
 use host_core::session::{Channel, Session, Setpoint};
 
-/// Of the streams that this class draws from.
+/// Number of the random stream of this fault class, different from those of the others.
 const STREAM: u64 = 0xDEC1;
 /// Stages that a board may have.
 const STAGES: [StageKind; 7] = [
@@ -42,26 +43,26 @@ const STAGES: [StageKind; 7] = [
         full_scale_mv: 150_000,
     },
 ];
-/// Every electrode, and what voltage stages are declared with, Ω.
+/// Resistance of every electrode, and the load configured for voltage stages, Ω.
 const LOAD_OHM: u32 = 1_000;
-/// The channel's limit, mA or V in thousandths, and what the host asks for.
+/// Limit of the channel and the amplitude that the host asks for, in thousandths of mA or V.
 const LIMIT: u32 = 5_000;
-/// How a kind is called that is no mistake.
+/// Name of the kind without a mistake.
 const TRUE: &str = "true";
 
-/// What is wrong.
+/// Campaign of wrong setups and stage tables: the boards, the session, and the kinds of mistake.
 pub(super) struct DeclarationFaults<B> {
     boards: B,
     declaration: Declaration,
     kinds: Kinds,
 }
 
-/// One of them, drawn.
+/// One randomly chosen case.
 struct DeclarationCase<'k> {
     kind: &'k str,
-    /// On the board, and in the setup.
+    /// Stage of the board, and stage in the setup.
     stages: [StageKind; 2],
-    /// For what else is drawn.
+    /// Random numbers for the details of the kind.
     random: Random,
 }
 
@@ -89,7 +90,7 @@ impl<B: Boards> DeclarationFaults<B> {
         })
     }
 
-    /// What its channel is to put out.
+    /// Returns the request for the channel of the case.
     fn wanted(&self) -> Request {
         let session = &self.declaration.scene.session;
         let index = session.channels.first().map(Channel::index);
@@ -100,7 +101,7 @@ impl<B: Boards> DeclarationFaults<B> {
         wanted.to_request(None)
     }
 
-    /// One channel of the scene, with this stage.
+    /// Returns a session with one channel of the scene, which has this stage.
     fn session(&self, stage: StageKind) -> Session {
         let mut session = self.declaration.scene.session.clone();
         session.channels.truncate(1);
@@ -119,7 +120,7 @@ impl<B: Boards> DeclarationFaults<B> {
 }
 
 impl DeclarationCase<'_> {
-    /// What is refused, by name.
+    /// Returns the refusal code and fields that the device must report.
     fn refusal(&self) -> Option<(Code, &'static [&'static str])> {
         Some(match self.kind {
             TRUE => return None,
@@ -134,8 +135,8 @@ impl DeclarationCase<'_> {
         })
     }
 
-    /// Whether it was refused by its name, and drives nothing. What is true must be taken,
-    /// and play.
+    /// Returns whether the device refused with the right code and drives nothing. A correct setup
+    /// counts as found only if the device wrongly refuses it or does not play.
     fn is_found(&self, refused: &[(u16, String)], drives: bool) -> bool {
         let mut refused = refused.iter();
         match self.refusal() {
@@ -149,7 +150,7 @@ impl DeclarationCase<'_> {
         }
     }
 
-    /// The board's two copies of its table, as they are in its flash.
+    /// Writes both copies of the stage table into the board's flash, damaged as the kind requires.
     fn store(&self, board: &mut Board<()>) {
         let mut random = self.random;
         let uid = board.around.soc.signature.uid;
@@ -175,11 +176,12 @@ impl DeclarationCase<'_> {
             _ => {}
         }
         for (copy, words) in stages::COPIES.into_iter().zip(&copies) {
-            let _ = stages::write(&mut board.around.soc.flash, copy, words); // both lie in flash
+            // cannot fail: both copies lie in flash
+            let _ = stages::write(&mut board.around.soc.flash, copy, words);
         }
     }
 
-    /// Makes of a setup that is right what is drawn.
+    /// Turns a correct setup into a wrong one, as the kind requires.
     fn falsify(&self, session: &mut Session) {
         let mut random = self.random;
         for channel in &mut session.channels {
@@ -266,7 +268,7 @@ impl<B: Boards> Draws for DeclarationFaults<B> {
     }
 }
 
-/// What the device said to it.
+/// Describes the device's first refusal and whether it drives.
 fn describe_response(refused: &[(u16, String)], drives: bool) -> String {
     let first = refused.first().map_or_else(
         || "refused nothing".to_owned(),

@@ -1,5 +1,5 @@
-//! An electrode that opens, shorts, peels, loses a phase or its reading; a comparator that
-//! says over-current.
+//! Fault campaign: an electrode opens, shorts, peels off, loses a phase or its measurement, or a
+//! comparator reports over-current.
 
 use super::Draws;
 use super::bench::{Bench, HOST_US};
@@ -18,28 +18,28 @@ use hal_sim::trace::judge::{Line, QuietInterval, StuckLine, Truth};
 use hal_sim::trace::{Levels, State};
 use host_core::session::{Session, Unit};
 
-/// Of the streams that this class draws from.
+/// Number of the random stream of this fault class, different from those of the others.
 const STREAM: u64 = 0xE1EC;
-/// A peeling electrode's load at its begin and end, Ω, and how long it takes, µs.
+/// Resistance of a peeling electrode at the start and the end, Ω, and duration of the change, µs.
 const PEELS: (f64, f64, u64) = (1_000.0, 25_000.0, 10_000_000);
-/// What a current stage can put across its load, V (docs/hardware.md).
+/// Largest voltage of a current stage across its load, V (docs/hardware.md).
 const COMPLIANCE_V: f64 = 120.0;
 
-/// The comparators' line pulled.
+/// Kind in which the line of the comparators is pulled.
 const OVER_CURRENT: &str = "over-current";
-/// For how long it is, µs.
+/// Range of the duration of the pull, µs.
 const PULLED_US: (f64, f64) = (1.0, 1e5);
 
-/// What breaks.
+/// Campaign of electrode faults: the boards, the session, and the kinds of fault.
 pub(super) struct Electrode<B: Boards> {
     boards: B,
-    /// Nothing of its boot is drawn.
+    /// Booted board from which all cases fork; the boot does not depend on the case.
     kept: B::Snapshot,
     declaration: Declaration,
     kinds: Kinds,
 }
 
-/// One of them, drawn.
+/// One randomly chosen case.
 struct ElectrodeCase<'k> {
     kind: &'k str,
     channel: u8,
@@ -48,10 +48,10 @@ struct ElectrodeCase<'k> {
     amplitude: u32,
     ohm: u32,
     short_ohm: u32,
-    /// The anodic line is lost, not the cathodic.
+    /// Whether the anodic line is lost instead of the cathodic one.
     anodic: bool,
     warm_us: u64,
-    /// How long the comparators' line is pulled.
+    /// Duration for which the comparators' line is pulled.
     pulled_us: u64,
 }
 
@@ -94,8 +94,8 @@ impl<B: Boards> Electrode<B> {
         })
     }
 
-    /// Breaks it and plays on, until the outputs are isolated for good or to the end; what the
-    /// judge is to know of it goes into `truth`.
+    /// Injects the fault and runs until the outputs are permanently isolated or the case ends. Adds
+    /// the changed loads to `truth`, which the judge reads.
     fn play(
         &self,
         bench: &mut Bench<B::Board>,
@@ -155,8 +155,8 @@ impl<B: Boards> Electrode<B> {
 }
 
 impl ElectrodeCase<'_> {
-    /// Whether anything that the board measures shows it: a current stage drives the same
-    /// current through any load within its compliance.
+    /// Returns whether any measurement of the board shows the fault: a current stage drives the
+    /// same current through any load within its compliance.
     fn is_measurable(&self) -> bool {
         let milliamps = f64::from(self.amplitude) * 1e-3;
         match (self.kind, self.is_current) {
@@ -182,7 +182,7 @@ impl ElectrodeCase<'_> {
     }
 }
 
-/// What of the session is drawn.
+/// Returns the request with the random amplitude of this case.
 fn wanted(session: &Session, drawn: &ElectrodeCase<'_>) -> Request {
     let channels = session.channels.iter();
     let mask = channels

@@ -1,5 +1,6 @@
-//! What the unbroken board does first with a byte that is to be flipped, and when its
-//! refills are: nothing need be played of a bit that is written again, or never touched.
+//! Determines, in an undisturbed run, the first access to each byte that will be flipped, and the
+//! times of the refills. A bit that is overwritten first, or never accessed, needs no run of its
+//! own.
 
 use super::error::FaultsError;
 use super::stem::ForkSource;
@@ -9,18 +10,19 @@ use hal_sim::chip::cpu::run::Context;
 use hal_sim::chip::soc::watch::FirstAccess;
 use std::ops::Range;
 
-/// 16 and the interrupt's number (RM0090 table 62) of TIM2: the refill.
+/// Exception number of TIM2, which runs the refill: 16 plus the interrupt's number (RM0090 table
+/// 62).
 const REFILL: u16 = 44;
 
-/// When the refill's handler runs, and when not.
+/// Times in which the refill's interrupt handler runs, and in which it does not.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Refills {
-    /// Ascending.
+    /// In ascending order.
     inside: Vec<Range<Cycle>>,
     outside: Vec<Range<Cycle>>,
 }
 
-/// Notes when a handler begins and ends.
+/// Observer that records when the refill's handler starts and ends.
 #[derive(Clone, Debug, Default)]
 struct Handlers {
     begun: Option<Cycle>,
@@ -38,7 +40,7 @@ impl Observer for Handlers {
 }
 
 impl Refills {
-    /// Those of the window.
+    /// Records the refills within the fault window.
     pub fn in_window(stem: &ForkSource) -> Result<Self, FaultsError> {
         let (_, window) = stem.cycles();
         let watched = stem.run_with_observer(Handlers::default(), &[], &mut |_| ())?;
@@ -54,8 +56,8 @@ impl Refills {
         Ok(refills)
     }
 
-    /// The cycle at which the part `part` (0 to 1) of all time in a refill, or of all other
-    /// time, has gone by.
+    /// Returns the cycle at the fraction `part`, 0 to 1, of the total time within refills, or of
+    /// the total time outside them.
     pub fn cycle(&self, part: f64, in_refill: bool) -> Cycle {
         let all = if in_refill {
             &self.inside
@@ -73,7 +75,7 @@ impl Refills {
         all.last().map_or(0, |range| range.end)
     }
 
-    /// The share of time in which one is under way.
+    /// Returns the share of time within refills.
     pub fn share(&self) -> f64 {
         let sum = |all: &[Range<Cycle>]| {
             all.iter()
@@ -85,15 +87,15 @@ impl Refills {
     }
 }
 
-/// A byte that is to be flipped: when, and which it is while the main stack pointer is the
-/// one told.
+/// A byte to flip: the cycle of the flip, and the address as a function of the main stack pointer
+/// at that time.
 pub(super) struct WatchedByte<'a> {
     pub cycle: Cycle,
     pub byte: &'a (dyn Fn(u32) -> Option<u32> + Sync),
 }
 
-/// Of each of `wanted`, its address and what comes first there; to the end of a reference
-/// whose host falls silent.
+/// Returns address and first access of each byte in `wanted`, or `None` if the stack has no such
+/// byte. The undisturbed run ends with a silent host.
 pub(super) fn first_uses(
     stem: &ForkSource,
     wanted: &[WatchedByte<'_>],

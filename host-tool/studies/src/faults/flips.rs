@@ -1,4 +1,4 @@
-//! One bit of memory turns by itself.
+//! Fault campaign: one bit of memory flips.
 
 use super::Draws;
 use super::case::{Case, CaseEnd, CaseResult};
@@ -16,29 +16,30 @@ use hal_sim::random::{Random, word};
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Of the streams that this class draws from.
+/// Number of the random stream of this fault class, different from those of the others.
 const STREAM: u64 = 0xF11B;
-/// Cases whose first uses are found in one run of the unbroken board.
+/// Number of cases whose first accesses one undisturbed run determines.
 const BLOCK: u64 = 2_000;
-/// Main flash, and SRAM2, which holds the tape.
+/// Main flash, and SRAM2, which contains the pulse tape.
 const FLASH: std::ops::Range<u32> = 0x0800_0000..0x0810_0000;
 const SRAM2: std::ops::Range<u32> = 0x2001_C000..0x2002_0000;
 
-/// Of each case of a block, its byte and what comes first there.
+/// Byte address and first access of each case in a block.
 type Block = Arc<Vec<Option<(u32, FirstAccess)>>>;
 
-/// What is flipped.
+/// Campaign of bit flips in memory: the board to fork, the memory areas, and the known first
+/// accesses.
 pub(super) struct Flips {
     stem: ForkSource,
     seed: u64,
     strata: Vec<Stratum>,
     refills: Refills,
-    /// Nothing is left out.
+    /// Whether every fork runs to its end, without shortcuts.
     to_the_end: bool,
     blocks: Mutex<BTreeMap<u64, Block>>,
 }
 
-/// A bit and when it is turned.
+/// A bit to flip, and its time.
 struct FlipCase<'a> {
     stratum: &'a Stratum,
     cycle: Cycle,
@@ -49,7 +50,7 @@ struct FlipCase<'a> {
 impl Flips {
     pub fn new(seed: u64, declaration: &Declaration, image: &Image) -> Result<Self, FaultsError> {
         let written = &declaration.of.strata;
-        // An image without what is declared is told before anything is played.
+        // Fails early if the image lacks a configured variable.
         strata::locate_strata(written, image, SRAM1.start)?;
         let stem = ForkSource::record(declaration, image)?;
         let deepest = stem.deepest_stack().unwrap_or(SRAM1.start);
@@ -63,7 +64,8 @@ impl Flips {
         })
     }
 
-    /// The stratum of case `index`: of any first ones, each has its declared part.
+    /// Returns the stratum of case `index`. In any number of first cases the strata have their
+    /// configured proportions.
     fn stratum(&self, index: u64) -> Result<&Stratum, FaultsError> {
         let total = self.strata.iter().map(|stratum| stratum.count).sum::<u64>();
         let none = || FaultsError::Declaration("flips.toml: no strata".into());
@@ -88,10 +90,10 @@ impl Flips {
         })
     }
 
-    /// The byte of case `index` and what comes first there.
+    /// Returns the byte of case `index` and the first access to it.
     fn first_use(&self, index: u64) -> Result<Option<(u32, FirstAccess)>, FaultsError> {
         let number = index / BLOCK;
-        // Others wait for it: they need the same block.
+        // Holding the lock makes other threads wait, which need the same block.
         let mut blocks = self.blocks.lock().unwrap_or_else(PoisonError::into_inner);
         let block = match blocks.get(&number) {
             Some(block) => block.clone(),
@@ -123,9 +125,9 @@ impl Flips {
         first_uses(&self.stem, &wanted)
     }
 
-    /// What becomes of a flip that no program meets, if it is one.
+    /// Returns the result of a flip that no instruction reads, or `None` if it must be played.
     fn result_if_unread(&self, byte: u32, first: FirstAccess) -> Option<CaseResult> {
-        // DMA reads the tape, and what is in flash is not looked at.
+        // Only SRAM1 qualifies: DMA reads the tape, and accesses to flash are not observed.
         let ended = match first {
             _ if self.to_the_end || !SRAM1.contains(&byte) => return None,
             FirstAccess::Untouched => CaseEnd::Untouched,
@@ -148,7 +150,7 @@ impl Flips {
         flip(&mut fork.device, byte, drawn.bit)?;
         let mut fate = self.stem.play_and_judge_shown(fork, moment_us);
         if SRAM2.contains(&byte) {
-            // One slot of the tape is over before anybody could look.
+            // One slot of the tape is over before the firmware can check it.
             let is_short = fate.shown_us.is_some_and(|us| us <= 1);
             fate.must_find = fate.found || fate.must_find && !is_short;
         } else {
@@ -158,12 +160,12 @@ impl Flips {
     }
 }
 
-/// A number below `total` for each below `total`, neighbours far apart.
+/// Maps each index below `total` to another number below `total`, so that neighbours are far apart.
 fn spread(index: u64, total: u64) -> u64 {
     const fn gcd(a: u64, b: u64) -> u64 {
         if b == 0 { a } else { gcd(b, a % b) }
     }
-    // The golden section, as near as has no factor in common.
+    // The integer closest to the golden section that is coprime to `total`.
     let near = (total as f64 * 0.618_033_988_75) as u64;
     let step = (near.max(1)..)
         .find(|&index| gcd(index, total) == 1)
@@ -214,7 +216,7 @@ impl Draws for Flips {
     }
 }
 
-/// Turns one bit of memory the other way.
+/// Flips one bit of memory.
 fn flip(board: &mut Board<()>, byte: u32, bit: u32) -> Result<(), FaultsError> {
     let soc = &mut board.around.soc;
     if FLASH.contains(&byte) {
@@ -222,7 +224,8 @@ fn flip(board: &mut Board<()>, byte: u32, bit: u32) -> Result<(), FaultsError> {
         let done = soc.flash.load(byte, &[old ^ 1 << bit]);
         return done.map_err(|e| FaultsError::Declaration(e.to_string()));
     }
-    // Symbols lie in RAM; one beyond would be flipped nowhere, and found by no test.
+    // All symbols lie in RAM. A flip outside of memory would have no effect, and no test would
+    // notice it.
     let old = soc.ram.read(byte, Size::Byte);
     let done = old.and_then(|old| soc.ram.write(byte, Size::Byte, old ^ 1 << bit));
     done.ok_or_else(|| FaultsError::Declaration(format!("no memory at {byte:#010x}")))

@@ -1,25 +1,25 @@
-//! An owner does no more: it waits in a loop that does nothing from now on.
+//! Makes an interrupt handler or the thread hang in an endless loop.
 
 use super::error::{FaultsError, never_runs};
 use super::stem::Chip;
 use hal_sim::chip::board::{Board, CYCLES_PER_US};
 use hal_sim::chip::cpu::Stop;
 
-/// Who owns one of the device's contexts, as tests/tests/chip_faults.rs tells them apart.
+/// Owner of an execution context of the device, with the names of tests/tests/chip_faults.rs.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Owner {
     /// The refill.
     Pulser,
     /// The control tick.
     Controller,
-    /// What moves bytes.
+    /// The USB interrupt, which transfers bytes.
     Usb,
     /// The thread.
     Session,
 }
 
 impl Owner {
-    /// The one that a kind begins with.
+    /// Returns the owner that the first word of a fault kind names.
     pub fn from_kind(kind: &str) -> Result<Self, FaultsError> {
         Ok(match kind.split(' ').next() {
             Some("pulser") => Self::Pulser,
@@ -30,7 +30,8 @@ impl Owner {
         })
     }
 
-    /// Its exception: 16 and the line of TIM2, TIM7, OTG_FS (RM0090 table 62); the thread.
+    /// Returns its exception number: 16 plus the interrupt's number of TIM2, TIM7 or OTG_FS (RM0090
+    /// table 62), or 0 for the thread.
     const fn exception(self) -> u16 {
         match self {
             Self::Pulser => 44,
@@ -41,15 +42,15 @@ impl Owner {
     }
 }
 
-/// `wfi` and back to it: where the thread of this image ends.
+/// The instructions `wfi` and a branch back to it, with which the thread of this image ends.
 const STAY: [[u8; 2]; 2] = [0xBF30_u16.to_le_bytes(), 0xE7FD_u16.to_le_bytes()];
-/// Until an owner must have run for so long, cycles: 100 ms.
+/// Longest time until an owner must have run, cycles: 100 ms.
 const PATIENCE: u64 = 100_000 * CYCLES_PER_US;
-/// The host is asked whether it has something to say this often, cycles: 1 ms.
+/// Interval at which the host may send, cycles: 1 ms.
 const HOST: u64 = 1_000 * CYCLES_PER_US;
 
-/// Freezes `owner` when it has done `instructions` since it next ran. Whether it did: on a
-/// board that broke before it may never again.
+/// Makes `owner` hang after `instructions` instructions of its next run. Returns `false` if it
+/// never runs again, which is possible on a board with an earlier fault.
 pub(super) fn freeze(
     fork: &mut Chip,
     owner: Owner,
@@ -70,7 +71,7 @@ pub(super) fn freeze(
     Ok(false)
 }
 
-/// Lets time pass, or `owner` have done the instructions that are `left`; says whether it has.
+/// Runs for a while, or until `owner` has executed the `left` instructions; returns whether it has.
 fn run(board: &mut Board<()>, owner: Owner, left: &mut u64) -> Result<bool, Stop> {
     let Board { cpu, around, .. } = board;
     let end = cpu.cycle + HOST;
@@ -86,8 +87,8 @@ fn run(board: &mut Board<()>, owner: Owner, left: &mut u64) -> Result<bool, Stop
     Ok(false)
 }
 
-/// From now on it waits and branches back, where the image has these two instructions, or a
-/// constant that could be: memory cannot be executed.
+/// Moves the program counter to a waiting loop in the image. Code or a constant with these two
+/// instructions serves, since memory outside flash is not executable.
 fn loop_forever(board: &mut Board<()>) -> Result<(), FaultsError> {
     let (code, _) = board.image().flash.as_chunks();
     let Some(place) = code.windows(2).position(|two| *two == STAY) else {
@@ -95,6 +96,6 @@ fn loop_forever(board: &mut Board<()>) -> Result<(), FaultsError> {
     };
     let registers = &mut board.cpu.registers;
     registers.it = 0;
-    registers.r[15] = 0x0800_0000 + 2 * place as u32; // flash has 1 MiB
+    registers.r[15] = 0x0800_0000 + 2 * place as u32; // fits: flash has 1 MiB
     Ok(())
 }

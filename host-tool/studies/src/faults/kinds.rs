@@ -1,20 +1,20 @@
-//! The kinds of fault that a class draws from.
+//! The kinds of fault that a class chooses from.
 
 use super::declaration::Declaration;
 use super::error::FaultsError;
 use super::simulated::Boards;
 use hal_sim::random::{Random, word};
 
-/// Kinds that the boards of a campaign can have, and where their draws begin.
+/// Kinds that the boards of a campaign can have, and the seed of the choice.
 pub(super) struct Kinds {
     names: Vec<String>,
-    /// What all cases from a number on are.
+    /// First case of the kind that was added later, and its name.
     later: Option<(u64, String)>,
     seed: u64,
 }
 
 impl Kinds {
-    /// `stream` tells the draws of one class from another's.
+    /// `stream` separates the random numbers of this class from those of the others.
     pub fn new(declaration: &Declaration, boards: &impl Boards, seed: u64, stream: u64) -> Self {
         let of = &declaration.of;
         let names = boards.select(&*of.kinds, &*of.native_kinds).to_vec();
@@ -29,10 +29,10 @@ impl Kinds {
         Self { names, later, seed }
     }
 
-    /// The kind of case `index`, and what else it is to draw from.
+    /// Returns the kind of case `index`, and the random numbers for its details.
     ///
     /// # Errors
-    /// The declaration has none.
+    /// Fails if the declaration has no kinds.
     pub fn draw(&self, index: u64) -> Result<(&str, Random), FaultsError> {
         let mut random = Random::new(word(self.seed, index));
         let kind = random.below(self.names.len().max(1) as u64) as usize;
@@ -43,7 +43,7 @@ impl Kinds {
         }
     }
 
-    /// All of them, told apart by commas.
+    /// Lists all kinds, separated by commas.
     pub fn in_words(&self) -> String {
         let later = self.later.iter();
         let later = later.map(|(from, kind)| format!("{kind} from case {from} on"));

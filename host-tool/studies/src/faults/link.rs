@@ -1,5 +1,5 @@
-//! What a host says, broken on its way: nothing comes of what is not whole, and silence
-//! and `Stop` end what plays.
+//! Fault campaign: a host's messages are corrupted in transit. Damaged frames must have no effect,
+//! and silence and `Stop` must end stimulation.
 
 use super::Draws;
 use super::bench::Bench;
@@ -19,31 +19,31 @@ use hal_sim::random::Random;
 use hal_sim::wire::stream::{Stream, Write};
 use rayon::prelude::*;
 
-/// Of the streams that this class draws from.
+/// Number of the random stream of this fault class, different from those of the others.
 const STREAM: u64 = 0x114C;
-/// Bytes of a full packet, and how many of those a full-speed frame of 1 ms carries.
+/// Bytes of a full packet, and the number of packets in a full-speed USB frame of 1 ms.
 const PACKET: (usize, u64) = (64, 19);
-/// Until bytes that were written before the cable was pulled are there, µs.
+/// Longest time until bytes that were written before the cable was pulled have arrived, µs.
 const ON_THE_WAY_US: u64 = 1_500;
 
-/// What is broken.
+/// Campaign of link faults: the boards, the recorded sessions, and the kinds of fault.
 pub(super) struct Link<B: ForkableBoards> {
     boards: B,
     scripts: Vec<Script<B>>,
     kinds: Kinds,
-    /// Every case is played for as long as any.
+    /// Whether every case runs for the full time, without shortcuts.
     to_the_end: bool,
 }
 
-/// One of them, drawn.
+/// One randomly chosen case.
 struct LinkCase {
     stream: Stream,
-    /// Frames that the host wrote, besides those of the script.
+    /// Frames that the host sent in addition to those of the script.
     written: Vec<Vec<u8>>,
-    /// The cable is out from the first to the second, µs.
+    /// Times at which the cable is pulled and plugged in again, µs.
     out: Option<(u64, u64)>,
     moment_us: u64,
-    /// Every frame of the script comes whole, and when it should.
+    /// Whether every frame of the script still arrives intact and on time.
     is_beside: bool,
     what: String,
 }
@@ -135,7 +135,7 @@ impl<B: ForkableBoards> Link<B> {
         Ok(fate)
     }
 
-    /// Whether anything else came out than if what was broken had not been sent at all.
+    /// Returns whether the output differs from a run in which the broken messages were never sent.
     fn changes_output(
         &self,
         script: &Script<B>,
@@ -155,21 +155,21 @@ impl<B: ForkableBoards> Link<B> {
 }
 
 impl LinkCase {
-    /// What the device owes, and whether it did that: where frames were broken, and where a
-    /// silence ends what plays.
+    /// Judges whether the device had to detect the fault, and whether it did: `broken` for damaged
+    /// frames, `silenced` for a silence that must end stimulation.
     fn judge_detection<D: Device>(
         &self,
         fate: &mut CaseResult,
         bench: &Bench<D>,
         (broken, silenced): (bool, bool),
     ) {
-        // With the cable out nobody hears what it says; when it ended is judged.
+        // While the cable is out nobody receives its reports, so only the end of its output counts.
         let (is_out, heard) = (self.out.is_some(), bench.reports());
         let tells = broken && !is_out;
         let is_told = !tells || heard.refused.iter().any(|pair| is_frame_error(pair.0));
         let ends = heard.stopping.is_some() || heard.fault.is_some();
         let is_ended = !silenced || ends || is_out && fate.severe.is_empty();
-        // What else it tells is of what is missing or late, or it is a false alarm.
+        // Any other report refers to missing or late messages; otherwise it is a false alarm.
         let is_owed = tells || silenced || fate.found && !self.is_beside;
         fate.must_find = is_owed && fate.stopped.is_none();
         if is_owed {
@@ -181,7 +181,7 @@ impl LinkCase {
         }
     }
 
-    /// From when on everything is said, and heard, as in the script again, µs.
+    /// Returns the time from which all messages are sent and received as in the script again, µs.
     fn resume_us<B: ForkableBoards>(&self, script: &Script<B>) -> u64 {
         let (said, whole) = (self.stream.writes(), script.said.writes());
         let pairs = said.iter().rev().zip(whole.iter().rev());
@@ -189,7 +189,7 @@ impl LinkCase {
         let again = said.get(said.len() - same).or(said.last());
         let in_us = self.out.map_or(0, |(_, in_us)| in_us);
         let in_us = match in_us {
-            0 | u64::MAX => 0, // never out, or for good
+            0 | u64::MAX => 0, // the cable was never pulled, or for good
             in_us => in_us + B::CONNECTS_US,
         };
         again
@@ -198,7 +198,7 @@ impl LinkCase {
             .max(in_us)
     }
 
-    /// Breaks it at write `at`; says what is not the kind's name.
+    /// Corrupts the stream at write `at`; returns the random details.
     fn break_stream<B: ForkableBoards>(
         &mut self,
         kind: &str,
@@ -267,8 +267,8 @@ impl LinkCase {
         String::new()
     }
 
-    /// Bytes and frames that nobody meant, between two writes; half of the floods end with
-    /// a `Stop`.
+    /// Inserts bytes and frames between two writes that no host intended; half of the floods end
+    /// with a `Stop`.
     fn insert_noise<B: ForkableBoards>(
         &mut self,
         kind: &str,
@@ -306,7 +306,8 @@ impl LinkCase {
         )
     }
 
-    /// Whole frames of at least `length` bytes: of the script, or of nobody's session.
+    /// Returns intact frames of at least `length` bytes in total, from the script or with a foreign
+    /// session number.
     fn frames<B: ForkableBoards>(
         &mut self,
         script: &Script<B>,
@@ -334,8 +335,8 @@ impl LinkCase {
     }
 }
 
-/// One of the script's writes: as often one that configures, arms, starts or stops as one
-/// of the many while it plays.
+/// Chooses one of the script's writes. Those that configure, arm, start or stop are as likely
+/// together as the many while it plays.
 fn message<B: ForkableBoards>(script: &Script<B>, random: &mut Random) -> usize {
     let (all, (start, _), (stop, _)) = (script.said.writes().len(), script.start, script.stop);
     let around = start + 1 + (all - stop);
@@ -354,7 +355,7 @@ fn pick<'a, T>(random: &mut Random, all: &'a [T]) -> Result<&'a T, FaultsError> 
     all.get(drawn).ok_or_else(none)
 }
 
-/// Whether a refusal is of a frame, not of what it asks.
+/// Returns whether a refusal concerns the frame itself, not its request.
 fn is_frame_error(code: u16) -> bool {
     (Code::BadCrc as u16..=Code::UnknownMessage as u16).contains(&code)
 }

@@ -1,36 +1,37 @@
-//! The angles that a session's device is told, and what it may believe of them.
+//! Determines the angles that a session's device measures, and the range in which it accepts them.
 
 use firmware::control::{PostureSpec, SensorSource};
 use host_core::session::Session;
 
-/// A measurement this far outside a joint's range is a broken sensor's, ° (docs/protocol.md).
+/// Distance from a joint's range beyond which a measurement counts as a broken sensor, °
+/// (docs/protocol.md).
 const MARGIN_DEG: f64 = 20.0;
 
-/// A measured angle.
+/// One measured angle of a session and its valid range.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MeasuredBits {
-    /// Its number in `Measurement`.
+    /// Number of the angle in `Measurement`.
     pub index: u8,
-    /// Age at which it is stale, µs.
+    /// Age from which the angle is stale, µs.
     pub stale_us: u64,
     range_deg: [f64; 2],
-    /// What a converter can read, °; nothing where the host measures.
+    /// Range that the converter can read, °; `None` if the host measures.
     converted_deg: Option<[f64; 2]>,
 }
 
 impl MeasuredBits {
-    /// Whether the board's converter measures it.
+    /// Returns whether the board's converter measures the angle.
     pub const fn is_converted(&self) -> bool {
         self.converted_deg.is_some()
     }
 
-    /// The middle of its range, °.
+    /// Returns the centre of the range, °.
     pub fn middle_deg(&self) -> f64 {
         0.5 * (self.range_deg[0] + self.range_deg[1])
     }
 
-    /// Whether the least or the greatest that was said is a broken sensor's, by more than a
-    /// step of a converter.
+    /// Returns whether the smallest or largest reported angle indicates a broken sensor, by more
+    /// than one step of a converter.
     pub fn is_beyond(&self, said: [f64; 2]) -> bool {
         let [can_low, can_high] = self.converted_deg.unwrap_or([-327.68, 327.67]);
         let [low, high] = said.map(|deg| deg.clamp(can_low, can_high));
@@ -39,7 +40,7 @@ impl MeasuredBits {
     }
 }
 
-/// Those of a session, if it has any.
+/// Returns the measured angles of the joint, the modulated joints and the arm of a session.
 pub(super) fn angles(session: &Session) -> Vec<MeasuredBits> {
     let degrees = |mdeg: [i32; 2]| mdeg.map(|mdeg| f64::from(mdeg) * 1e-3);
     let mut all = Vec::new();

@@ -1,11 +1,11 @@
-//! Campaigns of faults: what gets past the device, drawn by seed and judged.
+//! Fault campaigns: injects random faults into the simulated device and judges whether any output
+//! becomes dangerous.
 //!
-//! Lives here: what is broken how often and when ([`Declaration`], committed before it
-//! was judged), a board and its host that can be forked ([`bench`](self)), one file per
-//! class of faults, the table and the files that come of it ([`Run`]). Not here: what is
-//! severe (`hal_sim::trace::judge`, which shares nothing with `firmware`), how cases are kept
-//! and go on (`laboratory`), the command (`cli`).
-//! In: a class, a seed, an image. Out: [`Case`]s and what they come to ([`Outcome`]).
+//! Contains the preregistered number and kind of faults ([`Declaration`]), a board and its host
+//! that can be forked ([`bench`](self)), one file per fault class, and the resulting tables and
+//! files ([`Run`]). The rules for severe output are in `hal_sim::trace::judge`, which shares
+//! nothing with `firmware`; storing and resuming cases in `laboratory`; the command in `cli`. Takes
+//! a class, a seed and an image; returns [`Case`]s and their [`Outcome`].
 
 mod allowance;
 mod assumed;
@@ -65,25 +65,25 @@ use simulated::Native;
 use streams::Streams;
 use supply::Supply;
 
-/// What draws and plays the cases of a class.
+/// Chooses and plays the cases of a class.
 trait Draws: Sync {
-    /// Case `index`, a function of the seed and this number alone.
+    /// Plays case `index`, which depends on the seed and this number only.
     fn case(&self, index: u64) -> Result<Case, FaultsError>;
 
-    /// What one must know to read its numbers.
+    /// Returns notes that the reader needs to interpret the numbers.
     fn notes(&self) -> Vec<String>;
 }
 
-/// A class of faults, ready to be played.
+/// A fault class that is ready to run.
 pub struct Campaign {
     draws: Box<dyn Draws + Send>,
 }
 
 impl Campaign {
-    /// Of the declaration's class on the chip simulator that `image` is flashed in.
+    /// Prepares the declaration's class on the chip simulator with `image` in its flash.
     ///
     /// # Errors
-    /// The board does not come to stimulate, or has not what is to be broken.
+    /// Fails if the board does not stimulate, or lacks the part to break.
     pub fn on_chip(
         seed: u64,
         declaration: &Declaration,
@@ -107,10 +107,10 @@ impl Campaign {
         Ok(Self { draws })
     }
 
-    /// The same on the native simulator.
+    /// Prepares the declaration's class on the native backend.
     ///
     /// # Errors
-    /// It has nothing that this class breaks.
+    /// Fails if the native backend cannot simulate this class.
     pub fn native(seed: u64, declaration: &Declaration) -> Result<Self, FaultsError> {
         let draws: Box<dyn Draws + Send> = match declaration.class {
             Class::Declarations => Box::new(DeclarationFaults::new(seed, declaration, Native)?),
@@ -123,16 +123,16 @@ impl Campaign {
         Ok(Self { draws })
     }
 
-    /// What one must know to read its numbers.
+    /// Returns notes that the reader needs to interpret the numbers.
     #[must_use]
     pub fn notes(&self) -> Vec<String> {
         self.draws.notes()
     }
 
-    /// Case `index` alone.
+    /// Plays case `index` alone.
     ///
     /// # Errors
-    /// It could not be set up: nothing was broken in it yet.
+    /// Fails if the case cannot be set up, before any fault is injected.
     pub fn case(&self, index: u64) -> Result<Case, FaultsError> {
         self.draws.case(index)
     }

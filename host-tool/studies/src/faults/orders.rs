@@ -1,5 +1,5 @@
-//! What of a stream of frames a device owes: when it must have stopped, and how often it
-//! may have checked its electrodes.
+//! Derives the required behaviour of a device from a stream of frames: when its output must have
+//! stopped, and how many electrode checks it may run.
 
 use super::script::decode_request;
 use super::simulated::TWO_WINDOWS_US;
@@ -9,38 +9,37 @@ use hal_sim::trace::judge::QuietInterval;
 use hal_sim::wire::stream::{Stream, Write};
 use host_core::session::Session;
 
-/// A pause this near to the timeout may end stimulation or not, µs.
+/// Distance from the timeout within which a pause may or may not end stimulation, µs.
 const NEAR_US: u64 = 1_000;
 
-/// Of an electrodes' check, µs.
+/// Duration of an electrode check, µs.
 const CHECK_US: u64 = 25_000;
 
-/// In which pulses are counted, and the electrodes' check before them, µs.
+/// Interval in which pulses are counted, including the electrode check before it, µs.
 const COUNTED_US: u64 = 1_000_000 + CHECK_US;
 
-/// What a stream of frames comes to.
+/// The behaviour that a stream of frames requires.
 #[derive(Debug, PartialEq)]
 pub(super) struct ExpectedEffects {
-    /// Times in which nothing may be driven.
+    /// Intervals in which nothing may be driven.
     pub quiet: Vec<QuietInterval>,
-    /// From the moment asked about on a silence ends what plays.
+    /// Whether a host silence ends stimulation after the given moment.
     pub is_silenced: bool,
-    /// Most electrode checks whose pulses can lie in one second: one for each time that
-    /// it is armed anew.
+    /// Largest number of electrode checks whose pulses can fall within one second: one per arming.
     pub checks: usize,
 }
 
-/// The wearer's times, and whose orders count.
+/// The wearer's timing limits, and the session whose requests count.
 pub(super) struct Orders {
     timeout_us: u64,
     fall_us: u64,
-    /// Longest from when a frame came to when the device has read it.
+    /// Longest time from the arrival of a frame until the device has read it.
     line_us: u64,
     session: u16,
 }
 
 impl Orders {
-    /// Of a session, whose host said `said`.
+    /// Creates the rules for a session whose host sent `said`.
     pub fn from_session(session: &Session, said: &[Write], line_us: u64) -> Self {
         let owner = said.last().and_then(|write| decode_request(&write.bytes));
         Self {
@@ -51,21 +50,21 @@ impl Orders {
         }
     }
 
-    /// From the last word to the last output that is allowed, µs.
+    /// Returns the longest allowed time from the last message to the last output, µs.
     pub const fn silence_us(&self) -> u64 {
         self.timeout_us + self.fall_us + TWO_WINDOWS_US + self.line_us
     }
 
-    /// Whether by the whole frames that came nothing may be driven from `from_us` on, until
-    /// it is armed anew.
+    /// Returns whether the intact frames so far forbid any output from `from_us` until the device
+    /// is armed again.
     pub fn forbids_output_from(&self, whole: &[Write], from_us: u64) -> bool {
         let quiet = self.expected_effects(whole, 0, from_us).quiet;
         let last = quiet.last().filter(|last| last.until_us == u64::MAX);
         last.is_some_and(|last| last.from_us <= from_us)
     }
 
-    /// What up to `end_us` is owed by the whole frames that came, and whether silence ends
-    /// anything from `moment_us` on.
+    /// Returns the behaviour that the intact frames require up to `end_us`, and whether a silence
+    /// ends stimulation after `moment_us`.
     pub fn expected_effects(
         &self,
         whole: &[Write],
@@ -75,10 +74,11 @@ impl Orders {
         let mut quiet: Vec<QuietInterval> = Vec::new();
         let mut armed_us = Vec::new();
         let mut is_silenced = false;
-        // When the host last counted while the trains play; and when they may not.
+        // Time of the last keep-alive while trains play, start of the interval without output, and
+        // whether the device is armed.
         let (mut alive_us, mut off_us, mut is_armed) = (None::<u64>, Some(0), false);
-        // When the latest check began, which waits for the pause after the one before, and
-        // until when its pulses may come.
+        // Start of the latest check, which waits for the pause after the one before, and the last
+        // time at which its pulses may come.
         let (mut begun_us, mut checked_us) = (None::<u64>, 0);
         let until = |off: Option<u64>, until_us| QuietInterval {
             from_us: off.unwrap_or(until_us),
@@ -106,7 +106,7 @@ impl Orders {
                     off_us = Some(off_us.map_or(over_us, |off: u64| off.min(over_us)));
                     (alive_us, is_armed, checked_us) = (None, false, 0);
                 }
-                // Its pulses of the electrodes' check come before any start.
+                // The pulses of the electrode check precede any start.
                 Request::Arm { .. } if is_own => {
                     quiet.extend(off_us.map(|_| until(off_us, t_us)));
                     armed_us.extend((!is_armed).then_some(t_us));
@@ -137,7 +137,7 @@ impl Orders {
     }
 }
 
-/// Most of these moments that are counted together.
+/// Returns the largest number of these moments within one counting interval.
 fn most_counted(at_us: &[u64]) -> usize {
     let from = |from: u64| {
         let until = from + COUNTED_US;
@@ -146,7 +146,7 @@ fn most_counted(at_us: &[u64]) -> usize {
     at_us.iter().map(|&at| from(at)).max().unwrap_or(0)
 }
 
-/// Whether it says that the host is there (docs/protocol.md, host silence).
+/// Returns whether the request counts as a keep-alive (docs/protocol.md, host silence).
 const fn counts_as_keep_alive(request: &Request) -> bool {
     matches!(
         request,
@@ -160,7 +160,8 @@ const fn counts_as_keep_alive(request: &Request) -> bool {
     )
 }
 
-/// Whether stimulation may begin anew with what is said: after a fault, by none but these.
+/// Returns whether these messages can start stimulation again: after a fault, only the listed
+/// requests can.
 pub(super) fn may_restart(said: &[Write]) -> bool {
     let is = |write: &Write| {
         decode_request(&write.bytes).is_some_and(|asked| {
@@ -173,7 +174,8 @@ pub(super) fn may_restart(said: &[Write]) -> bool {
     said.iter().any(is)
 }
 
-/// The frames of `passed` that are to the byte one of those `sent`, and how many are not.
+/// Returns the frames of `passed` that equal one of `sent` byte for byte, and the number of the
+/// others.
 pub(super) fn broken_frames(passed: &Stream, sent: &[&[u8]]) -> (Vec<Write>, usize) {
     let sent: std::collections::HashSet<&[u8]> = sent.iter().copied().collect();
     let read = passed.frames().into_iter();
@@ -196,7 +198,7 @@ mod tests {
         session: 7,
     };
 
-    /// Frames at milliseconds, of this session or another.
+    /// Encodes frames from times in ms, a session number, and a request.
     fn frames(said: &[(u64, u16, Request)]) -> Vec<Write> {
         let frame = |(ms, session, request): &(u64, u16, Request)| Write {
             t_us: 1_000 * ms,
@@ -211,7 +213,7 @@ mod tests {
         said.iter().map(frame).collect()
     }
 
-    /// When nothing may be driven, ms and half ones, and whether a silence ended it.
+    /// Returns the intervals without output in ms, and whether a silence ended stimulation.
     fn quiet(said: &[(u64, u16, Request)]) -> (Vec<(f64, f64)>, bool) {
         let owed = ORDERS.expected_effects(&frames(said), 0, 1_000_000);
         let ms = |us: u64| us as f64 * 1e-3;
@@ -234,10 +236,10 @@ mod tests {
         assert_eq!(quiet(&silent), (vec![until_armed, (330.5, 2000.0)], true));
         let stopped = [&silent[..], &[(190, 0, Request::Stop)]].concat();
         assert_eq!(quiet(&stopped), (vec![until_armed, (240.5, 2000.0)], false));
-        // What comes after a silence, or is a stranger's, keeps nothing alive.
+        // A message after the silence, or from another session, keeps nothing alive.
         let late = [&silent[..], &[alive(290), (150, 9, Request::KeepAlive)]].concat();
         assert_eq!(quiet(&late), quiet(&silent));
-        // Armed anew it may play again; a start alone does not.
+        // Arming again allows output; a start alone does not.
         let again = [&stopped[..], &[(600, 7, ARM), (650, 7, Request::Start)]].concat();
         let paused = vec![until_armed, (240.5, 600.0), (800.5, 2000.0)];
         assert_eq!(quiet(&again), (paused, true));
@@ -245,8 +247,8 @@ mod tests {
         assert_eq!(quiet(&started), quiet(&stopped));
     }
 
-    /// A check that waits for its pause may put its pulses out although its host falls silent;
-    /// a stop ends it.
+    /// A check that waits for its pause may still emit its pulses although the host falls silent; a
+    /// stop prevents them.
     #[test]
     fn a_check_that_waits_is_no_output_past_the_silence() {
         const STOP: Request = Request::Stop;
@@ -275,7 +277,7 @@ mod tests {
         assert_eq!(checks(&again), 2);
         let later = [&again[..], &[(1_030, 7, STOP), (1_040, 7, ARM)]].concat();
         assert_eq!(checks(&later), 2, "more than a second after the first");
-        // Silence ends what plays, and it may be armed again.
+        // After a silence has ended stimulation, the device may be armed again.
         let silent = [(10, 7, ARM), (40, 7, Request::Start), (500, 7, ARM)];
         assert_eq!(checks(&silent), 2);
     }

@@ -1,4 +1,4 @@
-//! What the cases of a class come to: its numbers, and the same of each kind in it.
+//! Summarises the cases of a fault class, in total and for each kind.
 
 use super::case::{Case, CaseResult};
 use super::declaration::Class;
@@ -6,60 +6,61 @@ use super::simulated::TWO_WINDOWS_US;
 use host_core::statistics::{median, share_upper_bound};
 use std::collections::BTreeMap;
 
-/// Of the upper bounds.
+/// Confidence level of the upper bounds.
 const LEVEL: f64 = 0.95;
-/// The most that a pulse may leave which a fault cut off, µC.
+/// Largest net charge that a pulse truncated by a fault may leave, µC.
 pub(super) const MOST_TRUNCATED_UC: f64 = 65.0;
 
-/// The numbers of a class, or of one kind in it.
+/// Counts and times of a fault class, or of one kind in it.
 #[derive(Clone, Debug)]
 pub struct Outcome {
-    /// Of which class.
+    /// Fault class of the cases.
     pub class: Class,
-    /// Of which kind, if not of all.
+    /// Kind of fault; `None` for the whole class.
     pub kind: Option<String>,
-    /// Cases played.
+    /// Number of cases.
     pub drawn: u64,
-    /// Of which something came that somebody could see ([`CaseResult::changed`]).
+    /// Number of cases with a visible effect ([`CaseResult::has_effect`]).
     pub changed: u64,
-    /// Of which it is known that nothing came.
+    /// Number of cases that certainly had no effect.
     pub harmless: u64,
-    /// Which the device must find ([`CaseResult::must_find`]).
+    /// Number of cases that the device must detect ([`CaseResult::must_find`]).
     pub to_find: u64,
-    /// Of those, in which it did.
+    /// Number of these that the device detected.
     pub found: u64,
-    /// Of those, with the outputs isolated within two windows.
+    /// Number of detected cases whose outputs were isolated within two windows.
     pub soon: u64,
-    /// Median time from fault to isolated outputs, of those, µs.
+    /// Median time from the fault to isolated outputs in the detected cases, µs.
     pub median_us: Option<f64>,
-    /// The longest, µs.
+    /// Longest time from the fault to isolated outputs, µs.
     pub latest_us: Option<u64>,
-    /// The longest from what the device calls the moment of its fault, µs.
+    /// Longest time from the device's own time stamp of the fault to isolated outputs, µs.
     pub slowest_us: Option<u64>,
-    /// Severe, the stages as they are built.
+    /// Number of severe cases with the output stages as designed.
     pub severe: u64,
-    /// Severe without what protects.
+    /// Number of severe cases without protective circuits.
     pub bare: u64,
-    /// Pulses that were cut off or held, and are excused.
+    /// Number of truncated or held pulses that are excused.
     pub truncated: u64,
-    /// The charge of the worst of them, µC.
+    /// Largest net charge of these pulses, µC.
     pub truncated_uc: Option<f64>,
-    /// For how long a flip of the tape was shown at most, µs.
+    /// Longest time for which a bit flip of the pulse tape was visible at the outputs, µs.
     pub shown_us: Option<u64>,
-    /// In which the simulator could not go on.
+    /// Number of cases in which the simulator could not continue.
     pub stopped: u64,
-    /// Why, and how often.
+    /// Number of cases for each reason why the simulator stopped.
     pub reasons: BTreeMap<String, u64>,
-    /// How often a case ended for which reason.
+    /// Number of cases for each reason why the fork ended.
     pub ended: BTreeMap<&'static str, u64>,
-    /// Cases to look at: severe, or not as they must be; of a class alone.
+    /// Cases that need manual review: severe, or detected although they need not be, or the
+    /// reverse. Empty for a single kind.
     pub listed: Vec<Case>,
-    /// The same of each kind, by name; of a class that has some.
+    /// Summary of each kind, by name; empty for a class without kinds.
     pub kinds: Vec<Outcome>,
 }
 
 impl Outcome {
-    /// Of these cases.
+    /// Summarises the cases of a class.
     #[must_use]
     pub fn from_cases(class: Class, cases: &[Case]) -> Self {
         let all: Vec<&Case> = cases.iter().collect();
@@ -126,20 +127,20 @@ impl Outcome {
         }
     }
 
-    /// In which it must have found something and did not.
+    /// Returns the number of cases that the device must detect and did not.
     #[must_use]
     pub const fn missed(&self) -> u64 {
         self.to_find - self.found
     }
 
-    /// The largest share of severe cases that these leave likely, at 95 %.
+    /// Returns the upper 95 % confidence bound of the share of severe cases.
     #[must_use]
     pub fn severe_bound(&self) -> Option<f64> {
         let played = self.drawn - self.stopped;
         share_upper_bound(self.severe.min(played), played, LEVEL).ok()
     }
 
-    /// How it is called in a table.
+    /// Returns the name of the class or kind in a table.
     #[must_use]
     pub fn name(&self) -> String {
         match &self.kind {
@@ -154,7 +155,7 @@ fn is_soon(fate: &CaseResult) -> bool {
     fate.isolated_us.is_some_and(|us| us <= TWO_WINDOWS_US)
 }
 
-/// Why the simulator stopped, without where.
+/// Returns the reason why the simulator stopped, without the place.
 fn reason(why: &str) -> String {
     let what = why.rsplit_once("stopped: ").map_or(why, |(_, what)| what);
     let what = what.strip_prefix("not modelled: ").unwrap_or(what);

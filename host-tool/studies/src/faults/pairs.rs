@@ -1,4 +1,5 @@
-//! An owner freezes and an erase stream is off: neither alone lets a pulse be replayed.
+//! Fault campaign: an interrupt handler hangs and an erase stream is disabled. Neither fault alone
+//! lets a pulse be repeated.
 
 use super::Draws;
 use super::case::{Case, CaseResult};
@@ -10,14 +11,14 @@ use super::stem::{Chip, ForkSource};
 use super::streams::{ERASE, switch_off};
 use hal_sim::chip::image::Image;
 
-/// Of the streams that this class draws from.
+/// Number of the random stream of this fault class, different from those of the others.
 const STREAM: u64 = 0x9A14;
-/// Instructions of the owner before it stays where it is.
+/// Instructions that the interrupt handler executes before it hangs.
 const INSTRUCTIONS: u64 = 300;
-/// From the first fault to the second, µs.
+/// Range of the time from the first fault to the second, µs.
 const APART_US: (f64, f64) = (1.0, 1e6);
 
-/// What fails.
+/// Campaign of pairs of faults: the board to fork, and the kinds of pair.
 pub(super) struct Pairs {
     stem: ForkSource,
     kinds: Kinds,

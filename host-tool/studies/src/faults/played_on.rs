@@ -1,4 +1,4 @@
-//! How long a case of a broken link is played on.
+//! Determines how long a case with a broken link must run.
 
 use super::bench::Bench;
 use super::orders::{Orders, broken_frames, may_restart};
@@ -9,29 +9,30 @@ use hal_sim::trace::State;
 use hal_sim::wire::stream::{Stream, Write};
 use host_core::session::{Channel, Session};
 
-/// Played after the latest moment at which silence has ended everything, µs.
+/// Time after the latest moment at which silence has ended everything, µs.
 const AFTER_US: u64 = 60_000;
-/// Played on once all is as it was and it stimulates: so many of the scene's longest periods.
+/// Number of the session's longest periods to run after everything is undisturbed again and
+/// stimulates.
 const PERIODS: u64 = 10;
-/// Amplitudes that rise are above nothing after this, µs.
+/// Time within which a rising amplitude exceeds zero, µs.
 const RISE_US: u64 = 20_000;
 
-/// When a case ends.
+/// Conditions for the end of a case.
 pub(super) struct EndCondition<'a> {
     orders: &'a Orders,
-    /// Frames that its host may have sent.
+    /// Frames that the host may have sent.
     sent: &'a [&'a [u8]],
-    /// All is said and heard as in the script again, µs.
+    /// Time from which all messages are sent and received as in the script again, µs.
     again_us: u64,
-    /// Where nothing may stimulate and something does, it shows itself within this, µs.
+    /// Time within which a forbidden stimulation would become visible, µs.
     shown_us: u64,
-    /// The case is over by now, µs.
+    /// Latest end of the case, µs.
     pub end_us: u64,
 }
 
 impl<'a> EndCondition<'a> {
-    /// Of a script that is broken at the first of the moments, and said and heard as it
-    /// should be from the second on; its host's last word is at the third, µs.
+    /// Creates the condition for a script that is broken at `moment_us` and undisturbed again from
+    /// `again_us`; its host sends its last message at `last_us`.
     pub fn new<B: ForkableBoards>(
         script: &Script<B>,
         orders: &'a Orders,
@@ -51,8 +52,9 @@ impl<'a> EndCondition<'a> {
         }
     }
 
-    /// Whether it may end sooner: by the writes that `bench` took nothing may be driven, and
-    /// was not for as long as it takes to show itself, and none that is left begins anything.
+    /// Returns whether the case may end early: the writes that `bench` received forbid any output,
+    /// there was none for as long as it would take to become visible, and none of the remaining
+    /// writes starts anything.
     pub fn is_over<D: FaultableDevice>(
         &self,
         bench: &Bench<D>,
@@ -69,7 +71,7 @@ impl<'a> EndCondition<'a> {
     }
 }
 
-/// The longest distance of bursts that the session plays, µs.
+/// Returns the longest burst period of the session, µs.
 fn longest_period_us(session: &Session) -> u64 {
     let of_channel = |channel: &Channel| {
         let force = channel.force.as_ref();
@@ -80,7 +82,7 @@ fn longest_period_us(session: &Session) -> u64 {
     longest.unwrap_or(0).into()
 }
 
-/// All channels are isolated, and have been for so long.
+/// Returns whether all channels have been isolated for at least `for_us`.
 pub(super) fn is_isolated_for<D: Device>(bench: &Bench<D>, for_us: u64) -> bool {
     let last = bench.recorder.trace.levels.last();
     last.is_none_or(|(at, levels)| {

@@ -1,4 +1,5 @@
-//! `result.json` of a class: every number of it and of its kinds, and the cases to look at.
+//! Converts the result of a fault class to `result.json`: every number of the class and its kinds,
+//! and the cases that need review.
 
 use super::declaration::Declaration;
 use super::outcome::Outcome;
@@ -6,7 +7,7 @@ use super::table::{SEVERE, SIMULATED, in_words};
 use crate::laboratory::{self, Preregistration, Row, Share};
 
 impl Outcome {
-    /// As `result.json` has it.
+    /// Returns the contents of `result.json`.
     #[must_use]
     pub fn result(
         &self,
@@ -113,7 +114,7 @@ impl Outcome {
     }
 }
 
-/// A share with its interval.
+/// Returns a share with its interval.
 fn part(id: &str, claim: &str, holds: u64, of: u64) -> Share {
     Share::from_counts(id.to_owned(), claim.to_owned(), None, (holds, of))
 }

@@ -1,4 +1,4 @@
-//! One bit of a register that decides edges turns by itself.
+//! Fault campaign: one bit of a register that determines edges flips.
 
 use super::Draws;
 use super::assumed;
@@ -11,10 +11,10 @@ use hal_sim::chip::cpu::bus::{AccessError, Unmodelled};
 use hal_sim::chip::image::Image;
 use hal_sim::random::{Random, word};
 
-/// Of the streams that this class draws from.
+/// Number of the random stream of this fault class, different from those of the others.
 const STREAM: u64 = 0x4E61;
 
-/// What is upset.
+/// Campaign of bit flips in registers: the board to fork, and the registers.
 pub(super) struct Registers {
     stem: ForkSource,
     seed: u64,
@@ -30,7 +30,7 @@ impl Registers {
         })
     }
 
-    /// Bits that may be turned.
+    /// Returns the number of bits that may be flipped.
     fn bits(&self) -> u64 {
         let each = self
             .registers
@@ -40,7 +40,7 @@ impl Registers {
     }
 }
 
-/// Bit `number` of all of `registers` that may be turned.
+/// Returns the register and bit position of flippable bit `number`, counted over all registers.
 pub(super) fn bit_of(registers: &[Register], mut number: u64) -> Option<(&Register, u32)> {
     for register in registers {
         let own = u64::from(register.bits.count_ones());
@@ -53,12 +53,13 @@ pub(super) fn bit_of(registers: &[Register], mut number: u64) -> Option<(&Regist
     None
 }
 
-/// The block that a register is of: all before its name's last part.
+/// Returns the block of a register: its name without the last part.
 fn block(name: &str) -> &str {
     name.rsplit_once('_').map_or(name, |(block, _)| block)
 }
 
-/// Turns `bits` of the register at `address`; the device's clock is the core's.
+/// Flips `bits` of the register at `address`; if that changes the core's clock, the device's clock
+/// follows.
 fn upset(fork: &mut Chip, address: u32, bits: u32) -> Result<(), AccessError> {
     let from_us = fork.device_us();
     let (cycle, around) = (fork.device.cpu.cycle, &mut fork.device.around);
@@ -93,7 +94,8 @@ impl Draws for Registers {
                 return Err(FaultsError::Declaration(why));
             }
             Err(AccessError::Unmodelled(Unmodelled(what))) => {
-                let mut fork = self.stem.fork(moment_us)?; // whatever became of the other
+                // independent of the result of the other fork
+                let mut fork = self.stem.fork(moment_us)?;
                 let struck = assumed::flip_register_bits(&mut fork, (register, bits), &mut random);
                 let (end, fate) = match struck {
                     Ok(end) => (end, self.stem.play_and_judge(fork, moment_us)),

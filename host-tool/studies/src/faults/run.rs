@@ -1,4 +1,4 @@
-//! A campaign as the laboratory's runner runs it: a unit of work is a case.
+//! Adapts a campaign to the laboratory's runner: a unit of work is a case.
 
 use super::Campaign;
 use super::case::Case;
@@ -12,25 +12,25 @@ use host_core::record::{Program, sha256};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// The file in which an earlier program kept the cases of a campaign.
+/// File in which an earlier version stored the cases of a campaign.
 const EARLIER: &str = "faults.jsonl";
 
-/// So many cases of a class on a simulator.
+/// A number of cases of a fault class on one simulator.
 pub struct Run {
     campaign: Campaign,
     declaration: Declaration,
-    /// SHA-256 of what is flashed, on the chip.
+    /// SHA-256 of the flashed image; `None` on the native backend.
     image: Option<String>,
     seed: u64,
     count: u64,
 }
 
 impl Run {
-    /// With this seed and so many cases, or the declaration's own; on the chip simulator that
-    /// `image` is flashed in, or natively.
+    /// Prepares a run with this seed and number of cases, or those of the declaration; on the chip
+    /// simulator if `image` is given, otherwise on the native backend.
     ///
     /// # Errors
-    /// As [`Campaign::on_chip`] and [`Campaign::native`].
+    /// Fails as [`Campaign::on_chip`] and [`Campaign::native`] do.
     pub fn new(
         declaration: Declaration,
         image: Option<&Image>,
@@ -50,13 +50,13 @@ impl Run {
         })
     }
 
-    /// The cases that it draws.
+    /// Returns the campaign that plays the cases.
     #[must_use]
     pub const fn campaign(&self) -> &Campaign {
         &self.campaign
     }
 
-    /// `chip` or `native`.
+    /// Returns `chip` or `native`.
     #[must_use]
     pub const fn device(&self) -> &'static str {
         match self.image {
@@ -65,7 +65,7 @@ impl Run {
         }
     }
 
-    /// What these cases come to: for people, and as `result.json` has it.
+    /// Summarises the cases, as an outcome and in the form of `result.json`.
     #[must_use]
     pub fn compute_outcomes(&self, cases: &[Case]) -> (Outcome, laboratory::Outcome) {
         let outcome = Outcome::from_cases(self.declaration.class, cases);
@@ -74,10 +74,10 @@ impl Run {
         (outcome, result)
     }
 
-    /// That the folder `dir` does not have what an earlier program began.
+    /// Checks that the folder `dir` contains no campaign of an earlier version.
     ///
     /// # Errors
-    /// E790: it has.
+    /// Fails with E790 if it does.
     pub fn refuse_earlier(dir: &Path) -> Result<(), FaultsError> {
         match dir.join(EARLIER).exists() {
             true => Err(FaultsError::Earlier(dir.display().to_string())),
@@ -103,14 +103,14 @@ impl Study for Run {
         }
     }
 
-    /// Of the declaration, of what stimulates meanwhile, and of what is flashed.
+    /// Includes the declaration, its sessions, and the flashed image.
     fn hashes(&self) -> BTreeMap<String, String> {
         let image = self.image.clone().map(|hash| ("image".to_owned(), hash));
         let files = self.declaration.sha256.clone();
         files.into_iter().chain(image).collect()
     }
 
-    /// With its commit: the simulators and the judge are the program's own.
+    /// Includes the commit, because simulators and judge are part of the program.
     fn version(&self) -> String {
         Program::current().words()
     }

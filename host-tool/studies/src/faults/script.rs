@@ -1,4 +1,4 @@
-//! What the host of a scene says, recorded once, and said again to a board made anew.
+//! Records a session's host messages once, and replays them to a freshly booted board.
 
 use super::bench::Bench;
 use super::case::CaseEnd;
@@ -24,37 +24,35 @@ use std::collections::VecDeque;
 use std::io;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// From one kept board to the next, µs.
+/// Interval between stored boards, µs.
 pub(super) const KEPT_US: u64 = 50_000;
-/// Played after the host's last word, µs.
+/// Time to run after the host's last message, µs.
 const AFTER_US: u64 = 250_000;
-/// From look to look whether the bus has carried what was written, µs.
+/// Interval at which the bus is checked for delivered writes, µs.
 const LOOK_US: u64 = 250;
-/// From question to question whether it is over, µs.
+/// Interval at which the end condition is checked, µs.
 const ASKED_US: u64 = 20_000;
 
-/// Where the boards of scripts come from.
+/// Boards that can run and fork scripts.
 pub(super) trait ForkableBoards: Boards<Board: 'static> {
-    /// Longest from when the bus has carried a write to when the device has read it, µs.
+    /// Longest time from the delivery of a write by the bus until the device has read it, µs.
     const LINE_US: u64;
-    /// From when its cable is in again to when its host speaks to it, at most, µs.
+    /// Longest time from plugging in the cable until the host communicates with the board, µs.
     const CONNECTS_US: u64;
-    /// Work on one frame delays nothing else, so that runs can be compared to the
-    /// microsecond.
+    /// Whether processing one frame delays nothing else, so that runs agree to the microsecond.
     const IS_EXACT: bool;
 
-    /// A board with the stages of `session`, booted, that nobody has spoken to.
+    /// Boots a board with the stages of `session`; the host has sent nothing.
     fn boot(&self, session: &Session, sensors: Sensors) -> Result<Bench<Self::Board>, FaultsError>;
 
-    /// Another one that goes on by itself from here, where that is quicker than to play it
-    /// anew.
+    /// Forks a board if that is faster than repeating its run.
     fn fork(board: &Self::Board) -> Option<Self::Board>;
 }
 
 impl ForkableBoards for Image {
-    /// A packet is worked on before the next is taken; and a frame of the bus.
+    /// The device processes one packet before it takes the next; plus one frame of the bus.
     const LINE_US: u64 = 1_500;
-    /// Debounce, reset and recovery (USB 2.0 7.1.7), and what a host asks first.
+    /// Debounce, reset and recovery (USB 2.0 section 7.1.7), and the first requests of a host.
     const CONNECTS_US: u64 = 200_000;
     const IS_EXACT: bool = false;
 
@@ -85,25 +83,25 @@ impl ForkableBoards for Native {
     }
 }
 
-/// A scene, and what its host says.
+/// A session and the messages of its host.
 pub(super) struct Script<B: ForkableBoards> {
-    /// Of the scene.
+    /// The recorded session.
     pub file: SessionFile,
-    /// All of it, nothing broken.
+    /// All messages, undisturbed.
     pub said: Stream,
-    /// What comes out then.
+    /// Output without a fault.
     pub whole: Trace,
-    /// What is severe without protection although nothing broke: rule and channel.
+    /// Rule and channel of each finding that exists without protection and without any fault.
     always: Vec<(Rule, u8)>,
-    /// Index and time of `Start` and of `Stop` in it.
+    /// Index and time of `Start`, and below of `Stop`, in the messages.
     pub start: (usize, u64),
     pub stop: (usize, u64),
     sensors: Sensors,
-    /// Each with its time.
+    /// Stored boards, each with its time.
     kept: Vec<(u64, Mutex<Bench<B::Board>>)>,
 }
 
-/// Says what it hears, and passes it on.
+/// Device wrapper that records each write and passes it on.
 struct WriteRecorder<D> {
     device: D,
     heard: Arc<Mutex<Vec<Write>>>,
@@ -136,10 +134,10 @@ impl<D: Device> Device for WriteRecorder<D> {
 }
 
 impl<B: ForkableBoards> Script<B> {
-    /// Plays the scene with its own host and its wearer, and again from what was said.
+    /// Plays the session with its own host and wearer, and records the host's messages.
     ///
     /// # Errors
-    /// It does not come to its end without any fault.
+    /// Fails if the session does not run to its end without a fault.
     pub fn record(boards: &B, file: &SessionFile) -> Result<Self, FaultsError> {
         let session = &file.session;
         let bench = boards.boot(session, Sensors::default())?;
@@ -181,10 +179,10 @@ impl<B: ForkableBoards> Script<B> {
         })
     }
 
-    /// Plays all of it as it was said, keeps boards to fork, and what comes out.
+    /// Replays all messages; stores boards to fork, and the output.
     ///
     /// # Errors
-    /// As of [`Self::accept`].
+    /// Fails as [`Self::accept`] does.
     pub fn replay(&mut self, boards: &B) -> Result<(), FaultsError> {
         let mut bench = self.board(boards, self.first_us())?;
         let (mut kept, mut next_us) = (Vec::new(), 0);
@@ -203,10 +201,10 @@ impl<B: ForkableBoards> Script<B> {
         self.accept(bench)
     }
 
-    /// What came of it when nothing broke is what everything else is compared with.
+    /// Stores the undisturbed output, with which all cases are compared.
     ///
     /// # Errors
-    /// It is severe by itself.
+    /// Fails if the output is severe by itself, or if the device reports a fault.
     pub fn accept(&mut self, mut bench: Bench<B::Board>) -> Result<(), FaultsError> {
         let (fate, verdict) = judge_case(&mut bench, self.end_us(), self.truth());
         if let Some(severe) = fate.severe.first() {
@@ -223,31 +221,32 @@ impl<B: ForkableBoards> Script<B> {
         Ok(())
     }
 
-    /// When its host says its first word, µs.
+    /// Returns the time of the host's first message, µs.
     pub fn first_us(&self) -> u64 {
         self.said.writes().first().map_or(0, |write| write.t_us)
     }
 
-    /// When a run of it is over, µs.
+    /// Returns the end of a run, µs.
     pub fn end_us(&self) -> u64 {
         let last = self.said.writes().last();
         last.map_or(0, |write| write.t_us) + AFTER_US
     }
 
-    /// What is true of its board and wearer.
+    /// Returns the true properties of board and wearer for the judge.
     pub fn truth(&self) -> Truth {
         let loads = self.sensors.load_ohm.map(|ohm| Load::Ohms(ohm.into()));
         declared_truth(&self.file.session, &loads)
     }
 
-    /// What is severe without protection, and is not when nothing breaks.
+    /// Returns the findings without protection that do not exist without a fault.
     pub fn unprotected_findings(&self, verdict: &Verdict) -> Vec<String> {
         let found = verdict.bare.findings.iter();
         let found = found.filter(|finding| !self.always.contains(&(finding.rule, finding.channel)));
         found.map(ToString::to_string).collect()
     }
 
-    /// A board at the last kept moment up to `to_us`, all said before.
+    /// Returns a board at the last stored moment up to `to_us`, which has received all earlier
+    /// messages.
     pub fn board(&self, boards: &B, to_us: u64) -> Result<Bench<B::Board>, FaultsError> {
         let after = self.kept.partition_point(|kept| kept.0 <= to_us);
         let fork = self.kept[..after].last().and_then(|(_, kept)| {
@@ -260,12 +259,12 @@ impl<B: ForkableBoards> Script<B> {
         }
     }
 
-    /// Says `stream` to it from where it is, the cable out meanwhile, up to `end_us` or to
-    /// when `is_over` says so of the board, what it took and what is left to say. Back
-    /// comes what the device took, and when, and which of the two ended it.
+    /// Sends `stream` to the board from its current time on, with the cable pulled as `out`
+    /// specifies, until `end_us` or until `is_over` returns `true`. Returns the writes that the
+    /// device received with their times, and which condition ended the run.
     ///
     /// # Errors
-    /// The device is gone: the simulator does not model what it did.
+    /// Fails if the device has gone: the simulator does not model what the device did.
     pub fn send_stream(
         &self,
         bench: &mut Bench<B::Board>,
@@ -280,14 +279,15 @@ impl<B: ForkableBoards> Script<B> {
     }
 }
 
-/// Of a board, the writes that it took, and those that are left.
+/// Returns whether a run is over, given the board, the writes that it received, and those that
+/// remain.
 pub(super) type EndCheck<'a, D> = dyn Fn(&Bench<D>, &[Write], &[Write]) -> bool + 'a;
 
 fn fork<B: ForkableBoards>(bench: &Bench<B::Board>) -> Option<Bench<B::Board>> {
     B::fork(&bench.device).map(|device| bench.with_device(device))
 }
 
-/// A fork with its time, to be forked again.
+/// Returns a fork with its time, which can be forked again.
 fn fork_with_time<B: ForkableBoards>(
     bench: &Bench<B::Board>,
 ) -> Option<(u64, Mutex<Bench<B::Board>>)> {
@@ -310,7 +310,7 @@ fn send_writes<D: FaultableDevice>(
     let said = writes.partition_point(|write| write.t_us < end_us);
     for (at, write) in writes[..said].iter().enumerate() {
         if write.t_us < begin_us {
-            passed.push(write.clone()); // before the fork
+            passed.push(write.clone()); // received before the fork
             continue;
         }
         while let Some((at, is_in)) = cable.next_if(|pair| pair.0 <= write.t_us) {
@@ -328,7 +328,7 @@ fn send_writes<D: FaultableDevice>(
         let is_lost = (out_us..in_us).contains(&write.t_us) || !bench.device.is_connected();
         if !is_lost {
             bench.receive(write.t_us, &write.bytes)?;
-            // A frame by itself: it is obeyed while what was written behind it waits.
+            // Each frame counts separately, because the device obeys it while those behind it wait.
             let frames = write.bytes.split_inclusive(|&byte| byte == DELIMITER);
             waiting.extend(frames.map(|bytes| Write {
                 t_us: write.t_us,
@@ -345,8 +345,8 @@ fn send_writes<D: FaultableDevice>(
     Ok(CaseEnd::Played)
 }
 
-/// Time goes on to `to_us`. Of the writes that wait for the bus those that the device has
-/// taken pass, at the time when that is seen.
+/// Runs to `to_us` and moves the writes that the device has received from `waiting` to `passed`,
+/// with the time at which that was observed.
 fn deliver_writes<D: FaultableDevice>(
     bench: &mut Bench<D>,
     waiting: &mut VecDeque<Write>,
@@ -372,21 +372,21 @@ fn deliver_writes<D: FaultableDevice>(
     }
 }
 
-/// The request of a whole frame.
+/// Decodes the request of an intact frame.
 pub(super) fn decode_request(frame: &[u8]) -> Option<ToDevice> {
     let mut decoder = Decoder::default();
     let message = decoder.push_until_delimiter(&mut &*frame)?.ok()?;
     postcard::from_bytes(message).ok()
 }
 
-/// What a request is called.
+/// Returns the name of a request.
 pub(super) fn name(asked: &ToDevice) -> String {
     let all = format!("{:?}", asked.request);
     let end = all.find(|c: char| !c.is_alphanumeric());
     all[..end.unwrap_or(all.len())].to_owned()
 }
 
-/// The first write that is this request.
+/// Returns index and time of the first write with this request.
 fn find(said: &Stream, wanted: &str) -> Result<(usize, u64), FaultsError> {
     let is = |write: &Write| {
         decode_request(&write.bytes).is_some_and(|to_device| name(&to_device) == wanted)

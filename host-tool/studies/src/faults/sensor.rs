@@ -1,5 +1,5 @@
-//! A measured angle that is wrong, late or missing, in a loop that is closed through a
-//! simulated wearer.
+//! Fault campaign: a measured angle is wrong, late or missing, in a control loop that a simulated
+//! wearer closes.
 
 use super::Draws;
 use super::broken_angle::BrokenAngle;
@@ -15,12 +15,13 @@ use super::stem::first_difference;
 use super::worn::{PlayedCase, SensorScenario};
 use rayon::prelude::*;
 
-/// Of the streams that this class draws from.
+/// Number of the random stream of this fault class, different from those of the others.
 const STREAM: u64 = 0x5E15;
-/// Not drawn so soon after `Start`, µs.
+/// Time after `Start` in which no fault occurs, µs.
 const BEGIN_US: u64 = 150_000;
 
-/// What breaks.
+/// Campaign of sensor faults: the boards, the recorded sessions with a wearer, and the kinds of
+/// fault.
 pub(super) struct Sensor<B: ForkableBoards> {
     boards: B,
     scenes: Vec<SensorScenario<B>>,
@@ -84,10 +85,11 @@ impl<B: ForkableBoards> Draws for Sensor<B> {
             Ok(ended) => (ended, None),
             Err(lost) => (CaseEnd::Played, Some(lost.to_string())),
         };
-        // A force that cannot be made with such an angle is refused, and its host silent.
+        // If the requested force is impossible at such an angle, the device refuses it, and its
+        // host falls silent.
         let stopping = bench.reports().stopping.map(|(at, _)| u64::from(at.get()));
         fate.found |= stopping.is_some_and(|at| (moment_us..script.stop.1).contains(&at));
-        // What it finds of what it need not is no false alarm: the angle is wrong.
+        // Detecting more than required is no false alarm, because the angle is wrong.
         fate.must_find = stopped.is_none() && (drawn.must_be_detected(said) || fate.found);
         Ok(Case {
             index,

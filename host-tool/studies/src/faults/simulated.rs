@@ -1,4 +1,4 @@
-//! The simulators: how a board of each is had, broken, and looked into.
+//! Provides the boards of both simulators, and access to their internals.
 
 use super::bench::{Bench, DeviceReports};
 use super::case::CaseResult;
@@ -16,36 +16,36 @@ use hal_sim::trace::{Levels, Trace};
 use host_core::run::power_on;
 use host_core::session::Session;
 
-/// Isolated from a fault on after two windows, µs.
+/// Longest time from a fault to isolated outputs, µs: two windows.
 pub(super) const TWO_WINDOWS_US: u64 = 500;
-/// Outputs that a fault isolated stay so if they were this long, µs: the host has spoken
-/// eight times, the judge's pulses are over, and a chip that was reset has booted.
+/// Time for which isolated outputs must last to count as permanent, µs: by then the host has sent
+/// eight times, the judge's test pulses are over, and a reset chip has booted.
 pub(super) const FOR_GOOD_US: u64 = 40_000;
-/// The backup register, and its address, in which the device keeps its last fault: "FX" and
-/// number.
+/// Backup register in which the device stores its last fault, its address, and the marker "FX" in
+/// its upper half; the lower half is the fault's number.
 const KEPT_FAULT_WORD: usize = 0;
 const KEPT_FAULT: u32 = 0x4000_2850 + 4 * KEPT_FAULT_WORD as u32;
 const MAGIC: u32 = 0x4658;
 
-/// A device that can be broken and looked into.
+/// A device that can be broken and inspected.
 pub(super) trait FaultableDevice: Device {
-    /// When it was last reset since its power came on, µs.
+    /// Returns the time of the last reset since power-on, µs.
     fn reset_us(&self) -> Option<u64>;
-    /// The fault that it keeps through a reset.
+    /// Returns the fault that the device stores across resets.
     fn kept_fault(&mut self) -> Option<Fault>;
-    /// The pump's edges.
+    /// Returns the edges of the charge pump.
     fn pump(&self) -> Pump;
-    /// These lines break on their way to their stage.
+    /// Breaks these lines between the chip and its output stages.
     fn break_lines(&mut self, lines: Levels);
-    /// The converter of the current sense no longer heeds its trigger.
+    /// Makes the converter of the current sense ignore its trigger.
     fn ignore_sense_trigger(&mut self);
-    /// The cable to the host is plugged in, or pulled.
+    /// Plugs in or pulls the cable to the host.
     fn set_cable(&mut self, is_in: bool);
-    /// What the host writes goes to the device.
+    /// Returns whether the host's writes reach the device.
     fn is_connected(&self) -> bool;
-    /// It keeps a fault, and has nobody to tell.
+    /// Returns whether the device stores a fault and has no host to report it to.
     fn has_unreported_fault(&self) -> bool;
-    /// Bytes that the host has written, and that the device has not yet taken.
+    /// Returns the number of bytes that the host has written and the device has not yet read.
     fn unread_bytes(&self) -> usize;
 }
 
@@ -90,8 +90,8 @@ impl FaultableDevice for Board<()> {
     }
 }
 
-/// It has no chip that could be reset, no lines, no converter and no cable: nothing draws
-/// the first three, and what a cable that is out does not carry is not said to it.
+/// The native backend has no chip to reset, no lines, no converter and no cable. No class breaks
+/// the first three here, and messages on a pulled cable are never sent to it.
 impl FaultableDevice for Lockstep {
     fn reset_us(&self) -> Option<u64> {
         None
@@ -124,15 +124,14 @@ impl FaultableDevice for Lockstep {
     }
 }
 
-/// Where boards come from.
+/// Boots boards of one simulator.
 pub(super) trait Boards: Sync + Send {
-    /// What comes.
     type Board: FaultableDevice;
-    /// One that is kept, where one can be.
+    /// A booted board that can be forked; empty if boards cannot be stored.
     type Snapshot: Send + Sync;
 
-    /// A board with the stages of `session`, booted and greeted; a chip's is changed by
-    /// `prepare` before its power comes on.
+    /// Boots a board with the stages of `session` and exchanges `Hello`; `prepare` changes a chip
+    /// before its power comes on.
     fn board(
         &self,
         session: &Session,
@@ -140,10 +139,11 @@ pub(super) trait Boards: Sync + Send {
         prepare: &dyn Fn(&mut Board<()>),
     ) -> Result<Bench<Self::Board>, FaultsError>;
 
-    /// Boots and greets one for [`Self::connected_board`].
+    /// Boots a board and exchanges `Hello`, for use by [`Self::connected_board`].
     fn prepare(&self, session: &Session) -> Result<Self::Snapshot, FaultsError>;
 
-    /// A board as [`Self::board`] gives it, unchanged: a fork of the kept one, if there is one.
+    /// Returns an unchanged board as [`Self::board`] does, forked from the stored one if there is
+    /// one.
     fn connected_board(
         &self,
         kept: &Self::Snapshot,
@@ -151,7 +151,7 @@ pub(super) trait Boards: Sync + Send {
         sensors: Sensors,
     ) -> Result<Bench<Self::Board>, FaultsError>;
 
-    /// Of what a declaration says for the chip and natively, its own.
+    /// Returns the value for this simulator of the two in a declaration.
     fn select<'k, T: ?Sized>(&self, chip: &'k T, native: &'k T) -> &'k T;
 }
 
@@ -192,7 +192,7 @@ impl Boards for Image {
     }
 }
 
-/// The native simulator.
+/// The native backend.
 pub(super) struct Native;
 
 impl Boards for Native {
@@ -226,7 +226,7 @@ impl Boards for Native {
     }
 }
 
-/// Whether a fault was told, or is kept where nobody hears it, or the chip was reset, and the
+/// Returns whether the device reported a fault, stores one without a host, or was reset, and its
 /// outputs have been isolated since.
 pub(super) fn is_isolated_for_good(
     heard: &DeviceReports,
@@ -244,8 +244,8 @@ pub(super) fn is_isolated_for_good(
     found && since_us.is_some_and(|us| us + FOR_GOOD_US <= now_us)
 }
 
-/// What the device found of what was broken at `moment_us`, and what the judge says of all
-/// that it put out, once with `truth` and what the fault itself adds to it.
+/// Judges a case: whether the device detected the fault at `moment_us`, and the verdict on its
+/// whole output, given `truth` and the consequences of the fault itself.
 pub(super) fn judge_case<D: FaultableDevice>(
     bench: &mut Bench<D>,
     moment_us: u64,
@@ -255,8 +255,8 @@ pub(super) fn judge_case<D: FaultableDevice>(
     judge_case_until(bench, moment_us, truth, (&pump, end_us))
 }
 
-/// The same of a bench whose recorder has more than it played: with its pump, and to
-/// `end_us`.
+/// Judges as [`judge_case`] does, for a recorder with more output than the bench played: with its
+/// pump, and up to `end_us`.
 pub(super) fn judge_case_until<D: FaultableDevice>(
     bench: &mut Bench<D>,
     moment_us: u64,
@@ -280,7 +280,7 @@ pub(super) fn judge_case_until<D: FaultableDevice>(
         fate.reset = true;
         quiet(at_us);
     }
-    // Who lost its host tells the next.
+    // A device without a host reports the fault to the next one.
     fate.fault = fate.fault.or_else(|| bench.device.kept_fault());
     fate.found = fate.fault.is_some() || fate.reset;
     let trace = &bench.recorder.trace;

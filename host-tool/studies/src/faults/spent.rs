@@ -1,23 +1,23 @@
-//! What was put out of a wearer's time and charge, counted from edges and codes alone.
+//! Counts how much of a wearer's time and charge was spent, from edges and DAC codes only.
 
 use firmware::safety::StageSpec;
 use hal_sim::trace::{CHANNELS, State, Trace};
 use host_core::session::Session;
 
-/// Each reset may add so much, µs.
+/// Additional time allowed for each reset, µs.
 const RESET_US: u64 = 250_000;
 
-/// What may be put out since power came up.
+/// The allowance since power-on.
 pub(super) struct Allowed {
     time_us: u64,
     timeout_us: u64,
     dose_uc: f64,
-    /// Of each channel: full scale in mA, charge of its largest burst in µC, its period in µs.
+    /// For each channel: full scale in mA, charge of its largest burst in µC, and its period in µs.
     channels: [Option<(f64, f64, u64)>; CHANNELS],
 }
 
 impl Allowed {
-    /// By `session`, whose stages drive currents.
+    /// Returns the allowance of `session`, whose stages are current stages.
     pub fn from_session(session: &Session) -> Self {
         let mut channels = [None; CHANNELS];
         for channel in &session.channels {
@@ -40,25 +40,26 @@ impl Allowed {
     }
 }
 
-/// What was put out since power came up, and the most before it.
+/// Output since power-on, and that of each earlier interval.
 #[derive(Default)]
 pub(super) struct OutputTotals {
-    /// Resets since then.
+    /// Number of resets since power-on.
     pub resets: u64,
     now: Sum,
     ended: Vec<(u64, Sum)>,
 }
 
-/// Of pieces.
+/// Totals of several pieces of stimulation.
 #[derive(Clone, Default)]
 struct Sum {
     time_us: u64,
-    /// Code · µs of cathodic phases, per channel.
+    /// DAC code × µs of the cathodic phases, per channel.
     charge: [u64; CHANNELS],
 }
 
 impl OutputTotals {
-    /// A piece that began at `from_us`: from its first edge to its last, and each first phase.
+    /// Adds a piece that started at `from_us`: its time from first to last edge, and each first
+    /// phase.
     pub fn add(&mut self, trace: &Trace, from_us: u64) {
         let (mut first, mut last) = (None, from_us);
         let mut since = [0; CHANNELS];
@@ -84,24 +85,24 @@ impl OutputTotals {
         self.now.time_us += last.saturating_sub(first.unwrap_or(last));
     }
 
-    /// Nothing was spent.
+    /// Starts a new interval, because power was removed and the allowance is full again.
     pub fn power_came_up(&mut self) {
         self.close();
     }
 
-    /// No piece follows.
+    /// Ends the last interval.
     pub fn close(&mut self) {
         let resets = std::mem::take(&mut self.resets);
         self.ended.push((resets, std::mem::take(&mut self.now)));
     }
 
-    /// Nothing was put out at all.
+    /// Returns whether there was no output at all.
     pub fn is_empty(&self) -> bool {
         let sums = || self.ended.iter().map(|(_, sum)| sum).chain([&self.now]);
         sums().all(|sum| sum.charge.iter().all(|charge| *charge == 0))
     }
 
-    /// What is more than `allowed`, in words.
+    /// Returns each excess over `allowed` in words.
     pub fn findings(&self, allowed: &Allowed) -> Vec<String> {
         let mut all = Vec::new();
         for (resets, sum) in &self.ended {
@@ -127,7 +128,7 @@ impl OutputTotals {
         all
     }
 
-    /// For people: the largest of each.
+    /// Returns the largest time and charge in words.
     pub fn in_words(&self, allowed: &Allowed) -> String {
         let sums = || self.ended.iter().map(|(_, sum)| sum);
         let time_us = sums().map(|sum| sum.time_us).max().unwrap_or(0);
@@ -154,7 +155,7 @@ impl Sum {
     }
 }
 
-/// The code of `channel` at `t_us`.
+/// Returns the DAC code of `channel` at time `t_us`.
 fn code_at(trace: &Trace, channel: u8, t_us: u64) -> u16 {
     let end = trace.dac.partition_point(|write| write.t_us <= t_us);
     let writes = trace.dac[..end].iter().rev();
@@ -198,7 +199,7 @@ mod tests {
         };
         allowed.channels[2] = Some((100.0, 10.0, 10_000));
         assert_eq!(account.findings(&allowed), [""; 0]);
-        // 50 µC are within 0.27 s of 10 µC each 10 ms.
+        // 50 µC is within the extra 0.27 s, which allows 10 µC every 10 ms.
         allowed.dose_uc = -229.0;
         assert_eq!(account.findings(&allowed), [""; 0]);
         allowed.dose_uc = -231.0;

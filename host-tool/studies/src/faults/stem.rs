@@ -1,4 +1,4 @@
-//! A board that stimulates, the forks of it, and how each goes on.
+//! Runs a board that stimulates, forks it at the moment of a fault, and judges each fork.
 
 use super::bench::Bench;
 use super::case::{CaseEnd, CaseResult};
@@ -20,35 +20,34 @@ use hal_sim::trace::judge::{Pump, QuietInterval, Rule, Truth, Verdict};
 use std::io;
 use std::ops::Range;
 
-/// A chip and its host.
+/// A chip simulator with its host.
 pub(super) type Chip = Bench<Board<()>>;
 
-/// From one kept fork to the next, µs: from there forks begin, and there those that go on
-/// are looked at.
+/// Interval between stored boards, µs. Forks start there, and running forks are compared with them
+/// there.
 const KEPT_US: u64 = 20_000;
-/// Every electrode of the scene, Ω: the load that its voltage stages declare.
+/// Resistance of every electrode of the scene, Ω: the load that its voltage stages assume.
 const LOAD_OHM: u32 = 2_000;
-/// A board that nothing broke, kept at moments from which forks begin and at which they
-/// may be as it is again.
+/// An undisturbed board, stored at moments at which forks start and may reconverge.
 pub(super) struct ForkSource {
     kept: Vec<Chip>,
-    /// What it puts out, to the end of the last fork.
+    /// Undisturbed output, to the end of the last fork.
     whole: Trace,
     pump: Pump,
     to_the_end: bool,
     truth: Truth,
     timing: Timing,
-    /// From the host's last word to the last output that is allowed.
+    /// Longest allowed time from the host's last message to the last output, µs.
     silence_us: u64,
-    /// What is severe without protection although nothing broke: rule and channel.
+    /// Rule and channel of each finding that exists without protection and without any fault.
     always: Vec<(Rule, u8)>,
 }
 
 impl ForkSource {
-    /// Plays the declared scene.
+    /// Plays the configured session.
     ///
     /// # Errors
-    /// It does not stimulate, or is severe by itself.
+    /// Fails if the board does not stimulate, or if its output is severe by itself.
     pub fn record(declaration: &Declaration, image: &Image) -> Result<Self, FaultsError> {
         let (session, timing) = (&declaration.scene.session, declaration.timing());
         let sensors = Sensors {
@@ -80,7 +79,7 @@ impl ForkSource {
             silence_us: 1000 * silence_ms + TWO_WINDOWS_US,
             always: Vec::new(),
         };
-        // To its end, host silence included: it is like itself at once.
+        // This run includes the host silence; otherwise it would reconverge at once.
         let begin_us = last.now_us();
         let (fate, verdict) = stem.play_to_end(last, begin_us);
         stem.always = verdict
@@ -96,19 +95,20 @@ impl ForkSource {
         }
     }
 
-    /// How deep the main stack came where nothing broke.
+    /// Returns the lowest stack pointer of the main stack in the undisturbed run.
     pub fn deepest_stack(&self) -> Option<u32> {
         let deepest = |chip: &Chip| chip.device.cpu.system.deepest_msp;
         self.kept.last().and_then(deepest)
     }
 
-    /// When the part `part` (0 to 1) of the window has gone by, device time in µs.
+    /// Returns the moment at the fraction `part`, 0 to 1, of the fault window, as device time in
+    /// µs.
     pub fn moment(&self, part: f64) -> u64 {
         let begin_us = self.kept.first().map_or(0, Bench::now_us);
         begin_us + (part * self.timing.window_us as f64) as u64
     }
 
-    /// Device time 0, and the window, in cycles.
+    /// Returns device time 0 and the fault window in cycles.
     pub fn cycles(&self) -> (Cycle, Range<Cycle>) {
         let origin = self
             .kept
@@ -118,7 +118,8 @@ impl ForkSource {
         (origin, begin..end)
     }
 
-    /// The board at `cycle` of the window, or as soon after as an instruction ends.
+    /// Returns a fork at `cycle` of the window, or at the end of the instruction that is running
+    /// then.
     pub fn fork_at(&self, cycle: Cycle) -> Result<Chip, FaultsError> {
         let (origin, _) = self.cycles();
         let mut fork = self.fork(cycle.saturating_sub(origin) / CYCLES_PER_US)?;
@@ -126,8 +127,8 @@ impl ForkSource {
         Ok(fork)
     }
 
-    /// From the begin of the window on with `observer`, to the end of the last fork; `at` is
-    /// called at each of `cycles`, which ascend.
+    /// Runs with `observer` from the start of the window to the end of the last fork; calls `at` at
+    /// each of `cycles`, which must be in ascending order.
     pub fn run_with_observer<O: Observer + Send + Clone + 'static>(
         &self,
         observer: O,
@@ -146,7 +147,7 @@ impl ForkSource {
             at(&mut bench.device);
         }
         bench.run_to(end_us).map_err(never_runs)?;
-        // One reference of a host that falls silent.
+        // In the undisturbed run the host falls silent at the end, as in the forks.
         bench.speaks = false;
         bench
             .run_to(end_us + self.timing.silent_us)
@@ -154,7 +155,7 @@ impl ForkSource {
         Ok(bench)
     }
 
-    /// The board at `moment_us` of the window.
+    /// Returns a fork at `moment_us`, which lies in the window.
     pub fn fork(&self, moment_us: u64) -> Result<Chip, FaultsError> {
         let after = self.kept.partition_point(|kept| kept.now_us() <= moment_us);
         let Some(kept) = self.kept.get(after.saturating_sub(1)) else {
@@ -165,8 +166,8 @@ impl ForkSource {
         Ok(fork)
     }
 
-    /// The board when the part `part` of the window has gone by, and a part of a microsecond
-    /// even in cycles (an instruction begins).
+    /// Returns a fork at the fraction `part` of the window plus a random number of cycles within a
+    /// microsecond, at the start of an instruction.
     pub fn instant(&self, part: f64, random: &mut Random) -> Result<Chip, FaultsError> {
         let mut fork = self.fork(self.moment(part))?;
         let cycle = fork.device.cpu.cycle + random.below(CYCLES_PER_US);
@@ -174,7 +175,7 @@ impl ForkSource {
         Ok(fork)
     }
 
-    /// Plays on what was broken at `moment_us`, and judges it.
+    /// Runs a fork that was broken at `moment_us` to its end, and judges it.
     pub fn play_and_judge(&self, fork: Chip, moment_us: u64) -> CaseResult {
         CaseResult {
             shown_us: None,
@@ -182,7 +183,7 @@ impl ForkSource {
         }
     }
 
-    /// The same, with how long a line was another.
+    /// Judges as [`Self::play_and_judge`] does, and also determines for how long a line differed.
     pub fn play_and_judge_shown(&self, fork: Chip, moment_us: u64) -> CaseResult {
         let (mut fate, verdict) = self.play_or_reconverge(fork, moment_us);
         let bare = verdict.bare.findings.iter();
@@ -195,7 +196,7 @@ impl ForkSource {
         let silent_us = moment_us + self.timing.runs_us;
         let after = self.kept.partition_point(|kept| kept.now_us() <= moment_us);
         for stem in self.kept.iter().skip(after).filter(|_| !self.to_the_end) {
-            // A fork that cannot go on has its error at once, and again below.
+            // A fork that cannot continue returns its error at once; the error recurs below.
             if stem.now_us() >= silent_us || fork.run_to(stem.now_us()).is_err() {
                 break;
             }
@@ -212,7 +213,7 @@ impl ForkSource {
         self.play_to_end(fork, moment_us)
     }
 
-    /// Plays to the end of its time, and judges it.
+    /// Runs to the configured end and judges the output.
     fn play_to_end(&self, mut fork: Chip, moment_us: u64) -> (CaseResult, Verdict) {
         let silent_us = moment_us + self.timing.runs_us;
         let end_us = silent_us + self.timing.silent_us;
@@ -222,7 +223,8 @@ impl ForkSource {
         self.judge_ended(fork, moment_us, CaseEnd::Played, played)
     }
 
-    /// Of a fork that is in the state of `stem`: what that puts out from here on is its own.
+    /// Judges a fork that has reached the state of `stem`, whose further output therefore is the
+    /// fork's own.
     fn judge_reconverged(
         &self,
         stem: &Chip,
@@ -230,7 +232,7 @@ impl ForkSource {
         moment_us: u64,
     ) -> (CaseResult, Verdict) {
         let (at_us, end_us) = (stem.now_us(), moment_us + self.timing.runs_us);
-        // Not by time: what happened shortly before is told a little later, of both.
+        // Skips by count instead of time, because both report an event shortly after it happened.
         let (trace, told) = (&mut fork.recorder.trace, &stem.recorder.trace);
         let before_end = |t: u64| t < end_us;
         let levels = self.whole.levels.iter().skip(told.levels.len());
@@ -268,7 +270,7 @@ impl ForkSource {
         let (mut fate, verdict) = judge_case(&mut fork, moment_us, truth);
         (fate.ended, fate.stopped) = (ended, played.err().map(|e| e.to_string()));
         let silent_us = moment_us + self.timing.runs_us;
-        // A fall's last pulses, of single codes, are uneven by themselves.
+        // The last pulses of a fall have DAC codes so small that they are unbalanced anyway.
         let truncated = verdict.as_built.truncated.iter();
         let truncated = truncated.filter(|truncated| truncated.t_us < silent_us);
         fate.truncated_uc = truncated.map(|truncated| truncated.charge_uc).collect();
@@ -277,7 +279,7 @@ impl ForkSource {
         (fate, verdict)
     }
 
-    /// Whether an edge or a code was another.
+    /// Compares edges and DAC codes with the undisturbed run.
     fn compare(&self, fate: &mut CaseResult, fork: &Chip, (from_us, to_us): (u64, u64)) {
         let changed = first_difference(&self.whole, &fork.recorder.trace, from_us, to_us);
         fate.changed_us = changed.map(|at| at.saturating_sub(from_us));
@@ -289,13 +291,14 @@ impl ForkSource {
 }
 
 impl Chip {
-    /// Device time of the core, µs: within a step of the host's, later than that.
+    /// Returns the core's device time, µs, which may be ahead of the host's within a step.
     pub fn device_us(&self) -> u64 {
         self.device.around.us_of(self.device.cpu.cycle)
     }
 }
 
-/// When the first line or code differs from `from_us` on and before `to_us`.
+/// Returns the time of the first difference of a line or DAC code from `from_us` on and before
+/// `to_us`.
 pub(super) fn first_difference(a: &Trace, b: &Trace, from_us: u64, to_us: u64) -> Option<u64> {
     let within = |t: &u64| (from_us..to_us).contains(t);
     let levels = |trace: &Trace| {
@@ -311,8 +314,8 @@ pub(super) fn first_difference(a: &Trace, b: &Trace, from_us: u64, to_us: u64) -
     levels.into_iter().chain(codes).min()
 }
 
-/// How long at a stretch the lines differ, at most, from `from_us` on and before `to_us`: 0
-/// where they are back within the microsecond.
+/// Returns the longest uninterrupted time for which the lines differ from `from_us` on and before
+/// `to_us`; 0 if they agree again within the microsecond.
 fn longest_difference(a: &Trace, b: &Trace, from_us: u64, to_us: u64) -> Option<u64> {
     let within = |trace: &Trace| {
         let all = trace.levels.iter().copied();
@@ -344,7 +347,7 @@ fn longest_difference(a: &Trace, b: &Trace, from_us: u64, to_us: u64) -> Option<
     longest
 }
 
-/// When two lists in order of time first differ.
+/// Returns the time of the first difference between two lists in ascending order of time.
 fn first_unlike<T: PartialEq>(a: &[(u64, T)], b: &[(u64, T)]) -> Option<u64> {
     let same = a.iter().zip(b).take_while(|(a, b)| a == b).count();
     let next = |list: &[(u64, T)]| list.get(same).map(|list| list.0);

@@ -1,4 +1,4 @@
-//! Where in an image the memory lies whose bits are flipped.
+//! Finds the memory areas of an image in which bits are flipped.
 
 use super::declaration::{Memory, WrittenStratum};
 use super::error::FaultsError;
@@ -7,12 +7,12 @@ use hal_sim::chip::board::stages::COPIES;
 use hal_sim::chip::image::Image;
 use std::ops::Range;
 
-/// SRAM1, all that the core alone uses.
+/// SRAM1, which only the core uses.
 pub(super) const SRAM1: Range<u32> = 0x2000_0000..0x2001_C000;
-/// Of what the linker places: the end of all variables, where the stack may come to.
+/// Linker symbol at the end of all variables, down to which the stack may grow.
 const END_OF_VARIABLES: &str = "__sheap";
 
-/// Memory of one kind, and how many of its bits are flipped.
+/// Memory of one kind, and the number of bits to flip in it.
 #[derive(Clone, Debug)]
 pub(super) struct Stratum {
     pub kind: String,
@@ -21,17 +21,17 @@ pub(super) struct Stratum {
     pub area: Area,
 }
 
-/// The bytes of which one is drawn.
+/// The bytes from which a random one is chosen.
 #[derive(Clone, Debug)]
 pub(super) enum Area {
-    /// Of these, even over all.
+    /// Fixed address ranges, over which the choice is uniform.
     Bytes(Vec<Range<u32>>),
-    /// From the main stack pointer of the moment up to here.
+    /// From the current main stack pointer up to this address.
     Live(u32),
 }
 
 impl Area {
-    /// How many there are, while the main stack pointer is `msp`.
+    /// Returns the number of bytes for the main stack pointer `msp`.
     fn bytes(&self, msp: u32) -> u64 {
         match self {
             Self::Bytes(ranges) => ranges.iter().map(|range| range.len() as u64).sum(),
@@ -39,7 +39,8 @@ impl Area {
         }
     }
 
-    /// The byte at the part `part` (0 to 1) of all; nothing of an empty stack.
+    /// Returns the address at the fraction `part`, 0 to 1, of the area; `None` if the stack is
+    /// empty.
     pub fn byte(&self, part: f64, msp: u32) -> Option<u32> {
         let bytes = self.bytes(msp);
         let mut number = ((part * bytes as f64) as u64).min(bytes.checked_sub(1)?) as u32;
@@ -56,7 +57,7 @@ impl Area {
         }
     }
 
-    /// For people.
+    /// Describes the area in words.
     pub fn in_words(&self) -> String {
         match self {
             Self::Live(top) => format!("what the stack holds, below {top:#010x}"),
@@ -71,10 +72,10 @@ impl Area {
     }
 }
 
-/// Where the declared strata lie in `image`, whose stack was never below `deepest`.
+/// Finds the configured strata in `image`, whose stack never grew below `deepest`.
 ///
 /// # Errors
-/// E616: it has not what is declared.
+/// Fails with E616 if the image lacks a configured variable.
 pub(super) fn locate_strata(
     written: &[WrittenStratum],
     image: &Image,
@@ -92,7 +93,7 @@ pub(super) fn locate_strata(
         let found = found.ok_or_else(|| missing(name))?;
         Ok::<_, FaultsError>(found.address..found.address + found.size)
     };
-    // The first word of the vector table.
+    // The first word of the vector table is the initial stack pointer.
     let top = image
         .flash
         .first_chunk()
@@ -104,7 +105,7 @@ pub(super) fn locate_strata(
             Memory::LiveStack => Area::Live(top),
             Memory::Stack => Area::Bytes(std::iter::once(deepest.min(top)..top).collect()),
             Memory::Table => {
-                let bytes = size_of::<StageWords>() as u32; // some tens
+                let bytes = size_of::<StageWords>() as u32; // a few tens of bytes
                 Area::Bytes(COPIES.map(|copy| copy..copy + bytes).into())
             }
             Memory::Rest => {
@@ -131,7 +132,7 @@ pub(super) fn locate_strata(
     written.iter().map(stratum).collect()
 }
 
-/// What of `all` lies in none of `others`.
+/// Returns the parts of `all` that lie in none of `others`.
 fn subtract_ranges(all: Range<u32>, mut others: Vec<Range<u32>>) -> Vec<Range<u32>> {
     others.sort_by_key(|range| range.start);
     let (mut left, mut from) = (Vec::new(), all.start);

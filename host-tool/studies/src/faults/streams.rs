@@ -1,4 +1,5 @@
-//! What moves words, paces them or asks for the next ones fails, and no register shows it.
+//! Fault campaign: a DMA stream, a timer or a request of the pulse output fails, and no register
+//! shows it.
 
 use super::Draws;
 use super::case::{Case, CaseResult};
@@ -14,28 +15,28 @@ use hal_sim::chip::soc::playback::Slip;
 use hal_sim::chip::soc::timer::Clocking;
 use hal_sim::random::Random;
 
-/// Of the streams that this class draws from.
+/// Number of the random stream of this fault class, different from those of the others.
 const STREAM: u64 = 0x57E4;
-/// Those of DMA2 that play ports B and C, and that erase them.
+/// DMA2 streams that play ports B and C, and those that erase the played words.
 const PLAY: [usize; 2] = [5, 1];
 pub(super) const ERASE: [usize; 2] = [2, 6];
-/// Part of the window in which amplitudes rise.
+/// Fraction of the fault window in which amplitudes rise.
 const RISES: f64 = 0.1;
-/// Channels of the scene.
+/// Number of channels in the scene.
 const CHANNELS: u64 = 8;
-/// DMA2_SxCR of a stream.
+/// Address of DMA2_SxCR of a stream.
 const fn control(stream: usize) -> u32 {
     0x4002_6410 + 0x18 * stream as u32
 }
-/// TIM2_SR, and its bit of the refill's compare.
+/// Address of TIM2_SR, and its bit of the compare event that requests the refill.
 const TIM2_SR: (u32, u32) = (0x4000_0010, 1 << 2);
-/// NVIC_ISER0, ICER0, ISPR0, ICPR0, and TIM2's bit in each.
+/// Addresses of NVIC_ISER0, ICER0, ISPR0 and ICPR0, and TIM2's bit in each.
 const NVIC: [u32; 4] = [0xE000_E100, 0xE000_E180, 0xE000_E200, 0xE000_E280];
 const TIM2: u32 = 1 << 28;
-/// Until a refill must have been asked for: 20 windows, cycles.
+/// Longest time until a refill is requested, cycles: 20 windows.
 const PATIENCE: u64 = 5_000 * CYCLES_PER_US;
 
-/// What fails.
+/// Campaign of stream faults: the board to fork, and the kinds of fault.
 pub(super) struct Streams {
     stem: ForkSource,
     kinds: Kinds,
@@ -69,7 +70,7 @@ impl Draws for Streams {
     }
 }
 
-/// Breaks it; gives what was drawn.
+/// Injects the fault; returns its random details.
 fn inject_fault(kind: &str, fork: &mut Chip, random: &mut Random) -> Result<String, FaultsError> {
     match kind {
         "DAC word lost"
@@ -145,7 +146,7 @@ pub(super) fn switch_off(board: &mut Board<()>, stream: usize) -> Result<String,
     Ok(format!("stream {stream}"))
 }
 
-/// A timer's clock, by the number in the kind.
+/// Slows or stops the clock of the timer whose number the kind contains.
 fn clock(kind: &str, board: &mut Board<()>, random: &mut Random) -> Result<String, FaultsError> {
     let number = kind.as_bytes().get(3).map_or(0, |digit| digit - b'0');
     let cycle = board.cpu.cycle;
@@ -154,8 +155,8 @@ fn clock(kind: &str, board: &mut Board<()>, random: &mut Random) -> Result<Strin
         return Ok("no edge arrives".to_owned());
     }
     if number == 1 && random.below(2) == 0 {
-        // Even: TIM2, which counts the laps, has half the clock. Early in a lap, so that the
-        // counter has not passed its new end.
+        // The number is even because TIM2, which counts the laps of the tape, has half the clock.
+        // The change comes early in a lap, before the counter passes its new end.
         let cycles = 2 * (42 + random.below(127) as u32);
         let lap = board.around.soc.playback.next_lap(cycle);
         board.run_to(lap + 1).map_err(never_runs)?;
@@ -171,14 +172,14 @@ fn clock(kind: &str, board: &mut Board<()>, random: &mut Random) -> Result<Strin
     Ok(format!("one edge of {every} arrives"))
 }
 
-/// No edge of its clock arrives at timer `number` any more.
+/// Suppresses every clock edge of timer `number`.
 pub(super) fn stop_timer_clock(board: &mut Board<()>, number: u8) -> Result<(), FaultsError> {
     let cycle = board.cpu.cycle;
     let done = board.around.soc.misclock(number, Clocking::Stands, cycle);
     done.map_err(unmodelled)
 }
 
-/// The next refill's request goes by unheard.
+/// Suppresses the next request of a refill.
 fn lose_refill(fork: &mut Chip) -> Result<(), FaultsError> {
     write_private_register(&mut fork.device, NVIC[1], TIM2)?;
     let Board { cpu, around, .. } = &mut fork.device;
@@ -196,7 +197,7 @@ fn lose_refill(fork: &mut Chip) -> Result<(), FaultsError> {
     let (status, refill) = TIM2_SR;
     let done = around.write(status, Size::Word, !refill, cpu.cycle);
     done.map_err(denied)?;
-    around.advance(cpu.cycle + 8).map_err(unmodelled)?; // the line is low
+    around.advance(cpu.cycle + 8).map_err(unmodelled)?; // the line is low again
     cpu.cycle += 8;
     write_private_register(&mut fork.device, NVIC[3], TIM2)?;
     write_private_register(&mut fork.device, NVIC[0], TIM2)

@@ -1,4 +1,5 @@
-//! What the chip lives on fails: clocks, supply, a debugger, power within a flash write.
+//! Fault campaign: the chip's environment fails: clocks, supply, a debugger, power during a flash
+//! write.
 
 use super::Draws;
 use super::bench::DeviceClock;
@@ -15,25 +16,25 @@ use hal_sim::chip::cpu::{Bus, Size};
 use hal_sim::chip::image::Image;
 use hal_sim::random::Random;
 
-/// Of the streams that this class draws from.
+/// Number of the random stream of this fault class, different from those of the others.
 const STREAM: u64 = 0x50_44;
-/// The PLL's output, Hz.
+/// Output frequency of the PLL, Hz.
 const PLL_HZ: f64 = CORE_HZ as f64;
-/// A full-speed receiver samples four times a bit and meets an edge at least every seven
-/// (bit stuffing, USB 2.0 section 7.1.9): beyond this part of a wrong clock it loses frames.
+/// Relative clock error beyond which USB frames are lost: a full-speed receiver samples four times
+/// per bit and sees an edge at least every seven bits (bit stuffing, USB 2.0 section 7.1.9).
 const USB_HOLDS: f64 = 0.25 / 7.0;
-/// From the PLL's lock to where it ends, µs, and in how many steps.
+/// Time from the loss of lock until the PLL runs freely, µs, and the number of simulated steps.
 const UNLOCKS: (u64, u32) = (100, 10);
-/// What the supply is, and where nothing lives any more, mV.
+/// Nominal supply voltage, mV.
 const FULL_MV: f64 = 3_300.0;
-/// A ramp's step, mV.
+/// Voltage step of a simulated ramp, mV.
 const STEP_MV: f64 = 20.0;
-/// DBGMCU_APB1_FZ and APB2_FZ, all bits.
+/// DBGMCU_APB1_FZ and APB2_FZ with all their bits.
 const FREEZE: [(u32, u32); 2] = [(0xE004_2008, 0x06E0_1DFF), (0xE004_200C, 0x0007_0003)];
-/// Instructions of an owner before it stays where it is.
+/// Instructions that an interrupt handler executes before it hangs.
 const INSTRUCTIONS: u64 = 300;
 
-/// What fails.
+/// Campaign of faults of clocks and supply: the board to fork, and the kinds of fault.
 pub(super) struct Supply {
     stem: ForkSource,
     kinds: Kinds,
@@ -92,10 +93,10 @@ impl Draws for Supply {
     }
 }
 
-/// What was drawn, for how long the device's clock stood, µs, and its pace since.
+/// Random details, time for which the device's clock stopped, µs, and its rate afterwards.
 type SupplyCase = (String, u64, f64);
 
-/// Breaks it.
+/// Injects a fault of this kind into the board.
 fn inject_fault(
     kind: &str,
     board: &mut Board<()>,
@@ -129,7 +130,7 @@ fn inject_fault(
     }
 }
 
-/// The PLL falls to where it runs by itself; gives which part of its clock that is.
+/// Lets the PLL fall to its free-running frequency; returns that as a fraction of its nominal one.
 pub(super) fn unlock_pll(board: &mut Board<()>) -> Result<f64, BoardError> {
     let (us, steps) = UNLOCKS;
     for step in 1..=steps {
@@ -140,7 +141,7 @@ pub(super) fn unlock_pll(board: &mut Board<()>) -> Result<f64, BoardError> {
     Ok(1.0 / 6.0)
 }
 
-/// Lets world time come to `us`.
+/// Runs until world time `us`.
 fn wait_us(board: &mut Board<()>, us: u64) -> Result<(), BoardError> {
     while board.around.cycle_of(us) > board.cpu.cycle {
         board.run_to(board.around.cycle_of(us))?;
@@ -184,7 +185,7 @@ fn halt_core(
     if stand {
         for (register, all) in FREEZE {
             let Board { cpu, around, .. } = board;
-            let _ = around.write(register, Size::Word, all, cpu.cycle); // it is there
+            let _ = around.write(register, Size::Word, all, cpu.cycle); // the register exists
         }
     }
     board.debug_halt(true)?;
@@ -203,7 +204,8 @@ fn slow_and_frozen(fork: &mut Chip, random: &mut Random) -> Result<String, Fault
     let instructions = random.below(INSTRUCTIONS);
     let cycle = fork.device.cpu.cycle;
     fork.device.around.soc.set_lsi_hz(hz, cycle);
-    let settled = cycle + 20_000 * CYCLES_PER_US; // fed at the new rate before it freezes
+    // the watchdog is fed at the new rate before the freeze
+    let settled = cycle + 20_000 * CYCLES_PER_US;
     fork.device.run_to(settled).map_err(never_runs)?;
     if !freeze(fork, owner, instructions)? {
         return Err(never_runs("an owner does not run"));

@@ -1,29 +1,29 @@
-//! The table of 80 columns, the cases to look at in words, and `faults.csv`.
+//! Formats the results as a table of 80 columns, the cases to review in words, and `faults.csv`.
 
 use super::case::{Case, CaseEnd};
 use super::declaration::Class;
 use super::outcome::{MOST_TRUNCATED_UC, Outcome};
 use std::collections::BTreeMap;
 
-/// What is said of every result.
+/// Note in every result.
 pub(super) const SIMULATED: &str =
     "Simulated: a model of the chip and of the stages; no board and no person.";
 
-/// What the word means, on every page.
+/// Definition of the word, shown on every page.
 pub(super) const SEVERE: &str = "Severe, as judged at the electrodes: a commanded phase over 500 us or any over 650 us; \
      current above the wearer's limit by more than 5 %; more than 1 uA of net direct current for \
      a second; more pulses in a second than were checked; output past a deadline \
      (docs/faults.md has them to the letter).";
 
-/// Columns of a class's or kind's name.
+/// Width of the column for the class or kind, characters.
 const NAME: usize = 17;
-/// Columns of the table.
+/// Width of the table, characters.
 const WIDTH: usize = 80;
-/// Cases of a kind, none of them severe, that are told below the table.
+/// Largest number of cases per kind listed below the table that need review without being severe.
 const TOLD: usize = 3;
 
 impl Outcome {
-    /// The table's head.
+    /// Returns the head of the table.
     #[must_use]
     pub fn head() -> String {
         line(
@@ -34,8 +34,8 @@ impl Outcome {
         )
     }
 
-    /// Its lines of the table, kinds below, and the cases to look at: all that are severe, of
-    /// each kind's others the first.
+    /// Returns the table rows of the class and its kinds, then the cases to review: all severe
+    /// ones, and the first others of each kind.
     #[must_use]
     pub fn lines(&self) -> String {
         let mut text = self.line();
@@ -61,7 +61,7 @@ impl Outcome {
         text
     }
 
-    /// How cases ended, and what they left.
+    /// Summarises how the cases ended, and the truncated pulses.
     #[must_use]
     pub fn remarks(&self) -> Vec<String> {
         let ended = |ended: CaseEnd| self.ended.get(ended.name()).copied().unwrap_or(0);
@@ -93,7 +93,7 @@ impl Outcome {
         all
     }
 
-    /// Its line of the table.
+    /// Returns the table row.
     fn line(&self) -> String {
         let counts = [
             self.drawn,
@@ -114,7 +114,7 @@ impl Outcome {
     }
 }
 
-/// A line of the table; a name that is too long has one of its own.
+/// Formats a table row; a name that is too long gets a line of its own.
 fn line(name: &str, counts: [String; 6], times: [String; 2], severe: [String; 3]) -> String {
     let name = match name.chars().count() {
         0..=NAME => format!("{name:<NAME$}"),
@@ -128,7 +128,7 @@ fn line(name: &str, counts: [String; 6], times: [String; 2], severe: [String; 3]
     )
 }
 
-/// In the unit in which it is short; `-` for none.
+/// Formats a time in the unit that makes it short; `-` for none.
 fn time(us: Option<f64>) -> String {
     match us {
         None => "-".to_owned(),
@@ -139,7 +139,7 @@ fn time(us: Option<f64>) -> String {
     }
 }
 
-/// A case to look at.
+/// Describes a case that needs review.
 pub(super) fn in_words(case: &Case) -> String {
     let Case {
         index,
@@ -175,10 +175,10 @@ pub(super) fn in_words(case: &Case) -> String {
     text
 }
 
-/// A row for each case.
+/// Writes a CSV row for each case.
 ///
 /// # Errors
-/// Never: it goes to memory.
+/// Cannot fail: the CSV is written to memory.
 pub fn csv(class: Class, cases: &[Case]) -> Result<Vec<u8>, csv::Error> {
     let mut rows = csv::Writer::from_writer(Vec::new());
     rows.write_record([

@@ -1,22 +1,23 @@
-//! What is true of hardware and wearer: what a session declares, believed.
+//! Builds the true properties of hardware and wearer for the judge, from the settings of a session.
 
 use firmware::safety::StageSpec;
 use hal_sim::body::{CHANNELS, Load};
 use hal_sim::trace::judge::{Channel, Stage, Truth};
 use host_core::session::Session;
 
-/// Pulses of a channel's electrode check, far below any threshold: they count into the
-/// second that follows.
+/// Pulses of an electrode check per channel, far below any threshold. They count into the following
+/// second.
 const CHECK_PULSES: usize = 8;
 
-/// So many electrode checks may come within a second, of which the declarations have one.
+/// Allows the pulses of `checks` electrode checks within a second; the session's own properties
+/// include one.
 pub(super) fn allow_checks(truth: &mut Truth, checks: usize) {
     for channel in &mut truth.channels {
         channel.pulses_per_s += CHECK_PULSES * checks.saturating_sub(1);
     }
 }
 
-/// The declarations of `session` taken for true, at these electrodes.
+/// Returns the properties that `session` states, assumed to be true, with these electrode loads.
 #[must_use]
 pub fn declared_truth(session: &Session, loads: &[Load; CHANNELS]) -> Truth {
     let mut truth = Truth::default();
@@ -41,7 +42,7 @@ pub fn declared_truth(session: &Session, loads: &[Load; CHANNELS]) -> Truth {
         let Load::Ohms(ohm) = loads[index] else {
             continue;
         };
-        // Where the device steers the rate by force, up to what the file allows.
+        // With force control the device varies the rate, at most to the one that the file allows.
         let period_us = channel
             .force
             .map_or(spec.train.period_us, |f| f.min_period_us);

@@ -1,4 +1,5 @@
-//! A scene said to a board with its wearer, who is measured anew, and forks of both.
+//! Replays a session to a board with a simulated wearer, whose angles are measured live, and forks
+//! both.
 
 use super::bench::{Bench, DeviceReports};
 use super::broken_angle::{BrokenAngle, SOON_US};
@@ -18,41 +19,41 @@ use std::collections::BTreeMap;
 use std::io;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// A scene, what its sensors read where nothing breaks, and moments to fork it.
+/// A session, its undisturbed sensor readings, and stored moments for forks.
 pub(super) struct SensorScenario<B: ForkableBoards> {
     pub script: Script<B>,
-    /// By angle, where the host measures.
+    /// Readings by angle, if the host measures.
     read: BTreeMap<u8, BrokenSensor>,
-    /// Where the board does.
+    /// Readings of the board's converter, if the board measures.
     converted: BrokenSensor,
-    /// Each with its time and the write that is said next.
+    /// Stored boards, each with its time and the index of the next write.
     kept: Vec<(u64, usize, Mutex<BoardWithWearer<B>>)>,
-    /// Every case is played from the begin and to the end.
+    /// Whether every case runs from beginning to end, without shortcuts.
     to_the_end: bool,
 }
 
-/// A board with its wearer, and what it said.
+/// A board with its wearer, and the board's responses.
 struct BoardWithWearer<B: ForkableBoards> {
     device: Arc<Mutex<B::Board>>,
     world: World,
     heard: DeviceReports,
 }
 
-/// A case that was played.
+/// Result of a case that was played.
 pub(super) struct PlayedCase<D> {
     pub bench: Bench<D>,
-    /// The least and the greatest that was said of the broken angle, early enough to be
-    /// found while it is heeded, °.
+    /// Smallest and largest reported value of the broken angle, °, as far as reported early enough
+    /// for the device to detect it.
     pub said: Option<[f64; 2]>,
-    /// Why it ended, or what the simulator does not model.
+    /// Reason for the end, or behaviour that the simulator does not model.
     pub done: io::Result<CaseEnd>,
 }
 
 impl<B: ForkableBoards> SensorScenario<B> {
-    /// Plays the scene with its own host, then as that was said, and keeps forks.
+    /// Plays the session with its own host, replays the recorded messages, and stores forks.
     ///
     /// # Errors
-    /// As of [`Script::record`] and [`Script::accept`].
+    /// Fails as [`Script::record`] and [`Script::accept`] do.
     pub fn record(boards: &B, file: &SessionFile, to_the_end: bool) -> Result<Self, FaultsError> {
         let script = Script::record(boards, file)?;
         let mut worn = BoardWithWearer::boot(boards, &script)?;
@@ -87,11 +88,11 @@ impl<B: ForkableBoards> SensorScenario<B> {
         Ok(scene)
     }
 
-    /// Plays it with one angle broken: until the outputs are isolated for good, or to the
-    /// end.
+    /// Plays the session with one angle broken, until the outputs are permanently isolated or to
+    /// the end.
     ///
     /// # Errors
-    /// There is no board, and nothing was broken yet.
+    /// Fails if no board is available, before anything was broken.
     pub fn play(
         &self,
         boards: &B,
@@ -117,8 +118,8 @@ impl<B: ForkableBoards> SensorScenario<B> {
         Ok(PlayedCase { bench, said, done })
     }
 
-    /// A board with its wearer at the last kept moment up to `to_us`, what it is told next,
-    /// and when that is.
+    /// Returns a board with its wearer at the last stored moment up to `to_us`, the index of the
+    /// next write, and the moment.
     fn fork(
         &self,
         boards: &B,
@@ -136,7 +137,7 @@ impl<B: ForkableBoards> SensorScenario<B> {
 }
 
 impl<B: ForkableBoards> BoardWithWearer<B> {
-    /// Nobody has spoken to it.
+    /// Boots a board with its wearer; the host has sent nothing.
     fn boot(boards: &B, script: &Script<B>) -> Result<Self, FaultsError> {
         let (session, boot_us) = (&script.file.session, script.first_us());
         let Bench {
@@ -161,8 +162,8 @@ impl<B: ForkableBoards> BoardWithWearer<B> {
         })
     }
 
-    /// Both go on from here by themselves; nothing where that is not quicker, or the wearer
-    /// cannot.
+    /// Forks both; returns `None` if that is not faster than a new run, or if the wearer cannot be
+    /// forked.
     fn fork(&self) -> Option<Self> {
         let device = Arc::new(Mutex::new(B::fork(&locked(&self.device))?));
         Some(Self {
@@ -172,7 +173,7 @@ impl<B: ForkableBoards> BoardWithWearer<B> {
         })
     }
 
-    /// The board without its wearer.
+    /// Returns the board without its wearer.
     fn into_bench(self) -> Result<Bench<B::Board>, FaultsError> {
         let Self {
             device,
@@ -193,8 +194,8 @@ impl<B: ForkableBoards> BoardWithWearer<B> {
         done
     }
 
-    /// Says the script of `scene` from `next` on. Back comes what was said of the broken angle, as in
-    /// [`PlayedCase`], and why it ended.
+    /// Sends the script of `scene` from write `next` on. Returns the reported values of the broken
+    /// angle as in [`PlayedCase`], and the reason for the end.
     fn play(
         &mut self,
         scene: &SensorScenario<B>,
@@ -230,9 +231,9 @@ impl<B: ForkableBoards> BoardWithWearer<B> {
         Ok((said, CaseEnd::Played))
     }
 
-    /// Says one write, an angle in it as `read` makes it of the time, its number and what it
-    /// is now: how late it comes, which it is and what; not at all. What comes late is given
-    /// back.
+    /// Sends one write. If it contains an angle, `read` takes its time, index and current value and
+    /// returns delay, index and value to send, or `None` to drop it. A delayed frame is returned
+    /// instead of sent.
     fn send_write(
         &mut self,
         script: &Script<B>,
@@ -266,8 +267,8 @@ fn locked<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
     shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Until when the device heeds an angle that is beyond belief: while it stimulates, of a
-/// lift while an object is held.
+/// Returns the time until which the device checks for an implausible angle: while it stimulates, or
+/// in a lift while the object is held.
 fn heeded_us<B: ForkableBoards>(script: &Script<B>) -> u64 {
     let is_held = |write: &Write| match decode_request(&write.bytes)?.request {
         Request::Held { held } => held.then_some(write.t_us),
@@ -277,7 +278,7 @@ fn heeded_us<B: ForkableBoards>(script: &Script<B>) -> u64 {
     held_us.unwrap_or(script.stop.1)
 }
 
-/// A measurement among what is said, with the angle as the wearer has it now.
+/// Returns a request if it is a measurement, with its angle index and the wearer's current angle.
 fn measurement<B: ForkableBoards>(
     world: &World,
     script: &Script<B>,
@@ -293,7 +294,7 @@ fn measurement<B: ForkableBoards>(
     let deg = match (body.posture_deg(), &script.file.session.joint) {
         (Some(angles), _) => *angles.get(usize::from(joint))?,
         (None, Some(_)) => body.sensed_deg(),
-        (None, None) => f64::from(centideg) * 1e-2, // a lift's angles are the script's
+        (None, None) => f64::from(centideg) * 1e-2, // the angles of a lift come from the script
     };
     Some((asked, joint, deg))
 }
