@@ -1,4 +1,5 @@
-//! What a device is told of a wearer: activation by angle, intensities.
+//! Computes the settings of a device for a wearer: activation as a function of angle, and
+//! intensities.
 
 use super::declaration::{Condition, Form, HEIGHTS, Scale, Study};
 use super::error::LiftError;
@@ -11,54 +12,55 @@ use host_core::limb::{Bounded, Muscles, Quartic, TERMS};
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 
-/// Arms.
 pub const ARMS: usize = 2;
-/// Channels: four on each arm.
+/// Number of channels: four on each arm.
 pub const CHANNELS: usize = ARMS * ELECTRODES;
-/// Which joint a stimulated muscle's function is of: biceps, triceps, deltoids.
+/// Joint whose angle determines each stimulated muscle: biceps, triceps, anterior and posterior
+/// deltoid.
 const JOINT_OF: [usize; ELECTRODES] = [ELBOW, ELBOW, SHOULDER, SHOULDER];
-/// Below this a largest activation is none.
+/// Smallest peak activation that counts as active.
 const LEAST_PEAK: f64 = 1e-3;
-/// One, as a device has it.
+/// The value 1 in millionths, the device's unit.
 const MILLION: f64 = 1e6;
-/// Binomial coefficients of four.
+/// Binomial coefficients of degree four.
 const CHOICES: [f64; TERMS] = [1.0, 4.0, 6.0, 4.0, 1.0];
-/// A point of the way every so many steps is enough.
+/// Number of trajectory steps per evaluated point.
 const EVERY: usize = 4;
 
-/// Activation of a muscle by the angle of its joint.
+/// Activation of a muscle as a function of its joint's angle.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Curve {
-    /// What static optimisation gives along the ways of the three heights: angle in degrees,
-    /// and k.
+    /// Result of static optimisation along the trajectories of the three heights: angle in degrees,
+    /// and activation k.
     pub points: Vec<[f64; 2]>,
-    /// The largest k.
+    /// Largest activation k.
     pub peak: f64,
-    /// The least-squares quartic's a₀ to a₄ per degree (equation 3), of k over its scale.
+    /// Coefficients a₀ to a₄ per degree (equation 3) of the least-squares quartic of k over its
+    /// scale.
     pub per_degree: [f64; TERMS],
-    /// What is left of it: root mean square, and the most.
+    /// Residual of the quartic: root mean square, and largest.
     pub left: [f64; 2],
-    /// As a device has it over its joint's range, millionths; none of a muscle that is not
-    /// active.
+    /// Bernstein coefficients on the device over the joint's range, millionths; `None` for a muscle
+    /// that is not active.
     pub bernstein: Option<[i32; TERMS]>,
-    /// What is left of that: root mean square, and the most.
+    /// Residual of the device's quartic: root mean square, and largest.
     pub left_on_device: [f64; 2],
 }
 
-/// What static optimisation makes of the declared way.
+/// Result of static optimisation for the configured trajectory.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Curves {
-    /// Range of elbow and shoulder that the device is told, degrees.
+    /// Range of elbow and shoulder that the device is configured with, degrees.
     pub range_deg: [[f64; 2]; JOINTS],
-    /// Of biceps, triceps, anterior and posterior deltoid: the flexors while the elbow
-    /// lifts, the extensors while it drops.
+    /// Curves of biceps, triceps, anterior and posterior deltoid: flexors from the lift, extensors
+    /// from the drop.
     pub muscles: [Curve; ELECTRODES],
 }
 
-/// Activations of the stimulated muscles at each point of the ways, split where the elbow
-/// turns from flexing to extending.
+/// Activations of the stimulated muscles along the trajectories, divided where the elbow changes
+/// from flexing to extending.
 struct SolvedActivations {
-    /// Angle and k, by muscle.
+    /// Angle and activation k, by muscle.
     points: [Vec<(f64, f64)>; ELECTRODES],
     range_deg: [[f64; 2]; JOINTS],
 }
@@ -91,7 +93,8 @@ fn solve_activations(
             let k = muscles.activations(wanted)?;
             let lifts = way.rates[n][ELBOW] > 0.0;
             for muscle in 0..ELECTRODES {
-                // The even ones flex, in the lift; the odd ones extend, in the drop.
+                // Even indices are flexors, used in the lift; odd ones are extensors, used in the
+                // drop.
                 if lifts == muscle.is_multiple_of(2) {
                     points[muscle].push((flexions_deg[JOINT_OF[muscle]], k[muscle]));
                 }
@@ -106,10 +109,11 @@ fn solve_activations(
     Ok(SolvedActivations { points, range_deg })
 }
 
-/// Functions of the four muscles for a wearer of this stature and mass.
+/// Computes the activation functions of the four muscles for a wearer of this stature and mass.
 ///
 /// # Errors
-/// E761: the way needs more than the muscles have; E762.
+/// Fails with E761 if the trajectory needs more torque than the muscles have, or with E762 if no
+/// quartic fits.
 pub fn curves(study: &Study, stature_m: f64, mass_kg: f64) -> Result<Curves, LiftError> {
     let solved = solve_activations(study, stature_m, mass_kg)?;
     let curve = |muscle: usize| -> Result<Curve, LiftError> {
@@ -142,8 +146,8 @@ pub fn curves(study: &Study, stature_m: f64, mass_kg: f64) -> Result<Curves, Lif
     })
 }
 
-/// The quartic whose Bernstein coefficients over `range` are between 0 and 1, so that it is
-/// itself, nearest to the points and, in the margins, to what the fit has at its ends.
+/// Returns the quartic with Bernstein coefficients between 0 and 1, so that its values stay in this
+/// range, which is closest to the points and, in the margins, to the fit's values at its ends.
 fn fit_device_quartic(
     fitted: &Quartic,
     points: &[(f64, f64)],
@@ -158,7 +162,7 @@ fn fit_device_quartic(
         .iter()
         .map(|(deg, value)| (*deg, *value, 1.0))
         .chain(beyond);
-    // Room for ten unknowns; five stay at 0.
+    // The solver has ten unknowns; five stay at 0.
     let mut curvature = SMatrix::<f64, LINES, LINES>::zeros();
     let mut slope = SVector::<f64, LINES>::zeros();
     let mut upper = SVector::<f64, LINES>::zeros();
@@ -188,14 +192,14 @@ fn fit_device_quartic(
     }))
 }
 
-/// Bernstein's polynomials at an angle of a range.
+/// Returns the Bernstein polynomials at an angle of a range.
 fn basis([low, high]: [f64; 2], deg: f64) -> [f64; TERMS] {
     let u = ((deg - low) / (high - low)).clamp(0.0, 1.0);
     let last = TERMS as i32 - 1;
     std::array::from_fn(|k| CHOICES[k] * u.powi(k as i32) * (1.0 - u).powi(last - k as i32))
 }
 
-/// Root mean square and most of what such a quartic misses.
+/// Returns root mean square and largest residual of such a quartic.
 fn residuals(bernstein: &[i32; TERMS], range: [f64; 2], points: &[(f64, f64)]) -> [f64; 2] {
     let at = |deg: f64| -> f64 {
         let each = basis(range, deg).into_iter().zip(bernstein);
@@ -211,17 +215,17 @@ fn residuals(bernstein: &[i32; TERMS], range: [f64; 2], points: &[(f64, f64)]) -
     ]
 }
 
-/// What calibration found of a channel, mA.
+/// Calibration result of one channel, mA.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ChannelThresholds {
-    /// Felt first.
+    /// Smallest current that the wearer feels.
     pub felt_ma: f64,
-    /// Tolerated.
+    /// Largest current that the wearer tolerates.
     pub most_ma: f64,
 }
 
-/// The four joints as the device is told of them: left elbow and shoulder, right elbow and
-/// shoulder; nothing is stimulated in [`Condition::None`].
+/// Returns the device's settings of the four joints: left elbow and shoulder, right elbow and
+/// shoulder. In [`Condition::None`] nothing is stimulated.
 #[must_use]
 pub fn specs(
     study: &Study,
@@ -251,8 +255,7 @@ pub fn specs(
         let (arm, joint) = (place / JOINTS, place % JOINTS);
         let [low, high] = curves.range_deg[joint].map(|deg| (1e3 * deg).round() as i32);
         let flexor = arm * ELECTRODES + joint * 2;
-        // The functions of this joint: its flexor's while lifting, its extensor's while
-        // dropping.
+        // Functions of this joint: its flexor's in the lift, its extensor's in the drop.
         let (up, down) = (Some(joint * 2), Some(joint * 2 + 1));
         let (of_flexor, of_extensor) = match condition {
             Condition::None => ((None, None), (None, None)),

@@ -1,4 +1,4 @@
-//! What is asked, of persons and of studies.
+//! Compares conditions within participants and between studies.
 
 use super::declaration::{Claim, Condition, Metric, Side, Study};
 use super::error::LiftError;
@@ -10,7 +10,7 @@ use super::whole::compare_whole_device;
 use crate::laboratory::{Row, Share};
 use host_core::statistics;
 
-/// A side of a comparison for one person.
+/// Returns one participant's value for a side of a comparison; `None` if it is missing.
 #[must_use]
 pub fn value(study: &Study, person: &Participant, metric: Metric, side: &Side) -> Option<f64> {
     let height = side.height.as_ref().and_then(|name| study.height(name));
@@ -21,7 +21,8 @@ pub fn value(study: &Study, person: &Participant, metric: Metric, side: &Side) -
     )
 }
 
-/// Whether a claim holds of one person.
+/// Returns whether the value of `lower` is smaller than that of `higher` for one participant;
+/// `None` if either is missing.
 #[must_use]
 pub fn holds(study: &Study, person: &Participant, claim: &Claim) -> Option<bool> {
     let side = |side| value(study, person, claim.metric, side);
@@ -39,8 +40,8 @@ fn mean(study: &Study, own: &Replication, metric: Metric, side: &Side) -> f64 {
     statistics::mean(each).unwrap_or(f64::NAN)
 }
 
-/// p, times three, of a claim's two conditions in a study; none of what is not between
-/// conditions.
+/// Returns three times the p of the claim's two conditions in a study (Bonferroni); `None` if the
+/// claim does not compare conditions.
 fn p_value(own: &Replication, claim: &Claim) -> Option<f64> {
     let place = |side: &Side| {
         Condition::ALL
@@ -55,8 +56,8 @@ fn p_value(own: &Replication, claim: &Claim) -> Option<f64> {
     Some(own.tests.iter().find(is)?.pairs[pair][1])
 }
 
-/// Shares of persons and of studies in which each claim holds, and of studies in which its
-/// difference is significant, whichever its sign.
+/// Returns the shares of participants and of studies in which each claim holds, and of studies in
+/// which its difference is significant with either sign.
 #[must_use]
 pub(super) fn shares(study: &Study, all: &[Replication]) -> Vec<Share> {
     let mut shares = Vec::new();
@@ -99,7 +100,7 @@ pub(super) fn shares(study: &Study, all: &[Replication]) -> Vec<Share> {
     shares
 }
 
-/// Every mean and difference of figure 4, over studies.
+/// Returns every mean and difference of figure 4, over studies.
 #[must_use]
 pub(super) fn rows(study: &Study, all: &[Replication]) -> Vec<Row> {
     let mut rows = Vec::new();
@@ -139,8 +140,8 @@ pub(super) fn rows(study: &Study, all: &[Replication]) -> Vec<Row> {
     rows
 }
 
-/// Changes of the metabolic proxy in percent, as the text prints them and as its means give
-/// them.
+/// Returns the changes of the metabolic proxy in percent, as the paper's text prints them and as
+/// its means imply.
 fn changes(study: &Study, all: &[Replication]) -> [Row; 5] {
     use Condition::{Assist, None, Resist};
     let power = |own: &Replication, condition| {
@@ -199,7 +200,7 @@ fn changes(study: &Study, all: &[Replication]) -> [Row; 5] {
     ]
 }
 
-/// What part of equation 5 the proxy could stand for.
+/// Returns the share of equation 5 that the proxy could represent.
 fn proxy_rows(study: &Study, all: &[Replication]) -> Vec<Row> {
     let rows = Condition::ALL.into_iter().filter_map(|condition| {
         let mut printed = study.printed.iter();
@@ -225,7 +226,7 @@ fn proxy_rows(study: &Study, all: &[Replication]) -> Vec<Row> {
     rows.collect()
 }
 
-/// What stimulation does in both modes.
+/// Describes the effect of stimulation in both modes.
 fn stimulation_rows(all: &[Replication]) -> Vec<Row> {
     let mut rows = Vec::new();
     for condition in [Condition::Resist, Condition::Assist] {
@@ -283,10 +284,11 @@ fn stimulation_rows(all: &[Replication]) -> Vec<Row> {
     rows
 }
 
-/// How much of a lift the whole device does as the fast way says, assist and resist.
+/// Returns the share of a lift in which the whole device agrees with the fast simulation, for
+/// assist and resist.
 ///
 /// # Errors
-/// Those of [`whole`].
+/// Fails as the functions of [`super::whole`] do.
 pub(super) fn whole_device_row(study: &Study, seed: u64) -> Result<Row, LiftError> {
     let person = LiftWearer::new(study, nominal_values(study), seed)?;
     let share = |condition| -> Result<f64, LiftError> {

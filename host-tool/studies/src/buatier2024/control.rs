@@ -1,5 +1,5 @@
-//! What a person does of their own will: what they know beforehand, late feedback, and
-//! muscles that share the torque between them.
+//! Simulates voluntary control of an arm: feed-forward torque, delayed feedback, and distribution
+//! of the torque over the muscles.
 
 use super::person::VoluntaryMotion;
 use super::way::{LiftTrajectory, RATE_HZ};
@@ -7,19 +7,19 @@ use hal_sim::body::sagittal::{Intent, JOINTS, Links, MUSCLES};
 use hal_sim::random;
 use host_core::limb::Muscles;
 
-/// Parts of a movement over which feedback is remembered.
+/// Number of sections of a movement for which feedback is remembered.
 const PARTS: usize = 24;
 
-/// What was learnt of a movement: torque that feedback had to add, by part, N m.
+/// Feedback torque that was learnt for each section of a movement, N m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LearntTorque([[f64; JOINTS]; PARTS]);
 
 impl LearntTorque {
-    /// Nothing yet.
+    /// Nothing learnt yet.
     pub const NOTHING: Self = Self([[0.0; JOINTS]; PARTS]);
 }
 
-/// One arm under control, over one lift.
+/// Control of one arm during one lift.
 #[derive(Clone, Debug)]
 pub struct Control {
     will: VoluntaryMotion,
@@ -35,7 +35,7 @@ pub struct Control {
 }
 
 impl Control {
-    /// At the start of a lift; `seed` decides the noise of its drives.
+    /// Starts a lift; `seed` determines the noise of the muscle drives.
     #[must_use]
     pub fn new(will: VoluntaryMotion, object_kg: f64, seed: u64) -> Self {
         Self {
@@ -52,14 +52,14 @@ impl Control {
         }
     }
 
-    /// How often no drives gave what was wanted.
+    /// Returns the number of steps in which no drives could produce the required torque.
     #[must_use]
     pub const fn infeasible_steps(&self) -> u64 {
         self.weak
     }
 
-    /// Step `n` of the movement: what is wanted until the next, of an arm that is in `state`
-    /// (flexions, rates) and whose muscles have these torques at full activation.
+    /// Computes the intent at step `n` of the movement, for an arm in `state` (flexions, rates)
+    /// whose muscles have these torques at full activation.
     pub fn step(
         &mut self,
         (way, links, learnt): (&LiftTrajectory, &Links, &LearntTorque),
@@ -85,7 +85,7 @@ impl Control {
             .activations(wanted)
         {
             Ok(found) => self.drive = std::array::from_fn(|muscle| found[muscle]),
-            // As strong as before: more cannot be asked of these muscles here.
+            // Keeps the previous drives, because these muscles cannot produce more here.
             Err(_) => self.weak += 1,
         }
         let at = way.step(n);
@@ -97,8 +97,8 @@ impl Control {
         }
     }
 
-    /// Torque for what was off a while ago: what makes of the arm, with the object, one that
-    /// is critically damped at the bandwidth, were it not late.
+    /// Returns the feedback torque for an earlier error. Without the delay, it would make the arm
+    /// with the object critically damped at the configured bandwidth.
     fn feedback(&self, way: &LiftTrajectory, links: &Links, n: usize) -> [f64; JOINTS] {
         let Some(then) = n.checked_sub(self.late) else {
             return [0.0; JOINTS];
@@ -114,7 +114,7 @@ impl Control {
         })
     }
 
-    /// Drives with noise that grows with them.
+    /// Adds noise in proportion to the drives.
     fn noisy_drives(&mut self) -> [f64; MUSCLES] {
         let [size, time_s] = self.will.noise;
         let kept = (-1.0 / (RATE_HZ * time_s)).exp();
@@ -128,7 +128,7 @@ impl Control {
         })
     }
 
-    /// What is known beforehand the next time.
+    /// Adds a part of this lift's feedback to the learnt torque for the next lift.
     pub fn learn(&self, learnt: &mut LearntTorque) {
         for (known, (sum, count)) in learnt.0.iter_mut().zip(&self.felt) {
             for (known, sum) in known.iter_mut().zip(sum) {

@@ -1,4 +1,4 @@
-//! Which of the assumptions decides a claim: each changed alone.
+//! Determines which assumptions decide a claim by changing each of them alone.
 
 use super::comparisons::holds;
 use super::declaration::{Form, Scale, Study};
@@ -10,32 +10,32 @@ use hal_sim::random;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// Stream of the persons in the middle.
+/// Random stream of the nominal participants.
 const STREAM: u64 = 0xDEC1;
 
-/// One change, and what every claim then is.
+/// One change, and its effect on every claim.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ChangeEffect {
-    /// What is otherwise.
+    /// Description of the change.
     pub named: String,
-    /// In how many persons each claim holds, in the declaration's order.
+    /// Number of participants in whom each claim holds, in the declaration's order.
     pub holds: Vec<usize>,
-    /// Of how many.
+    /// Number of participants.
     pub of: usize,
 }
 
-/// What decides.
+/// Results of all changes.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Sensitivity {
-    /// Nothing changed.
+    /// Result without a change.
     pub middle: ChangeEffect,
-    /// Each range at its low and its high end.
+    /// Results at the low and the high end of each range.
     pub ends: Vec<[ChangeEffect; 2]>,
-    /// The model otherwise.
+    /// Results with each ablation of the model.
     pub models: Vec<ChangeEffect>,
 }
 
-/// An ablation of the participant's model, by name.
+/// Returns the ablations of the participant's model, by name.
 fn models(study: &Study) -> Vec<(&'static str, Study)> {
     let with = |change: &dyn Fn(&mut Study)| {
         let mut other = study.clone();
@@ -62,11 +62,11 @@ fn models(study: &Study) -> Vec<(&'static str, Study)> {
     ]
 }
 
-/// What every claim is with each assumption changed alone. `is_asked`, before each, whether
-/// to end.
+/// Evaluates every claim with each assumption changed alone. `is_asked` is called before each
+/// change and returns whether to end.
 ///
 /// # Errors
-/// As [`participant`]; asked to end.
+/// Fails as [`participant`] does, or if asked to end.
 pub fn compute_sensitivity(
     study: &Study,
     seed: u64,
@@ -139,7 +139,7 @@ fn short(value: f64) -> String {
 }
 
 impl ChangeEffect {
-    /// Whether claim `at` holds in all, in none, or in some.
+    /// Returns whether claim `at` holds in all participants, in none, or in some.
     fn verdict(&self, at: usize) -> &'static str {
         match self.holds.get(at) {
             Some(0) => "no",
@@ -150,9 +150,8 @@ impl ChangeEffect {
 }
 
 impl Sensitivity {
-    /// Names of what decides claim `at`: ranges of which it holds in all persons at one end
-    /// and in none at the other, models with which it is the opposite of what it is with
-    /// nothing changed.
+    /// Returns the names of the assumptions that decide claim `at`: ranges with which it holds in
+    /// all participants at one end and in none at the other, and ablations that reverse it.
     #[must_use]
     pub fn deciding_factors(&self, at: usize) -> Vec<&str> {
         let opposite = |a: &str, b: &str| matches!((a, b), ("yes", "no") | ("no", "yes"));
@@ -166,7 +165,7 @@ impl Sensitivity {
         ends.chain(models.map(|change| &*change.named)).collect()
     }
 
-    /// All of it as a table.
+    /// Returns all results as a table.
     pub(super) fn sheet(&self, study: &Study) -> Sheet {
         let mut heads = vec!["changed alone".to_owned()];
         heads.extend(study.claims.iter().map(|claim| claim.id.clone()));
@@ -183,7 +182,7 @@ impl Sensitivity {
         Sheet::table("Ours", title, caption.to_owned(), Grid { heads, rows })
     }
 
-    /// What decides each claim, in words.
+    /// Returns a note for each claim that names the assumptions that decide it.
     pub(super) fn notes(&self, study: &Study) -> Vec<String> {
         let claims = study.claims.iter().enumerate();
         let note = |(at, claim): (usize, &super::declaration::Claim)| {

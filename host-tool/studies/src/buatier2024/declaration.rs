@@ -1,115 +1,115 @@
-//! What is declared: `lift/study.toml`, committed before it was run.
+//! Defines the study's declaration, `host-tool/experiments/buatier.toml`, committed before the
+//! first run.
 
 use super::error::LiftError;
 use crate::laboratory::Range;
 use serde::{Deserialize, Serialize};
 
-/// The declaration, as the program has it.
+/// Text of the built-in declaration.
 pub const DECLARED: &str = include_str!("../../../experiments/buatier.toml");
-/// Heights of a target.
+/// Number of target heights.
 pub const HEIGHTS: usize = 3;
 
-/// All of it.
+/// The preregistered study.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Study {
-    /// The page's heading.
+    /// Heading of the page.
     pub title: String,
-    /// The paper.
+    /// The paper that the study replicates.
     pub source: String,
-    /// Of every draw.
+    /// Seed of every draw.
     pub seed: u64,
-    /// Studies.
+    /// Number of simulated studies.
     pub studies: u64,
-    /// What is done.
+    /// Number of participants and trials, stimulation, and significance level.
     pub protocol: Protocol,
-    /// Where hands go.
+    /// Positions of the hands.
     pub way: Places,
-    /// The exoskeleton.
+    /// Object update rate and added inertia of the exoskeleton.
     pub scene: ExoskeletonSpec,
-    /// What a device is told.
+    /// Settings of the device and of the activation model.
     pub model: Model,
-    /// How movement is judged.
+    /// Sampling and filtering of the recorded movement.
     pub judged: MovementCriteria,
-    /// How it is asked which assumption decides.
+    /// Settings of the sensitivity analysis.
     pub deciding: Deciding,
-    /// What is drawn of a person.
+    /// Random ranges of a participant's parameters.
     #[serde(rename = "range")]
     pub ranges: Vec<Range>,
-    /// What is asked.
+    /// Statements to judge.
     #[serde(rename = "claim")]
     pub claims: Vec<Claim>,
-    /// What is printed.
+    /// Means that the paper prints.
     pub printed: Vec<PrintedMean>,
 }
 
-/// What is done.
+/// Number of participants and trials, stimulation, and significance level.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Protocol {
-    /// Of a study.
+    /// Number of participants in a study.
     pub persons: usize,
-    /// Of a condition, the first of which is not judged.
+    /// Number of target sets in a condition; the first is not judged.
     pub target_sets: usize,
-    /// Of a target set.
+    /// Number of lifts in a target set.
     pub repetitions: usize,
-    /// Of pulses.
+    /// Pulse rate.
     pub frequency_hz: u32,
-    /// Of a phase.
+    /// Width of one phase.
     pub width_us: u32,
-    /// Of tests.
+    /// Significance level of the tests.
     pub level: f64,
 }
 
-/// Where hands go, in parts of the reach.
+/// Positions of the hands, as fractions of the arm's reach.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Places {
-    /// On the table, forward and up.
+    /// Start position on the table, forward and up.
     pub start: [f64; 2],
-    /// How far forward before the target.
+    /// Forward distance of the point above the target.
     pub over_x: f64,
-    /// How far above the target.
+    /// Height of that point above the target.
     pub over_z: f64,
-    /// How far forward the target is.
+    /// Forward distance of the target.
     pub target_x: f64,
-    /// Heights of the target.
+    /// Target heights, as fractions of the reach.
     pub heights: [Height; HEIGHTS],
-    /// Back to the table, s.
+    /// Duration of the return to the table, s.
     pub return_s: f64,
 }
 
-/// A height.
+/// A target height.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Height {
-    /// Its name.
     pub name: String,
-    /// Above the shoulder, in parts of the reach.
+    /// Height above the shoulder, as a fraction of the reach.
     pub z: f64,
 }
 
-/// The exoskeleton.
+/// Properties of the exoskeleton and its virtual object.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ExoskeletonSpec {
-    /// Of the object and the god-object.
+    /// Update rate of the object and of the hands' god-objects.
     pub object_hz: u32,
-    /// Added to elbow and shoulder.
+    /// Inertia that the exoskeleton adds at elbow and shoulder.
     pub added_inertia_kg_m2: [f64; 2],
 }
 
-/// What of C there is.
+/// Scaling of the activation function C.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Scale {
-    /// k over its largest along the way.
+    /// k divided by its largest value along the trajectory.
     Peak,
-    /// k itself.
+    /// k without scaling.
     Raw,
 }
 
-/// How C makes an intensity.
+/// Conversion of C to a current, where I_th is the threshold and I₀ the largest current.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Form {
@@ -119,73 +119,73 @@ pub enum Form {
     AboveThreshold,
 }
 
-/// What a device is told.
+/// Settings of the device and of the activation model.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Model {
-    /// Of the object, kg.
+    /// Mass of the object, kg.
     pub object_kg: f64,
-    /// To above the target, s.
+    /// Duration of the lift to above the target, s.
     pub lift_s: f64,
-    /// From there, s.
+    /// Duration of the drop onto the target, s.
     pub drop_s: f64,
-    /// Part of the lift in which the drop has begun.
+    /// Fraction of the lift that overlaps with the drop.
     pub overlap: f64,
-    /// Antagonists against agonists.
+    /// Ratio of antagonist to agonist activation.
     pub co_contraction: f64,
-    /// Of C.
+    /// Scaling of C.
     pub scale: Scale,
-    /// Of intensities.
+    /// Conversion of C to a current.
     pub form: Form,
-    /// Of ranges, degrees.
+    /// Margin added at both ends of the joint ranges, degrees.
     pub margin_deg: f64,
-    /// Of the phase, °/s.
+    /// Velocity dead band of the phase detector, °/s.
     pub dead_band_deg_s: f64,
-    /// Of its differentiator, Hz.
+    /// Cut-off frequency of its differentiator, Hz.
     pub cutoff_hz: f64,
-    /// An object is held at most so long, s.
+    /// Longest time for which an object may be held, s.
     pub longest_hold_s: f64,
 }
 
-/// How movement is judged.
+/// Sampling and filtering of the recorded movement.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MovementCriteria {
-    /// Of records.
+    /// Sampling rate of the recordings.
     pub rate_hz: u32,
-    /// Of the filter.
+    /// Order of the low-pass filter.
     pub filter_order: usize,
-    /// Where it ends.
+    /// Cut-off frequency of the low-pass filter.
     pub filter_hz: f64,
 }
 
-/// How it is asked which assumption decides.
+/// Settings of the sensitivity analysis.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Deciding {
-    /// Persons in the middle of all ranges, who differ in noise.
+    /// Number of nominal participants, who differ in their noise only.
     pub persons: usize,
-    /// Of a condition, the first of which is not judged.
+    /// Number of target sets in a condition; the first is not judged.
     pub target_sets: usize,
 }
 
-/// What is stimulated.
+/// Stimulation during a lift.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Condition {
-    /// Nothing.
+    /// No stimulation.
     None,
-    /// Agonists.
+    /// Stimulation of the agonists.
     Assist,
-    /// Antagonists.
+    /// Stimulation of the antagonists.
     Resist,
 }
 
 impl Condition {
-    /// In the order of the paper's figure 4.
+    /// All conditions, in the order of the paper's figure 4.
     pub const ALL: [Self; 3] = [Self::None, Self::Resist, Self::Assist];
 
-    /// Its name.
+    /// Returns the name in tables and files.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -196,7 +196,7 @@ impl Condition {
     }
 }
 
-/// What is measured.
+/// Measured quantity.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Metric {
@@ -204,12 +204,12 @@ pub enum Metric {
     Power,
     /// Matching error, m.
     Error,
-    /// SPARC.
+    /// SPARC, dimensionless.
     Smoothness,
 }
 
 impl Metric {
-    /// Name and unit.
+    /// Returns readable name and unit.
     #[must_use]
     pub const fn name_and_unit(self) -> (&'static str, &'static str) {
         match self {
@@ -224,61 +224,61 @@ impl Metric {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Side {
-    /// Of which condition.
+    /// Condition of this side.
     pub condition: Condition,
-    /// At which height; the mean of all without.
+    /// Name of the target height; `None` for the mean over all heights.
     pub height: Option<String>,
 }
 
-/// What is asked: whether one side is less than the other.
+/// Statement that one side is smaller than the other.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Claim {
-    /// For machines.
+    /// Identifier in the results.
     pub id: String,
-    /// For people.
+    /// The claim as a sentence.
     pub says: String,
-    /// Of what.
+    /// Compared quantity.
     pub metric: Metric,
-    /// What is less.
+    /// The side that should be smaller.
     pub lower: Side,
-    /// Than what.
+    /// The side that should be larger.
     pub higher: Side,
-    /// Whether the paper says so.
+    /// Whether the paper says that the claim holds.
     pub paper: Option<bool>,
-    /// Whether the paper calls it significant.
+    /// Whether the paper calls the difference significant.
     pub significant: Option<bool>,
 }
 
-/// A printed mean.
+/// A mean that the paper prints.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PrintedMean {
-    /// Of what.
+    /// Measured quantity.
     pub metric: Metric,
-    /// Where.
+    /// Condition of the mean.
     pub condition: Condition,
-    /// At which height.
+    /// Name of the target height; `None` for all heights.
     pub height: Option<String>,
-    /// Mean.
+    /// Mean value in the metric's unit.
     pub mean: f64,
-    /// Standard error.
+    /// Standard error of the mean.
     pub error: f64,
 }
 
 impl Study {
-    /// The program's own.
+    /// Parses the built-in declaration.
     ///
     /// # Errors
-    /// E760: it cannot be read, or what of it cannot be.
+    /// Fails with E760 if the text cannot be parsed, or lists every invalid value.
     pub fn load_embedded() -> Result<Self, LiftError> {
         Self::parse(DECLARED)
     }
 
-    /// Of this text.
+    /// Parses a declaration.
     ///
     /// # Errors
-    /// As [`Self::load_embedded`].
+    /// Fails as [`Self::load_embedded`] does.
     pub fn parse(text: &str) -> Result<Self, LiftError> {
         let study: Self =
             toml::from_str(text).map_err(|e| LiftError::Declaration(e.to_string()))?;
@@ -289,7 +289,7 @@ impl Study {
         }
     }
 
-    /// Everything that cannot be.
+    /// Returns a message for every invalid value.
     fn mistakes(&self) -> Vec<String> {
         let (protocol, model) = (&self.protocol, &self.model);
         let positive = [
@@ -358,7 +358,7 @@ impl Study {
         wrong
     }
 
-    /// Place of the height of this name.
+    /// Returns the index of the height with this name.
     #[must_use]
     pub fn height(&self, name: &str) -> Option<usize> {
         self.way
@@ -367,7 +367,7 @@ impl Study {
             .position(|height| height.name == name)
     }
 
-    /// Pulse period, µs.
+    /// Returns the pulse period, µs.
     #[must_use]
     pub const fn period_us(&self) -> u64 {
         1_000_000 / self.protocol.frequency_hz as u64

@@ -1,5 +1,4 @@
-//! The device's own modulation at work on the angles of four joints: the fast way, without
-//! the rest of the device.
+//! Fast simulation of the device: only its joint modulation, without the rest of the firmware.
 
 use super::calibration::{ARMS, CHANNELS, ChannelThresholds, Curves, specs};
 use super::declaration::{Condition, Study};
@@ -8,7 +7,7 @@ use firmware::haptics::{Modulation, MotionPhase, PhaseState};
 use firmware::units::{Amplitude, Angle};
 use hal_sim::body::sagittal::JOINTS;
 
-/// Four joints, and the phase of each arm.
+/// Modulation of four joints, and the movement phase of each arm.
 #[derive(Clone, Debug)]
 pub struct Device {
     joints: [Modulation; ARMS * JOINTS],
@@ -16,10 +15,10 @@ pub struct Device {
 }
 
 impl Device {
-    /// For a condition of a wearer.
+    /// Configures the modulation for a condition and a wearer.
     ///
     /// # Errors
-    /// E767: the device refuses a joint.
+    /// Fails with E767 if the device refuses a joint.
     pub fn new(
         study: &Study,
         curves: &Curves,
@@ -35,12 +34,12 @@ impl Device {
         })
     }
 
-    /// Nothing has moved yet.
+    /// Forgets all movement, as at the start of a trial.
     pub fn reset(&mut self) {
         self.phases = Default::default();
     }
 
-    /// A millisecond, with the elbows' angles, degrees.
+    /// Advances by one millisecond with the elbows' angles, degrees.
     pub fn tick(&mut self, elbows_deg: [f64; ARMS]) {
         for (arm, deg) in elbows_deg.into_iter().enumerate() {
             let detector = self.joints[arm * JOINTS].detector();
@@ -48,13 +47,14 @@ impl Device {
         }
     }
 
-    /// Phase of an arm.
+    /// Returns the movement phase of an arm, if it has one.
     #[must_use]
     pub fn phase(&self, arm: usize) -> Option<MotionPhase> {
         self.phases[arm].phase()
     }
 
-    /// What every channel has at these angles of elbow and shoulder of both arms, degrees.
+    /// Returns the amplitude of every channel at these angles of elbow and shoulder of both arms,
+    /// degrees.
     #[must_use]
     pub fn amplitudes(&self, degrees: [[f64; JOINTS]; ARMS]) -> [Amplitude; CHANNELS] {
         let mut all = [Amplitude::ZERO; CHANNELS];
@@ -69,7 +69,7 @@ impl Device {
     }
 }
 
-/// An angle as a host measures it: in millidegrees.
+/// Rounds an angle to millidegrees, as a host measures it.
 fn angle(deg: f64) -> Angle {
     Angle::from_millideg((1e3 * deg).round() as i32)
 }

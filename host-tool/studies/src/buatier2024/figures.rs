@@ -27,7 +27,7 @@ const THOUSAND: f64 = 1e3;
 /// Smallest angle between the last point of one height's trajectory and the first of the next,
 /// degrees. Successive points of one trajectory are nearer.
 const NEXT_HEIGHT_DEG: f64 = 3.0;
-/// Number of simulation steps per point of a drawn line.
+/// Number of simulation steps per point of a plotted line.
 const STEPS_PER_POINT: usize = 10;
 
 /// Draws figure 3: the right hand of one wearer over the first 30 s of the second target set of
@@ -134,8 +134,7 @@ fn hand_paths(
     Ok((held, back))
 }
 
-/// Draws k by angle, and tabulates the quartics of C, for a wearer whose numbers are in the middle
-/// of their ranges.
+/// Plots k over the angle, and tabulates the quartics of C, for a nominal wearer.
 pub(super) fn activations(study: &Study) -> Result<[Sheet; 2], LiftError> {
     let nominal = LiftWearer::new(study, nominal_values(study), 0)?;
     let arm = &nominal.arms[0];

@@ -1,14 +1,15 @@
-//! Buatier de Mongeot 2024: two arms lift an object while stimulation follows their joints.
+//! Replicates Buatier de Mongeot 2024: two arms lift an object while stimulation follows their
+//! joints.
 //!
-//! Lives here: the declaration (`host-tool/experiments/buatier.toml`, committed before it was run),
-//! what a device is told (`calibration`), the device's own modulation at work (`device`) and the
-//! whole device beside it (`whole`), the
-//! way of the hands (`way`), persons (`person`, `control`), the virtual object (`scene`), a lift
-//! (`trial`), studies of eight persons (`participant`, `replication`, `tests`), what they come to
-//! (`outcome`, `comparisons`, `figures`, `deciding`). Not here: arms (`hal_sim::body::sagittal`),
-//! modulation (`firmware::haptics`), static optimisation (`host_core::limb`), the command
-//! (`cli`). In: a seed, a number of studies. Out: an [`Outcome`](crate::laboratory::Outcome).
-//! All simulated: no evidence about people.
+//! Contains the declaration (`host-tool/experiments/buatier.toml`, committed before the first run),
+//! the device's settings (`calibration`), its modulation alone (`device`) and the whole device for
+//! comparison (`whole`), the trajectory of the hands (`way`), participants (`person`, `control`),
+//! the virtual object (`scene`), a lift (`trial`), studies of eight participants (`participant`,
+//! `replication`, `tests`), and their results (`outcome`, `comparisons`, `figures`, `deciding`).
+//! The arms are in `hal_sim::body::sagittal`, modulation in `firmware::haptics`, static
+//! optimisation in `host_core::limb`, the command in `cli`. Takes a seed and a number of studies;
+//! returns an [`Outcome`](crate::laboratory::Outcome). Everything is simulated and no evidence
+//! about people.
 
 mod calibration;
 mod comparisons;

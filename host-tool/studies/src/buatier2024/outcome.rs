@@ -1,4 +1,4 @@
-//! What all studies come to, as `result.json` and its page have it.
+//! Builds the result of all studies for `result.json` and its page.
 
 use super::comparisons::{rows, shares, whole_device_row};
 use super::deciding::Sensitivity;
@@ -9,9 +9,9 @@ use super::replication::{Replication, person};
 use crate::laboratory::{Outcome, Preregistration};
 use host_core::record::sha256;
 
-/// What a command calls it.
+/// Name of the study in commands.
 pub const NAME: &str = "buatier";
-/// What is said of every result.
+/// Notes in every result.
 const SIMULATED: &str =
     "Simulated: drawn persons of mostly assumed parameters; no evidence about people.";
 const MEANING: &str = "Ours is the median, low and high the 5th and 95th percentile: of the \
@@ -28,23 +28,23 @@ const MODEL: &str = "The paper prints no quartics, no scale of k, no I0, no mass
                      static optimisation leaves the posterior deltoid idle and the triceps nearly \
                      so, for nothing pulls the arms up: what is stimulated in the drop rests on it.";
 
-/// What the command knows of the run.
+/// The command's information about the run.
 #[derive(Clone, Debug)]
 pub struct RunInfo {
-    /// Of the draws.
+    /// Seed of the draws.
     pub seed: u64,
-    /// Studies asked for.
+    /// Requested number of studies.
     pub draws: u64,
-    /// What a terminal takes to have it again.
+    /// Arguments that repeat the result on a terminal.
     pub command: String,
-    /// What is missing, for people.
+    /// Description of the missing part; `None` for a complete result.
     pub cut_short: Option<String>,
 }
 
-/// All of it.
+/// Builds the study's result: figures, tables, rows, shares and notes.
 ///
 /// # Errors
-/// A person who cannot be shown.
+/// Fails if a participant for the figures cannot be simulated.
 pub fn outcome(
     study: &Study,
     all: &[Replication],

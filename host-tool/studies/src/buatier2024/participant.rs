@@ -1,4 +1,4 @@
-//! One person through all conditions.
+//! Simulates one participant in all conditions.
 
 use super::calibration::{ARMS, Curves, curves};
 use super::control::LearntTorque;
@@ -10,27 +10,26 @@ use super::trial::{LiftResult, Worker};
 use hal_sim::random;
 use serde::{Deserialize, Serialize};
 
-/// What one condition of a person came to: means over the lifts of the sets that are judged.
+/// Results of a participant in one condition: means over the lifts of the judged sets.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ConditionResult {
-    /// Which.
     pub condition: Condition,
     /// Metabolic proxy, W/kg.
     pub power_w_per_kg: f64,
     /// Matching error at each height, m.
     pub error_m: [f64; HEIGHTS],
-    /// SPARC at each height.
+    /// SPARC, dimensionless, at each height.
     pub sparc: [f64; HEIGHTS],
-    /// Time of lifting and of dropping of a lift, s.
+    /// Duration of lifting and of dropping in a lift, s.
     pub phases_s: [f64; 2],
     /// Largest torque of stimulated fibres about elbow and shoulder, N m.
     pub stimulated_nm: [f64; 2],
-    /// Share of the steps at which no drives gave what was wanted.
+    /// Share of steps in which no drives could produce the required torque.
     pub weak: f64,
 }
 
 impl ConditionResult {
-    /// A metric at a height, or its mean over all; power has none.
+    /// Returns a metric at a height, or its mean over all heights; power has no height.
     #[must_use]
     pub fn value(&self, metric: Metric, height: Option<usize>) -> f64 {
         let of = |all: &[f64; HEIGHTS]| match height {
@@ -45,19 +44,19 @@ impl ConditionResult {
     }
 }
 
-/// What a person came to.
+/// Results of one participant.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Participant {
-    /// Drawn numbers, in the order of the ranges.
+    /// Random parameters, in the order of the ranges.
     pub values: Vec<f64>,
-    /// In the order of [`Condition::ALL`].
+    /// Results in the order of [`Condition::ALL`].
     pub conditions: Vec<ConditionResult>,
-    /// What the device was told.
+    /// Activation functions that the device was configured with.
     pub curves: Curves,
 }
 
 impl Participant {
-    /// Of a condition.
+    /// Returns the result in this condition, or `None` if it was not simulated.
     #[must_use]
     pub fn condition_result(&self, condition: Condition) -> Option<&ConditionResult> {
         self.conditions
@@ -66,11 +65,12 @@ impl Participant {
     }
 }
 
-/// A person through all conditions, each of so many target sets, the first of which is not
-/// judged. The same noise in each condition; targets are believed elsewhere every day.
+/// Simulates a participant in all conditions, each with this number of target sets, of which the
+/// first is not judged. All conditions have the same noise, but each is on another day with other
+/// errors in the perceived target positions.
 ///
 /// # Errors
-/// A device that refuses what it is told, a lift that cannot be judged.
+/// Fails if the device refuses its settings, or if a lift cannot be judged.
 pub fn participant(
     study: &Study,
     person: &LiftWearer,
@@ -97,13 +97,13 @@ pub fn participant(
     })
 }
 
-/// Seed of lift `nth` of a person: of its aim, its drives and its encoders.
+/// Returns the seed of a participant's lift `nth`, for aim, drives and encoders.
 #[must_use]
 pub(super) const fn lift_seed(person: &LiftWearer, nth: usize) -> u64 {
     random::word(random::word(person.seed, 3), nth as u64)
 }
 
-/// The height of repetition `nth` of a set: each in turn.
+/// Returns the height of repetition `nth` of a set; the heights alternate.
 #[must_use]
 pub(super) const fn lift_height(nth: usize) -> usize {
     nth % HEIGHTS

@@ -1,4 +1,4 @@
-//! Who lifts: everything of them that the declaration draws.
+//! Defines the participant who lifts, with all randomly generated properties.
 
 use super::calibration::{CHANNELS, ChannelThresholds};
 use super::declaration::{HEIGHTS, Study};
@@ -10,72 +10,72 @@ use hal_sim::body::muscle::SUBJECTS;
 use hal_sim::body::sagittal::{ELECTRODES, Electrode, JOINTS, SagittalSpec};
 use hal_sim::random;
 
-/// How a person moves by will.
+/// Voluntary movement of a participant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VoluntaryMotion {
-    /// Of the movement.
+    /// Durations of lift and drop.
     pub timing: Timing,
-    /// From its end to the release, s.
+    /// Time from the end of the movement to the release, s.
     pub settle_s: f64,
-    /// By how much the object's weight is misjudged at first, as a part.
+    /// Initial misjudgement of the object's weight, as a fraction of it.
     pub judged_load: f64,
-    /// Age of what is felt and seen, s.
+    /// Delay of proprioception and vision, s.
     pub delay_s: f64,
-    /// How fast feedback acts, rad/s, times that age.
+    /// Bandwidth of the feedback, rad/s, times the delay.
     pub bandwidth: f64,
-    /// Part of a lift's feedback that is known beforehand in the next.
+    /// Fraction of a lift's feedback that is feed-forward in the next lift.
     pub learning: f64,
-    /// Antagonists against agonists.
+    /// Ratio of antagonist to agonist activation.
     pub co_contraction: f64,
-    /// Standard deviation of a drive as a part of it, and its time constant, s.
+    /// Standard deviation of a drive as a fraction of it, and its time constant, s.
     pub noise: [f64; 2],
-    /// Standard deviation of where a target is believed: of a day and of a lift, m.
+    /// Standard deviation of the perceived target position, per day and per lift, m.
     pub aim_m: [f64; 2],
 }
 
-/// A person.
+/// A participant with all random properties.
 #[derive(Clone, Debug)]
 pub struct LiftWearer {
-    /// What was drawn, in the order of the declaration's ranges.
+    /// Random parameters, in the order of the declaration's ranges.
     pub values: Vec<f64>,
-    /// Their arms: the left, then the right one.
+    /// The left and the right arm.
     pub arms: [SagittalSpec; 2],
-    /// How they move.
+    /// Parameters of voluntary movement.
     pub will: VoluntaryMotion,
-    /// What they lift.
+    /// Mass and springs of the lifted object.
     pub object: ObjectSpec,
-    /// What calibration finds of each channel.
+    /// Calibration result of each channel.
     pub told: [ChannelThresholds; CHANNELS],
-    /// Of the encoders, degrees.
+    /// Standard deviation of the encoders' noise, degrees.
     pub encoder_deg: f64,
-    /// Of everything random that they do.
+    /// Seed of all random behaviour.
     pub seed: u64,
-    /// Whether targets are believed at the same place in all conditions.
+    /// Whether the perceived target positions are the same in all conditions.
     pub one_day: bool,
 }
 
-/// Stiffness of elbow and shoulder, N m/rad, and per torque, 1/rad: R = 8.67 + 6.18·|τ| and
-/// 10.8 + 3.18·|τ| (Gomi and Osu 1998, from memory).
+/// Stiffness R of elbow and shoulder: 8.67 + 6.18·|τ| and 10.8 + 3.18·|τ|, here the constants, N
+/// m/rad (Gomi and Osu 1998, from memory).
 const STIFFNESS_NM_PER_RAD: [f64; JOINTS] = [8.67, 10.8];
-/// See there.
+/// Slopes of the same stiffness over the torque, 1/rad.
 const STIFFNESS_PER_RAD: [f64; JOINTS] = [6.18, 3.18];
-/// Streams of a person beside that of the ranges.
+/// Random streams of a participant in addition to that of the ranges.
 const CHANNELS_STREAM: u64 = 1;
 const AIM_STREAM: u64 = 2;
 
-/// Numbers of person `index` of a seed, one for each range.
+/// Returns the random parameters of participant `index`, one for each range.
 #[must_use]
 pub fn draw_values(study: &Study, seed: u64, index: u64) -> Vec<f64> {
     Range::draw_values(&study.ranges, seed, index)
 }
 
-/// Numbers in the middle of every range.
+/// Returns the parameters at the centre of every range.
 #[must_use]
 pub fn nominal_values(study: &Study) -> Vec<f64> {
     study.ranges.iter().map(|range| range.at(0.5)).collect()
 }
 
-/// Values by the names of their ranges.
+/// Access to parameters by the names of their ranges.
 struct Values<'a> {
     study: &'a Study,
     values: &'a [f64],
@@ -94,10 +94,10 @@ impl Values<'_> {
 }
 
 impl LiftWearer {
-    /// Of these numbers.
+    /// Creates a participant with these parameters.
     ///
     /// # Errors
-    /// E760: a range is missing.
+    /// Fails with E760 if a range is missing.
     pub fn new(study: &Study, values: Vec<f64>, seed: u64) -> Result<Self, LiftError> {
         let of = Values {
             study,
@@ -125,8 +125,8 @@ impl LiftWearer {
         })
     }
 
-    /// Where they believe targets to be, against where those are, on a day: m for each
-    /// height, forward and up.
+    /// Returns the error of the perceived target positions on a day: m for each height, forward and
+    /// up.
     #[must_use]
     pub fn aim_of_day_m(&self, day: u64) -> [[f64; 2]; HEIGHTS] {
         let day = if self.one_day { 0 } else { day };
@@ -136,7 +136,7 @@ impl LiftWearer {
     }
 }
 
-/// Electrodes, and what calibration finds of them.
+/// Returns the electrodes and their calibration results.
 fn channels(
     of: &Values,
     seed: u64,

@@ -1,4 +1,4 @@
-//! One study of eight persons.
+//! Simulates one study of eight participants.
 
 use super::declaration::{HEIGHTS, Metric, Study};
 use super::error::LiftError;
@@ -8,19 +8,18 @@ use super::tests::{Tested, test_metric};
 use hal_sim::random;
 use serde::{Deserialize, Serialize};
 
-/// Stream of persons' own seeds.
+/// Random stream of the participants' own seeds.
 const PERSONS: u64 = 0x11F7;
 
-/// A study.
+/// Results of one simulated study.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Replication {
-    /// Persons.
     pub people: Vec<Participant>,
-    /// Tests: power, then error and smoothness at each height, then their means.
+    /// Tests of power, then of error and smoothness at each height, each followed by its mean.
     pub tests: Vec<Tested>,
 }
 
-/// What is tested.
+/// Returns the tested metrics and heights.
 #[must_use]
 pub(super) fn families() -> Vec<(Metric, Option<usize>)> {
     let by_height = |metric| (0..HEIGHTS).map(move |height| (metric, Some(height)));
@@ -32,10 +31,10 @@ pub(super) fn families() -> Vec<(Metric, Option<usize>)> {
     all
 }
 
-/// Person `nth` of study `index` of a seed.
+/// Returns participant `nth` of study `index`.
 ///
 /// # Errors
-/// E760: a range is missing.
+/// Fails with E760 if a range is missing.
 pub(super) fn person(
     study: &Study,
     seed: u64,
@@ -46,10 +45,12 @@ pub(super) fn person(
     LiftWearer::new(study, draw_values(study, seed, number), own)
 }
 
-/// Study `index` of a seed. `is_asked`, before each person, whether to end.
+/// Simulates study `index`. `is_asked` is called before each participant and returns whether to
+/// end.
 ///
 /// # Errors
-/// A person who cannot be, a device that refuses, a sample that cannot be tested; asked to end.
+/// Fails if a participant is invalid, if the device refuses its settings, if a sample cannot be
+/// tested, or if asked to end.
 pub fn replication(
     study: &Study,
     seed: u64,

@@ -1,4 +1,5 @@
-//! The study as the laboratory's runner runs it: studies, then what decides.
+//! Adapts the replication to the laboratory's runner: first the studies, then the sensitivity
+//! analysis.
 
 use super::deciding::{Sensitivity, compute_sensitivity};
 use super::declaration::{DECLARED, HEIGHTS, Metric, Study};
@@ -9,27 +10,27 @@ use crate::laboratory::{self, Outcome, StudyIdentity};
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
 
-/// The study with its seed and draws.
+/// The study with its seed and number of draws.
 pub struct Run {
     study: Study,
     seed: u64,
     draws: u64,
 }
 
-/// What a unit of work became.
+/// Result of a unit of work.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Part {
-    /// A study.
+    /// One simulated study.
     Study(Replication),
-    /// Which assumption decides.
+    /// The sensitivity analysis.
     Decides(Sensitivity),
 }
 
 impl Run {
-    /// With this seed and so many studies, or the declaration's own.
+    /// Creates a run with this seed and number of studies, or those of the declaration.
     ///
     /// # Errors
-    /// E760: the declaration.
+    /// Fails with E760 if the declaration is invalid.
     pub fn new((seed, draws): (Option<u64>, Option<u64>)) -> Result<Self, LiftError> {
         let study = Study::load_embedded()?;
         Ok(Self {
@@ -39,13 +40,14 @@ impl Run {
         })
     }
 
-    /// Whether it asks which assumption decides: a quick look does not.
+    /// Returns whether the run includes the sensitivity analysis; a quick run with fewer studies
+    /// does not.
     const fn has_deciding(&self) -> bool {
         self.draws >= self.study.studies
     }
 }
 
-/// The studies of these units, and what decides.
+/// Separates the units into studies and the sensitivity analysis.
 fn split_parts(parts: &[Part]) -> (Vec<Replication>, Option<&Sensitivity>) {
     let (mut studies, mut decides) = (Vec::new(), None);
     for part in parts {
@@ -57,7 +59,7 @@ fn split_parts(parts: &[Part]) -> (Vec<Replication>, Option<&Sensitivity>) {
     (studies, decides)
 }
 
-/// A row for each condition of each person.
+/// Returns a CSV table with a row for each condition of each participant.
 fn csv(all: &[Replication]) -> String {
     let heights = |name: &'static str| (1..=HEIGHTS).map(move |nth| format!(",{name}_{nth}"));
     let mut text = "study,person,condition,power_w_per_kg".to_owned();
@@ -68,7 +70,7 @@ fn csv(all: &[Replication]) -> String {
         for (nth, person) in (1..).zip(&study.people) {
             for result in &person.conditions {
                 let power = result.value(Metric::Power, None);
-                // A formatted `String` takes every byte.
+                // Writing to a `String` cannot fail.
                 let _ = write!(text, "{index},{nth},{},{power}", result.condition.name());
                 for value in result.error_m.iter().chain(&result.sparc) {
                     let _ = write!(text, ",{value}");
@@ -132,7 +134,7 @@ impl laboratory::Study for Run {
             ("studies.jsonl".to_owned(), lines.collect()),
         ];
         files.extend(decides.map(|decision| {
-            // Structs of numbers, words and lists always have a text.
+            // Cannot fail: the type has only numbers, strings and lists.
             let text = serde_json::to_string_pretty(decision).unwrap_or_default() + "\n";
             ("deciding.json".to_owned(), text)
         }));

@@ -1,21 +1,22 @@
-//! The virtual object between both hands: god-objects on it, an impedance to each hand.
+//! Simulates the virtual object between both hands: a god-object for each hand, connected to the
+//! hand by an impedance.
 
 use super::calibration::ARMS;
 use hal_sim::body::sagittal::GRAVITY_M_S2;
 
-/// How the object and its springs are.
+/// Mass of the object, and its connection to the hands.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ObjectSpec {
-    /// kg.
     pub mass_kg: f64,
-    /// Of the spring from each hand to its god-object, N/m.
+    /// Stiffness of the spring from each hand to its god-object, N/m.
     pub stiffness_n_per_m: f64,
-    /// Damping of the same, as a part of the critical one of the object on both springs.
+    /// Damping of the same connection, as a fraction of the object's critical damping on both
+    /// springs.
     pub damping: f64,
 }
 
-/// The object in motion. Each hand's god-object is where it took hold: on the object, whose
-/// sides it does not slide along.
+/// The moving object. The god-object of each hand stays where the hand took hold, since it cannot
+/// slide along the object's sides.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Object {
     spec: ObjectSpec,
@@ -26,7 +27,7 @@ pub struct Object {
 }
 
 impl Object {
-    /// On the table, in both hands.
+    /// Creates the object on the table, in both hands.
     #[must_use]
     pub fn grasped(spec: ObjectSpec, at_m: [f64; 2]) -> Self {
         let both = ARMS as f64 * spec.stiffness_n_per_m;
@@ -40,7 +41,7 @@ impl Object {
         }
     }
 
-    /// Force of the impedance on a hand there, N.
+    /// Returns the force of the impedance on a hand with this position and velocity, N.
     #[must_use]
     pub fn force_n(&self, (at_m, rate_m_s): ([f64; 2], [f64; 2])) -> [f64; 2] {
         std::array::from_fn(|axis| {
@@ -49,7 +50,7 @@ impl Object {
         })
     }
 
-    /// The object goes on by `h_s` under what it does to the hands; the table carries it.
+    /// Advances the object by `h_s` under the reaction of the hands; the table supports it.
     pub fn step(&mut self, h_s: f64, hands: &[([f64; 2], [f64; 2]); ARMS]) {
         let mut force = [0.0, -self.spec.mass_kg * GRAVITY_M_S2];
         for hand in hands {

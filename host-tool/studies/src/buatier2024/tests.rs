@@ -1,4 +1,4 @@
-//! The paper's tests, made of one study.
+//! Runs the paper's statistical tests on one simulated study.
 
 use super::declaration::{Condition, Metric};
 use super::error::LiftError;
@@ -8,35 +8,34 @@ use host_core::statistics::{
 };
 use serde::{Deserialize, Serialize};
 
-/// Pairs of conditions, by their places in [`Condition::ALL`].
+/// Pairs of conditions, by their indices in [`Condition::ALL`].
 pub const PAIRS: [[usize; 2]; 3] = [[0, 1], [0, 2], [1, 2]];
 
-/// What the tests of a metric say.
+/// Test results of one metric.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Tested {
-    /// Of what.
     pub metric: Metric,
-    /// At which height; the mean of all without.
+    /// Index of the target height; `None` for the mean over all heights.
     pub height: Option<usize>,
-    /// Mean and standard error of each condition.
+    /// Mean and standard error in each condition.
     pub means: [[f64; 2]; 3],
-    /// Shapiro and Wilk's p of each condition.
+    /// p of the Shapiro–Wilk test in each condition.
     pub normal_p: [f64; 3],
-    /// Mauchly's p.
+    /// p of Mauchly's test.
     pub sphericity_p: f64,
-    /// F of the condition, and its p: corrected by Greenhouse and Geisser where sphericity
+    /// F of the condition and its p, which has the Greenhouse–Geisser correction if sphericity
     /// fails.
     pub anova: [f64; 2],
-    /// Greenhouse and Geisser's ε.
+    /// Greenhouse–Geisser ε.
     pub epsilon: f64,
-    /// Paired t and p, times three, of each of [`PAIRS`].
+    /// Paired t, and p times three (Bonferroni), for each of [`PAIRS`].
     pub pairs: [[f64; 2]; 3],
 }
 
-/// Tests of a metric of these persons, `level` deciding whether sphericity fails.
+/// Tests a metric of these participants; sphericity fails if Mauchly's p is below `level`.
 ///
 /// # Errors
-/// E768: they do not vary, or are too few.
+/// Fails with E768 if the values do not vary or are too few.
 pub fn test_metric(
     people: &[Participant],
     (metric, height): (Metric, Option<usize>),
@@ -88,7 +87,7 @@ pub fn test_metric(
     })
 }
 
-/// Mean and standard error.
+/// Returns mean and standard error.
 #[must_use]
 pub(super) fn mean_and_error(of: &[f64]) -> [f64; 2] {
     let n = of.len() as f64;

@@ -1,4 +1,4 @@
-//! One lift, from the grasp to the release: body, device, scene and person together.
+//! Simulates one lift from grasp to release: body, device, virtual object and participant together.
 
 use super::calibration::{ARMS, CHANNELS};
 use super::control::{Control, LearntTorque};
@@ -16,46 +16,46 @@ use hal_sim::body::sagittal::{
 use hal_sim::random;
 use host_core::analysis::{SavitzkyGolay, Sparc, matching_error};
 
-/// Milliseconds of a step of the person, the object and the record.
+/// Time step of the participant, the object and the recording, ms.
 const STEP_MS: usize = 5;
-/// Encoders tell hundredths of a degree.
+/// Resolution of the encoders, degrees.
 const ENCODER_DEG: f64 = 0.01;
-/// Streams of a lift.
+/// Random streams of a lift.
 const AIM: u64 = 0;
 const ENCODER: u64 = 1;
 const DRIVE: u64 = 2;
 
-/// What a lift came to.
+/// Accuracy, smoothness, energy and duration of one lift.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LiftResult {
-    /// Distance of hands from targets at the release, m, mean of both.
+    /// Distance of the hands from their targets at the release, m, mean of both.
     pub error_m: f64,
     /// SPARC of the hands' speed, mean of both.
     pub sparc: f64,
-    /// Energy that the muscles of both arms used up, J.
+    /// Energy that the muscles of both arms consume, J.
     pub used_j: f64,
-    /// How long it took, s.
+    /// Duration of the lift, s.
     pub duration_s: f64,
-    /// Time in the phase of lifting and of dropping, s, mean of both arms.
+    /// Time in the lifting and in the dropping phase, s, mean of both arms.
     pub phases_s: [f64; 2],
-    /// Largest torque of stimulated fibres about elbow and shoulder, N m, of any arm.
+    /// Largest torque of stimulated fibres about elbow and shoulder, N m, over both arms.
     pub stimulated_nm: [f64; JOINTS],
-    /// Steps at which no drives gave the torque that was wanted.
+    /// Number of steps in which no drives could produce the required torque.
     pub weak: u64,
 }
 
-/// A lift that is kept: 200 times a second.
+/// Recording of a lift.
 #[derive(Clone, Debug, Default)]
 pub struct Trace {
-    /// Both hands, m from the shoulder.
+    /// Position of both hands, m from the shoulder, 200 times per second.
     pub hands_m: Vec<[[f64; 2]; ARMS]>,
-    /// What the encoders told, elbow and shoulder of both arms, degrees, each millisecond.
+    /// Encoder readings of elbow and shoulder of both arms, degrees, each millisecond.
     pub encoders_deg: Vec<[[f64; JOINTS]; ARMS]>,
-    /// Pulses: when, µs from the grasp, and each channel's amplitude.
+    /// Time of each pulse, µs from the grasp, and each channel's amplitude.
     pub pulses: Vec<(u64, [Amplitude; CHANNELS])>,
 }
 
-/// One person's arms, used for lift after lift.
+/// Simulation of one participant's arms, which is reused for successive lifts.
 #[derive(Clone, Debug)]
 pub struct Worker<'a> {
     study: &'a Study,
@@ -67,10 +67,10 @@ pub struct Worker<'a> {
 }
 
 impl<'a> Worker<'a> {
-    /// Arms of a person.
+    /// Creates the arms of a participant.
     ///
     /// # Errors
-    /// An arm or a filter that cannot be.
+    /// Fails if an arm or a filter is invalid.
     pub fn new(study: &'a Study, person: &'a LiftWearer) -> Result<Self, LiftError> {
         let judged = &study.judged;
         let [left, right] = person.arms.clone();
@@ -93,13 +93,13 @@ impl<'a> Worker<'a> {
         })
     }
 
-    /// From shoulder to hand, straight, m.
+    /// Returns the length of the straight arm from shoulder to hand, m.
     #[must_use]
     pub fn reach_m(&self) -> f64 {
         self.links.reach_m()
     }
 
-    /// The movement that is meant, `off_m` beside the true target.
+    /// Returns the intended movement, whose target is `off_m` from the true one.
     #[must_use]
     pub fn planned_trajectory(&self, height: usize, off_m: [f64; 2]) -> LiftTrajectory {
         let mut places = waypoints(self.study, self.links.reach_m(), height);
@@ -109,12 +109,12 @@ impl<'a> Worker<'a> {
         LiftTrajectory::new(&self.links, places, self.person.will.timing)
     }
 
-    /// A lift to a height. `seed` decides all that is random in it, `day_m` where the target
-    /// is believed to be today, `learnt` is what each arm knows of this movement and is
-    /// changed.
+    /// Simulates a lift to a height. `seed` determines all randomness of the lift and `day_m` the
+    /// error of the perceived target position on this day; `learnt` is each arm's feed-forward
+    /// torque for this movement, which the lift updates.
     ///
     /// # Errors
-    /// A movement that cannot be judged.
+    /// Fails if the movement cannot be judged.
     pub fn lift(
         &mut self,
         device: &mut Device,
@@ -190,7 +190,7 @@ impl<'a> Worker<'a> {
         self.judge_lift(&record, height, weak)
     }
 
-    /// Arms at rest on the table, holding their own weight.
+    /// Places the arms at rest on the table, where they hold their own weight.
     fn begin(&mut self, way: &LiftTrajectory) {
         let start = way.flexions[0];
         let weight = self
@@ -202,14 +202,14 @@ impl<'a> Worker<'a> {
                 full_nm: arm.full_nm().to_vec(),
                 least: vec![0.0; MUSCLES],
             };
-            // A start that cannot be held begins without.
+            // If the muscles cannot hold the arm, the lift starts without activation.
             if let Ok(found) = muscles.activations(weight) {
                 arm.reset_to_rest(start, std::array::from_fn(|muscle| found[muscle]));
             }
         }
     }
 
-    /// What an encoder tells at a tick, degrees.
+    /// Returns the reading of an encoder at a tick, degrees.
     fn encoder(&self, seed: u64, tick: usize, (arm, joint): (usize, usize)) -> f64 {
         let place = (tick * ARMS + arm) * JOINTS + joint;
         let noise = self.person.encoder_deg * random::standard_normal(seed, place as u64);
@@ -265,8 +265,8 @@ impl<'a> Worker<'a> {
         })
     }
 
-    /// Energy that going back to the table with empty hands takes, J, both arms, and its
-    /// time, s: muscles hold each posture of the way back.
+    /// Returns the energy, J, of both arms and the duration, s, of the return to the table with
+    /// empty hands, during which the muscles hold each posture of the path.
     #[must_use]
     pub fn return_cost(&mut self, height: usize) -> (f64, f64) {
         let return_s = self.study.way.return_s;
@@ -297,7 +297,7 @@ impl<'a> Worker<'a> {
     }
 }
 
-/// What is kept of a lift while it goes on.
+/// Values recorded during a lift.
 #[derive(Default)]
 struct Record {
     hands_m: Vec<[[f64; 2]; ARMS]>,

@@ -1,39 +1,39 @@
-//! Where the hands are meant to be, from the table to the target.
+//! Computes the intended trajectory of the hands, from the table to the target.
 
 use super::declaration::Study;
 use hal_sim::body::sagittal::{JOINTS, Links};
 
-/// Steps a second.
+/// Steps per second.
 pub(super) const RATE_HZ: f64 = 200.0;
 
-/// How a movement is timed.
+/// Durations of the two parts of a movement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Timing {
-    /// To above the target, s.
+    /// Duration of the lift to above the target, s.
     pub lift_s: f64,
-    /// From there, s.
+    /// Duration of the drop onto the target, s.
     pub drop_s: f64,
-    /// Part of the lift in which the drop has begun.
+    /// Fraction of the lift that overlaps with the drop.
     pub overlap: f64,
 }
 
-/// A movement, step by step.
+/// The intended movement in steps of 5 ms.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LiftTrajectory {
-    /// Flexions of elbow and shoulder, rad.
+    /// Flexion of elbow and shoulder, rad.
     pub flexions: Vec<[f64; JOINTS]>,
-    /// Their rates, rad/s.
+    /// Angular velocity of elbow and shoulder, rad/s.
     pub rates: Vec<[f64; JOINTS]>,
-    /// Their accelerations, rad/s².
+    /// Angular acceleration of elbow and shoulder, rad/s².
     pub accelerations: Vec<[f64; JOINTS]>,
-    /// The hand, m.
+    /// Position of the hand, m.
     pub hand_m: Vec<[f64; 2]>,
-    /// Of the hand, upward, m/s².
+    /// Acceleration of the hand, forward and up, m/s².
     pub hand_m_s2: Vec<[f64; 2]>,
 }
 
-/// The minimum-jerk trajectory from 0 to 1 (Flash & Hogan 1985) and its second
-/// derivative, for u from 0 to 1.
+/// Returns the minimum-jerk trajectory from 0 to 1 (Flash & Hogan 1985) and its second derivative,
+/// for u from 0 to 1.
 fn minimum_jerk(u: f64) -> [f64; 2] {
     let u = u.clamp(0.0, 1.0);
     [
@@ -42,7 +42,8 @@ fn minimum_jerk(u: f64) -> [f64; 2] {
     ]
 }
 
-/// Places that a person of this reach goes to for a height, m: start, above, target.
+/// Returns the positions for a height and a participant with this reach, m: start, above the
+/// target, target.
 #[must_use]
 pub(super) fn waypoints(study: &Study, reach_m: f64, height: usize) -> [[f64; 2]; 3] {
     let way = &study.way;
@@ -52,7 +53,7 @@ pub(super) fn waypoints(study: &Study, reach_m: f64, height: usize) -> [[f64; 2]
 }
 
 impl LiftTrajectory {
-    /// Two minimum-jerk movements, the second of which begins before the first ends.
+    /// Combines two minimum-jerk movements, the second of which starts before the first ends.
     #[must_use]
     pub fn new(links: &Links, [start, over, end]: [[f64; 2]; 3], timing: Timing) -> Self {
         let begins_s = timing.lift_s * (1.0 - timing.overlap);
@@ -80,7 +81,7 @@ impl LiftTrajectory {
         )
     }
 
-    /// A hand's way as its joints turn.
+    /// Converts the path of a hand to joint angles.
     fn from_hand_path(links: &Links, hand_m: Vec<[f64; 2]>, hand_m_s2: Vec<[f64; 2]>) -> Self {
         let flexions: Vec<_> = hand_m
             .iter()
@@ -103,25 +104,26 @@ impl LiftTrajectory {
         }
     }
 
-    /// Steps.
+    /// Returns the number of steps.
     #[must_use]
     pub fn len(&self) -> usize {
         self.flexions.len()
     }
 
-    /// Never.
+    /// Always returns `false`.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.flexions.is_empty()
     }
 
-    /// The last step at or before `n`.
+    /// Returns `n`, but at most the last step.
     #[must_use]
     pub fn step(&self, n: usize) -> usize {
         n.min(self.len() - 1)
     }
 
-    /// Torques of elbow and shoulder at step `n`, half of `object_kg` on the hand, N m.
+    /// Returns the torques of elbow and shoulder at step `n` with half of `object_kg` in the hand,
+    /// N m.
     #[must_use]
     pub fn torques_nm(&self, links: &Links, n: usize, object_kg: f64) -> [f64; JOINTS] {
         let n = self.step(n);

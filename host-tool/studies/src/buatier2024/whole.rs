@@ -1,5 +1,5 @@
-//! One lift through the whole native device (link, guard, scheduler), beside the fast way,
-//! which has none of them.
+//! Plays one lift on the whole native device (link, guard, scheduler) and compares it with the fast
+//! simulation, which has none of these parts.
 
 use super::calibration::{ARMS, CHANNELS, Curves, curves, specs};
 use super::control::LearntTorque;
@@ -22,33 +22,32 @@ use host_core::link::{Connection, Error, Incoming, Port, SimulatedPort};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// Full scale of the output stages, µA, as [`StageSpec::Current`] has it.
+/// Full scale of the output stages, µA, in the form of [`StageSpec::Current`].
 const FULL_SCALE_UA: u32 = 100_000;
-/// The DAC's largest code.
 const CODES: u64 = 65_535;
-/// Between phases, µs.
+/// Interphase gap, µs.
 const GAP_US: u16 = 50;
-/// From one channel's burst to the next one's, µs: they do not overlap.
+/// Offset between the bursts of successive channels, µs, which keeps them from overlapping.
 const APART_US: u64 = 1_000;
-/// Encoders tell their angles so often, µs.
+/// Interval of the encoder readings, µs.
 const WORD_US: u64 = 1_000;
-/// That the object is held is said with every so manyth of them.
+/// Number of encoder readings between messages that the object is held.
 const HELD_EVERY: usize = 20;
-/// Largest lag that is looked for, and in which steps, µs.
+/// Largest lag and step of the search for the best lag, µs.
 const LAGS_US: (u64, usize) = (8_000, 50);
-/// An amplitude rises over this much: the first burst alone.
+/// Rise time of an amplitude, which affects only the first burst.
 const RISE_MS: u16 = 1;
 
-/// How the whole device's bursts of a lift compare with the fast way's.
+/// Comparison of the whole device's bursts in a lift with those of the fast simulation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct DeviceComparison {
-    /// Bursts that the fast way has, but each channel's first, from which amplitudes rise.
+    /// Bursts of the fast simulation, without each channel's first, in which the amplitude rises.
     pub bursts: usize,
-    /// Those of the device within one DAC code of them, at the time when they are due.
+    /// Bursts of the device at the same time and within one DAC code of these.
     pub same: usize,
-    /// Bursts that the device has alone.
+    /// Bursts that only the device has.
     pub alone: usize,
-    /// By how much its angles are older than the fast way's, µs: at this lag most are the same.
+    /// Additional age of the device's angles, µs: the lag at which most bursts agree.
     pub lag_us: u64,
 }
 
@@ -57,11 +56,11 @@ type Course = Vec<[Amplitude; CHANNELS]>;
 /// DAC codes of first phases, by channel and time, µs from the start.
 type Bursts = BTreeMap<(u8, u64), u64>;
 
-/// A lift of a person to a height in a condition, whose seed decides all that is random in
-/// it: first the fast way, whose encoders' angles the whole device is then told.
+/// Simulates a lift of a participant to a height, whose seed determines all randomness: first with
+/// the fast simulation, then with its encoder readings on the whole device.
 ///
 /// # Errors
-/// A lift that cannot be; E759, a device that stops.
+/// Fails if the lift cannot be simulated, or with E759 if the device stops.
 pub fn compare_whole_device(
     study: &Study,
     person: &LiftWearer,
@@ -76,7 +75,7 @@ pub fn compare_whole_device(
     let (most, step) = LAGS_US;
     let lags = (0..=most).step_by(step);
     let all = lags.map(|lag_us| compare_bursts(study, (&course, &bursts), lag_us));
-    // The first of those with the most.
+    // Keeps the first lag with the most agreement.
     let best = all.reduce(|best, whole| if whole.same > best.same { whole } else { best });
     Ok(best.unwrap_or(DeviceComparison {
         bursts: 0,
@@ -86,7 +85,7 @@ pub fn compare_whole_device(
     }))
 }
 
-/// What encoders tell in a lift, and what the device's own modulation makes of it.
+/// Returns the encoder readings of a lift, and the amplitudes of the device's modulation alone.
 fn simulate_fast(
     study: &Study,
     person: &LiftWearer,
@@ -107,7 +106,7 @@ fn simulate_fast(
     Ok((trace, course))
 }
 
-/// First phases of all bursts of a native device that is told these angles.
+/// Returns the first phases of all bursts that a native device emits for these encoder readings.
 fn play_on_device(
     study: &Study,
     joints: &[ModulationSpec],
@@ -146,7 +145,7 @@ fn play_on_device(
     let mut bursts = Bursts::new();
     for edge in driven {
         let at_us = edge.t_us - begin_us;
-        // Not the second phase of a burst.
+        // Skips the second phase of a burst.
         let phase_us = u64::from(study.protocol.width_us) + u64::from(GAP_US);
         let is_second = at_us
             .checked_sub(phase_us)
@@ -158,7 +157,7 @@ fn play_on_device(
     Ok(bursts)
 }
 
-/// Configures what the study stimulates with.
+/// Configures the channels and joints of the study.
 fn set_up(
     client: &mut Connection<SimulatedPort>,
     study: &Study,
@@ -191,12 +190,12 @@ fn set_up(
     Ok(())
 }
 
-/// Of a channel's train, µs.
+/// Returns the offset of a channel's train, µs.
 fn offset_us(channel: u8) -> u64 {
     APART_US * (1 + u64::from(channel))
 }
 
-/// Angles of all four joints, as measured at `at_us`.
+/// Returns the measurement requests of all four joints with the time stamp `at_us`.
 fn measurement_requests(
     degrees: &[[f64; JOINTS]; ARMS],
     at_us: u64,
@@ -212,7 +211,7 @@ fn measurement_requests(
         })
 }
 
-/// Lets time go on; nothing may be refused until then.
+/// Runs to `until_us`; fails if the device refuses a request or reports a fault.
 fn advance_until(client: &mut Connection<SimulatedPort>, until_us: u64) -> Result<(), LiftError> {
     while let Some(incoming) = client.next(until_us)? {
         match incoming {
@@ -226,7 +225,7 @@ fn advance_until(client: &mut Connection<SimulatedPort>, until_us: u64) -> Resul
     Ok(())
 }
 
-/// Each burst that is due against the fast way's amplitude `lag_us` before.
+/// Compares each expected burst with the amplitude of the fast simulation `lag_us` earlier.
 fn compare_bursts(
     study: &Study,
     (course, bursts): (&Course, &Bursts),
