@@ -1,4 +1,4 @@
-//! The body alone: pulses without a device, for many seeds.
+//! Stimulates the simulated wrist directly, without a device, which is fast enough for many seeds.
 
 use super::error::LeeError;
 use super::protocol::{Stimulator, Train};
@@ -7,7 +7,7 @@ use hal_sim::body::bench::{Wrist, WristSpec};
 use hal_sim::body::{Body, Drive, Pulse};
 use host_core::identify::ForceRecord;
 
-/// A wrist that is given pulses at the very microsecond.
+/// A wrist that receives its pulses at their exact microsecond.
 #[derive(Clone, Debug)]
 pub struct ExactWrist {
     wrist: Wrist,
@@ -16,7 +16,7 @@ pub struct ExactWrist {
 
 impl ExactWrist {
     /// # Errors
-    /// A bench that cannot be.
+    /// Fails if the test rig is invalid.
     pub fn new(spec: WristSpec, seed: u64) -> Result<Self, LeeError> {
         Ok(Self {
             wrist: Wrist::new(spec, seed)?,
@@ -24,24 +24,24 @@ impl ExactWrist {
         })
     }
 
-    /// What stands on the bench.
+    /// Returns the wrist on the test rig.
     #[must_use]
     pub const fn wrist(&self) -> &Wrist {
         &self.wrist
     }
 
-    /// The same, to change its electrodes.
+    /// Returns the wrist for changes to its electrodes.
     pub const fn wrist_mut(&mut self) -> &mut Wrist {
         &mut self.wrist
     }
 
-    /// The same train, and the true force of each sample beside what is read.
+    /// Plays a train and returns its record, and the true force of each sample.
     pub fn train_with_truth(&mut self, train: &Train) -> (ForceRecord, Vec<f64>) {
         let first_us = self.now_us + train.before as u64 * SAMPLE_US;
         let mut pulses_us = Vec::with_capacity(train.pulses as usize);
         for place in 0..train.pulses {
             let after_us = u64::from(place) * u64::from(train.period_us());
-            pulses_us.push((first_us + after_us - self.now_us) as u32); // seconds
+            pulses_us.push((first_us + after_us - self.now_us) as u32); // at most seconds
             self.wrist.pulse(&Pulse {
                 t_us: first_us + after_us,
                 channel: self.wrist.spec().channel,

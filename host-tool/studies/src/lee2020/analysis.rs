@@ -1,4 +1,4 @@
-//! What becomes of fifteen records: peaks, the exponential, fits, and how well they agree.
+//! Analyses fifteen force records: peaks, the exponential, fits of the model, and their agreement.
 
 use super::declaration::Declaration;
 use super::error::LeeError;
@@ -9,32 +9,32 @@ use host_core::identify::{
 };
 use serde::{Deserialize, Serialize};
 
-/// The period of the paper's 30 Hz, s: 166 steps of 0.2 ms (its table 7 follows from no
-/// other).
+/// Period of the paper's 30 Hz, s: 166 steps of 0.2 ms, since only this period reproduces its table
+/// 7.
 const PAPER_30_HZ_S: f64 = 0.0332;
 
-/// What fifteen trains came to.
+/// Results of fifteen trains.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct TrainAnalysis {
-    /// I1 to I5, mA.
+    /// The amplitudes I1 to I5, mA.
     pub amplitudes: Vec<f64>,
-    /// By amplitude and frequency: greatest 40 ms mean above rest, N.
+    /// Largest 40 ms mean above rest, by amplitude and frequency, N.
     pub peaks_n: Vec<[f64; 3]>,
-    /// Equation 5 by frequency; nothing of too few forces.
+    /// Fit of equation 5 for each frequency; `None` if too few forces were measured.
     pub exponentials: [Option<(Exponential, Agreement)>; 3],
-    /// Of I5's three trains: as good as can be, and as the paper compares.
+    /// Fits to the three trains at I5: the statistically optimal one, and the one of the paper.
     pub fits: [ForceFit; 2],
-    /// Mean over frequencies of how well the model agrees, by amplitude: I5 as fitted, the
-    /// others with A of equation 6.
+    /// Agreement of the model by amplitude, averaged over frequencies: I5 as fitted, the others
+    /// with A scaled by equation 6.
     pub agreements: Vec<Agreement>,
-    /// Of the fitted model, by amplitude and frequency; the paper's 30 Hz.
+    /// Response of the fitted model by amplitude and frequency, with the paper's period for 30 Hz.
     pub responses: Vec<[Option<Response>; 3]>,
-    /// T_RT of what was measured, by amplitude and frequency, s.
+    /// T_RT of the measured force, by amplitude and frequency, s.
     pub measured_t_rt_s: Vec<[Option<f64>; 3]>,
 }
 
 /// # Errors
-/// What is wrong with a record, or no fit.
+/// Fails if a record is invalid or cannot be fitted.
 pub fn run_analysis(session: &Session, declared: &Declaration) -> Result<TrainAnalysis, LeeError> {
     let amplitudes = session.amplitudes.0.clone();
     let peaks_n: Vec<[f64; 3]> = session
@@ -48,7 +48,7 @@ pub fn run_analysis(session: &Session, declared: &Declaration) -> Result<TrainAn
     let best = fit(Weighting::Whitened).fit_records(last)?;
     let averaged_fit = fit(Weighting::Averaged).fit_from(last, best.constants)?;
     let fits = [best, averaged_fit];
-    // The paper's own comparison goes on with its own estimate.
+    // The paper continues with its own estimate.
     let constants = fits[1].constants;
     let reference_ma = amplitudes.last().copied().unwrap_or_default();
     let gain = |ma: f64, f: usize| match &exponentials[f] {
@@ -81,7 +81,7 @@ pub fn run_analysis(session: &Session, declared: &Declaration) -> Result<TrainAn
     })
 }
 
-/// Period as the paper's integration has it, s.
+/// Returns the pulse period of the paper's numerical integration, s.
 pub(super) fn period_s(frequency_hz: u32) -> f64 {
     match frequency_hz {
         30 => PAPER_30_HZ_S,
@@ -105,7 +105,7 @@ fn exponential(
     Some((own, agreement(&estimated, &measured)))
 }
 
-/// How the averaged model agrees with the averaged record, above rest.
+/// Returns the agreement between averaged model and averaged record, above rest.
 fn record_agreement(constants: Constants, gain: f64, record: &ForceRecord) -> Agreement {
     let own = ForceRecord {
         gain,
@@ -127,7 +127,7 @@ fn mean(all: &[Agreement; 3]) -> Agreement {
     }
 }
 
-/// From 10 to 90 % of the peak of the averaged record, during the train.
+/// Returns the time from 10 to 90 % of the peak of the averaged record during the train, s.
 fn t_rt_s(record: &ForceRecord) -> Option<f64> {
     let last = *record.pulses_us.last()? as usize / 1_000;
     let all = moving_average(&record.relative_to_rest());

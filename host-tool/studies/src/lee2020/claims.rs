@@ -1,4 +1,4 @@
-//! In how many cases each of the paper's claims holds, and ours.
+//! Counts in how many cases each claim holds, the paper's and ours.
 
 use super::SUBJECTS;
 use super::analysis::TrainAnalysis;
@@ -13,7 +13,7 @@ fn counted_share(id: &str, claim: &str, paper: Option<bool>, count: (u64, u64)) 
 }
 
 impl Study {
-    /// All, the paper's first.
+    /// Returns all shares, those of the paper first.
     pub(super) fn shares(&self, parts: &[Part]) -> Vec<Share> {
         let mut all = self.subject_claims(parts);
         all.extend(self.replication_claims(parts));
@@ -23,7 +23,7 @@ impl Study {
         all
     }
 
-    /// Claims that every subject's replication decides.
+    /// Judges the claims that apply to each replication of a subject.
     fn subject_claims(&self, parts: &[Part]) -> Vec<Share> {
         let each: Vec<&TrainAnalysis> = (0..SUBJECTS)
             .flat_map(|index| printed_analyses(parts, index))
@@ -68,7 +68,7 @@ impl Study {
         ]
     }
 
-    /// Claims about means over subjects, which every replication of all decides.
+    /// Judges the claims about means over subjects, once per replication of all subjects.
     fn replication_claims(&self, parts: &[Part]) -> Vec<Share> {
         let claims = &self.declared.claims;
         let count = |is: &dyn Fn(&[&TrainAnalysis]) -> Option<bool>| {
@@ -188,7 +188,7 @@ fn above_r2(all: &[&TrainAnalysis], least: f64) -> Option<bool> {
     Some(means?.iter().all(|mean| *mean > least))
 }
 
-/// Mean over frequencies of the change from I1 to I5.
+/// Returns whether T_RT changes by less than `part` from I1 to I5, averaged over frequencies.
 fn flat(analysis: &TrainAnalysis, part: f64) -> Option<bool> {
     let (first, last) = (
         analysis.measured_t_rt_s.first()?,

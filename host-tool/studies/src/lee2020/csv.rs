@@ -1,4 +1,4 @@
-//! `draws.csv`: a row for each replication, so that every number can be computed again.
+//! Writes `draws.csv` with a row per replication, from which every result can be recomputed.
 
 use super::analysis::TrainAnalysis;
 use super::study::{Part, Study, SubjectReplication};
@@ -7,7 +7,7 @@ use host_core::identify::NAMES;
 use std::fmt::Write;
 
 impl Study {
-    /// Of these, in their order.
+    /// Returns `draws.csv` with the replications in their order.
     #[must_use]
     pub fn csv(&self, parts: &[Part]) -> String {
         let mut text =
@@ -36,7 +36,7 @@ impl Study {
         text
     }
 
-    /// `mismatch.csv`: a row for each departure of each subject.
+    /// Returns `mismatch.csv`, with a row for each model mismatch of each subject.
     #[must_use]
     pub fn mismatch_csv(&self, parts: &[Part]) -> String {
         let mut text =

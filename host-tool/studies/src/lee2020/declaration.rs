@@ -1,114 +1,115 @@
-//! `lee.toml`: what was decided before looking.
+//! Defines the study's preregistered declaration, `lee.toml`.
 
 use super::error::LeeError;
 use host_core::identify::{Detector, Layout};
 use serde::Deserialize;
 
-/// The program's own.
+/// Text of the built-in declaration.
 pub const DECLARED: &str = include_str!("../../../experiments/lee.toml");
 
-/// What is done and judged.
+/// The preregistered study.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Declaration {
-    /// Heading.
+    /// Heading of the page.
     pub title: String,
-    /// The paper.
+    /// The paper that the study replicates.
     pub source: String,
-    /// Of all draws.
+    /// Seed of all draws.
     pub seed: u64,
-    /// Replications of each subject.
+    /// Number of replications of each subject.
     pub draws: u64,
-    /// For I_MT.
+    /// Search for the motor threshold I_MT.
     pub search: Search,
-    /// Fifteen of them.
+    /// The fifteen trains.
     pub trains: Trains,
-    /// Bodies of another structure.
+    /// Simulated wrists whose structure differs from the model.
     pub foreign: Foreign,
-    /// What decides.
+    /// Limits that decide the claims.
     pub claims: Claims,
 }
 
-/// Section 2.3.3, step 3.
+/// Threshold search (section 2.3.3, step 3).
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Search {
-    /// Step, mA.
+    /// Increment of the amplitude, mA.
     pub step_ma: f64,
     /// Largest amplitude, mA.
     pub most_ma: f64,
-    /// Of its trains, Hz.
+    /// Pulse rate of the trains.
     pub frequency_hz: u32,
-    /// Probability of any, of a whole search.
+    /// Probability of a false alarm in a whole search.
     pub false_alarm: f64,
 }
 
-/// Section 2.3.3, steps 2 and 4.
+/// Placement pulse and trains (section 2.3.3, steps 2 and 4).
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Trains {
-    /// Of every pulse, µs.
+    /// Pulse width.
     pub width_us: u32,
-    /// In ascending order, Hz.
+    /// Pulse rates in ascending order, Hz.
     pub frequencies_hz: [u32; 3],
-    /// Evenly from I_MT to `reach` times I_MT.
+    /// Number of amplitudes, evenly spaced from I_MT to `reach` times I_MT.
     pub amplitudes: usize,
-    /// Greatest over I_MT.
+    /// Ratio of the largest amplitude to I_MT.
     pub reach: f64,
-    /// Between trains, s.
+    /// Pause between trains, s.
     pub break_s: f64,
-    /// Of the placement pulse's train, Hz.
+    /// Pulse rate of the placement train.
     pub placement_hz: u32,
-    /// And its amplitude, mA.
+    /// Amplitude of the placement train, mA.
     pub placement_ma: f64,
 }
 
-/// Bodies of another structure.
+/// Simulated wrists whose structure differs from the model.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Foreign {
-    /// How large each departure is.
+    /// Sizes of each model mismatch; docs/identify.md defines size 1.
     pub sizes: Vec<f64>,
-    /// Replications of each subject.
+    /// Number of replications of each subject.
     pub draws: u64,
 }
 
-/// What decides a claim.
+/// Limits that decide the claims.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Claims {
-    /// Of the exponential.
+    /// Smallest mean R² of the exponential.
     pub r2: f64,
-    /// Part by which T_RT may change.
+    /// Largest relative change of T_RT.
     pub flat: f64,
-    /// At I5.
+    /// Largest mean NRMSE at I5.
     pub nrmse_i5_percent: f64,
-    /// At I1 to I4.
+    /// Largest mean NRMSE at I1 to I4.
     pub nrmse_percent: f64,
-    /// Of intervals, pooled.
+    /// Range of the pooled coverage of the intervals.
     pub coverage: [f64; 2],
-    /// Of intervals, in any cell.
+    /// Smallest coverage of the intervals in any cell.
     pub least: f64,
-    /// Variance over its bound.
+    /// Largest ratio of a variance to its bound.
     pub over_bound: f64,
-    /// Per search.
+    /// Largest share of searches with a false threshold.
     pub false_threshold: f64,
-    /// Of searches.
+    /// Smallest share of searches within one step of the true threshold.
     pub within_step: f64,
 }
 
 impl Declaration {
-    /// The program's own.
+    /// Parses the built-in declaration.
     ///
     /// # Errors
-    /// E646: it cannot be read.
+    /// Fails with E646 if the text cannot be parsed.
     pub fn load_embedded() -> Result<Self, LeeError> {
         toml::from_str(DECLARED).map_err(|e| LeeError::Declaration(e.to_string()))
     }
 }
 
 impl Search {
-    /// Tries of two seconds: a second's train, a second's rest around it.
+    /// Returns the detector, whose tries take two seconds: a train of one second, and one second of
+    /// rest around it.
     #[must_use]
     pub fn detector(&self) -> Detector {
         Detector {

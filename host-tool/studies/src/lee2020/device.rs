@@ -1,4 +1,5 @@
-//! The same protocol through a device: every train an ordinary session, the bench its body.
+//! Runs the same protocol on a device: every train is an ordinary session, and the test rig is its
+//! body.
 
 use super::analysis::run_analysis;
 use super::error::LeeError;
@@ -13,26 +14,26 @@ use host_core::link::Port;
 use host_core::run::{DeviceName, SessionFile, rest_wearer, run};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Full scale of the stage, mA; a step of its converter is that over 65 535.
+/// Full scale of the output stage, mA; a step of its DAC is this over 65 535.
 const FULL_SCALE_MA: f64 = 100.0;
-/// A step of the converter, and of an order.
+/// Step of the DAC plus the resolution of a request, mA.
 const STEP_MA: f64 = FULL_SCALE_MA / 65_535.0 + 1e-3;
-/// Bursts come so long after the start, and then every period, µs.
+/// Offset of the first burst from the start, µs.
 const OFFSET_US: u32 = 5_000;
 
-/// A pulse as it came to the body: start in µs, mA, µs.
+/// A pulse as the body receives it: start in µs, current in mA, width in µs.
 type BodyPulse = (u64, f64, u32);
 
-/// What was noted while a body was stimulated.
+/// Pulses and force samples recorded during a stimulation.
 #[derive(Default)]
 struct BodyNotes {
     pulses: Vec<BodyPulse>,
-    /// When the first of these was taken, ms.
+    /// Time of the first sample, ms.
     since_ms: u64,
     samples_n: Vec<f64>,
 }
 
-/// A wrist of which every pulse and every sample is noted.
+/// A wrist that records every pulse and every sample.
 struct NotingWrist {
     wrist: Wrist,
     heard: Arc<Mutex<BodyNotes>>,
@@ -60,8 +61,8 @@ impl Body for NotingWrist {
 
     fn advance(&mut self, to_us: u64) -> bool {
         let before = self.wrist.samples();
-        // A pulse is known when its phase ends: a sample is taken a millisecond later, when
-        // every pulse before it is.
+        // The device reports a pulse when its phase ends. A sample is therefore taken a millisecond
+        // later, when all earlier pulses are known.
         for sample in before + 1..=(to_us / SAMPLE_US).saturating_sub(1) {
             self.wrist.advance(sample * SAMPLE_US);
             let reading = self.wrist.instrument_n().unwrap_or_default();
@@ -95,15 +96,15 @@ impl Body for NotingWrist {
     }
 }
 
-/// A simulated device with a wrist on the bench as its wearer.
+/// A simulated device with a wrist on the test rig as its wearer.
 pub struct OnDevice {
     port: Option<Box<dyn Port>>,
     heard: Arc<Mutex<BodyNotes>>,
-    /// Largest amplitude that it is allowed, mA.
+    /// Largest allowed amplitude, mA.
     most_ma: f64,
-    /// Trains that were compared with what the body alone is given.
+    /// Number of trains that were compared with the direct stimulation.
     trains: usize,
-    /// Pulses of them.
+    /// Number of pulses in these trains.
     pulses: usize,
 }
 
@@ -113,10 +114,10 @@ fn failed(train: &Train, why: impl ToString) -> LeeError {
 }
 
 impl OnDevice {
-    /// A device of this name, and this wrist on it.
+    /// Opens a device with this wrist.
     ///
     /// # Errors
-    /// The device is not there, E647: it is not simulated.
+    /// Fails if the device cannot be opened, or with E647 if it is not simulated.
     pub fn new(
         device: &DeviceName,
         (spec, seed): (WristSpec, u64),
@@ -150,7 +151,7 @@ impl OnDevice {
         })
     }
 
-    /// Trains and pulses that were as the body alone is given them.
+    /// Returns the number of trains and pulses that agree with the direct stimulation.
     #[must_use]
     pub const fn compared_counts(&self) -> (usize, usize) {
         (self.trains, self.pulses)
@@ -163,7 +164,7 @@ impl OnDevice {
         rest_wearer(world, s, &mut || true).map_err(|e| e.to_string())
     }
 
-    /// What of `came` is not as the body alone is given it.
+    /// Returns the first difference between the pulses and the direct stimulation.
     fn find_difference(came: &[BodyPulse], train: &Train) -> Option<String> {
         if came.len() != train.pulses as usize {
             return Some(format!("{} pulses came", came.len()));
@@ -185,7 +186,7 @@ impl OnDevice {
 
     fn record(&self, train: &Train, epoch_us: u64) -> Result<(ForceRecord, usize), String> {
         let heard = self.heard.lock().unwrap_or_else(PoisonError::into_inner);
-        // What an electrode check puts out before is no pulse of the train.
+        // Skips the pulses of the electrode check.
         let own: Vec<BodyPulse> = heard
             .pulses
             .iter()
@@ -249,8 +250,8 @@ impl Stimulator for OnDevice {
     }
 }
 
-/// A second of a train, as anybody would write it. The paper's trains are at their full
-/// amplitude from the first pulse on: `start`.
+/// Returns a session for a train of one second, written as a user would. With `start`, the train
+/// has its full amplitude from the first pulse on, as the paper's trains do.
 fn session(train: &Train, channel: usize, most_ma: f64) -> Result<SessionFile, LeeError> {
     let Train {
         ma,
@@ -279,14 +280,15 @@ fn session(train: &Train, channel: usize, most_ma: f64) -> Result<SessionFile, L
     SessionFile::parse("train.toml", &text).map_err(|e| failed(train, e))
 }
 
-/// Whose wrist is on the bench of the sample.
+/// Subject of the check on a device: K01.
 const SAMPLE: usize = 0;
 
 impl Study {
-    /// The whole protocol of K01 through the study's device: what came of it, for people.
+    /// Runs the whole protocol of K01 on the study's device, and returns the results in words.
     ///
     /// # Errors
-    /// The device is not there; E647: it does not put out what the body alone is given.
+    /// Fails if the device cannot be opened, or with E647 if its pulses differ from the direct
+    /// stimulation.
     pub fn check_on_device(&self) -> Result<Vec<String>, LeeError> {
         let truth = &self.truths[SAMPLE];
         let most_ma = self.declared.search.most_ma;

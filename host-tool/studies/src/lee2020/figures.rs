@@ -1,4 +1,4 @@
-//! Figures 7 to 10 beside the paper's.
+//! Draws figures 7 to 10 with the paper's values.
 
 use super::analysis::{TrainAnalysis, run_analysis};
 use super::error::LeeError;
@@ -10,11 +10,12 @@ use super::{SUBJECTS, name, paper};
 use crate::laboratory::{Curve, Plot, Plots, Sheet, SheetAxis};
 use host_core::identify::{ForceRecord, moving_average, simulate_record};
 
-/// Whose figures 7, 9 and 10 are: best and worst exponential, and the courses.
+/// Indices of the subjects in figures 7, 9 and 10: best and worst exponential fit, and the force
+/// over time.
 const BEST: usize = 4;
 const WORST: usize = 2;
 const COURSE: usize = 9;
-/// A point of a course every so many ms.
+/// Interval between plotted points, ms.
 const EVERY: usize = 10;
 
 pub(super) fn frequencies() -> Vec<String> {
@@ -31,7 +32,7 @@ pub(super) fn marked(series: usize, points: Vec<[f64; 2]>, ranges: Vec<[f64; 2]>
 }
 
 impl Study {
-    /// All, in their order; nothing of nothing.
+    /// Returns all figures in order; empty without results.
     pub(super) fn figures(&self, parts: &[Part]) -> Result<Vec<Sheet>, LeeError> {
         if (0..SUBJECTS).any(|index| printed_analyses(parts, index).next().is_none()) {
             return Ok(Vec::new());
@@ -95,7 +96,7 @@ impl Study {
             .map(|(measured, estimated)| [measured, estimated])
             .collect();
         let most = points.iter().flatten().copied().fold(1.0, f64::max);
-        // Each by itself: no line joins them.
+        // Each point is a curve of its own, so that no line joins them.
         let alone = points
             .iter()
             .map(|point| marked(0, vec![*point], Vec::new()));
@@ -122,7 +123,7 @@ impl Study {
         )
     }
 
-    /// The first replication of K10, at I5 and at I1 to I4.
+    /// Draws the first replication of K10, at I5 and at I1 to I4.
     fn figures_9_and_10(&self, session: &Session, found: &TrainAnalysis) -> Vec<Sheet> {
         let last = session.amplitudes.0.len() - 1;
         let sheet = |number: &str, amplitudes: std::ops::Range<usize>, caption: &str| {
@@ -148,7 +149,7 @@ impl Study {
         ]
     }
 
-    /// Force as measured and as the model has it, of an amplitude and a frequency.
+    /// Plots measured and modelled force over time, for one amplitude and frequency.
     fn course(&self, session: &Session, found: &TrainAnalysis, (i, f): (usize, usize)) -> Plot {
         let constants = found.fits[1].constants;
         let last = session.amplitudes.0.len() - 1;

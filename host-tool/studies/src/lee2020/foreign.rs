@@ -1,4 +1,5 @@
-//! Bodies of another structure: how far a fit of the model still agrees with them.
+//! Fits the model to simulated wrists with another structure, and determines the remaining
+//! agreement.
 
 use super::alone::ExactWrist;
 use super::analysis::run_analysis;
@@ -10,25 +11,25 @@ use hal_sim::body::bench::{Foreign, Generator, Kind, WristSpec};
 use hal_sim::random::word;
 use serde::{Deserialize, Serialize};
 
-/// What a departure of some size came to in one subject.
+/// Result of one model mismatch in one subject.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Mismatch {
-    /// Subject, from 0.
+    /// Index of the subject, from 0.
     pub subject: usize,
-    /// Which departure, how large.
+    /// Kind and size of the mismatch.
     pub foreign: Foreign,
-    /// At I1 to I5, %.
+    /// NRMSE at I1 to I5, %.
     pub nrmse_percent: Vec<f64>,
-    /// Found over true, by constant.
+    /// Ratio of estimate to true value, by constant.
     pub ratios: [f64; 5],
-    /// Whether the 95 % interval has the truth, by constant.
+    /// Whether the 95 % interval contains the true value, by constant.
     pub covers: [bool; 5],
 }
 
-/// One of them, at the printed amplitudes.
+/// Simulates one model mismatch at the printed amplitudes.
 ///
 /// # Errors
-/// A bench that cannot be, records that cannot be fitted.
+/// Fails if the test rig is invalid or the records cannot be fitted.
 pub fn mismatch(
     (subject, truth): (usize, &Truth),
     foreign: Foreign,

@@ -1,4 +1,4 @@
-//! Tables A to D, ours: what the method is worth where the truth is known.
+//! Tabulates our results A to D: the accuracy of the method, judged by the known true values.
 
 use super::quality::{FitKind, subject_replications};
 use super::spread::{cell, mean_sd, median};
@@ -8,14 +8,14 @@ use super::{SUBJECTS, name, paper};
 use crate::laboratory::Sheet;
 use host_core::identify::{NAMES, PARAMETERS, WINDOW};
 
-/// White noise of a sample that the 40 ms average makes as large, and as correlated, as
-/// table 4's residuals, N.
+/// Returns the white noise of a sample, N, which after averaging over 40 ms is as large and as
+/// correlated as the residuals of table 4.
 fn residual_n(subject: usize) -> f64 {
     paper::TABLE_4[subject][6] * (WINDOW as f64).sqrt()
 }
 
 impl Study {
-    /// Ours: coverage and bound.
+    /// Tabulates coverage of the intervals and variance over the bound (ours).
     pub(super) fn quality(&self, parts: &[Part], which: FitKind) -> Sheet {
         let cells = self.cells(parts, which);
         let mut rows = Vec::new();
@@ -60,7 +60,7 @@ impl Study {
         Sheet::table(number, what, caption.to_owned(), grid(&heads, rows))
     }
 
-    /// Ours: what data of the kind can tell at best.
+    /// Tabulates the best accuracy that such data allow (ours).
     pub(super) fn bounds_table(&self) -> Sheet {
         let frequencies = self.declared.trains.frequencies_hz;
         let cases: [(&str, &[u32], usize, bool); 5] = [
@@ -109,7 +109,7 @@ impl Study {
         )
     }
 
-    /// Ours: thresholds, and the haptic range that follows.
+    /// Tabulates thresholds and the resulting haptic range (ours).
     pub(super) fn thresholds_table(&self, parts: &[Part]) -> Sheet {
         let mut rows = Vec::new();
         for (subject, truth) in self.truths.iter().enumerate() {

@@ -1,12 +1,12 @@
-//! Lee 2020 on a bench whose truth is known: does the method find it, and do the paper's
-//! claims come out?
+//! Replicates Lee 2020 on a simulated test rig with known true values: whether the method finds
+//! them, and whether the paper's claims hold.
 //!
-//! Lives here: the protocol (threshold, placement, fifteen trains), what becomes of its
-//! records, bodies of another structure, the same through a device, and what stands beside
-//! the paper's tables and figures. Not here: the bench (`hal_sim::body::bench`), fits and
-//! detectors (`host_core::identify`), the command (`cli`). In: `lee.toml`, committed before
-//! it was run, a seed, draws. Out: an [`crate::laboratory::Outcome`], `draws.csv`, wearer
-//! files. All simulated: no evidence about people.
+//! Contains the protocol (threshold, placement, fifteen trains), the analysis of its records,
+//! simulated wrists with another structure, the same protocol on a device, and the comparison with
+//! the paper's tables and figures. The test rig is in `hal_sim::body::bench`, fits and detectors in
+//! `host_core::identify`, the command in `cli`. Takes `lee.toml`, committed before the first run, a
+//! seed and a number of draws; returns an [`crate::laboratory::Outcome`], `draws.csv` and wearer
+//! files. Everything is simulated and no evidence about people.
 
 mod alone;
 mod analysis;
@@ -44,10 +44,10 @@ pub use run::Run;
 pub use study::{Part, Study, SubjectReplication, Unit};
 pub use truth::Truth;
 
-/// Lee's subjects.
+/// Number of Lee's subjects.
 pub const SUBJECTS: usize = 10;
 
-/// K01 to K10, from 0 on.
+/// Returns the subject's name, K01 to K10; the index counts from 0.
 #[must_use]
 pub fn name(subject: usize) -> String {
     format!("K{:02}", subject + 1)

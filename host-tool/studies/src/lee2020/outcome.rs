@@ -1,4 +1,4 @@
-//! The study as `result.json` and its page have it.
+//! Builds the result of the study for `result.json` and its page.
 
 use super::analysis::TrainAnalysis;
 use super::declaration::DECLARED;
@@ -11,7 +11,7 @@ use crate::laboratory::{Outcome, Preregistration, Row};
 use host_core::identify::NAMES;
 use host_core::record::sha256;
 
-/// What is said of every result.
+/// Notes in every result.
 const SIMULATED: &str = "Simulated: benches whose parameters are the paper's own tables, with an \
                          assumed recruitment, sensor and noise; no evidence about people.";
 const MEANING: &str = "Ours is the median, low and high the 5th and 95th percentile of the \
@@ -25,22 +25,22 @@ const OWN: &str = "Coverage, bound and thresholds are ours: the paper has no tru
                    A bench of the model's own structure proves the arithmetic, nothing of muscles; \
                    figure A says how fits of other structures agree.";
 
-/// What the command knows of the run.
+/// The command's information about the run.
 #[derive(Clone, Debug)]
 pub struct RunInfo {
-    /// What a terminal takes to have it again, but for its seed.
+    /// Arguments that repeat the result on a terminal, without the seed.
     pub command: String,
-    /// What is missing, for people.
+    /// Description of the missing part; `None` for a complete result.
     pub cut_short: Option<String>,
-    /// What was found through the device, for people.
+    /// Results of the check on the device, in words.
     pub device: Vec<String>,
 }
 
 impl Study {
-    /// Of these units, all or what was computed before a signal.
+    /// Builds the result from these units, which are all or those before a signal.
     ///
     /// # Errors
-    /// A subject whose course is shown cannot be.
+    /// Fails if a subject for the figures cannot be simulated.
     pub fn outcome(&self, parts: &[Part], told: RunInfo) -> Result<Outcome, LeeError> {
         let mut sheets = self.tables(parts);
         sheets.extend(self.figures(parts)?);
@@ -200,7 +200,7 @@ impl Study {
         rows
     }
 
-    /// Of each replication, the mean over subjects that have it all.
+    /// Returns the mean over subjects for each replication in which all subjects have a value.
     fn means(&self, parts: &[Part], of: &dyn Fn(&TrainAnalysis) -> Option<f64>) -> Vec<f64> {
         let each = (0..self.draws).filter_map(|draw| {
             let all: Option<Vec<f64>> = self
@@ -213,14 +213,14 @@ impl Study {
         each.collect()
     }
 
-    /// Everybody's trains at the printed amplitudes of this replication.
+    /// Returns the analyses of all subjects at the printed amplitudes in this replication.
     pub(super) fn draw_analyses<'p>(&self, parts: &'p [Part], draw: u64) -> Vec<&'p TrainAnalysis> {
         let all = replications(parts).filter(|replication| replication.draw == draw);
         all.filter_map(|draw| draw.printed.as_ref().ok()).collect()
     }
 }
 
-/// Measured and estimated peaks.
+/// Returns pairs of measured and estimated peak forces.
 pub(super) fn peak_pairs(analysis: &TrainAnalysis) -> Vec<(f64, f64)> {
     let mut points = Vec::new();
     for (ma, peaks) in analysis.amplitudes.iter().zip(&analysis.peaks_n) {
@@ -231,7 +231,7 @@ pub(super) fn peak_pairs(analysis: &TrainAnalysis) -> Vec<(f64, f64)> {
     points
 }
 
-/// What came to nothing, and why.
+/// Returns the failed sessions and their reasons.
 fn failures(parts: &[Part]) -> Vec<String> {
     let mut all = std::collections::BTreeMap::<String, usize>::new();
     for part in parts {
@@ -246,7 +246,7 @@ fn failures(parts: &[Part]) -> Vec<String> {
             Part::Foreign(mismatch) => mismatch.as_ref().err().into_iter().collect(),
         };
         for why in why {
-            // The number of the error, and its first words.
+            // Groups by the number of the error and its first words.
             let why = why.split([':', ';']).next().unwrap_or_default().to_owned();
             *all.entry(why).or_default() += 1;
         }

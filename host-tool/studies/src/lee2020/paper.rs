@@ -1,4 +1,4 @@
-//! What Lee 2020 printed, K01 to K10 in rows; table 2 is the bench's.
+//! The values that Lee 2020 prints, with rows K01 to K10; table 2 is in the test rig.
 
 /// Table 3 by frequency: a in N, b per mA, R², RMSE in N, NRMSE in %, means over subjects.
 pub(super) const TABLE_3: [[f64; 5]; 3] = [
@@ -24,7 +24,7 @@ pub(super) const TABLE_4: [[f64; 8]; 10] = [
     [68.5, 0.293, 29.3, 20.7, 163.6, 0.94, 0.40, 6.06],
 ];
 
-/// Table 4's mean NRMSE, %.
+/// Mean NRMSE in table 4, %.
 pub(super) const NRMSE_I5: f64 = 8.06;
 
 /// Table 5: NRMSE at I1 to I5, %.
@@ -41,7 +41,7 @@ pub(super) const TABLE_5: [[f64; 5]; 10] = [
     [6.92, 6.32, 7.44, 7.44, 6.06],
 ];
 
-/// Table 5's means: R² and NRMSE in % at I1 to I5.
+/// Means of table 5: R², and NRMSE in %, at I1 to I5.
 pub(super) const TABLE_5_MEANS: [[f64; 2]; 5] = [
     [0.82, 12.6],
     [0.88, 10.8],
@@ -78,6 +78,6 @@ pub(super) const TABLE_7: [[f64; 3]; 10] = [
     [299.4, 322.9, 336.28],
 ];
 
-/// Subjects whose print has a mistake that the model shows: K06's τ2 (17.6 for 176 ms) and
-/// K08's T_RT, which follow from none of its constants.
+/// Subjects whose printed values contain a mistake that the model reveals: K06's τ2 (17.6 for 176
+/// ms), and K08's T_RT, which follows from none of its constants.
 pub(super) const APART: [usize; 2] = [5, 7];

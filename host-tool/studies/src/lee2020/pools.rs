@@ -1,7 +1,8 @@
-//! What recruitment would have to be for the print: pools with other feet.
+//! Determines which recruitment curve would explain the printed values, by varying the threshold
+//! distribution of the fibre pool.
 //!
-//! Peaks are in proportion to what is recruited, so this needs no noise and no train: which
-//! exponential goes through them, how well, and at which step a search by force ends.
+//! Peak force is proportional to recruitment, so neither noise nor trains are needed: the
+//! exponential that fits the peaks, its quality, and the step at which a search by force ends.
 
 use super::quality::printed_peak_n;
 use super::spread::{cell, mean_sd};
@@ -11,15 +12,15 @@ use crate::laboratory::{Grid, Sheet};
 use hal_sim::body::bench::{Pool, wrist};
 use host_core::identify::{Exponential, agreement};
 
-/// Lowest thresholds and spreads that are tried, in parts of the printed I_MT; the bench has
+/// Lowest fibre thresholds and spreads to try, as fractions of the printed I_MT; the test rig has
 /// 0.8 and 0.25.
 const LOWEST: [f64; 5] = [0.3, 0.5, 0.65, 0.8, 0.95];
 const SPREADS: [f64; 2] = [0.25, 0.5];
-/// A search ends where a 40 ms mean exceeds this, N.
+/// Force that a 40 ms mean must exceed for a search to end, N.
 const MOVES_N: f64 = 0.015;
 
 impl Study {
-    /// Ours: the same forces at the ends, other feet between nothing and I_MT.
+    /// Tabulates pools with the same forces at both ends and other recruitment below I_MT (ours).
     pub(super) fn pools(&self) -> Sheet {
         let mut rows = Vec::new();
         for spread in SPREADS {
@@ -67,7 +68,7 @@ impl Study {
         Sheet::table("Table E", "where fibres begin", caption.to_owned(), grid)
     }
 
-    /// b, R² and found over printed I_MT of a subject.
+    /// Returns b, R², and the ratio of found to printed I_MT of a subject.
     fn pool(&self, subject: usize, (lowest, spread): (f64, f64)) -> Option<[f64; 3]> {
         let (i_mt, forces) = wrist::PRINTED.get(subject)?;
         let ratio: f64 = forces.iter().map(|[weak, strong]| weak / strong).product();

@@ -1,4 +1,5 @@
-//! The protocol, whatever stimulates: a search, a placement pulse, fifteen trains.
+//! Runs the protocol with any stimulator: a threshold search, a placement pulse, and fifteen
+//! trains.
 
 use super::declaration::Declaration;
 use super::error::LeeError;
@@ -7,56 +8,56 @@ use host_core::identify::{
 };
 use serde::{Deserialize, Serialize};
 
-/// Rest before a train that is fitted, and all of its record, samples of 1 ms.
+/// Rest before a train that is fitted, and length of its record, in samples of 1 ms.
 const BEFORE: usize = 500;
 const SAMPLES: usize = 2_500;
 
-/// A train of pulses.
+/// A train of pulses that lasts one second.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Train {
-    /// Amplitude, mA.
+    /// Current of each pulse, mA.
     pub ma: f64,
-    /// Pulses; a second long, so that it is the frequency in Hz too.
+    /// Number of pulses in one second, which equals the pulse rate in Hz.
     pub pulses: u32,
-    /// Width, µs.
+    /// Pulse width, µs.
     pub width_us: u32,
-    /// Samples of rest before the first pulse.
+    /// Number of samples of rest before the first pulse.
     pub before: usize,
-    /// Samples in all.
+    /// Total number of samples.
     pub samples: usize,
 }
 
 impl Train {
-    /// Between two pulses, µs: whole ones, as a device has them.
+    /// Returns the pulse period in whole µs, as on a device.
     #[must_use]
     pub const fn period_us(&self) -> u32 {
         (1_000_000 + self.pulses / 2) / self.pulses
     }
 }
 
-/// What stimulates a wrist on the bench and reads its sensor.
+/// Interface that stimulates a wrist on the test rig and reads its force sensor.
 pub trait Stimulator {
-    /// A train and its record.
+    /// Plays a train and returns its record.
     ///
     /// # Errors
-    /// The device does not do it.
+    /// Fails if the device does not emit the train.
     fn train(&mut self, train: &Train) -> Result<ForceRecord, LeeError>;
-    /// Nothing is stimulated for so long, s.
+    /// Waits for `s` seconds without stimulation.
     ///
     /// # Errors
-    /// The device is gone.
+    /// Fails if the device has gone.
     fn rest(&mut self, s: f64) -> Result<(), LeeError>;
 }
 
-/// From I_MT to I_PT, evenly, mA.
+/// Amplitudes I1 to I5, evenly spaced from I_MT to I_PT, mA.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Amplitudes(pub Vec<f64>);
 
 impl Amplitudes {
-    /// Of this I_MT.
+    /// Computes the amplitudes from I_MT.
     ///
     /// # Errors
-    /// E642: they do not rise.
+    /// Fails with E642 if the amplitudes do not increase.
     pub fn from_threshold(i_mt_ma: f64, declared: &Declaration) -> Result<Self, LeeError> {
         let trains = &declared.trains;
         check_rising(&[("I_MT", i_mt_ma), ("I_PT", trains.reach * i_mt_ma)])?;
@@ -68,39 +69,39 @@ impl Amplitudes {
     }
 }
 
-/// What a search came to.
+/// Result of a threshold search.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct SearchResult {
-    /// By the detector; `None`: no threshold up to the largest amplitude.
+    /// Threshold that the detector found; `None` if there is none up to the largest amplitude.
     pub found: Option<ThresholdEstimate>,
-    /// By the paper's bare rule on the same tries: the first amplitude at which a 40 ms mean
-    /// exceeds 0.015 N, mA.
+    /// Threshold by the paper's bare rule on the same tries: the first amplitude at which a 40 ms
+    /// mean exceeds 0.015 N, mA.
     pub bare_ma: Option<f64>,
-    /// Greatest 40 ms mean of the placement pulse, N.
+    /// Largest 40 ms mean of the placement pulse, N.
     pub placement_n: f64,
 }
 
 impl SearchResult {
-    /// I_MT, mA.
+    /// Returns the threshold I_MT, mA.
     #[must_use]
     pub fn i_mt_ma(&self) -> Option<f64> {
         self.found.as_ref().map(|result| result.threshold_ma)
     }
 }
 
-/// Fifteen trains.
+/// Records of the fifteen trains.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Session {
-    /// I1 to I5, mA.
+    /// The amplitudes I1 to I5, mA.
     pub amplitudes: Amplitudes,
-    /// By amplitude and frequency, both ascending.
+    /// Records by amplitude and frequency, both ascending.
     pub records: Vec<[ForceRecord; 3]>,
 }
 
-/// Steps 2 and 3.
+/// Runs steps 2 and 3 of the protocol: placement pulse and threshold search.
 ///
 /// # Errors
-/// The device does not do it.
+/// Fails if the device does not emit a train.
 pub fn search(by: &mut dyn Stimulator, declared: &Declaration) -> Result<SearchResult, LeeError> {
     let (trains, detector) = (&declared.trains, declared.search.detector());
     let layout = detector.layout;
@@ -137,16 +138,16 @@ pub fn search(by: &mut dyn Stimulator, declared: &Declaration) -> Result<SearchR
     })
 }
 
-/// Greatest 40 ms mean above rest, N.
+/// Returns the largest 40 ms mean above rest, N.
 pub(super) fn peak_n(record: &ForceRecord) -> f64 {
     let all = moving_average(&record.relative_to_rest());
     all.into_iter().fold(0.0, f64::max)
 }
 
-/// Step 4.
+/// Runs step 4 of the protocol: the fifteen trains.
 ///
 /// # Errors
-/// The device does not do it.
+/// Fails if the device does not emit a train.
 pub fn run_fifteen_trains(
     by: &mut dyn Stimulator,
     amplitudes: Amplitudes,

@@ -1,34 +1,34 @@
-//! How good the method is where the truth is known: coverage, the bound, thresholds, and what
-//! no data of the kind can tell.
+//! Evaluates the accuracy of the method against the known true values: coverage, variance bound,
+//! thresholds, and the limits of such data.
 
 use super::analysis::{TrainAnalysis, period_s};
 use super::study::{Part, Study, SubjectReplication};
 use super::{SUBJECTS, paper};
 use host_core::identify::{Bound, ForceRecord, PARAMETERS, cramer_rao_bound, response};
 
-/// Of one subject and constant.
+/// Accuracy of one constant in one subject.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Cell {
-    /// Fits.
+    /// Number of fits.
     pub of: u32,
-    /// Whose interval has the truth.
+    /// Number of fits whose interval contains the true value.
     pub covers: u32,
     /// Variance of the logarithm over its bound.
     pub over_bound: f64,
-    /// Mean of found over true, less 1.
+    /// Mean ratio of estimate to true value, minus 1.
     pub bias: f64,
-    /// The bound: least standard deviation, as a part of the constant.
+    /// Smallest possible standard deviation, as a fraction of the constant (the bound).
     pub least: f64,
 }
 
-/// Which of the two fits.
+/// Index of a fit in [`TrainAnalysis::fits`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum FitKind {
     Whitened = 0,
     Averaged = 1,
 }
 
-/// Every replication of this subject.
+/// Returns every replication of this subject.
 pub(super) fn subject_replications(
     parts: &[Part],
     subject: usize,
@@ -36,7 +36,7 @@ pub(super) fn subject_replications(
     replications(parts).filter(move |draw| draw.subject == subject)
 }
 
-/// Every replication.
+/// Returns every replication of every subject.
 pub(super) fn replications(parts: &[Part]) -> impl Iterator<Item = &SubjectReplication> {
     parts.iter().filter_map(|part| match part {
         Part::Own(drawn) => Some(&**drawn),
@@ -44,7 +44,7 @@ pub(super) fn replications(parts: &[Part]) -> impl Iterator<Item = &SubjectRepli
     })
 }
 
-/// Whatever came of the trains at the printed amplitudes.
+/// Returns the successful analyses of the trains at the printed amplitudes.
 pub(super) fn printed_analyses(
     parts: &[Part],
     subject: usize,
@@ -53,7 +53,7 @@ pub(super) fn printed_analyses(
 }
 
 impl Study {
-    /// Trains as they are fitted, of which nothing was read.
+    /// Returns trains as they are fitted, with empty force records.
     fn trains(&self, frequencies_hz: &[u32], decay_ms: usize) -> Vec<ForceRecord> {
         let one = |hz: &u32| ForceRecord {
             pulses_us: (0..*hz)
@@ -65,7 +65,7 @@ impl Study {
         frequencies_hz.iter().map(one).collect()
     }
 
-    /// Cramér-Rao bound of a subject's three trains at I5.
+    /// Returns the Cramér–Rao bound for a subject's three trains at I5.
     pub(super) fn bound_of(
         &self,
         subject: usize,
@@ -79,7 +79,7 @@ impl Study {
         cramer_rao_bound(constants, &self.trains(frequencies_hz, decay_ms), noise_n)
     }
 
-    /// By subject and constant.
+    /// Returns the accuracy by subject and constant.
     pub(super) fn cells(&self, parts: &[Part], which: FitKind) -> Vec<[Cell; PARAMETERS]> {
         let frequencies = self.declared.trains.frequencies_hz;
         let subject = |subject: usize| {
@@ -115,9 +115,9 @@ impl Study {
         (0..SUBJECTS).map(subject).collect()
     }
 
-    /// Root of the mean square by which T_RT differs from table 7, ms: without, and of each
-    /// of, the subjects whose print has a mistake. Of fitted models (medians over draws) and
-    /// of the true constants; K06's τ2 is corrected in both.
+    /// Returns the rms difference between T_RT and table 7, ms, for the fitted models (medians over
+    /// draws) and for the true constants. Subjects whose printed values contain a mistake are
+    /// separate; K06's τ2 is corrected in both.
     pub(super) fn t_rt_off_ms(&self, parts: &[Part]) -> [TimesOff; 2] {
         let fitted = |subject: usize, f: usize| {
             let all = printed_analyses(parts, subject)
@@ -128,7 +128,7 @@ impl Study {
         [times_off(&fitted), times_off(&truth)]
     }
 
-    /// T_RT of the true constants, ms, by frequency.
+    /// Returns T_RT of the true constants by frequency, ms.
     pub(super) fn true_t_rt_ms(&self, subject: usize) -> [Option<f64>; 3] {
         let truth = &self.truths[subject];
         let most_ma = self.declared.trains.reach * truth.printed_ma;
@@ -140,7 +140,7 @@ impl Study {
     }
 }
 
-/// Off table 7, rms in ms: of eight subjects, of K06, of K08.
+/// Rms difference from table 7, ms: `usual` for eight subjects, `apart` for K06 and K08.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct TimesOff {
     pub usual: Option<f64>,
@@ -171,25 +171,25 @@ fn logarithm(fit: &host_core::identify::ForceFit, i: usize, truth: f64) -> f64 {
     (fit.constants[i] / truth).ln()
 }
 
-/// What searches came to.
+/// Counts over threshold searches.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Thresholds {
-    /// Searches.
+    /// Number of searches.
     pub of: u64,
-    /// That ended where no fibre answers.
+    /// Number of searches that ended at an amplitude that activates no fibre.
     pub without_force: u64,
-    /// That ended below the true step.
+    /// Number of searches that ended below the true threshold's step.
     pub early: u64,
-    /// That ended within one step of it.
+    /// Number of searches that ended within one step of the true threshold.
     pub within: u64,
-    /// By the bare rule: where no fibre answers.
+    /// Number of searches by the bare rule that ended at an amplitude that activates no fibre.
     pub bare_without_force: u64,
-    /// And within one step.
+    /// Number of searches by the bare rule that ended within one step of the true threshold.
     pub bare_within: u64,
 }
 
 impl Study {
-    /// Of these replications.
+    /// Counts the searches of these replications.
     pub(super) fn thresholds<'p>(
         &self,
         all: impl Iterator<Item = &'p SubjectReplication>,
@@ -213,7 +213,7 @@ impl Study {
     }
 }
 
-/// Peak of the true model at the printed 1.5·I_MT and 30 Hz, N.
+/// Returns the peak force of the true model at the printed 1.5·I_MT and 30 Hz, N.
 pub(super) fn printed_peak_n(study: &Study, subject: usize) -> Option<f64> {
     let truth = study.truths.get(subject)?;
     let most_ma = study.declared.trains.reach * truth.printed_ma;

@@ -1,4 +1,4 @@
-//! The study as the laboratory's runner runs it.
+//! Adapts the study to the laboratory's runner.
 
 use super::declaration::DECLARED;
 use super::error::LeeError;
@@ -7,18 +7,18 @@ use super::study::{Part, Study};
 use crate::laboratory::{self, Outcome, StudyIdentity};
 use host_core::run::DeviceName;
 
-/// A study and what a sample of it through a device found.
+/// The study, and the results of its check on a device.
 pub struct Run {
     study: Study,
     device: Vec<String>,
 }
 
 impl Run {
-    /// With this seed and so many replications, or the declaration's own. What is wrong with
-    /// the device is found before minutes pass.
+    /// Creates a run with this seed and number of replications, or those of the declaration. Checks
+    /// the device first, so that a problem shows before minutes of computing.
     ///
     /// # Errors
-    /// As [`Study::asked`] and [`Study::on_device`].
+    /// Fails as [`Study::new`] and [`Study::check_on_device`] do.
     pub fn new(
         (seed, draws): (Option<u64>, Option<u64>),
         device: DeviceName,
@@ -30,7 +30,7 @@ impl Run {
 }
 
 impl Run {
-    /// The device as a terminal takes it.
+    /// Returns the device as a command-line argument.
     fn device_argument(&self) -> String {
         format!("--device {}", self.study.device.to_argument())
     }

@@ -1,24 +1,24 @@
-//! Numbers of many draws: means, medians, and rows of them.
+//! Summarises values of many draws: means, medians, and rows of a result.
 
 use crate::laboratory::Row;
 use host_core::statistics::{mean, quantile, standard_deviation};
 
-/// Mean and standard deviation.
+/// Returns mean and standard deviation.
 pub(super) fn mean_sd(all: &[f64]) -> Option<(f64, f64)> {
     Some((mean(all)?, standard_deviation(all)?))
 }
 
-/// Median of the finite values.
+/// Returns the median of the finite values.
 pub(super) fn median(all: impl IntoIterator<Item = f64>) -> Option<f64> {
     quantile_of_finite(all, 0.5)
 }
 
-/// Quantile of the finite values.
+/// Returns a quantile of the finite values; `part` is from 0 to 1.
 pub(super) fn quantile_of_finite(all: impl IntoIterator<Item = f64>, part: f64) -> Option<f64> {
     quantile(all.into_iter().filter(|value| value.is_finite()), part)
 }
 
-/// Median, 5th and 95th percentile beside what the paper printed.
+/// Returns a row with median, 5th and 95th percentile beside the paper's value.
 pub(super) fn row(
     (id, quantity, unit): (&str, &str, &str),
     paper: Option<f64>,
@@ -26,16 +26,16 @@ pub(super) fn row(
 ) -> Row {
     let n = all.len();
     let row = Row::from_numbers(id.to_owned(), quantity.to_owned(), unit, paper, all);
-    // Of all that were tried.
+    // Counts all values, including those that are not finite.
     Row { n, ..row }
 }
 
-/// For a cell: so many decimals, or a dash.
+/// Formats a number for a table cell with this many decimals, or a dash.
 pub(super) fn cell(number: Option<f64>, decimals: usize) -> String {
     number.map_or_else(|| "-".to_owned(), |value| format!("{value:.decimals$}"))
 }
 
-/// Slope and R² of the straight line that `y` has over `x`.
+/// Returns slope and R² of a linear regression of y on x.
 pub(super) fn regression(points: &[(f64, f64)]) -> Option<(f64, f64)> {
     let n = points.len() as f64;
     if points.len() < 3 {

@@ -1,4 +1,4 @@
-//! The study: ten subjects, drawn again and again, and bodies of another structure.
+//! Runs the study: many replications of ten subjects, and simulated wrists with another structure.
 
 use super::SUBJECTS;
 use super::alone::ExactWrist;
@@ -13,62 +13,63 @@ use hal_sim::random::word;
 use host_core::run::DeviceName;
 use serde::{Deserialize, Serialize};
 
-/// Of the second session's seed.
+/// Random stream of the second session.
 const FOUND: u64 = 0x1ee;
 
-/// A study as it is asked for.
+/// The study with its seed, number of draws and device.
 #[derive(Clone, Debug)]
 pub struct Study {
-    /// What was decided before.
+    /// The preregistered declaration.
     pub declared: Declaration,
-    /// K01 to K10.
+    /// True values of K01 to K10.
     pub truths: Vec<Truth>,
-    /// Of everybody's draws.
+    /// Seed of all draws.
     pub seed: u64,
-    /// Replications.
+    /// Number of replications.
     pub draws: u64,
-    /// What a sample runs on as well.
+    /// Device on which one subject is checked.
     pub device: DeviceName,
 }
 
-/// What is computed by itself.
+/// A unit of work.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Unit {
-    /// A subject's replication.
+    /// Replication of a subject: index of the subject and of the replication.
     Own(usize, u64),
-    /// A departure in a subject's replication.
+    /// Model mismatch in a replication: index of the subject, mismatch, and index of the
+    /// replication.
     Foreign(usize, Foreign, u64),
 }
 
-/// What a unit became.
+/// Result of a unit of work.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Part {
-    /// A subject's replication, or why it came to nothing.
+    /// Thresholds and fits of one subject.
     Own(Box<SubjectReplication>),
-    /// A departure, or why it came to nothing.
+    /// Model mismatch, or the reason why it failed.
     Foreign(Result<Mismatch, String>),
 }
 
-/// A subject's replication.
+/// Results of one replication of a subject.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct SubjectReplication {
-    /// Subject, from 0.
+    /// Index of the subject, from 0.
     pub subject: usize,
-    /// Which replication, from 0.
+    /// Index of the replication, from 0.
     pub draw: u64,
-    /// Steps 2 and 3.
+    /// Results of steps 2 and 3.
     pub searched: SearchResult,
-    /// Step 4 at the printed amplitudes, or why there is nothing.
+    /// Results of step 4 at the printed amplitudes, or the reason why it failed.
     pub printed: Result<TrainAnalysis, String>,
-    /// Step 4 from the threshold that was found.
+    /// Results of step 4 from the threshold that the search found, or the reason why it failed.
     pub found: Result<TrainAnalysis, String>,
 }
 
 impl Study {
-    /// With this seed and so many draws; the declaration's own without.
+    /// Creates the study with this seed and number of draws, or those of the declaration.
     ///
     /// # Errors
-    /// E646: the declaration; E649: a bench that cannot be.
+    /// Fails with E646 if the declaration is invalid, or E649 if a test rig is.
     pub fn new(
         seed: Option<u64>,
         draws: Option<u64>,
@@ -85,13 +86,13 @@ impl Study {
         })
     }
 
-    /// Whether seed and draws are the declaration's.
+    /// Returns whether seed and draws are those of the declaration.
     #[must_use]
     pub fn is_as_declared(&self) -> bool {
         (self.seed, self.draws) == (self.declared.seed, self.declared.draws)
     }
 
-    /// What there is to compute, in the order of `draws.csv`.
+    /// Returns all units, in the order of `draws.csv`.
     #[must_use]
     pub fn units(&self) -> Vec<Unit> {
         let all = 0..self.truths.len();
@@ -111,16 +112,16 @@ impl Study {
         units
     }
 
-    /// Of a subject's replication.
+    /// Returns the seed of a subject's replication.
     #[must_use]
     pub fn seed_of(&self, subject: usize, draw: u64) -> u64 {
         word(word(self.seed, subject as u64), draw)
     }
 
-    /// What a unit becomes.
+    /// Simulates one unit; a failure of its analysis is part of the result.
     ///
     /// # Errors
-    /// A bench that cannot be, which is a mistake of the program.
+    /// Fails if a test rig is invalid, which is a bug of this program.
     pub fn compute_unit(&self, unit: &Unit) -> Result<Part, LeeError> {
         match *unit {
             Unit::Own(subject, draw) => Ok(Part::Own(Box::new(self.replicate(subject, draw)?))),
@@ -155,10 +156,10 @@ impl Study {
         })
     }
 
-    /// Fifteen trains of a replication at the printed amplitudes.
+    /// Simulates the fifteen trains of a replication at the printed amplitudes.
     ///
     /// # Errors
-    /// A bench that cannot be.
+    /// Fails if the test rig is invalid.
     pub fn printed_session(&self, subject: usize, draw: u64) -> Result<Session, LeeError> {
         let i_mt_ma = self.truths[subject].printed_ma;
         self.session(subject, i_mt_ma, self.seed_of(subject, draw) ^ 1)

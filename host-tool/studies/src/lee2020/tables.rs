@@ -1,4 +1,4 @@
-//! Tables 2 to 7 beside the paper's.
+//! Tabulates tables 2 to 7 with the paper's values.
 
 use super::quality::{FitKind, printed_analyses};
 use super::spread::{cell, mean_sd, median, quantile_of_finite};
@@ -8,7 +8,7 @@ use crate::laboratory::{Grid, Sheet};
 use hal_sim::body::bench::wrist;
 use host_core::identify::PARAMETERS;
 
-/// From SI to what tables have.
+/// Factors from SI units to those of the tables.
 const SCALE: [f64; PARAMETERS] = [1.0, 1.0, 1e3, 1e3, 1e3];
 const DECIMALS: [usize; PARAMETERS] = [1, 3, 1, 1, 1];
 
@@ -19,13 +19,13 @@ pub(super) fn grid(heads: &[&str], rows: Vec<Vec<String>>) -> Grid {
     }
 }
 
-/// "paper / ours".
+/// Formats a cell as "paper / ours".
 fn paper_and_ours(printed: f64, ours: Option<f64>, decimals: usize) -> String {
     format!("{printed} / {}", cell(ours, decimals))
 }
 
 impl Study {
-    /// All, in their order.
+    /// Returns all tables in their order.
     pub(super) fn tables(&self, parts: &[Part]) -> Vec<Sheet> {
         vec![
             self.table_2(parts),
@@ -71,7 +71,7 @@ impl Study {
         )
     }
 
-    #[allow(clippy::type_complexity, clippy::redundant_closure)] // five readers in a row
+    #[allow(clippy::type_complexity, clippy::redundant_closure)] // five closures in a row
     fn table_3(&self, parts: &[Part]) -> Sheet {
         let mut rows = Vec::new();
         for (f, hz) in self.declared.trains.frequencies_hz.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Figure 11, and ours of other structures: what changes with what.
+//! Draws figure 11, and our figure about model mismatches.
 
 use super::analysis::TrainAnalysis;
 use super::figures::{frequencies, marked};
@@ -9,17 +9,17 @@ use super::{SUBJECTS, paper};
 use crate::laboratory::{Band, Curve, Plot, Plots, Sheet, SheetAxis};
 use hal_sim::body::bench::Kind;
 
-/// Mean and standard deviation, ms.
+/// Returns mean and standard deviation, ms.
 fn spread(own: &[f64]) -> (f64, f64) {
     mean_sd(own).unwrap_or((f64::NAN, 0.0))
 }
 
-/// Places from 0 on.
+/// Counts positions on an axis from 0.
 fn places() -> impl Iterator<Item = f64> {
     (0..).map(f64::from)
 }
 
-/// T_RT over places, each with its standard deviation.
+/// Plots T_RT with its standard deviation at successive positions.
 fn times(title: &str, x: SheetAxis, own: &[(f64, f64)], paper: Vec<[f64; 2]>) -> Plot {
     let points = places().zip(own).map(|(x, pair)| [x, pair.0]);
     let ranges = own.iter().map(|(mean, sd)| [mean - sd, mean + sd]);
@@ -85,7 +85,7 @@ impl Study {
         Sheet::figure("Figure 11", "response time", caption.to_owned(), plots)
     }
 
-    /// NRMSE against the size of a departure.
+    /// Plots NRMSE over the size of a model mismatch.
     pub(super) fn mismatches(&self, parts: &[Part]) -> Sheet {
         let plots = Plots {
             beside: 4,
@@ -123,7 +123,8 @@ impl Study {
         }
     }
 
-    /// Mean NRMSE at the amplitudes from..to by size, the model's own structure first.
+    /// Returns mean NRMSE at the amplitudes from..to by size; the first point is the model's own
+    /// structure.
     fn nrmse_curve(
         &self,
         parts: &[Part],

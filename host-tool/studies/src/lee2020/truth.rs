@@ -1,4 +1,4 @@
-//! What the bench's subjects are: the truth that methods are judged by.
+//! Defines the true values of the simulated subjects, by which methods are judged.
 
 use super::alone::ExactWrist;
 use super::declaration::Declaration;
@@ -8,27 +8,28 @@ use hal_sim::body::bench::wrist::PRINTED;
 use hal_sim::body::bench::{SensorSpec, WristSpec};
 use host_core::identify::{Constants, moving_average};
 
-/// Of a threshold: the lowest step at which a noise-free 40 ms mean exceeds this, N.
+/// Definition of a threshold: the lowest step at which a noise-free 40 ms mean exceeds this force,
+/// N.
 const MOVES_N: f64 = 0.015;
 
-/// A subject's bench and what is true of it.
+/// True values of a simulated subject.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Truth {
-    /// The bench.
+    /// The wrist on the test rig.
     pub spec: WristSpec,
-    /// The printed I_MT, mA.
+    /// I_MT as the paper prints it, mA.
     pub printed_ma: f64,
-    /// The lowest step of the search at which it moves, mA.
+    /// Lowest step of the search at which the wrist moves, mA.
     pub i_mt_ma: f64,
     /// Lowest threshold of a fibre, mA.
     pub lowest_ma: f64,
 }
 
 impl Truth {
-    /// Of subject `index`, K01 from 0.
+    /// Returns the true values of subject `index`; K01 has index 0.
     ///
     /// # Errors
-    /// No such subject; E646: it moves at no step.
+    /// Fails if there is no such subject, or with E646 if no amplitude moves its wrist.
     pub fn for_subject(index: usize, declared: &Declaration) -> Result<Self, LeeError> {
         let spec = WristSpec::subject(index)?;
         let nothing = LeeError::Declaration("most_ma moves nobody".to_owned());
@@ -41,7 +42,7 @@ impl Truth {
         })
     }
 
-    /// The five constants of force at `ma`: A as much as is recruited there.
+    /// Returns the five constants of force at `ma`, with A scaled by recruitment.
     #[must_use]
     pub fn constants(&self, ma: f64, width_us: u32) -> Constants {
         let [a, k, tau_c, tau1, tau2] = self.spec.generator.parameters.all();
@@ -50,7 +51,7 @@ impl Truth {
     }
 }
 
-/// By the muscle's own force, in steps from rest.
+/// Finds the lowest amplitude that moves the wrist, from the muscle's true force.
 fn lowest_step(spec: WristSpec, declared: &Declaration) -> Result<Option<f64>, LeeError> {
     let (search, layout) = (&declared.search, declared.search.detector().layout);
     let sensor = SensorSpec {

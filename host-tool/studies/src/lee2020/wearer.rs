@@ -1,4 +1,4 @@
-//! What was found of a subject's first replication, as a wearer file.
+//! Converts the results of a subject's first replication to a wearer file.
 
 use super::error::LeeError;
 use super::quality::subject_replications;
@@ -10,25 +10,26 @@ use host_core::identify::{NAMES, PARAMETERS};
 use host_core::session::Unit;
 use host_core::wearer::{Electrode, Evidence, History, Interval, Muscle, Wearer};
 
-/// From SI to what files have.
+/// Factors from SI units to those of wearer files.
 const SCALE: [f64; PARAMETERS] = [1.0, 1.0, 1e3, 1e3, 1e3];
-/// Whose exponential the file has, of the three: 30 Hz, at which the threshold is found.
+/// Index of the frequency whose exponential goes into the file: 30 Hz, at which the threshold is
+/// found.
 const MIDDLE: usize = 1;
 
 fn milli(value: f64) -> Amplitude {
     Amplitude::new((1e3 * value).round() as u32) // saturates
 }
 
-/// Nobody knows more of them.
+/// Rounds to six significant digits, which exceed the accuracy of the values.
 fn six_digits(value: f64) -> f64 {
     format!("{value:.5e}").parse().unwrap_or(value)
 }
 
 impl Study {
-    /// File names and texts of everybody whose first replication came to numbers.
+    /// Returns file names and texts for all subjects whose first replication succeeded.
     ///
     /// # Errors
-    /// E648: a number that no wearer file can have.
+    /// Fails with E648 if a number is outside the range of wearer files.
     pub fn wearers(&self, parts: &[Part]) -> Result<Vec<(String, String)>, LeeError> {
         let mut all = Vec::new();
         for subject in 0..SUBJECTS {
@@ -39,7 +40,8 @@ impl Study {
             let (file, text) = (format!("{}.toml", wearer.name), wearer.to_toml());
             let wrong = |why: String| LeeError::Wearer(file.clone(), why);
             let back = Wearer::parse(&file, &text).map_err(|e| wrong(e.lines()))?;
-            // What is not said of a current stage, its load, has no meaning.
+            // Comparing texts instead of values ignores the load, which has no meaning for a
+            // current stage.
             if back.to_toml() != text {
                 return Err(wrong("it reads back as another".to_owned()));
             }
