@@ -1,4 +1,5 @@
-//! Experiment 3 and posture (Hamana 2022, III-C and III-D6): how far fingers bend.
+//! Evaluates experiment 3 and the posture experiment (Hamana 2022, III-C and III-D6): how far the
+//! fingers bend.
 
 use super::experiments::{Condition, Protocol, StimulationResult};
 use super::pattern::{Pattern, Points};
@@ -9,7 +10,7 @@ use host_core::statistics::paired_t;
 
 const DIGITS: [&str; 5] = ["thumb", "index", "middle", "ring", "little"];
 
-/// Every finger at each intensity, % of its range.
+/// Computes the rows of every finger at each intensity, % of the finger's range, and the claims.
 pub(super) fn intensities(sessions: &[Session]) -> (Vec<Row>, Vec<Share>) {
     let (mut rows, mut shares) = (Vec::new(), Vec::new());
     for (who, _) in people(sessions) {
@@ -55,14 +56,14 @@ pub(super) fn intensities(sessions: &[Session]) -> (Vec<Row>, Vec<Share>) {
     (rows, shares)
 }
 
-/// Pronation, °.
+/// Pronation angles of the forearm, °.
 pub(super) const LIES_DEG: [f64; 3] = [0.0, 45.0, 90.0];
 
 /// Angle of the index finger with one point and with two, by pronation, °.
 pub(super) type IndexAngles = [[f64; 3]; 2];
 
-/// Of a session on posture: means over trials, one point being that of A and B which bends
-/// the finger further at 0°.
+/// Returns the mean angles over the trials of a posture session. Of the points A and B, one point
+/// is the one that bends the finger further at 0°.
 pub(super) fn index_angles(session: &Session) -> Option<IndexAngles> {
     let of = |points: Points| {
         let at = LIES_DEG.map(|lies| {
@@ -77,7 +78,8 @@ pub(super) fn index_angles(session: &Session) -> Option<IndexAngles> {
     Some([better, of(Pattern::default_two_point().points)?])
 }
 
-/// The index finger at each pronation, one point and two, °.
+/// Computes the rows of the index finger's angle at each pronation with one and with two points,
+/// and the claims.
 pub(super) fn postures(protocol: &Protocol, sessions: &[Session]) -> (Vec<Row>, Vec<Share>) {
     let (mut rows, mut shares) = (Vec::new(), Vec::new());
     let mut all = Vec::new();
@@ -99,9 +101,9 @@ pub(super) fn postures(protocol: &Protocol, sessions: &[Session]) -> (Vec<Row>, 
     (rows, shares)
 }
 
-/// A paired t-test of 0° against 90° over every draw of everybody, one point and two: Bao
-/// 2018's abstract finds no significant effect of rotation, Hamana 2022 that one point
-/// falls.
+/// Compares 0° with 90° by paired t-tests over all draws of all participants, with one and with two
+/// points. Bao 2018's abstract finds no significant effect of rotation; Hamana 2022 finds that one
+/// point loses angle.
 fn rotation(bent: &[[[f64; 3]; 2]]) -> Vec<Row> {
     let mut rows = Vec::new();
     for (method, name) in ["one point", "two points"].into_iter().enumerate() {
@@ -130,7 +132,7 @@ fn rotation(bent: &[[[f64; 3]; 2]]) -> Vec<Row> {
     rows
 }
 
-/// Of angles by method and pronation.
+/// Judges the claims about angles by number of points and pronation.
 fn posture_claims(
     who: &str,
     is_printed: bool,

@@ -1,4 +1,4 @@
-//! The study as a sweep draws it: wearers of one cell after those of another.
+//! Runs the two-point study as a sweep: the wearers of one cell after those of another.
 
 use super::error::TwoPointsError;
 use super::population::{DECLARED, Population};
@@ -14,9 +14,9 @@ use host_core::record::sha256;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// The name of the study and of its command.
+/// Name of the study and of its command.
 pub const TWO_POINTS: &str = "two-points";
-/// What is said of every result.
+/// Notes that accompany every result.
 pub const SIMULATED: &str =
     "Simulated: drawn forearms of assumed parameters; no evidence about people.";
 const MEANING: &str = "Ours is the median, low and high the 5th and 95th percentile of the \
@@ -29,7 +29,7 @@ const COUNTED: &str = "A draw whose searches find no two points, no coupling or 
                        counted as such, in its row of draws.csv and below; a claim is judged in \
                        the others.";
 
-/// All cells of the population, or one of them.
+/// All cells of the population, or a single one.
 pub struct Cells {
     population: Population,
     all: Vec<Cell>,
@@ -37,10 +37,11 @@ pub struct Cells {
 }
 
 impl Cells {
-    /// As declared; with a number, that cell alone, and nothing where there is none.
+    /// Loads the declared cells, or only cell number `only`. Returns `None` if there is no such
+    /// cell.
     ///
     /// # Errors
-    /// E621: the declaration cannot be read.
+    /// Returns E621 if the declaration cannot be read.
     pub fn load(only: Option<usize>) -> Result<Option<Self>, TwoPointsError> {
         let population = Population::load_embedded()?;
         let mut all = population.cells();
@@ -57,10 +58,11 @@ impl Cells {
         }))
     }
 
-    /// The cells that the sweep of a folder is of.
+    /// Loads the cells to which a stored sweep belongs.
     ///
     /// # Errors
-    /// E604: this program does not have them. E621: the declaration cannot be read.
+    /// Returns E604 if this program does not have these cells, and E621 if the declaration cannot
+    /// be read.
     pub fn from_sweep(sweep: &Sweep) -> Result<Self, TwoPointsError> {
         let every = Population::load_embedded()?.cells().len();
         for only in std::iter::once(None).chain((0..every).map(Some)) {
@@ -75,19 +77,19 @@ impl Cells {
         Err(LaboratoryError::Merge(why).into())
     }
 
-    /// How many.
+    /// Returns the number of cells.
     #[must_use]
     pub fn count(&self) -> usize {
         self.all.len()
     }
 
-    /// Who is drawn.
+    /// Returns the ranges and claims of the random wearers.
     #[must_use]
     pub const fn population(&self) -> &Population {
         &self.population
     }
 
-    /// The cells of which every wearer is there, the first ones.
+    /// Summarises the leading cells of which every wearer has been computed.
     #[must_use]
     pub fn summaries(&self, draws: u64, units: &BTreeMap<u64, DrawOutcome>) -> Vec<Summary> {
         let cells = self.all.iter().zip(0..);
@@ -100,13 +102,13 @@ impl Cells {
         cells.map_while(summary).collect()
     }
 
-    /// Cell and wearer of a unit.
+    /// Returns the cell and the wearer's index of a unit.
     fn place(&self, draws: u64, unit: u64) -> (Option<&Cell>, u64) {
         let nth = usize::try_from(unit / draws.max(1)).unwrap_or(usize::MAX);
         (self.all.get(nth), unit % draws.max(1))
     }
 
-    /// What draws it again, but for the seed.
+    /// Returns the command line that repeats the sweep, without its seed.
     fn command(&self, draws: u64) -> String {
         let only = self.only.map(|number| format!(" --cell {number}"));
         format!("{TWO_POINTS}{} --draws {draws}", only.unwrap_or_default())
@@ -251,7 +253,7 @@ impl Drawing for Cells {
     }
 }
 
-/// The study as a command runs it: a row of `draws.csv` for each draw.
+/// A run of the study by a command, with one row of `draws.csv` for each draw.
 pub struct CellsRun {
     cells: Cells,
     seed: u64,
@@ -259,7 +261,7 @@ pub struct CellsRun {
 }
 
 impl CellsRun {
-    /// With this seed and so many wearers in each cell, or the declaration's own.
+    /// Creates a run with this seed and number of wearers per cell, or with the declared ones.
     #[must_use]
     pub fn new(cells: Cells, (seed, draws): (Option<u64>, Option<u64>)) -> Self {
         let population = &cells.population;

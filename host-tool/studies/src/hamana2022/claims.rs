@@ -1,32 +1,33 @@
-//! What is claimed of every wearer, and whether it holds (`population.toml`).
+//! Judges the claims of `hamana-population.toml` for a wearer.
 
 use super::pattern::Points;
 use super::trials::{Outcome, Postures};
 use super::voltages::{SELECTIVE, Voltages};
 use host_core::statistics::mean;
 
-/// By how much one torque exceeds another that it is said to exceed.
+/// Smallest ratio of two torques that counts as "exceeds".
 const MORE: f64 = 1.05;
 /// Ratios that count as equal.
 const ALIKE: std::ops::RangeInclusive<f64> = 0.9..=1.15;
-/// Phase differences from here on are long, µs: what can be isolated (figure 5).
+/// Phase difference from which on a pattern counts as long, µs. Patterns can be isolated from there
+/// on (figure 5).
 const LONG_US: u32 = 1_000;
 
-/// Torques of a wearer as the claims compare them, N·m.
+/// Torques of a wearer that the claims compare, N·m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Torques {
-    /// Two points, conducted, 1 ms apart or more.
+    /// Two points, conducted, with a phase difference of at least 1 ms.
     pub two: f64,
-    /// The same, isolated.
+    /// Two points, isolated, with a phase difference of at least 1 ms.
     pub apart: f64,
-    /// The stronger of two points alone, conducted.
+    /// The stronger of the two points alone, conducted.
     pub one: f64,
-    /// The same, isolated.
+    /// The stronger of the two points alone, isolated.
     pub one_isolated: f64,
 }
 
 impl Torques {
-    /// Of all 29 patterns.
+    /// Computes the torques from the outcomes of all 29 patterns.
     #[must_use]
     pub fn from_outcomes(outcomes: &[Outcome]) -> Self {
         let long = |isolated: bool| {
@@ -55,23 +56,23 @@ impl Torques {
     }
 }
 
-/// Phase differences at which claims look at individuation, µs: together, then all from
-/// 500 µs on.
+/// Phase differences at which claims compare individuation, µs: both together, then all from 500 µs
+/// on.
 pub const PHASES_US: [u32; 6] = [0, 500, 1_000, 2_000, 5_000, 10_000];
-/// Which of them are together and at 2000 µs.
+/// Indices in [`PHASES_US`] of both points together and of 2000 µs.
 pub(super) const TOGETHER: usize = 0;
 pub(super) const LATE: usize = 3;
 
-/// Mean individuation of the conducted patterns at each of [`PHASES_US`]; `None` where every
-/// trial was left out.
+/// Mean individuation of the conducted patterns at each of [`PHASES_US`]; `None` if every trial was
+/// left out.
 pub type Individuations = [Option<f64>; PHASES_US.len()];
 
-/// [`Individuations`] of all patterns.
+/// Computes the [`Individuations`] from the outcomes of all patterns.
 pub(super) fn individuations(outcomes: &[Outcome]) -> Individuations {
     PHASES_US.map(|after_us| individuation(outcomes, after_us))
 }
 
-/// Mean individuation of the conducted patterns with this phase difference.
+/// Returns the mean individuation of the conducted patterns with this phase difference.
 fn individuation(outcomes: &[Outcome], after_us: u32) -> Option<f64> {
     let of = outcomes.iter().filter(|outcome| {
         !outcome.pattern.isolated && outcome.pattern.phase_difference_us() == Some(after_us)
@@ -79,8 +80,8 @@ fn individuation(outcomes: &[Outcome], after_us: u32) -> Option<f64> {
     mean(of.filter_map(|outcome| outcome.individuation))
 }
 
-/// Whether each claim of `population.toml` holds, in its order; `None` where it cannot be
-/// judged. `postures` are of one point and of two.
+/// Judges the claims of `hamana-population.toml` in their order; `None` stands for a claim that
+/// cannot be judged. `postures` are those with one point and with two.
 #[must_use]
 pub fn judge_claims(
     torques: &Torques,

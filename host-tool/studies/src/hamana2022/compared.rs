@@ -1,4 +1,5 @@
-//! Experiments 1 to 3 and posture over all draws, beside what Hamana 2022 printed.
+//! Compares experiments 1 to 3 and the posture experiment over all draws with the printed results
+//! of Hamana 2022.
 
 use super::angles::{intensities, postures};
 use super::experiments::{Experiment, Protocol};
@@ -9,9 +10,9 @@ use super::sessions::{Session, claim, people, row};
 use crate::laboratory::{Row, Share};
 use std::collections::BTreeMap;
 
-/// One point conducted and isolated are alike from here to here, as in `population.toml`.
+/// Ratios of one point conducted to isolated that count as equal, as in `hamana-population.toml`.
 const ALIKE: std::ops::RangeInclusive<f64> = 0.9..=1.15;
-/// A number for each quantity, and in how many draws each claim holds.
+/// Computes a row for each quantity, and the share of draws in which each claim holds.
 #[must_use]
 pub fn compare_with_paper(
     experiment: Experiment,
@@ -114,8 +115,8 @@ fn patterns(
     (rows, pattern_claims(is_torque, protocol, &all))
 }
 
-/// One point of each participant. Of table 4 only the averages are known: its cells are a
-/// picture.
+/// Computes the rows of one point for each participant. Only the averages of table 4 are known,
+/// because its cells are a picture.
 fn table_4(sessions: &[Session]) -> Vec<Row> {
     let mut rows = Vec::new();
     for (who, _) in people(sessions) {

@@ -1,5 +1,5 @@
-//! The coupling that gives point B and the extensor's point the thresholds that a wearer
-//! was found to have.
+//! Fits the coupling factors of point B and of the extensor's point to the known thresholds of a
+//! wearer.
 
 use super::error::TwoPointsError;
 use super::pattern::Pattern;
@@ -8,20 +8,20 @@ use hal_sim::body::hand::Hand;
 use hal_sim::body::hand::digits::VISIBLE_DEG;
 use hal_sim::body::hand::spec::{B, E};
 
-/// Between which factors a coupling is looked for. Assumed, and wide: what the half-space
-/// says of two places of a drawn forearm differs up to tenfold, where table 7's thresholds
-/// of A and B differ by less than half. Nothing but thresholds is fitted by it.
+/// Range of coupling factors that is searched. Assumed, and wide: the half-space model of two
+/// places of a random forearm differs up to tenfold, whereas the thresholds of A and B in table 7
+/// differ by less than half. Only thresholds are fitted by it.
 const COUPLINGS: [f64; 2] = [0.02, 50.0];
-/// Steps of the first look, for a stronger coupling need not bend a finger further: others
-/// are reached as well.
+/// Number of steps of the coarse search. It is needed because a stronger coupling need not bend a
+/// finger further: it also reaches other fingers.
 const LOOKS: u32 = 12;
 const BISECTIONS: u32 = 12;
 
-/// Gives `hand` couplings of B and E at which each is visible from these volts on, where
-/// they are known, the weakest that will do; `false` where none of the range does.
+/// Gives `hand` the weakest couplings of B and E at which each has a visible effect from these
+/// voltages on, V, if they are known. Returns `false` if no coupling in the range does.
 ///
 /// # Errors
-/// Its circuit cannot be solved.
+/// Fails if the hand's circuit cannot be solved.
 pub(super) fn fit(
     hand: &mut Hand,
     b_v: Option<f64>,

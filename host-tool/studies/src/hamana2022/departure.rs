@@ -3,32 +3,32 @@
 use hal_sim::body::hand::HandSpec;
 use serde::Deserialize;
 
-/// A departure from the default forearm and points (`two_points/wearers.toml`). What it
-/// leaves out stays.
+/// Ablation of the default forearm and points (`host-tool/experiments/hamana-wearers.toml`).
+/// Missing fields keep their default.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Departure {
-    /// For commands.
+    /// Name on the command line.
     pub name: String,
-    /// For people: what is otherwise, and why it may be.
+    /// Description for the report: the change and its justification.
     pub says: String,
-    /// What a stage's limiter lets through, mA.
+    /// Largest current that the limiter of an output stage lets through, mA.
     pub limiter_ma: Option<f64>,
-    /// [`HandSpec::return_factor`].
+    /// Value of [`HandSpec::return_factor`].
     pub return_factor: Option<f64>,
-    /// [`HandSpec::scatter`].
+    /// Value of [`HandSpec::scatter`].
     pub scatter: Option<f64>,
-    /// How many times the skin's impedance of the population: its resistances, and what its
-    /// capacitance has.
+    /// Factor of the skin's impedance in the population: of its resistances and of the reactance of
+    /// its capacitance.
     pub skin: Option<f64>,
-    /// Whether A and B lie where a person first finds selective places, instead of where a
-    /// forearm's most selective ones are.
+    /// Whether A and B lie at the first selective places that a person finds, instead of at the
+    /// most selective places of the forearm.
     #[serde(default)]
     pub first_found: bool,
 }
 
 impl Departure {
-    /// `spec`, otherwise.
+    /// Applies the ablation to `spec`.
     #[must_use]
     pub fn apply_to(&self, mut spec: HandSpec) -> HandSpec {
         spec.limiter_a = self.limiter_ma.map_or(spec.limiter_a, |ma| 1e-3 * ma);

@@ -1,5 +1,5 @@
-//! Experiments 1 to 3 and the one on posture (Hamana 2022, III-A to III-C, III-D6) on one
-//! participant's forearm: every condition in random order, some trials.
+//! Simulates experiments 1 to 3 and the posture experiment (Hamana 2022, III-A to III-C, III-D6) on
+//! one participant's forearm: every condition in random order, in several trials.
 
 use super::error::TwoPointsError;
 use super::pattern::Pattern;
@@ -12,111 +12,111 @@ use hal_sim::body::hand::spec::{A, B};
 use hal_sim::random::{Random, standard_normal, word};
 use serde::{Deserialize, Serialize};
 
-/// `two_points/experiments.toml`.
+/// Text of the declaration `host-tool/experiments/hamana.toml`.
 pub const EXPERIMENTS: &str = include_str!("../../../experiments/hamana.toml");
 
-/// What of the experiments was declared.
+/// Content of the declaration.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Protocol {
-    /// Trials of each condition.
+    /// Number of trials of each condition.
     pub trials: u64,
-    /// The same of each posture.
+    /// Number of trials of each condition in the posture experiment.
     pub posture_trials: u64,
-    /// Equation 3: above the greatest selective voltage, V.
+    /// Voltage above the largest selective voltage in equation 3, V.
     pub over_v: f64,
-    /// Individuation index that is called selective.
+    /// Individuation index that counts as selective.
     pub selective: f64,
-    /// p below which a difference is called significant.
+    /// p below which a difference counts as significant.
     pub significant: f64,
-    /// By how much two points bend at 45°, °.
+    /// Angle that two points should reach at 45° of pronation, °.
     pub posture_deg: f64,
-    /// What is printed.
+    /// Printed results of the paper's tests.
     pub paper: PrintedTests,
 }
 
-/// What the paper printed of its tests.
+/// Printed results of the paper's tests.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PrintedTests {
-    /// Of experiment 1.
+    /// Tests of experiment 1.
     pub selectivity: Tests,
-    /// Of experiment 2.
+    /// Tests of experiment 2.
     pub torque: Tests,
-    /// Table 4: averages of one point, conducted and isolated.
+    /// Averages of one point, conducted and isolated (table 4).
     pub one_point: [f64; 2],
-    /// Table 5: t of each pattern against one point.
+    /// t of each pattern against one point (table 5).
     pub table_5: [f64; 14],
 }
 
-/// A statistic and its p, each.
+/// Statistic and p of two tests.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Tests {
-    /// χ² over phase differences.
+    /// χ² and p of the Friedman test over phase differences.
     pub friedman: [f64; 2],
-    /// t of conducted against isolated.
+    /// t and p of conducted against isolated patterns.
     pub isolation: [f64; 2],
 }
 
-/// Which experiment.
+/// The experiments that are simulated without the device.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Experiment {
-    /// 1: individuation.
+    /// Experiment 1: individuation.
     Selectivity,
-    /// 2: torque.
+    /// Experiment 2: torque.
     Torque,
-    /// 3: nine intensities.
+    /// Experiment 3: nine intensities.
     Intensities,
-    /// III-D6: pronation.
+    /// Posture experiment (III-D6): pronation.
     Posture,
 }
 
-/// What is stimulated, and how the arm lies.
+/// Pattern, voltages and pronation of a stimulation.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Condition {
-    /// For people.
+    /// Name in rows and figures.
     pub name: String,
-    /// Of pulses.
+    /// Pattern of the pulses.
     pub pattern: Pattern,
-    /// Of A and B, V.
+    /// Voltages of A and B, V.
     pub volts: [f64; 2],
-    /// Of the forearm.
+    /// Pronation of the forearm, °.
     pub pronated_deg: f64,
 }
 
-/// One stimulation.
+/// Measurements of one stimulation.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub struct StimulationResult {
-    /// Which condition, from 0.
+    /// Index of the condition, from 0.
     pub condition: usize,
-    /// Which trial, from 0.
+    /// Index of the trial, from 0.
     pub trial: u64,
-    /// Which of its trial, from 0.
+    /// Position within the trial, from 0.
     pub place: usize,
-    /// Isometric torque about the index finger's joint, N·m.
+    /// Isometric torque about the joint of the index finger, N·m.
     pub torque_nm: f64,
-    /// Of free digits above rest, as parts of their ranges (equation 2).
+    /// Flexion of the free digits above rest, as fractions of their ranges (equation 2).
     pub flexed: [f64; DIGITS],
-    /// Of the free index finger, °.
+    /// Angle of the free index finger, °.
     pub index_deg: f64,
-    /// Equation 1; `None` where it leaves the trial out.
+    /// Individuation index (equation 1); `None` if the paper's rule leaves the trial out.
     pub individuation: Option<f64>,
 }
 
-/// Seed of a session's order, skin and strength.
+/// Seed of a session's order, skin shifts and contraction strengths.
 const SESSION: u64 = 0x7123;
 
 impl Protocol {
-    /// The program's own.
+    /// Parses the committed declaration.
     ///
     /// # Errors
-    /// It cannot be read.
+    /// Fails if it cannot be parsed.
     pub fn load_embedded() -> Result<Self, TwoPointsError> {
         toml::from_str(EXPERIMENTS).map_err(|e| TwoPointsError::Declaration(e.to_string()))
     }
 
-    /// Of each condition.
+    /// Returns the number of trials of each condition in this experiment.
     #[must_use]
     pub const fn trials_of(&self, experiment: Experiment) -> u64 {
         match experiment {
@@ -127,8 +127,8 @@ impl Protocol {
 }
 
 impl Experiment {
-    /// Its conditions in a wearer of these voltages. Where two points bend the finger at
-    /// no ratio, the intensity that needs it is missing.
+    /// Returns the conditions for a wearer with these voltages. The intensity at `ratio` is missing
+    /// if both points together bend the finger at no ratio.
     #[must_use]
     pub fn conditions(self, voltages: &Voltages, protocol: &Protocol) -> Vec<Condition> {
         let most_v = voltages.most_v;
@@ -166,7 +166,7 @@ impl Experiment {
     }
 }
 
-/// Table 6.
+/// Returns the nine intensities of table 6.
 fn intensities(voltages: &Voltages, over_v: f64) -> Vec<Condition> {
     let (least, most) = (voltages.threshold_v, voltages.most_v);
     let over = most.map(|v| v + over_v);
@@ -214,7 +214,7 @@ fn intensities(voltages: &Voltages, over_v: f64) -> Vec<Condition> {
     .collect()
 }
 
-/// 0 to `count`, in random order.
+/// Returns 0 to `count` − 1 in random order.
 fn shuffled(count: usize, random: &mut Random) -> Vec<usize> {
     let mut all: Vec<usize> = (0..count).collect();
     random.shuffle(&mut all);
@@ -222,11 +222,11 @@ fn shuffled(count: usize, random: &mut Random) -> Vec<usize> {
 }
 
 impl Wearer {
-    /// A session of `experiment`: all trials, each condition once in each, in random
+    /// Simulates a session of `experiment`: each trial contains each condition once, in random
     /// order.
     ///
     /// # Errors
-    /// The hand's circuit cannot be solved.
+    /// Fails if the hand's circuit cannot be solved.
     pub fn run_session(
         &self,
         population: &Population,

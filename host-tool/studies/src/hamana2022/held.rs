@@ -1,4 +1,4 @@
-//! How steady a hand holds (Hamana 2022, III-D6b): ten seconds of one pattern.
+//! Simulates how steadily a hand holds during ten seconds of one pattern (Hamana 2022, III-D6b).
 
 use super::error::TwoPointsError;
 use super::pattern::Pattern;
@@ -12,41 +12,41 @@ use hal_sim::body::hand::{Hand, InvalidHand, MovingHand, Segment};
 use hal_sim::body::{Body, Drive, Lead};
 use serde::{Deserialize, Serialize};
 
-/// How long, µs.
+/// Duration of a hold, µs.
 const HOLD_US: u64 = 10_000_000;
-/// Rows of a course, µs.
+/// Time between two recorded angles, µs.
 const ROW_US: u64 = 20_000;
 
-/// The index finger's angle over ten seconds, every 20 ms, °.
+/// Angle of the index finger during ten seconds of one pattern.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Hold {
-    /// What was stimulated.
+    /// Pattern that was stimulated.
     pub pattern: Pattern,
-    /// From the first pulse on.
+    /// Angle every 20 ms from the first pulse on, °.
     pub course_deg: Vec<f64>,
 }
 
 impl Hold {
-    /// Its greatest angle, °.
+    /// Returns the largest angle, °.
     #[must_use]
     pub fn greatest_deg(&self) -> f64 {
         self.course_deg.iter().copied().fold(0.0, f64::max)
     }
 
-    /// That at 10 s, °.
+    /// Returns the angle at 10 s, °.
     #[must_use]
     pub fn last_deg(&self) -> f64 {
         self.course_deg.last().copied().unwrap_or(0.0)
     }
 
-    /// From the greatest angle to that at 10 s, °.
+    /// Returns the loss from the largest angle to that at 10 s, °.
     #[must_use]
     pub fn drop_deg(&self) -> f64 {
         self.greatest_deg() - self.last_deg()
     }
 }
 
-/// Lets `hand` feel `period` over and over for so long: all digits, °, every 20 ms.
+/// Repeats `period` on `hand` for `lasts_us` and returns the angles of all digits every 20 ms, °.
 fn course(
     hand: &mut MovingHand,
     channels: [usize; 3],
@@ -76,12 +76,12 @@ fn course(
 }
 
 impl Wearer {
-    /// Angles of all digits of the moving hand, °, thumb first, every 20 ms for `lasts_us`
-    /// from the first pulse on, in trial `number`: `pattern` at the greatest voltages, the
-    /// forearm `pronated_deg`.
+    /// Returns the angles of all digits of the moving hand, thumb first, every 20 ms for `lasts_us`
+    /// from the first pulse on, °. In trial `number`, stimulates `pattern` at the largest voltages
+    /// with the forearm at `pronated_deg`.
     ///
     /// # Errors
-    /// The hand cannot be.
+    /// Fails if the hand is invalid.
     pub fn digit_angles(
         &self,
         population: &Population,
@@ -102,10 +102,10 @@ impl Wearer {
         }
     }
 
-    /// The index finger over ten seconds; see [`Self::digit_angles`].
+    /// Holds a pattern for ten seconds and records the index finger; see [`Self::digit_angles`].
     ///
     /// # Errors
-    /// The hand cannot be.
+    /// Fails if the hand is invalid.
     pub fn hold_pattern(
         &self,
         population: &Population,
@@ -119,11 +119,11 @@ impl Wearer {
         })
     }
 
-    /// One point (the one that bends further, isolated) and two, each at their greatest
-    /// voltages, in trial `number`.
+    /// Holds with one point (the one that bends further, isolated) and with two points, each at the
+    /// largest voltages, in trial `number`.
     ///
     /// # Errors
-    /// The hand cannot be.
+    /// Fails if the hand is invalid.
     pub fn hold(&self, population: &Population, number: u64) -> Result<[Hold; 2], TwoPointsError> {
         let play = |pattern: Pattern| self.hold_pattern(population, number, (pattern, 0.0));
         let [a, b] = [

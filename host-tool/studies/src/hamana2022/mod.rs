@@ -1,10 +1,11 @@
-//! Hamana 2022 on a multibody forearm model: which of its claims come out, and in which wearers.
+//! Repeats Hamana 2022 on a multibody forearm model, to find which of its claims hold, and in which
+//! wearers.
 //!
-//! Lives here: who is drawn and what is judged (`population.toml`, committed before it was
-//! looked at), the paper's patterns, its searches for points and voltages, its trials, and
-//! the claims. Not here: the forearm (`hal_sim::body::hand`), the command (`cli`).
-//! In: a cell (rule, ground, operating point), a seed. Out: shares of drawn wearers in
-//! whom each claim holds. All simulated: no evidence about people.
+//! Takes a cell (recruitment rule, grounding and operating point) and a seed; returns the shares of
+//! random wearers for whom each claim holds. The population and the claims were committed before
+//! they were run (`host-tool/experiments/hamana-population.toml`). The module contains the paper's
+//! patterns, its searches for points and voltages, its trials and the claims. The forearm is in
+//! `hal_sim::body::hand`. Everything is simulated: this is no evidence about people.
 
 mod angles;
 mod cells;

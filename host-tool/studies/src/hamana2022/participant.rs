@@ -1,44 +1,44 @@
-//! Who takes part: what is known of a person before anything is drawn.
+//! Participants: the facts about a person that are known before anything random is generated.
 
 use host_core::wearer::Wearer;
 use serde::Deserialize;
 
-/// Where searches end, V: the device's 20 mA into the 2 kΩ that the sessions declare. It
-/// is the paper's greatest too (table 3).
+/// Largest voltage of the searches, V: the device's 20 mA into the 2 kΩ of the sessions. It is also
+/// the largest voltage of the paper (table 3).
 pub(super) const DEVICE_V: f64 = 40.0;
 
-/// Lowest threshold, V: a step of the searches.
+/// Smallest threshold, V: one step of the searches.
 const LEAST_V: f64 = 2.0;
 
-/// A participant, as far as the paper says.
+/// A participant, as far as the paper or a wearer file describes them.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Participant {
-    /// P, Q, R or S.
+    /// Name of the participant: P, Q, R or S, or that of a wearer file.
     pub name: String,
-    /// Elbow to tip of the hand, m; of the wearer file, as the three that follow.
+    /// Distance from the elbow to the tip of the hand, m. This and the next three fields come from
+    /// the wearer file.
     #[serde(skip)]
     pub reach_m: f64,
-    /// Around the forearm, m.
+    /// Circumference of the forearm, m.
     #[serde(skip)]
     pub around_m: f64,
     /// Thresholds of A, B and the extensor's point, V; R has none.
     #[serde(skip)]
     pub thresholds_v: Option<[f64; 3]>,
-    /// Where the middles of A, B and the extensor's electrode lie, m: along from the
-    /// elbow, around from the palmar midline. They are searched where it is not known.
+    /// Centres of the electrodes of A, B and the extensor, m: along from the elbow, and around from
+    /// the palmar midline. If they are not known, they are searched.
     #[serde(skip)]
     pub pads_m: Option<[[f64; 2]; 3]>,
-    /// What is printed of what comes out.
+    /// Printed results of the participant.
     pub paper: Option<PrintedResults>,
 }
 
 impl Participant {
-    /// Whoever a wearer file describes: of their forearm what the file says.
+    /// Takes the forearm from a wearer file.
     ///
     /// # Errors
-    /// Why there is no such forearm: the file has no `[forearm]`, or a threshold at which
-    /// no search arrives.
+    /// Fails if the file has no `[forearm]`, or a threshold outside the range of the searches.
     pub(super) fn from_wearer(wearer: &Wearer) -> Result<Self, String> {
         let forearm = wearer.forearm.ok_or("it has no `[forearm]`")?;
         let thresholds_v = wearer.forearm_thresholds_v();
@@ -68,16 +68,16 @@ impl Participant {
     }
 }
 
-/// What the paper printed of a participant.
+/// Printed results of one participant.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PrintedResults {
-    /// Table 7: greatest voltages of A, B and the extensor's point, V.
+    /// Largest voltages of A, B and the extensor's point (table 7), V.
     pub most_v: [f64; 3],
-    /// Table 7.
+    /// Smallest ratio of both largest voltages that bends the finger (table 7).
     pub r_th: f64,
-    /// Table 8: mean RMSE with one point and with two, °.
+    /// Mean RMSE with one point and with two (table 8), °.
     pub rmse_deg: [f64; 2],
-    /// III-D6: how far the finger sank with one point and with two, °.
+    /// Loss of angle during the hold with one point and with two (III-D6), °.
     pub sinks_deg: [f64; 2],
 }

@@ -1,5 +1,4 @@
-//! Hamana 2022's patterns of stimulation (figure 5): which point is driven, grounded or
-//! left floating, when.
+//! Stimulation patterns of Hamana 2022 (figure 5): when each point is driven, grounded or floating.
 
 use hal_sim::body::hand::Segment;
 use hal_sim::body::hand::network::Terminal;
@@ -13,37 +12,37 @@ pub const WIDTH_US: u32 = 200;
 
 /// Phase differences of the conducted patterns, µs.
 const CONDUCTED_US: [u32; 10] = [0, 50, 100, 150, 200, 500, 1_000, 2_000, 5_000, 10_000];
-/// How many of them come without an isolated one.
+/// Number of conducted phase differences that have no isolated counterpart.
 const SHORT: usize = 6;
-/// Of the isolated ones.
+/// Phase differences of the isolated patterns, µs.
 const ISOLATED_US: [u32; 4] = [1_000, 2_000, 5_000, 10_000];
 
-/// Which points pulse.
+/// Points that are pulsed, and their timing.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub enum Points {
-    /// One alone: [`A`] or [`B`].
+    /// One point alone, [`A`] or [`B`].
     One(usize),
-    /// Both, the second so many µs after the first.
+    /// Both points, one after the other.
     Two {
-        /// [`A`] or [`B`].
+        /// Point that is pulsed first, [`A`] or [`B`].
         first: usize,
         /// Phase difference, µs.
         after_us: u32,
     },
 }
 
-/// A pattern.
+/// Stimulation pattern of one period.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub struct Pattern {
-    /// Which points pulse.
+    /// Points that are pulsed, and their timing.
     pub points: Points,
-    /// Whether a point floats while the other pulses (and a point that never pulses
-    /// always), instead of being grounded.
+    /// Whether a point floats while the other is pulsed, instead of being grounded. A point without
+    /// pulses then always floats.
     pub isolated: bool,
 }
 
 impl Pattern {
-    /// The 25 patterns of two points: orders A before B and B before A are the same at 0
+    /// Returns the 25 patterns of two points. A before B and B before A are the same pattern at 0
     /// and at half a period.
     #[must_use]
     pub fn all_two_point() -> Vec<Self> {
@@ -61,7 +60,7 @@ impl Pattern {
         all
     }
 
-    /// The four of one point.
+    /// Returns the four patterns of one point.
     #[must_use]
     pub fn all_one_point() -> [Self; 4] {
         [(A, false), (A, true), (B, false), (B, true)].map(|(point, isolated)| Self {
@@ -70,7 +69,7 @@ impl Pattern {
         })
     }
 
-    /// One point as experiments 3 and 4 have it: isolated.
+    /// Returns the pattern of one point in experiments 3 and 4: isolated.
     #[must_use]
     pub const fn isolated_point(point: usize) -> Self {
         Self {
@@ -79,7 +78,7 @@ impl Pattern {
         }
     }
 
-    /// Experiments 3 and 4: A before B by 2 ms, conducted.
+    /// Returns the pattern of two points in experiments 3 and 4: A before B by 2 ms, conducted.
     #[must_use]
     pub const fn default_two_point() -> Self {
         Self {
@@ -91,7 +90,7 @@ impl Pattern {
         }
     }
 
-    /// Phase difference, µs, of two points.
+    /// Returns the phase difference of two points, µs.
     #[must_use]
     pub const fn phase_difference_us(&self) -> Option<u32> {
         match self.points {
@@ -100,8 +99,9 @@ impl Pattern {
         }
     }
 
-    /// The number of figure 5, the same for both orders; none of one point. Isolated ones
-    /// are 7, 9, 11 and 13: text and table 5 agree in it, figure 11's caption does not.
+    /// Returns the number in figure 5, which is the same for both orders; `None` for one point. The
+    /// isolated patterns are 7, 9, 11 and 13, as in the text and table 5; the caption of figure 11
+    /// disagrees.
     #[must_use]
     pub fn number(&self) -> Option<usize> {
         let after_us = self.phase_difference_us()?;
@@ -114,7 +114,7 @@ impl Pattern {
         })
     }
 
-    /// "A then B after 2000 µs, conducted".
+    /// Returns a description such as "A then B after 2000 µs, conducted".
     #[must_use]
     pub fn in_words(&self) -> String {
         let name = |point| if point == A { "A" } else { "B" };
@@ -133,7 +133,7 @@ impl Pattern {
         }
     }
 
-    /// When each point's pulse begins, µs; the second of two may begin next period.
+    /// Returns the start of each point's pulse, µs. The second pulse may begin in the next period.
     fn begins_us(&self) -> [Option<u32>; 2] {
         match self.points {
             Points::One(A) => [Some(0), None],
@@ -143,7 +143,7 @@ impl Pattern {
         }
     }
 
-    /// One period with A and B at these negative pulses, V.
+    /// Returns one period with negative pulses of these voltages at A and B, V.
     #[must_use]
     pub fn period(&self, volts: [f64; 2]) -> Vec<Segment> {
         let begins = self.begins_us();

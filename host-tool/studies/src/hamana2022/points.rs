@@ -1,4 +1,4 @@
-//! Where the electrodes go: the search of Hamana 2022, III-A2, on a simulated forearm.
+//! Searches the places of the electrodes on a simulated forearm (Hamana 2022, III-A2).
 
 use hal_sim::body::hand::digits::VISIBLE_DEG;
 use hal_sim::body::hand::field::{Field, Pad, Shape};
@@ -7,43 +7,45 @@ use hal_sim::body::hand::pools::DIGITS;
 use hal_sim::body::hand::{HandSpec, digits};
 use hal_sim::random::Random;
 
-/// Distances of the places that are tried, along and around, m.
+/// Spacing of the places that are tried, along and around the forearm, m.
 const STEP_M: [f64; 2] = [0.012, 0.010];
-/// Of so many nerves one is looked at while places are tried: a third tells which place
-/// is better; the best are looked at once more, with all.
+/// Interval of the nerves that the first pass considers: every third nerve suffices to rank the
+/// places. The second pass considers all nerves at the best [`TRIED_AGAIN`] places.
 const LOOKED_AT: usize = 3;
 const TRIED_AGAIN: usize = 20;
-/// Part of the forearm from which on places are tried, and how far from its end they
-/// stay: the return lies there.
+/// Fraction of the forearm's length from which on places are tried, and their distance from its
+/// end, m. The return electrode lies there.
 const FROM: f64 = 0.25;
 const END_M: f64 = 0.060;
-/// Around the forearm, as parts of its circumference.
+/// Range of places around the forearm, as fractions of its circumference.
 const AROUND: [f64; 2] = [-0.15, 0.20];
-/// Two round electrodes are at least so far apart, m: 5 mm of skin between them.
+/// Smallest distance of the centres of two round electrodes, m: 5 mm of skin between them.
 const APART_M: f64 = 0.030;
-/// Of the order in which a person tries places.
+/// Seed of the random order in which a person tries places.
 const ORDER: u64 = 0x7124;
-/// Where the extensor's electrode goes: over extensor indicis.
+/// Place of the extensor's electrode over extensor indicis, as fractions of length and
+/// circumference.
 const EXTENSOR: [f64; 2] = [0.72, 0.45];
 
-/// A place and how selective it is: how many times a current that visibly bends any other
-/// digit exceeds the one that visibly bends the index finger.
+/// A place and its selectivity: the current that visibly bends any other digit, divided by the
+/// current that visibly bends the index finger.
 #[derive(Clone, Copy, Debug)]
 struct PadSelectivity {
     pad: Pad,
     selectivity: f64,
 }
 
-/// Places of A, B and the extensor's electrode, all of this shape; `None` if no two places
-/// bend the index finger first. A is the one nearer to the thumb.
+/// Finds the most selective places of A and B and adds that of the extensor's electrode, all of
+/// this shape. A is the one nearer to the thumb. Returns `None` if no two places bend the index
+/// finger first.
 #[must_use]
 pub fn search(spec: &HandSpec, field: &Field, units: &[Unit], shape: Shape) -> Option<[Pad; 3]> {
     let (first, second) = most_selective(spec, field, units, shape)?;
     Some(assign_points(spec, (first, second), shape))
 }
 
-/// The same where a person would stop: places are tried in random order, the first two
-/// that bend the index finger first are taken.
+/// Finds places as a person would: tries them in random order and takes the first two that bend the
+/// index finger first.
 #[must_use]
 pub fn first_found(
     spec: &HandSpec,
@@ -74,7 +76,7 @@ fn most_selective(
         .map(|pad| tried(pad, LOOKED_AT))
         .collect();
     all.sort_by(|a, b| b.selectivity.total_cmp(&a.selectivity));
-    // The best ones once more, with every nerve.
+    // Evaluates the best places again with every nerve.
     let again = all
         .iter()
         .take(TRIED_AGAIN)
@@ -89,7 +91,7 @@ fn most_selective(
     Some((first, second))
 }
 
-/// A, B and the extensor's electrode of these two places.
+/// Assigns two places to A and B and adds the extensor's electrode.
 fn assign_points(spec: &HandSpec, (first, second): (Pad, Pad), shape: Shape) -> [Pad; 3] {
     let (a, b) = match first.y_m >= second.y_m {
         true => (first, second),
@@ -123,7 +125,7 @@ fn distance_m(a: &Pad, b: &Pad) -> f64 {
     (a.x_m - b.x_m).hypot(a.y_m - b.y_m)
 }
 
-/// Of a steady current through `pad` alone.
+/// Computes the selectivity of a steady current through `pad` alone.
 fn selectivity<'u>(
     spec: &HandSpec,
     field: &Field,
@@ -137,7 +139,7 @@ fn selectivity<'u>(
             reached[digit].push(drive / unit.threshold);
         }
     }
-    // Torque of a visible angle, in units of each digit.
+    // Torque for a visible angle. The drive of the last motor unit that it needs decides.
     let visible_nm = spec.stiffness_nm_per_rad * VISIBLE_DEG.to_radians();
     let of_digit = |drives: &mut Vec<f64>| {
         drives.sort_unstable_by(|a, b| b.total_cmp(a));

@@ -1,4 +1,4 @@
-//! Who is drawn: the ranges of `population.toml`, and a person of them.
+//! Reads the population of `hamana-population.toml` and generates wearers from it.
 
 use super::error::TwoPointsError;
 use crate::laboratory::Range;
@@ -6,124 +6,125 @@ use hal_sim::body::hand::{HandSpec, Rule, SkinSpec, membrane::Membrane};
 use hal_sim::random;
 use serde::Deserialize;
 
-/// The declaration, as the program has it.
+/// Text of the committed declaration.
 pub const DECLARED: &str = include_str!("../../../experiments/hamana-population.toml");
 
-/// What is drawn, tried and judged.
+/// Content of the declaration: random ranges, cells and claims.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Population {
-    /// The page's heading.
+    /// Heading of the report page.
     pub title: String,
-    /// Paper and sections.
+    /// Paper and sections on which the study is based.
     pub source: String,
-    /// Of every draw.
+    /// Seed of all draws.
     pub seed: u64,
-    /// Wearers in each cell.
+    /// Number of wearers in each cell.
     pub draws: u64,
-    /// Trials of each pattern.
+    /// Number of trials of each pattern.
     pub trials: u64,
-    /// Standard deviation of the skin's place over the muscles, mm.
+    /// Standard deviation of the skin's shift over the muscles between trials, mm.
     pub jitter_mm: f64,
-    /// The same of a contraction's strength, as a part.
+    /// Relative standard deviation of a contraction's strength.
     pub force_noise: f64,
-    /// What is crossed.
+    /// Levels of the crossed factors.
     pub cells: Cells,
-    /// What is taken away.
+    /// Mechanisms that are removed one at a time.
     pub ablations: Ablations,
-    /// Cells whose two points are alike.
+    /// Cells in which both points have similar thresholds.
     pub balanced: Balanced,
-    /// What is drawn.
+    /// Ranges of the wearers' random parameters.
     #[serde(rename = "range")]
     pub ranges: Vec<Range>,
-    /// What is judged.
+    /// Claims that are judged for each wearer.
     #[serde(rename = "claim")]
     pub claims: Vec<Claim>,
 }
 
-/// Levels that are crossed.
+/// Levels of the crossed factors.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Cells {
-    /// By name.
+    /// Names of the recruitment rules.
     pub rules: Vec<String>,
-    /// Of the return's impedance.
+    /// Factors of the return electrode's impedance.
     pub return_factors: Vec<f64>,
-    /// Parts above threshold; 0 as searched.
+    /// Voltages as fractions above the threshold; 0 stands for the searched voltages.
     pub volts: Vec<f64>,
 }
 
-/// Names of what is taken away.
+/// Mechanisms that are removed one at a time.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Ablations {
-    /// In the default cell.
+    /// Names of the ablations, each applied to the default cell.
     pub names: Vec<String>,
 }
 
-/// Cells in which B's threshold is drawn as A's is, at every ground of the default rule.
+/// Cells in which B's threshold has the same range as A's, at every return factor of the default
+/// rule.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Balanced {
-    /// How many times the skin's impedance.
+    /// Factors of the skin's impedance.
     pub skins: Vec<f64>,
 }
 
-/// What is judged.
+/// Claim to be judged.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Claim {
-    /// For machines.
+    /// Key in results.
     pub id: String,
-    /// For people.
+    /// Wording for the report.
     pub says: String,
 }
 
-/// A drawn wearer.
+/// Hand and threshold of a random wearer.
 #[derive(Clone, Debug)]
 pub struct DrawnHand {
-    /// The hand.
+    /// Specification of the hand.
     pub spec: HandSpec,
-    /// The voltage at which point A first moves a finger, V.
+    /// Smallest voltage at which point A moves a finger, V.
     pub threshold_v: f64,
 }
 
 impl Population {
-    /// The program's own.
+    /// Parses the committed declaration.
     ///
     /// # Errors
-    /// It cannot be read.
+    /// Fails if it cannot be parsed.
     pub fn load_embedded() -> Result<Self, TwoPointsError> {
         toml::from_str(DECLARED).map_err(|e| TwoPointsError::Declaration(e.to_string()))
     }
 
-    /// What is drawn for person `index`, a number for each range in their order: every one
-    /// of the same seed has the same numbers, whatever is drawn beside.
+    /// Generates the random parameters of wearer `index`, one for each range in their order. They
+    /// depend only on the seed and the index.
     #[must_use]
     pub fn draw_values(&self, seed: u64, index: u64) -> Vec<f64> {
         Range::draw_values(&self.ranges, seed, index)
     }
 
-    /// What is `draw_values` for the range of this field.
+    /// Returns the value in `drawn` that belongs to the range `field`.
     fn value(&self, drawn: &[f64], field: &str) -> Result<f64, TwoPointsError> {
         Range::value(&self.ranges, drawn, field).ok_or_else(|| TwoPointsError::missing(field))
     }
 
-    /// Thresholds of A, B and the extensor's point of person `index`, V, where nobody
-    /// measured them.
+    /// Returns random thresholds of A, B and the extensor's point of wearer `index`, V, for a
+    /// wearer without measured ones.
     ///
     /// # Errors
-    /// A range is missing.
+    /// Fails if a range is missing.
     pub fn thresholds_v(&self, seed: u64, index: u64) -> Result<[f64; 3], TwoPointsError> {
         let drawn = self.draw_values(seed, index);
         let of = |field| self.value(&drawn, field);
         Ok([of("threshold_v")?, of("other_v")?, of("extensor_v")?])
     }
 
-    /// Person `index`, of the numbers that are [drawn](Self::drawn) for it.
+    /// Generates wearer `index` with the parameters of [`Self::draw_values`].
     ///
     /// # Errors
-    /// A range's field is unknown, or one is missing.
+    /// Fails if a range is missing.
     pub fn draw_person(&self, seed: u64, index: u64) -> Result<DrawnHand, TwoPointsError> {
         let stream = random::word(seed, index);
         let drawn = self.draw_values(seed, index);
@@ -155,10 +156,10 @@ impl Population {
     }
 }
 
-/// The rule of this name.
+/// Returns the recruitment rule with this name.
 ///
 /// # Errors
-/// There is none.
+/// Fails if there is no such rule.
 pub fn rule(name: &str) -> Result<Rule, TwoPointsError> {
     match name {
         "potential" => Ok(Rule::Potential),
@@ -170,10 +171,10 @@ pub fn rule(name: &str) -> Result<Rule, TwoPointsError> {
     }
 }
 
-/// `spec` without one of its mechanisms.
+/// Removes one mechanism from `spec`.
 ///
 /// # Errors
-/// There is no such ablation.
+/// Fails if there is no such ablation.
 pub fn ablate(mut spec: HandSpec, name: &str) -> Result<HandSpec, TwoPointsError> {
     match name {
         "capacitance" => spec.skin.farad_per_cm2 = 0.0,

@@ -1,5 +1,5 @@
-//! A pattern as a device puts it out, held against the one that the body alone is given:
-//! the same terminals at the same microseconds.
+//! Plays a pattern on a device and compares the output with the intended pattern: the same
+//! terminals at the same microseconds.
 
 use super::error::TwoPointsError;
 use super::pattern::{PERIOD_US, Pattern, Points, WIDTH_US};
@@ -13,23 +13,23 @@ use host_core::run::{DeviceName, SessionFile, run};
 use std::fmt::Write;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Dummy loads, Ω: with them a device arms every voltage of the searches.
+/// Dummy loads, Ω. With them, a device can be armed at every voltage of the searches.
 const LOAD_OHM: u32 = 3_000;
-/// The highest of them with room, V.
+/// Limit of a channel, V: the largest voltage of the searches, with a margin.
 const LIMIT_V: f64 = 50.0;
-/// How long it plays, µs, and from when on amplitudes have risen.
+/// Duration of the session, µs, and the time from which on the amplitudes have risen.
 const PLAYED_US: u64 = 600_000;
 const RISEN_US: u64 = 400_000;
-/// Between a point's grounding and its next pulse, µs: the two windows in which a device
-/// renders it.
+/// Time between the end of a point's grounding and its next pulse, µs: the two windows in which a
+/// device computes the pulse.
 const RENDERED_US: u32 = 500;
-/// A step of the converter at 60 V, V.
+/// Resolution of the converter at a full scale of 60 V, V.
 const STEP_V: f64 = 60.0 / 65_535.0;
 
-/// When, µs, which channel, and what its stage did then.
+/// Log of the output stages: time, µs, channel and state of the lead.
 type StageEvent = Arc<Mutex<Vec<(u64, usize, Lead)>>>;
 
-/// A body that notes what leads do.
+/// Simulated body that logs the states of the leads.
 struct Leads {
     loads: [Load; CHANNELS],
     heard: StageEvent,
@@ -65,8 +65,8 @@ impl Body for Leads {
 }
 
 impl Pattern {
-    /// When each point pulses, µs. One that only conducts pulses with 0 V half a period
-    /// later, for a device knows no member of a group without a train.
+    /// Returns the start of each point's pulse, µs. A point that is only conducted gets pulses of 0
+    /// V half a period later, because every channel of a group needs a train.
     fn offsets_us(&self) -> Vec<(usize, u32)> {
         match self.points {
             Points::One(point) if self.isolated => vec![(point, 0)],
@@ -75,8 +75,8 @@ impl Pattern {
         }
     }
 
-    /// A session that plays it at these voltages, grounding points as long as a device
-    /// can.
+    /// Writes a session that plays the pattern at these voltages and grounds points for as long as
+    /// the device can.
     fn session(&self, volts: [f64; 2]) -> String {
         let mut text = format!(
             "title = \"{}\"\nduration_s = {}\n\
@@ -124,9 +124,9 @@ impl Pattern {
         text
     }
 
-    /// How long a device may be told to ground a point that pulses at `own_us` beside one
-    /// at `other_us`: between pulses; isolation ends it, and what it has begun anew must
-    /// be whole before the next pulse.
+    /// Returns the longest grounding, µs, for a point that is pulsed at `own_us` beside one at
+    /// `other_us`. An isolated point is grounded only between pulses, and a grounding that starts
+    /// again must end before the next pulse.
     fn grounded_us(&self, own_us: u32, other_us: u32) -> u32 {
         if !self.isolated {
             return PERIOD_US - WIDTH_US - RENDERED_US;
@@ -135,10 +135,10 @@ impl Pattern {
         after(own_us, other_us).max(after(other_us, own_us) - RENDERED_US)
     }
 
-    /// A period of it, risen, as `device` puts it out at these voltages.
+    /// Plays the pattern on `device` at these voltages and returns one period after the rise.
     ///
     /// # Errors
-    /// The device is not there; E628: it does not play it.
+    /// Fails if the device cannot be opened. Returns E628 if it does not play the pattern.
     pub fn play_on_device(
         &self,
         volts: [f64; 2],
@@ -166,9 +166,9 @@ impl Pattern {
         Ok(period(&heard, epoch_us + RISEN_US))
     }
 
-    /// What of `put_out` is not as the body alone is given it at the volts that are put
-    /// out; nothing if all is. What may differ: that a point floats, while nothing drives,
-    /// where the pattern grounds it; a device grounds no point to its next pulse.
+    /// Describes the first difference between `put_out` and the intended pattern at the voltages of
+    /// the output; `None` if they agree. While no point is driven, a point may float where the
+    /// pattern grounds it, because a device cannot ground a point up to its next pulse.
     #[must_use]
     pub fn find_difference(&self, put_out: &[Segment], asked_v: [f64; 2]) -> Option<String> {
         let volts = driven_v(put_out);
@@ -195,21 +195,21 @@ impl Pattern {
     }
 }
 
-/// What patterns of a wearer are worth as a device puts them out, against the body alone.
+/// Comparison of patterns on a device with the intended ones, on one wearer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OutputComparison {
-    /// Patterns at their voltages.
+    /// Number of patterns with their voltages.
     pub patterns: usize,
-    /// By how much torques differ at most, as a part of the index finger's flexors' own.
+    /// Largest difference of a torque, as a fraction of the torque of the index finger's flexors.
     pub apart: f64,
 }
 
 impl Wearer {
-    /// These patterns at these voltages on `device`, and by how much the torques of what
-    /// it puts out differ from those of the pattern at the same volts.
+    /// Plays these patterns at these voltages on `device` and compares the torques of its output
+    /// with those of the intended pattern at the same voltages.
     ///
     /// # Errors
-    /// E628: the device puts out another pattern.
+    /// Returns E628 if the device plays another pattern.
     pub fn compare_outputs(
         &self,
         all: impl IntoIterator<Item = (Pattern, [f64; 2])>,
@@ -238,7 +238,7 @@ impl Wearer {
 }
 
 impl OutputComparison {
-    /// For a page: `who` wore `device`.
+    /// Describes the comparison of `who` on `device` for the report page.
     #[must_use]
     pub fn in_words(&self, who: &str, device: &DeviceName) -> String {
         let torques = match self.apart {
@@ -258,7 +258,7 @@ impl OutputComparison {
     }
 }
 
-/// The period of what was heard that begins at `begin_us`.
+/// Extracts the period that begins at `begin_us` from the log.
 fn period(heard: &[(u64, usize, Lead)], begin_us: u64) -> Vec<Segment> {
     let mut terminals = [Terminal::Floating; 3];
     let (mut segments, mut since_us) = (Vec::new(), begin_us);
@@ -278,7 +278,7 @@ fn period(heard: &[(u64, usize, Lead)], begin_us: u64) -> Vec<Segment> {
             *terminal = match lead {
                 Lead::Cathodic(Drive::Volts(v)) if v > 0.0 => Terminal::Driven(-v),
                 Lead::Anodic(Drive::Volts(v)) if v > 0.0 => Terminal::Driven(v),
-                // 0 V is the ground.
+                // An output of 0 V equals ground.
                 Lead::Cathodic(Drive::Volts(_)) | Lead::Anodic(Drive::Volts(_)) => {
                     Terminal::Grounded
                 }
@@ -291,7 +291,7 @@ fn period(heard: &[(u64, usize, Lead)], begin_us: u64) -> Vec<Segment> {
     segments
 }
 
-/// The volts at which A and B are driven; 0 if they are not.
+/// Returns the voltages at which A and B are driven, V; 0 for a point that is not driven.
 #[must_use]
 pub fn driven_v(period: &[Segment]) -> [f64; 2] {
     [A, B].map(|point| {

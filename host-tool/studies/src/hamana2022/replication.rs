@@ -1,54 +1,56 @@
-//! A replication of experiment 1 or 2 (Hamana 2022, III-A4 and III-B2): averages of
-//! patterns over whoever took part, and the paper's tests of them.
+//! Evaluates a replication of experiment 1 or 2 (Hamana 2022, III-A4 and III-B2): averages of the
+//! patterns over the participants, and the paper's tests.
 
 use super::experiments::{Condition, Experiment, StimulationResult};
 use super::pattern::Points;
 use hal_sim::body::hand::spec::{A, B};
 use host_core::statistics::{friedman, mean, paired_t};
 
-/// Patterns of figure 5.
+/// Number of patterns in figure 5.
 pub const PATTERNS: usize = 14;
-/// Its conducted ones, by rising phase difference; the isolated ones follow the last four.
+/// Numbers of the conducted patterns by rising phase difference. Each of the last four is followed
+/// by its isolated counterpart.
 pub const CONDUCTED: [usize; 10] = [0, 1, 2, 3, 4, 5, 6, 8, 10, 12];
 
-/// What a participant came to.
+/// Averages of one participant in one session.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Averages {
-    /// By the number of figure 5: individuation index, or torque as a part of the greatest
-    /// pattern's. `None` where every trial was left out.
+    /// Individuation index, or torque as a fraction of the largest pattern's, by the number in
+    /// figure 5; `None` if every trial was left out.
     pub patterns: [Option<f64>; PATTERNS],
-    /// One point, conducted and isolated, the larger of A and B each; experiment 2 alone.
+    /// Average of one point, conducted and isolated, of the larger of A and B in each case;
+    /// experiment 2 only.
     pub one_point: Option<[f64; 2]>,
-    /// The same of A conducted, A isolated, B conducted and B isolated (table 4).
+    /// Averages of A conducted, A isolated, B conducted and B isolated (table 4).
     pub points: [Option<f64>; 4],
-    /// Trials left out.
+    /// Number of trials that were left out.
     pub left_out: usize,
-    /// Of so many.
+    /// Number of all trials.
     pub of: usize,
 }
 
-/// A statistic and its p.
+/// Statistic and its p; `None` if the test is impossible.
 pub type Test = Option<[f64; 2]>;
 
-/// What the tests say of a replication.
+/// Averages and tests over the participants of one draw.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Replication {
-    /// Averages over participants.
+    /// Averages of the patterns over participants.
     pub patterns: [Option<f64>; PATTERNS],
-    /// Over participants: one point, conducted and isolated.
+    /// Averages of one point over participants, conducted and isolated.
     pub one_point: Option<[f64; 2]>,
-    /// χ² over conducted phase differences.
+    /// χ² over the conducted phase differences.
     pub friedman: Test,
     /// t of conducted against isolated, over phase differences.
     pub isolation: Test,
     /// t of each pattern against one point conducted, over participants.
     pub table_5: [Test; PATTERNS],
-    /// Participants.
+    /// Number of participants.
     pub n: usize,
 }
 
 impl Averages {
-    /// Of a session of experiment 1 or 2.
+    /// Computes the averages of a session of experiment 1 or 2.
     #[must_use]
     pub fn from_session(
         experiment: Experiment,
@@ -98,7 +100,7 @@ impl Averages {
 }
 
 impl Replication {
-    /// Of these participants; tests that cannot be made of them are missing.
+    /// Computes the averages and tests of these participants; tests that are impossible are `None`.
     #[must_use]
     pub fn from_averages(participants: &[Averages]) -> Self {
         let patterns = std::array::from_fn(|number| {
@@ -167,12 +169,13 @@ mod tests {
 
     #[test]
     fn tests_are_of_what_the_paper_says() {
-        // All rank conducted patterns alike: χ² is n (k - 1).
+        // All participants rank the conducted patterns equally, so χ² is n (k - 1).
         let all = [1.0, 2.0, 3.0].map(|by| averages(|number| by + 0.01 * number as f64));
         let of = Replication::from_averages(&all);
         let [chi_squared, _] = of.friedman.unwrap();
         assert!((chi_squared - 27.0).abs() < 1e-9, "{chi_squared}");
-        // Isolated ones exceed conducted ones by 0.01 at every phase difference.
+        // The differences between conducted and isolated patterns vary with the phase difference; t
+        // follows from their mean and standard deviation.
         let apart = Replication::from_averages(&[
             averages(|number| 0.1 * (number % 3) as f64),
             averages(|number| 0.01 * number as f64),

@@ -1,5 +1,5 @@
-//! A drawn wearer's row of `draws.csv`: every number that decides a claim, with every
-//! digit, and what such a row says.
+//! Formats and parses a wearer's row of `draws.csv`, with all digits of every number that decides a
+//! claim.
 
 use super::claims::{Individuations, PHASES_US, Torques};
 use super::pattern::Pattern;
@@ -9,7 +9,7 @@ use super::trials::Postures;
 use super::voltages::{MOST_V, Voltages};
 use crate::laboratory::parse_number;
 
-/// Fields with a number, and between which ends it lies.
+/// Names of the numeric fields, with their allowed ranges.
 const NUMBERS: [(&str, [f64; 2]); 21] = [
     ("va_th", VOLTS),
     ("va_max", VOLTS),
@@ -38,7 +38,7 @@ const VOLTS: [f64; 2] = [0.0, MOST_V];
 const TORQUE: [f64; 2] = [-100.0, 100.0];
 const INDIVIDUATION: [f64; 2] = [0.0, 1.0];
 const ANGLE: [f64; 2] = [-180.0, 180.0];
-/// What a draw became, but for whole ones.
+/// Outcomes of a draw without numbers, with their names in the file.
 const MISSING: [(&str, DrawOutcome); 4] = [
     ("no points", DrawOutcome::NoPoints),
     ("no coupling", DrawOutcome::NoCoupling),
@@ -48,7 +48,7 @@ const MISSING: [(&str, DrawOutcome); 4] = [
 const WHOLE: &str = "whole";
 const ELECTRODES: [&str; 2] = ["round", "small"];
 
-/// Names of the columns: what it became, and its numbers; then a claim each.
+/// Returns the names of the columns: outcome, electrodes and numbers, then one for each claim.
 pub(super) fn columns(population: &Population) -> Vec<String> {
     let own = ["became", "electrodes"].into_iter();
     let own = own
@@ -58,7 +58,7 @@ pub(super) fn columns(population: &Population) -> Vec<String> {
     own.map(str::to_owned).chain(claims).collect()
 }
 
-/// The row of this wearer, without what was drawn.
+/// Formats the row of one wearer, without the random parameters.
 pub(super) fn format_row(drawn: &DrawOutcome, population: &Population) -> String {
     let DrawOutcome::Whole(measured) = drawn else {
         let name = MISSING.iter().find(|(_, of)| of == drawn);
@@ -77,10 +77,10 @@ pub(super) fn format_row(drawn: &DrawOutcome, population: &Population) -> String
     fields.join(",")
 }
 
-/// What such a row says.
+/// Parses such a row.
 ///
 /// # Errors
-/// What the program does not write.
+/// Fails with a description of the first mistake.
 pub(super) fn parse_row(row: &str, population: &Population) -> Result<DrawOutcome, String> {
     let fields: Vec<&str> = row.split(',').collect();
     let wanted = columns(population).len();
@@ -123,7 +123,7 @@ pub(super) fn parse_row(row: &str, population: &Population) -> Result<DrawOutcom
     }
 }
 
-/// In the order of [`NUMBERS`].
+/// Returns the numbers in the order of [`NUMBERS`].
 fn numbers(measured: &Numbers) -> [Option<f64>; NUMBERS.len()] {
     let Voltages {
         threshold_v: [va_th, vb_th],
@@ -150,7 +150,7 @@ fn numbers(measured: &Numbers) -> [Option<f64>; NUMBERS.len()] {
     numbers
 }
 
-/// Of these, in the order of [`NUMBERS`].
+/// Builds the outcome from values in the order of [`NUMBERS`].
 fn numbers_of(
     values: [Option<f64>; NUMBERS.len()],
     is_small: bool,

@@ -1,26 +1,27 @@
-//! Sessions of experiments 1 to 3 and posture, and how their numbers and claims are told.
+//! Sessions of experiments 1 to 3 and posture, and helpers that turn their numbers and claims into
+//! rows and shares.
 
 use super::experiments::{Condition, StimulationResult};
 use crate::laboratory::{Row, Share};
 use host_core::statistics;
 use serde::{Deserialize, Serialize};
 
-/// One participant's session of one draw.
+/// Session of one participant in one draw.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Session {
-    /// Whose.
+    /// Name of the participant.
     pub participant: String,
-    /// Whether the paper tells of them in the additional experiment.
+    /// Whether the paper prints results of this participant in the additional experiment.
     pub is_printed: bool,
-    /// Which replication.
+    /// Index of the draw.
     pub draw: u64,
-    /// What was stimulated.
+    /// Conditions of the session.
     pub conditions: Vec<Condition>,
-    /// In the order in which it was.
+    /// Stimulations in the order in which they were applied.
     pub stimulated: Vec<StimulationResult>,
 }
 
-/// Median, 5th and 95th percentile of `all`.
+/// Builds a row with the median and the 5th and 95th percentile of `all`.
 pub(super) fn row(
     id: &str,
     quantity: String,
@@ -31,7 +32,8 @@ pub(super) fn row(
     Row::from_numbers(id.to_owned(), quantity, unit, paper, all)
 }
 
-/// In how many of `all` that could be judged it holds.
+/// Counts in how many of the judged cases the claim holds; `None` stands for a case that cannot be
+/// judged.
 pub(super) fn claim(
     id: &str,
     claim: String,
@@ -46,7 +48,7 @@ pub(super) fn claim(
     Share::from_counts(id.to_owned(), claim, paper, (holds, of))
 }
 
-/// Mean over the trials of the condition that `is`.
+/// Returns the mean of `of` over all stimulations whose condition satisfies `is`.
 pub(super) fn mean(
     session: &Session,
     is: impl Fn(&Condition) -> bool,
@@ -57,7 +59,8 @@ pub(super) fn mean(
     statistics::mean(own.map(of))
 }
 
-/// Whoever took part, in the order of the sessions.
+/// Returns the name of each participant, in the order of the sessions, and whether the paper prints
+/// their results.
 pub(super) fn people(sessions: &[Session]) -> Vec<(&str, bool)> {
     let mut all: Vec<(&str, bool)> = Vec::new();
     for session in sessions {

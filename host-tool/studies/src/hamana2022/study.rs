@@ -1,4 +1,5 @@
-//! Cells of the study: drawn wearers under one rule, ground and operating point.
+//! Cells of the study: random wearers under one recruitment rule, return impedance and operating
+//! point.
 
 use super::claims::{Individuations, Torques, individuations, judge_claims};
 use super::couplings;
@@ -11,56 +12,57 @@ use hal_sim::body::hand::field::{Field, Pad, Shape};
 use hal_sim::body::hand::spec::{ROUND_M, SMALL_M};
 use hal_sim::body::hand::{Hand, HandSpec, InvalidHand};
 
-/// What distinguishes a cell.
+/// Parameters of a cell.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cell {
-    /// What of the field charges a nerve, by name.
+    /// Name of the recruitment rule: the property of the field that charges a nerve.
     pub rule: String,
-    /// Of the return's impedance.
+    /// Factor of the return electrode's impedance.
     pub return_factor: f64,
-    /// Part above threshold at which both points are driven; 0 as searched.
+    /// Fraction above threshold at which both points are driven; 0 stands for the searched
+    /// voltages.
     pub volts: f64,
-    /// What is taken away, if anything.
+    /// Name of the removed mechanism, if any.
     pub without: Option<String>,
-    /// Of a cell in which B's threshold is drawn as A's is: how many times the skin's
-    /// impedance.
+    /// Factor of the skin's impedance in a cell in which B's threshold has the same range as A's.
     pub balanced_skin: Option<f64>,
 }
 
-/// What became of a draw.
+/// Numbers of a random wearer, or the reason why there are none.
 #[derive(Clone, PartialEq, Debug)]
 pub enum DrawOutcome {
     /// No two places bend the index finger first.
     NoPoints,
-    /// No coupling within its range gives B or the extensor's point its threshold.
+    /// No coupling in its range gives B or the extensor's point its threshold.
     NoCoupling,
-    /// The limiter holds a point below its threshold, so that the search finds a lower one.
+    /// The limiter prevents a point from reaching its threshold, so the search finds a lower one.
     Held,
-    /// A point moves nothing up to the greatest voltage, or others with the index finger.
+    /// A point moves nothing up to the largest voltage, or it moves other digits together with the
+    /// index finger.
     NoVoltages,
-    /// It has all numbers.
+    /// The draw has all numbers.
     Whole(Box<Numbers>),
 }
 
-/// The numbers of a wearer.
+/// Numbers of a wearer that decide the claims.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Numbers {
-    /// As searched.
+    /// Searched thresholds and largest voltages.
     pub voltages: Voltages,
-    /// Whether its electrodes are the small ones.
+    /// Whether the electrodes are the small ones.
     pub is_small: bool,
     /// Mean torques.
     pub torques: Torques,
-    /// Mean individuation of conducted patterns.
+    /// Mean individuation of the conducted patterns.
     pub individuations: Individuations,
-    /// Angles of the index finger as the forearm pronates, with one point and with two, °.
+    /// Angles of the index finger at three pronations, with one point and with two, °.
     pub postures: [Postures; 2],
-    /// Trials that the paper's rule leaves out.
+    /// Number of trials that the paper's rule leaves out.
     pub left_out: u64,
 }
 
 impl Numbers {
-    /// Whether each claim holds, of these numbers alone.
+    /// Judges each claim from these numbers.
     #[must_use]
     pub fn claims(&self) -> [Option<bool>; 8] {
         judge_claims(
@@ -72,12 +74,12 @@ impl Numbers {
     }
 }
 
-/// The usual one.
+/// Default electrode.
 pub(super) const ROUND: Shape = Shape::Round {
     diameter_m: ROUND_M,
 };
-/// The shapes that are tried, one after the other: the small one where no selective points
-/// are found with the round one (Hamana 2022, II-B).
+/// Shapes in the order in which they are tried. The small one is used if no selective points are
+/// found with the round one (Hamana 2022, II-B).
 const SHAPES: [Shape; 2] = [
     ROUND,
     Shape::Rectangle {
@@ -86,39 +88,40 @@ const SHAPES: [Shape; 2] = [
     },
 ];
 
-/// A hand with electrodes on it, its searches done.
+/// A hand with electrodes, after the searches for points and voltages.
 #[derive(Clone, Debug)]
 pub struct PreparedHand {
-    /// The hand.
+    /// Hand with electrodes and fitted couplings.
     pub hand: Hand,
-    /// What the searches found.
+    /// Voltages that the searches found.
     pub voltages: Voltages,
-    /// Whether its electrodes are the small ones.
+    /// Whether the electrodes are the small ones.
     pub is_small: bool,
 }
 
-/// What is known of a wearer before electrodes are placed, V.
+/// Facts about a wearer that are known before electrodes are placed.
 #[derive(Clone, Copy, Debug)]
 pub struct KnownThresholds {
-    /// From where on point A moves something.
+    /// Threshold of point A, V.
     pub threshold_v: f64,
-    /// The same of B, where it is known.
+    /// Threshold of point B, V, if it is known.
     pub b_v: Option<f64>,
-    /// From where on the extensor's point extends something, where it is known.
+    /// Threshold of the extensor's point, V, if it is known.
     pub extensor_v: Option<f64>,
-    /// Where A, B and the extensor's electrode lie, m, where it is known.
+    /// Places of the electrodes of A, B and the extensor, m, if they are known.
     pub pads_m: Option<[[f64; 2]; 3]>,
-    /// Where searches end.
+    /// Largest voltage of the searches, V.
     pub most_v: f64,
-    /// Whether A and B are those that a person finds first: [`super::Departure::first_found`].
+    /// Whether A and B are the first selective places that a person finds:
+    /// [`super::Departure::first_found`].
     pub first_found: bool,
 }
 
-/// Electrodes on the hand of `spec`, of whom this is `known`. Otherwise why there are none:
-/// of the small ones, the last that were tried.
+/// Places electrodes on the hand of `spec` with these known thresholds and searches its voltages.
+/// Otherwise returns the reason why that is impossible, for the last shape that could be placed.
 ///
 /// # Errors
-/// The hand cannot be, or its circuit cannot be solved.
+/// Fails if the hand is invalid or its circuit cannot be solved.
 pub fn prepare(
     spec: &HandSpec,
     known: KnownThresholds,
@@ -160,7 +163,7 @@ pub fn prepare(
 }
 
 impl KnownThresholds {
-    /// Of a drawn person.
+    /// Returns the known facts of a random wearer: only A's threshold.
     #[must_use]
     pub const fn from_person(person: &DrawnHand) -> Self {
         Self {
@@ -173,7 +176,8 @@ impl KnownThresholds {
         }
     }
 
-    /// Whether a threshold found is below the known one by a step of the search or more.
+    /// Returns whether a searched threshold is below the known one by at least one step of the
+    /// search.
     fn contradicts(&self, found: &Voltages) -> bool {
         self.b_v.is_some_and(|b_v| {
             let known = [self.threshold_v, b_v];
@@ -184,7 +188,7 @@ impl KnownThresholds {
 }
 
 impl Population {
-    /// All cells, then the ablations of the default one, then the balanced ones.
+    /// Lists all crossed cells, then the ablations of the default cell, then the balanced cells.
     #[must_use]
     pub fn cells(&self) -> Vec<Cell> {
         let mut all = Vec::new();
@@ -222,10 +226,10 @@ impl Population {
         all
     }
 
-    /// Wearer `index` of `cell`.
+    /// Computes wearer `index` of `cell`.
     ///
     /// # Errors
-    /// The declaration, or a hand that cannot be.
+    /// Fails if the declaration or a hand is invalid.
     pub fn draw(&self, cell: &Cell, seed: u64, index: u64) -> Result<DrawOutcome, TwoPointsError> {
         Ok(match self.prepare_wearer(cell, seed, index)? {
             Ok(prepared) => DrawOutcome::Whole(Box::new(self.measure_patterns(cell, prepared)?)),
@@ -233,10 +237,10 @@ impl Population {
         })
     }
 
-    /// Wearer `index` of `cell` after its searches, or what it became in them.
+    /// Prepares wearer `index` of `cell` by its searches, or returns the outcome that ended them.
     ///
     /// # Errors
-    /// The declaration, or a hand that cannot be.
+    /// Fails if the declaration or a hand is invalid.
     pub fn prepare_wearer(
         &self,
         cell: &Cell,
@@ -261,11 +265,10 @@ impl Population {
         prepare(&spec, known)
     }
 
-    /// What a wearer of `cell` whose searches are done comes to: all trials of all 29
-    /// patterns, and the postures.
+    /// Measures a prepared wearer of `cell`: all trials of all 29 patterns, and the postures.
     ///
     /// # Errors
-    /// The hand's circuit cannot be solved.
+    /// Fails if the hand's circuit cannot be solved.
     pub fn measure_patterns(
         &self,
         cell: &Cell,

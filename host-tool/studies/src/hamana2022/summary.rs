@@ -1,4 +1,4 @@
-//! What the drawn wearers of a cell come to: a line of a table, rows and shares for
+//! Summarises the random wearers of a cell: a line of the table, and rows and shares for
 //! `result.json`.
 
 use super::claims::{LATE, TOGETHER};
@@ -7,30 +7,29 @@ use super::study::{Cell, DrawOutcome, Numbers};
 use crate::laboratory::{Row, Share};
 use host_core::statistics;
 
-/// A cell and its wearers, in their order.
+/// A cell and its wearers.
 #[derive(Clone, Debug)]
 pub struct Summary {
-    /// Which.
     pub cell: Cell,
-    /// Its wearers, from number 0.
+    /// Outcomes of the wearers, from index 0.
     pub drawn: Vec<DrawOutcome>,
 }
 
-/// Columns of a claim, as short as a table of 80 columns wants them.
+/// Column heads of the claims, short enough for a table of 80 columns.
 const SHORT: [&str; 8] = [
     "sel", "500us", "two>1", "C>I", "I=1", "C=I,1", "r_th", "post",
 ];
 
-/// The share of draws that the others are of.
+/// Wording of the share of draws whose searches succeed; the other shares count only these.
 const FOUND: &str = "searches find points and voltages; no other share counts a draw without";
 
-/// What the claims compare of a wearer; `None` where it has none.
+/// Quantity that a claim compares; `None` if a wearer has none.
 type Measure = fn(&Numbers) -> Option<f64>;
 
 const TWO_ONE: &str = "two points over one, torque";
 const APART: &str = "two points conducted over isolated, torque";
 const ALIKE: &str = "one point conducted over isolated, torque";
-/// Name, unit and measure.
+/// Name, unit and getter of each quantity.
 const MEASURES: [(&str, &str, Measure); 9] = [
     (TWO_ONE, "", |numbers| {
         Some(numbers.torques.two / numbers.torques.one)
@@ -60,7 +59,7 @@ const MEASURES: [(&str, &str, Measure); 9] = [
 ];
 
 impl Cell {
-    /// In a table and in `draws.csv`.
+    /// Returns the name in the table and in `draws.csv`.
     #[must_use]
     pub fn name(&self) -> String {
         let volts = match self.volts {
@@ -88,7 +87,7 @@ impl Summary {
         })
     }
 
-    /// Wearers in whom claim `index` holds, of those in whom it can be judged.
+    /// Counts the wearers for whom claim `index` holds, and those for whom it can be judged.
     fn holds(&self, index: usize) -> (u64, u64) {
         let judged = self
             .complete_draws()
@@ -99,7 +98,8 @@ impl Summary {
         )
     }
 
-    /// All claims at once; one that cannot be judged does not hold.
+    /// Counts the wearers for whom all claims hold, and all wearers with numbers. A claim that
+    /// cannot be judged does not hold.
     fn holds_jointly(&self) -> (u64, u64) {
         let all = self
             .complete_draws()
@@ -107,14 +107,15 @@ impl Summary {
         (all.count() as u64, self.complete_draws().count() as u64)
     }
 
-    /// The table's head.
+    /// Returns the head of the table.
     #[must_use]
     pub fn head() -> String {
         let claims = SHORT.map(|short| format!("{short:>6}")).concat();
         format!("{:<23}{:>4}{claims}{:>5}", "cell", "n", "all")
     }
 
-    /// Its line: wearers with all numbers, and in how many of a hundred each claim holds.
+    /// Returns the cell's line of the table: the number of wearers with all numbers, and the
+    /// percentage for whom each claim holds.
     #[must_use]
     pub fn line(&self) -> String {
         let percent = |(holds, of): (u64, u64)| match of {
@@ -127,7 +128,8 @@ impl Summary {
         format!("{:<23}{n:>4}{claims}{all:>5}", self.cell.name())
     }
 
-    /// Why wearers are missing, and medians of what the claims compare.
+    /// Describes why wearers are missing, and the medians of the quantities that the claims
+    /// compare.
     #[must_use]
     pub fn details(&self) -> String {
         let median = |id: &str| {
@@ -144,14 +146,14 @@ impl Summary {
         )
     }
 
-    /// How many draws became no wearer with all numbers, and why.
+    /// Counts the draws without numbers, by reason.
     #[must_use]
     pub fn missing(&self) -> String {
         let count =
             |is: fn(&DrawOutcome) -> bool| self.drawn.iter().filter(|draw| is(draw)).count();
         let no_points = count(|draw| matches!(draw, DrawOutcome::NoPoints));
         let no_volts = count(|draw| matches!(draw, DrawOutcome::NoVoltages));
-        // Where only A's threshold is known, nothing is fitted to others.
+        // This reason exists only if thresholds other than A's are known.
         let unlike = match count(|draw| matches!(draw, DrawOutcome::NoCoupling | DrawOutcome::Held))
         {
             0 => String::new(),
@@ -160,7 +162,7 @@ impl Summary {
         format!("no points {no_points}{unlike}, no voltages {no_volts}")
     }
 
-    /// What whole wearers have of a measure, rising.
+    /// Returns the values of a quantity in ascending order.
     fn sorted(&self, of: Measure) -> Vec<f64> {
         let all = self.complete_draws().filter_map(of);
         let mut all: Vec<f64> = all.filter(|value| value.is_finite()).collect();
@@ -168,8 +170,8 @@ impl Summary {
         all
     }
 
-    /// Of each measure the median and range of the whole wearers. The paper prints none of
-    /// a population.
+    /// Returns for each quantity its median and range over the wearers. The paper prints none of
+    /// them for a population.
     #[must_use]
     pub fn rows(&self) -> Vec<Row> {
         let name = self.cell.name();
@@ -180,7 +182,8 @@ impl Summary {
         MEASURES.iter().map(row).collect()
     }
 
-    /// Each claim's share, and that of all jointly.
+    /// Returns each claim's share, the share of all claims jointly, and that of successful
+    /// searches.
     #[must_use]
     pub fn shares(&self, population: &Population) -> Vec<Share> {
         let claims = population.claims.iter().enumerate();

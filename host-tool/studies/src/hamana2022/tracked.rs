@@ -1,4 +1,4 @@
-//! Experiment 4 (Hamana 2022, III-D) on a drawn hand: the device follows a sine with one
+//! Runs experiment 4 (Hamana 2022, III-D) on a random hand: the device follows a sine with one
 //! point or with two.
 
 use super::error::TwoPointsError;
@@ -14,22 +14,22 @@ use host_core::session::BodySpec;
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
-/// Which points are pulsed, in the paper's order.
+/// Points that are pulsed, in the paper's order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Method {
     /// Point A alone.
     A,
     /// Point B alone.
     B,
-    /// Both, conducted, B 2 ms after A.
+    /// Both points, conducted, B 2 ms after A.
     Two,
 }
 
 impl Method {
-    /// All of them.
+    /// All methods, in the paper's order.
     pub const ALL: [Self; 3] = [Self::A, Self::B, Self::Two];
 
-    /// For tables.
+    /// Returns the name as tables show it.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -48,28 +48,27 @@ impl Method {
     }
 }
 
-/// What a trial came to.
+/// Result of one trial.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrialTracking {
-    /// From 10 to 30 s, °.
+    /// RMSE from 10 to 30 s, °.
     pub rmse_deg: f64,
-    /// Time, s, wanted and measured angle, °: as many rows as can be told apart in a
-    /// picture.
+    /// Time, s, reference and measured angle, °, with no more rows than a picture can show.
     pub course: Vec<[f64; 3]>,
 }
 
-/// Rows of a course at most.
+/// Largest number of rows of a course.
 const ROWS: usize = 600;
 
-/// The laws that are compared.
+/// Control laws that are compared.
 pub const LAWS: [&str; 2] = ["paper", "recommended"];
 
-/// Threshold and greatest voltage of A, B and the extensor's point, V.
+/// Threshold and largest voltage of A, B and the extensor's point, V.
 type Ranges = [[f64; 2]; 3];
 
 impl Wearer {
-    /// Threshold and greatest voltage of A, B and the extensor's point with this method, V;
-    /// `None` where both points together move nothing.
+    /// Returns threshold and largest voltage of A, B and the extensor's point with this method, V;
+    /// `None` if both points together move nothing.
     #[must_use]
     pub fn ranges_v(&self, method: Method) -> Option<[[f64; 2]; 3]> {
         let Self { voltages, .. } = self;
@@ -84,8 +83,8 @@ impl Wearer {
         Some([of(0), of(1), self.extensor_v])
     }
 
-    /// The same within what the device gives through the load that it measures; otherwise
-    /// why there is none.
+    /// Limits these ranges to the voltages that the device can apply to the measured load. Returns
+    /// the reason if none remains.
     fn device_ranges_v(&self, method: Method) -> Result<Result<Ranges, String>, TwoPointsError> {
         let Some(mut ranges) = self.ranges_v(method) else {
             return Ok(Err("both points together move nothing".to_owned()));
@@ -108,10 +107,10 @@ impl Wearer {
         Ok(Ok(ranges))
     }
 
-    /// What trial `number` came to; otherwise why there is none.
+    /// Runs trial `number`. Returns the reason if the trial has no result.
     ///
     /// # Errors
-    /// The program's own session.
+    /// Fails if the program's own session is invalid.
     pub fn track(
         &self,
         population: &Population,
@@ -126,7 +125,8 @@ impl Wearer {
             .ok_or_else(|| TwoPointsError::Declaration("experiment 4's session".to_owned()))?;
         let mut file = match SessionFile::parse("hamana-4.toml", &text) {
             Ok(file) => file,
-            // Where threshold and greatest voltage are one, there is nothing to control.
+            // The session is invalid if threshold and largest voltage are equal, because nothing
+            // can be controlled.
             Err(error) => return Ok(Err(error.to_string())),
         };
         let fitted = self.fit_for_trial(population, number);
@@ -156,7 +156,7 @@ fn play_session(
     })
 }
 
-/// `text` for a wearer with these ranges.
+/// Adapts the session `text` to a wearer with these ranges.
 fn adapt_session(text: &str, ranges_v: [[f64; 2]; 3], law: &str) -> Option<String> {
     let mut table: Table = text.parse().ok()?;
     let range = |number: &Value| ranges_v.get(usize::try_from(number.as_integer()? - 1).ok()?);
@@ -174,7 +174,7 @@ fn adapt_session(text: &str, ranges_v: [[f64; 2]; 3], law: &str) -> Option<Strin
     let bound = |point: &mut Value| {
         let point = point.as_table_mut()?;
         let [low_v, most_v] = *range(point.get("channel")?)?;
-        // Millivolts are the finest that a session names.
+        // A session resolves voltages to 1 mV.
         point.insert("threshold".into(), ((1e3 * low_v).round() / 1e3).into());
         point.insert("max".into(), most_v.into());
         Some(())
@@ -193,7 +193,7 @@ mod tests {
 
     #[test]
     fn a_session_takes_the_wearers_voltages() {
-        // The extensor's are below the `start` of the shipped session.
+        // The extensor's voltages are below the `start` of the shipped session.
         let ranges = [[19.6, 28.0], [25.2, 36.0], [14.0, 20.0]];
         for (method, channels) in Method::ALL.into_iter().zip([2, 2, 3]) {
             let text = adapt_session(method.session(), ranges, "paper").unwrap();

@@ -1,5 +1,5 @@
-//! Experiments 1 and 2 and the one on posture (Hamana 2022, III-A, III-B, III-D6) on one
-//! hand: every pattern, some trials each.
+//! Simulates experiments 1 and 2 and the posture experiment (Hamana 2022, III-A, III-B, III-D6) on
+//! one hand: every pattern in several trials.
 
 use super::error::TwoPointsError;
 use super::pattern::Pattern;
@@ -8,40 +8,39 @@ use hal_sim::body::hand::Hand;
 use hal_sim::body::hand::spec::{A, B};
 use hal_sim::random::standard_normal;
 
-/// How trials differ.
+/// Number of trials, and the random variation between them.
 #[derive(Clone, Copy, Debug)]
 pub struct Trials {
-    /// Of each pattern.
+    /// Number of trials of each pattern.
     pub count: u64,
-    /// Standard deviation of the skin's place, m.
+    /// Standard deviation of the skin's shift, m.
     pub jitter_m: f64,
-    /// Of a contraction's strength, as a part.
+    /// Relative standard deviation of a contraction's strength.
     pub force_noise: f64,
-    /// Decides both.
+    /// Seed of both random variations.
     pub seed: u64,
 }
 
-/// What a pattern came to: means over its trials.
+/// Means of a pattern over its trials.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outcome {
-    /// Which.
     pub pattern: Pattern,
     /// Isometric torque of the index finger, N·m.
     pub torque_nm: f64,
-    /// Individuation index; `None` where every trial was left out.
+    /// Individuation index; `None` if every trial was left out.
     pub individuation: Option<f64>,
-    /// Trials that the paper's rule leaves out.
+    /// Number of trials that the paper's rule leaves out.
     pub left_out: u64,
 }
 
-/// Angles of the index finger above rest at pronation of 0, 45 and 90°.
+/// Angles of the index finger above rest at a pronation of 0, 45 and 90°, °.
 pub type Postures = [f64; 3];
 
 impl Trials {
-    /// Every pattern at these voltages. The skin is where it was at rest afterwards.
+    /// Simulates every pattern at these voltages and returns the skin to its position at rest.
     ///
     /// # Errors
-    /// The hand's circuit cannot be solved.
+    /// Fails if the hand's circuit cannot be solved.
     pub fn patterns(
         &self,
         hand: &mut Hand,
@@ -79,11 +78,11 @@ impl Trials {
         Ok(outcomes.collect())
     }
 
-    /// How far the index finger bends as the forearm pronates: with the point that bends
-    /// it further at 0°, isolated, and with both in the usual pattern.
+    /// Returns how far the index finger bends at each pronation: with the isolated point that bends
+    /// it further at 0°, and with both points in the default pattern.
     ///
     /// # Errors
-    /// The hand's circuit cannot be solved.
+    /// Fails if the hand's circuit cannot be solved.
     pub fn postures(
         &self,
         hand: &mut Hand,

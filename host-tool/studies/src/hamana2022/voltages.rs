@@ -1,4 +1,4 @@
-//! Searches thresholds and greatest voltages with the procedure of Hamana 2022 (III-A2, III-C1).
+//! Searches thresholds and largest voltages with the procedure of Hamana 2022 (III-A2, III-C1).
 
 use super::error::TwoPointsError;
 use super::pattern::{PERIOD_US, Pattern, WIDTH_US};
@@ -11,15 +11,15 @@ use serde::{Deserialize, Serialize};
 
 /// Step of the search, V.
 pub(super) const STEP_V: f64 = 2.0;
-/// Voltage at which the search ends, V. The range of the stimulator is an assumption: the greatest
+/// Voltage at which the search ends, V. The range of the stimulator is an assumption: the largest
 /// voltage in the paper is 40 V.
 pub(super) const MOST_V: f64 = 44.0;
 /// Individuation index above which the index finger counts as moving alone (III-A2).
 pub const SELECTIVE: f64 = 0.8;
 /// Number of steps in which the ratio r rises to 1 (III-C1).
 const RATIO_STEPS: u32 = 10;
-/// Force at which the wrist counts as barely extended, as a part of all that its extensors have.
-/// Assumed.
+/// Force at which the wrist counts as barely extended, as a fraction of the full force of its
+/// extensors. Assumed.
 const WRIST_BARELY_EXTENDED: f64 = 0.1;
 /// Smallest and largest factor of all thresholds that [`calibrate`] considers.
 const FACTOR_RANGE: [f64; 2] = [1e-9, 1e9];
@@ -33,8 +33,8 @@ pub struct Voltages {
     pub threshold_v: [f64; 2],
     /// Highest voltages at A and B at which the index finger moves alone, V.
     pub most_v: [f64; 2],
-    /// Smallest ratio r of both greatest voltages at which [`Pattern::usual`] visibly bends the
-    /// index finger; `None` if none does.
+    /// Smallest ratio r of both largest voltages at which [`Pattern::default_two_point`] visibly
+    /// bends the index finger; `None` if none does.
     pub ratio: Option<f64>,
 }
 
@@ -49,7 +49,7 @@ pub(super) fn bent_deg(
 }
 
 /// Stimulates the extensor's point at `volts` while A and B float. Returns how far the index finger
-/// extends from rest, °, and the force of the wrist's extensors as a part of all that they have.
+/// extends from rest, °, and the force of the wrist's extensors as a fraction of their full force.
 pub(super) fn extended_deg(hand: &mut Hand, volts: f64) -> Result<(f64, f64), TwoPointsError> {
     let segment = |terminal, lasts_us| {
         let mut terminals = [Terminal::Floating; 3];
@@ -67,13 +67,13 @@ pub(super) fn extended_deg(hand: &mut Hand, volts: f64) -> Result<(f64, f64), Tw
     Ok((extended, response.wrist))
 }
 
-/// Searches threshold and greatest voltage of the extensor's point up to `end_v`, V (Hamana 2022,
+/// Searches threshold and largest voltage of the extensor's point up to `end_v`, V (Hamana 2022,
 /// III-C1). The threshold is the lowest voltage that visibly extends the index finger; at the
-/// greatest voltage the wrist is still at most barely extended. Returns `None` if no voltage
-/// extends the index finger, or if the wrist extends first.
+/// largest voltage the wrist is still at most barely extended. Returns `None` if no voltage extends
+/// the index finger, or if the wrist extends first.
 ///
 /// # Errors
-/// The hand's circuit cannot be solved.
+/// Fails if the hand's circuit cannot be solved.
 pub fn search_extensor(hand: &mut Hand, end_v: f64) -> Result<Option<[f64; 2]>, TwoPointsError> {
     let mut found: Option<[f64; 2]> = None;
     let mut volts = STEP_V;
@@ -96,7 +96,7 @@ pub fn search_extensor(hand: &mut Hand, end_v: f64) -> Result<Option<[f64; 2]>, 
 /// `threshold_v` on, V.
 ///
 /// # Errors
-/// The hand's circuit cannot be solved.
+/// Fails if the hand's circuit cannot be solved.
 pub fn calibrate(hand: &mut Hand, threshold_v: f64) -> Result<(), TwoPointsError> {
     let [mut low, mut high] = FACTOR_RANGE;
     for _ in 0..BISECTIONS {
@@ -113,10 +113,10 @@ pub fn calibrate(hand: &mut Hand, threshold_v: f64) -> Result<(), TwoPointsError
 impl Voltages {
     /// Searches the voltages of points A and B up to `end_v`, V. Returns `None` if a point has no
     /// threshold: nothing moves visibly up to `end_v`, or the index finger does not move alone when
-    /// it first does.
+    /// it first moves.
     ///
     /// # Errors
-    /// The hand's circuit cannot be solved.
+    /// Fails if the hand's circuit cannot be solved.
     pub fn search(hand: &mut Hand, end_v: f64) -> Result<Option<Self>, TwoPointsError> {
         let mut voltages = [[0.0; 2]; 2];
         for point in [A, B] {
@@ -148,17 +148,17 @@ impl Voltages {
 pub struct SearchStep {
     /// Voltage at the point, V.
     pub volts: f64,
-    /// Flexion of the free digits above rest, as parts of their ranges (equation 2).
+    /// Flexion of the free digits above rest, as fractions of their ranges (equation 2).
     pub flexed: [f64; DIGITS],
     /// Individuation index (equation 1); `None` if the index finger does not move.
     pub individuation: Option<f64>,
 }
 
 /// Returns the response at every step of the search at `point` up to `end_v`, V, including steps
-/// above the point's greatest voltage.
+/// above the point's largest voltage.
 ///
 /// # Errors
-/// The hand's circuit cannot be solved.
+/// Fails if the hand's circuit cannot be solved.
 pub fn search_steps(
     hand: &mut Hand,
     point: usize,
@@ -177,7 +177,7 @@ pub fn search_steps(
     Ok(steps)
 }
 
-/// Searches threshold and greatest voltage of one point up to `end_v`, V; `None` as in
+/// Searches threshold and largest voltage of one point up to `end_v`, V; `None` as in
 /// [`Voltages::search`].
 fn search_point(
     hand: &mut Hand,

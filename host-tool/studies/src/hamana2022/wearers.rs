@@ -1,4 +1,4 @@
-//! Hamana 2022's participants, each drawn many times where the paper leaves them open.
+//! Hamana 2022's participants, with many random draws of the properties that the paper leaves open.
 
 use super::departure::Departure;
 use super::error::TwoPointsError;
@@ -12,51 +12,51 @@ use host_core::wearer::{self, builtin_wearer};
 use serde::Deserialize;
 use std::path::Path;
 
-/// `two_points/wearers.toml`.
+/// Text of the declaration `host-tool/experiments/hamana-wearers.toml`.
 pub const WEARERS: &str = include_str!("../../../experiments/hamana-wearers.toml");
 
-/// Who takes part in which experiments.
+/// Participants and sizes of the experiments.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Participants {
-    /// Of the draws.
+    /// Seed of all draws.
     pub seed: u64,
-    /// Replications of the study.
+    /// Number of draws of each participant.
     pub draws: u64,
-    /// Of each method of experiment 4.
+    /// Number of trials of each method in experiment 4.
     pub trials: u64,
-    /// Of each method of the hold.
+    /// Number of trials of each method in the hold.
     pub held: u64,
-    /// The participants.
+    /// Participants in the order of tables.
     #[serde(rename = "wearer")]
     pub all: Vec<Participant>,
-    /// What may be otherwise.
+    /// Ablations that a command can choose.
     #[serde(rename = "departure")]
     pub departures: Vec<Departure>,
-    /// What is otherwise.
+    /// Ablation that is applied; by default none.
     #[serde(skip)]
     pub departure: Departure,
-    /// Name and text of the files that say who they are: this declaration and the wearer
-    /// files of the paper's four, or that of whoever is none of them.
+    /// Names and texts of the files that describe the participants: this declaration and the wearer
+    /// files of the paper's four, or the wearer file of another person.
     #[serde(skip)]
     pub files: Vec<(String, String)>,
 }
 
-/// A participant's forearm, drawn, its searches done.
+/// Random forearm of a participant after the searches for points and voltages.
 #[derive(Clone, Debug)]
 pub struct Wearer {
-    /// With its electrodes on.
+    /// Hand with electrodes.
     pub hand: Hand,
-    /// Of A and B.
+    /// Voltages of A and B.
     pub voltages: Voltages,
-    /// Threshold and greatest of the extensor's point, V.
+    /// Threshold and largest voltage of the extensor's point, V.
     pub extensor_v: [f64; 2],
 }
 
-/// Of a trial's jitter and strength.
+/// Seed of a trial's skin shift and contraction strength.
 const TRIALS: u64 = 0x7121;
 
-/// Whoever the wearer file `file` of this text describes, all of whose thresholds are
+/// Reads a participant from the wearer file `file` with this text; all of its thresholds must be
 /// known.
 fn own(file: &str, text: &str) -> Result<Participant, TwoPointsError> {
     let of = Participant::from_wearer(&wearer::Wearer::parse(file, text)?).and_then(|participant| {
@@ -70,11 +70,11 @@ fn own(file: &str, text: &str) -> Result<Participant, TwoPointsError> {
 }
 
 impl Participants {
-    /// The program's own, for nobody or "all"; with a name, that one alone; with a file
-    /// (`.toml`), whoever it describes.
+    /// Loads the declared participants for `None` or "all", one of them for a name, or the person
+    /// of a wearer file (`.toml`).
     ///
     /// # Errors
-    /// They cannot be read, or there is nobody of this name.
+    /// Fails if they cannot be read, or if there is no participant of this name.
     pub fn load(whom: Option<&str>) -> Result<Self, TwoPointsError> {
         let mut read: Self =
             toml::from_str(WEARERS).map_err(|e| TwoPointsError::Declaration(e.to_string()))?;
@@ -107,10 +107,10 @@ impl Participants {
         Ok(read)
     }
 
-    /// The same with the departure of this name, if there is one.
+    /// Selects the ablation of this name, if one is given.
     ///
     /// # Errors
-    /// There is none of this name.
+    /// Fails if there is no ablation of this name.
     pub fn with_departure(mut self, name: Option<&str>) -> Result<Self, TwoPointsError> {
         let Some(name) = name else { return Ok(self) };
         let found = self
@@ -126,17 +126,17 @@ impl Participants {
         Ok(self)
     }
 
-    /// The ablation as a sentence for readers of the page.
+    /// Describes the ablation for the report page.
     #[must_use]
     pub fn ablation_note(&self) -> Option<String> {
         let Departure { name, says, .. } = &self.departure;
         (!name.is_empty()).then(|| format!("Departure {name}: {says}."))
     }
 
-    /// Draw `index` of `participant`, one of them, or why there is none.
+    /// Generates draw `index` of `participant`, or returns the reason why that is impossible.
     ///
     /// # Errors
-    /// As [`Participant::draw`].
+    /// Fails if the declaration or a hand is invalid.
     pub fn draw(
         &self,
         participant: &Participant,
@@ -148,17 +148,17 @@ impl Participants {
 }
 
 impl Participant {
-    /// Draw `index` of this participant, or why there is none.
+    /// Generates draw `index` of this participant, or returns the reason why that is impossible.
     ///
     /// # Errors
-    /// The declaration, or a hand that cannot be.
+    /// Fails if the declaration or a hand is invalid.
     fn draw(
         &self,
         departure: &Departure,
         population: &Population,
         (seed, index): (u64, u64),
     ) -> Result<Result<Wearer, &'static str>, TwoPointsError> {
-        // Each participant's draws are their own.
+        // The name enters the seed, so that participants have independent draws.
         let own = self
             .name
             .bytes()
@@ -207,8 +207,8 @@ const fn missing_reason(missing: &DrawOutcome) -> &'static str {
 }
 
 impl Wearer {
-    /// As they come to trial `number`: the skin has moved a little, the contraction is a
-    /// little stronger or weaker (standard deviations of the population's declaration).
+    /// Returns the hand as it is in trial `number`: with a small random shift of the skin and
+    /// change of the contraction's strength (standard deviations of the population's declaration).
     #[must_use]
     pub fn fit_for_trial(&self, population: &Population, number: u64) -> FittedHand {
         let mut spec = self.hand.spec().clone();

@@ -1,25 +1,25 @@
-//! The analysis of variance of experiment 4 (Hamana 2022, III-D5, table 9): number of
-//! points and participant, both fixed, with the trials as replication.
+//! Analysis of variance of experiment 4 (Hamana 2022, III-D5, table 9) with the fixed factors
+//! number of points and participant, and trials as replications.
 
 use super::printed::TABLE_8;
 use super::{Part, find_draw};
 use host_core::statistics::two_way;
 use std::collections::BTreeSet;
 
-/// F and p of the number of points, of the participant and of both together.
+/// F and p of the number of points, of the participant, and of their interaction.
 pub(super) type Anova = [[f64; 2]; 3];
 
-/// What each is called.
+/// Names of the three effects.
 pub(super) const SOURCES: [&str; 3] = ["number of points", "participant", "interaction"];
 
-/// Of trials by number of points and participant; `None` where it cannot be made.
+/// Analyses trials by number of points and participant; `None` if that is impossible.
 fn two_way_anova(cells: &[Vec<Vec<f64>>]) -> Option<Anova> {
     let all = two_way(cells).ok()?;
     Some([all.first, all.second, all.interaction].map(|effect| [effect.f, effect.p]))
 }
 
-/// Of table 8 as it is printed. Table 9 has been made of numbers with more digits: its
-/// first F is 4.30, this one 4.32.
+/// Analyses table 8 as printed. Table 9 was computed from numbers with more digits: its first F is
+/// 4.30, this one is 4.32.
 pub(super) fn published() -> Option<Anova> {
     let points = [0, 1].map(|place| {
         let all = TABLE_8.iter().map(|(_, trials)| trials[place].to_vec());
@@ -28,13 +28,13 @@ pub(super) fn published() -> Option<Anova> {
     two_way_anova(&points)
 }
 
-/// The paper's three are among these.
+/// Returns whether P, Q and S are all among these names.
 pub(super) fn has_all<'a>(names: impl Iterator<Item = &'a str>) -> bool {
     let names: BTreeSet<&str> = names.collect();
     TABLE_8.iter().all(|(name, _)| names.contains(name))
 }
 
-/// Of each draw in which P, Q and S all have every trial with one point and with two.
+/// Analyses each draw in which P, Q and S have every trial with one point and with two.
 pub(super) fn replications(parts: &[Part], law: &str) -> Vec<Anova> {
     let draws: BTreeSet<u64> = parts.iter().map(|part| part.draw).collect();
     let replication = |draw: u64| {
@@ -49,7 +49,8 @@ pub(super) fn replications(parts: &[Part], law: &str) -> Vec<Anova> {
     draws.into_iter().filter_map(replication).collect()
 }
 
-/// Draws in which P, Q and S all have both means, with them.
+/// Returns the means with one point and with two of P, Q and S, for each draw in which all have
+/// both.
 pub(super) fn complete_means(parts: &[Part], law: &str) -> Vec<Vec<[f64; 2]>> {
     let draws: BTreeSet<u64> = parts.iter().map(|part| part.draw).collect();
     let both = |name: &str, draw: u64| {
@@ -65,8 +66,8 @@ mod tests {
     use super::super::printed::TABLE_9;
     use super::*;
 
-    /// Table 9 from table 8: all that is printed but for rounding (F 4.30 where the
-    /// printed trials give 4.32).
+    /// Table 9 follows from table 8 except for rounding: F is 4.30 where the printed trials give
+    /// 4.32.
     #[test]
     fn table_9_is_that_of_table_8() {
         let ours = published().unwrap();

@@ -1,4 +1,4 @@
-//! Experiment 4 (Hamana 2022, III-D) over all draws, beside tables 8 and 9.
+//! Compares experiment 4 (Hamana 2022, III-D) over all draws with tables 8 and 9.
 
 use super::anova::{self, SOURCES, published, replications};
 use super::printed::{TABLE_8, TABLE_9};
@@ -11,7 +11,7 @@ use crate::hamana2022::tracked::LAWS;
 use crate::laboratory::{Grid, Row, Share, Sheet};
 use host_core::statistics::Spread;
 
-/// "paper's law".
+/// Returns the description of a control law.
 pub(super) fn in_words(law: &str) -> &'static str {
     match law == LAWS[0] {
         true => "paper's law",
@@ -21,13 +21,13 @@ pub(super) fn in_words(law: &str) -> &'static str {
 
 const METHODS: [&str; 2] = ["one point", "two points"];
 
-/// One point's and two points' mean RMSE of each draw that has any, °.
+/// Returns the mean RMSE with one point and with two for each draw, °.
 fn means(parts: &[Part], name: &str, law: &str) -> Vec<[Option<f64>; 2]> {
     let tracked = draw_results(parts, name).filter_map(|outcome| outcome.tracking());
     tracked.map(|tracking| tracking.means(law)).collect()
 }
 
-/// Those of draws that have both.
+/// Returns the means of the draws that have both.
 fn pairs(parts: &[Part], name: &str, law: &str) -> Vec<[f64; 2]> {
     let all = means(parts, name, law).into_iter();
     all.filter_map(|[one, two]| Some([one?, two?])).collect()
@@ -43,7 +43,7 @@ impl Study {
         )
     }
 
-    /// RMSE beside table 8, F and p beside table 9.
+    /// Computes the rows of RMSE beside table 8, and of F and p beside table 9.
     pub(super) fn control_rows(&self, parts: &[Part]) -> Vec<Row> {
         let mut rows = Vec::new();
         for participant in &self.participants.all {
@@ -65,7 +65,8 @@ impl Study {
         rows
     }
 
-    /// In how many draws two points do better, as in the paper, and differ significantly.
+    /// Computes the shares of draws in which two points do better, as in the paper, and differ
+    /// significantly.
     pub(super) fn control_shares(&self, parts: &[Part]) -> Vec<Share> {
         let mut shares = Vec::new();
         for participant in &self.participants.all {
@@ -105,7 +106,7 @@ impl Study {
         shares
     }
 
-    /// Tables 8 and 9.
+    /// Returns tables 8 and 9.
     pub(super) fn control_sheets(&self, parts: &[Part]) -> Vec<Sheet> {
         let mut sheets = vec![self.table_8(parts)];
         sheets.extend(self.trials_of_table_8(parts));
@@ -144,7 +145,7 @@ impl Study {
         Sheet::table("Table 8", "RMSE of experiment 4, °", caption, grid)
     }
 
-    /// Trial by trial, of the first draw that has them.
+    /// Tabulates trial by trial the first draw that has all trials.
     fn trials_of_table_8(&self, parts: &[Part]) -> Option<Sheet> {
         let (mut rows, mut whose) = (Vec::new(), Vec::new());
         for participant in &self.participants.all {
@@ -225,7 +226,8 @@ fn share_of(participant: &Participant, law: &str, parts: &[Part]) -> Vec<Share> 
         is_printed,
         both.iter().map(|[one, two]| Some(two < one)),
     )];
-    // The paper's numbers themselves: as close as its own trials lie to each other.
+    // Compares the means with the paper's own numbers: whether they lie within the range of its
+    // trials.
     let trials = TABLE_8.iter().find(|(who, _)| who == name);
     if let Some((_, trials)) = trials {
         let within = |place: usize, number: f64| {
@@ -285,7 +287,7 @@ mod tests {
     use crate::hamana2022::tracked::Method;
     use host_core::run::DeviceName;
 
-    /// A draw of `name` whose trials are table 8's, B worse than A.
+    /// Returns a draw of `name` with the trials of table 8, in which B is worse than A.
     fn as_printed(name: &str, trials: [[f64; 5]; 2]) -> Part {
         let [one, two] = trials;
         let methods = [
@@ -323,7 +325,7 @@ mod tests {
         }
     }
 
-    /// Wearers who did what the paper printed: its numbers, its claims.
+    /// Wearers with the trials of the paper must reproduce its numbers and claims.
     #[test]
     fn what_is_printed_comes_out_of_what_is_printed() {
         let study = Study::new(
@@ -356,7 +358,7 @@ mod tests {
         );
     }
 
-    /// Table 8's averages are those of its trials, to what is printed.
+    /// The averages of table 8 agree with its trials to the printed digits.
     #[test]
     fn averages_are_those_of_the_trials() {
         let all = crate::hamana2022::Participants::load(None).unwrap().all;

@@ -1,10 +1,11 @@
-//! `draws.csv`: a row for each trial, so that every number can be computed again.
+//! Writes `draws.csv`, with one row for each trial, so that every number can be recomputed.
 
 use super::{DrawMeasurements, DrawResult, Kind, Part, Study};
 use crate::hamana2022::pattern::Pattern;
 use std::fmt::Write;
 
-/// What every row begins with: thresholds and greatest voltages as searched, V.
+/// First columns of every row: wearer, draw and result, then thresholds and largest voltages as
+/// searched, V.
 const BEGIN: &str = "wearer,draw,became,va_th,va_max,vb_th,vb_max,r_th,ve_th,ve_max";
 const PATTERNS: &str = "condition,trial,place,index_nm,individuation,index_deg,\
                         thumb,index,middle,ring,little";
@@ -12,7 +13,7 @@ const TRACKED: &str = "law,points,trial,rmse_deg,refused";
 const HELD: &str = "points,trial,greatest_deg,last_deg,sinks_deg";
 
 impl Study {
-    /// Of these, in their order; a draw that came to nothing is a row with the reason.
+    /// Formats these draws in their order; a draw without a result is a row with the reason.
     #[must_use]
     pub fn csv(&self, parts: &[Part]) -> String {
         let rest = match self.kind {
@@ -26,7 +27,7 @@ impl Study {
         for part in parts {
             let (name, draw) = (&part.participant, part.draw);
             match &part.became {
-                // A formatted `String` takes every byte.
+                // Writing to a string cannot fail.
                 Err(why) => drop(writeln!(text, "{name},{draw},\"{why}\"{empty}")),
                 Ok(came) => rows(
                     &mut text,
@@ -93,7 +94,7 @@ fn rows(text: &mut String, begin: &str, came: &DrawResult) {
     }
 }
 
-/// "A", "B" or "two", as [`crate::hamana2022::Method::name`].
+/// Returns "A", "B" or "two", like [`crate::hamana2022::Method::name`].
 fn points(pattern: Pattern) -> &'static str {
     use crate::hamana2022::pattern::Points;
     use hal_sim::body::hand::spec::A;

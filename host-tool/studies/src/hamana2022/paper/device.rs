@@ -1,22 +1,23 @@
-//! What a device puts out, held against what the body alone is given: a sample of a study.
+//! Compares the output of a device with the pattern that the study applies to the forearm, for a
+//! sample of the draws.
 
 use super::{DrawMeasurements, Kind, Part, Study};
 use crate::hamana2022::error::TwoPointsError;
 use crate::hamana2022::pattern::Pattern;
 use hal_sim::body::hand::spec::{A, B};
 
-/// Of so many draws with points and voltages one runs on the device as well; the first of
-/// them always.
+/// Number of draws per check on the device; the first draw with points and voltages is always
+/// checked.
 const CHECKED_OF: usize = 100;
-/// Voltages of A and B at which a device is tried before anybody is drawn.
+/// Voltages of A and B at which the device is tried before any draw, V.
 const TRIED_V: [f64; 2] = [20.0; 2];
 
 impl Study {
-    /// Whether the study's device puts out a pattern at all; experiment 4 finds out by
-    /// itself.
+    /// Checks that the study's device plays a pattern. Experiment 4 needs no check, because it runs
+    /// on the device.
     ///
     /// # Errors
-    /// The device is not there; E628: it does not play it.
+    /// Fails if the device cannot be opened. Returns E628 if it does not play the pattern.
     pub fn check_device(&self) -> Result<(), TwoPointsError> {
         if self.kind != Kind::Control {
             Pattern::default_two_point().play_on_device(TRIED_V, &self.device)?;
@@ -24,10 +25,10 @@ impl Study {
         Ok(())
     }
 
-    /// Every pattern of the sample on the device as well, for people.
+    /// Plays every pattern of the sample on the device and describes the comparison for the report.
     ///
     /// # Errors
-    /// E628: the device does not put it out as the body alone is given it.
+    /// Returns E628 if the output differs from the intended pattern.
     pub(super) fn check_outputs(&self, parts: &[Part]) -> Result<Vec<String>, TwoPointsError> {
         let whole = parts
             .iter()

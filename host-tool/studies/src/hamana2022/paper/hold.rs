@@ -1,4 +1,4 @@
-//! The hold (Hamana 2022, III-D6b) over all draws, beside what is printed in its text.
+//! Compares the hold (Hamana 2022, III-D6b) over all draws with the numbers in the paper's text.
 
 use super::tracking::mean;
 use super::{Part, Study, draw_results};
@@ -6,7 +6,7 @@ use crate::hamana2022::held::Hold;
 use crate::hamana2022::sessions::{claim, row};
 use crate::laboratory::{Row, Share};
 
-/// One point's and two points' mean over the trials of each draw, °.
+/// Returns the mean loss of angle over the trials of each draw, with one point and with two, °.
 fn mean_drops_deg(parts: &[Part], name: &str) -> Vec<[f64; 2]> {
     let of = |all: &[[Hold; 2]]| {
         [0, 1].map(|place| {
@@ -19,7 +19,7 @@ fn mean_drops_deg(parts: &[Part], name: &str) -> Vec<[f64; 2]> {
 }
 
 impl Study {
-    /// How far the finger sinks.
+    /// Computes the rows of how far the finger sinks.
     pub(super) fn hold_rows(&self, parts: &[Part]) -> Vec<Row> {
         let mut rows = Vec::new();
         for participant in &self.participants.all {
@@ -39,7 +39,7 @@ impl Study {
         rows
     }
 
-    /// In how many draws two points sink less.
+    /// Computes the shares of draws in which the finger sinks less with two points.
     pub(super) fn hold_shares(&self, parts: &[Part]) -> Vec<Share> {
         let share_of = |participant: &crate::hamana2022::Participant| {
             let name = &participant.name;

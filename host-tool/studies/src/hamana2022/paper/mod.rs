@@ -1,10 +1,11 @@
-//! Hamana 2022's six studies by drawn participants, beside what the paper printed.
+//! Repeats Hamana 2022's six studies with random draws of its participants and compares the results
+//! with the printed ones.
 //!
-//! Lives here: which there are, what a draw of a participant comes to, `draws.csv`, rows,
-//! claims, and the sheets that stand beside the paper's tables and figures. Not here: the
-//! forearm (`hal_sim::body::hand`), searches and trials (the room above), the command
-//! (`cli`). In: participants, a seed, draws. Out: an [`Outcome`] and `draws.csv`. All
-//! simulated: no evidence about people.
+//! Takes participants, a seed and a number of draws; returns an
+//! [`Outcome`](crate::laboratory::Outcome) and `draws.csv`. The module defines the studies,
+//! computes the result of each draw, and produces the rows, claims, tables and figures. Searches
+//! and trials are in the parent module, the forearm in `hal_sim::body::hand`. Everything is
+//! simulated: this is no evidence about people.
 
 mod anova;
 mod control;
@@ -36,18 +37,18 @@ use crate::laboratory::quote_for_shell;
 use host_core::run::DeviceName;
 use serde::{Deserialize, Serialize};
 
-/// Which of the studies.
+/// The six studies of the paper.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Kind {
-    /// Experiments 1 to 3, and posture: patterns on the body alone.
+    /// Experiments 1 to 3 and posture: patterns on the simulated forearm without a device.
     Patterns(Experiment),
-    /// Experiment 4: a sine is followed through the device.
+    /// Experiment 4: the finger follows a sine under control of the device.
     Control,
-    /// III-D6b: ten seconds of one pattern.
+    /// Hold (III-D6b): ten seconds of one pattern.
     Hold,
 }
 
-/// Names, and titles.
+/// Names and titles of the studies.
 const ALL: [(&str, Kind, &str); 6] = [
     (
         "hamana-1",
@@ -82,14 +83,13 @@ const ALL: [(&str, Kind, &str); 6] = [
 ];
 
 impl Kind {
-    /// That of this name.
+    /// Returns the study with this name.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
         let mut all = ALL.into_iter();
         all.find_map(|(own, kind, _)| (own == name).then_some(kind))
     }
 
-    /// Name and title.
     fn name_and_title(self) -> (&'static str, &'static str) {
         let mut all = ALL.into_iter();
         let own = all.find_map(|(name, kind, title)| (kind == self).then_some((name, title)));
@@ -97,72 +97,72 @@ impl Kind {
     }
 }
 
-/// A study as it is asked for.
+/// A study with its options.
 #[derive(Clone, Debug)]
 pub struct Study {
     kind: Kind,
     participants: Participants,
     population: Population,
     protocol: Protocol,
-    /// Of everybody's draws.
+    /// Seed of all draws.
     seed: u64,
-    /// Replications.
+    /// Number of draws of each participant.
     draws: u64,
-    /// Whether participants, seed and draws are the declaration's own.
+    /// Whether participants, seed and draws are the declared ones.
     as_declared: bool,
-    /// What experiment 4 runs on; of the others, a sample.
+    /// Device on which experiment 4 runs; the other studies check a sample of their patterns on it.
     device: DeviceName,
-    /// Wearer, departure and device as a terminal takes them.
+    /// Options for wearer, ablation and device as they are typed on a command line.
     typed: String,
 }
 
-/// What a draw of a participant became: numbers, or why there are none.
+/// Result of one draw of a participant, or the reason why there is none.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Part {
-    /// Whose.
+    /// Name of the participant.
     pub participant: String,
-    /// Which replication, from 0.
+    /// Index of the draw, from 0.
     pub draw: u64,
-    /// What of it.
+    /// Result, or the reason why there is none.
     pub became: Result<DrawResult, String>,
 }
 
-/// A draw that has points and voltages.
+/// Result of a draw that has points and voltages.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct DrawResult {
-    /// Of A and B, as searched.
+    /// Searched voltages of A and B.
     pub voltages: Voltages,
-    /// Threshold and greatest of the extensor's point, V.
+    /// Threshold and largest voltage of the extensor's point, V.
     pub extensor_v: [f64; 2],
-    /// Of the study.
+    /// Measurements of the study.
     pub what: DrawMeasurements,
 }
 
-/// What was measured of a draw.
+/// Measurements of one draw, by kind of study.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum DrawMeasurements {
-    /// Every stimulation.
+    /// All stimulations of experiments 1 to 3 or posture.
     Patterns(Session),
-    /// Every trial of experiment 4.
+    /// All trials of experiment 4.
     Tracked(Tracking),
-    /// One point and two, by trial.
+    /// Holds with one point and with two, by trial.
     Held(Vec<[Hold; 2]>),
 }
 
 impl Study {
-    /// Of these wearers (all, one, or a file), with a departure, seed and draws; the
-    /// declaration's own without.
+    /// Creates the study for these wearers (all, one, or a file), with an ablation, seed and number
+    /// of draws, or with the declared ones.
     ///
     /// # Errors
-    /// E621, E624 to E627: declarations that cannot be read, nobody of this name, a
-    /// wearer's file, no departure of this name.
+    /// Returns E621 or E624 to E627 if a declaration or wearer file cannot be read, or there is no
+    /// wearer or ablation of this name.
     pub fn new(
         kind: Kind,
         (wearer, departure): (Option<&str>, Option<&str>),
         (seed, draws): (Option<u64>, Option<u64>),
         device: DeviceName,
     ) -> Result<Self, TwoPointsError> {
-        // The paper's experiment 3 is P's.
+        // The paper's experiment 3 has only participant P.
         let is_of_p = kind == Kind::Patterns(Experiment::Intensities);
         let participants = Participants::load(wearer.or(is_of_p.then_some("P")))?;
         let participants = participants.with_departure(departure)?;
@@ -191,13 +191,13 @@ impl Study {
         })
     }
 
-    /// Replications.
+    /// Returns the number of draws of each participant.
     #[must_use]
     pub const fn draws(&self) -> u64 {
         self.draws
     }
 
-    /// Every participant's place and draw, in the order of `draws.csv`.
+    /// Lists the participant's index and the draw of every unit, in the order of `draws.csv`.
     #[must_use]
     pub fn units(&self) -> Vec<(usize, u64)> {
         let all = 0..self.participants.all.len();
@@ -205,10 +205,10 @@ impl Study {
             .collect()
     }
 
-    /// What one of [`Self::units`] becomes; `None` once `goes_on` says no.
+    /// Computes one of [`Self::units`]. Returns `None` after `goes_on` has returned `false`.
     ///
     /// # Errors
-    /// The declaration, a hand that cannot be, the program's own session.
+    /// Fails if the declaration, a hand or the program's own session is invalid.
     pub fn compute_part(
         &self,
         (who, draw): (usize, u64),
@@ -269,8 +269,7 @@ impl Study {
         })
     }
 
-    /// The forearm of the first draw of this participant that came to anything, and which
-    /// it is.
+    /// Returns the first draw of this participant with a result, and its forearm.
     fn first_forearm(
         &self,
         name: &str,
@@ -284,7 +283,7 @@ impl Study {
         Ok(wearer.map(|wearer| (part.draw, wearer)))
     }
 
-    /// The forearm of this draw, if it has points and voltages.
+    /// Generates the forearm of this draw; `None` if it has no points and voltages.
     fn wearer(&self, name: &str, draw: u64) -> Result<Option<Wearer>, TwoPointsError> {
         let own = self
             .participants
@@ -298,7 +297,7 @@ impl Study {
 }
 
 impl DrawResult {
-    /// A session of patterns, if it is one.
+    /// Returns the session, if this is a study of patterns.
     fn session(&self) -> Option<&Session> {
         match &self.what {
             DrawMeasurements::Patterns(session) => Some(session),
@@ -306,7 +305,7 @@ impl DrawResult {
         }
     }
 
-    /// Trials of experiment 4, if they are.
+    /// Returns the trials, if this is experiment 4.
     fn tracking(&self) -> Option<&Tracking> {
         match &self.what {
             DrawMeasurements::Tracked(tracking) => Some(tracking),
@@ -314,7 +313,7 @@ impl DrawResult {
         }
     }
 
-    /// Trials of the hold, if they are.
+    /// Returns the trials, if this is the hold.
     fn held(&self) -> Option<&[[Hold; 2]]> {
         match &self.what {
             DrawMeasurements::Held(held) => Some(held),
@@ -323,14 +322,14 @@ impl DrawResult {
     }
 }
 
-/// What of this draw of `name`, if it came to anything.
+/// Returns the result of this draw of `name`, if it has one.
 fn find_draw<'p>(parts: &'p [Part], name: &str, draw: u64) -> Option<&'p DrawResult> {
     let mut own = parts.iter();
     let own = own.find(|part| part.draw == draw && part.participant == name)?;
     own.became.as_ref().ok()
 }
 
-/// What of each draw of `name` that came to anything.
+/// Iterates over the results of all draws of `name`.
 fn draw_results<'p>(parts: &'p [Part], name: &'p str) -> impl Iterator<Item = &'p DrawResult> {
     let own = parts.iter().filter(move |part| part.participant == name);
     own.filter_map(|part| part.became.as_ref().ok())

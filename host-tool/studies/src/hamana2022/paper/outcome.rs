@@ -1,4 +1,4 @@
-//! The study as `result.json` and its page have it.
+//! Assembles the study's outcome for `result.json` and the report page.
 
 use super::{Kind, Part, Study, draw_results};
 use crate::hamana2022::compared::compare_with_paper;
@@ -10,7 +10,7 @@ use crate::laboratory::{Outcome, Preregistration, Sheet};
 use host_core::record::sha256;
 use std::collections::BTreeMap;
 
-/// What is said of every result.
+/// Notes that accompany every result.
 const SIMULATED: &str =
     "Simulated: drawn forearms of assumed parameters; no evidence about people.";
 const MEANING: &str = "Ours is the median, low and high the 5th and 95th percentile of the draws \
@@ -27,20 +27,21 @@ const AMONG: &str = "\"Among table 8's\": one point's mean lies between the pape
                      greatest trial with one point, and so that of two points. Ours, and no \
                      criterion of the paper.";
 
-/// What the command knows of the run.
+/// Information about the run that only the command knows.
 #[derive(Clone, Debug)]
 pub struct RunInfo {
-    /// What a terminal takes to have it again, but for its seed.
+    /// Command line that repeats the run, without its seed.
     pub command: String,
-    /// What is missing, for people.
+    /// Description of the missing part if the run was interrupted.
     pub cut_short: Option<String>,
 }
 
 impl Study {
-    /// Of these draws, all or what was computed before a signal.
+    /// Assembles the outcome of these draws, which may be incomplete after an interruption.
     ///
     /// # Errors
-    /// A forearm whose course is shown cannot be; E628: the device puts out something else.
+    /// Fails if a forearm that a figure shows is invalid. Returns E628 if the device plays another
+    /// pattern.
     pub fn outcome(&self, parts: &[Part], told: RunInfo) -> Result<Outcome, TwoPointsError> {
         let (name, title) = self.kind.name_and_title();
         let (rows, shares) = self.compared(parts);
@@ -73,7 +74,7 @@ impl Study {
         })
     }
 
-    /// SHA-256 of what was declared, by file.
+    /// Returns the SHA-256 of the declarations, by file.
     pub(super) fn sha256(&self) -> BTreeMap<String, String> {
         let wearers = self.participants.files.iter();
         let wearers = wearers.map(|(file, text)| (&**file, &**text));
@@ -122,7 +123,7 @@ impl Study {
         (rows, shares)
     }
 
-    /// Tables first, then figures, as the paper numbers them.
+    /// Returns the tables, then the figures, in the order of the paper.
     fn sheets(&self, parts: &[Part]) -> Result<Vec<Sheet>, TwoPointsError> {
         let mut all: Vec<Sheet> = self.voltage_sheet(parts).into_iter().collect();
         match self.kind {
@@ -167,7 +168,7 @@ impl Study {
     }
 }
 
-/// Every session of patterns.
+/// Returns the sessions of all draws that have one.
 pub(super) fn sessions(parts: &[Part]) -> Vec<Session> {
     let came = parts.iter().filter_map(|part| part.became.as_ref().ok());
     came.filter_map(|outcome| outcome.session().cloned())

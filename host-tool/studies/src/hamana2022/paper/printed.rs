@@ -1,5 +1,5 @@
-//! What Hamana 2022 printed in tables that nothing else here reads. Figures are pictures:
-//! none of their numbers is known.
+//! Printed results of Hamana 2022 that no declaration contains. The figures are pictures: none of
+//! their numbers is known.
 
 /// Voltages of A and B of P, Q, R and S in experiment 1 (table 2), V.
 pub(super) const TABLE_2: [(&str, [f64; 2]); 4] = [
@@ -9,7 +9,7 @@ pub(super) const TABLE_2: [(&str, [f64; 2]); 4] = [
     ("S", [18.0, 24.0]),
 ];
 
-/// The same in experiment 2 (table 3).
+/// Voltages of A and B in experiment 2 (table 3), V.
 pub(super) const TABLE_3: [(&str, [f64; 2]); 4] = [
     ("P", [26.0, 30.0]),
     ("Q", [34.0, 24.0]),
@@ -55,10 +55,10 @@ pub(super) const TABLE_8: [(&str, [[f64; 5]; 2]); 3] = [
     ),
 ];
 
-/// F and p of the number of points, of the participant, and of both together (table 9).
+/// F and p of the number of points, of the participant, and of their interaction (table 9).
 pub(super) const TABLE_9: [[f64; 2]; 3] = [[4.30, 0.048_9], [1.76, 0.193], [1.16, 0.332]];
 
-/// What is printed of `name`.
+/// Returns the printed numbers of the participant `name`.
 pub(super) fn printed_values<const N: usize>(
     table: &[(&str, [f64; N])],
     name: &str,
@@ -71,7 +71,7 @@ pub(super) fn printed_values<const N: usize>(
 mod tests {
     use super::*;
 
-    /// Table 8 is the one that statistics are held to.
+    /// Table 8 equals the golden file with which the statistics are tested.
     #[test]
     fn table_8_is_that_of_the_golden_file() {
         let golden = include_str!("../../../../../tests/golden/hamana2022_table8_rmse.csv");

@@ -1,4 +1,4 @@
-//! The study as the laboratory's runner runs it.
+//! Connects the study to the laboratory's runner.
 
 use super::outcome::RunInfo;
 use super::{Part, Study};

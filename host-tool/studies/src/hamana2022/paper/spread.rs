@@ -1,13 +1,13 @@
-//! Medians and ranges of draws as cells of tables.
+//! Formats medians and ranges of draws as cells of tables.
 
 use host_core::statistics::Spread;
 
-/// "24.0", or a dash.
+/// Formats a number with this many decimal places, or a dash if there is none.
 pub(super) fn cell(value: Option<f64>, places: usize) -> String {
     value.map_or_else(|| "-".to_owned(), |value| format!("{value:.places$}"))
 }
 
-/// Median, range and count of a spread as cells.
+/// Formats the median, range and count of a spread.
 pub(super) fn cells(spread: Option<Spread>, places: usize) -> [String; 3] {
     let range = spread.map_or_else(
         || "-".to_owned(),
@@ -23,7 +23,7 @@ pub(super) fn cells(spread: Option<Spread>, places: usize) -> [String; 3] {
     ]
 }
 
-/// "P (1 draw)".
+/// Returns a label such as "P (1 draw)".
 pub(super) fn draw_count_label(name: &str, count: usize) -> String {
     let draws = if count == 1 { "draw" } else { "draws" };
     format!("{name} ({count} {draws})")

@@ -12,7 +12,7 @@ use crate::laboratory::{Grid, Sheet};
 use host_core::statistics::Spread;
 use std::collections::BTreeMap;
 
-/// Each draw's participants.
+/// Returns for each draw the averages of its participants.
 pub(super) fn averages(experiment: Experiment, sessions: &[Session]) -> Vec<Vec<Averages>> {
     let mut draws: BTreeMap<u64, Vec<Averages>> = BTreeMap::new();
     for session in sessions {
@@ -27,7 +27,7 @@ fn heads(all: &str) -> Vec<String> {
 }
 
 impl Study {
-    /// Tables of this experiment but for the voltages applied.
+    /// Returns the tables of this experiment except those of the applied voltages.
     pub(super) fn pattern_tables(&self, experiment: Experiment, parts: &[Part]) -> Vec<Sheet> {
         let sessions = sessions(parts);
         match experiment {
@@ -142,17 +142,17 @@ impl Study {
     }
 }
 
-/// A number of a spread, and what it is called.
+/// Name of a line, and the number of a spread that it shows.
 type Line = (&'static str, fn(Spread) -> f64);
 
-/// What of a spread stands in which line.
+/// Lines in which a spread is tabulated.
 const LINES: [Line; 3] = [
     ("median", |spread| spread.median),
     ("5 %", |spread| spread.low),
     ("95 %", |spread| spread.high),
 ];
 
-/// The nine intensities, V. `None` where nobody took part.
+/// Tabulates the nine intensities, V; `None` if there are no sessions.
 fn table_6(sessions: &[Session]) -> Option<Sheet> {
     let mut rows = Vec::new();
     let all = people(sessions);

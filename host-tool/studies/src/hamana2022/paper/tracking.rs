@@ -1,4 +1,4 @@
-//! Every trial of experiment 4 on one drawn forearm.
+//! Runs every trial of experiment 4 on one random forearm.
 
 use super::Study;
 use crate::hamana2022::error::TwoPointsError;
@@ -6,47 +6,47 @@ use crate::hamana2022::tracked::{LAWS, Method, TrialTracking};
 use crate::hamana2022::wearers::Wearer;
 use serde::{Deserialize, Serialize};
 
-/// A trial.
+/// Result of one trial of experiment 4.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Trial {
-    /// Of [`LAWS`].
+    /// Control law, one of [`LAWS`].
     pub law: String,
-    /// Which points.
+    /// Points that were stimulated.
     pub method: Method,
-    /// Which trial of them, from 0.
+    /// Index of the trial with this law and method, from 0.
     pub number: u64,
-    /// From 10 to 30 s, °; otherwise why there is none.
+    /// RMSE from 10 to 30 s, °, or the reason why there is none.
     pub rmse_deg: Result<f64, String>,
 }
 
-/// The course of a trial.
+/// Angle over time in one trial.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Course {
     /// Whether both points were stimulated.
     pub is_two: bool,
-    /// Whether it is the best of them, or the worst.
+    /// Whether this is the best trial of its method; otherwise it is the worst.
     pub is_best: bool,
-    /// Which points.
+    /// Points that were stimulated.
     pub method: Method,
-    /// Which trial of them, from 0.
+    /// Index of the trial, from 0.
     pub number: u64,
-    /// From 10 to 30 s, °.
+    /// RMSE from 10 to 30 s, °.
     pub rmse_deg: f64,
-    /// Time, s, wanted and measured angle, °.
+    /// Time, s, reference and measured angle, °.
     pub rows: Vec<[f64; 3]>,
 }
 
-/// All trials of a draw.
+/// All trials of one draw.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct Tracking {
-    /// By law, method and number.
+    /// Trials by law, method and index.
     pub trials: Vec<Trial>,
-    /// Best and worst of one point and of two under the paper's law.
+    /// Best and worst trial with one point and with two, under the paper's law.
     pub courses: Vec<Course>,
 }
 
 impl Study {
-    /// All trials of `wearer`; `None` once `goes_on` says no.
+    /// Runs all trials of `wearer`. Returns `None` after `goes_on` has returned `false`.
     pub(super) fn tracking(
         &self,
         wearer: &Wearer,
@@ -86,7 +86,7 @@ impl Study {
 }
 
 impl Tracking {
-    /// RMSE of every trial, °; `None` unless all have one.
+    /// Returns the RMSE of every trial, °; `None` unless all trials have one.
     fn trial_rmse(&self, law: &str, method: Method) -> Option<Vec<f64>> {
         let own = self.trials.iter();
         let own = own.filter(|trial| trial.law == law && trial.method == method);
@@ -94,7 +94,7 @@ impl Tracking {
         all.filter(|values| !values.is_empty())
     }
 
-    /// Of one point: the better of A and B by its mean, as the paper has it (III-D5).
+    /// Returns the RMSE of the point, A or B, with the smaller mean, as in the paper (III-D5).
     #[must_use]
     pub fn one_point_rmse(&self, law: &str) -> Option<(Method, Vec<f64>)> {
         let points = [Method::A, Method::B];
@@ -103,21 +103,21 @@ impl Tracking {
         known.min_by(|a, b| mean(&a.1).total_cmp(&mean(&b.1)))
     }
 
-    /// Of two points.
+    /// Returns the RMSE of every trial with two points, °.
     #[must_use]
     pub fn two_point_rmse(&self, law: &str) -> Option<Vec<f64>> {
         self.trial_rmse(law, Method::Two)
     }
 
-    /// Means of one point and of two, °.
+    /// Returns the mean RMSE with one point and with two, °.
     #[must_use]
     pub fn means(&self, law: &str) -> [Option<f64>; 2] {
         let one = self.one_point_rmse(law).map(|(_, all)| mean(&all));
         [one, self.two_point_rmse(law).map(|all| mean(&all))]
     }
 
-    /// Why methods have trials without a number, briefly, each reason once with its
-    /// methods; a law is named where the other one has no such trial.
+    /// Lists briefly why methods have trials without a number, each reason once with its methods.
+    /// Names the law if the other law has no such trial.
     pub(super) fn refused(&self) -> Vec<String> {
         let why = |law: &str, method: Method| {
             let mut own = self.trials.iter();
@@ -147,8 +147,8 @@ impl Tracking {
             .collect()
     }
 
-    /// Of these trials under the paper's law, the best and the worst of one point and of
-    /// two.
+    /// Returns the best and the worst of these trials under the paper's law, with one point and
+    /// with two.
     fn shown_courses(&self, tracked: &[(Method, u64, TrialTracking)]) -> Vec<Course> {
         let one = self.one_point_rmse(LAWS[0]).map(|(method, _)| method);
         let two = self.two_point_rmse(LAWS[0]).map(|_| Method::Two);
@@ -173,12 +173,12 @@ impl Tracking {
     }
 }
 
-/// Of at least one.
+/// Returns the mean of at least one number.
 pub(super) fn mean(all: &[f64]) -> f64 {
     all.iter().sum::<f64>() / all.len() as f64
 }
 
-/// What happened, without numbers of the draw and what to do about it.
+/// Shortens a reason to the event itself, without numbers of the draw and without advice.
 fn brief_reason(why: &str) -> &str {
     why.split([';', '(']).next().unwrap_or(why).trim_end()
 }

@@ -1,4 +1,4 @@
-//! Thresholds and greatest voltages of drawn participants beside tables 2, 3 and 7.
+//! Compares thresholds and largest voltages of the draws with tables 2, 3 and 7.
 
 use super::printed::{TABLE_2, TABLE_3, TABLE_7_BOTH_V, printed_values};
 use super::spread::cell;
@@ -9,7 +9,7 @@ use crate::hamana2022::sessions::row;
 use crate::laboratory::{Grid, Row, Sheet};
 use host_core::statistics::Spread;
 
-/// Columns of table 7: of A, B and the extensor's point (E).
+/// Columns of table 7, for A, B and the extensor's point (E).
 const TABLE_7: [&str; 9] = [
     "V_Ath",
     "V_Amax",
@@ -21,10 +21,10 @@ const TABLE_7: [&str; 9] = [
     "r_th·V_Amax",
     "r_th·V_Bmax",
 ];
-/// Which of them is no voltage.
+/// Index of the only column that is not a voltage.
 const R_TH: usize = 6;
 
-/// A draw's, in the order of [`TABLE_7`].
+/// Returns the values of one draw, in the order of [`TABLE_7`].
 fn draw_voltages(came: &DrawResult) -> [Option<f64>; 9] {
     let [[a, b], [am, bm]] = [came.voltages.threshold_v, came.voltages.most_v];
     let [e, em] = came.extensor_v;
@@ -35,7 +35,7 @@ fn draw_voltages(came: &DrawResult) -> [Option<f64>; 9] {
     [a, am, b, bm, e, em, r, both[0], both[1]]
 }
 
-/// What the paper printed of them.
+/// Returns the printed values of a participant, in the order of [`TABLE_7`].
 fn printed(participant: &Participant) -> [Option<f64>; 9] {
     let (Some(paper), Some([a, b, e])) = (&participant.paper, participant.thresholds_v) else {
         return [None; 9];
@@ -47,10 +47,10 @@ fn printed(participant: &Participant) -> [Option<f64>; 9] {
     [a, am, b, bm, e, em, r, both_a, both_b]
 }
 
-/// Participants, and what is printed of A and B, V.
+/// Participants with the printed voltages of A and B, V.
 type PrintedVoltages = [(&'static str, [f64; 2])];
 
-/// What experiment 1 or 2 printed, tables 2 and 3.
+/// Returns the table that the paper prints for experiment 1 or 2 (table 2 or 3).
 fn printed_voltages(experiment: Experiment) -> Option<(&'static str, &'static PrintedVoltages)> {
     match experiment {
         Experiment::Selectivity => Some(("Table 2", &TABLE_2)),
@@ -60,7 +60,7 @@ fn printed_voltages(experiment: Experiment) -> Option<(&'static str, &'static Pr
 }
 
 impl Study {
-    /// Rows of every voltage that the paper has of this study.
+    /// Computes the rows of every voltage that the paper prints for this study.
     pub(super) fn voltage_rows(&self, parts: &[Part]) -> Vec<Row> {
         let all = self.participants.all.iter();
         match self.kind {
@@ -78,7 +78,7 @@ impl Study {
         }
     }
 
-    /// Table 7; 2 or 3.
+    /// Returns table 7 for experiment 4, or table 2 or 3 for experiment 1 or 2.
     pub(super) fn voltage_sheet(&self, parts: &[Part]) -> Option<Sheet> {
         match self.kind {
             Kind::Control => Some(self.table_7(parts)),

@@ -1,4 +1,4 @@
-//! Figures 25 to 28 and 30 to 32: the index finger's angle.
+//! Draws figures 25 to 28 and 30 to 32: the angle of the index finger.
 
 use super::super::outcome::sessions;
 use super::super::spread::draw_count_label;
@@ -14,11 +14,11 @@ use crate::laboratory::{Bar, Curve, Plot, Plots, Sheet, SheetAxis};
 use hal_sim::body::hand::spec::{A, B};
 use host_core::statistics::Spread;
 
-/// Rows of a hold, s.
+/// Time between two recorded angles of a hold, s.
 const ROW_S: f64 = 0.02;
 const METHODS: [&str; 2] = ["one point", "two points"];
 
-/// The course of a hold.
+/// Returns the angle during a hold over time, as a curve.
 fn course(series: usize, hold: &Hold) -> Curve {
     let rows = hold.course_deg.iter().enumerate();
     let at = rows.map(|(row, deg)| [ROW_S * (row + 1) as f64, *deg]);
@@ -34,7 +34,7 @@ fn ten_seconds() -> SheetAxis {
 }
 
 impl Study {
-    /// Best and worst trial of one point and of two.
+    /// Plots the best and the worst trial with one point and with two.
     pub(super) fn figures_25_to_28(&self, parts: &[Part]) -> Vec<Sheet> {
         let kinds = [
             (25, false, true),
@@ -81,7 +81,7 @@ impl Study {
         vec![Sheet::figure("Figures 25 to 28", title, caption, plots)]
     }
 
-    /// The first draw with such a course, of P if they have one.
+    /// Finds the first draw with the best or the worst trial of the method, preferably one of P.
     fn find_course<'p>(
         &self,
         parts: &'p [Part],
@@ -104,7 +104,7 @@ impl Study {
         })
     }
 
-    /// Angle over time at three postures.
+    /// Plots the angle over time at three pronations.
     pub(super) fn figure_30(&self, parts: &[Part]) -> Result<Vec<Sheet>, TwoPointsError> {
         let Some(whose) = self.shown_wearer("Q", parts)? else {
             return Ok(Vec::new());
@@ -155,7 +155,7 @@ impl Study {
         Ok(vec![Sheet::figure("Figure 30", title, caption, plots)])
     }
 
-    /// Greatest angles by posture.
+    /// Plots the largest angles by pronation.
     pub(super) fn figure_31(&self, parts: &[Part]) -> Vec<Sheet> {
         let sessions = sessions(parts);
         let mut plots = Vec::new();
@@ -200,7 +200,7 @@ impl Study {
         vec![Sheet::figure("Figure 31", title, caption.to_owned(), plots)]
     }
 
-    /// Ten seconds of one point and of two.
+    /// Plots ten seconds with one point and with two.
     pub(super) fn figure_32(&self, parts: &[Part]) -> Vec<Sheet> {
         let (mut plots, mut whose) = (Vec::new(), Vec::new());
         for participant in &self.participants.all {
@@ -291,7 +291,8 @@ mod tests {
         }
     }
 
-    /// P's first draw that has a number, otherwise another's, and it is said whose.
+    /// The figure shows P's first draw with a number, or otherwise another participant's, and names
+    /// it.
     #[test]
     fn whose_course_is_shown_is_said() {
         let study = Study::new(

@@ -1,4 +1,4 @@
-//! Figures 8 to 11 and 21: all five fingers.
+//! Draws figures 8 to 11 and 21: all five fingers.
 
 use super::super::outcome::sessions;
 use super::super::{Part, Study};
@@ -13,10 +13,10 @@ use hal_sim::body::hand::digits::REST_DEG;
 use hal_sim::body::hand::spec::{A, B};
 use host_core::statistics::Spread;
 
-/// How long a pattern lasts (III-A3), µs; rows of a course, s.
+/// Duration of a pattern (III-A3), µs, and time between two recorded angles, s.
 const LASTS_US: u64 = 2_000_000;
 const ROW_S: f64 = 0.02;
-/// Nine bar charts have no room for names.
+/// Initials of the digits, because nine bar charts have no room for names.
 const LETTERS: [&str; 5] = ["T", "I", "M", "R", "L"];
 
 fn series(count: usize) -> Vec<String> {
@@ -28,7 +28,7 @@ fn series(count: usize) -> Vec<String> {
 }
 
 impl Study {
-    /// The search at each point: angles and individuation against voltage.
+    /// Plots the search at each point: angles and individuation against voltage.
     pub(super) fn figure_8(&self, parts: &[Part]) -> Result<Vec<Sheet>, TwoPointsError> {
         let Some(mut whose) = self.shown_wearer("P", parts)? else {
             return Ok(Vec::new());
@@ -74,7 +74,7 @@ impl Study {
         Ok(vec![Sheet::figure("Figure 8", title, caption, plots)])
     }
 
-    /// Five fingers over two seconds, of the moving hand.
+    /// Plots five fingers of the moving hand over two seconds.
     pub(super) fn figures_9_to_11(&self, parts: &[Part]) -> Result<Vec<Sheet>, TwoPointsError> {
         let Some(whose) = self.shown_wearer("S", parts)? else {
             return Ok(Vec::new());
@@ -130,7 +130,7 @@ impl Study {
         )])
     }
 
-    /// Nine bar charts.
+    /// Plots nine bar charts for each participant, one for each intensity.
     pub(super) fn figure_21(&self, parts: &[Part]) -> Vec<Sheet> {
         let sessions = sessions(parts);
         let all = people(&sessions).into_iter();
@@ -165,7 +165,7 @@ impl Study {
     }
 }
 
-/// Five bars.
+/// Plots the angles of five fingers at one intensity.
 fn intensity(name: &str, sessions: &[&Session]) -> Plot {
     let bar = |digit: usize| {
         let of = sessions

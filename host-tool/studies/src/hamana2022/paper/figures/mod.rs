@@ -1,5 +1,5 @@
-//! Figures beside the paper's of the same number. Photographs and diagrams of the paper
-//! (1 to 7, 16, 22 to 24 and 29) have none.
+//! Draws the counterparts of the paper's figures under the same numbers. The paper's photographs
+//! and diagrams (1 to 7, 16, 22 to 24 and 29) have none.
 
 mod angles;
 mod fingers;
@@ -11,7 +11,7 @@ use crate::hamana2022::experiments::Experiment;
 use crate::hamana2022::wearers::Wearer;
 use crate::laboratory::Sheet;
 
-/// Series of digits, and that of the individuation index.
+/// Series of the digits, then that of the individuation index.
 const DIGITS: [&str; 6] = [
     "thumb",
     "index",
@@ -21,15 +21,15 @@ const DIGITS: [&str; 6] = [
     "individuation index",
 ];
 
-/// Whose forearm a figure shows.
+/// Wearer whose forearm a figure shows.
 struct ShownWearer {
     wearer: Wearer,
-    /// "P, draw 3", and why not whom the paper shows.
+    /// Description such as "P, draw 3", with the reason if the paper shows another participant.
     words: String,
 }
 
 impl Study {
-    /// All of this study.
+    /// Returns all figures of this study.
     pub(super) fn figures(&self, parts: &[Part]) -> Result<Vec<Sheet>, TwoPointsError> {
         Ok(match self.kind {
             Kind::Patterns(Experiment::Selectivity) => {
@@ -50,7 +50,7 @@ impl Study {
         })
     }
 
-    /// The first draw that came to anything, of `wanted` if they have one.
+    /// Returns the first draw with a result, preferably of the participant `wanted`.
     fn shown_wearer(
         &self,
         wanted: &str,
@@ -73,7 +73,7 @@ impl Study {
     }
 }
 
-/// "P's draw 3", and that it is not whom the paper shows.
+/// Describes a draw, and mentions if the paper shows another participant.
 fn in_words(name: &str, draw: u64, wanted: &str) -> String {
     match name == wanted {
         true => format!("{name}, draw {draw}, the first that has points and voltages"),

@@ -1,4 +1,4 @@
-//! Figures 12 to 15 and 17 to 20: individuation and torque by pattern.
+//! Draws figures 12 to 15 and 17 to 20: individuation and torque by pattern.
 
 use super::super::outcome::sessions;
 use super::super::spread::draw_count_label;
@@ -11,20 +11,21 @@ use crate::hamana2022::sessions::{Session, people};
 use crate::laboratory::{Band, Bar, Curve, Plot, Plots, Sheet, SheetAxis};
 use host_core::statistics::Spread;
 
-/// Series.
+/// Series of the bars.
 const STATES: [&str; 3] = ["conducted", "isolated", "one point, conducted"];
 const ONE: usize = 2;
-/// Where a phase difference of 0 stands on a logarithmic axis, µs.
+/// Position of phase difference 0 on a logarithmic axis, µs.
 const TOGETHER_US: f64 = 25.0;
-/// Of pairs of patterns, conducted and isolated.
+/// Numbers of the conducted patterns that have an isolated counterpart, with their phase
+/// difference, µs. The isolated one has the next number.
 const LATE: [(usize, &str); 4] = [(6, "1000"), (8, "2000"), (10, "5000"), (12, "10000")];
 
-/// 0 conducted, 1 isolated.
+/// Returns the series of a pattern: 0 for conducted, 1 for isolated.
 const fn state(number: usize) -> usize {
     (number >= 7 && number % 2 == 1) as usize
 }
 
-/// What is measured, and how far it goes.
+/// Measured quantity of a group of figures, and its labels.
 struct Measure {
     experiment: Experiment,
     axis: &'static str,
@@ -44,7 +45,7 @@ const TORQUE: Measure = Measure {
 const SPREAD: &str = "bars and marks are medians, lines the 5th to 95th percentile of the draws";
 
 impl Study {
-    /// Figures 12 to 15.
+    /// Returns figures 12 to 15.
     pub(super) fn individuation_figures(&self, parts: &[Part]) -> Vec<Sheet> {
         let sessions = sessions(parts);
         let own = PatternFigure::new(INDIVIDUATION, &sessions);
@@ -60,7 +61,7 @@ impl Study {
         )
     }
 
-    /// Figures 17 to 20.
+    /// Returns figures 17 to 20.
     pub(super) fn torque_figures(&self, parts: &[Part]) -> Vec<Sheet> {
         let sessions = sessions(parts);
         let own = PatternFigure::new(TORQUE, &sessions);
@@ -96,8 +97,8 @@ impl<'s> PatternFigure<'s> {
         }
     }
 
-    /// By participant; averages; by phase difference; conducted beside isolated. `one` is
-    /// what the paper prints of one point.
+    /// Returns four figures: by participant, averages, by phase difference, and conducted beside
+    /// isolated. `one` is the paper's value for one point.
     fn sheets(&self, numbers: [&str; 4], papers: [&str; 4], one: Option<f64>) -> Vec<Sheet> {
         if self.draws.is_empty() {
             return Vec::new();
@@ -128,7 +129,7 @@ impl<'s> PatternFigure<'s> {
         SheetAxis::linear(self.measure.axis, [0.0, 1.05])
     }
 
-    /// A bar of each pattern, and of one point where the paper prints it.
+    /// Plots a bar for each pattern, and one for one point if the paper prints it.
     fn plot(
         &self,
         title: &str,
