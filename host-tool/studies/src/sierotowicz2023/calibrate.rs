@@ -1,6 +1,6 @@
-//! Routing and gains from twitches (section 2.2): origin and insertion go to the azimuths
-//! that lie nearest to the plane in which a twitch turns the limb (equation 6), gains come
-//! from how fast it turns (equation 5).
+//! Calibrates routing and gains from twitches (section 2.2). Moves origin and insertion to the
+//! azimuths nearest to the plane in which a twitch turns the limb (equation 6), and computes gains
+//! from the turning rate (equation 5).
 
 use super::declaration::Study;
 use super::device::Device;
@@ -14,21 +14,21 @@ use hal_sim::body::arm::{
 use hal_sim::body::{Body, Drive, Pulse};
 use nalgebra::{Matrix3, Vector3};
 
-/// Samples of 1 ms that a rate is the mean of.
+/// Number of 1 ms samples in the mean of a turning rate.
 const SMOOTHED: usize = 10;
-/// Least turning rate of a twitch that says anything, rad/s: ten times the noise of a mean
-/// of so many.
+/// Smallest turning rate that counts as a twitch, rad/s: ten times the noise of a mean over
+/// [`SMOOTHED`] samples.
 const LEAST_RAD_S: f64 = 0.02;
 
-/// Twitches of one channel: the greatest turning rate of each about the muscle's joint,
-/// rad/s, in the device's axes.
+/// Twitches of one channel: the largest turning rate of each about the muscle's joint, rad/s, in
+/// the device's axes.
 pub type Twitches = Vec<Vector3<f64>>;
 
-/// A train: for how long, s, at what rate, Hz, how wide, µs.
+/// Duration of a train, s, its pulse rate, Hz, and pulse width, µs.
 pub(super) type Train = (f64, f64, u32);
 
-/// Pulses on all channels from `from_us` on, their currents (mA, 0 for none) asked for at
-/// each, by the time since then, µs. When it ended, µs.
+/// Sends pulses on all channels from `from_us` on and returns the time at the end, µs. `currents`
+/// returns the current of each channel, mA (0 for no pulse), at a time in µs after `from_us`.
 pub(super) fn pulses(
     arm: &mut Arm,
     from_us: u64,
@@ -62,7 +62,8 @@ pub(super) fn pulses(
     now_us
 }
 
-/// Twitches of every channel at its greatest current, the arm held freely; time goes on.
+/// Records twitches of every channel at its largest current while the arm is held loosely, and
+/// advances the time.
 pub fn twitches(
     arm: &mut Arm,
     model: &Model,
@@ -105,8 +106,8 @@ pub fn twitches(
     all
 }
 
-/// Azimuths at which a point of a cylinder lies nearest to planes through the joint whose
-/// normals along the segment's own axes are `normals` (equation 6): one or two local minima.
+/// Returns the azimuths at which a point of a cylinder lies nearest to planes through the joint:
+/// one or two local minima (equation 6). `normals` are the planes' normals in the segment's axes.
 fn nearest(cylinder: &Cylinder, point: &Point, normals: &[Vector3<f64>]) -> Vec<f64> {
     let cost = |azimuth: f64| -> f64 {
         let at = cylinder.at(&Point { azimuth, ..*point });
@@ -118,8 +119,8 @@ fn nearest(cylinder: &Cylinder, point: &Point, normals: &[Vector3<f64>]) -> Vec<
         let at = step * f64::from(place);
         let [before, here, after] = [at - step, at, at + step].map(cost);
         if here < before && here <= after {
-            // The cost is a trigonometric polynomial of degree two: a parabola over a
-            // degree is exact to a thousandth of it.
+            // The cost is a trigonometric polynomial of degree two, so a parabola over one degree
+            // is exact to a thousandth of a degree.
             let bend = before - 2.0 * here + after;
             let shift = match bend > 0.0 {
                 true => 0.5 * (before - after) / bend,
@@ -134,11 +135,11 @@ fn nearest(cylinder: &Cylinder, point: &Point, normals: &[Vector3<f64>]) -> Vec<
     found
 }
 
-/// The line of action that fits these twitches: of the azimuths nearest to the plane, those
-/// that turn the limb the way it turned.
+/// Fits a line of action to these twitches: of the azimuths nearest to the plane, takes the pair
+/// that turns the limb in the observed direction.
 ///
 /// # Errors
-/// E700 to E704: an arm that the device refuses.
+/// Returns E700 to E704 if the device refuses the arm.
 pub fn fit_routing(
     model: &Model,
     channel: usize,
@@ -166,7 +167,7 @@ pub fn fit_routing(
             (points[0].azimuth, points[1].azimuth) = (*origin, *insertion);
             let next = Action { points, ..action };
             tried.actions[channel] = next;
-            // Torque towards what turned: a line that runs through the joint has none.
+            // Torque along the observed rotation. A line that runs through the joint has none.
             let along = Device::new(&tried)?.arm_m(channel).dot(&mean);
             if along > best.0 {
                 best = (along, next);
@@ -176,8 +177,8 @@ pub fn fit_routing(
     Ok(best.1)
 }
 
-/// Moment of inertia about a joint of all that is behind it, kg m², of a person of this mass
-/// by the tables, in the device's axes.
+/// Returns the moment of inertia of everything distal to a joint about that joint, kg m², in the
+/// device's axes. Segment masses follow from `mass_kg` and the anthropometric tables.
 fn inertia(device: &Device, frame: &Frame, mass_kg: f64, joint: JointName) -> Matrix3<f64> {
     let segments = device.segments();
     let at = segments[usize::from(joint.index()) + 1].0;
@@ -201,7 +202,7 @@ fn inertia(device: &Device, frame: &Frame, mass_kg: f64, joint: JointName) -> Ma
     }
 }
 
-/// Force per current of these twitches, N/mA (equations 5 and 3).
+/// Computes the force per current from these twitches, N/mA (equations 5 and 3).
 fn gain(
     device: &Device,
     model: &Model,
@@ -216,7 +217,7 @@ fn gain(
     mean / (arm * (greatest - least))
 }
 
-/// Channels whose twitches turn nothing.
+/// Returns the channels whose twitches do not turn the limb.
 #[must_use]
 pub fn motionless_channels(twitches: &[Twitches; ELECTRODES]) -> Vec<usize> {
     let is_still = |twitches: &Twitches| {
@@ -227,12 +228,12 @@ pub fn motionless_channels(twitches: &[Twitches; ELECTRODES]) -> Vec<usize> {
         .collect()
 }
 
-/// `model` with routing and gains as `twitches` of a person of `mass_kg` say; channels in
-/// `kept` stay as they are.
+/// Returns `model` with routing and gains fitted to `twitches` of a participant of `mass_kg`. The
+/// channels in `kept` stay unchanged.
 ///
 /// # Errors
-/// E718: a channel's twitches turn nothing. E719: a gain that is none. E700 to E704: an arm
-/// that the device refuses.
+/// Returns E718 if a channel's twitches do not turn the limb, E719 if a gain is not a positive
+/// number, and E700 to E704 if the device refuses the arm.
 pub fn fit_model(
     model: &Model,
     (twitches, kept): (&[Twitches; ELECTRODES], &[usize]),
@@ -264,8 +265,8 @@ pub fn fit_model(
     Ok(model)
 }
 
-/// Angle between what the device thinks a muscle turns about its joint and what the body
-/// makes of it, degrees, of each channel.
+/// Returns for each channel the angle, °, between the torque about the muscle's joint as the device
+/// computes it and the torque in the simulated arm.
 #[must_use]
 pub fn geometry_error_deg(device: &Device, model: &Model, arm: &Arm) -> [f64; ELECTRODES] {
     std::array::from_fn(|channel| {

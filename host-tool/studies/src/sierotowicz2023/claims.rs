@@ -1,28 +1,28 @@
-//! What was asked, counted over wearers and over studies.
+//! Counts over wearers and over studies how often each claim holds.
 
 use super::metrics::median;
 use super::replication::{CONDITIONS, ParticipantResult, Replication, wearers};
 use crate::laboratory::Share;
 use host_core::statistics::{mann_whitney, wilcoxon};
 
-/// The paper's level.
+/// Significance level of the paper.
 const SIGNIFICANT: f64 = 0.05;
 
-/// Diagonal coefficients of one condition of a study.
+/// Returns the diagonal correlation coefficients of all participants in one condition.
 pub(super) fn diagonal(of: &Replication, name: &str) -> Vec<f64> {
     let each = of.people.iter().filter_map(|wearer| wearer.condition(name));
     each.flat_map(|condition| condition.measures.diagonal())
         .collect()
 }
 
-/// Errors of all participants of one condition of a study, N.
+/// Returns the errors of all participants in one condition, N.
 pub(super) fn errors(of: &Replication, name: &str) -> Vec<f64> {
     let each = of.people.iter().filter_map(|wearer| wearer.condition(name));
     each.flat_map(|condition| condition.measures.errors_n.clone())
         .collect()
 }
 
-/// Median error of a condition, N.
+/// Returns the median error of one condition, N, or NaN if the condition is missing.
 pub(super) fn median_of(person: &ParticipantResult, name: &str) -> f64 {
     person
         .condition(name)
@@ -35,14 +35,14 @@ fn count((id, claim): (&str, &str), paper: Option<bool>, cases: Vec<bool>) -> Sh
     Share::from_counts(id.to_owned(), claim.to_owned(), paper, (holds, of))
 }
 
-/// What was asked, counted.
+/// Counts how often each claim holds: first those about wearers, then those about studies.
 pub(super) fn shares(all: &[Replication]) -> Vec<Share> {
     let mut shares = wearer_claims(all);
     shares.extend(study_claims(all));
     shares
 }
 
-/// Cases are S2 and S3 of every study.
+/// Counts claims over S2 and S3 of every study.
 fn wearer_claims(all: &[Replication]) -> Vec<Share> {
     let lower = |less: &str, more: &str| -> Vec<bool> {
         wearers(all)
@@ -123,7 +123,7 @@ fn wearer_claims(all: &[Replication]) -> Vec<Share> {
     ]
 }
 
-/// Cases are studies, or all of them together.
+/// Counts claims over studies, or over all studies together.
 fn study_claims(all: &[Replication]) -> Vec<Share> {
     let signed = |name: &str, other: &str| -> f64 {
         let of = |name| {

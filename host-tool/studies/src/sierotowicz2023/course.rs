@@ -1,5 +1,5 @@
-//! A participant's way through conditions: commands played by what the device was told, and
-//! what a condition came to.
+//! Runs a participant through the conditions: plays the commands on a device and collects the
+//! result of each condition.
 
 use super::declaration::Study;
 use super::device::{Device, Method};
@@ -12,23 +12,24 @@ use firmware::limb::JOINTS;
 use hal_sim::random;
 use serde::{Deserialize, Serialize};
 
-/// What one condition of one participant came to.
+/// Result of one condition for one participant.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Condition {
-    /// Its name.
+    /// Name of the condition, one of [`CONDITIONS`](super::CONDITIONS).
     pub name: String,
-    /// What was wanted and measured, aligned.
+    /// Reference and measured forces after alignment.
     pub targets: Vec<Target>,
-    /// By how much it was turned about the vertical, degrees.
+    /// Angle of the alignment about the vertical, °.
     pub turned_deg: f64,
-    /// Numbers.
+    /// Correlations and errors of the targets.
     pub measures: Measures,
-    /// Table 1 of it (C2 to C4): force, torque, then each joint; by ten folds and by
-    /// leaving one command out.
+    /// Rows of table 1 (C2 to C4): force, torque, then each joint. Each row has the score with ten
+    /// folds and with one command left out.
     pub table_1: Vec<[Score; 2]>,
 }
 
-/// A condition of these targets.
+/// Aligns the targets and computes the result of a condition. `table` is the player and the seed of
+/// table 1, if the condition has one.
 pub(super) fn condition(
     study: &Study,
     name: &'static str,
@@ -49,8 +50,8 @@ pub(super) fn condition(
     })
 }
 
-/// Table 1's row of these targets: currents, as parts of their ranges, to the wrench and to
-/// joint torques (equation 8).
+/// Computes the condition's part of table 1: predicts the wrench and the joint torques (equation 8)
+/// from the currents, as fractions of their ranges.
 fn table_1(
     study: &Study,
     targets: &[Target],
@@ -92,7 +93,7 @@ fn table_1(
     Ok(rows)
 }
 
-/// What the device is told, and the device.
+/// A model of an arm, and the device that is configured with it.
 #[derive(Clone)]
 pub(super) struct Player {
     pub model: Model,
@@ -106,18 +107,19 @@ impl Player {
     }
 }
 
-/// A participant's way through the conditions.
+/// Progress of a participant through the conditions.
 pub(super) struct Course<'a> {
     pub study: &'a Study,
-    /// By S1's frame on this participant: what decides the commands.
+    /// Player with S1's frame on this participant; it determines the commands.
     pub own: Player,
     pub seed: u64,
     pub conditions: Vec<Condition>,
 }
 
 impl Course<'_> {
-    /// Stimulates the commands in order `order` by `player`; with table 1 of the paper's
-    /// conditions. What tiredness left at least of a muscle.
+    /// Stimulates the commands in the order `order` with `player` and stores the result; the
+    /// paper's conditions include table 1. Returns the smallest fraction of force that fatigue left
+    /// in any muscle.
     pub fn run(
         &mut self,
         (name, order): (&'static str, u64),

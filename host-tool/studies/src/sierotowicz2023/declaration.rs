@@ -1,74 +1,74 @@
-//! What is declared: `endpoint/study.toml`, committed before it was run.
+//! Reads the preregistered declaration `host-tool/experiments/sierotowicz.toml`.
 
 use super::error::EndpointError;
 use serde::Deserialize;
 
-/// The declaration, as the program has it.
+/// Text of the committed declaration.
 pub const DECLARED: &str = include_str!("../../../experiments/sierotowicz.toml");
 
-/// All of it.
+/// Content of the declaration.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Study {
-    /// The page's heading.
+    /// Heading of the report page.
     pub title: String,
-    /// The paper.
+    /// Paper on which the study is based.
     pub source: String,
-    /// Of every draw.
+    /// Seed of all draws.
     pub seed: u64,
-    /// Studies of three participants each.
+    /// Number of studies with three participants each.
     pub replications: u64,
-    /// What is done.
+    /// Commands and timing of a condition.
     pub protocol: Protocol,
-    /// How currents' ranges are found.
+    /// How the ranges of the currents are found.
     pub comfort: Comfort,
     /// How routing and gains are found.
     pub calibration: Calibration,
-    /// How people aim.
+    /// Accuracy of voluntary pushes.
     pub voluntary: Voluntary,
-    /// What a device plays.
+    /// Part of the study that a device plays.
     pub played: DeviceCheckSpec,
-    /// How a wanted force goes around.
+    /// Reference force that moves around a circle.
     pub walk: WalkSpec,
-    /// What predicts.
+    /// Regression for table 1.
     pub regression: Regression,
     /// How switching is counted.
     pub switching: Switching,
-    /// What is asked.
+    /// Expected share, and confidence level.
     pub claims: Claims,
-    /// What is printed.
+    /// Values that the paper prints.
     pub paper: Paper,
 }
 
-/// What is done.
+/// Commands and timing of a condition.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Protocol {
-    /// Sizes, as parts of what can be reached.
+    /// Magnitudes of the forces, as fractions of the reachable force.
     pub magnitudes: Vec<f64>,
-    /// Of each target.
+    /// Number of repetitions of each command.
     pub repetitions: usize,
-    /// Of each direction by will.
+    /// Number of voluntary pushes in each direction.
     pub voluntary_repetitions: usize,
-    /// How long a contraction lasts, s.
+    /// Duration of a contraction, s.
     pub contraction_s: f64,
-    /// Then nothing, s.
+    /// Rest after a contraction, s.
     pub rest_s: f64,
-    /// Of pulses.
+    /// Pulse rate, Hz.
     pub frequency_hz: f64,
-    /// Of a phase.
+    /// Width of one phase, µs.
     pub width_us: u32,
-    /// Between conditions.
+    /// Pause between conditions, s.
     pub pause_s: f64,
 }
 
-/// How currents' ranges are found, as parts of the true ones.
+/// How the ranges of the currents are found, as fractions of the true ranges.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Comfort {
-    /// Of the threshold.
+    /// Range of the smallest current, as fractions of the threshold.
     pub least: [f64; 2],
-    /// Of full recruitment.
+    /// Range of the largest current, as fractions of that of full recruitment.
     pub greatest: [f64; 2],
 }
 
@@ -76,57 +76,58 @@ pub struct Comfort {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Calibration {
-    /// A twitch's train lasts so long, s.
+    /// Duration of a twitch's train, s.
     pub twitch_s: f64,
-    /// Of each channel.
+    /// Number of twitches of each channel.
     pub twitches: usize,
-    /// Between them, s.
+    /// Time between twitches, s.
     pub wait_s: f64,
-    /// How long the greatest rate is looked for, s.
+    /// Time in which the largest turning rate is searched, s.
     pub watched_s: f64,
-    /// How often at most another S1 is drawn where a channel of S1's does not twitch.
+    /// Largest number of substitutes for S1 if a channel of S1 does not twitch.
     pub substitutes: u64,
-    /// Between twitches where the arm is waited for to rest, s.
+    /// Time between twitches in the variant in which the arm comes to rest, s.
     pub rested_s: f64,
 }
 
-/// How people aim.
+/// Accuracy of voluntary pushes.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Voluntary {
-    /// Deviation of direction, degrees.
+    /// Standard deviation of the direction, °.
     pub direction_deg: f64,
-    /// Of size, as a part.
+    /// Relative standard deviation of the magnitude.
     pub size: f64,
 }
 
-/// What a device plays.
+/// Part of the study that a device plays.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DeviceCheckSpec {
-    /// Contractions of C3 of the first study's S2.
+    /// Number of contractions from C3 of S2 in the first study.
     pub targets: usize,
 }
 
-/// How a wanted force goes around.
+/// Reference force that moves around a circle.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WalkSpec {
-    /// Once, s.
+    /// Duration of one round, s.
     pub turn_s: f64,
 }
 
-/// What predicts.
+/// Regression for table 1.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Regression {
-    /// Random features.
+    /// Number of random features.
     pub features: usize,
-    /// Over what distance of currents (parts of their ranges) a force changes.
+    /// Length scale of the features, as a fraction of the currents' ranges: the distance over which
+    /// a force changes.
     pub length_scale: f64,
-    /// Of the ridge.
+    /// Regularisation of the ridge regression.
     pub ridge: f64,
-    /// Parts of the cross-validation.
+    /// Number of folds in the cross-validation.
     pub folds: usize,
 }
 
@@ -134,51 +135,51 @@ pub struct Regression {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Switching {
-    /// A jump, as a part of a channel's range.
+    /// Smallest change that counts as a jump, as a fraction of a muscle's largest force.
     pub jump: f64,
 }
 
-/// What is asked.
+/// Expected share, and confidence level.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Claims {
-    /// Of wearers.
+    /// Share of wearers in which the calibration is expected to help.
     pub share: f64,
-    /// Of intervals.
+    /// Confidence level of the intervals.
     pub level: f64,
 }
 
-/// What is printed.
+/// Values that the paper prints.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Paper {
-    /// Diagonal of C2's matrices: mean and deviation.
+    /// Mean and standard deviation of the diagonal of C2's correlation matrices.
     pub c2: [f64; 2],
-    /// Of C3's.
+    /// Mean and standard deviation of the diagonal of C3's correlation matrices.
     pub c3: [f64; 2],
-    /// The best.
+    /// Largest diagonal coefficient.
     pub best: f64,
-    /// C3 against C2.
+    /// Cohen's d of C3 against C2.
     pub cohens_d: f64,
     /// R² and normalised RMSE of the wrench.
     pub wrench: [f64; 2],
-    /// Of joint torques.
+    /// R² and normalised RMSE of the joint torques.
     pub joints: [f64; 2],
 }
 
 impl Study {
-    /// The program's own.
+    /// Parses the committed declaration.
     ///
     /// # Errors
-    /// E715: it cannot be read, or what of it cannot be.
+    /// Returns E715 if the declaration cannot be parsed or has invalid values.
     pub fn load_embedded() -> Result<Self, EndpointError> {
         Self::parse(DECLARED)
     }
 
-    /// Of this text.
+    /// Parses this text.
     ///
     /// # Errors
-    /// As [`Self::load_embedded`].
+    /// Fails like [`Self::load_embedded`].
     pub fn parse(text: &str) -> Result<Self, EndpointError> {
         let study: Self =
             toml::from_str(text).map_err(|e| EndpointError::Declaration(e.to_string()))?;
@@ -189,7 +190,7 @@ impl Study {
         }
     }
 
-    /// The same, but that each twitch of the calibration waits until the arm rests.
+    /// Returns the study with a calibration in which each twitch waits until the arm is at rest.
     #[must_use]
     pub fn rested(&self) -> Self {
         let mut rested = self.clone();
@@ -197,7 +198,7 @@ impl Study {
         rested
     }
 
-    /// Everything that cannot be.
+    /// Lists all invalid values.
     fn mistakes(&self) -> Vec<String> {
         let protocol = &self.protocol;
         let times = [

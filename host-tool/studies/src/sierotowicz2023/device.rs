@@ -9,7 +9,7 @@ use hal_sim::body::arm::ELECTRODES;
 use host_core::limb::{Exact, Forces, RecruitmentError, ToDouble, WrenchVector, amplitudes};
 use nalgebra::{Matrix3, Vector3};
 
-/// Method that distributes a wanted force among muscles.
+/// Method that distributes a reference force among muscles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
     /// Algorithm 1 (nearest neighbour) in the device's own numbers.
@@ -51,11 +51,11 @@ impl Device {
         })
     }
 
-    /// Returns the force of each muscle, N, for a wanted force at the hand, N, in the axes of the
-    /// simulated arm. The nearest neighbour may ask for more force than a muscle has.
+    /// Returns the force of each muscle, N, for a reference force at the hand, N, in the axes of
+    /// the simulated arm. The nearest neighbour may ask for more force than a muscle has.
     ///
     /// # Errors
-    /// E706.
+    /// Returns E706 if a force or a weight is not finite.
     pub fn forces_n(&self, method: Method, wanted_n: [f64; 3]) -> Result<Forces, EndpointError> {
         let wanted = turned(wanted_n);
         Ok(match method {
@@ -71,7 +71,7 @@ impl Device {
     }
 
     /// Returns the current of each channel for these forces, mA. A current is at most the channel's
-    /// greatest, and 0 if the muscle makes no force.
+    /// largest, and 0 if the muscle makes no force.
     #[must_use]
     pub fn currents_ma(&self, forces_n: &Forces) -> [f64; ELECTRODES] {
         let mut currents = [0.0; ELECTRODES];
@@ -83,8 +83,8 @@ impl Device {
         currents
     }
 
-    /// Returns whether a muscle would need more force than its greatest current makes. The device
-    /// refuses such a force; the study stimulates at the greatest current instead.
+    /// Returns whether a muscle would need more force than its largest current makes. The device
+    /// refuses such a force; the study stimulates at the largest current instead.
     #[must_use]
     pub fn is_beyond(&self, forces_n: &Forces) -> bool {
         // Tolerates a difference of half a microampere.
@@ -92,14 +92,14 @@ impl Device {
         forces_n.iter().zip(&self.arm.most).any(exceeds)
     }
 
-    /// Returns each force as a part of the greatest force of its muscle, at most 1.
+    /// Returns each force as a fraction of the muscle's largest force, at most 1.
     #[must_use]
     pub fn parts(&self, forces_n: &Forces) -> [f64; ELECTRODES] {
         std::array::from_fn(|muscle| (forces_n[muscle] / self.arm.most[muscle]).min(1.0))
     }
 
     /// Returns the size of the force along `direction`, N, at which the first of the muscles that
-    /// the nearest neighbour chooses at shoulder and elbow reaches its greatest current. If only a
+    /// the nearest neighbour chooses at shoulder and elbow reaches its largest current. If only a
     /// muscle at the girdle helps, that muscle decides; if no muscle helps, returns 0.
     #[must_use]
     pub fn reachable_n(&self, direction: [f64; 3]) -> f64 {
@@ -152,21 +152,21 @@ fn to_vector3(vector: Vector<Exact>) -> Vector3<f64> {
     vector.to_array().map(ToDouble::to_double).into()
 }
 
-/// How smoothly the forces of the muscles change while the wanted direction goes around three great
+/// How smoothly the forces of the muscles change while the reference force goes around three great
 /// circles in steps of 1°.
 #[derive(Clone, Copy, Debug, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct Switches {
     /// Number of steps in which some muscle changed by more than the jump.
     pub jumps: usize,
-    /// Greatest change of a muscle in one step, as a part of its greatest force.
+    /// Largest change of a muscle in one step, as a fraction of its largest force.
     pub greatest: f64,
 }
 
-/// Computes [`Switches`] of `method` for a wanted force of `size_n`. A change counts as a jump if
-/// it exceeds `jump`, a part of a muscle's greatest force.
+/// Computes [`Switches`] of `method` for a reference force of `size_n`. A change counts as a jump
+/// if it exceeds `jump`, a fraction of a muscle's largest force.
 ///
 /// # Errors
-/// E706.
+/// Returns E706 if a force or a weight is not finite.
 pub fn switches(
     device: &Device,
     method: Method,

@@ -1,4 +1,4 @@
-//! Figure 8: root mean square errors by axis and condition, and Mann and Whitney's tests.
+//! Draws figure 8: root mean square errors by axis and condition, and Mann–Whitney tests.
 
 use super::course::Condition;
 use super::metrics::{Target, force, median, size};
@@ -6,11 +6,11 @@ use super::replication::{Replication, people};
 use crate::laboratory::{Bar, Grid, Plot, Plots, Sheet, SheetAxis};
 use host_core::statistics::{Spread, mann_whitney, mean};
 
-/// Axes of a force, then its whole size.
+/// Axes of a force, then its magnitude.
 const AXES: [&str; 4] = ["x", "y", "z", "norm"];
-/// The paper's conditions.
+/// Conditions of the paper.
 const SHOWN: [&str; 4] = ["C1", "C2", "C3", "C4"];
-/// Conditions that are tested against each other, with the paper's p of each of [`AXES`].
+/// Pairs of conditions that are tested against each other, with the paper's p for each of [`AXES`].
 const PAIRS: [(&str, &str, [&str; 4]); 3] = [
     (
         "C2",
@@ -20,23 +20,24 @@ const PAIRS: [(&str, &str, [&str; 4]); 3] = [
     ("C2", "C4", ["?", "?", "-", "< 0.05"]),
     ("C3", "C4", ["?", "?", "-", "?"]),
 ];
-/// The paper's level.
+/// Significance level of the paper.
 const SIGNIFICANT: f64 = 0.05;
 
-/// Error of a target along an axis, or of its whole force, N.
+/// Returns the absolute error of a target along an axis, or the magnitude of the error for the last
+/// of [`AXES`], N.
 fn error_n(of: &Target, axis: usize) -> f64 {
     let off: [f64; 3] = std::array::from_fn(|at| force(of.measured)[at] - of.wanted_n[at]);
     off.get(axis).map_or_else(|| size(off), |value| value.abs())
 }
 
-/// Errors of every target of all participants of a study, N.
+/// Returns the errors of all targets of all participants of a study, N.
 fn errors_n(of: &Replication, name: &str, axis: usize) -> Vec<f64> {
     let each = of.people.iter().filter_map(|wearer| wearer.condition(name));
     let targets = each.flat_map(|condition| &condition.targets);
     targets.map(|target| error_n(target, axis)).collect()
 }
 
-/// Each condition's error beside what was wanted at most, along each axis.
+/// Plots each condition's error beside the largest reference force, along each axis.
 pub(super) fn figure(all: &[Replication]) -> Sheet {
     let plots: Vec<Plot> = (0..AXES.len()).map(|axis| plot(all, axis)).collect();
     let caption = "Root mean square error of each condition's targets and the greatest wanted \
@@ -91,8 +92,8 @@ fn plot(all: &[Replication], axis: usize) -> Plot {
     }
 }
 
-/// The tests of two conditions, made of each study along each axis as the paper makes them:
-/// errors of all targets of all participants.
+/// Tabulates the tests of pairs of conditions. As in the paper, each study is tested along each
+/// axis with the errors of all targets of all participants.
 pub(super) fn tests(all: &[Replication]) -> Sheet {
     let mut rows = Vec::new();
     for (first, second, printed) in PAIRS {

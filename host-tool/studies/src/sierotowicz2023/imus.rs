@@ -1,34 +1,34 @@
-//! What IMUs tell the device: whether each is there and reads its axes in order, and how
-//! fast segments turn in our axes.
+//! Checks that each IMU is present and reads its axes in order, and measures how fast segments turn
+//! in the axes of the simulated arm.
 
 use super::error::EndpointError;
 use hal_sim::body::Body;
 use hal_sim::body::arm::{Arm, ArmSpec, Imu, Posture, SEGMENT_NAMES, SEGMENTS};
 use nalgebra::{Matrix3, Vector3};
 
-/// Second posture of the check: the arm hangs nearly straight.
+/// Second posture of the check: the arm hangs almost straight.
 const HANGING: Posture = Posture {
     plane_deg: 80.0,
     elevation_deg: 5.0,
     rotation_deg: 20.0,
     elbow_deg: 10.0,
 };
-/// Third: the arm reaches up to the side.
+/// Third posture of the check: the arm is raised to the side.
 const RAISED: Posture = Posture {
     plane_deg: 90.0,
     elevation_deg: 100.0,
     rotation_deg: 40.0,
     elbow_deg: 60.0,
 };
-/// So far from where it should be (square of the distance of unit vectors; 0.5 is 41°)
-/// gravity is not by a sensor that sits askew.
+/// Squared distance of unit vectors above which gravity is in the wrong place, more than by a
+/// tilted sensor. 0.5 corresponds to 41°.
 const ASKEW: f64 = 0.5;
-/// Samples that are averaged, 1 ms each.
+/// Number of averaged samples, 1 ms each.
 const SAMPLES: u64 = 100;
-/// Below this mean a sensor is not there, m/s².
+/// Mean acceleration below which a sensor counts as missing, m/s².
 const SILENT_M_S2: f64 = 1.0;
 
-/// Mean acceleration of each segment's IMU of this arm at rest, m/s².
+/// Returns the mean acceleration of each segment's IMU on this arm at rest, m/s².
 fn resting(spec: &ArmSpec, posture: Posture) -> Result<[Vector3<f64>; SEGMENTS], EndpointError> {
     let mut arm = Arm::new(ArmSpec {
         posture,
@@ -48,7 +48,8 @@ fn accel(imu: Imu) -> Vector3<f64> {
     Vector3::from(imu.accel_m_s2)
 }
 
-/// The 48 ways in which three axes can be read: axes in order, reversed where negative.
+/// Returns the 48 orders in which three axes can be read. Axes are numbered from 1, and negative if
+/// reversed.
 fn axis_orders() -> Vec<[i8; 3]> {
     let mut all = Vec::new();
     for order in [
@@ -77,13 +78,13 @@ fn read_in(order: [i8; 3], meant: &Vector3<f64>) -> Vector3<f64> {
     Vector3::new(at(order[0]), at(order[1]), at(order[2]))
 }
 
-/// Checks that each IMU reads gravity where its segment's posture says, in three postures
-/// that a person is asked to take; where it does not, the order of axes that fits best is
-/// named. The shoulder hardly turns between them, so that its two level axes are not told
-/// apart.
+/// Checks that each IMU reads gravity in the direction that its segment's posture implies, in three
+/// postures that a participant is asked to take. The shoulder hardly turns between them, so its two
+/// horizontal axes cannot be distinguished.
 ///
 /// # Errors
-/// E717 names each IMU that is missing or has axes swapped, and how.
+/// Returns E717 with each IMU that is missing or has swapped axes, and the order of axes that fits
+/// best.
 pub fn check(spec: &ArmSpec) -> Result<(), EndpointError> {
     let mut reads = Vec::new();
     for posture in [spec.posture, HANGING, RAISED] {
@@ -99,7 +100,7 @@ pub fn check(spec: &ArmSpec) -> Result<(), EndpointError> {
             wrong.push(format!("the IMU of the {name} reads nothing"));
             continue;
         }
-        // How far gravity lies from where this order says, in the worst of the postures.
+        // Squared distance of gravity from where this order puts it, in the worst posture.
         let off = |order: [i8; 3]| -> f64 {
             let each = reads.iter().map(|(frames, read)| {
                 let up = frames[segment].transpose() * Vector3::z();
@@ -129,7 +130,7 @@ pub fn check(spec: &ArmSpec) -> Result<(), EndpointError> {
     }
 }
 
-/// An order of axes in words.
+/// Describes an order of axes for the error message.
 fn describe_order(order: [i8; 3]) -> String {
     let name = |axis: i8| {
         let sign = if axis < 0 { "-" } else { "" };
@@ -141,8 +142,8 @@ fn describe_order(order: [i8; 3]) -> String {
     format!("{} where x, y, z are meant", order.map(name).join(", "))
 }
 
-/// How fast each segment turns, in our axes, rad/s: what IMUs read, less what they read at
-/// rest, turned by the segments' frames as the posture tracker has them.
+/// Measures how fast each segment turns in the axes of the simulated arm, rad/s. Subtracts the
+/// gyroscopes' readings at rest and rotates the rest by the segments' frames.
 #[derive(Clone, Debug)]
 pub struct Tracker {
     frames: [Matrix3<f64>; SEGMENTS],
@@ -150,7 +151,7 @@ pub struct Tracker {
 }
 
 impl Tracker {
-    /// Of an arm at rest now, whose time goes on by 100 ms.
+    /// Creates a tracker for an arm that is now at rest; advances the time by 100 ms.
     pub fn at_rest(arm: &mut Arm, now_us: &mut u64) -> Self {
         let mut offsets = [Vector3::zeros(); SEGMENTS];
         for _ in 0..SAMPLES {
@@ -166,7 +167,8 @@ impl Tracker {
         }
     }
 
-    /// Turning of a joint's distal segment against the one before it, rad/s.
+    /// Returns the angular velocity of a joint's distal segment relative to the segment before it,
+    /// rad/s.
     #[must_use]
     pub fn turning(&self, arm: &Arm, joint: usize) -> Vector3<f64> {
         let of =

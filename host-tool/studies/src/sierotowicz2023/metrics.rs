@@ -1,23 +1,23 @@
-//! Computes alignment, correlations and errors from wanted and measured forces.
+//! Computes alignment, correlations and errors from reference and measured forces.
 
 use super::error::EndpointError;
 use host_core::statistics;
 use host_core::statistics::{StatisticsError, student_t_p};
 use serde::{Deserialize, Serialize};
 
-/// A target: the wanted force and the measured wrench.
+/// A target: the reference force and the measured wrench.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Target {
     /// Number of the command among twelve: direction times the number of magnitudes, plus
     /// magnitude.
     pub command: usize,
-    /// Wanted force at the hand, N.
+    /// Reference force at the hand, N.
     pub wanted_n: [f64; 3],
     /// Measured wrench after subtraction of the baseline, N and N·m.
     pub measured: [f64; 6],
     /// Current of each muscle, mA.
     pub currents_ma: [f64; 9],
-    /// Whether a muscle was at its greatest current and would have needed more.
+    /// Whether a muscle was at its largest current and would have needed more.
     pub is_beyond: bool,
 }
 
@@ -34,7 +34,7 @@ pub struct Correlation {
 /// (Student 1908). Both slices must have the same length.
 ///
 /// # Errors
-/// There are fewer than three pairs, or the values do not vary.
+/// Fails if there are fewer than three pairs, or the values do not vary.
 pub fn pearson(first: &[f64], second: &[f64]) -> Result<Correlation, StatisticsError> {
     let n = first.len();
     if n < 3 {
@@ -61,9 +61,9 @@ pub fn pearson(first: &[f64], second: &[f64]) -> Result<Correlation, StatisticsE
     Ok(Correlation { r, p })
 }
 
-/// Rotates the measured wrenches about the vertical so that their forces lie nearest to the wanted
-/// ones, and returns the angle, rad. This is Kabsch's problem with a given axis; its only angle has
-/// a closed form.
+/// Rotates the measured wrenches about the vertical so that their forces lie nearest to the
+/// reference forces, and returns the angle, rad. This is Kabsch's problem with a given axis; its
+/// only angle has a closed form.
 pub fn align(targets: &mut [Target]) -> f64 {
     let (mut across, mut along) = (0.0, 0.0);
     for target in &*targets {
@@ -86,7 +86,7 @@ pub fn align(targets: &mut [Target]) -> f64 {
 /// Correlations and errors of the targets of one condition.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Measures {
-    /// Correlation of each wanted component (row) with each measured component (column). The
+    /// Correlation of each reference component (row) with each measured component (column). The
     /// components are those of unit vectors, so they describe directions.
     pub correlations: [[Correlation; 3]; 3],
     /// Root mean square error of each component, and root mean square of the error vector's size,
@@ -94,9 +94,10 @@ pub struct Measures {
     pub rmse_n: [f64; 4],
     /// Size of each target's error, N.
     pub errors_n: Vec<f64>,
-    /// Angle between the wanted and the measured force of each target, degrees.
+    /// Angle between the reference and the measured force of each target, °.
     pub angles_deg: Vec<f64>,
-    /// Greatest absolute wanted component of each axis, and greatest size of a wanted force, N.
+    /// Largest absolute reference component of each axis, and largest magnitude of a reference
+    /// force, N.
     pub range_n: [f64; 4],
 }
 
@@ -106,7 +107,7 @@ fn unit(vector: [f64; 3]) -> [f64; 3] {
     vector.map(|component| if size > 0.0 { component / size } else { 0.0 })
 }
 
-/// Euclidean norm.
+/// Returns the Euclidean norm.
 #[must_use]
 pub fn size(vector: [f64; 3]) -> f64 {
     vector
@@ -125,7 +126,7 @@ pub const fn force([x, y, z, ..]: [f64; 6]) -> [f64; 3] {
 /// Computes the measures of aligned targets.
 ///
 /// # Errors
-/// E721 if there are too few targets, or if a component does not vary.
+/// Returns E721 if there are too few targets, or if a component does not vary.
 pub fn measures(targets: &[Target]) -> Result<Measures, EndpointError> {
     let wrong = |error| EndpointError::Statistics("a condition's targets", error);
     let component = |of: &dyn Fn(&Target) -> [f64; 3], axis: usize| -> Vec<f64> {

@@ -1,13 +1,13 @@
-//! Sierotowicz 2023 on simulated arms: do nine muscles make a wanted force at the hand, and
-//! does the calibration from twitches help?
+//! Repeats Sierotowicz 2023 on simulated arms: whether nine muscles produce a reference force at
+//! the hand, and whether the calibration from twitches helps.
 //!
-//! Lives here: what was declared (`host-tool/experiments/sierotowicz.toml`), what the device is
-//! told of an arm (`model`), the device at work on it (`device`), its calibration
-//! (`calibrate`, `imus`), participants and their conditions C1 to C4 (`participant`,
-//! `course`, `walk`, `replication`), one condition on a device (`played`), what they come to
-//! (`metrics`, `regression`, `population`). Not here: how muscles are recruited
-//! (`firmware::limb`, `host_core::limb`), the body (`hal_sim::body::arm`). In: a seed. Out:
-//! numbers beside the paper's. All simulated: no evidence about people.
+//! Takes a seed and the declaration (`host-tool/experiments/sierotowicz.toml`); returns numbers
+//! beside those of the paper. `model` is the device's model of an arm, `device` the recruitment
+//! with it, `calibrate` and `imus` its calibration. `participant`, `course`, `walk` and
+//! `replication` run participants through the conditions C1 to C4, `played` plays one condition on
+//! a device, and `metrics`, `regression` and `population` evaluate the results. Muscle recruitment
+//! is in `firmware::limb` and `host_core::limb`, the simulated arm in `hal_sim::body::arm`.
+//! Everything is simulated: this is no evidence about people.
 
 mod calibrate;
 mod claims;

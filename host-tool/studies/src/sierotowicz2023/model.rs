@@ -1,61 +1,61 @@
-//! What the device is told of an arm (Sierotowicz 2023, section 2): routing points in
-//! cylinders about segments, gains and currents, made into what `firmware::limb` takes. It
-//! knows nothing of the body that it is tried on.
+//! The device's model of an arm (Sierotowicz 2023, section 2): routing points in cylinders around
+//! segments, gains and currents. Converts it into the specification that `firmware::limb` takes.
+//! The model knows nothing of the simulated arm.
 //!
-//! Axes here are the device's: backward, to the right, upward. The body's are forward, to
-//! the left, upward: half a turn about the vertical ([`turned`]).
+//! The axes here are the device's: backward, right, up. Those of the simulated arm are forward,
+//! left, up: half a turn about the vertical ([`turned`]).
 
 use firmware::limb::{AXES, JointName, LimbSpec, LineSpec, Posture as Angles, ViaSpec};
 use firmware::units::{Amplitude, Angle};
 use hal_sim::body::arm::{CUFF_PART, ELECTRODES, FOREARM, Posture, UPPER_ARM};
 use nalgebra::{Rotation3, Unit, Vector3};
 
-/// What joints are called in table 1.
+/// Names of the joints in table 1.
 pub const JOINT_NAMES: [&str; 3] = ["SC", "GH", "EL"];
-/// Half the width between a person's shoulders over stature (Drillis and Contini 0.129
-/// from the midline, less 20 mm to the joint's edge, assumed).
+/// Half the shoulder width as a fraction of stature (Drillis and Contini: 0.129 from the midline,
+/// minus 20 mm to the joint's edge, assumed).
 const GIRDLE: f64 = 0.100;
-/// The widest ranges that a limb may have: the study keeps to one posture.
+/// Widest ranges that a limb may have, because the study keeps to one posture.
 const RANGE_MDEG: [(i32, i32); 3] = [(-180_000, 180_000), (-80_000, 80_000), (-180_000, 180_000)];
 
-/// The device's axes from the body's, and back.
+/// Converts a vector from the axes of the simulated arm to those of the device, or back.
 #[must_use]
 pub fn turned([x, y, z]: [f64; 3]) -> [f64; 3] {
     [-x, -y, z]
 }
 
-/// A routing point in the cylinder about a segment's axis.
+/// Routing point in the cylinder around a segment's axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
-    /// Along the axis from the joint, distal positive, m.
+    /// Distance from the joint along the axis, distal positive, m.
     pub along_m: f64,
-    /// From the axis, m.
+    /// Distance from the axis, m.
     pub radius_m: f64,
-    /// Azimuth, rad, from the segment's front.
+    /// Azimuth from the segment's front, rad.
     pub azimuth: f64,
 }
 
-/// A muscle group's line of action: origin on the segment before its joint, insertion on
-/// the one behind it.
+/// Line of action of a muscle group: its origin is on the segment before its joint, its insertion
+/// on the segment after it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Action {
-    /// Its joint.
+    /// Joint that the muscle group moves.
     pub joint: JointName,
-    /// Origin, insertion, each from that joint.
+    /// Origin and insertion, relative to that joint.
     pub points: [Point; 2],
 }
 
-/// A segment's cylinder: directions along its own axes.
+/// Cylinder of a segment, with directions in the segment's own axes.
 #[derive(Clone, Copy, Debug)]
 pub struct Cylinder {
-    /// Away from the trunk; of the trunk upward.
+    /// Direction away from the trunk; up for the trunk itself.
     axis: Vector3<f64>,
-    /// Forward while the arm hangs: azimuth 0.
+    /// Direction of azimuth 0: forward while the arm hangs.
     front: Vector3<f64>,
 }
 
 impl Cylinder {
-    /// Of segment `n`: thorax, girdle, upper arm, forearm.
+    /// Returns the cylinder of segment `n`: 0 thorax, 1 girdle, 2 upper arm, 3 forearm.
     #[must_use]
     pub fn of_segment(n: usize) -> Self {
         let axis = match n {
@@ -67,7 +67,7 @@ impl Cylinder {
         Self { axis, front }
     }
 
-    /// A point from the joint along the segment's own axes, m.
+    /// Returns the position of a point relative to the joint in the segment's own axes, m.
     #[must_use]
     pub fn at(&self, point: &Point) -> Vector3<f64> {
         let (sine, cosine) = point.azimuth.sin_cos();
@@ -75,7 +75,7 @@ impl Cylinder {
         point.along_m * self.axis + point.radius_m * (cosine * self.front + sine * aside)
     }
 
-    /// The same of so far along, in front and outward, m.
+    /// Returns the point that lies this far along the axis, in front and outward, m.
     fn point(&self, [along_m, front, outward]: [f64; 3]) -> Point {
         Point {
             along_m,
@@ -84,24 +84,23 @@ impl Cylinder {
         }
     }
 
-    /// The same of a place along the segment's own axes.
+    /// Returns the point at a position in the segment's own axes.
     fn point_at(&self, at: &Vector3<f64>) -> Point {
         let aside = self.axis.cross(&self.front);
         self.point([self.axis, self.front, aside].map(|vector| at.dot(&vector)))
     }
 }
 
-/// Where segments are, as far as the device knows.
+/// Positions of the segments, as far as the device knows them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
-    /// Stature, m: lengths follow from it (Drillis, Contini and Bluestein 1964).
+    /// Stature, m; the segment lengths follow from it (Drillis, Contini and Bluestein 1964).
     pub stature_m: f64,
-    /// Posture of the arm.
     pub posture: Posture,
 }
 
 impl Frame {
-    /// From each segment's origin to the next joint or the cuff, m.
+    /// Returns the vector from each segment's origin to the next joint or the cuff, m.
     fn ways_m(&self) -> [Vector3<f64>; 4] {
         let [girdle, upper, cuff] =
             [GIRDLE, UPPER_ARM[0], CUFF_PART * FOREARM[0]].map(|part| part * self.stature_m);
@@ -113,8 +112,8 @@ impl Frame {
         ]
     }
 
-    /// The nine angles: the girdle at rest, the shoulder's that put the upper arm where the
-    /// posture says, the elbow's flexion.
+    /// Returns the nine joint angles: the girdle at rest, the shoulder angles of the posture, and
+    /// the elbow's flexion.
     #[must_use]
     pub fn angles(&self) -> Angles {
         let posture = &self.posture;
@@ -134,7 +133,7 @@ impl Frame {
         let front = Rotation3::from_axis_angle(&Unit::new_normalize(-along), turn) * level;
         let (x, z) = (-front, -along);
         let y = z.cross(&x);
-        // Rows of a turn about y, then x, then z.
+        // Decomposes the rotation into turns about y, then x, then z.
         let flexion = z.x.atan2(z.z);
         let abduction = -z.y.asin();
         let rotation = x.y.atan2(y.y);
@@ -146,26 +145,27 @@ impl Frame {
     }
 }
 
-/// A person's arm as the device is told of it.
+/// The device's model of a wearer's arm.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Model {
-    /// Segments.
+    /// Stature and posture, which give the positions of the segments.
     pub frame: Frame,
     /// Lines of action, in the order of channels.
     pub actions: [Action; ELECTRODES],
-    /// Force per current above the least, N/mA.
+    /// Force per current above the smallest, N/mA.
     pub gains: [f64; ELECTRODES],
-    /// Least and greatest current of each channel, mA.
+    /// Smallest and largest current of each channel, mA.
     pub ranges_ma: [[f64; 2]; ELECTRODES],
 }
 
-/// To whole millionths.
+/// Converts metres to whole micrometres.
 fn um(at: &Vector3<f64>) -> [i32; 3] {
     [at.x, at.y, at.z].map(|m| (1e6 * m).round() as i32)
 }
 
 impl Model {
-    /// What the device takes; gains to 1 mN/mA, currents to 1 µA, points to 1 µm.
+    /// Returns the specification for the device, with gains rounded to 1 mN/mA, currents to 1 µA
+    /// and points to 1 µm.
     #[must_use]
     pub fn spec(&self) -> LimbSpec {
         let ways = self.frame.ways_m();
@@ -205,31 +205,31 @@ impl Model {
     }
 }
 
-/// Where electrodes and cursory anatomy put origins (at the elbow along, in front of and
-/// outward of the upper arm, else backward, right and up, from the joint, m) and insertions
-/// (along the segment behind the joint, in front and outward of it, m). Assumed, to the
-/// centimetre, of nobody in particular.
+/// Joint, origin and insertion of each line by electrode position and approximate anatomy, m.
+/// Origins at the elbow are along, in front of and outward of the upper arm; other origins are
+/// backward, right and up from the joint. Insertions are along, in front of and outward of the
+/// segment after the joint. Assumed, to the centimetre, of nobody in particular.
 const CURSORY: [(JointName, [f64; 3], [f64; 3]); ELECTRODES] = {
     use JointName::{Elbow, Glenohumeral, Sternoclavicular};
     [
-        // Biceps, triceps.
+        // Biceps and triceps.
         (Elbow, [-0.20, 0.03, 0.0], [0.05, 0.02, 0.0]),
         (Elbow, [-0.20, -0.03, 0.0], [-0.02, -0.01, 0.0]),
-        // Deltoid superior, anterior, posterior.
+        // Deltoid: superior, anterior and posterior part.
         (Glenohumeral, [0.0, 0.01, 0.04], [0.12, 0.0, 0.02]),
         (Glenohumeral, [-0.03, -0.03, 0.03], [0.12, 0.01, 0.02]),
         (Glenohumeral, [0.06, -0.04, 0.02], [0.10, -0.01, 0.02]),
-        // Pectoralis clavicular, sternocostal.
+        // Pectoralis: clavicular and sternocostal part.
         (Glenohumeral, [-0.07, -0.11, 0.01], [0.08, 0.02, 0.01]),
         (Glenohumeral, [-0.09, -0.15, -0.12], [0.07, 0.02, 0.01]),
-        // Trapezius: insertion on the scapula's spine.
+        // Trapezius: inserts at the spine of the scapula.
         (Sternoclavicular, [0.14, 0.0, 0.0], [0.12, -0.10, 0.0]),
         // Latissimus.
         (Glenohumeral, [0.06, -0.14, -0.30], [0.04, 0.02, 0.0]),
     ]
 };
 
-/// Lines of action by cursory anatomy.
+/// Returns the lines of action by approximate anatomy.
 #[must_use]
 pub fn cursory() -> [Action; ELECTRODES] {
     CURSORY.map(|(joint, origin, insertion)| {

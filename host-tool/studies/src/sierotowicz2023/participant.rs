@@ -1,4 +1,5 @@
-//! A participant: a drawn arm, the currents found comfortable, what they are made to push.
+//! Simulated participants: a random arm, its comfortable currents, and the contractions that it
+//! performs.
 
 use super::calibrate::pulses;
 use super::declaration::Study;
@@ -10,7 +11,8 @@ use hal_sim::body::Body;
 use hal_sim::body::arm::{Arm, ArmSpec, ELECTRODES};
 use hal_sim::random::{self, Random};
 
-/// The six directions: backward and forward, downward and upward, right and left.
+/// The six directions in the axes of the simulated arm: backward and forward, down and up, right
+/// and left.
 pub const DIRECTIONS: [[f64; 3]; 6] = [
     [-1.0, 0.0, 0.0],
     [1.0, 0.0, 0.0],
@@ -19,34 +21,34 @@ pub const DIRECTIONS: [[f64; 3]; 6] = [
     [0.0, -1.0, 0.0],
     [0.0, 1.0, 0.0],
 ];
-/// What they are called.
+/// Labels of [`DIRECTIONS`] in tables and figures.
 pub const DIRECTION_NAMES: [&str; 6] = ["backward", "forward", "down", "up", "right", "left"];
-/// A baseline is the mean of so long before the contraction, ms. Ours: *immediately
-/// before* is printed.
+/// Length of the baseline before a contraction, ms. Our choice: the paper prints *immediately
+/// before*.
 const BASELINE_MS: u64 = 100;
-/// The force sensor is read so often, ms. Ours: no rate is printed.
+/// Period of the force sensor, ms. Our choice: the paper prints no rate.
 const READ_MS: u64 = 10;
 
-/// A person in the study.
+/// Simulated participant of the study.
 #[derive(Clone, Debug)]
 pub struct Participant {
-    /// The body.
+    /// Simulated arm with its electrodes and sensors.
     pub arm: Arm,
-    /// Time, µs.
+    /// Simulated time, µs.
     pub now_us: u64,
-    /// Currents' ranges that were found, mA.
+    /// Smallest and largest comfortable current of each channel, mA.
     pub ranges_ma: [[f64; 2]; ELECTRODES],
     stream: u64,
 }
 
-/// A command: its number and the wanted force, N.
+/// Number of a command, and its reference force, N.
 pub type Command = (usize, [f64; 3]);
 
 impl Participant {
-    /// Person `index` of the study's seed, in the cuff, currents found.
+    /// Generates participant `index` of `seed`, with the arm in the cuff and the currents found.
     ///
     /// # Errors
-    /// E716: a drawn arm cannot be.
+    /// Returns E716 if the random arm is invalid.
     pub fn random(study: &Study, seed: u64, index: u64) -> Result<Self, EndpointError> {
         let spec = ArmSpec::random(seed, index);
         let stream = random::word(random::word(seed, index), 0xE9D);
@@ -69,8 +71,8 @@ impl Participant {
         Ok(participant)
     }
 
-    /// The arm by cursory anatomy, in this person's own lengths and currents; gains are
-    /// not known yet.
+    /// Returns the model by approximate anatomy with this participant's own lengths and currents.
+    /// The gains are not known yet.
     #[must_use]
     pub fn cursory_model(&self) -> Model {
         let frame = Frame {
@@ -85,7 +87,8 @@ impl Participant {
         }
     }
 
-    /// Another person's frame on this one: their routing, gains and lengths, own currents.
+    /// Returns the model for another participant's frame on this one: the other's routing, gains
+    /// and lengths with this participant's own currents.
     #[must_use]
     pub fn model_wearing(&self, other: &Model) -> Model {
         Model {
@@ -94,14 +97,14 @@ impl Participant {
         }
     }
 
-    /// Nothing happens for so long.
+    /// Lets this time pass without stimulation, s.
     pub fn pause(&mut self, s: f64) {
         self.now_us += (1e6 * s).round() as u64;
         self.arm.advance(self.now_us);
     }
 
-    /// Wanted forces in random order: six directions at each magnitude of what `device` can
-    /// reach, each so often.
+    /// Returns the commands in random order: six directions at each magnitude, as a fraction of
+    /// what `device` can reach, with all repetitions.
     #[must_use]
     pub fn commands(&self, study: &Study, device: &Device, condition: u64) -> Vec<Command> {
         let magnitudes = &study.protocol.magnitudes;
@@ -118,10 +121,10 @@ impl Participant {
         all
     }
 
-    /// Every command stimulated in turn: what came of each.
+    /// Stimulates every command in turn and returns the measured targets.
     ///
     /// # Errors
-    /// E706.
+    /// Returns E706 if a force or a weight is not finite.
     pub fn stimulate_commands(
         &mut self,
         study: &Study,
@@ -143,8 +146,8 @@ impl Participant {
         commands.iter().map(one).collect()
     }
 
-    /// The person pushes by will, with feedback: each direction at all of what `device`
-    /// reaches.
+    /// Lets the participant push voluntarily with feedback in each direction, with the full force
+    /// that `device` can reach.
     pub fn push_voluntarily(&mut self, study: &Study, device: &Device) -> Vec<Target> {
         let aim = &study.voluntary;
         let mut random = Random::new(random::word(self.stream, 2));
@@ -178,7 +181,7 @@ impl Participant {
         all
     }
 
-    /// The mean wrench of [`BASELINE_MS`] from now on, in which nothing is asked.
+    /// Returns the mean wrench over the next [`BASELINE_MS`], without stimulation.
     fn baseline(&mut self) -> [f64; 6] {
         let mut mean = Mean::default();
         for _ in 0..BASELINE_MS / READ_MS {
@@ -189,8 +192,8 @@ impl Participant {
         mean.mean()
     }
 
-    /// Two seconds of these currents and of this push, two of nothing: the mean wrench over
-    /// the contraction less that immediately before it (section 2.6).
+    /// Applies these currents and this push for the duration of a contraction, then rests. Returns
+    /// the mean wrench of the contraction minus that immediately before it (section 2.6).
     pub(super) fn measure_contraction(
         &mut self,
         study: &Study,
@@ -210,8 +213,7 @@ impl Participant {
         })
     }
 
-    /// The same of what `stimulate` does from a time on, µs, calling after each millisecond;
-    /// it tells when it ended.
+    /// Measures the same for a contraction that `stimulate` performs.
     pub(super) fn measure_stimulation(
         &mut self,
         study: &Study,
@@ -235,10 +237,11 @@ impl Participant {
     }
 }
 
-/// What a contraction is made by.
+/// Performs a contraction on an arm from a time on, µs, calls the last argument after each
+/// millisecond, and returns the time at its end, µs.
 pub(super) type Stimulate<'a> = &'a mut dyn FnMut(&mut Arm, u64, &mut dyn FnMut(&Arm)) -> u64;
 
-/// A mean wrench.
+/// Accumulates the mean of wrenches.
 #[derive(Default)]
 struct Mean {
     sum: [f64; 6],

@@ -1,4 +1,5 @@
-//! The arm of each participant of a study with wanted and given forces, as a page.
+//! Draws the arm of each participant of a study with reference and measured forces, as an HTML
+//! page.
 
 use super::metrics::force;
 use super::participant::DIRECTION_NAMES;
@@ -10,16 +11,16 @@ use host_core::report::{Html, document, draw_bones};
 
 /// Size of a picture, CSS pixels.
 const SIZE: At = (320.0, 330.0);
-/// Where the breastbone is.
+/// Position of the breastbone in a picture.
 const ORIGIN: At = (150.0, 72.0);
-/// Pixels per metre, and per newton of the largest force.
+/// Scale of the arm, pixels per metre.
 const PER_M: f64 = 420.0;
-/// Pixels of the longest arrow.
+/// Length of the longest arrow, pixels.
 const LONGEST: f64 = 95.0;
-/// From where it is seen: so far to the right of straight ahead, and above, degrees.
+/// Direction of view, °: to the right of the front, and above.
 const SEEN_DEG: [f64; 2] = [40.0, 20.0];
 
-/// A direction of our axes on the screen, right and down.
+/// Projects a vector in the axes of the simulated arm onto the screen, right and down.
 fn project([x, y, z]: [f64; 3]) -> At {
     let (aside, ahead) = SEEN_DEG[0].to_radians().sin_cos();
     let (high, level) = SEEN_DEG[1].to_radians().sin_cos();
@@ -33,7 +34,7 @@ fn place(at: [f64; 3]) -> At {
     (ORIGIN.0 + PER_M * x, ORIGIN.1 + PER_M * y)
 }
 
-/// An arrow from `from`, `(dx, dy)` long.
+/// Draws an arrow from `from` with the length `(dx, dy)`.
 fn arrow(canvas: &mut Canvas, from: At, (dx, dy): At, paint: (host_core::plot::Color, f64)) {
     let to = (from.0 + dx, from.1 + dy);
     canvas.line(&[from, to], stroke(paint.0, paint.1));
@@ -51,7 +52,7 @@ fn arrow(canvas: &mut Canvas, from: At, (dx, dy): At, paint: (host_core::plot::C
     canvas.polygon(&corners, Paint::Full(paint.0));
 }
 
-/// Wanted and mean given forces of a condition at full size, N.
+/// Returns the reference force and the mean measured force of each direction at full magnitude, N.
 fn forces(person: &ParticipantResult, name: &str) -> Vec<[[f64; 3]; 2]> {
     let Some(condition) = person.condition(name) else {
         return Vec::new();
@@ -74,7 +75,7 @@ fn forces(person: &ParticipantResult, name: &str) -> Vec<[[f64; 3]; 2]> {
     (0..DIRECTION_NAMES.len()).filter_map(of).collect()
 }
 
-/// The picture of one condition.
+/// Draws the picture of one condition.
 fn picture(person: &ParticipantResult, name: &str, title: &str) -> Svg {
     let mut canvas = Canvas::default();
     let all = forces(person, name);
@@ -109,7 +110,7 @@ fn picture(person: &ParticipantResult, name: &str, title: &str) -> Svg {
     canvas.svg(SIZE, &described)
 }
 
-/// What each colour is.
+/// Draws the legend of the colours.
 fn legend() -> Svg {
     let mut canvas = Canvas::default();
     for (at, name) in DIRECTION_NAMES.iter().enumerate() {
@@ -120,7 +121,7 @@ fn legend() -> Svg {
     canvas.svg((740.0, 28.0), "colours of the six wanted directions")
 }
 
-/// A page of the arms of this study's participants.
+/// Returns the page with the arms of this study's participants.
 #[must_use]
 pub fn page(study: &Replication) -> String {
     let mut body = html!(

@@ -1,6 +1,6 @@
-//! One condition of the study on a device: C3 of S2 of the first study, as a session of a
-//! wanted force. What the device puts out is held against the native device's, edge by edge,
-//! and what it makes of the body against what the study computed.
+//! Plays one condition of the study on a device: C3 of S2 in the first study, as a session with a
+//! reference force. Compares the device's output with that of the native device edge by edge, and
+//! the forces that it produces in the arm with those of the study.
 
 use super::declaration::Study;
 use super::device::{Device, Method};
@@ -16,53 +16,53 @@ use hal_sim::trace::Edge;
 use host_core::run::{DeviceName, SessionFile, run};
 use std::fmt::Write;
 
-/// The first contraction begins so long after the session, ms.
+/// Start of the first contraction after the start of the session, ms.
 const LEAD_MS: u64 = 1_000;
-/// A force is wanted so long before its first pulse, ms, that the device has recruited, and
-/// no pulse of the period of 25 ms before has it.
+/// Time from the request of a force to its first pulse, ms. It suffices for the recruitment, and no
+/// pulse of the preceding period of 25 ms gets the new force.
 const BEFORE_MS: u64 = 20;
-/// It ends so long before the first pulse that is not to have it, ms.
+/// Time from the end of a force's request to the first pulse without it, ms.
 const AFTER_MS: u64 = 20;
-/// From no force to a force, ms: a setpoint's period.
+/// Duration of the change from no force to a force, ms: the period of a setpoint.
 const STEP_MS: u64 = 5;
-/// Channels in the order of their pulses in a period, and how far apart these are, µs: all at
-/// once could come to more than the device's 200 mA. Of electrodes that reach one muscle none
-/// are 2.75 ms apart, so that the body counts them together, as the study's.
+/// Channels in the order of their pulses in a period. Simultaneous pulses could exceed the 200 mA
+/// of the device. Electrodes that reach the same muscle pulse less than 2.75 ms apart, so the
+/// simulated arm counts their pulses together, as in the study.
 const ORDER: [usize; ELECTRODES] = [0, 8, 1, 4, 2, 7, 3, 5, 6];
-/// See [`ORDER`].
+/// Time between consecutive channels in [`ORDER`], µs.
 const APART_US: u64 = 500;
-/// Full scale of a stage, mA: above what any drawn arm takes.
+/// Full scale of an output stage, mA: more than any random arm needs.
 const FULL_SCALE_MA: f64 = 50.0;
 
-/// What came of it.
+/// Result of the comparison.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DeviceCheck {
-    /// Contractions that the device gave.
+    /// Number of contractions that the device played.
     pub played: usize,
-    /// Those before the last of them that it refuses, a muscle being too weak: the study
-    /// gives them at the greatest current, and so they were given here.
+    /// Number of contractions before the last of them that the device refuses, because a muscle is
+    /// too weak. The study and this comparison apply them at the largest current.
     pub refused: usize,
-    /// Edges of the pins, the same as the native device's.
+    /// Number of edges of the pins, all equal to the native device's.
     pub edges: usize,
-    /// Pulses, and how many the study gave.
+    /// Number of pulses, and the number in the study.
     pub pulses: [usize; 2],
-    /// How far a current is from the study's at most, mA.
+    /// Largest difference of a current from the study's, mA.
     pub current_ma: f64,
-    /// How far the mean force of a contraction is from the study's at most, and the root mean
-    /// square of the study's, N.
+    /// Largest difference of a contraction's mean force from the study's, and root mean square of
+    /// the study's forces, N.
     pub force_n: [f64; 2],
-    /// Mean force of each contraction as the study had it, N.
+    /// Mean force of each contraction in the study, N.
     pub study_n: Vec<[f64; 3]>,
 }
 
-/// A contraction: its command, currents (mA), and whether the device gives it.
+/// A contraction: its command, its currents, mA, and whether the device plays it.
 struct Contraction {
     command: Command,
     currents_ma: [f64; ELECTRODES],
     is_played: bool,
 }
 
-/// C3's contractions up to the declared number that the device gives.
+/// Returns the contractions of C3 until the device has played the declared number of them.
 fn contractions(study: &Study, begun: &PreparedC3) -> Result<Vec<Contraction>, EndpointError> {
     let device = Device::new(&begun.model)?;
     let mut all = Vec::new();
@@ -87,13 +87,13 @@ fn begins_ms(study: &Study, place: usize) -> u64 {
     LEAD_MS + place as u64 * (1e3 * (study.protocol.contraction_s + study.protocol.rest_s)) as u64
 }
 
-/// Three numbers of millionths in thousandths.
+/// Formats three values in µm as mm.
 fn triple(um: &[i32; 3]) -> String {
     um.map(|value| format!("{:.3}", f64::from(value) / 1e3))
         .join(", ")
 }
 
-/// The wearer's file: this arm.
+/// Writes the wearer file with this model of the arm.
 fn wearer(study: &Study, model: &Model) -> String {
     let spec = model.spec();
     let mut text = "schema = 1\nname = \"s2\"\nevidence = \"assumed\"\nsource = \"drawn\"\n\
@@ -136,7 +136,7 @@ fn wearer(study: &Study, model: &Model) -> String {
     text
 }
 
-/// The session: what is played of these contractions, one after the other.
+/// Writes the session that plays these contractions one after the other.
 fn session(study: &Study, model: &Model, all: &[Contraction]) -> String {
     let played: Vec<&Contraction> = all
         .iter()
@@ -194,7 +194,7 @@ fn session(study: &Study, model: &Model, all: &[Contraction]) -> String {
     text
 }
 
-/// Edges and pulses of the session on `device`, with times from its start.
+/// Runs the session on `device`. Returns its edges and pulses, with times from its start.
 fn play_on_device(
     file: &SessionFile,
     device: &DeviceName,
@@ -218,7 +218,7 @@ fn play_on_device(
         .ok_or_else(|| failed("no start".to_owned()))?;
     let mut port = port.ok_or_else(not_simulated)?;
     let trace = &port.world().ok_or_else(not_simulated)?.recorder.trace;
-    // Up to the stop, which comes at a time of each device's own.
+    // Ends before the stop, whose time differs between devices.
     let until_us = file.session.duration_us.saturating_sub(10_000);
     let edges = trace.edges_from(epoch_us).map(|edge| Edge {
         t_us: edge.t_us - epoch_us,
@@ -236,7 +236,8 @@ fn play_on_device(
     Ok((edges, pulses.collect()))
 }
 
-/// A contraction by these pulses (µs from its begin), in which `each_ms` is called.
+/// Replays these pulses in a contraction, with times in µs from its start. Calls `each_ms` after
+/// each millisecond and returns the time at the end, µs.
 fn replay(
     arm: &mut Arm,
     now_us: u64,
@@ -258,10 +259,12 @@ fn replay(
     now_us + lasts_us
 }
 
-/// Plays it on `device`; of one that is not the native one every edge must be that one's.
+/// Plays the contractions on `device`. Unless it is the native device, every edge must equal the
+/// native one's.
 ///
 /// # Errors
-/// What goes wrong in the study; E730: the device does not play it; E731: other edges.
+/// Fails like the study itself. Returns E730 if the device does not play the session, and E731 if
+/// its edges differ.
 pub fn play_c3(
     study: &Study,
     seed: u64,
@@ -292,7 +295,7 @@ pub fn play_c3(
     Ok(compare_forces(study, &begun, &all, (edges.len(), &pulses)))
 }
 
-/// What these pulses make of the body against what the study makes of it.
+/// Compares the forces that these pulses produce in the arm with those of the study.
 fn compare_forces(
     study: &Study,
     begun: &PreparedC3,
@@ -359,7 +362,7 @@ fn compare_forces(
 }
 
 impl DeviceCheck {
-    /// For a page: `device` played it.
+    /// Describes the comparison with `device` for the report page.
     #[must_use]
     pub fn in_words(&self, device: &DeviceName) -> String {
         let edges = match device {

@@ -1,4 +1,4 @@
-//! What all replications come to, as `result.json` and its page have it.
+//! Summarises all replications for `result.json` and the report page.
 
 use super::claims::{diagonal, errors, median_of, shares};
 use super::course::Condition;
@@ -12,30 +12,30 @@ use crate::laboratory::{Outcome, Preregistration, Reach, Row, Share};
 use host_core::record::sha256;
 use host_core::statistics::{bootstrap_bca, cohens_d_pooled, mann_whitney, mean, wilcoxon};
 
-/// What is said of every result.
+/// Notes that accompany every result.
 const SIMULATED: &str =
     "Simulated: drawn arms of mostly assumed parameters; no evidence about people.";
 const MEANING: &str = "Ours is the median, low and high the 5th and 95th percentile: over \
                        participants, or over studies of three where a test is made of one.";
 const FRAME: &str = "Uncalibrated is S1's frame: routing, gains and lengths as the calibration \
                      has them of S1 of the same study. Wearers are S2 and S3.";
-/// Resamples of an interval.
+/// Number of bootstrap resamples for an interval.
 const RESAMPLES: usize = 4_000;
 
-/// What the command knows of the run.
+/// Information about the run that only the command knows.
 #[derive(Clone, Debug)]
 pub struct RunInfo {
-    /// Of the draws.
+    /// Seed of the draws.
     pub seed: u64,
-    /// Studies asked for.
+    /// Requested number of studies.
     pub draws: u64,
-    /// What a terminal takes to have it again.
+    /// Command line that repeats the run.
     pub command: String,
-    /// What a device played of it, and which, for people.
+    /// Device that played a condition, and the description of the comparison.
     pub played: Option<(String, String)>,
-    /// What is missing, for people.
+    /// Description of the missing part if the run was interrupted.
     pub cut_short: Option<String>,
-    /// Why studies are missing, each.
+    /// Reason for each missing study.
     pub failed: Vec<String>,
 }
 
@@ -43,7 +43,7 @@ fn row(id: &str, quantity: &str, unit: &str, paper: Option<f64>, values: Vec<f64
     Row::from_numbers(id.to_owned(), quantity.to_owned(), unit, paper, values)
 }
 
-/// Numbers of one condition over all participants.
+/// Returns the rows of one condition over all participants.
 fn condition_rows(study: &Study, all: &[Replication], name: &str) -> [Row; 5] {
     let of = |pick: &dyn Fn(&Condition) -> f64| -> Vec<f64> {
         let each = people(all).filter_map(|wearer| wearer.condition(name));
@@ -87,7 +87,7 @@ fn condition_rows(study: &Study, all: &[Replication], name: &str) -> [Row; 5] {
     ]
 }
 
-/// Numbers over all participants.
+/// Returns all rows: conditions, best component, geometry, device, and tests.
 fn rows(study: &Study, all: &[Replication]) -> Vec<Row> {
     let paper = &study.paper;
     let conditions = CONDITIONS.iter();
@@ -106,7 +106,7 @@ fn rows(study: &Study, all: &[Replication]) -> Vec<Row> {
     rows
 }
 
-/// Geometry, switching and tiredness.
+/// Returns the rows about geometry, switching and fatigue.
 fn geometry_rows(all: &[Replication]) -> Vec<Row> {
     let worn =
         |at: usize| -> Vec<f64> { wearers(all).map(|wearer| wearer.geometry()[at]).collect() };
@@ -196,7 +196,7 @@ fn geometry_rows(all: &[Replication]) -> Vec<Row> {
         .collect()
 }
 
-/// What the device's rate, its numbers and its limits do.
+/// Returns the rows about the device's rate, number format and limits.
 fn device_rows(all: &[Replication]) -> Vec<Row> {
     let of =
         |pick: &dyn Fn(&ParticipantResult) -> f64| -> Vec<f64> { people(all).map(pick).collect() };
@@ -235,7 +235,7 @@ fn device_rows(all: &[Replication]) -> Vec<Row> {
         .collect()
 }
 
-/// The paper's tests, made of each study.
+/// Returns the rows of the paper's tests, each of them computed for each study.
 fn tests(study: &Study, all: &[Replication]) -> Vec<Row> {
     let d = |replication: &Replication| {
         cohens_d_pooled(&diagonal(replication, "C3"), &diagonal(replication, "C2"))
@@ -275,7 +275,8 @@ fn tests(study: &Study, all: &[Replication]) -> Vec<Row> {
     ]
 }
 
-/// Paired differences of medians, C3 less C2, over studies, with an interval.
+/// Describes the relative change of the median error from C2 to the condition `less`: the median
+/// over studies, with a bootstrap interval.
 fn interval(study: &Study, all: &[Replication], less: &str) -> Option<String> {
     let each: Vec<f64> = all
         .iter()
@@ -298,7 +299,7 @@ fn interval(study: &Study, all: &[Replication], less: &str) -> Option<String> {
     ))
 }
 
-/// Whose twitches turned nothing, and what became of it.
+/// Describes in how many wearers twitches did not turn the limb, and the consequences.
 fn who_did_not_twitch(all: &[Replication]) -> Vec<String> {
     let mut notes = Vec::new();
     let of = |pick: &dyn Fn(&ParticipantResult) -> &[usize]| {
@@ -323,7 +324,7 @@ fn who_did_not_twitch(all: &[Replication]) -> Vec<String> {
     notes
 }
 
-/// What was asked beforehand, and whether it is met: by the interval of the share, not by the
+/// Describes whether the expectation was met, judged by the interval of the share and not by the
 /// share alone.
 fn expectation_note(study: &Study, lower: &Share) -> Option<String> {
     let (low, high) = lower.low.zip(lower.high)?;
@@ -344,10 +345,10 @@ fn expectation_note(study: &Study, lower: &Share) -> Option<String> {
     ))
 }
 
-/// All of it.
+/// Assembles the outcome of the study.
 ///
 /// # Errors
-/// E715: the declaration.
+/// Returns E715 if the declaration is invalid.
 pub fn outcome(
     study: &Study,
     all: &[Replication],

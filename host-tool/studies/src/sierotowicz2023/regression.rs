@@ -1,5 +1,5 @@
-//! Ridge regression on random Fourier features (Gijsberts 2014, as the paper's section
-//! 2.6 uses it), cross-validated: R² and normalised error of what it predicts.
+//! Ridge regression on random Fourier features (Gijsberts 2014, as in section 2.6 of the paper),
+//! with cross-validated R² and normalised error.
 
 use super::declaration::Regression;
 use super::error::EndpointError;
@@ -8,8 +8,8 @@ use hal_sim::random::{self, Random};
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
-/// Features √(2/D)·cos(ωx + b), ω normal with deviation 1/length, b even over a turn
-/// (Rahimi and Recht 2007).
+/// Features √(2/D)·cos(ωx + b), with ω normally distributed with standard deviation 1/length, and b
+/// uniform over a full turn (Rahimi and Recht 2007).
 #[derive(Clone, Debug)]
 pub struct Features {
     frequencies: DMatrix<f64>,
@@ -17,7 +17,7 @@ pub struct Features {
 }
 
 impl Features {
-    /// As declared, of inputs with `inputs` components.
+    /// Generates the declared number of features for inputs with `inputs` components.
     #[must_use]
     pub fn new(how: &Regression, inputs: usize, seed: u64) -> Self {
         let normal = |row: usize, column: usize| {
@@ -34,7 +34,7 @@ impl Features {
         }
     }
 
-    /// Of one input.
+    /// Returns the features of one input.
     #[must_use]
     pub fn of(&self, input: &[f64]) -> DVector<f64> {
         let scale = (2.0 / self.phases.len() as f64).sqrt();
@@ -42,7 +42,7 @@ impl Features {
         turned.map(|value| scale * value.cos())
     }
 
-    /// Of several, in rows.
+    /// Returns the features of several inputs, one row each.
     #[must_use]
     pub fn rows(&self, inputs: &[Vec<f64>]) -> DMatrix<f64> {
         let rows: Vec<_> = inputs
@@ -53,11 +53,11 @@ impl Features {
     }
 }
 
-/// Weights W of features Φ (rows) that minimise |Y - ΦW|² + ridge |W|², by the dual
-/// W = Φᵀ (ΦΦᵀ + ridge)⁻¹ Y: with more features than points the smaller system.
+/// Returns the weights W of features Φ (rows) that minimise |Y - ΦW|² + ridge |W|². Uses the dual W
+/// = Φᵀ (ΦΦᵀ + ridge)⁻¹ Y, which is the smaller system if there are more features than points.
 ///
 /// # Errors
-/// E720: rows that do not match, or a system that has no Cholesky factor.
+/// Returns E720 if the numbers of rows differ, or the system has no Cholesky factor.
 pub fn ridge(
     features: &DMatrix<f64>,
     wanted: &DMatrix<f64>,
@@ -77,20 +77,19 @@ pub fn ridge(
     Ok(features.transpose() * factor.solve(wanted))
 }
 
-/// How well outputs are predicted.
+/// Quality of a prediction.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Score {
-    /// Pearson's coefficient squared, mean over outputs.
+    /// Square of Pearson's coefficient, averaged over outputs.
     pub r_squared: f64,
-    /// Root mean square error over the output's range, mean over outputs.
+    /// Root mean square error divided by the output's range, averaged over outputs.
     pub nrmse: f64,
 }
 
-/// Predictions of every row by a regression on the rows of other groups, centred on their
-/// mean.
+/// Predicts every row by a regression on the rows of all other groups, centred on their mean.
 ///
 /// # Errors
-/// E720: as [`ridge`].
+/// Returns E720 like [`ridge`].
 pub fn cross_validate(
     how: &Regression,
     seed: u64,
@@ -120,7 +119,7 @@ pub fn cross_validate(
     Ok(answers)
 }
 
-/// Folds of `n` rows in random order.
+/// Assigns `n` rows to folds in random order.
 #[must_use]
 pub fn folds(n: usize, folds: usize, seed: u64) -> Vec<usize> {
     let mut all: Vec<usize> = (0..n).map(|at| at % folds).collect();
@@ -128,7 +127,7 @@ pub fn folds(n: usize, folds: usize, seed: u64) -> Vec<usize> {
     all
 }
 
-/// Score over these columns of outputs; those that do not vary are left out.
+/// Computes the score over these columns of the outputs; leaves out columns that do not vary.
 #[must_use]
 pub fn score(outputs: &[Vec<f64>], answers: &[Vec<f64>], columns: std::ops::Range<usize>) -> Score {
     let mut sums = [0.0; 3];

@@ -1,4 +1,4 @@
-//! One study of three participants, C1 to C4.
+//! Simulates one study of three participants through the conditions C1 to C4.
 
 use super::calibrate::{fit_model, geometry_error_deg, motionless_channels, twitches};
 use super::course::{Condition, Course, Player, condition};
@@ -13,55 +13,56 @@ use super::walk::{RATES_HZ, WalkResult, walk};
 use hal_sim::random;
 use serde::{Deserialize, Serialize};
 
-/// Participants of a study.
+/// Number of participants in a study.
 pub const PARTICIPANTS: usize = 3;
-/// Conditions that are kept, in order: C1 to C4 as the paper's, then ours.
+/// Names of the stored conditions: C1 to C4 of the paper, then ours.
 pub const CONDITIONS: [&str; 8] = [
     "C1", "C2", "C3", "C4", "squares", "exact", "fresh", "rested",
 ];
-/// Number of the first participant that is drawn in another's place.
+/// Index of the first draw that is used as a substitute.
 const SUBSTITUTES: u64 = 1 << 32;
 
-/// What one participant came to.
+/// Result of one participant.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ParticipantResult {
-    /// Conditions in order.
+    /// Results in the order of the conditions.
     pub conditions: Vec<Condition>,
-    /// Geometry's error in S1's frame and calibrated, degrees, of each channel.
+    /// Angular error of each channel's geometry, with S1's frame and calibrated, °.
     pub geometry_deg: [[f64; 9]; 2],
-    /// The same, calibrated on an arm that rests.
+    /// Angular error of each channel's geometry after a calibration in which the arm rests between
+    /// twitches, °.
     pub rested_deg: [f64; 9],
-    /// Gains in S1's frame and calibrated, N/mA.
+    /// Gains with S1's frame and calibrated, N/mA.
     pub gains: [[f64; 9]; 2],
-    /// Nearest neighbour and least squares on the calibrated limb.
+    /// Switching of the nearest neighbour and of least squares with the calibrated model.
     pub switches: [Switches; 2],
-    /// A wanted force that goes around, recruited at each of [`RATES_HZ`].
+    /// Errors of a force that goes around a circle, recruited at each of [`RATES_HZ`].
     pub walks: [WalkResult; 2],
-    /// Least that tiredness left of a muscle after C2, C3 and C4, 0 to 1.
+    /// Smallest fraction of force that fatigue left in a muscle after C2, C3 and C4, 0 to 1.
     pub freshness: [f64; 3],
-    /// Channels whose twitches turned nothing, so that they kept S1's frame.
+    /// Channels whose twitches did not turn the limb, so that they kept S1's routing and gain.
     pub untwitched: Vec<usize>,
-    /// The same of an arm that rests.
+    /// The same channels if the arm rests between twitches.
     pub rested_untwitched: Vec<usize>,
-    /// Breastbone, shoulder, elbow and cuff, m.
+    /// Positions of breastbone, shoulder, elbow and cuff, m.
     pub places_m: [[f64; 3]; 4],
 }
 
-/// What one study came to.
+/// Result of one study.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Replication {
-    /// Its number.
+    /// Index of the study.
     pub index: u64,
-    /// S1 to S3.
+    /// Results of S1 to S3.
     pub people: Vec<ParticipantResult>,
-    /// How many were drawn as S1 in vain before: a channel of theirs did not twitch.
+    /// Number of draws that were rejected as S1 because one of their channels did not twitch.
     pub in_vain: u64,
 }
 
 impl ParticipantResult {
-    /// What micromath and single precision add to C3's error at the hand: root mean square
-    /// of how far its forces are from those of double precision on the same body, over
-    /// C3's root mean square error.
+    /// Returns the share of C3's error at the hand that micromath and single precision add: the
+    /// root mean square difference of its forces from those of double precision on the same arm,
+    /// divided by C3's root mean square error.
     #[must_use]
     pub fn share_of_numbers(&self) -> f64 {
         let [Some(ours), Some(exact)] = ["C3", "exact"].map(|name| self.condition(name)) else {
@@ -76,7 +77,7 @@ impl ParticipantResult {
         mean.sqrt() / ours.measures.rmse_n[3]
     }
 
-    /// The condition of this name.
+    /// Returns the condition with this name.
     #[must_use]
     pub fn condition(&self, name: &str) -> Option<&Condition> {
         self.conditions
@@ -84,17 +85,18 @@ impl ParticipantResult {
             .find(|condition| condition.name == name)
     }
 
-    /// Median of geometry's errors before and after calibration, degrees.
+    /// Returns the median error of the geometry before and after calibration, °.
     #[must_use]
     pub fn geometry(&self) -> [f64; 2] {
         self.geometry_deg.each_ref().map(|values| median(values))
     }
 }
 
-/// S1's frame: what the calibration makes of cursory anatomy on S1, fresh.
+/// Returns S1's frame: the model that the calibration makes of approximate anatomy on a copy of S1
+/// without fatigue.
 ///
 /// # Errors
-/// E717 to E719: IMUs, twitches or gains.
+/// Returns E717 to E719 if IMUs, twitches or gains are wrong.
 pub fn frame_of(study: &Study, participant: &Participant) -> Result<Model, EndpointError> {
     let mut participant = participant.clone();
     imus::check(participant.arm.spec())?;
@@ -104,21 +106,21 @@ pub fn frame_of(study: &Study, participant: &Participant) -> Result<Model, Endpo
     fit_model(&model, (&turning, &[]), mass_kg, study)
 }
 
-/// A participant who is calibrated: where C3 begins.
+/// A calibrated participant at the start of C3.
 struct CalibratedParticipant<'a> {
-    /// C1 and C2.
+    /// Results of C1 and C2.
     course: Course<'a>,
     person: Participant,
     calibrated: Player,
     untwitched: Vec<usize>,
-    /// Where C2 began, and where the calibration did.
+    /// Copies of the participant at the start of C2 and at the start of the calibration.
     early: Participant,
     before: Participant,
-    /// What C2 left.
+    /// Smallest fraction of force that fatigue left in a muscle after C2.
     left: f64,
 }
 
-/// One participant up to C3, with `s1`, S1's frame.
+/// Simulates one participant up to the start of C3; `s1` is S1's frame.
 fn simulate_until_c3<'a>(
     study: &'a Study,
     mut person: Participant,
@@ -149,10 +151,10 @@ fn simulate_until_c3<'a>(
     })
 }
 
-/// One participant through all conditions with `s1`, S1's frame.
+/// Simulates one participant through all conditions; `s1` is S1's frame.
 ///
 /// # Errors
-/// What goes wrong in any of them.
+/// Fails if any condition fails.
 pub fn person(
     study: &Study,
     participant: Participant,
@@ -207,20 +209,19 @@ pub fn person(
     })
 }
 
-/// A wearer where C3 begins, what the device knows of them and C3's commands.
+/// A wearer at the start of C3, the device's model of the arm, and the commands of C3.
 pub(super) struct PreparedC3 {
-    /// Who.
     pub person: Participant,
-    /// Their arm, calibrated.
+    /// Calibrated model of the arm.
     pub model: Model,
-    /// In order.
+    /// Commands in the order in which C3 plays them.
     pub commands: Vec<Command>,
 }
 
-/// S2 of study 0 of `seed` where C3 begins.
+/// Simulates S2 of study 0 of `seed` up to the start of C3.
 ///
 /// # Errors
-/// As [`replication`].
+/// Fails like [`replication`].
 pub(super) fn before_c3(study: &Study, seed: u64) -> Result<PreparedC3, EndpointError> {
     let (_, s1, _) = first_participant(study, seed, 0)?;
     let s2 = Participant::random(study, seed, 1)?;
@@ -233,15 +234,15 @@ pub(super) fn before_c3(study: &Study, seed: u64) -> Result<PreparedC3, Endpoint
     })
 }
 
-/// Sternoclavicular joint, shoulder, elbow and cuff as they are, m.
+/// Returns the positions of sternoclavicular joint, shoulder, elbow and cuff, m.
 fn places(person: &Participant) -> [[f64; 3]; 4] {
     let bones = person.arm.skeleton();
     let at = [bones.shoulder, bones.elbow, bones.cuff].map(Into::into);
     [[0.0; 3], at[0], at[1], at[2]]
 }
 
-/// The calibration of one participant: channels whose twitches turn nothing keep S1's
-/// routing and gain, and are named. A pause follows.
+/// Calibrates one participant and pauses. Returns the model, and the channels whose twitches do not
+/// turn the limb; these keep S1's routing and gain.
 fn own_model(
     study: &Study,
     person: &mut Participant,
@@ -260,8 +261,8 @@ fn own_model(
     Ok((model, kept))
 }
 
-/// S1 of study `index` and the frame; where a channel of theirs does not twitch, the next
-/// who is drawn in their place, at most `substitutes` times. Who it is, and after how many.
+/// Returns S1 of study `index`, S1's frame, and the number of rejected draws. If a channel does not
+/// twitch, tries at most `substitutes` further draws.
 fn first_participant(
     study: &Study,
     seed: u64,
@@ -282,11 +283,11 @@ fn first_participant(
     }
 }
 
-/// Study `index` of `seed`.
+/// Simulates study `index` of `seed`.
 ///
 /// # Errors
-/// What goes wrong in any participant; E718: a channel of S1 does not twitch, nor one of any
-/// who was drawn instead.
+/// Fails if any participant fails. Returns E718 if S1 and all substitutes have a channel that does
+/// not twitch.
 pub fn replication(study: &Study, seed: u64, index: u64) -> Result<Replication, EndpointError> {
     let numbers = (0..PARTICIPANTS as u64).map(|at| PARTICIPANTS as u64 * index + at);
     let (s1, frame, in_vain) = first_participant(study, seed, index)?;
@@ -305,13 +306,13 @@ pub fn replication(study: &Study, seed: u64, index: u64) -> Result<Replication, 
     })
 }
 
-/// S2 and S3 of every study: who wears a frame that is not their own.
+/// Iterates over S2 and S3 of every study, who wear a frame that is not their own.
 pub(super) fn wearers(all: &[Replication]) -> impl Iterator<Item = &ParticipantResult> {
     all.iter()
         .flat_map(|replication| replication.people.iter().skip(1))
 }
 
-/// Every participant.
+/// Iterates over all participants.
 pub(super) fn people(all: &[Replication]) -> impl Iterator<Item = &ParticipantResult> {
     all.iter().flat_map(|replication| &replication.people)
 }

@@ -1,4 +1,4 @@
-//! The study as the laboratory's runner runs it.
+//! Connects the study to the laboratory's runner.
 
 use super::declaration::{DECLARED, Study};
 use super::error::EndpointError;
@@ -11,10 +11,10 @@ use crate::laboratory::{self, Outcome, StudyIdentity};
 use host_core::run::DeviceName;
 use std::fmt::Write;
 
-/// What a command calls it.
+/// Name of the study on the command line.
 pub const NAME: &str = "sierotowicz";
 
-/// The study, and how a condition of it was played by a device.
+/// The study, and the description of how a device played one of its conditions.
 pub struct Run {
     study: Study,
     seed: u64,
@@ -24,11 +24,11 @@ pub struct Run {
 }
 
 impl Run {
-    /// With this seed and so many replications, or the declaration's own. What is wrong with
-    /// the device is found before anybody is drawn.
+    /// Creates the study with this seed and number of replications, or with the declared ones.
+    /// Plays C3 on the device first, so that problems with the device appear before the draws.
     ///
     /// # Errors
-    /// The declaration, or a device that plays something else.
+    /// Fails if the declaration is invalid, or the device plays other pulses.
     pub fn new(
         (seed, draws): (Option<u64>, Option<u64>),
         device: DeviceName,
@@ -45,7 +45,7 @@ impl Run {
     }
 }
 
-/// Whoever came to something, and why the others did not.
+/// Separates the complete studies from the reasons why others are missing.
 fn split_results(units: &[Result<Replication, String>]) -> (Vec<Replication>, Vec<String>) {
     let whole = units
         .iter()
@@ -56,7 +56,7 @@ fn split_results(units: &[Result<Replication, String>]) -> (Vec<Replication>, Ve
     (whole.collect(), failed.collect())
 }
 
-/// A row for each condition of each participant.
+/// Formats one row for each condition of each participant.
 fn csv(all: &[Replication]) -> String {
     let mut text = "study,participant,condition,rmse_x_n,rmse_y_n,rmse_z_n,rmse_n,\
                     median_error_n,median_angle_deg\n"
@@ -67,7 +67,7 @@ fn csv(all: &[Replication]) -> String {
                 let [x, y, z, whole] = condition.measures.rmse_n;
                 let error = median(&condition.measures.errors_n);
                 let angle = median(&condition.measures.angles_deg);
-                // A formatted `String` takes every byte.
+                // Writing to a string cannot fail.
                 let _ = writeln!(
                     text,
                     "{},S{nth},{},{x},{y},{z},{whole},{error},{angle}",
@@ -80,7 +80,7 @@ fn csv(all: &[Replication]) -> String {
 }
 
 impl Run {
-    /// The device as a terminal takes it.
+    /// Returns the device as an argument of the command line.
     fn device_argument(&self) -> String {
         format!("--device {}", self.device.to_argument())
     }

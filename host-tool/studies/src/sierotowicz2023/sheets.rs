@@ -1,4 +1,4 @@
-//! Tables of all replications beside the paper's.
+//! Tables of all replications beside those of the paper.
 
 use super::declaration::Study;
 use super::metrics::{Target, force, size};
@@ -9,7 +9,7 @@ use super::replication::{CONDITIONS, Replication, people};
 use crate::laboratory::{Grid, Sheet};
 use host_core::statistics::mean;
 
-/// Table 1: means over participants and C2 to C4.
+/// Tabulates table 1: means over participants and C2 to C4.
 pub(super) fn table_1(study: &Study, all: &[Replication]) -> Sheet {
     let names = ["force", "torque"].into_iter().chain(JOINT_NAMES);
     let cell = |of: &dyn Fn(&Score) -> f64, place: usize, way: usize| {
@@ -54,7 +54,7 @@ pub(super) fn table_1(study: &Study, all: &[Replication]) -> Sheet {
     Sheet::table("Table 1", "what currents predict", caption.to_owned(), grid)
 }
 
-/// Figure 7: the mean matrix of each condition.
+/// Tabulates figure 7: the mean correlation matrix of each condition.
 pub(super) fn figure_7(all: &[Replication]) -> Sheet {
     let axes = ["x", "y", "z"];
     let mut rows = Vec::new();
@@ -85,7 +85,8 @@ pub(super) fn figure_7(all: &[Replication]) -> Sheet {
     )
 }
 
-/// Wanted and mean given force of each direction at its full size, of the first study.
+/// Tabulates the reference force and the mean measured force of each direction at full magnitude,
+/// for the first study.
 pub(super) fn forces(all: &[Replication]) -> Option<Sheet> {
     let first = all.first()?;
     let names = DIRECTION_NAMES;

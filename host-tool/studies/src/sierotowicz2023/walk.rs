@@ -1,5 +1,5 @@
-//! A wanted force that goes around, recruited anew 200 times a second or held between 20: what
-//! the paper's slow updates cost.
+//! Moves a reference force around a circle and recruits either 200 times a second or 20 times with
+//! the currents held in between, to find the cost of the paper's slow updates.
 
 use super::calibrate::pulses;
 use super::declaration::Study;
@@ -10,28 +10,28 @@ use super::participant::{DIRECTIONS, Participant};
 use hal_sim::body::arm::{Arm, ELECTRODES};
 use serde::{Deserialize, Serialize};
 
-/// How often the device recruits, Hz: its own, and the paper's.
+/// Recruitment rates, Hz: the device's own, and the paper's.
 pub const RATES_HZ: [u64; 2] = [200, 20];
-/// A force given is the mean of so many milliseconds, without the sensor's noise and the
-/// hold's wandering: they are as large as what is wanted, and the same at both rates.
+/// Length of the mean that gives a measured force, ms. It excludes the sensor's noise and the drift
+/// of the hold, which are as large as the reference force and the same at both rates.
 const BIN_MS: u64 = 50;
 
-/// What came of going around at one rate.
+/// Result of the walk at one recruitment rate.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct WalkResult {
     /// Recruitments per second.
     pub rate_hz: u64,
-    /// What was wanted, N.
+    /// Magnitude of the reference force, N.
     pub wanted_n: f64,
-    /// Root mean square of the error's size, as a part of that.
+    /// Root mean square of the error's magnitude, as a fraction of `wanted_n`.
     pub part: f64,
 }
 
-/// Once around in each of three planes, with half of what can be reached in the direction
-/// that can least.
+/// Walks once around in each of three planes. The reference force is half of the reachable force in
+/// the weakest direction.
 ///
 /// # Errors
-/// E706.
+/// Returns E706 if a force or a weight is not finite.
 pub fn walk(
     study: &Study,
     person: &mut Participant,
@@ -59,7 +59,8 @@ pub fn walk(
     })
 }
 
-/// Once around in one plane; what was wanted in the middle of each bin and given over it.
+/// Walks once around in one plane. Returns the reference force at the middle of each bin and the
+/// mean force over the bin.
 fn circle(
     study: &Study,
     person: &mut Participant,

@@ -1,74 +1,74 @@
-//! What is declared: `endpoint/electrodes.toml`, committed before it was run.
+//! Reads the preregistered declaration `host-tool/experiments/electrode-choice.toml`.
 
 use crate::sierotowicz2023::EndpointError;
 use serde::Deserialize;
 
-/// The declaration, as the program has it.
+/// Text of the committed declaration.
 pub const DECLARED: &str = include_str!("../../../../experiments/electrode-choice.toml");
 
-/// All of it.
+/// Content of the declaration.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Study {
-    /// The page's heading.
+    /// Heading of the report page.
     pub title: String,
-    /// Whose protocol.
+    /// Paper whose protocol the study follows.
     pub source: String,
-    /// Of every draw.
+    /// Seed of all draws.
     pub seed: u64,
-    /// Wearers.
+    /// Number of random wearers.
     pub draws: u64,
-    /// What is wanted.
+    /// Reference forces at the hand.
     pub wanted: WantedForces,
-    /// What counts.
+    /// Criteria for a sufficient force.
     pub judged: ForceCriteria,
-    /// What was expected.
+    /// Expectations that were written down beforehand.
     pub expected: Expected,
 }
 
-/// What is wanted.
+/// Reference forces at the hand.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WantedForces {
-    /// In each direction, N.
+    /// Magnitudes in each direction, N.
     pub sizes_n: Vec<f64>,
 }
 
-/// What counts.
+/// Criteria for a sufficient force.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ForceCriteria {
-    /// Part missed of a force that is made.
+    /// Largest relative error of a force that counts as reached.
     pub made: f64,
-    /// Part missed beyond the best.
+    /// Largest relative error beyond that of the best set.
     pub within: f64,
-    /// Electrodes of the sets that are shown.
+    /// Number of electrodes of the sets that the matrices show.
     pub shown: u32,
 }
 
-/// What was expected, as parts.
+/// Expectations that were written down beforehand, as fractions.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Expected {
-    /// Of what ten make four make.
+    /// Forces that four electrodes reach, as a fraction of those that ten reach.
     pub four_of_ten: f64,
-    /// Of wearers one set of six on another's arm does for.
+    /// Fraction of wearers for whom one set of six, chosen on another's arm, is sufficient.
     pub one_set_of_six: f64,
 }
 
 impl Study {
-    /// The program's own.
+    /// Parses the committed declaration.
     ///
     /// # Errors
-    /// E732: it cannot be read, or all that cannot be of it.
+    /// Returns E732 if the declaration cannot be parsed or has invalid values.
     pub fn load_embedded() -> Result<Self, EndpointError> {
         Self::parse(DECLARED)
     }
 
-    /// Of this text.
+    /// Parses this text.
     ///
     /// # Errors
-    /// As [`Self::load_embedded`].
+    /// Fails like [`Self::load_embedded`].
     pub fn parse(text: &str) -> Result<Self, EndpointError> {
         let study: Self =
             toml::from_str(text).map_err(|e| EndpointError::Electrodes(e.to_string()))?;

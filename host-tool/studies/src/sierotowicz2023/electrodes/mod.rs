@@ -1,10 +1,10 @@
-//! Which of ten electrodes serve a wanted force at the hand?
+//! Study of which of ten electrodes are needed for a reference force at the hand.
 //!
-//! Lives here: what was declared (`host-tool/experiments/electrode-choice.toml`), drawn wearers as ten
-//! forces at the hand (`wearer`), what every set of electrodes misses (`sets`), what that
-//! comes to (`outcome`). Not here: the body (`hal_sim::body::arm`), how muscles are recruited
-//! (`firmware::limb`, `host_core::limb`), the command (`cli`). In: a seed. Out: numbers and a
-//! matrix of electrodes and directions. All simulated: no evidence about people.
+//! Takes a seed and the declaration (`host-tool/experiments/electrode-choice.toml`); returns
+//! numbers and matrices of electrodes and directions. `wearer` turns random arms into ten forces at
+//! the hand, `sets` computes the error of every set of electrodes, and `outcome` summarises it. The
+//! arm is in `hal_sim::body::arm`, the recruitment in `firmware::limb` and `host_core::limb`.
+//! Everything is simulated: this is no evidence about people.
 
 mod declaration;
 mod outcome;

@@ -1,4 +1,4 @@
-//! What all wearers come to, as `result.json` and its page have it.
+//! Summarises all wearers for `result.json` and the report page.
 
 use super::declaration::{DECLARED, Study};
 use super::sets::{METHODS, MissedForce, SETS, best};
@@ -8,9 +8,9 @@ use crate::sierotowicz2023::median;
 use host_core::record::sha256;
 use host_core::statistics::mean;
 
-/// The command's name.
+/// Name of the study on the command line.
 pub const NAME: &str = "electrode-choice";
-/// All of them.
+/// Set of all ten electrodes.
 const ALL: usize = SETS - 1;
 const SIMULATED: &str =
     "Simulated: drawn arms of mostly assumed parameters; no evidence about people.";
@@ -20,18 +20,18 @@ const LINEAR: &str = "Forces at the cuff by parts of what each electrode reaches
                       `nearest` is the device's algorithm 1, told of cursory anatomy and of true \
                       strengths.";
 
-/// What the command knows of the run.
+/// Information about the run that only the command knows.
 #[derive(Clone, Debug)]
 pub struct RunInfo {
-    /// Of the draws.
+    /// Seed of the draws.
     pub seed: u64,
-    /// Wearers asked for.
+    /// Requested number of wearers.
     pub draws: u64,
-    /// What is missing, for people.
+    /// Description of the missing part if the run was interrupted.
     pub cut_short: Option<String>,
 }
 
-/// A wearer, and the one whose arm another would choose by: that drawn before.
+/// A wearer, and the preceding draw, by whose arm a set is chosen.
 type Pair<'a> = (&'a MissedForce, &'a MissedForce);
 
 fn pairs(all: &[MissedForce]) -> Vec<Pair<'_>> {
@@ -43,14 +43,14 @@ fn percent(part: f32) -> f64 {
     100.0 * f64::from(part)
 }
 
-/// Of each of a wearer's forces what the best `count` miss.
+/// Returns for each reference force the error of the best set of `count` electrodes, %.
 fn missed_by_best(miss: &MissedForce, method: usize, count: u32) -> Vec<f64> {
     let each = miss.0[method].iter();
     each.map(|parts| percent(parts[best(parts, count)]))
         .collect()
 }
 
-/// What the best set of `count` for all forces misses of them in the mean, %.
+/// Returns the mean error of the set of `count` electrodes that is best over all forces, %.
 fn missed_by_one_set(miss: &MissedForce, method: usize, count: u32) -> f64 {
     let all = miss.mean_by_set(method);
     percent(all[best(&all, count)])
@@ -60,7 +60,8 @@ fn share_of(all: &[f64], most: f64) -> f64 {
     100.0 * all.iter().filter(|value| **value <= most).count() as f64 / all.len().max(1) as f64
 }
 
-/// In how many of a wearer's forces the other's choice of `count` is good enough, %.
+/// Returns the percentage of a wearer's forces for which the other's choice of `count` electrodes
+/// is good enough.
 fn good_enough(study: &Study, (own, other): Pair<'_>, method: usize, count: u32) -> f64 {
     let both = own.0[method].iter().zip(&other.0[method]);
     let more: Vec<f64> = both
@@ -69,7 +70,7 @@ fn good_enough(study: &Study, (own, other): Pair<'_>, method: usize, count: u32)
     share_of(&more, 100.0 * study.judged.within)
 }
 
-/// Numbers of sets of `count` by a method.
+/// Returns the rows about sets of `count` electrodes under one method.
 fn rows_of(study: &Study, all: &[MissedForce], method: usize, count: u32) -> [Row; 5] {
     let name = METHODS[method];
     let of = |pick: &dyn Fn(Pair<'_>) -> f64| pairs(all).into_iter().map(pick).collect();
@@ -110,14 +111,15 @@ fn rows_of(study: &Study, all: &[MissedForce], method: usize, count: u32) -> [Ro
     ]
 }
 
-/// What leaving an electrode out of ten costs each of a wearer's forces, %.
+/// Returns for each reference force the increase of the error if one of the ten electrodes is left
+/// out, %.
 fn cost(miss: &MissedForce, method: usize, electrode: usize) -> Vec<f64> {
     let each = miss.0[method].iter();
     each.map(|parts| percent(parts[ALL ^ (1 << electrode)] - parts[ALL]))
         .collect()
 }
 
-/// What it costs in the mean to leave each out, and in whom it is the one missed most.
+/// Returns for each electrode a row with the mean increase of the error if it is left out.
 fn electrode_rows(all: &[MissedForce], method: usize) -> Vec<Row> {
     let name = METHODS[method];
     let costs: Vec<Vec<f64>> = (0..MUSCLES.len())
@@ -134,7 +136,7 @@ fn electrode_rows(all: &[MissedForce], method: usize) -> Vec<Row> {
     rows.collect()
 }
 
-/// What was expected or asked, counted over wearers.
+/// Counts over wearers how often each expectation or claim holds.
 fn shares(study: &Study, all: &[MissedForce]) -> Vec<Share> {
     let count = |id: String, claim: String, cases: Vec<bool>| {
         let holds = cases.iter().filter(|case| **case).count() as u64;
@@ -172,7 +174,8 @@ fn shares(study: &Study, all: &[MissedForce]) -> Vec<Share> {
     shares
 }
 
-/// Electrodes by directions, of the largest wanted force, each cell the mean over wearers.
+/// Tabulates electrodes by directions for the largest reference force; each cell is a mean over
+/// wearers.
 fn matrix(
     all: &[MissedForce],
     (title, unit): (&str, &str),
@@ -232,7 +235,7 @@ fn matrices(study: &Study, all: &[MissedForce]) -> Vec<Sheet> {
     sheets
 }
 
-/// Medians of every number of electrodes side by side.
+/// Tabulates the medians for every number of electrodes.
 fn table(rows: &[Row]) -> Sheet {
     let ids = ["missed", "made", "one-set", "another", "another-set"];
     let line = |(name, count): (&str, u32)| {
@@ -260,7 +263,7 @@ fn table(rows: &[Row]) -> Sheet {
     Sheet::table("Electrodes", "how many", caption.to_owned(), grid)
 }
 
-/// All of it.
+/// Assembles the outcome of the study.
 #[must_use]
 pub fn outcome(study: &Study, all: &[MissedForce], told: RunInfo) -> Outcome {
     let methods = 0..METHODS.len();

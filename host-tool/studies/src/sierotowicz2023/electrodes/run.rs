@@ -1,4 +1,4 @@
-//! The study as the laboratory's runner runs it.
+//! Connects the study to the laboratory's runner.
 
 use super::declaration::{DECLARED, Study};
 use super::outcome::{NAME, RunInfo, outcome};
@@ -8,7 +8,7 @@ use crate::laboratory::{self, Outcome, StudyIdentity};
 use crate::sierotowicz2023::EndpointError;
 use std::fmt::Write;
 
-/// The study with its seed and draws.
+/// The study with its seed and number of draws.
 pub struct Run {
     study: Study,
     seed: u64,
@@ -16,10 +16,10 @@ pub struct Run {
 }
 
 impl Run {
-    /// With this seed and so many wearers, or the declaration's own.
+    /// Creates the study with this seed and number of wearers, or with the declared ones.
     ///
     /// # Errors
-    /// The declaration cannot be read.
+    /// Fails if the declaration cannot be read.
     pub fn new((seed, draws): (Option<u64>, Option<u64>)) -> Result<Self, EndpointError> {
         let study = Study::load_embedded()?;
         Ok(Self {
@@ -30,8 +30,8 @@ impl Run {
     }
 }
 
-/// A row for each wearer, method and number of electrodes: what the best set for all wanted
-/// forces misses of them in the mean, %.
+/// Formats one row for each wearer, method and number of electrodes: the mean error of the set that
+/// is best over all reference forces, %.
 fn csv(all: &[MissedForce]) -> String {
     let mut text = "wearer,method,electrodes,missed_percent\n".to_owned();
     for (index, missed) in all.iter().enumerate() {
@@ -39,7 +39,7 @@ fn csv(all: &[MissedForce]) -> String {
             let parts = missed.mean_by_set(nth);
             for count in 1..=MUSCLES.len() as u32 {
                 let percent = 100.0 * f64::from(parts[best(&parts, count)]);
-                // A formatted `String` takes every byte.
+                // Writing to a string cannot fail.
                 let _ = writeln!(text, "{index},{method},{count},{percent:.4}");
             }
         }

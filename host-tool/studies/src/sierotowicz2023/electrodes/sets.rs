@@ -1,4 +1,4 @@
-//! What every set of electrodes misses of a wanted force.
+//! Computes the error of every set of electrodes for a reference force.
 
 use super::declaration::Study;
 use super::wearer::{MUSCLES, Wearer, directions};
@@ -9,25 +9,25 @@ use host_core::limb::{Bounded, Exact, RecruitmentError};
 use nalgebra::{SMatrix, SVector, Vector3};
 use serde::{Deserialize, Serialize};
 
-/// Sets of electrodes: bit `n` is electrode `n`.
+/// Number of sets of electrodes; bit `n` of a set stands for electrode `n`.
 pub const SETS: usize = 1 << MUSCLES.len();
-/// Ways to recruit, in order.
+/// Recruitment methods, in the order of all results.
 pub const METHODS: [&str; 2] = ["squares", "nearest"];
-/// Curvature that is added to make a minimum the only one, as a part of the largest: costs a
-/// millionth of a force.
+/// Curvature added to make the minimum unique, as a fraction of the largest. It changes a force by
+/// a millionth.
 const RIDGE: f64 = 1e-6;
-/// Part missed below which nothing is to be gained.
+/// Relative error below which no further electrode is tried.
 const NOTHING: f64 = 1e-4;
 
-/// Of one wearer, by each method, of each wanted force (sizes, then directions): the part of
-/// it that each set misses.
+/// Relative errors of one wearer by method, reference force (magnitudes, then directions) and set.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct MissedForce(pub [Vec<Vec<f32>>; METHODS.len()]);
 
-/// Parts of `wanted_forces` that least squares over each set of these forces miss.
+/// Returns the relative error of the force `wanted` with least squares over each set of electrodes.
+/// `forces_n` are the full forces of the electrodes.
 ///
 /// # Errors
-/// E706: what is no number.
+/// Returns E706 if a force is not finite.
 pub fn squares(
     forces_n: &[Vector3<f64>; MUSCLES.len()],
     wanted: Vector3<f64>,
@@ -43,8 +43,8 @@ pub fn squares(
     let mut left = vec![wanted; SETS];
     for set in 1..SETS {
         let members = (0..MUSCLES.len()).filter(|at| set >> at & 1 == 1);
-        // One that does not pull towards what is left adds nothing: what is best without it
-        // stays best (the conditions of a minimum).
+        // An electrode that does not pull towards the residual adds nothing: the optimum without it
+        // stays optimal (conditions of a minimum).
         let same = members
             .map(|at| (at, left[set ^ (1 << at)]))
             .find(|(at, rest)| rest.norm() < NOTHING * size || forces_n[*at].dot(rest) <= 0.0);
@@ -67,7 +67,8 @@ pub fn squares(
         .collect())
 }
 
-/// What the nearest neighbour makes of each wanted force with these lines only.
+/// Returns the relative error of the nearest neighbour method for each reference force with the
+/// electrodes of `set` only.
 fn nearest(
     wearer: &Wearer,
     set: usize,
@@ -98,7 +99,7 @@ fn nearest(
     Ok(wanted.iter().map(part).collect())
 }
 
-/// What is wanted: each size in each direction, N.
+/// Lists the reference forces: each magnitude in each direction, N.
 fn wanted_forces(study: &Study) -> Vec<Vector3<f64>> {
     let sizes = study.wanted.sizes_n.iter();
     sizes
@@ -106,10 +107,10 @@ fn wanted_forces(study: &Study) -> Vec<Vector3<f64>> {
         .collect()
 }
 
-/// What every set of this wearer's electrodes misses.
+/// Computes the errors of every set of this wearer's electrodes.
 ///
 /// # Errors
-/// E700 to E706: an arm that the device refuses.
+/// Returns E700 to E706 if the device refuses the arm.
 pub fn missed_forces(study: &Study, wearer: &Wearer) -> Result<MissedForce, EndpointError> {
     let wanted = wanted_forces(study);
     let by_squares = wanted
@@ -125,7 +126,7 @@ pub fn missed_forces(study: &Study, wearer: &Wearer) -> Result<MissedForce, Endp
     Ok(MissedForce([by_squares, by_nearest]))
 }
 
-/// The set of `count` electrodes that misses least, the first of equals.
+/// Returns the set of `count` electrodes with the smallest error, the first one in case of a tie.
 #[must_use]
 pub fn best(parts: &[f32], count: u32) -> usize {
     let sets = (0..parts.len()).filter(|set| set.count_ones() == count);
@@ -134,7 +135,8 @@ pub fn best(parts: &[f32], count: u32) -> usize {
 }
 
 impl MissedForce {
-    /// The mean over all wanted forces of what each set misses by method `method`.
+    /// Returns for each set the mean relative error over all reference forces under method
+    /// `method`.
     #[must_use]
     pub fn mean_by_set(&self, method: usize) -> Vec<f32> {
         let all = &self.0[method];

@@ -1,4 +1,4 @@
-//! A drawn arm as ten forces at the hand, and what the device is told of it.
+//! Turns a random arm into ten forces at the hand and the model that the device has of it.
 
 use crate::sierotowicz2023::{EndpointError, Frame, Model, cursory};
 use firmware::limb::{JointName, LimbSpec, LineSpec, Posture, ViaSpec};
@@ -6,7 +6,7 @@ use firmware::units::Amplitude;
 use hal_sim::body::arm::{Arm, ArmSpec, ELECTRODES, FOREARM, Muscle, UPPER_ARM, anatomy::ALL};
 use nalgebra::Vector3;
 
-/// What lies under each electrode: the study's nine, and the tenth.
+/// Muscle under each electrode: the nine of the study, and the brachioradialis.
 pub const MUSCLES: [Muscle; ELECTRODES + 1] = [
     Muscle::Biceps,
     Muscle::Triceps,
@@ -19,7 +19,7 @@ pub const MUSCLES: [Muscle; ELECTRODES + 1] = [
     Muscle::Latissimus,
     Muscle::Brachioradialis,
 ];
-/// What they are called.
+/// Muscle names that results show, in the order of [`MUSCLES`].
 pub const NAMES: [&str; MUSCLES.len()] = {
     let mut names = [""; MUSCLES.len()];
     let mut at = 0;
@@ -30,14 +30,14 @@ pub const NAMES: [&str; MUSCLES.len()] = {
     names
 };
 
-/// Directions of [`directions`]: f forward, b backward, l left, r right, u up, d down.
+/// Names of [`directions`]: f forward, b backward, l left, r right, u up, d down.
 pub const DIRECTION_NAMES: [&str; 26] = [
     "f", "b", "l", "r", "u", "d", "fl", "fr", "bl", "br", "fu", "fd", "bu", "bd", "lu", "ld", "ru",
     "rd", "flu", "fld", "fru", "frd", "blu", "bld", "bru", "brd",
 ];
 
-/// The unit vectors to faces, edges and corners of a cube, in the body's axes: forward, to the
-/// left, upward.
+/// Returns the unit vectors to the faces, edges and corners of a cube, in the axes of the simulated
+/// arm: forward, left, up.
 #[must_use]
 pub fn directions() -> [Vector3<f64>; 26] {
     DIRECTION_NAMES.map(|name| {
@@ -48,19 +48,19 @@ pub fn directions() -> [Vector3<f64>; 26] {
     })
 }
 
-/// A wearer of ten electrodes.
+/// Simulated wearer with ten electrodes.
 #[derive(Clone, Debug)]
 pub struct Wearer {
-    /// Force at the cuff of all that each electrode gets out of its muscle, N.
+    /// Largest force at the cuff that each electrode produces, N.
     pub forces_n: [Vector3<f64>; MUSCLES.len()],
-    /// What the device is told: cursory lines, true strengths.
+    /// The device's model of the arm: approximate lines of action, and true strengths.
     pub limb: LimbSpec,
-    /// How the arm is held.
+    /// Posture in which the arm is held.
     pub posture: Posture,
 }
 
-/// The tenth line, by cursory anatomy: from above the elbow's outside to the forearm's far
-/// end, to the centimetre, assumed; `stature_m` as the frame's.
+/// Returns the line of the tenth electrode by approximate anatomy: from the outside above the elbow
+/// to the distal end of the forearm. Assumed, to the centimetre.
 fn tenth(stature_m: f64, gain_mn_per_ma: u32, [threshold, limit]: [Amplitude; 2]) -> LineSpec {
     let [upper, fore] = [UPPER_ARM[0], FOREARM[0]].map(|part| (1e6 * part * stature_m) as i32);
     let via = |segment, at_um| ViaSpec { segment, at_um };
@@ -79,10 +79,10 @@ fn tenth(stature_m: f64, gain_mn_per_ma: u32, [threshold, limit]: [Amplitude; 2]
 }
 
 impl Wearer {
-    /// Arm `index` of `seed`, as the study draws them.
+    /// Generates arm `index` of `seed`, as in the main study.
     ///
     /// # Errors
-    /// E716: a drawn arm cannot be.
+    /// Returns E716 if the random arm is invalid.
     pub fn random(seed: u64, index: u64) -> Result<Self, EndpointError> {
         let spec = ArmSpec::random(seed, index);
         let strengths_n = spec.forces_n();
@@ -107,10 +107,10 @@ impl Wearer {
             },
         };
         let mut limb = model.spec();
-        // Of a milliampere, for the tenth's own range says nothing here.
+        // Gain for a range of 1 mA, because the tenth electrode's own range does not matter here.
         let gain = (1e3 * strengths_n[Muscle::Brachioradialis as usize]).round() as u32;
         let range = [1_000, 2_000].map(Amplitude::new);
-        // Ten lines have room.
+        // The list has capacity for ten lines.
         let _ = limb.lines.push(tenth(spec.stature_m, gain, range));
         Ok(Self {
             forces_n,
