@@ -1,5 +1,5 @@
-//! What ±15° do to the triceps' torque, by each source of it alone and together, and what a
-//! study of two participants can see of that.
+//! Computes how ±15° change the torque of the triceps, by each cause alone and together, and how
+//! well a study of two participants can detect that.
 
 use super::declared::RampsDeclaration;
 use super::error::RampsError;
@@ -10,16 +10,16 @@ use hal_sim::body::bench::elbow::{TRICEPS, fibre_length, force_length};
 use hal_sim::random;
 use host_core::statistics::repeated_measures;
 
-/// What of a torque depends on the angle.
+/// Causes that make a torque depend on the angle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AngleDependence {
-    /// Whose arms; nothing for an arm that does not depend.
+    /// Source of the moment arms; `None` if they do not depend on the angle.
     pub arms: Option<Source>,
-    /// Whether force depends on length.
+    /// Whether the force depends on the fibre length.
     pub length: bool,
 }
 
-/// Each alone, then both.
+/// Each cause alone, then both together.
 pub const DEPENDS: [(&str, AngleDependence); 5] = [
     (
         "arms, Rankin & Neptune",
@@ -46,11 +46,11 @@ impl AngleDependence {
     }
 }
 
-/// Torque of the triceps at this angle against that at 90°, less 1, if all of its heads are
-/// excited alike.
+/// Returns the relative change of the triceps' torque from 90° to this angle if all of its heads
+/// are excited equally.
 ///
 /// # Errors
-/// E691: an angle that no source knows.
+/// Returns E691 if no source covers the angle.
 pub fn relative_torque_change(
     person: &RampsWearer,
     depends: AngleDependence,
@@ -80,11 +80,11 @@ pub fn relative_torque_change(
     Ok(torque(included_deg)? / torque(90.0)? - 1.0)
 }
 
-/// By how much a person's true torque at the end of a current ramp departs from that at 90°,
-/// of all angles and widths the most, as a part.
+/// Returns the largest relative difference of a wearer's true torque at the end of a current ramp
+/// from that at 90°, over all angles and pulse widths.
 ///
 /// # Errors
-/// E691: an angle that no source knows.
+/// Returns E691 if no source covers an angle.
 pub fn torque_deviation(
     declared: &RampsDeclaration,
     person: &RampsWearer,
@@ -106,11 +106,11 @@ pub fn torque_deviation(
     Ok(most)
 }
 
-/// Whether the angle matters in rows of one torque per angle, by an analysis of variance with
-/// repeated measures; nothing where there is none.
+/// Returns whether the angle has a significant effect in rows of one torque per angle, by an
+/// analysis of variance with repeated measures. Returns `None` if the analysis is impossible.
 #[must_use]
 pub fn is_significant(rows: &[Vec<f64>], level: f64) -> Option<bool> {
-    // Strengths differ between rows by far more than angles: each against its own mean.
+    // Rows differ in strength far more than angles do, so each row is divided by its own mean.
     let relative = rows.iter().filter_map(|row| {
         let mean = row.iter().sum::<f64>() / row.len() as f64;
         (mean > 0.0).then(|| row.iter().map(|row| row / mean).collect())
@@ -120,14 +120,15 @@ pub fn is_significant(rows: &[Vec<f64>], level: f64) -> Option<bool> {
     Some(tested.effect.p < level)
 }
 
-/// Experiments of each size of an effect.
+/// Number of simulated experiments for each effect size.
 const TRIED: u64 = 400;
-/// Rows of two participants' current ramps, and of both kinds of the first.
+/// Number of rows in the paper's test: the current ramps of two participants, and the width ramps
+/// of the first.
 pub const ROWS: u64 = 9;
 
-/// Share of experiments of [`ROWS`] ramps, a contraction at each of three angles with this
-/// standard deviation, that find a torque which falls by `effect` to one side and rises by as
-/// much to the other.
+/// Returns the share of simulated experiments that detect an effect of the angle. Each has [`ROWS`]
+/// ramps with one contraction at each of three angles, whose standard deviation is `noise`. The
+/// torque falls by the fraction `effect` to one side and rises by as much to the other.
 #[must_use]
 pub fn detection_power(effect: f64, noise: f64, level: f64, seed: u64) -> f64 {
     let is_found = |experiment: &u64| {
@@ -142,7 +143,7 @@ pub fn detection_power(effect: f64, noise: f64, level: f64, seed: u64) -> f64 {
     (0..TRIED).filter(is_found).count() as f64 / TRIED as f64
 }
 
-/// The least such effect, in whole percent, that four of five experiments find.
+/// Returns the smallest effect, in whole percent, that four of five experiments detect.
 #[must_use]
 pub fn least_found(noise: f64, level: f64, seed: u64) -> Option<f64> {
     let all = (1..=50).map(|percent| 1e-2 * f64::from(percent));

@@ -1,4 +1,4 @@
-//! Whether a person is as the paper says, and what decides it.
+//! Judges whether a claim of the paper holds for a random wearer, and which parameters decide it.
 
 use super::declared::RampsDeclaration;
 use super::error::RampsError;
@@ -8,13 +8,13 @@ use super::test::Stimulation;
 use crate::laboratory::{DecidingClaim, DrawClaim, Share};
 use host_core::statistics;
 
-/// Co-contraction as the paper has it, parts of the triceps' torque (section 3.4).
+/// Range of co-contraction in the paper, as a fraction of the triceps' torque (section 3.4).
 const CO_CONTRACTION: [f64; 2] = [0.25, 0.5];
 
-/// Whether claim `id` holds of this person; nothing where it cannot be judged.
+/// Returns whether claim `id` holds for this wearer, or `None` if that cannot be judged.
 ///
 /// # Errors
-/// E690: there is no such claim.
+/// Returns E690 if there is no claim `id`.
 pub fn holds(
     declared: &RampsDeclaration,
     found: &DrawResult,
@@ -61,12 +61,12 @@ pub fn holds(
     })
 }
 
-/// Mean of R², where there is one.
+/// Returns the mean R² of the measurements that have one.
 fn mean<'m>(all: impl Iterator<Item = &'m TestMeasurements>) -> Option<f64> {
     statistics::mean(all.filter_map(|measurement| measurement.linearity))
 }
 
-/// Whether 35 µs has a higher mean R² than both other widths.
+/// Returns whether 35 µs has a higher mean R² than both other widths.
 fn most_linear(found: &DrawResult) -> Option<bool> {
     let of = |width_us: u32| {
         let own = move |measurement: &&TestMeasurements| {
@@ -78,7 +78,7 @@ fn most_linear(found: &DrawResult) -> Option<bool> {
     Some(middle > short && middle > long)
 }
 
-/// Torque of the biceps as a part of the triceps' at the end of its ramp at 35 µs.
+/// Returns the torque of the biceps divided by that of the triceps at the end of its ramp at 35 µs.
 #[must_use]
 pub fn co_contraction(declared: &RampsDeclaration, found: &DrawResult) -> Option<f64> {
     let middle_deg = *declared.protocol.angles_deg.get(1)?;
@@ -89,19 +89,19 @@ pub fn co_contraction(declared: &RampsDeclaration, found: &DrawResult) -> Option
     (triceps > declared.judged.detected_nm).then(|| biceps / triceps)
 }
 
-/// Every claim's share of these persons.
+/// Computes for each claim the share of these wearers for whom it holds.
 ///
 /// # Errors
-/// E690: a claim that nobody judges.
+/// Returns E690 if a declared claim has no rule.
 pub fn shares(declared: &RampsDeclaration, all: &[DrawResult]) -> Result<Vec<Share>, RampsError> {
     let one = |claim: &DrawClaim| Ok(claim.share(&verdicts(declared, all, &claim.id)?));
     declared.claims.iter().map(one).collect()
 }
 
-/// What decides every claim.
+/// Finds for each claim the random parameters that decide it.
 ///
 /// # Errors
-/// E690: a claim that nobody judges.
+/// Returns E690 if a declared claim has no rule.
 pub fn deciding_factors(
     declared: &RampsDeclaration,
     all: &[DrawResult],

@@ -1,4 +1,4 @@
-//! What the cell records of a test, and the truth beside it.
+//! Records a test: the signal of the load cell, and the true torque beside it.
 
 use super::declared::{Protocol, RampsDeclaration, TraceCriteria};
 use super::error::RampsError;
@@ -10,42 +10,42 @@ use hal_sim::body::{Body, Drive, Pulse};
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
-/// A moment of a ramp: that of one of its pulses.
+/// Sample of a ramp at the time of one of its pulses.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Moment {
-    /// What is ramped: mA or µs.
+    /// Value of the ramped quantity, mA or µs.
     pub at: f64,
-    /// Torque by the cell, averaged and zeroed, N·m, in the direction in which it holds.
+    /// Torque by the load cell, averaged and with its zero removed, N·m, positive in the direction
+    /// in which the cell holds.
     pub measured_nm: f64,
-    /// True torque, N·m, the same way.
+    /// True torque, N·m, with the same sign.
     pub true_nm: f64,
 }
 
-/// A muscle over a ramp.
+/// Response of one muscle over a ramp.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Answer {
-    /// Which.
     pub muscle: Muscle,
-    /// Where it answers: what is ramped, mA or µs.
+    /// Value of the ramp at which the muscle begins to respond, mA or µs; `None` if it never does.
     pub from: Option<f64>,
-    /// Largest part of it that was excited, 0 to 1.
+    /// Largest excited share of the muscle, 0 to 1.
     pub share: f64,
-    /// Largest torque of it, either way, N·m.
+    /// Largest absolute torque of the muscle, N·m.
     pub torque_nm: f64,
 }
 
-/// A test's record.
+/// Record of a test.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Course {
-    /// Which test.
+    /// Stimulation and angle of the test.
     pub test: Test,
-    /// Moment by moment.
+    /// One sample for each pulse.
     pub moments: Vec<Moment>,
-    /// Muscle by muscle.
+    /// Response of each muscle.
     pub answers: Vec<Answer>,
 }
 
-/// Mean of the latest samples.
+/// Moving mean of the latest samples.
 struct Average {
     samples: VecDeque<f64>,
     most: usize,
@@ -56,7 +56,7 @@ impl Average {
     fn new(ms: f64) -> Self {
         Self {
             samples: VecDeque::new(),
-            most: ms.round().max(1.0) as usize, // a sample a millisecond
+            most: ms.round().max(1.0) as usize, // one sample per millisecond
             sum: 0.0,
         }
     }
@@ -72,10 +72,10 @@ impl Average {
 }
 
 impl RampsWearer {
-    /// This test, stimulated with these pulses.
+    /// Performs this test on the wearer with these pulses.
     ///
     /// # Errors
-    /// E691: a bench that cannot be.
+    /// Returns E691 if the test rig is invalid.
     pub fn perform(
         &self,
         declared: &RampsDeclaration,
@@ -91,7 +91,7 @@ impl RampsWearer {
     }
 }
 
-/// The same of an arm that is on its bench already.
+/// Records the test on an arm that is already in its test rig.
 #[must_use]
 pub fn record_test(
     mut arm: IsometricElbow,
@@ -104,7 +104,7 @@ pub fn record_test(
     let mut answers: Vec<Answer> = (arm.parts()).map(|parts| Answer::none(parts.0)).collect();
     let (mut moments, mut zero) = (Vec::new(), (0.0, 0.0));
     let begin_ms = micros(protocol.settle_s) / 1_000;
-    // The last pulse acts a delay and a rise later than it comes.
+    // A pulse acts only after the electromechanical delay and the rise of the force.
     let end_ms = begin_ms + (micros(protocol.ramp_s) + period_us(protocol)) / 1_000;
     let (mut next, mut last) = (0, None);
     for ms in 0..end_ms {
@@ -146,7 +146,7 @@ pub fn record_test(
     }
 }
 
-/// Of a torque in the direction in which the cell holds.
+/// Returns the sign of an extension torque in the direction in which the cell holds.
 const fn sign(stimulation: Stimulation) -> f64 {
     match stimulation {
         Stimulation::Biceps => -1.0,
@@ -154,20 +154,20 @@ const fn sign(stimulation: Stimulation) -> f64 {
     }
 }
 
-/// The part of each muscle that a pulse excites.
+/// Returns the share of each muscle that a pulse excites.
 fn shares(spec: &IsometricSpec, stimulation: Stimulation, pulse: &Pulse) -> Vec<f64> {
     let Drive::Milliamps(ma) = pulse.drive else {
-        return Vec::new(); // no such stage here
+        return Vec::new(); // Voltage stages are not used here.
     };
     let of = spec.muscles.iter();
     of.map(|recruitment| recruitment.share(stimulation.pair(), ma, pulse.width_us.into()))
         .collect()
 }
 
-/// What is ramped, of a pulse.
+/// Returns the value of the quantity that is ramped, mA or µs.
 fn ramped_value(stimulation: Stimulation, pulse: &Pulse) -> f64 {
     let Drive::Milliamps(ma) = pulse.drive else {
-        return 0.0; // no such stage here
+        return 0.0; // Voltage stages are not used here.
     };
     stimulation.ramped_value(ma, pulse.width_us.into())
 }
@@ -190,7 +190,7 @@ impl Answer {
         self.torque_nm = self.torque_nm.max(nm.abs());
     }
 
-    /// Whether a muscle that was not meant counts as stimulated.
+    /// Returns whether a muscle other than the intended one counts as stimulated.
     #[must_use]
     pub fn is_stimulated(&self, judged: &TraceCriteria) -> bool {
         let has_torque = self.muscle != Muscle::Deltoid;
@@ -202,21 +202,21 @@ impl Answer {
 }
 
 impl Course {
-    /// Largest measured torque, N·m.
+    /// Returns the largest measured torque, N·m.
     #[must_use]
     pub fn peak_nm(&self) -> f64 {
         let all = self.moments.iter().map(|moment| moment.measured_nm);
         all.fold(0.0, f64::max)
     }
 
-    /// Whether the torque ends where it is highest, but for what noise and `falls_by` leave.
+    /// Returns whether the torque is largest at the end, within the tolerance `falls_by`.
     #[must_use]
     pub fn rises(&self, judged: &TraceCriteria) -> bool {
         let end = self.moments.last().map_or(0.0, |moment| moment.measured_nm);
         end >= (1.0 - judged.falls_by) * self.peak_nm()
     }
 
-    /// From which moment on the torque is detected for good.
+    /// Returns the index of the sample from which on the torque stays above the detection limit.
     fn detection_index(&self, judged: &TraceCriteria) -> Option<usize> {
         let below = |moment: &Moment| moment.measured_nm < judged.detected_nm;
         let begin = self
@@ -227,13 +227,14 @@ impl Course {
         (begin < self.moments.len()).then_some(begin)
     }
 
-    /// Where the torque begins: what is ramped, mA or µs.
+    /// Returns the value of the ramp at which the torque begins, mA or µs.
     #[must_use]
     pub fn detected_at(&self, judged: &TraceCriteria) -> Option<f64> {
         Some(self.moments.get(self.detection_index(judged)?)?.at)
     }
 
-    /// R² of a line through what is above that; nothing of fewer than ten moments.
+    /// Returns R² of a straight line through the samples from there on, or `None` if there are
+    /// fewer than ten.
     #[must_use]
     pub fn linearity(&self, judged: &TraceCriteria) -> Option<f64> {
         let above = self.moments.get(self.detection_index(judged)?..)?;
@@ -241,7 +242,7 @@ impl Course {
         (above.len() >= 10).then(|| r_squared(points))?
     }
 
-    /// The muscle that answers first, as a fraction of the ramp.
+    /// Returns the muscle that responds at the smallest value of the ramp.
     #[must_use]
     pub fn first(&self) -> Option<Muscle> {
         let answered = self
@@ -252,7 +253,7 @@ impl Course {
         first.map(|(_, muscle)| muscle)
     }
 
-    /// Muscles that were not meant and count as stimulated.
+    /// Returns the muscles other than the triceps that count as stimulated.
     pub fn unintended_muscles(&self, judged: &TraceCriteria) -> impl Iterator<Item = Muscle> {
         let others = self
             .answers
@@ -265,7 +266,7 @@ impl Course {
     }
 }
 
-/// Of a line by least squares; nothing of points that are all alike.
+/// Returns R² of a line by least squares, or `None` if all points have the same x or the same y.
 fn r_squared(points: impl Iterator<Item = (f64, f64)> + Clone) -> Option<f64> {
     let n = points.clone().count() as f64;
     let (sx, sy) =
@@ -293,7 +294,7 @@ mod tests {
             r_squared(points.into_iter()).unwrap()
         };
         assert!((of(|x| 3.0 - 2.0 * x) - 1.0).abs() < 1e-12);
-        // Of x² on an even grid from 0: 15/16 for many points.
+        // R² of x² on an even grid from 0 approaches 15/16 for many points.
         assert!((of(|x| x * x) - 0.9375).abs() < 2e-3);
         assert_eq!(r_squared([(1.0, 2.0), (2.0, 2.0)].into_iter()), None);
     }

@@ -1,4 +1,4 @@
-//! `draws.csv`: a row for each test of each person.
+//! Writes `draws.csv`, with one row for each test of each wearer.
 
 use super::found::DrawResult;
 use super::person::is_triceps;
@@ -6,8 +6,8 @@ use super::study::Study;
 use std::fmt::Write;
 
 impl Study {
-    /// Of these persons: what was drawn stands in `result.json`'s declaration and follows
-    /// from the seed.
+    /// Formats the results of these wearers as CSV. The random parameters are left out: they follow
+    /// from the seed and the declaration in `result.json`.
     #[must_use]
     pub fn csv(&self, all: &[DrawResult]) -> String {
         let mut text =
@@ -27,7 +27,7 @@ impl Study {
                 let first = measurement
                     .first
                     .map_or_else(String::new, |muscle| format!("{muscle:?}"));
-                // Writing to a string does not fail.
+                // Writing to a string cannot fail.
                 let _ = writeln!(
                     text,
                     "{},{},{},{:.6},{},{},{},{first},{}",

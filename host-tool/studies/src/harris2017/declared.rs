@@ -1,150 +1,148 @@
-//! What was written before any result was looked at: `harris-ramps.toml`.
+//! Reads the preregistered declaration `harris-ramps.toml`.
 
 use super::error::RampsError;
 use crate::laboratory::{DrawClaim as JudgedClaim, Range};
 use serde::Deserialize;
 
-/// The declaration, as the program has it.
+/// Text of the committed declaration.
 pub const DECLARED: &str = include_str!("../../../experiments/harris-ramps.toml");
 
-/// The declaration.
+/// Content of `host-tool/experiments/harris-ramps.toml`.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RampsDeclaration {
-    /// The page's heading.
+    /// Heading of the report page.
     pub title: String,
-    /// Paper and sections.
+    /// Paper and sections on which the study is based.
     pub source: String,
-    /// Of every draw.
+    /// Seed of all draws.
     pub seed: u64,
-    /// Persons drawn.
+    /// Number of random wearers.
     pub draws: u64,
-    /// As section 3.3 has it.
+    /// Protocol of section 3.3.
     pub protocol: Protocol,
-    /// How traces are judged.
+    /// Criteria for the evaluation of torque traces.
     pub judged: TraceCriteria,
-    /// Thresholds of the bench.
+    /// Search for thresholds with the test rig.
     pub strength_duration: Thresholds,
-    /// Beyond the device's limits.
+    /// Two equivalent pulses beyond the device's limits.
     pub beyond: EqualPulses,
-    /// What is drawn of a person.
+    /// Ranges of the wearers' random parameters.
     #[serde(rename = "range")]
     pub ranges: Vec<Range>,
-    /// What is judged of each person.
+    /// Claims that are judged for each wearer.
     #[serde(rename = "claim")]
     pub claims: Vec<JudgedClaim>,
 }
 
-/// Ramps, angles, rests.
+/// Angles, ramps and rests of the tests.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Protocol {
-    /// Between forearm and upper arm, °.
+    /// Angles between forearm and upper arm, °.
     pub angles_deg: Vec<f64>,
-    /// A test's angle is off by at most so much, evenly, °.
+    /// Largest error of a test's angle, uniformly distributed, °.
     pub setting_error_deg: f64,
-    /// Where current ramps end, mA.
+    /// End of the current ramps, mA.
     pub current_ramp_ma: f64,
-    /// Their widths, µs.
+    /// Constant pulse widths of the current ramps, µs.
     pub current_ramp_widths_us: Vec<u32>,
-    /// Where width ramps end, µs.
+    /// End of the width ramps, µs.
     pub width_ramp_us: u32,
-    /// Their currents, mA.
+    /// Constant currents of the width ramps, mA.
     pub width_ramp_currents_ma: Vec<f64>,
-    /// Of the pair on the biceps.
+    /// Constant pulse of the electrode pair on the biceps.
     pub biceps: PulseOf,
-    /// Between tests, s.
+    /// Rest between tests, s.
     pub rest_s: f64,
-    /// From 0 to a ramp's end, s.
+    /// Duration of a ramp, s.
     pub ramp_s: f64,
-    /// Without pulses before a ramp, s.
+    /// Time without pulses before a ramp, s.
     pub settle_s: f64,
-    /// Of the pulses, Hz.
+    /// Pulse rate, Hz.
     pub frequency_hz: f64,
 }
 
-/// A pulse.
+/// Current and width of a pulse.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PulseOf {
-    /// mA.
     pub current_ma: f64,
-    /// µs.
     pub width_us: u32,
 }
 
-/// How traces are judged.
+/// Criteria for the evaluation of torque traces.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TraceCriteria {
-    /// Of the cell's signal, ms.
+    /// Length of the moving mean over the cell's signal, ms.
     pub average_ms: f64,
-    /// Where a torque begins, N·m.
+    /// Torque from which on a contraction counts as detected, N·m.
     pub detected_nm: f64,
-    /// A muscle answers from this part of what can be reached on.
+    /// Share of the reachable fibres from which on a muscle counts as responding.
     pub recruited: f64,
-    /// Another muscle counts as stimulated from this torque on, N·m.
+    /// Torque from which on another muscle counts as stimulated, N·m.
     pub others_nm: f64,
-    /// Or, of one without a torque, from this part on.
+    /// Excited share from which on a muscle without a torque at the elbow counts as stimulated.
     pub others_part: f64,
-    /// By how much a torque that falls ends below its peak, as a part.
+    /// Tolerance of a rising torque: the fraction by which its end may lie below its peak.
     pub falls_by: f64,
-    /// Within what part torques are alike.
+    /// Largest relative difference of torques that count as alike.
     pub same_within: f64,
-    /// Of tests.
+    /// Significance level of tests.
     pub level: f64,
 }
 
-/// How thresholds of the bench are looked for.
+/// Search for thresholds with the test rig, and the assumed recommended maximum.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Thresholds {
-    /// µs.
+    /// Pulse widths of the search, µs.
     pub widths_us: Vec<u32>,
-    /// First steps, mA.
+    /// Step of the coarse search, mA.
     pub coarse_ma: f64,
-    /// Last steps, mA.
+    /// Step of the fine search, mA.
     pub step_ma: f64,
-    /// Of each step, s.
+    /// Duration of each step, s.
     pub step_s: f64,
-    /// From this torque on a step answers, N·m.
+    /// Torque from which on a step counts as a response, N·m.
     pub detected_nm: f64,
     /// Assumed points of the recommended maximum, µs and mA.
     pub upper: Vec<(u32, f64)>,
-    /// Nothing above it is recommended, mA.
+    /// Upper bound of the recommended maximum, mA.
     pub upper_most_ma: f64,
 }
 
-/// Two pulses that a strength–duration law of 200 µs makes equal.
+/// Two pulses that are equivalent under a strength–duration law with a chronaxie of 200 µs.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct EqualPulses {
-    /// Long and weak.
+    /// Long and weak pulse.
     pub first: PulseOf,
-    /// Short and strong.
+    /// Short and strong pulse.
     pub second: PulseOf,
 }
 
 impl RampsDeclaration {
-    /// The program's own.
+    /// Parses the committed declaration.
     ///
     /// # Errors
-    /// E690: it cannot be read.
+    /// Returns E690 if the declaration cannot be parsed.
     pub fn load_embedded() -> Result<Self, RampsError> {
         toml::from_str(DECLARED).map_err(|e| RampsError::Declaration(e.to_string()))
     }
 
-    /// What is drawn for person `index`, a number for each range in their order: every one of
-    /// the same seed has the same numbers, whatever is drawn beside.
+    /// Generates the random parameters of wearer `index`, one for each range in their order. They
+    /// depend only on the seed and the index.
     #[must_use]
     pub fn draw_values(&self, seed: u64, index: u64) -> Vec<f64> {
         Range::draw_values(&self.ranges, seed, index)
     }
 
-    /// What is `draw_values` for the range of this field.
+    /// Returns the value in `drawn` that belongs to the range `field`.
     ///
     /// # Errors
-    /// E690: there is no such range.
+    /// Returns E690 if there is no such range.
     pub fn value(&self, drawn: &[f64], field: &str) -> Result<f64, RampsError> {
         let value = Range::value(&self.ranges, drawn, field);
         value.ok_or_else(|| RampsError::Declaration(format!("no range for `{field}`")))

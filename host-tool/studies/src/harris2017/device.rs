@@ -1,5 +1,5 @@
-//! The stimulations as a device puts them out: each is streamed to it once, and what reaches
-//! the electrodes is noted. Bodies depend on pulses alone, so everybody gets these.
+//! Plays every stimulation once on a device and logs the pulses at the electrodes. The pulses do
+//! not depend on the wearer, so all wearers get the same ones.
 
 use super::declared::{Protocol, RampsDeclaration};
 use super::error::RampsError;
@@ -15,23 +15,24 @@ use host_core::run::{Attachments, DeviceName, RunError, SessionFile, StepLimit, 
 use host_core::session::Session;
 use std::fmt::Write;
 
-/// A step of the converter at 100 mA, mA.
+/// Resolution of the converter at a full scale of 100 mA, mA.
 const STEP_MA: f64 = 100.0 / 65_535.0;
-/// How long before a pulse its setpoint is sent, µs: half a period, so that it is there in
-/// time and not before the pulse that precedes.
+/// Divisor of the period: each setpoint is sent half a period before its pulse, so that it arrives
+/// in time, but not before the preceding pulse.
 const EARLY: u64 = 2;
 
-/// By how much what a device puts out may be, and is, apart from what is meant.
+/// Difference between the pulses of a device and the intended ones.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct OutputDifference {
-    /// Pulses compared.
+    /// Number of compared pulses.
     pub pulses: usize,
     /// Largest difference of a current, mA.
     pub current_ma: f64,
 }
 
 impl Stimulation {
-    /// A session of its channel. The paper's ramps begin with the first pulse: `start`.
+    /// Writes a session with this stimulation's channel. As in the paper, the ramp begins with the
+    /// first pulse, which `start` allows.
     fn session(self, protocol: &Protocol) -> String {
         let (limit_ma, width_us) = match self {
             Self::Current(width_us) => (protocol.current_ramp_ma, width_us),
@@ -47,7 +48,7 @@ impl Stimulation {
             self.in_words(),
             protocol.settle_s + protocol.ramp_s
         );
-        // Writing to a string does not fail.
+        // Writing to a string cannot fail.
         let _ = write!(
             text,
             "[[channel]]\nnumber = {number}\nname = \"{}\"\nlimit = {limit_ma:.1}\n\
@@ -67,7 +68,7 @@ impl Stimulation {
         text
     }
 
-    /// What is asked for at the pulse that is due `due_us` after the start.
+    /// Returns the setpoint of the pulse that is due `due_us` after the start.
     fn setpoint(self, protocol: &Protocol, due_us: u64) -> Request {
         let begin_us = micros(protocol.settle_s);
         let since_us = due_us.checked_sub(begin_us);
@@ -90,11 +91,12 @@ impl Stimulation {
         }
     }
 
-    /// Its pulses as `device` puts them out, µs from the start of its trains, and how far
-    /// they are from what is meant.
+    /// Plays the stimulation on `device`. Returns its pulses, with times in µs from the start of
+    /// the trains, and their difference from the intended ones.
     ///
     /// # Errors
-    /// The device is not there; E692: it does not play it, or plays something else.
+    /// Fails if the device cannot be opened. Returns E692 if it does not play the stimulation, or
+    /// plays other pulses.
     pub fn play_on_device(
         self,
         protocol: &Protocol,
@@ -122,7 +124,8 @@ impl Stimulation {
         Ok((found, apart))
     }
 
-    /// Configures, arms, starts and streams; the epoch of the trains in the world's time.
+    /// Configures, arms and starts the device and streams the setpoints. Returns the epoch of the
+    /// trains in simulated time, µs.
     fn stream(
         self,
         protocol: &Protocol,
@@ -147,7 +150,7 @@ impl Stimulation {
         Ok(stepper.port().now_us() - stepper.time_us())
     }
 
-    /// Lets the channel's width change up to the ramp's end.
+    /// Allows the channel's width to change up to the end of the ramp.
     fn widen(self, protocol: &Protocol, session: &mut Session) {
         if let Self::Width(_) = self {
             for channel in &mut session.channels {
@@ -157,7 +160,7 @@ impl Stimulation {
     }
 }
 
-/// Compares pulse by pulse.
+/// Compares the pulses one by one; fails if they differ by more than the resolution of the current.
 fn compare_pulses(meant: &[Pulse], found: &[Pulse]) -> Result<OutputDifference, String> {
     if meant.len() != found.len() {
         return Err(format!("{} pulses for {}", found.len(), meant.len()));
@@ -182,10 +185,11 @@ fn compare_pulses(meant: &[Pulse], found: &[Pulse]) -> Result<OutputDifference, 
     Ok(apart)
 }
 
-/// Every stimulation as `device` puts it out, and how far they are from what is meant.
+/// Plays every stimulation on `device`. Returns the pulses and their difference from the intended
+/// ones.
 ///
 /// # Errors
-/// As [`Stimulation::put_out`].
+/// Fails like [`Stimulation::play_on_device`].
 pub fn play_all_on_device(
     declared: &RampsDeclaration,
     device: &DeviceName,
@@ -205,7 +209,7 @@ pub fn play_all_on_device(
 }
 
 impl OutputDifference {
-    /// For a page.
+    /// Describes the comparison for the report page.
     #[must_use]
     pub fn in_words(&self, device: &DeviceName) -> String {
         format!(

@@ -1,21 +1,21 @@
-//! What cannot be studied.
+//! Errors of the study of current and width ramps.
 
 use hal_sim::body::bench::InvalidBench;
 use host_core::run::OpenError;
 
-/// Why a study of ramps does not come about.
+/// The reason why the study cannot be carried out.
 #[derive(Debug, thiserror::Error)]
 pub enum RampsError {
-    /// Its declaration.
+    /// The declaration is invalid.
     #[error("E690 the declaration of harris-ramps: {0}")]
     Declaration(String),
-    /// A drawn person.
+    /// A random wearer's elbow is invalid.
     #[error("E691 a drawn elbow cannot be; change that field's range in the declaration")]
     Bench(#[from] InvalidBench),
-    /// A test on a device: which, and why.
+    /// The device does not play a test: its description, and the reason.
     #[error("E692 {0}: the device does not put it out: {1}")]
     Device(String, String),
-    /// The device is not there.
+    /// The device cannot be opened.
     #[error(transparent)]
     Open(#[from] OpenError),
 }

@@ -1,4 +1,4 @@
-//! Figures 3, 6 and 7.
+//! Draws the counterparts of the paper's figures 3, 6 and 7.
 
 use super::found::DrawResult;
 use super::strength_duration::StrengthDurationFit;
@@ -13,11 +13,11 @@ const CURVES: [&str; 4] = [
     "recommended maximum, assumed",
     "lowest fibre's threshold",
 ];
-/// Points of a drawn law.
+/// Number of points of a plotted strength–duration curve.
 const POINTS: u32 = 60;
 
 impl Study {
-    /// Figures 3, 6 and 7, of whoever of the participants was computed.
+    /// Returns figures 3, 6 and 7 for the participants that were computed.
     pub(super) fn figures(&self, all: &[DrawResult]) -> Vec<Sheet> {
         let protocol = &self.declared.protocol;
         let widths = protocol.width_ramp_currents_ma.iter();
@@ -80,7 +80,7 @@ impl Study {
         )
     }
 
-    /// Figure 3 of each participant's triceps.
+    /// Plots figure 3 for the triceps of each participant.
     fn strength_durations(&self, all: &[DrawResult]) -> Option<Sheet> {
         let plot = |(place, found): (usize, &DrawResult)| self.strength_duration(place, found);
         let plots: Vec<Plot> = all.iter().take(2).enumerate().filter_map(plot).collect();

@@ -1,4 +1,4 @@
-//! What came of one person.
+//! Measures one random wearer in all tests.
 
 use super::angles::torque_deviation;
 use super::course::{Answer, Course};
@@ -12,54 +12,52 @@ use hal_sim::body::bench::arms::Muscle;
 use hal_sim::body::bench::elbow::{BICEPS, TRICEPS};
 use serde::{Deserialize, Serialize};
 
-/// Pulses of each stimulation, as they are meant or as a device put them out.
+/// Pulses of each stimulation, as intended or as a device played them.
 pub type Pulses = Vec<(Stimulation, Vec<Pulse>)>;
 
-/// What is measured of a test.
+/// Quantities measured in one test.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TestMeasurements {
-    /// Which.
     pub test: Test,
     /// Largest torque, N·m.
     pub peak_nm: f64,
-    /// Where it begins: mA or µs.
+    /// Value of the ramp at which the torque begins, mA or µs.
     pub detected_at: Option<f64>,
-    /// R² of a line above that.
+    /// R² of a straight line from there on.
     pub linearity: Option<f64>,
-    /// Whether it ends where it is highest.
+    /// Whether the torque is largest at the end of the ramp.
     pub rises: bool,
-    /// Which muscle answers first.
+    /// Muscle that responds first.
     pub first: Option<Muscle>,
-    /// Muscle by muscle.
+    /// Response of each muscle.
     pub answers: Vec<Answer>,
 }
 
-/// A pulse held, without noise: what it comes to.
+/// Steady result of a constant pulse, without noise.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HeldPulse {
-    /// Charge of a phase, µC.
+    /// Charge per phase, µC.
     pub charge_uc: f64,
     /// Torque, N·m, extension positive.
     pub torque_nm: f64,
-    /// Muscles that are not the triceps and count as stimulated.
+    /// Muscles other than the triceps that count as stimulated.
     pub others: Vec<Muscle>,
 }
 
-/// A person's strength and duration, of a pair.
+/// Strength–duration relation of an electrode pair on one wearer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StrengthDurationFound {
-    /// As they were found.
+    /// Measured thresholds.
     pub thresholds: Vec<Threshold>,
-    /// The law through them.
+    /// Law fitted through the thresholds.
     pub fitted: Option<StrengthDurationFit>,
 }
 
-/// What came of one person.
+/// A random wearer with its measurements.
 #[derive(Clone, Debug)]
 pub struct DrawResult {
-    /// Who.
     pub person: RampsWearer,
-    /// What was measured.
+    /// Stored measurements, from which the wearer can be restored by seed and index.
     pub kept: DrawMeasurements,
 }
 
@@ -71,18 +69,18 @@ impl std::ops::Deref for DrawResult {
     }
 }
 
-/// What was measured of a person, whom seed and number draw again.
+/// Measurements of one wearer, as they are stored.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct DrawMeasurements {
-    /// Each of their tests.
+    /// Measurements of each test.
     pub measured: Vec<TestMeasurements>,
-    /// The records of those who are shown.
+    /// Records of the tests; empty unless the wearer is plotted.
     pub courses: Vec<Course>,
-    /// The pair on the triceps; and that on the biceps, of those who are shown.
+    /// Relation of the pair on the triceps, and that of the biceps if the wearer is plotted.
     pub strength_duration: Vec<StrengthDurationFound>,
-    /// The two pulses beyond the device's limits.
+    /// The two equivalent pulses beyond the device's limits.
     pub beyond: [HeldPulse; 2],
-    /// By how much ±15° change a current ramp's end, at most, as a part.
+    /// Largest relative change of the torque at the end of a current ramp by ±15°.
     pub departs: f64,
 }
 
@@ -99,7 +97,7 @@ impl TestMeasurements {
         }
     }
 
-    /// Whether a muscle that was not meant counts as stimulated.
+    /// Returns whether a muscle other than the triceps counts as stimulated.
     #[must_use]
     pub fn has_others(&self, judged: &TraceCriteria) -> bool {
         let mut others = self
@@ -111,11 +109,11 @@ impl TestMeasurements {
 }
 
 impl DrawResult {
-    /// Of person `index` of `seed` under these pulses; `is_shown`: with records and the
-    /// thresholds of both pairs.
+    /// Measures wearer `index` of `seed` under these pulses. `is_shown` adds the records and the
+    /// thresholds of the biceps.
     ///
     /// # Errors
-    /// E690, E691: a declaration or a bench that cannot be.
+    /// Returns E690 or E691 if the declaration or the test rig is invalid.
     pub fn measure(
         declared: &RampsDeclaration,
         (seed, index): (u64, u64),
@@ -152,7 +150,7 @@ impl DrawResult {
         Ok(Self { person, kept })
     }
 
-    /// Tests of ramps of one kind, current or width.
+    /// Returns the measurements of all current ramps or of all width ramps.
     pub fn ramps(&self, of_current: bool) -> impl Iterator<Item = &TestMeasurements> {
         self.measured
             .iter()
@@ -163,7 +161,7 @@ impl DrawResult {
             })
     }
 
-    /// Chronaxie of the triceps as the bench found it with its interval, and the true one, µs.
+    /// Returns the measured chronaxie of the triceps with its interval, and the true one, µs.
     #[must_use]
     pub fn chronaxies_us(&self) -> Option<(f64, [f64; 2], f64)> {
         let fitted = self.strength_duration.first()?.fitted?;
@@ -171,7 +169,7 @@ impl DrawResult {
         Some((fitted.chronaxie_us, fitted.chronaxie_within, truth))
     }
 
-    /// The test of this stimulation at this angle.
+    /// Returns the measurements of this stimulation at this angle.
     #[must_use]
     pub fn find_test(
         &self,
@@ -187,7 +185,7 @@ impl DrawResult {
 }
 
 impl RampsWearer {
-    /// A pulse of the pair on the triceps, held at 90° in the mean contraction.
+    /// Holds a pulse of the pair on the triceps at 90°, with the mean contraction.
     fn hold_pulse(&self, judged: &TraceCriteria, pulse: PulseOf) -> Result<HeldPulse, RampsError> {
         let spec = self.rig_spec(Setting::exact(90.0));
         let width_us = f64::from(pulse.width_us);

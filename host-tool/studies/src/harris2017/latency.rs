@@ -1,5 +1,5 @@
-//! From a trigger, and from a host's command, to the first edge of a pulse (section 3.2): a
-//! train of 40 µs that goes from 0 to 20 mA every second.
+//! Measures the latency from a trigger, and from a host's command, to the first edge of a pulse
+//! (section 3.2). The train has pulses of 40 µs and goes from 0 to 20 mA every second.
 
 use super::error::RampsError;
 use crate::laboratory::{ElectrodeLog, Notes};
@@ -9,30 +9,30 @@ use hal_sim::body::Drive;
 use host_core::link::Port;
 use host_core::run::{Attachments, DeviceName, RunError, SessionFile, StepLimit, Stepper};
 
-/// What the oscilloscope of the paper said, µs (section 4.1).
+/// Latencies that the paper measured with an oscilloscope, µs (section 4.1).
 pub const PAPER_US: [u64; 2] = [1_220, 1_300];
-/// How often it is tried.
+/// Number of repetitions.
 const TIMES: u64 = 20;
-/// From one to the next, µs: another phase of everything that repeats each time.
+/// Time between repetitions, µs. It changes the phase of every periodic process each time.
 const EVERY_US: u64 = 500_787;
-/// Rate of the train that is triggered, Hz.
+/// Pulse rate of the triggered train, Hz.
 const TRIGGERED_HZ: u32 = 50;
-/// Rate of a train that runs, Hz, and from which current it goes to 20 mA, mA.
+/// Pulse rate of a running train, Hz, and the current from which it goes to 20 mA, mA.
 pub const COMMANDS: [(u32, u32); 3] = [(50, 0), (200, 0), (200, 1)];
-/// The train has gone to 20 mA, mA.
+/// Current above which the step to 20 mA counts as done, mA.
 const GONE_MA: f64 = 10.0;
 
-/// From what to the first edge: least and greatest of [`TIMES`], µs.
+/// Smallest and largest latency to the first edge in [`TIMES`] repetitions, µs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Latency {
-    /// From an edge at the trigger input.
+    /// Latency from an edge at the trigger input.
     pub trigger_us: [u64; 2],
-    /// From a setpoint's last byte leaving the host to the first pulse of its current: of
-    /// each of the [`COMMANDS`].
+    /// Latency from the moment at which the last byte of a setpoint leaves the host to the first
+    /// pulse with its current, for each of the [`COMMANDS`].
     pub command_us: [[u64; 2]; 3],
 }
 
-/// A session of one channel.
+/// Writes a session of one channel.
 fn session(rate_hz: u32, is_triggered: bool) -> String {
     let triggered = if is_triggered {
         ", triggered = true, repeats = 10"
@@ -50,7 +50,7 @@ fn session(rate_hz: u32, is_triggered: bool) -> String {
     )
 }
 
-/// This current, mA.
+/// Returns the request for this current, mA.
 fn current_request(ma: u32) -> Request {
     Request::Amplitudes {
         at: None,
@@ -60,7 +60,7 @@ fn current_request(ma: u32) -> Request {
     }
 }
 
-/// A device that stimulates, and the pulses that reach its electrodes.
+/// A running device, and the log of the pulses at its electrodes.
 struct OpenDevice {
     stepper: Stepper<'static, Box<dyn Port>>,
     heard: ElectrodeLog,
@@ -78,12 +78,12 @@ impl OpenDevice {
         Ok(Self { stepper, heard })
     }
 
-    /// The world's time, µs.
+    /// Returns the simulated time, µs.
     fn now_us(&mut self) -> u64 {
         self.stepper.port().now_us()
     }
 
-    /// Asks for this current, and lets time pass until `until_us`.
+    /// Requests this current and lets time pass until `until_us`.
     fn hold(&mut self, until_us: u64, ma: u32) -> Result<(), RampsError> {
         let epoch_us = self.now_us() - self.stepper.time_us();
         self.stepper.post(current_request(ma)).map_err(failed)?;
@@ -91,7 +91,7 @@ impl OpenDevice {
         stepped.map(drop).map_err(failed)
     }
 
-    /// From `from_us` to the first pulse after it of at least so much.
+    /// Returns the time from `from_us` to the next pulse of at least `least_ma`, µs.
     fn to_first(&self, from_us: u64, least_ma: f64) -> Option<u64> {
         let is = |drive| matches!(drive, Drive::Milliamps(ma) if ma >= least_ma);
         let mut later = self
@@ -103,7 +103,7 @@ impl OpenDevice {
     }
 }
 
-/// A device that stimulates with this current, mA.
+/// Starts a device with this current, mA.
 fn begin(
     file: SessionFile,
     port: Box<dyn Port>,
@@ -118,17 +118,17 @@ fn begin(
     Ok(stepper)
 }
 
-/// Least and greatest.
+/// Returns the smallest and the largest value, or `None` if one is missing.
 fn min_and_max(all: impl IntoIterator<Item = Option<u64>>) -> Option<[u64; 2]> {
     let all: Option<Vec<u64>> = all.into_iter().collect();
     let all = all?;
     Some([all.iter().copied().min()?, all.iter().copied().max()?])
 }
 
-/// Tries it on `device`.
+/// Measures all latencies on `device`.
 ///
 /// # Errors
-/// The device is not there; E692: it does not play.
+/// Fails if the device cannot be opened. Returns E692 if it does not play the session.
 pub fn latency(device: &DeviceName) -> Result<Latency, RampsError> {
     let [first, second, third] = COMMANDS;
     Ok(Latency {
@@ -149,7 +149,7 @@ fn silent() -> RampsError {
     failed("a pulse did not come")
 }
 
-/// From an edge at the trigger input to the first edge of the train, silent or not.
+/// Measures the latency from an edge at the trigger input to the first edge of the train.
 fn trigger_latency(device: &DeviceName) -> Result<[u64; 2], RampsError> {
     let mut opened = OpenDevice::new(device, &session(TRIGGERED_HZ, true), 20)?;
     let mut found = Vec::new();
@@ -165,7 +165,7 @@ fn trigger_latency(device: &DeviceName) -> Result<[u64; 2], RampsError> {
     min_and_max(found).ok_or_else(silent)
 }
 
-/// From a setpoint to the first pulse that has it.
+/// Measures the latency from a setpoint to the first pulse that has its current.
 fn command_latency(
     device: &DeviceName,
     (rate_hz, from_ma): (u32, u32),
@@ -185,7 +185,7 @@ fn command_latency(
 }
 
 impl Latency {
-    /// For a page.
+    /// Describes the latencies for the report page.
     #[must_use]
     pub fn in_words(&self, device: &DeviceName) -> String {
         let [least, most] = self.trigger_us;

@@ -1,12 +1,12 @@
-//! Harris 2017's characterization of an elbow under electrodes: torque against current, pulse
-//! width and angle, and the latency before it.
+//! Repeats Harris 2017's characterisation of an elbow under stimulation: torque against current,
+//! pulse width and angle, and the latency before a pulse.
 //!
-//! Lives here: the declaration (`host-tool/experiments/harris-ramps.toml`, committed before it was
-//! run), persons drawn of it, the tests of section 3.3, what is measured and claimed of them,
-//! thresholds against width, and the sheets that stand beside the paper's figures 3 and 5 to 7.
-//! Not here: the arm (`hal_sim::body::bench::elbow`), the command (`cli`).
-//! In: a seed, draws, a device. Out: an [`Outcome`](crate::laboratory::Outcome) and
-//! `draws.csv`. All simulated: no evidence about people.
+//! Takes a seed, a number of draws and a device; returns an [`Outcome`](crate::laboratory::Outcome)
+//! and `draws.csv`. The declaration (`host-tool/experiments/harris-ramps.toml`) was committed
+//! before it was run. The module generates random wearers, performs the tests of section 3.3,
+//! judges the claims, searches thresholds against pulse width, and draws the counterparts of the
+//! paper's figures 3 and 5 to 7. The arm is in `hal_sim::body::bench::elbow`. Everything is
+//! simulated: this is no evidence about people.
 
 mod angles;
 mod claims;

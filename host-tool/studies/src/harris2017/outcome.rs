@@ -1,4 +1,4 @@
-//! The study as `result.json` and its page have it.
+//! Assembles the study's outcome for `result.json` and the report page.
 
 use super::claims::{deciding_factors, shares};
 use super::declared::DECLARED;
@@ -9,7 +9,7 @@ use crate::laboratory::{Outcome, Preregistration};
 use host_core::record::sha256;
 use std::collections::BTreeMap;
 
-/// What is said of every result.
+/// Notes that accompany every result.
 const SIMULATED: &str = "Simulated: drawn elbows of assumed parameters; no evidence about people.";
 const MEANING: &str = "Ours is the median, low and high the 5th and 95th percentile of the persons \
                        drawn. Participants 1 and 2 are the first two of them: nothing was chosen \
@@ -25,22 +25,22 @@ const PAIN: &str = "The paper calls 45 µs with 80 mA uncomfortable, and says th
                     curve I = b (1 + c/d) for c = 88 µs (ours), which figure 3's upper curve is \
                     assumed to be here.";
 
-/// What the command knows of the run.
+/// Information about the run that only the command knows.
 #[derive(Clone, Debug)]
 pub struct RunInfo {
-    /// What a terminal takes to have it again, but for its seed.
+    /// Command line that repeats the run, without its seed.
     pub command: String,
-    /// What is missing, for people.
+    /// Description of the missing part if the run was interrupted.
     pub cut_short: Option<String>,
-    /// What was learnt on the way: of the device, of its latency.
+    /// Notes about the device and its latency.
     pub notes: Vec<String>,
 }
 
 impl Study {
-    /// Of these persons, all or what was computed before a signal.
+    /// Assembles the outcome of these wearers; after an interruption, some may be missing.
     ///
     /// # Errors
-    /// E690, E691: a declaration or a bench that cannot be.
+    /// Returns E690 or E691 if the declaration or the test rig is invalid.
     pub fn outcome(&self, all: &[DrawResult], told: RunInfo) -> Result<Outcome, RampsError> {
         let declared = &self.declared;
         let sha256 = [("harris-ramps.toml".to_owned(), sha256(DECLARED.as_bytes()))];

@@ -1,4 +1,4 @@
-//! A drawn person: which muscles their electrodes reach, and how.
+//! Random wearers: the muscles that their electrodes reach, and how strongly.
 
 use super::declared::RampsDeclaration;
 use super::error::RampsError;
@@ -10,51 +10,51 @@ use hal_sim::body::bench::{
 use hal_sim::body::muscle::{Parameters, SUBJECTS};
 use hal_sim::random;
 
-/// Widths at which thresholds are drawn, µs (harris-wall's).
+/// Pulse widths to which the random thresholds refer, µs (as in harris-wall).
 const TRICEPS_US: f64 = 35.0;
 const BICEPS_US: f64 = 25.0;
-/// From the elbow to the cell, m. Assumed; torque divides it out.
+/// Distance from the elbow to the load cell, m. Assumed; the torque does not depend on it.
 const LEVER_M: f64 = 0.25;
-/// Of the cell, N. Assumed: 50 lbf.
+/// Range of the load cell, N. Assumed: 50 lbf.
 const CELL_N: f64 = 222.0;
-/// Electromechanical delay, µs: as the moving elbow's.
+/// Electromechanical delay, µs, the same as that of the moving elbow.
 const DELAY_US: u32 = 25_000;
-/// Streams of a person.
+/// Random streams of a wearer.
 const CHRONAXIES: u64 = 1;
 const CONTRACTIONS: u64 = 2;
 const SETTINGS: u64 = 3;
 
-/// Somebody on the bench.
+/// Simulated wearer in the isometric test rig.
 #[derive(Clone, Debug)]
 pub struct RampsWearer {
-    /// From 0.
+    /// Index of the draw, from 0.
     pub index: u64,
-    /// What was drawn, in the declaration's order.
+    /// Random parameters, in the order of the declared ranges.
     pub drawn: Vec<f64>,
-    /// Whose moment arms are true of them.
+    /// Source of the moment arms that are true for this wearer.
     pub source: Source,
-    /// What the electrodes reach.
+    /// Muscles that the electrodes reach.
     pub muscles: Vec<RigMuscle>,
-    /// Standard deviation from contraction to contraction, as a part.
+    /// Relative standard deviation from contraction to contraction.
     noise: f64,
     cell_noise_n: f64,
     cell_drift_n_per_s: f64,
     stream: u64,
 }
 
-/// How a person is put on the bench.
+/// Position and contraction of a wearer in the test rig.
 #[derive(Clone, Copy, Debug)]
 pub struct Setting {
-    /// Between forearm and upper arm, °.
+    /// Angle between forearm and upper arm, °.
     pub included_deg: f64,
-    /// Of this contraction against the mean one.
+    /// Strength of this contraction relative to the mean one.
     pub contraction: f64,
-    /// How the cell is mounted.
+    /// Direction in which the cell is mounted.
     pub holds: CellSide,
 }
 
 impl Setting {
-    /// As wanted, the mean contraction.
+    /// Returns the setting with exactly this angle and the mean contraction.
     #[must_use]
     pub const fn exact(included_deg: f64) -> Self {
         Self {
@@ -66,15 +66,15 @@ impl Setting {
 }
 
 impl RampsWearer {
-    /// Person `index` of `seed`.
+    /// Generates wearer `index` of `seed`.
     ///
     /// # Errors
-    /// E690 and E691: a range is missing, or draws what cannot be.
+    /// Returns E690 if a range is missing, or E691 if the random values are invalid.
     pub fn random(declared: &RampsDeclaration, seed: u64, index: u64) -> Result<Self, RampsError> {
         let drawn = declared.draw_values(seed, index);
         let of = |field: &str| declared.value(&drawn, field);
         let stream = random::word(random::word(seed, index), u64::MAX);
-        let subject = of("subject")? as usize; // from 0, below 10
+        let subject = of("subject")? as usize; // 0 to 9
         let dynamics = SUBJECTS[subject % SUBJECTS.len()].normalised_at(FORCE_FREQUENCY_HZ);
         let muscle = |muscle| stimulated(&of, muscle, stream, dynamics);
         let muscles = MUSCLES.into_iter().map(muscle).collect::<Result<_, _>>()?;
@@ -93,8 +93,8 @@ impl RampsWearer {
         })
     }
 
-    /// Test `nth` of theirs, meant to be at this angle: set wrong by at most `error_deg`, and
-    /// with a contraction of its own.
+    /// Returns the setting of test `nth`: the angle with a random error of at most `error_deg`, and
+    /// a random contraction.
     #[must_use]
     pub fn setting(&self, nth: u64, included_deg: f64, error_deg: f64, holds: CellSide) -> Setting {
         let deviate = random::standard_normal(random::word(self.stream, CONTRACTIONS), nth);
@@ -106,7 +106,7 @@ impl RampsWearer {
         }
     }
 
-    /// The bench with this person on it.
+    /// Returns the specification of the test rig with this wearer in it.
     #[must_use]
     pub fn rig_spec(&self, setting: Setting) -> IsometricSpec {
         IsometricSpec {
@@ -132,17 +132,17 @@ impl RampsWearer {
         }
     }
 
-    /// Of noise in test `nth`.
+    /// Returns the seed of the noise in test `nth`.
     #[must_use]
     pub const fn seed(&self, nth: u64) -> u64 {
         random::word(self.stream, 16 + nth)
     }
 
-    /// Torque that this pulse holds at 50 Hz in the mean contraction, N·m, extension
-    /// positive, of each muscle: its share of all that can be reached.
+    /// Returns for each muscle its torque, N·m, extension positive, and its excited share, 0 to 1,
+    /// under this pulse at 50 Hz in the mean contraction.
     ///
     /// # Errors
-    /// E691: an angle that no source knows.
+    /// Returns E691 if no source covers the angle.
     pub fn steady(
         &self,
         spec: &IsometricSpec,
@@ -158,7 +158,7 @@ impl RampsWearer {
     }
 }
 
-/// A muscle of the person of whom `of` was drawn.
+/// Returns a muscle with the random parameters `of`.
 fn stimulated(
     of: &dyn Fn(&str) -> Result<f64, RampsError>,
     muscle: Muscle,
@@ -191,7 +191,7 @@ fn stimulated(
     })
 }
 
-/// Part of each pair's current that reaches a muscle.
+/// Returns the fraction of each pair's current that reaches a muscle.
 fn current_fractions(
     of: &dyn Fn(&str) -> Result<f64, RampsError>,
     muscle: Muscle,
@@ -209,11 +209,11 @@ fn current_fractions(
     })
 }
 
-/// What an angle beyond the sources is told as.
+/// Error for an angle that no source covers.
 pub(super) const BEYOND: hal_sim::body::bench::InvalidBench =
     hal_sim::body::bench::InvalidBench("included_deg");
 
-/// Heads of one muscle have one chronaxie.
+/// Returns the group of muscle heads that share one chronaxie.
 const fn chronaxie_group(muscle: Muscle) -> u64 {
     match muscle {
         Muscle::TricepsLong | Muscle::TricepsLateral | Muscle::TricepsMedial => 0,
@@ -223,13 +223,13 @@ const fn chronaxie_group(muscle: Muscle) -> u64 {
     }
 }
 
-/// Whether it is a head of the triceps.
+/// Returns whether `muscle` is a head of the triceps.
 #[must_use]
 pub const fn is_triceps(muscle: Muscle) -> bool {
     chronaxie_group(muscle) == 0
 }
 
-/// For people.
+/// Returns the name for the report.
 #[must_use]
 pub const fn in_words(muscle: Muscle) -> &'static str {
     match muscle {

@@ -1,4 +1,4 @@
-//! Numbers of everybody, for `result.json`.
+//! Computes the rows of `result.json`: numbers over all wearers.
 
 use super::angles::{DEPENDS, is_significant, least_found, relative_torque_change};
 use super::claims::co_contraction;
@@ -8,13 +8,14 @@ use super::study::Study;
 use super::test::{Stimulation, stimulations};
 use crate::laboratory::{Row, Share};
 
-/// A row of these numbers.
+/// Returns a row without a published value.
 pub(super) fn row(id: String, quantity: String, unit: &str, numbers: Vec<f64>) -> Row {
     Row::from_numbers(id, quantity, unit, None, numbers)
 }
 
 impl Study {
-    /// Of each ramp at the middle angle, and of what is asked besides.
+    /// Returns the rows of each ramp at the middle angle, then those of angles, co-contraction,
+    /// chronaxie and equivalent pulses.
     pub(super) fn rows(&self, all: &[DrawResult]) -> Result<Vec<Row>, RampsError> {
         let mut rows: Vec<Row> = stimulations(&self.declared.protocol)
             .into_iter()
@@ -89,7 +90,7 @@ impl Study {
         ]
     }
 
-    /// What ±15° do to the triceps' torque.
+    /// Returns the rows about the effect of ±15° on the triceps' torque.
     fn angle_rows(&self, all: &[DrawResult]) -> Result<Vec<Row>, RampsError> {
         let mut rows = Vec::new();
         let protocol = &self.declared.protocol;
@@ -123,8 +124,9 @@ impl Study {
         Ok(rows)
     }
 
-    /// In how many studies of two participants the angle is significant: pairs of persons,
-    /// the first with both kinds of ramps, the second with those of current.
+    /// Computes the share of studies with two participants in which the angle is significant. Each
+    /// study is a pair of wearers: the first with ramps of both kinds, the second with current
+    /// ramps only.
     pub(super) fn significance_share(&self, all: &[DrawResult]) -> Share {
         let protocol = &self.declared.protocol;
         let ramps = stimulations(protocol);
@@ -160,7 +162,8 @@ impl Study {
         )
     }
 
-    /// In whom the interval of the chronaxie has the true one: should be 95 %.
+    /// Computes the share of wearers for whom the 95 % interval of the chronaxie contains the true
+    /// one; it should be 95 %.
     pub(super) fn coverage_share(&self, all: &[DrawResult]) -> Share {
         let found = all.iter().filter_map(DrawResult::chronaxies_us);
         let within = found.map(|(_, [low, high], truth)| low <= truth && truth <= high);
@@ -178,7 +181,7 @@ impl Study {
         )
     }
 
-    /// 90° of the protocol.
+    /// Returns the middle angle of the protocol, 90°.
     pub(super) fn middle_deg(&self) -> f64 {
         self.declared
             .protocol

@@ -1,4 +1,4 @@
-//! The study as the laboratory's runner runs it.
+//! Connects the study to the laboratory's runner.
 
 use super::declared::DECLARED;
 use super::error::RampsError;
@@ -8,19 +8,20 @@ use super::study::{NAME, Study};
 use crate::laboratory::{self, Outcome, StudyIdentity};
 use host_core::run::DeviceName;
 
-/// A study and the pulses of its stimulations, as a device puts them out.
+/// A study, and the pulses of its stimulations as a device plays them.
 pub struct Run {
     study: Study,
     pulses: Pulses,
-    /// What was learnt of the device on the way.
+    /// Notes about the device for the report.
     notes: Vec<String>,
 }
 
 impl Run {
-    /// With this seed and so many persons, or the declaration's own.
+    /// Creates the study with this seed and number of wearers, or with the declared ones, and plays
+    /// all stimulations on the device.
     ///
     /// # Errors
-    /// As [`Study::asked`] and [`Study::put_out`].
+    /// Fails like [`Study::new`] and [`Study::play_on_device`].
     pub fn new(
         decided: (Option<u64>, Option<u64>),
         device: DeviceName,
@@ -34,7 +35,7 @@ impl Run {
         })
     }
 
-    /// The persons of these units, drawn again.
+    /// Restores the wearers of these units from the seed.
     fn restore_draws(&self, kept: &[DrawMeasurements]) -> Result<Vec<DrawResult>, RampsError> {
         let all = (0..).zip(kept);
         all.map(|(index, kept)| self.study.restore_draw(index, kept.clone()))
@@ -43,7 +44,7 @@ impl Run {
 }
 
 impl Run {
-    /// The device as a terminal takes it.
+    /// Returns the device as an argument of the command line.
     fn device_argument(&self) -> String {
         format!("--device {}", self.study.device.to_argument())
     }

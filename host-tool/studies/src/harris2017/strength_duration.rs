@@ -1,4 +1,5 @@
-//! Thresholds of the bench at many widths, and the law fitted through them.
+//! Searches thresholds with the test rig at many pulse widths and fits a strength–duration law
+//! through them.
 
 use super::declared::{RampsDeclaration, Thresholds};
 use super::error::RampsError;
@@ -9,35 +10,32 @@ use hal_sim::body::{Body, Drive, Pulse};
 use host_core::statistics::student_t_p;
 use serde::{Deserialize, Serialize};
 
-/// A threshold as it was found.
+/// Threshold at one pulse width.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Threshold {
-    /// µs.
     pub width_us: u32,
-    /// Lowest current that answers, mA.
+    /// Smallest current that causes a response, mA.
     pub current_ma: f64,
 }
 
-/// I = rheobase·(1 + chronaxie/width) through thresholds (Weiss; Geddes 2004), with 95 %
+/// Fit of I = rheobase·(1 + chronaxie/width) through thresholds (Weiss; Geddes 2004), with 95 %
 /// intervals.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StrengthDurationFit {
-    /// mA.
     pub rheobase_ma: f64,
-    /// Its interval.
+    /// 95 % interval of the rheobase, mA.
     pub rheobase_within: [f64; 2],
-    /// µs.
     pub chronaxie_us: f64,
-    /// Its interval.
+    /// 95 % interval of the chronaxie, µs.
     pub chronaxie_within: [f64; 2],
 }
 
-/// Longest search at one width: nothing above what the protocol puts out.
+/// Largest current of the search, mA: the largest of the protocol.
 const MOST_MA: f64 = 80.0;
-/// The level of an interval.
+/// Confidence level of the intervals.
 const LEVEL: f64 = 0.95;
 
-/// A pair of electrodes of somebody at the middle angle, whose cell can be read.
+/// Test rig with a wearer's electrode pair at the middle angle and a load cell.
 struct Bench<'d> {
     declared: &'d RampsDeclaration,
     arm: IsometricElbow,
@@ -46,18 +44,19 @@ struct Bench<'d> {
 }
 
 impl Bench<'_> {
-    /// Mean torque of the second half of a step, above that of as long without pulses, N·m.
+    /// Returns the mean torque in the second half of a step, N·m, relative to that over an equal
+    /// time without pulses.
     fn step(&mut self, current_ma: f64, width_us: u32) -> f64 {
         let half_ms = micros(self.declared.strength_duration.step_s) / 2_000;
         let lever_m = self.arm.spec().cell.lever_m;
-        // Whatever still acts has gone by then.
+        // Lets the effect of earlier pulses fade.
         self.pass(2 * half_ms, None);
         let rest_n = self.pass(half_ms, None);
         self.pass(half_ms, Some((current_ma, width_us)));
         lever_m * (self.pass(half_ms, Some((current_ma, width_us))) - rest_n)
     }
 
-    /// Mean of the cell over so many milliseconds.
+    /// Returns the mean of the cell over `ms` milliseconds, N, with or without pulses.
     fn pass(&mut self, ms: u64, pulse: Option<(f64, u32)>) -> f64 {
         let period_ms = (1e3 / self.declared.protocol.frequency_hz).round() as u64;
         let mut sum = 0.0;
@@ -78,7 +77,8 @@ impl Bench<'_> {
         sum / ms as f64
     }
 
-    /// The lowest current that answers at this width, by coarse steps, then by fine ones.
+    /// Returns the smallest current that causes a response at this width, mA, by coarse and then
+    /// fine steps.
     fn search(&mut self, width_us: u32) -> Option<f64> {
         let asked = &self.declared.strength_duration;
         let (coarse_ma, step_ma, detected_nm) = (asked.coarse_ma, asked.step_ma, asked.detected_nm);
@@ -101,10 +101,10 @@ impl Bench<'_> {
 }
 
 impl RampsWearer {
-    /// Thresholds of one of their pairs at every width at which there is one below 80 mA.
+    /// Measures the thresholds of one electrode pair at every width that has one below 80 mA.
     ///
     /// # Errors
-    /// E691: a bench that cannot be.
+    /// Returns E691 if the test rig is invalid.
     pub fn thresholds(
         &self,
         declared: &RampsDeclaration,
@@ -137,8 +137,9 @@ impl RampsWearer {
     }
 }
 
-/// The law through thresholds: linear in 1/width. A threshold lies between the step that
-/// answers and the one below, so half a step is taken off. Nothing of fewer than four.
+/// Fits the law through thresholds; it is linear in 1/width. Half a step is subtracted, because the
+/// true threshold lies between the first step with a response and the one below. Returns `None` for
+/// fewer than four thresholds, or if the fit is not positive.
 #[must_use]
 pub fn fit_law(thresholds: &[Threshold], step_ma: f64) -> Option<StrengthDurationFit> {
     let n = thresholds.len() as f64;
@@ -162,7 +163,7 @@ pub fn fit_law(thresholds: &[Threshold], step_ma: f64) -> Option<StrengthDuratio
         let x = point.0 - mx;
         (sum.0 + x * x, sum.1 + x * (point.1 - my))
     });
-    let slope = xy / xx; // widths differ
+    let slope = xy / xx; // The widths differ, so `xx` is not 0.
     let rheobase_ma = my - slope * mx;
     if rheobase_ma <= 0.0 || slope <= 0.0 {
         return None;
@@ -170,14 +171,15 @@ pub fn fit_law(thresholds: &[Threshold], step_ma: f64) -> Option<StrengthDuratio
     let left = points
         .iter()
         .map(|point| (point.1 - rheobase_ma - slope * point.0).powi(2));
-    // Steps alone leave step²/12; residuals by chance smaller do not make it more certain.
+    // Rounding to steps alone has the variance step²/12. Smaller residuals are chance and must not
+    // narrow the intervals.
     let variance = (left.sum::<f64>() / (n - 2.0)).max(step_ma * step_ma / 12.0);
     let t = student_quantile(n - 2.0)?;
     let var_slope = variance / xx;
     let var_rheobase = variance * (1.0 / n + mx * mx / xx);
     let covariance = -variance * mx / xx;
     let chronaxie_us = slope / rheobase_ma;
-    // Of the logarithm of a ratio, to first order.
+    // Variance of the logarithm of the ratio, to first order.
     let var_log = var_slope / (slope * slope) + var_rheobase / rheobase_ma.powi(2)
         - 2.0 * covariance / (slope * rheobase_ma);
     let (by, factor) = (t * var_rheobase.sqrt(), (t * var_log.max(0.0).sqrt()).exp());
@@ -189,7 +191,7 @@ pub fn fit_law(thresholds: &[Threshold], step_ma: f64) -> Option<StrengthDuratio
     })
 }
 
-/// Of Student's t, two-sided, by halving.
+/// Returns the two-sided quantile of Student's t by bisection.
 fn student_quantile(df: f64) -> Option<f64> {
     let (mut low, mut high) = (0.0, 1_000.0);
     for _ in 0..80 {
@@ -203,7 +205,7 @@ fn student_quantile(df: f64) -> Option<f64> {
 }
 
 impl StrengthDurationFit {
-    /// Threshold at this width, mA.
+    /// Returns the threshold at this width, mA.
     #[must_use]
     pub fn threshold_ma(&self, width_us: f64) -> f64 {
         self.rheobase_ma * (1.0 + self.chronaxie_us / width_us)
@@ -211,12 +213,13 @@ impl StrengthDurationFit {
 }
 
 impl Thresholds {
-    /// The recommended maximum at this width, mA: the law through the two assumed points.
+    /// Returns the recommended maximum at this width, mA: the law through the first and last
+    /// assumed point, up to its bound.
     #[must_use]
     pub fn upper_ma(&self, width_us: f64) -> f64 {
         let [(d1, i1), (d2, i2)] = [self.upper.first(), self.upper.last()]
             .map(|pair| pair.map_or((1.0, 0.0), |&(d, i)| (f64::from(d), i)));
-        // i = b + b·c/d through both.
+        // Solves i = b + b·c/d for both points.
         let slope = (i1 - i2) / (1.0 / d1 - 1.0 / d2);
         let rheobase = i1 - slope / d1;
         (rheobase + slope / width_us).min(self.upper_most_ma)
@@ -231,7 +234,7 @@ mod tests {
         let widths = [25, 35, 45, 60, 80, 100, 150, 200, 250, 300];
         let at = |width_us: u32| {
             let exact = rheobase * (1.0 + chronaxie / f64::from(width_us));
-            // The lowest step at or above it.
+            // Smallest step at or above the exact threshold.
             let current_ma = (exact / up).ceil() * up;
             Threshold {
                 width_us,
@@ -258,7 +261,7 @@ mod tests {
                 "{found:?}"
             );
         }
-        // 95 % intervals, and somewhat more: the floor of the variance makes them longer.
+        // The lower bound of the variance makes the intervals wider than 95 %.
         for covered in [rheobases, chronaxies] {
             let share = covered as f64 / f64::from(all);
             assert!((0.95..1.0).contains(&share), "{share}");
@@ -270,13 +273,13 @@ mod tests {
         assert_eq!(fit_law(&law(4.0, 200.0, 0.5)[..3], 0.5), None);
     }
 
-    /// Table of Student: 2.306 with eight degrees of freedom.
+    /// Table of Student's t: 2.306 with eight degrees of freedom.
     #[test]
     fn the_quantile_is_the_tables() {
         assert!((student_quantile(8.0).unwrap() - 2.306).abs() < 5e-4);
     }
 
-    /// By hand: b = 27.1 mA, c = 88 µs; above 80 mA nothing.
+    /// Computed by hand: b = 27.1 mA, c = 88 µs, bounded at 80 mA.
     #[test]
     fn the_upper_curve_goes_through_what_was_put_out() {
         let upper = super::super::declared::RampsDeclaration::load_embedded()

@@ -1,4 +1,4 @@
-//! The study as it is asked for.
+//! Carries out the study for one seed, number of wearers and device.
 
 use super::declared::RampsDeclaration;
 use super::device::play_all_on_device;
@@ -8,27 +8,26 @@ use super::latency::latency;
 use super::person::RampsWearer;
 use host_core::run::DeviceName;
 
-/// What a command calls it.
+/// Name of the study on the command line.
 pub const NAME: &str = "harris-ramps";
-/// The paper's participants: the first persons drawn.
+/// Number of wearers who stand for the paper's participants: the first draws.
 pub(super) const PARTICIPANTS: u64 = 2;
 
-/// The study.
+/// Declaration, seed, size and device of the study.
 #[derive(Clone, Debug)]
 pub struct Study {
     pub(super) declared: RampsDeclaration,
-    /// Of everybody's draws.
     pub(super) seed: u64,
-    /// Persons.
+    /// Number of random wearers.
     pub(super) draws: u64,
     pub(super) device: DeviceName,
 }
 
 impl Study {
-    /// With this seed and so many persons; the declaration's own without.
+    /// Creates the study with this seed and number of wearers, or with the declared ones.
     ///
     /// # Errors
-    /// E690: the declaration cannot be read.
+    /// Returns E690 if the declaration cannot be read.
     pub fn new(
         (seed, draws): (Option<u64>, Option<u64>),
         device: DeviceName,
@@ -42,29 +41,29 @@ impl Study {
         })
     }
 
-    /// Persons that are computed: the two participants are always shown.
+    /// Returns the number of wearers that are computed; at least the two participants, which are
+    /// always shown.
     #[must_use]
     pub fn persons(&self) -> u64 {
         self.draws.max(PARTICIPANTS)
     }
 
-    /// Persons drawn, as asked.
+    /// Returns the requested number of random wearers.
     #[must_use]
     pub const fn draws(&self) -> u64 {
         self.draws
     }
 
-    /// What was declared.
     #[must_use]
     pub const fn declaration(&self) -> &RampsDeclaration {
         &self.declared
     }
 
-    /// The pulses of every stimulation as the device puts them out, and what was learnt of the
-    /// device on the way.
+    /// Plays every stimulation on the device. Returns the pulses, and notes about the device for
+    /// the report.
     ///
     /// # Errors
-    /// The device is not there; E692: it does not play them.
+    /// Fails if the device cannot be opened. Returns E692 if it does not play a stimulation.
     pub fn play_on_device(&self) -> Result<(Pulses, Vec<String>), RampsError> {
         let (pulses, apart) = play_all_on_device(&self.declared, &self.device)?;
         let latency = latency(&self.device)?;
@@ -75,10 +74,10 @@ impl Study {
         ))
     }
 
-    /// Person `index`, of whom this was measured.
+    /// Restores wearer `index` with its stored measurements.
     ///
     /// # Errors
-    /// E690: the declaration.
+    /// Returns E690 if the declaration lacks a range.
     pub(super) fn restore_draw(
         &self,
         index: u64,
@@ -88,10 +87,10 @@ impl Study {
         Ok(DrawResult { person, kept })
     }
 
-    /// What comes of person `index` under these pulses.
+    /// Measures wearer `index` under these pulses.
     ///
     /// # Errors
-    /// E690, E691: a declaration or a bench that cannot be.
+    /// Returns E690 or E691 if the declaration or the test rig is invalid.
     pub fn compute_draw(&self, index: u64, pulses: &Pulses) -> Result<DrawResult, RampsError> {
         let is_shown = index < PARTICIPANTS;
         DrawResult::measure(&self.declared, (self.seed, index), pulses, is_shown)

@@ -1,4 +1,4 @@
-//! What the paper asks without a table of its own: angles, muscles, equal pulses.
+//! Tables for questions to which the paper has no table: angles, muscles and equivalent pulses.
 
 use super::angles::{DEPENDS, relative_torque_change};
 use super::error::RampsError;
@@ -9,11 +9,11 @@ use super::test::{Stimulation, stimulations};
 use crate::laboratory::{Grid, Sheet};
 use hal_sim::body::bench::arms::Muscle;
 
-/// Muscles apart from the triceps, and it as one.
+/// Muscles beside the triceps.
 const OTHERS: [Muscle; 3] = [Muscle::Deltoid, Muscle::Brachialis, Muscle::Biceps];
 
 impl Study {
-    /// Figures, then tables.
+    /// Returns the figures, then the tables.
     pub(super) fn sheets(&self, all: &[DrawResult]) -> Result<Vec<Sheet>, RampsError> {
         let mut sheets = self.figures(all);
         sheets.extend(self.angle_table(all)?);
@@ -23,8 +23,8 @@ impl Study {
         Ok(sheets)
     }
 
-    /// Of the person of middle ranges: what is drawn of the triceps alone matters here, which
-    /// is the long head's length.
+    /// Tabulates the effect of the angle on the triceps' torque. The long head has its optimal
+    /// length at 90°: of the random parameters, only this length matters here.
     fn angle_table(&self, all: &[DrawResult]) -> Result<Option<Sheet>, RampsError> {
         let Some(found) = all.first() else {
             return Ok(None);
@@ -66,7 +66,8 @@ impl Study {
         )))
     }
 
-    /// Which muscle answers first in each ramp at 90°, and which is stimulated in it at all.
+    /// Tabulates which muscle responds first in each ramp at 90°, and which muscles are stimulated
+    /// at all.
     fn muscle_table(&self, all: &[DrawResult]) -> Sheet {
         let middle_deg = self.middle_deg();
         let judged = &self.declared.judged;
@@ -160,7 +161,8 @@ impl Study {
         )
     }
 
-    /// Rheobase and chronaxie of the participants' pairs, beside the truth.
+    /// Tabulates rheobase and chronaxie of the participants' electrode pairs beside the true
+    /// values.
     fn strength_table(&self, all: &[DrawResult]) -> Option<Sheet> {
         let heads = [
             "pair",

@@ -1,4 +1,4 @@
-//! The tests of section 3.3: what is stimulated, at which angle.
+//! Tests of section 3.3: stimulation and angle.
 
 use super::declared::Protocol;
 use hal_sim::body::bench::CellSide;
@@ -6,33 +6,32 @@ use hal_sim::body::bench::elbow::{BICEPS, TRICEPS};
 use hal_sim::body::{Drive, Pulse};
 use serde::{Deserialize, Serialize};
 
-/// Below this no stage plays a pulse, µs (docs/protocol.md).
+/// Shortest pulse that an output stage plays, µs (docs/protocol.md).
 pub const LEAST_WIDTH_US: u32 = 10;
 
-/// What is stimulated in a test.
+/// Stimulation of a test.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Stimulation {
-    /// Current from 0 to the ramp's end, at this width, µs.
+    /// Ramp of the current from 0 at this pulse width, µs.
     Current(u32),
-    /// Width from 0 to the ramp's end, at this current, mA.
+    /// Ramp of the pulse width from 0 at this current, mA.
     Width(f64),
-    /// The pair on the biceps, as the wall experiment's co-contraction.
+    /// Constant pulse of the pair on the biceps, as in the co-contraction of the wall experiment.
     Biceps,
 }
 
-/// A test.
+/// One test of a wearer.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Test {
-    /// Its place among a person's tests, from 0.
+    /// Index among the wearer's tests, from 0.
     pub nth: u64,
-    /// What is stimulated.
     pub stimulation: Stimulation,
-    /// Angle meant, °.
+    /// Intended angle between forearm and upper arm, °.
     pub included_deg: f64,
 }
 
 impl Stimulation {
-    /// For people.
+    /// Returns the description for the report.
     #[must_use]
     pub fn in_words(self) -> String {
         match self {
@@ -42,7 +41,7 @@ impl Stimulation {
         }
     }
 
-    /// For machines.
+    /// Returns the key in results.
     #[must_use]
     pub fn id(self) -> String {
         match self {
@@ -52,7 +51,7 @@ impl Stimulation {
         }
     }
 
-    /// The pair that stimulates.
+    /// Returns the electrode pair that stimulates.
     #[must_use]
     pub const fn pair(self) -> usize {
         match self {
@@ -61,7 +60,7 @@ impl Stimulation {
         }
     }
 
-    /// Which way the cell is mounted for it.
+    /// Returns the direction in which the cell is mounted.
     #[must_use]
     pub const fn holds(self) -> CellSide {
         match self {
@@ -70,7 +69,7 @@ impl Stimulation {
         }
     }
 
-    /// Current, mA, and width, µs, `t_s` after the ramp's begin.
+    /// Returns current, mA, and width, µs, at `t_s` after the start of the ramp.
     #[must_use]
     pub fn pulse_at(self, protocol: &Protocol, t_s: f64) -> (f64, f64) {
         let part = (t_s / protocol.ramp_s).clamp(0.0, 1.0);
@@ -84,7 +83,7 @@ impl Stimulation {
         }
     }
 
-    /// What is ramped, of this pulse: mA or µs; of the biceps, mA.
+    /// Returns the value of the ramped quantity: width, µs, in width ramps, otherwise current, mA.
     #[must_use]
     pub const fn ramped_value(self, current_ma: f64, width_us: f64) -> f64 {
         match self {
@@ -93,7 +92,7 @@ impl Stimulation {
         }
     }
 
-    /// What is held, with its unit.
+    /// Returns the constant quantity with its unit.
     #[must_use]
     pub fn constant_value(self) -> String {
         match self {
@@ -103,7 +102,7 @@ impl Stimulation {
         }
     }
 
-    /// What is ramped, and its unit.
+    /// Returns the axis label of the ramped quantity, with its unit.
     #[must_use]
     pub const fn axis(self) -> &'static str {
         match self {
@@ -112,9 +111,8 @@ impl Stimulation {
         }
     }
 
-    /// The pulses of a test as they are meant: in whole thousandths of a milliampere and
-    /// whole microseconds, each with what is ramped when it comes; none shorter than a stage
-    /// plays, none without a current.
+    /// Returns the intended pulses of a test, rounded to whole µA and µs. Each has the ramp's value
+    /// at its own time; pulses without current or shorter than `LEAST_WIDTH_US` are left out.
     #[must_use]
     pub fn reference_pulses(self, protocol: &Protocol) -> Vec<Pulse> {
         let period_us = period_us(protocol);
@@ -138,8 +136,8 @@ impl Stimulation {
 }
 
 impl Test {
-    /// All of a person's: width ramps and current ramps at each angle, then the biceps at the
-    /// middle one.
+    /// Lists all tests of a wearer: width ramps and current ramps at each angle, then the biceps at
+    /// the middle angle.
     #[must_use]
     pub fn all(protocol: &Protocol) -> Vec<Self> {
         let ramps = stimulations(protocol);
@@ -157,7 +155,7 @@ impl Test {
     }
 }
 
-/// The ramps, those of width first, as figure 6 has them.
+/// Lists the ramps, width ramps first as in figure 6.
 #[must_use]
 pub fn stimulations(protocol: &Protocol) -> Vec<Stimulation> {
     let widths = protocol.width_ramp_currents_ma.iter();
@@ -168,13 +166,13 @@ pub fn stimulations(protocol: &Protocol) -> Vec<Stimulation> {
         .collect()
 }
 
-/// From pulse to pulse, µs.
+/// Returns the pulse period, µs.
 #[must_use]
 pub fn period_us(protocol: &Protocol) -> u64 {
     (1e6 / protocol.frequency_hz).round() as u64
 }
 
-/// Whole microseconds.
+/// Converts seconds to whole microseconds.
 #[must_use]
 pub fn micros(s: f64) -> u64 {
     (1e6 * s).round() as u64

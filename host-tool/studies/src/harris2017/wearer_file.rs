@@ -1,4 +1,4 @@
-//! What the bench found of a participant, as a wearer file.
+//! Writes the measurements of a participant as a wearer file.
 
 use super::declared::RampsDeclaration;
 use super::found::{DrawResult, StrengthDurationFound};
@@ -9,16 +9,17 @@ use firmware::units::Amplitude;
 use host_core::session::Unit;
 use host_core::wearer::{Elbow, Electrode, Evidence, History, Interval, StrengthDuration, Wearer};
 
-/// Width at which the triceps' threshold stands in the file, µs: the wall's.
+/// Pulse width to which the triceps' threshold refers, µs, as in the wall experiment.
 const TRICEPS_US: u32 = 35;
 
-/// Where a pre-wall begins on the triceps, mA: assumed, as the wall's sessions have it.
+/// Current at which a pre-wall begins on the triceps, mA. Assumed, as in the sessions of the wall
+/// experiment.
 const PRE_WALL_MA: f64 = 20.0;
 
 impl Study {
-    /// Participant `place` (from 0) as `harris-N.toml`: thresholds of both pairs with their
-    /// law, limits as the paper has them, torques at these. Nothing of a person whose
-    /// thresholds were not looked for or not found.
+    /// Returns participant `place` (from 0) as the wearer file `harris-N.toml`: the thresholds and
+    /// laws of both pairs, the paper's limits, and the torques at these limits. Returns `None` if
+    /// thresholds or torques were not measured or not found.
     #[must_use]
     pub fn wearer(&self, place: usize, found: &DrawResult) -> Option<Wearer> {
         let declared = &self.declared;
@@ -50,7 +51,7 @@ impl Study {
                 biceps,
             )?,
         ];
-        // Where all of a muscle pulls, and how much, no bench of limited currents finds.
+        // The largest torques of the muscles cannot be measured with limited currents.
         wearer.elbow = Some(Elbow {
             triceps: 1,
             biceps: 2,
@@ -80,7 +81,7 @@ impl Study {
     }
 }
 
-/// As the wall's sessions have always had them.
+/// Returns the wearer's limits, the same as in the sessions of the wall experiment.
 fn limits() -> WearerSpec {
     WearerSpec {
         max_current_ua: 80_000,
@@ -119,7 +120,6 @@ fn electrode(
     let fitted = found.fitted?;
     let milli = |ma: f64| Amplitude::new((1e3 * ma).round() as u32); // saturates
     let threshold = milli(at.current_ma);
-    // A law's rheobase lies below the threshold that it was fitted through.
     let is_triceps = channel == 1;
     let upper = declared.strength_duration.upper.iter();
     let upper = upper.map(|&(width_us, ma)| (width_us as u16, milli(ma)));
