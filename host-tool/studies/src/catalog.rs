@@ -1,7 +1,7 @@
-//! Which studies draw their persons, by name, and what each may be asked.
+//! Lists the studies with random wearers, by name, and the options that each accepts.
 //!
-//! Not here: experiments that are declarations (`experiments`), how a study is run
-//! (`laboratory`), the commands (`cli`).
+//! Experiments that are declarations are in `experiments`, the runner is in `laboratory`, the
+//! commands are in `cli`.
 
 use crate::hamana2022::paper::{self, Kind};
 use crate::hamana2022::{Cells, CellsRun, EXPERIMENTS, TwoPointsError, WEARERS};
@@ -12,34 +12,34 @@ use host_core::run::DeviceName;
 use host_core::wearer::builtin_wearer;
 use std::ops::RangeInclusive;
 
-/// What a command asks for.
+/// Options of a command that runs a study.
 #[derive(Clone, Copy, Debug)]
 pub struct StudyRequest<'a> {
-    /// The study's name.
+    /// Name of the study.
     pub name: &'a str,
-    /// A participant, or a wearer's file.
+    /// A participant, or a wearer file.
     pub wearer: Option<&'a str>,
-    /// The name of an ablation; none for the study as preregistered.
+    /// Name of an ablation; `None` for the study as preregistered.
     pub departure: Option<&'a str>,
-    /// Where it, or a sample of it, is played.
+    /// Device on which the study, or a sample of it, runs.
     pub device: &'a DeviceName,
-    /// Seed and draws; nothing for the declaration's.
+    /// Seed and number of draws; `None` for the declaration's.
     pub decided: (Option<u64>, Option<u64>),
 }
 
-/// A study that draws its persons.
+/// A study with random wearers.
 pub struct Entry {
-    /// The names that it has, and what is studied under each.
+    /// Names of the study, each with its title.
     pub names: &'static [(&'static str, &'static str)],
-    /// File name in `host-tool/experiments` and text of its declaration.
+    /// File name in `host-tool/experiments` and text of each declaration.
     pub declarations: &'static [(&'static str, &'static str)],
-    /// The command that runs it as declared.
+    /// Command that runs the study as declared.
     pub command: &'static str,
-    /// How many draws may be asked for.
+    /// Allowed number of draws.
     draws: RangeInclusive<u64>,
-    /// Why not every device will do, and which do.
+    /// The reason why not every device is allowed, and the allowed ones.
     devices: (&'static str, &'static [DeviceName]),
-    /// Whether it may be asked of one participant, or with a departure.
+    /// Whether the study accepts a participant or an ablation.
     has_participants: bool,
     begin: fn(&StudyRequest<'_>) -> anyhow::Result<Box<dyn Runnable>>,
 }
@@ -47,7 +47,7 @@ pub struct Entry {
 const SIMULATORS: &[DeviceName] = &[DeviceName::Native, DeviceName::Chip, DeviceName::Qemu];
 const NATIVE: &[DeviceName] = &[DeviceName::Native];
 
-/// Every one.
+/// All studies with random wearers.
 pub const ENTRIES: [Entry; 8] = [
     Entry {
         names: &[
@@ -115,7 +115,7 @@ pub const ENTRIES: [Entry; 8] = [
         )],
         declarations: &[("harris-ramps.toml", harris2017::DECLARED)],
         command: "flexor experiment harris-ramps",
-        // The paper has two.
+        // The paper has two subjects.
         draws: 2..=100_000,
         devices: ("a drawn elbow is simulated", SIMULATORS),
         has_participants: false,
@@ -153,7 +153,7 @@ pub const ENTRIES: [Entry; 8] = [
         )],
         declarations: &[("electrode-choice.toml", electrodes::DECLARED)],
         command: "flexor experiment electrode-choice",
-        // Each is 400 kB.
+        // Each draw takes 400 kB.
         draws: 2..=2_000,
         devices: (
             "electrode-choice is of bodies alone, without a device",
@@ -200,19 +200,19 @@ fn hamana(request: &StudyRequest<'_>) -> anyhow::Result<Box<dyn Runnable>> {
     let whom = (request.wearer, request.departure);
     let study = paper::Study::new(kind, whom, request.decided, request.device.clone());
     let study = study.map_err(TwoPointsError::with_lines)?;
-    // Whatever is wrong with the device is found before anybody is drawn.
+    // A problem with the device is reported before any draw.
     study.check_device()?;
     Ok(Box::new(study))
 }
 
-/// Who has a declaration of this name too, which is meant where nothing says whose forearm.
+/// Name that is also a declaration's, which is used if no participant or ablation is given.
 const CONTROL: &str = "hamana-4";
 
 impl Entry {
-    /// The study that is asked for; nothing where a declaration is.
+    /// Returns the requested study; `None` if the name is that of a declaration.
     ///
     /// # Errors
-    /// What does not go together, for people.
+    /// Returns, for people, why the options contradict each other.
     pub fn find(asked: &StudyRequest<'_>) -> Result<Option<&'static Self>, String> {
         let has = |entry: &&Self| entry.names.iter().any(|(name, _)| *name == asked.name);
         let found = ENTRIES.iter().find(has);
@@ -226,7 +226,7 @@ impl Entry {
                 Self::with_participants(),
                 asked.name
             )),
-            // On a wearer file a declaration is played.
+            // A wearer file is used with a declaration.
             None if has_word => Err(format!(
                 "--wearer of {} is a wearer file, NAME.toml, or one that is shipped, not `{}`",
                 asked.name,
@@ -236,7 +236,7 @@ impl Entry {
         }
     }
 
-    /// The names of those with participants, in words.
+    /// Lists the names of the studies with participants.
     fn with_participants() -> String {
         let own = ENTRIES.iter().filter(|entry| entry.has_participants);
         let names: Vec<&str> = own
@@ -246,7 +246,7 @@ impl Entry {
         names.join(", ")
     }
 
-    /// What of wearer, device and draws it does not allow, for people.
+    /// Returns, for people, why the wearer, the device or the number of draws is not allowed.
     #[must_use]
     pub fn mistakes(&self, asked: &StudyRequest<'_>) -> Vec<String> {
         let (why, devices) = self.devices;
@@ -272,10 +272,10 @@ impl Entry {
         mistakes
     }
 
-    /// Begins it. What is wrong with its device is found here.
+    /// Prepares the study and checks its device.
     ///
     /// # Errors
-    /// A wearer, a departure, a declaration or a device that is none.
+    /// Fails if the wearer, the ablation, the declaration or the device is unusable.
     pub fn begin(&self, asked: &StudyRequest<'_>) -> anyhow::Result<Box<dyn Runnable>> {
         (self.begin)(asked)
     }
@@ -287,12 +287,11 @@ impl StudyRequest<'_> {
     }
 }
 
-/// The names of all of them, and what is studied under each.
+/// Returns the name and the title of every study.
 pub fn names_and_titles() -> impl Iterator<Item = (&'static str, &'static str)> {
     ENTRIES.iter().flat_map(|entry| entry.names).copied()
 }
 
-/// The names of all of them.
 pub fn names() -> impl Iterator<Item = &'static str> {
     names_and_titles().map(|(name, _)| name)
 }

@@ -1,14 +1,13 @@
-//! What is compared, apart from what is flashed.
+//! Comparisons and studies, separate from the firmware.
 //!
-//! `bench` measures the device's algorithms and cycles; `accuracy` and `tracking`
-//! compare muscle models and control laws, `stability` maps where methods fail,
-//! `ladder` judges the choice of muscle models, `limb` what recruitments of an arm give;
-//! `laboratory` is the machinery that studies share: declarations, draws, the runner, pages;
-//! `catalog` lists the studies and `experiments` the declarations of the program. A paper's
-//! study is named after its authors and year: `hamana2022`, `lee2020`, `harris2017`,
-//! `sierotowicz2023`, `buatier2024`; `distributed` is a muscle under several electrodes.
-//! `faults` are campaigns of what breaks; `figures` draw charts. `subjects` are the muscles
-//! that models are compared on. Declarations lie in `host-tool/experiments/`.
+//! `bench` measures the device's algorithms and cycles; `accuracy` and `tracking` compare muscle
+//! models and control laws, `stability` maps where methods fail, `ladder` judges the selection of
+//! muscle models, `limb` compares recruitments of an arm. `laboratory` has the parts that studies
+//! share: declarations, draws, the runner, pages; `catalog` lists the studies and `experiments` the
+//! declarations of the program. A paper's study is named after its authors and year: `hamana2022`,
+//! `lee2020`, `harris2017`, `sierotowicz2023`, `buatier2024`; `distributed` is a muscle under
+//! several electrodes. `faults` injects faults; `figures` draws charts. `subjects` are the muscles
+//! on which models are compared. Declarations are in `host-tool/experiments/`.
 
 pub mod accuracy;
 pub mod bench;

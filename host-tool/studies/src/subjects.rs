@@ -1,11 +1,11 @@
-//! Subjects as the device takes them, and a muscle's forces under their pulses.
+//! Converts subjects to the device's units, and computes a muscle's forces under pulses.
 
 use firmware::muscle::CalciumForceSpec;
 use firmware::units::Micros;
 use hal_sim::body::muscle::Parameters;
 use methods::muscle::Integrator;
 
-/// The parameters as the device takes them; table 4's are whole there.
+/// Converts parameters to the device's units, in which those of table 4 are whole numbers.
 pub fn spec(p: &Parameters) -> CalciumForceSpec {
     let whole = |value: f64, per: f64| (value * per).round() as u32;
     CalciumForceSpec {
@@ -17,7 +17,7 @@ pub fn spec(p: &Parameters) -> CalciumForceSpec {
     }
 }
 
-/// The force at each of these rising times under these pulses, N.
+/// Returns the force at each of the rising times under these pulses, N.
 pub fn forces(
     muscle: &mut dyn Integrator,
     pulses_us: &[u32],

@@ -1,18 +1,17 @@
-//! The trains that integrators are judged on, and the truth of each.
+//! Trains on which integrators are judged, with the true force of each.
 
 use crate::subjects::spec;
 use firmware::muscle::CalciumForceSpec;
 use hal_sim::body::muscle::reference::integrate;
 use hal_sim::body::muscle::{Parameters, SUBJECTS};
 
-/// Pulse rates, Hz.
 pub const RATES_HZ: [u32; 7] = [10, 20, 30, 40, 50, 70, 100];
 
-/// A train lasts so long, µs.
+/// Length of a train, µs.
 const TRAIN_US: u32 = 1_000_000;
-/// Train and decay, µs.
+/// Length of train and decay, µs.
 pub const DURATION_US: u32 = 1_500_000;
-/// The finest times at which a force is asked for, µs.
+/// Finest interval at which the force is read, µs.
 const FINEST_US: u32 = 1000;
 
 /// A muscle under one train at full gain.
@@ -20,11 +19,11 @@ const FINEST_US: u32 = 1000;
 pub struct Case {
     /// Pulse times, µs, ascending.
     pub pulses_us: Vec<u32>,
-    /// The muscle.
+    /// Constants of the muscle.
     pub spec: CalciumForceSpec,
     /// True force at 0, 1, 2 … ms, N.
     truth: Vec<f64>,
-    /// Its largest, N.
+    /// Largest true force, N.
     pub peak_n: f64,
 }
 
@@ -48,15 +47,14 @@ impl Case {
         }
     }
 
-    /// True force, N, at `at_us`, a whole number of ms up to [`DURATION_US`].
+    /// Returns the true force at `at_us`, N; whole ms only, up to [`DURATION_US`].
     pub fn truth_n(&self, at_us: u32) -> f64 {
         self.truth[(at_us / FINEST_US) as usize]
     }
 }
 
-/// Every subject at every rate, each with two trains: regular from an
-/// arbitrary first pulse on, and every pulse up to 45 % of a period off its
-/// place.
+/// Returns every subject at every rate, each with two trains: a regular one with a random first
+/// pulse, and one whose pulses deviate by up to 45 % of a period.
 pub fn all_cases() -> Vec<Case> {
     let mut random = Random(0x9E37_79B9);
     let mut cases = vec![];
@@ -75,8 +73,7 @@ pub fn all_cases() -> Vec<Case> {
     cases
 }
 
-/// A train of [`TRAIN_US`] at `rate_hz`, every pulse up to 45 % of a period off its
-/// place.
+/// Returns a train of [`TRAIN_US`] at `rate_hz` whose pulses deviate by up to 45 % of a period.
 pub(super) fn jittered_train(rate_hz: f64, random: &mut Random) -> Vec<u32> {
     let period = f64::from(TRAIN_US) / rate_hz;
     let place = |i: u32| {
@@ -90,7 +87,7 @@ pub(super) fn jittered_train(rate_hz: f64, random: &mut Random) -> Vec<u32> {
 pub(super) struct Random(pub u32);
 
 impl Random {
-    /// 0…1.
+    /// Returns a random number, 0…1.
     pub fn unit_value(&mut self) -> f64 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 17;

@@ -1,25 +1,25 @@
-//! What each setting costs on the chip.
+//! Cost of each setting on the chip.
 
 use crate::bench::{BenchError, Row, rows_on_chip};
 use firmware::bench::NoClock;
 use hal_sim::images::Image;
 
-/// The rows of the loop around a setting begin so.
+/// Prefix of the rows that measure the loop around a setting.
 const EMPTY: &str = "empty@";
-/// The rows of the product's own at the corner of its ranges begin so.
+/// Prefix of the rows of the shipped model at the corner of its ranges.
 const CORNER: &str = "corner:";
-/// The rows of making a muscle begin so.
+/// Prefix of the rows that measure the construction of a muscle.
 const MAKE: &str = "make:";
 
-/// What the image printed: rows in its order.
+/// Rows that the image printed, in its order.
 #[derive(Clone, Debug)]
 pub struct Cost {
-    /// Every setting's, without the loop around it: the mean of whole runs, the most of
-    /// one reading and the pulses before it.
+    /// Cost of every setting without the loop around it: the mean of whole runs, and the maximum of
+    /// one reading with the pulses before it.
     pub runs: Vec<Row>,
-    /// The same of the product's own at the corner of its ranges, for each interval.
+    /// Cost of the shipped model at the corner of its ranges, for each interval of reading.
     pub corners: Vec<Row>,
-    /// Of making the muscles of [`methods::bench::MADE`].
+    /// Cost of constructing the muscles of [`methods::bench::MADE`].
     pub makes: Vec<Row>,
 }
 
@@ -48,12 +48,12 @@ impl Cost {
         cost
     }
 
-    /// From the chip simulator.
+    /// Measures the cost on the chip simulator.
     pub fn on_chip() -> Result<Self, BenchError> {
         Ok(Self::new(rows_on_chip(Image::Methods)?))
     }
 
-    /// From this computer: results without cycles.
+    /// Computes the results on this computer, without cycles.
     pub fn on_host() -> Self {
         let mut rows = vec![];
         methods::bench::run_methods(&NoClock, |row| rows.push(Row::from(row)));

@@ -1,11 +1,11 @@
-//! How far a setting is from the truth.
+//! Errors of a setting against the true force.
 
 use super::cases::{Case, DURATION_US};
 use crate::subjects::forces;
 use methods::muscle::{Integrator, Setting};
 
-/// Worst difference from the truth at every `output_us`, % of the case's
-/// peak; infinite where a force is no number.
+/// Returns the largest error at every `output_us`, % of the case's peak; infinite if a force is not
+/// a number.
 pub fn case_error_pct(case: &Case, setting: Setting, output_us: u32) -> f64 {
     setting
         .with_integrator(&case.spec, |muscle| {
@@ -14,8 +14,8 @@ pub fn case_error_pct(case: &Case, setting: Setting, output_us: u32) -> f64 {
         .unwrap_or(f64::INFINITY)
 }
 
-/// The same for an integrator at rest at time 0, up to `until_us`, at most
-/// [`DURATION_US`].
+/// Returns the largest error of an integrator that is at rest at time 0, read every `output_us`
+/// until `until_us` (at most [`DURATION_US`]), % of the case's peak.
 pub fn run_error_pct(
     case: &Case,
     muscle: &mut dyn Integrator,
@@ -35,7 +35,7 @@ pub fn run_error_pct(
     worst / case.peak_n * 100.0
 }
 
-/// The worst of `cases`.
+/// Returns the largest error over all `cases`, % of peak.
 pub fn worst_error_pct(cases: &[Case], setting: Setting, output_us: u32) -> f64 {
     let errors = cases
         .iter()

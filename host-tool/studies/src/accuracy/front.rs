@@ -1,4 +1,4 @@
-//! Every setting's error and cost together, and which of them nothing beats.
+//! Error and cost of every setting, and the Pareto front.
 
 use super::cases::Case;
 use super::cost::Cost;
@@ -9,35 +9,34 @@ use methods::muscle::{Reading, Setting};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// The error that the device's model must keep, %.
+/// Largest error allowed for the device's model, %.
 pub const WANTED_PCT: f64 = 0.02;
 
-/// A setting, how often its force is read, and what that gives and takes.
+/// A setting at one interval of reading, with its error and its cost.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
-    /// The setting.
     pub setting: Setting,
-    /// Between two readings, µs.
+    /// Time between two readings, µs.
     pub output_us: u32,
-    /// Worst of all cases, % of peak; infinite if it diverges.
+    /// Largest error over all cases, % of peak; infinite if the method diverges.
     pub error_pct: f64,
     /// Core clock cycles per simulated second and muscle.
     pub cycles_per_s: u64,
-    /// Of the dearest reading with the pulses since the one before.
+    /// Core clock cycles of the most expensive reading, with the pulses since the previous one.
     pub worst_tick: u64,
-    /// Whether it errs by less than the whole peak and no other point of its
-    /// `output_us` is better in one of the two and not worse in the other.
+    /// Whether the error is below 100 % and no other point of the same `output_us` is better in
+    /// error or cost without being worse in the other.
     pub on_front: bool,
 }
 
-/// The settings in the image's order, each with how often it is read.
+/// Returns the settings in the image's order, each with its interval of reading, µs.
 fn settings() -> impl Iterator<Item = (Setting, u32)> {
     OUTPUTS_US
         .into_iter()
         .flat_map(|output_us| Setting::all(output_us).map(move |s| (s, output_us)))
 }
 
-/// Every setting's error, in the image's order; `step` hears the part done.
+/// Returns the error of every setting in the image's order; `step` receives the finished part.
 pub fn all_errors(cases: &[Case], step: impl Fn(f64) + Sync) -> Vec<f64> {
     let settings: Vec<_> = settings().collect();
     let done = AtomicUsize::new(0);
@@ -50,38 +49,36 @@ pub fn all_errors(cases: &[Case], step: impl Fn(f64) + Sync) -> Vec<f64> {
     settings.par_iter().map(error).collect()
 }
 
-/// All points.
+/// Points of all settings, with related measurements.
 #[derive(Clone, Debug)]
 pub struct Chart {
-    /// In the image's order.
+    /// Points in the image's order.
     pub points: Vec<Point>,
-    /// The shipped model's core clock cycles per second, and of its worst tick, at the
-    /// corner of its ranges, for each interval of reading.
+    /// Core clock cycles of the shipped model at the corner of its ranges, per second and in its
+    /// worst tick, for each interval of reading.
     pub corners: Vec<[u64; 2]>,
-    /// Core clock cycles of making a muscle, constants and tables, by some
-    /// settings.
+    /// Core clock cycles of constructing a muscle (constants and tables) for some settings.
     pub makes: Vec<(Setting, u64)>,
-    /// Names of the settings whose forces are other bits on the chip than on
-    /// this computer.
+    /// Names of the settings whose forces differ between chip and computer in any bit.
     pub differing: Vec<String>,
 }
 
-/// Measures everything; `step` hears the part done.
+/// Measures all errors and costs; `step` receives the finished part.
 pub fn measure(cases: &[Case], step: impl Fn(f64) + Sync) -> Result<Chart, BenchError> {
-    // First what may be missing: an image.
+    // First, because an image may be missing.
     let chip = Cost::on_chip()?;
     step(0.65);
     let errors = all_errors(cases, |part| step(0.65 + part * 0.3));
     Ok(Chart::new(&errors, &chip, &Cost::on_host()))
 }
 
-/// Cycles of a simulated second.
+/// Returns the cycles of one simulated second.
 fn per_second(row: &Row) -> u64 {
     (row.mean * 1_000_000 + u64::from(RUN_US) / 2) / u64::from(RUN_US)
 }
 
 impl Chart {
-    /// Puts together what was measured, all in the image's order.
+    /// Combines the measurements, all in the image's order.
     pub fn new(errors: &[f64], chip: &Cost, host: &Cost) -> Self {
         let all = |cost: &Cost| [&cost.runs[..], &cost.corners].concat();
         let pairs = all(chip).into_iter().zip(all(host));
@@ -123,24 +120,24 @@ impl Chart {
         }
     }
 
-    /// Points read every `output_us`.
+    /// Returns the points that are read every `output_us`.
     pub fn read_every(&self, output_us: u32) -> impl Iterator<Item = &Point> {
         self.points.iter().filter(move |p| p.output_us == output_us)
     }
 
-    /// The cheapest within [`WANTED_PCT`].
+    /// Returns the cheapest point whose error is at most [`WANTED_PCT`].
     pub fn cheapest(&self, output_us: u32) -> Option<&Point> {
         self.read_every(output_us)
             .filter(|p| p.error_pct <= WANTED_PCT)
             .min_by_key(|p| p.cycles_per_s)
     }
 
-    /// One setting's point.
+    /// Returns the point of a setting whose force is read every `output_us`.
     pub fn point(&self, setting: Setting, output_us: u32) -> Option<&Point> {
         self.read_every(output_us).find(|p| p.setting == setting)
     }
 
-    /// The committed table; docs/methods.md explains its columns.
+    /// Returns the committed table; docs/methods.md explains its columns.
     pub fn csv(&self) -> String {
         let mut text = "method,arithmetic,step_us,output_us,error_pct,cycles_per_s,front,kind,\
                         reading,worst_tick_cycles\n"
@@ -176,7 +173,7 @@ impl Chart {
     }
 }
 
-/// Three significant digits; `inf` beyond all numbers.
+/// Formats three significant digits; infinity is `inf`.
 pub fn digits(error_pct: f64) -> String {
     format!("{error_pct:.2e}")
 }

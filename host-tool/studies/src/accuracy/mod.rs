@@ -1,10 +1,10 @@
-//! Muscle models compared: error of each method and rung against the reference.
+//! Compares muscle models: the error of each method and model level against the reference, and its
+//! cost.
 //!
-//! Lives here: `cases` (the trains and their true forces), `errors` (a setting
-//! against them), `cost` (its cycles on the chip), `front` (both together), `range` (the
-//! shipped model over all that the device takes), `study` (errors found before).
-//! Not here: the methods (`methods::muscle`), pictures (`report`).
-//! In: this checkout. Out: [`Chart`].
+//! Modules: `cases` (trains and their true forces), `errors` (errors of a setting), `cost` (cycles
+//! on the chip), `front` (error and cost together), `range` (the shipped model over all inputs that
+//! the device accepts), `study` (errors published earlier). The result is a [`Chart`]. The methods
+//! are in `methods::muscle`, the figures in `figures`.
 
 pub mod cases;
 pub mod cost;

@@ -1,14 +1,13 @@
-//! The shipped model's error over all that the device takes, not only Lee's ten
-//! muscles: parameters drawn evenly in their logarithms, and every corner of their
-//! ranges; trains of 5…200 Hz with every pulse up to 45 % of a period off its place.
+//! Errors of the shipped model over all inputs that the device accepts, not only Lee's ten muscles:
+//! parameters uniform in their logarithms, and every corner of their ranges; trains of 5…200 Hz
+//! whose pulses deviate by up to 45 % of a period.
 //!
-//! What the device refuses for its τ1 is judged at the shortest that it takes beside
-//! the rest, the edge of its promise.
+//! Muscles that the device refuses because of τ1 are judged with the shortest τ1 that it accepts
+//! for their other parameters.
 //!
-//! A only scales the force and is the largest throughout: there the 15 µN in which
-//! [`CalciumForce::force`](firmware::muscle::CalciumForce::force) answers, the finest
-//! that can be read, are below 1e-6 of full scale, so that nothing here is rounding of
-//! the output.
+//! A only scales the force and is always the largest possible: the 15 µN resolution of
+//! [`CalciumForce::force`](firmware::muscle::CalciumForce::force) is then below 1e-6 of full scale,
+//! so that no error here comes from rounding the output.
 
 use super::cases::{Case, Random, jittered_train};
 use super::{WANTED_PCT, errors};
@@ -18,9 +17,9 @@ use hal_sim::body::muscle::Parameters;
 use methods::muscle::Setting;
 use rayon::prelude::*;
 
-/// Pulse rates at the corners, Hz; between the first and the last the drawn ones are.
+/// Pulse rates at the corners, Hz; random rates lie between the first and the last.
 const RATES_HZ: [f64; 5] = [5.0, 20.0, 50.0, 100.0, 200.0];
-/// Of all but A.
+/// Ranges of all parameters except A.
 const RANGES: [Range; 4] = [
     CalciumForceSpec::K_MICRO,
     CalciumForceSpec::TAU_C_US,
@@ -31,32 +30,32 @@ const RANGES: [Range; 4] = [
 /// One muscle under one train.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
-    /// The muscle.
+    /// Constants of the muscle.
     pub spec: CalciumForceSpec,
     /// Pulses per second.
     pub rate_hz: f64,
-    /// Worst error, % of the train's peak.
+    /// Largest error, % of the train's peak.
     pub error_pct: f64,
 }
 
-/// What was found, every part from the worst down.
+/// Errors of all trains, sorted from the largest down.
 #[derive(Clone, Debug)]
 pub struct RangeErrors {
-    /// At the corners.
+    /// Errors at the corners.
     pub corners: Vec<Place>,
-    /// Drawn.
+    /// Errors of the random muscles.
     pub drawn: Vec<Place>,
-    /// How many of both the device refuses by name, and which are judged at the edge.
+    /// Number of muscles in both that the device refuses and that are judged with a longer τ1.
     pub refused: usize,
 }
 
-/// The share of `places`, %, that err by more than [`WANTED_PCT`].
+/// Returns the share of `places` whose error exceeds [`WANTED_PCT`], %.
 pub fn above_pct(places: &[Place]) -> f64 {
     let above = places.partition_point(|p| p.error_pct > WANTED_PCT);
     above as f64 / places.len().max(1) as f64 * 100.0
 }
 
-/// All corners at five rates, and `draws` more by `seed`, which is not 0.
+/// Judges all corners at five rates, and `draws` random muscles; `seed` must not be 0.
 pub fn study(seed: u32, draws: usize) -> RangeErrors {
     let mut random = Random(seed);
     let corners = (0..1 << RANGES.len()).flat_map(|corner: usize| {
@@ -85,7 +84,7 @@ const fn ends(range: &Range) -> [u32; 2] {
     [range.min.cast_unsigned(), range.max.cast_unsigned()]
 }
 
-/// Each range's value.
+/// Returns one value for each range.
 fn values(mut of: impl FnMut(usize, &Range) -> u32) -> [u32; 4] {
     let mut values = [0; 4];
     for (n, (value, range)) in values.iter_mut().zip(&RANGES).enumerate() {
@@ -94,7 +93,7 @@ fn values(mut of: impl FnMut(usize, &Range) -> u32) -> [u32; 4] {
     values
 }
 
-/// A muscle, its rate and its pulses.
+/// A muscle, its pulse rate in Hz and its pulse times in µs.
 type Train = (CalciumForceSpec, f64, Vec<u32>);
 
 fn train([k, tau_c, tau1, tau2]: [u32; 4], rate_hz: f64, random: &mut Random) -> Train {
@@ -108,7 +107,7 @@ fn train([k, tau_c, tau1, tau2]: [u32; 4], rate_hz: f64, random: &mut Random) ->
     (spec, rate_hz, jittered_train(rate_hz, random))
 }
 
-/// With the shortest τ1 that the device takes beside the rest, where that is longer.
+/// Lengthens τ1 to the shortest that the device accepts, if it refuses the muscle.
 fn with_valid_tau1(spec: CalciumForceSpec) -> CalciumForceSpec {
     match CalciumForce::new(spec) {
         Err(refused) if refused.field == CalciumForceSpec::TAU1_US.field => CalciumForceSpec {

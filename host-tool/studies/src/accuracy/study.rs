@@ -1,5 +1,5 @@
-//! The errors that a study before this code found, in f64, and ours in the
-//! same cases: ten subjects at 20, 30 and 40 Hz, pulses from time 0 on.
+//! Errors of an earlier study in f64, and ours in the same cases: ten subjects at 20, 30 and 40 Hz,
+//! pulses from time 0 on.
 
 use super::cases::{Case, DURATION_US};
 use super::errors::run_error_pct;
@@ -7,27 +7,25 @@ use hal_sim::body::muscle::reference::train;
 use hal_sim::body::muscle::{Parameters, SUBJECTS};
 use methods::muscle::{Method, Number, Setting};
 
-/// A train lasts so long, µs; the study read event-driven methods within it
-/// only.
+/// Length of a train, µs; the study read event-driven methods only within the train.
 const TRAIN_US: u32 = 1_000_000;
 
-/// A method's worst error.
+/// Largest error of a method.
 #[derive(Clone, Copy, Debug)]
 pub struct MethodError {
-    /// Which.
     pub method: Method,
-    /// Its step, µs.
+    /// Step, µs.
     pub step_us: u32,
-    /// What the study found, % of peak.
+    /// Error in the study, % of peak.
     pub study_pct: f64,
-    /// What we find, % of peak.
+    /// Our error, % of peak.
     pub error_pct: f64,
 }
 
 const WHOLE: u32 = Setting::WHOLE_US;
 
-/// Method, step in µs, the study's worst error in %; infinite where it says
-/// that the method diverges.
+/// Method, step in µs, and the study's largest error in %; infinite if the study reports
+/// divergence.
 const STUDY: [(Method, u32, f64); 24] = [
     (Method::Euler, 1000, 7.9),
     (Method::Euler, 5000, 46.0),
@@ -55,8 +53,7 @@ const STUDY: [(Method, u32, f64); 24] = [
     (Method::EventDriven4, WHOLE, 0.0023),
 ];
 
-/// Every row of the study, run again. Forces are read every 10 ms, at steps of
-/// 20 ms every 20 ms.
+/// Runs every row of the study again. Forces are read every 10 ms, with steps of 20 ms every 20 ms.
 pub fn rerun_study() -> Vec<MethodError> {
     let cases = thirty_cases();
     let found = |(method, step_us, study_pct)| MethodError {

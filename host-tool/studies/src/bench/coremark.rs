@@ -1,55 +1,54 @@
-//! CoreMark on the chip simulator: a yardstick that nothing was fitted to.
+//! CoreMark on the chip simulator: a benchmark to which no parameter was fitted.
 
 use super::{BenchError, RowError};
 use hal_sim::chip::alone::{self, FlashWait};
 use hal_sim::chip::image::Image;
 use host_core::run::images;
 
-/// CoreMark per MHz as published for the STM32F405 at 168 MHz (ST) and for the
-/// core (Arm): the C program, other compilers.
+/// CoreMark per MHz as published for the STM32F405 at 168 MHz (ST) and for the core (Arm): the C
+/// program, other compilers.
 pub const PUBLISHED: [f64; 2] = [3.37, 3.40];
 
-/// One run.
+/// Result of one run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading {
-    /// How the flash answers.
+    /// Timing of the flash.
     pub wait: FlashWait,
-    /// Iterations that count.
+    /// Number of measured iterations.
     pub iterations: u64,
-    /// Cycles that they took.
+    /// Cycles of the measured iterations.
     pub cycles: u64,
-    /// Cycles that as many took with prefetch off.
+    /// Cycles of as many iterations with prefetch off.
     pub cycles_without_prefetch: u64,
 }
 
 impl Reading {
-    /// Iterations per second and MHz.
+    /// Returns iterations per second and MHz.
     pub fn per_mhz(&self) -> f64 {
         self.iterations as f64 * 1e6 / self.cycles.max(1) as f64
     }
 
-    /// The same with prefetch off.
+    /// Returns iterations per second and MHz with prefetch off.
     pub fn per_mhz_without_prefetch(&self) -> f64 {
         self.iterations as f64 * 1e6 / self.cycles_without_prefetch.max(1) as f64
     }
 }
 
-/// What CoreMark gave.
+/// Results of CoreMark.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CoreMark {
-    /// The same program with the flash read each way.
+    /// Results of the same program with each timing of the flash.
     pub readings: Vec<Reading>,
     /// Compiler and its options, as the program prints them.
     pub compiler: String,
-    /// Instructions of a whole run divided by all its iterations: an upper
-    /// bound of those of one iteration.
+    /// Instructions of a whole run divided by all its iterations: an upper bound for one iteration.
     pub instructions_per_iteration: u64,
 }
 
-/// Builds CoreMark and runs it with each reading of the flash.
+/// Builds CoreMark and runs it with each timing of the flash.
 ///
 /// # Errors
-/// [`BenchError`]; wrong results too.
+/// Returns [`BenchError`] if the build or a run fails, or the results are wrong.
 pub fn coremark() -> Result<CoreMark, BenchError> {
     let elf = images::find_coremark()?;
     let image = Image::open(&elf)?;
@@ -60,8 +59,8 @@ pub fn coremark() -> Result<CoreMark, BenchError> {
         let ended = alone::run(&image, wait)?;
         let said = read(wait, &ended.console);
         let (reading, words) = said.ok_or_else(|| RowError::new(&ended.console))?;
-        // The program runs one iteration, then one and those that count, and all
-        // that again with prefetch off.
+        // The program runs one iteration, then one and the measured ones, then all of that again
+        // with prefetch off.
         instructions_per_iteration = ended.instructions / (2 * (reading.iterations + 2));
         readings.push(reading);
         compiler = words;
@@ -73,8 +72,8 @@ pub fn coremark() -> Result<CoreMark, BenchError> {
     })
 }
 
-/// `iterations N cycles N`, `CoreMark/MHz X COMPILER` and, further on, the
-/// former again behind `prefetch off: `.
+/// Parses `iterations N cycles N`, `CoreMark/MHz X COMPILER` and the later line `prefetch off:
+/// iterations N cycles N`.
 fn read(wait: FlashWait, console: &str) -> Option<(Reading, String)> {
     let lines: Vec<&str> = console.lines().collect();
     let [_, counts, words, _, without, ..] = lines[..] else {
@@ -92,7 +91,7 @@ fn read(wait: FlashWait, console: &str) -> Option<(Reading, String)> {
     (as_many == iterations).then(|| (reading, compiler.to_owned()))
 }
 
-/// Iterations and cycles of a line.
+/// Parses iterations and cycles of a line.
 fn parse_counts(line: &str) -> Option<(u64, u64)> {
     let counts: Vec<&str> = line.split(' ').collect();
     let ["iterations", iterations, "cycles", cycles] = counts[..] else {

@@ -1,4 +1,4 @@
-//! The image in QEMU: what it prints, and how long that takes.
+//! Runs the image in QEMU and measures its time.
 
 use super::BenchError;
 use hal_sim::qemu::StartError;
@@ -9,8 +9,8 @@ use std::time::{Duration, Instant};
 
 const PROGRAM: &str = "qemu-system-arm";
 
-/// Runs the ELF to its end with `extra` arguments: what it printed, and the
-/// time from its first line on, so that QEMU's own start is not counted.
+/// Runs the ELF to its end with `extra` arguments. Returns its output and the time from its first
+/// line on, which excludes QEMU's own start.
 pub(super) fn run(elf: &Path, extra: &[&str]) -> Result<(String, Duration), BenchError> {
     let mut child = Command::new(PROGRAM)
         .args(["-M", "netduinoplus2", "-display", "none"])

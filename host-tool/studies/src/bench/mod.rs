@@ -1,10 +1,9 @@
-//! What each algorithm of the device costs, and that it gives the same results
-//! wherever it runs.
+//! Measures the cost of each of the device's algorithms, and checks that every backend computes the
+//! same results.
 //!
-//! Here: the `bench` image on the host, in QEMU and on the chip simulator
-//! ([`bench`]), CoreMark on the chip simulator ([`coremark`]). Not here: the
-//! algorithms and their inputs (`firmware::bench`), tables and pictures
-//! (`cli`, `figures`). In: this checkout. Out: [`Bench`], [`CoreMark`].
+//! Runs the `bench` image on the host, in QEMU and on the chip simulator ([`bench`]), and CoreMark
+//! on the chip simulator ([`coremark`]). Returns [`Bench`] and [`CoreMark`]. The algorithms and
+//! their inputs are in `firmware::bench`, tables and figures in `cli` and `figures`.
 
 mod coremark;
 mod emulator;
@@ -23,25 +22,25 @@ use host_core::run::images;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-/// The row that measures nothing but the markers.
+/// Name of the row that measures only the markers.
 const MARKERS: &str = "empty";
 
-/// Why nothing could be measured.
+/// The reason why a benchmark failed.
 #[derive(Debug, thiserror::Error)]
 pub enum BenchError {
     /// An image was not built.
     #[error("E543 {0}")]
     Build(BuildError),
-    /// What was built cannot be flashed.
+    /// The built file cannot be flashed.
     #[error(transparent)]
     Image(#[from] ImageError),
-    /// It did not run to its end on the chip simulator.
+    /// The image did not run to its end on the chip simulator.
     #[error(transparent)]
     Chip(#[from] AloneError),
-    /// QEMU.
+    /// QEMU could not run the image.
     #[error("E510 {0}")]
     Qemu(StartError),
-    /// The image said something else than rows.
+    /// The image printed other lines than rows.
     #[error(transparent)]
     Row(#[from] RowError),
 }
@@ -58,74 +57,73 @@ impl From<StartError> for BenchError {
     }
 }
 
-/// How fast a machine ran the image.
+/// Speed at which a backend ran the image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Speed {
-    /// Instructions of the image.
+    /// Number of instructions of the image.
     pub instructions: u64,
-    /// Of this computer.
+    /// Wall time on this computer.
     pub time: Duration,
 }
 
 impl Speed {
-    /// Million instructions per second.
+    /// Returns million instructions per second.
     pub fn mips(&self) -> f64 {
         self.instructions as f64 * 1e-6 / self.time.as_secs_f64().max(1e-9)
     }
 }
 
-/// The algorithms on the chip simulator.
+/// Results of the algorithms on the chip simulator.
 #[derive(Clone, Debug)]
 pub struct OnChip {
-    /// In the image's order; cycles without the markers'.
+    /// Rows in the image's order; cycles without those of the markers.
     pub rows: Vec<Row>,
     /// The same rows if prefetched lines are not cached.
     pub not_cached: Vec<Row>,
-    /// What was taken off: the fewest cycles of the row that measures nothing.
+    /// Cycles of the markers that were subtracted: the minimum of the row that measures nothing.
     pub overhead: u64,
-    /// The same if prefetched lines are not cached.
+    /// The same cycles if prefetched lines are not cached.
     pub overhead_not_cached: u64,
-    /// From reset to the end.
+    /// Cycles from reset to the end.
     pub cycles: u64,
-    /// Of the simulator.
+    /// Speed of the simulator.
     pub speed: Speed,
 }
 
 impl OnChip {
-    /// The committed table.
+    /// Returns the committed table.
     pub fn csv(&self) -> String {
         csv(&self.rows, &self.not_cached)
     }
 
-    /// Each row in both readings of the flash, the default first.
+    /// Returns each row for both readings of the flash, the default first.
     pub fn row_pairs(&self) -> impl Iterator<Item = (&Row, &Row)> {
         self.rows.iter().zip(&self.not_cached)
     }
 
-    /// The rows that measure an algorithm, in the default reading.
+    /// Returns the rows that measure an algorithm, for the default reading of the flash.
     pub fn algorithms(&self) -> impl Iterator<Item = &Row> {
         self.rows.iter().filter(|row| row.name != MARKERS)
     }
 }
 
-/// All machines in one run.
+/// Results of all backends.
 #[derive(Clone, Debug)]
 pub struct Bench {
     /// The host build: checksums only.
     pub host: Vec<Row>,
     /// QEMU: checksums only.
     pub qemu: Vec<Row>,
-    /// The chip simulator.
     pub chip: OnChip,
-    /// QEMU as fast as it can.
+    /// Speed of QEMU without instruction counting.
     pub qemu_speed: Speed,
-    /// QEMU counting instructions, so that runs repeat (`-icount`).
+    /// Speed of QEMU with instruction counting, which makes runs repeatable (`-icount`).
     pub qemu_icount_speed: Speed,
 }
 
 impl Bench {
-    /// Names of the algorithms whose results are not the same on all three and
-    /// in both readings of the flash, or that are missing somewhere.
+    /// Returns the names of algorithms whose results differ between the three backends or the two
+    /// readings of the flash, or are missing somewhere.
     pub fn differing_algorithms(&self) -> Vec<String> {
         let result = |rows: &[Row], name: &str| {
             let row = rows.iter().find(|row| row.name == name)?;
@@ -148,7 +146,7 @@ impl Bench {
     }
 }
 
-/// Builds the image and runs it everywhere; `step` hears the part done.
+/// Builds the image and runs it on all backends; `step` receives the finished part.
 pub fn bench(step: impl Fn(f64)) -> Result<Bench, BenchError> {
     let elf = images::find(Image::Bench)?;
     step(0.3);
@@ -172,14 +170,13 @@ pub fn bench(step: impl Fn(f64)) -> Result<Bench, BenchError> {
     })
 }
 
-/// Builds the image and runs it on the chip simulator only, the flash read in
-/// both ways.
+/// Builds the image and runs it on the chip simulator only, with both readings of the flash.
 pub fn on_chip() -> Result<OnChip, BenchError> {
     run_on_chip(&images::find(Image::Bench)?)
 }
 
-/// Builds an image that prints rows and runs it on the chip simulator, the
-/// flash read in the default way.
+/// Builds an image that prints rows and runs it on the chip simulator, with the default reading of
+/// the flash.
 pub fn rows_on_chip(image: Image) -> Result<Vec<Row>, BenchError> {
     let elf = images::find(image)?;
     let ended = alone::run(&image::Image::open(&elf)?, FlashWait::default())?;
@@ -207,7 +204,7 @@ fn run_on_chip(elf: &Path) -> Result<OnChip, BenchError> {
     })
 }
 
-/// The image's rows without the cycles of its markers, and those.
+/// Returns the rows without the cycles of the markers, and those cycles.
 fn subtract_markers(console: &str) -> Result<(Vec<Row>, u64), RowError> {
     let mut rows = row::parse(console)?;
     let markers = rows.iter().find(|row| row.name == MARKERS);

@@ -1,4 +1,4 @@
-//! One algorithm's line, and the table of all.
+//! Result of one algorithm, and the table of all results.
 
 use hal_sim::chip::board::CYCLES_PER_US;
 use std::str::FromStr;
@@ -8,24 +8,24 @@ const WINDOW: u64 = 250 * CYCLES_PER_US;
 /// Cycles of one control tick, 1 ms.
 const TICK: u64 = 1_000 * CYCLES_PER_US;
 
-/// What one algorithm gave and took.
+/// Result and cost of one algorithm.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Row {
-    /// Which.
+    /// Name of the algorithm.
     pub name: String,
-    /// How often it ran, each time on other inputs.
+    /// Number of calls, each with other inputs.
     pub calls: u32,
-    /// Of all its results.
+    /// Checksum of all results.
     pub checksum: u32,
-    /// Fewest cycles of a call.
+    /// Minimum of cycles in a call.
     pub min: u64,
-    /// Mean cycles of a call, to the nearest.
+    /// Mean cycles of a call, rounded.
     pub mean: u64,
-    /// Most cycles of a call.
+    /// Maximum of cycles in a call.
     pub max: u64,
 }
 
-/// By when an algorithm's work must be done.
+/// Time by which an algorithm must finish.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Deadline {
     /// Before the next window of 250 µs.
@@ -35,7 +35,7 @@ pub enum Deadline {
 }
 
 impl Deadline {
-    /// Cycles of the board's clock.
+    /// Returns the deadline in cycles of the board's clock.
     pub const fn cycles(self) -> u64 {
         match self {
             Self::Window => WINDOW,
@@ -45,8 +45,8 @@ impl Deadline {
 }
 
 impl Row {
-    /// The deadline of the owner that calls it; `None` for what is done per
-    /// frame of the link, in the thread.
+    /// Returns the deadline of the interrupt that calls the algorithm; `None` for work that the
+    /// thread does for each frame of the link.
     pub fn deadline(&self) -> Option<Deadline> {
         let is = |beginnings: &[&str]| beginnings.iter().any(|b| self.name.starts_with(b));
         if is(&["render_", "paint_", "owner_refill"]) {
@@ -64,7 +64,7 @@ impl Row {
         }
     }
 
-    /// Worst call in percent of its deadline.
+    /// Returns the slowest call in percent of its deadline.
     pub fn load_percent(&self) -> Option<f64> {
         let deadline = self.deadline()?;
         Some(self.max as f64 * 100.0 / deadline.cycles() as f64)
@@ -90,7 +90,7 @@ impl<N: ToString> From<&firmware::bench::Row<N>> for Row {
     }
 }
 
-/// A line that is no row.
+/// A line that is not a row.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("E573 an image that measures printed what cannot be read: {0}")]
 pub struct RowError(String);
@@ -123,14 +123,13 @@ impl FromStr for Row {
     }
 }
 
-/// All lines of the image but its heading.
+/// Parses all lines of the image except its heading.
 pub(super) fn parse(console: &str) -> Result<Vec<Row>, RowError> {
     console.lines().skip(1).map(str::parse).collect()
 }
 
-/// A table of `rows` with a heading, checksums in hexadecimal; behind each its
-/// cycles of `not_cached`, the same rows if the flash does not cache prefetched
-/// lines.
+/// Formats `rows` with a heading, checksums in hexadecimal; each row also has its cycles in
+/// `not_cached`, where prefetched lines are not cached.
 pub fn csv(rows: &[Row], not_cached: &[Row]) -> String {
     let mut text = "algorithm,calls,checksum,min_cycles,mean_cycles,max_cycles,\
                     min_cycles_prefetched_not_cached,mean_cycles_prefetched_not_cached,\

@@ -1,19 +1,19 @@
-//! Whether a person is as a claim says.
+//! Judges whether a claim holds for a random wearer.
 
 use super::error::DistributedError;
 use super::held::Endurance;
 use super::study::{DrawResult, Study};
 use crate::laboratory::{DecidingClaim, Share};
 
-/// Buckmire 2018: endurance by four electrodes and by one, s.
+/// Endurance with four electrodes and with one, s (Buckmire 2018).
 pub const PUBLISHED_S: [f64; 2] = [232.0, 84.0];
-/// Within what part endurances are alike.
+/// Largest relative difference of two endurances that count as alike.
 const ALIKE: f64 = 0.10;
 
-/// Whether claim `id` holds of this person; nothing where it cannot be judged.
+/// Returns whether claim `id` holds for this wearer, or `None` if that cannot be judged.
 ///
 /// # Errors
-/// E722: there is no such claim.
+/// Returns E722 if there is no claim `id`.
 pub fn holds(found: &DrawResult, id: &str) -> Result<Option<bool>, DistributedError> {
     let endurance = |id| {
         found
@@ -65,15 +65,16 @@ pub fn holds(found: &DrawResult, id: &str) -> Result<Option<bool>, DistributedEr
     })
 }
 
-/// Whether the first is more than `times` the second; nothing where both were not reached, or
-/// an end that nobody saw could decide it.
+/// Returns whether the first endurance exceeds `times` the second. Returns `None` if neither
+/// condition reached the force, or if an endurance that was still running at the end of the study
+/// leaves the question open.
 #[must_use]
 pub fn exceeds(first: Endurance, second: Endurance, times: f64) -> Option<bool> {
     let is_more = first.seconds > times * second.seconds;
     match (first.is_longer, second.is_longer) {
         (false, false) if first.seconds + second.seconds == 0.0 => None,
         (false, false) => Some(is_more),
-        // Longer than it was seen to be.
+        // The true endurance is longer than the observed one.
         (true, false) => is_more.then_some(true),
         (false, true) => (!is_more).then_some(false),
         (true, true) => None,
@@ -90,7 +91,7 @@ impl Study {
         verdicts.collect()
     }
 
-    /// Every claim's share of these persons.
+    /// Computes for each claim the share of these wearers for whom it holds.
     pub(super) fn shares(&self, all: &[DrawResult]) -> Result<Vec<Share>, DistributedError> {
         let claims = self.declared.claims.iter();
         let share =
@@ -98,7 +99,7 @@ impl Study {
         share.collect()
     }
 
-    /// What decides every claim.
+    /// Finds for each claim the random parameters that decide it.
     pub(super) fn deciding_factors(
         &self,
         all: &[DrawResult],

@@ -1,10 +1,11 @@
-//! `draws.csv`: a row for each condition of each person.
+//! Writes `draws.csv`, with one row for each condition of each wearer.
 
 use super::study::{DrawResult, Study};
 use std::fmt::Write;
 
 impl Study {
-    /// Of these persons: what was drawn of each stands first.
+    /// Formats the results of these wearers as CSV. Each row begins with the wearer's random
+    /// parameters.
     #[must_use]
     pub fn csv(&self, all: &[DrawResult]) -> String {
         let fields: Vec<&str> = self
@@ -26,7 +27,7 @@ impl Study {
                 .map(|value| format!("{value:.6}"))
                 .collect();
             for measurement in &found.measured {
-                // Writing to a string does not fail.
+                // Writing to a string cannot fail.
                 let _ = writeln!(
                     text,
                     "{},{},{},{:.2},{},{},{},{},{},{},{}",

@@ -1,159 +1,160 @@
-//! What was written before any result was looked at: `distributed.toml`.
+//! Reads the preregistered declaration `distributed.toml`.
 
 use super::error::DistributedError;
 use crate::laboratory::{DrawClaim, Range};
 use serde::Deserialize;
 
-/// The declaration, as the program has it.
+/// Text of the committed declaration.
 pub const DECLARED: &str = include_str!("../../../experiments/distributed.toml");
 
-/// The declaration.
+/// Content of `host-tool/experiments/distributed.toml`.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DistributedDeclaration {
-    /// The page's heading.
+    /// Heading of the report page.
     pub title: String,
-    /// Papers.
+    /// Papers on which the study is based.
     pub source: String,
-    /// Of every draw.
+    /// Seed of all draws.
     pub seed: u64,
-    /// Persons drawn.
+    /// Number of random wearers.
     pub draws: u64,
-    /// The muscle.
+    /// Size and strength of every wearer's muscle.
     pub muscle: MuscleOf,
-    /// A held force.
+    /// Test that holds a force.
     pub hold: Hold,
-    /// A constant amplitude.
+    /// Test with a constant amplitude.
     pub open: Open,
-    /// Along which a middle person goes.
+    /// Values of the axes along which the nominal wearer is varied.
     pub axes: Axes,
-    /// How electrodes are driven.
+    /// Arrangements of electrodes that are compared.
     #[serde(rename = "condition")]
     pub conditions: Vec<Condition>,
-    /// What is drawn of a person.
+    /// Ranges of the wearers' random parameters.
     #[serde(rename = "range")]
     pub ranges: Vec<Range>,
-    /// What is judged of each person.
+    /// Claims that are judged for each wearer.
     #[serde(rename = "claim")]
     pub claims: Vec<DrawClaim>,
 }
 
-/// What every person's muscle is.
+/// Properties that the muscles of all wearers share.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MuscleOf {
-    /// Of motor units.
+    /// Number of groups of motor units.
     pub groups: usize,
-    /// Of each group.
+    /// Number of motor units in each group.
     pub units_per_group: usize,
-    /// At which the whole muscle's mean force is a person's strength, Hz.
+    /// Pulse rate at which the mean force of the whole muscle defines a wearer's strength, Hz.
     pub strength_hz: f64,
 }
 
-/// How a force is held, and when it is not any more.
+/// How a force is held, and when the hold ends.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Hold {
-    /// Part of the person's strength.
+    /// Reference force as a fraction of the wearer's strength.
     pub wanted: f64,
-    /// From one amplitude to the next, s.
+    /// Time from one amplitude to the next, s.
     pub window_s: f64,
-    /// For a relative error of 1, mA.
+    /// Change of the amplitude for a relative error of 1, mA.
     pub gain_ma: f64,
-    /// The wanted force is reached within so long, or it is not held, s.
+    /// Time within which the reference force must be reached, s. Otherwise it counts as not held.
     pub reach_within_s: f64,
-    /// Part of the wanted force below which it is held no more.
+    /// Fraction of the reference force below which the hold ends.
     pub below: f64,
-    /// Windows over which that is judged.
+    /// Number of windows in the moving mean that is compared with `below`.
     pub average_windows: usize,
-    /// Longest, s.
+    /// Longest hold, s.
     pub most_s: f64,
-    /// Ripple is judged so long after the force is reached, s.
+    /// Delay of the ripple measurement after the force is reached, s.
     pub ripple_from_s: f64,
-    /// For so long, s.
+    /// Duration of the ripple measurement, s.
     pub ripple_for_s: f64,
 }
 
-/// A constant amplitude.
+/// How feedback finds an amplitude, which then stays constant.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Open {
-    /// From one amplitude to the next while it is looked for, s.
+    /// Time from one amplitude to the next during the search, s.
     pub window_s: f64,
-    /// For a relative error of 1, mA.
+    /// Change of the amplitude for a relative error of 1, mA.
     pub gain_ma: f64,
-    /// It is looked for so long, s.
+    /// Duration of the search, s.
     pub settle_s: f64,
-    /// Part of the wanted force that feedback is to have found.
+    /// Fraction of the reference force that the search must reach.
     pub reached: f64,
-    /// Then constant for, s.
+    /// Duration of the constant amplitude, s.
     pub for_s: f64,
-    /// Mean of the first, s.
+    /// Length of the mean at the start of the constant amplitude, s.
     pub first_s: f64,
-    /// Mean of the last, s.
+    /// Length of the mean at the end of the constant amplitude, s.
     pub last_s: f64,
 }
 
-/// Values along each axis.
+/// Values of the nominal wearer along each axis.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Axes {
-    /// Of the range of that name.
+    /// Values in place of the range `crosstalk`.
     pub crosstalk: Vec<f64>,
-    /// Of the range of that name.
+    /// Values in place of the range `reach`.
     pub reach: Vec<f64>,
-    /// Of the range of that name, here up to 1.
+    /// Values in place of the range `activation`, here up to 1.
     pub activation: Vec<f64>,
-    /// Of each of four electrodes, Hz.
+    /// Pulse rates of each of four electrodes, Hz.
     pub rate_hz: Vec<f64>,
-    /// Part of the person's strength that is held.
+    /// Reference forces as fractions of the wearer's strength.
     pub wanted: Vec<f64>,
 }
 
-/// How electrodes are driven.
+/// Number, timing and drive of the electrodes.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Condition {
-    /// For machines.
+    /// Key in results and claims.
     pub id: String,
-    /// For people.
+    /// Description for the report.
     pub says: String,
-    /// 1, 2 or 4.
+    /// Number of electrodes: 1, 2 or 4.
     pub electrodes: usize,
-    /// Of each, Hz.
+    /// Pulse rate of each electrode, Hz.
     pub rate_hz: f64,
-    /// When they pulse.
+    /// Timing of the electrodes' pulses relative to each other.
     pub phase: Phase,
-    /// What decides amplitudes.
+    /// Source of the amplitudes.
     pub drive: Drive,
 }
 
-/// When electrodes pulse.
+/// Timing of the electrodes' pulses relative to each other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Phase {
-    /// Spread over a period.
+    /// Spread evenly over a period.
     Even,
-    /// At once.
+    /// All at the same time.
     Together,
 }
 
-/// What decides amplitudes.
+/// Source of the amplitudes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Drive {
-    /// The host, by measured force.
+    /// The host adjusts them to the measured force.
     Feedback,
-    /// The device, by muscles that do not tire. Nothing is measured.
+    /// The device computes them from muscle models without fatigue. No force is measured.
     CalciumForce,
-    /// The device, by muscles that tire. Nothing is measured.
+    /// The device computes them from muscle models with fatigue. No force is measured.
     CalciumForceFatigue,
-    /// Nothing, once feedback has found one.
+    /// They stay constant after feedback has found a value.
     Open,
 }
 
 impl Drive {
-    /// The device's model of each electrode's muscle.
+    /// Returns the name of the device's muscle model for each electrode, or `None` if it uses no
+    /// model.
     #[must_use]
     pub const fn model(self) -> Option<&'static str> {
         match self {
@@ -165,18 +166,18 @@ impl Drive {
 }
 
 impl DistributedDeclaration {
-    /// The program's own.
+    /// Parses the committed declaration.
     ///
     /// # Errors
-    /// E722: it cannot be read.
+    /// Returns E722 if the declaration cannot be parsed.
     pub fn load_embedded() -> Result<Self, DistributedError> {
         toml::from_str(DECLARED).map_err(|e| DistributedError::Declaration(e.to_string()))
     }
 
-    /// The condition of this name.
+    /// Returns the condition with this id.
     ///
     /// # Errors
-    /// E722: there is none.
+    /// Returns E722 if there is no such condition.
     pub fn condition(&self, id: &str) -> Result<&Condition, DistributedError> {
         let found = self.conditions.iter().find(|condition| condition.id == id);
         found.ok_or_else(|| DistributedError::Declaration(format!("no condition `{id}`")))

@@ -1,5 +1,5 @@
-//! Pictures: endurance against crosstalk and what else decides it, force against what is left
-//! of it, force over time.
+//! Draws the figures: endurance against crosstalk and other assumptions, force against remaining
+//! force, and force over time.
 
 use super::claims::PUBLISHED_S;
 use super::declared::Drive;
@@ -7,13 +7,13 @@ use super::rows::{PUBLISHED_LEFT, ratio};
 use super::study::{AxisPoint, ConditionResult, DrawResult, Study};
 use crate::laboratory::{Curve, Plot, Plots, Sheet, SheetAxis};
 
-/// Series of ratios, in their order, and what was published.
+/// Conditions whose endurance ratios are plotted, in this order, beside the published ratio.
 const RATIOS: [&str; 2] = ["four-half", "four-fast"];
-/// No ratio above is drawn.
+/// Larger ratios are plotted at this value.
 const MOST_RATIO: f64 = 10.0;
 
 impl Study {
-    /// Of whoever was computed.
+    /// Returns all figures of the wearers and axis points that were computed.
     pub(super) fn figures(&self, all: &[DrawResult], along: &[AxisPoint]) -> Vec<Sheet> {
         let mut sheets = vec![self.against_crosstalk(all, along), self.axes(along)];
         sheets.push(self.remaining_force_figure(all));
@@ -21,7 +21,8 @@ impl Study {
         sheets
     }
 
-    /// Ratios of everybody, and of the person in the middle.
+    /// Plots the endurance ratios of all random wearers and of the nominal wearer against
+    /// crosstalk.
     fn against_crosstalk(&self, all: &[DrawResult], along: &[AxisPoint]) -> Sheet {
         let place = self
             .declared
@@ -66,7 +67,8 @@ impl Study {
         )
     }
 
-    /// The middle person along what is assumed, and along the rate.
+    /// Plots the nominal wearer's endurance ratios along the two assumed axes, `reach` and
+    /// `activation`.
     fn axes(&self, along: &[AxisPoint]) -> Sheet {
         let assumed = |axis: &str, name: &str, end: f64| {
             let curve = |(series, id): (usize, &&str)| Curve {
@@ -103,7 +105,7 @@ impl Study {
         )
     }
 
-    /// Mean force and ripple against what is left.
+    /// Plots the remaining force against the initial force and against ripple.
     fn remaining_force_figure(&self, all: &[DrawResult]) -> Sheet {
         let open = self.declared.conditions.iter();
         let open: Vec<_> = open
@@ -156,7 +158,7 @@ impl Study {
         )
     }
 
-    /// Of the first person.
+    /// Plots the force of the first wearer over time.
     fn courses(&self, found: &DrawResult) -> Sheet {
         let groups: [(&str, &[&str]); 2] = [
             (
@@ -230,13 +232,15 @@ fn dot(series: usize, at: [f64; 2]) -> Curve {
     }
 }
 
-/// Buckmire's ratio, from x to x; the third series.
+/// Returns the ratio published by Buckmire as a horizontal line between two x values, in the third
+/// series.
 fn published([from, to]: [f64; 2]) -> Curve {
     let ratio = PUBLISHED_S[0] / PUBLISHED_S[1];
     Curve::line(2, [[from, ratio], [to, ratio]])
 }
 
-/// Endurance in `id` by one electrode's along this axis; nothing where one does not reach.
+/// Returns the endurance in condition `id` divided by that with one electrode, along this axis.
+/// Leaves out points at which one electrode does not reach the force.
 fn ratios(along: &[AxisPoint], axis: &str, id: &str) -> Vec<[f64; 2]> {
     let own = along
         .iter()

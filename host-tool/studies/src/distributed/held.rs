@@ -1,29 +1,29 @@
-//! How a held force is judged.
+//! Judges a held force: its endurance, its ripple and what remains of it.
 
 use super::declared::{Condition, DistributedDeclaration, Drive, Hold, Open};
 use serde::{Deserialize, Serialize};
 
-/// A window's readings.
+/// Readings of one window.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Window {
-    /// N.
+    /// Mean force, N.
     pub mean_n: f64,
-    /// Standard deviation, N.
+    /// Standard deviation of the force, N.
     pub deviation_n: f64,
-    /// Whether the amplitude was the most that the wearer allows.
+    /// Whether the amplitude was the largest that the wearer allows.
     pub is_most: bool,
-    /// mA; of an electrode that a model steers, its threshold.
+    /// Amplitude, mA; the threshold for an electrode that a model drives.
     pub amplitude_ma: f64,
 }
 
-/// A condition on a person, window by window.
+/// Readings of one condition on one wearer, window by window.
 #[derive(Clone, Debug)]
 pub struct Series {
-    /// Of each window, s.
+    /// Duration of each window, s.
     pub window_s: f64,
-    /// The device refused the force as beyond what its model can give.
+    /// Whether the device refused the force because its model cannot produce it.
     pub is_refused: bool,
-    /// From the start of the trains.
+    /// Windows from the start of the trains on.
     pub windows: Vec<Window>,
     wanted_n: f64,
     drive: Drive,
@@ -31,17 +31,17 @@ pub struct Series {
     open: Open,
 }
 
-/// How long a force was held.
+/// Time for which a force was held.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Endurance {
-    /// s; 0 of a force that was not reached.
+    /// Time, s; 0 if the force was not reached.
     pub seconds: f64,
-    /// Whether it was still held when the study ended.
+    /// Whether the force was still held when the study ended.
     pub is_longer: bool,
 }
 
 impl Series {
-    /// Nothing yet.
+    /// Creates an empty series for one condition and the reference force `wanted_n`.
     #[must_use]
     pub fn new(declared: &DistributedDeclaration, condition: &Condition, wanted_n: f64) -> Self {
         let (hold, open) = (declared.hold, declared.open);
@@ -63,8 +63,8 @@ impl Series {
         (seconds / self.window_s).round() as usize
     }
 
-    /// The window in which the wanted force was reached first; of a force that is steered
-    /// by a model, the first from which a moving mean is not below.
+    /// Returns the index of the first window that reaches the force, or `None` if none does in
+    /// time.
     fn first_reached_window(&self) -> Option<usize> {
         let within = self.count(self.hold.reach_within_s);
         let first = self.windows.iter().take(within);
@@ -74,7 +74,8 @@ impl Series {
             .map(|(nth, _)| nth)
     }
 
-    /// Of the wanted force, from which on it counts as reached.
+    /// Returns the force at which the reference counts as reached, N: the reference itself, or the
+    /// lower end of the hold if a model drives the electrodes.
     fn reached_threshold_n(&self) -> f64 {
         match self.drive.model() {
             None => self.wanted_n,
@@ -82,7 +83,8 @@ impl Series {
         }
     }
 
-    /// The window at whose end it was held no more.
+    /// Returns the window at whose end the force was no longer held, or `None` if it was held
+    /// throughout.
     fn end_window(&self) -> Option<usize> {
         let from = self.first_reached_window()?;
         let average = self.hold.average_windows.max(1);
@@ -105,13 +107,13 @@ impl Series {
         None
     }
 
-    /// Whether nothing is to be learnt of more than these windows, of which there are `nth`.
+    /// Returns whether further windows would add nothing to the first `nth`.
     #[must_use]
     pub fn is_over(&self, nth: u64) -> bool {
         let seconds = nth as f64 * self.window_s;
         match self.drive {
             Drive::Open => seconds >= self.open.settle_s + self.open.for_s,
-            // Models are looked at for a minute at least.
+            // Conditions that a model drives are observed for at least a minute.
             _ if self.drive.model().is_some() && seconds < 60.0 => false,
             _ => {
                 let unreached =
@@ -121,7 +123,7 @@ impl Series {
         }
     }
 
-    /// How long the wanted force was held, from when it was reached.
+    /// Returns how long the reference force was held after it was reached.
     #[must_use]
     pub fn endurance(&self) -> Endurance {
         let none = Endurance {
@@ -139,8 +141,8 @@ impl Series {
         }
     }
 
-    /// Standard deviation within windows in parts of the mean, some time after the force was
-    /// reached; of a constant amplitude, at its begin.
+    /// Returns the standard deviation within windows as a fraction of the mean force. Measures it
+    /// some time after the force was reached, or at the start of the constant amplitude.
     #[must_use]
     pub fn ripple(&self) -> Option<f64> {
         let (from, count) = match self.drive {
@@ -166,8 +168,8 @@ impl Series {
         (mean_n > 0.0).then(|| deviation_n / (mean_n / count as f64))
     }
 
-    /// Whether feedback found an amplitude for the wanted force: the mean of its last two
-    /// windows.
+    /// Returns whether feedback found an amplitude for the reference force, judged by the mean of
+    /// the last two windows of the search.
     #[must_use]
     pub fn is_found(&self) -> bool {
         let end = self.count(self.open.settle_s);
@@ -175,14 +177,16 @@ impl Series {
         mean >= Some(self.open.reached)
     }
 
-    /// Mean force of a constant amplitude at first, in parts of the wanted force.
+    /// Returns the mean force at the start of the constant amplitude, as a fraction of the
+    /// reference.
     #[must_use]
     pub fn initial_force(&self) -> Option<f64> {
         let from = self.count(self.open.settle_s);
         self.mean(from, self.count(self.open.first_s))
     }
 
-    /// Mean force of a constant amplitude at last, in parts of that at first.
+    /// Returns the mean force at the end of the constant amplitude, as a fraction of that at its
+    /// start.
     #[must_use]
     pub fn remaining_force(&self) -> Option<f64> {
         let end = self.count(self.open.settle_s + self.open.for_s);
@@ -191,8 +195,8 @@ impl Series {
         Some(last / self.initial_force()?)
     }
 
-    /// Mean distance from the wanted force over a minute, from when a force that a model
-    /// steers has risen for `ripple_from_s`, in parts of it.
+    /// Returns the mean absolute difference from the reference force, as a fraction of it, from
+    /// `ripple_from_s` to 60 s after the start. It is meant for forces that a model drives.
     #[must_use]
     pub fn distance(&self) -> Option<f64> {
         let own = self
@@ -204,7 +208,8 @@ impl Series {
         Some(off.sum::<f64>() / own.len() as f64)
     }
 
-    /// Time and mean force in parts of the wanted one, `every` windows.
+    /// Returns time, s, and mean force as a fraction of the reference, averaged over `every`
+    /// windows.
     #[must_use]
     pub fn course(&self, every: usize) -> Vec<[f64; 2]> {
         let of = |(nth, own): (usize, &[Window])| {

@@ -1,12 +1,11 @@
-//! One muscle's pulses shared by several electrodes: how long a force is held, how smooth it
-//! is, and what is left of it.
+//! Study of one muscle that several electrodes share: how long a force is held, how smooth it is,
+//! and how much of it remains.
 //!
-//! Lives here: the declaration (`host-tool/experiments/distributed.toml`, committed before its
-//! seed was run), persons drawn of it, each condition on the device with its pulses streamed
-//! into the person's muscle, how that is judged, and what is told of it. Not here: the muscle
-//! (`hal_sim::body::shared`), the command (`cli`).
-//! In: a seed, draws. Out: an [`Outcome`](crate::laboratory::Outcome) and `draws.csv`. All
-//! simulated: no evidence about people.
+//! Takes a seed and a number of draws; returns an [`Outcome`](crate::laboratory::Outcome) and
+//! `draws.csv`. The declaration (`host-tool/experiments/distributed.toml`) was committed before its
+//! seed was run. Each condition runs on the native simulator, whose pulses are streamed into the
+//! random wearer's muscle (`hal_sim::body::shared`). Everything is simulated: this is no evidence
+//! about people.
 
 mod claims;
 mod csv;

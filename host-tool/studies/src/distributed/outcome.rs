@@ -1,4 +1,4 @@
-//! The study as `result.json` and its page have it.
+//! Assembles the study's outcome for `result.json` and the report page.
 
 use super::declared::DECLARED;
 use super::error::DistributedError;
@@ -7,7 +7,7 @@ use crate::laboratory::{Outcome, Preregistration};
 use host_core::record::sha256;
 use std::collections::BTreeMap;
 
-/// What is said of every result.
+/// Notes that accompany every result.
 const NOTES: [&str; 6] = [
     "Simulated: drawn muscles of assumed parameters; no evidence about people.",
     "Ours is the median, low and high the 5th and 95th percentile of the persons drawn. Nothing \
@@ -27,20 +27,21 @@ const NOTES: [&str; 6] = [
      crosstalk nor that recruited units tire and others do not.",
 ];
 
-/// What the command knows of the run.
+/// Information about the run that only the command knows.
 #[derive(Clone, Debug)]
 pub struct RunInfo {
-    /// What a terminal takes to have it again, but for its seed.
+    /// Command line that repeats the run, without its seed.
     pub command: String,
-    /// What is missing, for people.
+    /// Description of the missing part if the run was interrupted.
     pub cut_short: Option<String>,
 }
 
 impl Study {
-    /// Of these persons and points, all or what was computed before a signal.
+    /// Assembles the outcome of these wearers and axis points, which may be incomplete after an
+    /// interruption.
     ///
     /// # Errors
-    /// E722: a claim that nobody judges.
+    /// Returns E722 if a declared claim has no rule.
     pub fn outcome(
         &self,
         all: &[DrawResult],

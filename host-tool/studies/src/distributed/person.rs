@@ -1,4 +1,4 @@
-//! A drawn person: a muscle, and what electrodes reach of it.
+//! Random wearers: a muscle, and the parts of it that each electrode reaches.
 
 use super::declared::{Condition, DistributedDeclaration};
 use super::error::DistributedError;
@@ -9,26 +9,28 @@ use hal_sim::body::muscle::{Parameters, SUBJECTS};
 use hal_sim::body::shared::{Electrode, SharedSpec};
 use hal_sim::random;
 
-/// Ding 2003's human quadriceps, second-hand: αA, αK and ατ1 in s⁻², N⁻¹s⁻¹ and N⁻¹, at A.
+/// Fatigue constants αA, αK and ατ1 of the human quadriceps in s⁻², N⁻¹s⁻¹ and N⁻¹, and the A to
+/// which they belong (Ding 2003, second-hand).
 const QUADRICEPS: (f64, f64, f64, f64) = (0.4, 1.9e-5, 2.1e-5, 3009.0);
-/// Where the model of a tiring muscle ends: K and τ1, s.
+/// Upper limits of the fatigue model: K, and τ1 in s.
 const ENDS: (f64, f64) = (5.0, 0.2);
-/// At which pulses and force take equal parts of A from a rested unit, whatever `activation`.
+/// Pulse rate at which pulses and force have the same effect on the A of a rested unit, whatever
+/// `activation`, Hz.
 const ACTIVATION_HZ: f64 = 25.0;
-/// The seed of recruitment orders of a person who was not drawn.
+/// Seed of the recruitment orders of the nominal wearer.
 const MIDDLE: u64 = 0x0d15;
 
-/// Somebody.
+/// Simulated wearer with values for all declared ranges.
 #[derive(Clone, Debug)]
 pub struct DistributedWearer {
-    /// What was drawn, in the declaration's order.
+    /// Random parameters, in the order of the declared ranges.
     pub drawn: Vec<f64>,
     ranges: Vec<Range>,
     seed: u64,
 }
 
 impl DistributedWearer {
-    /// Person `index` of `seed`.
+    /// Generates wearer `index` of `seed`.
     #[must_use]
     pub fn random(declared: &DistributedDeclaration, seed: u64, index: u64) -> Self {
         Self {
@@ -38,7 +40,7 @@ impl DistributedWearer {
         }
     }
 
-    /// In the middle of every range.
+    /// Returns the nominal wearer, in the middle of every range.
     #[must_use]
     pub fn nominal(declared: &DistributedDeclaration) -> Self {
         Self {
@@ -48,7 +50,7 @@ impl DistributedWearer {
         }
     }
 
-    /// The same with another value of this field.
+    /// Replaces the value of this field.
     #[must_use]
     pub fn with_value(mut self, field: &str, value: f64) -> Self {
         let place = self.ranges.iter().position(|range| range.field == field);
@@ -58,25 +60,25 @@ impl DistributedWearer {
         self
     }
 
-    /// What was drawn of this field.
+    /// Returns the value of this field.
     ///
     /// # Errors
-    /// E722: there is no such range.
+    /// Returns E722 if no range has this name.
     pub fn value(&self, field: &str) -> Result<f64, DistributedError> {
         let value = Range::value(&self.ranges, &self.drawn, field);
         value.ok_or_else(|| DistributedError::Declaration(format!("no range for `{field}`")))
     }
 
-    /// Their dynamics, where a force of 1 is their whole muscle's mean at `hz`.
+    /// Returns the muscle dynamics, scaled so that the whole muscle's mean force at `hz` is 1.
     fn dynamics(&self, hz: f64) -> Result<Parameters, DistributedError> {
-        let subject = self.value("subject")? as usize; // from 0, below 10
+        let subject = self.value("subject")? as usize; // 0 to 9
         Ok(SUBJECTS[subject % SUBJECTS.len()].normalised_at(hz))
     }
 
-    /// Their muscle under the electrodes of `condition`, on the first channels.
+    /// Returns the muscle under the electrodes of `condition`, which are on the first channels.
     ///
     /// # Errors
-    /// E722: a range is missing.
+    /// Returns E722 if a range is missing.
     pub fn muscle(
         &self,
         declared: &DistributedDeclaration,
@@ -87,7 +89,7 @@ impl DistributedWearer {
         let alpha = self.value("alpha_a_per_s2")?;
         let activation = self.value("activation")?;
         let (alpha_a, alpha_k, alpha_tau1, a) = QUADRICEPS;
-        // Whoever works at the same share of his strength tires alike.
+        // All wearers who work at the same share of their strength tire equally.
         let carried = alpha / alpha_a * a / dynamics.a_n_per_s;
         let fatigue = Fatigue {
             alpha_a_per_s2: alpha * (1.0 - activation),
@@ -97,7 +99,7 @@ impl DistributedWearer {
             k_max: ENDS.0,
             tau1_max_s: ENDS.1,
         };
-        // Mean force of a rested unit for an A of 1.
+        // Mean force of a rested unit per A.
         let per_a = 1.0 / dynamics.normalised_at(ACTIVATION_HZ).a_n_per_s;
         let electrodes = (0..CHANNELS).map(|index| self.electrode(own.groups, condition, index));
         let electrodes = electrodes.collect::<Result<Vec<_>, _>>()?;
@@ -109,14 +111,15 @@ impl DistributedWearer {
             pulse_takes: activation * alpha * per_a / ACTIVATION_HZ,
             groups: own.groups,
             units_per_group: own.units_per_group,
-            // As many as there are channels.
+            // There are as many electrodes as channels.
             electrodes: electrodes.unwrap_or_default(),
             seed: self.seed,
         })
     }
 
-    /// The one electrode reaches a part of every group; one of several its own groups, and
-    /// of the others a part.
+    /// Returns the electrode of this channel, if the condition uses it. A single electrode reaches
+    /// a part of every group; one of several reaches its own groups, and through crosstalk a part
+    /// of the others.
     fn electrode(
         &self,
         groups: usize,

@@ -1,4 +1,4 @@
-//! A condition on a device, its pulses streamed into a person's muscle.
+//! Plays a condition on a device and streams the pulses into a wearer's muscle.
 
 use super::declared::{Condition, DistributedDeclaration, Drive};
 use super::error::DistributedError;
@@ -13,30 +13,31 @@ use host_core::link::{Error, Port};
 use host_core::run::{Attachments, DeviceName, RunError, SessionFile, StepLimit, Stepper};
 use std::sync::PoisonError;
 
-/// A window's last reading is taken before its end: what is sent then is there for the next
-/// window's first pulse, µs.
+/// Time between the last reading of a window and the window's end, µs. It lets the new amplitude
+/// arrive before the first pulse of the next window.
 const EARLY_US: u64 = 2_000;
-/// Errors count as this at most, of the wanted force.
+/// Limit of the relative force error in the feedback.
 const MOST_ERROR: f64 = 0.5;
 
-/// A condition as it goes on.
+/// A condition while it is being played.
 struct Playing<'a> {
     stepper: Stepper<'a, Box<dyn Port>>,
     condition: &'a Condition,
-    /// Of the first of its electrodes, which are alike but for what they reach.
+    /// The first electrode; the others differ only in the groups that they reach.
     electrode: Electrode,
     wanted_n: f64,
-    /// Of each electrode that is steered by a model, mN.
+    /// Force requested of each electrode that a model drives, mN.
     share_mn: Vec<u32>,
     readings: Readings,
     taken: usize,
     amplitude_ma: f64,
 }
 
-/// What this person's muscle does under `condition`, window by window, until it is judged.
+/// Plays `condition` on this wearer, window by window, until the result is clear.
 ///
 /// # Errors
-/// E722 to E724.
+/// Returns E722 if a declared range is missing, E723 if the muscle is invalid, and E724 if the
+/// device does not play the condition.
 pub fn play(
     declared: &DistributedDeclaration,
     condition: &Condition,
@@ -59,7 +60,8 @@ pub fn play(
 }
 
 impl<'a> Playing<'a> {
-    /// Armed and started; nothing if the device refuses the force as out of its reach.
+    /// Opens, arms and starts the device. Returns `None` if the device refuses the force as out of
+    /// reach.
     fn begin(
         condition: &'a Condition,
         spec: &SharedSpec,
@@ -77,7 +79,7 @@ impl<'a> Playing<'a> {
         let electrodes: Vec<&Electrode> = spec.electrodes.iter().flatten().collect();
         let electrode = electrodes.first().map(|electrode| (*electrode).clone());
         let electrode = electrode.ok_or_else(|| failed("it has no electrode".to_owned()))?;
-        // Each by what it can.
+        // Shares the force in proportion to each electrode's strength.
         let all_n: f64 = electrodes
             .iter()
             .map(|electrode| strength_n(spec, electrode))
@@ -121,7 +123,7 @@ impl<'a> Playing<'a> {
         Ok(())
     }
 
-    /// What is asked for now.
+    /// Returns the requests for the present amplitude or forces.
     fn requests(&self) -> Vec<Request> {
         let count = self.condition.electrodes;
         if self.condition.drive.model().is_some() {
@@ -180,7 +182,7 @@ impl<'a> Playing<'a> {
         Ok(())
     }
 
-    /// What the frame read since the last one.
+    /// Summarises the force readings since the last window.
     fn window(&mut self) -> Window {
         let readings = self.readings.lock().unwrap_or_else(PoisonError::into_inner);
         let own = readings.get(self.taken..).unwrap_or_default();

@@ -1,16 +1,16 @@
-//! Numbers of everybody, for `result.json`.
+//! Computes the rows of `result.json`: numbers over all wearers.
 
 use super::claims::PUBLISHED_S;
 use super::declared::{Condition, Drive};
 use super::study::{ConditionResult, DrawResult, Study};
 use crate::laboratory::Row;
 
-/// Laubacher 2017: mean power of the last extensions by that of the first, single electrode
-/// and distributed.
+/// Mean power of the last extensions relative to the first, for a single electrode and for
+/// distributed electrodes (Laubacher 2017).
 pub(super) const PUBLISHED_LEFT: [f64; 2] = [7.4 / 14.6, 9.9 / 14.9];
 
 impl Study {
-    /// Of each condition, then ratios of endurance.
+    /// Returns the rows of each condition, then the ratios of endurance.
     pub(super) fn rows(&self, all: &[DrawResult]) -> Vec<Row> {
         let conditions = self.declared.conditions.iter();
         let mut rows: Vec<Row> = conditions
@@ -38,8 +38,8 @@ impl Study {
     }
 }
 
-/// Endurance in this condition by one electrode's: of what was held to the end the least that
-/// it is. Nothing where one electrode did not reach the force.
+/// Returns the endurance in condition `id` divided by that with one electrode. This is a lower
+/// bound if the force was held to the end. Returns `None` if one electrode did not reach the force.
 pub(super) fn ratio(found: &DrawResult, id: &str) -> Option<f64> {
     let own = found.condition_result(id)?.endurance.seconds;
     let one = found.condition_result("one")?.endurance.seconds;

@@ -1,4 +1,5 @@
-//! The study as the laboratory's runner runs it: persons, then points along the axes.
+//! Connects the study to the laboratory's runner: first the wearers, then the points along the
+//! axes.
 
 use super::declared::DECLARED;
 use super::outcome::RunInfo;
@@ -6,16 +7,16 @@ use super::study::{AxisPoint, DrawResult, NAME, Study};
 use crate::laboratory::{self, Outcome, StudyIdentity};
 use serde::{Deserialize, Serialize};
 
-/// What a unit of work became.
+/// Result of one unit of work.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Part {
-    /// A drawn person, under every condition.
+    /// Random wearer under every condition.
     Person(DrawResult),
-    /// A point along an axis.
+    /// Nominal wearer at a point of an axis.
     Point(AxisPoint),
 }
 
-/// Persons and points of some units.
+/// Separates the wearers from the axis points.
 fn split_parts(parts: &[Part]) -> (Vec<DrawResult>, Vec<AxisPoint>) {
     let (mut persons, mut points) = (Vec::new(), Vec::new());
     for part in parts {

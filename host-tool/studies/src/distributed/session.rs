@@ -1,16 +1,16 @@
-//! The session that a condition is, on a person.
+//! Writes the session file of one condition and wearer.
 
 use super::declared::{Condition, Phase};
 use hal_sim::body::shared::{Electrode, SharedSpec};
 use std::fmt::Write;
 
-/// Of every pulse, µs.
+/// Pulse width, µs.
 const WIDTH_US: u32 = 200;
-/// Of the electrodes, Ω.
+/// Load of the electrodes, Ω.
 const LOAD_OHM: u32 = 1_000;
 
-/// The text of a session file for `condition`, whose electrodes on the first channels reach
-/// what `spec` says; `alpha_a_per_s2` is what a calibration would find of how it tires.
+/// Returns the text of a session file for `condition`, with the electrodes of `spec` on the first
+/// channels. `alpha_a_per_s2` is the fatigue constant that a calibration would find.
 pub(super) fn text(condition: &Condition, spec: &SharedSpec, alpha_a_per_s2: f64) -> String {
     let mut text = format!(
         "title = \"{}\"\nduration_s = 1.0\n[wearer]\nmax_current_ma = 30.0\n\
@@ -25,7 +25,7 @@ pub(super) fn text(condition: &Condition, spec: &SharedSpec, alpha_a_per_s2: f64
             Phase::Even => 1e6 / condition.rate_hz * place as f64 / condition.electrodes as f64,
             Phase::Together => 0.0,
         };
-        // Writing to a string does not fail.
+        // Writing to a string cannot fail.
         let _ = write!(
             text,
             "[[channel]]\nnumber = {number}\nname = \"electrode {number}\"\nlimit = {:.3}\n\
@@ -48,7 +48,8 @@ pub(super) fn text(condition: &Condition, spec: &SharedSpec, alpha_a_per_s2: f64
     text + &format!("[setpoints]\n{setpoints}\n[body]\nkind = \"still\"\nload_ohm = {LOAD_OHM}\n")
 }
 
-/// What a calibration of this electrode alone would find: all that it reaches, at the limit.
+/// Returns the strength, N, that a calibration of this electrode alone would find: the force of
+/// everything that it reaches at the limit.
 pub(super) fn strength_n(spec: &SharedSpec, electrode: &Electrode) -> f64 {
     spec.strength_n * electrode.reach.iter().sum::<f64>() / electrode.reach.len() as f64
 }

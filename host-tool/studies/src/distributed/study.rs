@@ -1,4 +1,4 @@
-//! The study as it is asked for.
+//! Carries out the study for one seed and number of wearers.
 
 use super::declared::{Condition, DistributedDeclaration};
 use super::error::DistributedError;
@@ -7,65 +7,66 @@ use super::person::DistributedWearer;
 use super::play::play;
 use serde::{Deserialize, Serialize};
 
-/// What a command calls it.
+/// Name of the study on the command line.
 pub const NAME: &str = "distributed";
-/// Windows of the person who is shown that make a point of a course.
+/// Number of windows that are averaged for each point of a plotted course.
 const COURSE: usize = 12;
 
-/// The study.
+/// Declaration, seed and size of the study.
 #[derive(Clone, Debug)]
 pub struct Study {
     pub(super) declared: DistributedDeclaration,
-    /// Of everybody's draws.
     pub(super) seed: u64,
-    /// Persons.
+    /// Number of random wearers.
     pub(super) draws: u64,
-    /// Played on the person in the middle, whatever the seed.
+    /// Axis, value and condition of each run with the nominal wearer; independent of the seed.
     points: Vec<(&'static str, f64, Condition)>,
 }
 
-/// A condition on a person, judged.
+/// Judged result of one condition on one wearer.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ConditionResult {
-    /// The condition.
+    /// Id of the condition.
     pub id: String,
-    /// How long the force was held; of a constant amplitude it is of no meaning.
+    /// Time for which the force was held; meaningless for a constant amplitude.
     pub endurance: Endurance,
-    /// The device refused the force.
+    /// Whether the device refused the force.
     pub is_refused: bool,
-    /// In parts of the mean.
+    /// Standard deviation of the force as a fraction of its mean.
     pub ripple: Option<f64>,
-    /// Of a constant amplitude: whether it was found for the wanted force.
+    /// Whether feedback found an amplitude for the reference force. This and the next two fields
+    /// apply to a constant amplitude.
     pub is_found: bool,
-    /// Of the same: at first, in parts of the wanted force.
+    /// Force at the start of the constant amplitude, as a fraction of the reference.
     pub first: Option<f64>,
-    /// Of the same: at last, in parts of that at first.
+    /// Force at the end of the constant amplitude, as a fraction of that at its start.
     pub left: Option<f64>,
-    /// Of a force that a model steers: mean distance over a minute, in parts of it.
+    /// Mean absolute difference from the reference in the first minute, as a fraction of it, if a
+    /// model drives the electrodes.
     pub distance: Option<f64>,
-    /// Force over time in parts of the wanted one, of the person who is shown.
+    /// Time, s, and force as a fraction of the reference; empty except for the plotted wearer.
     pub course: Vec<[f64; 2]>,
 }
 
-/// What came of a person.
+/// Results of one random wearer.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct DrawResult {
-    /// From 0.
+    /// Index of the draw, from 0.
     pub index: u64,
-    /// What was drawn, in the declaration's order.
+    /// Random parameters, in the order of the declared ranges.
     pub drawn: Vec<f64>,
-    /// By condition.
+    /// Results in the order of the conditions.
     pub measured: Vec<ConditionResult>,
 }
 
-/// A point of a middle person's way along an axis.
+/// Result of the nominal wearer at one point of an axis.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct AxisPoint {
-    /// `crosstalk`, `reach`, `activation`, `rate_hz` or `wanted`.
+    /// Name of the axis: `crosstalk`, `reach`, `activation`, `rate_hz` or `wanted`.
     pub axis: String,
-    /// Where on it.
+    /// Value on the axis.
     pub value: f64,
-    /// What was played there.
+    /// Result of one condition at this point.
     pub measured: ConditionResult,
 }
 
@@ -90,7 +91,7 @@ impl ConditionResult {
 }
 
 impl DrawResult {
-    /// What was measured in this condition.
+    /// Returns the result of the condition `id`.
     #[must_use]
     pub fn condition_result(&self, id: &str) -> Option<&ConditionResult> {
         self.measured
@@ -100,10 +101,10 @@ impl DrawResult {
 }
 
 impl Study {
-    /// With this seed and so many persons; the declaration's own without.
+    /// Creates the study with this seed and number of wearers, or with the declared ones.
     ///
     /// # Errors
-    /// E722: the declaration cannot be read.
+    /// Returns E722 if the declaration cannot be read.
     pub fn new(seed: Option<u64>, draws: Option<u64>) -> Result<Self, DistributedError> {
         let declared = DistributedDeclaration::load_embedded()?;
         Ok(Self {
@@ -114,22 +115,22 @@ impl Study {
         })
     }
 
-    /// Persons.
+    /// Returns the number of random wearers.
     #[must_use]
     pub const fn draws(&self) -> u64 {
         self.draws
     }
 
-    /// What was declared.
     #[must_use]
     pub const fn declaration(&self) -> &DistributedDeclaration {
         &self.declared
     }
 
-    /// What comes of person `index`.
+    /// Plays every condition on the random wearer `index`.
     ///
     /// # Errors
-    /// E722 to E724.
+    /// Returns E722 if a declared range is missing, E723 if the muscle is invalid, and E724 if the
+    /// device does not play the condition.
     pub fn compute_person(&self, index: u64) -> Result<DrawResult, DistributedError> {
         let person = DistributedWearer::random(&self.declared, self.seed, index);
         let conditions = self.declared.conditions.iter();
@@ -144,15 +145,16 @@ impl Study {
         })
     }
 
-    /// What is played on the person in the middle, whatever the seed: axis, value, condition.
+    /// Returns axis, value and condition of each run with the nominal wearer.
     pub(super) fn points(&self) -> &[(&'static str, f64, Condition)] {
         &self.points
     }
 
-    /// What comes of such a point.
+    /// Plays one such run with the nominal wearer.
     ///
     /// # Errors
-    /// E722 to E724.
+    /// Returns E722 if a declared range is missing, E723 if the muscle is invalid, and E724 if the
+    /// device does not play the condition.
     pub fn compute_point(
         &self,
         (axis, value, condition): &(&'static str, f64, Condition),
@@ -171,10 +173,10 @@ impl Study {
     }
 }
 
-/// What is to be played on the person in the middle, whatever the seed.
+/// Lists the runs with the nominal wearer: axis, value and condition.
 ///
 /// # Errors
-/// E722: a condition is missing.
+/// Returns E722 if a condition is missing.
 fn axis_points(
     declared: &DistributedDeclaration,
 ) -> Result<Vec<(&'static str, f64, Condition)>, DistributedError> {

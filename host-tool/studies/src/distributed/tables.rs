@@ -1,11 +1,11 @@
-//! Tables: conditions, and the middle person by the rate of each electrode.
+//! Tables: endurance by condition, and the nominal wearer's endurance by pulse rate and by force.
 
 use super::declared::Drive;
 use super::study::{AxisPoint, ConditionResult, DrawResult, Study};
 use crate::laboratory::{Grid, Row, Sheet};
 
 impl Study {
-    /// Pictures, then tables.
+    /// Returns the figures, then the tables.
     pub(super) fn sheets(&self, all: &[DrawResult], along: &[AxisPoint]) -> Vec<Sheet> {
         let mut sheets = self.figures(all, along);
         sheets.push(self.holds(all));
@@ -14,7 +14,7 @@ impl Study {
         sheets
     }
 
-    /// How many of everybody reached the force, and how long they held it.
+    /// Tabulates how many wearers reached the force, and how long they held it.
     fn holds(&self, all: &[DrawResult]) -> Sheet {
         let held = self.declared.conditions.iter();
         let held = held.filter(|condition| condition.drive != Drive::Open);
@@ -68,7 +68,7 @@ impl Study {
     }
 }
 
-/// The middle person by the rate of each electrode.
+/// Tabulates the nominal wearer's endurance by the pulse rate of each electrode.
 fn rates(along: &[AxisPoint]) -> Sheet {
     let own = along
         .iter()
@@ -93,7 +93,7 @@ fn rates(along: &[AxisPoint]) -> Sheet {
     Sheet::table("Rate", title, caption.to_owned(), grid)
 }
 
-/// The middle person by the force that is held.
+/// Tabulates the nominal wearer's endurance by the reference force.
 fn wanted_force_table(along: &[AxisPoint]) -> Sheet {
     let of = |value: f64, id: &str| {
         let is = |axis_point: &&AxisPoint| {

@@ -1,9 +1,7 @@
-//! The papers' protocols that are part of the program.
+//! The declarations of papers' protocols that are built into the program.
 //!
-//! Lives here: which declarations of `host-tool/experiments` there are, by name.
-//! Not here: what they ask (the declarations say it), the machinery (`laboratory`),
-//! the command (`cli`).
-//! In: a name, or a file of somebody's own. Out: an experiment.
+//! Finds an experiment by its name, or loads one from a user's file. `laboratory` runs it; `cli`
+//! has the command.
 
 use crate::catalog;
 use crate::laboratory::{Experiment, LaboratoryError};
@@ -29,7 +27,7 @@ macro_rules! sessions {
     };
 }
 
-/// File name and text of the sessions that they change.
+/// File name and text of the sessions that the declarations modify.
 const SESSIONS: &[(&str, &str)] = sessions![
     "hamana_exp4_one_point_a.toml"
     "hamana_exp4_one_point_b.toml"
@@ -39,14 +37,14 @@ const SESSIONS: &[(&str, &str)] = sessions![
     "open_finger.toml"
 ];
 
-/// The names of [`load_experiment`].
+/// Returns the names that [`load_experiment`] accepts.
 pub fn names() -> impl Iterator<Item = &'static str> {
     DECLARATIONS
         .iter()
         .filter_map(|(file, _)| file.strip_suffix(".toml"))
 }
 
-/// The names of all studies that a command takes, declarations or not, sorted.
+/// Returns the sorted names of all studies that a command accepts, with and without a declaration.
 #[must_use]
 pub fn all_study_names() -> Vec<&'static str> {
     let mut names: Vec<_> = names().chain(catalog::names()).collect();
@@ -55,11 +53,11 @@ pub fn all_study_names() -> Vec<&'static str> {
     names
 }
 
-/// The experiment of this name: one of the program, or a declaration's file, whose
-/// sessions lie beside it.
+/// Loads the experiment of this name: a built-in one, or a declaration's file with its sessions
+/// beside it.
 ///
 /// # Errors
-/// There is none, or what is wrong with it.
+/// Fails if there is no such experiment or its files are invalid.
 pub fn load_experiment(name: &str) -> Result<Experiment, LaboratoryError> {
     let own = format!("{name}.toml");
     if let Some((file, text)) = DECLARATIONS.iter().find(|(file, _)| *file == own) {
@@ -75,7 +73,7 @@ pub fn load_experiment(name: &str) -> Result<Experiment, LaboratoryError> {
     from_file(Path::new(name))
 }
 
-/// A session or a wearer file of the program, by its path from a declaration.
+/// Returns the text of a built-in session or wearer file, by its path relative to a declaration.
 fn embedded_text(path: &str) -> Result<String, LaboratoryError> {
     let session = SESSIONS.iter().find(|(file, _)| *file == path);
     let wearer = || path.strip_prefix("../wearers/").and_then(builtin_wearer);

@@ -1,5 +1,5 @@
-//! Error against cycles of every integrator, both logarithmic: a row of panels per
-//! arithmetic, a column per interval at which the force is read.
+//! Figure of error against cycles for every integrator, both logarithmic: one row of panels for
+//! each arithmetic, one column for each interval of reading.
 
 use crate::accuracy::{Chart, Point, WANTED_PCT, digits};
 use host_core::plot::ink::{BROWN, INK, MUTED, PALETTE, SKY, stroke};
@@ -7,11 +7,11 @@ use host_core::plot::{At, Axis, Color, Figure, Key, Mark, Paint, Panel, Shape};
 use methods::bench::OUTPUTS_US;
 use methods::muscle::{Method, Number, Reading, Setting};
 
-/// From one power of ten to another.
+/// First and last power of ten of an axis.
 type Decades = (i32, i32);
 
-/// The arithmetics from the top, each with its powers of ten of the cycles per second
-/// and of the error in %; of f64 less is shown than there is.
+/// Arithmetics from the top, each with the powers of ten of its cycles per second and of its error
+/// in %. The row of f64 omits the smallest errors.
 const ROWS: [(Number, &str, Decades, Decades); 5] = [
     (Number::Q7_24, "Q7.24", (4, 7), (-4, 2)),
     (Number::Q15_16, "Q15.16", (4, 7), (-3, 2)),
@@ -29,12 +29,12 @@ const ROWS: [(Number, &str, Decades, Decades); 5] = [
         (-3, 2),
     ),
 ];
-/// From where on people notice a difference of force.
+/// Error above which people notice a difference of force, %.
 const NOTICED_PCT: f64 = 10.0;
-/// Pixels of a decade.
+/// Pixels per power of ten.
 const DECADE: f64 = 34.0;
 
-/// All panels, as a file of its own.
+/// Draws all panels as an SVG file.
 pub fn picture(chart: &Chart) -> String {
     let mut legend: Vec<(Key, String)> = Vec::new();
     for method in Method::ALL.into_iter().filter(|m| is_drawn(chart, *m)) {
@@ -88,7 +88,7 @@ fn is_drawn(chart: &Chart, method: Method) -> bool {
     chart.points.iter().any(is_it)
 }
 
-/// Methods that share a colour and a mark are of one kind.
+/// Returns name, colour and mark of a method; related methods share colour and mark.
 fn family(method: Method) -> (&'static str, Color, Shape) {
     match method {
         Method::Euler | Method::EulerExactC => ("Euler", SKY, Shape::Disc),
@@ -110,7 +110,7 @@ fn family(method: Method) -> (&'static str, Color, Shape) {
     }
 }
 
-/// The table's own digits, so that it suffices to draw the picture.
+/// Returns the point with the digits of the table, so that the table suffices to draw the figure.
 fn at(point: &Point) -> At {
     let error = digits(point.error_pct).parse();
     (point.cycles_per_s as f64, error.unwrap_or(f64::INFINITY))
@@ -181,7 +181,7 @@ fn panel(
     }
 }
 
-/// The staircase below which nothing lies, down to the panel's foot.
+/// Returns the staircase of the Pareto front, cut off at the panel's lower edge `foot`.
 fn front(points: &[&Point], foot: f64) -> Vec<At> {
     let mut front: Vec<&&Point> = points.iter().filter(|p| p.on_front).collect();
     front.sort_by_key(|point| point.cycles_per_s);
@@ -197,7 +197,7 @@ fn front(points: &[&Point], foot: f64) -> Vec<At> {
     path
 }
 
-/// The name of one method's points on the front.
+/// Returns the name of one method's points on the front.
 fn label(series: &[&Point]) -> String {
     let setting = series[0].setting;
     let nodes = match setting.method {

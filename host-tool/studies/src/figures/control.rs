@@ -1,4 +1,4 @@
-//! Control laws on random wearers: cycles, mean and 95th percentile of the error.
+//! Figure of control laws on random wearers: cycles, mean and 95th percentile of the error.
 
 use crate::tracking::campaign::Campaign;
 use crate::tracking::contender::Contender;
@@ -8,11 +8,11 @@ use host_core::plot::ink::{Color, MUTED, PALETTE, SHADE, stroke};
 use host_core::plot::{Axis, Figure, Key, Mark, Paint, Panel, Scale, Shape};
 
 const PITCH: f64 = 24.0;
-/// Errors run from 0 to this, degrees; what goes beyond ends at the edge in an
-/// arrow, with its number.
+/// Largest error of the axis, degrees; larger values end at the edge with an arrow and their
+/// number.
 const ERROR_TOP: f64 = 10.0;
 
-/// Rows by cycles; a file of its own.
+/// Draws the figure, rows sorted by cycles, as an SVG file.
 pub fn picture(campaign: &Campaign) -> String {
     let mut order: Vec<usize> = (0..campaign.contenders.len()).collect();
     order.sort_by_key(|n| campaign.cycles[*n].map_or(u64::MAX, |c| c.whole));
@@ -55,7 +55,7 @@ fn mark(contender: &Contender) -> (Color, Shape) {
     }
 }
 
-/// An empty panel with the device's row shaded.
+/// Returns an empty panel with the device's row shaded.
 fn panel(campaign: &Campaign, order: &[usize], title: &str, x: Axis, silent: bool) -> Panel {
     let names = order.iter().map(|n| campaign.contenders[*n].name());
     let is_shipped = |n: &usize| matches!(campaign.contenders[*n], Contender::Shipped);

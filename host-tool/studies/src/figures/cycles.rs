@@ -1,5 +1,5 @@
-//! Mean and most cycles of each algorithm, on a logarithmic scale: dots, since bars
-//! on it would have no zero.
+//! Figure of mean and maximum cycles of each algorithm on a logarithmic scale, with dots because
+//! bars would have no zero.
 
 use crate::bench::{Deadline, OnChip};
 use host_core::plot::ink::{MUTED, PALETTE, stroke};
@@ -10,7 +10,7 @@ const PITCH: f64 = 22.0;
 const MEAN: (Shape, Paint) = (Shape::Disc, Paint::Full(PALETTE[0]));
 const MOST: (Shape, Paint) = (Shape::Up, Paint::Full(PALETTE[4]));
 
-/// A row per algorithm, in the default reading of the flash; a file of its own.
+/// Draws one row for each algorithm, for the default reading of the flash, as an SVG file.
 pub fn picture(chip: &OnChip) -> String {
     let rows: Vec<_> = chip.algorithms().collect();
     let mut x = Axis::decades("cycles of one call", (1, 6));

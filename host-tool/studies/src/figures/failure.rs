@@ -1,4 +1,4 @@
-//! Control laws on widened wearers: who fails, against delay and strength.
+//! Figure of control laws on widened wearers: failures against delay and strength.
 
 use crate::tracking::campaign::{Campaign, Case};
 use crate::tracking::contender::Contender;
@@ -9,18 +9,18 @@ use crate::tracking::widened::failures;
 use host_core::plot::ink::{Color, MUTED, PALETTE, stroke};
 use host_core::plot::{Axis, Figure, Key, Mark, Paint, Panel, Scale, Shape};
 
-/// Pixels of a plot's height: wearers, shares, courses.
+/// Heights of the plots, pixels: wearers; shares.
 const HEIGHTS: (f64, f64) = (210.0, 170.0);
-/// Wearers are counted in so many stretches of delay or strength.
+/// Number of intervals of delay or strength in which wearers are counted.
 const STRETCHES: usize = 5;
-/// Delay, ms, and strength over the nominal wearer's.
+/// Range of the delay, ms, and of the strength relative to the nominal wearer.
 const DELAYS: (f64, f64) = (0.0, 100.0);
 const STRENGTHS: (f64, f64) = (0.4, 3.2);
 const HELD: Color = MUTED;
 const FAILED: Color = PALETTE[1];
 const REFUSED: Color = PALETTE[5];
 
-/// Where each of some laws fails; a file of its own.
+/// Draws where each of some laws fails, as an SVG file.
 pub fn picture(campaign: &Campaign) -> String {
     let shown = shown(campaign);
     let line = |(place, n): (usize, &usize)| {
@@ -76,7 +76,7 @@ pub fn picture(campaign: &Campaign) -> String {
     .file()
 }
 
-/// The default, the best PID and the best other law, two-point.
+/// Returns the default, the best PID and the best other law with two points.
 fn shown(campaign: &Campaign) -> Vec<usize> {
     let is_other = |c: &Contender| matches!(c, Contender::Searched(..)) && !c.is_pid();
     let two = Points::Two;
@@ -109,7 +109,7 @@ fn wearers(campaign: &Campaign, points: Points, n: usize) -> Panel {
     let f = failures(campaign, points, n, None);
     panel.result = format!("{} fail", f.failed);
     let mut cases = campaign.cases_with(points);
-    // Failures lie on top.
+    // Failures are drawn last, on top.
     cases.sort_by_key(|c| c.outcomes[n].has_failed() || c.outcomes[n].refused.is_some());
     for case in cases {
         let (shape, size, paint) = dot(case, n);
@@ -135,7 +135,7 @@ fn dot(case: &Case, n: usize) -> (Shape, f64, Paint) {
     (shape, 3.5, Paint::Full(FAILED))
 }
 
-/// Share of wearers that fail: over delay, over strength, by kind of course.
+/// Draws the share of wearers that fail: over delay, over strength, by kind of reference.
 fn shares(campaign: &Campaign, shown: &[usize], points: Points) -> Vec<Panel> {
     let name = "wearers that fail (%)";
     let y = || Axis::linear(name, (0.0, 100.0), 5.0);
@@ -184,7 +184,7 @@ fn shares(campaign: &Campaign, shown: &[usize], points: Points) -> Vec<Panel> {
     ]
 }
 
-/// The share that fails, %, at the middle of each stretch that has wearers.
+/// Returns the share that fails, %, at the middle of each interval that contains wearers.
 fn stretches(
     cases: &[&Case],
     n: usize,

@@ -1,4 +1,4 @@
-//! Control laws on hands: every hand's error, and means.
+//! Figure of control laws on hands: every hand's error, and means.
 
 use crate::hands::{Contender, DrivenHand, Hands};
 use crate::tracking::wearer::Points;
@@ -6,10 +6,11 @@ use host_core::plot::ink::{Color, MUTED, PALETTE, stroke};
 use host_core::plot::{Axis, Figure, Key, Mark, Paint, Panel, Shape};
 
 const PITCH: f64 = 40.0;
-/// Errors run from 0 to this, % of the range that a hand holds; what goes beyond is at the edge.
+/// Largest error of the axis, % of the range that a hand holds; larger values are drawn at the
+/// edge.
 const ERROR_TOP: f64 = 100.0;
 
-/// A row for each law; a file of its own.
+/// Draws one row for each law, as an SVG file.
 pub fn picture(hands: &Hands) -> String {
     let dots = [
         ("a hand", MUTED, Shape::Disc),

@@ -1,4 +1,4 @@
-//! The judge's sessions: the chosen model's error against the next cheaper one's.
+//! Figure of the random sessions: error of the chosen model against that of the next cheaper one.
 
 use crate::ladder::judge::{Row, TOLERANCES};
 use host_core::choice::measured_levels;
@@ -6,11 +6,11 @@ use host_core::plot::ink::{INK, PALETTE};
 use host_core::plot::{Axis, Figure, Key, Mark, Paint, Panel, Shape};
 use host_core::session::level_name;
 
-/// The scales' ends, powers of ten of a percent.
+/// Ends of the axes, powers of ten of a percent.
 const DECADES: (i32, i32) = (-3, 3);
 const LEAST: f64 = 1e-3;
 
-/// The picture of these rows, a file of its own.
+/// Draws these rows as an SVG file.
 pub fn picture(rows: &[Row], seed: u64) -> String {
     let legend = measured_levels().enumerate().map(|(n, rung)| {
         let name = format!("{} chosen", level_name(rung));
@@ -34,8 +34,8 @@ pub fn picture(rows: &[Row], seed: u64) -> String {
     .file()
 }
 
-/// One tolerance: right of its upright line the choice fails, below its level line the
-/// cheaper model would have done.
+/// Draws one tolerance. To the right of the vertical line the choice fails; below the horizontal
+/// line the cheaper model would have sufficed.
 fn panel(rows: &[Row], n: usize) -> Panel {
     let limit_pct = TOLERANCES[n].fraction() * 100.0;
     let all: Vec<_> = measured_levels().collect();

@@ -1,14 +1,13 @@
-//! A stability map as a picture: cells coloured by class, theory's boundary as a
-//! line over them, a dot where the two disagree; where theory gives numbers, lines
-//! over it.
+//! Figure of a stability map: cells coloured by class, theory's boundary as a line, a dot where
+//! theory and result disagree. Maps whose theory gives numbers are drawn as lines.
 
 use crate::stability::{Cell, Class, Layout, Map, Panel as Found};
 use host_core::plot::ink::{EDGE, GRID, HALO, MUTED, PALETTE, stroke};
 use host_core::plot::series::range;
 use host_core::plot::{At, Axis, Color, Figure, Key, Mark, Paint, Panel, Scale, Shape};
 
-/// First and last colour of the classes of each verdict: what holds is blue,
-/// what fails orange, what fails badly dark red.
+/// First and last colour of the classes of each verdict: blue if the method holds, orange if it
+/// fails, dark red if it fails badly.
 const RAMPS: [(Color, Color); 3] = [
     (Color(0xCF, 0xE8, 0xF7), Color(0x1B, 0x6C, 0xA0)),
     (Color(0xF6, 0xC8, 0x60), Color(0xD9, 0x7B, 0x00)),
@@ -16,12 +15,11 @@ const RAMPS: [(Color, Color); 3] = [
 ];
 /// Height of a cell, pixels.
 const CELL: f64 = 18.0;
-/// Theory's verdict changes here; set off, then drawn.
+/// Strokes of theory's boundary: a halo, then the line.
 const BOUNDARY: [(Color, f64); 2] = [(HALO, 4.8), (EDGE, 2.4)];
 const DISAGREES: [(Color, f64); 2] = [(HALO, 3.0), (EDGE, 2.0)];
 
-/// The map as a file of its own: as lines where theory gives numbers, else as
-/// coloured cells.
+/// Draws the map as an SVG file: as lines if theory gives numbers, otherwise as coloured cells.
 pub fn picture(map: &Map) -> String {
     let is_lines = matches!(map.layout, Layout::Lines(_));
     let (legend, subtitle) = match is_lines {
@@ -55,7 +53,7 @@ pub fn picture(map: &Map) -> String {
     .file()
 }
 
-/// The colour of each class.
+/// Returns the colour of a class.
 fn color(map: &Map, class: &Class) -> Color {
     let alike = || map.classes.iter().filter(|c| c.verdict == class.verdict);
     let place = alike().position(|c| c == class).unwrap_or(0);
@@ -99,7 +97,7 @@ fn cells(map: &Map, found: &Found) -> Panel {
     let labels = |axis: &crate::stability::Axis| axis.labels.clone();
     let x = Axis::rows(&map.across.caption(), labels(&map.across));
     let mut down = labels(&map.down);
-    // Numbers grow upwards.
+    // Numbers increase upwards.
     let grows = down
         .last()
         .is_some_and(|label| label.parse::<f64>().is_ok());
@@ -116,7 +114,7 @@ fn cells(map: &Map, found: &Found) -> Panel {
     for (r, c, cell) in numbered() {
         let (x, y) = (c as f64, row(r) as f64);
         let fill = Paint::Full(color(map, &map.classes[cell.class]));
-        // A hair of background between cells.
+        // A narrow gap between cells.
         let (across, up) = ((x - 0.5, x + 0.47), (y - 0.5, y + 0.47));
         panel.marks.push(Mark::Area(across, up, fill));
     }
@@ -143,8 +141,8 @@ fn cells(map: &Map, found: &Found) -> Panel {
 /// An edge between cells, from one corner to the next; (row, column).
 type Edge = ((usize, usize), (usize, usize));
 
-/// The edges between cells of different prediction. Rows of which theory says
-/// nothing have none above and below.
+/// Returns the edges between cells of different prediction. Rows without any prediction have none
+/// above and below.
 fn boundary(rows: &[Vec<Cell>]) -> Vec<Edge> {
     let speaks = |row: &[Cell]| row.iter().any(|cell| cell.predicted.is_some());
     let differ = |a: &Cell, b: &Cell| a.predicted != b.predicted;
@@ -164,7 +162,7 @@ fn boundary(rows: &[Vec<Cell>]) -> Vec<Edge> {
     edges
 }
 
-/// The colour and mark of a row; one more than the palette has.
+/// Returns the colour and mark of a row; one row more than the palette has colours is grey.
 fn series(row: usize) -> (Color, Shape) {
     let color = PALETTE.get(row).copied().unwrap_or(MUTED);
     (color, Shape::SERIES[row % Shape::SERIES.len()])
@@ -188,11 +186,11 @@ fn lines_legend(map: &Map) -> Vec<(Key, String)> {
         .collect()
 }
 
-/// Broad and pale, under the lines that it foretells.
+/// Stroke of theory's prediction, broad and pale, below the measured lines.
 const TOLD: host_core::plot::Stroke = stroke(GRID, 9.0);
 
-/// Each row's numbers over the columns, both logarithmic. The columns' labels are
-/// numbers.
+/// Draws the numbers of each row over the columns, both logarithmic. The labels of the columns must
+/// be numbers.
 fn lines(map: &Map, found: &Found) -> Panel {
     let columns: Vec<f64> = map.across.labels.iter().flat_map(|l| l.parse()).collect();
     let drawn = |y: &f64| y.is_finite() && *y > 0.0;
@@ -220,7 +218,7 @@ fn lines(map: &Map, found: &Found) -> Panel {
     }
     for (r, row) in found.rows.iter().enumerate().rev() {
         let (path, (color, shape)) = (path(row, |cell| Some(cell.number)), series(r));
-        // The rows' marks beside each other, so that lines upon lines are told apart.
+        // The marks of different rows are shifted, so that overlapping lines can be distinguished.
         let every = path.iter().skip(r % 4).step_by(4);
         let dots: Vec<Mark> = every
             .map(|at| Mark::Dot(*at, shape, 3.5, Paint::Full(color)))

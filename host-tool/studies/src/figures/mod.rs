@@ -1,7 +1,7 @@
-//! The studies' pictures, declared for `host_core::plot`.
+//! Figures of the studies, built with `host_core::plot`.
 //!
-//! In: what a study measured. Out: SVG. Above the studies: none of them calls this
-//! room.
+//! Each takes the results of a study and returns SVG. The studies themselves do not use this
+//! module.
 
 mod accuracy;
 mod control;

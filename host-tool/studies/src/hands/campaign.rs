@@ -1,4 +1,4 @@
-//! All contenders on the same hands.
+//! Runs all contenders on the same random hands and computes their scores.
 
 use super::HandsError;
 use super::contender::{Contender, Outcome};
@@ -10,62 +10,63 @@ use host_core::statistics::{mean, quantile};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// Which hands.
+/// Seed and number of the random hands.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Plan {
-    /// Decides the draws.
     pub seed: u64,
-    /// How many are drawn.
+    /// Number of hands to generate.
     pub draws: u64,
 }
 
-/// One hand: what it holds, and what each contender made of it.
+/// One hand: the ranges of angles that it holds, and the outcome of each contender.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Case {
-    /// Number of its draw.
+    /// Index of the draw.
     pub index: u64,
-    /// Widths of the ranges that it holds, one- and two-point, °.
+    /// Widths of the ranges that the hand holds with one and with two points, °.
     pub held_deg: [f64; 2],
-    /// Width of what it holds either way: what the target is made of, °.
+    /// Width of the range that the hand holds in both ways, °; it scales the reference.
     pub holds_deg: f64,
-    /// One- and two-point, by contender.
+    /// Outcomes with one and with two points, in the order of the contenders.
     pub outcomes: [Vec<Outcome>; 2],
 }
 
-/// What a campaign on hands found.
+/// Result of a campaign on hands.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Hands {
-    /// What was done.
+    /// Seed and number of hands that were asked for.
     pub plan: Plan,
-    /// Whose forearm was drawn again and again; nobody's for others' from the population.
+    /// Name of the wearer whose forearm all draws share; `None` if the hands come from the
+    /// population.
     pub wearer: Option<String>,
-    /// Who took part.
+    /// Contenders in the order of all outcomes.
     pub contenders: Vec<Contender>,
-    /// Hands that laws could drive, in order of drawing.
+    /// Hands that controllers could drive, in order of their draws.
     pub cases: Vec<Case>,
-    /// Draws that none could, by why: never dropped, counted.
+    /// Number of hands that no controller could drive, by reason. They are counted, never dropped.
     pub missing: BTreeMap<&'static str, u64>,
-    /// Stretches of time, over all trials, in which no consistent currents were found.
+    /// Number of time intervals, over all trials, for which no consistent currents were found.
     pub unsettled: u64,
 }
 
-/// One contender with one number of points.
+/// Score of one contender with one or two points.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Score {
-    /// Hands that it refused.
+    /// Number of hands on which the device refused or stopped.
     pub refused: usize,
-    /// Hands on which it is not better than a finger that is held in the middle of the
-    /// target; not refused.
+    /// Number of hands, refusals excluded, on which the RMSE is no smaller than that of a finger
+    /// held in the middle of the reference.
     pub no_better: usize,
-    /// Mean RMSE of those not refused, °; like all that follows no number without any.
+    /// Mean RMSE without refusals, °. This and the following fields are NaN if every hand was
+    /// refused.
     pub mean_deg: f64,
-    /// 95th percentile.
+    /// 95th percentile of the RMSE, °.
     pub p95_deg: f64,
-    /// The same in parts of the range that the hand holds.
+    /// Mean RMSE as a fraction of the range that the hand holds.
     pub mean_part: f64,
-    /// 95th percentile.
+    /// 95th percentile of the RMSE as a fraction of the range that the hand holds.
     pub p95_part: f64,
-    /// RMSE less the best PID's on the same hand, °.
+    /// RMSE minus that of the best PID on the same hand, °.
     pub over_pid: Interval,
 }
 
@@ -73,7 +74,8 @@ fn place(points: Points) -> usize {
     usize::from(points == Points::Two)
 }
 
-/// A hand with its outcomes and unsettled stretches, or why there is none.
+/// A hand with its outcomes and its number of intervals without consistent currents, or the reason
+/// why no controller can drive the hand.
 type HandOutcomes = Result<(Case, u64), &'static str>;
 
 fn drive(
@@ -108,12 +110,12 @@ fn drive(
 }
 
 impl Hands {
-    /// Lets every contender drive every hand, one- and two-point: of the population, or,
-    /// drawn again and again, of the first of `whom`. The same plan gives the same numbers,
-    /// to the bit, on any number of threads.
+    /// Lets every contender drive every hand with one and with two points. The hands come from the
+    /// population, or are repeated draws of the first person of `whom`. The same plan gives
+    /// bit-identical results on any number of threads.
     ///
     /// # Errors
-    /// The population's declaration, or a hand or law that cannot be.
+    /// Fails if the population's declaration cannot be read, or a hand or control law is invalid.
     pub fn run(
         plan: Plan,
         whom: Option<&Participants>,
@@ -151,13 +153,13 @@ impl Hands {
         })
     }
 
-    /// What its table and picture are called, without an ending.
+    /// Returns the file name of the table and the picture, without extension.
     pub fn file_stem(&self) -> String {
         let of = |name| format!("control_wearer_{name}");
         self.wearer.as_ref().map_or("control_hands".to_owned(), of)
     }
 
-    /// Hands that a contender did not refuse, each with its RMSE, °.
+    /// Returns the hands that a contender did not refuse, each with its RMSE, °.
     pub fn tracked(&self, points: Points, contender: usize) -> Vec<(&Case, f64)> {
         let of = |case: &Case| {
             let outcome = &case.outcomes[place(points)][contender];
@@ -167,7 +169,7 @@ impl Hands {
         cases.filter_map(|case| Some((case, of(case)?))).collect()
     }
 
-    /// The PID with the least mean RMSE; the first contender if there is none.
+    /// Returns the index of the PID with the smallest mean RMSE, or 0 if there is no PID.
     pub fn best_pid(&self, points: Points) -> usize {
         let of = |n: &usize| {
             let tracked = self.tracked(points, *n);
@@ -177,14 +179,15 @@ impl Hands {
         pids.min_by(|a, b| of(a).total_cmp(&of(b))).unwrap_or(0)
     }
 
-    /// Widths of the ranges that hands hold with these points, °: 5 %, median, 95 %.
+    /// Returns the 5th percentile, median and 95th percentile of the widths of the ranges that
+    /// hands hold with these points, °.
     pub fn held_range_deg(&self, points: Points) -> [f64; 3] {
         let held = self.cases.iter().map(|case| case.held_deg[place(points)]);
         let held: Vec<f64> = held.collect();
         [0.05, 0.5, 0.95].map(|part| quantile(&held, part).unwrap_or(f64::NAN))
     }
 
-    /// Names under which a contender refused, each with how often.
+    /// Counts a contender's refusals by name.
     pub fn refusals(&self, points: Points, contender: usize) -> BTreeMap<&str, u64> {
         let mut counts = BTreeMap::new();
         for case in &self.cases {
@@ -195,14 +198,14 @@ impl Hands {
         counts
     }
 
-    /// A contender's score.
+    /// Computes the score of one contender over all hands.
     pub fn score(&self, points: Points, contender: usize) -> Score {
         let tracked = self.tracked(points, contender);
         let all: Vec<f64> = tracked.iter().map(|pair| pair.1).collect();
         let parts = tracked.iter().map(|(case, rmse)| rmse / case.holds_deg);
         let parts: Vec<f64> = parts.collect();
         let pid = self.best_pid(points);
-        // Over hands that neither refused.
+        // Compares only hands on which neither was refused.
         let both = tracked.iter().filter_map(|(case, rmse)| {
             let pid = &case.outcomes[place(points)][pid];
             pid.refused.is_none().then_some((*rmse, pid.rmse_deg))

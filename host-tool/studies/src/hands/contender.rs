@@ -1,4 +1,4 @@
-//! Who drives a hand, and what they know of it.
+//! Contenders: the control laws that drive a hand, and what each knows about the hand.
 
 use super::HandsError;
 use super::drawn::{Actuation, DrivenHand};
@@ -16,28 +16,28 @@ use hal_sim::body::hand::digits::{INDEX, RANGES_DEG, REST_DEG};
 use hal_sim::body::hand::spec::{A, B, E};
 use methods::control::Form;
 
-/// The extensor's torque as a part of the flexors': assumed, the population's ranges
-/// have it so.
+/// Torque of the extensor as a fraction of the flexors' torque. Assumed, in agreement with the
+/// ranges of the population.
 const EXTENSION: f64 = 0.7;
 
-/// What drives a hand. All know its voltages, as searched, and no torque.
+/// Control law that drives a hand. Every contender knows the voltages that were searched, and no
+/// torque.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Contender {
-    /// The device's fixed-point default for a joint of whose wearer nothing is known
-    /// ([`LawSpec::ALONE`]): what a session without a wearer's file gets.
+    /// The device's fixed-point default for a joint without a wearer file ([`LawSpec::ALONE`]).
     Unknown,
-    /// The device's fixed-point default ([`LawSpec::RECOMMENDED`]) with the file that a
+    /// The device's fixed-point default ([`LawSpec::RECOMMENDED`]) with the wearer model that a
     /// calibration would write ([`Actuation::model`]).
     Calibrated,
-    /// A law in f64 with the numbers that the search on fingers found; with add-ons it
-    /// knows that file as well.
+    /// A law in `f64` with the parameters that the search on fingers found. With add-ons it also
+    /// knows the calibrated wearer model.
     Searched(Equipment, Box<Candidate>),
 }
 
-/// The device's default, the paper's law and PIDs.
+/// Returns the device's defaults, the paper's law and the PIDs.
 ///
 /// # Errors
-/// The committed table of gains cannot be read.
+/// Fails if the committed table of gains cannot be read.
 pub fn contenders() -> Result<Vec<Contender>, GainsError> {
     let searched = gains::read(gains::COMMITTED)?.into_iter();
     let wanted = |form| matches!(form, Form::Pid | Form::Paper);
@@ -48,17 +48,17 @@ pub fn contenders() -> Result<Vec<Contender>, GainsError> {
     Ok(device.into_iter().chain(searched).collect())
 }
 
-/// How it went with one hand.
+/// Outcome of one contender on one hand.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Outcome {
-    /// From 10 to 30 s, °; of a refusal, what came of it.
+    /// RMSE from 10 to 30 s, °. After a refusal, that of the movement that still occurred.
     pub rmse_deg: f64,
-    /// The name under which the device refused or stopped, if it did.
+    /// Name under which the device refused or stopped, if it did.
     pub refused: Option<String>,
 }
 
 impl Contender {
-    /// For tables; a plus is for add-ons.
+    /// Returns the name as tables show it; a plus stands for add-ons.
     pub fn name(&self) -> String {
         match self {
             Self::Unknown => "device default".to_owned(),
@@ -70,12 +70,12 @@ impl Contender {
         }
     }
 
-    /// Whether it is a PID: the baseline.
+    /// Returns whether this contender is a PID, the baseline.
     pub fn is_pid(&self) -> bool {
         matches!(self, Self::Searched(_, candidate) if candidate.form == Form::Pid)
     }
 
-    /// The arithmetic it runs in.
+    /// Returns the arithmetic in which the law computes: `f64` or `fixed`.
     pub const fn arithmetic(&self) -> &'static str {
         match self {
             Self::Searched(..) => "f64",
@@ -99,7 +99,7 @@ impl Contender {
                 Box::new(candidate.driver_of::<f64>(&KnownWearer {
                     joint: way.joint(LawSpec::ALONE),
                     model: match equipment {
-                        // Not used, so never refused.
+                        // The law does not use this model, so the nominal one is never refused.
                         Equipment::Alone => KnownWearer::nominal(way.points).model,
                         Equipment::Equipped => way.model(0),
                     },
@@ -108,10 +108,11 @@ impl Contender {
         })
     }
 
-    /// What it makes of a hand; also stretches of time without consistent currents.
+    /// Drives one hand through a trial. Returns the outcome, and the number of time intervals
+    /// without consistent currents.
     ///
     /// # Errors
-    /// The hand or the law cannot be.
+    /// Fails if the hand or the law is invalid.
     pub fn attempt(
         &self,
         drawn: &DrivenHand,
@@ -119,7 +120,7 @@ impl Contender {
     ) -> Result<(Outcome, u64), HandsError> {
         let mut driver = match self.driver(way) {
             Ok(driver) => driver,
-            // The device takes no such joint: nothing is stimulated.
+            // The device refuses this joint, so nothing is stimulated.
             Err(TrackingError::Joint(SpecError::Range(e))) => {
                 let outcome = Outcome {
                     rmse_deg: drawn.at_rest_deg(),
@@ -139,7 +140,7 @@ impl Contender {
 }
 
 impl Actuation {
-    /// This hand's joint for the device, with this law and no file of the wearer.
+    /// Returns this hand's joint as the device takes it, with this law and without a wearer model.
     pub fn joint(&self, law: LawSpec) -> JointSpec {
         let millivolts = |volts: f64| Amplitude::new((volts * 1000.0).round() as u32);
         let of = |point: usize| {
@@ -160,7 +161,7 @@ impl Actuation {
             law_period_ms: law.default_period_ms(),
             cutoff_mhz: law.default_cutoff_mhz(),
             flexors: [A, B].into_iter().filter_map(of).collect(),
-            // Every way has an extensor.
+            // Every actuation has an extensor, so `none` is never used.
             extensor: of(E).unwrap_or(none),
             hold: SHIPPED_HOLD,
             angle_min_mdeg: low,
@@ -172,10 +173,12 @@ impl Actuation {
         }
     }
 
-    /// The file that a calibration would write: the flexors' torque is what holds the
-    /// angle that all flexion reaches in 3 s, against the nominal finger's spring,
-    /// which nobody measures; the extensor's is 0.7 of it, for what it pulls cannot be
-    /// seen from rest. All else is the nominal finger's.
+    /// Returns the wearer model that a calibration would write.
+    ///
+    /// The flexors' torque is the one that holds the angle of full flexion after 3 s against the
+    /// spring of the nominal finger, which nobody measures. The extensor's torque is 0.7 of it,
+    /// because its pull cannot be observed from rest. All other values are those of the nominal
+    /// finger.
     pub fn model(&self, lead_ms: u16) -> WearerModel {
         let finger = nominal();
         let micro = |x: f64| (x * 1e6).round() as u32;

@@ -1,4 +1,5 @@
-//! A drawn hand, its searches done, and what it holds.
+//! Prepares a random hand for control: searches its voltages and measures the angles that it can
+//! hold.
 
 use super::HandsError;
 use super::leads::Leads;
@@ -16,49 +17,49 @@ use hal_sim::body::hand::spec::{A, B, E, RETURN};
 use hal_sim::body::hand::{Hand, InvalidHand, MovingHand};
 use std::f64::consts::TAU;
 
-/// Electrodes A, B and E are on channels 0, 1, 2.
+/// Channels of the electrodes A, B and E.
 const CHANNELS: [usize; RETURN] = [A, B, E];
-/// What is held is the mean over this last time, ms, of 3 s and of the whole trial.
+/// Length of the mean that gives a held angle, ms. The means end after 3 s (`FRESH_MS`) and at the
+/// end of the trial.
 const HELD_MS: usize = 1_000;
 const FRESH_MS: usize = 3_000;
-/// Who holds a range of less holds nothing, °: the glove's noise is 0.3.
+/// Smallest range that a hand must hold to take part, °. The glove's noise is 0.3°.
 const LEAST_DEG: f64 = 1.0;
-/// The target: a sine between 15 % and 85 % of the range that is held, at Hamana 2022's
-/// 0.2 Hz.
+/// The reference: a sine between 15 % and 85 % of the held range, at the 0.2 Hz of Hamana 2022.
 const MIDDLE: f64 = 0.5;
 const SWING: f64 = 0.35;
 const HZ: f64 = 0.2;
 
-/// One way to bend the finger: one point or two.
+/// One of the two ways to bend the finger: with one stimulation point or with two.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Actuation {
-    /// Which.
     pub points: Points,
-    /// Threshold and greatest voltage of A, B and E, V; of a point that is used.
+    /// Threshold and largest voltage of A, B and E, V; `None` for an unused point.
     pub ranges_v: [Option<[f64; 2]>; RETURN],
-    /// Angle that all flexion holds after 3 s, °.
+    /// Angle that full flexion holds after 3 s, °.
     pub fresh_deg: f64,
-    /// Angles that all extension and all flexion still hold, rested as well as after 30 s
-    /// without rest, °: the narrower of both.
+    /// Angles that full extension and full flexion hold, °: the narrower of the ranges when rested
+    /// and after 30 s without rest.
     pub held_deg: [f64; 2],
 }
 
-/// A hand that laws drive.
+/// A hand that a controller can drive, with its reference.
 #[derive(Clone, Debug)]
 pub struct DrivenHand {
     hand: Hand,
     line: Line,
     seed: u64,
-    /// One-point (the point that holds further) and two-point.
+    /// Actuation with one point, the one with the larger range, and with two points.
     pub ways: [Actuation; 2],
-    /// Angles that it holds with either, low to high, °: what the target is made of.
+    /// Smallest and largest angle that the hand holds with either actuation, °; the reference is
+    /// scaled to them.
     pub holds_deg: [f64; 2],
-    /// The wanted angle each millisecond, °.
+    /// Reference angle at each millisecond, °.
     pub wanted: Vec<f64>,
 }
 
 impl Actuation {
-    /// The leads that are used.
+    /// Returns the leads that are in use.
     pub const fn leads(&self) -> Leads {
         let [a, b, e] = &self.ranges_v;
         Leads {
@@ -66,8 +67,8 @@ impl Actuation {
         }
     }
 
-    /// All of an effort, its antagonist at threshold: the device has it so (Hamana 2022,
-    /// (7) to (12)).
+    /// Returns the voltages of full effort, with the antagonist at its threshold as in the device
+    /// (Hamana 2022, (7) to (12)).
     fn full_effort_volts(&self, flexion: bool) -> Volts {
         let at = |point: usize| {
             let works = (point == E) != flexion;
@@ -76,18 +77,18 @@ impl Actuation {
         [at(A), at(B), at(E)]
     }
 
-    /// The range that it holds, °.
+    /// Returns the width of the range that this actuation holds, °.
     fn span_deg(&self) -> f64 {
         self.held_deg[1] - self.held_deg[0]
     }
 }
 
 impl DrivenHand {
-    /// Hand `index` of the population, or why no law can drive it. Lines are those of
-    /// the earlier wearers of the same seed.
+    /// Generates hand `index` of the population, or returns the reason why no law can drive it. The
+    /// transmission line is that of the simulated finger with the same seed and index.
     ///
     /// # Errors
-    /// The declaration, or a hand that cannot be.
+    /// Fails if the declaration cannot be read or the hand is invalid.
     pub fn draw(
         population: &Population,
         seed: u64,
@@ -112,11 +113,12 @@ impl DrivenHand {
         Self::from_wearer(wearer, seed, index)
     }
 
-    /// Draw `index` of the one person of `whom`, whose forearm is drawn but for what is
-    /// known, or why no law can drive it. Lines are those of [`Self::draw`].
+    /// Generates draw `index` of the first person of `whom`, whose forearm is random except for
+    /// what is known, or returns the reason why no law can drive it. The transmission lines are
+    /// those of [`Self::draw`].
     ///
     /// # Errors
-    /// The declaration, nobody, or a hand that cannot be.
+    /// Fails if the declaration cannot be read, `whom` is empty, or the hand is invalid.
     pub fn of_wearer(
         population: &Population,
         whom: &Participants,
@@ -131,7 +133,7 @@ impl DrivenHand {
         }
     }
 
-    /// A forearm whose voltages are known, with the line of this draw.
+    /// Prepares a forearm whose voltages are known, with the transmission line of this draw.
     fn from_wearer(
         wearer: Wearer,
         seed: u64,
@@ -163,7 +165,8 @@ impl DrivenHand {
         })
     }
 
-    /// One point, the one that holds further, and two.
+    /// Returns the actuation with one point, the one with the larger range, and that with two
+    /// points.
     fn actuations(
         &self,
         voltages: &Voltages,
@@ -199,7 +202,7 @@ impl DrivenHand {
         Ok(Ok([one, two]))
     }
 
-    /// With the target of what it holds.
+    /// Adds the reference, scaled to the range that the hand holds with either actuation.
     fn with_target(mut self) -> Result<Self, &'static str> {
         let [one, two] = self.ways.map(|way| way.held_deg);
         let [low, high] = [one[0].max(two[0]), one[1].min(two[1])];
@@ -215,7 +218,7 @@ impl DrivenHand {
         Ok(self)
     }
 
-    /// This way with what it holds.
+    /// Returns `way` with the angles that it holds.
     fn measure_range(&self, way: Actuation) -> Result<Actuation, TwoPointsError> {
         let extended = self.held_angles_deg(&way, way.full_effort_volts(false))?;
         let flexed = self.held_angles_deg(&way, way.full_effort_volts(true))?;
@@ -226,7 +229,8 @@ impl DrivenHand {
         })
     }
 
-    /// Where these volts hold the finger in the third and in the last second, °.
+    /// Returns the angles at which these voltages hold the finger in the third and in the last
+    /// second, °.
     fn held_angles_deg(&self, way: &Actuation, volts: Volts) -> Result<[f64; 2], TwoPointsError> {
         let (mut hand, leads) = (self.moving()?, way.leads());
         leads.ground_used(&mut hand);
@@ -248,11 +252,11 @@ impl DrivenHand {
         moving.map_err(|e| TwoPointsError::Hand(InvalidHand::Segment(e)))
     }
 
-    /// What happens while `driver` lets the finger follow, and stretches of time in
-    /// which no consistent currents were found.
+    /// Runs one trial in which `driver` makes the finger follow the reference. Returns the attempt,
+    /// and the number of time intervals for which no consistent currents were found.
     ///
     /// # Errors
-    /// The hand cannot be.
+    /// Fails if the hand is invalid.
     pub fn run(
         &self,
         way: &Actuation,
@@ -275,11 +279,11 @@ impl DrivenHand {
         Ok((Attempt { angles, refused }, hand.uncomputed_intervals()))
     }
 
-    /// RMSE from 10 to 30 s of a finger that is held in the middle of the target, as a
-    /// part of the range: what any law should beat.
+    /// RMSE from 10 to 30 s of a finger that is held in the middle of the reference, as a fraction
+    /// of the range. Every law should do better.
     pub const STILL: f64 = SWING * std::f64::consts::FRAC_1_SQRT_2;
 
-    /// RMSE from 10 to 30 s of a finger that is not stimulated, °.
+    /// Returns the RMSE from 10 to 30 s of a finger that is not stimulated, °.
     pub fn at_rest_deg(&self) -> f64 {
         let scored = self.wanted.iter().skip(SCORED_FROM_MS);
         let squares = scored.map(|w| (w - REST_DEG[INDEX]).powi(2));

@@ -1,5 +1,5 @@
-//! What the leads of a hand do: Hamana 2022's pulses, and what is grounded or floats
-//! beside them.
+//! Drives the leads of a hand: plays the pulses of Hamana 2022, and grounds or disconnects the
+//! other leads.
 
 use crate::tracking::trial::{PULSE_EVERY_MS, PULSE_US};
 use crate::tracking::wearer::Volts;
@@ -7,23 +7,23 @@ use hal_sim::body::hand::MovingHand;
 use hal_sim::body::hand::spec::{A, B, E, RETURN};
 use hal_sim::body::{Body, Drive, Lead};
 
-/// When in a period the pulses of A, B and E begin, ms: B 2 ms after A (pattern 8 of
-/// figure 5), the extensor half a period after A (assumed, as in the sessions of
-/// experiment 4).
+/// Start of the pulses of A, B and E within a period, ms. B follows 2 ms after A (pattern 8 of
+/// figure 5), and the extensor half a period after A (assumed, as in the sessions of experiment 4).
 const BEGINS_MS: [usize; RETURN] = [0, 2, 10];
 
-/// The leads of points that are used; all others float.
+/// Leads of the stimulation points in use; all other leads float.
 ///
-/// Between pulses a used point is grounded (figure 6). While a flexor pulses, the other
-/// is grounded, for the pair is conducted; flexors and extensor isolate each other.
+/// Between pulses, a used point is grounded (figure 6). While one flexor pulses, the other is
+/// grounded, because the pair is conducted. Flexors and extensor are disconnected during each
+/// other's pulses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Leads {
-    /// Of A, B and E.
+    /// Whether A, B and E are in use.
     pub used: [bool; RETURN],
 }
 
 impl Leads {
-    /// Grounds what is used, from the start on.
+    /// Grounds the leads in use at time 0.
     pub fn ground_used(self, hand: &mut MovingHand) {
         for channel in self.channels() {
             hand.set_lead(0, channel, Lead::Grounded);
@@ -34,7 +34,7 @@ impl Leads {
         [A, B, E].into_iter().filter(move |at| self.used[*at])
     }
 
-    /// The pulses that begin in millisecond `ms`, monophasic, at these volts.
+    /// Plays the monophasic pulses that begin in millisecond `ms`, at these voltages.
     pub fn pulse(self, hand: &mut MovingHand, ms: usize, volts: Volts) {
         let now_us = ms as u64 * 1000;
         for channel in self.channels() {

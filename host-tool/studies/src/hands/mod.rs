@@ -1,11 +1,11 @@
-//! Control laws on hands: forearms that are a mechanism, drawn as the two-point study
-//! draws them.
+//! Compares control laws on multibody forearm models, generated at random as in the two-point
+//! study.
 //!
-//! Lives here: a drawn hand and what it holds (`drawn`), what its leads do (`leads`),
-//! who drives it and what they know (`contender`), one after the other (`campaign`), as
-//! tables (`table`). Not here: forearms (`hal_sim::body::hand`), searches for points and
-//! voltages (`crate::hamana2022`), lines and laws (`crate::tracking`).
-//! In: a seed. Out: errors of laws. All simulated: no evidence about people.
+//! Takes a seed and returns the tracking errors of the laws. `drawn` prepares a random hand,
+//! `leads` drives its leads, `contender` holds the laws and what they know, `campaign` runs all
+//! laws on all hands, and `table` formats the result. The forearms are in `hal_sim::body::hand`,
+//! the searches for points and voltages in `crate::hamana2022`, transmission lines and laws in
+//! `crate::tracking`. Everything is simulated: this is no evidence about people.
 
 mod campaign;
 mod contender;
@@ -20,13 +20,13 @@ pub use drawn::{Actuation, DrivenHand};
 use crate::hamana2022::TwoPointsError;
 use crate::tracking::TrackingError;
 
-/// Why hands cannot be driven.
+/// The reason why hands cannot be driven.
 #[derive(Debug, thiserror::Error)]
 pub enum HandsError {
-    /// A hand.
+    /// A hand is invalid, or its searches failed.
     #[error(transparent)]
     Hand(#[from] TwoPointsError),
-    /// A law.
+    /// A control law is invalid.
     #[error(transparent)]
     Law(#[from] TrackingError),
 }

@@ -1,11 +1,11 @@
-//! A campaign on hands as tables: for people, for machines, as CSV.
+//! Formats the result of a campaign on hands as text, CSV and JSON.
 
 use super::campaign::{Hands, Score};
 use crate::tracking::columns::{Column, add_to_json, cells, names};
 use crate::tracking::wearer::Points;
 use serde_json::{Value, json};
 
-/// For people, at most 80 columns.
+/// Formats the result as plain text of at most 80 columns.
 pub fn text(hands: &Hands) -> String {
     let (plan, follow) = (hands.plan, hands.cases.len());
     let of = hands.wearer.as_deref().map_or(String::new(), |wearer| {
@@ -78,7 +78,7 @@ const NUMBERS: [Column<Score>; 7] = [
     ("over_pid_high_deg", |s| s.over_pid.high),
 ];
 
-/// A line per contender and number of points.
+/// Formats the result as CSV, with one row for each contender and number of points.
 pub fn csv(hands: &Hands) -> String {
     let mut out = "points,law,arithmetic,seed,drawn,hands,held_p5_deg,held_median_deg,\
                    held_p95_deg,refused,no_better_than_still"
@@ -106,7 +106,7 @@ pub fn csv(hands: &Hands) -> String {
     out
 }
 
-/// For machines.
+/// Formats the result as JSON.
 pub fn json(hands: &Hands) -> Value {
     let points = Points::ALL.map(|points| {
         let laws = hands.contenders.iter().enumerate().map(|(n, contender)| {

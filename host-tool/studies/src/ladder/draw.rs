@@ -1,6 +1,7 @@
-//! The judge's sessions, drawn by seed: what is drawn, and from which ranges.
+//! Generates the random sessions on which the selection of muscle models is judged, with the ranges
+//! of their values.
 //!
-//! Declared before the first judged run; not changed by what came out.
+//! Fixed before the first judged run, and not changed because of its results.
 
 use super::DrawError;
 use firmware::control::{ForceControl, ForceSpec, HoldPolicy};
@@ -12,14 +13,14 @@ use host_core::session::Session;
 
 use crate::subjects::spec;
 
-/// The seed of the judged sessions.
+/// Seed of the judged sessions.
 pub const JUDGED: u64 = 2_026;
-/// The seed of the sessions that were looked at while building.
+/// Seed of the sessions that were used during development.
 pub const DEVELOPMENT: u64 = 7;
-/// How many sessions are judged.
+/// Number of judged sessions.
 pub const SESSIONS: usize = 200;
 
-/// Kinds of session, drawn in turn.
+/// Kinds of session, generated in turn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// Constant amplitudes, trains of single pulses.
@@ -43,7 +44,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// In the order in which they are drawn.
+    /// All kinds, in the order in which they are generated.
     pub const ALL: [Self; 9] = [
         Self::Held,
         Self::Bursts,
@@ -56,7 +57,7 @@ impl Kind {
         Self::LiveAmplitude,
     ];
 
-    /// What it is called in the table.
+    /// Returns the name of the kind in the table.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -73,10 +74,10 @@ impl Kind {
     }
 }
 
-/// Session `index` of `seed`, its kind and its text.
+/// Returns kind and contents of session `index` of `seed`.
 ///
 /// # Errors
-/// A session that the reader refuses: a mistake here.
+/// Fails if the parser refuses the session, which would be a defect of this module.
 pub fn session(seed: u64, index: usize) -> Result<(Kind, Session), DrawError> {
     let kind = Kind::ALL[index % Kind::ALL.len()];
     let text = text(
@@ -99,7 +100,7 @@ fn text(kind: Kind, random: &mut Random) -> String {
     }
 }
 
-/// One to four muscles on current stages.
+/// Returns a session with one to four muscles on current stages.
 fn plain_session(kind: Kind, random: &mut Random) -> String {
     let duration_s = random.log_between(2.0, 30.0);
     let count = 1 + (random.unit() * 4.0) as usize;
@@ -175,8 +176,8 @@ const fn is_forced(kind: Kind) -> bool {
     )
 }
 
-/// Its constants, how it is recruited, whether it tires (half of them) and whether its
-/// force is read (three in four).
+/// Returns a muscle's constants and recruitment, whether it fatigues (half of them) and whether its
+/// force is reported (three in four).
 fn muscle(
     p: &Parameters,
     (threshold, slope): (f64, f64),
@@ -202,7 +203,7 @@ fn muscle(
     )
 }
 
-/// The most that a muscle under force control gives, N.
+/// Returns the largest force of a muscle under force control, N.
 fn reach_n(p: &Parameters, threshold: f64, slope: f64, (period_us, fastest_us): (u32, u32)) -> f64 {
     let recruitment = Recruitment::new(RecruitmentSpec {
         motor_threshold: Amplitude::new(whole(threshold * 1e3)),
@@ -222,7 +223,7 @@ fn reach_n(p: &Parameters, threshold: f64, slope: f64, (period_us, fastest_us): 
     })
 }
 
-/// A channel's wanted force up to `top`, N.
+/// Returns a channel's reference force up to `top`, N.
 fn course(kind: Kind, number: usize, top: f64, duration_s: f64, random: &mut Random) -> String {
     if kind == Kind::Sine {
         let middle = top * random.between(0.4, 0.6);
@@ -251,7 +252,7 @@ fn course(kind: Kind, number: usize, top: f64, duration_s: f64, random: &mut Ran
     format!("{{ channel = {number}, points = [{}] }}", points.join(", "))
 }
 
-/// Bounds of a live client up to `top`.
+/// Returns the bounds of a live client up to `top`.
 fn bound(number: usize, top: f64, random: &mut Random) -> String {
     let least = top * random.between(0.0, 0.3);
     let steepest = match random.unit() < 0.5 {
@@ -264,7 +265,8 @@ fn bound(number: usize, top: f64, random: &mut Random) -> String {
     )
 }
 
-/// A participant's finger under the device's own law, its three muscles predicted.
+/// Returns a session with a participant's finger under the device's default control law, and
+/// predictions for its three muscles.
 fn joint(random: &mut Random) -> String {
     let sites = [
         ("flexor A", 20.0, 28.0),
@@ -309,7 +311,7 @@ fn joint(random: &mut Random) -> String {
     )
 }
 
-/// An arm that is pushed against a wall two times.
+/// Returns a session with an arm that is pushed against a virtual wall two times.
 fn wall(random: &mut Random) -> String {
     let mut text = "title = \"drawn\"\nduration_s = 14.0\n\
                     wearer = { max_current_ma = 80.0, rise_ms = 1 }\n"
@@ -338,7 +340,6 @@ fn wall(random: &mut Random) -> String {
     )
 }
 
-/// The nearest whole number.
 fn whole(value: f64) -> u32 {
-    value.round() as u32 // saturates
+    value.round() as u32 // the cast saturates
 }

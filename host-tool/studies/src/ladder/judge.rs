@@ -1,4 +1,4 @@
-//! Verdicts on the choice.
+//! Verdicts on the selection of muscle models.
 
 use super::draw::{Kind, session};
 use super::{JudgeError, draw};
@@ -9,50 +9,48 @@ use host_core::session::{Bounds, Model, Session, Share, level_name};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// What is tolerated: 1, 3, 10 and 30 %.
+/// Tolerances: 1, 3, 10 and 30 %.
 pub const TOLERANCES: [Share; 4] = [Share(100), Share(300), Share(1_000), Share(3_000)];
-/// The noise of the simulated wearer on which a choice is judged; it was made on
-/// [`SEED`].
+/// Noise seed of the simulated wearer on which a choice is judged; the choice itself used [`SEED`].
 pub const NOISE: u64 = 101;
-/// How many live clients are drawn within a session's bounds.
+/// Number of random live clients within a session's bounds.
 const CLIENTS: u64 = 3;
 
-/// What came of a muscle at one tolerance. Errors are in %.
+/// Verdict on one muscle at one tolerance. Errors are in %.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Verdict {
-    /// What was chosen; none if the tolerance was refused.
+    /// The chosen model level; `None` if the tolerance was refused.
     pub chosen: Option<Rung>,
-    /// Its error, with all muscles on what they got.
+    /// Error of the chosen model, while all muscles use their chosen models.
     pub error_pct: f64,
-    /// The next cheaper model's error; none if there is none.
+    /// Error of the next cheaper model; `None` if there is none.
     pub cheaper_pct: Option<f64>,
 }
 
-/// A muscle of a drawn session.
+/// A muscle of a random session.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
-    /// Which session.
+    /// Index of the session.
     pub session: usize,
-    /// Its kind.
     pub kind: Kind,
-    /// How long it is, s.
+    /// Length of the session, s.
     pub duration_s: f64,
-    /// From 1.
+    /// Channel number, from 1.
     pub channel: u8,
-    /// Whether the muscle tires.
+    /// Whether the muscle fatigues.
     pub tires: bool,
-    /// Whether its force is read.
+    /// Whether the session reports the muscle's force.
     pub report: bool,
-    /// Whether its force steers.
+    /// Whether the muscle's force is controlled.
     pub steering: bool,
-    /// At each of [`TOLERANCES`].
+    /// Verdict at each of [`TOLERANCES`].
     pub verdicts: [Verdict; 4],
 }
 
-/// Judges `count` sessions of `seed`; `step` hears the part done.
+/// Judges `count` sessions of `seed`; `step` receives the finished part.
 ///
 /// # Errors
-/// [`JudgeError`].
+/// Returns [`JudgeError`] if a session cannot be generated or simulated.
 pub fn campaign(
     seed: u64,
     count: usize,
@@ -69,7 +67,7 @@ pub fn campaign(
     Ok(rows.into_iter().flatten().collect())
 }
 
-/// The rows of one session.
+/// Judges one session and returns a row for each muscle.
 fn judge_session(seed: u64, index: usize) -> Result<Vec<Row>, JudgeError> {
     let (kind, session) = session(seed, index)?;
     let of = TOLERANCES.map(|tolerance| verdicts(&session, tolerance, seed ^ index as u64));
@@ -95,10 +93,10 @@ fn judge_session(seed: u64, index: usize) -> Result<Vec<Row>, JudgeError> {
     Ok(rows.collect())
 }
 
-/// The verdict of each muscle of a session.
+/// Returns the verdict on each muscle of a session.
 fn verdicts(session: &Session, tolerance: Share, seed: u64) -> Result<Vec<Verdict>, JudgeError> {
     let choice = choose(session, tolerance, SEED)?;
-    // What was chosen, by the file's word; the cheaper ones are tried beside it.
+    // The chosen models become fixed in the session; cheaper ones are compared with them.
     let mut settled = session.clone();
     for need in &choice.needs {
         if let Some(muscle) = &mut settled.channels[need.place].muscle {
@@ -108,7 +106,7 @@ fn verdicts(session: &Session, tolerance: Share, seed: u64) -> Result<Vec<Verdic
     let judged = choose(&settled, tolerance, NOISE)?;
     let mut errors: Vec<f64> = judged.needs.iter().map(|need| need.together).collect();
     if !session.setpoints.bounds.is_empty() {
-        // Not in the worst sessions that it was chosen by, but in drawn ones.
+        // Judged with random clients instead of the worst case that the choice was made with.
         errors.fill(0.0);
         for client in 0..CLIENTS {
             let mut random = Random::new(seed.wrapping_add(client << 32));
@@ -138,7 +136,7 @@ fn verdicts(session: &Session, tolerance: Share, seed: u64) -> Result<Vec<Verdic
     Ok(each.collect())
 }
 
-/// A live client's course within its bounds.
+/// Returns a random course of a live client within its bounds.
 fn random_course(bounds: &Bounds, session: &Session, random: &mut Random) -> Vec<(u64, u32)> {
     let span = f64::from(bounds.most - bounds.least);
     let values: Vec<(u32, u64)> = (0..2_000)
@@ -151,27 +149,27 @@ fn random_course(bounds: &Bounds, session: &Session, random: &mut Random) -> Vec
     bounds.course_through(values, session.duration_us)
 }
 
-/// Shares at one tolerance.
+/// Counts at one tolerance.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct Summary {
     /// Muscles for which a model was chosen.
     pub muscles: usize,
-    /// Refused: no model is within.
+    /// Muscles for which no model meets the tolerance.
     pub refused: usize,
-    /// Whose error is within the tolerance.
+    /// Muscles whose error is within the tolerance.
     pub within: usize,
-    /// For which there is a cheaper model.
+    /// Muscles for which a cheaper model exists.
     pub with_cheaper: usize,
-    /// Whose next cheaper model is not within.
+    /// Muscles whose next cheaper model exceeds the tolerance.
     pub cheaper_fails: usize,
     /// Sessions with a choice for every muscle.
     pub sessions: usize,
-    /// In which every muscle's error is within.
+    /// Sessions in which every muscle's error is within the tolerance.
     pub sessions_within: usize,
 }
 
 impl Summary {
-    /// Of these rows at [`TOLERANCES`]' number `tolerance`.
+    /// Counts these rows at the tolerance with index `tolerance` in [`TOLERANCES`].
     #[must_use]
     pub fn from_rows(rows: &[Row], tolerance: usize) -> Self {
         let limit_pct = TOLERANCES[tolerance].fraction() * 100.0;
@@ -197,7 +195,7 @@ impl Summary {
     }
 }
 
-/// All rows, as docs/charts/ladder.csv has them.
+/// Returns all rows in the format of docs/charts/ladder.csv.
 #[must_use]
 pub fn csv(rows: &[Row]) -> String {
     let mut out = "session,kind,duration_s,channel,tires,report,steering".to_owned();
@@ -229,10 +227,10 @@ pub fn csv(rows: &[Row]) -> String {
     out
 }
 
-/// The judged rows: [`draw::SESSIONS`] of [`draw::JUDGED`].
+/// Judges the preregistered sessions: [`draw::SESSIONS`] of seed [`draw::JUDGED`].
 ///
 /// # Errors
-/// [`JudgeError`].
+/// Returns [`JudgeError`] if a session cannot be generated or simulated.
 pub fn judge_declared(step: impl Fn(f64) + Sync) -> Result<Vec<Row>, JudgeError> {
     campaign(draw::JUDGED, draw::SESSIONS, step)
 }

@@ -1,32 +1,32 @@
-//! The judge of the choice of muscle models: drawn sessions that nothing was built on.
+//! Judges the selection of muscle models on random sessions that were not used for its development.
 //!
-//! Lives here: what is drawn (`draw`), the verdicts and their table (`judge`). Not
-//! here: the choice (`host_core::choice`), the picture (`figures`).
-//! In: a seed. Out: for each muscle of each session and tolerance, the model chosen on
-//! one noise seed, its error on another, and the next cheaper one's.
+//! `draw` generates the sessions from a seed, `judge` computes the verdicts and their table: for
+//! each muscle of each session and each tolerance, the model chosen with one noise seed, its error
+//! with another, and the error of the next cheaper model. The selection itself is in
+//! `host_core::choice`, the figure in `figures`.
 
 pub mod draw;
 pub mod judge;
 
 use host_core::choice::ChoiceError;
 
-/// A drawn session that cannot be.
+/// A random session that is invalid.
 #[derive(Debug, thiserror::Error)]
 #[error("E551 drawn session {index} cannot be: {why}")]
 pub struct DrawError {
-    /// Which.
+    /// Index of the session.
     pub index: usize,
-    /// What the reader said.
+    /// Message of the parser.
     pub why: String,
 }
 
-/// Why nothing was judged.
+/// The reason why a session was not judged.
 #[derive(Debug, thiserror::Error)]
 pub enum JudgeError {
-    /// A mistake of the draw.
+    /// The session is invalid, a defect of the generator.
     #[error(transparent)]
     Draw(#[from] DrawError),
-    /// A session that cannot be tried.
+    /// The session cannot be simulated.
     #[error(transparent)]
     Choice(#[from] ChoiceError),
 }

@@ -1,4 +1,4 @@
-//! Arms drawn around the nominal one.
+//! Generates random arms around the nominal arm, and random postures of the nominal arm.
 
 use super::declared::{Arms, LimbDeclaration};
 use firmware::bench::limb::{before_the_trunk, nominal_limb};
@@ -6,14 +6,14 @@ use firmware::limb::{AXES, LimbSpec, Posture};
 use firmware::units::Angle;
 use hal_sim::random;
 
-/// Even deviates in −1…1, one after the other.
+/// Sequence of random numbers, uniform in −1…1.
 struct UniformDeviates {
     seed: u64,
     index: u64,
 }
 
 impl UniformDeviates {
-    /// Those of arm `n`: 1000 of their own.
+    /// Starts the sequence of arm `n`; each arm has 1000 numbers of its own.
     const fn for_arm(seed: u64, n: u64) -> Self {
         Self {
             seed,
@@ -26,14 +26,14 @@ impl UniformDeviates {
         2.0 * random::unit(self.seed, self.index) - 1.0
     }
 
-    /// `number` changed by up to `percent` of it.
+    /// Returns `number` with a random change of up to `percent` % of it.
     fn percent(&mut self, number: i32, percent: f64) -> i32 {
         let factor = 1.0 + self.next() * percent / 100.0;
         (f64::from(number) * factor).round() as i32
     }
 }
 
-/// Arm `n` and the posture in which forces are wanted of it.
+/// Returns random arm `n` and the posture in which it is asked for forces.
 pub(super) fn random_arm(declared: &LimbDeclaration, n: u64) -> (LimbSpec, Posture) {
     let Arms {
         bones_percent,
@@ -64,9 +64,10 @@ pub(super) fn random_arm(declared: &LimbDeclaration, n: u64) -> (LimbSpec, Postu
     (spec, posture)
 }
 
-/// Posture `n` anywhere in the nominal arm's ranges, and a direction anywhere.
+/// Returns a random posture `n` within the ranges of the nominal arm, and a random direction of
+/// length 1.
 pub(super) fn random_posture(declared: &LimbDeclaration, n: u64) -> (Posture, [f64; 3]) {
-    // Beyond the arms' own deviates.
+    // The changed seed keeps this sequence apart from that of the arms.
     let mut deviates = UniformDeviates::for_arm(declared.seed ^ 0x5EED, n);
     let mut posture = Posture::default();
     let ranges: [(i32, i32); AXES] = nominal_limb().ranges_mdeg;
@@ -76,7 +77,7 @@ pub(super) fn random_posture(declared: &LimbDeclaration, n: u64) -> (Posture, [f
         let mdeg = 0.5 * (middle + deviates.next() * span);
         *angle = Angle::from_millideg(mdeg as i32);
     }
-    // A height and an azimuth, both even: even on the sphere (Archimedes).
+    // A uniform height with a uniform azimuth is uniform on the sphere (Archimedes).
     let (up, azimuth) = (deviates.next(), deviates.next() * std::f64::consts::PI);
     let around = (1.0 - up * up).sqrt();
     (

@@ -1,4 +1,5 @@
-//! Recruitments on drawn arms: what each misses, and how it switches.
+//! Compares the recruitment methods on random arms: their force errors, and how abruptly they
+//! switch muscles.
 
 use super::arms::random_arm;
 use super::declared::LimbDeclaration;
@@ -8,30 +9,30 @@ use host_core::limb::RecruitmentError;
 use rayon::prelude::*;
 use serde::Serialize;
 
-/// One arm under one method.
+/// Errors and switching of one method on one arm.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct ArmScore {
-    /// Which method.
     pub method: Method,
-    /// Rms of what the force at the hand misses over the targets, % of each wanted.
+    /// Rms error of the force at the hand over all reference forces, % of each reference force.
     pub targets_rmse_percent: f64,
-    /// The largest change of a line between two answers along the walks, % of its most.
+    /// Largest change of a line's force between two consecutive answers along the walks, % of the
+    /// line's largest force.
     pub largest_step_percent: f64,
-    /// How often a line goes on or off in one walk around.
+    /// Mean number of times that lines switch on or off in one walk around a plane.
     pub switches: f64,
-    /// Rms along the walks, % of the wanted, with an answer at every step.
+    /// Rms force error along the walks, % of the reference force, with a new answer at every step.
     pub walk_rmse_percent: f64,
-    /// The same with answers held.
+    /// The same error if each answer is held for the declared number of steps.
     pub held_rmse_percent: f64,
 }
 
-/// All of one arm's.
+/// Scores of one arm, in the order of [`Method::ALL`].
 pub type ArmScores = [ArmScore; 3];
 
-/// Every drawn arm.
+/// Scores every method on every random arm.
 ///
 /// # Errors
-/// [`RecruitmentError`] where an arm was refused.
+/// Returns [`RecruitmentError`] if an arm is refused.
 pub fn compare_arms(declared: &LimbDeclaration) -> Result<Vec<ArmScores>, RecruitmentError> {
     let arms = (0..declared.arms.draws).into_par_iter();
     arms.map(|n| {
@@ -43,7 +44,7 @@ pub fn compare_arms(declared: &LimbDeclaration) -> Result<Vec<ArmScores>, Recrui
     .collect()
 }
 
-/// Backward, forward, right, left, up, down.
+/// Unit vectors backward, forward, right, left, up and down.
 const DIRECTIONS: [[f64; 3]; 6] = [
     [1.0, 0.0, 0.0],
     [-1.0, 0.0, 0.0],
@@ -61,7 +62,7 @@ fn score_arm(
     let mut recruiter = Recruiter::new(arm, method)?;
     let mut squares = Vec::new();
     for direction in DIRECTIONS {
-        // Where nothing helps there is nothing to want.
+        // Skips a direction in which no muscle can pull.
         let share = arm.reachable_share(direction);
         if !share.is_finite() {
             continue;
@@ -81,7 +82,7 @@ fn score_arm(
     })
 }
 
-/// What came along the walks.
+/// Largest step, switches and squared errors, collected along all walks of one arm.
 #[derive(Default)]
 struct WalkResult {
     largest: f64,
@@ -139,12 +140,12 @@ fn walk_arm(
     Ok(walked)
 }
 
-/// Of squares of parts of one.
+/// Returns the root of the mean of squared relative errors, in %.
 fn rms_percent(squares: &[f64]) -> f64 {
     100.0 * (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
 }
 
-/// Of one quantity over all arms.
+/// Returns the spread over all arms of the quantity `of` under the method with index `method`.
 #[must_use]
 pub fn spread(arms: &[ArmScores], method: usize, of: impl Fn(&ArmScore) -> f64) -> Spread {
     let all = arms.iter().filter_map(|arm| arm.get(method));

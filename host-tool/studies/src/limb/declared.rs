@@ -1,87 +1,88 @@
-//! What was declared before it was looked at.
+//! Reads the preregistered study of recruitment methods.
 
 use super::LimbError;
 use serde::{Deserialize, Serialize};
 
-/// The file itself.
+/// Text of the committed declaration.
 pub const DECLARED: &str = include_str!("../../../experiments/recruitments.toml");
 
-/// host-tool/experiments/recruitments.toml.
+/// Content of `host-tool/experiments/recruitments.toml`.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct LimbDeclaration {
-    /// Of all that is drawn.
+    /// Seed of all random numbers of the study.
     pub seed: u64,
-    /// Of the device's numbers.
+    /// Study of the error that the device's number format adds.
     pub numbers: Numbers,
-    /// Who is drawn.
+    /// Random arms on which the methods are compared.
     pub arms: Arms,
-    /// What is wanted one by one.
+    /// Forces that are asked for independently of each other.
     pub targets: Targets,
-    /// What is wanted in turn.
+    /// Forces that are asked for one after the other along a circle.
     pub walk: WalkSpec,
-    /// What is judged.
+    /// Claims that the study judges.
     pub claim: Vec<Claim>,
 }
 
-/// Of the device's numbers.
+/// Size of the study of the device's number format.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Numbers {
-    /// How many.
+    /// Number of random postures.
     pub postures: u64,
 }
 
-/// Arms around the nominal one, even either way.
+/// Random arms around the nominal one, with uniform changes in both directions.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Arms {
-    /// How many.
+    /// Number of random arms.
     pub draws: u64,
-    /// Lengths.
+    /// Largest change of a bone's length, %.
     pub bones_percent: f64,
-    /// Each coordinate of each point.
+    /// Largest change of each coordinate of each muscle point, mm.
     pub points_mm: f64,
-    /// Gains.
+    /// Largest change of a line's gain, %.
     pub gains_percent: f64,
-    /// Each angle.
+    /// Largest change of each joint angle, °.
     pub posture_deg: f64,
 }
 
-/// Six directions by these.
+/// Reference forces in six directions.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Targets {
-    /// Of what the nearest neighbour can make.
+    /// Magnitudes as shares of the largest force that the nearest neighbour method can make in that
+    /// direction.
     pub shares: Vec<f64>,
 }
 
-/// Around the three planes.
+/// Walks around a circle in each of the three coordinate planes.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct WalkSpec {
-    /// Answers once around.
+    /// Number of steps in one round.
     pub steps: u32,
-    /// Answers that one is held for.
+    /// Number of steps for which one answer is held.
     pub hold: u32,
 }
 
-/// A claim.
+/// Claim to be judged on the random arms.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Claim {
-    /// By which its verdict is found.
+    /// Key by which the rule of the verdict is found.
     pub name: String,
-    /// In words.
+    /// Wording of the claim.
     pub says: String,
 }
 
 impl LimbDeclaration {
-    /// As committed, with other draws where asked.
+    /// Parses the committed declaration.
     ///
     /// # Errors
-    /// [`LimbError::Declaration`]: a build of this program with a committed file that
-    /// cannot be read.
+    /// Returns [`LimbError::Declaration`] if the committed file that this program was built with
+    /// cannot be parsed.
     pub fn load_embedded() -> Result<Self, LimbError> {
         toml::from_str(DECLARED).map_err(LimbError::Declaration)
     }

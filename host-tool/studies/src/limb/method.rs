@@ -1,4 +1,5 @@
-//! The recruitments, each from a wanted force to a force of each line.
+//! Recruitment methods, each of which turns a reference force at the hand into a force of each
+//! line.
 
 use firmware::limb::{
     Choice, JOINTS, Jacobians, LINES, Limb, LimbSpec, Number, Posture, Vector, Wrench, nearest,
@@ -8,23 +9,23 @@ use host_core::limb::{
 };
 use serde::Serialize;
 
-/// A recruitment.
+/// Method that recruits muscles for a force at the hand.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Method {
     /// Algorithm 1 of Sierotowicz 2023.
     Nearest,
-    /// Least squares with bounds.
+    /// Least squares with bounds on the force of each line.
     LeastSquares,
-    /// The same with change weighed.
+    /// Least squares with bounds and a penalty on changes of the forces.
     Smooth,
 }
 
 impl Method {
-    /// In the order of tables.
+    /// All methods, in the order of the tables.
     pub const ALL: [Self; 3] = [Self::Nearest, Self::LeastSquares, Self::Smooth];
 
-    /// For tables.
+    /// Returns the name as tables show it.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -35,22 +36,24 @@ impl Method {
     }
 }
 
-/// An arm at its posture, in double precision.
+/// An arm in one posture, in double precision.
 #[derive(Clone, Debug)]
 pub struct Arm {
-    /// The arm.
     pub limb: Limb<Exact>,
-    /// At its posture.
+    /// Jacobians in this posture.
     pub jacobians: Jacobians<Exact>,
-    /// The same as matrices.
+    /// Jacobians in this posture, as matrices.
     pub posed: PostureMatrices,
-    /// The most of each line, N.
+    /// Largest force of each line, N.
     pub most: Forces,
 }
 
 impl Arm {
+    /// Computes the arm's Jacobians in `posture`.
+    ///
     /// # Errors
-    /// [`RecruitmentError`]: all mistakes of the arm, its posture, or no force can be told there.
+    /// Returns [`RecruitmentError`] with all mistakes of the arm or its posture, or if no force can
+    /// be computed there (stretched arm).
     pub fn new(spec: &LimbSpec, posture: &Posture) -> Result<Self, RecruitmentError> {
         RecruitmentError::check_spec(spec)?;
         let limb =
@@ -69,15 +72,16 @@ impl Arm {
         })
     }
 
-    /// The nearest neighbour's forces, N, whatever the limits.
+    /// Returns the forces of the nearest neighbour method, N, without regard to the limits of the
+    /// lines.
     #[must_use]
     pub fn nearest_forces(&self, wanted: [f64; 3]) -> Forces {
         let [x, y, z] = wanted.map(Exact);
         forces_of_choices(choices(&self.jacobians, Vector::new(x, y, z)))
     }
 
-    /// How much of a force the nearest neighbour can make: its factor, which may be
-    /// above 1, or infinite where nothing helps.
+    /// Returns the factor by which the nearest neighbour method can multiply the force `wanted`
+    /// before a line reaches its limit. The factor may exceed 1; it is infinite if no muscle helps.
     #[must_use]
     pub fn reachable_share(&self, wanted: [f64; 3]) -> f64 {
         let forces = self.nearest_forces(wanted);
@@ -89,7 +93,8 @@ impl Arm {
         shares.fold(f64::INFINITY, f64::min)
     }
 
-    /// Of each line's share of its most, the largest change.
+    /// Returns the largest change of any line between two answers, as a share of the line's largest
+    /// force.
     #[must_use]
     pub fn largest_change(&self, before: &Forces, now: &Forces) -> f64 {
         let changes = before.iter().zip(now).zip(&self.most);
@@ -99,7 +104,7 @@ impl Arm {
             .fold(0.0, f64::max)
     }
 
-    /// The force at the hand, N.
+    /// Returns the force at the hand, N, that these forces of the lines produce.
     #[must_use]
     pub fn endpoint_force(&self, forces: &Forces) -> [f64; 3] {
         let [x, y, z, ..] = self.posed.wrench(forces).data.0[0];
@@ -107,8 +112,8 @@ impl Arm {
     }
 }
 
-/// The lines that the nearest neighbour chooses for a force at the hand, N, at SC, GH and
-/// EL, each with its own force, N.
+/// Returns the line that the nearest neighbour method chooses at each of the joints SC, GH and EL
+/// for `force` at the hand, N, with the line's force, N.
 #[must_use]
 pub fn choices<N: Number + ToDouble>(
     jacobians: &Jacobians<N>,
@@ -121,7 +126,7 @@ pub fn choices<N: Number + ToDouble>(
     })
 }
 
-/// Forces of lines from the three joints' choices.
+/// Returns the force of every line, N, from the choices at the three joints.
 #[must_use]
 pub fn forces_of_choices(choices: [Option<(u8, f64)>; JOINTS]) -> Forces {
     let mut forces = Forces::zeros();
@@ -132,7 +137,7 @@ pub fn forces_of_choices(choices: [Option<(u8, f64)>; JOINTS]) -> Forces {
     forces
 }
 
-/// A method at work on an arm.
+/// A recruitment method that works on one arm. The smooth method remembers its last answer.
 #[derive(Debug)]
 pub struct Recruiter<'a> {
     arm: &'a Arm,
@@ -140,8 +145,10 @@ pub struct Recruiter<'a> {
 }
 
 impl<'a> Recruiter<'a> {
+    /// Prepares `method` for `arm`.
+    ///
     /// # Errors
-    /// None that a method of [`Method::ALL`] can have.
+    /// Never fails for a method of [`Method::ALL`].
     pub fn new(arm: &'a Arm, method: Method) -> Result<Self, RecruitmentError> {
         let squares = |weights| LeastSquares::new(&arm.limb, weights).map(Some);
         let squares = match method {
@@ -152,10 +159,10 @@ impl<'a> Recruiter<'a> {
         Ok(Self { arm, squares })
     }
 
-    /// The forces for a wanted one, N.
+    /// Returns the forces of the lines, N, for the force `wanted` at the hand, N.
     ///
     /// # Errors
-    /// [`RecruitmentError::NotConverged`], on what is not finite.
+    /// Returns [`RecruitmentError::NotConverged`] if `wanted` is not finite.
     pub fn recruit(&mut self, wanted: [f64; 3]) -> Result<Forces, RecruitmentError> {
         match &mut self.squares {
             None => Ok(self.arm.nearest_forces(wanted)),
@@ -166,7 +173,7 @@ impl<'a> Recruiter<'a> {
         }
     }
 
-    /// As if nothing had been asked before.
+    /// Forgets the last answer, so that the next one does not depend on it.
     pub fn forget(&mut self) {
         if let Some(squares) = &mut self.squares {
             squares.forget();

@@ -1,10 +1,10 @@
-//! What recruitments give and how they switch, and what the device's numbers add.
+//! Study of how well recruitment methods reach a force at the hand, how abruptly they switch
+//! muscles, and how much error the device's number format adds.
 //!
-//! Lives here: the arms drawn, the comparison of the nearest neighbour with least
-//! squares, micromath's share of the error at the hand, the claims. Declared in
-//! `host-tool/experiments/recruitments.toml`. Not here: the recruitments
-//! (`firmware::limb`, `host_core::limb`), a body, a person.
-//! In: the declaration. Out: a [`Study`] with its rows and shares.
+//! Takes the declaration `host-tool/experiments/recruitments.toml`. Returns a [`Study`], from which
+//! rows and verdicts are computed. It generates the random arms, compares the nearest neighbour
+//! method with least squares, and measures the share of the error that micromath adds. The methods
+//! themselves are in `firmware::limb` and `host_core::limb`. No body or person is simulated.
 
 mod arms;
 mod compared;
@@ -23,32 +23,32 @@ pub use table::{Row, Verdict};
 
 use host_core::limb::RecruitmentError;
 
-/// Why there is no study.
+/// The reason why the study cannot be carried out.
 #[derive(Debug, thiserror::Error)]
 pub enum LimbError {
-    /// The committed declaration.
+    /// The committed declaration cannot be parsed.
     #[error("E707 host-tool/experiments/recruitments.toml cannot be read: {0}")]
     Declaration(toml::de::Error),
-    /// An arm or a posture.
+    /// An arm or a posture was refused.
     #[error(transparent)]
     Trouble(#[from] RecruitmentError),
 }
 
-/// All that came.
+/// Declaration and raw results of the study.
 #[derive(Clone, Debug)]
 pub struct Study {
-    /// What was declared.
+    /// Declaration, with the number of arms that was actually used.
     pub declared: LimbDeclaration,
-    /// Of the device's numbers.
+    /// Errors that the device's number format adds.
     pub numbers: Numbers,
-    /// Every arm.
+    /// Scores of every arm.
     pub arms: Vec<ArmScores>,
 }
 
-/// The declared study, with `draws` arms instead of the declared where some are named.
+/// Runs the preregistered study, with `draws` arms instead of the declared number if given.
 ///
 /// # Errors
-/// [`LimbError`].
+/// Returns [`LimbError`] if the declaration cannot be parsed, or an arm or posture is refused.
 pub fn study(draws: Option<u64>) -> Result<Study, LimbError> {
     let mut declared = LimbDeclaration::load_embedded()?;
     declared.arms.draws = draws.unwrap_or(declared.arms.draws);

@@ -1,5 +1,5 @@
-//! What the device's single precision and micromath's sine and cosine add to the error
-//! of a force at the hand.
+//! Measures how much the device's single precision and micromath's sine and cosine add to the error
+//! of the force at the hand.
 
 use super::arms::random_posture;
 use super::declared::LimbDeclaration;
@@ -10,33 +10,31 @@ use host_core::limb::{Forces, RecruitmentError, Single, ToDouble};
 use host_core::statistics::Sorted;
 use serde::Serialize;
 
-/// Of one kind of numbers, over all postures.
+/// Errors of one number format over all postures, relative to double precision.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Error {
-    /// How far the hand is from where double precision has it, mm.
+    /// Distance of the hand from its position in double precision, mm.
     pub hand_mm: Spread,
-    /// How far the force at the hand is from what double precision's recruitment gives
-    /// where both recruit the same muscles, % of it.
+    /// Difference of the force at the hand from the force of the double precision recruitment, % of
+    /// the latter. Counts only postures at which both recruit the same muscles.
     pub force_percent: Spread,
-    /// That as a share of how far the recruitment itself misses the wanted force, %.
+    /// The same difference as a share of the recruitment's own error, %.
     pub share_percent: Spread,
-    /// Postures at which other muscles were recruited.
+    /// Number of postures at which other muscles were recruited than in double precision.
     pub other_choices: u64,
 }
 
-/// Median, 95th percentile and most.
+/// Median, 95th percentile and maximum.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Spread {
-    /// Half are below.
     pub median: f64,
-    /// 95 % are below.
     pub p95: f64,
-    /// None is above.
+    /// Maximum.
     pub most: f64,
 }
 
 impl Spread {
-    /// Of numbers in any order; NaN of none.
+    /// Computes the spread of values in any order; all fields are NaN if there are no values.
     pub(super) fn from_values(all: &[f64]) -> Self {
         let sorted = Sorted::of(all);
         let at = |part| {
@@ -52,31 +50,32 @@ impl Spread {
     }
 }
 
-/// The device's numbers, and the same precision with exact functions.
+/// Errors of the device's numbers, and of the same precision with exact functions.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Numbers {
-    /// f32 with micromath's functions.
+    /// Errors of `f32` with micromath's functions.
     pub device: Error,
-    /// f32 with functions exact to the last place: what rounding alone does.
+    /// Errors of `f32` with functions that are exact to the last digit: the effect of rounding
+    /// alone.
     pub rounding: Error,
-    /// How far the exact recruitment misses the wanted force by the arm's own model, %
-    /// of it.
+    /// Error of the exact recruitment relative to the reference force, according to the arm's own
+    /// model, %.
     pub recruitment_percent: Spread,
-    /// Postures, in each one force.
+    /// Number of postures, with one force each.
     pub n: u64,
 }
 
-/// Over the declared postures.
+/// Measures the errors over the preregistered number of random postures.
 ///
 /// # Errors
-/// [`RecruitmentError`] where a posture or the arm were refused.
+/// Returns [`RecruitmentError`] if a posture or the arm is refused.
 pub fn numbers(declared: &LimbDeclaration) -> Result<Numbers, RecruitmentError> {
     let (mut device, mut rounding) = (PostureErrors::default(), PostureErrors::default());
     let mut missed = Vec::new();
     for n in 0..declared.numbers.postures {
         let (posture, wanted) = random_posture(declared, n);
         let arm = match Arm::new(&nominal_limb(), &posture) {
-            // An arm stretched out: no force can be told.
+            // The arm is stretched, so that no force can be computed.
             Err(RecruitmentError::Singular) => continue,
             arm => arm?,
         };
@@ -107,7 +106,7 @@ pub fn numbers(declared: &LimbDeclaration) -> Result<Numbers, RecruitmentError> 
     })
 }
 
-/// One posture and wanted force, N of length 1, in double precision.
+/// One posture with a reference force of 1 N, and its solution in double precision.
 struct Case<'a> {
     arm: &'a Arm,
     posture: &'a Posture,
@@ -117,10 +116,10 @@ struct Case<'a> {
     hand: [f64; 3],
 }
 
-/// How far off other numbers are.
+/// Errors of another number format in one case.
 struct NumberErrors {
     hand_m: f64,
-    /// N, where the same muscles are recruited.
+    /// Error of the force at the hand, N; `None` if other muscles are recruited.
     force: Option<f64>,
     given: f64,
     recruitment: f64,
@@ -133,7 +132,7 @@ impl Case<'_> {
             Limb::<N>::new(&spec).map_err(|e| RecruitmentError::Spec(vec![e.to_string()]))?;
         let radians = limb.radians(self.posture)?;
         let hand = limb.skeleton().pose(&radians).hand;
-        // To a millionth of a newton.
+        // Rounded to a millionth of a newton.
         let [x, y, z] = self
             .wanted
             .map(|part| N::ratio((part * 1e6).round() as i32, 1_000_000));
@@ -154,7 +153,7 @@ impl Case<'_> {
     }
 }
 
-/// What came over all postures.
+/// Errors collected over all postures.
 #[derive(Default)]
 struct PostureErrors {
     hand_mm: Vec<f64>,
@@ -185,7 +184,7 @@ impl PostureErrors {
     }
 }
 
-/// The distance of two places or forces.
+/// Returns the Euclidean distance of two positions or forces.
 pub(super) fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     let parts = a.into_iter().zip(b);
     parts.map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()

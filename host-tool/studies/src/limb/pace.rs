@@ -1,4 +1,4 @@
-//! How long a recruitment takes on this computer.
+//! Measures how long a recruitment takes on this computer.
 
 use super::LimbError;
 use super::arms::random_posture;
@@ -13,23 +13,24 @@ use serde::Serialize;
 use std::hint::black_box;
 use std::time::Instant;
 
-/// Microseconds of one, the median of all.
+/// Median run times of one recruitment.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Pace {
-    /// A wanted force to ten amplitudes by least squares, the posture as before.
+    /// Time from a force at the hand to ten amplitudes by least squares in an unchanged posture,
+    /// µs.
     pub least_squares_us: f64,
-    /// The same with Jacobians and matrices of a new posture.
+    /// The same time with the Jacobians and matrices of a new posture included, µs.
     pub with_posture_us: f64,
-    /// How many were timed.
+    /// Number of timed recruitments.
     pub n: usize,
 }
 
 const TIMED: u64 = 4000;
 
-/// Times it.
+/// Times 4000 recruitments.
 ///
 /// # Errors
-/// [`LimbError`].
+/// Returns [`LimbError`] if the declaration cannot be parsed, or the arm or a posture is refused.
 pub fn pace() -> Result<Pace, LimbError> {
     let declared = LimbDeclaration::load_embedded()?;
     let spec = nominal_limb();

@@ -1,45 +1,45 @@
-//! The study as rows and verdicts.
+//! Presents the study as rows, verdicts and CSV.
 
 use super::compared::spread;
 use super::{ArmScore, ArmScores, Method, Spread, Study};
 use host_core::statistics::wilson_share;
 use serde::Serialize;
 
-/// A number with its spread over arms or postures.
+/// One quantity with its spread over arms or postures.
 #[derive(Clone, Debug, Serialize)]
 pub struct Row {
-    /// Unique.
+    /// Unique key.
     pub id: String,
-    /// In words.
+    /// Description of the quantity.
     pub quantity: String,
-    /// Of the numbers.
+    /// Unit of `ours`, `p95` and `most`.
     pub unit: &'static str,
-    /// The paper prints none of these.
+    /// Always `None`: the paper prints none of these quantities.
     pub paper: Option<f64>,
-    /// The median.
+    /// Median of our values.
     pub ours: f64,
-    /// 95 % are below.
+    /// 95th percentile.
     pub p95: f64,
-    /// None is above.
+    /// Maximum.
     pub most: f64,
-    /// Arms or postures.
+    /// Number of arms or postures.
     pub n: u64,
 }
 
-/// A claim and the arms in which it holds.
+/// Claim with the number of arms on which it holds.
 #[derive(Clone, Debug, Serialize)]
 pub struct Verdict {
-    /// As declared.
+    /// Wording as declared.
     pub claim: String,
-    /// Arms.
+    /// Number of arms on which the claim holds.
     pub holds: u64,
-    /// Of so many.
+    /// Number of all arms.
     pub of: u64,
-    /// The share, Wilson's 95 % interval.
+    /// Share of arms on which the claim holds, and Wilson's 95 % interval: share, low, high.
     pub share: [f64; 3],
 }
 
-/// A quantity of an arm under a method: its key, its words, its unit, itself.
+/// Quantity of an arm under a method: its key, description, unit and getter.
 type Quantity = (
     &'static str,
     &'static str,
@@ -64,7 +64,7 @@ const QUANTITIES: [Quantity; 5] = [
 ];
 
 impl Study {
-    /// All numbers.
+    /// Returns one row for each quantity and method, then the rows of the number formats.
     #[must_use]
     pub fn rows(&self) -> Vec<Row> {
         let mut rows = Vec::new();
@@ -121,7 +121,7 @@ impl Study {
         rows
     }
 
-    /// The declared claims; one that no rule judges is not among them.
+    /// Judges the declared claims; leaves out claims that have no rule.
     #[must_use]
     pub fn verdicts(&self) -> Vec<Verdict> {
         let claims = self.declared.claim.iter();
@@ -141,7 +141,7 @@ impl Study {
             .collect()
     }
 
-    /// A line each row.
+    /// Formats all rows, then all verdicts, as CSV.
     #[must_use]
     pub fn csv(&self) -> String {
         let mut csv = "id,unit,median,p95,most,n\n".to_owned();
@@ -167,7 +167,7 @@ impl Study {
     }
 }
 
-/// How a claim is judged on an arm.
+/// Returns the rule that judges the claim `name` on one arm, or `None` if there is none.
 fn rule(name: &str) -> Option<fn(&ArmScores) -> bool> {
     Some(match name {
         "misses_less" => {

@@ -1,6 +1,6 @@
-//! The describing function of the device's own law, measured on its code, and
-//! the limit cycle it predicts with a linearised finger (Gelb & Vander Velde
-//! 1968, chapters 2–3: quasi-linear stability of a limit cycle).
+//! Describing function of the device's own control law, measured on its code, and the limit cycle
+//! that it predicts with a linearised finger (Gelb & Vander Velde 1968, chapters 2–3: quasi-linear
+//! stability of a limit cycle).
 
 use super::finger::{PULSE_PERIOD_US, angle};
 use firmware::control::{Effort, Joint, JointSpec, JointState};
@@ -11,39 +11,39 @@ use std::f64::consts::TAU;
 
 type Complex = num_complex::Complex<f64>;
 
-/// Amplitudes of the measured angle, degrees: from the device's resolution to
-/// most of the joint's range, ×1.3 each.
+/// Returns the amplitudes of the measured angle, degrees: from the device's resolution to most of
+/// the joint's range, ×1.3 each.
 fn amplitudes() -> impl Iterator<Item = f64> {
     (0..27).map(|n| 0.05 * 1.3f64.powi(n))
 }
 
-/// Periods, ms: from three pulses' to slower than any limit cycle here, even so
+/// Returns the periods, ms: from three pulse periods to longer than any limit cycle here, even so
 /// that a whole number of law periods fits.
 fn periods() -> impl Iterator<Item = u32> {
     (0..30).map(|n| 2 * (30.0 * 1.13f64.powi(n)) as u32)
 }
 
-/// Periods that pass unseen, and periods that are looked at.
+/// Number of periods that settle unseen, and of periods that are measured.
 const SETTLING: u32 = 3;
 const LOOKED_AT: u32 = 2;
-/// Middle of the joint's range: the law is given nothing but the error.
+/// Middle of the joint's range, degrees; the law receives only the error around it.
 const MIDDLE_DEG: f64 = 50.0;
 
-/// What a law answers to sines of the measured angle.
+/// Responses of a law to sines of the measured angle.
 pub(super) struct Efforts {
-    /// Per amplitude, per period.
+    /// Responses by amplitude, then by period.
     answers: Vec<Vec<Answer>>,
 }
 
-/// The law's efforts, one per ms of whole periods, their mean taken off.
+/// Efforts of the law, one for each ms of whole periods, without their mean.
 struct Answer {
     amplitude_deg: f64,
     period_ms: u32,
     efforts: Vec<f64>,
 }
 
-/// The describing function N of law and recruitment where a finger holds its
-/// angle, N·m/rad, per amplitude and per period.
+/// Describing function N of law and recruitment at the angle that a finger holds, N·m/rad, by
+/// amplitude, degrees, then by period, ms.
 pub(super) struct DescribingFunction {
     rows: Vec<(f64, Vec<(f64, Complex)>)>,
 }
@@ -60,8 +60,8 @@ impl Efforts {
         }
     }
 
-    /// The describing function where `plant` holds its angle; the same for
-    /// every delay of that plant.
+    /// Returns the describing function at the angle that `plant` holds, which does not depend on
+    /// the plant's delay.
     pub(super) fn around(&self, plant: &Plant) -> DescribingFunction {
         let row = |row: &Vec<Answer>| {
             let one = |a: &Answer| (f64::from(a.period_ms), a.harmonic(plant));
@@ -103,7 +103,7 @@ impl Answer {
         }
     }
 
-    /// First harmonic of the torque over the error, N·m/rad.
+    /// Returns the first harmonic of the torque divided by the error, N·m/rad.
     fn harmonic(&self, plant: &Plant) -> Complex {
         let sum: Complex = (self.efforts.iter().zip(0u32..))
             .map(|(u, ms)| {
@@ -118,9 +118,9 @@ impl Answer {
 }
 
 impl DescribingFunction {
-    /// Amplitude of the true angle's limit cycle on this finger, degrees; 0 for
-    /// none. Of several the largest one that is stable: beyond it the loop's
-    /// gain falls below 1.
+    /// Returns the amplitude of the true angle's limit cycle on this finger, degrees; 0 if there is
+    /// none. Of several limit cycles, returns the largest stable one, beyond which the loop's gain
+    /// falls below 1.
     pub(super) fn limit_cycle_deg(&self, plant: &Plant) -> f64 {
         let margin = |(a, row): &(f64, Vec<_>)| {
             let (gain, period) = crossing(row, plant);
@@ -143,8 +143,8 @@ impl DescribingFunction {
     }
 }
 
-/// The loop's largest gain where its phase passes −180°, and the period, ms;
-/// gain 0 if it never does.
+/// Returns the loop's largest gain where its phase passes −180°, and the period there, ms; the gain
+/// is 0 if the phase never does.
 fn crossing(row: &[(f64, Complex)], plant: &Plant) -> (f64, f64) {
     let gain =
         |(period, n): &(f64, Complex)| (*period, n * plant.frequency_response(TAU / period * 1e3));
@@ -152,7 +152,7 @@ fn crossing(row: &[(f64, Complex)], plant: &Plant) -> (f64, f64) {
     let mut best = (0.0, 1.0);
     for pair in gains.windows(2) {
         let [(from, a), (to, b)] = [pair[0], pair[1]];
-        // Through the negative real axis between two neighbours.
+        // Skips neighbours between which the negative real axis is not crossed.
         if a.im * b.im > 0.0 || (a.re + b.re) > 0.0 {
             continue;
         }
@@ -165,13 +165,13 @@ fn crossing(row: &[(f64, Complex)], plant: &Plant) -> (f64, f64) {
     best
 }
 
-/// A finger linearised where it holds an angle.
+/// A finger linearised at the angle that it holds.
 pub(super) struct Plant {
     spec: FingerSpec,
     progress: f64,
-    /// The effort that holds it.
+    /// Effort that holds the angle.
     effort: f64,
-    /// Stiffness with the part that the flexor's shortening adds, N·m/rad.
+    /// Stiffness, including the part from the flexor's shortening, N·m/rad.
     stiffness: f64,
     /// Lag of the force behind a change of recruitment, s.
     lag_s: f64,
@@ -185,8 +185,8 @@ impl Plant {
         let full = spec.flexor_torque_nm * (1.0 - spec.torque_loss * progress);
         let share = (needed / full).min(1.0);
         let curvature = spec.recruitment_curvature;
-        // The muscle's own mean x at this pulse rate: C's mean over a period is
-        // near τc over the period.
+        // The muscle's mean x at this pulse rate: the mean of C over a period is close to τc
+        // divided by the period.
         let m = &spec.muscle;
         let mean = m.tau_c_s / (PULSE_PERIOD_US as f64 * 1e-6);
         let x = mean / (mean + m.k);
@@ -201,8 +201,8 @@ impl Plant {
         }
     }
 
-    /// Steady torque of an effort, N·m: recruitment of the flexor above 0, of
-    /// the extensor below.
+    /// Returns the steady torque of an effort, N·m: recruitment of the flexor above 0, of the
+    /// extensor below.
     fn torque(&self, effort: f64) -> f64 {
         let s = &self.spec;
         let share = recruitment(effort.abs(), 0.0, 1.0, s.recruitment_curvature);
@@ -213,7 +213,7 @@ impl Plant {
         }
     }
 
-    /// From torque asked for to angle measured: pulses that hold it, delay,
+    /// Returns the response from requested torque to measured angle: hold between pulses, delay,
     /// muscle, joint, sensor.
     fn frequency_response(&self, omega: f64) -> Complex {
         let s = &self.spec;

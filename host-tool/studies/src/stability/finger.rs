@@ -1,5 +1,5 @@
-//! The device's own joint code on the simulated finger, tick by tick: what the
-//! maps of delay and of lost setpoints drive.
+//! Runs the device's joint code on the simulated finger, tick by tick, for the maps of delay and of
+//! lost setpoints.
 
 use crate::tracking::wearer::{self, Points};
 use firmware::control::{HoldPolicy, Joint, JointSpec, JointState, LawSpec};
@@ -7,14 +7,14 @@ use firmware::units::{Angle, Micros};
 use hal_sim::body::wearer::Participant;
 use hal_sim::body::{Body, Drive, Finger, FingerSpec, Pulse};
 
-/// Control ticks, and the body's, are 1 ms.
+/// Period of control ticks and of the simulated finger, 1 ms.
 const TICK_US: u64 = 1000;
 /// Stimulation at 50 Hz (Hamana 2022 §II-D).
 pub(super) const PULSE_PERIOD_US: u64 = 20_000;
 const WIDTH_US: u32 = 200;
 
-/// Participant P's finger with a sensor that neither rustles nor rounds, so
-/// that what moves is the loop's.
+/// Returns participant P's finger with a sensor without noise or rounding, so that every motion
+/// comes from the loop.
 pub(super) fn quiet_finger() -> FingerSpec {
     FingerSpec {
         sensor_noise_deg: 0.0,
@@ -23,14 +23,14 @@ pub(super) fn quiet_finger() -> FingerSpec {
     }
 }
 
-/// Participant P's joint with flexor point A and the extensor at the law's own period
-/// and cutoff.
+/// Returns participant P's joint with flexor point A and the extensor, at the law's own period and
+/// cutoff.
 pub(super) fn one_point(law: LawSpec, hold: HoldPolicy) -> JointSpec {
     wearer::joint(law, Points::One, hold)
 }
 
-/// Participant P's joint as the device ships it, with all that the wearer file gives
-/// the law: feed-forward, predictor and learning.
+/// Returns participant P's joint as shipped, with everything that the wearer file configures:
+/// feed-forward, predictor and learning.
 pub(super) fn default_one_point(hold: HoldPolicy) -> JointSpec {
     JointSpec {
         hold,
@@ -38,12 +38,12 @@ pub(super) fn default_one_point(hold: HoldPolicy) -> JointSpec {
     }
 }
 
-/// An angle as the link carries it, in hundredths of a degree.
+/// Converts an angle to the link's hundredths of a degree.
 pub(super) fn angle(deg: f64) -> Angle {
     Angle::from_centideg((deg * 100.0).round() as i16)
 }
 
-/// A closed loop in motion.
+/// A running closed loop.
 pub(super) struct Loop {
     joint: Joint,
     state: JointState,
@@ -52,7 +52,8 @@ pub(super) struct Loop {
 }
 
 impl Loop {
-    /// At rest, with the law's whole gain always: what is mapped is the law. Both specifications come from this room and are valid.
+    /// Starts at rest, always with the law's full gain because the law itself is mapped. Both
+    /// specifications come from this module and are valid.
     pub(super) fn new(finger: FingerSpec, joint: &JointSpec, seed: u64) -> Self {
         Self {
             joint: Joint::with_full_gain(joint).expect("a valid joint"),
@@ -62,7 +63,7 @@ impl Loop {
         }
     }
 
-    /// A setpoint for now, degrees.
+    /// Gives the joint a setpoint for now, degrees.
     pub(super) fn setpoint(&mut self, deg: f64) {
         let now = self.now();
         let taken = self
@@ -75,8 +76,8 @@ impl Loop {
         Micros::new((self.tick * TICK_US) as u32)
     }
 
-    /// One millisecond: measure, control, pulse, move. Returns the true angle
-    /// at its end, degrees.
+    /// Simulates one millisecond: measure, control, pulse, move. Returns the true angle at its end,
+    /// degrees.
     pub(super) fn step(&mut self) -> f64 {
         let now = self.now();
         let seen = angle(self.finger.sensed_deg());

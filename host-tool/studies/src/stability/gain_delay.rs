@@ -1,11 +1,10 @@
-//! Gain × delay for the finger under the device's own laws: where the angle
-//! settles and where it circles. The default comes with all that the wearer file
-//! gives it; its predictor and learning are part of what is measured.
+//! Map of gain × delay for the finger under the device's own laws: where the angle settles and
+//! where it oscillates. The default law has everything that the wearer file configures, including
+//! predictor and learning.
 //!
-//! Theory is the describing function. Around its sliding surface the law's
-//! slope is that of a square root, infinite or nearly so, and a linear margin
-//! does not exist; what exists is the amplitude at which the loop's first
-//! harmonic sustains itself.
+//! The prediction is the describing function. Near its sliding surface the law has the slope of a
+//! square root, infinite or nearly so, so that a linear margin does not exist. The prediction is
+//! the amplitude at which the loop's first harmonic sustains itself.
 
 use super::describing::{Efforts, Plant};
 use super::finger::{Loop, default_one_point, one_point, quiet_finger};
@@ -14,22 +13,22 @@ use super::{Axis, Cell, Class, Layout, Map, Panel, Panels};
 use firmware::control::{HoldPolicy, JointSpec, LawSpec};
 use hal_sim::body::FingerSpec;
 
-/// Muscle torque over the nominal finger's.
+/// Muscle torque relative to the nominal finger.
 const GAINS: [f64; 11] = [0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0];
-/// Added to the finger's electromechanical delay, ms.
+/// Delay added to the finger's electromechanical delay, ms.
 const DELAYS: [u32; 16] = [
     0, 5, 10, 15, 20, 25, 30, 35, 40, 50, 60, 70, 80, 100, 120, 150,
 ];
-/// The angle to hold: one that the weakest of these fingers reaches.
+/// Angle to hold, degrees, within reach of the weakest of these fingers.
 const TARGET_DEG: f64 = 30.0;
-/// Duration and judged end of a trial, ms.
+/// Length of a trial, and of the part at its end that is judged, ms.
 const TRIAL_MS: u32 = 20_000;
 const JUDGED_MS: u32 = 5_000;
-/// More than this, peak to peak, is no longer rest, degrees.
+/// Largest peak-to-peak angle that counts as rest, degrees.
 const REST_DEG: f64 = 2.0;
-/// Below this, peak to peak, the sensor's and the pulses' grain counts too, degrees.
+/// Peak-to-peak angle below which sensor and pulses matter, too, degrees.
 const FAINT_DEG: f64 = 0.5;
-/// Above this the swing leaves the part of the joint that was linearised, degrees.
+/// Peak-to-peak angle above which the linearisation no longer holds, degrees.
 const WIDE_DEG: f64 = 10.0;
 
 const CLASSES: [Class; 6] = [
@@ -41,7 +40,7 @@ const CLASSES: [Class; 6] = [
     Class::new('X', f64::INFINITY, "more than 20°", 1),
 ];
 
-/// The map.
+/// Computes the map.
 pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
     let mut panels = Panels::new(laws().len(), progress);
     for (name, joint) in laws() {
@@ -86,7 +85,7 @@ pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
     }
 }
 
-/// What drives the finger: the device's default, then bare laws.
+/// Returns the compared controllers: the device's default, then two bare laws.
 fn laws() -> [(&'static str, JointSpec); 3] {
     let alone = |law| one_point(law, HoldPolicy::Hold);
     [
@@ -96,7 +95,7 @@ fn laws() -> [(&'static str, JointSpec); 3] {
     ]
 }
 
-/// The range of told over found, swings below and above [`WIDE_DEG`] apart.
+/// Describes the range of predicted over measured swings, separately below and above [`WIDE_DEG`].
 fn told_over_found(panel: &Panel) -> String {
     let range = |wide: bool| {
         let clear = panel.cells().filter_map(|cell| {
@@ -130,7 +129,7 @@ fn plant(gain: f64, delay_ms: u32) -> Plant {
     Plant::new(&finger(gain, delay_ms), TARGET_DEG)
 }
 
-/// Peak to peak of the true angle at the end of a trial, degrees.
+/// Returns the peak-to-peak true angle at the end of a trial, degrees.
 fn limit_cycle_swing_deg(finger: &FingerSpec, joint: &JointSpec) -> f64 {
     let mut device = Loop::new(finger.clone(), joint, 0);
     device.setpoint(TARGET_DEG);
@@ -166,7 +165,8 @@ mod tests {
                     } else if alone {
                         assert!((told / found - 1.0).abs() < 0.35);
                     } else {
-                        // Of the default's wide swings only that they are too wide.
+                        // Of the default's wide swings, only checks that they are predicted as too
+                        // wide.
                         assert!(told > REST_DEG);
                     }
                 }

@@ -1,4 +1,4 @@
-//! Integrator × step for every subject: which step each method survives.
+//! Map of integrator × step for every subject: the largest step at which each method stays stable.
 
 use super::map::class_of;
 use super::{Axis, Cell, Class, Layout, Map, Panels};
@@ -9,7 +9,7 @@ use hal_sim::body::muscle::{Parameters, SUBJECTS};
 use methods::muscle::{Integrator, Method, Number, Setting};
 use rayon::prelude::*;
 
-/// The rows.
+/// Methods of the rows.
 const METHODS: [(Method, Number); 8] = [
     (Method::Euler, Number::F64),
     (Method::Heun, Number::F64),
@@ -20,30 +20,30 @@ const METHODS: [(Method, Number); 8] = [
     (Method::LogTable, Number::F64),
     (Method::Shipped, Number::Device),
 ];
-/// The columns, µs. The shipped model steps by 1 ms whatever it is asked; it is
-/// called this seldom.
+/// Steps of the columns, µs. The shipped model always steps by 1 ms; for it this is the time
+/// between calls.
 const STEPS_US: [u32; 25] = [
     250, 500, 1000, 2000, 3000, 4000, 5000, 6000, 7000, 8000, 9000, 10_000, 10_500, 11_000, 12_000,
     13_000, 14_000, 15_000, 16_000, 18_000, 20_000, 22_000, 24_000, 27_000, 30_000,
 ];
-/// Trains of 1 s; the first pulse off every grid.
+/// Pulse rates of the trains of 1 s; the first pulse lies off every grid.
 const RATES_HZ: [f64; 3] = [20.0, 40.0, 80.0];
 const FIRST_PULSE_US: u32 = 137;
-/// With a rest of 3 s, in which what grows has time to.
+/// Length of a run with a rest of 3 s, in which an instability can grow.
 const DURATION_S: f64 = 4.0;
-/// The end of the rest, twice: |F| in the second must be below that in the first.
+/// Length of two windows at the end of the rest: |F| in the second must be below that in the first.
 const WINDOW_S: f64 = 0.5;
-/// A force below zero by more than this part of the peak is one.
+/// Negative force that counts, as a part of the peak.
 const NEGATIVE: f64 = 1e-3;
 
-/// What became of a run.
+/// Outcome of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outcome {
-    /// Worst error, % of the train's peak.
+    /// Largest error, % of the train's peak.
     pub error: f64,
-    /// Force fell below −0.1 % of the peak.
+    /// Whether the force fell below −0.1 % of the peak.
     pub negative: bool,
-    /// Not finite, off by more than the peak, or growing without pulses.
+    /// Whether the force was not finite, was off by more than the peak, or grew without pulses.
     pub diverges: bool,
 }
 
@@ -57,7 +57,7 @@ const CLASSES: [Class; 7] = [
     Class::new('X', f64::INFINITY, "diverges", 2),
 ];
 
-/// The map.
+/// Computes the map.
 pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
     let mut panels = Panels::new(SUBJECTS.len(), progress);
     for (subject, p) in (1..).zip(&SUBJECTS) {
@@ -109,7 +109,7 @@ fn class(found: &Outcome) -> usize {
     }
 }
 
-/// All methods of [`METHODS`] at one step, the worst over the rates.
+/// Runs all [`METHODS`] at one step, and returns the worst outcome over the pulse rates for each.
 pub fn run(p: &Parameters, step_us: u32) -> Vec<Outcome> {
     let mut worst: Vec<Option<Outcome>> = vec![None; METHODS.len()];
     for rate in RATES_HZ {
@@ -138,7 +138,7 @@ impl Outcome {
     }
 }
 
-/// Runs a muscle and compares it where its steps end.
+/// Runs a muscle and compares it at the ends of its steps.
 fn judge(muscle: &mut dyn Integrator, pulses: &[u32], truth: &[Sample], step_us: u32) -> Outcome {
     let peak = truth.iter().fold(0.0, |most: f64, s| most.max(s.force_n));
     let (mut error, mut lowest) = (0.0f64, 0.0f64);
@@ -162,14 +162,14 @@ fn judge(muscle: &mut dyn Integrator, pulses: &[u32], truth: &[Sample], step_us:
     }
 }
 
-/// What theory says. Without pulses x falls to 0 and τ to τ1, its shortest: the
-/// equations are then those of two decays, and a method's growth factor at
-/// z = h/τ decides (Hairer & Wanner, Solving ODEs II, IV.2). Before that, the
-/// lowest of a step's inner values of C must not pass the pole of x at −K.
+/// Predicts the verdict. Without pulses x falls to 0 and τ to its shortest value τ1; the equations
+/// then describe two decays, and a method's growth factor at z = h/τ decides (Hairer & Wanner,
+/// Solving ODEs II, IV.2). Before that, the smallest inner value of C in a step must not pass the
+/// pole of x at −K.
 fn predicted(method: Method, p: &Parameters, step_us: u32) -> u8 {
     let h = f64::from(step_us) * 1e-6;
     let z = h / p.tau_c_s;
-    // Largest stable z, and the lowest inner value of C, parts of that before.
+    // Largest stable z, and the smallest inner value of C relative to C before the step.
     let (limit, lowest) = match method {
         Method::Euler | Method::Heun => (2.0, 1.0 - z),
         Method::RungeKutta4 => (

@@ -1,5 +1,5 @@
-//! Lost setpoints: what the device's setpoint track makes of the rest, holding
-//! or extrapolating, and what that costs the finger.
+//! Map of lost setpoints: how well the device's setpoint track follows the reference, holding or
+//! extrapolating, and how that affects the finger.
 
 use super::chance::uniform;
 use super::finger::{Loop, angle, default_one_point, one_point, quiet_finger};
@@ -12,22 +12,22 @@ use std::f64::consts::TAU;
 
 /// Setpoints per second (Hamana 2022: the glove's rate).
 const RATE_HZ: f64 = 90.0;
-/// Target 45 ± 40° at 0.2 Hz (Hamana 2022 experiment 4; the offset assumed).
+/// Reference 45 ± 40° at 0.2 Hz (Hamana 2022 experiment 4; the offset assumed).
 const MIDDLE_DEG: f64 = 45.0;
 const SWING_DEG: f64 = 40.0;
 const TARGET_HZ: f64 = 0.2;
-/// Scored from here to the end, ms.
+/// Part of a trial that is scored, ms.
 const SCORED_MS: std::ops::Range<u32> = 10_000..30_000;
-/// Seeds that a cell is the mean square of: track alone, finger. Long gaps are
-/// rare and weigh most, so few seeds scatter.
+/// Number of seeds in a cell's mean square: for the track alone, for the finger. Long gaps are rare
+/// and contribute most, so that few seeds scatter.
 const SEEDS: [u64; 2] = [16, 3];
-/// Shares of setpoints lost, %.
+/// Shares of lost setpoints, %.
 const LOSS: [u32; 20] = [
     0, 5, 10, 15, 20, 25, 30, 35, 40, 45, 50, 55, 60, 65, 70, 75, 80, 85, 90, 95,
 ];
-/// Longest extrapolation, ms; 0 holds.
+/// Longest extrapolation, ms; 0 holds the last value.
 const REACH: [u16; 9] = [0, 10, 20, 50, 100, 200, 300, 500, 1000];
-/// The device's own reach, [`crate::tracking::wearer::SHIPPED_HOLD`].
+/// Longest extrapolation of the shipped device, [`crate::tracking::wearer::SHIPPED_HOLD`].
 const SHIPPED_MS: u16 = match SHIPPED_HOLD {
     HoldPolicy::Extrapolate { max_ms } => max_ms,
     HoldPolicy::Hold => 0,
@@ -54,10 +54,10 @@ const CLASSES: [Class; 7] = [
     Class::new('X', f64::INFINITY, "more than 10°", 1),
 ];
 
-/// A joint under one of the device's laws; see [`HoldPolicy`].
+/// Function that builds a joint under one of the device's laws, given a [`HoldPolicy`].
 type JointOf = fn(HoldPolicy) -> JointSpec;
 
-/// What is run: the track alone, or the finger under a law.
+/// Returns the compared cases: the track alone, or the finger under a law.
 fn runs() -> [(&'static str, Option<JointOf>); 3] {
     [
         ("the setpoint track alone", None),
@@ -73,7 +73,7 @@ fn alone(hold: HoldPolicy) -> JointSpec {
     one_point(LawSpec::ALONE, hold)
 }
 
-/// The map.
+/// Computes the map.
 pub fn draw(seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
     let runs = runs();
     let mut lossless = Vec::new();
@@ -84,7 +84,7 @@ pub fn draw(seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
             None => track_rmse_deg(reach, loss, seed),
             Some(joint) => finger_rmse_deg(joint, reach, loss, seed),
         };
-        // What is left where nothing is lost is not the loss's.
+        // The error without loss does not come from the loss.
         let floor = joint.map_or(0.0, |_| rmse(SHIPPED_MS, 0, seed));
         if joint.is_some() {
             lossless.push(format!("{floor:.2}° ({title})"));
@@ -123,7 +123,7 @@ pub fn draw(seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
     }
 }
 
-/// Which frames arrive; the first always does.
+/// Simulates which frames arrive; the first always does.
 struct Frames {
     next: u32,
     loss: f64,
@@ -139,7 +139,7 @@ impl Frames {
         }
     }
 
-    /// Whether a setpoint arrives in this millisecond.
+    /// Returns whether a setpoint arrives in this millisecond.
     fn arrives(&mut self, ms: u32) -> bool {
         if f64::from(ms) / 1000.0 * RATE_HZ < f64::from(self.next) {
             return false;
@@ -149,7 +149,7 @@ impl Frames {
     }
 }
 
-/// RMSE of what the track says, degrees.
+/// Returns the RMSE of the track's value, degrees.
 pub fn track_rmse_deg(reach_ms: u16, loss_percent: u32, seed: u64) -> f64 {
     let mut track = SetpointTrack::default();
     let mut frames = Frames::new(loss_percent, seed);
@@ -169,7 +169,7 @@ pub fn track_rmse_deg(reach_ms: u16, loss_percent: u32, seed: u64) -> f64 {
     (square / SCORED_MS.len() as f64).sqrt()
 }
 
-/// RMSE of the true angle, degrees.
+/// Returns the RMSE of the true angle, degrees.
 fn finger_rmse_deg(joint: JointOf, reach_ms: u16, loss_percent: u32, seed: u64) -> f64 {
     let joint = joint(policy(reach_ms));
     let mut finger = Loop::new(quiet_finger(), &joint, seed);
@@ -188,9 +188,9 @@ fn finger_rmse_deg(joint: JointOf, reach_ms: u16, loss_percent: u32, seed: u64) 
     (square / SCORED_MS.len() as f64).sqrt()
 }
 
-/// What the track's RMSE should be, degrees.
+/// Predicts the track's RMSE, degrees.
 fn predicted(reach_ms: u16, loss_percent: u32) -> f64 {
-    /// Ages within one period of the stream as 1 kHz ticks see them.
+    /// Number of ages of a setpoint within one period of the stream, as 1 kHz ticks sample it.
     const PLACES: u32 = 11;
     let (period, loss) = (1.0 / RATE_HZ, f64::from(loss_percent) / 100.0);
     let reach = f64::from(reach_ms) / 1000.0;
@@ -198,7 +198,7 @@ fn predicted(reach_ms: u16, loss_percent: u32) -> f64 {
     // Mean squares over the sine; its rate and acceleration are uncorrelated.
     let rate_square = (SWING_DEG * omega).powi(2) / 2.0;
     let acceleration_square = rate_square * omega.powi(2);
-    // First two moments of a gap of 1, 2, … periods, geometric.
+    // First two moments of a gap of 1, 2, … periods, geometrically distributed.
     let kept = 1.0 - loss;
     let gap = period / kept;
     let gap_square = period.powi(2) * (1.0 + loss) / kept.powi(2);

@@ -1,101 +1,97 @@
-//! A map of classes over two axes, in panels for a third, and its text.
+//! A map of classes over two axes, with panels for a third, and its text.
 //!
-//! Every cell holds what was found and, where there is a theory, what it
-//! predicts. Both are verdicts of the same kind, so that the boundaries can be
-//! drawn over each other and their disagreement counted.
+//! Every cell holds the result and, where there is a theory, its prediction. Both are verdicts of
+//! the same kind, so that their boundaries can be compared and their disagreements counted.
 
 use rayon::prelude::*;
 
-/// Widest text.
+/// Largest width of the text.
 const COLUMNS: usize = 80;
 
-/// One axis: what it is, its unit, and a label per row or column.
+/// One axis: name, unit, and a label for each row or column.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axis {
-    /// What varies.
+    /// Name of the quantity that varies.
     pub name: &'static str,
-    /// Its unit; empty for names and pure numbers.
+    /// Unit; empty for names and pure numbers.
     pub unit: &'static str,
-    /// One label per row or column.
+    /// One label for each row or column.
     pub labels: Vec<String>,
 }
 
 /// One class of cells.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Class {
-    /// Its mark in the text.
+    /// Mark in the text.
     pub mark: char,
-    /// The largest number in it; what is larger is in a later class.
+    /// Largest number in the class; larger numbers belong to a later class.
     pub up_to: f64,
-    /// What it means.
+    /// Description for the legend.
     pub meaning: &'static str,
-    /// The verdict: 0 holds, above it fails, the worse the higher (at most 2).
+    /// Verdict: 0 holds, 1 fails, 2 fails badly.
     pub verdict: u8,
 }
 
-/// One cell.
+/// Result and prediction for one pair of axis values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cell {
     /// Index into [`Map::classes`].
     pub class: usize,
-    /// What was measured, in [`Map::quantity`].
+    /// Measured value of [`Map::quantity`].
     pub number: f64,
-    /// The verdict that theory predicts, of the kind of [`Class::verdict`];
-    /// `None` where it says nothing.
+    /// Verdict that theory predicts, as in [`Class::verdict`]; `None` if theory predicts nothing.
     pub predicted: Option<u8>,
-    /// The number that it gives, where it gives one.
+    /// Number that theory predicts, if it predicts one.
     pub told: Option<f64>,
 }
 
-/// One value of the third axis.
+/// Cells for one value of the third axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Panel {
-    /// That value, in words.
+    /// Value of the third axis, in words.
     pub title: String,
-    /// The cells, row by row, as many as the axes have labels.
+    /// Cells by row, as many as the axes have labels.
     pub rows: Vec<Vec<Cell>>,
-    /// A word after each row; empty for none.
+    /// Text after each row; may be empty.
     pub remarks: Vec<String>,
 }
 
-/// How a map's picture shows its panels, so many beside each other.
+/// Arrangement of the panels in a map's figure, with the number of panels side by side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Layout {
     /// Cells, panels along each row.
     Beside(usize),
     /// Cells, panels down each column.
     Down(usize),
-    /// Found and told numbers as lines, panels along each row.
+    /// Measured and predicted numbers as lines, panels along each row.
     Lines(usize),
 }
 
-/// A map.
+/// A map with its prediction and its explanation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Map {
     /// File stem in docs/maps.
     pub name: &'static str,
-    /// One line.
+    /// Title of one line.
     pub title: &'static str,
-    /// The columns.
+    /// Axis of the columns.
     pub across: Axis,
-    /// The rows.
+    /// Axis of the rows.
     pub down: Axis,
-    /// What a cell's number is, with its unit.
+    /// Quantity of the cells' numbers, with its unit.
     pub quantity: &'static str,
-    /// The classes, from the best to the worst.
+    /// Classes from the best to the worst.
     pub classes: &'static [Class],
-    /// The panels, in order.
     pub panels: Vec<Panel>,
-    /// The formula of the predicted boundary, with its source.
+    /// Formula of the predicted boundary, with its source.
     pub theory: &'static str,
-    /// Its picture.
     pub layout: Layout,
-    /// What else a reader must know: method, fixed numbers, assumptions.
+    /// Notes for the reader: method, fixed numbers, assumptions.
     pub notes: Vec<String>,
 }
 
 impl Axis {
-    /// An axis of numbers; `label` writes one.
+    /// Makes an axis of values; `label` formats each.
     pub fn new<T>(
         name: &'static str,
         unit: &'static str,
@@ -109,7 +105,7 @@ impl Axis {
         }
     }
 
-    /// Name and unit.
+    /// Returns name and unit.
     pub fn caption(&self) -> String {
         match self.unit {
             "" => self.name.to_owned(),
@@ -119,7 +115,6 @@ impl Axis {
 }
 
 impl Class {
-    /// A class with this mark, largest number, meaning and verdict.
     pub const fn new(mark: char, up_to: f64, meaning: &'static str, verdict: u8) -> Self {
         Self {
             mark,
@@ -130,14 +125,14 @@ impl Class {
     }
 }
 
-/// The class of a number; what lies on a limit does so up to rounding.
+/// Returns the class of a number; a number within rounding of a limit belongs to the lower class.
 pub fn class_of(classes: &[Class], number: f64) -> usize {
     let above = |class: &&Class| number > class.up_to * (1.0 + 1e-9);
     classes.iter().take_while(above).count()
 }
 
 impl Cell {
-    /// A number by its class, beside the number that theory gives, by its.
+    /// Makes a cell from a measured number, and the number that theory predicts.
     pub fn with_prediction(classes: &[Class], number: f64, told: Option<f64>) -> Self {
         Self {
             class: class_of(classes, number),
@@ -147,7 +142,7 @@ impl Cell {
         }
     }
 
-    /// A number by its class, beside the verdict that theory gives.
+    /// Makes a cell from a measured number, and the verdict that theory predicts.
     pub fn with_verdict(classes: &[Class], number: f64, predicted: Option<u8>) -> Self {
         Self {
             predicted,
@@ -157,24 +152,24 @@ impl Cell {
 }
 
 impl Panel {
-    /// The cells, row by row.
+    /// Returns the cells row by row.
     pub fn cells(&self) -> impl Iterator<Item = &Cell> {
         self.rows.iter().flatten()
     }
 }
 
-/// Panels in the making: their cells are computed on all cores.
+/// Builds panels; their cells are computed on all cores.
 pub struct Panels<'a> {
-    /// In all.
+    /// Number of panels.
     count: usize,
-    /// Hears the part done, 0 to 1.
+    /// Receives the finished part, 0 to 1.
     progress: &'a mut dyn FnMut(f64),
-    /// Those that are made.
+    /// Finished panels.
     pub made: Vec<Panel>,
 }
 
 impl<'a> Panels<'a> {
-    /// None yet, of `count`.
+    /// Starts without panels; `count` will be added.
     pub fn new(count: usize, progress: &'a mut dyn FnMut(f64)) -> Self {
         Self {
             count,
@@ -183,7 +178,7 @@ impl<'a> Panels<'a> {
         }
     }
 
-    /// One more, of the cell at each row and column.
+    /// Adds a panel with the cell of each row and column.
     pub fn add<R: Sync, C: Sync>(
         &mut self,
         title: String,
@@ -206,29 +201,29 @@ impl<'a> Panels<'a> {
     }
 }
 
-/// The smallest and the largest of what theory tells over what was found.
+/// Returns the smallest and the largest of the ratios of prediction to measurement.
 pub fn extremes(ratios: impl Iterator<Item = f64>) -> (f64, f64) {
     ratios.fold((f64::MAX, 0.0), |(low, high), x| (low.min(x), high.max(x)))
 }
 
-/// How found and predicted verdicts compare over a map.
+/// Comparison of measured and predicted verdicts over a map.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Agreement {
-    /// Cells with a prediction.
+    /// Number of cells with a prediction.
     pub predicted: usize,
-    /// Found worse than predicted.
+    /// Number of cells worse than predicted.
     pub worse: usize,
-    /// Found better than predicted.
+    /// Number of cells better than predicted.
     pub better: usize,
 }
 
 impl Map {
-    /// The found verdict of a cell.
+    /// Returns the measured verdict of a cell.
     pub fn verdict(&self, cell: &Cell) -> u8 {
         self.classes[cell.class].verdict
     }
 
-    /// Counts the cells in which found and predicted verdicts differ.
+    /// Counts the cells in which measured and predicted verdicts differ.
     pub fn agreement(&self) -> Agreement {
         let mut all = Agreement::default();
         for cell in self.panels.iter().flat_map(Panel::cells) {
@@ -243,7 +238,7 @@ impl Map {
         all
     }
 
-    /// The text: at most 80 columns, one mark per cell, `|` between cells where
+    /// Returns the map as text: at most 80 columns, one mark for each cell, `|` between cells where
     /// theory's verdict changes.
     pub fn text(&self) -> String {
         let mut out = String::new();
@@ -304,7 +299,7 @@ impl Map {
         }
         for (n, (label, row)) in self.down.labels.iter().zip(&panel.rows).enumerate() {
             out.push_str(&format!("{label:>margin$} "));
-            // Every row begins where nothing fails, or where theory is silent.
+            // Every row starts as if left of it nothing failed, or as if theory predicted nothing.
             let mut before = row.first().and_then(|c| c.predicted).map(|_| 0);
             for cell in row {
                 let edge = if cell.predicted == before { ' ' } else { '|' };
@@ -325,7 +320,7 @@ impl Map {
     }
 }
 
-/// `words` after `head`, broken at 80 columns and indented below the head.
+/// Writes `words` after `head`, wrapped at 80 columns and indented below the head.
 fn wrapped(out: &mut String, head: &str, words: &str) {
     let indent = head.chars().count().min(8);
     let mut line = head.to_owned();

@@ -1,9 +1,8 @@
-//! Maps of where each method fails, with the predicted boundary beside the found one.
+//! Maps of where each method fails, with the predicted boundary beside the measured one.
 //!
-//! Lives here: the [`Map`] type with its text, and one file per map. Not here:
-//! the methods themselves (`firmware`), bodies (`hal-sim`), the picture
-//! (`figures`), the command (`cli`).
-//! In: a seed. Out: a [`Map`]; docs/maps keeps its text and its picture.
+//! Contains the [`Map`] type with its text, and one module for each map. Takes a seed and returns a
+//! [`Map`], whose text and figure are committed in docs/maps. The methods are in `firmware`, the
+//! simulated limbs in `hal-sim`, the figures in `figures`.
 
 mod chance;
 mod describing;
@@ -21,10 +20,10 @@ pub mod word_length;
 
 pub use map::{Axis, Cell, Class, Layout, Map, Panel, Panels};
 
-/// Computes a map from a seed; tells the part done, 0 to 1, on the way.
+/// Computes a map from a seed, and reports the finished part, 0 to 1.
 pub type Draw = fn(u64, &mut dyn FnMut(f64)) -> Map;
 
-/// The seed of the committed maps.
+/// Seed of the committed maps.
 pub const SEED: u64 = 1;
 
 /// Every map by the name of its files in docs/maps.

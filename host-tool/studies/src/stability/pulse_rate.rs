@@ -1,5 +1,5 @@
-//! Pulse rate × step × time constants: the error of ETD midpoint, steps split at
-//! pulses or pulses snapped to steps.
+//! Map of pulse rate × step × time constants: the error of ETD midpoint, with steps split at pulses
+//! or pulses snapped to steps.
 
 use super::chance::uniform;
 use super::{Axis, Cell, Class, Layout, Map, Panels};
@@ -17,14 +17,14 @@ const STEPS_US: [u32; 18] = [
     250, 500, 750, 1000, 1500, 2000, 3000, 4000, 5000, 6000, 8000, 10_000, 12_000, 15_000, 18_000,
     20_000, 25_000, 30_000,
 ];
-/// All three time constants of the mean subject are multiplied with this.
+/// Factors by which all three time constants of the mean subject are multiplied.
 const SCALES: [f64; 4] = [0.25, 0.5, 1.0, 2.0];
-/// Trains of 1 s and rest. Every pulse lies off its regular place by up to this
-/// part of the period either way, so that it falls anywhere in its step.
+/// Trains of 1 s and rest. Every pulse deviates from its regular time by up to this part of the
+/// period, so that it falls anywhere in its step.
 const TRAIN_S: f64 = 1.0;
 const JITTER: f64 = 0.2;
 const DURATION_S: f64 = 1.8;
-/// The error that the product stays far below, and the one that is felt, %.
+/// Error that the product stays far below, and error that people notice, %.
 const GOOD: f64 = 0.1;
 const NOTICEABLE: f64 = 10.0;
 
@@ -36,7 +36,7 @@ const CLASSES: [Class; 5] = [
     Class::new('X', f64::INFINITY, "more than 10 %", 2),
 ];
 
-/// The map.
+/// Computes the map.
 pub fn draw(seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
     let mut panels = Panels::new(2 * SCALES.len(), progress);
     for (pulses, name) in [
@@ -87,12 +87,12 @@ fn muscle(scale: f64) -> Parameters {
     }
 }
 
-/// A train with what theory needs of its exact solution.
+/// A train with the properties of its exact solution that theory needs.
 struct Train {
     rate_hz: f64,
     pulses_us: Vec<u32>,
-    /// Largest E of the theory for h = 1 s over all, and what the rest after the
-    /// last pulse adds; largest |F'|. In % of peak.
+    /// Largest error E of the theory for h = 1 s, over the whole run and in the rest after the last
+    /// pulse, % of peak; then the largest |F'|, % of peak per s.
     error_per_h2: f64,
     error_at_rest_per_h2: f64,
     slope: f64,
@@ -116,7 +116,7 @@ impl Train {
         train
     }
 
-    /// Follows solution and theory's error on a fine grid.
+    /// Integrates the solution and the theory's error on a fine grid.
     fn solve(&mut self, p: &Parameters) {
         const FINE_US: u32 = 100;
         let fine = f64::from(FINE_US) * 1e-6;
@@ -148,7 +148,7 @@ impl Train {
         self.slope = slope / peak * 100.0;
     }
 
-    /// What theory says of the error, % of peak.
+    /// Predicts the error, % of peak.
     fn predicted(&self, step_us: u32, pulses: Pulses) -> f64 {
         let h = f64::from(step_us) * 1e-6;
         match pulses {
@@ -161,9 +161,9 @@ impl Train {
     }
 }
 
-/// 1/τ, and what a step of 1 s adds to the error per second (times h²): exact
-/// flow minus the midpoint's, from the Magnus series of F' = a − r·F up to h³
-/// (Iserles et al., "Lie-group methods", Acta Numerica 2000, §4).
+/// Returns 1/τ, and the rate at which a step of 1 s adds to the error (times h²): exact flow minus
+/// the midpoint's, from the Magnus series of F' = a − r·F up to h³ (Iserles et al., "Lie-group
+/// methods", Acta Numerica 2000, §4).
 fn local_error(p: &Parameters, c: f64, force: f64) -> (f64, f64) {
     let x = c / (c + p.k);
     let x1 = -x * (1.0 - x) / p.tau_c_s;
@@ -176,7 +176,7 @@ fn local_error(p: &Parameters, c: f64, force: f64) -> (f64, f64) {
     (r, (a2 - r2 * force) / 24.0 + (r * a1 - r1 * a) / 12.0)
 }
 
-/// Worst error of the method, % of peak.
+/// Returns the method's largest error, % of peak.
 fn error(p: &Parameters, train: &Train, step_us: u32, pulses: Pulses) -> f64 {
     let seconds: Vec<f64> = train
         .pulses_us

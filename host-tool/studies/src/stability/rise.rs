@@ -1,8 +1,7 @@
-//! Rise × delay for the finger under the whole device: where tracking fails because the
+//! Map of rise × delay for the finger under the whole device: where tracking fails because the
 //! wearer's `rise_ms` limits how fast an amplitude may grow.
 //!
-//! Theory treats a rise as added delay: what takes so long from threshold to maximum is
-//! late by half of that.
+//! Theory treats a rise as added delay: half of the time that it takes from threshold to maximum.
 
 use super::{Axis, Cell, Class, Layout, Map, Panels};
 use firmware::control::PointSpec;
@@ -13,11 +12,11 @@ use host_core::session::{BodySpec, Session};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// The wearer's `rise_ms`.
+/// Values of the wearer's `rise_ms`.
 const RISES_MS: [u16; 9] = [10, 20, 50, 100, 200, 500, 1_000, 2_000, 5_000];
-/// Added to the finger's electromechanical delay, ms.
+/// Delay added to the finger's electromechanical delay, ms.
 const DELAYS_MS: [u32; 5] = [0, 15, 30, 50, 80];
-/// Length of a trial and where it is judged, µs: two of the sine's periods.
+/// Length of a trial and its judged part, µs: two periods of the sine.
 const TRIAL_US: u64 = 20_000_000;
 const JUDGED_US: (u64, u64) = (10_000_000, 20_000_000);
 
@@ -31,7 +30,7 @@ const CLASSES: [Class; 7] = [
     Class::new('!', f64::INFINITY, "the device ended the session", 1),
 ];
 
-/// The map.
+/// Computes the map.
 pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
     let sessions = sessions();
     let mut panels = Panels::new(sessions.len(), progress);
@@ -77,7 +76,7 @@ pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
     }
 }
 
-/// The device's default for a known wearer, and the paper's law.
+/// Returns the device's default for a known wearer, and the paper's law.
 fn sessions() -> [(&'static str, Session); 2] {
     let known = include_str!("../../../sessions/hamana_exp4_two_point_wearer.toml");
     let paper = include_str!("../../../sessions/hamana_exp4_two_point_finger.toml")
@@ -92,7 +91,8 @@ fn sessions() -> [(&'static str, Session); 2] {
     })
 }
 
-/// From threshold to maximum as a part of the limit, the largest of the joint's points.
+/// Returns the range from threshold to maximum as a part of the limit, the largest of the joint's
+/// points.
 fn range(session: &Session) -> f64 {
     let joint = session.joint.as_ref().expect("a joint");
     let points = joint.flexors.iter().chain([&joint.extensor]);
@@ -106,7 +106,7 @@ fn range(session: &Session) -> f64 {
     points.map(part).fold(0.0, f64::max)
 }
 
-/// RMSE without a rise for each delay that the map or its theory asks for, degrees.
+/// Returns the RMSE without a rise for each delay of the map or its theory, degrees.
 fn rmse_without_rise(session: &Session, late_ms: [u32; RISES_MS.len()]) -> BTreeMap<u32, f64> {
     let mut delays: Vec<u32> = (late_ms.into_iter().chain([0]))
         .flat_map(|late_ms| DELAYS_MS.map(|delay_ms| delay_ms + late_ms))
@@ -117,8 +117,8 @@ fn rmse_without_rise(session: &Session, late_ms: [u32; RISES_MS.len()]) -> BTree
     delays.into_par_iter().map(rmse).collect()
 }
 
-/// RMSE of the true angle with this `rise_ms` from zero, or without a rise, degrees;
-/// infinite where the device ended the session.
+/// Returns the RMSE of the true angle with this `rise_ms` from zero, or without a rise, degrees;
+/// infinite if the device ended the session.
 fn rmse_deg(session: &Session, rise_ms: Option<u16>, delay_ms: u32) -> f64 {
     let mut session = session.clone();
     session.duration_us = TRIAL_US;

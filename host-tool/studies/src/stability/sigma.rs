@@ -1,5 +1,5 @@
-//! |σ| of the disturbed integrator σ' = u + d, |d'| <= L, under every
-//! discretization of super-twisting: against the period, and over the gains.
+//! Maps of |σ| for the disturbed integrator σ' = u + d, |d'| <= L, under every discretization of
+//! super-twisting: against the period, and over the gains.
 
 use super::map::extremes;
 use super::{Axis, Cell, Class, Layout, Map, Panel, Panels};
@@ -8,15 +8,15 @@ use firmware::control::super_twisting;
 use methods::control::integrator::{Disturbance, Loop, fitted_order};
 use methods::control::twist::{Discretization, Twist};
 
-/// L, 1/s: as large as gains of 40 L allow the device; L·h² at 1 ms is 34 bits.
+/// L, 1/s: as large as the device allows with gains of 40 L; L·h² at 1 ms is 34 bits.
 const SLOPE: f64 = 2.0;
-/// Periods that the device has, ms.
+/// Law periods that the device accepts, ms.
 const PERIODS_MS: [u8; 16] = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 14, 16, 18, 20];
-/// The slow triangle turns this often, whatever the period, s.
+/// Time between two turns of the slow triangle, whatever the law period, s.
 const TURN_S: f64 = 0.2;
 /// k1/√L and k2/L of the first map.
 const GAINS: [(f64, f64); 2] = [(1.5, 1.1), (4.0, 8.0)];
-/// Of the second, at one period.
+/// k1/√L and k2/L of the second map, which has one period.
 const K1: [f64; 18] = [
     0.3, 0.5, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.45, 1.6, 1.8, 2.0, 2.5, 3.0, 4.0, 8.0, 16.0,
 ];
@@ -24,12 +24,12 @@ const K2: [f64; 14] = [
     0.5, 0.7, 0.9, 1.01, 1.05, 1.1, 1.2, 1.5, 2.0, 3.0, 5.0, 10.0, 20.0, 40.0,
 ];
 const GRID_PERIOD_MS: u8 = 2;
-/// |σ| that is larger by this in the last quarter of a run than in the third
-/// diverges: what grows evenly is larger by 4/3.
+/// Growth of |σ| from the third to the last quarter of a run that counts as divergence: linear
+/// growth gives 4/3.
 const GROWTH: f64 = 1.25;
-/// A fitted order this far from the one told disagrees.
+/// Difference between a fitted and a predicted order that counts as disagreement.
 const ORDER_OFF: f64 = 0.1;
-/// What counts as optimal, L·h².
+/// Largest |σ| that counts as optimal, L·h².
 const OPTIMAL: f64 = 1.1;
 
 /// A form of the law: in f64, or the product's own code.
@@ -65,7 +65,7 @@ impl Form {
         )
     }
 
-    /// Runs it.
+    /// Runs the loop with this form of the law.
     fn run(self, of: &Loop<f64>, disturbance: Disturbance) -> LoopResult {
         match self {
             Self::Of(discretization) => {
@@ -83,7 +83,6 @@ impl Form {
     }
 }
 
-/// What one loop did.
 struct LoopResult {
     /// Largest |σ| once settled, L·h².
     worst: f64,
@@ -108,7 +107,7 @@ impl LoopResult {
     }
 }
 
-/// Under the device's fixed-point code.
+/// Runs the loop with the device's fixed-point code.
 fn run_shipped(of: &Loop<f64>, disturbance: Disturbance) -> LoopResult {
     let milli = |x: f64| (x * 1e3).round() as u32;
     let twist =
@@ -141,14 +140,14 @@ const CLASSES: [Class; 6] = [
     Class::new('X', f64::INFINITY, "more than 1000", 2),
 ];
 
-/// The same where what grows without end is found out.
+/// Classes of a map that recognizes endless growth.
 const ENDLESS: [Class; 6] = {
     let mut classes = CLASSES;
     classes[5].meaning = "grows without end, or more than 1000";
     classes
 };
 
-/// A disturbance whose course does not depend on the period.
+/// A disturbance that does not depend on the law period.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
     SlowTriangle,
@@ -178,18 +177,19 @@ impl Kind {
         }
     }
 
-    /// What theory says of |σ|, L·h²; infinite where it grows without end.
+    /// Predicts |σ|, L·h²; infinite if |σ| grows without end.
     fn predicted_sigma(self, form: Form, h: f64) -> Option<f64> {
         match (form, self) {
             (form, _) if form.is_proper() => Some(1.0),
-            // It keeps h·|d|: the triangle reaches L·turn, the others grow on.
+            // The resolvent's |σ| is h·|d|: the triangle reaches L·turn, the others grow without
+            // end.
             (Form::Of(Discretization::Resolvent), Self::SlowTriangle) => Some(TURN_S / h),
             (Form::Of(Discretization::Resolvent), _) => Some(f64::INFINITY),
             _ => None,
         }
     }
 
-    /// The order that theory gives |σ| in h; `None` where it grows without end.
+    /// Predicts the order of |σ| in h; `None` if |σ| grows without end.
     fn predicted_order(self, form: Form) -> Option<f64> {
         match self.predicted_sigma(form, 1.0) {
             Some(told) if told.is_infinite() => None,
@@ -203,7 +203,7 @@ impl Kind {
         panels.add(title, &FORMS, &PERIODS_MS, |form, ms| {
             let of = loop_of(k1, k2, *ms);
             let found = form.run(&of, self.at(of.h));
-            // How far it came is the length of the run, nothing else.
+            // A growing |σ| reflects only the length of the run.
             let number = match found.grows {
                 true => f64::INFINITY,
                 false => found.worst,
@@ -227,7 +227,7 @@ fn remark(found: Option<f64>, told: Option<f64>) -> String {
     }
 }
 
-/// The order of |σ| in h along a row; `None` if it diverges anywhere.
+/// Fits the order of |σ| in h along a row; `None` if it diverges anywhere.
 fn fitted(row: &[Cell]) -> Option<f64> {
     let points: Vec<(f64, f64)> = (row.iter().zip(PERIODS_MS))
         .map(|(cell, ms)| (ms.into(), cell.number * f64::from(ms).powi(2)))
@@ -236,7 +236,7 @@ fn fitted(row: &[Cell]) -> Option<f64> {
     fitted_order(&points).filter(|_| finite)
 }
 
-/// |σ| against the period.
+/// Computes the map of |σ| against the period.
 pub fn order(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
     let mut panels = Panels::new(KINDS.len() * GAINS.len(), progress);
     for kind in KINDS {
@@ -286,7 +286,7 @@ fn notes(panels: &[Panel]) -> Vec<String> {
     ]
 }
 
-/// The rows whose order is not the one that theory gives.
+/// Lists the rows whose order differs from the predicted one.
 fn order_mismatches(panels: &[Panel]) -> Vec<String> {
     let kinds = KINDS.iter().flat_map(|kind| [kind; GAINS.len()]);
     let mut off = Vec::new();
@@ -304,7 +304,7 @@ fn order_mismatches(panels: &[Panel]) -> Vec<String> {
     off
 }
 
-/// The range of found over told per form that theory gives a number for.
+/// Describes the range of measured over predicted |σ| for each form with a predicted number.
 fn found_over_told(panels: &[Panel]) -> String {
     let range = |(row, form): (usize, &Form)| {
         let cells = panels.iter().flat_map(|panel| &panel.rows[row]);
@@ -316,7 +316,7 @@ fn found_over_told(panels: &[Panel]) -> String {
     ranges.join(", ")
 }
 
-/// |σ| over the gains.
+/// Computes the map of |σ| over the gains.
 pub fn gains(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
     let mut panels = Panels::new(FORMS.len(), progress);
     for form in FORMS {
@@ -352,11 +352,10 @@ pub fn gains(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
     }
 }
 
-/// What is left of σ' when σ returns to 0, over what it was when σ left, under
-/// the worst disturbance of slope L = 1 in continuous time: outward while |σ|
-/// grows, inward while it falls (the majorant curve of Levant, "Robust exact
-/// differentiation via sliding mode technique", Automatica 34 (1998)). From 1 on
-/// σ is driven ever further out.
+/// Returns |σ'| when σ returns to 0, divided by |σ'| when σ left 0, under the worst disturbance of
+/// slope L = 1 in continuous time: outward while |σ| grows, inward while it falls (the majorant
+/// curve of Levant, "Robust exact differentiation via sliding mode technique", Automatica 34
+/// (1998)). From 1 on, σ is driven ever further out.
 fn overshoot(k1: f64, k2: f64) -> f64 {
     const STEP: f64 = 2e-3;
     // y = √σ over ds = dt/(2y): y' = v − k1·y, v' = −2y·(k2 ∓ 1).
@@ -402,7 +401,7 @@ mod tests {
 
     #[test]
     fn the_worst_disturbance_gets_through_below_a_gain_that_falls_with_k2() {
-        // Bisected with a fourth-order method at the same step, elsewhere.
+        // Limits from a separate bisection with a fourth-order method at the same step.
         for (k2, limit) in [(1.01, 1.113), (1.2, 0.915), (2.0, 0.656), (10.0, 0.285)] {
             assert!(overshoot(limit * 0.98, k2) > 1.0 && overshoot(limit * 1.02, k2) < 1.0);
         }

@@ -1,18 +1,17 @@
-//! Stiffness, delay and damping of the virtual wall: where an arm that leans on
-//! it comes to rest and where it swings, beside two predictions.
+//! Maps of stiffness, delay and damping of the virtual wall: where an arm that leans on it comes to
+//! rest and where it swings, with two predictions.
 //!
-//! The loop that both predictions speak of, s the Laplace variable:
+//! Both predictions describe this loop, s being the Laplace variable:
 //!
 //! ```text
 //! I s² + b s + k + K (1 + s Td / (1 + s/ωc)) e^(−s D) / (1 + τ s) = 0
 //! ```
 //!
-//! K: torque per angle of the wall at the point of rest, N·m/rad (recruitment's
-//! slope there times the wall's stiffness). τ: the muscle's lag. Force is linear
-//! in recruitment, dF/dt = r A x(t) − F / (τ1 + τ2 x(t)), and x(t) does not
-//! depend on r at a constant pulse rate, so 1/τ is the mean of 1/(τ1 + τ2 x)
-//! over a period. D: electromechanical delay, device, half a pulse period of
-//! holding. b: the joint's friction, passive and of the working muscles.
+//! K: torque per angle of the wall at the point of rest, N·m/rad (recruitment's slope there times
+//! the wall's stiffness). τ: the muscle's lag. Force is linear in recruitment, dF/dt = r A x(t) − F
+//! / (τ1 + τ2 x(t)), and x(t) does not depend on r at a constant pulse rate, so 1/τ is the mean of
+//! 1/(τ1 + τ2 x) over a period. D: electromechanical delay, device, half a pulse period of hold. b:
+//! the joint's friction, passive and of the working muscles.
 
 use super::wall_loop::{LATENCY_MS, PERIOD_MS, WALL_MDEG, angles, leaning, wall};
 use super::{Axis, Cell, Class, Layout, Map, Panels};
@@ -20,14 +19,14 @@ use hal_sim::body::ElbowSpec;
 use hal_sim::body::muscle::Parameters;
 use std::f64::consts::{PI, TAU};
 
-/// Stiffness, µA/°.
+/// Stiffness of the wall, µA/°.
 const STIFFNESS: [u32; 17] = [
     1000, 1200, 1400, 1700, 2000, 2400, 2800, 3400, 4000, 4800, 5600, 6700, 8000, 9500, 11_000,
     13_000, 16_000,
 ];
 /// Electromechanical delay, ms; the elbow's own is 25.
 const DELAY_MS: [u32; 10] = [5, 10, 15, 20, 25, 30, 40, 50, 70, 100];
-/// The same for the classical condition, which knows no delay.
+/// Electromechanical delays for the classical condition, which does not depend on delay, ms.
 const FEW_DELAYS_MS: [u32; 3] = [5, 25, 50];
 /// Panels: passive friction, N·m·s/rad, and the wall's Td, s.
 const DAMPING: [(f64, f64); 6] = [
@@ -38,10 +37,10 @@ const DAMPING: [(f64, f64); 6] = [
     (0.5, 0.05),
     (0.5, 0.1),
 ];
-/// Length of a trial, and of its end that is judged, s.
+/// Length of a trial, and of the part at its end that is judged, s.
 const TRIAL_S: u64 = 40;
 const JUDGED_S: u64 = 4;
-/// Peak to peak from which an arm swings, degrees: ten times the pulses' ripple.
+/// Peak-to-peak angle from which an arm counts as swinging, degrees: ten times the pulses' ripple.
 const SWING_DEG: f64 = 0.5;
 
 const CLASSES: [Class; 3] = [
@@ -50,25 +49,25 @@ const CLASSES: [Class; 3] = [
     Class::new('X', f64::INFINITY, "swings more than 5 deg", 1),
 ];
 
-/// One cell's loop, linear.
+/// The linearised loop of one cell.
 #[derive(Clone, Copy, Debug)]
 struct Linear {
     inertia: f64,
     damping: f64,
     stiffness: f64,
-    /// K.
+    /// K, torque per angle of the wall, N·m/rad.
     gain: f64,
-    /// τ, s.
+    /// τ, the lag of the muscle, s.
     lag_s: f64,
-    /// Td, s.
+    /// Td, the damping of the wall divided by its stiffness, s.
     lead_s: f64,
-    /// 1/ωc, s.
+    /// 1/ωc, the time constant of the velocity filter, s.
     filter_s: f64,
-    /// D, s.
+    /// D, the sum of all delays, s.
     delay_s: f64,
 }
 
-/// The map with the linear delay margin, the muscle's lag in the loop.
+/// Computes the map with the linear delay margin, including the muscle's lag.
 pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
     let theory = "D is the smallest (pi + arg L(iw))/w with |L(iw)| = 1, L = K (1 + s Td/(1 + \
                   s/wc)) / ((1 + tau s)(I s^2 + b s + k)), the muscle's lag tau in the loop; past \
@@ -80,7 +79,7 @@ pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
     }
 }
 
-/// Some of the same cells with the classical condition of a sampled wall.
+/// Computes some of the same cells with the classical condition of a sampled wall.
 pub fn draw_classical(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
     let theory = "b = K T/2 + K Td, T the 20 ms between pulses: a sampled wall without a muscle's \
                   lag and without a delay (Colgate and Schenkel 1997). Left of it theory says that \
@@ -138,7 +137,7 @@ fn notes() -> String {
     )
 }
 
-/// What a cell shows and what `swings` says of its loop.
+/// Returns the simulated swing of a cell, with the verdict that `swings` predicts.
 fn cell(
     friction: f64,
     lead_s: f64,
@@ -147,7 +146,7 @@ fn cell(
     swings: fn(&Linear) -> bool,
 ) -> Cell {
     let arm = arm(friction, delay_ms);
-    // Rounded down to the device's steps; both well inside their ranges.
+    // Rounded down to the device's steps; both are well inside their ranges.
     let damping = (f64::from(stiffness) * lead_s) as u32;
     let number = swing_deg(&arm, stiffness, damping);
     let told = swings(&Linear::of(&arm, stiffness, lead_s));
@@ -162,7 +161,7 @@ fn arm(friction: f64, delay_ms: u32) -> ElbowSpec {
     })
 }
 
-/// Peak to peak of the end of a trial, degrees.
+/// Returns the peak-to-peak angle at the end of a trial, degrees.
 fn swing_deg(arm: &ElbowSpec, stiffness: u32, damping: u32) -> f64 {
     let angles = angles(&wall(stiffness, damping), arm.clone(), TRIAL_S);
     let judged = angles.iter().rev().take(JUDGED_S as usize * 1000);
@@ -173,8 +172,8 @@ fn swing_deg(arm: &ElbowSpec, stiffness: u32, damping: u32) -> f64 {
 }
 
 impl Linear {
-    /// Linearised where the arm rests: the triceps holds push and passive
-    /// torque, which fixes recruitment, amplitude and so penetration.
+    /// Linearises the loop at the point of rest: the triceps holds push and passive torque, which
+    /// fixes recruitment, amplitude and thus penetration.
     fn of(arm: &ElbowSpec, stiffness_ua_per_deg: u32, lead_s: f64) -> Self {
         let curvature = arm.recruitment_curvature;
         let triceps = &arm.triceps;
@@ -189,7 +188,7 @@ impl Linear {
             let amplitude_ma = triceps.threshold_ma + range_ma * along;
             angle_deg = f64::from(WALL_MDEG) * 1e-3 + amplitude_ma / ma_per_deg;
         }
-        // d/dx of expm1(c x)/expm1(c), written in the share itself.
+        // d/dx of expm1(c x)/expm1(c), expressed in the share itself.
         let slope_per_ma = curvature * (share + 1.0 / curvature.exp_m1()) / range_ma;
         let working = share * triceps.torque_nm + arm.person.push_nm;
         let delay_us = f64::from(arm.electromechanical_delay_us);
@@ -215,7 +214,7 @@ impl Linear {
         !self.rests_without_delay() || self.delay_s > self.delay_margin_s()
     }
 
-    /// Routh's criterion for (1 + f s)(1 + τ s)(I s² + b s + k) + K (1 + (f + Td) s).
+    /// Applies Routh's criterion to (1 + f s)(1 + τ s)(I s² + b s + k) + K (1 + (f + Td) s).
     fn rests_without_delay(&self) -> bool {
         let (f, t) = (self.filter_s, self.lag_s);
         let (i, b, k, g) = (self.inertia, self.damping, self.stiffness, self.gain);
@@ -232,10 +231,10 @@ impl Linear {
         a.iter().all(|a| *a > 0.0) && first > 0.0 && second > 0.0
     }
 
-    /// The delay that a loop which rests without one bears, s; infinite if the
-    /// gain never reaches 1.
+    /// Returns the largest delay with which a loop stays at rest that rests without delay, s;
+    /// infinite if the gain never reaches 1.
     fn delay_margin_s(&self) -> f64 {
-        // A hundredth of an octave's step, each crossing then halved down.
+        // In steps of a hundredth of an octave; bisection then refines each crossing.
         let rates = (0..1400).map(|n| 0.1 * 2f64.powf(f64::from(n) * 0.01));
         let above = |w: f64| self.response(w).0 > 1.0;
         let mut margin = f64::INFINITY;
@@ -259,7 +258,7 @@ impl Linear {
         margin
     }
 
-    /// Gain and phase of L without delay at w rad/s.
+    /// Returns gain and phase of L without delay at w rad/s.
     fn response(&self, w: f64) -> (f64, f64) {
         let arm = (self.stiffness - self.inertia * w * w, self.damping * w);
         let parts = [
@@ -277,7 +276,7 @@ impl Linear {
     }
 }
 
-/// The lag τ of a muscle pulsed every [`PERIOD_MS`], s.
+/// Returns the lag τ of a muscle that is pulsed every [`PERIOD_MS`], s.
 fn lag_s(p: &Parameters) -> f64 {
     let period_s = PERIOD_MS as f64 * 1e-3;
     let top = 1.0 / -(-period_s / p.tau_c_s).exp_m1();
@@ -293,8 +292,8 @@ fn lag_s(p: &Parameters) -> f64 {
 mod tests {
     use super::*;
 
-    /// Agreement of found and predicted on one row of stiffnesses: cells found
-    /// worse, cells found better.
+    /// Compares result and prediction in one row of stiffnesses: counts the cells that are worse
+    /// and those that are better than predicted.
     fn row(friction: f64, lead_s: f64, delay_ms: u32, swings: fn(&Linear) -> bool) -> [usize; 2] {
         let cells = STIFFNESS.map(|s| cell(friction, lead_s, delay_ms, s, swings));
         let count = |is: fn(bool, bool) -> bool| {
@@ -330,8 +329,8 @@ mod tests {
         assert!(stiffest(0.05) > stiffest(0.0));
     }
 
-    /// Known in closed form: a pure spring through the lag alone, I s² + b s +
-    /// K/(1 + τ s), rests without delay if b (I + b τ) > I τ K.
+    /// A closed form exists: a pure spring with only the lag, I s² + b s + K/(1 + τ s), rests
+    /// without delay if b (I + b τ) > I τ K.
     #[test]
     fn routh_agrees_with_the_closed_form() {
         for n in 1..100 {
@@ -349,7 +348,7 @@ mod tests {
             let rests = 0.8 * (0.06 + 0.8 * 0.14) > 0.06 * 0.14 * gain;
             assert_eq!(linear.rests_without_delay(), rests, "{gain}");
             if rests {
-                // At the margin the loop's phase is −π where its gain is 1.
+                // The margin must be positive if the loop rests without delay.
                 assert!(linear.delay_margin_s() > 0.0);
             }
         }

@@ -1,40 +1,39 @@
-//! Word length of C against what is left of the force after the last pulse.
+//! Map of the word length of C against the force that remains after the last pulse.
 //!
-//! ETD midpoint with C alone in fixed point and everything else in f64, so that
-//! nothing but C's word can be to blame. C ← round(C·e^(−h/τc)) once per step.
+//! ETD midpoint with only C in fixed point and everything else in f64, so that every error comes
+//! from C's word. C ← round(C·e^(−h/τc)) once per step.
 
 use super::{Axis, Cell, Class, Layout, Map, Panels};
 use hal_sim::body::muscle::{Parameters, SUBJECTS};
 
-/// The step, s: the device's tick.
+/// Step, s: the device's tick.
 const H: f64 = 1e-3;
-/// A pulse every this many steps, 40 Hz.
+/// Steps between two pulses, 40 Hz.
 const BETWEEN_PULSES: u32 = 25;
-/// Steps with pulses, then steps without: 1 s and 6 s.
+/// Number of steps with pulses, then without: 1 s and 6 s.
 const STEPS: [u32; 2] = [1000, 6000];
 const BITS: [u32; 25] = [
     6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26, 27, 28, 29, 30,
 ];
-/// What the shipped model may be wrong by, % of peak.
+/// Largest error allowed for the shipped model, % of peak.
 const TOLERANCE: f64 = 0.02;
 
-/// How C is rounded.
+/// Rounding of C.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rounding {
     /// To the nearest, halves up.
     Nearest,
-    /// Down.
     Down,
 }
 
-/// What one word length did to one muscle, forces in % of its peak.
+/// Effect of one word length on one muscle, forces in % of its peak.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outcome {
-    /// Force that is left 6 s after the last pulse.
+    /// Force that remains 6 s after the last pulse.
     pub residual: f64,
-    /// When C reached 0 for good, ms after the last pulse; `None` if it did not.
+    /// Time after the last pulse when C reaches 0 for good, ms; `None` if it does not.
     pub zero_after_ms: Option<u32>,
-    /// Worst difference to the same method with C in f64.
+    /// Largest difference from the same method with C in f64.
     pub error: f64,
 }
 
@@ -46,7 +45,7 @@ const CLASSES: [Class; 5] = [
     Class::new('X', f64::INFINITY, "more than 10 %", 2),
 ];
 
-/// The map.
+/// Computes the map.
 pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
     let mut panels = Panels::new(PANELS.len(), progress);
     for (title, rounding, least, found, told) in PANELS {
@@ -84,8 +83,8 @@ pub fn draw(_seed: u64, progress: &mut dyn FnMut(f64)) -> Map {
     }
 }
 
-/// A panel: title, how C is rounded, the best class of its numbers (a force that is
-/// left is no error), the number, and what theory gives for it.
+/// A panel: title, rounding of C, smallest class index of its cells (1 for a remaining force, which
+/// is not an error), the plotted number, and the theory's value for it.
 type PanelOf = (
     &'static str,
     Rounding,
@@ -94,8 +93,8 @@ type PanelOf = (
     fn(&Parameters, u32, Rounding) -> f64,
 );
 
-/// What is left, and the worst error. Rounded down nothing is left, at any word
-/// length (a note and a test say so): a panel of it would be empty.
+/// The remaining force, and the largest error. With rounding down nothing remains at any word
+/// length (a note and a test confirm it), so that a panel for it would be empty.
 #[rustfmt::skip]
 const PANELS: [PanelOf; 3] = [
     ("left 6 s after the last pulse; C rounded to nearest", Rounding::Nearest, 1, |of| of.residual, |p, bits, _| predicted_residual(p, bits)),
@@ -103,20 +102,20 @@ const PANELS: [PanelOf; 3] = [
     ("worst error; C rounded down", Rounding::Down, 0, |of| of.error, predicted_error),
 ];
 
-/// How long C rounded down takes to reach 0 after the last pulse, ms, and the
-/// force that is left at the end, % of peak: the worst of all cells.
+/// Returns the longest time that C rounded down takes to reach 0 after the last pulse, ms, and the
+/// largest force that remains at the end, % of peak, over all cells.
 fn slowest_to_zero() -> (u32, f64) {
     let all = SUBJECTS
         .iter()
         .flat_map(|p| BITS.map(|bits| run(p, bits, Rounding::Down)));
     all.fold((0, 0.0), |(ms, left), of| {
-        // A C that never gets there takes longer than any.
+        // A C that never reaches 0 counts as the longest time.
         let took = of.zero_after_ms.unwrap_or(u32::MAX);
         (ms.max(took), left.max(of.residual))
     })
 }
 
-/// Runs one muscle with `bits` fraction bits for C.
+/// Simulates one muscle with `bits` fraction bits for C.
 pub fn run(p: &Parameters, bits: u32, rounding: Rounding) -> Outcome {
     let one = 1u128 << bits;
     let factor = ((-H / p.tau_c_s).exp() * (1u64 << 32) as f64) as u128;
@@ -153,7 +152,7 @@ pub fn run(p: &Parameters, bits: u32, rounding: Rounding) -> Outcome {
     }
 }
 
-/// F one step on, C at the step's start being `c`.
+/// Returns F after one step that starts with C = `c`.
 fn after_step(p: &Parameters, force: f64, c: f64) -> f64 {
     let middle = c * (-0.5 * H / p.tau_c_s).exp();
     let x = middle / (middle + p.k);
@@ -161,7 +160,7 @@ fn after_step(p: &Parameters, force: f64, c: f64) -> f64 {
     force + (1.0 - (-H / tau).exp()) * (p.a_n_per_s * x * tau - force)
 }
 
-/// The C at which rounding to nearest stops its decay, in units of the last bit.
+/// Returns the C at which rounding to nearest stops its decay, in units of the last bit.
 fn frozen(p: &Parameters) -> f64 {
     (0.5 / (1.0 - (-H / p.tau_c_s).exp())).ceil() - 1.0
 }
@@ -171,14 +170,14 @@ fn steady(p: &Parameters, c: f64) -> f64 {
     p.a_n_per_s * x * (p.tau1_s + p.tau2_s * x)
 }
 
-/// The highest C of the train, and the steady force at its mean.
+/// Returns the largest C of the train, and the steady force at its mean.
 fn level(p: &Parameters) -> (f64, f64) {
     let period = H * f64::from(BETWEEN_PULSES);
     let top = 1.0 / (1.0 - (-period / p.tau_c_s).exp());
     (top, steady(p, p.tau_c_s / period))
 }
 
-/// Of C rounded to nearest.
+/// Predicts the remaining force for C rounded to nearest, % of the steady force.
 fn predicted_residual(p: &Parameters, bits: u32) -> f64 {
     let c = frozen(p) * (-f64::from(bits)).exp2();
     steady(p, c) / level(p).1 * 100.0
@@ -218,7 +217,7 @@ mod tests {
         assert!(ms < 1000 && left < 1e-20);
     }
 
-    /// K = 0.012; at 18 bits the error is about half of that at 17.
+    /// K = 0.012; the error with 18 bits is about half of that with 17.
     #[test]
     fn k05_has_the_smallest_k_and_needs_the_longest_word() {
         let bits = |p, rounding, most| {

@@ -1,25 +1,25 @@
-//! The device's default without one of its terms.
+//! Variants of the device's default law without one of its terms.
 
 use super::wearer::{self, Points};
 use firmware::control::{JointSpec, LawSpec, ResponseSpec};
 
-/// [`firmware::control::Recommended::K2_MILLI`] begins here.
+/// Smallest k2 that the device accepts, [`firmware::control::Recommended::K2_MILLI`].
 const LEAST_K2_MILLI: u32 = 10;
 
-/// What can be left out.
+/// A term that can be removed.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Term {
-    /// k1·√|s|: as small as the device takes it, 0.001.
+    /// k1·√|s|: reduced to the device's minimum, 0.001.
     Root,
-    /// The integral of sgn s, k2: as small as the device takes it, 0.01.
+    /// The integral of sgn s, k2: reduced to the device's minimum, 0.01.
     Sign,
     /// The linear term beside the root, k3.
     Linear,
     /// The integral of the error, ki.
     IntegralOfError,
-    /// Both integrals: nothing is left that holds a constant load.
+    /// Both integrals: then nothing holds a constant load.
     Integrals,
-    /// The nominal wearer's inverse, and what is learnt of its scale with it.
+    /// The nominal wearer's inverse, and with it the learning of its scale.
     FeedForward,
     /// The Smith predictor.
     Predictor,
@@ -28,7 +28,6 @@ pub enum Term {
 }
 
 impl Term {
-    /// All of them.
     pub const ALL: [Self; 8] = [
         Self::Root,
         Self::Sign,
@@ -40,7 +39,7 @@ impl Term {
         Self::Learning,
     ];
 
-    /// For tables.
+    /// Returns the name for tables.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Root => "root k1",
@@ -54,7 +53,7 @@ impl Term {
         }
     }
 
-    /// The default without it; everything else as it is.
+    /// Returns the default without the term, otherwise unchanged.
     pub fn without(self, points: Points) -> JointSpec {
         let mut spec = wearer::shipped(points);
         if let LawSpec::Recommended {

@@ -1,4 +1,4 @@
-//! The ablation as tables: what each term of the device's default is worth.
+//! Tables of the ablation: the contribution of each term of the device's default.
 
 use super::campaign::Campaign;
 use super::columns::{Column, add_to_json, cells, names};
@@ -8,8 +8,8 @@ use super::wearer::Points;
 use super::widened::{Failures, NUMBERS, failures};
 use serde_json::{Value, json};
 
-/// Of the earlier wearers all, who follow one course; of the widened all and each
-/// kind of course.
+/// Rows of the table. The earlier wearers all follow one reference and have only the first row; the
+/// widened ones have all rows.
 const ROWS: [Option<Kind>; 4] = [None, Some(Kind::Sine), Some(Kind::Steps), Some(Kind::Hold)];
 
 fn rows(campaign: &Campaign) -> &'static [Option<Kind>] {
@@ -26,8 +26,8 @@ fn name(campaign: &Campaign, contender: usize) -> String {
     }
 }
 
-/// For people, at most 80 columns. The first contender is the whole default, and
-/// there is no PID: `over_pid` is the difference to it.
+/// Formats the table for people, at most 80 columns. The first contender is the whole default;
+/// there is no PID, so that `over_pid` is the difference to the whole default.
 pub fn text(campaigns: &[Campaign]) -> String {
     let mut out = String::from(
         "the device's default without one term, nothing tuned anew; simulated wearers\n",
@@ -79,8 +79,8 @@ const OVER_WHOLE: [Column<Failures>; 3] = [
     ("over_whole_high_deg", |f| f.over_pid.high),
 ];
 
-/// A line per population, number of points, term and kind of course: these names, and
-/// what became of the wearers.
+/// Calls `line` for each population, number of points, term and kind of reference, with their names
+/// and the results.
 fn lines<T>(campaigns: &[Campaign], line: impl Fn(&Campaign, [&str; 4], &Failures) -> T) -> Vec<T> {
     let mut lines = Vec::new();
     for campaign in campaigns {
@@ -98,7 +98,7 @@ fn lines<T>(campaigns: &[Campaign], line: impl Fn(&Campaign, [&str; 4], &Failure
     lines
 }
 
-/// As a CSV.
+/// Formats the table as CSV.
 pub fn csv(campaigns: &[Campaign]) -> String {
     let line = |campaign: &Campaign, names: [&str; 4], f: &Failures| {
         let (seed, numbers) = (
@@ -113,7 +113,7 @@ pub fn csv(campaigns: &[Campaign]) -> String {
         + &lines(campaigns, line).concat()
 }
 
-/// For machines.
+/// Formats the table as JSON.
 pub fn json(campaigns: &[Campaign]) -> Value {
     let line = |_: &Campaign, [population, points, without, course]: [&str; 4], f: &Failures| {
         let mut line = json!({

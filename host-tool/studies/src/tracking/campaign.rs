@@ -1,4 +1,4 @@
-//! All contenders on the same random plants.
+//! Runs all contenders on the same random plants.
 
 use super::TrackingError;
 use super::contender::Contender;
@@ -11,79 +11,78 @@ use super::target::{Course, Kind};
 use super::wearer::Points;
 use rayon::prelude::*;
 
-/// A plant of which less than this part of the target is out of reach counts as
-/// one that can reach it.
+/// Largest unreachable part of the reference with which a plant counts as able to reach all of it.
 const WHOLLY: f64 = 0.005;
 
-/// Which plants, which target.
+/// Plants and references of a campaign.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Plan {
-    /// Decides the plants.
+    /// Seed of the plants.
     pub seed: u64,
-    /// How many.
+    /// Number of plants.
     pub plants: u64,
-    /// From which population.
+    /// Population of the plants.
     pub wearers: Wearers,
-    /// What the earlier wearers, and the nominal one, are to follow.
+    /// Reference of the earlier wearers and of the nominal one.
     pub course: Course,
-    /// On how many of them, the first drawn, to look for the offline optimum: it
-    /// takes most of the time.
+    /// Number of plants, from the first, for which the offline optimum is searched; this takes most
+    /// of the time.
     pub optimum_plants: u64,
 }
 
-/// One plant with its points: what each contender made of it. Degrees.
+/// Results of all contenders on one plant with its points. Angles in degrees.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Case {
-    /// Its points.
+    /// Stimulated points.
     pub points: Points,
-    /// How its course is judged.
+    /// Kind of the reference, which decides how it is judged.
     pub kind: Kind,
-    /// Its strength over the nominal wearer's.
+    /// Strength relative to the nominal wearer.
     pub strength: f64,
-    /// Its electromechanical delay, ms.
+    /// Electromechanical delay, ms.
     pub delay_ms: f64,
-    /// Part of the scored time in which the target is out of reach.
+    /// Part of the scored time in which the reference is out of reach.
     pub unreachable: f64,
-    /// RMSE of the offline optimum, if it was looked for.
+    /// RMSE of the offline optimum, if it was searched.
     pub optimum: Option<f64>,
-    /// How it went for each contender.
+    /// Outcome of each contender.
     pub outcomes: Vec<Outcome>,
 }
 
-/// What a campaign found.
+/// Results of a campaign.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Campaign {
-    /// What was done.
+    /// Plan of the campaign.
     pub plan: Plan,
-    /// Who took part.
+    /// Compared contenders.
     pub contenders: Vec<Contender>,
-    /// Cycles of each one in a tick in which its law runs, where measured
+    /// Cycles of each contender in a tick in which its law runs, if measured
     /// ([`super::cost::Cost`]).
     pub cycles: Vec<Option<Cycles>>,
-    /// Every plant one-point, then every plant two-point, in order of drawing.
+    /// Every plant one-point, then every plant two-point, by index.
     pub cases: Vec<Case>,
     /// The nominal wearer, one- and two-point.
     pub nominal: Vec<Case>,
 }
 
-/// One contender with one number of points.
+/// Score of one contender with one number of points.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Score {
-    /// Mean RMSE over all plants it did not refuse, degrees.
+    /// Mean RMSE over all plants that it did not refuse, degrees.
     pub mean: f64,
-    /// 95th percentile.
+    /// 95th percentile of the RMSE, degrees.
     pub p95: f64,
-    /// Mean of RMSE - the optimum's on the same plant, where it was looked for.
+    /// Mean difference between the RMSE and the optimum's on the same plant, degrees.
     pub regret: f64,
-    /// 95th percentile of it.
+    /// 95th percentile of this difference, degrees.
     pub regret_p95: f64,
-    /// Mean RMSE over the plants that can reach the target everywhere.
+    /// Mean RMSE over the plants that can reach the reference everywhere, degrees.
     pub reaching: f64,
-    /// 95th percentile over these.
+    /// 95th percentile over these plants, degrees.
     pub reaching_p95: f64,
-    /// RMSE on the nominal wearer.
+    /// RMSE on the nominal wearer, degrees.
     pub nominal: f64,
-    /// RMSE - the best PID variant's on the same plant, over all plants.
+    /// Difference between the RMSE and the best PID variant's on the same plant, over all plants.
     pub against_pid: Interval,
 }
 
@@ -108,7 +107,7 @@ fn case(
     })
 }
 
-/// RMSE of the offline optimum, which knows what the best contender did.
+/// Returns the RMSE of the offline optimum, which starts from the best contender, too.
 fn best_possible(
     exercise: &Exercise,
     contenders: &[Contender],
@@ -123,11 +122,11 @@ fn best_possible(
 }
 
 impl Campaign {
-    /// Runs every contender on every plant, one- and two-point. No draw is
-    /// dropped. The same plan gives the same numbers, to the bit.
+    /// Runs every contender on every plant, one- and two-point. No draw is excluded. The same plan
+    /// gives bit-identical numbers.
     ///
     /// # Errors
-    /// [`TrackingError`] if a plant or a contender cannot be.
+    /// Returns [`TrackingError`] if a plant or a contender is invalid.
     pub fn run(
         plan: Plan,
         contenders: Vec<Contender>,
@@ -163,12 +162,12 @@ impl Campaign {
         })
     }
 
-    /// The cases with these points.
+    /// Returns the cases with these points.
     pub fn cases_with(&self, points: Points) -> Vec<&Case> {
         self.cases.iter().filter(|c| c.points == points).collect()
     }
 
-    /// Mean part of the scored time in which the target is out of reach, and the
+    /// Returns the mean part of the scored time in which the reference is out of reach, and the
     /// part of the plants that can reach all of it.
     pub fn reach(&self, points: Points) -> (f64, f64) {
         let shares: Vec<f64> = self
@@ -180,15 +179,15 @@ impl Campaign {
         (mean(&shares), reaching as f64 / shares.len().max(1) as f64)
     }
 
-    /// Mean RMSE of the optimum where it was looked for, and its 95th percentile.
+    /// Returns mean and 95th percentile of the optimum's RMSE where it was searched, degrees.
     pub fn optimum(&self, points: Points) -> (f64, f64) {
         let cases = self.cases_with(points).into_iter();
         let all: Vec<f64> = cases.filter_map(|c| c.optimum).collect();
         (mean(&all), percentile(&all, 0.95))
     }
 
-    /// By how much a contender beats the optimum at most, degrees; what is above
-    /// zero is how far the optimum is from one.
+    /// Returns the largest margin by which a contender beats the optimum, degrees. A positive
+    /// margin shows how far the search is from the true optimum.
     pub fn margin_below_optimum(&self) -> f64 {
         let by = |c: &Case| {
             let tracked = c.outcomes.iter().filter(|o| o.refused.is_none());
@@ -198,7 +197,7 @@ impl Campaign {
         self.cases.iter().map(by).fold(f64::MIN, f64::max)
     }
 
-    /// The cases with these points that a contender did not refuse.
+    /// Returns the cases with these points that a contender did not refuse.
     fn tracked(&self, points: Points, contender: usize) -> Vec<&Case> {
         let mut cases = self.cases_with(points);
         cases.retain(|c| c.outcomes[contender].refused.is_none());
@@ -210,26 +209,24 @@ impl Campaign {
         cases.map(|c| c.outcomes[contender].rmse).collect()
     }
 
-    /// The device's default, if it takes part.
+    /// Returns the index of the device's default, if it takes part.
     pub fn shipped(&self) -> Option<usize> {
         let is = |c: &Contender| matches!(c, Contender::Shipped);
         self.contenders.iter().position(is)
     }
 
-    /// The PID variant with the least mean RMSE; the first contender if there is
-    /// no PID.
+    /// Returns the PID variant with the smallest mean RMSE; the first contender if there is no PID.
     pub fn best_pid(&self, points: Points) -> usize {
         self.best(points, Contender::is_pid)
     }
 
-    /// The contender with the least mean RMSE among some.
+    /// Returns the contender with the smallest mean RMSE among some.
     pub fn best(&self, points: Points, among: impl Fn(&Contender) -> bool) -> usize {
         let of = |n: &usize| mean(&self.rmse(points, *n));
         let some = (0..self.contenders.len()).filter(|n| among(&self.contenders[*n]));
         some.min_by(|a, b| of(a).total_cmp(&of(b))).unwrap_or(0)
     }
 
-    /// A contender's score.
     pub fn score(&self, points: Points, contender: usize) -> Score {
         let cases = self.tracked(points, contender);
         let rmse = |c: &Case| c.outcomes[contender].rmse;
@@ -239,7 +236,7 @@ impl Campaign {
         let reaching = cases.iter().filter(|c| c.unreachable < WHOLLY);
         let reaching: Vec<f64> = reaching.map(|c| rmse(c)).collect();
         let nominal = self.nominal.iter().find(|c| c.points == points);
-        // Paired over those that neither refused: a float never does.
+        // Pairs the cases that neither refused; a law in floats never refuses.
         let pid = self.best_pid(points);
         let theirs: Vec<f64> = cases.iter().map(|c| c.outcomes[pid].rmse).collect();
         Score {

@@ -1,5 +1,4 @@
-//! One law with its add-ons and numbers, as a search proposes it and a table
-//! keeps it.
+//! A control law with its add-ons and parameters, as a search proposes it and a table stores it.
 
 use super::TrackingError;
 use super::driver::Floating;
@@ -10,20 +9,19 @@ use methods::control::{AddOns, Controller, DelayCompensation, DerivativeKind, Fo
 use methods::real::Real;
 use std::collections::BTreeMap;
 
-/// Which add-ons a law may use.
+/// Add-ons that a law may use.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub enum Equipment {
     /// The law, its differentiator, extrapolation of setpoints.
     Alone,
-    /// Feed-forward, delay compensation and gain adaptation as well.
+    /// Also feed-forward, delay compensation and gain adaptation.
     Equipped,
 }
 
 impl Equipment {
-    /// Both.
     pub const ALL: [Self; 2] = [Self::Alone, Self::Equipped];
 
-    /// For tables.
+    /// Returns the name for tables.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Alone => "alone",
@@ -32,27 +30,26 @@ impl Equipment {
     }
 }
 
-/// Periods a law may run at, ms.
+/// Periods at which a law may run, ms.
 pub const PERIODS_MS: [u32; 3] = [2, 5, 11];
-/// How long lost setpoints may be extrapolated, ms; 0 is held.
+/// Times for which lost setpoints may be extrapolated, ms; 0 holds the last one.
 pub const EXTRAPOLATIONS_MS: [u16; 4] = [0, 50, 100, 200];
-/// A law with everything decided.
+/// A law with all choices and parameters.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Candidate {
-    /// The law.
+    /// Form of the law.
     pub form: Form,
-    /// Its add-ons.
     pub add_ons: AddOns,
-    /// Its period, ms.
+    /// Period of the law, ms.
     pub period_ms: u32,
-    /// Extrapolation of lost setpoints, ms; 0 is held.
+    /// Extrapolation of lost setpoints, ms; 0 holds the last one.
     pub extrapolation_ms: u16,
-    /// Its numbers, by the names of [`parameters`].
+    /// Parameters, by the names of [`parameters`].
     pub values: BTreeMap<String, f64>,
 }
 
 impl Candidate {
-    /// What to do with lost setpoints.
+    /// Returns the policy for lost setpoints.
     pub const fn hold(&self) -> HoldPolicy {
         match self.extrapolation_ms {
             0 => HoldPolicy::Hold,
@@ -60,18 +57,19 @@ impl Candidate {
         }
     }
 
-    /// The law in this arithmetic, ready to drive.
+    /// Builds the law in this arithmetic, for the nominal wearer.
     ///
     /// # Errors
-    /// [`TrackingError::Law`] if a number is missing or unusable.
+    /// Returns [`TrackingError::Law`] if a parameter is missing or unusable.
     pub fn driver<R: Real>(&self, points: Points) -> Result<Floating<R>, TrackingError> {
         self.driver_of(&KnownWearer::nominal(points))
     }
 
-    /// The same for whoever else is known so.
+    /// Builds the law in this arithmetic, for any known wearer.
     ///
     /// # Errors
-    /// [`TrackingError`] if a number is missing or unusable, or nobody can be known so.
+    /// Returns [`TrackingError`] if a parameter is missing or unusable, or the wearer's values are
+    /// invalid.
     pub fn driver_of<R: Real>(&self, known: &KnownWearer) -> Result<Floating<R>, TrackingError> {
         let wanted = parameters(self.form, self.add_ons);
         let value = |p: &Parameter| {
@@ -89,9 +87,8 @@ impl Candidate {
     }
 }
 
-/// What the strength of whom a law knows makes of a number: the
-/// same rule for every law that knows the wearer as for the device's default
-/// ([`LawSpec::for_wearer`]).
+/// Returns the factor by which the wearer's strength scales a parameter: the same rule for every
+/// law that knows the wearer as for the device's default ([`LawSpec::for_wearer`]).
 fn schedule(name: &str, model: &WearerModel) -> f64 {
     let strength = f64::from(model.strength_mrad()) / f64::from(WearerModel::REFERENCE_MRAD);
     match name {
@@ -101,11 +98,11 @@ fn schedule(name: &str, model: &WearerModel) -> f64 {
     }
 }
 
-/// Every number any law has, each with the place that a search gives it in 0…1,
-/// and every choice. Mutating one that a law does not use changes nothing.
+/// Parameters of all laws as positions in 0…1 within their bounds, and all choices. Changing a
+/// parameter that a law does not use has no effect on it.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct Genome {
-    /// By parameter name.
+    /// Positions by parameter name.
     pub places: BTreeMap<&'static str, f64>,
     /// Derivative, delay, period, extrapolation, feed-forward, adaptation: 0…1.
     pub choices: [f64; 6],
@@ -117,7 +114,7 @@ fn pick<T: Copy>(all: &[T], place: f64) -> T {
 }
 
 impl Genome {
-    /// What a law makes of it.
+    /// Returns the candidate that a form and its equipment make of the genome.
     pub fn candidate(&self, form: Form, equipment: Equipment) -> Candidate {
         let [
             derivative,
@@ -150,7 +147,7 @@ impl Genome {
         }
     }
 
-    /// These numbers.
+    /// Returns the values of these parameters.
     pub fn values(&self, all: &[Parameter]) -> BTreeMap<String, f64> {
         let place = |p: &Parameter| self.places.get(p.name).copied().unwrap_or(0.5);
         let value = |p: &Parameter| {
@@ -163,7 +160,7 @@ impl Genome {
         all.iter().map(|p| (p.name.to_owned(), value(p))).collect()
     }
 
-    /// Where these numbers lie between their bounds; the middle for what is unknown.
+    /// Converts known values to positions between their bounds; unknown ones are in the middle.
     pub fn from_values<'a>(
         known: impl Fn(&str) -> Option<f64>,
         all: impl IntoIterator<Item = &'a Parameter>,
@@ -184,7 +181,7 @@ impl Genome {
         }
     }
 
-    /// All numbers that any form with any add-ons has, by name.
+    /// Returns all parameters of any form with any add-ons, by name.
     pub fn parameters() -> Vec<Parameter> {
         let mut all: Vec<Parameter> = Vec::new();
         for form in Form::ALL {
@@ -203,20 +200,20 @@ impl Genome {
         all
     }
 
-    /// What the device's default uses of them, as far as it does: the first
-    /// thing that the search tries for every law. A PID gets the default's linear
-    /// terms; what the default lacks is in the middle.
+    /// Returns the parameters of the device's default as far as it uses them: the first candidate
+    /// of the search for every law. A PID gets the default's linear terms; parameters that the
+    /// default lacks are in the middle.
     pub fn from_default(form: Form) -> Self {
         let known = numbers_of(&wearer::shipped(Points::Two));
         let number = |name: &str| known.iter().find(|(n, _)| *n == name).map(|(_, x)| *x);
-        // The form's own bounds where its name has several.
+        // The form's own bounds replace other bounds of the same name.
         let mut all = Self::parameters();
         all.extend(form.parameters());
         Self::from_values(number, &all)
     }
 }
 
-/// The numbers of a device's super-twisting law by the names of [`parameters`].
+/// Returns the parameters of a device's super-twisting law, by the names of [`parameters`].
 pub fn numbers_of(spec: &JointSpec) -> Vec<(&'static str, f64)> {
     let milli = |x: u32| f64::from(x) / 1000.0;
     let mut known = vec![("cutoff_hz", milli(spec.cutoff_mhz))];

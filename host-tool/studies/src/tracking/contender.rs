@@ -1,4 +1,4 @@
-//! Who takes part in a campaign.
+//! The contenders of a campaign.
 
 use super::TrackingError;
 use super::ablation::Term;
@@ -9,20 +9,20 @@ use super::trial::{self, PULSE_EVERY_MS};
 use super::wearer::{self, Points};
 use methods::control::Form;
 
-/// What drives the finger.
+/// A controller of the finger.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Contender {
-    /// A law in f64, with the numbers that the search found.
+    /// A law in f64 with the parameters that the search found.
     Searched(Equipment, Candidate),
-    /// The device's fixed-point default ([`LawSpec::RECOMMENDED`]): the very code
-    /// that is flashed.
+    /// The device's fixed-point default ([`LawSpec::RECOMMENDED`]), with the same code as the
+    /// firmware.
     Shipped,
-    /// The same without one of its terms, nothing tuned anew.
+    /// The default without one of its terms, not tuned again.
     Ablated(Term),
 }
 
 impl Contender {
-    /// For tables; a plus is for add-ons.
+    /// Returns the name for tables; a plus stands for add-ons.
     pub fn name(&self) -> String {
         match self {
             Self::Searched(Equipment::Alone, candidate) => candidate.form.name().to_owned(),
@@ -34,12 +34,12 @@ impl Contender {
         }
     }
 
-    /// Whether it is a PID: the baseline.
+    /// Returns whether the contender is a PID, the baseline.
     pub fn is_pid(&self) -> bool {
         matches!(self, Self::Searched(_, candidate) if candidate.form == Form::Pid)
     }
 
-    /// The arithmetic it runs in.
+    /// Returns the name of the arithmetic.
     pub const fn arithmetic(&self) -> &'static str {
         match self {
             Self::Searched(..) => "f64",
@@ -47,20 +47,20 @@ impl Contender {
         }
     }
 
-    /// What it makes of an exercise.
+    /// Attempts an exercise and returns the outcome.
     ///
     /// # Errors
-    /// [`TrackingError`] if plant or law cannot be.
+    /// Returns [`TrackingError`] if the plant or the law is invalid.
     pub fn attempt(&self, exercise: &Exercise) -> Result<Outcome, TrackingError> {
         let mut driver = self.driver(exercise.points)?;
         let attempt = trial::run(&exercise.plant, &mut *driver, &exercise.wanted)?;
         Ok(exercise.judge(attempt))
     }
 
-    /// The effort of each pulse, −1…1, in an exercise.
+    /// Returns the effort of each pulse in an exercise, −1…1.
     ///
     /// # Errors
-    /// [`TrackingError`] if plant or law cannot be.
+    /// Returns [`TrackingError`] if the plant or the law is invalid.
     pub fn efforts(&self, exercise: &Exercise) -> Result<Vec<f64>, TrackingError> {
         let points = exercise.points;
         let mut recorded = RecordedDriver {

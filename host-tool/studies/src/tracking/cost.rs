@@ -1,4 +1,4 @@
-//! What each contender costs on the chip: its law, its differentiator, its add-ons.
+//! Cost of each contender on the chip: its law, its differentiator, its add-ons.
 
 use super::contender::Contender;
 use crate::bench::{BenchError, Row, rows_on_chip};
@@ -6,20 +6,20 @@ use hal_sim::images::Image;
 use methods::bench::LawName;
 use methods::control::AddOns;
 
-/// Every law with every combination of add-ons, as measured.
+/// Measured cycles of every law with every combination of add-ons.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Cost(Vec<Row>);
 
 /// Mean core clock cycles in a tick in which a law runs.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Cycles {
-    /// All of it as it runs.
+    /// Total.
     pub whole: u64,
-    /// The law without add-ons, less its differentiator.
+    /// The law without add-ons and without its differentiator.
     pub law: u64,
-    /// The differentiator by itself.
+    /// The differentiator alone.
     pub differentiator: u64,
-    /// What add-ons put on top: predictor, preview, learning.
+    /// The add-ons: predictor, preview, learning.
     pub add_ons: u64,
 }
 
@@ -36,9 +36,9 @@ impl Cost {
         Ok(Self(rows))
     }
 
-    /// A contender's cycles: in f32, the device's own in fixed point; setpoint
-    /// track, feed-forward and mapping to amplitudes, which are the same for all,
-    /// not in them. Of the ablated default none are measured.
+    /// Returns a contender's cycles: laws in f32, the device's own in fixed point. Excludes the
+    /// parts that are the same for all: setpoint track, feed-forward and mapping to amplitudes. The
+    /// ablated default is not measured.
     pub fn contender_cycles(&self, contender: &Contender) -> Option<Cycles> {
         let (whole, alone, differentiator) = match contender {
             Contender::Searched(_, c) => {

@@ -1,5 +1,4 @@
-//! The device's default as a search sees it: its own numbers, and the joint that
-//! they make.
+//! The device's default for the search: its parameters, and the joint that they make.
 
 use super::candidate::numbers_of;
 use super::wearer::{self, Points};
@@ -8,18 +7,17 @@ use methods::control::Parameter;
 use methods::control::parameters::{linear, log};
 use std::collections::BTreeMap;
 
-/// For tables.
+/// Name in tables.
 pub const NAME: &str = "device default";
 
-/// What is searched, in the units and, but for the predictor's time constants,
-/// within the bounds of the same numbers of the laws in floats. Structure, period,
-/// extrapolation and b stay as shipped.
+/// Searched parameters, in the units and, except for the predictor's time constants, within the
+/// bounds of the laws in floats. Structure, period, extrapolation and b stay as shipped.
 pub const PARAMETERS: [Parameter; 13] = [
     log("lambda_per_s", 1.0, 40.0),
     log("kd_s_per_rad", 0.005, 1.0),
     log("ki_per_rad_s", 0.1, 30.0),
     log("k1", 0.045, 0.5),
-    // A search without this bound leaves no sign integral; it is the device's own.
+    // Without this bound, which is the device's own, a search removes the sign integral.
     log("k2_per_rad", 0.01, 5.0),
     log("cutoff_hz", 1.5, 20.0),
     linear("feed_forward_lead_s", 0.0, 0.3),
@@ -31,7 +29,7 @@ pub const PARAMETERS: [Parameter; 13] = [
     log("adapt_damping_per_rad2", 0.001, 3.0),
 ];
 
-/// The shipped numbers, for a wearer of the reference strength.
+/// Returns the shipped parameters, for a wearer of the reference strength.
 pub fn shipped() -> BTreeMap<&'static str, f64> {
     let reference = JointSpec {
         law: LawSpec::RECOMMENDED,
@@ -41,8 +39,8 @@ pub fn shipped() -> BTreeMap<&'static str, f64> {
     numbers_of(&reference).into_iter().collect()
 }
 
-/// The joint of these numbers in thousandths, scheduled by the nominal wearer's
-/// strength as the shipped one is; a number that is missing stays the shipped one.
+/// Returns the joint with these parameters in thousandths, scaled by the nominal wearer's strength
+/// as the shipped one is; a missing parameter has its shipped value.
 pub fn joint(numbers: &BTreeMap<String, f64>, points: Points) -> JointSpec {
     let shipped = shipped();
     let milli = |name: &str| {

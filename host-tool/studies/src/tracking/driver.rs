@@ -1,4 +1,4 @@
-//! Who drives the finger: the device's own joint, or any law in floats.
+//! Drivers of the finger: the device's own joint, or any law in floats.
 
 use super::TrackingError;
 use super::wearer::{KnownWearer, Volts};
@@ -11,15 +11,15 @@ use firmware::units::{Amplitude, Angle, Micros};
 use methods::control::{Controller, Input, Law};
 use methods::real::Real;
 
-/// What stands between frames and amplitudes. Angles in degrees.
+/// The controller between frames and amplitudes. Angles in degrees.
 pub trait Driver {
-    /// A setpoint valid from `at` arrives at `now`.
+    /// Passes a setpoint that is valid from `at` and arrives at `now`.
     fn setpoint(&mut self, now: Micros, at: Micros, degrees: f64);
-    /// An angle measured at `at` arrives at `now`.
+    /// Passes an angle that was measured at `at` and arrives at `now`.
     fn measurement(&mut self, now: Micros, at: Micros, degrees: f64);
-    /// One millisecond's tick.
+    /// Runs one millisecond's tick.
     fn tick(&mut self, now: Micros) -> Volts;
-    /// The name under which it has refused or stopped, once it has.
+    /// Returns the reason why the driver has refused or stopped, if it has.
     fn refused(&self) -> Option<&str> {
         None
     }
@@ -39,11 +39,11 @@ pub(super) fn volts(amplitudes: &[(u8, Amplitude)]) -> Volts {
     all
 }
 
-/// Another driver, and the volts that it asked for in each tick.
+/// A driver whose volts are recorded in each tick.
 pub struct RecordedDriver {
-    /// Who drives.
+    /// Recorded driver.
     pub driver: Box<dyn Driver>,
-    /// One entry per tick so far.
+    /// One entry for each tick so far.
     pub volts: Vec<Volts>,
 }
 
@@ -67,7 +67,7 @@ impl Driver for RecordedDriver {
     }
 }
 
-/// The device's own code, fixed point.
+/// The device's own code in fixed point.
 #[derive(Debug)]
 pub struct Device {
     joint: Joint,
@@ -77,10 +77,10 @@ pub struct Device {
 }
 
 impl Device {
-    /// A joint of this specification.
+    /// Builds a joint with this specification.
     ///
     /// # Errors
-    /// [`TrackingError::Joint`] names the first offending field.
+    /// Returns [`TrackingError::Joint`] with the first invalid field.
     pub fn new(spec: &JointSpec) -> Result<Self, TrackingError> {
         Ok(Self {
             joint: Joint::new(spec)?,
@@ -90,12 +90,12 @@ impl Device {
         })
     }
 
-    /// The limit cycles it has found, in order.
+    /// Returns the detected limit cycles, in order.
     pub fn limit_cycles(&self) -> &[LimitCycle] {
         &self.limit_cycles
     }
 
-    /// On the board a limit cycle that no lower gain ends is a fault.
+    /// On the board, a limit cycle that no lower gain ends is a fault.
     fn note(&mut self, found: LimitCycle) {
         self.limit_cycles.push(found);
         if found.gain_milli.is_none() {
@@ -118,8 +118,8 @@ impl Driver for Device {
             .accept_measurement(&mut self.state, now, at, angle(degrees));
     }
 
-    /// Silent before the first measurement, and for good once the joint has named a
-    /// fault: on the board `safety` latches it.
+    /// Silent before the first measurement, and for good after a fault of the joint, which `safety`
+    /// latches on the board.
     fn tick(&mut self, now: Micros) -> Volts {
         if self.refused.is_some() {
             return [0.0; 3];
@@ -159,10 +159,10 @@ pub struct Floating<R> {
 }
 
 impl<R: Real> Floating<R> {
-    /// This law every `period_ms`.
+    /// Runs this law every `period_ms`.
     ///
     /// # Errors
-    /// [`TrackingError::Joint`] if the law asks for a lead above half a second.
+    /// Returns [`TrackingError::Joint`] if the law needs a lead above half a second.
     pub fn new(
         law: Controller<R>,
         period_ms: u32,
@@ -211,7 +211,7 @@ impl<R: Real> Driver for Floating<R> {
             measured: radians(measured),
             feed_forward: R::from_f64(forward),
         });
-        // Beyond ±2 the mapping has clamped long before.
+        // The mapping clamps long before ±2.
         let effort = Q::from_num(effort.to_f64().clamp(-2.0, 2.0));
         let (amplitudes, _) = self.mapping.amplitudes(Effort::Fraction(effort));
         self.held = volts(&amplitudes);

@@ -1,5 +1,5 @@
-//! One plant with its points and its course: what is in reach of it, and how an
-//! attempt at it is judged.
+//! A task for a control law: a plant with its points and its reference, the reachable part of the
+//! reference, and how an attempt is judged.
 
 use super::TrackingError;
 use super::plant::Plant;
@@ -9,22 +9,22 @@ use super::trial::{Attempt, RIPPLE_FROM_MS, TRIAL_MS};
 use super::wearer::Points;
 use hal_sim::body::RandomFingerSpec;
 
-/// Above this RMSE in reach, degrees, a law has failed a wearer.
+/// RMSE to the reachable reference above which a law fails a wearer, degrees.
 pub const FAILS_DEG: f64 = 3.0;
-/// Highest ripple of a hold, RMS, degrees.
+/// Largest allowed ripple of a hold, RMS, degrees.
 pub const RIPPLE_DEG: f64 = 0.2;
 
-/// Which wearers a campaign draws.
+/// Population of a campaign's wearers.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Wearers {
-    /// [`RandomFingerSpec::drawn`]; everyone follows the campaign's course.
+    /// [`RandomFingerSpec::random`]; all follow the campaign's reference.
     Earlier,
-    /// [`RandomFingerSpec::widened`]; wearer `n` follows [`Course::widened`].
+    /// [`RandomFingerSpec::random_wide_range`]; wearer `n` follows [`Course::widened`].
     Widened,
 }
 
 impl Wearers {
-    /// Plant `index` of campaign `seed`.
+    /// Returns plant `index` of campaign `seed`.
     pub fn plant(self, seed: u64, index: u64) -> Plant {
         let earlier = Plant::random(seed, index);
         match self {
@@ -36,7 +36,7 @@ impl Wearers {
         }
     }
 
-    /// What plant `index` follows; `everyone`, if all follow the same.
+    /// Returns the reference of plant `index`; `everyone`, if all follow the same.
     pub fn course(self, everyone: Course, seed: u64, index: u64) -> Course {
         match self {
             Self::Earlier => everyone,
@@ -44,7 +44,7 @@ impl Wearers {
         }
     }
 
-    /// For tables.
+    /// Returns the name for tables.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Earlier => "earlier",
@@ -56,53 +56,52 @@ impl Wearers {
 /// A task for a law.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Exercise {
-    /// Whom.
+    /// Plant to drive.
     pub plant: Plant,
-    /// With which points.
+    /// Stimulated points.
     pub points: Points,
-    /// What.
+    /// Kind of the reference.
     pub kind: Kind,
-    /// The wanted angle each millisecond, degrees.
+    /// Reference at each millisecond, degrees.
     pub wanted: Vec<f64>,
-    /// What of it this plant can hold.
+    /// Part of the reference that this plant can hold.
     pub reachable: Reachable,
     scored: Vec<bool>,
 }
 
-/// What is left of the true angle about its own mean in the last 3 s of a hold,
-/// degrees: after the last disturbance, without the sensor's noise.
+/// Deviation of the true angle from its own mean in the last 3 s of a hold, after the last
+/// disturbance, without the sensor's noise.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Ripple {
-    /// Root mean square; what [`RIPPLE_DEG`] bounds.
+    /// Root mean square, degrees; [`RIPPLE_DEG`] is its bound.
     pub rms_deg: f64,
-    /// Highest less lowest.
+    /// Maximum minus minimum, degrees.
     pub peak_to_peak_deg: f64,
 }
 
-/// How an attempt went.
+/// Outcome of an attempt.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Outcome {
-    /// RMSE over the scored part against what is in reach, degrees; of a refusal,
-    /// what came of it.
+    /// RMSE to the reachable reference over the scored part, degrees, also after a refusal.
     pub rmse: f64,
-    /// Of a hold.
+    /// Ripple, of a hold only.
     pub ripple: Option<Ripple>,
-    /// The name under which the device refused or stopped, if it did.
+    /// The reason why the device refused or stopped, if it did.
     pub refused: Option<String>,
 }
 
 impl Outcome {
-    /// Not refused, and further off than [`FAILS_DEG`].
+    /// Returns whether the RMSE exceeds [`FAILS_DEG`] without a refusal.
     pub fn has_failed(&self) -> bool {
         self.refused.is_none() && self.rmse > FAILS_DEG
     }
 }
 
 impl Exercise {
-    /// What this plant is to do.
+    /// Builds a plant's exercise for a reference.
     ///
     /// # Errors
-    /// [`TrackingError`] if the plant cannot be.
+    /// Returns [`TrackingError`] if the plant is invalid.
     pub fn new(plant: Plant, points: Points, course: Course) -> Result<Self, TrackingError> {
         let wanted = course.angles(TRIAL_MS);
         Ok(Self {
@@ -115,7 +114,7 @@ impl Exercise {
         })
     }
 
-    /// RMSE of these angles over the scored part, degrees.
+    /// Returns the RMSE of these angles over the scored part, degrees.
     pub fn rmse(&self, angles: &[f32]) -> f64 {
         let pairs = angles.iter().zip(&self.reachable.angles).zip(&self.scored);
         let (sum, n) = pairs
@@ -126,7 +125,7 @@ impl Exercise {
         (sum / f64::from(n.max(1))).sqrt()
     }
 
-    /// How an attempt at it went.
+    /// Computes the outcome of an attempt.
     pub fn judge(&self, attempt: Attempt) -> Outcome {
         Outcome {
             rmse: self.rmse(&attempt.angles),

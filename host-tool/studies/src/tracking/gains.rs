@@ -1,4 +1,4 @@
-//! The numbers that the search found, as a committed table.
+//! The parameters that the search found, as a committed table.
 
 use super::candidate::{Candidate, Equipment};
 use super::default;
@@ -12,9 +12,9 @@ use std::collections::BTreeMap;
 /// The committed table, docs/charts/control_gains.csv.
 pub const COMMITTED: &str = include_str!("../../../../docs/charts/control_gains.csv");
 
-/// One line of the table: a law, and how good it was on the training plants.
+/// One line of the table: a law, and its cost on the training plants.
 pub type Row = (Equipment, SearchResult<Candidate>);
-/// The device's default: its numbers by name.
+/// The device's default: its parameters by name, and its cost.
 pub type Default = SearchResult<BTreeMap<String, f64>>;
 
 /// The table cannot be read.
@@ -23,9 +23,9 @@ pub type Default = SearchResult<BTreeMap<String, f64>>;
     "E563 control_gains.csv, line {line}: {what}; `flexor chart control --search` writes it anew"
 )]
 pub struct GainsError {
-    /// Line, 1-based.
+    /// Line number, from 1.
     pub line: u64,
-    /// What is wrong.
+    /// Description of the problem.
     pub what: String,
 }
 
@@ -45,7 +45,7 @@ struct Line {
     numbers: String,
 }
 
-/// The table of what a search of so many evaluations found.
+/// Formats the results of a search with `evaluations` evaluations as a table.
 pub fn write(rows: &[Row], default: Option<&Default>, evaluations: usize) -> String {
     let mut out = csv::Writer::from_writer(Vec::new());
     for (equipment, found) in rows {
@@ -66,7 +66,7 @@ pub fn write(rows: &[Row], default: Option<&Default>, evaluations: usize) -> Str
         });
     }
     if let Some(found) = default {
-        // Its structure is the firmware's.
+        // The structure of the default comes from the firmware.
         let shipped = wearer::shipped(Points::Two);
         let _ = out.serialize(Line {
             law: default::NAME.to_owned(),
@@ -94,10 +94,10 @@ fn joined(numbers: &BTreeMap<String, f64>) -> String {
     pairs.collect::<Vec<_>>().join(" ")
 }
 
-/// The line of the device's default in a table, if it has one.
+/// Reads the line of the device's default, if the table has one.
 ///
 /// # Errors
-/// [`GainsError`] names the line and the field.
+/// Returns [`GainsError`] with the line and the field.
 pub fn read_default(table: &str) -> Result<Option<Default>, GainsError> {
     let mut found = None;
     for line in lines(table) {
@@ -112,10 +112,10 @@ pub fn read_default(table: &str) -> Result<Option<Default>, GainsError> {
     Ok(found)
 }
 
-/// Reads a table's laws in floats.
+/// Reads the laws in floats.
 ///
 /// # Errors
-/// [`GainsError`] names the line and the field.
+/// Returns [`GainsError`] with the line and the field.
 pub fn read(table: &str) -> Result<Vec<Row>, GainsError> {
     let mut rows = Vec::new();
     for line in lines(table) {
@@ -132,7 +132,7 @@ fn unreadable(line: u64, field: &str) -> GainsError {
     GainsError { line, what }
 }
 
-/// The lines of a table with their numbers.
+/// Reads the lines of a table with their line numbers.
 fn lines(table: &str) -> impl Iterator<Item = Result<(u64, Line), GainsError>> {
     let reader = csv::Reader::from_reader(table.as_bytes());
     (2..).zip(reader.into_deserialize()).map(|(line, read)| {
@@ -156,7 +156,7 @@ fn numbers(text: &str) -> Result<BTreeMap<String, f64>, &'static str> {
     text.split_whitespace().map(pair).collect()
 }
 
-/// One of some options by how it is written; or the name of the field that is wrong.
+/// Finds an option by its written name, or returns the name of the invalid field.
 fn named<T: Copy>(
     all: &[T],
     written: impl Fn(T) -> String,
@@ -169,7 +169,7 @@ fn named<T: Copy>(
         .ok_or(field)
 }
 
-/// One line, or the name of the field that is wrong.
+/// Parses one line, or returns the name of the invalid field.
 fn row(line: &Line) -> Result<Row, &'static str> {
     let values = numbers(&line.numbers)?;
     let delays = DelayCompensation::ALL;
@@ -214,7 +214,7 @@ mod tests {
         assert_eq!(write(&rows, default.as_ref(), evaluations), COMMITTED);
     }
 
-    /// What the search found is what the device ships.
+    /// The device must ship the parameters that the search found.
     #[test]
     fn the_device_ships_the_numbers_of_the_committed_table() {
         if let Some(found) = read_default(COMMITTED).expect("the committed table reads") {

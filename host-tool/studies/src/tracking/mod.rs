@@ -1,12 +1,11 @@
-//! Control laws compared on random wearers.
+//! Compares control laws on random wearers.
 //!
-//! Lives here: a campaign's plants (`plant`), the nominal wearer that laws know
-//! (`wearer`), targets and the part of them in reach (`target`, `reach`), both
-//! together and how an attempt is judged (`exercise`), who drives (`driver`), one
-//! trial (`trial`), the best anyone could do (`optimum`).
-//! Not here: laws (`firmware::control`, `methods::control`), fingers
-//! (`hal_sim::body`), pictures (`figures`), the command line (`cli::chart`).
-//! In: laws with their numbers, seeds. Out: angles, errors, who wins.
+//! Modules: a campaign's plants (`plant`), the nominal wearer that laws know (`wearer`), references
+//! and their reachable part (`target`, `reach`), exercises and how attempts are judged
+//! (`exercise`), the controllers (`driver`), one trial (`trial`), the best possible result
+//! (`optimum`). Takes laws with their parameters and seeds; returns angles, errors and rankings.
+//! The laws are in `firmware::control` and `methods::control`, the simulated fingers in
+//! `hal_sim::body`, figures in `figures`, the command in `cli::chart`.
 
 pub mod ablation;
 pub mod ablation_table;
@@ -35,16 +34,16 @@ use firmware::range::OutOfRange;
 use hal_sim::body::InvalidSpec;
 use methods::control::ParameterError;
 
-/// Why a trial cannot be run.
+/// The reason why a trial cannot be run.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
 pub enum TrackingError {
-    /// The plant's finger cannot be.
+    /// The plant's finger is invalid.
     #[error("E560 {0}")]
     Plant(InvalidSpec),
     /// The device refuses the joint.
     #[error("E561 the device refuses the joint: {0:?}")]
     Joint(SpecError),
-    /// These numbers make no law.
+    /// The parameters are invalid for the law.
     #[error("E562 these numbers make no law: {0:?}")]
     Law(ParameterError),
 }

@@ -1,12 +1,11 @@
-//! The best that anyone could do with a plant: one amplitude per pulse, chosen
-//! offline with full knowledge of it, noise-free, inside the same limits.
+//! The best possible result with a plant: one amplitude for each pulse, chosen offline with full
+//! knowledge of the plant, without noise, inside the same limits.
 //!
-//! Damped Gauss-Newton on the true plant (norm-optimal iterative learning:
-//! Bristow, Tharayil & Alleyne 2006). Each round runs the plant, compares its
-//! angle with the target period by period, and corrects the efforts through the
-//! plant's own answer to one pulse; what does not help is taken back. It starts
-//! from what would hold each angle, and from what the best law under test did: an
-//! offline optimum may know that as well, and is never worse than what it knows.
+//! Damped Gauss-Newton on the true plant (norm-optimal iterative learning: Bristow, Tharayil &
+//! Alleyne 2006). Each round runs the plant, compares its angle with the reference period by
+//! period, and corrects the efforts by means of the plant's own response to one pulse; a correction
+//! that does not help is undone. Learning starts from the efforts that would hold each angle, and
+//! from those of the best law under test, so that the optimum is never worse than that law.
 
 use super::TrackingError;
 use super::plant::Plant;
@@ -16,33 +15,34 @@ use super::wearer::{self, Points};
 use firmware::control::Mapping;
 use hal_sim::body::{Body, RandomFinger, RandomFingerSpec};
 
-/// Pulse periods for which one pulse's effect is followed: 1.2 s.
+/// Number of pulse periods for which the effect of one pulse is followed: 1.2 s.
 const MEMORY: usize = 60;
-/// How many periods a delay and a muscle take, about: one start looks so far ahead.
+/// Approximate length of delay and muscle response in pulse periods; one start looks that far
+/// ahead.
 const MUSCLE_PERIODS: usize = 10;
-/// Rounds of learning, from each start.
+/// Number of learning rounds from each start.
 const ROUNDS: u32 = 20;
-/// Rounds without a hundredth of gain after which nothing more is expected.
+/// Number of rounds with less than a hundredth of improvement after which learning ends.
 const PATIENCE: u32 = 4;
-/// Slope of torque over effort is never taken for less than this part of its
-/// mean, so that nobody is caught below a threshold.
+/// Smallest slope of torque over effort, as a part of its mean, so that learning does not get stuck
+/// below a threshold.
 const LEAST_SLOPE: f64 = 0.3;
 
-/// The best found.
+/// The best result found.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Optimum {
     /// RMSE over the scored part, degrees.
     pub rmse: f64,
-    /// The true angle each millisecond, degrees.
+    /// The true angle at each millisecond, degrees.
     pub angles: Vec<f32>,
 }
 
-/// Looks for the efforts with which this plant follows `target` (its reachable
-/// part, one angle per millisecond) best, from three starts of its own and from
-/// `known` efforts, one per pulse in −1…1, if there are any.
+/// Searches the efforts with which this plant follows `target` (its reachable part, one angle per
+/// millisecond) best, from three starts of its own and from `known` efforts, one per pulse in −1…1,
+/// if there are any.
 ///
 /// # Errors
-/// If the plant's finger cannot be.
+/// Fails if the plant's finger is invalid.
 pub fn optimum(
     plant: &Plant,
     points: Points,
@@ -76,8 +76,8 @@ pub fn optimum(
     Ok(found.swap_remove(0))
 }
 
-/// The best over the scored part in [`ROUNDS`] from these efforts on. Learning
-/// itself heeds the whole trial.
+/// Returns the best result over the scored part within [`ROUNDS`] rounds from these efforts.
+/// Learning itself uses the whole trial.
 fn learn(
     learner: &Learner,
     play: &impl Fn(&[f64]) -> Result<Vec<f32>, TrackingError>,
@@ -117,7 +117,7 @@ fn learn(
     Ok(best)
 }
 
-/// The true angle each millisecond while these efforts, one per pulse, play.
+/// Returns the true angle at each millisecond while these efforts, one per pulse, play.
 fn run(
     spec: &RandomFingerSpec,
     mapping: &Mapping,
@@ -138,16 +138,16 @@ fn run(
     Ok(angles)
 }
 
-/// Mean of each pulse period.
+/// Returns the mean of each pulse period.
 fn by_period(angles: impl Iterator<Item = f64>) -> Vec<f64> {
     let all: Vec<f64> = angles.collect();
     let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len() as f64;
     all.chunks(PULSE_EVERY_MS).map(mean).collect()
 }
 
-/// What a pulse stronger by one N·m of steady torque does to the mean angle of
-/// its own and each following period, degrees: found on the plant without dry
-/// friction, between two efforts whose torques differ by `more` N·m.
+/// Returns how a pulse with 1 N·m more steady torque changes the mean angle of its own and each
+/// following period, degrees. Measured on the plant without dry friction, between two efforts whose
+/// torques differ by `more` N·m.
 fn kernel(
     spec: &RandomFingerSpec,
     mapping: &Mapping,
@@ -165,7 +165,7 @@ fn kernel(
     efforts[SETTLED] = to;
     let after = run(&smooth, mapping, &efforts, ms)?;
     let change = before.iter().zip(&after).map(|(b, a)| f64::from(a - b));
-    // A wearer whom nothing moves: nothing can be learned either.
+    // If nothing moves the wearer, nothing can be learned.
     let scale = if more > 1e-9 { 1.0 / more } else { 0.0 };
     Ok(by_period(change)[SETTLED..]
         .iter()
@@ -173,12 +173,12 @@ fn kernel(
         .collect())
 }
 
-/// Torque of the spring at this angle, N·m.
+/// Returns the torque of the spring at this angle, N·m.
 fn spring(spec: &RandomFingerSpec, degrees: f64) -> f64 {
     spec.finger.stiffness_nm_per_rad * (degrees - spec.finger.rest_deg).to_radians()
 }
 
-/// Settled torque over effort, −1…1, half way through the range of motion.
+/// Settled torque by effort, −1…1, half way through the range of motion.
 struct Torques(Vec<f64>);
 
 impl Torques {
@@ -194,7 +194,7 @@ impl Torques {
         n as f64 * Self::WIDTH - 1.0
     }
 
-    /// Slope at this effort; see [`LEAST_SLOPE`].
+    /// Returns the slope at this effort; see [`LEAST_SLOPE`].
     fn slope(&self, effort: f64) -> f64 {
         let place = ((effort + 1.0) / Self::WIDTH) as usize;
         let n = place.min(Self::STEPS - 1);
@@ -202,8 +202,8 @@ impl Torques {
         ((self.0[n + 1] - self.0[n]) / Self::WIDTH).max(LEAST_SLOPE * all)
     }
 
-    /// Two efforts around this torque, apart by a thirtieth of all torque, and
-    /// how far apart they are, N·m.
+    /// Returns two efforts around this torque whose torques differ by a thirtieth of the whole
+    /// range, and their difference, N·m.
     fn around(&self, torque_nm: f64) -> (f64, f64, f64) {
         let all = self.0[Self::STEPS] - self.0[0];
         let low = self.0.partition_point(|t| *t < torque_nm).saturating_sub(1);
@@ -213,7 +213,7 @@ impl Torques {
         (Self::effort(low), Self::effort(high), more)
     }
 
-    /// The least effort for this torque.
+    /// Returns the smallest effort for this torque.
     fn effort_for(&self, torque_nm: f64) -> f64 {
         Self::effort(self.0.partition_point(|t| *t < torque_nm).min(Self::STEPS))
     }
@@ -226,8 +226,8 @@ struct Learner {
 }
 
 impl Learner {
-    /// What would hold each angle if there were time, against so much friction
-    /// and so many periods ahead: where learning starts.
+    /// Returns the first efforts for learning: those that would hold each angle of the reference,
+    /// `ahead` periods early, against this friction.
     fn initial_efforts(&self, spec: &RandomFingerSpec, friction_nm: f64, ahead: usize) -> Vec<f64> {
         let last = self.wanted.len() - 1;
         let wanted = |n: usize| self.wanted[(n + ahead).min(last)];
@@ -252,16 +252,16 @@ impl Learner {
         self.errors(angles).iter().map(|e| e * e).sum()
     }
 
-    /// Efforts after one damped Gauss-Newton step.
+    /// Returns the efforts after one damped Gauss-Newton step.
     fn correct_efforts(&self, efforts: &[f64], angles: &[f32], damping: f64) -> Vec<f64> {
         let errors = self.errors(angles);
-        // What each effort should gain: kernel, turned round, on the errors.
+        // Gradient of each effort: the errors correlated with the kernel.
         let gain = |n: usize| -> f64 {
             let later = errors[n..].iter().zip(&self.kernel);
             later.map(|(e, k)| e * k).sum::<f64>() * self.torques.slope(efforts[n])
         };
         let gradient: Vec<f64> = (0..efforts.len()).map(gain).collect();
-        // Who is at a limit and wants past it stays out of this round.
+        // An effort at a limit that would exceed it is left out of this round.
         let slopes: Vec<f64> = (efforts.iter().zip(&gradient))
             .map(|(e, g)| {
                 let is_held = (*e >= 1.0 && *g > 0.0) || (*e <= -1.0 && *g < 0.0);
@@ -282,9 +282,8 @@ impl Learner {
         moved.collect()
     }
 
-    /// S·HᵀH·S + damping, H the Toeplitz matrix of the kernel. HᵀH itself is
-    /// Toeplitz but for its last rows, whose futures are cut off; taking them as
-    /// if they were not only shortens the last steps.
+    /// Returns S·HᵀH·S + damping, H being the Toeplitz matrix of the kernel. HᵀH itself is Toeplitz
+    /// except for its last rows, where the trial ends; ignoring that only shortens the last steps.
     fn normal_equations(&self, slopes: &[f64], damping: f64) -> Banded {
         let correlation: Vec<f64> = (0..MEMORY)
             .map(|lag| {
@@ -308,13 +307,13 @@ impl Learner {
     }
 }
 
-/// A symmetric positive matrix: each row from the diagonal backwards.
+/// A symmetric positive definite band matrix: each row from the diagonal backwards.
 struct Banded {
     rows: Vec<Vec<f64>>,
 }
 
 impl Banded {
-    /// Solves for this right side, by Cholesky within the band.
+    /// Solves the system for this right-hand side, by Cholesky decomposition within the band.
     fn solve(mut self, mut right: Vec<f64>) -> Vec<f64> {
         for row in 0..self.rows.len() {
             let (done, rest) = self.rows.split_at_mut(row);

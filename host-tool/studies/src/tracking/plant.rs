@@ -1,4 +1,4 @@
-//! One plant of a campaign: a finger, and the line between it and the device.
+//! One plant of a campaign: a finger, and the link between it and the device.
 
 use hal_sim::body::RandomFingerSpec;
 use hal_sim::body::random_finger::Draws;
@@ -6,21 +6,21 @@ use hal_sim::body::random_finger::Draws;
 /// Frames of the host's glove per second (Hamana 2022 §II-B).
 pub const FRAME_HZ: f64 = 90.0;
 
-/// What happens to the frames that carry setpoint and measurement.
+/// Properties of the link that carries setpoints and measurements.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Line {
-    /// How late at most the glove samples after the time it states, µs.
+    /// Largest delay of the glove's sampling after the stated time, µs.
     pub sampling_jitter_us: f64,
-    /// Shortest way to the device, µs.
+    /// Shortest transport time to the device, µs.
     pub transport_us: f64,
-    /// How much longer it takes at most, µs.
+    /// Largest additional transport time, µs.
     pub transport_jitter_us: f64,
-    /// Part of the setpoints that never arrive; measurements all do.
+    /// Part of the setpoints that is lost; no measurement is lost.
     pub loss: f64,
 }
 
 impl Line {
-    /// On time, complete, 2 ms long.
+    /// On time, without loss, 2 ms of transport.
     pub const NOMINAL: Self = Self {
         sampling_jitter_us: 0.0,
         transport_us: 2000.0,
@@ -28,8 +28,8 @@ impl Line {
         loss: 0.0,
     };
 
-    /// Evenly: samples up to 2 ms late, 1 to 4 ms on the way, up to 8 ms more,
-    /// up to 54 % of the setpoints lost (the worst line of our earlier study).
+    /// Generates a random link, uniform: samples up to 2 ms late, 1 to 4 ms of transport, up to 8
+    /// ms more, up to 54 % of the setpoints lost (the worst link of our earlier study).
     fn random(draws: &mut Draws) -> Self {
         Self {
             sampling_jitter_us: draws.uniform(0.0, 2000.0),
@@ -40,19 +40,19 @@ impl Line {
     }
 }
 
-/// A wearer and a line. The same numbers give the same trial to the bit.
+/// A wearer and a link. The same values give a bit-identical trial.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Plant {
-    /// The finger.
+    /// The simulated finger.
     pub finger: RandomFingerSpec,
-    /// The line.
+    /// The link between finger and device.
     pub line: Line,
-    /// Decides noise, jitter and which setpoints are lost.
+    /// Seed of noise, jitter and losses.
     pub seed: u64,
 }
 
 impl Plant {
-    /// The wearer of the nominal file, on a sound line.
+    /// Returns the wearer of the nominal file with a perfect link.
     pub fn nominal(seed: u64) -> Self {
         Self {
             finger: RandomFingerSpec::nominal(),
@@ -61,7 +61,7 @@ impl Plant {
         }
     }
 
-    /// Plant `index` of campaign `seed`; see [`RandomFingerSpec::drawn`].
+    /// Returns plant `index` of campaign `seed`; see [`RandomFingerSpec::random`].
     pub fn random(seed: u64, index: u64) -> Self {
         Self {
             finger: RandomFingerSpec::random(seed, index),

@@ -1,4 +1,4 @@
-//! The part of a target that a plant can hold.
+//! The part of a reference that a plant can hold.
 
 use super::TrackingError;
 use super::plant::Plant;
@@ -8,35 +8,34 @@ use firmware::arithmetic::fixed_point::Q;
 use firmware::control::{Effort, Mapping};
 use hal_sim::body::random_finger::Reach;
 
-/// A target, as far as one plant can follow it.
+/// A reference, as far as one plant can follow it.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Reachable {
-    /// The angle to be scored against, each millisecond, degrees: the target,
-    /// clipped to what the plant can hold inside the nominal wearer's amplitudes
-    /// at that time, as tired as following it so far has made it
-    /// ([`Reach`]; no law has a part in it).
+    /// Angle that is scored against at each millisecond, degrees: the reference, clipped to the
+    /// range that the plant can hold inside the nominal wearer's amplitudes, as fatigued as
+    /// following it so far has made the plant ([`Reach`]). No control law takes part.
     pub angles: Vec<f64>,
-    /// Part of the scored time at which the target is further than
-    /// [`REACH_MARGIN_DEG`] out of reach.
+    /// Part of the scored time at which the reference is further than [`REACH_MARGIN_DEG`] out of
+    /// reach.
     pub unreachable: f64,
 }
 
-/// What counts as out of reach, degrees.
+/// Distance that counts as out of reach, degrees.
 pub const REACH_MARGIN_DEG: f64 = 0.5;
-/// The range of angles is found anew so often, ms.
+/// Time between two computations of the reachable range, ms.
 const EVERY_MS: usize = 20;
 
-/// Volts of the nominal wearer's amplitudes at this effort, −1…1.
+/// Returns the volts of the nominal wearer's amplitudes at this effort, −1…1.
 pub(super) fn volts_at(mapping: &Mapping, effort: f64) -> Volts {
     let effort = Effort::Fraction(Q::from_num(effort.clamp(-1.0, 1.0)));
     super::driver::volts(&mapping.amplitudes(effort).0)
 }
 
 impl Reachable {
-    /// What this plant can follow of a target with these points.
+    /// Computes the part of a reference that this plant can follow with these points.
     ///
     /// # Errors
-    /// None: the nominal wearer is valid (tested).
+    /// Never fails: the nominal wearer is valid (tested).
     pub fn new(plant: &Plant, points: Points, wanted: &[f64]) -> Result<Self, TrackingError> {
         let mapping = wearer::mapping(points)?;
         let [flexing, extending] = [1.0, -1.0].map(|effort| volts_at(&mapping, effort));

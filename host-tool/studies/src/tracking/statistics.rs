@@ -3,16 +3,15 @@
 use hal_sim::body::random_finger::Draws;
 use host_core::statistics;
 
-/// Resamples of a bootstrap.
+/// Number of resamples of a bootstrap.
 const RESAMPLES: usize = 4000;
 
-/// [`statistics::mean`] as a column of a chart has it: NaN of an empty sample, which is
-/// printed as such and comes last in any order.
+/// Returns [`statistics::mean`], or NaN for an empty sample; NaN is printed as such and sorts last.
 pub fn mean(values: &[f64]) -> f64 {
     statistics::mean(values).unwrap_or(f64::NAN)
 }
 
-/// [`statistics::quantile`], NaN of an empty sample.
+/// Returns [`statistics::quantile`], or NaN for an empty sample.
 pub fn percentile(values: &[f64], part: f64) -> f64 {
     statistics::quantile(values, part).unwrap_or(f64::NAN)
 }
@@ -20,16 +19,15 @@ pub fn percentile(values: &[f64], part: f64) -> f64 {
 /// A mean with its 95 % interval.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Interval {
-    /// The mean.
     pub mean: f64,
-    /// Lower end.
+    /// Lower end of the interval.
     pub low: f64,
-    /// Upper end.
+    /// Upper end of the interval.
     pub high: f64,
 }
 
-/// Mean of `ours` - `theirs` with its 95 % percentile-bootstrap interval
-/// (Efron & Tibshirani 1993, ch. 13) over the pairs. Deterministic.
+/// Returns the mean of `ours` - `theirs` with its 95 % percentile-bootstrap interval (Efron &
+/// Tibshirani 1993, ch. 13) over the pairs. Deterministic.
 pub fn paired(ours: &[f64], theirs: &[f64]) -> Interval {
     let differences: Vec<f64> = ours.iter().zip(theirs).map(|(a, b)| a - b).collect();
     let n = differences.len();

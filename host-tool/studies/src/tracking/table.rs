@@ -1,4 +1,4 @@
-//! A campaign and a search as tables: for people, for machines, as CSV.
+//! Tables of a campaign and of a search: text, JSON, CSV.
 
 use super::campaign::{Campaign, Score};
 use super::columns::{Column, add_to_json, cells, names};
@@ -11,15 +11,15 @@ use serde_json::{Value, json};
 
 /// Goal of the device default: mean RMSE two-point, on plants in reach, degrees.
 pub const TWO_POINT_MEAN: f64 = 1.0;
-/// Goal: 95th percentile of the same.
+/// Goal: 95th percentile of the same RMSE, degrees.
 pub const TWO_POINT_P95: f64 = 1.6;
 /// Goal: RMSE two-point on the nominal wearer, degrees.
 const NOMINAL: f64 = 1.0;
-/// Goal: upper end of the interval of RMSE - the best PID variant's, degrees.
+/// Goal: upper end of the interval of the RMSE difference to the best PID variant, degrees.
 const OVER_PID_DEG: f64 = 0.05;
 
 impl Course {
-    /// For tables.
+    /// Returns the description for tables.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Sine => "45 ± 40° at 0.2 Hz",
@@ -31,25 +31,25 @@ impl Course {
     }
 }
 
-/// One goal, and what was measured.
+/// One goal and its measured value.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Goal {
-    /// What.
+    /// Description of the goal.
     pub name: String,
-    /// Measured, degrees.
+    /// Measured value, degrees.
     pub value: f64,
-    /// At most, degrees.
+    /// Largest value that reaches the goal, degrees.
     pub at_most: f64,
 }
 
 impl Goal {
-    /// Whether it is reached.
+    /// Returns whether the goal is reached.
     pub fn is_hit(&self) -> bool {
         self.value <= self.at_most
     }
 }
 
-/// The goals of the contender that is shipped; none if it does not take part.
+/// Returns the goals of the shipped contender; empty if it does not take part.
 pub fn goals(campaign: &Campaign) -> Vec<Goal> {
     let Some(shipped) = campaign.shipped() else {
         return Vec::new();
@@ -73,7 +73,7 @@ pub fn goals(campaign: &Campaign) -> Vec<Goal> {
     goals
 }
 
-/// For people, at most 80 columns.
+/// Formats a campaign for people, at most 80 columns.
 pub fn text(campaign: &Campaign) -> String {
     let mut out = String::new();
     write_text(&mut out, campaign);
@@ -187,7 +187,7 @@ const OVER_PID: [Column<Score>; 3] = [
     ("over_pid_high_deg", |s| s.against_pid.high),
 ];
 
-/// A line per contender and number of points.
+/// Formats one CSV line for each contender and number of points.
 pub fn csv(campaign: &Campaign) -> String {
     let mut out = format!(
         "points,law,arithmetic,cycles,seed,plants,unreachable_pct,optimum_deg{}{},law_cycles,\
@@ -221,7 +221,7 @@ pub fn csv(campaign: &Campaign) -> String {
     out
 }
 
-/// The same for machines.
+/// Formats a campaign as JSON.
 pub fn json(campaign: &Campaign) -> Value {
     let points = Points::ALL.map(|points| {
         let (unreachable, reaching) = campaign.reach(points);
@@ -264,7 +264,7 @@ pub fn json(campaign: &Campaign) -> Value {
     })
 }
 
-/// What a search found, for people.
+/// Formats the results of a search for people.
 pub fn search_text(rows: &[Row], default: Option<&Default>, evaluations: usize) -> String {
     let mut out = format!(
         "{evaluations} evaluations each; geometric mean of the quadratic mean RMSE on earlier\n\
@@ -296,7 +296,7 @@ pub fn search_text(rows: &[Row], default: Option<&Default>, evaluations: usize) 
     out
 }
 
-/// The same for machines.
+/// Formats the results of a search as JSON.
 pub fn search_json(rows: &[Row], default: Option<&Default>, evaluations: usize) -> Value {
     let one = |(equipment, found): &Row| {
         json!({

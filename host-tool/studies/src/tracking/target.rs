@@ -1,61 +1,61 @@
-//! What the finger is to follow, and when it is judged.
+//! References of the finger, and the times at which it is judged.
 
 use super::trial::SCORED_FROM_MS;
 use hal_sim::body::random_finger::Draws;
 use std::f64::consts::TAU;
 
-/// So long after a jump of the target nobody is judged: delay and muscle need it,
-/// whatever the law. An overshoot or a swing that outlasts it counts.
+/// Time after a jump of the reference that is not judged, ms: delay and muscle need it, whatever
+/// the law. An overshoot or a swing that lasts longer counts.
 pub const SETTLING_MS: usize = 1000;
-/// The angle of rest, from which steps and holds set out, degrees.
+/// Angle at rest, from which steps and holds start, degrees.
 const REST_DEG: f64 = 5.0;
 
-/// A course of the wanted angle.
+/// A course of the reference.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Course {
     /// 45 ± 40° at 0.2 Hz (Hamana 2022, experiment 4; the offset is assumed).
     Sine,
-    /// 45 ± at most 40°: four sines between 0.05 and 0.4 Hz with drawn phases and
-    /// frequencies, whose amplitudes sum to 40°.
+    /// 45 ± at most 40°: four sines between 0.05 and 0.4 Hz with random phases and frequencies,
+    /// whose amplitudes sum to 40°.
     Smooth {
-        /// Decides the draw.
+        /// Seed of the phases, frequencies and amplitudes.
         seed: u64,
     },
     /// 45 ± 40° at this frequency.
     SineAt {
-        /// Hz.
+        /// Frequency, Hz.
         hz: f64,
     },
     /// Jumps to angles in 10…80° that stay for 2.5 to 5 s.
     Steps {
-        /// Decides the draw, with `index`.
+        /// Seed of the angles and times, with `index`.
         seed: u64,
-        /// Which draw.
+        /// Index of the draw.
         index: u64,
     },
-    /// From rest to one angle between 1 and 4 s, smoothly; then held.
+    /// Smoothly from rest to one angle between 1 and 4 s; then constant.
     Hold {
-        /// Degrees.
+        /// Angle to hold, degrees.
         deg: f64,
     },
 }
 
-/// Courses that are judged alike.
+/// Kind of reference; references of a kind are judged alike.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub enum Kind {
     /// One sine, or several.
     Sine,
-    /// Jumps.
+    /// Jumps between constant angles.
     Steps,
-    /// One angle, held.
+    /// One constant angle.
     Hold,
 }
 
 impl Kind {
-    /// All of them; widened wearer `n` follows number `n` modulo 3.
+    /// All kinds; widened wearer `n` follows number `n` modulo 3.
     pub const ALL: [Self; 3] = [Self::Sine, Self::Steps, Self::Hold];
 
-    /// For tables.
+    /// Returns the name for tables.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Sine => "sine",
@@ -66,8 +66,8 @@ impl Kind {
 }
 
 impl Course {
-    /// What widened wearer `index` of campaign `seed` follows: a sine of 0.1 to
-    /// 0.5 Hz, steps or a hold at 15 to 75°, in turn.
+    /// Returns the reference of widened wearer `index` of campaign `seed`: a sine of 0.1 to 0.5 Hz,
+    /// steps or a hold at 15 to 75°, in turn.
     pub fn widened(seed: u64, index: u64) -> Self {
         let mut draws = Draws::new(seed, index, 8);
         match index % 3 {
@@ -81,7 +81,7 @@ impl Course {
         }
     }
 
-    /// How it is judged.
+    /// Returns the kind, which decides how the reference is judged.
     pub const fn kind(self) -> Kind {
         match self {
             Self::Sine | Self::Smooth { .. } | Self::SineAt { .. } => Kind::Sine,
@@ -90,7 +90,7 @@ impl Course {
         }
     }
 
-    /// The wanted angle at each millisecond of `ms`, degrees.
+    /// Returns the reference at each of the first `ms` milliseconds, degrees.
     pub fn angles(self, ms: usize) -> Vec<f64> {
         match self {
             Self::Sine => sines(&[(40.0, 0.2, 0.0)], ms),
@@ -136,8 +136,8 @@ fn rise(deg: f64, t: f64) -> f64 {
     REST_DEG + (deg - REST_DEG) * 0.5 * (1.0 - (way * TAU / 2.0).cos())
 }
 
-/// Whether each millisecond of a target is judged: from [`SCORED_FROM_MS`] on, but
-/// for [`SETTLING_MS`] from each jump of a degree or more within a millisecond.
+/// Returns whether each millisecond of a reference is judged: from [`SCORED_FROM_MS`] on, except
+/// for [`SETTLING_MS`] after each jump of a degree or more within a millisecond.
 pub fn scored(wanted: &[f64]) -> Vec<bool> {
     let mut judged_from = SCORED_FROM_MS;
     let mut before = wanted.first().copied().unwrap_or(0.0);

@@ -1,4 +1,4 @@
-//! One closed-loop trial: a driver, a plant, half a minute.
+//! One closed-loop trial of 30 s with a driver and a plant.
 
 use super::TrackingError;
 use super::driver::Driver;
@@ -11,22 +11,22 @@ use std::collections::VecDeque;
 
 /// Length of a trial, ms.
 pub const TRIAL_MS: usize = 30_000;
-/// Scored from here on, ms.
+/// Start of the scored part, ms.
 pub const SCORED_FROM_MS: usize = 10_000;
-/// Ripple of a hold is measured from here on, ms: the last disturbance is 3 s ago.
+/// Start of the part in which ripple is measured, ms; the last disturbance was 3 s before.
 pub const RIPPLE_FROM_MS: usize = 27_000;
-/// Pulses come every so many ms (50 Hz, Hamana 2022 §II-D), 200 µs wide.
+/// Time between pulses, ms (50 Hz, Hamana 2022 §II-D); pulses are 200 µs wide.
 pub const PULSE_EVERY_MS: usize = 20;
 pub(crate) const PULSE_US: u32 = 200;
-/// Trials begin 15 s before the device's 32-bit microseconds wrap.
+/// Device time at the start of a trial: 15 s before the 32-bit microseconds wrap.
 const START: Micros = Micros::new(u32::MAX - 15_000_000);
 
-/// The device's clock at this time of a trial.
+/// Returns the device's clock at this time of a trial.
 pub(crate) fn device_time(at_us: u64) -> Micros {
     START + us(at_us as u32)
 }
 
-/// A frame on its way.
+/// A frame in transport.
 #[derive(Clone, Copy, Debug)]
 struct Frame {
     due_us: u64,
@@ -35,7 +35,7 @@ struct Frame {
     measured: f64,
 }
 
-/// The frames of a trial as the line delivers them.
+/// Frames of a trial, delivered with the link's delays and losses.
 #[derive(Debug)]
 pub(crate) struct Frames {
     line: Line,
@@ -58,14 +58,13 @@ impl Frames {
         frames
     }
 
-    /// When the next frame is really sampled.
+    /// Returns the true sampling time of the next frame, µs.
     fn next_sample_us(&mut self) -> f64 {
         let nominal_us = self.taken as f64 * 1e6 / FRAME_HZ;
         nominal_us + self.luck.uniform(0.0, self.line.sampling_jitter_us)
     }
 
-    /// Takes a frame if it is time. A frame states the time it should have been
-    /// sampled at.
+    /// Samples a frame if it is due. A frame states the time at which it should have been sampled.
     pub(crate) fn take(&mut self, now_us: u64, wanted: &[f64], sensed_deg: f64) {
         if self.sample_us > now_us as f64 {
             return;
@@ -73,7 +72,7 @@ impl Frames {
         let at_us = (self.taken as f64 * 1e6 / FRAME_HZ) as u64;
         let ms = (at_us / 1000) as usize;
         let way = self.line.transport_us + self.luck.uniform(0.0, self.line.transport_jitter_us);
-        // The first setpoint always arrives: without it nobody stimulates.
+        // The first setpoint always arrives; without it nothing is stimulated.
         let is_lost = self.luck.uniform(0.0, 1.0) < self.line.loss && self.taken > 0;
         self.under_way.push_back(Frame {
             due_us: now_us + way as u64,
@@ -85,7 +84,7 @@ impl Frames {
         self.sample_us = self.next_sample_us();
     }
 
-    /// Hands over what has arrived; frames stay in order.
+    /// Passes the frames that have arrived to the driver, in order.
     pub(crate) fn deliver(&mut self, now_us: u64, driver: &mut dyn Driver) {
         let now = device_time(now_us);
         while let Some(frame) = self.under_way.front().copied() {
@@ -102,7 +101,7 @@ impl Frames {
     }
 }
 
-/// Lets a pulse of these volts go out on each channel.
+/// Plays a pulse of these volts on each channel.
 pub(super) fn pulse(finger: &mut RandomFinger, now_us: u64, volts: Volts) {
     for (channel, v) in volts.into_iter().enumerate() {
         if v > 0.0 {
@@ -117,20 +116,20 @@ pub(super) fn pulse(finger: &mut RandomFinger, now_us: u64, volts: Volts) {
     }
 }
 
-/// A trial as it went.
+/// Result of a trial.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Attempt {
     /// The true angle after each millisecond, degrees.
     pub angles: Vec<f32>,
-    /// The name under which the device refused or stopped, if it did.
+    /// The reason why the device refused or stopped, if it did.
     pub refused: Option<String>,
 }
 
-/// What happens while `driver` lets the
-/// plant's finger follow `wanted` (one angle per millisecond).
+/// Runs a trial in which `driver` makes the plant's finger follow `wanted` (one angle per
+/// millisecond).
 ///
 /// # Errors
-/// [`TrackingError::Plant`] if the plant's finger cannot be.
+/// Returns [`TrackingError::Plant`] if the plant's finger is invalid.
 pub fn run(
     plant: &Plant,
     driver: &mut dyn Driver,
@@ -156,7 +155,7 @@ pub fn run(
     })
 }
 
-/// RMSE between angles and a target over the scored part, degrees.
+/// Returns the RMSE between angles and a reference over the scored part, degrees.
 pub fn rmse(angles: &[f32], target: &[f64]) -> f64 {
     let scored = angles.iter().zip(target).skip(SCORED_FROM_MS);
     let (sum, n) = scored.fold((0.0, 0u32), |(sum, n), (a, t)| {

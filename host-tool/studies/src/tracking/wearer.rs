@@ -1,5 +1,5 @@
-//! The nominal wearer file: all that control laws, feed-forward and the mapping
-//! to amplitudes know of whom they drive.
+//! The nominal wearer file: everything that control laws, feed-forward and the mapping to
+//! amplitudes know of the wearer.
 
 use super::TrackingError;
 use firmware::control::{
@@ -10,25 +10,24 @@ use firmware::units::Amplitude;
 use hal_sim::body::wearer::Site;
 use hal_sim::body::{FingerSpec, RandomFingerSpec};
 
-/// One amplitude per channel 0, 1, 2 (A, B, extensor), volts; 0 is no pulse.
+/// Amplitude of each channel 0, 1, 2 (A, B, extensor), volts; 0 is no pulse.
 pub type Volts = [f64; 3];
 
-/// How the flexor is stimulated.
+/// Points at which the flexor is stimulated.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Hash)]
 pub enum Points {
     /// Point A alone.
     One,
-    /// A and B as a conducted pair, whose strength is assumed, as a range
-    /// ([`hal_sim::body::random_finger::TWO_POINTS_NM`]), and whose thresholds are table
-    /// 7's ([`hal_sim::body::wearer::Participant::pair_thresholds_v`]).
+    /// A and B as a conducted pair. Its strength is assumed, as a range
+    /// ([`hal_sim::body::random_finger::TWO_POINTS_NM`]); its thresholds are table 7's
+    /// ([`hal_sim::body::wearer::Participant::pair_thresholds_v`]).
     Two,
 }
 
 impl Points {
-    /// Both.
     pub const ALL: [Self; 2] = [Self::One, Self::Two];
 
-    /// For tables.
+    /// Returns the name for tables.
     pub const fn name(self) -> &'static str {
         match self {
             Self::One => "one-point",
@@ -37,23 +36,23 @@ impl Points {
     }
 }
 
-/// Range of angles a setpoint may ask for, m°: the finger's.
+/// Range of angles that a setpoint may ask for, m°: the finger's range.
 const RANGE_MDEG: (i32, i32) = (0, 100_000);
 
-/// What the device's default does with lost setpoints.
+/// Policy of the device's default for lost setpoints.
 pub const SHIPPED_HOLD: HoldPolicy = HoldPolicy::Extrapolate { max_ms: 200 };
 
 fn millivolts(volts: f64) -> Amplitude {
     Amplitude::new((volts * 1000.0).round() as u32)
 }
 
-/// Participant P of Hamana 2022 (table 7) as the file describes the finger, what its two
-/// points pull assumed.
+/// Returns the finger of participant P of Hamana 2022 (table 7), as the file describes it; the
+/// torque of its two points together is assumed.
 pub fn nominal() -> FingerSpec {
     RandomFingerSpec::nominal().finger
 }
 
-/// The nominal wearer's model for feed-forward.
+/// Returns the nominal wearer's model for feed-forward.
 pub fn model(points: Points, lead_ms: u16) -> WearerModel {
     let finger = nominal();
     let micro = |x: f64| (x * 1e6).round() as u32;
@@ -74,7 +73,7 @@ pub fn model(points: Points, lead_ms: u16) -> WearerModel {
     }
 }
 
-/// The joint of the nominal wearer for the device, with this law.
+/// Returns the joint of the nominal wearer for the device, with this law.
 pub fn joint(law: LawSpec, points: Points, hold: HoldPolicy) -> JointSpec {
     let finger = nominal();
     let from = |site: Site, threshold_v: f64| PointSpec {
@@ -105,8 +104,8 @@ pub fn joint(law: LawSpec, points: Points, hold: HoldPolicy) -> JointSpec {
     }
 }
 
-/// The device's default: [`LawSpec::RECOMMENDED`] with all that the nominal wearer
-/// file gives it, scheduled by that wearer's strength.
+/// Returns the device's default: [`LawSpec::RECOMMENDED`] with everything that the nominal wearer
+/// file configures, scaled by that wearer's strength.
 pub fn shipped(points: Points) -> JointSpec {
     let model = model(points, LawSpec::RECOMMENDED.default_lead_ms());
     JointSpec {
@@ -120,7 +119,7 @@ pub fn shipped(points: Points) -> JointSpec {
     }
 }
 
-/// What laws in floats know of whom they drive.
+/// Knowledge of laws in floats about the wearer.
 #[derive(Clone, PartialEq, Debug)]
 pub struct KnownWearer {
     /// Points and range of angles; its law is not used.
@@ -130,7 +129,7 @@ pub struct KnownWearer {
 }
 
 impl KnownWearer {
-    /// The nominal wearer's file.
+    /// Returns the nominal wearer's file.
     pub fn nominal(points: Points) -> Self {
         Self {
             joint: joint(LawSpec::RECOMMENDED, points, HoldPolicy::Hold),
@@ -138,18 +137,18 @@ impl KnownWearer {
         }
     }
 
-    /// From an effort to amplitudes.
+    /// Returns the mapping from an effort to amplitudes.
     ///
     /// # Errors
-    /// The device refuses the points.
+    /// Fails if the device refuses the points.
     pub fn mapping(&self) -> Result<Mapping, TrackingError> {
         self.joint.mapping().map_err(Into::into)
     }
 
-    /// The wearer's inverse.
+    /// Returns the wearer's inverse with this lead.
     ///
     /// # Errors
-    /// The model is out of range, or the lead above half a second.
+    /// Fails if the model is out of range, or the lead is above half a second.
     pub fn feed_forward(&self, lead_ms: u16) -> Result<FeedForward, TrackingError> {
         let (low, high) = (self.joint.angle_min_mdeg, self.joint.angle_max_mdeg);
         let model = WearerModel {
@@ -161,22 +160,22 @@ impl KnownWearer {
     }
 }
 
-/// From an effort to the nominal wearer's amplitudes.
+/// Returns the mapping from an effort to the nominal wearer's amplitudes.
 ///
 /// # Errors
-/// None: the nominal wearer is valid (tested).
+/// Never fails: the nominal wearer is valid (tested).
 pub fn mapping(points: Points) -> Result<Mapping, TrackingError> {
     KnownWearer::nominal(points).mapping()
 }
 
-/// The effort, −1…1, that the nominal wearer's mapping turns into these volts.
+/// Returns the effort, −1…1, that the nominal wearer's mapping turns into these volts.
 pub fn effort_of(points: Points, [a, _, extensor]: Volts) -> f64 {
     let spec = joint(LawSpec::RECOMMENDED, points, HoldPolicy::Hold);
     let share = |point: &PointSpec, volts: f64| {
         let [low, high] = [point.threshold, point.max].map(|v| f64::from(v.get()) / 1000.0);
         ((volts - low) / (high - low)).clamp(0.0, 1.0)
     };
-    // Both points of a pair go the same part of their way.
+    // Both points of a pair are at the same part of their ranges.
     let flexion = spec.flexors.first().map_or(0.0, |point| share(point, a));
     flexion - share(&spec.extensor, extensor)
 }

@@ -1,4 +1,4 @@
-//! The widened wearers as tables: where each law fails, and whom it refuses.
+//! Tables of the widened wearers: where each law fails, and which wearers it refuses.
 
 use super::campaign::{Campaign, Case};
 use super::columns::{Column, add_to_json, cells, names};
@@ -11,37 +11,37 @@ use serde_json::{Value, json};
 /// Largest part of the wearers that the device may refuse.
 pub const REFUSED_AT_MOST: f64 = 0.10;
 
-/// One contender on some of the wearers.
+/// Results of one contender on some of the wearers.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Failures {
-    /// Wearers.
+    /// Number of wearers.
     pub wearers: usize,
-    /// Of them, refused by name.
+    /// Number of wearers that the device refuses.
     pub refused: usize,
-    /// Of the refused, those on whom the best PID stays within [`FAILS_DEG`].
+    /// Number of refused wearers on whom the best PID stays within [`FAILS_DEG`].
     pub refused_needlessly: usize,
-    /// Not refused, and further off than [`FAILS_DEG`].
+    /// Number of wearers that are not refused and exceed [`FAILS_DEG`].
     pub failed: usize,
-    /// RMSE of those not refused, degrees: mean, median, 95th percentile, worst.
+    /// Mean RMSE of the wearers not refused, degrees.
     pub mean: f64,
-    /// Median.
+    /// Median of the RMSE, degrees.
     pub median: f64,
-    /// 95th percentile.
+    /// 95th percentile of the RMSE, degrees.
     pub p95: f64,
-    /// Worst.
+    /// Largest RMSE, degrees.
     pub worst: f64,
-    /// Ripple of the holds, RMS, degrees: 95th percentile; 0 without holds.
+    /// 95th percentile of the ripple of holds, RMS, degrees; NaN without holds.
     pub ripple_p95: f64,
-    /// Peak to peak.
+    /// 95th percentile of the peak-to-peak ripple of holds, degrees.
     pub swing_p95: f64,
-    /// Holds whose ripple is above [`RIPPLE_DEG`].
+    /// Number of holds whose ripple is above [`RIPPLE_DEG`].
     pub restless: usize,
-    /// RMSE less the best PID's on the same wearer.
+    /// RMSE minus that of the best PID on the same wearer, degrees.
     pub over_pid: Interval,
 }
 
-/// What became of a contender on the wearers with these points whose courses are of
-/// this kind, or all.
+/// Computes the results of a contender on the wearers with these points, for one kind of reference
+/// or all.
 pub fn failures(
     campaign: &Campaign,
     points: Points,
@@ -80,7 +80,7 @@ pub fn failures(
     }
 }
 
-/// All, then each kind of course.
+/// Returns all kinds together (`None`), then each kind.
 fn kinds() -> impl Iterator<Item = Option<Kind>> {
     std::iter::once(None).chain(Kind::ALL.map(Some))
 }
@@ -89,7 +89,7 @@ fn kind_name(kind: Option<Kind>) -> &'static str {
     kind.map_or("all", Kind::name)
 }
 
-/// What tables tell of RMSE and ripple.
+/// Columns of RMSE and ripple in the tables.
 pub(super) const NUMBERS: [Column<Failures>; 6] = [
     ("mean_deg", |f| f.mean),
     ("median_deg", |f| f.median),
@@ -99,7 +99,7 @@ pub(super) const NUMBERS: [Column<Failures>; 6] = [
     ("swing_p95_deg", |f| f.swing_p95),
 ];
 
-/// For people, at most 80 columns.
+/// Formats the results for people, at most 80 columns.
 pub fn text(campaign: &Campaign) -> String {
     let plan = campaign.plan;
     let mut out = format!(
@@ -148,7 +148,7 @@ pub fn text(campaign: &Campaign) -> String {
     out
 }
 
-/// How the device's default does against what is asked.
+/// Compares the device's default with its goals.
 fn verdict(campaign: &Campaign, points: Points) -> String {
     let Some(shipped) = campaign.shipped() else {
         return String::new();
@@ -184,7 +184,7 @@ fn verdict(campaign: &Campaign, points: Points) -> String {
     out
 }
 
-/// Names under which a contender refused, each with how often.
+/// Counts the reasons for which a contender refused.
 fn refusals(campaign: &Campaign, points: Points, contender: usize) -> Vec<(String, usize)> {
     let mut counts = std::collections::BTreeMap::new();
     for case in campaign.cases_with(points) {
@@ -195,7 +195,7 @@ fn refusals(campaign: &Campaign, points: Points, contender: usize) -> Vec<(Strin
     counts.into_iter().collect()
 }
 
-/// A line per contender, number of points and kind of course.
+/// Formats one CSV line for each contender, number of points and kind of reference.
 pub fn csv(campaign: &Campaign) -> String {
     let mut out = "points,law,arithmetic,course,seed,wearers,failed,refused,refused_needlessly"
         .to_owned()
@@ -227,7 +227,7 @@ pub fn csv(campaign: &Campaign) -> String {
     out
 }
 
-/// For machines.
+/// Formats the results as JSON.
 pub fn json(campaign: &Campaign) -> Value {
     let points = Points::ALL.map(|points| {
         let laws = campaign
