@@ -1,5 +1,5 @@
-//! The study's errors, held within 2 % of what ours are, from both sides;
-//! docs/methods.md says where they differ from the study's.
+//! Reproduces the study's errors within 2 % of ours, from both sides; docs/methods.md describes
+//! where they differ from the study's.
 
 use methods::muscle::exponential::EtdMidpoint;
 use methods::muscle::stepped::Pulses;
@@ -8,7 +8,7 @@ use studies::accuracy::cases::{self, Case, DURATION_US};
 use studies::accuracy::errors::run_error_pct;
 use studies::accuracy::{range, study};
 
-/// In the study's order; infinite where it diverges.
+/// Our errors, in the study's order; infinite if the method diverges.
 const ERRORS_PCT: [f64; 24] = [
     7.87,
     45.9,
@@ -36,7 +36,7 @@ const ERRORS_PCT: [f64; 24] = [
     2.31e-3,
 ];
 
-/// % of peak that no method of any use passes.
+/// Error that only a diverging method exceeds, % of peak.
 const DIVERGED_PCT: f64 = 1000.0;
 
 #[test]
@@ -55,8 +55,8 @@ fn the_study_is_reproduced() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// ETD midpoint at 1 ms in fixed point, all of the chart's cases: word length
-/// and rounding. The study had 0.125 % in Q15.16 and 0.011 % in Q7.24.
+/// Errors of ETD midpoint at 1 ms in fixed point for all of the chart's cases: word length and
+/// rounding. The study had 0.125 % in Q15.16 and 0.011 % in Q7.24.
 #[test]
 fn fixed_point_errs_by_its_word_length_and_rounding() {
     fn worst<const F: u32, const NEAREST: bool>(cases: &[Case]) -> f64 {
@@ -86,8 +86,8 @@ fn fixed_point_errs_by_its_word_length_and_rounding() {
     }
 }
 
-/// The shipped model's worst error at the corners of what the device takes and of what
-/// is drawn within, % of peak; docs/methods.md says what of it is above 0.02 %.
+/// Largest error of the shipped model at the corners of the accepted ranges and of the random
+/// muscles within, % of peak; docs/methods.md describes which errors exceed 0.02 %.
 const RANGE_PCT: [f64; 2] = [0.02, 0.012];
 
 #[test]

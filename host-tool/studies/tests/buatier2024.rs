@@ -1,5 +1,5 @@
-//! Lifts with stimulation that follows the joints: what a device is told and does, the
-//! virtual object, a lift without noise, what is refused.
+//! Tests of lifts with stimulation that follows the joints: the device's setup and output, the
+//! virtual object, a lift without noise, refusals.
 
 use firmware::haptics::MotionPhase;
 use host_core::session::Session;
@@ -8,7 +8,7 @@ use studies::buatier2024::{
     Worker, compare_whole_device, curves, draw_values, holds, nominal_values, participant,
 };
 
-/// A person in the middle of all ranges, but for these.
+/// Returns a nominal participant, except for these values.
 fn person(study: &Study, changed: &[(&str, f64)]) -> LiftWearer {
     let mut values = nominal_values(study);
     for (field, value) in changed {
@@ -23,8 +23,8 @@ const TOLD: ToldToDevice = ToldToDevice {
     most_ma: 20.0,
 };
 
-/// The device's own amplitudes against the formula of its coefficients, at every 0.1° of
-/// both joints in both phases; which channels pulse tells assist from resist.
+/// Compares the device's amplitudes with the formula of its coefficients, at every 0.1° of both
+/// joints in both phases. The channels that pulse distinguish assist from resist.
 #[test]
 fn the_device_stimulates_what_the_condition_says() {
     let study = Study::load_embedded().unwrap();
@@ -51,7 +51,7 @@ fn the_device_stimulates_what_the_condition_says() {
                 let amplitudes = device.amplitudes([[at; 2]; 2]);
                 for (channel, amplitude) in amplitudes.iter().enumerate() {
                     let own = channel % 4;
-                    // Even ones flex. Assist: flexors while lifting; resist: extensors.
+                    // Even channels flex. Assist: flexors while lifting; resist: extensors.
                     let is_on = match condition {
                         Condition::None => false,
                         Condition::Assist => lifts == own.is_multiple_of(2),
@@ -81,8 +81,8 @@ fn the_device_stimulates_what_the_condition_says() {
     assert!(worst < 1.5e-3, "{worst} mA");
 }
 
-/// Without co-contraction static optimisation leaves the posterior deltoid idle and the
-/// triceps nearly so: nothing pulls the arm up.
+/// Without co-contraction, static optimisation leaves the posterior deltoid idle and the triceps
+/// nearly so: the extensors carry no load.
 #[test]
 fn extensors_rest_without_co_contraction() {
     let mut study = Study::load_embedded().unwrap();
@@ -95,8 +95,8 @@ fn extensors_rest_without_co_contraction() {
     assert!(found.muscles[3].bernstein.is_none());
 }
 
-/// Without noise, bias or misjudged load a person who has practised puts the object where it
-/// belongs; the same seed makes the same lift.
+/// Without noise, bias or misjudged load, a practised participant places the object exactly; the
+/// same seed gives the same lift.
 #[test]
 fn a_lift_without_noise_ends_at_the_target() {
     let study = Study::load_embedded().unwrap();
@@ -123,7 +123,7 @@ fn a_lift_without_noise_ends_at_the_target() {
     );
 }
 
-/// Pulses come at 60 Hz from the grasp on, none of them before a phase is known.
+/// Pulses come at 60 Hz from the grasp on, none before a phase is known.
 #[test]
 fn pulses_come_sixty_times_a_second() {
     let study = Study::load_embedded().unwrap();
@@ -162,7 +162,8 @@ fn learnt() -> [studies::buatier2024::LearntTorque; 2] {
     [studies::buatier2024::LearntTorque::NOTHING; 2]
 }
 
-/// By hand: of three persons the first costs less in none, the second more.
+/// Computed by hand: of three participants, the first has a lower cost without stimulation, the
+/// second a higher one.
 #[test]
 fn claims_are_judged_by_their_sides() {
     let study = Study::load_embedded().unwrap();
@@ -203,7 +204,7 @@ fn all_mistakes_of_a_declaration_are_told_at_once() {
     }
 }
 
-/// The first drawn persons are the same whoever else is drawn, and within their ranges.
+/// The first draws do not depend on the number of draws, and lie within their ranges.
 #[test]
 fn draws_lie_within_their_ranges() {
     let study = Study::load_embedded().unwrap();
@@ -214,9 +215,8 @@ fn draws_lie_within_their_ranges() {
     }
 }
 
-/// Joints of the shipped sessions are those of a wearer in the middle of all ranges: their
-/// ranges, and each function by five values between which the device's is.
-/// `FLEXOR_OVERWRITE=1` writes them.
+/// The joints of the shipped sessions belong to the nominal wearer: their ranges, and each function
+/// by five values that bracket the device's. `FLEXOR_OVERWRITE=1` writes them.
 #[test]
 fn shipped_sessions_have_the_functions_of_the_wearer_in_the_middle() {
     let study = Study::load_embedded().unwrap();
@@ -243,7 +243,7 @@ fn shipped_sessions_have_the_functions_of_the_wearer_in_the_middle() {
                     .unwrap(),
             ];
             for (share, muscle) in [(lift, 2 * own), (drop, 2 * own + 1)] {
-                // Of coefficients a millionth's half in each value makes at most eight.
+                // Half a millionth in each value changes a coefficient by at most eight.
                 let wanted = found.muscles[muscle].bernstein.unwrap();
                 let off = share.0.iter().zip(wanted).map(|(a, b)| (a - b).abs());
                 assert!(off.max().unwrap() <= 8, "{name}: {share:?} {wanted:?}");
@@ -252,7 +252,7 @@ fn shipped_sessions_have_the_functions_of_the_wearer_in_the_middle() {
     }
 }
 
-/// A session's text with these ranges and functions.
+/// Returns a session's text with these ranges and functions.
 fn with_curves(text: &str, found: &Curves) -> String {
     let mut own = 0;
     let line = |line: &str| -> String {
@@ -284,8 +284,8 @@ fn with_curves(text: &str, found: &Curves) -> String {
     lines.join("\n") + "\n"
 }
 
-/// The whole native device, by the link, with guard and scheduler, puts out every burst of a
-/// lift as the fast way has it, to one DAC code; angles take less than 3 ms to a burst.
+/// The whole native device, through the link, with guard and scheduler, outputs every burst of a
+/// lift as the fast simulation does, within one DAC code; an angle takes less than 3 ms to a burst.
 #[test]
 fn the_whole_device_lifts_as_the_fast_way_says() {
     let study = Study::load_embedded().unwrap();

@@ -1,4 +1,4 @@
-//! A short campaign: repeatable to the bit, scored against what is in reach,
+//! Tests of a short campaign: bit-identical repetition, scores against the reachable reference,
 //! never better than the optimum.
 
 use firmware::units::Micros;
@@ -16,7 +16,7 @@ use studies::tracking::trial::{self, TRIAL_MS};
 use studies::tracking::wearer::{Points, Volts};
 use studies::tracking::widened::{self, failures};
 
-/// A PID with feed-forward, its numbers round.
+/// Returns a PID with feed-forward and round parameters.
 fn pid() -> Contender {
     let numbers = [
         ("kp_per_rad", 1.5),
@@ -56,7 +56,7 @@ fn a_campaign_repeats_to_the_bit_and_nobody_beats_the_optimum() {
     let found = campaign();
     assert_eq!(found, campaign());
     assert_eq!(found.cases.len(), 16, "no draw is dropped");
-    // It starts from what the best law did; amplitudes are rounded to millivolts.
+    // The optimum starts from the best law's efforts; amplitudes are rounded to millivolts.
     assert!(
         found.margin_below_optimum() <= 0.005,
         "{}",
@@ -69,7 +69,7 @@ fn a_campaign_repeats_to_the_bit_and_nobody_beats_the_optimum() {
         assert!((0.0..1.0).contains(&unreachable) && (0.0..=1.0).contains(&reaching));
         assert!(optimum < 1.0, "{optimum}");
     }
-    // A pair is assumed to pull more than one point of it: it reaches more.
+    // A pair is assumed to pull harder than one point, so it reaches more.
     assert!(found.reach(Points::Two).0 < found.reach(Points::One).0);
     let worst = found
         .cases
@@ -80,7 +80,7 @@ fn a_campaign_repeats_to_the_bit_and_nobody_beats_the_optimum() {
     assert!(worst < 30.0 && worst > 0.5, "{worst}");
 }
 
-/// Full flexion, or none at all.
+/// Driver with full flexion at 1, and no stimulation at 0.
 struct Always(f64);
 
 impl Driver for Always {
@@ -92,8 +92,8 @@ impl Driver for Always {
     }
 }
 
-/// What is called reachable is what full stimulation does reach, fatigue
-/// included: neither less nor more by much.
+/// The reachable angle is what full stimulation does reach, fatigue included, neither much less nor
+/// much more.
 #[test]
 fn the_reachable_angle_is_what_full_stimulation_holds() {
     let up = vec![100.0; TRIAL_MS];
@@ -104,7 +104,7 @@ fn the_reachable_angle_is_what_full_stimulation_holds() {
             .expect("a trial")
             .angles;
         let (wanted, held) = (reachable.angles[29_000], f64::from(angles[29_000]));
-        // Up to a hundredth of the range, and what dry friction may hold.
+        // Within a hundredth of the range, plus the angle that dry friction may hold.
         let friction = plant.finger.static_friction_nm / plant.finger.finger.stiffness_nm_per_rad;
         let slack = 1.0 + friction.to_degrees();
         assert!(
@@ -124,7 +124,7 @@ fn a_finger_that_nobody_stimulates_stays_at_rest() {
     assert!(angles.iter().all(|a| (a - 5.0).abs() < 1e-3));
 }
 
-/// What is drawn is what the docstring says, over a thousand wearers.
+/// A thousand random wearers fill the ranges of [`RandomFingerSpec::random`].
 #[test]
 fn draws_fill_their_ranges() {
     let nominal = RandomFingerSpec::nominal();
@@ -166,9 +166,8 @@ fn draws_fill_their_ranges() {
     assert!((finger.angle_deg() - 5.0).abs() < 1e-9);
 }
 
-/// What the widened wearers add is what their docstring says, and an object that
-/// hangs on the joint moves a finger that nobody stimulates as far as its spring
-/// allows.
+/// The additional values of widened wearers fill the ranges in their documentation, and an object
+/// that hangs on the joint moves an unstimulated finger as far as its spring allows.
 #[test]
 fn widened_draws_fill_their_ranges_and_their_loads_act() {
     let (mut strengths, mut delays) = (Vec::new(), Vec::new());
@@ -214,7 +213,7 @@ fn widened_draws_fill_their_ranges_and_their_loads_act() {
     );
 }
 
-/// Each widened wearer follows its own course.
+/// Each widened wearer follows its own reference.
 #[test]
 fn a_widened_campaign_counts_failures_and_refusals_apart() {
     let plan = Plan {

@@ -1,11 +1,11 @@
-//! Control laws on a few drawn hands: repeatable, nobody dropped.
+//! Tests of control laws on a few random hands: repeatable, no draw excluded.
 
 use hal_sim::body::hand::spec::{A, B};
 use studies::hamana2022::{Participants, Population};
 use studies::hands::{Contender, DrivenHand, Hands, Plan, contenders, table};
 use studies::tracking::wearer::Points;
 
-/// No chart and no development has drawn these.
+/// Seed that no chart and no development has used.
 const SEED: u64 = 4;
 const DRAWS: u64 = 4;
 
@@ -48,8 +48,8 @@ fn a_campaign_on_hands_repeats_to_the_bit_and_counts_every_draw() {
     assert_eq!(table::json(&found)["drawn"], DRAWS);
 }
 
-/// The paper's P, whose file says thresholds and the forearm's size: each draw has these,
-/// and is another forearm all the same.
+/// Every draw of the paper's participant P has the thresholds and the forearm's size from the file,
+/// and still is another forearm.
 #[test]
 fn a_wearer_files_hand_is_drawn_but_for_what_the_file_says() {
     let whom = Participants::load(Some("P")).unwrap();
@@ -97,7 +97,7 @@ fn the_contenders_are_the_default_the_papers_law_and_pids() {
     }
 }
 
-/// One point is used alone, and its target lies within what both ways hold.
+/// One point is used alone, and the hand's reference lies within the range that both ways can hold.
 #[test]
 fn a_drawn_hand_has_a_target_that_it_holds() {
     let population = Population::load_embedded().unwrap();

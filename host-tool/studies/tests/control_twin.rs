@@ -1,4 +1,4 @@
-//! The device's default law against its twin in f64, in closed loop.
+//! Compares the device's default law with its twin in f64, in closed loop.
 
 use firmware::control::JointSpec;
 use methods::control::parameters::parameters;
@@ -11,14 +11,14 @@ use studies::tracking::target::Course;
 use studies::tracking::trial::{TRIAL_MS, rmse, run};
 use studies::tracking::wearer::{KnownWearer, Points, shipped};
 
-/// Campaign that no search and no chart uses.
+/// Seed that no search and no chart uses.
 const SEED: u64 = 0x7715;
 const PLANTS: u64 = 24;
 
-/// The same law with the same numbers, from `methods`.
+/// Returns the same law with the same parameters, from `methods`.
 fn twin(spec: &JointSpec) -> Controller<f64> {
     let known = numbers_of(spec);
-    // The twin's b is a constant.
+    // The twin's b is constant.
     assert!(known.contains(&("b_rad_per_s2", 100.0)));
     let add_ons = AddOns {
         derivative: DerivativeKind::PseudoOfError,
@@ -69,8 +69,8 @@ fn fixed_point_follows_within_one_per_cent_of_f64() {
     }
 }
 
-/// The gains are in SI units and the law's coefficients follow from the period. At
-/// 11 ms an effort is held 4.5 ms longer on average: a tenth is left for that.
+/// The gains are in SI units, and the law's coefficients follow from the period. At 11 ms an effort
+/// is held 4.5 ms longer on average; a tolerance of a tenth covers that.
 #[test]
 fn another_period_is_as_good() {
     let wanted = Course::Sine.angles(TRIAL_MS);

@@ -1,4 +1,4 @@
-//! What an experiment's declaration is refused for, and what conditions may differ in.
+//! Tests of the refusals of declarations, and of the differences that conditions may have.
 
 use super::laboratory::{LimitedOperator, SMALL, folder, texts};
 use host_core::run::DeviceName;
@@ -7,7 +7,7 @@ use host_core::wearer::builtin_wearer;
 use studies::experiments::{load_experiment, names};
 use studies::laboratory::{Experiment, LaboratoryError, Outcome};
 
-/// Why an experiment of this text is refused.
+/// Returns the reason why an experiment with this text is refused.
 pub(crate) fn refusal(text: &str) -> String {
     let refused = Experiment::new("small.toml", text, &texts).unwrap_err();
     refused.to_string()
@@ -32,7 +32,7 @@ fn a_wearer_that_no_session_takes_is_blamed_on_its_draw_or_grid() {
     let wanted = "E602 small.toml: line 22: draw `body.push_nm` = 600.";
     assert!(error.starts_with(wanted), "{error}");
     assert!(error.contains("in the condition `pre-wall`"), "{error}");
-    // A field that no body has, one of another body, and one that none has at all.
+    // A misspelt field, a field of another body, and a field that does not exist.
     let typo = SMALL.replace("\"body.push_nm\"", "\"body.pusj_nm\"");
     let grid = "[[grid]]\nfield = \"body.second_point_nm\"\nvalues = [1.0, 2.0]\nsource = \"x\"\n\
                 [[grid]]\nfield = \"channel.7.limit\"\nvalues = [1.0]\nsource = \"x\"\n";
@@ -55,8 +55,8 @@ fn every_declaration_of_the_program_can_be_run() {
     }
 }
 
-/// A table that every level sets alike may be drawn into; where they differ, the draw
-/// would make them alike.
+/// A table that every level sets alike may contain a random field; where the levels differ, the
+/// draw would make them alike.
 #[test]
 fn a_draw_into_a_table_of_the_levels_may_not_undo_what_they_differ_in() {
     let yields = |to: f64| {
@@ -77,7 +77,8 @@ fn a_draw_into_a_table_of_the_levels_may_not_undo_what_they_differ_in() {
 
 #[test]
 fn a_draw_or_grid_of_what_a_level_decides_is_refused() {
-    // What a level sets, a table it takes out a field of, and a field in a table it sets.
+    // A field that a level sets, a table from which it removes a field, and a field in a table that
+    // it sets.
     for (field, level) in [
         ("wall.co_contraction", "pre-wall"),
         ("wall", "pre-wall"),
@@ -90,7 +91,7 @@ fn a_draw_or_grid_of_what_a_level_decides_is_refused() {
         assert!(error.starts_with("E600 small.toml: "), "{error}");
         assert!(error.contains(&wanted), "{wanted}: {error}");
     }
-    // Beside it, with a name that only begins alike.
+    // Another field whose name only begins alike.
     let beside = "[[grid]]\nfield = \"wall.co_contraction_x\"\nvalues = [1.0]\nsource = \"x\"\n";
     let error = refusal(&(SMALL.to_owned() + beside));
     assert!(!error.contains("decides"), "{error}");
@@ -98,7 +99,7 @@ fn a_draw_or_grid_of_what_a_level_decides_is_refused() {
 
 #[test]
 fn both_ends_of_a_draw_are_tried_before_anything_runs() {
-    // The first wearer of these seeds lies within what a session takes.
+    // The first wearer of these seeds lies within the accepted ranges.
     for (range, end) in [
         ("low = 0.6\nhigh = 101.0", "101.0"),
         ("low = -0.5\nhigh = 2.4", "-0.5"),
@@ -109,7 +110,7 @@ fn both_ends_of_a_draw_are_tried_before_anything_runs() {
     }
 }
 
-/// Claims of which each is wrong somewhere.
+/// Claims with one mistake each.
 const WRONG_CLAIMS: &str = r#"
 [[claim]]
 id = "a"
@@ -175,7 +176,7 @@ fn every_mistake_of_every_claim_is_told_with_its_line() {
         assert!(error.contains(&wanted), "{wanted}: {error}");
     }
     assert_eq!(error.matches("line ").count(), 10, "{error}");
-    // One that could not be read is not said to be missing.
+    // A claim that could not be parsed is not reported as missing.
     assert!(!error.contains("no claim `b`"), "{error}");
     let both = refusal(&format!("{bad}{WRONG_CLAIMS}"));
     assert!(
@@ -201,7 +202,7 @@ fn a_session_that_is_not_there_is_told_by_who_asks_for_it() {
         "E600 small.toml: line 16: the session `nowhere.toml` of the level `bare` of `wall`";
     assert!(error.starts_with(wanted), "{error}");
     assert!(error.contains("gone"), "{error}");
-    // Each is read once, however many conditions share it, and its wearer file as well.
+    // Each session and its wearer file are read once, however many conditions share them.
     let asked = std::cell::RefCell::new(Vec::new());
     let counted = |name: &str| {
         asked.borrow_mut().push(name.to_owned());
@@ -214,7 +215,7 @@ fn a_session_that_is_not_there_is_told_by_who_asks_for_it() {
     );
 }
 
-/// An elbow at a wall and a finger that follows: each has what the other lacks.
+/// An elbow at a wall and a finger that follows a reference: each has fields that the other lacks.
 #[test]
 fn conditions_may_have_different_bodies() {
     const FINGER: &str = include_str!("../../sessions/hamana_exp4_two_point_finger.toml");
@@ -257,7 +258,7 @@ fn conditions_may_have_different_bodies() {
     );
 }
 
-/// A weaker, more easily moved wearer than harris-1.
+/// Returns a wearer who is weaker and has lower thresholds than harris-1.
 fn other() -> String {
     let text = builtin_wearer("harris-1").unwrap();
     let text = text.replace("name = \"harris-1\"", "name = \"X-1\"");
@@ -268,8 +269,8 @@ fn other() -> String {
     text.replace("triceps = 1\n", "triceps = 1\ntriceps_nm = 3.5\n")
 }
 
-/// On another wearer the wall's amplitudes and the simulated arm are that wearer's, what
-/// the file says is not drawn, and the record has it again.
+/// With another wearer file, the wall's amplitudes and the simulated arm are that wearer's, the
+/// file's values are not random, and the record contains the file.
 #[test]
 fn a_declaration_is_played_on_another_wearer() {
     let declared = load_experiment("harris-wall").unwrap();
@@ -358,7 +359,7 @@ fn a_wearer_who_does_not_fit_a_declaration_is_refused_by_name() {
         let error = refused(name, &text);
         assert!(error.contains(wanted), "{wanted}: {error}");
     }
-    // One whose limits the declared wall goes beyond at another rate.
+    // A wearer whose limits the declared wall exceeds at another pulse rate.
     let slow = other().replace("frequency_hz = 50.0", "frequency_hz = 30.0");
     assert!(refused("harris-wall", &slow).contains("E658"));
 }

@@ -1,4 +1,4 @@
-//! One muscle under several electrodes: what is declared, judged and told.
+//! Tests of one muscle under several electrodes: declaration, verdicts and report.
 
 use studies::distributed::{
     Condition, DistributedDeclaration, DistributedWearer, Drive, Endurance, Phase, RunInfo, Series,
@@ -29,7 +29,7 @@ fn everything_declared_is_used() {
         let value = person.value(&range.field).unwrap();
         assert!((range.low..=range.high).contains(&value), "{}", range.field);
     }
-    // No ratio without whom it is of.
+    // Without axis points the outcome still has all shares and sheets.
     let told = RunInfo {
         command: "experiment distributed --draws 1".to_owned(),
         cut_short: None,
@@ -63,7 +63,8 @@ fn an_end_that_nobody_saw_decides_nothing() {
     assert_eq!(exceeds(beyond(600.0), beyond(590.0), 1.0), None);
 }
 
-/// So many windows with this force in parts of the wanted one, at the most amplitude or not.
+/// Makes a series of windows: number, force as a part of the reference, and whether the amplitude
+/// is at its maximum.
 fn series(id: &str, parts: &[(usize, f64, bool)]) -> Series {
     let declared = declared();
     let mut series = Series::new(&declared, declared.condition(id).unwrap(), 10.0);
@@ -88,24 +89,24 @@ fn endurance_ends_when_the_most_is_not_enough() {
             endurance.is_longer,
         )
     };
-    // Weak, but not at the most: it goes on.
+    // Weak, but not at the maximum: it continues.
     assert_eq!(
         seconds(&[(10, 0.5, false), (100, 1.0, false), (50, 0.8, false)]),
         (150, true)
     );
-    // Weak at the most: twelve windows of 0.8 below 0.9 of it.
+    // Weak at the maximum: twelve windows of 0.8 bring the mean below 0.9.
     assert_eq!(
         seconds(&[(10, 0.5, false), (100, 1.0, false), (50, 0.8, true)]),
         (112, false)
     );
-    // At the most and strong enough.
+    // At the maximum and strong enough.
     assert_eq!(seconds(&[(1, 1.0, true), (200, 0.95, true)]), (201, true));
-    // Never there in time.
+    // The reference is not reached in time.
     assert_eq!(seconds(&[(200, 0.99, true), (100, 1.0, true)]), (0, false));
     let mut refused = series("one-fresh", &[]);
     refused.is_refused = true;
     assert_eq!(refused.endurance(), lasts(0.0));
-    // Ten seconds from five after the force is there.
+    // Ten seconds, starting five seconds after the force is reached.
     let ripple = series("one", &[(200, 1.0, false)]).ripple().unwrap();
     assert!((ripple - 0.01).abs() < 1e-9);
 }
@@ -126,8 +127,8 @@ fn what_is_left_is_last_by_first() {
     );
 }
 
-/// A person in the middle, as the others are but for crosstalk, holds a force as long with
-/// four electrodes at once as interleaved, with more ripple: a device's pulses, and feedback.
+/// A nominal wearer without crosstalk holds a force as long with four electrodes at once as
+/// interleaved, but with more ripple.
 #[test]
 fn without_crosstalk_phase_is_ripple_alone() {
     let declared = declared();
@@ -149,7 +150,8 @@ fn without_crosstalk_phase_is_ripple_alone() {
     );
 }
 
-/// Amplitude is the least that a force needs: it rises while a muscle tires, up to the limit.
+/// Feedback uses the smallest amplitude that a force needs: it rises while the muscle fatigues, up
+/// to the limit.
 #[test]
 fn feedback_raises_the_amplitude_of_a_tiring_muscle() {
     let declared = declared();

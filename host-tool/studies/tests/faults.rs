@@ -1,33 +1,33 @@
-//! Campaigns of faults on a small scale: the same bytes each time, and nothing severe.
-//! Seeds from 1000 on: the judged one is looked at by the command alone.
+//! Tests of small fault campaigns: identical bytes each time, and nothing severe. Seeds start at
+//! 1000; only the command uses the judged seed.
 
 use host_core::run::chip_image;
 use rayon::prelude::*;
 use studies::faults::{Campaign, Case, CaseEnd, CaseResult, Class, Declaration, Outcome, csv};
 
 const SEED: u64 = 1_000;
-/// Of `sensor`: some are found, some are not.
+/// Cases of `sensor`, of which some are detected and some are not.
 const FORKED: std::ops::Range<u64> = 4..10;
 
-/// A class on the chip simulator.
+/// Returns a campaign of a class on the chip simulator.
 fn on_chip(class: Class) -> Campaign {
     let declaration = Declaration::for_class(class).unwrap();
     let image = chip_image(None).unwrap();
     Campaign::on_chip(SEED, &declaration, &image).unwrap()
 }
 
-/// A class on the native one.
+/// Returns a campaign of a class on the native simulator.
 fn native(class: Class) -> Campaign {
     Campaign::native(SEED, &Declaration::for_class(class).unwrap()).unwrap()
 }
 
-/// The first `count` cases, on all cores.
+/// Runs the first `count` cases on all cores.
 fn first(campaign: &Campaign, count: u64) -> Vec<Case> {
     let indices = (0..count).into_par_iter();
     indices.map(|index| campaign.case(index).unwrap()).collect()
 }
 
-/// The first `count` cases; the last one alone is the same.
+/// Runs the first `count` cases, and checks that the last one alone gives the same result.
 fn played(class: Class, campaign: &Campaign, count: u64) -> Outcome {
     let cases = first(campaign, count);
     let alone = campaign.case(count - 1).unwrap();
@@ -55,9 +55,9 @@ fn the_native_simulator_has_what_its_classes_break() {
 
 #[test]
 fn flips_are_found_and_not_severe() {
-    // Of 240 found at rest a share of 3 % missed would be seen with 80 %.
+    // With 240 cases at rest, a share of 3 % undetected would be seen with a probability of 80 %.
     let outcome = played(Class::Flips, &on_chip(Class::Flips), 240);
-    // While a refill is under way not all is found (docs/faults.md): of 2,000 drawn one was not.
+    // During a refill not every fault is detected (docs/faults.md): of 2,000 cases one was not.
     let at_rest = |outcome: &&Outcome| {
         outcome
             .kind
@@ -82,8 +82,8 @@ fn flips_are_found_and_not_severe() {
     );
 }
 
-/// What comes of a case, but for why it ended, and how often what is severe is: a fork that
-/// goes on as the unbroken board is not judged in the fall of a silent host.
+/// Returns the outcome of a case without the reason for its end and the counts of severe events: a
+/// fork that behaves like the fault-free board is not judged during the fall of a silent host.
 fn known(case: &Case) -> CaseResult {
     let once = |found: &String| found.rsplit_once(", ").map(|pair| pair.0.to_owned());
     CaseResult {
@@ -94,8 +94,8 @@ fn known(case: &Case) -> CaseResult {
     }
 }
 
-/// What is known before the end is what comes of playing to it: of forks that end early, and
-/// of bits that are not played at all.
+/// The outcome known at an early end equals that of running to the end, for forks that end early
+/// and for bits that are not simulated at all.
 #[test]
 fn a_fork_that_ends_early_has_the_fate_of_one_that_does_not() {
     let mut declaration = Declaration::for_class(Class::Flips).unwrap();
@@ -118,7 +118,7 @@ fn a_fork_that_ends_early_has_the_fate_of_one_that_does_not() {
 fn registers_are_found_and_not_severe() {
     let outcome = played(Class::Registers, &on_chip(Class::Registers), 10);
     assert!(outcome.found > 0);
-    // What is written again each microsecond is over before anybody could look.
+    // A register that is rewritten every microsecond recovers before anything can detect the fault.
     let missed = outcome.listed.iter().map(|case| &case.what);
     let missed: Vec<_> = missed.filter(|text| !text.contains("_ODR")).collect();
     assert!(missed.is_empty(), "{missed:?}");
@@ -134,8 +134,8 @@ fn false_declarations_are_refused_by_name_and_true_ones_drive() {
     }
 }
 
-/// What a board that measures current alone cannot tell: a voltage stage into a short that
-/// its limiter holds at the wearer's limit. It is listed as not found.
+/// A board that measures only current cannot detect a voltage stage into a short that its limiter
+/// holds at the wearer's limit. The case is listed as not detected.
 #[test]
 fn electrodes_are_found_but_for_a_short_at_the_limiter() {
     for (campaign, count) in [
@@ -152,7 +152,7 @@ fn electrodes_are_found_but_for_a_short_at_the_limiter() {
     }
 }
 
-/// Those of these kinds; at least one is.
+/// Returns the cases of these kinds; there must be at least one.
 fn of_kinds<'c>(cases: &'c [Case], kinds: &[&str]) -> Vec<&'c Case> {
     let is = |case: &&Case| kinds.iter().any(|kind| case.what.starts_with(kind));
     let some: Vec<_> = cases.iter().filter(is).collect();
@@ -160,8 +160,8 @@ fn of_kinds<'c>(cases: &'c [Case], kinds: &[&str]) -> Vec<&'c Case> {
     some
 }
 
-/// These cases of a class of the chip: some change something, none stops the simulator or
-/// is severe, and whatever changes an edge is found.
+/// Runs these cases of a class on the chip: some change something, none stops the simulator or is
+/// severe, and every changed edge is detected.
 fn all_found(class: Class, indices: &[u64]) -> Vec<Case> {
     let campaign = on_chip(class);
     let cases = indices.iter().map(|&index| campaign.case(index).unwrap());
@@ -189,8 +189,8 @@ fn streams_that_stop_are_isolated_before_a_one_shot_would() {
     }
 }
 
-/// The refill is at rest for good: the tape has erased itself within two windows. A stack
-/// pointer that lands in memory of nobody does no harm: such a case is another test's.
+/// The refill never runs again, and the tape erases itself within two windows. A stack pointer that
+/// lands in unmapped memory does no harm; another test covers it.
 #[test]
 fn a_dead_core_is_isolated_by_its_tape_alone() {
     let cases = all_found(Class::Cpu, &[0, 4, 5, 9, 11, 18, 31]);
@@ -206,7 +206,7 @@ fn a_supply_that_fails_is_found_and_not_severe() {
     all_found(Class::Supply, &[0, 2, 5, 13, 16]);
 }
 
-/// From the first edge that is another on, no output lasts longer than the watchdog takes.
+/// From the first changed edge on, no output lasts longer than the watchdog takes.
 #[test]
 fn pairs_end_with_the_watchdog() {
     let cases = first(&on_chip(Class::Pairs), 6);
@@ -229,10 +229,10 @@ fn nothing_comes_of_what_is_broken_on_the_link() {
     }
 }
 
-/// Pieces, silences, faults and resets: nothing evades the wearer's time and charge.
+/// Sessions in pieces, silences, faults and resets: nothing evades the limits of time and charge.
 #[test]
 fn nothing_evades_the_wearers_allowance() {
-    // On the chip resets and power are among them.
+    // On the chip these include resets and power failures.
     for (campaign, count) in [
         (native(Class::Allowance), 240),
         (on_chip(Class::Allowance), 4),
@@ -254,8 +254,8 @@ fn an_order_within_a_long_write_counts_from_when_it_is_taken() {
     assert!(case.fate.severe.is_empty(), "{case:?}");
 }
 
-/// A broken link's case that ends once nothing can begin has the fate of one that is played
-/// for as long as any; what changed first may come later than its end.
+/// A case of a broken link that ends once nothing can begin has the same outcome as a case that
+/// runs to the longest end; the first change may come after the early end.
 #[test]
 fn a_link_that_ends_early_has_the_fate_of_one_that_is_played_on() {
     let early = Declaration::for_class(Class::Link).unwrap();
@@ -265,7 +265,7 @@ fn a_link_that_ends_early_has_the_fate_of_one_that_is_played_on() {
     let chip =
         [&early, &long].map(|declaration| Campaign::on_chip(SEED, declaration, &image).unwrap());
     let native = [&early, &long].map(|declaration| Campaign::native(SEED, declaration).unwrap());
-    // On the chip a cable, a flood, pauses, and one that ends as any.
+    // On the chip: a cable, a flood, pauses, and a case with an ordinary end.
     let (on_chip, natively) = (vec![0, 21, 24, 38, 49, 50], (0..100).collect());
     for ([early, long], indices) in [(&chip, on_chip), (&native, natively)] {
         let mut seen = 0;
@@ -289,8 +289,8 @@ fn angles_beyond_belief_are_found_and_none_is_severe() {
     }
 }
 
-/// A case that begins with a kept fork and ends when its outputs are isolated for good is
-/// one that is played from the boot to the last word.
+/// A case that starts from a stored fork point and ends when its outputs stay disconnected equals
+/// one that runs from boot to the last message.
 #[test]
 fn a_forked_scene_has_the_fate_of_one_that_is_played_from_its_begin() {
     let mut declaration = Declaration::for_class(Class::Sensor).unwrap();
@@ -315,7 +315,7 @@ fn a_forked_scene_has_the_fate_of_one_that_is_played_from_its_begin() {
     );
 }
 
-/// Over-current is pulled for any time from 1 us on, and found at once.
+/// The over-current input is pulled for 1 µs or longer, and is detected at once.
 #[test]
 fn over_current_is_found_and_isolated_within_two_windows() {
     for (campaign, cases) in [

@@ -1,4 +1,4 @@
-//! Drawn forearms: what is declared is what is played, and searches find what they say.
+//! Tests of random forearms: the declaration is applied, and searches find the true values.
 
 use hal_sim::body::hand::Hand;
 use hal_sim::body::hand::digits::{INDEX, REST_DEG, VISIBLE_DEG};
@@ -8,7 +8,7 @@ use studies::hamana2022::{
     prepare,
 };
 
-/// Not the judged seed.
+/// Another seed than the judged one.
 const SEED: u64 = 1_001;
 
 #[test]
@@ -29,7 +29,7 @@ fn the_declaration_is_whole() {
     assert_eq!(distinct.len(), names.len());
 }
 
-/// A wearer in whom the searches find everything, and the voltage that is drawn.
+/// Returns a wearer for whom the searches find all voltages, and the wearer's random threshold, V.
 fn found() -> (Hand, Voltages, f64) {
     let population = Population::load_embedded().unwrap();
     for index in 0..40 {
@@ -51,7 +51,7 @@ fn searches_find_what_they_say() {
         let response = hand.respond(&pattern.period(volts)).unwrap();
         response.angles_deg()[INDEX] - REST_DEG[INDEX]
     };
-    // The drawn voltage lies within the step in which the threshold was found.
+    // The random threshold lies within the step in which the search found it.
     let found_v = voltages.threshold_v[A];
     assert!(
         (found_v - 2.0..=found_v + 1e-9).contains(&(threshold_v - 1e-9)),
@@ -73,9 +73,9 @@ fn searches_find_what_they_say() {
     assert!(bent(usual, false, voltages.most_v.map(|v| (r - 0.1) * v)) < VISIBLE_DEG);
 }
 
-/// Ten milliseconds apart two points are the sum of what each does alone, conducted or
-/// isolated: nothing in circuit, skin or nerve remembers so long. So they can pull more
-/// conducted than isolated only by as much as one of the points alone does.
+/// Ten milliseconds apart, two points equal the sum of each alone, conducted or isolated, because
+/// nothing in circuit, skin or nerve remembers so long. They can therefore pull harder conducted
+/// than isolated only by as much as one of the points alone does.
 #[test]
 fn half_a_period_apart_points_know_nothing_of_each_other() {
     let population = Population::load_embedded().unwrap();

@@ -1,5 +1,5 @@
-//! The study of two points as a sweep: the same bytes however it is cut, and no share that
-//! its rows do not give.
+//! Tests of the two-point study as a sweep: the same bytes however it is divided, and every share
+//! follows from its rows.
 
 use crate::laboratory::folder;
 use crate::sweeps::{files, shard};
@@ -10,17 +10,17 @@ use std::path::{Path, PathBuf};
 use studies::hamana2022::Cells;
 use studies::laboratory::{Drawing, Shard, Sweep, merge_shards};
 
-/// Not the judged seed. Of its first draws in this cell one has no voltages.
+/// Another seed than the judged one. One of its first draws in this cell has no voltages.
 const SEED: u64 = 1_002;
 const DRAWS: u64 = 6;
-/// Curvature, a return by its area, as searched.
+/// Curvature, with a return electrode by its area, as searched.
 const CELL: usize = 15;
 
 fn cells() -> Cells {
     Cells::load(Some(CELL)).unwrap().unwrap()
 }
 
-/// Draws this part into `dir`, as far as it is not there.
+/// Computes the draws of this part that `dir` lacks.
 fn drawn(dir: &Path, seed: u64, part: &str) {
     let (cells, shard) = (cells(), shard(part));
     let sweep = Sweep::from_drawing(&cells, (seed, DRAWS), shard);
@@ -31,7 +31,7 @@ fn drawn(dir: &Path, seed: u64, part: &str) {
     }
 }
 
-/// The study drawn at once, by one test, for all.
+/// The whole study, computed by one test for all.
 fn whole() -> &'static Path {
     static WHOLE: std::sync::OnceLock<PathBuf> = std::sync::OnceLock::new();
     WHOLE.get_or_init(|| {
@@ -41,7 +41,7 @@ fn whole() -> &'static Path {
     })
 }
 
-/// A folder of this part with the rows of the whole that are its own.
+/// Makes a folder of this part with its rows of the whole study.
 fn part(name: &str, part: &str) -> PathBuf {
     let dir = folder(name);
     let (cells, shard) = (cells(), shard(part));
@@ -88,7 +88,7 @@ fn a_study_cut_anywhere_goes_on_to_the_same_bytes() {
         drawn(&dir, SEED, "1/1");
         assert_eq!(files(&dir), files(whole()), "cut at {cut}");
     }
-    // Killed before there was a row, or anything whole.
+    // The program was killed before there was a row, or any complete file.
     let cells = cells();
     let sweep = Sweep::from_drawing(&cells, (SEED, DRAWS), Shard::WHOLE);
     for left in ["sweep.json", "sweep.json.partial", ".lock"] {
@@ -103,7 +103,7 @@ fn a_study_cut_anywhere_goes_on_to_the_same_bytes() {
     }
 }
 
-/// A row that the study would not have written, by file and line, with what to do.
+/// A row that the study would not have written is reported by file and line, with the remedy.
 #[test]
 fn rows_that_no_study_writes_are_refused() {
     let dir = part("points_by_hand", "1/1");
@@ -196,7 +196,7 @@ fn what_is_no_whole_is_not_joined() {
     let nothing = folder("points_nothing");
     fs::create_dir_all(&nothing).unwrap();
     refused(&[&one, &nothing], "has no sweep.json");
-    // Of something else: who, how many, by what.
+    // Folders of another seed, count or program.
     let about = two.join("sweep.json");
     let text = fs::read_to_string(&about).unwrap();
     for (from, to, why) in [
@@ -214,7 +214,7 @@ fn what_is_no_whole_is_not_joined() {
         assert!(text.contains(from), "{from}: {text}");
         fs::write(&about, text.replacen(from, to, 1)).unwrap();
         refused(&[&one, &two], why);
-        // Nor gone on with.
+        // Nor can it be resumed.
         let sweep = Sweep::from_drawing(&cells(), (SEED, DRAWS), shard("2/2"));
         let error = sweep.place(&two).err().unwrap().to_string();
         assert!(error.starts_with("E603"), "{error}");
@@ -223,7 +223,7 @@ fn what_is_no_whole_is_not_joined() {
     let error = merge_shards(std::slice::from_ref(&two), &folder("points_torn"), &cells());
     assert!(error.err().unwrap().to_string().starts_with("E608"));
     fs::write(&about, &text).unwrap();
-    // Another's whole: what all parts say is not what this program draws.
+    // All parts agree, but not with the draws of this program.
     let other = Cells::load(Some(CELL + 1)).unwrap().unwrap();
     let error = merge_shards(&[one.clone(), two.clone()], &folder("points_other"), &other);
     let error = error.err().unwrap().to_string();
@@ -239,7 +239,8 @@ fn what_is_no_whole_is_not_joined() {
     refused(&[&one, &two], "has a hole: unit 1 is missing");
 }
 
-/// Every share again, from the numbers of `draws.csv` alone, as `population.toml` says.
+/// Computes every share again from the numbers of `draws.csv` alone, as `population.toml` defines
+/// them.
 #[test]
 fn rows_give_every_share() {
     let rows = fs::read_to_string(whole().join("draws.csv")).unwrap();
@@ -284,7 +285,7 @@ fn rows_give_every_share() {
     }
 }
 
-/// The claims of `population.toml` in a row, in its order.
+/// Returns the claims of `population.toml` for a row, in their order.
 fn claims(row: &BTreeMap<&str, &str>) -> [Option<bool>; 8] {
     let of = |name: &str| row[name].parse::<f64>().ok();
     let must = |name: &str| of(name).unwrap();

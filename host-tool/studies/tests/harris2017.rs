@@ -1,4 +1,4 @@
-//! Harris' characterization: what a device puts out, what a bench finds, what is told of it.
+//! Tests of Harris' characterization: the device's output, the results on a test rig, the report.
 
 use hal_sim::body::bench::IsometricElbow;
 use hal_sim::body::bench::arms::{Muscle, Source};
@@ -17,14 +17,14 @@ fn person(index: u64) -> (RampsDeclaration, RampsWearer) {
     (declared, person)
 }
 
-/// Seven stimulations, each pulse at its microsecond, width and all; currents within a step
-/// of the converter, which is 1.53 µA, and a setpoint's half.
+/// Seven stimulations with every pulse at its exact µs and width; currents within one step of the
+/// converter (1.53 µA) plus half of a setpoint's resolution.
 #[test]
 fn a_device_puts_out_what_is_meant() {
     let (declared, _) = person(0);
     let (pulses, apart) = play_all_on_device(&declared, &DeviceName::Native).unwrap();
     assert_eq!(pulses.len(), 7);
-    // Ten seconds at 50 Hz; of width ramps without what is shorter than 10 µs.
+    // Ten seconds at 50 Hz; width ramps leave out widths below 10 µs.
     let of = |wanted| {
         let mut all = pulses.iter();
         all.find(|(stimulation, _)| *stimulation == wanted)
@@ -46,7 +46,7 @@ fn a_board_is_no_place_for_a_drawn_elbow() {
     assert!(matches!(refused, RampsError::Open(_)), "{refused}");
 }
 
-/// An arm, and what reaches it.
+/// An arm that records the pulses that reach it.
 struct RecordingArm {
     arm: Arc<Mutex<IsometricElbow>>,
     pulses: Arc<Mutex<Vec<Pulse>>>,
@@ -80,8 +80,8 @@ impl Body for RecordingArm {
     }
 }
 
-/// The same arm worn by a device through a session's ramp, and given the same pulses alone:
-/// the same to the last bit, however often it was looked at.
+/// The same arm driven by a device through a session's ramp, and driven directly by the same
+/// pulses, gives identical bits, however often it is read.
 #[test]
 fn an_arm_alone_is_the_arm_that_a_device_wears() {
     let (_, person) = person(0);
@@ -115,9 +115,9 @@ fn an_arm_alone_is_the_arm_that_a_device_wears() {
     assert_eq!(*worn, alone);
 }
 
-/// By hand from the printed polynomials, at 105° and 75° of flexion: Rankin & Neptune's arm
-/// of the medial head goes from 19.4 to 20.4 and 19.8 mm, MuscleArms' from 19.2 to 17.9 and
-/// 20.7 mm. The sources differ in sign.
+/// Computed by hand from the printed polynomials, at 105° and 75° of flexion: Rankin & Neptune's
+/// moment arm of the medial head goes from 19.4 to 20.4 and 19.8 mm, MuscleArms' from 19.2 to 17.9
+/// and 20.7 mm. The sources differ in sign.
 #[test]
 fn the_angle_does_what_the_sources_say() {
     let (_, person) = person(0);
@@ -129,8 +129,8 @@ fn the_angle_does_what_the_sources_say() {
     assert!((percent(rankin, 105.0) - 1.9).abs() < 0.5);
     assert!((percent(other, 75.0) + 6.7).abs() < 0.2);
     assert!((percent(other, 105.0) - 7.9).abs() < 0.2);
-    // Together they are the product, as every head has the same arm there, but for how
-    // heads share the torque of the length alone.
+    // Together they are the product, because every head has the same moment arm there, except for
+    // how the heads share the torque of the length alone.
     let (length, both) = (on(None, true), on(Some(Source::MuscleArms), true));
     for deg in [75.0, 105.0] {
         let product = (1.0 + 1e-2 * percent(other, deg)) * (1.0 + 1e-2 * percent(length, deg));
@@ -139,7 +139,8 @@ fn the_angle_does_what_the_sources_say() {
     assert_eq!(percent(rankin, 90.0), 0.0);
 }
 
-/// No effect is found as often as the level says; the more there is the more often.
+/// Without an effect, a significant result is as frequent as the level; a larger effect is found
+/// more often.
 #[test]
 fn a_study_of_two_finds_what_it_can() {
     let shares = [0.0, 0.02, 0.05, 0.1].map(|effect| effect_found(effect, 0.08, 0.05, 1));
@@ -154,7 +155,8 @@ fn a_study_of_two_finds_what_it_can() {
     assert_eq!(is_significant(&[], 0.05), None);
 }
 
-/// Chronaxie and rheobase of an elbow of which they are known, through noise and steps.
+/// Recovers chronaxie and rheobase of an elbow for which they are known, in spite of noise and
+/// steps.
 #[test]
 fn the_bench_finds_the_law_that_it_has() {
     let (declared, _) = person(0);
@@ -190,7 +192,7 @@ fn a_law_needs_thresholds() {
     assert_eq!(fit_law(&[one; 2], 0.5), None);
 }
 
-/// Nineteen tests; persons do not depend on how many are drawn; what is told repeats.
+/// Nineteen tests; subjects do not depend on the number of draws; the report is repeatable.
 #[test]
 fn persons_do_not_depend_on_each_other() {
     let study = |draws| Study::new((Some(7), Some(draws)), DeviceName::Native).unwrap();
@@ -234,8 +236,8 @@ fn persons_do_not_depend_on_each_other() {
     assert_eq!(first.shares.len(), declared.claims.len() + 2);
 }
 
-/// A neighbour that is far is not stimulated, one as near as the triceps is, and takes from
-/// the torque.
+/// A distant neighbour is not stimulated; a neighbour as near as the triceps is, and reduces the
+/// torque.
 #[test]
 fn neighbours_answer_by_their_distance() {
     let (declared, person) = person(0);
@@ -262,7 +264,7 @@ fn neighbours_answer_by_their_distance() {
     assert!(near_nm < 0.9 * far_nm, "{near_nm} against {far_nm}");
 }
 
-/// The shipped wearers are what the study finds.
+/// The shipped wearers are results of the study.
 #[test]
 fn the_shipped_participants_are_the_studys() {
     let study = Study::new((None, None), DeviceName::Native).unwrap();

@@ -1,5 +1,5 @@
-//! Experiments: what is declared, what is crossed, what a sweep keeps, what a paper's
-//! wall does on the whole device.
+//! Tests of experiments: declarations, crossed factors, the contents of a sweep, a paper's wall on
+//! the whole device.
 
 use crate::declared::refusal;
 use crate::sweeps::swept;
@@ -18,7 +18,7 @@ use studies::laboratory::{
 pub(crate) const SESSION: &str =
     include_str!("../../sessions/harris_wall/3_pre_wall_co_contraction.toml");
 
-/// Two walls, hit for a second and a half: quick.
+/// A declaration with two walls, each hit for 1.5 s, which runs quickly.
 pub(crate) const SMALL: &str = r#"
 name = "small"
 title = "Small"
@@ -109,7 +109,7 @@ fn everything_wrong_with_a_declaration_is_told_at_once() {
         .unwrap_err()
         .to_string();
     assert!(error.contains("line 7: unknown field `drwas`"), "{error}");
-    // Two wrong types, a missing session and a stop at nothing hide nothing of each other.
+    // Two wrong types, a missing session and a stop without effect are all reported together.
     let many = SMALL
         .replace("draws = 10", "draws = \"ten\"")
         .replace("seed = 3", "seed = -3")
@@ -167,7 +167,7 @@ fn a_condition_that_no_device_arms_is_refused_by_name() {
     assert!(error.contains(wanted), "{error}");
 }
 
-/// Goes on, until so many trials have run.
+/// Operator who continues until a number of trials have run, and records the rests.
 pub(crate) struct LimitedOperator(pub usize, pub Vec<f64>);
 
 impl Operator for LimitedOperator {
@@ -211,7 +211,7 @@ fn a_protocol_aborted_at_any_step_says_how_far_it_came() {
         let told = refused.unwrap_err().to_string();
         assert!(told.starts_with(wanted), "{told}");
     }
-    // Every criterion that would stop nothing, at once.
+    // Every criterion that would stop nothing is reported at once.
     let no_joint = format!("{text}stop = {{ force_above_n = 5.0 }}\n");
     let told = Experiment::new("small.toml", &no_joint, &texts).map(|_| ());
     let told = told.unwrap_err().to_string();
@@ -234,7 +234,7 @@ fn a_protocol_aborted_at_any_step_says_how_far_it_came() {
     );
 }
 
-/// Harris' walls on the whole device: what is put out, what is felt, that it repeats.
+/// Runs Harris' walls on the whole device: the output, the felt forces, the repetition.
 #[test]
 fn harris_walls_render_what_they_say() {
     let experiment = load_experiment("harris-wall").unwrap();
@@ -259,10 +259,10 @@ fn harris_walls_render_what_they_say() {
 fn renders(conducted: &ConductedTrial) {
     let trial = &conducted.trial;
     let wall = trial.wall.unwrap();
-    // A burst takes its amplitude up to 20 ms after the angle was read.
+    // A burst has an amplitude computed up to 20 ms after the angle was measured.
     let (slack, front) = (2.0, wall.at_deg - wall.pre_wall_deg);
     let before = |s: &Sample| s.measured_deg.is_some_and(|deg| deg < front - slack);
-    // The end of the trial lets the current fall.
+    // At the end of the trial the current falls.
     let inside = |s: &Sample| s.measured_deg > Some(wall.at_deg + slack) && s.t_s < 7.9;
     let silent = trial.samples.iter().filter(before);
     assert!(silent.clone().count() > 50, "{}", trial.name);
@@ -287,7 +287,7 @@ fn renders(conducted: &ConductedTrial) {
     );
 }
 
-/// The small protocol with a trial of each wall, its record and its result.
+/// Runs the small protocol with one trial of each wall; returns its record and its result.
 fn published(name: &str) -> (PathBuf, Vec<ConductedTrial>, Outcome) {
     let (experiment, dir) = (small(), folder(name));
     let mut operator = LimitedOperator(9, Vec::new());
@@ -303,7 +303,7 @@ fn page_of(dir: &Path) -> String {
     fs::read_to_string(dir.join("result.html")).unwrap()
 }
 
-/// What stands between two texts of a page.
+/// Returns the part of a page between two texts.
 fn between<'a>(page: &'a str, from: &str, to: &str) -> &'a str {
     let (_, rest) = page.split_once(from).unwrap();
     rest.split_once(to).unwrap().0
@@ -321,7 +321,7 @@ fn a_page_is_made_of_the_result_and_the_record_alone() {
     let renewed = rebuild_page(&dir, &recorded).unwrap();
     assert_eq!(renewed, Some(dir.join("result.html")));
     assert_eq!(page_of(&dir), page);
-    // Without a result there is none, and what is no result is refused.
+    // Without a result there is no page; an invalid result is refused.
     assert_eq!(rebuild_page(&folder("nothing"), &[]).unwrap(), None);
     fs::write(dir.join("result.json"), "{}").unwrap();
     let refused = rebuild_page(&dir, &recorded).unwrap_err().to_string();
@@ -344,7 +344,7 @@ fn drawn_angles_and_edges_are_those_of_the_record() {
         assert!(limbs.contains(&words), "{words}: {limbs}");
         assert!(!trial.edges.is_empty() && timing.contains(&trial.name));
     }
-    // The forearm hangs down at 0°: blue, from the elbow to its end, but for the pad.
+    // The forearm hangs down at 0°: blue, from the elbow to its end, without the pad.
     let circles = limbs.split("<circle cx=\"").skip(1);
     let blue =
         circles.filter(|circle| circle.contains("fill=\"#0072B2\"") && !circle.contains("r=\"5\""));
@@ -367,9 +367,10 @@ fn drawn_angles_and_edges_are_those_of_the_record() {
             "{drawn} {furthest}"
         );
     }
-    // The bare wall's triceps pulses as the pre-wall's does: one drawing for both.
+    // The bare wall's triceps pulses exactly as the pre-wall's, so one drawing shows both.
     assert_eq!(timing.matches("<svg").count(), 1);
-    // A line begins with the first edge; its upright parts are the others, as far apart.
+    // A line begins with the first edge; its vertical parts are the later edges, at the same
+    // distances.
     let triceps = between(
         timing,
         "stroke=\"#0072B2\" stroke-width=\"1.6\" points=\"",
@@ -397,7 +398,7 @@ fn drawn_angles_and_edges_are_those_of_the_record() {
         let (drawn, wanted) = (part(&drawn, n), part(&wanted, n));
         assert!((drawn - wanted).abs() < 0.002, "{drawn} {wanted}");
     }
-    // Edges that are others make another drawing.
+    // Different edges need another drawing.
     let mut recorded: Vec<Trial> = trials
         .into_iter()
         .map(|measurement| measurement.trial)
@@ -411,7 +412,7 @@ fn drawn_angles_and_edges_are_those_of_the_record() {
 
 #[test]
 fn what_was_not_played_is_not_told() {
-    // A sweep has no trials: no limb, no timing, and a word why.
+    // A sweep has no trials: no limb, no timing, and a sentence that explains it.
     let dir = folder("swept_page");
     swept(Shard::WHOLE, 3, &dir);
     let page = page_of(&dir);
@@ -421,7 +422,7 @@ fn what_was_not_played_is_not_told() {
     let before = fs::read(dir.join("result.html")).unwrap();
     rebuild_page(&dir, &[]).unwrap();
     assert_eq!(fs::read(dir.join("result.html")).unwrap(), before);
-    // Trials are at no point of a grid.
+    // Trials belong to no point of a grid.
     let grid = "[[grid]]\nfield = \"body.inertia_kg_m2\"\nvalues = [0.05, 0.07]\nsource = \"x\"\n";
     let text = SMALL.replace(
         "[[claim]]\nid = \"more-charge\"",

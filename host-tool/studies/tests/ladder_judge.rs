@@ -1,10 +1,10 @@
-//! The choice of muscle models on drawn sessions, a short run of
-//! `flexor chart ladder`.
+//! Judges the selection of muscle models on random sessions, in a short run of `flexor chart
+//! ladder`.
 
 use studies::ladder::draw::{DEVELOPMENT, JUDGED, Kind, SESSIONS, session};
 use studies::ladder::judge::{Summary, TOLERANCES, campaign};
 
-/// Every drawn session can be read, and all kinds are there.
+/// Every random session is valid, and all kinds occur.
 #[test]
 fn every_drawn_session_is_one() {
     for seed in [DEVELOPMENT, JUDGED] {
@@ -21,7 +21,7 @@ fn every_drawn_session_is_one() {
     }
 }
 
-/// Both halves of the promise on two sessions of each kind, none of them judged.
+/// Checks both promises on two sessions of each kind, none of which is judged.
 #[test]
 fn what_is_chosen_will_do_and_the_next_cheaper_would_not() {
     let rows = campaign(DEVELOPMENT, 2 * Kind::ALL.len(), |_| ()).unwrap();

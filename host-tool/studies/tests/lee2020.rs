@@ -1,4 +1,4 @@
-//! Lee's protocol on benches: what is put out, what is found, what is written.
+//! Tests of Lee's protocol on test rigs: output, results, files.
 
 use hal_sim::body::bench::{Foreign, Kind, WristSpec};
 use hal_sim::body::{Body, Load};
@@ -23,8 +23,7 @@ fn train(ma: f64, pulses: u32) -> Train {
     }
 }
 
-/// Pulses at the same microseconds; and as the pulses are the same, so is the muscle that is
-/// found, within what noise does.
+/// Both give pulses at the same µs; the fitted muscles therefore agree within the noise.
 #[test]
 fn a_device_puts_out_what_the_body_alone_is_given() {
     let spec = WristSpec::subject(3).unwrap();
@@ -42,7 +41,7 @@ fn a_device_puts_out_what_the_body_alone_is_given() {
     let weighting = Weighting::Whitened;
     let fitted = Fit { weighting }.fit_records(&records).unwrap();
     for (found, truth) in fitted.constants.iter().zip(spec.generator.parameters.all()) {
-        // The converter's steps recruit a ten-thousandth more or less.
+        // The converter's steps change recruitment by a ten-thousandth.
         assert!((found / truth - 1.0).abs() < 0.02, "{found} {truth}");
     }
 }
@@ -67,7 +66,8 @@ fn an_electrode_that_is_off_moves_nothing() {
     assert!(is_none, "{none}");
 }
 
-/// One replication of everybody, by its own path: what is found, written, and read again.
+/// One replication of all subjects, separately for each: the results are found, written and read
+/// again.
 #[test]
 fn a_replication_finds_its_bench_and_leaves_wearer_files() {
     let study = study();
@@ -94,7 +94,7 @@ fn a_replication_finds_its_bench_and_leaves_wearer_files() {
             .count();
         assert!(printed.fits.iter().all(|fit| fit.untold.is_empty()));
     }
-    // Of 50 with 0.95: below 41 once in ten thousand.
+    // Of 50 intervals with 0.95: fewer than 41 once in ten thousand times.
     assert!(covered >= 41, "{covered}");
     let wearers = study.wearers(&parts).unwrap();
     assert_eq!(wearers.len(), 10);
@@ -121,7 +121,7 @@ fn tells_what_it_found(study: &Study, parts: &[Part]) {
     for number in tables.chain(figures) {
         assert!(numbers.contains(&&*number), "{number}");
     }
-    // Table 7 follows from table 4 (K08 and the misprint of K06 apart).
+    // Table 7 follows from table 4 (except for K08 and the misprint of K06).
     let off = outcome
         .rows
         .iter()
@@ -145,7 +145,7 @@ fn tells_what_it_found(study: &Study, parts: &[Part]) {
     );
 }
 
-/// A body of another structure is not fitted as well as one of the model's own.
+/// A muscle of another structure is fitted less well than one with the model's structure.
 #[test]
 fn a_departure_shows_in_what_the_model_misses() {
     let study = study();

@@ -1,5 +1,5 @@
-//! What the device does about its loop's own swings: the gain that a limit cycle
-//! lowers, and the rest in a hold. Found on other wearers than these.
+//! Tests of limit cycles: the gain that the device lowers, and the rest in a hold. Developed with
+//! other wearers than these.
 
 use firmware::control::{LawSpec, LimitCycle, ResponseSpec};
 use hal_sim::body::RandomFingerSpec;
@@ -11,10 +11,10 @@ use studies::tracking::target::{Course, Kind};
 use studies::tracking::trial::run;
 use studies::tracking::wearer::{Points, shipped};
 
-/// No search, chart or development has seen these.
+/// Seed that no search, chart or development has used.
 const SEED: u64 = 0x6A13;
 
-/// How the default does, and what it found.
+/// Runs the device's default; returns the outcome and the detected limit cycles.
 fn attempt(plant: Plant, points: Points, course: Course) -> (Outcome, Vec<LimitCycle>) {
     let exercise = Exercise::new(plant, points, course).unwrap();
     let mut device = Device::new(&shipped(points)).unwrap();
@@ -22,7 +22,7 @@ fn attempt(plant: Plant, points: Points, course: Course) -> (Outcome, Vec<LimitC
     (exercise.judge(attempt), device.limit_cycles().to_vec())
 }
 
-/// The nominal wearer, so many times as strong and with this delay.
+/// Returns the nominal wearer with this factor of strength and this delay.
 fn strong(strength: f64, delay_ms: u32) -> Plant {
     let mut plant = Plant::nominal(SEED);
     for muscle in &mut plant.finger.muscles {
@@ -44,8 +44,8 @@ fn a_strong_and_late_wearer_is_found_and_comes_to_rest() {
                 points.name()
             );
             assert!(!found.is_empty() && outcome.refused.is_none());
-            // Four times the wearer's delay, as of a relay on an integrator, and more for
-            // pulses, lags and muscle, of which the law's derivative takes some off.
+            // Four times the wearer's delay, as for a relay with an integrator, and more because of
+            // pulses, lags and muscle, from which the law's derivative removes some.
             let periods = 4 * delay_ms..=4 * (delay_ms + 65);
             assert!(periods.contains(&u32::from(found[0].period_ms)));
             assert!(found.is_sorted_by(|a, b| a.gain_milli >= b.gain_milli));
@@ -54,10 +54,10 @@ fn a_strong_and_late_wearer_is_found_and_comes_to_rest() {
     }
 }
 
-/// Half to once as strong as nominal, to 40 ms late: within what the map of gain and
-/// delay shows at rest. Friction, noise, line, loads, knocks and courses as drawn;
-/// thresholds as in the file, since a pair of points whose thresholds lie apart jumps
-/// in torque where it forms, and does cycle.
+/// Returns a wearer with 0.5 to 1 of the nominal strength and up to 40 ms of delay, which is stable
+/// in the map of gain and delay. Friction, noise, link, loads, knocks and references are random;
+/// thresholds are the file's, because a pair of points whose thresholds differ jumps in torque
+/// where it begins, and does oscillate.
 fn stable(seed: u64, index: u64) -> Plant {
     let mut plant = Wearers::Widened.plant(seed, index);
     let nominal = RandomFingerSpec::nominal();
@@ -88,10 +88,10 @@ fn no_stable_session_is_taken_for_a_limit_cycle() {
     }
 }
 
-/// Strengths at the ends of what the device accepts, each with a file that is true of
-/// torque and stiffness; the rest drawn, of a seed of its own. At a sixteenth, with
-/// [`SEED`], an object in the hand moved a held finger by 3.07°, and at sixteen times a
-/// sine came to 3.40°: hence the schedule's ends.
+/// Strengths at the ends of the accepted range, each with a file whose torque and stiffness are
+/// true; the rest is random, with its own seed. At a sixteenth, with [`SEED`], an object in the
+/// hand moved a held finger by 3.07°, and at sixteen times a sine had an RMSE of 3.40°; these set
+/// the ends of the schedule.
 #[test]
 fn the_default_holds_wearers_of_any_strength_that_is_accepted() {
     for strength in [1.0 / 3.9, 0.5, 1.0, 2.0, 3.9] {
@@ -99,7 +99,7 @@ fn the_default_holds_wearers_of_any_strength_that_is_accepted() {
             let mut spec = shipped(points);
             let mut wearer = spec.wearer.unwrap();
             let times = |torque: u32| (f64::from(torque) * strength) as u32;
-            // Of both kinds, to the reference's 0.484 N·m.
+            // Of both kinds, up to the reference of 0.484 N·m.
             let to_reference = match points {
                 Points::One => 2.2,
                 Points::Two => 1.0,
@@ -134,7 +134,7 @@ fn the_default_holds_wearers_of_any_strength_that_is_accepted() {
     }
 }
 
-/// On the earlier population, whoever cycles or not.
+/// Judges the earlier population, with or without limit cycles.
 #[test]
 fn a_hold_rests() {
     let mut ripples: Vec<f64> = Vec::new();

@@ -1,4 +1,4 @@
-//! What pages count: claims of the paper, by the intervals of their parts.
+//! Tests of the claims on a page, which are judged by the intervals of their parts.
 
 use serde_json::{Value, json};
 use studies::buatier2024;
@@ -7,7 +7,7 @@ use studies::laboratory::{
     ClaimStanding, Outcome, Reach, Share, Verdict, comparison, headline, paper_claims, publish,
 };
 
-/// A result of these shares: id, words, what the paper says, holds, of.
+/// Makes a result of these shares: id, text, the paper's verdict, holds, of.
 fn result(study: &str, shares: &[(String, String, Option<bool>, u64, u64)]) -> Outcome {
     let shares = shares
         .iter()
@@ -37,7 +37,7 @@ fn owned(all: &[(&str, &str, bool, u64, u64)]) -> Vec<(String, String, Option<bo
     all.iter().map(own).collect()
 }
 
-/// Shares of persons, of studies and of significance are parts of one claim each.
+/// Shares of participants, of studies and of significance are parts of one claim each.
 #[test]
 fn a_lift_s_page_counts_the_eleven_claims_of_its_paper() {
     let declared = buatier2024::Study::load_embedded().unwrap();
@@ -60,7 +60,7 @@ fn a_lift_s_page_counts_the_eleven_claims_of_its_paper() {
     assert_eq!(claims.len(), 11);
     assert_eq!(claims[0].says, "resist costs more than none");
     let said = headline(&outcome);
-    // Four differences that the paper finds not significant are significant here.
+    // Four differences that the paper does not find significant are significant here.
     assert!(
         said.starts_with("7 of the paper's 11 claims come out"),
         "{said}"
@@ -86,7 +86,7 @@ fn a_declaration_s_claims_are_those_of_its_paper() {
     }
 }
 
-/// All parts have to come out; 9 of 16 is undecided, whatever the other says.
+/// All parts must hold; 9 of 16 is undecided, whatever the other part.
 #[test]
 fn a_claim_is_as_its_worst_part() {
     let of = |first: u64, second: u64| {
@@ -116,7 +116,7 @@ fn a_claim_is_as_its_worst_part() {
     assert_eq!(of(16, 1), ClaimStanding::Judged(Verdict::Unlike));
 }
 
-/// "All studies together" is one case: it is shown and not counted.
+/// "All studies together" is one case, which is shown but not counted.
 #[test]
 fn one_case_is_not_counted() {
     let shares = owned(&[
@@ -131,7 +131,7 @@ fn one_case_is_not_counted() {
         "1 of the paper's 3 claims comes out in most cases; n = 1, not counted: all: C4 correlates \
          less than C2 (100.0 %); all: C1 correlates most (0.0 %)."
     );
-    // Several cases of one wearer are one, too.
+    // Several cases of one wearer count as one, too.
     let one = Share::from_counts("a".into(), "a".into(), Some(true), (1, 1));
     let several = Share {
         holds: 4,
@@ -157,7 +157,7 @@ fn the_least_share_is_judged_by_the_interval() {
     assert_eq!(of(0, 0), None);
 }
 
-/// Rows of two points and of one under two control laws, with the paper's numbers.
+/// Makes rows of two points and of one point under two control laws, with the paper's numbers.
 fn finger() -> Outcome {
     let mut outcome = result("hamana-4", &[]);
     let (mut rows, mut conditions) = (Vec::new(), Vec::new());
@@ -199,7 +199,7 @@ fn the_finger_s_page_begins_with_two_points_against_the_better_one() {
     assert!(columns.lines().all(|line| line.chars().count() <= 80));
 }
 
-/// A page has the claim, its parts, the rule, units, and no t of thousands.
+/// A page has the claim, its parts, the rule and units, and no t of thousands.
 #[test]
 fn a_page_has_a_row_for_each_claim_and_no_enormous_t() {
     let mut outcome = result(
@@ -242,7 +242,7 @@ fn a_page_has_a_row_for_each_claim_and_no_enormous_t() {
         assert!(page.contains(part), "{part}");
     }
     assert!(!page.contains("2236"));
-    // The numbers themselves stay.
+    // The numbers themselves stay in the file.
     let json = std::fs::read_to_string(dir.join("result.json")).unwrap();
     assert!(json.contains("-2236.0"));
 }

@@ -1,4 +1,4 @@
-//! What the whole device does to a hand against what the body alone is given.
+//! Compares the whole device's output to a hand with the intended pulses.
 
 use hal_sim::body::hand::digits::INDEX;
 use hal_sim::body::hand::network::Terminal;
@@ -9,7 +9,7 @@ use host_core::session::{BodySpec, Session};
 use studies::hamana2022::{Pattern, driven_v};
 
 const SHOWN: &str = include_str!("../../sessions/hamana_exp4_two_point.toml");
-/// Of the shown wearer's A and B.
+/// Voltages of A and B of the wearer in the session, V.
 const VOLTS: [f64; 2] = [34.0, 16.0];
 
 fn shown() -> FittedHand {
@@ -19,9 +19,9 @@ fn shown() -> FittedHand {
     }
 }
 
-/// All 29 patterns, at the converter's own volts: the same terminals at the same
-/// microseconds, but that a point floats before its own pulse, for a device grounds it no
-/// longer. This forearm's spikes, and so torques and angles, are the same to the bit.
+/// All 29 patterns at the converter's exact voltages drive the same terminals at the same µs,
+/// except that a point floats before its own pulse, because a device no longer grounds it. The
+/// spikes of this forearm, and thus torques and angles, are bit-identical.
 #[test]
 fn a_device_puts_out_what_the_body_alone_is_given() {
     let fitted = shown();
@@ -40,7 +40,7 @@ fn a_device_puts_out_what_the_body_alone_is_given() {
     }
 }
 
-/// What is unlike is told.
+/// Differences are reported.
 #[test]
 fn another_pattern_is_not_taken_for_it() {
     let usual = Pattern::default_two_point();
@@ -79,8 +79,8 @@ fn feel(hand: &mut MovingHand, channels: [usize; 3], period: &[Segment], periods
     }
 }
 
-/// A hand in motion that does not tire comes under the device's pulses, three seconds of
-/// them, to the angle to which the same forearm comes under the pattern alone.
+/// Without fatigue, a moving hand reaches the same angle under three seconds of the device's pulses
+/// as under the pattern alone.
 #[test]
 fn a_hand_in_motion_comes_to_the_same_angle() {
     let mut fitted = shown();

@@ -1,5 +1,5 @@
-//! Every study that draws its persons, and a campaign of faults: interrupted, resumed, cut into
-//! shards and merged, its folder holds the same bytes.
+//! Tests of every study with random wearers and of a fault campaign: interrupted, resumed, divided
+//! into shards and merged, its folder holds the same bytes.
 
 use crate::laboratory::folder;
 use crate::sweeps::files;
@@ -10,13 +10,13 @@ use studies::faults;
 use studies::hamana2022::{Cells, CellsRun, TWO_POINTS};
 use studies::laboratory::{Runnable, Shard};
 
-/// A class of faults on the native simulator: no study of the catalog.
+/// Name of a class of faults on the native simulator, which is not in the catalog.
 const FAULTS: &str = "faults";
-/// Of the population's cells one alone.
+/// The only cell that is computed.
 const CELL: usize = 15;
 
 fn begun(name: &str, draws: u64) -> Box<dyn Runnable> {
-    // Nobody judges this seed.
+    // Another seed than the judged ones.
     let decided = (Some(1_002), Some(draws));
     if name == FAULTS {
         let link = faults::Declaration::for_class(faults::Class::Link).unwrap();
@@ -53,9 +53,9 @@ fn interrupted(study: &dyn Runnable, dir: &Path, looks: usize) -> bool {
     ran.unwrap().is_whole
 }
 
-/// A study in three shards, merged, is what it is whole, after three interruptions. Of a
-/// `long` one only the second half of its units is computed again, after the first half and a
-/// part of a line: what a kill leaves.
+/// A study in three shards, merged, equals the whole study after three interruptions. For a long
+/// study (`is_long`) only the second half of its units is computed again, after the first half and
+/// a part of a line, as a kill leaves them.
 fn is_the_same_however_cut(name: &str, draws: u64, is_long: bool) {
     let study = begun(name, draws);
     let dir = folder(&format!("runner-{name}"));
@@ -131,7 +131,7 @@ fn a_campaign_of_faults_is_cut() {
     is_the_same_however_cut(FAULTS, 12, false);
 }
 
-/// Cases are the same however many are played: a folder goes on to more, and never to fewer.
+/// Cases do not depend on their number: a folder can be extended to more cases, but never reduced.
 #[test]
 fn a_campaign_of_faults_goes_on_to_more() {
     let dir = folder("runner-grown");
@@ -144,7 +144,7 @@ fn a_campaign_of_faults_goes_on_to_more() {
     let fewer = begun(FAULTS, 3).place(&grown, Shard::WHOLE);
     let error = fewer.err().unwrap().to_string();
     assert!(error.starts_with("E603"), "{error}");
-    // A study whose persons depend on how many there are does not.
+    // A study whose draws depend on their number cannot be extended.
     let study = dir.join("study");
     whole(&*begun("electrode-choice", 2), &study, Shard::WHOLE);
     let more = begun("electrode-choice", 3).place(&study, Shard::WHOLE);

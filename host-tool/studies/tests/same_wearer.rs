@@ -1,5 +1,5 @@
-//! A wearer who is kept through a protocol: what rests leave, and that nothing else
-//! changes.
+//! Tests of a wearer who stays the same through a protocol: the effect of rests, and that nothing
+//! else changes.
 
 use host_core::link::Interruption;
 use host_core::run::DeviceName;
@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use studies::laboratory::{ConductedTrial, Experiment, LaboratoryError, Operator};
 
-/// A flexor point at 40 Hz for three seconds, on a finger that tires.
+/// A flexor point at 40 Hz for three seconds, on a finger that fatigues.
 const SESSION: &str = r#"
 title = "A finger that tires"
 duration_s = 3.0
@@ -85,7 +85,7 @@ fn folder(name: &str) -> PathBuf {
     folder
 }
 
-/// Three trials with rests of so long, s.
+/// Runs three trials with rests of `rest_s`.
 fn three(wearer: &str, rest_s: f64, name: &str) -> Vec<ConductedTrial> {
     let protocol =
         format!("[protocol]\nrepetitions = 3\nwearer = \"{wearer}\"\nrest_s = {rest_s:?}");
@@ -108,16 +108,16 @@ fn a_wearer_who_is_kept_is_more_tired_after_short_rests() {
     let long = three("same", 120.0, "long");
     let peaks = |trials: &[ConductedTrial]| trials.iter().map(peak).collect::<Vec<_>>();
     let (short_deg, long_deg) = (peaks(&short), peaks(&long));
-    // The first trial knows of no rest.
+    // The first trial does not depend on the rest.
     assert_eq!(short[0].trial, long[0].trial);
     assert!(
         short_deg[2] < short_deg[0] - 5.0,
         "{short_deg:?} {long_deg:?}"
     );
     assert!(short_deg[2] < long_deg[2] - 5.0);
-    // Two dozen time constants leave nothing that counts.
+    // After two dozen time constants nothing measurable remains.
     assert!((long_deg[2] - long_deg[0]).abs() < 0.1, "{long_deg:?}");
-    // What the device counted is each trial's own.
+    // Each trial has its own counts of the device.
     for trial in &short[1..] {
         let counted = |measurement: &ConductedTrial, name: &str| {
             let found = measurement
@@ -143,7 +143,7 @@ fn a_rested_wearer_knows_nothing_of_rests() {
     assert_eq!(peak(&short[0]), peak(&short[2]));
 }
 
-/// Longer than the device's clock takes to wrap, so that it begins anew in between.
+/// The rest is longer than the device's clock takes to wrap, so that it starts again meanwhile.
 #[test]
 fn the_same_seed_gives_the_same_bytes_across_a_wrap_of_the_clock() {
     let files = |name: &str| {
@@ -191,7 +191,7 @@ fn a_drawn_wearer_who_is_kept_goes_through_the_whole_protocol() {
         short < long - 5.0 && (long - rested).abs() < 0.1,
         "{short} {long} {rested}"
     );
-    // One trial of one wearer is what it is to a rested one.
+    // With one trial, keeping the wearer equals a rested wearer.
     assert_eq!(peak_of("[protocol]\nwearer = \"same\""), rested);
 }
 

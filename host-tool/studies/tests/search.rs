@@ -1,12 +1,12 @@
-//! The laboratory's searches: what each finds, refusals, what an early end leaves.
+//! Tests of the laboratory's searches: results, refusals, results of an early end.
 
 use std::cell::Cell;
 use studies::laboratory::search::{
     Answer, Finding, Milli, Probe, Search, SearchEnd, SearchFile, search,
 };
 
-/// A joint that moves from a level on, a person who accepts as much, and something
-/// that may go wrong.
+/// A joint that moves from one level on, a wearer who accepts levels up to another, and a failure
+/// after some pulses.
 struct Scripted {
     moves_at: u32,
     allowed: u32,
@@ -91,7 +91,7 @@ fn each_kind_finds_what_it_is_for_and_counts_what_it_cost() {
     let of = |f: &Finding<_>| (f.value, f.low, f.high);
     let threshold = found("threshold", "channel = 1", Scripted::moving_at(7_300));
     assert_eq!(of(&threshold), at(7_500, 7_000, 8_000));
-    // 2 to 8 mA and once more.
+    // 2 to 8 mA, and 8 mA once more.
     assert_eq!((threshold.trail.len(), threshold.pulses), (8, 8 * 45));
     assert_eq!(
         threshold.trail.iter().map(|step| step.pulses).sum::<u64>(),
@@ -110,7 +110,7 @@ fn each_kind_finds_what_it_is_for_and_counts_what_it_cost() {
         (of(&comfort), comfort.trail.len()),
         (at(7_500, 7_000, 8_000), 8)
     );
-    // What was too much is given once.
+    // A level that is too strong is presented once.
     let maximum = found(
         "maximum",
         "channel = 1\nrating = 7",
@@ -150,7 +150,7 @@ fn an_end_before_its_time_leaves_how_far_it_came() {
     lost.fails_after = 100;
     let finding = found("threshold", "channel = 1", lost);
     assert_eq!(finding.ended, SearchEnd::Failed("the cable"));
-    // The presentation that failed cost its pulses as well.
+    // The failed presentation counts its pulses, too.
     assert_eq!(
         (finding.low, finding.trail.len(), finding.pulses),
         (Milli(3_000), 2, 135)

@@ -1,5 +1,5 @@
-//! A search of the finger's motor threshold on the native simulator, through ordinary
-//! requests, against the body's own threshold and the pulses on the trace.
+//! Compares a search of the finger's motor threshold on the native simulator, through ordinary
+//! requests, with the simulated finger's own threshold and the pulses in the trace.
 
 use host_core::link::{Port, Signal, SimulatedPort};
 use host_core::run::{DeviceName, SessionFile};
@@ -9,7 +9,7 @@ use studies::laboratory::search::{
     DeviceError, Finding, OnDevice, Operator, Question, SearchEnd, SearchFile, search,
 };
 
-/// Nobody is asked where a simulator answers.
+/// Operator who is never asked, because a simulator answers.
 struct NoOperator;
 
 impl Operator for NoOperator {
@@ -40,7 +40,7 @@ fn found(fields: &str, seed: u64) -> (Finding<DeviceError>, Box<dyn Port>) {
     (finding, probe.stop().unwrap())
 }
 
-/// First phases on the trace: every pulse is cathodic first here. The electrode check
+/// Counts the first phases in the trace: every pulse is cathodic first here. The electrode check
 /// plays four pairs on each channel.
 fn on_trace(port: &mut Box<dyn Port>, channels: usize) -> u64 {
     let trace = &port.world().unwrap().recorder.trace;
@@ -88,7 +88,7 @@ fn a_ratio_is_found_for_both_points_together() {
     let fields = "kind = \"ratio\"\nof = [{ channel = 1, max = 28.0 }, { channel = 2, max = 36.0 }]\n\
                   start = 0.1\nstep = 0.1\nlimit = 1.0";
     let (finding, _) = found(fields, 3);
-    // Two points pull as one: together they begin where the first of them does.
+    // Two points pull together: they begin to move where the first of them does.
     let [a, b, _] = session().finger().unwrap().sites();
     let ratio = (a.threshold_v / a.max_v).min(b.threshold_v / b.max_v);
     let high = finding.high.unwrap().units();
@@ -100,7 +100,7 @@ fn a_simulated_person_rates_what_it_gets() {
     let fields = "kind = \"maximum\"\nchannel = 1\nstart = 4.0\nstep = 4.0\nlimit = 28.0\n\
                   rating = 6\nsimulated_rating = { none = 10.0, ten = 30.0, noise = 0.0 }";
     let (finding, _) = found(fields, 3);
-    // 24 V is rated 7: too much, and given once.
+    // 24 V is rated 7: too strong, and presented once.
     assert_eq!(
         (finding.low.units(), finding.high.unwrap().units()),
         (20.0, 24.0)
@@ -108,7 +108,7 @@ fn a_simulated_person_rates_what_it_gets() {
     assert_eq!(finding.trail.len(), 6);
 }
 
-/// An operator who allows a few raises, then something else.
+/// Operator who allows some increases, refuses the next one, and sees no movement.
 struct Watching {
     allowed: u32,
     asked: Vec<Question>,
@@ -131,7 +131,7 @@ impl Operator for Watching {
     }
 }
 
-/// A simulator of which nobody in this process sees more than bytes: like a board.
+/// A simulator that exposes only bytes to this process, like a board.
 struct Board(SimulatedPort);
 
 impl Port for Board {
@@ -188,7 +188,7 @@ fn a_board_is_never_raised_without_its_operator() {
     let mut port = probe.stop().unwrap().0;
     assert!(matches!(finding.ended, SearchEnd::Refused(level) if level.units() == 22.0));
     assert_eq!((finding.low.units(), finding.trail.len()), (20.0, 3));
-    // Three raises and what was seen after each, then the raise that was refused.
+    // Three increases and a question after each, then the increase that was refused.
     assert_eq!(operator.asked.len(), 7);
     let full_scale = 60.0;
     let highest = port

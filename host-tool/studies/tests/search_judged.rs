@@ -1,9 +1,9 @@
-//! How often the laboratory's searches are wrong on wearers of declared numbers.
+//! Measures how often the laboratory's searches are wrong on wearers with known values.
 
 use studies::laboratory::search::Search;
 use studies::laboratory::search::judge::{Curve, JUDGED, SearchCases, SearchCounts, judge};
 
-/// Every case, told; those that are judged meet what was declared.
+/// Prints every case, and checks the judged ones against the declaration.
 fn judged(first_seed: u64, searches: u64) {
     let declared = SearchCases::parse(JUDGED).unwrap();
     for case in &declared.cases {
@@ -30,7 +30,7 @@ fn judged(first_seed: u64, searches: u64) {
             Search::new(case.search.clone()).unwrap().false_alarm(),
         );
         if case.correlation > 0.0 {
-            continue; // told, not judged
+            continue; // printed, not judged
         }
         assert!(tally.false_share() < 0.01, "{}", case.name);
         if case.curve != Curve::Still {
@@ -39,13 +39,13 @@ fn judged(first_seed: u64, searches: u64) {
     }
 }
 
-/// On seeds of development.
+/// Uses development seeds.
 #[test]
 fn drawn_wearers_are_searched_rightly() {
     judged(1, 300);
 }
 
-/// On the declared seeds, which nothing was chosen by.
+/// Uses the declared seeds, which no development has used.
 #[test]
 fn the_judged_run_holds() {
     let declared = SearchCases::parse(JUDGED).unwrap();

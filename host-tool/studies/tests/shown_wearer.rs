@@ -1,5 +1,5 @@
-//! The wearer of experiment 4's sessions: who of the population it is, and that the
-//! sessions say so.
+//! Checks which draw of the population is the wearer of experiment 4's sessions, and that the
+//! sessions agree.
 
 use hal_sim::body::hand::digits::{INDEX, REST_DEG, VISIBLE_DEG};
 use hal_sim::body::hand::{FittedHand, Hand};
@@ -8,26 +8,25 @@ use host_core::session::{BodySpec, Session, hand_body};
 use std::path::{Path, PathBuf};
 use studies::hamana2022::{KnownThresholds, Pattern, Population, prepare, search_extensor};
 
-/// As the sessions' comment says.
+/// Seed and index, as in the sessions' comment.
 const SEED: u64 = 2022;
 const SHOWN: u64 = 4;
-/// The top of the paper's sine, °.
+/// The highest angle of the paper's sine, °.
 const TOP_DEG: f64 = 85.0;
-/// What the device lets through a voltage stage, A, and through which load at most volts
-/// are judged, Ω.
+/// Largest current of a voltage stage, A, and the load with which its voltages are judged, Ω.
 const DEVICE: (f64, f64) = (0.020, 2_000.0);
 const STEP_V: f64 = 2.0;
-/// Where the population's searches end, V.
+/// Voltage at which the population's searches end, V.
 const END_V: f64 = 44.0;
 
-/// A drawn wearer whom the device arms.
+/// A random wearer whom the device can arm.
 struct Armed {
     hand: FittedHand,
-    /// Of A, B and the extensor's point, V.
+    /// Thresholds of A, B and the extensor's point, V.
     threshold_v: [f64; 3],
     most_v: [f64; 3],
     ratio: f64,
-    /// With two points at their greatest voltages, rested, °.
+    /// Angle with two points at their largest voltages, rested, °.
     reach_deg: f64,
 }
 
@@ -36,7 +35,7 @@ fn index_deg(hand: &mut Hand, [a, b, _]: [f64; 3], part: f64) -> f64 {
     hand.respond(&period).unwrap().angles_deg()[INDEX]
 }
 
-/// Draw `index`, if every search finds something within what the device lets through.
+/// Returns draw `index`, if every search finds a voltage within the device's limits.
 fn armed(population: &Population, index: u64) -> Option<Armed> {
     let person = population.draw_person(SEED, index).unwrap();
     let prepared = prepare(&person.spec, KnownThresholds::from_person(&person)).unwrap();
@@ -81,7 +80,7 @@ fn path(method: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(name)
 }
 
-/// The body of a session's text, written anew where it is asked for.
+/// Returns a session's text, with a new body if `FLEXOR_OVERWRITE` is set.
 fn renewed(path: &Path, body: &str) -> String {
     let text = std::fs::read_to_string(path).unwrap();
     if std::env::var_os("FLEXOR_OVERWRITE").is_none() {
@@ -93,8 +92,7 @@ fn renewed(path: &Path, body: &str) -> String {
     text
 }
 
-/// Nobody drawn before them qualifies, and the three sessions are of this wearer with
-/// these voltages.
+/// No earlier draw qualifies, and the three sessions have this wearer and these voltages.
 #[test]
 fn experiment_4_shows_the_first_wearer_who_can_follow_the_sine() {
     let population = Population::load_embedded().unwrap();

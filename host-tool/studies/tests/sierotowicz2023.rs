@@ -1,5 +1,5 @@
-//! The endpoint study: its algebra against other ways to the same numbers, its calibration
-//! on bodies, one replication whole.
+//! Tests of the endpoint study: its algebra against other methods, its calibration on simulated
+//! arms, one whole replication.
 
 use hal_sim::body::arm::{ArmSpec, ELECTRODES};
 use hal_sim::random::Random;
@@ -13,7 +13,7 @@ fn study() -> Study {
     Study::load_embedded().unwrap()
 }
 
-/// An arm by cursory anatomy with these gains.
+/// Returns an arm by cursory anatomy with these gains.
 fn device(gain: f64) -> (Model, Device) {
     let mut model = Participant::random(&study(), 5, 0).unwrap().cursory_model();
     model.gains = [gain; ELECTRODES];
@@ -38,26 +38,26 @@ fn the_declaration_tells_all_that_is_wrong() {
     }
 }
 
-/// The model that the device is told is the arm that is meant: the hand where lengths and
-/// directions put it, a forearm that flexion turns, and the torque of a line as the cross
-/// product has it, all computed here another way.
+/// The model in the device is the intended arm: the hand's place by lengths and directions, a
+/// forearm that flexion turns, and the torque of a line as a cross product, all computed here in
+/// another way.
 #[test]
 fn the_device_is_told_the_arm_that_is_meant() {
     let (model, device) = device(2.0);
     let segments = device.segments();
     let stature = model.frame.stature_m;
     let half = std::f64::consts::FRAC_1_SQRT_2;
-    // 45 degrees raised between forward and to the right: backward, right, up.
+    // Raised by 45 degrees between forward and right; axes are backward, right, up.
     let along = Vector3::new(-0.5, 0.5, -half);
     let elbow = 0.1 * stature * Vector3::y() + 0.186 * stature * along;
     assert!((segments[3].0 - elbow).norm() < 1e-5, "{}", segments[3].0);
-    // Square to the upper arm, as far forward as can be.
+    // Perpendicular to the upper arm, as far forward as possible.
     let forward = -Vector3::x();
     let front = (forward - along * along.dot(&forward)).normalize();
     let forearm = -segments[3].1.column(2);
     assert!((forearm - front).norm() < 1e-4, "{forearm}");
-    // Biceps: from 0.20 m above the elbow, 0.03 m in front, to 0.05 m below, 0.02 m towards
-    // the upper arm.
+    // Biceps: from 0.20 m above the elbow, 0.03 m in front, to 0.05 m below, 0.02 m towards the
+    // upper arm.
     let (origin, insertion) = (-0.20 * along + 0.03 * front, 0.05 * front - 0.02 * along);
     let torque = insertion.cross(&(origin - insertion).normalize());
     assert!((device.arm_m(0) - torque).norm() < 1e-5);
@@ -65,7 +65,7 @@ fn the_device_is_told_the_arm_that_is_meant() {
     assert!((0.02..0.06).contains(&flexes), "{flexes}");
 }
 
-/// Postures with a turned forearm, too, come out where they are meant.
+/// Postures with a turned forearm are converted correctly, too.
 #[test]
 fn angles_put_the_arm_where_its_posture_says() {
     let (model, _) = device(2.0);
@@ -83,7 +83,7 @@ fn angles_put_the_arm_where_its_posture_says() {
         let along = Vector3::new(-e.sin() * p.cos(), e.sin() * p.sin(), -e.cos());
         let upper = -segments[2].1.column(2);
         assert!((upper - along).norm() < 1e-4, "{upper} {along}");
-        // The body's own bones, another program, in its axes.
+        // The simulated arm's own bones, from other code, in the device's axes.
         let mut spec = ArmSpec::nominal();
         spec.posture = model.frame.posture;
         let bones = hal_sim::body::arm::Skeleton::new(spec.posture, spec.lengths());
@@ -93,7 +93,7 @@ fn angles_put_the_arm_where_its_posture_says() {
     }
 }
 
-/// Mistakes of a calibration are the device's to tell, all of them.
+/// The device reports all mistakes of a calibration.
 #[test]
 fn an_arm_that_cannot_be_is_refused() {
     let (mut model, _) = device(2.0);
@@ -111,7 +111,7 @@ fn what_is_reachable_saturates_one_muscle() {
         let size = device.reachable_n(direction);
         let wanted = direction.map(|direction| direction * size);
         let forces = device.forces_n(Method::Exact, wanted).unwrap();
-        // All but the trapezius, which is the girdle's.
+        // All but the trapezius, which belongs to the girdle.
         let mut parts = device.parts(&forces);
         parts[7] = 0.0;
         let greatest = parts.into_iter().fold(0.0, f64::max);
@@ -119,7 +119,7 @@ fn what_is_reachable_saturates_one_muscle() {
     }
 }
 
-/// In the device's own numbers the same muscles are recruited by nearly the same forces, and
+/// In the device's arithmetic, the same muscles are recruited by nearly the same forces, and
 /// currents stay within their ranges.
 #[test]
 fn the_devices_numbers_are_nearly_exact() {
@@ -155,7 +155,7 @@ fn least_squares_switches_less_than_the_nearest_neighbour() {
     );
 }
 
-/// The dual against the primal normal equations, solved by another factorisation.
+/// Compares the dual with the primal normal equations, solved by another factorisation.
 #[test]
 fn ridge_is_what_the_normal_equations_say() {
     let how = study().regression;
@@ -179,7 +179,7 @@ fn ridge_is_what_the_normal_equations_say() {
     assert!(off < 1e-9, "{off}");
 }
 
-/// Features' products are a Gaussian kernel, to what so many features allow.
+/// Products of features approximate a Gaussian kernel, within the accuracy of their number.
 #[test]
 fn features_are_of_the_gaussian_kernel() {
     let mut how = study().regression;
@@ -194,8 +194,7 @@ fn features_are_of_the_gaussian_kernel() {
     }
 }
 
-/// A published pair: Anscombe's first set has r = 0.81642 and t = 4.2415, two-sided
-/// p = 0.00217.
+/// A published pair: Anscombe's first set has r = 0.81642 and t = 4.2415, two-sided p = 0.00217.
 #[test]
 fn correlation_is_pearsons() {
     let x = [10.0, 8.0, 13.0, 9.0, 11.0, 14.0, 6.0, 4.0, 12.0, 7.0, 5.0];
@@ -250,7 +249,7 @@ fn alignment_undoes_a_turn_about_the_vertical() {
     }
 }
 
-/// One replication of a short protocol: every condition, the same again from the same seed.
+/// One replication of a short protocol: every condition, and the same result with the same seed.
 /// `--nocapture` prints it.
 #[test]
 fn a_replication_is_whole_and_repeats() {
@@ -284,7 +283,7 @@ fn a_replication_is_whole_and_repeats() {
         println!("{:?} {:.2?}", person.switches, person.freshness);
         println!("{:?} {:.5}", person.walks, person.share_of_numbers());
     }
-    // S1's own frame was found on S1: nothing but noise is between it and the calibration.
+    // S1's own frame was found on S1, so that it differs from the calibration only by noise.
     let s1 = frame_of(&study, &Participant::random(&study, 3, 0).unwrap()).unwrap();
     assert_eq!(s1.gains, first.people[0].gains[0]);
 }

@@ -1,5 +1,5 @@
-//! The endpoint study's calibration and what becomes of it: twitches, IMUs, another S1, a
-//! condition on the device.
+//! Tests of the endpoint study's calibration and its use: twitches, IMUs, another S1, a condition
+//! on the device.
 
 use hal_sim::body::arm::{ArmSpec, ELECTRODES, ImuFault};
 use host_core::run::DeviceName;
@@ -13,7 +13,7 @@ fn study() -> Study {
     Study::load_embedded().unwrap()
 }
 
-/// A short protocol.
+/// Returns a short protocol.
 pub(super) fn short() -> Study {
     let mut study = study();
     study.protocol.repetitions = 2;
@@ -25,7 +25,7 @@ pub(super) fn short() -> Study {
     study
 }
 
-/// A gain that is none, and a posture of which no moment arms are known.
+/// An invalid gain, and a posture without known moment arms.
 #[test]
 fn a_gain_that_is_none_and_an_unknown_posture_are_told() {
     let study = study().rested();
@@ -46,7 +46,7 @@ fn a_gain_that_is_none_and_an_unknown_posture_are_told() {
     );
 }
 
-/// Person 1 of seed 7 without noise, `stronger` times as strong.
+/// Returns participant 1 of seed 7 without noise, `stronger` times as strong.
 fn without_noise(stronger: f64) -> Participant {
     let mut person = Participant::random(&study(), 7, 1).unwrap();
     let mut spec: ArmSpec = person.arm.spec().clone();
@@ -59,8 +59,8 @@ fn without_noise(stronger: f64) -> Participant {
     person
 }
 
-/// Calibrated on a body without noise, lines of action turn the limb the way it turned, and
-/// gains follow what a stronger body gives.
+/// After a calibration without noise, lines of action turn the limb as it turned, and gains are
+/// proportional to strength.
 #[test]
 fn calibration_finds_turning_and_strength() {
     let study = study().rested();
@@ -94,7 +94,8 @@ fn calibration_finds_turning_and_strength() {
     }
 }
 
-/// Turning rates of each twitch of channel 5 after waits as declared and until rest, rad/s.
+/// Returns the angular speeds of each twitch of channel 5, after the declared waits and after waits
+/// until rest, rad/s.
 fn twitches_of_the_pectoralis(person: &Participant) -> [Vec<f64>; 2] {
     [study(), study().rested()].map(|study| {
         let mut person = person.clone();
@@ -104,8 +105,8 @@ fn twitches_of_the_pectoralis(person: &Participant) -> [Vec<f64>; 2] {
     })
 }
 
-/// One cause of a twitch that is not seen: the declared 2 s leave an arm ringing from the
-/// channel before, and the first twitch comes out otherwise than the next ones.
+/// One cause of an unseen twitch: after the declared 2 s an arm still oscillates from the previous
+/// channel, so that the first twitch differs from the next ones.
 #[test]
 fn an_arm_that_rings_hides_a_twitch() {
     let [rings, rests] = twitches_of_the_pectoralis(&without_noise(1.0));
@@ -116,8 +117,8 @@ fn an_arm_that_rings_hides_a_twitch() {
     }
 }
 
-/// The other: currents found comfortable end where a muscle begins. This S1 makes no frame,
-/// rest or not, and another is drawn.
+/// The other cause: the comfortable currents end where a muscle begins. This S1 yields no frame,
+/// with or without rest, and another is generated.
 #[test]
 fn another_first_participant_is_drawn_where_a_channel_does_not_twitch() {
     let s1 = Participant::random(&study(), 2023, 3 * 19).unwrap();
@@ -162,8 +163,8 @@ fn imus_that_are_missing_or_swapped_are_named() {
     }
 }
 
-/// One condition on the device: it puts out what the study asked for, and the body makes of
-/// it what the study computed, but for pulses that are up to 4 ms later within a period.
+/// One condition on the device: it outputs what the study requested, and the arm responds as the
+/// study computed, except that pulses are up to 4 ms later within a period.
 #[test]
 fn a_condition_is_played_on_the_device() {
     let mut study = study();
@@ -172,7 +173,7 @@ fn a_condition_is_played_on_the_device() {
     println!("{}", found.in_words(&DeviceName::Native));
     assert_eq!(found.played, 3);
     assert_eq!(found.pulses[0], found.pulses[1]);
-    // The first three are C3's own, before they are turned about the vertical.
+    // The first three targets are C3's own, before they are turned about the vertical.
     let [off, rms] = found.force_n;
     assert!(off < 0.05 * rms && rms > 0.5, "{found:?}");
     assert!(found.current_ma < 0.02, "{found:?}");

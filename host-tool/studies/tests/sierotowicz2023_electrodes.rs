@@ -1,18 +1,19 @@
-//! Which electrodes serve a wanted force: sets against other ways to the same numbers.
+//! Tests of which electrodes serve a requested force: sets of electrodes against another method.
 
 use nalgebra::Vector3;
 use studies::sierotowicz2023::electrodes::{
     DECLARED, RunInfo, SETS, Study, Wearer, best, directions, missed_forces, outcome, squares,
 };
 
-/// By another way: the best of all grids of parts, refined around it.
+/// Computes the smallest error in another way, by coordinate descent.
 fn by_search(forces: &[Vector3<f64>], wanted: Vector3<f64>) -> f64 {
     let mut parts = vec![0.5; forces.len()];
     let off = |parts: &[f64]| {
         let given: Vector3<f64> = forces.iter().zip(parts).map(|(f, u)| f * *u).sum();
         (given - wanted).norm()
     };
-    // One part after the other to its best (a convex square: it comes to the minimum).
+    // Optimizes one part after the other (the squared error is convex, so this converges to the
+    // minimum).
     for _ in 0..20_000 {
         for at in 0..parts.len() {
             parts[at] = 0.0;
@@ -41,7 +42,7 @@ fn sets_miss_what_a_search_misses() {
                     (ours - theirs).abs() < 2e-3,
                     "{number} {set}: {ours} {theirs}"
                 );
-                // One more never misses more.
+                // An additional electrode never increases the error.
                 for at in 0..10 {
                     assert!(parts[set | 1 << at] <= parts[set] + 1e-4);
                 }
@@ -72,7 +73,7 @@ fn the_declaration_of_electrodes_tells_all_that_is_wrong() {
     }
 }
 
-/// A short run is whole and repeats; with all ten nothing is left to choose.
+/// A short run is complete and repeatable; with all ten electrodes nothing is left to choose.
 #[test]
 fn a_short_choice_of_electrodes_is_whole() {
     let mut study = Study::load_embedded().unwrap();

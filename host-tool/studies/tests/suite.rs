@@ -1,4 +1,4 @@
-//! The studies' tests, one program: a room each.
+//! The studies' tests in one binary, one module each.
 
 mod accuracy_study;
 mod buatier2024;

@@ -1,4 +1,5 @@
-//! Sweeps: what their folders keep, however they are cut, killed, merged or changed.
+//! Tests of sweeps: the contents of their folders, however they are divided, killed, merged or
+//! changed.
 
 use crate::laboratory::{folder, small};
 use std::fs;
@@ -14,7 +15,7 @@ pub(crate) fn swept(shard: Shard, seed: u64, dir: &Path) {
     sweep.run(&experiment, dir, &[], &mut |_| true).unwrap();
 }
 
-/// Every file of a folder with its bytes.
+/// Returns every file of a folder with its bytes.
 pub(crate) fn files(dir: &Path) -> Vec<(String, Vec<u8>)> {
     let entries = fs::read_dir(dir).unwrap().flatten();
     let mut all: Vec<_> = entries
@@ -32,7 +33,7 @@ pub(crate) fn files(dir: &Path) -> Vec<(String, Vec<u8>)> {
 pub(crate) fn shard(text: &str) -> Shard {
     text.parse().unwrap()
 }
-/// A row that the sweep would not have written, by file and line.
+/// A row that the sweep would not have written is reported by file and line.
 #[test]
 fn a_row_changed_by_hand_is_told_by_its_line() {
     let dir = folder("by_hand");
@@ -46,7 +47,7 @@ fn a_row_changed_by_hand_is_told_by_its_line() {
         lines[nth] = lines[nth].replacen(from, to, 1);
         lines.join("\n") + "\n"
     };
-    // Lines: the header, then two for each of ten wearers.
+    // The lines are the header, then two for each of ten wearers.
     let drawn = lines[5].split(',').nth(2).unwrap();
     let measure = lines[6].rsplit(',').next().unwrap();
     let mut without: Vec<&str> = lines.clone();
@@ -106,7 +107,7 @@ fn shards_merge_to_the_bytes_of_one_sweep() {
         .collect();
     let merged = folder("merged");
     let outcome = merge(&parts, &merged, &small()).unwrap();
-    // The lock of whoever merges is no part of it.
+    // The lock file of the merge is not part of the sweep.
     fs::remove_file(merged.join(".lock")).unwrap();
     assert_eq!(files(&merged), files(&whole));
     let shares: Vec<_> = outcome
@@ -115,7 +116,7 @@ fn shards_merge_to_the_bytes_of_one_sweep() {
         .map(|share| (share.holds, share.of))
         .collect();
     assert_eq!(shares, [(10, 10), (0, 10)]);
-    // A part that is not one of them, a hole, a part twice, none.
+    // A shard of another sweep, a missing shard, a shard twice, no shard.
     let other = folder("other_seed");
     swept(shard("3/3"), 4, &other);
     let refused = |parts: &[PathBuf], why: &str| {
@@ -157,7 +158,7 @@ fn a_sweep_killed_at_any_byte_goes_on_to_the_same_bytes() {
         swept(Shard::WHOLE, 3, &broken);
         assert_eq!(files(&broken), wanted, "cut at {part}");
     }
-    // Asked to stop before the first: it keeps what it has.
+    // A sweep stopped before its first unit can be resumed.
     let experiment = small();
     let stopped = folder("stopped");
     let sweep = Sweep::new(&experiment, 3, 10, Shard::WHOLE);
@@ -198,7 +199,7 @@ fn a_folder_of_something_else_is_left_alone() {
     }
 }
 
-/// Trains without feedback: bodies without their device, some of them with it as well.
+/// Trains without feedback: simulated limbs without their device, some of them with it as well.
 #[test]
 fn shards_without_feedback_merge_to_the_bytes_of_one_sweep() {
     let text = OPEN.replace("draws = 400", "draws = 3");

@@ -1,5 +1,5 @@
-//! What the default would do if each flexor point's threshold were found before it
-//! starts: the points of a pair whose thresholds lie apart are what it misses by.
+//! Measures the default if each flexor point's threshold were found before the start: pairs whose
+//! thresholds differ cause most of its error.
 
 use firmware::control::{JointSpec, PointSpec};
 use firmware::units::{Amplitude, Micros};
@@ -16,27 +16,27 @@ use studies::tracking::trial::run;
 use studies::tracking::wearer::{self, Points, Volts};
 
 const WEARERS: u64 = 200;
-/// Development saw seeds 1001, 1002, 1539 and 1540.
+/// Seed of the wearers; development used 1001, 1002, 1539 and 1540.
 const SEED: u64 = 1;
-/// As the chart's: less of the time out of reach counts as in reach.
+/// Largest unreachable part of the time that counts as in reach, as in the chart.
 const WHOLLY: f64 = 0.005;
 
-/// Each ramp rises by so much of the wearer's maximum in a second, from this part of
-/// the point's threshold in the file.
+/// Rise of each ramp per second, as a part of the wearer's maximum, and its start as a part of the
+/// point's threshold in the file.
 const RAMP_PER_S: f64 = 0.1;
 const RAMP_FROM: f64 = 0.9;
-/// Flexed so far is moved, degrees.
+/// Flexion that counts as movement, degrees.
 const MOVED_DEG: f64 = 2.0;
-/// What a ramp overshoots a threshold by on the way through delay, muscle, friction
-/// and filter: a part of the file's threshold.
+/// Overshoot of a threshold because of delay, muscle, friction and filter, as a part of the file's
+/// threshold.
 const OVERSHOOT: f64 = 0.04;
-/// Before a ramp, and after it until the finger is back, ms.
+/// Time before a ramp, and after it until the finger has returned, ms.
 const QUIET_MS: u32 = 300;
 const BACK_MS: u32 = 400;
 
-/// Ramps each of two flexor points alone until the finger moves, then arms the
-/// device's joint with both points' thresholds moved as the ramps say. It needs
-/// nothing that a host has not got: an amplitude for a channel, and the angle.
+/// Ramps each of two flexor points alone until the finger moves, then arms the device's joint with
+/// both thresholds shifted by the results. It uses only what a host has: an amplitude for a
+/// channel, and the angle.
 struct SearchingDriver {
     spec: JointSpec,
     joint: Option<Device>,
@@ -46,7 +46,7 @@ struct SearchingDriver {
     measured: Option<f64>,
     filtered: f64,
     before: f64,
-    /// Found over the file's, less [`OVERSHOOT`].
+    /// Found threshold divided by the file's, minus [`OVERSHOOT`].
     moved: [f64; 2],
 }
 
@@ -65,7 +65,7 @@ impl SearchingDriver {
         }
     }
 
-    /// The joint with what was found; no amplitude above the file's maximum.
+    /// Builds the joint with the found thresholds; no amplitude exceeds the file's maximum.
     fn arm(&self) -> Device {
         let mut spec = self.spec.clone();
         for (point, moved) in spec.flexors.iter_mut().zip(self.moved) {
@@ -134,9 +134,8 @@ impl Driver for SearchingDriver {
     }
 }
 
-/// The default's numbers searched anew for two points alone: 300 steps of a hill climb
-/// from the shipped ones, on the first 32 earlier wearers of seed 1539, no thresholds
-/// found.
+/// The default's parameters searched again for two points alone: 300 steps of hill climbing from
+/// the shipped ones, on the first 32 earlier wearers of seed 1539, without found thresholds.
 const TWO_POINT: [(&str, f64); 13] = [
     ("lambda_per_s", 7.760),
     ("kd_s_per_rad", 0.134),
@@ -153,7 +152,7 @@ const TWO_POINT: [(&str, f64); 13] = [
     ("adapt_damping_per_rad2", 0.133),
 ];
 
-/// Who drives whom.
+/// A driver and its wearers.
 #[derive(Clone, Copy)]
 struct Row<'a> {
     name: &'static str,
@@ -200,7 +199,7 @@ fn told(row: &Row<'_>, wearers: Wearers) -> SearchCounts {
     }
 }
 
-/// Prints a row; mean RMSE in reach on the earlier wearers, and on the widened.
+/// Prints a row; returns the mean RMSE in reach of the earlier wearers and of the widened ones.
 fn print(row: &Row<'_>) -> (f64, f64) {
     let [earlier, widened] = [Wearers::Earlier, Wearers::Widened].map(|w| told(row, w));
     println!(
@@ -217,7 +216,7 @@ fn print(row: &Row<'_>) -> (f64, f64) {
     (mean(&earlier.reaching), mean(&widened.all))
 }
 
-/// B moved from the file as far as A.
+/// Shifts B from the file by the same factor as A.
 fn move_alike(plant: &mut Plant) {
     let (file, finger) = (wearer::nominal(), &mut plant.finger.finger);
     let moved = finger.flexor_a.max_v / file.flexor_a.max_v;

@@ -1,5 +1,5 @@
-//! What keeps the default from the target: its error with one cause after the other
-//! taken out of the wearers.
+//! Measures why the default misses the reference: its error with one cause after the other removed
+//! from the wearers.
 
 use hal_sim::body::RandomFingerSpec;
 use hal_sim::body::wearer::Site;
@@ -10,7 +10,7 @@ use studies::tracking::statistics::{mean, percentile};
 use studies::tracking::target::Course;
 use studies::tracking::wearer::Points;
 
-/// Not a judging seed, nor the search's.
+/// Seed that neither judging nor the search has used.
 const SEED: u64 = 1002;
 const WEARERS: u64 = 60;
 
@@ -28,7 +28,7 @@ const CAUSES: [Without; 10] = [
         .for_each(|(muscle, file)| muscle.torque_nm = file.torque_nm)),
     ("extensor's threshold", |p| p.finger.finger.extensor = RandomFingerSpec::nominal().finger.extensor),
     ("A and B moved apart", |p| {
-        // Both as far as A.
+        // Both shifted by the same factor as A.
         let (file, finger) = (RandomFingerSpec::nominal().finger, &mut p.finger.finger);
         let moved = finger.flexor_a.max_v / file.flexor_a.max_v;
         let max_v = file.flexor_b.max_v * moved;
