@@ -1,12 +1,12 @@
-//! The RTC's backup registers (RM0090 section 26.6.20). The clock and calendar
-//! are not modelled.
+//! Models the backup registers of the RTC (RM0090 section 26.6.20). The clock and calendar are not
+//! modelled.
 
 use super::peripheral::{Cycle, Modelled, Peripheral, Unmodelled};
 
 const FIRST: u32 = 0x50;
 const COUNT: usize = 20;
 
-/// RTC_BKP0R–RTC_BKP19R. Only a reset of the backup domain clears them.
+/// Registers RTC_BKP0R–RTC_BKP19R. Only a reset of the backup domain clears them.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Backup {
     words: [u32; COUNT],
@@ -14,17 +14,17 @@ pub struct Backup {
 }
 
 impl Backup {
-    /// PWR_CR.DBP: without it writes are ignored (section 5.1.2).
+    /// Sets PWR_CR.DBP: without it, writes are ignored (section 5.1.2).
     pub fn set_writable(&mut self, writable: bool) {
         self.writable = writable;
     }
 
-    /// Reset of the backup domain: RCC_BDCR.BDRST, or power and battery gone.
+    /// Resets the backup domain: RCC_BDCR.BDRST, or loss of power and battery.
     pub fn reset_domain(&mut self) {
         self.words = [0; COUNT];
     }
 
-    /// RTC_BKPnR, as somebody reads it who is not on the bus; beyond the last 0.
+    /// Returns RTC_BKPnR without a bus access; 0 beyond the last register.
     pub fn word(&self, n: usize) -> u32 {
         self.words.get(n).copied().unwrap_or(0)
     }

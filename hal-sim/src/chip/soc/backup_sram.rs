@@ -1,21 +1,22 @@
-//! Backup SRAM, 4 KiB (RM0090 sections 2.3 and 5.1.2): a system reset leaves it alone. Power
-//! that goes takes it along, for nothing here sets PWR_CSR.BRE, by which a battery at VBAT
-//! would keep it.
+//! Models the backup SRAM, 4 KiB (RM0090 sections 2.3 and 5.1.2).
+//!
+//! A system reset does not change it. A loss of power erases it, because nothing here sets
+//! PWR_CSR.BRE, with which a battery at VBAT would keep it.
 
 use super::Ram;
 use super::peripheral::{Cycle, Modelled, Peripheral, Unmodelled};
 use crate::chip::cpu::Size;
 
-/// First address.
+/// First address of the backup SRAM.
 pub const BASE: u32 = 0x4002_4000;
-/// Bytes.
+/// Length of the backup SRAM, bytes.
 pub const LENGTH: u32 = 0x1000;
-/// What silicon holds when power came up is random; this is no copy of anything.
+/// Fill value after power-up. Real contents are random; this value equals no copy of anything.
 const FADED: u8 = 0xA7;
 
 const OUTSIDE: Unmodelled = Unmodelled("backup SRAM: an access beyond its end");
 
-/// Its clock is RCC_AHB1ENR.BKPSRAMEN.
+/// Backup SRAM, clocked by RCC_AHB1ENR.BKPSRAMEN.
 #[derive(Clone, PartialEq, Debug)]
 pub struct BackupSram {
     ram: Ram,
@@ -34,17 +35,17 @@ impl Default for BackupSram {
 }
 
 impl BackupSram {
-    /// PWR_CR.DBP: without it writes are ignored.
+    /// Sets PWR_CR.DBP: without it, writes are ignored.
     pub fn set_writable(&mut self, is_writable: bool) {
         self.is_writable = is_writable;
     }
 
-    /// Power is gone, and what it held.
+    /// Erases the contents, as a loss of power does.
     pub fn lose_contents(&mut self) {
         self.ram.bytes.fill(FADED);
     }
 
-    /// Its bytes, for whoever looks or damages without the bus.
+    /// Returns the bytes, for reading or damaging them without the bus.
     pub fn bytes(&mut self) -> &mut [u8] {
         &mut self.ram.bytes
     }

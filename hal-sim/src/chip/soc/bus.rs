@@ -1,4 +1,4 @@
-//! The chip as the core's bus: accesses by the memory map, time, interrupt lines.
+//! Connects the chip to the core's bus: accesses by the memory map, time, interrupt lines.
 
 use super::map;
 use super::matrix::{Bridge, Slave};
@@ -13,7 +13,7 @@ use crate::chip::cpu::bus::{AccessError, Bus, LINE_WORDS, Modelled, ReadResult, 
 
 /// First address of SRAM2.
 const SRAM2: u32 = 0x2001_C000;
-/// SRAM1.
+/// Addresses of SRAM1, below SRAM2.
 const SRAM1: std::ops::Range<u32> = 0x2000_0000..SRAM2;
 /// Positions in the vector table (RM0090 table 61).
 mod line {
@@ -88,7 +88,7 @@ impl Bus for Soc {
         }
     }
 
-    /// SRAM1 while no DMA uses it.
+    /// Reads SRAM1 without wait states, as long as no DMA stream uses it.
     #[inline(always)]
     fn read_without_wait(&self, address: u32, size: Size) -> Option<u32> {
         if self.shares[0] || self.watch.is_some() || !SRAM1.contains(&address) {
@@ -97,7 +97,7 @@ impl Bus for Soc {
         self.ram.read(address, size)
     }
 
-    /// SRAM1 while no DMA uses it.
+    /// Writes SRAM1 without wait states, as long as no DMA stream uses it.
     #[inline(always)]
     fn write_without_wait(&mut self, address: u32, size: Size, value: u32) -> bool {
         !self.shares[0]
@@ -133,15 +133,15 @@ impl Bus for Soc {
         self.flash.code_version()
     }
 
-    /// In the order of cycles. A sample of the ADC must have been given before time
-    /// goes beyond it.
+    /// Executes all events up to `to` in the order of cycles. A sample of the ADC must be delivered
+    /// before time advances beyond it.
     fn advance(&mut self, to: Cycle) -> Modelled {
         self.now = to;
         if to < self.due {
             return Ok(());
         }
         if to < self.event {
-            // An access asked for it: all that can be new is a line's level.
+            // An access requested this call: only the level of an interrupt line can have changed.
             self.due = self.event;
             self.otg.advance(to)?;
             return self.playback.advance(to, &mut self.ram);
@@ -213,17 +213,17 @@ impl Bus for Soc {
 }
 
 impl Soc {
-    /// Turns bits of the configuration register at `address` the other way at `at`,
-    /// locked or not: what radiation or a glitch may do, no access can.
+    /// Inverts bits of the configuration register at `address` at cycle `at`, whether or not it is
+    /// locked. Radiation or a glitch may do so, but no access can.
     ///
     /// # Errors
-    /// What may not be written, or is not modelled.
+    /// Fails if the register cannot be written or the result is not modelled.
     pub fn upset(&mut self, address: u32, bits: u32, at: Cycle) -> Result<(), AccessError> {
         self.advance(at)?;
         if let Some((map::Unit::Playback(playback::Block::Gpio(port)), offset)) =
             map::find_unit(address)
         {
-            // What the tape did before comes before.
+            // Execute earlier events of the tape first.
             self.playback.advance(at, &mut self.ram)?;
             self.playback.gpio.upset(port, offset, bits, at)?;
         } else if let Some((map::Unit::Playback(playback::Block::Dma2), offset)) =
@@ -249,8 +249,8 @@ impl Soc {
         Ok(())
     }
 
-    /// The register at `address` shows `bits` of it the other way from now on, until it is
-    /// written; its block does not heed them.
+    /// Inverts `bits` in the readings of the register at `address` until it is written; the
+    /// peripheral itself ignores them.
     pub fn flip_shown_bits(&mut self, address: u32, bits: u32) {
         self.unheeded = IgnoredBits::new(address, bits);
     }
@@ -262,7 +262,7 @@ impl Soc {
         }
     }
 
-    /// Wait states of an access to SRAM1 or SRAM2.
+    /// Returns the wait states of an access to SRAM1 or SRAM2.
     #[inline]
     fn pass_ram(&mut self, address: u32, at: Cycle) -> Result<u32, AccessError> {
         let (slave, shared) = if address < SRAM2 {

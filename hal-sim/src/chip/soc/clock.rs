@@ -1,53 +1,53 @@
-//! Clock frequencies, and real time counted in core cycles.
+//! Clock frequencies, and conversion of real time into core cycles.
 
 use crate::chip::Cycle;
 
 /// Frequencies that the clock tree delivers, Hz (RM0090 figure 21).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Clocks {
-    /// Core, memories, AHB.
+    /// Clock of core, memories and AHB.
     pub hclk_hz: u32,
-    /// APB1.
+    /// Clock of the peripherals on APB1.
     pub pclk1_hz: u32,
-    /// APB2.
+    /// Clock of the peripherals on APB2.
     pub pclk2_hz: u32,
-    /// Timers on APB1: TIM2–7, 12–14.
+    /// Clock of the timers on APB1: TIM2–7, 12–14.
     pub timer1_hz: u32,
-    /// Timers on APB2: TIM1, 8–11.
+    /// Clock of the timers on APB2: TIM1, 8–11.
     pub timer2_hz: u32,
     /// PLL output Q, for USB; 0 while the PLL is off.
     pub usb_hz: u32,
 }
 
 impl Clocks {
-    /// Core cycles per APB1 cycle: 1, 2, 4, 8, 16.
+    /// Returns the core cycles per APB1 cycle: 1, 2, 4, 8, 16.
     pub const fn apb1_divider(&self) -> u32 {
         self.hclk_hz / self.pclk1_hz
     }
 
-    /// Core cycles per APB2 cycle: 1, 2, 4, 8, 16.
+    /// Returns the core cycles per APB2 cycle: 1, 2, 4, 8, 16.
     pub const fn apb2_divider(&self) -> u32 {
         self.hclk_hz / self.pclk2_hz
     }
 
-    /// Core cycles per timer cycle on APB1: 1, 2, 4, 8.
+    /// Returns the core cycles per timer cycle on APB1: 1, 2, 4, 8.
     pub const fn timer1_divider(&self) -> u32 {
         self.hclk_hz / self.timer1_hz
     }
 
-    /// Core cycles per timer cycle on APB2: 1, 2, 4, 8.
+    /// Returns the core cycles per timer cycle on APB2: 1, 2, 4, 8.
     pub const fn timer2_divider(&self) -> u32 {
         self.hclk_hz / self.timer2_hz
     }
 }
 
-/// Core cycles in `ns` nanoseconds at `hz`, rounded up.
+/// Returns the core cycles in `ns` nanoseconds at `hz`, rounded up.
 pub const fn cycles_in(ns: u64, hz: u32) -> Cycle {
-    (ns as u128 * hz as u128).div_ceil(1_000_000_000) as u64 // < 2^64: ns of 10^19 at 1 GHz
+    (ns as u128 * hz as u128).div_ceil(1_000_000_000) as u64 // < 2^64 up to 10^19 ns at 1 GHz
 }
 
-/// The cycle of something due at `due` in real time, when at cycle `at` the
-/// core clock changes from `old_hz` to `new_hz`. What is past, or never, stays.
+/// Returns the new cycle of an event due at `due` in real time, after the core clock changed from
+/// `old_hz` to `new_hz` at cycle `at`. A past event, or one that never comes, keeps its cycle.
 pub fn rescale(due: Cycle, at: Cycle, old_hz: u32, new_hz: u32) -> Cycle {
     if due <= at || due == Cycle::MAX || old_hz == 0 {
         return due;
@@ -56,21 +56,21 @@ pub fn rescale(due: Cycle, at: Cycle, old_hz: u32, new_hz: u32) -> Cycle {
     at.saturating_add(u64::try_from(left.div_ceil(u128::from(old_hz))).unwrap_or(u64::MAX))
 }
 
-/// An oscillator that the core clock does not derive from, seen in core cycles:
-/// tick n is the first cycle at or after its exact instant.
+/// An oscillator independent of the core clock, measured in core cycles: tick n is the first cycle
+/// at or after its exact time.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Oscillator {
     hz: u32,
     core_hz: u32,
     since: Cycle,
     ticks: u64,
-    /// Part of a tick gone at `since`, in 1/`core_hz`.
+    /// Fraction of a tick that has passed at `since`, in 1/`core_hz`.
     fraction: u64,
 }
 
 impl Oscillator {
-    /// An oscillator of `hz` (at least 1) with tick 0 at cycle `at`, while the
-    /// core runs at `core_hz` (at least 1).
+    /// Creates an oscillator of `hz` (at least 1) with tick 0 at cycle `at`, while the core runs at
+    /// `core_hz` (at least 1).
     pub fn new(hz: u32, core_hz: u32, at: Cycle) -> Self {
         Self {
             hz: hz.max(1),
@@ -81,12 +81,13 @@ impl Oscillator {
         }
     }
 
-    /// Ticks gone at cycle `at`.
+    /// Returns the number of ticks up to cycle `at`.
     pub fn ticks(&self, at: Cycle) -> u64 {
         self.position(at).0
     }
 
-    /// Cycle of tick `n`; the present anchor for ticks before it.
+    /// Returns the cycle of tick `n`; for ticks before the latest clock change, the cycle of that
+    /// change.
     pub fn cycle_of(&self, n: u64) -> Cycle {
         let ticks = u128::from(n.saturating_sub(self.ticks));
         let parts = (ticks * u128::from(self.core_hz)).saturating_sub(u128::from(self.fraction));
@@ -95,26 +96,26 @@ impl Oscillator {
             .saturating_add(u64::try_from(cycles).unwrap_or(u64::MAX))
     }
 
-    /// From cycle `at` on the core runs at `core_hz`.
+    /// Sets the core clock to `core_hz` from cycle `at` on.
     pub fn set_core_hz(&mut self, core_hz: u32, at: Cycle) {
         let (ticks, fraction) = self.position(at);
         let core_hz = core_hz.max(1);
         self.ticks = ticks;
-        // < core_hz: fraction < the old core_hz.
+        // < core_hz, because fraction < the old core_hz.
         self.fraction =
             (u128::from(fraction) * u128::from(core_hz) / u128::from(self.core_hz)) as u64;
         self.since = at;
         self.core_hz = core_hz;
     }
 
-    /// From cycle `at` on its own frequency is `hz`, at least 1.
+    /// Sets the oscillator's own frequency to `hz`, at least 1, from cycle `at` on.
     pub fn set_hz(&mut self, hz: u32, at: Cycle) {
         (self.ticks, self.fraction) = self.position(at);
         self.since = at;
         self.hz = hz.max(1);
     }
 
-    /// Frequency of the core that it is seen from, Hz.
+    /// Returns the frequency of the core clock, Hz, in whose cycles the oscillator is measured.
     pub const fn core_hz(&self) -> u32 {
         self.core_hz
     }

@@ -1,8 +1,8 @@
-//! The CRC calculation unit (RM0090 chapter 4): CRC-32 of whole words, polynomial
-//! 0x4C11DB7, most significant bit first, neither reflected nor inverted.
+//! Models the CRC calculation unit (RM0090 chapter 4): CRC-32 of whole words, polynomial 0x4C11DB7,
+//! most significant bit first, neither reflected nor inverted.
 //!
-//! A word takes four AHB cycles, in which further accesses wait (section 4.3).
-//! Taken: those to IDR and CR wait too.
+//! A word takes four AHB cycles, in which further accesses wait (section 4.3). Assumed: accesses to
+//! IDR and CR wait too.
 
 use super::peripheral::{Cycle, Modelled, Peripheral, Unmodelled};
 
@@ -14,7 +14,7 @@ const WORD_CYCLES: Cycle = 4;
 #[derive(Clone, PartialEq, Debug)]
 pub struct Crc {
     sum: u32,
-    /// IDR: eight bits that are the program's own.
+    /// IDR: eight bits for free use by the program.
     independent: u8,
     busy_until: Cycle,
 }
@@ -30,7 +30,7 @@ impl Default for Crc {
 }
 
 impl Crc {
-    /// Wait states of an access that would be complete from `done` on.
+    /// Returns the additional wait states of an access that would be complete from `done` on.
     pub fn wait(&self, done: Cycle) -> u32 {
         // At most four.
         self.busy_until.saturating_sub(done) as u32
@@ -75,7 +75,7 @@ mod tests {
     fn sums_are_those_of_crc_32_mpeg_2() {
         let mut crc = Crc::default();
         assert_eq!(crc.get(0, 0), u32::MAX);
-        // Its published check value is over "123456789": two words and a byte.
+        // The published check value is that of "123456789", which is two words and one byte.
         for word in [u32::from_be_bytes(*b"1234"), u32::from_be_bytes(*b"5678")] {
             crc.set(0, word, 0);
         }

@@ -1,32 +1,34 @@
-//! DBGMCU: who the chip is; whether the core's clock goes on in sleep; which timers a
-//! halted core stops (RM0090 section 38.16). The simulator's own debugger stops all time, whatever the bits say; a
-//! core that is halted in simulated time (`Soc::debug_halt`) heeds them.
+//! Models DBGMCU (RM0090 section 38.16): the identity of the chip, whether the core clock runs in
+//! sleep, and which timers a halted core stops.
+//!
+//! The simulator's own debugger stops all time, regardless of these bits; they apply to a core that
+//! is halted in simulated time (`Soc::debug_halt`).
 
 use super::peripheral::{Cycle, Modelled, Peripheral, Unmodelled};
 
 /// DBGMCU_IDCODE: device 0x413, revision 0x1007 (section 38.6.1).
 pub const IDCODE: u32 = 0x1007_6413;
 
-/// CR: the core's clock goes on in sleep. Without it CYCCNT stands there (section 38.16.1
-/// says that the clock is off; that the counter then stands, other projects saw).
+/// CR bit with which the core clock runs in sleep. Without it CYCCNT stops in sleep. (Section
+/// 38.16.1 says that the clock is off; other projects observed that the counter stops.)
 const DBG_SLEEP: u32 = 1;
 
-/// The three registers CR, APB1FZR, APB2FZR. A system reset leaves them alone.
+/// Registers CR, APB1FZR and APB2FZR. A system reset does not change them.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Dbgmcu {
     registers: [u32; 3],
 }
 
 impl Dbgmcu {
-    /// Bits that exist, in CR, APB1FZR and APB2FZR.
+    /// Existing bits of CR, APB1FZR and APB2FZR.
     const FIELDS: [u32; 3] = [0xE7, 0x06E0_1DFF, 0x0007_0003];
 
-    /// Whether the core's clock goes on while it sleeps.
+    /// Returns whether the core clock runs while the core sleeps.
     pub const fn clocks_sleeping_core(&self) -> bool {
         self.registers[0] & DBG_SLEEP != 0
     }
 
-    /// Whether a halted core stops timer 1 to 5, 11.
+    /// Returns whether a halted core stops timer `number`, 1 to 5 or 11.
     pub const fn stops_timer(&self, number: u8) -> bool {
         match number {
             1 => self.registers[2] & 1 != 0,
@@ -36,7 +38,7 @@ impl Dbgmcu {
         }
     }
 
-    /// Whether it stops the independent watchdog.
+    /// Returns whether a halted core stops the independent watchdog.
     pub const fn stops_watchdog(&self) -> bool {
         self.registers[1] & 1 << 12 != 0
     }

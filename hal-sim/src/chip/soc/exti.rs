@@ -1,11 +1,11 @@
-//! EXTI (RM0090 chapter 12): 23 lines, edges of which are latched in PR.
+//! Models EXTI (RM0090 chapter 12): 23 lines whose edges are latched in PR.
 
 use super::Syscfg;
 use super::peripheral::{Cycle, Modelled, Peripheral, Unmodelled};
 
 /// Line of the programmable voltage detector.
 pub const PVD: usize = 16;
-/// Lines 0–22.
+/// Mask of lines 0–22.
 const LINES: u32 = 0x007F_FFFF;
 
 const IMR: u32 = 0x00;
@@ -15,7 +15,7 @@ const FTSR: u32 = 0x0C;
 const SWIER: u32 = 0x10;
 const PR: u32 = 0x14;
 
-/// The external interrupt controller.
+/// External interrupt controller.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Exti {
     imr: u32,
@@ -26,22 +26,22 @@ pub struct Exti {
 }
 
 impl Exti {
-    /// A signal on `line` became `high`; latched if that edge is selected.
+    /// Processes a change of the signal on `line` to `high`; latches it if that edge is selected.
     /// Lines beyond 22 are ignored.
     pub fn edge(&mut self, line: usize, high: bool) {
         let selected = if high { self.rtsr } else { self.ftsr };
         self.pr |= selected & LINES & 1u32.checked_shl(line as u32).unwrap_or(0);
     }
 
-    /// A pin became `high`; goes to its line if SYSCFG selects its port there.
+    /// Passes a change of a pin to `high` on to its line, if SYSCFG selects the pin's port there.
     pub fn pin(&mut self, port: usize, pin: usize, high: bool, syscfg: &Syscfg) {
         if pin < 16 && syscfg.port(pin) == port {
             self.edge(pin, high);
         }
     }
 
-    /// Lines that ask for an interrupt, bit n is line n. Lines 5–9 and 10–15
-    /// share one NVIC input each (RM0090 table 61).
+    /// Returns the lines that request an interrupt, bit n is line n. Lines 5–9 and 10–15 share one
+    /// NVIC input each (RM0090 table 61).
     pub const fn pending(&self) -> u32 {
         self.pr & self.imr
     }
@@ -69,7 +69,7 @@ impl Peripheral for Exti {
             RTSR => self.rtsr = value,
             FTSR => self.ftsr = value,
             SWIER => {
-                // A bit that goes from 0 to 1 sets PR; only PR clears it.
+                // A bit that changes from 0 to 1 sets PR; only PR clears it.
                 self.pr |= value & !self.swier & self.imr;
                 self.swier |= value;
             }

@@ -1,19 +1,18 @@
-//! The independent watchdog (RM0090 chapter 21).
+//! Models the independent watchdog (RM0090 chapter 21).
 //!
-//! Taken: the prescaler runs freely, so that the first
-//! count after a reload may be cut short; a new prescaler or reload value
-//! arrives five LSI cycles after its write.
+//! Assumed: the prescaler runs freely, so that the first count after a reload may be shorter; a new
+//! prescaler or reload value takes effect five LSI cycles after its write.
 
 use super::clock::{Oscillator, cycles_in};
 use super::peripheral::{Cycle, Modelled, Peripheral, Unmodelled, refuse_if};
 
 /// LSI start-up, 15 µs typical (DS8626, LSI oscillator characteristics).
 const LSI_START_NS: u64 = 15_000;
-/// Until PVU or RVU clears (section 21.4.4).
+/// LSI cycles until PVU or RVU clears (section 21.4.4).
 const UPDATE_TICKS: u64 = 5;
 const RESET_RELOAD: u32 = 0xFFF;
 
-/// A register whose new value is on its way into the LSI's domain.
+/// A register whose new value is being transferred into the LSI's clock domain.
 #[derive(Clone, Copy, PartialEq, Debug)]
 struct Synchronized {
     value: u32,
@@ -28,12 +27,12 @@ impl Synchronized {
         }
     }
 
-    /// What software reads: the value written last.
+    /// Returns the value that software reads: the one written last.
     fn last_written(&self) -> u32 {
         self.pending.map_or(self.value, |(value, _)| value)
     }
 
-    /// Whether the value changed.
+    /// Applies a pending value that is due at `tick`, and returns whether the value changed.
     fn arrive(&mut self, tick: u64) -> bool {
         match self.pending {
             Some((value, due)) if due <= tick => {
@@ -46,15 +45,15 @@ impl Synchronized {
     }
 }
 
-/// The running counter: `count` at tick `since`, one less with each tick that
-/// is a multiple of the prescaler.
+/// Running counter: `count` at tick `since`, decremented at each tick that is a multiple of the
+/// prescaler.
 #[derive(Clone, Copy, PartialEq, Debug)]
 struct Counter {
     count: u64,
     since: u64,
 }
 
-/// Independent watchdog.
+/// Independent watchdog of the chip.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Iwdg {
     lsi_hz: u32,
@@ -62,16 +61,17 @@ pub struct Iwdg {
     unlocked: bool,
     prescaler: Synchronized,
     reload: Synchronized,
-    /// LSI and counter; it runs once it was started.
+    /// LSI and counter, which run once the watchdog was started.
     running: Option<(Oscillator, Counter)>,
-    /// Tick since which it stands.
+    /// Tick at which the counter was halted, if it is.
     held_at: Option<u64>,
-    /// It asks for a reset of the chip.
+    /// Whether the watchdog requests a reset of the chip.
     pub(crate) bitten: bool,
 }
 
 impl Iwdg {
-    /// At reset, on an LSI of `lsi_hz`: 32 kHz typical, 17–47 kHz (DS8626).
+    /// Creates a watchdog in its reset state with an LSI of `lsi_hz`: 32 kHz typical, 17–47 kHz
+    /// (DS8626).
     pub const fn new(lsi_hz: u32) -> Self {
         Self {
             lsi_hz,
@@ -85,7 +85,7 @@ impl Iwdg {
         }
     }
 
-    /// System reset: the watchdog stands still until it is started again.
+    /// Stops the watchdog until it is started again, as a system reset does.
     pub fn reset(&mut self) {
         *self = Self {
             core_hz: self.core_hz,
@@ -93,7 +93,7 @@ impl Iwdg {
         };
     }
 
-    /// From cycle `at` on the core runs at `hz`.
+    /// Sets the core clock to `hz` from cycle `at` on.
     pub fn set_hz(&mut self, hz: u32, at: Cycle) {
         self.core_hz = hz;
         if let Some((lsi, _)) = &mut self.running {
@@ -101,7 +101,7 @@ impl Iwdg {
         }
     }
 
-    /// The LSI has `hz` from cycle `at` on.
+    /// Sets the frequency of the LSI oscillator to `hz` from cycle `at` on.
     pub fn set_lsi_hz(&mut self, hz: u32, at: Cycle) {
         self.lsi_hz = hz;
         if let Some((lsi, _)) = &mut self.running {
@@ -109,7 +109,7 @@ impl Iwdg {
         }
     }
 
-    /// It counts no more from `at` on, or again (DBGMCU_APB1_FZ while the core is halted).
+    /// Halts or resumes the counter at `at` (DBGMCU_APB1_FZ while the core is halted).
     pub fn hold(&mut self, held: bool, at: Cycle) {
         let Some((lsi, counter)) = &mut self.running else {
             return;
@@ -123,23 +123,24 @@ impl Iwdg {
         }
     }
 
-    /// Cycle of its bite if nothing more happens; `Cycle::MAX` while it stands.
+    /// Returns the cycle of the reset if nothing else happens; `Cycle::MAX` while the counter is
+    /// halted.
     pub fn reset_cycle(&self) -> Cycle {
         let running = self.running.as_ref().filter(|_| self.held_at.is_none());
         running.map_or(Cycle::MAX, |(lsi, counter)| {
             let divider = self.divider();
-            // The count passes 0 with one multiple of the divider more.
+            // The counter passes 0 at the next multiple of the divider.
             let last = counter.since / divider + counter.count + 1;
             lsi.cycle_of(last * divider)
         })
     }
 
-    /// LSI cycles per count: 4, 8, …, 256.
+    /// Returns the LSI cycles per count: 4, 8, …, 256.
     fn divider(&self) -> u64 {
         4 << self.prescaler.value.min(6)
     }
 
-    /// Counts down from 0xFFF, whatever the reload value (section 21.3).
+    /// Starts the counter from 0xFFF, regardless of the reload value (section 21.3).
     fn start(&mut self, at: Cycle) {
         if self.running.is_none() {
             let first = at.saturating_add(cycles_in(LSI_START_NS, self.core_hz));
@@ -182,7 +183,7 @@ impl Iwdg {
         Ok(())
     }
 
-    /// A new prescaler counts what is left from where the old one stood.
+    /// Applies pending values. A new prescaler continues from the present count.
     fn arrive(&mut self, tick: u64) {
         let old = self.divider();
         let due = self.prescaler.pending.map_or(tick, |(_, due)| due);
@@ -246,10 +247,11 @@ impl Peripheral for Iwdg {
         Ok(())
     }
 
-    /// The bite, or the arrival of a new prescaler, which moves it.
+    /// Returns the cycle of the reset, or of the arrival of a new prescaler, which changes that
+    /// cycle.
     fn next_event(&self) -> Cycle {
         if self.bitten {
-            return Cycle::MAX; // until the reset that it asks for
+            return Cycle::MAX; // until the requested reset
         }
         let arrival = match (&self.running, self.prescaler.pending) {
             (Some((lsi, _)), Some((_, due))) => lsi.cycle_of(due),
@@ -273,7 +275,7 @@ mod tests {
     /// Cycle of LSI tick 0: 15 µs.
     const FIRST: Cycle = 240;
 
-    /// The board's set-up: start, unlock, divide by 4, 49 counts.
+    /// Settings of the board: start, unlock, divide by 4, 49 counts.
     fn board(lsi_hz: u32) -> Iwdg {
         let mut iwdg = Iwdg::new(lsi_hz);
         iwdg.set(KR, 0xCCCC, 0);
@@ -362,7 +364,7 @@ mod tests {
         let due = FIRST + (tick + 5) * TICK; // tick 24: two counts later
         assert_eq!(iwdg.next_event(), due);
         iwdg.advance(due).unwrap();
-        // 46 counts of 16 are left, and the one under way (ticks 16-31).
+        // 46 counts of 16 are left, and the current one (ticks 16-31).
         assert_eq!(iwdg.reset_cycle(), FIRST + (1 + 46 + 1) * 16 * TICK);
     }
 

@@ -1,23 +1,23 @@
-//! The memory map (RM0090 table 1): which block answers at an address.
+//! Memory map (RM0090 table 1): finds the block that answers at an address.
 
 use super::matrix::Bridge;
 use super::playback;
 use super::rcc::{APB1, APB2, Block};
 
-/// A block of registers and the offset within it.
+/// A block of registers or memory that answers on the bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unit {
     /// TIM1–5, DMA1/2, GPIO.
     Playback(playback::Block),
-    /// RTC, of which the backup registers.
+    /// RTC, of which only the backup registers are modelled.
     Backup,
-    /// Backup SRAM.
+    /// Backup SRAM, 4 KiB.
     BackupSram,
     /// Independent watchdog.
     Iwdg,
-    /// SPI3.
+    /// SPI3, which controls the DACs.
     Spi3,
-    /// USART2.
+    /// USART2, an asynchronous serial port.
     Usart2,
     /// Power control.
     Pwr,
@@ -29,19 +29,19 @@ pub enum Unit {
     Exti,
     /// Reset and clock control.
     Rcc,
-    /// CRC unit.
+    /// CRC calculation unit.
     Crc,
     /// Flash interface.
     Flash,
-    /// TIM11.
+    /// General-purpose timer TIM11.
     Tim11,
-    /// USB.
+    /// USB OTG_FS.
     Otg,
     /// Debug support.
     Dbgmcu,
 }
 
-/// The block at `address`, from 0x4000_0000 on, and the offset within it.
+/// Returns the block at `address`, from 0x4000_0000 on, and the offset within it.
 pub fn find_unit(address: u32) -> Option<(Unit, u32)> {
     if address >> 18 == 0x5000_0000 >> 18 {
         return Some((Unit::Otg, address & 0x3_FFFF));
@@ -80,8 +80,9 @@ pub fn find_unit(address: u32) -> Option<(Unit, u32)> {
     Some((unit, address & 0x3FF))
 }
 
-/// The clock enable (bus and bit in RCC's enable registers) of a block that nobody models;
-/// `None` where RM0090 table 1 has no block. Without its clock it reads 0 and loses writes.
+/// Returns the clock enable (bus and bit in RCC's enable registers) of a block that is not
+/// modelled; `None` where RM0090 table 1 has no block. Without its clock a block reads 0 and
+/// ignores writes.
 pub const fn unmodelled_clock(address: u32) -> Option<(usize, u32)> {
     const AHB1: usize = 0;
     const AHB2: usize = 1;
@@ -110,7 +111,7 @@ pub const fn unmodelled_clock(address: u32) -> Option<(usize, u32)> {
 }
 
 impl Unit {
-    /// The bridge between it and AHB1; `None` if it is not behind AHB1.
+    /// Returns the bridge between the block and AHB1; `None` if it is not connected to AHB1.
     pub const fn bridge(self) -> Option<Bridge> {
         Some(match self {
             Self::Playback(_) | Self::Rcc | Self::Flash | Self::Crc | Self::BackupSram => {
@@ -122,7 +123,7 @@ impl Unit {
         })
     }
 
-    /// The clock that it needs to answer; `None` if it always has one.
+    /// Returns the clock that the block needs to answer; `None` if its clock is always on.
     pub const fn clock(self) -> Option<Block> {
         Some(match self {
             Self::Playback(playback::Block::Timer(n)) => Block::Timer(n),
@@ -138,8 +139,8 @@ impl Unit {
             Self::Otg => Block::OtgFs,
             Self::Crc => Block::Crc,
             Self::BackupSram => Block::BackupSram,
-            // EXTI runs on APB2's own clock; the backup domain and the
-            // watchdog have theirs (RM0090 section 7.3).
+            // EXTI runs on APB2's own clock; the backup domain and the watchdog have their own
+            // clocks (RM0090 section 7.3).
             Self::Exti | Self::Backup | Self::Iwdg | Self::Rcc | Self::Flash | Self::Dbgmcu => {
                 return None;
             }
@@ -147,7 +148,7 @@ impl Unit {
     }
 }
 
-/// What RCC's reset bit of `block` resets, if it lives in `Playback`.
+/// Returns the part of `Playback` that RCC's reset bit of `block` resets, if `block` belongs to it.
 pub const fn playback_block(block: Block) -> Option<playback::Block> {
     Some(match block {
         Block::Timer(n @ 1..=5) => playback::Block::Timer(n),

@@ -1,57 +1,56 @@
-//! The bus matrix (RM0090 2.1): who waits for whom, and how long.
+//! Models the bus matrix (RM0090 2.1): which master waits for which, and for how long.
 //!
-//! Each slave serves one access at a time and stays granted to its last master.
-//! Exact by the manuals: separate slaves never disturb one another, AHB slaves
-//! answer without wait states, masters take turns (RM0090 2.1.10), and a change
-//! of master costs one cycle (AN4031 tables 4 and 5, bus matrix arbitration).
-//! Approximate: the cost of an APB access (one cycle into the bridge, then two
-//! APB cycles from the next APB clock edge, AN4031 table 4; the phase of the APB
-//! clocks is unknown and taken from cycle 0), a write's like a read's; and the
-//! bridge holds the whole AHB1 slave meanwhile.
+//! Each slave serves one access at a time and stays granted to its last master. Exact according to
+//! the manuals: different slaves never delay one another, AHB slaves answer without wait states,
+//! masters take turns (RM0090 2.1.10), and a change of master costs one cycle (AN4031 tables 4 and
+//! 5, bus matrix arbitration). Approximate: an APB access costs one cycle into the bridge, then two
+//! APB cycles from the next APB clock edge (AN4031 table 4; the phase of the APB clocks is unknown
+//! and assumed to start at cycle 0), a write costs as much as a read, and the bridge occupies the
+//! whole AHB1 slave meanwhile.
 
 use crate::chip::Cycle;
 
-/// Who asks.
+/// Bus master that requests an access.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Master {
-    /// The core's D- or S-bus.
+    /// D-bus or S-bus of the core.
     Core,
-    /// DMA2's memory port.
+    /// Memory port of DMA2.
     Dma2Memory,
-    /// DMA2's peripheral port.
+    /// Peripheral port of DMA2.
     Dma2Peripheral,
 }
 
-/// Who answers.
+/// Bus slave that answers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Slave {
     /// SRAM1, 112 KiB.
     Sram1,
     /// SRAM2, 16 KiB.
     Sram2,
-    /// AHB1 peripherals: GPIO, DMA, RCC. The APB bridges hang here too.
+    /// AHB1 peripherals: GPIO, DMA, RCC. The APB bridges are connected here too.
     Ahb1,
 }
 
-/// What the core reaches behind the AHB1 slave.
+/// Bridge through which the core reaches a block on the AHB1 slave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Bridge {
-    /// AHB1 itself.
+    /// No bridge: the block is on AHB1 itself.
     None,
-    /// APB1.
+    /// Bridge to the peripherals on APB1.
     Apb1,
-    /// APB2.
+    /// Bridge to the peripherals on APB2.
     Apb2,
 }
 
 #[derive(Clone, Copy, PartialEq, Debug)]
 struct State {
-    /// First cycle in which it can begin an access.
+    /// First cycle in which the slave can begin an access.
     free: Cycle,
     owner: Master,
 }
 
-/// The slaves that both the core and DMA2 reach in the images.
+/// Slaves that both the core and DMA2 access in the images.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Matrix {
     slaves: [State; 3],
@@ -72,33 +71,34 @@ impl Default for Matrix {
 }
 
 impl Matrix {
-    /// Sets the HCLK cycles per APB1 and APB2 cycle: 1, 2, 4, 8, 16 (RCC_CFGR
-    /// PPRE).
+    /// Sets the HCLK cycles per APB1 and APB2 cycle: 1, 2, 4, 8, 16 (RCC_CFGR PPRE).
     pub fn set_apb(&mut self, apb1: u32, apb2: u32) {
         self.apb = [apb1.max(1), apb2.max(1)];
     }
 
-    /// Forgets what was over by `at`: it can no longer make anybody wait.
+    /// Discards accesses that ended by `at`, which can no longer delay others, so that states can
+    /// be compared.
     pub fn forget(&mut self, at: Cycle) {
         for slave in &mut self.slaves {
             slave.free = slave.free.max(at);
         }
     }
 
-    /// First cycle from `want` on in which `slave` can take up an access.
+    /// Returns the first cycle from `want` on in which `slave` can begin an access.
     #[inline]
     pub fn ready_at(&self, slave: Slave, want: Cycle) -> Cycle {
         want.max(self.slaves[slave as usize].free)
     }
 
-    /// Whose turn it is not, should others ask at the same cycle.
+    /// Returns the last master of `slave`, which loses against others that request it in the same
+    /// cycle.
     #[inline]
     pub fn last_master(&self, slave: Slave) -> Master {
         self.slaves[slave as usize].owner
     }
 
-    /// Lets `master` use `slave` for one cycle from `want` on; gives the cycle
-    /// from which the access is complete.
+    /// Grants `slave` to `master` for one cycle from `want` on; returns the cycle from which the
+    /// access is complete.
     #[inline]
     pub fn grant(&mut self, slave: Slave, master: Master, want: Cycle) -> Cycle {
         let state = &mut self.slaves[slave as usize];
@@ -110,8 +110,7 @@ impl Matrix {
         start + 1
     }
 
-    /// The core's access through `bridge`; gives the cycle from which it is
-    /// complete.
+    /// Grants the core an access through `bridge`; returns the cycle from which it is complete.
     pub fn grant_core(&mut self, slave: Slave, bridge: Bridge, want: Cycle) -> Cycle {
         let done = self.grant(slave, Master::Core, want);
         let divider = match bridge {
@@ -119,7 +118,7 @@ impl Matrix {
             Bridge::Apb1 => self.apb[0],
             Bridge::Apb2 => self.apb[1],
         };
-        // A power of two, as all of RCC_CFGR's prescalers.
+        // A power of two, like all prescalers of RCC_CFGR.
         let divider = Cycle::from(divider);
         let done = ((done + divider - 1) & !(divider - 1)) + 2 * divider;
         self.slaves[slave as usize].free = done;

@@ -1,8 +1,8 @@
-//! The STM32F405 around the core: memories, bus matrix, peripherals, at
-//! register level, as far as the images touch them.
+//! Models the STM32F405 around the core at register level, as far as the images use it: memories,
+//! bus matrix, peripherals.
 //!
-//! In: the core's accesses, pins, USB packets. Out: pin edges, interrupt
-//! lines, what the DACs hold. RM0090 is the reference manual.
+//! In: the core's accesses, pins, USB packets. Out: pin edges, interrupt lines, the contents of the
+//! DACs. The reference manual is RM0090.
 
 pub mod adc;
 pub mod backup;
@@ -66,7 +66,7 @@ use uid::Signature;
 use unheeded::IgnoredBits;
 use usart::Usart;
 
-/// LSI, Hz, typical (DS8626: 17–47 kHz).
+/// Frequency of the LSI oscillator, Hz, typical (DS8626: 17–47 kHz).
 const LSI_HZ: u32 = 32_000;
 
 /// The chip without its core.
@@ -82,52 +82,51 @@ pub struct Soc {
     pub playback: Playback,
     /// Clocks and resets.
     pub rcc: Rcc,
-    /// ADC1.
+    /// ADC1, injected group.
     pub adc: Adc,
-    /// SPI3.
+    /// SPI3, which controls the DACs.
     pub spi3: Spi,
-    /// USB.
+    /// USB OTG_FS.
     pub otg: Otg,
-    /// USART2.
+    /// USART2, an asynchronous serial port.
     pub usart2: Usart,
     /// Backup registers.
     pub backup: Backup,
-    /// Backup SRAM.
+    /// Backup SRAM, 4 KiB.
     pub backup_sram: BackupSram,
     /// External interrupts.
     pub exti: Exti,
     pwr: Pwr,
     iwdg: Iwdg,
     lsi_hz: u32,
-    /// Whether TIM5 was told that the LSI oscillates.
+    /// Whether TIM5 was informed that the LSI oscillates.
     lsi_is_on: bool,
     tim11: Tim11,
     crc: Crc,
     syscfg: Syscfg,
     dbgmcu: Dbgmcu,
     unheeded: IgnoredBits,
-    /// Accesses that no block answered, its clock being off: on silicon nobody
-    /// would know.
+    /// Number of accesses to blocks whose clock is off. On silicon they would go unnoticed.
     pub unclocked: u64,
-    /// Its number and size.
+    /// Unique number and flash size of the chip.
     pub signature: Signature,
-    /// Who looks on at SRAM.
+    /// Observer of accesses to SRAM.
     pub watch: Option<Box<watch::Watch>>,
-    /// Whether DMA uses SRAM1, SRAM2.
+    /// Whether DMA uses SRAM1 and SRAM2.
     shares: [bool; 2],
-    /// A reset that was asked for and not carried out yet.
+    /// Cause of a reset that was requested and not carried out yet.
     pub(in crate::chip) reset: Option<Cause>,
     pvd: bool,
     now: Cycle,
-    /// Nothing happens inside before this; an access can make it earlier.
+    /// Cycle of the next internal event; an access can make it earlier.
     event: Cycle,
-    /// Earliest cycle at which `advance` must be called: at an event, or
-    /// because an access may have moved an interrupt line.
+    /// Earliest cycle at which `advance` must be called: at an event, or because an access may have
+    /// changed an interrupt line.
     due: Cycle,
 }
 
 impl Soc {
-    /// A chip with erased flash, at power-on.
+    /// Creates a chip with erased flash, at power-on.
     pub fn new(pace: Pace) -> Self {
         Self {
             flash: Flash::default(),
@@ -163,8 +162,8 @@ impl Soc {
         }
     }
 
-    /// System reset at `at`. Flash, RAM and backup registers stay; backup SRAM and the debug
-    /// registers too, unless power came up (RM0090 section 38.16.3).
+    /// Resets the system at `at`. Flash, RAM and backup registers keep their contents; backup SRAM
+    /// and the debug registers too, except after power-on (RM0090 section 38.16.3).
     pub fn reset(&mut self, cause: Cause, at: Cycle) -> Modelled {
         self.reset = None;
         if cause == Cause::PowerOn {
@@ -196,20 +195,21 @@ impl Soc {
         Ok(())
     }
 
-    /// The supply fails for a moment, in which a battery at VBAT keeps the backup
-    /// registers: a reset follows. RAM keeps what it held, but not backup SRAM.
+    /// Interrupts the supply for a moment, which requests a reset. A battery at VBAT keeps the
+    /// backup registers. RAM keeps its contents, but backup SRAM does not.
     pub fn lose_power(&mut self) {
         self.request_reset_for(Cause::PowerOn);
     }
 
-    /// A reset for this cause follows.
+    /// Requests a chip reset for this cause, and reschedules the next event to carry it out.
     pub fn request_reset_for(&mut self, cause: Cause) {
         self.reset = Some(cause);
         self.reschedule();
     }
 
-    /// The first part whose state is another than in `other` at `at`; nothing where both do
-    /// the same from then on. What is counted for people, and what is foreseen, is no state.
+    /// Returns the name of the first part whose state differs from that in `other` at `at`; `None`
+    /// if both behave identically from then on. Statistics and predicted times do not count as
+    /// state.
     pub fn first_difference(&self, other: &Self, at: Cycle) -> Option<&'static str> {
         let parts = [
             ("SRAM", self.ram == other.ram),
@@ -240,7 +240,7 @@ impl Soc {
         parts.into_iter().find(|part| !part.1).map(|part| part.0)
     }
 
-    /// Core clock, Hz.
+    /// Returns the frequency of the core clock, Hz.
     pub fn hz(&self) -> u32 {
         self.rcc.clocks.hclk_hz
     }

@@ -1,12 +1,12 @@
-//! ADC1's injected group (RM0090 chapter 13). Regular conversions, ADC2 and 3,
-//! DMA, watchdog and temperature sensor are not modelled.
+//! Models the injected group of ADC1 (RM0090 chapter 13). Regular conversions, ADC2 and 3, DMA,
+//! watchdog and temperature sensor are not modelled.
 //!
-//! In: the trigger, codes. Out: when which channel is sampled, the results, an
-//! interrupt line. The analogue side is the caller's: it asks `next_sample`,
-//! and gives the code that the input has at that very cycle with `deliver_sample`.
+//! In: the trigger and the codes. Out: the time and channel of each sample, the results, an
+//! interrupt line. The caller models the analogue inputs: it reads `next_sample`, and passes the
+//! code of that input at that cycle to `deliver_sample`.
 //!
-//! Taken: sampling begins three ADC clocks after the trigger, the data sheet's
-//! longest latency, and the clock's phase is the trigger's.
+//! Assumed: sampling begins three ADC clocks after the trigger, the data sheet's maximum latency,
+//! and the ADC clock is in phase with the trigger.
 
 mod registers;
 #[cfg(test)]
@@ -20,7 +20,7 @@ use crate::chip::cpu::bus::{Modelled, refuse_if};
 const LATENCY: u64 = 3;
 /// Power-up time, at most 3 µs (the same table).
 const POWER_UP_NS: u64 = 3_000;
-/// JEXTSEL of TIM2_TRGO.
+/// Value of JEXTSEL that selects TIM2_TRGO as the trigger.
 const TIM2_TRGO: u32 = 0b0011;
 
 mod sr {
@@ -46,20 +46,20 @@ mod cr2 {
 /// An input at the end of its sampling time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sample {
-    /// The cycle at which the input is held.
+    /// Cycle at which the input is held.
     pub at: Cycle,
-    /// Channel 0–18.
+    /// Number of the input channel, 0–18.
     pub channel: u8,
 }
 
-/// The conversion under way.
+/// Conversion in progress.
 #[derive(Clone, Copy, PartialEq, Debug)]
 struct Conversion {
     /// Place in the group, 0–3.
     rank: u8,
     sample: Sample,
     end: Cycle,
-    /// What the input was, once it was sampled.
+    /// Code of the input, once it was sampled.
     code: Option<u16>,
 }
 
@@ -77,17 +77,17 @@ pub struct Adc {
     jsqr: u32,
     ccr: u32,
     results: [u32; 4],
-    /// When a trigger may come.
+    /// Earliest cycle of a trigger, after power-up.
     ready: Cycle,
     conversion: Option<Conversion>,
-    /// Broken: no trigger begins a conversion.
+    /// Injected fault: no trigger begins a conversion.
     pub deaf: bool,
-    /// Triggers to come that it does not heed.
+    /// Injected fault: number of coming triggers that are ignored.
     pub unheard: u8,
 }
 
 impl Default for Adc {
-    /// At reset, core and bus at 16 MHz.
+    /// Returns the reset state, with core and bus at 16 MHz.
     fn default() -> Self {
         Self {
             hz: super::rcc::HSI_HZ,
@@ -109,7 +109,7 @@ impl Default for Adc {
 }
 
 impl Adc {
-    /// Reset of the block or the chip.
+    /// Resets the registers; clocks and injected faults stay.
     pub fn reset(&mut self) {
         *self = Self {
             hz: self.hz,
@@ -120,17 +120,16 @@ impl Adc {
         };
     }
 
-    /// The core runs at `hz`, APB2 at `hz / bus_divider`, from the next
-    /// conversion on.
+    /// Sets the core clock to `hz` and APB2 to `hz / bus_divider`, from the next conversion on.
     pub fn set_clock(&mut self, hz: u32, bus_divider: u32) {
         self.hz = hz;
         self.bus_divider = bus_divider;
     }
 
-    /// A rising edge of TIM2's trigger output at `at`.
+    /// Processes a rising edge of TIM2's trigger output at `at`.
     ///
     /// # Errors
-    /// The group is converting still, or the ADC was just switched on.
+    /// Fails if the group is still converting, or the ADC was only just switched on.
     pub fn trigger(&mut self, at: Cycle) -> Modelled {
         let enabled = cr2::ADON | 1 << 20; // JEXTEN: rising edge
         if self.cr2 & (cr2::ADON | cr2::JEXTEN) != enabled
@@ -154,42 +153,42 @@ impl Adc {
         Ok(())
     }
 
-    /// The sample that is due next, if a conversion is sampling: the caller
-    /// gives its code with `deliver_sample` before it lets time go beyond it.
+    /// Returns the next sample if a conversion is sampling. The caller must pass its code to
+    /// `deliver_sample` before it advances beyond that time.
     pub fn next_sample(&self) -> Option<Sample> {
         let conversion = self.conversion?;
         conversion.code.is_none().then_some(conversion.sample)
     }
 
-    /// The code, 0–4095, that the input of `next_sample` has at its cycle.
+    /// Delivers the code, 0–4095, that the input of `next_sample` has at its cycle.
     pub fn deliver_sample(&mut self, code: u16) {
         if let Some(conversion) = &mut self.conversion {
             conversion.code.get_or_insert(code.min(0xFFF));
         }
     }
 
-    /// Level of the ADC interrupt, line 18.
+    /// Returns the level of the ADC interrupt, line 18.
     pub const fn interrupt(&self) -> bool {
         self.cr1 & cr1::JEOCIE != 0 && self.sr & sr::JEOC != 0
     }
 
-    /// Core cycles per ADC clock.
+    /// Returns the number of core cycles per ADC clock.
     fn clock(&self) -> u64 {
         let prescaler = 2 * ((self.ccr >> 16 & 3) + 1);
         u64::from(self.bus_divider) * u64::from(prescaler)
     }
 
-    /// Conversions in the group, 1–4.
+    /// Returns the number of conversions in the group, 1–4.
     const fn length(&self) -> u8 {
         (self.jsqr >> 20 & 3) as u8 + 1
     }
 
-    /// The sequence begins at JSQ(4 − JL) (section 13.13.12).
+    /// Returns the channel at `rank`. The sequence begins at JSQ(4 − JL) (section 13.13.12).
     const fn channel(&self, rank: u8) -> u8 {
         (self.jsqr >> (5 * (4 - self.length() + rank)) & 0x1F) as u8
     }
 
-    /// ADC clocks of the sampling time of `channel` (section 13.13.4).
+    /// Returns the sampling time of `channel`, ADC clocks (section 13.13.4).
     const fn sampling_time(&self, channel: u8) -> u64 {
         let (register, place) = if channel < 10 {
             (1, channel)
@@ -208,7 +207,7 @@ impl Adc {
         }
     }
 
-    /// Bits of a result: 12, 10, 8 or 6; a conversion takes as many clocks.
+    /// Returns the number of bits of a result: 12, 10, 8 or 6; a conversion takes as many clocks.
     const fn bits(&self) -> u32 {
         12 - 2 * ((self.cr1 & cr1::RES) >> 24)
     }
@@ -228,8 +227,8 @@ impl Adc {
         let rank = usize::from(conversion.rank);
         let reduced = u32::from(code) >> (12 - self.bits());
         let result = reduced.wrapping_sub(self.offsets[rank]);
-        // Injected results are signed; left alignment has the sign on top and,
-        // at 6 bits, byte alignment (figures 49, 50).
+        // Injected results are signed; left alignment has the sign on top and, at 6 bits, byte
+        // alignment (figures 49, 50).
         let result = if self.cr2 & cr2::ALIGN == 0 {
             result
         } else if self.bits() == 6 {
@@ -238,7 +237,7 @@ impl Adc {
             result << (15 - self.bits())
         };
         self.results[rank] = result & 0xFFFF;
-        // Without SCAN the first of the group is all of it (section 13.3.8).
+        // Without SCAN only the first channel of the group is converted (section 13.3.8).
         let length = match self.cr1 & cr1::SCAN {
             0 => 1,
             _ => self.length(),

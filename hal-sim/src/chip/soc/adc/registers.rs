@@ -1,11 +1,11 @@
-//! ADC1 and common registers (RM0090 section 13.13), by offset from ADC1.
+//! Registers of ADC1 and the common registers (RM0090 section 13.13), by offset from ADC1.
 
 use super::{Adc, cr1, cr2, sr};
 use crate::chip::soc::peripheral::{Cycle, Modelled, Peripheral, Unmodelled, refuse_if};
 
 const CSR: u32 = 0x300;
 const CCR: u32 = 0x304;
-/// ADCPRE.
+/// Modelled bits of ADC_CCR: the prescaler ADCPRE.
 const CCR_KNOWN: u32 = 3 << 16;
 
 impl Adc {
@@ -50,7 +50,7 @@ impl Peripheral for Adc {
             return Err(Unmodelled("ADC: set up while converting"));
         }
         match offset {
-            // rc_w0: writing 0 clears, 1 leaves alone.
+            // rc_w0: writing 0 clears a bit, 1 leaves it unchanged.
             0x00 => self.sr &= value | !(sr::JEOC | sr::JSTRT),
             0x04 if value & !cr1::KNOWN != 0 => {
                 return Err(Unmodelled("ADC_CR1: other than SCAN, RES, JEOCIE"));
@@ -63,7 +63,7 @@ impl Peripheral for Adc {
             }
             0x38 => {
                 self.jsqr = value & 0x3F_FFFF;
-                // Another group: conversion begins anew with it (section 13.3.3).
+                // A new group restarts the conversion with its first channel (section 13.3.3).
                 if busy {
                     self.begin(0, at);
                 }
@@ -87,7 +87,7 @@ impl Peripheral for Adc {
         Ok(())
     }
 
-    /// The next sample or the end of the conversion.
+    /// Returns the time of the next sample or of the end of the conversion.
     fn next_event(&self) -> Cycle {
         self.conversion.map_or(Cycle::MAX, |c| {
             if c.code.is_none() { c.sample.at } else { c.end }

@@ -1,4 +1,4 @@
-//! The ADC against RM0090 chapter 13.
+//! Compares the ADC with RM0090 chapter 13.
 
 use super::*;
 use crate::chip::soc::peripheral::{Peripheral, WordAccess};
@@ -14,8 +14,8 @@ const CCR: u32 = 0x304;
 /// JEXTSEL TIM2_TRGO, JEXTEN rising, ADON.
 const ARMED: u32 = 0x0013_0001;
 
-/// The board's: 168 MHz, APB2 / 2, / 4: 8 cycles a clock; channel 1 for 15
-/// clocks, then channel 0 for 84.
+/// Settings of the board: 168 MHz, APB2 / 2, / 4: 8 cycles per clock; channel 1 for 15 clocks, then
+/// channel 0 for 84.
 fn board() -> Adc {
     let mut adc = Adc::default();
     adc.set_clock(168_000_000, 2);
@@ -60,7 +60,7 @@ fn a_trigger_converts_both_channels_at_their_exact_times() {
     assert_eq!(adc.get(SR, end), 8 | 4, "JEOC");
     assert_eq!(adc.get(JDR2, end), 0xFFF);
     assert_eq!(adc.next_event(), Cycle::MAX);
-    // Within the 8 us that the firmware allows.
+    // Within the 8 µs that the firmware allows.
     assert!((end - 1000) < 8 * 168);
 }
 
@@ -177,7 +177,8 @@ fn triggers_that_do_not_count_and_those_that_stop_the_run() {
     assert!(adc.trigger(1000).is_err(), "42 MHz");
 }
 
-/// Section 13.3.3: another group begins at once; 13.3.8: without SCAN it ends with its first.
+/// Section 13.3.3: a new group begins at once; 13.3.8: without SCAN only the first channel is
+/// converted.
 #[test]
 fn a_group_that_changes_begins_anew_and_without_scan_its_first_is_all() {
     let mut adc = board();
@@ -213,7 +214,7 @@ fn the_rest_is_not_modelled() {
         assert!(adc.write(offset, value, 0).is_err(), "{offset:#x}");
     }
     assert!(adc.read(0x4C, 0).is_err());
-    // Another trigger never comes, nor is this one heard.
+    // With another trigger source, TIM2's trigger is ignored.
     adc.set(CR2, 0x0011_0001, 0);
     adc.trigger(1_000_000).unwrap();
     assert_eq!(adc.next_sample(), None);

@@ -1,11 +1,10 @@
-//! DMA2 and DMA1 (RM0090 chapter 10): registers, flags, streams.
+//! Models DMA2 and DMA1 (RM0090 chapter 10): registers, flags, streams.
 //!
-//! Modelled: DMA2, TIM1's requests, direct mode, words, memory increment,
-//! circular or not, memory to GPIOx_BSRR, and SRAM to SRAM through the
-//! peripheral port; and what becomes of that when a bit of a stream turns. TEIF
-//! (a bus error) and DMEIF (no memory increment) never rise. DMA1 answers, but no
-//! stream of it may be enabled. Here: state and what one access does to it. Not
-//! here: when accesses happen (`playback`).
+//! Modelled for DMA2: TIM1's requests, direct mode, words, memory increment, circular or not,
+//! memory to GPIOx_BSRR, and SRAM to SRAM through the peripheral port; and the effect of inverted
+//! bits in the registers of such a stream. TEIF (a bus error) and DMEIF (no memory increment) are
+//! never set. DMA1 answers accesses, but none of its streams may be enabled. This module holds the
+//! state and the effect of a single access; `playback` determines when accesses happen.
 
 mod registers;
 mod stream;
@@ -17,26 +16,26 @@ pub use registers::stream_offset;
 pub(crate) use stream::bit;
 pub use stream::{Stream, Target};
 
-/// Streams of a controller.
+/// Number of streams of a controller.
 pub const STREAMS: usize = 8;
 
-/// Events of TIM1 that ask DMA2, as bits: update, then channels 1–4.
+/// Number of TIM1 events that request DMA2. As bits: update, then channels 1–4.
 pub const EVENTS: usize = 5;
 
-/// One controller.
+/// One DMA controller.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Dma {
-    /// 1 or 2.
+    /// Number of the controller: 1 or 2.
     number: u8,
     streams: [Stream; STREAMS],
-    /// LISR, HISR.
+    /// Registers LISR and HISR.
     flags: [u32; 2],
-    /// Streams of which an interrupt is enabled.
+    /// Streams with an enabled interrupt, bit n is stream n.
     asking: u8,
 }
 
 impl Dma {
-    /// Controller `number`, 1 or 2, as after reset.
+    /// Creates controller `number`, 1 or 2, in its reset state.
     pub fn new(number: u8) -> Self {
         Self {
             number,
@@ -46,32 +45,33 @@ impl Dma {
         }
     }
 
-    /// Stream `index`, 0–7.
+    /// Returns stream `index`, 0–7.
     #[inline]
     pub fn stream(&self, index: usize) -> &Stream {
         &self.streams[index]
     }
 
-    /// As [`Self::stream`].
+    /// Returns stream `index`, 0–7, for changes.
     #[inline]
     pub fn stream_mut(&mut self, index: usize) -> &mut Stream {
         &mut self.streams[index]
     }
 
-    /// Streams that are enabled, bit n is stream n.
+    /// Returns the enabled streams, bit n is stream n.
     pub fn enabled(&self) -> u8 {
         (0..STREAMS).fold(0, |bits, n| {
             bits | u8::from(self.streams[n].is_enabled()) << n
         })
     }
 
-    /// Raises flags `bit::*IF` of stream `index`.
+    /// Sets flags `bit::*IF` of stream `index`.
     #[inline]
     pub fn raise(&mut self, index: usize, flag: u32) {
         self.flags[index / 4] |= flag << SHIFTS[index % 4];
     }
 
-    /// Streams that ask for an interrupt: a flag is up whose enable is set (RM0090 10.4).
+    /// Returns the streams that request an interrupt: those with a set flag whose interrupt is
+    /// enabled (RM0090 10.4).
     #[inline]
     pub fn interrupts(&self) -> u8 {
         if self.asking == 0 {
@@ -83,8 +83,8 @@ impl Dma {
         })
     }
 
-    /// The one of `candidates` (bits) that the arbiter of a port chooses: the
-    /// highest priority level, then the lowest number (RM0090 10.3.4).
+    /// Returns the stream among `candidates` (bits) that a port's arbiter chooses: the highest
+    /// priority level, then the lowest number (RM0090 10.3.4).
     #[inline]
     pub fn arbitrate(&self, candidates: u8) -> Option<usize> {
         if candidates & candidates.wrapping_sub(1) == 0 {
@@ -95,9 +95,8 @@ impl Dma {
             .min_by_key(|&n| (3 - self.streams[n].priority(), n))
     }
 
-    /// One item went over the peripheral port of stream `index`, complete from
-    /// `done` on: counts it and raises half and whole. Gives whether more are
-    /// to come.
+    /// Counts one item over the peripheral port of stream `index`, sets the flags for half and
+    /// complete transfers, and returns whether more items follow.
     #[inline]
     pub fn count(&mut self, index: usize) -> bool {
         let stream = &mut self.streams[index];
@@ -110,18 +109,18 @@ impl Dma {
         left != 0 || self.streams[index].is_circular()
     }
 
-    /// Stream `index` is off (RM0090 10.3.17); says so by its flag.
+    /// Switches stream `index` off (RM0090 10.3.17), which sets its TCIF flag.
     pub fn switch_off(&mut self, index: usize) {
         self.streams[index].switch_off();
         self.raise(index, bit::TCIF);
     }
 }
 
-/// Place of a stream's flags in LISR or HISR.
+/// Positions of a stream's flags in LISR or HISR.
 const SHIFTS: [u32; 4] = [0, 6, 16, 22];
 
-/// TIM1 events that `channel` of `stream` listens to on DMA2, or `None` if it
-/// is another peripheral's (RM0090 table 43). TIM1_TRIG and COM never ask here.
+/// Returns the TIM1 events that request `channel` of `stream` on DMA2, or `None` if the channel
+/// belongs to another peripheral (RM0090 table 43). TIM1_TRIG and COM never request here.
 pub fn tim1_events(stream: usize, channel: u32) -> Option<u8> {
     Some(match (channel, stream) {
         (0, 6) => 0b01110,
@@ -135,7 +134,7 @@ pub fn tim1_events(stream: usize, channel: u32) -> Option<u8> {
     })
 }
 
-/// A cycle that has not come, for times that wait for another event.
+/// Cycle of an event that has not been scheduled.
 pub const NEVER: Cycle = Cycle::MAX;
 
 #[cfg(test)]

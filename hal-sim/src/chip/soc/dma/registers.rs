@@ -1,4 +1,4 @@
-//! The program's view of a controller (RM0090 10.5).
+//! Register interface of a DMA controller (RM0090 10.5).
 
 use super::{Dma, STREAMS, Stream, bit, tim1_events};
 use crate::chip::Cycle;
@@ -19,14 +19,15 @@ pub(crate) mod offset {
     pub const FCR: u32 = 0x14; // Within a stream: FIFO control
 }
 
-/// Bytes of a stream's registers.
+/// Length of the registers of one stream, bytes.
 const STRIDE: u32 = 0x18;
 /// FCR: direct mode disable and threshold.
 const FCR_SETTINGS: u32 = 0b111;
 /// FCR: direct mode disable.
 const DMDIS: u32 = 1 << 2;
 
-/// Offset of `register` of `stream`.
+/// Returns the offset of `register` (such as CR) of `stream` within the
+/// controller.
 pub const fn stream_offset(stream: usize, register: u32) -> u32 {
     offset::STREAM + STRIDE * stream as u32 + register
 }
@@ -55,8 +56,8 @@ impl Dma {
         })
     }
 
-    /// Writes the register at `offset`, complete from `done` on. Clearing EN of
-    /// a stream sets its `stopping`; who moves its items switches it off.
+    /// Writes the register at `offset`; the write is complete from `done` on. Clearing EN of a
+    /// stream sets `stopping`; `playback`, which moves its items, then switches the stream off.
     pub fn write(&mut self, offset: u32, value: u32, done: Cycle) -> Modelled {
         match offset {
             offset::LISR | offset::HISR => return Ok(()), // read only
@@ -70,7 +71,8 @@ impl Dma {
         Ok(())
     }
 
-    /// All but EN is writable only while EN is 0 (RM0090 10.5.5–10.5.10).
+    /// Writes a register of stream `index`. Everything except EN is writable only while EN is 0
+    /// (RM0090 10.5.5–10.5.10).
     fn write_stream(&mut self, index: usize, register: u32, value: u32, done: Cycle) -> Modelled {
         if register == offset::CR {
             return self.write_cr(index, value, done);
@@ -95,15 +97,15 @@ impl Dma {
         self.asking = self.asking & !(1 << index) | u8::from(asks) << index;
     }
 
-    /// Turns `bits` of CR, PAR or M0AR of a stream that is on, which no write could. `false`
-    /// if `offset` is another register's, or a write does it: the stream is off, or they are
-    /// EN or an interrupt's.
+    /// Inverts `bits` of CR, PAR or M0AR of an enabled stream, which no write could. Returns
+    /// `false` if `offset` is another register, or if a write could make the change: the stream is
+    /// off, or the bits are EN or interrupt enables.
     ///
-    /// Where neither port nor SRAM is, items are lost: what else they would do there, and the
-    /// bus error where nothing answers, is not modelled.
+    /// Items outside ports and SRAM are lost: other effects there, and bus errors, are not
+    /// modelled.
     ///
     /// # Errors
-    /// As [`Stream::upset_cr`].
+    /// Fails like [`Stream::upset_cr`].
     pub fn upset(&mut self, offset: u32, bits: u32, at: Cycle) -> Modelled<bool> {
         let Ok((index, register)) = place(offset) else {
             return Ok(false);
@@ -116,7 +118,7 @@ impl Dma {
             offset::PAR => stream.upset_par(bits),
             offset::M0AR => stream.upset_m0ar(bits),
             offset::CR if bits & (bit::EN | bit::INTERRUPTS) == 0 => stream.upset_cr(bits, at)?,
-            // The threshold is FIFO mode's (RM0090 10.5.10).
+            // The threshold applies only to FIFO mode (RM0090 10.5.10).
             offset::FCR if bits & !(FCR_SETTINGS & !DMDIS | bit::FEIE) == 0 => stream.fcr ^= bits,
             _ => return Ok(false),
         }
@@ -128,7 +130,7 @@ impl Dma {
         let enable = value & bit::EN != 0;
         let stream = &mut self.streams[index];
         if stream.is_enabled() {
-            // The rest is write-protected.
+            // The other bits are write-protected.
             stream.cr = stream.cr & !bit::INTERRUPTS | value & bit::INTERRUPTS;
             stream.stopping |= !enable;
             self.note_interrupts(index);
@@ -161,7 +163,7 @@ fn place(offset: u32) -> Modelled<(usize, u32)> {
     }
 }
 
-/// FS says empty or, with the one word of direct mode, a quarter.
+/// Returns SxFCR. Its FS field shows an empty FIFO or, with the one word of direct mode, a quarter.
 fn fcr(stream: &Stream) -> u32 {
     let level = if stream.word.is_some() { 0b001 } else { 0b100 };
     stream.fcr | level << 3

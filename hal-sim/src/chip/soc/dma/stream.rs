@@ -1,4 +1,4 @@
-//! One stream: its settings, its place, and its one-word buffer.
+//! One DMA stream: its settings, its position, and its one-word buffer.
 
 use super::NEVER;
 use crate::chip::Cycle;
@@ -6,7 +6,7 @@ use crate::chip::cpu::Size;
 use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse_if};
 use crate::chip::soc::matrix::Slave;
 
-/// Bits of SxCR (RM0090 10.5.5) and flags of a stream, at stream 0's place.
+/// Bits of SxCR (RM0090 10.5.5) and flags of a stream, at the positions of stream 0.
 pub(crate) mod bit {
     pub const EN: u32 = 1; // CR: enable
     pub const INTERRUPTS: u32 = 0b1_1110; // CR: interrupt enables
@@ -15,27 +15,26 @@ pub(crate) mod bit {
     pub const CIRC: u32 = 1 << 8; // CR: circular
     pub const PINC: u32 = 1 << 9; // CR: the peripheral's address increments
     pub const MINC: u32 = 1 << 10; // CR: the memory's address increments
-    pub const PINCOS: u32 = 1 << 15; // CR: ... by a word, whatever PSIZE is
+    pub const PINCOS: u32 = 1 << 15; // CR: the increment is a word, regardless of PSIZE
     pub const DBM: u32 = 1 << 18; // CR: double buffer
-    pub const CT: u32 = 1 << 19; // CR: of which the second is in use
+    pub const CT: u32 = 1 << 19; // CR: the second buffer is in use
     pub const FEIE: u32 = 1 << 7; // FCR: FIFO error interrupt
     pub const FEIF: u32 = 1; // FIFO error
     pub const HTIF: u32 = 1 << 4; // Half transfer
     pub const TCIF: u32 = 1 << 5; // Transfer complete
 }
 
-/// CR but CHSEL, PL, CIRC, DIR 0: words both sides, memory increments, and
-/// nothing else set.
+/// Required CR outside of `FREE`: words on both sides, memory increment, and no other bit.
 const WORDS: u32 = 0b10 << 13 | 0b10 << 11 | 1 << 10;
 const FREE: u32 =
     0x7 << 25 | 0b11 << 16 | bit::CIRC | bit::MEMORY_TO_PERIPHERAL | bit::INTERRUPTS | bit::EN;
 
-/// Two buffers, and the second in use.
+/// Double buffer mode with the second buffer in use.
 const BOTH: u32 = bit::DBM | bit::CT;
-/// Registers of ports A to I.
+/// Addresses of the registers of ports A to I.
 const PORTS: std::ops::Range<u32> = 0x4002_0000..0x4002_2400;
 
-/// The far end of the peripheral port.
+/// Register or memory that the peripheral port reads or writes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Target {
     /// No stream is enabled.
@@ -44,13 +43,13 @@ pub enum Target {
     Bsrr(usize),
     /// Another register of a port, by its offset.
     Port(usize, u32),
-    /// A word of SRAM, or less.
+    /// A word, half-word or byte of SRAM, by its address.
     Word(u32),
-    /// Items are lost, or zero.
+    /// No modelled target: written items are lost, read items are zero.
     Nowhere,
 }
 
-/// State of a stream.
+/// Registers and position of a stream.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Stream {
     pub(super) cr: u32,
@@ -58,26 +57,26 @@ pub struct Stream {
     pub(super) par: u32,
     pub(super) m0ar: u32,
     pub(super) fcr: u32,
-    /// NDTR when it was enabled.
+    /// Value of NDTR when the stream was enabled.
     pub(crate) length: u16,
-    /// Items that went over the memory port, modulo `length`.
+    /// Number of items moved over the memory port, modulo `length`.
     index: u16,
-    /// Address of the memory port's next item, and of the peripheral port's.
+    /// Address of the memory port's next item; the next field is that of the peripheral port.
     pointer: u32,
     far: u32,
-    /// The far end of the peripheral port.
+    /// Register or memory that the peripheral port reads or writes.
     pub(crate) target: Target,
-    /// The slave that the memory port uses.
+    /// Slave that the memory port uses.
     pub(crate) memory: Slave,
-    /// EN was written 0; the transfer under way goes on.
+    /// Whether EN was written 0; a transfer in progress continues.
     pub stopping: bool,
     /// The word between the ports.
     pub word: Option<u32>,
-    /// When it came or went.
+    /// Cycle at which the word arrived or left.
     pub turned: Cycle,
-    /// Since when the peripheral port should serve it.
+    /// Cycle since which the peripheral port should serve the stream.
     pub asked: Cycle,
-    /// Since when the memory port should serve it.
+    /// Cycle since which the memory port should serve the stream.
     pub due: Cycle,
 }
 
@@ -103,35 +102,35 @@ impl Stream {
         }
     }
 
-    /// EN reads 1.
+    /// Returns whether EN is set.
     #[inline]
     pub const fn is_enabled(&self) -> bool {
         self.cr & bit::EN != 0
     }
 
-    /// CIRC.
+    /// Returns whether CIRC is set: the stream restarts after its last item.
     #[inline]
     pub const fn is_circular(&self) -> bool {
         self.cr & bit::CIRC != 0
     }
 
-    /// Direction: memory to peripheral.
+    /// Returns whether the direction is memory to peripheral.
     #[inline]
     pub const fn is_memory_to_peripheral(&self) -> bool {
         self.cr & bit::MEMORY_TO_PERIPHERAL != 0
     }
 
-    /// PL, 3 is very high.
+    /// Returns the priority level PL; 3 is very high.
     pub const fn priority(&self) -> u32 {
         self.cr >> 16 & 0b11
     }
 
-    /// CHSEL.
+    /// Returns the channel CHSEL that requests the stream, 0–7.
     pub const fn channel(&self) -> u32 {
         self.cr >> 25 & 0b111
     }
 
-    /// The slave that the peripheral port uses.
+    /// Returns the slave that the peripheral port uses.
     #[inline]
     pub const fn far_slave(&self) -> Slave {
         match self.target {
@@ -140,20 +139,20 @@ impl Stream {
         }
     }
 
-    /// Address of the memory port's next item.
+    /// Returns the address of the memory port's next item.
     #[inline]
     pub const fn address(&self) -> u32 {
         self.pointer & !(self.bytes() - 1)
     }
 
-    /// Of one item: both ports have the same in direct mode, the peripheral's (RM0090 10.5.5,
-    /// MSIZE).
+    /// Returns the size of one item, bytes. In direct mode both ports use the size of the
+    /// peripheral port (RM0090 10.5.5, MSIZE).
     #[inline]
     const fn bytes(&self) -> u32 {
         1 << (self.cr >> 11 & 0b11)
     }
 
-    /// As [`Self::bytes`].
+    /// Returns the size of one item, the same on both ports.
     #[inline]
     pub const fn size(&self) -> Size {
         match self.bytes() {
@@ -163,27 +162,28 @@ impl Stream {
         }
     }
 
-    /// NDTR.
+    /// Returns NDTR, the number of items left.
     #[inline]
     pub const fn count_left(&self) -> u16 {
         self.ndtr
     }
 
-    /// DIR: it asks itself, and ends with its items; the FIFO is the hardware's then (RM0090
-    /// 10.3.6, 10.5.10).
+    /// Returns whether DIR selects memory to memory: the stream then needs no requests, stops after
+    /// its last item, and uses the FIFO in hardware (RM0090 10.3.6, 10.5.10).
     #[inline]
     pub const fn is_memory_to_memory(&self) -> bool {
         self.cr >> 7 & 1 != 0
     }
 
-    /// Whether it moves words as an image sets it up, so that many can go at once.
+    /// Returns whether the stream moves words with the settings of the images, so that many items
+    /// can be moved at once.
     #[inline]
     pub const fn is_plain(&self) -> bool {
         self.cr & !FREE == WORDS
     }
 
-    /// Where the memory's items begin (RM0090 10.3.9): M1AR, of the second of two buffers, is
-    /// 0 here.
+    /// Returns the start of the items in memory (RM0090 10.3.9): M1AR, the address of the second
+    /// buffer, is always 0 here.
     const fn base(&self) -> u32 {
         match self.cr & BOTH {
             BOTH => 0,
@@ -191,15 +191,15 @@ impl Stream {
         }
     }
 
-    /// The peripheral port can move the next item at `at`: its word is there
-    /// (playing) or the last one gone.
+    /// Returns whether the peripheral port can move the next item at `at`: a playing stream has its
+    /// word, or the last word of the other direction has left.
     #[inline]
     pub const fn is_ready_at(&self, at: Cycle) -> bool {
         self.is_memory_to_peripheral() == self.word.is_some() && self.turned <= at
     }
 
-    /// The memory port moved one item. After the last it begins anew, with two buffers in
-    /// the other one (RM0090 10.3.9).
+    /// Counts one item over the memory port. After the last item it restarts, in double buffer mode
+    /// with the other buffer (RM0090 10.3.9).
     #[inline]
     pub fn step(&mut self) {
         self.index += 1;
@@ -216,7 +216,7 @@ impl Stream {
         }
     }
 
-    /// The peripheral port moved one item.
+    /// Advances the peripheral address by one item.
     #[inline]
     fn step_far(&mut self) {
         if self.cr & bit::PINC != 0 {
@@ -229,12 +229,12 @@ impl Stream {
         }
     }
 
-    /// Whether a stream that plays has fetched, not being circular, all.
+    /// Returns whether a playing stream that is not circular has fetched all its items.
     pub const fn has_fetched_all(&self) -> bool {
         !self.is_circular() && self.index == 0
     }
 
-    /// Items that it can move before it begins anew or a flag rises.
+    /// Returns the number of items that the stream can move before it restarts or a flag is set.
     pub fn uneventful_items(&self) -> u16 {
         let half = self.length / 2;
         let flag = if self.ndtr > half { half } else { 0 };
@@ -242,7 +242,7 @@ impl Stream {
         items.min(self.length.saturating_sub(self.index))
     }
 
-    /// Both ports moved `items`, at most [`Self::uneventful_items`].
+    /// Moves `items` over both ports, at most [`Self::uneventful_items`].
     pub fn skip(&mut self, items: u16) {
         self.ndtr -= items;
         self.index += items;
@@ -253,8 +253,8 @@ impl Stream {
         }
     }
 
-    /// The peripheral port moved one item: gives what is left of NDTR, which a
-    /// circular stream then loads anew (RM0090 10.3.9).
+    /// Counts one item over the peripheral port and returns the rest of NDTR, which a circular
+    /// stream then reloads (RM0090 10.3.9).
     #[inline]
     pub(super) fn count(&mut self) -> u16 {
         self.ndtr = self.ndtr.saturating_sub(1);
@@ -270,7 +270,8 @@ impl Stream {
         left
     }
 
-    /// EN was written 1, complete from `done` on: takes the settings over.
+    /// Enables the stream after EN was written 1, complete from `done` on, and latches its
+    /// settings.
     pub(super) fn switch_on(&mut self, done: Cycle) -> Modelled {
         refuse_if(
             self.cr & !FREE != WORDS,
@@ -301,7 +302,8 @@ impl Stream {
         Ok(())
     }
 
-    /// Flags that interrupt: CR's enables lie one bit before theirs (RM0090 10.5.1, 10.5.5).
+    /// Returns the flags whose interrupts are enabled: the enable bits of CR lie one bit below
+    /// their flags (RM0090 10.5.1, 10.5.5).
     pub(super) const fn flags_enabled(&self) -> u32 {
         let fifo = if self.fcr & bit::FEIE != 0 {
             bit::FEIF
@@ -311,7 +313,7 @@ impl Stream {
         (self.cr & bit::INTERRUPTS) << 1 | fifo
     }
 
-    /// Turns `bits` of PAR while it is on: the next item goes or comes from there.
+    /// Inverts `bits` of PAR while the stream is enabled, which moves the address of the next item.
     pub(super) fn upset_par(&mut self, bits: u32) {
         let done = self.far.wrapping_sub(self.par);
         self.par ^= bits;
@@ -319,7 +321,8 @@ impl Stream {
         self.redirect();
     }
 
-    /// The same of M0AR, if it is in use; else from when it is on.
+    /// Inverts `bits` of M0AR. They take effect at once if M0AR is in use, otherwise when its
+    /// buffer is.
     pub(super) fn upset_m0ar(&mut self, bits: u32) {
         let base = self.base();
         self.m0ar ^= bits;
@@ -328,13 +331,14 @@ impl Stream {
         self.memory = sram(self.pointer);
     }
 
-    /// Turns `bits` of CR while it is on, which no write could, but EN and the interrupts;
-    /// taken to have effect from the next item on. In direct mode MSIZE, MBURST and PBURST
-    /// are the hardware's (RM0090 10.3.11, 10.5.5). A peripheral that is the flow controller
-    /// puts CIRC out, two buffers put it on; TIM1 never says that an item is the last.
+    /// Inverts `bits` of CR except EN and the interrupt enables while the stream is enabled, which
+    /// no write could. Assumed to take effect from the next item on. In direct mode the hardware
+    /// determines MSIZE, MBURST and PBURST (RM0090 10.3.11, 10.5.5). With the peripheral as flow
+    /// controller, CIRC is cleared; in double buffer mode it is set. TIM1 never marks an item as
+    /// the last.
     ///
     /// # Errors
-    /// Codes that the manual reserves.
+    /// Fails for codes that the manual reserves.
     pub(super) fn upset_cr(&mut self, bits: u32, at: Cycle) -> Modelled {
         const FORCED: u32 = 0b11 << 13 | 0b1111 << 21;
         let mut cr = self.cr ^ bits & !FORCED;
@@ -349,15 +353,15 @@ impl Stream {
         let turned = (cr ^ self.cr) & bit::MEMORY_TO_PERIPHERAL != 0;
         self.cr = cr;
         self.redirect();
-        // What is between the ports goes on the new way; nothing is there: it is fetched.
+        // A word between the ports continues in the new direction; if there is none, it is fetched.
         if turned && self.is_memory_to_peripheral() != self.word.is_some() {
             self.due = at;
         }
         Ok(())
     }
 
-    /// The far end is where `far` is. Items are aligned: the lowest bits of an address do not
-    /// count (RM0090 10.3.10).
+    /// Updates the target from the address `far`. Items are aligned: the lowest bits of an address
+    /// are ignored (RM0090 10.3.10).
     fn redirect(&mut self) {
         let far = self.far & !(self.bytes() - 1);
         let port = far.wrapping_sub(PORTS.start);
@@ -398,7 +402,7 @@ const fn is_sram(address: u32) -> bool {
     address >= 0x2000_0000 && address < 0x2002_0000
 }
 
-/// SRAM2 is the last 16 KiB (RM0090 2.3.1).
+/// Returns the SRAM at `address`. SRAM2 is the last 16 KiB (RM0090 2.3.1).
 const fn sram(address: u32) -> Slave {
     if address < 0x2001_C000 {
         Slave::Sram1

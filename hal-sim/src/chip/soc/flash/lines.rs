@@ -1,32 +1,31 @@
-//! A fully associative memory of flash lines, replaced least recently used
-//! first.
+//! A fully associative memory of flash lines with least-recently-used replacement.
 
-/// No line.
+/// Number that stands for no line.
 pub(super) const NONE: u32 = u32::MAX;
 /// Number of 128-bit lines in the flash.
 pub(super) const COUNT: usize = super::SIZE / 16;
 const NO_SLOT: u8 = u8::MAX;
 
-/// Both ends of the order of use.
+/// Marks both ends of the order of use.
 const END: u8 = NO_SLOT;
 
-/// `N` (a power of two, at most 128) retained lines. A look-up is one table
-/// access, and so is finding the line to replace.
+/// Up to `N` retained lines (a power of two, at most 128). Looking a line up takes one table
+/// access, and so does finding the line to replace.
 #[derive(Clone, Debug)]
 pub(super) struct Lines<const N: usize> {
     /// Slot of every line of the flash, and of the line behind its end.
     slot_of: Vec<u8>,
     line_in: [u32; N],
-    /// Slots in the order of their use, empty ones first, as a ring through
-    /// [`END`]: the one used after each slot, and the one used before.
+    /// Slots in the order of their use, empty ones first, as a ring through [`END`]: the slot used
+    /// after each slot. The next field has the slot used before.
     later: [u8; 256],
     earlier: [u8; 256],
-    /// Lines retained from before the flash under them changed: they would be
-    /// delivered with their old content.
+    /// Lines retained from before a change of the flash: a hit would deliver their old content.
     stale: Vec<u32>,
 }
 
-/// The same lines in the same order of use, whatever slots they are in.
+/// Two memories are equal if they hold the same lines in the same order of use; the slots do not
+/// matter.
 impl<const N: usize> PartialEq for Lines<N> {
     fn eq(&self, other: &Self) -> bool {
         self.stale == other.stale && self.in_order().eq(other.in_order())
@@ -34,7 +33,7 @@ impl<const N: usize> PartialEq for Lines<N> {
 }
 
 impl<const N: usize> Lines<N> {
-    /// The lines, the one used longest ago first.
+    /// Returns the lines, the least recently used one first.
     fn in_order(&self) -> impl Iterator<Item = u32> {
         let after = |slot: u8| Some(self.later[usize::from(slot)]).filter(|value| *value != END);
         let slots = std::iter::successors(after(END), move |slot| after(*slot));
@@ -55,13 +54,13 @@ impl<const N: usize> Lines<N> {
         lines
     }
 
-    /// Whether `line` is here; that is no use of it.
+    /// Returns whether `line` is retained; does not count as a use.
     #[inline]
     pub(super) fn holds(&self, line: u32) -> bool {
         self.slot_of[line as usize] != NO_SLOT
     }
 
-    /// Uses `line` if it is here.
+    /// Returns whether `line` is retained, and counts this as a use.
     #[inline]
     pub(super) fn hit(&mut self, line: u32) -> bool {
         let slot = self.slot_of[line as usize];
@@ -72,7 +71,7 @@ impl<const N: usize> Lines<N> {
         true
     }
 
-    /// Makes `slot` the one used last.
+    /// Makes `slot` the most recently used one.
     #[inline]
     fn touch(&mut self, slot: u8) {
         let last = self.earlier[usize::from(END)];
@@ -92,7 +91,7 @@ impl<const N: usize> Lines<N> {
         self.earlier[usize::from(after)] = before;
     }
 
-    /// Puts `slot` after `before` in the order of use.
+    /// Inserts `slot` behind `before` in the order of use.
     #[inline]
     fn link(&mut self, slot: u8, before: u8) {
         let after = self.later[usize::from(before)];
@@ -102,14 +101,14 @@ impl<const N: usize> Lines<N> {
         self.earlier[usize::from(after)] = slot;
     }
 
-    /// Whether `line` would be delivered with content from before a change.
+    /// Returns whether `line` would be delivered with its content from before a change.
     #[inline]
     pub(super) fn is_stale(&self, line: u32) -> bool {
         !self.stale.is_empty() && self.stale.contains(&line)
     }
 
-    /// Copies `line`, which is not here, over an empty or the least recently
-    /// used one.
+    /// Inserts `line`, which must not be retained yet, into an empty slot or that of the least
+    /// recently used line.
     pub(super) fn insert(&mut self, line: u32) {
         let slot = self.later[usize::from(END)];
         let place = &mut self.line_in[usize::from(slot) % N];
@@ -121,7 +120,7 @@ impl<const N: usize> Lines<N> {
         self.touch(slot);
     }
 
-    /// ICRST, DCRST.
+    /// Removes all lines, as ICRST and DCRST do.
     pub(super) fn clear(&mut self) {
         for slot in 0..N {
             self.empty(slot);
@@ -129,7 +128,7 @@ impl<const N: usize> Lines<N> {
         self.stale.clear();
     }
 
-    /// The flash changed under `lines`.
+    /// Marks retained `lines` as outdated after the flash has changed.
     pub(super) fn outdate(&mut self, lines: std::ops::Range<u32>) {
         for slot in 0..N {
             let line = self.line_in[slot];

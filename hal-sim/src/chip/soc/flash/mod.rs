@@ -1,8 +1,8 @@
-//! The flash: 1 MiB, its accelerator, its programming (RM0090 chapter 3, F405).
+//! Models the flash: 1 MiB, its accelerator, its programming (RM0090 chapter 3, F405).
 //!
-//! `lines` and `accelerator` are the wait states, `programming` erases and
-//! writes, `registers` is the register block. In: fetches, reads, writes with
-//! their cycle. Out: data, wait states, an interrupt line.
+//! `lines` and `accelerator` compute the wait states, `programming` erases and writes, `registers`
+//! is the register block. In: fetches, reads and writes with their cycle. Out: data, wait states,
+//! an interrupt line.
 
 mod accelerator;
 mod lines;
@@ -22,32 +22,33 @@ use programming::Programming;
 pub use programming::SECTORS;
 use std::sync::Arc;
 
-/// Bytes of main memory.
+/// Length of main memory, bytes.
 pub const SIZE: usize = 1 << 20;
-/// Address of main memory; also seen at 0 when booting from it.
+/// Address of main memory, which is also mapped at 0 when the chip boots from it.
 pub const BASE: u32 = 0x0800_0000;
 
-/// A program does not fit into the flash.
+/// Error for a program that does not fit into the flash.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{length} bytes at {address:#010x} are not within the flash, 0x08000000-0x080fffff")]
 pub struct OutsideFlash {
-    /// Where it begins.
+    /// First address of the program.
     pub address: u32,
-    /// Its bytes.
+    /// Length of the program in bytes.
     pub length: usize,
 }
 
-/// What becomes of a line that was prefetched, when the core uses it: RM0090
-/// section 3.5.2 can be read in two ways, and no board has told which is right
-/// (docs/chip.md, docs/hil.md). Comparing both shows how much hangs on it.
+/// Whether a prefetched line enters the instruction cache when it is used. RM0090 section 3.5.2 can
+/// be read in two ways, and no board has shown which is right (docs/chip.md, docs/hil.md).
+/// Comparing both shows how much depends on it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Prefetched {
-    /// It enters the instruction cache. Only so does the manual's sentence hold
-    /// that CoreMark runs as without wait states, and only so does prefetch not
-    /// slow loops down.
+    /// The line enters the instruction cache. Only this reading agrees with the manual's statement
+    /// that CoreMark runs as without wait states, and only with it does prefetch not slow loops
+    /// down.
     #[default]
     Cached,
-    /// It does not: the letter of the sentence on misses, which excepts it.
+    /// The line does not enter the cache: the literal meaning of the sentence on misses, which
+    /// excludes prefetched lines.
     NotCached,
 }
 
@@ -59,20 +60,20 @@ impl Prefetched {
 /// Flash memory and its interface.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Flash {
-    /// Forks share it until one of them writes.
+    /// Contents, which forks share until one of them writes.
     bytes: Arc<[u8]>,
     accelerator: Accelerator,
     programming: Programming,
-    /// What was there before the operation under way: offset and bytes.
+    /// Contents before the operation in progress: offset and bytes.
     before: (usize, Vec<u8>),
-    /// Decides what a reset during an operation leaves.
+    /// Seed of the contents that a reset during an operation leaves.
     pub seed: u64,
     hz: u32,
     code_version: u32,
 }
 
 impl Default for Flash {
-    /// Erased, registers at reset, core at 16 MHz.
+    /// Returns an erased flash with registers in their reset state and a core clock of 16 MHz.
     fn default() -> Self {
         Self {
             bytes: vec![0xFF; SIZE].into(),
@@ -87,7 +88,7 @@ impl Default for Flash {
 }
 
 impl Flash {
-    /// Puts `bytes` at `address`, as a programmer would; no time passes.
+    /// Writes `bytes` at `address`, as a programmer would; takes no simulated time.
     pub fn load(&mut self, address: u32, bytes: &[u8]) -> Result<(), OutsideFlash> {
         let outside = OutsideFlash {
             address,
@@ -101,24 +102,24 @@ impl Flash {
         Ok(())
     }
 
-    /// [`Self::load`] into a chip that has run: its caches forget what they held.
+    /// Writes like [`Self::load`] into a chip that has already run: its caches are cleared.
     ///
     /// # Errors
-    /// As there.
+    /// Fails like [`Self::load`].
     pub fn replace(&mut self, address: u32, bytes: &[u8]) -> Result<(), OutsideFlash> {
         self.load(address, bytes)?;
         self.accelerator.forget();
         Ok(())
     }
 
-    /// All bytes, for who writes: a fork has its own from then on.
+    /// Returns all bytes for writing: a fork gets its own copy.
     fn bytes_mut(&mut self) -> &mut [u8] {
         Arc::make_mut(&mut self.bytes)
     }
 
-    /// System reset: the memory stays. An operation under way is cut off: what it
-    /// changes is undefined then (RM0090 section 3.6.1). Taken: each bit that was
-    /// to change has or has not, as `seed` and the moment have it.
+    /// Resets the interface; the memory stays. An operation in progress is aborted, and its
+    /// contents are then undefined (RM0090 section 3.6.1). Assumed: each bit that was to change has
+    /// changed or not, depending on `seed` and the time.
     pub fn reset(&mut self, at: Cycle) {
         let (offset, before) = std::mem::take(&mut self.before);
         if self.programming.is_busy(at) {
@@ -134,23 +135,23 @@ impl Flash {
         self.accelerator.reset();
     }
 
-    /// OPTCR: the option bytes.
+    /// Returns OPTCR: the option bytes.
     pub(super) const fn options(&self) -> u32 {
         self.programming.option_control()
     }
 
-    /// How the manual is read from now on; kept over resets.
+    /// Selects the reading of the manual; kept over resets.
     pub const fn set_prefetched(&mut self, prefetched: Prefetched) {
         self.accelerator.set_prefetched(prefetched);
     }
 
-    /// As fast as the core from now on, whatever the program sets; kept over
-    /// resets. To see what hangs on wait states: no board's.
+    /// Removes all wait states from now on, regardless of the program's settings; kept over resets.
+    /// Shows how much depends on wait states; no real board does this.
     pub const fn never_wait(&mut self) {
         self.accelerator.never_wait();
     }
 
-    /// From cycle `at` on the core runs at `hz`.
+    /// Sets the core clock to `hz` from cycle `at` on.
     pub fn set_hz(&mut self, hz: u32, at: Cycle) {
         if self.programming.is_busy(at) {
             let end = rescale(self.programming.end(), at, self.hz, hz);
@@ -160,11 +161,11 @@ impl Flash {
         self.hz = hz;
     }
 
-    /// Turns `bits` of ACR by itself at a supply of `supply_mv`. `false` if `offset` is
-    /// another register's.
+    /// Inverts `bits` of ACR as a fault would, at a supply of `supply_mv`. Returns `false` if
+    /// `offset` is another register.
     ///
     /// # Errors
-    /// As [`Self::check_known`].
+    /// Fails like [`Self::check_known`].
     pub fn upset(&mut self, offset: u32, bits: u32, supply_mv: u32) -> Modelled<bool> {
         if offset != 0 {
             return Ok(false);
@@ -174,12 +175,12 @@ impl Flash {
         Ok(true)
     }
 
-    /// Whether LATENCY suffices by what is known to read right where the data sheet is left.
-    /// Betaflight runs this chip at 240 MHz with 5 wait states: assumed, a read takes the
-    /// array no more than those 25 ns from 2.7 V on.
+    /// Checks whether LATENCY suffices in practice, outside the data sheet's limits. Betaflight
+    /// runs this chip at 240 MHz with 5 wait states: assumed, a read takes at most those 25 ns from
+    /// 2.7 V on.
     ///
     /// # Errors
-    /// It does not: the flash would deliver wrong code.
+    /// Fails if LATENCY is too small: the flash would deliver wrong code.
     pub fn check_known(&self, supply_mv: u32) -> Modelled {
         const PER_S: u64 = 40_000_000;
         let reads = u64::from(self.accelerator.latency + 1) * PER_S;
@@ -189,11 +190,11 @@ impl Flash {
         }
     }
 
-    /// Whether LATENCY suffices for the core clock at a supply of `supply_mv`
-    /// (RM0090 table 10).
+    /// Checks whether LATENCY suffices for the core clock at a supply of `supply_mv` (RM0090 table
+    /// 10).
     ///
     /// # Errors
-    /// It does not: the flash would deliver wrong code.
+    /// Fails if LATENCY is too small: the flash would deliver wrong code.
     pub fn check_wait_states(&self, supply_mv: u32) -> Modelled {
         let step_hz = match supply_mv {
             2700.. => 30_000_000,
@@ -208,17 +209,17 @@ impl Flash {
         Ok(())
     }
 
-    /// The core needs code of the 16-byte line at `line` (its address / 16, by
-    /// either alias) at `at`; gives the wait states.
+    /// Fetches code from the 16-byte line `line` (its address / 16, by either alias) at `at`, and
+    /// returns the wait states.
     #[inline(always)]
     pub fn fetch(&mut self, line: u32, at: Cycle) -> u32 {
         self.accelerator.fetch(line & (lines::COUNT as u32 - 1), at)
     }
 
-    /// A data read of `size` at `address` (by either alias, naturally aligned).
+    /// Reads data of `size` at `address` (by either alias, naturally aligned).
     ///
     /// # Errors
-    /// The data cache still holds what was there before an erasure.
+    /// Fails if the data cache still holds the contents from before an erasure.
     #[inline]
     pub fn read(&mut self, address: u32, size: Size, at: Cycle) -> Result<ReadResult, AccessError> {
         let offset = address & (SIZE as u32 - 1);
@@ -233,14 +234,14 @@ impl Flash {
         })
     }
 
-    /// What is at `address`; no time passes. For decoding and debuggers.
+    /// Returns the contents at `address` for decoders and debuggers; takes no simulated time.
     pub fn peek(&self, address: u32, size: Size) -> u32 {
         let offset = address & (SIZE as u32 - 1);
         read_part(self.word(offset & !3), offset, size)
     }
 
-    /// A read from the information block, which no cache holds: number, flash
-    /// size, option bytes; `None` for what nobody models.
+    /// Reads from the information block, which is never cached: unique number, flash size, option
+    /// bytes. Returns `None` for addresses that are not modelled.
     pub fn read_information(
         &mut self,
         signature: &super::uid::Signature,
@@ -255,17 +256,17 @@ impl Flash {
         Some(ReadResult { value, wait })
     }
 
-    /// Counts up when the memory changed: decoded code is stale.
+    /// Returns a counter of the changes of the memory, after which decoded code is outdated.
     pub const fn code_version(&self) -> u32 {
         self.code_version
     }
 
-    /// Level of the FLASH interrupt, line 4.
+    /// Returns the level of the FLASH interrupt, line 4.
     pub const fn interrupt(&self) -> bool {
         self.programming.interrupt()
     }
 
-    /// The word at `offset`, a multiple of 4 below [`SIZE`].
+    /// Returns the word at `offset`, a multiple of 4 below [`SIZE`].
     #[inline]
     fn word(&self, offset: u32) -> u32 {
         self.bytes

@@ -1,9 +1,8 @@
-//! Erasing and programming (RM0090 sections 3.6, 3.9; times: DS8626, flash
-//! memory programming, the maxima).
+//! Erasing and programming of the flash (RM0090 sections 3.6, 3.9; times: DS8626, flash memory
+//! programming, the maxima).
 //!
-//! While an operation runs every read of the array waits for its end; lines in
-//! the caches are still delivered. Data written by the core cannot yet be seen
-//! before the end, so it changes at once.
+//! During an operation every read of the array waits for its end; lines in the caches are still
+//! delivered. The core cannot see written data before the end, so the contents change at once.
 
 use super::Flash;
 use crate::chip::Cycle;
@@ -36,24 +35,23 @@ pub(super) mod cr {
 }
 
 const KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
-/// OPTCR after delivery: no protection, brown-out level off, watchdog by
-/// software.
+/// OPTCR on delivery: no protection, brown-out level off, watchdog by software.
 const OPTCR: u32 = 0x0FFF_AAED;
-/// Time for one byte, half-word or word.
+/// Time to program one byte, half-word or word, ns.
 const PROGRAM_NS: u64 = 100_000;
 
-/// First byte of sector 0–11 and the end of the last (RM0090 table 5).
+/// Offsets of the first byte of sectors 0–11 and of the end of the last (RM0090 table 5).
 pub const SECTORS: [u32; 13] = [
     0x0_0000, 0x0_4000, 0x0_8000, 0x0_C000, 0x1_0000, 0x2_0000, 0x4_0000, 0x6_0000, 0x8_0000,
     0xA_0000, 0xC_0000, 0xE_0000, 0x10_0000,
 ];
 
-/// Offsets of `sector`, 0–11.
+/// Returns the offsets of `sector`, 0–11.
 fn sector(sector: usize) -> Option<Range<u32>> {
     Some(*SECTORS.get(sector)?..*SECTORS.get(sector + 1)?)
 }
 
-/// Erase time of a sector of `bytes` at a parallelism of x8, x16, x32 (0–2).
+/// Returns the erase time of a sector of `bytes` at a parallelism of x8, x16, x32 (0–2).
 fn erase_ns(bytes: u32, psize: u32) -> u64 {
     let ms = match bytes {
         0x4000 => [800, 600, 500],
@@ -67,11 +65,11 @@ fn erase_ns(bytes: u32, psize: u32) -> u64 {
 pub(super) struct Programming {
     pub(super) cr: u32,
     flags: u32,
-    /// End of the operation under way.
+    /// End of the operation in progress.
     end: Option<Cycle>,
-    /// Keys written so far; `None` after a wrong one, until reset.
+    /// Number of keys written so far; `None` after a wrong key, until reset.
     keys: Option<usize>,
-    /// What OPTCR shows: the option bytes that were programmed before.
+    /// Value of OPTCR: the option bytes as programmed before.
     options: u32,
 }
 
@@ -97,7 +95,7 @@ impl Programming {
         self.end.is_some_and(|end| at < end)
     }
 
-    /// End of the operation under way, or never.
+    /// Returns the end of the operation in progress; `Cycle::MAX` if there is none.
     pub(super) fn end(&self) -> Cycle {
         self.end.unwrap_or(Cycle::MAX)
     }
@@ -133,7 +131,7 @@ impl Programming {
         self.options
     }
 
-    /// Whether a sector's nWRP option bit is 0.
+    /// Returns whether a sector's nWRP option bit is 0.
     const fn is_protected(&self, sector: u32) -> bool {
         self.options & 1 << (16 + sector) == 0
     }
@@ -173,21 +171,20 @@ impl Programming {
 }
 
 impl Flash {
-    /// Write-protects the sectors whose bit is set in `sectors`, as option bytes
-    /// programmed before would.
+    /// Write-protects the sectors whose bit is set in `sectors`, as if the option bytes had been
+    /// programmed before.
     pub fn protect(&mut self, sectors: u16) {
         self.programming.options |= 0x0FFF << 16;
         self.programming.options &= !(u32::from(sectors & 0x0FFF) << 16);
     }
 
-    /// What OPTCR shows of option bytes programmed before. Told only: what they do is
-    /// not modelled.
+    /// Sets the option bytes that OPTCR shows. Their effects are not modelled.
     pub const fn set_options(&mut self, optcr: u32) {
         self.programming.options = optcr;
     }
 
-    /// A data write of `size` at `address`; gives its wait states. It programs
-    /// if FLASH_CR allows it, else it sets an error flag.
+    /// Writes data of `size` at `address`, and returns the wait states. The write programs the
+    /// flash if FLASH_CR allows it, otherwise it sets an error flag.
     pub fn write(
         &mut self,
         address: u32,
@@ -204,7 +201,8 @@ impl Flash {
         programming.advance(begin);
         let wait = u32::try_from(begin - at).unwrap_or(u32::MAX);
         let offset = address & (super::SIZE as u32 - 1);
-        let number = SECTORS.partition_point(|start| *start <= offset) - 1; // the first is 0
+        // the first sector starts at 0
+        let number = SECTORS.partition_point(|start| *start <= offset) - 1;
         if programming.cr & (cr::PG | cr::SER | cr::LOCK) != cr::PG {
             programming.fail(sr::PGSERR);
         } else if programming.cr & cr::PSIZE != (size as u32) << 8 {
@@ -263,7 +261,7 @@ impl Flash {
         Ok(())
     }
 
-    /// Keeps what is at `offsets`, should a reset cut off what changes it.
+    /// Saves the contents at `offsets`, for a reset that aborts their change.
     fn save_contents(&mut self, offsets: Range<u32>) {
         let (start, end) = (offsets.start as usize, offsets.end as usize);
         let before = self.bytes.get(start..end).unwrap_or_default();

@@ -1,4 +1,4 @@
-//! The flash interface's registers (RM0090 section 3.9).
+//! Registers of the flash interface (RM0090 section 3.9).
 
 use super::Flash;
 use crate::chip::soc::peripheral::{Cycle, Modelled, Peripheral, Unmodelled, refuse_if};

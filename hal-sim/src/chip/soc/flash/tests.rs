@@ -1,4 +1,4 @@
-//! The flash against RM0090 chapter 3 and the times of DS8626.
+//! Compares the flash with RM0090 chapter 3 and the times of DS8626.
 
 use super::*;
 use crate::chip::soc::peripheral::{Peripheral, WordAccess};
@@ -14,7 +14,7 @@ const DCEN: u32 = 1 << 10;
 const ICRST: u32 = 1 << 11;
 const DCRST: u32 = 1 << 12;
 
-/// 5 wait states and `bits` of ACR.
+/// Flash with 5 wait states and `bits` of ACR.
 fn flash(bits: u32) -> Flash {
     let mut flash = Flash::default();
     flash.set(ACR, 5 | bits, 0);
@@ -25,8 +25,8 @@ fn data_wait(flash: &mut Flash, address: u32, at: Cycle) -> u32 {
     flash.read(address, Size::Word, at).unwrap().wait
 }
 
-/// Runs through lines from cycle `at` on, staying `cycles` in each once it is
-/// there; gives the wait states of each.
+/// Runs through lines from cycle `at` on, stays in each for `cycles` after its arrival, and returns
+/// the wait states of each.
 fn run(
     flash: &mut Flash,
     mut at: Cycle,
@@ -55,8 +55,8 @@ fn without_help_each_line_costs_the_wait_states() {
 
 #[test]
 fn prften_hides_sequential_lines() {
-    // 8 half-word instructions last longer than a read of 6 cycles. 4 words do
-    // not: the array reads without a pause, one line in 6 cycles.
+    // 8 half-word instructions last longer than a read of 6 cycles. 4 words do not: the array reads
+    // without a pause, one line in 6 cycles.
     assert_eq!(run(&mut flash(PRFTEN), 0, 0..5, 8), [5, 0, 0, 0, 0]);
     assert_eq!(run(&mut flash(PRFTEN), 0, 0..5, 4), [5, 2, 2, 2, 2]);
     assert_eq!(run(&mut flash(0), 0, 0..3, 4), [5, 5, 5]);
@@ -64,7 +64,7 @@ fn prften_hides_sequential_lines() {
 
 #[test]
 fn a_branch_waits_for_the_prefetch_under_way() {
-    // Line 0 is there at 1005, the prefetch of line 1 takes 1006-1011.
+    // Line 0 arrives at 1005, the prefetch of line 1 takes 1006-1011.
     let mut flash = flash(PRFTEN);
     assert_eq!(flash.fetch(0, 1000), 5);
     let mut late = flash.clone();
@@ -87,21 +87,21 @@ fn icen_keeps_64_lines_and_replaces_the_least_recently_used() {
 
 #[test]
 fn a_prefetched_line_that_is_used_enters_the_cache() {
-    // A loop over lines 10-12 with 4 cycles in each. Reads of the array: 10 in
-    // cycles 0-5, 11 in 6-11, 12 in 12-17, 13 in 18-23. From 21 on all are cached.
+    // A loop over lines 10-12 with 4 cycles in each. Reads of the array: 10 in cycles 0-5, 11 in
+    // 6-11, 12 in 12-17, 13 in 18-23. From 21 on all are cached.
     let lines = [10, 11, 12, 10, 11, 12, 10];
     let mut default = flash(ICEN | PRFTEN);
     assert_eq!(run(&mut default, 0, lines, 4), [5, 2, 2, 0, 0, 0, 0]);
-    // Line 13 was prefetched but never used: once another is, it is gone.
+    // Line 13 was prefetched but never used: the next prefetch discards it.
     assert_eq!(default.fetch(100, 1000), 5);
     assert_eq!(default.fetch(13, 2000), 5);
-    // The other reading: line 10 is cached, asked for at 21; 11 is prefetched in
-    // 24-29, asked for at 25; 12 in 30-35, asked for at 33.
+    // The other reading: line 10 is cached, requested at 21; 11 is prefetched in 24-29, requested
+    // at 25; 12 in 30-35, requested at 33.
     let mut other = flash(ICEN | PRFTEN);
     other.set_prefetched(Prefetched::NotCached);
     assert_eq!(run(&mut other, 0, lines, 4), [5, 2, 2, 0, 4, 2, 0]);
-    // Without prefetch all three are cached: by the other reading it costs more
-    // than it saves.
+    // Without prefetch all three are cached: with the other reading prefetch costs more than it
+    // saves.
     let waits = [5, 5, 5, 0, 0, 0, 0];
     assert_eq!(run(&mut flash(ICEN), 0, lines, 4), waits);
 }
@@ -244,7 +244,7 @@ fn what_turns_by_itself_may_read_faster_than_the_data_sheet() {
     assert_eq!(flash(0).upset(CR, 1, 3300), Ok(false));
 }
 
-/// Unlocked, x32, at 168 MHz.
+/// Unlocked flash, x32, at 168 MHz.
 fn unlocked() -> Flash {
     let mut flash = flash(0);
     flash.set_hz(168_000_000, 0);
@@ -418,7 +418,7 @@ fn a_reset_cuts_off_what_it_meets() {
         flash.peek(BASE + 4, Size::Word)
     };
     let (half, whole) = (word(1, 8_000), 0x00F0_00FF);
-    // Bits only fall, and those that stay were to fall.
+    // Bits only change to 0, and only those that were to change.
     assert_eq!(half & !0xF0F0_FFFF, 0);
     assert_eq!(half & whole, whole);
     assert!(half != whole && half != 0xF0F0_FFFF, "{half:#x}");

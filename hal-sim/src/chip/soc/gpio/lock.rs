@@ -1,29 +1,29 @@
-//! LCKR: the configuration of locked pins stays until reset (RM0090 8.3.8, 8.4.8).
+//! Models LCKR: the configuration of locked pins stays until reset (RM0090 8.3.8, 8.4.8).
 //!
-//! The key: bit 16 written 1, 0, 1 with the same pins each time, then one read;
-//! anything else between breaks it off. Taken: that read already shows the lock.
+//! The key sequence writes bit 16 as 1, 0, 1 with the same pins each time, then reads once; any
+//! other access in between aborts it. Assumed: that read already shows the lock.
 
-/// LCKK.
+/// LCKK, the lock key bit of LCKR.
 const KEY: u32 = 1 << 16;
 
-/// One port's lock.
+/// Lock of one port.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub(super) struct Lock {
     pins: u16,
-    /// Writes of the key so far.
+    /// Number of correct writes of the key sequence so far.
     written: u8,
     locked: bool,
 }
 
 impl Lock {
-    /// LCKR is read, which ends the key.
+    /// Reads LCKR, which completes the key sequence.
     pub fn read(&mut self) -> u32 {
         self.locked |= self.written == 3;
         self.written = 0;
         u32::from(self.pins) | if self.locked { KEY } else { 0 }
     }
 
-    /// LCKR is written: nothing more once it is locked.
+    /// Writes LCKR; has no effect once the port is locked.
     pub fn write(&mut self, value: u32) {
         if self.locked {
             return;
@@ -37,13 +37,13 @@ impl Lock {
         self.pins = pins;
     }
 
-    /// Something else than the key is written.
+    /// Aborts the key sequence.
     pub const fn break_off(&mut self) {
         self.written = 0;
     }
 
-    /// What becomes of a configuration register with `width` (1, 2, 4) bits a pin,
-    /// the lowest pin being `first`, when `value` is written over `old`.
+    /// Returns the new value of a configuration register with `width` (1, 2, 4) bits per pin, whose
+    /// lowest pin is `first`, when `value` is written over `old`.
     pub fn apply_lock(&self, old: u32, value: u32, width: u32, first: u32) -> u32 {
         if !self.locked {
             return value;

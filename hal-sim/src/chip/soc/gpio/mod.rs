@@ -1,9 +1,9 @@
-//! Ports A–I (RM0090 chapter 8): registers, pull resistors, what drives a pin
-//! from outside, and the edges that pins make.
+//! Models ports A–I (RM0090 chapter 8): registers, pull resistors, external drivers, and edges of
+//! the pins.
 //!
-//! A pin that nothing drives and nothing pulls reads 0. An output wins over
-//! whatever is outside. A pin in alternate-function mode is driven from
-//! outside or pulled only: its peripheral's output is not put on it.
+//! A pin that is neither driven nor pulled reads 0. An output overrides an external level. A pin in
+//! alternate-function mode is only driven from outside or pulled: the output of its peripheral is
+//! not applied.
 
 mod lock;
 
@@ -12,30 +12,30 @@ use crate::chip::cpu::bus::{Modelled, Unmodelled};
 use crate::chip::soc::Lanes;
 use lock::Lock;
 
-/// Ports A to I.
+/// Number of ports: A to I.
 pub const PORTS: usize = 9;
 
-/// What is connected to a pin.
+/// External connection of a pin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Level {
     /// Driven high.
     High,
     /// Driven low.
     Low,
-    /// Nothing.
+    /// Not connected.
     Open,
 }
 
-/// Pins of one port that a write changed.
+/// Change of pins of one port by a write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Edge {
-    /// When: the write that made it is complete from this cycle on.
+    /// Cycle from which the write is complete.
     pub cycle: Cycle,
-    /// 0 is port A.
+    /// Port number; 0 is port A.
     pub port: u8,
     /// Pins that changed, bit n is pin n.
     pub changed: u16,
-    /// All levels of the port after it.
+    /// Levels of all pins of the port after the change.
     pub levels: u16,
 }
 
@@ -62,7 +62,7 @@ struct Port {
     odr: u16,
     afr: [u32; 2],
     lock: Lock,
-    /// Pins that something outside drives, and its level.
+    /// Pins that are driven from outside; the next field has their level.
     driven: u16,
     external: u16,
     /// Push-pull outputs, from MODER and OTYPER.
@@ -70,13 +70,13 @@ struct Port {
     levels: u16,
 }
 
-/// All ports.
+/// Ports A to I.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Gpio {
     ports: [Port; PORTS],
-    /// Edges that writes made since the last drain, ascending in cycle: up to the
-    /// last `advance` or access, and an access of DMA2 that had begun then (up
-    /// to two cycles later).
+    /// Edges made by writes since the last drain, in ascending order of cycles: up to the last
+    /// `advance` or access, and including an access of DMA2 that had begun by then (up to two
+    /// cycles later).
     pub(crate) edges: Vec<Edge>,
 }
 
@@ -94,8 +94,7 @@ impl Default for Gpio {
 }
 
 impl Gpio {
-    /// What reset makes of `port` (RM0090 8.4); what is connected outside
-    /// stays. A port beyond I is ignored.
+    /// Resets `port` (RM0090 8.4); external connections stay. A port beyond I is ignored.
     pub fn reset_port(&mut self, port: usize, at: Cycle) {
         if let Some(p) = self.ports.get_mut(port) {
             let before = p.levels;
@@ -113,9 +112,9 @@ impl Gpio {
         }
     }
 
-    /// Writes the register at `offset` of `port`, or bytes of it (RM0090 8.4); the new value
-    /// holds from `done` on. The key of LCKR is written as a whole: anything less breaks it
-    /// off, and changes nothing.
+    /// Writes the register at `offset` of `port`, or bytes of it (RM0090 8.4); the new value holds
+    /// from `done` on. The key of LCKR must be written as a whole word: a narrower write aborts the
+    /// key sequence and changes nothing.
     pub fn write(&mut self, port: usize, offset: u32, written: Lanes, done: Cycle) -> Modelled {
         let p = self.port(port)?;
         let value = match (written.is_whole(), offset) {
@@ -149,8 +148,8 @@ impl Gpio {
         Ok(())
     }
 
-    /// Turns bits of a configuration register the other way, locked or not: what
-    /// radiation or a glitch may do, no access can.
+    /// Inverts bits of a configuration register, whether or not it is locked. Radiation or a glitch
+    /// may do so, but no access can.
     pub fn upset(&mut self, port: usize, offset: u32, bits: u32, at: Cycle) -> Modelled {
         let old = self.read(port, offset)?;
         let lock = std::mem::take(&mut self.ports[port].lock); // `read` knows the port
@@ -159,8 +158,8 @@ impl Gpio {
         done
     }
 
-    /// Writes BSRR of `port`: bits 15–0 set, 31–16 reset, set wins
-    /// (RM0090 8.4.7). `port` must be one of `0..PORTS`.
+    /// Writes BSRR of `port`: bits 15–0 set, 31–16 reset, set wins (RM0090 8.4.7). `port` must be
+    /// in `0..PORTS`.
     #[inline]
     pub fn bsrr(&mut self, port: usize, value: u32, done: Cycle) {
         let p = &mut self.ports[port];
@@ -179,15 +178,15 @@ impl Gpio {
         self.record(port, before, done);
     }
 
-    /// Output data of `port`, which must be one of `0..PORTS`.
+    /// Returns the output data of `port`, which must be in `0..PORTS`.
     #[inline]
     pub fn output(&self, port: usize) -> u16 {
         self.ports[port].odr
     }
 
-    /// Connects `level` to a pin from outside; gives the level that the pin now
-    /// has if that changed, which is not listed as an edge: the caller knows.
-    /// Ports and pins beyond I and 15 are ignored.
+    /// Connects `level` to a pin from outside, and returns the pin's level if it changed. The
+    /// change is not recorded as an edge, because the caller knows it. Ports beyond I and pins
+    /// beyond 15 are ignored.
     pub fn drive(&mut self, port: usize, pin: usize, level: Level) -> Option<bool> {
         let p = self.ports.get_mut(port).filter(|_| pin < 16)?;
         let (bit, before) = (1u16 << pin, p.levels);
@@ -198,7 +197,7 @@ impl Gpio {
         ((before ^ now) & bit != 0).then_some(now & bit != 0)
     }
 
-    /// Level of a pin; low beyond I and 15.
+    /// Returns the level of a pin; low beyond port I and pin 15.
     pub fn level(&self, port: usize, pin: usize) -> bool {
         pin < 16
             && self
@@ -207,12 +206,12 @@ impl Gpio {
                 .is_some_and(|p| p.levels >> pin & 1 != 0)
     }
 
-    /// All levels of `port`, bit n is pin n; 0 beyond I.
+    /// Returns all levels of `port`, bit n is pin n; 0 beyond port I.
     pub fn levels(&self, port: usize) -> u16 {
         self.ports.get(port).map_or(0, |p| p.levels)
     }
 
-    /// Whether a pin is in alternate-function mode with `function`.
+    /// Returns whether a pin is in alternate-function mode with `function`.
     pub fn has_function(&self, port: usize, pin: usize, function: u32) -> bool {
         let mode = 0b10 << (2 * pin);
         self.ports.get(port).is_some_and(|p| {
@@ -240,7 +239,7 @@ impl Gpio {
 }
 
 impl Port {
-    /// What the register at `offset` shows, but LCKR, which reading changes.
+    /// Returns the register at `offset`, except LCKR, which changes when it is read.
     fn register(&self, offset: u32) -> Modelled<u32> {
         Ok(match offset {
             offset::MODER => self.moder,
@@ -274,7 +273,7 @@ impl Port {
         self.refresh();
     }
 
-    /// Recomputes the levels from all that decides them.
+    /// Recomputes the levels of the pins from the registers and external connections.
     fn refresh(&mut self) {
         let (mut output, mut up) = (0u16, 0u16);
         for pin in 0..16 {
@@ -288,7 +287,7 @@ impl Port {
         self.levels = self.push_pull & self.odr | !self.push_pull & !sinks & passive;
     }
 
-    /// Input data: an analogue pin reads 0 (RM0090 8.3.12).
+    /// Returns the input data register; an analogue pin reads 0 (RM0090 8.3.12).
     fn idr(&self) -> u16 {
         let mut analogue = 0u16;
         for pin in 0..16 {
@@ -298,7 +297,7 @@ impl Port {
     }
 }
 
-/// Output data `odr` after `value` was written to BSRR.
+/// Returns the output data after `value` was written to BSRR while they were `odr`.
 #[inline]
 pub const fn after_bsrr(odr: u16, value: u32) -> u16 {
     let (set, reset) = (value as u16, (value >> 16) as u16);

@@ -48,7 +48,7 @@ fn a_pin_follows_what_drives_it_else_its_pull_else_low() {
     write(&mut gpio, offset::PUPDR, 0b01 << 6, 4);
     assert!(gpio.level(B, 3));
     assert_eq!(gpio.drive(B, 3, Level::Low), Some(false));
-    // Push-pull beats what is outside, open drain only pulls down.
+    // Push-pull overrides an external level, open drain only pulls down.
     write(&mut gpio, offset::MODER, 0b01 << 6, 6);
     write(&mut gpio, offset::BSRR, 1 << 3, 7);
     assert!(gpio.level(B, 3));
@@ -86,7 +86,7 @@ fn narrow_accesses_and_other_ports_are_refused() {
     assert!(gpio.read(PORTS, offset::IDR).is_err());
 }
 
-/// The key for `pins`: three writes and a read.
+/// Performs the key sequence for `pins`: three writes and a read.
 fn lock(gpio: &mut Gpio, pins: u32) -> u32 {
     for key in [1 << 16, 0, 1 << 16] {
         write(gpio, offset::LCKR, key | pins, 1);
@@ -142,7 +142,7 @@ fn a_key_with_any_error_locks_nothing() {
         write(&mut gpio, offset::MODER, 0, 2);
         assert_eq!(read(&gpio, B, offset::MODER), 0);
     }
-    // A read before the third write breaks it off, too.
+    // A read before the third write also aborts the sequence.
     let mut gpio = Gpio::default();
     write(&mut gpio, offset::LCKR, key | 2, 1);
     write(&mut gpio, offset::LCKR, 2, 1);
