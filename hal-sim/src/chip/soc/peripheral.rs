@@ -1,30 +1,30 @@
-//! What all peripherals have in common.
+//! Common interface of all peripherals.
 
 pub(super) use crate::chip::Cycle;
 pub(super) use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse_if};
 
-/// A block of registers. Wires to other peripherals, interrupt lines and pins
-/// are methods of each; `soc` joins them.
+/// A block of registers. Connections to other peripherals, interrupt lines and pins are methods of
+/// each block; `soc` joins them.
 pub trait Peripheral {
-    /// Reads the register at `offset` from the block's base, a multiple of 4. What an
-    /// access narrower than a word means is [`super::width`]'s.
+    /// Reads the register at `offset` from the block's base, a multiple of 4. [`super::width`]
+    /// handles accesses narrower than a word.
     fn read(&mut self, offset: u32, at: Cycle) -> Modelled<u32>;
 
     /// Writes the register at `offset`.
     fn write(&mut self, offset: u32, value: u32, at: Cycle) -> Modelled;
 
-    /// Lets time go on to `to`. Every access is preceded by it.
+    /// Advances the block to `to`. Called before every access.
     fn advance(&mut self, _to: Cycle) -> Modelled {
         Ok(())
     }
 
-    /// Earliest cycle at which something happens that others can see.
+    /// Returns the earliest cycle at which a change becomes visible outside the block.
     fn next_event(&self) -> Cycle {
         Cycle::MAX
     }
 }
 
-/// A program's accesses to words, which must be modelled.
+/// Word accesses of a test program, which panic if they are not modelled.
 #[cfg(test)]
 pub trait WordAccess: Peripheral {
     /// Writes the register at `offset`.
@@ -33,7 +33,7 @@ pub trait WordAccess: Peripheral {
         Peripheral::write(self, offset, value, at).unwrap();
     }
 
-    /// Reads it.
+    /// Reads the register at `offset`.
     fn get(&mut self, offset: u32, at: Cycle) -> u32 {
         self.advance(at).unwrap();
         Peripheral::read(self, offset, at).unwrap()

@@ -1,8 +1,8 @@
-//! PWR: write protection of the backup domain, regulator scale, supply watch
-//! (RM0090 chapter 5, F405).
+//! Models PWR: write protection of the backup domain, regulator scale, supply supervision (RM0090
+//! chapter 5, F405).
 //!
-//! Low-power modes other than sleep are not modelled. The detector's delay is
-//! taken as none.
+//! Low-power modes other than sleep are not modelled. The voltage detector is assumed to have no
+//! delay.
 
 use super::peripheral::{Cycle, Modelled, Peripheral, Unmodelled, refuse_if};
 
@@ -11,16 +11,16 @@ const CSR: u32 = 4;
 const PVDE: u32 = 1 << 4;
 const DBP: u32 = 1 << 8;
 const VOS: u32 = 1 << 14;
-/// Reserved on the F405, part of VOS on its successors: drivers for all set it.
+/// Reserved on the F405, part of VOS on its successors: common drivers set it.
 const RESERVED_VOS: u32 = 1 << 15;
 const CLEAR_FLAGS: u32 = 0b11 << 2;
-/// LPDS, PDDS, FPDS: they choose among modes that only SLEEPDEEP leads to.
+/// LPDS, PDDS, FPDS, which only select among modes that need SLEEPDEEP.
 const DEEP: u32 = 0b11 | 1 << 9;
 const PVDO: u32 = 1 << 2;
 const VOSRDY: u32 = 1 << 14;
 
-/// Thresholds of levels PLS 0–7, mV, typical: of a falling and of a rising
-/// supply (DS8626, embedded reset and power control block characteristics).
+/// Thresholds of levels PLS 0–7 for a falling and a rising supply, mV, typical (DS8626, embedded
+/// reset and power control block characteristics).
 const THRESHOLDS_MV: [(u32, u32); 8] = [
     (2040, 2140),
     (2190, 2300),
@@ -31,26 +31,26 @@ const THRESHOLDS_MV: [(u32, u32); 8] = [
     (2930, 3030),
     (3030, 3140),
 ];
-/// Where the chip is reset by a falling supply, and let go by a rising one, for BOR_LEV 0 to
-/// 3 of the option bytes: brown-out level 3, 2, 1, and off, which leaves the power-down and
-/// power-on resets; mV, typical (the same table).
+/// Voltages at which a falling supply resets the chip and a rising one releases it, mV, typical
+/// (the same table), for BOR_LEV 0 to 3 of the option bytes: brown-out level 3, 2, 1, and off,
+/// where only power-down and power-on reset act.
 const BROWN_OUT_MV: [(u32, u32); 4] = [(2830, 2920), (2500, 2590), (2190, 2290), (1680, 1720)];
 
 /// Power control.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Pwr {
     cr: u32,
-    /// The supply, mV.
+    /// Voltage of the supply, mV.
     pub(crate) supply_mv: u32,
-    /// PVDO, the level of EXTI line 16: the supply is below the threshold.
+    /// PVDO, the level of EXTI line 16: whether the supply is below the threshold.
     pub(crate) low: bool,
-    /// The supply is above the power-down and the brown-out level; while it is not the
-    /// chip is held in reset.
+    /// Whether the supply is above the power-down and the brown-out level; otherwise the chip is
+    /// held in reset.
     pub(crate) powered: bool,
 }
 
 impl Default for Pwr {
-    /// Registers at reset, with a supply of 3.3 V.
+    /// Registers in their reset state, with a supply of 3.3 V.
     fn default() -> Self {
         Self {
             cr: VOS,
@@ -62,13 +62,13 @@ impl Default for Pwr {
 }
 
 impl Pwr {
-    /// Reset of the block or the chip; the supply stays.
+    /// Resets the registers; the supply stays.
     pub fn reset(&mut self) {
         self.cr = VOS;
         self.low = false;
     }
 
-    /// The supply is `mv` millivolts from now on, with BOR_LEV of the option bytes.
+    /// Sets the supply to `mv` millivolts from now on, with BOR_LEV of the option bytes.
     pub fn supply(&mut self, mv: u32, bor_lev: u32) {
         self.supply_mv = mv;
         let (falling, rising) = BROWN_OUT_MV[(bor_lev & 3) as usize];
@@ -76,9 +76,11 @@ impl Pwr {
         self.watch();
     }
 
+    /// Checks whether the regulator scale suffices for a core clock of `hz`. The limits of scale 1
+    /// follow from those of the clocks.
+    ///
     /// # Errors
-    /// The regulator gives too little for a core clock of `hz`: at scale 2 it suffices for
-    /// 144 MHz (RM0090 section 5.1.3). What scale 1 suffices for the clocks' limits say.
+    /// Fails if scale 2 is selected above 144 MHz (RM0090 section 5.1.3).
     pub fn check_scale(&self, hz: u32) -> Modelled {
         refuse_if(
             self.cr & VOS == 0 && hz > 144_000_000,
@@ -86,7 +88,7 @@ impl Pwr {
         )
     }
 
-    /// DBP: backup registers and RCC_BDCR can be written.
+    /// Returns DBP: whether backup registers and RCC_BDCR can be written.
     pub const fn is_backup_writable(&self) -> bool {
         self.cr & DBP != 0
     }

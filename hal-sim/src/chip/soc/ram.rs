@@ -1,9 +1,9 @@
-//! Static RAM.
+//! Models static RAM.
 
 use crate::chip::cpu::Size;
 
-/// A block of RAM. All zero at power-on: silicon's is random, so a program that
-/// depends on it is not found out here.
+/// A block of RAM. It is all zero at power-on, unlike real RAM, which is random: a program that
+/// depends on its contents is not detected here.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Ram {
     base: u32,
@@ -12,17 +12,17 @@ pub struct Ram {
     stuck: Option<StuckCell>,
 }
 
-/// A cell that reads the same whatever was written.
+/// A cell that reads the same value whatever was written.
 #[derive(Clone, Copy, PartialEq, Debug)]
 struct StuckCell {
-    /// Index of its byte.
+    /// Index of the byte with the cell.
     at: usize,
     mask: u8,
     is_high: bool,
 }
 
 impl StuckCell {
-    /// What is read of `value`, whose lowest byte is byte `at`.
+    /// Replaces the stuck bit in `value`, whose lowest byte is byte `at`.
     fn force(self, value: u32, at: usize, size: Size) -> u32 {
         let Some(byte) = self
             .at
@@ -41,7 +41,7 @@ impl StuckCell {
 }
 
 impl Ram {
-    /// `length` bytes from `base` on; both multiples of 4.
+    /// Creates `length` bytes from `base` on; both must be multiples of 4.
     pub fn new(base: u32, length: u32) -> Self {
         Self {
             base,
@@ -50,8 +50,8 @@ impl Ram {
         }
     }
 
-    /// From now on `bit` (0–7) of the byte at `address` reads as 1 or 0 for good; one cell
-    /// at a time.
+    /// Makes `bit` (0–7) of the byte at `address` read as 1 or 0 permanently. Only one cell can be
+    /// stuck at a time.
     pub fn stick(&mut self, address: u32, bit: u8, is_high: bool) {
         self.stuck = Some(StuckCell {
             at: address.wrapping_sub(self.base) as usize,
@@ -60,18 +60,18 @@ impl Ram {
         });
     }
 
-    /// No cell is stuck any more.
+    /// Removes the stuck cell.
     pub const fn heal(&mut self) {
         self.stuck = None;
     }
 
-    /// Whether `address` lies in it.
+    /// Returns whether `address` lies in the block.
     #[inline]
     pub fn contains(&self, address: u32) -> bool {
         (address.wrapping_sub(self.base) as usize) < self.bytes.len()
     }
 
-    /// Reads `size` bytes, zero-extended; `None` outside.
+    /// Reads `size` bytes, zero-extended; `None` outside the block.
     #[inline]
     pub fn read(&self, address: u32, size: Size) -> Option<u32> {
         let at = address.wrapping_sub(self.base) as usize;
@@ -87,7 +87,7 @@ impl Ram {
         })
     }
 
-    /// Writes the lower `size` bytes of `value`; `None` outside.
+    /// Writes the lower `size` bytes of `value`; `None` outside the block.
     #[inline]
     pub fn write(&mut self, address: u32, size: Size, value: u32) -> Option<()> {
         let at = address.wrapping_sub(self.base) as usize;
@@ -101,8 +101,8 @@ impl Ram {
         Some(())
     }
 
-    /// `words` words from `address` on, 4 bytes each; `None` outside, or if one of them
-    /// has a stuck cell: then they are to be read one by one.
+    /// Returns `words` words from `address` on, 4 bytes each; `None` outside the block, or if one
+    /// of them has a stuck cell and they must be read individually.
     pub fn words(&self, address: u32, words: usize) -> Option<&[[u8; 4]]> {
         let at = address.wrapping_sub(self.base) as usize;
         let bytes = self.bytes.get(at..)?.get(..4 * words)?;
@@ -113,7 +113,7 @@ impl Ram {
         Some(bytes.as_chunks().0)
     }
 
-    /// As [`Self::words`].
+    /// Returns the same words for writing; `None` outside the block.
     pub fn words_mut(&mut self, address: u32, words: usize) -> Option<&mut [[u8; 4]]> {
         let at = address.wrapping_sub(self.base) as usize;
         let bytes = self.bytes.get_mut(at..)?.get_mut(..4 * words)?;

@@ -1,4 +1,5 @@
-//! The core's accesses to registers: which block answers, when, and in what width.
+//! Register accesses of the core: finds the block that answers, and determines time and width of
+//! the access.
 
 use super::map::{self, Unit};
 use super::matrix::{Bridge, Slave};
@@ -8,18 +9,18 @@ use crate::chip::Cycle;
 use crate::chip::cpu::Size;
 use crate::chip::cpu::bus::{AccessError, Modelled, ReadResult, Unmodelled};
 
-/// An access to AHB2 or to the debug support: the manuals give no wait states.
+/// Wait states of an access to AHB2 or to the debug support, for which the manuals give no figure.
 const UNSHARED_WAIT: u32 = 0;
 
 const DEBUG_SUPPORT: AccessError = AccessError::Unmodelled(Unmodelled("this debug register"));
 const UNMODELLED: AccessError = AccessError::Unmodelled(Unmodelled("this peripheral"));
-/// Nothing lies there: the bus answers with an error. DS8626 and RM0090 call such
-/// addresses reserved and say no more; AHB's default slave answers so (IHI 0033, 2.4).
+/// Bus error for an address without a block. DS8626 and RM0090 call such addresses reserved and say
+/// no more; AHB's default slave answers with an error (IHI 0033, 2.4).
 pub(super) const NOTHING: AccessError = AccessError::Error;
-/// The debug support outside the core: there, but not modelled.
+/// Addresses of the debug support outside the core, which exists but is not modelled.
 const DEBUG: std::ops::RangeInclusive<u32> = 0xE004_0000..=0xE00F_FFFF;
 
-/// Why nobody answers at `address`, where no block is that has a clock.
+/// Returns the error for `address`, at which no block with a clock answers.
 pub(super) fn no_answer(address: u32) -> AccessError {
     match DEBUG.contains(&address) {
         true => DEBUG_SUPPORT,
@@ -111,7 +112,8 @@ impl Soc {
         Ok(wait)
     }
 
-    /// A block that nobody models is silent while its clock is off.
+    /// Accepts an access to a block that is not modelled while its clock is off, and fails
+    /// otherwise.
     fn find_silent(&mut self, address: u32) -> Result<(), AccessError> {
         match map::unmodelled_clock(address) {
             Some(clock) if self.rcc.is_set(clock) => Err(UNMODELLED),
@@ -123,10 +125,10 @@ impl Soc {
         }
     }
 
-    /// Whether `unit` answers: without its clock, or held in reset, reads give 0
-    /// and writes are lost (RM0090 section 7.3.10, the note on enables).
+    /// Returns whether `unit` answers: without its clock, or held in reset, reads give 0 and writes
+    /// are ignored (RM0090 section 7.3.10, the note on enables).
     fn has_clock(&self, unit: Unit, at: Cycle) -> Modelled<bool> {
-        // An access reaches a block behind a bridge with a later APB clock.
+        // An access reaches a block behind a bridge at a later APB clock.
         let clocks = self.rcc.clocks;
         let divider = match unit.bridge() {
             Some(Bridge::Apb1) => clocks.apb1_divider(),
@@ -167,7 +169,7 @@ impl Soc {
             Unit::Flash => &mut self.flash,
             Unit::Tim11 => &mut self.tim11,
             Unit::Otg => &mut self.otg,
-            // `Playback` is served before.
+            // `Playback` was handled earlier.
             Unit::Dbgmcu | Unit::Playback(_) => &mut self.dbgmcu,
         }
     }

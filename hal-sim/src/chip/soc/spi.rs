@@ -1,8 +1,7 @@
-//! SPI as a transmitting master on one data line (RM0090 chapter 28).
+//! Models SPI as a transmitting master on one data line (RM0090 chapter 28).
 //!
-//! Reception, DMA, CRC, a selected slave and I2S are not modelled. Taken here: the
-//! first bit begins in the cycle of the write to an idle SPI, and a buffered
-//! word follows without a pause.
+//! Reception, DMA, CRC, a selected slave and I2S are not modelled. Assumed: the first bit begins in
+//! the cycle of the write to an idle SPI, and a buffered word follows without a pause.
 
 use super::peripheral::{Cycle, Modelled, Peripheral, Unmodelled, refuse_if};
 
@@ -24,15 +23,15 @@ mod cr1 {
 const TXE: u32 = 1 << 1;
 const BSY: u32 = 1 << 7;
 const I2SPR_RESET: u32 = 2;
-/// CR2: requests to DMA1, of which no stream is enabled, SSOE, and interrupts, whose line is
-/// not wired.
+/// CR2 bits that have no effect here: requests to DMA1, which has no enabled stream, SSOE, and
+/// interrupts, whose line is not connected.
 const CR2_IDLE: u32 = 0xE7;
 const SSOE: u32 = 1 << 2;
 
-/// When a word's bits change on the line (figure 248).
+/// Times at which a word's bits change on the line (figure 248).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Change {
-    /// With rising edges of the clock: who samples at falling ones gets each bit.
+    /// With rising edges of the clock: a receiver that samples at falling edges gets each bit.
     Rising,
     /// With falling edges, each of which ends its bit.
     FallingAfter,
@@ -45,11 +44,11 @@ pub enum Change {
 pub struct Word {
     /// End of its last bit.
     pub end: Cycle,
-    /// Its bits, the first sent being the highest.
+    /// Bits of the word; the first one sent is the highest.
     pub value: u16,
     /// Number of bits, 8 or 16.
     pub bits: u8,
-    /// When they change.
+    /// Clock edges with which the bits change.
     pub change: Change,
 }
 
@@ -57,7 +56,8 @@ pub struct Word {
 #[derive(Clone, PartialEq, Debug)]
 pub struct Spi {
     cr1: u32,
-    /// DMA that no stream serves, NSS that no pin shows, interrupts that are not wired: kept.
+    /// CR2, which is only stored: no stream serves its DMA requests, NSS is on no pin, and the
+    /// interrupts are not connected.
     cr2: u32,
     /// Core cycles per cycle of its bus.
     bus_divider: u32,
@@ -67,7 +67,7 @@ pub struct Spi {
 }
 
 impl Default for Spi {
-    /// At reset, its bus as fast as the core.
+    /// Returns the reset state, with a bus as fast as the core.
     fn default() -> Self {
         Self {
             cr1: 0,
@@ -81,7 +81,7 @@ impl Default for Spi {
 }
 
 impl Spi {
-    /// Reset of the block or the chip. A word cut off is never delivered.
+    /// Resets the registers. A word in transmission is never delivered.
     pub fn reset(&mut self) {
         *self = Self {
             bus_divider: self.bus_divider,
@@ -90,22 +90,22 @@ impl Spi {
         };
     }
 
-    /// Core cycles per cycle of its bus, from the next word on.
+    /// Sets the core cycles per cycle of its bus, from the next word on.
     pub fn set_bus_divider(&mut self, divider: u32) {
         self.bus_divider = divider;
     }
 
-    /// Words that ended since the last call, oldest first.
+    /// Returns the words that ended since the last call, oldest first.
     pub fn words(&mut self) -> impl Iterator<Item = Word> + '_ {
         self.sent.drain(..)
     }
 
-    /// The clock line is running: a word is under way.
+    /// Returns whether a word is being sent, with a running clock line.
     pub const fn is_shifting(&self) -> bool {
         self.shifting.is_some()
     }
 
-    /// On and a master: a slave that nobody selects sends nothing.
+    /// Returns whether the SPI is enabled as a master: an unselected slave sends nothing.
     const fn sends(&self) -> bool {
         self.cr1 & cr1::SPE != 0 && self.cr1 & cr1::MSTR != 0
     }
@@ -131,10 +131,10 @@ impl Spi {
         });
     }
 
-    /// Two lines (BIDIMODE 0) send as one does, for nothing is received; so do RXONLY beside
-    /// one line, CRCEN without CRCNEXT and that without CRCEN. An NSS that is low is a mode
-    /// fault of a master: MSTR and SPE go off (section 28.3.10). It is SSI with SSM; without,
-    /// and without SSOE, a pin's, and what is on no pin is taken as low.
+    /// Writes CR1. Two lines (BIDIMODE 0) send like one, because nothing is received; RXONLY with
+    /// one line, and CRCEN and CRCNEXT without each other, have no effect on sending. A low NSS is
+    /// a mode fault of a master, which clears MSTR and SPE (section 28.3.10). With SSM, NSS is SSI;
+    /// without SSM and SSOE it is a pin, and an unconnected one counts as low.
     fn write_cr1(&mut self, value: u32, at: Cycle) -> Modelled {
         refuse_if(
             self.shifting.is_some() && value != self.cr1,
@@ -166,7 +166,7 @@ impl Spi {
         Ok(())
     }
 
-    /// A word that waits in the buffer, TXE being clear, is overwritten (section 28.3.5).
+    /// Writes DR. A word that waits in the buffer (TXE clear) is overwritten (section 28.3.5).
     fn write_data(&mut self, value: u32, at: Cycle) {
         let value = (value & 0xFFFF) as u16;
         if self.sends() && self.shifting.is_none() {
@@ -226,7 +226,7 @@ impl Peripheral for Spi {
         Ok(())
     }
 
-    /// The end of the word under way.
+    /// Returns the end of the word in transmission.
     fn next_event(&self) -> Cycle {
         self.shifting.map_or(Cycle::MAX, |word| word.end)
     }
@@ -240,7 +240,7 @@ mod tests {
     const CR1: u32 = 0;
     const SR: u32 = 8;
     const DR: u32 = 0xC;
-    /// The board's: master, one line, transmit, 16 bits, clock / 2, CPHA.
+    /// Settings of the board: master, one line, transmit, 16 bits, clock / 2, CPHA.
     const BOARD: u32 = 0xCB45;
 
     fn spi(cr1: u32) -> Spi {
@@ -258,7 +258,7 @@ mod tests {
         assert_eq!(spi.get(SR, 101), TXE | BSY);
         spi.write(DR, 0xBEEF, 110).unwrap();
         assert_eq!(spi.get(SR, 111), BSY);
-        // 21 MHz: 8 cycles a bit, 128 a word.
+        // 21 MHz: 8 cycles per bit, 128 per word.
         assert_eq!(spi.get(SR, 227), BSY);
         assert_eq!(spi.get(SR, 228), TXE | BSY);
         assert_eq!(spi.next_event(), 356);
@@ -293,13 +293,13 @@ mod tests {
         }
         assert!(spi.write(CR1, 0, 1).is_err(), "busy");
         let mut off = Spi::default();
-        // Receiving on one line, and a sum.
+        // Reception on one line, and CRC.
         for cr1 in [BOARD & !(1 << 14), BOARD | 3 << 12] {
             assert!(off.write(CR1, cr1, 0).is_err(), "{cr1:#x}");
         }
     }
 
-    /// Section 28.3.5: the buffer holds what was written last.
+    /// Section 28.3.5: the buffer holds the word written last.
     #[test]
     fn a_word_that_waits_is_overwritten() {
         let mut spi = spi(BOARD);
@@ -329,7 +329,7 @@ mod tests {
 
     #[test]
     fn what_is_off_keeps_a_word_until_it_is_on() {
-        // Off; a slave; a master whose NSS is low: SSI; a pin's that is on none.
+        // Off; a slave; a master with a low NSS, from SSI and from an unconnected pin.
         for cr1 in [
             BOARD & !(1 << 6),
             BOARD & !4,

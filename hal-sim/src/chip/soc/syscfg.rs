@@ -1,4 +1,4 @@
-//! SYSCFG (RM0090 chapter 9): which port feeds an EXTI line.
+//! Models SYSCFG (RM0090 chapter 9): selects the port of each EXTI line.
 
 use super::peripheral::{Cycle, Modelled, Peripheral, Unmodelled};
 
@@ -8,15 +8,14 @@ const EXTICR1: u32 = 0x08;
 const EXTICR4: u32 = 0x14;
 const CMPCR: u32 = 0x20;
 
-/// The system configuration controller. Memory is never remapped and the
-/// compensation cell never on.
+/// System configuration controller. Memory remapping and the compensation cell are not modelled.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Syscfg {
     exticr: [u32; 4],
 }
 
 impl Syscfg {
-    /// Port (0 is A) that feeds EXTI line `line`, 0–15.
+    /// Returns the port (0 is A) connected to EXTI line `line`, 0–15.
     pub fn port(&self, line: usize) -> usize {
         let exticr = self.exticr.get(line / 4).copied().unwrap_or(0);
         (exticr >> (4 * (line % 4)) & 0xF) as usize

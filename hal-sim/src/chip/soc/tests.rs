@@ -1,4 +1,4 @@
-//! The whole chip with a core and a few instructions, or at its registers.
+//! Tests of the whole chip, with a core and a few instructions or by its registers.
 
 use super::Soc;
 use crate::chip::Cycle;
@@ -11,7 +11,7 @@ const RCC_AHB1RSTR: u32 = 0x4002_3810;
 const IWDG_KR: u32 = 0x4000_3000;
 const CRC_DR: u32 = 0x4002_3000;
 const GPIOB_ODR: u32 = 0x4002_0414;
-/// Core cycles of a second at HSI.
+/// Core cycles per second at HSI.
 const SECOND: Cycle = 16_000_000;
 
 fn set(soc: &mut Soc, address: u32, value: u32, at: Cycle) -> u32 {
@@ -24,7 +24,7 @@ fn get(soc: &mut Soc, address: u32, at: Cycle) -> u32 {
     soc.read(address, Size::Word, at).unwrap().value
 }
 
-/// A chip with `code` at its reset vector, and its core after reset.
+/// Creates a chip with `code` at its reset vector, and its core after reset.
 fn running(code: &[u16]) -> (Soc, Cpu) {
     let mut soc = Soc::new(Pace::Lazy);
     let vectors = [0x2001_0000_u32, flash::BASE + 9].map(u32::to_le_bytes);
@@ -67,7 +67,7 @@ fn a_peripheral_without_its_clock_reads_zero_and_loses_writes() {
     assert_eq!(get(&mut soc, GPIOB_ODR, 50), 0, "the write was lost");
     set(&mut soc, GPIOB_ODR, 5, 60);
     assert_eq!(get(&mut soc, GPIOB_ODR, 70), 5);
-    // Off again, the register keeps its value, but nobody can read it.
+    // With the clock off again, the register keeps its value but reads 0.
     set(&mut soc, RCC_AHB1ENR, 0, 80);
     assert_eq!(get(&mut soc, GPIOB_ODR, 90), 0);
     set(&mut soc, RCC_AHB1ENR, 1 << 1, 100);
@@ -145,7 +145,7 @@ fn a_fork_and_its_original_stay_identical_for_a_second() {
     let begin = std::time::Instant::now();
     let (mut fork, mut its) = (soc.clone(), cpu.clone());
     println!("a fork took {:?}", begin.elapsed());
-    // One goes in one piece, the other in many, through the watchdog's bite.
+    // One runs in one piece, the other in many, across the watchdog's reset.
     let end = cpu.cycle + SECOND;
     let run = |soc: &mut Soc, cpu: &mut Cpu, step: Cycle| {
         let mut bites = 0;

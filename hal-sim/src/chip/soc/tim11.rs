@@ -1,22 +1,22 @@
-//! TIM11 as the chip's measure of its own clock: a 16-bit up-counter whose channel 1
-//! captures the crystal, divided by RCC_CFGR's RTCPRE (HSE_RTC; RM0090 chapter 19,
-//! TIM11_OR, and section 7.3.3).
+//! Models TIM11 as the chip uses it to measure its own clock: a 16-bit up-counter whose channel 1
+//! captures the crystal, divided by RCC_CFGR's RTCPRE (HSE_RTC; RM0090 chapter 19, TIM11_OR, and
+//! section 7.3.3).
 //!
-//! All of it is arithmetic: the counter is what began when it was enabled, a capture the
-//! last due edge of an [`Oscillator`]. Not here: its pin, outputs, interrupts, and settings
-//! that change while it counts.
+//! Count and captures are computed only when they are read, from the time of enabling and the edges
+//! of an [`Oscillator`]. Pin, outputs, interrupts, and changes of settings while it counts are not
+//! modelled.
 
 use super::clock::Oscillator;
 use super::peripheral::{Cycle, Modelled, Peripheral, Unmodelled, refuse_if};
 
-/// Timer clocks from an edge to its capture: as of the other timers' inputs, assumed.
+/// Timer clocks from an edge to its capture, assumed as for the inputs of the other timers.
 const SYNCHRONISATION: u64 = 2;
 
 mod bit {
     pub const CEN: u32 = 1;
     pub const CC1IF: u32 = 1 << 1;
     pub const CC1OF: u32 = 1 << 9;
-    /// CCMR1: IC1 on TI1, its prescaler.
+    /// CCMR1: IC1 on TI1; the next constant is its prescaler.
     pub const CC1S: u32 = 0b01;
     pub const IC1PSC: u32 = 0b11 << 2;
     pub const CC1E: u32 = 1;
@@ -24,10 +24,10 @@ mod bit {
     pub const HSE_RTC: u32 = 0b10;
 }
 
-/// TIM11.
+/// Timer TIM11 with its captured input.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Tim11 {
-    /// HCLK cycles of one of its clocks.
+    /// HCLK cycles per timer clock.
     divider: u64,
     cr1: u32,
     ccmr1: u32,
@@ -36,13 +36,13 @@ pub struct Tim11 {
     ccr1: u32,
     sr: u32,
     option: u32,
-    /// A debugger holds its clock.
+    /// Whether a debugger holds its clock.
     held: bool,
-    /// The counter as it was at a cycle.
+    /// Counter value at a given cycle.
     count: (u64, Cycle),
-    /// The crystal, while it oscillates and RTCPRE divides it, and by what.
+    /// The crystal and its divider RTCPRE, while it oscillates and is divided.
     crystal: Option<(Oscillator, u32)>,
-    /// Which of its edges is captured next.
+    /// Number of the edge that is captured next.
     next: u64,
 }
 
@@ -76,8 +76,8 @@ impl Tim11 {
         };
     }
 
-    /// The crystal is `hz` and divided by RTCPRE, seen from a core of `core_hz`, from `at`
-    /// on; or there is no such clock.
+    /// Sets the crystal to `hz`, divided by RTCPRE, for a core of `core_hz`, from `at` on; `None`
+    /// if it is off or not divided.
     pub fn set_crystal(&mut self, hz: u32, rtcpre: Option<u32>, core_hz: u32, at: Cycle) {
         let divided_by = self.crystal.as_ref().map(|crystal| crystal.1);
         if divided_by == rtcpre {
@@ -92,8 +92,8 @@ impl Tim11 {
         self.begin(at);
     }
 
-    /// From `at` on the core runs at `core_hz`, and `divider` of its cycles are one of this
-    /// timer's.
+    /// Sets the core clock to `core_hz`, and the timer clock to `divider` core cycles, from `at`
+    /// on.
     pub fn set_clock(&mut self, core_hz: u32, divider: u32, at: Cycle) {
         self.capture(at);
         self.count = (self.count_at(at), at);
@@ -103,20 +103,20 @@ impl Tim11 {
         }
     }
 
-    /// Its counter stands from `at` on, or goes on (DBGMCU); it captures all the same.
+    /// Holds or resumes the counter at `at` (DBGMCU); captures continue.
     pub fn hold(&mut self, held: bool, at: Cycle) {
         self.capture(at);
         self.count = (self.count_at(at), at);
         self.held = held;
     }
 
-    /// Edges of the crystal from one capture to the next.
+    /// Returns the number of crystal edges from one capture to the next.
     fn period(&self) -> u64 {
         let divided_by = self.crystal.as_ref().map_or(1, |crystal| crystal.1);
         u64::from(divided_by) << (self.ccmr1 >> 2 & 0b11)
     }
 
-    /// Edges are counted from `at` on.
+    /// Starts counting edges at `at`.
     fn begin(&mut self, at: Cycle) {
         if let Some((oscillator, _)) = &self.crystal {
             self.next = oscillator.ticks(at) + self.period();
@@ -131,7 +131,7 @@ impl Tim11 {
         (count + at.saturating_sub(since) / self.divider) % (u64::from(self.arr) + 1)
     }
 
-    /// Captures what is due up to `to`.
+    /// Executes all captures up to `to`.
     fn capture(&mut self, to: Cycle) {
         let captures = self.ccer & bit::CC1E != 0 && self.ccmr1 & 0b11 == bit::CC1S;
         let delay = SYNCHRONISATION * self.divider;
@@ -148,7 +148,7 @@ impl Tim11 {
         let period = self.period();
         let last = edges - behind % period;
         let at = oscillator.cycle_of(last).next_multiple_of(self.divider) + delay;
-        self.ccr1 = self.count_at(at) as u32; // below 2^16: the rest of a division by ARR + 1
+        self.ccr1 = self.count_at(at) as u32; // below 2^16: the remainder of a division by ARR + 1
         if self.sr & bit::CC1IF != 0 || behind >= period {
             self.sr |= bit::CC1OF;
         }
@@ -224,7 +224,8 @@ mod tests {
     /// HCLK cycles of 64 periods of 8 MHz at 168 MHz.
     const LAP: u64 = 1344;
 
-    /// Captures every 64th period of a crystal of 8 MHz and counts as far as that takes.
+    /// Creates a timer that captures every 64th period of a crystal of 8 MHz and restarts after the
+    /// same time.
     fn timer() -> Tim11 {
         let mut timer = Tim11::default();
         timer.set_clock(168_000_000, 1, 0);
@@ -257,7 +258,7 @@ mod tests {
     fn a_clock_that_is_another_moves_it() {
         let mut timer = timer();
         timer.set_clock(84_000_000, 1, 100_000);
-        // 64 periods are 672 counts now: every second capture is half a lap away.
+        // 64 periods are now 672 counts: consecutive captures are half a lap apart.
         let [first, second, third] = [1, 2, 3].map(|n| timer.get(CCR1, 101_344 + 672 * n));
         assert_eq!((first.abs_diff(second), first), (672, third));
         timer.set_clock(168_000_000 + 1_680_000, 1, 200_000);

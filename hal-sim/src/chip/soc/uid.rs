@@ -1,10 +1,10 @@
-//! What is written into each chip at its making: number, flash size (RM0090
+//! Models the signature programmed into each chip at the factory: unique number, flash size (RM0090
 //! chapter 39).
 
 use super::word::read_part;
 use crate::chip::cpu::Size;
 
-/// Address of the 96-bit number.
+/// Address of the 96-bit unique number.
 pub const UID: u32 = 0x1FFF_7A10;
 /// Address of the half-word with the flash size in KiB.
 pub const FLASH_SIZE: u32 = 0x1FFF_7A22;
@@ -12,12 +12,12 @@ pub const FLASH_SIZE: u32 = 0x1FFF_7A22;
 /// Signature of one chip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Signature {
-    /// The 96-bit number, as three words in address order.
+    /// Unique 96-bit number, as three words in address order.
     pub uid: [u32; 3],
 }
 
 impl Default for Signature {
-    /// "FLEXOR SIM 1" in ASCII.
+    /// Returns the number "FLEXOR SIM 1" in ASCII.
     fn default() -> Self {
         Self {
             uid: [*b"FLEX", *b"OR S", *b"IM 1"].map(u32::from_le_bytes),
@@ -26,7 +26,7 @@ impl Default for Signature {
 }
 
 impl Signature {
-    /// Reads `size` at `address`; `None` outside of number and flash size.
+    /// Reads `size` at `address`; `None` outside number and flash size.
     pub fn read(&self, address: u32, size: Size) -> Option<u32> {
         let word = match address & !3 {
             word @ UID..=0x1FFF_7A18 => self.uid[((word - UID) / 4) as usize], // at most 2

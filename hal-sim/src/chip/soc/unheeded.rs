@@ -1,7 +1,7 @@
-//! Bits that a register shows and its block does not heed: all that is known of a code
-//! that the manuals reserve or forbid, where a block goes on as if it were not there.
+//! Register bits that read inverted while the peripheral ignores them. Used for codes that the
+//! manuals reserve or forbid, where the peripheral continues as if they were not set.
 
-/// Which bits of which register; by default none.
+/// Register and its bits that read inverted; by default none.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(super) struct IgnoredBits {
     register: u32,
@@ -9,22 +9,22 @@ pub(super) struct IgnoredBits {
 }
 
 impl IgnoredBits {
-    /// Of the register at `register`, a word's address.
+    /// Selects `bits` of the register at `register`, the address of a word.
     pub const fn new(register: u32, bits: u32) -> Self {
         Self { register, bits }
     }
 
-    /// `value` as it is read at `address`.
+    /// Returns the value that a read at `address` shows if the register holds `value`.
     #[inline]
     pub const fn apply_to_read(self, address: u32, value: u32) -> u32 {
         if self.bits == 0 || address & !3 != self.register {
             return value;
         }
-        // Of a narrower access the upper bits go by.
+        // A narrower access ignores the upper bits.
         value ^ self.bits >> (8 * (address & 3))
     }
 
-    /// Its register is written: it shows that from then on.
+    /// Ends the effect if its register is written.
     #[inline]
     pub const fn note_write(&mut self, address: u32) {
         if address & !3 == self.register {

@@ -1,8 +1,7 @@
-//! USART, asynchronous, 8 data bits, 1 stop bit, no parity, no DMA (RM0090
-//! chapter 30).
+//! Models a USART: asynchronous, 8 data bits, 1 stop bit, no parity, no DMA (RM0090 chapter 30).
 //!
-//! In: bytes of the other side, one frame after another at this side's rate.
-//! Out: bytes with the cycle of their end, an interrupt line.
+//! In: bytes of the other side, one frame after another at this side's rate. Out: bytes with the
+//! cycle of their end, an interrupt line.
 
 use super::peripheral::{Cycle, Modelled, Peripheral, Unmodelled, refuse_if};
 use std::collections::VecDeque;
@@ -29,15 +28,15 @@ mod cr1 {
     pub const KNOWN: u32 = RE | TE | IDLEIE | RXNEIE | TCIE | TXEIE | PEIE | UE | OVER8;
 }
 
-/// Start, 8 data and stop bit.
+/// Start bit, 8 data bits and stop bit.
 const FRAME_BITS: u64 = 10;
 
-/// One USART.
+/// A USART with the line to its other side.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Usart {
     bus_divider: u32,
     sr: u32,
-    /// SR was read since these flags rose: reading DR clears them.
+    /// Flags that were set when SR was last read: reading DR clears them.
     seen: u32,
     brr: u32,
     cr1: u32,
@@ -47,14 +46,14 @@ pub struct Usart {
     sending: Option<(Cycle, u8)>,
     sent: Vec<(Cycle, u8)>,
     incoming: VecDeque<u8>,
-    /// End of the frame that is coming in.
+    /// End of the frame being received.
     receiving: Option<Cycle>,
-    /// When the line will have been idle for a frame.
+    /// Cycle at which the line will have been idle for one frame.
     idle: Option<Cycle>,
 }
 
 impl Default for Usart {
-    /// At reset, its bus as fast as the core.
+    /// Returns the reset state, with a bus as fast as the core.
     fn default() -> Self {
         Self {
             bus_divider: 1,
@@ -75,8 +74,7 @@ impl Default for Usart {
 }
 
 impl Usart {
-    /// Reset of the block or the chip. Bytes that the other side has not sent
-    /// yet stay.
+    /// Resets the registers. Bytes that the other side has not sent yet stay.
     pub fn reset(&mut self) {
         *self = Self {
             bus_divider: self.bus_divider,
@@ -86,13 +84,13 @@ impl Usart {
         };
     }
 
-    /// Core cycles per cycle of its bus, from the next frame on.
+    /// Sets the core cycles per cycle of its bus, from the next frame on.
     pub fn set_bus_divider(&mut self, divider: u32) {
         self.bus_divider = divider;
     }
 
-    /// The other side sends `byte` at `at`, or after what it sends already. A
-    /// receiver that is off loses it.
+    /// Receives `byte` from the other side, sent at `at` or after the bytes before it. A receiver
+    /// that is off loses the byte.
     pub fn receive(&mut self, byte: u8, at: Cycle) {
         if self.is_on(cr1::RE) {
             self.incoming.push_back(byte);
@@ -103,12 +101,12 @@ impl Usart {
         }
     }
 
-    /// Bytes sent since the last call with the end of their stop bit.
+    /// Returns the bytes sent since the last call, with the end of their stop bit.
     pub fn sent(&mut self) -> impl Iterator<Item = (Cycle, u8)> + '_ {
         self.sent.drain(..)
     }
 
-    /// Level of its interrupt line (table 148).
+    /// Returns the level of the interrupt line (table 148).
     pub fn interrupt(&self) -> bool {
         let on = |enable: u32, flags: u32| self.cr1 & enable != 0 && self.sr & flags != 0;
         on(cr1::TXEIE, sr::TXE)
@@ -122,8 +120,8 @@ impl Usart {
         self.cr1 & bits == bits && self.brr != 0
     }
 
-    /// Core cycles of a frame: USARTDIV in 1/16 (1/8 with OVER8) is the bus
-    /// cycles of a bit (section 30.3.4).
+    /// Returns the core cycles of a frame: USARTDIV in 1/16 (1/8 with OVER8) is the bus cycles of a
+    /// bit (section 30.3.4).
     fn frame(&self) -> u64 {
         let bit = if self.cr1 & cr1::OVER8 == 0 {
             self.brr
@@ -266,7 +264,7 @@ mod tests {
     const BRR: u32 = 8;
     const CR1: u32 = 0xC;
 
-    /// 115,200 baud at 42 MHz: USARTDIV 22.8125, 365 / 16.
+    /// Creates a USART at 115,200 baud and 42 MHz: USARTDIV 22.8125, 365 / 16.
     fn usart(interrupts: u32) -> Usart {
         let mut usart = Usart::default();
         usart.set_bus_divider(4);

@@ -1,36 +1,38 @@
-//! Who touches a byte of memory first, reader or writer: what a fault there would come to.
+//! Records the first access to chosen bytes of memory, a read or a write, which shows whether a
+//! fault there would matter.
 //!
-//! In: the core's accesses to SRAM, bytes to look at and from when on. Out: of each, what
-//! the first access was. It changes nothing, and costs nothing where nobody asked for it.
+//! In: the core's accesses to SRAM, the bytes to watch and the start of watching. Out: the kind of
+//! the first access to each. Watching does not affect the simulation, and costs nothing if it is
+//! not used.
 
 use crate::chip::cpu::Size;
 use std::collections::HashMap;
 
-/// The first access to a byte.
+/// First access to a byte.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum FirstAccess {
-    /// None came.
+    /// No access so far.
     #[default]
     Untouched,
-    /// It was written, and its old content is gone.
+    /// The byte was written, so its old content is lost.
     Written,
-    /// It was read.
+    /// The byte was read.
     Read,
 }
 
-/// Bytes that are looked at.
+/// Watched bytes.
 #[derive(Clone, Debug, Default)]
 pub struct Watch {
-    /// Those that wait for their first access, by address.
+    /// Bytes that wait for their first access, by address.
     waiting: HashMap<u32, Vec<usize>>,
-    /// Words of SRAM in which one may wait, from its first address on: nearly all accesses
-    /// are to others.
+    /// Words of SRAM that may contain a waiting byte, from its first address on; nearly all
+    /// accesses are to other words.
     words: Vec<bool>,
     firsts: Vec<FirstAccess>,
 }
 
 impl Watch {
-    /// Looks at the byte at `address` from now on; gives the number of its answer.
+    /// Watches the byte at `address` from now on; returns its index in [`Self::first_accesses`].
     pub fn watch_address(&mut self, address: u32) -> usize {
         let number = self.firsts.len();
         self.firsts.push(FirstAccess::Untouched);
@@ -43,7 +45,7 @@ impl Watch {
         number
     }
 
-    /// What came first at each, by number, so far.
+    /// Returns the first access to each watched byte so far, by index.
     #[must_use]
     pub fn first_accesses(&self) -> &[FirstAccess] {
         &self.firsts
@@ -53,7 +55,7 @@ impl Watch {
         (address & 0x00FF_FFFF) as usize / 4
     }
 
-    /// The core reads or writes, within one word.
+    /// Records an access of the core within one word.
     #[inline]
     pub(super) fn touch(&mut self, address: u32, size: Size, first: FirstAccess) {
         if self.words.get(Self::word(address)) == Some(&true) {

@@ -1,4 +1,4 @@
-//! Wires between the blocks: clocks, resets, pins.
+//! Connections between the blocks: clocks, resets, pins.
 
 use super::clock::{Clocks, Oscillator};
 use super::crc::Crc;
@@ -11,16 +11,16 @@ use super::{Exti, Peripheral, Soc, Syscfg, exti, gpio};
 use crate::chip::Cycle;
 use crate::chip::cpu::bus::{Bus, Modelled};
 
-/// Below it nothing of the chip lives: power-down reset, typical, mV (DS8626).
+/// Power-down reset level, typical, mV (DS8626). Below it no part of the chip works.
 const POWER_DOWN_MV: u32 = 1680;
 
 impl Soc {
-    /// Something from outside changed the state: look again.
+    /// Forces a search for the next event, after an external change of the state.
     pub const fn reschedule(&mut self) {
         self.reschedule_at(self.now);
     }
 
-    /// Something may happen from `at` on: everyone is to be asked.
+    /// Forces a search for the next event at `at`.
     pub(super) const fn reschedule_at(&mut self, at: Cycle) {
         self.event = at;
         self.due = at;
@@ -42,10 +42,10 @@ impl Soc {
         .fold(Cycle::MAX, Cycle::min)
     }
 
-    /// Stream `index` of DMA2 slips at `at`.
+    /// Makes stream `index` of DMA2 slip at `at`.
     ///
     /// # Errors
-    /// As [`super::Playback::slip`].
+    /// Fails like [`super::Playback::slip`].
     pub fn slip(&mut self, index: usize, slip: Slip, at: Cycle) -> Modelled {
         self.advance(at)?;
         self.playback.slip(index, slip, at, &mut self.ram)?;
@@ -53,10 +53,10 @@ impl Soc {
         Ok(())
     }
 
-    /// The clock of timer `number`, 1 to 5, is broken from `at` on.
+    /// Injects a fault into the clock of timer `number`, 1 to 5, from `at` on.
     ///
     /// # Errors
-    /// As [`super::Playback::misclock`].
+    /// Fails like [`super::Playback::misclock`].
     pub fn misclock(&mut self, number: u8, clocking: Clocking, at: Cycle) -> Modelled {
         self.advance(at)?;
         self.playback
@@ -65,10 +65,10 @@ impl Soc {
         Ok(())
     }
 
-    /// TIM1 begins anew after `cycles`, whatever its ARR shows, from `at` on.
+    /// Makes TIM1 restart after `cycles`, regardless of its ARR, from `at` on.
     ///
     /// # Errors
-    /// As [`super::Playback::misreload`].
+    /// Fails like [`super::Playback::misreload`].
     pub fn misreload(&mut self, cycles: u32, at: Cycle) -> Modelled {
         self.advance(at)?;
         self.playback.misreload(cycles, at, &mut self.ram)?;
@@ -86,9 +86,9 @@ impl Soc {
         Ok(())
     }
 
-    /// The supply is `mv` from now on; too little for it to run asks for a reset, until
-    /// which nothing else changes. Power that fails for good takes what is in RAM with it:
-    /// taken to stay, for whoever boots has written what he reads.
+    /// Sets the supply to `mv`. If that is too little for the chip to run, requests a reset, before
+    /// which nothing else changes. A permanent loss of power would erase the RAM; its contents are
+    /// kept here, because a booting program writes what it later reads.
     pub fn supply(&mut self, mv: u32) {
         let had = self.pwr.powered;
         self.pwr.supply(mv, self.flash.options() >> 2);
@@ -99,19 +99,19 @@ impl Soc {
             });
         }
         if !had && mv < POWER_DOWN_MV {
-            self.rcc.reset(Cause::PowerOn); // all power is gone only now
+            self.rcc.reset(Cause::PowerOn); // power is completely lost only now
             self.dbgmcu = Dbgmcu::default();
             self.backup_sram.lose_contents();
         }
         self.follow_supply();
     }
 
-    /// Whether the supply suffices for the chip to run; without it is held in reset.
+    /// Returns whether the supply suffices for the chip to run; otherwise it is held in reset.
     pub const fn is_powered(&self) -> bool {
         self.pwr.powered
     }
 
-    /// The LSI has `hz` from `at` on: 17 to 47 kHz on a chip that is whole (DS8626).
+    /// Sets the frequency of the LSI to `hz` from `at` on: 17 to 47 kHz on an intact chip (DS8626).
     pub fn set_lsi_hz(&mut self, hz: u32, at: Cycle) {
         self.lsi_hz = hz;
         self.iwdg.set_lsi_hz(hz, at);
@@ -119,10 +119,10 @@ impl Soc {
         self.reschedule_at(self.now.min(at));
     }
 
-    /// The PLL's output is `hz` from `at` on, whatever its registers say.
+    /// Sets the PLL's output to `hz` from `at` on, regardless of its registers.
     ///
     /// # Errors
-    /// As [`super::rcc::Rcc::pll_runs_at`].
+    /// Fails like [`super::rcc::Rcc::set_pll_hz`].
     pub fn set_pll_hz(&mut self, hz: u32, at: Cycle) -> Modelled {
         self.rcc.set_pll_hz(hz, at)?;
         self.follow_clocks(at)?;
@@ -130,11 +130,11 @@ impl Soc {
         Ok(())
     }
 
-    /// A debugger halted the core at `at`, or let it go on: timers and watchdog stand
-    /// meanwhile that DBGMCU says so of (RM0090 section 38.16.2).
+    /// Halts or resumes the core at `at`, as a debugger does. Timers and watchdog stop meanwhile if
+    /// DBGMCU selects that (RM0090 section 38.16.2).
     ///
     /// # Errors
-    /// As [`super::Playback::misclock`].
+    /// Fails like [`super::Playback::misclock`].
     pub fn debug_halt(&mut self, halted: bool, at: Cycle) -> Modelled {
         self.playback.advance(at, &mut self.ram)?;
         let clocking = match halted {
@@ -166,11 +166,11 @@ impl Soc {
         }
     }
 
-    /// What a register write of `unit` means to others.
+    /// Applies the effects of a register write of `unit` on other blocks.
     pub(super) fn follow_write(&mut self, unit: Unit, at: Cycle) -> Modelled {
         match unit {
             Unit::Rcc => {
-                self.event = self.now; // a clock changes everything
+                self.event = self.now; // a clock affects every block
                 self.follow_clocks(at)?;
                 self.follow_oscillators(at);
                 for block in self.rcc.take_resets() {
@@ -197,8 +197,8 @@ impl Soc {
         }
     }
 
-    /// Tells TIM5 of the LSI, and TIM11 of the crystal, that RCC switched on or off. An LSI
-    /// that only the watchdog keeps on is not told of.
+    /// Informs TIM5 of the LSI and TIM11 of the crystal when RCC switches them on or off. An LSI
+    /// that only the watchdog keeps on is not reported.
     pub(super) fn follow_oscillators(&mut self, at: Cycle) {
         let (crystal_hz, rtcpre) = self.rcc.hse_rtc();
         let core_hz = self.rcc.clocks.hclk_hz;
@@ -236,7 +236,7 @@ impl Soc {
         Ok(())
     }
 
-    /// Tells everyone about new frequencies.
+    /// Passes new frequencies on to all blocks.
     pub(super) fn follow_clocks(&mut self, at: Cycle) -> Modelled {
         let Some(clocks) = self.rcc.take_change() else {
             return Ok(());

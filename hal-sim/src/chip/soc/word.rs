@@ -2,9 +2,8 @@
 
 use crate::chip::cpu::Size;
 
-/// The part of the register value `word` that a read of `size` at `offset`
-/// gives, zero-extended (RM0090 section 2.1: APB and AHB slaves drive all
-/// lanes).
+/// Returns the part of the register value `word` that a read of `size` at `offset` gives,
+/// zero-extended (RM0090 section 2.1: APB and AHB slaves drive all lanes).
 #[inline]
 pub const fn read_part(word: u32, offset: u32, size: Size) -> u32 {
     match size {
@@ -14,22 +13,22 @@ pub const fn read_part(word: u32, offset: u32, size: Size) -> u32 {
     }
 }
 
-/// What a write puts on the byte lanes of a word, and which of them count.
+/// Byte lanes of a word that a write drives, with a mask of the valid ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Lanes {
-    /// All lanes; those that do not count are 0.
+    /// Value on all lanes; invalid lanes are 0.
     pub value: u32,
     mask: u32,
 }
 
 impl Lanes {
-    /// All four bytes.
+    /// Creates a write of all four bytes.
     pub const fn whole(value: u32) -> Self {
         let mask = u32::MAX;
         Self { value, mask }
     }
 
-    /// The bytes that an access of `size` at `offset` writes.
+    /// Creates the lanes of a write of `size` at `offset`.
     pub const fn from_access(offset: u32, size: Size, value: u32) -> Self {
         let (shift, mask) = match size {
             Size::Word => (0, u32::MAX),
@@ -42,12 +41,12 @@ impl Lanes {
         }
     }
 
-    /// Whether all bytes are written.
+    /// Returns whether all bytes are written.
     pub const fn is_whole(self) -> bool {
         self.mask == u32::MAX
     }
 
-    /// What becomes of a register that holds `old`.
+    /// Returns the new value of a register that holds `old`.
     pub const fn merge_into(self, old: u32) -> u32 {
         old & !self.mask | self.value
     }

@@ -1,4 +1,4 @@
-//! What reads and writes of each register do (RM0090 section 34.16).
+//! Effects of reading and writing each register (RM0090 section 34.16).
 
 use super::fifo::{self, Status};
 use super::registers::*;
@@ -6,8 +6,8 @@ use super::{ENDPOINTS, Otg, Session};
 use crate::chip::Cycle;
 use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse_if};
 
-/// A FIFO flush or core reset takes 8 cycles of the slower clock, the PHY's
-/// 48 MHz (RM0090 section 34.16.2, GRSTCTL).
+/// A FIFO flush or core reset takes 8 cycles of the slower clock, the PHY's 48 MHz (RM0090 section
+/// 34.16.2, GRSTCTL).
 const RESET_PHY_CYCLES: u64 = 8;
 
 impl Otg {
@@ -31,9 +31,9 @@ impl Otg {
             offset::DIEPTXF0 => self.transmit[0].register,
             offset::DIEPTXF1..=offset::DIEPTXF3 => self.transmit[tx_fifo(offset)].register,
             offset::GCCFG => self.ccfg,
-            // Silicon answers 0x1200 where the manual prints 0x1100; GHWCFG4 is
-            // not in the manual. Both as TinyUSB's table of DWC2 cores has them
-            // for the STM32F407's full-speed port.
+            // Silicon answers 0x1200 where the manual prints 0x1100; GHWCFG4 is not in the manual.
+            // Both values are from TinyUSB's table of DWC2 cores, for the STM32F407's full-speed
+            // port.
             offset::CID => 0x0000_1200,
             offset::GHWCFG4 => 0x0FF0_8030,
             offset::PCGCCTL => 0,
@@ -100,7 +100,7 @@ impl Otg {
         Ok(())
     }
 
-    /// GRSTCTL.CSRST: all registers but the PHY's and the board's settings.
+    /// Executes GRSTCTL.CSRST: resets all registers except the settings of PHY and board.
     fn core_reset(&mut self, at: Cycle) {
         *self = Self {
             now: at,
@@ -115,7 +115,7 @@ impl Otg {
         self.update_pull_up(at);
     }
 
-    /// GRXSTSP: some entries act when they are taken (section 34.17.6).
+    /// Reads GRXSTSP: some entries have an effect when they are popped (section 34.17.6).
     fn pop(&mut self) -> Modelled<u32> {
         let popped = self.receive.pop()?;
         let endpoint = &mut self.outs[popped.endpoint.min(ENDPOINTS - 1)];
@@ -248,13 +248,13 @@ impl Otg {
     }
 }
 
-/// Number of the transmit FIFO whose DIEPTXFn is at `offset`.
+/// Returns the number of the transmit FIFO whose DIEPTXFn is at `offset`.
 fn tx_fifo(offset: u32) -> usize {
     ((offset - offset::DIEPTXF1) / 4 + 1) as usize
 }
 
-/// Endpoint and register within it; the file holds those of one direction from
-/// a multiple of 0x100 on.
+/// Returns the endpoint and the register within it. The registers of one direction start at a
+/// multiple of 0x100.
 fn endpoint_register(offset: u32) -> Modelled<(usize, u32)> {
     let n = ((offset % 0x200) / 0x20) as usize;
     // 0x900 and 0xB00 both lie 0x100 past a multiple of 0x200.

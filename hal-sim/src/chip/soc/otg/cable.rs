@@ -1,47 +1,47 @@
-//! The controller as the cable sees it: packets of a host, VBUS, bus states.
+//! Controller as seen from the cable: packets of a host, VBUS, bus states.
 
 use super::fifo::Status;
 use super::registers::{ctl, dctl, dsts, epint, int};
 use super::{ENDPOINTS, Otg};
 use crate::chip::Cycle;
 
-/// What the device answers to data from the host.
+/// Answer of the device to data from the host.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Handshake {
     /// Accepted.
     Ack,
-    /// Not now.
+    /// Busy: the host has to try again.
     Nak,
     /// The endpoint is halted, or the request is refused.
     Stall,
-    /// Nothing: wrong address, no such endpoint, or not attached.
+    /// No answer: wrong address, no such endpoint, or not attached.
     Silent,
 }
 
-/// What the device answers to an IN token.
+/// Answer of the device to an IN token.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reply {
-    /// A data packet.
+    /// A packet with the data of the endpoint.
     Data(Packet),
-    /// Nothing to send.
+    /// No data to send.
     Nak,
     /// The endpoint is halted, or the request is refused.
     Stall,
-    /// Nothing: wrong address, no such endpoint, or not attached.
+    /// No answer: wrong address, no such endpoint, or not attached.
     Silent,
 }
 
-/// A data packet, 0–64 bytes.
+/// A USB data packet, 0–64 bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Packet {
     bytes: [u8; 64],
     length: u8,
-    /// DATA1, not DATA0.
+    /// Whether the packet identifier is DATA1, not DATA0.
     pub data1: bool,
 }
 
 impl Packet {
-    /// A packet of the first 64 bytes of `bytes` at most.
+    /// Creates a packet from at most the first 64 bytes of `bytes`.
     pub fn new(bytes: &[u8], data1: bool) -> Self {
         let mut packet = Self {
             bytes: [0; 64],
@@ -54,27 +54,27 @@ impl Packet {
         packet
     }
 
-    /// What it carries.
+    /// Returns the data bytes of the packet.
     pub fn bytes(&self) -> &[u8] {
         self.bytes.get(..usize::from(self.length)).unwrap_or(&[])
     }
 }
 
 impl Otg {
-    /// VBUS comes (a powered cable is plugged in) or goes at `at`.
+    /// Switches VBUS on (a powered cable is plugged in) or off at `at`.
     pub fn set_vbus(&mut self, on: bool, at: Cycle) {
         self.vbus = on;
         self.update_session(at);
         self.mark_changed();
     }
 
-    /// Since when D+ has been pulled up, if it is.
+    /// Returns the cycle since which D+ has been pulled up, if it is.
     pub fn attached_since(&self) -> Option<Cycle> {
         self.attached
     }
 
-    /// The host drives SE0: a bus reset begins (USBRST). The device answers to
-    /// no address until software writes DCFG.DAD = 0.
+    /// Begins a bus reset: the host drives SE0 (USBRST). The device answers to no address until
+    /// software writes DCFG.DAD = 0.
     pub fn begin_bus_reset(&mut self) {
         self.events |= int::USBRST;
         self.dsts = 0;
@@ -85,33 +85,33 @@ impl Otg {
         self.mark_changed();
     }
 
-    /// The bus reset is over, the speed is known (ENUMDNE).
+    /// Ends the bus reset; the speed is known (ENUMDNE).
     pub fn end_bus_reset(&mut self) {
         self.events |= int::ENUMDNE;
         self.dsts = dsts::FULL_SPEED;
         self.mark_changed();
     }
 
-    /// The bus has been idle for 3 ms (ESUSP, USBSUSP).
+    /// Suspends the device, because the bus has been idle for 3 ms (ESUSP, USBSUSP).
     pub fn suspend(&mut self) {
         self.events |= int::ESUSP | int::USBSUSP;
         self.dsts |= dsts::SUSPSTS;
         self.mark_changed();
     }
 
-    /// The start of frame `number` (0–2047) was received.
+    /// Receives the start of frame `number` (0–2047).
     pub fn receive_sof(&mut self, number: u16) {
         self.frame = number & 0x7FF;
         self.dsts &= !dsts::SUSPSTS;
         self.raise(int::SOF);
     }
 
-    /// 80 % of the frame, the part for periodic transfers, are over (EOPF).
+    /// Marks the end of the periodic transfers, after 80 % of the frame (EOPF).
     pub fn end_periodic_frame(&mut self) {
         self.raise(int::EOPF);
     }
 
-    /// Sets a bit that mostly is set already.
+    /// Sets an event bit; cheap if it is already set, which is the common case.
     fn raise(&mut self, bit: u32) {
         if self.events & bit == 0 {
             self.events |= bit;
@@ -119,17 +119,17 @@ impl Otg {
         }
     }
 
-    /// Whether a start of frame can raise the interrupt line.
+    /// Returns whether a start of frame can raise the interrupt line.
     pub fn awaits_sof(&self) -> bool {
         self.mask & int::SOF != 0 && self.events & int::SOF == 0
     }
 
-    /// Whether the end of the periodic part can raise the interrupt line.
+    /// Returns whether the end of the periodic part can raise the interrupt line.
     pub fn awaits_periodic_end(&self) -> bool {
         self.mask & int::EOPF != 0 && self.events & int::EOPF == 0
     }
 
-    /// DCFG.DAD.
+    /// Returns the device address in DCFG.DAD.
     pub(super) fn programmed_address(&self) -> u8 {
         (self.dcfg >> 4 & 0x7F) as u8
     }
@@ -138,8 +138,8 @@ impl Otg {
         self.attached.is_some() && self.address == address && endpoint < ENDPOINTS
     }
 
-    /// A SETUP transaction to endpoint 0 at `address`: always accepted
-    /// (RM0090 section 34.17.6). Both directions NAK until software clears it.
+    /// Receives a SETUP transaction to endpoint 0 at `address`, which is always accepted (RM0090
+    /// section 34.17.6). Both directions answer NAK until software clears it.
     pub fn receive_setup(&mut self, address: u8, request: &[u8; 8]) -> Handshake {
         if !self.is_addressed(address, 0) {
             return Handshake::Silent;
@@ -157,7 +157,7 @@ impl Otg {
         Handshake::Ack
     }
 
-    /// The first token after a SETUP ends its stage.
+    /// Ends the SETUP stage at the first token that follows it.
     fn end_setup_stage(&mut self, endpoint: usize) {
         if endpoint == 0 && self.setup_stage {
             self.setup_stage = false;
@@ -167,8 +167,8 @@ impl Otg {
         }
     }
 
-    /// Whether an OUT transaction of `length` bytes would change anything:
-    /// `false` means that it would be answered by NAK.
+    /// Returns whether an OUT transaction of `length` bytes would change anything; `false` means
+    /// that the answer would be NAK.
     pub fn out_ready(&self, address: u8, endpoint: usize, length: usize) -> bool {
         let Some(out) = self.outs.get(endpoint) else {
             return true;
@@ -183,11 +183,10 @@ impl Otg {
             || room && !out.has(ctl::NAKSTS) && self.dctl & dctl::GONSTS == 0
     }
 
-    /// An OUT transaction whose data packet ends now.
+    /// Receives an OUT transaction whose data packet ends now.
     ///
-    /// EPENA is not asked: the manual says that software sets it for each
-    /// transfer, but STM32F4 parts receive while only NAKSTS is clear, and the
-    /// HAL in the image relies on it.
+    /// EPENA is ignored: the manual says that software sets it for each transfer, but STM32F4 parts
+    /// receive as long as NAKSTS is clear, and the HAL in the image relies on it.
     pub fn receive_out(&mut self, address: u8, endpoint: usize, packet: &Packet) -> Handshake {
         if !self.is_addressed(address, endpoint) || !self.outs[endpoint].has(ctl::USBAEP) {
             return Handshake::Silent;
@@ -204,7 +203,7 @@ impl Otg {
             return Handshake::Nak;
         }
         if out.data1() != packet.data1 {
-            // A repetition: the host did not see the handshake.
+            // A repetition: the host did not receive the handshake.
             return Handshake::Ack;
         }
         out.toggle();
@@ -225,8 +224,7 @@ impl Otg {
         Handshake::Ack
     }
 
-    /// Whether an IN token would be answered by anything but NAK, or change
-    /// anything.
+    /// Returns whether an IN token would change anything or be answered by anything but NAK.
     pub fn in_ready(&self, address: u8, endpoint: usize) -> bool {
         let Some(source) = self.ins.get(endpoint) else {
             return true;
@@ -238,7 +236,7 @@ impl Otg {
             || self.packet_length(endpoint).is_some()
     }
 
-    /// Length of the packet that waits in the FIFO of `endpoint`, complete.
+    /// Returns the length of the complete packet that waits in the FIFO of `endpoint`.
     fn packet_length(&self, endpoint: usize) -> Option<u32> {
         let source = &self.ins[endpoint];
         let armed = source.has(ctl::EPENA) && !source.has(ctl::NAKSTS) && source.packets > 0;
@@ -250,7 +248,7 @@ impl Otg {
         (loaded >= length).then_some(length)
     }
 
-    /// An IN token ends now. Data stay in the FIFO until [`Self::acknowledge`].
+    /// Answers an IN token that ends now. Data stay in the FIFO until [`Self::acknowledge`].
     pub fn in_token(&mut self, address: u8, endpoint: usize) -> Reply {
         if !self.is_addressed(address, endpoint) || !self.ins[endpoint].has(ctl::USBAEP) {
             return Reply::Silent;
@@ -268,7 +266,7 @@ impl Otg {
         Reply::Data(Packet::new(to, self.ins[endpoint].data1()))
     }
 
-    /// The host's ACK of `length` bytes of IN data ends now.
+    /// Processes the host's ACK of `length` bytes of IN data, which ends now.
     pub fn acknowledge(&mut self, endpoint: usize, length: usize) {
         let (Some(source), Some(fifo)) =
             (self.ins.get_mut(endpoint), self.transmit.get_mut(endpoint))

@@ -3,7 +3,7 @@
 use super::registers::{ctl, epint};
 use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse_if};
 
-/// Which way an endpoint's data go, as the host names it.
+/// Direction of an endpoint's data, named from the host's side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Direction {
     /// Device to host.
@@ -12,25 +12,25 @@ pub enum Direction {
     Out,
 }
 
-/// DIEPCTLn/DOEPCTLn, DIEPINTn/DOEPINTn, DIEPTSIZn/DOEPTSIZn.
+/// Registers DIEPCTLn/DOEPCTLn, DIEPINTn/DOEPINTn, DIEPTSIZn/DOEPTSIZn.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Endpoint {
     number: usize,
     direction: Direction,
-    /// The control register without its self-clearing command bits.
+    /// Control register without its self-clearing command bits.
     control: u32,
     /// Sticky bits of the interrupt register.
     pub interrupt: u32,
-    /// XFRSIZ as programmed, less what has been transferred, bytes.
+    /// XFRSIZ as programmed, minus the bytes transferred since.
     pub size: u32,
-    /// PKTCNT.
+    /// PKTCNT: number of packets left.
     pub packets: u32,
-    /// STUPCNT (OUT 0) or the bits above PKTCNT, kept.
+    /// STUPCNT (OUT 0) or the bits above PKTCNT, which are only stored.
     pub upper: u32,
 }
 
 impl Endpoint {
-    /// As after reset.
+    /// Creates an endpoint in its reset state.
     pub fn new(number: usize, direction: Direction) -> Self {
         Self {
             number,
@@ -43,12 +43,12 @@ impl Endpoint {
         }
     }
 
-    /// DIEPCTLn/DOEPCTLn.
+    /// Returns DIEPCTLn/DOEPCTLn.
     pub fn control(&self) -> u32 {
         self.control
     }
 
-    /// Whether all of `bits` of the control register are set.
+    /// Returns whether all of `bits` of the control register are set.
     pub fn has(&self, bits: u32) -> bool {
         self.control & bits == bits
     }
@@ -63,7 +63,7 @@ impl Endpoint {
         self.control &= !bits;
     }
 
-    /// The next data packet is DATA1.
+    /// Returns whether the next data packet is DATA1.
     pub fn data1(&self) -> bool {
         self.has(ctl::DPID)
     }
@@ -73,7 +73,7 @@ impl Endpoint {
         self.control ^= ctl::DPID;
     }
 
-    /// Largest packet, bytes; endpoint 0 encodes it (section 34.16.4).
+    /// Returns the maximum packet length, bytes; endpoint 0 encodes it (section 34.16.4).
     pub fn max_packet(&self) -> u32 {
         match self.number {
             0 => 64 >> (self.control & 0b11),
@@ -84,7 +84,7 @@ impl Endpoint {
     /// Writes the control register.
     ///
     /// # Errors
-    /// Isochronous endpoints, snooping, a TX FIFO that is another endpoint's.
+    /// Fails for isochronous endpoints, snooping, and the TX FIFO of another endpoint.
     pub fn write_control(&mut self, value: u32) -> Modelled {
         let plain = self.plain_bits();
         let next = self.control & !plain | value & plain;
@@ -102,7 +102,7 @@ impl Endpoint {
         Ok(())
     }
 
-    /// Bits that software reads back as it wrote them.
+    /// Returns the bits that read back as software wrote them.
     fn plain_bits(&self) -> u32 {
         let fifo = match self.direction {
             Direction::In => ctl::TXFNUM,
@@ -114,7 +114,7 @@ impl Endpoint {
         }
     }
 
-    /// Bits that make the core do something and read as 0.
+    /// Executes the command bits of `value`, which read as 0.
     fn command(&mut self, value: u32) {
         if self.number == 0 {
             // Set by software, cleared by the next SETUP.
@@ -137,21 +137,21 @@ impl Endpoint {
         if value & ctl::EPENA != 0 {
             self.set(ctl::EPENA);
         }
-        // Takes effect at once: no transaction outlives a register write here.
+        // Takes effect at once: no transaction is in progress during a register write.
         if value & ctl::EPDIS != 0 && self.has(ctl::EPENA) {
             self.clear(ctl::EPENA);
             self.interrupt |= epint::EPDISD;
         }
     }
 
-    /// A bus reset makes all endpoints but 0 inactive (section 34.16.4).
+    /// Deactivates all endpoints except 0, as a bus reset does (section 34.16.4).
     pub fn usb_reset(&mut self) {
         if self.number != 0 {
             self.clear(ctl::USBAEP);
         }
     }
 
-    /// DIEPTSIZn/DOEPTSIZn.
+    /// Returns DIEPTSIZn/DOEPTSIZn.
     pub fn transfer_size(&self) -> u32 {
         self.upper << 29 | self.packets << 19 | self.size
     }

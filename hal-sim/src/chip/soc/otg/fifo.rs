@@ -1,9 +1,9 @@
-//! The receive FIFO that all OUT endpoints share, and one transmit FIFO.
+//! Receive FIFO, which all OUT endpoints share, and transmit FIFO of one endpoint.
 
 use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse_if};
 use std::collections::VecDeque;
 
-/// Words of the FIFO memory (RM0090 section 34.10: 1.25 Kbyte).
+/// Length of the FIFO memory in words (RM0090 section 34.10: 1.25 Kbyte).
 pub const MEMORY_WORDS: u32 = 320;
 
 /// Packet status of an entry of the receive FIFO (GRXSTSP.PKTSTS, device).
@@ -21,37 +21,37 @@ pub enum Status {
     Setup = 6,
 }
 
-/// The endpoint and status of an entry that was popped.
+/// Endpoint and status of a popped entry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PoppedEntry {
     /// GRXSTSP as read.
     pub word: u32,
     /// Endpoint number.
     pub endpoint: usize,
-    /// PKTSTS.
+    /// PKTSTS, a value of `Status`.
     pub status: u32,
 }
 
-/// The receive FIFO: status words, each followed by its packet's data.
+/// Receive FIFO: status words, each followed by its packet's data.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Receive {
     words: VecDeque<u32>,
-    /// Data words of the entry popped last that nobody has read.
+    /// Number of unread data words of the entry popped last.
     unread: usize,
 }
 
 impl Receive {
-    /// Words in use.
+    /// Returns the number of used words.
     pub fn len(&self) -> usize {
         self.words.len()
     }
 
-    /// Whether a status word waits (GINTSTS.RXFLVL).
+    /// Returns whether a status word waits (GINTSTS.RXFLVL).
     pub fn has_entry(&self) -> bool {
         self.words.len() > self.unread
     }
 
-    /// Drops everything (GRSTCTL.RXFFLSH).
+    /// Discards all entries (GRSTCTL.RXFFLSH).
     pub fn flush(&mut self) {
         self.words.clear();
         self.unread = 0;
@@ -76,7 +76,7 @@ impl Receive {
         }
     }
 
-    /// The next status word, left in place (GRXSTSR).
+    /// Returns the next status word without removing it (GRXSTSR).
     pub fn peek(&self) -> Modelled<u32> {
         refuse_if(
             self.unread > 0,
@@ -86,7 +86,7 @@ impl Receive {
         word.ok_or(Unmodelled("OTG_FS GRXSTSR read while the RX FIFO is empty"))
     }
 
-    /// Takes the next status word (GRXSTSP).
+    /// Removes and returns the next status word (GRXSTSP).
     pub fn pop(&mut self) -> Modelled<PoppedEntry> {
         refuse_if(
             self.unread > 0,
@@ -102,7 +102,7 @@ impl Receive {
         })
     }
 
-    /// Takes the next word of data (a read of any FIFO).
+    /// Removes and returns the next data word (a read of any FIFO).
     pub fn data(&mut self) -> Modelled<u32> {
         let empty = Unmodelled("OTG_FS FIFO read without data: pop GRXSTSP first");
         self.unread = self.unread.checked_sub(1).ok_or(empty)?;
@@ -110,16 +110,16 @@ impl Receive {
     }
 }
 
-/// The transmit FIFO of one IN endpoint.
+/// Transmit FIFO of one IN endpoint.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Transmit {
     words: VecDeque<u32>,
-    /// DIEPTXFn.
+    /// Register DIEPTXFn: start and depth of the FIFO.
     pub(crate) register: u32,
 }
 
 impl Transmit {
-    /// Empty, with the register's reset value.
+    /// Creates an empty FIFO with the reset value of its register.
     pub fn new(register: u32) -> Self {
         Self {
             words: VecDeque::new(),
@@ -127,7 +127,7 @@ impl Transmit {
         }
     }
 
-    /// Writes DIEPTXFn.
+    /// Writes DIEPTXFn, which sets start and depth of the FIFO.
     pub fn configure(&mut self, value: u32) -> Modelled {
         let (start, depth) = (value & 0xFFFF, value >> 16);
         if depth < 16 || start + depth > MEMORY_WORDS {
@@ -141,29 +141,30 @@ impl Transmit {
         (self.register >> 16) as usize
     }
 
-    /// Free words (DTXFSTSn).
+    /// Returns the number of free words (DTXFSTSn).
     pub fn free(&self) -> u32 {
         self.depth().saturating_sub(self.words.len()) as u32
     }
 
-    /// Words waiting.
+    /// Returns the number of waiting words.
     pub fn len(&self) -> usize {
         self.words.len()
     }
 
-    /// Whether DIEPINTn.TXFE holds: completely empty, or half empty.
+    /// Returns whether DIEPINTn.TXFE is set: the FIFO is completely empty or half empty, as
+    /// `completely` selects.
     pub fn is_empty(&self, completely: bool) -> bool {
         self.words.len() <= if completely { 0 } else { self.depth() / 2 }
     }
 
-    /// Appends a word.
+    /// Appends a word; fails if the FIFO is full.
     pub fn push(&mut self, word: u32) -> Modelled {
         refuse_if(self.free() == 0, "OTG_FS write to a full TX FIFO")?;
         self.words.push_back(word);
         Ok(())
     }
 
-    /// Copies the first bytes out, leaving them in the FIFO for a retry.
+    /// Copies the first bytes out, and leaves them in the FIFO for a retry.
     pub fn copy(&self, to: &mut [u8]) {
         for (chunk, word) in to.chunks_mut(4).zip(&self.words) {
             for (to, from) in chunk.iter_mut().zip(word.to_le_bytes()) {
@@ -172,13 +173,13 @@ impl Transmit {
         }
     }
 
-    /// Drops the words of `bytes` bytes: the host acknowledged them.
+    /// Discards the words of `bytes` bytes, which the host has acknowledged.
     pub fn release(&mut self, bytes: u32) {
         let words = (bytes.div_ceil(4) as usize).min(self.words.len());
         self.words.drain(..words);
     }
 
-    /// Drops everything (GRSTCTL.TXFFLSH).
+    /// Discards all words (GRSTCTL.TXFFLSH).
     pub fn flush(&mut self) {
         self.words.clear();
     }

@@ -1,10 +1,9 @@
-//! OTG_FS as a device (RM0090 chapter 34), at 0x5000_0000.
+//! Models OTG_FS as a USB device (RM0090 chapter 34), at 0x5000_0000.
 //!
-//! In: register accesses, and packets from the cable (`cable`). Out: packets,
-//! the pull-up on D+, one interrupt line. Not here: the host at the other end
-//! (`chip::usb`), host mode, isochronous transfers, remote wake-up, pins.
-//! `registers` has the bits, `access` what they do, `endpoint` and `fifo` are
-//! the parts.
+//! In: register accesses, and packets from the cable (`cable`). Out: packets, the pull-up on D+,
+//! one interrupt line. The host at the other end is in `chip::usb`; host mode, isochronous
+//! transfers, remote wake-up and pins are not modelled. `registers` defines the bits, `access`
+//! their effects; `endpoint` and `fifo` are the parts.
 
 mod access;
 mod cable;
@@ -21,49 +20,49 @@ use endpoint::{Direction, Endpoint};
 use fifo::{Receive, Transmit};
 use registers::*;
 
-/// Endpoints in each direction, endpoint 0 included (RM0090 section 34.4.1).
+/// Number of endpoints in each direction, endpoint 0 included (RM0090 section 34.4.1).
 pub const ENDPOINTS: usize = 4;
 
-/// From VBUS, or sensing switched on, to the B session being valid: the manual
-/// gives no figure for comparator and filter. Assumed. It matters: the image
-/// clears GINTSTS 0.27 µs after it switched sensing on, and were the session
-/// valid before, SRQINT would be lost and the port never served.
+/// Assumed time from VBUS or the start of its sensing until the B session is valid, µs: the manual
+/// gives no figure for comparator and filter. It matters: the image clears GINTSTS 0.27 µs after it
+/// switches sensing on, and if the session were valid earlier, SRQINT would be lost and the port
+/// never served.
 const VBUS_VALID_US: u64 = 100;
 
-/// The controller.
+/// USB device controller.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Otg {
     hz: u64,
     now: Cycle,
-    /// Grows whenever the answers of [`Self::in_ready`], [`Self::out_ready`],
+    /// Counter that grows whenever the answers of [`Self::in_ready`], [`Self::out_ready`],
     /// [`Self::attached`] or [`Self::awaits_sof`] may have changed.
     pub(crate) changes: u64,
     /// Level of the OTG_FS global interrupt (position 67).
     pub(crate) line: bool,
-    /// VBUS at the connector.
+    /// Whether VBUS is present at the connector.
     vbus: bool,
-    /// VBUS was found valid, or will be at this cycle.
+    /// Whether VBUS was detected as valid, or the cycle at which it will be.
     session: Session,
-    /// Since when D+ has been pulled up.
+    /// Cycle since which D+ has been pulled up.
     attached: Option<Cycle>,
-    /// GRSTCTL's self-clearing bits stay until then.
+    /// Self-clearing bits of GRSTCTL, and the cycle until which they stay set.
     resetting: (u32, Cycle),
     /// TXFNUM as written.
     flushed: u32,
     ahbcfg: u32,
     usbcfg: u32,
     otgint: u32,
-    /// GINTSTS's sticky bits.
+    /// Sticky bits of GINTSTS.
     events: u32,
     mask: u32,
     rx_size: u32,
     ccfg: u32,
     dcfg: u32,
-    /// The address that the device answers to: DCFG.DAD, but a new one only
-    /// counts once the status stage of SET_ADDRESS is over, since software
-    /// writes it before (section 34.17.5).
+    /// Address that the device answers to: DCFG.DAD, but a new address counts only after the status
+    /// stage of SET_ADDRESS, because software writes it earlier (section 34.17.5).
     address: u8,
-    /// DCTL's SDIS, GINSTS, GONSTS, POPRGDNE; global OUT NAK in effect.
+    /// SDIS, GINSTS, GONSTS and POPRGDNE of DCTL. The next field is whether the global OUT NAK is
+    /// in effect.
     dctl: u32,
     out_nak_effective: bool,
     dsts: u32,
@@ -72,7 +71,7 @@ pub struct Otg {
     out_mask: u32,
     endpoint_mask: u32,
     empty_mask: u32,
-    /// A SETUP came and its stage has not ended yet.
+    /// Whether a SETUP packet was received and its stage has not ended yet.
     setup_stage: bool,
     receive: Receive,
     transmit: [Transmit; ENDPOINTS],
@@ -80,7 +79,7 @@ pub struct Otg {
     outs: [Endpoint; ENDPOINTS],
 }
 
-/// Whether the B session is valid.
+/// Validity of the B session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Session {
     Invalid,
@@ -89,14 +88,15 @@ enum Session {
 }
 
 impl Otg {
-    /// Whether both do the same from now on: how often something changed may differ.
+    /// Returns whether both controllers behave identically from now on; their counters of changes
+    /// may differ.
     pub fn is_equivalent_to(&self, other: &Self) -> bool {
         let mut otg = self.clone();
         otg.changes = other.changes;
         otg == *other
     }
 
-    /// As after power-on, no VBUS, with a core clock of `hz` hertz.
+    /// Creates the controller in its power-on state, without VBUS, with a core clock of `hz` hertz.
     pub fn new(hz: u64) -> Self {
         Self {
             hz,
@@ -135,7 +135,7 @@ impl Otg {
         }
     }
 
-    /// The core clock is `hz` hertz from cycle `at` on.
+    /// Sets the core clock to `hz` hertz from cycle `at` on.
     pub fn set_hz(&mut self, hz: u64, at: Cycle) {
         if let Session::ValidFrom(then) = self.session {
             let left = then.saturating_sub(at);
@@ -144,7 +144,7 @@ impl Otg {
         self.hz = hz;
     }
 
-    /// RCC resets the peripheral (AHB2RSTR.OTGFSRST); the cable stays.
+    /// Resets the peripheral (AHB2RSTR.OTGFSRST); the cable stays connected.
     pub fn reset_registers(&mut self, at: Cycle) {
         *self = Self {
             now: at,
@@ -155,13 +155,13 @@ impl Otg {
         self.mark_changed();
     }
 
-    /// Something changed.
+    /// Counts a change and updates the interrupt line.
     fn mark_changed(&mut self) {
         self.changes += 1;
         self.line = self.ahbcfg & ahbcfg::GINT != 0 && self.status() & self.mask != 0;
     }
 
-    /// GINTSTS.
+    /// Returns GINTSTS.
     fn status(&self) -> u32 {
         let daint = self.daint() & self.endpoint_mask;
         let levels = [
@@ -201,8 +201,8 @@ impl Otg {
         self.ins[n].interrupt | level
     }
 
-    /// D+ is pulled up while the transceiver is on, VBUS is valid or taken as
-    /// valid, and software did not disconnect (sections 34.5.2, 34.16.2).
+    /// Updates the pull-up of D+: on while the transceiver is on, VBUS is valid or assumed to be,
+    /// and software has not disconnected (sections 34.5.2, 34.16.2).
     fn update_pull_up(&mut self, at: Cycle) {
         let sensed = self.ccfg & ccfg::NOVBUSSENS != 0 || self.session == Session::Valid;
         let up = self.ccfg & ccfg::PWRDWN != 0 && sensed && self.dctl & dctl::SDIS == 0;
@@ -213,7 +213,7 @@ impl Otg {
         };
     }
 
-    /// VBUS or its sensing changed.
+    /// Updates the session after a change of VBUS or its sensing.
     fn update_session(&mut self, at: Cycle) {
         let sensing = ccfg::PWRDWN | ccfg::VBUSBSEN;
         let valid = self.vbus && self.ccfg & sensing == sensing;

@@ -1,4 +1,4 @@
-//! Offsets and bits of the registers (RM0090 section 34.16).
+//! Offsets and bits of the OTG_FS registers (RM0090 section 34.16).
 
 /// Offsets from 0x5000_0000.
 pub mod offset {
@@ -36,31 +36,31 @@ pub mod offset {
     pub const EP_DTXFSTS: u32 = 0x18;
 }
 
-/// GOTGCTL.
+/// Bits of the control and status register GOTGCTL.
 pub mod otgctl {
     pub const CIDSTS: u32 = 1 << 16; // ID pin high: a B device
     pub const BSVLD: u32 = 1 << 19; // VBUS is valid for a B session
 }
 
-/// GOTGINT: end of session, VBUS went away.
+/// GOTGINT: end of session, VBUS was removed.
 pub const SEDET: u32 = 1 << 2;
 
-/// GAHBCFG.
+/// Bits of the AHB configuration register GAHBCFG.
 pub mod ahbcfg {
     pub const GINT: u32 = 1; // Interrupts reach the NVIC
     pub const TXFELVL: u32 = 1 << 7; // TXFE means completely empty, not half empty
 }
 
-/// GUSBCFG.
+/// Bits of the USB configuration register GUSBCFG.
 pub mod usbcfg {
     pub const PHSEL: u32 = 1 << 6; // Embedded PHY, always set
     pub const FHMOD: u32 = 1 << 29; // Force host mode
-    /// TOCAL, SRPCAP, HNPCAP, TRDT, FDMOD.
+    /// Writable fields: TOCAL, SRPCAP, HNPCAP, TRDT, FDMOD.
     pub const WRITABLE: u32 = 0x7 | 0x3 << 8 | 0xF << 10 | 1 << 30;
     pub const RESET: u32 = 0x0000_0A00; // After reset (section 34.16.2)
 }
 
-/// GRSTCTL.
+/// Bits of the reset register GRSTCTL.
 pub mod rstctl {
     pub const CSRST: u32 = 1;
     pub const RXFFLSH: u32 = 1 << 4;
@@ -71,7 +71,7 @@ pub mod rstctl {
     pub const HOST: u32 = 0b110; // HSRST and FCRST
 }
 
-/// GINTSTS and GINTMSK.
+/// Bits of the interrupt registers GINTSTS and GINTMSK.
 pub mod int {
     pub const OTGINT: u32 = 1 << 2;
     pub const SOF: u32 = 1 << 3;
@@ -89,29 +89,29 @@ pub mod int {
     pub const PTXFE: u32 = 1 << 26;
     pub const SRQINT: u32 = 1 << 30;
     pub const WKUPINT: u32 = 1 << 31;
-    /// Set by an event, cleared by writing 1.
+    /// Bits set by an event and cleared by writing 1.
     pub const STICKY: u32 = SOF | ESUSP | USBSUSP | USBRST | ENUMDNE | EOPF | SRQINT | WKUPINT;
-    /// Host mode and isochronous transfers: NPTXFE, ISOODRP, IISOIXFR,
-    /// IPXFR, HPRTINT, HCINT, PTXFE, DISCINT.
+    /// Bits of host mode and isochronous transfers: NPTXFE, ISOODRP, IISOIXFR, IPXFR, HPRTINT,
+    /// HCINT, PTXFE, DISCINT.
     pub const UNMODELLED: u32 =
         NPTXFE | 1 << 14 | 1 << 20 | 1 << 21 | 1 << 24 | 1 << 25 | PTXFE | 1 << 29;
-    /// Mode mismatch and change of the ID pin: their causes do not occur.
+    /// Mode mismatch and change of the ID pin, whose causes do not occur.
     pub const NEVER: u32 = 1 << 1 | 1 << 28;
     /// Bits that GINTMSK holds.
     pub const MASKABLE: u32 =
         STICKY | NEVER | OTGINT | RXFLVL | GINAKEFF | GONAKEFF | IEPINT | OEPINT;
 }
 
-/// GCCFG.
+/// Bits of the general core configuration register GCCFG.
 pub mod ccfg {
     pub const PWRDWN: u32 = 1 << 16; // Transceiver on (the name is its inverse)
     pub const VBUSASEN: u32 = 1 << 18; // VBUS sensing of an A device
     pub const VBUSBSEN: u32 = 1 << 19; // VBUS sensing of a B device
     pub const SOFOUTEN: u32 = 1 << 20; // Frame pulse on a pin
-    pub const NOVBUSSENS: u32 = 1 << 21; // VBUS is taken as valid
+    pub const NOVBUSSENS: u32 = 1 << 21; // VBUS is assumed to be valid
 }
 
-/// DCFG.
+/// Bits of the device configuration register DCFG.
 pub mod dcfg {
     pub const DSPD: u32 = 0b11;
     pub const PFIVL: u32 = 0b11 << 11;
@@ -119,7 +119,7 @@ pub mod dcfg {
     pub const RESET: u32 = 0x0220_0000;
 }
 
-/// DCTL.
+/// Bits of the device control register DCTL.
 pub mod dctl {
     pub const SDIS: u32 = 1 << 1;
     pub const GINSTS: u32 = 1 << 2;
@@ -132,13 +132,13 @@ pub mod dctl {
     pub const UNMODELLED: u32 = 1 | 0b111 << 4; // Remote wake-up and test modes
 }
 
-/// DSTS.
+/// Bits of the device status register DSTS.
 pub mod dsts {
     pub const SUSPSTS: u32 = 1;
     pub const FULL_SPEED: u32 = 0b11 << 1; // ENUMSPD: full speed
 }
 
-/// DIEPCTLn and DOEPCTLn.
+/// Bits of the endpoint control registers DIEPCTLn and DOEPCTLn.
 pub mod ctl {
     pub const MPSIZ: u32 = 0x7FF;
     pub const USBAEP: u32 = 1 << 15;
@@ -157,7 +157,7 @@ pub mod ctl {
     pub const EPENA: u32 = 1 << 31;
 }
 
-/// DIEPINTn and DOEPINTn.
+/// Bits of the endpoint interrupt registers DIEPINTn and DOEPINTn.
 pub mod epint {
     pub const XFRC: u32 = 1;
     pub const EPDISD: u32 = 1 << 1;

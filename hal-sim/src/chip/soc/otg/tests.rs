@@ -1,4 +1,4 @@
-//! The registers against RM0090 chapter 34, without a host.
+//! Compares the registers with RM0090 chapter 34, without a host.
 
 use super::*;
 
@@ -12,8 +12,8 @@ fn write(otg: &mut Otg, offset: u32, value: u32) {
     otg.write(offset, value, otg.now).unwrap();
 }
 
-/// Attached, reset over, FIFOs of 62, 16, 16, 16 words, endpoint 1 bulk in both
-/// directions with 64 bytes.
+/// Attached controller after the bus reset, with FIFOs of 62, 16, 16, 16 words, and endpoint 1 bulk
+/// in both directions with 64 bytes.
 fn configured() -> Otg {
     let mut otg = Otg::new(HZ);
     write(&mut otg, offset::GCCFG, ccfg::PWRDWN | ccfg::NOVBUSSENS);
@@ -109,7 +109,7 @@ fn flushes_clear_themselves_after_eight_phy_clocks() {
     assert_eq!(read(&mut otg, 0x938), 16);
     let busy = |otg: &mut Otg, at| otg.read(offset::GRSTCTL, at).unwrap() & 0x30;
     assert_ne!(busy(&mut otg, 27), 0);
-    // 8 of 48 MHz are 28 of 168 MHz.
+    // 8 cycles of 48 MHz are 28 of 168 MHz.
     assert_eq!(busy(&mut otg, 28), 0);
 }
 
@@ -164,7 +164,7 @@ fn a_repeated_packet_is_acknowledged_and_dropped() {
 fn a_full_receive_fifo_naks() {
     let mut otg = configured();
     arm_out(&mut otg, 10, 640);
-    // 16 words of data and one of status each: after three, 11 of 62 are left.
+    // 16 words of data and one of status each: after three packets, 11 of 62 are left.
     for n in 0..3 {
         let packet = Packet::new(&[n; 64], n % 2 == 1);
         assert_eq!(otg.receive_out(0, 1, &packet), Handshake::Ack);

@@ -1,4 +1,4 @@
-//! The core's side: its accesses, and the wires that a register write changes.
+//! Accesses of the core, and the connections that a register write changes.
 
 use super::requests::Requests;
 use super::{MEMORY, PERIPHERAL, Playback};
@@ -8,21 +8,21 @@ use crate::chip::soc::dma::{NEVER, STREAMS, tim1_events};
 use crate::chip::soc::matrix::{Bridge, Master, Slave};
 use crate::chip::soc::{Lanes, Ram};
 
-/// A block of registers that lives here.
+/// A block of registers that belongs to `Playback`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Block {
-    /// TIM1–TIM5.
+    /// TIM1–TIM5, by number.
     Timer(u8),
-    /// DMA1.
+    /// DMA controller 1.
     Dma1,
-    /// DMA2.
+    /// DMA controller 2.
     Dma2,
     /// A port; 0 is A.
     Gpio(usize),
 }
 
 impl Block {
-    /// Index of timer `number`; one beyond 1–5 counts as the nearest.
+    /// Returns the index of timer `number`; a number outside 1–5 counts as the nearest.
     pub(super) fn timer_index(number: u8) -> usize {
         usize::from(number.clamp(1, 5)) - 1
     }
@@ -37,8 +37,8 @@ impl Block {
 }
 
 impl Playback {
-    /// The core reads the register at `offset` of `block`, a multiple of 4, its data phase
-    /// beginning at `at`.
+    /// Reads the register at `offset` of `block`, a multiple of 4, for the core, whose data phase
+    /// begins at `at`.
     pub fn read(
         &mut self,
         block: Block,
@@ -65,8 +65,8 @@ impl Playback {
         Ok(ReadResult { value, wait })
     }
 
-    /// The core writes the register at `offset`, but to a port as a whole; gives the wait
-    /// states.
+    /// Writes the register at `offset` for the core, and returns the wait states. Only ports accept
+    /// parts of a word.
     pub fn write(
         &mut self,
         block: Block,
@@ -111,10 +111,9 @@ impl Playback {
         Ok(wait)
     }
 
-    /// The core's access to anything that shares a slave with what is here:
-    /// SRAM1 or SRAM2 while [`Self::is_shared`] says so, and everything on AHB1,
-    /// APB1, APB2. Its data phase begins at `at`; all that comes before its end
-    /// has happened when this returns its wait states.
+    /// Performs the core's access to any block that shares a slave with this module: SRAM1 or SRAM2
+    /// while [`Self::is_shared`] returns true, and everything on AHB1, APB1, APB2. The data phase
+    /// begins at `at`. Executes everything before its end, then returns its wait states.
     pub fn access_slave(
         &mut self,
         slave: Slave,
@@ -123,7 +122,7 @@ impl Playback {
         ram: &mut Ram,
     ) -> Modelled<u32> {
         self.run(at, at, ram)?;
-        // Both ask at once: the core waits if the slave was its own last.
+        // Both request in the same cycle: the core waits if it was the slave's last master.
         if self.matrix.last_master(slave) == Master::Core {
             for port in [PERIPHERAL, MEMORY] {
                 if let Some(access) = self.ports[port].access
@@ -140,8 +139,8 @@ impl Playback {
         Ok((done - at - 1) as u32) // some tens at most
     }
 
-    /// Whether an enabled stream uses `slave`, so that the core's accesses to
-    /// it must be announced by [`Self::access_slave`]. SRAM only: AHB1's always must.
+    /// Returns whether an enabled stream uses `slave`, so that the core must use
+    /// [`Self::access_slave`] for its accesses. This varies for SRAM only; AHB1 is always shared.
     #[inline]
     pub const fn is_shared(&self, slave: Slave) -> bool {
         match slave {
@@ -151,8 +150,8 @@ impl Playback {
         }
     }
 
-    /// A timer changed at `done`: the wire from TIM1 to TIM2, TIM1's requests,
-    /// and what is to be foreseen.
+    /// Updates everything that depends on a timer that changed at `done`: the connection from TIM1
+    /// to TIM2, TIM1's requests, and the predicted events.
     pub(super) fn link(&mut self, done: Cycle) -> Modelled {
         self.link_trigger(done)?;
         self.update_timer_event();
@@ -162,7 +161,7 @@ impl Playback {
     fn link_trigger(&mut self, done: Cycle) -> Modelled {
         let [tim1, tim2, ..] = &mut self.timers;
         tim1.advance(done.saturating_sub(1))?;
-        // Until a preload comes into force, with an edge of the trigger, all stays as it is.
+        // Nothing changes until a preload takes effect, which happens with an edge of the trigger.
         if tim2.is_slave() && (tim1.is_steady() || !tim1.is_running()) {
             tim2.advance(done.saturating_sub(1))?;
             let edges = tim1.trigger_edges(tim2.divider)?;
@@ -171,7 +170,7 @@ impl Playback {
         Ok(())
     }
 
-    /// TIM1 has just been advanced.
+    /// Updates TIM1's requests, after TIM1 has been advanced.
     fn link_requests(&mut self) -> Modelled {
         let tim1 = &self.timers[0];
         let is_steady = tim1.is_steady() || !tim1.is_running();
@@ -199,7 +198,7 @@ impl Playback {
         Ok(())
     }
 
-    /// A stream that waits for the peripheral port without a request stops to.
+    /// Removes streams without a request from those that wait for the peripheral port.
     fn drop_unrequested(&mut self) {
         for stream in 0..STREAMS {
             if self.events(stream) & self.requested == 0 {
@@ -212,8 +211,8 @@ impl Playback {
         tim1_events(stream, self.dma[1].stream(stream).channel()).unwrap_or(0)
     }
 
-    /// The level that TIM2's channel 1 sees at PA0, PA5 or PA15, whichever has AF1 (DS8626
-    /// table 9).
+    /// Updates the input of TIM2's channel 1 from PA0, PA5 or PA15, whichever has AF1 (DS8626 table
+    /// 9).
     pub(super) fn feed_capture(&mut self, at: Cycle) -> Modelled {
         let high = [0, 5, 15]
             .into_iter()

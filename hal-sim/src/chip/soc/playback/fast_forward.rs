@@ -1,7 +1,9 @@
-//! The same transfers, faster, while DMA2 has the bus to itself and each is
-//! over before the next request: first one by one without looking for what
-//! comes next after each step, then whole laps that only repeat the last; those
-//! in which no pin changes all at once (`idle`).
+//! Faster simulation of the same transfers, while DMA2 has the bus to itself and each transfer ends
+//! before the next request.
+//!
+//! First, single transfers are executed without searching for the next step each time; then whole
+//! laps that only repeat the last one; laps in which no pin changes are executed all at once
+//! (`idle`).
 
 use super::transfers::{GRANT, MASTERS};
 use super::{MEMORY, PERIPHERAL, Playback, Port};
@@ -11,11 +13,11 @@ use crate::chip::soc::Ram;
 use crate::chip::soc::dma::EVENTS;
 use crate::chip::soc::matrix::Slave;
 
-/// Cycles from a request to the end of its transfer if nobody disturbs it, at
-/// most: grant, address, change of master and access, on either port.
+/// Maximum cycles from a request to the end of an undisturbed transfer: grant, address, change of
+/// master and access, on either port.
 const SPAN: Cycle = 8;
 
-/// A transfer: its stream, and from when on its two accesses are complete.
+/// A transfer: its stream, and the cycles from which its two accesses are complete.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Transfer {
     pub stream: usize,
@@ -31,7 +33,7 @@ impl Port {
 }
 
 impl Playback {
-    /// Does transfers that end before `end` as long as they are alone.
+    /// Executes transfers that end before `end` as long as they do not overlap.
     #[inline]
     pub(super) fn fast_forward(&mut self, end: Cycle, ram: &mut Ram) -> Modelled {
         let (at, _) = self.requests.next();
@@ -46,7 +48,7 @@ impl Playback {
         Ok(())
     }
 
-    /// Nothing is under way and every slave is free.
+    /// Returns whether no transfer is in progress and every slave is free.
     fn is_quiet_at(&self, at: Cycle) -> bool {
         self.ports.iter().all(|port| port.is_idle_at(at))
             && [Slave::Sram1, Slave::Sram2, Slave::Ahb1]
@@ -54,8 +56,8 @@ impl Playback {
                 .all(|slave| self.matrix.ready_at(slave, at) == at)
     }
 
-    /// The next transfer, if it ends before `end` and the next request. All is
-    /// quiet when its request comes, and again when it is over.
+    /// Executes the next transfer, if it ends before `end` and before the next request. Nothing is
+    /// in progress when its request comes, nor after it.
     #[inline(always)]
     fn transfer_alone(&mut self, end: Cycle, ram: &mut Ram) -> Modelled<Option<Transfer>> {
         let (at, event) = self.requests.next();
@@ -84,10 +86,10 @@ impl Playback {
         }))
     }
 
-    /// Two laps, the first of which leaves every slave with the master that
-    /// every later one leaves it with; then the second again, each time a lap
-    /// later. `false` if a transfer was not alone. When slaves and ports became
-    /// free is not told: all are again before the next request and `end`.
+    /// Executes two laps, after the first of which every slave has the same master as after every
+    /// later one, then repeats the second, one lap later each time. Returns `false` if a transfer
+    /// overlapped. The times at which slaves and ports became free are not updated: all are free
+    /// before the next request and before `end`.
     fn repeat_laps(
         &mut self,
         asking: usize,

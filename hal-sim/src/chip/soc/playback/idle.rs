@@ -1,5 +1,5 @@
-//! Laps in which no pin changes, all at once: what is fetched is looked
-//! through, what is erased is filled.
+//! Executes all laps in which no pin changes at once: searches the words to be fetched, and fills
+//! the words to be erased.
 
 use super::Playback;
 use super::fast_forward::Transfer;
@@ -9,8 +9,8 @@ use crate::chip::soc::dma::{Stream, Target};
 use crate::chip::soc::gpio::after_bsrr;
 
 impl Playback {
-    /// Does the next laps of `transfers`, at most `laps`, before one in which a
-    /// pin changes, a flag rises or a stream begins anew; gives how many.
+    /// Executes the next laps of `transfers`, at most `laps`, up to one in which a pin changes, a
+    /// flag is set or a stream restarts; returns their number.
     pub(super) fn pass_idle(
         &mut self,
         transfers: &mut [Transfer],
@@ -21,7 +21,7 @@ impl Playback {
         let Some(items) = self.idle_laps(transfers, laps, ram) else {
             return 0;
         };
-        // All is fetched that is fetched, then all erased: `keeps_clear`.
+        // First all fetches, then all erasures: see `keeps_clear`.
         for plays in [true, false] {
             for transfer in transfers.iter_mut() {
                 if self.dma[1]
@@ -38,7 +38,7 @@ impl Playback {
         u64::from(items)
     }
 
-    /// Both ports move `items` of a stream, the last as in `last`.
+    /// Moves `items` of a stream over both ports, the last of them at the times of `last`.
     fn skip_items(&mut self, last: &Transfer, items: u16, ram: &mut Ram) {
         let stream = self.dma[1].stream_mut(last.stream);
         let (address, count) = (stream.address(), usize::from(items));
@@ -57,8 +57,8 @@ impl Playback {
         self.transfers += u64::from(items);
     }
 
-    /// How many laps are idle, at least 1, at most `laps`; none unless what
-    /// they fetch, read and erase is all in `ram`.
+    /// Returns the number of idle laps, at least 1, at most `laps`; `None` unless everything that
+    /// they fetch, read and erase lies in `ram`.
     fn idle_laps(&self, transfers: &[Transfer], laps: u64, ram: &Ram) -> Option<u16> {
         let streams = || transfers.iter().map(|t| self.dma[1].stream(t.stream));
         let most = streams().map(Stream::uneventful_items).min()?;
@@ -71,7 +71,7 @@ impl Playback {
                 Target::Bsrr(port) => {
                     let odr = self.gpio.output(port);
                     let same = |word| after_bsrr(odr, word) == odr;
-                    // The word fetched last is never played here.
+                    // The word fetched last is not played in these laps.
                     let words = ram.words(stream.address(), usize::from(idle))?;
                     let ahead = words.iter().map(|word| u32::from_le_bytes(*word));
                     let played = stream.word.into_iter().chain(ahead);
@@ -92,9 +92,9 @@ impl Playback {
     }
 }
 
-/// Whether `erasing` writes in `items` laps nothing that `other` uses in them:
-/// neither source nor destination of another erasing stream, and of what is
-/// played only words that were fetched in an earlier lap.
+/// Returns whether `erasing` writes in `items` laps nothing that `other` uses in them: neither
+/// source nor destination of another erasing stream, and of the played words only those fetched in
+/// an earlier lap.
 fn keeps_clear(erasing: &Stream, other: &Stream, items: u16) -> bool {
     let length = 4 * u32::from(items);
     let begin = erasing.address();

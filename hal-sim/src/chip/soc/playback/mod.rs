@@ -1,11 +1,12 @@
-//! What plays the tape: TIM1–5, DMA, GPIO and the bus matrix, in one clockwork.
+//! Models everything that plays the pulse tape: TIM1–5, DMA, GPIO and the bus matrix, with a common
+//! time.
 //!
-//! In: the core's accesses, pins, time. Out: pin edges with their cycle,
-//! interrupt lines, TIM2's trigger to the ADC. Lazy: nothing happens until
-//! `advance` or an access, and then everything up to it in the order of cycles,
-//! so how often one asks changes nothing. `transfers` moves the items, `access`
-//! is the core's side. `docs` of `matrix` and `timer` say what is approximate;
-//! TIM1's event asks DMA2 at its own cycle (the handshake's delay is unknown).
+//! In: the core's accesses, pins, time. Out: pin edges with their cycle, interrupt lines, TIM2's
+//! trigger to the ADC. Evaluation is lazy: `advance` or an access executes all earlier events in
+//! the order of cycles, so the results do not depend on how often these are called. `transfers`
+//! moves the items, `access` handles the core's accesses. The documentation of `matrix` and `timer`
+//! says what is approximate; TIM1's event requests DMA2 in the same cycle (the delay of the
+//! handshake is unknown).
 
 mod access;
 mod fast_forward;
@@ -27,21 +28,21 @@ use crate::chip::cpu::bus::{LINE_WORDS, Modelled};
 use crate::chip::soc::clock::Oscillator;
 use requests::Requests;
 
-/// When the core must let time pass.
+/// Events at which the core must advance this module.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Pace {
-    /// When somebody can see a difference: interrupts, armed triggers.
+    /// Only events with a visible effect: interrupts, enabled triggers.
     #[default]
     Lazy,
-    /// At every DMA request too: slow, with identical results.
+    /// Every DMA request as well: slow, with identical results.
     PerRequest,
 }
 
-/// The ports of DMA2, as indices.
+/// Indices of the ports of DMA2.
 const PERIPHERAL: usize = 0;
 const MEMORY: usize = 1;
 
-/// A bus access that was granted its port.
+/// A bus access for which the arbiter granted the port.
 #[derive(Clone, Copy, PartialEq, Debug)]
 struct Access {
     stream: usize,
@@ -53,9 +54,9 @@ struct Access {
 #[derive(Clone, PartialEq, Debug, Default)]
 struct Port {
     access: Option<Access>,
-    /// From when on it can be granted again.
+    /// Cycle from which the port can be granted again.
     free: Cycle,
-    /// Streams that want it, bit n is stream n.
+    /// Streams that wait for the port, bit n is stream n.
     waiting: u8,
 }
 
@@ -63,31 +64,32 @@ struct Port {
 #[derive(Clone, PartialEq, Debug)]
 pub struct Playback {
     timers: [Timer; 5],
-    /// Earliest of their next events.
+    /// Earliest of the timers' next events.
     timer_event: Cycle,
     dma: [Dma; 2],
-    /// The ports, for levels.
+    /// GPIO ports with the levels of their pins.
     pub(crate) gpio: Gpio,
     matrix: Matrix,
     pace: Pace,
     ports: [Port; 2],
-    /// When TIM1 asks.
+    /// Times of TIM1's requests.
     requests: Requests,
-    /// When a preload of TIM1 comes into force, and all that follows from its lap changes.
+    /// Cycle at which a preload of TIM1 takes effect, which changes everything that depends on its
+    /// lap.
     update: Cycle,
-    /// Events that have asked and were not yet served, one bit each.
+    /// Events whose requests have not been served yet, one bit each.
     requested: u8,
-    /// Streams that will not see the next request made to them, bit n is stream n.
+    /// Streams that will miss their next request, bit n is stream n.
     unseen: u8,
-    /// DMA2 does nothing before this.
+    /// Cycle before which DMA2 does nothing.
     quiet_until: Cycle,
-    /// Streams that listen to each event, bit n is stream n.
+    /// Streams that each event requests, bit n is stream n.
     listeners: [u8; EVENTS],
     /// Whether an enabled stream uses SRAM1, SRAM2.
     shared: [bool; 2],
     /// Level at TIM2's channel 1.
     capture_input: bool,
-    /// DMA items moved to or from a peripheral since power-on.
+    /// Number of DMA items moved to or from a peripheral since power-on.
     pub(crate) transfers: u64,
 }
 
@@ -98,7 +100,7 @@ impl Default for Playback {
 }
 
 impl Playback {
-    /// All as after reset, with all clocks equal to HCLK.
+    /// Creates all blocks in their reset state, with all clocks equal to HCLK.
     pub fn new(pace: Pace) -> Self {
         Self {
             timers: std::array::from_fn(|n| Timer::new(n as u8 + 1)),
@@ -120,7 +122,8 @@ impl Playback {
         }
     }
 
-    /// Whether both do the same from `at` on: all but what is counted and foreseen is equal.
+    /// Returns whether both behave identically from `at` on: everything except statistics and
+    /// predicted times must be equal.
     pub fn is_equivalent_to(&self, other: &Self, at: Cycle) -> bool {
         let bare = |item: &Self| {
             let mut item = item.clone();
@@ -134,7 +137,7 @@ impl Playback {
         bare(self) == bare(other)
     }
 
-    /// [`Dma::upset`] of DMA2 at `at`.
+    /// Applies [`Dma::upset`] to DMA2 at `at`.
     pub fn upset_stream(
         &mut self,
         offset: u32,
@@ -151,8 +154,8 @@ impl Playback {
         Ok(is_upset)
     }
 
-    /// A stream that began to copy from memory to memory does so without a request, all that
-    /// is left of its items. Taken as done at once: it takes some microseconds.
+    /// Executes a stream that has switched to memory-to-memory mode: it needs no request, and
+    /// copies the rest of its items. Assumed to happen at once; it takes some microseconds.
     fn copy_rest(&mut self, at: Cycle, ram: &mut Ram) -> Modelled {
         for index in 0..STREAMS {
             if !self.dma[1].stream(index).is_memory_to_memory() {
@@ -167,10 +170,9 @@ impl Playback {
         Ok(())
     }
 
-    /// Lets everything happen up to `to`. `ram` holds SRAM2, or SRAM1 and
-    /// SRAM2 in one block.
+    /// Executes all events up to `to`. `ram` holds SRAM2, or SRAM1 and SRAM2 in one block.
     pub fn advance(&mut self, to: Cycle, ram: &mut Ram) -> Modelled {
-        // Bus accesses of `to` itself wait: the core may ask at `to`, too.
+        // Bus accesses in cycle `to` itself wait: the core may also request one at `to`.
         self.run(to, to.saturating_add(1), ram)?;
         if self.timer_event <= to {
             for timer in &mut self.timers {
@@ -181,14 +183,14 @@ impl Playback {
         Ok(())
     }
 
-    /// A timer changed: when does one of them need to be looked at again?
+    /// Recomputes the earliest event after a timer has changed.
     fn update_timer_event(&mut self) {
         let events = self.timers.iter().map(Timer::next_event);
         self.timer_event = events.min().unwrap_or(NEVER);
     }
 
-    /// Earliest cycle at which `advance` must be called, later than the last
-    /// `advance`, should no access come first.
+    /// Returns the earliest cycle, after the last `advance`, at which `advance` must be called if
+    /// no access comes first.
     pub fn next_event(&self) -> Cycle {
         match self.pace {
             Pace::Lazy => self.timer_event,
@@ -196,7 +198,7 @@ impl Playback {
         }
     }
 
-    /// Interrupt lines of the timers and of DMA2, line n in bit n % 32 of word n / 32
+    /// Returns the interrupt lines of the timers and of DMA2, line n in bit n % 32 of word n / 32
     /// (RM0090 table 61).
     pub fn interrupt_lines(&self) -> [u32; LINE_WORDS] {
         let [tim1, tim2, tim3, tim4, tim5] = &self.timers;
@@ -210,14 +212,13 @@ impl Playback {
         [word_0, word_1, dma2 >> 5 << 4]
     }
 
-    /// Cycles at which TIM2's TRGO (OC3REF) rose since the last drain: the
-    /// ADC's injected trigger.
+    /// Returns the cycles at which TIM2's TRGO (OC3REF) rose since the last drain: the ADC's
+    /// injected trigger.
     pub fn triggers_mut(&mut self) -> &mut Vec<Cycle> {
         &mut self.timers[1].rises
     }
 
-    /// Connects `level` to a pin (port 0 is A) at `at`; gives the level that
-    /// the pin now has if that changed.
+    /// Connects `level` to a pin (port 0 is A) at `at`; returns the pin's level if it changed.
     pub fn drive(
         &mut self,
         port: usize,
@@ -232,8 +233,8 @@ impl Playback {
         Ok(change)
     }
 
-    /// Sets the HCLK cycles of an APB1 and an APB2 clock (RCC_CFGR PPRE): the
-    /// timers run at twice that clock unless it equals HCLK (RM0090 7.2).
+    /// Sets the HCLK cycles of an APB1 and an APB2 clock (RCC_CFGR PPRE): the timers run at twice
+    /// that clock unless it equals HCLK (RM0090 7.2).
     pub fn set_clocks(&mut self, apb1: u32, apb2: u32, done: Cycle, ram: &mut Ram) -> Modelled {
         self.run(done, done, ram)?;
         self.matrix.set_apb(apb1, apb2);
@@ -244,23 +245,23 @@ impl Playback {
         self.link(done)
     }
 
-    /// The LSI oscillates as `lsi`, or not: TIM5 can capture it.
+    /// Sets the LSI that TIM5 can capture; `None` if it does not oscillate.
     pub fn set_lsi(&mut self, lsi: Option<Oscillator>) {
         self.timers[4].set_lsi(lsi);
     }
 
-    /// The LSI that TIM5 is told of has `hz` from cycle `at` on.
+    /// Sets the frequency of the LSI at TIM5 to `hz` from cycle `at` on.
     pub fn set_lsi_hz(&mut self, hz: u32, at: Cycle) {
         self.timers[4].set_lsi_hz(hz, at);
     }
 
-    /// From cycle `at` on the core runs at `hz`.
+    /// Sets the core clock to `hz` from cycle `at` on.
     pub fn set_core_hz(&mut self, hz: u32, at: Cycle) {
         self.timers[4].set_core_hz(hz, at);
     }
 
-    /// Resets one block (RCC_AHB1RSTR, RCC_APBxRSTR), complete from `done` on.
-    /// An access of DMA2 that is under way is dropped.
+    /// Resets one block (RCC_AHB1RSTR, RCC_APBxRSTR), complete from `done` on. A DMA2 access in
+    /// progress is discarded.
     pub fn reset(&mut self, block: Block, done: Cycle, ram: &mut Ram) -> Modelled {
         self.run(done, done, ram)?;
         match block {
@@ -284,8 +285,8 @@ impl Playback {
         Ok(())
     }
 
-    /// Resets everything (system reset); the clocks and what is connected to
-    /// pins stay.
+    /// Resets all blocks, as a system reset does; the clocks and the external connections of pins
+    /// stay.
     pub fn reset_all(&mut self, done: Cycle, ram: &mut Ram) -> Modelled {
         for number in 1..=5 {
             self.reset(Block::Timer(number), done, ram)?;

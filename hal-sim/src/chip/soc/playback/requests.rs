@@ -1,16 +1,17 @@
-//! When TIM1's events ask DMA2: each once a lap of the counter.
+//! Schedule of TIM1's requests to DMA2: each event once per lap of the counter.
 
 use crate::chip::Cycle;
 use crate::chip::soc::dma::{EVENTS, NEVER};
 
-/// The events that ask, in the order in which they come.
+/// Events that request DMA2, in order of time.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct Requests {
-    /// Next cycle of each, and which event it is; the first `asking` count.
+    /// Next cycle of each event; the next field has its number. Only the first `asking` entries are
+    /// used.
     due: [Cycle; EVENTS],
     events: [usize; EVENTS],
     asking: usize,
-    /// The one that comes next.
+    /// Index of the next event.
     cursor: usize,
     lap: u64,
 }
@@ -24,8 +25,8 @@ impl Requests {
         lap: 0,
     };
 
-    /// `due` (NEVER for one that does not ask) repeat every `lap` cycles, which
-    /// no two of them are apart.
+    /// Creates a schedule in which the cycles `due` (NEVER for an event without requests) repeat
+    /// every `lap` cycles; all of them must lie within one lap.
     pub(super) fn new(due: [Cycle; EVENTS], lap: u64) -> Self {
         let mut requests = Self { lap, ..Self::NONE };
         let mut order: [usize; EVENTS] = std::array::from_fn(|event| event);
@@ -38,13 +39,13 @@ impl Requests {
         requests
     }
 
-    /// Next cycle and event; NEVER if none asks.
+    /// Returns the next cycle and event; NEVER if there are no requests.
     #[inline]
     pub(super) fn next(&self) -> (Cycle, usize) {
         (self.due[self.cursor], self.events[self.cursor])
     }
 
-    /// Cycle of the event after the next.
+    /// Returns the cycle of the event after the next.
     #[inline]
     pub(super) fn following(&self) -> Cycle {
         let after = self.cursor + 1;
@@ -55,20 +56,20 @@ impl Requests {
         }
     }
 
-    /// How many ask, and the cycles of a lap.
+    /// Returns the number of events with requests, and the cycles of a lap.
     #[inline]
     pub(super) const fn lap(&self) -> (usize, u64) {
         (self.asking, self.lap)
     }
 
-    /// All have come `laps` times.
+    /// Advances all events by `laps` laps.
     pub(super) fn skip(&mut self, laps: u64) {
         for due in &mut self.due[..self.asking] {
             *due += laps * self.lap;
         }
     }
 
-    /// The next has come.
+    /// Advances past the next event.
     #[inline]
     pub(super) fn pass(&mut self) {
         self.due[self.cursor] += self.lap;

@@ -1,5 +1,4 @@
-//! What breaks in the clockwork although every register holds what was written: requests
-//! and timers' clocks.
+//! Injected faults that no register shows: missed or additional requests, and wrong timer clocks.
 
 use super::{Block, PERIPHERAL, Playback};
 use crate::chip::Cycle;
@@ -8,20 +7,20 @@ use crate::chip::soc::Ram;
 use crate::chip::soc::dma::{STREAMS, bit};
 use crate::chip::soc::timer::Clocking;
 
-/// How many requests too many or too few a stream serves.
+/// Error in the number of requests that a stream serves.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Slip {
-    /// It does not see the next.
+    /// The stream misses the next request.
     Unseen,
-    /// It serves one that nobody made.
+    /// The stream serves a request that was not made.
     Unasked,
 }
 
 impl Playback {
-    /// Stream `index` of DMA2 slips at `at`. One that is off does not.
+    /// Makes stream `index` of DMA2 slip at `at`. Has no effect on a stream that is off.
     ///
     /// # Errors
-    /// What came before `at` is not modelled.
+    /// Fails if an event before `at` is not modelled.
     pub fn slip(&mut self, index: usize, slip: Slip, at: Cycle, ram: &mut Ram) -> Modelled {
         self.run(at, at, ram)?;
         self.quiet_until = 0;
@@ -44,10 +43,10 @@ impl Playback {
         Ok(())
     }
 
-    /// The clock of timer `number` is no longer what it was, from `at` on.
+    /// Changes the clock of timer `number` from `at` on.
     ///
     /// # Errors
-    /// A count that the timer does not model.
+    /// Fails if the timer's present mode is not modelled.
     pub fn misclock(
         &mut self,
         number: u8,
@@ -60,11 +59,11 @@ impl Playback {
         self.link(at)
     }
 
-    /// TIM1 begins anew after `cycles` of its clock, though its ARR says otherwise, until
-    /// that is written again.
+    /// Makes TIM1 restart after `cycles` of its clock, regardless of ARR, until ARR is written
+    /// again.
     ///
     /// # Errors
-    /// It has counted further already.
+    /// Fails if TIM1 has already counted further.
     pub fn misreload(&mut self, cycles: u32, at: Cycle, ram: &mut Ram) -> Modelled {
         self.run(at, at, ram)?;
         self.timers[0].advance(at.saturating_sub(1))?;
@@ -72,7 +71,7 @@ impl Playback {
         self.link(at)
     }
 
-    /// When TIM1 next begins anew after `at`.
+    /// Returns the cycle at which TIM1 next restarts after `at`.
     pub fn next_lap(&self, at: Cycle) -> Cycle {
         let (next, lap) = (self.timers[0].next_update(), self.timers[0].lap());
         match at.checked_sub(next) {

@@ -1,10 +1,9 @@
-//! From request to bus access: the two ports of DMA2, cycle by cycle.
+//! Simulates the two ports of DMA2 from request to bus access, cycle by cycle.
 //!
-//! A request is seen at the cycle of its event. A port is granted in one cycle
-//! and computes an address in a second (AN4031 tables 4 and 5), then asks the
-//! matrix; it is granted anew when the access is complete. The ports work side
-//! by side. A playing stream fetches one word when enabled and again after
-//! each item; an erasing one writes its word at once.
+//! A request is latched at the cycle of its event. A port is granted in one cycle and computes an
+//! address in a second (AN4031 tables 4 and 5), then requests the matrix; it can be granted again
+//! when the access is complete. The ports work in parallel. A playing stream fetches one word when
+//! enabled and again after each item; an erasing stream writes its word at once.
 
 use super::{Access, MEMORY, PERIPHERAL, Playback};
 use crate::chip::Cycle;
@@ -19,7 +18,7 @@ pub(super) const GRANT: Cycle = 2;
 
 pub(super) const MASTERS: [Master; 2] = [Master::Dma2Peripheral, Master::Dma2Memory];
 
-/// What happens next; within one cycle, requests come first.
+/// Next step; within one cycle, requests come first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Step {
     Request(usize),
@@ -28,8 +27,7 @@ enum Step {
 }
 
 impl Playback {
-    /// Does all that comes before `end`, and latches requests before
-    /// `requests_end`.
+    /// Executes everything before `end`, and latches requests before `requests_end`.
     #[inline]
     pub(super) fn run(&mut self, end: Cycle, requests_end: Cycle, ram: &mut Ram) -> Modelled {
         if requests_end.max(end) > self.update {
@@ -41,7 +39,7 @@ impl Playback {
         self.run_linked(end, requests_end, ram)
     }
 
-    /// The same while TIM1 keeps its lap.
+    /// Does the same while TIM1 keeps its lap.
     #[inline]
     fn run_linked(&mut self, end: Cycle, requests_end: Cycle, ram: &mut Ram) -> Modelled {
         if requests_end.max(end) <= self.quiet_until {
@@ -85,8 +83,9 @@ impl Playback {
         first
     }
 
-    /// Of two accesses to one slave at one cycle, that of the port that did not
-    /// have it last goes first. All else that two ports do at once commutes.
+    /// Returns whether `step` comes before `other` in the same cycle. Of two accesses to one slave,
+    /// that of the port that did not have it last comes first. The order of all other steps does
+    /// not matter.
     fn goes_before(&self, step: Step, other: Step) -> bool {
         let (Step::Access(MEMORY), Step::Access(PERIPHERAL)) = (step, other) else {
             return false;
@@ -96,14 +95,14 @@ impl Playback {
         slave(MEMORY) == slave(PERIPHERAL) && slave(MEMORY).is_some_and(is_last)
     }
 
-    /// First cycle at which `port` can be granted to one that waits.
+    /// Returns the first cycle at which `port` can be granted to a waiting stream.
     fn grantable_at(&self, port: usize) -> Cycle {
         let waiting = streams(self.ports[port].waiting);
         let first = waiting.map(|n| self.usable_since(port, n)).min();
         first.map_or(NEVER, |since| since.max(self.ports[port].free))
     }
 
-    /// Since when `stream` can use `port`.
+    /// Returns the cycle since which `stream` can use `port`.
     fn usable_since(&self, port: usize, index: usize) -> Cycle {
         let stream = self.dma[1].stream(index);
         if port == MEMORY {
@@ -115,9 +114,9 @@ impl Playback {
         }
     }
 
-    /// TIM1's `event` asks at `at`. Who is asked before the word is there
-    /// (playing) or gone (erasing) raises FEIF (RM0090 10.3.18). One who is
-    /// asked again before being served misses a request, unnoticed.
+    /// Processes a request of TIM1's `event` at `at`. A stream that is requested before its word
+    /// has arrived (playing) or left sets FEIF (RM0090 10.3.18). A stream that is requested again
+    /// before being served misses a request, without any sign.
     fn request(&mut self, event: usize, at: Cycle) {
         self.requests.pass();
         let listening = self.listeners[event];
@@ -163,7 +162,7 @@ impl Playback {
         });
     }
 
-    /// Does the access that `port` was granted.
+    /// Executes the access for which `port` was granted.
     pub(super) fn serve(&mut self, port: usize, ram: &mut Ram) -> Modelled {
         let Some(Access {
             stream,
@@ -196,8 +195,8 @@ impl Playback {
         Ok(())
     }
 
-    /// The peripheral port's access, complete from `done` on; gives whether
-    /// more items are to come.
+    /// Executes the peripheral port's access, complete from `done` on; returns whether more items
+    /// follow.
     #[inline(always)]
     pub(super) fn move_item(&mut self, index: usize, done: Cycle, ram: &mut Ram) -> Modelled<bool> {
         self.transfers += 1;
@@ -212,7 +211,7 @@ impl Playback {
             }
             Target::Port(port, offset) => {
                 if let Some(word) = stream.word.take() {
-                    // Beyond its registers a port is silent.
+                    // Addresses beyond the registers of a port have no effect.
                     let _ = self.gpio.write(port, offset, Lanes::whole(word), done);
                 }
             }
@@ -242,14 +241,14 @@ impl Playback {
         Ok(())
     }
 
-    /// The memory port's access, complete from `done` on.
+    /// Executes the memory port's access, complete from `done` on.
     #[inline(always)]
     pub(super) fn move_word(&mut self, index: usize, done: Cycle, ram: &mut Ram) -> Modelled {
         let stream = self.dma[1].stream_mut(index);
         let (address, size) = (stream.address(), stream.size());
         stream.step();
         stream.turned = done;
-        // Beyond SRAM only a stream that was upset comes: see `Dma::upset`.
+        // Only a stream with inverted bits leaves SRAM: see `Dma::upset`.
         if stream.is_memory_to_peripheral() {
             stream.word = Some(ram.read(address, size).unwrap_or(0));
         } else if let Some(word) = stream.word.take() {
@@ -258,8 +257,8 @@ impl Playback {
         Ok(())
     }
 
-    /// Streams were switched on or off: ends those that stop and have nothing
-    /// under way, and wires the rest to their requests.
+    /// Updates the streams after some were switched on or off: ends those that stop and have no
+    /// access in progress, and connects the others to their requests.
     pub(super) fn rewire_streams(&mut self, at: Cycle) {
         self.quiet_until = 0;
         self.listeners = [0; EVENTS];
@@ -308,12 +307,12 @@ impl Playback {
     }
 }
 
-/// The bits of an item of `size` in a word.
+/// Returns the bits of an item of `size` in a word.
 const fn mask(size: Size) -> u32 {
     u32::MAX >> (32 - 8 * size.bytes())
 }
 
-/// Numbers of the streams in `bits`.
+/// Returns the numbers of the streams in `bits`.
 fn streams(mut bits: u8) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {
         let index = (bits != 0).then(|| bits.trailing_zeros() as usize);

@@ -1,30 +1,29 @@
-//! The blocks that RCC clocks and resets, by register and bit.
+//! Blocks that RCC clocks and resets, with their registers and bits.
 
 /// Number of AHB and APB buses: AHB1, AHB2, AHB3, APB1, APB2.
 pub const BUSES: usize = 5;
 
 const AHB1: usize = 0;
 const AHB2: usize = 1;
-/// Bus index of APB1 in registers that come by bus.
+/// Index of APB1 among the buses.
 pub const APB1: usize = 3;
-/// Bus index of APB2.
+/// Index of APB2 among the buses.
 pub const APB2: usize = 4;
 
-/// A block with a clock enable and a reset bit. Only those that a model exists
-/// for (RM0090 sections 7.3.5–7.3.14).
+/// A modelled block with a clock enable and a reset bit (RM0090 sections 7.3.5–7.3.14).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(missing_docs)] // the names are the manual's
+#[allow(missing_docs)] // the names are those of RM0090
 pub enum Block {
-    /// 0 is port A, 8 port I.
+    /// A port: 0 is port A, 8 port I.
     Gpio(u8),
     Crc,
     BackupSram,
-    /// 1, 2.
+    /// DMA controller 1 or 2.
     Dma(u8),
     OtgFs,
-    /// 1–5, 11.
+    /// Timer with its number: 1–5 or 11.
     Timer(u8),
-    /// 1–3.
+    /// SPI interface with its number: 1–3.
     Spi(u8),
     Usart2,
     Pwr,
@@ -33,7 +32,7 @@ pub enum Block {
 }
 
 impl Block {
-    /// All of them, by bus and bit.
+    /// All blocks, in the order of bus and bit.
     #[rustfmt::skip]
     pub const ALL: [Self; 27] = [
         Self::Gpio(0), Self::Gpio(1), Self::Gpio(2), Self::Gpio(3), Self::Gpio(4),
@@ -44,8 +43,8 @@ impl Block {
         Self::Timer(1), Self::Adc, Self::Spi(1), Self::Syscfg, Self::Timer(11),
     ];
 
-    /// Bus index (AHB1, AHB2, AHB3, APB1, APB2) and bit, the same in the reset
-    /// and the enable register.
+    /// Returns the bus index (AHB1, AHB2, AHB3, APB1, APB2) and the bit, which is the same in the
+    /// reset and the enable register.
     pub const fn place(self) -> (usize, u32) {
         match self {
             Self::Gpio(port) => (AHB1, port as u32),
@@ -65,7 +64,7 @@ impl Block {
         }
     }
 
-    /// All blocks whose bits are set in `masks`, one mask per bus.
+    /// Returns all blocks whose bits are set in `masks`, one mask per bus.
     pub fn in_masks(masks: [u32; BUSES]) -> impl Iterator<Item = Self> {
         Self::ALL.into_iter().filter(move |block| {
             let (bus, bit) = block.place();

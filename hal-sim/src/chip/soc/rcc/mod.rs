@@ -1,11 +1,11 @@
-//! RCC: oscillators, PLL, clock tree, clock security, block clocks and resets,
-//! reset causes (RM0090 chapter 7, F405).
+//! Models RCC: oscillators, PLL, clock tree, clock security, block clocks and resets, reset causes
+//! (RM0090 chapter 7, F405).
 //!
-//! Not here: what the clocks drive. In: register accesses, `stop_hse`,
-//! `reset`. Out: `Clocks` when they change, enabled blocks, block resets, NMI.
+//! In: register accesses, `stop_hse`, `reset`. Out: `Clocks` when they change, enabled blocks,
+//! block resets, NMI.
 //!
-//! Taken as immediate, since the manual gives no time: the switch to a ready
-//! source (SWS follows SW), new prescalers, and the detection of a failed HSE.
+//! Assumed as immediate, since the manual gives no time: the switch to a ready source (SWS follows
+//! SW), new prescalers, and the detection of a failed HSE.
 
 mod block;
 mod registers;
@@ -55,12 +55,12 @@ const CSSF: u32 = 1 << 7;
 const CSSC: u32 = 1 << 23;
 const RMVF: u32 = 1 << 24;
 
-/// What a chip reset was caused by (RCC_CSR, section 7.3.21).
+/// Cause of a chip reset (RCC_CSR, section 7.3.21).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cause {
-    /// Power came (or came back): also brown-out and pin.
+    /// Power-on; also sets the flags of brown-out and pin.
     PowerOn,
-    /// The supply was below the brown-out level while power stayed.
+    /// The supply was below the brown-out level but above the power-down level.
     BrownOut,
     /// The NRST pin.
     Pin,
@@ -71,7 +71,7 @@ pub enum Cause {
 }
 
 impl Cause {
-    /// Flags it sets: every internal reset also pulls the pin (section 7.1.1).
+    /// Returns the flags of RCC_CSR: every internal reset also pulls the pin (section 7.1.1).
     const fn flags(self) -> u32 {
         let pin = 1 << 26;
         match self {
@@ -84,8 +84,7 @@ impl Cause {
     }
 }
 
-/// When each oscillator that was switched on is ready; `Cycle::MAX` if none is
-/// on its way.
+/// Cycle at which each starting oscillator is ready; `Cycle::MAX` if it is not starting.
 #[derive(Clone, PartialEq, Debug)]
 struct Starting {
     hsi: Cycle,
@@ -99,19 +98,19 @@ struct Starting {
 pub struct Rcc {
     hse_hz: u32,
     hse_works: bool,
-    /// What the PLL's output P is in truth, Hz, if not what its registers say.
+    /// Actual output P of the PLL, Hz, if an injected fault changes it.
     pll_hz: Option<u32>,
-    /// Of what its registers ask for.
+    /// Limits for the clocks that the registers select.
     limits: Limits,
     cr: u32,
     pllcfgr: u32,
     cfgr: u32,
-    /// Level of NMI, which is also the break input of TIM1: clock security
-    /// found HSE failed and CIR.CSSC was not written yet.
+    /// Level of NMI, which is also the break input of TIM1: clock security detected a failed HSE,
+    /// and CIR.CSSC has not been written yet.
     pub(crate) cssf: bool,
     resets: [u32; BUSES],
     enables: [u32; BUSES],
-    /// From when on the latest enables of each bus count.
+    /// Cycle from which the latest enables of each bus count; the next field is their bits.
     settled: [Cycle; BUSES],
     fresh: [u32; BUSES],
     bdcr: u32,
@@ -127,7 +126,7 @@ pub struct Rcc {
 }
 
 impl Rcc {
-    /// At power-on, with a crystal of `hse_hz`, 4–26 MHz.
+    /// Creates the block in its power-on state, with a crystal of `hse_hz`, 4–26 MHz.
     pub fn new(hse_hz: u32) -> Self {
         let clocks = Clocks {
             hclk_hz: HSI_HZ,
@@ -167,8 +166,7 @@ impl Rcc {
         }
     }
 
-    /// The chip was reset. Flags of earlier resets stay until RMVF or
-    /// power-on; BDCR stays.
+    /// Resets the registers. Flags of earlier resets stay until RMVF or power-on; BDCR stays.
     pub fn reset(&mut self, cause: Cause) {
         let flags = match cause {
             Cause::PowerOn => 0,
@@ -183,26 +181,26 @@ impl Rcc {
         };
     }
 
-    /// The frequencies, if they changed since the last call (or reset).
+    /// Returns the frequencies, if they changed since the last call (or reset).
     pub fn take_change(&mut self) -> Option<Clocks> {
         std::mem::take(&mut self.changed).then_some(self.clocks)
     }
 
-    /// Blocks whose reset bit rose since the last call: reset them.
+    /// Returns the blocks to reset: those whose reset bit was set since the last call.
     pub fn take_resets(&mut self) -> impl Iterator<Item = Block> + use<> {
         Block::in_masks(std::mem::take(&mut self.new_resets))
     }
 
-    /// Whether BDCR.BDRST reset the backup domain since the last call.
+    /// Returns whether BDCR.BDRST reset the backup domain since the last call.
     pub fn take_backup_reset(&mut self) -> bool {
         std::mem::take(&mut self.backup_reset)
     }
 
-    /// Whether `block` answers at `at`: `false` if its clock is off or its reset
-    /// held, when reads give 0 and writes are lost.
+    /// Returns whether `block` answers at `at`. If its clock is off or its reset is held, reads
+    /// give 0 and writes are ignored.
     ///
     /// # Errors
-    /// An access sooner after enabling than the errata allow.
+    /// Fails for an access sooner after enabling than the errata allow.
     #[inline]
     pub fn is_enabled(&self, block: Block, at: Cycle) -> Modelled<bool> {
         let (bus, bit) = block.place();
@@ -214,39 +212,39 @@ impl Rcc {
         Ok(self.enables[bus] & !self.resets[bus] & mask != 0)
     }
 
-    /// Clocks that were enabled just now have run for long enough: a probe's next access comes
-    /// late, while the simulator's debugger lets no time pass.
+    /// Treats just enabled clocks as settled: a real probe's next access comes late, while the
+    /// simulator's debugger takes no simulated time.
     pub const fn settle(&mut self) {
         self.fresh = [0; BUSES];
     }
 
-    /// Whether the enable bit at this place, bus and bit, is set.
+    /// Returns whether the enable bit at this bus and bit is set.
     pub const fn is_set(&self, (bus, bit): (usize, u32)) -> bool {
         self.enables[bus] >> bit & 1 != 0
     }
 
-    /// The crystal, Hz, and what RTCPRE divides it by for RTC and TIM11, while it
-    /// oscillates: 2 to 31, or nothing (section 7.3.3).
+    /// Returns the crystal's frequency, Hz, and its divider RTCPRE for RTC and TIM11, 2 to 31;
+    /// `None` if it is off or not divided (section 7.3.3).
     pub const fn hse_rtc(&self) -> (u32, Option<u32>) {
         let rtcpre = self.cfgr >> 16 & 0x1F;
         let is_there = self.hse_works && self.cr & cr::HSERDY != 0 && rtcpre >= 2;
         (self.hse_hz, if is_there { Some(rtcpre) } else { None })
     }
 
-    /// RCC_CSR.LSIRDY.
+    /// Returns RCC_CSR.LSIRDY.
     pub const fn is_lsi_ready(&self) -> bool {
         self.csr & 1 << 1 != 0
     }
 
-    /// PWR_CR.DBP: BDCR can be written.
+    /// Sets PWR_CR.DBP: whether BDCR can be written.
     pub fn set_backup_writable(&mut self, writable: bool) {
         self.backup_writable = writable;
     }
 
-    /// The crystal stops oscillating at `at`.
+    /// Stops the crystal at `at`.
     ///
     /// # Errors
-    /// The core would have no clock, since clock security is off.
+    /// Fails if clock security is off and the core would have no clock.
     pub fn stop_hse(&mut self, at: Cycle) -> Modelled {
         self.hse_works = false;
         self.starting.hse = Cycle::MAX;
@@ -278,28 +276,28 @@ impl Rcc {
         self.update_clocks(at)
     }
 
-    /// The PLL's output P is `hz` from `at` on, Q with it, whatever its registers say, and
-    /// through resets: it lost its lock, or its crystal is another.
+    /// Sets the PLL's output P to `hz` from `at` on, and Q in proportion, regardless of registers
+    /// and resets: the fault is a lost lock or a wrong crystal.
     ///
     /// # Errors
-    /// Prescalers that are not modelled.
+    /// Fails for prescalers that are not modelled.
     pub fn set_pll_hz(&mut self, hz: u32, at: Cycle) -> Modelled {
         self.pll_hz = Some(hz);
         self.update_clocks(at)
     }
 
-    /// Whether its clocks are what its registers say.
+    /// Returns whether the clocks agree with the registers.
     pub const fn matches_registers(&self) -> bool {
         self.pll_hz.is_none()
     }
 
-    /// Whether its clocks are beyond the data sheet, since a register turned by itself.
+    /// Returns whether an inverted register bit has driven the clocks beyond the data sheet.
     pub fn exceeds_data_sheet(&self) -> bool {
         self.limits != Limits::DATA_SHEET
     }
 
     fn write_cr(&mut self, value: u32, at: Cycle) -> Modelled {
-        // PLLI2S clocks nothing that is on here.
+        // PLLI2S clocks no modelled block.
         refuse_if(
             value & !(cr::KNOWN | cr::PLLI2SON) != 0,
             "RCC_CR: reserved bits",
@@ -311,7 +309,7 @@ impl Rcc {
             "RCC_CR: HSITRIM of a clock in use",
         )?;
         let i2s = value & cr::PLLI2SON;
-        // What drives the core cannot be switched off.
+        // The source of the core clock cannot be switched off.
         let value = value & (cr::HSION | cr::HSEON | cr::HSEBYP | cr::CSSON | cr::PLLON) | in_use;
         let hz = self.clocks.hclk_hz;
         for (on, ready, start_ns) in [
@@ -343,12 +341,12 @@ impl Rcc {
         self.update_clocks(at)
     }
 
-    /// Turns `bits` of CFGR, or of PLLCFGR while the PLL is on, when no write may: it
-    /// multiplies by the new factor from `at` on. How it loses lock and finds it is not
-    /// modelled. `false` if `offset` is another register's, or the PLL is off.
+    /// Inverts `bits` of CFGR, or of PLLCFGR while the PLL is on, when no write may. The PLL uses
+    /// the new factor from `at` on; loss of lock is not modelled. Returns `false` if `offset` is
+    /// another register, or the PLL is off.
     ///
     /// # Errors
-    /// What the manual does not allow, or clocks beyond [`Limits::KNOWN`].
+    /// Fails for forbidden settings, or clocks beyond [`Limits::KNOWN`].
     pub fn upset(&mut self, offset: u32, bits: u32, at: Cycle) -> Modelled<bool> {
         match offset {
             0x04 if self.cr & cr::PLLON != 0 => self.pllcfgr ^= bits & PLLCFGR_FIELDS,
@@ -377,7 +375,7 @@ impl Rcc {
         )
     }
 
-    /// On bits of CR that the core clock needs.
+    /// Returns the ON bits of CR that the core clock needs.
     const fn clock_bits_in_use(&self) -> u32 {
         let pll_source = if self.pllcfgr & 1 << 22 != 0 {
             cr::HSEON
@@ -392,12 +390,12 @@ impl Rcc {
     }
 
     fn write_cfgr(&mut self, value: u32, at: Cycle) -> Modelled {
-        // MCO1 and MCO2 are on no pin here, I2S and RTC are off.
+        // MCO1 and MCO2 are on no pin, I2S and RTC are off.
         self.cfgr = value & CFGR_FIELDS;
         self.follow_switch(at)
     }
 
-    /// SW takes effect as soon as its source is ready.
+    /// Applies SW as soon as its source is ready.
     fn follow_switch(&mut self, at: Cycle) -> Modelled {
         let Some(wanted) = Source::from_field(self.cfgr) else {
             return Err(Unmodelled("RCC_CFGR: SW = 3"));

@@ -1,4 +1,4 @@
-//! RCC's register map (RM0090 section 7.3.24).
+//! Register map of RCC (RM0090 section 7.3.24).
 
 use super::{APB1, APB2, CSSC, CSSF, LPENR_RESET, PLLCFGR_FIELDS, PLLCFGR_RESET, RMVF, Rcc};
 use super::{LSI_START_NS, cr};
@@ -10,8 +10,7 @@ const LSION: u32 = 1;
 const LSIRDY: u32 = 1 << 1;
 const BDRST: u32 = 1 << 16;
 
-/// Bus index of a register in a bank that begins at `bank`: AHB1–3, a gap,
-/// APB1–2.
+/// Returns the bus index of a register in a bank that begins at `bank`: AHB1–3, a gap, APB1–2.
 const fn bus(offset: u32, bank: u32) -> Option<usize> {
     match offset.wrapping_sub(bank) {
         0x00 => Some(0),
@@ -29,8 +28,8 @@ impl Rcc {
         self.resets[bus] = value;
     }
 
-    /// ES0182: an AHB block answers 2 AHB cycles after its enable, an APB block
-    /// 1 APB cycle and 1 AHB cycle after.
+    /// Writes an enable register. An AHB block answers 2 AHB cycles after its enable, an APB block
+    /// 1 APB cycle and 1 AHB cycle after (ES0182).
     fn write_enable(&mut self, bus: usize, value: u32, at: Cycle) {
         let delay = match bus {
             APB1 => 1 + self.clocks.apb1_divider(),
@@ -84,8 +83,8 @@ impl Peripheral for Rcc {
             0x0C => 0,
             0x70 => self.bdcr,
             CSR => self.csr,
-            // 0x8C is DCKCFGR on the F405's successors, and embassy-stm32 reads
-            // it on all. Taken: what is reserved reads 0.
+            // 0x8C is DCKCFGR on the F405's successors, and embassy-stm32 reads it on all. Assumed:
+            // reserved registers read 0.
             0x80 | 0x8C => 0,
             0x84 => 0x2000_3000,
             register => {

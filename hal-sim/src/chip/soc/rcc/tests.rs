@@ -1,4 +1,4 @@
-//! RCC against RM0090 chapter 7.
+//! Compares RCC with RM0090 chapter 7.
 
 use super::*;
 use crate::chip::soc::peripheral::{Peripheral, WordAccess};
@@ -9,7 +9,7 @@ const CFGR: u32 = 0x08;
 const CIR: u32 = 0x0C;
 const CSR: u32 = 0x74;
 
-/// The board's set-up: HSE 8 MHz, M 4, N 168, P 2, Q 7, APB1 / 4, APB2 / 2.
+/// Clocks of the board: HSE 8 MHz, M 4, N 168, P 2, Q 7, APB1 / 4, APB2 / 2.
 fn at_168_mhz() -> (Rcc, Cycle) {
     let mut rcc = Rcc::new(8_000_000);
     rcc.set(CR, 0x0001_0083, 0);
@@ -133,7 +133,7 @@ fn limits_and_misuse_stop_the_run() {
         (CFGR, 0x1400 | 2),     // APB2 at 168 MHz
         (CFGR, 3),              // no such source
         (0x58, 0),              // low-power enables
-        (0x28, 0),              // nothing there
+        (0x28, 0), // no register there
     ] {
         let mut rcc = rcc.clone();
         assert!(rcc.write(offset, value, at).is_err(), "{value:#x}");
@@ -158,7 +158,7 @@ fn a_factor_that_turns_by_itself_multiplies_at_once() {
     assert_eq!(off.upset(PLLCFGR, 1 << 9, 0), Ok(false));
 }
 
-/// Beyond the data sheet as far as it is known to run: [`Limits::KNOWN`].
+/// Beyond the data sheet, as far as the chip is known to run: [`Limits::KNOWN`].
 #[test]
 fn a_factor_that_turns_by_itself_may_leave_the_data_sheet() {
     let (board, at) = at_168_mhz();
@@ -253,7 +253,7 @@ fn the_backup_domain_is_reset_only_when_it_can_be_written() {
     assert!(rcc.write(0x70, 1, 0).is_err(), "LSE");
 }
 
-/// 210 MHz is above the data sheet: nobody asked for it.
+/// 210 MHz is above the data sheet, but the registers do not select it.
 #[test]
 fn a_pll_that_is_wrong_shows_in_no_register() {
     for hz in [84_000_000, 210_000_000] {

@@ -1,4 +1,4 @@
-//! The clock tree: from oscillators to bus clocks (RM0090 figure 21).
+//! Clock tree: computes the bus clocks from the oscillators (RM0090 figure 21).
 
 use crate::chip::cpu::bus::{Modelled, refuse_if};
 use crate::chip::soc::clock::Clocks;
@@ -6,19 +6,19 @@ use crate::chip::soc::clock::Clocks;
 /// HSI frequency, Hz (DS8626, HSI oscillator characteristics).
 pub const HSI_HZ: u32 = 16_000_000;
 
-/// What drives the system clock.
+/// Source of the system clock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Source {
-    /// Internal 16 MHz.
+    /// Internal oscillator, 16 MHz.
     Hsi,
-    /// Crystal.
+    /// External crystal.
     Hse,
     /// PLL output P.
     Pll,
 }
 
 impl Source {
-    /// From the field SW or SWS; `None` for the value that is not allowed.
+    /// Decodes the field SW or SWS; `None` for the forbidden value.
     pub const fn from_field(bits: u32) -> Option<Self> {
         match bits & 3 {
             0 => Some(Self::Hsi),
@@ -28,18 +28,18 @@ impl Source {
         }
     }
 
-    /// The field SWS.
+    /// Returns the source as the field SWS.
     pub const fn field(self) -> u32 {
         self as u32
     }
 }
 
-/// How fast clocks may be, Hz.
+/// Allowed ranges and maxima of the clocks, Hz.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
-    /// PLL input, least and most.
+    /// Minimum and maximum of the PLL input.
     input_hz: [u32; 2],
-    /// VCO, least and most.
+    /// Minimum and maximum of the VCO.
     vco_hz: [u32; 2],
     hclk_hz: u32,
     pclk1_hz: u32,
@@ -47,7 +47,7 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// What is allowed (RM0090 section 7.3.2; DS8626, main PLL characteristics and general
+    /// Limits of the data sheet (RM0090 section 7.3.2; DS8626, main PLL characteristics and general
     /// operating conditions).
     pub const DATA_SHEET: Self = Self {
         input_hz: [1_000_000, 2_000_000],
@@ -56,11 +56,11 @@ impl Limits {
         pclk1_hz: 42_000_000,
         pclk2_hz: 84_000_000,
     };
-    /// What nobody may ask for. The core is known to run so: Betaflight's fastest setting of
-    /// this chip, N 480 / 2 from 1 MHz, with the prescalers and wait states of 168 MHz.
-    /// Assumed: up to there the PLL multiplies as its fields say, however slow its input and
-    /// its VCO, and all that it clocks works; and APB1, of which nothing is known beyond 60
-    /// MHz, at up to the 168 MHz that the core is made for. APB2 clocks the ADC.
+    /// Limits for clocks that only a fault may select. The core is known to run at Betaflight's
+    /// fastest setting of this chip, N 480 / 2 from 1 MHz, with the prescalers and wait states of
+    /// 168 MHz. Assumed: up to there the PLL multiplies according to its fields, at any low input
+    /// and VCO frequency, and everything that it clocks works; APB1, of which nothing is known
+    /// beyond 60 MHz, works at up to the 168 MHz for which the core is made. APB2 clocks the ADC.
     pub const KNOWN: Self = Self {
         input_hz: [0, u32::MAX],
         vco_hz: [0, 480_000_000],
@@ -69,8 +69,10 @@ impl Limits {
         pclk2_hz: 120_000_000,
     };
 
+    /// Checks that no bus clock is above its maximum.
+    ///
     /// # Errors
-    /// A bus above its limit.
+    /// Fails if the clock of a bus is too high.
     pub fn check(&self, clocks: &Clocks) -> Modelled {
         refuse_if(clocks.hclk_hz > self.hclk_hz, "RCC: HCLK above its limit")?;
         refuse_if(clocks.pclk1_hz > self.pclk1_hz, "RCC: APB1 above its limit")?;
@@ -78,14 +80,14 @@ impl Limits {
     }
 }
 
-/// PLL input, P and Q outputs of PLLCFGR.
+/// PLL input, and outputs P and Q, as PLLCFGR selects them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pll {
-    /// PLLSRC: HSE, else HSI.
+    /// PLLSRC: whether the input is HSE, otherwise HSI.
     pub from_hse: bool,
-    /// Output P, Hz.
+    /// Frequency of output P, Hz.
     pub p_hz: u32,
-    /// Output Q, Hz.
+    /// Frequency of output Q, Hz.
     pub q_hz: u32,
 }
 
@@ -93,7 +95,7 @@ impl Pll {
     /// Decodes PLLCFGR (RM0090 section 7.3.2).
     ///
     /// # Errors
-    /// Dividers that the manual does not allow, or frequencies that `limits` do not.
+    /// Fails for dividers that the manual forbids, or frequencies beyond `limits`.
     pub fn decode(pllcfgr: u32, hse_hz: u32, limits: &Limits) -> Modelled<Self> {
         let field = |shift: u32, width: u32| pllcfgr >> shift & ((1 << width) - 1);
         let (m, n, q) = (field(0, 6), field(6, 9), field(24, 4));
@@ -125,7 +127,7 @@ impl Pll {
 }
 
 impl Pll {
-    /// The same when its output P is in truth `hz`.
+    /// Returns the same PLL with an actual output P of `hz`, and Q in proportion.
     pub const fn running_at(self, hz: u32) -> Self {
         let q_hz = self.q_hz as u64 * hz as u64 / self.p_hz as u64;
         Self {
@@ -136,7 +138,7 @@ impl Pll {
     }
 }
 
-/// Bus clocks for a system clock of `sysclk_hz` and the prescalers in `cfgr`.
+/// Returns the bus clocks for a system clock of `sysclk_hz` and the prescalers in `cfgr`.
 pub const fn buses(sysclk_hz: u32, usb_hz: u32, cfgr: u32) -> Clocks {
     let hclk_hz = sysclk_hz / ahb_divider(cfgr >> 4 & 0xF);
     let (one, two) = (apb_divider(cfgr >> 10 & 7), apb_divider(cfgr >> 13 & 7));
@@ -150,7 +152,7 @@ pub const fn buses(sysclk_hz: u32, usb_hz: u32, cfgr: u32) -> Clocks {
     }
 }
 
-/// HPRE: 0xxx undivided, 1000–1111 are 2, 4, 8, 16, 64, 128, 256, 512.
+/// Decodes HPRE: 0xxx undivided, 1000–1111 are 2, 4, 8, 16, 64, 128, 256, 512.
 const fn ahb_divider(hpre: u32) -> u32 {
     match hpre {
         0..=7 => 1,
@@ -159,7 +161,7 @@ const fn ahb_divider(hpre: u32) -> u32 {
     }
 }
 
-/// PPRE: 0xx undivided, 100–111 are 2, 4, 8, 16.
+/// Decodes PPRE: 0xx undivided, 100–111 are 2, 4, 8, 16.
 const fn apb_divider(ppre: u32) -> u32 {
     if ppre < 4 { 1 } else { 2 << (ppre - 4) }
 }

@@ -1,36 +1,35 @@
-//! Input capture (RM0090 18.3.5): of channel 1 synchroniser, filter, edge; of TIM5's
-//! channel 4 the LSI, where TIM5_OR connects it (18.4.21), and its prescaler.
+//! Models input capture (RM0090 18.3.5): synchroniser, filter and edge detector of channel 1; on
+//! TIM5's channel 4, the LSI as connected by TIM5_OR (18.4.21), and its prescaler.
 
 use super::{Timer, bit};
 use crate::chip::Cycle;
 use crate::chip::cpu::bus::Modelled;
 use crate::chip::soc::clock::Oscillator;
 
-/// Timer clocks from an edge, once sampled, to the input that filter and edge
-/// detector see; RM0090 18.3.5 says that up to five may pass while an input
-/// settles and gives no exact figure: two flip-flops assumed.
+/// Timer clocks from a sampled edge to filter and edge detector. RM0090 18.3.5 says that up to five
+/// may pass while an input settles and gives no exact figure: two flip-flops are assumed.
 const SYNCHRONISATION: u64 = 2;
 
-/// The way of the pin's level to the edge detector.
+/// Path from the level of the pin to the edge detector.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub(super) struct Capture {
     /// Level after the filter.
     filtered: bool,
-    /// When the filter will have seen enough equal samples of the other level.
+    /// Cycle at which the filter will have seen enough equal samples of the other level.
     change: Option<Cycle>,
-    /// Edges since the last capture.
+    /// Number of edges since the last capture.
     edges: u32,
 }
 
 impl Capture {
-    /// The pin became `high` at `at`. It must hold for `filter` samples, one a
-    /// timer clock (0: no filter); a shorter pulse is lost.
+    /// Processes a change of the pin to `high` at `at`. The level must hold for `filter` samples,
+    /// one per timer clock (0: no filter); a shorter pulse is lost.
     pub(super) fn set(&mut self, high: bool, at: Cycle, clock: u64, filter: u64) {
         let clocks = SYNCHRONISATION + filter;
         self.change = (high != self.filtered).then(|| at.next_multiple_of(clock) + clocks * clock);
     }
 
-    /// Takes a filtered edge at or before `to`: its cycle, and whether it rose.
+    /// Removes and returns a filtered edge at or before `to`: its cycle, and whether it is rising.
     #[inline]
     pub(super) fn pop(&mut self, to: Cycle) -> Option<(Cycle, bool)> {
         let at = self.change.filter(|&at| at <= to)?;
@@ -39,30 +38,30 @@ impl Capture {
         Some((at, self.filtered))
     }
 
-    /// The prescaler begins anew.
+    /// Restarts the prescaler.
     pub(super) fn begin(&mut self) {
         self.edges = 0;
     }
 
-    /// Cycle of the next filtered edge.
+    /// Returns the cycle of the next filtered edge.
     pub(super) fn due(&self) -> Cycle {
         self.change.unwrap_or(Cycle::MAX)
     }
 }
 
-/// TIM5's channel 4 and what TIM5_OR connects to it.
+/// Channel 4 of TIM5, with the LSI that TIM5_OR may connect to it.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub(super) struct Channel4 {
-    /// TIM5_OR: TI4_RMP is 01 where the LSI is connected.
+    /// TIM5_OR: TI4_RMP is 01 if the LSI is connected.
     pub(super) option: u32,
-    /// LSI, while it oscillates, and the first of its edges that was not seen.
+    /// The LSI, while it oscillates, and the number of its first unprocessed edge.
     lsi: Option<(Oscillator, u64)>,
-    /// Edges since the last capture.
+    /// Number of edges since the last capture.
     edges: u32,
 }
 
 impl Channel4 {
-    /// After a reset of the timer.
+    /// Returns the state after a reset of the timer.
     pub(super) fn reset(&self) -> Self {
         Self {
             lsi: self.lsi.clone(),
@@ -71,30 +70,30 @@ impl Channel4 {
     }
 }
 
-/// TIM5_OR: the LSI at channel 4.
+/// TIM5_OR value that connects the LSI to channel 4.
 const LSI: u32 = 0b01 << 6;
 
 impl Timer {
-    /// TIM5 only: the LSI oscillates as `lsi`, or not.
+    /// Sets the LSI of TIM5's channel 4; `None` if it does not oscillate.
     pub fn set_lsi(&mut self, lsi: Option<Oscillator>) {
         self.channel_4.lsi = lsi.map(|lsi| (lsi, 0));
     }
 
-    /// The LSI has `hz` from cycle `at` on.
+    /// Sets the frequency of that LSI to `hz` from cycle `at` on.
     pub fn set_lsi_hz(&mut self, hz: u32, at: Cycle) {
         if let Some((lsi, _)) = &mut self.channel_4.lsi {
             lsi.set_hz(hz, at);
         }
     }
 
-    /// From cycle `at` on the core runs at `hz`.
+    /// Sets the core clock to `hz` from cycle `at` on.
     pub fn set_core_hz(&mut self, hz: u32, at: Cycle) {
         if let Some((lsi, _)) = &mut self.channel_4.lsi {
             lsi.set_core_hz(hz, at);
         }
     }
 
-    /// Captures at the edges of the LSI up to `to`.
+    /// Captures the edges of the LSI up to `to`.
     pub(super) fn capture_lsi(&mut self, to: Cycle) -> Modelled {
         let prescaler = 1 << (self.ccmr[1] >> 10 & 0b11);
         let enabled = self.is_input(3) && self.ccer & bit::CC4E != 0;
@@ -107,7 +106,7 @@ impl Timer {
             }
             *next += 1;
             if !enabled || !is_connected {
-                // Nothing looks: on to what comes.
+                // Without a capture, skip to the edges that may still be captured.
                 *next = (*next).max(lsi.ticks(to.saturating_sub(2 * delay)));
                 self.channel_4.edges = 0; // RM0090 18.4.7: reset while CC4E is 0
                 continue;
@@ -127,8 +126,8 @@ impl Timer {
         Ok(())
     }
 
-    /// Timer clocks for which the filter of channel 1 asks (IC1F, RM0090 18.4.7), with CKD
-    /// 0, as which it is taken: settings up to 3 do not heed it.
+    /// Returns the timer clocks that the filter of channel 1 requires (IC1F, RM0090 18.4.7). CKD is
+    /// assumed to be 0; settings up to 3 do not depend on it.
     pub(super) fn filter_clocks(&self) -> u64 {
         const CLOCKS: [u64; 16] = [
             0, 2, 4, 8, 12, 16, 24, 32, 48, 64, 80, 96, 128, 160, 192, 256,
@@ -136,27 +135,28 @@ impl Timer {
         CLOCKS[(self.ccmr[0] >> 4 & 0xF) as usize]
     }
 
-    /// A filtered edge of channel 1: latches the counter if it is captured.
+    /// Processes a filtered edge of channel 1: captures the counter if this edge is selected.
     pub(super) fn capture(&mut self, rising: bool) {
         if self.ccmr[0] & 0b11 == 1 && rising == (self.ccer & bit::CC1P == 0) {
             self.capture_edges(1);
         }
     }
 
-    /// Whether channel 1 captures at the edges of its trigger, TRC, which it counts, too.
+    /// Returns whether channel 1 captures at the edges of its trigger, TRC, which the timer also
+    /// counts.
     pub(super) const fn captures_trigger(&self) -> bool {
         self.ccmr[0] & 0b11 == 3 && self.is_slave() && self.ccer & bit::CC1E != 0
     }
 
-    /// As a slave it has counted `n` edges of its trigger. Taken: what an edge captures is
-    /// the counter after it; the filter is TI1's.
+    /// Captures after a slave has counted `n` edges of its trigger. Assumed: an edge captures the
+    /// counter after it, and only TI1 is filtered.
     pub(super) fn capture_trigger(&mut self, n: u64) {
         if self.captures_trigger() && n > 0 {
             self.capture_edges(n);
         }
     }
 
-    /// `n` edges of channel 1's input, the last now, of which one in 1, 2, 4 or 8 is captured
+    /// Processes `n` edges of channel 1's input, the last one now. One in 1, 2, 4 or 8 is captured
     /// (IC1PSC).
     fn capture_edges(&mut self, n: u64) {
         if self.ccer & bit::CC1E == 0 {
@@ -169,7 +169,7 @@ impl Timer {
         if captures == 0 {
             return;
         }
-        // Since then it has counted on only where the edges are what it counts.
+        // If it counts these edges, the counter has advanced since the captured one.
         let counted = if self.captures_trigger() { since } else { 0 };
         self.ccr[0] = self.count.wrapping_sub(counted as u32);
         if self.sr & bit::CC1IF != 0 || captures > 1 {

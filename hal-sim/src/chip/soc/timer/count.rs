@@ -1,4 +1,4 @@
-//! When the counter counts, and what counting does.
+//! Computes the cycles at which the counter counts, and the effects of counting.
 
 use super::{IN_FORCE, Mode, Timer, WRITTEN, bit};
 use crate::chip::Cycle;
@@ -7,21 +7,22 @@ use crate::chip::cpu::bus::{Modelled, refuse_if};
 /// Cycles of future counts: single ones, then an arithmetic sequence.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub(super) struct Ticks {
-    /// Counts on their way through the synchroniser, ascending.
+    /// Counts in the synchroniser, in ascending order.
     single: Vec<Cycle>,
-    /// First of the sequence of edges that make counts, and its distance; distance 0 is none.
+    /// First edge of the sequence that makes counts; the next field is the distance, 0 if there is
+    /// no sequence.
     next: Cycle,
     pub(crate) period: u64,
-    /// An edge is seen at the next multiple of this, if it is not 0, ...
+    /// Delays each edge to the next multiple of this, cycles; 0 for no delay.
     align: u64,
-    /// ... and counts so many cycles later.
+    /// Cycles from the aligned edge to its count.
     delay: u64,
-    /// While stopped: cycles that were left until the next count.
+    /// Cycles left until the next count when the counter was stopped.
     left: Option<u64>,
 }
 
 impl Ticks {
-    /// Cycle of the `n`th count from now, n ≥ 1; MAX if it never comes.
+    /// Returns the cycle of the `n`th count from now, n ≥ 1; MAX if it never comes.
     #[inline]
     pub(super) fn at(&self, n: u64) -> Cycle {
         let index = n.saturating_sub(1);
@@ -38,7 +39,7 @@ impl Ticks {
             .map_or(Cycle::MAX, |edge| self.count_of(edge))
     }
 
-    /// When the edge at `edge` counts.
+    /// Returns the cycle at which the counter counts `edge`, after alignment and delay.
     #[inline]
     const fn count_of(&self, edge: Cycle) -> Cycle {
         let seen = match self.align {
@@ -48,7 +49,7 @@ impl Ticks {
         seen.saturating_add(self.delay)
     }
 
-    /// Takes the counts at cycles up to `to`; gives how many.
+    /// Removes the counts at cycles up to `to`, and returns their number.
     #[inline]
     fn pop(&mut self, to: Cycle) -> u64 {
         let singles = self.single.iter().take_while(|&&c| c <= to).count();
@@ -74,8 +75,8 @@ impl Ticks {
         self.set_delayed(first, period, 0, 0);
     }
 
-    /// Edges from `first` on, each seen at the next multiple of `align` and counted `delay`
-    /// after that.
+    /// Sets the sequence of edges from `first` on, each delayed to the next multiple of `align` and
+    /// counted `delay` after that.
     pub(super) fn set_delayed(&mut self, first: Cycle, period: u64, align: u64, delay: u64) {
         (self.next, self.period) = (first, period);
         (self.align, self.delay) = (align, delay);
@@ -85,7 +86,7 @@ impl Ticks {
         self.single.push(at);
     }
 
-    /// Ends the sequence, but for counts whose edge came before `now`.
+    /// Ends the sequence, but keeps counts whose edge came before `now`.
     pub(super) fn keep_risen_before(&mut self, now: Cycle) {
         while self.period != 0 && self.next < now {
             self.single.push(self.count_of(self.next));
@@ -94,7 +95,7 @@ impl Ticks {
         self.period = 0;
     }
 
-    /// Holds the clock at `done`, remembering the prescaler's place.
+    /// Stops the clock at `done`, and stores the position of the prescaler.
     pub(super) fn stop(&mut self, done: Cycle) {
         if self.period != 0 {
             let next = self.count_of(self.next);
@@ -110,10 +111,10 @@ impl Ticks {
 }
 
 impl Timer {
-    /// Lets the counter count at all cycles up to `to`.
+    /// Counts at all cycles up to `to`.
     ///
     /// # Errors
-    /// Where a centre-aligned mode turns.
+    /// Fails at the turning point of a centre-aligned mode.
     #[inline]
     pub fn advance(&mut self, to: Cycle) -> Modelled {
         if to <= self.seen {
@@ -178,7 +179,7 @@ impl Timer {
         Ok(())
     }
 
-    /// An update puts the written prescaler and auto-reload into force.
+    /// Loads the written prescaler and auto-reload value, as an update does.
     fn load_preloads(&mut self, update: Cycle) {
         if self.cr1 & bit::OPM != 0 {
             self.cr1 &= !bit::CEN;
@@ -198,7 +199,7 @@ impl Timer {
         }
     }
 
-    /// Counts until the counter becomes `value`, at least 1; `None` if never.
+    /// Returns the number of counts until the counter becomes `value`, at least 1; `None` if never.
     #[inline]
     pub(super) fn counts_until(&self, value: u32) -> Option<u64> {
         let arr = self.arr[IN_FORCE];
@@ -214,8 +215,8 @@ impl Timer {
         })
     }
 
-    /// Counts until it overflows, or underflows. Up, it begins anew after the auto-reload
-    /// value, with which it is compared: one that is beyond that goes on to its own end.
+    /// Returns the number of counts until an overflow or underflow. An up-counter restarts after it
+    /// equals the auto-reload value; a counter already beyond that value counts to its own maximum.
     #[inline]
     pub(super) fn counts_to_update(&self) -> u64 {
         let (arr, count) = (self.arr[IN_FORCE], self.count);
@@ -226,12 +227,12 @@ impl Timer {
         u64::from(end - count) + 1
     }
 
-    /// The counter after `n` counts.
+    /// Returns the counter after `n` counts.
     #[inline]
     fn counter_after(&self, n: u64) -> u32 {
         let (arr, update) = (u64::from(self.arr[IN_FORCE]), self.counts_to_update());
         let lap = arr + 1;
-        // All below 2^32: a count, or the rest of a division by lap.
+        // All below 2^32: a count, or the remainder of a division by lap.
         match (self.counts_down(), n < update) {
             (false, true) => self.count + n as u32,
             (false, false) => ((n - update) % lap) as u32,
@@ -240,11 +241,11 @@ impl Timer {
         }
     }
 
-    /// Whether matches in the next `n` counts raise flags: not in a centre-aligned mode while
-    /// it counts the other way (RM0090 17.4.1).
+    /// Returns whether matches in the next `n` counts set flags; in a centre-aligned mode, that
+    /// depends on the direction (RM0090 17.4.1).
     ///
     /// # Errors
-    /// It comes to where such a mode turns.
+    /// Fails if the counter reaches the turning point of a centre-aligned mode.
     fn raises_flags(&self, n: u64) -> Modelled<bool> {
         let mode = (self.cr1 & bit::CMS) >> 5;
         refuse_if(
@@ -258,7 +259,7 @@ impl Timer {
         })
     }
 
-    /// DIR (RM0090 17.4.1): it counts from the auto-reload value to 0.
+    /// Returns DIR: whether the counter runs from the auto-reload value to 0 (RM0090 17.4.1).
     #[inline]
     pub(super) const fn counts_down(&self) -> bool {
         self.cr1 & bit::DIR != 0
@@ -268,9 +269,9 @@ impl Timer {
         self.divider * (u64::from(self.psc[IN_FORCE]) + 1) * u64::from(self.arrives.max(1))
     }
 
-    /// Starts the internal clock if the counter is enabled and not a slave.
-    /// The counter enable follows CEN by one timer clock (RM0090 18.3.1), and
-    /// the first count comes one count period after that.
+    /// Starts the internal clock if the counter is enabled and not a slave. The counter enable
+    /// follows CEN by one timer clock (RM0090 18.3.1), and the first count comes one count period
+    /// after that.
     pub(super) fn restart(&mut self, done: Cycle) {
         let is_blocked = self.arr[IN_FORCE] == 0; // RM0090 18.4.12
         let stands = self.is_slave() || self.is_halted() || self.arrives == 0;

@@ -1,13 +1,13 @@
-//! TIM1–TIM5 (RM0090 chapters 17, 18): time base, compare, filtered capture, DMA
-//! requests, trigger output, external clock mode 1 and trigger mode.
+//! Models TIM1–TIM5 (RM0090 chapters 17, 18): time base, compare, filtered capture, DMA requests,
+//! trigger output, external clock mode 1 and trigger mode.
 //!
-//! State is lazy: `count` holds up to and including `seen`, the ticks after
-//! that are an arithmetic sequence. `registers` is the program's view, `count`
-//! the sequence, `capture` the filtered input. Here: what others see.
-//! Not here: how TIM1's edges reach TIM2 and DMA2 (`playback`).
+//! The state is evaluated lazily: `count` is valid up to and including cycle `seen`, and the counts
+//! after that are an arithmetic sequence. `registers` is the register interface, `count` the
+//! sequence, `capture` the filtered input; this module has the state visible to other blocks.
+//! `playback` connects TIM1's edges to TIM2 and DMA2.
 //!
-//! Convention: an event at cycle c is the clock edge that begins c; a write
-//! that is complete from c on takes effect at that edge, before its events.
+//! Convention: an event at cycle c is the clock edge that begins c; a write that is complete from c
+//! on takes effect at that edge, before its events.
 
 mod capture;
 mod count;
@@ -22,20 +22,20 @@ pub(crate) use registers::bit;
 #[cfg(test)]
 pub(crate) use registers::offset;
 
-/// What a timer's clock does, whatever the registers say.
+/// Injected fault in the clock of a timer, independent of the registers.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Clocking {
-    /// It stands.
+    /// The clock is stopped.
     Stands,
-    /// Only every so manieth edge arrives.
+    /// Only every n-th edge arrives.
     Every(u32),
 }
 
-/// Timer clocks from a trigger's edge, once sampled, to the count it causes.
-/// RM0090 18.3.3 shows a resynchronisation stage and no figure: assumed.
+/// Timer clocks from a sampled trigger edge to the count it causes. RM0090 18.3.3 shows a
+/// resynchronisation stage and no figure: assumed.
 pub const TRIGGER_SYNCHRONISATION: u64 = 2;
 
-/// Output compare modes modelled (CCMR OCxM, RM0090 18.4.7).
+/// Modelled output compare modes (CCMR OCxM, RM0090 18.4.7).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Mode {
     Frozen,
@@ -50,9 +50,9 @@ enum Mode {
 /// One timer. Cycles are HCLK; a timer clock lasts `divider` of them.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Timer {
-    /// 1–5.
+    /// Number of the timer, 1–5.
     number: u8,
-    /// HCLK cycles of one timer clock.
+    /// HCLK cycles per timer clock.
     pub(crate) divider: u64,
     seen: Cycle,
     ticks: Ticks,
@@ -64,21 +64,20 @@ pub struct Timer {
     sr: u32,
     ccmr: [u32; 2],
     ccer: u32,
-    /// Prescaler and auto-reload as written, and as in force.
+    /// Prescaler and, below, auto-reload value: as written, and as in force.
     psc: [u32; 2],
     arr: [u32; 2],
     ccr: [u32; 4],
-    /// CCR as written where OCxPE keeps it from its place until an update.
+    /// CCR values written while OCxPE delays them until an update.
     preload: [u32; 4],
     /// OCxREF of the modes that hold a level.
     reference: [bool; 4],
-    /// Cycles at which OC3REF, chosen as TRGO (TIM2: the ADC's trigger), rose.
+    /// Cycles at which OC3REF, selected as TRGO, rose (TIM2: the ADC's trigger).
     pub(crate) rises: Vec<Cycle>,
     input: Capture,
-    /// Broken: counts of its clock, or edges of its trigger, for one that arrives; 0 is
-    /// none.
+    /// Injected fault: number of clock or trigger edges of which one arrives; 0 if none does.
     arrives: u32,
-    /// What ARR shows, where it is not what is compared with.
+    /// Value that ARR shows, if an injected fault makes it differ from the one in force.
     shown: Option<u32>,
     channel_4: Channel4,
 }
@@ -88,7 +87,7 @@ const WRITTEN: usize = 0;
 /// Index of the value in force.
 const IN_FORCE: usize = 1;
 
-/// The last count of timer `number`: 2 and 5 have 32 bits.
+/// Returns the maximum count of timer `number`: 2 and 5 have 32 bits.
 const fn top(number: u8) -> u32 {
     match number {
         2 | 5 => u32::MAX,
@@ -97,7 +96,7 @@ const fn top(number: u8) -> u32 {
 }
 
 impl Timer {
-    /// Timer `number`, 1–5, as after reset, clocked by HCLK.
+    /// Creates timer `number`, 1–5, in its reset state, clocked by HCLK.
     pub fn new(number: u8) -> Self {
         let top = top(number);
         Self {
@@ -126,8 +125,7 @@ impl Timer {
         }
     }
 
-    /// Resets the registers (RCC_APBxRSTR) at `done`. The level at its input, the LSI
-    /// and its clock stay.
+    /// Resets the registers (RCC_APBxRSTR) at `done`. The input level, the LSI and the clock stay.
     pub fn reset(&mut self, done: Cycle) {
         *self = Self {
             divider: self.divider,
@@ -139,7 +137,7 @@ impl Timer {
         };
     }
 
-    /// HCLK cycles per timer clock, at least 1 (RCC_CFGR PPRE), from `done` on.
+    /// Sets the HCLK cycles per timer clock, at least 1 (RCC_CFGR PPRE), from `done` on.
     pub fn set_divider(&mut self, divider: u32, done: Cycle) -> Modelled {
         let divider = u64::from(divider.max(1));
         if divider != self.divider {
@@ -151,22 +149,22 @@ impl Timer {
         Ok(())
     }
 
-    /// Levels of TIM1's lines: update, capture/compare.
+    /// Returns the levels of TIM1's lines: update, capture/compare.
     pub const fn interrupt_parts(&self) -> [bool; 2] {
         let active = self.sr & self.dier & bit::INTERRUPTS;
         [active & bit::UIE != 0, active & !bit::UIE != 0]
     }
 
-    /// Level of the interrupt line of TIM2–5.
+    /// Returns the level of the interrupt line of TIM2–5.
     #[inline]
     pub fn interrupt(&self) -> bool {
-        // TIF of a slave that counts edges is set with each of them.
+        // In a slave that counts edges, each edge sets TIF.
         let triggered = self.dier & bit::TIE != 0 && self.is_slave() && self.ticks.are_running();
         self.sr & self.dier & bit::INTERRUPTS != 0 || triggered
     }
 
-    /// Earliest cycle at which the interrupt line or an armed trigger output
-    /// may rise, should no register change.
+    /// Returns the earliest cycle at which the interrupt line or an enabled trigger output may rise
+    /// if no register changes.
     pub fn next_event(&self) -> Cycle {
         let mut next = Cycle::MAX;
         let waiting = self.dier & !self.sr & bit::INTERRUPTS;
@@ -175,7 +173,7 @@ impl Timer {
             return next;
         }
         if !self.is_steady() {
-            next = self.next_update(); // what comes after it is not known yet
+            next = self.next_update(); // later events are not known yet
         }
         if waiting & bit::UIE != 0 {
             next = next.min(self.next_update());
@@ -197,13 +195,13 @@ impl Timer {
         next
     }
 
-    /// Next cycle after `seen` at which the counter overflows.
+    /// Returns the next cycle after `seen` at which the counter overflows.
     pub fn next_update(&self) -> Cycle {
         self.ticks.at(self.counts_to_update())
     }
 
-    /// Next cycle after `seen` at which the counter becomes CCR of `channel`
-    /// (0–3), whether or not anybody asked; never if it is an input.
+    /// Returns the next cycle after `seen` at which the counter becomes CCR of `channel` (0–3),
+    /// whether or not an interrupt or request is enabled; MAX if the channel is an input.
     pub fn next_match(&self, channel: usize) -> Cycle {
         match self.counts_until(self.ccr[channel]) {
             Some(distance) if !self.is_input(channel) => self.ticks.at(distance),
@@ -211,59 +209,59 @@ impl Timer {
         }
     }
 
-    /// HCLK cycles from one overflow to the next.
+    /// Returns the HCLK cycles from one overflow to the next.
     pub fn lap(&self) -> u64 {
         self.ticks.period * (u64::from(self.arr[IN_FORCE]) + 1)
     }
 
-    /// Whether it counts.
+    /// Returns whether the counter counts.
     pub const fn is_running(&self) -> bool {
         self.ticks.are_running()
     }
 
-    /// Whether the time base stays as it is without a register access.
+    /// Returns whether the time base stays unchanged without a register access.
     pub fn is_steady(&self) -> bool {
         self.psc[WRITTEN] == self.psc[IN_FORCE]
             && self.arr[WRITTEN] == self.arr[IN_FORCE]
             && self.cr1 & bit::OPM == 0
     }
 
-    /// DMA requests enabled: bit 0 update, bits 1–4 the channels.
+    /// Returns the enabled DMA requests: bit 0 update, bits 1–4 the channels.
     pub const fn requests_enabled(&self) -> u32 {
         self.dier >> 8 & 0x1F
     }
 
-    /// CMS: it counts up and down (RM0090 17.4.1).
+    /// Returns whether CMS selects counting up and down (RM0090 17.4.1).
     pub const fn is_centre_aligned(&self) -> bool {
         self.cr1 & bit::CMS != 0
     }
 
-    /// CCDS: channels ask for DMA at updates, not at matches.
+    /// Returns CCDS: whether channels request DMA at updates instead of matches.
     pub const fn requests_at_updates(&self) -> bool {
         self.cr2 & bit::CCDS != 0
     }
 
-    /// Whether this timer counts edges of ITR0, which is TIM1 for TIM2 (external clock mode
+    /// Returns whether this timer counts edges of ITR0, which is TIM1 for TIM2 (external clock mode
     /// 1, table 95).
     pub const fn is_slave(&self) -> bool {
         self.number == 2 && self.smcr & 0x77 == 0b111 && self.smcr & bit::ECE == 0
     }
 
-    /// Whether edges of TIM1's trigger set CEN of this timer (trigger mode): it counts its
-    /// own clock.
+    /// Returns whether edges of TIM1's trigger set CEN of this timer (trigger mode), which then
+    /// counts its own clock.
     pub const fn is_started(&self) -> bool {
         self.number == 2 && self.smcr & 0x77 == 0b110 && self.smcr & bit::ECE == 0
     }
 
-    /// Whether it is clocked by what never comes here: inputs of encoder modes, ETR, or a
-    /// trigger that is not TIM1's; or waits for its level (gated mode).
+    /// Returns whether the timer waits for a signal that never comes in this model: inputs of
+    /// encoder modes, ETR, or a trigger other than TIM1's, as a clock or as a gate.
     pub const fn is_halted(&self) -> bool {
         let mode = self.smcr & 0b111;
         !self.is_slave() && (self.smcr & bit::ECE != 0 || matches!(mode, 1..=3 | 5 | 7))
     }
 
-    /// As a slave that counts: an edge of its trigger rose at `edge` outside
-    /// the sequence given to [`Self::follow`].
+    /// Counts an edge of the trigger that rose at `edge` outside the sequence passed to
+    /// [`Self::follow`], if the timer is a counting slave.
     pub fn trigger(&mut self, edge: Cycle) {
         if self.is_slave() && self.cr1 & bit::CEN != 0 {
             let tick = self.synchronised(edge);
@@ -271,11 +269,11 @@ impl Timer {
         }
     }
 
-    /// As a slave: from now on the trigger's edges are `edges` (first,
-    /// distance). Edges before `now` that are not counted yet will be.
+    /// Sets the future edges of a slave's trigger to `edges` (first, distance). Edges before `now`
+    /// that are not counted yet are kept.
     ///
     /// # Errors
-    /// A prescaler.
+    /// Fails if the slave has a prescaler.
     pub fn follow(&mut self, edges: Option<(Cycle, u64)>, now: Cycle) -> Modelled {
         if !self.is_slave() {
             return Ok(());
@@ -295,15 +293,16 @@ impl Timer {
         Ok(())
     }
 
-    /// First cycle at which an edge at `edge` counts.
+    /// Returns the cycle at which an edge at `edge` is counted.
     fn synchronised(&self, edge: Cycle) -> Cycle {
         edge.next_multiple_of(self.divider) + TRIGGER_SYNCHRONISATION * self.divider
     }
 
-    /// Its clock, or its trigger as a slave, is broken from `at` on: to be linked anew.
+    /// Injects a fault into the timer's clock, or its trigger if it is a slave, from `at` on. The
+    /// caller must update the connections of the timer.
     ///
     /// # Errors
-    /// As [`Self::advance`].
+    /// Fails like [`Self::advance`].
     pub fn misclock(&mut self, clocking: Clocking, at: Cycle) -> Modelled {
         self.advance(at.saturating_sub(1))?;
         self.arrives = match clocking {
@@ -317,10 +316,10 @@ impl Timer {
         Ok(())
     }
 
-    /// It overflows after `counts`, at least 2, whatever ARR shows.
+    /// Makes the timer overflow after `counts`, at least 2, regardless of ARR.
     ///
     /// # Errors
-    /// It has counted further already.
+    /// Fails if the timer has already counted further.
     pub fn misreload(&mut self, counts: u32) -> Modelled {
         let last = counts.max(2) - 1;
         refuse_if(self.count > last, "a broken reload of a timer beyond it")?;
@@ -329,7 +328,7 @@ impl Timer {
         Ok(())
     }
 
-    /// The input of channel 1 became `high` at `at`.
+    /// Processes a change of the input of channel 1 to `high` at `at`.
     pub fn set_input(&mut self, high: bool, at: Cycle) -> Modelled {
         self.advance(at.saturating_sub(1))?;
         let filter = self.filter_clocks();
@@ -346,7 +345,7 @@ impl Timer {
         top(self.number)
     }
 
-    /// Writes to CCR of `channel` wait for an update.
+    /// Returns whether writes to CCR of `channel` wait for an update.
     fn is_preloaded(&self, channel: usize) -> bool {
         let field = self.ccmr[channel / 2] >> (8 * (channel % 2));
         field & (0b11 | bit::OCPE) == bit::OCPE

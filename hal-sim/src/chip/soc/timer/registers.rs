@@ -1,4 +1,4 @@
-//! The program's view of a timer (RM0090 17.4, 18.4).
+//! Register interface of a timer (RM0090 17.4, 18.4).
 
 use super::{IN_FORCE, Mode, Timer, WRITTEN};
 use crate::chip::Cycle;
@@ -32,7 +32,8 @@ pub(crate) mod bit {
     pub const URS: u32 = 1 << 2; // CR1: update requests from overflow only
     pub const OPM: u32 = 1 << 3; // CR1: one-pulse mode
     pub const DIR: u32 = 1 << 4; // CR1: counts down
-    pub const CMS: u32 = 0b11 << 5; // CR1: centre-aligned mode, and which way flags rise
+    // CR1: centre-aligned mode, and direction in which flags are set
+    pub const CMS: u32 = 0b11 << 5;
     pub const ARPE: u32 = 1 << 7; // CR1: auto-reload preload
     pub const UIE: u32 = 1; // DIER: update interrupt
     pub const CC1IE: u32 = 1 << 1; // DIER: channel 1 interrupt; the others follow
@@ -49,18 +50,20 @@ pub(crate) mod bit {
     pub const TIE: u32 = 1 << 6; // DIER: trigger interrupt
     pub const OCPE: u32 = 1 << 3; // CCMR: output compare preload
     pub const ECE: u32 = 1 << 14; // SMCR: external clock mode 2
-    pub const CCDS: u32 = 1 << 3; // CR2: channels ask for DMA at updates
+    pub const CCDS: u32 = 1 << 3; // CR2: channels request DMA at updates
 }
 
-/// CR2 beside MMS: what acts on pins in alternate-function mode, on COM events or on inputs
-/// that are low here. CCDS moves TIM1's requests; the others' nobody serves.
+/// Ignored bits of CR2, besides MMS: they affect pins in alternate-function mode, COM events, or
+/// inputs that are low in this model. CCDS moves TIM1's requests; requests of other timers are not
+/// served.
 const CR2_IDLE: [u32; 2] = [0x7F8D, 0x88];
-/// DIER beside interrupts and TIM1's requests: of events that do not come here (COM, break, a
-/// trigger of TIM1), and requests to DMA1, of which no stream is enabled.
+/// Ignored bits of DIER, besides interrupts and TIM1's requests: those of events that never happen
+/// in this model (COM, break, a trigger of TIM1), and requests to DMA1, which has no enabled
+/// stream.
 const DIER_IDLE: [u32; 2] = [0x60E0, 0x5F40];
-/// SMCR's bits.
+/// Existing bits of SMCR.
 const SMCR: u32 = 0xFFF7;
-/// CCER's bits, of TIM1 and of the others.
+/// Existing bits of CCER in TIM1 and in the other timers.
 const CCER: [u32; 2] = [0x3FFF, 0xBBBB];
 
 impl Timer {
@@ -85,7 +88,7 @@ impl Timer {
         })
     }
 
-    /// Writes the register at `offset`; it holds from `done` on.
+    /// Writes the register at `offset`; the value holds from `done` on.
     pub fn write(&mut self, offset: u32, value: u32, done: Cycle) -> Modelled {
         self.check(offset)?;
         self.advance(done.saturating_sub(1))?;
@@ -127,7 +130,8 @@ impl Timer {
         Ok(())
     }
 
-    /// Index of what TIM1 has, and of what the others have.
+    /// Returns the index into pairs of values: the first is TIM1's, the second that of the other
+    /// timers.
     const fn kind(&self) -> usize {
         (self.number != 1) as usize
     }
@@ -143,7 +147,7 @@ impl Timer {
         }
     }
 
-    /// The registers of TIM2 and TIM5 that hold counts are 32 bits wide.
+    /// Returns whether the register is 32 bits wide: those of TIM2 and TIM5 that hold counts.
     const fn is_wide(&self, offset: u32) -> bool {
         matches!(self.number, 2 | 5)
             && matches!(
@@ -152,7 +156,7 @@ impl Timer {
             )
     }
 
-    /// Reading CCR of an input clears its flag (RM0090 18.4.5).
+    /// Returns CCR of `channel`. Reading it clears the flag of an input (RM0090 18.4.5).
     fn read_ccr(&mut self, channel: usize) -> u32 {
         if self.is_input(channel) {
             self.sr &= !(bit::CC1IF << channel);
@@ -167,7 +171,7 @@ impl Timer {
         let before = self.cr1;
         self.cr1 = known(value, 0x3FF, "a TIM_CR1 bit")?;
         if value & bit::CMS != 0 {
-            self.cr1 = value & !bit::DIR | before & bit::DIR; // the counter's own
+            self.cr1 = value & !bit::DIR | before & bit::DIR; // the counter sets the direction
         }
         if self.is_started() && value & bit::CEN == 0 {
             return Err(Unmodelled("a TIM_CR1.CEN that a trigger sets anew"));
@@ -186,7 +190,7 @@ impl Timer {
         let clocked_by = |item: &Self| (item.is_slave(), item.is_halted());
         let before = clocked_by(self);
         let mode = value & 0b111;
-        // TIM2's trigger comes each microsecond: gated or reset by it.
+        // TIM2's trigger comes every microsecond, too fast to be a gate or a reset.
         let is_fast = self.number == 2 && value & 0x70 == 0 && matches!(mode, 4 | 5);
         if is_fast && value & bit::ECE == 0 {
             return Err(Unmodelled("a TIM_SMCR mode"));
@@ -210,9 +214,8 @@ impl Timer {
         Ok(())
     }
 
-    /// UG: the counter and prescaler restart and the preloads come into force;
-    /// UIF only if URS is 0 (RM0090 18.3.2). The counter becomes 0, which is a
-    /// match of every CCR that is 0.
+    /// Executes UG: the counter and prescaler restart and the preloads take effect; UIF is set only
+    /// if URS is 0 (RM0090 18.3.2). The counter becomes 0, which matches every CCR that is 0.
     fn write_egr(&mut self, value: u32, done: Cycle) -> Modelled {
         if known(value, bit::UG, "a TIM_EGR bit")? == 0 {
             return Ok(());
@@ -247,8 +250,9 @@ impl Timer {
         Ok(())
     }
 
-    /// Clear (OCxCE) and fast (OCxFE) act on a high ETR and in PWM modes with a trigger, which
-    /// do not come here. An input of channels 2 to 4 captures nothing while its CCxE is 0.
+    /// Writes CCMR. Clear (OCxCE) and fast (OCxFE) need a high ETR or a trigger in PWM modes, which
+    /// never happen in this model. An input of channels 2 to 4 captures nothing while its CCxE is
+    /// 0.
     fn write_ccmr(&mut self, half: usize, value: u32, done: Cycle) -> Modelled {
         for channel in [2 * half, 2 * half + 1] {
             let field = value >> (8 * (channel % 2)) & 0xFF;
@@ -287,8 +291,8 @@ impl Timer {
     }
 
     fn write_ccer(&mut self, value: u32) -> Modelled {
-        // Outputs reach no pin here: none is in the timer's function. CC1NP of an input is
-        // reserved, or asks for both edges; TIM5's channel 4 captures rising edges alone.
+        // Outputs reach no pin: none has the timer's function. CC1NP of an input is reserved, or
+        // selects both edges; TIM5's channel 4 captures rising edges only.
         let captures = (1..4).any(|n| {
             let refused = if (self.number, n) == (5, 3) {
                 0b1010
@@ -302,7 +306,7 @@ impl Timer {
         }
         self.ccer = known(value, CCER[self.kind()], "a TIM output or input (CCER)")?;
         if value & bit::CC1E == 0 {
-            self.input.begin(); // its prescaler (RM0090 18.4.7)
+            self.input.begin(); // resets the prescaler (RM0090 18.4.7)
         }
         Ok(())
     }
@@ -323,7 +327,7 @@ impl Timer {
     }
 }
 
-/// `value` if it has no bits but `allowed`.
+/// Returns `value` if it has no bits other than `allowed`.
 fn known(value: u32, allowed: u32, what: &'static str) -> Modelled<u32> {
     if value & !allowed == 0 {
         Ok(value)

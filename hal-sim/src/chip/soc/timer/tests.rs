@@ -15,7 +15,7 @@ fn read(timer: &mut Timer, offset: u32, done: Cycle) -> u32 {
     timer.read(offset, done).unwrap()
 }
 
-/// A read complete from c on sees what holds before c.
+/// Returns the counter at `at`: a read complete from c on returns the value before c.
 fn count(timer: &mut Timer, at: Cycle) -> u32 {
     read(timer, reg::CNT, at + 1)
 }
@@ -39,14 +39,14 @@ fn the_prescaler_divides_by_psc_plus_one_from_the_update_on() {
     write(&mut tim, reg::PSC, 83, 0);
     write(&mut tim, reg::EGR, 1, 0);
     write(&mut tim, reg::CR1, 1, 0);
-    // One clock to enable, then a count each 84 clocks of 2 cycles.
+    // One clock to enable, then a count every 84 clocks of 2 cycles.
     assert_eq!(count(&mut tim, 169), 0);
     assert_eq!(count(&mut tim, 170), 1);
     assert_eq!(count(&mut tim, 170 + 167), 1);
     assert_eq!(count(&mut tim, 170 + 168 * 999_999), 1_000_000);
 }
 
-/// A prescaler written while counting waits for the update (RM0090 18.3.1).
+/// A prescaler written while counting takes effect at the update (RM0090 18.3.1).
 #[test]
 fn a_running_counter_takes_a_new_prescaler_at_its_overflow() {
     let mut tim = timer(3, 1);
@@ -120,7 +120,7 @@ fn the_next_event_is_the_cycle_at_which_the_line_rises() {
     assert_eq!(tim.next_event(), 2002 + (1 << 33));
 }
 
-/// RM0090 18.3.2: with URS, only overflows raise UIF.
+/// RM0090 18.3.2: with URS, only overflows set UIF.
 #[test]
 fn ug_restarts_and_raises_uif_unless_urs() {
     for (urs, flag) in [(bit::URS, 0), (0, 1)] {
@@ -169,13 +169,13 @@ fn oc4ref_is_a_trigger_at_each_overflow() {
     assert!(!tim.trigger_level());
     assert_eq!(tim.trigger_edges(2), Ok(Some((177, 168))));
     assert!(tim.trigger_edges(86).is_err(), "a slave that could miss it");
-    // CC1IF as the trigger: where the counter becomes CCR1.
+    // CC1IF as the trigger: when the counter becomes CCR1.
     write(&mut tim, reg::CCR1, 8, 200);
     write(&mut tim, reg::CR2, 3 << 4, 200);
     assert_eq!(tim.trigger_edges(2), Ok(Some((353, 168))));
 }
 
-/// RM0090 17.3.2 and 17.3.10: from ARR to 0; high up to and with CCR.
+/// RM0090 17.3.2 and 17.3.10: from ARR to 0; high up to and including CCR.
 #[test]
 fn a_timer_that_counts_down_comes_from_the_other_end() {
     let mut tim = timer(1, 1);
@@ -197,7 +197,8 @@ fn a_timer_that_counts_down_comes_from_the_other_end() {
     assert_eq!(count(&mut tim, 116), 9, "ten laps on");
 }
 
-/// RM0090 17.4.1, CMS: which way flags rise. How one turns while it counts is not said.
+/// RM0090 17.4.1, CMS: the direction in which flags are set. The manual does not describe a change
+/// of the mode while counting.
 #[test]
 fn a_centre_aligned_timer_flags_one_way_and_is_followed_up_to_its_turn() {
     for (cms, flag) in [(1, 0), (2, bit::CC1IF), (3, bit::CC1IF)] {
@@ -216,7 +217,7 @@ fn a_centre_aligned_timer_flags_one_way_and_is_followed_up_to_its_turn() {
     }
 }
 
-/// What is compared with ARR goes past one that came too late, to its own end.
+/// A counter beyond an ARR that was written too late counts to its maximum.
 #[test]
 fn a_counter_beyond_its_reload_counts_to_its_end() {
     let mut tim = timer(1, 1);
@@ -246,7 +247,7 @@ fn a_slave_counts_edges_and_only_edges() {
     assert_eq!(count(&mut tim, 106 + 168 * 10), 11);
 }
 
-/// An odd lap of a trigger at half its clock: each edge is sampled by itself.
+/// A trigger with an odd lap, at half its clock: each edge is sampled separately.
 #[test]
 fn a_slave_counts_edges_that_fall_between_its_clocks() {
     let mut tim = slave();
@@ -256,7 +257,7 @@ fn a_slave_counts_edges_that_fall_between_its_clocks() {
     assert_eq!(count(&mut tim, 101 + 167 * 1_000 + 5), 1_001);
 }
 
-/// RM0090 18.4.3, SMS 6: the trigger starts it, and its own clock is counted.
+/// RM0090 18.4.3, SMS 6: the trigger starts the counter, which counts its own clock.
 #[test]
 fn a_started_slave_counts_its_own_clock() {
     let mut tim = slave();
@@ -315,7 +316,7 @@ fn a_rising_edge_is_captured_after_the_filter() {
     assert_eq!(read(&mut tim, reg::SR, 1023) & bit::CC1IF, bit::CC1IF);
     assert_eq!(read(&mut tim, reg::CCR1, 1030), (1022 - 2) / 2);
     assert_eq!(read(&mut tim, reg::SR, 1031) & bit::CC1IF, 0);
-    // Falling edges are not captured, short pulses never reach the counter.
+    // Falling edges are not captured, and short pulses do not pass the filter.
     tim.set_input(false, 2000).unwrap();
     tim.set_input(true, 3000).unwrap();
     tim.set_input(false, 3019).unwrap();
@@ -347,7 +348,7 @@ fn a_prescaler_captures_one_edge_in_so_many() {
     assert_eq!(read(&mut tim, reg::CCR1, 3000), (2020 - 2) / 2);
 }
 
-/// CC1S 3 (the same section): the trigger is captured, and counted.
+/// CC1S 3 (the same section): the trigger is captured and counted.
 #[test]
 fn a_slave_may_capture_its_trigger() {
     let mut tim = slave();

@@ -1,11 +1,11 @@
-//! The trigger output of TIM1, TRGO, which TIM2 counts (RM0090 17.4.2, MMS).
+//! Trigger output TRGO of TIM1, which TIM2 counts (RM0090 17.4.2, MMS).
 
 use super::{IN_FORCE, Mode, Timer};
 use crate::chip::Cycle;
 use crate::chip::cpu::bus::{Modelled, Unmodelled};
 
 impl Timer {
-    /// Level of TRGO for a slave that counts it: OCxREF, else low.
+    /// Returns the level of TRGO for a slave that counts it: OCxREF, or low for other sources.
     pub fn trigger_level(&self) -> bool {
         match self.cr2 >> 4 & 0b111 {
             mms @ 4..=7 => self.level(mms as usize - 4),
@@ -13,25 +13,25 @@ impl Timer {
         }
     }
 
-    /// TRGO's rising edges that a slave counts: the first after `seen` and
-    /// their distance; `None` if there are none.
+    /// Returns TRGO's rising edges that a slave counts: the first after `seen` and their distance;
+    /// `None` if there are none.
     ///
     /// # Errors
-    /// An output that the slave, of `slave_clock` cycles, may miss or that
-    /// nobody models.
+    /// Fails if the slave, with a clock of `slave_clock` cycles, may miss edges, or if the output
+    /// is not modelled.
     pub fn trigger_edges(&self, slave_clock: u64) -> Modelled<Option<(Cycle, u64)>> {
         if !self.ticks.are_running() || self.number != 1 {
             return Ok(None);
         }
         let channel = match self.cr2 >> 4 & 0b111 {
             0 | 1 => return Ok(None),
-            // A pulse where CC1IF is set; taken as long enough to be seen.
+            // A pulse when CC1IF is set; assumed to be long enough for the slave.
             3 if !self.is_input(0) => return Ok(self.each_lap(self.next_match(0))),
             mms @ 4..=7 => mms as usize - 4,
             _ => return Err(Unmodelled("TIM1_TRGO on updates or captures")),
         };
         let (ccr, arr) = (self.ccr[channel], self.arr[IN_FORCE]);
-        // Counting down it is high up to and with CCR (RM0090 17.3.10).
+        // When counting down the output is high up to and including CCR (RM0090 17.3.10).
         let (is_pulse, high) = match self.counts_down() {
             true => (ccr < arr, u64::from(ccr) + 1),
             false => (ccr != 0 && ccr <= arr, u64::from(ccr)),
@@ -53,7 +53,7 @@ impl Timer {
         }))
     }
 
-    /// Edges at `first` and each lap after it.
+    /// Returns edges at `first` and once per lap after it.
     fn each_lap(&self, first: Cycle) -> Option<(Cycle, u64)> {
         (first != Cycle::MAX).then(|| (first, self.lap()))
     }

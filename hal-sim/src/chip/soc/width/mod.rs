@@ -1,9 +1,9 @@
-//! Accesses narrower than a word to registers: which widths a block's chapter of RM0090
-//! permits, and what the bus makes of them.
+//! Rules for register accesses narrower than a word: the widths that a block's chapter of RM0090
+//! permits, and the effect of the bus.
 //!
-//! A block on AHB takes the bytes that are written. A bridge to APB makes a word of every
-//! access, and doubles what is written (section 2.1.11, note). What the chapter forbids has
-//! an outcome that nobody knows, and is refused.
+//! A block on AHB changes only the written bytes. A bridge to APB makes a word of every access, and
+//! duplicates the written data (section 2.1.11, note). An access that the chapter forbids has an
+//! unknown effect and is refused.
 
 use super::map::Unit;
 use super::matrix::Bridge;
@@ -12,7 +12,7 @@ use super::word::Lanes;
 use crate::chip::cpu::Size;
 use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse_if};
 
-/// The narrowest access that a register permits; else the words of the refusal.
+/// Narrowest accesses that a register permits, and the text with which others are refused.
 struct NarrowestAccess {
     read: Size,
     write: Size,
@@ -29,24 +29,24 @@ const fn permitted(read: Size, write: Size, else_refused: &'static str) -> Narro
 
 /// FLASH_KEYR and FLASH_OPTKEYR.
 const KEYS: std::ops::RangeInclusive<u32> = 0x04..=0x0B;
-/// RCC_PLLCFGR.
+/// Offset of RCC_PLLCFGR.
 const PLLCFGR: u32 = 0x04;
-/// CRC_IDR.
+/// Offset of CRC_IDR.
 const IDR: u32 = 0x04;
-/// USART_DR.
+/// Offset of the data register in a USART.
 const USART_DR: u32 = 0x04;
-/// SPI_DR.
+/// Offset of the data register in an SPI.
 const SPI_DR: u32 = 0x0C;
-/// TIMx_CNT, ARR, CCR1 to 4, which TIM2 and TIM5 have 32 bits of.
+/// Offsets of TIMx_CNT, ARR, CCR1 to 4, which have 32 bits in TIM2 and TIM5.
 const COUNTS: [u32; 6] = [0x24, 0x2C, 0x34, 0x38, 0x3C, 0x40];
 
 const HALVES: &str = "a byte written to a register of half-words";
 
-/// What the register at `offset` of `unit` permits, a multiple of 4.
+/// Returns the rule for the register at `offset` of `unit`, a multiple of 4.
 fn rule(unit: Unit, offset: u32) -> NarrowestAccess {
     use Size::{Byte, Half, Word};
     match unit {
-        // 8.4, 7.3, 3.9; memory.
+        // Sections 8.4, 7.3, 3.9; memory.
         Unit::Flash if KEYS.contains(&offset) => {
             permitted(Byte, Word, "a FLASH key narrower than a word")
         }
@@ -54,7 +54,7 @@ fn rule(unit: Unit, offset: u32) -> NarrowestAccess {
         Unit::Playback(Block::Gpio(_)) | Unit::Rcc | Unit::Flash | Unit::BackupSram => {
             permitted(Byte, Byte, "")
         }
-        // 10.5, 4.4; the CMSIS header has IDR as the byte that it is.
+        // Sections 10.5, 4.4; the CMSIS header defines IDR as a byte.
         Unit::Playback(Block::Dma1 | Block::Dma2) => {
             permitted(Word, Word, "a DMA access narrower than a word")
         }
@@ -62,20 +62,20 @@ fn rule(unit: Unit, offset: u32) -> NarrowestAccess {
         Unit::Crc => permitted(Word, Word, "a CRC access narrower than a word"),
         Unit::Otg => permitted(Word, Word, "an OTG_FS access narrower than a word"),
         Unit::Dbgmcu => permitted(Byte, Word, "a DBGMCU write narrower than a word"),
-        // 17.4, 18.4, 19.4.
+        // Sections 17.4, 18.4, 19.4.
         Unit::Playback(Block::Timer(2 | 5)) if COUNTS.contains(&offset) => {
             permitted(Byte, Word, "a TIM write narrower than its register")
         }
         Unit::Playback(Block::Timer(_)) | Unit::Tim11 => permitted(Byte, Half, HALVES),
-        // 13.13, 26.6.
+        // Sections 13.13, 26.6.
         Unit::Adc => permitted(Byte, Word, "an ADC write narrower than a word"),
         Unit::Backup => permitted(Byte, Word, "an RTC write narrower than a word"),
-        // 28.5, 30.6 have half-words, but bytes of data are what ST's own drivers write.
+        // Sections 28.5, 30.6 have half-words, but ST's own drivers write data as bytes.
         Unit::Spi3 if offset == SPI_DR => permitted(Byte, Byte, ""),
         Unit::Usart2 if offset == USART_DR => permitted(Byte, Byte, ""),
-        // And 21.4.
+        // The same sections, and 21.4.
         Unit::Spi3 | Unit::Usart2 | Unit::Iwdg => permitted(Byte, Half, HALVES),
-        // Their chapters say nothing: the bridge's rule.
+        // Their chapters give no rule: that of the bridge applies.
         Unit::Pwr | Unit::Syscfg | Unit::Exti => permitted(Byte, Byte, ""),
     }
 }
@@ -89,10 +89,10 @@ pub(super) fn check_read(unit: Unit, offset: u32, size: Size) -> Modelled {
     refuse_if(size.bytes() < rule.read.bytes(), rule.else_refused)
 }
 
-/// What a write of `size` at `offset` of `unit` brings to its register.
+/// Returns the bytes of the register that a write of `size` at `offset` of `unit` changes.
 ///
 /// # Errors
-/// [`Unmodelled`]: it is not permitted.
+/// Returns [`Unmodelled`] if the width is not permitted.
 pub(super) fn written_lanes(unit: Unit, offset: u32, size: Size, value: u32) -> Modelled<Lanes> {
     if size == Size::Word {
         return Ok(Lanes::whole(value));
@@ -111,7 +111,8 @@ pub(super) fn written_lanes(unit: Unit, offset: u32, size: Size, value: u32) -> 
     })
 }
 
-/// What a bridge makes of a byte or half-word. Registers of half-words have no upper half.
+/// Returns the word that a bridge makes of a byte or half-word. Registers of half-words have no
+/// upper half.
 const fn replicate_lanes(unit: Unit, size: Size, value: u32) -> u32 {
     let half = match size {
         Size::Byte => (value & 0xFF) * 0x0101,

@@ -25,7 +25,7 @@ const BSRR: u32 = GPIOA + 0x18;
 const LCKR: u32 = GPIOA + 0x1C;
 const AFRL: u32 = GPIOA + 0x20;
 
-/// A chip whose blocks have their clocks, and a core's accesses to it.
+/// Chip whose blocks have their clocks, with the accesses of a core.
 struct Chip {
     soc: Soc,
     at: Cycle,
@@ -70,7 +70,7 @@ impl Chip {
         self.read(Word, address).unwrap()
     }
 
-    /// Bit `number` of the word at `address` by its alias, as the core does it.
+    /// Writes bit `number` of the word at `address` through its alias, as the core does.
     fn set_bit(&mut self, size: Size, address: u32, number: u32, value: u32) {
         let alias = 0x4200_0000 + (address - 0x4000_0000) * 32 + number * 4;
         let at = self.next();
@@ -112,12 +112,12 @@ fn ports_take_bytes_and_half_words() {
     assert_eq!(chip.read(Half, MODER + 2), Ok(0x1234));
     chip.set(Byte, AFRL + 2, 0x70);
     assert_eq!(chip.get(AFRL), 0x0070_0000);
-    // The upper bytes of a register of 16 bits are reserved.
+    // The upper bytes of a 16-bit register are reserved.
     chip.set(Half, ODR + 2, 0xFFFF);
     assert_eq!(chip.get(ODR), 0x1234);
 }
 
-/// RM0090 8.3.6 and 8.4.8: words alone are the key; anything else breaks it off.
+/// RM0090 8.3.6 and 8.4.8: the key consists of whole words; any other write aborts it.
 #[test]
 fn a_port_s_lock_takes_words_only() {
     let mut chip = Chip::new();
@@ -135,7 +135,7 @@ fn a_port_s_lock_takes_words_only() {
         assert_eq!(is_locked, narrow.is_none(), "{narrow:?}");
         chip = Chip::new();
     }
-    // Beside a key that is whole it breaks it off, too, and changes no pin.
+    // A narrow write within a correct key also aborts it, and changes no pin.
     for value in [on, off] {
         chip.set(Word, LCKR, value);
     }
@@ -145,7 +145,7 @@ fn a_port_s_lock_takes_words_only() {
     assert_eq!(chip.get(LCKR), 2);
 }
 
-/// RM0090 7.3 and 3.9: as ST's libraries set the latency, HSEON and CIR by bytes.
+/// RM0090 7.3 and 3.9: ST's libraries set the latency, HSEON and CIR by bytes.
 #[test]
 fn rcc_and_the_flash_interface_take_bytes() {
     let mut chip = Chip::new();
@@ -167,8 +167,7 @@ fn rcc_and_the_flash_interface_take_bytes() {
     }
 }
 
-/// RM0090 2.1.11: the bridge doubles what is written; the address within a word does not
-/// count.
+/// RM0090 2.1.11: the bridge duplicates the written data; the address within a word is ignored.
 #[test]
 fn a_bridge_to_apb_makes_words_of_what_is_written() {
     let mut chip = Chip::new();
@@ -194,7 +193,8 @@ fn a_bridge_to_apb_makes_words_of_what_is_written() {
     assert_eq!(chip.get(USART2_BRR + 4), 0x200C, "CR1 has no upper half");
 }
 
-/// What reaches SPI_DR by bytes is a byte; the data registers take what ST's drivers write.
+/// A byte written to SPI_DR is sent as a byte; the data registers accept the writes of ST's
+/// drivers.
 #[test]
 fn data_registers_of_serial_blocks_take_bytes() {
     let mut chip = Chip::new();
@@ -216,7 +216,7 @@ fn data_registers_of_serial_blocks_take_bytes() {
     assert_eq!(sent, [b'x']);
 }
 
-/// What a chapter forbids, by block.
+/// Accesses that a chapter forbids, by block.
 #[test]
 fn what_a_chapter_forbids_is_refused_by_name() {
     let mut chip = Chip::new();
@@ -243,7 +243,7 @@ fn what_a_chapter_forbids_is_refused_by_name() {
             "{address:#x}"
         );
     }
-    // TIM2's other registers have 16 bits; CRC_IDR is a byte; the rest reads in any width.
+    // TIM2's other registers have 16 bits; CRC_IDR is a byte; the others can be read in any width.
     chip.set(Half, 0x4000_0028, 7);
     chip.set(Byte, 0x4002_3004, 0x5A);
     assert_eq!(chip.get(0x4002_3004), 0x5A);
@@ -264,7 +264,7 @@ fn backup_sram_takes_bytes() {
     assert_eq!(chip.read(Byte, 0x4002_4013), Ok(4));
 }
 
-/// TRM 3.7.1: a read and a write of the register, with all that these do.
+/// TRM 3.7.1: an alias access reads and writes the register, with all side effects.
 #[test]
 fn an_alias_of_a_register_reads_and_writes_it() {
     let mut chip = Chip::new();
@@ -275,11 +275,11 @@ fn an_alias_of_a_register_reads_and_writes_it() {
     assert_eq!(chip.get(ODR), 1 << 9 | 1 << 4);
     chip.set_bit(Word, ODR, 9, 0xFE);
     assert_eq!(chip.get(ODR), 1 << 4);
-    // BSRR reads as 0: one bit is written, and no other.
+    // BSRR reads as 0, so only one bit is written.
     chip.set_bit(Word, BSRR, 20, 1);
     assert_eq!(chip.get(ODR), 0);
-    // All flags of TIM3_SR but the one that is cleared read 1 and are written 1; what is
-    // cleared by ones loses all of them.
+    // All flags of TIM3_SR except the cleared one read 1 and are written 1; a register cleared by
+    // ones loses all flags.
     chip.set(Word, 0x4000_0414, 1); // EGR.UG: UIF, and CC1-4IF, their CCR being 0
     assert_eq!(chip.get(0x4000_0410), 0x1F);
     chip.set_bit(Word, 0x4000_0410, 2, 0);
@@ -292,7 +292,7 @@ fn an_alias_of_a_register_reads_and_writes_it() {
     assert_eq!(chip.get(EXTI_PR), 3);
     chip.set_bit(Word, EXTI_PR, 0, 1);
     assert_eq!(chip.get(EXTI_PR), 0, "bit 1 was read as 1, and written");
-    // Reading USART2_DR takes the byte, whichever bit of it is meant.
+    // Reading USART2_DR removes the byte, whichever bit the alias selects.
     chip.set(Word, 0x4000_4408, 16);
     chip.set(Word, 0x4000_440C, 0x200C);
     chip.soc.usart2.receive(b'x', chip.at);
@@ -304,7 +304,8 @@ fn an_alias_of_a_register_reads_and_writes_it() {
     assert_eq!(chip.get(0x4000_4400) & 1 << 5, 0);
 }
 
-/// An alias of what is not there faults as its memory does; a block without clock is silent.
+/// An alias of an address without a block faults like its memory; a block without clock ignores
+/// accesses.
 #[test]
 fn an_alias_of_nothing_is_a_bus_error() {
     let mut soc = Soc::new(Pace::Lazy);

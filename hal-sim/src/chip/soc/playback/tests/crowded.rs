@@ -1,4 +1,4 @@
-//! Requests that come too close for each other, which the tape never makes.
+//! Requests closer together than the tape ever makes them.
 
 use super::scene::*;
 use crate::chip::Cycle;
@@ -14,9 +14,9 @@ const PLAYS: u32 = 1 << 6;
 const FEIF: u32 = 1;
 const TCIF: u32 = 1 << 5;
 
-/// Ports B and C all outputs; `streams` (number, CR, far end, NDTR), each with
-/// its own 64 words of memory that count up; TIM1 matching at `ccr`, its
-/// requests `dier`, started. Gives the cycle of the first overflow.
+/// Starts `streams` (number, CR, peripheral address, NDTR), each with its own 64 words of memory
+/// that count up; ports B and C are outputs, TIM1 matches at `ccr` and has the requests `dier`.
+/// Returns the cycle of the first overflow.
 fn crowd(scene: &mut Scene, streams: &[(usize, u32, u32, u32)], ccr: [u32; 4], dier: u32) -> Cycle {
     scene.write(Block::Gpio(B), gpio::MODER, 0x5555_5555);
     scene.write(Block::Gpio(C), gpio::MODER, 0x5555_5555);
@@ -51,7 +51,7 @@ fn edges_of(edges: &[Edge], port: usize, from: Cycle) -> Vec<Cycle> {
     of_port.map(|e| e.cycle - from).collect()
 }
 
-/// Two requests in one cycle: the higher level goes first, then the number.
+/// Two requests in one cycle: the higher level comes first, then the lower number.
 #[test]
 fn the_arbiter_decides_between_requests_of_one_cycle() {
     for (level_1, level_5, first, second) in [(3, 3, C, B), (2, 3, B, C), (0, 0, C, B)] {
@@ -60,14 +60,14 @@ fn the_arbiter_decides_between_requests_of_one_cycle() {
         let streams = [(5, cr(level_5), BSRR_B, 64), (1, cr(level_1), BSRR_C, 64)];
         let overflow = crowd(&mut scene, &streams, [0; 4], 0b11);
         scene.sleep(overflow + 160);
-        // Grant, address, change of master, write; then the same, no change.
+        // Grant, address, change of master, write; then the same without a change.
         assert_eq!(edges_of(&scene.edges, first, overflow), [4]);
         assert_eq!(edges_of(&scene.edges, second, overflow), [4 + 3]);
     }
 }
 
-/// Channel 0 of stream 6 hears three events: the second comes while the next
-/// word is being fetched, the third is lost in the second (RM0090 10.3.18).
+/// Channel 0 of stream 6 serves three events: the second comes while the next word is being
+/// fetched, the third is lost in the second (RM0090 10.3.18).
 #[test]
 fn a_request_before_the_word_is_there_raises_feif() {
     for (dier, transfers, flag) in [(0b0010, 1, 0), (0b0110, 2, FEIF), (0b1110, 2, FEIF)] {
@@ -80,9 +80,9 @@ fn a_request_before_the_word_is_there_raises_feif() {
     }
 }
 
-/// The other way: the word is not written yet. Asked at 50, stream 6 is granted
-/// at 50 and reads from 52 (53: change of master) to 54; it is granted again at
-/// 54 and writes from 56 (57) to 58. A request before 58 waits until then.
+/// The opposite direction: the word is not written yet. Requested at 50, stream 6 is granted at 50
+/// and reads from 52 (53: change of master) to 54; it is granted again at 54 and writes from 56
+/// (57) to 58. A request before 58 waits until then.
 #[test]
 fn a_request_before_the_word_is_gone_waits_for_it() {
     for (second, flag, granted) in [(55, FEIF, 58), (57, FEIF, 58), (58, 0, 58), (60, 0, 60)] {
@@ -102,9 +102,9 @@ fn a_request_before_the_word_is_gone_waits_for_it() {
     }
 }
 
-/// Stream 2 reads SRAM2 from 53 to 54 (change of master at 52). Its write and
-/// stream 6's read both ask at 56: the memory port's turn, for the peripheral
-/// port was last. Write from 57 to 58, read from 59 to 60.
+/// Stream 2 reads SRAM2 from 53 to 54 (change of master at 52). Its write and stream 6's read are
+/// both requested at 56: the memory port comes first, because the peripheral port was last. Write
+/// from 57 to 58, read from 59 to 60.
 #[test]
 fn the_ports_take_turns_on_one_slave() {
     let mut scene = Scene::new(Pace::Lazy);
@@ -115,8 +115,8 @@ fn the_ports_take_turns_on_one_slave() {
     assert_eq!(scene.playback.ports[PERIPHERAL].free - overflow, 60);
 }
 
-/// The core's write of DIER holds AHB1 while stream 5's item waits for it and
-/// stream 1 waits for the port: the item goes, the request does not.
+/// The core's write of DIER occupies AHB1 while stream 5's item waits for it and stream 1 waits for
+/// the port: the item is moved, the request is dropped.
 #[test]
 fn a_request_that_is_disabled_before_its_grant_is_dropped() {
     for (dier, transfers) in [(0b11, 2), (0b01, 1)] {
@@ -227,7 +227,7 @@ fn streams() -> impl Strategy<Value = Vec<(usize, u32, u32, u32)>> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
-    /// Leaping over whole laps does what cycle after cycle does.
+    /// Skipping whole laps gives the same result as single cycles.
     #[test]
     fn a_leap_does_what_single_cycles_do(
         streams in streams(),

@@ -1,4 +1,5 @@
-//! The tape beside a busy core, stopped, slipped: and however often one asks.
+//! The tape next to a busy core, stopped, or slipped. The results do not depend on how often time
+//! is advanced.
 
 use super::scene::*;
 use super::tape::{paint, playing};
@@ -12,7 +13,7 @@ use proptest::prelude::*;
 
 const US: Cycle = 168;
 
-/// Cycles after `overflow` of the one edge of `port` in that microsecond.
+/// Returns the cycles from `overflow` to the only edge of `port` in that microsecond.
 fn edge_after(scene: &Scene, port: usize, overflow: Cycle) -> Cycle {
     let in_it =
         |e: &&Edge| usize::from(e.port) == port && (overflow..overflow + US).contains(&e.cycle);
@@ -22,8 +23,8 @@ fn edge_after(scene: &Scene, port: usize, overflow: Cycle) -> Cycle {
     edge.cycle - overflow
 }
 
-/// The core reads at every cycle around port B's write, through each bridge:
-/// the write is late by what is left of the core's access, and by nothing more.
+/// The core reads at every cycle around port B's write, through each bridge: the write is delayed
+/// by the rest of the core's access, and by nothing else.
 #[test]
 fn an_access_of_the_core_shifts_an_edge_by_its_own_length_at_most() {
     for (bridge, longest) in [(Bridge::None, 1), (Bridge::Apb2, 5), (Bridge::Apb1, 12)] {
@@ -42,7 +43,7 @@ fn an_access_of_the_core_shifts_an_edge_by_its_own_length_at_most() {
             let done = at + Cycle::from(wait) + 1;
             scene.sleep(overflow + 100);
             let shift = edge_after(&scene, B, overflow) - 4;
-            // DMA2 asks for AHB1 two cycles after the overflow.
+            // DMA2 requests AHB1 two cycles after the overflow.
             let expected = if at < overflow + 2 {
                 done.saturating_sub(overflow + 2)
             } else {
@@ -59,7 +60,7 @@ fn an_access_of_the_core_shifts_an_edge_by_its_own_length_at_most() {
     }
 }
 
-/// And the other way round: a read of GPIO while DMA2 writes there waits.
+/// Conversely, a read of GPIO waits while DMA2 writes there.
 #[test]
 fn dma_makes_the_core_wait() {
     let waits: Vec<u32> = (0..6)
@@ -76,8 +77,8 @@ fn dma_makes_the_core_wait() {
                 .unwrap()
         })
         .collect();
-    // DMA2 asks at 2 (wins, for the core was last), changes master in 2, writes
-    // in 3; the core's access after that costs a change of master.
+    // DMA2 requests at 2 (and wins, since the core was last), changes master in 2, writes in 3; the
+    // core's access after that costs a change of master.
     assert_eq!(waits, [0, 0, 3, 2, 1, 1]);
 }
 
@@ -152,14 +153,14 @@ fn a_stopped_timer_freezes_pins_tape_and_time() {
     assert_eq!(scene.ndtr(), ndtr);
     assert_eq!(scene.playback.gpio.levels(B), levels);
     assert_eq!(scene.read(Block::Timer(2), tim::CNT), 20);
-    // It goes on where it stopped.
+    // It continues where it stopped.
     let again = scene.start() - 2 - 7;
     scene.sleep(again + 300);
     assert_eq!(scene.read(Block::Timer(2), tim::CNT), 21 + 1);
 }
 
-/// `tape::stop`: EN of a stream reads 0 at once unless it moves something, and
-/// requests of the stopped stream wait in TIM1.
+/// `tape::stop`: EN of a stream reads 0 at once unless a transfer is in progress, and requests of
+/// the stopped stream wait in TIM1.
 #[test]
 fn a_stopped_stream_plays_no_more_and_says_complete() {
     let (mut scene, first) = playing(Pace::Lazy);
@@ -172,7 +173,7 @@ fn a_stopped_stream_plays_no_more_and_says_complete() {
     scene.edges.clear();
     scene.sleep(first + 100 * US);
     assert!(scene.edges.iter().all(|e| usize::from(e.port) != B));
-    // Its request is still up: enabled again, it plays one item at once.
+    // Its request is still set: enabled again, the stream plays one item at once.
     scene.sleep(first + 100 * US + 75);
     let before = scene.playback.transfers;
     scene.write(Block::Dma2, cr, on);
@@ -180,7 +181,7 @@ fn a_stopped_stream_plays_no_more_and_says_complete() {
     assert_eq!(scene.playback.transfers - before, 1);
 }
 
-/// While a transfer is under way EN reads 1 and the transfer ends as it must.
+/// While a transfer is in progress EN reads 1, and the transfer is completed.
 #[test]
 fn a_stream_that_is_switched_off_finishes_its_transfer() {
     let (mut scene, first) = playing(Pace::Lazy);
@@ -197,7 +198,7 @@ fn a_stream_that_is_switched_off_finishes_its_transfer() {
     assert_eq!(scene.ndtr()[0], LENGTH - 21);
 }
 
-/// A reset of TIM1 drops what it asked for (`Tape::start`).
+/// A reset of TIM1 drops its requests (`Tape::start`).
 #[test]
 fn a_timer_reset_drops_its_requests() {
     let (mut scene, first) = playing(Pace::Lazy);
@@ -217,8 +218,8 @@ fn a_timer_reset_drops_its_requests() {
     assert_eq!(scene.playback.transfers, before);
 }
 
-/// A lost or an additional request shows in that stream's NDTR only: what the
-/// firmware's check calls a tape slip.
+/// A lost or an additional request shows only in that stream's NDTR: the firmware's check calls
+/// this a tape slip.
 #[test]
 fn a_slip_shows_in_one_ndtr() {
     let (mut scene, first) = playing(Pace::Lazy);
@@ -232,7 +233,7 @@ fn a_slip_shows_in_one_ndtr() {
     assert_eq!(scene.ndtr(), [played, played + 2, played, played]);
 }
 
-/// What the core may do at some moment.
+/// Possible action of the core.
 #[derive(Clone, Copy, Debug)]
 enum Act {
     Sleep,
@@ -262,7 +263,7 @@ fn act() -> impl Strategy<Value = Act> {
     ]
 }
 
-/// Runs `acts`, each some cycles after the last, and gives all that was seen.
+/// Runs `acts`, each some cycles after the last, and returns all observations.
 fn run(pace: Pace, acts: &[(u64, Act)], naps: &[u64]) -> (Vec<Edge>, Vec<u64>, Vec<u8>) {
     let (mut scene, _) = playing(pace);
     scene.write(Block::Gpio(0), gpio::AFRH, 1 << 28);
@@ -273,7 +274,7 @@ fn run(pace: Pace, acts: &[(u64, Act)], naps: &[u64]) -> (Vec<Edge>, Vec<u64>, V
         if pace == Pace::PerRequest {
             scene.sleep(to - (to - scene.at).min(naps[n % naps.len()]));
         }
-        // The core lets time pass only when something is due.
+        // The core advances time only when an event is due.
         if scene.playback.next_event() <= to {
             scene.sleep(to);
         }
@@ -327,7 +328,7 @@ fn run(pace: Pace, acts: &[(u64, Act)], naps: &[u64]) -> (Vec<Edge>, Vec<u64>, V
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(300))]
 
-    /// However often time is let pass in between, everything is the same.
+    /// The results do not depend on how often time is advanced in between.
     #[test]
     fn lazy_and_per_request_are_identical(
         acts in prop::collection::vec((1u64..400, act()), 1..60),

@@ -1,4 +1,4 @@
-//! What firmware's tape room does to the registers, done by hand.
+//! Performs the register accesses of the firmware's tape module by hand.
 
 mod crowded;
 mod disturbed;

@@ -1,4 +1,4 @@
-//! A stand-in for the core that plays `board::stm32f405::tape`'s part.
+//! Replaces the core and executes the accesses of `board::stm32f405::tape`.
 
 use crate::chip::Cycle;
 use crate::chip::cpu::Size;
@@ -23,7 +23,7 @@ pub const C: usize = 2;
 pub struct Scene {
     pub playback: Playback,
     pub ram: Ram,
-    /// The core's clock.
+    /// Present cycle of the core.
     pub at: Cycle,
     pub edges: Vec<Edge>,
 }
@@ -58,7 +58,7 @@ impl Scene {
         read.value
     }
 
-    /// Word of RAM, without an access.
+    /// Returns a word of RAM, without an access.
     pub fn word(&self, address: u32) -> u32 {
         self.ram.read(address, Size::Word).unwrap()
     }
@@ -67,7 +67,7 @@ impl Scene {
         self.ram.write(address, Size::Word, value).unwrap();
     }
 
-    /// Sleeps until `to`, waking for every event.
+    /// Sleeps until `to`, and wakes for every event.
     pub fn sleep(&mut self, to: Cycle) {
         loop {
             let next = self.playback.next_event().min(to);
@@ -107,9 +107,9 @@ impl Scene {
         self.set_word(ISOLATED[1], ISOLATED_C);
     }
 
-    /// Outputs B and C, the four streams on, which fetches slot 0, both timers
-    /// set up and stopped: all of `Tape::start` but TIM1's CEN. Device time `first`
-    /// begins with the first overflow; the first refill is 2 µs later.
+    /// Does everything that `Tape::start` does except TIM1's CEN: makes B and C outputs, enables
+    /// the four streams, which fetch slot 0, and configures both timers without starting them.
+    /// Device time `first` begins with the first overflow; the first refill is 2 µs later.
     pub fn prepare(&mut self, first: u32) {
         let outputs = |lines: u32| (0..16).fold(0, |all, n| all | (lines >> n & 1) << (2 * n));
         self.write(Block::Gpio(B), gpio::MODER, outputs(0xF7E3));
@@ -175,9 +175,8 @@ impl Scene {
         self.tim2(tim::SR, !(1 << 2));
     }
 
-    /// Starts TIM1; gives the cycle of its first overflow. The counter, at
-    /// 160, counts first two timer clocks after CEN and overflows with its
-    /// eighth count.
+    /// Starts TIM1 and returns the cycle of its first overflow. The counter, at 160, counts first
+    /// two timer clocks after CEN and overflows with its eighth count.
     pub fn start(&mut self) -> Cycle {
         let before = self.at;
         let wait = self

@@ -1,4 +1,4 @@
-//! Requests that go astray, and clocks that are wrong.
+//! Missed and additional requests, and wrong clocks.
 
 use super::scene::*;
 use super::tape::playing;
@@ -9,7 +9,7 @@ use crate::chip::soc::timer::offset as tim;
 
 const US: Cycle = 168;
 
-/// 10 µs and a little after its first overflow.
+/// Plays for a little more than 10 µs after the first overflow.
 fn under_way(pace: Pace) -> (Scene, Cycle) {
     let (mut scene, first) = playing(pace);
     scene.sleep(first + 10 * US + 100);

@@ -1,4 +1,4 @@
-//! The tape as it must run when nobody disturbs it.
+//! The tape without disturbances.
 
 use super::scene::*;
 use crate::chip::Cycle;
@@ -7,7 +7,7 @@ use crate::chip::soc::timer::offset as tim;
 
 const US: Cycle = 168;
 
-/// A word for each slot that tells it from its neighbours on both ports.
+/// Writes words into a slot that differ from their neighbours on both ports.
 pub fn paint(scene: &mut Scene, slot: u32, step: u32) {
     let bit = |lines: &[u32]| 1 << lines[step as usize % lines.len()];
     let (b, c) = (bit(&[0, 1, 5, 6, 7, 8, 9]), bit(&[0, 1, 2, 3, 4, 5]));
@@ -15,7 +15,7 @@ pub fn paint(scene: &mut Scene, slot: u32, step: u32) {
     scene.set_word(TAPE_C + 4 * slot, ISOLATED_C & !(c << 16) | c);
 }
 
-/// A tape whose every slot differs, and its first overflow.
+/// Plays a tape whose slots all differ, and returns the cycle of the first overflow.
 pub fn playing(pace: Pace) -> (Scene, Cycle) {
     let mut scene = Scene::new(pace);
     scene.erase();
@@ -61,8 +61,8 @@ fn all_slots_play_in_order_erase_themselves_and_count_down() {
             let painted = lines.iter().fold(0, |all, l| all | 1u16 << l);
             assert_eq!(edge.levels & painted, 1 << lines[us % lines.len()]);
             let overflow = first + US * us as Cycle;
-            // Arbitration, address, change of master, write; port C's request
-            // comes at TIM1's 8, and DMA2 still has AHB1 then.
+            // Arbitration, address, change of master, write; port C's request comes at TIM1's 8,
+            // when DMA2 still is AHB1's master.
             let expected = if port == B { 4 } else { 8 + 3 };
             assert_eq!(edge.cycle - overflow, expected);
         }

@@ -1,4 +1,4 @@
-//! Bits of a stream's registers that turn while it plays (RM0090 10.5).
+//! Inverted bits in the registers of a playing stream (RM0090 10.5).
 
 use super::scene::*;
 use super::tape::playing;
@@ -14,8 +14,8 @@ const US: Cycle = 168;
 const PLAY_B: usize = STREAMS[0];
 const ERASE_B: usize = STREAMS[2];
 
-/// The scene 10 µs and a little after its first overflow, `bits` of `register` of `stream`
-/// having turned.
+/// Plays a little more than 10 µs after the first overflow, then inverts `bits` of `register` of
+/// `stream`.
 fn turned(stream: usize, register: u32, bits: u32) -> (Scene, Cycle, Modelled<bool>) {
     let (mut scene, first) = playing(Pace::Lazy);
     scene.sleep(first + 10 * US + 100);
@@ -25,7 +25,7 @@ fn turned(stream: usize, register: u32, bits: u32) -> (Scene, Cycle, Modelled<bo
     (scene, first, upset)
 }
 
-/// The same of CR, which is modelled.
+/// Does the same with a bit of CR, which must be modelled.
 fn turned_cr(stream: usize, bit: u32) -> (Scene, Cycle) {
     let (scene, first, upset) = turned(stream, dma::CR, 1 << bit);
     assert_eq!(upset, Ok(true), "bit {bit}");
@@ -36,7 +36,7 @@ fn cr(scene: &mut Scene, stream: usize) -> u32 {
     scene.read(Block::Dma2, stream_offset(stream, dma::CR))
 }
 
-/// No pin of port B changes in the 380 µs from `from` on.
+/// Checks that no pin of port B changes in the 380 µs from `from` on.
 fn assert_b_stands(scene: &mut Scene, from: Cycle) {
     scene.sleep(from);
     scene.edges.clear();
@@ -57,8 +57,8 @@ fn another_channel_asks_for_nothing() {
     }
 }
 
-/// Bursts and MSIZE are the hardware's in direct mode, CT has no meaning with one buffer,
-/// PINCOS none without PINC; levels matter when two streams ask.
+/// In direct mode the hardware sets bursts and MSIZE; CT has no effect with one buffer, PINCOS none
+/// without PINC; levels matter only when two streams request.
 #[test]
 fn what_has_no_meaning_in_direct_mode_changes_nothing() {
     let (mut unbroken, first) = playing(Pace::Lazy);
@@ -74,7 +74,7 @@ fn what_has_no_meaning_in_direct_mode_changes_nothing() {
 
 #[test]
 fn a_stream_ends_with_its_items_unless_it_is_circular() {
-    // CIRC; PFCTRL, which puts it out.
+    // CIRC, and PFCTRL, which clears it.
     for bit in [8, 5] {
         let (mut scene, first) = turned_cr(PLAY_B, bit);
         scene.sleep(first + 490 * US + 100);
@@ -87,14 +87,14 @@ fn a_stream_ends_with_its_items_unless_it_is_circular() {
 #[test]
 fn without_increment_one_word_is_played_again_and_again() {
     let (mut scene, first) = turned_cr(PLAY_B, 10);
-    // Until it has been erased.
+    // Until the word has been erased.
     assert_b_stands(&mut scene, first + 16 * US);
 }
 
 #[test]
 fn an_address_that_increments_leaves_its_register() {
     let (mut scene, first) = turned_cr(PLAY_B, 9);
-    // The slot after the next goes to LCKR, then one to AFRL, one to AFRH.
+    // The slot after the next is written to LCKR, then one to AFRL, one to AFRH.
     for (slot, word) in [(12, 0), (13, 0x8765_4321), (14, 0x0102_0304)] {
         scene.set_word(TAPE_B + 4 * slot, word);
     }
@@ -105,11 +105,11 @@ fn an_address_that_increments_leaves_its_register() {
 
 #[test]
 fn a_stream_that_turns_round_writes_what_it_reads_there() {
-    // BSRR reads 0: port B's tape is filled with it.
+    // BSRR reads 0, so port B's tape is filled with zeros.
     let (mut scene, first) = turned_cr(PLAY_B, 6);
     scene.sleep(first + 40 * US + 100);
     assert_eq!(scene.word(TAPE_B + 4 * 41), 0);
-    // What was to be erased goes over the isolated word.
+    // The words that were to be erased overwrite the isolated word.
     let (mut scene, first) = turned_cr(ERASE_B, 6);
     scene.set_word(TAPE_B + 4 * 35, 0xABCD);
     scene.sleep(first + 35 * US + 100);
@@ -146,7 +146,7 @@ fn two_buffers_change_places_at_the_end_of_one() {
     assert_b_stands(&mut scene, first + 506 * US);
 }
 
-/// RM0090 10.3.6: from memory to memory nobody needs to ask.
+/// RM0090 10.3.6: a memory-to-memory stream needs no requests.
 #[test]
 fn a_stream_that_copies_does_so_at_once_and_ends() {
     let (mut scene, first) = turned_cr(ERASE_B, 7);
@@ -156,7 +156,7 @@ fn a_stream_that_copies_does_so_at_once_and_ends() {
     assert_b_stands(&mut scene, first + 14 * US);
 }
 
-/// When it would ask nobody models: not even until somebody looks at its counter.
+/// The times of its requests are not modelled, not even until its counter is next read.
 #[test]
 fn a_centre_aligned_timer_asks_for_nothing_that_is_known() {
     let (mut scene, first) = playing(Pace::Lazy);
@@ -178,7 +178,7 @@ fn codes_that_are_reserved_are_refused() {
             "{stream} {bit}"
         );
     }
-    // EN and interrupts are a write's, FIFO mode is not modelled.
+    // EN and interrupt enables can be written; FIFO mode is not modelled.
     for (register, bits) in [
         (dma::CR, 1),
         (dma::CR, 1 << 4),
