@@ -1,59 +1,61 @@
-//! Files that somebody names to be read: regular ones, up to a length.
+//! Reads files that a person names, if they are regular files and not too long.
 //!
-//! A pipe would be waited for without end, and a device read until the memory is full;
-//! opening some devices already does something.
+//! Other kinds are refused: reading a pipe could block forever, reading a device could fill the
+//! memory, and merely opening some devices has side effects.
 
 use std::fs::{File, FileType};
 use std::io::{self, Read};
 use std::path::Path;
 
-/// Longest file of a person's hand, bytes: a session, a wearer, a declaration, answers.
+/// Maximum length of a file that a person types, bytes: a session, a wearer file, a declaration or
+/// answers.
 pub const LONGEST_TYPED: u64 = 1 << 20;
-/// Longest document that the program writes and reads as a whole, bytes: the parts of a
-/// record but its tables, journals, an image.
+/// Maximum length of a document that the program writes and reads as a whole, bytes: the parts of a
+/// record except its tables, journals, an image.
 pub const LONGEST_DOCUMENT: u64 = 256 << 20;
-/// Longest table of a record or a sweep, bytes: samples of a day are a third of it.
+/// Maximum length of a table of a record or a sweep, bytes. The samples of one day take a third of
+/// it.
 pub const LONGEST_TABLE: u64 = 4 << 30;
 
-/// Bytes looked at before more are read.
+/// Number of bytes that are checked before the rest of a file is read.
 const PART: u64 = 1 << 20;
 
-/// Opens the regular file at `path`, or what it links to.
+/// Opens the regular file at `path`, or the regular file that a link at `path` points to.
 ///
 /// # Errors
-/// It is none (`InvalidInput`), or cannot be opened.
+/// Fails if `path` is not a regular file (`InvalidInput`) or cannot be opened.
 pub fn open(path: &Path) -> io::Result<File> {
     is_regular(path.metadata()?.file_type())?;
     let file = File::open(path)?;
-    // Another may lie there since.
+    // Another file may have replaced it between the check and the opening.
     is_regular(file.metadata()?.file_type())?;
     Ok(file)
 }
 
-/// That `path` may be opened to be written on: a regular file is there, or nothing.
+/// Checks that `path` may be opened for writing: that a regular file or nothing is there.
 ///
 /// # Errors
-/// Something else is (`InvalidInput`).
+/// Fails if anything else is there (`InvalidInput`).
 pub fn check_appendable(path: &Path) -> io::Result<()> {
     path.metadata()
         .map_or(Ok(()), |metadata| is_regular(metadata.file_type()))
 }
 
-/// The bytes of the regular file at `path`, at most `longest`.
+/// Reads the bytes of the regular file at `path`, at most `longest`.
 ///
 /// # Errors
-/// As [`open`]; it is longer (`FileTooLarge`).
+/// Fails like [`open`], and if the file is longer (`FileTooLarge`).
 pub fn read(path: &Path, longest: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     read_rest(&open(path)?, longest, &mut bytes)?;
     Ok(bytes)
 }
 
-/// The text of the regular file at `path`, at most `longest` bytes.
+/// Reads the text of the regular file at `path`, at most `longest` bytes.
 ///
 /// # Errors
-/// As [`read`]; it is no UTF-8, or has a zero byte (`InvalidData`): a table of zeros is
-/// not read to its end.
+/// Fails like [`read`], and if the file is not UTF-8 or contains a zero byte (`InvalidData`). A
+/// zero byte in the first MiB ends the reading early.
 pub fn read_text(path: &Path, longest: u64) -> io::Result<String> {
     let (file, mut bytes) = (open(path)?, Vec::new());
     read_rest(&file, PART.min(longest), &mut bytes).or_else(|why| match why.kind() {
@@ -78,7 +80,7 @@ pub fn read_text(path: &Path, longest: u64) -> io::Result<String> {
     })
 }
 
-/// Adds the rest of `file` to `bytes`, which are at most `longest` then.
+/// Appends the rest of `file` to `bytes`; fails if they become longer than `longest`.
 fn read_rest(mut file: &File, longest: u64, bytes: &mut Vec<u8>) -> io::Result<()> {
     let room = longest.saturating_sub(bytes.len() as u64);
     file.by_ref().take(room + 1).read_to_end(bytes)?;
@@ -169,7 +171,7 @@ mod tests {
             read_text(&path, PART + 2).unwrap_err().kind(),
             ErrorKind::FileTooLarge
         );
-        // A hole of a terabyte: of zeros, which no table has.
+        // A sparse file of 1 TiB: it contains only zeros, which no table does.
         std::fs::File::create(&path)
             .unwrap()
             .set_len(1 << 40)

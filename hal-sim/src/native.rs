@@ -1,5 +1,5 @@
-//! The native simulator: the device code itself, in this process, in virtual
-//! time. Any number can run side by side.
+//! Native backend: runs the device code in this process, in virtual time. Any number of devices can
+//! run side by side.
 
 use crate::body::Drive;
 use crate::lockstep::{Device, Output};
@@ -11,7 +11,7 @@ use firmware::safety::Stages;
 use firmware::units::Micros;
 use std::io;
 
-/// What simulators say of themselves.
+/// Returns the identity that a simulator reports.
 #[must_use]
 pub const fn identity(kind: Kind) -> Identity {
     Identity {
@@ -25,13 +25,13 @@ pub const fn identity(kind: Kind) -> Identity {
     }
 }
 
-/// Number of the first session of a simulator with this seed.
+/// Returns the number of the first session of a simulator with this seed.
 #[must_use]
 pub fn seeded_session(seed: u64) -> u16 {
     first_session_number(&[seed as u32, (seed >> 32) as u32])
 }
 
-/// [`native`], with sessions numbered from what `seed` gives.
+/// Creates a device like [`native`], but derives the number of its first session from `seed`.
 #[must_use]
 pub fn native_seeded(boot: Micros, seed: u64) -> Lockstep {
     let identity = Identity {
@@ -41,7 +41,7 @@ pub fn native_seeded(boot: Micros, seed: u64) -> Lockstep {
     Lockstep::new(identity, boot)
 }
 
-/// A native board that boots at `boot`; its first session has number 1.
+/// Creates a native device that boots at `boot`; its first session has number 1.
 #[must_use]
 pub fn native(boot: Micros) -> Lockstep {
     Lockstep::new(identity(Kind::Native), boot)

@@ -1,7 +1,7 @@
-//! The Thumb build of the device code, run by QEMU's STM32F405.
+//! QEMU backend: runs the Thumb build of the device code on QEMU's STM32F405.
 //!
-//! Proves arithmetic and logic, not timing: the image has no clock, and takes
-//! its time from the lock-step port, which is the machine's USART2.
+//! Verifies arithmetic and logic, not timing: the image has no clock and takes its time from the
+//! lock-step port, which is the machine's USART2.
 
 use crate::images::{BuildError, Image};
 use crate::lockstep::{Device, Remote};
@@ -20,49 +20,49 @@ use thiserror::Error;
 
 const PROGRAM: &str = "qemu-system-arm";
 
-/// How long QEMU may take to start, and then to answer.
+/// Maximum time that QEMU may take to start, and to answer each command.
 const PATIENCE: Duration = Duration::from_secs(20);
 
-/// Why there is no device in QEMU.
+/// Reason why a device in QEMU could not be started.
 #[derive(Debug, Error)]
 pub enum StartError {
-    /// QEMU is not on the PATH.
+    /// The program `qemu-system-arm` is not on the PATH.
     #[error(
         "{PROGRAM} is not installed: install the package qemu-system-arm (Debian, Ubuntu: \
          `apt-get install qemu-system-arm`; macOS: `brew install qemu`)"
     )]
     NotInstalled,
-    /// There is no image to run.
+    /// The file of the image does not exist; holds its path.
     #[error("there is no image at {0}: build it with `{build}`", build = Image::Qemu.command())]
     NoImage(PathBuf),
-    /// The image could not be built.
+    /// The build of the image failed.
     #[error(transparent)]
     NotBuilt(#[from] BuildError),
     /// QEMU did not start, or ended before it connected.
     #[error("{PROGRAM} did not start: {0}")]
     Failed(String),
-    /// Something else of the system's failed.
+    /// Another system call failed.
     #[error(transparent)]
     Io(#[from] io::Error),
 }
 
-/// A device in QEMU. Ends with its owner.
+/// A device in QEMU. Dropping it ends the process.
 pub struct Qemu {
     remote: Remote<TcpStream, TcpStream>,
     process: Process,
 }
 
 impl Qemu {
-    /// Starts QEMU with the image at `elf`; the device has booted at 0.
+    /// Starts QEMU with the image at `elf`; the device has booted at time 0.
     ///
     /// # Errors
-    /// See [`StartError`].
+    /// Returns a [`StartError`] if QEMU or the image is missing, or if QEMU does not start.
     pub fn start(elf: &Path) -> Result<Self, StartError> {
         if !elf.is_file() {
             return Err(StartError::NoImage(elf.to_owned()));
         }
-        // QEMU connects to a port that is held, instead of listening on one
-        // that was free a moment ago.
+        // QEMU connects to a port that this process holds: a free port for QEMU to listen on could
+        // be taken in the meantime.
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0))?;
         listener.set_nonblocking(true)?;
         let mut process = Process::start(elf, listener.local_addr()?.port())?;
@@ -75,10 +75,10 @@ impl Qemu {
         Ok(Self { remote, process })
     }
 
-    /// The device resets and boots at `at`, finding `last_fault` recorded.
+    /// Resets the device and boots it at `at`, with `last_fault` as its recorded fault.
     ///
     /// # Errors
-    /// QEMU has ended or hangs.
+    /// Fails if QEMU has ended or hangs.
     pub fn boot(
         &mut self,
         at: Micros,
@@ -89,16 +89,16 @@ impl Qemu {
         result.map_err(|e| self.process.explain(e))
     }
 
-    /// The device boots at 0 and numbers its sessions from what `seed` gives.
+    /// Boots the device at 0 and derives the number of its first session from `seed`.
     ///
     /// # Errors
-    /// QEMU has ended or hangs.
+    /// Fails if QEMU has ended or hangs.
     pub fn boot_seeded(&mut self, seed: u64) -> io::Result<()> {
         self.remote.number_sessions(seeded_session(seed));
         self.boot(Micros::new(0), ResetCause::PowerOn, None)
     }
 
-    /// Commands sent on the lock-step port so far.
+    /// Returns the number of commands sent on the lock-step port so far.
     #[must_use]
     pub const fn commands(&self) -> u64 {
         self.remote.commands()
@@ -123,7 +123,7 @@ impl Device for Qemu {
     }
 }
 
-/// QEMU's process, killed when it is dropped.
+/// Process of QEMU, which is killed when this value is dropped.
 struct Process(Child);
 
 impl Process {
@@ -138,7 +138,7 @@ impl Process {
                 "none",
             ])
             .args(["-semihosting-config", "enable=on,target=native"])
-            // USART1 is not used: QEMU faults on its clock's registers.
+            // USART1 is not connected, because QEMU faults on the registers of its clock.
             .args(["-serial", "null", "-serial"])
             .arg(format!("tcp:127.0.0.1:{port},nodelay=on"))
             .arg("-kernel")
@@ -169,17 +169,17 @@ impl Process {
         }
     }
 
-    /// What QEMU, or the image's panic, said before the line broke.
+    /// Adds to `error` the last output of QEMU or of the image's panic handler.
     fn explain(&mut self, error: io::Error) -> io::Error {
         let words = self.remaining_output();
         io::Error::new(error.kind(), format!("QEMU: {error}. {words}"))
     }
 
     fn remaining_output(&mut self) -> String {
-        let _ = self.0.kill(); // it may have ended by itself
+        let _ = self.0.kill(); // the process may have ended by itself
         let mut words = Vec::new();
         if let Some(mut stderr) = self.0.stderr.take() {
-            let _ = stderr.read_to_end(&mut words); // what could be read is enough
+            let _ = stderr.read_to_end(&mut words); // a partial output is enough
         }
         String::from_utf8_lossy(&words).trim().to_owned()
     }
@@ -187,7 +187,7 @@ impl Process {
 
 impl Drop for Process {
     fn drop(&mut self) {
-        let _ = self.0.kill(); // it may have ended by itself
+        let _ = self.0.kill(); // the process may have ended by itself
         let _ = self.0.wait();
     }
 }

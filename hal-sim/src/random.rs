@@ -1,19 +1,18 @@
-//! Numbers from a seed: the one generator of all simulators, studies and tests.
+//! Random numbers from a seed, for all simulators, studies and tests.
 //!
-//! It counts: number `index` of stream `seed` is a function of the two, so that
-//! drawing twice, or not drawing, changes no other number. The function is the
-//! one of SplitMix64 (Steele, Lea and Flood, "Fast splittable pseudorandom number
-//! generators", OOPSLA 2014, figure 17), whose state is a counter. It never
-//! changes: a seed means the same run in every version.
+//! The generator is counter-based: number `index` of stream `seed` is a function of these two, so
+//! that an additional or omitted number changes no other number. The function is SplitMix64
+//! (Steele, Lea and Flood, "Fast splittable pseudorandom number generators", OOPSLA 2014, figure
+//! 17), whose state is a counter. It never changes: a seed gives the same run in every version.
 
 use std::cell::Cell;
 use std::f64::consts::TAU;
 
-/// What the counter goes on by: 2^64 over the golden ratio, odd.
+/// Increment of the counter: 2^64 divided by the golden ratio, made odd.
 const STEP: u64 = 0x9E37_79B9_7F4A_7C15;
 
-/// Number `index` of stream `seed`, all 64 bits of it. Streams of seeds that are
-/// a few `STEP`s apart overlap; those of small seeds do not.
+/// Returns number `index` of stream `seed`, all 64 bits of it. Streams overlap if their seeds
+/// differ by a few `STEP`s; those of small seeds do not.
 #[must_use]
 pub const fn word(seed: u64, index: u64) -> u64 {
     let z = seed.wrapping_add(index.wrapping_add(1).wrapping_mul(STEP));
@@ -22,30 +21,31 @@ pub const fn word(seed: u64, index: u64) -> u64 {
     z ^ (z >> 31)
 }
 
-/// The upper 53 bits of `word` as a part of one, in [0, 1).
+/// Converts the upper 53 bits of `word` into a number in [0, 1).
 #[must_use]
 pub const fn unit_from_word(word: u64) -> f64 {
     (word >> 11) as f64 / (1_u64 << 53) as f64
 }
 
-/// Uniform deviate number `index` of stream `seed`, in [0, 1). The seed is
-/// scrambled first: no two streams of small seeds share a number.
+/// Returns uniform deviate number `index` of stream `seed`, in [0, 1). The seed is scrambled first,
+/// so that no two streams of small seeds share a number.
 #[must_use]
 pub const fn unit(seed: u64, index: u64) -> f64 {
     unit_from_word(word(word(seed, 0).wrapping_add(index), 0))
 }
 
-/// Standard normal deviate number `index` of stream `seed`, by Box and Muller.
+/// Returns standard normal deviate number `index` of stream `seed`, by the method of Box and
+/// Muller.
 #[must_use]
 pub fn standard_normal(seed: u64, index: u64) -> f64 {
-    // The first uniform lies in (0, 1], so its logarithm is finite.
+    // The first uniform deviate lies in (0, 1], so its logarithm is finite.
     let radius = 1.0 - unit(seed, 2 * index);
     let turn = unit(seed, 2 * index + 1);
     (-2.0 * radius.ln()).sqrt() * (TAU * turn).cos()
 }
 
-/// The standard normal deviates of a stream. The latest is kept: a sensor may be
-/// read several times between two changes of its noise.
+/// Standard normal deviates of a stream. The latest one is cached, because a sensor may be read
+/// several times between two changes of its noise.
 #[derive(Clone, Debug)]
 pub struct Noise {
     seed: u64,
@@ -53,14 +53,14 @@ pub struct Noise {
 }
 
 impl Noise {
-    /// Of stream `seed`.
+    /// Creates the noise of stream `seed`.
     #[must_use]
     pub fn new(seed: u64) -> Self {
         let latest = Cell::new((0, standard_normal(seed, 0)));
         Self { seed, latest }
     }
 
-    /// [`standard_normal`] number `index`.
+    /// Returns [`standard_normal`] number `index` of the stream.
     #[must_use]
     pub fn at(&self, index: u64) -> f64 {
         if self.latest.get().0 != index {
@@ -70,14 +70,14 @@ impl Noise {
     }
 }
 
-/// What was read last makes no difference.
+/// The cached deviate does not affect equality.
 impl PartialEq for Noise {
     fn eq(&self, other: &Self) -> bool {
         self.seed == other.seed
     }
 }
 
-/// A stream drawn in order.
+/// A random number stream that is read in order.
 #[derive(Clone, Copy, Debug)]
 pub struct Random {
     seed: u64,
@@ -85,43 +85,44 @@ pub struct Random {
 }
 
 impl Random {
-    /// Stream `seed`, nothing drawn yet.
+    /// Creates stream `seed` at its first number.
     #[must_use]
     pub const fn new(seed: u64) -> Self {
         Self { seed, drawn: 0 }
     }
 
-    /// The next 64 bits.
+    /// Returns the next 64 random bits.
     pub const fn word(&mut self) -> u64 {
         let word = word(self.seed, self.drawn);
         self.drawn += 1;
         word
     }
 
-    /// The next one, uniform in [0, 1).
+    /// Returns the next number, uniform in [0, 1).
     pub const fn unit(&mut self) -> f64 {
         unit_from_word(self.word())
     }
 
-    /// The next one in `0..end`, uniform as far as `end` is below 2^64; `end` is
-    /// above zero.
+    /// Returns the next integer in `0..end`, nearly uniform if `end` is far below 2^64; `end` must
+    /// not be zero.
     pub const fn below(&mut self, end: u64) -> u64 {
         self.word() % end
     }
 
-    /// The next one between two numbers, uniform.
+    /// Returns the next number between `low` and `high`, uniformly distributed.
     pub fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.unit()
     }
 
-    /// Puts `all` in random order (Fisher and Yates; Knuth 1997, algorithm 3.4.2P).
+    /// Shuffles `all` (Fisher and Yates; Knuth 1997, algorithm 3.4.2P).
     pub fn shuffle<T>(&mut self, all: &mut [T]) {
         for last in (1..all.len()).rev() {
             all.swap(last, self.below(last as u64 + 1) as usize);
         }
     }
 
-    /// The next one between two positive numbers, its logarithm uniform.
+    /// Returns the next number between the positive `low` and `high`; its logarithm is uniformly
+    /// distributed.
     pub fn log_between(&mut self, low: f64, high: f64) -> f64 {
         low * (high / low).powf(self.unit())
     }
@@ -131,7 +132,7 @@ impl Random {
 mod tests {
     use super::*;
 
-    /// Stream 1234567 as other implementations of SplitMix64 print it.
+    /// Compares with the values that other implementations of SplitMix64 print for seed 1234567.
     #[test]
     fn it_is_split_mix() {
         let mut random = Random::new(1_234_567);
@@ -158,7 +159,7 @@ mod tests {
             lag += z * standard_normal(7, i + 1);
         }
         let n = n as f64;
-        // Four standard errors of each moment.
+        // The tolerance of each moment is four standard errors.
         assert!((mean / n).abs() < 4.0 / n.sqrt());
         assert!((square / n - 1.0).abs() < 4.0 * (2.0 / n).sqrt());
         assert!((fourth / n - 3.0).abs() < 4.0 * (96.0 / n).sqrt());

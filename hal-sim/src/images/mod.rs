@@ -1,8 +1,7 @@
-//! The device images that simulators run: where they are found, and how each is
-//! built.
+//! Finds and builds the device images that simulators run.
 //!
-//! In: the program's and the checkout's places. Out: an image's path. Nothing is
-//! printed: who asks hears cargo's lines.
+//! In: the folders of the program and of the checkout. Out: the path of an image. Nothing is
+//! printed: the caller receives the lines of cargo.
 
 mod sum;
 
@@ -14,60 +13,60 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use thiserror::Error;
 
-/// Folder beside a program for images that go with it.
+/// Name of the folder beside a program that holds its images.
 pub const BESIDE: &str = "flexor-images";
 
-/// Why there is no image.
+/// Reason why an image is not available.
 #[derive(Debug, Error)]
 pub enum BuildError {
-    /// The compiler said no.
+    /// The compiler reported an error.
     #[error("the image `{image}` was not built:\n{words}")]
     NotBuilt {
-        /// Name of the image.
+        /// Name of the image that failed.
         image: &'static str,
-        /// The compiler's words.
+        /// Output of the compiler.
         words: String,
     },
-    /// Cargo could not be run.
+    /// The build program could not be run.
     #[error(
         "the image `{image}` is built by {program}, which could not be run: {why}; get cargo from \
          https://rustup.rs"
     )]
     NoBuilder {
-        /// Name of the image.
+        /// Name of the image to build.
         image: &'static str,
         /// `cargo` or `sh`.
         program: String,
-        /// What the system said.
+        /// Error that the system reported.
         why: io::Error,
     },
-    /// A program away from its checkout.
+    /// The program is installed without its checkout, and the image is not beside it.
     #[error(
         "there is no image `{image}`: it is neither beside this program nor can it be built, for \
          there is no checkout; copy target/thumbv7em-none-eabihf/release/{image} of one to \
          {wanted}, or set FLEXOR_CHECKOUT to its folder"
     )]
     Nowhere {
-        /// Name of the image.
+        /// Name of the missing image.
         image: &'static str,
-        /// Where it would be found.
+        /// Path at which the image would be found.
         wanted: String,
     },
 }
 
-/// Where images are looked for: beside the program, then in the checkout, where
-/// they are built if they are not newer than their sources.
+/// Folders that are searched for images: first the program's folder, then the checkout, where an
+/// image is rebuilt if it is not newer than its sources.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Places {
-    /// The program's own folder.
+    /// Folder of the running program.
     pub program: Option<PathBuf>,
-    /// The sources.
+    /// Root folder of the checkout with the sources.
     pub checkout: Option<PathBuf>,
 }
 
 impl Places {
-    /// Of the program that runs, compiled in `checkout`. The environment's
-    /// FLEXOR_CHECKOUT names another one.
+    /// Returns the folders for the running program, which was compiled in `checkout`. The
+    /// environment variable FLEXOR_CHECKOUT overrides the checkout.
     #[must_use]
     pub fn for_this_program(checkout: &Path) -> Self {
         let program = std::env::current_exe().ok();
@@ -78,13 +77,13 @@ impl Places {
         }
     }
 
-    /// The image `name` beside the program, taken as it is.
+    /// Returns the path of image `name` beside the program, without a check of its age.
     fn find_beside_program(&self, name: &str) -> Option<PathBuf> {
         let path = self.program.as_ref()?.join(BESIDE).join(name);
         path.is_file().then_some(path)
     }
 
-    /// The checkout, if its sources are there.
+    /// Returns the folder of the checkout, or an error if it lacks the sources.
     fn sources(&self, image: &'static str) -> Result<&Path, BuildError> {
         let checkout = self.checkout.as_deref();
         let found = checkout.filter(|folder| folder.join("firmware/Cargo.toml").is_file());
@@ -96,23 +95,23 @@ impl Places {
     }
 }
 
-/// An image of the `firmware` package, or of the `methods` it is compared with.
+/// An image of the package `firmware`, or of the package `methods` with alternatives to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Image {
-    /// What is flashed on the board.
+    /// The image that is flashed on the board.
     Stimulator,
     /// The device code behind QEMU's serial port.
     Qemu,
-    /// Each algorithm's results and cycles, over semihosting.
+    /// Benchmark: reports each algorithm's results and cycles over semihosting.
     Bench,
-    /// The same for every method that the device could have used.
+    /// The same benchmark for every alternative method of the device.
     Methods,
-    /// The same for every control law that the device could have used.
+    /// The same benchmark for every alternative control law of the device.
     Laws,
 }
 
 impl Image {
-    /// Name of the program.
+    /// Returns the name of the binary and of its file.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -139,7 +138,7 @@ impl Image {
         }
     }
 
-    /// What builds it, in the workspace.
+    /// Returns the cargo command that builds the image in the workspace.
     #[must_use]
     pub fn command(self) -> String {
         format!(
@@ -151,19 +150,19 @@ impl Image {
         )
     }
 
-    /// The image, built if it is not newer than its sources.
+    /// Builds the image if it is not newer than its sources, and returns its path.
     ///
     /// # Errors
-    /// [`BuildError`], with the compiler's words.
+    /// Returns a [`BuildError`] with the compiler's output if the build fails.
     pub fn build(self, workspace: &Path) -> Result<PathBuf, BuildError> {
         self.build_with_output(workspace, &mut |_| ())
     }
 
-    /// The image from the first of `places` that has it; `tell` hears cargo's
-    /// lines.
+    /// Returns the path of the image from the first of `places` that has it, and builds it if
+    /// needed; passes cargo's lines to `tell`.
     ///
     /// # Errors
-    /// [`BuildError`].
+    /// Returns a [`BuildError`] if the image is neither found nor built.
     pub fn find(self, places: &Places, tell: &mut dyn FnMut(&str)) -> Result<PathBuf, BuildError> {
         match places.find_beside_program(self.name()) {
             Some(path) => Ok(path),
@@ -195,19 +194,20 @@ impl Image {
     }
 }
 
-/// CoreMark for the chip, a yardstick in a workspace of its own
-/// (tests/coremark), built if it is not newer than its sources.
+/// Builds CoreMark for the chip if it is not newer than its sources, and returns its path. This
+/// reference benchmark has its own workspace (tests/coremark).
 ///
 /// # Errors
-/// [`BuildError`], with the compiler's words.
+/// Returns a [`BuildError`] with the compiler's output if the build fails.
 pub fn coremark(workspace: &Path) -> Result<PathBuf, BuildError> {
     build_coremark(workspace, &mut |_| ())
 }
 
-/// [`coremark`] from the first of `places` that has it.
+/// Returns the path of [`coremark`] from the first of `places` that has it; passes the build's
+/// lines to `tell`.
 ///
 /// # Errors
-/// [`BuildError`].
+/// Returns a [`BuildError`] if the image is neither found nor built.
 pub fn find_coremark(places: &Places, tell: &mut dyn FnMut(&str)) -> Result<PathBuf, BuildError> {
     match places.find_beside_program(COREMARK) {
         Some(path) => Ok(path),
@@ -225,7 +225,8 @@ fn build_coremark(workspace: &Path, tell: &mut dyn FnMut(&str)) -> Result<PathBu
     Ok(folder.join("target/thumbv7em-none-eabihf/release/coremark"))
 }
 
-/// Runs what builds `image`; `tell` hears each line as it comes.
+/// Runs the command that builds `image`, and passes each line of its output to `tell` as it
+/// arrives.
 fn run(
     mut command: Command,
     image: &'static str,
@@ -258,7 +259,7 @@ fn run(
     }
 }
 
-/// Whether cargo says in `line` what it does, not what is wrong.
+/// Returns whether `line` is a progress message of cargo, not an error.
 fn is_progress(line: &str) -> bool {
     let line = line.trim_start();
     let verbs = [

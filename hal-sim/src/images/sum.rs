@@ -1,7 +1,8 @@
-//! The sum over an image, which the linker leaves room for behind all that is loaded
-//! (`.image_sum`, memory.x) and the device compares at each boot. `cargo program` and the
-//! simulators both have it written here, so that the image that is tested is the one that
-//! is flashed.
+//! Checksum of an image.
+//!
+//! The linker reserves a word for it behind everything that is loaded (`.image_sum`, memory.x), and
+//! the device verifies it at each boot. `cargo program` and the simulators both write it here, so
+//! that the tested image is the flashed one.
 
 use crc::{CRC_32_MPEG_2, Crc};
 use object::elf::PT_LOAD;
@@ -12,7 +13,7 @@ use std::io::{self, Seek, SeekFrom, Write};
 use std::path::Path;
 use thiserror::Error;
 
-/// As the chip's CRC unit computes it from words (RM0090 section 4): most significant bit
+/// CRC as the chip's CRC unit computes it from words (RM0090 section 4): most significant bit
 /// first, neither reflected nor inverted.
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_MPEG_2);
 /// Start and length of the chip's flash (RM0090 table 5).
@@ -20,21 +21,21 @@ const FLASH: u32 = 0x0800_0000;
 const FLASH_BYTES: u32 = 1 << 20;
 const SECTION: &str = ".image_sum";
 
-/// Why an image has no sum.
+/// Reason why a checksum could not be written.
 #[derive(Debug, Error)]
 pub enum SumError {
-    /// It cannot be read or written: the system's words.
+    /// The file cannot be read or written; holds the system's error.
     #[error("its sum cannot be written")]
     Unwritable(#[from] io::Error),
-    /// No ELF, or a damaged one.
+    /// The file is not an ELF file, or is damaged.
     #[error("it is not an ELF file that can be read")]
     NotElf(#[from] object::Error),
-    /// Something is loaded behind the sum, or it is no word.
+    /// Data is loaded behind the checksum, or its section is not one word.
     #[error("its section {SECTION} is not the last word that is loaded into flash: see memory.x")]
     NotLast,
 }
 
-/// The sum over what flash holds below it.
+/// Computes the checksum of `flash`, the content of flash below the checksum.
 #[must_use]
 pub fn sum(flash: &[u8]) -> u32 {
     let (words, _) = flash.as_chunks();
@@ -45,11 +46,11 @@ pub fn sum(flash: &[u8]) -> u32 {
     digest.finalize()
 }
 
-/// Writes the sum into the file at `path`, if it has room for one. Done again, it changes
-/// nothing.
+/// Writes the checksum into the file at `path`, if the file has a section for it. Repeating the
+/// call changes nothing.
 ///
 /// # Errors
-/// [`SumError`].
+/// Returns [`SumError`] if the file cannot be read, parsed or written.
 pub fn write_sum(path: &Path) -> Result<(), SumError> {
     let bytes = std::fs::read(path)?;
     let elf = ElfFile32::<Endianness>::parse(&*bytes)?;
@@ -78,7 +79,8 @@ pub fn write_sum(path: &Path) -> Result<(), SumError> {
     Ok(())
 }
 
-/// What flash holds from its start on once `elf` is flashed: erased between segments.
+/// Returns the content of flash, from its start, after `elf` is flashed; gaps between segments are
+/// erased (0xFF).
 fn loaded(elf: &ElfFile32<'_, Endianness>, bytes: &[u8]) -> Result<Vec<u8>, SumError> {
     let (endian, mut flash) = (elf.endian(), Vec::new());
     for segment in elf.elf_program_headers() {
@@ -105,8 +107,8 @@ fn loaded(elf: &ElfFile32<'_, Endianness>, bytes: &[u8]) -> Result<Vec<u8>, SumE
 mod tests {
     use super::*;
 
-    /// RM0090 has no example; the check value is that of CRC-32/MPEG-2, and the unit's own
-    /// register over words is `chip::soc::crc`'s test.
+    /// RM0090 has no example. The expected value is that of CRC-32/MPEG-2; the test of
+    /// `chip::soc::crc` covers the unit's register.
     #[test]
     fn a_sum_behind_what_it_sums_leaves_nothing() {
         let flash: Vec<u8> = (0..=251).collect();

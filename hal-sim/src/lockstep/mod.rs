@@ -1,9 +1,9 @@
-//! Devices that live in virtual time, driven in lock-step.
+//! Interface of a device that runs in virtual time, advanced in lock-step.
 //!
-//! Lives here: [`Device`], what every simulated device can do, the [`Output`]
-//! of its channels, and [`Remote`], one at the other end of a line. Not here: the device code in this process
-//! (`native`) and in an emulator (`qemu`).
-//! In: bytes, sensors and how far time goes. Out: levels, DAC codes, bytes.
+//! [`Device`] is the trait of every simulated device, [`Output`] describes its channels, and
+//! [`Remote`] is a device at the other end of a byte stream. The device code in this process is in
+//! `native`, that in an emulator in `qemu`.
+//! In: bytes, sensor values and the time to advance to. Out: levels, DAC codes, bytes.
 
 mod remote;
 
@@ -15,17 +15,17 @@ use firmware::units::Micros;
 use std::io;
 use std::sync::{Arc, Mutex, MutexGuard};
 
-/// How a channel's code becomes volts or milliamperes.
+/// Conversion of a channel's DAC code into volts or milliamperes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Output {
-    /// Full scale at code 65 535.
+    /// Amplitude at code 65 535.
     pub full_scale: Drive,
-    /// Whether the rest of its group is grounded while it pulses.
+    /// Whether the other channels of its group are grounded during a pulse.
     pub conducted: bool,
 }
 
 impl Output {
-    /// What it drives at `code`.
+    /// Returns the amplitude at `code`.
     #[must_use]
     pub fn drives(self, code: u16) -> Drive {
         let part = f64::from(code) / 65_535.0;
@@ -36,12 +36,12 @@ impl Output {
     }
 }
 
-/// A device that lives in virtual time.
+/// A device that runs in virtual time.
 pub trait Device: Send {
-    /// Bytes arrive, the last one at `at`; see `Lockstep::receive`.
+    /// Delivers `bytes`, the last one at `at`; see `Lockstep::receive`.
     ///
     /// # Errors
-    /// The device cannot be reached any more.
+    /// Fails if the device cannot be reached any more.
     fn receive(
         &mut self,
         at: Micros,
@@ -50,25 +50,25 @@ pub trait Device: Send {
         sink: &mut dyn Sink,
     ) -> io::Result<()>;
 
-    /// Time goes on to `to`; see `Lockstep::advance`.
+    /// Advances the device to `to`; see `Lockstep::advance`.
     ///
     /// # Errors
-    /// The device cannot be reached any more.
+    /// Fails if the device cannot be reached any more.
     fn advance(&mut self, to: Micros, sensors: &Sensors, sink: &mut dyn Sink) -> io::Result<()>;
 
-    /// How `channel` drives what it is set to; `None` if it is not set up or
-    /// the device cannot be looked into.
+    /// Returns how `channel` converts its code into an amplitude; `None` if the channel is not set
+    /// up or the device cannot be inspected.
     fn output(&self, _channel: usize) -> Option<Output> {
         None
     }
 
-    /// A device like this one, which goes on alone from here; `None` if it cannot be copied.
+    /// Copies the device; the copy advances independently. Returns `None` if it cannot be copied.
     fn fork(&self) -> Option<Box<dyn Device>> {
         None
     }
 }
 
-/// A device that somebody else looks into between the world's steps.
+/// A device that another owner inspects between the steps of the world.
 impl<D: Device> Device for Arc<Mutex<D>> {
     fn receive(
         &mut self,

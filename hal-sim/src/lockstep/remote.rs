@@ -1,5 +1,4 @@
-//! A lock-step device behind a line of bytes: commands go out as frames,
-//! outputs come back as frames.
+//! Lock-step device at the other end of a byte stream: commands and outputs travel as frames.
 
 use super::Device;
 use firmware::link::message::ResetCause;
@@ -11,23 +10,23 @@ use firmware::safety::FaultRecord;
 use firmware::units::{DacCode, Micros};
 use std::io::{self, BufReader, Read, Write};
 
-/// A device that speaks the lock-step port over `R` and `W`.
+/// Device that speaks the lock-step protocol over `R` and `W`.
 pub struct Remote<R, W> {
     reader: BufReader<R>,
     writer: W,
     decoder: Decoder,
-    /// What the device senses but the joint, as it was last told.
+    /// Sensor values that the device was last given, except the joint.
     sensors: Option<Sensors>,
-    /// Commands carried out since the start.
+    /// Number of commands executed since the start.
     commands: u64,
     first_session: u16,
 }
 
 impl<R: Read, W: Write> Remote<R, W> {
-    /// Takes over a fresh line, when the device has said that it is ready.
+    /// Opens a new connection and waits until the device reports that it is ready.
     ///
     /// # Errors
-    /// It did not say so.
+    /// Fails if the device does not report that.
     pub fn open(reader: R, writer: W) -> io::Result<Self> {
         let mut remote = Self {
             reader: BufReader::new(reader),
@@ -41,21 +40,21 @@ impl<R: Read, W: Write> Remote<R, W> {
         Ok(remote)
     }
 
-    /// Numbers sessions from this on, after the next [`Self::boot`].
+    /// Sets the number of the first session after the next [`Self::boot`].
     pub const fn number_sessions(&mut self, first_session: u16) {
         self.first_session = first_session;
     }
 
-    /// Commands carried out so far.
+    /// Returns the number of commands executed so far.
     #[must_use]
     pub const fn commands(&self) -> u64 {
         self.commands
     }
 
-    /// The device resets and boots at `at`.
+    /// Resets the device and boots it at `at`.
     ///
     /// # Errors
-    /// The device cannot be reached any more.
+    /// Fails if the device cannot be reached any more.
     pub fn boot(
         &mut self,
         at: Micros,
@@ -72,7 +71,7 @@ impl<R: Read, W: Write> Remote<R, W> {
         self.execute(&command, &mut NullSink)
     }
 
-    /// Sends a command and takes its outputs until it is done.
+    /// Sends a command and passes its outputs to `sink` until the command is done.
     fn execute(&mut self, command: &Command<'_>, sink: &mut dyn Sink) -> io::Result<()> {
         let frame = encode(command).ok_or(io::ErrorKind::InvalidInput)?;
         self.writer.write_all(&frame)?;
@@ -101,14 +100,14 @@ impl<R: Read, W: Write> Remote<R, W> {
         }
     }
 
-    /// Tells the device about the world, if there is news but the joint's.
+    /// Sends the sensor values to the device, if any except the joint have changed.
     fn sense(&mut self, sensors: &Sensors) -> io::Result<()> {
-        let joint = None; // goes with each command
+        let joint = None; // travels with each command
         let news = Sensors { joint, ..*sensors };
         if self.sensors == Some(news) {
             return Ok(());
         }
-        // A trigger edge is seen once: what the device keeps has none.
+        // A trigger edge is reported once, so that the stored values have none.
         let trigger = None;
         self.sensors = Some(Sensors { trigger, ..news });
         self.execute(&Command::Sense(news), &mut NullSink)
@@ -116,7 +115,8 @@ impl<R: Read, W: Write> Remote<R, W> {
 }
 
 impl<R: Read + Send, W: Write + Send> Device for Remote<R, W> {
-    /// Bytes go in pieces of [`MAX_PIECE`], each received at `at`.
+    /// Sends the bytes in pieces of at most [`MAX_PIECE`], each of which the device receives at
+    /// `at`.
     fn receive(
         &mut self,
         at: Micros,
@@ -139,7 +139,7 @@ impl<R: Read + Send, W: Write + Send> Device for Remote<R, W> {
     }
 }
 
-/// Whether it ends a command.
+/// Passes `output` to `sink`, and returns whether it ends a command.
 fn emit(output: &Output<'_>, sink: &mut dyn Sink) -> io::Result<bool> {
     match *output {
         Output::Levels { at, levels } => sink.write_levels(at, Levels(levels)),
@@ -156,7 +156,7 @@ fn corrupt_data(what: &str) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, what)
 }
 
-/// Booting and sensing put nothing out.
+/// Sink for boot and sensor commands, which have no output.
 struct NullSink;
 
 impl Sink for NullSink {

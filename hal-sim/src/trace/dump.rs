@@ -3,8 +3,8 @@
 use std::io::{self, Write};
 use vcd::{IdCode, TimescaleUnit, Writer};
 
-/// A dump of named lines with 1 ns time steps, written piece by piece. Time never goes back:
-/// what is dumped as earlier than the last change stands at that change's time.
+/// A dump of named lines with 1 ns time steps, written piece by piece. Time never goes back: a
+/// change with an earlier time gets the time of the last change.
 pub struct Dump<W: Write> {
     out: Writer<io::BufWriter<W>>,
     lines: Vec<IdCode>,
@@ -12,10 +12,10 @@ pub struct Dump<W: Write> {
 }
 
 impl<W: Write> Dump<W> {
-    /// Writes the header, and at 0 the lines by name and level.
+    /// Writes the header, and the lines with their names and levels at time 0.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// Fails if `out` cannot be written.
     pub fn begin<'a>(out: W, lines: impl IntoIterator<Item = (&'a str, bool)>) -> io::Result<Self> {
         let mut out = Writer::new(io::BufWriter::new(out));
         out.timescale(1, TimescaleUnit::NS)?;
@@ -34,11 +34,11 @@ impl<W: Write> Dump<W> {
         Ok(Self { out, lines, ns: 0 })
     }
 
-    /// At `ns` line `index`, in the order of [`Self::begin`], becomes `high`; one that is not
-    /// there is left out.
+    /// Records that line `index`, in the order of [`Self::begin`], becomes `high` at `ns`. An
+    /// `index` that does not exist is ignored.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// Fails if the dump cannot be written.
     pub fn change(&mut self, ns: u64, index: usize, high: bool) -> io::Result<()> {
         self.advance_to(ns)?;
         match self.lines.get(index) {
@@ -50,7 +50,7 @@ impl<W: Write> Dump<W> {
     /// Ends the dump with the time stamp `ns`, up to which nothing changes any more.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// Fails if the dump cannot be written.
     pub fn end(mut self, ns: u64) -> io::Result<()> {
         self.advance_to(ns)?;
         self.out.flush()

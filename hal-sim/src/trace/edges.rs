@@ -1,34 +1,34 @@
-//! A trace as rows: one per change of a channel's state.
+//! Trace as rows, one per change of a channel's state.
 
 use super::levels::{CHANNELS, ChangedChannels, Levels, State};
 use super::record::{DacWrite, Trace};
 
-/// One channel entered a state.
+/// Change of one channel to another state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Edge {
-    /// Unwrapped microseconds.
+    /// Time of the change, unwrapped microseconds.
     pub t_us: u64,
-    /// Channel, 0…9 (edge files count from 1).
+    /// Channel number, 0…9 (edge files count from 1).
     pub channel: u8,
-    /// The state from now on.
+    /// State after the change.
     pub state: State,
-    /// Amplitude code in force; a write in this very microsecond is not yet.
+    /// Amplitude code in force; a write in the same microsecond does not count yet.
     pub dac_code: u16,
 }
 
-/// All edges of a trace, ordered by time, then channel.
+/// Iterator over all edges of a trace, ordered by time, then channel.
 pub struct Edges<'a> {
     levels: std::slice::Iter<'a, (u64, Levels)>,
     writes: std::iter::Peekable<std::slice::Iter<'a, DacWrite>>,
     codes: [u16; CHANNELS],
     t_us: u64,
     now: Levels,
-    /// The channels whose change at `t_us` is not yet given out.
+    /// Channels whose change at `t_us` has not been returned yet.
     pending: ChangedChannels,
 }
 
 impl Trace {
-    /// All edges, ordered by time, then channel.
+    /// Returns all edges, ordered by time, then channel.
     pub fn edges(&self) -> Edges<'_> {
         Edges {
             levels: self.levels.iter(),
@@ -40,7 +40,7 @@ impl Trace {
         }
     }
 
-    /// The edges from `from_us` on, without going through those before.
+    /// Returns the edges from `from_us` on, without iterating over the earlier ones.
     pub fn edges_from(&self, from_us: u64) -> Edges<'_> {
         let (before, levels) = self
             .levels
@@ -52,7 +52,7 @@ impl Trace {
         }
     }
 
-    /// The edges of one channel (0…9), in order of time.
+    /// Returns the edges of one channel (0…9), in order of time.
     pub fn channel_edges(&self, channel: u8) -> impl Iterator<Item = Edge> {
         self.edges().filter(move |edge| edge.channel == channel)
     }

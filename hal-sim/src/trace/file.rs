@@ -1,8 +1,7 @@
 //! Edge files: CSV with the columns `t_us,channel,state,dac_code`.
 //!
-//! Channels count from 1; rows are ordered by time, then channel; lines end in
-//! a single line feed. Equal traces give equal bytes, so files can be compared
-//! whole.
+//! Channels count from 1; rows are ordered by time, then channel; lines end in a single line feed.
+//! Equal traces give equal bytes, so files can be compared as a whole.
 
 use std::io::{self, Read, Write};
 use std::str::FromStr;
@@ -12,31 +11,31 @@ use super::levels::CHANNELS;
 
 const HEADER: [&str; 4] = ["t_us", "channel", "state", "dac_code"];
 
-/// Why an edge file cannot be read; each says where.
+/// Reason why an edge file cannot be read, with the place of the error.
 #[derive(Debug, thiserror::Error)]
 pub enum EdgeFileError {
-    /// The text is no CSV, a row has a wrong number of fields, or reading failed.
+    /// The text is not CSV, a row has a wrong number of fields, or reading failed.
     #[error("edge file: {0}")]
     Csv(csv::Error),
     /// The first line does not name the four columns in order.
     #[error("edge file: the first line must be `t_us,channel,state,dac_code`")]
     Header,
-    /// A field does not hold what its column allows.
+    /// A field has a value that its column does not allow.
     #[error("edge file, line {line}: {column} cannot be `{value}`; allowed: {allowed}")]
     Field {
-        /// Line number, from 1.
+        /// Line number in the file, from 1.
         line: u64,
-        /// Column name.
+        /// Name of the column.
         column: &'static str,
-        /// The text found.
+        /// Text of the field.
         value: String,
-        /// What would be accepted.
+        /// Description of the allowed values.
         allowed: &'static str,
     },
     /// Rows are not ordered by time, then channel.
     #[error("edge file, line {line}: rows must be ordered by t_us, then channel")]
     Order {
-        /// Line number, from 1.
+        /// Line number of the row, from 1.
         line: u64,
     },
 }
@@ -47,8 +46,8 @@ impl From<csv::Error> for EdgeFileError {
     }
 }
 
-/// Writes edges, which must come ordered by time, then channel, as
-/// [`super::Trace::edges`] gives them.
+/// Writes edges, which must be ordered by time, then channel, like those of
+/// [`super::Trace::edges`].
 pub fn write_csv(out: impl Write, edges: impl IntoIterator<Item = Edge>) -> io::Result<()> {
     let mut out = io::BufWriter::new(out);
     writeln!(out, "{}", HEADER.join(","))?;
@@ -59,10 +58,10 @@ pub fn write_csv(out: impl Write, edges: impl IntoIterator<Item = Edge>) -> io::
     out.flush()
 }
 
-/// Reads an edge file.
+/// Reads the edges of an edge file.
 ///
 /// # Errors
-/// [`EdgeFileError`], with the line and what is allowed there.
+/// Returns an [`EdgeFileError`] with the line and the allowed values if the file is malformed.
 pub fn read_csv(input: impl Read) -> Result<Vec<Edge>, EdgeFileError> {
     let mut reader = csv::Reader::from_reader(input);
     if reader.headers()? != HEADER.as_slice() {

@@ -1,11 +1,10 @@
-//! Sets of time as sorted, disjoint, half-open intervals `[start, end)` in
-//! microseconds.
+//! Sets of time as sorted, disjoint, half-open intervals `[start, end)` in microseconds.
 
-/// One stretch of time.
+/// Half-open interval `[start, end)`, µs.
 pub(super) type Interval = (u64, u64);
 
-/// Appends an interval that starts no earlier than the last one, merging it if
-/// they touch. Empty intervals vanish.
+/// Appends an interval that starts no earlier than the last one, and merges the two if they touch.
+/// Empty intervals are dropped.
 pub(super) fn append(set: &mut Vec<Interval>, (start, end): Interval) {
     match set.last_mut() {
         _ if start >= end => {}
@@ -14,7 +13,7 @@ pub(super) fn append(set: &mut Vec<Interval>, (start, end): Interval) {
     }
 }
 
-/// All time in `a` or `b`.
+/// Returns all time in `a` or `b`.
 pub(super) fn union(a: &[Interval], b: &[Interval]) -> Vec<Interval> {
     let mut out = Vec::with_capacity(a.len() + b.len());
     let (mut a, mut b) = (a.iter().peekable(), b.iter().peekable());
@@ -31,7 +30,7 @@ pub(super) fn union(a: &[Interval], b: &[Interval]) -> Vec<Interval> {
     }
 }
 
-/// All time in `a` but not in `b`.
+/// Returns all time in `a` but not in `b`.
 pub(super) fn difference(a: &[Interval], b: &[Interval]) -> Vec<Interval> {
     let mut out = Vec::with_capacity(a.len());
     let mut first = 0;
@@ -48,13 +47,13 @@ pub(super) fn difference(a: &[Interval], b: &[Interval]) -> Vec<Interval> {
     out
 }
 
-/// True if `t_us` lies in the set.
+/// Returns whether `t_us` lies in the set.
 pub(super) fn contains(set: &[Interval], t_us: u64) -> bool {
     let after = set.partition_point(|interval| interval.0 <= t_us);
     after > 0 && t_us < set[after - 1].1
 }
 
-/// The part of the set before `end`.
+/// Returns the part of the set before `end`.
 pub(super) fn before(set: &[Interval], end: u64) -> Vec<Interval> {
     set.iter()
         .map_while(|&(a, b)| (a < end).then(|| (a, b.min(end))))

@@ -1,36 +1,36 @@
-//! The state of all output lines at one instant, in one word.
+//! State of all output lines at one instant, packed into one word.
 
 use serde::Serialize;
 use std::fmt;
 use std::str::FromStr;
 
-/// Number of stimulation channels.
+/// Number of stimulation channels of the board.
 pub const CHANNELS: usize = 10;
 
 const SYNC: u32 = 1 << 20;
 
-/// What the output stage of one channel does with its electrode.
+/// State of one channel's output stage.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[repr(u8)]
 pub enum State {
     /// Both switches open: no current path to the other channels.
     #[default]
     Isolated = 0b00,
-    /// Drives the cathodic direction.
+    /// Current is driven in the cathodic direction.
     Cathodic = 0b01,
-    /// Drives the anodic direction.
+    /// Current is driven in the anodic direction.
     Anodic = 0b10,
     /// Electrode tied to the return: discharges, and conducts for other channels.
     Grounded = 0b11,
 }
 
 impl State {
-    /// True in the two states that drive current.
+    /// Returns true in the two states that drive current.
     pub const fn is_driven(self) -> bool {
         matches!(self, State::Cathodic | State::Anodic)
     }
 
-    /// +1 anodic, −1 cathodic, 0 otherwise: sign of the charge delivered.
+    /// Returns the sign of the charge delivered: +1 anodic, −1 cathodic, 0 otherwise.
     pub const fn sign(self) -> i64 {
         match self {
             State::Anodic => 1,
@@ -39,7 +39,7 @@ impl State {
         }
     }
 
-    /// The word used in edge files.
+    /// Returns the word for the state in edge files.
     pub const fn name(self) -> &'static str {
         match self {
             State::Isolated => "isolated",
@@ -74,8 +74,8 @@ impl FromStr for State {
     }
 }
 
-/// All output lines: bits 2i and 2i+1 hold the [`State`] of channel i (from 0),
-/// bit 20 the sync output. The remaining bits are zero.
+/// All output lines: bits 2i and 2i+1 hold the [`State`] of channel i (from 0), bit 20 the sync
+/// output. The remaining bits are zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize)]
 #[repr(transparent)]
 pub struct Levels(pub u32);
@@ -84,35 +84,35 @@ impl Levels {
     /// All channels isolated, sync low: the state before the first record.
     pub const ISOLATED: Levels = Levels(0);
 
-    /// State of a channel, 0…9.
+    /// Returns the state of a channel, 0…9.
     pub const fn state(self, channel: u8) -> State {
         State::from_bits(self.0 >> (2 * channel))
     }
 
-    /// The same lines with one channel, 0…9, in another state.
+    /// Returns the same lines with one channel, 0…9, in another state.
     #[must_use]
     pub const fn with_channel(self, channel: u8, state: State) -> Levels {
         Levels(self.0 & !(0b11 << (2 * channel)) | (state as u32) << (2 * channel))
     }
 
-    /// Level of the sync output.
+    /// Returns whether the sync output is high.
     pub const fn sync(self) -> bool {
         self.0 & SYNC != 0
     }
 
-    /// The same lines with the sync output high or low.
+    /// Returns the same lines with the sync output high or low.
     #[must_use]
     pub const fn with_sync(self, high: bool) -> Levels {
         Levels(if high { self.0 | SYNC } else { self.0 & !SYNC })
     }
 
-    /// Channels whose state differs from `before`, ascending.
+    /// Returns the channels whose state differs from `before`, in ascending order.
     pub const fn changed_channels(self, before: Levels) -> ChangedChannels {
         ChangedChannels((self.0 ^ before.0) & (SYNC - 1))
     }
 }
 
-/// Channels that changed, ascending: those with a bit set of their two.
+/// Channels that changed, in ascending order: those of whose two bits at least one is set.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ChangedChannels(u32);
 
@@ -136,7 +136,7 @@ mod tests {
 
     #[test]
     fn bits_are_as_the_simulators_write_them() {
-        // Channel 0 in bits 0 and 1.
+        // Channel 0 is in bits 0 and 1.
         let states = [0, 1, 2].map(|channel| Levels(0b10_01_11).state(channel));
         assert_eq!(states, [State::Grounded, State::Cathodic, State::Anodic]);
         let levels = Levels::ISOLATED

@@ -1,13 +1,12 @@
-//! What came out of a device: one edge and DAC record that every simulator
-//! writes and every test reads.
+//! Record of a device's output: one format of edges and DAC writes that every simulator writes and
+//! every test reads.
 //!
-//! Lives here: the record, its edges and pulses, the CSV and VCD files, an
-//! independent checker ([`check()`]) of timing, charge, dead time, grounding and
-//! group rules, and a [`judge()`] of what the stages make of it at the electrode.
-//! Not here: anything of the `firmware` crate, so that neither can share a
-//! mistake with the scheduler.
-//! In: port states and DAC writes at unwrapped microseconds.
-//! Out: edges, pulses, files, violations, verdicts.
+//! Contains the record, its edges and pulses, the CSV and VCD files, an independent checker
+//! ([`check()`]) of timing, charge, dead time, grounding and group rules, and a [`judge()`] of the
+//! effect of the output stages at the electrode. Uses nothing of the `firmware` crate, so that it
+//! cannot share a mistake with the scheduler.
+//! In: port states and DAC writes at unwrapped microseconds. Out: edges, pulses, files, violations,
+//! verdicts.
 
 pub mod check;
 mod dump;

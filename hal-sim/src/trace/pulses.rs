@@ -1,14 +1,14 @@
-//! Edges grouped into pulses, from the states alone.
+//! Groups edges into pulses, from the states alone.
 
 use super::intervals::{Interval, append};
 use super::levels::{CHANNELS, State};
 use super::record::{Event, Trace};
 
-/// Two phases of opposite polarity at most this far apart (isolated between)
-/// are one biphasic pulse. The longest interphase gap a train may have, in µs.
+/// Maximum gap between the phases of one biphasic pulse, µs: the longest interphase gap of a train.
+/// The channel must be isolated in between, and the polarities must be opposite.
 pub const MAX_GAP_US: u64 = 200;
 
-/// Direction of a phase.
+/// Direction of the current in a phase.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Polarity {
     /// Current in the cathodic direction.
@@ -22,49 +22,47 @@ pub enum Polarity {
 pub struct Pulse {
     /// Start of the first phase, unwrapped microseconds.
     pub start_us: u64,
-    /// Channel, 0…9.
+    /// Channel number, 0…9.
     pub channel: u8,
-    /// Phases seen: 1 or 2.
+    /// Number of phases seen: 1 or 2.
     pub phases: u8,
-    /// Polarity of the first phase; a second one is opposite.
+    /// Polarity of the first phase; a second phase has the opposite one.
     pub first: Polarity,
-    /// Length of each phase in µs; the second is 0 if there is one phase only.
+    /// Length of each phase, µs; the second is 0 if there is only one phase.
     pub width_us: [u64; 2],
-    /// Time between the phases in µs; 0 if there is one phase only.
+    /// Time between the phases, µs; 0 if there is only one phase.
     pub gap_us: u64,
-    /// Grounding that starts at the very end of the pulse, in µs, as far as it
-    /// is uninterrupted; 0 if the pulse is followed by isolation.
+    /// Uninterrupted grounding that starts exactly at the end of the pulse, µs; 0 if the channel is
+    /// isolated after the pulse.
     pub grounded_us: u64,
     /// DAC code in force when the pulse started.
     pub code: u16,
-    /// Net charge in code·µs, anodic positive, with the code in force at each
-    /// microsecond.
+    /// Net charge, code·µs, anodic positive, with the code in force at each microsecond.
     pub charge: i64,
-    /// False if the recording ended before it was certain that the pulse was
-    /// over.
+    /// Whether the pulse is certainly over; false if the recording ended too early to decide.
     pub complete: bool,
 }
 
 impl Pulse {
-    /// End of the last phase, unwrapped microseconds.
+    /// Returns the end of the last phase, unwrapped microseconds.
     pub fn end_us(&self) -> u64 {
         self.start_us + self.width_us[0] + self.gap_us + self.width_us[1]
     }
 }
 
-/// What one channel did, for the checker.
+/// Activity of one channel, for the checker.
 #[derive(Default)]
 pub(super) struct ChannelRecord {
     pub pulses: Vec<Pulse>,
     pub grounded: Vec<Interval>,
-    /// Start and length of undriven time between phases of opposite polarity
-    /// that follow each other within [`MAX_GAP_US`].
+    /// Start and length of undriven time between phases of opposite polarity that follow each other
+    /// within [`MAX_GAP_US`].
     pub reversals: Vec<(u64, u64)>,
 }
 
 impl Trace {
-    /// All pulses by channel, each list in order of time, of a recording that
-    /// ended at `end_us`.
+    /// Returns all pulses by channel, each list in order of time, of a recording that ended at
+    /// `end_us`.
     pub fn pulses(&self, end_us: u64) -> [Vec<Pulse>; CHANNELS] {
         self.channel_records(end_us).map(|record| record.pulses)
     }
@@ -101,7 +99,7 @@ struct Tracker {
     state: State,
     since_us: u64,
     code: u16,
-    /// Charge of the phase under way is counted up to here.
+    /// Time up to which the charge of the current phase has been counted, µs.
     delivered_us: u64,
 }
 
@@ -114,7 +112,7 @@ impl Tracker {
         (self.state, self.since_us, self.delivered_us) = (state, t_us, t_us);
     }
 
-    /// Closes the stretch in the present state.
+    /// Ends the interval in the present state.
     fn leave(&mut self, t_us: u64) {
         self.deliver_until(t_us);
         let length = t_us.saturating_sub(self.since_us);
@@ -169,7 +167,7 @@ impl Tracker {
         });
     }
 
-    /// Counts the charge of a phase under way.
+    /// Adds the charge of the current phase up to `t_us`.
     fn deliver_until(&mut self, t_us: u64) {
         if self.state.is_driven()
             && let Some(pulse) = self.record.pulses.last_mut()

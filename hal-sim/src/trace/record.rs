@@ -1,4 +1,4 @@
-//! The recorder, and 32-bit device time made monotonic.
+//! Recorder of a device's output, and conversion of its wrapping 32-bit time.
 
 use super::levels::{CHANNELS, Levels};
 use serde::Serialize;
@@ -6,49 +6,48 @@ use serde::Serialize;
 /// One write to a channel's amplitude DAC.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct DacWrite {
-    /// When the output changes, unwrapped microseconds.
+    /// Time at which the output changes, unwrapped microseconds.
     pub t_us: u64,
-    /// Channel, 0…9.
+    /// Channel number, 0…9.
     pub channel: u8,
     /// Amplitude code, 0…65535.
     pub code: u16,
 }
 
-/// One write of the level at which a bank's comparators trip.
+/// One write of the trip level of a bank's comparators.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct TripWrite {
-    /// When it changes, unwrapped microseconds.
+    /// Time at which the level changes, unwrapped microseconds.
     pub t_us: u64,
     /// Bank, 0…5 (docs/hardware.md, The banks' comparators).
     pub bank: u8,
-    /// The level's code, 0…65535.
+    /// Code of the level, 0…65535.
     pub code: u16,
 }
 
-/// Everything a device put out: every change of a line and every DAC write.
+/// Everything that a device emitted: every change of a line and every DAC write.
 ///
-/// All lists are in order of time. Before the first entry all channels are
-/// isolated, all amplitudes are zero, and no bank's comparators have a level, unless
-/// [`Trace::take`] took what came before. A line change and a DAC write in the same
-/// microsecond count in that order.
+/// All lists are in order of time. Before the first entry all channels are isolated, all amplitudes
+/// are zero, and no bank's comparators have a level, unless [`Trace::take`] took an earlier part. A
+/// line change and a DAC write in the same microsecond count in that order.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Trace {
-    /// Time in unwrapped microseconds, and the lines from then on.
+    /// Changes of the lines: unwrapped microseconds, and the lines from then on.
     pub levels: Vec<(u64, Levels)>,
-    /// Every write, also one that repeats the code in force.
+    /// All DAC writes, including those that repeat the code in force.
     pub dac: Vec<DacWrite>,
-    /// Every write of a bank's level; none of a recording that does not have them.
+    /// All writes of a bank's trip level; empty if the recording does not contain them.
     pub trips: Vec<TripWrite>,
-    /// Lines and codes before the first entry: where what was taken ended.
+    /// Lines and codes before the first entry, where the part that was taken ended.
     #[serde(skip)]
     pub start: (Levels, [u16; CHANNELS]),
 }
 
 impl Trace {
-    /// Notes the lines at `t_us`; costs one comparison if nothing changed.
+    /// Records the lines at `t_us`; costs one comparison if nothing changed.
     ///
-    /// Two notes of the same microsecond become one, the later: the two ports
-    /// of a board may be reported one after the other. Times must not decrease;
+    /// The later of two records of the same microsecond replaces the earlier one, because the two
+    /// ports of a board may be reported one after the other. Times must not decrease;
     /// [`super::check()`] reports a trace whose times do.
     #[inline]
     pub fn record_levels(&mut self, t_us: u64, levels: Levels) {
@@ -60,7 +59,7 @@ impl Trace {
         }
     }
 
-    /// Replaces the last entry, or removes it if it no longer is a change.
+    /// Replaces the last entry, or removes it if it is no longer a change.
     fn replace_last(&mut self, levels: Levels) {
         let Some((t_us, _)) = self.levels.pop() else {
             return;
@@ -70,10 +69,10 @@ impl Trace {
         }
     }
 
-    /// Notes a write of `code` to the DAC of `channel` (0…9).
+    /// Records a write of `code` to the DAC of `channel` (0…9).
     ///
     /// # Panics
-    /// If there is no such channel.
+    /// Panics if there is no such channel.
     #[inline]
     pub fn record_dac(&mut self, t_us: u64, channel: u8, code: u16) {
         assert!(usize::from(channel) < CHANNELS, "no channel {channel}");
@@ -84,18 +83,18 @@ impl Trace {
         });
     }
 
-    /// Notes a write of `code` as the level of `bank`.
+    /// Records a write of `code` as the trip level of `bank` (0…5).
     pub fn record_trip(&mut self, t_us: u64, bank: u8, code: u16) {
         self.trips.push(TripWrite { t_us, bank, code });
     }
 
-    /// The lines after the last change.
+    /// Returns the lines after the last change.
     pub fn last_levels(&self) -> Levels {
         self.levels.last().map_or(self.start.0, |entry| entry.1)
     }
 
-    /// Takes out what was recorded before `end_us`; what is left goes on from there. A
-    /// recording without an end is taken in such pieces, and none of it is held for long.
+    /// Removes and returns the part recorded before `end_us`; the rest continues from there. A
+    /// recording without an end is taken in such pieces, so that it needs little memory.
     #[must_use]
     pub fn take(&mut self, end_us: u64) -> Trace {
         let levels = self.levels.partition_point(|entry| entry.0 < end_us);
@@ -115,8 +114,8 @@ impl Trace {
         std::mem::replace(self, rest)
     }
 
-    /// What was recorded up to and including `end_us`: with the same `end_us`
-    /// in the expectation, a good trace is good wherever it is cut.
+    /// Copies the part recorded up to and including `end_us`. If the expectation has the same
+    /// `end_us`, a correct trace passes the check wherever it is cut.
     #[must_use]
     pub fn up_to(&self, end_us: u64) -> Trace {
         let levels = self.levels.partition_point(|entry| entry.0 <= end_us);
@@ -130,8 +129,8 @@ impl Trace {
         }
     }
 
-    /// Line changes and DAC writes in order of time; at the same microsecond
-    /// the lines come first.
+    /// Returns line changes and DAC writes in order of time; in the same microsecond the lines come
+    /// first.
     pub(super) fn events(&self) -> impl Iterator<Item = Event> {
         let mut levels = self.levels.iter().peekable();
         let mut writes = self.dac.iter().peekable();
@@ -145,23 +144,23 @@ impl Trace {
     }
 }
 
-/// One thing that happened, for [`Trace::events`].
+/// Line change or DAC write, for [`Trace::events`].
 pub(super) enum Event {
     Levels(u64, Levels),
     Dac(DacWrite),
 }
 
-/// Turns the device's wrapping 32-bit microseconds into 64-bit ones.
+/// Converter from the device's wrapping 32-bit microseconds to 64-bit ones.
 ///
-/// The first time is taken as it is. Two successive times may be at most
-/// 2³¹ µs (35.8 min) apart; a small step back gives a smaller time.
+/// The first time is kept as it is. Two successive times may be at most 2³¹ µs (35.8 min) apart; a
+/// small step back gives a smaller time.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Unwrap {
     last: Option<u64>,
 }
 
 impl Unwrap {
-    /// The unwrapped time of `t_us`.
+    /// Returns `t_us` as an unwrapped 64-bit time, µs.
     pub fn unwrap_time(&mut self, t_us: u32) -> u64 {
         let unwrapped = match self.last {
             None => u64::from(t_us),

@@ -1,4 +1,4 @@
-//! Value change dump (IEEE 1364-2001 §18) for waveform viewers.
+//! Value change dump (IEEE 1364-2001 §18) of a trace, for waveform viewers.
 
 use std::io::{self, Write};
 
@@ -7,31 +7,31 @@ use vcd::{IdCode, TimescaleUnit, Value, Writer};
 use super::levels::{CHANNELS, Levels, State};
 use super::record::{DacWrite, Event, Trace};
 
-/// Variables of one channel.
+/// Identifiers of one channel's variables in the dump.
 struct Channel {
     anodic: IdCode,
     cathodic: IdCode,
     dac: IdCode,
 }
 
-/// A dump with 1 µs time steps, written piece by piece: the lines `ch1_anodic` and
-/// `ch1_cathodic` to `ch10_cathodic` (both high: grounded; both low: isolated), the
-/// 16-bit codes `ch1_dac` to `ch10_dac`, and the line `sync`. Names are unique without
-/// a scope, as viewers show that do not show scopes.
+/// A dump with 1 µs time steps, written piece by piece: the lines `ch1_anodic` and `ch1_cathodic`
+/// to `ch10_cathodic` (both high: grounded; both low: isolated), the 16-bit codes `ch1_dac` to
+/// `ch10_dac`, and the line `sync`. Names are unique without a scope, because some viewers do not
+/// show scopes.
 pub struct Vcd<W: Write> {
     out: Writer<io::BufWriter<W>>,
     channels: Vec<Channel>,
     sync: IdCode,
-    /// The lines after the last change, and its time stamp.
+    /// Lines after the last change, and its time stamp.
     now: Levels,
     t_us: u64,
 }
 
 impl<W: Write> Vcd<W> {
-    /// Writes the header, and at 0 all channels isolated and all codes 0.
+    /// Writes the header, and the state at time 0: all channels isolated and all codes 0.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// Fails if `out` cannot be written.
     pub fn begin(out: W) -> io::Result<Self> {
         let mut out = Writer::new(io::BufWriter::new(out));
         out.timescale(1, TimescaleUnit::US)?;
@@ -63,10 +63,10 @@ impl<W: Write> Vcd<W> {
         })
     }
 
-    /// Appends what was recorded after what was appended before.
+    /// Appends the next part of a recording.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// Fails if the dump cannot be written.
     pub fn append(&mut self, trace: &Trace) -> io::Result<()> {
         for event in trace.events() {
             let (Event::Levels(t_us, _) | Event::Dac(DacWrite { t_us, .. })) = event;
@@ -91,11 +91,11 @@ impl<W: Write> Vcd<W> {
         Ok(())
     }
 
-    /// Ends the dump with the time stamp `end_us`, up to which nothing changes any
-    /// more: a viewer shows that time, too.
+    /// Ends the dump with the time stamp `end_us`, up to which nothing changes any more, so that a
+    /// viewer shows the time up to there.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// Fails if the dump cannot be written.
     pub fn end(mut self, end_us: u64) -> io::Result<()> {
         self.advance_to(end_us.max(self.t_us))?;
         self.out.flush()
@@ -113,7 +113,7 @@ impl<W: Write> Vcd<W> {
 /// Writes a trace that was recorded until `end_us` as one [`Vcd`].
 ///
 /// # Errors
-/// It cannot be written.
+/// Fails if `out` cannot be written.
 pub fn write_vcd(out: impl Write, trace: &Trace, end_us: u64) -> io::Result<()> {
     let mut dump = Vcd::begin(out)?;
     dump.append(trace)?;
@@ -125,7 +125,7 @@ fn write_state<W: Write>(out: &mut Writer<W>, channel: &Channel, state: State) -
     out.change_scalar(channel.cathodic, state as u8 & 0b01 != 0)
 }
 
-/// Most significant bit first, as the format wants.
+/// Returns the bits of `code`, most significant first, as the format requires.
 fn code_bits(code: u16) -> impl Iterator<Item = Value> {
     (0..16)
         .rev()

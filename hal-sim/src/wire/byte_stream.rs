@@ -1,37 +1,37 @@
-//! A byte stream that a host program can open.
+//! Trait for byte streams that a host program can open.
 
 use std::io;
 use std::time::{Duration, Instant};
 
-/// A stream of bytes to a host that may come and go. Nothing here waits for
-/// the host, except that a write waits a little for room.
+/// A stream of bytes to a host that may connect and disconnect. Nothing here waits for the host,
+/// except that a write waits briefly for buffer space.
 pub trait ByteStream {
-    /// Moves what has arrived into `buf` and says how many bytes: 0 if nothing
-    /// has, or if no host is connected. Also lets a new host in.
+    /// Reads received bytes into `buf` and returns their number: 0 if there are none or no host is
+    /// connected. Also accepts a new host.
     ///
     /// # Errors
-    /// Only if the stream itself is unusable; a host that goes away is no error.
+    /// Fails only if the stream itself is unusable; a host that disconnects is no error.
     fn read(&mut self, buf: &mut [u8]) -> io::Result<usize>;
 
-    /// Sends all bytes, in order. Without a host they are dropped, as on a
-    /// cable that is not plugged in; a host that does not read for
-    /// [`WRITE_PATIENCE`] loses them too (and TCP disconnects it).
+    /// Sends all bytes, in order. Without a host they are dropped, as on a cable that is not
+    /// plugged in; they are also lost if a host does not read for [`WRITE_PATIENCE`] (TCP then
+    /// disconnects it).
     ///
     /// # Errors
-    /// Only if the stream itself is unusable.
+    /// Fails only if the stream itself is unusable.
     fn write_all(&mut self, bytes: &[u8]) -> io::Result<()>;
 
-    /// True if a host was connected when the stream was last read or written.
+    /// Returns whether a host was connected when the stream was last read or written.
     fn connected(&self) -> bool;
 }
 
-/// How long a write waits for a host that does not read.
+/// Time that a write waits for a host that does not read.
 pub const WRITE_PATIENCE: Duration = Duration::from_millis(500);
 
-/// Writes all of `bytes` with `write`, which may say that there is no room now.
+/// Writes all of `bytes` with `write`, which may report that there is no buffer space now.
 ///
 /// # Errors
-/// The error of `write`, or `TimedOut` after `patience` without room.
+/// Returns the error of `write`, or `TimedOut` after `patience` without buffer space.
 pub(super) fn write_patiently(
     mut bytes: &[u8],
     patience: Duration,

@@ -1,61 +1,60 @@
 //! A serial line in virtual time that loses, corrupts and delays frames.
 //!
-//! The same seed and the same pushes give the same faults, byte for byte. The
-//! line keeps the order of frames, as a serial line does.
+//! The same seed and the same pushes give the same faults, byte for byte. The line keeps the order
+//! of frames, as a serial line does.
 
 use crate::random::Random;
 use std::collections::VecDeque;
 
-/// End-of-frame byte of the link; a corruption that makes or destroys one
-/// changes how many frames the receiver sees, so these are counted apart.
+/// End-of-frame byte of the link. A corruption that creates or destroys one changes how many frames
+/// the receiver sees, so these are counted separately.
 pub const DELIMITER: u8 = 0;
 
-/// What happens to a frame on its way.
+/// Probabilities and delays of the faults of a line.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Faults {
-    /// Probability that a frame vanishes, 0…1.
+    /// Probability that a frame is lost, 0…1.
     pub loss: f64,
-    /// Probability that a frame that is not lost has one bit or one byte
-    /// changed, 0…1.
+    /// Probability that a frame that is not lost has one bit or one byte changed, 0…1.
     pub corruption: f64,
     /// Delay of every frame, µs.
     pub delay_us: u64,
-    /// Greatest additional delay as a fraction of `interval_us`; the delay of
-    /// each frame is uniform from zero to this.
+    /// Maximum additional delay as a fraction of `interval_us`; the additional delay of each frame
+    /// is uniform from zero to this.
     pub jitter: f64,
     /// Nominal time between frames, µs; 11,111 for a 90 Hz stream.
     pub interval_us: u64,
 }
 
-/// What the line did so far, in frames unless said otherwise.
+/// Counters of a line, in frames unless noted otherwise.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
-    /// Pushed.
+    /// Frames that the sender pushed.
     pub pushed: u64,
-    /// Lost.
+    /// Frames that were lost on the line.
     pub lost: u64,
-    /// Corrupted: one bit flipped.
+    /// Frames corrupted by one inverted bit.
     pub bit_flips: u64,
-    /// Corrupted: one byte replaced by another.
+    /// Frames corrupted by one replaced byte.
     pub byte_flips: u64,
-    /// Corrupted by turning a [`DELIMITER`] into something else (the receiver
-    /// sees this frame and the next as one).
+    /// Frames corrupted by changing a [`DELIMITER`] into another byte (the receiver sees this frame
+    /// and the next as one).
     pub delimiters_destroyed: u64,
-    /// Corrupted by turning another byte into a [`DELIMITER`] (the receiver
-    /// sees two frames).
+    /// Frames corrupted by changing another byte into a [`DELIMITER`] (the receiver sees two
+    /// frames).
     pub delimiters_made: u64,
-    /// Delayed by jitter.
+    /// Frames delayed by jitter.
     pub jittered: u64,
-    /// Held back behind an earlier frame, to keep the order.
+    /// Frames held back behind an earlier frame, to keep the order.
     pub held_back: u64,
-    /// Handed to the receiver.
+    /// Frames handed to the receiver.
     pub delivered: u64,
-    /// Greatest time from push to arrival, µs.
+    /// Maximum time from push to arrival, µs.
     pub longest_us: u64,
 }
 
 impl Counts {
-    /// Frames that were changed in any way.
+    /// Returns the number of frames that were changed in any way.
     pub fn corrupted(&self) -> u64 {
         self.bit_flips + self.byte_flips
     }
@@ -72,7 +71,7 @@ pub struct FaultyLine {
 }
 
 impl FaultyLine {
-    /// A line with these faults; equal seeds give equal faults.
+    /// Creates a line with `faults`; equal seeds give equal faults.
     pub fn new(faults: Faults, seed: u64) -> FaultyLine {
         FaultyLine {
             faults,
@@ -86,7 +85,7 @@ impl FaultyLine {
     /// Sends one frame at `t_us`. Times must not decrease.
     pub fn push(&mut self, t_us: u64, frame: &[u8]) {
         self.counts.pushed += 1;
-        // All draws are made for every frame, so that changing one fault's
+        // All random numbers are generated for every frame, so that a change of one fault's
         // probability leaves the other faults where they were.
         let [loss, corruption, jitter] = std::array::from_fn(|_| self.random.unit());
         let [which, place, change] = std::array::from_fn(|_| self.random.word());
@@ -108,8 +107,8 @@ impl FaultyLine {
         self.queue.push_back((arrival_us, bytes));
     }
 
-    /// Takes the frames that have arrived by `t_us`, with their arrival times,
-    /// in order. Frames the caller does not take stay on the line.
+    /// Takes the frames that have arrived by `t_us`, with their arrival times, in order. Frames
+    /// that the caller does not take stay on the line.
     pub fn pop_until(&mut self, t_us: u64) -> impl Iterator<Item = (u64, Vec<u8>)> {
         std::iter::from_fn(move || {
             let arrived = self.queue.front().is_some_and(|frame| frame.0 <= t_us);
@@ -119,12 +118,12 @@ impl FaultyLine {
         })
     }
 
-    /// When the next frame arrives, if one is on its way.
+    /// Returns the arrival time of the next frame, if one is on its way.
     pub fn next_arrival_us(&self) -> Option<u64> {
         self.queue.front().map(|frame| frame.0)
     }
 
-    /// What the line did so far.
+    /// Returns the counters of the line so far.
     pub fn counts(&self) -> Counts {
         self.counts
     }
@@ -196,7 +195,7 @@ mod tests {
         let counts = line.counts();
         assert_eq!(counts.pushed, counts.lost + counts.delivered);
         assert_eq!(counts.delivered, out.len() as u64);
-        // Frames differ in their low bytes; find each one's original by time.
+        // Frames differ in their low bytes; the time gives the original of each.
         let original = |t_us: u64| frame((t_us - 2_000) / INTERVAL_US);
         let changed = out.iter().filter(|(t, b)| *b != original(*t)).count();
         assert_eq!(changed as u64, counts.corrupted());
@@ -204,7 +203,8 @@ mod tests {
         let seen: u64 = out.iter().map(|(_, bytes)| delimiters(bytes)).sum();
         let expected = counts.delivered + counts.delimiters_made - counts.delimiters_destroyed;
         assert_eq!(seen, expected);
-        // Binomial, 10,000 draws at 0.1: standard deviation 30 (28.5 corrupted).
+        // Binomial distribution of 10,000 draws at 0.1: standard deviation 30 (28.5 for
+        // corruption).
         assert!(counts.lost.abs_diff(1_000) < 120, "{counts:?}");
         assert!(counts.corrupted().abs_diff(900) < 120, "{counts:?}");
         assert!(counts.bit_flips > 0 && counts.byte_flips > 0);

@@ -1,33 +1,34 @@
-//! Finding out that the other end of a socket has vanished.
+//! Keep-alive probes that detect when the other end of a TCP socket has vanished.
 
 use socket2::{SockRef, TcpKeepalive};
 use std::io;
 use std::net::TcpStream;
 use std::time::Duration;
 
-/// A connection on which nothing comes is asked for a sign of life after this time: soon
-/// enough for whoever waits for the place, and rare enough to cost nothing.
+/// Idle time of a connection before the first probe: short enough for a host that waits for its
+/// turn, and long enough to cost nothing.
 pub const IDLE: Duration = Duration::from_secs(5);
-/// From one question to the next, if there is no answer.
+/// Time between probes if there is no answer.
 pub const INTERVAL: Duration = Duration::from_secs(2);
-/// Unanswered questions after which the other end is gone. Three, since a network may lose
-/// one.
+/// Number of unanswered probes after which the other end counts as lost. It is three, because a
+/// network may lose one.
 pub const QUESTIONS: u32 = 3;
-/// How long the other end may have been silent when it is given up.
+/// Silence of the other end after which the connection is closed.
 pub const PATIENCE: Duration = Duration::from_secs(5 + 3 * 2);
 
-/// Has the system end the connection, which reading and writing then report, within about
-/// [`PATIENCE`] after the other end's computer or cable has gone without a word: otherwise it
-/// would be taken for ever. A program that is suspended is not gone: its system answers.
+/// Enables keep-alive probes on `stream`. The system then ends the connection within about
+/// [`PATIENCE`] after the other end's computer or cable has vanished, and reading and writing
+/// report this; otherwise the connection would stay occupied forever. The system of a suspended
+/// program still answers.
 ///
 /// # Errors
-/// The system refuses.
+/// Fails if the system rejects the options.
 pub fn enable_keepalive(stream: &TcpStream) -> io::Result<()> {
     let socket = SockRef::from(stream);
     let keepalive = TcpKeepalive::new().with_time(IDLE).with_interval(INTERVAL);
     socket.set_tcp_keepalive(&keepalive.with_retries(QUESTIONS))?;
-    // No question is asked while bytes wait to be acknowledged: they would be sent again for
-    // a quarter of an hour.
+    // No probe is sent while bytes wait for acknowledgement: the system would resend them for a
+    // quarter of an hour.
     #[cfg(any(target_os = "linux", target_os = "android"))]
     socket.set_tcp_user_timeout(Some(PATIENCE))?;
     Ok(())
@@ -39,18 +40,19 @@ pub(crate) mod tests {
     use super::*;
     use std::net::{SocketAddr, TcpListener};
 
-    /// Whether the system asks for signs of life on the one connection that was accepted at
-    /// `address` of 127.0.0.1, as it says itself once no byte waits there.
+    /// Returns whether the system probes the only connection that was accepted at `address` of
+    /// 127.0.0.1. The system's table shows this once no byte waits there.
     pub(crate) fn is_watched(address: SocketAddr) -> bool {
         let local = format!("0100007F:{:04X}", address.port());
-        // A byte may still have to be acknowledged.
+        // A byte may still wait for acknowledgement.
         let looks = std::iter::repeat_with(|| timer(&local)).take(100);
         let mut waits = looks.inspect(|_| std::thread::sleep(Duration::from_millis(20)));
         waits.any(|timer| timer == "02")
     }
 
-    /// Of the connection with this local end, from a table whose columns are its number,
-    /// local and remote end, state (01: established), queues, timer (02: keep-alive).
+    /// Returns the timer of the connection with this local end from /proc/net/tcp. Its columns are
+    /// the number, local and remote end, state (01: established), queues, and timer (02:
+    /// keep-alive).
     fn timer(local: &str) -> String {
         let table = std::fs::read_to_string("/proc/net/tcp").unwrap();
         let rows = table.lines().map(|row| row.split_whitespace());

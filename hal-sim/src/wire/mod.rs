@@ -1,10 +1,8 @@
-//! Wires between a simulated board and its host.
+//! Byte streams between a simulated board and its host.
 //!
-//! Lives here: byte streams a host program can open (TCP, pseudo-terminal),
-//! a line in virtual time that loses, corrupts and delays on purpose, and a recorded
-//! stream that is broken once. Not here:
-//! frames and messages; a wire knows bytes only.
-//! In and out: bytes.
+//! Contains streams that a host program can open (TCP, pseudo-terminal), a line in virtual time
+//! that loses, corrupts and delays frames, and a recorded stream with chosen faults. A wire carries
+//! bytes; frames and messages are defined elsewhere.
 
 #[cfg(feature = "wire")]
 mod byte_stream;

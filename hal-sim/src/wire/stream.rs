@@ -1,47 +1,47 @@
-//! What a host sent, each write with its time, and how a line can break it once.
+//! Timed writes of a host, and functions that corrupt them at chosen places.
 //!
-//! Unlike a [`FaultyLine`](super::faults::FaultyLine), which draws for every frame, this
-//! breaks what it is told to, and need not keep the order.
+//! A [`FaultyLine`](super::faults::FaultyLine) disturbs frames at random and keeps their order;
+//! this module disturbs only the chosen writes and need not keep the order.
 
 use super::faults::DELIMITER;
 
 /// Bytes that a host writes at once.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Write {
-    /// When, µs.
+    /// Time of the write, µs.
     pub t_us: u64,
-    /// Which.
+    /// The bytes written.
     pub bytes: Vec<u8>,
 }
 
-/// Writes in order of time; of one time, in the order they were made.
+/// Writes in order of time. Writes of equal time keep the order in which they were made.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Stream {
     writes: Vec<Write>,
 }
 
 impl Stream {
-    /// Of these writes.
+    /// Creates a stream from `writes`, in any order.
     #[must_use]
     pub fn new(mut writes: Vec<Write>) -> Self {
         writes.sort_by_key(|write| write.t_us);
         Self { writes }
     }
 
-    /// In order of time.
+    /// Returns the writes in order of time.
     #[must_use]
     pub fn writes(&self) -> &[Write] {
         &self.writes
     }
 
-    /// One more, behind those of its time.
+    /// Adds a write behind the existing ones of the same time.
     pub fn add(&mut self, t_us: u64, bytes: Vec<u8>) {
         let place = self.writes.partition_point(|write| write.t_us <= t_us);
         self.writes.insert(place, Write { t_us, bytes });
     }
 
-    /// Bits of write `index` turn, each counted from its first byte's lowest; those beyond
-    /// its end do not.
+    /// Inverts bits of write `index`, counted from the lowest bit of its first byte. Bits beyond
+    /// the end are ignored.
     pub fn flip_bits(&mut self, index: usize, bits: &[usize]) {
         let Some(write) = self.writes.get_mut(index) else {
             return;
@@ -53,7 +53,7 @@ impl Stream {
         }
     }
 
-    /// Two writes change places.
+    /// Exchanges the bytes of two writes.
     pub fn swap_writes(&mut self, one: usize, other: usize) {
         if one.max(other) < self.writes.len() && one != other {
             let bytes = std::mem::take(&mut self.writes[one].bytes);
@@ -62,14 +62,14 @@ impl Stream {
         }
     }
 
-    /// Write `index` comes once more, `after_us` later.
+    /// Repeats write `index`, `after_us` later.
     pub fn repeat_write(&mut self, index: usize, after_us: u64) {
         if let Some(Write { t_us, bytes }) = self.writes.get(index).cloned() {
             self.add(t_us + after_us, bytes);
         }
     }
 
-    /// Of write `index` only the first `length` bytes come; the rest `late_us` later, or
+    /// Truncates write `index` to its first `length` bytes; the rest arrives `late_us` later, or
     /// never.
     pub fn truncate_write(&mut self, index: usize, length: usize, late_us: Option<u64>) {
         let Some(write) = self.writes.get_mut(index) else {
@@ -82,13 +82,14 @@ impl Stream {
         }
     }
 
-    /// Writes of `from_us..until_us` are lost.
+    /// Removes the writes of `from_us..until_us`.
     pub fn drop_writes(&mut self, from_us: u64, until_us: u64) {
         self.writes
             .retain(|write| !(from_us..until_us).contains(&write.t_us));
     }
 
-    /// What a receiver reads: bytes up to a [`DELIMITER`], with it, and when that came.
+    /// Returns the frames that a receiver reads: the bytes up to and including a [`DELIMITER`],
+    /// with the time at which that arrived.
     #[must_use]
     pub fn frames(&self) -> Vec<Write> {
         let (mut frames, mut bytes) = (Vec::new(), Vec::new());
@@ -120,7 +121,7 @@ mod tests {
         Stream::new([3, 1, 2].map(write).into())
     }
 
-    /// As times and bytes.
+    /// Returns the writes as pairs of time and bytes.
     fn told(writes: &[Write]) -> Vec<(u64, &[u8])> {
         let all = writes.iter();
         all.map(|write| (write.t_us, &*write.bytes)).collect()

@@ -1,4 +1,4 @@
-//! A TCP socket that serves one host at a time.
+//! TCP socket that serves one host at a time.
 
 use std::io::{self, Read, Write};
 use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream, ToSocketAddrs};
@@ -7,46 +7,46 @@ use std::time::{Duration, Instant};
 use super::byte_stream::write_patiently;
 use super::{ByteStream, WRITE_PATIENCE, keepalive};
 
-/// How long a refused host may take to hang up after it was told.
+/// Time that a refused host has to disconnect after the refusal was sent.
 const FAREWELL: Duration = Duration::from_secs(1);
-/// Refused hosts attended to at once; more are simply closed.
+/// Maximum number of refused hosts that are kept open at once; further ones are closed immediately.
 const MOST_REFUSED: usize = 8;
-/// How long a host that sends no more is sent what comes for it.
+/// Time during which a host that has closed its sending side still receives answers.
 const ANSWERING: Duration = Duration::from_secs(1);
-/// The same while its successor waits, which is not kept for as long as a host waits for an
-/// answer (500 ms). The slowest answer, to `Arm`, takes 22 ms.
+/// The same time while a successor waits. It must be shorter than the 500 ms for which a host waits
+/// for an answer; the slowest answer, to `Arm`, takes 22 ms.
 const ANSWERING_FOR_NEXT: Duration = Duration::from_millis(100);
 
-/// Listens; the first host is served, others are refused until it leaves. One that vanished
-/// without a word is found out about by [`keepalive`]; one that only closed its sending side
-/// still gets its answers: for a second, or for 100 ms if another waits for the place.
+/// TCP server for one host; others are refused until that host leaves. [`keepalive`] detects a host
+/// that vanished. A host that closed only its sending side still receives its answers: for one
+/// second, or for 100 ms if another host waits.
 #[derive(Debug)]
 pub struct TcpWire {
     listener: TcpListener,
     refusal: Vec<u8>,
     host: Option<Host>,
-    /// Let in as soon as the host, which sends no more, has its answers.
+    /// Host that is accepted as soon as the present one, which sends no more, has its answers.
     successor: Option<TcpStream>,
-    /// Told and closed for writing, but not dropped yet: closing a socket with
-    /// unread bytes would reset it, and the refusal might never be seen.
+    /// Hosts that were sent the refusal and closed for writing, but are not dropped yet: closing a
+    /// socket with unread bytes would reset it, and the refusal might be lost.
     refused: Vec<(TcpStream, Instant)>,
     refusals: u64,
 }
 
-/// The host that is served.
+/// Host that is being served.
 #[derive(Debug)]
 struct Host {
     stream: TcpStream,
-    /// When its last byte was read, if it said that it sends no more.
+    /// Time at which its sending side closed, if it did.
     ended: Option<Instant>,
 }
 
 impl TcpWire {
-    /// Listens at `address` (port 0: any free one). A second host is sent the
-    /// bytes `refusal` and disconnected.
+    /// Listens at `address` (port 0: any free port). A second host is sent the bytes `refusal` and
+    /// disconnected.
     ///
     /// # Errors
-    /// If the address cannot be resolved or is in use.
+    /// Fails if the address cannot be resolved or is in use.
     pub fn bind(address: impl ToSocketAddrs, refusal: Vec<u8>) -> io::Result<TcpWire> {
         let listener = TcpListener::bind(address)?;
         listener.set_nonblocking(true)?;
@@ -60,29 +60,30 @@ impl TcpWire {
         })
     }
 
-    /// Where it listens.
+    /// Returns the address at which the server listens.
     ///
     /// # Errors
-    /// If the system cannot tell.
+    /// Fails if the system does not report the address.
     pub fn local_addr(&self) -> io::Result<SocketAddr> {
         self.listener.local_addr()
     }
 
-    /// How many hosts were refused so far.
+    /// Returns the number of hosts refused so far.
     pub fn refusals(&self) -> u64 {
         self.refusals
     }
 
-    /// Lets waiting hosts in or turns them away. Call only when the present
-    /// host is known to be there still.
+    /// Accepts or refuses waiting hosts. Call this only when the present host is known to be
+    /// connected still.
     fn accept_hosts(&mut self) -> io::Result<()> {
         self.refused.retain_mut(is_still_leaving);
         loop {
             match self.listener.accept() {
                 Ok((stream, _)) => match &self.host {
                     None => {
-                        self.host = Host::new(stream).ok(); // else it broke off
-                        // It may have left already, for another who waits.
+                        // an error means that the connection broke
+                        self.host = Host::new(stream).ok();
+                        // It may have left already, to make way for another host that waits.
                         return Ok(());
                     }
                     Some(host) if host.ended.is_some() && self.successor.is_none() => {
@@ -91,14 +92,14 @@ impl TcpWire {
                     Some(_) => self.refuse(stream),
                 },
                 Err(error) if is_transient(&error) => return Ok(()),
-                // It broke off before it was let in.
+                // The connection broke before it was accepted.
                 Err(error) if error.kind() == io::ErrorKind::ConnectionAborted => {}
                 Err(error) => return Err(error),
             }
         }
     }
 
-    /// Tells a host that it is not served. It may be gone already: its loss.
+    /// Sends the refusal to a host. Errors are ignored: the host may have left already.
     fn refuse(&mut self, mut stream: TcpStream) {
         self.refusals += 1;
         let told = stream
@@ -120,8 +121,8 @@ impl Host {
         Ok(Self { stream, ended })
     }
 
-    /// Moves what has arrived into `buf`: how many bytes, 0 for nothing now. `None` once the
-    /// host is gone, or has had time for its answers.
+    /// Reads received bytes into `buf` and returns their number, 0 if there are none now. Returns
+    /// `None` once the host has left or its time for answers is over.
     fn read(&mut self, buf: &mut [u8], is_awaited: bool) -> Option<usize> {
         if let Some(ended) = self.ended {
             let patience = match is_awaited {
@@ -148,14 +149,15 @@ impl ByteStream for TcpWire {
                 Some(0) => {}
                 Some(count) => return Ok(count),
                 None => {
-                    // Report the absence before anyone else is let in.
+                    // Report the absence before another host is accepted.
                     self.host = None;
                     return Ok(0);
                 }
             }
         }
         if let Some(next) = self.successor.take_if(|_| self.host.is_none()) {
-            self.host = Host::new(next).ok(); // else it broke off while it waited
+            // an error means that the connection broke while it waited
+            self.host = Host::new(next).ok();
             return Ok(0);
         }
         self.accept_hosts()?;
@@ -176,7 +178,7 @@ impl ByteStream for TcpWire {
     }
 }
 
-/// Reads and forgets what a refused host says; false once it may be dropped.
+/// Reads and discards the bytes of a refused host; returns false once it may be dropped.
 fn is_still_leaving((stream, since): &mut (TcpStream, Instant)) -> bool {
     let mut ignored = [0; 256];
     match stream.read(&mut ignored) {
@@ -186,7 +188,7 @@ fn is_still_leaving((stream, since): &mut (TcpStream, Instant)) -> bool {
     }
 }
 
-/// Errors that say "nothing now".
+/// Returns whether the error only means that there is nothing to read now.
 fn is_transient(error: &io::Error) -> bool {
     matches!(
         error.kind(),

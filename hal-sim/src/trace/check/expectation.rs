@@ -1,4 +1,4 @@
-//! What a trace is compared with.
+//! Expected pulses, groups and limits with which a trace is compared.
 
 use std::ops::Range;
 
@@ -15,47 +15,46 @@ pub enum Shape {
     Monophasic(Polarity),
 }
 
-/// The pulses one channel may put out. All times in µs.
+/// Pulses that one channel may output. All times in µs.
 ///
-/// Pulse j of burst b starts at
-/// `epoch + offset + b·period + j·burst_interval`.
+/// Pulse j of burst b starts at `epoch + offset + b·period + j·burst_interval`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TrainSpec {
-    /// Channel, 0…9.
+    /// Channel number, 0…9.
     pub channel: u8,
     /// Form of each pulse.
     pub shape: Shape,
     /// Width of each phase.
     pub width_us: u64,
-    /// If it may change from burst to burst: the largest. Then each burst has a width of
-    /// its own, from the limits' shortest to this, whatever `width_us` says.
+    /// Maximum width, if the width may change from burst to burst. Then each burst has a width of
+    /// its own, from the limits' minimum to this, and `width_us` is ignored.
     pub widest_us: Option<u64>,
-    /// Interphase gap asked for; the one put out is at least the dead time.
+    /// Requested interphase gap; the actual one is at least the dead time.
     pub gap_us: u64,
-    /// From burst to burst.
+    /// Time from burst to burst.
     pub period_us: u64,
-    /// Of the first burst against the epoch, 0…period.
+    /// Delay of the first burst after the epoch, 0…period.
     pub offset_us: u64,
-    /// Pulses in a burst.
+    /// Number of pulses in a burst.
     pub burst_count: u64,
-    /// From pulse to pulse in a burst; of no meaning for a burst of one.
+    /// Time from pulse to pulse in a burst; ignored for a burst of one.
     pub burst_interval_us: u64,
-    /// Grounding after each pulse; 0 for none, after biphasic ones only.
+    /// Grounding after each pulse; 0 for none, allowed after biphasic pulses only.
     pub ground_us: u64,
-    /// The instant all offsets count from, unwrapped.
+    /// Start of the time from which all offsets count, unwrapped.
     pub epoch_us: u64,
-    /// Bursts of this train start in this stretch of unwrapped time only.
+    /// Interval of unwrapped time in which bursts of this train may start.
     pub active_us: Range<u64>,
 }
 
-/// What a member of a group does while another member pulses (from the start
-/// of its first phase to the end of its last) and it does not pulse itself.
+/// State of a group member while another member pulses (from the start of its first phase to the
+/// end of its last) and it does not pulse itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GroupKind {
-    /// It is grounded. Pulses may overlap.
+    /// The member is grounded. Pulses may overlap.
     Conducted,
-    /// It is isolated. Pulses may not overlap; grounding after a monophasic
-    /// pulse is interrupted and then starts again in full.
+    /// The member is isolated. Pulses may not overlap; grounding after a monophasic pulse is
+    /// interrupted and then starts again in full.
     Isolated,
 }
 
@@ -68,24 +67,24 @@ pub struct Group {
     pub members: Vec<u8>,
 }
 
-/// Bounds that hold whatever the trains are. All times in µs.
+/// Bounds that hold for all trains. All times in µs.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Limits {
-    /// Phase width, both ends allowed.
+    /// Allowed phase widths.
     pub width_us: std::ops::RangeInclusive<u64>,
-    /// From burst to burst, both ends allowed.
+    /// Allowed times from burst to burst.
     pub period_us: std::ops::RangeInclusive<u64>,
-    /// Most pulses in a burst.
+    /// Maximum number of pulses in a burst.
     pub burst_count: u64,
-    /// Least contiguous grounding after a pulse, where there is any.
+    /// Minimum contiguous grounding after a pulse, if there is any.
     pub ground_us: u64,
-    /// Least time from a DAC write to the burst it is for.
+    /// Minimum time from a DAC write to the burst that it applies to.
     pub dac_lead_us: u64,
 }
 
 impl Default for Limits {
-    /// The device's own: width 10–500 µs, 0.5–200 Hz, bursts of 1–8, 1 ms of
-    /// grounding, 20 µs from DAC write to burst.
+    /// Limits of the device: width 10–500 µs, 0.5–200 Hz, bursts of 1–8, 1 ms of grounding, 20 µs
+    /// from DAC write to burst.
     fn default() -> Limits {
         Limits {
             width_us: 10..=500,
@@ -97,30 +96,30 @@ impl Default for Limits {
     }
 }
 
-/// What a trace must agree with.
+/// Expected contents of a trace.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Expectation {
-    /// Pulses that may appear. Trains of one channel follow each other: their
-    /// `active_us` do not overlap. A channel without a train is silent.
+    /// Pulses that may appear. Trains of one channel follow each other: their `active_us` do not
+    /// overlap. A channel without a train is silent.
     pub trains: Vec<TrainSpec>,
-    /// Groups; a channel is in one at most.
+    /// Groups; a channel is in at most one.
     pub groups: Vec<Group>,
-    /// Least undriven time between opposite polarities.
+    /// Minimum undriven time between opposite polarities.
     pub dead_time_us: u64,
-    /// Greatest DAC code of each channel.
+    /// Maximum DAC code of each channel.
     pub max_code: [u16; CHANNELS],
-    /// Greatest product of DAC code and phase width of each channel, code·µs.
+    /// Maximum product of DAC code and phase width of each channel, code·µs.
     pub max_code_us: [u64; CHANNELS],
-    /// Bounds that hold whatever the trains are.
+    /// Bounds that hold for all trains.
     pub limits: Limits,
-    /// True if every pulse of every train must be there.
+    /// Whether every pulse of every train must be present.
     pub complete: bool,
-    /// When the recording ended, unwrapped; later pulses are not missed.
+    /// End of the recording, unwrapped; later pulses are not required.
     pub end_us: u64,
 }
 
 impl TrainSpec {
-    /// Length of one pulse at its widest, first edge to last.
+    /// Returns the length of one pulse at its maximum width, from first to last edge.
     pub fn pulse_us(&self, dead_time_us: u64) -> u64 {
         let width_us = self.widest_us.unwrap_or(self.width_us);
         match self.shape {
@@ -129,17 +128,17 @@ impl TrainSpec {
         }
     }
 
-    /// Start of a pulse of the train.
+    /// Returns the start of a pulse of the train, from the numbers of burst and pulse.
     pub fn start_us(&self, burst: u64, pulse: u64) -> u64 {
         self.first_us() + burst * self.period_us + pulse * self.burst_interval_us
     }
 
-    /// Start of the first burst if the train is active from its epoch.
+    /// Returns the start of the first burst if the train is active from its epoch.
     pub(super) fn first_us(&self) -> u64 {
         self.epoch_us + self.offset_us
     }
 
-    /// Numbers of the bursts in the active stretch.
+    /// Returns the numbers of the bursts in the active interval.
     pub(super) fn bursts(&self) -> Range<u64> {
         let count_before = |t_us: u64| {
             let since_us = t_us.saturating_sub(self.first_us());
@@ -148,7 +147,7 @@ impl TrainSpec {
         count_before(self.active_us.start)..count_before(self.active_us.end)
     }
 
-    /// The first field that contradicts the others or the limits.
+    /// Returns the first field that contradicts the others or the limits.
     fn contradiction(&self, expected: &Expectation) -> Option<&'static str> {
         let limits = &expected.limits;
         let monophasic = matches!(self.shape, Shape::Monophasic(_));
@@ -189,7 +188,7 @@ impl TrainSpec {
 }
 
 impl Expectation {
-    /// Trains of one channel in order of time.
+    /// Returns the trains of one channel in order of time.
     pub(super) fn trains_of(&self, channel: u8) -> Vec<&TrainSpec> {
         let mut trains: Vec<_> = self.trains.iter().collect();
         trains.retain(|train| train.channel == channel);
@@ -197,7 +196,7 @@ impl Expectation {
         trains
     }
 
-    /// Contradictions within the expectation.
+    /// Returns the contradictions within the expectation.
     pub(super) fn contradictions(&self) -> Vec<Violation> {
         let wrong =
             |channel, t_us, field| Violation::new(t_us, channel, Rule::Specification(field));

@@ -1,5 +1,4 @@
-//! What a channel does while it does not pulse: its own grounding, and the
-//! rule of its group.
+//! Rules for a channel between its pulses: its own grounding, and the rule of its group.
 
 use super::super::intervals::{Interval, append, before, contains, difference, union};
 use super::super::levels::CHANNELS;
@@ -8,8 +7,8 @@ use super::expectation::{Expectation, Group, GroupKind};
 use super::timing::Timed;
 use super::violation::{Rule, Violation};
 
-/// Every monophasic pulse is discharged before the next pulse of its channel,
-/// by contiguous grounding of the least length.
+/// Checks that every monophasic pulse is discharged before the next pulse of its channel, by
+/// contiguous grounding of the minimum length.
 pub(super) fn judge_own_grounding(
     record: &ChannelRecord,
     expected: &Expectation,
@@ -30,9 +29,9 @@ pub(super) fn judge_own_grounding(
     }
 }
 
-/// Every channel is grounded exactly when it should be.
+/// Checks that every channel is grounded exactly when it should be.
 ///
-/// Judged up to the first pulse that the end of the recording cut off.
+/// The check ends at the first pulse that the end of the recording truncated.
 pub(super) fn judge_groups(
     records: &[ChannelRecord; CHANNELS],
     timed: &[Vec<Timed<'_>>],
@@ -60,7 +59,7 @@ pub(super) fn judge_groups(
     }
 }
 
-/// When members other than `channel` pulse.
+/// Returns the times at which members other than `channel` pulse.
 fn pulsing_others(
     records: &[ChannelRecord; CHANNELS],
     group: &Group,
@@ -79,7 +78,7 @@ fn pulsing(pulses: &[Pulse]) -> Vec<Interval> {
     set
 }
 
-/// One channel, and the rest of its group as it sees it.
+/// One channel, with the pulses of the other members of its group.
 struct IdleChannel<'a> {
     channel: u8,
     record: &'a ChannelRecord,
@@ -113,7 +112,7 @@ impl IdleChannel<'_> {
             );
         }
         if self.kind == Some(GroupKind::Isolated) {
-            // Time that belongs to the channel's own pulses and to others'.
+            // Time that belongs both to the channel's own pulses and to those of others.
             let clear = difference(&own, &self.others);
             for (start_us, _) in difference(&own, &clear) {
                 report(start_us, Rule::Overlap);
@@ -137,7 +136,7 @@ impl IdleChannel<'_> {
         }
     }
 
-    /// Grounding that the channel's own pulses call for.
+    /// Returns the grounding that the channel's own pulses require.
     fn discharge(&self) -> Vec<Interval> {
         let mut set = Vec::new();
         for (index, timed) in self.timed.iter().enumerate() {
@@ -151,8 +150,8 @@ impl IdleChannel<'_> {
         set
     }
 
-    /// Grounding for `ground_us` without a break from `t_us` on; in an
-    /// isolated group each pulse of another member makes it start again.
+    /// Adds uninterrupted grounding for `ground_us` from `t_us` on; in an isolated group each pulse
+    /// of another member restarts it.
     fn discharge_one(&self, mut t_us: u64, ground_us: u64, until_us: u64, set: &mut Vec<Interval>) {
         if self.kind == Some(GroupKind::Isolated) {
             let first = self.others.partition_point(|other| other.1 <= t_us);

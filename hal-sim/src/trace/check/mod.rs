@@ -1,10 +1,10 @@
-//! Is a trace what the wearer was promised? An independent judge.
+//! Independent check of a trace against the requested pulses and the limits.
 //!
-//! Lives here: what is expected ([`Expectation`]), what can be wrong
-//! ([`Violation`]) and the rules. Not here: how pulses are scheduled; the rules
-//! work backwards, from pulses seen to the instants and states they imply.
-//! In: a trace and an expectation. Out: violations, none for a good trace.
-//! Time and memory are proportional to the length of the trace.
+//! Contains the expectation ([`Expectation`]), the violations ([`Violation`]) and the rules. The
+//! rules do not schedule pulses; they work backwards, from the observed pulses to the times and
+//! states that these imply.
+//! In: a trace and an expectation. Out: violations, none for a correct trace. Time and memory are
+//! proportional to the length of the trace.
 
 mod expectation;
 mod idle;
@@ -20,11 +20,10 @@ pub use violation::{Rule, Violation};
 use super::levels::CHANNELS;
 use super::record::Trace;
 
-/// Everything that is wrong with a trace, ordered by time, then channel.
+/// Returns all violations of a trace, ordered by time, then channel.
 ///
-/// An expectation that contradicts itself or its own limits is reported as
-/// [`Rule::Specification`], a trace out of order as [`Rule::TimeOrder`]; in
-/// both cases nothing else is judged.
+/// An expectation that contradicts itself or its own limits is reported as [`Rule::Specification`],
+/// a trace out of order as [`Rule::TimeOrder`]; in both cases nothing else is checked.
 pub fn check(trace: &Trace, expected: &Expectation) -> Vec<Violation> {
     let mut found = expected.contradictions();
     found.extend(out_of_order(trace, expected.end_us));
@@ -60,7 +59,7 @@ fn out_of_order(trace: &Trace, end_us: u64) -> Option<Violation> {
     Some(Violation::new(t_us, 0, Rule::TimeOrder))
 }
 
-/// The first time that does not follow its predecessor, or lies past the end.
+/// Returns the first time that does not follow its predecessor, or lies past the end.
 fn first_out_of_order(
     times: impl Iterator<Item = u64>,
     end_us: u64,

@@ -1,11 +1,11 @@
-//! Rules that need one channel only: limits, charge, dead time, DAC writes.
+//! Rules that need only one channel: limits, charge, dead time, DAC writes.
 
 use super::super::pulses::ChannelRecord;
 use super::expectation::Expectation;
 use super::timing::Timed;
 use super::violation::{Rule, Violation};
 
-/// Width, amplitude, charge and dead time of every pulse.
+/// Checks width, amplitude, charge and dead time of every pulse.
 pub(super) fn judge(
     channel: u8,
     record: &ChannelRecord,
@@ -44,7 +44,7 @@ pub(super) fn judge(
     }
 }
 
-/// One amplitude per burst, written in good time before it.
+/// Checks that each burst has one amplitude, written early enough before it.
 pub(super) fn judge_writes(
     timed: &[Timed<'_>],
     writes: &[u64],
@@ -66,8 +66,8 @@ pub(super) fn judge_writes(
     }
 }
 
-/// Bursts of a channel follow each other no faster than the limit, also from
-/// one train to the next.
+/// Checks that the bursts of a channel follow each other no faster than the limit, also from one
+/// train to the next.
 pub(super) fn judge_repetition(
     timed: &[Timed<'_>],
     expected: &Expectation,

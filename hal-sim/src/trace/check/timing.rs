@@ -1,21 +1,21 @@
-//! Pulses seen against the analytic times of the trains.
+//! Compares the observed pulses with the calculated times of the trains.
 
 use super::super::pulses::Pulse;
 use super::expectation::{Expectation, Shape, TrainSpec};
 use super::violation::{Rule, Violation};
 
-/// A pulse and what its train says about it.
+/// A pulse with the values that its train specifies.
 pub(super) struct Timed<'a> {
     pub pulse: &'a Pulse,
     /// Start of its burst; its own start if it belongs to no train.
     pub burst_us: u64,
-    /// Grounding due after it: its train's, and after a monophasic pulse the least
-    /// allowed at least.
+    /// Required grounding after the pulse: that of its train, and after a monophasic pulse at least
+    /// the minimum.
     pub ground_us: u64,
 }
 
-/// Finds the train of every pulse of one channel, and reports pulses that have
-/// none, differ from it, or are missing.
+/// Finds the train of every pulse of one channel, and reports pulses that have none, differ from
+/// it, or are missing.
 pub(super) fn compare<'a>(
     channel: u8,
     pulses: &'a [Pulse],
@@ -25,7 +25,7 @@ pub(super) fn compare<'a>(
 ) -> Vec<Timed<'a>> {
     let mut timed = Vec::with_capacity(pulses.len());
     let mut current = 0;
-    // Start of the burst under way, and the width it began with.
+    // Start of the current burst, and the width of its first pulse.
     let mut begun = (u64::MAX, 0);
     let mut roll: Vec<RollCall> = trains.iter().map(|train| RollCall::new(train)).collect();
     for pulse in pulses {
@@ -72,7 +72,7 @@ pub(super) fn compare<'a>(
     timed
 }
 
-/// Burst number and number within the burst of the pulse that starts at `t_us`.
+/// Returns the burst number and the number within the burst of the pulse that starts at `t_us`.
 fn locate(train: &TrainSpec, t_us: u64) -> Option<(u64, u64)> {
     let since_us = t_us.checked_sub(train.first_us())?;
     let (burst, within_us) = (since_us / train.period_us, since_us % train.period_us);
@@ -84,7 +84,7 @@ fn locate(train: &TrainSpec, t_us: u64) -> Option<(u64, u64)> {
     (exact && train.bursts().contains(&burst)).then_some((burst, number))
 }
 
-/// The start nearest to `t_us` among the train's pulses.
+/// Returns the start nearest to `t_us` among the train's pulses.
 fn nearest(train: &TrainSpec, t_us: u64) -> Option<u64> {
     let bursts = train.bursts();
     let last = bursts.end.checked_sub(1).filter(|_| !bursts.is_empty())?;
@@ -95,7 +95,7 @@ fn nearest(train: &TrainSpec, t_us: u64) -> Option<u64> {
         .min_by_key(|start_us| start_us.abs_diff(t_us))
 }
 
-/// Of a width that may change: within its bounds, and the same in all of a burst.
+/// Checks a width that may change: it must be within its bounds, and the same throughout a burst.
 fn compare_width(pulse: &Pulse, train: &TrainSpec, first_us: u64, found: &mut Vec<Violation>) {
     let Some(widest_us) = train.widest_us.filter(|_| pulse.complete) else {
         return;
@@ -147,7 +147,7 @@ fn compare_shape(pulse: &Pulse, train: &TrainSpec, dead_time_us: u64, found: &mu
     }
 }
 
-/// Counts the pulses of a train off, to find those that did not come.
+/// Counts the pulses of a train, to find missing ones.
 struct RollCall<'a> {
     train: &'a TrainSpec,
     next: u64,
@@ -176,7 +176,7 @@ impl<'a> RollCall<'a> {
         }
     }
 
-    /// All pulses due before the end of the recording must have come.
+    /// Reports all pulses due before the end of the recording that are missing.
     fn finish(self, expected: &Expectation, found: &mut Vec<Violation>) {
         let end = self.train.bursts().end * self.train.burst_count;
         let beyond = expected.end_us.saturating_sub(self.train.first_us()) / self.train.period_us;

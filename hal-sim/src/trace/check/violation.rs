@@ -1,19 +1,19 @@
-//! What can be wrong with a trace.
+//! Violations that the checker reports.
 
 use std::fmt;
 
-/// One rule broken at one instant.
+/// Violation of one rule at one instant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Violation {
-    /// When, unwrapped microseconds.
+    /// Time of the violation, unwrapped microseconds.
     pub t_us: u64,
-    /// Channel, 0…9 (shown from 1).
+    /// Channel number, 0…9 (shown from 1).
     pub channel: u8,
-    /// Which rule, and by how much.
+    /// Violated rule, with the amount.
     pub rule: Rule,
 }
 
-/// The rules of the checker.
+/// Rules of the checker.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Rule {
     /// The expectation contradicts itself or its limits; names the field.
@@ -25,28 +25,28 @@ pub enum Rule {
     /// A pulse starts where no train of the channel has one.
     #[error("pulse where no train has one; nearest is at {nearest_us:?} µs")]
     OffSchedule {
-        /// Nearest analytic start of the channel's train, if there is one.
+        /// Nearest calculated start of the channel's train, if there is one, µs.
         nearest_us: Option<u64>,
     },
-    /// A phase starts or ends at another instant than the train says.
+    /// A phase starts or ends at another time than the train specifies.
     #[error("edge due at {expected_us} µs")]
     EdgeTime {
-        /// The analytic instant.
+        /// Calculated time, µs.
         expected_us: u64,
     },
     /// Number or order of phases differ from the train's shape.
     #[error("shape is not the train's")]
     Shape,
-    /// Pulses that the train has did not come.
+    /// Pulses of the train are absent.
     #[error("{count} pulses missing from here on")]
     Missing {
-        /// How many in a row.
+        /// Number of consecutive missing pulses.
         count: u64,
     },
     /// A biphasic pulse left charge behind.
     #[error("net charge {net} code·µs")]
     Charge {
-        /// Anodic positive.
+        /// Net charge, code·µs, anodic positive.
         net: i64,
     },
     /// The DAC was written between first and last edge of a burst.
@@ -55,7 +55,7 @@ pub enum Rule {
     /// The DAC was written too shortly before a burst.
     #[error("DAC written {lead_us} µs before a burst")]
     DacLate {
-        /// Time left.
+        /// Time from the write to the burst, µs.
         lead_us: u64,
     },
     /// The amplitude exceeds the channel's limit.
@@ -63,77 +63,77 @@ pub enum Rule {
     Code {
         /// Code in force at the pulse.
         code: u16,
-        /// The channel's limit.
+        /// Limit of the channel.
         max: u16,
     },
     /// A phase is shorter or longer than allowed.
     #[error("phase of {width_us} µs")]
     Width {
-        /// Its length.
+        /// Length of the phase, µs.
         width_us: u64,
     },
-    /// Amplitude and width of a phase are too much together.
+    /// The product of amplitude and width of a phase is too large.
     #[error("phase of {code_us} code·µs exceeds {max}")]
     PhaseCharge {
-        /// Their product.
+        /// Product of code and width, code·µs.
         code_us: u64,
-        /// The channel's limit.
+        /// Limit of the channel, code·µs.
         max: u64,
     },
     /// A pulse of a burst has another width than the burst's first.
     #[error("phase of {width_us} µs in a burst of {first_us} µs")]
     WidthInBurst {
-        /// Its width.
+        /// Phase width of this pulse, µs.
         width_us: u64,
-        /// The first pulse's.
+        /// Phase width of the burst's first pulse, µs.
         first_us: u64,
     },
     /// Two bursts of a channel follow each other too fast.
     #[error("burst {since_us} µs after the previous one")]
     Repetition {
-        /// From start to start.
+        /// Time from start to start, µs.
         since_us: u64,
     },
-    /// Opposite polarities too close to each other.
+    /// Opposite polarities are too close to each other.
     #[error("polarity reversed after {gap_us} µs")]
     DeadTime {
-        /// Undriven time.
+        /// Undriven time between them, µs.
         gap_us: u64,
     },
-    /// No contiguous grounding of the least length before the next pulse.
+    /// Contiguous grounding of the minimum length is missing before the next pulse.
     #[error("monophasic pulse not followed by enough contiguous grounding")]
     Discharge,
-    /// Not grounded although the channel's own pulse calls for it.
+    /// The channel is not grounded although its own pulse requires it.
     #[error("grounding missing for {for_us} µs")]
     GroundingMissing {
-        /// For how long.
+        /// Duration without grounding, µs.
         for_us: u64,
     },
-    /// Grounded although nothing calls for it.
+    /// The channel is grounded although nothing requires it.
     #[error("grounded for {for_us} µs without reason")]
     GroundingUnexpected {
-        /// For how long.
+        /// Duration of the grounding, µs.
         for_us: u64,
     },
-    /// Conducted group: not grounded while another member pulses.
+    /// Conducted group: the channel is not grounded while another member pulses.
     #[error("not conducted for {for_us} µs while another member pulses")]
     NotConducted {
-        /// For how long.
+        /// Duration of the violation, µs.
         for_us: u64,
     },
-    /// Isolated group: grounded while another member pulses.
+    /// Isolated group: the channel is grounded while another member pulses.
     #[error("not isolated for {for_us} µs while another member pulses")]
     NotIsolated {
-        /// For how long.
+        /// Duration of the violation, µs.
         for_us: u64,
     },
-    /// Isolated group: two members pulse at once.
+    /// Isolated group: two members pulse at the same time.
     #[error("pulses at the same time as another member of an isolated group")]
     Overlap,
 }
 
 impl Violation {
-    /// This rule, broken by a channel at this instant.
+    /// Creates a violation of `rule` by a channel at `t_us`.
     pub(super) const fn new(t_us: u64, channel: u8, rule: Rule) -> Self {
         Self {
             t_us,

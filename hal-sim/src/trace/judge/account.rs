@@ -1,30 +1,30 @@
-//! The rules, and what was found of them.
+//! Rules of the judge, and the findings about one recording.
 
 use super::stage::Cause;
 use serde::Serialize;
 use std::fmt;
 
-/// What is severe, each judged at the electrode.
+/// Severe violations, each judged at the electrode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 pub enum Rule {
-    /// A phase longer than any command may be, 500 µs, which no fault cut off.
+    /// A phase longer than the maximum of a command, 500 µs, that no fault truncated.
     CommandedPhase,
-    /// A phase longer than a one-shot lets any be, 650 µs.
+    /// A phase longer than a one-shot allows, 650 µs.
     AnyPhase,
-    /// More current than the wearer's limit and 5 %.
+    /// More current than the wearer's limit plus 5 %.
     Current,
-    /// More than 1 µA of net direct current for a second, with excused pulses and without.
+    /// More than 1 µA of net direct current over a second, both with and without excused pulses.
     DirectCurrent,
-    /// More than 65 µC left by the pulse that a fault cut off or held.
+    /// More than 65 µC left by a pulse that a fault truncated or prolonged.
     TruncatedCharge,
     /// More pulses begun within a second than were checked.
     Rate,
-    /// Output past a deadline.
+    /// Output after the deadline of a stop, host silence or fault.
     PastDeadline,
 }
 
 impl Rule {
-    /// Unit of a finding's amount and limit.
+    /// Returns the unit of a finding's amount and limit.
     #[must_use]
     pub const fn unit(self) -> &'static str {
         match self {
@@ -36,7 +36,7 @@ impl Rule {
         }
     }
 
-    /// The name in reports.
+    /// Returns the name used in reports.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -51,20 +51,20 @@ impl Rule {
     }
 }
 
-/// One rule broken at one electrode, once or often.
+/// Violation of one rule at one electrode, once or more often.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Finding {
-    /// Which rule.
+    /// Violated rule.
     pub rule: Rule,
-    /// Channel, 0…9 (shown from 1).
+    /// Channel number, 0…9 (shown from 1).
     pub channel: u8,
-    /// When first, unwrapped microseconds.
+    /// Time of the first violation, unwrapped microseconds.
     pub t_us: u64,
-    /// The worst, in the rule's unit.
+    /// Worst value, in the rule's unit.
     pub amount: f64,
-    /// What would have been allowed then.
+    /// Allowed value at that time.
     pub limit: f64,
-    /// How often.
+    /// Number of violations.
     pub count: u64,
 }
 
@@ -81,45 +81,45 @@ impl fmt::Display for Finding {
     }
 }
 
-/// The pulse that a fault cut off or held: excused, and counted in no direct
-/// current that is less without it.
+/// Pulse that a fault truncated or prolonged. It is excused, and left out of the direct current if
+/// that makes the current smaller.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Truncated {
-    /// When it began, µs.
+    /// Start of the pulse, µs.
     pub t_us: u64,
-    /// Channel, 0…9.
+    /// Channel number, 0…9.
     pub channel: u8,
-    /// Net charge that it left, µC, anodic positive.
+    /// Net charge left by the pulse, µC, anodic positive.
     pub charge_uc: f64,
 }
 
-/// A stage isolated itself.
+/// Event in which a stage isolated itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Latched {
-    /// When, µs.
+    /// Time of the event, µs.
     pub t_us: u64,
-    /// Channel, 0…9.
+    /// Channel number, 0…9.
     pub channel: u8,
-    /// Why.
+    /// Reason for the latch.
     pub cause: Cause,
 }
 
-/// Everything that ten electrodes saw.
+/// Findings at all ten electrodes.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct OutputJudgement {
-    /// What is severe, by time, channel and rule; one entry a channel and rule.
+    /// Severe violations by time, channel and rule; one entry per channel and rule.
     pub findings: Vec<Finding>,
-    /// Pulses that declared faults excuse.
+    /// Pulses excused by injected faults.
     pub truncated: Vec<Truncated>,
-    /// Stages that latched.
+    /// Events in which a stage latched.
     pub latched: Vec<Latched>,
-    /// Net direct current of the second before its last pulse was over, µA,
-    /// anodic positive, by channel.
+    /// Net direct current by channel in the second before the end of its last pulse, µA, anodic
+    /// positive.
     pub direct_ua: Vec<f64>,
 }
 
 impl OutputJudgement {
-    /// Notes that `rule` was broken.
+    /// Records a violation of `rule`.
     pub(super) fn record_finding(
         &mut self,
         rule: Rule,
@@ -147,7 +147,7 @@ impl OutputJudgement {
         }
     }
 
-    /// Adds a channel's.
+    /// Adds the findings of one channel.
     pub(super) fn merge(&mut self, other: Self) {
         self.findings.extend(other.findings);
         self.findings

@@ -1,68 +1,70 @@
-//! Load, series capacitor and bleed of one channel: what flows, exactly, while
-//! nothing switches.
+//! Computes the exact current through load, series capacitor and bleed of one channel while nothing
+//! switches.
 //!
-//! The capacitor with its bleed is in series with the load. Volts and amperes
-//! are anodic positive. What pulses that were cut left on the capacitor, and what it
-//! held when a pulse began, are followed beside the whole, by superposition.
+//! The capacitor with its bleed is in series with the load. Volts and amperes are anodic positive.
+//! Two parts of the capacitor's charge are tracked separately, by superposition: that left by
+//! truncated pulses, and that present when the latest pulse began.
 
-/// Capacitor and bleed.
+/// Series capacitor and its bleed resistor.
 #[derive(Clone, Copy, Debug)]
 struct Series {
     farad: f64,
     bleed_ohm: f64,
 }
 
-/// How the stage is connected to the load.
+/// Connection of the stage to the load.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Path {
-    /// Both leads float, or the electrode is off.
+    /// Both leads float, or the electrode is detached.
     Open,
     /// Active electrode tied to the return.
     Grounded { ohm: f64 },
-    /// A source behind a limiter.
+    /// A source behind a current limiter.
     Driven(Source),
 }
 
 /// A driving stage and its load.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Source {
-    /// +1 anodic, −1 cathodic.
+    /// Direction: +1 anodic, −1 cathodic.
     pub sign: f64,
     pub ohm: f64,
-    /// Greatest voltage in the driven direction, V.
+    /// Maximum voltage in the driven direction, V.
     pub volts: f64,
-    /// Greatest current in the driven direction, A.
+    /// Maximum current in the driven direction, A.
     pub limit_a: f64,
-    /// The same against it: a voltage stage takes back what the capacitor holds.
+    /// Maximum current in the opposite direction, A: a voltage stage takes back the charge of the
+    /// capacitor.
     pub reverse_a: f64,
 }
 
-/// What flowed through the electrode.
+/// Charge and peak current through the electrode.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Flow {
-    /// Charge, C.
+    /// Net charge, C.
     pub charge: f64,
-    /// Of it, what pulses that were cut had left on the capacitor, C.
+    /// Part of the charge that truncated pulses had left on the capacitor, C.
     pub apart: f64,
-    /// Of it, what the capacitor held when the latest pulse began, C.
+    /// Part of the charge that the capacitor held when the latest pulse began, C.
     pub before: f64,
-    /// Greatest magnitude of the current, A.
+    /// Maximum magnitude of the current, A.
     pub peak: f64,
 }
 
-/// One channel's load side.
+/// Load side of one channel.
 #[derive(Clone, Debug)]
 pub(super) struct Circuit {
     series: Option<Series>,
-    /// Across the capacitor, V, and of it what pulses that were cut left, and what is
-    /// left of what was there when the latest pulse began.
+    /// Voltage across the capacitor, V. The next fields are its parts left by truncated pulses, and
+    /// remaining from before the latest pulse.
     volts: f64,
     apart: f64,
     before: f64,
 }
 
 impl Circuit {
-    /// Discharged; without values, a wire in the capacitor's place.
+    /// Creates a discharged circuit from capacitance, F, and bleed, Ω. `None` replaces the
+    /// capacitor by a wire.
     pub fn new(series: Option<(f64, f64)>) -> Self {
         let series = series.map(|(farad, bleed_ohm)| Series { farad, bleed_ohm });
         Self {
@@ -73,31 +75,31 @@ impl Circuit {
         }
     }
 
-    /// A pulse begins: what the capacitor holds is of others.
+    /// Begins a pulse: the present charge of the capacitor belongs to earlier pulses.
     pub fn begin_pulse(&mut self) {
         self.before = self.volts;
     }
 
-    /// What the capacitor holds of whole pulses, C.
+    /// Returns the charge of complete pulses on the capacitor, C.
     pub fn held_charge(&self) -> f64 {
         let farad = self.series.map_or(0.0, |series| series.farad);
         farad * (self.volts - self.apart)
     }
 
-    /// The part of what it holds that is left after `seconds` in isolation.
+    /// Returns the share of the capacitor's charge that is left after `seconds` in isolation.
     pub fn kept_share(&self, seconds: f64) -> f64 {
         let tau = self.series.map_or(1.0, |s| s.farad * s.bleed_ohm);
         (-seconds / tau).exp()
     }
 
-    /// A pulse that was cut left this charge, C.
+    /// Records that a truncated pulse left this charge, C, on the capacitor.
     pub fn set_cut_charge(&mut self, charge: f64) {
         if let Some(series) = self.series {
             self.apart += charge / series.farad;
         }
     }
 
-    /// The current that begins to flow, A, in magnitude.
+    /// Returns the magnitude of the current at the start of `path`, A.
     pub fn current(&self, path: Path) -> f64 {
         match path {
             Path::Open => 0.0,
@@ -109,7 +111,7 @@ impl Circuit {
         }
     }
 
-    /// Lets `seconds` pass on `path`.
+    /// Advances by `seconds` on `path`, and returns the charge that flowed.
     pub fn advance(&mut self, path: Path, seconds: f64) -> Flow {
         let peak = self.current(path);
         let Some(series) = self.series else {
@@ -136,8 +138,9 @@ impl Circuit {
         }
     }
 
-    /// At the limiter until the capacitor's voltage lets go of it, then as the
-    /// load has it. Both go one way, so that there is one crossing at most.
+    /// Drives at the limiter until the capacitor's voltage ends the limitation, then as the load
+    /// determines. Both parts change the voltage in the same direction, so that there is at most
+    /// one crossing.
     fn drive(&mut self, series: Series, source: Source, seconds: f64) -> Flow {
         let Source { sign, ohm, .. } = source;
         let along = sign * self.volts;
@@ -168,7 +171,7 @@ impl Circuit {
         flow
     }
 
-    /// A current that nothing changes charges the capacitor against its bleed.
+    /// Charges the capacitor, with its bleed, by a constant current.
     fn constant(&mut self, series: Series, ampere: f64, seconds: f64) -> Flow {
         let done = -(-seconds / (series.farad * series.bleed_ohm)).exp_m1();
         self.volts += (ampere * series.bleed_ohm - self.volts) * done;
@@ -180,13 +183,13 @@ impl Circuit {
         }
     }
 
-    /// A voltage across load and capacitor.
+    /// Applies a constant voltage across load and capacitor.
     fn relax(&mut self, series: Series, volts: f64, ohm: f64, seconds: f64) -> Flow {
         let parallel = ohm * series.bleed_ohm / (ohm + series.bleed_ohm);
         let tau = series.farad * parallel;
         let done = -(-seconds / tau).exp_m1();
         let end = volts * series.bleed_ohm / (ohm + series.bleed_ohm);
-        // The integral of the capacitor's voltage over the time, V·s.
+        // Integral of the capacitor's voltage over the time, V·s.
         let mean = end * seconds + (self.volts - end) * tau * done;
         let flow = Flow {
             charge: (volts * seconds - mean) / ohm,
@@ -217,7 +220,7 @@ mod tests {
         }
     }
 
-    /// The same by 100 000 small steps.
+    /// Computes the same charge with 100 000 small steps.
     fn stepped(volts: &mut f64, source: Source, seconds: f64) -> f64 {
         let (mut charge, step) = (0.0, seconds / 100_000.0);
         for _ in 0..100_000 {

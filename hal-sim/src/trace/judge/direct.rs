@@ -1,51 +1,52 @@
-//! Net direct current of one electrode, second by second.
+//! Computes the net direct current of one electrode, second by second.
 //!
-//! What passed through the electrode within a second, between whole pulses, less
-//! what its series capacitor holds more than at the start: that comes to an end
-//! and comes back (the bias of monophasic trains and of voltage stages,
-//! hardware.md); what the bleed passes does not. The charge of a pulse that was
-//! cut or lost its second phase counts whole. That of an excused one is taken out
-//! or left in, whichever leaves less: an excuse cannot make a balanced pair worse. What
-//! begins within the longest gap behind it may be its rest: no second begins between them.
+//! The net charge is the charge that passed through the electrode within a second, between complete
+//! pulses, minus the increase of the charge on its series capacitor. That increase is bounded and
+//! flows back (the bias of monophasic trains and of voltage stages, hardware.md); the current
+//! through the bleed resistor does not. The charge of a pulse that was truncated or lost its second
+//! phase counts in full. That of an excused pulse is left out or counted, whichever gives the
+//! smaller result, so that an excuse cannot make a balanced pair worse. A phase that begins within
+//! the maximum gap after an excused pulse may be its rest; no second begins between them.
 
 use std::collections::VecDeque;
 
 const SECOND_US: u64 = 1_000_000;
 
-/// At rest: what flowed so far, C.
+/// Charge that has flowed so far, C, taken when the electrode is at rest.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Sample {
     pub t_us: u64,
-    /// Through the electrode.
+    /// Charge through the electrode, C.
     pub passed: f64,
-    /// On the series capacitor, but for pulses that were cut.
+    /// Charge on the series capacitor, C, without that of truncated pulses.
     pub held: f64,
 }
 
-/// The samples of the last second.
+/// Samples of the last second.
 #[derive(Clone, Debug, Default)]
 pub(super) struct DirectCurrentWindow {
     samples: VecDeque<Sample>,
-    /// Excused pulses of the last second: when each was over, and its charge, C.
+    /// Excused pulses of the last second: end time, µs, and charge, C.
     excused: Vec<(u64, f64)>,
-    /// Of the last window, A.
+    /// Net direct current of the last window, A.
     pub last: f64,
 }
 
 impl DirectCurrentWindow {
-    /// A fault excuses the pulse of this charge, C, that is over at `t_us`.
+    /// Excuses the pulse of this charge, C, that ended at `t_us`.
     pub fn excuse(&mut self, t_us: u64, charge: f64) {
         self.excused.push((t_us, charge));
     }
 
-    /// What begins now may be the rest of the pulse that was excused at the latest sample.
+    /// Removes the latest sample, because a phase that begins now may be the rest of the pulse that
+    /// was excused there.
     pub fn resume_excused(&mut self) {
         self.samples.pop_back();
     }
 
-    /// Net direct current, A, of the second before `now`, at which the electrode
-    /// is at rest. `keeps` tells what of the capacitor's charge is left after so
-    /// many seconds of rest.
+    /// Returns the net direct current, A, of the second before `now`, at which the electrode is at
+    /// rest. `keeps` gives the share of the capacitor's charge that is left after a rest in
+    /// seconds.
     pub fn net_direct_current(&mut self, now: Sample, keeps: impl Fn(f64) -> f64) -> f64 {
         let start_us = now.t_us.saturating_sub(SECOND_US);
         while self
@@ -55,7 +56,7 @@ impl DirectCurrentWindow {
         {
             self.samples.pop_front();
         }
-        // At rest from then on; or a pulse began there, which then counts too.
+        // The electrode is at rest from then on, or a pulse began there, which then counts too.
         let known = self.samples.front();
         let first = known.filter(|first| first.t_us <= start_us);
         let first = first.copied().unwrap_or_default();
@@ -69,7 +70,8 @@ impl DirectCurrentWindow {
     }
 }
 
-/// What is nearest to nothing of `whole` less any of these charges: a fault has one.
+/// Returns the value of smallest magnitude that remains of `whole` after subtracting any of the
+/// excused charges.
 fn least(whole: f64, excused: &[(u64, f64)]) -> f64 {
     let Some((&(_, charge), others)) = excused.split_first() else {
         return whole;

@@ -1,4 +1,4 @@
-//! One channel from its two lines to its electrode, and the rules on the way.
+//! Simulates one channel from its two lines to its electrode, and applies the rules.
 
 use super::account::{Latched, OutputJudgement, Rule, Truncated};
 use super::circuit::{Circuit, Path, Source};
@@ -10,19 +10,19 @@ use crate::trace::levels::State;
 use crate::trace::pulses::MAX_GAP_US;
 use std::collections::VecDeque;
 
-/// Longest phase at all, µs: the one-shot's upper bound (hardware.md, one-shots).
+/// Maximum length of any phase, µs: the one-shot's upper bound (hardware.md, one-shots).
 const ANY_US: u64 = 650;
-/// What the wearer's limit may be exceeded by.
+/// Factor by which the current may exceed the wearer's limit.
 const CURRENT_MARGIN: f64 = 1.05;
-/// Net direct current that lasts, A.
+/// Maximum net direct current over a second, A.
 const DIRECT_A: f64 = 1e-6;
-/// Charge of one truncated pulse, C: 650 µs of 100 mA.
+/// Maximum charge of one truncated pulse, C: 650 µs of 100 mA.
 const TRUNCATED_C: f64 = 65e-6;
 /// Grounding that gives a phase's charge back, µs (hardware.md: at least 1 ms).
 const GIVES_BACK_US: u64 = 900;
 const SECOND_US: u64 = 1_000_000;
 
-/// One channel's stage and electrode through time.
+/// Stage and electrode of one channel, simulated over time.
 pub(super) struct Electrode<'a> {
     channel: u8,
     of: &'a Channel,
@@ -31,7 +31,7 @@ pub(super) struct Electrode<'a> {
     logic: Logic,
     circuit: Circuit,
     code: u16,
-    /// Where its bank's comparator trips, mA; beyond all until it was told.
+    /// Trip level of the bank's comparator, mA; infinite until it is set.
     trip_ma: f64,
     ohm: Option<f64>,
     supplied: bool,
@@ -39,11 +39,11 @@ pub(super) struct Electrode<'a> {
     phase: Option<Phase>,
     pulse: Option<Pulse>,
     grounded_since: Option<u64>,
-    /// When the last grounding ended.
+    /// Time at which the last grounding ended, µs.
     ungrounded_us: u64,
-    /// Faults that have excused no pulse yet.
+    /// Times of the faults that have not excused a pulse yet, µs.
     faults: VecDeque<u64>,
-    /// Pulses begun within the last second.
+    /// Start times of the pulses within the last second, µs.
     begun: VecDeque<u64>,
     passed: f64,
     direct: DirectCurrentWindow,
@@ -84,7 +84,7 @@ impl<'a> Electrode<'a> {
         self.change(t_us, |e| e.code = code);
     }
 
-    /// The level of its bank's comparator.
+    /// Sets the trip level of the bank's comparator.
     pub fn set_trip(&mut self, t_us: u64, code: u16) {
         let full_scale_ma = self.truth.hardware.bank_full_scale_ma;
         let trip_ma = full_scale_ma * f64::from(code) / 65_535.0;
@@ -108,7 +108,7 @@ impl<'a> Electrode<'a> {
         self.change(t_us, |e| e.logic.set_pump_rest(Some(t_us)));
     }
 
-    /// Time goes to `t_us`, then something changes.
+    /// Advances to `t_us`, then applies `change`.
     fn change(&mut self, t_us: u64, change: impl FnOnce(&mut Self)) {
         self.advance(t_us);
         let latched = self.logic.latched();
@@ -128,7 +128,7 @@ impl<'a> Electrode<'a> {
         }
     }
 
-    /// Time goes to `to_us`, through what the stage does by itself.
+    /// Advances to `to_us`, and executes the stage's own events on the way.
     fn advance(&mut self, to_us: u64) {
         loop {
             let stage_us = self.logic.next_event();
@@ -150,21 +150,23 @@ impl<'a> Electrode<'a> {
         self.flow(to_us);
     }
 
-    /// When the pulse under way is over if nothing more is driven, by its wait alone.
+    /// Returns the time at which the current pulse ends if nothing more is driven, from its maximum
+    /// wait alone.
     fn pulse_end_us(&self) -> Option<u64> {
         let pulse = self.pulse.filter(|_| self.phase.is_none())?;
         let is_isolated = self.grounded_since.is_none();
         is_isolated.then_some(pulse.end_us.max(self.ungrounded_us) + pulse.max_wait_us())
     }
 
-    /// The same; but where a fault may have put its second phase off, the next phase tells.
+    /// Returns the same time, but `None` if a fault may have delayed the second phase: the next
+    /// phase decides then.
     fn rest_due(&self) -> Option<u64> {
         let is_lone = self.pulse.is_some_and(|pulse| pulse.is_lone());
         let over_us = self.pulse_end_us()?;
         (!is_lone || !self.is_due(over_us)).then_some(over_us.max(self.now_us))
     }
 
-    /// How the stage is connected now.
+    /// Returns how the stage is connected now.
     fn path(&self) -> Path {
         let (state, Some(ohm)) = (self.logic.state(), self.ohm) else {
             return Path::Open;
@@ -201,7 +203,7 @@ impl<'a> Electrode<'a> {
         }
     }
 
-    /// What flows up to `to_us`, in which nothing changes.
+    /// Advances the circuit to `to_us`, during which nothing changes.
     fn flow(&mut self, to_us: u64) {
         if to_us <= self.now_us {
             return;
@@ -221,7 +223,7 @@ impl<'a> Electrode<'a> {
         self.now_us = to_us;
     }
 
-    /// The stage or its load changed at `t_us`.
+    /// Updates the phase after a change of the stage or its load at `t_us`.
     fn update_phase(&mut self, t_us: u64) {
         let path = self.path();
         let sign = match path {
@@ -249,7 +251,7 @@ impl<'a> Electrode<'a> {
             .update_comparators(t_us, levels.map(|level| milliamps > level));
     }
 
-    /// Whether a fault that came by `t_us` has excused no pulse yet.
+    /// Returns whether a fault up to `t_us` has not excused a pulse yet.
     fn is_due(&self, t_us: u64) -> bool {
         self.faults.front().is_some_and(|&fault| fault <= t_us)
     }
@@ -285,7 +287,7 @@ impl<'a> Electrode<'a> {
         });
     }
 
-    /// One more pulse began within the last second.
+    /// Counts another pulse within the last second, and checks the pulse rate.
     fn count_begun(&mut self, t_us: u64) {
         self.begun.push_back(t_us);
         while self.begun.front().is_some_and(|&t| t + SECOND_US <= t_us) {
@@ -325,7 +327,8 @@ impl<'a> Electrode<'a> {
     fn end_grounding(&mut self, since_us: u64, t_us: u64) {
         (self.grounded_since, self.ungrounded_us) = (None, t_us);
         if t_us - since_us >= GIVES_BACK_US {
-            // What it left has its way back: only its length can have been wrong.
+            // The remaining charge has a way back, so only the length of the pulse can have been
+            // wrong.
             if let Some(pulse) = &mut self.pulse {
                 pulse.net = 0.0;
             }
@@ -333,8 +336,8 @@ impl<'a> Electrode<'a> {
         }
     }
 
-    /// The electrode is at rest: the last pulse is whole, or never will be. Says whether a
-    /// fault excuses it.
+    /// Ends the last pulse when the electrode is at rest: the pulse is complete, or never will be.
+    /// Returns whether a fault excuses it.
     fn end_pulse(&mut self, t_us: u64) -> bool {
         let Some(pulse) = self.pulse.take() else {
             return false;
@@ -364,7 +367,7 @@ impl<'a> Electrode<'a> {
         is_excused
     }
 
-    /// A fault cut or held this pulse.
+    /// Excuses a pulse that a fault truncated or prolonged.
     fn excuse(&mut self, pulse: &Pulse, t_us: u64) {
         self.faults.pop_front();
         self.direct.excuse(t_us, pulse.net);
@@ -384,8 +387,8 @@ impl<'a> Electrode<'a> {
             .record_finding(rule, self.channel, t_us, amount, limit);
     }
 
-    /// The recording ends at `end_us`: a phase that it cuts off lasted at least
-    /// so long, what its pulse will leave nobody knows.
+    /// Ends the recording at `end_us`. A phase that is cut off there lasted at least until then;
+    /// the charge that its pulse would leave is unknown and not judged.
     pub fn finish(mut self, end_us: u64) -> OutputJudgement {
         self.advance(end_us);
         if self.pulse_end_us().is_some_and(|over_us| over_us <= end_us) {

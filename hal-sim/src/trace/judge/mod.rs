@@ -1,15 +1,14 @@
-//! What came out at the electrode, and was it severe? The last judge.
+//! Judges whether the output at the electrodes was severe.
 //!
-//! Lives here: what is true of hardware and wearer ([`Truth`]), the analogue
-//! part of a stage (`stage` its logic, `circuit` its capacitor and load,
-//! `electrode` both together), and the rules ([`Rule`]). Not here: what a
-//! session asked for ([`super::check()`] compares with that), and nothing of
-//! `firmware`: the judge sees pins, DAC codes and the pump, as a wearer would.
-//! In: a trace, the pump, a truth. Out: a [`Verdict`], as built
-//! (docs/hardware.md) and bare, without what protects. Time goes from event to
-//! event, exponentials between them are exact.
-//! Its rules to the letter are in docs/faults.md; tests/tests/judge holds them, and
-//! a second judge beside them.
+//! Contains the true properties of hardware and wearer ([`Truth`]), the analogue part of a stage
+//! (`stage` its logic, `circuit` its capacitor and load, `electrode` both together), and the rules
+//! ([`Rule`]). The judge does not know the session ([`super::check()`] compares with that) and uses
+//! nothing of `firmware`: like a wearer, it sees pins, DAC codes and the pump.
+//! In: a trace, the pump, a truth. Out: a [`Verdict`] for stages as built (docs/hardware.md) and
+//! for bare stages, without protection. Time advances from event to event; the exponentials between
+//! events are exact.
+//! The exact rules are in docs/faults.md; tests/tests/judge verifies them and compares with a
+//! second judge.
 
 mod account;
 mod circuit;
@@ -30,22 +29,22 @@ use super::record::Trace;
 use electrode::Electrode;
 use serde::Serialize;
 
-/// What a recording came to.
+/// Result of judging one recording.
 #[derive(Clone, Debug, Serialize)]
 pub struct Verdict {
-    /// With everything that docs/hardware.md asks of a stage.
+    /// Result for stages with everything that docs/hardware.md requires.
     pub as_built: OutputJudgement,
-    /// Stages that do what two lines say: no one-shot, no interlock, no series
-    /// capacitor, no pump, no comparator. What is severe here and not as built,
-    /// the hardware saved.
+    /// Result for stages that only follow two lines: no one-shot, no interlock, no series
+    /// capacitor, no pump, no comparator. The hardware prevented a violation that is found only
+    /// here.
     pub bare: OutputJudgement,
 }
 
-/// The bank of each channel's stage (docs/hardware.md, The banks' comparators).
+/// Bank of each channel's stage (docs/hardware.md, The banks' comparators).
 const BANKS: [u8; CHANNELS] = [0, 0, 1, 1, 2, 3, 3, 4, 4, 5];
 
-/// Judges what was put out from 0 to `end_us` (unwrapped microseconds). A trace
-/// out of order, or a truth with loads out of order, is judged in order of time.
+/// Judges the output from 0 to `end_us` (unwrapped microseconds). A trace or loads out of order are
+/// first sorted by time.
 #[must_use]
 pub fn judge(trace: &Trace, pump: &Pump, truth: &Truth, end_us: u64) -> Verdict {
     let events = events(trace, pump, truth, end_us);
@@ -55,23 +54,23 @@ pub fn judge(trace: &Trace, pump: &Pump, truth: &Truth, end_us: u64) -> Verdict 
     }
 }
 
-/// Something that reaches a stage from outside.
+/// External event at a stage.
 #[derive(Clone, Copy, Debug)]
 enum Event {
-    /// A channel's lines, as they arrive at its stage.
+    /// State of a channel's lines as it arrives at the stage.
     Lines(u8, State),
     Code(u8, u16),
-    /// The level of a bank's comparators.
+    /// Code of the trip level of a bank's comparators.
     Trip(u8, u16),
-    /// The load, Ω; `None`: open.
+    /// Load, Ω; `None` is an open circuit.
     Load(u8, Option<f64>),
-    /// The pump's detector: high voltage at the stages or none.
+    /// Whether the pump's detector lets high voltage reach the stages.
     Supply(bool),
-    /// The pump has no more edge for now.
+    /// Last edge of a run of the pump.
     PumpRests,
 }
 
-/// All of them in order of time; at one instant lines come before codes.
+/// Returns all events in order of time; at one instant lines come before codes.
 fn events(trace: &Trace, pump: &Pump, truth: &Truth, end_us: u64) -> Vec<(u64, Event)> {
     let mut events = Vec::with_capacity(2 * trace.levels.len() + trace.dac.len() + 16);
     for (channel, of) in (0u8..).zip(&truth.channels) {
@@ -111,7 +110,7 @@ fn events(trace: &Trace, pump: &Pump, truth: &Truth, end_us: u64) -> Vec<(u64, E
     events
 }
 
-/// Ten electrodes through all events.
+/// Simulates ten electrodes through all events.
 fn play(
     events: &[(u64, Event)],
     truth: &Truth,

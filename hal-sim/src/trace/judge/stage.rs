@@ -1,43 +1,44 @@
-//! A stage's logic: what it makes of two lines (docs/hardware.md, The stage's
-//! logic).
+//! Logic of an output stage: converts two lines into the state of the stage (docs/hardware.md, The
+//! stage's logic).
 
 use super::truth::{Hardware, StageLogic};
 use crate::trace::levels::State;
 use serde::Serialize;
 
-/// Grounding this long gives the charge of one phase a way back, µs: less than
-/// the 1 ms that the firmware grounds at least (hardware.md, The stage's logic).
+/// Grounding that gives the charge of one phase back, µs: less than the 1 ms for which the firmware
+/// always grounds (hardware.md, The stage's logic).
 const GIVEN_BACK_US: u64 = 900;
-/// Phases of one pulse differ by less than this, µs: one of the two edges' slots.
+/// Maximum difference between the phases of one pulse, µs: the slots of the two edges.
 const EQUAL_US: i64 = 2;
 
-/// Why a stage latched: isolated, until pump and lines have rested together for 10 ms.
+/// Reason why a stage latched. It stays isolated until pump and lines have rested together for 10
+/// ms.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum Cause {
-    /// More current than its comparator allows.
+    /// The current exceeded the level of a comparator.
     OverCurrent,
     /// A direction was held until its one-shot ended it.
     Held,
-    /// A direction was asked for before what was driven was given back.
+    /// A direction was requested again before the charge of the previous one was given back.
     NotGivenBack,
 }
 
-/// The logic of one stage.
+/// Logic of one stage.
 #[derive(Clone, Debug)]
 pub(super) struct Logic {
-    /// `None`: bare, two lines and nothing else.
+    /// Hardware of the stage; `None` is a bare stage that only follows its two lines.
     built: Option<Hardware>,
     inputs: State,
     since_us: u64,
-    /// When line c, line a rose (two-bit logic).
+    /// Times at which lines c and a rose, µs (two-bit logic).
     rose_us: [u64; 2],
-    /// Anodic less cathodic time since it was last given back, µs.
+    /// Anodic minus cathodic time since the charge was last given back, µs.
     balance_us: i64,
     expired: bool,
-    /// When a comparator will have tripped: the stage's, its bank's.
+    /// Times at which the stage's and the bank's comparator will trip, µs.
     trips_us: [u64; 2],
     latched: Option<Cause>,
-    /// The pump's last edge, since it is off.
+    /// Time of the pump's last edge, µs, while the pump is off.
     pumped_us: Option<u64>,
 }
 
@@ -56,7 +57,7 @@ impl Logic {
         }
     }
 
-    /// What the stage does.
+    /// Returns the state that the stage applies to the electrode.
     pub const fn state(&self) -> State {
         if self.latched.is_some() || self.expired && self.inputs.is_driven() {
             State::Isolated
@@ -65,7 +66,7 @@ impl Logic {
         }
     }
 
-    /// When its lines last changed.
+    /// Returns the time of the last change of its lines, µs.
     pub const fn since_us(&self) -> u64 {
         self.since_us
     }
@@ -78,7 +79,7 @@ impl Logic {
         matches!(&self.built, Some(built) if matches!(built.logic, StageLogic::Interlocked))
     }
 
-    /// The lines change.
+    /// Processes a change of the lines to `to` at `t_us`.
     pub fn enter(&mut self, t_us: u64, to: State) {
         let given_back = self.leave(t_us);
         let rises = to as u8 & !(self.inputs as u8);
@@ -96,8 +97,8 @@ impl Logic {
         self.expired = self.one_shot_end_us().is_some_and(|opens| opens <= t_us);
     }
 
-    /// Closes the stretch in the present state; `false` if that was grounding
-    /// too short to give anything back.
+    /// Ends the interval in the present state; returns `false` if that was a grounding too short to
+    /// give any charge back.
     fn leave(&mut self, t_us: u64) -> bool {
         let lasted = t_us - self.since_us;
         match self.state() {
@@ -108,7 +109,7 @@ impl Logic {
         true
     }
 
-    /// When the one-shot ends the direction that is asked for.
+    /// Returns the time at which the one-shot ends the requested direction.
     fn one_shot_end_us(&self) -> Option<u64> {
         let built = self.built.as_ref()?;
         let since_us = match (built.logic, self.inputs) {
@@ -120,7 +121,7 @@ impl Logic {
         Some(since_us + built.one_shot_us)
     }
 
-    /// When the stage next changes by itself.
+    /// Returns the time of the next change that the stage makes by itself.
     pub fn next_event(&self) -> u64 {
         let opens = self.one_shot_end_us().filter(|_| !self.expired);
         let ends = match self.latched {
@@ -130,8 +131,9 @@ impl Logic {
         ends.min(self.latch_clear_time_us())
     }
 
-    /// When pump and lines will have rested together for as long as a latch asks: what was
-    /// held is not driven anew.
+    /// Returns the time at which pump and lines will have rested together long enough to clear a
+    /// latch and the balance. The lines must rest too, so that a held direction is not driven
+    /// again.
     fn latch_clear_time_us(&self) -> u64 {
         let keeps = self.latched.is_some() || self.balance_us != 0;
         match (&self.built, self.pumped_us, self.inputs) {
@@ -146,7 +148,7 @@ impl Logic {
         self.trips_us[0].min(self.trips_us[1])
     }
 
-    /// Its next event comes.
+    /// Executes the next event of the stage, which is due at `t_us`.
     pub fn run_next_event(&mut self, t_us: u64) {
         if self.latch_clear_time_us() <= t_us {
             (self.latched, self.balance_us) = (None, 0);
@@ -161,8 +163,8 @@ impl Logic {
         }
     }
 
-    /// The current is beyond the level of the stage's comparator, of its bank's, from
-    /// `t_us` on, or no longer.
+    /// Starts or stops the delays of the stage's and the bank's comparator: `is_beyond` gives
+    /// whether the current exceeds their levels from `t_us` on.
     pub fn update_comparators(&mut self, t_us: u64, is_beyond: [bool; 2]) {
         let Some(built) = &self.built else { return };
         let delays_us = [built.comparator_us, built.bank_comparator_us];
@@ -181,7 +183,7 @@ impl Logic {
         self.trips_us = [u64::MAX; 2];
     }
 
-    /// The pump rests since its last edge at `since_us`, or runs again.
+    /// Sets the time of the last edge of a pump at rest, or `None` when the pump runs again.
     pub fn set_pump_rest(&mut self, since_us: Option<u64>) {
         self.pumped_us = since_us;
     }
@@ -192,8 +194,8 @@ mod tests {
     use super::*;
     use crate::random::word;
 
-    /// The table of docs/hardware.md ("The stage's logic") row by row, clocked at 1 MHz: the
-    /// balance is compared once, at entry.
+    /// Implementation of the table of docs/hardware.md ("The stage's logic") row by row, clocked at
+    /// 1 MHz. The balance is compared once, at entry.
     #[derive(Default)]
     struct Table {
         lines: State,
@@ -205,7 +207,7 @@ mod tests {
     }
 
     impl Table {
-        /// The next microsecond begins with these lines.
+        /// Advances one microsecond with these lines.
         fn clock(&mut self, lines: State) {
             let from = (self.lines, self.since_us);
             if self.rested_us == 10_000 {
@@ -239,8 +241,8 @@ mod tests {
         }
     }
 
-    /// The judge's stages against it: any lines, held for times about every bound, with the
-    /// pump on or off.
+    /// Compares the judge's stage with the table: random lines, held for times around every bound,
+    /// with the pump on or off.
     #[test]
     fn it_is_what_the_table_says() {
         const LINES: [State; 4] = [
@@ -286,7 +288,7 @@ mod tests {
         assert!(latched > 500 && driven_us > 250_000);
     }
 
-    /// Read as compared all the time, the table would end each phase after 3 µs.
+    /// If the table compared the balance all the time, it would end each phase after 3 µs.
     #[test]
     fn a_phase_is_not_ended_by_its_own_count() {
         let mut table = Table::default();

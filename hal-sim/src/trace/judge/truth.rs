@@ -1,46 +1,46 @@
-//! What is true of hardware and wearer, whatever the device was told.
+//! True properties of hardware and wearer, independent of the device's setup.
 
 use super::Event;
 use crate::trace::levels::{CHANNELS, Levels};
 use serde::Serialize;
 
-/// What an output stage is, and what DAC code 65 535 makes it drive.
+/// Kind of an output stage, and its amplitude at DAC code 65 535.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub enum Stage {
-    /// Sets the current, as far as its compliance allows.
+    /// Sets the current, up to its compliance voltage.
     Current {
-        /// At full scale, mA.
+        /// Current at full scale, mA.
         full_scale_ma: f64,
     },
-    /// Sets the voltage, as far as its limiter allows.
+    /// Sets the voltage, up to the current of its limiter.
     Voltage {
-        /// At full scale, V.
+        /// Output voltage at full scale, V.
         full_scale_v: f64,
     },
 }
 
-/// One channel: its stage, its electrode, what its wearer may get.
+/// Stage, electrode and wearer's limits of one channel.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Channel {
-    /// The stage on the board, which a setup may declare otherwise.
+    /// Actual stage on the board, which a setup may state wrongly.
     pub stage: Stage,
-    /// From when (µs, ascending) which load in Ω; `None` is an electrode that is
-    /// off, and so is every load before the first.
+    /// Loads, Ω, each with its start time, µs, in ascending order. `None` is a detached electrode,
+    /// as is any time before the first entry.
     pub loads: Vec<(u64, Option<f64>)>,
-    /// The wearer's limit, mA; the rule allows 5 % more.
+    /// Limit of the wearer, mA; the rule allows 5 % more.
     pub limit_ma: f64,
-    /// Most pulses that were checked to begin within any second.
+    /// Maximum number of pulses that may begin within any second.
     pub pulses_per_s: usize,
-    /// How much more the anodic phase carries than the cathodic, as a part:
-    /// 0.01 is the 1 % that hardware.md allows as phase match.
+    /// Relative excess of the anodic phase's charge over the cathodic one's: 0.01 is the 1 % that
+    /// hardware.md allows as phase match.
     pub mismatch: f64,
-    /// Where the stage's comparator trips, mA. hardware.md, Pump and
-    /// over-current: 105–120 for a 100 mA stage, 22–30 for a voltage stage.
+    /// Trip level of the stage's comparator, mA. hardware.md, Pump and over-current: 105–120 for a
+    /// 100 mA stage, 22–30 for a voltage stage.
     pub trip_ma: f64,
 }
 
 impl Channel {
-    /// A stage with nothing connected to it.
+    /// Creates a stage with no electrode connected.
     #[must_use]
     pub const fn unconnected() -> Self {
         Self {
@@ -53,7 +53,7 @@ impl Channel {
         }
     }
 
-    /// A stage as hardware.md has it at a steady load: phases match, the
+    /// Creates a stage as specified in hardware.md with a constant load: the phases match, and the
     /// comparator trips at its upper bound.
     #[must_use]
     pub fn steady(stage: Stage, ohm: f64, limit_ma: f64, pulses_per_s: usize) -> Self {
@@ -72,42 +72,42 @@ impl Channel {
     }
 }
 
-/// Which logic a stage has.
+/// Logic by which a stage converts its two lines into a state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum StageLogic {
-    /// hardware.md's: a direction is not driven again before the other direction
-    /// or grounding gave back what it left, and what its one-shot ends is latched.
+    /// Logic of hardware.md: a direction is not driven again before the other direction or
+    /// grounding has given the charge back, and a phase that the one-shot ends is latched.
     Interlocked,
-    /// Four states of two lines with a one-shot for each line, which runs from
-    /// the line's rise and again after its fall: one broken line drives at each
-    /// grounding. For comparison only.
+    /// Four states of two lines, with a one-shot for each line that starts when the line rises and
+    /// again after it falls: with one broken line, the stage drives at each grounding. For
+    /// comparison only.
     TwoBit,
 }
 
-/// The analogue part of every stage: docs/hardware.md, What each stage must do.
+/// Analogue part of every stage: docs/hardware.md, What each stage must do.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Hardware {
-    /// What the stage makes of its two lines.
+    /// Logic of the stage's two lines.
     pub logic: StageLogic,
-    /// A direction opens this long after it began, µs: 600, parts 550–650.
+    /// Time after which a one-shot ends a direction, µs: 600, parts 550–650.
     pub one_shot_us: u64,
     /// Series capacitor, F: 4 µF.
     pub capacitor_f: f64,
-    /// Bleed across it, Ω: 10 MΩ, so that 10 V of bias pass 1 µA.
+    /// Bleed resistor across the capacitor, Ω: 10 MΩ, so that 10 V of bias pass 1 µA.
     pub bleed_ohm: f64,
-    /// What a current stage can put across load and capacitor, V: 120.
+    /// Maximum voltage of a current stage across load and capacitor, V: 120.
     pub compliance_v: f64,
-    /// What a voltage stage lets through, mA: 20.
+    /// Maximum current of a voltage stage, mA: 20.
     pub limiter_ma: f64,
-    /// High voltage is gone this long after the last pump edge, µs: 300.
+    /// Time from the last pump edge to the loss of the high voltage, µs: 300.
     pub pump_hold_us: u64,
-    /// Latches clear when the pump has been off for this long, µs: 10 ms.
+    /// Time without pump edges after which latches clear, µs: 10 ms.
     pub latch_clear_us: u64,
-    /// A comparator opens its switch this long after its level was passed, µs: 1.
+    /// Delay of a comparator from exceeding its level to opening its switch, µs: 1.
     pub comparator_us: u64,
-    /// The same of the banks' comparators, whose levels the device sets, µs: 10.
+    /// Delay of the banks' comparators, whose levels the device sets, µs: 10.
     pub bank_comparator_us: u64,
-    /// Their level at code 65 535, mA: 125.
+    /// Trip level of the banks' comparators at code 65 535, mA: 125.
     pub bank_full_scale_ma: f64,
 }
 
@@ -131,61 +131,61 @@ impl Hardware {
 /// One of a channel's two lines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum Line {
-    /// `c`.
+    /// Line `c`.
     Cathodic,
-    /// `a`.
+    /// Line `a`.
     Anodic,
 }
 
-/// A line that no longer arrives at its stage as the pin has it; a fault of
-/// its channel from then on.
+/// A broken line: its stage sees a fixed level instead of the pin's. Counts as a fault of its
+/// channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct StuckLine {
-    /// Channel, 0…9.
+    /// Channel number, 0…9.
     pub channel: u8,
-    /// Which of its lines.
+    /// The broken one of the channel's two lines.
     pub line: Line,
-    /// The level that the stage sees.
+    /// Level that the stage sees.
     pub high: bool,
-    /// From when on, µs.
+    /// Time from which the line is broken, µs.
     pub from_us: u64,
 }
 
-/// Something that broke: each channel's first pulse after it that is cut or held
-/// is excused, once, up to 650 µs and 65 µC, and listed ([`super::Truncated`]).
+/// An injected fault. Each channel's first truncated or prolonged pulse after it is excused, once,
+/// up to 650 µs and 65 µC, and listed ([`super::Truncated`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Fault {
-    /// When, µs.
+    /// Time of the fault, µs.
     pub t_us: u64,
 }
 
-/// A stretch of time in which nothing may be driven, because a stop, a silent
-/// host or a fault came before it by its deadline.
+/// An interval in which nothing may be driven, because a stop, host silence or a fault preceded it
+/// by its deadline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct QuietInterval {
-    /// The deadline, µs.
+    /// Deadline, µs.
     pub from_us: u64,
     /// First instant at which output is allowed again, µs.
     pub until_us: u64,
 }
 
-/// Everything the judge takes for true.
+/// True properties and events against which the output is judged.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Truth {
-    /// By channel.
+    /// True properties of each channel.
     pub channels: [Channel; CHANNELS],
-    /// What all stages have.
+    /// Properties that all stages share.
     pub hardware: Hardware,
     /// Broken lines between pins and stages.
     pub stuck: Vec<StuckLine>,
-    /// What broke, and when.
+    /// Injected faults, with their times.
     pub faults: Vec<Fault>,
-    /// When nothing may be driven.
+    /// Intervals in which nothing may be driven.
     pub quiet: Vec<QuietInterval>,
 }
 
 impl Default for Truth {
-    /// The reference board with nothing connected.
+    /// Returns the reference board with nothing connected.
     fn default() -> Self {
         Self {
             channels: std::array::from_fn(|_| Channel::unconnected()),
@@ -198,7 +198,7 @@ impl Default for Truth {
 }
 
 impl Truth {
-    /// What arrives at the stages of what the pins have.
+    /// Returns the levels that reach the stages at `t_us` if the pins have the levels `pins`.
     pub(super) fn levels_at_stages(&self, pins: Levels, t_us: u64) -> Levels {
         let mut word = pins.0;
         for stuck in self.stuck.iter().filter(|stuck| stuck.from_us <= t_us) {
@@ -212,7 +212,7 @@ impl Truth {
         Levels(word)
     }
 
-    /// When this channel's faults came, ascending.
+    /// Returns the times of this channel's faults, µs, in ascending order.
     pub(super) fn faults_of(&self, channel: u8) -> Vec<u64> {
         let stuck = self.stuck.iter().filter(|stuck| stuck.channel == channel);
         let mut faults: Vec<_> = self.faults.iter().map(|fault| fault.t_us).collect();
@@ -222,18 +222,19 @@ impl Truth {
     }
 }
 
-/// When PB10 toggled.
+/// Times at which the charge pump's pin PB10 toggled.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub enum Pump {
-    /// All the time: of a recording that does not have it. Assumed, not seen.
+    /// Toggles all the time: assumed for a recording that does not contain the pump.
     Throughout,
-    /// First and last edge of each run of edges, µs, ascending; between two
-    /// edges of a run lies less than the detector's hold.
+    /// First and last edge of each run of edges, µs, in ascending order; the edges of a run are
+    /// closer together than the detector's hold time.
     Runs(Vec<(u64, u64)>),
 }
 
 impl Pump {
-    /// Of the instants of edges, ascending; a gap of `hold_us` or more ends a run.
+    /// Creates the runs from the times of edges, in ascending order; a gap of `hold_us` or more
+    /// ends a run.
     pub fn from_edges(edges: impl IntoIterator<Item = u64>, hold_us: u64) -> Self {
         let mut pump = Self::Runs(Vec::new());
         for t_us in edges {
@@ -242,7 +243,7 @@ impl Pump {
         pump
     }
 
-    /// One more edge, not before the last.
+    /// Adds an edge, which must not be earlier than the last.
     pub fn edge(&mut self, t_us: u64, hold_us: u64) {
         let Self::Runs(runs) = self else { return };
         match runs.last_mut() {
@@ -251,8 +252,8 @@ impl Pump {
         }
     }
 
-    /// Its edges before `at_us`, and those of `other` from then on; both had the same last
-    /// edge before.
+    /// Returns the edges of this pump before `at_us`, and those of `other` from then on; both must
+    /// have the same last edge before `at_us`.
     #[must_use]
     pub fn followed_by(&self, other: &Self, at_us: u64) -> Self {
         let (Self::Runs(own), Self::Runs(then)) = (self, other) else {
@@ -269,7 +270,7 @@ impl Pump {
         Self::Runs(runs)
     }
 
-    /// When it last toggled.
+    /// Returns the time of the last edge, if there is one.
     #[must_use]
     pub fn last_edge(&self) -> Option<u64> {
         match self {
@@ -278,7 +279,7 @@ impl Pump {
         }
     }
 
-    /// What the detectors make of it.
+    /// Passes the events of the pump's detectors to `give`: supply on or off, pump at rest.
     pub(super) fn report_supply(&self, hardware: &Hardware, mut give: impl FnMut(u64, Event)) {
         let Self::Runs(runs) = self else {
             return give(0, Event::Supply(true));

@@ -1,5 +1,5 @@
-//! The link by which a pseudo-terminal is found: made where nothing is, removed only by
-//! who made it.
+//! Symbolic link to a pseudo-terminal: replaces no other file, and is removed only by the process
+//! that made it.
 
 use std::fs::{self, File, TryLockError};
 use std::io;
@@ -7,16 +7,16 @@ use std::os::unix::fs::{MetadataExt, symlink};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// Attempts at locking a folder, and the time from one to the next.
+/// Number of attempts to lock a folder, and the time between them.
 const ATTEMPTS: u32 = 100;
 const ATTEMPT: Duration = Duration::from_millis(5);
 
-/// A symbolic link to a terminal, removed on drop if it is still the one that was made.
+/// A symbolic link to a terminal, removed on drop unless another one has replaced it.
 #[derive(Debug)]
 pub(super) struct Link {
     path: PathBuf,
     target: PathBuf,
-    /// Which link it is, whatever it leads to.
+    /// Identity of the link itself, not of its target.
     identity: Option<Identity>,
 }
 
@@ -24,10 +24,11 @@ impl Link {
     /// Makes `path` a link to the terminal `target`.
     ///
     /// # Errors
-    /// `AlreadyExists` if something is at `path` that is no link to a pseudo-terminal, or
-    /// one to a terminal that lives; otherwise what the system says.
+    /// Returns `AlreadyExists` if the entry at `path` is not a link to a pseudo-terminal, or is a
+    /// link to an existing one; otherwise the error of the system.
     pub(super) fn make(path: &Path, target: &Path) -> io::Result<Self> {
-        // Of two that find the same stale link, the second would delete the first one's new one.
+        // Without the lock, two processes could find the same stale link, and the second would
+        // delete the new link of the first.
         let _alone = lock_folder_of(path);
         remove_stale(path, target)?;
         symlink(target, path)?;
@@ -38,7 +39,8 @@ impl Link {
         })
     }
 
-    /// Whether it still is what was made: somebody may have put another there.
+    /// Returns whether the link is still the one that was made: another process may have replaced
+    /// it.
     fn is_own(&self) -> bool {
         let leads_there = fs::read_link(&self.path).is_ok_and(|target| target == self.target);
         leads_there && identity(&self.path) == self.identity
@@ -49,13 +51,13 @@ impl Drop for Link {
     fn drop(&mut self) {
         let _alone = lock_folder_of(&self.path);
         if self.is_own() {
-            let _ = fs::remove_file(&self.path); // its folder may be read-only by now
+            let _ = fs::remove_file(&self.path); // fails if the folder has become read-only
         }
     }
 }
 
-/// A link's number on its file system, which may be given to another once it is gone, and
-/// when it was made, in s and ns.
+/// Inode number of a link, which may be reused after the link is removed, and its modification
+/// time, s and ns.
 type Identity = (u64, i64, i64);
 
 fn identity(path: &Path) -> Option<Identity> {
@@ -63,9 +65,9 @@ fn identity(path: &Path) -> Option<Identity> {
     Some((link.ino(), link.mtime(), link.mtime_nsec()))
 }
 
-/// Keeps others who take this from looking at links in the folder of `path` until it is
-/// dropped. They need no time; a file system that locks no folder, or somebody else's lock
-/// on it, is done without.
+/// Locks the folder of `path` against other users of this lock until the returned file is dropped.
+/// They hold it only briefly. Returns `None` if the file system cannot lock folders or another
+/// program holds the lock; the caller then proceeds without it.
 fn lock_folder_of(path: &Path) -> Option<File> {
     let folder = path
         .parent()
@@ -81,8 +83,8 @@ fn lock_folder_of(path: &Path) -> Option<File> {
     None
 }
 
-/// Removes the link that a run which crashed left at `path`; `own` is the terminal that is
-/// to be there.
+/// Removes the link that a crashed run left at `path`; `own` is the terminal that the new link will
+/// point to.
 fn remove_stale(path: &Path, own: &Path) -> io::Result<()> {
     let refused = |why: String| {
         let why = format!("{} {why}: give another path, or remove it", path.display());
@@ -100,7 +102,7 @@ fn remove_stale(path: &Path, own: &Path) -> io::Result<()> {
         let why = format!("is a link to {}, no pseudo-terminal", target.display());
         return refused(why);
     }
-    // The system may have given us the very terminal that the crashed run had.
+    // The system may have reused the terminal name of the crashed run.
     if target != own && fs::symlink_metadata(&target).is_ok() {
         let why = format!("is a link to {}, a terminal in use", target.display());
         return refused(why);
@@ -108,7 +110,8 @@ fn remove_stale(path: &Path, own: &Path) -> io::Result<()> {
     fs::remove_file(path)
 }
 
-/// Whether both are pseudo-terminals: of one folder, and of one name but for its number.
+/// Returns whether both paths are pseudo-terminals: in the same folder, with names that differ only
+/// in their numbers.
 fn are_both_terminals(one: &Path, other: &Path) -> bool {
     let name = |path: &Path| {
         let name = path.file_name()?.to_str()?.to_owned();

@@ -1,4 +1,4 @@
-//! A pseudo-terminal: to any program on this machine, a serial port.
+//! Pseudo-terminal, which any program on this machine can open as a serial port.
 
 mod link;
 
@@ -19,37 +19,37 @@ use super::byte_stream::write_patiently;
 use super::{ByteStream, WRITE_PATIENCE};
 use link::Link;
 
-/// The board's end of a pseudo-terminal whose other end hosts open by a path.
+/// The board's end of a pseudo-terminal. Hosts open the other end by its path.
 ///
-/// Hosts may close and open it again. Unlike TCP it cannot refuse a second
-/// host; serial programs lock the port among themselves.
+/// Hosts may close and reopen it. Unlike TCP it cannot refuse a second host; serial programs lock
+/// the port among themselves.
 #[derive(Debug)]
 pub struct PtyWire {
     master: File,
     device: PathBuf,
-    /// Removes itself.
+    /// Symbolic link, which its destructor removes.
     _link: Link,
     connected: bool,
-    /// The host did not read for too long: writes no longer wait for it.
+    /// Whether the host did not read for too long, so that writes no longer wait for it.
     stalled: bool,
 }
 
 impl PtyWire {
-    /// Opens a raw pseudo-terminal and makes `path` a symbolic link to it, which is
-    /// removed on drop if it still is this one. Of what is at `path` already, only a link
-    /// to a pseudo-terminal that is no more is replaced: what a run that crashed leaves.
+    /// Opens a raw pseudo-terminal and makes `path` a symbolic link to it. The link is removed on
+    /// drop, unless another one has replaced it. An existing entry at `path` is replaced only if it
+    /// is a link to a pseudo-terminal that no longer exists, as a crashed run leaves.
     ///
     /// # Errors
-    /// `AlreadyExists` if something else is at `path`, a link to a terminal that lives
-    /// among it; otherwise what the system says.
+    /// Returns `AlreadyExists` if another entry is at `path`, including a link to an existing
+    /// terminal; otherwise the error of the system.
     pub fn open(path: impl AsRef<Path>) -> io::Result<PtyWire> {
         let pty = openpty(None, None)?;
         make_ready(&pty.slave)?;
         fcntl(&pty.master, FcntlArg::F_SETFL(OFlag::O_NONBLOCK))?;
         fcntl(&pty.master, FcntlArg::F_SETFD(FdFlag::FD_CLOEXEC))?;
         let device = nix::unistd::ttyname(&pty.slave)?;
-        // The slave end closes here: while it is open nowhere, the master
-        // reports a hang-up, and that is how we know whether a host is there.
+        // The slave end is closed here. While no process has it open, the master reports a hang-up,
+        // which shows that no host is connected.
         drop(pty.slave);
         let link = Link::make(path.as_ref(), &device)?;
         Ok(PtyWire {
@@ -61,7 +61,7 @@ impl PtyWire {
         })
     }
 
-    /// The device the link points to.
+    /// Returns the path of the terminal that the link points to.
     pub fn device(&self) -> &Path {
         &self.device
     }
@@ -81,7 +81,7 @@ impl PtyWire {
         Ok(())
     }
 
-    /// Forgets what the last host did not read, and how it set the terminal.
+    /// Discards the bytes that the last host did not read, and resets its terminal settings.
     fn clear_for_next_host(&mut self) -> io::Result<()> {
         self.stalled = false;
         let slave = File::options()
@@ -126,7 +126,7 @@ impl ByteStream for PtyWire {
     }
 }
 
-/// Makes a terminal raw, with nothing waiting for its reader.
+/// Makes a terminal raw and discards its unread input.
 fn make_ready(slave: &impl AsFd) -> nix::Result<()> {
     let mut settings = tcgetattr(slave)?;
     cfmakeraw(&mut settings);
@@ -134,7 +134,7 @@ fn make_ready(slave: &impl AsFd) -> nix::Result<()> {
     tcflush(slave, FlushArg::TCIFLUSH)
 }
 
-/// True if the error means no bytes now, or no host.
+/// Returns whether the error means that there are no bytes now, or no host.
 fn is_absence(error: &io::Error) -> bool {
     let hung_up = error.raw_os_error() == Some(Errno::EIO as i32);
     hung_up

@@ -1,4 +1,4 @@
-//! The checker as a whole: a good trace passes, no change of it goes unseen.
+//! Tests of the checker as a whole: a correct trace passes, and every change of it is detected.
 
 mod rules;
 mod scene;

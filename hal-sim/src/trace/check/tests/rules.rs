@@ -1,4 +1,4 @@
-//! Every rule catches a trace that breaks it, and says so.
+//! Every rule detects a trace that breaks it.
 
 use super::super::*;
 use super::scene::{Scene, after, train};
@@ -50,8 +50,8 @@ fn a_longer_gap_moves_two_edges() {
     assert_eq!(found, edges);
 }
 
-/// Doublets whose width may change: a burst of its own width is right; another width in
-/// the same burst, above the largest, or with too much charge, is not.
+/// Doublets whose width may change: a burst may have its own width, but not two different widths, a
+/// width above the maximum, or too much charge.
 #[test]
 fn a_live_width_holds_for_a_burst_within_its_bounds() {
     let widen = |scene: &mut Scene, pulses: &[u64], by_us: u64| {
@@ -88,7 +88,7 @@ fn a_live_width_holds_for_a_burst_within_its_bounds() {
         found,
         burst.map(|t| rule(t, Rule::PhaseCharge { code_us, max }))
     );
-    // Without a live width its edges are late.
+    // With a fixed width, the edges are late.
     let found = after(|scene| widen(scene, &burst, 50));
     assert!(
         found
@@ -145,7 +145,7 @@ fn a_dac_write_inside_a_burst_is_caught() {
     let found = after(|scene| scene.writes.push((101_100, 0, 900)));
     assert!(found.contains(&(101_100, 0, Rule::DacDuringBurst)));
     assert!(found.contains(&(101_000, 0, Rule::Charge { net: -10_000 })));
-    // At the last edge the burst is over.
+    // The burst is over at its last edge.
     assert_eq!(after(|scene| scene.writes.push((101_105, 1, 900))), []);
 }
 
@@ -180,7 +180,7 @@ fn polarity_may_not_reverse_within_the_dead_time() {
     assert!(found.contains(&(100_601, 1, Rule::DeadTime { gap_us: 4 })));
     let found = after(|scene| scene.at(1, 100_500).2 = 100_605);
     assert!(found.contains(&(100_605, 1, Rule::DeadTime { gap_us: 0 })));
-    // Grounding does not bridge the dead time either.
+    // Grounding does not replace the dead time.
     let found = after(|scene| {
         scene.at(1, 100_500).2 = 100_601;
         scene.stretches.push((1, 100_601, 100_605, Grounded));
@@ -203,7 +203,7 @@ fn bursts_may_not_follow_too_fast_also_across_trains() {
 
 #[test]
 fn monophasic_pulses_are_discharged_in_time() {
-    // Late, short, absent.
+    // Late, short and absent grounding.
     let found = after(|scene| scene.at(3, 103_500).1 = 103_501);
     let late = (103_500, 3, Rule::GroundingMissing { for_us: 1 });
     assert_eq!(found, [(103_500, 3, Rule::Discharge), late]);

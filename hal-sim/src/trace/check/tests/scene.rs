@@ -1,4 +1,4 @@
-//! A good trace, and the means to spoil it.
+//! A correct trace, and functions that modify it.
 
 use super::super::*;
 use crate::trace::{Levels, Polarity, State};
@@ -32,9 +32,8 @@ pub(super) fn train(channel: u8, shape: Shape, width_us: u64, offset_us: u64) ->
     }
 }
 
-/// Two periods. Channel 0: biphasic. 1: doublets, anodic first. 2 and 3: a
-/// conducted pair, 4 and 5: an isolated pair, all four monophasic. 6 and 7: a
-/// conducted biphasic pair that overlaps.
+/// Two periods. Channel 0: biphasic. 1: doublets, anodic first. 2 and 3: a conducted pair, 4 and 5:
+/// an isolated pair, all four monophasic. 6 and 7: a conducted biphasic pair that overlaps.
 pub(super) fn good() -> Scene {
     let biphasic = Shape::Biphasic(Polarity::Cathodic);
     let monophasic = Shape::Monophasic(Polarity::Cathodic);
@@ -128,7 +127,7 @@ impl Scene {
         trace
     }
 
-    /// The stretch of a channel that starts at `t_us`.
+    /// Returns the interval of a channel that starts at `t_us`.
     pub(super) fn at(&mut self, channel: u8, t_us: u64) -> &mut (u8, u64, u64, State) {
         self.stretches
             .iter_mut()
@@ -142,7 +141,7 @@ impl Scene {
     }
 }
 
-/// Violations after one change to the good scene, as (time, channel, rule).
+/// Returns the violations after one change to the correct trace, as (time, channel, rule).
 pub(super) fn after(change: impl FnOnce(&mut Scene)) -> Vec<(u64, u8, Rule)> {
     let mut scene = good();
     change(&mut scene);
