@@ -1,4 +1,4 @@
-//! `flexor bench`: cycles of each algorithm, and who agrees on its results.
+//! `flexor bench`: measures the cycles of each algorithm and compares its results between backends.
 
 use super::{Output, interrupt};
 use anyhow::{Context, ensure};
@@ -10,19 +10,19 @@ use std::path::{Path, PathBuf};
 use studies::bench::{self, CoreMark, OnChip, PUBLISHED, Row, Speed, coremark};
 use studies::figures::cycles_picture;
 
-/// Run the benchmark of every algorithm on the chip simulator
+/// Benchmark every algorithm on the chip simulator
 #[derive(Args, Debug)]
 pub struct Bench {
-    /// Write the cycles as a table here
+    /// Write the cycles as a table to this file
     #[arg(long)]
     csv: Option<PathBuf>,
-    /// Write the cycles as a picture here
+    /// Write the cycles as a picture to this file
     #[arg(long)]
     svg: Option<PathBuf>,
 }
 
 /// # Errors
-/// Images or machines fail, or two machines disagree on a result.
+/// Fails if an image or a backend fails, or if two backends disagree on a result.
 pub fn main(args: &Bench, output: Output) -> anyhow::Result<()> {
     interrupt::end_at_once()?;
     let bar = output.bar("bench");
@@ -51,7 +51,7 @@ fn write(path: Option<&Path>, contents: impl FnOnce() -> String) -> anyhow::Resu
         .with_context(|| format!("E522 cannot write {}", path.display()))
 }
 
-/// At most 80 columns.
+/// Formats the results in at most 80 columns.
 fn table(found: &bench::Bench, differing: &[String], yardstick: &CoreMark) -> String {
     let mut out = String::new();
     write_cycles(&mut out, &found.chip, differing);
@@ -152,7 +152,7 @@ fn write_coremark(out: &mut String, found: &CoreMark) {
     ));
 }
 
-/// What was assumed of the flash.
+/// Returns the name of an assumption about the flash.
 const fn flash_wait_name(wait: FlashWait) -> &'static str {
     match wait {
         FlashWait::States(Prefetched::Cached) => "5 wait states, prefetched lines cached",

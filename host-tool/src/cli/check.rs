@@ -1,5 +1,5 @@
-//! `flexor check`: session files against all that `flexor run` asks of them before
-//! it opens a device, and wearer files against all that any command asks.
+//! `flexor check`: checks session files as `flexor run` does before it opens a device, and wearer
+//! files as every command does.
 
 use super::{Incomplete, Output};
 use clap::{Args, ValueEnum};
@@ -18,14 +18,14 @@ pub struct Check {
     /// Session or wearer files (TOML)
     #[arg(required = true)]
     sessions: Vec<PathBuf>,
-    /// Check sessions for a board whose stages are supplied so (`flexor stages`): with a
-    /// common or undeclared supply, channels that can drive in opposite directions at the
-    /// same time are a mistake
+    /// Check sessions for a board whose stages have this supply (`flexor stages`): with a common or
+    /// undeclared supply, channels that can drive in opposite directions at the same time are a
+    /// mistake
     #[arg(long)]
     supply: Option<Supply>,
 }
 
-/// What a board says of the supply of its stages.
+/// Supply of a board's output stages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Supply {
     Common,
@@ -43,13 +43,13 @@ impl Supply {
     }
 }
 
-/// What a good file is.
+/// A file without mistakes.
 enum ValidFile {
     Session(Box<Session>),
     Wearer(Box<Wearer>),
 }
 
-/// Reads a file as what it is: a wearer's says of which schema it is, a session never.
+/// Reads a session file or a wearer file. Only a wearer file names its schema.
 fn read(path: &Path) -> Result<ValidFile, SessionError> {
     let is_wearer = Session::text(path).is_ok_and(|text| wearer::is_wearer_file(&text));
     match is_wearer {
@@ -59,7 +59,7 @@ fn read(path: &Path) -> Result<ValidFile, SessionError> {
 }
 
 impl ValidFile {
-    /// What is wrong with it on a board with this supply.
+    /// Returns the mistake of a session on a board with this supply, if there is one.
     fn supply_mistake(&self, supply: Option<Supply>) -> Option<String> {
         let Self::Session(session) = self else {
             return None;
@@ -68,7 +68,7 @@ impl ValidFile {
         Some(opposed.to_string())
     }
 
-    /// What it is, in a line, and what is noted of it.
+    /// Returns a line that describes the file, and the notes about it.
     fn title_and_notes(&self) -> (String, Vec<String>) {
         match self {
             Self::Session(session) => {
@@ -100,16 +100,16 @@ impl ValidFile {
     }
 }
 
-/// What is noted of a session: when it is read, and of how it rises.
+/// Returns the notes from reading a session and those about its rise.
 fn session_notes(session: &Session) -> Vec<String> {
     let read = session.notes.iter().cloned();
     read.chain(session.rise_notes()).collect()
 }
 
-/// So many blocks a line has that draws a program.
+/// Number of blocks in a line that draws a program.
 const COLUMNS: u64 = 64;
 
-/// The amplitudes of a session's programs over time, a line for each channel.
+/// Draws the amplitudes of a session's programs over time, one line for each channel.
 fn program_charts(session: &Session) -> Vec<String> {
     let programs = &session.setpoints.programs;
     if programs.is_empty() {
@@ -126,7 +126,7 @@ fn program_charts(session: &Session) -> Vec<String> {
 }
 
 /// # Errors
-/// E524: a file has a mistake; each was told.
+/// E524: a file has a mistake; every mistake was printed.
 pub fn main(args: &Check, output: Output) -> anyhow::Result<()> {
     let checked = args.sessions.iter().map(|path| (path, read(path)));
     let checked: Vec<_> = checked.collect();
@@ -190,13 +190,13 @@ pub fn main(args: &Check, output: Output) -> anyhow::Result<()> {
     Err(Incomplete { error, result }.into())
 }
 
-/// The same of a mistake without a place: its number, and what it says.
+/// Returns the JSON of a mistake that has no place in the file: number and message.
 fn mistake_json(told: &str) -> Value {
     let (number, message) = told.split_once(' ').unwrap_or(("", told));
     json!({ "number": number, "line": null, "column": null, "message": message, "help": null })
 }
 
-/// Number, place, message and help of each.
+/// Returns the number, place, message and help of each mistake.
 fn mistakes_json(e: &SessionError) -> Vec<Value> {
     let each = e.errors().map(|e| {
         let (line, column) = e.line_and_column().unzip();

@@ -10,13 +10,13 @@ use host_core::run::{ChipOptions, DeviceName, open_chip_port};
 use host_core::session::Session;
 use std::path::{Path, PathBuf};
 
-/// How RM0090 is read about lines that were prefetched, then used.
+/// Reading of RM0090 for lines that were prefetched and then used.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum Prefetched {
-    /// They enter the instruction cache
+    /// Lines enter the instruction cache
     #[default]
     Cached,
-    /// They do not
+    /// Lines do not enter the cache
     NotCached,
 }
 
@@ -38,44 +38,45 @@ impl std::fmt::Display for Prefetched {
     }
 }
 
-/// With `--device chip` only.
+/// Options that need `--device chip`.
 #[derive(Args, Debug)]
 pub struct ChipArgs {
     /// ELF to flash instead of the board's own image (chip)
     #[arg(long)]
     image: Option<PathBuf>,
-    /// Halt the core at reset and serve gdb at this port (chip; 0: any): one debugger at
-    /// a time, who may detach and come again
+    /// Halt the core at reset and serve gdb at this port (chip; 0: any port): one debugger at a
+    /// time, which may detach and return
     #[arg(long)]
     gdb: Option<u16>,
-    /// Write the image's log to this file, - for standard error (chip); one that is
-    /// there only with --overwrite
+    /// Write the image's log to this file, - for standard error (chip); --overwrite replaces an
+    /// existing file
     #[arg(long, group = "replaced")]
     log: Option<PathBuf>,
 }
 
 impl ChipArgs {
-    /// gdb may stop the device at any time.
+    /// Returns whether gdb may stop the device at any time.
     pub const fn is_debugged(&self) -> bool {
         self.gdb.is_some()
     }
 
-    /// These options with another image.
+    /// Returns options with only an image.
     pub fn with_image(image: Option<PathBuf>) -> Self {
         let (gdb, log) = (None, None);
         Self { image, gdb, log }
     }
 
-    /// The image to flash instead of the board's own.
+    /// Returns the image that replaces the board's own.
     pub fn image(&self) -> Option<&Path> {
         self.image.as_deref()
     }
 
-    /// Opens `device` for `session`, with these options; `replaces` a log; `outlives` a
-    /// debugger.
+    /// Opens `device` for `session` with these options. `replaces` allows an existing log to be
+    /// replaced; `outlives` decides what happens after a debugger leaves.
     ///
     /// # Errors
-    /// Options that are not the device's, a log that must stay, or the device.
+    /// Fails if the options do not belong to the device, the log exists and must stay, or the
+    /// device does not open.
     pub fn open(
         &self,
         device: &DeviceName,

@@ -1,4 +1,4 @@
-//! The commands under headings, each with an example and the document that describes it.
+//! Lists the commands under headings, each with an example and the document that describes it.
 
 use clap::{Command, CommandFactory};
 use std::fmt::Write;
@@ -6,11 +6,11 @@ use std::fmt::Write;
 /// Name of a command, an example, and its document.
 type Entry = (&'static str, &'static str, &'static str);
 
-/// Five constants of the muscle model, a train and a length.
+/// Example with five constants of the muscle model, a train and a duration.
 const MUSCLE: &str = "flexor muscle --a-n-per-s 1000 --k 0.1 --tau-c-ms 20 --tau1-ms 50 \
                       --tau2-ms 60 --frequency-hz 30 --train-s 1 --duration-s 2 --csv force.csv";
 
-/// Headings and their commands, in the order in which most people need them.
+/// Headings with their commands, the most often needed first.
 #[rustfmt::skip]
 const GROUPS: [(&str, &[Entry]); 7] = [
     ("Start", &[
@@ -57,8 +57,8 @@ const GROUPS: [(&str, &[Entry]); 7] = [
     ]),
 ];
 
-/// The command line with its commands under headings, and with an example and a document below
-/// each command's help.
+/// Returns the command line with its commands under headings, and an example and a document below
+/// the help of each command.
 pub(super) fn command_line() -> Command {
     let mut command = super::Cli::command();
     for (name, example, document) in entries() {
@@ -76,7 +76,7 @@ fn entries() -> impl Iterator<Item = &'static Entry> {
     GROUPS.iter().flat_map(|(_, entries)| entries.iter())
 }
 
-/// Each heading with its commands and what they do.
+/// Formats each heading with its commands and their descriptions.
 fn list(command: &Command) -> String {
     let mut text = String::new();
     for (heading, entries) in &GROUPS {
@@ -97,7 +97,7 @@ mod tests {
     use std::collections::BTreeSet;
     use std::path::Path;
 
-    /// Widest line of the list, in characters.
+    /// Largest number of characters in a line of the list.
     const WIDTH: usize = 80;
 
     #[test]

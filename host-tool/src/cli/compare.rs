@@ -1,4 +1,4 @@
-//! `flexor compare`: several records, experiments or sweeps side by side.
+//! `flexor compare`: shows records, experiments or sweeps side by side.
 
 use super::out::OutArgs;
 use super::{Output, usage_error};
@@ -15,8 +15,8 @@ use studies::laboratory::{
 
 /// Show the differences between records, experiments or sweeps
 ///
-/// Compares amplitude, charge, rms current and on-time of each channel, traces, and session files key
-/// by key; of experiments and sweeps the results as well.
+/// Compares amplitude, charge, rms current and on-time of each channel, traces, and session files
+/// key by key; for experiments and sweeps also the results.
 #[derive(Args, Debug)]
 pub struct Compare {
     /// Folders of records, experiments or sweeps, two or more
@@ -26,15 +26,14 @@ pub struct Compare {
     out: OutArgs,
 }
 
-/// What a folder holds: the trials of a record, the result of an experiment or a sweep, or
-/// both.
+/// Contents of a folder: the trials of a record, the result of an experiment or sweep, or both.
 struct Folder {
     record: Option<ComparedRecord>,
     result: Option<NamedResult>,
 }
 
 impl Folder {
-    /// Reads `dir`; of its trials one at a time.
+    /// Reads `dir`, one trial at a time.
     fn read(dir: &Path) -> anyhow::Result<Self> {
         let has = |file: &str| dir.join(file).exists();
         if has("run.json") || !(has("result.json") || has("sweep.json")) {
@@ -55,7 +54,7 @@ impl Folder {
         }
     }
 
-    /// What it is, for people.
+    /// Returns a description of the contents for messages.
     const fn kind(&self) -> &'static str {
         match (&self.record, &self.result) {
             (Some(_), Some(_)) => "the record of an experiment",
@@ -66,8 +65,9 @@ impl Folder {
 }
 
 /// # Errors
-/// Fewer than two folders; each that holds nothing to compare, or is given twice; folders
-/// that have nothing in common; one that the page would replace; no room for the page.
+/// Fails if there are fewer than two folders, if a folder is given twice, has nothing to compare or
+/// would be replaced by the page, if the folders have nothing in common, or if the page cannot be
+/// written.
 pub fn main(args: &Compare, output: Output) -> anyhow::Result<()> {
     if args.records.len() < 2 {
         return usage_error("compare needs two records or more");
@@ -75,7 +75,7 @@ pub fn main(args: &Compare, output: Output) -> anyhow::Result<()> {
     args.out.check_not_record(&args.records)?;
     let folders = read_all(&args.records)?;
     let (records, results) = common_content(&args.records, folders)?;
-    // Made before an old one goes.
+    // The page is made before an old one is replaced.
     let title = format!("{} records side by side", args.records.len());
     let mut body = Html::default();
     if !records.is_empty() {
@@ -115,10 +115,10 @@ pub fn main(args: &Compare, output: Output) -> anyhow::Result<()> {
     )
 }
 
-/// What each folder holds.
+/// Reads all folders.
 ///
 /// # Errors
-/// What is wrong with every folder, a line each.
+/// Lists every folder that cannot be compared, one line each.
 fn read_all(dirs: &[PathBuf]) -> anyhow::Result<Vec<Folder>> {
     let (mut folders, mut mistakes) = (Vec::new(), Vec::new());
     let mut known: HashMap<PathBuf, &PathBuf> = HashMap::new();
@@ -154,10 +154,10 @@ fn read_all(dirs: &[PathBuf]) -> anyhow::Result<Vec<Folder>> {
     }
 }
 
-/// What all folders have: trials, results, or both.
+/// Returns the contents that all folders have: trials, results, or both.
 ///
 /// # Errors
-/// They have neither in common.
+/// Fails if the folders have neither in common.
 fn common_content(
     dirs: &[PathBuf],
     folders: Vec<Folder>,

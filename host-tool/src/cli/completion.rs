@@ -1,4 +1,4 @@
-//! `flexor completion` and `flexor man`: what shells and readers of manuals need.
+//! `flexor completion` and `flexor man`: shell completion scripts and manual pages.
 
 use super::{Output, commands, print_line};
 use clap::Args;
@@ -22,7 +22,7 @@ pub struct Man {
 }
 
 /// # Errors
-/// The standard output cannot be written.
+/// Fails if the standard output cannot be written.
 pub fn main(args: &Completion, output: Output) -> anyhow::Result<()> {
     let mut script = Vec::new();
     clap_complete::generate(
@@ -34,13 +34,13 @@ pub fn main(args: &Completion, output: Output) -> anyhow::Result<()> {
     let script = String::from_utf8_lossy(&script).into_owned();
     match output.json {
         true => output.print(String::new, || serde_json::json!({ "script": script })),
-        // Not through `say`: a script may hold characters that a terminal would obey.
+        // Printed unchanged: a script may hold characters that [`super::printable`] would replace.
         false => print_line(script.trim_end()),
     }
 }
 
 /// # Errors
-/// The folder cannot be written.
+/// Fails if the folder cannot be written.
 pub fn manual(args: &Man, output: Output) -> anyhow::Result<()> {
     let folder = &args.folder;
     let written = std::fs::create_dir_all(folder)

@@ -1,5 +1,5 @@
-//! `flexor demo`: experiment 4 of Hamana 2022 as its declaration has it, on the native
-//! simulator; how fast that is, and the README's picture.
+//! `flexor demo`: runs experiment 4 of Hamana 2022 as declared, on the native simulator, and
+//! reports the simulator's speed and the README's picture.
 
 use super::experiment::{ExperimentResult, Order, RepeatedRecord, load_or_repeat};
 use super::out::OutArgs;
@@ -23,19 +23,20 @@ use studies::laboratory::{ConductedTrial, Experiment, comparison};
 pub struct Demo {
     #[command(flatten)]
     out: OutArgs,
-    /// Seed of the simulated finger's sensor noise and of the order
+    /// Seed of the simulated finger's sensor noise and of the order of trials
     #[arg(long, default_value_t = 1)]
     seed: u64,
     #[arg(skip)]
     again: Option<RepeatedRecord>,
 }
 
-/// How its record names the command, and what it runs.
+/// Name of the command in the record, and the experiment that it runs.
 const COMMAND: &str = "demo";
 const EXPERIMENT: &str = "hamana-4";
 
 impl Demo {
-    /// The demo of the record in `dir`, again, in `out`; `None` for another command's.
+    /// Returns the demo that repeats the record in `dir` and writes to `out`; `None` if another
+    /// command made the record.
     pub fn from_record(dir: &Path, record: &Run, out: OutArgs) -> Option<Self> {
         let plan = record.plan.as_ref()?;
         (plan.command == COMMAND).then_some(Self {
@@ -46,27 +47,27 @@ impl Demo {
     }
 }
 
-/// Ten channels, three of them on the forearm: the picture's.
+/// Session of the picture: ten channels, three of them on the forearm.
 const TEN_AND_HAND: (&str, &str) = (
     "ten_channels_and_hand.toml",
     include_str!("../../sessions/ten_channels_and_hand.toml"),
 );
-/// Three of them on a finger: what simulators are timed by.
+/// Session for the simulator's speed: ten channels, three of them on a finger.
 const TEN_AND_FINGER: (&str, &str) = (
     "ten_channels_and_finger.toml",
     include_str!("../../sessions/ten_channels_and_finger.toml"),
 );
 
 /// # Errors
-/// A session that does not run, a folder that cannot be written.
+/// Fails if a session does not run or a folder cannot be written.
 pub fn main(args: &Demo, output: Output) -> anyhow::Result<()> {
     carry_out(args, output)?.print(output)
 }
 
-/// Runs and records it.
+/// Runs and records the demo.
 ///
 /// # Errors
-/// As [`main`].
+/// Returns the errors of [`main`].
 pub(super) fn carry_out(args: &Demo, output: Output) -> anyhow::Result<CommandOutput> {
     let begin = Instant::now();
     let order = Order {
@@ -101,7 +102,7 @@ pub(super) fn carry_out(args: &Demo, output: Output) -> anyhow::Result<CommandOu
     })
 }
 
-/// A row for each trial, in the order of the conditions.
+/// Returns one row for each trial, in the order of the conditions.
 fn trial_rows(experiment: &Experiment, came: &ExperimentResult) -> Vec<serde_json::Value> {
     let is_rmse = |measure: &str| measure == "rmse_deg";
     let mut all: Vec<&ConductedTrial> = came.course.trials.iter().collect();
@@ -125,17 +126,17 @@ fn trial_rows(experiment: &Experiment, came: &ExperimentResult) -> Vec<serde_jso
     all.iter().map(row).collect()
 }
 
-/// Virtual over wall time with ten channels at 50 Hz, ten muscle models and the
+/// Simulated time divided by wall time, with ten channels at 50 Hz, ten muscle models and the
 /// finger.
 #[derive(Clone, Copy)]
 struct Speed {
-    /// Of the simulator: device, wire and wearer.
+    /// Of the simulator alone: device, wire and wearer.
     simulator: f64,
     /// With the host program that streams setpoints and records.
     whole: f64,
 }
 
-/// A port that sums up the wall time in which the world goes on.
+/// A port that measures how much wall time the simulated world takes.
 struct Stopwatch {
     port: Box<dyn Port>,
     in_world: Duration,
@@ -162,16 +163,16 @@ impl Port for Stopwatch {
     }
 }
 
-/// docs/demo.svg, the README's picture, as an SVG file: ten channels and the
-/// forearm in one session, under the device's default law and under the paper's.
+/// Returns docs/demo.svg, the README's picture: ten channels and the forearm in one session, under
+/// the device's default control law and under the paper's.
 ///
 /// # Errors
-/// A session that does not run.
+/// Fails if a session does not run.
 pub fn overview_svg(seed: u64) -> anyhow::Result<String> {
     Ok(picture(seed)?.0)
 }
 
-/// The picture, and how fast ten channels and a finger were simulated.
+/// Returns the picture, and the speed of a simulation with ten channels and a finger.
 fn picture(seed: u64) -> anyhow::Result<(String, Speed)> {
     let (_, speed) = run_ten_channels(TEN_AND_FINGER, LawName::Recommended, seed)?;
     let (default, _) = run_ten_channels(TEN_AND_HAND, LawName::Recommended, seed)?;
@@ -179,7 +180,7 @@ fn picture(seed: u64) -> anyhow::Result<(String, Speed)> {
     Ok((report::overview_picture(&default, &paper), speed))
 }
 
-/// A session of ten channels under a law, with the edges of one period.
+/// Runs a ten-channel session under a control law, and keeps the edges of one period.
 fn run_ten_channels(
     (name, text): (&str, &str),
     law: LawName,
@@ -212,7 +213,7 @@ fn run_ten_channels(
     Ok((trial, speed))
 }
 
-/// What machines are told, for people.
+/// Formats the JSON result as text for people.
 fn text_report(told: &serde_json::Value) -> String {
     let number = |value: &serde_json::Value| value.as_f64().unwrap_or(f64::NAN);
     let mut text = format!(

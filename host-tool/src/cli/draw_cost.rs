@@ -1,4 +1,4 @@
-//! `flexor two-points --timing`: what a drawn forearm costs this computer.
+//! `flexor two-points --timing`: measures the computing time of a random forearm.
 
 use super::{Output, interrupt, usage_error};
 use host_core::clock::{Clock, ProcessorClock};
@@ -10,17 +10,16 @@ use studies::hamana2022::{
     Cell, Experiment, Participants, Population, Protocol, TwoPointsError, Wearer,
 };
 
-/// The cell and the draws that are measured, where nobody says: the default cell of the
-/// study's ablations, as it was searched.
+/// Default cell (the default of the study's ablations, as searched) and number of draws.
 const CELL: usize = 15;
 const DRAWS: u64 = 20;
-/// Draws of a participant that are searched for one that has points.
+/// Largest number of draws of a participant in which points are searched.
 const TRIED: u64 = 50;
-/// What a draw may take, s, and the paper's four with every pattern: the study's budgets.
+/// Budgets of the study, s: for one draw, and for the paper's four participants with every pattern.
 const DRAW_S: f64 = 0.5;
 const FOUR_S: f64 = 20.0;
 
-/// Of one draw.
+/// Processor time of one draw.
 #[derive(Clone, Copy, Default)]
 struct DrawCost {
     searches: Duration,
@@ -28,26 +27,25 @@ struct DrawCost {
     intensities: Duration,
 }
 
-/// What was measured, in processor time: other programs do not lengthen it.
+/// Measured processor time, which other programs do not lengthen.
 pub(super) struct Cost {
     cell: Cell,
-    /// Of each draw.
     draws: Vec<DrawCost>,
-    /// Draws with all numbers.
+    /// Number of draws for which every value was found.
     whole: usize,
-    /// Of the paper's four, each once, with those that have no points.
+    /// Time for the paper's four participants, including draws without points.
     four: DrawCost,
-    /// Searched until each of the four had points.
+    /// Number of draws searched until each of the four participants had points.
     searched: u64,
-    /// Stimulations of the four.
+    /// Number of stimulations of the four participants.
     stimulations: usize,
 }
 
 impl Cost {
-    /// Measures and tells: `cell` and `draws` as asked.
+    /// Measures and prints the cost for a cell and a number of draws, or for the defaults.
     ///
     /// # Errors
-    /// The declaration, or a hand that cannot be.
+    /// Fails if the declaration is invalid or a hand cannot be built.
     pub(super) fn main(
         (cell, draws): (Option<usize>, Option<u64>),
         seed: u64,
@@ -90,7 +88,7 @@ impl Cost {
         Ok(cost)
     }
 
-    /// A draw of the study, and experiment 3 with it.
+    /// Times one draw of the study and its experiment 3.
     fn measure_draw(
         &mut self,
         population: &Population,
@@ -106,7 +104,7 @@ impl Cost {
             let wearer = Wearer {
                 hand: prepared.hand.clone(),
                 voltages: prepared.voltages,
-                extensor_v: [0.0; 2], // experiment 3 is without it
+                extensor_v: [0.0; 2], // experiment 3 does not use the extensor
             };
             timed(&mut spent.intensities, || {
                 wearer.run_session(population, &protocol, Experiment::Intensities)
@@ -120,7 +118,7 @@ impl Cost {
         Ok(())
     }
 
-    /// Each of the paper's four once, with every pattern of experiment 2.
+    /// Times each of the paper's four participants once, with every pattern of experiment 2.
     fn measure_participants(
         &mut self,
         population: &Population,
@@ -146,7 +144,7 @@ impl Cost {
         Ok(())
     }
 
-    /// Mean and most of the draws, s.
+    /// Returns mean and maximum over the draws, s.
     fn mean_and_max_s(&self, of: impl Fn(&DrawCost) -> Duration) -> [f64; 2] {
         let all: Vec<f64> = self
             .draws
@@ -159,7 +157,7 @@ impl Cost {
         ]
     }
 
-    /// Searches, trials, experiment 3, all.
+    /// Returns mean and maximum of the searches, the trials, experiment 3 and their sum.
     fn parts(&self) -> [(&'static str, [f64; 2]); 4] {
         [
             ("searches", self.mean_and_max_s(|cost| cost.searches)),
@@ -172,7 +170,7 @@ impl Cost {
         ]
     }
 
-    /// At most 80 columns.
+    /// Formats the results in at most 80 columns.
     fn to_text(&self) -> String {
         let head = format!(
             "{} draws of `{}`, {} of them with all numbers",
@@ -236,7 +234,7 @@ impl Cost {
     }
 }
 
-/// Adds what `work` takes.
+/// Adds the processor time of `work` to `spent`.
 fn timed<T>(spent: &mut Duration, work: impl FnOnce() -> T) -> T {
     let clock = ProcessorClock::start();
     let done = work();

@@ -1,4 +1,4 @@
-//! `flexor experiment` and `flexor sweep` of studies that draw their persons.
+//! `flexor experiment` and `flexor sweep` for studies with random wearers.
 
 use super::out::OutArgs;
 use super::outcome::outcome_text;
@@ -10,10 +10,10 @@ use std::path::{Path, PathBuf};
 use studies::catalog::{Entry, StudyRequest};
 use studies::laboratory::{Outcome, RunProgress, Runnable, Shard, Sweep, seed_and_draws};
 
-/// What an interrupted study says whose folder keeps what was computed.
+/// Advice after an interruption, if the folder keeps the finished work.
 pub(super) const GOES_ON: &str = "the same command goes on from there";
 
-/// The study that is asked for, within what it allows.
+/// Prepares the requested study, after a check of its arguments.
 fn prepare_study(entry: &Entry, asked: &StudyRequest<'_>) -> anyhow::Result<Box<dyn Runnable>> {
     let mistakes = entry.mistakes(asked);
     match mistakes.is_empty() {
@@ -22,10 +22,11 @@ fn prepare_study(entry: &Entry, asked: &StudyRequest<'_>) -> anyhow::Result<Box<
     }
 }
 
-/// Runs a whole study, or goes on with it where its folder has it begun.
+/// Runs a whole study, or resumes it if its folder has it begun.
 ///
 /// # Errors
-/// Arguments out of range, a folder that holds something else or cannot be written, a signal.
+/// Fails if an argument is out of range, the folder holds something else or cannot be written, or a
+/// signal arrives.
 pub(super) fn run_experiment(
     entry: &Entry,
     asked: &StudyRequest<'_>,
@@ -47,10 +48,10 @@ pub(super) fn run_experiment(
     run(&*study, at, (asked.name, &command), output)
 }
 
-/// Runs a study, or a shard of it, in a folder; or merges the folders of its shards.
+/// Runs a study or a shard of it in a folder, or merges the folders of its shards.
 ///
 /// # Errors
-/// As [`run_experiment`]; parts that make no whole.
+/// Returns the errors of [`run_experiment`], or fails if the shards do not make a whole study.
 pub(super) fn run_sweep(
     entry: &Entry,
     asked: &StudyRequest<'_>,
@@ -70,10 +71,10 @@ pub(super) fn run_sweep(
     run(&*study, (Some(dir), shard), (asked.name, &command), output)
 }
 
-/// Merges the folders of a study's shards, and prints what they come to.
+/// Merges the folders of a study's shards, and prints the outcome.
 ///
 /// # Errors
-/// Parts that make no whole.
+/// Fails if the shards do not make a whole study.
 pub(super) fn merge_shards(
     study: &dyn Runnable,
     parts: &[PathBuf],
@@ -84,10 +85,10 @@ pub(super) fn merge_shards(
     print_outcome(&ran, Some(dir), output)
 }
 
-/// Does long work with a progress bar; the work ends early once a signal has come.
+/// Does long work with a progress bar. The work ends early after a signal.
 ///
 /// # Errors
-/// Those of the work.
+/// Returns the errors of the work.
 pub(super) fn with_progress_bar<T>(
     (what, output): (&str, Output),
     interruption: &Interruption,
@@ -102,7 +103,7 @@ pub(super) fn with_progress_bar<T>(
     result
 }
 
-/// The error of a run that a signal ended early; nothing of a whole one.
+/// Returns the error of a run that a signal ended early; `None` if the run is complete.
 pub(super) fn interruption_error(
     ran: &RunProgress,
     dir: Option<&Path>,
@@ -113,11 +114,11 @@ pub(super) fn interruption_error(
     Some(EndedBySignal(signal, format!("after {}{goes_on}", ran.done)).into())
 }
 
-/// Runs a study, or a shard of it, in a folder, or without keeping it; `name` is what its
-/// progress is called, `command` what merges its shards.
+/// Runs a study or a shard of it, in a folder or without keeping it. `name` labels the progress
+/// bar; `command` is the command that merges the shards.
 ///
 /// # Errors
-/// A unit failed, or cannot be kept; a signal.
+/// Fails if a unit fails or cannot be stored, or if a signal arrives.
 pub(super) fn run(
     study: &dyn Runnable,
     (dir, shard): (Option<&Path>, Shard),
@@ -134,7 +135,7 @@ pub(super) fn run(
             None => print_outcome(&ran, dir, output),
         };
     };
-    // What was computed is printed, whatever becomes of the folder.
+    // Computed results are printed even if the folder cannot be kept.
     if let (Some(outcome), false) = (&ran.outcome, output.json) {
         output.print(|| result_text(&ran, outcome), || Value::Null)?;
     }
@@ -145,12 +146,12 @@ pub(super) fn run(
     Err(Incomplete { error, result }.into())
 }
 
-/// What a terminal shows of a run.
+/// Returns the text of a run for the terminal.
 fn result_text(ran: &RunProgress, outcome: &Outcome) -> String {
     ran.table.clone().unwrap_or_else(|| outcome_text(outcome))
 }
 
-/// Prints the outcome, and where its pages lie.
+/// Prints the outcome and the paths of its pages.
 fn print_outcome(ran: &RunProgress, dir: Option<&Path>, output: Output) -> anyhow::Result<()> {
     let Some(outcome) = &ran.outcome else {
         return Ok(());
@@ -174,8 +175,8 @@ fn print_outcome(ran: &RunProgress, dir: Option<&Path>, output: Output) -> anyho
     )
 }
 
-/// Name and path of the pages in a folder: `result.html` is "page", the others are called by
-/// their files.
+/// Returns names and paths of the pages in a folder: `result.html` is "page", the others have the
+/// names of their files.
 fn page_paths(dir: &Path) -> Vec<(String, String)> {
     let mut pages = vec![(
         "page".to_owned(),
@@ -201,16 +202,16 @@ fn capitalize(name: &str) -> String {
     first.into_iter().chain(letters).collect()
 }
 
-/// What to do with a shard of `command` that is whole.
+/// Returns the advice after a complete shard of `command`.
 pub(super) fn shard_complete_text(command: &str, dir: &Path) -> String {
     let dir = dir.display();
     format!("the shard is whole; merge all of them: flexor {command} --merge {dir} … --out DIR")
 }
 
-/// Prints that a shard of `command` is whole.
+/// Prints that a shard of `command` is complete.
 ///
 /// # Errors
-/// The standard output cannot be written.
+/// Fails if the standard output cannot be written.
 pub(super) fn print_shard_complete(
     command: &str,
     (shard, dir): (Shard, &Path),

@@ -1,4 +1,4 @@
-//! `flexor edges`: every edge of a session's pulses.
+//! `flexor edges`: writes every edge of a session's pulses.
 
 use super::{Output, check_range};
 use anyhow::{Context, bail};
@@ -10,12 +10,12 @@ use std::path::PathBuf;
 
 /// Write every output edge of a session
 ///
-/// A row for each: t_us,channel,state,dac_code.
+/// One row for each edge: t_us,channel,state,dac_code.
 #[derive(Args, Debug)]
 pub struct Edges {
-    /// Session file
+    /// Session file (TOML)
     session: PathBuf,
-    /// How long to stimulate, s
+    /// Duration of the stimulation, s
     #[arg(long)]
     seconds: f64,
     /// Device: native, chip or qemu (a board's edges need an oscilloscope)
@@ -24,16 +24,16 @@ pub struct Edges {
     /// Seed of the simulated wearer
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Where to write the edges; times count from the trains' epoch
+    /// File for the edges; times count from the trains' epoch
     #[arg(long)]
     csv: PathBuf,
-    /// Replace the file of that name
+    /// Replace an existing --csv file
     #[arg(long)]
     overwrite: bool,
 }
 
 /// # Errors
-/// The session, the device or the file.
+/// Fails if the session, the device or the file cannot be used.
 pub fn main(args: &Edges, output: Output) -> anyhow::Result<()> {
     let mut session = SessionFile::load(&args.session)?;
     check_range("--seconds", args.seconds, 0.001, 3600.0)?;

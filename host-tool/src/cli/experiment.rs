@@ -1,4 +1,4 @@
-//! `flexor experiment`: a paper's protocol, then the same with wearers drawn.
+//! `flexor experiment`: runs a paper's protocol, then repeats it with random wearers.
 
 use super::operator::TerminalOperator;
 use super::out::OutArgs;
@@ -30,20 +30,20 @@ use studies::laboratory::{
 pub struct ExperimentArgs {
     #[arg(help = study_names())]
     name: String,
-    /// A wearer file (docs/wearers.md); P, Q, R, S or all for hamana-1 to -4 (docs/two_points.md)
+    /// Wearer file (docs/wearers.md), or P, Q, R, S or all for hamana-1 to -4 (docs/two_points.md)
     #[arg(long)]
     wearer: Option<String>,
-    /// An ablation of hamana-1 to hamana-4, by its name (docs/two_points.md)
+    /// Name of an ablation of hamana-1 to hamana-4 (docs/two_points.md)
     #[arg(long)]
     departure: Option<String>,
-    /// native, chip, qemu, a serial port, or tcp:HOST:PORT
+    /// Device: native, chip, qemu, a serial port, or tcp:HOST:PORT
     #[arg(long, default_value = "native")]
     device: DeviceName,
-    /// Wearers to draw; default: the declaration's number in this program's
-    /// simulators, none for a board
+    /// Number of random wearers; default: the declaration's number in this program's simulators,
+    /// none for a board
     #[arg(long)]
     draws: Option<u64>,
-    /// Decides order, noise and wearers; default: the declaration's
+    /// Seed of order, noise and wearers; default: the declaration's
     #[arg(long)]
     seed: Option<u64>,
     #[command(flatten)]
@@ -52,7 +52,7 @@ pub struct ExperimentArgs {
     again: Option<RepeatedRecord>,
 }
 
-/// The names of all studies, as the help has them.
+/// Lists the names of all studies for the help text.
 fn study_names() -> String {
     format!(
         "{}, or the file of a declaration",
@@ -60,7 +60,7 @@ fn study_names() -> String {
     )
 }
 
-/// The record that is repeated.
+/// An earlier record, and its declaration files, that a rerun repeats.
 #[derive(Clone, Debug)]
 pub(super) struct RepeatedRecord {
     dir: PathBuf,
@@ -68,7 +68,7 @@ pub(super) struct RepeatedRecord {
 }
 
 impl RepeatedRecord {
-    /// Of the record in `dir` that `plan` made.
+    /// Refers to the record in `dir`, which was made from `plan`.
     pub fn new(dir: &Path, plan: &Plan) -> Self {
         Self {
             dir: dir.to_owned(),
@@ -77,11 +77,11 @@ impl RepeatedRecord {
     }
 }
 
-/// How a record of an experiment names its command.
+/// Prefix of an experiment's command in its record.
 const COMMAND: &str = "experiment ";
-/// The wearers drawn, in the record's folder.
+/// File of the random wearers in the record's folder.
 const DRAWS: &str = "draws.csv";
-/// Most wearers drawn.
+/// Largest number of random wearers.
 const MOST_DRAWS: u64 = 100_000;
 
 impl ExperimentArgs {
@@ -95,8 +95,8 @@ impl ExperimentArgs {
         }
     }
 
-    /// The experiment of the record in `dir`, again, in `out`; `None` for another
-    /// command's.
+    /// Returns the arguments that repeat the record in `dir` and write to `out`; `None` if another
+    /// command made the record.
     pub fn from_record(dir: &Path, record: &Run, out: OutArgs) -> Option<Self> {
         let plan = record.plan.as_ref()?;
         let identity = record.trials.first()?.identity.as_ref()?;
@@ -113,34 +113,34 @@ impl ExperimentArgs {
     }
 }
 
-/// An experiment as it is to be run.
+/// An experiment that is ready to run.
 pub(super) struct Order<'a> {
     pub experiment: Experiment,
-    /// As the record names it.
+    /// Command, as the record names it.
     pub command: String,
     pub device: &'a DeviceName,
-    /// Of order, noise and wearers; wearers drawn.
+    /// Seed of order, noise and wearers; number of random wearers.
     pub decided: (u64, u64),
-    /// Where the record goes.
+    /// Folder for the record.
     pub out: &'a OutArgs,
-    /// Of which record this is a rerun.
+    /// The record that this run repeats, if any.
     pub again: Option<&'a RepeatedRecord>,
 }
 
-/// What came of one, whole.
+/// Result of a complete experiment.
 pub(super) struct ExperimentResult {
-    /// Its trials.
+    /// Conducted trials.
     pub course: Course,
-    /// How long they took on this computer.
+    /// Wall time of the trials on this computer.
     pub took: Duration,
-    /// What they and the wearers drawn came to.
+    /// Outcome of the trials and of the random wearers.
     pub outcome: Outcome,
 }
 
-/// The experiment `name`; of a record that is repeated, the one it keeps.
+/// Loads the experiment `name`; a rerun loads the one that the record keeps.
 ///
 /// # Errors
-/// There is none, or it is none.
+/// Fails if there is no such experiment or its file is invalid.
 pub(super) fn load_or_repeat(
     name: &str,
     again: Option<&RepeatedRecord>,
@@ -151,7 +151,7 @@ pub(super) fn load_or_repeat(
     }
 }
 
-/// Text of the wearer file that is meant: a file's, or of a wearer of the program by name.
+/// Returns the text of a wearer file, or of a built-in wearer with that name.
 fn read_wearer_file(file: &str) -> Result<String, SessionError> {
     match builtin_wearer(file).filter(|_| !Path::new(file).is_file()) {
         Some(text) => Ok(text.to_owned()),
@@ -160,8 +160,8 @@ fn read_wearer_file(file: &str) -> Result<String, SessionError> {
 }
 
 /// # Errors
-/// No such experiment, no device, a folder that cannot be written, a trial that ended
-/// early.
+/// Fails if the experiment or the device does not exist, a folder cannot be written, or a trial
+/// ends early.
 pub fn main(args: &ExperimentArgs, output: Output) -> anyhow::Result<()> {
     let asked = args.study_request();
     match Entry::find(&asked).map_err(WrongUse)? {
@@ -170,10 +170,10 @@ pub fn main(args: &ExperimentArgs, output: Output) -> anyhow::Result<()> {
     }
 }
 
-/// Runs and records it.
+/// Runs and records the experiment.
 ///
 /// # Errors
-/// As [`main`].
+/// Returns the errors of [`main`].
 pub(super) fn carry_out(args: &ExperimentArgs, output: Output) -> anyhow::Result<CommandOutput> {
     let experiment = load_or_repeat(&args.name, args.again.as_ref())?;
     let experiment = match &args.wearer {
@@ -212,11 +212,11 @@ pub(super) fn carry_out(args: &ExperimentArgs, output: Output) -> anyhow::Result
 }
 
 impl Order<'_> {
-    /// Runs and records it in a folder that `name` names where nobody says which; `then`
-    /// adds what it has to the record before that is closed.
+    /// Runs the experiment and records it in a folder; `name` names the folder if the user gave
+    /// none. `then` adds to the record before it is closed.
     ///
     /// # Errors
-    /// No device, a folder that cannot be written, a trial that ended early.
+    /// Fails if there is no device, a folder cannot be written, or a trial ends early.
     pub fn carry_out<T>(
         &self,
         name: &str,
@@ -277,8 +277,8 @@ impl Order<'_> {
         Ok(told)
     }
 
-    /// The wearers drawn of this very experiment that was interrupted in its folder, as rows;
-    /// its trials, which are simulated, come out again as they were.
+    /// Returns the rows of the random wearers if this same experiment was interrupted in its
+    /// folder. The simulated trials are run again and give the same results.
     fn recorded_draws(&self) -> Option<String> {
         let is_mine = !self.out.overwrites() && !self.device.is_port();
         let dir = self.out.dir().filter(|_| is_mine)?;
@@ -292,7 +292,7 @@ impl Order<'_> {
         Sweep::new(&self.experiment, seed, draws, Shard::WHOLE)
     }
 
-    /// That somebody can answer what a person on a board is asked.
+    /// Checks that a person can answer the protocol's prompts on a board.
     fn check_operator(&self) -> anyhow::Result<()> {
         let protocol = &self.experiment.declaration.protocol;
         let asks = self.device.is_port() && protocol.prompt.is_some();
@@ -305,7 +305,7 @@ impl Order<'_> {
         Ok(())
     }
 
-    /// That the device is there, before a record is replaced.
+    /// Checks that the device answers before a record is replaced.
     fn check_device(&self, interruption: &Interruption) -> anyhow::Result<()> {
         if self.out.overwrites()
             && self.device.is_port()
@@ -319,7 +319,7 @@ impl Order<'_> {
         Ok(())
     }
 
-    /// The record, without a trial.
+    /// Returns the record before its first trial.
     fn new_record(&self) -> Run {
         let device = self.device.to_string();
         let (seed, draws) = self.decided;
@@ -335,8 +335,8 @@ impl Order<'_> {
     }
 }
 
-/// Puts into the record what a paper printed of its trials, what a simulated body was
-/// given and what came out.
+/// Adds to the record the values that the paper printed for its trials, the assumptions about the
+/// simulated wearer, and the results.
 fn add_comparison(experiment: &Experiment, record: &mut Run, came: &ExperimentResult) {
     for measurement in &came.course.trials {
         let condition = experiment.conditions.get(measurement.place.condition);
@@ -365,8 +365,8 @@ fn add_comparison(experiment: &Experiment, record: &mut Run, came: &ExperimentRe
     }));
 }
 
-/// What the trials, and the wearers drawn, came to; written beside the record as far
-/// as it goes.
+/// Computes the outcome of the trials and of the random wearers, and writes it beside the record,
+/// even if it is incomplete.
 fn write_outcome(
     order: &Order<'_>,
     dir: &Path,
@@ -386,7 +386,7 @@ fn write_outcome(
         let how_far = "Cut short: the wearers to be drawn are not in it.";
         outcome.cut_short = Some(how_far.to_owned());
     }
-    // Whatever ends the program from here on, this much is told.
+    // Published now, so that it exists even if the program ends early.
     publish(dir, &outcome, &course.trials)?;
     if draws == 0 || course.ended.is_some() {
         return Ok(Some(outcome));
@@ -400,8 +400,8 @@ fn write_outcome(
     Ok(swept.outcome)
 }
 
-/// Whether all of these trials are simulated, as their devices said; in this process they
-/// are. Unknown where a device behind a port has not answered.
+/// Returns whether all trials are simulated, as their devices reported. Trials in this process
+/// always are; the result is `None` if a device behind a port has not answered.
 fn all_simulated(trials: &[ConductedTrial], is_port: bool) -> Option<bool> {
     let trials = trials.iter().map(|played| &played.trial);
     let is_simulated = trials.map(|trial| match &trial.identity {
@@ -415,7 +415,7 @@ fn all_simulated(trials: &[ConductedTrial], is_port: bool) -> Option<bool> {
     }
 }
 
-/// What came to its end.
+/// Returns the course and the outcome if both are complete, or the reason why not.
 fn require_complete(
     course: Course,
     outcome: Option<Outcome>,

@@ -1,4 +1,4 @@
-//! `flexor explain`: what an error number means, from the one table of all of them.
+//! `flexor explain`: explains an error number from the table of all numbers.
 
 use super::{Output, usage_error};
 use clap::Args;
@@ -7,7 +7,7 @@ use serde::Deserialize;
 /// Print what an error number means, an example and the remedy
 #[derive(Args, Debug)]
 pub struct Explain {
-    /// The number as it is printed, such as E407
+    /// Number as it is printed, such as E407
     number: String,
 }
 
@@ -20,18 +20,18 @@ struct Table {
     error: Vec<Entry>,
 }
 
-/// One error number.
+/// Table entry of one error number.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Entry {
     number: u16,
-    /// At most nine words.
+    /// Title of at most nine words.
     title: String,
-    /// What happened, and when it happens.
+    /// Description of what happened and when it happens.
     meaning: String,
-    /// What the user does now.
+    /// Advice on what the user does next.
     remedy: String,
-    /// A line as the program prints it.
+    /// Example of a line as the program prints it.
     example: String,
 }
 
@@ -80,7 +80,7 @@ fn table() -> anyhow::Result<Vec<Entry>> {
     Ok(toml::from_str::<Table>(TABLE)?.error)
 }
 
-/// `text` in lines of at most 80 characters, broken at spaces.
+/// Wraps `text` at spaces into lines of at most 80 characters.
 fn wrapped(text: &str) -> String {
     let mut lines = vec![String::new()];
     for word in text.split_whitespace() {
@@ -104,7 +104,7 @@ mod tests {
     use std::collections::BTreeSet;
     use std::path::{Path, PathBuf};
 
-    /// Rust files of the program and its libraries, without tests.
+    /// Collects the Rust files of the program and its libraries, without tests.
     fn sources(folder: &Path, files: &mut Vec<PathBuf>) {
         for entry in std::fs::read_dir(folder).unwrap().flatten() {
             let path = entry.path();
@@ -116,7 +116,7 @@ mod tests {
         }
     }
 
-    /// Numbers written as E407 in `text`.
+    /// Finds numbers written as E407 in `text`.
     fn numbers(text: &str) -> impl Iterator<Item = u16> {
         text.match_indices('E').filter_map(|(at, _)| {
             let digits = text.get(at + 1..at + 4)?;
@@ -147,8 +147,9 @@ mod tests {
         }
     }
 
-    /// A number that the code prints is in the table, and one of the table is printed: those of
-    /// files and of the device are listed by name, the others stand in the messages.
+    /// Every number that the code prints must be in the table, and every number in the table must
+    /// be printed. The numbers of files and of the device are listed by name; the others stand in
+    /// messages.
     #[test]
     fn the_table_has_the_numbers_of_the_code() {
         let root = Path::new(env!("CARGO_MANIFEST_DIR"));

@@ -1,4 +1,4 @@
-//! `flexor explain-model`: which muscle model each channel gets, and why.
+//! `flexor explain-model`: explains the muscle model of each channel.
 
 use super::{Output, usage_error};
 use anyhow::ensure;
@@ -13,18 +13,18 @@ use std::path::PathBuf;
 pub struct ExplainModel {
     /// Session file (TOML)
     session: PathBuf,
-    /// How far what the session uses may be off, in percent of the largest force, in
-    /// steps of 0.01; the session's own, or else 10, if left out
+    /// Largest error of the values that the session uses, in percent of the largest force, in steps
+    /// of 0.01; default: the session's own, or else 10
     #[arg(long, value_name = "PERCENT")]
     tolerance: Option<f64>,
-    /// Seed of the simulated wearer on whom it is tried
+    /// Seed of the simulated wearer on which the models are compared
     #[arg(long, default_value_t = choice::SEED)]
     seed: u64,
 }
 
 /// # Errors
-/// The session; a tolerance that is none (E518) or that no model meets (E553); a
-/// session without a muscle (E554), or one that cannot be played (E552).
+/// Fails if the session is invalid, the tolerance is invalid (E518) or met by no model (E553), the
+/// session has no muscle (E554) or cannot be simulated (E552).
 pub fn main(args: &ExplainModel, output: Output) -> anyhow::Result<()> {
     let asked = args.tolerance.map(parse_tolerance).transpose()?;
     let session = Session::load(&args.session)?;
@@ -45,7 +45,7 @@ pub fn main(args: &ExplainModel, output: Output) -> anyhow::Result<()> {
     )
 }
 
-/// Hundredths of a percent.
+/// Converts percent to hundredths of a percent.
 fn parse_tolerance(percent: f64) -> anyhow::Result<Share> {
     let hundredths = (percent * 100.0).round();
     if !(1.0..=60_000.0).contains(&hundredths) || (percent * 100.0 - hundredths).abs() > 1e-6 {
@@ -56,7 +56,7 @@ fn parse_tolerance(percent: f64) -> anyhow::Result<Share> {
     Ok(Share(hundredths as u16))
 }
 
-/// At most 80 columns.
+/// Formats the report in at most 80 columns.
 fn text_report(session: &Session, choice: &Choice) -> String {
     let part = match choice.tried_us < session.duration_us {
         true => "the first ",
@@ -105,7 +105,7 @@ fn text_report(session: &Session, choice: &Choice) -> String {
     out.trim_end().to_owned()
 }
 
-/// Whether the file names the channel's model.
+/// Returns whether the session file names the channel's model.
 fn is_given(session: &Session, need: &Need) -> bool {
     let muscle = session.channels[need.place].muscle.as_ref();
     muscle.is_some_and(|muscle| muscle.model != Model::Auto)
@@ -155,7 +155,7 @@ fn write_channel(out: &mut String, session: &Session, need: &Need, tolerance: Sh
     }
 }
 
-/// What the session uses of it.
+/// Describes how the session uses the channel's force.
 fn uses_text(uses: ModelUses) -> &'static str {
     match (uses.report, uses.steering) {
         (true, true) => "the reported force, and the force that it steers",
@@ -165,7 +165,7 @@ fn uses_text(uses: ModelUses) -> &'static str {
     }
 }
 
-/// At most so many letters.
+/// Shortens the text to at most `letters` characters.
 fn truncate(text: &str, letters: usize) -> String {
     if text.chars().count() <= letters {
         return text.to_owned();
@@ -173,12 +173,12 @@ fn truncate(text: &str, letters: usize) -> String {
     text.chars().take(letters - 1).chain(['…']).collect()
 }
 
-/// "5.93 %", or a dash where it is not used.
+/// Formats a fraction as "5.93 %", or a dash if the session does not use it.
 fn percent(part: Option<f64>) -> String {
     part.map_or("-".into(), |part| format!("{:.2} %", part * 100.0))
 }
 
-/// "83/215": cycles of a tick without and with a pulse.
+/// Formats the cycles of a tick without and with a pulse: "83/215".
 fn cycles_text(cycles: Option<Cycles>) -> String {
     cycles.map_or("-".into(), |cycles| {
         format!("{}/{}", cycles.tick, cycles.tick_with_pulse)

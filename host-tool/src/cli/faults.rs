@@ -1,4 +1,4 @@
-//! `flexor faults`: what gets past the device when something breaks, drawn and judged.
+//! `flexor faults`: injects random faults into a simulated device and judges its outputs.
 
 use super::drawn::{interruption_error, shard_complete_text, with_progress_bar};
 use super::{Incomplete, Output, interrupt, usage_error};
@@ -19,34 +19,35 @@ use studies::laboratory::{
 
 /// Inject faults into a simulated board and judge the outputs
 ///
-/// The current at the electrodes is judged. Faults are injected at random moments, in copies of a board that stimulates. Exit code 0 if all
-/// cases ran, whatever their outcome: severe cases and undetected faults are in the table and in
-/// result.json. The same command with the same --out resumes an interrupted campaign.
+/// Judges the current at the electrodes. Faults are injected at random moments, in copies of a
+/// board that stimulates. Exit code 0 if all cases ran, whatever their outcome: severe cases and
+/// undetected faults are in the table and in result.json. The same command with the same --out
+/// resumes an interrupted campaign.
 #[derive(Args, Debug)]
 pub struct FaultsArgs {
-    /// chip or native
+    /// Device: chip or native
     #[arg(long, default_value = "chip")]
     device: DeviceName,
-    /// What breaks, or `all` that this device can play, each in a folder of its own
+    /// Class of faults, or `all` that this device can run, each in a folder of its own
     #[arg(long)]
     class: ClassSelection,
-    /// Cases to draw of each class; default: the declaration's
+    /// Number of cases of each class; default: the declaration's
     #[arg(long, conflicts_with = "merge")]
     count: Option<u64>,
-    /// Decides what breaks when; default: the declaration's
+    /// Seed of the faults and their times; default: the declaration's
     #[arg(long, conflicts_with = "merge")]
     seed: Option<u64>,
-    /// Play this case alone, from 0; only to look at, into no folder
+    /// Run this case alone, counted from 0, and write no folder
     #[arg(long, conflicts_with_all = ["count", "out"])]
     only: Option<u64>,
-    /// Part I of N, as 3/8
+    /// Part I of N, such as 3/8
     #[arg(long, requires = "out", conflicts_with = "merge")]
     shard: Option<Shard>,
-    /// Make one campaign of the folders of all its shards
+    /// Merge the folders of all shards into one campaign
     #[arg(long, num_args = 1.., value_name = "DIR", requires = "out")]
     merge: Vec<PathBuf>,
-    /// Folder for result.json, result.html and faults.csv: absent, empty, or with the first
-    /// cases of the same campaign
+    /// Folder for result.json, result.html and faults.csv: absent, empty, or with the first cases
+    /// of the same campaign
     #[arg(long)]
     out: Option<PathBuf>,
     /// ELF to flash instead of the board's own image (chip)
@@ -75,13 +76,13 @@ impl FromStr for ClassSelection {
     }
 }
 
-/// Most cases of a class.
+/// Largest number of cases of a class.
 const MOST: u64 = 1_000_000;
 
 /// # Errors
-/// No image, a board that does not stimulate before anything breaks, a folder that cannot
-/// be written or has another campaign, parts that make no whole, a signal. What a fault does
-/// is no error.
+/// Fails if there is no image, the board does not stimulate before the fault, a folder cannot be
+/// written or has another campaign, the shards do not make a whole campaign, or a signal arrives.
+/// The effect of a fault is never an error.
 pub fn main(args: &FaultsArgs, output: Output) -> anyhow::Result<()> {
     args.check()?;
     let image = match args.device {
@@ -121,7 +122,7 @@ pub fn main(args: &FaultsArgs, output: Output) -> anyhow::Result<()> {
 }
 
 impl FaultsArgs {
-    /// That it can be played at all.
+    /// Checks that the options fit together and are in range.
     fn check(&self) -> anyhow::Result<()> {
         if let Some(count) = self.count.filter(|count| !(1..=MOST).contains(count)) {
             return usage_error(format!("--count is {count}, allowed is 1 to {MOST}"));
@@ -145,7 +146,7 @@ impl FaultsArgs {
         }
     }
 
-    /// The class that is asked for, or all that the device can play.
+    /// Returns the requested class, or all classes that the device can run.
     fn classes(&self) -> Vec<Class> {
         let is_chip = self.device == DeviceName::Chip;
         match self.class {
@@ -157,7 +158,7 @@ impl FaultsArgs {
         }
     }
 
-    /// The command that merges shards.
+    /// Returns the command that merges shards.
     fn merge_command(&self) -> String {
         let class = match self.class {
             ClassSelection::One(class) => class.name(),
@@ -169,7 +170,7 @@ impl FaultsArgs {
         )
     }
 
-    /// The folder of a class in `dir`.
+    /// Returns `dir` for a single class, otherwise its subfolder with the name of `class`.
     fn folder(&self, dir: &Path, class: Class) -> PathBuf {
         match self.class {
             ClassSelection::One(_) => dir.to_owned(),
@@ -177,7 +178,7 @@ impl FaultsArgs {
         }
     }
 
-    /// Plays or merges a class.
+    /// Runs or merges the cases of a class.
     fn play_or_merge(
         &self,
         class: Class,
@@ -218,25 +219,25 @@ impl FaultsArgs {
     }
 }
 
-/// A class that was played.
+/// A class whose cases were run or merged.
 struct PlayedClass {
     class: Class,
     /// `chip` or `native`.
     device: &'static str,
-    /// What its cases come to: for people, and as `result.json` has it; nothing of a shard.
+    /// Outcome of its cases, for people and for `result.json`; `None` for a shard.
     analysed: Option<(Outcome, laboratory::Outcome)>,
     notes: Vec<String>,
-    /// The case that was asked for alone.
+    /// The single case of `--only`.
     alone: Option<Case>,
     shard: Shard,
     folder: Option<PathBuf>,
     speed: Option<String>,
-    /// What came in between, with what there is.
+    /// Error that ended the class early.
     error: Option<anyhow::Error>,
 }
 
 impl PlayedClass {
-    /// Plays what the folder lacks.
+    /// Runs the cases that the folder lacks.
     fn play(
         &mut self,
         study: &Run,
@@ -263,14 +264,14 @@ impl PlayedClass {
         Ok(())
     }
 
-    /// Takes up what cases come to.
+    /// Stores the outcome of the cases.
     fn store_outcome(&mut self, ran: RunProgress, cases: BTreeMap<u64, Case>) {
         let cases: Vec<Case> = cases.into_values().collect();
         let result = ran.outcome;
         self.analysed = result.map(|result| (Outcome::from_cases(self.class, &cases), result));
     }
 
-    /// Plays a case alone.
+    /// Runs one case alone.
     fn play_single_case(&mut self, study: &Run, index: u64) -> anyhow::Result<()> {
         let case = study.campaign().case(index)?;
         let (outcome, mut result) = study.compute_outcomes(std::slice::from_ref(&case));
@@ -291,7 +292,7 @@ impl PlayedClass {
     }
 }
 
-/// How fast it went, by the clock of this machine, whatever else it did.
+/// Formats how many cases this computer ran per second and core, by the wall clock.
 fn speed_text(played: u64, begun: Instant) -> String {
     let cores = rayon::current_num_threads() as f64;
     let rate = played as f64 / begun.elapsed().as_secs_f64().max(1e-3) / cores;

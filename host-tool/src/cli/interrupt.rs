@@ -1,4 +1,4 @@
-//! SIGINT, SIGTERM and SIGHUP: the first ends in order, the second at once.
+//! Handles SIGINT, SIGTERM and SIGHUP: the first ends the program in order, the second at once.
 
 use anyhow::Context;
 use host_core::link::{Interruption, Signal};
@@ -10,24 +10,23 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// A command that a signal ended in order, where no run has more to tell.
+/// The orderly end of a command by a signal, where no run reports more.
 #[derive(Debug, thiserror::Error)]
 #[error("E580 {0} came {1}")]
 pub struct EndedBySignal(pub Signal, pub String);
 
-/// From now on the first signal only asks, and whoever stimulates stops; the
-/// second ends the program at once, with the exit code that is its own. Call it
-/// when there is something to stop, not before: until then a signal ends the
-/// program by itself.
+/// Catches signals from now on: the first only requests an end, so that stimulation stops in order;
+/// the second ends the program at once with its own exit code. Call this only when there is
+/// something to stop; until then a signal ends the program by itself.
 ///
 /// # Errors
-/// The system does not let a signal be handled.
+/// Fails if the system does not allow a signal to be handled.
 pub fn catch_signals() -> anyhow::Result<Interruption> {
     let interruption = Interruption::default();
     let has_come = Arc::new(AtomicBool::new(false));
     for signal in supported_signals() {
         let number = i32::from(signal.number());
-        // In this order: the first one finds that none had come.
+        // The order matters: at the first signal, the shutdown handler must find the flag unset.
         register_shutdown(signal, &has_come)
             .and_then(|()| flag::register(number, Arc::clone(&has_come)).map(drop))
             .and_then(|()| {
@@ -39,11 +38,11 @@ pub fn catch_signals() -> anyhow::Result<Interruption> {
     Ok(interruption)
 }
 
-/// From now on every signal ends the program at once: nothing is stimulated and
-/// nothing is recorded.
+/// Makes every signal end the program at once from now on. For commands that neither stimulate nor
+/// record.
 ///
 /// # Errors
-/// As [`catch_signals`].
+/// Returns the errors of [`catch_signals`].
 pub fn end_at_once() -> anyhow::Result<()> {
     let always = Arc::new(AtomicBool::new(true));
     for signal in supported_signals() {
@@ -58,11 +57,11 @@ fn register_shutdown(signal: Signal, condition: &Arc<AtomicBool>) -> std::io::Re
     flag::register_conditional_shutdown(number, code, Arc::clone(condition)).map(drop)
 }
 
-/// From now on a file that may not grow any more is an error of writing it, and no
-/// signal that ends the program without a word.
+/// Makes a file that exceeds its size limit a write error from now on, instead of a signal that
+/// ends the program without a message.
 ///
 /// # Errors
-/// As [`catch_signals`].
+/// Returns the errors of [`catch_signals`].
 #[cfg(unix)]
 pub fn ignore_file_size_signal() -> anyhow::Result<()> {
     let unread = Arc::new(AtomicBool::new(false));
@@ -73,13 +72,13 @@ pub fn ignore_file_size_signal() -> anyhow::Result<()> {
         .with_context(|| format!("E581 {signal} cannot be handled"))
 }
 
-/// The signals that this system has.
+/// Returns the signals that this system has.
 fn supported_signals() -> impl Iterator<Item = Signal> {
     let has = |signal: &Signal| cfg!(unix) || *signal != Signal::HangUp;
     Signal::ALL.into_iter().filter(has)
 }
 
-/// The signal that ended a command, if one did.
+/// Returns the signal that ended a command, if one did.
 pub fn ending_signal(error: &anyhow::Error) -> Option<Signal> {
     error.chain().find_map(|error| {
         if let Some(EndedBySignal(signal, _)) = error.downcast_ref() {
@@ -92,11 +91,10 @@ pub fn ending_signal(error: &anyhow::Error) -> Option<Signal> {
     })
 }
 
-/// Whether something ended a command early: one of its runs, or a signal after
-/// the last.
+/// Checks whether something ended a command early: one of its runs, or a signal after the last run.
 ///
 /// # Errors
-/// It did.
+/// Returns the error of the run or the signal.
 pub fn check_interrupted(
     cut_short: Option<RunError>,
     interruption: &Interruption,
@@ -111,23 +109,23 @@ pub fn check_interrupted(
     }
 }
 
-/// Closes the record of `run` as its ending says and writes its page. If only the
-/// page is lost, `summary.json` says that of a complete run.
+/// Closes the record of `run` with its ending and writes its page. If only the page of a complete
+/// run is lost, `summary.json` records that.
 ///
 /// # Errors
-/// What could not be written.
+/// Returns the file that could not be written.
 pub fn close_record(dir: &Path, run: &mut Run) -> Result<PathBuf, RecordError> {
     report::write(dir, &Report::from_run(run)).inspect_err(|lost| {
         if run.ending == Ending::complete() {
             run.ending = Ending::complete_with_loss(lost.to_string());
-            // The summary comes first, and the page was lost before.
+            // The summary is written first; only the page is lost again.
             let _ = report::write(dir, &Report::from_run(run));
         }
     })
 }
 
-/// Marks the record of a run that `error` cut short, writes its page, and says
-/// where it lies. Gives back what the command fails with.
+/// Marks the record of a run that `error` cut short, writes its page and prints its path. Returns
+/// the error of the command.
 pub fn close_failed_record(dir: &Path, mut run: Run, error: anyhow::Error) -> anyhow::Error {
     run.ending = Ending::cut_short(format!("{error:#}"), super::exit_code(&error));
     let written = write_header(dir, &run);

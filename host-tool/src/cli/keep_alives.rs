@@ -1,4 +1,4 @@
-//! `flexor selftest --keep-alives`: whether this computer is on time enough to calibrate.
+//! `flexor selftest --keep-alives`: measures whether this computer is fast enough to calibrate.
 
 use super::{Output, usage_error};
 use crate::selftest::{KeepAlives, keep_alives};
@@ -8,20 +8,19 @@ use host_core::link::Lateness;
 use serde_json::{Value, json};
 use std::time::Duration;
 
-/// How long keep-alives are timed, and beside what.
+/// Options for timing keep-alives.
 #[derive(Args, Debug)]
 pub struct KeepAliveOptions {
-    /// Time the keep-alives of a calibration on this computer for so many seconds, and
-    /// nothing else
+    /// Only time the keep-alives of a calibration on this computer, for this many seconds
     #[arg(long, value_name = "SECONDS")]
     pub keep_alives: Option<u32>,
-    /// With --keep-alives: so many loops that compute without end run beside it
+    /// With --keep-alives: number of endless computing loops that run at the same time
     #[arg(long, requires = "keep_alives", default_value_t = 0)]
     busy: u32,
 }
 
 /// # Errors
-/// A length that cannot be; the system gives no thread.
+/// Fails if the length is out of range or the system gives no thread.
 pub fn main(options: &KeepAliveOptions, seconds: u32, output: Output) -> anyhow::Result<()> {
     if !(1..=86_400).contains(&seconds) || options.busy > 1_000 {
         return usage_error(format!(
@@ -47,19 +46,19 @@ pub fn main(options: &KeepAliveOptions, seconds: u32, output: Output) -> anyhow:
     )
 }
 
-/// p50, p99.9 and the worst, ms.
+/// Returns p50, p99.9 and the maximum, ms.
 fn quantiles_ms(lateness: &Lateness) -> [f64; 3] {
     let ms = |share| f64::from(lateness.quantile_us(share).unwrap_or(0)) * 1e-3;
     [ms(0.5), ms(0.999), ms(1.0)]
 }
 
-/// Whether none was so late that the device would have ended stimulation.
+/// Returns whether no keep-alive was so late that the device would have ended stimulation.
 fn is_in_time(found: &KeepAlives, spare: Duration) -> bool {
     let worst = found.keep_alives.quantile_us(1.0).unwrap_or(0);
     Duration::from_micros(worst.into()) < spare
 }
 
-/// At most 80 columns.
+/// Formats the report in at most 80 columns.
 fn text_report(found: &KeepAlives, (period, timeout): (Duration, Duration), busy: u32) -> String {
     let row = |name: &str, lateness: &Lateness| {
         let [median, most, worst] = quantiles_ms(lateness);

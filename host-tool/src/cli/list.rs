@@ -1,4 +1,4 @@
-//! `flexor list`: the sessions, wearers, searches and studies of the program, by name.
+//! `flexor list`: lists the sessions, wearers, searches and studies of the program by name.
 
 use super::Output;
 use clap::Args;
@@ -11,18 +11,18 @@ use studies::{catalog, experiments, faults, limb};
 
 /// List the shipped sessions, wearers, searches and studies
 ///
-/// Each is found by its name from any folder; flexor new FILE --from NAME copies it.
+/// A name works from any folder; flexor new FILE --from NAME copies the file.
 #[derive(Args, Debug)]
 pub struct List {}
 
 /// # Errors
-/// The standard output cannot be written.
+/// Fails if the standard output cannot be written.
 pub fn main(_: &List, output: Output) -> anyhow::Result<()> {
     let groups = groups();
     output.print(|| text_report(&groups), || json_report(&groups))
 }
 
-/// Heading, key for machines, the command that takes a name, and names with what they are.
+/// Heading, key in the JSON output, command that takes a name, and names with descriptions.
 type Group = (
     &'static str,
     &'static str,
@@ -94,7 +94,7 @@ fn text_report(groups: &[Group]) -> String {
     text + "Copy one out: flexor new FILE --from NAME"
 }
 
-/// A line of at most so many characters.
+/// Shortens a line to at most `most` characters.
 fn truncate(line: &str, most: usize) -> String {
     match line.chars().count() > most {
         true => line.chars().take(most - 1).chain(['…']).collect(),
@@ -113,19 +113,19 @@ fn json_report(groups: &[Group]) -> Value {
     all
 }
 
-/// A file that the program has.
+/// A file built into the program.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Shipped {
-    /// What `flexor list --json` calls its kind.
+    /// Kind of file, as `flexor list --json` calls it.
     pub kind: &'static str,
     pub text: &'static str,
-    /// The command that uses it, where FILE stands for a copy's path. A study that is more than
-    /// its declaration reads its own and never a copy: its command names no FILE.
+    /// Command that uses the file; FILE stands for the path of a copy. A command without FILE
+    /// belongs to a study that reads its own declaration and never a copy.
     pub command: &'static str,
 }
 
-/// The shipped session, wearer, search and declaration of this name: several kinds may have one.
-/// `KIND/NAME` is the one of that kind.
+/// Returns the shipped session, wearer, search and declaration of this name; several kinds may have
+/// the same name. `KIND/NAME` selects one kind.
 pub(super) fn find_shipped(name: &str) -> Vec<Shipped> {
     let all = all_shipped();
     let of_name = |wanted: &str| -> Vec<Shipped> {
@@ -142,14 +142,14 @@ pub(super) fn find_shipped(name: &str) -> Vec<Shipped> {
     }
 }
 
-/// The name of a shipped file that is most similar to a misspelt one, as a question.
+/// Asks about the name of a shipped file that is most similar to a misspelt name.
 pub(super) fn did_you_mean(typed: &str) -> String {
     let all = all_shipped();
     suggestion::did_you_mean(typed, all.iter().map(|(name, _)| name.as_str()))
 }
 
-/// Names and files, each kind in the order of `flexor list`. A study has the name of its
-/// declaration's file, and under each name of its own the first of its declarations.
+/// Returns names and files, each kind in the order of `flexor list`. A study is found by the name
+/// of its declaration's file; each of its own names means its first declaration.
 fn all_shipped() -> Vec<(String, Shipped)> {
     type Files = &'static [(&'static str, &'static str)];
     let kinds: [(&str, Files, &str); 5] = [
@@ -211,7 +211,7 @@ fn all_shipped() -> Vec<(String, Shipped)> {
             ));
         }
     }
-    // A file that several studies share, or a study that is called as its file is.
+    // Several studies may share a file, and a study may have the name of its file.
     let mut seen = std::collections::BTreeSet::new();
     all.retain(|(name, shipped)| seen.insert((name.clone(), shipped.kind)));
     all

@@ -1,4 +1,4 @@
-//! The command line: arguments in, one file per command, exit codes out.
+//! The command line: parses arguments, runs one of the commands, and returns the exit code.
 
 mod bare;
 mod bench;
@@ -102,7 +102,7 @@ enum Command {
     Sweep(sweep::SweepArgs),
 }
 
-/// How results and progress are told.
+/// Format of results and progress.
 #[derive(Clone, Copy, Debug)]
 pub struct Output {
     json: bool,
@@ -111,27 +111,27 @@ pub struct Output {
 /// Progress of long work: a bar on a terminal, nothing in a pipe.
 pub struct Bar(ProgressBar);
 
-/// What a command has to say, before it says it.
+/// Output of a command that has not been printed yet.
 struct CommandOutput {
     people: String,
     machines: serde_json::Value,
 }
 
 impl CommandOutput {
-    /// Says it.
+    /// Prints the output.
     ///
     /// # Errors
-    /// As [`print_line`].
+    /// Returns the errors of [`print_line`].
     fn print(self, output: Output) -> anyhow::Result<()> {
         output.print(|| self.people, || self.machines)
     }
 }
 
 impl Output {
-    /// Prints a result for people or for machines.
+    /// Prints a result as text or as JSON.
     ///
     /// # Errors
-    /// As [`print_line`].
+    /// Returns the errors of [`print_line`].
     pub fn print(
         self,
         people: impl FnOnce() -> String,
@@ -145,10 +145,10 @@ impl Output {
         print_line(&text)
     }
 
-    /// Gives `"auto"` models their meaning, and says on a terminal that it is at it.
+    /// Replaces `"auto"` models by concrete ones; a terminal shows a spinner meanwhile.
     ///
     /// # Errors
-    /// As [`choice::settle`].
+    /// Returns the errors of [`choice::resolve_auto_models`].
     fn settle_models(self, session: &mut Session) -> Result<(), ChoiceError> {
         let busy = ProgressBar::new_spinner().with_message(
             "choosing muscle models by trying the session; nothing is stimulated or recorded yet",
@@ -159,7 +159,6 @@ impl Output {
         settled
     }
 
-    /// Begins a progress bar.
     pub fn bar(self, what: &str) -> Bar {
         let bar = ProgressBar::new(1000).with_message(escape_control_chars(what));
         if let Ok(style) = ProgressStyle::with_template("{msg} [{bar:40}] {percent:>3} % {elapsed}")
@@ -171,25 +170,24 @@ impl Output {
 }
 
 impl Bar {
-    /// Shows the part done, 0 to 1.
+    /// Shows the finished part, 0 to 1.
     pub fn set(&self, part: f64) {
         self.0.set_position((part * 1000.0) as u64);
     }
 
-    /// Takes the bar away.
+    /// Removes the bar.
     pub fn finish(&self) {
         self.0.finish_and_clear();
     }
 }
 
-/// Lines with nothing in them that a terminal would obey.
+/// Replaces all characters in `text` that would control a terminal.
 fn printable(text: &str) -> String {
     let lines: Vec<String> = text.split('\n').map(escape_control_chars).collect();
     lines.join("\n")
 }
 
-/// Prints a line to the standard output. A reader that has gone, as `head` does
-/// when it has enough, misses nothing that it wants.
+/// Prints a line to the standard output. A closed pipe, as `head` leaves it, is not an error.
 fn print_line(line: &str) -> anyhow::Result<()> {
     match writeln!(std::io::stdout().lock(), "{line}") {
         Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
@@ -199,8 +197,8 @@ fn print_line(line: &str) -> anyhow::Result<()> {
     }
 }
 
-/// Parses the command line and runs it. Exit code 0: done, 1: failed, 2: wrong
-/// use, 130, 143 and 129: ended by SIGINT, SIGTERM and SIGHUP.
+/// Parses the command line and runs it. Exit code 0: success, 1: failure, 2: wrong use, 130, 143
+/// and 129: ended by SIGINT, SIGTERM and SIGHUP.
 pub fn main() -> ExitCode {
     let matches = commands::command_line().try_get_matches();
     let cli = match matches.and_then(|matches| Cli::from_arg_matches(&matches)) {
@@ -249,7 +247,7 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// Tells people and machines why, and gives what to exit with.
+/// Prints the error for people and machines, and returns the exit code.
 fn report_failure(error: &anyhow::Error, output: Output) -> ExitCode {
     if output.json
         && let Err(lost) = print_line(&failure_json(error).to_string())
@@ -260,7 +258,7 @@ fn report_failure(error: &anyhow::Error, output: Output) -> ExitCode {
     ExitCode::from(exit_code(error))
 }
 
-/// What could not be read as a command, or asked for help.
+/// Reports a command line that could not be parsed, or prints the help.
 fn report_parse_error(error: &clap::Error) -> ExitCode {
     let is_help = error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand;
     if is_help || !error.use_stderr() {
@@ -273,7 +271,7 @@ fn report_parse_error(error: &clap::Error) -> ExitCode {
     report_failure(&WrongUse(why).into(), Output { json })
 }
 
-/// The command that a misspelt one was probably meant to be, where clap itself has none.
+/// Suggests the command that was probably meant, where clap itself suggests none.
 fn suggested_command(error: &clap::Error) -> String {
     let typed = match error.get(ContextKind::InvalidSubcommand) {
         Some(ContextValue::String(typed))
@@ -291,7 +289,7 @@ fn suggested_command(error: &clap::Error) -> String {
     })
 }
 
-/// Says where the record of a run that failed lies, and what it says of itself.
+/// Prints where the record of a failed run is, and whether it is complete.
 fn print_record_place(dir: &Path) {
     let place = dir.display();
     if Ending::load(dir).is_incomplete() {
@@ -303,7 +301,7 @@ fn print_record_place(dir: &Path) {
     }
 }
 
-/// What a command that failed exits with.
+/// Returns the exit code of a failed command.
 fn exit_code(error: &anyhow::Error) -> u8 {
     if let Some(incomplete) = error.downcast_ref::<Incomplete>() {
         return exit_code(&incomplete.error);
@@ -315,12 +313,12 @@ fn exit_code(error: &anyhow::Error) -> u8 {
     }
 }
 
-/// An argument that the command cannot work with. Exit code 2.
+/// An argument that the command cannot use. Exit code 2.
 #[derive(Debug, thiserror::Error)]
 #[error("{}", with_error_number(.0))]
 struct WrongUse(String);
 
-/// `text` with E518 before it, unless it begins with a number of its own.
+/// Puts E518 before `text`, unless that begins with a number of its own.
 fn with_error_number(text: &str) -> String {
     let digits = text.strip_prefix('E').and_then(|rest| rest.get(..3));
     match digits.is_some_and(|digits| digits.bytes().all(|byte| byte.is_ascii_digit())) {
@@ -329,12 +327,12 @@ fn with_error_number(text: &str) -> String {
     }
 }
 
-/// Refuses what an option must not be.
+/// Fails with a [`WrongUse`] error.
 fn usage_error<T>(what: impl Into<String>) -> anyhow::Result<T> {
     Err(WrongUse(what.into()).into())
 }
 
-/// Refuses an option's value beyond these ends.
+/// Refuses an option's value outside `min` to `max`.
 fn check_range(name: &str, value: f64, min: f64, max: f64) -> anyhow::Result<()> {
     match (min..=max).contains(&value) {
         true => Ok(()),
@@ -342,7 +340,7 @@ fn check_range(name: &str, value: f64, min: f64, max: f64) -> anyhow::Result<()>
     }
 }
 
-/// A command that failed on its way, with what it has to tell all the same.
+/// An error of a command that nevertheless has a partial result.
 #[derive(Debug, thiserror::Error)]
 #[error("{error:#}")]
 struct Incomplete {
@@ -350,7 +348,7 @@ struct Incomplete {
     result: serde_json::Value,
 }
 
-/// One JSON object: what is known, and `error`.
+/// Returns one JSON object: the partial result, if any, and `error`.
 fn failure_json(error: &anyhow::Error) -> serde_json::Value {
     use host_core::session::SessionError;
     let mut object = match error.downcast_ref::<Incomplete>() {
@@ -364,12 +362,12 @@ fn failure_json(error: &anyhow::Error) -> serde_json::Value {
     object
 }
 
-/// To standard error; if that has gone, nobody is there to tell.
+/// Prints to the standard error and ignores failures, because no other output is left.
 fn print_stderr(text: &str) {
     let _ = writeln!(std::io::stderr(), "{text}");
 }
 
-/// A session file's error shows the line; everything else is one sentence.
+/// Prints the error: a session file's with the line in question, any other as one sentence.
 fn print_error(error: &anyhow::Error) {
     use host_core::session::SessionError;
     match error.downcast_ref::<SessionError>() {
@@ -383,7 +381,7 @@ mod tests {
     use super::Cli;
     use clap::{Command, CommandFactory};
 
-    /// Short and long help of `command` and of all below it.
+    /// Collects the short and long help of `command` and of all its subcommands.
     fn helps(command: &mut Command, all: &mut Vec<String>) {
         all.push(command.render_help().to_string());
         all.push(command.render_long_help().to_string());

@@ -4,13 +4,13 @@ use chrono::{DateTime, Local};
 use host_core::clock::Moment;
 use std::time::Duration;
 
-/// Now.
+/// Returns the present date and time.
 pub fn now() -> Moment {
     moment(Local::now())
 }
 
 fn moment(at: DateTime<Local>) -> Moment {
-    let micros = u64::try_from(at.timestamp_micros()).unwrap_or(0); // a clock set before 1970
+    let micros = u64::try_from(at.timestamp_micros()).unwrap_or(0); // 0 for a clock set before 1970
     Moment {
         since_1970: Duration::from_micros(micros),
         local_offset_s: at.offset().local_minus_utc(),
@@ -22,7 +22,7 @@ mod tests {
     use super::*;
     use chrono::{SecondsFormat, TimeZone, Utc};
 
-    /// Every third week and a bit, from 1970 to 2200.
+    /// Compares dates three weeks and 61 s apart, from 1970 to 2200.
     #[test]
     fn dates_are_written_as_chrono_writes_them() {
         for step in 0..4_000 {

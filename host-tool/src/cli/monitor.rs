@@ -1,4 +1,4 @@
-//! `flexor monitor`: a device or a running session, live on the terminal.
+//! `flexor monitor`: shows a device or a running session live on the terminal.
 
 use super::perform::SEED;
 use super::{Output, interrupt, usage_error};
@@ -14,17 +14,16 @@ use std::time::{Duration, Instant};
 
 /// Watch a device, or run a session and watch it
 ///
-/// Without a terminal it prints a line per second.
+/// Without a terminal, prints one line per second.
 #[derive(Args, Debug)]
 pub struct Monitor {
-    /// native, chip, a serial port, or tcp:HOST:PORT
+    /// Device: native, chip, a serial port, or tcp:HOST:PORT
     #[arg(long, default_value = "native")]
     device: DeviceName,
-    /// Session file (TOML) to run; without one nothing is stimulated
+    /// Session file (TOML) to run; without it nothing is stimulated
     #[arg(long)]
     session: Option<PathBuf>,
-    /// Stop and leave after this many seconds; default: at the session's end,
-    /// or on q
+    /// Stop and quit after this many seconds; default: at the session's end, or on q
     #[arg(long)]
     seconds: Option<f64>,
     /// Seed of a wearer that this program simulates; default: 1
@@ -32,7 +31,7 @@ pub struct Monitor {
     seed: Option<u64>,
 }
 
-/// Leaving is ordered whichever way the terminal's thread ends.
+/// Orders the worker to quit, however the terminal's thread ends.
 struct QuitAtEnd<'a>(&'a Shared);
 
 impl Drop for QuitAtEnd<'_> {
@@ -42,7 +41,7 @@ impl Drop for QuitAtEnd<'_> {
 }
 
 /// # Errors
-/// The session file, the device or the terminal; a session that ended early.
+/// Fails if the session file, the device or the terminal cannot be used, or the session ends early.
 pub fn main(args: &Monitor, output: Output) -> anyhow::Result<()> {
     if args.device.is_port() && args.seed.is_some() {
         return usage_error(
@@ -119,7 +118,8 @@ pub fn main(args: &Monitor, output: Output) -> anyhow::Result<()> {
     }
 }
 
-/// Whether it is time to leave: after `seconds`. The system asks whoever is at the device.
+/// Returns a test for whether `seconds` have passed. A signal from the system reaches the worker at
+/// the device.
 fn quit_condition(seconds: Option<f64>) -> anyhow::Result<impl Fn() -> bool> {
     let start = Instant::now();
     let length = seconds.map(Duration::try_from_secs_f64).transpose()?;

@@ -1,4 +1,4 @@
-//! `flexor muscle`: the force model on its own.
+//! `flexor muscle`: predicts a force with the muscle model alone.
 
 use super::{Output, WrongUse, check_range, usage_error};
 use anyhow::{Context, bail};
@@ -11,7 +11,7 @@ use hal_sim::input;
 use host_core::record::{RecordError, check_writable};
 use std::path::{Path, PathBuf};
 
-/// Rows are written this often, µs.
+/// Time between two rows, µs.
 const ROW_US: u64 = 10_000;
 
 /// Predict the force of a pulse train by the calcium-force model
@@ -32,10 +32,10 @@ pub struct Muscle {
     /// Time constant of force without calcium, ms
     #[arg(long)]
     tau1_ms: f64,
-    /// What full activation adds to it, ms
+    /// Increase of this time constant at full activation, ms
     #[arg(long)]
     tau2_ms: f64,
-    /// Rate of a regular train, Hz
+    /// Pulse rate of a regular train, Hz
     #[arg(long, requires = "train_s", required_unless_present = "pulses_us")]
     frequency_hz: Option<f64>,
     /// Length of the regular train, s
@@ -47,13 +47,13 @@ pub struct Muscle {
     /// Length of the prediction, s
     #[arg(long)]
     duration_s: f64,
-    /// The device's fixed point, or the f64 reference
+    /// The device's fixed-point model, or the f64 reference
     #[arg(long, value_enum, default_value_t = Model::Fixed)]
     model: Model,
-    /// Where to write t_s,c,force_n every 10 ms
+    /// File for t_s,c,force_n every 10 ms
     #[arg(long)]
     csv: PathBuf,
-    /// Replace the file of that name
+    /// Replace an existing --csv file
     #[arg(long)]
     overwrite: bool,
 }
@@ -71,7 +71,7 @@ struct Row {
 }
 
 /// # Errors
-/// A parameter outside its range, by name; files that cannot be read or written.
+/// Fails if a parameter is out of range (named in the message) or a file cannot be read or written.
 pub fn main(args: &Muscle, output: Output) -> anyhow::Result<()> {
     check_range("--duration-s", args.duration_s, 0.01, 3600.0)?;
     let reads: Vec<&Path> = args.pulses_us.iter().map(PathBuf::as_path).collect();
@@ -102,7 +102,7 @@ pub fn main(args: &Muscle, output: Output) -> anyhow::Result<()> {
 }
 
 impl Muscle {
-    /// Pulse times in exact µs: given ones, or i / f rounded to the nearest.
+    /// Returns pulse times in whole µs: those of the file, or i / f rounded to the nearest.
     fn pulses(&self) -> anyhow::Result<Vec<u64>> {
         if let Some(path) = &self.pulses_us {
             return read_pulses(path);
@@ -119,8 +119,8 @@ impl Muscle {
             .collect())
     }
 
-    /// The device's field, the option, its value, and how many of the device's units
-    /// make one of its.
+    /// Returns for each parameter the device's field, the option, its value, and the number of the
+    /// device's units in one unit of the option.
     #[rustfmt::skip]
     const fn parameters(&self) -> [(&'static str, &'static str, f64, f64); 5] {
         [
@@ -132,10 +132,10 @@ impl Muscle {
         ]
     }
 
-    /// The muscle as the device takes it, which holds for the reference too: within
-    /// its ranges either model answers soon. What is no number, negative or beyond the
-    /// link's units becomes 0 or the largest, which the device refuses; what is finer
-    /// than they are is refused here.
+    /// Returns the device's muscle model. The reference uses the same ranges, so that both models
+    /// answer soon. A value that is not a number, negative or too large for the link becomes 0 or
+    /// the maximum, which the device refuses; a value finer than the device's units is refused
+    /// here.
     fn device_model(&self) -> anyhow::Result<CalciumForce> {
         for (_, name, value, factor) in self.parameters() {
             let finer = (value * factor - (value * factor).round()).abs();
@@ -158,12 +158,12 @@ impl Muscle {
         CalciumForce::new(spec).map_err(|e| self.range_error(&e))
     }
 
-    /// Refuses pulses that bring C, eq. (2), to where the fixed point ends.
+    /// Refuses pulses that raise C, eq. (2), beyond the range of the fixed point.
     fn check_pulses(&self, pulses: &[u64]) -> anyhow::Result<()> {
         let end = CalciumForce::CALCIUM_END;
         let (mut c, mut last) = (0.0, 0);
         for &at in pulses {
-            let passed_ms = (at - last) as f64 * 1e-3; // times rise
+            let passed_ms = (at - last) as f64 * 1e-3; // times rise, so this is not negative
             c = c * (-passed_ms / self.tau_c_ms).exp() + 1.0;
             last = at;
             if c >= f64::from(end) {
@@ -184,7 +184,7 @@ impl Muscle {
         let mut state = CalciumForceState::at_rest(Micros::new(0));
         let mut pulses = pulses.iter().copied().peekable();
         let mut rows = Vec::new();
-        // The device ticks at 1 kHz and is told each pulse's own microsecond.
+        // The device ticks at 1 kHz and receives the exact µs of each pulse.
         for tick_us in (0..=self.duration_us()).step_by(1000) {
             while let Some(at) = pulses.next_if(|&at| at <= tick_us) {
                 muscle.pulse(&mut state, Micros::new(at as u32), Gain::FULL);
@@ -203,7 +203,7 @@ impl Muscle {
         Ok(rows)
     }
 
-    /// The device's refusal in this command's words.
+    /// Rewrites the device's refusal in terms of this command's options.
     fn range_error(&self, e: &OutOfRange) -> anyhow::Error {
         let all = self.parameters();
         let Some((_, name, given, factor)) = all.into_iter().find(|pair| pair.0 == e.field) else {
@@ -226,7 +226,7 @@ impl Muscle {
             tau1_s: self.tau1_ms * 1e-3,
             tau2_s: self.tau2_ms * 1e-3,
         };
-        // Exact i / f where a rate is given: the reference knows no microsecond.
+        // Exact i / f if a rate is given: the reference does not round to µs.
         let times: Vec<f64> = match (self.frequency_hz, &self.pulses_us) {
             (Some(f), None) => (0..pulses.len()).map(|i| i as f64 / f).collect(),
             _ => pulses.iter().map(|&us| us as f64 * 1e-6).collect(),

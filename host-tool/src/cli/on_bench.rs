@@ -1,4 +1,4 @@
-//! `flexor selftest --bench`: a person measures a board on dummy loads, and is led.
+//! `flexor selftest --bench`: guides a person through the bench test of a board on dummy loads.
 
 use super::typed::{Closed, TypedLines};
 use super::{Output, interrupt, usage_error};
@@ -14,45 +14,45 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// What somebody must type who is asked.
+/// Sentence that the operator must type.
 const SENTENCE: &str = "nobody is connected";
 
-/// What a bench self-test needs to be told.
+/// Options of a bench test.
 #[derive(Args, Debug)]
 pub struct BenchOptions {
-    /// Measure a board on dummy loads (--device is its port; native to rehearse): the
-    /// program plays a pattern, asks for what you measure, and writes --out
+    /// Measure a board on dummy loads (--device is its port; native to rehearse): the program plays
+    /// a pattern, asks for your measurements, and writes --out
     #[arg(long, requires_all = ["out", "operator", "date", "instruments"])]
     pub bench: bool,
-    /// With --bench: file of what was measured (JSON)
+    /// With --bench: file for the measurements (JSON)
     #[arg(long, requires = "bench")]
     out: Option<PathBuf>,
-    /// With --bench: go on with --out
+    /// With --bench: continue the measurements in --out
     #[arg(long, requires = "bench")]
     resume: bool,
-    /// With --bench: who measures
+    /// With --bench: name of the operator
     #[arg(long, requires = "bench")]
     operator: Option<String>,
-    /// With --bench: today, as the file is to say it
+    /// With --bench: date for the file
     #[arg(long, requires = "bench")]
     date: Option<String>,
     /// With --bench: oscilloscope, probe and meter
     #[arg(long, requires = "bench")]
     instruments: Option<String>,
-    /// With --bench: the channel, 1 to 10
+    /// With --bench: channel, 1 to 10
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=10))]
     channel: u8,
-    /// With --bench: nobody is connected to any output
+    /// With --bench: confirm that nobody is connected to any output
     #[arg(long, requires = "bench")]
     nobody_connected: bool,
-    /// With --bench: values from a file, a line `STEP VALUE UNIT` each, in place of asking
+    /// With --bench: read the values from a file with lines `STEP VALUE UNIT` instead of asking
     #[arg(long, requires = "bench")]
     answers: Option<PathBuf>,
 }
 
 /// # Errors
-/// Nobody said that nobody is connected; no board, or one that refuses; a value is
-/// missing or outside of its bounds; a signal.
+/// Fails if nobody confirms that no person is connected, if there is no board or it refuses, if a
+/// value is missing or outside its bounds, or if a signal arrives.
 pub fn main(options: &BenchOptions, device: &DeviceName, output: Output) -> anyhow::Result<()> {
     if matches!(device, DeviceName::Chip | DeviceName::Qemu) {
         return usage_error(format!(
@@ -95,13 +95,13 @@ pub fn main(options: &BenchOptions, device: &DeviceName, output: Output) -> anyh
     };
     sheet.write(out)?;
     let walked = measure_steps(&mut bench, &mut asking, &pattern, &mut sheet, out);
-    let ended = bench.end(); // whatever came before it
+    let ended = bench.end(); // before any error is returned
     walked?;
     ended?;
     conclude(&sheet, &pattern, out, output)
 }
 
-/// Who measures, when, with what.
+/// Returns the operator, the date and the instruments.
 fn operator_details(options: &BenchOptions) -> anyhow::Result<[&str; 3]> {
     let all = [
         ("--operator", &options.operator),
@@ -118,7 +118,7 @@ fn operator_details(options: &BenchOptions) -> anyhow::Result<[&str; 3]> {
     Ok(all.map(|(_, text)| text.as_deref().unwrap_or_default()))
 }
 
-/// Every step that has no answer yet, load by load.
+/// Measures every step that has no answer yet, load by load.
 fn measure_steps(
     bench: &mut Bench,
     asking: &mut AnswerSource,
@@ -144,7 +144,7 @@ fn measure_steps(
         print_step(&step);
         bench.perform(step.doing)?;
         let Some(measured) = asking.ask_value(bench, &step)? else {
-            continue; // left out
+            continue; // the operator skipped this step
         };
         let answer = Answer::new(&step, measured);
         let (holds, low, high) = (answer.holds, answer.low, answer.high);
@@ -165,10 +165,10 @@ fn print_step(step: &Step) {
     );
 }
 
-/// Where values come from.
+/// Source of the measured values: a file or the terminal.
 struct AnswerSource {
     typed: Option<TypedLines>,
-    /// From a file, by step.
+    /// Values from a file, by step.
     answers: Option<BTreeMap<String, String>>,
     interruption: Interruption,
 }
@@ -190,7 +190,7 @@ impl AnswerSource {
         )
     }
 
-    /// The outputs are silent; the load is changed.
+    /// Waits until the operator has changed the load, while the outputs are silent.
     fn wait_for_load(&mut self, pattern: &Pattern, load_ohm: u32) -> anyhow::Result<()> {
         let channel = pattern.channel;
         eprintln!("\nThe outputs are silent. Put {load_ohm} ohm in channel {channel}'s output.");
@@ -201,11 +201,11 @@ impl AnswerSource {
         Ok(())
     }
 
-    /// A measured value; nothing for a step that is left out.
+    /// Returns a measured value; `None` for a step that is skipped.
     fn ask_value(&mut self, bench: &mut Bench, step: &Step) -> anyhow::Result<Option<f64>> {
         if let Some(answers) = &self.answers {
             for _ in 0..10 {
-                bench.keep_playing()?; // as if somebody had looked
+                bench.keep_playing()?; // as long as a person would need
             }
             let typed = answers.get(&step.id);
             return Ok(typed.map(|typed| read_value(step, typed)).transpose()?);
@@ -227,7 +227,8 @@ impl AnswerSource {
         }
     }
 
-    /// The next line that is typed, `alive` called meanwhile; nothing at the input's end.
+    /// Returns the next typed line and calls `alive` while it waits; `None` at the end of the
+    /// input.
     fn read_line(
         &mut self,
         mut alive: impl FnMut() -> anyhow::Result<()>,
@@ -250,7 +251,7 @@ impl AnswerSource {
     }
 }
 
-/// Lines `STEP VALUE UNIT`; empty ones and those that begin with # are none.
+/// Reads lines `STEP VALUE UNIT`; ignores empty lines and lines that begin with #.
 fn read_answers(path: &Path) -> anyhow::Result<BTreeMap<String, String>> {
     let text = input::read_text(path, input::LONGEST_TYPED);
     let text = text.with_context(|| format!("E789 {} cannot be read", path.display()))?;
@@ -268,7 +269,7 @@ fn read_answers(path: &Path) -> anyhow::Result<BTreeMap<String, String>> {
     Ok(answers)
 }
 
-/// Everything that is wrong with them, before anything is put out.
+/// Checks all answers before any output is driven.
 fn check_answers(pattern: &Pattern, answers: &BTreeMap<String, String>) -> anyhow::Result<()> {
     let all = steps(pattern);
     let known = |id: &String| all.iter().find(|step| step.id == *id);
@@ -290,7 +291,7 @@ fn check_answers(pattern: &Pattern, answers: &BTreeMap<String, String>) -> anyho
     Ok(())
 }
 
-/// What it came to.
+/// Prints the verdict, and fails if a step is missing or outside its bounds.
 fn conclude(sheet: &Sheet, pattern: &Pattern, out: &Path, output: Output) -> anyhow::Result<()> {
     let all = steps(pattern);
     let missing: Vec<_> = all

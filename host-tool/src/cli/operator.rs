@@ -1,4 +1,4 @@
-//! Who is beside an experiment: a person at the terminal, or nobody.
+//! The operator of an experiment: a person at the terminal, or nobody.
 
 use super::Bar;
 use super::typed::{Closed, TypedLines};
@@ -6,12 +6,12 @@ use host_core::link::Interruption;
 use std::time::{Duration, Instant};
 use studies::laboratory::Operator;
 
-/// Whoever types the command.
+/// Person who typed the command.
 pub(super) struct TerminalOperator<'a> {
     pub bar: &'a Bar,
-    /// Whether a person is stimulated: only they rest, and only they are spoken to.
+    /// Whether a person is stimulated; only a person is asked and rests.
     pub is_board: bool,
-    /// Of the bar that the protocol takes.
+    /// Part of the progress bar that belongs to the protocol, 0 to 1.
     pub part: f64,
     pub interruption: Interruption,
     pub typed: Option<TypedLines>,

@@ -5,24 +5,24 @@ use clap::{ArgGroup, Args};
 use host_core::record::{Place, RecordError, check_writable};
 use std::path::{Path, PathBuf};
 
-/// Where records go of which nobody says where.
+/// Parent folder of records without `--out`.
 const BASE: &str = "out";
 
-/// Where the record goes.
+/// Folder of the record.
 #[derive(Args, Clone, Debug)]
 #[command(group = ArgGroup::new("replaced").multiple(true))]
 pub struct OutArgs {
-    /// Folder for the record and the report, absent or empty; default: a new
-    /// one in out/, named after title, date and time
+    /// Folder for the record and the report, absent or empty; default: a new one in out/, named
+    /// after title, date and time
     #[arg(long, group = "replaced")]
     out: Option<PathBuf>,
-    /// Replace the record, or the page, that --out holds
+    /// Replace the record, or the page, in --out
     #[arg(long, requires = "replaced")]
     overwrite: bool,
 }
 
 impl OutArgs {
-    /// This very folder.
+    /// Returns options that use exactly this folder.
     pub const fn in_folder(dir: PathBuf) -> Self {
         Self {
             out: Some(dir),
@@ -30,25 +30,25 @@ impl OutArgs {
         }
     }
 
-    /// The folder, if somebody said where.
+    /// Returns the folder, if the user gave one.
     pub fn dir(&self) -> Option<&Path> {
         self.out.as_deref()
     }
 
-    /// Whether somebody said where.
+    /// Returns whether the user gave a folder.
     pub const fn is_given(&self) -> bool {
         self.out.is_some()
     }
 
-    /// Holds the folder apart from records that the command reads.
+    /// Checks that the folder is not one of the records that the command reads.
     ///
     /// # Errors
-    /// E586: it is one of them, by whatever path.
+    /// E586: it is one of them, by any path.
     pub fn check_not_record(&self, records: &[PathBuf]) -> Result<(), RecordError> {
         let Some(out) = &self.out else {
             return Ok(());
         };
-        // One that is not there yet is none of them.
+        // A folder that does not exist is none of them.
         let Ok(real) = out.canonicalize() else {
             return Ok(());
         };
@@ -62,11 +62,11 @@ impl OutArgs {
         }
     }
 
-    /// That `--vcd` may be written beside the record: as [`may_write`], and in the
-    /// record itself only under its own name there.
+    /// Checks that `--vcd` may be written, as [`check_writable`] does; inside the record only under
+    /// the name that belongs there.
     ///
     /// # Errors
-    /// As [`may_write`].
+    /// Returns the errors of [`check_writable`].
     pub fn check_vcd(&self, vcd: &Path, reads: &[&Path]) -> Result<(), RecordError> {
         let own = self.out.as_ref().map(|out| out.join("outputs.vcd"));
         match own {
@@ -75,15 +75,15 @@ impl OutArgs {
         }
     }
 
-    /// Whether a record may be replaced.
+    /// Returns whether a record may be replaced.
     pub const fn overwrites(&self) -> bool {
         self.overwrite
     }
 
-    /// Takes the folder for a record called `name`.
+    /// Claims the folder for a record called `name`.
     ///
     /// # Errors
-    /// It holds something, another program writes in it, or the file system.
+    /// Fails if the folder is not empty, another program writes in it, or the file system refuses.
     pub fn claim_folder(&self, name: &str) -> Result<Place, RecordError> {
         match &self.out {
             Some(dir) => Place::claim(dir, self.overwrite),

@@ -1,4 +1,4 @@
-//! What studies that draw their persons print, in 80 columns.
+//! Formats the results of studies with random wearers in 80 columns.
 
 use host_core::plot::words::wrap_columns;
 use studies::hamana2022::Experiment;
@@ -10,11 +10,11 @@ use studies::laboratory::{
 /// Columns of a terminal.
 const COLUMNS: u16 = 80;
 
-/// Tables, shares and notes.
+/// Formats tables, shares and notes.
 pub(super) fn outcome_text(result: &Outcome) -> String {
     let mut text = match Kind::from_name(&result.name) {
         Some(Kind::Patterns(Experiment::Intensities)) => finger_table(&result.rows) + "\n",
-        // Its rows are its tables'.
+        // The sheets show the same rows.
         Some(Kind::Control) => String::new(),
         _ => number_table(&result.rows) + "\n",
     };
@@ -30,7 +30,7 @@ pub(super) fn outcome_text(result: &Outcome) -> String {
     text.trim_end().to_owned()
 }
 
-/// A table of the paper's, where it has room.
+/// Formats a table of the paper if it fits the terminal.
 fn table(sheet: &Sheet) -> String {
     let SheetContent::Table(grid) = &sheet.shows else {
         return String::new();
@@ -43,7 +43,7 @@ fn table(sheet: &Sheet) -> String {
     }
 }
 
-/// Median, range and the paper's number of each row.
+/// Formats median, range and the paper's value of each row.
 fn number_table(rows: &[Row]) -> String {
     let digits = |value: f64| match value.abs() {
         large if large >= 100.0 => format!("{value:.0}"),
@@ -84,7 +84,7 @@ fn number_table(rows: &[Row]) -> String {
     head + &rows.iter().map(line).collect::<String>() + &note
 }
 
-/// Medians of each finger at each intensity, %, and how many draws have them.
+/// Formats the median of each finger at each intensity, %, and the number of draws with values.
 fn finger_table(rows: &[Row]) -> String {
     let mut text = format!("{:<36}{:>4}", "median, % of the finger's range", "n");
     let names = rows.iter().take(5);
@@ -105,8 +105,8 @@ fn finger_table(rows: &[Row]) -> String {
     text + "\n"
 }
 
-/// A line for each claim of the paper, or one for each of its parts below it; then what is
-/// beside the paper.
+/// Formats one line for each claim of the paper, or a heading and one line for each of its parts;
+/// then the shares that do not belong to a claim.
 fn share_lines(result: &Outcome) -> String {
     let (claims, beside) = paper_claims(result);
     let mut text = String::new();
@@ -136,7 +136,7 @@ fn share_line(item: &Share, says: &str) -> String {
     format!("{says:<50.50}{:>4} of {:<5}{paper}\n", item.holds, item.of)
 }
 
-/// Headline, and the share in which each claim of a declaration holds.
+/// Formats the headline, and the share of draws in which each claim of a declaration holds.
 pub(super) fn claims_text(outcome: &Outcome, page: &str) -> String {
     let mut text = format!("{}\n\n", wrap_columns(&headline(outcome), 80));
     let mut point = "";

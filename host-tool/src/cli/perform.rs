@@ -1,5 +1,4 @@
-//! One session run, recorded and reported: what `flexor run` and `flexor rerun`
-//! do with it.
+//! Runs, records and reports one session, for `flexor run` and `flexor rerun`.
 
 use super::chip::ChipArgs;
 use super::{Incomplete, Output, interrupt, watch};
@@ -22,51 +21,51 @@ use host_core::run::{
 use host_core::session::{Session, escape_control_chars};
 use std::path::{Path, PathBuf};
 
-/// The seed of a simulated wearer that nobody chose.
+/// Default seed of a simulated wearer.
 pub const SEED: u64 = 1;
 
-/// What is run, beside what the record says.
+/// Inputs of a run that the record does not contain.
 pub struct Order<'a> {
-    /// The session, under the law that is to play.
+    /// Session, under the control law that is used.
     pub session: &'a SessionFile,
-    /// Where.
+    /// Device that runs the session.
     pub device: &'a DeviceName,
-    /// The chip simulator's options.
+    /// Options of the chip simulator.
     pub chip: &'a ChipArgs,
-    /// File for what a simulated device puts out.
+    /// File for the output of a simulated device.
     pub vcd: Option<&'a Path>,
-    /// Whether an older record may lie where the new one goes.
+    /// Whether an existing record may be replaced.
     pub replaces: bool,
-    /// Whose hands are on the controls.
+    /// Source of the key presses.
     pub controls: Controls,
 }
 
-/// Whose hands are on the controls.
+/// Source of the key presses during a run.
 pub enum Controls {
-    /// Those of a record; nobody's without keys.
+    /// Keys from a record; empty in a run without keys.
     Repeated(Keys),
-    /// A person's, at the terminal.
+    /// A person at the terminal.
     Watched,
 }
 
-/// What came of it, complete or not.
+/// Result of a run, complete or not.
 pub struct RunResult {
-    /// The record, with its trial.
+    /// Record with its trial.
     pub record: Run,
-    /// Its folder, still held.
+    /// Folder of the record, still locked.
     pub place: Place,
     report: Option<PathBuf>,
     image: Option<PathBuf>,
     refused: usize,
-    /// What went wrong first.
+    /// First error of the run.
     pub ended: anyhow::Result<()>,
 }
 
-/// Runs and records `order` as `record` begins it, in the folder that `place`
-/// takes for this title.
+/// Runs `order` and continues `record` with the results. `place` claims the folder for the record's
+/// title.
 ///
 /// # Errors
-/// Nothing was stimulated: no device, no folder.
+/// Fails before anything was stimulated: no device or no folder.
 pub fn perform(
     order: &Order<'_>,
     mut record: Run,
@@ -77,7 +76,7 @@ pub fn perform(
     for note in &session.session.notes {
         eprintln!("note: {}", escape_control_chars(note));
     }
-    let seed = record.seed.unwrap_or(SEED); // a port has its own
+    let seed = record.seed.unwrap_or(SEED); // a device behind a port has its own seed
     let mut port = order.chip.open(
         order.device,
         &session.session,
@@ -86,7 +85,7 @@ pub fn perform(
         AfterDebugger::Nothing,
     )?;
     let image = port.image().map(Path::to_owned);
-    // Read at once: it may lie in the record that is about to be replaced.
+    // Read now, because the image may lie in the record that is about to be replaced.
     let mut own_image = None;
     if let Some(path) = &image {
         let bytes = input::read(path, input::LONGEST_DOCUMENT);
@@ -95,7 +94,7 @@ pub fn perform(
         own_image = order.chip.image().map(|_| bytes);
     }
     if matches!(order.controls, Controls::Watched) && port.world().is_some() {
-        port = Box::new(PacedPort::new(port)); // for eyes and hands
+        port = Box::new(PacedPort::new(port)); // in real time for a person
     }
     if let Some(note) = trigger_warning(&session.session, &mut port) {
         eprintln!("note: {note}");
@@ -105,7 +104,7 @@ pub fn perform(
     if is_planned {
         port = acknowledge(port)?;
     } else if order.replaces && port.world().is_none() {
-        // No record goes for a device that is not there; a simulator is.
+        // Waits for a board before an old record is replaced; simulators always answer.
         port = wait_for_hello(port, &interruption)?;
     }
     let place = place(&record.title)?;
@@ -168,16 +167,16 @@ pub fn perform(
         report,
         image,
         refused: outcome.refused,
-        // The first that went wrong is the one to tell.
+        // The first error is the one that is reported.
         ended: ended.and(lost.map_err(Into::into)),
     })
 }
 
 impl RunResult {
-    /// Says what came of it.
+    /// Prints the result.
     ///
     /// # Errors
-    /// What went wrong.
+    /// Returns the first error of the run.
     pub fn print(self, output: Output) -> anyhow::Result<()> {
         let result = self.to_json();
         let people = self.to_text();
@@ -191,7 +190,7 @@ impl RunResult {
         Err(Incomplete { error, result }.into())
     }
 
-    /// For machines.
+    /// Returns the result as JSON.
     pub fn to_json(&self) -> serde_json::Value {
         let trial = self.record.trials.last();
         let rmse = trial.and_then(metrics_without_lag).map(|m| m.rmse_deg);
@@ -236,7 +235,7 @@ impl RunResult {
     }
 }
 
-/// A board has a real trigger input: what is said of simulated edges then.
+/// Returns a note that simulated trigger edges have no effect on a board, which has a real input.
 fn trigger_warning(session: &Session, port: &mut dyn Port) -> Option<&'static str> {
     let is_ignored = session.trigger.is_some() && port.world().is_none();
     is_ignored.then_some(
@@ -245,7 +244,7 @@ fn trigger_warning(session: &Session, port: &mut dyn Port) -> Option<&'static st
     )
 }
 
-/// How a force was followed, for people.
+/// Describes for people how well a force followed its reference.
 fn force_tracking_text(force: &ForceMetrics) -> String {
     let followed = format!(
         "channel {}: predicted force within {:.3} N (RMSE) of the wanted, {:.3} N at most; it \
@@ -255,7 +254,7 @@ fn force_tracking_text(force: &ForceMetrics) -> String {
     followed + &force.gap.map(force_gap_text).unwrap_or_default()
 }
 
-/// Where forces were wanted that cannot be given, for people.
+/// Describes for people how often the reference asked for forces that the limits do not allow.
 fn force_gap_text(gap: GapMetrics) -> String {
     format!(
         "; {:.0} % of the time it wanted forces between {} and {} N, which its limits \
@@ -266,7 +265,7 @@ fn force_gap_text(gap: GapMetrics) -> String {
     )
 }
 
-/// A hit of a virtual wall, for people.
+/// Describes a contact with a virtual wall for people.
 fn wall_contact_text(hit: &WallContact) -> String {
     let place = if hit.deepest_deg > 0.0 {
         "inside the wall"

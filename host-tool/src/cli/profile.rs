@@ -1,4 +1,4 @@
-//! `flexor profile`: what a session costs the flashed image, cycle by cycle.
+//! `flexor profile`: measures the cost of a session in the flashed image, cycle by cycle.
 
 use super::chip::Prefetched;
 use super::{Output, check_range, interrupt};
@@ -17,25 +17,25 @@ use std::path::PathBuf;
 pub struct ProfileArgs {
     /// Session file (TOML)
     session: PathBuf,
-    /// How long to stimulate, s; default: the session's own duration
+    /// Duration of the stimulation, s; default: the session's own duration
     #[arg(long)]
     seconds: Option<f64>,
     /// ELF to run instead of the board's own image
     #[arg(long)]
     image: Option<PathBuf>,
-    /// Functions to list; JSON has all of them
+    /// Number of functions to list; JSON has all of them
     #[arg(long, default_value_t = 25)]
     functions: usize,
     /// Seed of the simulated wearer
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Whether flash lines that were prefetched enter the cache (docs/chip.md)
+    /// Whether prefetched flash lines enter the cache (docs/chip.md)
     #[arg(long, value_enum, default_value_t)]
     prefetched: Prefetched,
 }
 
 /// # Errors
-/// The session, the image, or what stops them.
+/// Fails if the session or the image is unusable, or the run ends early.
 pub fn main(args: &ProfileArgs, output: Output) -> anyhow::Result<()> {
     let mut file = SessionFile::load(&args.session)?;
     if let Some(seconds) = args.seconds {
@@ -62,7 +62,7 @@ pub fn main(args: &ProfileArgs, output: Output) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// At most 80 columns.
+/// Formats the results in at most 80 columns.
 fn table(title: &str, found: &Profiled, args: &ProfileArgs) -> String {
     let out = &mut String::new();
     let summary = &found.summary;
@@ -187,7 +187,7 @@ fn write_functions(out: &mut String, found: &Profiled, most: usize) {
     }
 }
 
-/// The last `most` characters, which say more of a path than its first.
+/// Returns the last `most` characters, the most specific part of a path.
 fn last_chars(name: &str, most: usize) -> String {
     let count = name.chars().count();
     if count <= most {

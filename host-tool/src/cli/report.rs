@@ -1,4 +1,4 @@
-//! `flexor report`: the page of a record, made again.
+//! `flexor report`: writes the page of a record again.
 
 use super::{Output, usage_error};
 use clap::Args;
@@ -10,7 +10,7 @@ use studies::laboratory::{Experiment, LaboratoryError, rebuild_page};
 
 /// Write page and summary of a record, experiment or sweep again
 ///
-/// Works for an interrupted run as well.
+/// Also works for an interrupted run.
 #[derive(Args, Debug)]
 pub struct ReportArgs {
     /// Folder of the record
@@ -18,7 +18,7 @@ pub struct ReportArgs {
 }
 
 /// # Errors
-/// No record, one that is being written, or no room.
+/// Fails if the folder is not a record, another program writes it, or the page cannot be written.
 pub fn main(args: &ReportArgs, output: Output) -> anyhow::Result<()> {
     let has = |file: &str| args.record.join(file).exists();
     // An experiment's record that lost its run.json still has its declaration.
@@ -26,9 +26,9 @@ pub fn main(args: &ReportArgs, output: Output) -> anyhow::Result<()> {
     if is_result && !has("run.json") {
         return renew_result_page(args, output);
     }
-    load(&args.record)?; // what is no record gets no lock
+    load(&args.record)?; // a folder that is not a record gets no lock
     let _place = Place::open_existing(&args.record)?;
-    // Its writer may have ended in between.
+    // Read again, because the writing program may have ended in between.
     let run = load(&args.record)?;
     let page = report::write(&args.record, &Report::from_run(&run))?;
     let result = rebuild_page(&args.record, &run.trials)?;
@@ -60,7 +60,7 @@ pub fn main(args: &ReportArgs, output: Output) -> anyhow::Result<()> {
     )
 }
 
-/// What of an experiment's record is not as it was made.
+/// Returns a warning if a file of an experiment's record has changed or is missing.
 fn change_warning(args: &ReportArgs, run: &Run, has_result: bool) -> Option<String> {
     let plan = run.plan.as_ref().filter(|plan| !plan.declared.is_empty())?;
     let kept = Experiment::from_record(&args.record, &plan.declared);
@@ -70,8 +70,8 @@ fn change_warning(args: &ReportArgs, run: &Run, has_result: bool) -> Option<Stri
     kept.err().or(lacks).map(|error| error.to_string())
 }
 
-/// Of a sweep or a study of drawn participants, which record no trial: the result's page
-/// alone.
+/// Writes only the result's page of a sweep or a study with random participants, which have no
+/// recorded trials.
 fn renew_result_page(args: &ReportArgs, output: Output) -> anyhow::Result<()> {
     let _place = Place::open_existing(&args.record)?;
     let Some(page) = rebuild_page(&args.record, &[])? else {

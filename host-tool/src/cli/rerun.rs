@@ -1,4 +1,4 @@
-//! `flexor rerun`: a recorded run again, from its folder alone.
+//! `flexor rerun`: repeats a recorded run from its folder alone.
 
 use super::chip::ChipArgs;
 use super::demo::{self, Demo};
@@ -27,7 +27,7 @@ pub struct Rerun {
     out: OutArgs,
 }
 
-/// Why a record cannot be repeated, or was not.
+/// The reason why a record cannot be repeated or the rerun differs.
 #[derive(Debug, thiserror::Error)]
 enum RerunError {
     #[error(
@@ -52,8 +52,8 @@ enum RerunError {
 }
 
 /// # Errors
-/// No record, a damaged one, one that cannot be repeated, or a rerun that
-/// differs; a record to be replaced by its own rerun.
+/// Fails if there is no record, it is damaged or cannot be repeated, the rerun differs, or the
+/// rerun would replace its own record.
 pub fn main(args: &Rerun, output: Output) -> anyhow::Result<()> {
     let dir = args.record.as_path();
     let record = load(dir)?;
@@ -94,7 +94,7 @@ pub fn main(args: &Rerun, output: Output) -> anyhow::Result<()> {
     print_comparison((dir, &record), (new, &load(new)?), told, output)
 }
 
-/// The plan of a record that can be repeated.
+/// Returns the plan of a record, if it can be repeated.
 fn repeatable_plan(dir: &Path, record: &Run) -> Result<Plan, RerunError> {
     let dir = dir.to_owned();
     let identity = record.trials.iter().find_map(|t| t.identity.as_ref());
@@ -113,10 +113,10 @@ fn repeatable_plan(dir: &Path, record: &Run) -> Result<Plan, RerunError> {
     Ok(plan)
 }
 
-/// That session and wearer files are those that were run.
+/// Checks that the session and wearer files are unchanged since the run.
 fn check_source_files(dir: &Path, record: &Run) -> Result<(), RerunError> {
     if !record.is_repeatable() || record.plan.is_none() {
-        return Ok(()); // refused for that
+        return Ok(()); // the caller refuses such a record
     }
     for (position, trial) in record.trials.iter().enumerate() {
         let sum = sha256(trial.session_text.as_bytes());
@@ -134,7 +134,7 @@ fn check_source_files(dir: &Path, record: &Run) -> Result<(), RerunError> {
     Ok(())
 }
 
-/// Runs the session of a record again, as it was ordered.
+/// Runs the session of a record again, with its original options.
 fn rerun_session(
     dir: &Path,
     record: &Run,
@@ -177,7 +177,7 @@ fn rerun_session(
     perform(&order, again, |title| out.claim_folder(title), output)
 }
 
-/// Says, after what the rerun itself has to say, how it compares.
+/// Prints the result of the rerun, then the comparison.
 fn print_comparison(
     (dir, record): (&Path, &Run),
     (new, again): (&Path, &Run),
@@ -217,7 +217,7 @@ fn print_comparison(
     told.print(output)
 }
 
-/// Why a rerun may differ from its record.
+/// Explains why a rerun may differ from its record.
 fn difference_error(record: &Run, again: &Run, differs: Difference) -> RerunError {
     let same = record.program == again.program;
     let why = match record.program.modified {
@@ -234,7 +234,7 @@ fn difference_error(record: &Run, again: &Run, differs: Difference) -> RerunErro
     RerunError::Differs { differs, why }
 }
 
-/// A folder beside `dir` that is not there yet.
+/// Creates a new folder beside `dir`.
 fn rerun_folder(dir: &Path) -> Result<PathBuf, RecordError> {
     let dir = dir.canonicalize().map_err(RecordError::io(dir))?;
     let name = dir.file_name().unwrap_or_default().to_string_lossy();

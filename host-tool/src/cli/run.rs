@@ -1,4 +1,4 @@
-//! `flexor run`: a session on any device, recorded and reported.
+//! `flexor run`: runs a session on any device, records it and writes its report.
 
 use super::chip::ChipArgs;
 use super::out::OutArgs;
@@ -17,25 +17,24 @@ use std::path::PathBuf;
 pub struct RunArgs {
     /// Session file (TOML)
     session: PathBuf,
-    /// native, chip, qemu, a serial port, or tcp:HOST:PORT
+    /// Device: native, chip, qemu, a serial port, or tcp:HOST:PORT
     #[arg(long, default_value = "native")]
     device: DeviceName,
     #[command(flatten)]
     out: OutArgs,
-    /// Acknowledge a latched fault first, once its cause is found
+    /// Acknowledge a latched fault first, after you have found its cause
     #[arg(long)]
     acknowledge: bool,
     /// Seed of a wearer that this program simulates; default: 1
     #[arg(long)]
     seed: Option<u64>,
-    /// Another control law than the file's
+    /// Control law instead of the file's
     #[arg(long, value_parser = law())]
     law: Option<LawName>,
-    /// Also write what a simulated device put out, as VCD; one that is there only
-    /// with --overwrite
+    /// Also write the output of a simulated device as VCD; --overwrite replaces an existing file
     #[arg(long, group = "replaced")]
     vcd: Option<PathBuf>,
-    /// Show it live, with pause, intensity and markers on the keyboard
+    /// Show the session live, with pause, intensity and markers on the keyboard
     #[arg(long)]
     watch: bool,
     #[command(flatten)]
@@ -45,7 +44,8 @@ pub struct RunArgs {
 }
 
 /// # Errors
-/// The session, the device or the record; what was recorded is kept.
+/// Fails if the session, the device or the record cannot be used. Everything recorded until then is
+/// kept.
 pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
     let mut session = SessionFile::load(&args.session)?;
     let channels: Vec<u8> = session.session.channels.iter().map(|c| c.number).collect();
@@ -108,7 +108,7 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
     performed.print(output)
 }
 
-/// The control laws by the names of session files.
+/// Returns a parser for the control laws, by their names in session files.
 fn law() -> impl TypedValueParser<Value = LawName> {
     let names = LawName::ALL.map(|law| PossibleValue::new(law.name()).help(law.meaning()));
     PossibleValuesParser::new(names)

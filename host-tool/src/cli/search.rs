@@ -1,4 +1,4 @@
-//! `flexor search`: thresholds, comfort and maximum of a wearer, by a declared stair.
+//! `flexor search`: finds threshold, comfort and maximum of a wearer by a configured staircase.
 
 use super::perform::SEED;
 use super::typed::{Closed, TypedLines};
@@ -17,12 +17,12 @@ use studies::laboratory::search::{
 
 /// Search a wearer's threshold, comfort or maximum by a staircase
 ///
-/// On a board only with an operator at the terminal, who is asked before each raise.
+/// On a board, needs an operator at the terminal, who is asked before each increase.
 #[derive(Args, Debug)]
 pub struct SearchArgs {
-    /// Declaration (TOML): a session file and one or more [[search]]
+    /// Search file (TOML): a session file and one or more [[search]]
     file: PathBuf,
-    /// native, chip, qemu, a serial port, or tcp:HOST:PORT
+    /// Device: native, chip, qemu, a serial port, or tcp:HOST:PORT
     #[arg(long, default_value = "native")]
     device: DeviceName,
     /// Seed of a wearer that this program simulates; default: 1
@@ -31,8 +31,8 @@ pub struct SearchArgs {
 }
 
 /// # Errors
-/// The declaration, the device, or an end before its time; what was found until then
-/// is told.
+/// Fails if the search file or the device is unusable, or a search ends early. Results until then
+/// are printed.
 pub fn main(args: &SearchArgs, output: Output) -> anyhow::Result<()> {
     let (file, session) = load(&args.file)?;
     let is_port = args.device.is_port();
@@ -73,7 +73,7 @@ pub fn main(args: &SearchArgs, output: Output) -> anyhow::Result<()> {
             Err(error) => return Err(incomplete_error(error, told)),
         };
         let finding = search(declared, &mut probe, |step| {
-            let _ = print_text(output, &row(step)); // a reader that has gone misses nothing
+            let _ = print_text(output, &row(step)); // a closed pipe is not an error
         });
         let stopped = probe.stop();
         print_text(output, &conclusion(declared, &session, &finding))?;
@@ -91,7 +91,7 @@ pub fn main(args: &SearchArgs, output: Output) -> anyhow::Result<()> {
     }
 }
 
-/// The declaration and its session.
+/// Loads a search, built in or from a file, and the session that it names.
 fn load(path: &Path) -> anyhow::Result<(SearchFile, Session)> {
     let named = SHIPPED.iter().find(|(name, _)| path == Path::new(name));
     let named = named.filter(|_| !path.exists());
@@ -108,14 +108,14 @@ fn load(path: &Path) -> anyhow::Result<(SearchFile, Session)> {
     };
     let folder = path.parent().unwrap_or(Path::new("."));
     let session = match named {
-        // One of the program's, by its name.
+        // A search of the program, with a session of the program.
         Some(_) => SessionFile::load(Path::new(file.session.trim_start_matches("../sessions/")))?,
         None => SessionFile::load(&folder.join(&file.session))?,
     };
     Ok((file, session.session))
 }
 
-/// What stands against the searches on this session.
+/// Returns the reasons why the searches do not fit this session.
 fn mistakes(file: &SearchFile, session: &Session, is_simulated: bool) -> Vec<String> {
     let limit_of = |number: u8| {
         let mut channels = session.channels.iter();
@@ -152,13 +152,13 @@ fn print_text(output: Output, text: &str) -> anyhow::Result<()> {
     }
 }
 
-/// Why a search failed, with what is known.
+/// Returns the error together with the results so far.
 fn incomplete_error(error: impl Into<anyhow::Error>, result: Value) -> anyhow::Error {
     let error = error.into();
     Incomplete { error, result }.into()
 }
 
-/// What a search that ended before its time makes the command fail with.
+/// Returns the error of a search that ended early.
 fn early_end_error(finding: Finding<DeviceError>) -> Option<anyhow::Error> {
     let reached = finding.low;
     match finding.ended {
@@ -174,7 +174,7 @@ fn early_end_error(finding: Finding<DeviceError>) -> Option<anyhow::Error> {
     }
 }
 
-/// The unit of a ratio's levels.
+/// Unit of levels that are ratios.
 const PART: &str = "of max";
 
 fn unit(search: &Search, session: &Session) -> &'static str {
@@ -269,7 +269,7 @@ fn json_report<E>(search: &Search, session: &Session, finding: &Finding<E>) -> V
     })
 }
 
-/// The operator at the terminal.
+/// Operator who answers at the terminal.
 #[derive(Default)]
 struct Terminal {
     typed: Option<TypedLines>,
@@ -287,7 +287,7 @@ impl Operator for Terminal {
         let question = self.asked?;
         let line = match self.typed.as_ref()?.next_line() {
             Ok(line) => line?,
-            // Nobody is there any more: nothing is allowed, everything is too much.
+            // Without an operator nothing is allowed, and every level counts as too strong.
             Err(Closed) => return Some(safest_answer(question)),
         };
         let reply = parse_answer(question, &line);
@@ -310,7 +310,7 @@ const fn safest_answer(question: Question) -> u8 {
     }
 }
 
-/// What a line says to a question; nothing if it says nothing.
+/// Parses the answer to a question; `None` if the line is not an answer.
 fn parse_answer(question: Question, line: &str) -> Option<u8> {
     match (question.most(), line.trim()) {
         (1, "y" | "yes") => Some(1),

@@ -1,4 +1,4 @@
-//! `flexor selftest`: what the device code shows on this machine, in numbers.
+//! `flexor selftest`: measures the device code on this computer.
 
 use super::chip::Prefetched;
 use super::keep_alives::{self, KeepAliveOptions};
@@ -14,12 +14,11 @@ use std::path::PathBuf;
 
 /// Measure latency and full load of a simulator, or test a board
 ///
-/// Host silence, the noisy soak and full load need the native simulator. With --bench a person carries
-/// out the bench test of a board.
+/// Host silence, the noisy soak and full load need the native simulator. With --bench a person
+/// carries out the bench test of a board.
 #[derive(Args, Debug)]
 pub struct Selftest {
-    /// What to measure: native, or chip for the flashed image over USB; with --bench a
-    /// board's port
+    /// Device: native, or chip for the flashed image over USB; with --bench a board's port
     #[arg(long, default_value = "native")]
     device: DeviceName,
     /// ELF to run instead of the board's own image (chip)
@@ -31,15 +30,13 @@ pub struct Selftest {
     /// Length of the simulated soak, minutes (native) [20]
     #[arg(long)]
     minutes: Option<u64>,
-    /// Length of the simulated full load, minutes (native) [2]; with it nothing else is
-    /// measured
+    /// Measure only the simulated full load, for this many minutes (native) [2]
     #[arg(long)]
     full_load: Option<u64>,
-    /// Seed
+    /// Seed of all random values
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Whether flash lines that were prefetched enter the cache (chip; default:
-    /// cached)
+    /// Whether prefetched flash lines enter the cache (chip; default: cached)
     #[arg(long, value_enum)]
     prefetched: Option<Prefetched>,
     #[command(flatten)]
@@ -48,11 +45,12 @@ pub struct Selftest {
     bench: BenchOptions,
 }
 
-/// What is asked of a direct amplitude over USB, µs.
+/// Largest latency of a direct amplitude over USB, µs: from the last ACK, and from the host's
+/// write.
 const CHIP_BOUNDS_US: (u64, u64) = (700, 2_000);
 
 /// # Errors
-/// A measurement that could not be made, or a bound that does not hold.
+/// Fails if a measurement is impossible or a bound does not hold.
 pub fn main(args: &Selftest, output: Output) -> anyhow::Result<()> {
     if args.bench.bench {
         return on_bench::main(&args.bench, &args.device, output);
@@ -80,7 +78,7 @@ pub fn main(args: &Selftest, output: Output) -> anyhow::Result<()> {
     }
 }
 
-/// Latency over USB.
+/// Measures the latency over USB.
 fn on_chip(args: &Selftest, output: Output) -> anyhow::Result<()> {
     let image = chip_image(args.image.as_deref())?;
     let arrivals = args.arrivals.unwrap_or(2_000);
@@ -104,9 +102,9 @@ fn on_chip(args: &Selftest, output: Output) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// At most 80 columns.
+/// Formats a latency in at most 80 columns.
 fn histogram(out: &mut String, name: &str, found: &Latency) {
-    /// Widest bar.
+    /// Width of the longest bar, in columns.
     const BAR: u32 = 22;
     let (device, whole) = (&found.device, &found.whole);
     out.push_str(&format!(
@@ -157,7 +155,7 @@ fn latency_json(found: &Latency) -> Value {
     })
 }
 
-/// Ten channels, setpoints and telemetry as fast as they come.
+/// Runs ten channels with setpoints and telemetry at their highest rates.
 fn run_full_load(minutes: u64, seed: u64, output: Output) -> anyhow::Result<FullLoad> {
     if !(1..=24 * 60).contains(&minutes) {
         return usage_error(format!(
@@ -170,7 +168,7 @@ fn run_full_load(minutes: u64, seed: u64, output: Output) -> anyhow::Result<Full
     Ok(load)
 }
 
-/// At most 80 columns.
+/// Formats the results in at most 80 columns.
 fn load_text(load: &FullLoad) -> String {
     format!(
         "full load of {} s from 60 s before the clock wraps, 10 channels at 200 Hz:\n\
@@ -223,7 +221,8 @@ fn on_native(args: &Selftest, output: Output) -> anyhow::Result<()> {
     }
     let arrivals = args.arrivals.unwrap_or(10_000);
     let direct = latency(Subject::Native, Path::Direct, arrivals, args.seed)?;
-    // Three channels show a deadline less often than ten: four times the arrivals.
+    // With three channels a deadline occurs less often than with ten, so this takes four times the
+    // arrivals.
     let control = latency(Subject::Native, Path::Control, 4 * arrivals, args.seed)?;
     let contradictions = [&direct, &control].map(|l| u64::from(l.unseen) + l.blur_us);
     let contradictions: u64 = contradictions.iter().sum();

@@ -1,4 +1,4 @@
-//! `flexor stages`: what output stages a board has, and storing it there.
+//! `flexor stages`: prints the output stages of a board, or stores them on it.
 
 use super::{Output, interrupt, usage_error};
 use anyhow::Context;
@@ -13,8 +13,8 @@ use std::io::{BufRead, IsTerminal, Write};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-/// How long a board may take to write and to start again: erasing takes up to 2 s for
-/// each copy.
+/// Time that a board may take to store the stages and restart: erasing takes up to 2 s for each
+/// copy.
 const RESTART: Duration = Duration::from_secs(20);
 
 /// Print or store which output stages a board has
@@ -23,11 +23,11 @@ pub struct StagesArgs {
     /// A serial port or tcp:HOST:PORT
     #[arg(long)]
     device: DeviceName,
-    /// Channels and full scale, as 1-5=100mA or 6=60V: the board stores these, and no
-    /// stage on channels not named, and restarts
+    /// Channels and full scale, such as 1-5=100mA or 6=60V: the board stores these, no stage for
+    /// other channels, and restarts
     #[arg(long, value_name = "CHANNELS=FULL SCALE", num_args = 1.., requires = "supply")]
     store: Vec<String>,
-    /// How the stages to be stored are supplied (docs/hardware.md)
+    /// Supply of the stored stages (docs/hardware.md)
     #[arg(long, requires = "store")]
     supply: Option<SupplyName>,
     /// Store without asking
@@ -35,12 +35,12 @@ pub struct StagesArgs {
     yes: bool,
 }
 
-/// How a board's stages are supplied.
+/// Supply of a board's output stages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum SupplyName {
     /// One high-voltage supply and one return: no opposite directions at the same time
     Common,
-    /// Each stage drives either direction whatever the others do
+    /// Each stage drives either direction, independent of the others
     Separate,
 }
 
@@ -54,12 +54,12 @@ impl From<SupplyName> for StageSupply {
 }
 
 /// # Errors
-/// No table can be made of the options, no board answers, it refuses, or what it
-/// found after its restart is another table.
+/// Fails if the options make no valid table, if no board answers or it refuses, or if the restarted
+/// board reports another table.
 pub fn main(args: &StagesArgs, output: Output) -> anyhow::Result<()> {
     let wanted = match args.supply {
         Some(supply) => Some((parse(&args.store)?, StageSupply::from(supply))),
-        None => None, // neither is without the other
+        None => None, // clap requires both options or neither
     };
     if !args.device.is_port() {
         return usage_error(format!(
@@ -109,7 +109,7 @@ fn print_stages(info: &HelloInfo, output: Output) -> anyhow::Result<()> {
     )
 }
 
-/// Asks at the terminal.
+/// Asks the user at the terminal for permission to store.
 fn ask_permission(device: &DeviceName, will: &str) -> anyhow::Result<bool> {
     if !std::io::stdin().is_terminal() {
         return usage_error("nobody is at the terminal to allow it: give --yes");
@@ -121,7 +121,7 @@ fn ask_permission(device: &DeviceName, will: &str) -> anyhow::Result<bool> {
     Ok(line.trim().eq_ignore_ascii_case("y"))
 }
 
-/// The board's greeting once it has restarted. The old port may be gone with it.
+/// Waits for the board to restart and returns its greeting. The old port may disappear.
 fn reconnect(device: &DeviceName, port: Box<dyn Port>) -> anyhow::Result<HelloInfo> {
     drop(port);
     let begin = Instant::now();
@@ -138,7 +138,7 @@ fn reconnect(device: &DeviceName, port: Box<dyn Port>) -> anyhow::Result<HelloIn
     }
 }
 
-/// The table that the options name, every mistake told at once.
+/// Parses the options into a table, and reports all mistakes at once.
 fn parse(options: &[String]) -> anyhow::Result<[Option<StageKind>; CHANNELS]> {
     let mut stages = [None; CHANNELS];
     let mut mistakes = Vec::new();
@@ -147,7 +147,7 @@ fn parse(options: &[String]) -> anyhow::Result<[Option<StageKind>; CHANNELS]> {
             Err(mistake) => mistakes.push(format!("`{option}`: {mistake}")),
             Ok((channels, kind)) => {
                 for channel in channels {
-                    // 1 to 10: checked.
+                    // Channels are 1 to 10, as parsed.
                     if stages[channel - 1].replace(kind).is_some() {
                         mistakes.push(format!("`{option}`: channel {channel} is named twice"));
                     }
@@ -169,7 +169,7 @@ fn parse(options: &[String]) -> anyhow::Result<[Option<StageKind>; CHANNELS]> {
     }
 }
 
-/// "1-5=100mA".
+/// Parses one option such as "1-5=100mA".
 fn parse_range(option: &str) -> Result<(std::ops::RangeInclusive<usize>, StageKind), String> {
     let form = "write channels and full scale, as 1-5=100mA or 6=60V";
     let (channels, scale) = option.split_once('=').ok_or(form)?;
@@ -187,7 +187,7 @@ fn parse_range(option: &str) -> Result<(std::ops::RangeInclusive<usize>, StageKi
         let value = text.trim().parse::<f64>().ok().filter(|v| v.is_finite());
         let milli = value.map(|v| (v * 1e3).round());
         let milli = milli.filter(|v| (0.0..1e9).contains(v)).ok_or(form)?;
-        Ok::<u32, String>(milli as u32) // below 2^32
+        Ok::<u32, String>(milli as u32) // fits, being below 2^32
     };
     let scale = scale.trim();
     let kind = if let Some(ma) = scale.strip_suffix("mA") {

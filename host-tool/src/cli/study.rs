@@ -1,37 +1,34 @@
-//! Options that say what no device knows; they go before the session file's
-//! `[study]`.
+//! Options with facts that no device knows; they override the session file's `[study]`.
 
 use super::WrongUse;
 use clap::Args;
 use host_core::session::{Electrode, LONGEST_TEXT, Study};
 
-/// What a publication must tell.
+/// Facts that a publication must report.
 #[derive(Args, Debug, Default)]
 pub struct StudyArgs {
-    /// The wearer's pseudonym, never a name (for the record)
+    /// Pseudonym of the wearer, never a name (for the record)
     #[arg(long)]
     pseudonym: Option<String>,
-    /// Who operates the device (for the record)
+    /// Operator of the device (for the record)
     #[arg(long)]
     operator: Option<String>,
-    /// The ethics vote (for the record)
+    /// Ethics vote (for the record)
     #[arg(long)]
     ethics: Option<String>,
-    /// Anything worth knowing (for the record)
+    /// Notes (for the record)
     #[arg(long)]
     notes: Option<String>,
-    /// Where a channel's electrodes are, as 1=PLACE; once per channel (for the
-    /// record)
+    /// Place of a channel's electrodes, as 1=PLACE; once per channel (for the record)
     #[arg(long, value_name = "CHANNEL=PLACE")]
     electrode: Vec<String>,
 }
 
 impl StudyArgs {
-    /// What the file says, with what these options say instead; `channels` are
-    /// the session's.
+    /// Returns the file's study with the values of these options; `channels` are the session's.
     ///
     /// # Errors
-    /// E518: an empty or too long text, an electrode of no channel.
+    /// E518: a text is empty or too long, or an electrode belongs to no channel.
     pub fn override_study(&self, file: &Study, channels: &[u8]) -> Result<Study, WrongUse> {
         let mut study = file.clone();
         let texts = [

@@ -1,4 +1,4 @@
-//! `flexor sweep`: an experiment's wearers on all cores, in shards if wanted.
+//! `flexor sweep`: simulates an experiment's wearers on all cores, in shards if requested.
 
 use super::drawn::{GOES_ON, print_shard_complete};
 use super::outcome::claims_text;
@@ -18,35 +18,35 @@ use studies::laboratory::{DeviceCheck, MOST_DRAWS, Outcome, Shard, Sweep, merge}
 pub struct SweepArgs {
     /// Any study of `flexor experiment`, by its name, or the file of a declaration
     name: String,
-    /// As of `flexor experiment`: of the Hamana experiments, whose forearm
+    /// Wearer of a Hamana experiment, as in `flexor experiment`
     #[arg(long)]
     wearer: Option<String>,
-    /// An ablation, by its name, as in `flexor experiment`
+    /// Name of an ablation, as in `flexor experiment`
     #[arg(long)]
     departure: Option<String>,
-    /// Where studies that draw their persons play a sample: native, chip or qemu
+    /// Device on which studies with random wearers run a sample: native, chip or qemu
     #[arg(long, default_value = "native")]
     device: DeviceName,
     /// Wearers at each point of the grid; default: the declaration's
     #[arg(long, conflicts_with = "merge")]
     draws: Option<u64>,
-    /// Decides wearers and noise; default: the declaration's
+    /// Seed of wearers and noise; default: the declaration's
     #[arg(long, conflicts_with = "merge")]
     seed: Option<u64>,
-    /// Part I of N, as 3/8
+    /// Part I of N, such as 3/8
     #[arg(long, conflicts_with = "merge")]
     shard: Option<Shard>,
-    /// Make one sweep of the folders of all its shards
+    /// Merge the folders of all shards into one sweep
     #[arg(long, num_args = 1.., value_name = "DIR")]
     merge: Vec<PathBuf>,
-    /// Folder of the sweep: absent, empty, or this sweep begun before
+    /// Folder of the sweep: absent, empty, or with this sweep unfinished
     #[arg(long)]
     out: PathBuf,
 }
 
 /// # Errors
-/// No such experiment, a folder of something else, parts that make no whole, a wearer
-/// whose session fails, a signal.
+/// Fails if the experiment is unknown, the folder holds something else, the shards do not make a
+/// whole sweep, a session fails, or a signal arrives.
 pub fn main(args: &SweepArgs, output: Output) -> anyhow::Result<()> {
     let shard = args.shard.unwrap_or(Shard::WHOLE);
     let asked = StudyRequest {
@@ -102,7 +102,7 @@ pub fn main(args: &SweepArgs, output: Output) -> anyhow::Result<()> {
     }
 }
 
-/// What was drawn without the device, and how it compares.
+/// Describes how many units ran without the device, and how their speed compares.
 fn device_check_text(checked: DeviceCheck) -> String {
     let DeviceCheck {
         units,

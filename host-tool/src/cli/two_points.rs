@@ -1,5 +1,5 @@
-//! `flexor two-points`: in which drawn wearers Hamana 2022's claims hold, and what they
-//! need to.
+//! `flexor two-points`: counts in which random wearers Hamana 2022's claims hold, and under which
+//! conditions.
 
 use super::draw_cost::Cost;
 use super::{Output, drawn, usage_error};
@@ -10,38 +10,40 @@ use studies::laboratory::{Runnable, Shard, read_shard};
 
 /// Judge the claims of Hamana 2022 on randomly generated forearms
 ///
-/// Searches points and voltages on each forearm as the paper did. The same command with the same --out
-/// resumes an interrupted study.
+/// Searches points and voltages on each forearm as the paper did. The same command with the same
+/// --out resumes an interrupted study.
 #[derive(Args, Debug)]
 pub struct TwoPointsArgs {
-    /// One cell alone, by its number from 0; without, all
+    /// Number of a single cell, from 0; default: all cells
     #[arg(long)]
     cell: Option<usize>,
     /// Wearers in each cell; default: the declaration's
     #[arg(long)]
     draws: Option<u64>,
-    /// Decides who is drawn; default: the declaration's
+    /// Seed of the wearers; default: the declaration's
     #[arg(long)]
     seed: Option<u64>,
-    /// Part I of N, as 3/8
+    /// Part I of N, such as 3/8
     #[arg(long)]
     shard: Option<Shard>,
-    /// Make one result of the folders of all its shards
+    /// Merge the folders of all shards into one result
     #[arg(long, num_args = 1.., value_name = "DIR")]
     merge: Vec<PathBuf>,
-    /// Folder for result.json, result.html and draws.csv: absent, empty, or this begun before
+    /// Folder for result.json, result.html and draws.csv: absent, empty, or with this study
+    /// unfinished
     #[arg(long)]
     out: Option<PathBuf>,
-    /// Measure what a draw costs this computer, searches and trials apart, instead
+    /// Only measure the computing time of a draw on this computer, separately for searches and
+    /// trials
     #[arg(long)]
     timing: bool,
 }
 
-/// Most wearers of a cell.
+/// Largest number of wearers of a cell.
 const MOST: u64 = 100_000;
 
 /// # Errors
-/// Arguments out of range, a folder that cannot be written, a signal.
+/// Fails if an argument is out of range, a folder cannot be written, or a signal arrives.
 pub fn main(args: &TwoPointsArgs, output: Output) -> anyhow::Result<()> {
     args.check_conflicts()?;
     if !args.merge.is_empty() {
@@ -68,7 +70,7 @@ pub fn main(args: &TwoPointsArgs, output: Output) -> anyhow::Result<()> {
 }
 
 impl TwoPointsArgs {
-    /// Refuses what does not go together.
+    /// Refuses options that contradict each other.
     fn check_conflicts(&self) -> anyhow::Result<()> {
         let has = [
             ("--cell", self.cell.is_some()),
@@ -102,7 +104,7 @@ impl TwoPointsArgs {
     }
 }
 
-/// Joins shards, of the cells that they say.
+/// Merges shards; their folders name the cells.
 fn merge(args: &TwoPointsArgs, output: Output) -> anyhow::Result<()> {
     let (Some(first), Some(out)) = (args.merge.first(), args.out.as_deref()) else {
         return usage_error("--merge needs folders, and --out DIR");

@@ -1,14 +1,14 @@
-//! What somebody types, line by line, while the program goes on.
+//! Reads typed lines while the program continues.
 
 use std::io::BufRead;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
-/// Lines of the standard input, read by a thread of their own: whoever waits for one
-/// still hears of a signal, and a device of its host.
+/// Lines of the standard input, read by a separate thread, so that a waiting program still handles
+/// signals and sends keep-alives.
 pub struct TypedLines(Receiver<String>);
 
 impl TypedLines {
-    /// Reads from now on.
+    /// Starts to read.
     pub fn start() -> Self {
         let (to, typed) = channel();
         std::thread::spawn(move || {
@@ -20,15 +20,15 @@ impl TypedLines {
         Self(typed)
     }
 
-    /// Forgets what was typed so far: it is no answer to what is asked next.
+    /// Discards everything typed so far, so that it does not answer the next question.
     pub fn discard(&self) {
         while self.0.try_recv().is_ok() {}
     }
 
-    /// The next line, if there is one.
+    /// Returns the next line, if there is one.
     ///
     /// # Errors
-    /// Nobody types any more.
+    /// Returns [`Closed`] if the input has ended.
     pub fn next_line(&self) -> Result<Option<String>, Closed> {
         match self.0.try_recv() {
             Ok(line) => Ok(Some(line)),
@@ -38,5 +38,5 @@ impl TypedLines {
     }
 }
 
-/// The input has ended.
+/// The end of the input.
 pub struct Closed;

@@ -1,4 +1,4 @@
-//! `flexor run --watch`: the session on the screen, hands on the controls.
+//! `flexor run --watch`: shows a running session on the screen and takes keys.
 
 use super::interrupt;
 use crate::live::{Model, Shared, Watch, discard_unread_output, run_screen};
@@ -11,16 +11,16 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// How long a screen that is drawn is waited for when the session is over.
+/// Time that a blocked screen may take to finish after the session.
 const FAREWELL: Duration = Duration::from_secs(1);
 
-/// Whether there is a terminal to show a session on and to take keys from.
+/// Returns whether there is a terminal for output and for keys.
 pub fn has_terminal() -> bool {
     io::stdin().is_terminal() && io::stdout().is_terminal()
 }
 
-/// Plays a session through `port` as the keys ask, shows it, and streams it to `recorder` and
-/// `outputs`. Beside the outcome: whether the terminal was there to the end. If it goes, the
+/// Runs a session through `port` with the controls of the keyboard, shows it, and streams it to
+/// `recorder` and `outputs`. Also returns whether the terminal worked to the end; if it fails, the
 /// session is stopped.
 pub fn play<P: Port>(
     (session, device): (&SessionFile, &str),
@@ -36,7 +36,7 @@ pub fn play<P: Port>(
         let (shared, is_over) = (Arc::clone(&shared), Arc::clone(&is_over));
         move || {
             let shown = run_screen(&shared, || is_over.load(Ordering::Acquire), || false);
-            // Nobody can stop it by hand any more.
+            // Nobody can stop the session by hand any more.
             shared.push_control(Control::Stop);
             shown
         }
@@ -52,14 +52,14 @@ pub fn play<P: Port>(
         true => drawing
             .join()
             .unwrap_or_else(|panic| std::panic::resume_unwind(panic)),
-        // It hangs in a write, and so would whatever else is said there.
+        // The thread is blocked in a write, and every further write would block, too.
         false => {
             let _ = crossterm::terminal::disable_raw_mode();
             discard_unread_output(Duration::ZERO);
             Err(io::ErrorKind::TimedOut.into())
         }
     };
-    // Closed, it says so by a signal as well.
+    // A closed terminal also sends a signal.
     let shown = match (shown, interruption.received_signal()) {
         (Err(_), Some(signal)) => {
             let ended = "and closed the terminal: the session was stopped then".to_owned();

@@ -1,4 +1,4 @@
-//! `flexor chip`: any image on the simulated chip, without board and session.
+//! `flexor chip`: runs any image on the simulated chip, without a board or a session.
 
 mod report;
 mod usb;
@@ -22,41 +22,42 @@ use usb::Line;
 
 /// Run any image for an STM32F405 on the chip simulator
 ///
-/// Needs neither board nor session. The semihosting console of the image is written to the standard
-/// output. Exit code 0: the image ran for the time given, or ended with status 0; 1: it stopped, took
-/// a fault or ended with another status.
+/// Needs neither a board nor a session. The semihosting console of the image goes to the standard
+/// output. Exit code 0: the image ran for the given time, or ended with status 0; 1: it stopped,
+/// took a fault, or ended with another status.
 #[derive(Args, Debug)]
 pub struct BareArgs {
-    /// The image (ELF)
+    /// Image (ELF)
     image: PathBuf,
-    /// Device time to run for, such as 500ms, 2s or 10us, up to 1 h; default: 1s, with --usb
-    /// until Ctrl-C
+    /// Device time to run, such as 500ms, 2s or 10us, up to 1 h; default: 1s, with --usb until
+    /// Ctrl-C
     #[arg(long = "for", value_name = "TIME", value_parser = duration)]
     time: Option<Duration>,
-    /// Write the levels of all pins, PA0 to PI15, to this file as VCD; one that is there
-    /// only with --overwrite
+    /// Write the levels of all pins, PA0 to PI15, to this file as VCD; --overwrite replaces an
+    /// existing file
     #[arg(long, group = "replaced")]
     vcd: Option<PathBuf>,
-    /// Replace the file that --vcd names
+    /// Replace an existing --vcd file
     #[arg(long, requires = "replaced")]
     overwrite: bool,
-    /// Print what the image sends on USART2
+    /// Print the bytes that the image sends on USART2
     #[arg(long)]
     uart: bool,
-    /// Offer its USB serial port in real time: at a socket of this computer
-    /// (--usb=tcp:127.0.0.1:PORT; alone: any free one), or as a pseudo-terminal (--usb=PATH)
+    /// Provide the image's USB serial port in real time: at a socket of this computer
+    /// (--usb=tcp:127.0.0.1:PORT; without a value at any free port), or as a pseudo-terminal
+    /// (--usb=PATH)
     #[arg(long, value_name = "WHERE", num_args = 0..=1, require_equals = true,
           default_missing_value = "tcp:127.0.0.1:0")]
     usb: Option<String>,
 }
 
-/// Longest and, without --usb, usual time.
+/// Longest time that `--for` accepts, and the default without `--usb`.
 const MOST: Duration = Duration::from_secs(3600);
 const USUAL: Duration = Duration::from_secs(1);
-/// Device time between two looks around, ns.
+/// Device time between two checks for signals, output and USB data, ns.
 const STEP_NS: u64 = 1_000_000;
 
-/// A time with its unit: us, ms or s.
+/// Parses a time with its unit: us, ms or s.
 fn duration(text: &str) -> Result<Duration, String> {
     let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
     let scale = match &text[digits.len()..] {
@@ -73,7 +74,7 @@ fn duration(text: &str) -> Result<Duration, String> {
     }
 }
 
-/// Why a run is no success.
+/// The reason why a run failed.
 #[derive(Debug, thiserror::Error)]
 enum Failed {
     /// The core stopped.
@@ -83,7 +84,7 @@ enum Failed {
         seconds: f64,
         why: String,
     },
-    /// It hangs in a fault's handler.
+    /// The image hangs in the handler of a fault.
     #[error(
         "E559 {image} took a fault on the simulated chip after {seconds:.6} s and is in its \
          handler for good: {why}"
@@ -93,13 +94,14 @@ enum Failed {
         seconds: f64,
         why: String,
     },
-    /// It says itself that it failed.
+    /// The image ended with a status other than 0.
     #[error("E569 {image} ended itself with status {status}")]
     Status { image: String, status: u32 },
 }
 
 /// # Errors
-/// The image, a file, a wire, or how the image ended.
+/// Fails if the image cannot be loaded, a file cannot be written, the USB connection breaks, or the
+/// image fails.
 pub fn main(args: &BareArgs, output: Output) -> anyhow::Result<()> {
     let image = Image::open(&args.image)?;
     if let Some(vcd) = &args.vcd {
@@ -108,7 +110,8 @@ pub fn main(args: &BareArgs, output: Output) -> anyhow::Result<()> {
     let interruption = interrupt::catch_signals()?;
     let mut line = args.usb.as_deref().map(Line::open).transpose()?;
     if let Some(line) = &line {
-        // Where, before anything is simulated; a machine reads it as the first object.
+        // Printed before the simulation starts, so that a program can read the address as the first
+        // object.
         output.print(
             || format!("its USB port is at {}; end with Ctrl-C", line.place()),
             || serde_json::json!({ "usb_at": line.place() }),
@@ -118,7 +121,7 @@ pub fn main(args: &BareArgs, output: Output) -> anyhow::Result<()> {
     let mut bare = bare.map_err(|stop| stopped_error(&args.image, 0, &stop.to_string()))?;
     let mut run = Run::begin(args, &bare, output)?;
     let until = match (args.time, &line) {
-        (Some(time), _) => time.as_nanos() as u64, // at most an hour
+        (Some(time), _) => time.as_nanos() as u64, // at most 1 h, so the value fits
         (None, None) => USUAL.as_nanos() as u64,
         (None, Some(_)) => u64::MAX,
     };
@@ -147,14 +150,14 @@ pub fn main(args: &BareArgs, output: Output) -> anyhow::Result<()> {
     }
 }
 
-/// Why a run is over.
+/// The reason why a run is over.
 #[derive(Clone, Copy, Debug)]
 enum RunEnd {
-    /// Its time is.
+    /// The requested device time has passed.
     Time,
-    /// Somebody ended it.
+    /// A signal ended the program.
     Signal(host_core::link::Signal),
-    /// The program did.
+    /// The image ended by itself.
     Itself(EarlyEnd),
 }
 
@@ -167,7 +170,7 @@ fn stopped_error(image: &Path, ns: u64, why: &str) -> anyhow::Error {
     .into()
 }
 
-/// What is wrong with a program that ended so; `None`: nothing.
+/// Returns the error of an image that ended with `ending`; `None` for a success.
 fn failure(image: &Path, bare: &Bare, ending: EarlyEnd) -> Option<anyhow::Error> {
     let symbols = &bare.image().symbols;
     let fault = bare.faults().last();
@@ -197,22 +200,23 @@ fn failure(image: &Path, bare: &Bare, ending: EarlyEnd) -> Option<anyhow::Error>
     }
 }
 
-/// What a run writes while it goes on.
+/// Output of a run in progress.
 struct Run<'a> {
     args: &'a BareArgs,
     output: Output,
     dump: Option<Dump<File>>,
-    /// What the program printed, for machines; else whether its last line is open.
+    /// Printed output of the image: all of it for `--json`, otherwise only whether the last line is
+    /// open.
     heard: ProgramOutput,
     bar: Option<Bar>,
 }
 
-/// What the program printed so far.
+/// Bytes that the image has printed so far.
 #[derive(Debug, Default)]
 struct ProgramOutput {
     console: Vec<u8>,
     uart: Vec<u8>,
-    /// Printed text that does not end its line.
+    /// Whether the printed text does not end with a line break.
     is_open: bool,
 }
 
@@ -228,7 +232,7 @@ impl<'a> Run<'a> {
                 .and_then(|file| Dump::begin(file, lines))
                 .map_err(RecordError::write(path))
         });
-        // A bar where nothing else is printed on the terminal.
+        // A progress bar only if nothing else is printed on the terminal.
         let is_quiet = !args.uart && args.usb.is_none();
         Ok(Self {
             args,
@@ -239,7 +243,7 @@ impl<'a> Run<'a> {
         })
     }
 
-    /// Runs to `until` ns, or to what ends it before.
+    /// Runs until `until` (device time, ns) or until the run ends earlier.
     fn run_until(
         &mut self,
         bare: &mut Bare,
@@ -268,7 +272,7 @@ impl<'a> Run<'a> {
         Ok(RunEnd::Time)
     }
 
-    /// Prints and writes what came since the last call.
+    /// Prints the output since the last call and writes its edges to the VCD file.
     fn drain_output(&mut self, bare: &mut Bare) -> anyhow::Result<()> {
         let (console, uart) = (bare.console(), bare.wires.serial());
         let uart = if self.args.uart { uart } else { Vec::new() };
@@ -291,7 +295,7 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// Bytes as they are; on a terminal without what it would obey.
+    /// Prints bytes unchanged; on a terminal, replaces control characters.
     fn print(&mut self, bytes: &[u8]) -> anyhow::Result<()> {
         let Some(last) = bytes.last() else {
             return Ok(());
@@ -310,7 +314,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// All that is left, and the dump's end.
+    /// Prints the remaining output and ends the VCD file.
     fn finish(&mut self, bare: &mut Bare) -> anyhow::Result<()> {
         self.drain_output(bare)?;
         if let Some(bar) = &self.bar {
@@ -326,7 +330,7 @@ impl<'a> Run<'a> {
     }
 }
 
-/// Pin `pin` of `port`, 0 to 8: PA0.
+/// Returns the name of a pin; `port` is 0 to 8 for A to I, as in PA0.
 fn pin_name(port: usize, pin: usize) -> String {
     let letter = ["A", "B", "C", "D", "E", "F", "G", "H", "I"].get(port);
     format!("P{}{pin}", letter.unwrap_or(&"?"))

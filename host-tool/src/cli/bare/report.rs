@@ -1,16 +1,16 @@
-//! What is told of a run on the bare chip.
+//! Report about a run of `flexor chip`.
 
 use super::{ProgramOutput, RunEnd, pin_name};
 use hal_sim::chip::bare::{Bare, EarlyEnd};
 use hal_sim::chip::soc::rcc::Cause;
 use serde_json::{Map, Value, json};
 
-/// Pins that are listed for people; machines get all.
+/// Largest number of pins that the text lists; the JSON output has all.
 const MOST_PINS: usize = 12;
-/// The same of faults.
+/// Largest number of faults that the text lists.
 const MOST_FAULTS: usize = 3;
 
-/// A run, as it is told.
+/// Result of a run, for text and JSON.
 pub struct Report {
     ending: &'static str,
     status: Option<u32>,
@@ -21,7 +21,7 @@ pub struct Report {
     pc: u32,
     function: String,
     sleeps: bool,
-    /// By name, and how often each changed.
+    /// Number of edges of each pin that changed, by name.
     pins: Vec<(String, u64)>,
     resets: Vec<(f64, &'static str)>,
     faults: Vec<Fault>,
@@ -31,11 +31,11 @@ pub struct Report {
     uart: String,
 }
 
-/// When a fault was taken, s; in words; its registers.
+/// Time of a fault, s; its description; its registers.
 type Fault = (f64, String, Vec<(&'static str, u32)>);
 
 impl Report {
-    /// Of `bare`, which `ended` so.
+    /// Collects the results of `bare` after it ended with `ended`.
     pub fn new(bare: &Bare, ended: &RunEnd, heard: &ProgramOutput) -> Self {
         let (ending, status) = match ended {
             RunEnd::Time => ("time", None),
@@ -86,7 +86,7 @@ impl Report {
         }
     }
 
-    /// For people.
+    /// Formats the report for people.
     pub fn to_text(&self) -> String {
         let mut out = format!(
             "{:.6} s of device time, {} cycles, {} instructions; the core's clock is {} Hz\n",
@@ -140,7 +140,7 @@ impl Report {
         out.trim_end().to_owned()
     }
 
-    /// For machines.
+    /// Formats the report as JSON.
     pub fn to_json(&self) -> Value {
         let pins: Map<String, Value> = (self.pins.iter())
             .map(|(name, count)| (name.clone(), json!(count)))

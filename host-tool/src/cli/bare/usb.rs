@@ -1,4 +1,4 @@
-//! The USB serial port of an image, where other programs reach it, in real time.
+//! Connects the USB serial port of a simulated image to other programs, in real time.
 
 use super::usage_error;
 use anyhow::Context;
@@ -11,25 +11,26 @@ use std::net::{SocketAddr, ToSocketAddrs};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-/// A simulator that is later than this is slower than real time, and is not waited for.
+/// Delay after which the simulator counts as slower than real time; the clock then waits for it.
 const LAG: Duration = Duration::from_millis(50);
-/// Longest rest between two looks at the wire.
+/// Longest sleep between two reads of the wire.
 const POLL: Duration = Duration::from_millis(1);
 
-/// The wire to the program at the other end.
+/// The connection to the program at the other end.
 pub struct Line {
     wire: Box<dyn ByteStream>,
     place: String,
-    /// Wall clock at device time 0, as far as the simulator could follow.
+    /// Wall clock at device time 0, moved later whenever the simulator falls behind.
     begin: Instant,
     was_slow: bool,
 }
 
 impl Line {
-    /// A socket at `place`, `tcp:HOST:PORT` of this computer, or a pseudo-terminal there.
+    /// Opens a socket at `place` (`tcp:HOST:PORT` on this computer), or a pseudo-terminal at that
+    /// path.
     ///
     /// # Errors
-    /// It cannot be opened, or is beyond this computer.
+    /// Fails if the place cannot be opened or is not on this computer.
     pub fn open(place: &str) -> anyhow::Result<Self> {
         let (wire, place): (Box<dyn ByteStream>, String) = match place.strip_prefix("tcp:") {
             Some(address) => {
@@ -72,15 +73,15 @@ impl Line {
         })
     }
 
-    /// Where it is.
+    /// Returns the address at which other programs connect.
     pub fn place(&self) -> &str {
         &self.place
     }
 
-    /// Carries bytes both ways, and waits until the clock has come to device time.
+    /// Transfers bytes both ways, then waits until the wall clock reaches device time.
     ///
     /// # Errors
-    /// The wire cannot be used any more.
+    /// Fails if the wire can no longer be used.
     pub fn serve(&mut self, bare: &mut Bare) -> anyhow::Result<()> {
         let device = Duration::from_nanos(bare.now_ns());
         loop {

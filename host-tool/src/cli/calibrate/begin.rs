@@ -1,4 +1,4 @@
-//! What a calibration begins with: its device, its files, and whose they are.
+//! Prepares a calibration: checks its files, describes it for the journal and opens its device.
 
 use super::CalibrateArgs;
 use crate::cli::moment;
@@ -9,19 +9,17 @@ use host_core::run::identity;
 use host_core::wearer::Wearer;
 use std::path::{Path, PathBuf};
 
-/// What there was before, and whose it is now.
+/// The journal of a calibration that begins or continues.
 pub struct OpenedJournal {
-    /// The journal's place.
     pub journal: PathBuf,
-    /// What it held.
+    /// Earlier entries; `None` for a new calibration.
     pub kept: Option<JournalContents>,
 }
 
-/// Looks at the files, before any device is touched: what is there, if it may be gone on
-/// with.
+/// Checks the files before any device is opened, and reads the journal that `--resume` continues.
 ///
 /// # Errors
-/// Files that are taken, missing, damaged or another person's.
+/// Fails if a file exists already, is missing or damaged, or belongs to another wearer.
 pub fn check_files(
     args: &CalibrateArgs,
     out: &Path,
@@ -48,7 +46,7 @@ pub fn check_files(
     Ok(OpenedJournal { journal, kept })
 }
 
-/// Whether the wearer file that is there is this person's.
+/// Checks that the existing wearer file belongs to `name`.
 fn check_owner(out: &Path, name: &str) -> Result<(), CalibrationError> {
     let unusable = |why: String| CalibrationError::NotResumable(out.to_owned(), why);
     let old = Wearer::read(out).map_err(|error| unusable(error.lines()))?;
@@ -61,7 +59,7 @@ fn check_owner(out: &Path, name: &str) -> Result<(), CalibrationError> {
     }
 }
 
-/// What is known of it without a device.
+/// Returns the head of the journal, with everything that is known before the device answers.
 pub fn journal_head(args: &CalibrateArgs, wearer: &str, text: &str) -> Head {
     let is_simulated = !args.device.is_port();
     Head {
@@ -75,11 +73,11 @@ pub fn journal_head(args: &CalibrateArgs, wearer: &str, text: &str) -> Head {
     }
 }
 
-/// Opens the device, with its simulated wearer, at the pace of a clock where people
-/// order; the head says who answered.
+/// Opens the device with its simulated wearer, paced by the wall clock if an operator gives orders,
+/// and enters the device's identity in the head.
 ///
 /// # Errors
-/// The plan, or the device.
+/// Fails if the plan is invalid or the device does not open.
 pub fn open_device(
     args: &CalibrateArgs,
     plan: &Plan,

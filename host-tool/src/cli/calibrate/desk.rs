@@ -1,4 +1,4 @@
-//! An operator at the terminal, or the one that stands in for them.
+//! Operators of a calibration: a person at the terminal, or a substitute for simulators.
 
 use super::CalibrateArgs;
 use super::ordered::Task;
@@ -9,13 +9,12 @@ use host_core::calibration::{Auto, Operator, OperatorLoss, OperatorNotice, Order
 use host_core::link::Interruption;
 use std::sync::Mutex;
 
-/// Stands in for a person, and moves the bar on.
+/// Operator that answers automatically and advances the progress bar.
 pub struct ProgressOperator<'a> {
     bar: &'a Bar,
 }
 
 impl<'a> ProgressOperator<'a> {
-    /// Of this bar.
     pub const fn new(bar: &'a Bar) -> Self {
         Self { bar }
     }
@@ -32,11 +31,11 @@ impl Operator for ProgressOperator<'_> {
     }
 }
 
-/// A person at the terminal orders: one thread draws, another takes keys and is at
-/// the device, so that a slow terminal never keeps it waiting.
+/// Calibrates with orders from a person at the terminal. One thread draws; another reads keys and
+/// talks to the device, so that a slow terminal never delays the device.
 ///
 /// # Errors
-/// As [`work`], or the terminal.
+/// Returns the errors of [`run_task`], or fails if the terminal cannot be used.
 pub fn calibrate_at_terminal(
     args: &CalibrateArgs,
     task: &Task,

@@ -1,4 +1,4 @@
-//! Another program orders: JSON lines on standard input and output.
+//! Lets another program give the orders of a calibration: JSON lines on standard input and output.
 
 use crate::live::{
     AT_ONCE, InputLimiter, State, discard_unread_output, early_refusal, select_orders,
@@ -12,38 +12,39 @@ use serde_json::{Value, json};
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-/// Most lines that wait to be read by the other program.
+/// Largest number of lines that may wait until the other program reads them.
 const UNREAD: usize = 1024;
 
-/// Refusals of one turn that are told one by one.
+/// Largest number of refusals in one turn that are reported one by one.
 const TOLD: usize = 16;
 
-/// How long the last lines wait for somebody who reads nothing.
+/// Time for which the last lines wait for a reader.
 const LAST: Duration = Duration::from_secs(1);
 
-/// Lines in and out, at every turn all that can be without waiting: neither a program that
-/// is slow to read nor one that is slow to write keeps the device waiting.
+/// Operator behind JSON lines. Each turn reads and writes as much as is possible without waiting,
+/// so that a slow program never delays the device.
 #[derive(Default)]
 pub struct Lines {
     inlet: InputLimiter,
     unread: PartialLine,
-    /// What came since the last turn, and whether it is for what is shown.
+    /// Orders since the last turn, each with whether it refers to the state that is shown now.
     asked: Vec<(Order, bool)>,
     nonsense: Vec<OrderError>,
-    /// What is written next, and whether it shows the state.
+    /// Lines to write, each with whether it shows the state.
     told: VecDeque<(Vec<u8>, bool)>,
     shown: Option<ShownState>,
     state: Option<State>,
-    /// The state has been written, after all that had come before was taken in.
+    /// Whether the state was written after all earlier input was read.
     is_shown: bool,
 }
 
-/// What of a view is told again when it changes, beside its state: the phase, whether the
-/// muscle is rested, whether the wearer complains.
+/// Parts of a view that are reported again when they change, besides the state: the phase, whether
+/// the muscle is rested, whether the wearer complains.
 type ShownState = (Phase, bool, bool);
 
 impl Lines {
-    /// Takes in all that waits; `is_late` is not for what is shown.
+    /// Reads all waiting input. Orders that are late (`is_late`) do not count for the state that is
+    /// shown.
     fn read_orders(&mut self, t_s: f64, is_late: bool) {
         let bytes = self.inlet.read_available(t_s);
         let is_last = self.inlet.loss().is_some();
@@ -55,14 +56,14 @@ impl Lines {
         }
     }
 
-    /// Looks whether there is something else to show.
+    /// Queues a line if the state or the shown parts of the view changed.
     fn show(&mut self, view: &View) {
         let state = State::from_view(view);
         let is_new = self.state.as_ref() != Some(&state);
         if is_new {
             (self.state, self.is_shown) = (Some(state), false);
             self.asked.iter_mut().for_each(|asked| asked.1 = false);
-            // What is still unread shows what was.
+            // Unread lines show an earlier state.
             self.told.iter_mut().for_each(|told| told.1 = false);
         }
         let shown = (view.phase, view.is_rested, view.complains);
@@ -77,7 +78,8 @@ impl Lines {
             .push_back((format!("{value}\n").into_bytes(), is_state));
     }
 
-    /// Writes what there is room for. Before a state is shown whole, what waits is taken in.
+    /// Writes as much as the pipe accepts. Before a state is written completely, all waiting input
+    /// is read.
     fn write(&mut self, t_s: f64) -> Result<(), OperatorLoss> {
         while let Some((bytes, is_state)) = self.told.front() {
             let is_shown = *is_state && bytes.len() <= AT_ONCE;
@@ -103,7 +105,7 @@ impl Lines {
         }
     }
 
-    /// Tells what was not carried out.
+    /// Reports the orders that were not carried out.
     fn report_refused(&mut self, count: usize) {
         for error in std::mem::take(&mut self.nonsense).into_iter().take(TOLD) {
             self.queue_line(&refusal_json(&error.to_string()), false);
@@ -118,7 +120,7 @@ impl Lines {
         }
     }
 
-    /// Writes the last lines. If nobody reads them, nobody is waited for.
+    /// Writes the last lines, and gives up if nobody reads them.
     pub fn end(mut self) {
         let mut since = Instant::now();
         while let Some((bytes, _)) = self.told.front_mut() {
@@ -138,7 +140,7 @@ impl Lines {
     }
 }
 
-/// A view as a line, with what may be ordered.
+/// Returns a view as a JSON line, with the orders that it allows.
 fn view_line(view: &View) -> Value {
     let mut said = json!(view);
     said["event"] = "view".into();
@@ -146,7 +148,7 @@ fn view_line(view: &View) -> Value {
     said
 }
 
-/// What may be ordered at this sight, the always allowed apart.
+/// Returns the orders that this view allows, without those that are always allowed.
 fn allowed_orders(view: &View) -> Vec<&'static str> {
     let mut all = Vec::new();
     match (view.question, view.phase) {
@@ -179,7 +181,7 @@ impl Operator for Lines {
         if let Some(gone) = self.inlet.loss() {
             return Err(gone);
         }
-        // Of what nobody could see nothing is given.
+        // Nothing is stimulated that the other program could not have seen.
         write_available(&[]).map_err(|_| OperatorLoss::Unread)?;
         self.write(view.t_s)?;
         Ok(orders)

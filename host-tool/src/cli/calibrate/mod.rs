@@ -1,5 +1,5 @@
-//! `flexor calibrate`: from a person under electrodes to a wearer file, and whether that
-//! still holds.
+//! `flexor calibrate`: measures a wearer's thresholds and limits into a wearer file, or checks a
+//! file.
 
 mod begin;
 mod desk;
@@ -22,60 +22,60 @@ use work::run_task;
 
 /// Find a wearer's thresholds and limits, with an operator
 ///
-/// Writes a wearer file. Every raise of an amplitude needs an order of the operator. With --check the thresholds of an
-/// existing file are measured again.
+/// Writes a wearer file. Every increase of an amplitude needs an order of the operator. --check
+/// measures the thresholds of an existing file again.
 #[derive(Args, Debug)]
 pub struct CalibrateArgs {
-    /// The wearer file to write (TOML); its journal lies beside it
+    /// Wearer file to write (TOML); its journal is written beside it
     #[arg(long, required_unless_present = "check")]
     out: Option<PathBuf>,
-    /// Plan (TOML): wearer, limits and electrodes; or --wearer and --channels
+    /// Plan (TOML): wearer, limits and electrodes; or use --wearer and --channels
     #[arg(long)]
     electrodes: Option<PathBuf>,
-    /// The wearer's pseudonym, for the plan's
+    /// Pseudonym of the wearer, instead of the plan's
     #[arg(long)]
     wearer: Option<String>,
-    /// Without a plan: channels, such as 1,2,3 or 1-10, as Lee 2020 stimulates
+    /// Without a plan: channels, such as 1,2,3 or 1-10, stimulated as in Lee 2020
     #[arg(long, conflicts_with = "electrodes")]
     channels: Option<String>,
-    /// With --channels: no level is above it, mA; default: 20
+    /// With --channels: largest level, mA; default: 20
     #[arg(long, requires = "channels")]
     ceiling: Option<f64>,
-    /// Go on where the journal beside --out ends
+    /// Continue at the end of the journal beside --out
     #[arg(long)]
     resume: bool,
-    /// Check the thresholds of this wearer file, and add what was found to it
+    /// Check the thresholds of this wearer file, and add the results to it
     #[arg(long, conflicts_with_all = ["out", "electrodes", "wearer", "channels", "resume"])]
     check: Option<PathBuf>,
-    /// With --check: how far a threshold may be off, mA or V; default: 1
+    /// With --check: largest accepted change of a threshold, mA or V; default: 1
     #[arg(long, requires = "check")]
     tolerance: Option<f64>,
-    /// native, qemu, chip, a serial port, or tcp:HOST:PORT
+    /// Device: native, qemu, chip, a serial port, or tcp:HOST:PORT
     #[arg(long, default_value = "native")]
     device: DeviceName,
-    /// Let the program answer by the instrument, as fast as it can (simulators only)
+    /// Answer automatically from the measurements, as fast as possible (simulators only)
     #[arg(long)]
     auto: bool,
-    /// The simulated wearer
+    /// Simulated wearer
     #[arg(long, value_enum)]
     body: Option<BodyName>,
-    /// Seed of the simulated wearer, to 2^63 - 1; default: 1
+    /// Seed of the simulated wearer, at most 2^63 - 1; default: 1
     #[arg(long, value_parser = clap::value_parser!(u64).range(..=i64::MAX as u64))]
     seed: Option<u64>,
-    /// Who operates: a pseudonym
+    /// Pseudonym of the operator
     #[arg(long, default_value = "operator")]
     operator: String,
-    /// When, as the file is to say it; default: this computer's clock, on simulators
-    /// "simulated"
+    /// Date and time for the file; default: this computer's clock, or "simulated" on simulators
     #[arg(long)]
     at: Option<String>,
-    /// Acknowledge a latched fault first, once its cause is found
+    /// Acknowledge a latched fault first, after you have found its cause
     #[arg(long)]
     acknowledge: bool,
 }
 
 /// # Errors
-/// The plan, the device, the files; what ended it, or thresholds that have drifted.
+/// Fails if the plan, the device or a file is unusable, if the calibration ends early, or if
+/// thresholds have drifted.
 pub fn main(args: &CalibrateArgs, output: Output) -> anyhow::Result<()> {
     let is_port = args.device.is_port();
     if is_port && (args.seed.is_some() || args.body.is_some()) {

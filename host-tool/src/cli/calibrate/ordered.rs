@@ -1,4 +1,4 @@
-//! What is ordered on the command line.
+//! Turns the arguments of `flexor calibrate` into a task.
 
 use super::CalibrateArgs;
 use crate::cli::usage_error;
@@ -9,33 +9,33 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 use toml::{Table, Value};
 
-/// What is to be done.
+/// Task of the command.
 pub enum Task {
-    /// Find thresholds, limits and points.
+    /// Finds thresholds, limits and points.
     Calibrate {
-        /// Of whom, at which electrodes.
+        /// Wearer and electrodes.
         plan: Plan,
-        /// Its text, which the journal names by its hash.
+        /// Text of the plan, whose hash the journal records.
         text: String,
-        /// The wearer file.
+        /// Path of the wearer file to write.
         out: PathBuf,
     },
-    /// See whether thresholds still hold.
+    /// Checks whether thresholds still hold.
     Check {
-        /// Its file.
+        /// Path of the wearer file.
         file: PathBuf,
-        /// What that says.
+        /// Contents of the wearer file.
         wearer: Box<Wearer>,
-        /// How far they may be off.
+        /// Largest accepted change of a threshold.
         tolerance: Level,
     },
 }
 
 impl Task {
-    /// As the command line says it.
+    /// Builds the task from the command line.
     ///
     /// # Errors
-    /// The plan, the file, or options that do not fit.
+    /// Fails if the plan or the wearer file is invalid, or if options contradict each other.
     pub fn from_args(args: &CalibrateArgs) -> anyhow::Result<Self> {
         if let Some(file) = &args.check {
             let tolerance = args.tolerance.unwrap_or(1.0);
@@ -68,11 +68,11 @@ impl Task {
         Ok(Self::Calibrate {
             plan: Plan::parse(&name, &text)?,
             text,
-            out: args.out.clone().unwrap_or_default(), // required
+            out: args.out.clone().unwrap_or_default(), // clap requires `--out`
         })
     }
 
-    /// The wearer's pseudonym.
+    /// Returns the wearer's pseudonym.
     pub fn wearer(&self) -> &str {
         match self {
             Self::Calibrate { plan, .. } => &plan.wearer,
@@ -81,7 +81,7 @@ impl Task {
     }
 }
 
-/// The plan's text for another wearer; as it was if it is none.
+/// Replaces the wearer in the text of a plan; returns the text unchanged if it is not TOML.
 fn with_wearer(text: &str, wearer: &str) -> String {
     match toml::from_str::<Table>(text) {
         Ok(mut plan) => {
@@ -92,7 +92,7 @@ fn with_wearer(text: &str, wearer: &str) -> String {
     }
 }
 
-/// A plan of these channels.
+/// Returns the text of a plan for these channels.
 fn default_plan(args: &CalibrateArgs, channels: &str) -> anyhow::Result<String> {
     let Some(wearer) = &args.wearer else {
         return usage_error("--channels needs --wearer: the wearer's pseudonym");
@@ -119,7 +119,7 @@ fn default_plan(args: &CalibrateArgs, channels: &str) -> anyhow::Result<String> 
     Ok(plan.to_string())
 }
 
-/// "1,3-5" as channels, each once.
+/// Parses channels such as "1,3-5" and removes duplicates; `None` if the text is invalid.
 fn parse_channels(text: &str) -> Option<Vec<u8>> {
     let mut all = BTreeSet::new();
     for part in text.split(',') {

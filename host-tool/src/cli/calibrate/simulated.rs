@@ -1,23 +1,23 @@
-//! The simulated wearers that can be calibrated.
+//! Simulated wearers that can be calibrated.
 
 use clap::ValueEnum;
 use hal_sim::body::bench::{SensorSpec, Wrist, WristSpec};
 use hal_sim::body::{Array, Body, FixedLoad};
 
-/// A simulated wearer by name.
+/// Name of a simulated wearer.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, ValueEnum)]
 pub enum BodyName {
-    /// A forearm under ten electrodes in a force frame
+    /// Forearm under ten electrodes in a force frame
     #[default]
     Array,
-    /// Lee's wrist, subject K05, on channel 1
+    /// Wrist of Lee's subject K05, on channel 1
     Wrist,
     /// Dummy loads: nothing moves
     Still,
 }
 
 impl BodyName {
-    /// As it is typed.
+    /// Returns the name as the user types it.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Array => "array",
@@ -26,10 +26,10 @@ impl BodyName {
         }
     }
 
-    /// The body, rested; `seed` draws it or its noise.
+    /// Builds the rested wearer; `seed` decides its random values or its noise.
     ///
     /// # Errors
-    /// A body that cannot be.
+    /// Fails if the wearer's parameters are invalid.
     pub fn body(self, seed: u64) -> anyhow::Result<Box<dyn Body>> {
         Ok(match self {
             Self::Array => Box::new(Array::new(seed, SensorSpec::default())?),

@@ -1,4 +1,4 @@
-//! The work at the device, whoever orders.
+//! Runs a calibration or a check at the device, for any operator.
 
 use super::CalibrateArgs;
 use super::begin::{self, OpenedJournal};
@@ -14,26 +14,26 @@ use host_core::wearer::{Electrode, Evidence, Wearer};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
-/// What came of it.
+/// Result of a calibration or a check.
 pub struct CalibrationOutcome {
     file: PathBuf,
     simulated: bool,
     spent: ProcedureCost,
-    /// Electrodes that are not in it, and where each ended; empty without.
+    /// Incomplete electrodes, each with the step at which it was left out; empty if there are none.
     left_out: String,
     result: CalibrationResult,
 }
 
 enum CalibrationResult {
     Calibrated(Vec<ElectrodeResult>),
-    /// Each with the rate at which it was checked, Hz, and the file's.
+    /// Drifts, each with the pulse rate of the check and the rate of the wearer file, Hz.
     Checked(Vec<(Drift, [f64; 2])>),
 }
 
-/// Does what is ordered.
+/// Carries out the task.
 ///
 /// # Errors
-/// What stands against it, or ended it.
+/// Fails if a file or the device is unusable, or if the task ends early.
 pub fn run_task(
     args: &CalibrateArgs,
     task: &Task,
@@ -133,7 +133,7 @@ fn run_check(
     })
 }
 
-/// The electrodes that are not complete, each with the step that it was left out at.
+/// Lists the incomplete electrodes, each with the step at which it was left out.
 fn incomplete_electrodes(plan: &Plan, found: &[ElectrodeResult]) -> String {
     let left = plan.electrodes.iter().zip(found);
     let left = left.filter(|(_, found)| !found.is_complete());
@@ -144,10 +144,10 @@ fn incomplete_electrodes(plan: &Plan, found: &[ElectrodeResult]) -> String {
     left.collect::<Vec<_>>().join(", ")
 }
 
-/// What to do after a signal.
+/// Advice after a signal.
 const AGAIN: &str = "go on with --resume";
 
-/// What a signal did is told as such.
+/// Turns the error of an interrupted link into [`interrupt::EndedBySignal`].
 fn map_signal_error(error: CalibrationError, then: &str) -> anyhow::Error {
     match error {
         CalibrationError::Link(Error::Interrupted(signal)) => {
@@ -159,10 +159,10 @@ fn map_signal_error(error: CalibrationError, then: &str) -> anyhow::Error {
 }
 
 impl CalibrationOutcome {
-    /// Says it.
+    /// Prints the outcome.
     ///
     /// # Errors
-    /// The output.
+    /// Fails if the standard output cannot be written.
     pub fn print(&self, output: Output) -> anyhow::Result<()> {
         output.print(|| self.to_text(), || self.to_json())
     }

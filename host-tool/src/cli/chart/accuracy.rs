@@ -1,4 +1,4 @@
-//! `flexor chart accuracy`: muscle integrators, error against cycles.
+//! `flexor chart accuracy`: charts the errors of muscle integrators against their cycles.
 
 use crate::cli::Output;
 use anyhow::{Context, ensure};
@@ -18,18 +18,18 @@ pub struct Accuracy {
     /// Folder for accuracy.csv and accuracy.svg
     #[arg(long, default_value = "docs/charts")]
     out: PathBuf,
-    /// Muscles drawn over the whole range that the device accepts
+    /// Number of random muscles over the whole range that the device accepts
     #[arg(long, default_value_t = 4000)]
     draws: usize,
 }
 
-/// Of what is drawn over the whole range.
+/// Seed of the random muscles over the whole range.
 const RANGE_SEED: u32 = 13;
-/// So many of the worst are told.
+/// Number of worst cases that are listed.
 const WORST: usize = 3;
 
 /// # Errors
-/// The image fails, the files cannot be written, or host and chip disagree.
+/// Fails if the image fails, a file cannot be written, or host and chip disagree.
 pub fn main(args: &Accuracy, output: Output) -> anyhow::Result<()> {
     ensure!(
         args.out.is_dir(),
@@ -62,7 +62,7 @@ pub fn main(args: &Accuracy, output: Output) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// What changing a parameter costs: a muscle that tires does so once a second.
+/// Writes the cost of changing parameters once a second, as for a muscle that fatigues.
 fn write_change_costs(out: &mut String, chart: &Chart) {
     let every = OUTPUTS_US.map(|us| format!("{} ms", us / 1000));
     out.push_str(&format!(
@@ -83,7 +83,7 @@ fn write_change_costs(out: &mut String, chart: &Chart) {
     }
 }
 
-/// What the chart says of the shipped choice at one interval of reading.
+/// The shipped setting compared with others at one interval of reading.
 struct Verdict<'a> {
     shipped: &'a Point,
     cheapest: &'a Point,
@@ -99,18 +99,19 @@ impl<'a> Verdict<'a> {
         })
     }
 
-    /// Cycles over the cheapest's within the wanted error.
+    /// Returns the cycles of the shipped setting, divided by those of the cheapest setting whose
+    /// error is small enough.
     fn ratio_to_cheapest(&self) -> f64 {
         self.shipped.cycles_per_s as f64 / self.cheapest.cycles_per_s as f64
     }
 
-    /// The paper's cycles over the shipped.
+    /// Returns the cycles of the paper's setting, divided by those of the shipped setting.
     fn paper_to_shipped_ratio(&self) -> f64 {
         self.paper.cycles_per_s as f64 / self.shipped.cycles_per_s as f64
     }
 }
 
-/// The study's cases, ours beside its own.
+/// Formats the study's cases: our errors beside the published ones.
 fn study_text(again: &[study::MethodError]) -> String {
     let head = "Worst error of 30 cases (20, 30, 40 Hz) in f64, % of peak";
     let mut out = format!("{head}\n  {:<34}{:>10}{:>10}\n", "", "ours", "study");
@@ -129,7 +130,7 @@ fn study_text(again: &[study::MethodError]) -> String {
     out
 }
 
-/// The shipped model over all that the device takes.
+/// Formats the errors of the shipped model over the whole range that the device accepts.
 fn range_text(found: &RangeErrors) -> String {
     let mut out = format!(
         "The shipped model over all that the device takes ({} refused by name, judged at the edge)\n",
@@ -293,7 +294,7 @@ fn point_json(p: &Point) -> Value {
         "arithmetic": p.setting.number.name(),
         "step_us": (p.setting.step_us != Setting::WHOLE_US).then_some(p.setting.step_us),
         "output_us": p.output_us,
-        // JSON has no infinity: null where it diverges.
+        // JSON has no infinity: the value is null if the method diverges.
         "error_pct": p.error_pct,
         "cycles_per_s": p.cycles_per_s,
         "front": p.on_front,

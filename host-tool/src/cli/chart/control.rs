@@ -1,4 +1,4 @@
-//! `flexor chart control`: control laws on random plants, error against cycles.
+//! `flexor chart control`: charts the errors of controllers on random plants against their cycles.
 
 use super::{hands, write};
 use crate::cli::{Output, usage_error};
@@ -20,48 +20,47 @@ use studies::tracking::table;
 use studies::tracking::target::Course;
 use studies::tracking::widened;
 
-/// The most plants: each is a few kilobytes and a second of computing.
+/// Largest number of plants: each takes a few kilobytes and a second of computing time.
 const MOST_PLANTS: u64 = 100_000;
-/// Plants of a chart, and of a quick look.
+/// Default number of plants, without and with `--quick`.
 const PLANTS: (u64, u64) = (200, 60);
 
-/// Chart the control laws on random wearers: error against cycles, where each fails
+/// Chart control laws on random wearers: errors, cycles, failures
 #[derive(Args, Debug)]
 pub struct Control {
     #[arg(long, default_value_t = 1, help = format!(
         "Decides the plants; any but {TRAINING_SEED}, on whose plants the gains were searched"
     ))]
     seed: u64,
-    /// How many plants; each runs one- and two-point [200; 60 with --quick; 60 hands; 8]
+    /// Number of plants; each runs with one and with two points [200; 60 with --quick; 60 hands; 8]
     #[arg(long)]
     plants: Option<u64>,
-    /// What the earlier wearers are to follow [sine]
+    /// Reference of the earlier wearers [sine]
     #[arg(long, value_enum)]
     course: Option<CourseName>,
-    /// Which wearers to draw
+    /// Population of random wearers
     #[arg(long, value_enum, default_value_t = WearersName::Earlier)]
     wearers: WearersName,
-    /// A wearer file with a [forearm] (docs/wearers.md), or P, Q, R, S: hands of this wearer
-    /// alone, drawn but for what the file says
+    /// Wearer file with a [forearm] (docs/wearers.md), or P, Q, R, S: random hands of this wearer
+    /// alone, except for the values in the file
     #[arg(long, value_name = "FILE", conflicts_with_all = ["wearers", "ablate", "search"])]
     wearer: Option<String>,
-    /// The default, the two best other laws and the PIDs alone; writes no file
+    /// Only the default, the two best other laws and the PIDs; writes no file
     #[arg(long, conflicts_with_all = ["optimum", "out"])]
     quick: bool,
-    /// The default without each of its terms, on both kinds of wearers, into
-    /// control_ablation.csv
+    /// The default law without each of its terms, on both populations, into control_ablation.csv
     #[arg(long, conflicts_with_all = ["quick", "course", "wearers", "optimum"])]
     ablate: bool,
-    /// On how many of the earlier plants to look for the offline optimum [40]
+    /// Number of the earlier plants on which the offline optimum is searched [40]
     #[arg(long)]
     optimum: Option<u64>,
-    /// Look for every law's numbers anew instead and write control_gains.csv
+    /// Search the gains of every law again, and write control_gains.csv
     #[arg(long, conflicts_with_all = ["seed", "plants", "course", "wearers", "quick", "ablate", "optimum"])]
     search: bool,
-    /// How many candidates the search tries for each law
+    /// Number of candidates that the search tries for each law
     #[arg(long, default_value_t = 100, requires = "search")]
     evaluations: usize,
-    /// Folder for control*.csv, control*.svg
+    /// Folder for control*.csv and control*.svg
     #[arg(long, default_value = "docs/charts")]
     out: PathBuf,
 }
@@ -70,17 +69,17 @@ pub struct Control {
 enum CourseName {
     /// 45 ± 40° at 0.2 Hz
     Sine,
-    /// Four slow sines drawn from the seed
+    /// Four slow sines that depend on the seed
     Smooth,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum WearersName {
-    /// Gain ±50 %, delay to 60 ms; everyone follows the same course
+    /// Gain ±50 %, delay up to 60 ms; all follow the same reference
     Earlier,
-    /// Strength × 0.5…2.8, delay to 100 ms, loads, knocks; sines, steps, holds
+    /// Strength × 0.5…2.8, delay up to 100 ms, loads, knocks; sines, steps, holds
     Widened,
-    /// Forearms that are a mechanism, as `two-points` draws them; a sine that each holds
+    /// Multibody forearm models, as in `two-points`; a sine that each can hold
     Hands,
 }
 
@@ -116,7 +115,7 @@ pub fn main(args: &Control, output: Output) -> anyhow::Result<()> {
     }
 }
 
-/// Which hands are asked for, or why they cannot be.
+/// Returns the plan for hands, or the reason why the options do not fit it.
 fn hands_plan(args: &Control) -> Result<hands::Plan, String> {
     if args.course.is_some() || args.optimum.is_some() {
         let why = "a hand's target is what it holds, and no optimum is looked for";
@@ -130,7 +129,7 @@ fn hands_plan(args: &Control) -> Result<hands::Plan, String> {
     })
 }
 
-/// How many are asked for, of a chart's and a quick look's.
+/// Returns the number of plants, given the defaults of a chart and of `--quick`.
 fn plant_count(args: &Control, (chart, quick): (u64, u64)) -> Result<u64, String> {
     let usual = if args.quick { quick } else { chart };
     let plants = args.plants.unwrap_or(usual);
@@ -145,7 +144,7 @@ fn plant_count(args: &Control, (chart, quick): (u64, u64)) -> Result<u64, String
     Ok(plants)
 }
 
-/// What is asked for, or why it cannot be.
+/// Returns the plan of the campaign, or the reason why the options do not fit.
 fn plan(args: &Control) -> Result<Plan, String> {
     let plants = plant_count(args, PLANTS)?;
     if args.seed == TRAINING_SEED {
@@ -163,7 +162,7 @@ fn plan(args: &Control) -> Result<Plan, String> {
             ));
         }
         WearersName::Widened => Wearers::Widened,
-        // Planned apart.
+        // Hands have their own plan ([`hands_plan`]).
         WearersName::Hands => Wearers::Earlier,
     };
     let has_optimum = wearers == Wearers::Earlier && !args.quick && !args.ablate;
@@ -183,8 +182,8 @@ fn plan(args: &Control) -> Result<Plan, String> {
     })
 }
 
-/// All laws with the numbers that the search found, and the default; or, for a
-/// quick look, the two that were best in training beside it and the PIDs.
+/// Returns all laws with the gains that the search found, and the default law. With `--quick`,
+/// returns only the default, the PIDs and the two other laws that were best in training.
 fn contenders(is_quick: bool) -> anyhow::Result<Vec<Contender>> {
     let mut searched = gains::read(gains::COMMITTED)?;
     if is_quick {
@@ -253,7 +252,7 @@ fn chart_widened_wearers(
     )
 }
 
-/// The default whole and without each term, on the earlier and on the widened
+/// Runs the default law, whole and without each of its terms, on the earlier and the widened
 /// wearers.
 fn ablate(args: &Control, plan: Plan, output: Output) -> anyhow::Result<()> {
     let whole = std::iter::once(Contender::Shipped);

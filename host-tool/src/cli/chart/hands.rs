@@ -1,5 +1,5 @@
-//! `flexor chart control --wearers hands` and `--wearer`: control laws on forearms that are
-//! a mechanism, drawn from the population or as a wearer file says.
+//! `flexor chart control --wearers hands` and `--wearer`: compares controllers on multibody forearm
+//! models, random from the population or as a wearer file describes them.
 
 use super::write;
 use crate::cli::{Output, usage_error};
@@ -9,14 +9,15 @@ use studies::hamana2022::{Participants, TwoPointsError};
 pub(super) use studies::hands::Plan;
 use studies::hands::{Hands, HandsError, contenders, table};
 
-/// Draws of a chart, and of a quick look.
+/// Default number of draws, without and with `--quick`.
 pub(super) const DRAWS: (u64, u64) = (60, 8);
 
-/// Into `out`, unless it is only a look; of the wearer of this file or name alone, if any.
+/// Runs the comparison, for one wearer (a file or a name) or the population, and writes the chart
+/// to `out` unless that is `None`.
 ///
 /// # Errors
-/// E563, E621 to E623; E620, E624, E625, E650 to E653 and what fields are refused with, of a
-/// wearer. E575: a file cannot be written.
+/// E563, E621 to E623; for a wearer E620, E624, E625, E650 to E653 and the numbers of refused
+/// fields. E575: a file cannot be written.
 pub(super) fn main(
     plan: Plan,
     wearer: Option<&str>,

@@ -1,4 +1,4 @@
-//! `flexor chart ladder`: the choice of muscle models, judged on drawn sessions.
+//! `flexor chart ladder`: judges the selection of muscle models on random sessions.
 
 use super::write;
 use crate::cli::{Output, check_range};
@@ -9,25 +9,25 @@ use studies::figures::ladder_picture;
 use studies::ladder::draw::{JUDGED, SESSIONS};
 use studies::ladder::judge::{Row, Summary, TOLERANCES, campaign, csv};
 
-/// Judge the choice of muscle models on drawn sessions
+/// Judge the selection of muscle models on random sessions
 #[derive(Args, Debug)]
 pub struct LevelChart {
-    /// Where the workspace is whose docs/charts/ladder* are written anew
+    /// Root of the checkout whose docs/charts/ladder* are written again
     #[arg(long, default_value = ".")]
     workspace: PathBuf,
-    /// How many sessions
+    /// Number of sessions
     #[arg(long, default_value_t = SESSIONS)]
     sessions: usize,
-    /// Which sessions
+    /// Seed of the sessions
     #[arg(long, default_value_t = JUDGED)]
     seed: u64,
-    /// Write nothing, only tell the shares
+    /// Write no files; only print the shares
     #[arg(long, conflicts_with = "workspace")]
     no_files: bool,
 }
 
 /// # Errors
-/// Sessions that cannot be tried; files that cannot be written.
+/// Fails if a session cannot be simulated or a file cannot be written.
 pub fn main(args: &LevelChart, output: Output) -> anyhow::Result<()> {
     check_range("--sessions", args.sessions as f64, 1.0, 10_000.0)?;
     let bar = output.bar("drawn sessions");
@@ -51,7 +51,7 @@ pub fn main(args: &LevelChart, output: Output) -> anyhow::Result<()> {
     )
 }
 
-/// At most 80 columns.
+/// Formats the report in at most 80 columns.
 fn text_report(args: &LevelChart, rows: &[Row]) -> String {
     let share = |part: usize, whole: usize| match whole {
         0 => "-".to_owned(),

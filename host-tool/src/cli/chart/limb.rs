@@ -1,4 +1,5 @@
-//! `flexor chart limb`: recruitments for a force at the hand, and the device's numbers.
+//! `flexor chart limb`: compares recruitments for a force at the hand, and the device's arithmetic
+//! with the host's.
 
 use super::write;
 use crate::cli::{Output, check_range};
@@ -7,13 +8,13 @@ use serde_json::{Value, json};
 use std::path::PathBuf;
 use studies::limb::{DECLARED, Pace, Row, Study, Verdict, pace, study};
 
-/// Compare recruitments for a force at the hand on drawn arms
+/// Compare recruitments for a force at the hand on random arms
 #[derive(Args, Debug)]
 pub struct Limb {
     /// Folder for limb.csv
     #[arg(long, default_value = "docs/charts")]
     out: PathBuf,
-    /// Arms drawn, instead of the declared ones; then no file is written
+    /// Number of random arms, instead of the preregistered number; writes no file
     #[arg(long)]
     draws: Option<u64>,
 }
@@ -44,7 +45,7 @@ fn json_report(found: &Study, pace: &Pace) -> Value {
     })
 }
 
-/// At most 80 columns.
+/// Formats the report in at most 80 columns.
 fn text_report(found: &Study, pace: &Pace) -> String {
     let mut out = format!("{:<52}{:>9}{:>9}{:>9}\n", "", "median", "95 %", "most");
     for row in found.rows() {

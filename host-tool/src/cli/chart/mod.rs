@@ -1,4 +1,4 @@
-//! `flexor chart`: the committed pictures and tables of docs/charts, made anew.
+//! `flexor chart`: makes the committed pictures and tables of docs/charts again.
 
 mod accuracy;
 mod control;
@@ -12,7 +12,7 @@ use anyhow::Context;
 use clap::Subcommand;
 use std::path::Path;
 
-/// Make the charts of docs/charts anew.
+/// Make the charts of docs/charts again
 #[derive(Subcommand, Debug)]
 pub enum Chart {
     Accuracy(accuracy::Accuracy),
@@ -32,7 +32,7 @@ pub fn main(chart: &Chart, output: Output) -> anyhow::Result<()> {
     }
 }
 
-/// Writes a chart.
+/// Writes a chart and names the file in the error.
 fn write(path: &Path, contents: &str) -> anyhow::Result<()> {
     std::fs::write(path, contents).with_context(|| format!("E575 cannot write {}", path.display()))
 }

@@ -1,4 +1,4 @@
-//! `flexor chart stability`: where each method fails, and where theory says so.
+//! `flexor chart stability`: maps where each method fails and where theory predicts failure.
 
 use super::write;
 use crate::cli::{Output, usage_error};
@@ -9,12 +9,12 @@ use std::path::{Path, PathBuf};
 use studies::figures::map_picture;
 use studies::stability::{Draw, MAPS, Map, SEED};
 
-/// Map where each method fails, beside where theory says so
+/// Map where each method fails, and where theory predicts failure
 #[derive(Args, Debug)]
 pub struct Stability {
-    /// The maps to draw; all of them if none is named
+    /// Names of the maps; all maps if none is given
     names: Vec<String>,
-    /// What decides chance in `loss` and `pulse_rate`; no other map has any
+    /// Seed of `loss` and `pulse_rate`; the other maps are not random
     #[arg(long)]
     seed: Option<u64>,
     /// Folder for the texts and pictures
@@ -23,8 +23,7 @@ pub struct Stability {
 }
 
 /// # Errors
-/// E518: no such map. E565: no such folder. E575: a file cannot be
-/// written.
+/// E518: no such map. E565: no such folder. E575: a file cannot be written.
 pub fn main(args: &Stability, output: Output) -> anyhow::Result<()> {
     ensure!(
         args.out.is_dir(),

@@ -1,5 +1,5 @@
-//! `flexor new`: a first session file, from a few questions or from options, or of a
-//! wearer file.
+//! `flexor new`: writes a first session file from a few questions, from options or for a wearer
+//! file.
 
 mod played;
 mod worn;
@@ -15,18 +15,18 @@ use std::path::{Path, PathBuf};
 
 /// Write a session file from questions, options or a shipped file
 ///
-/// Asks on a terminal; without one, options and defaults decide. The result passes flexor check.
+/// Asks on a terminal; otherwise options and defaults decide. The result passes flexor check.
 #[derive(Args, Debug, Default)]
 pub struct New {
-    /// The file; one that is there is never replaced
+    /// Session file to write; an existing file is never replaced
     session: PathBuf,
     /// Name in reports
     #[arg(long)]
     title: Option<String>,
-    /// How long it stimulates, s
+    /// Duration of the stimulation, s
     #[arg(long)]
     seconds: Option<String>,
-    /// How many channels, 1 to 10
+    /// Number of channels, 1 to 10
     #[arg(long)]
     channels: Option<String>,
     /// Output stage: current or voltage
@@ -44,27 +44,26 @@ pub struct New {
     /// Pulses per second
     #[arg(long)]
     frequency: Option<String>,
-    /// What channels play: constant amplitudes, or the first of a program, on-off, ramp or
-    /// cycle
+    /// Pattern of the amplitudes: constant, or an example of a program, on-off, ramp or cycle
     #[arg(long)]
     program: Option<String>,
-    /// The wearer file of whoever is stimulated: a channel for each of its electrodes, at
-    /// the motor threshold unless --amplitude says otherwise; nothing is asked
+    /// Wearer file: one channel for each of its electrodes, at the motor threshold unless
+    /// --amplitude is given; asks nothing
     #[arg(long, value_name = "FILE", conflicts_with_all = ["channels", "stage", "limit", "width", "frequency"])]
     wearer: Option<PathBuf>,
-    /// Copy a shipped session, wearer, search or declaration out by its name (flexor list);
-    /// nothing is asked
+    /// Copy a shipped session, wearer, search or declaration by its name (flexor list); asks
+    /// nothing
     #[arg(long, value_name = "NAME", conflicts_with_all = [
         "title", "seconds", "channels", "stage", "limit", "amplitude", "width", "frequency",
         "program", "wearer", "schema",
     ])]
     from: Option<String>,
-    /// A JSON schema that editors shall use, as a path from the file
+    /// JSON schema for editors, as a path relative to the session file
     #[arg(long)]
     schema: Option<String>,
 }
 
-/// What is asked: its name, the question, the answer without one, the option.
+/// A question: its name, its text, the default answer, and the option that answers it.
 type Question = (
     &'static str,
     &'static str,
@@ -85,12 +84,11 @@ const QUESTIONS: [Question; 9] = [
     ("program", "What channels play: constant, on-off, ramp or cycle", "constant", |new| &new.program),
 ];
 
-/// The answers by name.
 type Answers = BTreeMap<&'static str, String>;
 
 /// # Errors
-/// E518: an answer that makes no session. E525: the file is there. What stands against
-/// writing it.
+/// E518: the answers make no valid session. E525: the file exists. Also fails if the file cannot be
+/// written.
 pub fn main(args: &New, output: Output) -> anyhow::Result<()> {
     if args.session.exists() {
         return Err(file_exists_error(&args.session));
@@ -119,11 +117,11 @@ pub fn main(args: &New, output: Output) -> anyhow::Result<()> {
     )
 }
 
-/// Copies what the program has by this name, and beside it the files that it names.
+/// Copies the shipped file of this name, with the files that it refers to beside it.
 ///
 /// # Errors
-/// E518: there is none of this name, or several. E525: a file is there. What stands against
-/// writing it.
+/// E518: no file or several files have this name. E525: a file exists. Also fails if a file cannot
+/// be written.
 fn copy_shipped(args: &New, name: &str, output: Output) -> anyhow::Result<()> {
     let name = name.strip_suffix(".toml").unwrap_or(name);
     let shipped = match &list::find_shipped(name)[..] {
@@ -150,15 +148,16 @@ fn copy_shipped(args: &New, name: &str, output: Output) -> anyhow::Result<()> {
     write(args, &text, shipped.command, output)
 }
 
-/// Where shipped files name wearers and sessions; the longer path first, for it holds another.
+/// Prefixes by which shipped files refer to wearers and sessions. The longest comes first, because
+/// it contains another.
 const FOLDERS: [(&str, &str); 3] = [
     ("../../wearers/", "wearers"),
     ("../wearers/", "wearers"),
     ("../sessions/", "sessions"),
 ];
 
-/// `text` with the wearers and sessions that it names lying in `folder`, into which they are
-/// copied, with what they name in turn.
+/// Copies the wearers and sessions that `text` refers to into `folder`, and their own references in
+/// turn. Returns `text` with the new paths.
 fn copy_companions(folder: &Path, text: &str) -> anyhow::Result<String> {
     let mut text = text.to_owned();
     for (path, kind) in FOLDERS {
@@ -172,7 +171,7 @@ fn copy_companions(folder: &Path, text: &str) -> anyhow::Result<String> {
             if let [companion] = list::find_shipped(&name)[..] {
                 let companion = copy_companions(folder, companion.text)?;
                 let copy = folder.join(file_name);
-                // Several conditions of a declaration may name the same file.
+                // Several conditions of a declaration may refer to the same file.
                 if std::fs::read_to_string(&copy).ok().as_ref() != Some(&companion) {
                     create(&copy, &companion)?;
                 }
@@ -183,7 +182,7 @@ fn copy_companions(folder: &Path, text: &str) -> anyhow::Result<String> {
     Ok(text)
 }
 
-/// The session on a wearer file, as `flexor check` accepts it.
+/// Returns a session for a wearer file that `flexor check` accepts.
 fn session_on_wearer(args: &New, wearer: &Path) -> anyhow::Result<String> {
     let text = Wearer::text(wearer)?;
     let read = Wearer::parse(&wearer.display().to_string(), &text)?;
@@ -203,10 +202,10 @@ fn session_on_wearer(args: &New, wearer: &Path) -> anyhow::Result<String> {
     Ok(session)
 }
 
-/// What takes a session file.
+/// Command that uses a session file.
 const RUN: &str = "flexor run FILE";
 
-/// Writes the file; `command` takes it next.
+/// Writes the file, and prints `command` as the next step.
 fn write(args: &New, session: &str, command: &str, output: Output) -> anyhow::Result<()> {
     let head = args.schema.as_ref();
     let head = head.map(|schema| format!("#:schema {schema}\n"));
@@ -224,7 +223,7 @@ fn write(args: &New, session: &str, command: &str, output: Output) -> anyhow::Re
     )
 }
 
-/// The command that takes the file, or that none does.
+/// Returns the next command for the file, or a note that no command uses a copy.
 fn next_step_text(command: &str, file: &Path) -> String {
     match command.contains("FILE") {
         true => format!(
@@ -235,7 +234,7 @@ fn next_step_text(command: &str, file: &Path) -> String {
     }
 }
 
-/// Writes a file that is not there yet.
+/// Writes a new file.
 fn create(path: &Path, text: &str) -> anyhow::Result<()> {
     let file = std::fs::File::create_new(path);
     match file.and_then(|mut file| file.write_all(text.as_bytes())) {
@@ -251,7 +250,7 @@ fn file_exists_error(path: &Path) -> anyhow::Error {
     )
 }
 
-/// What options say, and else the usual.
+/// Returns the answers that the options give, with defaults for the others.
 fn default_answers(args: &New) -> Answers {
     let known = |(name, _, usual, given): Question| {
         let answer = given(args).clone();
@@ -260,7 +259,7 @@ fn default_answers(args: &New) -> Answers {
     QUESTIONS.map(known).into()
 }
 
-/// Asks what no option says, again until it makes a session.
+/// Asks every question that no option answers, again until the answer is valid.
 fn ask_questions(
     args: &New,
     from: &mut impl BufRead,
@@ -289,10 +288,10 @@ fn ask_questions(
     Ok(answers)
 }
 
-/// The file of these answers.
+/// Returns the session file for these answers.
 ///
 /// # Errors
-/// Why they make no session.
+/// Returns the reasons why the session is not valid.
 fn valid_session(answers: &Answers) -> Result<String, String> {
     let text = compose(answers)?;
     match Session::parse("session", &text) {
@@ -301,7 +300,7 @@ fn valid_session(answers: &Answers) -> Result<String, String> {
     }
 }
 
-/// Every mistake, in a line.
+/// Joins all mistakes into one line.
 fn mistakes_text(e: &SessionError) -> String {
     let each = e.errors().map(|e| format!("E{} {e}", e.problem().number()));
     each.collect::<Vec<_>>().join("; ")
@@ -331,7 +330,7 @@ fn compose(answers: &Answers) -> Result<String, String> {
     let hz: f64 = frequency.parse().unwrap_or(0.0);
     let mut text = format!("title = {}\nduration_s = {seconds}\n", toml_text(title));
     for number in 1..=count {
-        // One after the other within a period.
+        // The channels take turns within a period.
         let offset_us = 1e6 / hz.max(1.0) * f64::from(number - 1) / f64::from(count);
         text.push_str(&format!(
             "\n[[channel]]\nnumber = {number}\nname = \"channel {number}\"\nstage = {stage}\n\
@@ -347,7 +346,7 @@ fn compose(answers: &Answers) -> Result<String, String> {
     Ok(text)
 }
 
-/// A basic string of TOML: those of JSON are.
+/// Returns a basic string of TOML, whose syntax includes that of JSON.
 fn toml_text(text: &str) -> serde_json::Value {
     text.into()
 }
@@ -356,7 +355,7 @@ fn toml_text(text: &str) -> serde_json::Value {
 mod tests {
     use super::*;
 
-    /// Each answer that makes no session is told why, and asked again.
+    /// Every invalid answer is explained and asked again.
     #[test]
     fn questions_are_asked_until_a_session_comes_of_them() {
         let said = "My \"first\"\n\n11\n3\nvoltage\n30\n31\n20\n1000\n250\n0\n50\n";

@@ -1,13 +1,13 @@
-//! What the channels of a first session play: constant amplitudes, or a program.
+//! Patterns of a first session: constant amplitudes, or a program.
 
-/// On and off of each channel, s, one after the other.
+/// On-time and off-time of each channel, s; odd and even channels alternate.
 const TURN_S: f64 = 2.0;
 
-/// The end of a session whose channels play `program`, each with its amplitude; constant
-/// ones are streamed at `rate_hz`.
+/// Returns the end of a session file whose channels play `program`, each with its amplitude;
+/// constant amplitudes are streamed at `rate_hz`.
 ///
 /// # Errors
-/// There is no such program, or `seconds` is no number.
+/// Fails if the program is unknown or `seconds` is not a number.
 pub(super) fn compose(
     program: &str,
     channels: &[(u32, String)],

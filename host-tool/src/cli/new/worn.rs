@@ -1,16 +1,15 @@
-//! A first session on a wearer file: a channel for each of its electrodes.
+//! Composes a first session for a wearer file, with one channel for each of its electrodes.
 
 use super::toml_text;
 use host_core::session::Unit;
 use host_core::wearer::{Electrode, Wearer};
 use std::path::{Path, PathBuf};
 
-/// The text of a session called `title` of so many `seconds` on the wearer whose file the
-/// session names `file`; every channel plays `program` at `amplitude`, or at its motor
-/// threshold.
+/// Returns the text of a session for the wearer in `file`. Every channel plays `program` at
+/// `amplitude`, or at its motor threshold.
 ///
 /// # Errors
-/// There is no such program.
+/// Fails if the program is unknown.
 pub(super) fn compose(
     wearer: &Wearer,
     file: &str,
@@ -24,7 +23,7 @@ pub(super) fn compose(
     );
     let count = wearer.electrodes.len().max(1);
     for (electrode, place) in wearer.electrodes.iter().zip(0_u32..) {
-        // One after the other within a period.
+        // The channels take turns within a period.
         let part = f64::from(place) / count as f64;
         let offset_us = (1e6 / electrode.frequency_hz * part).floor();
         text += &channel(electrode, offset_us);
@@ -35,7 +34,7 @@ pub(super) fn compose(
         (electrode.channel.into(), value)
     });
     let each: Vec<(u32, String)> = each.collect();
-    // Twice as often as silence would end it.
+    // Setpoints twice within the host timeout.
     let rate_hz = (2_000 / u32::from(wearer.limits.host_timeout_ms).max(1)).max(50);
     Ok(text + &super::played::compose(program, &each, seconds, rate_hz)?)
 }
@@ -63,8 +62,8 @@ fn channel(electrode: &Electrode, offset_us: f64) -> String {
     )
 }
 
-/// How a session at `session` names the wearer file at `wearer`: as it was given where both
-/// are told from the same folder, else by its whole path.
+/// Returns the path by which a session refers to a wearer file: unchanged if both are relative to
+/// the same folder, otherwise absolute.
 pub(super) fn wearer_path_in_session(session: &Path, wearer: &Path) -> PathBuf {
     let is_here = session
         .parent()

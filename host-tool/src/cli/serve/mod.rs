@@ -1,4 +1,4 @@
-//! `flexor serve`: a simulated board for any client, in real time.
+//! `flexor serve`: simulates a board in real time for any client.
 
 mod pace;
 
@@ -22,11 +22,11 @@ use std::time::{Duration, Instant};
 #[derive(Args, Debug)]
 #[command(group(ArgGroup::new("wire").required(true).args(["pty", "tcp"])))]
 pub struct Serve {
-    /// The simulator: native or chip
+    /// Simulator: native or chip
     #[arg(long, default_value = "native")]
     device: DeviceName,
-    /// Path of a link to a pseudo-terminal to create; nothing there is replaced but the
-    /// link of a `serve` that crashed
+    /// Path of a link to a pseudo-terminal to create; replaces only the link of a `serve` that
+    /// crashed
     #[arg(long)]
     pty: Option<PathBuf>,
     /// Address to listen at, HOST:PORT
@@ -35,8 +35,8 @@ pub struct Serve {
     /// Let --tcp listen beyond this computer, where anyone who reaches it gives orders
     #[arg(long, requires = "tcp")]
     open_to_network: bool,
-    /// Session file whose body and (chip) output stages are simulated; default:
-    /// participant P's finger, two-point
+    /// Session file whose body and (chip) output stages are simulated; default: participant P's
+    /// finger, two-point
     #[arg(long)]
     body: Option<PathBuf>,
     /// Seed of the simulated wearer
@@ -45,19 +45,19 @@ pub struct Serve {
     /// Stop after this many seconds; default: never
     #[arg(long)]
     seconds: Option<f64>,
-    /// Let device time wait for a host that stimulates and is late: whatever stalls this
-    /// computer ends nothing, and what the host's silence ends cannot be seen
+    /// Hold back device time while a host that stimulates is late: a stall of this computer then
+    /// ends nothing, and host silence cannot be tested
     #[arg(long)]
     wait_for_host: bool,
     #[command(flatten)]
     chip: ChipArgs,
 }
 
-/// How often bytes are carried and time goes on.
+/// Time between two transfers of bytes and steps of the simulation.
 const POLL: Duration = Duration::from_micros(500);
 
 impl Serve {
-    /// The wire to clients, and its place in words. A client may connect at once.
+    /// Opens the wire to clients and describes its address. A client may connect at once.
     fn open_wire(&self) -> anyhow::Result<(Box<dyn ByteStream>, String)> {
         match (&self.pty, &self.tcp) {
             #[cfg(unix)]
@@ -85,7 +85,7 @@ impl Serve {
         }
     }
 
-    /// Beyond this computer only where that is asked for, and with a warning.
+    /// Refuses addresses beyond this computer unless the user allows them, and then warns.
     fn check_network_access(&self, places: &[SocketAddr]) -> anyhow::Result<()> {
         let Some(beyond) = places.iter().find(|place| !place.ip().is_loopback()) else {
             return Ok(());
@@ -105,8 +105,7 @@ impl Serve {
     }
 }
 
-/// Runs the command until a signal or `--seconds` ends it.
-///
+/// Serves until a signal or `--seconds` ends the command.
 pub fn main(args: &Serve, output: Output) -> anyhow::Result<()> {
     if !matches!(args.device, DeviceName::Native | DeviceName::Chip) {
         bail!(
@@ -132,9 +131,9 @@ pub fn main(args: &Serve, output: Output) -> anyhow::Result<()> {
         AfterDebugger::Debugger,
     )?;
     let image = port.image().map(std::path::Path::to_owned);
-    // Before anyone learns that there is something to end.
+    // Before a client can begin a session that a signal must end.
     let interruption = interrupt::catch_signals()?;
-    // A client that is let in is answered: the device has booted.
+    // The device has booted, so a client that connects is answered.
     let (mut wire, place) = args.open_wire()?;
     let world = port.world().context("the device is no simulator")?;
     let name = match args.device {
@@ -179,7 +178,7 @@ pub fn main(args: &Serve, output: Output) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// What a second client is told.
+/// Returns the frame that refuses a second client.
 fn busy_frame() -> Vec<u8> {
     let refusal = Refusal::new(Code::SessionTaken, "connection");
     encode(&Response::Refused { seq: None, refusal })

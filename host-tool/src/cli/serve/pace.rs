@@ -1,29 +1,29 @@
-//! Device time of a served simulator: the wall clock's, or held back to its host.
+//! Device time of a served simulator: follows the wall clock, or waits for its host.
 
 use firmware::link::{Decoder, Event, Request, Response, ToDevice};
 use firmware::safety::WearerSpec;
 use hal_sim::world::World;
 use std::time::{Duration, Instant};
 
-/// Device time held to the wall clock, in steps small enough for the wire.
+/// Paces device time by the wall clock, in steps small enough for the wire.
 pub(super) struct Pace {
     start: Instant,
     /// Device time at `start`, µs.
     origin: u64,
     was_slow: bool,
-    /// Whose silence device time waits for.
+    /// The host whose silence device time waits for, if any.
     host: Option<Host>,
 }
 
 impl Pace {
-    /// Device time goes on by at most this much between two looks at the wire.
+    /// Largest step of device time between two transfers on the wire.
     const STEP_US: u64 = 2_000;
-    /// A longer lag is given up: caught up, its host, which by default may be silent for
-    /// 100 ms, would seem so.
+    /// A longer lag is never caught up: the fast steps would look like silence of the host, for
+    /// which 100 ms is the default limit.
     const LAG_US: u64 = 50_000;
 
-    /// From device time `now_us` on. If it `waits`, no stall of the host or of this
-    /// computer becomes the host's silence.
+    /// Starts at device time `now_us`. If `waits`, no stall of the host or of this computer counts
+    /// as silence of the host.
     pub(super) fn new(now_us: u64, waits: bool) -> Self {
         Self {
             start: Instant::now(),
@@ -40,33 +40,32 @@ impl Pace {
         due.min(waits_at.unwrap_or(u64::MAX))
     }
 
-    /// Whether there is nothing to do before some time has gone by.
+    /// Returns whether the simulation must wait for the wall clock or the host.
     pub(super) fn is_ahead(&self, world: &World) -> bool {
         world.now_us() >= self.due()
     }
 
-    /// The host sent these bytes, or none, at device time `now_us`.
+    /// Records the bytes that the host sent at device time `now_us`, possibly none.
     pub(super) fn note_received(&mut self, now_us: u64, bytes: &[u8], is_connected: bool) {
         let Some(host) = &mut self.host else {
             return;
         };
         let waited = host.wait_limit_us().is_some_and(|until| now_us >= until);
         host.note_received(now_us, bytes, is_connected);
-        // What was waited for is not caught up.
+        // Time spent waiting for the host is not caught up.
         if waited && !bytes.is_empty() {
             (self.start, self.origin) = (Instant::now(), now_us);
         }
     }
 
-    /// The device sent these bytes.
+    /// Records the bytes that the device sent.
     pub(super) fn note_sent(&mut self, bytes: &[u8]) {
         if let Some(host) = &mut self.host {
             host.note_sent(bytes);
         }
     }
 
-    /// Lets `world` go on by a step; says, the first time only, that it cannot
-    /// follow the clock.
+    /// Advances `world` by a step. Returns `true` the first time that it cannot follow the clock.
     pub(super) fn advance_world(&mut self, world: &mut World) -> std::io::Result<bool> {
         let now = world.now_us();
         world.run_until(self.due().min(now + Self::STEP_US))?;
@@ -80,14 +79,14 @@ impl Pace {
     }
 }
 
-/// What is known of a host by its frames and its device's: how long it may be silent.
+/// State of a host, from its frames and those of the device: how long it may be silent.
 struct Host {
     from_host: Decoder,
     from_device: Decoder,
     timeout_us: u64,
-    /// Its silence would end what this request, by number, started.
+    /// Number of the start request whose stimulation a silence would end.
     started: Option<u16>,
-    /// When it last sent anything, µs of device time, and by the clock.
+    /// Time of the host's last bytes, in device time, µs, and by the wall clock.
     last_us: u64,
     last: Instant,
 }
@@ -110,11 +109,11 @@ const fn timeout_us(wearer: &WearerSpec) -> u64 {
 }
 
 impl Host {
-    /// A host that says nothing for so long has gone: its silence is played.
+    /// Silence after which the host counts as gone, so that the device sees its silence.
     const PATIENCE: Duration = Duration::from_secs(30);
 
-    /// Where device time waits for it, µs: at three quarters of the silence that would end
-    /// stimulation. Hosts speak every quarter of it.
+    /// Returns the device time at which the simulation waits for the host, µs: three quarters of
+    /// the silence that would end stimulation. Hosts send every quarter of it.
     fn wait_limit_us(&self) -> Option<u64> {
         let waits = self.started.is_some() && self.last.elapsed() < Self::PATIENCE;
         waits.then(|| self.last_us + self.timeout_us * 3 / 4)
