@@ -1,8 +1,7 @@
 //! The `flexor` program.
 //!
-//! `cli` is the command line, `live` its dashboard, `selftest` measures the
-//! device itself. Sessions, runs and records are in `host-core`, comparisons in
-//! `studies`.
+//! `cli` is the command line, `live` its dashboard, `selftest` measures the device itself.
+//! Sessions, runs and records are in `host-core`, comparisons in `studies`.
 
 pub mod cli;
 pub mod live;

@@ -1,4 +1,4 @@
-//! The `flexor` program.
+//! Entry point of the `flexor` program.
 
 use std::process::ExitCode;
 

@@ -1,4 +1,4 @@
-//! Amplitudes as bars with the wearer's limits, and predicted forces.
+//! Draws amplitudes as bars with the wearer's limits, and predicted forces.
 
 use super::{Channel, Model};
 use ratatui::Frame;
@@ -7,13 +7,13 @@ use ratatui::style::{Color, Style, Stylize};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Paragraph};
 
-/// Bar cells by eighths.
+/// Characters that fill a cell by 0 to 8 eighths.
 const EIGHTHS: [char; 9] = [' ', '▏', '▎', '▍', '▌', '▋', '▊', '▉', '█'];
 
-/// Columns below which a bar on one line leaves no room for a name.
+/// Width below which a bar on one line leaves no room for a name, columns.
 const NARROW: usize = 40;
 
-/// Draws one bar per channel, on two lines where there is room.
+/// Draws one bar for each channel, on two lines where there is room.
 pub(super) fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     let title = if model.is_on() {
         " amplitude, limit ┃, force "
@@ -49,7 +49,7 @@ pub(super) fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     frame.render_widget(Paragraph::new(lines).block(block), area);
 }
 
-/// The greatest limit among channels of one unit: their bars compare.
+/// Returns the largest limit among channels of one unit, so that their bars are comparable.
 fn scale(channels: &[Channel], unit: &str) -> f64 {
     let same = channels.iter().filter(|c| c.unit == unit);
     same.map(|c| c.limit).fold(0.0, f64::max)
@@ -105,11 +105,11 @@ fn truncate(name: &str, width: usize) -> String {
     name.chars().take(width).collect()
 }
 
-/// A bar `width` cells wide. Its last cell but the limit's mark is `scale`.
+/// Draws a bar `width` cells wide. Its full length, apart from the limit's mark, is `scale`.
 fn bar(value: f64, limit: f64, scale: f64, width: usize) -> Vec<Span<'static>> {
     let cells = width.saturating_sub(1) as f64;
     let place = |x: f64| if scale > 0.0 { x / scale * cells } else { 0.0 };
-    let mark = place(limit).round() as usize; // saturates
+    let mark = place(limit).round() as usize; // the cast saturates
     let filled = place(value);
     let cell = |index: usize| {
         let eighths = ((filled - index as f64) * 8.0).round().clamp(0.0, 8.0);

@@ -1,4 +1,4 @@
-//! Wanted and measured angle over the last seconds.
+//! Charts the reference and the measured angle over the last seconds.
 
 use super::Model;
 use host_core::record::Sample;
@@ -9,16 +9,16 @@ use ratatui::symbols::Marker;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Axis, Block, Chart, Dataset, GraphType};
 
-/// Columns from which twice as much time is shown.
+/// Width from which the chart shows twice as much time, columns.
 const WIDE: u16 = 60;
 
-/// The angle axis shows at least this, degrees: a finger's range.
+/// Smallest range of the angle axis, degrees: a finger's range.
 const LEAST_DEG: (f64, f64) = (0.0, 90.0);
 
-/// Between marks of the angle axis, degrees.
+/// Distance between marks of the angle axis, degrees.
 const MARK_DEG: f64 = 30.0;
 
-/// Draws the chart with its numbers in the frame.
+/// Draws the chart, with the present values in its title.
 pub(super) fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     let span_s = if area.width < WIDE { 10.0 } else { 20.0 };
     let end = model.samples.back().map_or(0.0, |s| s.t_s).max(span_s);
@@ -29,7 +29,7 @@ pub(super) fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     };
     let (target, measured) = (course(|s| s.target_deg), course(|s| s.measured_deg));
     let (low, high) = range(model.samples.iter());
-    let marks = ((high - low) / MARK_DEG).round() as usize; // a few
+    let marks = ((high - low) / MARK_DEG).round() as usize; // only a few marks
     let degrees = (0..=marks).map(|i| format!("{:.0}°", low + i as f64 * MARK_DEG));
     let times = [begin, begin + span_s / 2.0, end].map(|t| format!("{t:.1} s"));
     let line = |data, marker, color| {
@@ -54,7 +54,7 @@ pub(super) fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     frame.render_widget(chart, area);
 }
 
-/// Whole marks around everything kept, so that the axis rarely moves.
+/// Returns the range of all kept angles, extended to whole marks so that the axis rarely moves.
 fn range<'a>(samples: impl Iterator<Item = &'a Sample>) -> (f64, f64) {
     let angles = samples.flat_map(|s| [s.target_deg, s.measured_deg]);
     let (low, high) = angles

@@ -5,47 +5,47 @@ use crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use host_core::run::Control;
 use std::time::{Duration, Instant};
 
-/// A key that comes again within this time is held down or bounces: it raises nothing.
+/// Time within which a repeated key counts as held or bouncing, and raises nothing.
 const HELD: Duration = Duration::from_millis(150);
 
-/// After a pause the space bar must be left alone for so long before it resumes.
+/// Time without a press of the space bar before it resumes a paused session.
 const SETTLED: Duration = Duration::from_millis(500);
 
 /// Longest text of a marker, characters.
 const LONGEST_TEXT: usize = 120;
 
-/// What a key does.
+/// Effect of a key.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum Act {
-    /// Something at the controls.
+    /// An action on the running session.
     Control(Control),
-    /// Something beside the session.
+    /// An order that does not concern the session.
     Order(Order),
-    /// Nothing, and why.
+    /// No effect; the text explains why.
     Note(&'static str),
 }
 
 /// The keyboard of a session that is watched and recorded.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct Hands {
-    /// The session's channels, from 1, rising.
+    /// Channels of the session, from 1, rising.
     pub channels: Vec<u8>,
-    /// Place of the selected one among them.
+    /// Index of the selected channel in `channels`.
     pub selected: usize,
-    /// The marker's text that is being typed.
+    /// Text of the marker that is being typed.
     pub typing: Option<String>,
-    /// By place, percent of the session's amplitudes.
+    /// Intensity of each channel, percent of the session's amplitudes.
     pub intensities: Vec<u16>,
-    /// Stimulation is interrupted by hand.
+    /// Whether the session is paused by hand.
     pub is_paused: bool,
-    /// When ↑ came last.
+    /// Time of the last ↑.
     raised: Option<Instant>,
-    /// When the space bar came last.
+    /// Time of the last space bar.
     spaced: Option<Instant>,
 }
 
 impl Hands {
-    /// On these channels, from 1.
+    /// Starts with these channels, from 1, at 100 %.
     #[must_use]
     pub fn new(channels: Vec<u8>) -> Self {
         let intensities = vec![100; channels.len()];
@@ -56,13 +56,13 @@ impl Hands {
         }
     }
 
-    /// The selected channel, from 1.
+    /// Returns the selected channel, from 1.
     #[must_use]
     pub fn channel(&self) -> Option<u8> {
         self.channels.get(self.selected).copied()
     }
 
-    /// What `key`, pressed at `now`, does. Falling and stopping are never held back.
+    /// Returns the effect of `key`, pressed at `now`. Lowering and stopping are never delayed.
     pub fn press(&mut self, key: KeyEvent, now: Instant) -> Option<Act> {
         if key.kind == KeyEventKind::Release {
             return None;
@@ -99,7 +99,7 @@ impl Hands {
     fn press_space(&mut self, kind: KeyEventKind, now: Instant) -> Option<Act> {
         let before = self.spaced.replace(now);
         if !self.is_paused {
-            self.is_paused = true; // until the session says so itself
+            self.is_paused = true; // until the session reports its state
             return Some(Act::Control(Control::Pause));
         }
         let is_settled = before.is_none_or(|at| now.duration_since(at) >= SETTLED);
@@ -122,7 +122,7 @@ impl Hands {
         Some(Act::Control(Control::Raise(self.channel()?)))
     }
 
-    /// A key of a marker's text.
+    /// Adds a key to a marker's text.
     fn type_key(&mut self, key: KeyEvent) -> Option<Act> {
         let text = self.typing.as_mut()?;
         match key.code {
@@ -200,7 +200,7 @@ mod tests {
         }
         let resume = Some(Act::Control(Control::Resume));
         assert_eq!(keyboard.after(500, space), resume);
-        keyboard.hands.is_paused = false; // as the session says
+        keyboard.hands.is_paused = false; // as the session reports
         assert_eq!(keyboard.after(1, space), pause);
     }
 

@@ -1,11 +1,11 @@
-//! Keys and what they order.
+//! Keys of the dashboard and their orders.
 
 use crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
-/// What the person at the keyboard wants.
+/// Order of the person at the keyboard.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Order {
-    /// Stop stimulating and leave.
+    /// Stop stimulating and quit.
     Quit,
     /// Stop stimulating now.
     Stop,
@@ -13,7 +13,7 @@ pub enum Order {
     Acknowledge,
 }
 
-/// What `key` orders. A raw terminal sends Ctrl-C as a key.
+/// Returns the order of `key`. A raw terminal sends Ctrl-C as a key.
 pub fn order_for_key(key: KeyEvent) -> Option<Order> {
     if key.kind == KeyEventKind::Release {
         return None;

@@ -1,11 +1,10 @@
-//! The model in one line, for pipes: words or JSON.
+//! Formats the model as one line for pipes: text or JSON.
 
 use super::model::Model;
 use firmware::safety::{Left, State};
 use host_core::record::Sample;
 use serde_json::{Value, json as object};
 
-/// The state in one word.
 pub(super) fn state_word(state: State) -> &'static str {
     match state {
         State::Boot => "connecting",
@@ -17,7 +16,7 @@ pub(super) fn state_word(state: State) -> &'static str {
     }
 }
 
-/// What is known, in one line; notes after the first `told` at its end.
+/// Returns one line with the present values and the notes after the first `told`.
 pub fn status_text(model: &Model, told: usize) -> String {
     let mut text = format!("{:>7.2} s  {:<11}", model.t_s, state_word(model.state));
     if let Some(Sample {
@@ -57,7 +56,7 @@ pub fn status_text(model: &Model, told: usize) -> String {
     text
 }
 
-/// Time, and the charge of the channel that has least of it.
+/// Formats the remaining time, and the charge of the channel with the least charge left.
 pub fn allowance_text(left: &Left) -> String {
     let (minutes, seconds) = (left.time_ms / 60_000, left.time_ms / 1_000 % 60);
     let millicoulombs = f64::from(left.dose_uc) * 1e-3;
@@ -65,7 +64,7 @@ pub fn allowance_text(left: &Left) -> String {
     format!("left {minutes}:{seconds:02} min, {millicoulombs:.1} mC on {number}")
 }
 
-/// The same as JSON. What is not known now is null.
+/// Returns the same values as [`status_text`] in JSON; unknown values are null.
 pub fn status_json(model: &Model, told: usize) -> Value {
     let joint = current_angles(model);
     let channels = model.channels.iter().enumerate().map(|(index, channel)| {
@@ -101,13 +100,13 @@ pub fn status_json(model: &Model, told: usize) -> Value {
     })
 }
 
-/// The latest sample, if its angles mean something now.
+/// Returns the latest sample, if its angles are valid now.
 fn current_angles(model: &Model) -> Option<&Sample> {
     let is_known = model.has_joint && model.is_on();
     model.samples.back().filter(|_| is_known)
 }
 
-/// Notes after the first `told`, as far as they are kept.
+/// Returns the notes after the first `told` that are still kept.
 fn new_notes(model: &Model, told: usize) -> impl Iterator<Item = &super::Note> {
     let count = model.noted.saturating_sub(told);
     model

@@ -1,20 +1,20 @@
-//! The dashboard without a terminal: a line per second.
+//! The dashboard without a terminal: prints one line per second.
 
 use super::{Model, Order, Shared};
 use std::io::{self, Write};
 use std::time::{Duration, Instant};
 
-/// Between lines.
+/// Time between lines.
 const PERIOD: Duration = Duration::from_secs(1);
 
-/// Between looks at whether it is over.
+/// Time between checks for the end.
 const LOOK: Duration = Duration::from_millis(10);
 
-/// Writes a line per second, and a last one, until `is_over`. `must_quit` is
-/// asked often; a reader that has gone away ends it too.
+/// Writes one line per second, and a last one, until `is_over`. Calls `must_quit` often. A closed
+/// pipe also ends the output.
 ///
 /// # Errors
-/// `out` cannot be written for another reason.
+/// Fails if `out` cannot be written for any other reason.
 pub fn write_lines(
     shared: &Shared,
     out: &mut impl Write,

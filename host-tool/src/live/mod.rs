@@ -1,10 +1,10 @@
 //! A terminal dashboard of a device, with or without a running session.
 //!
-//! Lives here: what is known ([`Model`]), how it looks ([`draw`], [`line`]),
-//! keys, and the thread that talks to the device ([`work`]) apart from the one
-//! that draws: a slow terminal never delays a setpoint; the calibration's screen.
-//! Not here: running a session (`run`), the link (`link`), pictures on paper
-//! (`report`). In: what `run` lets an observer see. Out: frames, lines, orders.
+//! Contains the known state ([`Model`]), its layout ([`draw`], [`line`]), the keys, the screen of
+//! the calibration, and the thread that talks to the device ([`work`]). Another thread draws, so
+//! that a slow terminal never delays a setpoint. Receives the observations of a run; returns
+//! frames, lines and orders. Other modules run sessions (`run`), speak the protocol (`link`) and
+//! draw figures (`report`).
 
 mod calibration;
 mod channels;

@@ -1,4 +1,4 @@
-//! What is known of the device at this moment.
+//! The known state of the device.
 
 use super::Hands;
 use firmware::link::{Counters, Event, HelloInfo, Status};
@@ -8,85 +8,84 @@ use host_core::run::{Observation, SessionFile, describe_event, device_kind};
 use host_core::session::escape_control_chars;
 use std::collections::VecDeque;
 
-/// Telemetry kept for the chart, s.
+/// Duration of the telemetry kept for the chart, s.
 const KEEP_S: f64 = 30.0;
 
-/// Telemetry kept for the chart, samples, whatever their times.
+/// Largest number of samples kept for the chart, whatever their times.
 const KEEP_SAMPLES: usize = 30_000;
 
-/// Notes kept.
+/// Largest number of notes that are kept.
 const KEEP_NOTES: usize = 100;
 
-/// A clamp is shown for this long, so that one sample of it can be seen, s.
+/// Time for which a clamp is shown, s, so that a single clamped sample is visible.
 const LIMITING_S: f64 = 0.5;
 
 /// A channel as the dashboard shows it.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Channel {
-    /// On the board, 1–10.
+    /// Number on the board, 1–10.
     pub number: u8,
-    /// For people: "flexor A".
+    /// Name for people, such as "flexor A".
     pub name: String,
-    /// Of its amplitude: "V" or "mA".
+    /// Unit of its amplitude: "V" or "mA".
     pub unit: &'static str,
     /// The wearer's limit, in that unit.
     pub limit: f64,
-    /// Its place among [`Sample::forces_n`], if its force is predicted.
+    /// Index in [`Sample::forces_n`], if the channel's force is predicted.
     pub force: Option<usize>,
 }
 
-/// Something that happened.
+/// A message about an event.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Note {
-    /// On the dashboard's clock, s.
+    /// Time on the dashboard's clock, s.
     pub t_s: f64,
-    /// What.
     pub text: String,
     /// Whether it is a fault, a refusal or a failure.
     pub is_bad: bool,
 }
 
-/// What is known of a device, and of its session if one is run.
+/// The known state of a device, and of its session if one runs.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Model {
-    /// The session's title.
+    /// Title of the session.
     pub title: String,
-    /// How the device was named.
+    /// Device, as the user named it.
     pub device: String,
-    /// What the device says it is: kind and firmware version.
+    /// Kind and firmware version that the device reports.
     pub kind: Option<(DeviceKind, [u8; 3])>,
     /// Length of the session, s.
     pub duration_s: Option<f64>,
-    /// The session's channels, by rising number.
+    /// Channels of the session, by rising number.
     pub channels: Vec<Channel>,
-    /// Whether angles mean something.
+    /// Whether the angles are valid.
     pub has_joint: bool,
-    /// The dashboard's clock, s: from the start of the session, or of watching.
+    /// The dashboard's clock, s, from the start of the session or of watching.
     pub t_s: f64,
-    /// The device's state, as last heard.
+    /// Latest state that the device reported.
     pub state: State,
     /// The latched or last fault.
     pub fault: Option<FaultRecord>,
-    /// The device's counters since its boot.
+    /// The device's counters since it booted.
     pub counters: Counters,
-    /// What is left of the wearer's time and charge, as last heard.
+    /// Latest report of the time and charge that the wearer may still receive.
     pub left: Option<Left>,
-    /// The latest telemetry, oldest first.
+    /// Recent telemetry, oldest first.
     pub samples: VecDeque<Sample>,
-    /// The latest notes, oldest first.
+    /// Recent notes, oldest first.
     pub notes: VecDeque<Note>,
-    /// Notes so far, including forgotten ones.
+    /// Number of notes so far, including those no longer kept.
     pub noted: usize,
-    /// Since the device was last heard, s of the wall clock.
+    /// Time since the last message of the device, s of the wall clock.
     pub silent_s: f64,
-    /// A stop was asked for and is not finished.
+    /// Whether a stop was requested and is not finished.
     pub is_ending: bool,
-    /// The keyboard, where it has a hold of the session.
+    /// The keyboard, if it controls the session.
     pub hands: Option<Hands>,
 }
 
 impl Model {
-    /// Nothing heard yet of `device`, on which `session` will run.
+    /// Starts without any message from `device`, on which `session` will run.
     pub fn new(device: &str, session: Option<&SessionFile>) -> Self {
         let mut model = Self {
             title: "watching, no session".to_owned(),
@@ -113,7 +112,7 @@ impl Model {
         model
     }
 
-    /// Takes in what a run's observer sees.
+    /// Updates the model with an observation of a run.
     pub fn observe(&mut self, seen: Observation<'_>) {
         self.silent_s = 0.0;
         match seen {
@@ -127,7 +126,7 @@ impl Model {
         }
     }
 
-    /// The keyboard has a hold of the session from now on.
+    /// Lets the keyboard control the session from now on.
     #[must_use]
     pub fn with_hands(mut self) -> Self {
         let channels = self.channels.iter().map(|channel| channel.number);
@@ -135,7 +134,6 @@ impl Model {
         self
     }
 
-    /// Appends a note.
     pub fn note(&mut self, t_s: f64, text: String, is_bad: bool) {
         self.notes.push_back(Note { t_s, text, is_bad });
         self.noted += 1;
@@ -144,26 +142,26 @@ impl Model {
         }
     }
 
-    /// Whether a computed amplitude was clamped in the last half second.
+    /// Returns whether a computed amplitude was clamped in the last half second.
     pub fn is_limiting(&self) -> bool {
         let from = self.t_s - LIMITING_S;
         let recent = self.samples.iter().rev().take_while(|s| s.t_s >= from);
         self.is_on() && recent.into_iter().any(|s| s.limiting)
     }
 
-    /// Whether pulses may play.
+    /// Returns whether pulses may play.
     pub fn is_on(&self) -> bool {
         matches!(self.state, State::Stimulating | State::Stopping)
     }
 
-    /// Amplitude of the `index`-th channel, in its unit: 0 when nothing plays.
+    /// Returns the amplitude of the `index`-th channel in its unit; 0 when nothing plays.
     pub fn amplitude(&self, index: usize) -> f64 {
         let sample = self.samples.back().filter(|_| self.is_on());
         let amplitude = sample.and_then(|s| s.amplitudes.get(index));
         amplitude.copied().flatten().unwrap_or(0.0)
     }
 
-    /// Predicted force of a channel, N; nobody tells it when nothing plays.
+    /// Returns the predicted force of a channel, N; `None` when nothing plays.
     pub fn force_n(&self, channel: &Channel) -> Option<f64> {
         let sample = self.samples.back().filter(|_| self.is_on())?;
         sample.forces_n.get(channel.force?).copied().flatten()

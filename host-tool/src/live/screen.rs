@@ -1,4 +1,4 @@
-//! The dashboard on a terminal, which is restored on every way out.
+//! The dashboard on a terminal, which is always restored at the end.
 
 use super::stream::{discard_unread_output, has_input};
 use super::{Act, Order, Shared, draw, order_for_key};
@@ -8,13 +8,13 @@ use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// Between frames.
+/// Time between frames.
 pub(super) const FRAME: Duration = Duration::from_millis(50);
 
-/// A panic has already restored the terminal and says why on it.
+/// Whether a panic has restored the terminal and printed its message there.
 static PANICKED: AtomicBool = AtomicBool::new(false);
 
-/// Whether a panic has restored the terminal already.
+/// Returns whether a panic has restored the terminal already.
 pub(super) fn has_panicked() -> bool {
     PANICKED.load(Ordering::Acquire)
 }
@@ -24,14 +24,14 @@ struct Screen(DefaultTerminal);
 
 impl Screen {
     fn open() -> io::Result<Self> {
-        // Restores the terminal in a panic hook of its own.
+        // Installs its own panic hook that restores the terminal.
         let screen = Self(ratatui::try_init()?);
         install_panic_hook(|| {});
         Ok(screen)
     }
 }
 
-/// From now on a panic is noted, and `restore` comes before it is told.
+/// Installs a panic hook that notes the panic and calls `restore` before the message is printed.
 pub(super) fn install_panic_hook(restore: fn()) {
     let tell = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
@@ -44,16 +44,16 @@ pub(super) fn install_panic_hook(restore: fn()) {
 impl Drop for Screen {
     fn drop(&mut self) {
         if !PANICKED.load(Ordering::Acquire) {
-            // Fails where the terminal has gone.
+            // Fails if the terminal has closed.
             let _ = ratatui::try_restore();
         }
     }
 }
 
-/// Draws and takes keys until `is_over`. `must_quit` is asked often.
+/// Draws and reads keys until `is_over`. Calls `must_quit` often.
 ///
 /// # Errors
-/// The terminal fails, or has gone.
+/// Fails if the terminal fails or has closed.
 pub fn run_screen(
     shared: &Shared,
     is_over: impl Fn() -> bool,
@@ -82,7 +82,7 @@ pub fn run_screen(
     Ok(())
 }
 
-/// What a key does, to the session where the keyboard has a hold of it.
+/// Carries out the effect of a key, on the session if the keyboard controls it.
 fn take_key(shared: &Shared, key: KeyEvent) {
     let mut model = shared.model();
     let act = match &mut model.hands {
@@ -105,10 +105,10 @@ fn take_key(shared: &Shared, key: KeyEvent) {
     }
 }
 
-/// Takes every key that waits before the next frame is due.
+/// Reads every waiting key until the next frame is due.
 ///
 /// # Errors
-/// The terminal has gone: asked for keys then, crossterm waits for ever.
+/// Fails if the terminal has closed; reading from it would make crossterm wait for ever.
 fn take_keys(shared: &Shared, next: Instant) -> io::Result<()> {
     has_input(Duration::ZERO)?;
     loop {

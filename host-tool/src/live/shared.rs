@@ -1,4 +1,4 @@
-//! What the thread at the device and the thread at the terminal share.
+//! State that the thread at the device and the thread at the terminal share.
 
 use super::{Model, Order};
 use host_core::link::Interruption;
@@ -8,26 +8,26 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Between two questions for the device's status.
+/// Time between two requests for the device's status.
 const STATUS_PERIOD: Duration = Duration::from_millis(200);
 
-/// Keys that nobody has looked for in this time reach no session: it is stopped.
+/// Time without a check for keys after which the session is stopped, because no key could reach it.
 const UNATTENDED: Duration = Duration::from_secs(2);
 
-/// The model, and orders that wait to be carried out.
+/// The model, and the orders that wait to be carried out.
 pub struct Shared {
     model: Mutex<Model>,
     quit: AtomicBool,
     stop: AtomicBool,
     acknowledge: AtomicBool,
     controls: Mutex<VecDeque<Control>>,
-    /// When keys were looked for last.
+    /// Time of the last check for keys.
     attended: Mutex<Instant>,
     interruption: Interruption,
 }
 
 impl Shared {
-    /// No orders yet; `interruption` ends a run at once.
+    /// Starts without orders; `interruption` ends a run at once.
     pub fn new(model: Model, interruption: Interruption) -> Self {
         Self {
             model: Mutex::new(model),
@@ -40,12 +40,12 @@ impl Shared {
         }
     }
 
-    /// The model. A thread that panicked with it leaves it as it was.
+    /// Locks the model. If a thread panicked while it held the lock, the model keeps its last
+    /// values.
     pub fn model(&self) -> MutexGuard<'_, Model> {
         self.model.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Gives an order.
     pub fn order(&self, order: Order) {
         let flag = match order {
             Order::Quit => &self.quit,
@@ -55,17 +55,17 @@ impl Shared {
         flag.store(true, Ordering::Release);
     }
 
-    /// Does something at the controls.
+    /// Queues an action on the running session.
     pub fn push_control(&self, control: Control) {
         self.controls().push_back(control);
     }
 
-    /// Somebody looks for keys now.
+    /// Notes that the keyboard is being checked now.
     pub fn mark_attended(&self) {
         *self.attended.lock().unwrap_or_else(PoisonError::into_inner) = Instant::now();
     }
 
-    /// Whether nobody has looked for keys for so long that no hand reaches the session.
+    /// Returns whether the last check for keys is too long ago.
     fn is_unattended(&self) -> bool {
         let attended = self.attended.lock();
         attended.unwrap_or_else(PoisonError::into_inner).elapsed() > UNATTENDED
@@ -75,7 +75,7 @@ impl Shared {
         self.controls.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Whether leaving was ordered, here or by the system.
+    /// Returns whether the user or the system asked to quit.
     pub fn is_quitting(&self) -> bool {
         self.is_quit_ordered() || self.interruption.received_signal().is_some()
     }
@@ -84,7 +84,7 @@ impl Shared {
         self.quit.load(Ordering::Acquire)
     }
 
-    /// Whether an acknowledgement was ordered since last asked.
+    /// Returns whether an acknowledgement was ordered since the last call.
     pub fn take_acknowledge(&self) -> bool {
         self.acknowledge.swap(false, Ordering::AcqRel)
     }
@@ -94,19 +94,19 @@ impl Shared {
     }
 }
 
-/// Fills the model from a run and brings it the orders.
+/// Observer that updates the model from a run and passes orders to the run.
 pub struct Watch<'a> {
     shared: &'a Shared,
-    /// Whether the device is asked for its status, by the wall clock: not in a session that
-    /// is to be repeated, where every request counts.
+    /// Whether to request the device's status by the wall clock. Not in a recorded session, because
+    /// a rerun must repeat every request.
     asks: bool,
     asked: Option<Instant>,
-    /// No hand reaches the session any more, and it was stopped for that.
+    /// Whether the session was stopped because no key could reach it.
     is_left: bool,
 }
 
 impl<'a> Watch<'a> {
-    /// Watches for `shared`.
+    /// Observes a run for `shared`.
     pub fn new(shared: &'a Shared) -> Self {
         Self {
             shared,
@@ -123,7 +123,7 @@ impl Observer for Watch<'_> {
     }
 
     fn next_request(&mut self) -> ObserverRequest {
-        // A run heeds the system by itself, and tells that ending apart.
+        // A run handles signals by itself, and reports that ending separately.
         if self.shared.take_stop() || self.shared.is_quit_ordered() {
             self.shared.model().is_ending = true;
             return ObserverRequest::Stop;
@@ -136,7 +136,7 @@ impl Observer for Watch<'_> {
     }
 
     fn next_control(&mut self, _: u64) -> Option<Control> {
-        // A terminal that takes no output keeps its reader from the keys, too.
+        // A terminal that accepts no output also keeps its thread from reading keys.
         let has_hands = !self.asks;
         if has_hands && !self.is_left && self.shared.is_unattended() {
             self.is_left = true;

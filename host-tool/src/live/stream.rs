@@ -1,12 +1,12 @@
-//! Standard input and output, of which nothing is waited for.
+//! Reads standard input and writes standard output without waiting.
 
 use std::io;
 use std::time::Duration;
 
-/// Most that is written at once, bytes: where there is room at all, a pipe has it for these.
+/// Largest write, bytes: a pipe with any room accepts this many.
 pub const AT_ONCE: usize = 4096;
 
-/// Takes what waits at the input, `most` bytes or a little more; whether the input goes on.
+/// Reads the waiting input, `most` bytes or a little more. Returns whether the input is still open.
 #[cfg(unix)]
 pub fn read_available(into: &mut Vec<u8>, most: usize) -> bool {
     use rustix::event::PollFlags;
@@ -30,11 +30,11 @@ pub fn read_available(into: &mut Vec<u8>, most: usize) -> bool {
     true
 }
 
-/// Writes as much of `bytes` as there is room for, [`AT_ONCE`] at most; how much that was.
-/// With none it only looks whether somebody can read.
+/// Writes as much of `bytes` as fits, at most [`AT_ONCE`], and returns the number of bytes written.
+/// With an empty slice it only checks whether there is a reader.
 ///
 /// # Errors
-/// Nobody can read it any more.
+/// Fails if there is no reader any more.
 #[cfg(unix)]
 pub fn write_available(bytes: &[u8]) -> io::Result<usize> {
     use rustix::event::PollFlags;
@@ -53,7 +53,7 @@ pub fn write_available(bytes: &[u8]) -> io::Result<usize> {
     }
 }
 
-/// What is so of a stream, of `wanted` and of what ends it, within `patience`.
+/// Waits up to `patience` until a stream is in a `wanted` state or closed, and returns its state.
 #[cfg(unix)]
 fn poll_stream(
     stream: &impl std::os::fd::AsFd,
@@ -69,8 +69,8 @@ fn poll_stream(
     }
 }
 
-/// From now on nothing that is said waits for somebody who does not read it: what has had no
-/// reader for `patience` goes nowhere.
+/// Redirects standard output and error to /dev/null if they accept nothing for `patience`, so that
+/// no later output can block.
 #[cfg(unix)]
 pub fn discard_unread_output(patience: Duration) {
     use rustix::event::PollFlags;
@@ -78,7 +78,7 @@ pub fn discard_unread_output(patience: Duration) {
         return;
     };
     let has_room = |now: io::Result<PollFlags>| now.is_ok_and(|now| now == PollFlags::OUT);
-    // Where that fails, a second signal still ends the program.
+    // If this fails, a second signal still ends the program.
     if !has_room(poll_stream(&io::stdout(), PollFlags::OUT, patience)) {
         let _ = rustix::stdio::dup2_stdout(&nowhere);
     }
@@ -87,10 +87,10 @@ pub fn discard_unread_output(patience: Duration) {
     }
 }
 
-/// Whether something waits at the input, or comes within `patience`.
+/// Returns whether input is waiting or arrives within `patience`.
 ///
 /// # Errors
-/// Nothing can come any more.
+/// Fails if the input has closed.
 #[cfg(unix)]
 pub fn has_input(patience: Duration) -> io::Result<bool> {
     use rustix::event::PollFlags;
@@ -101,32 +101,32 @@ pub fn has_input(patience: Duration) -> io::Result<bool> {
     Ok(now.contains(PollFlags::IN))
 }
 
-/// On systems without `poll` nobody can be asked without waiting: the input has ended.
+/// Reports the end of the input, because without `poll` it cannot be checked without waiting.
 #[cfg(not(unix))]
 pub fn read_available(_: &mut Vec<u8>, _: usize) -> bool {
     false
 }
 
-/// As there, somebody is taken to read.
+/// Writes all bytes, in the belief that there is a reader.
 ///
 /// # Errors
-/// Nobody can read it any more.
+/// Fails if there is no reader any more.
 #[cfg(not(unix))]
 pub fn write_available(bytes: &[u8]) -> io::Result<usize> {
     use io::Write;
     io::stdout().write_all(bytes).map(|()| bytes.len())
 }
 
-/// As there, only the time passes.
+/// Only waits for `patience`.
 ///
 /// # Errors
-/// None.
+/// Never fails.
 #[cfg(not(unix))]
 pub fn has_input(patience: Duration) -> io::Result<bool> {
     std::thread::sleep(patience);
     Ok(false)
 }
 
-/// As there, nothing is known of readers.
+/// Does nothing, because nothing is known about readers.
 #[cfg(not(unix))]
 pub fn discard_unread_output(_: Duration) {}

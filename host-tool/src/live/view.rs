@@ -1,4 +1,4 @@
-//! The dashboard's frame: where everything stands.
+//! Lays out the dashboard's frame.
 
 use super::line::{allowance_text, state_word};
 use super::{Hands, Model, Note, channels, chart};
@@ -9,17 +9,16 @@ use ratatui::style::{Color, Modifier, Style, Stylize};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Paragraph, Wrap};
 
-/// A device that was not heard for this long is suspect, s.
+/// Time without a message after which the device is marked as silent, s.
 const SILENT_S: f64 = 0.5;
 
-/// Rows from which the notes get more room.
+/// Height from which the notes get more room, rows.
 const TALL: u16 = 32;
 
-/// Columns below which the counters make room for the notes.
+/// Width below which the counters make room for the notes, columns.
 const NARROW: u16 = 70;
 
-/// Draws all that `model` knows. Meant for 80×24 and more; a smaller terminal
-/// shows less.
+/// Draws the whole `model`. Meant for 80×24 and more; a smaller terminal shows less.
 pub fn draw(frame: &mut Frame<'_>, model: &Model) {
     let area = frame.area();
     let notes = if area.height < TALL { 5 } else { 9 };
@@ -41,7 +40,7 @@ pub fn draw(frame: &mut Frame<'_>, model: &Model) {
     } else {
         channels::draw(frame, middle, model);
     }
-    // Nobody asks for them where hands have a hold of the session.
+    // No status is requested while the keyboard controls the session.
     let has_counters = area.width >= NARROW && model.hands.is_none();
     let counters_width = if has_counters { 33 } else { 0 };
     let [left, right] =
@@ -60,7 +59,7 @@ fn draw_title(frame: &mut Frame<'_>, area: Rect, model: &Model) {
         None => format!("{}, connecting ", model.device),
     };
     let width = u16::try_from(device.chars().count()).unwrap_or(u16::MAX);
-    // A long name of a port leaves half of the line to the title.
+    // A long port name leaves half of the line to the title.
     let width = width.min(area.width / 2);
     let [left, right] =
         Layout::horizontal([Constraint::Fill(1), Constraint::Length(width)]).areas(area);
@@ -116,7 +115,7 @@ fn status_line(model: &Model) -> Line<'_> {
     line
 }
 
-/// The selected channel and its intensity.
+/// Returns the selected channel and its intensity.
 fn selection_text(hands: &Hands) -> String {
     let intensity = hands.intensities.get(hands.selected);
     match (hands.channel(), intensity) {

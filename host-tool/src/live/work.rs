@@ -1,4 +1,4 @@
-//! The thread that talks to the device.
+//! Runs the thread that talks to the device.
 
 use super::{Shared, Watch};
 use firmware::link::Request;
@@ -9,29 +9,28 @@ use host_core::run::{
 };
 use host_core::session::Session;
 
-/// Telemetry period while nothing runs, ms.
+/// Telemetry period while no session runs, ms.
 const TELEMETRY_MS: u16 = 20;
 
-/// Longest wait between two looks at the orders, µs of port time.
+/// Longest time between two checks for orders, µs of port time.
 const LOOK_US: u64 = 20_000;
 
-/// What to do with which device.
+/// Work for the thread at the device.
 pub struct Plan {
-    /// The device.
     pub device: DeviceName,
     /// The session to run, if any.
     pub session: Option<SessionFile>,
-    /// Whether to go on watching after the session, until told to quit.
+    /// Whether to continue watching after the session, until told to quit.
     pub stays: bool,
-    /// Decides a simulated wearer's noise.
+    /// Seed of a simulated wearer's noise.
     pub seed: u64,
 }
 
 /// Runs the plan's session, then watches the device until told to quit.
 ///
 /// # Errors
-/// The device cannot be opened or is lost; the session ended by itself before
-/// its end. A stop by hand is none.
+/// Fails if the device cannot be opened or is lost, or the session ended early by itself. A stop by
+/// hand is not an error.
 pub fn run_plan(plan: &Plan, shared: &Shared) -> anyhow::Result<()> {
     let Some(file) = &plan.session else {
         return Ok(watch(plan.device.connect()?, shared)?);
@@ -66,7 +65,7 @@ pub fn run_plan(plan: &Plan, shared: &Shared) -> anyhow::Result<()> {
     failed.map_or(Ok(()), |error| Err(error.into()))
 }
 
-/// Opens the device at the pace of the wall clock.
+/// Opens the device, paced by the wall clock.
 fn open(device: &DeviceName, session: &Session, seed: u64) -> anyhow::Result<Box<dyn Port>> {
     let port = device.open(session, seed)?;
     Ok(match device {
@@ -75,7 +74,7 @@ fn open(device: &DeviceName, session: &Session, seed: u64) -> anyhow::Result<Box
     })
 }
 
-/// Watches without a session: asks for status and telemetry, drives nothing.
+/// Watches without a session: requests status and telemetry, drives nothing.
 fn watch<P: Port>(port: P, shared: &Shared) -> Result<(), Error> {
     let (mut client, info) = Connection::open(port)?;
     let mut watch = Watch::new(shared);
@@ -114,7 +113,7 @@ fn update_model(incoming: &Incoming, clock: &mut Elapsed, shared: &Shared) {
     match incoming {
         Incoming::Telemetry(at_us, telemetry) => {
             clock.advance_to(*at_us);
-            // Nothing is measured unless trains play: the last angles stay.
+            // Angles are measured only while trains play; otherwise the last ones stay.
             if model.is_on() {
                 model.observe(Observation::Sample(&to_sample(telemetry, clock.s, None)));
             }

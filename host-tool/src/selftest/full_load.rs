@@ -1,6 +1,6 @@
-//! A long session at full load: setpoints and telemetry at 1 kHz, ten channels at 200 Hz,
-//! and now and then an over-current within a pulse. Nothing lost, nothing missed, and no
-//! charge but what the faults' records tell.
+//! A long session at full load: setpoints and telemetry at 1 kHz, ten channels at 200 Hz, and an
+//! occasional over-current within a pulse. Nothing may be lost or missed, and all net charge must
+//! be in the faults' records.
 
 use super::{channel, open};
 use firmware::link::{Event, Request};
@@ -13,61 +13,61 @@ use hal_sim::wire::faults::Faults;
 use host_core::link::{Connection, Error, Incoming, SimulatedPort};
 use std::collections::{HashMap, VecDeque};
 
-/// Setpoints and telemetry come every millisecond.
+/// Time between setpoints and between telemetry samples, µs.
 const TICK_US: u64 = 1_000;
 
-/// 200 Hz; one channel after the other.
+/// Time between pulses of a channel, µs (200 Hz); the channels take turns.
 const PERIOD_US: u32 = 5_000;
 
-/// So often, about, a comparator trips, µs.
+/// Mean time between two trips of a comparator, µs.
 const BETWEEN_FAULTS_US: u64 = 60_000_000;
 
-/// Ramps are over this long after the first setpoint, µs.
+/// Time after the first setpoint when ramps are over, µs.
 const RISEN_US: u64 = 100_000;
 
-/// From a setpoint to the last pulse that may still not have it, µs: `latency` measures
+/// Longest time from a setpoint to the last pulse that may still lack it, µs: `latency` measures
 /// 0.6 ms.
 const LATE_US: u64 = 1_000;
 
-/// What was waited for has come this long after it was sent, µs.
+/// Time after which every answer to a message has arrived, µs.
 const SETTLED_US: u64 = 50_000;
 
-/// What a session at full load came to. All counts but those of what was sent, played and
-/// truncated must be 0, and `net` must be `recorded`.
+/// Result of a session at full load. It holds if all counts except those of sent setpoints,
+/// samples, pulses and truncations are 0, and `net` equals `recorded`.
 #[derive(Clone, Debug, Default)]
 pub struct FullLoad {
     /// Simulated time, s.
     pub seconds: u64,
-    /// Setpoints sent.
+    /// Number of setpoints sent.
     pub setpoints: u64,
-    /// Those that were not acknowledged.
+    /// Number of setpoints that were not acknowledged.
     pub unacknowledged: u64,
-    /// Samples of telemetry.
+    /// Number of telemetry samples.
     pub samples: u64,
-    /// Samples that did not come a millisecond after the one before.
+    /// Number of samples that did not follow the previous one by 1 ms.
     pub sample_gaps: u64,
-    /// Pulses begun, electrode checks included.
+    /// Number of pulses begun, electrode checks included.
     pub pulses: u64,
-    /// Pulses that did not begin 5 ms after the one before, to the microsecond.
+    /// Number of pulses that did not begin exactly 5 ms after the previous one.
     pub misplaced: u64,
-    /// Pulses whose amplitude no setpoint of the last millisecond asked for.
+    /// Number of pulses whose amplitude no setpoint of the last millisecond asked for.
     pub unasked: u64,
-    /// Over-currents that were put in, each of which truncated what was playing.
+    /// Number of injected over-currents, each of which truncated the pulse that was playing.
     pub truncations: u64,
-    /// Faults that nobody put in: a missed deadline, a tape that slipped, any other.
+    /// Number of faults that were not injected, such as a missed deadline or a shifted tape.
     pub faults: u64,
-    /// Stops that nobody ordered.
+    /// Number of stops that nobody ordered.
     pub stops: u64,
-    /// What the device counts as lost, bad, refused, dropped or strange.
+    /// Number of frames that the device counts as lost, bad, refused, dropped or from strangers.
     pub counted: u64,
-    /// Net charge that came out, code·µs, anodic positive.
+    /// Net charge at the outputs, code·µs, anodic positive.
     pub net: [i64; CHANNELS],
-    /// What the faults' records tell of it.
+    /// Net charge in the records of the faults.
     pub recorded: [i64; CHANNELS],
 }
 
 impl FullLoad {
-    /// Whether nothing was lost, missed or unasked for, and all charge is accounted for.
+    /// Returns whether nothing was lost, missed or unasked for, and all charge is accounted for.
     #[must_use]
     pub fn holds(&self) -> bool {
         let broken = [
@@ -83,11 +83,11 @@ impl FullLoad {
     }
 }
 
-/// Runs `seconds` of it from 60 s before the device's clock wraps. `progress` hears the
-/// part done.
+/// Runs `seconds` at full load, from 60 s before the device's clock wraps. `progress` receives the
+/// finished part.
 ///
 /// # Errors
-/// The simulated device refused.
+/// Fails if the simulated device refuses.
 pub fn full_load(
     seconds: u64,
     seed: u64,
@@ -119,20 +119,20 @@ pub fn full_load(
     load.finish(seconds)
 }
 
-/// A session under way.
+/// A full-load session in progress.
 struct Load {
     client: Connection<SimulatedPort>,
     random: Random,
     found: FullLoad,
-    /// What was asked and not answered yet.
+    /// Codes of the setpoints that are not answered yet, by request number.
     asked: HashMap<u16, [u16; CHANNELS]>,
-    /// When what was accepted, in codes.
+    /// Accepted setpoints: time, and codes of all channels.
     accepted: VecDeque<(u64, [u16; CHANNELS])>,
-    /// Of the last sample, and whether another must follow a millisecond later.
+    /// Time of the last sample, µs; the next must follow 1 ms later. `None` before the first.
     sampled: Option<u64>,
-    /// From when on pulses must be as asked.
+    /// Time from which pulses must have the requested amplitude, µs.
     risen_us: u64,
-    /// From when on they need not, because they fall.
+    /// Time from which pulses fall and are no longer compared, µs.
     falls_us: u64,
     /// Whether a fault is expected.
     tripped: bool,
@@ -162,7 +162,7 @@ impl Load {
         self.client.port().world.now_us()
     }
 
-    /// Arms, starts, and streams setpoints until then.
+    /// Arms, starts, and streams setpoints until `until_us`.
     fn stimulate(&mut self, until_us: u64, mut progress: impl FnMut(u64)) -> Result<(), Error> {
         self.client.arm()?;
         self.client.start()?;
@@ -182,7 +182,7 @@ impl Load {
         Ok(())
     }
 
-    /// Random amplitudes of 5 to 15 mA for all channels.
+    /// Sends random amplitudes of 5 to 15 mA for all channels.
     fn send(&mut self) -> Result<(), Error> {
         let mut draw = || 5_000 + self.random.below(10_000) as u32;
         let values: [u32; CHANNELS] = std::array::from_fn(|_| draw());
@@ -192,7 +192,7 @@ impl Load {
             values: values.into_iter().map(Amplitude::new).collect(),
             widths: Default::default(),
         };
-        // 100 mA at code 65 535, rounded down.
+        // 100 mA is code 65 535; rounded down.
         let codes = values.map(|ua| (u64::from(ua) * 65_535 / 100_000) as u16);
         let seq = self.client.post(request)?;
         self.asked.insert(seq, codes);
@@ -200,7 +200,7 @@ impl Load {
         Ok(())
     }
 
-    /// Takes what comes until then.
+    /// Handles everything that arrives until `until_us`.
     fn receive_until(&mut self, until_us: u64) -> Result<(), Error> {
         while let Some(incoming) = self.client.next(until_us)? {
             match incoming {
@@ -230,19 +230,18 @@ impl Load {
                     }
                 }
                 Incoming::Event(..) => self.found.stops += u64::from(!self.is_ending),
-                // Counted by the device, too.
+                // The device counts these, too.
                 Incoming::Hello(_) | Incoming::Refused(..) | Incoming::Status(..) => {}
             }
         }
         Ok(())
     }
 
-    /// Within the next pulse, or the gap after it, a comparator trips; then the fault is
-    /// acknowledged.
+    /// Trips a comparator within the next pulse or the gap after it, then acknowledges the fault.
     fn trip_over_current(&mut self) -> Result<(), Error> {
         let at = self.now_us() + self.random.below(PERIOD_US.into());
         self.receive_until(at)?;
-        // What was sent is answered before the fault, or refused after it.
+        // Earlier messages are answered before the fault, or refused after it.
         self.receive_until(at + SETTLED_US)?;
         self.send()?;
         let at = self.now_us() + 2 * TICK_US + self.random.below(PERIOD_US.into());
@@ -254,7 +253,7 @@ impl Load {
         self.receive_until(at + SETTLED_US)?;
         self.judge();
         self.found.truncations += 1;
-        self.found.faults += u64::from(self.tripped); // it was not told
+        self.found.faults += u64::from(self.tripped); // the fault was not reported
         self.tripped = false;
         self.outputs.forget_pulse_starts();
         self.client.acknowledge()?;
@@ -262,7 +261,7 @@ impl Load {
         self.receive_until(grounded)
     }
 
-    /// Takes the outputs so far from the recorder, and judges what is settled.
+    /// Takes the outputs from the recorder, and judges those old enough to be settled.
     fn judge(&mut self) {
         let recorder = &mut self.client.port().world.recorder;
         self.outputs.pending.extend(recorder.trace.edges());
@@ -281,7 +280,7 @@ impl Load {
             }
             self.found.misplaced += u64::from(began != Some(edge.t_us - u64::from(PERIOD_US)));
             let late = |at: u64| at + LATE_US < edge.t_us;
-            // The newest of those that are late may still be in force.
+            // The newest of the late setpoints may still be in force.
             while self.accepted.get(1).is_some_and(|next| late(next.0)) {
                 self.accepted.pop_front();
             }
@@ -315,23 +314,23 @@ impl Load {
     }
 }
 
-/// What came out, edge by edge.
+/// Output edges and the state that they lead to.
 #[derive(Default)]
 struct Outputs {
     pending: VecDeque<Edge>,
-    /// Of each channel: how it stands, since when, and the code then.
+    /// For each channel: its state, since when (µs), and the code at that time.
     now: [Option<(State, u64, u16)>; CHANNELS],
-    /// When the last pulse began.
+    /// For each channel: start of the last pulse, µs.
     began: [Option<u64>; CHANNELS],
 }
 
 impl Outputs {
-    /// Takes an edge in. Of one that begins a pulse: when the one before began.
+    /// Processes an edge. If it begins a pulse, returns the start of the previous pulse.
     fn add_edge(&mut self, edge: Edge, found: &mut FullLoad) -> Option<Option<u64>> {
         let index = usize::from(edge.channel);
         let before = self.now[index];
         if before.is_some_and(|(state, _, _)| state == edge.state) {
-            return None; // known already
+            return None; // the state is unchanged
         }
         if let Some((state, since, code)) = before {
             let charge = (edge.t_us - since) as i64 * i64::from(code);
@@ -348,7 +347,7 @@ impl Outputs {
         })
     }
 
-    /// Whatever comes next begins anew.
+    /// Forgets the previous pulses, so that the next one is not compared with them.
     fn forget_pulse_starts(&mut self) {
         self.began = [None; CHANNELS];
     }

@@ -1,4 +1,4 @@
-//! How late keep-alives from a thread of their own are on this computer.
+//! Measures how late keep-alives from a separate thread are on this computer.
 
 use host_core::clock::SystemClock;
 use host_core::link::{Keeper, Lateness};
@@ -8,19 +8,19 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// From one look of the host's loop at its device to the next, as a calibration looks.
+/// Time between two checks of the device by the host's loop, as in a calibration.
 const LOOK: Duration = Duration::from_millis(5);
 
-/// What was measured.
+/// Lateness of keep-alives and of the host's loop.
 #[derive(Clone, Debug)]
 pub struct KeepAlives {
-    /// Lateness of the thread that sends them.
+    /// Lateness of the thread that sends keep-alives.
     pub keep_alives: Lateness,
-    /// Lateness of a loop that looks every 5 ms, as one that sends them itself does.
+    /// Lateness of a loop that wakes every 5 ms, as if it sent keep-alives itself.
     pub looks: Lateness,
 }
 
-/// Threads that compute without end, beside what is measured.
+/// Threads that compute endlessly during the measurement.
 struct BusyThreads {
     is_over: Arc<AtomicBool>,
     threads: Vec<JoinHandle<()>>,
@@ -49,16 +49,16 @@ impl Drop for BusyThreads {
     fn drop(&mut self) {
         self.is_over.store(true, Ordering::Relaxed);
         for thread in self.threads.drain(..) {
-            let _ = thread.join(); // it computes nothing that could fail
+            let _ = thread.join(); // the thread cannot fail
         }
     }
 }
 
-/// Sends keep-alives to nobody every `period` for `length`, with so many `busy` loops
-/// beside it.
+/// Sends keep-alives without a device, every `period` for `length`, with `busy` computing threads
+/// at the same time.
 ///
 /// # Errors
-/// The system gives no thread.
+/// Fails if the system gives no thread.
 pub fn keep_alives(
     period: Duration,
     length: Duration,

@@ -1,4 +1,5 @@
-//! From the last byte of a setpoint to the earliest slot it can change.
+//! Measures the latency from the last byte of a setpoint to the first pulse slot that it can
+//! change.
 
 use super::channel;
 use super::subject::{OpenSubject, Subject};
@@ -13,23 +14,23 @@ use hal_sim::trace::State;
 use host_core::link::{Connection, Error, Incoming, SimulatedPort};
 use host_core::run::OpenError;
 
-/// Which way a setpoint takes through the device.
+/// Path of a setpoint through the device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Path {
     /// A direct amplitude.
     Direct,
-    /// An angle through the control law.
+    /// An angle, through the control law.
     Control,
 }
 
-/// Times in steps of 100 µs, and their extremes.
+/// Histogram of times in steps of 100 µs, with minimum and maximum.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Distribution {
-    /// Shortest, µs.
+    /// Minimum, µs.
     pub best_us: u64,
-    /// Longest, µs.
+    /// Maximum, µs.
     pub worst_us: u64,
-    /// How many lay in each step, from 0 on; the last is not empty.
+    /// Count of times in each step, from 0; the last is not empty.
     pub counts: Vec<u32>,
 }
 
@@ -56,40 +57,40 @@ impl Distribution {
     }
 }
 
-/// What was found, from the outputs alone: how long until the first window of
-/// pulses that can still be changed.
+/// Latencies measured at the outputs alone: time to the first window of pulses that a setpoint can
+/// still change.
 #[derive(Clone, Debug)]
 pub struct Latency {
-    /// Setpoints sent.
+    /// Number of setpoints sent.
     pub arrivals: u32,
-    /// From the last byte's arrival at the device, every arrival.
+    /// From the arrival of the last byte at the device, for every arrival.
     pub device: Distribution,
-    /// From the host's write, every arrival.
+    /// From the host's write, for every arrival.
     pub whole: Distribution,
-    /// The longest at the device if a byte may arrive at any phase of the tick,
-    /// those between two that were seen included, µs.
+    /// Largest latency at the device for any phase of the tick, including phases between two
+    /// arrivals, µs.
     pub worst_phase_us: u64,
-    /// How far, at most, the last arrival that changed a window came after the
-    /// first that did not, µs. Windows are counted as missed from the first on.
+    /// Largest time by which the last arrival that changed a window came after the first that did
+    /// not, µs. Windows count as missed from the first on.
     pub blur_us: u64,
-    /// Setpoints that never showed. Anything but 0 is a defect.
+    /// Number of setpoints that never showed. Anything but 0 is a defect.
     pub unseen: u32,
 }
 
-/// Each channel pulses every 5.251 ms, one after the other: ten come every
-/// 525.1 µs. Against the control tick each comes 25 µs later than the one
-/// before, so that in a few arrivals every window has pulses. (With 5.003 ms
-/// half of the windows would stay without for seconds.)
+/// Time between pulses of a channel, µs. The channels take turns, so that ten pulse every 525.1 µs.
+/// Each pulse comes 25 µs later within the control tick than the one before, so that after a few
+/// arrivals every window has had pulses. (With 5.003 ms half of the windows would have none for
+/// seconds.)
 const PERIOD_US: u32 = 5_251;
 
-/// Everything in the device repeats with the control tick, µs.
+/// Control tick, with which everything in the device repeats, µs.
 const TICK_US: u64 = 1_000;
 
-/// Windows after the tick's start that are looked at.
+/// Number of windows after the start of the tick that are compared.
 const WINDOWS: usize = 16;
 
-/// For each window after the start of the tick in which bytes arrive: the
-/// latest phase of arrival that still changed it and the earliest that did not.
+/// For each window after the start of the tick in which bytes arrive: the latest phase of arrival
+/// that still changed it and the earliest that did not.
 #[derive(Default)]
 struct Deadlines {
     made: [Option<u64>; WINDOWS],
@@ -97,8 +98,8 @@ struct Deadlines {
 }
 
 impl Deadlines {
-    /// A burst that starts `after_us` after the tick's start in which bytes
-    /// arrived at `phase`.
+    /// Records a burst that starts `after_us` after the start of the tick in which bytes arrived at
+    /// `phase`.
     fn add_burst(&mut self, phase: u64, after_us: u64, is_new: bool) {
         let index = usize::try_from(after_us / u64::from(WINDOW_US)).unwrap_or(WINDOWS);
         let (made, missed) = (self.made.get_mut(index), self.missed.get_mut(index));
@@ -109,7 +110,7 @@ impl Deadlines {
         }
     }
 
-    /// From `phase` to the first window that is always made from there.
+    /// Returns the time from `phase` to the first window that an arrival there always changes, µs.
     fn time_to_first_us(&self, phase: u64) -> Option<u64> {
         let both = self.made.iter().zip(&self.missed);
         let is_made = |(made, missed): (&Option<u64>, &Option<u64>)| {
@@ -127,10 +128,10 @@ impl Deadlines {
     }
 }
 
-/// Sends `arrivals` setpoints at random times and looks for each in the trace.
+/// Sends `arrivals` setpoints at random times and searches for each in the trace.
 ///
 /// # Errors
-/// The simulated device refused, or does not run.
+/// Fails if the simulated device refuses or does not run.
 pub fn latency(
     subject: Subject<'_>,
     path: Path,
@@ -147,7 +148,7 @@ pub fn latency(
         let mut opened = prepare(subject, path, shift_us)?;
         let first = sent.len() as u32;
         let last = (u64::from(arrivals) * u64::from(boot + 1) / u64::from(boots)) as u32;
-        // Each boot begins with the low setpoint in force, so the high one is first.
+        // Each boot begins with the low setpoint in force, so the high one comes first.
         for index in 0..last - first {
             let at = opened.client.port().world.now_us() + random.below(PERIOD_US.into());
             let (arrived, is_seen) = send(&mut opened, path, index, at, &mut deadlines)?;
@@ -170,8 +171,8 @@ pub fn latency(
     })
 }
 
-/// Sends one setpoint at `at` and notes each burst for two periods. When it
-/// arrived, and whether it ever showed.
+/// Sends one setpoint at `at` and records each burst for two periods. Returns the time of arrival,
+/// µs, and whether the setpoint showed.
 fn send(
     opened: &mut OpenSubject,
     path: Path,
@@ -199,7 +200,7 @@ fn send(
     Ok((arrived, is_seen))
 }
 
-/// The code in force on each channel.
+/// Returns the code in force on each channel.
 fn latest_codes(client: &mut Connection<SimulatedPort>) -> [Option<u16>; CHANNELS] {
     let mut codes = [None; CHANNELS];
     for (channel, _, code) in bursts(client) {
@@ -208,7 +209,7 @@ fn latest_codes(client: &mut Connection<SimulatedPort>) -> [Option<u16>; CHANNEL
     codes
 }
 
-/// Channel, start and amplitude code of every recorded burst.
+/// Returns channel, start and amplitude code of every recorded burst.
 fn bursts(client: &mut Connection<SimulatedPort>) -> Vec<(u8, u64, u16)> {
     let trace = &client.port().world.recorder.trace;
     let starts = trace.edges().filter(|edge| edge.state == State::Cathodic);
@@ -217,7 +218,7 @@ fn bursts(client: &mut Connection<SimulatedPort>) -> Vec<(u8, u64, u16)> {
         .collect()
 }
 
-/// Two setpoints in turn, far apart.
+/// Returns one of two setpoints far apart, in turn.
 fn setpoint(path: Path, index: u32) -> Request {
     let high = index.is_multiple_of(2);
     match path {
@@ -251,7 +252,7 @@ fn run_to(client: &mut Connection<SimulatedPort>, until_us: u64) -> Result<(), E
 }
 
 fn prepare(subject: Subject<'_>, path: Path, shift_us: u64) -> Result<OpenSubject, OpenError> {
-    // A joint that rests in the middle, seen by the board's converter.
+    // A joint that rests in the middle of its range, measured by the board's converter.
     let mut opened = subject.open(Box::new(FixedLoad::new(50.0)), shift_us)?;
     let client = &mut opened.client;
     client.port().world.connect_joint(40.0, 48.0);
@@ -281,8 +282,7 @@ fn prepare(subject: Subject<'_>, path: Path, shift_us: u64) -> Result<OpenSubjec
     Ok(opened)
 }
 
-/// Proportional control with nothing that remembers: the setpoint alone
-/// decides the amplitude.
+/// Returns a proportional controller without memory: the setpoint alone decides the amplitude.
 fn joint() -> JointSpec {
     let point = |channel| PointSpec {
         channel,

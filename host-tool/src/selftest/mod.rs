@@ -1,9 +1,8 @@
-//! Numbers that the whole device must show, measured on a simulator from its
-//! outputs and its answers: latency, host silence, a noisy soak, full load;
-//! and how late this computer's keep-alives are.
+//! Measures figures of the whole device on a simulator, from its outputs and answers: latency, host
+//! silence, a soak over a noisy link, full load; also the lateness of this computer's keep-alives.
 //!
-//! Lives here: the measurements. Not here: what is allowed (`tests` asserts,
-//! `flexor selftest` prints). In: seeds and sizes. Out: plain numbers.
+//! Receives seeds and sizes; returns plain numbers. `tests` asserts their bounds, `flexor selftest`
+//! prints them.
 
 pub mod bench;
 mod full_load;
@@ -29,10 +28,10 @@ use hal_sim::wire::faults::Faults;
 use hal_sim::world::World;
 use host_core::link::{Connection, Error, SimulatedPort};
 
-/// Every measurement begins 60 s before the 32-bit clock wraps.
+/// Boot time of every measurement: 60 s before the 32-bit clock wraps.
 pub const BOOT: Micros = Micros::new(u32::MAX - 60_000_000 + 1);
 
-/// A client of a native board with dummy loads.
+/// Opens a native device with dummy loads.
 fn open(faults: Faults, seed: u64) -> Result<Connection<SimulatedPort>, Error> {
     open_with(Box::new(FixedLoad::new(0.0)), faults, seed)
 }
@@ -46,7 +45,7 @@ fn open_with(
     Ok(Connection::open(SimulatedPort::new(world))?.0)
 }
 
-/// A current channel, biphasic 200 µs, limit 20 mA.
+/// Returns a current channel, biphasic 200 µs, limit 20 mA.
 fn channel(period_us: u32, offset_us: u32) -> ChannelSpec {
     ChannelSpec {
         train: TrainSpec {
@@ -62,7 +61,7 @@ fn channel(period_us: u32, offset_us: u32) -> ChannelSpec {
     }
 }
 
-/// Lets time go on to `until_us` and drops what arrives.
+/// Advances time to `until_us` and discards everything that arrives.
 fn idle_until(client: &mut Connection<SimulatedPort>, until_us: u64) -> Result<(), Error> {
     while client.next(until_us)?.is_some() {}
     Ok(())

@@ -1,4 +1,4 @@
-//! How long after its last word a silent host's outputs are still driven.
+//! Measures how long the outputs are driven after the last message of a silent host.
 
 use super::{channel, idle_until, open};
 use firmware::safety::WearerSpec;
@@ -6,29 +6,28 @@ use firmware::units::Amplitude;
 use hal_sim::wire::faults::Faults;
 use host_core::link::Error;
 
-/// What was found for one timeout, µs.
+/// Result for one timeout.
 #[derive(Clone, Copy, Debug)]
 pub struct Silence {
-    /// The host timeout, ms.
+    /// Host timeout, ms.
     pub timeout_ms: u16,
-    /// The fall, ms.
+    /// Duration of the fall to zero, ms.
     pub fall_ms: u16,
-    /// From the last setpoint's arrival to the last output that is not
-    /// isolated, µs.
+    /// Time from the last setpoint's arrival to the last output that is not disconnected, µs.
     pub until_isolated_us: u64,
 }
 
 impl Silence {
-    /// Timeout plus fall, µs.
+    /// Returns timeout plus fall, µs.
     pub const fn allowed_us(&self) -> u64 {
         (self.timeout_ms as u64 + self.fall_ms as u64) * 1000
     }
 }
 
-/// Stimulates ten channels, falls silent, and waits until all is isolated.
+/// Stimulates ten channels, falls silent, and waits until all outputs are disconnected.
 ///
 /// # Errors
-/// The simulated device refused.
+/// Fails if the simulated device refuses.
 pub fn silence(timeout_ms: u16, fall_ms: u16) -> Result<Silence, Error> {
     let mut client = open(Faults::default(), 1)?;
     client.wearer(WearerSpec {
@@ -53,7 +52,7 @@ pub fn silence(timeout_ms: u16, fall_ms: u16) -> Result<Silence, Error> {
     let wait_us = (u64::from(timeout_ms) + u64::from(fall_ms) + 50) * 1000;
     idle_until(&mut client, heard + wait_us)?;
     let last = client.port().world.recorder.trace.levels.last().copied();
-    // The last change isolates; if it does not, nothing ever did.
+    // The last change must disconnect all outputs; otherwise they never were.
     let until_isolated_us = match last {
         Some((t_us, levels)) if levels.0 == 0 => t_us.saturating_sub(heard),
         _ => u64::MAX,

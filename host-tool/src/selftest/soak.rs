@@ -1,4 +1,4 @@
-//! A long session over a bad wire: nothing unasked for, nothing uncounted.
+//! A long session over a bad link: no pulse without a setpoint, no frame uncounted.
 
 use super::{channel, open};
 use firmware::link::{Event, Request};
@@ -10,51 +10,51 @@ use hal_sim::wire::faults::{Counts, Faults, FaultyLine};
 use host_core::link::{Error, Incoming};
 use std::collections::HashMap;
 
-/// Setpoints come at 90 Hz.
+/// Time between setpoints, µs (90 Hz).
 const INTERVAL_US: u64 = 11_111;
 
-/// Ramps are over this long after the start, µs.
+/// Time after the start when ramps are over, µs.
 const RISEN_US: u64 = 100_000;
 
-/// Frames before the stream: wearer, ten channels, arm, start.
+/// Number of frames before the stream: wearer, ten channels, arm, start.
 const CONFIGURED: u64 = 13;
 
-/// What a soak found.
+/// Result of a soak.
 #[derive(Clone, Debug, Default)]
 pub struct Soak {
     /// Simulated time, s.
     pub seconds: u64,
-    /// Pulses put out after the ramps.
+    /// Number of pulses after the ramps.
     pub pulses: u64,
-    /// Pulses whose amplitude no accepted setpoint asked for. Must be 0.
+    /// Number of pulses whose amplitude no accepted setpoint asked for. Must be 0.
     pub unasked: u64,
-    /// Frames that the host sent in its session.
+    /// Number of frames that the host sent in its session.
     pub sent: u64,
-    /// Frames that the device understood.
+    /// Number of frames that the device understood.
     pub understood: u64,
-    /// Frames that the device counted as lost.
+    /// Number of frames that the device counted as lost.
     pub counted_lost: u64,
-    /// What the wire did.
+    /// Counts of lost and corrupted frames on the link.
     pub wire: Counts,
-    /// Setpoints acknowledged.
+    /// Number of acknowledged setpoints.
     pub accepted: u64,
-    /// Times the device stopped for silence.
+    /// Number of times that the device stopped because of silence.
     pub stops: u64,
 }
 
 impl Soak {
-    /// Whether every frame sent was understood or counted as lost.
+    /// Returns whether every sent frame was understood or counted as lost.
     pub const fn is_accounted(&self) -> bool {
         self.understood + self.counted_lost == self.sent
     }
 }
 
-/// Streams random amplitudes to ten channels for `seconds` over a wire that
-/// loses 1 % of the frames, corrupts 1 % and delays by up to 30 %, beginning
-/// 60 s before the clock wraps. `progress` hears the part done.
+/// Streams random amplitudes to ten channels for `seconds` over a link that loses 1 % of the
+/// frames, corrupts 1 % and delays by up to 30 %, beginning 60 s before the clock wraps. `progress`
+/// receives the finished part.
 ///
 /// # Errors
-/// The simulated device refused something that did not get lost.
+/// Fails if the simulated device refuses a frame that was not damaged.
 pub fn soak(seconds: u64, seed: u64, mut progress: impl FnMut(f64)) -> Result<Soak, Error> {
     let mut random = Random::new(seed);
     let mut client = open(Faults::default(), seed)?;
@@ -70,7 +70,7 @@ pub fn soak(seconds: u64, seed: u64, mut progress: impl FnMut(f64)) -> Result<So
     }
     client.arm()?;
     client.start()?;
-    // Only the stream crosses the bad wire: it is what goes on for hours.
+    // Only the stream crosses the bad link, because only the stream lasts for hours.
     let faults = Faults {
         loss: 0.01,
         corruption: 0.01,
@@ -118,11 +118,12 @@ pub fn soak(seconds: u64, seed: u64, mut progress: impl FnMut(f64)) -> Result<So
         progress((now - begin) as f64 / (end - begin) as f64);
     }
     soak.wire = client.port().world.wire.counts();
-    // A frame over a good wire ends the last gap.
+    // A frame over a good link closes the last gap.
     client.port().world.wire = FaultyLine::new(Faults::default(), seed);
     let counters = client.status()?.counters;
     soak.sent += 1;
-    soak.understood = u64::from(counters.frames).saturating_sub(1); // Hello opened the session
+    // the Hello frame opened the session
+    soak.understood = u64::from(counters.frames).saturating_sub(1);
     soak.counted_lost = counters.lost.into();
     soak.accepted = accepted.len() as u64;
     judge(
@@ -135,8 +136,7 @@ pub fn soak(seconds: u64, seed: u64, mut progress: impl FnMut(f64)) -> Result<So
     Ok(soak)
 }
 
-/// Compares every pulse in `from_us..to_us` with the latest setpoint accepted
-/// before it.
+/// Compares every pulse in `from_us..to_us` with the latest setpoint accepted before it.
 fn judge(
     trace: &Trace,
     accepted: &[(u64, Vec<Amplitude>)],
@@ -153,7 +153,7 @@ fn judge(
         let wanted = count
             .checked_sub(1)
             .and_then(|last| accepted[last].1.get(usize::from(edge.channel)));
-        // 100 mA at code 65 535, rounded down.
+        // 100 mA is code 65 535; rounded down.
         let code = wanted.map(|amplitude| u64::from(amplitude.get()) * 65_535 / 100_000);
         soak.unasked += u64::from(code != Some(edge.dac_code.into()));
     }

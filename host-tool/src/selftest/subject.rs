@@ -1,4 +1,4 @@
-//! What is measured, and a client of it.
+//! The device that a self-test measures, and a client of it.
 
 use super::{BOOT, open_with};
 use firmware::lockstep::Sensors;
@@ -16,24 +16,22 @@ use host_core::link::{Connection, SimulatedPort};
 use host_core::run::{ChipError, OpenError};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// What is measured.
+/// Device that is measured.
 #[derive(Clone, Copy, Debug)]
 pub enum Subject<'a> {
-    /// The device code in this process; bytes arrive as they are sent.
+    /// The device code in this process; bytes arrive at once.
     Native,
-    /// An image on the chip simulator, its flash read in this way; bytes cross
-    /// USB.
+    /// An image on the chip simulator, with this reading of its flash; bytes cross USB.
     Chip(&'a Image, Prefetched),
 }
 
 impl Subject<'_> {
-    /// Cycle at which the cable goes in: after the image has begun to look.
+    /// Cycle at which the cable is plugged in, after the image has begun to check for it.
     const PLUGGED: Cycle = 20_000 * CYCLES_PER_US;
 
-    /// How often to begin anew for `arrivals`: one clock runs the chip's ticks
-    /// and the host's frames, so a boot fixes how they lie to each other. They
-    /// are shifted by 20 µs or, for few arrivals, by more: each boot needs some
-    /// until every window had a pulse.
+    /// Returns the number of boots for `arrivals`. One clock drives the chip's ticks and the host's
+    /// frames, so that a boot fixes their relative phase. Boots are shifted by 20 µs, or by more
+    /// for few arrivals: each boot needs some arrivals until every window has had a pulse.
     pub(super) fn boot_count(self, arrivals: u32) -> u32 {
         match self {
             Self::Native => 1,
@@ -41,11 +39,11 @@ impl Subject<'_> {
         }
     }
 
-    /// A client of it, in a world with `body`. On the chip, USB's frames begin
+    /// Opens a client of the device, in a world with `body`. On the chip, USB frames begin
     /// `shift_us` later than with 0.
     ///
     /// # Errors
-    /// The device does not run.
+    /// Fails if the device does not run.
     pub(super) fn open(self, body: Box<dyn Body>, shift_us: u64) -> Result<OpenSubject, OpenError> {
         let Self::Chip(image, prefetched) = self else {
             let client = open_with(body, Faults::default(), 1)?;
@@ -72,7 +70,7 @@ impl Subject<'_> {
     }
 }
 
-/// The cable goes in at `plugged`, and the port is opened.
+/// Plugs the cable in at cycle `plugged`, and opens the port.
 fn boot(board: &mut Board, plugged: Cycle) -> Result<(), hal_sim::chip::board::BoardError> {
     let around = &mut board.around;
     around.host.unplug(0, &mut around.soc.otg);
@@ -83,15 +81,15 @@ fn boot(board: &mut Board, plugged: Cycle) -> Result<(), hal_sim::chip::board::B
     board.boot(&Sensors::default())
 }
 
-/// A subject under way.
+/// A device under test.
 pub(super) struct OpenSubject {
-    /// Its client; the world's time is the device's.
+    /// Client of the device; the world's time is the device's.
     pub client: Connection<SimulatedPort>,
     board: Option<Arc<Mutex<Board>>>,
 }
 
 impl OpenSubject {
-    /// Start of a control tick, µs.
+    /// Returns the start of a control tick, µs.
     pub const fn epoch_us(&self) -> u64 {
         match self.board {
             Some(_) => 0,
@@ -99,8 +97,8 @@ impl OpenSubject {
         }
     }
 
-    /// When the device had the last byte of what was sent at `sent_us`, rounded
-    /// down to µs; on USB, when its ACK of the last packet ended.
+    /// Returns when the device received the last byte sent at `sent_us`, rounded down to µs; on
+    /// USB, the end of its ACK of the last packet.
     pub fn arrived_us(&self, sent_us: u64) -> u64 {
         let Some(board) = &self.board else {
             return sent_us;

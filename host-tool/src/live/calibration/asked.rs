@@ -1,12 +1,13 @@
-//! What of all that came at once is carried out.
+//! Decides which of several simultaneous orders are carried out.
 
 use crate::live::stream;
 use host_core::calibration::{Level, OperatorLoss, Order, Phase, Refusal, Step, View};
 
-/// Most that anybody orders in a second of the device's time, bytes.
+/// Largest input in one second of device time, bytes; a person never orders so much.
 const MOST: usize = 1 << 18;
 
-/// What a raise or an answer is for: one for each of these, ordered after it was shown.
+/// The state that a raise or an answer refers to. Each state allows one, ordered after the state
+/// was shown.
 #[derive(Clone, PartialEq, Debug)]
 pub struct State {
     electrode: usize,
@@ -20,13 +21,13 @@ pub struct State {
 }
 
 impl State {
-    /// At this sight.
+    /// Returns the state that this view shows.
     #[must_use]
     pub fn from_view(view: &View) -> Self {
         Self {
             electrode: view.electrode,
             step: view.step,
-            // A question stays the same while the muscle rests and after.
+            // A question stays the same while the muscle rests and afterwards.
             phase: match view.question {
                 Some(_) => Phase::Rest,
                 None => view.phase,
@@ -40,7 +41,7 @@ impl State {
     }
 }
 
-/// The input, as bytes; more than anybody orders ends it.
+/// Reader of the input; closes the input if it exceeds the limit.
 #[derive(Debug, Default)]
 pub struct InputLimiter {
     second: u64,
@@ -49,7 +50,7 @@ pub struct InputLimiter {
 }
 
 impl InputLimiter {
-    /// What has come until now; `t_s` is the device's time.
+    /// Reads the waiting bytes; `t_s` is the device time.
     pub fn read_available(&mut self, t_s: f64) -> Vec<u8> {
         let mut bytes = Vec::new();
         if self.gone.is_some() {
@@ -68,17 +69,17 @@ impl InputLimiter {
         bytes
     }
 
-    /// Why nothing comes any more.
+    /// Returns the reason why the input has ended, if it has.
     #[must_use]
     pub const fn loss(&self) -> Option<OperatorLoss> {
         self.gone
     }
 }
 
-/// What is carried out of `asked`, orders in the order that they came in and whether each
-/// came after what it is for was shown; and how many are not. What ends or lowers goes
-/// before everything, however late it came. Of the rest one is carried out, the first, if
-/// nothing lowers.
+/// Selects the orders to carry out, and returns them with the number of refused ones. `asked` holds
+/// the orders in their order of arrival, each with whether it came after its state was shown. An
+/// order that ends or lowers comes first, however late it arrived. Of the others only the first is
+/// carried out, and only if nothing lowers.
 #[must_use]
 pub fn select_orders(asked: Vec<(Order, bool)>, is_on: bool) -> (Vec<Order>, usize) {
     let has = |wanted: Order| asked.iter().any(|(order, _)| *order == wanted);
@@ -86,7 +87,7 @@ pub fn select_orders(asked: Vec<(Order, bool)>, is_on: bool) -> (Vec<Order>, usi
         return (vec![Order::Abort], 0);
     }
     let mut done = Vec::new();
-    // Once for all: a second one would be about the level below.
+    // Only once: a second one would refer to the level below.
     done.extend(has(Order::TooMuch).then_some(Order::TooMuch));
     done.extend((is_on && has(Order::Skip)).then_some(Order::Skip));
     let (stops, rest): (Vec<_>, Vec<_>) = (asked.into_iter())
@@ -102,7 +103,7 @@ pub fn select_orders(asked: Vec<(Order, bool)>, is_on: bool) -> (Vec<Order>, usi
     (done, count)
 }
 
-/// Why `count` orders are not carried out.
+/// Returns the reason why `count` orders are not carried out.
 #[must_use]
 pub fn early_refusal(count: usize) -> Refusal {
     let what = match count {

@@ -1,9 +1,9 @@
-//! Amplitudes that can be read from across the room.
+//! Draws amplitudes in large digits that can be read from across the room.
 
-/// Rows of a digit.
+/// Height of a digit, in rows.
 pub const ROWS: usize = 5;
 
-/// A character as five rows of three columns; nothing for one that is not in a number.
+/// Returns a character of a number as five rows of three columns; `None` for any other character.
 const fn rows(of: char) -> Option<[&'static str; ROWS]> {
     Some(match of {
         '0' => ["███", "█ █", "█ █", "█ █", "███"],
@@ -21,7 +21,7 @@ const fn rows(of: char) -> Option<[&'static str; ROWS]> {
     })
 }
 
-/// `number` in big digits, and its unit behind the last row.
+/// Draws `number` in large digits, with its unit after the last row.
 #[must_use]
 pub fn big_number(number: &str, unit: &str) -> [String; ROWS] {
     let mut lines: [String; ROWS] = Default::default();

@@ -1,14 +1,14 @@
-//! Keys and what they order.
+//! Keys of the calibration and their orders.
 
 use crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use host_core::calibration::{Order, Step, View};
 
-/// Longest line that is typed, characters.
+/// Longest line that can be typed, characters.
 const LONGEST: usize = 200;
 
-/// What `key` orders at this sight. Where names are asked for, `typed` takes them; Esc
-/// and Ctrl-C end it there, too. A held key raises nothing where the terminal tells it
-/// from one pressed again.
+/// Returns the order of `key` in this view. Where names are requested, the key edits `typed`; Esc
+/// and Ctrl-C still end the calibration. A held key raises nothing, if the terminal reports
+/// repeated keys.
 pub fn order(key: KeyEvent, view: &View, typed: &mut String) -> Option<Order> {
     if key.kind == KeyEventKind::Release {
         return None;
@@ -39,7 +39,7 @@ pub fn order(key: KeyEvent, view: &View, typed: &mut String) -> Option<Order> {
     }
 }
 
-/// Names, typed until Enter.
+/// Edits the names until Enter.
 fn edit_names(key: KeyCode, typed: &mut String) -> Option<Order> {
     match key {
         KeyCode::Char(c) if typed.chars().count() < LONGEST => typed.push(c),

@@ -1,7 +1,7 @@
-//! The calibration's screen: what the operator sees, and the keys that order.
+//! The calibration's screen and its keys.
 //!
-//! In: views and what was recorded, from the thread at the device. Out: orders, one a
-//! key. Not here: what an order does (`host_core::calibration`).
+//! Receives views and recorded entries from the thread at the device, and returns at most one order
+//! for each key. `host_core::calibration` carries the orders out.
 
 mod asked;
 mod digits;

@@ -1,34 +1,33 @@
-//! What the operator sees.
+//! State of the operator's screen.
 
 use host_core::calibration::{Entry, OperatorNotice, View};
 use std::collections::VecDeque;
 
-/// Notes that are kept.
+/// Largest number of notes that are kept.
 const NOTES: usize = 20;
 
-/// What the screen shows.
+/// Contents of the screen.
 #[derive(Clone, Debug, Default)]
 pub struct ScreenState {
-    /// The wearer's pseudonym.
+    /// Pseudonym of the wearer.
     pub wearer: String,
-    /// The device, as it was named.
+    /// Device, as the user named it.
     pub device: String,
-    /// The latest view; none before the device is armed.
+    /// The latest view; `None` before the device is armed.
     pub view: Option<View>,
-    /// What happened, newest first: s, words, whether it is bad.
+    /// Notes, newest first: time in s, text, whether it is a problem.
     pub notes: VecDeque<(f64, String, bool)>,
-    /// What is being typed.
+    /// Text that is being typed.
     pub typed: String,
 }
 
 impl ScreenState {
-    /// Adds a note.
     pub fn note(&mut self, t_s: f64, text: String, is_bad: bool) {
         self.notes.push_front((t_s, text, is_bad));
         self.notes.truncate(NOTES);
     }
 
-    /// Notes what is told.
+    /// Adds a note about a notice from the calibration.
     pub(super) fn add_notice(&mut self, told: OperatorNotice<'_>, view: &View) {
         let (text, is_bad) = match told {
             OperatorNotice::Recorded(entry) => match entry_text(entry) {
@@ -45,7 +44,7 @@ impl ScreenState {
     }
 }
 
-/// An entry in words; nothing for what the screen shows anyway.
+/// Describes an entry of the journal; `None` if the screen shows it anyway.
 fn entry_text(entry: &Entry) -> Option<String> {
     Some(match entry {
         Entry::Armed { channel, check_ma } => match check_ma {

@@ -1,4 +1,5 @@
-//! Who sits at the terminal, for both threads: keys in, orders out, and what is shown.
+//! State that the thread at the device and the thread at the terminal share: keys, orders, contents
+//! of the screen.
 
 use super::typed::PendingInput;
 use super::{InputLimiter, ScreenState, State, calibration_order, early_refusal, select_orders};
@@ -9,43 +10,45 @@ use host_core::calibration::{
 use host_core::link::{Interruption, Signal};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// Most keys of one turn that are typed: more is a paste, where nobody says so.
+/// Largest number of keys in one turn that a person can type; more are pasted text, on terminals
+/// that do not report a paste.
 const TYPED: usize = 4;
 
-/// What the thread at the device and the thread at the terminal share.
+/// State that the thread at the device and the thread at the terminal share.
 #[derive(Debug, Default)]
 pub struct SharedTerminal {
-    /// What is shown.
+    /// Contents of the screen.
     pub sight: ScreenState,
     inlet: InputLimiter,
     typed: PendingInput,
-    /// What was pressed since the last turn, and whether it is for what is shown.
+    /// Keys since the last turn, each with whether it was pressed after the present state was
+    /// shown.
     pressed: Vec<(KeyEvent, bool)>,
     state: Option<State>,
-    /// The state's, from 1.
+    /// Number of the present state, from 1.
     number: u64,
-    /// That is on the terminal.
+    /// Number of the state that the terminal shows.
     shown: Option<u64>,
     is_small: bool,
     has_left: bool,
 }
 
 impl SharedTerminal {
-    /// At this sight.
+    /// Starts with these contents of the screen.
     #[must_use]
     pub fn new(sight: ScreenState) -> Self {
         let rest = Self::default();
         Self { sight, ..rest }
     }
 
-    /// What is to be drawn, and the number of its state.
+    /// Returns the contents to draw, and the number of their state.
     #[must_use]
     pub fn snapshot(&self) -> (ScreenState, u64) {
         (self.sight.clone(), self.number)
     }
 
-    /// What was pressed until now is not for state `number`, which is on the terminal next;
-    /// on one that `is_small` it cannot be seen.
+    /// Notes that the terminal is about to show state `number`; keys pressed until now do not refer
+    /// to it. A screen that `is_small` cannot show it.
     pub fn mark_shown(&mut self, number: u64, is_small: bool) {
         let shown = Some(number).filter(|_| !is_small);
         if self.shown != shown {
@@ -55,12 +58,12 @@ impl SharedTerminal {
         }
     }
 
-    /// The terminal takes nothing: what is on it is not what it should be.
+    /// Notes that the terminal accepts no output, so that its contents are outdated.
     pub const fn mark_hidden(&mut self) {
         self.shown = None;
     }
 
-    /// The terminal has gone.
+    /// Notes that the terminal has closed.
     pub const fn mark_closed(&mut self) {
         self.has_left = true;
     }
@@ -100,7 +103,7 @@ impl SharedTerminal {
         }
     }
 
-    /// What was pressed, as orders.
+    /// Turns the pressed keys into orders, each with whether it refers to the present state.
     fn pressed_orders(&mut self, view: &View) -> Vec<(Order, bool)> {
         let pressed = std::mem::take(&mut self.pressed);
         let is_typing = view.question.is_some() && view.step == Step::Points;
@@ -110,13 +113,13 @@ impl SharedTerminal {
             is_for_this &= is_shown;
             let order = match is_for_this {
                 true => calibration_order(key, view, &mut self.sight.typed),
-                // Nobody typed a name before it was asked for.
+                // Keys pressed before names were requested are no names.
                 false => calibration_order(key, &View::default(), &mut String::new()),
             };
             if let Some(order) = order {
                 let lowers = order.lowers();
                 asked.push((order, is_for_this));
-                // What follows is for what comes of it.
+                // Later keys refer to the state after this order.
                 is_for_this &= lowers;
             }
         }
@@ -124,11 +127,11 @@ impl SharedTerminal {
     }
 }
 
-/// The operator behind the terminal, for the thread at the device.
+/// Operator behind the terminal, as the thread at the device sees it.
 pub struct TerminalOperator<'a> {
-    /// Who sits there.
+    /// State shared with the thread at the terminal.
     pub sitting: &'a Mutex<SharedTerminal>,
-    /// Asked to end when the terminal has gone.
+    /// Receives a hang-up signal when the terminal has closed.
     pub interruption: Interruption,
 }
 
@@ -143,7 +146,7 @@ impl Operator for TerminalOperator<'_> {
         let orders = self.sitting().orders(view);
         match orders {
             Err(OperatorLoss::Ended | OperatorLoss::Unread) => {
-                // As the system says it, to those whose terminal it is.
+                // A closed terminal counts as SIGHUP.
                 self.interruption.raise_signal(Signal::HangUp);
                 Ok(Vec::new())
             }

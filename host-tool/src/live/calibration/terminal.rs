@@ -1,4 +1,4 @@
-//! The thread at the terminal: frames out. It is not waited for, however slow it is.
+//! Runs the terminal's thread, which draws frames. No other thread waits for it.
 
 use super::view::is_small;
 use super::{SharedTerminal, draw_calibration};
@@ -18,17 +18,17 @@ use std::rc::Rc;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-/// From one try to write to the next.
+/// Time between two attempts to write.
 const RETRY: Duration = Duration::from_millis(2);
 
-/// Tries after which a terminal that takes nothing shows nothing, or is left as it is.
+/// Number of failed attempts after which the terminal counts as blocked.
 const TRIES: u32 = 50;
 
 fn lock_terminal(sitting: &Mutex<SharedTerminal>) -> MutexGuard<'_, SharedTerminal> {
     sitting.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// What is to be written.
+/// Buffer of the bytes to write.
 #[derive(Clone, Default)]
 struct Bytes(Rc<RefCell<Vec<u8>>>);
 
@@ -43,17 +43,17 @@ impl Write for Bytes {
     }
 }
 
-/// The terminal in raw mode, on its alternate screen, as long as this lives.
+/// The terminal in raw mode on its alternate screen, until this value is dropped.
 pub struct RawTerminal {
     bytes: Bytes,
     terminal: Terminal<CrosstermBackend<Bytes>>,
 }
 
 impl RawTerminal {
-    /// Takes the terminal.
+    /// Switches the terminal to raw mode and its alternate screen.
     ///
     /// # Errors
-    /// It cannot be taken.
+    /// Fails if the terminal cannot be switched.
     pub fn open() -> io::Result<Self> {
         let mut bytes = Bytes::default();
         let terminal = Terminal::new(CrosstermBackend::new(bytes.clone()))?;
@@ -63,10 +63,10 @@ impl RawTerminal {
         Ok(Self { bytes, terminal })
     }
 
-    /// Draws until `is_over`, at the pace of the terminal. Afterwards nobody sits at it.
+    /// Draws until `is_over`, as fast as the terminal accepts, then marks the terminal as closed.
     ///
     /// # Errors
-    /// The terminal fails. One that has gone is no error: it is noted.
+    /// Fails if drawing fails. A terminal that closes is noted instead.
     pub fn draw_until(
         &mut self,
         sitting: &Mutex<SharedTerminal>,
@@ -81,7 +81,7 @@ impl RawTerminal {
         drawn
     }
 
-    /// Draws what there is, and says that it is shown before its last bytes are written.
+    /// Draws the present state, and marks it as shown before its last bytes are written.
     fn draw(
         &mut self,
         sitting: &Mutex<SharedTerminal>,
@@ -97,7 +97,7 @@ impl RawTerminal {
                 lock_terminal(sitting).mark_shown(number, is_small);
             }
             let Ok(written) = write_available(&bytes) else {
-                // Whoever is at the device ends it.
+                // The thread at the device then ends the calibration.
                 lock_terminal(sitting).mark_closed();
                 break;
             };
@@ -123,7 +123,7 @@ impl Drop for RawTerminal {
     }
 }
 
-/// Gives the terminal back as it was, if it is still there.
+/// Restores the terminal, if it still exists.
 fn restore_terminal() {
     let _ = disable_raw_mode();
     let mut bytes = Vec::new();

@@ -1,17 +1,17 @@
-//! The bytes of a terminal as keys. What ends is a key wherever it stands; what is pasted
-//! is none.
+//! Parses the bytes of a terminal into keys. Keys that end the calibration are recognized
+//! everywhere; pasted text is ignored.
 
 use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
-/// Longest sequence of a key, bytes.
+/// Longest escape sequence, bytes.
 const LONGEST: usize = 32;
 
-/// Turns without a byte after which a paste has ended.
+/// Number of turns without input after which a paste counts as finished.
 const QUIET: u32 = 40;
 
 const ESCAPE: u8 = 0x1b;
 
-/// What has come and is not yet a key.
+/// Bytes that are not yet a complete key.
 #[derive(Debug, Default)]
 pub struct PendingInput {
     rest: Vec<u8>,
@@ -19,18 +19,19 @@ pub struct PendingInput {
     quiet: u32,
 }
 
-/// What bytes begin with: how many they are, and what they are.
+/// The first element of the input, with its length in bytes.
 enum InputStart {
     Key(usize, KeyCode),
     Control(usize, char),
     Paste(usize, bool),
     Nothing(usize),
-    /// More must come.
+    /// Incomplete; more bytes must follow.
     Part,
 }
 
 impl PendingInput {
-    /// The keys that `bytes` end. `is_turn`: what came a turn before is no longer waited on.
+    /// Returns the keys that `bytes` complete. At a turn (`is_turn`) without input, an incomplete
+    /// escape sequence becomes Escape and other incomplete bytes are discarded.
     pub fn parse_keys(&mut self, bytes: &[u8], is_turn: bool) -> Vec<KeyEvent> {
         let mut keys = Vec::new();
         if bytes.is_empty() && is_turn {
@@ -75,14 +76,14 @@ impl PendingInput {
 fn parse_input(bytes: &[u8]) -> InputStart {
     match bytes {
         [ESCAPE] => InputStart::Part,
-        // The function keys of the Linux console.
+        // Function keys of the Linux console.
         [ESCAPE, b'[', b'[', last, ..] if *last >= b' ' => InputStart::Nothing(4),
         [ESCAPE, b'[', b'['] => InputStart::Part,
         [ESCAPE, b'[', b'[', ..] => InputStart::Key(3, KeyCode::Esc),
         [ESCAPE, b'[', rest @ ..] => parse_sequence(rest),
         [ESCAPE, b'O'] => InputStart::Part,
         [ESCAPE, b'O', last, ..] => parse_arrow(3, *last),
-        // Escape and something else: to end is the safe side.
+        // Escape followed by another byte counts as Escape, because ending is safe.
         [ESCAPE, ..] => InputStart::Key(1, KeyCode::Esc),
         [3, ..] => InputStart::Control(1, 'c'),
         [4, ..] => InputStart::Control(1, 'd'),
@@ -93,7 +94,7 @@ fn parse_input(bytes: &[u8]) -> InputStart {
     }
 }
 
-/// What a control sequence is, of which `rest` follows the introducer.
+/// Parses a control sequence; `rest` is the part after the introducer.
 fn parse_sequence(rest: &[u8]) -> InputStart {
     let is_last = |byte: &u8| !(0x20..0x40).contains(byte);
     let Some(end) = rest.iter().take(LONGEST).position(is_last) else {
@@ -107,7 +108,7 @@ fn parse_sequence(rest: &[u8]) -> InputStart {
         (b"200", b'~') => InputStart::Paste(end + 3, true),
         (b"201", b'~') => InputStart::Paste(end + 3, false),
         (_, 0x40..=0x7e) => parse_arrow(end + 3, last),
-        // Broken off: what comes now begins anew.
+        // The sequence was interrupted; a new one begins here.
         _ => InputStart::Key(end + 2, KeyCode::Esc),
     }
 }
@@ -131,7 +132,7 @@ fn parse_character(bytes: &[u8]) -> InputStart {
         (None, Some(chunk)) if chunk.invalid().len() < bytes.len() => {
             InputStart::Nothing(chunk.invalid().len().max(1))
         }
-        // A part of a character, or bytes that are none.
+        // A part of a character, or invalid bytes.
         _ if bytes.len() < 4 => InputStart::Part,
         _ => InputStart::Nothing(1),
     }
@@ -163,7 +164,7 @@ mod tests {
             Backspace,
         ];
         assert_eq!(codes(&mut typed, bytes.as_bytes()), keys);
-        // In as many pieces as there are bytes.
+        // The same bytes one at a time.
         let mut pieces = Vec::new();
         for byte in bytes.as_bytes() {
             pieces.extend(codes(&mut typed, &[*byte]));
@@ -199,7 +200,7 @@ mod tests {
         assert!(codes(&mut typed, b"\x1b[200~+n+n+n").is_empty());
         assert_eq!(codes(&mut typed, b"+n\x03+n"), [Char('c')]);
         assert_eq!(codes(&mut typed, b"tq\x1b[201~+"), [Char('+')]);
-        // A paste whose end is lost.
+        // A paste whose end marker is lost.
         assert!(codes(&mut typed, b"\x1b[200~+").is_empty());
         (0..QUIET).for_each(|_| assert!(codes(&mut typed, b"").is_empty()));
         assert_eq!(codes(&mut typed, b"+"), [Char('+')]);

@@ -1,4 +1,4 @@
-//! The frame, cell by cell: for 80 × 24.
+//! Draws the calibration's frame for 80 × 24 characters.
 
 use super::ScreenState;
 use super::digits::big_number;
@@ -9,17 +9,16 @@ use ratatui::style::{Color, Modifier, Style, Stylize};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Gauge, Paragraph, Wrap};
 
-/// Columns and rows that everything needs.
+/// Columns and rows that the whole frame needs.
 const NEEDED: (u16, u16) = (80, 24);
 
-/// Whether not everything can be seen on `area`.
+/// Returns whether `area` is too small for the whole frame.
 #[must_use]
 pub const fn is_small(area: Rect) -> bool {
     area.width < NEEDED.0 || area.height < NEEDED.1
 }
 
-/// Draws all that `sight` has; where that has no room, only whether something is given and
-/// how to end it.
+/// Draws the whole screen; if there is no room, only whether stimulation is on and how to end it.
 pub fn draw(frame: &mut Frame<'_>, sight: &ScreenState) {
     if is_small(frame.area()) {
         frame.render_widget(small(sight), frame.area());
@@ -123,7 +122,7 @@ fn draw_step(frame: &mut Frame<'_>, area: Rect, view: &View, typed: &str) {
     frame.render_widget(Paragraph::new(lines).block(block), area);
 }
 
-/// What is asked, or what the next key does.
+/// Returns the question, or the effect of the next key.
 fn prompt_line<'a>(view: &View, typed: &'a str) -> Line<'a> {
     let gives = |level: Level| format!("gives {level} {}", view.unit);
     if let Some(question) = view.question {
@@ -183,7 +182,7 @@ fn notes(sight: &ScreenState) -> Paragraph<'_> {
     Paragraph::new(lines).wrap(Wrap { trim: true }).block(block)
 }
 
-/// The part done: steps of all electrodes.
+/// Draws the finished share of the steps of all electrodes.
 fn draw_done(frame: &mut Frame<'_>, area: Rect, view: &View) {
     let steps = Step::ALL.len();
     let before =

@@ -1,4 +1,4 @@
-//! The pattern, and a board that plays it.
+//! The pattern of a bench test, and the board that plays it.
 
 use crate::selftest::{BOOT, channel};
 use firmware::link::HelloInfo;
@@ -11,46 +11,46 @@ use hal_sim::world::World;
 use host_core::link::{Connection, Error, Interruption, Port, SimulatedPort};
 use host_core::run::{DeviceName, OpenError};
 
-/// A current: at 10 kΩ half of a stage's 120 V or less.
+/// Amplitude of a current stage, µA: at 10 kΩ half of the stage's 120 V or less.
 const CURRENT: Amplitude = Amplitude::new(5_000);
 
-/// A voltage: at 500 Ω half of a stage's 20 mA.
+/// Amplitude of a voltage stage, mV: at 500 Ω half of the stage's 20 mA.
 const VOLTAGE: Amplitude = Amplitude::new(5_000);
 
-/// Biphasic, 200 µs a phase, 50 µs between them, 50 Hz.
+/// Time between pulses, µs: 50 Hz. Pulses are biphasic, 200 µs a phase, 50 µs between them.
 const PERIOD_US: u32 = 20_000;
 
-/// So often the board hears its host, µs; it is patient for ten times as long.
+/// Time between two messages to the board, µs; a tenth of the host timeout.
 const INTERVAL_US: u64 = 20_000;
 
-/// What the board does while a value is measured.
+/// Action of the board while a value is measured.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum BoardActivity {
     /// Plays the pattern.
     Plays,
-    /// Plays it until the hand-held stop opens.
+    /// Plays the pattern until the hand-held stop opens.
     StopOpens,
-    /// Plays it until it is ordered to stop, and falls to zero.
+    /// Plays the pattern until ordered to stop, and falls to zero.
     Falls,
 }
 
-/// What a board plays: on one channel, and nothing that a person may not get.
+/// Pattern that a board plays on one channel, within limits that are safe for a person.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Pattern {
-    /// From 1.
+    /// Channel number, from 1.
     pub channel: u8,
-    /// The board's stage there.
+    /// The board's output stage of the channel.
     pub stage: StageKind,
 }
 
 impl Pattern {
-    /// On this channel, from 1, of this stage.
+    /// Returns the pattern for a channel, from 1, with this output stage.
     #[must_use]
     pub const fn new(channel: u8, stage: StageKind) -> Self {
         Self { channel, stage }
     }
 
-    /// In the stage's thousandths; the setup's limit, too.
+    /// Returns the amplitude, µA or mV; also the limit in the setup.
     #[must_use]
     pub const fn amplitude(&self) -> Amplitude {
         match self.stage {
@@ -59,7 +59,7 @@ impl Pattern {
         }
     }
 
-    /// Across a load, V.
+    /// Returns the peak voltage across a load, V.
     #[must_use]
     pub fn peak_v(&self, load_ohm: u32) -> f64 {
         let amplitude = f64::from(self.amplitude().get()) * 1e-3;
@@ -69,7 +69,7 @@ impl Pattern {
         }
     }
 
-    /// For people: "5 mA".
+    /// Describes the pattern for people.
     #[must_use]
     pub fn description(&self) -> String {
         let unit = match self.stage {
@@ -87,13 +87,13 @@ impl Pattern {
         self.channel - 1
     }
 
-    /// The channel, with no limit above what the pattern needs.
+    /// Returns the channel's setup, with the pattern's amplitude as its limit.
     fn spec(&self) -> ChannelSpec {
         let stage = match self.stage {
             StageKind::Current { full_scale_ua } => StageSpec::Current { full_scale_ua },
             StageKind::Voltage { full_scale_mv } => StageSpec::Voltage {
                 full_scale_mv,
-                load_ohm: 500, // the least, so that limits hold for each
+                load_ohm: 500, // the smallest load, so that limits hold for each
             },
         };
         ChannelSpec {
@@ -103,7 +103,7 @@ impl Pattern {
         }
     }
 
-    /// Of a dummy: no more than the pattern needs, even if somebody were connected.
+    /// Returns a wearer's limits no higher than the pattern needs, even if a person were connected.
     fn limits() -> WearerSpec {
         WearerSpec {
             max_current_ua: 10_000,
@@ -118,10 +118,10 @@ impl Pattern {
     }
 }
 
-/// A board on the bench.
+/// A board in a bench test.
 pub struct Bench {
     client: Connection<Box<dyn Port>>,
-    /// Who answered.
+    /// Greeting of the board.
     pub info: HelloInfo,
     pattern: Option<Pattern>,
     is_on: bool,
@@ -131,7 +131,7 @@ impl Bench {
     /// Opens a board behind a port, or the native simulator with dummy loads.
     ///
     /// # Errors
-    /// There is none, or it refuses.
+    /// Fails if there is no board or it refuses.
     pub fn open(name: &DeviceName, interruption: Interruption) -> Result<Self, OpenError> {
         let port: Box<dyn Port> = match name {
             DeviceName::Native => {
@@ -151,8 +151,8 @@ impl Bench {
         })
     }
 
-    /// The board's stage on `channel`, from 1, by its own word; of a simulator that has
-    /// what is declared, one of 100 mA.
+    /// Returns the board's stage on `channel`, from 1, as the board reports it. For a simulator
+    /// that accepts any declared stage, returns one of 100 mA.
     #[must_use]
     pub fn stage(&self, channel: u8) -> Option<StageKind> {
         match &self.info.stages {
@@ -164,12 +164,12 @@ impl Bench {
         }
     }
 
-    /// Whether a simulator is part of this program.
+    /// Returns whether the device is a simulator within this program.
     pub fn is_in_process(&mut self) -> bool {
         self.client.port().world().is_some()
     }
 
-    /// Another load is in the output: known to a simulator only.
+    /// Changes the load of a simulator; a person changes that of a board.
     pub fn set_load(&mut self, load_ohm: u32) {
         if let Some(world) = self.client.port().world() {
             *world.body.loads_mut() = [Load::Ohms(load_ohm.into()); CHANNELS];
@@ -179,7 +179,7 @@ impl Bench {
     /// Configures, arms and starts the pattern.
     ///
     /// # Errors
-    /// Refused: an electrode is off, neither key nor stop is closed.
+    /// Fails if the board refuses: an electrode is off, or the key or stop is not closed.
     pub fn begin(&mut self, pattern: Pattern) -> Result<(), Error> {
         self.client.wearer(Pattern::limits())?;
         self.client.channel(pattern.index(), pattern.spec())?;
@@ -189,10 +189,11 @@ impl Bench {
         self.keep_playing()
     }
 
-    /// A moment of it, 20 ms; call again and again. A board that has stopped is left alone.
+    /// Plays the pattern for 20 ms; must be called continuously. Does not restart a board that has
+    /// stopped.
     ///
     /// # Errors
-    /// The board is lost, or a signal came.
+    /// Fails if the board is lost or a signal arrives.
     pub fn keep_playing(&mut self) -> Result<(), Error> {
         if let (Some(pattern), true) = (self.pattern, self.is_on) {
             let asked = firmware::link::Request::Amplitudes {
@@ -208,10 +209,10 @@ impl Bench {
         Ok(())
     }
 
-    /// What the board does in a step, beyond playing on.
+    /// Does what a step needs beyond playing.
     ///
     /// # Errors
-    /// The board is lost.
+    /// Fails if the board is lost.
     pub fn perform(&mut self, doing: BoardActivity) -> Result<(), Error> {
         match doing {
             BoardActivity::Plays | BoardActivity::StopOpens => Ok(()),
@@ -219,10 +220,10 @@ impl Bench {
         }
     }
 
-    /// Silence, whatever a signal says.
+    /// Stops the pattern, even after a signal.
     ///
     /// # Errors
-    /// The board is lost: then it is silent by its own host timeout.
+    /// Fails if the board is lost; its own host timeout then silences it.
     pub fn end(&mut self) -> Result<(), Error> {
         if !std::mem::take(&mut self.is_on) {
             return Ok(());

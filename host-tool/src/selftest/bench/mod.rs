@@ -1,8 +1,9 @@
-//! A real board on dummy loads, measured by a person with an oscilloscope.
+//! Bench test of a real board on dummy loads, measured by a person with an oscilloscope.
 //!
-//! Lives here: what is measured and what passes ([`Step`]), what is typed ([`read_value`]),
-//! the file ([`Sheet`]), the pattern that a board plays ([`Bench`]). Not here: who asks
-//! (`cli`). In: typed values. Out: a file that says what was measured, by whom, on what.
+//! Contains the measurements and their bounds ([`Step`]), the parser of typed values
+//! ([`read_value`]), the file ([`Sheet`]), and the pattern that a board plays ([`Bench`]). Receives
+//! typed values; writes a file with the values, the operator and the device. `cli` asks the
+//! questions.
 
 mod board;
 mod sheet;

@@ -1,4 +1,4 @@
-//! What was measured, in a file that is whole after every step.
+//! File of a bench test, which is complete after every step.
 
 use super::{Pattern, Step, steps};
 use hal_sim::input;
@@ -6,37 +6,37 @@ use host_core::record::{DeviceKind, Identity, replace_file, sha256};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
-/// Of the file.
+/// Format version of the file.
 const FORMAT: u32 = 1;
 
-/// The longest text of a person, characters.
+/// Longest text that a person may enter, characters.
 const LONGEST: usize = 200;
 
-/// A bench sheet: who measured what on which board.
+/// A bench sheet: the operator, the board and the measured values.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Sheet {
-    /// Of the file.
+    /// Format version of the file.
     pub format: u32,
-    /// Who measures, as they type it.
+    /// Name of the operator, as typed.
     pub operator: String,
-    /// The date, as they type it.
+    /// Date, as typed.
     pub date: String,
-    /// Oscilloscope, probe, meter, as they type it.
+    /// Oscilloscope, probe, meter, as typed.
     pub instruments: String,
-    /// They said that nobody is connected.
+    /// Whether the operator confirmed that nobody is connected.
     pub nobody_connected: bool,
-    /// The board, as it told itself, or a simulator.
+    /// Identity that the board reported, or that of a simulator.
     pub device: Identity,
     /// Channel, from 1.
     pub channel: u8,
-    /// What it plays.
+    /// Description of the pattern.
     pub pattern: String,
-    /// What was measured, in the order of the steps.
+    /// Measured values, in the order of the steps.
     pub answers: Vec<Answer>,
-    /// What it all comes to.
+    /// Verdict on all values.
     pub verdict: Verdict,
-    /// SHA-256 of this file with nothing here: finds a slip or an edit, not a forger.
+    /// SHA-256 of this file with this field empty. Detects mistakes and edits, but no forgery.
     pub sum: String,
 }
 
@@ -44,55 +44,55 @@ pub struct Sheet {
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Answer {
-    /// The step.
+    /// Name of the step.
     pub id: String,
     /// The load in the output, Ω.
     pub load_ohm: u32,
-    /// What was measured where.
+    /// Description of the measurement.
     pub what: String,
     /// Unit of the numbers.
     pub unit: String,
-    /// What was expected.
+    /// Expected value.
     pub expected: f64,
-    /// Lowest that passes.
+    /// Smallest value that passes.
     pub low: f64,
-    /// Highest that passes.
+    /// Largest value that passes.
     pub high: f64,
-    /// Where the bounds are from.
+    /// Source of the bounds.
     pub source: String,
-    /// As typed.
+    /// Value as typed.
     pub measured: f64,
-    /// Whether it lies within the bounds, both included.
+    /// Whether the value lies within the bounds, both included.
     pub holds: bool,
 }
 
-/// What a sheet comes to.
+/// Verdict on a sheet.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
     /// Steps are missing.
     Incomplete,
-    /// Values lie outside of their bounds.
+    /// Values lie outside their bounds.
     Failed,
-    /// A board, and every value lies within its bounds.
+    /// A board was measured, and every value lies within its bounds.
     Passed,
-    /// Whatever was typed: no board was measured.
+    /// No board was measured, whatever the values.
     Simulated,
 }
 
-/// Why there is no sheet to go on with.
+/// The reason why a sheet cannot be read or written.
 #[derive(Debug, thiserror::Error)]
 pub enum SheetError {
-    /// What stands there cannot be gone on with: the file, and why.
+    /// The sheet cannot be continued: the file, and the reason.
     #[error("E786 the bench sheet {0} cannot be gone on with: {1}")]
     Unfit(PathBuf, String),
-    /// It cannot be written.
+    /// The file cannot be written.
     #[error("E787 cannot write the bench sheet {0}: {1}; what was written before is kept")]
     Unwritten(PathBuf, String),
 }
 
 impl Answer {
-    /// What was measured in a step.
+    /// Judges the value measured in a step.
     #[must_use]
     pub fn new(step: &Step, measured: f64) -> Self {
         Self {
@@ -111,7 +111,7 @@ impl Answer {
 }
 
 impl Sheet {
-    /// One without answers, of who measures this pattern with what on this device.
+    /// Starts a sheet without answers; `who` is the operator, the date and the instruments.
     #[must_use]
     pub fn begin(who: [&str; 3], device: Identity, pattern: &Pattern) -> Self {
         let [operator, date, instruments] = who.map(ToOwned::to_owned);
@@ -132,18 +132,19 @@ impl Sheet {
         sheet
     }
 
-    /// Whether a person's text may stand in a sheet; why not.
+    /// Returns whether a person's text may stand in a sheet.
     #[must_use]
     pub fn is_valid_text(text: &str) -> bool {
         let length = text.trim().chars().count();
         (1..=LONGEST).contains(&length) && !text.chars().any(char::is_control)
     }
 
-    /// Reads the sheet at `path` to go on with it as `next`, which has no answers yet: the
-    /// same board, firmware, channel and pattern.
+    /// Reads the sheet at `path` to continue it. `next` is a new sheet for the same board,
+    /// firmware, channel and pattern.
     ///
     /// # Errors
-    /// [`SheetError::Unfit`].
+    /// Returns [`SheetError::Unfit`] if the file is not a sheet, was changed, or differs from
+    /// `next`.
     pub fn resume(path: &Path, next: &Self, pattern: &Pattern) -> Result<Self, SheetError> {
         let unfit = |why: String| SheetError::Unfit(path.to_owned(), why);
         let text = input::read_text(path, input::LONGEST_DOCUMENT);
@@ -161,7 +162,7 @@ impl Sheet {
                 "it was changed since it was written; begin another".into(),
             ));
         }
-        // Who and when may change from day to day; why it last reset does, too.
+        // Operator, date and the reason of the last reset may differ between days.
         let is_same = |a: &Identity, b: &Identity| {
             (a.kind, a.simulated, &a.unique_id, &a.firmware, &a.schema)
                 == (b.kind, b.simulated, &b.unique_id, &b.firmware, &b.schema)
@@ -191,13 +192,13 @@ impl Sheet {
         Ok(sheet)
     }
 
-    /// Whether a step has its answer.
+    /// Returns whether a step has its answer.
     #[must_use]
     pub fn has_answer(&self, id: &str) -> bool {
         self.answers.iter().any(|answer| answer.id == id)
     }
 
-    /// Takes an answer in, and judges anew.
+    /// Adds or replaces an answer, and updates the verdict.
     pub fn add_answer(&mut self, answer: Answer, pattern: &Pattern) {
         self.answers.retain(|known| known.id != answer.id);
         self.answers.push(answer);
@@ -229,16 +230,16 @@ impl Sheet {
     }
 
     fn text(&self) -> String {
-        // Numbers that were typed are finite, so it is JSON.
+        // Typed numbers are finite, so serialization cannot fail.
         let mut text = serde_json::to_string_pretty(self).unwrap_or_default();
         text.push('\n');
         text
     }
 
-    /// Writes it as a whole: a crash leaves the one before.
+    /// Replaces the file at once; after a crash the previous version remains.
     ///
     /// # Errors
-    /// [`SheetError::Unwritten`].
+    /// Returns [`SheetError::Unwritten`].
     pub fn write(&self, path: &Path) -> Result<(), SheetError> {
         let written = replace_file(path, self.text().as_bytes());
         written.map_err(|why| SheetError::Unwritten(path.to_owned(), why.to_string()))
@@ -273,7 +274,7 @@ mod tests {
         }
     }
 
-    /// Every step measured as expected, but for this one, measured as this.
+    /// Returns a sheet with the expected value in every step, except for the given step and value.
     fn filled(device: Identity, but: Option<(&str, f64)>) -> Sheet {
         let pattern = pattern();
         let mut sheet = Sheet::begin(["A", "2026-01-02", "scope"], device, &pattern);
@@ -304,7 +305,7 @@ mod tests {
             let sheet = filled(device(kind, true), None);
             assert_eq!(sheet.verdict, Verdict::Simulated, "{kind:?}");
         }
-        // Whatever it calls itself.
+        // The simulated flag counts, not the kind.
         let sheet = filled(device(DeviceKind::Board, true), None);
         assert_eq!(sheet.verdict, Verdict::Simulated);
         let (mut sheet, pattern) = (filled(board(), None), pattern());

@@ -1,35 +1,35 @@
-//! What is measured, where, and what passes.
+//! Steps of a bench test: the measurement and the bounds of each.
 
 use super::board::{BoardActivity, Pattern};
 
-/// The dummy loads, Ω, in the order in which they are asked for (docs/hardware.md, Before
-/// a person is connected).
+/// Dummy loads in the order in which they are needed, Ω (docs/hardware.md, Before a person is
+/// connected).
 const LOADS_OHM: [u32; 3] = [2_000, 500, 10_000];
 
 /// One value that a person measures.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Step {
-    /// Its name in files: "2000-peak".
+    /// Name in files, such as "2000-peak".
     pub id: String,
-    /// In the output, Ω.
+    /// Load in the output, Ω.
     pub load_ohm: u32,
-    /// What the board does.
+    /// Action of the board.
     pub doing: BoardActivity,
-    /// Where the probe goes, and what is read from the screen.
+    /// Place of the probe, and the reading on the screen.
     pub what: String,
     /// Unit in which the value is typed.
     pub unit: &'static str,
-    /// What the pattern should give.
+    /// Value that the pattern should give.
     pub expected: f64,
-    /// Lowest that passes.
+    /// Smallest value that passes.
     pub low: f64,
-    /// Highest that passes.
+    /// Largest value that passes.
     pub high: f64,
-    /// Where the bounds are from.
+    /// Source of the bounds.
     pub source: &'static str,
 }
 
-/// All steps of a pattern, in their order.
+/// Returns all steps of a pattern in their order.
 #[must_use]
 pub fn steps(pattern: &Pattern) -> Vec<Step> {
     let mut all = vec![pump()];
@@ -40,7 +40,7 @@ pub fn steps(pattern: &Pattern) -> Vec<Step> {
     all
 }
 
-/// A step with 2 kΩ of which the bounds are this far from the expected value.
+/// Returns a step with 2 kΩ whose bounds are `apart` from the expected value.
 fn step_with_bounds(id: &str, unit: &'static str, expected: f64, apart: f64) -> Step {
     Step {
         id: id.to_owned(),
@@ -126,7 +126,7 @@ fn load_steps(pattern: &Pattern, load_ohm: u32) -> [Step; 7] {
                 "mean",
                 "mV",
                 0.0,
-                1e-3 * f64::from(load_ohm), // 1 uA
+                1e-3 * f64::from(load_ohm), // 1 µA
                 "mean over 60 s, by a meter behind a low-pass, without sign",
                 "safety.md, Limits: 1 uA of net direct current",
             )
@@ -156,7 +156,7 @@ fn fall() -> Step {
     }
 }
 
-/// What is typed and is no measured value.
+/// The reason why typed text is not a measured value.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 #[error("E785 `{typed}` is no measured value: {why}; type one such as {like}")]
 pub struct ValueError {
@@ -165,10 +165,11 @@ pub struct ValueError {
     like: String,
 }
 
-/// A number and its unit, as they are typed: "2.51 V".
+/// Parses a number and its unit, such as "2.51 V".
 ///
 /// # Errors
-/// Nothing, letters, another unit, none, a sign, a comma, or nothing that anybody measures.
+/// Fails if the text is empty or not a number, has no unit or another unit, a minus sign or a
+/// comma, or is above 10⁶.
 pub fn read_value(step: &Step, typed: &str) -> Result<f64, ValueError> {
     let fail = |why: &str| ValueError {
         typed: host_core::session::escape_control_chars(typed.trim()),
