@@ -1,4 +1,4 @@
-//! `flexor chip` runs images of others: small ones, made here byte by byte, with symbols.
+//! Tests of `flexor chip` with small images, made here byte by byte, with symbols.
 
 use crate::program::{FLEXOR, ProgramOutput, flexor_command, run_flexor, test_folder, write_file};
 use serde_json::Value;
@@ -7,10 +7,10 @@ use std::path::{Path, PathBuf};
 use std::process::Stdio;
 use std::time::{Duration, Instant};
 
-/// Where code begins, behind sixteen vectors.
+/// Address of the code, after sixteen vectors.
 const CODE: u32 = 0x0800_0040;
 
-/// An ELF of `main`, half-words of Thumb code, and of `HardFault_Handler`, `b .`, behind it.
+/// Builds an ELF with `main`, half-words of Thumb code, and `HardFault_Handler` (`b .`) after it.
 fn elf(main: &[u16]) -> Vec<u8> {
     let handler = CODE + 2 * main.len() as u32;
     let mut flash = Vec::new();
@@ -28,7 +28,7 @@ fn elf(main: &[u16]) -> Vec<u8> {
         for word in [name, address + 1, size] {
             symbols.extend(u32::to_le_bytes(word));
         }
-        symbols.extend([0x12, 0, 0xF1, 0xFF]); // a function, of no section but absolute
+        symbols.extend([0x12, 0, 0xF1, 0xFF]); // a function, absolute instead of in a section
     }
     let [flash_at, symbols_at] = [84, 84 + flash.len() as u32];
     let names_at = symbols_at + symbols.len() as u32;
@@ -47,7 +47,7 @@ fn elf(main: &[u16]) -> Vec<u8> {
     file
 }
 
-/// MOVW and MOVT: `value` in R`d`.
+/// Encodes MOVW and MOVT, which load `value` into R`d`.
 fn set(d: u16, value: u32) -> [u16; 4] {
     let half = |opcode: u16, value: u32| {
         let imm = value as u16;
@@ -58,14 +58,14 @@ fn set(d: u16, value: u32) -> [u16; 4] {
     [low[0], low[1], high[0], high[1]]
 }
 
-/// `value` written to `address`: str r1,[r0].
+/// Encodes a write of `value` to `address`: str r1,[r0].
 fn store_word(address: u32, value: u32) -> Vec<u16> {
     [&set(0, address)[..], &set(1, value), &[0x6001]].concat()
 }
 
 const GPIOA: u32 = 0x4002_0000;
 
-/// PA5 up and down for ever by the alias of its bit of ODR.
+/// Encodes a loop that toggles PA5 for ever through the bit-band alias of its ODR bit.
 fn blink() -> Vec<u16> {
     let odr_bit = 0x4200_0000 + 0x2_0014 * 32 + 5 * 4;
     [
@@ -74,15 +74,15 @@ fn blink() -> Vec<u16> {
         &store_word(GPIOA, 0xA800_0400),
         &set(0, odr_bit),
         &set(3, 2_000),
-        // again: movs r1,#1; str; mov r2,r3; subs r2,#1; bne; movs r1,#0; str; mov r2,r3;
-        // subs r2,#1; bne; b again
+        // again: movs r1,#1; str; mov r2,r3; subs r2,#1; bne; movs r1,#0; str; mov r2,r3; subs
+        // r2,#1; bne; b again
         &[0x2101, 0x6001, 0x461A, 0x3A01, 0xD1FD],
         &[0x2100, 0x6001, 0x461A, 0x3A01, 0xD1FD, 0xE7F4],
     ]
     .concat()
 }
 
-/// "hi" on USART2, and a semihosting exit with this status.
+/// Encodes a program that sends "hi" on USART2 and exits by semihosting with this status.
 fn greet(status: u32) -> Vec<u16> {
     const BLOCK: u32 = 0x2000_0100;
     [
@@ -104,7 +104,7 @@ fn greet(status: u32) -> Vec<u16> {
     .concat()
 }
 
-/// A folder with `image.elf` of `main`.
+/// Creates a folder with `image.elf`, made from `main`.
 fn folder_with_image(test: &str, main: &[u16]) -> PathBuf {
     let folder = test_folder(&format!("any_image/{test}"));
     write_file(&folder, "image.elf", elf(main));
@@ -116,7 +116,7 @@ fn json((exit, out, error): ProgramOutput) -> (Option<i32>, Value) {
     (exit, value)
 }
 
-/// All edges of `pin` in a dump, ns.
+/// Reads all edges of `pin` from a dump, and the end of the dump, ns.
 fn edges(dump: &Path, pin: &str) -> (Vec<u64>, u64) {
     let text = std::fs::read(dump).unwrap();
     let mut parser = vcd::Parser::new(text.as_slice());
@@ -154,7 +154,7 @@ fn pins_are_dumped_and_counted_for_as_long_as_was_asked() {
     assert_eq!(told["pin_edges"]["PA5"], found.len());
     assert!(found.len() > 20, "{found:?}");
     assert_eq!(end, (seconds * 1e9).round() as u64);
-    // Two thousand turns of a loop, each as long as the other.
+    // Two thousand turns of a loop, all of the same length.
     let gaps: Vec<u64> = found.windows(2).map(|pair| pair[1] - pair[0]).collect();
     assert!(
         gaps.iter().all(|gap| gap.abs_diff(gaps[0]) < 1_000),
@@ -165,7 +165,7 @@ fn pins_are_dumped_and_counted_for_as_long_as_was_asked() {
         Some("main")
     );
 
-    // The same for people; a file that is there stays.
+    // The text output agrees, and an existing file is not replaced.
     let (exit, out, _) = run_flexor(&folder, &["chip", "image.elf", "--for", "20ms"]);
     assert_eq!(exit, Some(0));
     assert!(
@@ -225,7 +225,7 @@ fn faults_and_lock_ups_are_named_with_registers_and_function() {
     for part in ["r3 0x00000007", "cfsr 0x00008200", "pc 0x08000050"] {
         assert!(out.contains(part), "{out}");
     }
-    // A fault in its handler: the vector of hard faults is of no code.
+    // A fault in the fault handler: the vector of hard faults points to no code.
     let mut file = elf(&[0xDE00]);
     file[84 + 12..84 + 16].fill(0);
     write_file(&folder, "lock.elf", file);
@@ -325,7 +325,8 @@ fn the_usb_port_is_offered_at_a_socket() {
     assert!(running.wait().unwrap().success());
 }
 
-/// Ctrl-C ends in order: the dump is whole and says how long, the summary is printed.
+/// Ctrl-C ends the run in order: the dump is complete and states its length, the summary is
+/// printed.
 #[cfg(unix)]
 #[test]
 fn a_signal_ends_it_with_a_dump_that_is_whole() {
@@ -358,7 +359,7 @@ fn a_signal_ends_it_with_a_dump_that_is_whole() {
     assert!(out.contains(&told), "{told}: {out}");
 }
 
-/// Every command that docs/chip.md shows does what it says.
+/// Every command that docs/chip.md shows works as described.
 #[test]
 fn the_commands_of_the_document_run() {
     let folder = folder_with_image("document", &greet(0));

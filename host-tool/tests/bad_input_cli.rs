@@ -1,5 +1,5 @@
-//! What bad input gets from the `flexor` program: an exit code, a number, a
-//! sentence that says what to do, and the record up to that moment.
+//! Tests of the `flexor` program with bad input: exit code, error number, a message with the
+//! remedy, and a record of everything until then.
 
 use crate::program::{
     Board, SESSION, command_result, flexor_command, run_flexor, test_folder, write_file,
@@ -13,18 +13,18 @@ use std::path::Path;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
 
-/// Nothing here takes so long unless it hangs.
+/// Time after which a command counts as hanging.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// What it is, the words after `flexor`, the exit code, and what is all said.
+/// Name of the case, arguments of `flexor`, exit code, and parts of the expected message.
 type Row<'a> = (&'a str, &'a str, i32, &'a [&'a str]);
-/// People read it on standard error; machines get one JSON object with the
-/// same message on standard output.
+/// Checks the message on standard error, and the same message in one JSON object on standard
+/// output.
 fn check(folder: &Path, (name, line, code, says): Row) {
     let mut arguments: Vec<&str> = line.split_whitespace().collect();
     let (exit, _, error) = run_flexor(folder, &arguments);
     assert_eq!(exit, Some(code), "{name}: {error}");
-    // The words may be broken over lines of a terminal.
+    // A terminal may wrap the message.
     let is_word = |word: &&str| *word != "│";
     let words = |text: &str| {
         let words = text.split_whitespace().filter(is_word);
@@ -83,7 +83,7 @@ fn wrong_arguments_exit_with_2() {
     assert!(help.contains(&seed), "{help}");
 }
 
-/// A wearer without a forearm, without a file, with a mistake in it.
+/// A wearer without a forearm, a missing file, a file with a mistake.
 #[test]
 fn a_chart_of_a_wearer_needs_a_forearm() {
     let folder = test_folder("chart-wearer");
@@ -116,7 +116,7 @@ fn a_chart_of_a_wearer_needs_a_forearm() {
     }
 }
 
-/// A quick look writes nothing, so it needs no place.
+/// `--quick` writes nothing, so it needs no output folder.
 #[test]
 fn a_quick_look_needs_no_folder() {
     let line = ["chart", "control", "--quick", "--plants", "2"];
@@ -124,7 +124,7 @@ fn a_quick_look_needs_no_folder() {
     assert_eq!(exit, Some(0), "{error}");
 }
 
-/// Another law refuses a wearer as the file's own would: before anything is recorded.
+/// `--law` refuses a wearer just as the file's own law would, before anything is recorded.
 #[test]
 fn a_law_that_was_never_tried_on_this_wearer_records_nothing() {
     let folder = test_folder("never_tried");
@@ -176,7 +176,7 @@ fn bad_files_and_absent_devices_exit_with_1() {
     assert!(!folder.join("out").exists());
 }
 
-/// What people write first: another name, another scale, another comma, another encoding.
+/// Common first mistakes: other names, units, decimal commas, encodings.
 #[test]
 #[rustfmt::skip]
 fn first_mistakes_are_answered_with_what_was_meant() {
@@ -240,7 +240,7 @@ fn a_port_where_nobody_answers_is_refused() {
     let says = &["E501 no answer to Hello", "is this its port?"];
     let run = "run session.toml --device port";
     check(&folder, ("silent", run, 1, says));
-    // Nobody said what it was, so nobody says that.
+    // The kind of device is unknown, so no message states one.
     let arguments = [
         "experiment",
         "open-trains",
@@ -274,7 +274,7 @@ fn a_second_client_is_refused_and_the_first_goes_on() {
     first.keep_alive().unwrap();
 }
 
-/// Runs the session on a board, and takes the board away once there is data.
+/// Runs the session on a board, and ends the board once there is data.
 fn unplug(folder: &Path, board: Board) {
     let run = [
         "--json",
@@ -307,8 +307,8 @@ fn unplug(folder: &Path, board: Board) {
     is_kept(&folder.join("out"));
 }
 
-/// The record can be read, has every sample in order and without a gap, and
-/// says where and why it ends.
+/// Checks that the record can be read, has every sample in order and without a gap, and states when
+/// and why it ends.
 fn is_kept(out: &Path) {
     let run = record::load(out).unwrap();
     let trial = &run.trials[0];

@@ -1,5 +1,5 @@
-//! `flexor selftest --bench` from the outside: against a simulator with dummy loads, with
-//! right and wrong values, typed and from a file, cut short and gone on with.
+//! Tests of `flexor selftest --bench` against a simulator with dummy loads: right and wrong values,
+//! typed and from a file, interrupted and resumed.
 
 use crate::program::{flexor_command, run_flexor, test_folder, write_file};
 use serde_json::Value;
@@ -23,7 +23,7 @@ fn run(folder: &Path, more: &str) -> (Option<i32>, String, String) {
     )
 }
 
-/// Every step as a board would show it, but for some.
+/// Returns answers for every step as a board would give them, except for the given ones.
 fn answers(but: &[(&str, &str)]) -> String {
     let mut lines = vec![
         "# typed at the bench".to_owned(),
@@ -82,7 +82,7 @@ fn a_simulator_is_measured_to_the_end_and_never_passes_as_a_board() {
         .map(|value| value["load_ohm"].as_u64().unwrap())
         .collect();
     assert!([500, 2_000, 10_000].iter().all(|ohm| loads.contains(ohm)));
-    // What lies there is neither replaced nor called anything else.
+    // The existing file is neither replaced nor accepted as a board's.
     let (code, _, error) = run(&folder, "--answers values --nobody-connected");
     assert_eq!(code, Some(2), "{error}");
     assert!(
@@ -174,8 +174,8 @@ fn nonsense_is_told_all_at_once_before_anything_is_put_out() {
     }
 }
 
-/// Typed at a pipe: what is no value is asked for again, and the end of the input keeps
-/// what was measured.
+/// Values typed through a pipe: an invalid value is asked for again, and the end of the input keeps
+/// the measured values.
 #[test]
 fn typed_values_are_asked_for_again_and_an_end_is_gone_on_from() {
     let folder = test_folder("bench_typed");
@@ -206,7 +206,7 @@ fn typed_values_are_asked_for_again_and_an_end_is_gone_on_from() {
         .map(|value| value["id"].clone())
         .collect();
     assert_eq!(ids, ["pump-period", "2000-peak"]);
-    // The rest another day: what was measured is not asked for again.
+    // Resumed later, the bench test does not ask for measured values again.
     write_file(&folder, "values", answers(&[("pump-period", "1 us")]));
     let (code, _, error) = run(&folder, "--answers values --nobody-connected --resume");
     assert_eq!(code, Some(0), "{error}");
@@ -215,7 +215,7 @@ fn typed_values_are_asked_for_again_and_an_end_is_gone_on_from() {
     assert_eq!(whole["answers"][0]["measured"], 50.001);
 }
 
-/// Ctrl-C while a value is asked for.
+/// Sends Ctrl-C while the bench test asks for a value.
 #[test]
 fn a_signal_keeps_what_was_measured() {
     let folder = test_folder("bench_signal");

@@ -1,4 +1,4 @@
-//! `flexor calibrate` as people and programs start it.
+//! Tests of `flexor calibrate` as people and programs start it.
 
 use crate::calibrate_lines;
 use crate::program::{Board, ProgramOutput, command_result, run_flexor, test_folder, write_file};
@@ -84,7 +84,7 @@ fn files_of_others_and_damaged_journals_are_not_gone_on_with() {
     let (exit, told, error) = calibrate(&folder, &["--out", "w.toml", "--resume"]);
     assert_eq!(exit, Some(0), "{told}{error}");
     assert_eq!(read(&folder, "w.toml"), file);
-    // Damage.
+    // A damaged journal.
     let journal = read(&folder, "w.toml.journal");
     let cut: String = journal
         .lines()
@@ -230,7 +230,7 @@ fn a_level_changed_in_the_journal_is_no_limit() {
     assert!(exit == Some(1) && error.contains("E674"), "{error}");
 }
 
-/// The program, driven by lines.
+/// The program, driven by JSON lines.
 pub struct ScriptedProgram {
     pub process: Child,
     orders: Option<ChildStdin>,
@@ -257,7 +257,7 @@ impl ScriptedProgram {
         writeln!(self.orders.as_mut().unwrap(), "{line}").unwrap();
     }
 
-    /// The next line of which this is so.
+    /// Returns the next line that satisfies the condition.
     pub fn next_line(&mut self, is: impl Fn(&serde_json::Value) -> bool) -> serde_json::Value {
         calibrate_lines::next_line(&mut self.lines, is)
     }
@@ -283,7 +283,7 @@ fn another_program_orders_by_lines_and_nonsense_changes_nothing() {
     retry_after_stalls(name, order_by_lines);
 }
 
-/// The second raise comes within the second that the first one is given.
+/// The second raise comes during the second in which the first level is presented.
 fn order_by_lines() {
     let folder = test_folder("calibrate_lines");
     write_file(&folder, "plan.toml", PLAN);
@@ -317,7 +317,7 @@ fn order_by_lines() {
     driven.next_line(|value| {
         value["event"] == "view" && value["phase"] == "on" && value["given"] == 2.0
     });
-    // A second raise at once is no second step.
+    // A second raise during the first is not a second step.
     driven.send_order("{\"order\":\"raise\"}");
     let told = driven.next_line(|value| value["event"] == "refused");
     assert!(
@@ -352,7 +352,7 @@ fn an_input_that_ends_and_a_signal_end_it_with_the_journal_whole() {
         .args(["-c", &format!("kill -INT {id}")])
         .status();
     assert!(sent.unwrap().success());
-    // Its input stays open: the signal alone ends it.
+    // The input stays open, so only the signal ends the program.
     let mut rest = String::new();
     std::io::Read::read_to_string(&mut driven.lines, &mut rest).unwrap();
     let (exit, _, error) = driven.wait_for_end();
@@ -366,7 +366,7 @@ fn an_input_that_ends_and_a_signal_end_it_with_the_journal_whole() {
     assert_eq!(exit, Some(0), "{told}{error}");
 }
 
-/// A person at a board behind a socket, whose cable is cut while a level is given.
+/// Orders for a board behind a socket, whose connection is cut during a presentation.
 #[test]
 fn a_board_behind_a_port_is_ordered_by_lines_until_it_is_lost() {
     let folder = test_folder("calibrate_port");

@@ -1,4 +1,4 @@
-//! `flexor calibrate`, driven by lines.
+//! Helpers that drive `flexor calibrate` by JSON lines.
 
 use crate::program::flexor_command;
 use serde_json::Value;
@@ -6,7 +6,7 @@ use std::io::BufRead;
 use std::path::Path;
 use std::process::{Child, Stdio};
 
-/// The program in a folder with a plan, its input and outputs piped.
+/// Starts the program in a folder with a plan, with input and outputs piped.
 pub fn start_calibration(folder: &Path, more: &[&str]) -> Child {
     let mut words = vec!["--json", "calibrate", "--electrodes", "plan.toml"];
     words.extend(["--out", "w.toml"]);
@@ -19,7 +19,7 @@ pub fn start_calibration(folder: &Path, more: &[&str]) -> Child {
     command.spawn().unwrap()
 }
 
-/// The next line of which this is so.
+/// Returns the next line that satisfies the condition.
 pub fn next_line(lines: &mut impl BufRead, is: impl Fn(&Value) -> bool) -> Value {
     loop {
         let mut line = String::new();

@@ -1,4 +1,5 @@
-//! Orders to `flexor calibrate` that come all at once, too early, or from nobody who reads.
+//! Tests of orders to `flexor calibrate` that come all at once, too early, or from a program that
+//! reads no output.
 
 use crate::calibrate_lines;
 use crate::program::{ProgramOutput, command_result, run_flexor, test_folder, write_file};
@@ -8,7 +9,7 @@ use std::io::{BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command};
 
-/// Levels are given for so long that no computer is too slow to order meanwhile.
+/// Levels are presented long enough for a slow computer to give an order meanwhile.
 pub const PLAN: &str = "wearer = \"W01\"
 on_s = 10.0
 [limits]
@@ -19,7 +20,7 @@ place = \"wrist extensors\"
 ceiling = 24.0
 ";
 
-/// The program in a folder, driven by lines.
+/// The program in a folder, driven by JSON lines.
 struct ScriptedProgram {
     folder: PathBuf,
     process: Child,
@@ -27,7 +28,7 @@ struct ScriptedProgram {
     lines: Option<BufReader<ChildStdout>>,
 }
 
-/// The entries of this kind in the journal.
+/// Returns the entries of this kind in the journal.
 pub fn entries(folder: &Path, kind: &str) -> Vec<Value> {
     let journal = std::fs::read_to_string(folder.join("w.toml.journal")).unwrap_or_default();
     let lines = journal
@@ -73,7 +74,7 @@ impl ScriptedProgram {
         entries(&self.folder, "given").len()
     }
 
-    /// How it ended by itself, its input open.
+    /// Waits until the program ends by itself while its input is open.
     fn wait_for_end(mut self) -> ProgramOutput {
         let mut rest = String::new();
         if let Some(lines) = &mut self.lines {
@@ -86,7 +87,7 @@ impl ScriptedProgram {
         (self.process.wait().unwrap().code(), rest, error)
     }
 
-    /// The pipe that nobody reads holds one page.
+    /// Shrinks the pipe that nobody reads to one page.
     fn shrink_pipe(&self) {
         let pipe = self.lines.as_ref().unwrap().get_ref();
         fcntl(pipe, FcntlArg::F_SETPIPE_SZ(4096)).unwrap();
@@ -104,7 +105,7 @@ fn a_block_of_orders_is_one_order() {
     driven.send(&format!("{RAISE}{NO}").repeat(2000));
     driven.wait_for_phase("on");
     driven.next_line(|value| value["question"].is_string());
-    // In a block, too, nothing is for what it comes before.
+    // In a block of orders, too, no order refers to a later question.
     driven.send(&format!("{NO}{RAISE}{RAISE}"));
     driven.wait_until_ready();
     assert_eq!(driven.given_count(), 1);
@@ -139,7 +140,7 @@ fn what_was_refused_is_told_by_number() {
     assert_eq!(exit, Some(1));
 }
 
-/// 3000 orders one by one in turns of 5 ms last longer than the level that is given.
+/// 3000 orders carried out one by one in turns of 5 ms would last longer than the presentation.
 #[test]
 fn too_much_and_the_end_overtake_what_is_pending() {
     let mut driven = ScriptedProgram::start("calibrate_overtakes", PLAN);
@@ -182,7 +183,7 @@ fn without_a_reader_nothing_is_given() {
     let mut driven = ScriptedProgram::start("calibrate_no_reader", PLAN);
     driven.wait_until_ready();
     driven.lines = None;
-    // It may have ended already.
+    // The program may have ended already.
     let _ = driven.orders.write_all(RAISE.as_bytes());
     let folder = driven.folder.clone();
     let (exit, _, error) = driven.wait_for_end();
@@ -202,14 +203,14 @@ fn without_a_reader_nothing_is_given() {
     assert_eq!(exit, Some(0), "{told}{error}");
 }
 
-/// The program that waits for its reader ends with the order, or with the first signal.
+/// A program that waits for its reader ends with the order, or with the first signal.
 #[test]
 fn an_output_that_nobody_reads_does_not_keep_it() {
     for signal in [false, true] {
         let mut driven = ScriptedProgram::start("calibrate_unread", PLAN);
         driven.shrink_pipe();
         driven.wait_until_ready();
-        // Each is answered; a page is full of it.
+        // Each line is answered, and the answers fill a page.
         for _ in 0..8 {
             driven.send(&"nonsense\n".repeat(16));
         }
@@ -227,7 +228,7 @@ fn an_output_that_nobody_reads_does_not_keep_it() {
         let status = driven.process.wait().unwrap();
         assert_eq!(status.code(), Some(if signal { 130 } else { 1 }));
         assert_eq!(entries(&driven.folder, "ended").len(), 1);
-        // It was full, or its last line would be there.
+        // The pipe was full; otherwise its last line would have arrived.
         let mut rest = String::new();
         driven
             .lines

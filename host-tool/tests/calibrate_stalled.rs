@@ -1,4 +1,4 @@
-//! `flexor calibrate` on a computer that stalls.
+//! Tests of `flexor calibrate` on a computer that stalls.
 
 use crate::calibrate_cli::{PLAN, ScriptedProgram, read};
 use crate::program::{Board, test_folder, write_file};
@@ -17,9 +17,9 @@ fn signal(id: u32, name: &str) {
     assert!(sent.unwrap().success());
 }
 
-/// The computer does not run the program for half a second while a level is given to a
-/// board whose time goes on: the board is silent by itself, the stall is told as that, and
-/// the same level is given again at the same step.
+/// The computer suspends the program for half a second during a presentation, while the board's
+/// time continues. The board falls silent by itself, the stall is reported as a stall, and the same
+/// level is presented again at the same step.
 #[test]
 fn a_computer_that_stalls_is_told_as_that_and_the_calibration_goes_on_where_it_was() {
     let name = "a_computer_that_stalls_is_told_as_that_and_the_calibration_goes_on_where_it_was";
@@ -46,7 +46,7 @@ fn goes_on_after_a_stall() {
     let stalled = &told["entry"]["stalled"];
     let pause_ms = stalled["pause_ms"].as_u64().unwrap();
     assert!(pause_ms >= 400 && stalled["channel"] == 3, "{told}");
-    // Nothing is asked of what was cut short, and a raise gives the same.
+    // An interrupted presentation leads to no question, and a raise presents the same level.
     let view = driven.next_line(|value| value["phase"] == "ready");
     assert!(
         view["question"].is_null() && view["step"] == "placement",
@@ -65,14 +65,14 @@ fn goes_on_after_a_stall() {
     assert_eq!(journal.matches("\"armed\"").count(), 2, "{journal}");
 }
 
-/// Looks at a board for as long as it takes, as on a slow terminal, while one level is given.
+/// Operator that delays the program, as a slow terminal would, during one presentation.
 #[derive(Default)]
 struct Slow {
     looks: u32,
     stalls: u32,
 }
 
-/// Longer than the device waits for its host, shorter than one that hangs.
+/// Longer than the device's host timeout, shorter than a hang.
 const SLOW: Duration = Duration::from_millis(150);
 
 impl Operator for Slow {

@@ -1,4 +1,4 @@
-//! `flexor calibrate` at a terminal: keys that come all at once, too early or not at all.
+//! Tests of `flexor calibrate` at a terminal: keys that come all at once, too early or not at all.
 
 use crate::calibrate_orders::{PLAN, entries};
 use crate::program::{run_flexor, test_folder, write_file};
@@ -18,7 +18,7 @@ fn start_at_terminal(
     (folder, seated)
 }
 
-/// How often something was given.
+/// Counts the presentations.
 fn given_count(folder: &Path) -> usize {
     entries(folder, "given").len()
 }
@@ -34,7 +34,7 @@ fn pasted_keys_raise_nothing_and_do_not_keep_control_c() {
         assert_eq!(seated.wait_for_exit(), Some(1), "{}", seated.seen);
         let ended = entries(&folder, "ended");
         assert!(ended[0].to_string().contains("E683"), "{ended:?}");
-        // The first byte may come alone, and is a key then.
+        // The first byte may arrive alone, and is then a key.
         assert!(given_count(&folder) <= most);
     }
 }
@@ -46,7 +46,7 @@ fn a_paste_is_no_order_and_a_key_is_one() {
     seated.wait_for_text("\u{1b}[?2004h");
     seated.wait_for_text("READY");
     seated.type_text(&format!("\u{1b}[200~{}\u{1b}[201~", "+n".repeat(100)));
-    // Answers before the question are none.
+    // Answers before the question do not count.
     seated.type_text("+");
     seated.wait_for_text(" ON");
     seated.type_text("y");
@@ -94,7 +94,7 @@ fn a_terminal_that_is_too_small_raises_nothing() {
     }
     seated.type_text("+");
     seated.resize(80, 24);
-    // Notes come last on the screen.
+    // Notes are drawn last.
     seated.wait_for_text("READY");
     seated.wait_for_text("E671");
     assert_eq!(given_count(&folder), 0);

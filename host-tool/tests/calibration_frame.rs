@@ -1,4 +1,4 @@
-//! The calibration's screen, cell by cell, for known states.
+//! Tests of the calibration's screen, cell by cell, for known states.
 
 use host_core::calibration::{ElectrodeResult, Level, Phase, Step, View};
 use host_tool::live::{ScreenState, draw_calibration};

@@ -1,4 +1,4 @@
-//! `flexor check` and `flexor new`: every mistake of every file, and a first file.
+//! Tests of `flexor check` and `flexor new`: every mistake of every file, and a first file.
 
 use crate::program::{run_flexor, test_folder, write_file};
 use host_core::session::Session;
@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 use std::time::Instant;
 
-/// Exit code, the object for machines, and what people are told.
+/// Returns the exit code, the JSON object, and the text for people.
 fn run_check(folder: &Path, files: &[&str]) -> (Option<i32>, serde_json::Value, String) {
     let begun = Instant::now();
     let arguments = [&["--json", "check"], files].concat();
@@ -17,7 +17,7 @@ fn run_check(folder: &Path, files: &[&str]) -> (Option<i32>, serde_json::Value, 
     (exit, serde_json::from_str(&out).unwrap(), told)
 }
 
-/// The numbers of a file's mistakes, and whether each says where and what to do.
+/// Returns the numbers of a file's mistakes, after a check that each has a place and a remedy.
 fn numbers(checked: &serde_json::Value, file: usize) -> Vec<&str> {
     let mistakes = checked["sessions"][file]["mistakes"].as_array().unwrap();
     let each = mistakes
@@ -58,7 +58,7 @@ fn good_files_are_good_and_every_mistake_of_every_bad_one_is_told() {
     assert_eq!(run_flexor(&folder, &["check"]).0, Some(2));
 }
 
-/// Files that no person writes are refused as well, and at once: the time is printed.
+/// Files that no person writes are refused quickly, too; the test prints the time.
 #[test]
 fn monstrous_files_are_told_apart() {
     let folder = test_folder("check_monsters");
@@ -69,7 +69,7 @@ fn monstrous_files_are_told_apart() {
     for number in 0..100 {
         let _ = writeln!(hundred, "mistake_{number} = {number}");
     }
-    // The largest file that is read at all, of nothing but mistakes.
+    // The largest file that is read at all, full of mistakes.
     let mut worst = String::from("[study]\n");
     while worst.len() < (1 << 20) - 30 {
         let _ = writeln!(worst, "m{} = 1", worst.len());
@@ -127,8 +127,8 @@ fn a_new_file_is_good_and_never_replaces_one() {
     assert!(!folder.join("bad.toml").exists());
 }
 
-/// Wearer files are checked beside sessions, with all that is wrong with each; a session
-/// of one's own comes of a good one.
+/// Wearer files are checked together with sessions, with all their mistakes; a good wearer file
+/// makes a session.
 #[test]
 fn wearer_files_are_checked_and_make_sessions() {
     let folder = test_folder("check_wearer");
@@ -163,7 +163,7 @@ fn wearer_files_are_checked_and_make_sessions() {
     let session = Session::load(folder.join("mine.toml")).unwrap();
     assert_eq!(session.channels[0].spec.limit.get(), 15_000);
     assert!(session.channels[0].muscle.is_some());
-    // In another folder than the wearer's file.
+    // The session is in another folder than the wearer file.
     std::fs::create_dir(folder.join("deep")).unwrap();
     let arguments = [
         "new",

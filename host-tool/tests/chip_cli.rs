@@ -1,5 +1,5 @@
-//! What the `flexor` program says of images that cannot be flashed, and of
-//! options that have no place: one line, a number, exit code 1 or 2.
+//! Tests of the messages about images that cannot be flashed, and about options in the wrong place:
+//! one line, a number, exit code 1 or 2.
 
 use crate::program::{TRIGGER, flexor_command, run_flexor, test_folder, write_file};
 use std::io::{BufRead, BufReader, Read, Write};
@@ -7,12 +7,12 @@ use std::net::TcpStream;
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
 
-/// Header, one program header, `segment` at `address` of flash: an ELF without
-/// sections, of `machine`.
+/// Builds an ELF for `machine` without sections: header, one program header, `segment` at `address`
+/// of the flash.
 fn elf(machine: u16, address: u32, segment: &[u8]) -> Vec<u8> {
     let mut file = b"\x7fELF\x01\x01\x01\0\0\0\0\0\0\0\0\0\x02\0".to_vec();
     file.extend(machine.to_le_bytes());
-    // Version, entry (Thumb), program headers' place, none of sections, EABI 5.
+    // Version, entry (Thumb), offset of the program headers, no sections, EABI 5.
     for word in [1, 0x0800_0041, 52, 0, 0x0500_0000u32] {
         file.extend(word.to_le_bytes());
     }
@@ -27,7 +27,7 @@ fn elf(machine: u16, address: u32, segment: &[u8]) -> Vec<u8> {
     file
 }
 
-/// A vector table and a loop.
+/// Returns a vector table and an endless loop.
 fn code() -> Vec<u8> {
     let mut words = [0u32; 17];
     (words[0], words[1]) = (0x2000_4000, 0x0800_0041);
@@ -41,7 +41,7 @@ fn image(name: &str, bytes: &[u8]) -> PathBuf {
     write_file(&test_folder(&format!("images/{name}")), name, bytes)
 }
 
-/// The one line on standard error, after `error: `.
+/// Returns the one line on standard error, without `error: `.
 #[track_caller]
 fn expect_error(arguments: &[&str], image: &Path, exit: i32) -> String {
     let arguments = [arguments, &["--image", image.to_str().unwrap()]].concat();
@@ -55,7 +55,7 @@ fn expect_error(arguments: &[&str], image: &Path, exit: i32) -> String {
 
 const RUN: [&str; 4] = ["run", TRIGGER, "--device", "chip"];
 
-/// What `error` begins with, and what else it has.
+/// Checks the start of `error`, and that it contains all parts.
 #[track_caller]
 fn assert_error(error: &str, number: &str, parts: &[&str]) {
     assert!(error.starts_with(number), "{error}");
@@ -111,7 +111,7 @@ fn an_image_that_never_opens_its_port_is_told_after_its_time() {
     assert_error(&error, "E541", &["3 s"]);
 }
 
-/// The server of a debugger, as a launcher meets it.
+/// A launcher tests whether the debugger's server is open before it connects.
 #[test]
 fn a_debugger_s_port_is_served_until_the_program_ends() {
     let path = image("debugged.elf", &elf(ARM, 0x0800_0000, &code()));
@@ -132,7 +132,7 @@ fn a_debugger_s_port_is_served_until_the_program_ends() {
     BufReader::new(stderr).read_line(&mut line).unwrap();
     let (_, at) = line.split_once("gdb: target remote ").unwrap();
     let connect = || TcpStream::connect(at.trim()).unwrap();
-    drop(connect()); // "is it open?"
+    drop(connect()); // tests whether the port is open
     for _ in 0..3 {
         let mut gdb = connect();
         gdb.write_all(b"$?#3f").unwrap();

@@ -1,4 +1,4 @@
-//! `flexor compare`: what differs between stimulations, experiments and sweeps.
+//! Tests of `flexor compare`: differences between stimulations, experiments and sweeps.
 
 use super::program::{run_flexor, test_folder, write_file};
 use super::record_again::{run_failing, run_json, shortened_session};
@@ -6,7 +6,7 @@ use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Two open-loop sessions of half a second, of which the second is stronger on channel 2.
+/// Writes two open-loop sessions of half a second; the second is stronger on channel 2.
 fn sessions(test: &str) -> PathBuf {
     let folder = test_folder(test);
     let file = shortened_session(&folder, "ten_channels.toml", 0.5);
@@ -27,7 +27,7 @@ fn line<'a>(lines: &[&'a str], begins: &str) -> &'a str {
         .unwrap_or_else(|| panic!("{begins}: {lines:?}"))
 }
 
-/// The commands of docs/record.md, in a folder with the sessions that they name.
+/// Runs the commands of docs/record.md in a folder with the sessions that they use.
 #[test]
 fn the_commands_of_the_document_show_what_differs() {
     let folder = sessions("compare_differs");
@@ -51,7 +51,7 @@ fn the_commands_of_the_document_show_what_differs() {
     for line in lines.iter().filter(|line| !line.starts_with("page:")) {
         assert!(line.chars().count() <= 80, "{line}");
     }
-    // Channel 2 alone differs: 25 pulses of 200 µs that rise to 6 or 8 mA.
+    // Only channel 2 differs: 25 pulses of 200 µs that rise to 6 or 8 mA.
     let place = lines
         .iter()
         .position(|line| line.starts_with("  channel 2 "))
@@ -187,7 +187,7 @@ const DECLARATION: &str = "name = \"own\"\ntitle = \"Own\"\nsource = \"nobody\"\
     [[factor]]\nname = \"gap\"\n[[factor.level]]\nname = \"none\"\n\
     [[factor.level]]\nname = \"longer\"\nset = { \"setpoints.rate_hz\" = 25 }\n";
 
-/// Records of experiments have trials and results, sweeps results, runs trials.
+/// Records of experiments have trials and results, sweeps have results, runs have trials.
 #[test]
 fn experiments_and_sweeps_are_compared_by_what_they_have_in_common() {
     let folder = sessions("compare_kinds");
@@ -230,7 +230,7 @@ fn experiments_and_sweeps_are_compared_by_what_they_have_in_common() {
     let trials = run_json(&folder, "compare run first --out trials");
     assert_eq!(trials["rows"].as_array().unwrap().len(), 3);
     assert_eq!(trials["results"], serde_json::json!([]));
-    // No name in common: the first trial with the first.
+    // Without common names, the first trial is compared with the first.
     let (_, text, _) = run_flexor(&folder, &["compare", "run", "first"]);
     assert!(text.contains("1 trial is in one record only"), "{text}");
     assert!(text.contains("    no key has another value"), "{text}");

@@ -1,4 +1,4 @@
-//! `flexor experiment distributed`: what it tells, writes and refuses.
+//! Tests of `flexor experiment distributed`: output, files and refusals.
 
 use crate::program::{run_flexor, test_folder};
 use serde_json::Value;

@@ -1,4 +1,4 @@
-//! `flexor experiment sierotowicz`: what it tells, writes and refuses.
+//! Tests of `flexor experiment sierotowicz`: output, files and refusals.
 
 use crate::program::{run_flexor, test_folder};
 use serde_json::Value;
@@ -21,7 +21,7 @@ fn a_study_is_told_and_written() {
     for file in RESULT {
         assert!(folder.join("one").join(file).exists(), "{file}");
     }
-    // Two wearers of a frame that is S1's.
+    // Two wearers in the frame of S1.
     assert_eq!(result["shares"][0]["of"], 2, "{result}");
     let arms = std::fs::read_to_string(folder.join("one/arms.html")).unwrap();
     assert_eq!(arms.matches("<svg").count(), 1 + 3 * 3);
@@ -51,7 +51,7 @@ fn what_cannot_be_asked_is_wrong_use() {
     }
 }
 
-/// `flexor experiment electrode-choice`, short: its numbers, its matrices, what it refuses.
+/// A short `flexor experiment electrode-choice`: its numbers, its matrices, its refusals.
 #[test]
 fn a_choice_of_electrodes_is_told_and_written() {
     let folder = test_folder("electrode_choice");
@@ -67,7 +67,7 @@ fn a_choice_of_electrodes_is_told_and_written() {
     let page = std::fs::read_to_string(folder.join("two/result.html")).unwrap();
     // Two matrices of each method, of ten electrodes.
     assert_eq!(page.matches("what is missed without it\"").count(), 2);
-    // And a figure of what leaving it out costs.
+    // And a figure of the error that leaving an electrode out causes.
     assert_eq!(page.matches(">brachioradialis</text>").count(), 4 + 1);
     let (exit, people, _) = run_flexor(&folder, &["report", "two"]);
     assert_eq!(exit, Some(0), "{people}");

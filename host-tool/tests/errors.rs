@@ -1,10 +1,10 @@
-//! What holds for every error of host program and simulators: a number has one
-//! meaning, and a cause is told once.
+//! Rules for every error of host program and simulators: a number has one meaning, and a cause is
+//! printed once.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// Every source file of the host program and the simulators, with its text.
+/// Returns every source file of the host program and the simulators, with its text.
 fn sources() -> Vec<(PathBuf, String)> {
     let package = Path::new(env!("CARGO_MANIFEST_DIR"));
     let rooms = ["src", "core/src", "studies/src", "../hal-sim/src"];
@@ -23,13 +23,13 @@ fn sources() -> Vec<(PathBuf, String)> {
     sources
 }
 
-/// The code without its test module, which may name any number.
+/// Returns the code without its test module, which may contain any number.
 fn product(text: &str) -> &str {
     text.split("\n#[cfg(test)]").next().unwrap_or_default()
 }
 
-/// The string literal that begins at the quote at `start`, its line breaks and
-/// indents taken out.
+/// Returns the string literal that begins with the quote at `start`, without its line breaks and
+/// indents.
 fn literal(text: &str, start: usize) -> String {
     let mut escaped = false;
     let inside = text[start + 1..].chars().take_while(|&c| {
@@ -41,7 +41,7 @@ fn literal(text: &str, start: usize) -> String {
     raw.split("\\\n").map(str::trim_start).collect()
 }
 
-/// Numbers whose one meaning is told in several wordings.
+/// Numbers with one meaning but several wordings.
 const IN_SEVERAL_WORDINGS: [(&str, &str); 1] = [("E580", "a signal came")];
 
 #[test]
@@ -53,7 +53,7 @@ fn every_number_has_one_meaning() {
             let message = literal(text, start);
             let (number, words) = message.split_at_checked(4).unwrap();
             if !words.starts_with(' ') {
-                continue; // a number alone is no message
+                continue; // a number alone is not a message
             }
             let found = meanings.entry(number.to_owned()).or_default();
             if !found.iter().any(|(known, _)| known == words) {
@@ -73,8 +73,8 @@ fn every_number_has_one_meaning() {
     assert!(torn.is_empty(), "numbers with two meanings: {torn:#?}");
 }
 
-/// anyhow tells a chain of causes: a message that has its cause in it must not
-/// be linked to it too.
+/// anyhow prints a chain of causes, so that a message that contains its cause must not also link to
+/// it.
 #[test]
 fn a_cause_is_told_once() {
     let (mut linked, mut twice) = (0, Vec::new());

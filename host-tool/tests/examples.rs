@@ -1,5 +1,5 @@
-//! Every command that the example programs show at their head, and the documents about
-//! them anywhere, does what it says, as it stands there.
+//! Runs every command that the example programs show in their heads, and that any document shows
+//! about them, exactly as written.
 
 use crate::program::{Board, FLEXOR, command_result, test_folder};
 use std::collections::{BTreeMap, BTreeSet};
@@ -9,14 +9,14 @@ use std::process::{Command, Stdio};
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 
-/// How every such command begins.
+/// Prefix of these commands.
 const PYTHON: &str = "python3 docs/examples/";
 
-/// Where boards are in what is shown: for these the test has its own.
+/// Addresses of boards in the documents, which the test replaces by its own boards.
 const SOCKET: &str = "127.0.0.1:4242";
 const PORT: &str = "/dev/ttyACM0";
 
-/// A busy computer, on which a client is late for its device, may do that so often.
+/// Number of attempts for a command that fails because a busy computer was too late for the device.
 const ATTEMPTS: u32 = 3;
 
 fn files(folder: &Path, end: &str, found: &mut Vec<PathBuf>) {
@@ -30,7 +30,7 @@ fn files(folder: &Path, end: &str, found: &mut Vec<PathBuf>) {
     }
 }
 
-/// The examples, and every document of the repository, with their texts.
+/// Returns the examples and every document of the repository, with their texts.
 fn texts() -> BTreeMap<PathBuf, String> {
     let mut found = vec![];
     files(&Path::new(ROOT).join("docs/examples"), "py", &mut found);
@@ -47,7 +47,8 @@ fn texts() -> BTreeMap<PathBuf, String> {
     found.into_iter().map(text).collect()
 }
 
-/// Lines and quoted pieces of `text` that begin with `begin`, without a comment behind.
+/// Returns the lines and quoted pieces of `text` that begin with `begin`, without trailing
+/// comments.
 fn example_lines<'a>(text: &'a str, begin: &str) -> Vec<&'a str> {
     let starts = text.match_indices(begin).map(|(start, _)| start);
     let commands = starts.filter_map(|start| {
@@ -62,7 +63,7 @@ fn example_lines<'a>(text: &'a str, begin: &str) -> Vec<&'a str> {
     commands.collect()
 }
 
-/// What a command of an example does at its end.
+/// Returns whether the output of an example shows its successful end.
 fn is_done(command: &str, told: &str) -> bool {
     match command {
         _ if command.contains("--selftest") => told.contains("requests encoded"),
@@ -75,8 +76,8 @@ fn is_done(command: &str, told: &str) -> bool {
     }
 }
 
-/// Runs it in a folder from which the repository's files are where they are in its root.
-/// It has a board of its own, to whose socket another program has spoken before.
+/// Runs a command in a folder where the repository's files have the same relative paths as in its
+/// root. The command gets its own board, to whose socket another program has connected before.
 fn try_command(command: &str, folder: &Path) -> Result<String, String> {
     let mut line = command.to_owned();
     let mut boards = vec![];
@@ -125,7 +126,7 @@ fn try_command(command: &str, folder: &Path) -> Result<String, String> {
     }
 }
 
-/// What somebody who calibrates types after such a line of `calibrate.py`.
+/// Returns the operator's input after such a line of `calibrate.py`.
 fn operator(line: &str, given: &mut u32) -> Option<&'static str> {
     let (view, asked) = line.trim_end().rsplit_once(": ")?;
     if view.ends_with(", ready") {
@@ -141,7 +142,7 @@ fn operator(line: &str, given: &mut u32) -> Option<&'static str> {
     is_question.then_some(if names { "wrist extension" } else { "y" })
 }
 
-/// A client that was too late for its device says that of it, by name.
+/// Returns whether a client reports by name that it was too late for its device.
 fn is_late(error: &str) -> bool {
     // 319: an angle was measured too long ago.
     error.contains("HostSilent")
@@ -201,7 +202,7 @@ fn every_command_that_is_shown_runs() {
     assert!(failures.is_empty(), "{}", failures.join("\n"));
 }
 
-/// The boards beside the examples are served by commands that are shown, too.
+/// The boards for the examples are served by commands that the documents show, too.
 #[test]
 fn every_board_that_is_shown_is_served() {
     let mut serves = BTreeSet::new();
@@ -218,14 +219,14 @@ fn every_board_that_is_shown_is_served() {
         let wire = wire.replace("HOST:PORT", "127.0.0.1:0");
         let words: Vec<&str> = wire.split_whitespace().skip(2).collect();
         if !words.contains(&"--tcp") && !words.contains(&"--pty") {
-            continue; // a part of one
+            continue; // part of a command
         }
         let board = Board::serve(&folder, &words);
         assert!(!board.at.is_empty(), "{command}");
     }
 }
 
-/// An example that a document names is there.
+/// Every example that a document names exists.
 #[test]
 fn every_example_that_is_named_is_there() {
     let mut count = 0;

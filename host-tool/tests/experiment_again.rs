@@ -1,4 +1,4 @@
-//! An experiment that was interrupted goes on by the same command.
+//! An interrupted experiment is resumed by the same command.
 
 use super::program::test_folder;
 use super::record_again::{copy_record, run_failing, run_json};
@@ -13,7 +13,7 @@ fn an_interrupted_experiment_goes_on_with_its_wearers() {
     let read = |of: &str, file: &str| fs::read_to_string(folder.join(of).join(file)).unwrap();
     let rows = read("whole", "draws.csv");
     fs::write(cut.join("draws.csv"), &rows[..rows.len() / 2]).unwrap();
-    // One that is whole is not replaced.
+    // A complete record is not replaced.
     let (exit, error) = run_failing(&folder, &format!("{command} --out cut"));
     assert_eq!(exit, Some(1), "{error}");
     assert!(error.contains("E590"), "{error}");
@@ -22,7 +22,7 @@ fn an_interrupted_experiment_goes_on_with_its_wearers() {
     assert_ne!(summary, cut_short);
     fs::write(cut.join("summary.json"), cut_short).unwrap();
     fs::remove_file(cut.join("result.html")).unwrap();
-    // Nor is one of another seed.
+    // A record with another seed is not replaced, either.
     let other = command.replace("--seed 4", "--seed 5");
     let (_, error) = run_failing(&folder, &format!("{other} --out cut"));
     assert!(error.contains("E590"), "{error}");
@@ -38,7 +38,7 @@ fn an_interrupted_experiment_goes_on_with_its_wearers() {
     }
 }
 
-/// Everything that a record wrote goes with it.
+/// A record that is replaced leaves no file behind.
 #[test]
 fn a_record_that_is_replaced_leaves_no_folder_of_a_trial() {
     let folder = test_folder("replaced");

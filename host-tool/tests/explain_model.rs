@@ -1,4 +1,4 @@
-//! `flexor explain-model`.
+//! Tests of `flexor explain-model`.
 
 use crate::program::{self, ProgramOutput, run_flexor, write_file};
 use serde_json::Value;
@@ -26,7 +26,7 @@ values = [{ channel = 1, value = 10.0 }]
 rate_hz = 50
 "#;
 
-/// A session of one channel with this train's rest and this muscle's.
+/// Returns a session of one channel; `train` and `muscle` are added to their tables.
 fn session(train: &str, muscle: &str) -> String {
     let shape = r#"shape = "biphasic-cathodic-first", width_us = 200"#;
     let muscle = match muscle {
@@ -56,7 +56,7 @@ fn the_table_is_for_people_and_machines() {
         let value: Value = serde_json::from_str(&said).unwrap();
         value["channels"][0].clone()
     };
-    // 20 s of work tire it by more than 10 %, and by less than 60 %.
+    // 20 s of work fatigue the muscle by more than 10 % and less than 60 %.
     let item = channel("machines.toml", &["--json"]);
     assert_eq!(item["model"], "calcium-force-fatigue");
     let models = item["models"].as_array().unwrap();
@@ -68,7 +68,7 @@ fn the_table_is_for_people_and_machines() {
     assert!(error("calcium-force-fatigue") < 10.0, "{item}");
     let item = channel("coarse.toml", &["--json", "--tolerance", "60"]);
     assert_eq!(item["model"], "calcium-force");
-    // The file's changes are said beside the model of the session's start.
+    // The changes in the file are printed with the model at the session's start.
     let more = ", model = \"calcium-force\", changes = [{ at_s = 4, model = \"none\" }]";
     let changing = session("frequency_hz = 50.0", more);
     let (_, said, _) = flexor("changing.toml", &changing, &[]);
@@ -107,7 +107,7 @@ fn what_cannot_be_explained_is_refused_by_name() {
     }
 }
 
-/// What was chosen goes into the record, and a rerun takes it from there.
+/// The chosen model is recorded, and a rerun uses it.
 #[test]
 fn a_rerun_takes_the_model_from_the_record() {
     let folder = program::test_folder("explained/again");
@@ -123,7 +123,7 @@ fn a_rerun_takes_the_model_from_the_record() {
     assert_eq!(trial["channels"][0]["model"], "calcium-force");
     let (exit, out, said) = run_flexor(&folder, &["rerun", "first"]);
     assert_eq!(exit, Some(0), "{out} {said}");
-    // Of a model that is none nothing can be repeated.
+    // A record with an unknown model cannot be repeated.
     let unknown = folder.join("first/01-one-muscle/trial.json");
     let text = std::fs::read_to_string(&unknown).unwrap();
     std::fs::write(&unknown, text.replace("\"calcium-force\"", "\"lag\"")).unwrap();
@@ -132,7 +132,7 @@ fn a_rerun_takes_the_model_from_the_record() {
         assert!(exit == Some(1) && said.contains("E584"), "{said}");
         assert!(said.contains("`lag` is no muscle model"), "{said}");
     }
-    // A tolerance that nothing meets is refused before anything is played.
+    // A tolerance that no model meets is refused before anything is simulated.
     let fine = session("frequency_hz = 50.0", "") + "\n[fidelity]\ntolerance_percent = 0.01\n";
     write_file(&folder, "fine.toml", fine);
     let (exit, _, said) = run_flexor(&folder, &["run", "fine.toml", "--out", "second"]);
@@ -140,7 +140,7 @@ fn a_rerun_takes_the_model_from_the_record() {
     assert!(!folder.join("second").exists());
 }
 
-/// A model by the file's word stays, and what is wrong with it is told.
+/// A model that the file names stays, and its error is reported.
 #[test]
 fn a_given_model_beyond_the_tolerance_is_told() {
     let folder = program::test_folder("explained/given");
@@ -159,7 +159,7 @@ fn a_given_model_beyond_the_tolerance_is_told() {
     );
 }
 
-/// `flexor explain-model … | head` and `… > /a/full/disk`.
+/// Runs `flexor explain-model … | head` and `… > /a/full/disk`.
 #[test]
 fn a_reader_that_went_is_no_failure_and_a_full_disk_is_one() {
     let folder = program::test_folder("explained/gone");

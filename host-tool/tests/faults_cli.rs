@@ -1,4 +1,4 @@
-//! `flexor faults`: what it tells people and machines, what it writes and refuses.
+//! Tests of `flexor faults`: output for people and machines, files and refusals.
 
 use crate::program::{
     check_rerun_command, command_result, flexor_command, run_flexor, test_folder,
@@ -43,7 +43,7 @@ fn declarations_on_the_native_simulator_are_told_and_written() {
     columns_are_documented(rows.lines().next().unwrap());
     kinds_have_rows(&rows, &folder.join("one/result.html"));
     check_rerun_command(&folder, "one");
-    // What is there stays.
+    // Existing files stay.
     std::fs::create_dir(folder.join("other")).unwrap();
     std::fs::write(folder.join("other/file"), "mine").unwrap();
     let (exit, _, error) = run_flexor(&folder, &[&few[..], &["--out", "other"]].concat());
@@ -51,7 +51,7 @@ fn declarations_on_the_native_simulator_are_told_and_written() {
     assert!(error.contains("E603 other holds something"), "{error}");
 }
 
-/// The page says of each kind how many were drawn.
+/// Checks that the page states how many cases of each kind were generated.
 fn kinds_have_rows(csv: &str, page: &Path) {
     let page = std::fs::read_to_string(page).unwrap();
     let mut drawn = BTreeMap::<&str, usize>::new();
@@ -67,7 +67,7 @@ fn kinds_have_rows(csv: &str, page: &Path) {
     }
 }
 
-/// docs/faults.md has each in code, in the paragraph on the file.
+/// Checks that docs/faults.md lists each column in code, in the paragraph on the file.
 fn columns_are_documented(head: &str) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
     let text = std::fs::read_to_string(root.join("docs/faults.md")).unwrap();
@@ -78,7 +78,7 @@ fn columns_are_documented(head: &str) {
     }
 }
 
-/// What was interrupted goes on, to the same bytes as what was not.
+/// An interrupted campaign is resumed, and ends with the same bytes as an uninterrupted one.
 #[test]
 fn a_campaign_goes_on_where_it_stopped_and_another_does_not() {
     let folder = test_folder("faults_resumed");
@@ -89,7 +89,7 @@ fn a_campaign_goes_on_where_it_stopped_and_another_does_not() {
     };
     assert_eq!(run_flexor(&folder, &few("12", "whole")).0, Some(0));
     assert_eq!(run_flexor(&folder, &few("5", "parts")).0, Some(0));
-    // Its last line was being written.
+    // The last line is incomplete.
     let units = folder.join("parts/units.jsonl");
     let mut text = std::fs::read(&units).unwrap();
     text.truncate(text.len() - 20);
@@ -101,7 +101,7 @@ fn a_campaign_goes_on_where_it_stopped_and_another_does_not() {
         let read = |out: &str| std::fs::read(folder.join(out).join(file)).unwrap();
         assert!(read("whole") == read("parts"), "{file}");
     }
-    // Fewer would leave cases out of the table that were played.
+    // A smaller count would leave finished cases out of the table.
     let kept = std::fs::read(&units).unwrap();
     let (exit, _, error) = run_flexor(&folder, &few("5", "parts"));
     assert_eq!(exit, Some(1));
@@ -113,7 +113,7 @@ fn a_campaign_goes_on_where_it_stopped_and_another_does_not() {
     let (exit, _, error) = run_flexor(&folder, &other);
     assert_eq!(exit, Some(1));
     assert!(error.contains("E603 parts holds faults"), "{error}");
-    // Of another program, or of one that kept cases in another way.
+    // Cases of another program version, or in an older format.
     let about = folder.join("parts/sweep.json");
     let text = std::fs::read_to_string(&about).unwrap();
     std::fs::write(&about, text.replace("\"version\": \"", "\"version\": \"9")).unwrap();
@@ -127,7 +127,7 @@ fn a_campaign_goes_on_where_it_stopped_and_another_does_not() {
     assert!(error.contains("E790 earlier has a campaign"), "{error}");
 }
 
-/// Shards of a class and of all of them make the folders of undivided campaigns.
+/// Shards of a class and of all classes merge into the folders of undivided campaigns.
 #[test]
 fn shards_of_a_campaign_merge_to_the_bytes_of_one() {
     let folder = test_folder("faults_shards");
@@ -222,7 +222,7 @@ fn what_cannot_be_played_is_refused_by_name() {
     }
 }
 
-/// What was played is told although its folder went while it was.
+/// Finished cases are reported even if their folder disappears meanwhile.
 #[test]
 fn a_folder_that_vanishes_takes_only_what_would_be_in_it() {
     let folder = test_folder("faults_vanished");
@@ -246,7 +246,7 @@ fn a_folder_that_vanishes_takes_only_what_would_be_in_it() {
         let (exit, told, _) = command_result(program.wait_with_output().unwrap());
         assert_eq!(exit, Some(1), "{told}");
         let told: Value = serde_json::from_str(&told).unwrap();
-        // Otherwise the folder went before a case was played.
+        // Otherwise the folder disappeared before the first case.
         if told["result"].is_object() {
             break told;
         }
@@ -256,7 +256,7 @@ fn a_folder_that_vanishes_takes_only_what_would_be_in_it() {
     assert!(told["folder"].is_null(), "{told}");
     let cut_short = told["result"]["cut_short"].as_str().unwrap();
     assert!(cut_short.starts_with("Cut short after "), "{cut_short}");
-    // Nor is an image read that never ends.
+    // An endless image file is refused, too.
     let endless = ["faults", "--class", "flips", "--image", "/dev/zero"];
     let (exit, _, error) = run_flexor(&folder, &endless);
     assert_eq!(exit, Some(1));

@@ -1,4 +1,4 @@
-//! `flexor experiment hamana-4 --wearer` and `hamana-hold`: what they tell, write, refuse.
+//! Tests of `flexor experiment hamana-4 --wearer` and `hamana-hold`: output, files and refusals.
 
 use crate::program::{check_rerun_command, run_flexor, test_folder, write_file};
 use serde_json::Value;
@@ -23,7 +23,7 @@ fn run_twice(name: &str, arguments: &[&str]) -> Value {
             "{file}: the same seed, the same bytes"
         );
     }
-    // The page is made of result.json alone.
+    // The page depends on result.json alone.
     let page = || std::fs::read(folder.join("json/result.html")).unwrap();
     let made = page();
     std::fs::remove_file(folder.join("json/result.html")).unwrap();
@@ -38,14 +38,14 @@ fn run_twice(name: &str, arguments: &[&str]) -> Value {
     told
 }
 
-/// What the paper printed of each of these rows.
+/// Returns the paper's value for each row.
 fn paper_values(result: &Value) -> BTreeMap<&str, &Value> {
     let rows = result["rows"].as_array().unwrap().iter();
     rows.map(|value| (value["id"].as_str().unwrap(), &value["paper"]))
         .collect()
 }
 
-/// The cells of a sheet of this number and title.
+/// Returns the cells of the sheet with this number and title.
 fn cells(result: &Value, number: &str, title: &str) -> Vec<Vec<String>> {
     let mut sheets = result["sheets"].as_array().unwrap().iter();
     let sheet = sheets
@@ -88,7 +88,7 @@ fn a_hold_is_told_for_each_wearer() {
         "two-better-S",
     ];
     assert_eq!(who, names);
-    // The paper tells of three.
+    // The paper reports three participants.
     assert_eq!(shares[2]["paper"], Value::Null);
     let papers = paper_values(result);
     for (who, [one, two]) in [("P", [21.9, 0.0]), ("Q", [44.8, 0.0]), ("S", [29.0, 13.6])] {
@@ -108,8 +108,8 @@ fn a_hold_is_told_for_each_wearer() {
     assert!((last[2] - last[1] - last[0]).abs() < 2e-3, "{row}");
 }
 
-/// Draws that the device refuses are counted with its reason, none is dropped; every trial
-/// is a row; tables 7 to 9 stand beside the paper's.
+/// Draws that the device refuses are counted with their reasons and never dropped; every trial is a
+/// row; tables 7 to 9 appear next to the paper's.
 #[test]
 fn a_sine_is_followed_through_the_device() {
     let wanted = ["--wearer", "all", "--draws", "1", "--seed", "7"];
@@ -175,7 +175,8 @@ fn a_sine_is_followed_through_the_device() {
     }
 }
 
-/// Of `draws.csv` with one draw: the lower of A's and B's mean over five trials.
+/// Returns the lower of the means of points A and B over five trials, from `draws.csv` with one
+/// draw.
 fn mean_of_better(rows: &str, who: &str, law: &str) -> Option<f64> {
     let mean = |point: &str| {
         let own = rows.lines().filter_map(|row| {
@@ -190,8 +191,8 @@ fn mean_of_better(rows: &str, who: &str, law: &str) -> Option<f64> {
     ["A", "B"].into_iter().filter_map(mean).reduce(f64::min)
 }
 
-/// Every experiment on the body alone: tables of 80 columns, each trial a row, the same
-/// bytes for the same seed.
+/// Every experiment without a device: tables of 80 columns, a row for each trial, the same bytes
+/// for the same seed.
 #[test]
 fn experiments_on_the_body_alone_are_told_and_written() {
     for (name, conditions, trials, wearers) in [
@@ -216,7 +217,7 @@ fn experiments_on_the_body_alone_are_told_and_written() {
         let columns = head.split(',').count();
         let (mut whole, mut missing) = (0, 0);
         for row in rows.lines() {
-            // A condition's name has commas of its own, quoted.
+            // A condition's name contains commas and is quoted.
             let outside = row.split('"').step_by(2).collect::<String>();
             assert_eq!(outside.split(',').count(), columns, "{row}");
             match row.contains(",whole,") {
@@ -234,7 +235,7 @@ fn experiments_on_the_body_alone_are_told_and_written() {
     }
 }
 
-/// Tables and figures of the paper, and what it printed.
+/// Checks the tables and figures of the paper, and its printed values.
 fn check_paper_values(name: &str, result: &Value) {
     let papers = paper_values(result);
     let (sheets, rows): (&[&str], &[(&str, f64)]) = match name {
@@ -298,7 +299,8 @@ const OWN: &str = "schema = 1\nname = \"X-1\"\nevidence = \"assumed\"\nsource = 
                    [forearm]\nreach_m = 0.42\naround_m = 0.25\n\
                    thresholds_v = [20.0, 20.0, 16.0]\n";
 
-/// A wearer's file: taken, told by its sum; and refused with all that is wrong.
+/// A user's wearer file is accepted and identified by its checksum, or refused with all its
+/// mistakes.
 #[test]
 fn a_wearer_of_one_s_own_comes_from_a_file() {
     let folder = test_folder("hand_own");

@@ -1,10 +1,10 @@
-//! Hamana 2022's studies cut short: what was computed is told and written.
+//! Tests of interrupted studies of Hamana 2022: finished work is reported and written.
 
 use crate::program::{command_result, flexor_command, test_folder};
 use serde_json::Value;
 use std::process::{Command, Stdio};
 
-/// A folder that goes while a study runs takes what would be in it, not what was computed.
+/// A folder that disappears during a study takes its files, but not the computed results.
 #[test]
 fn what_was_computed_is_told_when_its_folder_is_gone_and_a_signal_came() {
     let folder = test_folder("hand_vanished");
@@ -23,7 +23,7 @@ fn what_was_computed_is_told_when_its_folder_is_gone_and_a_signal_came() {
         assert!(program.try_wait().unwrap().is_none(), "it has ended");
         std::thread::sleep(std::time::Duration::from_millis(20));
     }
-    // Some draws are computed by then; any number will do.
+    // Some draws are finished by then; the number does not matter.
     std::thread::sleep(std::time::Duration::from_millis(1500));
     std::fs::remove_dir_all(folder.join("gone")).unwrap();
     let id = program.id().to_string();
@@ -36,7 +36,7 @@ fn what_was_computed_is_told_when_its_folder_is_gone_and_a_signal_came() {
     assert!(error.contains("gone"), "{error}");
 }
 
-/// A signal leaves what was computed: told, written, and its own exit code.
+/// After a signal, finished work is reported and written, and the exit code is the signal's.
 #[test]
 fn a_signal_leaves_what_was_computed() {
     let folder = test_folder("hand_signal");

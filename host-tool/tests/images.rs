@@ -1,11 +1,11 @@
-//! A program that was copied away from its checkout says which image it needs and
-//! where, in one line; with the image beside it, it takes that one.
+//! A program copied out of its checkout reports in one line which image it needs and where; with
+//! the image beside it, it uses that image.
 
 use crate::program::{FLEXOR, TRIGGER, command_result, test_folder};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// A copy of the program in a folder of its own.
+/// Copies the program into its own folder.
 fn copied(test: &str) -> PathBuf {
     let folder = test_folder(&format!("copied/{test}"));
     let program = folder.join("flexor");
@@ -15,7 +15,7 @@ fn copied(test: &str) -> PathBuf {
     folder
 }
 
-/// Its one line of error without a checkout.
+/// Returns the one line of error without a checkout.
 fn expect_error(folder: &Path, arguments: &[&str]) -> String {
     let mut command = Command::new(folder.join("flexor"));
     command.current_dir(folder).args(arguments);

@@ -1,11 +1,12 @@
-//! `flexor experiment lee`: what it leaves when it is cut short, and what it refuses.
+//! Tests of `flexor experiment lee`: results after an interruption, and refusals.
 
 use crate::program::{flexor_command, run_flexor, test_folder};
 use serde_json::Value;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-/// A signal in the midst: what was computed is whole and told, and the program says so.
+/// After a signal, finished work is complete and reported, and the program states that it was
+/// interrupted.
 #[test]
 fn a_signal_leaves_what_was_computed() {
     let folder = test_folder("lee_cut_short");

@@ -1,4 +1,4 @@
-//! `flexor experiment buatier`: what it tells, writes and refuses.
+//! Tests of `flexor experiment buatier`: output, files and refusals.
 
 use crate::program::{run_flexor, test_folder};
 use serde_json::Value;
@@ -17,13 +17,13 @@ fn a_study_of_lifts_is_told_and_written() {
     let result = &told["result"];
     assert_eq!(result["simulated"], true);
     assert_eq!(result["declared"]["as_declared"], false);
-    // Eight persons, then one study.
+    // Eight participants, then one study.
     assert_eq!(result["shares"][0]["of"], 8, "{result}");
     assert_eq!(result["shares"][1]["of"], 1, "{result}");
     for file in ["result.json", "result.html", "studies.jsonl"] {
         assert!(folder.join("one").join(file).exists(), "{file}");
     }
-    // A quick look does not ask which assumption decides.
+    // A short run does not test which assumption decides.
     assert!(!folder.join("one/deciding.json").exists());
     let (exit, people, _) = run_flexor(&folder, &["report", "one"]);
     assert_eq!(exit, Some(0), "{people}");

@@ -1,5 +1,5 @@
-//! A haptic client over TCP: grabbing, lifting and letting go while `flexor serve` simulates
-//! the board, and what a client says that makes no sense.
+//! Tests of a haptic client over TCP: grabbing, lifting and letting go while `flexor serve`
+//! simulates the board, and invalid requests.
 
 use crate::program::{Board, command_result, test_folder, write_file};
 use firmware::haptics::{Hold, Modulation, MotionPhase};
@@ -13,7 +13,8 @@ const EXAMPLES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/examples");
 const ASSIST: &str = include_str!("../sessions/lift.toml");
 const RESIST: &str = include_str!("../sessions/lift_resist.toml");
 
-/// A session for a computer that stalls at times, with an object held for at most `hold_s`.
+/// Returns a session for a computer that sometimes stalls, with an object held for at most
+/// `hold_s`.
 fn with_long_timeouts(text: &str, hold_s: &str) -> String {
     let hold = format!("longest_hold_s = {hold_s}\nstale_after_ms = 500");
     let mut text = text.to_owned();
@@ -27,7 +28,7 @@ fn with_long_timeouts(text: &str, hold_s: &str) -> String {
     text
 }
 
-/// Runs an example to its end: exit code, what it printed, what it complained of.
+/// Runs an example to its end; returns exit code, output and errors.
 fn example(name: &str, arguments: &[&str]) -> (Option<i32>, String, String) {
     let mut python = Command::new("python3");
     python.arg(format!("{EXAMPLES}/{name}")).args(arguments);
@@ -43,8 +44,8 @@ fn every_client_encodes_and_decodes_the_vectors() {
     }
 }
 
-/// What every channel gets at these angles of elbow and shoulder of both arms, in the words
-/// of the example.
+/// Returns the amplitude of every channel at these angles of elbow and shoulder of both arms, in
+/// the format of the example.
 fn expected_amplitudes(session: &Session, degrees: [f64; 2], phase: MotionPhase) -> String {
     let joints = session.modulations.iter().flat_map(|joint| {
         let modulation = Modulation::new(&joint.spec).unwrap();
@@ -61,7 +62,7 @@ fn expected_amplitudes(session: &Session, degrees: [f64; 2], phase: MotionPhase)
     given.collect::<Vec<_>>().join(", ")
 }
 
-/// "…, 95.0° and 60.0°, …": the angles of elbow and shoulder that a line tells.
+/// Parses the angles of elbow and shoulder from a line such as "…, 95.0° and 60.0°, …".
 fn degrees(line: &str) -> [f64; 2] {
     let (_, from) = line.split_once("at ").unwrap();
     let (both, _) = from.split_once(" degrees").unwrap();
@@ -69,8 +70,8 @@ fn degrees(line: &str) -> [f64; 2] {
     [elbow, shoulder].map(|text| text.parse().unwrap())
 }
 
-/// At rest above and on each shelf the amplitudes are the quartics' at the angles that the
-/// client told; let go, there are none.
+/// At rest above and on each shelf, the amplitudes are those of the quartics at the client's
+/// angles; after letting go, they are zero.
 #[test]
 #[cfg(unix)]
 fn a_game_engine_lifts_live() {
@@ -103,8 +104,9 @@ fn a_game_engine_lifts_live() {
     }
 }
 
-/// A client that forgets is let go of by the device, is refused until it says so, and can
-/// grab anew; one that lets fall has no stimulation left.
+/// An object that a client forgets is released by the device, which then refuses orders until the
+/// client releases it, too, and grabs again. A client that lets an object fall ends its
+/// stimulation.
 #[test]
 #[cfg(unix)]
 fn what_a_client_forgets_or_lets_fall_ends() {
@@ -137,7 +139,7 @@ fn what_a_client_forgets_or_lets_fall_ends() {
     }
 }
 
-/// What only this client knows, it refuses by name before it says anything to a device.
+/// Mistakes that only the client can detect are refused by name before any message to a device.
 #[test]
 fn a_client_s_own_mistakes_never_reach_a_device() {
     let folder = test_folder("lift_mistaken");
@@ -178,7 +180,7 @@ impl Wire {
         Self(client)
     }
 
-    /// Why it is refused, if it is.
+    /// Returns the reason of the refusal, if there is one.
     fn send(&mut self, request: Request) -> Option<Code> {
         match self.0.request(request) {
             Ok(_) => None,
@@ -192,7 +194,7 @@ impl Wire {
     }
 
     fn send_angle(&mut self, joint: u8, centideg: i16) -> Option<Code> {
-        // Of the latest answer, so never in the future.
+        // Time of the latest answer, which is never in the future.
         let at = stamp(self.0.request(Request::KeepAlive).unwrap());
         self.send(Request::Measurement {
             joint,
@@ -201,7 +203,7 @@ impl Wire {
         })
     }
 
-    /// The first sample with the object held so, within 2 s; nothing faults until then.
+    /// Returns the first sample with this state of the object, within 2 s and without a fault.
     fn wait_for_hold(&mut self, hold: Hold) -> Telemetry {
         let is = |telemetry: &Telemetry| {
             telemetry
@@ -230,7 +232,7 @@ fn held_makes_sense_or_is_refused_by_number() {
     let session = Session::parse("it.toml", &text).unwrap();
     let board = Board::tcp(&folder);
     let mut wire = Wire::armed(&board, &session);
-    // Held before any angle, and with three of four.
+    // Held before any angle, then with three of four.
     assert_eq!(wire.send_held(true), Some(Code::NoAngle));
     for joint in 0..3 {
         assert_eq!(wire.send_angle(joint, 4_000), None);
@@ -242,10 +244,10 @@ fn held_makes_sense_or_is_refused_by_number() {
         }
         other => panic!("{other:?}"),
     }
-    // A joint that is not there, an angle that none can have.
+    // A joint that does not exist, an impossible angle.
     assert_eq!(wire.send_angle(4, 4_000), Some(Code::NoModulation));
     assert_eq!(wire.send_angle(9, 4_000), Some(Code::OutOfRange));
-    // Released without held is no mistake: a release is never refused.
+    // A release without a hold is allowed: a release is never refused.
     assert_eq!(wire.send_held(false), None);
     wire.0.start().unwrap();
     for joint in 0..4 {
@@ -253,16 +255,16 @@ fn held_makes_sense_or_is_refused_by_number() {
     }
     assert_eq!(wire.send_held(false), None);
     assert_eq!(wire.send_held(true), None);
-    assert_eq!(wire.send_held(true), None); // twice is once
+    assert_eq!(wire.send_held(true), None); // repeated, without effect
     wire.wait_for_hold(Hold::Held);
-    // Bytes that are no frame end nothing.
+    // Bytes that are not a frame end nothing.
     wire.0.port().send(&[7, 0, 1, 2, 3, 0]).unwrap();
     wire.wait_for_hold(Hold::Held);
     assert_eq!(wire.send_held(false), None);
     let let_go = wire.wait_for_hold(Hold::Released);
     assert!(let_go.amplitudes.iter().all(Option::is_none), "{let_go:?}");
     wire.0.stop().unwrap();
-    // No setup of joints: nothing can be held.
+    // Without modulation in the setup, nothing can be held.
     let text = crate::program::SESSION;
     let other = Session::parse("one.toml", text).unwrap();
     drop(wire);

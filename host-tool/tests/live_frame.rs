@@ -1,4 +1,4 @@
-//! What the dashboard shows, cell by cell, for known states.
+//! Tests of the dashboard, cell by cell, for known states.
 
 use firmware::link::{
     Counters, Event, HelloInfo, Kind, Refusal, SCHEMA, Status, message::ResetCause,
@@ -54,7 +54,7 @@ fn status(state: State, fault: Option<FaultRecord>) -> Status {
     }
 }
 
-/// 12 s of a finger that follows a sine, 4° late; clamped at the end.
+/// Feeds 12 s of a finger that follows a sine 4° late, clamped at the end.
 fn play(model: &mut Model) {
     let channels = model.channels.len();
     let forces = model.channels.iter().filter(|c| c.force.is_some());

@@ -1,4 +1,4 @@
-//! `flexor monitor` in a pipe: a paced session, a line per second, proper ends.
+//! Tests of `flexor monitor` in a pipe: a session in real time, one line per second, orderly ends.
 
 use crate::program::{Board, flexor_command, test_folder};
 use crate::steady::retry_after_stalls;
@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// The finger's session, cut to `seconds`.
+/// Writes the finger's session, cut to `seconds`.
 fn session(seconds: u32) -> PathBuf {
     let text = include_str!("../sessions/hamana_exp4_two_point_finger.toml");
     let text = text.replace("duration_s = 30.0", &format!("duration_s = {seconds}.0"));
@@ -30,7 +30,7 @@ fn objects(text: &str) -> Vec<Value> {
         .collect()
 }
 
-/// All events of all lines, in order.
+/// Returns all events of all lines in order.
 fn events(lines: &[Value]) -> Vec<String> {
     let lists = lines.iter().filter_map(|line| line["events"].as_array());
     lists
@@ -64,7 +64,7 @@ fn json_lines_tell_a_moving_finger_and_the_counters() {
     assert!(output.status.success(), "{output:?}");
     let lines = objects(std::str::from_utf8(&output.stdout).unwrap());
     assert!(lines.len() >= 3, "{lines:?}");
-    // The last of them before the target is low again, at 3 s.
+    // The last line before the reference is low again, at 3 s.
     let is_high = |line: &&Value| {
         line["state"] == "stimulating" && line["t_s"].as_f64().is_some_and(|t_s| t_s < 2.3)
     };
@@ -106,7 +106,7 @@ fn a_signal_stops_stimulation_before_it_ends_the_program() {
     let mut command = monitor();
     let command = command.args(["--json", "--session"]).arg(session(50));
     let mut child = command.stdout(Stdio::piped()).spawn().unwrap();
-    // However slow the machine: its first line says that the session runs.
+    // On any computer, the first line shows that the session runs.
     let mut output = BufReader::new(child.stdout.take().unwrap());
     let mut text = String::new();
     output.read_line(&mut text).unwrap();
@@ -117,7 +117,7 @@ fn a_signal_stops_stimulation_before_it_ends_the_program() {
     let status = child.wait().unwrap();
     assert_eq!(status.code(), Some(143), "{text}");
     let mut told = objects(&text);
-    // After the lines of the dashboard, why it ended.
+    // The reason of the end follows the lines of the dashboard.
     let error = told.pop().unwrap()["error"].as_str().unwrap().to_owned();
     assert!(error.contains("E580 SIGTERM came at "), "{error}");
     assert!(events(&told).contains(&"stopped: Request".to_owned()));
@@ -136,7 +136,7 @@ fn a_device_is_watched_without_a_session() {
     retry_after_stalls(name, is_watched);
 }
 
-/// For a second and a half of real time, in which the board's time goes on as well.
+/// Watches for 1.5 s of real time, in which the board's time continues.
 fn is_watched() {
     let board = Board::tcp(&test_folder("live_lines"));
     let mut command = monitor();

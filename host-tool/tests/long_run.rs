@@ -1,5 +1,5 @@
-//! A session of nearly a day, through the program: whole, and in little memory. It takes
-//! minutes, so it is asked for by name:
+//! A session of nearly a day through the program: complete, and in little memory. It takes minutes
+//! and must be requested by name:
 //!
 //! ```text
 //! cargo test --release -p host-tool --test suite a_day -- --ignored --nocapture
@@ -14,13 +14,13 @@ use std::process::{Child, Command, ExitStatus};
 use std::thread::sleep;
 use std::time::Duration;
 
-/// What a command may hold in memory at most, kB.
+/// Largest memory that a command may use, kB.
 const MOST_KB: u64 = 300_000;
 
 /// 23 h 50 min.
 const LENGTH_S: f64 = 85_800.0;
 
-/// Waits for a program; what it held at most while it ran, kB, as Linux counts.
+/// Waits for a program, and returns its peak memory in kB, as Linux counts.
 fn watched(mut child: Child) -> (ExitStatus, u64) {
     let path = format!("/proc/{}/status", child.id());
     let mut most_kb = 0;
@@ -36,7 +36,7 @@ fn watched(mut child: Child) -> (ExitStatus, u64) {
     }
 }
 
-/// The rows of `samples.csv`, and that their times rise by 10 ms to the end.
+/// Counts the rows of `samples.csv`, after a check that their times rise by 10 ms to the end.
 fn rows_of_a_day(path: &Path) -> u64 {
     let mut last_us = None;
     let mut rows = 0;

@@ -1,4 +1,4 @@
-//! `flexor monitor` at a terminal.
+//! Tests of `flexor monitor` at a terminal.
 
 use crate::program::{SESSION, test_folder, write_file};
 use crate::seated::{TerminalProgram, size};

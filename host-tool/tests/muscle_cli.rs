@@ -1,5 +1,5 @@
-//! `flexor muscle` as other people's checks use it: columns, both models against
-//! the 40-digit solution, and what bad input is told.
+//! Tests of `flexor muscle` as other people use it: columns, both models against the 40-digit
+//! solution, and messages about bad input.
 
 use crate::program;
 use std::path::{Path, PathBuf};
@@ -14,18 +14,18 @@ fn csv_of(test: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("muscle");
     std::fs::create_dir_all(&folder).unwrap();
     let csv = folder.join(format!("{test}.csv"));
-    let _ = std::fs::remove_file(&csv); // an earlier run's
+    let _ = std::fs::remove_file(&csv); // a file of an earlier run
     csv
 }
 
-/// Runs `flexor muscle` with these words.
+/// Runs `flexor muscle` with these arguments.
 fn flexor(csv: &Path, words: &str) -> Output {
     let mut command = program::flexor_command(csv.parent().unwrap(), &["muscle"]);
     command.args(words.split(' ')).arg("--csv").arg(csv);
     command.output().unwrap()
 }
 
-/// Rows of t_s, c, force_n.
+/// Returns rows of t_s, c, force_n.
 fn rows(test: &str, words: &str) -> Vec<[f64; 3]> {
     let csv = csv_of(test);
     let output = flexor(&csv, words);
@@ -88,7 +88,7 @@ fn a_file_of_pulses_is_the_train_it_lists() {
         for (a, b) in train.iter().zip(&listed) {
             assert!((a[2] - b[2]).abs() < 1e-12 && (a[1] - b[1]).abs() < 1e-12);
         }
-        // Figures of our own study of the paper.
+        // Values of our own study of the paper.
         let [_, c, force] = train[100];
         assert!((c - 0.429_828_76).abs() < 1e-5 && (force - 14.864_717_96).abs() < 2e-3);
     }
@@ -110,7 +110,7 @@ fn pulses_that_do_not_rise_are_refused_with_their_line() {
     );
 }
 
-/// The list of pulses is no place for the prediction.
+/// The prediction must not replace the list of pulses.
 #[test]
 fn a_prediction_never_replaces_what_it_reads() {
     let file = csv_of("own").with_extension("txt");
@@ -171,8 +171,8 @@ fn bad_input_is_named_with_what_is_allowed() {
     }
 }
 
-/// Eight pulses every 5 ms for a second: the reference answers, the device's fixed
-/// point says where it ends.
+/// Eight pulses every 5 ms for a second: the reference computes a force, the fixed-point model
+/// reports its limit.
 #[test]
 fn pulses_too_fast_for_the_fixed_point_are_refused_by_name() {
     let mut times = String::new();

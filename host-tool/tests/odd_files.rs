@@ -1,5 +1,5 @@
-//! What is no regular file is refused with a number, wherever a file is read: neither
-//! waited for nor read until the memory is full. Nothing of an unrelated file is shown.
+//! Tests of irregular files: wherever a file is read, they are refused with a number, without
+//! waiting or filling the memory. The contents of an unrelated file are never shown.
 
 use super::program::{
     ProgramOutput, command_result, flexor_command, run_flexor, test_folder, write_file,
@@ -12,10 +12,10 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// Nothing here takes so long unless it hangs.
+/// Time after which a command counts as hanging.
 const PATIENCE: Duration = Duration::from_secs(30);
 
-/// Runs `flexor`, and ends it where it hangs.
+/// Runs `flexor`, and kills it if it hangs.
 fn run_or_kill(folder: &Path, line: &str) -> ProgramOutput {
     let arguments: Vec<&str> = line.split_whitespace().collect();
     let mut command = flexor_command(folder, &arguments);
@@ -37,10 +37,10 @@ fn run_or_kill(folder: &Path, line: &str) -> ProgramOutput {
     command_result(process.wait_with_output().unwrap())
 }
 
-/// The kinds of what is no regular file, as the messages call them.
+/// Kinds of irregular files, as the messages name them.
 const KINDS: [&str; 4] = ["a pipe", "a socket", "a device", "a folder"];
 
-/// Puts such a thing at `path`, in place of what is there.
+/// Puts an irregular file at `path`, in place of the existing file.
 fn replace_with(kind: &str, path: &Path) {
     remove(path);
     match kind {
@@ -59,7 +59,7 @@ fn remove(path: &Path) {
     let _ = fs::remove_dir(path);
 }
 
-/// Each line is refused with the number, and says what is there.
+/// Checks that each command is refused with its number and the kind of file.
 fn assert_refused(folder: &Path, file: &str, lines: &[(&str, &str)]) {
     let path = folder.join(file);
     let before = fs::read(&path).ok();
@@ -70,7 +70,7 @@ fn assert_refused(folder: &Path, file: &str, lines: &[(&str, &str)]) {
             assert_eq!(exit, Some(1), "{file} is {kind}: {line}: {error}");
             let told = error.split_whitespace().collect::<Vec<_>>().join(" ");
             let what = format!("{kind}, and no regular file");
-            // A long path is broken over lines of a terminal.
+            // A terminal may wrap a long path.
             let plain = told.replace("│ ", "");
             assert!(
                 plain.contains(number) && plain.contains(&what),
@@ -197,7 +197,7 @@ fn what_a_command_is_given_is_a_file() {
         ),
     ];
     assert_refused(&folder, "odd.toml", &declared);
-    // The wearer file that a session names.
+    // The wearer file that a session refers to.
     let (before, after) = session.split_once("file = \"").unwrap();
     let (_, after) = after.split_once('"').unwrap();
     write_file(
@@ -213,7 +213,7 @@ fn what_a_command_is_given_is_a_file() {
     assert!(!folder.join("x").exists());
 }
 
-/// A line of a file that is none of ours.
+/// A line of an unrelated file.
 const SECRET: &str = "root:x:0:0:hunter2:/root:/bin/sh";
 
 #[test]
@@ -265,7 +265,7 @@ fn nothing_of_an_unrelated_file_is_shown() {
             }
         }
     }
-    // What is meant as a wearer file is shown with its mistakes.
+    // A file that is meant as a wearer file is shown with its mistakes.
     write_file(&folder, "other.toml", "schema = 1\nnmae = \"P\"\n");
     let (_, _, error) = run_flexor(&folder, &["check", "worn.toml"]);
     assert!(error.contains("E402") && error.contains("nmae"), "{error}");

@@ -1,5 +1,5 @@
-//! Where commands write: nothing that was read or recorded is lost, nothing else
-//! unasked, and what is said of a record is what lies on the disk.
+//! Tests of output paths: nothing that was read or recorded is lost, nothing else is changed
+//! without an order, and messages about a record agree with the disk.
 
 use super::program::{
     Board, FLEXOR, command_result, one_channel, run_flexor, test_folder, write_file,
@@ -12,7 +12,7 @@ use std::os::unix::fs::symlink;
 use std::path::Path;
 use std::process::Command;
 
-/// A line that must be refused without a change to anything in `folder`.
+/// Checks that a command is refused without any change in `folder`.
 fn assert_refused(folder: &Path, line: &str, exit: i32, says: &str) {
     let before = files(folder);
     let (code, error) = run_failing(folder, line);
@@ -54,7 +54,7 @@ fn a_file_is_replaced_only_where_it_is_meant() {
     run_json(&folder, &line);
     let made = fs::read_to_string(folder.join("there")).unwrap();
     assert!(made.starts_with("t_us,"), "no edges: {made:.40}");
-    // A record's own place for it is the record's.
+    // The record's own VCD file belongs to the record.
     let line = format!("run {file} --out own --vcd own/outputs.vcd");
     run_json(&folder, &line);
     run_json(&folder, &(line + " --overwrite"));
@@ -70,7 +70,7 @@ fn a_record_goes_only_for_a_device_that_answers() {
     let at = mute.local_addr().unwrap();
     let again = format!("run {file} --out one --overwrite --device");
     assert_refused(&folder, &format!("{again} tcp:{at}"), 1, "E501");
-    // One that answers replaces it.
+    // A device that answers replaces the record.
     let board = Board::tcp(&folder);
     run_json(&folder, &format!("{again} {}", board.at));
     let run = record::load(&folder.join("one")).unwrap();
@@ -101,8 +101,7 @@ fn a_link_in_a_record_is_never_followed() {
     }
 }
 
-/// Files of every size up to a page's are too large, as a quota or a full disk
-/// makes them.
+/// Every file size up to a page's is too large, as with a quota or a full disk.
 #[test]
 fn what_is_said_of_a_record_is_what_lies_there() {
     let folder = test_folder("too_large");

@@ -1,5 +1,4 @@
-//! The `flexor_command` program as people and scripts start it, each test in a folder of
-//! its own.
+//! Helpers that start the `flexor` program as people and scripts do, each test in its own folder.
 
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
@@ -10,17 +9,17 @@ pub const FLEXOR: &str = env!("CARGO_BIN_EXE_flexor");
 /// A shipped session that waits for a trigger.
 pub const TRIGGER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/sessions/trigger.toml");
 
-/// An open loop of one channel, 30 s at 50 Hz.
+/// An open-loop session with one channel, 30 s at 50 Hz.
 pub const SESSION: &str = include_str!("one_channel.toml");
 
-/// The same, as long as this, with so many setpoints a second. A test's computer
-/// stalls at times: the device is patient.
+/// Returns the same session with this length and setpoint rate. Its host timeout is long, because a
+/// test's computer sometimes stalls.
 pub fn one_channel(seconds: f64, rate_hz: u32) -> String {
     let long = SESSION.replace("duration_s = 30.0", &format!("duration_s = {seconds:?}"));
     long.replace("rate_hz = 50", &format!("rate_hz = {rate_hz}"))
 }
 
-/// An empty folder of this test's own, with [`SESSION`] in it.
+/// Creates an empty folder for one test, with [`SESSION`] in it.
 pub fn test_folder(test: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
     let _ = std::fs::remove_dir_all(&folder);
@@ -29,7 +28,7 @@ pub fn test_folder(test: &str) -> PathBuf {
     folder
 }
 
-/// A file of this text in the folder of a test.
+/// Writes a file in the folder of a test.
 pub fn write_file(folder: &Path, name: &str, text: impl AsRef<[u8]>) -> PathBuf {
     let path = folder.join(name);
     std::fs::write(&path, text).unwrap();
@@ -55,13 +54,13 @@ pub fn command_result(output: Output) -> ProgramOutput {
     )
 }
 
-/// Runs `flexor_command` to its end.
+/// Runs `flexor` to its end.
 pub fn run_flexor(folder: &Path, arguments: &[&str]) -> ProgramOutput {
     command_result(flexor_command(folder, arguments).output().unwrap())
 }
 
-/// Types the command of the page in `folder/out` and writes into `folder/again`: the same
-/// result.
+/// Runs the command that the page in `folder/out` shows, writes to `folder/again`, and checks that
+/// the result is the same.
 pub fn check_rerun_command(folder: &Path, out: &str) {
     let read =
         |out: &str, file: &str| std::fs::read_to_string(folder.join(out).join(file)).unwrap();
@@ -79,11 +78,11 @@ pub fn check_rerun_command(folder: &Path, out: &str) {
     );
 }
 
-/// A simulated board in a process of its own, killed when dropped. Its time waits for its
-/// host: no stall of this computer becomes a silence.
+/// A simulated board in its own process, killed when dropped. Its time waits for its host, so that
+/// a stall of this computer is never host silence.
 pub struct Board {
     process: Child,
-    /// As `--device` names it.
+    /// Address for `--device`.
     pub at: String,
 }
 
@@ -92,7 +91,7 @@ impl Board {
         Self::start(folder, &[wire, &["--wait-for-host"]].concat())
     }
 
-    /// One whose time waits for nobody.
+    /// Serves a board whose time does not wait.
     #[cfg(unix)]
     pub fn in_real_time(folder: &Path) -> Self {
         Self::start(folder, &["--tcp", "127.0.0.1:0"])

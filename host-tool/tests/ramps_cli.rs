@@ -1,5 +1,5 @@
-//! `flexor experiment harris-ramps`, and the wall for one wearer: what they tell, write and
-//! refuse.
+//! Tests of `flexor experiment harris-ramps`, and of the wall for one wearer: output, files and
+//! refusals.
 
 use crate::program::{run_flexor, test_folder};
 use serde_json::Value;
@@ -40,7 +40,7 @@ fn ramps_are_told_and_written() {
         let read = |out: &str| std::fs::read(folder.join(out).join(file)).unwrap();
         assert!(read("one") == read("two"), "{file}");
     }
-    // 19 tests of each of three.
+    // 19 tests of each of three subjects.
     let rows = std::fs::read_to_string(folder.join("one/draws.csv")).unwrap();
     assert_eq!(rows.lines().count(), 1 + 3 * 19);
     let (exit, told, _) = run_flexor(&folder, &["report", "one"]);
@@ -61,7 +61,7 @@ fn what_cannot_be_asked_is_wrong_use() {
     }
 }
 
-/// The wall of a wearer that the study wrote.
+/// The wall uses a wearer that the study wrote.
 #[test]
 fn the_wall_reads_a_wearer() {
     let folder = test_folder("harris_wall_worn");

@@ -1,4 +1,4 @@
-//! Records used again: repeated, reported, compared, kept.
+//! Tests of records that are used again: repeated, reported, compared, kept.
 
 use super::program::{run_flexor, test_folder, write_file};
 use host_core::record::{self, sha256};
@@ -12,7 +12,7 @@ fn session(name: &str) -> PathBuf {
         .join(name)
 }
 
-/// The session, shortened to `seconds`, in `folder`.
+/// Writes the session, shortened to `seconds`, in `folder`.
 pub(crate) fn shortened_session(folder: &Path, name: &str, seconds: f64) -> String {
     let text = fs::read_to_string(session(name)).unwrap();
     let line = text.lines().find(|l| l.starts_with("duration_s")).unwrap();
@@ -28,7 +28,7 @@ pub(crate) fn shortened_session(folder: &Path, name: &str, seconds: f64) -> Stri
     file
 }
 
-/// The session, and beside it in `folder` the shipped wearer file that it names.
+/// Returns the session, and copies the shipped wearer file that it refers to into `folder`.
 pub(crate) fn with_wearer(folder: &Path, session: &str) -> String {
     let Some((before, after)) = session.split_once("wearers/") else {
         return session.to_owned();
@@ -39,7 +39,7 @@ pub(crate) fn with_wearer(folder: &Path, session: &str) -> String {
     format!("{before}\"{name}\"{after}")
 }
 
-/// Runs a command that must end well; gives its JSON back.
+/// Runs a command that must succeed, and returns its JSON.
 pub(crate) fn run_json(folder: &Path, line: &str) -> serde_json::Value {
     let arguments: Vec<&str> = line.split_whitespace().chain(["--json"]).collect();
     let (exit, json, error) = run_flexor(folder, &arguments);
@@ -47,14 +47,14 @@ pub(crate) fn run_json(folder: &Path, line: &str) -> serde_json::Value {
     serde_json::from_str(json.lines().last().unwrap()).unwrap()
 }
 
-/// Exit code and message of a command.
+/// Returns exit code and message of a command.
 pub(crate) fn run_failing(folder: &Path, line: &str) -> (Option<i32>, String) {
     let arguments: Vec<&str> = line.split_whitespace().collect();
     let (exit, _, error) = run_flexor(folder, &arguments);
     (exit, error)
 }
 
-/// Every file below a record, relative, with its bytes.
+/// Returns every file below a record, with its relative path and its bytes.
 pub(crate) fn files(dir: &Path) -> Vec<(PathBuf, Vec<u8>)> {
     let mut found = Vec::new();
     let mut folders = vec![dir.to_owned()];
@@ -73,7 +73,7 @@ pub(crate) fn files(dir: &Path) -> Vec<(PathBuf, Vec<u8>)> {
     found
 }
 
-/// A copy of one record in `folder` by another name.
+/// Copies a record in `folder` to another name.
 pub(crate) fn copy_record(folder: &Path, record: &str, name: &str) -> PathBuf {
     let copy = folder.join(name);
     for (file, bytes) in files(&folder.join(record)) {
@@ -83,7 +83,7 @@ pub(crate) fn copy_record(folder: &Path, record: &str, name: &str) -> PathBuf {
     copy
 }
 
-/// Two records are the same to the byte but for `host` in `run.json`.
+/// Checks that two records are identical except for `host` in `run.json`.
 fn assert_same_records(one: &Path, other: &Path) {
     let (one, other) = (files(one), files(other));
     let names = |all: &[(PathBuf, Vec<u8>)]| all.iter().map(|f| f.0.clone()).collect::<Vec<_>>();
@@ -102,7 +102,7 @@ fn assert_same_records(one: &Path, other: &Path) {
     }
 }
 
-/// Runs, then repeats from the folder alone: the session file is gone.
+/// Runs a session, then repeats it from the record alone, without the session file.
 fn check_repeat(name: &str, seconds: f64, options: &str) {
     let folder = test_folder(&format!("again_{}", name.replace(['/', '.'], "_")));
     let file = shortened_session(&folder, name, seconds);
@@ -148,7 +148,7 @@ fn the_flashed_image_and_qemu_repeat() {
     }
 }
 
-/// An image that lies in the record which is replaced is read before it goes.
+/// An image inside the record that is replaced is read before it is deleted.
 #[test]
 fn an_image_inside_the_replaced_record_survives() {
     let folder = test_folder("own_image");
@@ -176,7 +176,7 @@ fn an_experiment_repeats() {
     );
     assert!(json["result"]["shares"].is_array(), "{json}");
     assert_same_records(&folder.join("first"), &folder.join("second"));
-    // What was drawn and what came out are held against as well.
+    // The random wearers and the result are compared, too.
     for (file, from, to) in [
         ("draws.csv", ",0.", ",7."),
         ("result.json", "\"n\": 1", "\"n\": 2"),
@@ -203,7 +203,7 @@ fn an_experiment_repeats() {
     assert!(damaged.contains("E607 lacking/result.json"), "{damaged}");
 }
 
-/// A declaration of one's own repeats from its record alone, and not from a changed one.
+/// A user's declaration is repeated from its record alone; a changed record is refused.
 #[test]
 fn a_declaration_of_ones_own_repeats_from_its_record() {
     let folder = test_folder("again_own");
@@ -252,7 +252,7 @@ set = { "joint.law" = "paper" }
         let json = run_json(&folder, "report changed");
         assert!(json["damaged"].as_str().unwrap().contains(number), "{json}");
     }
-    // Replaced, the record leaves nothing of itself.
+    // A replaced record leaves no file behind.
     shortened_session(&folder, "hamana_exp4_two_point.toml", 1.0);
     let line = "run hamana_exp4_two_point.toml --out moved --overwrite";
     run_json(&folder, line);
@@ -260,7 +260,7 @@ set = { "joint.law" = "paper" }
     assert!(!folder.join("moved/declaration.toml").exists());
 }
 
-/// The demo is an experiment's record, with the picture, and repeats as one.
+/// The demo is an experiment's record with a picture, and is repeated as such.
 #[test]
 fn the_demo_repeats() {
     let folder = test_folder("again_demo");
@@ -271,7 +271,7 @@ fn the_demo_repeats() {
             assert!(row[key].as_f64().unwrap() > 1.0, "{row}");
         }
     }
-    // It begins with what it compares, and counts pulses as its page does.
+    // The output begins with the comparison, and counts pulses as the page does.
     let compared = &json["comparison"];
     assert_eq!(compared["this"], "two points");
     assert_eq!(compared["pairs"].as_array().unwrap().len(), 2);
@@ -349,7 +349,7 @@ fn what_is_no_record_is_named() {
     let folder = test_folder("no_record");
     let file = shortened_session(&folder, "ten_channels.toml", 0.1);
     run_json(&folder, &format!("run {file} --out one"));
-    // Changes what one of these keys is in.
+    // Changes the file that contains one of these keys.
     let change = |name: &str, key: &str, to: &[(&str, serde_json::Value)]| {
         let copy = copy_record(&folder, "one", name);
         for file in ["run.json", "01-ten-channels/trial.json"] {
@@ -489,8 +489,8 @@ fn docs_record_md_is_made_from_the_columns() {
     );
 }
 
-/// A session on a wearer: the record keeps the file, tells whose it is, repeats from its
-/// folder alone, and does not from another file.
+/// A record of a session with a wearer keeps the wearer file, names the wearer, and is repeated
+/// from its folder alone, but not with another file.
 #[test]
 fn a_record_keeps_its_wearer() {
     let folder = test_folder("again_wearer");
@@ -518,12 +518,12 @@ fn a_record_keeps_its_wearer() {
         page.contains("harris-1 (simulated)"),
         "the page does not say whose numbers"
     );
-    // Its session plays again from the record, where its own wearer file lies.
+    // The session runs again from the record, where its wearer file is.
     let again = trial.join("session.toml");
     let again = again.strip_prefix(&folder).unwrap().display().to_string();
     run_json(&folder, &format!("check {again}"));
     run_json(&folder, &format!("run {again} --out third"));
-    // Another file is another run.
+    // Another wearer file is refused.
     for changed in [None, Some("schema = 1\n")] {
         let path = trial.join("wearer.toml");
         match changed {
@@ -539,7 +539,7 @@ fn a_record_keeps_its_wearer() {
     }
 }
 
-/// Whoever is stimulated must be whom the file is of, however that is said.
+/// The stimulated wearer must be the one in the wearer file, however it is named.
 #[test]
 fn another_person_than_the_file_s_is_refused_before_anything_is_recorded() {
     let folder = test_folder("again_person");
@@ -554,7 +554,7 @@ fn another_person_than_the_file_s_is_refused_before_anything_is_recorded() {
     run_json(&folder, &format!("run {file} --pseudonym P --out out"));
 }
 
-/// A declaration on a wearer file: told so, and repeated from its record alone.
+/// An experiment with a wearer file states the file, and is repeated from its record alone.
 #[test]
 fn an_experiment_on_a_wearer_file_repeats() {
     let folder = test_folder("again_on_wearer");

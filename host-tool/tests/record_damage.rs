@@ -1,4 +1,4 @@
-//! Records that are read are never lost, and what they have lost is told.
+//! Tests that records are never lost when they are read, and that missing data are reported.
 
 use super::program::{Board, run_flexor, test_folder};
 use super::record_again::{copy_record, files, run_failing, run_json, shortened_session};
@@ -6,7 +6,7 @@ use host_core::record;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// A short record `one` in a folder of its own.
+/// Makes a short record `one` in its own folder.
 fn record_session(test: &str) -> PathBuf {
     let folder = test_folder(test);
     let file = shortened_session(&folder, "ten_channels.toml", 0.2);
@@ -14,7 +14,7 @@ fn record_session(test: &str) -> PathBuf {
     folder
 }
 
-/// A copy of the record `one` that `harm` has changed.
+/// Copies the record `one` and lets `harm` change the copy.
 fn damage_copy(folder: &Path, name: &str, harm: impl Fn(&Path)) {
     harm(&copy_record(folder, "one", name));
 }
@@ -128,7 +128,7 @@ fn what_a_record_has_lost_is_named() {
         assert!(is_told, "{copy}: {error}");
         assert!(!folder.join("again").exists(), "{copy}");
 
-        // The page is made, says so, and a second one does as well.
+        // The page is written with the damage on it, also the second time.
         for _ in 0..2 {
             let reported = run_json(&folder, &format!("report {copy}"));
             let said = reported["damaged"].as_str().unwrap();
@@ -147,7 +147,7 @@ fn what_a_record_has_lost_is_named() {
         assert!(text.contains(&says), "{copy}: {text}");
         let compared = run_json(&folder, &format!("compare one {copy}"));
         assert_eq!(compared["damaged"].as_array().unwrap().len(), 1);
-        // Rate and width of a session that was not run make no numbers.
+        // Rate and width of another session yield no numbers.
         let charge = compared.pointer("/rows/1/channels/0/cathodic_uc");
         let is_known = charge.is_some_and(serde_json::Value::is_number);
         let has_none = copy.ends_with("session") || copy == "no_trial" || copy == "no_folder";
@@ -192,7 +192,7 @@ fn files_that_are_none_have_a_number() {
 fn a_run_counts_its_own_pulses_on_a_device_that_played_before() {
     let folder = test_folder("own_pulses");
     let file = shortened_session(&folder, "ten_channels.toml", 0.5);
-    // In real time, beside other tests: silence is not what is tested.
+    // In real time, together with other tests; host silence is not tested here.
     let path = folder.join(&file);
     let text = fs::read_to_string(&path).unwrap();
     let patient = text.replace("[wearer]", "[wearer]\nhost_timeout_ms = 1000");
@@ -209,8 +209,8 @@ fn a_run_counts_its_own_pulses_on_a_device_that_played_before() {
         let (all, frames) = (of("pulses started"), of("frames understood"));
         let stopping = |(_, text): &&(f64, String)| text.starts_with("stopping");
         let (stop_s, _) = *trial.events.iter().find(stopping).unwrap();
-        // Eleven at 50 Hz, for as long as the machine let the host take to stop them,
-        // and at most 0.1 s more while they fall.
+        // Eleven channels at 50 Hz until the host stops them, and at most 0.1 s more while they
+        // fall.
         let pulses = trial.pulses.unwrap();
         let due = 550.0 * stop_s - 22.0..550.0 * (stop_s + 0.1) + 22.0;
         assert!(
@@ -221,7 +221,7 @@ fn a_run_counts_its_own_pulses_on_a_device_that_played_before() {
     };
     let (first, first_all, first_frames) = counted("first");
     let (second, second_all, second_frames) = counted("second");
-    // The electrode check's are the same.
+    // The pulses of the electrode check are the same.
     assert_eq!(second_all - second, first_all - first);
     assert!(
         second_frames < 1.5 * first_frames,
@@ -238,7 +238,7 @@ fn run_json_says_what_stimulated() {
     let run = json(&folder.join("one/run.json"));
     assert_eq!(run["kind"], "native");
     assert_eq!(run["simulated"], true);
-    // Not before a device has answered.
+    // Unknown before a device has answered.
     let begun = folder.join("begun");
     record::write_run(&begun, &record::Run::default()).unwrap();
     let run = json(&begun.join("run.json"));

@@ -1,4 +1,4 @@
-//! Whether a run was simulated is what the device says, not what it is called.
+//! Tests that the device's own report decides whether a run was simulated, not its name.
 
 use super::program::{Board, command_result, flexor_command, one_channel, test_folder, write_file};
 use firmware::link::{Decoder, Kind, Response, encode};
@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 
 const WARNING: &str = "Simulated wearer: no evidence about people.";
 
-/// Runs `session` on `device` and holds the record, whose folder it gives, to `kind`.
+/// Runs `session` on `device`, checks that the record has `kind`, and returns the record's folder.
 fn is_recorded_as_simulated(
     folder: &Path,
     session: &str,
@@ -64,8 +64,7 @@ fn simulators_behind_sockets_terminals_and_pipes_are_recorded_as_simulated() {
     is_recorded_as_simulated(&folder, "short.toml", "qemu", DeviceKind::Qemu);
 }
 
-/// A simulator that says it is a board, with a board's number, and shows
-/// nothing of its world.
+/// A simulator that claims to be a board, with a board's number, and hides its simulated world.
 struct DisguisedPort {
     port: SimulatedPort,
     decoder: Decoder,
@@ -98,8 +97,7 @@ impl Port for DisguisedPort {
     }
 }
 
-/// The page of a run on a device with this number, called "chip simulator", and what was
-/// recorded.
+/// Returns the page and the record of a run on a device with this number, called "chip simulator".
 fn page_of(unique_id: [u32; 3], file: &SessionFile) -> (String, Run) {
     let boot = firmware::units::Micros::new(0);
     let port = simulated_port(&file.session, 1, Box::new(native(boot)), boot).unwrap();
@@ -147,8 +145,8 @@ fn a_board_is_not_called_simulated_whatever_its_name() {
     assert!(chip.contains("chip simulator at /dev/simulated-qemu"));
 }
 
-/// A force at the hand that is reached after half a second and held, on a wearer
-/// whose device is patient: a test's computer stalls at times.
+/// Returns a session with a force at the hand that is reached after half a second and held, with a
+/// long host timeout because a test's computer sometimes stalls.
 fn a_force_at_the_hand(folder: &Path) -> SessionFile {
     let text = include_str!("../sessions/endpoint_force.toml");
     let points = text.find("points = [").unwrap();
@@ -165,7 +163,7 @@ fn a_force_at_the_hand(folder: &Path) -> SessionFile {
     SessionFile::load(&write_file(folder, "hand.toml", text)).unwrap()
 }
 
-/// What was wanted, what part of it was made, and what every channel got.
+/// Requested force, realized part of it, and the amplitude of every channel.
 type SampleForces = (Vec<Option<f64>>, Option<f64>, Vec<Option<f64>>);
 
 fn given(sample: &Sample) -> SampleForces {
@@ -173,8 +171,8 @@ fn given(sample: &Sample) -> SampleForces {
     (wanted, sample.hand_made, got)
 }
 
-/// Behind a port, whatever it is, a device gives what the native one in this program gives,
-/// and is recorded as what it says that it is. Nobody there knows the force that comes.
+/// Behind any port, a device outputs the same as the native one in this program, and is recorded as
+/// what it reports to be. The resulting force is unknown there.
 #[test]
 fn a_force_at_the_hand_is_given_behind_every_port() {
     let folder = test_folder("hand_behind_a_port");
@@ -185,7 +183,7 @@ fn a_force_at_the_hand_is_given_behind_every_port() {
         page.contains("nothing measured the force that came"),
         "{page}"
     );
-    // Before the stop, in which it falls.
+    // Before the stop, during which the amplitudes fall.
     let held = |sample: &Sample| sample.state == DeviceState::Stimulating;
     let expected = given(&run.trials[0].samples.iter().filter(held).last().unwrap());
     let (wanted, made, amplitudes) = &expected;
@@ -203,7 +201,7 @@ fn a_force_at_the_hand_is_given_behind_every_port() {
         let board = Board::serve(&folder, &wire.split(' ').collect::<Vec<_>>());
         let dir = is_recorded_as_simulated(&folder, "hand.toml", &board.at, kind);
         let run = record::load(&dir).unwrap();
-        // When, the stalls of this computer decide.
+        // The number depends on the stalls of this computer.
         let samples = &run.trials[0].samples;
         let found = samples
             .iter()

@@ -1,4 +1,4 @@
-//! `flexor search`: what it tells people and machines, and what it refuses.
+//! Tests of `flexor search`: output for people and machines, and refusals.
 
 use crate::program::{Board, run_flexor, test_folder, write_file};
 use serde_json::Value;

@@ -1,4 +1,4 @@
-//! The program at a terminal of its own, for tests of what a person sees and types.
+//! Runs the program at its own terminal, to test what a person sees and types.
 
 use crate::program::FLEXOR;
 use nix::fcntl::OFlag;
@@ -12,14 +12,14 @@ use std::path::Path;
 use std::process::{Child, Command, ExitStatus};
 use std::time::Duration;
 
-/// The program at a terminal of its own.
+/// The program at its own terminal.
 pub struct TerminalProgram {
     process: Child,
     master: File,
     pub seen: String,
 }
 
-/// Of a terminal.
+/// Returns the size of a terminal.
 pub fn size(columns: u16, rows: u16) -> Winsize {
     Winsize {
         ws_row: rows,
@@ -29,7 +29,7 @@ pub fn size(columns: u16, rows: u16) -> Winsize {
     }
 }
 
-/// The two ends of a terminal; no other program that a test starts holds one of them.
+/// Opens the two ends of a terminal, which no other program of a test inherits.
 fn terminal(winsize: Winsize) -> (File, File) {
     let flags = OFlag::O_RDWR | OFlag::O_NOCTTY | OFlag::O_CLOEXEC | OFlag::O_NONBLOCK;
     let master = posix_openpt(flags).unwrap();
@@ -44,10 +44,10 @@ fn terminal(winsize: Winsize) -> (File, File) {
 }
 
 impl TerminalProgram {
-    /// Starts the program with these words in `folder`.
+    /// Starts the program with these arguments in `folder`.
     pub fn start(folder: &Path, words: &str, winsize: Winsize) -> Self {
         let (master, slave) = terminal(winsize);
-        // A session of its own, of which this is the terminal.
+        // Starts a session with this controlling terminal.
         let mut command = Command::new("setsid");
         command.args(["--ctty", FLEXOR]);
         command.args(words.split_whitespace());
@@ -64,7 +64,7 @@ impl TerminalProgram {
         }
     }
 
-    /// Reads what is there.
+    /// Reads the available output.
     pub fn read(&mut self) {
         let mut bytes = [0; 4096];
         match self.master.read(&mut bytes) {
@@ -72,12 +72,12 @@ impl TerminalProgram {
             Err(error) if error.kind() == ErrorKind::WouldBlock => {
                 std::thread::sleep(Duration::from_millis(1));
             }
-            // The other side has gone.
+            // The other end was closed.
             Err(_) => {}
         }
     }
 
-    /// Reads until this is seen, and forgets what came before it.
+    /// Reads until this text appears, and discards the output before it.
     pub fn wait_for_text(&mut self, wanted: &str) {
         while !self.seen.contains(wanted) {
             assert!(self.process.try_wait().unwrap().is_none(), "{}", self.seen);
@@ -87,7 +87,7 @@ impl TerminalProgram {
         self.seen = rest.to_owned();
     }
 
-    /// Types all of it, as fast as it is taken.
+    /// Types the whole text, as fast as the program accepts it.
     pub fn type_text(&mut self, text: &str) {
         let mut rest = text.as_bytes();
         while !rest.is_empty() {
@@ -98,18 +98,18 @@ impl TerminalProgram {
         }
     }
 
-    /// Makes the terminal larger or smaller.
+    /// Changes the size of the terminal.
     pub fn resize(&self, columns: u16, rows: u16) {
         tcsetwinsize(&self.master, size(columns, rows)).unwrap();
     }
 
-    /// Closes the terminal; how the program ends then.
+    /// Closes the terminal, and returns how the program ends.
     pub fn close(mut self) -> ExitStatus {
         drop(self.master);
         self.process.wait().unwrap()
     }
 
-    /// Waits for the program's end, reading; its exit code.
+    /// Reads until the program ends, and returns its exit code.
     pub fn wait_for_exit(&mut self) -> Option<i32> {
         loop {
             if let Some(status) = self.process.try_wait().unwrap() {

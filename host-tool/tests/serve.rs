@@ -1,4 +1,4 @@
-//! `flexor serve` lets a client in only when it can answer.
+//! `flexor serve` accepts a client only when it can answer.
 
 use crate::program::{Board, command_result, flexor_command, test_folder, write_file};
 use crate::steady::retry_after_stalls;
@@ -13,7 +13,7 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// Building the image and booting it take no longer.
+/// Longest time for building and booting the image.
 const PATIENCE: Duration = Duration::from_secs(600);
 
 struct ServeProcess(Child);
@@ -25,8 +25,8 @@ impl Drop for ServeProcess {
     }
 }
 
-/// A client that knocks from the first moment on is answered as soon as it is
-/// let in: the chip has booted by then.
+/// A client that tries to connect from the start is answered as soon as it is accepted, because the
+/// chip has booted by then.
 #[test]
 fn the_first_connection_is_answered() {
     for device in ["native", "chip"] {
@@ -55,17 +55,16 @@ fn assert_answered(device: &str) {
         std::thread::sleep(Duration::from_millis(1));
     };
     let waited = begin.elapsed();
-    // `Hello` is waited for half a second.
+    // The client waits half a second for `Hello`.
     let opened = Connection::open(port);
     assert!(opened.is_ok(), "{device}: {:?}", opened.err());
     println!("{device}: refused {refused} times in {waited:?}, then answered");
 }
 
-/// The shipped session of a force at the hand, with the arm held as docs/examples/hand.py
-/// says that it is.
+/// The shipped session of a force at the hand, with the posture that docs/examples/hand.py assumes.
 const HELD: &str = include_str!("../sessions/endpoint_force.toml");
 
-/// Runs the example client for a force on this wearer's arm; what it printed.
+/// Runs the example client for a force with this wearer's arm, and returns its output.
 fn run_client(board: &Board, wearer: &Path, force_n: [&str; 3]) -> String {
     let example = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/examples/hand.py");
     let mut python = Command::new("python3");
@@ -76,8 +75,8 @@ fn run_client(board: &Board, wearer: &Path, force_n: [&str; 3]) -> String {
     told
 }
 
-/// What every channel gets for this force at last, played from the file, in the words of
-/// the example.
+/// Returns the final amplitude of every channel for this force, played from a session file, in the
+/// format of the example.
 fn played_amplitudes(force_n: &str) -> String {
     let points = HELD.find("points = [").unwrap();
     let text = format!(
@@ -90,7 +89,7 @@ fn played_amplitudes(force_n: &str) -> String {
     let port = simulated_port(&file.session, 1, Box::new(native(boot)), boot).unwrap();
     let (outcome, _) = run(&file, port, None, |_| ());
     assert!(outcome.error.is_none(), "{:?}", outcome.error);
-    // Before the stop, in which it falls.
+    // Before the stop, during which the amplitudes fall.
     let held = |sample: &Sample| sample.state == DeviceState::Stimulating;
     let last = outcome.trial.samples.iter().filter(held).last().unwrap();
     let worn = file.session.worn.as_ref().unwrap();
@@ -108,8 +107,8 @@ fn played_amplitudes(force_n: &str) -> String {
     given.collect::<Vec<_>>().join(", ")
 }
 
-/// A program of others asks over TCP: what it gets is what a session's file gets; what
-/// cannot be made is told by number, with the nearest that can be, which then is made.
+/// A client requests forces over TCP and gets the same amplitudes as a session file. An impossible
+/// force is refused by number with the nearest possible one, which the client then gets.
 #[test]
 #[cfg(unix)]
 fn a_client_asks_for_forces_at_the_hand_live() {

@@ -1,11 +1,12 @@
-//! Files of the program, by name from any folder.
+//! Tests of the program's built-in files, which any folder can use by name.
 
 use super::program::test_folder;
 use super::record_again::{run_failing, run_json};
 use std::collections::BTreeSet;
 use std::path::Path;
 
-/// Names of the files in a folder of the repository, from there on, without `.toml`.
+/// Returns the names of the files in a folder of the repository, relative to `under`, without
+/// `.toml`.
 fn files(dir: &Path, under: &Path) -> BTreeSet<String> {
     let mut names = BTreeSet::new();
     for entry in std::fs::read_dir(dir).unwrap().flatten() {
@@ -51,7 +52,7 @@ fn every_shipped_file_is_listed_and_found_by_its_name() {
     let names: Vec<String> = listed(&all, "sessions").into_iter().collect();
     let checked = run_json(&dir, &format!("check {}", names.join(" ")));
     assert_eq!(checked["sessions"].as_array().unwrap().len(), names.len());
-    // A file of that name comes first.
+    // A file of that name in the folder has precedence.
     std::fs::write(dir.join("reciprocal"), "title = 1").unwrap();
     assert_eq!(run_failing(&dir, "check reciprocal").0, Some(1));
 }
@@ -85,8 +86,8 @@ fn shipped_files_are_copied_out_with_those_that_they_name() {
     );
 }
 
-/// Each session with its wearers, and the declarations that are run from a file with their
-/// sessions: a copy in a folder of its own passes the check, as the shipped file does.
+/// Copies of each session with its wearers, and of each declaration with its sessions, pass the
+/// check in a folder of their own, as the shipped files do.
 #[test]
 fn every_copy_stands_on_its_own() {
     let dir = test_folder("stands_alone");

@@ -1,21 +1,21 @@
-//! Tests that are about real time: repeated, by name, when this computer stalled.
+//! Repeats tests that depend on real time if this computer stalled.
 
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-/// A thread that sleeps this much longer than it asked for was stalled.
+/// Excess of a thread's sleep that counts as a stall.
 const STALL: Duration = Duration::from_millis(20);
 
-/// How often a test is begun at most.
+/// Largest number of attempts.
 const MOST: u32 = 8;
 
-/// Runs `test`; if it fails and this computer stalled meanwhile, says so and runs it again.
+/// Runs `test`; if it fails and this computer stalled meanwhile, prints that and runs it again.
 pub fn retry_after_stalls(name: &str, test: impl Fn()) {
     repeated(name, || timed(&test));
 }
 
-/// Tries until it passes, fails without a stall, or has failed [`MOST`] times.
+/// Repeats until an attempt passes, fails without a stall, or is number [`MOST`].
 fn repeated(name: &str, mut attempt: impl FnMut() -> (std::thread::Result<()>, Duration)) {
     for count in 1..=MOST {
         let (result, worst) = attempt();
@@ -29,7 +29,7 @@ fn repeated(name: &str, mut attempt: impl FnMut() -> (std::thread::Result<()>, D
     }
 }
 
-/// What came of `test`, and the longest stall of this computer meanwhile.
+/// Returns the result of `test`, and the longest stall of this computer meanwhile.
 fn timed(test: &impl Fn()) -> (std::thread::Result<()>, Duration) {
     let (is_over, worst_us) = (AtomicBool::new(false), AtomicU64::new(0));
     let result = std::thread::scope(|scope| {

@@ -1,4 +1,4 @@
-//! The program's tests, one program: a room each.
+//! The program's tests in one binary, one module each.
 
 mod any_image;
 #[cfg(unix)]

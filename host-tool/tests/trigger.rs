@@ -1,5 +1,5 @@
-//! A triggered session at a desk: edges from the session file, trains exactly
-//! 1000 µs after them; a session that plays nothing says so first.
+//! Tests of sessions with a trigger: edges from the session file start trains exactly 1000 µs
+//! later; a session without pulses reports that first.
 
 use crate::program::{run_flexor, test_folder, write_file};
 use firmware::link::Request;
@@ -9,8 +9,8 @@ use host_core::run::{DeviceName, Outcome, SessionFile, run};
 
 const TRIGGER: &str = include_str!("../sessions/trigger.toml");
 
-/// Runs `text` natively: the outcome, and when each channel's first phases began,
-/// µs from the start.
+/// Runs `text` natively; returns the outcome, and when each channel's first phases began, µs from
+/// the start.
 fn play(text: &str) -> (Outcome, [Vec<u64>; 2]) {
     let file = SessionFile::parse("trigger.toml", text).unwrap();
     let port = DeviceName::Native.open(&file.session, 1).unwrap();
@@ -29,7 +29,7 @@ fn play(text: &str) -> (Outcome, [Vec<u64>; 2]) {
     (outcome, begins)
 }
 
-/// Ten pulses at 50 Hz, `delay` µs after each of `edges`.
+/// Returns ten pulses at 50 Hz, `delay` µs after each of `edges`.
 fn trains(edges: &[u64], delay: u64) -> Vec<u64> {
     let train = |&edge: &u64| (0..10).map(move |n| edge + delay + n * 20_000);
     edges.iter().flat_map(train).collect()
@@ -48,7 +48,7 @@ fn each_edge_starts_its_trains_exactly_1000_us_later() {
         let mut counters = outcome.trial.counters.iter();
         let idle = counters.find(|(name, _)| name.contains("without a train"));
         assert_eq!(idle.unwrap().1, 0);
-        // A ramp's first slot may be code 0.
+        // The first slot of a ramp may have code 0.
         let pulses = outcome.trial.pulses.unwrap();
         let slots = begins.iter().map(|b| b.len() as u64).sum::<u64>();
         let edges = edges.len() as u64;
@@ -106,8 +106,8 @@ fn a_session_without_a_pulse_says_so_first() {
     }
 }
 
-/// A client of the simulator asks for edges: each is acknowledged and starts ten
-/// pulses, and no frame is missed.
+/// A client of the simulator requests edges: each is acknowledged and starts ten pulses, and no
+/// frame is lost.
 #[test]
 fn a_client_asks_for_an_edge() {
     let file = SessionFile::parse("trigger.toml", TRIGGER).unwrap();

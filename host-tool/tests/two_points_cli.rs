@@ -1,15 +1,15 @@
-//! `flexor two-points`: what it tells people and machines, what it writes, keeps and refuses.
+//! Tests of `flexor two-points`: output for people and machines, files and refusals.
 
 use crate::program::{check_rerun_command, flexor_command, run_flexor, test_folder};
 use serde_json::Value;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-/// A cell, and a seed that is not the judged one.
+/// A cell, and another seed than the judged one.
 const FEW: [&str; 5] = ["two-points", "--cell", "15", "--seed", "1001"];
 const RESULT: [&str; 3] = ["result.json", "result.html", "draws.csv"];
 
-/// The result in `out` is that in `other`, byte for byte.
+/// Checks that the results in `out` and `other` are identical byte for byte.
 fn same(folder: &Path, out: &str, other: &str) {
     for file in RESULT {
         let read = |out: &str| std::fs::read(folder.join(out).join(file)).unwrap();
@@ -51,7 +51,8 @@ fn a_cell_is_told_and_written() {
     check_rerun_command(&folder, "one");
 }
 
-/// Parts of a cell, the whole of which one thread draws, and what makes no whole.
+/// Shards of a cell merge into a result that one thread computes as well; incomplete sets are
+/// refused.
 #[test]
 fn shards_merge_to_the_bytes_of_one() {
     let folder = test_folder("two_points_shards");
@@ -115,7 +116,7 @@ fn shards_merge_to_the_bytes_of_one() {
     same(&folder, "merged", "whole");
 }
 
-/// The study has the same name, folders and shards among those that draw their persons.
+/// The study has the same name, folders and shards as a sweep.
 #[test]
 fn a_sweep_of_this_name_is_the_same_study() {
     let folder = test_folder("two_points_sweep");
@@ -134,13 +135,13 @@ fn a_sweep_of_this_name_is_the_same_study() {
     assert!(error.contains("allowed: native"), "{error}");
 }
 
-/// Rows that a study under way has written.
+/// Counts the rows that a running study has written.
 fn rows(folder: &Path) -> usize {
     let text = std::fs::read_to_string(folder.join("broken/draws.csv"));
     text.map_or(0, |text| text.lines().count().saturating_sub(1))
 }
 
-/// A signal while it draws, a kill while it draws, and the same command once more.
+/// An interrupt and a kill during the draws, each followed by the same command.
 #[cfg(unix)]
 #[test]
 fn an_interrupted_study_goes_on_to_the_same_bytes() {
@@ -167,7 +168,7 @@ fn an_interrupted_study_goes_on_to_the_same_bytes() {
         let goes_on = "the same command goes on from there";
         assert!(exit.is_none() || error.contains(goes_on), "{error}");
         assert!(rows(&folder) >= known, "what was computed is kept");
-        // What came of the first draws is marked as such.
+        // The result of the first draws is marked as incomplete.
         let result = std::fs::read_to_string(folder.join("broken/result.json")).unwrap();
         assert!(result.contains("\"Cut short: 0 of 1 cells"), "{result}");
     }
@@ -219,7 +220,7 @@ fn what_is_out_of_range_or_does_not_go_together_is_refused() {
     assert!(!folder.join("x").exists() && !folder.join("y").exists());
 }
 
-/// It tells what the draws cost, and nothing of it is a result.
+/// Prints the computing time of draws, which is never part of a result.
 #[test]
 fn what_a_draw_costs_is_told_apart() {
     let folder = test_folder("two_points_cost");

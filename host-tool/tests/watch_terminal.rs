@@ -1,4 +1,5 @@
-//! `flexor run --watch` at a terminal: keys reach the device, are recorded, and repeated.
+//! Tests of `flexor run --watch` at a terminal: keys reach the device, are recorded, and are
+//! repeated.
 
 use crate::program::{one_channel, run_flexor, test_folder, write_file};
 use crate::record_again::files;
@@ -9,10 +10,10 @@ use std::time::{Duration, Instant};
 const UP: &str = "\x1b[A";
 const DOWN: &str = "\x1b[B";
 
-/// Nothing takes so long unless it hangs.
+/// Time after which a program counts as hanging.
 const PATIENCE: Duration = Duration::from_secs(50);
 
-/// The rows of the record's markers that a key made: kind, intensity, text.
+/// Returns the rows of the record's markers that a key made: kind, intensity, text.
 fn marker_rows(folder: &Path) -> Vec<(String, String, String)> {
     let dir = std::fs::read_dir(folder.join("out")).unwrap();
     let mut trials = dir.map(|entry| entry.unwrap().path());
@@ -37,7 +38,6 @@ fn wait_for_marker(seated: &mut TerminalProgram, folder: &Path, kind: &str) {
     }
 }
 
-/// Lets time pass at the terminal.
 fn wait_at_terminal(seated: &mut TerminalProgram, ms: u64) {
     let begin = Instant::now();
     while begin.elapsed() < Duration::from_millis(ms) {
@@ -77,7 +77,7 @@ fn keys_pause_change_and_mark_a_session_that_is_repeated_to_the_byte() {
     assert_eq!(rows, expected);
     let (code, people, error) = run_flexor(&folder, &["rerun", "out", "--out", "again"]);
     assert_eq!(code, Some(0), "{people}{error}");
-    // The host's facts are its own.
+    // Facts about the host may differ.
     let same = |dir: &str| {
         let mut files = files(&folder.join(dir));
         files.retain(|(name, _)| !name.ends_with("run.json") && !name.ends_with("report.html"));
@@ -103,7 +103,7 @@ fn a_key_held_down_raises_by_its_press() {
     let raised = marker_rows(&folder)
         .into_iter()
         .filter(|key| key.0 == "raise");
-    // A computer that stalls may part one press from the rest.
+    // On a computer that stalls, one press may be separated from the rest.
     let raised = raised.count();
     assert!((1..=3).contains(&raised), "{raised}");
 }

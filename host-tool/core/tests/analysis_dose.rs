@@ -1,4 +1,4 @@
-//! What channels put out, by their records: held against every edge of the simulated pins.
+//! Compares the dose that a record implies with every edge of the simulated pins.
 
 use hal_sim::trace::{Edge, State, Trace};
 use host_core::analysis::{ChannelDose, doses};
@@ -6,10 +6,10 @@ use host_core::record::Trial;
 use host_core::run::{Outputs, SessionFile, run_with_outputs, simulated_port};
 use host_core::session::Session;
 
-/// The pins of one channel, edge by edge.
+/// Sums over the edges of one channel's pins.
 #[derive(Clone, Default)]
 struct Pins {
-    /// mA for a code of the DAC.
+    /// Current of one DAC code.
     ma_per_code: f64,
     driven: Option<Edge>,
     cathodic_uc: f64,
@@ -18,7 +18,7 @@ struct Pins {
     most_ma: f64,
     most_uc: f64,
     widths_us: Vec<u64>,
-    /// First phases.
+    /// Times of the first phases.
     starts_us: Vec<u64>,
     first: Option<State>,
 }
@@ -93,8 +93,7 @@ fn played(text: &str) -> (Trial, AllPins) {
     (outcome.trial, pins)
 }
 
-/// What a record tells of a channel is what its pins did, but for the last burst of a
-/// stretch.
+/// Checks that the dose from a record agrees with the pins, except for the last burst of a stretch.
 fn judge(name: &str, dose: &ChannelDose, pins: &Pins, trial: &Trial) {
     let duration_s = trial.duration_s;
     let channels = trial.session().unwrap().channels;
@@ -164,7 +163,7 @@ fn doses_are_what_the_pins_did() {
     }
 }
 
-/// A channel still shows the latest pulse of a burst when the next burst is overdue.
+/// A channel still shows the last pulse of a burst when the next burst is overdue.
 #[test]
 fn bursts_of_several_pulses_are_counted_as_the_pins_have_them() {
     for (count, interval_us, hz) in [
@@ -201,7 +200,7 @@ ramp_down_s = 0.05
     }
 }
 
-/// Its amplitude rises over 200 ms to 26 V, which 2 kΩ turn into 13 mA.
+/// The amplitude rises over 200 ms to 26 V, which is 13 mA through 2 kΩ.
 #[test]
 fn a_voltage_stage_is_told_in_volts_and_charged_through_its_load() {
     let (trial, _) = played(&shipped("open_finger"));
@@ -213,7 +212,7 @@ fn a_voltage_stage_is_told_in_volts_and_charged_through_its_load() {
     assert_eq!(one.charge_per_phase_uc, Some(26.0 / 2.0 * 200.0 / 1e3));
     assert_eq!(one.anodic_uc, Some(0.0));
     assert_eq!(one.stretches, Some(1));
-    // Monophasic: one phase of 200 µs each, 13 mA but for the rise.
+    // Monophasic: one phase of 200 µs per pulse, 13 mA after the rise.
     assert_eq!(one.pulses, trial.pulses);
     let on_s = one.on_time_s.unwrap();
     assert!(
@@ -224,7 +223,7 @@ fn a_voltage_stage_is_told_in_volts_and_charged_through_its_load() {
     assert_eq!((silent.width_us, silent.rms_ma), (None, Some(0.0)));
 }
 
-/// Ten pulses at 50 Hz on each edge, an edge a second.
+/// Each edge of the trigger starts ten pulses at 50 Hz; there is one edge per second.
 #[test]
 fn on_time_has_a_stretch_for_each_trigger() {
     let (trial, _) = played(&shipped("trigger"));
@@ -242,11 +241,11 @@ fn a_live_width_and_a_list_are_told_as_far_as_rows_go() {
     let all = doses(&trial);
     judge("width_ramp", &all[0], &pins.0[0], &trial);
     assert_eq!(all[0].width_us, Some((10.0, 300.0)));
-    // Rows do not tell when pulses of a list come.
+    // The rows do not contain the times of pulses from a list.
     assert_eq!((all[1].pulses, all[1].cathodic_uc), (None, None));
 }
 
-/// A record without its session file tells amplitudes and nothing that rests on a train.
+/// Without its session file a record contains amplitudes, but nothing that requires the train.
 #[test]
 fn without_a_session_file_only_the_peak_is_known() {
     let (trial, _) = played(&shipped("open_finger"));

@@ -1,4 +1,4 @@
-//! The choice of muscle models by trying sessions.
+//! Selection of muscle models by simulating the session.
 
 use firmware::muscle::Rung;
 use host_core::choice::{SEED, choose, measured_levels};
@@ -59,7 +59,7 @@ fn two() -> Session {
     Session::parse("two.toml", TWO).unwrap()
 }
 
-/// The cheapest rung within the tolerance, the fullest where only it is.
+/// Selects the cheapest model level within the tolerance, or the most detailed if no other is.
 #[test]
 fn the_cheapest_that_will_do_is_taken() {
     for tolerance in [Share(30), Share(300), Share(1_000), Share(10_000)] {
@@ -85,8 +85,8 @@ fn the_cheapest_that_will_do_is_taken() {
     }
 }
 
-/// What lets all channels be tried on a rung at once: a channel alone on it errs as
-/// much, to the bit.
+/// The error of a channel does not depend on the levels of the others, bit for bit; all channels
+/// can therefore be tried at the same level at once.
 #[test]
 fn no_channel_s_error_depends_on_another_s_rung() {
     let session = two();
@@ -104,7 +104,7 @@ fn no_channel_s_error_depends_on_another_s_rung() {
     }
 }
 
-/// Without a reader and without force control nothing of a muscle is used.
+/// Without a report and without force control, nothing depends on a muscle.
 #[test]
 fn what_nobody_uses_has_no_error() {
     let text = TWO.replacen("fatigue = {}", "fatigue = {}\nreport = false", 1);
@@ -116,7 +116,7 @@ fn what_nobody_uses_has_no_error() {
     assert_eq!(need.enough, measured_levels().next());
 }
 
-/// A longer session's first part is tried, as long as the file says.
+/// Of a longer session only the first part is simulated, as long as the file configures.
 #[test]
 fn a_longer_session_is_tried_in_part() {
     let text = TWO.replace("duration_s = 8.0", "duration_s = 800.0");
@@ -131,8 +131,8 @@ fn a_longer_session_is_tried_in_part() {
     assert!(notes.contains("the first 5 s of 800 s"), "{notes}");
 }
 
-/// Within bounds the worst counts: a client that may hold the highest force tires
-/// the muscle more than the file's own sine does.
+/// Within the bounds of a live client the worst case counts: holding the largest force tires the
+/// muscle more than the file's own sine does.
 #[test]
 fn a_live_client_s_worst_counts() {
     let own = choose(&two(), Share(1_000), SEED).unwrap();
@@ -149,8 +149,8 @@ fn a_live_client_s_worst_counts() {
     }
 }
 
-/// Where pulses alone decide, a run takes the models that trying the session finds:
-/// also for a muscle that nobody reads, and for one that never gets a pulse.
+/// If only pulses matter, a run uses the models that the simulation of the session selects, even
+/// for a muscle that nothing reads, and for one without pulses.
 #[test]
 fn a_run_takes_what_trying_finds() {
     let sessions = Path::new(env!("CARGO_MANIFEST_DIR")).join("../sessions");

@@ -1,5 +1,4 @@
-//! Hands on the controls: what each key does to the outputs, and that a record has all that
-//! it takes to press the same keys again.
+//! Effect of each operator key on the outputs, and repetition of a run from the keys in its record.
 
 use hal_sim::random::{unit, word};
 use hal_sim::trace::{State, Trace};
@@ -12,17 +11,18 @@ use std::collections::{BTreeMap, VecDeque};
 use std::path::{Path, PathBuf};
 
 const FALL_US: u64 = 40_000;
-/// A pulse of the session: two phases and the gap, µs.
+/// Duration of a pulse of the session, µs: two phases and the gap.
 const PULSE_US: u64 = 450;
-/// From setpoint to setpoint, and what the device may be late; programs are sent 0.1 s
-/// ahead, µs.
+/// Interval of setpoints plus the device's delay, and the time by which programs are sent ahead,
+/// µs.
 const SETPOINT_US: u64 = 22_000;
 const AHEAD_US: u64 = 100_000;
-/// Full scale of a channel, µA, at code 65,535.
+/// Full scale of a channel at code 65,535.
 const FULL_SCALE_UA: u64 = 100_000;
 const DURATION_US: u64 = 2_500_000;
 
-/// Two channels of constant amplitudes and one whose pulses ramp, one with the sync output.
+/// Two channels with constant amplitudes, one channel with pulses that ramp, and one with the sync
+/// output.
 const SESSION: &str = r#"
 title = "Hands"
 duration_s = 2.5
@@ -54,14 +54,14 @@ values = [{ channel = 2, value = 8.0 }, { channel = 5, value = 6.0 }]
 rate_hz = 50
 "#;
 
-/// What the session asks for, by number, µA, and the limit.
+/// For each channel: number, amplitude in the session, and limit, µA.
 const ASKED: [(u8, u64, u64); 2] = [(2, 8_000, 15_000), (5, 6_000, 9_000)];
 
 fn session() -> SessionFile {
     SessionFile::parse("session.toml", SESSION).unwrap()
 }
 
-/// The same channels, on and off by programs with the same peaks.
+/// Returns a session with the same channels, switched on and off by programs with the same peaks.
 fn programs() -> SessionFile {
     let (setup, _) = SESSION.split_once("[setpoints]").unwrap();
     let of = |channel: u8, value: f64| {
@@ -74,7 +74,7 @@ fn programs() -> SessionFile {
     SessionFile::parse("programs.toml", &text).unwrap()
 }
 
-/// Keys of stream `seed` with their times, µs after the start.
+/// Returns the random keys of `seed` with their times, µs after the start.
 fn sequence(seed: u64) -> Vec<(u64, Control)> {
     let count = word(seed, 0) % 24;
     let mut keys: Vec<_> = (1..=count)
@@ -97,7 +97,7 @@ fn sequence(seed: u64) -> Vec<(u64, Control)> {
     keys
 }
 
-/// A person who presses keys at their times.
+/// An operator who presses keys at their times.
 struct Person(VecDeque<(u64, Control)>);
 
 impl Observer for Person {
@@ -109,8 +109,8 @@ impl Observer for Person {
     }
 }
 
-/// Plays the session into a record in `dir`; the markers and what was put out, with the time
-/// of the start in it, µs.
+/// Plays the session into a record in `dir`. Returns the markers, the output, and the time of the
+/// start in it, µs.
 fn play_recorded(
     file: &SessionFile,
     dir: &Path,
@@ -135,7 +135,7 @@ fn play_recorded(
     (run_of.trials.remove(0).markers, trace, epoch_us)
 }
 
-/// Every file below `dir`, by its name from there.
+/// Returns every file below `dir`, by its relative path.
 fn files(dir: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut found = BTreeMap::new();
     for entry in std::fs::read_dir(dir).unwrap() {
@@ -154,7 +154,7 @@ fn files(dir: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     found
 }
 
-/// The intensities that a channel may have at `t_us`: every one since the setpoint before.
+/// Returns the intensities that a channel may have at `t_us`: all since the previous setpoint.
 fn intensities(markers: &[Marker], channel: u8, t_us: u64, late_us: u64) -> Vec<u64> {
     let mut known = vec![100];
     for marker in markers
@@ -172,8 +172,8 @@ fn intensities(markers: &[Marker], channel: u8, t_us: u64, late_us: u64) -> Vec<
     known
 }
 
-/// Checks what was put out against what was pressed; the longest time from a pause to the
-/// end of the last pulse, µs.
+/// Checks the output against the pressed keys. Returns the longest time from a pause to the end of
+/// the last pulse, µs.
 fn judge(markers: &[Marker], (trace, epoch_us): (&Trace, u64), late_us: u64) -> Option<u64> {
     let mut intensity = BTreeMap::from([(2, 100), (5, 100)]);
     for marker in markers {
@@ -194,7 +194,7 @@ fn judge(markers: &[Marker], (trace, epoch_us): (&Trace, u64), late_us: u64) -> 
         };
         assert_eq!(percent, expected, "{marker:?}");
     }
-    // Since when it is paused, or was last resumed, µs.
+    // Times of the last pause and the last resumption, µs.
     let edges: Vec<_> = trace.edges_from(epoch_us).collect();
     for edge in edges.iter().filter(|edge| edge.state == State::Cathodic) {
         let (channel, t_us) = (edge.channel + 1, edge.t_us - epoch_us);
@@ -241,8 +241,8 @@ fn judge(markers: &[Marker], (trace, epoch_us): (&Trace, u64), late_us: u64) -> 
     longest
 }
 
-/// Presses `sequences` random sequences of keys from seed `first` on, repeats each from its
-/// record, and holds the two to be the same to the byte.
+/// Presses `sequences` random sequences of keys from seed `first` on, repeats each from its record,
+/// and checks that both runs are equal byte for byte.
 fn check_random_keys(file: &SessionFile, late_us: u64, first: u64, sequences: u64) {
     let dir = std::env::temp_dir().join(format!("flexor-hands-{}-{first}", std::process::id()));
     let (one, other) = (dir.join("one"), dir.join("other"));
@@ -285,7 +285,7 @@ fn keys_do_what_they_say_and_are_repeated_to_the_byte() {
     check_random_keys(&programs(), SETPOINT_US + AHEAD_US, 43_500, 24);
 }
 
-/// `cargo test -p host-core --test suite controls -- --ignored --nocapture`
+/// Run with `cargo test -p host-core --test suite controls -- --ignored --nocapture`.
 #[test]
 #[ignore = "a minute"]
 fn a_thousand_sequences_of_keys_are_repeated_to_the_byte() {
@@ -293,7 +293,8 @@ fn a_thousand_sequences_of_keys_are_repeated_to_the_byte() {
     check_random_keys(&programs(), SETPOINT_US + AHEAD_US, 43_003_000, 1_000);
 }
 
-/// A channel whose pulses follow a session's own amplitude of 8 mA, 15 mA allowed: 35 steps.
+/// The channel follows the session's amplitude of 6 mA and has a limit of 9 mA, which is ten steps
+/// above it.
 #[test]
 fn a_key_never_raises_above_the_limit() {
     let dir = std::env::temp_dir().join(format!("flexor-limit-{}", std::process::id()));
@@ -305,11 +306,11 @@ fn a_key_never_raises_above_the_limit() {
     assert_eq!(texts.len(), 59 - 10, "9 mA are 150 % of 6 mA");
     assert!(texts[0].contains("at its limit"), "{}", texts[0]);
     let codes = trace.edges_from(epoch_us).filter(|edge| edge.channel == 4);
-    assert_eq!(codes.map(|code| code.dac_code).max(), Some(5_898)); // 9 mA of 100
+    assert_eq!(codes.map(|code| code.dac_code).max(), Some(5_898)); // 9 mA of 100 mA
     std::fs::remove_dir_all(dir).unwrap();
 }
 
-/// What cannot be resumed is ended.
+/// Such trains cannot be resumed, so the pause ends the session.
 #[test]
 fn a_pause_ends_trains_of_a_fixed_number_of_pulses() {
     let dir = std::env::temp_dir().join(format!("flexor-counted-{}", std::process::id()));

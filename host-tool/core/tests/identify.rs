@@ -1,4 +1,4 @@
-//! Fits of bench bodies whose constants are known.
+//! Fits to simulated wrists whose constants are known.
 
 use hal_sim::body::bench::{SensorSpec, Wrist, WristSpec};
 use hal_sim::body::{Body, Drive, Pulse};
@@ -7,7 +7,8 @@ use std::time::Instant;
 
 const BEFORE_US: u64 = 500_000;
 
-/// A second at each of these frequencies and at the amplitude where A holds, with rest.
+/// Simulates a one-second train at each frequency, with rests, at the amplitude at which A is
+/// defined.
 fn records(spec: WristSpec, seed: u64, frequencies_hz: &[u64]) -> Vec<ForceRecord> {
     let mut wrist = Wrist::new(spec, seed).unwrap();
     let mut begin_us = 0;
@@ -42,13 +43,13 @@ fn all() -> [u64; 3] {
     [20, 30, 40]
 }
 
-/// No evidence about people, nor about muscles of another structure: it says that the
-/// arithmetic is right.
+/// Shows that the arithmetic is right; no evidence about people or about muscles with another
+/// structure.
 #[test]
 fn without_noise_the_constants_come_back() {
     for subject in 0..10 {
         let mut spec = WristSpec::subject(subject).unwrap();
-        // No noise at all would read as a sensor that is stuck.
+        // Without any noise the record would look like that of a stuck sensor.
         spec.sensor.noise_n = 1e-6;
         let truth = spec.generator.parameters.all();
         for weighting in [Weighting::Whitened, Weighting::Averaged] {
@@ -56,7 +57,7 @@ fn without_noise_the_constants_come_back() {
             let fitted = Fit { weighting }
                 .fit_records(&records(spec, 1, &all()))
                 .unwrap();
-            // The whole suite may run beside it; alone it takes 0.06 s.
+            // Alone this takes 0.06 s, but other tests may run at the same time.
             assert!(begin.elapsed().as_secs_f64() < 1.0);
             for ((found, truth), name) in fitted.constants.iter().zip(truth).zip(NAMES) {
                 assert!(
@@ -91,8 +92,8 @@ fn intervals_are_as_wide_as_the_bound_and_cover() {
             }
             assert!(fitted.untold.is_empty());
         }
-        // What is claimed is what is possible, and what happens: χ² of 40 is above 1.9 · 40
-        // once in a thousand.
+        // The stated errors equal the bound and the actual errors: χ² with 40 degrees of freedom
+        // exceeds 1.9 · 40 once in a thousand.
         assert!(
             errors.iter().all(|error| (0.98..1.05).contains(error)),
             "{errors:?}"
@@ -101,7 +102,7 @@ fn intervals_are_as_wide_as_the_bound_and_cover() {
             squares.iter().all(|square| *square < 1.9),
             "{weighting:?} {squares:?}"
         );
-        // Of 40 with 0.95: below 33 once in ten thousand.
+        // With a probability of 0.95, fewer than 33 of 40 happen once in ten thousand.
         assert!(
             covered.iter().all(|count| *count >= 33),
             "{weighting:?} {covered:?}"

@@ -1,10 +1,10 @@
-//! Static optimisation against every active set tried, and quartics.
+//! Static optimisation compared with an enumeration of all active sets, and fits of quartics.
 
 use hal_sim::random::Random;
 use host_core::limb::{Muscles, Quartic};
 use nalgebra::{Matrix2, Vector2};
 
-/// Where a muscle is.
+/// Activation of a muscle relative to its bounds.
 #[derive(Clone, Copy, PartialEq)]
 enum Place {
     Least,
@@ -12,8 +12,8 @@ enum Place {
     Most,
 }
 
-/// The best of all 3ⁿ ways to put muscles at a bound or between: another algorithm, and
-/// exact for what is not degenerate.
+/// Returns the best of all 3ⁿ assignments of muscles to a bound or between the bounds: an
+/// independent algorithm, exact for non-degenerate problems.
 fn by_enumeration(muscles: &Muscles<2>, wanted: Vector2<f64>) -> Option<Vec<f64>> {
     let n = muscles.full_nm.len();
     let mut best: Option<(f64, Vec<f64>)> = None;
@@ -43,7 +43,8 @@ fn by_enumeration(muscles: &Muscles<2>, wanted: Vector2<f64>) -> Option<Vec<f64>
         };
         let all: Vec<f64> = (0..n).map(value).collect();
         let within = |(k, least): (&f64, &f64)| (*least - 1e-12..=1.0 + 1e-12).contains(k);
-        // One free muscle alone gives no wanted pair, whatever rounding leaves of its square.
+        // A single free muscle cannot produce both wanted torques, whatever rounding leaves of its
+        // square.
         let given: Vector2<f64> = (0..n).map(|at| row(at) * all[at]).sum();
         let gives = (given - wanted).norm() < 1e-9;
         if gives && all.iter().zip(&muscles.least).all(within) {
@@ -56,7 +57,7 @@ fn by_enumeration(muscles: &Muscles<2>, wanted: Vector2<f64>) -> Option<Vec<f64>
     best.map(|(_, all)| all)
 }
 
-/// Two hundred arms of seven muscles, with and without a least activation.
+/// Two hundred arms with seven muscles, with and without minimum activations.
 #[test]
 fn the_least_activations_are_those_of_the_best_active_set() {
     let mut random = Random::new(11);
@@ -84,8 +85,8 @@ fn the_least_activations_are_those_of_the_best_active_set() {
     assert!(bounded > 20 && refused > 5, "{bounded} {refused}");
 }
 
-/// By hand: two muscles of 10 and 20 N·m that flex, one of 10 that extends. 6 N·m are had
-/// by k in proportion, 0.12 and 0.24; with a least of 0.1 of the extensor they give 7.
+/// Calculated by hand: two flexors of 10 and 20 N·m and an extensor of 10 N·m. For 6 N·m the
+/// activations are 0.12 and 0.24; if the extensor has at least 0.1, the flexors must produce 7 N·m.
 #[test]
 fn a_joint_by_hand() {
     let muscles = |least: f64| Muscles {
@@ -101,7 +102,7 @@ fn a_joint_by_hand() {
     close(muscles(0.1).activations([6.0]).unwrap(), [0.14, 0.28, 0.1]);
     let refused = muscles(0.0).activations([31.0]).unwrap_err();
     assert!(refused.to_string().starts_with("E761"), "{refused}");
-    // All agonists at 6 / 30 in common: half of that of the antagonist.
+    // All agonists together have the activation 6 / 30, and the antagonist half of that.
     let both = muscles(0.0).with_co_contraction(0.5, [6.0]);
     assert!((both.least[2] - 0.1).abs() < 1e-12 && both.least[0] == 0.0);
 }

@@ -1,5 +1,5 @@
-//! The device's geometry in double precision against differences of itself, and the
-//! device's own numbers against that.
+//! The device's limb geometry in double precision compared with numerical derivatives, and the
+//! device's own number format compared with double precision.
 
 use firmware::bench::limb::{before_the_trunk, nominal_limb};
 use firmware::limb::{
@@ -10,11 +10,11 @@ use hal_sim::random;
 use host_core::limb::{Exact, PostureMatrices, Single, ToDouble};
 
 const POSTURES: u64 = 200;
-/// A step of central differences: h² of the third derivative and 1e-16/h both stay
-/// below 1e-9.
+/// Step of the central differences: both h² times the third derivative and 1e-16/h stay below 1e-9.
 const STEP: f64 = 1e-5;
 
-/// A triceps' long head: from the shoulder blade over shoulder and elbow.
+/// Returns the nominal limb with the long head of the triceps, from the shoulder blade over
+/// shoulder and elbow.
 fn with_biarticular() -> LimbSpec {
     let mut spec = nominal_limb();
     let via = |segment, at_um| ViaSpec { segment, at_um };
@@ -36,7 +36,7 @@ fn with_biarticular() -> LimbSpec {
     spec
 }
 
-/// Posture `n` within the nominal arm's ranges, radians.
+/// Returns random posture `n` within the nominal arm's ranges, radians.
 fn posture(n: u64, spec: &LimbSpec) -> [f64; AXES] {
     let mut index = n * AXES as u64;
     spec.ranges_mdeg.map(|(low, high)| {
@@ -50,7 +50,7 @@ fn exact(radians: [f64; AXES]) -> [Exact; AXES] {
     radians.map(Exact)
 }
 
-/// d/dθ of whatever a pose tells, by central differences.
+/// Returns the derivative of a quantity of the pose over one angle, by central differences.
 fn derivative<const N: usize>(
     limb: &Limb<Exact>,
     at: [f64; AXES],
@@ -93,11 +93,11 @@ fn both_jacobians_are_the_differences_of_lengths_and_places() {
     }
     println!("arm {arm:.1e} m/rad, muscles {muscles:.1e} m/rad");
     assert!(arm < 1e-8 && muscles < 1e-8, "{arm} {muscles}");
-    // Every line crosses a joint with some lever, the two-joint ones two.
+    // Every line has a lever at some joint, and those over two joints at both.
     assert!(lines_moved > POSTURES as usize * 10 * 2, "{lines_moved}");
 }
 
-/// How the forearm turns with each axis: the columns' other half.
+/// Checks the rotation of the forearm with each angle, the second half of the Jacobian's columns.
 #[test]
 fn the_axes_are_those_that_the_forearm_turns_about() {
     let spec = nominal_limb();
@@ -121,7 +121,7 @@ fn the_axes_are_those_that_the_forearm_turns_about() {
     assert!(worst < 1e-8, "{worst}");
 }
 
-/// A line over two joints turns both; the nearest neighbour considers it at one.
+/// A line over two joints acts at both; nearest-neighbour control considers it at one.
 #[test]
 fn a_line_over_two_joints_has_levers_at_both() {
     let limb = Limb::<Exact>::new(&with_biarticular()).unwrap();
@@ -138,8 +138,8 @@ fn a_line_over_two_joints_has_levers_at_both() {
     assert!(sc == 0.0 && gh > 5e-3 && el > 10e-3, "{sc} {gh} {el}");
 }
 
-/// Equation (3) for one stretch is the negative of this lever; with a stretch in one
-/// segment it averages that in, which turns nothing.
+/// For a line with one section between the segments, equation (3) is the negative of our lever. An
+/// additional section within a segment enters the average although it produces no torque.
 #[test]
 fn the_print_s_average_is_minus_the_lever_for_one_stretch_only() {
     let limb = Limb::<Exact>::new(&nominal_limb()).unwrap();
@@ -165,8 +165,8 @@ fn the_print_s_average_is_minus_the_lever_for_one_stretch_only() {
     assert!(biceps < 1e-12 && triceps > 0.05, "{biceps} {triceps}");
 }
 
-/// Hand and levers of the device against double precision, over the whole range, and
-/// what is left with exact functions in its numbers.
+/// Hand position and levers with the device's functions compared with double precision over the
+/// whole range, and the remaining error with exact functions in the device's number format.
 #[test]
 fn the_device_s_numbers_stay_near_exact_ones() {
     let spec = nominal_limb();
@@ -205,7 +205,7 @@ fn the_device_s_numbers_stay_near_exact_ones() {
         hand_rounded * 1e3,
         lever_rounded * 1e3
     );
-    // Nine turns of at most 1.1 mrad at up to 0.7 m are 7 mm.
+    // Nine rotations, each with an error of at most 1.1 mrad, move a hand at 0.7 m by at most 7 mm.
     assert!((2e-4..3e-3).contains(&hand), "{hand}");
     assert!((1e-5..3e-4).contains(&lever), "{lever}");
     assert!(
@@ -214,7 +214,7 @@ fn the_device_s_numbers_stay_near_exact_ones() {
     );
 }
 
-/// A wrench's torques, read back as a wrench, are that wrench.
+/// Converting a wrench to torques and back gives the same wrench.
 #[test]
 fn a_wrench_is_told_from_its_torques() {
     let limb = Limb::<Exact>::new(&nominal_limb()).unwrap();
@@ -223,7 +223,7 @@ fn a_wrench_is_told_from_its_torques() {
     let wanted = nalgebra::SVector::from([12.0, -7.0, 30.0, 0.4, -1.1, 0.6]);
     let back = posed.given * posed.torques(&wanted);
     assert!((back - wanted).amax() < 1e-10);
-    // And the device's room says the same torques.
+    // The device's module computes the same torques.
     let wrench = Wrench {
         force: Vector::new(Exact(12.0), Exact(-7.0), Exact(30.0)),
         torque: Vector::new(Exact(0.4), Exact(-1.1), Exact(0.6)),

@@ -1,5 +1,5 @@
-//! Bounded least squares against the crate `nnls`, against its own conditions of a
-//! minimum, and on arms.
+//! Bounded least squares compared with the crate `nnls` and with the conditions of a minimum, and
+//! applied to arms.
 
 use firmware::bench::limb::{before_the_trunk, nominal_limb};
 use firmware::limb::{JointName, LINES, Limb, LimbSpec, LineSpec, ViaSpec};
@@ -14,7 +14,8 @@ use ndarray::{Array1, Array2};
 type Square = SMatrix<f64, LINES, LINES>;
 type Column = SVector<f64, LINES>;
 
-/// Problem `n`: rows of levers, a torque wanted, limits in newtons, some of them 0.
+/// Returns random problem `n`: rows of levers, a wanted torque, and limits in newtons, some of them
+/// 0.
 fn problem(n: u64) -> Bounded {
     let mut index = n * 1000;
     let mut part = || {
@@ -33,9 +34,9 @@ fn problem(n: u64) -> Bounded {
     }
 }
 
-/// The same by Lawson and Hanson's least-distance programming (Solving Least Squares
-/// Problems, chapter 23), whose one non-negative problem `nnls` solves: with
-/// H = L·Lᵀ and z = Lᵀ(x − H⁻¹c), the shortest z with G·z ≥ h.
+/// Solves the problem by Lawson and Hanson's least-distance programming (Solving Least Squares
+/// Problems, chapter 23), which `nnls` solves as one non-negative problem: with H = L·Lᵀ and z =
+/// Lᵀ(x − H⁻¹c), the shortest z with G·z ≥ h.
 fn by_nnls(problem: &Bounded) -> Column {
     let factor = problem.curvature.cholesky().unwrap();
     let unbounded = factor.solve(&problem.slope);
@@ -60,7 +61,7 @@ fn by_nnls(problem: &Bounded) -> Column {
 #[test]
 fn answers_are_those_of_another_implementation() {
     let (mut worst, mut at_bounds) = (0.0_f64, [0; 3]);
-    // Of muscles with a limit of 0 both bounds are one, where `nnls` ends the program.
+    // If a limit is 0, both bounds of the muscle are equal, on which `nnls` panics.
     for problem in (0..3000).map(problem).filter(|p| p.upper.min() > 0.0) {
         let x = problem.solve().unwrap();
         let scale = problem.upper.amax();
@@ -75,7 +76,7 @@ fn answers_are_those_of_another_implementation() {
     assert!(at_bounds.iter().all(|&count| count > 1000), "{at_bounds:?}");
 }
 
-/// At a minimum in a box every slope points against a bound or is nothing.
+/// At a minimum in a box, every component of the gradient is zero or points against a bound.
 #[test]
 fn answers_meet_the_conditions_of_a_minimum() {
     let mut worst = 0.0_f64;
@@ -100,7 +101,7 @@ fn answers_meet_the_conditions_of_a_minimum() {
     assert!(worst < 1e-9, "{worst}");
 }
 
-/// Two muscles alike, which end `nnls`: each takes half.
+/// Two identical muscles, on which `nnls` panics, each take half.
 #[test]
 fn muscles_that_are_alike_share() {
     let alike = Square::from_fn(|i, j| match (i < 2 && j < 2, i == j) {
@@ -131,7 +132,7 @@ fn arm(spec: &LimbSpec) -> (Limb<Exact>, PostureMatrices) {
     (limb, posed)
 }
 
-/// A weak wish is met nearly, a strong one up to the limits.
+/// Small forces are produced nearly exactly, large ones up to the limits.
 #[test]
 fn forces_stay_between_nothing_and_the_most() {
     let (limb, posed) = arm(&nominal_limb());
@@ -145,9 +146,9 @@ fn forces_stay_between_nothing_and_the_most() {
         for (line, most) in most.iter().enumerate() {
             assert!((0.0..=*most).contains(&found.forces[line]));
         }
-        // The tenth has no line.
+        // The tenth channel has no line.
         assert_eq!(found.forces[9], 0.0);
-        // Better than nothing at all, whose value is 0.
+        // The solution is better than no activation at all, whose value is 0.
         let problem = squares.problem(&posed, &wanted);
         let x = found.forces;
         let value = 0.5 * x.dot(&(problem.curvature * x)) - problem.slope.dot(&x);
@@ -162,8 +163,8 @@ fn forces_stay_between_nothing_and_the_most() {
     }
 }
 
-/// A second elbow extensor from the shoulder blade: least squares use it for what it
-/// does at both joints.
+/// With a second elbow extensor from the shoulder blade, least squares uses its effect at both
+/// joints.
 #[test]
 fn a_two_joint_muscle_is_used_for_both_joints() {
     let one = nominal_limb();
@@ -183,7 +184,7 @@ fn a_two_joint_muscle_is_used_for_both_joints() {
     two.lines.push(long_head).unwrap();
     let missed = |spec: &LimbSpec| {
         let (limb, posed) = arm(spec);
-        // Extends the elbow and draws the upper arm back.
+        // The wanted force extends the elbow and draws the upper arm back.
         let wanted = posed.given
             * (posed.levers * Column::from_fn(|n, _| f64::from(u8::from(n == 9)) * 40.0));
         let (wanted, used) = match limb.lines().len() {
@@ -201,7 +202,7 @@ fn a_two_joint_muscle_is_used_for_both_joints() {
     assert!(!missed(&one).1);
 }
 
-/// Along a wanted force that turns slowly, what a change costs shows in less change.
+/// Along a reference force that turns slowly, the cost of changes makes them smaller.
 #[test]
 fn the_weight_of_change_smooths() {
     let (limb, posed) = arm(&nominal_limb());
@@ -266,13 +267,13 @@ fn what_cannot_be_had_is_told() {
         beyond.starts_with("E703 900.0 N cannot be made in this posture: of that direction ("),
         "{beyond}"
     );
-    // What is named can be had, and hardly more.
+    // The force named in the error is possible, and a slightly larger one is not.
     let times = |share: f64| force(nearest.map(|part| part * share));
     assert!(recruit.recruit_within(&posed, &times(1.0), 5.0).is_ok());
     assert!(recruit.recruit_within(&posed, &times(1.001), 5.0).is_err());
     let not_finite = recruit.recruit(&posed, &force([f64::NAN, 0.0, 0.0]));
     assert_eq!(not_finite, Err(RecruitmentError::NotConverged));
-    // Bones in one line, hanging: the line itself carries a load.
+    // The bones hang in one line, which itself carries a load.
     let mut plumb = nominal_limb();
     plumb.ways_um[1] = [0, 0, -150_000];
     let hanging = Limb::<Exact>::new(&plumb)

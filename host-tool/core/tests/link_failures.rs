@@ -1,5 +1,5 @@
-//! What a host says when it was kept from its port, when the device speaks another version,
-//! and when it never stops speaking.
+//! Errors of the host if it is kept from its port, if the device has another protocol version, and
+//! if the device never stops sending.
 
 use firmware::link::{Event, HelloInfo, Request, Response, SCHEMA, ToDevice, encode};
 use firmware::units::Micros;
@@ -12,22 +12,22 @@ fn native() -> SimulatedPort {
     SimulatedPort::new(super::link_native::native_world(Micros::new(0)))
 }
 
-/// A port of a computer that falls asleep once.
+/// The port of a computer that is suspended once.
 struct SleepingPort {
     port: SimulatedPort,
-    /// How long it sleeps as soon as it waits, µs.
+    /// Duration of the suspension, which begins with the next wait, µs.
     sleep_us: u64,
-    /// What became of the port meanwhile.
+    /// State of the port after the suspension.
     then: AfterSleep,
 }
 
 #[derive(Clone, Copy, PartialEq)]
 enum AfterSleep {
-    /// What was sent waits to be read.
+    /// The received bytes wait to be read.
     Waits,
-    /// Nothing comes any more.
+    /// No more bytes arrive.
     Silent,
-    /// It is gone.
+    /// The port has disappeared.
     Gone,
 }
 
@@ -47,7 +47,8 @@ impl Port for SleepingPort {
             self.sleep_us = 0;
             return match self.then {
                 AfterSleep::Gone => Err(io::ErrorKind::BrokenPipe.into()),
-                // As a read that ran out of time, of which nobody knew that it was over.
+                // The read returns like one that timed out, because the host does not notice that
+                // it was suspended.
                 _ => Ok(Vec::new()),
             };
         }
@@ -63,7 +64,7 @@ impl Port for SleepingPort {
     }
 }
 
-/// What comes of a `Status` while this computer sleeps.
+/// Returns the result of a `Status` request during which this computer is suspended.
 fn status_while_asleep(sleep_us: u64, then: AfterSleep) -> Result<(), String> {
     let port = SleepingPort {
         port: native(),
@@ -114,7 +115,7 @@ fn what_this_computer_slept_through_is_not_the_device_s_fault() {
     }
 }
 
-/// A device that answers `Hello` with these bytes.
+/// A device that answers `Hello` with given bytes.
 struct AnsweringPort<F>(SimulatedPort, Option<Vec<u8>>, F);
 
 impl<F: Fn(ToDevice) -> Vec<u8> + Send> Port for AnsweringPort<F> {
@@ -139,7 +140,7 @@ impl<F: Fn(ToDevice) -> Vec<u8> + Send> Port for AnsweringPort<F> {
     }
 }
 
-/// Why a `Hello` that is answered so is refused.
+/// Connects to a device that answers `Hello` in this way, and returns the error.
 fn hello_error(answer: impl Fn(ToDevice) -> Vec<u8> + Send) -> Option<Error> {
     Connection::open(AnsweringPort(native(), None, answer)).err()
 }
@@ -159,7 +160,7 @@ fn another_schema_in_hello_is_refused_by_both_names() {
     let same = hello_error(|asked| encode(&hello(asked.seq, SCHEMA)).unwrap().to_vec());
     assert!(same.is_none(), "{same:?}");
     let alike = hello_error(|asked| encode(&hello(asked.seq, other)).unwrap().to_vec());
-    // One whose answer goes on otherwise, and one in which nothing follows.
+    // One answer continues with other fields, the other ends after the schema.
     let longer = |asked: ToDevice| (0u32, asked.seq, 7u16, other, "a name", [9u8; 32]);
     let longer = hello_error(|asked| encode(&longer(asked)).unwrap().to_vec());
     let shorter = hello_error(|asked| encode(&(0u32, asked.seq, 7u16, other)).unwrap().to_vec());
@@ -167,13 +168,13 @@ fn another_schema_in_hello_is_refused_by_both_names() {
         let error = error.unwrap().to_string();
         assert!(error.starts_with(&says), "{error}");
     }
-    // The answer to an earlier host's.
+    // This answer belongs to the request of an earlier host.
     let late = hello_error(|asked| encode(&hello(asked.seq + 1, other)).unwrap().to_vec());
     let late = late.unwrap().to_string();
     assert!(late.starts_with("E501"), "{late}");
 }
 
-/// A device that reports events without end once it stimulates.
+/// A device that sends endless events once it stimulates.
 struct Flood {
     port: SimulatedPort,
     event: Event,
@@ -196,7 +197,7 @@ impl Port for Flood {
         if !self.is_flooding {
             return self.port.receive(until_us);
         }
-        // Reading and writing take their time.
+        // Reading and writing take time.
         let mut bytes = self.port.receive(now_us + 100)?;
         let (at, event) = (Micros::new(now_us as u32), self.event);
         let frame = encode(&Response::Event { at, event }).unwrap();

@@ -1,4 +1,4 @@
-//! A client talks to the native simulator over a simulated wire.
+//! Communication of a client with the native simulator over a simulated wire.
 
 use firmware::link::Code;
 use firmware::pulse::TrainSpec;
@@ -27,7 +27,7 @@ fn channel(offset_us: u32) -> ChannelSpec {
     }
 }
 
-/// A native device that boots at `boot`, on a wearer who does not move.
+/// Returns a native device that boots at `boot`, with a wearer who does not move.
 pub fn native_world(boot: Micros) -> World {
     let body = Box::new(FixedLoad::new(0.0));
     World::new(Box::new(native(boot)), body, boot, Faults::default(), 1)

@@ -1,5 +1,5 @@
-//! Sessions longer than what 32 bits of microseconds count: a difference of them is
-//! full after 35.8 minutes, the device's own clock after 71.6.
+//! Sessions longer than the range of 32-bit microseconds: signed differences overflow after 35.8
+//! minutes, and the device's clock after 71.6 minutes.
 
 use firmware::units::Micros;
 use hal_sim::native::native_seeded;
@@ -11,7 +11,8 @@ use host_core::run::{
 };
 use std::path::{Path, PathBuf};
 
-/// One channel that pulses every two seconds, and setpoints as rare as may be.
+/// Returns a session with one channel that pulses every two seconds, and setpoints at the lowest
+/// rate.
 fn cheap(minutes: u32) -> SessionFile {
     let text = format!(
         r#"title = "{minutes} minutes"
@@ -41,7 +42,7 @@ rate_hz = 2
     file
 }
 
-/// A native device that boots so long before its clock wraps, µs.
+/// Returns a native device that boots `before_us` before its clock wraps.
 fn booted(file: &SessionFile, before_us: u32) -> SimulatedPort {
     let boot = Micros::new(before_us.wrapping_neg());
     simulated_port(&file.session, 1, Box::new(native_seeded(boot, 1)), boot).unwrap()
@@ -55,7 +56,7 @@ fn folder(name: &str) -> PathBuf {
     out
 }
 
-/// Records `file` on the device behind `port`; the trial as it is read back.
+/// Records `file` on the device behind `port`; returns the trial as read back.
 fn recorded(file: &SessionFile, port: impl Port, name: &str) -> Trial {
     let out = folder(name);
     record::write_run(&out, &Run::default()).unwrap();
@@ -74,7 +75,7 @@ fn recorded(file: &SessionFile, port: impl Port, name: &str) -> Trial {
     run.trials.remove(0)
 }
 
-/// Every time from the start to the end, and none of any other time.
+/// Checks that the trial has a sample for every time from start to end, and no others.
 fn is_whole(trial: &Trial, minutes: u32) {
     let end_s = f64::from(minutes * 60);
     let times: Vec<f64> = trial.samples.iter().map(|sample| sample.t_s).collect();
@@ -85,12 +86,12 @@ fn is_whole(trial: &Trial, minutes: u32) {
         let step_s = pair[1] - pair[0];
         assert!((step_s - 0.5).abs() < 1e-6, "{step_s} s at {}", pair[0]);
     }
-    // The stop is the only event, at the end.
+    // The only event is the stop at the end.
     assert!(!trial.events.is_empty());
     for (t_s, what) in &trial.events {
         assert!((end_s..end_s + 1.0).contains(t_s), "{what} at {t_s} s");
     }
-    // A pulse every two seconds, the first at once.
+    // There is a pulse every two seconds, the first at once.
     let pulses = trial.pulses.unwrap();
     assert_eq!(pulses, u64::from(minutes) * 30 + 1);
     let states: Vec<u64> = trial.edges.iter().map(|edge| edge.t_us).collect();
@@ -104,14 +105,14 @@ fn thirty_six_minutes_are_recorded_whole() {
     is_whole(&recorded(&file, booted(&file, 0), "36"), 36);
 }
 
-/// The device's clock wraps a second after it booted, and again.
+/// The device's clock wraps one second after boot, and a second time later.
 #[test]
 fn seventy_two_minutes_over_two_wraps_are_recorded_whole() {
     let file = cheap(72);
     is_whole(&recorded(&file, booted(&file, 1_000_000), "72"), 72);
 }
 
-/// A device that boots right before its wrap plays and records what any other does.
+/// A device that boots shortly before its clock wraps behaves and records as any other does.
 #[test]
 fn the_wrap_changes_nothing() {
     let mut file = cheap(1);
@@ -126,7 +127,7 @@ fn the_wrap_changes_nothing() {
     }
 }
 
-/// A whole trace and its pieces show the same period.
+/// A whole trace and the same trace in pieces have the same fullest period.
 #[test]
 fn the_fullest_period_is_the_same_taken_in_pieces() {
     let mut file = SessionFile::load(Path::new("../sessions/ten_channels.toml")).unwrap();

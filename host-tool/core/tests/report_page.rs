@@ -1,5 +1,5 @@
-//! A synthetic run, written, cut short, read back and drawn.
-//! The page stays in the system's folder for temporary files, to be looked at.
+//! A synthetic run that is written, truncated, read back and rendered. The page stays in Cargo's
+//! temporary folder for inspection.
 
 use host_core::analysis::metrics;
 use host_core::record::{
@@ -10,8 +10,8 @@ use host_core::report::{self, Report};
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
-/// A sine as in Hamana's experiment 4, and a finger that follows it late, with
-/// ripple, and not beyond `reach_deg`.
+/// Returns a sine as in Hamana's experiment 4, and a finger that follows it with delay and ripple,
+/// up to `reach_deg`.
 fn samples(channels: usize, delay_s: f64, reach_deg: f64) -> Samples {
     let target = |t: f64| 45.0 + 40.0 * (TAU * 0.2 * t).sin();
     let sample = |i: u32| {
@@ -40,8 +40,8 @@ fn samples(channels: usize, delay_s: f64, reach_deg: f64) -> Samples {
     (0..3000).map(sample).collect()
 }
 
-/// A cathodic-first pulse of 200 µs a phase on each channel, `offset_us` apart;
-/// while it runs the others are grounded if `conducted`.
+/// Returns a cathodic-first pulse of 200 µs per phase on each channel, `offset_us` apart; if
+/// `conducted`, the other channels are grounded meanwhile.
 fn edges(channels: u8, offset_us: u64, conducted: bool) -> Vec<Edge> {
     let mut edges = Vec::new();
     for channel in 1..=channels {
@@ -120,7 +120,7 @@ fn run() -> Run {
     }
 }
 
-/// Hamana 2022, table 8, participants P and Q.
+/// Returns Hamana 2022, table 8, participants P and Q.
 fn paper() -> Vec<PaperRow> {
     let row = |trial: &str, values: [f64; 5], participant: &str| PaperRow {
         trial: trial.to_owned(),
@@ -136,7 +136,8 @@ fn paper() -> Vec<PaperRow> {
 }
 
 fn folder(name: &str) -> PathBuf {
-    // Not the machine's folder: another checkout's tests may run beside these.
+    // Not in the system's temporary folder, because the tests of another checkout may run at the
+    // same time.
     let dir = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("report-{name}"));
     let _ = std::fs::remove_dir_all(&dir);
     dir
@@ -177,7 +178,7 @@ fn a_page_stands_alone_and_shows_the_numbers_of_the_run() {
         );
     }
     for trial in &run.trials {
-        // In the sentence, above the panel and in the table.
+        // The number appears in the summary, above the panel, and in the table.
         let rmse = metrics(trial).unwrap().rmse_deg;
         let digits = if rmse < 9.995 { 2 } else { 1 };
         let printed = format!("{rmse:.digits$}°");
@@ -185,7 +186,6 @@ fn a_page_stands_alone_and_shows_the_numbers_of_the_run() {
     }
     assert!(html.contains("no evidence about people"));
     assert!(html.contains("armed &lt;ok&gt;") && !html.contains("<ok>"));
-    // (8.40 + 19.0 + 20.5 + 13.5 + 26.6) / 5
     assert!(html.contains("<td>17.6°</td>"));
     assert_eq!(html.matches("<svg").count(), html.matches("</svg>").count());
 
@@ -231,14 +231,14 @@ fn ten_channels_and_an_empty_run_draw_as_well() {
 fn a_run_reads_back_exactly() {
     let dir = folder("round-trip");
     record::save(&dir, &run()).unwrap();
-    // Nobody has said yet that it is complete.
+    // The record is not marked as complete yet.
     let loaded = record::load(&dir).unwrap();
     assert!(loaded.ending.is_incomplete());
     let ending = Ending::complete();
     assert_eq!(Run { ending, ..loaded }, run());
 }
 
-/// The record of a run whose first trial has no row yet.
+/// Starts the record of a run whose first trial has no rows yet.
 fn begun(dir: &Path) -> (Run, Recorder) {
     let run = run();
     let trial = Trial {
@@ -259,7 +259,7 @@ fn an_interrupted_trial_keeps_its_complete_rows() {
     }
     recorder.record_event(2.5, "device unplugged").unwrap();
     drop(recorder);
-    // The last row cut within its last number still looks like a number.
+    // A last row that is truncated within its last number still looks valid.
     let path = record::trial_folder(&dir, 0, &run.trials[0].name).join("samples.csv");
     let text = std::fs::read_to_string(&path).unwrap();
     std::fs::write(&path, &text[..text.len() - 3]).unwrap();
@@ -297,8 +297,8 @@ fn a_damaged_file_is_named_with_its_line() {
     assert!(error.contains(place), "{error}");
 }
 
-/// One trial under force control: 4 N wanted, `force_n` predicted, limiting in every
-/// fourth sample.
+/// Returns a run with one trial under force control: reference 4 N, predicted force `force_n`, and
+/// limiting in every fourth sample.
 fn force_run(force_n: Option<f64>) -> Run {
     let sample = |i: u32| Sample {
         t_s: f64::from(i) * 0.1,

@@ -1,5 +1,5 @@
-//! A page says of a run what was, and no more: whether anything was played, whether
-//! anything was to be followed; and what was cut is compared as far as it goes.
+//! The page describes only what the run contains: whether trials were played, and whether they had
+//! a reference. A truncated record is compared as far as it goes.
 
 use host_core::record::{Ending, Run, Sample, Trial, compare_rows};
 use host_core::report::{self, Report};
@@ -76,7 +76,7 @@ fn trials_cut_side_by_side_are_compared_as_far_as_they_go() {
         ..again.clone()
     };
     cut.trials[0].samples.truncate(120);
-    // Rows while stopping are not the session's.
+    // Rows recorded while the device stops are not part of the session.
     cut.trials[0]
         .events
         .push((1.0, "E580 SIGINT came".to_owned()));
@@ -93,7 +93,7 @@ fn trials_cut_side_by_side_are_compared_as_far_as_they_go() {
     cut.trials[1].samples = samples.into();
     let differs = compare_rows(&cut, &again).unwrap();
     assert_eq!((differs.trial.as_deref(), differs.line), (Some("two"), 41));
-    // A complete record has nothing that may be short.
+    // In a complete record no rows may be missing.
     cut.ending = Ending::complete();
     assert_eq!(
         compare_rows(&cut, &again).unwrap().trial.as_deref(),

@@ -1,10 +1,10 @@
-//! Sessions whose trains have a fixed number of pulses: all are played at the wanted
+//! Sessions whose trains have a fixed number of pulses: all are emitted at the configured
 //! amplitude, and then the session is complete.
 
 use host_core::run::{SessionFile, run, simulated_port};
 use host_core::session::Session;
 
-/// A channel of 8 mA that plays `repeats` pulses, `hz` a second.
+/// Returns a session with a channel of 8 mA that emits `repeats` pulses at `hz`.
 fn session(duration_s: u32, hz: u32, repeats: u32, start_ma: u32) -> String {
     format!(
         "title = \"counted\"\nduration_s = {duration_s}.0\n[wearer]\nhost_timeout_ms = 1000\n\
@@ -33,14 +33,14 @@ fn a_session_whose_trains_have_played_is_complete() {
             Some(repeats.into()),
             "{repeats} at {hz} Hz"
         );
-        // 8 mA of 100, each and every one.
+        // Every pulse has 8 of 100 mA.
         let dac = &port.unwrap().world.recorder.trace.dac;
         let last = dac.iter().rev().take(repeats as usize);
         assert!(last.clone().all(|write| write.code == 5_242), "{dac:?}");
     }
 }
 
-/// `values` beside another kind of setpoints are there before the first pulse, too.
+/// `values` beside another kind of setpoints also apply before the first pulse.
 #[test]
 fn amplitudes_beside_other_setpoints_lose_no_pulse() {
     for (hz, repeats) in [(50, 1), (50, 10), (200, 20)] {
@@ -55,8 +55,8 @@ fn amplitudes_beside_other_setpoints_lose_no_pulse() {
     }
 }
 
-/// The time that a wearer bears includes the fall: `check` tells of a session that the device
-/// ends before its own end.
+/// The wearer's time limit includes the fall, and `check` notes that the device ends such a session
+/// early.
 #[test]
 fn a_session_as_long_as_the_wearers_time_is_noted() {
     let text = session(2, 50, 0, 8);

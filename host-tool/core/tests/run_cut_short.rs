@@ -1,5 +1,5 @@
-//! What ends a session before its time, in virtual time: the reason is named,
-//! the record is kept, the outputs are isolated.
+//! Early ends of a session in simulated time: the reason is reported, the record is kept, and the
+//! outputs are isolated.
 
 use firmware::safety::State;
 use hal_sim::body::Load;
@@ -10,30 +10,30 @@ use host_core::run::{SessionFile, acknowledge, begin_trial, run};
 use std::io;
 use std::path::Path;
 
-/// One channel at 50 Hz; the device waits for its host as long as it does by default.
+/// Returns a session with one channel at 50 Hz and the default host timeout.
 fn session() -> SessionFile {
     let text = include_str!("../../tests/one_channel.toml");
     let text = text.replace("duration_s = 30.0", "duration_s = 4.0");
     SessionFile::parse("one.toml", &text.replace("host_timeout_ms = 1000\n", "")).unwrap()
 }
 
-/// When things happen, µs after boot.
+/// Time of the disturbance, µs after boot.
 const AT_US: u64 = 2_000_000;
 
 #[derive(Clone, Copy)]
 enum Disturbance {
     Nothing,
-    /// The path breaks, and the system says so.
+    /// The link breaks, and the operating system reports it.
     Gone,
-    /// Nothing comes any more, and nobody says why.
+    /// No more messages arrive, without an error.
     Silent,
-    /// This computer sleeps, and then all that came is there at once.
+    /// This computer is suspended, and then all pending messages arrive at once.
     Asleep,
-    /// The world changes.
+    /// Something changes in the simulated world.
     World(fn(&mut World)),
 }
 
-/// A simulated board to which something happens.
+/// A port to a simulated board with a disturbance.
 struct Accident {
     port: SimulatedPort,
     happening: Disturbance,
@@ -86,8 +86,8 @@ impl Port for Accident {
     }
 }
 
-/// What happens, what is all in the message, and whether the device must be
-/// acknowledged before the next session.
+/// Name, disturbance, required parts of the message, and whether the fault must be acknowledged
+/// before the next session.
 type Row = (&'static str, Disturbance, &'static [&'static str], bool);
 
 #[rustfmt::skip]
@@ -118,12 +118,12 @@ fn check((name, happening, says, is_faulted): Row) {
     for part in says {
         assert!(message.contains(part), "{name}: no `{part}` in {message}");
     }
-    // As it lies on the disk without the recorder's last word.
+    // The record must be readable even though the recorder did not finish it.
     drop(recorder);
     let kept = &record::load(&out).unwrap().trials[0];
     assert_eq!(kept.samples, outcome.trial.samples, "{name}");
     let last = kept.samples.last().expect(name).t_s;
-    // Telemetry goes on while the run waits for the outputs to be isolated.
+    // Telemetry continues while the run waits for isolated outputs.
     assert!((1.8..2.5).contains(&last), "{name}: {last} s");
     assert_eq!(outcome.trial.duration_s, last, "{name}");
     let mut events = kept.events.iter();
@@ -132,7 +132,8 @@ fn check((name, happening, says, is_faulted): Row) {
         panic!("{name}: {:?}", kept.electrode_check);
     };
     assert_eq!((read.channel, read.load_ohm), (1, None), "{name}");
-    // A current stage: as much flows as was applied, to a count of the sense.
+    // A current stage: the measured current equals the applied one within one count of the current
+    // sense.
     let off_ma = (read.applied - read.current_ma).abs();
     assert!(off_ma < 0.03, "{name}: {read:?}");
     let mut port = port.expect(name);
@@ -142,7 +143,7 @@ fn check((name, happening, says, is_faulted): Row) {
     runs_again(name, is_faulted, port, &file);
 }
 
-/// Once the cause is gone, the next session runs: acknowledged if need be.
+/// After the cause is gone, the next session runs, if necessary after acknowledging the fault.
 fn runs_again(name: &str, is_faulted: bool, mut port: Accident, file: &SessionFile) {
     port.happening = Disturbance::Nothing;
     let world = &mut port.port.world;
@@ -161,7 +162,7 @@ fn runs_again(name: &str, is_faulted: bool, mut port: Accident, file: &SessionFi
     assert_eq!(info.state, State::Idle, "{name}");
 }
 
-/// A native board with the session's wearer.
+/// Opens a native board with the session's wearer.
 fn accident(file: &SessionFile, happening: Disturbance) -> Accident {
     let boot = firmware::units::Micros::new(0);
     let device = Box::new(hal_sim::native::native(boot));
@@ -169,8 +170,8 @@ fn accident(file: &SessionFile, happening: Disturbance) -> Accident {
     Accident { port, happening }
 }
 
-/// A host whose every setpoint is refused is silent to the device, and is not told that its
-/// computer stalled.
+/// A host whose every setpoint is refused counts as silent on the device, but the message does not
+/// claim that the computer stalled.
 #[test]
 fn refused_setpoints_are_the_reason_that_is_named() {
     let text = session().text;

@@ -1,10 +1,10 @@
-//! Programs that a run plays: each burst as the program has it.
+//! Programs in a run: every burst is as the program specifies.
 
 use host_core::run::{SessionFile, run, simulated_port};
 
 use crate::session_programs::{BENCH, Bench, assert_played};
 
-/// The shipped pair in turn, as `flexor run` plays it on the native device.
+/// The built-in reciprocal session, as `flexor run` plays it on the native device.
 #[test]
 fn a_run_plays_the_pair_in_turn_burst_by_burst() {
     let text = include_str!("../../sessions/reciprocal.toml").replace("30.0", "9.0");
@@ -22,7 +22,7 @@ fn a_run_plays_the_pair_in_turn_burst_by_burst() {
         ..BENCH
     };
     let trace = &port.unwrap().world.recorder.trace;
-    // Without the fall, which begins with the session's end.
+    // Excludes the fall, which begins when the session ends.
     let epoch_us = outcome.epoch_us.unwrap();
     let trace = trace.up_to(epoch_us + file.session.duration_us - 1);
     let benches = [(0, bench(0)), (1, bench(12_500))];

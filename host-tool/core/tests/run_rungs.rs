@@ -1,5 +1,5 @@
-//! A session changes the rung of its muscle under way: nothing is refused, each
-//! rung tells the force that it predicts, and no change between two is a step.
+//! A session changes the model level of its muscle while it runs: nothing is refused, each level
+//! reports its own predicted force, and no change causes a step in force.
 
 use firmware::units::Micros;
 use host_core::link::SimulatedPort;
@@ -59,14 +59,14 @@ fn a_session_changes_rungs() {
         let within = samples.iter().filter(|s| (from..to).contains(&s.t_s));
         within.map(|s| s.forces_n[0]).collect()
     };
-    // Samples are 10 ms apart; the ripple alone moves force by half of it.
+    // Samples are 10 ms apart, and ripple alone changes the force by half of the limit.
     let around: Vec<f64> = force(1.48, 1.54).into_iter().map(Option::unwrap).collect();
     let step = around.windows(2).map(|w| (w[1] - w[0]).abs());
     let step = step.fold(0.0, f64::max);
     println!("at 1.5 s: {step:.3} N from sample to sample");
     assert!(step < 0.15, "{around:?}");
     assert!(force(2.53, 3.19).iter().all(Option::is_none));
-    // From rest, and there again.
+    // The muscle starts from rest and reaches the same force again.
     let (begun, held) = (force(3.22, 3.24), force(3.9, 4.0));
     let before = force(2.4, 2.49)[0].unwrap();
     assert!(begun[0].unwrap() < 0.5 * before, "{begun:?}");

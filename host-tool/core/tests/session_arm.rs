@@ -1,4 +1,4 @@
-//! A simulated arm as a session's wearer: its nine angles, and the force at its hand.
+//! A simulated arm as the wearer of a session: its nine angles, and the force at its hand.
 
 use firmware::bench::limb::nominal_limb;
 use firmware::limb::Limb;
@@ -15,7 +15,7 @@ use nalgebra::{Matrix3, Vector3};
 
 const EXAMPLE: &str = include_str!("../../sessions/endpoint_arm.toml");
 
-/// Without what one electrode does to other muscles.
+/// Returns a random arm without crosstalk between electrodes and muscles.
 fn arm(index: u64, posture: Posture) -> Arm {
     let drawn = ArmSpec::random(7, index);
     let crosstalk = drawn.crosstalk.map(|_| 0.0);
@@ -27,13 +27,13 @@ fn arm(index: u64, posture: Posture) -> Arm {
     .unwrap()
 }
 
-/// The device's axes from the body's.
+/// Converts a vector from the body's axes to the device's.
 fn to_device_axes(vector3: Vector3<f64>) -> Vector3<f64> {
     Vector3::new(-vector3.x, -vector3.y, vector3.z)
 }
 
-/// Bones that stand as the angles say, by the device's own chain, are where the body has
-/// them.
+/// The device's kinematic chain, set to the nine angles, agrees with the position of the body's
+/// bones.
 #[test]
 fn the_nine_angles_are_those_of_the_device_s_chain() {
     let chain = Limb::<Exact>::new(&nominal_limb()).unwrap();
@@ -41,7 +41,8 @@ fn the_nine_angles_are_those_of_the_device_s_chain() {
         let at = |n: u64, most: u64| ((index * n) % most) as f64;
         let posture = Posture {
             plane_deg: at(17, 120) - 20.0,
-            elevation_deg: 1.0 + at(31, 79), // further and it may be near the middle axis
+            // beyond that it may be close to the singular middle axis
+            elevation_deg: 1.0 + at(31, 79),
             rotation_deg: at(13, 120) - 60.0,
             elbow_deg: at(7, 101),
         };
@@ -62,7 +63,7 @@ fn the_nine_angles_are_those_of_the_device_s_chain() {
             (-upper_arm.column(2), bones.upper_arm),
             (upper_arm.column(1).into(), bones.hinge),
             (-forearm.column(2), bones.forearm),
-            (forearm.column(1).into(), bones.hinge), // pronation is none
+            (forearm.column(1).into(), bones.hinge), // pronation is zero
         ] {
             let off = (found - to_device_axes(expected)).norm();
             assert!(off < 1e-9, "{posture:?}: {angles:?}, {off}");
@@ -71,7 +72,7 @@ fn the_nine_angles_are_those_of_the_device_s_chain() {
     }
 }
 
-/// 25 mA at 40 Hz on one electrode for half a second: how far each angle went.
+/// Stimulates one muscle with 25 mA at 40 Hz for half a second; returns the change of each angle.
 fn angle_changes(muscle: Muscle, held: Support) -> [f64; 9] {
     let mut body = Arm::new(ArmSpec {
         crosstalk: [0.0; 9],
@@ -97,8 +98,7 @@ fn angle_changes(muscle: Muscle, held: Support) -> [f64; 9] {
     std::array::from_fn(|axis| there[axis] - rest[axis])
 }
 
-/// Muscles move the angles that they are known for; what the cuff leaves them is small, as
-/// the body reckons.
+/// Muscles move the angles for which they are known; in the cuff the remaining movement is small.
 #[test]
 fn muscles_turn_what_they_are_known_for() {
     let (elevation, flexion, abduction, rotation) = (1, 3, 4, 5);
@@ -132,7 +132,7 @@ fn play(text: &str) -> Outcome {
     run(&file, port, None, |_| ()).0
 }
 
-/// Wanted beside given, in one record.
+/// The record contains the reference and the actual force.
 #[test]
 fn a_record_has_the_force_that_is_wanted_and_the_one_that_comes() {
     let outcome = play(EXAMPLE);
@@ -149,7 +149,7 @@ fn a_record_has_the_force_that_is_wanted_and_the_one_that_comes() {
         along > 0.0,
         "the force that comes points elsewhere: {given:?}"
     );
-    // At rest before anything is wanted.
+    // Before the first reference the arm is at rest.
     let first = trial.samples.first().unwrap();
     assert_eq!(first.hand_true_n, [Some(0.0), Some(0.0), Some(0.0)]);
     let path = std::env::temp_dir().join(format!("flexor-arm-{}.csv", std::process::id()));
@@ -159,7 +159,8 @@ fn a_record_has_the_force_that_is_wanted_and_the_one_that_comes() {
     let again = read_samples(&path).unwrap();
     std::fs::remove_file(&path).unwrap();
     assert_eq!(again, trial.samples);
-    // The page shows both and says how far apart they are, whoever's truth it is.
+    // The page shows both forces and their difference, although only the simulation knows the true
+    // force.
     let page = report::page(&Report {
         run: &Run {
             title: "An arm".to_owned(),
@@ -175,7 +176,7 @@ fn a_record_has_the_force_that_is_wanted_and_the_one_that_comes() {
     assert!(page.contains(told), "{page}");
 }
 
-/// Nothing measures the force of an arm that nothing holds.
+/// Without a support nothing measures the force of the arm.
 #[test]
 fn an_arm_that_nothing_holds_tells_no_force() {
     let text = EXAMPLE.replace("held = \"cuff\"", "held = \"freely\"");

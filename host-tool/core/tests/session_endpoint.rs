@@ -1,4 +1,4 @@
-//! Forces at the hand in sessions: what is read, what is refused, what is played.
+//! Sessions with forces at the hand: parsing, refusals and playing.
 
 use firmware::control::PostureSpec;
 use firmware::limb::{Limb, LimbSpec};
@@ -31,8 +31,8 @@ fn edited(text: &str, edits: &[(&str, &str)]) -> String {
     edits.iter().fold(text.to_owned(), edit)
 }
 
-/// Numbers and lines of what is told of the example with these edits, and of its wearer
-/// with those.
+/// Returns numbers and lines of the errors in the example session and its wearer, each with these
+/// edits.
 fn mistakes(edits: &[(&str, &str)], of_wearer: &[(&str, &str)]) -> (Vec<u16>, String) {
     let wearer = edited(builtin_wearer("arm-1").unwrap(), of_wearer);
     let text = edited(EXAMPLE, edits);
@@ -55,7 +55,7 @@ fn the_example_says_an_arm_and_its_nine_lines() {
         panic!("{limb:?}");
     };
     assert_eq!(angles, [0, 0, 0, 4_500, 3_000, 2_000, 8_000, 0, 0]);
-    // As the nominal arm of the device's own benches, to the µm.
+    // Equals the nominal arm of the device's own benchmarks, to the µm.
     let nominal = firmware::bench::limb::nominal_limb();
     assert_eq!(limb.spec.ways_um, nominal.ways_um);
     assert_eq!(limb.spec.ranges_mdeg, nominal.ranges_mdeg);
@@ -82,20 +82,20 @@ fn a_wearer_s_arm_is_written_as_it_is_read() {
 
 #[test]
 fn every_mistake_of_the_session_is_named() {
-    // Too strong: what can be made is named, and can be.
+    // The force is too large: the message contains a force that is possible.
     let too_strong = [(
         "force_n = [-2.0, 3.0, 2.5] },\n    { at_s = 2.0",
         "force_n = [-20, 30, 25] },\n    { at_s = 2.0",
     )];
     let (numbers, lines) = mistakes(&too_strong, &[]);
-    // At the point itself, and at the next, on the way from it.
+    // Reported for the point itself, and for the next one, which starts from it.
     assert_eq!(numbers, [475, 475], "{lines}");
     assert!(lines.contains("% can be made, [-"), "{lines}");
     let nearest = lines.split("can be made, [").nth(1).unwrap();
     let nearest = nearest.split(']').next().unwrap();
     let made = format!("force_n = [{nearest}] }},\n    {{ at_s = 2.0");
     assert_eq!(mistakes(&[(too_strong[0].0, &made)], &[]).0, [0; 0]);
-    // Beyond what any hand makes, beyond what numbers hold, and none.
+    // Forces that exceed any hand, that exceed the number format, and a missing force.
     let third = "force_n = [2.0, -2.0, 1.0] },\n    { at_s = 4.0";
     for force in [
         "[2.0, -1000.5, 1.0]",
@@ -111,7 +111,7 @@ fn every_mistake_of_the_session_is_named() {
     let (numbers, lines) = mistakes(&[(third, none)], &[]);
     assert_eq!(numbers, [407], "{lines}");
     assert!(lines.contains("three numbers"), "{lines}");
-    // Two mistakes at once, each where it is.
+    // Two mistakes at once, each with its place.
     let two = [
         ("rate_hz = 200", "rate_hz = 90"),
         ("el_flexion = 80", "el_flexion = 131"),
@@ -172,7 +172,7 @@ fn every_mistake_of_the_wearer_s_arm_is_named() {
     }
     let (numbers, lines) = arm(&all);
     assert_eq!(numbers.len(), all.len(), "{lines}");
-    // The biceps turns no elbow from the forearm alone.
+    // The biceps cannot turn the elbow from the forearm alone.
     let alone = (
         "{ segment = \"upper-arm\", at_mm = [-30, 0, -130] }",
         "{ segment = \"forearm\", at_mm = [-30, 0, -130] }",
@@ -231,7 +231,7 @@ fn a_run_records_what_was_wanted_and_given() {
     assert_eq!((held.hand_made, held.limiting), (Some(1.0), false));
     let playing = held.amplitudes.iter().flatten().count();
     assert!((2..=3).contains(&playing), "{held:?}");
-    // All of it reads back.
+    // The record can be read back completely.
     let path = std::env::temp_dir().join(format!("flexor-hand-{}.csv", std::process::id()));
     let mut out = Vec::new();
     write_samples(&mut out, &trial.channels, &trial.samples).unwrap();
@@ -241,9 +241,9 @@ fn a_run_records_what_was_wanted_and_given() {
     assert_eq!(again, trial.samples);
 }
 
-/// A biceps from the girdle turns shoulder and elbow. The device takes it, considers it at
-/// the joint that its line names, and so gives what it gives with one from the upper arm; on
-/// the host both joints' torques are known to the least squares.
+/// A biceps from the girdle acts on shoulder and elbow. The device considers it only at the joint
+/// that its line names, so its output equals that with a biceps from the upper arm; least squares
+/// on the host uses the torques at both joints.
 #[test]
 fn a_line_over_two_joints_is_played_at_the_one_it_names() {
     let via = "{ segment = \"upper-arm\", at_mm = [-30, 0, -130] }";
@@ -291,7 +291,7 @@ fn a_line_over_two_joints_is_played_at_the_one_it_names() {
     assert_eq!(biceps(&one), biceps(&two));
 }
 
-/// An arm that leaves the wearer's range for a while.
+/// An arm that leaves the wearer's range for some time.
 struct MovingArm {
     now_us: u64,
     away_us: std::ops::Range<u64>,
@@ -325,7 +325,7 @@ impl Body for MovingArm {
 }
 
 fn moving(away_us: std::ops::Range<u64>, lost_us: u64) -> World {
-    // A world counts from when its device boots.
+    // World time begins at the boot time of the device.
     let boot_us = u64::from(BOOT.get());
     let body = MovingArm {
         now_us: 0,
@@ -356,7 +356,7 @@ fn a_measured_posture_is_streamed_and_heeded() {
         assert_eq!(outcome.refused, 0, "{:?}", outcome.trial.events);
         let last = outcome.trial.samples.iter().find(|s| s.t_s > 1.4).unwrap();
         assert!(last.amplitudes.iter().flatten().count() >= 2, "{last:?}");
-        // Nobody measures: there is no such arm.
+        // Without a simulated arm nothing measures the posture.
         let none = play(&text, native_world(BOOT)).error.unwrap().to_string();
         assert!(none.starts_with("E550"), "{none}");
     }
@@ -371,8 +371,8 @@ fn a_posture_that_is_lost_ends_it() {
     assert!(error.contains("SensorStale"), "{error}");
 }
 
-/// While the elbow is out of its range nothing is put out, and the host, whose forces are
-/// refused, is told why.
+/// While the elbow is out of its range there is no output, and the host's forces are refused with
+/// the reason.
 #[test]
 fn out_of_its_range_an_arm_gets_nothing() {
     let edits = [

@@ -1,4 +1,4 @@
-//! Bad session files, and what their authors are told.
+//! Invalid session files and their error messages.
 
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -6,7 +6,7 @@ use std::fmt::Write;
 use host_core::session::{Session, SessionError};
 use miette::{GraphicalReportHandler, GraphicalTheme};
 
-/// What is spoiled.
+/// The valid session that the tests modify.
 pub(super) const GOOD: &str = r#"title = "Good"
 duration_s = 10.0
 
@@ -93,10 +93,9 @@ flexor_b = 2
 extensor = 3
 "#;
 
-/// What is replaced in [`GOOD`], by what: several of them joined by `;`, with
-/// `⏎` for a new line.
+/// Edits of [`GOOD`] as `text → replacement`: several are joined by `;`, and `⏎` is a line break.
 const BAD: &[&str] = &[
-    // Of the whole session.
+    // The whole session.
     "rise_ms = 200 → max_session_s = 9",
     // Syntax, names and types.
     "limit = 28.0 → limit = = 28.0",
@@ -108,7 +107,7 @@ const BAD: &[&str] = &[
     "duration_s = 10.0 → duration_s = \"10 s\"",
     "channels = [1, 2] → channels = 1",
     "repeats = 7 → triggered = 1",
-    // What a rise cannot do.
+    // Rises that are impossible.
     "limit = 28.0 → limit = 28.0 ⏎ start = 28.5",
     "frequency_hz = 40, burst_count → frequency_hz = 40, repeats = 3, burst_count",
     "offset_deg = 45.0 → offset_deg = 45.0 ⏎ values = [{ channel = 4, value = 9 }]",
@@ -124,7 +123,7 @@ const BAD: &[&str] = &[
     "limit = 28.0 → limit = nan",
     "frequency_hz = 50.0 → frequency_hz = inf",
     "repeats = 7 → repeats = 70_000",
-    // Ranges.
+    // Ranges of single fields.
     "duration_s = 10.0 → duration_s = 0",
     "max_current_ma = 20.0 → max_current_ma = 120",
     "rise_ms = 200 → rise_ms = -1",
@@ -153,7 +152,7 @@ const BAD: &[&str] = &[
     "k = 0.2 → k = 0.2 ⏎ fatigue = { tau_fat_s = 0 }",
     "k = 0.2 → k = 0.2 ⏎ fatigue = { tau_fat_s = nan }",
     "k = 0.2 → k = 0.2 ⏎ fatigue = { tau_s = 127 }",
-    // The ladder.
+    // Model levels.
     "k = 0.2 → k = 0.2 ⏎ model = \"lags\"",
     "k = 0.2 → k = 0.2 ⏎ model = \"calcium-force-fatigue\"",
     "k = 0.2 → k = 0.2 ⏎ changes = [{ at_s = 2, model = \"calcium-force-fatigue\" }]",
@@ -170,7 +169,7 @@ const BAD: &[&str] = &[
     "sensor = \"adc\" → sensor = \"adc\" ⏎ code_at_100_deg = 850",
     "hold = \"extrapolate\" → hold = \"hold\" ⏎ max_extrapolation_ms = 50",
     "flexors = [ → flexors = [] ⏎ # [; { channel = 1, → #; { channel = 2, → #; ] ⏎ extensor → extensor",
-    // Bounds of a live client that contradict themselves, the channel or the session.
+    // Bounds of a live client that contradict each other, the channel or the session.
     "offset_deg = 45.0 → offset_deg = 45.0 ⏎ bounds = [{ channel = 4, least = 5, most = 5 }]",
     "offset_deg = 45.0 → offset_deg = 45.0 ⏎ bounds = [{ channel = 4, most = 14 }]",
     "offset_deg = 45.0 → offset_deg = 45.0 ⏎ bounds = [{ channel = 4, most = 13, per_s = 1.2 }]",
@@ -197,25 +196,25 @@ const BAD: &[&str] = &[
     "ground_us = 1000, freq → ground_us = 18_500, freq",
     "burst_interval_us = 5000 → burst_interval_us = 300",
     "burst_interval_us = 5000 → burst_interval_us = 30_000",
-    // Limits.
+    // Limits of wearer and channel.
     "limit = 36.0 → limit = 41.0",
     "max_charge_uc = 5.0 → max_charge_uc = 3.5",
     "max_charge_uc = 5.0 → max_rms_ma = 1.5",
     "max = 36.0 → max = 37.0",
     "kind = \"angle-sine\" → kind = \"amplitudes\" ⏎ values = [{ channel = 4, value = 14.0 }]; offset_deg → #; amplitude_deg → #; frequency_hz = 0.2 → #",
-    // A wearer whose joint a unit of effort moves too far or not far enough.
+    // A wearer whose joint moves too far or not far enough per unit of effort.
     "gains = { k1 = 0.08 } → wearer = { rest_deg = 20.0, stiffness_nm_per_rad = 0.02, flexion_nm = 0.484, extension_nm = 0.3 }",
     "gains = { k1 = 0.08 } → wearer = { rest_deg = 20.0, stiffness_nm_per_rad = 0.5, flexion_nm = 0.484, extension_nm = 0.3 }",
-    // Setpoints that the device would not take.
+    // Setpoints that the device would refuse.
     "kind = \"angle-sine\" → kind = \"amplitudes\" ⏎ values = [{ channel = 1, value = 14.0 }]; offset_deg → #; amplitude_deg → #; frequency_hz = 0.2 → #",
     "rate_hz = 90 → rate_hz = 10",
     "[joint] → # no joint; law = → #; flexors = [ → #; { channel = 1, → #; { channel = 2, → #; ] ⏎ extensor = → #; hold = \"ex → #; sensor = → #; gains = → #",
 ];
 
-/// A wall with everything that it can have.
+/// A wall with all its fields.
 const GOOD_WALL: &str = include_str!("../../sessions/harris_wall/3_pre_wall_co_contraction.toml");
 
-/// The same for [`GOOD_WALL`].
+/// Edits of [`GOOD_WALL`].
 const BAD_WALL: &[&str] = &[
     "sensor = \"adc\" → sensor = \"adc\" ⏎ [joint]",
     "stiffness_per_deg → stiffness",
@@ -246,7 +245,7 @@ const BAD_WALL: &[&str] = &[
 /// Force control of one muscle.
 const GOOD_FORCE: &str = include_str!("../../sessions/force_ramp.toml");
 
-/// The same for [`GOOD_FORCE`].
+/// Edits of [`GOOD_FORCE`].
 const BAD_FORCE: &[&str] = &[
     "n = 12.0 → n = 30.0",
     "n = 6.0 → n = -1.0",
@@ -273,7 +272,7 @@ const BAD_FORCE: &[&str] = &[
 /// Ten channels under force control.
 const GOOD_FORCES: &str = include_str!("../../sessions/ten_forces.toml");
 
-/// The same for [`GOOD_FORCES`].
+/// Edits of [`GOOD_FORCES`].
 const BAD_FORCES: &[&str] = &[
     "channel = 2, points → channel = 1, points",
     "channel = 2, points → channel = 11, points",
@@ -287,7 +286,7 @@ const BAD_FORCES: &[&str] = &[
 /// Trains that wait for the trigger input.
 const GOOD_TRIGGER: &str = include_str!("../../sessions/trigger.toml");
 
-/// The same for [`GOOD_TRIGGER`].
+/// Edits of [`GOOD_TRIGGER`].
 const BAD_TRIGGER: &[&str] = &[
     "every_s → each_s",
     "every_s = 1.0 → every_s = 0.0009",
@@ -312,7 +311,7 @@ const BAD_TRIGGER: &[&str] = &[
     "every_s = 1.0 → every_s = 1.0 ⏎ held_s = \"long\"",
 ];
 
-/// A width that rises, and lists of pulses.
+/// A width that increases, and lists of pulses.
 const GOOD_WIDTHS: &str = concat!(
     include_str!("../../sessions/width_ramp.toml"),
     r#"
@@ -329,7 +328,7 @@ pulses = [
 "#
 );
 
-/// The same for [`GOOD_WIDTHS`].
+/// Edits of [`GOOD_WIDTHS`].
 const BAD_WIDTHS: &[&str] = &[
     "max_width_us = 300 → max_width_us = 24",
     "max_width_us = 300 → max_width_us = 501",
@@ -339,7 +338,8 @@ const BAD_WIDTHS: &[&str] = &[
     "value = 35.0, width_us = 0 → value = 35.0, width_us = -1",
     "value = 35.0, width_us = 0 → value = 35.0, width_us = 0.5",
     "max_charge_uc = 10.5 → max_charge_uc = 10.499",
-    // Between 35 mA · 100 µs and 15 mA · 300 µs 22.5 mA meet 225 µs: 5.06 µC.
+    // On the way from 35 mA · 100 µs to 15 mA · 300 µs, the charge is largest at 22.5 mA · 225 µs:
+    // 5.06 µC.
     "max_charge_uc = 10.5 → max_charge_uc = 5.0; value = 35.0, width_us = 0 → value = 35.0, width_us = 100; value = 35.0, width_us = 300 → value = 15.0, width_us = 300; value = 35.0, width_us = 300 → value = 15.0, width_us = 300",
     "at_s = 0.0 → at_s = 0.1",
     "at_s = 12.0 → at_s = 9.0",
@@ -349,7 +349,7 @@ const BAD_WIDTHS: &[&str] = &[
     "channel = 2 ⏎ value = 1.0 → channel = 2 ⏎ value = 5.0 ⏎ width_us = 36",
     "channel = 2 ⏎ value = 1.0 → channel = 2 ⏎ value = 5.0 ⏎ width_us = 9",
     "[setpoints] → [channel.muscle] ⏎ a_n_per_s = 265.1 ⏎ k = 0.2 ⏎ tau_c_ms = 20 ⏎ tau1_ms = 50.5 ⏎ tau2_ms = 100 ⏎ motor_threshold = 2.0 ⏎ reference = 35.0 ⏎ slope_per_unit = 0.3 ⏎ [setpoints]; width_us = 35, lists → width_us = 35, max_width_us = 40, lists",
-    // Lists.
+    // Lists of pulses.
     "[[setpoints.values]] ⏎ channel = 2 ⏎ value = 1.0 → ",
     "value = 1.0 → value = 0",
     "lists = true, → ",
@@ -364,7 +364,7 @@ const BAD_WIDTHS: &[&str] = &[
     "channel = 2 ⏎ pulses → channel = 1 ⏎ pulses",
 ];
 
-/// A good file with some text replaced.
+/// Applies edits to a valid file.
 pub(super) fn spoil(good: &str, edits: &str) -> String {
     let mut text = good.to_owned();
     for edit in edits.split("; ") {
@@ -421,8 +421,8 @@ fn every_mistake_is_named_with_its_line() {
     assert_eq!(numbers, expected.into_iter().collect());
 }
 
-/// The sum is of every channel that can be played, whatever else is wrong with it, and
-/// names them where they are not all.
+/// The sum includes every channel that can be played, whatever else is wrong with it, and names the
+/// channels if some are missing.
 #[test]
 fn a_sum_is_told_beside_other_mistakes() {
     let told = |edits: &str| {
@@ -464,7 +464,7 @@ fn how_amplitudes_rise_is_noted() {
         session.rise_notes().join("\n")
     };
     let plain = notes("rise_ms = 200 → rise_ms = 200");
-    // 28 V in 200 ms are 2.8 V every 20 ms; 8 V take three of them.
+    // 28 V in 200 ms is 2.8 V every 20 ms, so 8 V take three bursts.
     let wanted = "channel 1: from `threshold` to `max` are 8 V, and a burst rises by 2.8 V at most \
                   (`rise_ms`, `rise_bursts`): 3 bursts, 0.06 s";
     assert_eq!(plain.lines().next(), Some(wanted));
@@ -482,7 +482,7 @@ fn how_amplitudes_rise_is_noted() {
         );
         Session::parse("steps.toml", &text).unwrap().rise_notes()
     };
-    // 3 mA a burst: 13 mA in five.
+    // 3 mA per burst: 13 mA take five bursts.
     let wanted = "channel 2: the step to 15 mA at 2 s takes 0.1 s (`rise_ms`, `rise_bursts`)";
     assert_eq!(steps(""), [wanted]);
     assert_eq!(steps("start = 15.0\n"), [""; 0]);
@@ -500,16 +500,16 @@ fn what_a_wearer_s_limits_make_of_a_session_is_noted() {
     let wanted = "channel 1: the rise of `wearer.rise_bursts` = 500 takes 10 s, and the session \
                   lasts 10 s";
     assert!(rise.starts_with(wanted), "{rise}");
-    // 14 mA · 200 µs = 2.8 µC a burst: 357 of them are less than 1 mC.
+    // 14 mA · 200 µs is 2.8 µC per burst, and 357 bursts are less than 1 mC.
     let dose = notes("rise_ms = 200 → max_dose_mc = 1");
     let wanted = "channel 1: at its limit `wearer.max_dose_mc` = 1 is reached after 7.14 s, and \
                   the device stops there";
     assert!(dose.starts_with(wanted), "{dose}");
-    // Seven bursts are no dose.
+    // Seven bursts cannot reach the limit of the dose.
     assert!(!dose.contains("channel 4: at its limit"), "{dose}");
 }
 
-/// A line that nobody reads is not shown, and a value is not quoted whole.
+/// Messages omit a line that is too long to read, and shorten a long value.
 #[test]
 fn what_is_wrong_in_a_very_long_line_is_told_in_few() {
     let long = "x".repeat(200_000);
@@ -535,7 +535,7 @@ fn what_is_wrong_in_a_very_long_line_is_told_in_few() {
     }
 }
 
-/// A file that never ends is refused, not read until the memory is full.
+/// A file without end is refused instead of read until the memory is full.
 #[cfg(unix)]
 #[test]
 fn a_file_without_end_is_refused() {
@@ -554,7 +554,7 @@ fn a_file_without_end_is_refused() {
     std::fs::remove_file(long).unwrap();
 }
 
-/// What a field may be only beside others is not refused where they are there.
+/// A field that is valid only beside others is accepted where these are present.
 #[test]
 fn fields_that_may_be_nothing_may_say_so() {
     for edit in [

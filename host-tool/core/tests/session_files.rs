@@ -1,4 +1,4 @@
-//! Every committed session file parses, and a device takes it, arms and runs.
+//! Every committed session file can be parsed, and a device accepts, arms and runs it.
 
 use std::path::{Path, PathBuf};
 
@@ -36,7 +36,7 @@ pub(crate) fn load(name: &str) -> Session {
     Session::load(folder.join(name)).unwrap()
 }
 
-/// Lets time go on: the device says nothing of a refusal, a fault or a stop.
+/// Lets time pass and checks that the device reports no refusal, fault or stop.
 fn listen(client: &mut Connection<SimulatedPort>, us: u64) {
     let until = client.port().now_us() + us;
     while let Some(incoming) = client.next(until).unwrap() {
@@ -46,11 +46,11 @@ fn listen(client: &mut Connection<SimulatedPort>, us: u64) {
         assert!(is_reading || is_telemetry || is_edge, "{incoming:?}");
     }
 }
-/// From setpoint to setpoint, µs.
+/// Interval between setpoints, µs.
 const TURN_US: u64 = 23_000;
 
-/// How many setpoints a session is played for: two bursts at the slowest rate
-/// that force control may come to, and ten at least.
+/// Returns the number of setpoints to play: at least ten, and enough for two bursts at the lowest
+/// rate that force control may use.
 fn turns(session: &Session) -> u64 {
     let forces = session.channels.iter().filter_map(|c| c.force.as_ref());
     let slowest_us = forces.filter_map(|force| force.max_period_us).max();
@@ -59,7 +59,7 @@ fn turns(session: &Session) -> u64 {
         .max(10)
 }
 
-/// Tells the angles of the session's arm at rest, if they are measured.
+/// Sends the angles of the session's arm at rest, if they are measured.
 fn measure(client: &mut Connection<SimulatedPort>, session: &Session) {
     if session.limb.as_ref().is_some_and(SessionLimb::is_measured) {
         let body = create_body(session, 1).unwrap();
@@ -76,10 +76,10 @@ fn measure(client: &mut Connection<SimulatedPort>, session: &Session) {
     }
 }
 
-/// Configures, arms and runs a device for a quarter of a second, or for two bursts
-/// at the slowest rate. How many bursts got an amplitude.
+/// Configures, arms and runs a device for a quarter of a second, or for two bursts at the lowest
+/// rate. Returns the number of bursts with an amplitude.
 fn play(session: &Session) -> usize {
-    // The clock wraps while it runs.
+    // The clock wraps during the run.
     let mut world = native_world(Micros::new(u32::MAX - 200_000));
     if let Some(joint) = &session.joint
         && let SensorSource::Adc {
@@ -124,8 +124,8 @@ fn every_file_runs_on_a_device() {
     for file in files {
         let session = Session::load(&file).unwrap_or_else(|e| panic!("{file:?}: {e}"));
         println!("{}", file.display());
-        // A trigger, an arm in the wall, an object that is held, or a width that pulses
-        // have, is yet to come.
+        // These sessions have no output yet: they wait for a trigger, for the arm to reach the
+        // wall, for an object to be held, or for the first amplitude.
         let is_triggered = session
             .channels
             .iter()

@@ -1,4 +1,4 @@
-//! A hand that a session file names: as read, as written, and what is wrong with one.
+//! A multibody hand as the body of a session: parsing, writing, and invalid hands.
 
 use hal_sim::body::hand::field::{Pad, Shape};
 use hal_sim::body::hand::spec::{SMALL_M, SkinSpec};
@@ -75,11 +75,11 @@ fn what_a_file_leaves_out_is_nominal() {
         channels: [0, 1, 2],
     };
     assert_eq!(hand_of(&session), &expected);
-    // The range of nothing that stands in is left.
+    // Writing this hand and reading it back gives the same hand.
     assert_eq!(hand_of(&parsed(&hand_body(&expected).unwrap())), &expected);
 }
 
-/// A hand of arbitrary numbers, none of them round.
+/// Returns a hand with random values, none of them round.
 fn drawn(random: &mut Random) -> FittedHand {
     let mut within = |low: f64, high: f64| {
         low + (high - low) * (random.below(1 << 53) as f64 / (1_u64 << 53) as f64)
@@ -169,7 +169,7 @@ fn what_no_file_names_is_refused() {
     assert!(hand_body(&hand).unwrap_err().to_string().contains("seed"));
 }
 
-/// Every mistake of a body at once, by number.
+/// All mistakes of a body are reported at once, each with its number.
 #[test]
 fn mistakes_of_a_hand_are_told_together() {
     let wrong = |edits: &[(&str, &str)]| {
@@ -182,7 +182,7 @@ fn mistakes_of_a_hand_are_told_together() {
         let numbers: Vec<u16> = e.errors().map(|e| e.problem().number()).collect();
         (numbers, e.lines())
     };
-    // A lies on B, the extensor's electrode off the forearm and a current drives B.
+    // A overlaps B, the extensor's electrode lies off the forearm, and a current stage drives B.
     let (numbers, told) = wrong(&[
         ("[120, 5]", "[150, 5]"),
         ("[130, 105]", "[130, 140]"),
@@ -209,12 +209,12 @@ fn mistakes_of_a_hand_are_told_together() {
     assert_eq!(numbers, [404], "{told}");
     let (numbers, told) = wrong(&[("= 800", "= 800\nseed = 99999999999999999999")]);
     assert_eq!(numbers, [407], "{told}");
-    // What only another body has.
+    // A field that only another body has.
     let (numbers, told) = wrong(&[("= 800", "= 800\nparticipant = \"P\"")]);
     assert_eq!(numbers, [402], "{told}");
 }
 
-/// It plays, its index finger bends, and no circuit is left unsolved.
+/// The session runs, its index finger bends, and every circuit is solved.
 #[test]
 fn a_session_with_a_hand_runs() {
     let text = format!("{PLAYED}{}", HAND.replace("= 800", "= 300"));

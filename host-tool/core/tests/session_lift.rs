@@ -1,5 +1,4 @@
-//! Joints whose stimulation follows their angles in sessions: what is read, what is
-//! refused, what is played.
+//! Sessions in which stimulation follows joint angles: parsing, refusals and playing.
 
 use firmware::haptics::{Form, Modulation, MotionPhase};
 use firmware::link::Request;
@@ -15,7 +14,7 @@ use crate::session_files::load;
 const BOOT: Micros = Micros::new(u32::MAX - 2_000_000);
 const EXAMPLE: &str = include_str!("../../sessions/lift.toml");
 
-/// The example with round shares in its first joint.
+/// Returns the example with round shares in its first joint, and these edits.
 fn edited_example(edits: &[(&str, &str)]) -> String {
     let edit = |text: String, (find, replace): &(&str, &str)| {
         assert!(text.contains(find), "{find}");
@@ -33,7 +32,7 @@ fn edited_example(edits: &[(&str, &str)]) -> String {
     edits.iter().fold(text, edit)
 }
 
-/// Numbers and lines of what is told of the example with these edits.
+/// Returns numbers and lines of the errors in the example with these edits.
 fn mistakes(edits: &[(&str, &str)]) -> (Vec<u16>, String) {
     match Session::parse("it.toml", &edited_example(edits)) {
         Ok(_) => (Vec::new(), String::new()),
@@ -63,7 +62,8 @@ fn the_examples_say_four_joints_and_eight_channels() {
         let mut channels: Vec<u8> = Vec::new();
         for spec in &joints {
             let [flexor, extensor] = [&spec.flexor, &spec.extensor];
-            // Assist is the muscle that moves the joint, resist the other by its share.
+            // To assist, the muscle that moves the joint is stimulated; to resist, its antagonist,
+            // with the antagonist's share.
             let (lifts, drops) = match is_assist {
                 true => (flexor, extensor),
                 false => (extensor, flexor),
@@ -113,7 +113,7 @@ fn every_mistake_is_named_where_it_is() {
             &[407],
             "modulation.lift",
         ),
-        // 0.62 of more than 20 mA, at one angle.
+        // 0.62 of `base` exceeds 20 mA at one angle.
         (
             &[("base = 16,", "base = 29,")],
             &[758],
@@ -190,10 +190,10 @@ fn every_mistake_is_named_where_it_is() {
         assert_eq!(numbers, expected, "{edits:?}\n{lines}");
         assert!(lines.contains(part), "{part}\n{lines}");
     }
-    // Beside what is measured as well, and without what it needs.
+    // Modulation together with another measured joint, and without the fields that it needs.
     let (numbers, _) = mistakes(&[("[setpoints]", "[wall]\nat_deg = 1\n[setpoints]")]);
     assert!(numbers.contains(&751), "{numbers:?}");
-    // All at once.
+    // Four mistakes at once.
     let (numbers, lines) = mistakes(&[
         ("base = 15,", "base = 31,"),
         ("drop = [0.30, 0.42", "drop = [0.30, 0.99"),
@@ -201,14 +201,14 @@ fn every_mistake_is_named_where_it_is() {
         ("channel = 8, base", "channel = 7, base"),
     ]);
     assert_eq!(numbers, [750, 758, 420, 753], "{lines}");
-    // A joint that is refused for a share, and asks for too much besides.
+    // A joint with an invalid share that also requests too large an amplitude.
     let (numbers, lines) = mistakes(&[
         ("base = 16,", "base = 33,"),
         ("drop = [0.30, 0.42", "drop = [0.30, 0.99"),
     ]);
     assert_eq!(numbers, [750, 758], "{lines}");
     assert!(lines.contains("channel 1's limit of 20 mA"), "{lines}");
-    // By the same share: above 1, and above the limit there.
+    // The same share exceeds 1, and the limit at that angle.
     let (numbers, lines) = mistakes(&[
         ("base = 16,", "base = 20,"),
         ("lift = [0.20, 0.46, 0.62", "lift = [0.20, 0.46, 1.0"),
@@ -224,7 +224,7 @@ fn play(text: &str) -> Outcome {
     outcome
 }
 
-/// Whether a channel (from 1) plays.
+/// Returns whether a channel, from 1, has an amplitude.
 fn plays(sample: &Sample, channel: usize) -> bool {
     sample.amplitudes[channel - 1].is_some()
 }
@@ -233,7 +233,7 @@ fn plays(sample: &Sample, channel: usize) -> bool {
 fn a_run_follows_the_joints_while_an_object_is_held() {
     let trial = play(EXAMPLE).trial;
     let at = |t_s: f64| trial.samples.iter().find(|s| s.t_s >= t_s).unwrap();
-    // Not grabbed; grabbed, but nothing has moved; lifted; dropped; let go; let fall.
+    // Not grasped; grasped but at rest; lifting; dropping; released; grasped again; released again.
     let none = |sample: Sample| sample.amplitudes.iter().all(Option::is_none);
     assert!(none(at(0.25)) && none(at(0.5)));
     assert_eq!((at(0.25).held, at(0.5).held), (Some(0.0), Some(1.0)));
@@ -246,7 +246,7 @@ fn a_run_follows_the_joints_while_an_object_is_held() {
     }
     assert!(none(at(5.85)) && none(at(7.3)) && !none(at(7.1)));
     assert_eq!(at(7.3).held, Some(0.0));
-    // On top the elbows rest: their phase stays, and the amplitude of there.
+    // At the top the elbows rest and keep their phase, and the amplitude is that of this angle.
     let session = load("lift.toml");
     let elbow = &session.modulations[0];
     let joint = Modulation::new(&elbow.spec).unwrap();
@@ -255,7 +255,7 @@ fn a_run_follows_the_joints_while_an_object_is_held() {
     let rests = at(3.3);
     assert_eq!(rests.joint_deg[0], Some(98.0));
     assert_eq!(rests.amplitudes[0], Some(f64::from(wanted.get()) / 1e3));
-    // All of it reads back.
+    // The record can be read back completely.
     let path = std::env::temp_dir().join(format!("flexor-lift-{}.csv", std::process::id()));
     let mut out = Vec::new();
     write_samples(&mut out, &trial.channels, &trial.samples).unwrap();

@@ -1,4 +1,4 @@
-//! Bad programs, and what their authors are told.
+//! Invalid programs and their error messages.
 
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -7,7 +7,7 @@ use host_core::session::Session;
 
 use crate::session_errors::{render, spoil};
 
-/// Two channels in turn, a third in a cycle, and one that is left.
+/// Two channels in alternation, a third in a cycle, and one without a program.
 const GOOD_PROGRAMS: &str = concat!(
     include_str!("../../sessions/reciprocal.toml"),
     r#"
@@ -40,7 +40,7 @@ phases = [{ channel = 4, value = 6.0, from_deg = 10, to_deg = 200 }]
 "#
 );
 
-/// The same for [`GOOD_PROGRAMS`].
+/// Edits of [`GOOD_PROGRAMS`].
 const BAD_PROGRAMS: &[&str] = &[
     "channels = [1, 2] → channels = [1, 1]",
     "channels = [1, 2] → channels = [1, 3]",
@@ -57,12 +57,12 @@ const BAD_PROGRAMS: &[&str] = &[
     "value = 8.0 → value = 8.0 ⏎ cadence_rpm = 50",
     "stagger_s = 2.0 → stagger_s = 30.0",
     "stagger_s = 2.0 → delay_s = 30.0",
-    // Before the end, and behind the last burst of channel 1, at 29.975 s.
+    // Before the end of the session, but after the last burst of channel 1 at 29.975 s.
     "stagger_s = 2.0 → delay_s = 29.98",
     "stagger_s = 2.0 → repeats = 8 ⏎ stagger_s = 2.0",
     "off_s = 2.0 → repeats = 2",
     "on_s = 2.0 → on_s = 31.0",
-    // What a rise, a silence and a period leave.
+    // Ramps and pauses that a rise, a silence or a period makes impossible.
     "ramp_up_s = 0.5 → ramp_up_s = 0.399",
     "ramp_up_s = 0.5 → ramp_up_s = 1.6",
     "off_s = 2.0 → off_s = 0.02",
@@ -75,7 +75,7 @@ const BAD_PROGRAMS: &[&str] = &[
     "at_s = 0.0, value = 0 → at_s = 0.0, value = 1.0",
     "at_s = 2.0, value = 9.0 → at_s = 1.05, value = 5.0, width_us = 300",
     "rise_ms = 400 → rise_ms = 5000; width_us = 200, max_width_us = 300 → width_us = 10, max_width_us = 300; value = 9.0 → value = 5.0, width_us = 300",
-    // A wearer who limits steps.
+    // A wearer whose steps are limited.
     "rise_ms = 400 → rise_ms = 400 ⏎ max_step_ma = 0.1",
     "rise_ms = 400 → rise_ms = 400 ⏎ max_step_ma_per_s = 3",
     "rise_ms = 400 → rise_ms = 400 ⏎ max_step_ma = 2.0; kind = \"ramp\" → kind = \"steps\"",
@@ -86,7 +86,8 @@ const BAD_PROGRAMS: &[&str] = &[
     "to_deg = 200 → to_deg = 50",
     "to_deg = 200 → to_deg = 361",
     "cadence_rpm = 40 → cadence_rpm = 120",
-    // Other channels than those of endless trains that nothing else drives.
+    // Channels that a program cannot drive: only endless trains that nothing else drives are
+    // allowed.
     "frequency_hz = 40.0 } → frequency_hz = 40.0, repeats = 7 }",
     "frequency_hz = 40.0 } → frequency_hz = 40.0, triggered = true }",
     "frequency_hz = 40.0 } → frequency_hz = 40.0, lists = true }",
@@ -117,7 +118,7 @@ fn every_mistake_of_a_program_is_named_with_its_line() {
     assert_eq!(missing, [&0; 0], "told are {numbers:?}");
 }
 
-/// All mistakes of a file at once.
+/// Several mistakes of one file are reported at once.
 #[test]
 fn mistakes_of_several_programs_are_told_in_one_run() {
     let edits = "ramp_up_s = 0.5 → ramp_up_s = 0.1; channels = [3] → channels = [1, 3]; \
@@ -129,7 +130,7 @@ fn mistakes_of_several_programs_are_told_in_one_run() {
     }
 }
 
-/// 10,000 points are refused with how many a program may have.
+/// A program with 10,000 points is refused with the allowed number of points.
 #[test]
 fn ten_thousand_points_are_refused() {
     let rows =

@@ -1,5 +1,5 @@
-//! Programs: what each burst has when it is ordered as they say, by the rise that
-//! docs/protocol.md describes and by the native device.
+//! Programs: the amplitude of each burst that is ordered as the program specifies, with the rise
+//! that docs/protocol.md describes, and on the native device.
 
 use std::fmt::Write;
 
@@ -13,14 +13,14 @@ use proptest::prelude::*;
 
 use crate::link_native::native_world;
 
-/// A channel, how it rises, and when its bursts come.
+/// A channel with its rise and the times of its bursts.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bench {
     pub(super) period_us: u64,
     pub(super) offset_us: u64,
     pub(super) rise_ms: u64,
     pub(super) rise_bursts: u64,
-    /// Thousandths.
+    /// Thousandths of a mA.
     pub(super) limit: u64,
     pub(super) start: u64,
     pub(super) own_us: u64,
@@ -37,7 +37,7 @@ pub(super) const BENCH: Bench = Bench {
 };
 
 impl Bench {
-    /// A session of one channel of this kind, with these lines for its programs.
+    /// Returns a session with one channel of this kind and these programs.
     fn session(&self, duration_s: u64, programs: &str) -> Session {
         let text = self.text(duration_s, programs);
         Session::parse("program.toml", &text).unwrap_or_else(|e| panic!("{}\n{text}", e.lines()))
@@ -67,14 +67,14 @@ impl Bench {
         self.offset_us + periods * self.period_us
     }
 
-    /// By how much a burst may be above the one before.
+    /// Returns the largest increase from one burst to the next.
     fn slope(&self) -> u64 {
         let by_time =
             self.limit * self.period_us.min(self.rise_ms * 1_000) / (self.rise_ms * 1_000);
         by_time.min(self.limit / self.rise_bursts).max(1)
     }
 
-    /// How long a linear rise to `value` takes at least, µs.
+    /// Returns the shortest duration of a linear rise to `value`, µs.
     fn shortest_us(&self, value: u64) -> u64 {
         let by_slope = (value * self.period_us).div_ceil(self.slope());
         let least_us = (self.rise_ms * 1_000).max(self.rise_bursts * self.period_us);
@@ -82,7 +82,7 @@ impl Bench {
     }
 }
 
-/// The device's rise, as docs/protocol.md has it, written again for these tests.
+/// The device's rise as docs/protocol.md describes it, implemented independently for these tests.
 struct Device {
     bench: Bench,
     first_us: Option<u64>,
@@ -100,14 +100,14 @@ impl Device {
         }
     }
 
-    /// The amplitude of a burst at `at_us` that is ordered so, thousandths.
+    /// Returns the amplitude of a burst at `at_us` with this order, thousandths.
     fn burst(&mut self, at_us: u64, ordered: Stimulus) -> u64 {
         let (order, width) = (
             u64::from(ordered.amplitude.get()),
             u64::from(ordered.width_us),
         );
         let own = self.bench.own_us;
-        // An order below the first step of the DAC ends a rise as 0 does.
+        // An order below the first step of the DAC ends a rise, as 0 does.
         if order * 65_535 / 100_000 == 0 {
             self.first_us = None;
             return order;
@@ -138,7 +138,8 @@ impl Device {
     }
 }
 
-/// What each burst of the session's channel has on such a device, thousandths and µs.
+/// Returns time in µs, amplitude in thousandths and width in µs of each burst of the session's
+/// channel on this device.
 fn expected_bursts(bench: &Bench, session: &Session) -> Vec<(u64, u64, u64)> {
     let mut device = Device::new(*bench);
     let bursts = bench.bursts(session.duration_us);
@@ -153,7 +154,8 @@ fn expected_bursts(bench: &Bench, session: &Session) -> Vec<(u64, u64, u64)> {
     each.collect()
 }
 
-/// Within a thousandth of the line, or a step of the DAC, which has 1.53 thousandths.
+/// Returns whether the amplitude is within a thousandth, or a step of the DAC of 1.53 thousandths,
+/// of the line.
 fn is_on(line: f64, amplitude: u64) -> bool {
     (amplitude as f64 - line).abs() <= 2.0
 }
@@ -174,7 +176,7 @@ fn benches() -> impl Strategy<Value = Bench> {
     )
 }
 
-/// Seconds of whole microseconds.
+/// Formats µs as seconds with all digits.
 fn seconds_text(us: u64) -> String {
     format!("{}.{:06}", us / 1_000_000, us % 1_000_000)
 }
@@ -182,8 +184,8 @@ fn seconds_text(us: u64) -> String {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(300))]
 
-    /// On and off with ramps, of any train, rise and `start`: each burst lies on the ramp,
-    /// none is above the amplitude, and each edge comes within a period of its time.
+    /// On-off programs with ramps, for any train, rise and `start`: each burst lies on the ramp,
+    /// none exceeds the amplitude, and each edge comes within a period of its time.
     #[test]
     fn on_and_off_follow_their_lines(
         bench in benches(),
@@ -224,8 +226,8 @@ proptest! {
         }
     }
 
-    /// Ramps through any points: each burst lies on the line between them; a rise from 0 on
-    /// the line from the period before its first burst.
+    /// Ramps through any points: each burst lies on the line between two points. A rise from 0 lies
+    /// on the line that starts one period before its first burst.
     #[test]
     fn ramps_go_straight_from_point_to_point(
         bench in benches(),
@@ -240,7 +242,7 @@ proptest! {
                 0 if to > 0 => bench.shortest_us(to) + bench.period_us,
                 _ => (to.saturating_sub(from) * bench.period_us).div_ceil(bench.slope()),
             };
-            // A silence before a rise has a burst.
+            // A pause before a rise must contain a burst.
             let way_us = (needed_us as f64 * longer) as u64 + 2;
             points.push((at_us + way_us, to));
             if to == 0 {
@@ -273,8 +275,8 @@ proptest! {
         }
     }
 
-    /// Amplitude and width together, as fast as the check allows: the width that is wanted,
-    /// and the amplitude of the line with it.
+    /// Amplitude and width change together, as fast as the check allows: the width is the
+    /// configured one, and the amplitude lies on its line.
     #[test]
     fn widths_rise_with_their_amplitudes(
         bench in benches(),
@@ -293,7 +295,7 @@ proptest! {
                 seconds_text(up), from as f64 / 1e3, seconds_text(up + way_us), to as f64 / 1e3
             )
         };
-        // The reader tells how long each way needs; so it is asked.
+        // The parser's error message contains the time that each section needs.
         let needed = |text: &str, place: &str| {
             let told = Session::parse("it.toml", &bench.text(8_000, text)).err()?.lines();
             let line = told.lines().find(|candidate| candidate.contains("E485") && candidate.contains(place))?.to_owned();
@@ -323,7 +325,7 @@ proptest! {
     }
 }
 
-/// Channels of a list begin one after the other, and end with their number of passes.
+/// Channels of a list start one after the other, and end after their number of passes.
 #[test]
 fn channels_are_staggered_and_counted() {
     let text = BENCH.text(
@@ -361,7 +363,7 @@ fn channels_are_staggered_and_counted() {
     }
 }
 
-/// Phases of a turn, one of them over the end of it, from any angle of the crank on.
+/// Phases of a revolution, one of them across its end, from any angle of the crank.
 #[test]
 fn a_cycle_is_on_in_its_phases() {
     for (rpm, start_deg, delay_s) in [(50.0, 0.0, 0.0), (37.5, 123.0, 0.7), (61.7, 350.0, 0.0)] {
@@ -383,14 +385,15 @@ fn a_cycle_is_on_in_its_phases() {
         );
         let programs = &session.setpoints.programs;
         for at_us in bench.bursts(session.duration_us) {
-            // Orders of both are those of bursts; channel 4's are 3 ms off channel 3's.
+            // Each order is that of its channel's burst; channel 4's bursts are 3 ms from channel
+            // 3's.
             let bursts_us = [at_us, at_us + 17_000];
             for ((place, (_, from, to)), burst_us) in phases.iter().enumerate().zip(bursts_us) {
                 let turns = (burst_us as f64 / 1e6 - delay_s) * rpm / 60.0;
                 let deg = (start_deg + 360.0 * turns).rem_euclid(360.0);
                 let span = (to - from + 360.0_f64).rem_euclid(360.0);
                 let into = (deg - from).rem_euclid(360.0);
-                // A phase that the crank begins in waits for the next.
+                // A phase within which the crank starts begins only in the next revolution.
                 let has_begun = turns * 360.0 >= into;
                 let is_near = [0.0, span, 360.0]
                     .iter()
@@ -403,7 +406,7 @@ fn a_cycle_is_on_in_its_phases() {
     }
 }
 
-/// Steps are ordered as they are, from the first burst at or after their time on.
+/// Steps apply unchanged from the first burst at or after their time.
 #[test]
 fn steps_are_held_and_repeated() {
     let session = BENCH.session(
@@ -424,8 +427,8 @@ fn steps_are_held_and_repeated() {
     assert_eq!(order(8_990_000), (4_000, 300), "of the third pass");
 }
 
-/// Plays programs on the native device, each burst ordered before it comes, and compares
-/// what comes with the device's rise as the tests have it.
+/// Plays programs on the native device, with each burst ordered before its time, and compares the
+/// output with the rise implemented above.
 fn compare(benches: &[(u8, Bench)], session: &Session) {
     let world = native_world(Micros::new(u32::MAX - 200_000));
     let (mut client, _) = Connection::open(SimulatedPort::new(world)).unwrap();
@@ -444,7 +447,7 @@ fn compare(benches: &[(u8, Bench)], session: &Session) {
     }
     bursts.sort_unstable();
     for &(at_us, channel) in &bursts {
-        // 0.54 ms from an order to its effect.
+        // An order takes effect after 0.54 ms.
         let until_us = (epoch_us + at_us).saturating_sub(1_200);
         let until_us = until_us.max(client.port().now_us());
         while client.next(until_us).unwrap().is_some() {}
@@ -460,8 +463,7 @@ fn compare(benches: &[(u8, Bench)], session: &Session) {
     assert_played(benches, session, trace, epoch_us);
 }
 
-/// Holds what a device with this trace has played, from `epoch_us` on, to the device's rise
-/// as the tests have it.
+/// Compares the output of a device from `epoch_us` on with the rise implemented above.
 pub(super) fn assert_played(
     benches: &[(u8, Bench)],
     session: &Session,
@@ -508,7 +510,7 @@ pub(super) fn assert_played(
     }
 }
 
-/// The shipped pair in turn: on ramps of 0.5 s where the wearer's rise is 0.4 s.
+/// The built-in reciprocal session, with on-ramps of 0.5 s and a wearer's rise of 0.4 s.
 #[test]
 fn the_native_device_plays_the_pair_in_turn() {
     let session = crate::session_files::load("reciprocal.toml");
@@ -521,7 +523,7 @@ fn the_native_device_plays_the_pair_in_turn() {
     compare(&[(0, bench(0)), (1, bench(12_500))], &session);
 }
 
-/// Amplitude and width, with a `start` on the way.
+/// Amplitude and width change together, and pass `start` on the way.
 #[test]
 fn the_native_device_plays_widths_and_starts() {
     let bench = Bench {

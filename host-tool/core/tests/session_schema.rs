@@ -1,5 +1,5 @@
-//! The schema of session files: as committed, as the reader reads, and what is left
-//! to the reader alone.
+//! The schema of session files: the committed schema, agreement with the parser, and rules that
+//! only the parser checks.
 
 use std::path::{Path, PathBuf};
 
@@ -14,7 +14,7 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// Compares a committed file, or renews it.
+/// Compares a generated text with the committed file, or with `FLEXOR_OVERWRITE` replaces it.
 pub(crate) fn as_committed(path: &Path, made: &str) {
     if std::env::var_os("FLEXOR_OVERWRITE").is_some() {
         return std::fs::write(path, made).unwrap();
@@ -30,7 +30,8 @@ fn the_schema_is_as_committed() {
     as_committed(&root().join("host-tool/sessions/schema.json"), &made);
 }
 
-/// Every table of docs/sessions.md below `<!-- fields: PATH -->` is made of the fields.
+/// Every table of docs/sessions.md below `<!-- fields: PATH -->` is generated from the field
+/// declarations.
 #[test]
 fn the_manual_tells_the_declared_fields() {
     let path = root().join("docs/sessions.md");
@@ -39,8 +40,8 @@ fn the_manual_tells_the_declared_fields() {
     as_committed(&path, &made);
 }
 
-/// A page whose tables below `<!-- fields: PATH -->` are made anew, and how many; `root`
-/// is what the whole file is called there.
+/// Returns a page with regenerated tables below `<!-- fields: PATH -->`, and their number; `root`
+/// is the path of the whole file there.
 pub(crate) fn with_tables(
     path: &Path,
     root: &str,
@@ -62,7 +63,7 @@ pub(crate) fn with_tables(
     (made, tables)
 }
 
-/// A file as the schema sees it.
+/// Converts a TOML file to JSON for the schema.
 fn json(document: &toml::Table) -> Value {
     serde_json::to_value(document).unwrap()
 }
@@ -96,7 +97,7 @@ fn every_shipped_file_names_and_keeps_the_schema() {
     }
 }
 
-/// What one mutation does to a field.
+/// Kind of a mutation of one field.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Kind {
     Key,
@@ -105,7 +106,7 @@ enum Kind {
     Range,
 }
 
-/// Every field of a document that holds no table, by its path, with its schema.
+/// Collects every field of a document that is no table, with its path and its schema.
 fn leaves(value: &toml::Value, schema: &Value, path: &str, all: &mut Vec<(String, Value)>) {
     match value {
         toml::Value::Table(table) => {
@@ -123,7 +124,7 @@ fn leaves(value: &toml::Value, schema: &Value, path: &str, all: &mut Vec<(String
     }
 }
 
-/// The field of a document at a path, and its name there.
+/// Returns the parent of the field at a path, and the field's name.
 fn at<'d>(document: &'d mut toml::Value, path: &str) -> (&'d mut toml::Value, String) {
     let (parent, name) = path.rsplit_once('/').unwrap();
     let parts = parent.split('/').skip(1);
@@ -134,7 +135,7 @@ fn at<'d>(document: &'d mut toml::Value, path: &str) -> (&'d mut toml::Value, St
     (holder, name.to_owned())
 }
 
-/// One field of `document` spoilt in this way; nothing if there is none to spoil so.
+/// Returns `document` with one field mutated in this way, or `None` if it has no such field.
 fn spoilt(
     document: &toml::Table,
     kind: Kind,
@@ -179,8 +180,8 @@ fn numbers(e: &SessionError) -> Vec<u16> {
     e.errors().map(|e| e.problem().number()).collect()
 }
 
-/// 90 single mutations within a field: the schema alone refuses each, and so does
-/// the reader, by what is wrong with a field and not by a consequence.
+/// 90 single mutations of a field: both the schema and the parser refuse each, and the parser names
+/// the field itself instead of a consequence.
 #[test]
 fn ninety_mistakes_within_a_field_are_refused_by_schema_and_reader() {
     let (validator, shipped) = (validator(), shipped());
@@ -206,7 +207,7 @@ fn ninety_mistakes_within_a_field_are_refused_by_schema_and_reader() {
     }
 }
 
-/// Mistakes between parts: file, what is replaced, by what, and the number.
+/// Mistakes between fields: file, text, replacement, and error number.
 #[rustfmt::skip]
 const BETWEEN: [(&str, &str, &str, u16); 10] = [
     ("hamana_exp4_two_point_finger.toml", "max_current_ma = 20.0", "max_current_ma = 15.0", 450),

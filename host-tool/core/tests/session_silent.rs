@@ -1,9 +1,9 @@
-//! Channels that are configured and never receive an amplitude are noted; all others not.
+//! Channels that are configured but never receive an amplitude are noted, and no others.
 
 use crate::session_errors::{GOOD, spoil};
 use host_core::session::Session;
 
-/// Two channels of open loop; the second is as `setpoints` says.
+/// Returns a session with two open-loop channels; `setpoints` drives them.
 fn two(setpoints: &str) -> String {
     let channel = |number: u8| {
         format!(
@@ -17,7 +17,7 @@ fn two(setpoints: &str) -> String {
     format!("title = \"Two\"\nduration_s = 1.0\n{one}{other}[setpoints]\n{setpoints}\n")
 }
 
-/// The channels that are noted as silent.
+/// Returns the channels that are noted as silent.
 fn silent(text: &str) -> Vec<u8> {
     let session = Session::parse("two.toml", text).unwrap_or_else(|e| panic!("{}", e.lines()));
     let notes = session.notes.iter();
@@ -49,13 +49,13 @@ fn a_channel_without_an_amplitude_is_noted() {
     let session = Session::parse("two.toml", &values(one)).unwrap();
     let wanted = "channel 2: it is configured and never receives an amplitude: it stays at 0 mA";
     assert!(session.notes[0].starts_with(wanted), "{:?}", session.notes);
-    // A live client raises it within its bounds.
+    // A live client raises the channel within its bounds.
     let bounds = "bounds = [{ channel = 2, least = 0, most = 5.0 }]";
     assert_eq!(silent(&format!("{}\n{bounds}\n", values(one))), [0; 0]);
 }
 
-/// Beside a joint: the fourth channel is a spare one, unless it is said to be the third
-/// one's partner at 0.
+/// Beside a joint the fourth channel is unused, unless a value of 0 says that it is the third one's
+/// partner.
 #[test]
 fn a_channel_that_a_joint_drives_is_not_noted() {
     assert_eq!(silent(GOOD), [4]);
@@ -67,7 +67,7 @@ fn a_channel_that_a_joint_drives_is_not_noted() {
     }
 }
 
-/// Courses that are 0 at all times, and an object that is never held.
+/// Setpoints that are always 0, and an object that is never held.
 #[test]
 fn a_course_of_nothing_is_noted() {
     let shipped = |file: &str| {
@@ -95,7 +95,7 @@ fn a_course_of_nothing_is_noted() {
         (
             "width_ramp.toml",
             &[("width_us = 300 }", "width_us = 0 }")],
-            1, // the other is for lists
+            1, // the other channel is for lists
         ),
         (
             "endpoint_force.toml",

@@ -1,4 +1,4 @@
-//! What a good session file comes to, number by number.
+//! The parsed values of a valid session file, number by number.
 
 use crate::session_errors::{GOOD, spoil};
 use firmware::link::Request;

@@ -1,5 +1,5 @@
-//! Sessions that name a wearer file: what they take from it, what they may tighten, and
-//! what is refused.
+//! Sessions that name a wearer file: values that they take from it, values that they may tighten,
+//! and refusals.
 
 use firmware::safety::{StageSpec, WearerSpec};
 use firmware::units::Amplitude;
@@ -9,7 +9,7 @@ use host_core::wearer::builtin_wearer;
 use crate::session_files::load;
 use crate::wearer_files::FULL;
 
-/// Plays the shipped K05's muscle, and says as little as it can.
+/// A minimal session that plays the muscle of the built-in wearer K05.
 const LEAST: &str = r#"
 title = "Least"
 duration_s = 1.0
@@ -47,7 +47,7 @@ fn numbers(e: &SessionError) -> Vec<u16> {
     e.errors().map(|e| e.problem().number()).collect()
 }
 
-/// What is told of `text` on the wearer file `wearer`.
+/// Returns numbers and lines of the errors of `text` with the wearer file `wearer`.
 fn mistakes(text: &str, wearer: &str) -> (Vec<u16>, String) {
     match Session::parse_with_wearers("it.toml", text, &|_| Ok(wearer.to_owned())) {
         Ok(_) => (Vec::new(), String::new()),
@@ -83,7 +83,7 @@ fn what_a_session_does_not_say_is_the_files() {
     assert_eq!(Some(&*worn.text), builtin_wearer("K05"));
 }
 
-/// The device gets the same bytes from numbers typed in and from the file.
+/// The device receives the same bytes whether the numbers are typed or come from the file.
 #[test]
 fn a_file_and_its_numbers_configure_alike() {
     let typed = edited(
@@ -154,7 +154,7 @@ fn a_session_may_tighten() {
     );
 }
 
-/// Mistakes against the file: what is replaced, by what, the number, and what is told.
+/// Contradictions to the wearer file: text, replacement, error number, and part of the message.
 #[rustfmt::skip]
 const REFUSED: [(&str, &str, u16, &str); 22] = [
     ("name = \"extensors\"", "name = \"extensors\"\nlimit = 15.5", 659, "`channel.limit` is 15.5, and the wearer file allows at most 15 mA"),
@@ -193,7 +193,8 @@ fn what_is_looser_or_elsewhere_is_refused_by_name() {
     }
 }
 
-/// Whatever of the file is wrong is told with its own place, beside what the session has.
+/// Mistakes of the wearer file are reported with their own place, together with those of the
+/// session.
 #[test]
 fn mistakes_of_the_file_and_of_the_session_are_told_at_once() {
     let bad = edited(
@@ -217,7 +218,7 @@ fn mistakes_of_the_file_and_of_the_session_are_told_at_once() {
     assert_eq!(numbers, [651], "{lines}");
 }
 
-/// At another width by the curve: thresholds by it, the limit never higher than known.
+/// The file's curve converts thresholds to another width; the limit never exceeds the known one.
 #[test]
 fn another_width_is_converted_by_the_files_curve_and_noted() {
     let at = |width: u16, wearer: &str| {
@@ -247,7 +248,7 @@ fn another_width_is_converted_by_the_files_curve_and_noted() {
         assert_eq!(threshold, (10_000.0 * times).round() as u32);
         let limit = (15_000.0 * times.min(1.0)).floor() as u32;
         assert_eq!(channel.spec.limit.get(), limit, "at {width} µs");
-        // The muscle at its converted threshold is what it was at the other.
+        // The muscle at its converted threshold is recruited as at the original one.
         let octaves = |span: u32, slope: u32| f64::from(span) * f64::from(slope);
         let here = octaves(
             muscle.recruitment.reference.get() - threshold,
@@ -260,11 +261,11 @@ fn another_width_is_converted_by_the_files_curve_and_noted() {
         let told = |text: &String| text.contains("strength–duration");
         assert!(session.notes.iter().any(told), "{:?}", session.notes);
     }
-    // The curve's upper end knows more: straight between its points.
+    // The upper limits of the curve allow more: linear between their points.
     let upper = at(250, FULL).unwrap_or_else(|e| panic!("{}", e.lines()));
-    let most = (15_000.0 * factor(250.0)).round() as u32; // where the muscle's curve ends
+    let most = (15_000.0 * factor(250.0)).round() as u32; // end of the muscle's recruitment curve
     assert_eq!(upper.channels[0].spec.limit.get(), most.min(20_000));
-    // So short that the threshold reaches the limit.
+    // The pulse is so short that the threshold reaches the limit.
     let e = at(100, &bare).unwrap_err();
     assert_eq!(numbers(&e), [658]);
     assert!(
@@ -274,7 +275,7 @@ fn another_width_is_converted_by_the_files_curve_and_noted() {
     );
 }
 
-/// A joint's points without amplitudes take what an operator set, or threshold to limit.
+/// Points of a joint without amplitudes use the operator's range, or that from threshold to limit.
 #[test]
 fn points_are_the_files_from_least_to_most() {
     let session = load("hamana_exp4_two_point_wearer.toml");
@@ -287,7 +288,7 @@ fn points_are_the_files_from_least_to_most() {
     );
 }
 
-/// What the haptic range refuses: what is replaced, by what, and how often it is told.
+/// Tests of the haptic range: text, replacement, and number of errors.
 #[rustfmt::skip]
 const HAPTIC: [(&str, &str, usize); 6] = [
     ("value = 12.0", "value = 0.0", 0),
@@ -310,7 +311,7 @@ fn the_haptic_range_is_kept_where_a_session_asks() {
         assert_eq!(numbers, vec![662; count], "{replace}: {lines}");
         assert!(count == 0 || lines.contains("10 to 15 mA"), "{lines}");
     }
-    // A wearer who accepts more: the limit is then 1.5 I_MT, and one beyond is refused.
+    // For a wearer who accepts more, the limit is 1.5 I_MT, and a larger one is refused.
     let brave = edited(
         builtin_wearer("K05").unwrap(),
         &[
@@ -329,7 +330,7 @@ fn the_haptic_range_is_kept_where_a_session_asks() {
     assert_eq!(mistakes(&free, &brave).0, [0; 0]);
 }
 
-/// The load with which volts are judged may not be greater than the file's.
+/// The load with which voltages are judged must not exceed that of the file.
 #[test]
 fn a_load_that_lets_more_through_is_refused() {
     let text = edited(
@@ -363,8 +364,8 @@ fn a_load_that_lets_more_through_is_refused() {
     assert!(is_voltage && session.wearer.hand_stop_required);
 }
 
-/// Sessions that name a wearer file, and the lines in which their numbers were typed in
-/// before: a device gets the same of both.
+/// Sessions that name a wearer file, and the equivalent typed numbers: the device receives the same
+/// configuration from both.
 #[rustfmt::skip]
 const TYPED: [(&str, &[(&str, &str)]); 3] = [
     ("harris_wall/1_pre_wall.toml", HARRIS),
@@ -405,7 +406,7 @@ fn sessions_that_name_a_file_are_what_they_were() {
         let (named, typed) = (load(file), valid_session(&edited(&text, &edits)));
         assert!(named.worn.is_some() && typed.worn.is_none());
         assert_eq!(named.setup_requests(), typed.setup_requests(), "{file}");
-        // Of the program as well, which has no folder.
+        // Also as a built-in session, which has no folder.
         assert_eq!(
             valid_session(&text).setup_requests(),
             typed.setup_requests(),
@@ -419,8 +420,8 @@ fn sessions_that_name_a_file_are_what_they_were() {
     }
 }
 
-/// Where a width is live, the limit is that of the longest pulse; a range of amplitudes
-/// holds at one width alone.
+/// With a variable width, the limit is that of the longest pulse; a range of amplitudes holds at
+/// one width only.
 #[test]
 fn a_live_width_is_limited_as_its_longest_pulse_is() {
     let bare = edited(
@@ -466,7 +467,7 @@ fn a_live_width_is_limited_as_its_longest_pulse_is() {
     assert_eq!(mistakes(&haptic, builtin_wearer("K05").unwrap()).0, [658]);
 }
 
-/// The haptic range holds for amplitudes over time and for lists of pulses.
+/// The haptic range applies to amplitudes over time and to lists of pulses.
 #[test]
 fn the_haptic_range_holds_over_time() {
     let text = edited(
@@ -504,8 +505,8 @@ fn the_haptic_range_holds_over_time() {
     }
 }
 
-/// A simulated finger is the file's participant unless the session says another; nobody's
-/// is guessed.
+/// A simulated finger is that of the file's participant unless the session names another; without
+/// either, parsing fails.
 #[test]
 fn a_finger_is_the_files_participant() {
     const KNOWN: &str = include_str!("../../sessions/hamana_exp4_two_point_wearer.toml");
@@ -524,7 +525,8 @@ fn a_finger_is_the_files_participant() {
     let e = parse(&edited(TYPED, &[("participant = \"P\"\n", "")])).unwrap_err();
     assert_eq!(numbers(&e), [404], "{}", e.lines());
     assert!(e.lines().contains("participant"), "{}", e.lines());
-    // Of nobody in table 7; and what is wrong with a file is not told as another mistake.
+    // A wearer who is not in table 7; a mistake in the file must not cause a second error about the
+    // participant.
     let (found, lines) = mistakes(KNOWN, FULL);
     assert!(found.contains(&404), "{lines}");
     let (found, lines) = mistakes(KNOWN, "schema = 1\n");

@@ -1,5 +1,5 @@
-//! Statistics against SciPy and statsmodels (`tests/golden/make_statistics.py`), and
-//! against the tables of Hamana et al. 2022.
+//! Statistics compared with SciPy and statsmodels (`tests/golden/make_statistics.py`), and with the
+//! tables of Hamana et al. 2022.
 
 use host_core::statistics::*;
 use serde_json::{Value, from_value};
@@ -8,10 +8,10 @@ use std::collections::BTreeMap;
 const GOLDEN: &str = include_str!("../../../tests/golden/statistics.json");
 const TABLE_8: &str = include_str!("../../../tests/golden/hamana2022_table8_rmse.csv");
 
-/// Largest disagreement, relative to the value or to the largest of its vector.
+/// Largest allowed difference, relative to the value or to the largest of its vector.
 const TOLERANCE: f64 = 1e-10;
 
-/// What a function of `statistics` answers, by the names of its fields.
+/// Results of a function in `statistics`, by field name.
 type Answer = BTreeMap<String, Vec<f64>>;
 
 fn answer<const N: usize>(fields: [(&str, f64); N]) -> Answer {
@@ -57,7 +57,7 @@ fn exact(method: Method) -> f64 {
     f64::from(u8::from(method == Method::Exact))
 }
 
-/// Added in order, as the script does.
+/// Sums in order, as the script does.
 fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
@@ -87,7 +87,7 @@ fn two_samples(given: &Value) -> [Vec<f64>; 2] {
     arguments(given)
 }
 
-/// Calls `function` as the golden case says.
+/// Calls `function` with the arguments of the golden case.
 fn call(function: &str, given: &Value) -> Result<Answer, StatisticsError> {
     let number = |i: usize| given[i].as_f64().unwrap();
     Ok(match function {
@@ -138,7 +138,7 @@ fn call(function: &str, given: &Value) -> Result<Answer, StatisticsError> {
     })
 }
 
-/// The tests of two samples or more, and the alignment.
+/// Calls the tests of two or more samples, and the alignment.
 fn tests(function: &str, given: &Value) -> Result<Answer, StatisticsError> {
     Ok(match function {
         "paired_t" => {
@@ -189,7 +189,7 @@ fn tests(function: &str, given: &Value) -> Result<Answer, StatisticsError> {
     })
 }
 
-/// All numbers of a value, rows one after the other.
+/// Returns all numbers of a value, row by row.
 fn numbers(value: &Value) -> Vec<f64> {
     match value.as_array() {
         Some(values) => values.iter().flat_map(numbers).collect(),
@@ -231,7 +231,7 @@ fn every_function_agrees_with_scipy_and_statsmodels() {
     assert_eq!((cases.len(), worst.len()), (207, 17));
 }
 
-/// Table 8 as cells: one and two points, then participants P, Q and S.
+/// Returns table 8 as cells: one and two points, then participants P, Q and S.
 fn table_8() -> Vec<Vec<Vec<f64>>> {
     let mut cells = vec![vec![vec![]; 3]; 2];
     for line in TABLE_8.lines().skip(1) {
@@ -244,8 +244,7 @@ fn table_8() -> Vec<Vec<Vec<f64>>> {
     cells
 }
 
-/// The nearest that a number which is printed as `printed` may come to `found`,
-/// relative to it.
+/// Returns the smallest relative distance from `found` to any number that rounds to `printed`.
 fn distance_to_printed(found: f64, printed: &str) -> f64 {
     let value: f64 = printed.parse().unwrap();
     let half = half_digit(printed);
@@ -253,16 +252,16 @@ fn distance_to_printed(found: f64, printed: &str) -> f64 {
     (found / nearest - 1.0).abs()
 }
 
-/// Half of the last digit printed.
+/// Returns half a unit of the last printed digit.
 fn half_digit(printed: &str) -> f64 {
     let decimals = printed.split_once('.').map_or(0, |(_, part)| part.len());
     0.5 * 0.1_f64.powi(decimals as i32)
 }
 
-/// Table 8 is rounded to three digits, so table 9 cannot come out to the last.
-/// The numbers that the paper's conclusion rests on are within 1 % as they stand
-/// (F 4.32 for 4.30), all others of what rounds to them: the interaction's F is
-/// 1.146 where 1.16 is printed.
+/// Table 8 is rounded to three digits, so table 9 cannot be reproduced exactly. The numbers on
+/// which the paper's conclusion rests agree within 1 % (F is 4.32 for 4.30); of all others, a
+/// number that rounds to the printed one does. The interaction's F is 1.146 where the paper prints
+/// 1.16.
 #[test]
 fn hamanas_table_8_gives_table_9_within_one_per_cent() {
     let found = two_way(&table_8()).unwrap();
@@ -291,9 +290,9 @@ fn hamanas_table_8_gives_table_9_within_one_per_cent() {
     assert_eq!(format!("{f:.2}"), "4.32");
 }
 
-/// t(3) and p of table 5, then of the text (sections on selectivity and torque).
-/// t is rounded: p must be what some t that rounds to it gives. Two are not:
-/// 6.47 gives 0.00749 where 0.00740 is printed, 0.358 gives 0.744 for 0.743.
+/// t(3) and p of table 5, then those of the text (sections on selectivity and torque). t is
+/// rounded, so p must follow from some t that rounds to it. Two do not: 6.47 gives 0.00749 for a
+/// printed 0.00740, and 0.358 gives 0.744 for 0.743.
 #[test]
 fn t_gives_p_of_hamanas_table_5_to_three_digits() {
     #[rustfmt::skip]

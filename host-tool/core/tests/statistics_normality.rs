@@ -1,13 +1,13 @@
-//! Shapiro and Wilk's, Mauchly's and Bonferroni's numbers against SciPy and pingouin
-//! (`tests/golden/make_normality.py`).
+//! The Shapiro–Wilk and Mauchly tests and the Bonferroni correction compared with SciPy and
+//! pingouin (`tests/golden/make_normality.py`).
 
 use host_core::statistics::{StatisticsError, bonferroni, mauchly, shapiro_wilk};
 use serde_json::{Value, from_value};
 
 const GOLDEN: &str = include_str!("../../../tests/golden/normality.json");
-/// Relative, of what has all digits.
+/// Largest relative difference for results with full precision.
 const TOLERANCE: f64 = 1e-10;
-/// Relative, of W and p of SciPy, whose normal quantiles have seven digits.
+/// Largest relative difference for W and p of SciPy, whose normal quantiles have seven digits.
 const SEVEN_DIGITS: f64 = 2e-6;
 
 fn given<T: serde::de::DeserializeOwned>(case: &Value) -> T {
@@ -24,7 +24,7 @@ fn they_agree_with_scipy_and_pingouin() {
         match case["function"].as_str().unwrap() {
             "shapiro_wilk" => {
                 let found = shapiro_wilk(&given::<Vec<f64>>(case)).unwrap();
-                // Far in the tail p is a power of what W misses.
+                // Far in the tail, p is a power of the error of W.
                 let p = match expected("p") > 1e-6 {
                     true => apart(found.p, "p"),
                     false => (found.p.ln() / expected("p").ln() - 1.0).abs(),

@@ -1,4 +1,4 @@
-//! Samples that statistics refuse by name: never a NaN, never a panic.
+//! Samples that the statistics refuse with a named error, without NaN or panic.
 
 use host_core::statistics::*;
 use proptest::prelude::*;
@@ -9,7 +9,7 @@ fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// What a call says that must be refused.
+/// Returns the message of a call that must fail.
 fn said<T: std::fmt::Debug>(result: Result<T, StatisticsError>) -> String {
     result.unwrap_err().to_string()
 }
@@ -141,7 +141,7 @@ fn what_is_no_number_is_refused_with_its_place() {
     );
 }
 
-/// 0.3 − 0.1 and 0.2 differ by rounding: that is no variance.
+/// 0.3 − 0.1 and 0.2 differ by rounding only, which is no variance.
 #[test]
 fn what_does_not_vary_is_refused_by_name() {
     let (a, b) = ([0.3, 0.2, 7.3], [0.1, 0.0, 7.1]);
@@ -220,7 +220,7 @@ fn parameters_outside_their_range_are_refused_by_name() {
     assert!(said(found).starts_with("statistic is outside what its resamples give"));
 }
 
-/// The same seed the same interval, another seed another one.
+/// The same seed gives the same interval, another seed another one.
 #[test]
 fn a_bootstrap_is_a_function_of_its_seed() {
     let sample = [3.1, 2.7, 9.4, 4.4, 1.2, 5.0, 2.2];
@@ -239,7 +239,7 @@ fn is_p(p: f64) -> bool {
 }
 
 proptest! {
-    /// Whatever is given: an answer whose p is in [0, 1], or a refusal.
+    /// Any input gives either a p between 0 and 1 or an error.
     #[test]
     fn any_sample_has_a_p_or_is_refused(a in values(), b in values()) {
         let p = [
@@ -261,7 +261,8 @@ proptest! {
         }
     }
 
-    /// A turn and a shift are found again; of a mirror image the answer is a turn.
+    /// The alignment recovers a rotation and a shift; for a mirror image it still returns a proper
+    /// rotation.
     #[test]
     fn an_alignment_is_a_proper_rotation(flat in prop::collection::vec(-10.0..10.0, 12), mirror: bool) {
         let points: Vec<[f64; 3]> = flat.chunks(3).map(|p| [p[0], p[1], p[2]]).collect();

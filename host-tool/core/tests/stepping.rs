@@ -1,4 +1,4 @@
-//! Sessions step by step: the same as in one go, wherever the steps end.
+//! Sessions in steps give the same result as in one run, wherever the steps end.
 
 use firmware::link::{Event, Request};
 use firmware::safety::StopCause;
@@ -22,7 +22,7 @@ fn file(text: &str, duration_us: u64) -> SessionFile {
     file
 }
 
-/// Played in steps that end wherever the stream `seed` says.
+/// Plays the session in steps that end at random times of `seed`.
 fn stepped(file: &SessionFile, seed: u64) -> Outcome {
     let port = DeviceName::Native.open(&file.session, 1).unwrap();
     let mut stepper = Stepper::open(file, port, Attachments::default()).unwrap();
@@ -82,7 +82,7 @@ fn a_step_ends_with_an_event() {
     let port = DeviceName::Native.open(&file.session, 1).unwrap();
     let mut stepper = Stepper::open(&file, port, Attachments::default()).unwrap();
     let mut until = |until| stepper.step(until).unwrap();
-    // Nothing happens before the start.
+    // Before the start a step ends at once.
     assert_eq!(until(StepLimit::Time(u64::MAX)), StepEnd::Reached);
     stepper.configure().unwrap();
     stepper.arm().unwrap();
@@ -96,7 +96,7 @@ fn a_step_ends_with_an_event() {
     assert!(is(next(), stopping));
     assert!(is(next(), Event::Stopped(StopCause::Request)));
     let fallen_us = stepper.time_us();
-    // fall_ms and a pulse.
+    // The fall plus one pulse.
     assert!((500_000..560_000).contains(&fallen_us), "{fallen_us}");
     assert_eq!(
         stepper.step(StepLimit::Event(u64::MAX)).unwrap(),
@@ -118,7 +118,7 @@ fn the_caller_of_a_live_session_gives_its_setpoints() {
         at: None,
         mask: 1,
         values: [Amplitude::new(1_000 * ma)].into_iter().collect(),
-        widths: Default::default(), // the train's own
+        widths: Default::default(), // the train's own width
     };
     let file = SessionFile::parse("live.toml", text).unwrap();
     let port = DeviceName::Native.open(&file.session, 1).unwrap();
@@ -128,7 +128,8 @@ fn the_caller_of_a_live_session_gives_its_setpoints() {
     stepper.arm().unwrap();
     stepper.request(wanted(8)).unwrap();
     stepper.start().unwrap();
-    // Longer than the session and than the host may be silent, and exactly so long.
+    // This step is longer than the session and than the host timeout, and ends exactly at its
+    // limit.
     let stepped = stepper.step(StepLimit::Time(777_777)).unwrap();
     assert_eq!((stepped, stepper.time_us()), (StepEnd::Reached, 777_777));
     stepper.post(wanted(16)).unwrap();

@@ -1,4 +1,4 @@
-//! The tests of sessions, runs and reports, one program: a room each.
+//! All tests of sessions, runs and reports, linked into one program with a module each.
 
 mod analysis_dose;
 mod calibration;

@@ -1,5 +1,4 @@
-//! Wearer files: what is written is read again, what is wrong is told, what is there
-//! stays.
+//! Wearer files: writing and reading back, errors, and protection of existing files.
 
 use firmware::units::Amplitude;
 use host_core::session::SessionError;
@@ -7,7 +6,7 @@ use host_core::session::Unit;
 use host_core::wearer::{DriftCheck, Evidence, History, StoreError, Wearer, append};
 use std::path::PathBuf;
 
-/// A file in which every field says something.
+/// A file in which every field is set.
 pub(crate) const FULL: &str = r#"
 schema = 1
 name = "K-05"
@@ -85,7 +84,7 @@ pub(crate) fn read(text: &str) -> Result<Wearer, SessionError> {
     Wearer::parse("it.toml", text)
 }
 
-/// An empty folder of this test's own.
+/// Returns an empty folder for one test.
 fn folder(test: &str) -> PathBuf {
     let name = format!("flexor-wearer-{test}-{}", std::process::id());
     let dir = std::env::temp_dir().join(name);
@@ -104,7 +103,7 @@ fn what_is_written_is_read_again_to_the_bit() {
     assert_eq!(again.to_toml(), text);
     let least = Wearer::new("P", Evidence::Assumed, "nobody");
     assert_eq!(read(&least.to_toml()).unwrap(), least);
-    // Awkward texts and numbers.
+    // Unusual texts and numbers.
     let mut odd = full;
     odd.note = Some("a \"quoted\" \\ line\nand 筋 'another' \"\"\" one".into());
     odd.electrodes[0].frequency_hz = 1e6 / 30_303.0;
@@ -136,7 +135,7 @@ fn history_is_only_ever_appended() {
         device: None,
         seed: Some(3),
     };
-    // Appended: every byte that there was stays, comments with it.
+    // Appending keeps every existing byte, including comments.
     let (entries, checks) = (std::slice::from_ref(&entry), std::slice::from_ref(&check));
     let appended = append(&path, entries, checks).unwrap();
     let text = std::fs::read_to_string(&path).unwrap();
@@ -144,7 +143,7 @@ fn history_is_only_ever_appended() {
     assert_eq!(appended.history.len(), 2);
     assert_eq!(appended.checks[1], check);
     assert_eq!(Wearer::read(&path).unwrap(), appended);
-    // One that does not know of it is refused, and so is another person's.
+    // Writing a wearer without the new entries, or another wearer, is refused.
     let refused = wearer.write(&path).unwrap_err();
     assert!(matches!(refused, StoreError::Forgets(_)), "{refused}");
     wearer = appended;
@@ -168,7 +167,7 @@ fn what_cannot_be_written_leaves_what_was() {
     let wearer = read(FULL).unwrap();
     wearer.write(&path).unwrap();
     let before = std::fs::read(&path).unwrap();
-    // The new file cannot be: a folder is in its way.
+    // The new file cannot be created because a folder has its name.
     std::fs::create_dir(dir.join("K-05.toml.partial")).unwrap();
     let mut more = wearer.clone();
     more.note = Some("more".into());
@@ -176,14 +175,14 @@ fn what_cannot_be_written_leaves_what_was() {
     assert!(refused.starts_with("E664"), "{refused}");
     assert_eq!(std::fs::read(&path).unwrap(), before);
     std::fs::remove_dir(dir.join("K-05.toml.partial")).unwrap();
-    // What no reader would take is not written either.
+    // A wearer that the parser would refuse is not written.
     more.electrodes[0].motor_threshold = more.electrodes[0].limit;
     let refused = more.write(&path).unwrap_err().to_string();
     assert!(
         refused.starts_with("E656") && refused.contains("E653"),
         "{refused}"
     );
-    // Nor is anything put over what is no wearer file.
+    // A file that is no wearer file is never overwritten.
     std::fs::write(&path, "title = \"a session\"\n").unwrap();
     let refused = wearer.write(&path).unwrap_err().to_string();
     assert!(refused.contains("E665"), "{refused}");
@@ -193,7 +192,7 @@ fn what_cannot_be_written_leaves_what_was() {
     );
 }
 
-/// Mistakes: what is replaced, by what, and the number told.
+/// Mistakes: text, replacement, and error number.
 #[rustfmt::skip]
 const WRONG: [(&str, &str, u16); 22] = [
     ("schema = 1", "schema = 2", 651),
@@ -237,8 +236,8 @@ fn what_is_wrong_is_told_by_field() {
     }
 }
 
-/// Edits of a wearer file that would loosen a limit beyond the device's own, or make it no
-/// number: what is put in place of what is there, and the number told.
+/// Edits that would raise a limit above the device's own, or replace it by an invalid number: text,
+/// replacement, and error number.
 #[rustfmt::skip]
 const LOOSENED: [(&str, &str, u16); 19] = [
     ("max_current_ma = 30.5", "max_current_ma = 100.001", 407),
@@ -322,7 +321,7 @@ fn what_is_no_text_of_a_file_is_refused() {
     }
     let e = read("schema = 1\n\u{0}not toml").unwrap_err();
     assert_eq!(e.problem().number(), 401, "{}", e.lines());
-    // What is no wearer file at all is told as that, without a word of it.
+    // For a file that is no wearer file at all, the message contains nothing of its text.
     let e = read("root:x:0:0\u{0}").unwrap_err();
     assert_eq!(e.problem().number(), 665, "{}", e.lines());
     assert!(!e.lines().contains("root"), "{}", e.lines());

@@ -1,4 +1,4 @@
-//! The wearers that are part of the program say what the papers print.
+//! The built-in wearers have the values that the papers print.
 
 use firmware::units::Amplitude;
 use hal_sim::body::FingerSpec;
@@ -20,7 +20,7 @@ fn wearer(name: &str) -> Wearer {
     Wearer::parse(name, text).unwrap_or_else(|e| panic!("{}", e.lines()))
 }
 
-/// The rows of a golden table, each a number by its column, by subject.
+/// Returns the rows of a golden table: the subject, and a number by column name.
 fn golden(file: &str) -> Vec<(String, BTreeMap<String, f64>)> {
     let text = std::fs::read_to_string(root().join("tests/golden").join(file)).unwrap();
     let mut lines = text.lines();
@@ -86,7 +86,7 @@ fn every_wearer_names_and_keeps_the_schema() {
     }
 }
 
-/// Lee 2020, tables 2 and 4; the simulated subjects are the same people.
+/// Compares with Lee 2020, tables 2 and 4; the simulated subjects are the same people.
 #[test]
 fn k01_to_k10_are_lees_subjects() {
     let peaks = golden("lee2020_table2_peak_force.csv");
@@ -124,7 +124,7 @@ fn k01_to_k10_are_lees_subjects() {
         assert_eq!(muscle.slope_micro, (b * 1e6).round() as u32, "{name}: b");
         assert_eq!(muscle.reference, electrode.limit, "{name}: A is that of I5");
         let force = muscle.force;
-        // K06's time constant is a misprint, and the file says so.
+        // K06's time constant is a misprint, which the file's note mentions.
         let is_misprint = name == "K06";
         assert_eq!(
             wearer.note.as_ref().unwrap().contains("misprint"),
@@ -153,8 +153,8 @@ fn k01_to_k10_are_lees_subjects() {
     }
 }
 
-/// Hamana 2022, table 7: thresholds and greatest voltages of A, B and the extensor's
-/// point; table 1: sizes.
+/// Compares with Hamana 2022, table 7: thresholds and largest voltages of A, B and the extensor;
+/// and with the sizes in table 1.
 #[test]
 fn p_q_r_and_s_are_hamanas_participants() {
     let printed = [
@@ -190,7 +190,7 @@ fn p_q_r_and_s_are_hamanas_participants() {
     }
 }
 
-/// The simulated fingers are the same people's.
+/// The simulated fingers belong to the same participants.
 #[test]
 fn simulated_fingers_have_the_voltages_of_the_files() {
     for (name, participant) in [

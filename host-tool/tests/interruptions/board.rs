@@ -1,5 +1,5 @@
-//! A simulated board with a tap on its wire: it reads every frame that arrives
-//! and remembers when a stop did.
+//! A simulated board that inspects its wire: it decodes every arriving frame and records when a
+//! stop arrives.
 
 use firmware::link::{Decoder, Request, ToDevice};
 use hal_sim::native::native;
@@ -12,26 +12,26 @@ use std::sync::{Arc, Mutex, mpsc};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// What reaches the host through.
+/// Kind of connection between host and board.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Wire {
     Tcp,
     Pty,
 }
 
-/// What becomes of the wire.
+/// Order to the board's thread.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Order {
     Run = 0,
-    /// It is pulled out.
+    /// Closes the connection.
     Cut = 1,
-    /// Nothing passes any more, and nobody says so.
+    /// Stops all traffic without closing the connection.
     Freeze = 2,
-    /// The board is done with.
+    /// Ends the board.
     End = 3,
 }
 
-/// When the first request of a kind arrived.
+/// Times when the first request of each kind arrived.
 #[derive(Clone, Copy, Default, Debug)]
 pub struct RequestTimes {
     pub hello: Option<Instant>,
@@ -39,9 +39,9 @@ pub struct RequestTimes {
     pub stop: Option<Instant>,
 }
 
-/// A native simulator behind a wire, at the pace of the clock.
+/// A native simulator behind a wire, paced by the wall clock.
 pub struct Board {
-    /// As `--device` names it.
+    /// Address for `--device`.
     pub at: String,
     heard: Arc<Mutex<RequestTimes>>,
     order: Arc<AtomicU8>,
@@ -83,7 +83,8 @@ impl Board {
         self.order.store(order as u8, Ordering::Release);
     }
 
-    /// Lets the board go on for 3 s by itself; whether all is isolated then.
+    /// Lets the board run for 3 s without a host, and returns whether all outputs are then
+    /// disconnected.
     pub fn ends_isolated(mut self) -> bool {
         self.order(Order::End);
         self.thread.take().unwrap().join().unwrap()

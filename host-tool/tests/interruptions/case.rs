@@ -1,4 +1,4 @@
-//! One run and what ends it, decided by a seed.
+//! One run and its disturbance, decided by a seed.
 
 use super::board::{Board, Order, Wire};
 use super::metronome::{Metronome, Stall};
@@ -10,19 +10,19 @@ use std::path::Path;
 use std::process::ExitStatus;
 use std::time::{Duration, Instant};
 
-/// An open loop of one channel.
+/// Returns an open-loop session with one channel.
 pub fn open_loop() -> String {
     one_channel(3600.0, 2)
 }
 
-/// A finger that follows a sine, judged from 10 s on.
+/// Returns a session with a finger that follows a sine, judged from 10 s on.
 fn closed_loop() -> String {
     include_str!("../../sessions/hamana_exp4_two_point_finger.toml")
         .replace("duration_s = 30.0", "duration_s = 3600.0")
         .replace("host_timeout_ms = 100", "host_timeout_ms = 1000")
 }
 
-/// What ends the run.
+/// Disturbance that ends the run.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Disturbance {
     Interrupt,
@@ -30,7 +30,7 @@ pub enum Disturbance {
     Kill,
     Cut,
     Freeze,
-    /// No file may grow beyond so many bytes.
+    /// No file may grow beyond a maximum size.
     FullDisk,
 }
 
@@ -44,7 +44,7 @@ impl Disturbance {
         Self::FullDisk,
     ];
 
-    /// The exit code, and what the record says.
+    /// Returns the exit code, and the reason in the record.
     fn expected(self) -> (Option<i32>, &'static str) {
         match self {
             Self::Interrupt => (Some(130), "E580 SIGINT came"),
@@ -61,24 +61,24 @@ impl Disturbance {
 #[derive(Clone, Copy, Debug)]
 pub struct Case {
     pub way: Disturbance,
-    /// `None` for the simulator in the program, in virtual time.
+    /// `None` for the simulator in the program, in simulated time.
     wire: Option<Wire>,
     is_closed_loop: bool,
-    /// After the device was first spoken to.
+    /// Time from the first message to the device until the disturbance.
     after: Duration,
-    /// For [`Disturbance::FullDisk`].
+    /// Maximum file size for [`Disturbance::FullDisk`].
     most_bytes: u64,
 }
 
-/// What became of it.
+/// Result of an interrupted run.
 #[derive(Clone, Copy, Debug)]
 pub struct CaseResult {
     pub rows: usize,
-    /// From the signal to `Stop` at the board.
+    /// Time from the signal to `Stop` at the board.
     pub until_stop: Option<Duration>,
-    /// How much this computer itself stalled meanwhile.
+    /// Stalls of this computer meanwhile.
     pub stall: Stall,
-    /// How often something else ended the run before its time came.
+    /// Number of repetitions because something else ended the run early.
     pub again: u32,
 }
 
@@ -97,14 +97,13 @@ impl Case {
             wire,
             is_closed_loop: random(0, 2) == 0,
             after: Duration::from_micros(random(1, 900_000)),
-            // Room for what is written before the start: columns.csv has some 3.2 kB.
+            // Room for the files written before the start: columns.csv has about 3.2 kB.
             most_bytes: 3_500 + random(2, most),
         }
     }
 }
 
-/// Runs it, again if the computer itself was too slow for the device, and
-/// checks what is left.
+/// Runs the case, again if the computer was too slow for the device, and checks the record.
 pub fn run_case(case: Case, folder: &Path) -> CaseResult {
     for again in 0..3 {
         let _ = std::fs::remove_dir_all(folder);
@@ -182,7 +181,7 @@ fn interrupt(way: Disturbance, program: &mut Program, board: Option<&Board>) -> 
     Instant::now()
 }
 
-/// Whether the device ended the run because this computer was too slow.
+/// Returns whether the device ended the run because this computer was too slow.
 fn is_disturbed(case: Case, status: ExitStatus, error: &str) -> bool {
     let stalled = error.contains("HostSilent")
         || error.contains("E509 this computer did not run")
@@ -190,7 +189,7 @@ fn is_disturbed(case: Case, status: ExitStatus, error: &str) -> bool {
     status.code() == Some(1) && stalled
 }
 
-/// What lies in the folder is true; returns the rows.
+/// Checks the record in the folder, and returns the number of rows.
 fn check(case: Case, folder: &Path, status: ExitStatus, error: &str) -> usize {
     let (code, reason) = case.way.expected();
     assert_eq!(status.code(), code, "{case:?}: {error}");
@@ -210,8 +209,8 @@ fn check(case: Case, folder: &Path, status: ExitStatus, error: &str) -> usize {
     let text = std::fs::read_to_string(samples).unwrap();
     let whole = text.matches('\n').count();
     assert_eq!(trial.samples.len(), whole.saturating_sub(1), "{case:?}");
-    // A write that crosses a page is not one thing for a system that kills: what it left
-    // was not counted above.
+    // A write across a page boundary is not atomic when the program is killed; an incomplete last
+    // row was not counted above.
     if !matches!(case.way, Disturbance::FullDisk | Disturbance::Kill) {
         assert!(text.ends_with('\n'), "{case:?}: half a row");
     }
@@ -248,8 +247,8 @@ fn headline_is_true(case: Case, run: &Run, reason: &str, out: &Path) {
     }
 }
 
-/// A frozen wire keeps the program waiting for the answer to its stop; the exit
-/// code of a second signal then.
+/// A frozen connection keeps the program waiting for the answer to its stop. Returns the exit code
+/// after a second signal.
 pub fn signal_twice(folder: &Path) -> Option<i32> {
     let session = write_file(folder, "session.toml", open_loop());
     let board = Board::serve(Wire::Tcp, folder, &session);

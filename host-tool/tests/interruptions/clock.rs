@@ -1,11 +1,11 @@
-//! A clock that jumps: nothing that is timed looks at the wall clock.
+//! Test against jumps of the clock: no timing uses the wall clock.
 
 use std::path::{Path, PathBuf};
 
-/// What tells the wall clock's time.
+/// Sources of the wall clock's time.
 const WALL: [&str; 4] = ["SystemTime", "UNIX_EPOCH", "Local::now", "Utc::now"];
 
-/// Where it may be a label: file below `src`, why.
+/// Files below `src` where the wall clock is only a label, and the reason.
 const LABELS: [(&str, &str); 1] = [(
     "cli/moment.rs",
     "a folder's name, and when a run began, in UTC",

@@ -1,4 +1,4 @@
-//! A disk that is full after so many bytes.
+//! Tests of a disk that becomes full after a number of bytes.
 
 use crate::program::{one_channel, test_folder};
 use host_core::link::Port;
@@ -9,7 +9,7 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::rc::Rc;
 
-/// Takes `left` more bytes, then none.
+/// Accepts `left` more bytes, then none.
 #[derive(Clone, Debug)]
 struct Full {
     left: Rc<Cell<usize>>,
@@ -44,7 +44,7 @@ impl Write for FullFile {
     }
 }
 
-/// Runs a session of 50 ms on a disk with room for `bytes`. `None` if all fits.
+/// Runs a session of 50 ms on a disk with room for `bytes`. Returns `None` if everything fits.
 fn run_on(bytes: usize, file: &SessionFile, out: &Path) -> Option<()> {
     let disk = Full {
         left: Rc::new(Cell::new(bytes)),
@@ -67,7 +67,7 @@ fn run_on(bytes: usize, file: &SessionFile, out: &Path) -> Option<()> {
     let port = simulated_port(&file.session, 1, device, boot).unwrap();
     let (outcome, port) = run(file, port, Some(&mut recorder), |_| ());
     let mut port = port.unwrap();
-    // What was asked for when the disk was full is a stop, not silence.
+    // The full disk led to a stop, not to host silence.
     let stopped_us = port.now_us();
     port.world.run_until(stopped_us + 60_000).unwrap();
     assert_eq!(port.world.recorder.trace.last_levels().0, 0, "{bytes}");
@@ -90,7 +90,7 @@ fn run_on(bytes: usize, file: &SessionFile, out: &Path) -> Option<()> {
     Some(())
 }
 
-/// Every byte at which the disk can be full, of a run that is short enough.
+/// Tries every byte at which the disk can become full in a short run.
 #[test]
 fn a_disk_that_fills_at_any_byte_stops_the_run_and_keeps_its_rows() {
     let text = one_channel(0.05, 2);

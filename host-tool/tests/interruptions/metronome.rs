@@ -1,5 +1,4 @@
-//! How much this computer itself stalls, so that a late stop can be told from a
-//! slow program.
+//! Measures how much this computer stalls, to distinguish a late stop from a slow program.
 
 use std::fs::File;
 use std::io::Write;
@@ -9,14 +8,14 @@ use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// Sleeps 1 ms and writes a row, again and again.
+/// A thread that repeatedly sleeps 1 ms and writes a row.
 pub struct Metronome {
     beats: Arc<Mutex<Vec<Beat>>>,
     is_over: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
 
-/// One beat: when it ended, how much too long it slept, how long it wrote.
+/// One beat: its end, the delay of its sleep, the duration of its write.
 #[derive(Clone, Copy)]
 struct Beat {
     end: Instant,
@@ -24,12 +23,12 @@ struct Beat {
     wrote: Duration,
 }
 
-/// The worst of a time.
+/// Longest stalls of a period.
 #[derive(Clone, Copy, Default, Debug)]
 pub struct Stall {
-    /// Until a sleeping thread ran again.
+    /// Delay until a sleeping thread ran again.
     pub slept: Duration,
-    /// Until a row was written.
+    /// Duration of writing a row.
     pub wrote: Duration,
 }
 
@@ -63,7 +62,7 @@ impl Metronome {
         }
     }
 
-    /// The worst stall in the beats that reach into the time.
+    /// Returns the longest stalls of the beats that overlap the period.
     pub fn worst(&self, from: Instant, to: Instant) -> Stall {
         let beats = self.beats.lock().unwrap();
         let late = |beat: &&Beat| beat.end >= from && beat.end - beat.slept - beat.wrote <= to;

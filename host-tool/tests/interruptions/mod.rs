@@ -1,10 +1,9 @@
-//! Runs that end before their time, by seed: signals, a wire that is cut or goes
-//! silent, a disk that fills. Whatever happens, the record can be read, is whole
-//! to its last row, says that it is incomplete and why, and the outputs are
-//! isolated.
+//! Tests of runs that end early, by seed: signals, a connection that is cut or freezes, a disk that
+//! becomes full. In every case the record can be read, is complete to its last row, states that it
+//! is incomplete and why, and the outputs are disconnected.
 //!
-//! `cargo test -p host-tool --test suite interruptions -- --ignored --nocapture`
-//! runs 200 of them and prints the time from a signal to `Stop` on the wire.
+//! `cargo test -p host-tool --test suite interruptions -- --ignored --nocapture` runs 200 of them
+//! and prints the time from a signal to `Stop` on the wire.
 
 mod board;
 mod case;
@@ -23,13 +22,12 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
-/// `Stop` is on the wire within 20 ms on a computer that has time for it. Tests
-/// share theirs with compilers, and one that is not scheduled is late by itself:
-/// half of the stops must come within this, so that none waits for an answer
-/// or for the next setpoint (500 ms).
+/// Bound for half of the stops. `Stop` is on the wire within 20 ms if the computer has time. Tests
+/// share it with compilers, and a program that is not scheduled is late; the bound still excludes
+/// waiting for an answer or for the next setpoint (500 ms).
 const HALF_WITHIN: Duration = Duration::from_millis(100);
 
-/// Runs the cases of these seeds, two at a time, and tells of them.
+/// Runs the cases of these seeds, two at a time, and prints a summary.
 fn campaign(name: &str, count: u64) -> Vec<(Case, CaseResult)> {
     let next = AtomicU64::new(0);
     let fates = Mutex::new(Vec::new());
@@ -109,7 +107,7 @@ fn two_hundred_random_interruptions() {
     print_fates(&fates);
 }
 
-/// What ends a command, started with these words in a folder of its own.
+/// Checks how a signal ends a command that was started with these arguments in its own folder.
 fn check_command_ends(name: &str, words: &str, ready: Option<&str>, signal: &str, code: i32) {
     let folder = test_folder(&format!("interruptions/{name}-{signal}"));
     write_file(&folder, "session.toml", case::open_loop());
@@ -151,7 +149,7 @@ fn every_command_that_stimulates_ends_in_order() {
     }
 }
 
-/// Two trials of 0.3 s, asked for before each, or a long rest apart.
+/// Returns a declaration with two trials of 0.3 s; `protocol` adds a prompt or a long rest.
 fn two_trials(protocol: &str) -> String {
     format!(
         "name = \"two\"\ntitle = \"Two\"\nsource = \"nobody\"\nsession = \"session.toml\"\n\
@@ -159,8 +157,8 @@ fn two_trials(protocol: &str) -> String {
     )
 }
 
-/// Whoever is asked or rests has nothing on: a signal ends the protocol there, and its
-/// record says how far it came.
+/// During a prompt or a rest nothing is stimulated: a signal ends the protocol there, and the
+/// record states how far it came.
 #[cfg(unix)]
 #[test]
 fn a_signal_at_a_prompt_or_in_a_rest_ends_the_protocol() {
@@ -209,7 +207,7 @@ fn a_signal_at_a_prompt_or_in_a_rest_ends_the_protocol() {
     }
 }
 
-/// Where nothing is stimulated but the simulator itself, the exit code is all.
+/// Commands that only run a simulator and record nothing have only their exit code.
 #[cfg(target_os = "linux")]
 #[test]
 fn what_records_nothing_ends_at_once() {

@@ -1,4 +1,4 @@
-//! The `flexor` program while it runs, and the shell that sends it signals.
+//! The running `flexor` program, and the shell that sends it signals.
 
 use crate::program::FLEXOR;
 use std::fs::File;
@@ -7,10 +7,10 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
-/// Nothing here takes so long unless it hangs.
+/// Time after which a program counts as hanging.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-/// A program under way, killed when dropped.
+/// A running program, killed when dropped.
 pub struct Program {
     process: Child,
     folder: PathBuf,
@@ -19,12 +19,12 @@ pub struct Program {
 }
 
 impl Program {
-    /// Starts it in `folder`; no file that it writes may exceed `most` bytes.
+    /// Starts the program in `folder`; no file that it writes may exceed `most` bytes.
     pub fn start(folder: &Path, arguments: &[&str], most: Option<u64>) -> Self {
         Self::begin((folder, arguments), most, Stdio::inherit())
     }
 
-    /// Starts it in `folder` at this terminal.
+    /// Starts the program in `folder` at this terminal.
     pub fn start_at(terminal: &Path, folder: &Path, arguments: &[&str]) -> Self {
         let typed = File::open(terminal).unwrap();
         Self::begin((folder, arguments), None, typed.into())
@@ -34,7 +34,7 @@ impl Program {
         let mut command = match most {
             None => Command::new(FLEXOR),
             Some(most) => {
-                // Without the trap the limit would be a signal and not an error.
+                // Without the trap the limit would cause a signal instead of an error.
                 let mut command = Command::new("sh");
                 let limited = r#"trap '' 25; exec prlimit --fsize="$0" -- "$@""#;
                 command.args(["-c", limited, &most.to_string(), FLEXOR]);
@@ -51,7 +51,7 @@ impl Program {
             .stderr(file("stderr"))
             .spawn()
             .unwrap();
-        // Its own `kill` takes no time to start.
+        // The shell's builtin `kill` starts at once.
         let mut shell = Command::new("sh").stdin(Stdio::piped()).spawn().unwrap();
         let orders = shell.stdin.take().unwrap();
         Self {
@@ -62,7 +62,7 @@ impl Program {
         }
     }
 
-    /// Has `signal` sent, and says when that was asked for.
+    /// Sends `signal` through the shell, and returns the time of the order.
     pub fn signal(&mut self, signal: &str) -> Instant {
         let now = Instant::now();
         writeln!(self.orders, "kill -{signal} {}", self.process.id()).unwrap();
@@ -73,7 +73,7 @@ impl Program {
         self.process.try_wait().unwrap().is_none()
     }
 
-    /// Waits until something is so; false if the program ends before.
+    /// Waits until the condition holds; returns false if the program ends before.
     pub fn wait_until(&mut self, is_so: impl Fn() -> bool) -> bool {
         let begin = Instant::now();
         while !is_so() {
@@ -86,7 +86,7 @@ impl Program {
         true
     }
 
-    /// Whether it handles the signal of this number by now, as Linux tells.
+    /// Returns whether the program handles the signal of this number by now, as Linux reports.
     pub fn handles_signal(&self, signal: u32) -> bool {
         let status = std::fs::read_to_string(format!("/proc/{}/status", self.process.id()));
         let caught = status.ok().and_then(|status| {
@@ -109,7 +109,7 @@ impl Program {
         }
     }
 
-    /// What it said on standard error so far.
+    /// Returns the standard error so far.
     pub fn error(&self) -> String {
         std::fs::read_to_string(self.folder.join("stderr")).unwrap()
     }

@@ -1,8 +1,8 @@
-//! Markup in any string of any file that a page reads stays text.
+//! Test that markup in any string of any file that a page reads stays text.
 //!
-//! Every string and every key of every file of a record is lengthened by harmless letters
-//! and then by markup, one at a time: the page of the latter has no element and no
-//! attribute that the page of the former has not.
+//! Every string and every key of every file of a record is extended by harmless letters and then by
+//! markup, one at a time: the page with markup must have no element and no attribute that the page
+//! with letters lacks.
 
 mod parts;
 mod place;
@@ -24,12 +24,12 @@ const HARMLESS: &str = "harmless";
 const EVIL: &str = "\"'></title></style></td></table>--><script>flexor()</script>\
                     <flexor-evil onflexor=\"1\"><img src=x onerror='flexor()'>&lt;&flexor;";
 
-/// Every page of the record in `dir`, made anew, that compared with it under the name
-/// `called`; nothing of a record that is refused.
+/// Returns every page of the record in `dir`, made again, and the comparison with it under the name
+/// `called`; `None` if the record is refused.
 fn pages(dir: &Path, called: &str) -> Option<Vec<String>> {
     let run = record::load(dir).ok()?;
     let page = report::page(&Report::from_run(&run));
-    // With another session file, so that how files differ is on the page.
+    // With another session file, so that the page shows the differences of files.
     let mut other = run.clone();
     for trial in &mut other.trials {
         trial.session_text.push_str("\n[other]\n");
@@ -45,13 +45,13 @@ fn pages(dir: &Path, called: &str) -> Option<Vec<String>> {
     Some([page, both].into_iter().chain(result).collect())
 }
 
-/// What is put on trial in a file, as often as it is accepted.
+/// Strings of a file that were tried: those accepted, and the number refused.
 struct TriedTexts {
     accepted: Vec<String>,
     refused: usize,
 }
 
-/// Each `variant` of what a page is made of, with harmless letters and with markup.
+/// Tries each variant of a page's sources, with harmless letters and with markup.
 fn try_all(
     all: impl Iterator<Item = String>,
     pages_with: &dyn Fn(&str, &str) -> Option<Vec<String>>,
@@ -81,7 +81,7 @@ fn try_all(
     tried
 }
 
-/// Every string and key of the JSON document `file` of the record in `dir`.
+/// Tries every string and key of the JSON document `file` of the record in `dir`.
 fn try_json(dir: &Path, file: &Path) -> TriedTexts {
     let text = fs::read_to_string(file).unwrap();
     let document: Value = serde_json::from_str(&text).unwrap();
@@ -110,7 +110,7 @@ fn try_json(dir: &Path, file: &Path) -> TriedTexts {
     tried
 }
 
-/// Each column's head and first value of the table `file`.
+/// Tries the head and the first value of each column in the table `file`.
 fn try_table(dir: &Path, file: &Path) {
     let text = fs::read_to_string(file).unwrap();
     let lines: Vec<&str> = text.lines().collect();
@@ -125,7 +125,7 @@ fn try_table(dir: &Path, file: &Path) {
         let (line, at) = place.split_once(' ').unwrap();
         let (line, at): (usize, usize) = (line.parse().unwrap(), at.parse().unwrap());
         let mut cells: Vec<String> = lines[line].split(',').map(str::to_owned).collect();
-        // As CSV has quotes in a cell.
+        // CSV doubles quotes within a cell.
         cells[at] = format!("\"{}{}\"", cells[at], more.replace('"', "\"\""));
         let mut lines: Vec<String> = lines.iter().map(|line| (*line).to_owned()).collect();
         lines[line] = cells.join(",");
@@ -141,7 +141,8 @@ fn try_table(dir: &Path, file: &Path) {
     );
 }
 
-/// An experiment's record with two trials on a wearer file, and whatever a page can show.
+/// Makes an experiment's record with two trials on a wearer file, and everything that a page can
+/// show.
 fn full_record(folder: &Path) -> PathBuf {
     shortened_session(folder, "hamana_exp4_two_point_wearer.toml", 0.2);
     let declaration = "name = \"own\"\ntitle = \"Own\"\nsource = \"nobody\"\n\
@@ -203,7 +204,7 @@ fn markup_in_a_record_stays_text() {
     }
     try_table(&dir, &trial.with_file_name("samples.csv"));
     try_table(&dir, &trial.with_file_name("edges.csv"));
-    // A result with all that one may have, one of drawn cases, one of a grid of many points.
+    // A result with every possible field, one of random cases, one of a grid of many points.
     let result = dir.join("result.json");
     let field = json!({
         "field": "body.mass", "holds": 1.0, "fails": 2.0, "superiority": 0.7, "p": 0.001,
@@ -272,7 +273,7 @@ fn sheets() -> Value {
     ])
 }
 
-/// The page of a trial that begins with this session on this wearer.
+/// Returns the page of a trial that begins with this session on this wearer.
 fn page_of(session: &toml::Table, wearer: &str) -> Option<Vec<String>> {
     let text = toml::to_string(session).unwrap();
     let file = SessionFile::parse_with_wearers("s.toml", &text, &|_| Ok(wearer.to_owned())).ok()?;
@@ -318,7 +319,8 @@ fn markup_in_a_session_or_a_wearer_file_stays_text() {
     assert!(accepted.iter().any(|path| path == "source"));
 }
 
-/// A browser runs nothing and asks nobody, whatever a page says; its own style is shown.
+/// Every page has a policy that lets a browser run nothing and request nothing, but use the page's
+/// own style.
 #[test]
 fn every_page_says_what_a_browser_may_do() {
     let dir = full_record(&test_folder("page_policy"));

@@ -1,9 +1,9 @@
-//! What a page consists of.
+//! Splits a page into its elements, attributes and entities.
 
 use super::{EVIL, HARMLESS};
 use std::collections::BTreeSet;
 
-/// Elements of a page, each with the names of its attributes; its entities.
+/// Returns the elements of a page, each with the names of its attributes, and its entities.
 pub fn parts(page: &str) -> BTreeSet<String> {
     let mut parts = BTreeSet::new();
     let mut rest = page;
@@ -26,7 +26,7 @@ pub fn parts(page: &str) -> BTreeSet<String> {
     parts
 }
 
-/// An element's name with those of its attributes, and where it ends.
+/// Returns an element's name with the names of its attributes, and its end.
 fn element(text: &str) -> (String, usize) {
     let (mut quote, mut name, mut is_value) = (None, String::new(), false);
     for (at, letter) in text.char_indices().skip(1) {

@@ -1,15 +1,15 @@
-//! Strings and keys of a JSON document.
+//! Finds and changes strings and keys of a JSON document.
 
 use serde_json::Value;
 
-/// Where something stands in a document: keys and places, the last one a key itself.
+/// Position in a document: keys and indices; the last one may be the key itself.
 #[derive(Clone, Debug)]
 pub struct Place {
     pub way: Vec<String>,
     pub is_key: bool,
 }
 
-/// Every string and key of `value`, which stands at `way`.
+/// Collects every string and key of `value`, which is at `way`.
 pub fn places(value: &Value, way: &[String], all: &mut Vec<Place>) {
     let below = |name: String| [way, &[name]].concat();
     match value {
@@ -33,7 +33,7 @@ pub fn places(value: &Value, way: &[String], all: &mut Vec<Place>) {
     }
 }
 
-/// The document with this after what stands at the place.
+/// Returns the document with `more` appended to the string or key at the place.
 pub fn lengthened(document: &Value, place: &Place, more: &str) -> Value {
     let mut whole = document.clone();
     let (last, way) = place.way.split_last().unwrap();

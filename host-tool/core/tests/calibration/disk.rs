@@ -1,4 +1,4 @@
-//! A disk that is full after so many bytes: stimulation ends first, and nothing is lost.
+//! Disks that become full after a number of bytes: stimulation ends first, and no result is lost.
 
 use super::scene::*;
 use hal_sim::body::bench::SensorSpec;
@@ -8,7 +8,7 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::rc::Rc;
 
-/// Takes `left` more bytes, then none.
+/// A disk that accepts `left` more bytes.
 #[derive(Clone)]
 struct Full {
     left: Rc<Cell<usize>>,
@@ -76,7 +76,7 @@ fn a_full_disk_ends_stimulation_first_and_leaves_everything_whole() {
         if out.exists() {
             host_core::wearer::Wearer::read(&out).unwrap();
         }
-        // Room was made.
+        // There is space again.
         let port = array_port(&order.0, SEED, SensorSpec::default());
         run_calibration(port, &order, &out, &OnDisk, &mut Auto)
             .0

@@ -1,4 +1,4 @@
-//! The check at the start of a session.
+//! The check of thresholds at the start of a session.
 
 use super::scene::*;
 use hal_sim::body::bench::SensorSpec;
@@ -10,7 +10,7 @@ use host_core::wearer::Wearer;
 use std::path::Path;
 use std::sync::{Arc, Mutex};
 
-/// Checks the file on the body that `seed` draws.
+/// Checks the file on the random body of `seed`.
 fn run_check(file: &Path, seed: u64) -> (Result<(), CalibrationError>, ProcedureCost) {
     let wearer = Wearer::read(file).unwrap();
     let port = array_port(
@@ -55,7 +55,7 @@ fn thresholds_that_hold_are_told_in_a_minute_and_others_refused() {
     assert!(wearer.checks.iter().all(|check| check.accepted));
     let kept = std::fs::read_to_string(&out).unwrap();
     assert!(kept.starts_with(&text), "every byte is kept");
-    // Another person's arm.
+    // The arm of another person.
     let (result, _) = run_check(&out, SEED + 1);
     let told = result.unwrap_err().to_string();
     assert!(
@@ -67,7 +67,7 @@ fn thresholds_that_hold_are_told_in_a_minute_and_others_refused() {
     assert!(wearer.checks.iter().any(|check| !check.accepted));
 }
 
-/// A calibrated electrode whose file says these rates instead: found at, holds from and to.
+/// Calibrates an electrode and replaces the rates in its file: found at, valid from and to.
 fn calibrated_at(name: &str, [hz, from_hz, to_hz]: [f64; 3]) -> std::path::PathBuf {
     let out = folder(name).join("w.toml");
     let (_, _, text) = run_whole_calibration(&plan_with_electrodes(1), &out);
@@ -78,7 +78,7 @@ fn calibrated_at(name: &str, [hz, from_hz, to_hz]: [f64; 3]) -> std::path::PathB
     out
 }
 
-/// Lee 2020's 30 Hz, at which three pulses are more than 100 ms: checked at 32.
+/// At Lee 2020's 30 Hz three pulses take more than 100 ms, so the check uses 32 Hz.
 #[test]
 fn an_electrode_that_falls_off_while_a_30_hz_file_is_checked_is_silent_in_time() {
     let file = calibrated_at("slow", [30.0, 20.0, 40.0]);
@@ -121,7 +121,7 @@ fn an_electrode_that_falls_off_while_a_30_hz_file_is_checked_is_silent_in_time()
         assert!(told.starts_with("E677 "), "{moment:?}: {told}");
         let at_us = come.lock().unwrap().at_us.unwrap();
         let world = &mut port.port.world;
-        // Nobody can know before something is given.
+        // Without a pulse, nothing can detect the loss.
         let since_us = match phase {
             Phase::On => at_us,
             _ => driven_after(world, at_us).unwrap_or(at_us),
@@ -132,7 +132,8 @@ fn an_electrode_that_falls_off_while_a_30_hz_file_is_checked_is_silent_in_time()
     assert!(longest <= 100_000, "{longest}");
 }
 
-/// What holds at no rate at which an electrode that is off is found in time is refused.
+/// A file is refused if its thresholds are not valid at any rate at which a lost electrode is
+/// detected in time.
 #[test]
 fn thresholds_of_other_rates_are_not_checked() {
     for (name, rates) in [

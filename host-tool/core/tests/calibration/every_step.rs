@@ -1,5 +1,5 @@
-//! Whatever ends a calibration, at every step: silent at once, the record whole, and gone
-//! on with to the same file.
+//! Whatever ends a calibration at any step: the outputs are isolated in time, the record is
+//! complete, and the calibration can be resumed to the same file.
 
 use super::scene::*;
 use hal_sim::body::bench::SensorSpec;
@@ -7,14 +7,14 @@ use host_core::calibration::{Auto, Entry, OnDisk, Phase, Step};
 use std::path::Path;
 use std::sync::{Arc, Mutex};
 
-/// Longest time until all outputs are isolated after the operator or an electrode, µs.
+/// Longest time until all outputs are isolated after an abort or a lost electrode, µs.
 const SILENT_US: u64 = 100_000;
 
-/// After the host's last word: its silence and the fall, 100 and 50 ms, and two windows of
-/// the device, µs.
+/// Longest time after the host's last message, µs: its silence of 100 ms, the fall of 50 ms, and
+/// two windows of the device.
 const UNHEARD_US: u64 = 150_500;
 
-/// Every step of two electrodes, in every phase.
+/// Returns every step of two electrodes in every phase.
 fn moments() -> Vec<Moment> {
     let mut all = Vec::new();
     for electrode in 1..=2 {
@@ -32,7 +32,7 @@ fn moments() -> Vec<Moment> {
     all
 }
 
-/// Ends a calibration so, and gives how long the outputs were not silent.
+/// Ends a calibration in this way; returns the time until the outputs were silent.
 fn end_at_moment(way: Disturbance, moment: Moment, out: &Path) -> u64 {
     let order = plan_with_electrodes(2);
     let come = Arc::new(Mutex::new(DisturbanceState::default()));
@@ -58,8 +58,8 @@ fn end_at_moment(way: Disturbance, moment: Moment, out: &Path) -> u64 {
     let mut port = port.unwrap();
     let at_us = come.lock().unwrap().at_us.unwrap();
     let world = &mut port.port.world;
-    // Nothing flows through an electrode that is off, and nobody can know it while
-    // nothing is given: it counts from the next pulse on, or at once if one is given.
+    // The loss of an electrode cannot be detected while no pulse is given: the time counts from the
+    // next pulse, or at once if a pulse is being given.
     let since_us = match (way, moment.phase) {
         (Disturbance::Off, Phase::Ready | Phase::Rest) => {
             driven_after(world, at_us).unwrap_or(at_us)
@@ -88,7 +88,7 @@ fn at_every_step(way: Disturbance) {
             matches!(kept.last(), Some(Entry::Ended { .. })),
             "{moment:?}"
         );
-        // The electrode is on again, the cable mended.
+        // The electrode is attached again, and the cable repaired.
         let port = array_port(&order.0, SEED, SensorSpec::default());
         let (result, _, _) = run_calibration(port, &order, &out, &OnDisk, &mut Auto);
         result.unwrap();
@@ -98,7 +98,7 @@ fn at_every_step(way: Disturbance) {
             let is = |entry: &&Entry| matches!(entry, Entry::Found { step: found_at, .. } if *found_at == step);
             entries(&out).iter().filter(is).count()
         };
-        // Nothing that was found was looked for again.
+        // No result that was found is searched for again.
         assert!(Step::ALL.iter().all(|step| found(*step) == 2), "{moment:?}");
         tried += 1;
     }
@@ -128,12 +128,13 @@ fn an_electrode_that_falls_off_at_every_step_is_found() {
     at_every_step(Disturbance::Off);
 }
 
-/// A pulse comes every 31 ms, and three tell: wherever between two the electrode falls off.
+/// A pulse comes every 31 ms and three of them reveal a lost electrode, whenever between two pulses
+/// it falls off.
 #[test]
 fn an_electrode_that_falls_off_at_any_moment_of_a_second_is_silent_in_time() {
     let folder = folder("any_moment");
     let mut longest = 0;
-    // At every step throughout a period and more, at one of them throughout five.
+    // Covers more than one period at every step, and five periods at one of them.
     let all = Step::ALL.into_iter().flat_map(|step| {
         let count = if step == Step::Comfort { 32 } else { 7 };
         (0..count).map(move |place| (step, place))

@@ -1,4 +1,4 @@
-//! The procedure by itself: what no order may bring about, whatever comes.
+//! The procedure alone: properties that hold for any sequence of orders.
 
 use super::scene::plan_with_electrodes;
 use host_core::calibration::{Action, Entry, Level, Machine, Order, Phase, Step};
@@ -21,15 +21,14 @@ fn order() -> impl Strategy<Value = Order> {
     ]
 }
 
-/// An order, or a stall that voids what is given.
+/// Returns an order, or `None` for a stall that invalidates the current level.
 fn ordered() -> impl Strategy<Value = Option<Order>> {
     prop_oneof![12 => order().prop_map(Some), 1 => Just(None)]
 }
 
 proptest! {
-    /// Whatever is ordered, whenever, and whenever this computer stalls: a level rises only
-    /// by an order that raises, is never above the ceiling, and what was too much never
-    /// comes again.
+    /// For any orders at any time, and any stalls of this computer: a level rises only after an
+    /// order that raises it, never exceeds the ceiling, and a level that was too much never recurs.
     #[test]
     fn nothing_rises_by_itself(orders in proptest::collection::vec((ordered(), 0_u64..1_500_000), 1..200)) {
         let (plan, _) = plan_with_electrodes(2);
@@ -85,7 +84,7 @@ proptest! {
     }
 }
 
-/// The machine at `step` of its first electrode, ready.
+/// Returns a machine that is ready at `step` of its first electrode.
 fn at(step: Step) -> (Machine, u64) {
     let (plan, _) = plan_with_electrodes(1);
     let mut machine = Machine::new(plan, &[]);
@@ -147,7 +146,8 @@ fn levels_out_of_order_are_refused_by_name() {
     assert!(told.contains("below the motor threshold"), "{told}");
 }
 
-/// What was too much at the maximum lowers the limit, and the maximum is chosen again.
+/// If a level is too much at the maximum, the limit becomes lower and the maximum must be chosen
+/// again.
 #[test]
 fn too_much_later_takes_back_what_was_set() {
     let (mut machine, t_us) = at(Step::Points);
@@ -167,7 +167,8 @@ fn too_much_later_takes_back_what_was_set() {
     );
 }
 
-/// The threshold itself was too much: nothing as high comes again, and it can be left out.
+/// The threshold itself is too much: no such level is given again, and the electrode can be
+/// skipped.
 #[test]
 fn a_threshold_that_is_too_much_leaves_nothing_to_give() {
     let (mut machine, t_us) = at(Step::Minimum);
@@ -187,7 +188,7 @@ fn a_threshold_that_is_too_much_leaves_nothing_to_give() {
     assert!(machine.is_finished());
 }
 
-/// What a stall cut short is given again at the same level, at every step.
+/// A level that a stall interrupted is given again, at every step.
 #[test]
 fn what_was_cut_short_counts_for_nothing() {
     for step in Step::ALL {
@@ -200,7 +201,7 @@ fn what_was_cut_short_counts_for_nothing() {
         machine.execute_order(t_us, &order).unwrap();
         let given = machine.view(t_us).given;
         assert!(given > Level(0), "{step:?}");
-        // While it is given, and when it has just ended.
+        // The stall comes while the level is given, or just after its end.
         for later_us in [500_000, 1_000_000] {
             let mut machine = machine.clone();
             machine.advance_to(t_us + later_us);

@@ -1,5 +1,5 @@
-//! Calibrations on the native simulator: what is found against the truth, and what ends
-//! them at every step.
+//! Calibrations on the native simulator: results compared with the true values, and interruptions
+//! at every step.
 
 mod disk;
 mod drift;

@@ -1,4 +1,4 @@
-//! A calibration of simulated electrodes, and what may happen to it.
+//! A calibration of simulated electrodes, and disturbances that may interrupt it.
 
 use firmware::units::Micros;
 use hal_sim::body::bench::SensorSpec;
@@ -18,7 +18,7 @@ use std::sync::{Arc, Mutex};
 
 pub const SEED: u64 = 1;
 
-/// An empty folder of this test's own.
+/// Returns an empty folder for one test.
 pub fn folder(test: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR"))
         .join("calibration")
@@ -28,7 +28,7 @@ pub fn folder(test: &str) -> PathBuf {
     folder
 }
 
-/// Electrodes 1 to `count`, none above 24 mA.
+/// Plans electrodes 1 to `count`, each with a ceiling of 24 mA.
 pub fn plan_with_electrodes(count: u8) -> (Plan, String) {
     let mut text = "wearer = \"W01\"\n[limits]\nmax_current_ma = 30.0\n".to_owned();
     for channel in 1..=count {
@@ -51,7 +51,7 @@ pub fn head_of(text: &str) -> Head {
     }
 }
 
-/// A native device under the array that `seed` draws.
+/// Opens a native device with the random electrode array of `seed`.
 pub fn array_port(plan: &Plan, seed: u64, sensor: SensorSpec) -> SimulatedPort {
     let device = Box::new(native_seeded(Micros::new(0), seed));
     let mut port =
@@ -60,40 +60,40 @@ pub fn array_port(plan: &Plan, seed: u64, sensor: SensorSpec) -> SimulatedPort {
     port
 }
 
-/// What happens at a moment.
+/// Disturbance of a calibration.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Disturbance {
-    /// The operator's one key.
+    /// The operator presses the abort key.
     Abort,
-    /// The cable breaks: nothing can be sent or received.
+    /// The cable breaks, and sending and receiving fail.
     Cut,
-    /// Nothing arrives on either side, and nobody is told.
+    /// Messages are lost in both directions, without an error.
     Freeze,
-    /// The electrode under way falls off.
+    /// The current electrode falls off.
     Off,
 }
 
-/// When: the first time that this electrode is in this step and phase, an answer owed or
-/// not; given levels in the middle of their second.
+/// Time of the disturbance: the first time that this electrode is in this step and phase, whether
+/// or not an answer is pending.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Moment {
     pub electrode: usize,
     pub step: Step,
     pub phase: Phase,
-    /// Of a level that is given: when so much of its second is left, s.
+    /// While a level is given: remaining time of its second at the disturbance, s.
     pub left_s: f64,
 }
 
-/// What has come of the moment.
+/// Progress of the disturbance.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct DisturbanceState {
     pub has_come: bool,
-    /// When the device's side saw it, µs.
+    /// Time at which the device's side noticed the disturbance, µs.
     pub at_us: Option<u64>,
     channel: usize,
 }
 
-/// The stand-in, until something happens.
+/// The automatic operator, until the disturbance.
 pub struct DisturbedOperator {
     pub moment: Moment,
     pub way: Disturbance,
@@ -116,7 +116,7 @@ impl Operator for DisturbedOperator {
     }
 }
 
-/// A port to which it happens.
+/// A port with a disturbance.
 pub struct DisturbedPort {
     pub port: SimulatedPort,
     pub way: Disturbance,
@@ -124,7 +124,7 @@ pub struct DisturbedPort {
 }
 
 impl DisturbedPort {
-    /// Whether the wire is as it was.
+    /// Returns whether messages still pass.
     fn is_wire_intact(&mut self) -> bool {
         let mut come = self.come.lock().unwrap();
         if !come.has_come {
@@ -170,7 +170,7 @@ impl Port for DisturbedPort {
     }
 }
 
-/// A port that is looked at afterwards.
+/// Access to a port that the test inspects afterwards.
 impl Port for &mut DisturbedPort {
     fn now_us(&mut self) -> u64 {
         (**self).now_us()
@@ -189,14 +189,14 @@ impl Port for &mut DisturbedPort {
     }
 }
 
-/// What came of a calibration, and the port.
+/// Result and cost of a calibration, and the port.
 pub type CalibrationEnd<P> = (
     Result<Vec<ElectrodeResult>, CalibrationError>,
     ProcedureCost,
     Option<P>,
 );
 
-/// Calibrates through `port`, from the journal beside `out` on if there is one.
+/// Calibrates through `port`, and continues from the journal beside `out` if there is one.
 pub fn run_calibration<P: Port>(
     port: P,
     (plan, text): &(Plan, String),
@@ -232,7 +232,8 @@ pub fn run_calibration<P: Port>(
     calibrate(port, &course, &mut journal, &mut desk)
 }
 
-/// The whole of it, by the stand-in: what was found, and the file.
+/// Runs a whole calibration with the automatic operator; returns its results, its cost and the
+/// file.
 pub fn run_whole_calibration(
     order: &(Plan, String),
     out: &Path,
@@ -242,13 +243,13 @@ pub fn run_whole_calibration(
     (found.unwrap(), spent, std::fs::read_to_string(out).unwrap())
 }
 
-/// The journal's entries, which are whole.
+/// Returns the complete entries of the journal.
 pub fn entries(out: &Path) -> Vec<Entry> {
     read(&journal_path(out)).unwrap().entries
 }
 
-/// How long after `since_us` the outputs were last anything but isolated, µs. They are
-/// isolated now, and stay so for half a second.
+/// Returns the time from `since_us` to the last output, µs. Checks that the outputs are isolated
+/// for another half second.
 pub fn silent_after(world: &mut World, since_us: u64) -> u64 {
     let now_us = world.now_us();
     world.run_until(now_us + 500_000).unwrap();
@@ -258,7 +259,7 @@ pub fn silent_after(world: &mut World, since_us: u64) -> u64 {
     last_us.saturating_sub(since_us)
 }
 
-/// When a channel was first driven after `since_us`.
+/// Returns the time after `since_us` at which a channel is first driven.
 pub fn driven_after(world: &World, since_us: u64) -> Option<u64> {
     let edges = world.recorder.trace.edges_from(since_us);
     let mut driven = edges.filter(|edge| edge.state.is_driven() && edge.t_us >= since_us);

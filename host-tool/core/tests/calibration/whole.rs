@@ -1,4 +1,4 @@
-//! Ten electrodes, found as they are.
+//! Whole calibrations of ten electrodes, compared with their true values.
 
 use super::scene::*;
 use hal_sim::body::Array;
@@ -9,8 +9,8 @@ use host_core::calibration::{
 };
 use host_core::wearer::{Evidence, Wearer};
 
-/// The instrument tells some 60 mN from its noise: the truth is the lowest step at which
-/// the force is that much.
+/// Returns the lowest step whose force exceeds 60 mN, which the instrument can distinguish from its
+/// noise.
 fn true_threshold_ma(body: &Array, index: usize) -> f64 {
     let near = body.points()[index].reaches[0];
     let is_told = |ma: f64| near.pool.share(ma) * near.full_n > 0.06;
@@ -57,7 +57,7 @@ fn ten_electrodes_are_found_in_a_quarter_of_an_hour() {
     assert!(wearer.limits.host_timeout_ms <= HOST_TIMEOUT_MS && wearer.limits.fall_ms <= 50);
 }
 
-/// 200 searches on 20 arms: found below the first fibre is false.
+/// 200 searches on 20 arms; a threshold below that of the first fibre is false.
 #[test]
 fn thresholds_are_seldom_false_and_mostly_within_a_step() {
     let (mut all, mut is_false, mut is_near) = (0, 0, 0);
@@ -80,7 +80,7 @@ fn thresholds_are_seldom_false_and_mostly_within_a_step() {
     assert!(is_near * 100 >= 95 * all, "{is_near}");
 }
 
-/// Orders one raise, then nothing any more.
+/// Orders one raise and nothing after that.
 struct Once(bool);
 
 impl Operator for Once {
@@ -103,7 +103,8 @@ fn silence_raises_nothing() {
     assert!(told.starts_with("E684 nobody orders"), "{told}");
     assert_eq!(spent.given, 1);
     let mut port = port.unwrap();
-    // The rise, a second and the fall: no pulse of any size in the half minute after.
+    // The level rises, lasts a second and falls; in the following half minute there is no pulse of
+    // any size.
     let end_us = port.world.now_us();
     assert!(driven_after(&port.world, 2_000_000).is_none());
     silent_after(&mut port.world, end_us);
