@@ -1,4 +1,5 @@
-//! Data accesses of instructions: alignment, MPU, private bus, bit-band alias or `Bus`.
+//! Performs data accesses of instructions: checks alignment and the MPU, then uses the private bus,
+//! a bit-band alias or the `Bus`.
 
 use super::bit_band::Bit;
 use super::bus::{AccessError, Unmodelled};
@@ -6,32 +7,31 @@ use super::system::{actlr, ccr};
 use super::{Access, Bus, Cpu, Fault, Size, Trap, TrapResult};
 use crate::chip::Cycle;
 
-/// Start of the peripheral regions: from here on an access can bring an event
-/// about.
+/// Start of the peripheral regions; an access from here on can cause an event.
 const PERIPHERALS: u32 = 0x4000_0000;
-/// End of code that is written by programming it.
+/// End of the code memory, which changes only by programming.
 const RAM: u32 = 0x1000_0000;
 const EXCLUSIVE: AccessError =
     AccessError::Unmodelled(Unmodelled("an exclusive access to a bit-band alias"));
 /// Upper 12 bits of the private peripheral bus, 0xE000_0000–0xE00F_FFFF.
 const PRIVATE: u32 = 0xE00;
 
-/// On the private peripheral bus, and the core's own: the chip's debug support
-/// (RM0090 table 1) is outside.
+/// Returns whether `address` is on the core's private peripheral bus. The chip's debug support
+/// (RM0090 table 1) is outside the core.
 pub(in crate::chip) const fn is_private(address: u32) -> bool {
     address >> 20 == PRIVATE && address >> 12 != 0xE_0042
 }
 
 impl Cpu {
-    /// Loads from `address` and counts the wait states; words and half-words
-    /// may be unaligned (Arm ARM A3.2.1).
+    /// Loads from `address` and adds the wait states to the cycle; words and half-words may be
+    /// unaligned (Arm ARM A3.2.1).
     #[inline(always)]
     pub(super) fn load(&mut self, bus: &mut impl Bus, address: u32, size: Size) -> TrapResult<u32> {
         self.load_as(bus, address, size, self.registers.is_privileged())
     }
 
-    /// Stores to `address`; wait states stall whoever needs the bus next (one
-    /// buffered store, TRM 3.5). May be unaligned.
+    /// Stores to `address`, which may be unaligned. Wait states delay only the next access to the
+    /// bus (one buffered store, TRM 3.5).
     #[inline(always)]
     pub(super) fn store(
         &mut self,
@@ -44,7 +44,7 @@ impl Cpu {
         self.store_as(bus, address, size, value, privileged)
     }
 
-    /// [`Self::load`] of a word for instructions that never allow unaligned
+    /// Does the same as [`Self::load`] for a word of an instruction that never allows unaligned
     /// addresses: LDM, LDRD, LDREX, VLDR.
     #[inline(always)]
     pub(super) fn load_aligned(
@@ -57,7 +57,7 @@ impl Cpu {
         self.load_unsplit(bus, address, size, self.registers.is_privileged())
     }
 
-    /// [`Self::store`] for instructions that never allow unaligned addresses.
+    /// Does the same as [`Self::store`] for instructions that never allow unaligned addresses.
     #[inline(always)]
     pub(super) fn store_aligned(
         &mut self,
@@ -71,7 +71,6 @@ impl Cpu {
         self.store_unsplit(bus, address, size, value, privileged)
     }
 
-    /// Loads from an aligned address.
     #[inline(always)]
     fn load_unsplit(
         &mut self,
@@ -110,7 +109,7 @@ impl Cpu {
         }
     }
 
-    /// What an access that was `trap_for_denied` comes to.
+    /// Returns the fault or stop that follows from a failed access.
     #[cold]
     fn trap_for_denied(
         &self,
@@ -127,7 +126,6 @@ impl Cpu {
         Trap::from_data_access(denied, access, self.registers.r[15])
     }
 
-    /// Stores to an aligned address.
     #[inline(always)]
     fn store_unsplit(
         &mut self,
@@ -178,7 +176,7 @@ impl Cpu {
         }
     }
 
-    /// A watched access ends the run once its instruction is over.
+    /// Checks an access against the watchpoints; a match ends the run once the instruction is over.
     #[cold]
     #[inline(never)]
     fn check_watchpoints(&mut self, address: u32, size: Size, is_write: bool) {
@@ -218,9 +216,8 @@ impl Cpu {
         written.map_err(|what| self.trap_for_denied(what.into(), address, size, Some(value)))
     }
 
-    /// Sizes of the aligned accesses that an unaligned one is split into
-    /// (TRM 3.3.2): a half-word into bytes, a word into half-words or into
-    /// byte, half-word, byte.
+    /// Returns the sizes of the aligned accesses that replace an unaligned one (TRM 3.3.2): a
+    /// half-word becomes bytes; a word becomes half-words, or byte, half-word, byte.
     fn split_sizes(address: u32, size: Size) -> &'static [Size] {
         match (size, address & 1) {
             (Size::Word, 0) => &[Size::Half, Size::Half],
@@ -237,7 +234,7 @@ impl Cpu {
         }
     }
 
-    /// Refuses an unaligned address.
+    /// Returns a fault if the address is unaligned.
     pub(super) fn check_aligned(address: u32, size: Size) -> TrapResult {
         if address & (size.bytes() - 1) != 0 {
             return Err(Fault::Unaligned.into());
@@ -253,7 +250,7 @@ impl Cpu {
         Ok(())
     }
 
-    /// [`Self::load`] with another privilege than the core's: LDRT and its kin.
+    /// Does the same as [`Self::load`] with a given privilege, for LDRT and similar instructions.
     #[inline(always)]
     pub(super) fn load_as(
         &mut self,
@@ -268,7 +265,7 @@ impl Cpu {
         self.load_unsplit(bus, address, size, privileged)
     }
 
-    /// [`Self::store`] with another privilege than the core's: STRT and its kin.
+    /// Does the same as [`Self::store`] with a given privilege, for STRT and similar instructions.
     #[inline(always)]
     pub(super) fn store_as(
         &mut self,
@@ -321,8 +318,8 @@ impl Cpu {
             self.store_unsplit(bus, at, *piece, value >> shift, privileged)?;
             shift += 8 * piece.bytes();
         }
-        // The write buffer hides the pieces; one that waits stalls the next,
-        // and with it the core, where a real core would go on.
+        // The write buffer hides the parts. A part that waits delays the next one and thus the
+        // core, whereas a real core would continue.
         Ok(())
     }
 }

@@ -1,26 +1,27 @@
-//! Bit-banding: each word of an alias region stands for one bit of memory (TRM 3.7).
+//! Converts accesses to bit-band aliases: each word of an alias region stands for one bit of memory
+//! (TRM 3.7).
 
 use super::bus::{AccessError, Bus, Size};
 use crate::chip::Cycle;
 
-/// The alias regions, 32 MiB each, by the upper seven bits of an address: 0x2200_0000 of
-/// SRAM, 0x4200_0000 of peripherals.
+/// Alias regions, 32 MiB each, by the upper seven bits of an address: 0x2200_0000 of SRAM,
+/// 0x4200_0000 of peripherals.
 const ALIASES: [u32; 2] = [0x2200_0000 >> 25, 0x4200_0000 >> 25];
 
-/// One bit of memory, as an access to its alias reaches it.
+/// Memory location and bit that an access to an alias reaches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Bit {
     /// Address of the access to memory, aligned to its size.
     pub address: u32,
-    /// Which bit of what lies there, 0 to 31.
+    /// Number of the bit within the accessed memory, 0 to 31.
     pub number: u32,
 }
 
 impl Bit {
-    /// The bit that an access of `size` to the alias at `address` reaches; `None` outside of
-    /// the alias regions, and beside a word's address: only what is aligned to words is
-    /// converted (Arm's knowledge base, article 103489860). Memory is accessed in the width
-    /// of the access to the alias (Cortex-M4 Devices Generic User Guide, 2.2.5).
+    /// Returns the bit that an access of `size` to the alias at `address` reaches. Returns `None`
+    /// outside the alias regions, and if the address is not that of a word: only word-aligned
+    /// accesses are converted (Arm's knowledge base, article 103489860). Memory is accessed with
+    /// the width of the access to the alias (Cortex-M4 Devices Generic User Guide, 2.2.5).
     #[inline]
     pub const fn from_alias(address: u32, size: Size) -> Option<Self> {
         let region = address >> 25;
@@ -35,21 +36,21 @@ impl Bit {
         })
     }
 
-    /// The bit in `memory`: 0 or 1.
+    /// Extracts the bit from `memory`: 0 or 1.
     pub const fn read_from(self, memory: u32) -> u32 {
         memory >> self.number & 1
     }
 
-    /// `memory` with bit 0 of `value` in its place.
+    /// Returns `memory` with the bit replaced by bit 0 of `value`.
     pub const fn written_to(self, memory: u32, value: u32) -> u32 {
         memory & !(1 << self.number) | (value & 1) << self.number
     }
 
-    /// Reads memory, then writes it with bit 0 of `value` in its place, from `at` on; gives
-    /// the wait states of both.
+    /// Reads memory, then writes it with the bit replaced by bit 0 of `value`, from `at` on.
+    /// Returns the wait states of both accesses.
     ///
     /// # Errors
-    /// As the two accesses.
+    /// The errors of the two accesses.
     #[inline(never)]
     pub fn write(
         self,
@@ -69,7 +70,8 @@ impl Bit {
 mod tests {
     use super::*;
 
-    /// TRM figure 3-2, and of peripherals the bit that ST's HAL switches the PLL on by.
+    /// Checks the examples of TRM figure 3-2, and the peripheral bit through which ST's HAL
+    /// switches the PLL on.
     #[test]
     fn a_word_of_an_alias_is_a_bit_in_the_width_of_its_access() {
         for (alias, size, address, number) in [

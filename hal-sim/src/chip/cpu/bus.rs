@@ -1,20 +1,20 @@
-//! What the core sees of the chip around it: memory, and time that goes on.
+//! Defines the core's view of the chip around it: memory, interrupt lines and the progress of time.
 
 use crate::chip::Cycle;
 
 /// Width of a data access.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Size {
-    /// 8 bits.
+    /// An access of 8 bits.
     Byte,
-    /// 16 bits.
+    /// An access of 16 bits.
     Half,
-    /// 32 bits.
+    /// An access of 32 bits.
     Word,
 }
 
 impl Size {
-    /// Number of bytes.
+    /// Returns the number of bytes.
     pub const fn bytes(self) -> u32 {
         match self {
             Self::Byte => 1,
@@ -24,14 +24,14 @@ impl Size {
     }
 }
 
-/// Something that nobody models; the run stops and names it.
+/// A feature that is not modelled; the run stops with an error that names it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Unmodelled(pub &'static str);
 
-/// What there is only where all that it takes is modelled.
+/// Result of an operation that fails if it needs a feature that is not modelled.
 pub type Modelled<T = ()> = Result<T, Unmodelled>;
 
-/// Stops the run with `what` if `unmodelled`.
+/// Returns an error that names `what` if `unmodelled`.
 #[inline]
 pub const fn refuse_if(unmodelled: bool, what: &'static str) -> Modelled {
     if unmodelled {
@@ -41,12 +41,12 @@ pub const fn refuse_if(unmodelled: bool, what: &'static str) -> Modelled {
     }
 }
 
-/// Why an access got no answer.
+/// Reason why an access failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AccessError {
-    /// The slave answers with an error: the core takes a bus fault.
+    /// The slave answers with an error, so the core takes a bus fault.
     Error,
-    /// Nobody models it.
+    /// The accessed feature is not modelled.
     Unmodelled(Unmodelled),
 }
 
@@ -56,10 +56,10 @@ impl From<Unmodelled> for AccessError {
     }
 }
 
-/// A word read, and the wait states beyond a zero-wait-state access.
+/// Data of a read, with the wait states beyond a zero-wait-state access.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ReadResult {
-    /// The data, zero-extended.
+    /// Data read, zero-extended.
     pub value: u32,
     /// Wait states, cycles.
     pub wait: u32,
@@ -68,13 +68,13 @@ pub struct ReadResult {
 /// Number of words that hold the interrupt lines (82 on the STM32F405).
 pub const LINE_WORDS: usize = 3;
 
-/// All but the private peripheral bus (0xE000_0000–0xE00F_FFFF), which is the
-/// core's own. Accesses come in the order of their cycles, naturally aligned.
+/// Everything except the core's private peripheral bus (0xE000_0000–0xE00F_FFFF). Accesses come in
+/// the order of their cycles, naturally aligned.
 pub trait Bus {
-    /// A data read of `size` at `address` whose data phase begins at `at`.
+    /// Reads `size` at `address`; the data phase begins at `at`.
     fn read(&mut self, address: u32, size: Size, at: Cycle) -> Result<ReadResult, AccessError>;
 
-    /// A data write; gives its wait states.
+    /// Writes data, and returns the wait states.
     fn write(
         &mut self,
         address: u32,
@@ -83,59 +83,58 @@ pub trait Bus {
         at: Cycle,
     ) -> Result<u32, AccessError>;
 
-    /// A data read without wait states, told apart from others in a few steps;
-    /// `None` where [`Self::read`] must look.
+    /// Reads data that have no wait states, by a fast check. Returns `None` if [`Self::read`] must
+    /// be used.
     fn read_without_wait(&self, _address: u32, _size: Size) -> Option<u32> {
         None
     }
 
-    /// A data write without wait states, told apart from others in a few
-    /// steps; otherwise does nothing, and [`Self::write`] must look.
+    /// Writes data that have no wait states, by a fast check. Does nothing and returns `false` if
+    /// [`Self::write`] must be used.
     fn write_without_wait(&mut self, _address: u32, _size: Size, _value: u32) -> bool {
         false
     }
 
-    /// The half-word of code at `address`, for decoding: no time passes.
+    /// Returns the half-word of code at `address`, for decoding; no time passes.
     fn read_code(&mut self, address: u32) -> Result<u16, AccessError>;
 
-    /// The core begins to need code of the 16-byte line at `line` (its address
-    /// / 16) at `at`; gives the wait states until it has it.
+    /// Fetches the 16-byte line of code `line` (its address / 16), requested at `at`. Returns the
+    /// wait states until the core has it.
     fn fetch(&mut self, line: u32, at: Cycle) -> u32;
 
-    /// Whether code at `address` can change by a plain write (RAM), so that it
-    /// must be decoded anew each time.
+    /// Returns whether a plain write can change the code at `address` (RAM), so that it must be
+    /// decoded each time.
     fn is_writable_code(&self, address: u32) -> bool;
 
-    /// Counts up when code in flash changed: decoded code is stale.
+    /// Returns a number that changes when code in flash has changed and decoded code is stale.
     fn code_version(&self) -> u32 {
         0
     }
 
-    /// Lets everything outside the core happen up to `to`.
+    /// Advances everything outside the core to cycle `to`.
     fn advance(&mut self, to: Cycle) -> Modelled;
 
-    /// Earliest cycle at which `advance` must be called: an interrupt line may
-    /// change then. An access can make it earlier, even now.
+    /// Returns the earliest cycle at which `advance` must be called, because an interrupt line may
+    /// change then. An access can make it earlier, even the present cycle.
     fn next_event(&self) -> Cycle;
 
-    /// Level of every interrupt line, line n in bit n % 32 of word n / 32.
+    /// Returns the level of every interrupt line; line n is bit n % 32 of word n / 32.
     fn interrupt_lines(&self) -> [u32; LINE_WORDS];
 
-    /// Level of the non-maskable interrupt (clock security, RM0090 section
-    /// 7.2.7).
+    /// Returns the level of the non-maskable interrupt (clock security, RM0090 section 7.2.7).
     fn nmi(&self) -> bool {
         false
     }
 
-    /// Whether the core's clock goes on while it sleeps, and the cycle counter with it.
+    /// Returns whether the core's clock, and with it the cycle counter, continues during sleep.
     fn clocks_sleeping_core(&self) -> bool {
         true
     }
 
-    /// The core asks for a system reset (AIRCR.SYSRESETREQ).
+    /// Requests a system reset, as the core does with AIRCR.SYSRESETREQ.
     fn request_reset(&mut self, at: Cycle);
 
-    /// A reset was asked for and not carried out yet: the run ends with
+    /// Returns whether a requested reset is pending: the run ends with
     /// [`crate::chip::cpu::Stop::Reset`].
     fn is_reset_requested(&self) -> bool {
         false

@@ -1,4 +1,4 @@
-//! The plainest chip around the core: code, RAM, no peripherals, for tests.
+//! A minimal chip around the core for tests: code memory and RAM, no peripherals.
 
 use super::Size;
 use super::bus::{AccessError, Bus, LINE_WORDS, Modelled, ReadResult};
@@ -6,22 +6,22 @@ use crate::chip::Cycle;
 use crate::chip::soc::Ram;
 use std::collections::VecDeque;
 
-/// Flash at 0x0800_0000 with its alias at 0, SRAM at 0x2000_0000, CCM at
-/// 0x1000_0000, as large as the STM32F405's. Everything else is a bus error.
-/// No wait states unless set; interrupt lines are the test's to set.
+/// Flash at 0x0800_0000 with its alias at 0, SRAM at 0x2000_0000, CCM at 0x1000_0000, with the
+/// sizes of the STM32F405. Everything else is a bus error. There are no wait states unless set; the
+/// test sets the interrupt lines.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Flat {
     /// Levels of the interrupt lines.
     pub lines: [u32; LINE_WORDS],
-    /// Levels that `lines` takes from a cycle on, ascending.
+    /// Levels that `lines` takes from a cycle on, in ascending order.
     pub schedule: VecDeque<(Cycle, [u32; LINE_WORDS])>,
     /// Cycle of the last request for a system reset.
     pub reset_requested: Option<Cycle>,
     /// Wait states of every data access to RAM.
     pub ram_wait: u32,
-    /// Wait states of a 16-byte line of code that is not the one fetched last.
+    /// Wait states of a 16-byte line of code other than the one fetched last.
     pub line_wait: u32,
-    /// The core's clock stops while it sleeps.
+    /// Whether the core's clock stops during sleep.
     pub stops_in_sleep: bool,
     flash: Ram,
     sram: Ram,
@@ -31,7 +31,7 @@ pub struct Flat {
 }
 
 impl Default for Flat {
-    /// All memory zero, no interrupt, no wait states.
+    /// Returns a chip with zeroed memory, no interrupts and no wait states.
     fn default() -> Self {
         Self {
             lines: [0; LINE_WORDS],
@@ -50,21 +50,21 @@ impl Default for Flat {
 }
 
 impl Flat {
-    /// Start of flash.
+    /// First address of flash.
     pub const FLASH: u32 = 0x0800_0000;
-    /// Start of SRAM.
+    /// First address of SRAM.
     pub const SRAM: u32 = 0x2000_0000;
-    /// Start of core-coupled RAM.
+    /// First address of the core-coupled RAM.
     pub const CCM: u32 = 0x1000_0000;
-    /// Bytes of flash.
+    /// Size of the flash, 1 MiB.
     pub const FLASH_BYTES: u32 = 1 << 20;
-    /// Bytes of SRAM.
+    /// Size of SRAM1 and SRAM2, 128 KiB.
     pub const SRAM_BYTES: u32 = 128 << 10;
-    /// Bytes of core-coupled RAM.
+    /// Size of the core-coupled RAM, 64 KiB.
     pub const CCM_BYTES: u32 = 64 << 10;
 
-    /// Copies `bytes` to `address` on, in flash or RAM; whatever was decoded
-    /// from flash is stale then. Says whether all of it fits one memory.
+    /// Copies `bytes` to `address` on, in flash or RAM, and invalidates decoded code. Returns
+    /// whether all bytes fit one memory.
     pub fn load(&mut self, address: u32, bytes: &[u8]) -> bool {
         self.version = self.version.wrapping_add(1);
         for (memory, base) in [
@@ -85,7 +85,7 @@ impl Flat {
         false
     }
 
-    /// The word at `address`, without time; `None` where no memory is.
+    /// Returns the word at `address` without passing time; `None` if there is no memory.
     pub fn word(&self, address: u32) -> Option<u32> {
         self.peek(address, Size::Word)
     }

@@ -1,19 +1,19 @@
-//! Operations: what an instruction does, with all that is fixed worked out.
+//! Defines decoded operations, with all constants already computed.
 
 use crate::chip::cpu::{Size, arithmetic, fpu};
 
-/// A register's number, 0–15.
+/// Number of a core register, 0–15.
 pub type Reg = u8;
 
-/// The carry that an immediate operand leaves.
+/// Carry flag after an immediate operand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CarryOut {
-    Kept,  // As it was
+    Kept,  // Unchanged
     Clear, // 0
     Set,   // 1
 }
 
-/// Kinds of shifts.
+/// Kind of a shift or rotation of an operand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ShiftKind {
     Lsl, // Logical left
@@ -26,14 +26,14 @@ pub enum ShiftKind {
 /// A shift by a constant: 0–31 for LSL, 1–32 for LSR and ASR, 1–31 for ROR.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shift {
-    /// Which way.
+    /// Direction and fill of the shift.
     pub kind: ShiftKind,
-    /// How far, bits.
+    /// Number of bits.
     pub amount: u8,
 }
 
 impl Shift {
-    /// No shift.
+    /// A shift that changes nothing.
     pub const NONE: Self = Self {
         kind: ShiftKind::Lsl,
         amount: 0,
@@ -48,8 +48,8 @@ pub enum Alu {
     Orr, // Or
     Orn, // Or not
     Eor, // Exclusive or
-    Mov, // The second operand
-    Mvn, // The second operand's complement
+    Mov, // Second operand
+    Mvn, // Complement of the second operand
     Add, // Sum
     Adc, // Sum with carry
     Sbc, // Difference with borrow
@@ -57,7 +57,7 @@ pub enum Alu {
     Rsb, // Second operand minus first
 }
 
-/// Data processing for the flags only.
+/// Data processing that only sets flags.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Test {
     Tst, // And
@@ -66,7 +66,7 @@ pub enum Test {
     Cmp, // Difference
 }
 
-/// What a load makes of memory.
+/// Width and extension of loaded data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Load {
     Word,       // Word
@@ -76,12 +76,12 @@ pub enum Load {
     SignedByte, // Byte, sign-extended
 }
 
-/// How a base and an offset make an address.
+/// Use of an offset for the address and the base register.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Index {
     Offset, // Base plus offset; the base stays
-    Pre,    // Base plus offset, which becomes the base
-    Post,   // Base, which moves by the offset afterwards
+    Pre,    // Base plus offset, which also becomes the new base
+    Post,   // Base; the offset is added to the base afterwards
 }
 
 /// 16-bit extensions and reversals.
@@ -96,12 +96,11 @@ pub enum Rearrange {
     Revsh, // Reverse the bytes of the lower half-word, sign-extended
 }
 
-/// An operation. Variants without a shift, a choice of the operator or a
-/// special register are the frequent ones: their destination is never R13 or
-/// R15, so that they need not look. 12 bytes.
+/// A decoded operation, 12 bytes. The frequent operations are variants without a shift, an operator
+/// or a special register; their destination is never R13 or R15, so that they need no check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[rustfmt::skip]
-#[allow(missing_docs)] // d, n, m, t are the manual's registers; imm its constant
+#[allow(missing_docs)] // d, n, m, t are the manual's registers; imm is its constant
 pub enum Op {
     Missing, // Not decoded yet
     MovImm { d: Reg, imm: u32 },
@@ -152,9 +151,9 @@ pub enum Op {
     LoadReg { kind: Load, t: Reg, n: Reg, m: Reg, shift: u8 },
     StoreReg { size: Size, t: Reg, n: Reg, m: Reg, shift: u8 },
     LoadLiteral { kind: Load, t: Reg, address: u32 },
-    /// Pre- or post-indexed.
+    /// Load with pre- or post-indexed address.
     LoadIndexed { kind: Load, t: Reg, n: Reg, index: Index, imm: u32 },
-    /// Pre- or post-indexed.
+    /// Store with pre- or post-indexed address.
     StoreIndexed { size: Size, t: Reg, n: Reg, index: Index, imm: u32 },
     LoadUnprivileged { kind: Load, t: Reg, n: Reg, imm: u8 },
     StoreUnprivileged { size: Size, t: Reg, n: Reg, imm: u8 },
@@ -169,7 +168,7 @@ pub enum Op {
     StoreExclusive { size: Size, d: Reg, t: Reg, n: Reg, imm: u16 },
     ClearExclusive,
 
-    /// `refill`: cycles of the pipeline's refill at the target.
+    /// B without condition; `refill` is the cycles of the pipeline's refill at the target.
     Branch { refill: u8, target: u32 },
     BranchIf { condition: u8, refill: u8, target: u32 },
     BranchLink { refill: u8, target: u32 },
@@ -197,13 +196,13 @@ pub enum Op {
     DataBarrier, // DMB, DSB
     InstructionBarrier, // ISB
     Undefined, // UNDEFINED by the architecture
-    NoCoprocessor, // Of a coprocessor that this core lacks
-    Unpredictable, // UNPREDICTABLE by the architecture: the run stops
+    NoCoprocessor, // For a coprocessor that this core lacks
+    Unpredictable, // UNPREDICTABLE by the architecture: stops the run
 }
 
 impl Op {
-    /// The same operation leaving the flags alone: what a 16-bit instruction
-    /// does inside an IT block (Arm ARM A7.3.2, `setflags = !InITBlock()`).
+    /// Returns the same operation without a change of the flags, as a 16-bit instruction behaves
+    /// inside an IT block (Arm ARM A7.3.2, `setflags = !InITBlock()`).
     #[rustfmt::skip]
     pub fn without_flags(self) -> Self {
         match self {

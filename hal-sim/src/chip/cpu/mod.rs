@@ -1,9 +1,9 @@
-//! A Cortex-M4F: ARMv7E-M Thumb-2, DSP and FPv4-SP, with its cycles.
+//! Simulates a Cortex-M4F: ARMv7E-M Thumb-2, DSP and FPv4-SP, with its cycles.
 //!
-//! `decode` and `execute` are the instructions, `arithmetic` and `fpu` two
-//! families of them, `access` and `bit_band` their way to memory, `timing` their cycles;
-//! `exception` and `system` (NVIC, SCB, SysTick, MPU, DWT, FPU control) the
-//! rest of the core. In: a `Bus`. Out: accesses in the order of their cycles.
+//! `decode` and `execute` handle instructions, `arithmetic` and `fpu` two families of them,
+//! `access` and `bit_band` their access to memory, `timing` their cycles; `exception` and `system`
+//! (NVIC, SCB, SysTick, MPU, DWT, FPU control) are the rest of the core. In: a `Bus`. Out: accesses
+//! in the order of their cycles.
 
 mod access;
 pub(crate) mod arithmetic;
@@ -31,54 +31,52 @@ pub use stop::{Access, Fault, Stop, Trap, TrapResult};
 
 use super::Cycle;
 
-/// The core: registers, private peripherals, and where it is in time. By
-/// default it has power but was not reset yet.
+/// The core: registers, private peripherals, and its time. The default is a core that has power but
+/// was not reset yet.
 #[derive(Clone, Debug, Default)]
 pub struct Cpu {
-    /// R0–R15, flags, masks, S0–S31.
+    /// Core registers R0–R15, flags, masks, S0–S31.
     pub registers: Registers,
-    /// Cycles gone since power-on, sleep included.
+    /// Cycles since power-on, including sleep.
     pub cycle: Cycle,
-    /// Instructions completed since power-on; one that fails its condition
-    /// counts.
+    /// Instructions completed since power-on, including those whose condition failed.
     pub instructions: u64,
     /// Private peripherals and the state of exceptions.
     pub system: system::System,
     decoded: decode::Cache,
     pipeline: timing::Pipeline,
-    /// Cycle at which the loop must look up: an event, or something changed.
+    /// Cycle at which the loop must check for events or changes.
     deadline: Cycle,
-    /// WFI or WFE waits.
+    /// Whether the core waits in WFI or WFE.
     asleep: bool,
-    /// Exception number that observers know of, unless one was entered since.
+    /// Exception number last reported to observers, unless an exception was entered since.
     context: u16,
     entered: bool,
-    /// The exclusive monitor is set (LDREX).
+    /// Whether the exclusive monitor is set (LDREX).
     exclusive: bool,
-    /// What an encoding does that the architecture leaves open.
+    /// Behaviour for encodings that the architecture leaves open.
     pub open: Open,
-    /// It locked up, or a debugger holds it: time goes by without it.
+    /// Whether the core locked up or a debugger holds it: time passes without it.
     stands: bool,
 }
 
-/// What becomes of an UNPREDICTABLE encoding. No program has any: who breaks one on
-/// purpose says what follows.
+/// Behaviour for an UNPREDICTABLE encoding. No correct program contains one; a test that corrupts a
+/// program chooses the behaviour.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Open {
     /// The run ends.
     #[default]
     Stops,
-    /// It is UNDEFINED, and locking up is no end of the run either: the core stands
-    /// until a reset.
+    /// The encoding is UNDEFINED. A lock-up does not end the run either: the core stands until a
+    /// reset.
     Undefined,
-    /// It does nothing; the core stands, likewise.
+    /// The encoding does nothing; in a lock-up the core stands until a reset.
     Nothing,
 }
 
 impl Cpu {
-    /// Whether both do the same from now on: registers, private peripherals and pipeline.
-    /// What is decoded or counted for people is no state, nor what follows an encoding that
-    /// no program has.
+    /// Returns whether both cores behave the same from now on: registers, private peripherals and
+    /// pipeline are equal. Decoded code, statistics and `open` do not count.
     #[must_use]
     pub fn is_equivalent_to(&self, other: &Self) -> bool {
         (self.cycle, self.asleep, self.exclusive, self.stands)

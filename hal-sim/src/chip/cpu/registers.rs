@@ -1,50 +1,50 @@
-//! The core's registers (Arm ARM DDI 0403, B1.4).
+//! Defines the core's registers (Arm ARM DDI 0403, B1.4).
 
 /// Condition flags and Q, as bits of APSR.
 pub mod flag {
-    /// Negative.
+    /// Negative result.
     pub const N: u32 = 1 << 31;
-    /// Zero.
+    /// Zero result.
     pub const Z: u32 = 1 << 30;
-    /// Carry.
+    /// Carry, or no borrow.
     pub const C: u32 = 1 << 29;
-    /// Overflow.
+    /// Signed overflow.
     pub const V: u32 = 1 << 28;
     /// Saturation, sticky.
     pub const Q: u32 = 1 << 27;
-    /// The four greater-or-equal bits.
+    /// The four greater-or-equal bits of parallel arithmetic.
     pub const GE: u32 = 0xF << 16;
 }
 
 /// Core and floating-point registers.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Registers {
-    /// R0–R15. R13 is the stack pointer in use; R15 is the address of the
-    /// instruction being executed (not +4), always even.
+    /// Registers R0–R15. R13 is the stack pointer in use; R15 is the address of the instruction
+    /// being executed (not +4), always even.
     pub r: [u32; 16],
-    /// The stack pointer not in use: PSP while R13 is MSP, and the other way.
+    /// Stack pointer not in use: PSP while R13 is MSP, and vice versa.
     pub other_sp: u32,
     /// N, Z, C, V, Q, GE at their places in APSR; all other bits zero.
     pub apsr: u32,
     /// IT state (ITSTATE\[7:0\]), 0 outside an IT block.
     pub it: u8,
-    /// Exception number, IPSR.
+    /// Exception number, as in IPSR; 0 in thread mode.
     pub exception: u16,
-    /// PRIMASK, bit 0.
+    /// Bit 0 of PRIMASK: masks all exceptions with a configurable priority.
     pub primask: bool,
-    /// FAULTMASK, bit 0.
+    /// Bit 0 of FAULTMASK: masks all exceptions except NMI.
     pub faultmask: bool,
-    /// BASEPRI, 0 or a priority; the upper four bits count.
+    /// Value of BASEPRI: 0, or a priority of which the upper four bits count.
     pub basepri: u8,
-    /// CONTROL: bit 0 nPRIV, bit 1 SPSEL, bit 2 FPCA.
+    /// Value of CONTROL: bit 0 nPRIV, bit 1 SPSEL, bit 2 FPCA.
     pub control: u8,
-    /// S0–S31.
+    /// Floating-point registers S0–S31.
     pub s: [u32; 32],
-    /// FPSCR.
+    /// Floating-point status and control register, FPSCR.
     pub fpscr: u32,
 }
 
-/// CONTROL bits.
+/// Bits of CONTROL.
 pub mod control {
     /// Thread mode is unprivileged.
     pub const NPRIV: u8 = 1;
@@ -55,12 +55,12 @@ pub mod control {
 }
 
 impl Registers {
-    /// R13 is PSP now (thread mode with SPSEL).
+    /// Returns whether R13 is PSP now (thread mode with SPSEL).
     pub const fn uses_psp(&self) -> bool {
         self.exception == 0 && self.control & control::SPSEL != 0
     }
 
-    /// Main stack pointer.
+    /// Returns the main stack pointer.
     pub const fn msp(&self) -> u32 {
         if self.uses_psp() {
             self.other_sp
@@ -69,7 +69,7 @@ impl Registers {
         }
     }
 
-    /// Process stack pointer.
+    /// Returns the process stack pointer.
     pub const fn psp(&self) -> u32 {
         if self.uses_psp() {
             self.r[13]
@@ -78,7 +78,7 @@ impl Registers {
         }
     }
 
-    /// Handler mode, or thread mode without nPRIV.
+    /// Returns whether the core is in handler mode, or in thread mode without nPRIV.
     pub const fn is_privileged(&self) -> bool {
         self.exception != 0 || self.control & control::NPRIV == 0
     }

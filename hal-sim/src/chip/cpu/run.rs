@@ -1,4 +1,4 @@
-//! The loop: instructions, events, exceptions, sleep.
+//! Runs the core: instructions, events, exceptions, sleep.
 
 use super::decode::{Cache, Entry};
 use super::instruction::Op;
@@ -6,31 +6,30 @@ use super::timing::PipelineState;
 use super::{Bus, Cpu, Open, Stop, Trap, TrapResult};
 use crate::chip::Cycle;
 
-/// What the core runs.
+/// Thread mode or exception that the core executes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Context {
     /// Exception number; 0 is thread mode.
     pub number: u16,
-    /// How many exceptions are active, this one included.
+    /// Number of active exceptions, including this one.
     pub depth: u32,
-    /// It begins; otherwise what followed has returned to it.
+    /// Whether the exception begins; otherwise another one has returned to it.
     pub entered: bool,
 }
 
-/// Looks on while the core runs; whatever it leaves out costs nothing.
+/// Observer of a running core; unimplemented methods cost nothing.
 pub trait Observer {
-    /// The instruction at `pc` took `cycles`, up to the cycle `at`, and left
-    /// the stack pointer in use at `sp`.
+    /// Reports that the instruction at `pc` took `cycles`, up to cycle `at`, and left `sp` as the
+    /// stack pointer in use.
     fn instruction(&mut self, _pc: u32, _cycles: Cycle, _at: Cycle, _sp: u32) {}
 
-    /// From `at` on the core runs `context`; entry or return have passed.
+    /// Reports that the core executes `context` from `at` on, after the entry or return.
     fn context(&mut self, _context: Context, _at: Cycle) {}
 
-    /// The core slept from one cycle to another.
+    /// Reports that the core slept between two cycles.
     fn asleep(&mut self, _from: Cycle, _to: Cycle) {}
 
-    /// Whether to stop before the instruction at `pc`
-    /// ([`Stop::Breakpoint`]).
+    /// Returns whether to stop before the instruction at `pc` ([`Stop::Breakpoint`]).
     fn stops_before(&mut self, _pc: u32) -> bool {
         false
     }
@@ -39,16 +38,16 @@ pub trait Observer {
 impl Observer for () {}
 
 impl Cpu {
-    /// Runs until `until` is reached (passed by at most one instruction or
-    /// exception entry). Sleep is skipped to the next event.
+    /// Runs until cycle `until` is reached, which one instruction or exception entry may exceed.
+    /// Sleep is skipped to the next event.
     pub fn run(&mut self, bus: &mut impl Bus, until: Cycle) -> Result<(), Stop> {
         self.run_observed(bus, until, &mut ())
     }
 
-    /// [`Self::run`] with someone looking on.
+    /// Does the same as [`Self::run`] with an observer.
     ///
     /// # Errors
-    /// [`Stop`]; after a breakpoint, `step` goes on.
+    /// Returns [`Stop`]; after a breakpoint, `step` continues.
     pub fn run_observed(
         &mut self,
         bus: &mut impl Bus,
@@ -65,8 +64,8 @@ impl Cpu {
         }
     }
 
-    /// Lends the decoded code out of the core, so that an instruction can be
-    /// executed where it is kept.
+    /// Takes the decoded code out of the core for the call, so that instructions can be executed
+    /// without copying them.
     fn with_decoded<T>(&mut self, run: impl FnOnce(&mut Self, &mut Cache) -> T) -> T {
         let mut decoded = std::mem::take(&mut self.decoded);
         let done = run(self, &mut decoded);
@@ -104,14 +103,14 @@ impl Cpu {
         }
     }
 
-    /// Executes exactly one instruction or takes one exception; asleep, goes
-    /// on to the next event.
+    /// Executes exactly one instruction or takes one exception; during sleep, advances to the next
+    /// event.
     pub fn step(&mut self, bus: &mut impl Bus) -> Result<(), Stop> {
         if self.stands {
             return self.advance_halted(bus, self.cycle + 1);
         }
         let until = match self.next_event(bus) {
-            Cycle::MAX => 0, // nothing will ever wake it
+            Cycle::MAX => 0, // nothing will ever wake the core
             event if self.asleep => event,
             _ => 0,
         };
@@ -127,26 +126,25 @@ impl Cpu {
         self.stop_if_watched()
     }
 
-    /// The debugger's comparators stop the core after the instruction whose access they
-    /// matched.
+    /// Stops the core after an instruction whose access matched a watchpoint.
     fn stop_if_watched(&mut self) -> Result<(), Stop> {
         let pc = self.registers.r[15];
         let hit = self.system.take_hit();
         hit.map_or(Ok(()), |hit| Err(Stop::Watchpoint { pc, hit }))
     }
 
-    /// Halts the core, or lets it go on; time goes by all the same. SysTick does not
-    /// count meanwhile (Arm ARM B3.3.1).
+    /// Halts the core or lets it continue; time passes in either case. SysTick does not count
+    /// meanwhile (Arm ARM B3.3.1).
     pub fn set_halted(&mut self, halted: bool) {
         self.stands = halted;
         self.system.hold_systick(halted, self.cycle);
     }
 
-    /// Goes on at `target` as BX does, which returns from an exception if that is what
-    /// `target` says, and is a fault if bit 0 is clear.
+    /// Branches to `target` as BX does: returns from an exception if `target` is an EXC_RETURN
+    /// value, and faults if bit 0 is clear.
     ///
     /// # Errors
-    /// As [`Self::step`].
+    /// The errors of [`Self::step`].
     pub fn jump(&mut self, bus: &mut impl Bus, target: u32) -> Result<(), Stop> {
         match self.branch_exchange(bus, target) {
             Ok(next) => {
@@ -157,7 +155,7 @@ impl Cpu {
         }
     }
 
-    /// Time up to `until` without the core: what pends goes on pending.
+    /// Passes time up to `until` without the core; pending exceptions stay pending.
     fn advance_halted(&mut self, bus: &mut impl Bus, until: Cycle) -> Result<(), Stop> {
         while self.cycle < until && !bus.is_reset_requested() {
             self.cycle = bus.next_event().max(self.cycle + 1).min(until);
@@ -170,18 +168,18 @@ impl Cpu {
         Ok(())
     }
 
-    /// Whether the core sleeps (WFI, WFE).
+    /// Returns whether the core sleeps (WFI, WFE).
     pub const fn is_asleep(&self) -> bool {
         self.asleep
     }
 
-    /// Earliest event inside or outside the core.
+    /// Returns the earliest event inside or outside the core.
     fn next_event(&self, bus: &impl Bus) -> Cycle {
         bus.next_event().min(self.system.next_event())
     }
 
-    /// Lets happen what is due, takes what is pending, sleeps; sets the next
-    /// deadline. Says whether an exception was taken.
+    /// Processes due events, takes pending exceptions, sleeps, and sets the next deadline. Returns
+    /// whether an exception was taken.
     #[inline(never)]
     fn service(
         &mut self,
@@ -191,7 +189,7 @@ impl Cpu {
     ) -> Result<bool, Stop> {
         self.asleep |= self.system.take_sleep_on_exit();
         let mut entered = self.enter_pending(bus)?;
-        // A reset ends sleep, whatever is masked: the watchdog needs no interrupt.
+        // A reset ends sleep regardless of masks: the watchdog needs no interrupt.
         while self.asleep && self.cycle < until && !bus.is_reset_requested() {
             let (from, next) = (self.cycle, self.next_event(bus).max(self.cycle + 1));
             self.cycle = next.min(until);
@@ -219,7 +217,7 @@ impl Cpu {
         Ok(entered)
     }
 
-    /// Takes what is pending, which may wake the core.
+    /// Takes the pending exception, if one pre-empts, which may wake the core.
     fn enter_pending(&mut self, bus: &mut impl Bus) -> Result<bool, Stop> {
         if self.take_pending(bus)? {
             self.asleep = false;
@@ -232,7 +230,7 @@ impl Cpu {
         Ok(false)
     }
 
-    /// The instruction at R15.
+    /// Executes the instruction at R15.
     #[inline(always)]
     fn execute_next(
         &mut self,
@@ -269,12 +267,12 @@ impl Cpu {
         }
     }
 
-    /// An instruction with the condition of its place in an IT block; 16-bit
-    /// ones leave the flags alone there (Arm ARM A7.3.2).
+    /// Executes an instruction in an IT block with its condition; 16-bit instructions leave the
+    /// flags unchanged there (Arm ARM A7.3.2).
     #[inline(never)]
     fn execute_in_it_block(&mut self, bus: &mut impl Bus, entry: Entry) -> TrapResult<u32> {
         let value = self.registers.it;
-        // What returns from an exception brings an IT state of its own.
+        // An exception return restores an IT state of its own.
         self.registers.it = if value & 7 == 0 {
             0
         } else {

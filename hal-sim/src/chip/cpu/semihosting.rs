@@ -1,11 +1,11 @@
-//! Semihosting (Arm IHI 0030): what a program asks of the host by BKPT 0xAB,
-//! as far as the bench image and test programs do. Files live in memory.
+//! Implements semihosting (Arm IHI 0030), requests of a program to the host by BKPT 0xAB, as far as
+//! the bench image and test programs use it. Files are kept in memory.
 
 use super::bus::AccessError;
 use super::{Access, Bus, Cpu, Fault, Size, Stop, TrapResult};
 use std::collections::BTreeMap;
 
-/// BKPT's immediate.
+/// Immediate of BKPT that requests semihosting.
 const BREAKPOINT: u8 = 0xAB;
 
 /// Operation numbers, in R0.
@@ -20,23 +20,23 @@ mod operation {
     pub const EXIT_EXTENDED: u32 = 0x20;
 }
 
-/// The reason of an exit that is no failure (ADP_Stopped_ApplicationExit).
+/// Reason of an exit without failure (ADP_Stopped_ApplicationExit).
 const APPLICATION_EXIT: u32 = 0x2_0026;
-/// What OPEN and CLOSE return in R0 for "no".
+/// Value in R0 after an OPEN or CLOSE that failed.
 const REFUSED: u32 = u32::MAX;
-/// OPEN's name for the console.
+/// File name of the console in OPEN.
 const CONSOLE: &[u8] = b":tt";
 /// Longest name of a file, bytes.
 const LONGEST_NAME: u32 = 256;
 
-/// What the program printed and wrote.
+/// Output of the program: console and files.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Semihosting {
-    /// Everything written to the console, in order.
+    /// All bytes written to the console, in order.
     pub console: Vec<u8>,
     /// Contents of the files written, by name.
     pub files: BTreeMap<String, Vec<u8>>,
-    /// What handle n + 1 stands for; `None` once closed.
+    /// Console or file behind handle n + 1; `None` once closed.
     open: Vec<Option<Handle>>,
 }
 
@@ -47,7 +47,7 @@ enum Handle {
 }
 
 impl Semihosting {
-    /// Modes 4–7 truncate, 8–11 append; reading (0–3) is refused but for the
+    /// Opens a file. Modes 4–7 truncate, 8–11 append; reading (0–3) is refused except for the
     /// console.
     fn open(&mut self, name: &[u8], mode: u32) -> u32 {
         let handle = if name == CONSOLE {
@@ -79,7 +79,7 @@ impl Semihosting {
         }
     }
 
-    /// Gives the number of bytes not written.
+    /// Writes to a handle; returns the number of bytes not written.
     fn write(&mut self, number: u32, bytes: &[u8]) -> u32 {
         let sink = match self.handle(number).and_then(|handle| handle.clone()) {
             Some(Handle::Console) => &mut self.console,
@@ -92,11 +92,12 @@ impl Semihosting {
 }
 
 impl Cpu {
-    /// BKPT `immediate`: semihosting if it is 0xAB and semihosting is on; else the core stops
-    /// where a debugger is attached, and [`Fault::Breakpoint`] where none is. Takes no time.
+    /// Executes BKPT `immediate`, which takes no time. If it is 0xAB and semihosting is on, carries
+    /// out the request. Otherwise the core stops if a debugger is attached, and takes
+    /// [`Fault::Breakpoint`] if not.
     ///
     /// # Errors
-    /// [`Trap`]: the program ended, or asked what nobody models.
+    /// Returns [`Trap`] if the program ended, or made a request that is not modelled.
     pub(super) fn breakpoint(&mut self, bus: &mut impl Bus, immediate: u8) -> TrapResult {
         let host = match immediate {
             BREAKPOINT => self.system.semihosting.take(),
@@ -117,7 +118,7 @@ impl Cpu {
         Ok(())
     }
 
-    /// The new R0, if it changes.
+    /// Carries out a request; returns the new R0, if it changes.
     fn call_host(
         &mut self,
         bus: &mut impl Bus,
@@ -182,7 +183,7 @@ impl Cpu {
             .collect()
     }
 
-    /// Up to the first zero.
+    /// Reads the program's text from `start` up to the first zero.
     fn guest_text(&self, bus: &mut impl Bus, start: u32) -> Result<Vec<u8>, Stop> {
         let mut text = vec![];
         let mut address = start;

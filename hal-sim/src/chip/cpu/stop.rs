@@ -1,12 +1,12 @@
-//! Why an instruction, or the whole run, did not go on.
+//! Defines the reasons why an instruction, or the whole run, did not continue.
 
 use super::bus::{AccessError, Size, Unmodelled};
 use super::system::WatchpointHit;
 use crate::chip::names;
 use std::fmt;
 
-/// A synchronous fault of an instruction, taken as an exception (Arm ARM
-/// B1.5.14, B3.2.15). The return address is the faulting instruction.
+/// A synchronous fault of an instruction, taken as an exception (Arm ARM B1.5.14, B3.2.15). The
+/// return address is that of the faulting instruction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
     /// An instruction that the architecture defines as UNDEFINED (UDF).
@@ -21,7 +21,7 @@ pub enum Fault {
     Unaligned,
     /// Division by zero with CCR.DIV_0_TRP.
     DivideByZero,
-    /// Precise data bus error.
+    /// Precise data bus error, at this address.
     DataBus(u32),
     /// Bus error of a fetch.
     InstructionBus,
@@ -37,22 +37,22 @@ pub enum Fault {
     UnstackingBus,
     /// MPU violation while unstacking.
     UnstackingAccess,
-    /// MPU violation or bus error during lazy stacking (MLSPERR, LSPERR).
+    /// MPU violation during lazy stacking (MLSPERR).
     LazyStackingAccess,
-    /// Bus error during lazy stacking.
+    /// Bus error during lazy stacking (LSPERR).
     LazyStackingBus,
-    /// BKPT without a debugger and without semihosting: escalates.
+    /// BKPT without a debugger and without semihosting: escalates to a hard fault.
     Breakpoint,
 }
 
-/// A data access, as the core asked for it.
+/// A data access, as the core requested it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Access {
-    /// Its address.
+    /// Address of the first byte.
     pub address: u32,
-    /// Its width.
+    /// Width of the access.
     pub size: Size,
-    /// What was to be written; `None`: it reads.
+    /// Value to write; `None` for a read.
     pub written: Option<u32>,
 }
 
@@ -74,77 +74,77 @@ impl fmt::Display for Access {
     }
 }
 
-/// Why the run ended.
+/// Reason why the run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Stop {
-    /// An access that nobody models.
+    /// The program used a feature of memory or a peripheral that the simulator does not model.
     #[error("{what} is not modelled: {access} by the instruction at {pc:#010x}")]
     Access {
-        /// Which data.
+        /// The data access.
         access: Access,
         /// Address of the instruction.
         pc: u32,
-        /// What is missing.
+        /// Name of the feature that is not modelled.
         what: &'static str,
     },
-    /// An instruction that the core does not model, or whose behaviour the
-    /// architecture leaves open.
+    /// An instruction that the core does not model, or whose behaviour the architecture leaves
+    /// open.
     #[error("instruction {instruction:#010x} at {pc:#010x}: {what}")]
     Instruction {
-        /// First half-word in the upper half for a 32-bit instruction; a
-        /// 16-bit one in the lower half.
+        /// Code of the instruction: a 32-bit instruction has its first half-word in the upper half,
+        /// a 16-bit instruction is in the lower half.
         instruction: u32,
-        /// Its address.
+        /// Address of the instruction.
         pc: u32,
-        /// What is wrong with it.
+        /// Description of the problem.
         what: &'static str,
     },
-    /// Behaviour outside the core that nobody models.
+    /// Behaviour outside the core that is not modelled.
     #[error("{what} (at {pc:#010x})")]
     Outside {
-        /// Where the core was.
+        /// Program counter at that time.
         pc: u32,
-        /// What happened.
+        /// Description of the behaviour.
         what: &'static str,
     },
     /// A fault in a fault handler: the core locked up.
     #[error("the core locked up at {pc:#010x}")]
     LockUp {
-        /// Where.
+        /// Program counter at the lock-up.
         pc: u32,
     },
     /// A breakpoint set by the debugger was reached.
     #[error("breakpoint at {pc:#010x}")]
     Breakpoint {
-        /// Where.
+        /// Address of the instruction that was about to execute.
         pc: u32,
     },
     /// An instruction accessed data that the debugger watches.
     #[error("watchpoint at {:#010x}, before {pc:#010x}", hit.address)]
     Watchpoint {
-        /// The next instruction.
+        /// Address of the next instruction.
         pc: u32,
-        /// The access.
+        /// The access that matched.
         hit: WatchpointHit,
     },
     /// BKPT, with a debugger attached.
     #[error("BKPT at {pc:#010x}")]
     BreakpointInstruction {
-        /// Where.
+        /// Address of the BKPT instruction.
         pc: u32,
     },
-    /// The chip is to be reset.
+    /// The chip requests a reset.
     #[error("reset at {pc:#010x}")]
     Reset {
-        /// Where the core was.
+        /// Program counter at that time.
         pc: u32,
     },
-    /// The program ended itself through semihosting.
+    /// The program ended itself through semihosting, with this status.
     #[error("the program ended with status {0}")]
     Exit(u32),
 }
 
-/// Why an instruction did not complete.
+/// Reason why an instruction did not complete.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Trap {
     /// The core takes a fault exception.
@@ -153,7 +153,7 @@ pub enum Trap {
     Stop(Stop),
 }
 
-/// What an instruction gives that may not complete.
+/// Result of an instruction that may not complete.
 pub type TrapResult<T = ()> = Result<T, Trap>;
 
 impl From<Fault> for Trap {
@@ -169,7 +169,7 @@ impl From<Stop> for Trap {
 }
 
 impl Trap {
-    /// What `access` by the instruction at `pc` that was `denied` comes to.
+    /// Returns the fault or stop that follows from a failed `access` of the instruction at `pc`.
     pub const fn from_data_access(denied: AccessError, access: Access, pc: u32) -> Self {
         match denied {
             AccessError::Error => Self::Fault(Fault::DataBus(access.address)),

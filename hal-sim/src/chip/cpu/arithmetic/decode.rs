@@ -1,12 +1,11 @@
-//! Bits to operations (Arm ARM A5.3.12–A5.3.17).
+//! Decodes 32-bit register arithmetic (Arm ARM A5.3.12–A5.3.17).
 
 use super::{
     Extend, Lanes, LongMultiply, Multiply, NONE, Op, Prefix, Reverse, Saturating, Shift,
     ThreeRegisters,
 };
 
-/// Decodes; `None` for what the architecture leaves UNDEFINED or
-/// UNPREDICTABLE.
+/// Decodes an instruction; returns `None` if the architecture leaves it UNDEFINED or UNPREDICTABLE.
 pub fn decode(first: u16, second: u16) -> Option<Op> {
     let registers = ThreeRegisters {
         d: (second >> 8 & 15) as u8,
@@ -23,7 +22,7 @@ pub fn decode(first: u16, second: u16) -> Option<Op> {
     }
 }
 
-/// Neither the stack pointer nor the program counter.
+/// Returns whether the register is neither the stack pointer nor the program counter.
 const fn is_general(register: u8) -> bool {
     register != 13 && register != 15
 }
@@ -93,9 +92,10 @@ fn parallel_or_other(first: u16, second: u16, top: u8, x: ThreeRegisters) -> Opt
     Some(Op::Parallel(prefix, lanes, x))
 }
 
-/// `op` is bits 6:4 of the first half-word, `sub` bits 7:4 of the second.
+/// Decodes miscellaneous operations. `op` is bits 6:4 of the first half-word, `sub` bits 7:4 of the
+/// second.
 fn other(op: u16, sub: u16, x: ThreeRegisters) -> Option<Op> {
-    // The operand is encoded twice; anything else is UNPREDICTABLE.
+    // The operand is encoded twice; different values are UNPREDICTABLE.
     let twice = x.n == x.m;
     let saturating = |kind| Some(Op::Saturating(kind, x));
     let reverse = |kind| twice.then_some(Op::Reverse(kind, x));

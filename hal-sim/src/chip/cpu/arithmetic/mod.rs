@@ -1,9 +1,9 @@
-//! 32-bit register arithmetic: everything whose first half-word is
-//! 0xFA00–0xFBFF. Shifts by register, extensions, parallel and saturating
-//! arithmetic, SEL, REV, CLZ; multiplications and divisions of all kinds.
+//! Executes 32-bit register arithmetic: all instructions whose first half-word is 0xFA00–0xFBFF.
+//! These are shifts by register, extensions, parallel and saturating arithmetic, SEL, REV, CLZ, and
+//! all multiplications and divisions.
 //!
-//! In: a decoded `Op` and the registers. Out: registers, Q, GE, flags, cycles.
-//! No instruction here touches memory, R13 or R15.
+//! In: a decoded `Op` and the registers. Out: registers, Q, GE, flags, cycles. No instruction here
+//! accesses memory, R13 or R15.
 
 mod decode;
 mod divide;
@@ -19,10 +19,10 @@ pub use decode::decode;
 pub use multiply::{LongMultiply, Multiply};
 pub use parallel::{Lanes, Prefix};
 
-/// Destination and two operands, as register numbers 0–12 and 14.
+/// Numbers of destination and operand registers, 0–12 and 14.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ThreeRegisters {
-    /// Destination.
+    /// Destination register.
     pub d: u8,
     /// First operand.
     pub n: u8,
@@ -30,7 +30,7 @@ pub struct ThreeRegisters {
     pub m: u8,
 }
 
-/// Which way a register is shifted.
+/// Kind of a shift by a register.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shift {
     Left,       // Logical shift left
@@ -39,18 +39,18 @@ pub enum Shift {
     Rotate,     // Rotation right
 }
 
-/// What part of a register is extended.
+/// Part of a register that is extended to 32 bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Extend {
     SignedByte,    // A byte, with its sign
-    UnsignedByte,  // A byte
+    UnsignedByte,  // A byte, with zeros
     SignedHalf,    // A half-word, with its sign
-    UnsignedHalf,  // A half-word
+    UnsignedHalf,  // A half-word, with zeros
     SignedBytes,   // Bytes 0 and 2, each to a half-word, with its sign
-    UnsignedBytes, // Bytes 0 and 2, each to a half-word
+    UnsignedBytes, // Bytes 0 and 2, each to a half-word, with zeros
 }
 
-/// Order of bits or bytes.
+/// Reversal of bits or bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reverse {
     Word,       // REV: bytes of the word
@@ -65,41 +65,41 @@ pub enum Saturating {
     Add,            // QADD
     DoubleAdd,      // QDADD: the second addend is doubled, with saturation
     Subtract,       // QSUB
-    DoubleSubtract, // QDSUB
+    DoubleSubtract, // QDSUB: the subtrahend is doubled, with saturation
 }
 
 /// A decoded instruction of this family.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[rustfmt::skip]
 pub enum Op {
-    /// LSL, LSR, ASR, ROR by register, 32-bit encodings: `n` is shifted by the
-    /// lowest byte of `m`; the S form sets N, Z, C.
+    /// LSL, LSR, ASR, ROR by register, 32-bit encodings: `n` is shifted by the lowest byte of `m`;
+    /// the S form sets N, Z, C.
     Shift { kind: Shift, flags: bool, registers: ThreeRegisters },
-    /// SXTB … UXTAH: `m`, rotated right by 0, 8, 16 or 24 bits, is extended;
-    /// `n` is added unless it is [`NONE`].
+    /// SXTB … UXTAH: `m`, rotated right by 0, 8, 16 or 24 bits, is extended; `n` is added unless it
+    /// is [`NONE`].
     Extend { kind: Extend, rotation: u8, registers: ThreeRegisters },
     Parallel(Prefix, Lanes, ThreeRegisters), // SADD16 … UHSUB8
     Saturating(Saturating, ThreeRegisters), // QADD, QDADD, QSUB, QDSUB
     Reverse(Reverse, ThreeRegisters), // REV, REV16, RBIT, REVSH of `m`
-    Select(ThreeRegisters), // SEL
+    Select(ThreeRegisters), // SEL: bytes of `n` or `m` by the GE flags
     CountLeadingZeros(ThreeRegisters), // CLZ of `m`
-    /// Multiplications whose result is one register; `a` is the accumulator, or [`NONE`].
+    /// Multiplications whose result is one register; `a` is the accumulator or [`NONE`].
     Multiply { kind: Multiply, registers: ThreeRegisters, a: u8 },
-    /// Multiplications whose result is two registers: `low` and, upper, `d`.
+    /// Multiplications whose result is two registers: `low`, and `d` for the upper word.
     Long { kind: LongMultiply, registers: ThreeRegisters, low: u8 },
     SignedDivide(ThreeRegisters), // SDIV
     UnsignedDivide(ThreeRegisters), // UDIV
 }
 
-/// In place of a register: there is no accumulator.
+/// Register number that means that there is no accumulator.
 pub const NONE: u8 = 15;
 
 impl Cpu {
-    /// Executes (the condition has passed); gives its cycles without pipeline
-    /// effects, early-terminating divisions included (TRM table 3-1).
+    /// Executes an instruction whose condition has passed. Returns its cycles without pipeline
+    /// effects; divisions may end early (TRM table 3-1).
     ///
     /// # Errors
-    /// [`Fault::DivideByZero`] where CCR.DIV_0_TRP asks for it.
+    /// Returns [`Fault::DivideByZero`] if CCR.DIV_0_TRP is set and the divisor is zero.
     #[inline]
     pub(super) fn execute_arithmetic(&mut self, op: Op) -> TrapResult<u32> {
         let by_zero = |m: u8| self.registers.r[usize::from(m & 15)] == 0;
@@ -113,8 +113,7 @@ impl Cpu {
     }
 }
 
-/// What `op` does to the registers, where a division by zero gives 0; its
-/// cycles.
+/// Applies `op` to the registers, and returns its cycles; a division by zero gives 0.
 #[rustfmt::skip]
 fn execute(op: Op, registers: &mut Registers) -> u32 {
     match op {
@@ -171,7 +170,7 @@ fn set(registers: &mut Registers, number: u8, value: u32) {
     registers.r[usize::from(number & 15)] = value;
 }
 
-/// Sets Q if `saturated`.
+/// Sets the sticky flag Q in APSR if a result was `saturated`.
 #[inline]
 fn set_q_flag(registers: &mut Registers, saturated: bool) {
     if saturated {
@@ -179,7 +178,7 @@ fn set_q_flag(registers: &mut Registers, saturated: bool) {
     }
 }
 
-/// Shift by a register: amounts of 32 and more count (Arm ARM A2.2.1).
+/// Shifts by a register; amounts of 32 and more are valid (Arm ARM A2.2.1).
 fn shift(kind: Shift, flags: bool, x: ThreeRegisters, registers: &mut Registers) {
     let (value, amount) = (get(registers, x.n), get(registers, x.m) & 0xFF);
     let carry_in = registers.apsr & flag::C != 0;
@@ -225,7 +224,7 @@ const fn extend(kind: Extend, x: u32) -> u32 {
     }
 }
 
-/// The sum; SXTAB16 and UXTAB16 add each half-word apart.
+/// Adds `b` to `a`; SXTAB16 and UXTAB16 add the half-words separately.
 const fn accumulate(kind: Extend, a: u32, b: u32) -> u32 {
     match kind {
         Extend::SignedBytes | Extend::UnsignedBytes => {
@@ -236,7 +235,8 @@ const fn accumulate(kind: Extend, a: u32, b: u32) -> u32 {
     }
 }
 
-/// QADD and its kin: Rm and twice Rn (the doubled operand is Rn).
+/// Computes QADD and similar operations on Rm and Rn; the doubled operand is Rn. Returns the
+/// result, and whether it saturated.
 fn saturating(kind: Saturating, n: u32, m: u32) -> (u32, bool) {
     let (n, m) = (n as i32, m as i32);
     let doubled = n.saturating_mul(2);

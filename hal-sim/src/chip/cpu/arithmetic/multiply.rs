@@ -1,12 +1,11 @@
-//! Multiplications (Arm ARM A7.7), one cycle each (TRM table 3-1).
+//! Executes multiplications (Arm ARM A7.7), one cycle each (TRM table 3-1).
 
 use super::{ThreeRegisters, get, get_or_zero, set, set_q_flag};
 use crate::chip::cpu::Registers;
 
-/// A multiplication whose result is one register; an accumulator is added
-/// where there is one. `n_top`, `m_top`: the upper half of that factor;
-/// `exchange`: the second factor's halves change places; `round`: instead of
-/// truncating.
+/// A multiplication whose result is one register; the accumulator, if there is one, is added.
+/// `n_top` and `m_top` select the upper half of a factor, `exchange` swaps the halves of the second
+/// factor, and `round` rounds instead of truncating.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[rustfmt::skip]
 pub enum Multiply {
@@ -21,7 +20,7 @@ pub enum Multiply {
     AbsoluteDifferences, // USAD8, USADA8
 }
 
-/// A multiplication whose result is two registers; fields as above.
+/// A multiplication whose result is two registers; the fields are those of [`Multiply`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[rustfmt::skip]
 pub enum LongMultiply {
@@ -29,18 +28,18 @@ pub enum LongMultiply {
     Unsigned, // UMULL
     SignedAccumulate, // SMLAL
     UnsignedAccumulate, // UMLAL
-    UnsignedDoubleAccumulate, // UMAAL: both words of the destination are added
+    UnsignedDoubleAccumulate, // UMAAL: both words of the destination are added separately
     Halves { n_top: bool, m_top: bool }, // SMLALxy
     DualAdd { exchange: bool }, // SMLALD
     DualSubtract { exchange: bool }, // SMLSLD
 }
 
-/// One half-word of `x`, signed.
+/// Returns the upper (`top`) or lower half-word of `x`, sign-extended.
 const fn half(x: u32, top: bool) -> i64 {
     (if top { x >> 16 } else { x }) as u16 as i16 as i64
 }
 
-/// Products of the bottom halves and of the top halves.
+/// Returns the products of the bottom halves and of the top halves.
 const fn dual_products(n: u32, m: u32, exchange: bool) -> (i64, i64) {
     let m = if exchange { m.rotate_left(16) } else { m };
     (
@@ -53,7 +52,7 @@ const fn signed_product(n: u32, m: u32) -> i64 {
     n as i32 as i64 * m as i32 as i64
 }
 
-/// Upper word of `a`:0 plus or minus the product, rounded if asked.
+/// Returns the upper word of `a`:0 plus `product`, rounded if `round`.
 const fn high(a: u32, product: i64, round: bool) -> u32 {
     let sum = ((a as i64) << 32).wrapping_add(product);
     let sum = if round {
@@ -67,7 +66,7 @@ const fn high(a: u32, product: i64, round: bool) -> u32 {
 pub(super) fn short(kind: Multiply, x: ThreeRegisters, a: u8, registers: &mut Registers) -> u32 {
     let (n, m) = (get(registers, x.n), get(registers, x.m));
     let addend = get_or_zero(registers, a);
-    // Sums that set Q if they do not fit; none needs more than 34 bits.
+    // These sums set Q if they overflow; none needs more than 34 bits.
     let with_q = |product: i64| i64::from(addend as i32) + product;
     let sum = match kind {
         Multiply::Low | Multiply::Subtract => {
@@ -98,7 +97,7 @@ pub(super) fn short(kind: Multiply, x: ThreeRegisters, a: u8, registers: &mut Re
             i64::from(word as i32)
         }
         Multiply::HighSubtract { round } => {
-            // -2^31 squared has a negative that fits.
+            // The negative of -2^31 squared still fits.
             let word = high(addend, -signed_product(n, m), round);
             i64::from(word as i32)
         }
@@ -128,7 +127,7 @@ pub(super) fn long(kind: LongMultiply, x: ThreeRegisters, low: u8, registers: &m
         LongMultiply::Unsigned => unsigned,
         LongMultiply::SignedAccumulate => add(signed_product(n, m)),
         LongMultiply::UnsignedAccumulate => old.wrapping_add(unsigned),
-        // (2^32 - 1)^2 + 2 (2^32 - 1) = 2^64 - 1: it fits.
+        // (2^32 - 1)^2 + 2 (2^32 - 1) = 2^64 - 1, so the sum fits.
         LongMultiply::UnsignedDoubleAccumulate => {
             unsigned + u64::from(old_low) + u64::from(old_high)
         }

@@ -1,7 +1,7 @@
-//! Parallel addition and subtraction: two half-words or four bytes at once
-//! (Arm ARM A7.7, SADD16 … UHSUB8).
+//! Executes parallel addition and subtraction of two half-words or four bytes (Arm ARM A7.7, SADD16
+//! … UHSUB8).
 
-/// Interpretation of lanes and what becomes of their results.
+/// Interpretation of the lanes and treatment of their results.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Prefix {
     Signed,             // S: wraps, sets GE
@@ -12,18 +12,20 @@ pub enum Prefix {
     UnsignedHalving,    // UH: halves
 }
 
-/// What is done to which lanes.
+/// Operation on each lane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lanes {
     AddHalves,            // ADD16
-    AddSubtractExchanged, // ASX: top adds the other's bottom, bottom subtracts the other's top
-    SubtractAddExchanged, // SAX: top subtracts the other's bottom, bottom adds the other's top
+    // ASX: top adds the other operand's bottom, bottom subtracts the other's top
+    AddSubtractExchanged,
+    // SAX: top subtracts the other operand's bottom, bottom adds the other's top
+    SubtractAddExchanged,
     SubtractHalves,       // SUB16
     AddBytes,             // ADD8
     SubtractBytes,        // SUB8
 }
 
-/// The result, and the four GE bits where the operation sets them.
+/// Returns the result, and the four GE bits if the operation sets them.
 pub(super) fn compute(prefix: Prefix, lanes: Lanes, a: u32, b: u32) -> (u32, Option<u32>) {
     let (result, ge) = match lanes {
         Lanes::AddBytes => lane_by_lane::<8>(prefix, a, b, 0),
@@ -37,7 +39,7 @@ pub(super) fn compute(prefix: Prefix, lanes: Lanes, a: u32, b: u32) -> (u32, Opt
     (result, sets_ge.then_some(ge))
 }
 
-/// `subtract` has a bit for each lane.
+/// Computes the result and the GE bits of all lanes. Bit n of `subtract` makes lane n subtract.
 #[inline]
 fn lane_by_lane<const BITS: u32>(prefix: Prefix, a: u32, b: u32, subtract: u32) -> (u32, u32) {
     let (mut result, mut ge) = (0, 0);
@@ -54,8 +56,8 @@ fn lane_by_lane<const BITS: u32>(prefix: Prefix, a: u32, b: u32, subtract: u32) 
     (result, ge)
 }
 
-/// One lane of `BITS` bits: the result, and GE: no carry out of a signed sum's
-/// sign, a carry of an unsigned sum, no borrow of a difference.
+/// Computes one lane of `BITS` bits: its result, and its GE bit. GE means a sum or difference that
+/// is not negative (signed), a carry (unsigned sum) or no borrow (unsigned difference).
 #[inline]
 fn lane_result<const BITS: u32>(prefix: Prefix, a: u32, b: u32, subtracts: bool) -> (i32, bool) {
     let is_signed = matches!(
@@ -82,7 +84,7 @@ fn lane_result<const BITS: u32>(prefix: Prefix, a: u32, b: u32, subtracts: bool)
     }
 }
 
-/// All bits of the bytes whose GE bit is set.
+/// Returns a mask of the bytes whose GE bit is set.
 pub(super) const fn byte_mask(ge: u32) -> u32 {
     (ge & 1 | (ge & 2) << 7 | (ge & 4) << 14 | (ge & 8) << 21) * 0xFF
 }

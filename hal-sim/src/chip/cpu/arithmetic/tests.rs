@@ -1,14 +1,13 @@
-//! Corners that random operands rarely meet, by hand from the Arm ARM's
-//! pseudo-code; every operation otherwise: `qemu_instructions`. Cycles of
-//! divisions; what is refused.
+//! Tests edge cases that random operands rarely reach, derived by hand from the Arm ARM's
+//! pseudo-code, the cycles of divisions, and refused encodings. `qemu_instructions` tests every
+//! operation.
 
 use super::divide::cycles;
 use super::{decode, execute};
 use crate::chip::cpu::Registers;
 use crate::chip::cpu::registers::flag;
 
-/// Text, code with Rn = R1, Rm = R2, its operands, R3 and R0 before and after,
-/// Q after.
+/// Text, code with Rn = R1 and Rm = R2, its operands, R3 and R0 before and after, Q after.
 type Corner = (&'static str, u32, [u32; 2], [u32; 2], [u32; 2], bool);
 
 const MOST: u32 = 0x7FFF_FFFF;
@@ -63,10 +62,10 @@ fn divisions_take_2_to_12_cycles() {
 fn unpredictable_and_undefined_are_refused() {
     for code in [
         0xFA01_F00D_u32, // shift by SP
-        0xFA91_F083,     // rev with two operands
+        0xFA91_F083,     // rev with two different operands
         0xFB01_F012,     // mls without accumulator
         0xFB81_0002,     // both words of the result in one register
-        0xFAD1_F0F2,     // nothing
+        0xFAD1_F0F2,     // unallocated
         0xFB91_30F2,     // sdiv with bits that must be one
     ] {
         assert_eq!(

@@ -1,8 +1,8 @@
-//! Machine code to operations, decoded once and kept by address.
+//! Decodes machine code into operations, and caches them by address.
 //!
-//! `narrow` decodes 16-bit and `wide*` 32-bit
-//! encodings (Arm ARM chapter A5), here they are kept. Not here: the
-//! operations (`instruction`) and what they do (`execute`). In: half-words of code. Out: an `Entry` each.
+//! `narrow` decodes 16-bit and `wide*` 32-bit encodings (Arm ARM chapter A5); this module holds the
+//! cache. The operations are in `instruction`, their execution in `execute`. In: half-words of
+//! code. Out: one `Entry` each.
 
 mod fields;
 mod narrow;
@@ -17,9 +17,9 @@ use super::{Bus, Cpu, Fault, Stop, Trap, TrapResult};
 /// A decoded instruction, 16 bytes.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Entry {
-    /// What to do.
+    /// Operation of the instruction.
     pub op: Op,
-    /// Length and what the next instruction's timing needs to know of it.
+    /// Length, and the properties that the next instruction's timing depends on.
     pub trail: PipelineState,
 }
 
@@ -32,12 +32,12 @@ impl Entry {
     };
 }
 
-/// Start of flash as linked; the boot alias of it is at 0 (RM0090 2.4).
+/// Start of flash as linked; its boot alias is at 0 (RM0090 2.4).
 const FLASH: u32 = 0x0800_0000;
-/// Most bytes of code that are kept, the STM32F405's flash.
+/// Largest number of bytes of code in the cache: the STM32F405's flash.
 const KEPT_BYTES: u32 = 1 << 20;
 
-/// Decoded code by address, as far up as code was met.
+/// Decoded code by address, up to the highest address executed so far.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Cache {
     flash: Vec<Entry>,
@@ -46,14 +46,14 @@ pub(super) struct Cache {
 }
 
 impl Cache {
-    /// The instruction at `pc`, [`Op::Missing`] if it is not kept.
+    /// Returns the instruction at `pc`, or [`Op::Missing`] if it is not in the cache.
     #[inline(always)]
     pub fn lookup(&self, pc: u32) -> &Entry {
         let at = (pc.wrapping_sub(FLASH) >> 1) as usize;
         self.flash.get(at).unwrap_or(&Entry::MISSING)
     }
 
-    /// Forgets all if code changed since.
+    /// Clears the cache if the code has changed since.
     pub fn check(&mut self, version: u32) {
         if version != self.version {
             self.version = version;
@@ -86,8 +86,8 @@ impl Cache {
     }
 }
 
-/// Decodes the instruction at `pc`; `target` looks at code elsewhere, for the
-/// refill of branches.
+/// Decodes the instruction at `pc`. For a branch with a known target, also reads the code there to
+/// compute the refill.
 pub(super) fn decode(bus: &mut impl Bus, pc: u32) -> Result<Entry, Fault> {
     let first = bus.read_code(pc).map_err(|_| Fault::InstructionBus)?;
     if !timing::is_wide(first) {
@@ -106,7 +106,7 @@ pub(super) fn decode(bus: &mut impl Bus, pc: u32) -> Result<Entry, Fault> {
     Ok(Entry { op, trail })
 }
 
-/// Works out the refill of a branch whose target is known.
+/// Computes the refill of a branch whose target is known.
 fn add_refill(op: &mut Op, bus: &mut impl Bus) {
     if let Op::Branch { refill, target }
     | Op::BranchIf { refill, target, .. }
@@ -118,8 +118,8 @@ fn add_refill(op: &mut Op, bus: &mut impl Bus) {
 }
 
 impl Cpu {
-    /// Decodes the instruction at `pc`, which was not kept, and keeps it
-    /// unless it lies in RAM.
+    /// Decodes the instruction at `pc`, which was not in the cache, and caches it unless it is in
+    /// RAM.
     #[cold]
     #[inline(never)]
     pub(super) fn decode_missing(
@@ -132,8 +132,8 @@ impl Cpu {
         if kept.op != Op::Missing {
             return Ok(kept);
         }
-        // Code that is kept is not asked again: an MPU region that takes flash
-        // away from a program that ran there would go unnoticed.
+        // Cached code is not checked again: if an MPU region later denied flash that a program has
+        // executed, this would go unnoticed.
         let privileged = self.registers.is_privileged();
         if !self.system.may_execute(pc, privileged) {
             return Err(Fault::InstructionAccess.into());
@@ -145,7 +145,7 @@ impl Cpu {
         Ok(entry)
     }
 
-    /// The stop that names the instruction at R15.
+    /// Returns the stop that names the instruction at R15.
     #[cold]
     pub(super) fn refuse(&self, bus: &mut impl Bus, what: &'static str) -> Trap {
         let pc = self.registers.r[15];

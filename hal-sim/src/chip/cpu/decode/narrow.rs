@@ -1,21 +1,21 @@
-//! 16-bit encodings (Arm ARM A5.2).
+//! Decodes 16-bit encodings (Arm ARM A5.2).
 
 use crate::chip::cpu::Size;
 use crate::chip::cpu::instruction::{
     Alu, CarryOut, Load, Op, Rearrange, Reg, Shift, ShiftKind, Test,
 };
 
-/// Bits `low..low + width` of `code`.
+/// Extracts the bits `low..low + width` of `code`.
 const fn bits(code: u16, low: u32, width: u32) -> u8 {
     ((code >> low) & ((1 << width) - 1)) as u8
 }
 
-/// A low register at bit `low`.
+/// Extracts the number of a low register (R0–R7) at bit `low`.
 const fn reg(code: u16, low: u32) -> Reg {
     bits(code, low, 3)
 }
 
-/// The 16-bit instruction `code` at `pc`.
+/// Decodes the 16-bit instruction `code` at `pc`.
 #[rustfmt::skip]
 pub fn decode(code: u16, pc: u32) -> Op {
     match code >> 10 {
@@ -52,7 +52,7 @@ fn branch(pc: u32, offset: i32) -> Op {
     }
 }
 
-/// A5.2.1.
+/// Decodes shifts, additions, moves and comparisons (A5.2.1).
 #[rustfmt::skip]
 fn shift_add_move(code: u16) -> Op {
     let (d, n, m) = (reg(code, 0), reg(code, 3), reg(code, 6));
@@ -86,7 +86,7 @@ fn shift_add_move(code: u16) -> Op {
     }
 }
 
-/// A5.2.2.
+/// Decodes data processing of low registers (A5.2.2).
 #[rustfmt::skip]
 fn data_processing(code: u16) -> Op {
     let (d, m) = (reg(code, 0), reg(code, 3));
@@ -113,7 +113,7 @@ fn data_processing(code: u16) -> Op {
     }
 }
 
-/// A5.2.3: high registers, BX, BLX.
+/// Decodes operations on high registers, BX and BLX (A5.2.3).
 #[rustfmt::skip]
 fn special(code: u16, pc: u32) -> Op {
     let d = reg(code, 0) | bits(code, 7, 1) << 3;
@@ -147,7 +147,7 @@ fn special(code: u16, pc: u32) -> Op {
     }
 }
 
-/// A5.2.4, register offsets.
+/// Decodes loads and stores with a register offset (A5.2.4).
 #[rustfmt::skip]
 fn load_store_register(code: u16) -> Op {
     let (t, n, m) = (reg(code, 0), reg(code, 3), reg(code, 6));
@@ -165,7 +165,7 @@ fn load_store_register(code: u16) -> Op {
     }
 }
 
-/// A5.2.4, immediate offsets.
+/// Decodes loads and stores with an immediate offset (A5.2.4).
 #[rustfmt::skip]
 fn load_store_immediate(code: u16) -> Op {
     let (t, n) = (reg(code, 0), reg(code, 3));
@@ -184,7 +184,7 @@ fn load_store_immediate(code: u16) -> Op {
     }
 }
 
-/// A5.2.5.
+/// Decodes the miscellaneous instructions (A5.2.5).
 #[rustfmt::skip]
 fn miscellaneous(code: u16, pc: u32) -> Op {
     let (d, m) = (reg(code, 0), reg(code, 3));
@@ -228,7 +228,7 @@ const fn rearrange(kind: Rearrange, d: Reg, m: Reg) -> Op {
     Op::Rearrange { kind, d, m }
 }
 
-/// PUSH if `push`, else POP.
+/// Decodes PUSH if `push`, else POP.
 #[rustfmt::skip]
 const fn multiple_or_refuse(push: bool, list: u16) -> Op {
     match (list, push) {
@@ -238,7 +238,7 @@ const fn multiple_or_refuse(push: bool, list: u16) -> Op {
     }
 }
 
-/// CPS (B5.2.1).
+/// Decodes CPS (B5.2.1).
 #[rustfmt::skip]
 const fn change_state(code: u16) -> Op {
     if code & 0xC != 0 || code & 3 == 0 {
@@ -247,7 +247,7 @@ const fn change_state(code: u16) -> Op {
     Op::ChangeState { disable: code & 0x10 != 0, primask: code & 2 != 0, faultmask: code & 1 != 0 }
 }
 
-/// A5.2.6.
+/// Decodes IT and hints (A5.2.6).
 const fn it_or_hint(byte: u8) -> Op {
     let (condition, mask) = (byte >> 4, byte & 0xF);
     match (condition, mask) {
@@ -261,7 +261,7 @@ const fn it_or_hint(byte: u8) -> Op {
     }
 }
 
-/// STM, LDM.
+/// Decodes STM and LDM.
 #[rustfmt::skip]
 const fn multiple(code: u16) -> Op {
     let n = reg(code, 8);
@@ -279,7 +279,7 @@ const fn multiple(code: u16) -> Op {
     Op::StoreMultiple { n, writeback: true, down: false, list }
 }
 
-/// A5.2.7: B with a condition, UDF, SVC.
+/// Decodes B with a condition, UDF and SVC (A5.2.7).
 fn conditional_branch(code: u16, pc: u32) -> Op {
     let offset = (u32::from(code & 0xFF) << 24).cast_signed() >> 23;
     match bits(code, 8, 4) {

@@ -1,4 +1,4 @@
-//! 32-bit encodings: which family, branches, miscellaneous control
+//! Decodes 32-bit encodings: selects the family, and decodes branches and miscellaneous control
 //! (Arm ARM A5.3, A5.3.4).
 
 use super::fields::{WideCode, is_bad};
@@ -6,7 +6,7 @@ use super::{wide_data, wide_memory};
 use crate::chip::cpu::instruction::Op;
 use crate::chip::cpu::{arithmetic, fpu};
 
-/// The 32-bit instruction `first`, `second` at `pc`.
+/// Decodes the 32-bit instruction `first`, `second` at `pc`.
 pub fn decode(first: u16, second: u16, pc: u32) -> Op {
     let code = WideCode { first, second, pc };
     match first >> 8 {
@@ -28,7 +28,7 @@ pub fn decode(first: u16, second: u16, pc: u32) -> Op {
 
 fn coprocessor(code: WideCode) -> Op {
     if code.first & 0x300 == 0x300 {
-        return Op::Undefined; // Advanced SIMD, which no M profile core has
+        return Op::Undefined; // Advanced SIMD, which no M-profile core has
     }
     if !matches!(code.second(8, 4), 10 | 11) {
         return Op::NoCoprocessor;
@@ -39,7 +39,7 @@ fn coprocessor(code: WideCode) -> Op {
     }
 }
 
-/// A5.3.4.
+/// Decodes branches and miscellaneous control (A5.3.4).
 #[rustfmt::skip]
 fn branch_or_control(code: WideCode) -> Op {
     match code.second >> 12 & 5 {
@@ -51,7 +51,7 @@ fn branch_or_control(code: WideCode) -> Op {
     }
 }
 
-/// Target of B (T4) and BL.
+/// Returns the target of B (T4) or BL.
 fn long_target(code: WideCode) -> u32 {
     let sign = code.first(10, 1);
     let i1 = !(code.second(13, 1) ^ sign) & 1;
@@ -64,7 +64,7 @@ fn long_target(code: WideCode) -> u32 {
     code.pc4().wrapping_add_signed(raw.cast_signed() >> 7)
 }
 
-/// B (T3).
+/// Decodes B with a condition (T3).
 fn conditional(code: WideCode) -> Op {
     let raw = u32::from(code.first(10, 1)) << 31
         | u32::from(code.second(11, 1)) << 30
@@ -78,7 +78,7 @@ fn conditional(code: WideCode) -> Op {
     }
 }
 
-/// MSR, hints, barriers, MRS, UDF.
+/// Decodes MSR, hints, barriers, MRS and UDF.
 #[rustfmt::skip]
 fn control(code: WideCode) -> Op {
     let sysm = (code.second & 0xFF) as u8;

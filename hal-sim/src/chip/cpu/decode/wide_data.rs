@@ -1,10 +1,10 @@
-//! 32-bit data processing: shifted register, modified and plain immediates
-//! (Arm ARM A5.3.1, A5.3.3, A5.3.11).
+//! Decodes 32-bit data processing: shifted register, modified and plain immediates (Arm ARM A5.3.1,
+//! A5.3.3, A5.3.11).
 
 use super::fields::{WideCode, is_bad};
 use crate::chip::cpu::instruction::{Alu, CarryOut, Op, Reg, Shift, ShiftKind, Test};
 
-/// The shift that `kind` and `imm5` encode (DecodeImmShift).
+/// Decodes the shift that `kind` and `imm5` encode (DecodeImmShift).
 pub const fn shift(kind: u16, imm5: u8) -> Shift {
     let (kind, amount) = match (kind & 3, imm5) {
         (0, _) => (ShiftKind::Lsl, imm5),
@@ -18,7 +18,7 @@ pub const fn shift(kind: u16, imm5: u8) -> Shift {
     Shift { kind, amount }
 }
 
-/// Rd = Rn + imm without flags.
+/// Returns the operation Rd = Rn + imm without flags.
 pub const fn add_imm(d: Reg, n: Reg, imm: u32) -> Op {
     if d == 13 {
         Op::AddToSp { n, imm }
@@ -27,7 +27,7 @@ pub const fn add_imm(d: Reg, n: Reg, imm: u32) -> Op {
     }
 }
 
-/// Rd = Rn + Rm without flags.
+/// Returns the operation Rd = Rn + Rm without flags.
 #[rustfmt::skip]
 pub const fn add_reg(d: Reg, n: Reg, m: Reg) -> Op {
     if d != 13 {
@@ -36,7 +36,8 @@ pub const fn add_reg(d: Reg, n: Reg, m: Reg) -> Op {
     Op::DataReg { alu: Alu::Add, flags: false, d, n, m, shift: Shift::NONE }
 }
 
-/// The operation of both forms: number, with or without Rn, for flags only.
+/// Decodes the operation that both forms share. The second part is `Some` if only the flags are
+/// set.
 fn operation(code: WideCode) -> Option<(Alu, Option<Test>)> {
     let number = code.first(5, 4);
     let flags = code.first & 0x10 != 0;
@@ -58,20 +59,21 @@ fn operation(code: WideCode) -> Option<(Alu, Option<Test>)> {
     })
 }
 
-/// Whether registers are such that the architecture defines the outcome.
+/// Returns whether the architecture defines the result for these registers.
 fn is_predictable(alu: Alu, test: Option<Test>, code: WideCode) -> bool {
     let (d, n) = (code.d(), code.n());
     match (alu, test) {
         (_, Some(Test::Cmn | Test::Cmp)) => n != 15,
         (_, Some(_)) => !is_bad(n),
         (Alu::Mov | Alu::Mvn, None) => !is_bad(d),
-        // ADD and SUB of the stack pointer; to it only from itself.
+        // ADD and SUB may have the stack pointer as first operand; their result may be the stack
+        // pointer only with that operand.
         (Alu::Add | Alu::Sub, None) => n != 15 && d != 15 && (d != 13 || n == 13),
         (_, None) => !is_bad(d) && !is_bad(n),
     }
 }
 
-/// A5.3.11.
+/// Decodes data processing with a shifted register (A5.3.11).
 #[rustfmt::skip]
 pub fn shifted_register(code: WideCode) -> Op {
     if code.first(5, 4) == 6 {
@@ -102,7 +104,7 @@ pub fn shifted_register(code: WideCode) -> Op {
     }
 }
 
-/// MOV (register) T3: the stack pointer may be one of both.
+/// Decodes MOV (register) T3: at most one of both registers may be the stack pointer.
 const fn move_register(d: Reg, m: Reg) -> Op {
     match (d, m) {
         (15, _) | (_, 15) | (13, 13) => Op::Unpredictable,
@@ -111,7 +113,7 @@ const fn move_register(d: Reg, m: Reg) -> Op {
     }
 }
 
-/// PKHBT, PKHTB.
+/// Decodes PKHBT and PKHTB.
 #[rustfmt::skip]
 fn pack(code: WideCode) -> Op {
     let (d, n, m) = (code.d(), code.n(), code.m());
@@ -130,14 +132,14 @@ fn pack(code: WideCode) -> Op {
     }
 }
 
-/// i:imm3:imm8.
+/// Returns the immediate i:imm3:imm8.
 const fn imm12(code: WideCode) -> u32 {
     (code.first(10, 1) as u32) << 11
         | (code.second(12, 3) as u32) << 8
         | (code.second & 0xFF) as u32
 }
 
-/// ThumbExpandImm_C (A5.3.2); `None` if UNPREDICTABLE.
+/// Expands a modified immediate (ThumbExpandImm_C, A5.3.2); returns `None` if it is UNPREDICTABLE.
 pub const fn expand(imm12: u32) -> Option<(u32, CarryOut)> {
     let byte = imm12 & 0xFF;
     if imm12 >> 10 != 0 {
@@ -161,7 +163,7 @@ pub const fn expand(imm12: u32) -> Option<(u32, CarryOut)> {
     Some((value, CarryOut::Kept))
 }
 
-/// A5.3.1.
+/// Decodes data processing with a modified immediate (A5.3.1).
 #[rustfmt::skip]
 pub fn modified_immediate(code: WideCode) -> Op {
     let Some((alu, test)) = operation(code) else {
@@ -190,7 +192,7 @@ pub fn modified_immediate(code: WideCode) -> Op {
     }
 }
 
-/// A5.3.3.
+/// Decodes data processing with a plain immediate (A5.3.3).
 #[rustfmt::skip]
 pub fn plain_immediate(code: WideCode) -> Op {
     let (d, n) = (code.d(), code.n());
@@ -215,7 +217,7 @@ pub fn plain_immediate(code: WideCode) -> Op {
     }
 }
 
-/// SSAT, USAT, SSAT16, USAT16.
+/// Decodes SSAT, USAT, SSAT16 and USAT16.
 #[rustfmt::skip]
 fn saturate(code: WideCode) -> Op {
     let (d, n) = (code.d(), code.n());
@@ -241,7 +243,7 @@ fn saturate(code: WideCode) -> Op {
     }
 }
 
-/// SBFX, UBFX, BFI, BFC.
+/// Decodes SBFX, UBFX, BFI and BFC.
 fn bit_field(code: WideCode) -> Op {
     let (d, n) = (code.d(), code.n());
     let lsb = code.second(12, 3) << 2 | code.second(6, 2);

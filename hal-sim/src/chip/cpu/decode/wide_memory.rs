@@ -1,11 +1,11 @@
-//! 32-bit loads and stores: multiple, dual, exclusive, table branch, single
-//! (Arm ARM A5.3.5–A5.3.10).
+//! Decodes 32-bit loads and stores: multiple, dual, exclusive, table branch, single (Arm ARM
+//! A5.3.5–A5.3.10).
 
 use super::fields::{WideCode, is_bad};
 use crate::chip::cpu::Size;
 use crate::chip::cpu::instruction::{Index, Load, Op, Reg};
 
-/// A5.3.5.
+/// Decodes LDM and STM (A5.3.5).
 #[rustfmt::skip]
 pub fn multiple(code: WideCode) -> Op {
     let n = code.n();
@@ -30,7 +30,7 @@ pub fn multiple(code: WideCode) -> Op {
     }
 }
 
-/// A5.3.6.
+/// Decodes dual and exclusive accesses and table branches (A5.3.6).
 #[rustfmt::skip]
 pub fn dual_exclusive_table(code: WideCode) -> Op {
     let (n, t, t2) = (code.n(), code.t(), code.d());
@@ -58,7 +58,7 @@ pub fn dual_exclusive_table(code: WideCode) -> Op {
     }
 }
 
-/// STREXB, STREXH.
+/// Decodes STREXB and STREXH.
 #[rustfmt::skip]
 fn store_exclusive(code: WideCode, size: Size) -> Op {
     let (n, t, d) = (code.n(), code.t(), code.m());
@@ -68,7 +68,7 @@ fn store_exclusive(code: WideCode, size: Size) -> Op {
     Op::StoreExclusive { size, d, t, n, imm: 0 }
 }
 
-/// LDRD, STRD.
+/// Decodes LDRD and STRD.
 #[rustfmt::skip]
 fn dual(code: WideCode) -> Op {
     let (n, t, t2) = (code.n(), code.t(), code.d());
@@ -100,7 +100,7 @@ const fn index(before: bool, writeback: bool) -> Index {
     }
 }
 
-/// A5.3.7–A5.3.10: one register.
+/// Decodes loads and stores of one register (A5.3.7–A5.3.10).
 pub fn single(code: WideCode) -> Op {
     let signed = code.first & 0x100 != 0;
     let load = code.first & 0x10 != 0;
@@ -125,17 +125,17 @@ pub fn single(code: WideCode) -> Op {
     }
 }
 
-/// How a single access makes its address.
+/// Addressing mode of a single access.
 enum Mode {
     /// Base plus constant.
     Offset(u32),
     /// Base plus shifted register.
     Register(Reg, u8),
-    /// Base moves.
+    /// Base plus or minus constant, with writeback of the base.
     Indexed(Index, u32),
-    /// As if unprivileged.
+    /// Base plus constant, with the rights of unprivileged code.
     Unprivileged(u8),
-    /// UNDEFINED.
+    /// The encoding is UNDEFINED.
     Undefined,
 }
 
@@ -182,7 +182,7 @@ fn load_single(code: WideCode, kind: Load) -> Op {
         return Op::Undefined;
     }
     if hint && matches!(mode, Mode::Offset(_) | Mode::Register(..)) {
-        return Op::Nop; // PLD, PLI, and hints that are not allocated
+        return Op::Nop; // PLD, PLI and unallocated hints
     }
     if is_bad(t) && kind != Load::Word {
         return Op::Unpredictable;

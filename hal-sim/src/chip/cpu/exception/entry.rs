@@ -1,4 +1,4 @@
-//! Exception entry: stacking, and on the other bus at the same time the vector
+//! Enters exceptions: stacks the frame and, at the same time on the other bus, fetches the vector
 //! and the handler's first code.
 
 use super::{ENTRY, FP_WORDS, TAIL_CHAIN};
@@ -8,31 +8,31 @@ use crate::chip::cpu::registers::control;
 use crate::chip::cpu::system::{PreemptedContext, ccr, hfsr, number, nvic};
 use crate::chip::cpu::{Access, Bus, Cpu, Fault, Size, Stop, Trap};
 
-/// Cycles of reading a vector without wait states; the rest of [`TAIL_CHAIN`]
-/// is the fetch and the pipeline. (The manual gives the sum only.)
+/// Cycles of reading a vector without wait states. The rest of [`TAIL_CHAIN`] is the fetch and the
+/// pipeline; the manual gives only the sum.
 const VECTOR: Cycle = 2;
 
-/// Faults of stacking.
+/// Faults for an MPU violation and a bus error while stacking.
 const STACKING: (Fault, Fault) = (Fault::StackingAccess, Fault::StackingBus);
 
-/// The way to a handler.
+/// State of the entry to a handler.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct ExceptionEntry {
     number: u16,
-    /// As in the vector table: bit 0 is the Thumb bit.
+    /// Handler address from the vector table; bit 0 is the Thumb bit.
     vector: u32,
-    /// When its code can be fetched.
+    /// Cycle from which on the handler's code can be fetched.
     fetch_at: Cycle,
-    /// When its first instruction can execute, once fetched.
+    /// Cycle at which the first instruction can execute, once it is fetched.
     ready: Option<Cycle>,
 }
 
-/// EXC_RETURN but for its lower five bits.
+/// EXC_RETURN without its lower five bits.
 const EXC_RETURN: u32 = 0xFFFF_FFE0;
 
 impl Cpu {
-    /// Enters the pending exception of highest priority, which pre-empts: late
-    /// arrivals included.
+    /// Enters the pending exception of highest priority, which pre-empts. A late arrival may
+    /// replace it on the way.
     pub(super) fn enter_exception(&mut self, bus: &mut impl Bus) -> Result<(), Stop> {
         let Some(number) = self.preempting_exception() else {
             return Ok(());
@@ -44,7 +44,7 @@ impl Cpu {
         self.arrive(bus, approach, stacked, exc_return, behind)
     }
 
-    /// What LR becomes (Arm ARM table B1-8).
+    /// Returns the EXC_RETURN value for LR (Arm ARM table B1-8).
     const fn exc_return(&self) -> u32 {
         let no_fp = self.registers.control & control::FPCA == 0;
         let mode = match (self.registers.exception, self.registers.uses_psp()) {
@@ -55,8 +55,8 @@ impl Cpu {
         EXC_RETURN | (no_fp as u32) << 4 | mode
     }
 
-    /// Reads the vector of `number` at `at`: from code memory over its own
-    /// bus, beside stacking. A vector that cannot be read is a hard fault.
+    /// Reads the vector of `number` at `at`; from code memory this uses its own bus and overlaps
+    /// stacking. A vector that cannot be read causes a hard fault.
     pub(super) fn approach(
         &mut self,
         bus: &mut impl Bus,
@@ -99,7 +99,7 @@ impl Cpu {
         }
     }
 
-    /// Fetches the handler's first line.
+    /// Fetches the handler's first line, and returns the cycle at which it can execute.
     fn fetch_handler(&mut self, bus: &mut impl Bus, approach: &mut ExceptionEntry) -> Cycle {
         if let Some(ready) = approach.ready {
             return ready;
@@ -110,8 +110,8 @@ impl Cpu {
         ready
     }
 
-    /// Pushes the frame, in the order PC, xPSR, R0–R3, R12, LR, then S0–S15
-    /// and FPSCR; gives when an exception whose code is there can begin.
+    /// Pushes the frame in the order PC, xPSR, R0–R3, R12, LR, then S0–S15 and FPSCR. Returns the
+    /// cycle at which the handler can begin if its code is fetched.
     fn stack(&mut self, bus: &mut impl Bus, approach: &mut ExceptionEntry) -> Result<Cycle, Stop> {
         let began = self.cycle;
         let with_fp = self.registers.control & control::FPCA != 0;
@@ -186,8 +186,7 @@ impl Cpu {
         self.push(bus, frame.wrapping_add(0x60), fpscr, approach, failed)
     }
 
-    /// Pushes one word; after a fault no more are written, but their time
-    /// passes.
+    /// Pushes one word. After a fault no more words are written, but their time passes.
     fn push(
         &mut self,
         bus: &mut impl Bus,
@@ -215,7 +214,7 @@ impl Cpu {
         }
     }
 
-    /// What the pre-empted context could do.
+    /// Returns the privilege and the possible faults of the pre-empted context.
     fn preempted_context(&self) -> PreemptedContext {
         let priority = self.execution_priority();
         PreemptedContext {
@@ -227,7 +226,7 @@ impl Cpu {
         }
     }
 
-    /// Turns to an exception that became pending meanwhile and goes first.
+    /// Switches to an exception that became pending meanwhile and has priority.
     fn look_for_late_arrival(
         &mut self,
         bus: &mut impl Bus,
@@ -244,8 +243,7 @@ impl Cpu {
         }
     }
 
-    /// Waits for stack and code, and begins the handler, or that of one that
-    /// arrives until then.
+    /// Waits for the stack and the code, and begins the handler, or that of a late arrival.
     pub(super) fn arrive(
         &mut self,
         bus: &mut impl Bus,

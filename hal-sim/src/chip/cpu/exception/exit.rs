@@ -1,4 +1,4 @@
-//! Exception return: integrity checks, tail-chaining, unstacking.
+//! Returns from exceptions: integrity checks, tail-chaining, unstacking.
 
 use super::{FP_WORDS, RETURN, TAIL_CHAIN};
 use crate::chip::Cycle;
@@ -6,17 +6,16 @@ use crate::chip::cpu::registers::control;
 use crate::chip::cpu::system::{ccr, number, nvic};
 use crate::chip::cpu::{Bus, Cpu, Fault, Registers, Stop, Trap, TrapResult};
 
-/// Faults of unstacking.
+/// Faults for an MPU violation and a bus error while unstacking.
 const UNSTACKING: (Fault, Fault) = (Fault::UnstackingAccess, Fault::UnstackingBus);
 
-/// Cycles from the arrival of the first code to its execution: decoding, as
-/// after a vector's fetch.
+/// Cycles from the arrival of the first code to its execution: decoding, as after a vector's fetch.
 const REFILL: Cycle = 2;
 
 impl Cpu {
-    /// Returns from an exception: a branch to `exc_return` (0xFxxx_xxxx) in
-    /// handler mode. Tail-chains where another is pending. `cycle` is the end
-    /// of the branch without its refill.
+    /// Returns from an exception: a branch to `exc_return` (0xFxxx_xxxx) in handler mode.
+    /// Tail-chains if another exception is pending. `cycle` is the end of the branch without its
+    /// refill.
     pub(in crate::chip::cpu) fn return_from_exception(
         &mut self,
         bus: &mut impl Bus,
@@ -50,8 +49,8 @@ impl Cpu {
         }
     }
 
-    /// Arm ARM B1.5.8: a known value, to thread mode only from the last
-    /// exception, to handler mode only from one of several.
+    /// Returns whether the EXC_RETURN value is allowed (Arm ARM B1.5.8): a known value, to thread
+    /// mode only from the last active exception, to handler mode only from one of several.
     fn is_legal_return(&self, exc_return: u32, nested: u32) -> bool {
         let reserved = exc_return & 0x0FFF_FFE0 == 0x0FFF_FFE0;
         reserved
@@ -62,7 +61,7 @@ impl Cpu {
             }
     }
 
-    /// Goes on with the pending exception; the stack stays as it is.
+    /// Continues with the pending exception; the stack stays as it is.
     fn tail_chain(&mut self, bus: &mut impl Bus, exc_return: u32) -> Result<(), Stop> {
         let Some(first) = self.preempting_exception() else {
             return Err(self.lock_up());
@@ -73,8 +72,8 @@ impl Cpu {
         self.arrive(bus, approach, ready, exc_return, behind)
     }
 
-    /// What the frame holds; `None`, and nothing has changed, where an exception
-    /// pre-empts meanwhile.
+    /// Pops the frame, and returns its registers. Returns `None`, with nothing changed, if an
+    /// exception pre-empts meanwhile.
     fn unstack(&mut self, bus: &mut impl Bus, exc_return: u32) -> TrapResult<Option<Registers>> {
         let began = self.cycle;
         let to_thread = exc_return & 1 << 3 != 0;
@@ -112,8 +111,8 @@ impl Cpu {
         Ok(Some(new))
     }
 
-    /// Pops the eight words in the order in which they were pushed, and fetches
-    /// the code at PC meanwhile; gives xPSR and when the code is there.
+    /// Pops the eight words in the order in which they were pushed, and fetches the code at PC
+    /// meanwhile. Returns xPSR and the cycle at which the code has arrived.
     fn unstack_core(
         &mut self,
         bus: &mut impl Bus,
@@ -151,7 +150,7 @@ impl Cpu {
         Ok(Some((xpsr, fetched)))
     }
 
-    /// Pops S0–S15 and FPSCR; `false` where an exception pre-empts meanwhile.
+    /// Pops S0–S15 and FPSCR; returns `false` if an exception pre-empts meanwhile.
     fn unstack_fp(
         &mut self,
         bus: &mut impl Bus,
@@ -176,7 +175,7 @@ impl Cpu {
         Ok(true)
     }
 
-    /// Goes on where the exception came.
+    /// Continues at the point of the interruption.
     fn resume(&mut self, bus: &mut impl Bus, new: Registers) -> Result<(), Stop> {
         let to_thread = new.exception == 0;
         let thumb = new.r[15] & 1 == 0;
@@ -195,7 +194,7 @@ impl Cpu {
     }
 }
 
-/// Flags, mode and stack pointers from the frame.
+/// Restores flags, mode and stack pointers from the frame.
 fn restore(new: &mut Registers, exc_return: u32, xpsr: u32, sp: u32) {
     new.r[15] &= !1;
     new.exception = (xpsr & 0x1FF) as u16;

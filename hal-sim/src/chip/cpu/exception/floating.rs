@@ -1,15 +1,15 @@
-//! What precedes floating-point instructions (Arm ARM B1.5.7, ExecuteFPCheck).
+//! Prepares floating-point instructions (Arm ARM B1.5.7, ExecuteFPCheck).
 
 use super::FP_WORDS;
 use crate::chip::cpu::registers::control;
 use crate::chip::cpu::system::{actlr, hfsr, number, nvic};
 use crate::chip::cpu::{Bus, Cpu, Fault, Stop, TrapResult};
 
-/// Faults of a lazy save.
+/// Faults for an MPU violation and a bus error during a lazy save.
 const LAZY: (Fault, Fault) = (Fault::LazyStackingAccess, Fault::LazyStackingBus);
 
 impl Cpu {
-    /// Before every floating-point instruction: CPACR, lazy stacking, FPCA.
+    /// Prepares for a floating-point instruction: checks CPACR, completes a lazy save, sets FPCA.
     #[inline]
     pub(in crate::chip::cpu) fn prepare_fp(&mut self, bus: &mut impl Bus) -> TrapResult {
         if self.system.fp_is_ready {
@@ -37,8 +37,8 @@ impl Cpu {
         Ok(())
     }
 
-    /// Saves S0–S15 and FPSCR where the exception's frame left room, with the
-    /// rights of the context that it pre-empted.
+    /// Saves S0–S15 and FPSCR in the space that the exception's frame left, with the rights of the
+    /// pre-empted context.
     fn save_fp(&mut self, bus: &mut impl Bus) -> TrapResult {
         let address = self.system.floating.fpcar;
         let privileged = self.system.floating.preempted().privileged;
@@ -52,7 +52,7 @@ impl Cpu {
         Ok(())
     }
 
-    /// A fault of a lazy save is taken as the pre-empted context could have
+    /// Makes the fault of a lazy save pending, as the pre-empted context could have taken it
     /// (FPCCR.HFRDY, MMRDY, BFRDY).
     pub(super) fn pend_lazy_fault(&mut self, fault: Fault) -> Result<(), Stop> {
         let could = self.system.floating.preempted();

@@ -1,13 +1,12 @@
-//! Exceptions (Arm ARM B1.5) with their cycles (TRM section 3.9): when one is
-//! taken, faults, reset.
+//! Handles exceptions (Arm ARM B1.5) with their cycles (TRM section 3.9): taking them, faults,
+//! reset.
 //!
-//! `entry` stacks and finds the handler, `exit` returns, `floating` saves S0–S15
-//! late, `special` is MRS, MSR, CPS. Who goes first is `system::nvic`'s.
+//! `entry` stacks and finds the handler, `exit` returns, `floating` saves S0–S15 lazily, `special`
+//! executes MRS, MSR and CPS. `system::nvic` decides about priorities.
 //!
-//! Exact: 12, 6, 12 and 29 cycles without wait states; each word on the bus.
-//! Approximate, because the manual is silent: vector 2 + code 4 cycles, which
-//! hide behind stacking; late arrival, seen between two words; giving up a pop,
-//! the same; a lazy save of 17 cycles.
+//! Exact: 12, 6, 12 and 29 cycles without wait states; each word on the bus. Approximate, because
+//! the manual does not describe it: vector 2 + code 4 cycles, which overlap stacking; late arrival,
+//! detected between two words; abandoning a pop, likewise; a lazy save of 17 cycles.
 
 mod entry;
 mod exit;
@@ -21,29 +20,27 @@ use super::bus::{AccessError, Unmodelled};
 use super::{Access, Bus, Cpu, Fault, Registers, Size, Stop, Trap, TrapResult};
 use crate::chip::Cycle;
 
-/// Cycles from the cycle at which an exception is taken to the first
-/// instruction of its handler, without wait states (TRM section 3.9.1: at most
-/// 12 from the line's rise, which includes no unfinished instruction).
+/// Cycles from taking an exception to the first instruction of its handler, without wait states
+/// (TRM section 3.9.1: at most 12 from the line's rise, which includes no unfinished instruction).
 pub const ENTRY: Cycle = 12;
 
-/// The same where one handler follows another (TRM section 3.9.1).
+/// Cycles from one handler to a tail-chained one, without wait states (TRM section 3.9.1).
 pub const TAIL_CHAIN: Cycle = 6;
 
-/// Cycles from the end of the branch that returns (its own cycle, without
-/// refill) to the instruction returned to, without wait states (TRM section
-/// 3.9.1: 12).
+/// Cycles from the end of the returning branch (its own cycle, without refill) to the instruction
+/// returned to, without wait states (TRM section 3.9.1: 12).
 pub const RETURN: Cycle = 12;
 
-/// Cycles that S0–S15 and FPSCR add to stacking, unstacking and lazy saving:
-/// one a word (TRM section 3.9.1: 29 instead of 12).
+/// Cycles that S0–S15 and FPSCR add to stacking, unstacking and lazy saving: one per word (TRM
+/// section 3.9.1: 29 instead of 12).
 pub const FP_WORDS: Cycle = 17;
 
 impl Cpu {
-    /// Reset: private registers to their reset values, SP and PC from the
-    /// vector table at 0.
+    /// Resets the core: registers and private peripherals get their reset values, SP and PC come
+    /// from the vector table at 0.
     ///
     /// # Errors
-    /// [`Stop`]: no vector table.
+    /// Returns [`Stop`] if there is no vector table.
     pub fn reset(&mut self, bus: &mut impl Bus) -> Result<(), Stop> {
         self.registers = Registers::default();
         self.system.reset();
@@ -65,11 +62,10 @@ impl Cpu {
         Ok(())
     }
 
-    /// Samples the interrupt lines and takes the pending exception of highest
-    /// priority if it preempts; says whether it did. Called between
-    /// instructions, whenever something may have changed. Lets the bus's
-    /// events up to now happen, each at its cycle, so that the wait of an
-    /// interrupt is counted from the rise of its line.
+    /// Samples the interrupt lines, and takes the pending exception of highest priority if it
+    /// pre-empts; returns whether it did. Called between instructions whenever something may have
+    /// changed. Processes the bus's events up to now, each at its cycle, so that latency counts
+    /// from the rise of the line.
     pub(super) fn take_pending(&mut self, bus: &mut impl Bus) -> Result<bool, Stop> {
         self.sample(bus)?;
         if self.preempting_exception().is_none() {
@@ -79,7 +75,7 @@ impl Cpu {
         Ok(true)
     }
 
-    /// The pending exception that pre-empts what runs.
+    /// Returns the pending exception that pre-empts the running context, if there is one.
     #[inline]
     fn preempting_exception(&self) -> Option<u16> {
         let first = self.system.nvic.first_pending()?;
@@ -91,13 +87,13 @@ impl Cpu {
         self.system.nvic.execution_priority(&self.registers)
     }
 
-    /// Whether a core that sleeps by WFI or WFE wakes; after `take_pending`,
-    /// which has sampled the lines.
+    /// Returns whether a core that sleeps by WFI or WFE wakes. Call after `take_pending`, which
+    /// samples the lines.
     pub(super) fn should_wake(&mut self) -> bool {
         self.system.should_wake(&self.registers)
     }
 
-    /// Lets everything up to now happen, and samples the lines.
+    /// Processes all events up to now, and samples the lines.
     pub(super) fn sample(&mut self, bus: &mut impl Bus) -> Result<(), Stop> {
         if let Some(at) = self.system.scb.reset_request.take() {
             bus.request_reset(at);
@@ -108,10 +104,9 @@ impl Cpu {
         Ok(())
     }
 
-    /// Lets the events before `end` happen, each at its cycle, until an
-    /// exception pre-empts; gives the cycle of the event that did it. For
-    /// instructions that can be interrupted before their end, too: `end` may
-    /// lie ahead, and time then has gone on to the cycle given.
+    /// Processes the events before `end`, each at its cycle, until an exception pre-empts; returns
+    /// the cycle of the event that caused it. Also serves instructions that can be interrupted:
+    /// `end` may lie ahead, and time then has advanced to the returned cycle.
     pub(super) fn advance_until_preempted(
         &mut self,
         bus: &mut impl Bus,
@@ -127,21 +122,20 @@ impl Cpu {
                 return Ok(Some(event));
             }
             if bus.next_event() <= event {
-                // It asks for the present, whichever that is.
+                // The bus requests a call at the present cycle.
                 self.advance_bus(bus, end.saturating_sub(1))?;
                 return Ok(None);
             }
         }
     }
 
-    /// Lets events up to now happen until an exception pre-empts; whether one
-    /// did.
+    /// Processes events up to now until an exception pre-empts; returns whether one did.
     fn advance_to_now(&mut self, bus: &mut impl Bus) -> Result<bool, Stop> {
         let end = self.cycle.saturating_add(1);
         Ok(self.advance_until_preempted(bus, end)?.is_some())
     }
 
-    /// Time never goes back: gives the cycle that it went on to.
+    /// Advances the bus, and returns the cycle reached. Time never goes backwards.
     fn advance_bus(&mut self, bus: &mut impl Bus, to: Cycle) -> Result<Cycle, Stop> {
         let to = to.max(self.system.sampled);
         bus.advance(to).map_err(|Unmodelled(what)| Stop::Outside {
@@ -152,8 +146,8 @@ impl Cpu {
         Ok(to)
     }
 
-    /// Takes `fault` of the instruction at R15, escalated where its exception
-    /// is disabled or its priority does not suffice.
+    /// Takes `fault` of the instruction at R15; escalates it if its exception is disabled or its
+    /// priority does not suffice.
     pub(super) fn take_fault(&mut self, bus: &mut impl Bus, fault: Fault) -> Result<(), Stop> {
         let pended = match fault {
             Fault::LazyStackingAccess | Fault::LazyStackingBus => self.pend_lazy_fault(fault),
@@ -176,8 +170,8 @@ impl Cpu {
             .ok_or(self.lock_up())
     }
 
-    /// A store met a bus error in the write buffer (TRM section 3.5): its
-    /// instruction is over. The caller takes what is pending afterwards.
+    /// Handles the bus error of a store in the write buffer (TRM section 3.5), whose instruction is
+    /// over. The caller takes pending exceptions afterwards.
     pub(super) fn imprecise_fault(&mut self) -> Result<(), Stop> {
         let priority = self.execution_priority();
         self.system
@@ -191,8 +185,8 @@ impl Cpu {
         }
     }
 
-    /// A load or store of the core itself, at its cycle, which it moves on by
-    /// one and the wait states; `Err` of a fault: `access` or `bus_error`.
+    /// Performs a load or store of the core itself, at the given cycle, which advances by one and
+    /// the wait states. Fails with the fault `access` or `bus_error`.
     fn stack_access(
         &mut self,
         bus: &mut impl Bus,
@@ -236,8 +230,8 @@ impl Cpu {
         }
     }
 
-    /// SVC. The caller takes what is pending after it went on to the next
-    /// instruction; an SVC that may not be taken is a hard fault there.
+    /// Executes SVC. The caller takes pending exceptions after advancing to the next instruction;
+    /// an SVC that cannot pre-empt becomes a hard fault there.
     pub(super) fn supervisor_call(&mut self) -> Result<(), Stop> {
         use super::system::{number, nvic};
         let priority = self.execution_priority();

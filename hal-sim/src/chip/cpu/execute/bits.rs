@@ -1,29 +1,29 @@
-//! Extensions, bit fields, saturation, packing (Arm ARM A7.7).
+//! Executes extensions, bit fields, saturation and packing (Arm ARM A7.7).
 
 use crate::chip::cpu::Cpu;
 use crate::chip::cpu::instruction::{Rearrange, Reg, Shift};
 use crate::chip::cpu::registers::flag;
 
-/// `width` ones, 1–32.
+/// Returns a mask of `width` ones, 1–32.
 const fn ones(width: u8) -> u32 {
     u32::MAX >> (32 - width as u32)
 }
 
-/// `value` brought into `bits` signed bits, 1–32; whether that changed it.
+/// Clamps `value` to `bits` signed bits, 1–32; returns the result, and whether it differs.
 fn clamp_signed(value: i32, bits: u8) -> (i32, bool) {
     let most = i32::MAX >> (32 - u32::from(bits));
     let result = value.clamp(-most - 1, most);
     (result, result != value)
 }
 
-/// `value` brought into `bits` unsigned bits, 0–31; whether that changed it.
+/// Clamps `value` to `bits` unsigned bits, 0–31; returns the result, and whether it differs.
 fn clamp_unsigned(value: i32, bits: u8) -> (i32, bool) {
     let most = ((1u32 << bits) - 1).cast_signed();
     let result = value.clamp(0, most);
     (result, result != value)
 }
 
-/// The half-words of `value`, sign-extended: lower, upper.
+/// Returns the lower and the upper half-word of `value`, sign-extended.
 const fn halves(value: u32) -> (i32, i32) {
     let value = value.cast_signed();
     (value << 16 >> 16, value >> 16)

@@ -1,4 +1,4 @@
-//! Branches to what a register or memory holds (Arm ARM A2.3.1, A7.7).
+//! Executes branches to addresses from registers or memory (Arm ARM A2.3.1, A7.7).
 
 use crate::chip::Cycle;
 use crate::chip::cpu::instruction::Reg;
@@ -6,8 +6,8 @@ use crate::chip::cpu::timing::{PipelineState, REFILL_LOAD, REFILL_REGISTER, depe
 use crate::chip::cpu::{Bus, Cpu, Fault, Size, TrapResult};
 
 impl Cpu {
-    /// Goes on at `value` with bit 0 saying Thumb, or returns from the
-    /// exception (BXWritePC), after `before` cycles and a refill.
+    /// Branches to `value`, whose bit 0 must be the Thumb bit, or returns from the exception
+    /// (BXWritePC), after `before` cycles and a refill.
     pub(super) fn interwork(
         &mut self,
         bus: &mut impl Bus,
@@ -57,12 +57,12 @@ impl Cpu {
         Ok(target)
     }
 
-    /// A branch without interworking (BranchWritePC).
+    /// Branches without interworking (BranchWritePC).
     pub(super) fn branch_register(&mut self, bus: &mut impl Bus, value: u32) -> u32 {
         self.branch_far(bus, value & !1, 1, REFILL_REGISTER)
     }
 
-    /// TBB, TBH: two cycles to load, one to add, three to refill (TRM 3.3.2).
+    /// Executes TBB and TBH: two cycles to load, one to add, three to refill (TRM 3.3.2).
     pub(super) fn table_branch(
         &mut self,
         bus: &mut impl Bus,

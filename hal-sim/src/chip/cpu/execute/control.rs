@@ -1,12 +1,12 @@
-//! IT, hints, barriers, special registers, SVC, BKPT (Arm ARM A7.7, B5.2).
+//! Executes IT, hints, barriers, special registers, SVC and BKPT (Arm ARM A7.7, B5.2).
 
 use crate::chip::cpu::instruction::Op;
 use crate::chip::cpu::system::actlr;
 use crate::chip::cpu::timing::{PipelineState, REFILL_REGISTER};
 use crate::chip::cpu::{Bus, Cpu, Fault, Open, TrapResult};
 
-/// CPS, MRS and MSR take "1 or 2" cycles (TRM table 3-1, no rule given): the
-/// more, so that a load is never flattered.
+/// Cycles of CPS, MRS and MSR: "1 or 2" (TRM table 3-1, without a rule). The larger value avoids
+/// underestimating the load.
 const SPECIAL_CYCLES: u32 = 2;
 
 impl Cpu {
@@ -22,7 +22,7 @@ impl Cpu {
             Op::It { state } => {
                 self.registers.it = state;
                 if last.length() == 2 && !self.system.disables(actlr::FOLDING) {
-                    // Folded onto a 16-bit instruction (TRM table 3-1, note d).
+                    // IT is folded onto a 16-bit instruction (TRM table 3-1, note d).
                     self.pipeline.last = last;
                     return Ok(next);
                 }
@@ -58,7 +58,7 @@ impl Cpu {
                 self.spend(SPECIAL_CYCLES - 1);
             }
             Op::DataBarrier => {
-                // Waits for the write buffer (TRM 3.5), else takes no time.
+                // Waits for the write buffer (TRM 3.5); otherwise takes no time.
                 self.cycle = self.cycle.max(self.pipeline.buffer.saturating_sub(1));
             }
             Op::InstructionBarrier => return Ok(self.branch_far(bus, next, 1, REFILL_REGISTER)),
@@ -69,13 +69,13 @@ impl Cpu {
                 Open::Undefined => return Err(Fault::Undefined.into()),
                 Open::Nothing => {}
             },
-            _ => {} // hints, WFE with an event
+            _ => {} // hints, and WFE with an event
         }
         self.advance_by(1);
         Ok(next)
     }
 
-    /// Sleeps from the next instruction on.
+    /// Puts the core to sleep before the next instruction.
     fn sleep(&mut self, bus: &mut impl Bus) -> TrapResult {
         if self.system.sleeps_deep() {
             return Err(self.refuse(bus, "deep sleep (SCR.SLEEPDEEP) is not modelled"));

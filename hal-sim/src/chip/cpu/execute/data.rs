@@ -1,17 +1,17 @@
-//! Data processing: moves, sums, logic, shifts (Arm ARM A7.7), one cycle each.
+//! Executes data processing: moves, sums, logic, shifts (Arm ARM A7.7), one cycle each.
 
 use super::shift_carry;
 use crate::chip::cpu::Cpu;
 use crate::chip::cpu::instruction::{Alu, CarryOut, Reg, Shift, ShiftKind, Test};
 use crate::chip::cpu::registers::flag;
 
-/// N and Z of `result`.
+/// Returns the flags N and Z of `result`.
 #[inline(always)]
 const fn negative_zero(result: u32) -> u32 {
     result & flag::N | ((result == 0) as u32) << 30
 }
 
-/// AddWithCarry: the sum and N, Z, C, V.
+/// Adds with carry (AddWithCarry); returns the sum and N, Z, C, V.
 #[inline(always)]
 const fn add(a: u32, b: u32, carry: bool) -> (u32, u32) {
     let wide = a as u64 + b as u64 + carry as u64;
@@ -32,7 +32,7 @@ impl Cpu {
         self.registers.apsr = self.registers.apsr & 0x0FFF_FFFF | flags;
     }
 
-    /// N and Z of `result`; the rest stays.
+    /// Sets the flags N and Z from `result`; the other flags stay.
     #[inline(always)]
     fn set_nz(&mut self, result: u32) {
         self.registers.apsr = self.registers.apsr & 0x3FFF_FFFF | negative_zero(result);
@@ -79,7 +79,7 @@ impl Cpu {
         self.set_nzcv(flags);
     }
 
-    /// The common core of all forms: second operand `b` with its carry.
+    /// Executes the operation that all forms share; `b` is the second operand with its carry.
     #[inline(always)]
     fn data(&mut self, alu: Alu, flags: bool, d: Reg, a: u32, (b, carry): (u32, bool)) {
         let (result, nzcv) = match alu {
@@ -128,7 +128,7 @@ impl Cpu {
         self.data(alu, flags, d, self.reg(n), b);
     }
 
-    /// Rm shifted by a constant, and the carry out.
+    /// Returns Rm shifted by a constant, and the carry out.
     #[inline(always)]
     pub(super) fn shifted(&self, m: Reg, shift: Shift) -> (u32, bool) {
         let carry = self.carry();
@@ -166,7 +166,7 @@ impl Cpu {
         }
     }
 
-    /// Shift by the lower byte of Rm.
+    /// Executes a shift by the lower byte of Rm.
     #[inline(always)]
     pub(super) fn shift_reg(&mut self, kind: ShiftKind, flags: bool, d: Reg, n: Reg, m: Reg) {
         let amount = self.reg(m) & 0xFF;

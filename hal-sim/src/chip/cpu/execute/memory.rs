@@ -1,11 +1,11 @@
-//! Single loads and stores, exclusives (Arm ARM A7.7); cycles: TRM 3.3.2.
+//! Executes single and exclusive loads and stores (Arm ARM A7.7); cycles follow TRM 3.3.2.
 
 use crate::chip::Cycle;
 use crate::chip::cpu::instruction::{Index, Load, Reg};
 use crate::chip::cpu::timing::{PipelineState, REFILL_LOAD, depends_on_last};
 use crate::chip::cpu::{Bus, Cpu, Size, TrapResult};
 
-/// Base register, how the offset applies, offset.
+/// Base register, use of the offset, offset.
 type Indexed = (Reg, Index, u32);
 
 impl Load {
@@ -17,7 +17,7 @@ impl Load {
         }
     }
 
-    /// What becomes of the zero-extended `value` from memory.
+    /// Extends `value` from memory, which is zero-extended, as the load requires.
     const fn extend(self, value: u32) -> u32 {
         match self {
             Self::SignedHalf => ((value << 16).cast_signed() >> 16).cast_unsigned(),
@@ -28,7 +28,7 @@ impl Load {
 }
 
 impl Index {
-    /// The address accessed and the base afterwards.
+    /// Returns the address of the access, and the new value of the base.
     pub const fn apply(self, base: u32, offset: u32) -> (u32, u32) {
         let moved = base.wrapping_add(offset);
         match self {
@@ -40,10 +40,9 @@ impl Index {
 }
 
 impl Cpu {
-    /// Sets the first data phase of a load; gives the load's cycles: two, one
-    /// less in the shadow of a load before it, one more for an address that
-    /// the instruction before produced. (After a load both cancel out: it is
-    /// just not pipelined.)
+    /// Sets the first data phase of a load, and returns the load's cycles: two; one less directly
+    /// after another load; one more for an address that the instruction before produced. (After a
+    /// load both cancel out: the load is just not pipelined.)
     #[inline(always)]
     pub(super) fn begin_load(&mut self, last: PipelineState, hazard: u16) -> Cycle {
         let cycles = (2 + Cycle::from(hazard)).wrapping_sub(last.load().into());
@@ -51,9 +50,8 @@ impl Cpu {
         cycles
     }
 
-    /// Sets the data phase of a store with a constant offset, which begins
-    /// when the instruction is over; gives its cycles: one, and the stall for
-    /// an address that data processing produced.
+    /// Sets the data phase of a store with a constant offset, which begins when the instruction is
+    /// over. Returns its cycles: one, plus the stall for an address that data processing produced.
     #[inline(always)]
     fn begin_store(&mut self, last: PipelineState, hazard: u16) -> Cycle {
         let cycles = 1 + Cycle::from(hazard & !u16::from(last.load()));
@@ -61,7 +59,7 @@ impl Cpu {
         cycles
     }
 
-    /// Load of base plus constant into a register below 13 or 14.
+    /// Executes a load with a constant offset into R0–R12 or R14.
     #[inline(always)]
     pub(super) fn load_simple(
         &mut self,
@@ -97,8 +95,8 @@ impl Cpu {
         Ok(())
     }
 
-    /// Any load from `address` into any register.
-    #[allow(clippy::too_many_arguments)] // what one encoding holds
+    /// Executes a load from `address` into any register.
+    #[allow(clippy::too_many_arguments)] // the fields of one encoding
     pub(super) fn load_single(
         &mut self,
         bus: &mut impl Bus,
@@ -119,7 +117,7 @@ impl Cpu {
         Ok(next)
     }
 
-    /// Goes on where a load into R15 says (LoadWritePC).
+    /// Branches to the address that a load into R15 gives (LoadWritePC).
     pub(super) fn load_to_pc(&mut self, bus: &mut impl Bus, value: u32) -> TrapResult<u32> {
         self.interwork(bus, value, 0, REFILL_LOAD)
     }
@@ -145,8 +143,8 @@ impl Cpu {
         Ok(next)
     }
 
-    /// Base plus register: the address takes a cycle of its own, except in
-    /// the shadow of a load.
+    /// Executes a store with a register offset: the address takes a cycle of its own, except
+    /// directly after a load.
     pub(super) fn store_register(
         &mut self,
         bus: &mut impl Bus,
@@ -214,7 +212,7 @@ impl Cpu {
         Ok(())
     }
 
-    /// LDREX: the monitor covers all addresses (TRM 3.6).
+    /// Executes LDREX; the monitor covers all addresses (TRM 3.6).
     pub(super) fn load_exclusive(
         &mut self,
         bus: &mut impl Bus,
@@ -234,7 +232,7 @@ impl Cpu {
         Ok(())
     }
 
-    /// STREX: timed like a load (TRM 3.3.2).
+    /// Executes STREX, with the timing of a load (TRM 3.3.2).
     pub(super) fn store_exclusive(
         &mut self,
         bus: &mut impl Bus,

@@ -1,8 +1,8 @@
-//! What each operation does (Arm ARM chapter A7), and its cycles.
+//! Executes operations (Arm ARM chapter A7), and counts their cycles.
 //!
-//! Here operations are told apart; `data`, `bits`, `memory`, `multiple`,
-//! `branch`, `control` do them. Not here: `arithmetic`, `fpu`. In: an `Op`
-//! whose condition has passed. Out: the address of the next instruction.
+//! This module dispatches; `data`, `bits`, `memory`, `multiple`, `branch` and `control` execute.
+//! `arithmetic` and `fpu` have their own modules beside this one. In: an `Op` whose condition has
+//! passed. Out: the address of the next instruction.
 
 mod bits;
 mod branch;
@@ -19,8 +19,8 @@ use super::{Bus, Cpu, Size, TrapResult};
 use crate::chip::Cycle;
 use crate::chip::cpu::timing::{PipelineState, depends_on_last};
 
-/// Whether condition 0–14 holds for the flags N, Z, C, V in bits 3:0 of the
-/// index (Arm ARM A7.3).
+/// For each condition 0–14, the set of flag states in which it holds; the bit number has the flags
+/// N, Z, C, V in bits 3:0 (Arm ARM A7.3).
 const CONDITIONS: [u16; 16] = {
     let mut table = [0; 16];
     let mut flags = 0;
@@ -52,7 +52,7 @@ const CONDITIONS: [u16; 16] = {
 };
 
 impl Cpu {
-    /// Whether `condition` holds.
+    /// Returns whether `condition` holds for the present flags.
     #[inline(always)]
     pub(super) fn is_condition_met(&self, condition: u8) -> bool {
         CONDITIONS[usize::from(condition & 15)] >> (self.registers.apsr >> 28) & 1 != 0
@@ -76,14 +76,14 @@ impl Cpu {
         self.registers.r[usize::from(d & 15)] = value;
     }
 
-    /// Cycles of an operation outside the families below.
+    /// Adds the cycles of an operation that does not count its own.
     #[inline(always)]
     fn spend(&mut self, cycles: u32) {
         self.advance_by(Cycle::from(cycles));
     }
 
-    /// Executes the instruction at R15, whose condition has passed; gives the
-    /// address of the next.
+    /// Executes the instruction at R15, whose condition has passed; returns the address of the next
+    /// instruction.
     #[inline(always)]
     #[rustfmt::skip]
     pub(super) fn execute(&mut self, bus: &mut impl Bus, entry: &Entry) -> TrapResult<u32> {
@@ -163,7 +163,7 @@ impl Cpu {
         Ok(next)
     }
 
-    /// The less frequent half of [`Self::execute`].
+    /// Executes the less frequent operations of [`Self::execute`].
     #[inline(never)]
     #[rustfmt::skip]
     fn execute_other(&mut self, bus: &mut impl Bus, entry: &Entry, last: PipelineState, next: u32) -> TrapResult<u32> {
@@ -204,8 +204,8 @@ impl Cpu {
     }
 }
 
-/// `value` shifted by `amount`, which may be 32 for right shifts, and the
-/// carry out of it (Shift_C).
+/// Shifts `value` by `amount`, which may be 32 for right shifts; returns the result and the carry
+/// out (Shift_C).
 #[inline(always)]
 const fn shift_carry(value: u32, kind: ShiftKind, amount: u32, carry: bool) -> (u32, bool) {
     if amount == 0 {

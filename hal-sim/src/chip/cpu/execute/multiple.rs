@@ -1,11 +1,11 @@
-//! LDM, STM, PUSH, POP, LDRD, STRD (Arm ARM A7.7): 1 + N cycles each.
+//! Executes LDM, STM, PUSH, POP, LDRD and STRD (Arm ARM A7.7): 1 + N cycles each.
 
 use crate::chip::Cycle;
 use crate::chip::cpu::instruction::{Index, Reg};
 use crate::chip::cpu::timing::{PipelineState, depends_on_last};
 use crate::chip::cpu::{Bus, Cpu, Size, TrapResult};
 
-/// Lowest address of the words of `list`, and where the base moves to.
+/// Returns the lowest address of the words of `list`, and the new value of the base.
 #[inline(always)]
 const fn span(base: u32, down: bool, list: u16) -> (u32, u32) {
     let bytes = 4 * list.count_ones();
@@ -17,9 +17,9 @@ const fn span(base: u32, down: bool, list: u16) -> (u32, u32) {
 }
 
 impl Cpu {
-    /// Sets the first data phase of a transfer of several words; gives the
-    /// cycles before it: one, and the stall for an address that data
-    /// processing produced. Nothing is pipelined with it.
+    /// Sets the first data phase of a transfer of several words; returns the cycles before it: one,
+    /// plus the stall for an address that data processing produced. Such transfers are not
+    /// pipelined.
     #[inline(always)]
     fn begin_several(&mut self, last: PipelineState, hazard: u16) -> Cycle {
         let before = 1 + Cycle::from(hazard & !u16::from(last.load()));
@@ -27,9 +27,9 @@ impl Cpu {
         before
     }
 
-    /// The registers are written when all words are there, so that a fault
-    /// leaves them alone.
-    #[allow(clippy::too_many_arguments)] // what one encoding holds
+    /// Loads the words of `list`. The registers are written when all words have arrived, so that a
+    /// fault leaves them unchanged.
+    #[allow(clippy::too_many_arguments)] // the fields of one encoding
     pub(super) fn load_multiple(
         &mut self,
         bus: &mut impl Bus,
@@ -66,7 +66,7 @@ impl Cpu {
         Ok(next)
     }
 
-    #[allow(clippy::too_many_arguments)] // what one encoding holds
+    #[allow(clippy::too_many_arguments)] // the fields of one encoding
     pub(super) fn store_multiple(
         &mut self,
         bus: &mut impl Bus,

@@ -1,5 +1,5 @@
-//! Integers, fixed point and half precision (Arm ARM A2.5, FPToFixed,
-//! FixedToFP, FPHalfToSingle, FPSingleToHalf).
+//! Converts integers, fixed point and half precision (Arm ARM A2.5, FPToFixed, FixedToFP,
+//! FPHalfToSingle, FPSingleToHalf).
 
 use super::fpscr::{AHP, DN, IOC, IXC};
 use super::number::{
@@ -9,21 +9,21 @@ use super::number::{
 /// A fixed-point format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Fixed {
-    /// It has a sign.
+    /// Whether the number has a sign.
     pub signed: bool,
-    /// 16 bits in the lower half-word instead of 32.
+    /// Whether the number has 16 bits, in the lower half-word, instead of 32.
     pub half_word: bool,
-    /// Bits after the point, at most its width.
+    /// Number of bits after the point, at most the width.
     pub fraction: u8,
 }
 
-/// A 32-bit integer to single precision, rounded as FPSCR says.
+/// Converts a 32-bit integer to single precision, rounded in the mode of FPSCR.
 pub(super) fn from_integer(x: u32, signed: bool, fpscr: &mut u32) -> u32 {
     let rounding = Rounding::from_fpscr(*fpscr);
     from(wide(x, signed), 0, rounding, fpscr)
 }
 
-/// Fixed point to single precision, rounded to nearest.
+/// Converts fixed point to single precision, rounded to nearest.
 pub(super) fn from_fixed(x: u32, fixed: Fixed, fpscr: &mut u32) -> u32 {
     let value = match (fixed.half_word, fixed.signed) {
         (true, true) => i64::from(x as u16 as i16),
@@ -43,7 +43,7 @@ fn from(value: i64, fraction: u8, rounding: Rounding, fpscr: &mut u32) -> u32 {
     round(exact, SINGLE, rounding, fpscr)
 }
 
-/// Single precision to a 32-bit integer; saturates.
+/// Converts single precision to a 32-bit integer; saturates.
 pub(super) fn to_integer(x: u32, signed: bool, truncate: bool, fpscr: &mut u32) -> u32 {
     let rounding = if truncate {
         Rounding::Zero
@@ -53,7 +53,7 @@ pub(super) fn to_integer(x: u32, signed: bool, truncate: bool, fpscr: &mut u32) 
     to(x, 32, signed, 0, rounding, fpscr)
 }
 
-/// Single precision to fixed point, towards zero; saturates. A half-word is
+/// Converts single precision to fixed point, rounded towards zero; saturates. A half-word is
 /// extended to 32 bits.
 pub(super) fn to_fixed(x: u32, fixed: Fixed, fpscr: &mut u32) -> u32 {
     let width = if fixed.half_word { 16 } else { 32 };
@@ -80,7 +80,7 @@ fn to(x: u32, width: u32, signed: bool, fraction: u8, rounding: Rounding, fpscr:
         }
         Number::Infinity { negative } => (if negative { i64::MIN } else { i64::MAX }, false),
         Number::Finite(x) => {
-            // Above 2^60 all saturates.
+            // All values above 2^60 saturate.
             let drop = 62 - x.exponent - i32::from(fraction);
             let drop = if x.is_zero() { 63 } else { drop.max(1) };
             let (magnitude, inexact) = drop_bits(x.significand, drop as u32, x.negative, rounding);
@@ -97,14 +97,14 @@ fn to(x: u32, width: u32, signed: bool, fraction: u8, rounding: Rounding, fpscr:
     clamped as u32
 }
 
-/// Half precision, in the format that FPSCR.AHP says, to single; exact.
+/// Converts half precision, in the format that FPSCR.AHP selects, to single precision; exact.
 pub(super) fn half_to_single(half: u32, fpscr: &mut u32) -> u32 {
     let sign = (half & 0x8000) << 16;
     let (biased, fraction) = (half >> 10 & 0x1F, half & 0x3FF);
     match biased {
         0 => {
             let exact = Finite::new(sign != 0, -14, u64::from(fraction) << 52);
-            // FZ does not concern half precision, and none of these is tiny.
+            // FZ does not apply to half precision, and none of these results is tiny.
             round(exact, SINGLE, Rounding::Nearest, fpscr)
         }
         0x1F if *fpscr & AHP == 0 && fraction == 0 => sign | 0x7F80_0000,
@@ -122,7 +122,7 @@ pub(super) fn half_to_single(half: u32, fpscr: &mut u32) -> u32 {
     }
 }
 
-/// Single precision to half, in the format that FPSCR.AHP says.
+/// Converts single precision to half precision, in the format that FPSCR.AHP selects.
 pub(super) fn single_to_half(x: u32, fpscr: &mut u32) -> u32 {
     let sign = x >> 16 & 0x8000;
     let alternative = *fpscr & AHP != 0;

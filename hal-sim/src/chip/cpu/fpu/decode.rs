@@ -1,8 +1,8 @@
-//! Bits to operations (Arm ARM A6.4–A6.7).
+//! Decodes floating-point instructions (Arm ARM A6.4–A6.7).
 
 use super::{Arithmetic, Fixed, Op, Transfer, Unary, Writeback};
 
-/// Decodes; `None` for what FPv4-SP leaves UNDEFINED or UNPREDICTABLE.
+/// Decodes an instruction; returns `None` if FPv4-SP leaves it UNDEFINED or UNPREDICTABLE.
 pub fn decode(first: u16, second: u16) -> Option<Op> {
     if second >> 9 & 7 != 0b101 {
         return None;
@@ -16,7 +16,7 @@ pub fn decode(first: u16, second: u16) -> Option<Op> {
     }
 }
 
-/// Neither the stack pointer nor the program counter.
+/// Returns whether the register is neither the stack pointer nor the program counter.
 const fn is_general(register: u8) -> bool {
     register != 13 && register != 15
 }
@@ -25,13 +25,13 @@ const fn is_double(second: u16) -> bool {
     second & 0x100 != 0
 }
 
-/// Four bits at `at` and the lowest bit at `low`: an S register.
+/// Returns the number of an S register: four bits from `at` on and, as the lowest bit, bit `low`.
 const fn single(bits: u16, at: u32, low_bits: u16, low: u32) -> u8 {
     ((bits >> at & 15) << 1 | low_bits >> low & 1) as u8
 }
 
-/// Four bits at `at` of a D register; the fifth must be zero (16 of them). The
-/// first of its two S registers.
+/// Returns the first of the two S registers of a D register: four bits from `at` on. The fifth bit
+/// must be zero, because there are 16 D registers.
 const fn double(bits: u16, at: u32, high_bits: u16, high: u32) -> Option<u8> {
     if high_bits >> high & 1 == 0 {
         Some((bits >> at & 15) as u8 * 2)
@@ -64,7 +64,8 @@ fn data(first: u16, second: u16) -> Option<Op> {
     Some(Op::Arithmetic(kind, d, n, m))
 }
 
-/// Bit 7 of `second` and four bits of `first` say what is done.
+/// Decodes operations on one register: bit 7 of `second` and four bits of `first` select the
+/// operation.
 #[rustfmt::skip]
 fn one_operand(first: u16, second: u16, d: u8, m: u8) -> Option<Op> {
     let (high, sub) = (second & 0x80 != 0, first & 15);
@@ -95,7 +96,7 @@ fn one_operand(first: u16, second: u16, d: u8, m: u8) -> Option<Op> {
     Some(Op::Unary(kind, d, m))
 }
 
-/// VFPExpandImm: sign, three bits of exponent, four of fraction.
+/// Expands an immediate constant (VFPExpandImm): sign, three bits of exponent, four of fraction.
 fn constant(imm8: u8) -> u32 {
     let imm = u32::from(imm8);
     let exponent = if imm & 0x40 == 0 { 0x80 } else { 0x7C };
@@ -113,12 +114,12 @@ fn fixed(first: u16, second: u16) -> Option<Fixed> {
     })
 }
 
-/// VMOV between a core register and S or half of D; VMRS, VMSR.
+/// Decodes VMOV between a core register and S or half of D, VMRS and VMSR.
 fn one_core_register(first: u16, second: u16) -> Option<Op> {
     let t = (second >> 12) as u8;
     let (to_core, what) = (first & 0x10 != 0, first >> 5 & 7);
     if is_double(second) {
-        // A word of D: `what` is which half.
+        // One word of D; `what` selects the half.
         let d = double(first, 0, second, 7)?;
         let s = d + (what & 1) as u8;
         let is_word = what <= 1 && second & 0x6F == 0;
@@ -185,8 +186,8 @@ fn transfer(first: u16, second: u16) -> Option<Op> {
         (true, false, true) => (imm8, -bytes, Writeback::Down),
         _ => return None,
     };
-    // Only VLDR may use the program counter; an odd number of words of D
-    // registers is another architecture's.
+    // Only VLDR may use the program counter; an odd number of words of D registers belongs to
+    // another architecture.
     let from_code = before && !writes && load;
     let odd = is_double(second) && count % 2 != 0;
     let fits = count > 0 && u16::from(s) + u16::from(count) <= 32;

@@ -1,12 +1,11 @@
 //! Floating-point unit (FPv4-SP).
 //!
-//! It executes the instructions for coprocessors 10 and 11, whose first half-word is
-//! 0xEC00–0xEFFF or 0xFC00–0xFFFF.
+//! It executes the instructions for coprocessors 10 and 11, whose first half-word is 0xEC00–0xEFFF
+//! or 0xFC00–0xFFFF.
 //!
-//! `decode` decodes them, `number` unpacks and rounds numbers in integer arithmetic,
-//! `operations` and `convert` compute with these, and `transfer` loads and stores. The input
-//! is a decoded `Op` with the registers and the bus; the output is the registers, FPSCR and the
-//! number of cycles.
+//! `decode` decodes them, `number` unpacks and rounds numbers in integer arithmetic, `operations`
+//! and `convert` compute with these, and `transfer` loads and stores. The input is a decoded `Op`
+//! with the registers and the bus; the output is the registers, FPSCR and the number of cycles.
 
 mod convert;
 mod decode;

@@ -1,12 +1,12 @@
-//! Numbers in integers: unpacking, NaNs, and one rounding for every format and
-//! mode (Arm ARM A2.5, FPUnpack, FPProcessNaN, FPRound).
+//! Represents floating-point numbers in integers: unpacking, NaNs, and one rounding for every
+//! format and mode (Arm ARM A2.5, FPUnpack, FPProcessNaN, FPRound).
 
 use super::fpscr::{AHP, DN, FZ, IDC, IOC, IXC, OFC, RMODE, UFC};
 
 /// A binary interchange format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Format {
-    /// Bits of the fraction.
+    /// Number of bits of the fraction.
     fraction: u32,
     /// Exponent of the smallest normal number.
     least: i32,
@@ -14,24 +14,24 @@ pub(super) struct Format {
     infinity: u32,
 }
 
-/// 32 bits.
+/// Single precision, 32 bits.
 pub(super) const SINGLE: Format = Format {
     fraction: 23,
     least: -126,
     infinity: 0xFF,
 };
 
-/// 16 bits.
+/// Half precision, 16 bits.
 pub(super) const HALF: Format = Format {
     fraction: 10,
     least: -14,
     infinity: 0x1F,
 };
 
-/// Quiet, positive, empty: what an invalid operation gives.
+/// Result of an invalid operation: a quiet, positive NaN with an empty payload.
 pub(super) const DEFAULT_NAN: u32 = 0x7FC0_0000;
 
-/// How a result that does not fit is rounded.
+/// Rounding mode of a result that does not fit the format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Rounding {
     /// To nearest, ties to even.
@@ -45,7 +45,7 @@ pub(super) enum Rounding {
 }
 
 impl Rounding {
-    /// What FPSCR asks for.
+    /// Returns the rounding mode that FPSCR selects.
     pub(super) const fn from_fpscr(fpscr: u32) -> Self {
         match (fpscr & RMODE) >> 22 {
             0 => Self::Nearest,
@@ -55,8 +55,8 @@ impl Rounding {
         }
     }
 
-    /// Whether the magnitude of a number is rounded away from zero that keeps
-    /// `kept` and drops `dropped` of a unit whose half is `half`.
+    /// Returns whether the magnitude is rounded away from zero when `kept` is kept and `dropped` is
+    /// dropped, out of a unit whose half is `half`.
     const fn is_away(self, negative: bool, kept: u64, dropped: u64, half: u64) -> bool {
         match self {
             Self::Nearest => dropped > half || dropped == half && kept & 1 != 0,
@@ -67,9 +67,8 @@ impl Rounding {
     }
 }
 
-/// A finite number: `significand` × 2^(`exponent` − 62), negative or not. The
-/// significand of all but zero has bit 62 as its highest; zero has an exponent
-/// below all others.
+/// A finite number: `significand` × 2^(`exponent` − 62), with a sign. The highest bit of the
+/// significand is bit 62, except for zero, whose exponent is below all others.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Finite {
     pub(super) negative: bool,
@@ -89,8 +88,7 @@ impl Finite {
         }
     }
 
-    /// A number with any significand, brought into form; bits lost on the way
-    /// stick.
+    /// Normalises a number with any significand; lost bits set the lowest bit.
     pub(super) const fn new(negative: bool, exponent: i32, significand: u64) -> Self {
         if significand == 0 {
             return Self::zero(negative);
@@ -116,11 +114,11 @@ impl Finite {
 /// A number of any kind.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) enum Number {
-    /// Zero, denormal, normal.
+    /// Zero, denormal or normal.
     Finite(Finite),
-    /// Infinity.
+    /// Plus or minus infinity.
     Infinity {
-        /// Minus.
+        /// Whether the infinity is minus infinity.
         negative: bool,
     },
     /// Not a number.
@@ -135,7 +133,7 @@ const fn is_signalling(x: u32) -> bool {
     is_nan(x) && x & 1 << 22 == 0
 }
 
-/// Flushes a denormal input where FPSCR.FZ asks for it.
+/// Flushes a denormal input to zero if FPSCR.FZ is set.
 pub(super) const fn flush(x: u32, fpscr: &mut u32) -> u32 {
     if *fpscr & FZ != 0 && x & 0x7F80_0000 == 0 && x & 0x7F_FFFF != 0 {
         *fpscr |= IDC;
@@ -144,7 +142,7 @@ pub(super) const fn flush(x: u32, fpscr: &mut u32) -> u32 {
     x
 }
 
-/// Takes single precision apart, flushed where FPSCR.FZ asks for it.
+/// Unpacks single precision; flushes a denormal to zero if FPSCR.FZ is set.
 pub(super) const fn unpack(x: u32, fpscr: &mut u32) -> Number {
     let x = flush(x, fpscr);
     let negative = x >> 31 != 0;
@@ -161,7 +159,7 @@ pub(super) const fn unpack(x: u32, fpscr: &mut u32) -> Number {
     }
 }
 
-/// The NaN that an operation with operand `x`, a NaN, gives.
+/// Returns the NaN that results from the operand `x`, a NaN.
 pub(super) const fn quiet(x: u32, fpscr: &mut u32) -> u32 {
     if is_signalling(x) {
         *fpscr |= IOC;
@@ -173,31 +171,31 @@ pub(super) const fn quiet(x: u32, fpscr: &mut u32) -> u32 {
     }
 }
 
-/// The NaN among `operands` that an operation gives: the first signalling one,
-/// else the first.
+/// Returns the NaN that results from `operands`: from the first signalling NaN, else from the first
+/// NaN.
 pub(super) fn propagate<const N: usize>(operands: [u32; N], fpscr: &mut u32) -> Option<u32> {
     let signalling = operands.into_iter().find(|x| is_signalling(*x));
     let first = || operands.into_iter().find(|x| is_nan(*x));
     signalling.or_else(first).map(|x| quiet(x, fpscr))
 }
 
-/// An invalid operation: the default NaN.
+/// Sets the invalid flag, and returns the default NaN.
 pub(super) const fn invalid(fpscr: &mut u32) -> u32 {
     *fpscr |= IOC;
     DEFAULT_NAN
 }
 
-/// Zero with a sign.
+/// Returns a zero with the given sign.
 pub(super) const fn zero(negative: bool) -> u32 {
     (negative as u32) << 31
 }
 
-/// Infinity with a sign.
+/// Returns an infinity with the given sign.
 pub(super) const fn infinity(negative: bool) -> u32 {
     (negative as u32) << 31 | 0x7F80_0000
 }
 
-/// Shifts right; a bit lost sets the lowest.
+/// Shifts right; a lost bit sets the lowest bit.
 pub(super) const fn shift_sticky(x: u64, by: u32) -> u64 {
     match by {
         0 => x,
@@ -206,8 +204,8 @@ pub(super) const fn shift_sticky(x: u64, by: u32) -> u64 {
     }
 }
 
-/// `significand` without its `drop` lowest bits (at least one), rounded, and
-/// whether that lost anything.
+/// Drops the `drop` lowest bits of `significand` (at least one) with rounding; returns the result,
+/// and whether it is inexact.
 pub(super) const fn drop_bits(
     significand: u64,
     drop: u32,
@@ -225,8 +223,7 @@ pub(super) const fn drop_bits(
     (kept + away as u64, dropped != 0)
 }
 
-/// The nearest number of `format`; flags into FPSCR. Tininess is found before
-/// rounding.
+/// Rounds to `format`, and sets the flags in FPSCR. Tininess is detected before rounding.
 pub(super) const fn round(x: Finite, format: Format, rounding: Rounding, fpscr: &mut u32) -> u32 {
     let width = if format.fraction == SINGLE.fraction {
         31
@@ -245,7 +242,7 @@ pub(super) const fn round(x: Finite, format: Format, rounding: Rounding, fpscr: 
     let below = if tiny { format.least - x.exponent } else { 0 };
     let drop = 62 - format.fraction + below as u32;
     let (kept, inexact) = drop_bits(x.significand, drop, x.negative, rounding);
-    // The significand's leading one counts as 1 in the exponent's field.
+    // The significand's leading one adds 1 to the exponent field.
     let above = if tiny { 0 } else { x.exponent - format.least };
     let bits = ((above as u64) << format.fraction) + kept;
     let alternative = width == 15 && *fpscr & AHP != 0;
@@ -263,7 +260,7 @@ pub(super) const fn round(x: Finite, format: Format, rounding: Rounding, fpscr: 
     sign | bits as u32
 }
 
-/// Infinity, or the greatest finite number, without sign.
+/// Returns infinity or the largest finite number, without sign.
 const fn overflowed(negative: bool, format: Format, rounding: Rounding) -> u32 {
     let infinity = format.infinity << format.fraction;
     match (rounding, negative) {

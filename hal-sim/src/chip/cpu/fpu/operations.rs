@@ -1,10 +1,9 @@
-//! Addition, multiplication, division, square root, fused multiply-add,
-//! comparison (Arm ARM A2.5, FPAdd … FPMulAdd, FPCompare).
+//! Computes addition, multiplication, division, square root, fused multiply-add and comparison (Arm
+//! ARM A2.5, FPAdd … FPMulAdd, FPCompare).
 //!
-//! Where the outcome on the host is provably the same, the host computes:
-//! rounding to nearest, nothing flushed, the inexact flag already set, and a
-//! result that is normal and above the least normal number, so that no other
-//! flag can come of it.
+//! The host's floating-point unit computes where its result is provably the same: rounding to
+//! nearest, nothing flushed, the inexact flag already set, and a result that is normal and above
+//! the smallest normal number, so that it can set no other flag.
 
 use super::fpscr::{DZC, FZ, IOC, IXC, RMODE};
 use super::number::{
@@ -15,7 +14,7 @@ use std::cmp::Ordering;
 
 const SIGN: u32 = 1 << 31;
 
-/// Bits of the host's result, where it counts.
+/// Returns the bits of the host's result, if they are provably correct.
 #[inline]
 fn by_host(result: f32, fpscr: u32) -> Option<u32> {
     let bits = result.to_bits();
@@ -24,22 +23,22 @@ fn by_host(result: f32, fpscr: u32) -> Option<u32> {
     (may && ordinary).then_some(bits)
 }
 
-/// a + b.
+/// Computes a + b.
 #[inline]
 pub(super) fn add(a: u32, b: u32, fpscr: &mut u32) -> u32 {
     by_host(f32::from_bits(a) + f32::from_bits(b), *fpscr)
         .unwrap_or_else(|| exact_add([a, b], b, fpscr))
 }
 
-/// a - b.
+/// Computes a - b.
 #[inline]
 pub(super) fn subtract(a: u32, b: u32, fpscr: &mut u32) -> u32 {
-    // A NaN keeps its sign.
+    // A NaN operand keeps its sign.
     by_host(f32::from_bits(a) - f32::from_bits(b), *fpscr)
         .unwrap_or_else(|| exact_add([a, b], b ^ SIGN, fpscr))
 }
 
-/// The first of `operands` plus `b`; `operands` are those that may be NaNs.
+/// Adds `b` to the first of `operands`; a NaN result comes from `operands`.
 fn exact_add(operands: [u32; 2], b: u32, fpscr: &mut u32) -> u32 {
     let (x, y) = (unpack(operands[0], fpscr), unpack(b, fpscr));
     match (x, y) {
@@ -54,7 +53,7 @@ fn exact_add(operands: [u32; 2], b: u32, fpscr: &mut u32) -> u32 {
     }
 }
 
-/// x + y, rounded.
+/// Computes x + y, rounded.
 fn sum(x: Finite, y: Finite, fpscr: &mut u32) -> u32 {
     let rounding = Rounding::from_fpscr(*fpscr);
     let is_above = (x.exponent, x.significand) >= (y.exponent, y.significand);
@@ -75,7 +74,7 @@ fn sum(x: Finite, y: Finite, fpscr: &mut u32) -> u32 {
     round(exact, SINGLE, rounding, fpscr)
 }
 
-/// a × b.
+/// Computes a × b.
 #[inline]
 pub(super) fn multiply(a: u32, b: u32, fpscr: &mut u32) -> u32 {
     by_host(f32::from_bits(a) * f32::from_bits(b), *fpscr)
@@ -100,7 +99,7 @@ fn exact_multiply(a: u32, b: u32, fpscr: &mut u32) -> u32 {
     }
 }
 
-/// x × y, exactly: 48 bits.
+/// Computes x × y exactly, in 48 bits.
 fn product(x: Finite, y: Finite) -> Finite {
     let significand = ((x.significand >> 39) * (y.significand >> 39)) << 16;
     Finite::new(
@@ -110,7 +109,7 @@ fn product(x: Finite, y: Finite) -> Finite {
     )
 }
 
-/// a / b.
+/// Computes a / b.
 #[inline]
 pub(super) fn divide(a: u32, b: u32, fpscr: &mut u32) -> u32 {
     by_host(f32::from_bits(a) / f32::from_bits(b), *fpscr)
@@ -145,7 +144,7 @@ fn exact_divide(a: u32, b: u32, fpscr: &mut u32) -> u32 {
     }
 }
 
-/// √a.
+/// Computes √a.
 #[inline]
 pub(super) fn square_root(a: u32, fpscr: &mut u32) -> u32 {
     by_host(f32::from_bits(a).sqrt(), *fpscr).unwrap_or_else(|| exact_square_root(a, fpscr))
@@ -159,7 +158,7 @@ fn exact_square_root(a: u32, fpscr: &mut u32) -> u32 {
         Number::Infinity { negative: false } => infinity(false),
         Number::Finite(x) if x.negative => invalid(fpscr),
         Number::Finite(x) => {
-            // An even exponent, and 61 or 62 bits, whose root has 31.
+            // The exponent must be even, and the 61 or 62 bits have a root of 31 bits.
             let odd = (x.exponent & 1) as u32;
             let square = x.significand >> 39 << (37 + odd);
             let root = square.isqrt();
@@ -170,7 +169,7 @@ fn exact_square_root(a: u32, fpscr: &mut u32) -> u32 {
     }
 }
 
-/// addend + a × b, rounded once.
+/// Computes addend + a × b, rounded once.
 pub(super) fn multiply_add(addend: u32, a: u32, b: u32, fpscr: &mut u32) -> u32 {
     let negative = (a ^ b) & SIGN != 0;
     let (z, x, y) = (unpack(addend, fpscr), unpack(a, fpscr), unpack(b, fpscr));
@@ -180,8 +179,7 @@ pub(super) fn multiply_add(addend: u32, a: u32, b: u32, fpscr: &mut u32) -> u32 
         _ => false,
     };
     if let Some(nan) = propagate([addend, a, b], fpscr) {
-        // Infinity times zero is invalid even where the addend is a NaN; that
-        // it hides a quiet one.
+        // Infinity times zero is invalid even if the addend is a NaN; then it replaces a quiet NaN.
         let hides = infinite_times_zero && addend & 1 << 22 != 0;
         return if hides { invalid(fpscr) } else { nan };
     }
@@ -198,7 +196,7 @@ pub(super) fn multiply_add(addend: u32, a: u32, b: u32, fpscr: &mut u32) -> u32 
     }
 }
 
-/// Flags of the comparison of `a` with `b`, at their places in FPSCR.
+/// Compares `a` with `b`; returns the flags N, Z, C, V at their positions in FPSCR.
 #[inline]
 pub(super) fn compare(a: u32, b: u32, signal: bool, fpscr: &mut u32) -> u32 {
     let (a, b) = (flush(a, fpscr), flush(b, fpscr));

@@ -1,6 +1,6 @@
-//! Corners that random numbers rarely meet, by hand from the Arm ARM's
-//! pseudo-code; and that the host may compute in the integers' place. Every
-//! operation, its flags and modes: `qemu_instructions`.
+//! Tests edge cases that random numbers rarely reach, derived by hand from the Arm ARM's
+//! pseudo-code, and that the host's results equal the integer computation. `qemu_instructions`
+//! tests every operation with its flags and modes.
 
 use super::convert::{half_to_single, single_to_half};
 use super::fpscr::{AHP, DN, FZ, IOC, IXC, OFC, UFC};
@@ -15,7 +15,7 @@ const LEAST_NORMAL: u32 = 0x0080_0000;
 const MINUS: u32 = 1 << 31;
 const DEFAULT: u32 = 0x7FC0_0000;
 
-/// Result and flags of `f` under `mode`.
+/// Returns the result and the flags of `f` with `mode` in FPSCR.
 fn under(mode: u32, f: impl Fn(&mut u32) -> u32) -> (u32, u32) {
     let mut fpscr = mode;
     let result = f(&mut fpscr);
@@ -25,18 +25,18 @@ fn under(mode: u32, f: impl Fn(&mut u32) -> u32) -> (u32, u32) {
 
 #[test]
 fn tininess_is_found_before_rounding() {
-    // (1 - 2^-24) × 2^-126 rounds up to the least normal number, and is tiny.
+    // (1 - 2^-24) × 2^-126 rounds up to the smallest normal number, and is tiny.
     let below_one = ONE - 1;
     let product = |mode| under(mode, |f| multiply(below_one, LEAST_NORMAL, f));
     assert_eq!(product(0), (LEAST_NORMAL, UFC | IXC));
     assert_eq!(product(DOWN), (LEAST_NORMAL - 1, UFC | IXC));
-    // Flushed: no inexact.
+    // Flushed results are not inexact.
     assert_eq!(product(FZ), (0, UFC));
-    // A denormal that is exact underflows nothing.
+    // An exact denormal is no underflow.
     let half = 0x3F00_0000;
     let expected = (LEAST_NORMAL / 2, 0);
     assert_eq!(under(0, |f| multiply(half, LEAST_NORMAL, f)), expected);
-    // Less than half of the least denormal.
+    // Less than half of the smallest denormal.
     assert_eq!(under(0, |f| multiply(1, 1, f)), (0, UFC | IXC));
     assert_eq!(under(UP, |f| multiply(1, 1, f)), (1, UFC | IXC));
 }
@@ -54,7 +54,7 @@ fn nans_are_quieted_in_order() {
     let fused = |a, b, c| under(0, |f| multiply_add(a, b, c, f));
     assert_eq!(fused(quiet_1, first, ONE), (0x7FC0_0001, IOC));
     assert_eq!(fused(ONE, quiet_2, quiet_1), (quiet_2, 0));
-    // Infinity times zero hides a quiet addend, not a signalling one.
+    // Infinity times zero replaces a quiet addend, not a signalling one.
     assert_eq!(fused(quiet_1, INFINITY, 0), (DEFAULT, IOC));
     assert_eq!(fused(second, INFINITY, 0), (0xFFE0_0002, IOC));
 }
@@ -86,7 +86,7 @@ fn half_precision() {
     assert_eq!(single(3e-8, FZ), (0x0001, UFC | IXC));
 }
 
-/// Numbers of every kind, from a fixed seed.
+/// Generates numbers of every kind from a fixed seed.
 fn numbers() -> impl Iterator<Item = u32> {
     let mut state = 0x1234_5678_9ABC_DEF1_u64;
     std::iter::from_fn(move || {
@@ -94,7 +94,7 @@ fn numbers() -> impl Iterator<Item = u32> {
         state ^= state >> 7;
         state ^= state << 17;
         let bits = (state >> 32) as u32;
-        // Every fourth near 1, so that sums cancel; every eighth denormal.
+        // Every fourth is near 1, so that sums cancel; every eighth is denormal.
         Some(match state & 7 {
             0 | 1 => bits & 0x83FF_FFFF | 0x3C00_0000,
             2 => bits & 0x80FF_FFFF,
@@ -115,14 +115,14 @@ fn the_integer_core_agrees_with_the_host() {
                 "{a:#010x} {b:#010x} {c:#010x}: {ours:#010x}, host {host:e}"
             );
         };
-        // IXC is clear, so that the host is not asked.
+        // IXC is clear, so that the host does not compute.
         same(x + y, under(0, |f| add(a, b, f)));
         same(x - y, under(0, |f| subtract(a, b, f)));
         same(x * y, under(0, |f| multiply(a, b, f)));
         same(x / y, under(0, |f| divide(a, b, f)));
         same(x.sqrt(), under(0, |f| square_root(a, f)));
         same(y.mul_add(z, x), under(0, |f| multiply_add(a, b, c, f)));
-        // With IXC set it may be; the bits and flags must not change by it.
+        // With IXC set the host may compute; bits and flags must be the same.
         for mode in [0, UP, DOWN, ZERO, FZ, DN] {
             let plain = under(mode, |f| multiply(a, b, f));
             let fast = under(mode | IXC, |f| multiply(a, b, f));

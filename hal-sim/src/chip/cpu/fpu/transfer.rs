@@ -1,30 +1,31 @@
-//! VLDR, VLDM, VPOP, VSTR, VSTM, VPUSH: consecutive words and S registers.
+//! Executes VLDR, VLDM, VPOP, VSTR, VSTM and VPUSH: transfers between consecutive words and S
+//! registers.
 
 use crate::chip::cpu::{Bus, Cpu, Fault, Size, TrapResult};
 
-/// What becomes of the base register.
+/// Change of the base register.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Writeback {
-    /// It stays.
+    /// The base register stays.
     None,
-    /// It goes up by the size of what is transferred.
+    /// The base register increases by the size of the transfer.
     Up,
-    /// It goes down by that.
+    /// The base register decreases by the size of the transfer.
     Down,
 }
 
-/// Registers `s`, `s` + 1, … from or to words at `n` + `offset` on.
+/// Transfer of registers `s`, `s` + 1, … from or to the words at `n` + `offset` on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Transfer {
-    /// First S register.
+    /// Number of the first S register.
     pub s: u8,
-    /// How many.
+    /// Number of S registers.
     pub count: u8,
-    /// Base register; 15 is the instruction's address + 4, aligned.
+    /// Base register; 15 is the instruction's address + 4, word-aligned.
     pub n: u8,
-    /// What becomes of it.
+    /// Change of the base register.
     pub writeback: Writeback,
-    /// Bytes from the base to the first word.
+    /// Offset from the base to the first word, bytes.
     pub offset: i16,
 }
 
@@ -35,7 +36,7 @@ impl Transfer {
 }
 
 impl Cpu {
-    /// Loads; 1 cycle and 1 a word (TRM table 7-1).
+    /// Loads S registers; returns its cycles, 1 plus 1 per word (TRM table 7-1).
     pub(super) fn load_singles(&mut self, bus: &mut impl Bus, x: Transfer) -> TrapResult<u32> {
         let mut address = self.first_word(x)?;
         for s in x.registers() {
@@ -46,7 +47,7 @@ impl Cpu {
         Ok(1 + u32::from(x.count))
     }
 
-    /// Stores; 1 cycle and 1 a word (TRM table 7-1).
+    /// Stores S registers; returns its cycles, 1 plus 1 per word (TRM table 7-1).
     pub(super) fn store_singles(&mut self, bus: &mut impl Bus, x: Transfer) -> TrapResult<u32> {
         let mut address = self.first_word(x)?;
         for s in x.registers() {
@@ -57,7 +58,7 @@ impl Cpu {
         Ok(1 + u32::from(x.count))
     }
 
-    /// Unaligned addresses always fault.
+    /// Returns the address of the first word; unaligned addresses always fault.
     fn first_word(&self, x: Transfer) -> TrapResult<u32> {
         let base = self.registers.r[usize::from(x.n & 15)];
         let base = if x.n == 15 {

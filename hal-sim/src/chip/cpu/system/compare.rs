@@ -1,26 +1,26 @@
-//! The comparators of the DWT, as far as they watch data (Arm ARM C1.8; TRM 8.1): what a
-//! debugger stops the core by.
+//! Models the comparators of the DWT that watch data (Arm ARM C1.8; TRM 8.1), which a debugger uses
+//! to stop the core.
 //!
-//! In: the addresses of instructions' data accesses. Out: the first that a comparator matched
-//! since it was asked. Not watched: what exceptions stack, DMA. It takes no time.
+//! In: the addresses of instructions' data accesses. Out: the first match since the last call.
+//! Stacking by exceptions and DMA are not watched. Watching takes no time.
 
 use crate::chip::cpu::Size;
 use crate::chip::cpu::bus::{Modelled, Unmodelled};
 
-/// How many there are.
+/// Number of comparators of the DWT.
 pub const COMPARATORS: usize = 4;
 
-/// FUNCTION.MATCHED.
+/// Bit MATCHED of FUNCTION.
 const MATCHED: u32 = 1 << 24;
 
-/// Accesses that are watched; the value is FUNCTION's.
+/// Kind of accesses that are watched; the value is that of FUNCTION.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WatchedAccess {
-    /// Loads.
+    /// Loads only.
     Reads = 5,
-    /// Stores.
+    /// Stores only.
     Writes = 6,
-    /// Both.
+    /// Loads and stores.
     Accesses = 7,
 }
 
@@ -34,29 +34,30 @@ impl WatchedAccess {
     }
 }
 
-/// An access that was watched.
+/// An access that matched a watchpoint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct WatchpointHit {
-    /// The first byte that was both accessed and watched.
+    /// Address of the first byte that was both accessed and watched.
     pub address: u32,
-    /// What its comparator watches.
+    /// Kind of accesses that the comparator watches.
     pub what: WatchedAccess,
 }
 
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 struct Comparator {
-    /// COMP.
+    /// Register COMP: start of the watched range.
     address: u32,
-    /// MASK: log2 of the bytes it covers.
+    /// Register MASK: log2 of the number of bytes watched.
     log2_bytes: u32,
-    /// FUNCTION.
+    /// Register FUNCTION; `None` if the comparator is off.
     what: Option<WatchedAccess>,
     is_matched: bool,
 }
 
 impl Comparator {
-    /// The first byte of `bytes` from `address` on that it watches: "to enable matching an
-    /// address wherever it appears on a bus" (DDI 0337, 11.6), a word's access has four.
+    /// Returns the first watched byte among the `bytes` accessed from `address` on, if there is
+    /// one: "to enable matching an address wherever it appears on a bus" (DDI 0337, 11.6); a word's
+    /// access has four bytes.
     const fn first_in(&self, address: u32, bytes: u32) -> Option<u32> {
         let start = self.address >> self.log2_bytes << self.log2_bytes;
         let before = start.wrapping_sub(address);
@@ -71,7 +72,7 @@ impl Comparator {
     }
 }
 
-/// All of them. A system reset leaves them alone.
+/// All comparators. A system reset does not change them.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Comparators {
     comparators: [Comparator; COMPARATORS],
@@ -79,14 +80,14 @@ pub struct Comparators {
 }
 
 impl Comparators {
-    /// Whether one watches anything.
+    /// Returns whether any comparator is on.
     pub fn has_watchpoints(&self) -> bool {
         self.comparators
             .iter()
             .any(|comparator| comparator.what.is_some())
     }
 
-    /// An instruction accesses `size` at `address`; whether that is watched.
+    /// Checks an instruction's access of `size` at `address`; returns whether it is watched.
     pub fn check_access(&mut self, address: u32, size: Size, is_write: bool) -> bool {
         let mut is_watched = false;
         for comparator in &mut self.comparators {
@@ -102,13 +103,13 @@ impl Comparators {
         is_watched
     }
 
-    /// The first access that was watched since this was asked.
+    /// Takes the first match since the last call.
     pub const fn take_hit(&mut self) -> Option<WatchpointHit> {
         self.hit.take()
     }
 
-    /// Has one comparator watch each of `parts`, an address and log2 of bytes; parts that are
-    /// watched so already need none. If not enough are free, all stays as it was.
+    /// Uses one free comparator for each of `parts`, an address and log2 of bytes, unless the part
+    /// is already watched. Returns `false` and changes nothing if too few are free.
     pub fn add(&mut self, parts: &[(u32, u32)], what: WatchedAccess) -> bool {
         let mut comparators = self.comparators;
         for &part in parts {
@@ -135,7 +136,7 @@ impl Comparators {
         true
     }
 
-    /// Frees those that watch `parts`.
+    /// Frees the comparators that watch `parts`.
     pub fn remove(&mut self, parts: &[(u32, u32)], what: WatchedAccess) {
         for comparator in &mut self.comparators {
             if parts.iter().any(|&part| comparator.is_of(part, what)) {
@@ -144,12 +145,12 @@ impl Comparators {
         }
     }
 
-    /// Frees all.
+    /// Frees all comparators.
     pub fn clear(&mut self) {
         *self = Self::default();
     }
 
-    /// The register at `offset` from COMP0; `None`: not one of these.
+    /// Reads the register at `offset` from COMP0; returns `None` if it is not one of these.
     pub fn read(&mut self, offset: u32) -> Option<u32> {
         let comparator = self.comparators.get_mut(offset as usize / 16)?;
         match offset & 0xF {
@@ -163,7 +164,7 @@ impl Comparators {
         }
     }
 
-    /// Writes it.
+    /// Writes the register at `offset` from COMP0; returns `None` if it is not one of these.
     pub fn write(&mut self, offset: u32, value: u32) -> Option<Modelled> {
         let comparator = self.comparators.get_mut(offset as usize / 16)?;
         match offset & 0xF {
@@ -215,7 +216,7 @@ mod tests {
             assert_eq!(all.take_hit().map(|hit| hit.address), hit, "{address:#x}");
             assert!(!all.check_access(address, size, false), "a read");
         }
-        // The end of memory, and a block.
+        // The end of memory, and a large block.
         assert!(all.add(&[(u32::MAX, 0), (0x2001_8000, 15)], WatchedAccess::Reads));
         assert!(all.check_access(u32::MAX - 3, Size::Word, false));
         assert!(all.check_access(0x2001_FFFF, Size::Byte, false));
@@ -260,7 +261,7 @@ mod tests {
         for (offset, value) in [(0x30, 0x2000_0104), (0x34, 3), (0x38, 5)] {
             assert_eq!(all.write(offset, value), Some(Ok(())));
         }
-        // The bits below the mask do not count.
+        // Address bits below the mask do not count.
         assert!(all.check_access(0x2000_0100, Size::Byte, false));
         assert_eq!(all.take_hit().unwrap().address, 0x2000_0100);
         assert!(all.write(0x38, 4).unwrap().is_err());

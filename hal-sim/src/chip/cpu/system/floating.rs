@@ -1,7 +1,7 @@
-//! Control of the floating-point extension (Arm ARM B3.2.20 on): who may use
-//! it, and where its registers go when an exception comes.
+//! Controls the floating-point extension (Arm ARM B3.2.20 on): access rights, and the place where
+//! its registers are saved on an exception.
 
-/// FPCCR: LSPACT.
+/// Bit LSPACT of FPCCR: a lazy save is pending; the other constants are its further bits.
 const LSPACT: u32 = 1;
 const USER: u32 = 1 << 1;
 const THREAD: u32 = 1 << 3;
@@ -11,30 +11,30 @@ const BFRDY: u32 = 1 << 6;
 const LSPEN: u32 = 1 << 30;
 const ASPEN: u32 = 1 << 31;
 
-/// The bits of FPSCR that FPDSCR gives: AHP, DN, FZ, RMode.
+/// Bits of FPSCR that FPDSCR sets: AHP, DN, FZ, RMode.
 pub const DEFAULT_BITS: u32 = 0x07C0_0000;
 
-/// What the preempted context could do, for the fault of a lazy save.
+/// Privilege and possible faults of the pre-empted context, for the fault of a lazy save.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct PreemptedContext {
-    /// It had privileges.
+    /// Whether the context was privileged.
     pub privileged: bool,
-    /// It was thread mode.
+    /// Whether the context was thread mode.
     pub thread: bool,
-    /// Hard fault could have pre-empted it.
+    /// Whether a hard fault could have pre-empted the context.
     pub hard_fault: bool,
-    /// Memory management fault is enabled and could have.
+    /// Whether a memory management fault was enabled and could have pre-empted the context.
     pub mem_manage: bool,
-    /// Bus fault is enabled and could have.
+    /// Whether a bus fault was enabled and could have pre-empted the context.
     pub bus_fault: bool,
 }
 
-/// CPACR, FPCCR, FPCAR, FPDSCR.
+/// Registers CPACR, FPCCR, FPCAR and FPDSCR.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Floating {
     cpacr: u32,
     fpccr: u32,
-    /// FPCAR: where the owed save goes.
+    /// Register FPCAR: address of the pending save.
     pub(crate) fpcar: u32,
     fpdscr: u32,
 }
@@ -51,7 +51,7 @@ impl Default for Floating {
 }
 
 impl Floating {
-    /// Reads the register at `address`; `None`: not one of these.
+    /// Reads the register at `address`; returns `None` if it is not one of these.
     pub const fn read(&self, address: u32) -> Option<u32> {
         Some(match address {
             0xE000_ED88 => self.cpacr,
@@ -65,11 +65,10 @@ impl Floating {
         })
     }
 
-    /// Writes it; `None`: not one of these.
+    /// Writes the register at `address`; returns `None` if it is not one of these.
     pub fn write(&mut self, address: u32, value: u32) -> Option<()> {
         match address {
-            // Coprocessors 10 and 11 only; their fields are the same
-            // (Arm ARM B3.2.20).
+            // Only coprocessors 10 and 11 exist; their fields are the same (Arm ARM B3.2.20).
             0xE000_ED88 => self.cpacr = value & 0xF << 20,
             0xE000_EF34 => {
                 let bits = ASPEN | LSPEN | LSPACT | USER | THREAD | HFRDY | MMRDY | BFRDY | 1 << 8;
@@ -83,7 +82,7 @@ impl Floating {
         Some(())
     }
 
-    /// CPACR lets floating-point instructions run.
+    /// Returns whether CPACR allows floating-point instructions.
     pub const fn is_allowed(&self, privileged: bool) -> bool {
         match self.cpacr >> 20 & 0b11 {
             0b11 => true,
@@ -92,22 +91,22 @@ impl Floating {
         }
     }
 
-    /// FPCCR.ASPEN: an instruction sets CONTROL.FPCA.
+    /// Returns FPCCR.ASPEN: whether a floating-point instruction sets CONTROL.FPCA.
     pub const fn is_saved_automatically(&self) -> bool {
         self.fpccr & ASPEN != 0
     }
 
-    /// FPCCR.LSPEN: the save waits for the first instruction that needs it.
+    /// Returns FPCCR.LSPEN: whether the save waits for the first instruction that needs it.
     pub const fn is_lazy(&self) -> bool {
         self.fpccr & LSPEN != 0
     }
 
-    /// FPCCR.LSPACT: a save is owed.
+    /// Returns FPCCR.LSPACT: whether a lazy save is pending.
     pub const fn is_save_pending(&self) -> bool {
         self.fpccr & LSPACT != 0
     }
 
-    /// Owes a save to `address`.
+    /// Makes a lazy save to `address` pending.
     pub fn defer_save(&mut self, address: u32, preempted: PreemptedContext) {
         self.fpcar = address & !7;
         self.fpccr &= ASPEN | LSPEN;
@@ -124,12 +123,12 @@ impl Floating {
         }
     }
 
-    /// Owes no save any more.
+    /// Marks the lazy save as done.
     pub fn complete_save(&mut self) {
         self.fpccr &= !LSPACT;
     }
 
-    /// What the context whose save is owed could do.
+    /// Returns the privilege and possible faults of the context whose save is pending.
     pub const fn preempted(&self) -> PreemptedContext {
         PreemptedContext {
             privileged: self.fpccr & USER == 0,
@@ -140,7 +139,7 @@ impl Floating {
         }
     }
 
-    /// FPSCR of a new floating-point context that was `fpscr`.
+    /// Returns FPSCR for a new floating-point context; `fpscr` is the old value.
     pub const fn fresh_status(&self, fpscr: u32) -> u32 {
         fpscr & !DEFAULT_BITS | self.fpdscr
     }

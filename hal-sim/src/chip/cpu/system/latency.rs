@@ -1,5 +1,5 @@
-//! How long interrupts wait: from the cycle at which their line rose to the
-//! first instruction of their handler.
+//! Measures interrupt latency: from the cycle at which the line rose to the first instruction of
+//! the handler.
 
 use super::nvic::EXCEPTIONS;
 use crate::chip::Cycle;
@@ -7,15 +7,14 @@ use crate::chip::Cycle;
 /// Latencies of one exception.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Latency {
-    /// How often its handler was entered.
+    /// Number of entries to the handler.
     pub count: u64,
-    /// Longest wait, cycles; from where it was enabled if that came later.
+    /// Longest latency, cycles; counted from the enabling if that came later.
     pub worst: Cycle,
-    /// Cycle at which the handler began that waited longest.
+    /// Cycle at which the handler with the longest latency began.
     pub worst_at: Cycle,
-    /// Exception that ran when the longest wait began to end: what the handler
-    /// waited for, 0 for thread mode (which had interrupts masked if the wait
-    /// is longer than an instruction and an entry).
+    /// Exception that ran before the handler with the longest latency, 0 for thread mode. Thread
+    /// mode had interrupts masked if the latency is longer than an instruction and an entry.
     pub behind: u16,
 }
 
@@ -34,8 +33,8 @@ impl Default for Latencies {
 }
 
 impl Latencies {
-    /// The handler of `number`, raised at `raised`, begins at `at`; `behind`
-    /// ran before.
+    /// Records that the handler of `number`, raised at `raised`, begins at `at`; `behind` ran
+    /// before.
     pub fn record(&mut self, number: u16, raised: Cycle, at: Cycle, behind: u16) {
         let Some(latency) = self.table.get_mut(usize::from(number)) else {
             return;
@@ -49,8 +48,8 @@ impl Latencies {
         }
     }
 
-    /// Those entered at least once: (exception number, latency), ascending;
-    /// line n is number 16 + n.
+    /// Returns exception number and latency of each exception that was entered, in ascending order;
+    /// interrupt line n is number 16 + n.
     pub fn entered(&self) -> impl Iterator<Item = (u16, Latency)> + '_ {
         (0..)
             .zip(self.table)

@@ -1,9 +1,9 @@
-//! Private peripherals, 0xE000_0000–0xE00F_FFFF: NVIC, SCB, SysTick, MPU, DWT,
-//! FPU control as far as the images touch them (Arm ARM B3).
+//! Models the private peripherals, 0xE000_0000–0xE00F_FFFF: NVIC, SCB, SysTick, MPU, DWT and FPU
+//! control, as far as the images use them (Arm ARM B3).
 //!
-//! Not here: what an exception does to the core's registers (`exception`). In:
-//! accesses with their cycle, sampled interrupt lines. Out: which exception
-//! goes first, what memory may be used for, when SysTick wants attention.
+//! The effect of exceptions on the core's registers is in `exception`. In: accesses with their
+//! cycle, sampled interrupt lines. Out: the exception to take next, the memory that may be
+//! accessed, the next event of SysTick.
 
 mod compare;
 mod floating;
@@ -41,31 +41,29 @@ pub struct System {
     systick: systick::SysTick,
     mpu: mpu::Mpu,
     trace: trace::Trace,
-    /// Floating-point instructions need no preparation: CPACR allows them,
-    /// CONTROL.FPCA is set, no save is owed. Cleared by whatever may change
-    /// that.
+    /// Whether floating-point instructions need no preparation: CPACR allows them, CONTROL.FPCA is
+    /// set, no save is pending. Cleared by anything that may change that.
     pub(super) fp_is_ready: bool,
     /// The event register (Arm ARM B1.5.18).
     pub event: bool,
     sleeps_for_event: bool,
     sleeps_on_exit: bool,
-    /// Cycle at which the lines were sampled last.
+    /// Cycle at which the lines were last sampled.
     pub(crate) sampled: Cycle,
-    /// Number in IPSR, for ICSR.
+    /// Exception number in IPSR, for ICSR.
     running: u16,
-    /// Semihosting, if it is on; a reset leaves it alone.
+    /// Semihosting, if it is on; a reset does not change it.
     pub semihosting: Option<Semihosting>,
-    /// A debugger is attached, and a comparator watches data.
+    /// Whether a debugger is attached and a comparator watches data.
     is_watching: bool,
-    /// How long interrupts waited, since power-on.
+    /// Interrupt latencies since power-on.
     pub latencies: Latencies,
-    /// Lowest main stack pointer after an exception's entry, since power-on.
+    /// Lowest main stack pointer after an exception entry since power-on.
     pub deepest_msp: Option<u32>,
 }
 
 impl System {
-    /// Back to the state after a reset; statistics go on, and so does an
-    /// attached debugger.
+    /// Restores the state after a reset; statistics and an attached debugger stay.
     pub(super) fn reset(&mut self) {
         let old = std::mem::take(self);
         self.sampled = old.sampled;
@@ -76,7 +74,7 @@ impl System {
         self.is_watching = old.is_watching;
     }
 
-    /// Whether both do the same from now on: all but what is counted for people is equal.
+    /// Returns whether both behave the same from now on: everything except statistics is equal.
     pub(super) fn is_equivalent_to(&self, other: &Self) -> bool {
         self.nvic.is_equivalent_to(&other.nvic)
             && (&self.scb, &self.floating) == (&other.scb, &other.floating)
@@ -87,52 +85,51 @@ impl System {
                 == (other.sleeps_for_event, other.sleeps_on_exit)
     }
 
-    /// Whether the MPU lets data at `address` be accessed. Hot: one compare
-    /// while no region denies anything nearby.
+    /// Returns whether the MPU allows a data access at `address`. Called for each access: one
+    /// comparison unless a region nearby denies something.
     #[inline]
     pub fn may_access(&self, address: u32, write: bool, privileged: bool) -> bool {
         self.mpu.may_access(address, write, privileged)
     }
 
-    /// Whether MPU and memory map let code at `address` be executed.
+    /// Returns whether the MPU and the memory map allow executing code at `address`.
     pub fn may_execute(&self, address: u32, privileged: bool) -> bool {
         self.mpu.may_execute(address, privileged)
     }
 
-    /// As [`mpu::Mpu::denied`].
+    /// Returns the same as [`mpu::Mpu::denied_range`].
     pub fn denied_range(&self) -> Option<Range<u64>> {
         self.mpu.denied_range()
     }
 
-    /// Whether unprivileged code may write the private register at `address`
-    /// (only STIR, if CCR.USERSETMPEND is set); everything else is a bus error
-    /// to it (Arm ARM B3.1.1).
+    /// Returns whether unprivileged code may write the private register at `address`: only STIR, if
+    /// CCR.USERSETMPEND is set. Every other access is a bus error (Arm ARM B3.1.1).
     pub const fn may_write_unprivileged(&self, address: u32) -> bool {
         address == 0xE000_EF00 && self.is_configured(ccr::USER_SET_PENDING)
     }
 
-    /// Earliest cycle at which SysTick pends its exception.
+    /// Returns the earliest cycle at which SysTick pends its exception.
     #[inline]
     pub fn next_event(&self) -> Cycle {
         self.systick.next_event()
     }
 
-    /// A debugger was attached or let go: DHCSR.C_DEBUGEN.
+    /// Notes that a debugger was attached or detached: DHCSR.C_DEBUGEN.
     pub fn set_debugger(&mut self, attached: bool) {
         self.trace.debugger = attached;
         self.follow_comparators();
     }
 
-    /// Whether a debugger is attached.
+    /// Returns whether a debugger is attached.
     pub const fn has_debugger(&self) -> bool {
         self.trace.debugger
     }
 
-    /// Comparators of data that a debugger has.
+    /// Number of data comparators available to a debugger.
     pub const COMPARATORS: usize = compare::COMPARATORS;
 
-    /// Has one comparator watch each of `parts`, an address and log2 of its bytes (0–15). If
-    /// not enough are free, it says so, and all stays as it was.
+    /// Uses one comparator for each of `parts`, an address and log2 of its bytes (0–15). Returns
+    /// `false` and changes nothing if too few are free.
     pub fn add_watchpoint(&mut self, parts: &[(u32, u32)], what: WatchedAccess) -> bool {
         let done = self.trace.comparators.add(parts, what);
         self.follow_comparators();
@@ -155,35 +152,35 @@ impl System {
         self.is_watching = self.trace.debugger && self.trace.comparators.has_watchpoints();
     }
 
-    /// Whether [`Self::check_access`] must be told of instructions' accesses to data.
+    /// Returns whether data accesses must be passed to [`Self::check_access`].
     #[inline]
     pub(super) const fn is_watching(&self) -> bool {
         self.is_watching
     }
 
-    /// An instruction accesses data; whether that is watched.
+    /// Checks an instruction's data access; returns whether it is watched.
     pub(super) fn check_access(&mut self, address: u32, size: Size, is_write: bool) -> bool {
         self.trace.comparators.check_access(address, size, is_write)
     }
 
-    /// The first access that was watched since this was asked.
+    /// Takes the first match of a watchpoint since the last call.
     pub(super) const fn take_hit(&mut self) -> Option<WatchpointHit> {
         self.trace.comparators.take_hit()
     }
 
-    /// Whether CCR has any of `bits`.
+    /// Returns whether any of `bits` is set in CCR.
     #[inline]
     pub const fn is_configured(&self, bits: u32) -> bool {
         self.scb.ccr & bits != 0
     }
 
-    /// Whether ACTLR has any of `bits`.
+    /// Returns whether any of `bits` is set in ACTLR.
     #[inline]
     pub const fn disables(&self, bits: u32) -> bool {
         self.scb.actlr & bits != 0
     }
 
-    /// Brings the timer to `at` and samples the lines as they are then.
+    /// Advances SysTick to `at`, and samples the lines as they are then.
     pub(super) fn sample(&mut self, lines: [u32; LINE_WORDS], nmi: bool, at: Cycle) {
         self.sampled = at;
         self.advance_systick(at);
@@ -197,7 +194,7 @@ impl System {
         }
     }
 
-    /// SysTick stands from `at` on, or goes on.
+    /// Stops SysTick from `at` on, or lets it continue.
     pub(super) fn hold_systick(&mut self, held: bool, at: Cycle) {
         self.advance_systick(at);
         self.systick.held = held;
@@ -215,9 +212,8 @@ impl System {
         }
     }
 
-    /// Notes the cause of `fault`, and makes its exception, or a hard fault,
-    /// pending at `at`. `None`: the core locks up, because not even a hard
-    /// fault pre-empts `priority`.
+    /// Records the cause of `fault`, and makes its exception, or a hard fault, pending at `at`.
+    /// Returns `None` if the core locks up, because not even a hard fault pre-empts `priority`.
     pub(super) fn pend_fault(&mut self, fault: Fault, priority: i16, at: Cycle) -> Option<()> {
         self.scb.note_fault(fault);
         let own = match scb::cfsr_bit(fault) {
@@ -233,9 +229,9 @@ impl System {
         self.escalate(priority, at)
     }
 
-    /// A buffered store met a bus error after its instruction: the bus fault
-    /// waits until it pre-empts; disabled, it is a hard fault. `None`: which
-    /// does not pre-empt `priority`, so that the core locks up.
+    /// Handles the bus error of a buffered store after its instruction. The bus fault waits until
+    /// it pre-empts; if it is disabled, it becomes a hard fault. Returns `None` if that does not
+    /// pre-empt `priority`, so that the core locks up.
     pub(super) fn pend_imprecise_fault(&mut self, priority: i16, at: Cycle) -> Option<()> {
         self.scb.note_imprecise_fault();
         if self.nvic.enabled & bit(number::BUS_FAULT) != 0 {
@@ -245,13 +241,13 @@ impl System {
         self.escalate(priority, at)
     }
 
-    /// `exception` is enabled and pre-empts `priority`.
+    /// Returns whether `exception` is enabled and pre-empts `priority`.
     pub(super) fn may_preempt(&self, exception: u16, priority: i16) -> bool {
         self.nvic.enabled & bit(exception) != 0 && self.nvic.group_priority(exception) < priority
     }
 
-    /// Makes a hard fault pending in the place of an exception that does not
-    /// pre-empt `priority`. `None`: nor does a hard fault.
+    /// Makes a hard fault pending instead of an exception that does not pre-empt `priority`.
+    /// Returns `None` if a hard fault does not pre-empt it either.
     pub(super) fn escalate(&mut self, priority: i16, at: Cycle) -> Option<()> {
         if priority <= -1 {
             return None;
@@ -261,7 +257,7 @@ impl System {
         Some(())
     }
 
-    /// What depends on IPSR, masks and active exceptions is up to date again.
+    /// Updates all state that depends on IPSR, masks and active exceptions.
     pub(super) fn update(&mut self, registers: &Registers) {
         self.running = registers.exception;
         self.fp_is_ready = false;

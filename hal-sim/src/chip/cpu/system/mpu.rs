@@ -1,4 +1,4 @@
-//! Memory protection (Arm ARM B3.5): eight regions over the default map.
+//! Models memory protection (Arm ARM B3.5): eight regions over the default map.
 
 use std::ops::Range;
 
@@ -7,10 +7,10 @@ const ENABLE: u32 = 1;
 const HFNMIENA: u32 = 1 << 1;
 const PRIVDEFENA: u32 = 1 << 2;
 
-/// MPU_TYPE: eight unified regions.
+/// Value of MPU_TYPE: eight unified regions.
 const TYPE: u32 = (REGIONS as u32) << 8;
 
-/// What is done with memory.
+/// Kind of an access to memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AccessKind {
     /// A load.
@@ -32,7 +32,7 @@ impl Region {
         self.attributes & 1 != 0
     }
 
-    /// log2 of its bytes.
+    /// Returns log2 of the region's size, bytes.
     const fn log2_bytes(self) -> u32 {
         (self.attributes >> 1 & 0x1F) + 1
     }
@@ -46,7 +46,7 @@ impl Region {
         self.first() + (1 << self.log2_bytes())
     }
 
-    /// Enabled, and `address` in a sub-region that is not disabled.
+    /// Returns whether the region is enabled and `address` is in a sub-region that is not disabled.
     const fn contains(self, address: u32) -> bool {
         let address = address as u64;
         let log2 = self.log2_bytes();
@@ -60,7 +60,8 @@ impl Region {
         self.attributes >> (8 + sub) & 1 == 0
     }
 
-    /// Arm ARM table B3-15; the reserved code 4 denies.
+    /// Returns whether the region's permission allows the access (Arm ARM table B3-15); the
+    /// reserved code 4 denies it.
     const fn allows(self, what: AccessKind, privileged: bool) -> bool {
         let permission = self.attributes >> 24 & 7;
         let read = match permission {
@@ -80,27 +81,28 @@ impl Region {
     }
 }
 
-/// The MPU.
+/// State of the MPU, with a cache of accessible memory.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Mpu {
     control: u32,
     number: usize,
     regions: [Region; REGIONS],
-    /// Execution priority is negative: HFNMIENA decides.
+    /// Whether the execution priority is negative; HFNMIENA then decides whether the MPU is on.
     negative_priority: bool,
-    /// What privileged data may access without looking up, highest first.
+    /// Ranges that privileged data accesses may use without a look-up of regions, in the order of
+    /// checking.
     open: [Open; OPEN],
     is_on: bool,
-    /// What was in force before, to go back to without looking up.
+    /// Previous setting with its ranges, so that a switch back needs no look-up.
     before: Option<([Region; REGIONS], u32, [Open; OPEN])>,
-    /// What `open` is of.
+    /// Setting that `open` was computed from.
     prepared: ([Region; REGIONS], u32),
 }
 
-/// As many stretches of memory as an access asks before it looks up.
+/// Number of ranges that an access is compared with before regions are looked up.
 const OPEN: usize = 6;
 
-/// Memory that privileged data may read throughout.
+/// Memory range in which privileged data may be read.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 struct Open {
     first: u32,
@@ -109,7 +111,7 @@ struct Open {
 }
 
 impl Mpu {
-    /// Whether data may be accessed.
+    /// Returns whether a data access is allowed.
     #[inline]
     pub fn may_access(&self, address: u32, write: bool, privileged: bool) -> bool {
         if !self.is_on {
@@ -131,7 +133,7 @@ impl Mpu {
         self.look_up(address, what, privileged)
     }
 
-    /// Whether code may be fetched.
+    /// Returns whether code may be fetched.
     pub fn may_execute(&self, address: u32, privileged: bool) -> bool {
         let by_map = !matches!(address >> 29, 2 | 5..);
         by_map && (!self.is_on || self.look_up(address, AccessKind::Execute, privileged))
@@ -150,7 +152,7 @@ impl Mpu {
         }
     }
 
-    /// The execution priority went below 0, or came back.
+    /// Notes that the execution priority became negative, or no longer is.
     pub fn set_negative_priority(&mut self, negative: bool) {
         if negative != self.negative_priority {
             self.negative_priority = negative;
@@ -177,8 +179,7 @@ impl Mpu {
         self.prepared = (self.regions, self.control);
     }
 
-    /// Where the region that goes before all others denies all access; none if no region
-    /// does.
+    /// Returns the range of the region with the highest number, if it denies all access.
     pub fn denied_range(&self) -> Option<Range<u64>> {
         let is_denied = |region: &&Region| {
             let denies =
@@ -189,8 +190,8 @@ impl Mpu {
         Some(region.first()..region.end())
     }
 
-    /// Between two neighbouring bounds of regions all addresses have one answer. The
-    /// largest stretches are kept: those that are not are looked up.
+    /// Computes `open`: between two neighbouring bounds of regions, all addresses have the same
+    /// permission. The largest ranges are kept; addresses outside them are looked up.
     fn find_uniform_ranges(&mut self) {
         let mut bounds = vec![0, 0xE000_0000, 0xE010_0000, 1 << 32];
         for region in self.regions.iter().filter(|region| region.is_enabled()) {
@@ -222,7 +223,7 @@ impl Mpu {
         }
         open.sort_by_key(|open| std::cmp::Reverse((open.bytes, open.first)));
         open.truncate(OPEN);
-        // RAM before registers, and the stack, above the statics, before all.
+        // RAM comes before registers, and the stack, which is above the statics, first.
         open.sort_by_key(|open| (open.first >= 0x2002_0000, std::cmp::Reverse(open.first)));
         for (to, from) in self.open.iter_mut().zip(open) {
             *to = from;
@@ -244,7 +245,7 @@ impl Mpu {
         self.regions.get(self.number).copied().unwrap_or_default()
     }
 
-    /// Writes it.
+    /// Writes the register at `offset` from 0xE000_ED90.
     pub fn write(&mut self, offset: u32, value: u32) {
         match offset {
             0x00 => {}

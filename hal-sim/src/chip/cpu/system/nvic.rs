@@ -1,12 +1,12 @@
-//! Which exceptions are enabled, pending and active, and who goes first
-//! (Arm ARM B1.5.4, B3.4). One bit an exception number, so that system
-//! exceptions and the interrupts (number 16 + line) are one kind of thing.
+//! Keeps which exceptions are enabled, pending and active, and decides which has priority (Arm ARM
+//! B1.5.4, B3.4). Each exception number has one bit, so that system exceptions and interrupts
+//! (number 16 + line) are treated alike.
 
 use crate::chip::Cycle;
 use crate::chip::cpu::Registers;
 use crate::chip::cpu::bus::LINE_WORDS;
 
-/// Interrupt lines of the STM32F405 (RM0090 table 62).
+/// Number of interrupt lines of the STM32F405 (RM0090 table 62).
 pub const LINES: usize = 82;
 
 /// Number of exception numbers: 16 of the system, then the lines.
@@ -25,20 +25,20 @@ pub(crate) mod number {
     pub const LINE_0: u16 = 16; // Interrupt line 0
 }
 
-/// Priority of thread mode with nothing active: below every exception.
+/// Priority of thread mode with no active exception: below every exception.
 pub const NO_PRIORITY: i16 = 256;
 
-/// Upper four bits of a priority are implemented (RM0090 section 12.1.1).
+/// Implemented bits of a priority, the upper four (RM0090 section 12.1.1).
 pub const PRIORITY_BITS: u8 = 0xF0;
 
-/// Exceptions that no bit disables.
+/// Exceptions that cannot be disabled.
 const ALWAYS_ENABLED: u128 = bit(number::NMI)
     | bit(number::HARD_FAULT)
     | bit(number::SV_CALL)
     | bit(number::PEND_SV)
     | bit(number::SYS_TICK);
 
-/// System exceptions that have a priority register field.
+/// Exceptions with a configurable priority.
 const SETTABLE: u128 = bit(number::MEM_MANAGE)
     | bit(number::BUS_FAULT)
     | bit(number::USAGE_FAULT)
@@ -49,7 +49,7 @@ const SETTABLE: u128 = bit(number::MEM_MANAGE)
 
 const ALL_LINES: u128 = ((1 << LINES) - 1) << number::LINE_0;
 
-/// The bit of exception `number`.
+/// Returns the bit of exception `number`.
 pub const fn bit(number: u16) -> u128 {
     1 << (number & 127)
 }
@@ -57,13 +57,13 @@ pub const fn bit(number: u16) -> u128 {
 /// State of all exceptions.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Nvic {
-    /// Bits of the exceptions that are enabled.
+    /// Bits of the enabled exceptions.
     pub(crate) enabled: u128,
-    /// Bits of the exceptions that are pending, enabled or not.
+    /// Bits of the pending exceptions, enabled or not.
     pub(crate) pending: u128,
-    /// Bits of the exceptions that are active.
+    /// Bits of the active exceptions.
     pub(crate) active: u128,
-    /// Lines (bit 16 + n) as sampled last.
+    /// Levels of the lines (bit 16 + n) when last sampled.
     level: u128,
     nmi_level: bool,
     priority: [u8; EXCEPTIONS],
@@ -91,7 +91,7 @@ const fn group_bits(prigroup: u32) -> u8 {
     ((0xFF00_u32 << ((prigroup & 7) + 1) >> 8) & 0xFF) as u8
 }
 
-/// The numbers of the bits that are set, lowest first.
+/// Returns the numbers of the bits that are set, lowest first.
 pub fn numbers(mut bits: u128) -> impl Iterator<Item = u16> {
     std::iter::from_fn(move || {
         let number = bits.trailing_zeros() as u16;
@@ -103,16 +103,16 @@ pub fn numbers(mut bits: u128) -> impl Iterator<Item = u16> {
 }
 
 impl Nvic {
-    /// Whether both do the same from now on: since when something is pending may differ.
+    /// Returns whether both behave the same from now on; the times since which exceptions are
+    /// pending may differ.
     pub fn is_equivalent_to(&self, other: &Self) -> bool {
         let mut nvic = self.clone();
         nvic.raised = other.raised;
         nvic == *other
     }
 
-    /// Samples the interrupt lines and NMI as they are at `at`: a line pends
-    /// when it rises, and as long as it is high and not active (Arm ARM
-    /// B3.4.1). Gives the exceptions that became pending.
+    /// Samples the interrupt lines and NMI at `at`: a line pends when it rises, and while it is
+    /// high and not active (Arm ARM B3.4.1). Returns the exceptions that became pending.
     pub fn sample(&mut self, lines: [u32; LINE_WORDS], nmi: bool, at: Cycle) -> u128 {
         let mut level = 0;
         for (word, lines) in lines.into_iter().enumerate() {
@@ -128,7 +128,7 @@ impl Nvic {
         self.pend(new, at)
     }
 
-    /// Makes exceptions pending at `at`; gives those that were not yet.
+    /// Makes exceptions pending at `at`; returns those that were not pending yet.
     pub fn pend(&mut self, exceptions: u128, at: Cycle) -> u128 {
         let new = exceptions & !self.pending;
         if new != 0 {
@@ -146,13 +146,13 @@ impl Nvic {
         }
     }
 
-    /// Takes back what is pending.
+    /// Clears the pending state of exceptions.
     pub fn unpend(&mut self, exceptions: u128) {
         self.pending &= !exceptions;
     }
 
-    /// Switches fault exceptions (SHCSR) and lines on and off. A latency is
-    /// counted from here if what is enabled is pending already.
+    /// Enables or disables fault exceptions (SHCSR) and lines. If an enabled exception is already
+    /// pending, its latency counts from here.
     pub fn enable(&mut self, exceptions: u128, on: bool, at: Cycle) {
         if on {
             self.set_raised(exceptions & self.pending & !self.enabled, at);
@@ -162,18 +162,18 @@ impl Nvic {
         }
     }
 
-    /// `number` begins: active, no longer pending.
+    /// Marks `number` as active and no longer pending, when its handler begins.
     pub fn activate(&mut self, number: u16) {
         self.active |= bit(number);
         self.pending &= !bit(number);
     }
 
-    /// `number` ends.
+    /// Marks `number` as not active, when its handler ends.
     pub fn deactivate(&mut self, number: u16) {
         self.active &= !bit(number);
     }
 
-    /// Cycle at which `number` last became pending and enabled.
+    /// Returns the cycle at which `number` last became pending and enabled.
     pub fn raised_at(&self, number: u16) -> Cycle {
         self.raised.get(usize::from(number)).copied().unwrap_or(0)
     }
@@ -183,7 +183,7 @@ impl Nvic {
         self.group = group_bits(prigroup);
     }
 
-    /// The priority field of `number`: 0 where it has none.
+    /// Returns the priority field of `number`; 0 if it has none.
     pub fn priority(&self, number: u16) -> u8 {
         self.priority.get(usize::from(number)).copied().unwrap_or(0)
     }
@@ -197,8 +197,8 @@ impl Nvic {
         }
     }
 
-    /// Priority by which `number` pre-empts: −2 NMI, −1 hard fault, else the
-    /// group part of its priority field.
+    /// Returns the priority that decides whether `number` pre-empts: −2 for NMI, −1 for hard fault,
+    /// else the group part of its priority field.
     pub fn group_priority(&self, number: u16) -> i16 {
         match number {
             number::NMI => -2,
@@ -207,7 +207,7 @@ impl Nvic {
         }
     }
 
-    /// Pending and enabled exception that goes first: by group priority, then
+    /// Returns the pending and enabled exception to take first: by group priority, then
     /// sub-priority, then number.
     pub fn first_pending(&self) -> Option<u16> {
         let candidates = self.pending & self.enabled;
@@ -220,8 +220,8 @@ impl Nvic {
         })
     }
 
-    /// Priority of what runs: of the active exceptions the most urgent, or
-    /// more urgent by FAULTMASK, PRIMASK or BASEPRI (Arm ARM B1.5.4).
+    /// Returns the present execution priority: the highest priority of the active exceptions, or a
+    /// higher one by FAULTMASK, PRIMASK or BASEPRI (Arm ARM B1.5.4).
     pub fn execution_priority(&self, registers: &Registers) -> i16 {
         let unmasked = self.priority_without_primask(registers);
         if registers.primask {
@@ -231,8 +231,8 @@ impl Nvic {
         }
     }
 
-    /// As [`Self::execution_priority`], as if PRIMASK were clear: what WFI
-    /// goes by.
+    /// Returns [`Self::execution_priority`] as if PRIMASK were clear, which decides whether WFI
+    /// wakes.
     pub fn priority_without_primask(&self, registers: &Registers) -> i16 {
         let mut priority = numbers(self.active)
             .map(|number| self.group_priority(number))
@@ -247,13 +247,13 @@ impl Nvic {
         priority
     }
 
-    /// Pending exception that pre-empts `priority`, if any.
+    /// Returns the pending exception that pre-empts `priority`, if any.
     pub fn preempting(&self, priority: i16) -> Option<u16> {
         self.first_pending()
             .filter(|&number| self.group_priority(number) < priority)
     }
 
-    /// Word `word` (lines 32·word on) of `bits`, as the registers show them.
+    /// Returns word `word` (lines 32·word on) of `bits`, as in the registers.
     pub const fn word(bits: u128, word: u32) -> u32 {
         if word < LINE_WORDS as u32 {
             (bits >> (16 + 32 * word)) as u32
@@ -262,7 +262,7 @@ impl Nvic {
         }
     }
 
-    /// The exceptions that bits of a register's word `word` stand for.
+    /// Returns the exceptions that correspond to the bits of a register's word `word`.
     pub const fn exceptions(value: u32, word: u32) -> u128 {
         if word < LINE_WORDS as u32 {
             ((value as u128) << (16 + 32 * word)) & ALL_LINES

@@ -1,4 +1,4 @@
-//! Which private register is where.
+//! Maps addresses to private registers.
 
 use super::nvic::{Nvic, bit, numbers};
 use super::{System, number};
@@ -6,8 +6,8 @@ use crate::chip::Cycle;
 use crate::chip::cpu::Size;
 use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse_if};
 
-/// The exceptions of SHCSR by its bits: (exception, active, pending, enable);
-/// 0 where it has no such bit (Arm ARM B3.2.13).
+/// Exceptions of SHCSR with their bits: (exception, active, pending, enable); 0 if there is no such
+/// bit (Arm ARM B3.2.13).
 const SHCSR: [(u16, u32, u32, u32); 6] = [
     (number::MEM_MANAGE, 1, 1 << 13, 1 << 16),
     (number::BUS_FAULT, 1 << 1, 1 << 14, 1 << 17),
@@ -17,7 +17,7 @@ const SHCSR: [(u16, u32, u32, u32); 6] = [
     (number::SYS_TICK, 1 << 11, 0, 0),
 ];
 
-/// ICSR bits (Arm ARM B3.2.4).
+/// Bits of ICSR (Arm ARM B3.2.4).
 mod icsr {
     pub const PENDSTCLR: u32 = 1 << 25;
     pub const PENDSTSET: u32 = 1 << 26;
@@ -28,11 +28,11 @@ mod icsr {
     pub const RETTOBASE: u32 = 1 << 11;
 }
 
-/// Application interrupt and reset control, which a key protects.
+/// Address of the application interrupt and reset control register, which a key protects.
 const AIRCR: u32 = 0xE000_ED0C;
 
-/// A register that may be accessed by bytes and half-words, too: priorities
-/// and CFSR (Arm ARM B3.2.2, B3.4.2).
+/// Returns whether the register may also be accessed by bytes and half-words: priorities and CFSR
+/// (Arm ARM B3.2.2, B3.4.2).
 const fn is_byte_accessible(address: u32) -> bool {
     matches!(address, 0xE000_E400..=0xE000_E7FF | 0xE000_ED18..=0xE000_ED23 | 0xE000_ED28..=0xE000_ED2B)
 }
@@ -53,7 +53,7 @@ impl System {
         Ok(word >> (8 * (address & 3)) & mask(size))
     }
 
-    /// Writes a private register. The caller takes what is pending afterwards.
+    /// Writes a private register. The caller takes pending exceptions afterwards.
     pub fn write(&mut self, address: u32, size: Size, value: u32, at: Cycle) -> Modelled {
         check_size(address, size)?;
         self.fp_is_ready = false;
@@ -73,12 +73,12 @@ impl System {
         Ok(())
     }
 
-    /// Turns bits of the private register at `address` the other way at `at`: what a
-    /// glitch may do, also to bits that no write turns. The caller takes what is pending
+    /// Inverts `bits` of the private register at `address` at `at`, as a glitch may do, including
+    /// bits that no write can change in that direction. The caller takes pending exceptions
     /// afterwards.
     ///
     /// # Errors
-    /// What is not modelled.
+    /// Fails if the effect is not modelled.
     pub fn upset(&mut self, address: u32, bits: u32, at: Cycle) -> Modelled {
         let exceptions = Nvic::exceptions(bits, address >> 2 & 7);
         self.fp_is_ready = false;
@@ -184,7 +184,7 @@ impl System {
         }
     }
 
-    /// VECTPENDING is given without regard to BASEPRI and FAULTMASK.
+    /// Reads ICSR; VECTPENDING ignores BASEPRI and FAULTMASK.
     fn read_icsr(&self) -> u32 {
         let pending = self.nvic.pending;
         let others = self.nvic.active & !bit(self.running);
@@ -248,7 +248,7 @@ impl System {
         Ok(())
     }
 
-    /// Exceptions that are active, by number.
+    /// Returns the numbers of the active exceptions.
     pub fn active(&self) -> impl Iterator<Item = u16> {
         numbers(self.nvic.active)
     }
@@ -264,7 +264,7 @@ fn check_size(address: u32, size: Size) -> Modelled {
     }
 }
 
-/// The name of what is at `address`.
+/// Returns the error that names the feature at `address`.
 const fn unmodelled(address: u32) -> Unmodelled {
     Unmodelled(match address {
         0xE000_0000..=0xE000_0FFF => "ITM",

@@ -1,5 +1,5 @@
-//! Control and fault status of the system (Arm ARM B3.2): the registers that
-//! hold no more than their value. What concerns exceptions is in `nvic`.
+//! Models the system's control and fault status registers that only hold a value (Arm ARM B3.2).
+//! Those that concern exceptions are in `nvic`.
 
 use crate::chip::Cycle;
 use crate::chip::cpu::Fault;
@@ -8,53 +8,52 @@ use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse_if};
 /// CPUID of the STM32F405: Cortex-M4 r0p1 (TRM table 4-1).
 pub const CPUID: u32 = 0x410F_C241;
 
-/// SCR bits.
+/// Bits of SCR.
 pub mod scr {
     pub const SLEEP_ON_EXIT: u32 = 1 << 1; // The core sleeps when it returns to thread mode
     pub const SLEEP_DEEP: u32 = 1 << 2; // Sleep would stop the clocks
     pub const SEV_ON_PEND: u32 = 1 << 4; // An exception that becomes pending is an event
 }
 
-/// CCR bits.
+/// Bits of CCR.
 pub mod ccr {
-    pub const NON_BASE_THREAD: u32 = 1; // Thread mode may be returned to over a handler
+    pub const NON_BASE_THREAD: u32 = 1; // Thread mode may be entered with exceptions active
     pub const USER_SET_PENDING: u32 = 1 << 1; // Unprivileged code may write STIR
     pub const UNALIGNED_TRAP: u32 = 1 << 3; // Every unaligned access is a fault
     pub const DIVIDE_BY_ZERO_TRAP: u32 = 1 << 4; // A division by zero is a fault
     pub const IGNORE_BUS_FAULT: u32 = 1 << 8; // Bus faults are ignored in hard fault and NMI
-    pub const STACK_ALIGN: u32 = 1 << 9; // Frames are aligned to 8 bytes
-    /// The bits that exist.
+    pub const STACK_ALIGN: u32 = 1 << 9; // Exception frames are aligned to 8 bytes
+    /// All modelled bits; the others read 0.
     pub const ALL: u32 =
         NON_BASE_THREAD | USER_SET_PENDING | UNALIGNED_TRAP | DIVIDE_BY_ZERO_TRAP | STACK_ALIGN;
 }
 
-/// ACTLR bits of the Cortex-M4 (TRM table 4-2).
+/// Bits of ACTLR of the Cortex-M4 (TRM table 4-2).
 pub mod actlr {
-    /// LDM, STM, multiplications and divisions are not interrupted.
+    /// Disables the interruption of LDM, STM, multiplications and divisions.
     pub const MULTI_CYCLE_INTERRUPTION: u32 = 1;
-    pub const WRITE_BUFFER: u32 = 1 << 1; // Stores wait for their end
-    pub const FOLDING: u32 = 1 << 2; // IT is not folded
+    pub const WRITE_BUFFER: u32 = 1 << 1; // Disables the write buffer: stores wait for their end
+    pub const FOLDING: u32 = 1 << 2; // Disables the folding of IT
     pub const FPCA: u32 = 1 << 8; // Floating-point instructions leave CONTROL.FPCA alone
     pub const OUT_OF_ORDER_FP: u32 = 1 << 9; // Floating-point instructions complete in order
-    /// The bits that exist.
+    /// All implemented bits; the others read 0.
     pub const ALL: u32 = MULTI_CYCLE_INTERRUPTION | WRITE_BUFFER | FOLDING | FPCA | OUT_OF_ORDER_FP;
 }
 
-/// HFSR bits.
+/// Bits of HFSR.
 pub mod hfsr {
-    pub const VECTTBL: u32 = 1 << 1; // Bus error of a vector
+    pub const VECTTBL: u32 = 1 << 1; // Bus error of a vector read
     pub const FORCED: u32 = 1 << 30; // Escalated from another fault
     pub const DEBUGEVT: u32 = 1 << 31; // A debug event without a debugger
 }
 
-/// DFSR: a breakpoint instruction.
+/// Bit of DFSR for a breakpoint instruction.
 const DFSR_BKPT: u32 = 1 << 1;
 
 const MMARVALID: u32 = 1 << 7;
 const BFARVALID: u32 = 1 << 15;
 
-/// The bit of CFSR that tells of `fault` (Arm ARM B3.2.15); 0 for a
-/// breakpoint.
+/// Returns the bit of CFSR that reports `fault` (Arm ARM B3.2.15); 0 for a breakpoint.
 pub const fn cfsr_bit(fault: Fault) -> u32 {
     match fault {
         Fault::InstructionAccess => 1,
@@ -77,23 +76,23 @@ pub const fn cfsr_bit(fault: Fault) -> u32 {
     }
 }
 
-/// The registers.
+/// Values of the SCB's control and fault status registers.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Scb {
-    /// VTOR: where the vector table begins.
+    /// Register VTOR: address of the vector table.
     pub vtor: u32,
-    /// AIRCR.PRIGROUP, at its place.
+    /// AIRCR.PRIGROUP, at its bit position.
     pub prigroup: u32,
-    /// System control.
+    /// System control register.
     pub scr: u32,
-    /// Configuration and control.
+    /// Configuration and control register.
     pub ccr: u32,
     cfsr: u32,
     hfsr: u32,
     dfsr: u32,
     mmfar: u32,
     bfar: u32,
-    /// Auxiliary control.
+    /// Auxiliary control register.
     pub actlr: u32,
     /// Cycle at which AIRCR.SYSRESETREQ was written.
     pub reset_request: Option<Cycle>,
@@ -118,7 +117,7 @@ impl Default for Scb {
 }
 
 impl Scb {
-    /// Notes `fault` in CFSR, DFSR and the address registers.
+    /// Records `fault` in CFSR, DFSR and the address registers.
     pub fn note_fault(&mut self, fault: Fault) {
         self.cfsr |= cfsr_bit(fault);
         match fault {
@@ -138,18 +137,17 @@ impl Scb {
         }
     }
 
-    /// Notes the bus error of a buffered store, whose address is not kept:
-    /// IMPRECISERR.
+    /// Records the bus error of a buffered store, whose address is not kept: IMPRECISERR.
     pub fn note_imprecise_fault(&mut self) {
         self.cfsr |= 1 << 10;
     }
 
-    /// Notes why there is a hard fault.
+    /// Records the cause of a hard fault in HFSR.
     pub fn note_hard_fault(&mut self, bits: u32) {
         self.hfsr |= bits;
     }
 
-    /// Reads the register at `address`; `None`: not one of these.
+    /// Reads the register at `address`; returns `None` if it is not one of these.
     pub const fn read(&self, address: u32) -> Option<u32> {
         Some(match address {
             0xE000_E008 => self.actlr,
@@ -168,13 +166,13 @@ impl Scb {
         })
     }
 
-    /// Writes it; `None`: not one of these.
+    /// Writes the register at `address`; returns `None` if it is not one of these.
     pub fn write(&mut self, address: u32, value: u32, at: Cycle) -> Option<Modelled> {
         match address {
             0xE000_E008 => self.actlr = value & actlr::ALL,
             0xE000_ED00 | 0xE000_ED3C => {}
-            // 128-byte steps (Arm ARM B3.2.5); the table of 98 vectors must be
-            // aligned to 512 bytes, which is the program's business.
+            // The step is 128 bytes (Arm ARM B3.2.5). The program must align the table of 98
+            // vectors to 512 bytes; this is not checked.
             0xE000_ED08 => self.vtor = value & !0x7F,
             0xE000_ED0C => return Some(self.write_aircr(value, at)),
             0xE000_ED10 => {

@@ -1,4 +1,4 @@
-//! WFI, WFE and the event register (Arm ARM B1.5.17, B1.5.18).
+//! Models WFI, WFE and the event register (Arm ARM B1.5.17, B1.5.18).
 
 use super::System;
 use super::scb::scr;
@@ -6,36 +6,37 @@ use crate::chip::Cycle;
 use crate::chip::cpu::Registers;
 
 impl System {
-    /// SEV, and every other event: sets the event register.
+    /// Sets the event register, as SEV and every other event does.
     pub fn send_event(&mut self) {
         self.event = true;
     }
 
-    /// WFE: clears the event register; says whether it was clear, so that the
-    /// core sleeps until [`Self::should_wake`].
+    /// Executes WFE: clears the event register, and returns whether it was clear, so that the core
+    /// sleeps until [`Self::should_wake`].
     pub fn wait_for_event(&mut self) -> bool {
         self.sleeps_for_event = !self.event;
         self.event = false;
         self.sleeps_for_event
     }
 
-    /// WFI: the core sleeps until [`Self::should_wake`].
+    /// Executes WFI: the core sleeps until [`Self::should_wake`].
     pub fn wait_for_interrupt(&mut self) {
         self.sleeps_for_event = false;
     }
 
-    /// The core slept for so many cycles without its clock: the cycle counter stood.
+    /// Notes that the core slept for `cycles` without its clock, so that the cycle counter did not
+    /// count.
     pub(in crate::chip::cpu) fn sleep_unclocked(&mut self, cycles: Cycle) {
         self.trace.skip_cycles(cycles);
     }
 
-    /// SCR.SLEEPDEEP: sleep would stop the clocks, which nobody models.
+    /// Returns SCR.SLEEPDEEP: whether sleep would stop the clocks, which is not modelled.
     pub const fn sleeps_deep(&self) -> bool {
         self.scb.scr & scr::SLEEP_DEEP != 0
     }
 
-    /// The core returned to thread mode and sleeps now (SCR.SLEEPONEXIT), as
-    /// by WFI; asked once.
+    /// Returns whether the core returned to thread mode and must sleep now (SCR.SLEEPONEXIT), as by
+    /// WFI; clears this state.
     pub fn take_sleep_on_exit(&mut self) -> bool {
         std::mem::take(&mut self.sleeps_on_exit)
     }
@@ -45,9 +46,9 @@ impl System {
         self.sleeps_for_event &= !self.sleeps_on_exit;
     }
 
-    /// Whether a sleeping core wakes, as the lines were sampled last: WFI by
-    /// an exception that would pre-empt if PRIMASK were clear, WFE by one that
-    /// does pre-empt or by an event, which it consumes.
+    /// Returns whether a sleeping core wakes, by the lines when last sampled. WFI wakes by an
+    /// exception that would pre-empt if PRIMASK were clear; WFE by an exception that does pre-empt,
+    /// or by an event, which it clears.
     pub fn should_wake(&mut self, registers: &Registers) -> bool {
         if !self.sleeps_for_event {
             let priority = self.nvic.priority_without_primask(registers);

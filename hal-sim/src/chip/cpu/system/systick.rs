@@ -1,5 +1,5 @@
-//! The system timer (Arm ARM B3.3): counts down at HCLK, or at HCLK/8
-//! (RM0090 figure 21), and is worked out when somebody looks.
+//! Models the system timer (Arm ARM B3.3), which counts down at HCLK or HCLK/8 (RM0090 figure 21).
+//! Its value is computed only when it is needed.
 
 use crate::chip::Cycle;
 
@@ -9,19 +9,18 @@ const CLKSOURCE: u32 = 1 << 2;
 const COUNTFLAG: u32 = 1 << 16;
 const COUNTER_BITS: u32 = 0x00FF_FFFF;
 
-/// SYST_CALIB of the STM32F405: 18750, 1 ms at 150 MHz/8 (RM0090 section
-/// 12.1.2).
+/// SYST_CALIB of the STM32F405: 18750, 1 ms at 150 MHz/8 (RM0090 section 12.1.2).
 const CALIBRATION: u32 = 0x0000_493E;
 
-/// SysTick.
+/// State of the system timer.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct SysTick {
     control: u32,
     reload: u32,
     counter: u32,
-    /// Cycle up to which `counter` has been brought.
+    /// Cycle at which `counter` was last computed.
     brought_to: Cycle,
-    /// It does not count.
+    /// Whether the timer is stopped because the core is halted.
     pub held: bool,
 }
 
@@ -30,14 +29,14 @@ impl SysTick {
         if self.control & CLKSOURCE != 0 { 1 } else { 8 }
     }
 
-    /// Clock edges from cycle `from`, exclusive, to `to`, inclusive. The
+    /// Returns the number of clock edges from cycle `from`, exclusive, to `to`, inclusive. The
     /// divided clock has its edges at multiples of 8.
     const fn edges(&self, from: Cycle, to: Cycle) -> u64 {
         to / self.period() - from / self.period()
     }
 
-    /// Brings the counter to `at`; gives the cycle at which it last reached
-    /// zero on the way, if its exception is enabled.
+    /// Advances the counter to `at`; returns the cycle at which it last reached zero on the way, if
+    /// its exception is enabled.
     pub fn advance(&mut self, at: Cycle) -> Option<Cycle> {
         let from = self.brought_to;
         if at <= from {
@@ -69,8 +68,8 @@ impl SysTick {
         (self.control & TICKINT != 0).then_some(reached)
     }
 
-    /// Counter after `edges` that do not take it to zero: an edge at zero
-    /// loads the reload value.
+    /// Returns the counter after `edges` edges that do not take it to zero; an edge at zero loads
+    /// the reload value.
     const fn counter_after(&self, edges: u64) -> u32 {
         match (edges, self.counter) {
             (0, counter) => counter,
@@ -79,7 +78,7 @@ impl SysTick {
         }
     }
 
-    /// Edges until the counter reaches zero from above; `None`: never.
+    /// Returns the edges until the counter reaches zero from above; `None` if it never does.
     fn edges_to_zero(&self) -> Option<u64> {
         match (self.counter, self.reload) {
             (0, 0) => None,
@@ -88,7 +87,7 @@ impl SysTick {
         }
     }
 
-    /// Cycle at which the exception pends next.
+    /// Returns the cycle at which the exception pends next.
     pub fn next_event(&self) -> Cycle {
         if self.control & (ENABLE | TICKINT) != ENABLE | TICKINT || self.held {
             return Cycle::MAX;
@@ -99,7 +98,7 @@ impl SysTick {
         })
     }
 
-    /// Reads the register at `offset` from 0xE000_E010, brought to now before.
+    /// Reads the register at `offset` from 0xE000_E010; call [`Self::advance`] first.
     pub fn read(&mut self, offset: u32) -> u32 {
         match offset {
             0x0 => {
@@ -113,7 +112,8 @@ impl SysTick {
         }
     }
 
-    /// Writes it. Any write to the counter clears it and COUNTFLAG.
+    /// Writes the register at `offset` from 0xE000_E010. Any write to the counter clears the
+    /// counter and COUNTFLAG.
     pub fn write(&mut self, offset: u32, value: u32) {
         match offset {
             0x0 => {

@@ -1,5 +1,5 @@
-//! Debug and trace registers as far as programs and debuggers use them: DEMCR, DHCSR, DWT's
-//! cycle counter (Arm ARM C1.6, C1.8); its comparators are `compare`'s.
+//! Models the debug and trace registers that programs and debuggers use: DEMCR, DHCSR, DWT's cycle
+//! counter (Arm ARM C1.6, C1.8). The comparators are in `compare`.
 
 use super::compare::Comparators;
 use crate::chip::Cycle;
@@ -8,31 +8,31 @@ use crate::chip::cpu::bus::{Modelled, Unmodelled};
 const TRCENA: u32 = 1 << 24;
 const CYCCNTENA: u32 = 1;
 
-/// DWT_CTRL's constant part: four comparators (TRM table 8-1).
+/// Constant part of DWT_CTRL: four comparators (TRM table 8-1).
 const DWT_CTRL: u32 = 0x4000_0000;
 
-/// DHCSR.C_DEBUGEN.
+/// Bit C_DEBUGEN of DHCSR.
 const C_DEBUGEN: u32 = 1;
 
-/// DWT_COMP0, and the end of the comparators' registers.
+/// Address of DWT_COMP0, and end of the comparators' registers.
 const COMP0: u32 = 0xE000_1020;
 const COMP_END: u32 = 0xE000_1060;
 
-/// The registers.
+/// State of the debug and trace registers.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Trace {
     trcena: bool,
     cyccntena: bool,
-    /// The counter while it stands; else what to add to the cycle.
+    /// Value of the cycle counter while it is stopped; otherwise its difference from the cycle.
     count: u32,
-    /// A debugger is attached: DHCSR.C_DEBUGEN reads 1.
+    /// Whether a debugger is attached, so that DHCSR.C_DEBUGEN reads 1.
     pub debugger: bool,
-    /// Which data is watched.
+    /// Comparators that watch data.
     pub comparators: Comparators,
 }
 
 impl Trace {
-    /// What a system reset leaves, which is the debugger's.
+    /// Returns the state after a system reset, which keeps the debugger's settings.
     pub fn reset(self) -> Self {
         Self {
             debugger: self.debugger,
@@ -58,14 +58,14 @@ impl Trace {
         self.count = value.wrapping_sub(offset);
     }
 
-    /// The counter stood for so many of the cycles up to now.
+    /// Excludes the last `cycles` cycles from the cycle counter.
     pub const fn skip_cycles(&mut self, cycles: Cycle) {
         if self.counts() {
             self.count = self.count.wrapping_sub(cycles as u32);
         }
     }
 
-    /// Reads the register at `address`; `None`: not one of these.
+    /// Reads the register at `address`; returns `None` if it is not one of these.
     pub fn read(&mut self, address: u32, at: Cycle) -> Option<u32> {
         Some(match address {
             0xE000_1000 => DWT_CTRL | self.cyccntena as u32,
@@ -83,7 +83,7 @@ impl Trace {
         })
     }
 
-    /// Writes it; `None`: not one of these.
+    /// Writes the register at `address`; returns `None` if it is not one of these.
     pub fn write(&mut self, address: u32, value: u32, at: Cycle) -> Option<Modelled> {
         let counter = self.counter(at);
         match address {

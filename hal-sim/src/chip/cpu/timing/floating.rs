@@ -1,10 +1,9 @@
-//! What floating-point instructions wait for (TRM section 7.2.3).
+//! Models the waits of floating-point instructions (TRM section 7.2.3).
 //!
-//! An arithmetic result can be consumed a cycle after its instruction is over,
-//! as an addend at once. VDIV and VSQRT let integer instructions go on; the
-//! next floating-point instruction waits until they are over. Approximate: a
-//! VLDR or VSTR is not pipelined with its neighbours, as the manual's table of
-//! cycles has no such note.
+//! An arithmetic result can be used one cycle after its instruction is over, as an addend at once.
+//! During VDIV and VSQRT, integer instructions continue; the next floating-point instruction waits
+//! until they are over. Approximate: VLDR and VSTR are not pipelined with their neighbours, because
+//! the manual's table of cycles has no such note.
 
 use super::{PipelineState, depends_on_last};
 use crate::chip::Cycle;
@@ -12,19 +11,19 @@ use crate::chip::cpu::fpu::{Arithmetic, Op, Transfer, Unary};
 use crate::chip::cpu::system::actlr;
 use crate::chip::cpu::{Bus, Cpu, TrapResult};
 
-/// Where the floating-point unit is.
+/// Timing state of the floating-point unit.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Floating {
-    /// It takes the next instruction from this cycle on.
+    /// Cycle from which on the unit takes the next instruction.
     free: Cycle,
-    /// The last arithmetic result, an S register.
+    /// S register of the last arithmetic result.
     result: u8,
-    /// It can be consumed from this cycle on.
+    /// Cycle from which on that result can be used.
     ready: Cycle,
 }
 
-/// The S register that `op` computes, if it does arithmetic (conversions are,
-/// moves and changes of sign are not).
+/// Returns the S register that `op` computes by arithmetic, which includes conversions but not
+/// moves and changes of sign.
 const fn result(op: &Op) -> Option<u8> {
     match *op {
         Op::Arithmetic(_, d, _, _) => Some(d),
@@ -34,8 +33,7 @@ const fn result(op: &Op) -> Option<u8> {
     }
 }
 
-/// Whether `op` needs S register `s` when it begins; an addend is needed a
-/// cycle later.
+/// Returns whether `op` needs S register `s` when it begins; an addend is needed a cycle later.
 fn needs(op: &Op, s: u8) -> bool {
     match *op {
         Op::Arithmetic(_, _, n, m) => s == n || s == m,
@@ -48,7 +46,7 @@ fn needs(op: &Op, s: u8) -> bool {
     }
 }
 
-/// Whether integer instructions overtake `op`.
+/// Returns whether integer instructions can execute during `op`.
 const fn is_long(op: &Op) -> bool {
     matches!(
         op,
@@ -57,7 +55,7 @@ const fn is_long(op: &Op) -> bool {
 }
 
 impl Cpu {
-    /// Executes `op` when the unit and its operands are there.
+    /// Executes `op` once the unit and its operands are available.
     #[inline]
     pub(in crate::chip::cpu) fn execute_floating(
         &mut self,
@@ -71,7 +69,7 @@ impl Cpu {
             start = unit.ready;
         }
         if let Op::Load(transfer) | Op::Store(transfer) = op {
-            // The address stall of every load and store (TRM 3.3.2).
+            // Every load and store has the address stall (TRM 3.3.2).
             start += Cycle::from(depends_on_last(last, transfer.n) & !u16::from(last.load()));
         }
         self.cycle = start;

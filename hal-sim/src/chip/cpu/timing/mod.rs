@@ -1,18 +1,17 @@
-//! Cycles of instructions (TRM section 3.3): what is between instructions.
+//! Counts cycles of instructions (TRM section 3.3), including the effects between instructions.
 //!
-//! Exact where the TRM is: base cycles of table 3-1, pipelined loads, the
-//! address stall, unaligned accesses, the one-entry write buffer (3.3.2, 3.5).
-//! Approximate, because the TRM leaves it open:
+//! Exact where the TRM is: base cycles of table 3-1, pipelined loads, the address stall, unaligned
+//! accesses, the one-entry write buffer (3.3.2, 3.5). Approximate, because the TRM leaves it open:
 //! - refill P: see [`REFILL_DIRECT`], [`REFILL_REGISTER`], [`REFILL_LOAD`];
 //! - prefetch: see [`Pipeline::line`];
-//! - IT is folded whenever a 16-bit instruction ran right before it;
-//! - loads whose 32-bit opcode straddles words pipeline like others;
-//! - LDR from code costs no extra cycle beyond what the bus says;
-//! - LDM, STM and divisions run to their end before an interrupt is taken,
-//!   where the core abandons them: up to 16 cycles late.
+//! - IT is folded whenever a 16-bit instruction ran directly before it;
+//! - loads whose 32-bit opcode straddles words are pipelined like others;
+//! - LDR from code costs no extra cycle beyond those of the bus;
+//! - LDM, STM and divisions run to their end before an interrupt is taken, whereas the core
+//!   abandons them: up to 16 cycles late.
 //!
-//! How much hangs on a rule: without the address stall the `bench` image and
-//! CoreMark take 1.3–1.6 % fewer cycles, without folding 1.2–1.4 % more.
+//! Effect of a rule: without the address stall the `bench` image and CoreMark take 1.3–1.6 % fewer
+//! cycles, without folding 1.2–1.4 % more.
 
 mod floating;
 
@@ -20,67 +19,65 @@ use super::instruction::{Op, Reg};
 use super::{Bus, Cpu};
 use crate::chip::Cycle;
 
-/// Refill after a branch whose target is in the instruction: the decode stage
-/// works it out and fetches early, so P is at its minimum.
+/// Refill after a branch whose target is in the instruction: the decode stage computes the target
+/// and fetches early, so P is at its minimum.
 pub const REFILL_DIRECT: u8 = 1;
-/// Refill after a branch to a register's value, known only in the execute
-/// stage: one more.
+/// Refill after a branch to a register's value, which is known only in the execute stage: one cycle
+/// more.
 pub const REFILL_REGISTER: u8 = 2;
 /// Refill after a load into R15, TBB and TBH: three cycles (TRM 3.3.2).
 pub const REFILL_LOAD: u8 = 3;
-/// P is never more (TRM 3.3.1).
+/// Largest value of P (TRM 3.3.1).
 const REFILL_MOST: u8 = 3;
 
-/// How many bytes ahead of the instruction that begins to execute the core
-/// fetches: the stage before decodes four, the one before that is being
-/// fetched, and words are fetched whole.
+/// Number of bytes that the core fetches ahead of the instruction that begins to execute: the stage
+/// before decodes four bytes, the stage before that fetches, and words are fetched whole.
 const AHEAD: u32 = 10;
 /// Cycles from a word's fetch to its execution: fetch, decode.
 const STAGES: Cycle = 2;
 
-/// Whether `first` is the first half of a 32-bit instruction (Arm ARM A5.1).
+/// Returns whether `first` is the first half of a 32-bit instruction (Arm ARM A5.1).
 pub const fn is_wide(first: u16) -> bool {
     first >> 11 >= 0x1D
 }
 
-/// 1 if the instruction at `target` is a 32-bit one that straddles two words,
-/// so that two fetches are needed before it can be decoded.
+/// Returns 1 if the instruction at `target` is a 32-bit instruction that straddles two words, so
+/// that it needs two fetches before decoding.
 pub(super) fn straddles(bus: &mut impl Bus, target: u32) -> u8 {
     let wide = target & 2 != 0 && bus.read_code(target).is_ok_and(is_wide);
     u8::from(wide)
 }
 
-/// What an instruction leaves for the timing of the next.
+/// Effect of an instruction on the timing of the next.
 ///
-/// One word, so that it moves as one: registers that a following address must
-/// wait for (results of data processing and loads) in bits 15:0, then what
-/// [`Self::load`] and [`Self::length`] give, in 8 bits each.
+/// One word, so that it is copied at once: bits 15:0 are registers that a following address must
+/// wait for (results of data processing and loads), followed by the values of [`Self::load`] and
+/// [`Self::length`], 8 bits each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct PipelineState(u32);
 
 impl PipelineState {
-    /// After a refill.
+    /// State after a refill.
     pub const NONE: Self = Self(0);
 
-    /// After an instruction of `length` bytes that did nothing.
+    /// Returns the state after an instruction of `length` bytes that did nothing.
     pub const fn idle(length: u8) -> Self {
         Self((length as u32) << 24)
     }
 
-    /// 1 after a single load, whose data phase a following load or store
-    /// overlaps.
+    /// Returns 1 after a single load, whose data phase overlaps a following load or store.
     #[inline(always)]
     pub const fn load(self) -> u8 {
         (self.0 >> 16 & 1) as u8
     }
 
-    /// Bytes of the instruction; 0 where nothing ran before.
+    /// Returns the length of the instruction, bytes; 0 if there was none.
     #[inline(always)]
     pub const fn length(self) -> u8 {
         (self.0 >> 24) as u8
     }
 
-    /// What `op`, encoded as `code`, leaves.
+    /// Returns the state after `op`, whose encoding is `code`.
     pub fn new(op: &Op, code: u32, length: u8) -> Self {
         let (produced, load): (u16, u32) = match *op {
             Op::Ldr { t, .. }
@@ -99,13 +96,13 @@ impl PipelineState {
     }
 }
 
-/// 1 if register `n` was produced by the instruction before.
+/// Returns 1 if the instruction before produced register `n`.
 #[inline(always)]
 pub(super) const fn depends_on_last(last: PipelineState, n: Reg) -> u16 {
     (last.0 >> (n & 15) & 1) as u16
 }
 
-/// Registers that data processing writes.
+/// Returns the registers that data processing writes, one bit each.
 fn results(op: &Op, code: u32) -> u16 {
     match *op {
         Op::MovImm { d, .. }
@@ -136,7 +133,7 @@ fn results(op: &Op, code: u32) -> u16 {
         | Op::ReadSpecial { d, .. } => 1 << d,
         Op::AddToSp { .. } => 1 << 13,
         Op::Arithmetic(_) => {
-            // Rd; of long multiplications RdLo too (A5.3.17).
+            // Rd; for long multiplications RdLo too (A5.3.17).
             let low = if code >> 23 == 0xFB8 >> 3 {
                 1 << (code >> 12 & 0xF)
             } else {
@@ -148,31 +145,30 @@ fn results(op: &Op, code: u32) -> u16 {
     }
 }
 
-/// What the instructions before left in the pipeline.
+/// State that earlier instructions left in the pipeline.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Pipeline {
-    /// The instruction before.
+    /// Effect of the instruction before.
     pub(super) last: PipelineState,
-    /// First data phase of the instruction that executes, or its next one,
-    /// in cycles after its start.
+    /// First or next data phase of the executing instruction, in cycles after its start.
     pub(super) phase: Cycle,
-    /// The floating-point unit.
+    /// State of the floating-point unit.
     pub(super) floating: floating::Floating,
-    /// The write buffer is busy before this cycle.
+    /// Cycle before which the write buffer is busy.
     pub(super) buffer: Cycle,
-    /// The 16-byte line fetched last, [`Self::NO_LINE`] while it is under way.
+    /// The 16-byte line fetched last, [`Self::NO_LINE`] while a fetch is under way.
     ///
-    /// The core asks for words ahead of need (prefetch buffer of three words).
-    /// The model asks for the next line when an instruction begins to execute
-    /// less than [`AHEAD`] bytes before it, and waits for it only when
-    /// execution gets there. A full buffer would ask up to two words earlier.
+    /// The core requests words ahead of need (prefetch buffer of three words). The model requests
+    /// the next line when an instruction begins to execute less than [`AHEAD`] bytes before it, and
+    /// waits for it only when execution gets there. A full buffer would request up to two words
+    /// earlier.
     line: u32,
-    /// The line asked for last.
+    /// Line that was requested last.
     asked: u32,
-    /// When the first instruction of `asked` can execute.
+    /// Cycle at which the first instruction of `asked` can execute.
     ready: Cycle,
-    /// Instructions at `quiet_bytes` addresses from here on neither ask for
-    /// the next line nor wait for one.
+    /// First of `quiet_bytes` addresses whose instructions neither request the next line nor wait
+    /// for one.
     quiet_from: u32,
     quiet_bytes: u32,
 }
@@ -180,8 +176,8 @@ pub struct Pipeline {
 impl Pipeline {
     const NO_LINE: u32 = u32::MAX;
 
-    /// An exception's entry or return fetched the code at `target`; nothing
-    /// ran before it, and the write buffer is empty.
+    /// Restarts the pipeline after an exception's entry or return fetched the code at `target`: no
+    /// instruction ran before, and the write buffer is empty.
     pub(super) fn begin_at(&mut self, target: u32) {
         *self = Self {
             asked: target >> 4,
@@ -190,7 +186,7 @@ impl Pipeline {
         self.note_line_fetched(target >> 4);
     }
 
-    /// `line` is there: the next one is asked for [`AHEAD`] of it.
+    /// Notes that `line` has arrived; the next line is requested [`AHEAD`] bytes before its start.
     #[inline(always)]
     fn note_line_fetched(&mut self, line: u32) {
         self.line = line;
@@ -198,8 +194,8 @@ impl Pipeline {
         self.quiet_bytes = 16;
     }
 
-    /// `asked` is under way: it is waited for when execution gets there, 4
-    /// bytes before it at the earliest.
+    /// Notes that `asked` is under way; execution waits for it when it gets there, 4 bytes before
+    /// it at the earliest.
     #[inline(always)]
     fn wait_for_asked(&mut self) {
         self.line = Self::NO_LINE;
@@ -225,7 +221,7 @@ impl Default for Pipeline {
 }
 
 impl Cpu {
-    /// `cycles` pass. 64 bits outlast any run: nothing looks for their end.
+    /// Passes `cycles`. 64 bits outlast any run, so overflow is not checked.
     #[inline(always)]
     pub(super) const fn advance_by(&mut self, cycles: Cycle) {
         self.cycle = self.cycle.wrapping_add(cycles);
@@ -264,7 +260,7 @@ impl Cpu {
         }
     }
 
-    /// Goes on at `target` after `cycles`, refill included; gives `target`.
+    /// Continues at `target` after `cycles`, refill included; returns `target`.
     #[inline(always)]
     pub(super) fn branch_to(&mut self, bus: &mut impl Bus, target: u32, cycles: u8) -> u32 {
         self.advance_by(cycles.into());
@@ -276,8 +272,8 @@ impl Cpu {
         target
     }
 
-    /// Goes on at `target`, which the code could not name: a register's value
-    /// after 1 + `refill` cycles.
+    /// Continues at `target`, which is not encoded in the instruction but a register's value, after
+    /// `before` cycles and the refill; returns `target`.
     pub(super) fn branch_far(
         &mut self,
         bus: &mut impl Bus,
@@ -290,7 +286,7 @@ impl Cpu {
         self.branch_to(bus, target, before + refill)
     }
 
-    /// Fetches the line of `target` at `at`; its wait states pass.
+    /// Fetches the line of `target` at `at`, and waits for it.
     #[inline(never)]
     pub(super) fn refill(&mut self, bus: &mut impl Bus, target: u32, at: Cycle) {
         let line = target >> 4;

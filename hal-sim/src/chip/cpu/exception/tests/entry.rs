@@ -1,4 +1,4 @@
-//! Entry: frame, stack pointers, cycles, late arrival, latency.
+//! Tests exception entry: frame, stack pointers, cycles, late arrival, latency.
 
 use super::*;
 use crate::chip::cpu::registers::{control, flag};
@@ -17,7 +17,7 @@ fn the_frame_is_what_the_manual_draws() {
     let frame = STACK - 0x20;
     assert_eq!(cpu.registers.r[13], frame);
     let words: Vec<u32> = (0..8).filter_map(|n| bus.word(frame + 4 * n)).collect();
-    // ITSTATE 7:2 in bits 15:10, 1:0 in 26:25; T.
+    // ITSTATE 7:2 in bits 15:10, 1:0 in 26:25; the Thumb bit.
     let xpsr = 0xA80A_0000 | 0b10_1001 << 10 | 0b10 << 25 | 1 << 24;
     let expected = [0x100, 0x101, 0x102, 0x103, 0x10C, 0x0800_1235, MAIN, xpsr];
     assert_eq!(words, expected);
@@ -25,7 +25,7 @@ fn the_frame_is_what_the_manual_draws() {
     assert_eq!(cpu.registers.r[15], handler(19));
     assert_eq!((cpu.registers.exception, cpu.registers.it), (19, 0));
     assert!(cpu.system.event);
-    // All of it comes back.
+    // The return restores everything.
     let before = (cpu.registers.r, cpu.registers.apsr);
     cpu.registers.r = [7; 16];
     cpu.registers.r[13] = frame;
@@ -74,7 +74,7 @@ fn thread_mode_on_the_process_stack() {
     assert_eq!(cpu.registers.r[13], STACK, "the main stack is untouched");
     assert_eq!(cpu.registers.psp(), STACK - 0x420);
     assert_eq!(cpu.read_special(20), 0, "SPSEL reads 0 in handler mode");
-    // A nested one uses the main stack, and knows it.
+    // A nested exception uses the main stack, and EXC_RETURN shows it.
     pend(&mut cpu, 1, 0x10);
     take(&mut cpu, &mut bus);
     assert_eq!(cpu.registers.r[14], 0xFFFF_FFF1);
@@ -93,7 +93,7 @@ fn wait_states_of_the_stack_delay_and_those_of_code_hide_behind_it() {
     for (ram_wait, line_wait, cycles) in [
         (1, 0, 20),
         (2, 0, 28),
-        // Vector 2 + w, then handler 4 + w: beside 12 until w is 4.
+        // The vector takes 2 + w, then the handler 4 + w, in parallel with 12 until w is 4.
         (0, 3, 12),
         (0, 5, 16),
         (1, 5, 20),
@@ -113,8 +113,8 @@ fn wait_states_of_the_stack_delay_and_those_of_code_hide_behind_it() {
 
 #[test]
 fn a_later_but_more_urgent_one_takes_the_entry_over() {
-    // Line 1 rises `after` cycles after line 0 was taken. Its handler begins
-    // when stacking is done (12), or 6 cycles after its rise if that is later.
+    // Line 1 rises `after` cycles after line 0 was taken. Its handler begins when stacking is done
+    // (12), or 6 cycles after its rise if that is later.
     for (after, cycles) in [(1, 12), (6, 12), (8, 14), (11, 17)] {
         let (mut cpu, mut bus) = machine();
         cpu.cycle = 100;
@@ -145,7 +145,7 @@ fn a_later_one_of_the_same_priority_waits() {
 #[test]
 fn latency_counts_from_the_rise_of_the_line() {
     let (mut cpu, mut bus) = machine();
-    // The line rises 7 cycles into something that lasts 10.
+    // The line rises 7 cycles into an operation that lasts 10.
     bus.schedule.push_back((1007, [1 << 9, 0, 0]));
     cpu.cycle = 1010;
     assert_eq!(take(&mut cpu, &mut bus), Some(12));
@@ -155,7 +155,7 @@ fn latency_counts_from_the_rise_of_the_line() {
     assert_eq!((number, latency.count, latency.worst), (25, 1, 15));
     assert_eq!((latency.worst_at, latency.behind), (1022, 0));
     assert_eq!(cpu.system.deepest_msp, Some(STACK - 0x20));
-    // The next waits for it: from its rise to the end of the handler.
+    // The next exception waits for the handler: from its rise to the handler's end.
     cpu.system.nvic.set_priority(26, 0x0);
     bus.lines = [0; 3];
     bus.schedule.push_back((1030, [1 << 10, 0, 0]));
@@ -171,8 +171,7 @@ fn latency_counts_from_the_rise_of_the_line() {
 fn a_program_is_interrupted_where_it_is() {
     let (mut cpu, mut bus) = machine();
     let counter = Flat::SRAM + 0x100;
-    // r0 counts at the counter: ldr r0, [pc, #4]; ldr r1, [r0]; adds r1, #1;
-    // str r1, [r0]; bx lr
+    // Counts in r0's memory: ldr r0, [pc, #4]; ldr r1, [r0]; adds r1, #1; str r1, [r0]; bx lr
     code(
         &mut bus,
         handler(16),

@@ -1,4 +1,4 @@
-//! Return: tail-chaining, pop pre-emption, integrity.
+//! Tests exception return: tail-chaining, pre-emption of a pop, integrity.
 
 use super::*;
 use crate::chip::cpu::system::number;
@@ -46,8 +46,8 @@ fn a_line_that_is_still_high_comes_again() {
 
 #[test]
 fn unstacking_is_given_up_for_an_exception() {
-    // Line 1 rises `after` cycles into the return: the pop is given up at the
-    // next word, and tail-chaining takes six cycles from there.
+    // Line 1 rises `after` cycles into the return: the pop is abandoned at the next word, and
+    // tail-chaining takes six cycles from there.
     for (after, cycles) in [(2, 8), (5, 11), (8, 14)] {
         let (mut cpu, mut bus) = machine();
         pend(&mut cpu, 0, 0x40);
@@ -77,7 +77,8 @@ fn wait_states_delay_the_return() {
     }
 }
 
-/// Usage faults enabled; in line 0's handler, with another below if `nested`.
+/// Returns a core in line 0's handler with usage faults enabled; if `nested`, another handler is
+/// active below.
 fn in_handler(nested: bool) -> (Cpu, Flat) {
     let (mut cpu, mut bus) = machine();
     set(&mut cpu, 0xE000_ED24, 1 << 18);
@@ -93,10 +94,10 @@ fn in_handler(nested: bool) -> (Cpu, Flat) {
 #[test]
 fn illegal_returns_are_usage_faults() {
     for (nested, exc_return) in [
-        (false, 0xFFFF_FFF1), // to a handler that is not there
-        (true, 0xFFFF_FFF9),  // to thread mode over a handler
+        (false, 0xFFFF_FFF1), // to a handler that is not active
+        (true, 0xFFFF_FFF9),  // to thread mode over an active handler
         (true, 0xFFFF_FFFD),
-        (false, 0xFFFF_FFF0), // no such value
+        (false, 0xFFFF_FFF0), // no valid value
         (false, 0xFFFF_FFF5),
         (false, 0xFFFF_FFFB),
         (false, 0xFFFF_FF99), // bits 27:5 are not all ones
@@ -120,7 +121,7 @@ fn illegal_returns_are_usage_faults() {
 fn ccr_allows_thread_mode_over_a_handler() {
     let (mut cpu, mut bus) = in_handler(true);
     set(&mut cpu, 0xE000_ED14, 0x201);
-    // The frame says handler 17: patch it to thread mode.
+    // The frame says handler 17; patch it to thread mode.
     let frame = cpu.registers.r[13];
     assert!(bus.load(frame + 0x1C, &0x0100_0000_u32.to_le_bytes()));
     let returned = cpu.return_from_exception(&mut bus, 0xFFFF_FFF9);

@@ -1,10 +1,10 @@
-//! Faults: escalation, lock-up, faults of entry and return themselves.
+//! Tests faults: escalation, lock-up, and faults during entry and return.
 
 use super::*;
 use crate::chip::cpu::system::number;
 use crate::chip::cpu::{Fault, Open};
 
-/// MemManage, BusFault, UsageFault enabled.
+/// SHCSR with MemManage, BusFault and UsageFault enabled.
 const ALL_FAULTS: u32 = 7 << 16;
 const CFSR: u32 = 0xE000_ED28;
 const HFSR: u32 = 0xE000_ED2C;
@@ -22,11 +22,11 @@ fn a_fault_goes_to_its_exception_or_escalates() {
         assert_eq!(cpu.registers.exception, own);
         assert_eq!(bus.word(STACK - 8), Some(MAIN), "the instruction itself");
         assert_eq!(get(&mut cpu, HFSR), 0);
-        // Again in its own handler: not pre-empting, so a hard fault.
+        // Again in its own handler: cannot pre-empt, so it becomes a hard fault.
         assert_eq!(cpu.take_fault(&mut bus, fault), Ok(()));
         assert_eq!(cpu.registers.exception, number::HARD_FAULT);
         assert_eq!(get(&mut cpu, HFSR), 1 << 30);
-        // And there nothing is left.
+        // In the hard fault handler, no escalation is left.
         let pc = cpu.registers.r[15];
         assert_eq!(cpu.take_fault(&mut bus, fault), Err(Stop::LockUp { pc }));
     }
@@ -70,7 +70,7 @@ fn supervisor_calls() {
     assert_eq!(run(&mut cpu, &mut bus, 5), Ok(()));
     assert_eq!(cpu.registers.exception, number::SV_CALL);
     assert_eq!(bus.word(STACK - 8), Some(MAIN + 2), "the next instruction");
-    // Masked: a hard fault.
+    // Masked, so it becomes a hard fault.
     let (mut cpu, mut bus) = machine();
     code(&mut bus, MAIN, &[0xDF07, 0xE7FE]);
     cpu.registers.primask = true;
@@ -79,7 +79,7 @@ fn supervisor_calls() {
     assert_eq!(get(&mut cpu, HFSR), 1 << 30);
 }
 
-/// Puts the image's guard of 32 bytes at `base`.
+/// Sets up the image's guard region of 32 bytes at `base`.
 fn guard(cpu: &mut Cpu, base: u32) {
     set(cpu, 0xE000_ED9C, base | 1 << 4);
     set(cpu, 0xE000_EDA0, 1 << 28 | 4 << 1 | 1);
@@ -98,7 +98,7 @@ fn an_interrupt_that_stacks_into_the_guard_becomes_a_hard_fault() {
     assert_eq!(cpu.registers.r[13], STACK - 0x20);
     assert_eq!(bus.word(STACK - 8), Some(0), "nothing was written");
     assert_eq!(cpu.system.nvic.pending, 1 << 16, "the interrupt waits");
-    // The handler has the stack that the guard denies to others.
+    // The handler may use the stack that the guard denies to others.
     assert!(cpu.system.may_access(STACK - 0x20, true, true));
 }
 
@@ -123,7 +123,7 @@ fn stacking_outside_memory_is_a_bus_fault() {
     cpu.system.nvic.set_priority(number::BUS_FAULT, 0x80);
     pend(&mut cpu, 0, 0x40);
     assert_eq!(take(&mut cpu, &mut bus), Some(12));
-    // The interrupt is the more urgent; the bus fault stays pending.
+    // The interrupt has higher priority; the bus fault stays pending.
     assert_eq!(cpu.registers.exception, 16);
     assert_eq!(get(&mut cpu, CFSR), 1 << 12, "STKERR");
     assert_eq!(cpu.system.nvic.pending, 1 << number::BUS_FAULT);
@@ -145,7 +145,7 @@ fn unstacking_outside_memory_tail_chains_to_a_bus_fault() {
 #[test]
 fn a_vector_that_cannot_be_read_is_a_hard_fault() {
     let (mut cpu, mut bus) = machine();
-    // All but the last vectors lie beyond SRAM's end.
+    // All vectors except the last lie beyond the end of SRAM.
     set(&mut cpu, 0xE000_ED08, Flat::SRAM + Flat::SRAM_BYTES - 0x80);
     let hard_fault = Flat::SRAM + Flat::SRAM_BYTES - 0x80 + 12;
     assert!(bus.load(hard_fault, &(handler(3) | 1).to_le_bytes()));
@@ -210,7 +210,7 @@ fn a_buffered_store_faults_after_its_instruction() {
     assert_eq!(cpu.registers.exception, number::BUS_FAULT);
     assert_eq!(get(&mut cpu, CFSR), 1 << 10, "IMPRECISERR, no address");
     assert_eq!(bus.word(STACK - 8), Some(MAIN + 6), "the next instruction");
-    // It waits for its priority.
+    // The fault stays pending until its priority suffices.
     let (mut cpu, mut bus) = machine();
     set(&mut cpu, 0xE000_ED24, ALL_FAULTS);
     cpu.registers.primask = true;
@@ -234,7 +234,7 @@ fn without_the_write_buffer_the_store_itself_faults() {
     assert_eq!(bus.word(STACK - 8), Some(MAIN + 4), "the store");
 }
 
-/// UDF with faults masked locks up: the run ends, or the core stands until a reset.
+/// Checks that UDF with faults masked locks up: the run ends, or the core stands until a reset.
 #[test]
 fn a_core_that_locked_up_stands_until_a_reset() {
     let (mut cpu, mut bus) = machine();
@@ -285,7 +285,7 @@ fn a_jump_without_the_thumb_bit_is_a_fault() {
     assert_eq!(cpu.registers.exception, 3);
 }
 
-/// IT with the condition 1111 is UNPREDICTABLE.
+/// Checks the choices for IT with the condition 1111, which is UNPREDICTABLE.
 #[test]
 fn what_is_left_open_does_what_was_chosen() {
     for (open, exception) in [(Open::Undefined, 3), (Open::Nothing, 0)] {

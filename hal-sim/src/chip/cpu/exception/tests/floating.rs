@@ -1,4 +1,4 @@
-//! Floating-point context: lazy saving, FPCA, CPACR (Arm ARM B1.5.7).
+//! Tests the floating-point context: lazy saving, FPCA, CPACR (Arm ARM B1.5.7).
 
 use super::*;
 use crate::chip::cpu::registers::control;
@@ -9,7 +9,7 @@ const FPCCR: u32 = 0xE000_EF34;
 const ASPEN: u32 = 1 << 31;
 const LSPEN: u32 = 1 << 30;
 
-/// A core whose thread has used floating point: S0–S31 are 1.0, 2.0, ….
+/// Returns a core whose thread has used floating point: S0–S31 are 1.0, 2.0, ….
 fn with_context(fpccr: u32) -> (Cpu, Flat) {
     let (mut cpu, mut bus) = machine();
     set(&mut cpu, 0xE000_ED88, 0xF << 20);
@@ -90,7 +90,7 @@ fn a_lazy_entry_leaves_room_and_time() {
     // LSPACT, THREAD, HFRDY; the fault exceptions are disabled.
     assert_eq!(get(&mut cpu, FPCCR), ASPEN | LSPEN | 1 | 1 << 3 | 1 << 4);
     assert_eq!(saved(&bus, frame), [0; 17], "nothing is stacked");
-    // A handler without floating point returns as fast as it came.
+    // A handler without floating point returns as fast as it was entered.
     assert_eq!(leave(&mut cpu, &mut bus), 12);
     assert_eq!(cpu.registers.r[13], STACK);
     assert_eq!(cpu.registers.control, control::FPCA);

@@ -1,4 +1,4 @@
-//! Exceptions driven by hand and by programs, on a flat bus.
+//! Tests exceptions with direct calls and with programs, on a flat bus.
 
 mod entry;
 mod exit;
@@ -13,16 +13,16 @@ use crate::chip::cpu::{Bus, Cpu, Size, Stop};
 
 /// Main stack pointer at reset.
 const STACK: u32 = Flat::SRAM + 0x1000;
-/// Where the main program is.
+/// Address of the main program.
 const MAIN: u32 = Flat::FLASH + 0x400;
 
-/// Where the handler of `number` is: 64 bytes each.
+/// Returns the address of the handler of `number`; handlers have 64 bytes each.
 const fn handler(number: u16) -> u32 {
     Flat::FLASH + 0x1000 + number as u32 * 0x40
 }
 
-/// A core after reset with all lines enabled, handlers that return at once,
-/// and a main program that goes nowhere.
+/// Returns a core after reset with all lines enabled, handlers that return at once, and a main
+/// program that loops.
 fn machine() -> (Cpu, Flat) {
     let mut bus = Flat::default();
     let mut table = vec![STACK, MAIN | 1];
@@ -58,13 +58,13 @@ fn get(cpu: &mut Cpu, address: u32) -> u32 {
     cpu.system.read(address, Size::Word, at).unwrap_or(0xDEAD)
 }
 
-/// Gives line `line` priority `priority`, pends it by software.
+/// Sets the priority of line `line`, and pends the line by software.
 fn pend(cpu: &mut Cpu, line: u16, priority: u8) {
     cpu.system.nvic.set_priority(16 + line, priority);
     set(cpu, 0xE000_EF00, u32::from(line));
 }
 
-/// Takes what is pending; the cycles that it took, `None` if nothing.
+/// Takes the pending exception, and returns its cycles; `None` if there is none.
 fn take(cpu: &mut Cpu, bus: &mut Flat) -> Option<Cycle> {
     let before = cpu.cycle;
     let taken = cpu.take_pending(bus);
@@ -72,7 +72,7 @@ fn take(cpu: &mut Cpu, bus: &mut Flat) -> Option<Cycle> {
     (taken == Ok(true)).then(|| cpu.cycle - before)
 }
 
-/// Returns; the cycles that it took.
+/// Returns from the exception, and returns the cycles that it took.
 fn leave(cpu: &mut Cpu, bus: &mut Flat) -> Cycle {
     let before = cpu.cycle;
     let exc_return = cpu.registers.r[14];

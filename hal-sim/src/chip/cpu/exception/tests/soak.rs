@@ -1,10 +1,10 @@
-//! Interrupts at random moments leave no trace in what they interrupt.
+//! Tests that interrupts at random times have no effect on the interrupted program.
 
 use super::*;
 use std::collections::VecDeque;
 
-/// Integer and floating-point arithmetic on R4, R5 and S0, with an IT block,
-/// a division, stack and flags; 1024 rounds.
+/// Integer and floating-point arithmetic on R4, R5 and S0, with an IT block, a division, stack and
+/// flags; 1024 rounds.
 #[rustfmt::skip]
 const PROGRAM: &[u16] = &[
     0x2400, // movs r4, #0
@@ -36,8 +36,8 @@ const PROGRAM: &[u16] = &[
     0xE7FE, // b .
 ];
 
-/// Counts at 0x2000_8000 + 4 · its number; handlers of odd numbers spoil
-/// S0, S1, S3 and FPSCR too.
+/// Increments the word at 0x2000_8000 + 4 · its number; handlers of odd numbers also overwrite S0,
+/// S1, S3 and FPSCR.
 #[rustfmt::skip]
 const HANDLER: &[u16] = &[
     0xF248, 0x0100, // movw r1, #32768
@@ -57,7 +57,7 @@ const HANDLER: &[u16] = &[
     0x4770, // bx lr
 ];
 
-/// Numerical Recipes' 32-bit generator; the upper bits.
+/// The 32-bit generator of Numerical Recipes; the upper bits are used.
 struct Random(u32);
 
 impl Random {
@@ -70,8 +70,8 @@ impl Random {
 const LINES: u32 = 6;
 const SYSTICK_PERIOD: u32 = 1999;
 
-/// Each line pulses for 1–8 cycles, at random, at least 600 cycles apart; the
-/// number of pulses of each.
+/// Schedules pulses of 1–8 cycles at random times, at least 600 cycles apart, for each line.
+/// Returns the edges, and the number of pulses of each line.
 fn schedule(random: &mut Random, until: Cycle) -> (VecDeque<(Cycle, [u32; 3])>, [u32; 6]) {
     let mut edges = vec![];
     let mut pulses = [0; 6];
@@ -118,7 +118,8 @@ fn random_interrupts_change_nothing_and_none_is_lost() {
     assert!(total > 10_000, "{total} interrupts");
 }
 
-/// Gives the number of interrupts taken.
+/// Compares a run without interrupts with a run that has them; returns the number of interrupts
+/// taken.
 fn soak(seed: u32) -> u32 {
     let mut random = Random(seed);
     let (mut alone, mut bus) = prepared(&mut random);

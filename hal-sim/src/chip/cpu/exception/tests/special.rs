@@ -1,4 +1,4 @@
-//! Special registers, masks, sleep, semihosting.
+//! Tests special registers, masks, sleep and semihosting.
 
 use super::*;
 use crate::chip::cpu::registers::flag;
@@ -40,7 +40,7 @@ fn masks_stack_pointers_and_control_with_privilege() {
         (9, 0x2000_0503, 0x2000_0500),
         (16, 3, 1),
         (17, 0x57, 0x50),
-        (18, 0x60, 0x50), // BASEPRI_MAX only tightens
+        (18, 0x60, 0x50), // BASEPRI_MAX can only mask more
         (18, 0x00, 0x50),
         (18, 0x40, 0x40),
         (19, 1, 1),
@@ -118,7 +118,7 @@ fn events_and_wfe() {
     assert_eq!(run(&mut cpu, &mut bus, 100), Ok(()));
     assert!(cpu.is_asleep(), "the first WFE found the event of SEV");
     assert_eq!(cpu.registers.r[0], 1);
-    // A masked interrupt wakes it only with SEVONPEND.
+    // A masked interrupt wakes the core only with SEVONPEND.
     cpu.registers.primask = true;
     set(&mut cpu, 0xE000_EF00, 5);
     assert_eq!(run(&mut cpu, &mut bus, 200), Ok(()));
@@ -146,7 +146,7 @@ fn systick_wakes_the_core_on_its_cycle() {
     assert_eq!((found[0].1.count, found[0].1.worst), (100, 12));
 }
 
-/// R0 after the BKPT at MAIN, and what the host has.
+/// Executes the BKPT at MAIN; returns the result, R0 afterwards, and the host's state.
 fn call(number: u32, block: &[u32]) -> (Result<(), Stop>, u32, Semihosting) {
     let (mut cpu, mut bus) = machine();
     cpu.system.semihosting = Some(Semihosting::default());

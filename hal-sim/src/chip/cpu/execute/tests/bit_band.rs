@@ -1,14 +1,15 @@
-//! Accesses to bit-band aliases, by instructions (TRM 3.7).
+//! Tests accesses of instructions to bit-band aliases (TRM 3.7).
 
 use super::{Machine, RAM};
 use crate::chip::cpu::{Size, Stop};
 
-/// The alias of bit `number` of the byte at `address` of SRAM.
+/// Returns the alias of bit `number` of the byte at `address` of SRAM.
 const fn alias(address: u32, number: u32) -> u32 {
     0x2200_0000 + (address - RAM) * 32 + number * 4
 }
 
-/// One instruction with `value` in R0 and the alias in R1; R0 and the word at `RAM + 4`.
+/// Executes one instruction with `value` in R0 and the alias in R1; returns R0 and the word at `RAM
+/// + 4`.
 fn one(code: &[u16], value: u32, alias: u32) -> [u32; 2] {
     let mut machine = Machine::new(code).with(&[(0, value), (1, alias)]);
     machine.poke(RAM, &[0x8182_8384, 0x0102_0304]);
@@ -30,7 +31,7 @@ fn a_bit_reads_as_0_or_1_in_each_width() {
         for number in 0..32 {
             let [read, _] = one(&load, 7, alias(RAM + 4, number));
             assert_eq!(read, 0x0102_0304 >> number & 1, "{number}");
-            // The same bit by the byte that holds it.
+            // The same bit through the byte that contains it.
             let byte = alias(RAM + 4 + number / 8, number % 8);
             assert_eq!(one(&load, 7, byte)[0], read, "{number}");
         }
@@ -67,7 +68,7 @@ fn cfsr(machine: &mut Machine) -> u32 {
 
 #[test]
 fn an_alias_of_no_memory_and_what_is_not_aligned_to_words_are_bus_errors() {
-    // Beyond SRAM; of a peripheral, which `Flat` has none of; beside a word; across two.
+    // Beyond SRAM; of a peripheral, which `Flat` lacks; not at a word; across two words.
     for (address, code) in [
         (alias(RAM + 0x2_0000, 0), &LDR),
         (0x4247_0060, &LDR),
@@ -110,8 +111,8 @@ fn exclusive_accesses_to_an_alias_are_refused() {
     }
 }
 
-/// TRM 3.7: the core waits only where it accesses the bus meanwhile. A read-modify-write is
-/// two accesses.
+/// Checks TRM 3.7: the core waits only if it accesses the bus meanwhile. A read-modify-write is two
+/// accesses.
 #[test]
 fn a_store_to_an_alias_occupies_the_bus_for_two_accesses() {
     // str r0,[r1]; nop; nop; nop, and str r0,[r1]; ldr r2,[r3]

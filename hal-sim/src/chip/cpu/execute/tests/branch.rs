@@ -1,9 +1,9 @@
-//! Branches: their reach, interworking. Short ones, calls, tables and pops:
-//! `qemu_instructions`.
+//! Tests the range of branches, and interworking. `qemu_instructions` tests short branches, calls,
+//! tables and pops.
 
 use super::{CODE, Machine, RAM, run};
 
-/// Text, code, target less the instruction's address; Z is set, R2 is 1.
+/// Text, code, target minus the instruction's address; Z is set, R2 is 1.
 #[rustfmt::skip]
 const TARGETS: &[(&str, &[u16], i32)] = &[
     ("b, to itself", &[0xE7FE], 0),
@@ -66,7 +66,7 @@ fn arm_state_is_an_invalid_state_at_the_target() {
 
 #[test]
 fn code_in_ram_is_decoded_each_time() {
-    // Stores NOP over the second instruction, then runs it.
+    // Stores NOP over the second instruction, then executes it.
     let code = &[0x8008, 0x3201, 0xF7FF, 0xBFFC] /* strh r0,[r1]; adds r2,#1; b . - 4 */;
     let mut machine = Machine::new(&[0]).with(&[(0, 0xBF00), (1, RAM + 0x102), (15, RAM + 0x100)]);
     assert!(machine.bus.load(RAM + 0x100, &super::bytes(code)));

@@ -1,9 +1,9 @@
-//! Special registers, hints, SVC, sleep, interrupts between instructions.
+//! Tests special registers, hints, SVC, sleep, and interrupts between instructions.
 
 use super::{CODE, Machine, run};
 use crate::chip::cpu::Size;
 
-/// Enables interrupt `n` of the controller.
+/// Enables interrupt line `n` in the NVIC.
 fn enable(machine: &mut Machine, n: u32) {
     let (address, bit) = (0xE000_E100 + n / 32 * 4, 1 << (n % 32));
     let written = machine.cpu.system.write(address, Size::Word, bit, 0);

@@ -1,4 +1,5 @@
-//! IT blocks: conditions, faults, branches. What is in them: `qemu_instructions`.
+//! Tests IT blocks: conditions, faults, branches. `qemu_instructions` tests the instructions in
+//! them.
 
 use super::{CODE, Machine, run};
 
@@ -42,7 +43,7 @@ fn a_fault_stacks_the_state_of_its_instruction() {
     machine.steps(3);
     assert_eq!(machine.cpu.registers.exception, 3);
     let xpsr = machine.word(machine.r(13) + 0x1C);
-    // ITSTATE 0000_1000: condition EQ, one left.
+    // ITSTATE 0000_1000: condition EQ, one instruction left.
     assert_eq!((xpsr >> 8 & 0xFC) | (xpsr >> 25 & 3), 0x08);
 }
 

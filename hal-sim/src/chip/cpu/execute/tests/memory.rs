@@ -1,5 +1,5 @@
-//! Loads and stores: alignment, faults, exclusives, without privilege. Values
-//! and addresses of the others: `qemu_instructions`.
+//! Tests loads and stores: alignment, faults, exclusives, unprivileged access. `qemu_instructions`
+//! tests values and addresses of the others.
 
 use super::{Machine, RAM};
 use crate::chip::cpu::Size;
@@ -28,7 +28,6 @@ fn sp_keeps_its_lowest_bits_clear() {
     assert_eq!(machine.r(13), RAM + 0x104);
 }
 
-/// CFSR.
 fn cfsr(machine: &mut Machine) -> u32 {
     let system = &mut machine.cpu.system;
     system.read(0xE000_ED28, Size::Word, 0).unwrap()

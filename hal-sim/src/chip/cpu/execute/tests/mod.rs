@@ -1,4 +1,4 @@
-//! Instructions against the Arm ARM and the TRM, hand-assembled.
+//! Tests hand-assembled instructions against the Arm ARM and the TRM.
 
 mod bit_band;
 mod branch;
@@ -13,7 +13,7 @@ use crate::chip::cpu::{Cpu, Stop};
 
 /// Start of the code under test.
 pub const CODE: u32 = Flat::FLASH;
-/// RAM that tests use.
+/// Start of the RAM that tests use.
 pub const RAM: u32 = Flat::SRAM;
 
 /// A core and its memory.
@@ -23,9 +23,8 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// Half-words of `code` at [`CODE`], about to run; SP in the middle of
-    /// RAM. A vector table at 0x800_8000 with all handlers at 0x800_9000, which
-    /// holds an endless loop.
+    /// Loads `code` at [`CODE`], ready to run, with SP in the middle of RAM. All vectors, at
+    /// 0x800_8000, point to an endless loop at 0x800_9000.
     pub fn new(code: &[u16]) -> Self {
         let mut bus = Flat::default();
         assert!(bus.load(CODE, &bytes(code)));
@@ -48,7 +47,7 @@ impl Machine {
         self
     }
 
-    /// Steps `count` instructions.
+    /// Executes `count` instructions.
     pub fn steps(&mut self, count: usize) -> &mut Self {
         for _ in 0..count {
             assert_eq!(self.cpu.step(&mut self.bus), Ok(()));
@@ -56,7 +55,7 @@ impl Machine {
         self
     }
 
-    /// The stop of the next instruction.
+    /// Executes an instruction, and returns its stop, if there is one.
     pub fn stop(&mut self) -> Option<Stop> {
         self.cpu.step(&mut self.bus).err()
     }
@@ -79,7 +78,7 @@ pub fn bytes(code: &[u16]) -> Vec<u8> {
     code.iter().flat_map(|half| half.to_le_bytes()).collect()
 }
 
-/// Runs `code`, `count` instructions from reset, with `registers`.
+/// Executes `count` instructions of `code` from reset, with these values in `registers`.
 pub fn run(code: &[u16], count: usize, registers: &[(usize, u32)]) -> Machine {
     let mut machine = Machine::new(code).with(registers);
     machine.steps(count);

@@ -1,5 +1,5 @@
-//! What is UNDEFINED faults, what is UNPREDICTABLE stops the run by name, and
-//! nothing at all panics.
+//! Checks that UNDEFINED encodings fault, UNPREDICTABLE encodings stop the run by name, and no
+//! encoding causes a panic.
 
 use super::{CODE, Machine};
 use crate::chip::cpu::Stop;
@@ -11,10 +11,10 @@ fn undefined_is_a_usage_fault() {
     for code in [
         &[0xDE01][..],     /* udf #1 */
         &[0xF7F0, 0xA001], /* udf.w #1 */
-        &[0xB650],         // SETEND does not exist here
+        &[0xB650],         // SETEND does not exist in M-profile
         &[0xBA80],
         &[0xF000, 0xC000], // BLX to Arm state
-        &[0xF800, 0x0800], // STRB of no addressing mode
+        &[0xF800, 0x0800], // STRB without a valid addressing mode
     ] {
         let mut machine = Machine::new(code);
         machine.steps(1);
@@ -59,14 +59,14 @@ fn unpredictable_stops_the_run() {
 fn nothing_panics() {
     let mut machine = Machine::new(&[0; 2]);
     for first in 0..=0xFFFFu16 {
-        // All 16-bit encodings; of 32-bit ones, second halves that spread.
+        // All 16-bit encodings; for 32-bit encodings, evenly spread second halves.
         let step = if first >= 0xE800 { 0x0651 } else { 0x1_0000 };
         for second in (0..0x1_0000u32).step_by(step) {
             let second = (second & 0xFFFF) as u16;
             assert!(machine.bus.load(CODE, &super::bytes(&[first, second])));
             let entry = decode(&mut machine.bus, CODE).expect("code is there");
             assert!(entry.op != Op::Missing);
-            // What it does, too; stops are fine.
+            // Executing must not panic either; stops are allowed.
             let registers = &mut machine.cpu.registers;
             *registers = crate::chip::cpu::Registers::default();
             registers.r = [CODE + 0x100; 16];

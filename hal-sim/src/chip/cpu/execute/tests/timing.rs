@@ -1,12 +1,10 @@
-//! Cycles of short sequences where the TRM (table 3-1, section 3.3.2) leaves a
-//! range or says nothing, and what was taken; all else: `tests/chip_cycles`.
-//! And wait states.
+//! Tests cycles of short sequences where the TRM (table 3-1, section 3.3.2) gives a range or
+//! nothing, with the assumptions made, and wait states. `tests/chip_cycles` tests the rest.
 
 use super::{CODE, Machine, RAM};
 use crate::chip::cpu::{Bus, Size};
 
-/// Text, code, instructions executed, wait states of RAM and of a new line,
-/// cycles, why.
+/// Text, code, instructions executed, wait states of RAM and of a new line, cycles, reason.
 type Case = (
     &'static str,
     &'static [u16],
@@ -54,8 +52,8 @@ const CASES: &[Case] = &[
     ("str.w r0,[r8]; dsb", &[0xF8C8, 0x0000, 0xF3BF, 0x8F4F], 2, [2, 0], 4, "DSB waits for the buffer"),
     ("ldr.w r0,[r8]; ldr.w r1,[r9]", &[0xF8D8, 0x0000, 0xF8D9, 0x1000], 2, [1, 0], 5, "loads wait each time"),
     ("ldm.w r8,{r0-r3}", &[0xE898, 0x000F], 1, [2, 0], 5 + 4 * 2, "loads wait each time"),
-    // The line behind is asked for when the fourth of eight 16-bit instructions
-    // begins (10 bytes ahead reach it): cycle 3. It is there 2 + 5 later, at 10.
+    // The next line is requested when the fourth of eight 16-bit instructions begins (10 bytes
+    // ahead reach it): cycle 3. It arrives 2 + 5 later, at 10.
     ("8 × nop", &[0xBF00; 9], 8, [0, 5], 8, "the second line is not needed"),
     ("9 × nop", &[0xBF00; 9], 9, [0, 5], 11, "it was needed at 8"),
     ("9 × nop", &[0xBF00; 9], 9, [0, 3], 9, "two wait states are hidden altogether"),
@@ -63,7 +61,8 @@ const CASES: &[Case] = &[
     ("b .", &[0xE7FE], 1, [0, 5], 2, "not for the one fetched last"),
 ];
 
-/// R1 = 1, R2 = 8, R5 = 4, R0 = R6 = 0 unless listed; R8–R11 addresses, R12 code.
+/// R1 = 1, R2 = 8, R5 = 4, R0 = R6 = 0 unless listed; R8–R11 are addresses, R12 is an address in
+/// code.
 #[rustfmt::skip]
 const REGISTERS: &[(usize, u32)] = &[
     (0, 5), (1, 1), (2, 8), (5, 4), (8, RAM), (9, RAM + 0x100), (10, RAM + 0x200), (11, RAM + 0x300), (12, CODE + 5),

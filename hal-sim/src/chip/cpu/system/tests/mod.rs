@@ -1,4 +1,4 @@
-//! The private peripherals against the Arm ARM, without instructions.
+//! Tests the private peripherals against the Arm ARM, without instructions.
 
 mod mpu;
 mod priorities;

@@ -1,4 +1,4 @@
-//! Memory protection (Arm ARM B3.5).
+//! Tests memory protection (Arm ARM B3.5).
 
 use super::super::System;
 use super::{read, write};
@@ -9,7 +9,7 @@ const RNR: u32 = 0xE000_ED98;
 const RBAR: u32 = 0xE000_ED9C;
 const RASR: u32 = 0xE000_EDA0;
 
-/// Region `number` of 2^`log2` bytes at `base` with access permission `ap`.
+/// Sets up region `number` of 2^`log2` bytes at `base` with access permission `ap`.
 fn region(system: &mut System, number: u32, base: u32, log2: u32, ap: u32) {
     write(system, RNR, number);
     write(system, RBAR, base);
@@ -44,7 +44,7 @@ fn the_image_s_stack_guard() {
             assert!(!system.may_access(address, write, false), "no default map");
         }
     }
-    // HFNMIENA is 0: hard fault's handler may use it.
+    // HFNMIENA is 0: the handler of a hard fault may access the region.
     system.nvic.activate(3);
     system.update(&Registers::default());
     assert!(system.may_access(guard, true, true));
@@ -92,7 +92,7 @@ fn the_higher_region_goes_first_and_sub_regions_let_through() {
     let mut system = System::default();
     region(&mut system, 1, 0x2000_0000, 12, 3);
     region(&mut system, 5, 0x2000_0000, 11, 0);
-    // Region 5's sub-regions are 256 bytes; 0 and 7 are disabled.
+    // The sub-regions of region 5 have 256 bytes; 0 and 7 are disabled.
     write(&mut system, RASR, 0x8100 | 10 << 1 | 1);
     write(&mut system, CTRL, 1);
     for (address, allowed) in [
@@ -148,7 +148,7 @@ fn registers_by_number_and_by_alias() {
     assert_eq!(read(&mut system, RASR), 0);
 }
 
-/// The quick answer is the full one's, for every kind of layout.
+/// Checks that the cached answer equals that of the look-up, for every kind of layout.
 #[test]
 fn the_quick_answer_never_differs_from_looking_up() {
     for control in [0b001, 0b101] {

@@ -1,4 +1,4 @@
-//! Who pre-empts whom (Arm ARM B1.5.4).
+//! Tests pre-emption (Arm ARM B1.5.4).
 
 use super::super::nvic::{NO_PRIORITY, bit, number};
 use super::super::{System, nvic::Nvic};
@@ -6,7 +6,7 @@ use super::write;
 use crate::chip::cpu::Registers;
 use crate::chip::cpu::Size;
 
-/// Exceptions of the table: fixed priorities, system ones, lines.
+/// Exceptions to test: fixed priorities, system exceptions, lines.
 const NUMBERS: [u16; 8] = [
     number::NMI,
     number::HARD_FAULT,
@@ -18,11 +18,11 @@ const NUMBERS: [u16; 8] = [
     16 + 81,
 ];
 
-/// Priority fields given to them, in the upper four bits.
+/// Priority fields to test, in the upper four bits.
 const PRIORITIES: [u8; 5] = [0x00, 0x10, 0x70, 0x80, 0xF0];
 
-/// Level by which an exception pre-empts, in words of the manual: the bits of
-/// its priority above the binary point that PRIGROUP puts.
+/// Returns the level that decides about pre-emption, by the manual's text: the bits of the priority
+/// above the binary point of PRIGROUP.
 fn level(exception: u16, priority: u8, prigroup: u32) -> i32 {
     match exception {
         2 => -2,
@@ -55,7 +55,7 @@ fn pairs() -> impl Iterator<Item = (u8, u8)> {
         .flat_map(|a| PRIORITIES.map(|p| (a, p)))
 }
 
-/// PRIMASK, FAULTMASK, BASEPRI.
+/// Returns combinations of PRIMASK, FAULTMASK and BASEPRI.
 fn masks() -> impl Iterator<Item = (bool, bool, u8)> {
     [(false, false), (true, false), (false, true), (true, true)]
         .into_iter()
@@ -106,11 +106,11 @@ fn check(
 fn of_two_pending_the_group_goes_before_the_sub_priority_before_the_number() {
     // PRIGROUP 5: two bits of group, two implemented bits of sub-priority.
     for (first, second, expected) in [
-        (0x40, 0x80, 20), // group
+        (0x40, 0x80, 20), // decided by the group
         (0x80, 0x40, 21),
-        (0x50, 0x60, 20), // sub-priority in the same group
+        (0x50, 0x60, 20), // decided by the sub-priority in the same group
         (0x60, 0x50, 21),
-        (0x50, 0x50, 20), // number
+        (0x50, 0x50, 20), // decided by the number
     ] {
         let mut nvic = Nvic::default();
         nvic.set_prigroup(5);

@@ -1,4 +1,4 @@
-//! Register by register: Arm ARM B3.2, B3.4; TRM chapter 4.
+//! Tests each register: Arm ARM B3.2, B3.4; TRM chapter 4.
 
 use super::super::System;
 use super::{read, read_at, write, write_at};
@@ -14,7 +14,7 @@ fn reset_values() {
         (0xE000_E004, 2),           // ICTR: 96 lines
         (0xE000_E008, 0),           // ACTLR
         (0xE000_ED00, 0x410F_C241), // CPUID r0p1
-        (0xE000_ED04, 1 << 11),     // ICSR: RETTOBASE, nothing pending
+        (0xE000_ED04, 1 << 11),     // ICSR: RETTOBASE, no exception pending
         (0xE000_ED08, 0),           // VTOR
         (0xE000_ED0C, 0xFA05_0000), // AIRCR
         (0xE000_ED14, 0x200),       // CCR: STKALIGN
@@ -40,7 +40,7 @@ fn interrupts_are_enabled_pended_and_cleared_by_ones() {
         assert_eq!(read(&mut system, clear + 4), 0b1011);
         write(&mut system, clear + 4, 0b0011);
         assert_eq!(read(&mut system, set + 4), 0b1000);
-        // Lines 82–95 do not exist, nor do the words after.
+        // Lines 82–95 do not exist, nor do the words after them.
         write(&mut system, set + 8, u32::MAX);
         assert_eq!(read(&mut system, set + 8), (1 << 18) - 1);
         write(&mut system, set + 12, u32::MAX);
@@ -69,7 +69,7 @@ fn system_priorities_by_word_and_byte() {
     write(&mut system, 0xE000_ED20, 0xFFFF_FFFF);
     assert_eq!(read(&mut system, 0xE000_ED18), 0x00F0_F0F0);
     assert_eq!(read(&mut system, 0xE000_ED1C), 0xF000_0000);
-    // Debug monitor's is not modelled and reads 0.
+    // The priority of the debug monitor is not modelled and reads 0.
     assert_eq!(read(&mut system, 0xE000_ED20), 0xF0F0_0000);
     assert_eq!(system.write(0xE000_ED22, Size::Byte, 0x31, 0), Ok(()));
     assert_eq!(system.read(0xE000_ED22, Size::Half, 0), Ok(0xF030));
@@ -248,7 +248,8 @@ fn what_is_not_modelled_has_a_name() {
     assert_eq!(half, Err(Unmodelled(name)));
 }
 
-/// Bits that writing sets or clears only, and one that a key protects, turn both ways.
+/// Checks that an upset inverts bits in both directions, also those that a write can only set or
+/// clear, or that a key protects.
 #[test]
 fn an_upset_turns_what_no_write_turns() {
     let mut system = System::default();

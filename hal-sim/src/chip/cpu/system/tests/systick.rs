@@ -1,4 +1,4 @@
-//! SysTick against a counter that is stepped clock by clock (Arm ARM B3.3.1).
+//! Tests SysTick against a counter that is stepped clock by clock (Arm ARM B3.3.1).
 
 use super::super::System;
 use super::super::nvic::{bit, number};
@@ -9,11 +9,11 @@ const CSR: u32 = 0xE000_E010;
 const RVR: u32 = 0xE000_E014;
 const CVR: u32 = 0xE000_E018;
 
-/// The counter as the manual tells it, one clock at a time.
+/// The counter as the manual describes it, one clock at a time.
 struct Stepped {
     reload: u32,
     counter: u32,
-    /// Cycles at which it went from 1 to 0.
+    /// Cycles at which the counter went from 1 to 0.
     zeros: Vec<Cycle>,
 }
 
