@@ -1,47 +1,48 @@
-//! AD5668: an octal 16-bit DAC on SPI (AD5668 data sheet, rev. J). The -1 and
-//! -2 versions, which start at zero scale; /LDAC high or open, /CLR high.
+//! Models the AD5668, an octal 16-bit DAC on SPI (AD5668 data sheet, rev. J), in the -1 and -2
+//! versions, which start at zero scale. /LDAC is high or open, and /CLR is high.
 //!
-//! Settling, glitches and the voltage are not modelled: outputs are codes.
+//! Outputs are codes: settling, glitches and the voltage are not modelled.
 
 use super::Cycle;
 use super::cpu::bus::{Modelled, Unmodelled};
 
-/// Number of outputs.
+/// Number of outputs of one DAC, A–H.
 pub const OUTPUTS: usize = 8;
 
-/// An output changed.
+/// A change of one output's code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Change {
-    /// Cycle of the clock edge that did it.
+    /// Cycle of the clock edge that completed the command.
     pub at: Cycle,
     /// Output 0–7 (A–H).
     pub output: u8,
-    /// Its code now.
+    /// Code after the change; 0 if the output is powered down.
     pub code: u16,
 }
 
-/// One chip.
+/// State of one DAC chip.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Ad5668 {
     selected: bool,
     shift: u32,
-    /// Falling clock edges since /SYNC fell; none beyond 32 count.
+    /// Falling clock edges since /SYNC fell; counting stops at 32.
     edges: u8,
     inputs: [u16; OUTPUTS],
     codes: [u16; OUTPUTS],
     powered: u8,
-    /// Outputs that follow their input register at once (LDAC register).
+    /// Outputs that follow their input register at once, as the LDAC register sets them; bit n is
+    /// output n.
     transparent: u8,
-    /// Whether the internal reference is on: without it, and without an outer
-    /// one, outputs are at 0 V.
+    /// Whether the internal reference is on. Without an internal or external reference, outputs are
+    /// at 0 V.
     pub(crate) reference: bool,
-    /// Frames ignored because they had 1–31 clock edges.
+    /// Number of frames that were ignored because they had only 1–31 clock edges.
     pub(crate) ignored: u32,
     changes: Vec<Change>,
 }
 
 impl Default for Ad5668 {
-    /// After power-on: all codes 0, the internal reference off.
+    /// Returns the state after power-on: all codes are 0, and the internal reference is off.
     fn default() -> Self {
         Self {
             selected: false,
@@ -59,11 +60,11 @@ impl Default for Ad5668 {
 }
 
 impl Ad5668 {
-    /// The level of /SYNC: `low` selects the chip. A frame of fewer than 32
-    /// clock edges is ignored.
+    /// Sets the level of /SYNC: `low` selects the chip. A frame with fewer than 32 clock edges is
+    /// ignored.
     pub fn select(&mut self, low: bool) {
         if self.selected && !low && (1..32).contains(&self.edges) {
-            self.ignored += 1; // one per frame: no run has 2^32
+            self.ignored += 1; // one per frame: no run has 2^32 frames
         }
         if low && !self.selected {
             self.edges = 0;
@@ -72,17 +73,16 @@ impl Ad5668 {
         self.selected = low;
     }
 
-    /// Whether /SYNC is low.
+    /// Returns whether /SYNC is low.
     pub const fn is_selected(&self) -> bool {
         self.selected
     }
 
-    /// Clocks in the lower `count` bits of `bits`, highest first, the last with
-    /// the edge at `at`. Without /SYNC low nothing happens; edges after the
-    /// 32nd of a frame do nothing.
+    /// Clocks in the lower `count` bits of `bits`, highest bit first; the last clock edge is at
+    /// `at`. Does nothing unless /SYNC is low, and ignores edges after the 32nd of a frame.
     ///
     /// # Errors
-    /// A command that the data sheet reserves.
+    /// Fails if the data sheet reserves the command.
     pub fn shift(&mut self, bits: u16, count: u8, at: Cycle) -> Modelled {
         if !self.selected {
             return Ok(());
@@ -100,7 +100,7 @@ impl Ad5668 {
         Ok(())
     }
 
-    /// Code of output `n` (0–7, else 0): 0 while it is powered down.
+    /// Returns the code of output `n`; 0 if the output is powered down or `n` exceeds 7.
     pub fn output(&self, n: usize) -> u16 {
         match self.codes.get(n) {
             Some(code) if self.powered & 1 << n != 0 => *code,
@@ -108,12 +108,13 @@ impl Ad5668 {
         }
     }
 
-    /// Changes of outputs since the last call, oldest first.
+    /// Takes the output changes since the last call, oldest first.
     pub fn changes(&mut self) -> impl Iterator<Item = Change> + '_ {
         self.changes.drain(..)
     }
 
-    /// Bits 31–28 unused, 27–24 command, 23–20 address, 19–4 data (figure 57).
+    /// Executes a frame: bits 31–28 are unused, 27–24 are the command, 23–20 the address, 19–4 the
+    /// data (figure 57).
     fn execute(&mut self, frame: u32, at: Cycle) -> Modelled {
         let before: [u16; OUTPUTS] = std::array::from_fn(|n| self.output(n));
         let command = frame >> 24 & 0xF;
@@ -130,7 +131,7 @@ impl Ad5668 {
             2 => self.write(chosen, data, 0xFF),
             3 => self.write(chosen, data, chosen | self.transparent),
             4 => self.power(frame),
-            // The clear code matters to /CLR only, which is not driven.
+            // The clear code matters only to /CLR, which is not driven.
             5 => {}
             6 => self.transparent = (frame & 0xFF) as u8,
             7 => {
@@ -175,7 +176,7 @@ impl Ad5668 {
         }
     }
 
-    /// Power: DB9–8 are 0 for normal operation, DB7–0 choose the outputs.
+    /// Powers outputs up or down: DB9–8 are 0 for normal operation, DB7–0 select the outputs.
     fn power(&mut self, frame: u32) {
         let chosen = (frame & 0xFF) as u8;
         if frame >> 8 & 3 == 0 {
@@ -229,7 +230,7 @@ mod tests {
         assert_eq!(outputs(&dac), [0, 2, 0, 0, 0, 0, 0, 0]);
         send(&mut dac, 0x0270_0030, 2000);
         assert_eq!(outputs(&dac), [1, 2, 0, 0, 0, 0, 0, 3]);
-        send(&mut dac, 0x0600_0004, 2500); // LDAC register: C is transparent
+        send(&mut dac, 0x0600_0004, 2500); // LDAC register: output C is transparent
         send(&mut dac, 0x0020_0040, 3000);
         assert_eq!(outputs(&dac), [1, 2, 4, 0, 0, 0, 0, 3]);
     }

@@ -1,8 +1,8 @@
-//! The chip without a board: runs a program that prints over semihosting and
-//! ends by itself, as the `bench` image does.
+//! Runs a program on the chip without a board. The program prints over semihosting and ends by
+//! itself, as the `bench` image does.
 //!
-//! No pins, no USB host, no time base: the core, its memories, its clocks. In:
-//! an image. Out: what it printed, instructions, cycles.
+//! Only the core, its memories and its clocks are simulated: no pins, no USB host, no time base.
+//! In: an image. Out: printed text, instructions, cycles.
 
 use super::Cycle;
 use super::cpu::semihosting::Semihosting;
@@ -11,20 +11,20 @@ use super::image::Image;
 use super::soc::flash::{self, Prefetched};
 use super::soc::{Pace, Soc};
 
-/// A program that goes on for longer than this will not end, cycles.
+/// Longest run, cycles; a program that runs longer counts as endless.
 const LIMIT: Cycle = 10_000_000_000;
 
-/// How the flash answers: what hangs on it can be shown by comparing.
+/// Wait states of the flash. A comparison of the variants shows how much a result depends on them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FlashWait {
-    /// As the program sets it, by this reading of the manual.
+    /// The wait states that the program sets, with this reading of the manual on the prefetch.
     States(Prefetched),
-    /// As fast as the core, whatever the program sets: no board's.
+    /// No wait states, whatever the program sets; no real board behaves like this.
     Never,
 }
 
 impl FlashWait {
-    /// All of them, the default first.
+    /// All variants; the default is first.
     pub const ALL: [Self; 3] = [
         Self::States(Prefetched::Cached),
         Self::States(Prefetched::NotCached),
@@ -38,45 +38,45 @@ impl Default for FlashWait {
     }
 }
 
-/// What a program that ended left behind.
+/// Output and length of a program that ended with exit code 0.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ProgramResult {
-    /// Everything that it printed.
+    /// Everything that the program printed.
     pub console: String,
-    /// Instructions from reset on.
+    /// Instructions completed since reset.
     pub instructions: u64,
-    /// Cycles from reset on.
+    /// Cycles since reset.
     pub cycles: Cycle,
 }
 
-/// Why a program did not end well.
+/// Reason why a program did not end with exit code 0.
 #[derive(Debug, thiserror::Error)]
 pub enum AloneError {
-    /// The core stopped; exit codes other than 0 too.
+    /// The core stopped; this includes exit codes other than 0.
     #[error("E545 {program} stopped on the simulated chip: {stop} (in {function})\n{console}")]
     Stopped {
-        /// The file.
+        /// Path of the image.
         program: String,
-        /// Why.
+        /// Reason for the stop.
         stop: Stop,
-        /// Where, by symbol.
+        /// Function that was running, by symbol.
         function: String,
-        /// What it had printed.
+        /// Text that the program had printed before it stopped.
         console: String,
     },
-    /// It goes on for ever.
+    /// The program ran longer than the limit of 10¹⁰ cycles.
     #[error("E546 {program} did not end within {LIMIT} cycles on the simulated chip")]
     Endless {
-        /// The file.
+        /// Path of the image.
         program: String,
     },
 }
 
-/// Runs `image` from reset, at HSI unless it sets up a clock, until it ends
-/// with exit code 0.
+/// Runs `image` from reset until it ends with exit code 0. The clock is HSI unless the program sets
+/// up another.
 pub fn run(image: &Image, wait: FlashWait) -> Result<ProgramResult, AloneError> {
     let mut soc = Soc::new(Pace::Lazy);
-    // `Image` has checked that it fits.
+    // `Image` has checked that the flash contents fit.
     let _ = soc.flash.load(flash::BASE, &image.flash);
     match wait {
         FlashWait::States(prefetched) => soc.flash.set_prefetched(prefetched),

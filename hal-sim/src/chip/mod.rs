@@ -1,11 +1,11 @@
 //! The chip simulator: runs the ELF that would be flashed, cycle by cycle.
 //!
-//! Lives here: the core (`cpu`), the STM32F405 around it (`soc`), and the board
-//! around that (`board`, `ad5668`, the `usb` host); `alone` and `bare` are a chip without
-//! that board. `image` is what is flashed, `names` what registers are called; `profile`,
-//! `rtt` and `gdb` look on. Not here: the device code, which comes as machine code only; the
-//! wearer. In: an ELF, bytes on USB, pins. Out: pin edges with their cycle, DAC codes, bytes.
-//! What nobody models stops the run and is named. docs/chip.md: what is exact.
+//! Contains the core (`cpu`), the STM32F405 around it (`soc`), and the board around the chip
+//! (`board`, `ad5668`, the `usb` host); `alone` and `bare` run a chip without that board. `image`
+//! reads the ELF, `names` gives the names of registers; `profile`, `rtt` and `gdb` observe a run.
+//! The device code comes as machine code only, and the wearer is not simulated here. In: an ELF,
+//! bytes on USB, pins. Out: pin edges with their cycle, DAC codes, bytes. A feature that is not
+//! modelled stops the run with an error that names it. docs/chip.md describes what is exact.
 
 pub mod ad5668;
 pub mod alone;

@@ -1,24 +1,24 @@
-//! Names of registers by their address, for messages: RM0090's register maps and, of the
-//! core, the Arm ARM's. Blocks that nobody models are among them.
+//! Names registers by their address, for messages. The names come from RM0090's register maps and,
+//! for the core, from the Arm ARM. Blocks that are not modelled are included.
 
 use super::cpu::bit_band::Bit;
 use super::cpu::bus::Size;
 
-/// Registers of a block.
+/// Layout of the registers in a block.
 enum Registers {
-    /// One a word, from the block's first address on; "" where none is.
+    /// One name per word from the block's first address on; "" where there is no register.
     Listed(&'static [&'static str]),
-    /// DMA's: flags, then streams.
+    /// Layout of DMA: flag registers, then the registers of each stream.
     Streams,
-    /// The same register many times, by number.
+    /// The same register many times, distinguished by number.
     Numbered,
-    /// None by name: the offset stands in its place.
+    /// No names; messages show the offset instead.
     Unlisted,
 }
 
 use Registers::{Listed, Numbered, Streams, Unlisted};
 
-/// A block: its first address, its length in bytes, its name, its registers.
+/// A block: first address, length in bytes, name, layout.
 type Block = (u32, u32, &'static str, Registers);
 
 const TIM: &[&str] = &[
@@ -118,7 +118,7 @@ const SCB: &[&str] = &[
     "HFSR", "DFSR", "MMFAR", "BFAR", "AFSR",
 ];
 
-/// By first address (RM0090 table 1; Arm ARM B3.2 to B3.5, C1).
+/// Blocks by rising first address (RM0090 table 1; Arm ARM B3.2 to B3.5, C1).
 #[rustfmt::skip]
 const BLOCKS: &[Block] = &[
     (0x4000_0000, 0x400, "TIM2", Listed(TIM)),
@@ -211,9 +211,9 @@ const BLOCKS: &[Block] = &[
     (0xE004_2000, 0x400, "DBGMCU", Listed(&["IDCODE", "CR", "APB1_FZ", "APB2_FZ"])),
 ];
 
-/// Name of the register that holds the byte at `address`, as `UART4_BRR`; a bit-band alias's
-/// as `RCC_CR bit 24`; where a block has registers that are not listed here, `CAN1 + 0x640`.
-/// `None` where no block is: memory, and nothing.
+/// Returns the name of the register that holds the byte at `address`, for example `UART4_BRR`. A
+/// bit-band alias gives `RCC_CR bit 24`; an unlisted register gives its block and offset, `CAN1 +
+/// 0x640`. Returns `None` outside the blocks.
 pub fn register(address: u32) -> Option<String> {
     if let Some(bit) = Bit::from_alias(address, Size::Word) {
         return Some(format!("{} bit {}", register(bit.address)?, bit.number));
@@ -236,7 +236,7 @@ pub fn register(address: u32) -> Option<String> {
     })
 }
 
-/// RM0090 10.5.11.
+/// Returns the name of the DMA register at `offset` (RM0090 10.5.11).
 fn stream(offset: u32) -> String {
     const FLAGS: [&str; 4] = ["LISR", "HISR", "LIFCR", "HIFCR"];
     const OF_STREAM: [&str; 6] = ["CR", "NDTR", "PAR", "M0AR", "M1AR", "FCR"];

@@ -1,8 +1,8 @@
-//! The image's log: bytes that it leaves in RAM (SEGGER RTT), decoded with the
-//! defmt table of its ELF.
+//! Decodes the image's log: bytes that the image writes to RAM (SEGGER RTT), decoded with the defmt
+//! table of its ELF.
 //!
-//! In: an image, the chip's RAM. Out: lines with device time. Draining takes
-//! no time on the chip, as with a debug probe.
+//! In: an image, the chip's RAM. Out: lines with device time. Draining takes no time on the chip,
+//! as with a debug probe.
 
 use super::board::Surroundings;
 use super::cpu::Size;
@@ -15,16 +15,16 @@ use firmware::lockstep::{Sensors, Sink};
 use firmware::units::Micros;
 use std::io::{self, Write};
 
-/// What the linker calls the control block.
+/// Symbol of the control block in the ELF.
 const SYMBOL: &str = "_SEGGER_RTT";
-/// The control block: 16 bytes of name, the numbers of up and down channels,
-/// then channels of name, buffer, size, write and read position, flags.
+/// Offsets in the control block: 16 bytes of name, the numbers of up and down channels, then for
+/// each channel its name, buffer, size, write position, read position and flags.
 const BUFFER: u32 = 24 + 4;
 const SIZE: u32 = 24 + 8;
 const WRITE: u32 = 24 + 12;
 const READ: u32 = 24 + 16;
 
-/// The first up channel of a control block.
+/// The first up channel of the control block at address `block`.
 #[derive(Clone, Copy, Debug)]
 struct Channel {
     block: u32,
@@ -35,14 +35,14 @@ impl Channel {
         ram.read(self.block.wrapping_add(offset), Size::Word)
     }
 
-    /// Takes what has been written since; nothing while the block is not set
-    /// up, or spoilt.
+    /// Takes the bytes written since the last call. Returns none if the control block is not set up
+    /// or is corrupt.
     fn drain(self, ram: &mut Ram) -> Vec<u8> {
         self.take(ram).unwrap_or_default()
     }
 
     fn take(self, ram: &mut Ram) -> Option<Vec<u8>> {
-        // The program's start-up code writes the name: until then, none.
+        // The program's start-up code writes the name; before that, there is no control block.
         if self.word(ram, 0)?.to_le_bytes() != *b"SEGG" {
             return None;
         }
@@ -62,23 +62,23 @@ impl Channel {
     }
 }
 
-/// Why there is no log.
+/// Reason why a log cannot be decoded.
 #[derive(Debug, thiserror::Error)]
 pub enum LogError {
-    /// The image cannot say what its logs mean.
+    /// The image has no defmt table.
     #[error(transparent)]
     Image(#[from] ImageError),
-    /// The table is there, but not of a version that is known.
+    /// The defmt table cannot be read or has an unsupported version.
     #[error("E548 the defmt table of {path} cannot be used: {why}")]
     Table {
-        /// The image.
+        /// Path of the image.
         path: std::path::PathBuf,
-        /// What is wrong with it.
+        /// Description of the problem.
         why: String,
     },
 }
 
-/// A log being decoded.
+/// Decoder of one image's log, with the output for its lines.
 pub struct Log {
     channel: Channel,
     decoder: Box<dyn StreamDecoder + Send + Sync>,
@@ -86,8 +86,8 @@ pub struct Log {
 }
 
 impl Log {
-    /// The log of `image`, line by line to `out`. The decoded table stays in
-    /// memory for the rest of the program.
+    /// Creates the decoder for `image`; lines go to `out`. The decoded table stays in memory until
+    /// the process ends.
     pub fn new(image: &Image, out: Box<dyn Write + Send>) -> Result<Self, LogError> {
         image.require_defmt()?;
         let path = image.path();
@@ -112,10 +112,10 @@ impl Log {
         })
     }
 
-    /// Writes what the image has logged since; `at_us` is device time now.
+    /// Writes the log lines since the last call, with the device time `at_us`, µs.
     ///
     /// # Errors
-    /// The output cannot be written.
+    /// Fails if the output cannot be written.
     pub fn drain(&mut self, ram: &mut Ram, at_us: u64) -> io::Result<()> {
         let bytes = self.channel.drain(ram);
         if bytes.is_empty() {
@@ -137,7 +137,7 @@ impl Log {
     }
 }
 
-/// A board whose log is written while it runs, as of the end of each step.
+/// A board whose log is written while it runs; each line has the time at the end of its step.
 pub struct Logged<D> {
     device: D,
     log: Log,
@@ -145,7 +145,8 @@ pub struct Logged<D> {
 }
 
 impl<D: Device + AsMut<Surroundings>> Logged<D> {
-    /// Writes the log of `device` to `log`; time there begins before `boot`.
+    /// Wraps `device` so that its log goes to `log`. Call this before `boot`, because device time
+    /// begins there.
     pub fn new(device: D, log: Log) -> Self {
         Self {
             device,
@@ -173,7 +174,7 @@ impl<D: Device + AsMut<Surroundings>> Device for Logged<D> {
 
     fn advance(&mut self, to: Micros, sensors: &Sensors, sink: &mut dyn Sink) -> io::Result<()> {
         let done = self.device.advance(to, sensors, sink);
-        // What it logged before it stopped is what one wants to read.
+        // The log from before the stop is of most interest, so it is written in any case.
         self.drain(to).and(done)
     }
 

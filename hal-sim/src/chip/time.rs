@@ -1,13 +1,13 @@
-//! Real time in cycles of a core whose clock changes.
+//! Converts between cycles of a core whose clock changes and real time.
 
 use crate::chip::Cycle;
 
-/// Picoseconds of a second, a microsecond and a nanosecond.
+/// Picoseconds per second, microsecond and nanosecond.
 const SECOND_PS: u128 = 1_000_000_000_000;
 const US_PS: u128 = 1_000_000;
 const NS_PS: u128 = 1_000;
 
-/// From `cycle` on, which is `ps`, the clock is `hz`.
+/// A period of constant clock: begins at `cycle`, which is at time `ps`, and runs at `hz`.
 #[derive(Clone, Copy, PartialEq, Debug)]
 struct ClockSegment {
     cycle: Cycle,
@@ -15,15 +15,15 @@ struct ClockSegment {
     hz: u32,
 }
 
-/// Which cycle is when.
+/// Conversion between cycles and time, with the history of the clock.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Time {
-    /// In their order; the first begins with time.
+    /// Periods of constant clock in order of time; the first begins at time 0.
     stretches: Vec<ClockSegment>,
 }
 
 impl Time {
-    /// Time 0 is at `origin`, at a clock of `hz`.
+    /// Creates a time scale whose time 0 is cycle `origin`, with a clock of `hz`.
     pub fn new(origin: Cycle, hz: u32) -> Self {
         let first = ClockSegment {
             cycle: origin,
@@ -35,7 +35,7 @@ impl Time {
         }
     }
 
-    /// The clock is `hz` from `cycle` on.
+    /// Changes the clock to `hz` from `cycle` on.
     pub fn set_hz(&mut self, hz: u32, cycle: Cycle) {
         let Some(last) = self.stretches.last_mut() else {
             return;
@@ -50,12 +50,12 @@ impl Time {
         }
     }
 
-    /// Time at `cycle`, µs, rounded down; 0 before it began.
+    /// Returns the time at `cycle`, µs, rounded down; 0 before the origin.
     pub fn us(&self, cycle: Cycle) -> u64 {
         (self.ps(cycle) / US_PS) as u64
     }
 
-    /// Time at `cycle`, ns, rounded down; 0 before it began.
+    /// Returns the time at `cycle`, ns, rounded down; 0 before the origin.
     pub fn ns(&self, cycle: Cycle) -> u64 {
         (self.ps(cycle) / NS_PS) as u64
     }
@@ -68,12 +68,12 @@ impl Time {
         stretch.map_or(0, |stretch| stretch.ps_at(cycle))
     }
 
-    /// The first cycle at or after `us`.
+    /// Returns the first cycle at or after time `us`, µs.
     pub fn cycle(&self, us: u64) -> Cycle {
         self.cycle_of(u128::from(us) * US_PS)
     }
 
-    /// The first cycle at or after `ns`.
+    /// Returns the first cycle at or after time `ns`, ns.
     pub fn cycle_of_ns(&self, ns: u64) -> Cycle {
         self.cycle_of(u128::from(ns) * NS_PS)
     }
@@ -93,7 +93,7 @@ impl ClockSegment {
 
     fn cycle_of(&self, ps: u128) -> Cycle {
         let cycles = (ps.saturating_sub(self.ps) * u128::from(self.hz)).div_ceil(SECOND_PS);
-        self.cycle + cycles as u64 // a run has fewer than 2^64
+        self.cycle + cycles as u64 // a run has fewer than 2^64 cycles
     }
 }
 
@@ -110,7 +110,7 @@ mod tests {
             assert_eq!(time.us(1_000 + us * 168 + 167), us);
         }
         assert_eq!(time.us(0), 0);
-        // 16 MHz from 10 us on, then 84 MHz from 20 us on.
+        // 16 MHz from 10 µs on, then 84 MHz from 20 µs on.
         time.set_hz(16_000_000, 1_000 + 1_680);
         time.set_hz(84_000_000, 1_000 + 1_680 + 160);
         assert_eq!((time.cycle(9), time.cycle(10)), (2_512, 2_680));

@@ -1,11 +1,11 @@
-//! A fault as the program took it: the registers that say what happened, and where.
+//! Describes a fault that the program took: the registers that show its cause and place.
 
 use crate::chip::cpu::{Cpu, Size};
 use crate::chip::image::Symbols;
 use crate::chip::names;
 use crate::chip::soc::Soc;
 
-/// HardFault to UsageFault (Arm ARM B1.5.2).
+/// Returns whether exception `number` is a fault, HardFault to UsageFault (Arm ARM B1.5.2).
 pub(super) const fn is_fault(number: u16) -> bool {
     matches!(number, 3..=6)
 }
@@ -15,11 +15,11 @@ const HFSR: u32 = 0xE000_ED2C;
 const MMFAR: u32 = 0xE000_ED34;
 const BFAR: u32 = 0xE000_ED38;
 
-/// CFSR's bit that MMFAR holds an address, and that BFAR does.
+/// Bits of CFSR that say that MMFAR or BFAR holds an address.
 const MMARVALID: u32 = 1 << 7;
 const BFARVALID: u32 = 1 << 15;
 
-/// What the bits of CFSR mean (Arm ARM B3.2.15).
+/// Meanings of the bits of CFSR (Arm ARM B3.2.15).
 const CAUSES: [(u32, &str); 17] = [
     (1, "the MPU denies the instruction"),
     (1 << 1, "the MPU denies the data"),
@@ -43,7 +43,7 @@ const CAUSES: [(u32, &str); 17] = [
     (1 << 25, "a division by zero"),
 ];
 
-/// What the bits of HFSR mean (Arm ARM B3.2.16), but for FORCED.
+/// Meanings of the bits of HFSR (Arm ARM B3.2.16), without FORCED.
 const HARD_CAUSES: [(u32, &str); 2] = [
     (1 << 1, "a bus error of a vector"),
     (1 << 31, "a breakpoint without a debugger"),
@@ -52,27 +52,27 @@ const HARD_CAUSES: [(u32, &str); 2] = [
 /// Names of the words that the core stacks (Arm ARM B1.5.6).
 pub const STACKED: [&str; 8] = ["r0", "r1", "r2", "r3", "r12", "lr", "pc", "xpsr"];
 
-/// A fault that the program took.
+/// A fault that the program took, with the registers at its entry.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fault {
     /// Exception number, 3 to 6.
     pub number: u16,
-    /// When, ns after power-on.
+    /// Time of the fault, ns after power-on.
     pub ns: u64,
-    /// What the core stacked, in the order of [`STACKED`]; `None` if that failed.
+    /// Words that the core stacked, in the order of [`STACKED`]; `None` if stacking failed.
     pub stacked: Option<[u32; 8]>,
-    /// The stack pointer before.
+    /// Stack pointer before the fault.
     pub sp: u32,
-    /// Configurable fault status.
+    /// Configurable fault status register.
     pub cfsr: u32,
-    /// Hard fault status.
+    /// Hard fault status register.
     pub hfsr: u32,
-    /// The address that MMFAR or BFAR holds, if one does.
+    /// Address in MMFAR or BFAR, if one of them is valid.
     pub address: Option<u32>,
 }
 
 impl Fault {
-    /// Exception `number` was entered at `ns`, and its handler has not run yet.
+    /// Reads the fault at the entry of exception `number` at `ns`, before its handler has run.
     pub(super) fn at_entry(number: u16, ns: u64, cpu: &mut Cpu, soc: &Soc) -> Self {
         let at = cpu.cycle;
         let mut register = |address| cpu.system.read(address, Size::Word, at).unwrap_or(0);
@@ -83,7 +83,7 @@ impl Fault {
             _ => Some(bfar),
         };
         let registers = &cpu.registers;
-        // EXC_RETURN's bit 2: which stack (Arm ARM B1.5.8).
+        // Bit 2 of EXC_RETURN selects the stack (Arm ARM B1.5.8).
         let sp = match registers.r[14] & 4 {
             0 => registers.msp(),
             _ => registers.psp(),
@@ -108,7 +108,7 @@ impl Fault {
         }
     }
 
-    /// Its name in the Arm ARM.
+    /// Returns the name of the exception in the Arm ARM.
     pub const fn name(&self) -> &'static str {
         match self.number {
             3 => "HardFault",
@@ -118,12 +118,12 @@ impl Fault {
         }
     }
 
-    /// Address of the instruction that it came with; `None` if it was not stacked.
+    /// Returns the address of the faulting instruction; `None` if it was not stacked.
     pub fn pc(&self) -> Option<u32> {
         self.stacked.map(|words| words[6])
     }
 
-    /// Why, and where by `symbols`: one line.
+    /// Describes cause and place in one line, with names from `symbols`.
     pub fn describe(&self, symbols: &Symbols) -> String {
         let of = |table: &[(u32, &'static str)], register: u32| -> Vec<&'static str> {
             let set = table.iter().filter(|(bit, _)| register & bit != 0);
@@ -147,7 +147,7 @@ impl Fault {
         text
     }
 
-    /// All registers by name, in hexadecimal.
+    /// Returns the stacked and the status registers with their names.
     pub fn registers(&self) -> Vec<(&'static str, u32)> {
         let stacked = self.stacked.map(|words| STACKED.into_iter().zip(words));
         let status = [("sp", self.sp), ("cfsr", self.cfsr), ("hfsr", self.hfsr)];

@@ -1,10 +1,10 @@
-//! The chip on a bare board: its crystal, pins that are looked at, a USB socket. Runs any
-//! image, and says how it ended.
+//! Runs any image on the chip on a bare board, which has a crystal, observed pins and a USB socket,
+//! and reports how the run ended.
 //!
-//! Lives here: the run and its end; all around the core (`wires`); faults that the program
-//! takes (`fault`). Not here: the stimulator's board (`board`); the image's peripherals
-//! (`soc`). In: an image, bytes of a USB host, how far time goes. Out: edges of pins, bytes of
-//! USART2, USB and semihosting's console, the [`EarlyEnd`].
+//! Contains the run and its end, everything around the core (`wires`), and the faults that the
+//! program takes (`fault`). The stimulator's board is in `board`, the peripherals in `soc`. In: an
+//! image, bytes of a USB host, the time to run to. Out: edges of pins, bytes of USART2, USB and
+//! semihosting's console, the [`EarlyEnd`].
 
 mod fault;
 #[cfg(test)]
@@ -22,28 +22,30 @@ use super::image::Image;
 use super::soc::rcc::Cause;
 use fault::is_fault;
 
-/// A fault handler that has run for longer will not return: it may have printed what
-/// happened, and waits for somebody. Nanoseconds.
+/// Time in a fault handler after which it counts as never returning, ns: it may have printed a
+/// message, and loops.
 const HANDLER_NS: u64 = 100_000_000;
 
-/// Cycles for which the core's clock is taken as it is: time ends within so many of its end.
+/// Cycles for which the core's clock is assumed constant; a run ends within so many cycles of the
+/// requested time.
 const SAME_CLOCK: Cycle = 3_360;
 
-/// How a program ended before its time.
+/// Reason why a program ended before the requested time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EarlyEnd {
-    /// It ended itself through semihosting, with this status.
+    /// The program ended itself through semihosting, with this status.
     Exit(u32),
-    /// It took a fault and has been in its handler for 100 ms: [`Bare::faults`] has it.
+    /// The program took a fault and has been in the handler for 100 ms; [`Bare::faults`] describes
+    /// the fault.
     InHandler,
-    /// The core stopped: what nobody models, or a lock-up.
+    /// The core stopped: at a feature that is not modelled, or in a lock-up.
     Stopped(Stop),
 }
 
-/// The chip, running an image.
+/// The chip on a bare board, running an image.
 pub struct Bare {
     cpu: Cpu,
-    /// All around the core.
+    /// Everything around the core.
     pub wires: Wires,
     image: Image,
     watcher: FaultWatcher,
@@ -52,11 +54,11 @@ pub struct Bare {
 }
 
 impl Bare {
-    /// Power comes on at a chip with `image` in its flash, a host at its USB socket if there
-    /// `is_host`. Nothing has run yet.
+    /// Powers on a chip with `image` in its flash, with a host at its USB socket if `is_host`.
+    /// Nothing has run yet.
     ///
     /// # Errors
-    /// No vector table.
+    /// Fails if there is no vector table.
     pub fn power_on(image: Image, is_host: bool) -> Result<Self, Stop> {
         let mut cpu = Cpu::default();
         let mut wires = Wires::new(&image.flash, is_host);
@@ -72,10 +74,10 @@ impl Bare {
         })
     }
 
-    /// Lets time go on to `ns` nanoseconds after power-on, through resets.
+    /// Runs to `ns` nanoseconds after power-on, through resets.
     ///
     /// # Errors
-    /// [`EarlyEnd`]: the program ended before.
+    /// Returns [`EarlyEnd`] if the program ended before.
     pub fn run_to(&mut self, ns: u64) -> Result<(), EarlyEnd> {
         loop {
             let end = self.wires.time().cycle_of_ns(ns);
@@ -91,7 +93,7 @@ impl Bare {
             } = self;
             match cpu.run_observed(wires, until, watcher) {
                 Ok(()) => {}
-                // The watcher alone stops it so.
+                // Only the watcher causes this stop.
                 Err(Stop::Breakpoint { .. }) => self.note_fault(),
                 Err(Stop::Reset { .. }) => self.reset()?,
                 Err(Stop::Exit(status)) => return Err(EarlyEnd::Exit(status)),
@@ -107,66 +109,67 @@ impl Bare {
         }
     }
 
-    /// Time since power-on, ns.
+    /// Returns the time since power-on, ns.
     pub fn now_ns(&self) -> u64 {
         self.wires.time().ns(self.cpu.cycle)
     }
 
-    /// Core cycles since power-on.
+    /// Returns the core cycles since power-on.
     pub const fn cycles(&self) -> Cycle {
         self.cpu.cycle
     }
 
-    /// Instructions completed since power-on.
+    /// Returns the instructions completed since power-on.
     pub const fn instructions(&self) -> u64 {
         self.cpu.instructions
     }
 
-    /// Address of the next instruction, and its function by the image's symbols.
+    /// Returns the address of the next instruction, and its function by the image's symbols.
     pub fn location(&self) -> (u32, String) {
         let pc = self.cpu.registers.r[15];
         (pc, self.image.symbols.describe(pc))
     }
 
-    /// Whether the core sleeps and nothing will wake it.
+    /// Returns whether the core sleeps and nothing will wake it.
     pub fn sleeps_for_good(&self) -> bool {
         let next = self.wires.next_event().min(self.cpu.system.next_event());
         self.cpu.is_asleep() && next == Cycle::MAX
     }
 
-    /// Whether the core is in the handler of a fault.
+    /// Returns whether the core is in the handler of a fault.
     pub const fn is_in_handler(&self) -> bool {
         self.watcher.since.is_some()
     }
 
-    /// Faults that the program took, in their order.
+    /// Returns the faults that the program took, in their order.
     pub fn faults(&self) -> &[Fault] {
         &self.faults
     }
 
-    /// Resets since power-on: when (ns), and why.
+    /// Returns the resets since power-on, each with its time (ns) and cause.
     pub fn resets(&self) -> &[(u64, Cause)] {
         &self.resets
     }
 
-    /// The image that runs.
+    /// Returns the image that runs.
     pub const fn image(&self) -> &Image {
         &self.image
     }
 
-    /// What the program printed over semihosting since the last call.
+    /// Takes the text that the program printed over semihosting since the last call.
     pub fn console(&mut self) -> Vec<u8> {
         let host = self.cpu.system.semihosting.as_mut();
         host.map(|host| std::mem::take(&mut host.console))
             .unwrap_or_default()
     }
 
-    /// Bytes of a USB host's program, to the device.
+    /// Sends `bytes` from a program on the USB host to the device.
     pub fn send(&mut self, bytes: &[u8]) {
         self.wires.send(bytes, self.cpu.cycle);
     }
 
-    /// A core that locks up where it enters a handler was not seen to take the fault.
+    /// Records a fault that the watcher did not see because the core locked up on entry to the
+    /// handler.
     fn note_lock_up(&mut self, stop: Stop) {
         let number = self.cpu.registers.exception;
         let was_seen = self.watcher.since.is_some();
@@ -201,12 +204,12 @@ impl Bare {
     }
 }
 
-/// Sees the program take faults.
+/// Observer that detects when the program takes faults.
 #[derive(Debug, Default)]
 struct FaultWatcher {
-    /// A fault's handler was entered, and has not run yet.
+    /// Exception number and cycle of a fault whose handler was entered and has not run yet.
     entered: Option<(u16, Cycle)>,
-    /// Since when the handler of a fault has not returned.
+    /// Cycle at which the handler of a fault was entered, if it has not returned.
     since: Option<Cycle>,
 }
 

@@ -1,10 +1,10 @@
-//! Small images of others, hand-assembled, run to their end.
+//! Runs small hand-assembled images, as other projects build them, to their end.
 
 use super::*;
 use crate::chip::board::wiring::CORE_HZ;
 use crate::chip::image::tests::{CODE, program};
 
-/// MOVW and MOVT: `value` in R`d`.
+/// Encodes MOVW and MOVT that load `value` into R`d`.
 fn set(d: u16, value: u32) -> [u16; 4] {
     let half = |opcode: u16, value: u32| {
         let imm = value as u16;
@@ -15,12 +15,12 @@ fn set(d: u16, value: u32) -> [u16; 4] {
     [low[0], low[1], high[0], high[1]]
 }
 
-/// `value` written to `address` by this store of R1 at R0.
+/// Encodes a write of `value` to `address` with `store`, which stores R1 at R0.
 fn put(store: u16, address: u32, value: u32) -> Vec<u16> {
     [&set(0, address)[..], &set(1, value), &[store]].concat()
 }
 
-/// Waits until the word at `address` has `bit`.
+/// Encodes a loop that waits until the word at `address` has `bit` set.
 fn until(address: u32, bit: u32) -> Vec<u16> {
     // ldr r1,[r0]; tst r1,r2; beq to the load
     [
@@ -42,7 +42,7 @@ const RCC_AHB1ENR: u32 = 0x4002_3830;
 const RCC_APB1ENR: u32 = 0x4002_3840;
 const GPIOA: u32 = 0x4002_0000;
 
-/// The code as `main`, and behind it `b .` as `HardFault_Handler`, which takes hard faults.
+/// Runs the code as `main`, followed by `b .` as `HardFault_Handler`, which takes hard faults.
 fn with_handler(code: &[u16]) -> Bare {
     let length = 2 * code.len() as u32;
     let names = [
@@ -61,8 +61,8 @@ fn running(code: &[u16]) -> Bare {
 
 const MS: u64 = 1_000_000;
 
-/// As ST's HAL sets the clock up: the crystal, the PLL by its bit's alias, the flash's
-/// latency by a byte; then PA5 by the halves of BSRR.
+/// Sets the clock up as ST's HAL does: the crystal, the PLL through its bit's alias, the flash's
+/// latency by a byte write; then drives PA5 through the halves of BSRR.
 #[test]
 fn a_pin_moves_after_a_clock_that_was_set_up_through_an_alias() {
     const RCC_CR: u32 = 0x4002_3800;
@@ -72,9 +72,9 @@ fn a_pin_moves_after_a_clock_that_was_set_up_through_an_alias() {
         until(RCC_CR, 1 << 17),
         put(STR, RCC_CR + 4, plloncfg),
         put(STR, 0x4247_0060, 1),
-        until(0x4247_0064, 1), // PLLRDY by its alias
+        until(0x4247_0064, 1), // PLLRDY through its alias
         put(0x7001, 0x4002_3C00, 5),
-        put(STR, RCC_CR + 8, 0x9402), // APB1 by 4, APB2 by 2, the PLL
+        put(STR, RCC_CR + 8, 0x9402), // APB1 divided by 4, APB2 by 2; the PLL as source
         put(STR, RCC_AHB1ENR, 1),
         vec![LDR],
         put(STRH, GPIOA, 1 << 10),
@@ -95,7 +95,8 @@ fn a_pin_moves_after_a_clock_that_was_set_up_through_an_alias() {
         .iter()
         .map(|pin_edge| (pin_edge.port, pin_edge.levels >> 5 & 1));
     assert_eq!(levels.collect::<Vec<_>>(), [(0, 1), (0, 0)]);
-    // The HSE takes 2 ms and the PLL 0.3 ms; six instructions or so at 168 MHz between.
+    // The HSE takes 2 ms and the PLL 0.3 ms; about six instructions at 168 MHz are between the
+    // edges.
     assert!((2_300_000..2_400_000).contains(&edges[0].ns), "{edges:?}");
     assert!(
         (20..200).contains(&(edges[1].ns - edges[0].ns)),
@@ -143,10 +144,11 @@ fn a_fault_without_a_handler_locks_the_core_up_and_is_named_all_the_same() {
     assert!(words.contains("(in main + 0x0)"), "{words}");
 }
 
-/// A handler that returns behind the instruction is no end.
+/// A handler that returns behind the faulting instruction does not end the run.
 #[test]
 fn a_fault_whose_handler_returns_is_counted_only() {
-    // str in UsageFault's frame: ldr r0,[sp,#24]; adds r0,#2; str r0,[sp,#24]; bx lr
+    // The code below runs with UsageFault's frame: ldr r0,[sp,#24]; adds r0,#2; str r0,[sp,#24]; bx
+    // lr
     let main = [&[0xDE00_u16][..], &[STOP]].concat();
     let mut bare = with_handler(&main);
     let handler = CODE + 4;
@@ -170,7 +172,7 @@ fn a_core_that_sleeps_for_good_is_told_from_one_that_waits() {
     assert_eq!(bare.run_to(100 * MS), Ok(()));
     assert!(bare.sleeps_for_good());
     assert_eq!(bare.instructions(), 1);
-    // SysTick each 16,000 cycles.
+    // SysTick every 16,000 cycles.
     let code = [
         put(STR, 0xE000_E014, 15_999),
         put(STR, 0xE000_E010, 7),
@@ -216,7 +218,7 @@ fn a_refusal_names_peripheral_register_and_function() {
          0x016d by the instruction at 0x08000062"
     );
     assert_eq!(bare.location().1, "main + 0x22");
-    // What is modelled in part names the register, too.
+    // The error names the register for partly modelled features, too.
     let code = [put(STR, RCC_APB1ENR, 2), put(STR, 0x4000_0408, 4)].concat();
     let mut bare = running(&[code, put(STR, 0x4000_0418, 2)].concat());
     let ended = format!(

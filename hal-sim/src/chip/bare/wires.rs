@@ -1,5 +1,5 @@
-//! Everything but the core, as the core's bus: the chip, and what is at its pins: nothing
-//! that drives them, somebody who looks, and perhaps a USB host.
+//! Models everything around the core, as the core's bus: the chip, pins that nothing drives and
+//! that are observed, and optionally a USB host.
 
 use crate::chip::Cycle;
 use crate::chip::cpu::bus::{AccessError, Bus, LINE_WORDS, Modelled, ReadResult, Size};
@@ -9,32 +9,32 @@ use crate::chip::soc::{Pace, Soc, flash};
 use crate::chip::time::Time;
 use crate::chip::usb::Host;
 
-/// What an analogue input that nothing drives reads as.
+/// ADC code of an analogue input that nothing drives.
 const OPEN_INPUT: u16 = 0;
 
-/// Pins of one port that changed.
+/// Simultaneous change of one or more pins of a port.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PinEdge {
-    /// When, ns after power-on.
+    /// Time of the change, ns after power-on.
     pub ns: u64,
-    /// 0 is port A.
+    /// Number of the port; 0 is port A.
     pub port: usize,
-    /// Bit n: pin n changed.
+    /// Pins that changed; bit n is pin n.
     pub changed: u16,
-    /// All levels of the port after it.
+    /// Levels of all pins of the port after the change.
     pub levels: u16,
 }
 
-/// The chip without its core, and what is at its pins.
+/// The chip without its core, and the connections of its pins.
 #[derive(Clone, Debug)]
 pub struct Wires {
-    /// The chip.
+    /// Peripherals and memories of the chip.
     pub soc: Soc,
     host: Option<Host>,
     time: Time,
     hz: u32,
     now: Cycle,
-    /// Interrupt lines at `now`.
+    /// State of the interrupt lines at `now`.
     lines: [u32; LINE_WORDS],
     edges: Vec<PinEdge>,
     toggles: [[u64; 16]; PORTS],
@@ -44,7 +44,7 @@ pub struct Wires {
 impl Wires {
     pub(super) fn new(image: &[u8], is_host: bool) -> Self {
         let mut soc = Soc::new(Pace::Lazy);
-        // `Image` has checked that it fits.
+        // `Image` has checked that the flash contents fit.
         let _ = soc.flash.load(flash::BASE, image);
         let hz = soc.hz();
         let host = is_host.then(|| {
@@ -65,37 +65,37 @@ impl Wires {
         }
     }
 
-    /// Which cycle is when.
+    /// Returns the conversion between cycles and time since power-on.
     pub const fn time(&self) -> &Time {
         &self.time
     }
 
-    /// Edges of pins since the last call, in their order.
+    /// Takes the pin edges since the last call, in their order.
     pub fn edges(&mut self) -> impl Iterator<Item = PinEdge> + '_ {
         self.edges.drain(..)
     }
 
-    /// Level of pin `pin` of `port` (0 is A) now; low beyond I and 15.
+    /// Returns the present level of pin `pin` of `port` (0 is A); low beyond port I or pin 15.
     pub fn level(&self, port: usize, pin: usize) -> bool {
         self.soc.playback.gpio.level(port, pin)
     }
 
-    /// How often each pin changed since power-on, by port (0 is A) and pin.
+    /// Returns how often each pin has changed since power-on, by port (0 is A) and pin.
     pub const fn toggles(&self) -> &[[u64; 16]; PORTS] {
         &self.toggles
     }
 
-    /// Bytes that USART2 sent since the last call.
+    /// Takes the bytes that USART2 sent since the last call.
     pub fn serial(&mut self) -> Vec<u8> {
         std::mem::take(&mut self.serial)
     }
 
-    /// The USB host, if one is there.
+    /// Returns the USB host, if there is one.
     pub const fn host(&self) -> Option<&Host> {
         self.host.as_ref()
     }
 
-    /// Bytes that came over USB since the last call.
+    /// Takes the bytes that arrived over USB since the last call.
     pub fn received(&mut self) -> Vec<u8> {
         let mut bytes = Vec::new();
         while let Some((_, packet)) = self.host.as_mut().and_then(Host::received) {
@@ -111,7 +111,7 @@ impl Wires {
         }
     }
 
-    /// Resets the chip for the reason that it asked for, which it gives.
+    /// Resets the chip for the cause that it requested, and returns the cause.
     pub(super) fn reset(&mut self, at: Cycle) -> Modelled<Cause> {
         let cause = self.soc.reset.unwrap_or(Cause::Pin);
         self.soc.reset(cause, at)?;
@@ -130,7 +130,7 @@ impl Wires {
         }
     }
 
-    /// What left the chip up to now.
+    /// Collects the output of the chip up to now.
     fn collect(&mut self) {
         for edge in self.soc.playback.gpio.edges.drain(..) {
             let (ns, port) = (self.time.ns(edge.cycle), usize::from(edge.port));
@@ -146,11 +146,11 @@ impl Wires {
         }
         self.serial
             .extend(self.soc.usart2.sent().map(|(_, byte)| byte));
-        self.soc.spi3.words().for_each(drop); // nothing hears them
+        self.soc.spi3.words().for_each(drop); // nothing receives them
     }
 
-    /// The host's polls up to now met the registers as they were before this access to
-    /// OTG_FS.
+    /// Runs the host's polls up to `at` before this access to OTG_FS, so that they see the
+    /// registers as they were.
     #[inline]
     fn poll_cable(&mut self, address: u32, at: Cycle) {
         if address >> 16 == 0x5000
@@ -160,7 +160,7 @@ impl Wires {
         }
     }
 
-    /// One step of [`Bus::advance`], up to the next thing that must be seen.
+    /// Advances by one step of [`Bus::advance`], to the next event that must be observed.
     fn advance_step(&mut self, to: Cycle) -> Modelled {
         self.soc.advance(to)?;
         self.follow_clock(to);

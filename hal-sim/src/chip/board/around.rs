@@ -1,5 +1,4 @@
-//! Everything but the core, as the core's bus: the chip, and what is wired to
-//! it.
+//! Models everything around the core, as the core's bus: the chip, and the parts wired to it.
 
 use super::dac_line::received_bits;
 use super::front_end::{current_ma, sense};
@@ -22,7 +21,7 @@ use crate::trace::{CHANNELS, Levels};
 use firmware::lockstep::{Sensors, Sink};
 
 impl Unmodelled {
-    /// Where the core was when it came about.
+    /// Adds the core's program counter to the error, which gives a [`Stop`].
     pub(super) const fn to_stop(self, cpu: &Cpu) -> Stop {
         Stop::Outside {
             pc: cpu.registers.r[15],
@@ -34,32 +33,31 @@ impl Unmodelled {
 /// The chip without its core, and the board around it.
 #[derive(Clone, Debug)]
 pub struct Surroundings {
-    /// The chip.
+    /// Peripherals and memories of the chip.
     pub soc: Soc,
-    /// The other end of the USB cable.
+    /// USB host at the other end of the cable.
     pub host: Host,
     dacs: [Ad5668; 2],
     outputs: Outputs,
     stages: [Option<Output>; CHANNELS],
     load_ohm: [u32; CHANNELS],
     joint: u16,
-    /// Lines that are broken on their way to a stage, which has them low.
+    /// Lines that are broken on the way to a stage; the stage sees them low.
     pub broken: Levels,
-    /// Words that never arrive at the DACs.
+    /// SPI words that never arrive at the DACs.
     pub loss: Loss,
-    /// How early the tape's windows were ready, since device time began or
-    /// [`Self::restart_counts`].
+    /// Refill margins of the tape's windows since device time 0 or [`Self::restart_counts`].
     pub(crate) margins: Margins,
     hz: u32,
     now: Cycle,
-    /// Interrupt lines at `now`.
+    /// State of the interrupt lines at `now`.
     lines: [u32; LINE_WORDS],
 }
 
 impl Surroundings {
     pub(super) fn new(flash: &[u8], outputs: [Option<Output>; CHANNELS], pace: Pace) -> Self {
         let mut soc = Soc::new(pace);
-        // `Image` has checked that it fits.
+        // `Image` has checked that the flash contents fit.
         let _ = soc.flash.load(super::super::soc::flash::BASE, flash);
         let words = stages::table(&outputs).to_words(soc.signature.uid);
         for copy in stages::COPIES {
@@ -86,12 +84,12 @@ impl Surroundings {
         }
     }
 
-    /// Something from outside changed: let the core look at its next event.
+    /// Makes the core look for its next event again, after a change from outside.
     pub(super) fn reschedule(&mut self) {
         self.soc.reschedule();
     }
 
-    /// The USB cable is plugged in at `to_stop`, the present cycle, or pulled.
+    /// Plugs the USB cable in or pulls it at `at`, the present cycle.
     pub fn plug(&mut self, is_in: bool, at: Cycle) {
         self.host.advance(at, &mut self.soc.otg);
         if is_in {
@@ -102,7 +100,7 @@ impl Surroundings {
         self.reschedule();
     }
 
-    /// The world as the sensors have it, from `to_stop` on.
+    /// Sets the levels and analogue values of all sensors from `at` on.
     pub(super) fn set_sensors(&mut self, sensors: &Sensors, at: Cycle) -> Modelled {
         self.load_ohm = sensors.load_ohm;
         // A sensor that is not connected is pulled down by the front end.
@@ -112,12 +110,12 @@ impl Surroundings {
         self.drive(wiring::OVER_CURRENT, !sensors.over_current, at)
     }
 
-    /// The level of the trigger input.
+    /// Sets the level of the trigger input.
     pub(super) fn trigger(&mut self, high: bool, at: Cycle) -> Modelled {
         self.drive(wiring::TRIGGER, high, at)
     }
 
-    /// The first part whose state is another than in `other` at `to_stop`.
+    /// Returns the name of the first part whose state differs from `other` at `at`.
     pub(super) fn first_difference(&self, other: &Self, at: Cycle) -> Option<&'static str> {
         let world = (self.load_ohm, self.joint, self.broken, self.hz, self.lines);
         let parts = [
@@ -151,7 +149,7 @@ impl Surroundings {
         self.soc.drive(port.index(), pin.into(), level, at)
     }
 
-    /// Resets the chip for the reason it asked for.
+    /// Resets the chip for the cause that it requested.
     pub(super) fn reset(&mut self, at: Cycle) -> Modelled {
         let cause = self.soc.reset.unwrap_or(Cause::Pin);
         self.soc.reset(cause, at)?;
@@ -159,8 +157,8 @@ impl Surroundings {
         self.collect()
     }
 
-    /// The cycle at which the image's microsecond counter was, or would have
-    /// been, 0: TIM1 counts the cycles of a microsecond per count of TIM2.
+    /// Returns the cycle at which the image's microsecond counter was, or would have been, 0. TIM1
+    /// counts the cycles of a microsecond, TIM2 the microseconds.
     pub(super) fn find_origin(&self, at: Cycle) -> Option<Cycle> {
         let mut copy = self.soc.clone();
         let mut count = |timer, at| {
@@ -169,7 +167,7 @@ impl Surroundings {
             read.ok()
                 .map(|read| (read.value, at + Cycle::from(read.wait) + 1))
         };
-        // TIM2 follows TIM1's overflow by some cycles: look in mid-microsecond.
+        // TIM2 follows TIM1's overflow by some cycles, so read it in mid-microsecond.
         let (ticks, done) = count(1, at)?;
         let begin = done - Cycle::from(ticks);
         let (us, _) = count(2, begin + super::CYCLES_PER_US / 2 + super::CYCLES_PER_US)?;
@@ -182,40 +180,41 @@ impl Surroundings {
         self.restart_counts();
     }
 
-    /// Cycle of device time 0.
+    /// Returns the cycle of device time 0.
     pub const fn origin(&self) -> Cycle {
         self.outputs.origin()
     }
 
-    /// World time at `cycle`, µs, whatever the core's clock was meanwhile.
+    /// Returns the world time at `cycle`, µs, taking all changes of the core's clock into account.
     #[must_use]
     pub fn us_of(&self, cycle: Cycle) -> u64 {
         self.outputs.clock().us(cycle)
     }
 
-    /// First cycle at or after world time `us`, should the core's clock stay.
+    /// Returns the first cycle at or after world time `us`, µs, if the core's clock does not
+    /// change.
     #[must_use]
     pub fn cycle_of(&self, us: u64) -> Cycle {
         self.outputs.clock().cycle(us)
     }
 
-    /// Begins margins and phases anew.
+    /// Restarts the counts of margins and phases.
     pub fn restart_counts(&mut self) {
         self.margins = Margins::default();
         self.outputs.restart_counts();
     }
 
-    /// Where in their microsecond the pins' edges came.
+    /// Returns the positions of pin edges within their microsecond.
     pub const fn phases(&self) -> &Phases {
         self.outputs.phases()
     }
 
-    /// The pump's edges since world time began, for a judge of what came out.
+    /// Returns the pump's edges since world time 0, for a check of the output.
     pub const fn pump(&self) -> &Pump {
         self.outputs.pump()
     }
 
-    /// Gives everything before `to_us` to `sink`.
+    /// Gives all output before `to_us` (world time, µs) to `sink`.
     pub(super) fn emit(&mut self, to_us: u64, sink: &mut dyn Sink) {
         while let Some((cycle, packet)) = self.host.received() {
             self.outputs.bytes(cycle, packet.bytes());
@@ -223,7 +222,7 @@ impl Surroundings {
         self.outputs.emit(to_us, sink);
     }
 
-    /// Pin edges, DAC words and USB packets up to now, in their order.
+    /// Collects pin edges, DAC words and USB packets up to now, in their order.
     fn collect(&mut self) -> Modelled {
         for word in self.soc.spi3.words() {
             if self.loss.is_lost(word.value, &self.dacs) {
@@ -254,7 +253,7 @@ impl Surroundings {
         Ok(())
     }
 
-    /// The code of an analogue input now.
+    /// Returns the present code of the analogue input `channel`.
     fn convert(&self, channel: u8) -> u16 {
         match channel {
             wiring::JOINT => self.joint,
@@ -263,7 +262,8 @@ impl Surroundings {
         }
     }
 
-    /// One sense resistor serves all stages: their currents add up.
+    /// Returns the current through the sense resistor, mA. It serves all stages, so their currents
+    /// add up.
     fn current_ma(&self) -> f64 {
         let levels = Levels(self.outputs.levels().0 & !self.broken.0);
         let driven = (0..CHANNELS).filter(|&n| levels.state(n as u8).is_driven());
@@ -301,11 +301,11 @@ impl Surroundings {
         Ok(())
     }
 
-    /// [`Soc::upset`]: where that is of a clock, world time goes by it from then on, and not
-    /// from the next step, which is the end of a sleep.
+    /// Does the same as [`Soc::upset`]. If the upset changes a clock, world time follows the new
+    /// clock at once, not only after the next step, which may be the end of a sleep.
     ///
     /// # Errors
-    /// As there.
+    /// The errors of [`Soc::upset`].
     pub fn upset(&mut self, address: u32, bits: u32, at: Cycle) -> Result<(), AccessError> {
         self.advance(at)?;
         self.soc.upset(address, bits, at)?;
@@ -321,8 +321,8 @@ impl Surroundings {
         }
     }
 
-    /// The host's polls up to now met the registers as they were before this
-    /// access to OTG_FS.
+    /// Runs the host's polls up to `at` before this access to OTG_FS, so that they see the
+    /// registers as they were.
     #[inline]
     fn poll_cable(&mut self, address: u32, at: Cycle) {
         if address >> 16 == 0x5000 {
@@ -330,7 +330,7 @@ impl Surroundings {
         }
     }
 
-    /// One step of [`Bus::advance`], up to the next thing that must be seen.
+    /// Advances by one step of [`Bus::advance`], to the next event that must be observed.
     fn advance_step(&mut self, to: Cycle) -> Modelled {
         self.soc.advance(to)?;
         self.follow_clock(to);
@@ -377,7 +377,7 @@ impl Bus for Surroundings {
 
     #[inline(always)]
     fn write_without_wait(&mut self, address: u32, size: Size, value: u32) -> bool {
-        // Only SRAM1, where nothing is watched.
+        // Only for SRAM1, where nothing is observed.
         self.soc.write_without_wait(address, size, value)
     }
 

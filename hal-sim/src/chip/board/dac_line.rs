@@ -1,20 +1,20 @@
-//! What the DACs hear of a word that the SPI sends: they sample at falling edges of the
-//! clock (AD5668 data sheet, figure 2).
+//! Derives the bits that the DACs receive from a word that the SPI sends. They sample at falling
+//! edges of the clock (AD5668 data sheet, figure 2).
 
 use super::wiring::{DAC_CLOCK, DAC_DATA, Pin};
 use crate::chip::soc::gpio::Gpio;
 use crate::chip::soc::spi::{Change, Word};
 use crate::random;
 
-/// SPI3 as a pin's function (DS8626 table 9).
+/// Number of the alternate function SPI3 of a pin (DS8626 table 9).
 const SPI3: u32 = 6;
 
-/// The bits of `word`, the first the highest; `None` if the clock does not reach them. A
-/// data line that is not the SPI's keeps the level of its pin.
+/// Returns the bits of `word` as the DACs sample them, the first bit highest; `None` if the clock
+/// does not reach them. A data line that is not the SPI's keeps the level of its pin.
 ///
-/// A bit that changes with the edge at which it is sampled is the old or the new one: the
-/// data sheets promise nothing (AD5668, t6; DS8626, data output hold time). Drawn by the
-/// word's moment.
+/// A bit that changes with the edge at which it is sampled is the old or the new one: the data
+/// sheets promise nothing (AD5668, t6; DS8626, data output hold time). The choice is pseudo-random
+/// and depends on the word's time.
 pub(super) fn received_bits(word: &Word, pins: &Gpio) -> Option<u16> {
     let is_spi = |(port, pin): Pin| pins.has_function(port.index(), pin.into(), SPI3);
     if !is_spi(DAC_CLOCK) {
@@ -50,7 +50,7 @@ mod tests {
         }
     }
 
-    /// Port C as the board has it, but for what `moder` says of pins 10 and 12.
+    /// Returns port C as on the board, except for the modes of pins 10 and 12, which `moder` sets.
     fn pins(moder: u32) -> Gpio {
         let mut pins = Gpio::default();
         for (offset, value) in [(offset::MODER, moder), (offset::AFRH, 0x0006_0600)] {

@@ -1,17 +1,17 @@
-//! The analogue part of the reference board: output stages into the loads, and
-//! the current sense (docs/hardware.md).
+//! Models the analogue part of the reference board: output stages that drive loads, and the current
+//! sense (docs/hardware.md).
 
 use crate::body::Drive;
 
-/// Compliance of a current stage, V.
+/// Compliance voltage of a current stage, V.
 const COMPLIANCE_V: f64 = 120.0;
-/// Limiter of a voltage stage, mA (Hamana 2022, II-A).
+/// Current limit of a voltage stage, mA (Hamana 2022, II-A).
 const LIMITER_MA: f64 = 20.0;
-/// Current sense at 4095 counts, mA.
+/// Current at which the current sense reads 4095, mA.
 const SENSE_MA: f64 = 120.0;
 
-/// Current that a stage of this full scale drives through `ohm` at `code`, mA;
-/// `u32::MAX` Ω is an electrode off.
+/// Returns the current that a stage of this full scale drives through `ohm` at `code`, mA;
+/// `u32::MAX` Ω means that the electrode is off.
 pub fn current_ma(full_scale: Drive, code: u16, ohm: u32) -> f64 {
     if ohm == u32::MAX {
         return 0.0;
@@ -24,7 +24,7 @@ pub fn current_ma(full_scale: Drive, code: u16, ohm: u32) -> f64 {
     }
 }
 
-/// The 12-bit conversion of the current sense.
+/// Returns the 12-bit ADC code of the current sense at `ma`.
 pub fn sense(ma: f64) -> u16 {
     (ma.abs() / SENSE_MA * 4095.0).clamp(0.0, 4095.0) as u16
 }

@@ -1,35 +1,35 @@
-//! Words that never arrive at the DACs.
+//! Models SPI words that never arrive at the DACs.
 
 use crate::chip::ad5668::Ad5668;
 
-/// Which of the next words are lost. By default none.
+/// Selection of the next words that are lost; none by default.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Loss {
-    /// Writes, of two words each, that are lost in part or whole.
+    /// Remaining number of writes, of two words each, that are lost wholly or partly.
     writes: u32,
-    /// Of those only the first word, or only the second, is.
+    /// The word of each write that is lost; `None` for both words.
     half: Option<Half>,
-    /// Only writes to this output, 0 to 9, count.
+    /// Output, 0 to 9, whose writes are lost; `None` for all outputs.
     only: Option<u8>,
-    /// The next word is the second of its write; whether that one is to be lost.
+    /// `Some` if the next word is the second of its write: whether that write is to be lost.
     second: Option<bool>,
 }
 
-/// A word of a write.
+/// One of the two words of a write.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Half {
-    /// Command, output, and the upper bits.
+    /// Command, output, and the upper bits of the code.
     First,
-    /// The lower bits.
+    /// Lower bits of the code.
     Second,
 }
 
-/// Outputs of a DAC that stages hang on.
+/// Number of outputs per DAC that set amplitudes of stages.
 const PER_DAC: u8 = 5;
 
 impl Loss {
-    /// The next `writes` are lost, of two words each; of each only `half`, if that is said,
-    /// and only those to output `only`, 0 to 9, if that is.
+    /// Selects the next `writes` writes, of two words each. If `half` is given, only that word of
+    /// each write is lost; if `only` is given, only writes to that output (0 to 9) are lost.
     #[must_use]
     pub const fn new(writes: u32, half: Option<Half>, only: Option<u8>) -> Self {
         Self {
@@ -40,12 +40,12 @@ impl Loss {
         }
     }
 
-    /// /SYNC moved: what follows begins a write.
+    /// Notes an edge of /SYNC: the next word begins a write.
     pub(super) fn begin(&mut self) {
         self.second = None;
     }
 
-    /// Whether `word`, clocked out to `dacs`, is lost.
+    /// Returns whether `word`, clocked out to `dacs`, is lost.
     pub(super) fn is_lost(&mut self, word: u16, dacs: &[Ad5668; 2]) -> bool {
         if let Some(lost) = self.second.take() {
             return lost && self.half != Some(Half::First);
@@ -63,7 +63,7 @@ impl Loss {
 mod tests {
     use super::*;
 
-    /// Which of six words to DAC 2 are lost: writes to its outputs 0, 1 and 0.
+    /// Returns which of six words to DAC 2 are lost: writes to its outputs 0, 1 and 0.
     fn lost(mut loss: Loss) -> [bool; 6] {
         let mut dacs = [Ad5668::default(), Ad5668::default()];
         dacs[1].select(true);

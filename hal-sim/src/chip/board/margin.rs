@@ -1,31 +1,30 @@
-//! How early each window of the tape is ready before DMA needs it.
+//! Measures how early each window of the tape is ready before DMA needs it.
 
 use super::CYCLES_PER_US;
 use crate::chip::Cycle;
 
-/// Cycles of a window (docs/architecture.md: 250 µs).
+/// Length of a window, cycles (docs/architecture.md: 250 µs).
 const WINDOW: Cycle = 250 * CYCLES_PER_US;
 
-/// Where the tape lives: SRAM2, which holds nothing else.
+/// Address range of the tape: SRAM2, which holds nothing else.
 const SRAM2: std::ops::Range<u32> = 0x2001_C000..0x2002_0000;
 
-/// Refill margins: cycles from the core's last write to the tape in a window
-/// to the request at which a play stream fetches the next window's first word.
-/// In direct mode that is one slot early, when the last slot plays (RM0090
-/// section 10.3.12).
+/// Refill margins: cycles from the core's last write to the tape in a window to the request at
+/// which a play stream fetches the next window's first word. In direct mode that request is one
+/// slot early, when the last slot plays (RM0090 section 10.3.12).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Margins {
-    /// Windows that the core wrote to.
+    /// Number of windows that the core wrote to.
     pub windows: u64,
-    /// Least margin of any, cycles; negative if it was too late.
+    /// Smallest margin of any window, cycles; negative if a write was too late.
     pub worst: Option<i64>,
-    /// The window that had it, counted from device time 0.
+    /// Window with the smallest margin, counted from device time 0.
     pub worst_window: u64,
     last_window: Option<u64>,
 }
 
 impl Margins {
-    /// The core wrote to `address`, `at` cycles after device time 0.
+    /// Records a write of the core to `address`, `at` cycles after device time 0.
     #[inline]
     pub(super) fn record_write(&mut self, address: u32, at: Cycle) {
         if SRAM2.contains(&address) {
@@ -40,7 +39,7 @@ impl Margins {
             self.windows += 1;
         }
         let fetch = (window + 1) * WINDOW - CYCLES_PER_US;
-        // Both within one window of each other.
+        // Both are within one window of each other.
         let margin = fetch.cast_signed() - at.cast_signed();
         if self.worst.is_none_or(|worst| margin < worst) {
             self.worst = Some(margin);

@@ -1,9 +1,9 @@
-//! The reference board: the chip running an image, its DACs, loads, buttons,
-//! and a USB host at the other end of the cable.
+//! Simulates the reference board: the chip that runs an image, its DACs, loads, buttons, and a USB
+//! host at the other end of the cable.
 //!
-//! In: an image, sensors, bytes from the host, how far time goes. Out: levels,
-//! DAC codes and bytes at their microsecond; pin edges at their cycle. World
-//! time is device time: it is 0 when the image's microsecond counter first is.
+//! In: an image, sensors, bytes from the host, the time to run to. Out: levels, DAC codes and bytes
+//! at their microsecond; pin edges at their cycle. World time is device time: it is 0 when the
+//! image's microsecond counter is first 0.
 
 mod around;
 mod dac_line;
@@ -34,18 +34,18 @@ use std::sync::Arc;
 
 /// Longest time from power-on or the last reset to an open port, s.
 const BOOT_LIMIT_S: u64 = 3;
-/// The same in cycles of the fastest clock.
+/// The same limit in cycles of the fastest clock.
 pub(super) const BOOT_LIMIT: Cycle = BOOT_LIMIT_S * wiring::CORE_HZ as Cycle;
 
-/// Why there is no running board.
+/// Reason why the board does not run.
 #[derive(Debug, thiserror::Error)]
 pub enum BoardError {
     /// The core stopped.
     #[error("E540 the simulated chip stopped: {stop} (in {function})")]
     Stopped {
-        /// Why.
+        /// Reason for the stop.
         stop: Stop,
-        /// Where, by symbol.
+        /// Function that was running, by symbol.
         function: String,
     },
     /// No USB device appeared.
@@ -53,13 +53,13 @@ pub enum BoardError {
         "E541 the image did not open its USB port within {BOOT_LIMIT_S} s of simulated time{why}"
     )]
     NoPort {
-        /// What the host saw, or nothing.
+        /// Last failure that the host observed; empty if there was none.
         why: String,
     },
-    /// The debugger's `kill`.
+    /// The user ended the run with `kill` in the debugger.
     #[error("E549 gdb ended the run")]
     Killed,
-    /// The image keeps no microsecond counter.
+    /// The image does not run a microsecond counter.
     #[error("E542 the image opened its port without starting TIM1 and TIM2 as its time base")]
     NoTime,
 }
@@ -70,24 +70,24 @@ impl From<BoardError> for io::Error {
     }
 }
 
-/// A board that runs an image. A clone is a fork: it goes on by itself from here.
+/// A board that runs an image. A clone is a fork: it continues independently from the same state.
 #[derive(Clone, Debug)]
 pub struct Board<O = ()> {
-    /// The core.
+    /// The processor core.
     pub cpu: Cpu,
-    /// All around it.
+    /// Everything around the core.
     pub around: Surroundings,
-    /// Who looks on.
+    /// Observer of the core's instructions and exceptions.
     pub observer: O,
-    /// Forks share it.
+    /// Image that runs; forks share it.
     image: Arc<Image>,
     now_us: u64,
     last_reset: Option<Cycle>,
 }
 
 impl<O: Observer> Board<O> {
-    /// Power comes on at a board with `image` in its flash and `outputs` as
-    /// its stages; the USB cable is in. Nothing has run yet.
+    /// Powers on a board with `image` in its flash and `outputs` as its stages; the USB cable is
+    /// plugged in. Nothing has run yet.
     pub fn power_on(
         image: Image,
         outputs: [Option<Output>; CHANNELS],
@@ -107,15 +107,15 @@ impl<O: Observer> Board<O> {
         Ok(board)
     }
 
-    /// Runs until the host has opened the device's port: clocks, tape, USB
-    /// enumeration. World time begins here.
+    /// Runs until the host has opened the device's port: clocks, tape, USB enumeration. World time
+    /// begins then.
     pub fn boot(&mut self, sensors: &Sensors) -> Result<(), BoardError> {
         while !self.boot_on(sensors, Some(self.last_reset.unwrap_or(0) + BOOT_LIMIT))? {}
         Ok(())
     }
 
-    /// [`Self::boot`] by at most a millisecond at the fastest clock; says
-    /// whether it is done. Without an open port it may end at a cycle.
+    /// Continues [`Self::boot`] by at most a millisecond at the fastest clock, and returns whether
+    /// the port is open. Stops with an error if the port is not open at cycle `end`.
     pub(super) fn boot_on(
         &mut self,
         sensors: &Sensors,
@@ -142,7 +142,7 @@ impl<O: Observer> Board<O> {
         Ok(true)
     }
 
-    /// The same board with somebody else looking on.
+    /// Returns the same board with another observer.
     pub fn with_observer<P>(self, observer: P) -> Board<P> {
         Board {
             cpu: self.cpu,
@@ -154,8 +154,9 @@ impl<O: Observer> Board<O> {
         }
     }
 
-    /// The first part whose state is another than in `other`, a fork of the same board at the
-    /// same time; nothing where both do the same from now on, should the same reach them.
+    /// Returns the name of the first part whose state differs from `other`, a fork of the same
+    /// board at the same time. `None` means that both behave the same from now on if they get the
+    /// same inputs.
     pub fn first_difference(&self, other: &Self) -> Option<&'static str> {
         if self.now_us != other.now_us || self.last_reset != other.last_reset {
             return Some("time");
@@ -166,22 +167,22 @@ impl<O: Observer> Board<O> {
         }
     }
 
-    /// Device time, which is world time.
+    /// Returns the device time, which is world time, µs.
     pub const fn now_us(&self) -> u64 {
         self.now_us
     }
 
-    /// When the chip was last reset since its power came on.
+    /// Returns the cycle of the last reset since power-on, if there was one.
     pub const fn last_reset(&self) -> Option<Cycle> {
         self.last_reset
     }
 
-    /// The image that runs.
+    /// Returns the image that runs.
     pub fn image(&self) -> &Image {
         &self.image
     }
 
-    /// Lets the core run up to `cycle`, through resets.
+    /// Runs the core up to `cycle`, through resets.
     pub fn run_to(&mut self, cycle: Cycle) -> Result<(), BoardError> {
         while self.cpu.cycle < cycle {
             let run = self
@@ -196,7 +197,7 @@ impl<O: Observer> Board<O> {
         Ok(())
     }
 
-    /// One instruction or exception, through a reset.
+    /// Executes one instruction or exception, through a reset.
     #[cfg(feature = "gdb")]
     pub(super) fn step(&mut self) -> Result<(), BoardError> {
         match self.cpu.step(&mut self.around) {
@@ -205,7 +206,7 @@ impl<O: Observer> Board<O> {
         }
     }
 
-    /// Address of the next instruction.
+    /// Returns the address of the next instruction.
     #[cfg(feature = "gdb")]
     pub(super) const fn pc(&self) -> u32 {
         self.cpu.registers.r[15]
@@ -220,10 +221,10 @@ impl<O: Observer> Board<O> {
         done.map_err(|stop| self.explain(stop))
     }
 
-    /// The chip is reset, for this cause, as if by itself.
+    /// Resets the chip with this cause, as if by itself.
     ///
     /// # Errors
-    /// [`BoardError`]: no vector table.
+    /// Returns [`BoardError`] if there is no vector table.
     pub fn reset_with_cause(&mut self, cause: ResetCause) -> Result<(), BoardError> {
         self.around.soc.request_reset_for(match cause {
             ResetCause::PowerOn => Cause::PowerOn,
@@ -235,11 +236,11 @@ impl<O: Observer> Board<O> {
         self.reset()
     }
 
-    /// The supply is `mv` from now on. Below what the chip needs it is held in reset, all
-    /// pins inputs, and starts again when that suffices.
+    /// Sets the supply voltage to `mv`. Below the chip's minimum, the chip is held in reset with
+    /// all pins as inputs; it starts again when the voltage suffices.
     ///
     /// # Errors
-    /// [`BoardError`]: no vector table.
+    /// Returns [`BoardError`] if there is no vector table.
     pub fn supply(&mut self, mv: u32) -> Result<(), BoardError> {
         let had = self.around.soc.is_powered();
         self.around.soc.supply(mv);
@@ -253,10 +254,10 @@ impl<O: Observer> Board<O> {
         Ok(())
     }
 
-    /// A debugger halts the core, or lets it go on, while time goes by.
+    /// Halts the core as a debugger does, or lets it continue; time goes on meanwhile.
     ///
     /// # Errors
-    /// [`BoardError`]: timers that stand in a way that is not modelled.
+    /// Returns [`BoardError`] if timers would stop in a way that is not modelled.
     pub fn debug_halt(&mut self, halted: bool) -> Result<(), BoardError> {
         let at = self.cpu.cycle;
         let done = self.around.debug_halt(halted, at);
@@ -265,20 +266,20 @@ impl<O: Observer> Board<O> {
         Ok(())
     }
 
-    /// The PLL gives `hz` instead of what its registers say.
+    /// Makes the PLL output `hz` instead of the frequency that its registers set.
     ///
     /// # Errors
-    /// [`BoardError`]: prescalers that are not modelled.
+    /// Returns [`BoardError`] if the prescalers are not modelled.
     pub fn set_pll_hz(&mut self, hz: u32) -> Result<(), BoardError> {
         let at = self.cpu.cycle;
         let done = self.around.set_pll_hz(hz, at);
         done.map_err(|what| self.explain(what.to_stop(&self.cpu)))
     }
 
-    /// The crystal stops.
+    /// Stops the crystal.
     ///
     /// # Errors
-    /// [`BoardError`]: nothing watches it.
+    /// Returns [`BoardError`] if nothing monitors the crystal.
     pub fn stop_crystal(&mut self) -> Result<(), BoardError> {
         let at = self.cpu.cycle;
         let done = self.around.stop_crystal(at);
@@ -291,8 +292,8 @@ impl<O: Observer> Board<O> {
         BoardError::Stopped { stop, function }
     }
 
-    /// Lets the core run to `to`, in the world that `sensors` has; asked again
-    /// after a stop, goes on.
+    /// Runs the core to `to` in a world with these `sensors`. A call after a stop continues from
+    /// there.
     pub(super) fn resume(&mut self, to: Micros, sensors: &Sensors) -> Result<(), BoardError> {
         self.around
             .set_sensors(sensors, self.cpu.cycle)
@@ -302,7 +303,8 @@ impl<O: Observer> Board<O> {
             done.map_err(|what| self.explain(what.to_stop(&self.cpu)))?;
         }
         if let Some(at) = sensors.trigger.filter(|at| at.is_before(to)) {
-            // The edge at its microsecond, the level low again 2 µs later unless held.
+            // The trigger edge comes at its microsecond; the level falls again 2 µs later unless
+            // held.
             for (high, at) in [(true, at), (sensors.held, at + us(2))] {
                 if (at - Micros::new(self.now_us as u32)).us() < 0 {
                     continue; // done before a stop
@@ -315,7 +317,7 @@ impl<O: Observer> Board<O> {
         self.advance_to(to)
     }
 
-    /// Gives what the board put out so far to `sink`.
+    /// Gives the board's output so far to `sink`.
     pub(super) fn emit(&mut self, sink: &mut dyn Sink) {
         self.around.emit(self.now_us, sink);
     }
@@ -323,10 +325,10 @@ impl<O: Observer> Board<O> {
     fn advance_to(&mut self, to: Micros) -> Result<(), BoardError> {
         let ahead = (to - Micros::new(self.now_us as u32)).us();
         let Ok(ahead) = u64::try_from(ahead) else {
-            return Ok(()); // there already
+            return Ok(()); // already there
         };
         let now_us = self.now_us + ahead;
-        // The clock may fail, or a reset slow it, on the way.
+        // The clock may fail, or a reset may slow it, on the way.
         loop {
             let end = self.around.cycle_of(now_us);
             if end <= self.cpu.cycle {
@@ -339,8 +341,8 @@ impl<O: Observer> Board<O> {
     }
 }
 
-/// Cycles for which the core's clock is taken as it is, 20 µs: one that becomes
-/// ten times slower within them makes the board run on by 0.2 ms at most.
+/// Cycles for which the core's clock is assumed constant, 20 µs. A clock that becomes ten times
+/// slower within them makes the board overrun by 0.2 ms at most.
 const SAME_CLOCK: Cycle = 20 * CYCLES_PER_US;
 
 impl<O: Observer + Clone + Send + 'static> Device for Board<O> {

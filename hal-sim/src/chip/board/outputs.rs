@@ -1,4 +1,4 @@
-//! What the board put out, from cycles to microseconds.
+//! Converts the board's output from cycles to microseconds.
 
 use super::wiring::{self, CORE_HZ, CYCLES_PER_US, Outputs as Pins, Port};
 use crate::chip::Cycle;
@@ -11,16 +11,17 @@ use firmware::lockstep::Sink;
 use firmware::units::{DacCode, Micros};
 use std::collections::VecDeque;
 
-/// How many edges of pins that the tape plays came at which cycle of their microsecond, by port: the
-/// analytic cycle of the first port's is TIM1's update, of the second's 8 cycles later.
+/// Histogram of the cycle within its microsecond at which each edge of a pin that the tape plays
+/// came, by port. The analytic cycle of the first port's edges is TIM1's update, of the second
+/// port's 8 cycles later.
 #[derive(Clone, Debug)]
 pub struct Phases {
-    /// Port B, the first.
+    /// Counts for port B, the first to move.
     pub b: [u64; CYCLES_PER_US as usize],
-    /// Port C, the second.
+    /// Counts for port C, the second to move.
     pub c: [u64; CYCLES_PER_US as usize],
-    /// Over port, cycle and levels of these edges in their order (FNV-1a): two
-    /// runs with the same digest had the same edges.
+    /// Hash of port, cycle and levels of these edges in their order (FNV-1a): two runs with the
+    /// same digest had the same edges.
     pub digest: u64,
 }
 
@@ -28,7 +29,7 @@ pub struct Phases {
 const FNV: (u64, u64) = (0xCBF2_9CE4_8422_2325, 0x100_0000_01B3);
 
 impl Phases {
-    /// `edge` of `port`, its cycle counted from `origin`.
+    /// Counts `edge` of `port`, with its cycle relative to `origin`.
     fn record(&mut self, port: usize, edge: &Edge, origin: Cycle) {
         let cycle = edge.cycle.saturating_sub(origin);
         let counts = match port {
@@ -53,8 +54,8 @@ impl Default for Phases {
     }
 }
 
-/// Whether the tape plays one of the pins `changed`: the channels' lines, sync
-/// out, the pump.
+/// Returns whether the tape plays one of the pins `changed`: the channels' lines, sync out, the
+/// pump.
 fn is_played_by_tape(port: Port, changed: u16) -> bool {
     let lines = wiring::LINES.iter().flat_map(|&(c, a)| [c, a]);
     let all = lines.chain([wiring::SYNC_OUT, wiring::PUMP]);
@@ -69,7 +70,7 @@ enum OutputChange {
     Trip(u8, u16),
 }
 
-/// Collects in cycles, gives in microseconds.
+/// Collector of the output: takes in events by cycle, emits them by microsecond.
 #[derive(Clone, Debug)]
 pub(super) struct Outputs {
     origin: Option<Cycle>,
@@ -77,7 +78,7 @@ pub(super) struct Outputs {
     pins: Pins,
     levels: Levels,
     pump: Pump,
-    /// Levels of a microsecond that is not over yet.
+    /// Microsecond that is not over yet and whose levels have changed.
     open: Option<u64>,
     waiting: VecDeque<(u64, OutputChange)>,
     bytes: VecDeque<(u64, Vec<u8>)>,
@@ -101,7 +102,7 @@ impl Default for Outputs {
 }
 
 impl Outputs {
-    /// World time begins, with 0 at `origin`; what came before is dropped.
+    /// Begins world time with 0 at `origin`, and drops all earlier output.
     pub fn begin(&mut self, origin: Cycle) {
         self.origin = Some(origin);
         self.time = Time::new(origin, CORE_HZ);
@@ -110,7 +111,7 @@ impl Outputs {
         self.open = None;
     }
 
-    /// Whether both put out the same from now on: what they did before may differ.
+    /// Returns whether both emit the same from now on; their past output may differ.
     pub fn is_equivalent_to(&self, other: &Self) -> bool {
         (self.origin, self.levels, self.open) == (other.origin, other.levels, other.open)
             && self.pump.last_edge() == other.pump.last_edge()
@@ -132,22 +133,22 @@ impl Outputs {
         &self.phases
     }
 
-    /// What the stages do now.
+    /// Returns the present state of the stages' lines.
     pub const fn levels(&self) -> Levels {
         self.levels
     }
 
-    /// The pump's edges since world time began.
+    /// Returns the pump's edges since world time 0.
     pub const fn pump(&self) -> &Pump {
         &self.pump
     }
 
-    /// The core's clock is `hz` from `cycle` on.
+    /// Changes the core's clock to `hz` from `cycle` on.
     pub fn set_hz(&mut self, hz: u32, cycle: Cycle) {
         self.time.set_hz(hz, cycle);
     }
 
-    /// Which cycle is when.
+    /// Returns the conversion between cycles and world time.
     pub const fn clock(&self) -> &Time {
         &self.time
     }
@@ -178,7 +179,7 @@ impl Outputs {
             return;
         }
         let us = self.time(edge.cycle);
-        // Both ports of one slot are one change.
+        // Changes of both ports in one slot count as one change.
         if let Some(open) = self.open.filter(|&open| open != us) {
             self.waiting
                 .push_back((open, OutputChange::Levels(self.levels)));
@@ -205,14 +206,14 @@ impl Outputs {
         self.bytes.push_back((us, bytes.to_vec()));
     }
 
-    /// Gives everything before `to_us` to `sink`, in the order of time.
+    /// Gives all output before `to_us` (world time, µs) to `sink`, in the order of time.
     pub fn emit(&mut self, to_us: u64, sink: &mut dyn Sink) {
         if let Some(open) = self.open.filter(|&open| open < to_us) {
             self.waiting
                 .push_back((open, OutputChange::Levels(self.levels)));
             self.open = None;
         }
-        // DAC words are noted at once, levels when their microsecond is over.
+        // DAC words are queued at once, levels only when their microsecond is over.
         self.waiting.make_contiguous().sort_by_key(|(us, _)| *us);
         for (us, out) in self.waiting.drain(..) {
             let at = Micros::new(us as u32);

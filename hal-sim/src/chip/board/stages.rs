@@ -1,4 +1,5 @@
-//! Puts a board into service: its stages, written where its firmware reads them.
+//! Writes the table of output stages to the place in flash where the firmware reads it, as
+//! commissioning does on a board.
 
 use crate::body::Drive;
 use crate::chip::soc::flash::{Flash, OutsideFlash};
@@ -6,21 +7,21 @@ use crate::lockstep::Output;
 use crate::trace::CHANNELS;
 use firmware::safety::{Origin, StageKind, StageSupply, StageTable, StageWords};
 
-/// Where the firmware keeps the two copies: sectors 10 and 11 (docs/hardware.md).
+/// Addresses of the two copies in flash: sectors 10 and 11 (docs/hardware.md).
 pub const COPIES: [u32; 2] = [0x080C_0000, 0x080E_0000];
 
-/// OPTCR of a board in service: brown-out level 3, watchdog by software, no protection
+/// OPTCR of a commissioned board: brown-out level 3, watchdog by software, no protection
 /// (docs/hil.md, part 7).
 pub const OPTIONS: u32 = 0x0FFF_AAE1;
 
-/// The table of a simulated board with these stages, made for a session.
+/// Returns the stage table of a simulated board with these stages, made for a session.
 #[must_use]
 pub fn table(outputs: &[Option<Output>; CHANNELS]) -> StageTable {
     StageTable {
         origin: Origin::Session,
-        supply: Some(StageSupply::Separate), // each is simulated by itself
+        supply: Some(StageSupply::Separate), // each is simulated separately
         stages: outputs.map(|output| {
-            // At most 150 V or 100 mA: thousandths fit.
+            // The full scale is at most 150 V or 100 mA, so thousandths fit.
             Some(match output?.full_scale {
                 Drive::Milliamps(ma) => StageKind::Current {
                     full_scale_ua: (ma * 1e3).round() as u32,
@@ -33,10 +34,10 @@ pub fn table(outputs: &[Option<Output>; CHANNELS]) -> StageTable {
     }
 }
 
-/// Writes `words` as one copy, as a programmer would.
+/// Writes `words` as one copy of the table, as a programmer would.
 ///
 /// # Errors
-/// The address is not in flash.
+/// Fails if the address is not in flash.
 pub fn write(flash: &mut Flash, copy: u32, words: &StageWords) -> Result<(), OutsideFlash> {
     let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
     flash.load(copy, &bytes)

@@ -1,48 +1,49 @@
-//! The reference board as the simulator has it: which pin is wired to what, the crystal, and
-//! the clock that the core is to have (docs/hardware.md, pin map). The simulator's only table
-//! of this. Written from that page, not from the firmware's (`board::wiring` there), so that a
-//! wrong pin or clock there shows here.
+//! Defines the reference board for the simulator: the wiring of the pins, the crystal, and the
+//! expected clock of the core (docs/hardware.md, pin map). This is the simulator's only such table.
+//! It was written from that page, not from the firmware's `board::wiring`, so that a wrong pin or
+//! clock in the firmware shows here.
 
 use crate::trace::{CHANNELS, Levels, State};
 
-/// The crystal, Hz.
+/// Frequency of the crystal, Hz.
 pub const CRYSTAL_HZ: u32 = 8_000_000;
 
-/// The core's clock once the image has set it up, Hz. What the chip simulator counts by comes
-/// from the registers that the image writes; this is for who waits, counts and divides.
+/// Clock of the core once the image has set it up, Hz. The chip simulator derives its own clock
+/// from the registers that the image writes; this constant serves for timeouts, counts and
+/// conversions.
 pub const CORE_HZ: u32 = 168_000_000;
 
 /// Core cycles per microsecond of device time.
 pub const CYCLES_PER_US: u64 = CORE_HZ as u64 / 1_000_000;
 
-/// A GPIO port.
+/// A GPIO port that the board uses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Port {
-    /// Port A.
+    /// Port A: inputs, ADC, USB.
     A,
-    /// Port B.
+    /// Port B: lines of the tape, sync out, pump.
     B,
-    /// Port C.
+    /// Port C: lines of the tape, DACs.
     C,
-    /// Port D.
+    /// Port D: /SYNC of DAC 2.
     D,
-    /// Port E.
+    /// Port E, which the board does not use.
     E,
 }
 
 impl Port {
-    /// 0 for A, and so on.
+    /// Returns the number of the port: 0 for A, and so on.
     pub const fn index(self) -> usize {
         self as usize
     }
 }
 
-/// A pin.
+/// A pin: its port and its number, 0–15.
 pub type Pin = (Port, u8);
 
-/// The ports whose pins the tape plays, in the order in which they move.
+/// The ports whose pins the tape plays, in the order in which they change.
 pub const TAPE_PORTS: [Port; 2] = [Port::B, Port::C];
-/// The DAC, and its output, that sets each channel's amplitude.
+/// DAC and DAC output that set each channel's amplitude.
 pub const AMPLITUDES: [(usize, usize); CHANNELS] = [
     (0, 0),
     (0, 1),
@@ -55,26 +56,26 @@ pub const AMPLITUDES: [(usize, usize); CHANNELS] = [
     (1, 3),
     (1, 4),
 ];
-/// The DAC, and its output, that sets the level of each bank's comparators.
+/// DAC and DAC output that set the threshold of each bank's comparators.
 pub const TRIPS: [(usize, usize); 6] = [(0, 5), (0, 6), (0, 7), (1, 5), (1, 6), (1, 7)];
 
-/// Arm key: high is closed.
+/// Arm key; high means closed.
 pub const ARM: Pin = (Port::A, 6);
-/// Over-current latch: low is tripped.
+/// Over-current latch; low means tripped.
 pub const OVER_CURRENT: Pin = (Port::A, 7);
-/// Hand-held stop: high is closed.
+/// Hand-held stop; high means closed.
 pub const HAND_STOP: Pin = (Port::A, 8);
-/// Trigger in, rising edge.
+/// Trigger input; the rising edge counts.
 pub const TRIGGER: Pin = (Port::A, 15);
 /// /SYNC of DAC 1 (channels 1–5) and DAC 2 (6–10).
 pub const DAC_SYNC: [Pin; 2] = [(Port::C, 11), (Port::D, 2)];
-/// Clock and data of both DACs.
+/// Clock of both DACs.
 pub const DAC_CLOCK: Pin = (Port::C, 10);
-/// See [`DAC_CLOCK`].
+/// Data line of both DACs.
 pub const DAC_DATA: Pin = (Port::C, 12);
-/// Sync out.
+/// Synchronisation output, for instruments.
 pub const SYNC_OUT: Pin = (Port::B, 15);
-/// Pump.
+/// Pump of the output stages; without an edge every 25 µs they are off.
 pub const PUMP: Pin = (Port::B, 10);
 /// ADC channel of the joint angle, on PA0.
 pub const JOINT: u8 = 0;
@@ -95,17 +96,17 @@ pub const LINES: [(Pin, Pin); CHANNELS] = [
     ((Port::B, 13), (Port::B, 14)),
 ];
 
-/// Output levels of each of [`TAPE_PORTS`], bit n is pin n.
+/// Output levels of each of [`TAPE_PORTS`]; bit n is pin n.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Outputs(pub [u16; 2]);
 
-/// Which of [`TAPE_PORTS`] is `port`.
+/// Returns the index of `port` in [`TAPE_PORTS`], if the tape plays it.
 pub fn tape_port(port: Port) -> Option<usize> {
     TAPE_PORTS.iter().position(|&played| played == port)
 }
 
 impl Outputs {
-    /// What the output stages do with these levels.
+    /// Returns the state of the output stages at these levels.
     pub fn levels(self) -> Levels {
         let high = |(port, pin): Pin| {
             let levels = tape_port(port).map_or(0, |n| self.0[n]);

@@ -1,7 +1,7 @@
-//! What packets mean (gdb manual, "Remote Protocol", Packets, General Query Packets).
+//! Parses packets (gdb manual, "Remote Protocol", Packets, General Query Packets).
 //!
-//! In: a packet's contents. Out: an answer, or what is to become of the core. An unknown packet
-//! has an empty answer, as the protocol wants; one that cannot be understood is refused.
+//! In: a packet's contents. Out: an answer, or an action on the core. An unknown packet has an
+//! empty answer, as the protocol requires; a malformed packet is refused.
 
 use super::memory::MAP;
 use super::monitor::{self, Order};
@@ -13,47 +13,47 @@ use crate::chip::board::Board;
 use crate::chip::cpu::system::WatchedAccess;
 use crc::{CRC_32_MPEG_2, Crc};
 
-/// What a client and its server agreed on.
+/// Agreement between a client and the server.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Feature {
-    /// What the client can read in stop replies and errors (qSupported).
+    /// Features that the client supports in stop replies and errors (qSupported).
     Knows {
-        /// `swbreak`, `hwbreak`.
+        /// Whether the client supports `swbreak` and `hwbreak`.
         breaks: [bool; 2],
-        /// Errors in words.
+        /// Whether the client supports errors in words.
         words: bool,
     },
-    /// No more acknowledgements, once this one is sent.
+    /// No acknowledgements after this packet's.
     NoAcknowledgements,
 }
 
-/// What a packet comes to.
+/// Meaning of a packet: an answer or an action.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Meaning {
-    /// The answer.
+    /// Contents of the answer packet.
     Answer(Vec<u8>),
-    /// `OK`, and an agreement; or another answer.
+    /// A feature agreed on, and the answer.
     Agree(Feature, Vec<u8>),
-    /// Why the core stopped is asked for.
+    /// The client asks for the reason why the core stopped.
     Status,
-    /// The core runs, one instruction if it steps.
+    /// The core continues.
     Go {
-        /// It steps.
+        /// Whether the core executes only one instruction.
         steps: bool,
     },
-    /// The client lets go of the core.
+    /// The client detaches from the core.
     Detach,
-    /// The program ends; `is_answered`: the client waits for OK.
+    /// The program ends.
     Kill {
-        /// It is answered.
+        /// Whether the client waits for OK.
         is_answered: bool,
     },
-    /// The program begins anew, halted; `is_answered`: the client waits for why it stopped.
+    /// The program restarts, halted at its first instruction.
     Restart {
-        /// It is answered.
+        /// Whether the client waits for a stop reply.
         is_answered: bool,
     },
-    /// A `monitor` command and what it says.
+    /// A `monitor` command, and the text to print.
     Monitor(Order, String),
 }
 
@@ -71,10 +71,11 @@ fn text(answer: impl Into<String>) -> ParsedCommand {
     Ok(Answer(answer.into().into_bytes()))
 }
 
-/// What `packet` means to `board`, of which memory, registers and points are served here.
+/// Parses `packet`. Packets that access memory, registers or breakpoints of `board` are served
+/// here.
 ///
 /// # Errors
-/// It cannot be understood or obeyed.
+/// Fails if the packet is malformed or cannot be carried out.
 pub fn parse_command(board: &mut Board<Points>, packet: &[u8]) -> ParsedCommand {
     let Some((&first, rest)) = packet.split_first() else {
         return text("");
@@ -101,7 +102,7 @@ pub fn parse_command(board: &mut Board<Points>, packet: &[u8]) -> ParsedCommand 
     }
 }
 
-/// Whether `packet` does something to a program that is debugged.
+/// Returns whether `packet` acts on a program that is debugged.
 pub fn needs_core(packet: &[u8]) -> bool {
     let first = packet.first();
     first.is_some_and(|first| b"cCsSZGPMX".contains(first))
@@ -111,7 +112,7 @@ pub fn needs_core(packet: &[u8]) -> bool {
 
 const NO_REGISTER: GdbRefusal = GdbRefusal::Address("there is no register with this number");
 
-/// `address,length`.
+/// Parses `address,length`.
 fn pair(text: &[u8]) -> Result<(u32, u32), GdbRefusal> {
     let (address, length) = split(text, b',').ok_or(GdbRefusal::Malformed)?;
     let numbers = number(address).zip(number(length));
@@ -123,12 +124,12 @@ fn split(text: &[u8], at: u8) -> Option<(&[u8], &[u8])> {
     Some((&text[..place], &text[place + 1..]))
 }
 
-/// Whether a thread is the only one that there is, or any.
+/// Returns whether `thread` selects the only thread, or any thread.
 fn is_own_thread(thread: &[u8]) -> bool {
     thread == b"-1" || matches!(number(thread), Some(0 | 1))
 }
 
-/// `g`, `G`: all registers; `p`, `P`: one of them.
+/// Serves `g` and `G` (all registers), `p` and `P` (one register).
 fn registers_of(board: &mut Board<Points>, kind: u8, rest: &[u8]) -> ParsedCommand {
     let cpu = &mut board.cpu;
     match kind {
@@ -156,11 +157,11 @@ fn registers_of(board: &mut Board<Points>, kind: u8, rest: &[u8]) -> ParsedComma
     }
 }
 
-/// `m`: memory as digits; `M`, `X`: writes digits, or bytes.
+/// Serves `m` (reads memory as digits), `M` and `X` (write digits or bytes).
 fn memory_of(board: &mut Board<Points>, kind: u8, rest: &[u8]) -> ParsedCommand {
     if kind == b'm' {
         let (address, count) = pair(rest)?;
-        let most = LONGEST / 2; // what fits into an answer
+        let most = LONGEST / 2; // largest count that fits an answer
         return text(hex(&board.peek(address, most.min(count as usize))?));
     }
     let (place, data) = split(rest, b':').ok_or(GdbRefusal::Malformed)?;
@@ -175,8 +176,8 @@ fn memory_of(board: &mut Board<Points>, kind: u8, rest: &[u8]) -> ParsedCommand 
     board.poke(address, &data).and_then(|()| ok())
 }
 
-/// `c`, `s`, and with a signal, which reaches no program that has no system, `C`, `S`; an
-/// address may follow.
+/// Parses `c` and `s`, and `C` and `S` with a signal, which is ignored because the program has no
+/// operating system; an address may follow.
 fn parse_resume(board: &mut Board<Points>, kind: u8, rest: &[u8]) -> ParsedCommand {
     let to = match kind {
         b'c' | b's' => Some(rest).filter(|to| !to.is_empty()),
@@ -195,7 +196,7 @@ fn parse_resume(board: &mut Board<Points>, kind: u8, rest: &[u8]) -> ParsedComma
     })
 }
 
-/// `Z` and `z`: type, address, kind. Conditions and commands are not offered.
+/// Serves `Z` and `z`: type, address, kind. Conditions and commands are not supported.
 fn parse_point(board: &mut Board<Points>, sets: bool, rest: &[u8]) -> ParsedCommand {
     let (kind, place) = split(rest, b',').ok_or(GdbRefusal::Malformed)?;
     let (address, length) = pair(place)?;
@@ -225,7 +226,7 @@ fn parse_point(board: &mut Board<Points>, sets: bool, rest: &[u8]) -> ParsedComm
     ok()
 }
 
-/// Packets that begin with `v`.
+/// Parses packets that begin with `v`.
 fn parse_v_packet(board: &mut Board<Points>, rest: &[u8]) -> ParsedCommand {
     if rest == b"Cont?" {
         return text("vCont;c;C;s;S");
@@ -251,7 +252,7 @@ fn parse_v_packet(board: &mut Board<Points>, rest: &[u8]) -> ParsedCommand {
     }
 }
 
-/// `vCont`: the first action that is for the only thread.
+/// Parses `vCont`: the first action for the only thread counts.
 fn resume(actions: &[u8]) -> ParsedCommand {
     let mut own = None;
     for action in actions.split(|&byte| byte == b';') {
@@ -270,7 +271,7 @@ fn resume(actions: &[u8]) -> ParsedCommand {
     own.ok_or(GdbRefusal::Malformed)
 }
 
-/// Packets that begin with `q` or `Q`.
+/// Parses packets that begin with `q` or `Q`.
 fn parse_query(board: &mut Board<Points>, packet: &[u8]) -> ParsedCommand {
     if let Some(features) = packet.strip_prefix(b"qSupported") {
         return Ok(supported(features));
@@ -298,7 +299,7 @@ fn parse_query(board: &mut Board<Points>, packet: &[u8]) -> ParsedCommand {
         b"qfThreadInfo" => text("m1"),
         b"qsThreadInfo" => text("l"),
         b"qC" => text("QC1"),
-        // Quitting gdb lets go of a chip instead of killing it.
+        // 1 means that quitting gdb detaches from the chip instead of killing the program.
         _ if packet.starts_with(b"qAttached") => text("1"),
         _ => text(""),
     }
@@ -318,7 +319,7 @@ fn supported(features: &[u8]) -> Meaning {
     Agree(agreed, own.into_bytes())
 }
 
-/// `offset,length` of a document.
+/// Serves the part `offset,length` of a document.
 fn document_part(document: &str, place: &[u8]) -> ParsedCommand {
     let (offset, length) = pair(place)?;
     let rest = document.as_bytes().get(offset as usize..);
@@ -331,9 +332,9 @@ fn document_part(document: &str, place: &[u8]) -> ParsedCommand {
     Ok(Answer([&[mark], shown].concat()))
 }
 
-/// `qCRC`: gdb's own sum of memory, which `compare-sections` compares.
+/// Serves `qCRC`: gdb's checksum of memory, for `compare-sections`.
 fn flash_crc(board: &Board<Points>, place: &[u8]) -> ParsedCommand {
-    /// As much as flash has: gdb asks for sections.
+    /// Size of the flash, bytes: gdb asks only for sections.
     const MOST: u32 = 1 << 20;
     let (address, count) = pair(place)?;
     if count > MOST {

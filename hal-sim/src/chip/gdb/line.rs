@@ -1,4 +1,4 @@
-//! Who comes to the port: connections that are looked at without waiting.
+//! Accepts connections at the port and reads from them without blocking.
 
 use super::packet::{PacketEvent, Receiver, frame_packet};
 use crate::wire::keepalive;
@@ -7,34 +7,34 @@ use std::io::{self, Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::time::Duration;
 
-/// The other end of a connection.
+/// A connection to a client.
 pub trait Line: Send {
-    /// Moves what has arrived into `buffer`: how many bytes, 0 for nothing now.
+    /// Moves received bytes into `buffer`, and returns their number; 0 if there are none now.
     ///
     /// # Errors
-    /// The other end is gone.
+    /// Fails if the other end has closed the connection.
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize>;
 
     /// Sends all of `bytes`.
     ///
     /// # Errors
-    /// As [`Self::read`].
+    /// The errors of [`Self::read`].
     fn write(&mut self, bytes: &[u8]) -> io::Result<()>;
 
-    /// Who is there, for messages.
+    /// Returns the client's address, for messages.
     fn name(&self) -> String;
 }
 
-/// Where clients come in.
+/// A port where clients connect.
 pub trait Port: Send {
-    /// The next one, if one waits.
+    /// Returns the next waiting connection, if there is one.
     ///
     /// # Errors
-    /// No one will ever come.
+    /// Fails if no client will ever connect again.
     fn accept(&mut self) -> io::Result<Option<Box<dyn Line>>>;
 }
 
-/// A client that reads nothing for so long is gone.
+/// Longest time for a client to read an answer; after that, the connection counts as lost.
 const WRITE_PATIENCE: Duration = Duration::from_secs(5);
 
 struct Socket(TcpStream);
@@ -80,7 +80,7 @@ fn is_transient(error: &io::Error) -> bool {
 impl Port for TcpListener {
     fn accept(&mut self) -> io::Result<Option<Box<dyn Line>>> {
         self.set_nonblocking(true)?;
-        // Who broke off before being let in has not come.
+        // A connection that broke off before it was accepted is ignored.
         let Ok((stream, _)) = TcpListener::accept(self) else {
             return Ok(None);
         };
@@ -90,29 +90,29 @@ impl Port for TcpListener {
     }
 }
 
-/// A client and what is agreed with it.
+/// A connection to a client, with the features agreed on.
 pub struct Client {
     line: Box<dyn Line>,
     receiver: Receiver,
     pending: VecDeque<u8>,
-    /// Packets are acknowledged, until QStartNoAckMode.
+    /// Whether packets are acknowledged, which QStartNoAckMode ends.
     pub acknowledges: bool,
-    /// Stop replies may say `swbreak`, `hwbreak`.
+    /// Whether stop replies may contain `swbreak` and `hwbreak`.
     pub knows_breaks: [bool; 2],
-    /// Errors may be words.
+    /// Whether the client understands errors in words.
     pub reads_words: bool,
-    /// It let the core run and waits for the stop reply.
+    /// Whether the client let the core run and waits for the stop reply.
     pub waits: bool,
-    /// Nothing more arrives.
+    /// Whether nothing more will arrive.
     pub is_gone: bool,
-    /// It detached, or killed, and may go: the core is no longer its own.
+    /// Whether the client detached or killed the program, so that another client may have the core.
     pub has_left: bool,
-    /// Sent last, should it be asked for again.
+    /// Packet that was sent last, in case the client asks for it again.
     last: Vec<u8>,
 }
 
 impl Client {
-    /// Nothing is agreed yet.
+    /// Creates a client without agreed features.
     pub fn new(line: Box<dyn Line>) -> Self {
         Self {
             line,
@@ -128,15 +128,15 @@ impl Client {
         }
     }
 
-    /// As [`Line::name`].
+    /// Returns the same as [`Line::name`].
     pub fn name(&self) -> String {
         self.line.name()
     }
 
-    /// The next thing that it said, if there is one; packets are acknowledged.
+    /// Returns the client's next event, if there is one, and acknowledges packets.
     ///
     /// # Errors
-    /// It is gone.
+    /// Fails if the connection is closed.
     pub fn receive(&mut self) -> io::Result<Option<PacketEvent>> {
         loop {
             match self.parse()? {
@@ -157,16 +157,16 @@ impl Client {
         count > 0
     }
 
-    /// As [`Self::receive`], of the bytes fetched so far.
+    /// Does the same as [`Self::receive`] for bytes fetched so far.
     ///
     /// # Errors
-    /// It is gone.
+    /// Fails if the connection is closed.
     pub fn parse(&mut self) -> io::Result<Option<PacketEvent>> {
         while let Some(byte) = self.pending.pop_front() {
             match self.receiver.push(byte) {
                 None => {}
                 Some(PacketEvent::Again) => self.line.write(&self.last)?,
-                // Without acknowledgements there is none of the opposite either.
+                // Without acknowledgements, the server does not ask for repetition either.
                 Some(PacketEvent::Damaged) if self.acknowledges => self.line.write(b"-")?,
                 Some(PacketEvent::Interrupt) => return Ok(Some(PacketEvent::Interrupt)),
                 Some(heard) => {
@@ -180,7 +180,7 @@ impl Client {
         Ok(None)
     }
 
-    /// Sends a packet with these contents. A line that is broken shows when it is heard.
+    /// Sends a packet with these contents. A broken connection shows at the next read.
     pub fn send(&mut self, contents: &[u8]) {
         self.last = frame_packet(contents);
         let _ = self.line.write(&self.last);

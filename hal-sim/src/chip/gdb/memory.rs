@@ -1,4 +1,4 @@
-//! Memory as a debugger reads and writes it: no time passes, and reading changes nothing.
+//! Reads and writes memory as a debugger does: no time passes, and reading has no side effects.
 
 use super::points::Points;
 use super::refused::GdbRefusal;
@@ -6,11 +6,11 @@ use crate::chip::board::Board;
 use crate::chip::cpu::{Bus, Size, is_private};
 use crate::chip::soc::flash::{BASE, SECTORS, SIZE};
 
-/// What lies where, for clients: gdb sets hardware breakpoints in flash and writes it by
-/// sectors, as `load` needs.
+/// Memory map for clients: gdb sets hardware breakpoints in flash and writes it by sectors, as
+/// `load` requires.
 pub const MAP: &str = include_str!("memory-map.xml");
 
-/// Where clocks are enabled.
+/// Base address of RCC, which enables the clocks.
 const RCC: u32 = 0x4002_3800;
 
 const NOWHERE: GdbRefusal = GdbRefusal::Address("nothing answers at this address");
@@ -19,16 +19,16 @@ const FLASH_WRITE: GdbRefusal =
 const NO_FLASH: GdbRefusal = GdbRefusal::Address("this is not in the flash");
 
 impl Board<Points> {
-    /// Reads from `from` on, as far as something answers.
+    /// Reads `count` bytes from `from` on, or fewer if an address after the first does not answer.
     ///
     /// # Errors
-    /// Not even the first byte.
+    /// Fails if the first byte cannot be read.
     pub(super) fn peek(&self, from: u32, count: usize) -> Result<Vec<u8>, GdbRefusal> {
         let mut bytes = Vec::with_capacity(count);
         let mut registers = None;
         while bytes.len() < count {
             let Some(at) = from.checked_add(bytes.len() as u32) else {
-                break; // the end of memory
+                break; // end of memory
             };
             match self.peek_memory(at) {
                 Some(byte) => bytes.push(byte),
@@ -48,7 +48,7 @@ impl Board<Points> {
         }
     }
 
-    /// A copy of the chip, which reading may change.
+    /// Returns a copy of the board; reading may change the copy.
     fn fork(&self) -> Self {
         let mut copy = self.clone();
         copy.around.soc.rcc.settle();
@@ -67,11 +67,11 @@ impl Board<Points> {
         }
     }
 
-    /// Writes RAM at once, and registers as the core would: words where the address and what
-    /// is left allow, else half-words, else bytes.
+    /// Writes RAM directly, and registers as the core would: in words where the address and the
+    /// remaining bytes allow, else in half-words, else in bytes.
     ///
     /// # Errors
-    /// Nothing takes it; what came before is written.
+    /// Fails if an address cannot be written; the bytes before it are written.
     pub(super) fn poke(&mut self, from: u32, bytes: &[u8]) -> Result<(), GdbRefusal> {
         let mut left = bytes;
         while !left.is_empty() {
@@ -105,10 +105,10 @@ impl Board<Points> {
         ))
     }
 
-    /// Erases the sectors that hold `count` bytes from `from` on.
+    /// Erases the sectors that contain the `count` bytes from `from` on.
     ///
     /// # Errors
-    /// They are not in the flash.
+    /// Fails if the range is not in the flash.
     pub(super) fn erase(&mut self, from: u32, count: u32) -> Result<(), GdbRefusal> {
         let start = from.checked_sub(BASE).ok_or(NO_FLASH)?;
         let end = start.checked_add(count).ok_or(NO_FLASH)?;
@@ -125,10 +125,10 @@ impl Board<Points> {
         Ok(())
     }
 
-    /// Programs `bytes` into flash that is erased, or holds them already.
+    /// Programs `bytes` into flash that is erased or already contains them.
     ///
     /// # Errors
-    /// It is not in the flash, or holds something else.
+    /// Fails if the range is not in the flash, or would need an erase first.
     pub(super) fn program(&mut self, from: u32, bytes: &[u8]) -> Result<(), GdbRefusal> {
         let flash = &mut self.around.soc.flash;
         // Programming only clears bits (RM0090 section 3.6).
@@ -143,7 +143,7 @@ impl Board<Points> {
     }
 }
 
-/// The widest access that `left` bytes at `at` allow.
+/// Returns the widest access that `left` bytes at `at` allow.
 const fn widest(at: u32, left: usize) -> Size {
     if at.is_multiple_of(4) && left >= 4 {
         Size::Word
@@ -154,9 +154,9 @@ const fn widest(at: u32, left: usize) -> Size {
     }
 }
 
-/// Reads up to `left` bytes of one word from the register at `at`: the whole word, or where
-/// that has no answer, no more than is asked for. Memory of the FSMC is not there: a debugger
-/// that asks for all of it would wait for a gigabyte of zeros.
+/// Reads up to `left` bytes of one word from the register at `at`: from the whole word, or, if that
+/// has no answer, with the widest access that fits. The FSMC's memory counts as absent: a debugger
+/// that reads all of it would wait for a gigabyte of zeros.
 fn peek_register(board: &mut Board<Points>, at: u32, left: usize) -> Option<Vec<u8>> {
     if (0x6000_0000..0xA000_0000).contains(&at) {
         return None;

@@ -1,9 +1,9 @@
-//! A board under a debugger: a server of gdb's remote protocol, as probes have it.
+//! Serves gdb's remote protocol for a board, as debug probes do.
 //!
-//! In: clients at a port, one at a time, who come and go. Out: a [`Device`] whose time stands
-//! still while one has the core. The core halts at reset and waits for the first; it stops at
-//! breakpoints, watched data, BKPT, Ctrl-C, and where the simulator knows no further, which it
-//! says in words. Memory is read without side effects.
+//! In: clients at a port, of which one at a time is attached. Out: a [`Device`] whose time stands
+//! still while a client has halted the core. The core halts at reset and waits for the first
+//! client. It stops at breakpoints, watchpoints, BKPT, Ctrl-C, and where the simulator cannot
+//! continue; in that case it prints the reason. Reading memory has no side effects.
 
 mod command;
 mod line;
@@ -33,13 +33,13 @@ use points::StopReason;
 use std::io;
 use std::time::Duration;
 
-/// What becomes of the board when its debugger has gone.
+/// Behaviour of the board after its debugger has left.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AfterDebugger {
-    /// It is served to others: a core that was halted waits for the next debugger, unless the
-    /// last one detached; a killed program waits at its first instruction.
+    /// The board waits for further debuggers: a halted core stays halted unless the last debugger
+    /// detached; a killed program waits at its first instruction.
     Debugger,
-    /// It has a session to go through: the core goes on alone; killing it ends the run.
+    /// The board runs a session: the core continues alone, and killing the program ends the run.
     #[default]
     Nothing,
 }
@@ -51,35 +51,36 @@ enum Core {
     Steps,
 }
 
-/// A board that whoever comes to a port debugs.
+/// A board that any client at a port can debug.
 pub struct Debugger {
     board: Board<Points>,
     port: Box<dyn Port>,
     outlives: AfterDebugger,
     core: Core,
-    /// It has the core, or had it and has not gone yet.
+    /// Client that has the core, or has had it and is still connected.
     client: Option<Client>,
-    /// They are connected, and not attached.
+    /// Clients that are connected but not attached.
     others: Vec<Client>,
-    /// Why the core stands: what `?` is answered.
+    /// Reason why the core is halted: the answer to `?`.
     status: String,
-    /// The BKPT that stopped the core, which goes on behind it.
+    /// Address of the BKPT that stopped the core; the core continues behind it.
     stopped_by: Option<u32>,
-    /// Since when the core goes through a session with nobody attached.
+    /// Cycle from which on the core runs a session without a debugger.
     alone_since: Option<Cycle>,
 }
 
-/// Most connections that wait without being attached: the oldest makes room.
+/// Largest number of connections that wait unattached; beyond it, the oldest is dropped.
 const MOST_OTHERS: usize = 8;
-/// How often the port is looked at while the core is halted.
+/// Interval at which the port is polled while the core is halted.
 const LOOK: Duration = Duration::from_micros(200);
-/// The same while nobody is attached.
+/// The same interval while no client is attached.
 const LOOK_IDLY: Duration = Duration::from_millis(5);
-/// Of the only thread that there is.
+/// Stop reply for the only thread.
 const SIGTRAP: &str = "T05thread:1;";
 
 impl Debugger {
-    /// `board`'s core is halted at reset until someone comes to `port` and lets it run.
+    /// Creates a debugger that holds the core of `board` at reset until a client at `port` lets it
+    /// run.
     pub fn new(port: impl Port + 'static, board: Board<Points>, outlives: AfterDebugger) -> Self {
         let mut board = board;
         board.cpu.system.set_debugger(true);
@@ -96,11 +97,12 @@ impl Debugger {
         }
     }
 
-    /// [`Board::boot`], as the debugger lets it, and however long the image takes: one that
-    /// opens no port is debugged all the same. Alone it has as long as without a debugger.
+    /// Boots as [`Board::boot`] does, controlled by the debugger. While a debugger is attached the
+    /// image may take any time, and need not open a port; without one, the usual limit applies.
     ///
     /// # Errors
-    /// As [`Self::run_to`]; E541: it was left alone and opened no port.
+    /// The errors of [`Self::run_to`]; E541 if no debugger is attached and the image opened no
+    /// port.
     pub fn boot(&mut self, sensors: &Sensors) -> Result<(), BoardError> {
         loop {
             let begin = self.alone_since.max(self.board.last_reset());
@@ -111,21 +113,21 @@ impl Debugger {
         }
     }
 
-    /// [`Board::run_to`], as the debugger lets it.
+    /// Runs as [`Board::run_to`] does, controlled by the debugger.
     ///
     /// # Errors
-    /// The core stopped with nobody attached, or the debugger ended the run.
+    /// Fails if the core stopped while no debugger was attached, or the debugger ended the run.
     pub fn run_to(&mut self, cycle: Cycle) -> Result<(), BoardError> {
         self.run(cycle, |board| board.run_to(cycle))
     }
 
-    /// The board.
+    /// Returns the board that is debugged.
     pub const fn board(&self) -> &Board<Points> {
         &self.board
     }
 
-    /// Does `act`, again and again while something stops it; once `limit` is reached, what
-    /// the debugger wants next waits for the next call.
+    /// Calls `act` again after each stop, until it succeeds. Once `limit` is reached, further
+    /// commands of the debugger wait for the next call.
     fn run<T>(
         &mut self,
         limit: Cycle,
@@ -171,7 +173,7 @@ impl Debugger {
         }
     }
 
-    /// The first instruction since the core was let go, or the only one.
+    /// Executes the first instruction after a resume, or the only one of a single step.
     fn step_once(&mut self) {
         self.board.observer.leaves = false;
         let done = self.board.step();
@@ -183,7 +185,7 @@ impl Debugger {
         }
     }
 
-    /// Lets clients in, and does what they ask. Whether anything came.
+    /// Accepts clients and carries out their commands; returns whether anything arrived.
     fn listen(&mut self) -> Result<bool, BoardError> {
         let mut has_heard = false;
         match self.port.accept() {
@@ -195,11 +197,12 @@ impl Debugger {
                 }
                 self.others.push(Client::new(line));
             }
-            // Nobody is left to let the core go.
+            // No client is left that could let the core run.
             Err(_) if self.client.is_none() && self.others.is_empty() => self.detach(),
             Err(_) => {}
         }
-        // Fetched first: whoever saw the client leave is heard after it has left.
+        // Bytes are fetched first: a client that saw the attached one leave is served only after
+        // that.
         for other in &mut self.others {
             other.fetch();
         }
@@ -211,8 +214,8 @@ impl Debugger {
         Ok(has_heard)
     }
 
-    /// Does what the client asks that has the core, up to what lets the core go: it runs before
-    /// more is heard. Whether anything came.
+    /// Carries out the attached client's commands, up to one that lets the core run: the core runs
+    /// before more is read. Returns whether anything arrived.
     fn listen_to_client(&mut self) -> Result<bool, BoardError> {
         let mut has_heard = false;
         let stood = self.core == Core::Halted;
@@ -230,8 +233,8 @@ impl Debugger {
         Ok(has_heard)
     }
 
-    /// Who has said nothing that the protocol knows only looks whether the port is open. The
-    /// first who does is attached.
+    /// Attaches the first waiting client that sends a valid packet. A client that sends none may
+    /// only test whether the port is open.
     fn listen_to_others(&mut self) -> Result<(), BoardError> {
         for mut other in std::mem::take(&mut self.others) {
             match other.parse() {
@@ -254,7 +257,7 @@ impl Debugger {
         Ok(())
     }
 
-    /// A debugger halts the core as it comes.
+    /// Attaches the client, which halts the core.
     fn attach(&mut self) {
         self.board.cpu.system.set_debugger(true);
         self.clear_debugger_state();
@@ -266,7 +269,7 @@ impl Debugger {
         }
     }
 
-    /// What one debugger wanted is not the next one's.
+    /// Removes the settings of the previous debugger.
     fn clear_debugger_state(&mut self) {
         self.clear_points();
         self.board.cpu.system.semihosting = None;
@@ -277,7 +280,7 @@ impl Debugger {
         self.board.cpu.system.clear_watchpoints();
     }
 
-    /// Nobody debugs the chip any more, and it goes on alone.
+    /// Lets the core continue without a debugger.
     fn detach(&mut self) {
         self.clear_debugger_state();
         self.board.cpu.system.set_debugger(false);
@@ -287,7 +290,7 @@ impl Debugger {
         self.alone_since = is_session.then_some(self.board.cpu.cycle);
     }
 
-    /// The client is gone without a word.
+    /// Handles a connection that closed without a detach.
     fn lose_client(&mut self) {
         let had_core = self.is_attached();
         self.client = None;
@@ -300,7 +303,8 @@ impl Debugger {
         }
     }
 
-    /// The core stopped: says why, in words where numbers do not tell.
+    /// Halts the core after `stop` and reports the reason, in words where a signal number is not
+    /// enough.
     fn stop(&mut self, stop: Stop) {
         let status = match stop {
             Stop::Breakpoint { pc } => self.breakpoint_status(pc),
@@ -333,8 +337,8 @@ impl Debugger {
         }
     }
 
-    /// A BKPT that stopped the core would stop it for ever: it goes on behind it. Whether there
-    /// was one.
+    /// Moves the core behind a BKPT that stopped it, which would otherwise stop it for ever.
+    /// Returns whether there was one.
     fn pass_breakpoint_instruction(&mut self) -> bool {
         let pc = self.board.pc();
         let is_there = self.stopped_by.take() == Some(pc);
@@ -344,7 +348,7 @@ impl Debugger {
         is_there
     }
 
-    /// The core is halted, and whoever waits for that is told.
+    /// Halts the core, and sends the stop reply to a client that waits for it.
     fn halt(&mut self, status: String) {
         self.core = Core::Halted;
         self.status = status;
@@ -367,14 +371,14 @@ impl Debugger {
         self.send(status.as_bytes());
     }
 
-    /// Prints `text` in the client's console: the protocol's O packet.
+    /// Prints `text` in the client's console with the protocol's O packet.
     fn print(&mut self, text: &str) {
         if !text.is_empty() {
             self.send(format!("O{}", hex(text.as_bytes())).as_bytes());
         }
     }
 
-    /// Prints what the program wrote by semihosting, as soon as the client may be told.
+    /// Prints the program's semihosting output, once the protocol allows it.
     fn print_console(&mut self) {
         let waits = self.client.as_ref().is_some_and(|client| client.waits);
         if let Some(host) = &mut self.board.cpu.system.semihosting
@@ -398,7 +402,7 @@ fn describe_hit(hit: WatchpointHit) -> String {
     format!("{SIGTRAP}{what}:{:x};", hit.address)
 }
 
-/// gdb's number of the signal that says what `stop` is.
+/// Returns gdb's signal number for `stop`.
 const fn signal(stop: Stop) -> u8 {
     match stop {
         Stop::Access { .. } => 10,     // SIGBUS

@@ -1,23 +1,23 @@
-//! `monitor` commands: words that launchers send, from the servers of OpenOCD, J-Link and pyOCD.
+//! Parses `monitor` commands that launchers send, from the servers of OpenOCD, J-Link and pyOCD.
 //!
-//! In: a line. Out: what to do with the core, and what is said. What has no meaning here is
-//! answered in words, so that a launcher goes on and a person reads why.
+//! In: a line. Out: an action on the core, and a text to print. A command without meaning here is
+//! answered with an explanation, so that a launcher continues and the user reads the reason.
 
-/// What a command does.
+/// Action of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Order {
-    /// Nothing to the core.
+    /// No action on the core.
     Nothing,
-    /// Halts it.
+    /// Halts the core.
     Halt,
-    /// Lets it run.
+    /// Lets the core run.
     Resume,
-    /// Resets the chip; the core halts at its first instruction, or runs.
+    /// Resets the chip; the core halts at its first instruction or runs.
     Reset {
-        /// It halts.
+        /// Whether the core halts after the reset.
         halts: bool,
     },
-    /// BKPT 0xAB asks the debugger, or not.
+    /// Turns semihosting on or off: whether BKPT 0xAB calls the debugger.
     Semihosting(bool),
     /// Removes breakpoints and watchpoints.
     Clear,
@@ -35,7 +35,7 @@ help                   this text
 const NO_PROBE: &str = "nothing to do: the chip is simulated, there is no probe in between\n";
 const NO_TRACE: &str = "refused: the simulated chip has no trace port (ITM, SWO, TPIU, ETM)\n";
 
-/// What `line` orders, and what is said to it.
+/// Returns the action of `line` and the text to print.
 pub fn parse_order(line: &str) -> (Order, String) {
     let words: Vec<&str> = line.split_whitespace().collect();
     let (order, text) = match *words.as_slice() {

@@ -1,4 +1,4 @@
-//! What the attached client wants, done to the board.
+//! Carries out the attached client's commands on the board.
 
 use super::command::{self, Feature, Meaning};
 use super::monitor::Order;
@@ -10,10 +10,10 @@ use crate::chip::cpu::semihosting::Semihosting;
 use firmware::link::message::ResetCause;
 
 impl Debugger {
-    /// Does what the client wants.
+    /// Carries out a packet or an interrupt of the client.
     ///
     /// # Errors
-    /// It ended the run.
+    /// Fails if the client ended the run.
     pub(super) fn handle_event(&mut self, heard: PacketEvent) -> Result<(), BoardError> {
         let is_attached = self.is_attached();
         let meaning = match &heard {
@@ -84,7 +84,7 @@ impl Debugger {
         Ok(())
     }
 
-    /// No stop reply is waited for.
+    /// Notes that the client waits for no stop reply.
     fn clear_pending_reply(&mut self) {
         if let Some(client) = &mut self.client {
             client.waits = false;
@@ -103,7 +103,7 @@ impl Debugger {
         }
     }
 
-    /// The client may go: another can have the core.
+    /// Notes that the client has left, so that another can have the core.
     fn release_client(&mut self) {
         if let Some(client) = &mut self.client {
             (client.has_left, client.waits) = (true, false);
@@ -127,7 +127,7 @@ impl Debugger {
         self.board.observer.leaves = true;
     }
 
-    /// The chip is reset and its core halts at the first instruction.
+    /// Resets the chip and halts the core at its first instruction.
     fn reset(&mut self) {
         self.stopped_by = None;
         self.halt(SIGTRAP.to_owned());

@@ -1,23 +1,23 @@
-//! The frame of the remote protocol: `$`, contents, `#`, two digits of a sum (gdb manual,
+//! Frames packets of the remote protocol: `$`, contents, `#`, two digits of a checksum (gdb manual,
 //! "Remote Protocol", Overview).
 //!
-//! In: bytes in any portions, whatever they are. Out: packets, and what stands between them.
+//! In: arbitrary bytes in any portions. Out: packets, and the events between them.
 
-/// Most bytes that a packet's contents may have on the wire, which qSupported says.
+/// Largest size of a packet's contents on the wire, bytes; qSupported reports it.
 pub const LONGEST: usize = 0x4000;
 
-/// Something that a client said.
+/// An event in the bytes from a client.
 #[derive(Debug, PartialEq, Eq)]
 pub enum PacketEvent {
-    /// A packet with the right sum: its contents without escapes.
+    /// A packet with a correct checksum: its contents without escapes.
     Packet(Vec<u8>),
-    /// A packet with another sum, or with none.
+    /// A packet with a wrong or missing checksum.
     Damaged,
-    /// A packet with the right sum and more than [`LONGEST`] bytes.
+    /// A packet with a correct checksum and more than [`LONGEST`] bytes.
     TooLong,
-    /// The last answer was damaged on its way (`-`).
+    /// A request to repeat the last answer, which was damaged (`-`).
     Again,
-    /// Ctrl-C.
+    /// Ctrl-C: the client wants the core to halt.
     Interrupt,
 }
 
@@ -28,11 +28,11 @@ enum Place {
     Contents,
     /// After `#`.
     Sum,
-    /// After the sum's first digit.
+    /// After the checksum's first digit, which it holds.
     LastDigit(u8),
 }
 
-/// Takes bytes apart.
+/// State machine that splits received bytes into packets.
 #[derive(Debug, Default)]
 pub struct Receiver {
     place: Place,
@@ -42,8 +42,8 @@ pub struct Receiver {
 }
 
 impl Receiver {
-    /// The next byte; gives what it completes. `$` is never part of a packet: one that was cut
-    /// off is forgotten. Between packets what means nothing is ignored.
+    /// Takes the next byte, and returns the event that it completes. `$` always begins a packet and
+    /// discards an unfinished one. Meaningless bytes between packets are ignored.
     pub fn push(&mut self, byte: u8) -> Option<PacketEvent> {
         if byte == b'$' {
             *self = Self {
@@ -94,7 +94,7 @@ fn without_escapes(contents: &[u8]) -> Vec<u8> {
     plain
 }
 
-/// A packet with these contents, in which no byte has to be escaped.
+/// Frames these contents, in which no byte needs an escape, as a packet.
 pub fn frame_packet(contents: &[u8]) -> Vec<u8> {
     let sum = contents.iter().copied().fold(0, u8::wrapping_add);
     let mut packet = vec![b'$'];
@@ -103,19 +103,19 @@ pub fn frame_packet(contents: &[u8]) -> Vec<u8> {
     packet
 }
 
-/// Bytes as hexadecimal digits.
+/// Converts bytes into hexadecimal digits.
 pub fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// Hexadecimal digits as bytes; `None`: something else, or an odd number of them.
+/// Converts hexadecimal digits into bytes; returns `None` for other characters or an odd count.
 pub fn unhex(digits: &[u8]) -> Option<Vec<u8>> {
     let (pairs, rest) = digits.as_chunks::<2>();
     let bytes = pairs.iter().map(|pair| Some(number(pair)? as u8)); // two digits
     rest.is_empty().then(|| bytes.collect())?
 }
 
-/// A hexadecimal number of 32 bits; `None`: something else, or more.
+/// Parses a hexadecimal number of 32 bits; returns `None` for other text or a larger number.
 pub fn number(digits: &[u8]) -> Option<u32> {
     if digits.is_empty() {
         return None;
@@ -145,7 +145,7 @@ mod tests {
         assert_eq!(heard(b"no packet }*#00"), []);
         assert_eq!(heard(b"$g#68$g#6"), [PacketEvent::Damaged]);
         assert_eq!(heard(b"$g#zz-"), [PacketEvent::Damaged, PacketEvent::Again]);
-        // Cut off, and begun again.
+        // An unfinished packet, then a complete one.
         assert_eq!(heard(b"$m0800$g#67"), [packet("g")]);
         assert_eq!(heard(b"$m08#$g#67"), [packet("g")]);
         assert_eq!(heard(&frame_packet(b"")), [packet("")]);
@@ -155,7 +155,7 @@ mod tests {
     fn escapes_stand_for_the_bytes_of_the_frame() {
         let packet = frame_packet(b"X0,3:}\x03}\x04}]");
         assert_eq!(heard(&packet), [PacketEvent::Packet(b"X0,3:#$}".to_vec())]);
-        // An interrupt's byte in a packet is data.
+        // The byte of an interrupt is data within a packet.
         assert_eq!(
             heard(&frame_packet(b"X\x03")),
             [PacketEvent::Packet(b"X\x03".to_vec())]

@@ -1,37 +1,37 @@
-//! Where a debugger wants the core to stop: breakpoints and watchpoints.
+//! Manages breakpoints and watchpoints of a debugger.
 //!
-//! As on the chip: six hardware breakpoints, which compare addresses of code below
-//! 0x2000_0000 (Arm ARM C1.11, FPB version 1; TRM 9.1), and four comparators of data (TRM
-//! 8.1). Software breakpoints cost nothing: no instruction is replaced, so that flash may have
-//! any number, as probes with "flash breakpoints" offer it.
+//! The limits are those of the chip: six hardware breakpoints, which compare addresses of code
+//! below 0x2000_0000 (Arm ARM C1.11, FPB version 1; TRM 9.1), and four comparators of data (TRM
+//! 8.1). Software breakpoints have no limit: no instruction is replaced, so flash may have any
+//! number, as with the "flash breakpoints" of probes.
 
 use super::refused::GdbRefusal;
 use crate::chip::cpu::Observer;
 use crate::chip::cpu::system::{System, WatchedAccess};
 
-/// Comparators of the FPB for instructions (TRM 9.1).
+/// Number of the FPB's comparators for instructions (TRM 9.1).
 const HARDWARE: usize = 6;
-/// End of the code that they see.
+/// End of the addresses that they can compare.
 const CODE_END: u32 = 0x2000_0000;
-/// log2 of the most bytes that one comparator of data covers (DDI 0337, 11.6: MASK has four
-/// bits).
+/// log2 of the largest number of bytes that one comparator of data covers (DDI 0337, 11.6: MASK has
+/// four bits).
 const WIDEST: u32 = 15;
 
-/// What sets a breakpoint.
+/// Kind of a breakpoint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StopReason {
-    /// `Z0`.
+    /// Software breakpoint, set by `Z0`.
     Software,
-    /// `Z1`.
+    /// Hardware breakpoint, set by `Z1`.
     Hardware,
 }
 
-/// Where the core stops, and how it was let go last.
+/// Breakpoints of the core, and its state after a resume.
 #[derive(Clone, Debug, Default)]
 pub struct Points {
     at: Vec<(u32, StopReason)>,
-    /// It was let go and has not run an instruction since: a breakpoint where
-    /// it stands is the one that it stopped at.
+    /// Whether the core was resumed and has not executed an instruction since. A breakpoint at its
+    /// address is then the one that stopped it.
     pub(super) leaves: bool,
 }
 
@@ -43,10 +43,10 @@ impl Observer for Points {
 }
 
 impl Points {
-    /// Sets a breakpoint; one that is set already stays.
+    /// Sets a breakpoint; does nothing if it is already set.
     ///
     /// # Errors
-    /// Hardware breakpoints: there are six, for code.
+    /// Fails for a seventh hardware breakpoint, or one outside code.
     pub fn add(&mut self, address: u32, by: StopReason) -> Result<(), GdbRefusal> {
         let point = (address & !1, by);
         if self.at.contains(&point) {
@@ -67,28 +67,28 @@ impl Points {
         Ok(())
     }
 
-    /// Removes it, if it is set.
+    /// Removes the breakpoint, if it is set.
     pub fn remove(&mut self, address: u32, by: StopReason) {
         self.at.retain(|&point| point != (address & !1, by));
     }
 
-    /// What set the breakpoint at `address`.
+    /// Returns the kind of the breakpoint at `address`, if there is one.
     pub fn at(&self, address: u32) -> Option<StopReason> {
         let found = self.at.iter().find(|point| point.0 == address);
         found.map(|point| point.1)
     }
 
-    /// Removes all.
+    /// Removes all breakpoints.
     pub fn clear(&mut self) {
         *self = Self::default();
     }
 }
 
-/// Watches `bytes` from `address` on, with as many comparators as it takes; one that does so
-/// already stays.
+/// Watches `bytes` bytes from `address` on, with as many comparators as that takes; does nothing if
+/// they are already watched.
 ///
 /// # Errors
-/// Not so many are free.
+/// Fails if too few comparators are free.
 pub fn watch(
     system: &mut System,
     address: u32,
@@ -103,10 +103,10 @@ pub fn watch(
     }
 }
 
-/// No longer watches them.
+/// Removes the watchpoint.
 ///
 /// # Errors
-/// As [`watch`].
+/// The errors of [`watch`].
 pub fn unwatch(
     system: &mut System,
     address: u32,
@@ -117,8 +117,8 @@ pub fn unwatch(
     Ok(())
 }
 
-/// What each comparator covers, address and log2 of bytes: a power of two, aligned to it. More
-/// than there are comparators stand for too many.
+/// Splits a range into parts for comparators, each as address and log2 of its length: aligned
+/// powers of two. More parts than comparators mean that the range is too large.
 fn parts(address: u32, bytes: u32) -> Result<Vec<(u32, u32)>, GdbRefusal> {
     let last = bytes.checked_sub(1).ok_or(GdbRefusal::Malformed)?;
     let last = address.checked_add(last);
@@ -175,7 +175,7 @@ mod tests {
                 .add(0x0800_0000 + 2 * n, StopReason::Hardware)
                 .unwrap();
         }
-        points.add(0x0800_0001, StopReason::Hardware).unwrap(); // is set already
+        points.add(0x0800_0001, StopReason::Hardware).unwrap(); // is already set
         assert!(matches!(
             points.add(0x0800_0100, StopReason::Hardware),
             Err(GdbRefusal::Full(_))

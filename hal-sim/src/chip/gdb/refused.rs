@@ -1,21 +1,21 @@
-//! Why a packet was not obeyed.
+//! Defines the reasons why a packet is refused.
 
-/// What a client is told instead of what it wanted: words where it reads them, else a number,
-/// that of the system's error of this kind.
+/// Reason why a packet was refused. The answer is in words if the client understands them, else the
+/// operating system's error number of this kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GdbRefusal {
-    /// It cannot be understood.
+    /// The packet is malformed.
     Malformed,
-    /// It is longer than qSupported allows.
+    /// The packet is longer than qSupported allows.
     TooLong,
-    /// Nothing is there, or nothing that could do this.
+    /// The address does not exist or does not support the operation.
     Address(&'static str),
-    /// All are taken.
+    /// All breakpoints or comparators are in use.
     Full(&'static str),
 }
 
 impl GdbRefusal {
-    /// The packet that says so.
+    /// Returns the contents of the answer packet.
     pub fn answer(self, in_words: bool) -> String {
         let (number, words) = match self {
             Self::Malformed => (22, "the packet cannot be understood"),

@@ -1,15 +1,15 @@
-//! The registers as gdb numbers them: our own target description, M-profile
-//! with its system registers and single-precision floating point.
+//! Reads and writes registers in gdb's numbering, with our own target description: M-profile with
+//! its system registers and single-precision floating point.
 //!
-//! R0–R12, SP, LR, PC, xPSR; MSP, PSP; PRIMASK, BASEPRI, FAULTMASK, CONTROL, a byte each;
-//! D0–D15, of which gdb makes S0–S31; FPSCR. Values are little-endian.
+//! R0–R12, SP, LR, PC, xPSR; MSP, PSP; PRIMASK, BASEPRI, FAULTMASK, CONTROL, one byte each; D0–D15,
+//! from which gdb derives S0–S31; FPSCR. Values are little-endian.
 
 use crate::chip::cpu::Cpu;
 
-/// The target description: order, widths, features.
+/// Target description for gdb: order, widths, features.
 pub const DESCRIPTION: &str = include_str!("target.xml");
 
-/// Number of registers.
+/// Number of registers in the target description.
 pub const COUNT: usize = 40;
 
 /// A register by its number.
@@ -47,7 +47,7 @@ impl Register {
     }
 }
 
-/// Register `number`; `None`: there is no such register.
+/// Reads register `number`; returns `None` if it does not exist.
 pub fn read(cpu: &Cpu, number: usize) -> Option<Vec<u8>> {
     let registers = &cpu.registers;
     let word = match Register::from_number(number)? {
@@ -65,16 +65,16 @@ pub fn read(cpu: &Cpu, number: usize) -> Option<Vec<u8>> {
     Some(word.to_le_bytes().to_vec())
 }
 
-/// PRIMASK, BASEPRI, FAULTMASK, CONTROL.
+/// Returns PRIMASK, BASEPRI, FAULTMASK and CONTROL.
 fn masks(cpu: &Cpu) -> [u8; 4] {
     let registers = &cpu.registers;
     let [primask, faultmask] = [registers.primask, registers.faultmask].map(u8::from);
     [primask, registers.basepri, faultmask, registers.control]
 }
 
-/// Sets register `number` to `bytes`; `None`: there is no such register, or it has another
-/// width. Bits that the core does not have stay 0; the exception number stays, since nothing
-/// but an exception changes it.
+/// Sets register `number` to `bytes`; returns `None` if it does not exist or has another width.
+/// Bits that the core does not have stay 0. The exception number stays, because only an exception
+/// changes it.
 pub fn write(cpu: &mut Cpu, number: usize, bytes: &[u8]) -> Option<()> {
     let register = Register::from_number(number)?;
     if bytes.len() != register.bytes() {
@@ -93,7 +93,7 @@ pub fn write(cpu: &mut Cpu, number: usize, bytes: &[u8]) -> Option<()> {
             registers.apsr = word(0) & 0xF80F_0000;
             registers.it = (word(0) >> 25 & 3 | word(0) >> 8 & 0xFC) as u8;
         }
-        // The one in use is SP.
+        // SP is the stack pointer in use.
         Register::Msp if registers.uses_psp() => registers.other_sp = word(0) & !3,
         Register::Psp if !registers.uses_psp() => registers.other_sp = word(0) & !3,
         Register::Msp | Register::Psp => registers.r[13] = word(0) & !3,
@@ -116,15 +116,15 @@ pub fn write(cpu: &mut Cpu, number: usize, bytes: &[u8]) -> Option<()> {
     Some(())
 }
 
-/// All registers in their order.
+/// Reads all registers in their order.
 pub fn read_all(cpu: &Cpu) -> Vec<u8> {
     let all = (0..COUNT).filter_map(|number| read(cpu, number));
     all.flatten().collect()
 }
 
-/// Sets all registers; `None`: there are fewer or more bytes. SP goes before MSP and PSP, so
-/// that of two values for one stack pointer that of SP is kept; CONTROL, which chooses between
-/// them, goes before all.
+/// Sets all registers; returns `None` if the number of bytes is wrong. CONTROL, which selects the
+/// stack pointer in use, is written first. SP is written last, so that its value wins over MSP's or
+/// PSP's for the same stack pointer.
 pub fn write_all(cpu: &mut Cpu, bytes: &[u8]) -> Option<()> {
     const CONTROL: usize = 22;
     const SP: usize = 13;
@@ -168,7 +168,7 @@ mod tests {
             write(&mut cpu, number, &value[..width]).unwrap();
             assert_eq!(write(&mut cpu, number, &value[..width - 1]), None);
         }
-        // Bits that are there: flags, IT state and T; one of PRIMASK, four of BASEPRI.
+        // Implemented bits: flags, IT state and T; one of PRIMASK, four of BASEPRI.
         let shown = |number| u32::from_le_bytes(read(&cpu, number).unwrap().try_into().unwrap());
         assert_eq!((shown(0), shown(15)), (0x4040_4040, 0x7C7C_7C7C));
         assert_eq!(shown(16), 0x8000_8000 | 1 << 24);

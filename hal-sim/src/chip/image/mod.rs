@@ -1,9 +1,9 @@
-//! The image that would be flashed: an ELF, checked and taken apart.
+//! Reads and checks the image that would be flashed, an ELF file.
 //!
-//! In: the file's bytes. Out: what flash holds after programming, where the
-//! core starts, names of functions and of variables. Not here: running it
-//! (`cpu`, `soc`), decoding its logs (`rtt`). Nothing is guessed: a file that
-//! could not be flashed and started is refused, with the reason.
+//! In: the file's bytes. Out: the contents of flash after programming, the address where the core
+//! starts, names of functions and of variables. Running the image is in `cpu` and `soc`, decoding
+//! its logs in `rtt`. A file that could not be flashed and started is refused with the reason;
+//! nothing is guessed.
 
 mod symbols;
 #[cfg(test)]
@@ -19,40 +19,39 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
-/// Main flash (RM0090, table 5): 1 MiB.
+/// Address range of the main flash, 1 MiB (RM0090, table 5).
 pub const FLASH: Range<u32> = 0x0800_0000..0x0810_0000;
 
-/// Where a stack may begin: its initial pointer is one past its first word.
-/// CCM, and SRAM1 with SRAM2 (RM0090, section 2.3.1).
+/// Memories where a stack may begin; the initial pointer is one past the first word. CCM, and SRAM1
+/// with SRAM2 (RM0090, section 2.3.1).
 const STACKS: [Range<u32>; 2] = [0x1000_0000..0x1001_0000, 0x2000_0000..0x2002_0000];
 
-/// Words of the vector table that name exceptions of the core (Arm ARM, table
-/// B1-4).
+/// Number of words of the vector table that hold exceptions of the core (Arm ARM, table B1-4).
 const CORE_VECTORS: u32 = 16;
 
-/// What is wrong with an image, numbered; each names the file, then why.
+/// Numbered reasons why an image is refused; each names the file, then the reason.
 #[derive(Debug, Error)]
 pub enum ImageError {
-    /// The file cannot be read: the system's words.
+    /// The operating system could not read the file.
     #[error("E530 the image {0} cannot be read: {1}")]
     Unreadable(PathBuf, std::io::Error),
-    /// No ELF, or a damaged one.
+    /// The file is not an ELF file, or is damaged.
     #[error("E531 {0} is not an ELF file that can be read: {1}")]
     NotElf(PathBuf, String),
-    /// An ELF for something else.
+    /// The ELF file is for another processor or ABI.
     #[error("E532 {0} is not for a Cortex-M: {1} (needed: 32-bit little-endian ARM, Thumb)")]
     WrongArchitecture(PathBuf, String),
-    /// Nothing that the core could start from.
+    /// The flash has no valid vector table, from which the core starts.
     #[error("E533 {0} has no vector table at {start:#010x}: {1}", start = FLASH.start)]
     NoVectorTable(PathBuf, String),
-    /// Bytes that have no place in flash.
+    /// Some bytes lie outside the flash.
     #[error(
         "E534 {0} does not fit the flash {start:#010x}..{end:#010x} (1 MiB): {1}",
         start = FLASH.start,
         end = FLASH.end
     )]
     OutsideFlash(PathBuf, String),
-    /// Logs were asked for, but the image cannot say what they mean.
+    /// Logs were requested, but the image has no defmt table.
     #[error(
         "E535 {0} has no defmt table: it was built without defmt, or stripped; \
          its logs cannot be decoded"
@@ -63,10 +62,10 @@ pub enum ImageError {
 /// An image that can be flashed and started.
 #[derive(Clone, Debug)]
 pub struct Image {
-    /// What flash holds from [`FLASH`]'s start on; erased (0xFF) between
-    /// segments, nothing after the last.
+    /// Contents of the flash from the start of [`FLASH`] on; erased bytes (0xFF) between segments,
+    /// nothing after the last segment.
     pub flash: Vec<u8>,
-    /// Bytes of it that segments fill.
+    /// Number of bytes in flash that segments fill.
     pub size: u32,
     /// Initial stack pointer, word 0 of the vector table.
     pub initial_sp: u32,
@@ -107,15 +106,15 @@ impl Image {
         })
     }
 
-    /// The file it came from.
+    /// Returns the path of the file that the image came from.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Passes if the image can say what its logs mean.
+    /// Checks that the image has the table that its logs need.
     ///
     /// # Errors
-    /// [`ImageError::NoDefmtTable`].
+    /// Returns [`ImageError::NoDefmtTable`] if it has none.
     pub fn require_defmt(&self) -> Result<(), ImageError> {
         if self.has_defmt {
             return Ok(());
@@ -124,8 +123,8 @@ impl Image {
     }
 }
 
-/// The ELF identification and header, before anything depends on them: class,
-/// byte order, machine, ABI, type.
+/// Checks the ELF identification and header before anything depends on them: class, byte order,
+/// machine, ABI, type.
 fn check_machine(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
     let wrong = |why: String| Err(ImageError::WrongArchitecture(path.to_owned(), why));
     let Some((ident, [_, _, machine @ ..])) = bytes.split_first_chunk::<16>() else {
@@ -147,7 +146,7 @@ fn check_machine(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
     }
 }
 
-/// The ABI and the state in which the image is entered.
+/// Checks the ABI, and the Thumb state in which the image is entered.
 fn check_state(path: &Path, header: &FileHeader32<Endianness>) -> Result<(), ImageError> {
     let (flags, entry) = (
         header.e_flags(Endianness::Little),
@@ -170,7 +169,7 @@ fn not_elf<T>(path: &Path, why: String) -> Result<T, ImageError> {
     Err(ImageError::NotElf(path.to_owned(), why))
 }
 
-/// What flash holds, and how many bytes of it the segments fill.
+/// Returns the contents of flash, and the number of bytes that the segments fill.
 fn load(
     path: &Path,
     elf: &ElfFile32<'_, Endianness>,
@@ -186,7 +185,7 @@ fn load(
             return not_elf(path, "a segment lies beyond the end of the file".into());
         };
         let at = segment.p_paddr(endian);
-        // Within the file, so that the length fits; u64 so that the end does.
+        // The length fits because the bytes are within the file; the end fits in u64.
         let end = u64::from(at) + data.len() as u64;
         if at < FLASH.start || end > u64::from(FLASH.end) {
             return Err(ImageError::OutsideFlash(
@@ -200,7 +199,7 @@ fn load(
             flash.resize(to, 0xFF);
         }
         flash[from..to].copy_from_slice(data);
-        // At most 1 MiB per segment of at most 2^16.
+        // There are at most 2^16 segments of at most 1 MiB.
         size = size.saturating_add(data.len() as u32);
     }
     if flash.is_empty() {
@@ -212,7 +211,7 @@ fn load(
     Ok((flash, size))
 }
 
-/// Initial stack pointer and first instruction (Arm ARM B1.5.5).
+/// Returns the initial stack pointer and the address of the first instruction (Arm ARM B1.5.5).
 fn start(path: &Path, flash: &[u8]) -> Result<(u32, u32), ImageError> {
     let none = |why: String| Err(ImageError::NoVectorTable(path.to_owned(), why));
     let word = |n: usize| -> Option<u32> {

@@ -1,4 +1,4 @@
-//! Names of what lies where.
+//! Finds functions and variables of the image by address and by name.
 
 use object::elf::{STT_FUNC, STT_NOTYPE, STT_OBJECT};
 use object::read::elf::ElfFile32;
@@ -8,17 +8,17 @@ use rustc_demangle::demangle;
 /// A function or a variable.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Symbol {
-    /// Its first byte, without the Thumb bit.
+    /// Address of the first byte, without the Thumb bit.
     pub address: u32,
-    /// Bytes; 0 if the file does not say (assembly).
+    /// Size in bytes; 0 if the file does not give it (assembly).
     pub size: u32,
-    /// As the linker knows it.
+    /// Mangled name, as the linker knows it.
     pub raw: String,
-    /// As its source calls it, without the compiler's hash.
+    /// Name in the source, without the compiler's hash.
     pub name: String,
 }
 
-/// Symbols, sorted by address.
+/// Symbols of an image, sorted by address.
 #[derive(Clone, Debug, Default)]
 pub struct Symbols {
     functions: Vec<Symbol>,
@@ -26,12 +26,12 @@ pub struct Symbols {
 }
 
 impl Symbols {
-    /// All of `elf`. Names that are not text are left out.
+    /// Reads all symbols of `elf`, except those whose names are not text.
     pub(super) fn read(elf: &ElfFile32<'_, Endianness>) -> Self {
         let mut symbols = Self::default();
         for symbol in elf.symbols() {
             let Ok(raw) = symbol.name() else { continue };
-            // "$t", "$d": where code and data alternate, no names.
+            // "$t" and "$d" mark where code and data alternate; they are not names.
             if raw.is_empty() || raw.starts_with('$') || symbol.is_undefined() {
                 continue;
             }
@@ -46,7 +46,7 @@ impl Symbols {
             match symbol.elf_symbol().st_type() {
                 STT_FUNC => symbols.functions.push(new(address & !1)),
                 STT_OBJECT => symbols.variables.push(new(address)),
-                // Assembly without a type; linker marks lie in no section.
+                // Assembly without a type; marks of the linker lie in no section.
                 STT_NOTYPE if symbol.section_index().is_some() => {
                     symbols.variables.push(new(address));
                 }
@@ -59,13 +59,13 @@ impl Symbols {
         symbols
     }
 
-    /// All functions, by rising address.
+    /// Returns all functions, by rising address.
     pub fn functions(&self) -> &[Symbol] {
         &self.functions
     }
 
-    /// The function whose code holds `address`: the last that begins there or
-    /// before and does not end before.
+    /// Returns the function whose code contains `address`: the last that begins at or before it,
+    /// unless that function ends before it.
     pub fn function_at(&self, address: u32) -> Option<&Symbol> {
         let after = self.functions.partition_point(|f| f.address <= address);
         let function = self.functions.get(after.checked_sub(1)?)?;
@@ -73,8 +73,7 @@ impl Symbols {
         (function.size == 0 || inside < function.size).then_some(function)
     }
 
-    /// Name of the function at `address` and the distance from its start, for
-    /// messages.
+    /// Returns the name of the function at `address` and the distance from its start, for messages.
     pub fn describe(&self, address: u32) -> String {
         match self.function_at(address) {
             Some(symbol) => format!("{} + {:#x}", symbol.name, address - symbol.address),
@@ -82,12 +81,12 @@ impl Symbols {
         }
     }
 
-    /// The variable that its source calls `name`.
+    /// Returns the variable with this name in the source.
     pub fn variable(&self, name: &str) -> Option<&Symbol> {
         self.variables.iter().find(|symbol| symbol.name == name)
     }
 
-    /// The function or variable that the linker calls `raw`.
+    /// Returns the function or variable that the linker calls `raw`.
     pub fn find(&self, raw: &str) -> Option<&Symbol> {
         let mut all = self.functions.iter().chain(&self.variables);
         all.find(|symbol| symbol.raw == raw)

@@ -1,19 +1,19 @@
-//! Images made up here, byte by byte, and each way to spoil them.
+//! Tests the checks of images with ELF files built byte by byte, and with each way to damage them.
 
 use super::*;
 
-/// A tiny ELF: what lies where in memory, and its symbols.
+/// A tiny ELF file: its segments in memory, and its symbols.
 struct Made {
     entry: u32,
     /// Address and bytes of each segment.
     segments: Vec<(u32, Vec<u8>)>,
-    /// Name, value, size, type (1 object, 2 function).
+    /// Name, value, size and type (1 object, 2 function) of each symbol.
     symbols: Vec<(&'static str, u32, u32, u8)>,
-    /// Whether the table's section is called `.defmt`.
+    /// Whether the section of the table is called `.defmt`.
     defmt: bool,
 }
 
-/// Vector table and eight instructions; a data segment behind it.
+/// Returns a valid image: a vector table and eight instructions, followed by a data segment.
 fn good() -> Made {
     let mut code = Vec::new();
     for word in [0x2000_4000, 0x0800_0041].into_iter().chain([0; 14]) {
@@ -32,13 +32,13 @@ fn good() -> Made {
     }
 }
 
-/// An image of these half-words of code, from [`CODE`] on, with these
-/// functions by name, address and size.
+/// Returns an image of these half-words of code from [`CODE`] on, with these functions (name,
+/// address, size).
 pub fn program(code: &[u16], functions: &[(&'static str, u32, u32)]) -> Image {
     made(code, functions).parse().unwrap()
 }
 
-/// The file of [`program`].
+/// Returns the ELF file of [`program`].
 pub fn file(code: &[u16], functions: &[(&'static str, u32, u32)]) -> Vec<u8> {
     made(code, functions).bytes()
 }
@@ -56,12 +56,12 @@ fn made(code: &[u16], functions: &[(&'static str, u32, u32)]) -> Made {
     made
 }
 
-/// Where [`program`]'s code begins, behind its vectors.
+/// Address where the code of [`program`] begins, behind the vectors.
 pub const CODE: u32 = 0x0800_0040;
 
 impl Made {
-    /// Header, program headers, segments, then `.symtab`, `.strtab`, `.defmt`,
-    /// `.shstrtab` and the section headers.
+    /// Returns header, program headers, segments, then `.symtab`, `.strtab`, `.defmt`, `.shstrtab`
+    /// and the section headers.
     fn bytes(&self) -> Vec<u8> {
         let mut data_at = 52 + 32 * self.segments.len();
         let (mut programs, mut body) = (Vec::new(), Vec::new());
@@ -119,7 +119,7 @@ fn words(out: &mut Vec<u8>, words: &[u32]) {
     }
 }
 
-/// The error that `change` leads to.
+/// Returns the message of the error that `change` causes.
 #[track_caller]
 fn refused(change: impl FnOnce(&mut Made)) -> String {
     let mut made = good();
@@ -254,7 +254,7 @@ fn a_file_cut_or_spoilt_anywhere_is_refused_or_read() {
         spoilt[bit / 8] ^= 1 << (bit % 8);
         read += u32::from(Image::parse(Path::new("spoilt"), &spoilt).is_ok());
     }
-    // Most bits are data or names that nothing can check.
+    // Most bits are data or names, which nothing can check.
     println!(
         "{read} of {} spoilt files can still be flashed",
         8 * file.len()

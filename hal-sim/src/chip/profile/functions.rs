@@ -1,29 +1,29 @@
-//! Which function an instruction belongs to, in one look.
+//! Looks up in one access the function that an instruction belongs to.
 
 use crate::chip::image::{FLASH, Image};
 
-/// Index by half-word of flash.
+/// Function index for each half-word of flash.
 #[derive(Clone, Debug)]
 pub(super) struct Functions {
     names: Vec<String>,
-    /// By half-word of the image.
+    /// Function index, by half-word of the image.
     at: Vec<u16>,
 }
 
 impl Functions {
-    /// The core's entry to and return from exceptions.
+    /// Index for the core's entry to and return from exceptions.
     pub const ENTRY: usize = 0;
-    /// Code without a name: none in the file, or in RAM.
+    /// Index for code in RAM and code that has no symbol.
     const NAMELESS: u16 = 1;
 
     pub fn from_image(image: &Image) -> Self {
         let mut names = vec!["(exception entry)".into(), "(no symbol)".into()];
         let mut at = vec![Self::NAMELESS; image.flash.len().div_ceil(2)];
-        // By rising address: of two that overlap, the later.
+        // The order is by rising address, so of two overlapping functions the later wins.
         for function in image.symbols.functions() {
             let first = function.address.wrapping_sub(FLASH.start) as usize / 2;
             let index = u16::try_from(names.len()).unwrap_or(Self::NAMELESS);
-            // Assembly without a size reaches to the next function.
+            // Assembly without a size extends to the next function.
             let end = match function.size {
                 0 => at.len(),
                 size => first.saturating_add((size as usize).div_ceil(2)),
@@ -45,7 +45,7 @@ impl Functions {
         &self.names[index]
     }
 
-    /// Which one the instruction at `pc` belongs to.
+    /// Returns the index of the function that the instruction at `pc` belongs to.
     #[inline]
     pub fn index_at(&self, pc: u32) -> usize {
         let half_word = (pc.wrapping_sub(FLASH.start) / 2) as usize;

@@ -1,10 +1,9 @@
-//! Where the core's cycles go: per function, per owner, per exception; how
-//! deep its stack gets.
+//! Counts where the core's cycles go, by function, by owner and by exception, and how deep the
+//! stack gets.
 //!
-//! In: what an [`Observer`] of the core sees. Out: counts that add up to the
-//! cycles gone, to the last one; [`Summary`] puts them beside what the core
-//! and the board counted themselves. Not here: tables for people (the
-//! program's `profile` command).
+//! In: the events that an [`Observer`] of the core receives. Out: counts that add up exactly to the
+//! elapsed cycles; [`Summary`] puts them beside the counts of the core and the board. The program's
+//! `profile` command prints the tables.
 
 mod functions;
 mod summary;
@@ -19,7 +18,8 @@ use super::cpu::system::nvic::EXCEPTIONS;
 use super::image::Image;
 use functions::Functions;
 
-/// Who a cycle was spent for: the three owners of docs/architecture.md.
+/// Part of the firmware that a cycle is charged to: the three owners of docs/architecture.md, and
+/// the rest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Owner {
     /// The refill (TIM2), over-current (EXTI9_5) and supply (PVD).
@@ -33,10 +33,10 @@ pub enum Owner {
 }
 
 impl Owner {
-    /// All of them.
+    /// All owners, in the order of the tables.
     pub const ALL: [Self; 4] = [Self::Pulser, Self::Controller, Self::Session, Self::Other];
 
-    /// Whose exception `number` is; 0 is thread mode.
+    /// Returns the owner of exception `number`; 0 is thread mode.
     pub const fn from_exception(number: u16) -> Self {
         match number {
             exception::PVD | exception::EXTI9_5 | exception::TIM2 => Self::Pulser,
@@ -46,7 +46,7 @@ impl Owner {
         }
     }
 
-    /// As the documentation calls it.
+    /// Returns the name that the documentation uses.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Pulser => "Pulser",
@@ -57,23 +57,23 @@ impl Owner {
     }
 }
 
-/// Exception numbers of the lines that the images use: 16 more than the
-/// position in RM0090 table 61.
+/// Exception numbers of the interrupts that the images use: the position in RM0090 table 61, plus
+/// 16.
 pub mod exception {
-    /// Supply.
+    /// Supply voltage below the threshold.
     pub const PVD: u16 = 16 + 1;
-    /// EXTI lines 5–9.
+    /// EXTI lines 5–9: over-current.
     pub const EXTI9_5: u16 = 16 + 23;
-    /// Microsecond clock.
+    /// Microsecond clock: refills.
     pub const TIM2: u16 = 16 + 28;
-    /// Async timer.
+    /// Timer of the async tasks.
     pub const TIM5: u16 = 16 + 50;
     /// Control tick.
     pub const TIM7: u16 = 16 + 55;
-    /// USB.
+    /// USB interrupts.
     pub const OTG_FS: u16 = 16 + 67;
 
-    /// What `number` is called, 0 for thread mode.
+    /// Returns the name of exception `number`, for messages; 0 is thread mode.
     pub fn name(number: u16) -> String {
         match number {
             0 => "thread".into(),
@@ -91,10 +91,10 @@ pub mod exception {
     }
 }
 
-/// Cycles and instructions.
+/// Cycles and instructions that were spent.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Cost {
-    /// Core cycles.
+    /// Core cycles spent.
     pub cycles: Cycle,
     /// Instructions completed.
     pub instructions: u64,
@@ -107,38 +107,38 @@ impl Cost {
     }
 }
 
-/// Runs of one exception's handler.
+/// Statistics of the runs of one exception's handler.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Runs {
-    /// How many ended.
+    /// Number of runs that ended.
     pub count: u64,
-    /// Most cycles of one, entry included, what pre-empted it left out.
+    /// Longest run, cycles; includes entry, excludes pre-emption.
     pub longest: Cycle,
 }
 
-/// Counts while the core runs.
+/// Observer that counts while the core runs.
 #[derive(Clone, Debug)]
 pub struct Profile {
     functions: Functions,
-    /// By index into `functions`; entries of exceptions and code without a
-    /// name have one each.
+    /// Cost by index into `functions`; exception entries, and code without a name, each have one
+    /// index.
     costs: Vec<Cost>,
-    /// By exception number.
+    /// Cost by exception number.
     contexts: [Cost; EXCEPTIONS],
     runs: [Runs; EXCEPTIONS],
-    /// What is active, outermost first, and its cycles so far.
+    /// Active exceptions, outermost first, each with its cycles so far.
     active: Vec<(u16, Cycle)>,
     /// Cycles asleep.
     pub(crate) idle: Cycle,
     began: Cycle,
-    /// All before is counted.
+    /// Cycle up to which everything is counted.
     last: Cycle,
     /// Lowest stack pointer after any instruction since power-on.
     pub(crate) lowest_sp: u32,
 }
 
 impl Profile {
-    /// Counts from power-on, by the functions of `image`.
+    /// Creates a profile that counts from power-on, by the functions of `image`.
     pub fn new(image: &Image) -> Self {
         let functions = Functions::from_image(image);
         Self {
@@ -154,8 +154,8 @@ impl Profile {
         }
     }
 
-    /// Counts anew from now on; the stack's depth since power-on stays, and so
-    /// does what is active.
+    /// Restarts the counts from now on. The stack depth since power-on and the active exceptions
+    /// stay.
     pub fn restart(&mut self) {
         self.costs.fill(Cost::default());
         self.contexts = [Cost::default(); EXCEPTIONS];
@@ -164,12 +164,12 @@ impl Profile {
         self.began = self.last;
     }
 
-    /// Cycles counted.
+    /// Returns the number of cycles counted.
     pub const fn total(&self) -> Cycle {
         self.last - self.began
     }
 
-    /// Cost by function, dearest first; those that never ran are left out.
+    /// Returns the cost by function, the most expensive first, without functions that never ran.
     pub fn functions(&self) -> Vec<(&str, Cost)> {
         let named = self.costs.iter().enumerate();
         let ran = named.filter(|(_, cost)| cost.cycles > 0);
@@ -180,7 +180,7 @@ impl Profile {
         all
     }
 
-    /// Cost of an owner.
+    /// Returns the summed cost of all exceptions that `owner` is charged for.
     pub fn owner(&self, owner: Owner) -> Cost {
         let mut sum = Cost::default();
         for (number, cost) in (0u16..).zip(&self.contexts) {
@@ -191,7 +191,7 @@ impl Profile {
         sum
     }
 
-    /// Runs by exception number, those that occurred.
+    /// Returns the runs of each exception that occurred, with its number.
     pub fn runs(&self) -> impl Iterator<Item = (u16, Runs)> + '_ {
         (0..).zip(self.runs).filter(|(_, runs)| runs.count > 0)
     }
@@ -201,7 +201,7 @@ impl Profile {
         self.active.last().map_or(0, |&(number, _)| number)
     }
 
-    /// Counts the cycles up to `at` for what runs, as `function`.
+    /// Charges the cycles up to `at` to `function` and to the active exception.
     #[inline]
     fn spend(&mut self, function: usize, at: Cycle, instructions: u64) {
         let cycles = at - self.last;
@@ -225,7 +225,7 @@ impl Profile {
 impl Observer for Profile {
     #[inline]
     fn instruction(&mut self, pc: u32, cycles: Cycle, at: Cycle, sp: u32) {
-        // What passed before it began is no instruction's.
+        // Cycles before the instruction began belong to no instruction.
         let start = at - cycles;
         if start > self.last {
             self.spend(Functions::ENTRY, start, 0);

@@ -1,62 +1,62 @@
-//! What the profile, the core and the board counted, side by side.
+//! Summarises the counts of the profile, the core and the board side by side.
 
 use super::{Owner, Profile};
 use crate::chip::Cycle;
 use crate::chip::board::{Board, CYCLES_PER_US, Margins, Phases};
 use crate::chip::cpu::system::Latency;
 
-/// One exception.
+/// Counts of one exception.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Line {
-    /// Exception number.
+    /// Exception number, 16 more than that of the interrupt.
     pub number: u16,
-    /// Handlers that ended.
+    /// Number of handler runs that ended.
     pub count: u64,
-    /// Most cycles of one handler, entry included, pre-emption left out.
+    /// Longest handler run, cycles; includes entry, excludes pre-emption.
     pub longest: Cycle,
-    /// Latency, from the rise of its line to its first instruction.
+    /// Latency, from the rise of the interrupt line to the first instruction.
     pub latency: Latency,
 }
 
-/// The stack that grows down from the top of RAM.
+/// Use of the stack, which grows down from the top of RAM.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Stack {
-    /// Where it begins.
+    /// Address where the stack begins.
     pub top: u32,
     /// Lowest stack pointer since power-on.
     pub lowest: u32,
-    /// First byte above the guard that denies access; none if none is set.
+    /// First byte above the guard region that denies access; `None` if there is no guard.
     pub limit: Option<u32>,
 }
 
 impl Stack {
-    /// Bytes used at the deepest.
+    /// Returns the largest number of bytes used.
     pub const fn used(&self) -> u32 {
         self.top.saturating_sub(self.lowest)
     }
 
-    /// Bytes left above the guard at the deepest.
+    /// Returns the smallest number of bytes that were free above the guard.
     pub fn free(&self) -> Option<u32> {
         self.limit.map(|limit| self.lowest.saturating_sub(limit))
     }
 }
 
-/// Edges at one distance from their analytic cycle.
+/// Number of edges at one distance from their analytic cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Phase {
-    /// Cycles after TIM1's update for port B, 8 more for port C.
+    /// Cycles after the analytic cycle: TIM1's update for port B, 8 cycles more for port C.
     pub late: i64,
-    /// Edges of port B.
+    /// Number of edges of port B.
     pub b: u64,
-    /// Edges of port C.
+    /// Number of edges of port C.
     pub c: u64,
 }
 
 impl Phase {
-    /// What was `found`, earliest first, places without edges left out.
+    /// Lists the phases of `found` that have edges, earliest first.
     pub fn from_phases(found: &Phases) -> Vec<Self> {
         let lap = CYCLES_PER_US as usize;
-        // Half a microsecond early at most, less than that late.
+        // A distance is at most half a microsecond early, and less than that late.
         let places =
             (0..CYCLES_PER_US).map(|n| n.cast_signed() - (CYCLES_PER_US / 2).cast_signed());
         let all = places.map(|late| {
@@ -70,8 +70,7 @@ impl Phase {
         all.filter(|phase| phase.b + phase.c > 0).collect()
     }
 
-    /// Cycles from the earliest of `from_phases` to the latest, both counted; 0 without
-    /// edges.
+    /// Returns the cycles from the earliest to the latest phase, both included; 0 without edges.
     pub fn span(all: &[Self]) -> u64 {
         match (all.first(), all.last()) {
             (Some(first), Some(last)) => last.late.abs_diff(first.late) + 1,
@@ -80,27 +79,27 @@ impl Phase {
     }
 }
 
-/// All numbers of a profiled board.
+/// All counts of a profiled board.
 #[derive(Clone, Debug)]
 pub struct Summary {
-    /// Cycles counted.
+    /// Number of cycles counted.
     pub total: Cycle,
-    /// Cycles of them asleep.
+    /// Cycles asleep, out of `total`.
     pub idle: Cycle,
-    /// Instructions in them.
+    /// Instructions completed in `total`.
     pub instructions: u64,
-    /// Exceptions, by number.
+    /// Counts by exception, in the order of their numbers.
     pub lines: Vec<Line>,
-    /// The stack.
+    /// Depth of the stack since power-on.
     pub stack: Stack,
-    /// How early the tape's windows were ready.
+    /// Refill margins of the tape's windows.
     pub margins: Margins,
-    /// Pin edges, earliest first.
+    /// Pin edges by distance from their analytic cycle, earliest first.
     pub phases: Vec<Phase>,
 }
 
 impl Summary {
-    /// Of `board`, as it is now.
+    /// Summarises the present counts of `board`.
     pub fn from_board(board: &mut Board<Profile>) -> Self {
         let limit = board
             .cpu
@@ -137,18 +136,18 @@ impl Summary {
         }
     }
 
-    /// Part of the time that the core was awake, %.
+    /// Returns the share of time that the core was awake, %.
     pub fn load_percent(&self) -> f64 {
         100.0 * (self.total - self.idle) as f64 / self.total.max(1) as f64
     }
 
-    /// Cycles from the earliest edge's place to the latest's, both counted; 0
-    /// without edges.
+    /// Returns the cycles from the earliest to the latest edge phase, both included; 0 without
+    /// edges.
     pub fn edge_span(&self) -> u64 {
         Phase::span(&self.phases)
     }
 
-    /// Longest wait of any of these exceptions, cycles.
+    /// Returns the longest latency of any exception, cycles.
     pub fn worst_latency(&self) -> Cycle {
         let waits = self.lines.iter().map(|line| line.latency.worst);
         waits.max().unwrap_or(0)

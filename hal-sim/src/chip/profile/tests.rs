@@ -1,4 +1,4 @@
-//! Events as a core would tell them, and what they add up to.
+//! Checks the sums of events as a core would report them.
 
 use super::*;
 use crate::chip::image::tests::{CODE, program};
@@ -29,7 +29,7 @@ fn every_cycle_is_counted_once() {
     let mut seen = profile();
     seen.instruction(CODE, 2, 2, 0x2000_4000);
     seen.instruction(CODE + 8, 1, 3, 0x2000_3FF0);
-    // TIM7 is entered, TIM2 pre-empts it.
+    // TIM7 is entered, and TIM2 pre-empts it.
     seen.context(context(exception::TIM7, 1, true), 15);
     seen.instruction(CODE, 10, 25, 0x2000_3FC0);
     seen.context(context(exception::TIM2, 2, true), 37);
@@ -42,8 +42,8 @@ fn every_cycle_is_counted_once() {
 
     let expected = (100, 30, 0x2000_3FC0);
     assert_eq!((seen.total(), seen.idle, seen.lowest_sp), expected);
-    // Entry and return count for what they lead to; six cycles went by before
-    // the last instruction.
+    // Entry and return count for the context that they lead to; six cycles passed before the last
+    // instruction.
     assert_eq!(seen.owner(Owner::Pulser), cost(12 + 3, 1));
     assert_eq!(seen.owner(Owner::Controller), cost(12 + 10 + 12 + 1, 2));
     assert_eq!(seen.owner(Owner::Session), cost(3 + 7 + 10, 3));
@@ -70,11 +70,11 @@ fn runs_are_told_apart_however_they_follow_one_another() {
         at += cycles;
         seen.instruction(CODE, cycles, at, 0);
     };
-    // USB and TIM5, of one priority, tail-chain: three runs, not one in another.
+    // USB and TIM5, of one priority, tail-chain: three separate runs, none nested.
     go(exception::OTG_FS, 1, true, 5);
     go(exception::TIM5, 1, true, 6);
     go(exception::OTG_FS, 1, true, 7);
-    // Again, without a gap; and pre-empted in the middle of it.
+    // The same without a gap, and with pre-emption in the middle.
     go(exception::OTG_FS, 1, true, 8);
     go(exception::TIM2, 2, true, 100);
     go(exception::OTG_FS, 1, false, 9);

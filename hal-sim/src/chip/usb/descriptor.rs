@@ -1,4 +1,4 @@
-//! What the device says that it is (USB 2.0 section 9.6, CDC PSTN 1.2).
+//! Parses the descriptors of the device (USB 2.0 section 9.6, CDC PSTN 1.2).
 
 use super::Failure;
 
@@ -16,47 +16,47 @@ const COMMUNICATIONS: (u8, u8) = (0x02, 0x02);
 /// Class of a CDC data interface.
 const DATA: u8 = 0x0A;
 
-/// A serial port on USB, as its descriptors have it.
+/// Description of a USB serial port, from its descriptors.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Device {
-    /// idVendor.
+    /// Vendor id of the manufacturer, idVendor.
     pub vendor: u16,
-    /// idProduct.
+    /// Product id that the manufacturer assigned, idProduct.
     pub product: u16,
-    /// bcdDevice.
+    /// Release of the device in binary-coded decimal, bcdDevice.
     pub release: u16,
     /// Largest packet of endpoint 0, bytes.
     pub max_packet: u8,
-    /// iManufacturer, if there is one.
+    /// Name of the manufacturer, the string iManufacturer; `None` if there is none.
     pub manufacturer: Option<String>,
-    /// iProduct.
+    /// Name of the product, the string iProduct.
     pub name: Option<String>,
-    /// iSerialNumber.
+    /// Serial number, the string iSerialNumber.
     pub serial: Option<String>,
-    /// bConfigurationValue.
+    /// Value that selects the configuration, bConfigurationValue.
     pub configuration: u8,
-    /// bMaxPower, mA.
+    /// Largest current that the device draws from the bus, mA (bMaxPower).
     pub max_power_ma: u16,
     /// Number of the CDC communications interface.
     pub control_interface: u8,
-    /// Interrupt IN: notifications.
+    /// Interrupt IN endpoint for notifications.
     pub notify: Endpoint,
-    /// Bulk IN.
+    /// Bulk IN endpoint: data towards the host.
     pub data_in: Endpoint,
-    /// Bulk OUT.
+    /// Bulk OUT endpoint: data towards the device.
     pub data_out: Endpoint,
-    /// Indices of manufacturer, product, serial number; 0 is none.
+    /// Indices of the strings for manufacturer, product and serial number; 0 means none.
     pub(super) strings: [u8; 3],
 }
 
-/// An endpoint descriptor.
+/// Contents of an endpoint descriptor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Endpoint {
-    /// Number, without the direction.
+    /// Endpoint number, without the direction bit.
     pub number: usize,
-    /// wMaxPacketSize, bytes.
+    /// Largest packet, bytes (wMaxPacketSize).
     pub max_packet: usize,
-    /// bInterval, frames.
+    /// Polling interval, frames of 1 ms (bInterval).
     pub interval: u8,
 }
 
@@ -66,7 +66,7 @@ fn read_u16(bytes: &[u8], at: usize) -> u16 {
 }
 
 impl Device {
-    /// Takes the device descriptor.
+    /// Reads the device descriptor.
     pub(super) fn parse_device(&mut self, bytes: &[u8]) -> Result<(), Failure> {
         let &[18, kind::DEVICE, _, _, _, _, _, max_packet, ..] = bytes else {
             return Err(Failure::Descriptor("device descriptor"));
@@ -87,7 +87,7 @@ impl Device {
         Ok(())
     }
 
-    /// Takes the whole configuration.
+    /// Reads the whole configuration: its descriptor, interfaces and endpoints.
     pub(super) fn parse_configuration(&mut self, bytes: &[u8]) -> Result<(), Failure> {
         let &[9, kind::CONFIGURATION, _, _, _, value, _, _, power, ..] = bytes else {
             return Err(Failure::Descriptor("configuration descriptor"));
@@ -152,7 +152,7 @@ impl Device {
     }
 }
 
-/// The text of a string descriptor.
+/// Returns the text of a string descriptor.
 pub(super) fn text(bytes: &[u8]) -> Result<String, Failure> {
     match bytes {
         [length, kind::STRING, units @ ..] if usize::from(*length) == bytes.len() => {

@@ -1,22 +1,22 @@
-//! What a host gives up on.
+//! Lists the failures after which the host gives up.
 
-/// Why the host talks to the device no more. A real one would try again or
-/// ask the user to; here it is a finding about the firmware.
+/// Reason why the host stopped talking to the device. A real host would retry or ask the user to;
+/// here, each failure is a finding about the firmware.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Failure {
-    /// Three transactions in a row without an answer (USB 2.0 8.6).
+    /// The device did not answer three transactions in a row (USB 2.0 8.6).
     #[error("the device does not answer: {0}")]
     NoAnswer(&'static str),
-    /// A request that every device has to serve, or a data endpoint, stalled.
+    /// The device answered STALL to a request that every device must serve, or on a data endpoint.
     #[error("the device answers STALL: {0}")]
     Stalled(&'static str),
-    /// More data than asked for, or than a packet of the endpoint may have.
+    /// The device sent more data than the host requested, or than fit a packet of the endpoint.
     #[error("the device babbles: {0}")]
     Babble(&'static str),
-    /// Not finished within 5 s (USB 2.0 9.2.6.1).
+    /// The device did not finish a request within 5 s (USB 2.0 9.2.6.1).
     #[error("the device takes more than 5 s: {0}")]
     Slow(&'static str),
-    /// A descriptor that breaks chapter 9 or is no CDC ACM device's.
+    /// A descriptor violates chapter 9 of USB 2.0, or is not that of a CDC ACM device.
     #[error("bad descriptor: {0}")]
     Descriptor(&'static str),
 }

@@ -1,11 +1,11 @@
-//! The grid of frames, and where in a frame a transaction may begin.
+//! Computes the times of frames, and where in a frame a transaction may begin.
 
 use super::line;
 use crate::chip::Cycle;
 
-/// A NAKed transaction is tried again this long after the last try, counted
-/// from the first slot of its frame. Host controllers differ: OHCI goes round
-/// its list back to back, xHCI paces itself; none waits for the next frame.
+/// Interval of retries after NAK, µs, counted from the first slot of the frame. Host controllers
+/// differ: OHCI repeats its list back to back, xHCI sets its own pace; none waits for the next
+/// frame.
 const RETRY_US: u64 = 25;
 
 /// Frames of 1 ms from `origin` on.
@@ -15,12 +15,12 @@ pub struct Frames {
     origin: Cycle,
     first: u64,
     hz: u64,
-    /// Cycles of a frame.
+    /// Length of a frame, cycles.
     period: Cycle,
 }
 
 impl Frames {
-    /// Frame 0 begins at `origin`.
+    /// Creates frames whose frame 0 begins at `origin`, for a clock of `hz`.
     pub fn new(origin: Cycle, hz: u64) -> Self {
         Self {
             origin,
@@ -30,7 +30,7 @@ impl Frames {
         }
     }
 
-    /// The clock that counts cycles is `hz` from `at` on.
+    /// Changes the clock that counts cycles to `hz` from `at` on.
     pub fn set_hz(&mut self, hz: u64, at: Cycle) {
         let next = self.index(at) + 1;
         let left = self.start(next).saturating_sub(at);
@@ -40,34 +40,34 @@ impl Frames {
         self.period = period(hz);
     }
 
-    /// Frame that `at` lies in.
+    /// Returns the number of the frame that contains `at`.
     pub fn index(&self, at: Cycle) -> u64 {
         self.first + at.saturating_sub(self.origin) / self.period
     }
 
-    /// Start of a frame.
+    /// Returns the first cycle of frame `index`.
     pub fn start(&self, index: u64) -> Cycle {
         self.origin + index.saturating_sub(self.first) * self.period
     }
 
-    /// When the device has received the start of frame `index`.
+    /// Returns the cycle at which the device has received the start of frame `index`.
     pub fn received(&self, index: u64) -> Cycle {
         self.start(index) + line::cycles(line::SOF, self.hz)
     }
 
-    /// When 80 % of frame `index` are over, the part that the device gives to
+    /// Returns the cycle at 80 % of frame `index`, the end of the part that the device gives to
     /// periodic transfers (RM0090, DCFG.PFIVL = 0).
     pub fn periodic_end(&self, index: u64) -> Cycle {
         self.start(index) + self.period * 4 / 5
     }
 
-    /// First moment of frame `index` for a transaction.
+    /// Returns the earliest cycle for a transaction in frame `index`.
     pub fn first_slot(&self, index: u64) -> Cycle {
         self.start(index) + line::cycles(line::SOF + line::BETWEEN, self.hz)
     }
 
-    /// First moment from `from` on when a transaction of at most `budget`
-    /// cycles may begin.
+    /// Returns the earliest cycle from `from` on at which a transaction of at most `budget` cycles
+    /// may begin.
     pub fn fit(&self, from: Cycle, budget: Cycle) -> Cycle {
         let index = self.index(from);
         let start = from.max(self.first_slot(index));
@@ -78,7 +78,7 @@ impl Frames {
         }
     }
 
-    /// First moment from `from` on when a NAKed transaction is tried again.
+    /// Returns the earliest cycle from `from` on at which a NAKed transaction is retried.
     pub fn retry(&self, from: Cycle, budget: Cycle) -> Cycle {
         let slot = self.first_slot(self.index(from));
         let step = RETRY_US * self.hz / 1_000_000;

@@ -1,23 +1,22 @@
-//! How long packets take on the wire (USB 2.0 chapters 7 and 8), to the bit:
-//! 12 Mbit/s, stuffed bits counted. Times are in half bits, the finest that
-//! the specification uses.
+//! Computes how long packets take on the wire (USB 2.0 chapters 7 and 8), to the bit: 12 Mbit/s,
+//! stuffed bits included. Times are in half bits, the finest unit of the specification.
 
 use crate::chip::Cycle;
 
-/// Half bits of a second.
+/// Number of half bits per second.
 const HALF_BITS_PER_S: u64 = 24_000_000;
 
-/// Device's and host's answer: 6.5 bits from packet to packet, the longest the
+/// Turn-around time between packets of device and host, half bits: 6.5 bits, the longest that the
 /// specification allows a device (7.1.18.1).
 pub const TURN_AROUND: u64 = 13;
-/// Between two packets of the host: 2 bits, the least allowed (7.1.18.1).
+/// Time between two packets of the host, half bits: 2 bits, the shortest allowed (7.1.18.1).
 pub const SAME_SOURCE: u64 = 4;
-/// From one transaction to the next. With it a 64-byte bulk transaction loses
-/// about the three bytes of delays that table 5-9 counts, and 19 fit a frame.
+/// Time between two transactions, half bits. With this value a 64-byte bulk transaction loses about
+/// the three bytes of delays that table 5-9 counts, and 19 transactions fit a frame.
 pub const BETWEEN: u64 = 16;
-/// After that the sender gives up on an answer: 18 bits (7.1.19.1).
+/// Time after which the sender gives up on an answer, half bits: 18 bits (7.1.19.1).
 pub const TIME_OUT: u64 = 36;
-/// SYNC, PID, end of packet; ACK, NAK and STALL need no stuffing.
+/// Length of a handshake, half bits: SYNC, PID, end of packet. ACK, NAK and STALL need no stuffing.
 pub const HANDSHAKE: u64 = 2 * (8 + 8 + 3);
 
 /// Packet identifiers (table 8-1), with their check bits.
@@ -29,13 +28,13 @@ pub mod pid {
     pub const DATA1: u8 = 0x4B;
 }
 
-/// Cycles of a clock of `hz` that `half_bits` take.
+/// Converts `half_bits` into cycles of a clock of `hz`.
 pub fn cycles(half_bits: u64, hz: u64) -> Cycle {
     half_bits * hz / HALF_BITS_PER_S
 }
 
-/// Counts bits and the zeros stuffed after six ones (7.1.9). The last bit of
-/// SYNC is a one and counts.
+/// Counter of bits and of the zeros stuffed after six ones (7.1.9). The last bit of SYNC is a one
+/// and counts.
 struct Bits {
     count: u64,
     ones: u32,
@@ -61,13 +60,13 @@ impl Bits {
         }
     }
 
-    /// Two bits of SE0 and one of J end a packet.
+    /// Returns the length of the packet, half bits; two bits of SE0 and one of J end it.
     fn half_bits(&self) -> u64 {
         2 * (self.count + 3)
     }
 }
 
-/// Length of a token packet.
+/// Returns the length of a token packet, half bits.
 pub fn token(pid: u8, address: u8, endpoint: usize) -> u64 {
     let fields = u32::from(address) | (endpoint as u32 & 0xF) << 7;
     let mut bits = Bits::after_sync();
@@ -77,7 +76,7 @@ pub fn token(pid: u8, address: u8, endpoint: usize) -> u64 {
     bits.half_bits()
 }
 
-/// Length of a data packet.
+/// Returns the length of a data packet, half bits; `data1` selects its identifier.
 pub fn data(bytes: &[u8], data1: bool) -> u64 {
     let pid = if data1 { pid::DATA1 } else { pid::DATA0 };
     let mut bits = Bits::after_sync();
@@ -89,19 +88,19 @@ pub fn data(bytes: &[u8], data1: bool) -> u64 {
     bits.half_bits()
 }
 
-/// Length of a start of frame: its stuffed bits are left out, so that every
-/// frame begins alike.
+/// Length of a start of frame, half bits, without stuffed bits, so that every frame begins alike.
 pub const SOF: u64 = 2 * (8 + 8 + 11 + 5 + 3);
 
-/// Longest a bulk or control transaction of `bytes` bytes takes (5.11.3, less
-/// the host's delay): one that might not end within its frame is not begun.
+/// Returns the longest time that a bulk or control transaction of `bytes` bytes takes, cycles
+/// (5.11.3, without the host's delay). A transaction that might not end within its frame is not
+/// begun.
 pub fn budget(bytes: usize, hz: u64) -> Cycle {
     let stuffed = 7 * 8 * bytes as u64 / 6;
     let ns = 9_107 + 8_354 * (3 + stuffed) / 100;
     ns * hz / 1_000_000_000
 }
 
-/// CRC5 of the 11 bits of a token, in the order it is sent (8.3.5.1).
+/// Computes the CRC5 of the 11 bits of a token, in the order of transmission (8.3.5.1).
 fn crc5(fields: u32) -> u32 {
     let mut crc = 0x1F;
     for n in 0..11 {
@@ -111,7 +110,7 @@ fn crc5(fields: u32) -> u32 {
     crc ^ 0x1F
 }
 
-/// CRC16 of a data packet, in the order it is sent (8.3.5.2).
+/// Computes the CRC16 of a data packet, in the order of transmission (8.3.5.2).
 fn crc16(bytes: &[u8]) -> u16 {
     let mut crc = 0xFFFF;
     for byte in bytes {
@@ -127,9 +126,9 @@ fn crc16(bytes: &[u8]) -> u16 {
 mod tests {
     use super::*;
 
-    /// Tokens as analysers show them everywhere: SETUP to address 0 is 2D 00 10,
-    /// to address 1 it is 2D 01 E8. CRC16: an example of the USB-IF's paper,
-    /// first bit sent lowest.
+    /// Compares with tokens as bus analysers show them: SETUP to address 0 is 2D 00 10, to address
+    /// 1 it is 2D 01 E8. The CRC16 is an example of the USB-IF's paper, first transmitted bit
+    /// lowest.
     #[test]
     fn crc_of_known_packets() {
         assert_eq!(crc5(0) << 11, 0x1000);
@@ -143,7 +142,7 @@ mod tests {
     fn bits_of_packets() {
         // Address 0, endpoint 0: no run of six ones.
         assert_eq!(token(pid::IN, 0, 0), 2 * 35);
-        // No data: CRC16 of nothing is 0, sent inverted twice: 16 zeros.
+        // No data: CRC16 of nothing is 0, sent inverted: 16 zeros.
         assert_eq!(data(&[], false), 2 * (8 + 8 + 16 + 3));
         // 0xFF × 3 is 24 ones after DATA1's last zero: four stuffed zeros.
         let plain = 8 + 8 + 24 + 16 + 3;

@@ -1,10 +1,10 @@
-//! The USB host at the other end of the cable: a full-speed root port with one
-//! CDC ACM driver.
+//! Simulates the USB host at the other end of the cable: a full-speed root port with one CDC ACM
+//! driver.
 //!
-//! Lives here: attachment and reset (`port`), enumeration (`transfer`,
-//! `request`, `descriptor`), the serial port, frames (`frame`) and the transactions in them (`schedule`),
-//! packet times (`line`). Not here: the device (`soc::otg`). In: bytes with
-//! the cycle from which on they wait. Out: bytes with the cycle of their ACK.
+//! Contains attachment and reset (`port`), enumeration (`transfer`, `request`, `descriptor`), the
+//! serial port, frames (`frame`) and their transactions (`schedule`), packet times (`line`). The
+//! device is in `soc::otg`. In: bytes, with the cycle from which on they wait. Out: bytes, with the
+//! cycle of their ACK.
 
 mod descriptor;
 mod failure;
@@ -28,53 +28,54 @@ use request::{Control, Request};
 use schedule::{Flight, Pipe};
 use std::collections::VecDeque;
 
-/// The host. Call [`Host::advance`] with the present cycle before each access
-/// to the device's registers and before [`Host::send`], and at
-/// [`Host::next_event`]: a poll that can only be NAKed is left out, and the
-/// next one is found from the state that the registers had until then.
+/// A simulated USB host. Call [`Host::advance`] with the present cycle before each access to the
+/// device's registers, before [`Host::send`], and at the cycle of [`Host::next_event`]. Polls that
+/// can only be NAKed are left out; the next poll is computed from the state that the registers had
+/// until then.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Host {
     hz: u64,
-    /// All before has happened.
+    /// Cycle up to which everything has happened.
     now: Cycle,
     port: Port,
     frames: Frames,
-    /// Frame whose start, and whose end of the periodic part, was announced.
+    /// Latest frame that was announced to the device: by its start, and by the end of its periodic
+    /// part.
     announced: (Option<u64>, Option<u64>),
-    /// Nothing is to be announced before.
+    /// No announcement is due before this cycle.
     quiet_until: Cycle,
     outlook: Option<NextEvents>,
-    /// The bus is free from then on.
+    /// Cycle from which on the bus is free.
     free: Cycle,
     flight: Option<Flight>,
     address: u8,
     device: Device,
-    /// wTotalLength.
+    /// Length of the whole configuration, bytes (wTotalLength).
     total: u16,
     control: Option<Control>,
     /// Line state to set once endpoint 0 is free.
     line_state: Option<Request>,
     /// Requests of other programs: SETUP and the data towards the device.
     foreign: VecDeque<([u8; 8], Vec<u8>)>,
-    /// Its own next request, once those are served.
+    /// Next request of the host itself, once those of other programs are served.
     interrupted: Option<Request>,
     control_pipe: Pipe,
     notify: Pipe,
     data_in: Pipe,
     data_out: Pipe,
     configured: bool,
-    /// Whether the device is configured and its line state set: bytes flow.
+    /// Whether the device is configured and its line state set, so that data can be transferred.
     pub(crate) open: bool,
-    /// The OUT pipe had the bus last: IN goes first at a tie.
+    /// Whether the OUT pipe had the bus last; if so, IN goes first at a tie.
     out_was_last: bool,
     outgoing: VecDeque<Write>,
     incoming: VecDeque<(Cycle, Packet)>,
     delivered: Option<Cycle>,
-    /// Why the host gave up, if it did; unplugging clears it.
+    /// Reason why the host gave up, if it did; unplugging clears it.
     pub(crate) failure: Option<Failure>,
 }
 
-/// Bytes that a program wrote at once: they share no packet with others.
+/// Bytes that a program wrote at once; they share no packet with other writes.
 #[derive(Clone, PartialEq, Debug)]
 struct Write {
     bytes: Vec<u8>,
@@ -83,7 +84,7 @@ struct Write {
 }
 
 impl Host {
-    /// A host with an empty port; cycles are those of a clock of `hz` hertz.
+    /// Creates a host with an empty port; cycles are those of a clock of `hz` hertz.
     pub fn new(hz: u64) -> Self {
         Self {
             hz,
@@ -116,7 +117,8 @@ impl Host {
         }
     }
 
-    /// Whether both do the same from now on: all but what is foreseen is equal.
+    /// Returns whether both hosts behave the same from now on: everything except cached predictions
+    /// is equal.
     pub fn is_equivalent_to(&self, other: &Self) -> bool {
         let bare = |item: &Self| {
             let mut item = item.clone();
@@ -126,8 +128,8 @@ impl Host {
         bare(self) == bare(other)
     }
 
-    /// The clock that counts cycles is `hz` hertz from cycle `at` on. A packet
-    /// on the wire is not stretched: software sets its clocks up before.
+    /// Changes the clock that counts cycles to `hz` hertz from cycle `at` on. A packet on the wire
+    /// is not stretched, because software sets its clocks up before it uses USB.
     pub fn set_hz(&mut self, hz: u64, at: Cycle) {
         self.port.set_hz(self.hz, hz, at);
         self.frames.set_hz(hz, at);
@@ -136,7 +138,7 @@ impl Host {
         self.hz = hz;
     }
 
-    /// The cable is plugged in at `at`: VBUS comes on. Nothing if it is.
+    /// Plugs the cable in at `at`, so that VBUS comes on; does nothing if it is plugged in.
     pub fn plug(&mut self, at: Cycle, otg: &mut Otg) {
         if self.port == Port::Empty {
             otg.set_vbus(true, at);
@@ -145,7 +147,7 @@ impl Host {
         }
     }
 
-    /// The cable is pulled at `at`. Bytes on their way are lost.
+    /// Pulls the cable at `at`. Bytes on their way are lost.
     pub fn unplug(&mut self, at: Cycle, otg: &mut Otg) {
         otg.set_vbus(false, at);
         self.disconnect();
@@ -154,13 +156,13 @@ impl Host {
         self.failure = None;
     }
 
-    /// A program opens the port again after [`Self::close`].
+    /// Opens the port again after [`Self::close`], as a program does.
     pub fn open(&mut self, at: Cycle) {
         self.request_line_state(Request::Open, at);
     }
 
-    /// The program closes the port: DTR and RTS go off, and nothing is read or
-    /// written from now on; bytes that wait are dropped.
+    /// Closes the port as a program does: DTR and RTS go off, nothing is read or written from now
+    /// on, and waiting bytes are dropped.
     pub fn close(&mut self, at: Cycle) {
         self.open = false;
         self.outlook = None;
@@ -168,10 +170,10 @@ impl Host {
         self.request_line_state(Request::Close, at);
     }
 
-    /// Another program asks the device on endpoint 0 at `at`, whatever `setup` says; `data`
-    /// go towards the device if it says that there are any. Before frames run, and while
-    /// a request is under way, it waits. What the device does not know it may refuse; if it
-    /// answers no more, that is a failure until the cable is pulled.
+    /// Sends the request `setup` of another program to the device on endpoint 0 at `at`; `data` go
+    /// towards the device if `setup` has a data stage in that direction. The request waits until
+    /// frames run and other requests are done. The device may refuse an unknown request; if it
+    /// stops answering, that is a failure until the cable is pulled.
     pub fn control(&mut self, setup: [u8; 8], data: Vec<u8>, at: Cycle) {
         self.outlook = None;
         match (&self.control, self.port, self.failure) {
@@ -180,19 +182,19 @@ impl Host {
         }
     }
 
-    /// Requests of other programs that are not done.
+    /// Returns the number of other programs' requests that are not done.
     pub fn pending_requests(&self) -> usize {
         let is_foreign = |control: &Control| matches!(control.request, Request::Foreign(_));
         self.foreign.len() + usize::from(self.control.as_ref().is_some_and(is_foreign))
     }
 
-    /// Why the host gave up, if it did.
+    /// Returns the reason why the host gave up, if it did.
     pub const fn failure(&self) -> Option<Failure> {
         self.failure
     }
 
-    /// Queues `bytes` for the device, as one write of a program at `at`. The
-    /// host's driver hands them to the bus with the next frame.
+    /// Queues `bytes` for the device, as one write of a program at `at`. The host's driver hands
+    /// them to the bus with the next frame.
     pub fn send(&mut self, bytes: &[u8], at: Cycle) {
         if bytes.is_empty() {
             return;
@@ -205,40 +207,40 @@ impl Host {
         });
     }
 
-    /// Whether a program's bytes flow: the device is configured, its line state set.
+    /// Returns whether data can be transferred: the device is configured, and its line state is
+    /// set.
     pub fn is_open(&self) -> bool {
         self.open
     }
 
-    /// Bytes that wait to be sent.
+    /// Returns the number of bytes that wait to be sent.
     pub fn unsent_bytes(&self) -> usize {
         self.outgoing.iter().map(|w| w.bytes.len() - w.sent).sum()
     }
 
-    /// The cycle at which the device's ACK of the last packet of sent bytes
-    /// ended.
+    /// Returns the cycle at which the device's ACK of the last packet of sent bytes ended.
     pub fn last_delivery(&self) -> Option<Cycle> {
         self.delivered
     }
 
-    /// The next packet from the device, never empty, and the cycle at which
-    /// the host's ACK ended.
+    /// Takes the next packet from the device, never empty, with the cycle at which the host's ACK
+    /// ended.
     pub fn received(&mut self) -> Option<(Cycle, Packet)> {
         self.incoming.pop_front()
     }
 
-    /// What the device says that it is, once it is configured.
+    /// Returns the description from the descriptors, once the device is configured.
     pub fn device(&self) -> Option<&Device> {
         self.configured.then_some(&self.device)
     }
 
-    /// Number (0–2047) of the frame at `at`, while the bus runs.
+    /// Returns the number (0–2047) of the frame at `at`, while the bus runs.
     pub fn frame(&self, at: Cycle) -> Option<u16> {
         self.are_frames_running()
             .then(|| (self.frames.index(at) & 0x7FF) as u16)
     }
 
-    /// Start of the frame that `at` lies in, while the bus runs.
+    /// Returns the start of the frame that contains `at`, while the bus runs.
     pub fn frame_start(&self, at: Cycle) -> Cycle {
         self.frames.start(self.frames.index(at))
     }

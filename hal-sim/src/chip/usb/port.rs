@@ -1,52 +1,53 @@
-//! The host's port: power, attachment, debounce, bus reset (USB 2.0 section
-//! 7.1.7), and frames announced to the device.
+//! Models the host's port: power, attachment, debounce, bus reset (USB 2.0 section 7.1.7), and the
+//! frames announced to the device.
 
 use super::request::Request;
 use super::{Frames, Host};
 use crate::chip::Cycle;
 use crate::chip::soc::otg::Otg;
 
-/// TATTDB: quiet for 100 ms before a reset (7.1.7.3).
+/// TATTDB: debounce of 100 ms before a reset (7.1.7.3).
 const DEBOUNCE_MS: u64 = 100;
 /// TDRSTR: a root port drives reset for at least 50 ms (7.1.7.5).
 const RESET_MS: u64 = 50;
 /// TRSTRCY: 10 ms without transactions after reset (7.1.7.5).
 const RECOVERY_MS: u64 = 10;
-/// A bus idle for 3 ms is suspended (7.1.7.6).
+/// A bus that is idle for 3 ms is suspended (7.1.7.6).
 const SUSPEND_MS: u64 = 3;
 
-/// State of the port. Cycles are when it is left.
+/// State of the port. Cycles are the ends of the state, unless noted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Port {
-    /// No cable.
+    /// No cable is plugged in.
     Empty,
-    /// VBUS is on since then, nothing pulls D+ up.
+    /// VBUS has been on since this cycle, and nothing pulls D+ up.
     Powered(Cycle),
-    /// Something pulls D+ up; the bus is not idle for 3 ms yet.
+    /// A device pulls D+ up, and the bus has not been idle for 3 ms. Ends of the debounce and of
+    /// the 3 ms.
     Attached(Cycle, Cycle),
-    /// The same, and the device sees a suspended bus.
+    /// As `Attached`, and the device sees a suspended bus.
     Suspended(Cycle),
     /// The host drives SE0.
     Resetting(Cycle),
-    /// Frames run, no transactions yet.
+    /// Frames run, without transactions.
     Recovering(Cycle),
-    /// Frames and transactions.
+    /// Frames and transactions run.
     Running,
 }
 
-/// What comes next as long as nobody touches the device or the host.
+/// Cached prediction of the next events, valid while nothing accesses the device or the host.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct NextEvents {
-    /// [`Otg::changes`] when it was found.
+    /// [`Otg::changes`] at the time of the prediction.
     changes: u64,
-    /// Before that, [`Host::advance`] only announces frames.
+    /// Cycle before which [`Host::advance`] only announces frames.
     step: Cycle,
-    /// [`Host::next_event`].
+    /// Result of [`Host::next_event`].
     event: Cycle,
 }
 
 impl Port {
-    /// When time alone changes the state.
+    /// Returns the cycle at which time alone changes the state.
     fn end_cycle(self) -> Cycle {
         match self {
             Self::Attached(at, _)
@@ -57,7 +58,7 @@ impl Port {
         }
     }
 
-    /// Stretches what is left of the state to another clock.
+    /// Converts the remaining time of the state to another clock.
     pub fn set_hz(&mut self, old: u64, new: u64, at: Cycle) {
         let stretch = |then: &mut Cycle| {
             *then = at + then.saturating_sub(at) * new / old.max(1);
@@ -74,7 +75,7 @@ impl Port {
 }
 
 impl Host {
-    /// Lets the host and the bus go on to cycle `to`.
+    /// Advances the host and the bus to cycle `to`.
     pub fn advance(&mut self, to: Cycle, otg: &mut Otg) {
         if self
             .cached_events(otg)
@@ -104,14 +105,14 @@ impl Host {
         });
     }
 
-    /// What was found last, unless the device changed since.
+    /// Returns the cached prediction, unless the device has changed since.
     fn cached_events(&self, otg: &Otg) -> Option<NextEvents> {
         self.outlook.filter(|found| found.changes == otg.changes)
     }
 
-    /// Earliest cycle at which [`Self::advance`] is due: something may change
-    /// for the device or for readers of bytes. Ask again after each access to
-    /// the device's registers.
+    /// Returns the earliest cycle at which [`Self::advance`] is due, because something may change
+    /// for the device or for readers of bytes. Call again after each access to the device's
+    /// registers.
     pub fn next_event(&self, otg: &Otg) -> Cycle {
         match self.cached_events(otg) {
             Some(outlook) => outlook.event,
@@ -145,7 +146,7 @@ impl Host {
                 self.port = Port::Attached(suspended, reset);
             }
             (Port::Empty | Port::Powered(_), _) | (_, Some(_)) => {}
-            // A disconnect is seen after 2.5 µs of SE0 (7.1.7.3): at once here.
+            // A host notices a disconnect after 2.5 µs of SE0 (7.1.7.3); here at once.
             (_, None) => {
                 self.disconnect();
                 self.port = Port::Powered(self.now);
@@ -153,7 +154,7 @@ impl Host {
         }
     }
 
-    /// The device is gone, and all that was under way with it.
+    /// Drops the device and everything that was under way with it.
     pub(super) fn disconnect(&mut self) {
         self.flight = None;
         self.control = None;
@@ -206,14 +207,14 @@ impl Host {
         };
     }
 
-    /// Announces starts and parts of frames up to `at`, the last of each.
+    /// Announces the latest start and the latest end of the periodic part of frames up to `at`.
     fn announce(&mut self, at: Cycle, otg: &mut Otg) {
         if at < self.quiet_until || !self.are_frames_running() {
             return;
         }
         let index = self.frames.index(at);
         let (start, part) = (self.frames.received(index), self.frames.periodic_end(index));
-        // Of the frame before, if it is not this one's turn yet.
+        // If this frame has not reached the point yet, the previous frame counts.
         let reached = |then: Cycle| index.checked_sub(u64::from(at < then));
         let (started, ended) = (reached(start), reached(part));
         if started > self.announced.0 {
@@ -224,12 +225,12 @@ impl Host {
             self.announced.1 = ended;
             otg.end_periodic_frame();
         }
-        // Both ascend: the first of them that is still to come.
+        // The points ascend, so this finds the next one.
         let next = [start, part, self.frames.received(index + 1)];
         self.quiet_until = next.into_iter().find(|then| at < *then).unwrap_or(at);
     }
 
-    /// When the next announcement raises the device's interrupt line.
+    /// Returns the cycle at which the next announcement raises the device's interrupt line.
     fn next_announcement(&self, otg: &Otg) -> Cycle {
         if !self.are_frames_running() {
             return Cycle::MAX;
@@ -247,7 +248,7 @@ impl Host {
         start.min(end)
     }
 
-    /// Frames run.
+    /// Returns whether the port sends starts of frames.
     pub(super) fn are_frames_running(&self) -> bool {
         matches!(self.port, Port::Recovering(_) | Port::Running)
     }

@@ -1,34 +1,34 @@
-//! What the host asks for, in order: enumeration (USB 2.0 section 9.1.2), then
-//! the serial port (CDC PSTN 1.2 section 6.3).
+//! Defines the host's requests and their order: enumeration (USB 2.0 section 9.1.2), then the
+//! serial port (CDC PSTN 1.2 section 6.3).
 
 use super::descriptor::{Device, kind, text};
 use super::{Failure, line};
 use crate::chip::Cycle;
 
-/// US English.
+/// Language id of US English.
 const LANGUAGE: u16 = 0x0409;
-/// Address that the host gives.
+/// Address that the host assigns to the device.
 pub const ADDRESS: u8 = 5;
-/// Rest after SET_ADDRESS (USB 2.0 9.2.6.3).
+/// Recovery time after SET_ADDRESS (USB 2.0 9.2.6.3).
 pub const ADDRESS_RECOVERY_MS: u64 = 2;
-/// 115,200 baud, 1 stop bit, no parity, 8 bits: as a terminal program asks for
-/// though no UART is there.
+/// Line coding 115,200 baud, 1 stop bit, no parity, 8 bits: the request of a terminal program,
+/// although there is no UART.
 const LINE_CODING: [u8; 7] = [0x00, 0xC2, 0x01, 0x00, 0, 0, 8];
 
 /// A request on endpoint 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Request {
-    /// The first 8 bytes of the device descriptor.
+    /// GET_DESCRIPTOR: the first 8 bytes of the device descriptor.
     MaxPacket,
     /// SET_ADDRESS.
     Address,
-    /// The device descriptor.
+    /// GET_DESCRIPTOR: the whole device descriptor.
     Device,
-    /// The first 9 bytes of the configuration.
+    /// GET_DESCRIPTOR: the first 9 bytes of the configuration.
     ConfigurationHeader,
-    /// The whole configuration.
+    /// GET_DESCRIPTOR: the whole configuration.
     Configuration,
-    /// Manufacturer, product, serial number: 0–2.
+    /// GET_DESCRIPTOR: string 0–2 for manufacturer, product, serial number.
     String(usize),
     /// SET_CONFIGURATION.
     Configure,
@@ -36,14 +36,14 @@ pub enum Request {
     LineCoding,
     /// SET_CONTROL_LINE_STATE with DTR and RTS.
     Open,
-    /// SET_CONTROL_LINE_STATE with neither.
+    /// SET_CONTROL_LINE_STATE without DTR and RTS.
     Close,
-    /// One of another program, as it stands in its SETUP.
+    /// Request of another program: the bytes of its SETUP.
     Foreign([u8; 8]),
 }
 
 impl Request {
-    /// Name, for failures.
+    /// Returns the name of the request, for failures.
     pub fn name(self) -> &'static str {
         match self {
             Self::MaxPacket => "GET_DESCRIPTOR device, 8 bytes",
@@ -60,13 +60,13 @@ impl Request {
         }
     }
 
-    /// Strings are optional (USB 2.0 9.6.7), and nobody need know what another program
-    /// asks.
+    /// Returns whether the device may answer STALL: strings are optional (USB 2.0 9.6.7), and a
+    /// device need not know the requests of other programs.
     pub fn may_stall(self) -> bool {
         matches!(self, Self::String(_) | Self::Foreign(_))
     }
 
-    /// The eight bytes of SETUP (USB 2.0 table 9-2); `total` is wTotalLength.
+    /// Returns the eight bytes of SETUP (USB 2.0 table 9-2); `total` is wTotalLength.
     pub fn setup(self, device: &Device, total: u16) -> [u8; 8] {
         let interface = u16::from(device.control_interface);
         let (what, code, value, index, length) = match self {
@@ -89,7 +89,7 @@ impl Request {
         [what, code, v[0], v[1], i[0], i[1], l[0], l[1]]
     }
 
-    /// Data stage of a request that has one towards the device.
+    /// Returns the data that the request sends to the device; empty if there are none.
     pub fn data(self) -> &'static [u8] {
         match self {
             Self::LineCoding => &LINE_CODING,
@@ -97,7 +97,7 @@ impl Request {
         }
     }
 
-    /// What the host asks next once this request is served; `None`: no more.
+    /// Returns the request that follows once this one is served; `None` after the last.
     pub fn next(self, device: &Device) -> Option<Self> {
         let string = |from: usize| {
             let index = device.strings.iter().skip(from).position(|n| *n != 0);
@@ -116,8 +116,7 @@ impl Request {
         })
     }
 
-    /// Takes what the device answered into `device`; gives wTotalLength if
-    /// this request is the one that learns it.
+    /// Stores the device's answer in `device`; returns wTotalLength if the answer contains it.
     pub fn accept(self, bytes: &[u8], device: &mut Device) -> Result<Option<u16>, Failure> {
         match self {
             Self::MaxPacket => match bytes {
@@ -147,44 +146,44 @@ fn descriptor(kind: u8, index: u8) -> u16 {
     u16::from_le_bytes([index, kind])
 }
 
-/// Where a control transfer is (USB 2.0 section 8.5.3).
+/// Stage of a control transfer (USB 2.0 section 8.5.3).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
     /// SETUP is to be sent.
     Setup,
-    /// Data towards the host.
+    /// Data go towards the host.
     DataIn,
-    /// Data towards the device.
+    /// Data go towards the device.
     DataOut,
-    /// The device says how it went.
+    /// The device reports its success.
     StatusIn,
-    /// The host says that it has all data.
+    /// The host confirms that it has all data.
     StatusOut,
 }
 
 /// A control transfer under way.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Control {
-    /// What for.
+    /// Request that the transfer serves.
     pub request: Request,
-    /// SETUP's data.
+    /// Eight bytes of the SETUP packet.
     pub setup: [u8; 8],
-    /// Of a request that has data towards the device.
+    /// Data towards the device, if the request has such data.
     data: Vec<u8>,
-    /// What comes next.
+    /// Stage that comes next.
     pub stage: Stage,
-    /// Next data packet is DATA1.
+    /// Whether the next data packet is DATA1.
     pub data1: bool,
-    /// Bytes received.
+    /// Bytes received so far.
     pub received: Vec<u8>,
-    /// Bytes sent.
+    /// Number of bytes sent so far.
     pub sent: usize,
-    /// When the device has to be done.
+    /// Latest cycle at which the device must be done.
     pub deadline: Cycle,
 }
 
 impl Control {
-    /// A transfer for `request` that begins at `at`.
+    /// Creates the transfer for `request`, which begins at `at`.
     pub fn new(request: Request, device: &Device, total: u16, at: Cycle, hz: u64) -> Self {
         Self {
             request,
@@ -198,25 +197,25 @@ impl Control {
         }
     }
 
-    /// With these data towards the device instead, cut or filled up with zeros to wLength.
+    /// Replaces the data towards the device; cuts them, or pads them with zeros, to wLength.
     pub fn with_data(mut self, mut data: Vec<u8>) -> Self {
         data.resize(self.length(), 0);
         self.data = data;
         self
     }
 
-    /// wLength.
+    /// Returns the length of the data stage, wLength.
     pub fn length(&self) -> usize {
         usize::from(u16::from_le_bytes([self.setup[6], self.setup[7]]))
     }
 
-    /// The next data packet towards the device.
+    /// Returns the next data packet towards the device.
     pub fn chunk(&self, max_packet: usize) -> &[u8] {
         let rest = self.data.get(self.sent..).unwrap_or_default();
         rest.get(..max_packet).unwrap_or(rest)
     }
 
-    /// Longest that the next transaction takes, cycles of a clock of `hz`.
+    /// Returns the longest time that the next transaction takes, cycles of a clock of `hz`.
     pub fn budget(&self, max_packet: usize, hz: u64) -> Cycle {
         let bytes = match self.stage {
             Stage::Setup => 8,
@@ -226,7 +225,7 @@ impl Control {
         line::budget(bytes, hz)
     }
 
-    /// SETUP was accepted.
+    /// Moves to the next stage after the device accepted SETUP.
     pub fn setup_done(&mut self) {
         self.data1 = true;
         self.stage = match (self.length(), self.setup[0] & 0x80 != 0) {
@@ -236,7 +235,7 @@ impl Control {
         };
     }
 
-    /// A data packet towards the device was accepted; true when all is done.
+    /// Notes that the device accepted a data packet; returns whether the transfer is done.
     pub fn out_done(&mut self, bytes: usize) -> bool {
         if self.stage == Stage::StatusOut {
             return true;
@@ -250,7 +249,7 @@ impl Control {
         false
     }
 
-    /// A data packet came from the device; true when all is done.
+    /// Takes a data packet from the device; returns whether the transfer is done.
     pub fn in_done(&mut self, bytes: &[u8], max_packet: usize) -> Result<bool, Failure> {
         if self.stage == Stage::StatusIn {
             return match bytes {

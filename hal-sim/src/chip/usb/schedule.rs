@@ -1,9 +1,9 @@
-//! Transactions: which is next, when it begins, what comes of it.
+//! Schedules transactions: selects the next one, computes its start, and performs it.
 //!
-//! Order in a frame: start of frame, a due interrupt IN, then control, bulk
-//! OUT and bulk IN in turn, back to back while they get on. What was NAKed is
-//! tried again after any other transaction, or at the next retry of the frame
-//! (`frame`). A try that can only be NAKed takes no time of the bus here.
+//! Order in a frame: start of frame, a due interrupt IN, then control, bulk OUT and bulk IN in
+//! turn, back to back while they make progress. A NAKed transaction is retried after any other
+//! transaction, or at the next retry of the frame (`frame`). A try that can only be NAKed takes no
+//! bus time here.
 
 use super::line::{self, BETWEEN, HANDSHAKE, SAME_SOURCE, TIME_OUT, TURN_AROUND, pid};
 use super::request::Stage;
@@ -11,27 +11,27 @@ use super::{Failure, Host};
 use crate::chip::Cycle;
 use crate::chip::soc::otg::{Handshake, Otg, Packet, Reply};
 
-/// Tries without an answer until the host gives up (USB 2.0 8.6).
+/// Tries without an answer after which the host gives up (USB 2.0 8.6).
 const TRIES: u8 = 3;
 
-/// One direction of an endpoint, as the host keeps it.
+/// Host's state of one direction of an endpoint.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Pipe {
     pub number: usize,
     pub max_packet: usize,
     /// Frames between two tries of an interrupt pipe.
     pub interval: u64,
-    /// Next data packet is DATA1.
+    /// Whether the next data packet is DATA1.
     pub data1: bool,
-    /// If this is not past, the pipe is tried then, off the grid of retries.
+    /// If this cycle is not past, the pipe is tried then, independently of the retry grid.
     pub immediate: Cycle,
-    /// Not before.
+    /// Earliest cycle of a try.
     pub eligible: Cycle,
-    /// Tries without an answer.
+    /// Tries in a row without an answer.
     pub silent: u8,
 }
 
-/// Which pipe.
+/// Pipe of a transaction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     Notify,
@@ -40,7 +40,7 @@ pub enum Kind {
     In,
 }
 
-/// A transaction on the wire, and when its next phase ends.
+/// A transaction on the wire, and the cycle at which its current phase ends.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Flight {
     at: Cycle,
@@ -52,14 +52,15 @@ pub struct Flight {
 enum Phase {
     /// Data from the host: SETUP or OUT.
     Data(Packet),
-    /// An IN token.
+    /// IN token from the host.
     Token,
     /// The host's ACK of data.
     Ack(Packet),
 }
 
 impl Host {
-    /// When the next phase of a transaction ends or the next one begins.
+    /// Returns the cycle at which the next phase of a transaction ends or the next transaction
+    /// begins.
     pub(super) fn next_transfer(&self, otg: &Otg) -> Option<Cycle> {
         if let Some(flight) = &self.flight {
             return Some(flight.at);
@@ -69,7 +70,7 @@ impl Host {
         start.into_iter().chain(deadline).min()
     }
 
-    /// When a transaction next reaches the device.
+    /// Returns the cycle at which a transaction next reaches the device.
     pub(super) fn next_transfer_event(&self, otg: &Otg) -> Cycle {
         match (&self.flight, self.next_transfer(otg)) {
             (None, Some(start)) => start + self.cycles(line::token(pid::IN, 0, 0)),
@@ -81,7 +82,7 @@ impl Host {
         line::cycles(half_bits, self.hz)
     }
 
-    /// The transaction that comes next, and when it begins.
+    /// Returns the pipe of the next transaction, and the cycle of its start.
     fn plan(&self, otg: &Otg) -> Option<(Cycle, Kind)> {
         if self.failure.is_some() {
             return None;
@@ -96,7 +97,7 @@ impl Host {
             self.data_start(data[0], otg).map(|at| (at, data[0])),
             self.data_start(data[1], otg).map(|at| (at, data[1])),
         ];
-        // The first of those that begin at the same time.
+        // Of transactions that begin at the same time, the first in this list wins.
         starts.into_iter().flatten().min_by_key(|start| start.0)
     }
 
@@ -144,7 +145,7 @@ impl Host {
         ready.then(|| self.slot(pipe, write.eligible, line::budget(length, self.hz)))
     }
 
-    /// When a pipe that the device would serve is tried next.
+    /// Returns the cycle of the next try of a pipe that the device can serve.
     fn slot(&self, pipe: &Pipe, eligible: Cycle, budget: Cycle) -> Cycle {
         let eligible = eligible.max(pipe.eligible);
         if pipe.immediate >= self.now && pipe.immediate >= eligible {
@@ -154,7 +155,7 @@ impl Host {
         self.frames.retry(from, budget)
     }
 
-    /// Performs what [`Self::next_transfer`] announced for `at`.
+    /// Performs the phase that [`Self::next_transfer`] announced for `at`.
     pub(super) fn step(&mut self, at: Cycle, otg: &mut Otg) {
         if let Some(flight) = self.flight.take() {
             match flight.phase {
@@ -319,7 +320,7 @@ impl Host {
         }
     }
 
-    /// A transaction of `kind` is over at `end`; the bus is free a little later.
+    /// Ends a transaction of `kind` at `end`; the bus is free a little later.
     fn complete(&mut self, kind: Kind, end: Cycle, answer: Handshake) {
         self.free = end + self.cycles(BETWEEN);
         let free = self.free;

@@ -1,5 +1,5 @@
-//! Control transfers from the host's side: which request follows which, and
-//! what their answers change.
+//! Runs control transfers on the host's side: selects the next request and applies the device's
+//! answers.
 
 use super::request::{ADDRESS, ADDRESS_RECOVERY_MS, Control, Request};
 use super::schedule::Pipe;
@@ -24,7 +24,7 @@ impl Host {
         self.open = false;
     }
 
-    /// The device answered STALL to a request.
+    /// Handles a STALL of the device in answer to a request.
     pub(super) fn handle_stall(&mut self, at: Cycle) {
         let Some(control) = self.control.take() else {
             return;
@@ -36,7 +36,7 @@ impl Host {
         }
     }
 
-    /// A request was served in full.
+    /// Applies the answer of a fully served request, and begins the next request.
     pub(super) fn finish_request(&mut self, at: Cycle) {
         let Some(control) = self.control.take() else {
             return;
@@ -86,12 +86,12 @@ impl Host {
         self.control = self.control.take().map(|control| control.with_data(data));
     }
 
-    /// The endpoints begin with DATA0 (USB 2.0 9.1.1.5).
+    /// Sets up the pipes; endpoints begin with DATA0 (USB 2.0 9.1.1.5).
     fn configure(&mut self) {
         let pipe = |endpoint: super::Endpoint| Pipe {
             number: endpoint.number,
             max_packet: endpoint.max_packet,
-            // Hosts round down to a power of two (EHCI and xHCI lists).
+            // Hosts round the interval down to a power of two (EHCI and xHCI lists).
             interval: 1 << u64::from(endpoint.interval.max(1)).ilog2(),
             ..Pipe::default()
         };

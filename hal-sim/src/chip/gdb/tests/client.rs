@@ -1,18 +1,18 @@
-//! gdb itself (Debian's `gdb-multiarch`) at the port: what a person types, and what gdb then
-//! sends and shows.
+//! Tests with gdb itself (Debian's `gdb-multiarch`) at the port: commands of a user, and gdb's
+//! output.
 
 use super::*;
 use crate::chip::image::tests::file;
 use std::path::PathBuf;
 use std::process::Command;
 
-/// A debugger of the system, and the file that it reads.
+/// The system's gdb, and the image file that it reads.
 struct Client {
     file: PathBuf,
 }
 
 impl Client {
-    /// The image of [`TOUCHES`], as a file of this test's own.
+    /// Writes the image of [`TOUCHES`] to a file for this test only.
     fn new(test: &str) -> Self {
         let name = format!("flexor-gdb-{test}-{}.elf", std::process::id());
         let path = std::env::temp_dir().join(name);
@@ -20,7 +20,7 @@ impl Client {
         Self { file: path }
     }
 
-    /// What gdb prints while it does `commands` at `port`.
+    /// Returns the text that gdb prints while it carries out `commands` at `port`.
     fn prints(&self, port: SocketAddr, commands: &[&str]) -> String {
         let mut gdb = Command::new("gdb-multiarch");
         gdb.args(["--batch", "-nx", "-ex", "set pagination off"]);
@@ -40,7 +40,7 @@ impl Drop for Client {
     }
 }
 
-/// Whether `text` has all of `parts`, in this order.
+/// Checks that `text` contains all of `parts`, in this order.
 #[track_caller]
 fn says(text: &str, parts: &[&str]) {
     let mut rest = text;
@@ -56,7 +56,7 @@ fn says(text: &str, parts: &[&str]) {
 fn gdb_loads_steps_breaks_and_comes_again() {
     let served = ServedBoard::for_ever(&LOOP);
     let client = Client::new("loads");
-    // What lies in flash is LOOP, until TOUCHES is loaded.
+    // The flash contains LOOP until TOUCHES is loaded.
     let text = client.prints(
         served.at,
         &[
@@ -120,7 +120,7 @@ fn gdb_loads_steps_breaks_and_comes_again() {
     says(&text, &["0x40010034:\t0x1234", "0x20000100:\t0x0000ab00"]);
     says(&text, &["unknown command: frobnicate", "no trace port"]);
     says(&text, &["detached"]);
-    // It runs meanwhile, and is halted where it is by who comes next.
+    // The core runs meanwhile, and the next client halts it where it is.
     let text = client.prints(
         served.at,
         &["target remote PORT", "p/x $r0", "p $r1 > 1", "kill"],

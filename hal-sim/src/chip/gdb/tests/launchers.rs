@@ -1,4 +1,4 @@
-//! Clients that come and go, and what launchers ask of a probe's server.
+//! Tests clients that come and go, and requests of launchers to a probe's server.
 
 use super::*;
 use crate::chip::board::wiring::CORE_HZ;
@@ -27,7 +27,8 @@ fn a_port_that_is_only_looked_at_stays_open() {
     let mut gdb = served.connect();
     assert_eq!(gdb.exchange("?"), HALTED);
     assert_eq!(gdb.register(15), CODE, "nobody let it go");
-    // Who looked and stayed is told who has the core, and can have it afterwards.
+    // A client that stayed unattached gets an error that names the attached one, and can attach
+    // later.
     let own = gdb.stream.local_addr().unwrap();
     let told = format!("E.{own} debugs this chip: one debugger at a time");
     assert_eq!(idle.exchange("?"), told);
@@ -57,7 +58,7 @@ fn detaching_lets_the_core_run_and_attaching_halts_it() {
             .unwrap()
             .swap_bytes()
     };
-    // The one that detached needs not hang up, nor is the breakpoint of nobody heeded.
+    // A detached client need not hang up, and its breakpoint no longer has effect.
     let mut next = served.connect();
     assert_eq!(next.exchange("?"), HALTED);
     let (first, second) = (r0(&mut next), r0(&mut next));
@@ -65,7 +66,7 @@ fn detaching_lets_the_core_run_and_attaching_halts_it() {
     assert_eq!(first, second, "it stands");
     let read = gdb.stream.read(&mut [0; 8]);
     assert!(!matches!(read, Ok(1..)), "it was let go");
-    // One that hangs up while the core runs lets it run, without its breakpoints.
+    // A client that hangs up while the core runs lets it run, without its breakpoints.
     assert_eq!(next.exchange("vCont?"), "vCont;c;C;s;S");
     next.send("c");
     drop(next);
@@ -73,10 +74,10 @@ fn detaching_lets_the_core_run_and_attaching_halts_it() {
     assert_ne!(r0(&mut last), second);
 }
 
-/// A client that has said everything and gone before the server looks.
+/// A client that has sent everything and closed the connection before the server polls.
 struct Scripted {
     says: Vec<u8>,
-    /// What the server answered.
+    /// Bytes that the server answered.
     answers: Arc<Mutex<Vec<u8>>>,
 }
 
@@ -129,7 +130,7 @@ fn a_core_let_go_runs_before_the_next_debugger_halts_it() {
             debugger.run_to(step * 16_000).unwrap();
         }
         let answers = String::from_utf8(answers.lock().unwrap().clone()).unwrap();
-        // In a millisecond the register counts to thousands; 0 is a core that never ran.
+        // In a millisecond the register counts to thousands; 0 means that the core never ran.
         assert_eq!(answers.matches(HALTED).count(), 2, "{lets_go}: {answers}");
         assert!(!answers.contains("$00000000#"), "{lets_go}: {answers}");
     }
@@ -149,7 +150,7 @@ fn killing_resets_the_chip_and_the_port_stays_open() {
     }
     let mut gdb = served.attach();
     assert_eq!(gdb.register(15), CODE);
-    // As `target extended-remote` begins again.
+    // `target extended-remote` starts again like this.
     gdb.exchanges(&[
         ("!", "OK"),
         ("s", HALTED),
@@ -191,7 +192,7 @@ fn a_session_goes_on_alone_when_its_debugger_hangs_up() {
     assert!(served.device.join().unwrap().is_ok());
 }
 
-/// A debugger's image needs no USB port, however long it runs.
+/// The image of a debugged program needs no USB port, however long it runs.
 #[test]
 fn an_image_that_opens_no_usb_port_is_left_running() {
     // WFI; B to it.
@@ -206,7 +207,7 @@ fn an_image_that_opens_no_usb_port_is_left_running() {
     assert!(matches!(limited, Err(BoardError::NoPort { .. })));
 }
 
-/// A debugger that detaches or hangs up leaves an image that opens no port as long as it has
+/// After a debugger detaches or hangs up, an image that opens no port has the same time limit as
 /// without a debugger.
 #[test]
 fn an_image_that_opens_no_usb_port_ends_a_session_that_is_left_alone() {
@@ -226,7 +227,7 @@ fn an_image_that_opens_no_usb_port_ends_a_session_that_is_left_alone() {
     }
 }
 
-/// Under `serve` a core that locks up with nobody attached waits for the next debugger.
+/// Under `serve`, a core that locks up with no client attached waits for the next debugger.
 #[test]
 fn a_core_that_locks_up_alone_waits_for_the_next_debugger() {
     // UDF, without handlers: the core locks up.
@@ -256,7 +257,7 @@ fn monitor_commands_reset_halt_and_let_run() {
     let there = gdb.register(15);
     assert_eq!(gdb.register(15), there);
     assert_eq!(gdb.monitor("resume"), ok());
-    // A launcher that continues what runs already waits for its stop as ever.
+    // A launcher that continues a running core still waits for its stop.
     gdb.send("c");
     gdb.write(&[3]);
     assert_eq!(gdb.receive(), "T02thread:1;");
@@ -283,7 +284,7 @@ fn flash_is_erased_and_written_as_load_does() {
     let served = ServedBoard::for_ever(&LOOP);
     let mut gdb = served.connect();
     let before = gdb.exchange("m8000000,40");
-    // MOVS R0, #9 where the LOOP begins, in a sector that was erased.
+    // MOVS R0, #9 at the start of LOOP, in an erased sector.
     let vectors = unhex(before.as_bytes()).unwrap();
     gdb.exchanges(&[
         ("m8004000,2", "ffff"),
@@ -306,11 +307,11 @@ fn flash_is_erased_and_written_as_load_does() {
     gdb.monitor("reset halt");
     gdb.exchanges(&[("s", HALTED)]);
     assert_eq!((gdb.register(0), gdb.register(15)), (9, CODE + 2));
-    // The sum by which compare-sections compares.
+    // The checksum that compare-sections compares.
     let sum = Crc::<u32>::new(&CRC_32_MPEG_2).checksum(&vectors);
     assert_eq!(gdb.exchange("qCRC:8000000,40"), format!("C{sum:x}"));
     gdb.exchanges(&[
-        // Bits that are 0 stay so; outside the flash; half of it outside.
+        // Bits that are 0 stay 0; then addresses outside the flash, and half outside.
         ("vFlashWrite:8000000:\u{7f}", "E0e"),
         ("vFlashErase:20000000,4000", "E0e"),
         ("vFlashErase:80fc000,8000", "E0e"),
@@ -322,7 +323,7 @@ fn flash_is_erased_and_written_as_load_does() {
         ("qCRC:2001fff0,20", "E0e"),
         ("qCRC:0,ffffffff", "E0e"),
     ]);
-    // Nothing to start from any more: the server goes on, and a start locks the core up.
+    // No vector table is left: the server continues, and a start locks the core up.
     gdb.exchanges(&[("vFlashErase:8000000,100000", "OK")]);
     assert_eq!(gdb.monitor("reset halt").1, "OK");
     assert_eq!(gdb.register(15), u32::MAX - 1);
@@ -386,7 +387,7 @@ fn what_is_malformed_is_answered() {
         ("qXfer:features:read:other.xml:0,10", "E16"),
         ("qXfer:features:read:target.xml:ffffff,10", "E16"),
         ("qCRC:zz", "E16"),
-        // What nobody offers has an empty answer, also what is not known at all.
+        // An unsupported or unknown packet has an empty answer.
         ("", ""),
         ("vMustReplyEmpty", ""),
         ("QNonStop:1", ""),
@@ -398,33 +399,33 @@ fn what_is_malformed_is_answered() {
         ("qsThreadInfo", "l"),
         ("qThreadExtraInfo,1", "436f727465782d4d3446"),
     ]);
-    // A wrong sum is asked for again, and so can an answer be.
+    // The server asks for a damaged packet again, and the client can ask for an answer again.
     gdb.write(b"$g#00");
     assert_eq!(gdb.byte(), b'-');
     gdb.exchanges(&[("qC", "QC1")]);
     gdb.write(b"-");
     assert_eq!(gdb.receive(), "QC1");
-    // Beyond the size that was agreed; one that was cut off; what is no packet.
+    // A packet beyond the agreed size; an unfinished packet; bytes that are no packet.
     let long = "m".repeat(packet::LONGEST + 1);
     gdb.exchanges(&[(&long, "E07")]);
     gdb.write(b"+++\0\xFFnothing$m8000000");
     gdb.exchanges(&[("qC", "QC1")]);
-    // Without acknowledgements a wrong sum is an error.
+    // Without acknowledgements, a wrong checksum is an error.
     gdb.exchanges(&[("QStartNoAckMode", "OK")]);
     gdb.write(b"$g#00");
     assert_eq!(gdb.receive(), "E16");
     gdb.send("qC");
     assert_eq!(gdb.byte(), b'$');
     assert_eq!(gdb.receive(), "QC1");
-    // A client that goes within a packet leaves nothing of it to the next.
+    // A client that disconnects within a packet leaves nothing of the packet to the next client.
     gdb.write(b"$M20000000,4:01");
     drop(gdb);
     served.attach().exchanges(&[("m20000000,4", "00000000")]);
 }
 
-/// What gdb sends for Cortex-Debug's server type `external` (its `src/external.ts`, `launch`):
-/// target-select extended-remote, monitor reset halt, load, monitor reset halt, a breakpoint,
-/// continue; at the end detach.
+/// Sends the packets of gdb for Cortex-Debug's server type `external` (its `src/external.ts`,
+/// `launch`): target-select extended-remote, monitor reset halt, load, monitor reset halt, a
+/// breakpoint, continue; at the end detach.
 #[test]
 fn cortex_debug_s_external_server_mode_is_served() {
     let served = ServedBoard::for_ever(&LOOP);

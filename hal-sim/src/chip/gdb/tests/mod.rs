@@ -1,4 +1,4 @@
-//! The remote protocol over a socket, as debuggers and their launchers speak it.
+//! Tests the remote protocol over a socket, as debuggers and their launchers use it.
 
 mod client;
 mod launchers;
@@ -14,7 +14,8 @@ use std::thread::JoinHandle;
 
 /// MOVS R0, #1; MOVS R1, #2; ADDS R0, R0, R1; B to the ADDS.
 const LOOP: [u16; 4] = [0x2001, 0x2102, 0x1840, 0xE7FD];
-/// LDR R0, [PC, #4]; LDR R1, [R0]; B .; the literal: the trace unit of the debug support.
+/// LDR R0, [PC, #4]; LDR R1, [R0]; B .; the literal: an address in the trace unit of the debug
+/// support, which is not modelled.
 const BEYOND: [u16; 6] = [0x4801, 0x6801, 0xE7FE, 0xBF00, 0x1000, 0xE004];
 /// LDR R0, [PC, #12]; MOVS R1, #0; ADDS R1, #1; STR R1, [R0]; STRB R1, [R0, #9];
 /// LDRH R2, [R0, #4]; B to the ADDS; 0x2000_0000.
@@ -46,7 +47,7 @@ impl ServedBoard {
         Self { at, device }
     }
 
-    /// For ever, as it seems.
+    /// Serves for a practically unlimited time.
     fn for_ever(code: &[u16]) -> Self {
         Self::new(code, AfterDebugger::Debugger, u64::from(u32::MAX))
     }
@@ -58,7 +59,7 @@ impl ServedBoard {
         Gdb { stream }
     }
 
-    /// Attached, as soon as nobody else is.
+    /// Connects, and attaches as soon as no other client is attached.
     fn attach(&self) -> Gdb {
         let mut gdb = self.connect();
         while gdb.exchange("?").starts_with("E.") {}
@@ -85,7 +86,7 @@ impl Gdb {
         byte[0]
     }
 
-    /// The next packet, acknowledged.
+    /// Receives the next packet and acknowledges it.
     fn receive(&mut self) -> String {
         let mut text = String::new();
         loop {
@@ -105,14 +106,14 @@ impl Gdb {
         self.receive()
     }
 
-    /// Packet by packet, what is answered.
+    /// Sends each packet and checks its answer.
     fn exchanges(&mut self, packets: &[(&str, &str)]) {
         for (packet, answer) in packets {
             assert_eq!(self.exchange(packet), *answer, "{packet}");
         }
     }
 
-    /// What `monitor line` prints, and its last packet.
+    /// Returns the text that `monitor line` prints, and its last packet.
     fn monitor(&mut self, line: &str) -> (String, String) {
         let mut said = String::new();
         let mut answer = self.exchange(&format!("qRcmd,{}", hex(line.as_bytes())));
@@ -123,7 +124,7 @@ impl Gdb {
         (said, answer)
     }
 
-    /// Register `n`, which has 32 bits.
+    /// Returns register `n`, which has 32 bits.
     fn register(&mut self, n: usize) -> u32 {
         let value = self.exchange(&format!("p{n:x}"));
         number(value.as_bytes()).unwrap().swap_bytes()
@@ -146,7 +147,7 @@ fn the_core_halts_at_reset_steps_and_stops_at_breakpoints() {
         assert_eq!(gdb.exchange("vCont;c"), HALTED);
         assert_eq!((gdb.register(15), gdb.register(0)), (CODE + 6, sum));
     }
-    // A client that knows the words is told which kind it was.
+    // A client that supports them gets `swbreak` or `hwbreak` in the stop reply.
     let own = gdb.exchange("qSupported:swbreak+;hwbreak+;xmlRegisters=i386");
     assert!(
         own.contains("PacketSize=4000;") && own.contains("qXfer:memory-map:read+"),
@@ -156,7 +157,7 @@ fn the_core_halts_at_reset_steps_and_stops_at_breakpoints() {
     assert_eq!(gdb.exchange(&format!("z{there}")), "OK");
     assert_eq!(gdb.exchange(&format!("Z0,{:x},2", CODE + 4)), "OK");
     assert_eq!(gdb.exchange("vCont;c:-1"), format!("{HALTED}swbreak:;"));
-    // Steps over a breakpoint, from an address, and with a signal that nobody hears.
+    // Steps over a breakpoint, from an address, and with a signal that is ignored.
     gdb.exchanges(&[("vCont;s:1;c", HALTED)]);
     assert_eq!(gdb.register(15), CODE + 6);
     assert_eq!(gdb.exchange(&format!("S05;{CODE:x}")), HALTED);
@@ -201,10 +202,10 @@ fn ctrl_c_stops_what_runs() {
     while gdb.register(15) == CODE {} // until it runs
     gdb.write(&[3]);
     assert_eq!(gdb.receive(), "T02thread:1;");
-    // One that comes when the core stands already means nothing.
+    // An interrupt that arrives when the core is halted has no effect.
     gdb.write(&[3]);
     gdb.exchanges(&[("?", "T02thread:1;"), ("s", HALTED)]);
-    // Answers come while it runs, too.
+    // Memory can also be read while the core runs.
     gdb.send("vCont;c:0");
     assert_eq!(gdb.exchange(&format!("m{CODE:x},2")), "0120");
     gdb.write(&[3]);
@@ -219,29 +220,29 @@ fn memory_and_registers_are_read_and_written() {
     gdb.exchanges(&[
         ("M20000010,4:78563412", "OK"),
         ("m20000011,2", "5634"),
-        ("X20000020,3:a}\x03b", "OK"), // one is escaped
+        ("X20000020,3:a}\x03b", "OK"), // one byte is escaped
         ("m20000020,3", "612362"),
-        ("X20000020,0:", "OK"), // gdb asks so whether there are X packets
+        ("X20000020,0:", "OK"), // gdb tests with this packet whether X packets are supported
         // CPUID; SCR, written as by the core.
         ("me000ed00,4", "41c20f41"),
         ("Me000ed10,4:04000000", "OK"),
         ("me000ed10,4", "04000000"),
         // A register of a peripheral whose clock is off reads 0.
         ("m40000024,4", "00000000"),
-        // Who the chip is: DBGMCU_IDCODE, and the flash's KiB, a half-word.
+        // Identity of the chip: DBGMCU_IDCODE, and the flash size in KiB, a half-word.
         ("me0042000,4", "13640710"),
         ("me0042000,2", "1364"),
         ("m1fff7a22,2", "0004"),
         ("m1fff7a10,4", "464c4558"),
-        // What DBGMCU freezes is set as probes' scripts do.
+        // Scripts of probes can set the freeze bits of DBGMCU.
         ("Me0042008,4:00180000", "OK"),
         ("me0042008,4", "00180000"),
-        // No gigabyte of zeros where no memory hangs; nothing at all; flash.
+        // No gigabyte of zeros where no memory is connected; an unused address; flash.
         ("m60000000,40000000", "E0e"),
         ("m30000000,4", "E0e"),
         ("M30000000,4:00000000", "E0e"),
         ("M8000000,2:0000", "E0e"),
-        // What is there before the end of SRAM, and the end of memory.
+        // The bytes before the end of SRAM, and before the end of memory.
         ("m2001fffe,4", "0000"),
         ("Mffffffff,2:0000", "E0e"),
     ]);
@@ -269,7 +270,7 @@ fn registers_of_the_chip_are_written_in_the_width_that_is_asked_for() {
     let served = ServedBoard::for_ever(&LOOP);
     let mut gdb = served.connect();
     gdb.exchanges(&[
-        // RCC: ports A and TIM1's clock, by half-word and byte.
+        // RCC: clocks of port A and TIM1, by half-word and byte.
         ("M40023844,2:0100", "OK"),
         ("m40023844,4", "01000000"),
         // TIM1_ARR and CCR1 take half-words.
@@ -280,7 +281,7 @@ fn registers_of_the_chip_are_written_in_the_width_that_is_asked_for() {
         // Priorities of interrupts are bytes.
         ("Me000e401,1:50", "OK"),
         ("me000e400,4", "00500000"),
-        // DHCSR is not a register of bytes, and 4 bytes at an odd address are no word.
+        // SCR takes no byte writes, and 4 bytes at an odd address are no word.
         ("Me000ed10,1:04", "E0e"),
         ("M20000001,5:0102030405", "OK"),
         ("m20000000,8", "0001020304050000"),
@@ -296,7 +297,7 @@ fn each_register_is_read_and_set_by_its_number() {
     gdb.exchanges(&[
         ("P0=efbeadde", "OK"),
         ("p0", "efbeadde"),
-        ("P11=00100020", "OK"), // MSP, the one in use
+        ("P11=00100020", "OK"), // MSP, the stack pointer in use
         ("pd", "00100020"),
         ("P12=00180020", "OK"), // PSP
         ("P13=01", "OK"),       // PRIMASK
@@ -338,7 +339,7 @@ fn watched_data_stops_the_core_behind_the_instruction() {
         ("2,20000008,4", "watch:20000009;", 10),
         ("3,20000004,8", "rwatch:20000004;", 12),
     ] {
-        // By steps from reset, the same cycle.
+        // Steps from reset reach the same cycle.
         gdb.monitor("reset halt");
         gdb.exchanges(&[
             ("Me000edfc,4:00000001", "OK"),
@@ -358,12 +359,12 @@ fn watched_data_stops_the_core_behind_the_instruction() {
         assert_eq!(gdb.register(15), CODE + behind, "{set}");
         assert_eq!(cycles(&mut gdb), stepped, "{set}");
         assert_ne!(stepped, "00000000");
-        // And once more, after one turn of the loop.
+        // The core stops once more after one turn of the loop.
         assert_eq!(gdb.exchange("c"), format!("{HALTED}{stop}"), "{set}");
         assert_eq!((gdb.register(15), gdb.register(1)), (CODE + behind, 2));
         assert_eq!(gdb.exchange(&format!("z{set}")), "OK");
     }
-    // Nothing reads there, or is watched any more.
+    // No read of the watched data occurs, or no watchpoint is left.
     gdb.exchanges(&[("Z3,20000000,4", "OK"), ("Z2,20000010,10", "OK")]);
     gdb.send("c");
     gdb.write(&[3]);
@@ -380,9 +381,9 @@ fn there_are_four_comparators_of_data() {
         ("Z4,20000020,1", "OK"),
         ("Z2,20000100,20", "OK"),
         ("Z2,20000200,4", "E1c"),
-        ("Z2,20000000,4", "OK"), // is watched
+        ("Z2,20000000,4", "OK"), // is already watched
         ("z3,20000010,2", "OK"),
-        // What one comparator cannot cover takes more.
+        // A range that one comparator cannot cover takes more.
         ("Z2,20000204,8", "E1c"),
         ("Z2,20000208,8", "OK"),
         ("z2,20000208,8", "OK"),
@@ -392,11 +393,11 @@ fn there_are_four_comparators_of_data() {
         ("Z2,20000204,0", "E16"),
         ("Z2,fffffffe,4", "E0e"),
         ("Z5,20000204,4", ""),
-        // The registers show them.
+        // The DWT registers show the watchpoints.
         ("me0001020,c", "000000200200000006000000"),
         ("me0001000,4", "00000040"),
     ]);
-    // Another debugger begins with none.
+    // Another debugger begins without watchpoints.
     gdb.exchanges(&[("D", "OK")]);
     drop(gdb);
     let mut gdb = served.connect();
@@ -420,13 +421,14 @@ fn what_nobody_models_is_told_in_words() {
     );
     assert_eq!(gdb.receive(), "T0athread:1;", "SIGBUS");
     assert_eq!(gdb.register(15), CODE + 2);
-    // Without a debugger, it is the end of the run.
+    // Without a debugger, the stop ends the run.
     assert_eq!(gdb.exchange("D"), "OK");
     let ended = served.device.join().unwrap();
     assert!(matches!(ended, Err(BoardError::Stopped { .. })));
 }
 
-/// A debugger whose computer vanished would hold the core for ever.
+/// Checks that the server notices a debugger whose computer vanished; it would hold the core for
+/// ever.
 #[test]
 #[cfg(target_os = "linux")]
 fn a_debugger_that_vanished_is_noticed() {

@@ -1,4 +1,4 @@
-//! Plugging, enumeration, refusals, unplugging.
+//! Tests plugging, enumeration, refusals and unplugging.
 
 use super::board::{Board, HZ, MS, US};
 use crate::chip::usb::Failure;
@@ -19,7 +19,7 @@ fn enumerates_a_serial_port() {
     assert_eq!(last, &[0x21, 0x22, 3, 0, 0, 0, 0, 0]);
 }
 
-/// Times of the specification, from the pull-up to the first SETUP and around
+/// Checks the times of the specification from the pull-up to the first SETUP and around
 /// SET_ADDRESS.
 #[test]
 fn waits_as_long_as_the_specification_says() {
@@ -85,7 +85,7 @@ fn soft_disconnect_is_an_unplug_for_the_host() {
 fn a_refused_string_is_no_string() {
     let mut board = Board::plugged();
     board.refused = Some((6, 2));
-    // Only the string's request has 2 in wValue's lower byte.
+    // Only the request of this string has 2 in wValue's lower byte.
     board.run(board.now + 400 * MS);
     assert!(board.host.open);
     let device = board.host.device().unwrap();
@@ -122,7 +122,7 @@ fn a_device_that_never_answers_a_request_is_too_slow() {
     assert_eq!(failure, expected);
 }
 
-/// What pulls D+ up without asking for VBUS is seen from the plug on.
+/// A device that pulls D+ up without waiting for VBUS is detected from the plug on.
 #[test]
 fn debounce_begins_with_the_plug() {
     let mut board = Board::plugged();
@@ -140,7 +140,7 @@ fn debounce_begins_with_the_plug() {
     assert_eq!(board.events, ["suspend", "reset"]);
 }
 
-/// However long the driver's thread takes, up to 1 ms each time.
+/// Enumeration works for any delay of the driver's thread up to 1 ms per request.
 #[test]
 fn enumerates_with_slow_and_fast_drivers() {
     for delay in [0, 1, 40, 333, 2_000, 7_777, 50_000, MS] {
@@ -159,7 +159,7 @@ fn enumerates_with_slow_and_fast_drivers() {
     }
 }
 
-/// The start-up clock is 16 MHz, the cable was plugged in before.
+/// The start-up clock is 16 MHz, and the cable was plugged in before.
 #[test]
 fn clock_changes_during_debounce() {
     let mut board = Board::plugged_at(16_000_000);

@@ -27,13 +27,13 @@ pub struct Board {
     pub(super) setup: [u8; 8],
     pub(super) setup_ready: bool,
     pub(super) control: Control,
-    /// Packets that the handler took and the thread did not.
+    /// Packets that the handler has taken and the thread has not, by endpoint.
     pub(super) taken: [Option<Vec<u8>>; 2],
-    /// Interrupts served.
+    /// Number of interrupts served.
     pub interrupts: u64,
-    /// Wakes of the simulator.
+    /// Number of times that the simulator woke for an event.
     pub wakes: u64,
-    /// SETUP packets seen.
+    /// SETUP packets received.
     pub setups: Vec<[u8; 8]>,
     /// Data of control OUT transfers.
     pub control_data: Vec<Vec<u8>>,
@@ -41,27 +41,27 @@ pub struct Board {
     pub received: Vec<(Cycle, Vec<u8>)>,
     /// Packets to write to the IN endpoint.
     pub to_send: VecDeque<Vec<u8>>,
-    /// The thread leaves OUT data in the handler's buffer.
+    /// Whether the thread leaves OUT data in the handler's buffer.
     pub deaf: bool,
-    /// The handler throws OUT data away itself: the endpoint was armed for many
+    /// Whether the handler itself discards OUT data, because the endpoint was armed for many
     /// packets.
     pub greedy: bool,
-    /// Request code and lower byte of wValue that the device refuses.
+    /// Request code and lower byte of wValue of a request that the device refuses.
     pub refused: Option<(u8, u8)>,
-    /// The thread does nothing about endpoint 0.
+    /// Whether the thread ignores endpoint 0.
     pub mute: bool,
-    /// The configuration it shows.
+    /// Configuration descriptor of the device.
     pub configuration: Vec<u8>,
     pub events: Vec<&'static str>,
 }
 
 impl Board {
-    /// After power-on, driver initialised, cable plugged in.
+    /// Returns a board after power-on, with the driver initialised and the cable plugged in.
     pub fn plugged() -> Self {
         Self::plugged_at(HZ)
     }
 
-    /// The same with another core clock.
+    /// Does the same as `plugged` with another core clock.
     pub fn plugged_at(hz: u64) -> Self {
         let mut board = Self {
             host: Host::new(hz),
@@ -91,7 +91,7 @@ impl Board {
         board
     }
 
-    /// Enumerated and open.
+    /// Returns a board with an enumerated device and an open port.
     pub fn open() -> Self {
         let mut board = Self::plugged();
         board.run(board.now + 400 * MS);
@@ -122,12 +122,12 @@ impl Board {
         self.host.send(bytes, self.now);
     }
 
-    /// Asks the thread to look at what there is to do.
+    /// Schedules the thread to look for work.
     pub fn wake(&mut self) {
         self.thread_at = self.thread_at.min(self.now + self.thread_delay);
     }
 
-    /// Lets everything happen up to `to`.
+    /// Simulates up to `to`.
     pub fn run(&mut self, to: Cycle) {
         loop {
             if self.otg.line {

@@ -1,10 +1,10 @@
-//! Frames and the serial port's data in them.
+//! Tests frames and the serial port's data in them.
 
 use super::board::{Board, MS, US};
 use crate::chip::usb::Failure;
 
-/// A frame's bytes are at the device early in the next frame, and the
-/// interrupt follows within the packet's own time.
+/// Bytes of one frame reach the device early in the next frame, and the interrupt follows within
+/// the packet's own time.
 #[test]
 fn delivers_with_the_next_frame() {
     let mut board = Board::open();
@@ -18,8 +18,8 @@ fn delivers_with_the_next_frame() {
         let (taken, bytes) = board.received.first().unwrap();
         assert_eq!(bytes, &[0x55; 20]);
         assert_eq!(board.host.frame(*taken).unwrap(), frame + 1);
-        // SOF, gap, token, gap, 20 bytes of data: 35 + 8 + 35 + 2 + 195 bits are
-        // 22.9 µs, then the handler's entry and 13 register accesses.
+        // SOF, gap, token, gap, 20 bytes of data: 35 + 8 + 35 + 2 + 195 bits are 22.9 µs, then the
+        // handler's entry and 13 register accesses.
         let in_frame = {
             let start = board.host.frame_start(*taken);
             (*taken - start) as f64 / US as f64
@@ -52,9 +52,8 @@ fn order_and_content_survive_in_both_directions() {
     assert_eq!(board.host.failure, None);
 }
 
-/// The driver is ready again 12 µs after its handler took a packet, which is
-/// after a try: the next is at the retry 75 µs after the packet's start. 13
-/// such slots fit a frame.
+/// The driver is ready again 12 µs after its handler took a packet, which is after a try; the next
+/// try is the retry 75 µs after the packet's start. 13 such slots fit a frame.
 #[test]
 fn throughput_is_bounded_by_the_device() {
     let mut board = Board::open();
@@ -65,8 +64,8 @@ fn throughput_is_bounded_by_the_device() {
     assert_eq!(taken, 130);
 }
 
-/// An endpoint armed for many packets takes 19 of 64 bytes in a frame, what
-/// USB 2.0 table 5-9 gives as the most.
+/// An endpoint armed for many packets takes 19 packets of 64 bytes per frame, the maximum of USB
+/// 2.0 table 5-9.
 #[test]
 fn throughput_is_bounded_by_the_bus() {
     let mut board = Board::open();
@@ -79,7 +78,7 @@ fn throughput_is_bounded_by_the_bus() {
     assert_eq!(taken, 190);
 }
 
-/// Both directions at once share the bus, in turn.
+/// Both directions share the bus in turn.
 #[test]
 fn directions_take_turns() {
     let mut board = Board::open();
@@ -92,14 +91,14 @@ fn directions_take_turns() {
     board.run(start + 10 * MS);
     let out = board.received.iter().filter(|r| r.0 >= start).count();
     let back = std::iter::from_fn(|| board.host.received()).count();
-    // IN goes on after each OUT, or the one after: the driver needs 12 µs and a
-    // transaction of the other direction takes 51.
+    // IN continues after each OUT, or after the next: the driver needs 12 µs, and a transaction of
+    // the other direction takes 51 µs.
     assert!(out + back <= 191, "{out} + {back}");
     assert!(out >= 90 && back >= 85, "{out} OUT, {back} IN");
 }
 
-/// Whenever in the frame the driver arms an IN endpoint, the answer begins at
-/// the next of the tries that the host would have made every 25 µs.
+/// Wherever in the frame the driver arms an IN endpoint, the answer begins at the next of the tries
+/// that the host makes every 25 µs.
 #[test]
 fn polling_left_out_changes_no_time() {
     for us in [10, 24, 25, 26, 333, 700, 940, 990] {
@@ -173,7 +172,7 @@ fn a_deaf_device_is_naked_without_an_event() {
     board.run(board.now + MS);
     let (taken, bytes) = &board.received[1];
     assert_eq!(bytes, &[2; 64]);
-    // Next retry, at most 25 µs off, and 49 µs on the wire.
+    // The next retry is at most 25 µs away, and the packets take 49 µs on the wire.
     let late = (taken - ready) / US;
     assert!((49..=80).contains(&late), "{late} µs");
 }
@@ -220,7 +219,7 @@ fn closing_drops_dtr_and_stops_reading() {
     assert_eq!(board.host.received().unwrap().1.bytes(), [9; 10]);
 }
 
-/// 255 frames asked for: hosts poll every 128.
+/// The descriptor asks for an interval of 255 frames: hosts poll every 128.
 #[test]
 fn notifications_are_polled_at_their_interval() {
     let mut board = Board::open();

@@ -1,5 +1,5 @@
-//! A driver that does what the image's does: `interrupt` empties the receive
-//! FIFO, `thread` serves endpoint 0 and the data endpoints some time later.
+//! A driver that works like the image's: `interrupt` empties the receive FIFO, `thread` serves
+//! endpoint 0 and the data endpoints some time later.
 
 use super::board::Board;
 use crate::chip::Cycle;
@@ -37,11 +37,11 @@ pub const CONFIGURATION: [u8; 70] = [
     7, 5, 0x82, 2, 64, 0, 0, // IN
 ];
 
-/// What endpoint 0 is at.
+/// State of endpoint 0.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Control {
     Idle,
-    /// Packets still to be written; the last one is followed by status.
+    /// Packets still to be written; the status stage follows the last one.
     Writing(VecDeque<Vec<u8>>),
     AwaitStatus,
     AwaitData,

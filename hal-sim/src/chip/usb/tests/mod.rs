@@ -1,4 +1,4 @@
-//! The host against a driver like the image's.
+//! Tests the host with a driver like the image's.
 
 mod attachment;
 mod board;
