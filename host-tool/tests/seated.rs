@@ -12,7 +12,7 @@ use std::path::Path;
 use std::process::{Child, Command, ExitStatus};
 use std::time::Duration;
 
-/// The program at its own terminal.
+/// A `flexor` process whose standard streams are a pseudo-terminal.
 pub struct TerminalProgram {
     process: Child,
     master: File,

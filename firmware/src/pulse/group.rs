@@ -83,7 +83,7 @@ impl Group {
 pub enum GroupError {
     /// A group needs two or more of the ten channels.
     Members(OutOfRange),
-    /// Channel `channel` has no train.
+    /// A member has no train, so the group could not coordinate its pulses.
     NoTrain {
         /// The member without a train, from 0.
         channel: u8,

@@ -172,8 +172,7 @@ impl TrainSpec {
     /// Range of [`Self::burst_interval_us`] of bursts with several pulses.
     pub const BURST_INTERVAL_US: Range = Range::new("burst_interval_us", 200, 50_000);
 
-    /// Returns endless single biphasic pulses, cathodic phase first, every `period_us` from the
-    /// epoch on.
+    /// Returns endless single biphasic pulses, cathodic phase first, every `period_us`.
     #[must_use]
     pub const fn biphasic(width_us: u16, gap_us: u16, period_us: u32) -> Self {
         Self {
@@ -192,8 +191,7 @@ impl TrainSpec {
         }
     }
 
-    /// Returns endless single pulses of one cathodic phase and grounding, every `period_us` from
-    /// the epoch on.
+    /// Returns endless single pulses of one cathodic phase and grounding, every `period_us`.
     #[must_use]
     pub const fn monophasic(width_us: u16, ground_us: u16, period_us: u32) -> Self {
         Self {
@@ -269,8 +267,7 @@ impl Train {
         &self.spec
     }
 
-    /// Returns the disconnected time between the two phases, dead time included, in µs; 0 for
-    /// monophasic pulses.
+    /// Returns the disconnected time between the phases, µs, dead time included; 0 if monophasic.
     #[must_use]
     pub const fn gap_us(&self) -> u16 {
         self.gap_us

@@ -40,8 +40,7 @@ impl Hash for Rise {
 /// The limits on the amplitude of one burst.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Reach {
-    /// The fractions of the wanted amplitude that time and bursts allow during a rise, each as a
-    /// numerator and a denominator.
+    /// Fractions of the wanted amplitude that time and bursts allow: numerator and denominator.
     parts: Option<[(u32, u32); 2]>,
     /// Time since the channel's previous burst, µs; `None` at the first burst of a rise.
     since_us: Option<u32>,
@@ -342,8 +341,7 @@ mod tests {
         }
     }
 
-    /// A rise begins with the first burst, whatever the clock shows, and with a burst that opens
-    /// the train again.
+    /// A rise begins with the first burst, and with a burst that opens the train again.
     #[test]
     fn a_train_that_begins_begins_a_rise() {
         for first in [0, 1, 2 * PERIOD_US, u32::MAX] {

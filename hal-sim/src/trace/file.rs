@@ -20,7 +20,7 @@ pub enum EdgeFileError {
     /// The first line does not name the four columns in order.
     #[error("edge file: the first line must be `t_us,channel,state,dac_code`")]
     Header,
-    /// A field has a value that its column does not allow.
+    /// A cell does not hold what its column allows, for example an unknown state.
     #[error("edge file, line {line}: {column} cannot be `{value}`; allowed: {allowed}")]
     Field {
         /// Line number in the file, from 1.

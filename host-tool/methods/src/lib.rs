@@ -1,10 +1,10 @@
-//! Every method side by side: the muscle model's integrators and the control
-//! laws that the device could have used, for charts and tests, on host and chip.
+//! All methods side by side: the integrators of the muscle model and the control laws that the
+//! device could have used, for charts and tests, on host and chip.
 //!
-//! Lives here: `muscle` (integrators), `control` (laws, differentiators,
-//! predictors), `real` (the arithmetics they run in), `bench` (their cycles).
-//! Not here: what is flashed (`firmware`), what is compared (`studies`).
-//! In: what the product's own models and laws get. Out: what they answer.
+//! Submodules: `muscle` (integrators), `control` (laws, differentiators, predictors), `real` (the
+//! arithmetics in which they run), `bench` (benchmarks of their cycles). The flashed code is in
+//! `firmware`, the comparisons are in `studies`. Input and output are those of the product's own
+//! models and laws.
 #![no_std]
 #![deny(unsafe_code)]
 

@@ -1,10 +1,10 @@
-//! The floating-point arithmetics: f64, f32 with libm's functions, f32 with
-//! micromath's approximations.
+//! The floating-point arithmetics: f64, f32 with the functions of libm, f32 with the approximations
+//! of micromath.
 
 use core::fmt::Debug;
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
-/// A number that integrators and laws compute with.
+/// A number type in which integrators and laws compute.
 pub trait Real:
     Copy
     + Debug
@@ -15,27 +15,24 @@ pub trait Real:
     + Div<Output = Self>
     + Neg<Output = Self>
 {
-    /// Zero.
     const ZERO: Self;
-    /// One.
     const ONE: Self;
-    /// The nearest number; for constants.
+    /// Converts to the nearest number of this type, for constants.
     fn from_f64(x: f64) -> Self;
-    /// Exactly or to the nearest, for results.
+    /// Converts exactly or to the nearest number, for results.
     fn to_f64(self) -> f64;
-    /// e to its power.
+    /// Returns e to the power of the number.
     fn exp(self) -> Self;
-    /// Natural logarithm, for positive numbers.
+    /// Returns the natural logarithm, for positive numbers.
     fn ln(self) -> Self;
-    /// Square root, for numbers not below zero.
+    /// Returns the square root, for numbers not below zero.
     fn sqrt(self) -> Self;
-    /// Distance from zero.
     fn abs(self) -> Self {
         if self < Self::ZERO { -self } else { self }
     }
 }
 
-/// With libm's functions: exact to about one unit in the last place.
+/// Implements [`Real`] with the functions of libm, whose error is about one unit in the last place.
 macro_rules! float {
     ($float:ident, $exp:ident, $ln:ident, $sqrt:ident) => {
         impl Real for $float {
@@ -62,8 +59,8 @@ macro_rules! float {
 float!(f64, exp, log, sqrt);
 float!(f32, expf, logf, sqrtf);
 
-/// f32 with micromath's functions: cheap, and wrong by up to 0.24 % (exp) or
-/// 6 % (square root).
+/// f32 with the functions of micromath: fast, with errors of up to 0.24 % (exp) or 6 % (square
+/// root).
 #[derive(Clone, Copy, PartialEq, PartialOrd, Debug)]
 pub struct Micro(pub f32);
 

@@ -1,4 +1,4 @@
-//! The laws: their sign, their agreement with f64, their anti-windup.
+//! Tests of the control laws: their sign, agreement with f64, and anti-windup.
 
 use firmware::control::differentiator::{Differentiator, DifferentiatorState};
 use firmware::control::{
@@ -51,10 +51,10 @@ fn number(effort: Effort) -> f64 {
     }
 }
 
-/// The efforts of a joint whose target and angle follow these functions of
-/// time, one per law period, with the errors it saw.
+/// Returns error and effort of a joint in each law period, with reference and angle given by `at`
+/// as functions of time.
 fn efforts(spec: &JointSpec, steps: u32, at: impl Fn(f64) -> (f64, f64)) -> Vec<(f64, f64)> {
-    // Swings as wide as a limit cycle: of the law alone.
+    // The reference swings as widely as a limit cycle, so the joint has the law alone.
     let joint = Joint::with_full_gain(spec).unwrap();
     let mut state = JointState::default();
     let period = u32::from(spec.law_period_ms) * 1000;
@@ -72,14 +72,14 @@ fn efforts(spec: &JointSpec, steps: u32, at: impl Fn(f64) -> (f64, f64)) -> Vec<
         .collect()
 }
 
-/// A target and an angle that saturate now and then and cross often.
+/// Returns a reference and an angle that sometimes saturate the law and often cross.
 fn wandering(t: f64) -> (f64, f64) {
     let target = 45.0 + 40.0 * (TAU * 0.2 * t).sin();
     let angle = 45.0 + 38.0 * (TAU * 0.2 * t - 0.1).sin() + 3.0 * (TAU * 1.3 * t).sin();
     (target, angle)
 }
 
-/// The laws once more in f64, from `methods`; `sign` −1 is (4) as printed.
+/// The laws in f64, from `methods`; `sign` −1 gives equation (4) as printed.
 struct Reference {
     feedback: Feedback<f64>,
     differentiator: Differentiating<f64>,
@@ -140,7 +140,7 @@ impl Reference {
         let u = self.integral + self.sign * push;
         if !self.feedback.has_anti_windup() {
             self.integral += self.sign * growth;
-            // Its effort is in volts, grown before it is answered.
+            // The effort of this law is in volts, and the integral grows before the output.
             return (self.integral + self.sign * push) * PAPER_RANGE_V;
         }
         if u.abs() <= 1.0 || u * growth <= 0.0 {
@@ -150,7 +150,7 @@ impl Reference {
     }
 }
 
-/// Largest difference between device and f64 over 20 s.
+/// Returns the largest difference between device and f64 over 20 s.
 fn worst(law: LawSpec, period_ms: u8, cutoff_mhz: u32) -> f64 {
     let mut reference = Reference::new(law, period_ms, cutoff_mhz, 1.0);
     let run = efforts(
@@ -163,10 +163,9 @@ fn worst(law: LawSpec, period_ms: u8, cutoff_mhz: u32) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// Measured over 20 s, then held to within a factor of two on both sides. What
-/// exceeds 1e-4 is a switch (the paper's sgn S, the anti-windup of the others)
-/// that the two arithmetics throw one step apart: the integrals then differ by
-/// that one step.
+/// The bounds were measured over 20 s and must hold within a factor of two in both directions.
+/// Differences above 1e-4 come from a switch (sgn S of the paper, the anti-windup of the others)
+/// that the two arithmetics change one step apart: the integrals then differ by that step.
 #[test]
 fn fixed_point_agrees_with_f64() {
     for (name, law, bounds) in [
@@ -212,7 +211,8 @@ fn a_finger_too_straight_is_flexed_by_every_law() {
     }
 }
 
-/// Equation (4) as printed: the same magnitude, the other way. Kept visible.
+/// Equation (4) as printed gives the same magnitude with the opposite sign. The test documents
+/// this.
 #[test]
 fn the_law_as_printed_pushes_away() {
     let mut printed = Reference::new(LawSpec::PAPER, 11, 3000, -1.0);
@@ -223,8 +223,8 @@ fn the_law_as_printed_pushes_away() {
     }
 }
 
-/// 5 s of an unreachable target, then one just below: ours lets go at once, the
-/// paper's has wound up by W·t = 5 V.
+/// After 5 s of an unreachable reference and then one that is reached, our laws release at once,
+/// while the paper's has wound up by W·t = 5 V.
 #[test]
 fn only_the_paper_winds_up() {
     let blocked = |t: f64| if t < 5.0 { (90.0, 40.0) } else { (40.0, 40.0) };
@@ -235,7 +235,7 @@ fn only_the_paper_winds_up() {
         (LawSpec::PID, false),
     ] {
         let run = efforts(&spec(law, 11, 3000), steps, blocked);
-        // 2 s after the release: the derivative's kick of −50° has died.
+        // 2 s after the release, the derivative's response to the step of −50° has decayed.
         let at_rest = run[5_000 / 11 + 185].1;
         if left {
             assert!(at_rest > 2.0, "{at_rest} V");
@@ -258,7 +258,7 @@ fn a_ramp_is_differentiated_exactly() {
                 let x = degrees(-40.0 + 30.0 * f64::from(i) * h);
                 rate = d.step(&mut state, x).get().to_num();
             }
-            // One bit of the input, 1.5e-5°, over one step, and the gain's 2^-20.
+            // Tolerance: one bit of the input, 1.5e-5°, over one step, and the 2^-20 of the gain.
             assert!(
                 (rate - 30.0_f64).abs() < 0.02,
                 "{step_ms} ms, {cutoff} mHz: {rate}"

@@ -1,13 +1,13 @@
-//! The muscle model's integrators: orders of convergence, reading without
-//! side effects, rest at the end.
+//! Tests of the muscle model's integrators: orders of convergence, reading without side effects,
+//! return to rest.
 //!
-//! How wrong each is against an independent solution: tests/tests/accuracy.rs.
+//! Their errors against an independent solution are tested in tests/tests/accuracy.rs.
 
 use firmware::muscle::CalciumForceSpec;
 use firmware::units::Micros;
 use methods::muscle::{Integrator, Method, Number, Setting};
 
-/// K05 of Lee 2020, table 4: the fastest muscle, the smallest K.
+/// Subject K05 of Lee 2020, table 4: the fastest muscle, the smallest K.
 const K05: CalciumForceSpec = CalciumForceSpec {
     a_mn_per_s: 130_800,
     k_micro: 12_000,
@@ -16,7 +16,7 @@ const K05: CalciumForceSpec = CalciumForceSpec {
     tau2_us: 124_100,
 };
 
-/// No two the same distance from a step's beginning.
+/// Pulse times, no two at the same distance from the beginning of a step.
 const PULSES_US: [u32; 12] = [
     3_137, 26_411, 55_873, 80_009, 104_999, 133_500, 150_001, 181_234, 181_999, 205_050, 231_777,
     256_123,
@@ -30,7 +30,7 @@ fn planned(method: Method, step_us: u32) -> Setting {
     Setting::planned(method, Number::F64, step_us)
 }
 
-/// The force at 320 ms, N, read every `output_us` until then.
+/// Returns the force at 320 ms, N, after readings every `output_us`.
 fn run(muscle: &mut dyn Integrator, output_us: u32) -> f64 {
     let mut pulses = PULSES_US.into_iter().peekable();
     for at in (output_us..=320_000).step_by(output_us as usize) {
@@ -49,7 +49,7 @@ fn force(setting: Setting, output_us: u32) -> f64 {
         .unwrap()
 }
 
-/// Four nodes over at most 10 ms: 6e-9 % of peak.
+/// Returns the force with four nodes over at most 10 ms, whose error is 6e-9 % of the peak.
 fn exact() -> f64 {
     force(setting(Method::EventDriven4, 10_000), 320_000)
 }
@@ -80,9 +80,8 @@ fn halving_the_step_divides_the_error_by_two_to_the_order() {
     }
 }
 
-/// Whole steps read through their cubics, everywhere: at least the
-/// method's order, at most the cubic's. The sum of many errors, as at one time they may
-/// cancel.
+/// Whole steps read through their cubics at many times keep the order of the method, up to that of
+/// the cubic. The test sums many errors, because they may cancel at a single time.
 #[test]
 fn a_cubic_keeps_the_order() {
     let forces = |setting: Setting| {
@@ -135,13 +134,13 @@ fn event_driven_methods_may_be_read_at_any_time() {
     }
 }
 
-/// Ten seconds later, in floating point, whether read often or rarely. (What
-/// fixed point leaves depends on word length and rounding; `flexor chart
-/// stability` maps it.)
+/// The test waits ten seconds in floating point, with frequent and with rare readings. (The
+/// remainder in fixed point depends on word length and rounding; `flexor chart stability` shows
+/// it.)
 #[test]
 fn a_muscle_without_pulses_comes_to_rest() {
     let is_floating = |n| matches!(n, Number::F64 | Number::F32 | Number::Micromath);
-    // K05's τ1 is 5 ms: an explicit method beyond 2 or 2.785 of them diverges.
+    // τ1 of K05 is 5 ms: an explicit method with a step beyond 2 or 2.785 times that diverges.
     let is_stable = |s: &Setting| match s.method {
         Method::EulerExactC | Method::HeunExactC => s.step_us < 10_000,
         Method::RungeKutta4ExactC => s.step_us < 13_925,

@@ -1,4 +1,4 @@
-//! The methods' tests, one program: a room each.
+//! All tests of the methods in one program, one module each.
 
 mod control_laws;
 mod methods_control;

@@ -264,7 +264,7 @@ impl PlayedClass {
         Ok(())
     }
 
-    /// Stores the outcome of the cases.
+    /// Keeps the cases and their analysis for the record and the summary.
     fn store_outcome(&mut self, ran: RunProgress, cases: BTreeMap<u64, Case>) {
         let cases: Vec<Case> = cases.into_values().collect();
         let result = ran.outcome;

@@ -74,8 +74,7 @@ struct ForceChannel {
     state: ForceState,
     /// Wanted force, mN; `None` before the first setpoint.
     target_mn: Option<u32>,
-    /// Gap of the muscle's force range in which the wanted force has been since the last sample;
-    /// `None` if in none.
+    /// Gap of the force range in which the reference has been since the last sample, if any.
     gap: Option<ForceGap>,
 }
 
@@ -126,8 +125,7 @@ impl Controller {
         }
     }
 
-    /// Runs one tick at `now`. `adc` is the reading of the joint's sensor at this time, if the
-    /// board has one.
+    /// Runs one tick at `now`. `adc` is the joint sensor's reading, if the board has one.
     pub fn tick(&mut self, now: Micros, adc: Option<u16>, mail: &mut ControllerMail<'_>) {
         // A pulse is reported when it is rendered, up to two windows early. It stays in the
         // mailbox, with all messages behind it, until the tick that contains it is over. So no

@@ -28,7 +28,7 @@ pub enum ControlRequest {
         /// Rate of the angle, if the host gave one.
         rate: Option<AngularRate>,
     },
-    /// A wanted force of a channel under force control.
+    /// Sets the reference of a channel under force control, as [`Request::Force`](crate::link::Request::Force) does.
     Force {
         /// The request's number.
         seq: u16,

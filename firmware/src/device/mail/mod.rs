@@ -69,7 +69,7 @@ pub enum OrderKind {
 /// A message from the pulser to the session.
 #[derive(Clone, Copy, Debug)]
 pub enum Report {
-    /// Answer to an [`Order`].
+    /// The pulser's answer to an [`Order`]: accepted, or the refusal.
     Verdict {
         /// The order's number.
         seq: u16,

@@ -21,14 +21,14 @@ use std::path::{Path, PathBuf};
 pub enum Entry {
     /// A calibration began or was continued.
     Begun(Head),
-    /// An electrode was armed.
+    /// The device checked the electrode and armed.
     Armed {
         /// Channel, counted from 1.
         channel: u8,
         /// Current that the electrode check measured, mA; `None` if the device reported none.
         check_ma: Option<f64>,
     },
-    /// A level was given.
+    /// The device stimulated once, at one amplitude.
     Given {
         /// Channel, counted from 1.
         channel: u8,
@@ -48,7 +48,7 @@ pub enum Entry {
         /// Bound that the distance had to exceed, N.
         bound_n: f64,
     },
-    /// A step has its result.
+    /// One step of the procedure ended with a threshold, a limit, or nothing.
     Found {
         /// Channel, counted from 1.
         channel: u8,
@@ -252,7 +252,7 @@ pub fn has_entries(path: &Path) -> io::Result<bool> {
     }
 }
 
-/// Content of a journal.
+/// Parsed journal: what a calibration that resumes continues from.
 #[derive(Clone, PartialEq, Debug)]
 pub struct JournalContents {
     /// Head with which the journal began.

@@ -57,7 +57,7 @@ impl Presentation {
         self.has_question = false;
     }
 
-    /// Starts the rest at `t_us`.
+    /// Begins the pause after a presentation, without stimulation until `off_us` have passed.
     const fn start_rest(&mut self, t_us: u64) {
         let until_us = t_us.saturating_add(self.off_us);
         self.state = State::Rest { until_us };

@@ -37,7 +37,7 @@ impl Document {
         self.told.borrow_mut().extend(e.into_errors());
     }
 
-    /// Reports a problem at a place.
+    /// Collects a mistake of the file, so that all are reported together.
     pub(crate) fn report(&self, problem: Problem, place: Place) {
         let error = SessionError::at(problem, &self.name, &self.text, place);
         self.told.borrow_mut().push(error);

@@ -58,7 +58,7 @@ pub struct Detector {
     pub layout: Layout,
 }
 
-/// Result of one try.
+/// Force that one pulse of the search evoked, and whether it stands out from noise.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct TryResult {
     /// Amplitude that was tried, mA.

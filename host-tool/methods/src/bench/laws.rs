@@ -1,4 +1,4 @@
-//! The control laws that the device could have used, in f32: each with each
+//! Benchmarks of the control laws that the device could have used, in f32: every law with every
 //! combination of add-ons, one period at a time.
 
 use crate::control::derivative::Differentiator;
@@ -10,25 +10,25 @@ use firmware::control::ResponseSpec;
 
 const RUNS: u32 = 400;
 
-/// What is measured.
+/// Code that a row measures.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum LawName {
-    /// The two markers alone.
+    /// The two markers without code between them.
     Markers,
-    /// The device's own default, in fixed point.
+    /// The default law of the device, in fixed point.
     Device,
-    /// The same without predictor and learning.
+    /// The default law of the device without predictor and learning.
     DeviceLaw,
-    /// Its differentiator.
+    /// The fixed-point differentiator of the firmware alone.
     DeviceDifferentiator,
     /// A differentiator, in f32.
     Differentiator(DerivativeKind),
-    /// A law with its add-ons, in f32.
+    /// A control law with its add-ons, in f32.
     Float(Form, AddOns),
 }
 
 impl fmt::Display for LawName {
-    /// No spaces: `form/derivative/delay` with `/forward` and `/adaptation`.
+    /// Writes `form/derivative/delay` with `/forward` and `/adaptation`, without spaces.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (form, add_ons) = match self {
             Self::Markers => return write!(f, "markers"),
@@ -52,14 +52,14 @@ impl fmt::Display for LawName {
     }
 }
 
-/// Runs the markers, the device's default, its parts, the differentiators and every law with every combination
-/// of add-ons, and hands over each row when it is complete. The feed-forward
-/// itself, which a law is handed, is not in the row.
+/// Measures the markers, the default of the device, its parts, the differentiators, and every law
+/// with every combination of add-ons. Passes each row to `row` when the row is complete. The
+/// feed-forward is an input of a law and is not measured.
 pub fn run_laws(clock: &impl Clock, mut row: impl FnMut(&Row<LawName>)) {
     let mut bench = Bench::new(clock, &mut row);
     measure_empty(&mut bench, LawName::Markers, RUNS);
     let response = Some(ResponseSpec::RECOMMENDED);
-    // A constant within its ranges; else its row were missing.
+    // The constant is valid; an error would only leave out its row.
     let _ = control::measure_law(&mut bench, LawName::Device, RUNS, response);
     let _ = control::measure_law(&mut bench, LawName::DeviceLaw, RUNS, None);
     let _ = control::measure_differentiator(&mut bench, LawName::DeviceDifferentiator, RUNS);
@@ -73,7 +73,7 @@ pub fn run_laws(clock: &impl Clock, mut row: impl FnMut(&Row<LawName>)) {
     }
 }
 
-/// A differentiator of readings anywhere.
+/// Measures a differentiator with random readings.
 fn differentiator<C: Clock>(bench: &mut Bench<'_, C, LawName>, kind: DerivativeKind) {
     let h = 0.002;
     bench.measure(
@@ -88,14 +88,14 @@ fn differentiator<C: Clock>(bench: &mut Bench<'_, C, LawName>, kind: DerivativeK
                 Differentiator::robust_exact_second_order(5e5, h)
             }
         },
-        // Below 2^16: exact.
+        // Below 2^16, so the conversion is exact.
         |_, random| 1.7 * random.between(0, 1 << 16) as f32 / 65_536.0,
         |differentiator: &mut Differentiator<f32>, x| differentiator.step(*x),
         |_, rate, sum| sum.add_word(rate.to_bits()),
     );
 }
 
-/// A law in motion: the middle of its parameters, targets and readings anywhere.
+/// Measures a law with the middle of its parameter bounds and random references and readings.
 fn law<C: Clock>(bench: &mut Bench<'_, C, LawName>, form: Form, add_ons: AddOns) -> Option<()> {
     let middle = parameters(form, add_ons);
     let values: heapless::Vec<f32, 16> = middle
@@ -107,7 +107,7 @@ fn law<C: Clock>(bench: &mut Bench<'_, C, LawName>, form: Form, add_ons: AddOns)
         RUNS,
         Controller::from_parameters(form, add_ons, 0.002, &values).ok()?,
         |_, random| {
-            // Below 2^16: exact.
+            // Below 2^16, so the conversion is exact.
             let mut part = || random.between(0, 1 << 16) as f32 / 65_536.0;
             Input {
                 target: 1.7 * part(),

@@ -1,11 +1,10 @@
-//! The muscle model's integrators: each at each setting under the same load.
+//! Benchmarks of the muscle model's integrators: each at each setting under the same load.
 //!
-//! One run is 0.4 simulated seconds of one muscle from rest, its pulses each
-//! at its own microsecond, the force read at equal intervals. The three runs of
-//! a row are three muscles at three rates, the same for every setting; total and mean
-//! are of whole runs. Each is run once more with markers around every reading and the
-//! pulses before it, of which are least and most. Making the muscle (constants,
-//! tables) is not measured.
+//! One run simulates 0.4 s of one muscle from rest. Every pulse has its own time in µs; the force
+//! is read at equal intervals. The three runs of a row are three muscles at three pulse rates, the
+//! same for every setting; total and mean are those of whole runs. Each run is repeated with
+//! markers around every reading and the pulses before it, which gives minimum and maximum. The
+//! preparation of the muscle (constants, tables) is not measured.
 
 use crate::muscle::{Integrator, Method, Number, Setting};
 use core::fmt;
@@ -14,10 +13,10 @@ use firmware::bench::{Checksum, Clock, Random, Row};
 use firmware::muscle::CalciumForceSpec;
 use firmware::units::{Micros, us};
 
-/// What a run simulates, µs: a whole number of pulses of every load.
+/// Simulated duration of a run, µs: a whole number of pulse periods of every load.
 pub const RUN_US: u32 = 400_000;
 
-/// How often the force is read, µs: in every control tick, and at 50 Hz.
+/// Intervals between readings of the force, µs: every control period, and 50 Hz.
 pub const OUTPUTS_US: [u32; 2] = [1000, 20_000];
 
 /// Subjects K01, K05 and K08 of Lee 2020, table 4, and their pulses per second.
@@ -27,8 +26,9 @@ const LOADS: [(CalciumForceSpec, u32); 3] = [
     (spec([218_000, 190_000, 26_300, 10_000, 98_400]), 20),
 ];
 
-/// A muscle with the shortest time constants and the smallest K that the device takes,
-/// where steps of a part of them are the most; its pulses per second.
+/// The muscle with the shortest time constants and the smallest K that the device accepts, for
+/// which steps at a fixed fraction of a time constant are most numerous; with its pulses per
+/// second.
 const CORNER: [(CalciumForceSpec, u32); 3] = {
     let spec = spec([10_000_000, 2_000, 5_000, 2_200, 1_000]);
     [(spec, 20), (spec, 100), (spec, 200)]
@@ -44,21 +44,21 @@ const fn spec([a_mn_per_s, k_micro, tau_c_us, tau1_us, tau2_us]: [u32; 5]) -> Ca
     }
 }
 
-/// What a row measures.
+/// Code that a row measures.
 #[derive(Clone, Copy, Debug)]
 pub enum MethodName {
-    /// The loop around a setting, the force read every so many µs.
+    /// The loop without a muscle; the force is read at this interval, µs.
     Empty(u32),
-    /// A setting, the force read every so many µs.
+    /// A setting; the force is read at this interval, µs.
     Run(Setting, u32),
-    /// Making a setting's muscle: constants and tables.
+    /// Preparation of a setting's muscle: constants and tables.
     Make(Setting),
-    /// The product's own at the corner of its ranges, read every so many µs.
+    /// The product's own method at the corner of its ranges, read at this interval, µs.
     Corner(u32),
 }
 
 impl fmt::Display for MethodName {
-    /// `setting@interval`, for instance `rk4/f32/200us@1000us`; `empty@…`;
+    /// Writes `setting@interval`, for instance `rk4/f32/200us@1000us`; `empty@…`;
     /// `corner:setting@…`; `make:setting`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -70,17 +70,16 @@ impl fmt::Display for MethodName {
     }
 }
 
-/// The settings whose making is measured: the product's, and the tables that
-/// it does without.
+/// Settings whose preparation is measured: the product's, and the tables that the product avoids.
 pub const MADE: [Setting; 3] = [
     Setting::SHIPPED,
     Setting::new(Method::LogTable, Number::Q7_24, 1000),
     Setting::new(Method::LogFlow, Number::Q7_24, Setting::WHOLE_US),
 ];
 
-/// Runs all settings and hands over each row when it is complete: for each
-/// interval of reading first the loop without a muscle, then every setting and the
-/// product's own at the corner; last [`MADE`].
+/// Measures all settings and passes each row to `row` when the row is complete. For each reading
+/// interval it measures first the loop without a muscle, then every setting, then the product's own
+/// at the corner; last [`MADE`].
 pub fn run_methods(clock: &impl Clock, mut row: impl FnMut(&Row<MethodName>)) {
     for output_us in OUTPUTS_US {
         row(&measure(clock, MethodName::Empty(output_us)));
@@ -94,7 +93,7 @@ pub fn run_methods(clock: &impl Clock, mut row: impl FnMut(&Row<MethodName>)) {
     }
 }
 
-/// One row: all loads.
+/// Measures one row, over all loads.
 fn measure(clock: &impl Clock, name: MethodName) -> Row<MethodName> {
     let mut sum = Checksum::default();
     let (mut min, mut total, mut max) = (u32::MAX, 0u64, 0);
@@ -104,7 +103,7 @@ fn measure(clock: &impl Clock, name: MethodName) -> Row<MethodName> {
     };
     for (spec, rate_hz) in loads {
         let load = Load::new(*rate_hz);
-        // A whole run's cycles; of each reading where it is to be parted.
+        // Runs a muscle and returns its cycles; with `is_parted` it also measures every reading.
         let mut run = |muscle: &mut dyn Integrator, output_us, is_parted| {
             let muscle = black_box(muscle);
             let begin = clock.cycles();
@@ -137,7 +136,7 @@ fn measure(clock: &impl Clock, name: MethodName) -> Row<MethodName> {
                 })
             }
         };
-        // The loads' parameters are in range; else the checksum tells.
+        // The parameters of the loads are in range; otherwise the checksum would show it.
         let (word, cycles) = with(name, false).unwrap_or_default();
         sum.add_word(word);
         let _ = with(name, true);
@@ -157,22 +156,21 @@ fn measure(clock: &impl Clock, name: MethodName) -> Row<MethodName> {
 struct Load(heapless::Vec<Micros, 80>);
 
 impl Load {
-    /// A run's pulses at `rate_hz`, 1…200, each up to 45 % of a period off its
-    /// place.
+    /// Generates the pulses of a run at `rate_hz`, 1…200, each displaced by up to 45 % of a period.
     fn new(rate_hz: u32) -> Self {
         let mut random = Random::default();
         let period_us = 1_000_000 / rate_hz.max(1);
         let twentieth = period_us / 20;
         let pulses = (0..RUN_US / period_us).map(|n| {
-            // Within the run.
+            // Stays within the run.
             let begin = n.wrapping_mul(period_us).wrapping_add(twentieth);
             Micros::new(begin.wrapping_add(random.between(0, twentieth * 18)))
         });
         Self(pulses.take(80).collect())
     }
 
-    /// A run of a muscle; of all readings, something to sum up. `part` runs each with
-    /// the pulses before it.
+    /// Runs a muscle and returns a checksum of all readings. `part` calls the code of each reading
+    /// with the pulses before it.
     #[inline(never)]
     fn apply(
         &self,
@@ -202,7 +200,7 @@ impl Load {
     }
 }
 
-/// No muscle at all.
+/// An integrator that does nothing, to measure the loop alone.
 struct NoMuscle;
 
 impl Integrator for NoMuscle {

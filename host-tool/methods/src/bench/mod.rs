@@ -1,4 +1,4 @@
-//! Each method once per call between two markers, as `firmware::bench` does it.
+//! Benchmarks: cycles per call of each method between two markers, as in `firmware::bench`.
 
 mod laws;
 mod methods;

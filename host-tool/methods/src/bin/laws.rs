@@ -1,5 +1,4 @@
-//! Results and cycles of each control law that the device could have used, printed
-//! over semihosting.
+//! Prints results and cycles of each control law that the device could have used, over semihosting.
 #![no_std]
 #![no_main]
 

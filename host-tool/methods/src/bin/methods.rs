@@ -1,5 +1,5 @@
-//! Results and cycles of each method that the device could have used, printed
-//! over semihosting.
+//! Prints results and cycles of each muscle integrator that the device could have used, over
+//! semihosting.
 #![no_std]
 #![no_main]
 

@@ -1,21 +1,20 @@
-//! What a law corrects while it runs: gains, and an integral for each muscle.
+//! Quantities that a law adapts while it runs: gains, and an integral for each muscle.
 
 use super::super::real::Real;
 use super::within;
 
-/// Lowest and highest scale of the feed-forward.
+/// Smallest and largest scale of the feed-forward.
 const SCALE: (f64, f64) = (0.5, 2.5);
-/// The change from one muscle to the other takes so much of the range either side of
-/// 0: the device's (`firmware::control`, `integral.rs`).
+/// Width of the transition from one muscle to the other on either side of 0, as a fraction of the
+/// range: that of the device (`firmware::control`, `integral.rs`).
 const ZONE: f64 = 1.0 / 64.0;
-/// Highest effort per rad/s of the target, either way.
+/// Largest effort per rad/s of the reference, in either direction.
 const DAMPING: f64 = 0.3;
 
-/// Scales the feed-forward, and adds to it in proportion to the target's rate,
-/// by gradient descent on the squared error ("MIT rule", Åström & Wittenmark,
-/// Adaptive Control, ch. 5): where the error stays positive with a flexing
-/// feed-forward, the wearer is weaker than nominal; where it stays positive
-/// while the target flexes, slower.
+/// Scale of the feed-forward and an additional term proportional to the rate of the reference,
+/// adapted by gradient descent on the squared error ("MIT rule", Åström & Wittenmark, Adaptive
+/// Control, ch. 5). If the error stays positive with a flexing feed-forward, the wearer is weaker
+/// than nominal; if it stays positive while the reference flexes, the wearer is slower.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Adaptation<R> {
     /// Growth of the scale per period, error and feed-forward, 1/rad.
@@ -23,13 +22,13 @@ pub struct Adaptation<R> {
     /// Growth of the damping per period, error and rate, s/rad².
     damping_step: R,
     scale: R,
-    /// Effort per rad/s.
+    /// Effort per rate of the reference, per rad/s.
     damping: R,
 }
 
 impl<R: Real> Adaptation<R> {
-    /// Rates of learning: of the scale in 1/(rad·s), of the damping in 1/rad²
-    /// (both 0: nothing is learnt); period h in s.
+    /// Creates the adaptation with its learning rates: of the scale in 1/(rad·s), of the damping in
+    /// 1/rad² (0 for both disables learning). The period h is in s.
     pub fn new(scale_rate: R, damping_rate: R, h: R) -> Self {
         Self {
             scale_step: scale_rate * h,
@@ -39,18 +38,19 @@ impl<R: Real> Adaptation<R> {
         }
     }
 
-    /// Effort per effort of the nominal wearer: what feedback is scaled by as well.
+    /// Returns the effort per effort of the nominal wearer, which also scales the feedback.
     pub const fn scale(&self) -> R {
         self.scale
     }
 
-    /// The effort in place of this feed-forward for a target of this rate, rad/s.
+    /// Returns the adapted effort that replaces this feed-forward, for a reference with this rate,
+    /// rad/s.
     pub fn adapted_effort(&self, feed_forward: R, target_rate: R) -> R {
         self.scale * feed_forward + self.damping * target_rate
     }
 
-    /// Learns from one period; not to be called while the effort is clamped or the
-    /// target stands.
+    /// Learns from one period. Do not call it while the effort is clamped or the reference is
+    /// constant.
     pub fn learn(&mut self, error: R, feed_forward: R, target_rate: R) {
         let (low, high) = SCALE;
         let scale = self.scale + self.scale_step * error * feed_forward;
@@ -60,8 +60,8 @@ impl<R: Real> Adaptation<R> {
     }
 }
 
-/// A law's integral term; with adaptation one for each muscle, since threshold, gain
-/// and fatigue are each muscle's own. The flexor's is never the lower one.
+/// The integral term of a law. With adaptation there is one for each muscle, because threshold,
+/// gain and fatigue differ between muscles. The flexor's is never smaller than the extensor's.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Integral<R> {
     flexion: R,
@@ -71,7 +71,7 @@ pub struct Integral<R> {
 }
 
 impl<R: Real> Integral<R> {
-    /// Nothing yet, in one or one for each muscle.
+    /// Creates an integral of 0: a single one, or one for each muscle if `is_apart`.
     pub const fn new(is_apart: bool) -> Self {
         Self {
             flexion: R::ZERO,
@@ -81,13 +81,13 @@ impl<R: Real> Integral<R> {
         }
     }
 
-    /// What it added last.
+    /// Returns the latest contribution.
     pub const fn latest(&self) -> R {
         self.latest
     }
 
-    /// How much of an effort is the flexor's, and how much the extensor's, 0…1, that
-    /// asks for `torque` (−1…1) before any integral; all of one integral is both's.
+    /// Returns the shares of flexor and extensor, 0…1, of an effort whose part without integrals is
+    /// `torque` (−1…1). With a single integral both shares are 1.
     pub fn side_shares(&self, torque: R) -> [R; 2] {
         if self.is_apart {
             let place = R::from_f64(0.5) + torque / R::from_f64(2.0 * ZONE);
@@ -98,13 +98,13 @@ impl<R: Real> Integral<R> {
         }
     }
 
-    /// What it adds to an effort of this side.
+    /// Returns the contribution to an effort with these shares.
     pub fn contribution(&mut self, [flexion, _]: [R; 2]) -> R {
         self.latest = self.extension + (self.flexion - self.extension) * flexion;
         self.latest
     }
 
-    /// Grows on this side.
+    /// Adds `growth` to the integrals in proportion to these shares.
     pub fn accumulate(&mut self, [flexion, extension]: [R; 2], growth: R) {
         self.flexion = self.flexion + growth * flexion;
         self.extension = self.extension + growth * extension;

@@ -1,4 +1,4 @@
-//! Any feedback with any add-ons: the law that harnesses run and search.
+//! Controller with any feedback and any add-ons, which test harnesses run and searches optimise.
 
 use super::super::real::Real;
 use super::adaptation::{Adaptation, Integral};
@@ -7,35 +7,34 @@ use super::derivative::{DerivativeKind, Differentiator};
 use super::feedback::Feedback;
 use super::{Input, Law};
 
-/// What a feedback is combined with. Every feedback can have every combination.
+/// Add-ons of a feedback. Every feedback can have every combination.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct AddOns {
-    /// Where the error's rate comes from.
+    /// Source of the error's rate.
     pub derivative: DerivativeKind,
-    /// The nominal wearer's inverse model.
+    /// Whether the inverse model of the nominal wearer contributes.
     pub feed_forward: bool,
-    /// Against the delay from effort to angle.
+    /// Compensation of the delay from effort to angle.
     pub delay: DelayCompensation,
-    /// Learning: of the feed-forward's scale and damping, the scale for the feedback
+    /// Whether the law learns: scale and damping of the feed-forward, the scale of the feedback
     /// too, and an integral for each muscle.
     pub adaptation: bool,
 }
 
-/// What is done against the delay from effort to angle.
+/// Compensation of the delay from effort to angle.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum DelayCompensation {
-    /// Nothing.
+    /// No compensation.
     None,
-    /// The target is taken ahead along its rate.
+    /// The reference is extrapolated along its rate.
     Preview,
     /// A Smith predictor.
     Smith,
-    /// Both.
+    /// Extrapolation of the reference and a Smith predictor.
     PreviewAndSmith,
 }
 
 impl DelayCompensation {
-    /// All of them.
     pub const ALL: [Self; 4] = [
         Self::None,
         Self::Preview,
@@ -43,19 +42,19 @@ impl DelayCompensation {
         Self::PreviewAndSmith,
     ];
 
-    /// Whether the target is taken ahead.
+    /// Returns whether the reference is extrapolated.
     pub const fn has_preview(self) -> bool {
         matches!(self, Self::Preview | Self::PreviewAndSmith)
     }
 
-    /// Whether there is a Smith predictor.
+    /// Returns whether there is a Smith predictor.
     pub const fn has_smith(self) -> bool {
         matches!(self, Self::Smith | Self::PreviewAndSmith)
     }
 }
 
 impl AddOns {
-    /// The paper's: its pseudo-differentiation and nothing else.
+    /// The add-ons of the paper: pseudo-differentiation and nothing else.
     pub const NONE: Self = Self {
         derivative: DerivativeKind::PseudoOfError,
         feed_forward: false,
@@ -63,7 +62,7 @@ impl AddOns {
         adaptation: false,
     };
 
-    /// Every combination; adaptation needs the feed-forward.
+    /// Returns every combination; adaptation requires the feed-forward.
     pub fn all() -> impl Iterator<Item = Self> {
         let pairs = DerivativeKind::ALL
             .into_iter()
@@ -79,8 +78,8 @@ impl AddOns {
     }
 }
 
-/// A law with its add-ons and its memory, for one period. Made by
-/// [`Controller::from_parameters`].
+/// A law with its add-ons and its state, for one period. [`Controller::from_parameters`] creates
+/// it.
 #[derive(Clone, Copy, Debug)]
 pub struct Controller<R> {
     pub(super) feedback: Feedback<R>,
@@ -94,12 +93,12 @@ pub struct Controller<R> {
 }
 
 impl<R: Real> Controller<R> {
-    /// How far ahead of the target, s, the feed-forward handed in should look.
+    /// Returns the time by which the feed-forward input should lead the reference, s.
     pub const fn lead_s(&self) -> R {
         self.lead_s
     }
 
-    /// The error and its rate.
+    /// Returns the error and its rate.
     fn error(&mut self, input: &Input<R>) -> (R, R) {
         let mut measured = input.measured;
         if let Some(smith) = &self.smith {

@@ -1,18 +1,17 @@
-//! Against the delay between effort and angle: a model in the loop.
+//! Compensation of the delay between effort and angle by a model in the loop.
 
 use super::super::real::Real;
 
-/// Longest delay, periods.
+/// Longest delay, in periods.
 const LONGEST: usize = 80;
 
-/// Smith predictor (Smith, Chem. Eng. Prog. 53 (1957)) around two lags in a
-/// row, the muscle's and the joint's: adds to the measured angle what the
-/// efforts of the last `delay` will still do to it.
+/// Smith predictor (Smith, Chem. Eng. Prog. 53 (1957)) around two lags in series, those of muscle
+/// and joint: adds to the measured angle the pending effect of the efforts of the last `delay`.
 #[derive(Clone, Copy, Debug)]
 pub struct SmithPredictor<R> {
     /// e^(−h/τ) of each lag.
     keeps: [R; 2],
-    /// rad per effort.
+    /// Steady-state angle per effort, rad.
     gain: R,
     delay: usize,
     lags: [R; 2],
@@ -21,10 +20,11 @@ pub struct SmithPredictor<R> {
 }
 
 impl<R: Real> SmithPredictor<R> {
-    /// `gain` in rad per effort, the time constants of muscle and joint and the
-    /// delay in s, period `h` in s. A delay beyond 80 periods is cut there.
+    /// Creates the predictor with `gain` in rad per effort, the time constants of muscle and joint
+    /// and the delay in s, and the period `h` in s. A delay beyond the memory of 80 periods is
+    /// shortened.
     pub fn new(gain: R, lags_s: [R; 2], delay_s: R, h: R) -> Self {
-        // In 0…80, so it fits.
+        // The value is in 0…80, so it fits.
         let periods = (delay_s / h).to_f64() + 0.5;
         let delay = periods.clamp(0.0, (LONGEST - 1) as f64) as usize;
         Self {
@@ -37,7 +37,7 @@ impl<R: Real> SmithPredictor<R> {
         }
     }
 
-    /// What to add to the angle measured now.
+    /// Returns the offset to add to the angle measured now, rad.
     pub fn prediction_offset(&self) -> R {
         let then = self
             .past
@@ -46,7 +46,7 @@ impl<R: Real> SmithPredictor<R> {
         self.gain * (now - then.copied().unwrap_or(R::ZERO))
     }
 
-    /// Takes the effort that acts until the next period, within ±1.
+    /// Records the effort that acts until the next period, within ±1.
     pub fn record_effort(&mut self, effort: R) {
         let [keep_muscle, keep_joint] = self.keeps;
         let [muscle, joint] = &mut self.lags;

@@ -4,23 +4,22 @@ use super::super::real::Real;
 use super::sign;
 use super::twist::resolvent_root;
 
-/// Which differentiator, and of what.
+/// Kind of differentiator, and the signal that it differentiates.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum DerivativeKind {
-    /// Pseudo-differentiation of the error, g·s/(s + g): the paper's.
+    /// Pseudo-differentiation of the error, g·s/(s + g), as in the paper.
     PseudoOfError,
-    /// Pseudo-differentiation of the measured angle; the target's rate is the
-    /// setpoint track's own.
+    /// Pseudo-differentiation of the measured angle; the rate of the reference is that of the
+    /// setpoint track.
     Pseudo,
-    /// Robust exact differentiator of the measured angle, first order (Levant,
-    /// Automatica 34 (1998)), implicit.
+    /// Robust exact differentiator of the measured angle, first order (Levant, Automatica 34
+    /// (1998)), implicit.
     RobustExact,
-    /// The same of second order, which takes a steady acceleration for known.
+    /// Robust exact differentiator of second order, which also models a constant acceleration.
     RobustExactSecondOrder,
 }
 
 impl DerivativeKind {
-    /// All of them.
     pub const ALL: [Self; 4] = [
         Self::PseudoOfError,
         Self::Pseudo,
@@ -29,44 +28,44 @@ impl DerivativeKind {
     ];
 }
 
-/// A differentiator for one period, with its memory. The first sample gives 0.
+/// A differentiator for one period, with its state. The first sample gives 0.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Differentiator<R> {
     /// y ← E·y + (1 − E)/h·Δx, E = e^(−2π·cutoff·h): exact for a ramp.
     Pseudo {
-        /// E.
+        /// Decay factor E per period.
         pole: R,
-        /// (1 − E)/h, 1/s.
+        /// Gain (1 − E)/h, 1/s.
         gain: R,
-        /// The sample before.
+        /// Previous sample.
         before: Option<R>,
-        /// y.
+        /// Output y.
         rate: R,
     },
     /// z0' = −λ1·√|z0 − x|·sgn + z1, z1' = −λ2·sgn(z0 − x), all by backward Euler.
     RobustExact {
-        /// h.
+        /// Sample period h, s.
         h: R,
-        /// h·λ1.
+        /// Product h·λ1.
         a: R,
-        /// h²·λ2.
+        /// Product h²·λ2.
         c: R,
-        /// z0, z1; none before the first sample.
+        /// State z0, z1; `None` before the first sample.
         z: Option<(R, R)>,
     },
-    /// As above with one more state and the powers 2/3, 1/3, 0.
+    /// The same with one more state and the powers 2/3, 1/3, 0.
     RobustExactSecondOrder {
-        /// h.
+        /// Sample period h, s.
         h: R,
         /// h·λ2, h²·λ1, h³·λ0: coefficients of q², q and 1 for q³ = |z0 − x|.
         coefficients: [R; 3],
-        /// z0, z1, z2; none before the first sample.
+        /// State z0, z1, z2; `None` before the first sample.
         z: Option<[R; 3]>,
     },
 }
 
 impl<R: Real> Differentiator<R> {
-    /// Pseudo-differentiation with a cutoff in Hz, period h in s.
+    /// Creates a pseudo-differentiator with a cutoff in Hz and the period h in s.
     pub fn pseudo(cutoff_hz: R, h: R) -> Self {
         let pole = (-(R::from_f64(core::f64::consts::TAU) * cutoff_hz * h)).exp();
         Self::Pseudo {
@@ -77,8 +76,8 @@ impl<R: Real> Differentiator<R> {
         }
     }
 
-    /// First order, for accelerations up to `bound`, rad/s²: λ1 = 1.5·√bound,
-    /// λ2 = 1.1·bound (Levant 1998).
+    /// Creates a robust exact differentiator of first order, for accelerations up to `bound`,
+    /// rad/s²: λ1 = 1.5·√bound, λ2 = 1.1·bound (Levant 1998).
     pub fn robust_exact(bound: R, h: R) -> Self {
         Self::RobustExact {
             h,
@@ -88,9 +87,8 @@ impl<R: Real> Differentiator<R> {
         }
     }
 
-    /// Second order, for jerks up to `bound`, rad/s³: λ2 = 2·bound^⅓,
-    /// λ1 = 2.12·bound^⅔, λ0 = 1.1·bound (Levant 2003, in the form without
-    /// recursion).
+    /// Creates a robust exact differentiator of second order, for jerks up to `bound`, rad/s³: λ2 =
+    /// 2·bound^⅓, λ1 = 2.12·bound^⅔, λ0 = 1.1·bound (Levant 2003, in the non-recursive form).
     pub fn robust_exact_second_order(bound: R, h: R) -> Self {
         let third = (bound.ln() / R::from_f64(3.0)).exp();
         Self::RobustExactSecondOrder {
@@ -104,7 +102,7 @@ impl<R: Real> Differentiator<R> {
         }
     }
 
-    /// The rate after one more sample.
+    /// Takes the next sample and returns the rate.
     pub fn step(&mut self, x: R) -> R {
         match self {
             Self::Pseudo {
@@ -119,11 +117,11 @@ impl<R: Real> Differentiator<R> {
             }
             Self::RobustExact { h, a, c, z } => {
                 let (z0, z1) = z.unwrap_or((x, R::ZERO));
-                // e + a·√|e|·sgn e + c·sgn e ∋ z0 + h·z1 − x for the next e.
+                // The next e satisfies e + a·√|e|·sgn e + c·sgn e ∋ z0 + h·z1 − x.
                 let ahead = z0 + *h * z1 - x;
                 let root = resolvent_root(ahead.abs(), R::ONE, *a, *c);
                 let e = root * root * sign(ahead);
-                // c·sgn e: all of `ahead` where the next e is 0.
+                // The value of c·sgn e is all of `ahead` if the next e is 0.
                 let step = if root > R::ZERO {
                     *c * sign(ahead)
                 } else {
@@ -149,14 +147,14 @@ impl<R: Real> Differentiator<R> {
     }
 }
 
-/// q >= 0 with q³ + a·q² + b·q + c = size, 0 for size <= c.
+/// Returns q >= 0 with q³ + a·q² + b·q + c = size, or 0 for size <= c.
 fn cubic_root<R: Real>(size: R, [a, b, c]: [R; 3]) -> R {
     let rest = size - c;
     if rest <= R::ZERO {
         return R::ZERO;
     }
-    // Convex and rising: Newton from above comes down without crossing. Each of
-    // q³, a·q² and b·q alone is below rest, so the least of two bounds is above.
+    // The function is convex and rising: Newton's method from above decreases without crossing.
+    // Each of q³, a·q² and b·q alone is below rest, so the smaller of two bounds is above the root.
     let (linear, square) = (rest / b, (rest / a).sqrt());
     let mut q = if linear < square { linear } else { square };
     for _ in 0..40 {

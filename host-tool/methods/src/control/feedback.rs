@@ -1,28 +1,25 @@
-//! Laws as feedback of an angle's error: what to add to the integral now, and
-//! by how much it grows.
+//! Feedback laws of an angle's error: the contribution besides the integral, and the growth of the
+//! integral.
 
 use super::super::real::Real;
 use super::sign;
 use super::twist::{Discretization, Push, Twist};
 
-/// Which law.
+/// Control law.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Form {
-    /// Hamana 2022 (4), (5) with the sign corrected, in degrees and volts, no
-    /// anti-windup.
+    /// Hamana 2022 (4), (5) with the sign corrected, in degrees and volts, without anti-windup.
     Paper,
     /// Super-twisting in radians and fractions of the wearer's range.
     Twisting(Discretization),
-    /// The proper implicit form with a term k3·s and, in the integral, one of
-    /// the error: what super-twisting lacks far from and close to its surface.
-    /// b is [`NOMINAL_GAIN`].
+    /// The proper implicit form with a term k3·s and, in the integral, one of the error: they
+    /// complement super-twisting far from and close to its surface. b is [`NOMINAL_GAIN`].
     TwistingWithLinear,
-    /// The baseline.
+    /// PID, the baseline.
     Pid,
 }
 
 impl Form {
-    /// All of them.
     pub const ALL: [Self; 9] = [
         Self::Paper,
         Self::Twisting(Discretization::Explicit),
@@ -35,7 +32,7 @@ impl Form {
         Self::Pid,
     ];
 
-    /// A name for tables.
+    /// Returns the name for tables.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Paper => "paper",
@@ -46,48 +43,46 @@ impl Form {
     }
 }
 
-/// Volts from threshold to maximum of the paper's participant P at one-point
-/// electrode A (Hamana 2022, table 7: 24…28 V), which turn the paper's effort
-/// into a fraction.
+/// Volts from threshold to maximum of the paper's participant P at one-point electrode A (Hamana
+/// 2022, table 7: 24…28 V). They convert the paper's effort into a fraction.
 pub const PAPER_RANGE_V: f64 = 4.0;
 
-/// b where it is no searched number, rad/s²: the order of what searches find. It
-/// only sets how wide the boundary layer of the implicit form is.
+/// Value of b if no search determines it, rad/s²: the order of magnitude that searches find. It
+/// affects only the width of the implicit form's boundary layer.
 pub const NOMINAL_GAIN: f64 = 100.0;
 
-/// A law with its gains for one period.
+/// A control law with its gains, for one period.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Feedback<R> {
-    /// See [`Form::Paper`].
+    /// Gains of [`Form::Paper`].
     Paper {
-        /// λ, both of the surface (1/s) and of the root.
+        /// λ, of the surface (1/s) and of the root.
         lambda: R,
-        /// W·h, V.
+        /// Product W·h, V.
         w_step: R,
     },
-    /// See [`Form::Twisting`].
+    /// Gains of [`Form::Twisting`].
     Twisting {
         /// λ of the surface s = ė + λ·e, 1/s.
         lambda: R,
-        /// Of s in rad/s.
+        /// Super-twisting on s in rad/s.
         twist: Twist<R>,
-        /// ki·h, 1/rad: growth of the integral with the error itself.
+        /// Growth of the integral with the error itself, ki·h, 1/rad.
         ki_step: R,
     },
-    /// kp·e + ki·∫e + kd·ė.
+    /// PID law kp·e + ki·∫e + kd·ė.
     Pid {
-        /// 1/rad.
+        /// Proportional gain, 1/rad.
         kp: R,
-        /// ki·h, 1/rad.
+        /// Integral gain times period, ki·h, 1/rad.
         ki_step: R,
-        /// s/rad.
+        /// Derivative gain, s/rad.
         kd: R,
     },
 }
 
 impl<R: Real> Feedback<R> {
-    /// The answer to an error e (rad) of rate ė (rad/s) while the integral is
-    /// `v`.
+    /// Returns the response to an error e (rad) with rate ė (rad/s) while the integral is `v`.
     pub fn push(&self, e: R, rate: R, v: R) -> Push<R> {
         match self {
             Self::Paper { lambda, w_step } => {
@@ -115,8 +110,7 @@ impl<R: Real> Feedback<R> {
         }
     }
 
-    /// Whether the integral rests while the effort is clamped. The paper's does
-    /// not.
+    /// Returns whether the integral stops while the effort is clamped. That of the paper does not.
     pub const fn has_anti_windup(&self) -> bool {
         !matches!(self, Self::Paper { .. })
     }

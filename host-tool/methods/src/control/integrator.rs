@@ -1,30 +1,28 @@
-//! The disturbed integrator σ' = u + d with |d'| <= L under zero-order hold: the
-//! textbook plant on which discretizations of super-twisting are compared.
+//! The disturbed integrator σ' = u + d with |d'| <= L under zero-order hold: the textbook plant on
+//! which discretizations of super-twisting are compared.
 
 use super::super::real::Real;
 use super::twist::{Discretization, Twist};
 
-/// A disturbance of bounded slope.
+/// A disturbance with bounded slope.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Disturbance {
-    /// At rest at 0.
+    /// No disturbance.
     None,
-    /// Up and down with slope ±L, turning every this many periods.
+    /// A triangle wave with slope ±L.
     Triangle {
-        /// Periods from turn to turn.
+        /// Number of periods between two changes of direction.
         periods: u32,
     },
-    /// Its slope is L with the sign of the present σ, upward at 0: always outward.
+    /// The slope is L with the sign of the present σ, upward at 0, and therefore always outward.
     Adversarial,
-    /// Its slope is ±L, changed after each period with the sign of the last
-    /// growth of σ (upward where there was none): what a form that nearly
-    /// oscillates is driven by.
+    /// The slope is ±L, with the sign of the last growth of σ (upward without growth): it excites a
+    /// form that nearly oscillates.
     Resonant,
 }
 
 impl Disturbance {
-    /// Those that the bound is held to: adversarial ones, fast and slow
-    /// triangles.
+    /// The disturbances for which the bound must hold: adversarial ones, fast and slow triangles.
     pub const ALL: [Self; 5] = [
         Self::Triangle { periods: 1 },
         Self::Triangle { periods: 7 },
@@ -34,38 +32,38 @@ impl Disturbance {
     ];
 }
 
-/// One closed loop.
+/// Gains, period and disturbance of one closed loop.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Loop<R> {
-    /// Gain of the root.
+    /// Gain k1 of the root term.
     pub k1: R,
-    /// Gain of the sign.
+    /// Gain k2 of the sign term.
     pub k2: R,
-    /// Period, s.
+    /// Sample period h, s.
     pub h: R,
-    /// L, highest slope of the disturbance, 1/s.
+    /// L, largest slope of the disturbance, 1/s.
     pub slope: R,
 }
 
-/// Periods that a loop gets to settle from σ = 10·L·h², and then to be judged.
-/// Everything scales with L and h, so a number of periods suits all.
+/// Number of periods in which a loop settles from σ = 10·L·h², then number of periods that are
+/// evaluated. Everything scales with L and h, so the same numbers suit every loop.
 const SETTLING: u32 = 4000;
 const JUDGED: u32 = 4000;
 
-/// Below this part of L·h² a σ is rounding.
+/// Fraction of L·h² below which a σ counts as rounding.
 const ROUNDING: f64 = 1e-6;
 
 impl<R: Real> Loop<R> {
-    /// Whether gains fulfil the conditions under which super-twisting rejects
-    /// the disturbance: k2 > L and k1 > √(k2 + L) (Seeber & Horn, "Stability
-    /// proof for a well-established super-twisting parameter setting",
-    /// Automatica 84 (2017)), to which the proper implicit form keeps.
+    /// Returns whether the gains meet the conditions under which super-twisting rejects the
+    /// disturbance: k2 > L and k1 > √(k2 + L) (Seeber & Horn, "Stability proof for a
+    /// well-established super-twisting parameter setting", Automatica 84 (2017)). They hold for the
+    /// proper implicit form too.
     pub fn fulfils_theorem(&self) -> bool {
         self.k2 > self.slope && self.k1 * self.k1 > self.k2 + self.slope
     }
 
-    /// Largest |σ| at the sampling instants once settled, in units of σ; stops
-    /// at 10^9·L·h², where nothing returns.
+    /// Returns the largest |σ| at the sampling instants once settled, in units of σ. The simulation
+    /// stops at 10^9·L·h², from where no loop returns.
     pub fn worst_sigma(&self, discretization: Discretization, disturbance: Disturbance) -> R {
         let twist = Twist::new(discretization, self.k1, self.k2, R::ONE, self.h);
         let mut integral = R::ZERO;
@@ -77,7 +75,7 @@ impl<R: Real> Loop<R> {
         })
     }
 
-    /// The same for any law from σ to u: for fixed point.
+    /// Returns the same for any law from σ to u, for example one in fixed point.
     pub fn worst_sigma_under(&self, disturbance: Disturbance, mut law: impl FnMut(R) -> R) -> R {
         let h = self.h;
         let unit = self.slope * h * h;
@@ -94,7 +92,7 @@ impl<R: Real> Loop<R> {
             };
             before = sigma;
             let grown = side * self.slope * h;
-            // u is held, d rises evenly.
+            // u is held, and d rises linearly.
             sigma = sigma + h * (law(sigma) + d + grown / R::from_f64(2.0));
             d = d + grown;
             if sigma.abs() > R::from_f64(1e9) * unit {
@@ -107,7 +105,7 @@ impl<R: Real> Loop<R> {
         worst
     }
 
-    /// Largest |σ| over [`Disturbance::ALL`].
+    /// Returns the largest |σ| over [`Disturbance::ALL`].
     pub fn worst_sigma_of_all(&self, discretization: Discretization) -> R {
         let each = Disturbance::ALL.map(|d| self.worst_sigma(discretization, d));
         each.into_iter()
@@ -115,8 +113,8 @@ impl<R: Real> Loop<R> {
     }
 }
 
-/// The side of x, up where x is nothing but rounding: an adversary that follows
-/// the sign of rounding turns every period, and that cancels.
+/// Returns the sign of x, or 1 if x is only rounding: an adversary that follows the sign of
+/// rounding changes direction every period, and its effect cancels.
 fn outward<R: Real>(x: R, unit: R) -> R {
     if x < -(R::from_f64(ROUNDING) * unit) {
         -R::ONE
@@ -125,8 +123,8 @@ fn outward<R: Real>(x: R, unit: R) -> R {
     }
 }
 
-/// The p of the straight line through ln y over ln x for y ~ x^p, by least
-/// squares; `None` for fewer than two points or any that is not positive.
+/// Returns the exponent p of y ~ x^p by a least-squares line through ln y over ln x, or `None` for
+/// fewer than two points or any value that is not positive.
 pub fn fitted_order(points: &[(f64, f64)]) -> Option<f64> {
     if points.len() < 2 || points.iter().any(|(x, y)| !(*x > 0.0 && *y > 0.0)) {
         return None;

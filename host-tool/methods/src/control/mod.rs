@@ -1,12 +1,11 @@
 //! Control laws in any floating-point arithmetic, behind one trait.
 //!
-//! Lives here: `twist` (the super-twisting law's discretizations), `feedback`
-//! (those, the paper's law and PID as feedback of an angle), `derivative`
-//! (differentiators), `delay` (predictors), `adaptation`, `controller` (any
-//! feedback with any of these parts), `parameters` (its bounds, for a search),
-//! `integrator` (the disturbed integrator the discretizations are judged on).
-//! Not here: plants, setpoint tracks, the wearer's model, fixed point.
-//! In: the wanted and the measured angle once per period. Out: an effort.
+//! Submodules: `twist` (discretizations of the super-twisting law), `feedback` (these, the paper's
+//! law and PID as feedback of an angle), `derivative` (differentiators), `delay` (predictors),
+//! `adaptation`, `controller` (any feedback with any of these parts), `parameters` (bounds for a
+//! search), `integrator` (the disturbed integrator on which the discretizations are compared).
+//! Plants, setpoint tracks, the wearer's model and fixed point belong to other modules. Input:
+//! reference and measured angle once per period. Output: an effort.
 
 pub mod adaptation;
 pub mod controller;
@@ -24,30 +23,29 @@ pub use parameters::{Parameter, ParameterError};
 
 use super::real::Real;
 
-/// What a law is given once per period. Angles in radians, flexion positive.
+/// Inputs of a law in one period. Angles are in radians, flexion positive.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Input<R> {
-    /// The angle wanted now, after hold or extrapolation.
+    /// Reference angle now, after hold or extrapolation.
     pub target: R,
-    /// Its rate as the setpoint track knows it, rad/s; 0 while holding.
+    /// Rate of the reference according to the setpoint track, rad/s; 0 while holding.
     pub target_rate: R,
-    /// The angle measured last.
+    /// Latest measured angle.
     pub measured: R,
-    /// What the nominal wearer's inverse model asks for this target, −1…1, with
-    /// the lead that the law asked for ([`Controller::lead_s`]); 0 if there is no
-    /// such model.
+    /// Effort of the nominal wearer's inverse model for this reference, −1…1, with the lead that
+    /// the law requests ([`Controller::lead_s`]); 0 without a model.
     pub feed_forward: R,
 }
 
-/// A control law with its gains and its memory, for one fixed period.
+/// A control law with its gains and its state, for a fixed period.
 pub trait Law<R: Real> {
-    /// One period further. The answer is a fraction of the way from motor
-    /// threshold (0) to the wearer's maximum (flexors +1, extensor −1); beyond
-    /// ±1 it is clamped by the caller, which the law must expect (anti-windup).
+    /// Advances by one period and returns the effort as a fraction of the range from motor
+    /// threshold (0) to the wearer's maximum (flexors +1, extensor −1). The caller clamps it beyond
+    /// ±1, for which the law must be prepared (anti-windup).
     fn step(&mut self, input: &Input<R>) -> R;
 }
 
-/// −1, 0 or 1.
+/// Returns the sign of `x`: −1, 0 or 1.
 fn sign<R: Real>(x: R) -> R {
     if x > R::ZERO {
         R::ONE
@@ -58,12 +56,12 @@ fn sign<R: Real>(x: R) -> R {
     }
 }
 
-/// `x` within ±`bound`.
+/// Returns `x` clamped to ±`bound`.
 fn bounded<R: Real>(x: R, bound: R) -> R {
     within(x, -bound, bound)
 }
 
-/// `x` within `low`…`high`.
+/// Returns `x` clamped to `low`…`high`.
 fn within<R: Real>(x: R, low: R, high: R) -> R {
     if x < low {
         low

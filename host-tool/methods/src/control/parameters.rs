@@ -1,5 +1,5 @@
-//! The numbers a law and its add-ons are made from, with the bounds within
-//! which a search looks for them: one vector per law, the same way for all.
+//! Parameters of a law and its add-ons, with the bounds within which a search varies them: one
+//! vector per law, in the same form for all.
 
 use super::super::real::Real;
 use super::adaptation::{Adaptation, Integral};
@@ -10,38 +10,39 @@ use super::feedback::{Feedback, Form, NOMINAL_GAIN};
 use super::twist::{Discretization, Twist};
 use heapless::Vec;
 
-/// One number of a law. Any positive number builds; the bounds are a search's.
+/// One parameter of a law. A law can be built with any positive number; the bounds apply to
+/// searches.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Parameter {
-    /// Its name with its unit.
+    /// Name of the parameter, with its unit.
     pub name: &'static str,
-    /// Lowest value to look at.
+    /// Lower bound of a search.
     pub low: f64,
-    /// Highest value to look at.
+    /// Upper bound of a search.
     pub high: f64,
-    /// Whether to look evenly over its logarithm.
+    /// Whether a search is uniform in the logarithm.
     pub is_log: bool,
 }
 
-/// Most numbers any law with any add-ons has.
+/// Maximum number of parameters of a law with its add-ons.
 pub const PARAMETERS_MAX: usize = 16;
 
-/// Why numbers do not make a law.
+/// The reason why values do not form a law.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum ParameterError {
-    /// Not as many as [`parameters`] lists.
+    /// The number of values differs from that of [`parameters`].
     Count {
-        /// How many there must be.
+        /// Required number of values.
         wanted: usize,
     },
-    /// Not a number, not finite, below 0, or 0 where a logarithm is looked at.
+    /// A value is not a finite number, is below 0, or is 0 for a logarithmic parameter.
     Value {
-        /// Which.
+        /// Name of the parameter.
         name: &'static str,
     },
 }
 
-/// A number searched evenly in its logarithm.
+/// Creates a parameter that is searched uniformly in its logarithm.
 pub const fn log(name: &'static str, low: f64, high: f64) -> Parameter {
     Parameter {
         name,
@@ -51,7 +52,7 @@ pub const fn log(name: &'static str, low: f64, high: f64) -> Parameter {
     }
 }
 
-/// A number searched evenly.
+/// Creates a parameter that is searched uniformly.
 pub const fn linear(name: &'static str, low: f64, high: f64) -> Parameter {
     Parameter {
         name,
@@ -72,8 +73,8 @@ const TWIST_WITH_LINEAR: [Parameter; 5] = [
     log("lambda_per_s", 1.0, 40.0),
     log("kd_s_per_rad", 0.005, 1.0),
     log("ki_per_rad_s", 0.1, 30.0),
-    // At least what rejects a disturbance that moves by 0.1 of the range a second
-    // (k2 > L, k1 > √((k2 + L)/b)): below, it would be a PID by another name.
+    // Lower bounds for which the law rejects a disturbance that changes by 0.1 of the range per
+    // second (k2 > L, k1 > √((k2 + L)/b)). Below them the law would in effect be a PID.
     log("k1", 0.045, 0.5),
     log("k2_per_rad", 0.1, 5.0),
 ];
@@ -99,7 +100,7 @@ const ADAPTATION: [Parameter; 2] = [
 ];
 
 impl Form {
-    /// Its own numbers, in order. The explicit form does not use b.
+    /// Returns the law's own parameters, in order. The explicit form does not use b.
     pub fn parameters(self) -> &'static [Parameter] {
         match self {
             Self::Paper => &PAPER,
@@ -111,11 +112,11 @@ impl Form {
     }
 }
 
-/// The numbers of a law with its add-ons, in the order
-/// [`Controller::from_parameters`] takes them.
+/// Returns the parameters of a law with its add-ons, in the order that
+/// [`Controller::from_parameters`] expects.
 pub fn parameters(form: Form, add_ons: AddOns) -> Vec<Parameter, PARAMETERS_MAX> {
     let mut all = Vec::new();
-    // 5 + 1 + 1 + 1 + 4 + 2 at most: extending cannot fail.
+    // At most 5 + 1 + 1 + 1 + 4 + 2: extending cannot fail.
     all.extend(form.parameters().iter().copied());
     all.extend([match add_ons.derivative {
         DerivativeKind::PseudoOfError | DerivativeKind::Pseudo => CUTOFF,
@@ -134,11 +135,11 @@ pub fn parameters(form: Form, add_ons: AddOns) -> Vec<Parameter, PARAMETERS_MAX>
 }
 
 impl<R: Real> Controller<R> {
-    /// A law with its add-ons for a period of `h` s, from the numbers that
+    /// Creates a law with its add-ons for a period of `h` s, from the values of the parameters that
     /// [`parameters`] lists.
     ///
     /// # Errors
-    /// [`ParameterError`] names what is wrong.
+    /// Returns [`ParameterError`] with the invalid number or value.
     pub fn from_parameters(
         form: Form,
         add_ons: AddOns,
@@ -158,7 +159,7 @@ impl<R: Real> Controller<R> {
             }
         }
         let mut values = values.iter().copied();
-        // As many as are listed above.
+        // The count was checked above.
         let mut next = || values.next().unwrap_or(R::ONE);
         let feedback = feedback(form, h, &mut next);
         let differentiator = match add_ons.derivative {

@@ -1,5 +1,5 @@
-//! Methods on F alone, along the exact C: what all need of x and τ at the ends of
-//! a step or inside it is known beforehand.
+//! Methods that integrate F alone, along the exact C: x and τ at the ends of a step and inside it
+//! are known in advance.
 
 use super::Arithmetic;
 use super::explicit::{Explicit, SlopePosition};
@@ -7,13 +7,15 @@ use super::scheme::{Dense, Muscle, NumberOf, Place, Point, Scheme, State};
 use core::marker::PhantomData;
 use firmware::muscle::CalciumForceSpec;
 
-/// How F gets over a step.
+/// Rule that integrates F over a step.
 pub trait Rule {
-    /// The places inside a step that it looks at, parts of it.
+    /// Positions inside the step at which the rule evaluates the equation, as fractions of the
+    /// step.
     const INSIDE: [f64; 2] = [0.5; 2];
-    /// Whether it looks at the step's ends.
+    /// Whether the rule evaluates the equation at the ends of the step.
     const ENDS: bool = true;
-    /// F after `time`: `begin` and `end` are the ends, `inside` gives the places.
+    /// Returns F after `time`, where `ends` are the values at the beginning and the end of the
+    /// step, and `inside` gives those at [`Self::INSIDE`].
     fn force<R: Arithmetic>(
         time: R,
         ends: [Point<R>; 2],
@@ -46,14 +48,14 @@ impl<M: Explicit> Rule for M {
     }
 }
 
-/// A muscle under a rule.
+/// A muscle that a [`Rule`] integrates.
 #[derive(Clone, Copy, Debug)]
 pub struct RuleMuscle<M, R> {
     muscle: Muscle<R>,
     rule: PhantomData<M>,
 }
 
-/// C, F, and where the rule looks at ends what it finds here.
+/// C and F, and the values of the equation here if the rule evaluates the ends of steps.
 #[derive(Clone, Copy, Debug)]
 pub struct AlongState<R> {
     c: R,
@@ -71,11 +73,11 @@ impl<R: Arithmetic> Place for AlongState<R> {
     }
 }
 
-/// What a step needs.
+/// Constants of a step of one length.
 #[derive(Clone, Copy, Debug)]
 pub struct AlongFactors<R> {
     time: R,
-    /// What is left of C at the places inside and at the end.
+    /// Remaining share of C at the positions inside and at the end.
     left: [R; 3],
 }
 
@@ -100,8 +102,8 @@ impl<M: Rule, R: Arithmetic> Scheme for RuleMuscle<M, R> {
             rule: PhantomData,
         }
     }
-    /// One exponential where the places lie symmetrically about the middle: then
-    /// both together are the whole step.
+    /// Computes the constants. If the positions inside are symmetric about the middle, their decay
+    /// factors multiply to that of the whole step.
     fn factors(&self, us: u32) -> AlongFactors<R> {
         let time = R::from_micros(us);
         let [first, second] = M::INSIDE;

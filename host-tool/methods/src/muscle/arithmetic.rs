@@ -1,34 +1,33 @@
-//! What integrators need of a number beyond [`Real`].
+//! Operations that integrators need of a number beyond [`Real`].
 
 use super::super::real::{Micro, Real};
 
-/// The integrators' unit of time, µs: 2^14, so that microseconds become a
-/// fraction exactly in every arithmetic, and so that the time constants, A in
-/// newtons per unit and force in newtons all stay within the 7 integer bits of
-/// Q7.24.
+/// Unit of time of the integrators, µs: 2^14, so that a time in µs becomes an exact fraction in
+/// every arithmetic, and time constants, A in newtons per unit, and force in newtons all stay
+/// within the 7 integer bits of Q7.24.
 pub const UNIT_US: f64 = 16_384.0;
 
-/// All that is not a number, in one word: machines differ in its sign.
+/// The word for every NaN, because machines differ in its sign.
 const NOT_A_NUMBER: u32 = 0x7FC0_0000;
 
-/// A number that integrators compute with.
+/// A number type in which integrators compute.
 pub trait Arithmetic: Real {
-    /// What tables of this arithmetic are made in.
+    /// Number type in which tables for this arithmetic are computed.
     type Design: Arithmetic;
-    /// Whether numbers of any size have a place.
+    /// Whether the type is floating point, so that numbers of any magnitude fit.
     const FLOATING: bool = true;
-    /// `us` microseconds, below 2^21, in units of [`UNIT_US`]; exact.
+    /// Converts `us` microseconds, below 2^21, to units of [`UNIT_US`]; exact.
     fn from_micros(us: u32) -> Self;
-    /// Whole part and the rest of self·2^`shift`. Numbers below zero and
-    /// beyond 32 bits have no meaning here and give any index.
+    /// Returns the integer part and the remainder of self·2^`shift`. For numbers below zero or
+    /// beyond 32 bits the index is arbitrary.
     fn split_scaled(self, shift: u32) -> (usize, Self);
-    /// Its bits, folded to 32.
+    /// Returns the bits, folded to 32.
     fn fold_bits(self) -> u32;
-    /// 2 to its power.
+    /// Returns 2 to the power of the number.
     fn exp2(self) -> Self {
         (self * Self::from_f64(core::f64::consts::LN_2)).exp()
     }
-    /// Logarithm to base 2, for positive numbers.
+    /// Returns the logarithm to base 2, for positive numbers.
     fn log2(self) -> Self {
         self.ln() * Self::from_f64(core::f64::consts::LOG2_E)
     }
@@ -56,7 +55,7 @@ impl Arithmetic for f64 {
 impl Arithmetic for f32 {
     type Design = Self;
     fn from_micros(us: u32) -> Self {
-        // Below 2^24: exact.
+        // Below 2^24, so the conversion is exact.
         us as Self * (1.0 / UNIT_US as Self)
     }
     fn split_scaled(self, shift: u32) -> (usize, Self) {

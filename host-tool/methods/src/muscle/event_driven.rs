@@ -1,17 +1,17 @@
-//! From event to event in one go: the exact solution between pulses with its
-//! one integral by Gauss–Legendre.
+//! Event-driven integration: the exact solution between pulses, whose one integral is computed by
+//! Gauss–Legendre quadrature.
 //!
-//! With α = τ1 + τ2, κ = τ1·K/α, F keeps e^(−R) from s to the end h of an
-//! interval, R = (h − s)/τ1 − (τc·τ2/(τ1·α))·ln((C(s) + κ)/(C(h) + κ)), by
-//! partial fractions of 1/τ in eq. (3) of Lee 2020.
+//! With α = τ1 + τ2, κ = τ1·K/α, the factor e^(−R) of F remains from s to the end h of an interval,
+//! R = (h − s)/τ1 − (τc·τ2/(τ1·α))·ln((C(s) + κ)/(C(h) + κ)), by partial fractions of 1/τ in eq.
+//! (3) of Lee 2020.
 
 use super::scheme::Muscle;
 use super::{Arithmetic, Integrator};
 use firmware::muscle::CalciumForceSpec;
 use firmware::units::{Micros, us};
 
-/// Nodes and weights of the Gauss–Legendre rules on 0…1 with 2, 3, 4 and 10
-/// nodes (Abramowitz & Stegun, table 25.4, as (1 + x)/2 and w/2).
+/// Returns nodes and weights of the Gauss–Legendre rules on 0…1 with 2, 3, 4 and 10 nodes
+/// (Abramowitz & Stegun, table 25.4, as (1 + x)/2 and w/2).
 const fn rule<const N: usize>() -> [(f64, f64); N] {
     const { assert!(matches!(N, 2 | 3 | 4 | 10)) };
     let half: &[(f64, f64)] = match N {
@@ -45,19 +45,19 @@ const fn rule<const N: usize>() -> [(f64, f64); N] {
     nodes
 }
 
-/// The constants of the solution between pulses.
+/// Constants of the solution between pulses.
 #[derive(Clone, Copy, Debug)]
 pub struct Interval<R> {
     muscle: Muscle<R>,
     kappa: R,
-    /// 1/τ1.
+    /// Decay rate 1/τ1 of F without calcium.
     rate: R,
-    /// τc·τ2/(τ1·α).
+    /// Exponent τc·τ2/(τ1·α) of the calcium term.
     power: R,
 }
 
 impl<R: Arithmetic> Interval<R> {
-    /// Of a muscle.
+    /// Computes the constants for a muscle.
     pub fn new(muscle: &Muscle<R>) -> Self {
         let alpha = muscle.tau1 + muscle.tau2;
         Self {
@@ -68,8 +68,8 @@ impl<R: Arithmetic> Interval<R> {
         }
     }
 
-    /// G = p·log2(1 + c/κ), octaves, p = τc·τ2/(τ1·α), and its slope over
-    /// ln c: F keeps 2^(G0 − G) more than τ1 alone would leave.
+    /// Returns G = p·log2(1 + c/κ), octaves, with p = τc·τ2/(τ1·α), and its slope over ln c. F
+    /// keeps 2^(G0 − G) times more than with τ1 alone.
     pub fn power_at(&self, c: R) -> (R, R) {
         let octaves = R::from_f64(core::f64::consts::LOG2_E);
         let value = (R::ONE + c / self.kappa).ln();
@@ -77,8 +77,8 @@ impl<R: Arithmetic> Interval<R> {
         (self.power * octaves * value, self.power * octaves * slope)
     }
 
-    /// What F keeps over `time` in which C falls from `c`, and what is added to
-    /// it, N; the integral at `N` nodes.
+    /// Returns the factor of F that remains after `time` in which C falls from `c`, and the force
+    /// that is added, N. The integral is evaluated at `N` nodes.
     pub fn decay_and_gain<const N: usize>(&self, time: R, c: R) -> (R, R) {
         let m = &self.muscle;
         let end = c * m.calcium_decay(time) + self.kappa;
@@ -96,9 +96,8 @@ impl<R: Arithmetic> Interval<R> {
     }
 }
 
-/// A muscle that is moved at pulses, and where none comes for long, every so
-/// often; a reading in between goes there from the last of these and keeps
-/// nothing.
+/// A muscle whose state is updated at pulses, and at a maximum interval without pulses. A reading
+/// in between is computed from the last update and changes no state.
 #[derive(Clone, Copy, Debug)]
 pub struct EventDriven<R, const NODES: usize> {
     interval: Interval<R>,
@@ -111,8 +110,7 @@ pub struct EventDriven<R, const NODES: usize> {
 }
 
 impl<R: Arithmetic, const NODES: usize> EventDriven<R, NODES> {
-    /// A muscle at rest at time 0; no integral over more than `longest_us`, 1
-    /// or more.
+    /// Creates a muscle at rest at time 0. No integral spans more than `longest_us`, 1 or more.
     pub fn new(spec: &CalciumForceSpec, longest_us: u32) -> Self {
         Self {
             interval: Interval::new(&Muscle::new(spec)),
@@ -141,7 +139,7 @@ impl<R: Arithmetic, const NODES: usize> EventDriven<R, NODES> {
         self.c * self.interval.muscle.calcium_decay(self.time())
     }
 
-    /// Keeps what is true now.
+    /// Stores the present C and F as the start of the next interval.
     fn store_state(&mut self) {
         (self.f, self.c) = (self.force(), self.calcium_number());
         self.from = self.now;

@@ -1,28 +1,27 @@
-//! Explicit methods: Euler, Heun and the classical Runge–Kutta method (Hairer,
-//! Nørsett & Wanner, Solving ODEs I, II.1). On C and F alike here, on F alone in
-//! [`super::along`].
+//! Explicit methods: Euler, Heun and the classical Runge–Kutta method (Hairer, Nørsett & Wanner,
+//! Solving ODEs I, II.1). Here they integrate both C and F; in [`super::along`] F alone.
 
 use super::Arithmetic;
 use super::scheme::{Muscle, NumberOf, Scheme, State};
 use core::marker::PhantomData;
 use firmware::muscle::CalciumForceSpec;
 
-/// Where in a step a slope is taken.
+/// Position within a step at which a slope is evaluated.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum SlopePosition {
-    /// Its beginning.
+    /// Beginning of the step.
     Begin,
-    /// Its middle.
+    /// Middle of the step.
     Middle,
-    /// Its end.
+    /// End of the step.
     End,
 }
 
-/// How an explicit method moves a state over a time.
+/// Explicit method that advances a state.
 pub trait Explicit {
-    /// Whether it takes slopes in the middle.
+    /// Whether the method evaluates slopes in the middle of a step.
     const MIDDLE: bool = false;
-    /// Over `time`, by slopes.
+    /// Advances `from` by `time`, with values of `slope`.
     fn advance_state<R: Arithmetic>(
         time: R,
         from: State<R>,
@@ -30,15 +29,16 @@ pub trait Explicit {
     ) -> State<R>;
 }
 
-/// Order 1.
+/// Euler's method, order 1.
 #[derive(Clone, Copy, Debug)]
 pub struct Euler;
 
-/// Order 2: the mean of the slopes at the beginning and at Euler's end.
+/// Heun's method, order 2: the mean of the slopes at the beginning and at the end that Euler's
+/// method predicts.
 #[derive(Clone, Copy, Debug)]
 pub struct Heun;
 
-/// Order 4.
+/// Classical Runge–Kutta method, order 4.
 #[derive(Clone, Copy, Debug)]
 pub struct RungeKutta4;
 
@@ -93,7 +93,7 @@ impl Explicit for RungeKutta4 {
     }
 }
 
-/// A muscle under an explicit method on C and F alike.
+/// A muscle for which an explicit method integrates both C and F.
 #[derive(Clone, Copy, Debug)]
 pub struct ExplicitMuscle<M, R> {
     muscle: Muscle<R>,
@@ -102,7 +102,7 @@ pub struct ExplicitMuscle<M, R> {
 
 impl<M: Explicit, R: Arithmetic> Scheme for ExplicitMuscle<M, R> {
     type State = State<R>;
-    /// The step's length.
+    /// Length of the step.
     type Factors = R;
 
     fn new(spec: &CalciumForceSpec, _: u32) -> Self {

@@ -1,19 +1,18 @@
-//! Exponential time differencing: F relaxes exactly towards a target that is held
-//! over the step, or integrated at Gauss nodes (Hochbruck & Ostermann, Acta
-//! Numerica 19, 2010, section 2).
+//! Exponential time differencing: F relaxes exactly towards a steady state that is held over the
+//! step, or integrated at Gauss nodes (Hochbruck & Ostermann, Acta Numerica 19, 2010, section 2).
 
 use super::Arithmetic;
 use super::along::{Rule, RuleMuscle};
 use super::scheme::Point;
 
-/// Target and rate held as they are at one place of the step: 0 is ETD1 (order
-/// 1), a half is the midpoint method (order 2).
+/// Holds steady state and rate at their values in one place of the step: at the beginning for ETD1
+/// (order 1), in the middle for the midpoint method (order 2).
 #[derive(Clone, Copy, Debug)]
 pub struct HeldRate<const MIDDLE: bool>;
 
-/// ETD1.
+/// Exponential time differencing with the values at the beginning of the step, order 1.
 pub type Etd1 = HeldRate<false>;
-/// ETD midpoint, of a muscle.
+/// A muscle with the exponential midpoint method, order 2.
 pub type EtdMidpoint<R> = RuleMuscle<HeldRate<true>, R>;
 
 impl<const MIDDLE: bool> Rule for HeldRate<MIDDLE> {
@@ -31,13 +30,12 @@ impl<const MIDDLE: bool> Rule for HeldRate<MIDDLE> {
     }
 }
 
-/// Variation of constants with both integrals at two Gauss nodes, (1 ∓ 1/√3)/2;
-/// order 4.
+/// Variation of constants with both integrals at two Gauss nodes, (1 ∓ 1/√3)/2; order 4.
 ///
-/// With rates r1, r2 = 1/τ at the nodes and the rate linear between them, F
-/// keeps e^(−h(r1 + r2)/2) over the step. From node i to its end the linear
-/// rate's integral is h(1 − n_i)·(r1 + (r2 − r1)·m_i), m_i = ((n_i + 1)/2 −
-/// n_1)/(n_2 − n_1) the place of the middle of that stretch.
+/// With rates r1, r2 = 1/τ at the nodes and the rate linear between them, the factor e^(−h(r1 +
+/// r2)/2) of F remains over the step. The integral of the linear rate from node i to the end is h(1
+/// − n_i)·(r1 + (r2 − r1)·m_i), where m_i = ((n_i + 1)/2 − n_1)/(n_2 − n_1) is the position of the
+/// middle of that interval.
 #[derive(Clone, Copy, Debug)]
 pub struct GaussExponential;
 
@@ -56,7 +54,7 @@ impl Rule for GaussExponential {
         let points = [inside(0), inside(1)];
         let rate = points.map(|p| p.time_over_tau(time));
         let slope = rate[1] - rate[0];
-        // What is kept from a node to the end of the step.
+        // Contribution of a node, decayed to the end of the step.
         let source = |n: usize| {
             let place = ((nodes[n] + 1.0) / 2.0 - nodes[0]) / span;
             let mean = rate[0] + slope * R::from_f64(place);

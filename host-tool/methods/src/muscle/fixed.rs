@@ -1,4 +1,4 @@
-//! Fixed point with a chosen number of fraction bits in a 32-bit word.
+//! Fixed point with a selectable number of fraction bits in a 32-bit word.
 
 use super::super::real::Real;
 use super::arithmetic::{Arithmetic, UNIT_US};
@@ -6,23 +6,23 @@ use core::ops::{Add, Div, Mul, Neg, Sub};
 use firmware::arithmetic::division::quotient;
 use firmware::arithmetic::exponential::{exp2_neg, log2_neg};
 
-/// log2 e, Q31.
+/// Constant log2 e, Q31.
 const LOG2_E: u64 = 3_098_164_009;
-/// ln 2, Q32.
+/// Constant ln 2, Q32.
 const LN_2: i64 = 2_977_044_472;
 
-/// A number in 2^-`FRACTION` with 31 − `FRACTION` integer bits and a sign:
-/// Q15.16 is `Fixed<16>`, Q7.24 `Fixed<24>`; 14 to 30 have a meaning.
+/// A fixed-point number in units of 2^-`FRACTION`, with 31 − `FRACTION` integer bits and a sign:
+/// Q15.16 is `Fixed<16>`, Q7.24 `Fixed<24>`; valid values are 14 to 30.
 ///
-/// Products are rounded down, or to nearest with `NEAREST`; what does not fit
-/// wraps, as an explicit method that diverges does not fit. Quotients are the
-/// device's exact ones, exponentials the device's (3e-9 off): a translation of
-/// the floating-point program line by line, as one writes first.
+/// Products are rounded down, or to nearest with `NEAREST`. Overflow wraps, as in an explicit
+/// method that diverges. Quotients are the exact ones of the device, exponentials those of the
+/// device (error 3e-9). The type gives a line-by-line translation of the floating-point program, as
+/// in a first version.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub struct Fixed<const FRACTION: u32, const NEAREST: bool = false>(pub i32);
 
 impl<const F: u32, const NEAREST: bool> Fixed<F, NEAREST> {
-    /// The number with `from` ≥ F fraction bits, rounded as this type rounds.
+    /// Rounds a number with `from` ≥ F fraction bits in the way of this type.
     fn round(bits: i64, from: u32) -> Self {
         let dropped = from.saturating_sub(F);
         let half = if NEAREST && dropped > 0 {
@@ -33,7 +33,7 @@ impl<const F: u32, const NEAREST: bool> Fixed<F, NEAREST> {
         Self((bits.wrapping_add(half) >> dropped) as i32)
     }
 
-    /// 2 to ±`octaves`, Q32, with this number's sign.
+    /// Returns 2 to the power of ±`octaves`, Q32, with the sign of this number.
     fn power(self, octaves: u64) -> Self {
         let power = Self::round(i64::from(exp2_neg(octaves)), 31);
         if self.0 <= 0 {
@@ -43,7 +43,7 @@ impl<const F: u32, const NEAREST: bool> Fixed<F, NEAREST> {
         }
     }
 
-    /// log2 in Q32; of zero and below as of the smallest number.
+    /// Returns log2 in Q32. Zero and negative numbers count as the smallest positive number.
     fn octaves(self) -> i64 {
         let bits = self.0.max(1).cast_unsigned();
         let shift = bits.leading_zeros();
@@ -77,19 +77,19 @@ impl<const F: u32, const NEAREST: bool> Neg for Fixed<F, NEAREST> {
 impl<const F: u32, const NEAREST: bool> Mul for Fixed<F, NEAREST> {
     type Output = Self;
     fn mul(self, other: Self) -> Self {
-        // Below 2^62.
+        // The product is below 2^62.
         Self::round(i64::from(self.0) * i64::from(other.0), 2 * F)
     }
 }
 
 impl<const F: u32, const NEAREST: bool> Div for Fixed<F, NEAREST> {
     type Output = Self;
-    /// Towards zero, or to nearest; what does not fit, and by zero, is the
-    /// largest number of its sign.
+    /// Rounds towards zero, or to nearest with `NEAREST`. On overflow or division by zero, the
+    /// result is the largest number of its sign.
     fn div(self, other: Self) -> Self {
         let divisor = other.0.unsigned_abs();
         let half = if NEAREST { divisor / 2 } else { 0 };
-        // Below 2^62 + 2^30.
+        // The dividend is below 2^62 + 2^30.
         let dividend = (u64::from(self.0.unsigned_abs()) << F) + u64::from(half);
         let size = quotient(dividend, divisor).map(i32::try_from);
         let size = size.and_then(Result::ok).unwrap_or(i32::MAX);
@@ -101,8 +101,7 @@ impl<const F: u32, const NEAREST: bool> Real for Fixed<F, NEAREST> {
     const ZERO: Self = Self(0);
     const ONE: Self = Self(1 << F);
     fn from_f64(x: f64) -> Self {
-        // Nothing here that a compiler could not do to a constant; `as`
-        // saturates.
+        // A compiler can evaluate this for a constant; `as` saturates.
         let half = if x < 0.0 { -0.5 } else { 0.5 };
         Self((x * f64::from(1u32 << F) + half) as i32)
     }
@@ -115,7 +114,7 @@ impl<const F: u32, const NEAREST: bool> Real for Fixed<F, NEAREST> {
         self.power(octaves)
     }
     fn ln(self) -> Self {
-        // |octaves| < 2^38, its upper 31 bits are enough; Q25 · Q32.
+        // |octaves| < 2^38, of which the upper 31 bits suffice; Q25 · Q32.
         Self::round(((self.octaves() >> 7) * LN_2) >> 25, 32)
     }
     fn sqrt(self) -> Self {
@@ -128,7 +127,7 @@ impl<const F: u32, const NEAREST: bool> Arithmetic for Fixed<F, NEAREST> {
     type Design = f32;
     const FLOATING: bool = false;
     fn from_micros(us: u32) -> Self {
-        // F ≥ 14 by the type's documentation: a shift, exact.
+        // F ≥ 14 by the documentation of the type: an exact shift.
         Self((us << F.saturating_sub(14)).cast_signed() >> 14u32.saturating_sub(F))
     }
     fn split_scaled(self, shift: u32) -> (usize, Self) {
@@ -160,7 +159,7 @@ mod tests {
     #[test]
     fn functions_are_exact_to_a_few_last_places() {
         let mut worst = [0f64; 4];
-        // 1/x of less than 1/128 does not fit.
+        // The inverse of less than 1/128 overflows.
         for i in 10..20_000u32 {
             let x = f64::from(i) * 1e-3;
             let y = Fixed::<24>::from_f64(x);

@@ -1,11 +1,10 @@
 //! The exact solution over any time, from a table over the logarithm of C.
 //!
-//! Between pulses C only falls, and always along the same curve: log C is a
-//! clock. On it eq. (3) of Lee 2020 is linear with known coefficients, so that
-//! one solution Q tells all: F = Q + (F0 − Q0)·2^−R over a time t, with R =
-//! t/(τ1·ln 2) − (G0 − G), G = p·log2(1 + C/κ) (`event_driven`). Q, here the
-//! one that starts from no force at 32 pulses, and G are smooth in log C: one
-//! cubic per half octave gives both, whatever the muscle.
+//! Between pulses C only falls, always along the same curve, so that log C measures time. Over log
+//! C, eq. (3) of Lee 2020 is linear with known coefficients, and one solution Q determines all
+//! others: F = Q + (F0 − Q0)·2^−R over a time t, with R = t/(τ1·ln 2) − (G0 − G), G = p·log2(1 +
+//! C/κ) (`event_driven`). Q (here the solution that starts from zero force at 32 pulses) and G are
+//! smooth in log C: one cubic per half octave represents both, for any muscle.
 
 use super::Arithmetic;
 use super::event_driven::Interval;
@@ -14,45 +13,44 @@ use crate::real::Real;
 use core::f64::consts::LN_2;
 use firmware::muscle::CalciumForceSpec;
 
-/// log2 of the cells per octave.
+/// log2 of the number of cells per octave.
 const DENSITY: u32 = 1;
-/// Octaves from 2^-19 of a pulse, below which F only relaxes with τ1, to the
-/// 32 that no train of 200 Hz exceeds.
+/// Number of octaves, from 2^-19 of a pulse, below which F only relaxes with τ1, to the 32 pulses
+/// that no train of 200 Hz exceeds; then the lowest octave.
 pub(super) const OCTAVES: usize = 24;
 pub(super) const LOWEST: f64 = -19.0;
 const CELLS: usize = OCTAVES << DENSITY;
 
-/// No exponential over more than this, µs: what a fraction of it could
-/// overflow a fixed-point exponent.
+/// Longest time per exponential, µs; a longer one could overflow a fixed-point exponent.
 const LONGEST_US: u32 = 100_000;
 
-/// a0 + t·(a1 + t·(a2 + t·a3)), t in 0…1 across a cell.
+/// Coefficients of a0 + t·(a1 + t·(a2 + t·a3)), t in 0…1 across a cell.
 type Cubic<R> = [R; 4];
 
-/// One muscle's table. Octaves are log2 C − [`LOWEST`].
+/// The table of one muscle. Octaves are log2 C − [`LOWEST`].
 #[derive(Clone, Copy, Debug)]
 pub struct Flow<R> {
-    /// Octaves that C falls per unit of time.
+    /// Octaves by which C falls per unit of time.
     pub fall: R,
-    /// 1/(τ1·ln 2).
+    /// Relaxation rate 1/(τ1·ln 2).
     rate: R,
-    /// Q, N, and G, octaves, from [`LOWEST`] up.
+    /// Cubics of Q, N, and G, octaves, from [`LOWEST`] upwards.
     cells: [(Cubic<R>, Cubic<R>); CELLS],
 }
 
-/// A muscle at some moment, ready to flow on from there.
+/// State of a muscle from which the solution can continue.
 #[derive(Clone, Copy, Debug)]
 pub struct Start<R> {
-    /// Where C is.
+    /// Octave of C.
     pub octave: R,
-    /// F − Q, N.
+    /// Difference F − Q, N.
     gap: R,
-    /// G.
+    /// Value of G, octaves.
     power: R,
 }
 
 impl<R: Arithmetic> Flow<R> {
-    /// Makes the table.
+    /// Computes the table of a muscle.
     pub fn new(spec: &CalciumForceSpec) -> Self {
         let design = Muscle::<R::Design>::new(spec);
         let octaves = R::Design::from_f64(LN_2);
@@ -63,7 +61,7 @@ impl<R: Arithmetic> Flow<R> {
         }
     }
 
-    /// C at an octave; none at the table's end.
+    /// Returns C at an octave; 0 at the lower end of the table.
     pub fn calcium(octave: R) -> R {
         if octave <= R::ZERO {
             return R::ZERO;
@@ -71,12 +69,12 @@ impl<R: Arithmetic> Flow<R> {
         (octave + R::from_f64(LOWEST)).exp2()
     }
 
-    /// The octave of C.
+    /// Returns the octave of C.
     pub fn octave(c: R) -> R {
         c.log2() - R::from_f64(LOWEST)
     }
 
-    /// Q and G.
+    /// Returns Q and G at an octave.
     #[inline(always)]
     fn look_up(&self, octave: R) -> (R, R) {
         let (index, t) = octave.split_scaled(DENSITY);
@@ -87,7 +85,7 @@ impl<R: Arithmetic> Flow<R> {
         (at(q), at(g))
     }
 
-    /// A muscle with force `f`; `octave` is not below 0.
+    /// Returns the state of a muscle with force `f`; `octave` is not below 0.
     #[inline(always)]
     pub fn start(&self, octave: R, f: R) -> Start<R> {
         let (q, power) = self.look_up(octave);
@@ -98,22 +96,22 @@ impl<R: Arithmetic> Flow<R> {
         }
     }
 
-    /// Its force `time` later, when C is at `octave`, not below 0.
+    /// Returns the force `time` after `start`, when C is at `octave`, not below 0.
     #[inline(always)]
     pub fn force(&self, start: &Start<R>, time: R, octave: R) -> R {
         self.advance_start(start, time, octave).0
     }
 
-    /// The same, and that moment as a start of its own.
+    /// Returns the same force, and the state at that time.
     #[inline(always)]
     pub fn advance_start(&self, start: &Start<R>, time: R, octave: R) -> (R, Start<R>) {
         let (q, power) = self.look_up(octave);
-        // Above 0 by no more than rounding.
+        // The exponent exceeds 0 only by rounding.
         let gap = start.gap * (start.power - power - time * self.rate).exp2();
         (q + gap, Start { octave, gap, power })
     }
 
-    /// What τ1 alone leaves of a force after `us` microseconds.
+    /// Returns the force that remains after `us` microseconds of relaxation with τ1 alone.
     pub fn relax_force(&self, mut f: R, mut us: u32) -> R {
         while us > 0 && f > R::ZERO {
             let part = us.min(LONGEST_US);
@@ -124,12 +122,12 @@ impl<R: Arithmetic> Flow<R> {
     }
 }
 
-/// Cubics through values and slopes of Q and G at both ends of each cell; Q
-/// exactly from cell to cell, downwards.
+/// Computes the cubics through values and slopes of Q and G at both ends of each cell. Q is
+/// integrated exactly from cell to cell, downwards.
 fn cells<R: Arithmetic, D: Arithmetic>(muscle: &Muscle<D>) -> [(Cubic<R>, Cubic<R>); CELLS] {
     let exact = Interval::new(muscle);
     let width = D::from_f64(LN_2 / f64::from(1u32 << DENSITY));
-    // The time that C takes across a cell.
+    // Time in which C crosses a cell.
     let time = width / muscle.rate_c;
     // Value and slope across a cell at C, of Q and of G.
     let ends = |c: D, q: D| {

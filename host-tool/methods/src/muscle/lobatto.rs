@@ -1,18 +1,18 @@
-//! Hermite–Simpson: Lobatto IIIA with three stages, collocation at the ends and
-//! the middle of a step (Hairer & Wanner, Solving ODEs II, IV.5), order 4.
+//! Hermite–Simpson: Lobatto IIIA with three stages, collocation at the ends and the middle of a
+//! step (Hairer & Wanner, Solving ODEs II, IV.5), order 4.
 //!
-//! F's own cubic through both ends has the slope that eq. (3) asks for in the
-//! middle too. As eq. (3) is linear in F that is one equation for F's end. With v =
-//! h/6τ and s = A·x at the beginning (0), the middle (m) and the end (1):
+//! The cubic of F through both ends must satisfy eq. (3) in the middle too. As eq. (3) is linear in
+//! F, this is one equation for F at the end. With v = h/6τ and s = A·x at the beginning (0), the
+//! middle (m) and the end (1):
 //!
-//! F1 = F0 + (h/6·(s0 + 4sm + s1 − 3vm(s0 − s1)) − F0·(v0 + 4vm + v1 + 3vm(v1 −
-//! v0)))/(1 + 2vm + v1 + 3vm·v1)
+//! F1 = F0 + (h/6·(s0 + 4sm + s1 − 3vm(s0 − s1)) − F0·(v0 + 4vm + v1 + 3vm(v1 − v0)))/(1 + 2vm + v1
+//! + 3vm·v1)
 
 use super::Arithmetic;
 use super::along::Rule;
 use super::scheme::Point;
 
-/// The rule.
+/// Hermite–Simpson rule for F.
 #[derive(Clone, Copy, Debug)]
 pub struct HermiteSimpson;
 

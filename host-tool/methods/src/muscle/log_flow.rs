@@ -1,9 +1,9 @@
-//! From pulse to pulse by the exact solution's table (`flow`).
+//! Event-driven integration with the table of the exact solution (`flow`).
 //!
-//! A pulse takes two look-ups, a logarithm and two powers, a reading one
-//! look-up and one power; there are no steps, and nothing that could become
-//! unstable. The price: 1.5 kB per muscle in 32-bit arithmetics, made anew
-//! whenever K or a time constant changes, as they do in a muscle that tires.
+//! A pulse takes two look-ups, a logarithm and two powers, a reading one look-up and one power.
+//! There are no steps, and nothing can become unstable. The cost is a table of 1.5 kB per muscle in
+//! 32-bit arithmetics, which is recomputed whenever K or a time constant changes, as they do with
+//! fatigue.
 
 use super::flow::{Flow, Start};
 use super::scheme::{Dense, Muscle, Place, Scheme};
@@ -11,19 +11,18 @@ use super::{Arithmetic, Integrator};
 use firmware::muscle::CalciumForceSpec;
 use firmware::units::{Micros, us};
 
-/// A muscle and where it is.
+/// A muscle and its present state.
 #[derive(Clone, Copy, Debug)]
 pub struct LogFlow<R> {
     flow: Flow<R>,
-    /// After the last pulse, and when that was; `None` once C is below the
-    /// table.
+    /// State after the last pulse and time of the pulse; `None` once C is below the table.
     start: Option<(Start<R>, Micros)>,
     f: R,
     now: Micros,
 }
 
 impl<R: Arithmetic> LogFlow<R> {
-    /// A muscle at rest at time 0.
+    /// Creates a muscle at rest at time 0.
     pub fn new(spec: &CalciumForceSpec) -> Self {
         Self {
             flow: Flow::new(spec),
@@ -33,7 +32,7 @@ impl<R: Arithmetic> LogFlow<R> {
         }
     }
 
-    /// Where C is at `now`, if in the table, and the time since the pulse.
+    /// Returns the octave of C at `now`, if the table contains it, and the time since the pulse.
     #[inline(always)]
     fn place(&self, start: &Start<R>, pulse: Micros) -> (Option<R>, R) {
         let time = R::from_micros(self.now.elapsed_since(pulse));
@@ -41,8 +40,8 @@ impl<R: Arithmetic> LogFlow<R> {
         ((octave >= R::ZERO).then_some(octave), time)
     }
 
-    /// Past the table's lower end, once per silence: there by the table, from
-    /// there on by τ1.
+    /// Continues past the lower end of the table, once per pause between trains: by the table up to
+    /// its end, by τ1 from there on.
     #[inline(never)]
     fn leave_table(&mut self, start: &Start<R>, pulse: Micros) {
         let time = start.octave / self.flow.fall;
@@ -73,7 +72,7 @@ impl<R: Arithmetic> Integrator for LogFlow<R> {
             self.f = self.flow.relax_force(self.f, ahead_us);
             return;
         };
-        // The limit keeps the time within what the arithmetics take.
+        // The limit keeps the time within the range of the arithmetics.
         match self.place(&start, pulse) {
             (Some(octave), time) if self.now.elapsed_since(pulse) < 1 << 20 => {
                 self.f = self.flow.force(&start, time, octave);
@@ -95,14 +94,14 @@ impl<R: Arithmetic> Integrator for LogFlow<R> {
     }
 }
 
-/// The same in steps, to be read through their cubics: one look-up a step.
+/// The same solution in steps, read through their cubics, with one look-up per step.
 #[derive(Clone, Copy, Debug)]
 pub struct FlowSteps<R> {
     muscle: Muscle<R>,
     flow: Flow<R>,
 }
 
-/// C, F, and both in the table; `None` below it.
+/// C and F, and the state in the table; `None` below the table.
 #[derive(Clone, Copy, Debug)]
 pub struct FlowState<R> {
     c: R,
@@ -120,11 +119,11 @@ impl<R: Arithmetic> Place for FlowState<R> {
     }
 }
 
-/// What a step needs.
+/// Constants of a step of one length.
 #[derive(Clone, Copy, Debug)]
 pub struct FlowFactors<R> {
     time: R,
-    /// Octaves that C falls, what is left of it, and of F without it.
+    /// Fall of C in octaves, its remaining share, and the remaining share of F below the table.
     fall: R,
     left: R,
     relaxed: R,

@@ -1,10 +1,10 @@
-//! A whole step from a table over the logarithm of C.
+//! Integration of a whole step from a table over the logarithm of C.
 //!
-//! Over a step without a pulse F ← E(C)·F + S(C): E is what F keeps, S what
-//! the muscle adds from zero. Both are smooth in log C, and log C falls by the
-//! same amount in every step, so that a step is one look-up and no function.
-//! Parts of steps go by the exact solution's table (`flow`). The price: 4.6 kB
-//! per muscle in 32-bit arithmetics, made anew with every parameter.
+//! Over a step without a pulse F ← E(C)·F + S(C), where E is the remaining share of F and S the
+//! force added from zero. Both are smooth in log C, and log C falls by the same amount in every
+//! step, so that a step takes one look-up and no function call. Parts of steps use the table of the
+//! exact solution (`flow`). The cost is 4.6 kB per muscle in 32-bit arithmetics, recomputed with
+//! every change of a parameter.
 
 use super::Arithmetic;
 use super::event_driven::Interval;
@@ -14,21 +14,21 @@ use crate::real::Real;
 use core::f64::consts::LN_2;
 use firmware::muscle::CalciumForceSpec;
 
-/// log2 of the entries per octave.
+/// log2 of the number of entries per octave.
 const DENSITY: u32 = 4;
 const ENTRIES: usize = (OCTAVES << DENSITY) + 1;
 
-/// The tables of one muscle and step.
+/// Tables of one muscle for one step length.
 #[derive(Clone, Copy, Debug)]
 pub struct LogTable<R, const DENSE: bool> {
     muscle: Muscle<R>,
     flow: Flow<R>,
     step_us: u32,
-    /// (E, S) at each sixteenth of an octave from [`LOWEST`] up.
+    /// (E, S) at each sixteenth of an octave from [`LOWEST`] upwards.
     entries: [(R, R); ENTRIES],
 }
 
-/// Where C is, log2 C − [`LOWEST`], and F; C itself where `DENSE`.
+/// Octave of C, log2 C − [`LOWEST`], and F; with `DENSE` also C itself.
 #[derive(Clone, Copy, Debug)]
 pub struct LogState<R, const DENSE: bool> {
     octave: R,
@@ -49,18 +49,18 @@ impl<R: Arithmetic, const DENSE: bool> Place for LogState<R, DENSE> {
     }
 }
 
-/// A step's length.
+/// Constants of a step of one length.
 #[derive(Clone, Copy, Debug)]
 pub struct LogFactors<R> {
     us: u32,
     time: R,
-    /// By how much log2 C falls, and where `DENSE` what is left of it.
+    /// Fall of log2 C, and with `DENSE` the remaining share of C.
     fall: R,
     left: R,
 }
 
 impl<R: Arithmetic, const DENSE: bool> LogTable<R, DENSE> {
-    /// E and S between entries, linearly; no calcium, no S.
+    /// Returns E and S, interpolated linearly between entries; S is 0 without calcium.
     #[inline(always)]
     fn entry(&self, octave: R) -> (R, R) {
         if octave <= R::ZERO {
@@ -69,11 +69,11 @@ impl<R: Arithmetic, const DENSE: bool> LogTable<R, DENSE> {
         let (index, rest) = octave.split_scaled(DENSITY);
         match self.entries.get(index..index.saturating_add(2)) {
             Some(&[(e, s), (e1, s1)]) => (e + (e1 - e) * rest, s + (s1 - s) * rest),
-            _ => (R::ONE, R::ZERO), // beyond 32 pulses: never
+            _ => (R::ONE, R::ZERO), // beyond 32 pulses, which never occurs
         }
     }
 
-    /// A part of a step.
+    /// Advances by a part of a step.
     #[inline(never)]
     fn advance_part(&self, part: &LogFactors<R>, state: &mut LogState<R, DENSE>) {
         let end = state.octave - part.fall;
@@ -121,7 +121,7 @@ impl<R: Arithmetic, const DENSE: bool> Scheme for LogTable<R, DENSE> {
             },
         }
     }
-    /// 2^-19 of a pulse, the table's end, is none.
+    /// Treats C below 2^-19 of a pulse, the end of the table, as 0.
     fn state_at(&self, c: R, f: R) -> LogState<R, DENSE> {
         let octave = match c > R::ZERO {
             true => Flow::octave(c),

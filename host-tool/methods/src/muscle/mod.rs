@@ -1,14 +1,12 @@
-//! Every integrator of the calcium–force model, each in several arithmetics.
+//! All integrators of the calcium–force model, each in several arithmetics.
 //!
-//! Lives here: `scheme` (the equations and what a step is), `along` (F along the
-//! exact C) by `explicit`, `exponential`, `lobatto`; `log_table`, `event_driven`,
-//! `flow`, `log_flow` (the other methods); `stepped` (steps split at pulses and
-//! readings), `planned` (steps from each pulse on, read through cubics),
-//! `shipped` (the product's own, as it is),
-//! `arithmetic` and `fixed` (what they compute in), `settings` (the list of
-//! all). Not here: judging them (`host_tool::accuracy`), their cycles
-//! (`bench::methods`). In: a muscle's parameters, a step, pulses with their
-//! microsecond. Out: force.
+//! Submodules: `scheme` (the equations and the interface of a method), `along` (F along the exact
+//! C) with `explicit`, `exponential`, `lobatto`; `log_table`, `event_driven`, `flow`, `log_flow`
+//! (the other methods); `stepped` (steps split at pulses and readings), `planned` (steps from each
+//! pulse on, read through cubics), `shipped` (the product's own, unchanged), `arithmetic` and
+//! `fixed` (the number types), `settings` (the list of all). Their accuracy is evaluated in
+//! `host_tool::accuracy`, their cycles in `bench::methods`. Input: the parameters of a muscle, a
+//! step, pulses with their times in µs. Output: force.
 
 pub mod along;
 pub mod arithmetic;
@@ -34,19 +32,18 @@ pub use planned::PlannedStep;
 pub use settings::{Method, Number, Reading, Setting};
 pub use stepped::SteppedMuscle;
 
-/// One muscle, integrated by some method in some arithmetic from rest at
-/// [`Micros`] 0, every pulse at full gain.
+/// A muscle that a method integrates in some arithmetic, from rest at [`Micros`] 0, with every
+/// pulse at full gain.
 pub trait Integrator {
-    /// Lets time pass until `at`, then adds 1 to C. Times never go back.
+    /// Advances to `at`, then adds 1 to C. Times must not decrease.
     fn pulse(&mut self, at: Micros);
-    /// Lets time pass until `to`. Times never go back.
+    /// Advances to `to`. Times must not decrease.
     fn advance(&mut self, to: Micros);
-    /// C of Lee 2020, eq. (2), in pulses, at the last time that was passed.
+    /// Returns C of Lee 2020, eq. (2), in pulses, at the latest time.
     fn calcium(&self) -> f64;
-    /// Force, N, at that time.
+    /// Returns the force at the latest time, N.
     fn force_n(&self) -> f64;
-    /// The same in the bits of the method's own arithmetic, folded to 32; all
-    /// that is not a number is one word. For comparing machines, and for
-    /// reading a force without converting it.
+    /// Returns the force in the bits of the method's own arithmetic, folded to 32; every NaN is the
+    /// same word. It serves to compare machines, and to read a force without conversion.
     fn force_bits(&self) -> u32;
 }

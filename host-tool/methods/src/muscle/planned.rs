@@ -1,7 +1,7 @@
-//! A method planned from each pulse on in steps of one length, and read inside
-//! them through the cubic that has F and dF/dt of both ends (Hairer, Nørsett &
-//! Wanner, Solving ODEs I, II.6): no step is parted, a pulse cuts the one it falls
-//! in and costs one exponential, that of C there.
+//! A method with steps of one length, planned from each pulse on and read inside the steps through
+//! the cubic that has F and dF/dt of both ends (Hairer, Nørsett & Wanner, Solving ODEs I, II.6).
+//! Readings do not split a step. A pulse ends the step in which it falls and costs one exponential,
+//! that of C at its time.
 
 use super::scheme::{Dense, NumberOf, Place};
 use super::{Arithmetic, Integrator};
@@ -9,27 +9,27 @@ use crate::real::Real;
 use firmware::muscle::CalciumForceSpec;
 use firmware::units::{Micros, us};
 
-/// A muscle and the step that is planned.
+/// A muscle and its planned step.
 #[derive(Clone, Copy, Debug)]
 pub struct PlannedStep<S: Dense> {
     scheme: S,
     whole: S::Factors,
     step_us: u32,
-    /// 1 over the step.
+    /// Inverse of the step length.
     per_step: NumberOf<S>,
-    /// C at the step's beginning.
+    /// C at the beginning of the step.
     c: NumberOf<S>,
-    /// F's, in powers of time from there on.
+    /// Cubic of F, in powers of time since the beginning of the step.
     cubic: [NumberOf<S>; 4],
     from: Micros,
-    /// At the step's end, and dF/dt there.
+    /// State at the end of the step, then dF/dt there.
     end: S::State,
     slope: NumberOf<S>,
     now: Micros,
 }
 
 impl<S: Dense> PlannedStep<S> {
-    /// A muscle at rest at time 0, in steps of `step_us`, 1 or more.
+    /// Creates a muscle at rest at time 0, with steps of `step_us`, 1 or more.
     pub fn new(spec: &CalciumForceSpec, step_us: u32) -> Self {
         let zero = NumberOf::<S>::ZERO;
         let scheme = S::new(spec, step_us);
@@ -47,7 +47,7 @@ impl<S: Dense> PlannedStep<S> {
         }
     }
 
-    /// Plans the step that begins where the last one ends.
+    /// Plans the step that begins at the end of the last one.
     #[inline(always)]
     fn plan(&mut self) {
         let (f, slope) = (self.end.force(), self.slope);

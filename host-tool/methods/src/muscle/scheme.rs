@@ -1,51 +1,51 @@
-//! The equations in the integrators' units, and what a method is.
+//! The equations in the integrators' units, and the interface of a method.
 
 use super::Arithmetic;
 use super::arithmetic::UNIT_US;
 use firmware::muscle::CalciumForceSpec;
 
-/// Constants of one muscle; time in units of [`UNIT_US`], force in N.
+/// Constants of one muscle; time is in units of [`UNIT_US`], force in N.
 #[derive(Clone, Copy, Debug)]
 pub struct Muscle<R> {
     /// A, N per unit of time.
     pub a: R,
-    /// K.
+    /// Half-saturation constant K of binding, in pulses.
     pub k: R,
-    /// 1/τc.
+    /// Decay rate 1/τc of C.
     pub rate_c: R,
-    /// τ1.
+    /// Time constant τ1 of force without bound cross-bridges.
     pub tau1: R,
-    /// τ2.
+    /// Additional time constant τ2 with bound cross-bridges.
     pub tau2: R,
     /// K·τ1 and τ1 + τ2.
     over: [R; 2],
 }
 
-/// What eq. (3) of Lee 2020 has at some C: dF/dt = source − rate·F.
+/// Coefficients of eq. (3) of Lee 2020 at some C: dF/dt = source − rate·F.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point<R> {
-    /// A·x, N per unit of time.
+    /// Source term A·x, N per unit of time.
     pub source: R,
-    /// τ.
+    /// Time constant τ of relaxation.
     pub tau: R,
-    /// 1/τ.
+    /// Rate of relaxation, 1/τ.
     pub rate: R,
 }
 
 impl<R: Arithmetic> Point<R> {
-    /// Without calcium, of a muscle that nothing asks.
+    /// Placeholder for a rule that does not evaluate the ends of steps.
     pub const NONE: Self = Self {
         source: R::ZERO,
         tau: R::ONE,
         rate: R::ONE,
     };
 
-    /// dF/dt, N per unit of time.
+    /// Returns dF/dt, N per unit of time.
     pub fn slope(&self, f: R) -> R {
         self.source - self.rate * f
     }
 
-    /// `time` over τ.
+    /// Returns `time` over τ.
     pub fn time_over_tau(&self, time: R) -> R {
         if R::FLOATING {
             time * self.rate
@@ -56,8 +56,8 @@ impl<R: Arithmetic> Point<R> {
 }
 
 impl<R: Arithmetic> Muscle<R> {
-    /// Each constant to the nearest number of this arithmetic. `spec` need not
-    /// be one that the device takes; time constants must be above zero.
+    /// Rounds each constant to the nearest number of this arithmetic. `spec` may be outside the
+    /// ranges of the device; time constants must be above zero.
     pub fn new(spec: &CalciumForceSpec) -> Self {
         let units = |us: u32| f64::from(us) / UNIT_US;
         let (k, tau1, tau2) = (
@@ -75,18 +75,18 @@ impl<R: Arithmetic> Muscle<R> {
         }
     }
 
-    /// x = C/(K + C), the share of cross-bridges bound.
+    /// Returns x = C/(K + C), the share of bound cross-bridges.
     pub fn bound_fraction(&self, c: R) -> R {
         c / (self.k + c)
     }
 
-    /// τ1 + τ2·x.
+    /// Returns the time constant τ1 + τ2·x.
     pub fn tau(&self, x: R) -> R {
         self.tau1 + self.tau2 * x
     }
 
-    /// x, τ and 1/τ at `c`: in floating point by one division, as τ is (τ1·K +
-    /// (τ1 + τ2)·C)/(K + C); fixed point has no place for such a product's inverse.
+    /// Returns source, τ and 1/τ at `c`. In floating point one division suffices, as τ is (τ1·K +
+    /// (τ1 + τ2)·C)/(K + C); in fixed point the inverse of such a product would overflow.
     #[inline(always)]
     pub fn point(&self, c: R) -> Point<R> {
         if R::FLOATING {
@@ -109,12 +109,12 @@ impl<R: Arithmetic> Muscle<R> {
         }
     }
 
-    /// What is left of C after `time`.
+    /// Returns the remaining share of C after `time`.
     pub fn calcium_decay(&self, time: R) -> R {
         (-(time * self.rate_c)).exp()
     }
 
-    /// (dC/dt, dF/dt) between pulses: Lee 2020, eqs. (2) and (3).
+    /// Returns (dC/dt, dF/dt) between pulses: Lee 2020, eqs. (2) and (3).
     pub fn slope(&self, s: State<R>) -> State<R> {
         let x = self.bound_fraction(s.c);
         State {
@@ -127,14 +127,14 @@ impl<R: Arithmetic> Muscle<R> {
 /// C, in pulses, and F, in N; or their slopes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct State<R> {
-    /// C.
+    /// Calcium state C, in pulses.
     pub c: R,
-    /// F.
+    /// Force F, N.
     pub f: R,
 }
 
 impl<R: Arithmetic> State<R> {
-    /// Self + `time` · `slope`.
+    /// Returns self + `time` · `slope`.
     pub fn add_scaled(self, time: R, slope: Self) -> Self {
         Self {
             c: self.c + time * slope.c,
@@ -143,13 +143,13 @@ impl<R: Arithmetic> State<R> {
     }
 }
 
-/// Where a muscle is, in a method's own terms.
+/// State of a muscle in the representation of a method.
 pub trait Place: Copy {
-    /// What it is told in.
+    /// Number type of the values.
     type Number: Arithmetic;
-    /// C, in pulses.
+    /// Returns C, in pulses.
     fn calcium(&self) -> Self::Number;
-    /// F, N.
+    /// Returns F, N.
     fn force(&self) -> Self::Number;
 }
 
@@ -163,31 +163,31 @@ impl<R: Arithmetic> Place for State<R> {
     }
 }
 
-/// A method's number.
+/// Number type of a method.
 pub type NumberOf<S> = <<S as Scheme>::State as Place>::Number;
 
-/// One method: how a muscle gets over a step without a pulse.
+/// A method that integrates a muscle over a step without a pulse.
 pub trait Scheme {
-    /// Where a muscle is.
+    /// State of the muscle in the representation of the method.
     type State: Place;
-    /// What a step of some length needs that does not depend on the state.
+    /// Constants of a step of one length, independent of the state.
     type Factors: Copy;
 
-    /// Of a muscle whose whole steps will be `step_us` microseconds.
+    /// Prepares the method for a muscle; its whole steps last `step_us` microseconds.
     fn new(spec: &CalciumForceSpec, step_us: u32) -> Self;
-    /// Of a step of `us` microseconds.
+    /// Computes the constants of a step of `us` microseconds.
     fn factors(&self, us: u32) -> Self::Factors;
-    /// A muscle with this C and this force, N.
+    /// Returns the state of a muscle with this C and this force, N.
     fn state_at(&self, c: NumberOf<Self>, f: NumberOf<Self>) -> Self::State;
-    /// Over one step.
+    /// Advances the state by one step.
     fn step(&self, factors: &Self::Factors, state: &mut Self::State);
 }
 
-/// A method whose steps can be read inside: C is exact at any time and dF/dt known
-/// at both ends, so that a cubic gives F.
+/// A method whose steps can be read inside: C is exact at any time and dF/dt is known at both ends,
+/// so that a cubic gives F.
 pub trait Dense: Scheme {
-    /// The constants.
+    /// Returns the constants of the muscle.
     fn muscle(&self) -> &Muscle<NumberOf<Self>>;
-    /// dF/dt, N per unit of time.
+    /// Returns dF/dt, N per unit of time.
     fn slope(&self, state: &Self::State) -> NumberOf<Self>;
 }

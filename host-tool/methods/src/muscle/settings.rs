@@ -1,4 +1,4 @@
-//! Which methods there are, in which arithmetics, at which steps.
+//! The list of methods, with their arithmetics and steps.
 
 use super::along::{Rule, RuleMuscle};
 use super::event_driven::EventDriven;
@@ -17,48 +17,48 @@ use core::fmt;
 use firmware::muscle::CalciumForceSpec;
 use firmware::range::OutOfRange;
 
-/// An integrator.
+/// An integrator of the muscle model.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub enum Method {
-    /// Euler on C and F alike.
+    /// Euler's method on both C and F.
     Euler,
-    /// Heun on both.
+    /// Heun's method on both C and F.
     Heun,
-    /// Classical Runge–Kutta on both.
+    /// Classical Runge–Kutta method on both C and F.
     RungeKutta4,
-    /// The same as Lee 2020 ran it: not split, pulses at the beginning of
-    /// their step.
+    /// Classical Runge–Kutta as in Lee 2020: steps are not split, and pulses act at the beginning
+    /// of their step.
     RungeKutta4Snapped,
-    /// Euler on F, along the exact C as all that follow.
+    /// Euler's method on F, along the exact C as in all methods below.
     EulerExactC,
-    /// Heun on F.
+    /// Heun's method on F.
     HeunExactC,
-    /// Classical Runge–Kutta on F.
+    /// Classical Runge–Kutta method on F.
     RungeKutta4ExactC,
     /// Hermite–Simpson: Lobatto IIIA, three stages.
     HermiteSimpson,
-    /// Exponential time differencing, held at the beginning of the step.
+    /// Exponential time differencing, with values held from the beginning of the step.
     Etd1,
-    /// Held at its middle.
+    /// Exponential time differencing, with values held from the middle of the step.
     EtdMidpoint,
-    /// Exponential, two Gauss nodes.
+    /// Variation of constants with two Gauss nodes.
     GaussExponential,
     /// Whole steps from a table over log C.
     LogTable,
-    /// From pulse to pulse exactly, by a table over log C.
+    /// Exact solution from pulse to pulse, by a table over log C.
     LogFlow,
-    /// From pulse to pulse by Gauss–Legendre; 2 nodes.
+    /// Exact solution from pulse to pulse, by Gauss–Legendre quadrature with 2 nodes.
     EventDriven2,
-    /// 3 nodes.
+    /// The same with 3 nodes.
     EventDriven3,
-    /// 4 nodes.
+    /// The same with 4 nodes.
     EventDriven4,
     /// `muscle::CalciumForce`, as the device calls it.
     Shipped,
 }
 
 impl Method {
-    /// All that run in any arithmetic at any step.
+    /// Every method that runs in any arithmetic with any step.
     pub const ALL: [Self; 16] = [
         Self::Euler,
         Self::Heun,
@@ -78,7 +78,7 @@ impl Method {
         Self::EventDriven4,
     ];
 
-    /// Lower-case, of letters, digits and underscores.
+    /// Returns the name in lower case, of letters, digits and underscores.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Euler => "euler",
@@ -101,20 +101,20 @@ impl Method {
         }
     }
 
-    /// Whether something of it besides the step was chosen on the chart's own trains:
-    /// the density of a table, formats, approximations. All else is *generic*.
+    /// Returns whether a part of the method besides the step was chosen on the chart's own trains:
+    /// the density of a table, formats, approximations. All others are *generic*.
     pub const fn is_tuned(self) -> bool {
         matches!(self, Self::LogTable | Self::LogFlow | Self::Shipped)
     }
 
-    /// Whether C goes by the same rule as F, of which one is in the chart, to show what
-    /// the exact C is worth.
+    /// Returns whether the method integrates C by the same rule as F. The chart contains one such
+    /// method, to show the benefit of the exact C.
     const fn is_alike(self) -> bool {
         matches!(self, Self::Euler | Self::Heun | Self::RungeKutta4)
     }
 
-    /// Whether its step is but the longest stretch without a pulse that it
-    /// takes in one go.
+    /// Returns whether the step of the method is only the longest time without a pulse that it
+    /// covers at once.
     pub const fn is_event_driven(self) -> bool {
         matches!(
             self,
@@ -122,8 +122,8 @@ impl Method {
         )
     }
 
-    /// Whether its steps call exponentials or logarithms; at a pulse and at parts of
-    /// steps all do that have the exact C.
+    /// Returns whether the steps of the method call exponentials or logarithms. Every method with
+    /// the exact C calls them at pulses and at parts of steps.
     pub const fn calls_functions(self) -> bool {
         self.is_event_driven()
             || matches!(
@@ -133,10 +133,10 @@ impl Method {
     }
 }
 
-/// What a method computes in.
+/// Arithmetic in which a method computes.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub enum Number {
-    /// 64-bit floating point: software on this core.
+    /// 64-bit floating point, in software on this core.
     F64,
     /// 32-bit floating point, functions of the crate libm.
     F32,
@@ -151,7 +151,7 @@ pub enum Number {
 }
 
 impl Number {
-    /// All that every generic method runs in.
+    /// Every arithmetic in which the generic methods run.
     pub const GENERIC: [Self; 5] = [
         Self::F64,
         Self::F32,
@@ -160,7 +160,7 @@ impl Number {
         Self::Q7_24,
     ];
 
-    /// Lower-case, of letters, digits and underscores.
+    /// Returns the name in lower case, of letters, digits and underscores.
     pub const fn name(self) -> &'static str {
         match self {
             Self::F64 => "f64",
@@ -173,41 +173,40 @@ impl Number {
     }
 }
 
-/// How a force between two ends of steps is had.
+/// Way in which a force between two ends of steps is read.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub enum Reading {
-    /// By ending a step there.
+    /// A step ends at the reading.
     Steps,
-    /// Through the step's cubic ([`PlannedStep`]).
+    /// The cubic of the step is evaluated ([`PlannedStep`]).
     Cubic,
 }
 
-/// A method in an arithmetic at a step.
+/// A method in an arithmetic with a step.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub struct Setting {
-    /// The method.
+    /// Integration method.
     pub method: Method,
-    /// The arithmetic; [`Number::Device`] for the product's own methods and no
-    /// other.
+    /// Arithmetic; [`Number::Device`] for the product's own method and no other.
     pub number: Number,
-    /// Its step, µs, 1…2,000,000; the longest stretch without a pulse of an
-    /// event-driven method; [`Setting::WHOLE_US`] where there is none.
+    /// Step, µs, 1…2,000,000. For an event-driven method it is the longest time without a pulse
+    /// that is covered at once; [`Setting::WHOLE_US`] means no limit.
     pub step_us: u32,
-    /// How it is read.
+    /// Way in which the force is read between steps.
     pub reading: Reading,
 }
 
 impl Setting {
-    /// The product's choice: `muscle::CalciumForce` in ticks of 1 ms.
+    /// The product's choice: `muscle::CalciumForce` with steps of 1 ms.
     pub const SHIPPED: Self = Self::new(Method::Shipped, Number::Device, 1000);
 
-    /// Lee 2020's own: Runge–Kutta at 0.2 ms, in f32, pulses on that grid.
+    /// The setting of Lee 2020: Runge–Kutta with 0.2 ms, in f32, pulses on that grid.
     pub const PAPER: Self = Self::new(Method::RungeKutta4Snapped, Number::F32, 200);
 
-    /// The step of a method that takes any stretch in one go, µs.
+    /// Step of a method that covers any time at once, µs.
     pub const WHOLE_US: u32 = 2_000_000;
 
-    /// This method in this arithmetic at this step, a step's end at every reading.
+    /// Creates a setting that ends a step at every reading.
     pub const fn new(method: Method, number: Number, step_us: u32) -> Self {
         Self {
             method,
@@ -217,8 +216,8 @@ impl Setting {
         }
     }
 
-    /// The same planned from each pulse on, and read through cubics; for methods with
-    /// the exact C that take steps.
+    /// Creates a setting whose steps are planned from each pulse on and read through cubics, for
+    /// methods with the exact C that take steps.
     pub const fn planned(method: Method, number: Number, step_us: u32) -> Self {
         Self {
             reading: Reading::Cubic,
@@ -226,8 +225,7 @@ impl Setting {
         }
     }
 
-    /// Every setting worth showing at which the force can be read every
-    /// `output_us`: the whole of what is compared.
+    /// Returns every setting that is compared if the force is read every `output_us`.
     pub fn all(output_us: u32) -> impl Iterator<Item = Self> {
         let generic = Method::ALL.into_iter().flat_map(move |method| {
             Number::GENERIC.into_iter().flat_map(move |number| {
@@ -242,9 +240,9 @@ impl Setting {
             .chain([Self::SHIPPED])
     }
 
-    /// Steps that end where the force is read, those below 1 ms only for the panel of
-    /// 1 ms. Of f64 and micromath three steps, to show where they lie. The snapped
-    /// method nowhere but where it was used.
+    /// Returns whether a setting is compared: its steps must end at the readings, and steps below 1
+    /// ms occur only for readings every 1 ms. f64 and micromath appear with three steps each, to
+    /// show their position; the snapped method only as in its source.
     fn is_of_interest(self, output_us: u32) -> bool {
         let Self {
             method,
@@ -269,10 +267,10 @@ impl Setting {
         self == Self::PAPER || has_ends && is_shown && (is_usual || is_fine) && !is_rare
     }
 
-    /// Makes the integrator for a muscle and hands it to `then`.
+    /// Creates the integrator for a muscle and calls `then` with it.
     ///
     /// # Errors
-    /// Parameters that the product's own method does not take.
+    /// Fails if the product's own method does not accept the parameters.
     pub fn with_integrator<T>(
         self,
         spec: &CalciumForceSpec,
@@ -365,7 +363,7 @@ impl Setting {
     }
 }
 
-/// Steps that end at readings, µs; of event-driven methods the longest stretches.
+/// Returns the steps that end at readings, µs; for event-driven methods the longest intervals.
 const fn steps_ending_at_readings(method: Method) -> &'static [u32] {
     match method {
         Method::LogFlow => &[Setting::WHOLE_US],
@@ -374,8 +372,8 @@ const fn steps_ending_at_readings(method: Method) -> &'static [u32] {
     }
 }
 
-/// Steps that are read through their cubics, µs: of methods that take steps and have
-/// the exact C. An event-driven one is new at every reading, whatever the stretch.
+/// Returns the steps that are read through their cubics, µs, for methods with steps and the exact
+/// C. An event-driven method is evaluated anew at every reading, whatever its interval.
 const fn steps_read_by_cubics(method: Method) -> &'static [u32] {
     if method.is_event_driven() || method.is_alike() {
         return &[];
@@ -384,8 +382,8 @@ const fn steps_read_by_cubics(method: Method) -> &'static [u32] {
 }
 
 impl fmt::Display for Setting {
-    /// `method/arithmetic/step`, for instance `rk4/f32/200us`; `planned` behind it where
-    /// it is read through cubics.
+    /// Writes `method/arithmetic/step`, for instance `rk4/f32/200us`, followed by `planned` if the
+    /// setting is read through cubics.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (method, number) = (self.method.name(), self.number.name());
         if self.step_us == Self::WHOLE_US {

@@ -1,5 +1,5 @@
-//! The product's own model behind this room's trait, called as the device
-//! calls it: pulses as they come, then time.
+//! The product's own model behind the trait of this module, called as the device calls it: pulses
+//! as they occur, then time.
 
 use super::Integrator;
 use firmware::muscle::{CalciumForce, CalciumForceSpec, CalciumForceState, Gain};
@@ -14,10 +14,10 @@ pub struct Shipped {
 }
 
 impl Shipped {
-    /// A muscle at rest at time 0.
+    /// Creates a muscle at rest at time 0.
     ///
     /// # Errors
-    /// Of [`CalciumForce::new`].
+    /// Fails as [`CalciumForce::new`].
     pub fn new(spec: &CalciumForceSpec) -> Result<Self, OutOfRange> {
         Ok(Self {
             muscle: CalciumForce::new(*spec)?,

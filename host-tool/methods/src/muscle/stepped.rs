@@ -6,17 +6,17 @@ use crate::real::Real;
 use firmware::muscle::CalciumForceSpec;
 use firmware::units::{Micros, us};
 
-/// When a pulse acts.
+/// Time at which a pulse acts.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Pulses {
-    /// At its own microsecond, which parts its step in two.
+    /// At its own time in µs, which splits its step in two.
     Split,
-    /// At the beginning of its step, as programs do that know only steps.
+    /// At the beginning of its step, as in programs with whole steps only.
     Snapped,
 }
 
-/// Steps that begin at multiples of one length. Reading between two of them
-/// parts a step too (with [`Pulses::Snapped`] it reads the last one's end).
+/// A muscle integrated in steps that begin at multiples of one length. A reading between two of
+/// them splits a step too (with [`Pulses::Snapped`] it returns the end of the last step).
 #[derive(Clone, Copy, Debug)]
 pub struct SteppedMuscle<S: Scheme> {
     scheme: S,
@@ -25,12 +25,12 @@ pub struct SteppedMuscle<S: Scheme> {
     pulses: Pulses,
     state: S::State,
     at: Micros,
-    /// How much of the present step is over: below `step_us`.
+    /// Elapsed part of the present step, µs, below `step_us`.
     over_us: u32,
 }
 
 impl<S: Scheme> SteppedMuscle<S> {
-    /// A muscle at rest at time 0, in steps of `step_us`, 1 or more.
+    /// Creates a muscle at rest at time 0, with steps of `step_us`, 1 or more.
     pub fn new(spec: &CalciumForceSpec, step_us: u32, pulses: Pulses) -> Self {
         let scheme = S::new(spec, step_us);
         Self {
@@ -44,7 +44,7 @@ impl<S: Scheme> SteppedMuscle<S> {
         }
     }
 
-    /// Any time: what is left of a step, whole steps, part of one.
+    /// Advances by any time: the rest of a step, whole steps, part of a step.
     #[inline(never)]
     fn advance_any(&mut self, to: Micros) {
         let mut left_us = to.elapsed_since(self.at);
@@ -61,13 +61,13 @@ impl<S: Scheme> SteppedMuscle<S> {
             self.advance_part(left_us);
             left_us = 0;
         }
-        // What a snapped run has not stepped over stays ahead of it.
+        // In snapped mode, the time of an incomplete step remains pending.
         if to.has_reached(self.at) {
             self.at = to - us(left_us);
         }
     }
 
-    /// A part of a step; the parts of one add up to it.
+    /// Advances by a part of a step and counts the parts up to a whole step.
     #[inline(never)]
     fn advance_part(&mut self, us: u32) {
         self.scheme.step(&self.scheme.factors(us), &mut self.state);
@@ -86,7 +86,7 @@ impl<S: Scheme> Integrator for SteppedMuscle<S> {
     }
 
     fn advance(&mut self, to: Micros) {
-        // One whole step, the rule, without a detour.
+        // Fast path for the usual case of one whole step.
         if self.over_us == 0 && (to - self.at).us() == self.step_us.cast_signed() {
             self.at = to;
             self.scheme.step(&self.whole, &mut self.state);

@@ -1,4 +1,4 @@
-//! σ' = u + d, |d'| <= L, unsaturated.
+//! Tests on the unsaturated integrator σ' = u + d, |d'| <= L.
 
 use firmware::arithmetic::fixed_point::Q;
 use firmware::control::super_twisting::SuperTwisting;
@@ -6,7 +6,7 @@ use methods::control::integrator::{Disturbance, Loop, fitted_order};
 use methods::control::twist::Discretization;
 use methods::real::{Micro, Real};
 
-/// k1/√L and k2/L: all decades that make sense.
+/// Ratios k1/√L and k2/L over all realistic decades.
 const K1: [f64; 9] = [0.5, 0.8, 1.0, 1.45, 1.5, 2.0, 4.0, 8.0, 20.0];
 const K2: [f64; 7] = [0.5, 0.9, 1.01, 1.1, 2.0, 10.0, 50.0];
 const SLOPES: [f64; 3] = [0.1, 1.0, 30.0];
@@ -27,7 +27,7 @@ fn grid() -> impl Iterator<Item = Loop<f64>> {
     })
 }
 
-/// |σ| in L·h².
+/// Returns the largest |σ| in units of L·h².
 fn relative(l: &Loop<f64>, discretization: Discretization) -> f64 {
     l.worst_sigma_of_all(discretization) / (l.slope * l.h * l.h)
 }
@@ -42,7 +42,7 @@ fn the_proper_implicit_form_is_optimal_wherever_the_theorem_holds() {
     });
     println!("{} loops inside: |σ| <= {worst:.4} L·h²", inside.len());
     assert!(inside.len() > 200);
-    // Nobody can do better: the last change of d is not known yet.
+    // No law can do better, because the last change of d is still unknown.
     assert!(worst > 0.999);
 }
 
@@ -54,8 +54,8 @@ fn a_disturbance_steeper_than_k2_gets_away() {
     }
 }
 
-/// With gains of 2·√L and 2·L. The triangle turns every 0.2 s, so that what it
-/// reaches does not depend on h.
+/// The gains are 2·√L and 2·L. The triangle changes direction every 0.2 s, so that its amplitude
+/// does not depend on h.
 #[test]
 fn sigma_falls_with_the_square_of_the_period_but_for_the_resolvent() {
     const H: [f64; 6] = [2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2];
@@ -94,8 +94,8 @@ fn sigma_falls_with_the_square_of_the_period_but_for_the_resolvent() {
     }
 }
 
-/// The explicit form's limit cycle grows with the gains, the proper one's error
-/// does not.
+/// The limit cycle of the explicit form grows with the gains; the error of the proper form does
+/// not.
 #[test]
 fn only_the_explicit_form_cycles_wider_with_more_gain() {
     let at = |k2, d| {
@@ -133,8 +133,8 @@ fn in_arithmetic<R: Real>(h: f64) -> f64 {
     worst.to_f64() / (h * h)
 }
 
-/// Single precision keeps the bound; micromath's root, 6 % high, costs what is
-/// printed.
+/// Single precision keeps the bound; the test prints the cost of micromath's root, which is 6 % too
+/// large.
 #[test]
 fn other_arithmetics() {
     for h in [2e-3, 11e-3] {
@@ -148,7 +148,8 @@ fn other_arithmetics() {
     }
 }
 
-/// The device's fixed point, on gains and periods that it has, in bits of σ.
+/// Tests the fixed point of the device with gains and periods in its ranges; differences are in
+/// bits of σ.
 #[test]
 fn the_devices_arithmetic_adds_at_most_four_bits() {
     const BIT: f64 = 1.0 / (1u64 << Q::FRAC_NBITS) as f64;

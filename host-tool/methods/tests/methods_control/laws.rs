@@ -1,4 +1,4 @@
-//! Every law with every add-on.
+//! Tests of every law with every add-on.
 
 use methods::control::derivative::Differentiator;
 use methods::control::parameters::parameters;
@@ -8,7 +8,7 @@ use methods::control::{
 use methods::real::{Micro, Real};
 use std::f64::consts::TAU;
 
-/// The middle of every bound.
+/// Returns the middle of the bounds of every parameter.
 fn middle<R: Real>(form: Form, add_ons: AddOns) -> Vec<R> {
     parameters(form, add_ons)
         .iter()
@@ -22,7 +22,7 @@ fn middle<R: Real>(form: Form, add_ons: AddOns) -> Vec<R> {
         .collect()
 }
 
-/// Drives a first-order joint for 20 s around a sine; RMSE of the second half,
+/// Drives a first-order joint along a sine for 20 s and returns the RMSE of the second half,
 /// degrees.
 fn tracked<R: Real>(form: Form, add_ons: AddOns) -> f64 {
     let h = 2e-3;
@@ -62,7 +62,7 @@ fn every_law_with_every_add_on_follows_a_simple_joint() {
             }
         }
         println!("{:20} worst {:5.2}° {:?}", form.name(), worst.0, worst.1);
-        // 45° of swing: a law turned the wrong way is off by more than 40°.
+        // The swing is 45°: a law with the wrong sign has an error of more than 40°.
         assert!(worst.0 < 12.0, "{form:?}");
     }
 }
@@ -101,8 +101,8 @@ fn numbers_that_make_no_law_are_named() {
     assert_eq!(make(&[1.0, 2.0, 0.1, 3.0]), Ok(()));
 }
 
-/// Worst error of the rate, rad/s, over 2…4 s of a sine of 0.7 rad at 0.2 Hz
-/// with `noise` (rad, alternating) on top.
+/// Returns the largest error of the rate, rad/s, over 2…4 s of a sine of 0.7 rad at 0.2 Hz with
+/// additional `noise` (rad, alternating).
 fn differentiated(mut d: Differentiator<f64>, h: f64, noise: f64) -> f64 {
     let mut worst = 0.0_f64;
     for i in 0..(4.0 / h) as u32 {
@@ -116,7 +116,7 @@ fn differentiated(mut d: Differentiator<f64>, h: f64, noise: f64) -> f64 {
     worst
 }
 
-/// The robust exact ones are exact but for the sampling; the pseudo one lags.
+/// The robust exact differentiators are exact except for sampling; the pseudo-differentiator lags.
 #[test]
 fn robust_exact_differentiators_are() {
     for h in [1e-3, 2e-3, 11e-3] {
@@ -127,7 +127,7 @@ fn robust_exact_differentiators_are() {
         ]
         .map(|d| [0.0, 0.005].map(|noise| differentiated(d, h, noise)));
         println!("h {h}: pseudo {pseudo:.4?}, 1st {first:.4?}, 2nd {second:.4?}");
-        // The sine's acceleration is at most 1.1 rad/s²: half a period late.
+        // The acceleration of the sine is at most 1.1 rad/s², and the delay half a period.
         assert!(
             first[0] < 1.2 * h && second[0] < 1.2 * h,
             "{first:?} {second:?}"

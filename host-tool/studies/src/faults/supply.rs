@@ -96,7 +96,7 @@ impl Draws for Supply {
 /// Random details, time for which the device's clock stopped, µs, and its rate afterwards.
 type SupplyCase = (String, u64, f64);
 
-/// Injects a fault of this kind into the board.
+/// Disturbs the board's clock or supply as `kind` says, at random within the kind.
 fn inject_fault(
     kind: &str,
     board: &mut Board<()>,

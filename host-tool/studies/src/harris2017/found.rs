@@ -72,7 +72,7 @@ impl std::ops::Deref for DrawResult {
 /// Measurements of one wearer, as they are stored.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct DrawMeasurements {
-    /// Measurements of each test.
+    /// One entry per reference pulse, in the order of the declaration.
     pub measured: Vec<TestMeasurements>,
     /// Records of the tests; empty unless the wearer is plotted.
     pub courses: Vec<Course>,

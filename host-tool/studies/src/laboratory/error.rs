@@ -82,7 +82,7 @@ pub enum LaboratoryError {
         /// Description of the damage.
         reason: String,
     },
-    /// No experiment has this name.
+    /// E609: the name is neither a shipped experiment nor a declaration file.
     #[error(
         "E609 no experiment `{name}`{}; there are {known}, or give a declaration's file, NAME.toml",
         did_you_mean(.name, .known.split(", "))

@@ -41,7 +41,7 @@ pub struct Study {
     pub declared: LimbDeclaration,
     /// Errors that the device's number format adds.
     pub numbers: Numbers,
-    /// Scores of every arm.
+    /// Force errors of the methods, one entry per random arm.
     pub arms: Vec<ArmScores>,
 }
 

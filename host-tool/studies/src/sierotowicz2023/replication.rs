@@ -22,7 +22,7 @@ pub const CONDITIONS: [&str; 8] = [
 /// Index of the first draw that is used as a substitute.
 const SUBSTITUTES: u64 = 1 << 32;
 
-/// Result of one participant.
+/// Errors and forces of one simulated participant in every condition.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ParticipantResult {
     /// Results in the order of the conditions.

@@ -20,7 +20,7 @@ const STATES: [&str; 9] = [
     "Grounding",
 ];
 
-/// Result of an event.
+/// How the guard reacted: a refusal, a notice, or neither.
 #[derive(PartialEq, Debug)]
 enum EventResult {
     Nothing,

@@ -73,7 +73,7 @@ impl<'a> Table<'a> {
         table
     }
 
-    /// Reads a field, if the file has it.
+    /// Stores the value of a permitted field, or reports why the file must not have it.
     fn read_field(&mut self, field: &'static Field, file: &'a DeTable<'a>) {
         let Some((key, found)) = file.get_key_value(field.name) else {
             return;

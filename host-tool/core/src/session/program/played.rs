@@ -20,7 +20,7 @@ pub struct Programs {
     has_widths: bool,
 }
 
-/// The program of one channel.
+/// Amplitude course, train and rise of a channel, from which its bursts follow.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct ChannelProgram {
     /// Channel index on the link, 0–9.
