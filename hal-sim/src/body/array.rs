@@ -1,16 +1,17 @@
-//! A forearm under an array of ten electrodes, held in a frame that measures the force
-//! of each of its movements: whom thresholds, limits and points are found on.
+//! A forearm under an array of ten electrodes, held in a frame that measures the force of each of
+//! its movements. Searches for thresholds, limits and stimulation points are tested on it.
 //!
-//! Assumed throughout, drawn by a seed: what each point reaches, at which strengths, and
-//! what the person bears. Recruitment is the bench's: fibres with distributed thresholds
-//! and a lowest one, so that force has a foot.
+//! Everything is assumed and randomly generated from a seed: the muscles that each point reaches,
+//! their strengths, and the largest pulse that the wearer tolerates. Recruitment is that of the
+//! test rigs: fibres with distributed thresholds and a smallest one, so that force rises gradually
+//! from zero.
 
 use super::bench::{InvalidBench, Pool, Sensor, SensorSpec, StrengthDuration};
 use super::muscle::{Muscle, Parameters, SUBJECTS, Step};
 use super::{Body, CHANNELS, Load, Pulse};
 use crate::random::{Random, word};
 
-/// What the frame measures, each by a load cell of its own.
+/// Movements that the frame measures, each with its own load cell.
 pub const MOVEMENTS: [&str; 6] = [
     "wrist extension",
     "wrist flexion",
@@ -23,70 +24,71 @@ pub const MOVEMENTS: [&str; 6] = [
 /// Time step of muscles and instrument, µs.
 const STEP_US: u64 = 1_000;
 
-/// What a width is worth: strengths are said at Lee 2020's; the chronaxie is assumed, as
-/// everywhere.
+/// Strength-duration relation. Strengths refer to the pulse width of Lee 2020; the chronaxie is
+/// assumed, as everywhere.
 const STRENGTH: StrengthDuration = StrengthDuration {
     chronaxie_us: 200.0,
     reference_us: 400.0,
 };
 
-/// Most frequent threshold of a fibre and spread, in parts of the lowest. Assumed.
+/// Most frequent threshold of a fibre and standard deviation of the thresholds, relative to the
+/// smallest. Assumed.
 const MIDDLE: f64 = 1.5;
 const SPREAD: f64 = 0.25;
 
-/// Stream of what is drawn.
+/// Random stream of the points.
 const DRAWN: u64 = 0x0a44;
 
-/// A pulse is felt for so long, µs.
+/// Time for which a painful pulse is felt, µs.
 const FELT_US: u64 = 100_000;
 
-/// How far a movement's force must be above rest for somebody who looks to see it, N.
-/// Assumed.
+/// Smallest force of a movement that an observer sees, N. Assumed.
 const VISIBLE_N: f64 = 0.5;
 
 /// A muscle that a point reaches.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reach {
-    /// Which of [`MOVEMENTS`] it makes.
+    /// Index of its movement in [`MOVEMENTS`].
     pub movement: usize,
     /// Thresholds of its fibres, mA at 400 µs.
     pub pool: Pool,
-    /// Force of all of them in a long train at 30 Hz, N.
+    /// Force of all fibres in a long train at 30 Hz, N.
     pub full_n: f64,
 }
 
-/// What lies under one electrode.
+/// The tissue under one electrode.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Point {
-    /// The muscle below it, and its neighbour.
+    /// The muscle below the electrode, and its neighbour.
     pub reaches: [Reach; 2],
-    /// The strongest pulse that the person bears, mA at 400 µs.
+    /// The strongest pulse that the wearer tolerates, mA at 400 µs.
     pub bears_ma: f64,
 }
 
-/// The forearm in its frame. Deterministic: pulses and seed decide everything.
+/// The forearm in its frame. The simulation is deterministic: pulses and seed determine every
+/// value.
 #[derive(Debug, Clone)]
 pub struct Array {
     points: [Point; CHANNELS],
     loads: [Load; CHANNELS],
-    /// Of each point's two.
+    /// The two muscles of each point.
     muscles: [[Muscle; 2]; CHANNELS],
     steps: [Step; CHANNELS],
-    /// When the person last felt more than they bear, µs.
+    /// Time of the last pulse that was stronger than the wearer tolerates, µs.
     hurt_us: Option<u64>,
-    /// Of the sum of the frame's load cells.
+    /// Sensor of the summed force of the load cells.
     sensor: Sensor,
     tick: u64,
 }
 
 impl Array {
-    /// A rested forearm that `seed` draws, with this sensor. The first fibres of the
-    /// nearest muscle answer at 6 to 11 mA (motor thresholds of Lee 2020: 7 to 12 mA), its
-    /// neighbour's at 1.3 to 1.7 times as much; the person bears 1.5 to 2.2 times the
-    /// lowest threshold.
+    /// Creates a rested forearm, randomly generated from `seed`, with this sensor. The first fibres
+    /// of the nearest muscle respond at 6 to 11 mA (motor thresholds of Lee 2020: 7 to 12 mA),
+    /// those of its neighbour at 1.3 to 1.7 times as much. The wearer tolerates 1.5 to 2.2 times
+    /// the smallest threshold.
     ///
     /// # Errors
-    /// Names the field that no sensor can have.
+    /// Returns the field that no sensor can have.
     pub fn new(seed: u64, sensor: SensorSpec) -> Result<Self, InvalidBench> {
         let mut random = Random::new(word(seed, DRAWN));
         let mut points = Vec::new();
@@ -107,13 +109,13 @@ impl Array {
         })
     }
 
-    /// What lies under each electrode: the truth.
+    /// Returns the true tissue under each electrode.
     #[must_use]
     pub const fn points(&self) -> &[Point; CHANNELS] {
         &self.points
     }
 
-    /// Force of each of [`MOVEMENTS`] now, N, without noise.
+    /// Returns the force of each of [`MOVEMENTS`] now, N, without noise.
     #[must_use]
     pub fn forces_n(&self) -> [f64; MOVEMENTS.len()] {
         let mut forces = [0.0; MOVEMENTS.len()];
@@ -163,7 +165,7 @@ impl Body for Array {
         }
     }
 
-    /// Pulses act at the next whole step.
+    /// Advances in whole steps; pulses act at the next one.
     fn advance(&mut self, to_us: u64) -> bool {
         let before = self.tick;
         while (self.tick + 1) * STEP_US <= to_us {
@@ -219,7 +221,7 @@ mod tests {
     use super::*;
     use crate::body::Drive;
 
-    /// The forearm after a second of 30 Hz on `channel`.
+    /// Returns the forearm after one second of pulses at 30 Hz on `channel`.
     fn after(mut body: Array, channel: usize, ma: f64) -> Array {
         for pulse in 0..30 {
             let t_us = pulse * 33_333;

@@ -1,39 +1,41 @@
-//! A joint's angle sensor that breaks: what it says in place of what it would.
+//! Faults of a joint's angle sensor: the faulty reading as a function of the correct one.
 
 use std::collections::VecDeque;
 
-/// How it breaks.
+/// Kind of sensor fault.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SensorFault {
-    /// It says for ever what it said first.
+    /// Every reading repeats the first one after the fault began.
     Stuck,
-    /// It says this, °.
+    /// Every reading is this constant, °.
     Says(f64),
-    /// Its first reading is off by so much, °, and those up to so long after it, µs.
+    /// The first reading is off by the first value, °, and so are those within the second value
+    /// after it, µs.
     Outlier(f64, u64),
-    /// Every reading is off by so much, °.
+    /// Every reading is off by this constant, °.
     Step(f64),
-    /// Every reading is off by so much more each second, °/s.
+    /// The error of the readings grows at this rate, °/s.
     Drift(f64),
-    /// It says what it would have said so long ago, µs; at first, what it said last.
+    /// Readings are delayed by this time, µs; at first the oldest stored reading repeats.
     Delayed(u64),
-    /// It turns the other way about this angle, °.
+    /// The direction of the readings is reversed about this angle, °.
     Reversed(f64),
 }
 
-/// A sensor that broke; its readings come in order of time.
+/// A sensor with a fault. Its readings must come in order of time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BrokenSensor {
     fault: SensorFault,
     from_us: u64,
     first: Option<(u64, f64)>,
     said_deg: Option<[f64; 2]>,
-    /// Readings that are not yet old enough, and the one that is; with their times.
+    /// Stored readings and their times: those younger than the delay, and the newest that is old
+    /// enough.
     earlier: VecDeque<(u64, f64)>,
 }
 
 impl BrokenSensor {
-    /// One that breaks at `from_us`.
+    /// Creates a sensor whose fault begins at `from_us`.
     #[must_use]
     pub const fn new(fault: SensorFault, from_us: u64) -> Self {
         Self {
@@ -45,13 +47,14 @@ impl BrokenSensor {
         }
     }
 
-    /// One that never breaks, and remembers all that it read.
+    /// Creates a sensor without a fault, which stores all of its readings.
     #[must_use]
     pub const fn never_broken() -> Self {
         Self::new(SensorFault::Delayed(u64::MAX), u64::MAX)
     }
 
-    /// A [`Self::never_broken`] one as it was before `at_us`, which breaks at `from_us`, not before.
+    /// Creates a faulty sensor from a sensor of [`Self::never_broken`], with the readings before
+    /// `at_us`. The fault begins at `from_us`, which must not be earlier.
     #[must_use]
     pub fn broken_from(&self, at_us: u64, fault: SensorFault, from_us: u64) -> Self {
         let mut broken = Self::new(fault, from_us);
@@ -62,7 +65,7 @@ impl BrokenSensor {
         broken
     }
 
-    /// What it says at `t_us` where it would say `deg`.
+    /// Returns the reading at `t_us` if `deg` is the correct one.
     pub fn read(&mut self, t_us: u64, deg: f64) -> f64 {
         if let SensorFault::Delayed(by_us) = self.fault {
             self.earlier.push_back((t_us, deg));
@@ -89,7 +92,7 @@ impl BrokenSensor {
         said
     }
 
-    /// The least and the greatest that it said since it broke, °.
+    /// Returns the smallest and the largest reading since the fault began, °; `None` before.
     #[must_use]
     pub const fn reported_range_deg(&self) -> Option<[f64; 2]> {
         self.said_deg
@@ -100,7 +103,8 @@ impl BrokenSensor {
 mod tests {
     use super::*;
 
-    /// A reading each millisecond of an angle that rises by 1° in each, broken at 3 ms.
+    /// Returns one reading per millisecond of an angle that rises by 1° in each; the fault begins
+    /// at 3 ms.
     fn readings(fault: SensorFault) -> [f64; 7] {
         let mut sensor = BrokenSensor::new(fault, 3_000);
         [0u32, 1, 2, 3, 4, 5, 6].map(|ms| sensor.read(u64::from(ms) * 1_000, ms.into()))

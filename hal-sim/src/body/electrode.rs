@@ -1,20 +1,20 @@
-//! A channel's electrodes and the skin between them, seen from the output stage.
+//! Electrodes of a channel and the skin between them, as the output stage sees them.
 //!
-//! Purely resistive: a reading at mid-phase shows the resistance, and no charge
-//! stays behind. Amplitudes are magnitudes; polarity is the trace's business.
+//! The load is purely resistive: a reading in the middle of a phase shows the resistance, and no
+//! charge remains. Amplitudes are magnitudes; the trace records the polarity.
 
-/// Load with which volts and milliamperes are compared, Ω: the value with which
-/// a voltage stage declares itself to the limits (design.md, Pulses).
+/// Load with which volts are converted to milliamperes, Ω: the value that a voltage stage reports
+/// to the safety limits (design.md, Pulses).
 pub const NOMINAL_LOAD_OHM: f64 = 2000.0;
 
-/// Current limiter of the voltage-controlled stage, mA (Hamana 2022 §II-A).
+/// Current limit of the voltage-controlled stage, mA (Hamana 2022 §II-A).
 pub const VOLTAGE_STAGE_LIMIT_MA: f64 = 20.0;
 
-/// Highest voltage a current-controlled stage can put across its load, V.
-/// Assumed: enough for the 100 mA hard limit into 1 kΩ.
+/// Largest voltage that a current-controlled stage can put across its load, V. Assumed: enough for
+/// the 100 mA hard limit into 1 kΩ.
 pub const CURRENT_STAGE_COMPLIANCE_V: f64 = 120.0;
 
-/// What an output stage tries to drive during a phase.
+/// Quantity that an output stage controls during a phase.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Drive {
     /// A voltage-controlled stage at this many volts (magnitude).
@@ -23,20 +23,20 @@ pub enum Drive {
     Milliamps(f64),
 }
 
-/// What a channel's stage does with its electrode's lead.
+/// State in which an output stage puts the lead of its electrode.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Lead {
-    /// Drives it below the return.
+    /// The stage drives the lead below the common return.
     Cathodic(Drive),
-    /// Drives it above the return.
+    /// The stage drives the lead above the common return.
     Anodic(Drive),
-    /// Ties it to the return.
+    /// The stage connects the lead to the common return.
     Grounded,
-    /// Leaves it.
+    /// The stage disconnects the lead (high impedance).
     Floating,
 }
 
-/// What a stage measures in the middle of a phase: the quantity it does not set.
+/// Measurement of a stage in the middle of a phase: the quantity that the stage does not control.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Reading {
     /// Voltage across the load, read by a current-controlled stage.
@@ -45,20 +45,20 @@ pub enum Reading {
     Milliamps(f64),
 }
 
-/// What one channel's electrodes present to its stage.
+/// Electrical load of one channel's electrodes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Load {
-    /// Electrodes on skin: a resistance in ohms, above zero.
+    /// Electrodes on the skin: a resistance in ohms, above zero.
     Ohms(f64),
-    /// Electrode off, lead broken, or nothing connected.
+    /// No contact: the electrode is off, the lead broken, or nothing connected.
     Open,
 }
 
 impl Load {
-    /// [`NOMINAL_LOAD_OHM`].
+    /// A resistance of [`NOMINAL_LOAD_OHM`].
     pub const NOMINAL: Self = Self::Ohms(NOMINAL_LOAD_OHM);
 
-    /// Current that flows, mA, after the stage's own limiter or compliance.
+    /// Returns the current that flows, mA, within the current limit or the compliance of the stage.
     pub fn current_ma(self, drive: Drive) -> f64 {
         let Self::Ohms(ohm) = self else { return 0.0 };
         match drive {
@@ -67,13 +67,13 @@ impl Load {
         }
     }
 
-    /// Charge of one phase of `width_us` microseconds, µC.
+    /// Returns the charge of one phase of `width_us`, µC.
     pub fn charge_uc(self, drive: Drive, width_us: u32) -> f64 {
         self.current_ma(drive) * f64::from(width_us) * 1e-3
     }
 
-    /// What the stage reads in mid-phase. An open load reads 0 mA on a voltage
-    /// stage and full compliance on a current stage that drives anything.
+    /// Returns the measurement of the stage in mid-phase. With an open load, a voltage stage
+    /// measures 0 mA, and a current stage that drives any current measures its full compliance.
     pub fn mid_phase(self, drive: Drive) -> Reading {
         match (drive, self) {
             (Drive::Volts(_), _) => Reading::Milliamps(self.current_ma(drive)),

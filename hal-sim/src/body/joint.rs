@@ -1,22 +1,21 @@
-//! A hinge with inertia, spring, friction and stops.
+//! A hinge with inertia, spring, viscous friction and stops.
 
-/// What a joint is made of.
+/// Parameters of a joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct JointSpec {
-    /// Moment of inertia, kg·m².
+    /// Moment of inertia about the axis, kg·m².
     pub inertia_kg_m2: f64,
-    /// Stiffness towards rest, N·m/rad.
+    /// Stiffness towards the rest angle, N·m/rad.
     pub stiffness_nm_per_rad: f64,
-    /// Viscous friction, N·m·s/rad.
     pub damping_nm_s_per_rad: f64,
-    /// Angle at rest, °.
+    /// Angle at which the spring exerts no torque, °.
     pub rest_deg: f64,
     /// Inelastic stops, low to high, °.
     pub stops_deg: [f64; 2],
 }
 
-/// Angle and rate of the joint, and one time step's exact solution of
-/// I·θ″ + B·θ′ + k·(θ - rest) = torque for a torque held over the step.
+/// Angle and rate of the joint, and the exact solution of I·θ″ + B·θ′ + k·(θ - rest) = torque over
+/// one time step with constant torque.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Joint {
     pub angle_rad: f64,
@@ -29,7 +28,7 @@ pub(super) struct Joint {
 
 impl Joint {
     pub fn new(spec: &JointSpec, h_s: f64) -> Self {
-        // Roots -a ± √(a² - w²): hyperbolic when overdamped, else circular.
+        // The roots are -a ± √(a² - w²): hyperbolic functions when overdamped, else circular ones.
         let a = 0.5 * spec.damping_nm_s_per_rad / spec.inertia_kg_m2;
         let w2 = spec.stiffness_nm_per_rad / spec.inertia_kg_m2;
         let d = (a * a - w2).abs().sqrt();
@@ -53,7 +52,7 @@ impl Joint {
         }
     }
 
-    /// One step under `torque_nm`, flexion positive. A stop takes all momentum.
+    /// Advances by one step under `torque_nm`, flexion positive. A stop absorbs all momentum.
     pub fn step(&mut self, torque_nm: f64) {
         let equilibrium = self.rest_rad + torque_nm / self.stiffness;
         let x = self.angle_rad - equilibrium;
@@ -71,8 +70,7 @@ impl Joint {
         }
     }
 
-    /// How far along its range of motion the joint is, 0 at the low stop, 1 at
-    /// the high one.
+    /// Returns the position within the range of motion, 0 at the low stop and 1 at the high one.
     pub fn progress(&self) -> f64 {
         let [low, high] = self.stops_rad;
         (self.angle_rad - low) / (high - low)
@@ -83,7 +81,7 @@ impl Joint {
 mod tests {
     use super::*;
 
-    /// Participant P's finger.
+    /// Returns the finger of participant P.
     fn spec() -> JointSpec {
         JointSpec {
             inertia_kg_m2: 4e-5,
@@ -94,7 +92,7 @@ mod tests {
         }
     }
 
-    /// Energy in the spring and the motion, J.
+    /// Returns the energy in the spring and the motion, J.
     fn energy(joint: &Joint, spec: &JointSpec) -> f64 {
         let x = joint.angle_rad - spec.rest_deg.to_radians();
         0.5 * spec.stiffness_nm_per_rad * x * x
@@ -103,7 +101,7 @@ mod tests {
 
     #[test]
     fn a_released_finger_loses_energy_every_step_and_comes_to_rest() {
-        // Real, critical and complex roots.
+        // Damping with real, double and complex roots.
         let critical = 2.0 * (4e-5f64 * 0.12).sqrt();
         for damping in [0.018, critical, 0.0005] {
             let spec = JointSpec {
@@ -117,7 +115,7 @@ mod tests {
             for _ in 0..5000 {
                 joint.step(0.0);
                 let now = energy(&joint, &spec);
-                // Rounding of the angle near rest is all that may show.
+                // The tolerance covers only the rounding of the angle near rest.
                 assert!(now <= before + 1e-16 * start, "{damping}: {before} {now}");
                 before = now;
             }

@@ -1,18 +1,16 @@
-//! The simulated wearer: electrodes on skin, muscles, and the joint they move.
+//! The simulated wearer: electrodes on the skin, muscles, and the joint that they move.
 //!
-//! Lives here: `electrode` (load and what a pulse delivers into it), `muscle`
-//! (calcium-force model in f64, with a high-accuracy reference), `wearer`
-//! (recruitment, participants), `finger` (index-finger PIP joint), `random_finger`
-//! (the same with another muscle structure and friction, drawn at random), `elbow`
-//! (and the person who moves it), `hand` (a forearm under many pads), `bench` (limbs
-//! fixed to a force sensor, as a laboratory measures them), `array` (ten electrodes in a
-//! force frame), `arm` (from the shoulder girdle to the hand), `sagittal` (an arm that
-//! lifts), `shared` (a muscle that several electrodes share), `still`, `broken_sensor` (an
-//! angle sensor that breaks).
-//! Not here: anything of the firmware. A body shares no code with the device it
-//! tests, so it cannot agree with the device's mistakes.
-//! In: pulses as the electrodes saw them, and time in microseconds.
-//! Out: the joint angle (true and sensed) and the electrode loads.
+//! Submodules: `electrode` (load, and the current that a pulse delivers into it), `muscle`
+//! (calcium-force model in f64, with a high-accuracy reference), `wearer` (recruitment,
+//! participants), `finger` (PIP joint of the index finger), `random_finger` (the same with another
+//! muscle structure and friction, randomly generated), `elbow` (with the wearer who moves it),
+//! `hand` (a forearm under many pads), `bench` (limbs fixed to a force sensor, as a laboratory
+//! measures them), `array` (ten electrodes in a force frame), `arm` (from the shoulder girdle to
+//! the hand), `sagittal` (an arm that lifts), `shared` (a muscle that several electrodes share),
+//! `still`, `broken_sensor` (an angle sensor with a fault). A simulated limb shares no code with
+//! the device that it tests, so that it cannot agree with the device's mistakes. Input: pulses at
+//! the electrodes, and time in µs. Output: the joint angle (true and sensed) and the electrode
+//! loads.
 
 pub mod arm;
 pub mod array;
@@ -39,81 +37,81 @@ pub use finger::{Finger, FingerSpec, InvalidSpec};
 pub use random_finger::{RandomFinger, RandomFingerSpec};
 pub use still::FixedLoad;
 
-/// Channels a body has electrodes for; the board has ten.
+/// Number of channels to which a body has electrodes; the board has ten.
 pub const CHANNELS: usize = 10;
 
-/// One stimulation pulse as it left the output stage.
+/// One stimulation pulse at the output stage.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pulse {
-    /// Start of the first phase, µs of simulated time that never wraps. Pulses
-    /// come in order of time and not before the body's last `advance`.
+    /// Start of the first phase, µs of simulated time, which never wraps. Pulses come in order of
+    /// time and not before the last `advance` of the body.
     pub t_us: u64,
-    /// Channel, 0 to 9.
+    /// Index of the channel, 0 to 9.
     pub channel: usize,
-    /// What the stage drove, volts or milliamperes.
+    /// Voltage or current that the output stage drives.
     pub drive: Drive,
-    /// Width of one phase, µs. A biphasic and a monophasic pulse act alike
-    /// (Lee 2020 §2.2.2), so the second phase is not described.
+    /// Width of one phase, µs. Biphasic and monophasic pulses have the same effect (Lee 2020
+    /// §2.2.2), so there is no description of the second phase.
     pub width_us: u32,
-    /// Whether the other channels of the muscle's group were grounded during
-    /// this pulse (the papers' *conducted*); `false` when isolated or alone.
+    /// Whether the other channels of the muscle's group were grounded during this pulse
+    /// (*conducted* in the papers); `false` for isolated channels and channels without a group.
     pub conducted: bool,
 }
 
-/// What every simulator needs from a wearer.
+/// A simulated limb or wearer, as every simulator uses it.
 pub trait Body: Send {
-    /// Lets a pulse act. Out-of-range channels act on nothing.
+    /// Applies a pulse. A channel out of range has no effect.
     fn pulse(&mut self, pulse: &Pulse);
-    /// From `t_us` on, the stage of `channel` does this with its lead: every change, in
-    /// order of time. Says all that [`Self::pulse`] says and more; a body heeds one of
-    /// them, most the other.
+    /// Sets the lead of `channel` from `t_us` on. The simulator reports every change, in order of
+    /// time. These calls contain all that [`Self::pulse`] contains and more; a body uses one of the
+    /// two, most of them `pulse`.
     fn set_lead(&mut self, _t_us: u64, _channel: usize, _lead: Lead) {}
-    /// Moves simulated time forward to `to_us`. Going backwards does nothing.
-    /// The result depends on the pulses only, not on how often this is called.
-    /// Returns whether anything moved: if not, all that can be sensed is as before.
+    /// Advances simulated time to `to_us`; an earlier time has no effect. The result depends on the
+    /// pulses only, not on the number of calls. Returns whether the state changed: if not, all
+    /// sensor values are as before.
     fn advance(&mut self, to_us: u64) -> bool;
-    /// A wearer like this one, who goes on alone from here; nothing of one who is not made
-    /// for that.
+    /// Returns an independent copy that continues from this state, or `None` if the body does not
+    /// support copies.
     fn fork(&self) -> Option<Box<dyn Body>> {
         None
     }
-    /// A trial begins for a wearer who goes on as they are: what a person does by the
-    /// clock counts from here, tiredness and posture stay.
+    /// Starts a trial for a wearer who continues in the present state: voluntary movements are
+    /// timed from here, fatigue and posture remain.
     fn begin_trial(&mut self) {}
-    /// Stretches of time in which this body could not be computed, so that nothing acted
-    /// on it: of a circuit that has no consistent currents. Not known to happen.
+    /// Returns the number of intervals that could not be computed, because a circuit had no
+    /// consistent currents; stimulation had no effect in them. Not known to happen.
     fn uncomputed_intervals(&self) -> u64 {
         0
     }
-    /// True joint angle, degrees, flexion positive.
+    /// Returns the true joint angle, degrees, flexion positive.
     fn angle_deg(&self) -> f64;
-    /// Joint angle as the sensor reports it, degrees.
+    /// Returns the joint angle that the sensor reports, degrees.
     fn sensed_deg(&self) -> f64;
-    /// The nine angles of an arm as they are measured, in the order of
-    /// [`firmware::limb::AXIS_NAMES`], degrees; nothing of a body that has no arm.
+    /// Returns the nine joint angles of an arm as sensors measure them, in the order of
+    /// [`firmware::limb::AXIS_NAMES`], degrees; `None` for a body without an arm.
     fn posture_deg(&self) -> Option<[f64; 9]> {
         None
     }
-    /// True force of an arm's hand on what holds it, beside its weight, N: backward, to the
-    /// right, upward. Nothing of a body that has no arm, and of one that nothing holds.
+    /// Returns the true force of an arm's hand on its support, without weight, N: backward, to the
+    /// right, upward. Returns `None` for a body without an arm or without a support.
     fn hand_force_n(&self) -> Option<[f64; 3]> {
         None
     }
-    /// What the laboratory's own instrument reads now, N: of a limb that is fixed to a force
-    /// sensor ([`bench`]). It is no part of the device; nothing without one.
+    /// Returns the present reading of the laboratory's own instrument, N, for a limb that is fixed
+    /// to a force sensor ([`bench`]); `None` without one. The instrument is not part of the device.
     fn instrument_n(&self) -> Option<f64> {
         None
     }
-    /// What somebody who looks on would call moving now.
+    /// Returns the names of the movements that an observer would see now.
     fn visible_movements(&self) -> Vec<&'static str> {
         Vec::new()
     }
-    /// Whether the person says now that it is too much.
+    /// Returns whether the wearer reports now that the stimulation is too strong.
     fn is_complaining(&self) -> bool {
         false
     }
-    /// What each channel's electrodes present to the output stage.
+    /// Returns the load that the electrodes of each channel present to the output stage.
     fn loads(&self) -> &[Load; CHANNELS];
-    /// The same, to change: an electrode falls off, gel dries.
+    /// Returns the loads for modification, for example if an electrode falls off or gel dries.
     fn loads_mut(&mut self) -> &mut [Load; CHANNELS];
 }

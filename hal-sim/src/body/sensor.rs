@@ -1,21 +1,21 @@
-//! A joint's angle sensor: it lags, it is noisy, it reads in steps.
+//! Angle sensor of a joint, with lag, noise and finite resolution.
 
 use crate::random::Noise;
 
-/// What an angle sensor is like.
+/// Parameters of an angle sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct SensorSpec {
-    /// Time constant, s; zero for none.
+    /// Time constant of the lag, s; 0 for no lag.
     pub lag_s: f64,
     /// Standard deviation of the noise, white from step to step, °.
     pub noise_deg: f64,
-    /// Step of a reading, above zero, °.
+    /// Resolution of a reading, above zero, °.
     pub resolution_deg: f64,
-    /// What it can read, °.
+    /// Smallest and largest reading, °.
     pub range_deg: [f64; 2],
 }
 
-/// An angle sensor, in steps of the joint.
+/// State of an angle sensor, updated with the time step of the joint.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct AngleSensor {
     spec: SensorSpec,
@@ -25,7 +25,8 @@ pub(super) struct AngleSensor {
 }
 
 impl AngleSensor {
-    /// Long at `angle_deg`, for steps of `step_s`; `seed` decides the noise.
+    /// Creates a sensor that has settled at `angle_deg`, for time steps of `step_s`. `seed`
+    /// determines the noise.
     pub fn new(spec: SensorSpec, angle_deg: f64, step_s: f64, seed: u64) -> Self {
         Self {
             noise: Noise::new(seed),
@@ -39,12 +40,12 @@ impl AngleSensor {
         }
     }
 
-    /// A step has passed, at whose end the joint is at `angle_deg`.
+    /// Advances by a time step, at whose end the joint is at `angle_deg`.
     pub fn step(&mut self, angle_deg: f64) {
         self.lagging_deg = angle_deg + (self.lagging_deg - angle_deg) * self.keeps;
     }
 
-    /// What it reads after `tick` steps, °.
+    /// Returns the reading after `tick` time steps, °.
     pub fn read(&self, tick: u64) -> f64 {
         let noise = self.spec.noise_deg * self.noise.at(tick);
         let step = self.spec.resolution_deg;

@@ -1,8 +1,8 @@
-//! A wearer who does not move.
+//! A body that does not move.
 
 use super::{Body, CHANNELS, Load, Pulse};
 
-/// A dummy load at a fixed joint angle: for tests of the electronics alone.
+/// A dummy load at a fixed joint angle, for tests of the electronics alone.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FixedLoad {
     angle_deg: f64,
@@ -10,7 +10,7 @@ pub struct FixedLoad {
 }
 
 impl FixedLoad {
-    /// A joint held at `angle_deg` degrees, with nominal loads.
+    /// Creates a joint that is held at `angle_deg` degrees, with nominal loads.
     pub fn new(angle_deg: f64) -> Self {
         Self {
             angle_deg,

@@ -1,32 +1,31 @@
-//! Who wears the electrodes: thresholds, maxima, and how many fibres a pulse gets.
+//! Thresholds and maxima of a wearer, and recruitment as a function of the pulse.
 
 use super::electrode::NOMINAL_LOAD_OHM;
 
-/// One stimulation point and the voltages found for it.
+/// A stimulation point and the voltages determined for it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Site {
     /// Channel whose electrodes are on this point, 0 to 9.
     pub channel: usize,
-    /// Lowest voltage that moves the finger, V into the nominal load at 200 µs.
+    /// Smallest voltage that moves the finger, V into the nominal load at 200 µs.
     pub threshold_v: f64,
-    /// Voltage of full recruitment, V; the highest that stays selective.
+    /// Voltage of full recruitment, V; the largest that stays selective.
     pub max_v: f64,
 }
 
 /// Participants of Hamana 2022's control experiment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Participant {
-    /// Participant P.
+    /// Participant P, with threshold voltages 24, 28 and 14 V.
     P,
-    /// Participant Q.
+    /// Participant Q, with threshold voltages 24, 24 and 16 V.
     Q,
-    /// Participant S.
+    /// Participant S, with threshold voltages 26, 18 and 18 V.
     S,
 }
 
 impl Participant {
-    /// Threshold and maximum voltage of A, B and the extensor, V (Hamana 2022,
-    /// table 7).
+    /// Returns threshold and maximum voltage of A, B and the extensor, V (Hamana 2022, table 7).
     pub const fn voltages(self) -> [(f64, f64); 3] {
         match self {
             Self::P => [(24.0, 28.0), (28.0, 36.0), (14.0, 26.0)],
@@ -35,13 +34,14 @@ impl Participant {
         }
     }
 
-    /// Threshold of A and of B while both are pulsed, conducted, V (Hamana 2022,
-    /// table 7, last columns, before their rounding to volts: P's are printed as 20
-    /// and 25). A finger has them only if its scene says so ([`super::finger::Pair`]);
-    /// whether they follow from anything is asked of [`super::hand`].
+    /// Returns the thresholds of A and of B while both are pulsed, conducted, V (Hamana 2022, table
+    /// 7, last columns, before their rounding to volts: those of P are printed as 20 and 25). A
+    /// finger has them only if its specification says so ([`super::finger::Pair`]); [`super::hand`]
+    /// computes whether they follow from a forearm.
     pub const fn pair_thresholds_v(self) -> [f64; 2] {
         match self {
-            // 19.6; its last digit keeps the numbers of `random_finger` to the bit.
+            // The value is 19.6; the last digit keeps the numbers of `random_finger` identical to
+            // the bit.
             Self::P => [19.599_999_999_999_998, 25.2],
             Self::Q => [22.4, 22.4],
             Self::S => [22.4, 16.8],
@@ -49,29 +49,28 @@ impl Participant {
     }
 }
 
-/// How strongly force curves upwards between threshold and maximum: b·(Imax -
-/// Imin) of F = a·exp(bI). Mean over subjects of ln(Fmax/Fmin) at 40 Hz in Lee
-/// 2020, table 2, where the range is likewise motor threshold to tolerable
-/// maximum.
+/// Curvature with which force rises between threshold and maximum: b·(Imax - Imin) of F =
+/// a·exp(bI). Mean over subjects of ln(Fmax/Fmin) at 40 Hz in Lee 2020, table 2, where the range is
+/// likewise motor threshold to tolerable maximum.
 pub const RECRUITMENT_CURVATURE: f64 = 1.2;
 
-/// Pulse width at which the voltages of table 7 were found, µs (Hamana §II-D).
+/// Pulse width at which the voltages of table 7 were determined, µs (Hamana §II-D).
 const REFERENCE_WIDTH_US: f64 = 200.0;
 
-/// Chronaxie with which other widths are compared, µs. Assumed: the order of
-/// magnitude of motor nerve under surface electrodes, not from the papers.
+/// Chronaxie that relates other widths to it, µs. Assumed: the order of magnitude of motor nerve
+/// under surface electrodes, not from the papers.
 const CHRONAXIE_US: f64 = 200.0;
 
-/// Share of full torque, 0 at `threshold_v` and below, 1 at `max_v` and above,
+/// Returns the recruited share of full torque: 0 up to `threshold_v`, 1 from `max_v` on,
 /// exponential in between with `curvature` (not zero).
 pub fn recruitment(effective_v: f64, threshold_v: f64, max_v: f64, curvature: f64) -> f64 {
     let x = ((effective_v - threshold_v) / (max_v - threshold_v)).clamp(0.0, 1.0);
     (curvature * x).exp_m1() / curvature.exp_m1()
 }
 
-/// Voltage into the nominal load at 200 µs that excites as `current_ma` for
-/// `width_us` does: nerve answers to current, and its threshold to width as
-/// 1 + chronaxie/width (Weiss).
+/// Returns the voltage into the nominal load at 200 µs that excites as much as `current_ma` does in
+/// `width_us`. Nerves respond to current, and the threshold depends on the width as 1 +
+/// chronaxie/width (Weiss).
 pub fn effective_voltage(current_ma: f64, width_us: u32) -> f64 {
     let strength = (1.0 + CHRONAXIE_US / REFERENCE_WIDTH_US)
         / (1.0 + CHRONAXIE_US / f64::from(width_us.max(1)));

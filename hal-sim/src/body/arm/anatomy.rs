@@ -1,15 +1,15 @@
-//! Muscles, where they are attached, and which electrode lies on which.
+//! Muscle groups of the arm, their attachments, and the electrode over each.
 //!
-//! Attachments of the shoulder's muscles are of the published model DAS3 (Chadwick 2014,
-//! 10.1109/TBME.2014.2309727; one middle element of each group), which has them by bone,
-//! in its own axes: x to the right, y up, z backward. Values are cited, no file of it is
-//! here. Where a line would run through the joint the muscle lies on a ball about it.
+//! The attachments of the shoulder muscles are those of the published model DAS3 (Chadwick 2014,
+//! 10.1109/TBME.2014.2309727; one middle element of each group). DAS3 gives them per bone, in its
+//! own axes: x to the right, y up, z backward. The values are cited; no file of the model is stored
+//! here. A line of action that would pass through the joint wraps around a sphere about the joint.
 
 use nalgebra::Vector3;
 
-/// Stimulated muscle groups (Sierotowicz 2023, section 2.4).
+/// Number of stimulated muscle groups (Sierotowicz 2023, section 2.4).
 pub const ELECTRODES: usize = 9;
-/// These, and two that their electrodes may reach.
+/// Number of muscles: the stimulated groups, and two that their electrodes may also reach.
 pub const MUSCLES: usize = 11;
 
 /// A muscle group. The first nine lie under the electrode of the same number.
@@ -33,13 +33,13 @@ pub enum Muscle {
     Trapezius,
     /// Latissimus dorsi; crosses both shoulder joints.
     Latissimus,
-    /// Brachialis: no electrode is on it.
+    /// Brachialis; has no electrode.
     Brachialis,
-    /// Brachioradialis: no electrode is on it.
+    /// Brachioradialis; has no electrode.
     Brachioradialis,
 }
 
-/// All of them, in order.
+/// Every muscle, in the order of the enum.
 pub const ALL: [Muscle; MUSCLES] = [
     Muscle::Biceps,
     Muscle::Triceps,
@@ -54,7 +54,7 @@ pub const ALL: [Muscle; MUSCLES] = [
     Muscle::Brachioradialis,
 ];
 
-/// A bone that has attachments.
+/// A bone to which muscles attach.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Bone {
     /// Fixed; origin at the incisura jugularis.
@@ -67,19 +67,20 @@ pub enum Bone {
     Humerus,
 }
 
-/// A line of action about the shoulder.
+/// Line of action of a muscle about the shoulder.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Line {
-    /// Where it comes from, in DAS3's axes of that bone, m.
+    /// Bone and point of origin, in the axes of DAS3 for that bone, m.
     pub origin: (Bone, [f64; 3]),
-    /// Where it ends, m.
+    /// Bone and point of insertion, m.
     pub insertion: (Bone, [f64; 3]),
-    /// Least distance from the glenohumeral joint, m: zero where nothing is in the way.
+    /// Radius of the sphere about the glenohumeral joint around which the line wraps, m; 0 if the
+    /// line does not wrap.
     pub wrap_m: f64,
 }
 
-/// Radius of the ball under the deltoid, m. Assumed (20 to 32 mm): a humeral head and the
-/// muscle's own thickness.
+/// Radius of the sphere under the deltoid, m. Assumed (20 to 32 mm): a humeral head and the
+/// thickness of the muscle itself.
 const DELTOID_WRAP_M: f64 = 0.026;
 
 const fn line(origin: (Bone, [f64; 3]), insertion: [f64; 3], wrap_m: f64) -> Line {
@@ -91,18 +92,19 @@ const fn line(origin: (Bone, [f64; 3]), insertion: [f64; 3], wrap_m: f64) -> Lin
 }
 
 impl Muscle {
-    /// Its line about the shoulder; none of what crosses the elbow only.
+    /// Returns the line of action about the shoulder, or `None` for a muscle that crosses only the
+    /// elbow.
     #[must_use]
     pub const fn line(self) -> Option<Line> {
         use Bone::{Clavicle, Scapula, Thorax};
         Some(match self {
-            // trap_scap_6.
+            // Element trap_scap_6.
             Self::Trapezius => Line {
                 origin: (Thorax, [-0.0043, -0.0002, 0.1363]),
                 insertion: (Scapula, [-0.068_21, 0.007_23, 0.002_77]),
                 wrap_m: 0.0,
             },
-            // delt_scap_9, delt_clav_2, delt_scap_2.
+            // Elements delt_scap_9, delt_clav_2 and delt_scap_2, in this order.
             Self::DeltoidSuperior => line(
                 (Scapula, [0.015_69, 0.0048, -0.024_14]),
                 [0.018_47, -0.117_38, -0.004_94],
@@ -118,7 +120,7 @@ impl Muscle {
                 [0.015_55, -0.096_45, 0.005_28],
                 DELTOID_WRAP_M,
             ),
-            // pect_maj_c_1, pect_maj_t_2, lat_dorsi_4.
+            // Elements pect_maj_c_1, pect_maj_t_2 and lat_dorsi_4, in this order.
             Self::PectoralisClavicular => line(
                 (Clavicle, [0.062_98, 0.010_75, -0.016_36]),
                 [0.011_84, -0.088_69, -0.015_55],
@@ -134,16 +136,16 @@ impl Muscle {
                 [0.001_38, -0.037_89, -0.017_64],
                 0.0,
             ),
-            // The short head comes from the coracoid, where coracobr_1 does (its long head
-            // runs over the joint and turns nothing: half of the muscle does, assumed); it
-            // leaves the shoulder along the front of the humerus (assumed).
+            // The short head originates at the coracoid, at the same point as coracobr_1. The long
+            // head passes over the joint and has no moment there, so half of the muscle acts
+            // (assumed). The muscle leaves the shoulder along the front of the humerus (assumed).
             Self::Biceps => line(
                 (Scapula, [-0.008_08, -0.0086, -0.076_55]),
                 [0.0, -0.20, -0.020],
                 0.0,
             ),
-            // The long head comes from below the socket (assumed: 25 mm below and 10 mm
-            // inward of the joint, which lies at 0.002, -0.023, -0.0439).
+            // The long head originates below the socket (assumed: 25 mm below and 10 mm inward of
+            // the joint, which lies at 0.002, -0.023, -0.0439).
             Self::Triceps => line(
                 (Scapula, [-0.008, -0.048, -0.0439]),
                 [0.0, -0.20, 0.022],
@@ -153,7 +155,7 @@ impl Muscle {
         })
     }
 
-    /// Part of the muscle that crosses the shoulder.
+    /// Returns the share of the muscle's force that crosses the shoulder, 0 to 1.
     #[must_use]
     pub fn shoulder_part(self) -> f64 {
         match self {
@@ -166,10 +168,10 @@ impl Muscle {
         }
     }
 
-    /// Isometric force of all of it, N: sums of DAS3's elements (trap_scap_5 to 10;
-    /// delt_scap_6 to 11, delt_clav_1 to 4, delt_scap_1 to 5; pect_maj_c_1 and 2;
-    /// pect_maj_t and lat_dorsi have six each, twice the half of them that was looked up),
-    /// of arm26 (biceps, triceps, brachialis) and of Holzbaur 2005 (brachioradialis).
+    /// Returns the isometric force of the whole muscle, N. The values are sums of DAS3's elements
+    /// (trap_scap_5 to 10; delt_scap_6 to 11, delt_clav_1 to 4, delt_scap_1 to 5; pect_maj_c_1 and
+    /// 2; pect_maj_t and lat_dorsi have six each, twice the half of them that was looked up), of
+    /// arm26 (biceps, triceps, brachialis) and of Holzbaur 2005 (brachioradialis).
     #[must_use]
     pub const fn force_n(self) -> f64 {
         match self {
@@ -187,7 +189,7 @@ impl Muscle {
         }
     }
 
-    /// Muscles that its electrode may reach beside it: those that border on it.
+    /// Returns the adjacent muscles, which the electrode of this muscle may also reach.
     #[must_use]
     pub const fn neighbours(self) -> &'static [Self] {
         match self {
@@ -204,7 +206,7 @@ impl Muscle {
         }
     }
 
-    /// What people call it.
+    /// Returns the anatomical name, for messages.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -223,7 +225,7 @@ impl Muscle {
     }
 }
 
-/// A vector of DAS3's axes in ours: x forward, y to the left, z up.
+/// Converts a vector from the axes of DAS3 to those of the body: x forward, y to the left, z up.
 #[must_use]
 pub fn from_das3([x, y, z]: [f64; 3]) -> Vector3<f64> {
     Vector3::new(-z, -x, y)

@@ -1,21 +1,22 @@
-//! How the arm is held, as nine angles: what sensors on four segments would tell.
+//! Posture of the arm as nine joint angles, as sensors on four segments would measure it.
 //!
-//! Axes here are x backward, y to the right, z upward, half a turn about the vertical from
-//! the body's own. With all angles zero the arm hangs and every segment's axes are these;
-//! the girdle's are where it is at rest.
+//! The axes here are x backward, y to the right, z upward: half a turn about the vertical from the
+//! axes of the body. With all angles zero the arm hangs down and every segment has these axes; the
+//! axes of the shoulder girdle are those at rest.
 
 use super::posture::{JointRotations, Posture, Skeleton};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
-/// Backward, to the right and upward from forward, to the left and upward, and back.
+/// Converts a vector between the axes forward, left, up and the axes backward, right, up, in either
+/// direction.
 pub(super) fn rotate_half_turn(vector3: Vector3<f64>) -> Vector3<f64> {
-    Vector3::new(0.0 - vector3.x, 0.0 - vector3.y, vector3.z) // no negative zero
+    Vector3::new(0.0 - vector3.x, 0.0 - vector3.y, vector3.z) // adding to 0.0 avoids negative zero
 }
 
-/// Degrees of the posture and of how far each turn has given way (rad, small), axis after
-/// axis: protraction z, elevation x, roll y of the sternoclavicular joint; flexion y,
-/// abduction x, internal rotation z of the glenohumeral joint; flexion y, bending sideways
-/// x, pronation z of the elbow.
+/// Returns the joint angles, degrees, from the posture and the small deflection of each turn (rad),
+/// axis after axis: protraction z, elevation x, roll y of the sternoclavicular joint; flexion y,
+/// abduction x, internal rotation z of the glenohumeral joint; flexion y, lateral bending x,
+/// pronation z of the elbow.
 pub(super) fn angles_deg(posture: &Posture, bones: &Skeleton, turns: &JointRotations) -> [f64; 9] {
     let turn = |from: usize| rotate_half_turn(turns.fixed_rows::<3>(from).into());
     let girdle = Rotation3::new(turn(0)).into_inner();
@@ -27,7 +28,7 @@ pub(super) fn angles_deg(posture: &Posture, bones: &Skeleton, turns: &JointRotat
     .map(rotate_half_turn);
     let upper_arm = Rotation3::new(turn(0) + turn(3)) * Matrix3::from_columns(&axes);
     let shoulder = girdle.transpose() * upper_arm;
-    // First and third axis from what the middle one leaves of them.
+    // Euler angles: the middle axis first, then the first and the third.
     let sternal = [
         (-girdle[(0, 1)]).atan2(girdle[(1, 1)]),
         girdle[(2, 1)].clamp(-1.0, 1.0).asin(),
@@ -41,6 +42,6 @@ pub(super) fn angles_deg(posture: &Posture, bones: &Skeleton, turns: &JointRotat
     let [a, b, c] = sternal.map(f64::to_degrees);
     let [d, e, f] = glenohumeral.map(f64::to_degrees);
     let elbow = posture.elbow_deg + turns[6].to_degrees();
-    // Turning about the forearm, towards the hand, supinates.
+    // A positive rotation about the forearm axis, which points to the hand, supinates.
     [a, b, c, d, e, f, elbow, 0.0, -turns[7].to_degrees()]
 }

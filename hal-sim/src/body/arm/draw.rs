@@ -1,4 +1,4 @@
-//! Arms drawn at random.
+//! Randomly generated and nominal arms.
 
 use super::anatomy::{ELECTRODES, MUSCLES};
 use super::posture::Posture;
@@ -9,14 +9,14 @@ use crate::body::random_finger::Draws;
 use crate::body::wearer::RECRUITMENT_CURVATURE;
 use crate::random;
 
-/// The stream of [`Draws`] that arms come from.
+/// Stream of [`Draws`] from which arms are generated.
 const STREAM: u64 = 0xA63;
-/// Rate of pulses at which forces are those of full recruitment, 1/s. Assumed: the paper
-/// prints none for its trains (its device gives 0.5 to 100).
+/// Pulse rate at which forces equal those of full recruitment, 1/s. Assumed: the paper prints no
+/// rate for its trains (its device allows 0.5 to 100).
 pub const FREQUENCY_HZ: f64 = 40.0;
 
 impl HoldSpec {
-    /// The middle of what is assumed.
+    /// Middle of the assumed ranges.
     pub const NOMINAL: Self = Self {
         passive_nm_per_rad: [60.0, 60.0, 60.0, 10.0, 10.0, 10.0, 2.0, 1.0],
         voluntary_nm_per_rad: [60.0, 60.0, 60.0, 20.0, 20.0, 20.0, 10.0, 2.0],
@@ -26,7 +26,7 @@ impl HoldSpec {
 }
 
 impl ForceSpec {
-    /// The middle of what is assumed.
+    /// Middle of the assumed ranges.
     pub const NOMINAL: Self = Self {
         noise_n: 0.1,
         noise_nm: 0.005,
@@ -37,7 +37,7 @@ impl ForceSpec {
 }
 
 impl ImuSpec {
-    /// The middle of what is assumed.
+    /// Middle of the assumed ranges.
     pub const NOMINAL: Self = Self {
         gyro_noise_rad_s: 0.005,
         gyro_bias_rad_s: 0.01,
@@ -48,7 +48,7 @@ impl ImuSpec {
 }
 
 impl ArmSpec {
-    /// The middle of every range, nothing turned.
+    /// Returns the arm with the middle of every range and every muscle line at its nominal azimuth.
     #[must_use]
     pub fn nominal() -> Self {
         Self {
@@ -78,8 +78,9 @@ impl ArmSpec {
         }
     }
 
-    /// Arm `index` of `seed`, drawn evenly over the ranges that [`ArmSpec`] names; stature
-    /// and mass normally, with the paper's means and deviations, within two of them.
+    /// Returns arm `index` of `seed`, generated uniformly over the ranges that [`ArmSpec`] names.
+    /// Stature and mass are normally distributed with the paper's means and standard deviations,
+    /// clamped to two of them.
     #[must_use]
     pub fn random(seed: u64, index: u64) -> Self {
         let draws = &mut Draws::new(seed, index, STREAM);

@@ -1,4 +1,4 @@
-//! A muscle under pulses: recruitment, calcium, force, tiredness.
+//! A stimulated muscle: recruitment, calcium, force and fatigue.
 
 use super::anatomy::ELECTRODES;
 use super::spec::ArmSpec;
@@ -7,19 +7,19 @@ use crate::body::wearer::{effective_voltage, recruitment};
 use crate::random;
 use std::collections::VecDeque;
 
-/// Within so long of a pulse fibres do not answer another, µs (Kopec 1978: 2.5 to 3.0 ms).
+/// Refractory time of the fibres after a pulse, µs (Kopec 1978: 2.5 to 3.0 ms).
 const REFRACTORY_US: u64 = 2_750;
-/// A pulse after so long begins a contraction, µs. Ours.
+/// Pause between pulses after which a new contraction begins, µs. Chosen here, without a source.
 const PAUSE_US: u64 = 300_000;
-/// Below this part of its force a muscle that gets no pulse rests: a hundredth of a newton
-/// at most, under the sensor's noise.
+/// Normalised force below which a muscle without pulses counts as resting: at most 0.01 N, which is
+/// below the noise of the sensor.
 const RESTING: f64 = 1e-4;
 
-/// One muscle in motion.
+/// State of one muscle.
 #[derive(Debug, Clone)]
 pub(super) struct StimulatedMuscle {
     muscle: FatiguingMuscle,
-    /// When each pulse acts, µs, and the part of the muscle it gets.
+    /// Pending pulses: time at which each takes effect, µs, and recruited share, 0 to 1.
     under_way: VecDeque<(u64, f64)>,
     last_us: Option<u64>,
     last_part: f64,
@@ -32,9 +32,10 @@ pub(super) struct StimulatedMuscle {
     rests: bool,
 }
 
-/// Tiring that ends at this floor where full recruitment never ends.
+/// Returns fatigue parameters with which sustained full recruitment ends at the spec's
+/// `fatigue_floor`.
 fn fatigue(spec: &ArmSpec) -> Fatigue {
-    // Kept at full recruitment, F ends at the floor: A₀ - A = α τ F.
+    // Under sustained full recruitment, F ends at the floor: A₀ - A = α τ F.
     let lost = (1.0 - spec.fatigue_floor) / spec.fatigue_floor.max(1e-3);
     Fatigue {
         alpha_a_per_s2: lost * spec.dynamics.a_n_per_s / spec.fatigue_time_s,
@@ -44,7 +45,7 @@ fn fatigue(spec: &ArmSpec) -> Fatigue {
 }
 
 impl StimulatedMuscle {
-    /// At rest, with this force at full recruitment.
+    /// Creates a muscle at rest. `force_n` is its force at full recruitment, N.
     pub fn new(spec: &ArmSpec, force_n: f64, seed: u64) -> Self {
         Self {
             muscle: FatiguingMuscle::new(spec.dynamics, fatigue(spec)),
@@ -61,14 +62,15 @@ impl StimulatedMuscle {
         }
     }
 
-    /// A pulse that gets `recruited_share` of it acts at `due_us`.
+    /// Schedules a pulse that recruits the share `part` (0 to 1) of the muscle and takes effect at
+    /// `due_us`.
     pub fn excite(&mut self, due_us: u64, part: f64) {
         if part > 0.0 {
             self.under_way.push_back((due_us, part));
         }
     }
 
-    /// Time goes on to `to_us`.
+    /// Advances the muscle to `to_us` and applies all pulses that are due before.
     pub fn advance(&mut self, to_us: u64) {
         while let Some((due_us, part)) = self.under_way.front().copied() {
             if due_us >= to_us {
@@ -83,12 +85,12 @@ impl StimulatedMuscle {
 
     fn flow(&mut self, to_us: u64) {
         let span_us = to_us.saturating_sub(self.now_us);
-        // What rests is made up for when it is woken.
+        // `wake` makes up for the time that a resting muscle skips.
         if span_us == 0 || self.rests {
             return;
         }
         self.now_us = to_us;
-        // A muscle that never had a pulse has nothing to recover from either.
+        // A muscle that never received a pulse has nothing to recover from either.
         if let Some(last_us) = self.last_us {
             self.muscle.pass(span_us as u32);
             let is_pulsed = to_us.saturating_sub(last_us) <= PAUSE_US;
@@ -96,7 +98,7 @@ impl StimulatedMuscle {
         }
     }
 
-    /// Time goes on to a pulse at `at_us`.
+    /// Advances the muscle to a pulse at `at_us`, and catches up on the time it rested.
     fn wake(&mut self, at_us: u64) {
         self.flow(at_us);
         if self.rests {
@@ -105,7 +107,8 @@ impl StimulatedMuscle {
         }
     }
 
-    /// Pulses of two electrodes that fall together get the larger part, not both.
+    /// Applies a pulse. Within the refractory time of an earlier pulse, only the larger of the two
+    /// recruited shares counts.
     fn pulse(&mut self, at_us: u64, part: f64) {
         let since = self.last_us.map(|last| at_us.saturating_sub(last));
         if since.is_none_or(|since| since > PAUSE_US) {
@@ -124,7 +127,7 @@ impl StimulatedMuscle {
         self.muscle.pulse(part);
     }
 
-    /// Its force, N.
+    /// Returns the force, N; 0 below the threshold of resting.
     pub fn force_n(&self) -> f64 {
         let force = self.muscle.force();
         if force < RESTING {
@@ -133,7 +136,7 @@ impl StimulatedMuscle {
         self.force_n * self.strength * force
     }
 
-    /// What tiredness leaves at `now_us`, 0 to 1.
+    /// Returns the share of the force that fatigue leaves at `now_us`, 0 to 1.
     pub fn freshness(&self, spec: &ArmSpec, now_us: u64) -> f64 {
         let mut muscle = self.muscle;
         if self.rests {
@@ -143,7 +146,8 @@ impl StimulatedMuscle {
     }
 }
 
-/// Part of a muscle that a current gets, by the electrode's own range.
+/// Returns the share of a muscle that a current recruits, 0 to 1, by the range of currents of its
+/// electrode.
 pub(super) fn recruited_share(
     spec: &ArmSpec,
     electrode: usize,

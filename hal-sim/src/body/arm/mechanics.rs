@@ -1,16 +1,16 @@
-//! How the arm answers torques: held in the cuff, and free.
+//! Response of the arm to joint torques, while fixed in the cuff and while free.
 //!
-//! Held: turns q give way to torques τ against tissue K and the cuff C, J being the
-//! cuff's motion: (K + Jᵀ C J) q = τ; what the cuff feels is C J q. More turns than a
-//! wrench has components leave the rest to tissue. Free: M q″ + B q′ + K q = τ about the
-//! posture, small motions, as after a twitch.
+//! In the cuff, the turns q yield to the torques τ against the stiffness K of the tissue and the
+//! cuff C, where J is the Jacobian of the cuff: (K + Jᵀ C J) q = τ. The wrench on the cuff is C J
+//! q. There are more turns than components of the wrench; tissue carries the rest. Free motion
+//! follows M q″ + B q′ + K q = τ about the posture, for small motions as after a twitch.
 
 use super::posture::{JointRotations, Skeleton, TURNS};
 use super::spec::{ArmSpec, FOREARM, GIRDLE_KG, HAND, InvalidArm, SEGMENTS, UPPER_ARM};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
 pub(super) type Square = SMatrix<f64, TURNS, TURNS>;
-/// From torques about turns to what the cuff feels.
+/// Matrix from torques about the turns to the wrench on the cuff.
 pub type ToWrench = SMatrix<f64, 6, TURNS>;
 
 /// A rigid part of a segment.
@@ -18,12 +18,12 @@ struct Part {
     segment: usize,
     kg: f64,
     centre: Vector3<f64>,
-    /// About the centre, in our axes, kg m².
+    /// Inertia tensor about the centre, in the axes of the body, kg m².
     inertia: Matrix3<f64>,
 }
 
-/// A rod-like part: inertia across its axis from its radius of gyration, a tenth of that
-/// along it (assumed 0.05 to 0.2).
+/// Returns a rod-like part. Its inertia across the axis follows from the radius of gyration; the
+/// inertia along the axis is a tenth of that (assumed 0.05 to 0.2).
 fn rod(
     segment: usize,
     kg: f64,
@@ -85,7 +85,7 @@ fn parts(spec: &ArmSpec, skeleton: &Skeleton) -> [Part; 4] {
     ]
 }
 
-/// Mass about each turn, kg m².
+/// Returns the mass matrix over the turns, kg m².
 pub(super) fn masses(spec: &ArmSpec, skeleton: &Skeleton) -> Square {
     let mut all = Square::zeros();
     for part in parts(spec, skeleton) {
@@ -96,16 +96,17 @@ pub(super) fn masses(spec: &ArmSpec, skeleton: &Skeleton) -> Square {
     all
 }
 
-/// Weight of the arm from the shoulder on, N.
+/// Returns the weight of the arm from the shoulder to the hand, N.
 pub(super) fn weight_n(spec: &ArmSpec) -> f64 {
     let mass = (UPPER_ARM[1] + FOREARM[1] + HAND[1]) * spec.mass_kg;
     super::sensors::GRAVITY_M_S2 * mass
 }
 
-/// The cuff's answer to torques: what it feels, and how far each turn gives way, rad/N m.
+/// Returns the cuff's response to torques: the wrench on the cuff, and the deflection of each turn,
+/// rad/N m.
 ///
 /// # Errors
-/// Nothing resists some turn.
+/// Returns [`InvalidArm::Loose`] if nothing resists some turn.
 pub(super) fn cuff_response(
     spec: &ArmSpec,
     skeleton: &Skeleton,
@@ -120,7 +121,8 @@ pub(super) fn cuff_response(
     Ok((cuff * moves * inverse, inverse))
 }
 
-/// The free arm, in steps of `h` seconds (implicit Euler: stable for any stiffness).
+/// The free arm, integrated in steps of `h` seconds by implicit Euler, which is stable for any
+/// stiffness.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Free {
     turns: JointRotations,
@@ -133,10 +135,10 @@ pub(super) struct Free {
 }
 
 impl Free {
-    /// At rest.
+    /// Creates a free arm at rest.
     ///
     /// # Errors
-    /// Nothing resists some turn.
+    /// Returns [`InvalidArm::Loose`] if nothing resists some turn.
     pub fn new(spec: &ArmSpec, skeleton: &Skeleton, h: f64) -> Result<Self, InvalidArm> {
         let masses = masses(spec, skeleton);
         let hold = &spec.hold;
@@ -160,25 +162,25 @@ impl Free {
         })
     }
 
-    /// A step under these torques, N m.
+    /// Advances by one step under these torques, N m.
     pub fn step(&mut self, torques: &JointRotations) {
         let pull = torques - self.stiffness * self.turns;
         self.rates = self.inverse * (self.masses * self.rates + self.h * pull);
         self.turns += self.h * self.rates;
     }
 
-    /// Rest at the posture again.
+    /// Returns the arm to rest at its posture.
     pub fn settle(&mut self) {
         self.turns = JointRotations::zeros();
         self.rates = JointRotations::zeros();
     }
 
-    /// How fast a segment turns, rad/s.
+    /// Returns the angular velocity of a segment, rad/s.
     pub fn rate(&self, segment: usize) -> Vector3<f64> {
         self.turning[segment] * self.rates
     }
 
-    /// How far each has turned from the posture, rad.
+    /// Returns the deflection of each turn from the posture, rad.
     pub const fn deflections(&self) -> &JointRotations {
         &self.turns
     }

@@ -1,13 +1,13 @@
-//! A right arm from the breastbone to a cuff near the wrist, under nine electrodes, in one
-//! posture (Sierotowicz 2023): what a current in each makes of force at the hand.
+//! A right arm from the breastbone to a cuff near the wrist, under nine electrodes, in one posture
+//! (Sierotowicz 2023). The model computes the force at the hand from the current in each electrode.
 //!
-//! Lives here: `elbow_arms` (published moment arms), `anatomy` (muscles, attachments,
-//! neighbours), `posture` (bones, joints, lines of action), `angles` (how it is held), `driven` (recruitment, calcium,
-//! tiredness), `mechanics` (held in the cuff, or free), `sensors` (force, IMUs), `moving`
-//! (all in time, a [`super::Body`]), `spec` and `draw` (who wears it). Not here: how a
-//! device or a study thinks an arm works: another model, in another room. In: pulses. Out:
-//! the wrench on the cuff, what IMUs read. All simulated; every number in `spec` says
-//! whether it is sourced or assumed.
+//! Submodules: `elbow_arms` (published moment arms), `anatomy` (muscles, attachments, neighbours),
+//! `posture` (bones, joints, lines of action), `angles` (joint angles of a posture), `driven`
+//! (recruitment, calcium, fatigue), `mechanics` (arm in the cuff, or free), `sensors` (force,
+//! IMUs), `moving` (the simulation over time, a [`super::Body`]), `spec` and `draw` (parameters of
+//! a wearer). The models that a device or a study has of an arm belong to other modules. Input:
+//! pulses. Output: the wrench on the cuff and the measurements of the IMUs. Everything is
+//! simulated; `spec` says of every number whether it is sourced or assumed.
 
 pub mod anatomy;
 mod angles;

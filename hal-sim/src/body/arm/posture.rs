@@ -1,45 +1,45 @@
-//! Where bones are: a declared posture of the right arm, its joints and their axes.
+//! Bones, joints and axes of the right arm in a given posture.
 //!
-//! Axes x forward, y to the left, z up; the origin is the sternoclavicular joint.
+//! The axes are x forward, y to the left, z up; the origin is the sternoclavicular joint.
 
 use super::anatomy::{Bone, Line, Muscle, from_das3};
 use super::elbow_arms::{self, RANGE_DEG};
 use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, Vector3};
 
-/// Ways in which the arm turns: sternoclavicular about x, y, z, glenohumeral about x, y, z,
-/// elbow flexion, pronation.
+/// Number of rotations (turns) of the arm: sternoclavicular about x, y, z, glenohumeral about x, y,
+/// z, elbow flexion, pronation.
 pub const TURNS: usize = 8;
-/// A value for each of them.
+/// One value for each turn.
 pub type JointRotations = SVector<f64, TURNS>;
 
-/// Clavicle and scapula as DAS3 has them at rest: turns about y, z, x, rad.
+/// Orientation of the clavicle at rest (DAS3): turns about y, z, x, rad; then that of the scapula.
 const CLAVICLE_RAD: [f64; 3] = [-0.584_440_78, 0.0873, 0.574_463_78];
 const SCAPULA_RAD: [f64; 3] = [0.795_362_6, 0.007_997_97, -0.210_516_55];
-/// The sternoclavicular joint on the thorax, the acromion's angle on the clavicle and the
+/// The sternoclavicular joint on the thorax, the angle of the acromion on the clavicle and the
 /// glenohumeral joint on the scapula, m (DAS3).
 const STERNAL_M: [f64; 3] = [0.0014, -0.0152, 0.0028];
 const ACROMION_M: [f64; 3] = [0.2077, -0.0001, 0.0282];
 const SOCKET_M: [f64; 3] = [0.002, -0.023, -0.0439];
-/// Arm of the biceps about the forearm's axis, m, supinating. Assumed (6 to 14 mm).
+/// Moment arm of the biceps about the axis of the forearm, m, supinating. Assumed (6 to 14 mm).
 const BICEPS_SUPINATES_M: f64 = 0.010;
 
 /// A posture of upper arm and forearm, degrees. Clavicle and scapula are at rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Posture {
-    /// Vertical plane of the upper arm: 0 forward, 90 to the side.
+    /// Vertical plane of the upper arm: 0 is forward, 90 to the side.
     pub plane_deg: f64,
-    /// How far it is raised in it: 0 hangs, 90 is level.
+    /// Elevation of the upper arm in that plane: 0 hangs down, 90 is level.
     pub elevation_deg: f64,
-    /// How far the forearm is turned about the upper arm, inward positive, from where its
+    /// Rotation of the forearm about the upper arm, inward positive, from the position in which
     /// flexion points most forward.
     pub rotation_deg: f64,
-    /// Elbow flexion, 0 straight, within [`RANGE_DEG`].
+    /// Elbow flexion, 0 with the arm straight, within [`RANGE_DEG`].
     pub elbow_deg: f64,
 }
 
 impl Posture {
-    /// What the study assumes, for none is printed: upper arm half raised between forward
-    /// and to the side, elbow at a right angle, hand in front of the shoulder.
+    /// Posture that the study assumes, because the paper prints none: upper arm half raised between
+    /// forward and to the side, elbow at a right angle, hand in front of the shoulder.
     pub const STUDY: Self = Self {
         plane_deg: 45.0,
         elevation_deg: 45.0,
@@ -47,7 +47,7 @@ impl Posture {
         elbow_deg: 90.0,
     };
 
-    /// Whether the moment arms are known there.
+    /// Returns whether the moment arms are known in this posture.
     #[must_use]
     pub fn is_known(&self) -> bool {
         let all = [self.plane_deg, self.elevation_deg, self.rotation_deg];
@@ -58,35 +58,35 @@ impl Posture {
     }
 }
 
-/// Lengths that put joints where they are, m.
+/// Lengths that determine the positions of the joints, m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Lengths {
-    /// Of DAS3's shoulder: 1 is as it is.
+    /// Scale of the shoulder relative to DAS3; 1 is its original size.
     pub shoulder: f64,
-    /// Shoulder to elbow.
+    /// Distance from shoulder to elbow.
     pub upper_arm_m: f64,
-    /// Elbow to wrist.
+    /// Distance from elbow to wrist.
     pub forearm_m: f64,
-    /// Elbow to the middle of the cuff.
+    /// Distance from the elbow to the middle of the cuff.
     pub cuff_m: f64,
 }
 
-/// Bones, joints and axes in a posture.
+/// Positions of bones, joints and axes in a posture.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Skeleton {
-    /// Of what size.
+    /// Lengths of the bones.
     pub lengths: Lengths,
-    /// Glenohumeral joint, m.
+    /// Position of the glenohumeral joint, m.
     pub shoulder: Vector3<f64>,
-    /// Elbow, m.
+    /// Position of the elbow joint, m.
     pub elbow: Vector3<f64>,
     /// Middle of the cuff, where force is measured, m.
     pub cuff: Vector3<f64>,
-    /// Direction of the upper arm, from shoulder to elbow.
+    /// Unit vector of the upper arm, from shoulder to elbow.
     pub upper_arm: Vector3<f64>,
-    /// Direction of the forearm, from elbow to wrist.
+    /// Unit vector of the forearm, from elbow to wrist.
     pub forearm: Vector3<f64>,
-    /// Elbow's axis: turning about it flexes.
+    /// Axis of the elbow; a positive rotation about it flexes.
     pub hinge: Vector3<f64>,
     posture: Posture,
     clavicle: Matrix3<f64>,
@@ -106,7 +106,7 @@ fn from_das3_axes(das3: Vector3<f64>) -> Vector3<f64> {
 }
 
 impl Skeleton {
-    /// This posture with these lengths.
+    /// Computes the skeleton in this posture, with bones of these lengths.
     #[must_use]
     pub fn new(posture: Posture, lengths: Lengths) -> Self {
         let clavicle = rotation_matrix(CLAVICLE_RAD);
@@ -125,7 +125,7 @@ impl Skeleton {
         let forearm = cosine * upper_arm + sine * front;
         let hinge = upper_arm.cross(&front);
         let elbow = shoulder + lengths.upper_arm_m * upper_arm;
-        // DAS3's humerus: y up along it, z backward, x outward.
+        // Axes of the humerus in DAS3: y up along the bone, z backward, x outward.
         let (y, z) = (-upper_arm, -front);
         let humerus = Matrix3::from_columns(&[y.cross(&z), y, z]);
         Self {
@@ -144,7 +144,7 @@ impl Skeleton {
         }
     }
 
-    /// A point of a bone, m.
+    /// Returns the position of a point that is given in the axes of a bone, m.
     fn point(&self, (bone, at): (Bone, [f64; 3])) -> Vector3<f64> {
         let scale = self.lengths.shoulder;
         let at = Vector3::from(at);
@@ -156,14 +156,15 @@ impl Skeleton {
         }
     }
 
-    /// Direction from the sternoclavicular to the glenohumeral joint.
+    /// Returns the direction from the sternoclavicular to the glenohumeral joint.
     #[must_use]
     pub fn clavicle_axis(&self) -> Vector3<f64> {
         self.shoulder.normalize()
     }
 
-    /// Frames of clavicle, upper arm and forearm: columns are axes in ours. Of the arm's,
-    /// the second points back along the segment, the third away from where flexion points.
+    /// Returns the frames of clavicle, upper arm and forearm; the columns are their axes in those
+    /// of the body. The second axis of upper arm and forearm points back along the segment, the
+    /// third away from the direction of flexion.
     #[must_use]
     pub fn frames(&self) -> [Matrix3<f64>; 3] {
         let clavicle = {
@@ -176,15 +177,15 @@ impl Skeleton {
         [clavicle, self.humerus, forearm]
     }
 
-    /// Axes of the turns, as columns.
+    /// Returns the rotation axes of the turns, as columns.
     #[must_use]
     pub fn axes(&self) -> SMatrix<f64, 3, TURNS> {
         let [x, y, z] = [Vector3::x(), Vector3::y(), Vector3::z()];
         SMatrix::from_columns(&[x, y, z, x, y, z, self.hinge, self.forearm])
     }
 
-    /// How a point of a segment moves with each turn, m/rad; `segment` 0 is the clavicle
-    /// with the scapula, 1 the upper arm, 2 the forearm.
+    /// Returns the velocity of a point of a segment per rate of each turn, m/rad; `segment` 0 is
+    /// the clavicle with the scapula, 1 the upper arm, 2 the forearm.
     #[must_use]
     pub fn jacobian(&self, at: &Vector3<f64>, segment: usize) -> SMatrix<f64, 3, TURNS> {
         let axes = self.axes();
@@ -202,7 +203,8 @@ impl Skeleton {
         all
     }
 
-    /// How a segment turns with each turn.
+    /// Returns the angular velocity of a segment per rate of each turn; see [`Self::jacobian`] for
+    /// the numbers of the segments.
     #[must_use]
     pub fn rotation_jacobian(&self, segment: usize) -> SMatrix<f64, 3, TURNS> {
         let mut all = self.axes();
@@ -220,7 +222,8 @@ impl Skeleton {
         }
     }
 
-    /// Motion of the cuff (m/rad above, rad/rad below) with each turn.
+    /// Returns the motion of the cuff per turn: translation in the upper three rows, m/rad,
+    /// rotation in the lower three, rad/rad.
     #[must_use]
     pub fn cuff_jacobian(&self) -> SMatrix<f64, 6, TURNS> {
         let mut all = SMatrix::<f64, 6, TURNS>::zeros();
@@ -231,10 +234,10 @@ impl Skeleton {
         all
     }
 
-    /// Torque of one newton of a muscle about each turn's axis, m. `azimuth_deg` turns its
-    /// line about the bone it is attached to: about the upper arm for the shoulder, about
-    /// the clavicle for the trapezius; of what only crosses the elbow, flexion into
-    /// supination.
+    /// Returns the moment arms of a muscle: the torque about each turn's axis per newton, m.
+    /// `azimuth_deg` rotates the line of action about the bone to which it is attached: about the
+    /// upper arm for the shoulder, about the clavicle for the trapezius. For a muscle that crosses
+    /// only the elbow, it rotates flexion into supination.
     #[must_use]
     pub fn arms_m(&self, muscle: Muscle, azimuth_deg: f64) -> JointRotations {
         let mut all = JointRotations::zeros();
@@ -262,12 +265,12 @@ impl Skeleton {
         };
         let (sine, cosine) = azimuth_deg.to_radians().sin_cos();
         all[6] = scale * (cosine * flexes - sine * supinates);
-        // The right forearm's axis points to the hand: turning about it supinates.
+        // The axis of the right forearm points to the hand: a positive rotation about it supinates.
         all[7] = scale * (sine * flexes + cosine * supinates);
         all
     }
 
-    /// Moments of one newton along this line about the sternoclavicular and the
+    /// Returns the moments of one newton along this line about the sternoclavicular and the
     /// glenohumeral joint, m.
     fn shoulder_moments_m(&self, line: &Line) -> [Vector3<f64>; 2] {
         let (from, to) = (self.point(line.origin), self.point(line.insertion));
@@ -304,7 +307,8 @@ mod tests {
         Skeleton::new(Posture::STUDY, lengths)
     }
 
-    /// Work: a moment is minus the line's change of length as its insertion turns.
+    /// Principle of virtual work: a moment is minus the change of the line's length as its
+    /// insertion rotates.
     #[test]
     fn moments_are_what_lengths_lose() {
         let bones = nominal();
@@ -332,7 +336,7 @@ mod tests {
         }
     }
 
-    /// The cuff's motion against finite turns of everything beyond each joint.
+    /// Compares the Jacobian of the cuff with finite rotations of everything beyond each joint.
     #[test]
     fn the_cuff_moves_as_turning_moves_it() {
         let bones = nominal();
@@ -354,7 +358,7 @@ mod tests {
         }
     }
 
-    /// Where lines would run through the shoulder they lie on a ball, in their direction.
+    /// Lines that would pass through the shoulder wrap around a sphere and keep their direction.
     #[test]
     fn deltoids_do_not_run_through_the_joint() {
         let bones = nominal();
@@ -369,7 +373,7 @@ mod tests {
         }
     }
 
-    /// DAS3 at rest puts the shoulder to the right of, behind and above the breastbone.
+    /// DAS3 at rest places the shoulder to the right of, behind and above the breastbone.
     #[test]
     fn the_shoulder_is_where_shoulders_are() {
         let at = nominal().shoulder;

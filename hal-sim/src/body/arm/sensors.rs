@@ -1,88 +1,91 @@
-//! What is measured: angular velocity and gravity on three segments, force at the cuff.
+//! Sensors of the arm: IMUs (angular velocity and gravity) on three segments, and force at the
+//! cuff.
 
 use crate::random;
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
-/// Gravity, m/s².
+/// Standard acceleration of free fall, m/s².
 pub const GRAVITY_M_S2: f64 = 9.80665;
 
-/// A hold wanders in steps of so many milliseconds.
+/// Interval at which the wander of a held force is updated, ms.
 const WANDER_MS: u64 = 10;
 
-/// A small inertial sensor. All assumed, of the order of common consumer parts.
+/// Parameters of a small inertial sensor. All are assumed, of the order of common consumer parts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ImuSpec {
-    /// White noise of a sample at 1 kHz, rad/s (0.001 to 0.01).
+    /// Standard deviation of the gyroscope's white noise per sample at 1 kHz, rad/s (0.001 to
+    /// 0.01).
     pub gyro_noise_rad_s: f64,
-    /// Standard deviation of a constant offset of each axis, rad/s (0 to 0.02).
+    /// Standard deviation of the gyroscope's constant offset on each axis, rad/s (0 to 0.02).
     pub gyro_bias_rad_s: f64,
-    /// The same of acceleration, m/s² (0.01 to 0.1).
+    /// Standard deviation of the accelerometer's white noise per sample at 1 kHz, m/s² (0.01 to
+    /// 0.1).
     pub accel_noise_m_s2: f64,
-    /// The same, m/s² (0 to 0.3).
+    /// Standard deviation of the accelerometer's constant offset on each axis, m/s² (0 to 0.3).
     pub accel_bias_m_s2: f64,
-    /// Standard deviation of how the sensor sits askew on its segment about each axis,
-    /// degrees (2 to 10).
+    /// Standard deviation of the sensor's misalignment on its segment about each axis, degrees (2
+    /// to 10).
     pub askew_deg: f64,
 }
 
-/// What is wrong with an IMU.
+/// Mounting or wiring error of an IMU.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum ImuFault {
-    /// Nothing.
+    /// The IMU works.
     #[default]
     None,
-    /// It reads nothing: all zero.
+    /// The IMU is missing: all readings are zero.
     Missing,
-    /// Its axes are read in this order, each reversed where the sign is negative: 1, 2, 3
-    /// are as they should be.
+    /// The axes are read in this order, reversed where the sign is negative; `[1, 2, 3]` is
+    /// correct.
     Swapped([i8; 3]),
 }
 
-/// A six-axis force sensor and the person behind it.
+/// Parameters of a six-axis force sensor and of the wearer's hold on it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ForceSpec {
-    /// White noise of a sample at 1 kHz, N (0.02 to 0.2).
+    /// Standard deviation of the force's white noise per sample at 1 kHz, N (0.02 to 0.2).
     pub noise_n: f64,
-    /// The same of torque, N m.
+    /// Standard deviation of the torque's white noise per sample at 1 kHz, N m.
     pub noise_nm: f64,
-    /// Constant offset of each axis, standard deviation, N (0 to 5; the arm's weight comes
-    /// on top).
+    /// Standard deviation of the constant offset on each axis, N (0 to 5), without the arm's
+    /// weight.
     pub bias_n: f64,
-    /// How a person's hold wanders, standard deviation of each axis, N (0.3 to 2).
+    /// Standard deviation on each axis of the wander of the wearer's hold, N (0.3 to 2).
     pub wander_n: f64,
-    /// Over what time it does, s (0.5 to 5).
+    /// Time constant of this wander, s (0.5 to 5).
     pub wander_s: f64,
 }
 
-/// What an IMU reads, in its own axes.
+/// Measurement of an IMU, in the axes of the sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Imu {
-    /// Angular velocity, rad/s.
+    /// Angular velocity of the segment with noise and offset, rad/s.
     pub gyro_rad_s: [f64; 3],
-    /// Specific force, m/s²: at rest it points up.
+    /// Specific force, m/s²; at rest it points up.
     pub accel_m_s2: [f64; 3],
 }
 
-/// One IMU on its segment.
+/// An IMU on its segment, with random misalignment and offsets.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MountedImu {
     spec: ImuSpec,
     fault: ImuFault,
-    /// From our axes to the sensor's.
+    /// Rotation from the axes of the body to those of the sensor.
     to_sensor: Matrix3<f64>,
     gyro_bias: Vector3<f64>,
     accel_bias: Vector3<f64>,
     seed: u64,
 }
 
-/// A normal deviate of each axis.
+/// Returns a vector of three standard normal deviates.
 fn random_normal_vector(seed: u64, index: u64) -> Vector3<f64> {
     Vector3::from_fn(|axis, _| random::standard_normal(seed, 3 * index + axis as u64))
 }
 
 impl MountedImu {
-    /// On a segment with this frame (columns are its axes in ours); `seed` decides how it
-    /// sits, its offsets and its noise.
+    /// Mounts the IMU on a segment with this frame, whose columns are the segment's axes in those
+    /// of the body. `seed` determines misalignment, offsets and noise.
     #[must_use]
     pub fn new(spec: ImuSpec, fault: ImuFault, frame: &Matrix3<f64>, seed: u64) -> Self {
         let fixed = random::word(seed, 0);
@@ -98,8 +101,8 @@ impl MountedImu {
         }
     }
 
-    /// What it reads at millisecond `tick` of a segment that turns at `rate` rad/s; the
-    /// segment's own acceleration is left out: read it at rest.
+    /// Returns the measurement at millisecond `tick` on a segment that rotates at `rate` rad/s. The
+    /// acceleration of the segment itself is left out, so that accelerations hold at rest only.
     #[must_use]
     pub fn read(&self, rate: &Vector3<f64>, tick: u64) -> Imu {
         let noise = |what: u64| random_normal_vector(random::word(self.seed, what), tick);
@@ -126,7 +129,7 @@ impl ImuFault {
     }
 }
 
-/// The force sensor's own state: how the person's hold wanders, and its noise.
+/// State of the force sensor: noise, offset, and the wander of the wearer's hold.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ForceSensor {
     spec: ForceSpec,
@@ -138,7 +141,8 @@ pub struct ForceSensor {
 }
 
 impl ForceSensor {
-    /// With the arm's weight on it, N, a force downwards; `seed` decides the rest.
+    /// Creates a sensor that carries the arm's weight, N, as a downward force. `seed` determines
+    /// offsets, wander and noise.
     #[must_use]
     pub fn new(spec: ForceSpec, weight_n: f64, seed: u64) -> Self {
         let bias = |axis: u64| spec.bias_n * random::standard_normal(random::word(seed, 7), axis);
@@ -155,7 +159,7 @@ impl ForceSensor {
         }
     }
 
-    /// A millisecond passes.
+    /// Advances the wander by one millisecond.
     pub fn step(&mut self) {
         self.tick += 1;
         if !self.tick.is_multiple_of(WANDER_MS) {
@@ -168,7 +172,7 @@ impl ForceSensor {
         }
     }
 
-    /// What it reads where the arm pushes with `wrench` (N, N m).
+    /// Returns the measured force and torque while the arm pushes with `wrench` (N, N m).
     #[must_use]
     pub fn read(&self, wrench: &[f64; 6]) -> [f64; 6] {
         let noise =

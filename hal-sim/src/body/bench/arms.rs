@@ -1,39 +1,39 @@
-//! Moment arms and lengths of the muscles across the elbow, from two published sources
-//! that are kept apart: what the angle does to a torque depends on which one is asked.
+//! Moment arms and lengths of the muscles across the elbow, from two published sources that are
+//! kept apart, because the effect of the angle on a torque depends on the source.
 //!
-//! Angles are flexion, degrees, 0 with the arm straight. Harris measured the *included*
-//! angle between forearm and upper arm: 180° less flexion, so that 75°, 90° and 105°
-//! there are 105°, 90° and 75° here.
+//! Angles are flexion, degrees, 0 with the arm straight. Harris measured the *included* angle
+//! between forearm and upper arm: 180° less flexion, so that his 75°, 90° and 105° are 105°, 90°
+//! and 75° here.
 
 use serde::{Deserialize, Serialize};
 use std::ops::RangeInclusive;
 
-/// Flexion at which the two fits of Rankin & Neptune (an arm, and the slope of a length)
-/// agree within a millimetre, degrees.
+/// Flexion at which the two fits of Rankin & Neptune (of a moment arm, and of a length whose slope
+/// is the moment arm) agree within a millimetre, degrees.
 pub const FITTED_DEG: RangeInclusive<f64> = 0.0..=100.0;
 
-/// Flexion beyond which an arm is refused, degrees: 105° set 5° wrong. From 100° on the
-/// two fits part: 1.2 mm at 105°, 4.4 mm at 120°.
+/// Range of flexion outside which a moment arm is refused, degrees: 105° plus an error of 5°. From
+/// 100° on, the two fits diverge: 1.2 mm at 105°, 4.4 mm at 120°.
 pub const LIMIT_DEG: RangeInclusive<f64> = 0.0..=110.0;
 
-/// A muscle about the elbow, or beside it.
+/// A muscle across the elbow or near it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum Muscle {
     /// Long head of the triceps, which crosses the shoulder too.
     TricepsLong,
-    /// Lateral head.
+    /// Lateral head of the triceps.
     TricepsLateral,
-    /// Medial head, under the others.
+    /// Medial head of the triceps, under the other two.
     TricepsMedial,
     /// Both heads of the biceps.
     Biceps,
-    /// Under the biceps.
+    /// Brachialis, under the biceps.
     Brachialis,
-    /// Above the arm; crosses no elbow.
+    /// Deltoid, above the arm; does not cross the elbow.
     Deltoid,
 }
 
-/// All of them, heads of the triceps first.
+/// Every muscle, the heads of the triceps first.
 pub const MUSCLES: [Muscle; 6] = [
     Muscle::TricepsLong,
     Muscle::TricepsLateral,
@@ -43,27 +43,27 @@ pub const MUSCLES: [Muscle; 6] = [
     Muscle::Deltoid,
 ];
 
-/// Whose moment arms.
+/// Publication from which moment arms are taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Source {
-    /// Rankin & Neptune 2012 (10.1016/j.jbiomech.2012.03.010), second-hand: coefficients
-    /// as the repository `anmuller/CusToM` has them. Of the long head they have 15 digits,
-    /// so that it looks like that repository's own refit. The biceps is missing there, and
-    /// has [`Self::MuscleArms`]' arm.
+    /// Rankin & Neptune 2012 (10.1016/j.jbiomech.2012.03.010), second-hand: the coefficients in the
+    /// repository `anmuller/CusToM`. Those of the long head have 15 digits, which suggests a refit
+    /// by that repository. The biceps is missing there; its moment arm is that of
+    /// [`Self::MuscleArms`].
     RankinNeptune,
-    /// The page MuscleArms of biomed.bas.bg: one polynomial for the whole triceps.
+    /// The page MuscleArms of biomed.bas.bg, with one polynomial for the whole triceps.
     MuscleArms,
 }
 
-/// Both.
+/// Both sources.
 pub const SOURCES: [Source; 2] = [Source::RankinNeptune, Source::MuscleArms];
 
-/// An angle at which no source is trusted.
+/// An angle, degrees, outside the range of both sources.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error("flexion of {0}° is beyond 0 to 110°, where the sources of moment arms part")]
 pub struct BeyondFit(pub f64);
 
-/// Rankin & Neptune's form RRN1, Σ aᵢqⁱ with q in rad and metres.
+/// Polynomial of Rankin & Neptune's form RRN1, Σ aᵢqⁱ with q in rad; the value is in metres.
 type Quartic = [f64; 5];
 
 const TRICEPS_ARM: Quartic = [-0.0202999, -0.0215606, 0.0356484, -0.0178502, 0.0026245];
@@ -79,7 +79,7 @@ const TRICEPS_LATERAL_LENGTH: Quartic = [0.166594, 0.0207285, 0.00882427, -0.008
 const BRACHIALIS_ARM: Quartic = [0.00984873, 0.010163, -0.0239557, 0.0290329, -0.00924344];
 const BRACHIALIS_LENGTH: Quartic = [0.146058, -0.0120401, 0.00359539, -0.00501862, 0.000960102];
 
-/// MuscleArms' form, cm and rad, extension negative.
+/// Polynomial of MuscleArms in rad; the value is in cm, extension negative.
 type Quintic = [f64; 6];
 
 const TRI: Quintic = [-2.365, -1.015, 1.92, -1.035, 0.257, -0.0262];
@@ -91,11 +91,11 @@ fn polynomial(coefficients: &[f64], q: f64) -> f64 {
     terms.fold(0.0, |sum, coefficient| sum * q + coefficient)
 }
 
-/// Moment arm about the elbow, m, flexion positive: negative of the triceps, 0 of the
+/// Returns the moment arm about the elbow, m, flexion positive: negative for the triceps, 0 for the
 /// deltoid.
 ///
 /// # Errors
-/// An angle beyond [`LIMIT_DEG`].
+/// Returns [`BeyondFit`] if the angle is outside [`LIMIT_DEG`].
 pub fn arm_m(source: Source, muscle: Muscle, flexion_deg: f64) -> Result<f64, BeyondFit> {
     if !LIMIT_DEG.contains(&flexion_deg) {
         return Err(BeyondFit(flexion_deg));
@@ -112,11 +112,11 @@ pub fn arm_m(source: Source, muscle: Muscle, flexion_deg: f64) -> Result<f64, Be
     })
 }
 
-/// Musculotendon length, m, of the muscles of which Rankin & Neptune's is at hand; nothing
-/// of those that cross the shoulder too.
+/// Returns the musculotendon length, m, or `None` for a muscle of which Rankin & Neptune give none
+/// here, such as those that cross the shoulder too.
 ///
 /// # Errors
-/// As [`arm_m`].
+/// Returns [`BeyondFit`] if the angle is outside [`LIMIT_DEG`].
 pub fn length_m(muscle: Muscle, flexion_deg: f64) -> Result<Option<f64>, BeyondFit> {
     if !LIMIT_DEG.contains(&flexion_deg) {
         return Err(BeyondFit(flexion_deg));
@@ -130,12 +130,12 @@ pub fn length_m(muscle: Muscle, flexion_deg: f64) -> Result<Option<f64>, BeyondF
     Ok(Some(polynomial(length, flexion_deg.to_radians())))
 }
 
-/// By how much a muscle is longer at this flexion than at 90°, m: of its length where one
-/// is at hand, else what its arm comes to, −∫ arm dq, by Simpson's rule, exact enough for
-/// these polynomials (tested).
+/// Returns the elongation of a muscle from 90° to this flexion, m. It comes from the musculotendon
+/// length if one is available, else from the moment arm, −∫ arm dq, by Simpson's rule, which is
+/// accurate enough for these polynomials (tested).
 ///
 /// # Errors
-/// As [`arm_m`].
+/// Returns [`BeyondFit`] if an angle is outside [`LIMIT_DEG`].
 pub fn elongation_m(source: Source, muscle: Muscle, flexion_deg: f64) -> Result<f64, BeyondFit> {
     if let (Some(now), Some(then)) = (length_m(muscle, flexion_deg)?, length_m(muscle, 90.0)?) {
         return Ok(now - then);
@@ -154,7 +154,7 @@ pub fn elongation_m(source: Source, muscle: Muscle, flexion_deg: f64) -> Result<
     Ok(-sum * width_deg.to_radians() / 3.0)
 }
 
-/// Of Simpson's rule; even.
+/// Number of intervals of Simpson's rule; even.
 const PIECES: u32 = 8;
 
 #[cfg(test)]
@@ -171,7 +171,7 @@ mod tests {
         }
     }
 
-    /// By hand from the printed coefficients, to their last digit.
+    /// Values computed by hand from the printed coefficients, correct to their last digit.
     #[test]
     fn both_sources_say_what_is_printed() {
         use Muscle::*;
@@ -198,7 +198,7 @@ mod tests {
         assert_eq!(mm(Source::MuscleArms, Deltoid), [0.0; 3]);
     }
 
-    /// The sources differ in the sign of what 15° of flexion do.
+    /// The sources disagree about the sign of the effect of 15° of flexion.
     #[test]
     fn the_sources_part_in_sign() {
         let [_, at90, at105] = mm(Source::RankinNeptune, Muscle::TricepsMedial);
@@ -207,8 +207,8 @@ mod tests {
         assert!(at105 / at90 < 0.95);
     }
 
-    /// Rankin & Neptune's arm and the slope of their length are separate fits: within half
-    /// a millimetre up to 90°, apart by more than a millimetre at 105°.
+    /// Rankin & Neptune's moment arm and the slope of their length are separate fits. They agree
+    /// within half a millimetre up to 90° and differ by more than a millimetre at 105°.
     #[test]
     fn the_fits_part_beyond_a_hundred_degrees() {
         let slope = |deg: f64| {
@@ -233,8 +233,8 @@ mod tests {
         assert_eq!(length_m(Muscle::TricepsLong, 90.0), Ok(None));
     }
 
-    /// Where there is a length, the integral of the arm comes to the same within what the
-    /// fits differ by; where there is none, it is the polynomial's own integral.
+    /// If a length exists, the integral of the moment arm agrees with it within the difference of
+    /// the fits; otherwise the elongation equals the integral of the polynomial.
     #[test]
     fn lengths_follow_from_arms() {
         let integral = |q: f64| {
@@ -247,7 +247,7 @@ mod tests {
         let exact = integral(90_f64.to_radians()) - integral(75_f64.to_radians());
         let found = elongation_m(Source::MuscleArms, Muscle::Biceps, 75.0).unwrap();
         assert!((found - exact).abs() < 1e-8, "{found} for {exact}");
-        // Bent, the triceps is longer and the brachialis shorter.
+        // In flexion, the triceps is longer and the brachialis shorter.
         for source in SOURCES {
             for muscle in [Muscle::TricepsLong, Muscle::TricepsMedial] {
                 assert!(elongation_m(source, muscle, 105.0).unwrap() > 0.004);

@@ -1,11 +1,11 @@
-//! An elbow held at an angle on a bench, a load cell between the forearm's platform and a
-//! wall (Harris 2017, figure 4): one pair of electrodes over the triceps, one over the
-//! biceps, and what else lies near enough to be stimulated.
+//! Test rig that holds an elbow at an angle, with a load cell between the forearm's platform and a
+//! wall (Harris 2017, figure 4): one pair of electrodes over the triceps, one over the biceps, and
+//! the other muscles near enough to be stimulated.
 //!
-//! Torque is Σ force · arm. A muscle's force is the part of its fibres that a pulse excites
-//! (`recruitment`, by the current that reaches it), through calcium-force dynamics, times
-//! what its length makes of it. All of it is simulated; which numbers are assumed stands at
-//! each.
+//! Torque is Σ force · moment arm. The force of a muscle is the share of its fibres that a pulse
+//! excites (`recruitment`, by the current that reaches the muscle), passed through calcium-force
+//! dynamics and multiplied by the force–length factor. Everything is simulated; each assumed number
+//! says so.
 
 use super::InvalidBench;
 use super::arms::{BeyondFit, Muscle, Source, arm_m, elongation_m, length_m};
@@ -15,77 +15,76 @@ use crate::body::muscle::{self, Parameters, Step};
 use crate::body::{Body, CHANNELS, Load, Pulse};
 use std::collections::VecDeque;
 
-/// Frequency at which a muscle's `force_n` holds, Hz.
+/// Pulse rate at which the `force_n` of a muscle holds, Hz.
 pub const FORCE_FREQUENCY_HZ: f64 = 50.0;
-/// A pair of electrodes.
+/// Number of electrode pairs.
 pub const PAIRS: usize = 2;
-/// The one over the triceps.
+/// Index of the pair over the triceps.
 pub const TRICEPS: usize = 0;
-/// The one over the biceps.
+/// Index of the pair over the biceps.
 pub const BICEPS: usize = 1;
 
-/// Width of the active force–length curve, exp(−(l − 1)²/γ) with l the fibres' length
-/// against their best (Thelen 2003, equation 4; γ as arm26.osim has it for these muscles).
+/// Width of the active force–length curve, exp(−(l − 1)²/γ) with l the length of the fibres over
+/// their optimal length (Thelen 2003, equation 4; γ as in arm26.osim for these muscles).
 const GAMMA: f64 = 0.5;
 
-/// Which way the wire of the load cell holds the arm: it can only pull.
+/// Direction in which the wire of the load cell holds the arm; the wire can only pull.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CellSide {
-    /// Extension is in tension (Harris, figure 4); flexion leaves the wire slack.
+    /// Extension tightens the wire (Harris, figure 4); flexion leaves it slack.
     Extension,
-    /// Mounted on the other side.
+    /// The cell is on the other side: flexion tightens the wire.
     Flexion,
 }
 
-/// A muscle on the bench.
+/// Parameters of a muscle in the test rig.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RigMuscle {
-    /// Which.
+    /// Anatomical muscle, which determines moment arm and length.
     pub muscle: Muscle,
-    /// Force of all of its fibres that any electrode can reach, at [`FORCE_FREQUENCY_HZ`]
-    /// and their best length, N.
+    /// Force of all fibres that any electrode can reach, at [`FORCE_FREQUENCY_HZ`] and optimal
+    /// length, N.
     pub force_n: f64,
-    /// Thresholds of these fibres: of the current that reaches them.
+    /// Distribution of the fibres' thresholds, for the current that reaches them.
     pub pool: Pool,
-    /// What a width is worth.
+    /// Strength-duration relation of the fibres.
     pub strength: StrengthDuration,
-    /// Part of each pair's current that reaches it, 0 to 1: what distance leaves.
+    /// Share of each pair's current that reaches the muscle across the distance, 0 to 1.
     pub reached: [f64; PAIRS],
-    /// Length of its fibres at 90° against their best; of the muscles of which a
-    /// musculotendon length is at hand it follows from that, and this is not used.
+    /// Length of the fibres at 90° over their optimal length. Unused for a muscle whose
+    /// musculotendon length is known, because the fibre length follows from that.
     pub length_at_90: f64,
-    /// Dynamics, force normalised to 1 at [`FORCE_FREQUENCY_HZ`].
+    /// Calcium-force dynamics, normalised to a force of 1 at [`FORCE_FREQUENCY_HZ`].
     pub dynamics: Parameters,
 }
 
-/// An elbow on the bench.
+/// Parameters of an elbow in the test rig.
 #[derive(Debug, Clone, PartialEq)]
 pub struct IsometricSpec {
-    /// Angle between forearm and upper arm, degrees, as Harris measures it: 180° less
-    /// flexion.
+    /// Angle between forearm and upper arm, degrees, as Harris measures it: 180° less flexion.
     pub included_deg: f64,
-    /// Whose moment arms are true.
+    /// Source of the true moment arms.
     pub source: Source,
     /// Whether force depends on length.
     pub has_force_length: bool,
-    /// Channels of the pair on the triceps and of that on the biceps, 0 to 9.
+    /// Channels of the pair over the triceps and of that over the biceps, 0 to 9.
     pub channels: [usize; PAIRS],
-    /// What is stimulated.
+    /// Muscles that the electrodes can stimulate.
     pub muscles: Vec<RigMuscle>,
-    /// This contraction against the mean one; above 0.
+    /// Strength of this contraction relative to the mean one; above 0.
     pub contraction: f64,
-    /// From a pulse to its effect on a muscle, µs.
+    /// Delay from a pulse to its effect on a muscle, µs.
     pub electromechanical_delay_us: u32,
-    /// How the cell is mounted.
+    /// Side on which the load cell is mounted.
     pub holds: CellSide,
-    /// The cell on its lever.
+    /// Parameters of the load cell and its lever.
     pub cell: SensorSpec,
-    /// Resistance of every pair, Ω.
+    /// Resistance of every electrode pair, Ω.
     pub load_ohm: f64,
 }
 
-/// A muscle's fibres: length of the tendon and their best length, m (arm26.osim, after
-/// Holzbaur 2005; of the biceps the two heads' best lengths, weighted by their forces).
+/// Returns the length of a muscle's tendon and the optimal length of its fibres, m (arm26.osim,
+/// after Holzbaur 2005; for the biceps the mean of the two heads, weighted by force).
 const fn tendon_and_fibre_m(muscle: Muscle) -> (f64, f64) {
     match muscle {
         Muscle::TricepsLong => (0.143, 0.134),
@@ -97,8 +96,8 @@ const fn tendon_and_fibre_m(muscle: Muscle) -> (f64, f64) {
     }
 }
 
-/// Largest isometric force, N (arm26.osim; of the biceps both heads; the posterior deltoid
-/// is Holzbaur 2005's, from memory, and moves no elbow).
+/// Returns the largest isometric force, N (arm26.osim; for the biceps both heads together; for the
+/// posterior deltoid Holzbaur 2005, from memory, which does not move the elbow).
 #[must_use]
 pub const fn max_force_n(muscle: Muscle) -> f64 {
     match muscle {
@@ -110,12 +109,12 @@ pub const fn max_force_n(muscle: Muscle) -> f64 {
     }
 }
 
-/// Length of a muscle's fibres against their best, the tendon rigid. Of the triceps' heads
-/// without a shoulder and of the brachialis it follows from Rankin & Neptune's lengths; of
-/// the others from `at_90` and what their arm moves.
+/// Returns the length of a muscle's fibres over their optimal length, with a rigid tendon. For the
+/// heads of the triceps that do not cross the shoulder and for the brachialis it follows from
+/// Rankin & Neptune's lengths; for the others from `at_90` and the integral of the moment arm.
 ///
 /// # Errors
-/// An angle beyond the sources' fit.
+/// Returns [`BeyondFit`] if the angle is outside the range of the sources.
 pub fn fibre_length(muscle: Muscle, at_90: f64, flexion_deg: f64) -> Result<f64, BeyondFit> {
     let (tendon_m, best_m) = tendon_and_fibre_m(muscle);
     Ok(match length_m(muscle, flexion_deg)? {
@@ -124,14 +123,14 @@ pub fn fibre_length(muscle: Muscle, at_90: f64, flexion_deg: f64) -> Result<f64,
     })
 }
 
-/// What this length makes of a muscle's force, 0 to 1.
+/// Returns the factor by which this relative length reduces a muscle's force, 0 to 1.
 #[must_use]
 pub fn force_length(fibre_length: f64) -> f64 {
     (-(fibre_length - 1.0).powi(2) / GAMMA).exp()
 }
 
 impl RigMuscle {
-    /// Part of its fibres that a pulse of a pair excites.
+    /// Returns the share of the fibres that a pulse of a pair excites, 0 to 1.
     #[must_use]
     pub fn share(&self, pair: usize, current_ma: f64, width_us: f64) -> f64 {
         let reached = self.reached.get(pair).copied().unwrap_or_default();
@@ -141,17 +140,17 @@ impl RigMuscle {
 }
 
 impl IsometricSpec {
-    /// Flexion of the elbow, degrees.
+    /// Returns the flexion of the elbow, degrees, 0 with the arm straight.
     #[must_use]
     pub fn flexion_deg(&self) -> f64 {
         180.0 - self.included_deg
     }
 
-    /// Torque of a muscle of which everything that can be reached is excited, N·m, extension
+    /// Returns the torque of a muscle all of whose reachable fibres are excited, N·m, extension
     /// positive.
     ///
     /// # Errors
-    /// An angle beyond the sources' fit.
+    /// Returns [`BeyondFit`] if the angle is outside the range of the sources.
     pub fn max_torque_nm(&self, of: &RigMuscle) -> Result<f64, BeyondFit> {
         let flexion_deg = self.flexion_deg();
         let arm_m = arm_m(self.source, of.muscle, flexion_deg)?;
@@ -163,8 +162,10 @@ impl IsometricSpec {
         Ok(-arm_m * lasting * of.force_n * self.contraction)
     }
 
+    /// Checks every field.
+    ///
     /// # Errors
-    /// Names the field that no bench can have.
+    /// Returns the field that no test rig can have.
     pub fn validate(&self) -> Result<(), InvalidBench> {
         self.cell.validate()?;
         let positive = |v: f64| v.is_finite() && v > 0.0;
@@ -213,38 +214,38 @@ impl IsometricSpec {
     }
 }
 
-/// A muscle with what it does now.
+/// A muscle and its present activation.
 #[derive(Debug, Clone, PartialEq)]
 struct MuscleState {
     spec: RigMuscle,
     most_nm: f64,
     muscle: muscle::Muscle,
     step: Step,
-    /// Of the last pulse that excited anything.
+    /// Share excited by the last pulse that excited any fibre.
     share: f64,
-    /// Whether anything was ever excited.
+    /// Whether a pulse ever excited a fibre.
     is_awake: bool,
 }
 
-/// An elbow on the bench, in motion; the arm is not. Deterministic: pulses and seed decide
-/// everything.
+/// Isometric elbow over time; the limb itself does not move. The simulation is deterministic:
+/// pulses and seed determine every value.
 #[derive(Debug, Clone, PartialEq)]
 pub struct IsometricElbow {
     spec: IsometricSpec,
     muscles: Vec<MuscleState>,
     cell: Sensor,
     loads: [Load; CHANNELS],
-    /// When each pulse acts, µs, from which pair, with which current and width.
+    /// Pending pulses: time at which each takes effect, µs, pair, current in mA and width in µs.
     under_way: VecDeque<(u64, usize, f64, f64)>,
-    /// Samples taken.
+    /// Number of samples taken.
     tick: u64,
 }
 
 impl IsometricElbow {
-    /// An arm at rest. `seed` decides the cell's noise.
+    /// Creates an arm at rest. `seed` determines the noise of the load cell.
     ///
     /// # Errors
-    /// Names the field that no bench can have.
+    /// Returns the field that no test rig can have.
     pub fn new(spec: IsometricSpec, seed: u64) -> Result<Self, InvalidBench> {
         spec.validate()?;
         let driven = |of: &RigMuscle| {
@@ -270,32 +271,33 @@ impl IsometricElbow {
         })
     }
 
-    /// The numbers it was made from.
+    /// Returns the specification from which the elbow was created.
     #[must_use]
     pub const fn spec(&self) -> &IsometricSpec {
         &self.spec
     }
 
-    /// True torque now, N·m, extension positive.
+    /// Returns the true torque now, N·m, extension positive.
     #[must_use]
     pub fn extension_nm(&self) -> f64 {
         self.muscles.iter().map(MuscleState::torque_nm).sum()
     }
 
-    /// Of each muscle in the order of the spec: its torque, N·m, extension positive, and the
-    /// part of its fibres that the last pulse which excited any of them did excite.
+    /// Returns, for each muscle in the order of the specification, the muscle, its torque (N·m,
+    /// extension positive), and the share of its fibres that the last effective pulse excited.
     pub fn parts(&self) -> impl Iterator<Item = (Muscle, f64, f64)> {
         let muscles = self.muscles.iter();
         muscles.map(|driven| (driven.spec.muscle, driven.torque_nm(), driven.share))
     }
 
-    /// Samples that the cell has taken; one is taken as each millisecond ends.
+    /// Returns the number of samples that the load cell has taken, one at the end of each
+    /// millisecond.
     #[must_use]
     pub const fn samples(&self) -> u64 {
         self.tick
     }
 
-    /// The next millisecond, split at every pulse in it.
+    /// Simulates the next millisecond, split at every pulse in it.
     fn step(&mut self) {
         let (from_us, to_us) = (self.tick * SAMPLE_US, (self.tick + 1) * SAMPLE_US);
         let mut now_us = from_us;
@@ -315,7 +317,7 @@ impl IsometricElbow {
             CellSide::Extension => self.extension_nm(),
             CellSide::Flexion => -self.extension_nm(),
         };
-        // A wire does not push.
+        // The wire can only pull.
         self.cell.sample(nm.max(0.0) / self.spec.cell.lever_m);
         self.tick += 1;
     }
@@ -333,7 +335,7 @@ impl MuscleState {
         self.most_nm * self.muscle.force()
     }
 
-    /// A pulse acts. Where it excites nothing, what was excited relaxes as it is.
+    /// Applies a pulse. A pulse that excites no fibre leaves the relaxation undisturbed.
     fn pulse(&mut self, share: f64) {
         if share > 0.0 {
             self.muscle.pulse(share);
@@ -383,7 +385,7 @@ impl Body for IsometricElbow {
         Some(self.cell.reading_n())
     }
 
-    /// Flexion, held.
+    /// Returns the flexion at which the test rig holds the elbow, degrees.
     fn angle_deg(&self) -> f64 {
         self.spec.flexion_deg()
     }

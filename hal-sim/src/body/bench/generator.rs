@@ -1,52 +1,52 @@
-//! What makes force of pulses: Lee's calcium-force model, alone or with a departure from it.
+//! Generators of force from pulses: Lee's calcium-force model, alone or with a deviation from it.
 //!
-//! A method that fits the model is tried on a body of the model's own structure first, which
-//! proves the method; then on bodies of another structure, each departure with a size of its
-//! own, which says how far its numbers can be believed. Sizes of 1 are of the order that is
-//! known of people where anything is, and assumed otherwise: each [`Kind`] says.
+//! A method that fits the model is first tested on a simulated limb of the same structure, which
+//! proves the method. Tests on limbs of another structure, each with one deviation of known size,
+//! then show how far its numbers can be trusted. A size of 1 is of the order known of people where
+//! anything is known, and assumed otherwise: each [`Kind`] says which.
 
 use super::InvalidBench;
 use crate::body::muscle::{Muscle, Parameters, Step};
 use crate::random::{Noise, word};
 use serde::{Deserialize, Serialize};
 
-/// Step of the slow parts, s.
+/// Time step of the slow parts, s.
 const TICK_S: f64 = 1e-3;
-/// Frequency at which another activation gives the same mean force, Hz.
+/// Pulse rate at which the other activation model has the same mean force, Hz.
 const MATCHED_HZ: f64 = 40.0;
-/// Frequency at which it is half of all it can, Hz. Assumed.
+/// Pulse rate at which the other activation model reaches half of its maximum, Hz. Assumed.
 const HALF_HZ: f64 = 30.0;
 
-/// In what a generator departs from the calcium-force model.
+/// Kind of deviation from the calcium-force model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Kind {
-    /// Fibres shorten against tendon and straps, and a shorter fibre pulls less: A falls by
-    /// 30 % · size at the force that the model could hold at most. Assumed.
+    /// Fibres shorten against tendon and straps, and shorter fibres pull less: A falls by 30 % ·
+    /// size at the largest force that the model can hold. Assumed.
     Length,
-    /// A wanders by 10 % · size (standard deviation) over 5 s: 6 to 10 % a contraction are
-    /// known of stimulated torque within a day.
+    /// A wanders with a standard deviation of 10 % · size over 5 s: a variation of 6 to 10 %
+    /// between contractions is known of stimulated torque within a day.
     MuscleDrift,
-    /// The sensor's offset wanders by 0.1 N/√s · size. Assumed.
+    /// The offset of the sensor wanders by 0.1 N/√s · size. Assumed.
     SensorDrift,
-    /// A rises by up to 50 % · size as pulses come (2 % of the way a pulse) and falls back
-    /// over 10 s. Assumed.
+    /// A rises by up to 50 % · size with the pulses (each covers 2 % of the remaining rise) and
+    /// falls back over 10 s. Assumed.
     Potentiation,
-    /// A falls by up to 40 % · size with 0.2 s of activation, and comes back as fast, as in
-    /// fast units. Assumed.
+    /// A falls by up to 40 % · size within 0.2 s of activation and recovers as fast, as in fast
+    /// motor units. Assumed.
     Sag,
-    /// Twitches of a critically damped second-order system, summed and saturated
-    /// (q²/(1 + q²)), in the part `size` of the force. Assumed.
+    /// The share `size` of the force comes from twitches of a critically damped second-order
+    /// system, summed and saturated (q²/(1 + q²)). Assumed.
     Activation,
-    /// Force is unsteady within a contraction: 10 % · size (standard deviation), correlated
-    /// over 40 ms, as large at 1 as what table 4 leaves unexplained.
+    /// Force fluctuates within a contraction with a standard deviation of 10 % · size, correlated
+    /// over 40 ms. A size of 1 is as large as the variation that table 4 leaves unexplained.
     Unsteadiness,
-    /// Force comes 25 ms · size after its pulse. Lee's model has no such delay; the order is
-    /// the electromechanical delay's.
+    /// Force follows its pulse after 25 ms · size. Lee's model has no such delay; the order of
+    /// magnitude is that of the electromechanical delay.
     Latency,
 }
 
 impl Kind {
-    /// All, in their order.
+    /// Every kind, in the order of the enum.
     pub const ALL: [Self; 8] = [
         Self::Length,
         Self::MuscleDrift,
@@ -58,7 +58,7 @@ impl Kind {
         Self::Latency,
     ];
 
-    /// For files and people.
+    /// Returns the name that files and messages use.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -74,27 +74,29 @@ impl Kind {
     }
 }
 
-/// A departure and how large it is.
+/// A deviation from the model, and its size.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Foreign {
-    /// Which.
+    /// Kind of the deviation.
     pub kind: Kind,
-    /// 0 (none) to 1.
+    /// Size, 0 (none) to 1.
     pub size: f64,
 }
 
-/// What a muscle is.
+/// Parameters of a muscle's force generation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Generator {
-    /// The calcium-force model's constants, A in N/s.
+    /// Constants of the calcium-force model, A in N/s.
     pub parameters: Parameters,
-    /// A departure from it, or none.
+    /// Deviation from the model; `None` for the model itself.
     pub foreign: Option<Foreign>,
 }
 
 impl Generator {
+    /// Checks the parameters and the size of the deviation.
+    ///
     /// # Errors
-    /// Names the field that no muscle can have.
+    /// Returns the field that no muscle can have.
     pub fn validate(&self) -> Result<(), InvalidBench> {
         let positive = |v: &f64| v.is_finite() && *v > 0.0;
         if !self.parameters.all().iter().all(positive) {
@@ -108,7 +110,7 @@ impl Generator {
         }
     }
 
-    /// How much of this departure there is, 0 without.
+    /// Returns the size of this kind of deviation, 0 if the generator has none of this kind.
     #[must_use]
     pub fn size(&self, kind: Kind) -> f64 {
         let own = self.foreign.filter(|foreign| foreign.kind == kind);
@@ -116,7 +118,7 @@ impl Generator {
     }
 }
 
-/// Twitches of another structure, summed.
+/// Sum of the twitches of the other activation model, [`Kind::Activation`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Twitches {
     tau_s: f64,
@@ -137,12 +139,12 @@ impl Twitches {
         }
     }
 
-    /// The mean of q is the frequency over [`HALF_HZ`].
+    /// Adds a twitch. The mean of q is the pulse rate over [`HALF_HZ`].
     fn pulse(&mut self) {
         self.first += 1.0 / (self.tau_s * HALF_HZ);
     }
 
-    /// Two lags in a row, exactly.
+    /// Advances by `s` seconds with the exact solution of two first-order lags in series.
     fn pass(&mut self, s: f64) {
         let left = (-s / self.tau_s).exp();
         self.second = (self.second + self.first * s / self.tau_s) * left;
@@ -155,7 +157,7 @@ impl Twitches {
     }
 }
 
-/// A muscle on the bench, in motion. Time passes in pieces of at most a millisecond.
+/// A muscle in the test rig, over time. It advances by at most a millisecond at once.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Muscular {
     generator: Generator,
@@ -164,16 +166,16 @@ pub struct Muscular {
     twitches: Option<Twitches>,
     noise: Noise,
     recruited: f64,
-    /// Of the slow parts, whichever there is: 0 at rest.
+    /// State of the slow deviation; 0 at rest, unused without such a deviation.
     state: f64,
     ticks: u64,
 }
 
 impl Muscular {
-    /// At rest; `seed` decides what wanders.
+    /// Creates a muscle at rest. `seed` determines its random wander.
     ///
     /// # Errors
-    /// Names the field that no muscle can have.
+    /// Returns the field that no muscle can have.
     pub fn new(generator: Generator, seed: u64) -> Result<Self, InvalidBench> {
         generator.validate()?;
         let parameters = generator.parameters;
@@ -190,7 +192,8 @@ impl Muscular {
         })
     }
 
-    /// A pulse that recruits this part of what A was measured with; may be above 1.
+    /// Applies a pulse that recruits this share, relative to the recruitment at which A was
+    /// measured; may be above 1.
     pub fn pulse(&mut self, recruited: f64) {
         self.recruited = recruited;
         if let Some(twitches) = &mut self.twitches {
@@ -207,7 +210,7 @@ impl Muscular {
         self.muscle.pulse(recruited * gain);
     }
 
-    /// Lets up to a millisecond pass, s.
+    /// Advances by `s` seconds, at most a millisecond.
     pub fn pass(&mut self, s: f64) {
         match s == TICK_S {
             true => self.muscle.step(&self.whole),
@@ -218,7 +221,7 @@ impl Muscular {
         }
     }
 
-    /// A millisecond is over: what is slow moves on.
+    /// Ends a millisecond and updates the slow deviation.
     pub fn tick(&mut self) {
         self.ticks += 1;
         let Some(foreign) = self.generator.foreign else {
@@ -244,7 +247,7 @@ impl Muscular {
         self.muscle.rescale(self.recruited * gain);
     }
 
-    /// What a departure makes of A.
+    /// Returns the factor by which the deviation changes A.
     fn gain(&self) -> f64 {
         let Some(Foreign { kind, size }) = self.generator.foreign else {
             return 1.0;
@@ -259,13 +262,13 @@ impl Muscular {
         gain.max(0.0)
     }
 
-    /// The most that the model could hold, N.
+    /// Returns the largest force that the model can hold, N.
     fn max_force_n(&self) -> f64 {
         let p = self.generator.parameters;
         p.a_n_per_s * (p.tau1_s + p.tau2_s)
     }
 
-    /// Force, N.
+    /// Returns the present force with all deviations, N.
     #[must_use]
     pub fn force_n(&self) -> f64 {
         let own = self.muscle.force();

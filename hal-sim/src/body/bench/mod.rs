@@ -1,12 +1,12 @@
-//! Limbs fixed to a bench, whose force a laboratory measures.
+//! Test rigs: limbs fixed to an apparatus that measures their force.
 //!
-//! Lives here: `sensor` (a torque sensor on a lever, as the laboratory reads it),
-//! `recruitment` (how many fibres a pulse excites: thresholds are distributed),
-//! `generator` (what makes the force of a train of pulses: the calcium-force model, or
-//! something of another structure), `wrist` (Lee 2020, figures 4 and 5), `elbow` (Harris
-//! 2017, figure 4) with `arms` (moment arms about the elbow, two sources). Not here: the
-//! experimenter's filter, fits and detectors (the host's). In: pulses, time, a seed. Out:
-//! what the sensor reads at 1 kHz; the truth, for tests and for whoever judges a method.
+//! Submodules: `sensor` (a torque sensor on a lever, as the laboratory reads it), `recruitment`
+//! (the share of fibres that a pulse excites, from distributed thresholds), `generator` (force of a
+//! train of pulses, from the calcium-force model or one of another structure), `wrist` (Lee 2020,
+//! figures 4 and 5), `elbow` (Harris 2017, figure 4) with `arms` (moment arms about the elbow, two
+//! sources). The experimenter's filter, fits and detectors belong to the host. Input: pulses, time,
+//! a seed. Output: the sensor's samples at 1 kHz, and the true values for tests and for the
+//! evaluation of a method.
 
 pub mod arms;
 pub mod elbow;
@@ -21,7 +21,7 @@ pub use recruitment::{Pool, StrengthDuration};
 pub use sensor::{Sensor, SensorSpec};
 pub use wrist::{Wrist, WristSpec};
 
-/// A number of a bench that cannot be; names the field.
+/// An invalid value of a test rig; names the field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("bench: `{0}` is out of range")]
 pub struct InvalidBench(pub &'static str);

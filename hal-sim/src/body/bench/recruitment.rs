@@ -1,25 +1,25 @@
-//! How many fibres a pulse excites.
+//! Recruitment: the share of fibres that a pulse excites.
 //!
-//! Every fibre has a threshold of its own. They are distributed, with a lowest one, so that
-//! force rises from nothing: it has a foot, which the exponential that Lee 2020 fits
-//! (equation 5) has not. Width acts through strength-duration.
+//! Every fibre has its own threshold. The distribution has a smallest threshold, so that force
+//! rises gradually from zero, unlike the exponential that Lee 2020 fits (equation 5). Pulse width
+//! acts through the strength-duration relation.
 
 use super::InvalidBench;
 use std::f64::consts::FRAC_1_SQRT_2;
 
-/// What is as strong as what: I = rheobase·(1 + chronaxie/width) (Weiss; Geddes 2004:
-/// reliable for rectangular pulses of constant current only).
+/// Strength-duration relation I = rheobase·(1 + chronaxie/width) (Weiss; Geddes 2004: reliable for
+/// rectangular pulses of constant current only).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StrengthDuration {
-    /// Width at twice the rheobase, µs; above 0.
+    /// Width at which the threshold is twice the rheobase, µs; above 0.
     pub chronaxie_us: f64,
-    /// Width at which thresholds are given, µs; above 0.
+    /// Width to which thresholds refer, µs; above 0.
     pub reference_us: f64,
 }
 
 impl StrengthDuration {
-    /// Current at the reference width that excites as much as `current_ma` for `width_us`
-    /// microseconds, mA; nothing for no width.
+    /// Returns the current at the reference width that excites as much as `current_ma` does in
+    /// `width_us`, mA; 0 for a width of 0.
     #[must_use]
     pub fn equivalent_ma(&self, current_ma: f64, width_us: f64) -> f64 {
         if width_us <= 0.0 {
@@ -29,8 +29,8 @@ impl StrengthDuration {
         current_ma * at(self.reference_us) / at(width_us)
     }
 
-    /// Threshold at `width_us` (above 0) of what is excited at `reference_ma` at the
-    /// reference width, mA.
+    /// Returns the threshold at `width_us` (above 0) of a fibre whose threshold at the reference
+    /// width is `reference_ma`, mA.
     #[must_use]
     pub fn threshold_ma(&self, reference_ma: f64, width_us: f64) -> f64 {
         let at = |width_us: f64| 1.0 + self.chronaxie_us / width_us;
@@ -38,24 +38,24 @@ impl StrengthDuration {
     }
 }
 
-/// Fibres whose thresholds are normally distributed, but that none is below the lowest.
-/// Unit is that of the strength (mA at the reference width).
+/// Fibres with normally distributed thresholds, truncated at the smallest one. The unit is that of
+/// the strength (mA at the reference width).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pool {
     lowest: f64,
     middle: f64,
     spread: f64,
-    /// Of the normal distribution: what is below the lowest.
+    /// Share of the untruncated normal distribution below the smallest threshold.
     cut: f64,
 }
 
 impl Pool {
-    /// Fibres from `lowest` on, the normal distribution around `middle` with standard
-    /// deviation `spread` (above 0).
+    /// Creates a pool with thresholds from `lowest` on, normally distributed around `middle` with
+    /// standard deviation `spread` (above 0).
     ///
     /// # Errors
-    /// Names what no pool can have: a lowest threshold not above 0, no spread, all but
-    /// nothing of the distribution below the lowest.
+    /// Returns the parameter that no pool can have: a smallest threshold or a spread not above 0,
+    /// or a middle that leaves almost the whole distribution below the smallest threshold.
     pub fn new(lowest: f64, middle: f64, spread: f64) -> Result<Self, InvalidBench> {
         let cut = normal_cdf((lowest - middle) / spread);
         match () {
@@ -71,17 +71,17 @@ impl Pool {
         }
     }
 
-    /// The pool from `lowest` on, with `spread`, of which `weak` excites `ratio` (in 0..1,
-    /// exclusive) of what `strong` does: the middle is looked for by halving.
+    /// Creates the pool with this `lowest` and `spread` of which `weak` excites `ratio` (between 0
+    /// and 1, exclusive) times as many fibres as `strong`. Bisection finds the middle.
     ///
     /// # Errors
-    /// Names what no pool can have; `ratio`: no middle gives it.
+    /// Returns the parameter that no pool can have, or `ratio` if no middle gives this ratio.
     pub fn from_ratio(
         (lowest, spread): (f64, f64),
         (weak, strong): (f64, f64),
         ratio: f64,
     ) -> Result<Self, InvalidBench> {
-        // The higher the middle, the later the many come and the smaller the ratio.
+        // A higher middle makes the ratio smaller, because most fibres then need a stronger pulse.
         let (mut low, mut high) = (lowest - 4.0 * spread, strong + 12.0 * spread);
         let at = |middle| {
             Self::new(lowest, middle, spread).map(|pool| pool.share(weak) / pool.share(strong))
@@ -99,7 +99,7 @@ impl Pool {
         Self::new(lowest, 0.5 * (low + high), spread)
     }
 
-    /// Part of the fibres, 0 to 1, that a pulse of this strength excites.
+    /// Returns the share of the fibres, 0 to 1, that a pulse of this strength excites.
     #[must_use]
     pub fn share(&self, strength: f64) -> f64 {
         if strength <= self.lowest {
@@ -109,14 +109,14 @@ impl Pool {
         ((below - self.cut) / (1.0 - self.cut)).clamp(0.0, 1.0)
     }
 
-    /// Lowest threshold of a fibre.
+    /// Returns the smallest threshold of a fibre, mA at the reference width.
     #[must_use]
     pub const fn lowest(&self) -> f64 {
         self.lowest
     }
 
-    /// The strength that excites this `share` (0 to 1) of the fibres, by halving; the lowest
-    /// threshold for none.
+    /// Returns the strength that excites this `share` (0 to 1) of the fibres, found by bisection;
+    /// the smallest threshold for a share of 0.
     #[must_use]
     pub fn strength(&self, share: f64) -> f64 {
         let (mut low, mut high) = (
@@ -134,7 +134,7 @@ impl Pool {
     }
 }
 
-/// Part of a standard normal distribution below `z`.
+/// Returns the cumulative distribution function of the standard normal distribution.
 fn normal_cdf(z: f64) -> f64 {
     0.5 * libm::erfc(-z * FRAC_1_SQRT_2)
 }
@@ -154,7 +154,7 @@ mod tests {
             .map(|tenth| pool.share(f64::from(tenth) * 0.1))
             .collect();
         assert!(all.windows(2).all(|window| window[1] >= window[0]));
-        // The foot: no jump where it begins.
+        // Force begins without a jump.
         assert!(all[1] < 0.01 && all[1] > 0.0);
         assert!((all[319] - 1.0).abs() < 1e-9);
     }
@@ -176,7 +176,7 @@ mod tests {
         assert_eq!(pool.strength(0.0), 8.0);
     }
 
-    /// Twice the rheobase at the chronaxie, and back.
+    /// The threshold at the chronaxie is twice the rheobase, and the conversion back agrees.
     #[test]
     fn width_trades_for_current() {
         let law = StrengthDuration {

@@ -1,43 +1,43 @@
 //! A torque sensor on a lever, read 1000 times a second: F = τ/L (Lee 2020, §2.3.2).
 //!
-//! It has noise, an offset that drifts, ends, and a sign. Averaging over 40 ms is what the
-//! experimenter does with the samples, and not here.
+//! The model has noise, a drifting offset, a limited range and a sign. The experimenter's average
+//! over 40 ms is not part of it.
 
 use super::InvalidBench;
 use crate::random::{Noise, word};
 
-/// Between two samples, µs (Lee 2020, §2.3.2: 1 kHz).
+/// Time between two samples, µs (Lee 2020, §2.3.2: 1 kHz).
 pub const SAMPLE_US: u64 = 1_000;
-/// The same, s.
+/// The sample time in s.
 const SAMPLE_S: f64 = 1e-3;
-/// Stream of the wandering of the offset.
+/// Random stream of the offset's wander.
 const WANDERING: u64 = 0x7d21;
 
-/// What a sensor on its lever is like. Forces are at the lever's end.
+/// Parameters of a sensor on its lever. Forces act at the end of the lever.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SensorSpec {
-    /// L, from the sensor's axis to where the limb pulls, m; above 0.
+    /// L, from the axis of the sensor to the point where the limb pulls, m; above 0.
     pub lever_m: f64,
-    /// L as the experimenter believes it to be, m; above 0.
+    /// L that the experimenter uses to compute force, m; above 0.
     pub believed_lever_m: f64,
-    /// Standard deviation of white noise of a sample, N.
+    /// Standard deviation of the white noise of a sample, N.
     pub noise_n: f64,
-    /// Reading of no force at time 0, N.
+    /// Reading without force at time 0, N.
     pub offset_n: f64,
-    /// How the offset moves on steadily, N/s.
+    /// Steady drift of the offset, N/s.
     pub drift_n_per_s: f64,
-    /// How it wanders besides, as a random walk, N/√s.
+    /// Random walk of the offset, in addition to the drift, N/√s.
     pub wander_n_per_sqrt_s: f64,
-    /// Largest force of either sign that it can read, N; above 0.
+    /// Largest force of either sign that the sensor can read, N; above 0.
     pub range_n: f64,
-    /// Mounted the other way round: pulls read as pushes.
+    /// Whether the sensor is mounted upside down, so that its readings have the opposite sign.
     pub is_upside_down: bool,
 }
 
 impl Default for SensorSpec {
-    /// Lee's sensor measures 200 kgf·cm (NT-200KC), 19.6 N m; the lever is not printed and
-    /// assumed to be 0.1 m, so it ends at 196 N. Noise is not printed either: 0.05 N is
-    /// assumed, with an offset of 0.2 N that drifts by 2 mN/s.
+    /// Returns the sensor of Lee 2020: it measures 200 kgf·cm (NT-200KC), 19.6 N m. The lever is
+    /// not printed and assumed to be 0.1 m, which gives a range of 196 N. Noise is not printed
+    /// either: 0.05 N is assumed, with an offset of 0.2 N that drifts by 2 mN/s.
     fn default() -> Self {
         Self {
             lever_m: 0.1,
@@ -53,8 +53,10 @@ impl Default for SensorSpec {
 }
 
 impl SensorSpec {
+    /// Checks every field.
+    ///
     /// # Errors
-    /// Names the field that no sensor can have.
+    /// Returns the field that no sensor can have.
     pub fn validate(&self) -> Result<(), InvalidBench> {
         let positive = |v: f64| v.is_finite() && v > 0.0;
         let not_negative = |v: f64| v.is_finite() && v >= 0.0;
@@ -77,23 +79,23 @@ impl SensorSpec {
     }
 }
 
-/// A sensor and the sample it took last.
+/// A sensor and its last sample.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sensor {
     spec: SensorSpec,
     noise: Noise,
     wandering: Noise,
-    /// Samples taken.
+    /// Number of samples taken.
     taken: u64,
     wandered_n: f64,
     force_n: f64,
 }
 
 impl Sensor {
-    /// A sensor that has read nothing; `seed` decides its noise.
+    /// Creates a sensor without a sample yet. `seed` determines its noise.
     ///
     /// # Errors
-    /// Names the field that no sensor can have.
+    /// Returns the field that no sensor can have.
     pub fn new(spec: SensorSpec, seed: u64) -> Result<Self, InvalidBench> {
         spec.validate()?;
         Ok(Self {
@@ -106,7 +108,8 @@ impl Sensor {
         })
     }
 
-    /// Another sample, [`SAMPLE_US`] after the last, of this force at the lever's end, N.
+    /// Takes another sample, [`SAMPLE_US`] after the last, of this force at the end of the lever,
+    /// N.
     pub fn sample(&mut self, force_n: f64) {
         self.taken += 1;
         self.force_n = force_n;
@@ -116,20 +119,21 @@ impl Sensor {
         }
     }
 
-    /// What the last sample reads, N as the experimenter computes it.
+    /// Returns the force of the last sample as the experimenter computes it, N.
     #[must_use]
     pub fn reading_n(&self) -> f64 {
         let spec = &self.spec;
         let t_s = self.taken as f64 * SAMPLE_S;
         let zero_n = spec.offset_n + spec.drift_n_per_s * t_s + self.wandered_n;
         let sign = if spec.is_upside_down { -1.0 } else { 1.0 };
-        // Newtons at the lever's end, so that torque divides out but for a mistaken lever.
+        // Noise and offset are in newtons at the end of the lever; a wrong lever length alone
+        // changes their scale.
         let sensed_n = sign * self.force_n + zero_n + spec.noise_n * self.noise.at(self.taken);
         let torque_nm = spec.lever_m * sensed_n.clamp(-spec.range_n, spec.range_n);
         torque_nm / spec.believed_lever_m
     }
 
-    /// The numbers it was made from.
+    /// Returns the specification from which the sensor was created.
     #[must_use]
     pub const fn spec(&self) -> &SensorSpec {
         &self.spec
@@ -185,7 +189,7 @@ mod tests {
         assert!((read(short, 3.0, 1) - 1.5).abs() < 1e-12);
     }
 
-    /// A sample's noise does not depend on how often it is read.
+    /// The noise of a sample does not depend on how often the sample is read.
     #[test]
     fn noise_is_white_and_belongs_to_the_sample() {
         let spec = SensorSpec {

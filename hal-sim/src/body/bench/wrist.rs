@@ -1,5 +1,5 @@
-//! A wrist on Lee's bench (Lee 2020, figures 4 and 5): one pair of electrodes over four
-//! extensor muscles, the hand fixed to a torque sensor.
+//! Test rig of Lee 2020 for a wrist (figures 4 and 5): one pair of electrodes over four extensor
+//! muscles, the hand fixed to a torque sensor.
 
 use super::InvalidBench;
 use super::generator::{Generator, Kind, Muscular};
@@ -10,8 +10,8 @@ use crate::body::{Body, CHANNELS, Load, Pulse};
 use crate::random::word;
 use std::collections::VecDeque;
 
-/// Lee 2020, table 2: I_MT in mA, and F(I_MT) in N over F(1.5·I_MT) at 20, 30 and 40 Hz,
-/// K01 to K10.
+/// Values of Lee 2020, table 2, for K01 to K10: I_MT in mA, and F(I_MT) and F(1.5·I_MT) in N at 20,
+/// 30 and 40 Hz.
 pub const PRINTED: [(f64, [[f64; 2]; 3]); 10] = [
     (8.0, [[1.47, 8.95], [1.68, 12.8], [2.16, 15.6]]),
     (12.0, [[1.69, 5.31], [2.10, 6.61], [2.48, 7.66]]),
@@ -25,44 +25,44 @@ pub const PRINTED: [(f64, [[f64; 2]; 3]); 10] = [
     (7.0, [[2.45, 5.61], [3.43, 6.92], [3.88, 8.24]]),
 ];
 
-/// Lowest threshold of a fibre and spread of thresholds, in parts of the printed I_MT.
-/// Assumed: see [`WristSpec::subject`].
+/// Smallest threshold of a fibre and standard deviation of the thresholds, relative to the printed
+/// I_MT. Assumed: see [`WristSpec::subject`].
 const LOWEST: f64 = 0.8;
 const SPREAD: f64 = 0.25;
 
-/// What a wrist on the bench is.
+/// Parameters of a wrist in the test rig.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WristSpec {
     /// Channel whose electrodes are over the extensors, 0 to 9.
     pub channel: usize,
-    /// Thresholds of the fibres, mA at the reference width.
+    /// Distribution of the fibres' thresholds, mA at the reference width.
     pub pool: Pool,
-    /// What a width is worth.
+    /// Strength-duration relation of the fibres.
     pub strength: StrengthDuration,
-    /// Strength at which the generator's A holds, mA at the reference width; above the
-    /// pool's lowest.
+    /// Strength at which the generator's A holds, mA at the reference width; above the smallest
+    /// threshold of the pool.
     pub reference_ma: f64,
-    /// What makes the force.
+    /// Generator of the force.
     pub generator: Generator,
-    /// What measures it.
+    /// Torque sensor and its lever.
     pub sensor: SensorSpec,
     /// Resistance of the electrodes, Ω; above 0.
     pub load_ohm: f64,
 }
 
 impl WristSpec {
-    /// Subject `index` (0 to 9; K01 to K10) of Lee 2020: dynamics of table 4, whose A was
-    /// fitted at I_5 = 1.5·I_MT, and a pool of which I_MT recruits the part that table 2
-    /// prints (geometric mean over the frequencies).
+    /// Returns subject `index` (0 to 9; K01 to K10) of Lee 2020: the dynamics of table 4, whose A
+    /// was fitted at I_5 = 1.5·I_MT, and a pool of which I_MT recruits the share that table 2
+    /// prints (geometric mean over the pulse rates).
     ///
-    /// At the printed I_MT force is 1.5 to 11 N, a hundred times the 0.015 N by which I_MT
-    /// was found in steps of 0.5 mA: no pool whose force rises from nothing gives both.
-    /// Here the forces are as printed, and fibres begin at 0.8·I_MT (assumed, with a spread
-    /// of 0.25·I_MT), so that a search by force finds a lower threshold than the printed
-    /// one. Chronaxie 200 µs is assumed; the paper has one width.
+    /// At the printed I_MT, force is 1.5 to 11 N, a hundred times the 0.015 N by which I_MT was
+    /// found in steps of 0.5 mA: no pool whose force rises from zero gives both. Here the forces
+    /// are as printed, and the smallest threshold is 0.8·I_MT (assumed, with a spread of
+    /// 0.25·I_MT), so that a search by force finds a lower threshold than the printed one. A
+    /// chronaxie of 200 µs is assumed; the paper uses a single width.
     ///
     /// # Errors
-    /// There is no such subject.
+    /// Fails if there is no such subject.
     pub fn subject(index: usize) -> Result<Self, InvalidBench> {
         let (Some((i_mt, forces)), Some(parameters)) = (PRINTED.get(index), SUBJECTS.get(index))
         else {
@@ -88,8 +88,10 @@ impl WristSpec {
         })
     }
 
+    /// Checks every field.
+    ///
     /// # Errors
-    /// Names the field that no bench can have.
+    /// Returns the field that no test rig can have.
     pub fn validate(&self) -> Result<(), InvalidBench> {
         self.sensor.validate()?;
         self.generator.validate()?;
@@ -107,7 +109,7 @@ impl WristSpec {
         }
     }
 
-    /// What a pulse recruits, in parts of what A was measured with.
+    /// Returns the recruitment by a pulse, relative to the recruitment at which A was measured.
     #[must_use]
     pub fn recruited(&self, current_ma: f64, width_us: f64) -> f64 {
         let strength = self.strength.equivalent_ma(current_ma, width_us);
@@ -115,24 +117,25 @@ impl WristSpec {
     }
 }
 
-/// A wrist on the bench, in motion. Deterministic: pulses and seed decide everything.
+/// A wrist in the test rig, over time. The simulation is deterministic: pulses and seed determine
+/// every value.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Wrist {
     spec: WristSpec,
     muscle: Muscular,
     sensor: Sensor,
     loads: [Load; CHANNELS],
-    /// When each pulse acts, µs, and what it recruits.
+    /// Pending pulses: time at which each takes effect, µs, and its relative recruitment.
     under_way: VecDeque<(u64, f64)>,
-    /// Samples taken.
+    /// Number of samples taken.
     tick: u64,
 }
 
 impl Wrist {
-    /// A wrist at rest. `seed` decides noise and whatever wanders.
+    /// Creates a wrist at rest. `seed` determines noise and drift.
     ///
     /// # Errors
-    /// Names the field that no bench can have.
+    /// Returns the field that no test rig can have.
     pub fn new(spec: WristSpec, seed: u64) -> Result<Self, InvalidBench> {
         spec.validate()?;
         let wander = 0.1 * spec.generator.size(Kind::SensorDrift);
@@ -150,19 +153,19 @@ impl Wrist {
         })
     }
 
-    /// The numbers it was made from.
+    /// Returns the specification from which the wrist was created.
     #[must_use]
     pub const fn spec(&self) -> &WristSpec {
         &self.spec
     }
 
-    /// The muscles' true force now, N.
+    /// Returns the true force of the muscles now, N.
     #[must_use]
     pub fn force_n(&self) -> f64 {
         self.muscle.force_n()
     }
 
-    /// Samples that the sensor has taken; one is taken as each millisecond ends.
+    /// Returns the number of samples that the sensor has taken, one at the end of each millisecond.
     #[must_use]
     pub const fn samples(&self) -> u64 {
         self.tick
@@ -172,7 +175,7 @@ impl Wrist {
         (25_000.0 * self.spec.generator.size(Kind::Latency)).round() as u64
     }
 
-    /// The next millisecond, split at every pulse in it.
+    /// Simulates the next millisecond, split at every pulse in it.
     fn step(&mut self) {
         let (from_us, to_us) = (self.tick * SAMPLE_US, (self.tick + 1) * SAMPLE_US);
         let mut now_us = from_us;
@@ -209,7 +212,7 @@ impl Body for Wrist {
             return;
         };
         let recruited = (self.spec).recruited(load.current_ma(pulse.drive), pulse.width_us.into());
-        // Below every threshold nothing is excited, and what was recruited relaxes as it is.
+        // Below every threshold no fibre is excited, and earlier activation relaxes undisturbed.
         if recruited > 0.0 {
             let due_us = pulse.t_us + self.latency_us();
             self.under_way.push_back((due_us, recruited));
@@ -224,7 +227,7 @@ impl Body for Wrist {
         self.tick != before
     }
 
-    /// The hand is fixed.
+    /// Returns 0, because the hand is fixed.
     fn angle_deg(&self) -> f64 {
         0.0
     }

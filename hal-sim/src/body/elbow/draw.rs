@@ -1,16 +1,16 @@
-//! Arms drawn at random.
+//! Randomly generated elbows.
 
 use super::spec::{ElbowMuscle, ElbowSpec, TORQUE_FREQUENCY_HZ};
 use crate::body::muscle::SUBJECTS;
 use crate::body::random_finger::Draws;
 
-/// The stream of [`Draws`] that arms come from.
+/// Stream of [`Draws`] from which elbows are generated.
 const STREAM: u64 = 0xE1B0;
 
 impl ElbowSpec {
-    /// Arm `index` of `seed`, even over ranges about [`ElbowSpec::default`]: all
-    /// of them assumed, wide because next to nothing is known. Both muscles have
-    /// the dynamics of one of Lee 2020's ten subjects.
+    /// Returns arm `index` of `seed`, uniformly distributed over ranges about
+    /// [`ElbowSpec::default`]. All ranges are assumed, and wide because next to nothing is known.
+    /// Both muscles have the dynamics of one of Lee 2020's ten subjects.
     pub fn random(seed: u64, index: u64) -> Self {
         let draws = &mut Draws::new(seed, index, STREAM);
         let subject = SUBJECTS[draws.uniform(0.0, SUBJECTS.len() as f64) as usize % SUBJECTS.len()];
@@ -29,7 +29,7 @@ impl ElbowSpec {
         spec.electromechanical_delay_us = draws.uniform(10_000.0, 50_000.0) as u32;
         spec.inertia_kg_m2 *= draws.uniform(0.7, 1.3);
         spec.stiffness_nm_per_rad *= draws.uniform(0.3, 3.0);
-        // Even in its logarithm: the least known number matters most.
+        // Uniform in its logarithm, because this is the least known number and matters most.
         spec.damping_nm_s_per_rad *= 2f64.powf(draws.uniform(-2.0, 2.0));
         spec.active_damping_s_per_rad *= draws.uniform(0.0, 2.0);
         spec.person.push_nm *= draws.uniform(0.4, 1.6);

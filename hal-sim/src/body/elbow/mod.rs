@@ -1,5 +1,5 @@
-//! A forearm about the elbow: triceps and biceps under electrodes, and a person
-//! who moves it into a virtual wall.
+//! A forearm about the elbow: triceps and biceps under electrodes, and a wearer who moves the arm
+//! into a virtual wall.
 
 mod draw;
 mod person;
@@ -24,25 +24,26 @@ use yields::YieldState;
 const TICK_US: u64 = 1000;
 const TICK_S: f64 = 1e-3;
 
-/// A muscle with the pulses on their way to it.
+/// A muscle and its pending pulses.
 #[derive(Debug, Clone, PartialEq)]
 struct StimulatedMuscle {
     spec: ElbowMuscle,
     muscle: Muscle,
     step: Step,
-    /// When each pulse acts, µs, and its recruitment.
+    /// Pending pulses: time at which each takes effect, µs, and recruited share.
     under_way: VecDeque<(u64, f64)>,
 }
 
-/// The arm in motion. Deterministic: pulses, person and seed decide everything.
+/// The arm over time. The simulation is deterministic: pulses, wearer and seed determine every
+/// value.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Elbow {
     spec: ElbowSpec,
     noise: Noise,
     loads: [Load; CHANNELS],
-    /// Whole milliseconds passed.
+    /// Number of whole milliseconds since the start.
     tick: u64,
-    /// When the person's trial began, ms.
+    /// Start of the wearer's trial, ms.
     begun: u64,
     triceps: StimulatedMuscle,
     biceps: StimulatedMuscle,
@@ -54,11 +55,11 @@ pub struct Elbow {
 }
 
 impl Elbow {
-    /// An arm at rest at its person's start angle. `seed` decides the sensor's
-    /// noise.
+    /// Creates an arm at rest at the start angle of its wearer. `seed` determines the noise of the
+    /// sensor.
     ///
     /// # Errors
-    /// [`InvalidElbow`] names a field that no arm can have.
+    /// Returns [`InvalidElbow`] with the field that no arm can have.
     pub fn new(spec: ElbowSpec, seed: u64) -> Result<Self, InvalidElbow> {
         spec.validate()?;
         Ok(Self {
@@ -77,22 +78,22 @@ impl Elbow {
         })
     }
 
-    /// The numbers this arm was made from.
+    /// Returns the specification from which the arm was created.
     pub fn spec(&self) -> &ElbowSpec {
         &self.spec
     }
 
-    /// Rate of the joint, degrees per second, flexion positive.
+    /// Returns the angular rate of the joint, degrees per second, flexion positive.
     pub fn rate_deg_per_s(&self) -> f64 {
         self.rate_rad_per_s.to_degrees()
     }
 
-    /// Torques of triceps (extending) and biceps (flexing), N·m, none negative.
+    /// Returns the torques of triceps (extending) and biceps (flexing), N·m, neither negative.
     pub fn torques_nm(&self) -> [f64; 2] {
         [self.triceps.torque_nm(), self.biceps.torque_nm()]
     }
 
-    /// The person's own torque over the last millisecond, N·m, flexion positive.
+    /// Returns the wearer's voluntary torque over the last millisecond, N·m, flexion positive.
     pub fn voluntary_nm(&self) -> f64 {
         self.voluntary_nm
     }
@@ -115,9 +116,8 @@ impl Elbow {
         self.tick += 1;
     }
 
-    /// One millisecond of I·θ″ + b·θ′ + k·(θ − rest) = torque by the implicit
-    /// midpoint rule (second order, stable for any b and k). A stop takes all
-    /// momentum.
+    /// Advances I·θ″ + b·θ′ + k·(θ − rest) = torque by one millisecond with the implicit midpoint
+    /// rule (second order, stable for any b and k). A stop absorbs all momentum.
     fn step_joint(&mut self, torque_nm: f64, damping: f64) {
         let spec = &self.spec;
         let half = 0.5 * TICK_S / spec.inertia_kg_m2;
@@ -150,7 +150,8 @@ impl StimulatedMuscle {
         self.spec.torque_nm * self.muscle.force()
     }
 
-    /// A pulse of this current leaves its stage at `due_us` less the delay.
+    /// Schedules a pulse of this current, which takes effect at `due_us`, the electromechanical
+    /// delay after its output.
     fn excite(&mut self, due_us: u64, current_ma: f64, width_us: u32, curvature: f64) {
         let volts = |ma, width| effective_voltage(ma, width);
         let own = self.spec.width_us;
@@ -163,7 +164,7 @@ impl StimulatedMuscle {
         self.under_way.push_back((due_us, share));
     }
 
-    /// The millisecond from `start_us` on, split at every pulse in it.
+    /// Simulates the millisecond from `start_us` on, split at every pulse in it.
     fn pass(&mut self, start_us: u64) {
         let mut passed_us = 0;
         while let Some((due_us, share)) = self.under_way.front().copied() {
@@ -208,8 +209,8 @@ impl Body for Elbow {
         }
     }
 
-    /// The joint moves in whole milliseconds: between them the values of the
-    /// last one hold.
+    /// Advances the joint in whole milliseconds. Between them, all values stay those of the last
+    /// millisecond.
     fn advance(&mut self, to_us: u64) -> bool {
         let before = self.tick;
         while (self.tick + 1) * TICK_US <= to_us {

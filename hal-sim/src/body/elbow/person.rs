@@ -1,26 +1,26 @@
-//! What the person does of their own will.
+//! Voluntary movement of the wearer.
 
 use super::TICK_S;
 use super::spec::{MotorBehaviour, VisionSpec, VoluntaryApproach};
 use std::collections::VecDeque;
 
-/// How fast the arm heads for its start angle when it goes back, 1/s.
+/// Gain of the return to the start angle: speed per remaining angle, 1/s.
 const RETURN_PER_S: f64 = 4.0;
 
-/// What a person has seen, and means to do about it.
+/// State of a wearer's visual feedback: the angles seen and the intended speed.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct VisualFeedback {
     /// Angles of the latest milliseconds, oldest first, degrees.
     angles: VecDeque<f64>,
     /// Milliseconds since the latest correction.
     since: u32,
-    /// The speed meant before it and by it, °/s; none before the first.
+    /// Intended speed before and after the latest correction, °/s; `None` before the first.
     meant: Option<(f64, f64)>,
 }
 
 impl VisualFeedback {
-    /// One millisecond of `angle_deg` on the screen; the speed meant by now, °/s,
-    /// of a person who approaches at `speed_deg_per_s`.
+    /// Shows the wearer one millisecond of `angle_deg` on the screen. Returns the intended speed,
+    /// °/s, at most `speed_deg_per_s` in either direction.
     pub(super) fn correct(
         &mut self,
         sight: VisionSpec,
@@ -47,8 +47,8 @@ impl VisualFeedback {
 }
 
 impl MotorBehaviour {
-    /// Voluntary torque at this time and motion, N·m, flexion positive, at most
-    /// `push_nm` either way.
+    /// Returns the voluntary torque at this time and motion, N·m, flexion positive, at most
+    /// `push_nm` in either direction.
     pub(super) fn torque_nm(
         &self,
         push_nm: f64,
@@ -74,7 +74,7 @@ impl MotorBehaviour {
         wanted.clamp(-push_nm, push_nm)
     }
 
-    /// The rate the person means to move at, rad/s.
+    /// Returns the intended rate of a wearer without sight, rad/s.
     fn intended_rad_per_s(&self, t_s: f64, angle_rad: f64) -> f64 {
         let under_way = |a: &&VoluntaryApproach| (a.at_s..a.at_s + a.for_s).contains(&t_s);
         match self.approaches.iter().find(under_way) {
@@ -91,7 +91,7 @@ impl MotorBehaviour {
     }
 }
 
-/// The minimum-jerk trajectory from 0 to 1, for u from 0 to 1.
+/// Returns the minimum-jerk trajectory from 0 to 1, for u from 0 to 1.
 fn minimum_jerk(u: f64) -> f64 {
     let u = u.clamp(0.0, 1.0);
     u * u * u * (10.0 - 15.0 * u + 6.0 * u * u)

@@ -1,14 +1,14 @@
-//! The numbers of one elbow and of the person it belongs to.
+//! Parameters of an elbow and of its wearer.
 
 use super::{TICK_S, YieldSpec};
 use crate::body::CHANNELS;
 use crate::body::muscle::Parameters;
 use crate::body::wearer::RECRUITMENT_CURVATURE;
 
-/// A muscle across the elbow and the electrodes on it.
+/// A muscle across the elbow, and the electrodes over it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ElbowMuscle {
-    /// Channel whose electrodes are on it, 0 to 9.
+    /// Channel whose electrodes are over the muscle, 0 to 9.
     pub channel: usize,
     /// Motor threshold, mA at `width_us`.
     pub threshold_ma: f64,
@@ -18,124 +18,121 @@ pub struct ElbowMuscle {
     pub width_us: u32,
     /// Torque at full recruitment and [`TORQUE_FREQUENCY_HZ`], N·m.
     pub torque_nm: f64,
-    /// Dynamics, force normalised to 1 at [`TORQUE_FREQUENCY_HZ`].
+    /// Calcium-force dynamics, normalised to a force of 1 at [`TORQUE_FREQUENCY_HZ`].
     pub dynamics: Parameters,
 }
 
-/// Stimulation frequency at which an elbow's torques hold, Hz.
+/// Pulse rate at which the torques of an elbow hold, Hz.
 pub const TORQUE_FREQUENCY_HZ: f64 = 50.0;
 
-/// One voluntary movement into the direction of flexion.
+/// One voluntary movement in the direction of flexion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VoluntaryApproach {
-    /// When it begins, s after the simulated world does.
+    /// Start of the movement, s after the start of the simulation.
     pub at_s: f64,
-    /// Speed meant, °/s, above 0.
+    /// Intended speed, °/s, above 0.
     pub speed_deg_per_s: f64,
-    /// How long the person goes on, pushing where something resists, s; the
-    /// arm then goes back.
+    /// Duration of the movement, s, including the push against a resistance; the arm then returns.
     pub for_s: f64,
 }
 
-/// The person: moves at a meant speed with limited strength.
+/// Motor behaviour of a wearer who moves at an intended speed with limited strength.
 ///
-/// The voluntary torque is gain · (meant rate − rate), clamped to ± `push_nm`.
-/// Free, the arm moves at nearly the meant speed; held back, the person pushes
-/// with a constant torque, as Harris' participant was told to ("at a low force
-/// level, held as constant as possible"). The meant rate rises along a
-/// minimum-jerk course (Flash & Hogan 1985) over `onset_s`. There is no reflex,
-/// and no reaction to what is felt but with [`YieldSpec`]: both later than an oscillation
-/// that matters here, and none known for this participant. With [`VisionSpec`] the person
-/// corrects, late and now and then.
+/// The voluntary torque is gain · (intended rate − rate), clamped to ± `push_nm`. Without
+/// resistance the arm moves at nearly the intended speed; against resistance the wearer pushes with
+/// a constant torque, as Harris' participant was asked to ("at a low force level, held as constant
+/// as possible"). The intended rate rises along a minimum-jerk trajectory (Flash & Hogan 1985) over
+/// `onset_s`. There is no reflex, and no reaction to what is felt except with [`YieldSpec`]: both
+/// are slower than an oscillation that matters here, and neither is known for this participant.
+/// With [`VisionSpec`] the wearer corrects, late and intermittently.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MotorBehaviour {
-    /// Angle the arm rests at and goes back to, degrees.
+    /// Angle at which the arm rests and to which it returns, degrees.
     pub start_deg: f64,
     /// Movements, in order of time.
     pub approaches: Vec<VoluntaryApproach>,
-    /// Strongest voluntary torque, either way, N·m.
+    /// Largest voluntary torque in either direction, N·m.
     pub push_nm: f64,
-    /// Torque per error of rate, N·m·s/rad. High, so that a held arm meets
-    /// `push_nm` at any speed: the person adds a force, not a damper.
+    /// Torque per error of rate, N·m·s/rad. It is high, so that a held arm meets `push_nm` at any
+    /// speed: the wearer adds a force, not a damper.
     pub gain_nm_s_per_rad: f64,
-    /// Duration of the rise of the meant rate, s.
+    /// Duration of the rise of the intended rate, s.
     pub onset_s: f64,
-    /// Speed of going back, °/s.
+    /// Speed of the return, °/s.
     pub return_deg_per_s: f64,
-    /// A screen with the arm's angle and a line; without it the person is blind.
+    /// Screen that shows the arm's angle and a line; without it the wearer has no visual feedback.
     pub sight: Option<VisionSpec>,
-    /// What the person does who feels stimulation; nothing without it.
+    /// Reaction to felt stimulation; `None` for no reaction.
     pub yields: Option<YieldSpec>,
 }
 
-/// What a person does who sees the arm's angle and a line to stay at: at steps of
-/// `every_s` the meant speed becomes what would bring the angle seen, `delay_s` old,
-/// to the line within a step, never faster than the approach. Between steps nothing
-/// corrects: people move intermittently. Delay and step are of the order that the
-/// tracking literature gives (visual reaction 0.2 to 0.25 s, two to four corrections
-/// a second); for this participant they are assumed.
+/// Behaviour of a wearer who sees the arm's angle and a line at which to stay. At intervals of
+/// `every_s`, the intended speed becomes the one that would bring the seen angle, which is
+/// `delay_s` old, to the line within one interval, never faster than the approach. There is no
+/// correction between, because people move intermittently. Delay and interval are of the order that
+/// the tracking literature gives (visual reaction 0.2 to 0.25 s, two to four corrections a second);
+/// for this participant they are assumed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VisionSpec {
-    /// From the arm to the person's muscles, s.
+    /// Delay from the arm to the wearer's muscles, s.
     pub delay_s: f64,
-    /// From one correction to the next, s; above 0.
+    /// Interval between corrections, s; above 0.
     pub every_s: f64,
-    /// Where the line is, degrees.
+    /// Angle of the line, degrees.
     pub line_deg: f64,
 }
 
-/// A forearm about its elbow, in the horizontal plane (Harris' platform carries
-/// it: no gravity), flexion positive. All fields are free, so that arms can be
-/// drawn at random; [`super::Elbow::new`] checks them.
+/// A forearm about its elbow, in the horizontal plane (Harris' platform carries it, so gravity has
+/// no effect), flexion positive. All fields are public, so that arms can be generated randomly;
+/// [`super::Elbow::new`] checks them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ElbowSpec {
-    /// Extends: pulls out of a wall that stops flexion.
+    /// Extensor muscle; it pulls the arm out of a wall that stops flexion.
     pub triceps: ElbowMuscle,
-    /// Flexes.
+    /// Flexor muscle.
     pub biceps: ElbowMuscle,
-    /// See [`RECRUITMENT_CURVATURE`]; not zero.
+    /// Curvature of the recruitment curve, see [`RECRUITMENT_CURVATURE`]; not zero.
     pub recruitment_curvature: f64,
-    /// Time from a pulse to its effect on the muscle, µs.
+    /// Delay from a pulse to its effect on the muscle, µs.
     pub electromechanical_delay_us: u32,
     /// Moment of inertia about the elbow, kg·m².
     pub inertia_kg_m2: f64,
     /// Passive stiffness towards the rest angle, N·m/rad.
     pub stiffness_nm_per_rad: f64,
-    /// Passive viscous friction, N·m·s/rad.
+    /// Passive viscous friction of the joint, N·m·s/rad.
     pub damping_nm_s_per_rad: f64,
-    /// Viscous friction per torque of each active muscle, the slope of its
-    /// force-velocity curve, s/rad.
+    /// Viscous friction per torque of each active muscle, from the slope of its force-velocity
+    /// curve, s/rad.
     pub active_damping_s_per_rad: f64,
-    /// Angle without passive torque, degrees.
+    /// Angle at which the passive torque is zero, degrees.
     pub rest_deg: f64,
-    /// Inelastic stops, degrees, low to high.
+    /// Inelastic stops of the joint, degrees, low to high.
     pub stops_deg: [f64; 2],
-    /// Resistance of every pair of electrodes, Ω.
+    /// Resistance of every electrode pair, Ω.
     pub load_ohm: f64,
     /// Standard deviation of the sensor's noise, white at 1 kHz, degrees.
     pub sensor_noise_deg: f64,
-    /// Whose arm it is.
+    /// Motor behaviour of the wearer.
     pub person: MotorBehaviour,
 }
 
-/// A number of an [`ElbowSpec`] that no arm can have; names the field.
+/// A value of an [`ElbowSpec`] that no arm can have; names the field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("elbow: `{0}` is out of range")]
 pub struct InvalidElbow(pub &'static str);
 
 impl Default for ElbowSpec {
-    /// An arm for Harris' experiment, triceps on channel 0, biceps on 1.
+    /// Returns an arm for Harris' experiment, triceps on channel 0, biceps on 1.
     ///
-    /// From sources: inertia 0.06 kg·m² (our study of Harris); delay and muscle
-    /// dynamics as the finger's (Lee 2020, mean of table 4: no elbow's constants
-    /// are in the papers at hand); active friction 75/m · 0.03 m · 0.05 s =
-    /// 0.11 s/rad (arm model of PMC2784227, table 1: stiffness per force,
-    /// elbow moment arm, damping per stiffness). Assumed, order of magnitude
-    /// only: passive stiffness and friction with the platform's bearing, torques,
-    /// thresholds (80 mA at 35 µs is Harris' strongest triceps stimulation, 40 mA
+    /// From sources: inertia 0.06 kg·m² (our study of Harris); delay and muscle dynamics as those
+    /// of the finger (Lee 2020, mean of table 4, because the papers at hand have no constants of an
+    /// elbow); active friction 75/m · 0.03 m · 0.05 s = 0.11 s/rad (arm model of PMC2784227, table
+    /// 1: stiffness per force, elbow moment arm, damping per stiffness). Assumed, order of
+    /// magnitude only: passive stiffness and friction including the bearing of the platform,
+    /// torques, thresholds (80 mA at 35 µs is Harris' strongest stimulation of the triceps, 40 mA
     /// at 25 µs his biceps at "25 % to 50 %" co-contraction), load, push.
     fn default() -> Self {
-        let dynamics = Parameters::mean_subject_at_50_hz(); // TORQUE_FREQUENCY_HZ
+        let dynamics = Parameters::mean_subject_at_50_hz(); // 50 Hz is TORQUE_FREQUENCY_HZ
         Self {
             triceps: ElbowMuscle {
                 channel: 0,
@@ -169,7 +166,7 @@ impl Default for ElbowSpec {
 }
 
 impl Default for MotorBehaviour {
-    /// Waits at 60°: 30° before Harris' wall.
+    /// Returns a wearer who waits at 60°, 30° before Harris' wall.
     fn default() -> Self {
         Self {
             start_deg: 60.0,

@@ -1,36 +1,36 @@
-//! A person who pushes less where stimulation is felt.
+//! A wearer who pushes less while stimulation is felt.
 
 use super::{TICK_S, TICK_US};
 use std::collections::VecDeque;
 
-/// A person yields to what they feel: from `delay_s` after the first pulse felt they
-/// push with `to` of their strength, and with all of it again as long after the last
-/// one. What Harris' participant was told (once in contact, push "at a low force
-/// level"), contact being what is felt. All of it is assumed.
+/// Reaction of a wearer to felt stimulation: from `delay_s` after the first felt pulse the wearer
+/// pushes with the share `to` of the full strength, and with all of it again as long after the last
+/// one. Harris' participant was asked to push "at a low force level" once in contact; here the felt
+/// stimulation is the contact. All of it is assumed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct YieldSpec {
-    /// From a pulse to the changed push, s, 0 to 2.
+    /// Delay from a pulse to the changed push, s, 0 to 2.
     pub delay_s: f64,
-    /// Part of the strength that remains, 0 to 1.
+    /// Share of the strength that remains, 0 to 1.
     pub to: f64,
-    /// Least current that is felt, on either muscle, mA.
+    /// Smallest current that is felt, on either muscle, mA.
     pub at_ma: f64,
 }
 
-/// After so long without a pulse nothing is felt, µs: a train of 20 Hz or more is felt
+/// Time without a pulse after which nothing is felt any more, µs: a train of 20 Hz or more is felt
 /// as one. Assumed.
 const LASTS_US: u64 = 50_000;
-/// In which the strength goes from all to nothing, s: nobody changes a force at once.
+/// Time in which the strength falls from all to nothing, s, because nobody changes a force at once.
 /// Assumed.
 const CHANGE_S: f64 = 0.2;
 
-/// What is felt, and what has come of it.
+/// State of the reaction to felt stimulation.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct YieldState {
     latest_us: Option<u64>,
-    /// Whether something was felt in the latest milliseconds, oldest first.
+    /// Whether stimulation was felt in each of the latest milliseconds, oldest first.
     before: VecDeque<bool>,
-    /// Of the strength given up, 0 to 1.
+    /// Share of the strength that is given up, 0 to 1.
     given_up: f64,
 }
 
@@ -48,8 +48,8 @@ impl YieldState {
         }
     }
 
-    /// The part of the strength left in the millisecond from `t_us` on: exactly 1
-    /// for a person who does not yield.
+    /// Returns the share of the strength that is left in the millisecond from `t_us` on: exactly 1
+    /// for a wearer who does not yield.
     pub(super) fn strength(&mut self, yields: Option<YieldSpec>, t_us: u64) -> f64 {
         let Some(YieldSpec { delay_s, to, .. }) = yields else {
             return 1.0;

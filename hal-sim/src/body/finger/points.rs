@@ -1,42 +1,42 @@
-//! What a pulse recruits at its point, and which points act as a pair.
+//! Recruitment by a pulse at its point, and the effect of points that act as a pair.
 
 use super::{A, B, EXTENSOR, FingerSpec, Site};
 use crate::body::wearer::recruitment;
 
-/// Two flexor points act as a pair while the other one was pulsed within this
-/// time, µs: one period of the slowest usual stimulation, 20 Hz.
+/// Time within which both flexor points must be pulsed to act as a pair, µs: one period of the
+/// slowest usual stimulation, 20 Hz.
 const PAIR_WINDOW_US: u64 = 50_000;
 
-/// What one pulse does at one point.
+/// Effect of one pulse at one point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Effect {
-    /// Share of the muscle's full torque, 0 to 1.
+    /// Recruited share of the muscle's full torque, 0 to 1.
     pub recruitment: f64,
-    /// Torque of a full pair over that of one point; `None` when alone.
+    /// Torque of a full pair over that of one point; `None` for a point that acts alone.
     pub pair_factor: Option<f64>,
 }
 
-/// What a finger's [`Pair`] makes of its points.
+/// Effect of a finger's [`Pair`] on its points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct PairEffect {
-    /// Of A and B, V.
+    /// Thresholds of A and B in the pair, V.
     threshold_v: [f64; 2],
-    /// Torque over that of one point: conducted, isolated.
+    /// Torque of the pair over that of one point: conducted, isolated.
     factors: [f64; 2],
 }
 
-/// The points A, B and extensor of one finger.
+/// State of the points A, B and extensor of one finger.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Points {
     sites: [Site; 3],
     together: Option<PairEffect>,
     curvature: f64,
-    /// When each point was last pulsed strongly enough to be half of a pair, µs.
+    /// Time of the last pulse at each point that was strong enough for a pair, µs.
     last_paired_us: [Option<u64>; 3],
 }
 
 impl Points {
-    /// The points of this finger, none pulsed yet.
+    /// Creates the points of this finger, before any pulse.
     pub fn new(spec: &FingerSpec) -> Self {
         Self {
             sites: spec.sites(),
@@ -49,8 +49,8 @@ impl Points {
         }
     }
 
-    /// What a pulse of `effective_v` volts does at point `muscle` (0 A, 1 B,
-    /// 2 extensor).
+    /// Applies a pulse of `effective_v` volts at point `muscle` (0 A, 1 B, 2 extensor) and returns
+    /// its effect.
     pub fn excite(
         &mut self,
         muscle: usize,

@@ -1,4 +1,4 @@
-//! The numbers of one finger.
+//! Parameters of a finger.
 
 use crate::body::CHANNELS;
 use crate::body::joint::JointSpec;
@@ -6,88 +6,85 @@ use crate::body::muscle::Parameters;
 use crate::body::sensor::SensorSpec;
 use crate::body::wearer::{Participant, RECRUITMENT_CURVATURE, Site};
 
-/// Stimulation frequency at which the torques of a [`FingerSpec`] hold, Hz
-/// (Hamana 2022 §II-D).
+/// Pulse rate at which the torques of a [`FingerSpec`] hold, Hz (Hamana 2022 §II-D).
 pub const TORQUE_FREQUENCY_HZ: f64 = 50.0;
 
-/// What the two flexor points do when both are pulsed that one does not.
+/// Effect of two flexor points that are pulsed together, beyond that of one.
 ///
-/// **Assumed by whoever makes the finger, never an outcome**: whatever two points then
-/// do better, or worse, than one rests on it, and reports say so. In
-/// [`super::super::hand`] it follows from the forearm instead.
+/// **Assumed by whoever specifies the finger, never a result**: any advantage or disadvantage of
+/// two points over one rests on it, and reports say so. In [`super::super::hand`] the effect
+/// follows from the forearm instead.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pair {
-    /// Torque of both points at full recruitment and 50 Hz, finger straight, N·m: as a
-    /// conducted pair and as an isolated one; each at least that of one point.
+    /// Torque of both points at full recruitment and 50 Hz, finger straight, N·m: as a conducted
+    /// pair and as an isolated one; each at least that of one point.
     pub torque_nm: [f64; 2],
-    /// Threshold of A and of B while the other one is pulsed as well, V; below its
-    /// maximum.
+    /// Threshold of A and of B while the other point is pulsed as well, V; below the point's
+    /// `max_v`.
     pub threshold_v: [f64; 2],
 }
 
-/// An index finger's PIP joint, its muscles and its angle sensor. All fields are
-/// free, so that wearers can be drawn at random; [`super::Finger::new`] checks them.
+/// The PIP joint of an index finger with its muscles and its angle sensor. All fields are public,
+/// so that wearers can be generated randomly; [`super::Finger::new`] checks them.
 ///
-/// The default numbers come from an earlier plant that was calibrated once to
-/// Hamana 2022's table 8: agreement with that table would be no evidence for them.
+/// The default values come from an earlier plant that was calibrated once to Hamana 2022's table 8:
+/// agreement with that table would be no evidence for them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FingerSpec {
-    /// Flexor point A.
+    /// Thresholds and channel of flexor point A.
     pub flexor_a: Site,
-    /// Flexor point B.
+    /// Thresholds and channel of flexor point B.
     pub flexor_b: Site,
-    /// Extensor point.
+    /// Thresholds and channel of the extensor point.
     pub extensor: Site,
-    /// What both flexor points do together; without it they pull as the stronger one,
+    /// Joint effect of both flexor points. Without it they pull as strongly as the stronger one,
     /// each from its own threshold on.
     pub pair: Option<Pair>,
-    /// See [`RECRUITMENT_CURVATURE`]; not zero.
+    /// Curvature of the recruitment curve, see [`RECRUITMENT_CURVATURE`]; not zero.
     pub recruitment_curvature: f64,
-    /// Dynamics of all three muscles, force normalised to 1.
+    /// Calcium-force dynamics of all three muscles, normalised to a force of 1.
     pub muscle: Parameters,
     /// Torque of one flexor point at full recruitment and 50 Hz, finger straight, N·m.
     pub flexor_torque_nm: f64,
-    /// Torque of the extensor likewise, finger fully bent, N·m.
+    /// Torque of the extensor at full recruitment and 50 Hz, finger fully bent, N·m.
     pub extensor_torque_nm: f64,
-    /// Part of its torque that a muscle loses as it shortens over the range of
-    /// motion, 0 to 1.
+    /// Share of its torque that a muscle loses by shortening over the range of motion, 0 to 1.
     pub torque_loss: f64,
-    /// Capacity that a muscle under lasting full activation tires to, 0 to 1;
-    /// 1 for a muscle that does not tire.
+    /// Share of the force that remains under sustained full activation, 0 to 1; 1 for a muscle
+    /// without fatigue.
     pub fatigue_floor: f64,
-    /// Time constant of tiring and of recovery, s.
+    /// Time constant of fatigue and of recovery, s.
     pub fatigue_time_s: f64,
-    /// Time from a pulse to its effect on the muscle, µs.
+    /// Delay from a pulse to its effect on the muscle, µs.
     pub electromechanical_delay_us: u32,
-    /// Moment of inertia, kg·m².
+    /// Moment of inertia of the finger about the joint, kg·m².
     pub inertia_kg_m2: f64,
     /// Stiffness towards the rest angle, N·m/rad.
     pub stiffness_nm_per_rad: f64,
-    /// Viscous friction, N·m·s/rad.
+    /// Viscous friction of the joint, N·m·s/rad.
     pub damping_nm_s_per_rad: f64,
     /// Angle of the relaxed finger, degrees.
     pub rest_deg: f64,
-    /// Inelastic stops and the sensor's measuring range, degrees, low to high.
+    /// Inelastic stops of the joint, and the measuring range of the sensor, degrees, low to high.
     pub stops_deg: [f64; 2],
-    /// Time constant of the angle sensor, s; zero for none.
+    /// Time constant of the angle sensor, s; 0 for a sensor without lag.
     pub sensor_lag_s: f64,
     /// Standard deviation of the sensor's noise, white from step to step, degrees.
     pub sensor_noise_deg: f64,
-    /// Step of the sensor's reading, degrees, above zero.
+    /// Resolution of the sensor's reading, degrees, above zero.
     pub sensor_resolution_deg: f64,
-    /// Level of detail: the step of joint and sensor, µs, 100 to 10 000. Muscles
-    /// are also split at every pulse.
+    /// Time step of joint and sensor, µs, 100 to 10 000. Muscles are also split at every pulse.
     pub step_us: u32,
 }
 
-/// A number of a [`FingerSpec`] that no finger can have; names the field.
+/// A value of a [`FingerSpec`] that no finger can have; names the field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("finger: `{0}` is out of range")]
 pub struct InvalidSpec(pub &'static str);
 
 impl FingerSpec {
-    /// The finger of a participant, with A, B and the extensor on channels 0, 1, 2;
-    /// two points pull as one.
+    /// Returns the finger of a participant, with A, B and the extensor on channels 0, 1, 2. It has
+    /// no [`Pair`]: two points pull as strongly as one.
     pub fn participant(participant: Participant) -> Self {
         let voltages = participant.voltages();
         let site = |channel: usize| Site {
@@ -101,7 +98,7 @@ impl FingerSpec {
             extensor: site(2),
             pair: None,
             recruitment_curvature: RECRUITMENT_CURVATURE,
-            muscle: Parameters::mean_subject_at_50_hz(), // TORQUE_FREQUENCY_HZ
+            muscle: Parameters::mean_subject_at_50_hz(), // 50 Hz is TORQUE_FREQUENCY_HZ
             flexor_torque_nm: 0.22,
             extensor_torque_nm: 0.15,
             torque_loss: 0.25,
@@ -120,12 +117,11 @@ impl FingerSpec {
         }
     }
 
-    /// [`Self::step_us`] in seconds.
+    /// Returns [`Self::step_us`] in seconds.
     pub(super) fn step_s(&self) -> f64 {
         f64::from(self.step_us) * 1e-6
     }
 
-    /// Its joint.
     pub(super) const fn joint(&self) -> JointSpec {
         JointSpec {
             inertia_kg_m2: self.inertia_kg_m2,
@@ -136,7 +132,6 @@ impl FingerSpec {
         }
     }
 
-    /// Its angle sensor.
     pub(in crate::body) const fn sensor(&self) -> SensorSpec {
         SensorSpec {
             lag_s: self.sensor_lag_s,
@@ -146,7 +141,7 @@ impl FingerSpec {
         }
     }
 
-    /// Puts A and B at these sites; thresholds of their pair move with their maxima.
+    /// Moves A and B to these sites, and scales the thresholds of their pair with the maxima.
     pub fn place_flexors(&mut self, sites: [Site; 2]) {
         let from = [self.flexor_a.max_v, self.flexor_b.max_v];
         [self.flexor_a, self.flexor_b] = sites;
@@ -156,7 +151,7 @@ impl FingerSpec {
         }
     }
 
-    /// The three points in the order A, B, extensor.
+    /// Returns the three points in the order A, B, extensor.
     pub fn sites(&self) -> [Site; 3] {
         [self.flexor_a, self.flexor_b, self.extensor]
     }

@@ -1,13 +1,13 @@
-//! Digits that flexors bend: angles, as the data glove of Hamana 2022 has them, and how
-//! much of them is the index finger's alone.
+//! Angles of the digits that flexors bend, as the data glove of Hamana 2022 measures them, and the
+//! individuation index of the index finger.
 
 use super::pools::DIGITS;
 
-/// Place of the index finger among digits.
+/// Index of the index finger among the digits.
 pub const INDEX: usize = 1;
 
-/// Lowest and highest angle that the glove measures, °: the thumb's CMC joint, the
-/// fingers' PIP joints (Hamana 2022, II-C).
+/// Smallest and largest angle that the glove measures, °: of the thumb's CMC joint and the fingers'
+/// PIP joints (Hamana 2022, II-C).
 pub const RANGES_DEG: [[f64; 2]; DIGITS] = [
     [-40.0, 5.0],
     [0.0, 100.0],
@@ -19,24 +19,24 @@ pub const RANGES_DEG: [[f64; 2]; DIGITS] = [
 /// Angles of a relaxed hand, °. Assumed.
 pub const REST_DEG: [f64; DIGITS] = [-25.0, 10.0, 10.0, 10.0, 10.0];
 
-/// Part of a flexor's torque that is lost over the whole range, for it shortens. Assumed,
-/// as in the finger of `body::finger`.
+/// Share of a flexor's torque that is lost by shortening over the whole range. Assumed, as for the
+/// finger of `body::finger`.
 const LOST: f64 = 0.25;
 
-/// A finger that moves by less is not seen to move, °.
+/// Smallest movement of a finger that an observer sees, °.
 pub const VISIBLE_DEG: f64 = 5.0;
 
-/// Isometric torques of a hand's muscles, N·m.
+/// Isometric torques of the muscles of a hand, N·m.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Torques {
-    /// Of each digit's flexors.
+    /// Torque of the flexors of each digit, thumb first.
     pub flexors_nm: [f64; DIGITS],
-    /// Of the index finger's extensor.
+    /// Torque of the extensor of the index finger.
     pub extensor_nm: f64,
 }
 
 impl Torques {
-    /// What extends `digit`, N·m.
+    /// Returns the extension torque on `digit`, N·m.
     const fn extension_nm(&self, digit: usize) -> f64 {
         if digit == INDEX {
             self.extensor_nm
@@ -45,21 +45,21 @@ impl Torques {
         }
     }
 
-    /// Net torque on `digit` at `progress` of its range, 0 at its low stop and 1 at its
-    /// high one, N·m: a muscle loses of its torque as it shortens.
+    /// Returns the net torque on `digit` at `progress` of its range (0 at the low stop, 1 at the
+    /// high one), N·m. A muscle loses torque as it shortens.
     #[must_use]
     pub fn net_nm(&self, digit: usize, progress: f64) -> f64 {
         self.flexors_nm[digit] * (1.0 - LOST * progress)
             - self.extension_nm(digit) * (1.0 - LOST * (1.0 - progress))
     }
 
-    /// Where free digits come to rest against a spring of this stiffness, °.
+    /// Returns the angles at which free digits come to rest against a spring of this stiffness, °.
     #[must_use]
     pub fn angles_deg(&self, stiffness_nm_per_rad: f64) -> [f64; DIGITS] {
         std::array::from_fn(|digit| {
             let [low, high] = RANGES_DEG[digit];
             let rest = REST_DEG[digit];
-            // stiffness · (θ - rest) = net torque, linear in θ.
+            // The equation stiffness · (θ - rest) = net torque is linear in θ.
             let stiffness = stiffness_nm_per_rad.to_radians();
             let slope = (self.flexors_nm[digit] + self.extension_nm(digit)) * LOST / (high - low);
             let at_rest = self.net_nm(digit, (rest - low) / (high - low));
@@ -68,8 +68,8 @@ impl Torques {
     }
 }
 
-/// How far each digit is bent, as a part of what the glove can measure from rest (Hamana
-/// 2022, equation 2).
+/// Returns the flexion of each digit from rest, as a share of the range that the glove can measure
+/// (Hamana 2022, equation 2).
 #[must_use]
 pub fn normalised(angles_deg: &[f64; DIGITS]) -> [f64; DIGITS] {
     std::array::from_fn(|digit| {
@@ -78,8 +78,8 @@ pub fn normalised(angles_deg: &[f64; DIGITS]) -> [f64; DIGITS] {
     })
 }
 
-/// The individuation index of the index finger (Hamana 2022, equation 1); `None` where
-/// the paper leaves a trial out: the index finger did not move, or it is negative.
+/// Returns the individuation index of the index finger (Hamana 2022, equation 1), or `None` if the
+/// paper would leave the trial out: the index finger did not move, or the index is negative.
 #[must_use]
 pub fn individuation(normalised: &[f64; DIGITS]) -> Option<f64> {
     let index = normalised[INDEX].abs();

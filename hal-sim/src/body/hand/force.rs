@@ -1,17 +1,17 @@
-//! The steady force of a motor unit whose spikes repeat with a period.
+//! Mean force of a motor unit whose spikes repeat with a period.
 
 use crate::body::muscle::{Muscle, Parameters, Step};
 use std::collections::BTreeMap;
 
-/// Moments of spikes are told apart to this, µs: forces within it differ by less than a
-/// thousandth.
+/// Resolution of spike times, µs: forces within it differ by less than a thousandth.
 const GRAIN_US: u32 = 250;
-/// Steps within a grain's multiple: the longest that a muscle is stepped by, µs.
+/// Time step of the muscle, µs.
 const STEP_US: u32 = 250;
-/// Time in which force settles, µs: over ten of the slowest time constants.
+/// Time in which force settles, µs: more than ten of the slowest time constants.
 const SETTLES_US: u32 = 2_000_000;
 
-/// Mean forces by pattern of spikes, as parts of that of one spike every 20 ms.
+/// Mean forces of spike patterns, relative to that of one spike every 20 ms. Results are cached by
+/// pattern.
 #[derive(Debug, Clone)]
 pub struct Forces {
     parameters: Parameters,
@@ -20,7 +20,8 @@ pub struct Forces {
 }
 
 impl Forces {
-    /// For patterns that repeat every `period_us`; Lee 2020's mean subject.
+    /// Prepares for patterns that repeat every `period_us`, with the parameters of Lee 2020's mean
+    /// subject.
     #[must_use]
     pub fn new(period_us: u32) -> Self {
         Self {
@@ -30,8 +31,8 @@ impl Forces {
         }
     }
 
-    /// Of a unit that spikes at `at_us` of each period, ascending. Patterns that differ
-    /// by where the period begins have the same force.
+    /// Returns the mean force of a unit that spikes at `at_us` of each period, ascending. Patterns
+    /// that differ only in the start of the period have the same force.
     pub fn mean_force(&mut self, at_us: &[u32]) -> f64 {
         let Some(&first) = at_us.first() else {
             return 0.0;
@@ -81,7 +82,7 @@ mod tests {
         assert_eq!(forces.mean_force(&[]), 0.0);
     }
 
-    /// More spikes give more, and two close together less than two far apart.
+    /// More spikes give more force, and two close together give less than two far apart.
     #[test]
     fn force_rises_with_spikes_and_with_their_distance() {
         let mut forces = Forces::new(40_000);

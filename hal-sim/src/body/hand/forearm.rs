@@ -1,4 +1,4 @@
-//! A forearm under electrodes: currents in, spikes of motor nerves out.
+//! A forearm under electrodes, which computes the spikes of motor nerves from currents.
 
 use super::field::{Field, Pad, Transfer};
 use super::membrane::{Decay, Membrane, Nerve};
@@ -10,32 +10,34 @@ use super::spec::{ELECTRODES, HandSpec, RETURN, ROUND_M, Rule};
 use crate::random::{standard_normal, unit};
 use std::f64::consts::{PI, TAU};
 
-/// Of what a wearer's seed decides.
+/// Random streams of a wearer's seed.
 const PLACES: u64 = 1;
 const UNITS: u64 = 2;
 const THRESHOLDS: u64 = 3;
 const DIRECTIONS: u64 = 4;
 
-/// Longest step between two looks at a nerve, s: spikes are known to a part of it.
+/// Longest time step between two threshold checks of a nerve, s; it bounds the error of spike
+/// times.
 const LOOK_S: f64 = 20e-6;
-/// Steps grow by this, for what is driven decays.
+/// Growth factor of later time steps, because driven charges decay.
 const GROWS: f64 = 1.25;
 
-/// A motor unit's nerve, where a field reaches it.
+/// Nerve of a motor unit at the place where the field reaches it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unit {
-    /// Its muscle.
+    /// Muscle or part of a muscle to which the unit belongs.
     pub pool: Pool,
-    /// Along from the elbow, around from the palmar midline, below the skin, m.
+    /// Position: along from the elbow, around from the palmar midline, below the skin, m.
     pub at_m: [f64; 3],
-    /// What charges it, at rest, in the rule's unit times the wearer's own factor.
+    /// Charge that excites the resting nerve, in the unit of the rule, relative to the wearer's own
+    /// factor.
     pub threshold: f64,
-    /// Its direction, of length 1.
+    /// Direction of the nerve as a unit vector.
     pub direction: [f64; 3],
 }
 
 impl HandSpec {
-    /// All motor units of this wearer.
+    /// Generates all motor units of this wearer from its seed.
     #[must_use]
     pub fn motor_units(&self) -> Vec<Unit> {
         let stream = |which: u64| self.seed.wrapping_mul(8).wrapping_add(which);
@@ -49,7 +51,7 @@ impl HandSpec {
                     place.unit(stream(UNITS), number, self.forearm_m, self.around_m);
                 let spread = self.scatter * self.threshold_spread;
                 let spread = spread * standard_normal(stream(THRESHOLDS), number);
-                // Even over the sphere.
+                // Uniform over the sphere.
                 let along = 2.0 * unit(stream(DIRECTIONS), 2 * number) - 1.0;
                 let turn = TAU * unit(stream(DIRECTIONS), 2 * number + 1);
                 let across = (1.0 - along * along).sqrt();
@@ -81,11 +83,11 @@ impl HandSpec {
 }
 
 impl Rule {
-    /// What an ampere of this field charges `unit` by.
+    /// Returns the drive of `unit` per ampere of this field, in the unit of the rule.
     #[must_use]
     pub fn nerve_drive(self, of: &Transfer, unit: &Unit) -> f64 {
         match self {
-            // Outside negative is inside positive.
+            // A negative potential outside the nerve depolarises it.
             Self::Potential => -of.potential,
             Self::Curvature => of.curvature,
             Self::Field => {
@@ -97,18 +99,18 @@ impl Rule {
     }
 }
 
-/// Electrodes on a forearm.
+/// A forearm with electrodes.
 #[derive(Debug, Clone)]
 pub struct Forearm {
     network: Network,
     membrane: Membrane,
     sums: bool,
     units: Vec<Unit>,
-    /// Of each unit: what an ampere through each electrode charges it by.
+    /// Drive of each unit per ampere through each electrode.
     drives: Vec<[f64; ELECTRODES]>,
 }
 
-/// What a forearm remembers from one segment to the next.
+/// State that a forearm keeps from one segment to the next.
 #[derive(Debug, Clone)]
 pub struct Memory {
     charge: Charge,
@@ -118,19 +120,18 @@ pub struct Memory {
 /// A spike of a motor unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spike {
-    /// Which unit.
+    /// Index of the unit.
     pub unit: usize,
-    /// After the segment began, s.
+    /// Time of the spike after the start of the segment, s.
     pub at_s: f64,
 }
 
 impl Forearm {
-    /// `pads` in the order of [`super::spec`]; `shift_m` is how far the skin lies from
-    /// where it does at rest, along and around; `reach` gives the field of an ampere
-    /// through a pad at a place.
+    /// Creates a forearm with `pads` in the order of [`super::spec`] and the skin displaced by
+    /// `shift_m` from rest, along and around. `field` solves for the potential below the pads.
     ///
     /// # Errors
-    /// As [`Network::new`].
+    /// Fails as [`Network::new`].
     pub fn new(
         spec: &HandSpec,
         pads: &[Pad; ELECTRODES],
@@ -163,8 +164,9 @@ impl Forearm {
         Ok(forearm)
     }
 
-    /// The skin moves over the muscles, to `shift_m` along and around from where it was at
-    /// rest. The return's field is taken where it was: it is large and far.
+    /// Moves the skin over the muscles to `shift_m`, along and around from its position at rest.
+    /// The field of the return stays that of the position at rest, because the return is large and
+    /// far away.
     pub fn shift(
         &mut self,
         spec: &HandSpec,
@@ -181,7 +183,7 @@ impl Forearm {
         }
     }
 
-    /// An ampere through `electrode` charges nerves `by` times as hard as before.
+    /// Multiplies the drive of all nerves per ampere through `electrode` by `by`.
     pub(super) fn scale_coupling(&mut self, electrode: usize, by: f64) {
         let drives = self.drives.iter_mut();
         drives
@@ -189,17 +191,17 @@ impl Forearm {
             .for_each(|value| *value *= by);
     }
 
-    /// Its motor units.
+    /// Returns the motor units under the electrodes.
     #[must_use]
     pub fn units(&self) -> &[Unit] {
         &self.units
     }
 
-    /// What `point` presents to its stage, the other points floating: volts over current
-    /// after the second number's seconds of a pulse of the first number's volts, Ω.
+    /// Returns the load that `point` presents to its output stage while the other points float, Ω:
+    /// voltage over current at `at_s` seconds into a pulse of `volts`.
     ///
     /// # Errors
-    /// As [`Network::segment`].
+    /// Fails as [`Network::segment`].
     pub fn measured_load_ohm(
         &self,
         point: usize,
@@ -215,7 +217,7 @@ impl Forearm {
         Ok(volts / current_a.abs())
     }
 
-    /// At rest, without charge.
+    /// Returns the state at rest, without charge.
     #[must_use]
     pub fn resting_memory(&self) -> Memory {
         Memory {
@@ -224,11 +226,11 @@ impl Forearm {
         }
     }
 
-    /// Lets `duration_s` pass in which the terminals do not change; `factor` times its
-    /// threshold is what a unit needs. Spikes are added to `spikes`.
+    /// Advances by `duration_s` during which the terminals do not change, and appends the spikes to
+    /// `spikes`. `factor` scales the threshold of every unit.
     ///
     /// # Errors
-    /// As [`Network::segment`].
+    /// Fails as [`Network::segment`].
     pub fn segment(
         &self,
         memory: &mut Memory,
@@ -255,7 +257,7 @@ impl Forearm {
         Ok(())
     }
 
-    /// What the currents of `piece` do to every nerve.
+    /// Applies the currents of `piece` to every nerve.
     fn charge_nerves(
         &self,
         nerves: &mut [Nerve],
@@ -277,8 +279,8 @@ impl Forearm {
                     unit: index,
                     at_s: begun_s + at_s,
                 });
-                // What charges it is gone with the spike, and the rest of a piece is less
-                // than its refractory time.
+                // A spike clears the charge, and the rest of a piece is shorter than the refractory
+                // time.
                 (nerve.charged, nerve.since_s) = (0.0, piece.duration_s - at_s);
             } else {
                 nerve.charged = looks.last(nerve.charged, &weights);
@@ -288,20 +290,20 @@ impl Forearm {
     }
 }
 
-/// Electrodes that a piece has room for.
+/// Maximum number of electrodes in a piece.
 const SIZE: usize = ACTIVES_MAX + 1;
-/// Drives of a piece: its constant, then its exponentials.
+/// Maximum number of drives of a piece: its constant and its exponentials.
 const DRIVES: usize = SIZE + 1;
 
-/// The moments of a piece at which nerves are looked at, and what of each of its drives a
-/// nerve has by then: the same for all nerves.
+/// Times within a piece at which nerves are checked, and the response to each drive by then. They
+/// are the same for all nerves.
 struct NerveSamples {
     at_s: Vec<f64>,
-    /// By moment: what is left of a charge.
+    /// Remaining share of an initial charge, by time.
     kept: Vec<f64>,
-    /// By moment and drive.
+    /// Response to each drive of amplitude 1, by time and drive.
     basis: Vec<[f64; DRIVES]>,
-    /// Drives there are.
+    /// Number of drives of the piece.
     count: usize,
 }
 
@@ -345,7 +347,7 @@ impl NerveSamples {
         self.charged(self.at_s.len() - 1, before, weights)
     }
 
-    /// When the nerve first reaches its threshold, if it does.
+    /// Returns the time at which the nerve first reaches its threshold, if it does.
     fn first_crossing(
         &self,
         membrane: &Membrane,
@@ -358,7 +360,7 @@ impl NerveSamples {
             let needed = threshold * membrane.threshold_factor(nerve.since_s + at_s);
             let above = self.charged(place, nerve.charged, weights) - needed;
             if above >= 0.0 {
-                // In between as on a straight line.
+                // Interpolates linearly between the two times.
                 let part = if below < 0.0 {
                     below / (below - above)
                 } else {
@@ -372,7 +374,7 @@ impl NerveSamples {
     }
 }
 
-/// Rate and currents of each drive of `piece`.
+/// Returns the rate and the currents of each drive of `piece`.
 fn drives(piece: &Piece) -> impl Iterator<Item = (f64, &[f64; SIZE])> {
     let terms = piece
         .terms()
@@ -381,7 +383,7 @@ fn drives(piece: &Piece) -> impl Iterator<Item = (f64, &[f64; SIZE])> {
     std::iter::once((0.0, &piece.constant_a)).chain(terms)
 }
 
-/// What each drive of `piece` amounts to for a nerve with these transfers.
+/// Returns the amplitude of each drive of `piece` for a nerve with these transfers.
 fn weights(piece: &Piece, transfers: &[f64; ELECTRODES]) -> [f64; DRIVES] {
     let mut weights = [0.0; DRIVES];
     for (weight, (_, currents)) in weights.iter_mut().zip(drives(piece)) {

@@ -1,38 +1,39 @@
-//! A nerve's membrane: a leak that what the field does to it charges, a threshold, and a
-//! time after each spike in which it does not answer.
+//! Membrane of a nerve: a leaky integrator that the field charges, with a threshold and a
+//! refractory time after each spike.
 
-/// What a nerve needs to spike, and how long it is quiet afterwards.
+/// Time constants of a nerve's membrane: its leak and its refractory periods.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Membrane {
     /// Time constant of the leak, s. Assumed: 100 to 350 µs.
     pub leak_s: f64,
-    /// After a spike, no other, s (Kopec 1978: 2.5 to 3.0 ms).
+    /// Absolute refractory time after a spike, s (Kopec 1978: 2.5 to 3.0 ms).
     pub absolute_s: f64,
-    /// From then on the threshold falls evenly from twice its value to its value, until
-    /// so long after the spike, s (Kopec 1978: about 5 ms; the course is assumed).
+    /// End of the relative refractory time, s after the spike (Kopec 1978: about 5 ms). From
+    /// `absolute_s` on, the threshold falls linearly from twice its value to its value (the linear
+    /// course is assumed).
     pub relative_s: f64,
 }
 
-/// A drive that decays: `amplitude · exp(-rate · t)`; a rate of 0 is a constant.
+/// Exponentially decaying drive, `amplitude · exp(-rate · t)`; a rate of 0 makes it constant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Decay {
-    /// At the beginning, in the rule's unit.
+    /// Value at the start, in the unit of the rule.
     pub amplitude: f64,
-    /// 1/s.
+    /// Rate of decay, 1/s.
     pub rate: f64,
 }
 
 /// State of one nerve.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Nerve {
-    /// How far it is charged, in the rule's unit.
+    /// Charge of the membrane, in the unit of the rule.
     pub charged: f64,
-    /// Since its last spike, s.
+    /// Time since the last spike, s.
     pub since_s: f64,
 }
 
 impl Nerve {
-    /// At rest, long after a spike.
+    /// Uncharged, long after the last spike.
     pub const REST: Self = Self {
         charged: 0.0,
         since_s: f64::INFINITY,
@@ -40,8 +41,8 @@ impl Nerve {
 }
 
 impl Membrane {
-    /// How many times its threshold a nerve needs `since_s` after a spike; infinite
-    /// while it is absolutely refractory.
+    /// Returns the factor on the threshold at `since_s` after a spike; infinite during the absolute
+    /// refractory time.
     #[must_use]
     pub fn threshold_factor(&self, since_s: f64) -> f64 {
         if since_s < self.absolute_s {
@@ -53,8 +54,8 @@ impl Membrane {
         }
     }
 
-    /// What `t_s` of `terms` make of `charged`: the leak's equation
-    /// leak · dv/dt = drive - v, in closed form.
+    /// Returns the charge after `t_s` under `terms`, from `charged` at the start: the closed-form
+    /// solution of leak · dv/dt = drive - v.
     #[must_use]
     pub fn charge_after(
         &self,
@@ -66,7 +67,7 @@ impl Membrane {
         let driven = terms.into_iter().map(|term| {
             let apart = 1.0 - term.rate * self.leak_s;
             if apart.abs() < 1e-6 {
-                // The term decays as the leak does.
+                // The term decays at the rate of the leak.
                 term.amplitude * t_s / self.leak_s * kept
             } else {
                 term.amplitude * ((-term.rate * t_s).exp() - kept) / apart
@@ -86,7 +87,7 @@ mod tests {
         relative_s: 5e-3,
     };
 
-    /// Against Runge and Kutta's method, fourth order, in steps of 10 ns.
+    /// Compares with the fourth-order Runge-Kutta method in steps of 10 ns.
     #[test]
     fn the_closed_form_solves_the_leak() {
         let terms = [(3.0, 0.0), (-1.0, 2e3), (0.7, 5e3), (2.0, 1e5)]
@@ -111,7 +112,7 @@ mod tests {
         assert!((closed - v).abs() < 1e-10, "{closed} {v}");
     }
 
-    /// A term that decays as the leak does, and nearly so.
+    /// A term whose rate equals or nearly equals that of the leak.
     #[test]
     fn equal_rates_are_no_pole() {
         let at = |rate: f64| {
@@ -127,7 +128,7 @@ mod tests {
         }
     }
 
-    /// A rectangular pulse's threshold against its width: Lapicque's curve of the leak.
+    /// Threshold of a rectangular pulse as a function of its width: Lapicque's curve of the leak.
     #[test]
     fn a_short_pulse_needs_more() {
         let reached = |t_s: f64| {

@@ -1,13 +1,13 @@
-//! A forearm and hand in which points, currents, nerves and tendons are a mechanism
-//! (Hamana 2022): what two points do is computed, nowhere typed in.
+//! The multibody forearm and hand model (Hamana 2022): points, currents, nerves and tendons
+//! interact, so that the effect of two points together is computed, not configured.
 //!
-//! Lives here, from the skin inwards: `field` (currents in fat and muscle), `network`
-//! (skin, stages and their limiter as a circuit), `pools` and `membrane` (motor nerves),
-//! `forearm` (all three: spikes), `force`, `digits` (angles), `response` (a hand under a
-//! repeated period), `moving` (one in time), `placement` (where electrodes can lie),
-//! `spec`. Not here: which voltages, searches and experiments (`studies`).
-//! In: what each point's terminal is, for how long. Out: torques and angles of five
-//! digits. All numbers are simulated; most parameters are assumed, each says so.
+//! Submodules, from the skin inwards: `field` (currents in fat and muscle), `network` (skin, output
+//! stages and their current limiter as a circuit), `pools` and `membrane` (motor nerves), `forearm`
+//! (combines these three into spikes), `force`, `digits` (angles), `response` (a hand under a
+//! periodic stimulus), `moving` (a hand over time), `placement` (possible positions of electrodes),
+//! `spec`. Voltages, searches and experiments belong to `studies`. Input: the state of each point's
+//! terminal over time. Output: torques and angles of five digits. All numbers are simulated; most
+//! parameters are assumed, and each says so.
 
 pub mod digits;
 pub mod field;

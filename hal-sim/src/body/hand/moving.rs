@@ -1,4 +1,4 @@
-//! A hand in motion: leads that change in time, spikes, and digits that follow.
+//! A hand over time: leads that change, spikes, and the motion of the digits.
 
 use super::digits::{INDEX, RANGES_DEG, REST_DEG, Torques};
 use super::field::Pad;
@@ -12,17 +12,17 @@ use crate::body::muscle::{Muscle, Parameters, Step};
 use crate::body::sensor::{AngleSensor, SensorSpec};
 use crate::body::{Body, CHANNELS, Drive, Lead, Load, Pulse};
 
-/// Step of digits, µs.
+/// Time step of the digits, µs.
 const TICK_US: u64 = 1_000;
 const TICK_S: f64 = 1e-3;
-/// Parts of a step in which spikes are told apart: forces within 250 µs differ by less
+/// Number of parts of a time step to which spikes are resolved: forces within 250 µs differ by less
 /// than a thousandth.
 const GRAINS: u64 = 4;
 const GRAIN_US: u64 = TICK_US / GRAINS;
-/// While no lead changes, currents are solved so far at once, µs: less than the delay from
-/// a spike to its effect, so that no spike is known too late.
+/// Longest interval over which currents are solved ahead while no lead changes, µs. It is shorter
+/// than the delay from a spike to its effect, so that no spike is known too late.
 const STRETCH_US: u64 = 5_000;
-/// The glove, as the finger of `body::finger` has it (assumed).
+/// The data glove, with the values of the finger of `body::finger` (assumed).
 const GLOVE: SensorSpec = SensorSpec {
     lag_s: 0.010,
     noise_deg: 0.3,
@@ -30,20 +30,20 @@ const GLOVE: SensorSpec = SensorSpec {
     range_deg: RANGES_DEG[INDEX],
 };
 
-/// A motor unit's muscle fibres.
+/// Muscle fibres of one motor unit.
 #[derive(Debug, Clone)]
 struct Fibres {
     muscle: Muscle,
-    /// What fatigue leaves of their force, 0 to 1.
+    /// Share of their force that fatigue leaves, 0 to 1.
     capacity: f64,
-    /// Grains of the step to come in which a spike takes effect, a bit each.
+    /// Grains of the next time step in which a spike takes effect, one bit each.
     due: u8,
-    /// It has spiked once: until then nothing of it moves.
+    /// Whether the unit has spiked; before its first spike it is skipped.
     is_awake: bool,
 }
 
-/// A hand whose leads, nerves and digits go on in time. Deterministic: leads and seed
-/// decide everything.
+/// A hand whose leads, nerves and digits advance in time. The simulation is deterministic: leads
+/// and seed determine every value.
 #[derive(Debug, Clone)]
 pub struct MovingHand {
     spec: HandSpec,
@@ -53,9 +53,9 @@ pub struct MovingHand {
     channels: [usize; RETURN],
     memory: Memory,
     terminals: [Terminal; RETURN],
-    /// Currents and spikes are known so far.
+    /// Time up to which currents and spikes have been computed.
     played_us: u64,
-    /// When a spike takes effect, µs, and of which unit.
+    /// Pending spikes: time at which each takes effect, µs, and unit.
     under_way: Vec<(u64, usize)>,
     steps: [Step; 2],
     fibres: Vec<Fibres>,
@@ -67,26 +67,26 @@ pub struct MovingHand {
     unsettled: u64,
 }
 
-/// A hand with its electrodes on, as a wearer of a session.
+/// A hand with electrodes in place, as a wearer of a session.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FittedHand {
-    /// What it is made of.
+    /// Parameters of the forearm and hand.
     pub spec: HandSpec,
-    /// Where A, B and E are.
+    /// Pads of the points A, B and E.
     pub points: [Pad; RETURN],
-    /// What every threshold is multiplied by.
+    /// Factor on every threshold.
     pub factor: f64,
-    /// How far the skin lies from where it does at rest, along and around, m.
+    /// Displacement of the skin from rest, along and around, m.
     pub shift_m: [f64; 2],
     /// Channels of A, B and E, from 0.
     pub channels: [usize; RETURN],
 }
 
 impl FittedHand {
-    /// It, at rest; `seed` decides its sensor's noise.
+    /// Creates the hand at rest. `seed` determines the noise of its sensor.
     ///
     /// # Errors
-    /// What of it cannot be.
+    /// Returns the reason why the hand is invalid.
     pub fn to_moving_hand(&self, seed: u64) -> Result<MovingHand, InvalidHand> {
         let mut hand = Hand::new(self.spec.clone(), self.points)?;
         hand.factor = self.factor;
@@ -96,11 +96,11 @@ impl FittedHand {
 }
 
 impl MovingHand {
-    /// `hand`, at rest, with its electrodes A, B and E on `channels`; `seed` decides the
-    /// sensor's noise.
+    /// Creates a moving copy of `hand` at rest, with its electrodes A, B and E on `channels`.
+    /// `seed` determines the noise of the sensor.
     ///
     /// # Errors
-    /// Its circuit cannot be solved.
+    /// Fails if the circuit cannot be solved.
     pub fn new(hand: &Hand, channels: [usize; RETURN], seed: u64) -> Result<Self, InvalidSegment> {
         let (spec, forearm) = (hand.spec().clone(), hand.forearm().clone());
         let mut loads = [Load::NOMINAL; CHANNELS];
@@ -145,7 +145,7 @@ impl MovingHand {
         })
     }
 
-    /// Angles of all digits, °, thumb first.
+    /// Returns the angles of all digits, °, thumb first.
     #[must_use]
     pub fn angles_deg(&self) -> [f64; DIGITS] {
         self.joints
@@ -153,20 +153,21 @@ impl MovingHand {
             .map(|joint| joint.angle_rad.to_degrees())
     }
 
-    /// Isometric torques of its muscles over the last step, fatigue included, N·m.
+    /// Returns the isometric torques of the muscles over the last time step, including fatigue,
+    /// N·m.
     #[must_use]
     pub const fn torques(&self) -> Torques {
         self.torques
     }
 
-    /// The least that fatigue leaves of a motor unit, 0 to 1.
+    /// Returns the smallest share of force that fatigue leaves in any motor unit, 0 to 1.
     #[must_use]
     pub fn least_capacity(&self) -> f64 {
         let capacities = self.fibres.iter().map(|fibres| fibres.capacity);
         capacities.fold(1.0, f64::min)
     }
 
-    /// Currents and spikes up to `to_us`.
+    /// Computes currents and spikes up to `to_us`.
     fn simulate_until(&mut self, to_us: u64) {
         let mut spikes = Vec::new();
         while self.played_us < to_us {
@@ -188,7 +189,7 @@ impl MovingHand {
         }
     }
 
-    /// Spikes that take effect in the step to come reach their fibres.
+    /// Delivers to the fibres all spikes that take effect in the next time step.
     fn deliver(&mut self) {
         let begun_us = self.tick * TICK_US;
         let fibres = &mut self.fibres;
@@ -230,7 +231,8 @@ impl MovingHand {
 }
 
 impl Fibres {
-    /// Mean force over a step, as a part of that at 50 Hz, before fatigue.
+    /// Advances by one time step and returns the mean force, relative to that at 50 Hz, before
+    /// fatigue.
     fn step(&mut self, [whole, grain]: &[Step; 2]) -> f64 {
         let before = self.muscle.force();
         if self.due == 0 {
@@ -249,7 +251,7 @@ impl Fibres {
 }
 
 impl Body for MovingHand {
-    /// What a pulse is, its leads have said.
+    /// Does nothing: [`Body::set_lead`] has already applied the pulse.
     fn pulse(&mut self, _pulse: &Pulse) {}
 
     fn set_lead(&mut self, t_us: u64, channel: usize, lead: Lead) {
@@ -262,13 +264,13 @@ impl Body for MovingHand {
             (Lead::Grounded, _) => Terminal::Grounded,
             (Lead::Cathodic(Drive::Volts(v)), _) => Terminal::Driven(-v),
             (Lead::Anodic(Drive::Volts(v)), _) => Terminal::Driven(v),
-            // Sessions with a hand have voltage stages.
+            // A session with a hand has voltage stages only.
             (Lead::Cathodic(_) | Lead::Anodic(_), _) => Terminal::Floating,
         };
     }
 
-    /// Digits and sensor move in whole milliseconds: between them the values of the last
-    /// one hold.
+    /// Advances digits and sensor in whole milliseconds. Between them, all values stay those of the
+    /// last millisecond.
     fn advance(&mut self, to_us: u64) -> bool {
         self.simulate_until(to_us / STRETCH_US * STRETCH_US);
         let before = self.tick;

@@ -1,25 +1,25 @@
-//! Where electrodes can lie: on the forearm, none on another.
+//! Checks of electrode placement: electrodes must lie on the forearm and must not overlap.
 
 use super::field::Pad;
 use super::spec::{HandSpec, RETURN};
 use std::fmt;
 
-/// Names of A, B, the extensor's electrode and the return, for people.
+/// Names of A, B, the extensor's electrode and the return, for messages.
 const NAMES: [&str; RETURN + 1] = ["A", "B", "the extensor", "the return"];
 
-/// What is wrong with where electrodes lie. Its text is for people.
+/// An error of electrode placement. Its text is for messages.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum PlacementError {
-    /// The middle of an electrode lies off the forearm.
+    /// The middle of an electrode is off the forearm.
     Off {
-        /// Which, as in [`super::spec`].
+        /// Index of the electrode, as in [`super::spec`].
         point: usize,
-        /// Elbow to wrist, m.
+        /// Distance from elbow to wrist, m.
         forearm_m: f64,
-        /// Around the forearm, m.
+        /// Circumference of the forearm, m.
         around_m: f64,
     },
-    /// Two electrodes, of the points and the return, cover a common area.
+    /// Two electrodes, of the points and the return, share an area.
     Overlap(usize, usize),
 }
 
@@ -48,8 +48,8 @@ impl fmt::Display for PlacementError {
 }
 
 impl HandSpec {
-    /// What is wrong with electrodes A, B and E on `points`, beside the return; nothing
-    /// of electrodes that can lie so.
+    /// Returns the placement errors of electrodes A, B and E at `points`, together with the return;
+    /// empty for a valid placement.
     #[must_use]
     pub fn placement_errors(&self, points: &[Pad; RETURN]) -> Vec<PlacementError> {
         let (forearm_m, around_m) = (self.forearm_m, self.around_m);
@@ -69,7 +69,7 @@ impl HandSpec {
         let all = [a, b, e, self.return_pad()];
         for (place, pad) in all.iter().enumerate() {
             let others = all.iter().enumerate().skip(place + 1);
-            // Also across the dorsal midline, where the forearm closes.
+            // Pads may also overlap across the dorsal midline, where the coordinates wrap around.
             let around = |other: &Pad, by_m: f64| Pad {
                 y_m: other.y_m + by_m,
                 ..*other

@@ -1,30 +1,30 @@
-//! Muscles of the forearm as pools of motor units, and where their nerve is.
+//! Muscles of the forearm as pools of motor units, and the positions of their nerves.
 
 use crate::random::standard_normal;
 
-/// A muscle, or the part of one that moves one digit.
+/// A muscle, or the part of a muscle that moves one digit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Pool {
-    /// Flexor pollicis longus: the thumb.
+    /// Flexor pollicis longus, which flexes the thumb.
     Thumb,
     /// Flexor digitorum superficialis of the index finger, its proximal belly.
     Index,
-    /// The same, its distal belly: the index finger's part has two, in series with one
-    /// tendon.
+    /// Flexor digitorum superficialis of the index finger, its distal belly. The index finger's
+    /// part has two bellies, in series on one tendon.
     IndexDistal,
     /// Flexor digitorum superficialis of the middle finger.
     Middle,
-    /// The same of the ring finger.
+    /// Flexor digitorum superficialis of the ring finger.
     Ring,
-    /// The same of the little finger.
+    /// Flexor digitorum superficialis of the little finger.
     Little,
-    /// Extensor indicis.
+    /// Extensor indicis, which extends the index finger.
     ExtensorIndicis,
-    /// The wrist's extensors, which move no finger here.
+    /// Extensors of the wrist, which move no finger here.
     Wrist,
 }
 
-/// All of them.
+/// Every pool, in the order of the enum.
 pub const POOLS: [Pool; 8] = [
     Pool::Thumb,
     Pool::Index,
@@ -36,11 +36,11 @@ pub const POOLS: [Pool; 8] = [
     Pool::Wrist,
 ];
 
-/// Digits, thumb first.
+/// Number of digits, thumb first.
 pub const DIGITS: usize = 5;
 
 impl Pool {
-    /// The digit that it flexes, from the thumb.
+    /// Returns the digit that the pool flexes, counted from the thumb, or `None`.
     #[must_use]
     pub const fn flexed_digit(self) -> Option<usize> {
         match self {
@@ -53,13 +53,13 @@ impl Pool {
         }
     }
 
-    /// Middle and spread of its nerve's branches: along the forearm as a part of its
-    /// length from the elbow, around it as a part of its circumference from the palmar
-    /// midline (positive to the thumb's side), and below the fat, m.
+    /// Returns mean and spread of the positions of the nerve's branches: along the forearm as a
+    /// share of its length from the elbow, around it as a share of its circumference from the
+    /// palmar midline (positive towards the thumb), and below the fat, m.
     ///
-    /// Assumed. Order and neighbourhood are those of anatomy (Hodde 2019's abstract: the
-    /// index finger's fascicles are deep, with a small area close to the skin); numbers
-    /// are ours, and every wearer draws about them ([`Place::drawn`]).
+    /// The values are assumed. Order and neighbourhood follow anatomy (Hodde 2019's abstract: the
+    /// index finger's fascicles are deep, with a small area close to the skin); the numbers are
+    /// ours, and every wearer varies randomly about them ([`Place::randomized`]).
     #[must_use]
     pub const fn place(self) -> Place {
         let (middle, spread) = match self {
@@ -76,24 +76,24 @@ impl Pool {
     }
 }
 
-/// Where a pool's nerve is: see [`Pool::place`].
+/// Distribution of the positions of a pool's nerve branches; see [`Pool::place`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Place {
-    /// Middle.
+    /// Mean position, in the coordinates of [`Pool::place`].
     pub middle: [f64; 3],
-    /// Standard deviation.
+    /// Standard deviation of each coordinate.
     pub spread: [f64; 3],
 }
 
-/// How far a wearer's pools lie from [`Pool::place`]: standard deviations of the middle,
-/// in its own coordinates. Assumed.
+/// Standard deviation of a wearer's mean positions about [`Pool::place`], in its coordinates.
+/// Assumed.
 const BETWEEN_WEARERS: [f64; 3] = [0.04, 0.015, 0.0015];
 
-/// No nerve lies nearer to the fat, m.
+/// Smallest depth of a nerve below the fat, m.
 const LEAST_DEPTH_M: f64 = 0.001;
 
 impl Place {
-    /// As wearer `seed` has it; `index` is the pool's number.
+    /// Returns the distribution for wearer `seed`; `index` is the number of the pool.
     #[must_use]
     pub fn randomized(self, seed: u64, index: u64) -> Self {
         let mut place = self;
@@ -104,8 +104,8 @@ impl Place {
         place
     }
 
-    /// Unit `number`'s place in a forearm of this length and circumference, m: along
-    /// from the elbow, around from the palmar midline, below the fat.
+    /// Returns the position of unit `number` in a forearm of this length and circumference, m:
+    /// along from the elbow, around from the palmar midline, below the fat.
     #[must_use]
     pub fn unit(&self, seed: u64, number: u64, forearm_m: f64, around_m: f64) -> [f64; 3] {
         let at = |axis: usize| {

@@ -1,4 +1,4 @@
-//! A hand under a period of stimulation that repeats: what its digits come to.
+//! Steady response of a hand to a repeated period of stimulation: torques and angles of its digits.
 
 use super::digits::{INDEX, Torques, individuation, normalised};
 use super::field::{Field, InvalidTissue, Pad};
@@ -8,36 +8,36 @@ use super::network::{InvalidNetwork, InvalidSegment, Terminal};
 use super::pools::{DIGITS, Pool};
 use super::spec::{ELECTRODES, HandSpec, RETURN};
 
-/// Periods in which spikes and skin settle, and those that count after them: refractory
-/// nerves may take every other.
+/// Number of periods in which spikes and skin settle, then number of periods that count. Two count
+/// because refractory nerves may respond to every other period.
 const SETTLES: usize = 2;
 const COUNTS: u32 = 2;
-/// Pulse at which an electrode's load is told, V, and the moment in it, s: mid-phase of
-/// the papers' pulses (Hamana 2022, II-D).
+/// Pulse with which the load of an electrode is measured, V, and the time within it, s: mid-phase
+/// of the papers' pulses (Hamana 2022, II-D).
 const TOLD_AT: (f64, f64) = (24.0, 100e-6);
-/// A period, and all that count, µs.
+/// Duration of a period, then of all periods that count, µs.
 const PERIOD_US: u32 = 20_000;
 const SPAN_US: u32 = COUNTS * PERIOD_US;
 
-/// Terminals that do not change for a while.
+/// An interval during which the terminals do not change.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Segment {
-    /// Of the points A, B, E.
+    /// Terminals of the points A, B and E.
     pub terminals: [Terminal; RETURN],
-    /// µs.
+    /// Duration of the interval, µs.
     pub lasts_us: u32,
 }
 
-/// Why there is no such hand.
+/// The reason why a hand is invalid.
 #[derive(Debug, Clone, thiserror::Error)]
 pub enum InvalidHand {
-    /// Its tissue cannot be.
+    /// The tissue is invalid.
     #[error(transparent)]
     Tissue(#[from] InvalidTissue),
-    /// Its circuit cannot be.
+    /// The circuit is invalid.
     #[error(transparent)]
     Network(#[from] InvalidNetwork),
-    /// Its circuit cannot be solved.
+    /// The circuit cannot be solved.
     #[error(transparent)]
     Segment(#[from] InvalidSegment),
 }
@@ -50,41 +50,40 @@ pub struct Hand {
     pads: [Pad; ELECTRODES],
     forearm: Forearm,
     forces: Forces,
-    /// What every threshold is multiplied by: decides at which voltage this wearer feels
-    /// anything.
+    /// Factor on every threshold, which determines the voltage at which this wearer responds.
     pub factor: f64,
 }
 
-/// What a repeated period makes of a hand, isometric.
+/// Isometric response of a hand to a repeated period.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Response {
-    /// Of its muscles.
+    /// Torques of the muscles.
     pub torques: Torques,
-    /// Force of the wrist's extensors, as a part of that with every unit at 50 Hz.
+    /// Force of the wrist's extensors, relative to that with every unit at 50 Hz.
     pub wrist: f64,
     stiffness_nm_per_rad: f64,
 }
 
 impl Response {
-    /// Where free digits come to rest, °.
+    /// Returns the angles at which free digits come to rest, °.
     #[must_use]
     pub fn angles_deg(&self) -> [f64; DIGITS] {
         self.torques.angles_deg(self.stiffness_nm_per_rad)
     }
 
-    /// Net torque of the index finger that is held, N·m.
+    /// Returns the net torque of an index finger that is held, N·m, flexion positive.
     #[must_use]
     pub const fn index_nm(&self) -> f64 {
         self.torques.flexors_nm[INDEX] - self.torques.extensor_nm
     }
 
-    /// The index finger's individuation index; see [`individuation`].
+    /// Returns the individuation index of the index finger; see [`individuation`].
     #[must_use]
     pub fn individuation(&self) -> Option<f64> {
         individuation(&normalised(&self.angles_deg()))
     }
 
-    /// The same contraction `by` times as strong.
+    /// Returns the same contraction, `by` times as strong.
     #[must_use]
     pub fn scaled(self, by: f64) -> Self {
         let torques = Torques {
@@ -100,10 +99,10 @@ impl Response {
 }
 
 impl Hand {
-    /// With electrodes A, B and E on `points` and the return where `spec` has it.
+    /// Creates a hand with electrodes A, B and E at `points` and the return where `spec` places it.
     ///
     /// # Errors
-    /// What of it cannot be.
+    /// Returns the reason why the hand is invalid.
     pub fn new(spec: HandSpec, points: [Pad; RETURN]) -> Result<Self, InvalidHand> {
         let field = Field::coarse(spec.tissue)?;
         let [a, b, e] = points;
@@ -119,25 +118,25 @@ impl Hand {
         })
     }
 
-    /// What it was made from.
+    /// Returns the specification from which the hand was created.
     #[must_use]
     pub const fn spec(&self) -> &HandSpec {
         &self.spec
     }
 
-    /// Its electrodes, circuit and nerves.
+    /// Returns the model of electrodes, circuit and nerves.
     pub(super) const fn forearm(&self) -> &Forearm {
         &self.forearm
     }
 
-    /// Where its electrodes are.
+    /// Returns the positions and outlines of the electrodes.
     #[must_use]
     pub const fn pads(&self) -> &[Pad; ELECTRODES] {
         &self.pads
     }
 
-    /// Point `electrode` of A, B and E has this coupling from now on
-    /// ([`HandSpec::coupling`]), above 0. Others are ignored.
+    /// Sets the coupling of point `electrode` of A, B and E from now on ([`HandSpec::coupling`]),
+    /// above 0. Other indices are ignored.
     pub fn set_coupling(&mut self, electrode: usize, coupling: f64) {
         if let Some(of) = self.spec.coupling.get_mut(electrode) {
             self.forearm.scale_coupling(electrode, coupling / *of);
@@ -145,16 +144,16 @@ impl Hand {
         }
     }
 
-    /// What a point presents to its stage, Ω, as a device measures it.
+    /// Returns the load that a point presents to its output stage, Ω, as a device measures it.
     ///
     /// # Errors
-    /// Its circuit cannot be solved.
+    /// Fails if the circuit cannot be solved.
     pub fn load_ohm(&self, point: usize) -> Result<f64, InvalidSegment> {
         self.forearm.measured_load_ohm(point, TOLD_AT)
     }
 
-    /// The skin moves over the muscles: `pronated_deg` by posture, and `along_m` and
-    /// `around_m` beside it.
+    /// Moves the skin over the muscles: by `pronated_deg` of posture, and additionally by `along_m`
+    /// and `around_m`.
     pub fn shift(&mut self, pronated_deg: f64, [along_m, around_m]: [f64; 2]) {
         let around_m = around_m + pronated_deg * self.spec.shift_m_per_deg;
         let shift_m = [along_m, around_m];
@@ -162,21 +161,21 @@ impl Hand {
             .shift(&self.spec, &self.pads, &self.field, shift_m);
     }
 
-    /// What `period`, repeated until it has settled, makes of it.
+    /// Returns the steady response to `period`, which is repeated until it has settled.
     ///
     /// # Errors
-    /// As [`Forearm::segment`].
+    /// Fails as [`Forearm::segment`].
     pub fn respond(&mut self, period: &[Segment]) -> Result<Response, InvalidSegment> {
         let spikes = self.settled_spikes(period)?;
         Ok(self.muscle_response(&spikes))
     }
 
-    /// What two periods make of it that know nothing of each other: every unit has the
-    /// spikes of both, the second's `after_us` later. What a response differs from it by is
-    /// what circuit and nerves remember from one pulse to the next.
+    /// Returns the response to two periods without interaction: every unit has the spikes of both,
+    /// those of the second `after_us` later. The difference from a true response is the effect of
+    /// the state that circuit and nerves keep from one pulse to the next.
     ///
     /// # Errors
-    /// As [`Self::respond`].
+    /// Fails as [`Self::respond`].
     pub fn superposed(
         &mut self,
         first: &[Segment],
@@ -190,7 +189,7 @@ impl Hand {
         Ok(self.muscle_response(&spikes))
     }
 
-    /// When each unit spikes in the periods that count, µs.
+    /// Returns the spike times of each unit in the periods that count, µs.
     fn settled_spikes(&self, period: &[Segment]) -> Result<Vec<Vec<u32>>, InvalidSegment> {
         let mut memory = self.forearm.resting_memory();
         for _ in 0..SETTLES {
@@ -206,7 +205,7 @@ impl Hand {
         Ok(spikes)
     }
 
-    /// One period; spikes count from its begin.
+    /// Simulates one period and returns its spikes, with times from the start of the period.
     fn simulate_period(
         &self,
         memory: &mut Memory,
@@ -227,7 +226,7 @@ impl Hand {
         Ok(all)
     }
 
-    /// What units that spike at these moments pull.
+    /// Returns the response of the muscles to units that spike at these times, µs.
     fn muscle_response(&mut self, spikes: &[Vec<u32>]) -> Response {
         let (mut torques, mut wrist) = (Torques::default(), 0.0);
         for (unit, at_us) in self.forearm.units().iter().zip(spikes) {
@@ -246,7 +245,8 @@ impl Hand {
 }
 
 impl Torques {
-    /// Where a unit of `pool` pulls, and how much of the torque is its own, N·m.
+    /// Returns the torque to which a unit of `pool` contributes, and the contribution of one unit,
+    /// N·m; `None` for the wrist.
     pub(super) fn unit_torque_mut(
         &mut self,
         pool: Pool,
@@ -254,7 +254,7 @@ impl Torques {
     ) -> Option<(&mut f64, f64)> {
         let units = spec.units as f64;
         match pool {
-            // The index finger's two bellies share one tendon.
+            // The two bellies of the index finger share one tendon.
             Pool::Index | Pool::IndexDistal => {
                 let torque = &mut self.flexors_nm[INDEX];
                 Some((torque, spec.flexor_nm / (2.0 * units)))

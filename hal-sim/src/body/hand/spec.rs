@@ -1,47 +1,47 @@
-//! What a simulated hand is made of.
+//! Parameters of a simulated hand.
 
 use super::field::{Pad, Shape, Tissue};
 use super::membrane::Membrane;
 
-/// Stimulation points and what belongs to them: electrodes A and B on the flexors, E on
-/// the extensor, and the common return.
+/// Number of electrodes: A and B on the flexors, E on the extensor, and the common return.
 pub const ELECTRODES: usize = 4;
-/// Point A, the one nearer to the thumb (Hamana 2022, II-B).
+/// Index of point A, the one nearer to the thumb (Hamana 2022, II-B).
 pub const A: usize = 0;
-/// Point B.
+/// Index of point B.
 pub const B: usize = 1;
-/// The extensor's point.
+/// Index of the point on the extensor.
 pub const E: usize = 2;
-/// The common return: a large electrode, 4 × 9 cm (Hamana 2022, II-B).
+/// Index of the common return, a large electrode of 4 × 9 cm (Hamana 2022, II-B).
 pub const RETURN: usize = 3;
 
-/// Which property of the field charges a nerve.
+/// Property of the field that charges a nerve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rule {
-    /// The potential itself: a nerve that ends where the field is.
+    /// The potential itself, for a nerve that ends where the field is.
     Potential,
-    /// Its second difference along the fibres: a long straight nerve (Rattay's activating
+    /// The second derivative along the fibres, for a long straight nerve (Rattay's activating
     /// function).
     Curvature,
-    /// The field along the nerve's own direction: a nerve that bends or branches.
+    /// The field along the nerve's own direction, for a nerve that bends or branches.
     Field,
 }
 
-/// Skin under one square centimetre of electrode.
+/// Electrical properties of skin under one square centimetre of electrode.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SkinSpec {
-    /// Capacitance, F/cm².
+    /// Capacitance per area, F/cm².
     pub farad_per_cm2: f64,
-    /// Resistance parallel to it at a small current, Ω·cm².
+    /// Resistance parallel to the capacitance at a small current, Ω·cm².
     pub ohm_cm2: f64,
-    /// Resistance in series, Ω, under a round electrode; by area elsewhere.
+    /// Series resistance under a round electrode, Ω; it scales with the inverse of the area
+    /// elsewhere.
     pub series_ohm: f64,
-    /// Current density at which the parallel resistance has halved, A/cm².
+    /// Current density at which the parallel resistance is halved, A/cm².
     pub half_a_per_cm2: f64,
 }
 
 impl SkinSpec {
-    /// Skin of so many times this impedance, at every frequency and current.
+    /// Returns skin with `factor` times this impedance, at every frequency and current.
     #[must_use]
     pub fn times(self, factor: f64) -> Self {
         Self {
@@ -53,80 +53,82 @@ impl SkinSpec {
     }
 }
 
-/// What counts once digits move.
+/// Parameters of the motion of digits and of fatigue.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MotionSpec {
     /// Moment of inertia of a digit, kg·m².
     pub inertia_kg_m2: f64,
     /// Viscous friction of a digit, N·m·s/rad.
     pub damping_nm_s_per_rad: f64,
-    /// From a spike to its effect on the muscle, s.
+    /// Delay from a spike to its effect on the muscle, s.
     pub delay_s: f64,
-    /// What is left of a motor unit's force that lasts at 50 Hz; 1 for none that tires.
+    /// Share of a motor unit's force that remains at a sustained 50 Hz; 1 for a unit without
+    /// fatigue.
     pub fatigue_floor: f64,
-    /// Time constant of tiring and of recovery, s.
+    /// Time constant of fatigue and of recovery, s.
     pub fatigue_time_s: f64,
 }
 
-/// A simulated forearm and hand. Lengths in m, times in s.
+/// Parameters of a simulated forearm and hand. Lengths are in m, times in s.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HandSpec {
-    /// Elbow to wrist.
+    /// Distance from elbow to wrist, m.
     pub forearm_m: f64,
-    /// Around the forearm.
+    /// Circumference of the forearm, m.
     pub around_m: f64,
-    /// Fat and muscle.
+    /// Layers and conductivities of fat and muscle.
     pub tissue: Tissue,
-    /// Under every electrode.
+    /// Skin under every electrode.
     pub skin: SkinSpec,
-    /// How many times as hard an ampere through A, B and E charges nerves as fat and depth
-    /// at the place say: both differ from site to site. 1 is as they say.
+    /// Factor on the drive of nerves per ampere through A, B and E, because fat and depth differ
+    /// from site to site. 1 is the value that the field model gives.
     pub coupling: [f64; RETURN],
-    /// What the return's skin has more than its area says: 1 is by area.
+    /// Factor on the impedance of the skin under the return; 1 is the value for its area.
     pub return_factor: f64,
-    /// What the stages' limiter lets through, A.
+    /// Current limit of the output stages, A.
     pub limiter_a: f64,
-    /// What charges a nerve.
+    /// Property of the field that charges a nerve.
     pub rule: Rule,
-    /// The nerves.
+    /// Leak and refractory times of the nerves.
     pub membrane: Membrane,
-    /// Whether what one pulse leaves in a nerve adds to the next; `false` is an ablation.
+    /// Whether the charge that a pulse leaves in a nerve adds to that of the next; `false` is an
+    /// ablation.
     pub sums: bool,
     /// Standard deviation of the logarithm of thresholds within a pool.
     pub threshold_spread: f64,
-    /// How far nerves of a pool lie apart and how much their thresholds differ, as a part
-    /// of what `threshold_spread` and [`super::pools::Place::spread`] say: 1 is as they
-    /// say, less a pool that is recruited within fewer volts.
+    /// Factor on `threshold_spread` and [`super::pools::Place::spread`]: 1 leaves them as they are;
+    /// a smaller value gives pools that are recruited within fewer volts.
     pub scatter: f64,
-    /// Motor units of each pool.
+    /// Number of motor units of each pool.
     pub units: usize,
-    /// Skin over muscle per degree of pronation, around the forearm, m/°.
+    /// Shift of the skin over the muscle per degree of pronation, around the forearm, m/°.
     pub shift_m_per_deg: f64,
-    /// Isometric torque of a pool with every unit at 50 Hz, N·m: of each flexor.
+    /// Isometric torque of each flexor pool with every unit at 50 Hz, N·m.
     pub flexor_nm: f64,
-    /// The same of the index finger's extensor.
+    /// Isometric torque of the index finger's extensor with every unit at 50 Hz, N·m.
     pub extensor_nm: f64,
     /// Stiffness of a free digit, N·m/rad.
     pub stiffness_nm_per_rad: f64,
-    /// How a digit moves, and how muscles tire.
+    /// Motion of the digits, and fatigue of the muscles.
     pub motion: MotionSpec,
-    /// Decides where nerves are, their thresholds and directions.
+    /// Seed of the nerves' positions, thresholds and directions.
     pub seed: u64,
 }
 
 /// Diameter of a round electrode, m (Hamana 2022, II-B).
 pub const ROUND_M: f64 = 0.025;
-/// The small one, along and around, m.
+/// Size of the small electrode, along and around, m.
 pub const SMALL_M: [f64; 2] = [0.020, 0.015];
-/// The return, along and around, m.
+/// Size of the common return, along and around, m.
 pub const RETURN_M: [f64; 2] = [0.04, 0.09];
-/// Elbow to wrist as a part of elbow to finger tip. Assumed, of common proportions.
+/// Distance from elbow to wrist over that from elbow to finger tip. Assumed, of common proportions.
 const FOREARM_PART: f64 = 0.58;
 
 impl MotionSpec {
-    /// Assumed: joint and delay as in the finger of `body::finger`; that half of a unit's
-    /// force is left, over 20 s, is the middle of what is drawn (floor 0.3 to 0.7, time 10
-    /// to 40 s), for endurance at 50 Hz and surface electrodes is not at hand.
+    /// Nominal motion and fatigue, assumed: joint and delay as in the finger of `body::finger`.
+    /// Half of a unit's force remains, over 20 s: the middle of the random ranges (floor 0.3 to
+    /// 0.7, time 10 to 40 s), because no data on endurance at 50 Hz with surface electrodes is at
+    /// hand.
     pub const NOMINAL: Self = Self {
         inertia_kg_m2: 4e-5,
         damping_nm_s_per_rad: 0.018,
@@ -137,8 +139,9 @@ impl MotionSpec {
 }
 
 impl HandSpec {
-    /// Of a person whose elbow is `reach_m` from the tip of the hand and whose forearm is
-    /// `around_m` around (Hamana 2022, table 1). All else is the middle of its range.
+    /// Returns the hand of a wearer with `reach_m` from the elbow to the tip of the hand and a
+    /// forearm circumference of `around_m` (Hamana 2022, table 1). Every other value is the middle
+    /// of its range.
     #[must_use]
     pub fn nominal(reach_m: f64, around_m: f64, seed: u64) -> Self {
         Self {
@@ -178,7 +181,7 @@ impl HandSpec {
         }
     }
 
-    /// The same with elbow to tip of the hand `reach_m` long.
+    /// Returns the same hand with `reach_m` from the elbow to the tip of the hand.
     #[must_use]
     pub fn with_reach(self, reach_m: f64) -> Self {
         Self {
@@ -187,7 +190,8 @@ impl HandSpec {
         }
     }
 
-    /// The return, across the forearm just above the wrist (its place is assumed).
+    /// Returns the return electrode, across the forearm just above the wrist (its place is
+    /// assumed).
     #[must_use]
     pub fn return_pad(&self) -> Pad {
         Pad {
@@ -200,7 +204,7 @@ impl HandSpec {
         }
     }
 
-    /// A round electrode at this place.
+    /// Returns a round electrode at this position, m.
     #[must_use]
     pub const fn round_pad(x_m: f64, y_m: f64) -> Pad {
         Pad {

@@ -1,12 +1,12 @@
-//! A whole hand: what currents make of it.
+//! Tests of the whole hand: response to given terminal voltages.
 
 use super::network::Terminal::{self, Driven, Floating, Grounded};
 use super::spec::{A, B};
 use super::*;
 use crate::body::{Body, Drive, Lead, Load};
 
-/// A hand whose points lie over the index finger's two bellies, in the middle of all
-/// ranges. Thresholds such that some 20 V move something.
+/// Returns a hand whose points lie over the two bellies of the index finger, with the middle of all
+/// ranges. With its threshold factor, about 20 V cause a movement.
 fn hand() -> Hand {
     let spec = HandSpec::nominal(0.42, 0.25, 7);
     let at = |along: f64, around: f64| {
@@ -18,8 +18,8 @@ fn hand() -> Hand {
     hand
 }
 
-/// `hand` in motion, without fatigue, after `seconds` of `period` on channels 2, 5 and 0,
-/// told of time every `every_us`.
+/// Returns `hand` in motion after `seconds` of `period` on channels 2, 5 and 0, advanced every
+/// `every_us`.
 fn moved(hand: &Hand, period: &[Segment], seconds: u64, every_us: u64) -> MovingHand {
     let channels = [2, 5, 0];
     let mut moving = MovingHand::new(hand, channels, 3).unwrap();
@@ -45,7 +45,7 @@ fn moved(hand: &Hand, period: &[Segment], seconds: u64, every_us: u64) -> Moving
     moving
 }
 
-/// The steady response is where a hand in motion comes to, if it does not tire.
+/// Without fatigue, a hand in motion reaches the steady response.
 #[test]
 fn a_moving_hand_comes_to_the_steady_response() {
     let mut spec = hand().spec().clone();
@@ -60,11 +60,11 @@ fn a_moving_hand_comes_to_the_steady_response() {
     let [wanted, is] =
         [steady.angles_deg(), moving.angles_deg()].map(|values| values[digits::INDEX]);
     assert!(wanted > 20.0 && wanted < 95.0, "{wanted}");
-    // The muscles' ripple within 20 ms is in one and not in the other.
+    // The ripple of the muscles within 20 ms is present in the moving hand only.
     assert!((wanted - is).abs() < 2.0, "{wanted} {is}");
 }
 
-/// It does not matter how often it is told that time goes on, up to a control tick.
+/// The interval between calls of `advance` has no effect, up to a control period.
 #[test]
 fn asking_more_often_changes_nothing() {
     let hand = hand();
@@ -75,7 +75,7 @@ fn asking_more_often_changes_nothing() {
     assert_eq!(seldom.sensed_deg(), often.sensed_deg());
 }
 
-/// A finger that is bent for long sinks as its units tire, and lies still at its stop.
+/// A finger that is flexed for long sinks because its units fatigue, and lies still at its stop.
 #[test]
 fn fatigue_lets_a_bent_finger_sink() {
     let hand = hand();
@@ -86,7 +86,7 @@ fn fatigue_lets_a_bent_finger_sink() {
     assert!((0.5..0.8).contains(&late.least_capacity()));
 }
 
-/// An electrode that fell off carries nothing.
+/// An electrode that fell off carries no current.
 #[test]
 fn an_open_lead_moves_nothing() {
     let hand = hand();
@@ -102,7 +102,7 @@ fn an_open_lead_moves_nothing() {
 
 const REST: [Terminal; 3] = [Grounded, Grounded, Floating];
 
-/// Negative pulses of 200 µs: when each point's begins, and its volts.
+/// Returns a period with negative pulses of 200 µs: start in µs, point, and volts.
 fn period(pulses: &[(u32, usize, f64)]) -> Vec<Segment> {
     let (mut all, mut now_us) = (Vec::new(), 0);
     for &(begin_us, point, volts) in pulses {
@@ -139,7 +139,7 @@ fn more_volts_never_pull_less() {
     assert!(torques[11] > 0.05, "{torques:?}");
 }
 
-/// A nerve that spiked does not answer 2 ms later; it does 10 ms later.
+/// A nerve that spiked does not respond 2 ms later, but does 10 ms later.
 #[test]
 fn a_second_pulse_within_the_refractory_time_adds_nothing_at_the_same_point() {
     let mut hand = hand();
@@ -150,7 +150,7 @@ fn a_second_pulse_within_the_refractory_time_adds_nothing_at_the_same_point() {
     assert!(late > 1.05 * one, "{one} {late}");
 }
 
-/// Two points recruit what each does, and more; nothing here says how much.
+/// Two points recruit the units of both or more; the test does not specify how many.
 #[test]
 fn two_points_pull_at_least_as_much_as_the_stronger() {
     let mut hand = hand();
@@ -169,8 +169,8 @@ fn skin_that_moves_back_is_where_it_was() {
     assert_eq!(index_nm(&mut hand, &[(0, A, 24.0)]), before);
 }
 
-/// Each mechanism does something, so that an ablation takes something away: at 44 V, where
-/// the limiter holds, or below it.
+/// Every mechanism has an effect, so that its ablation changes the result: at 44 V, where the
+/// limiter acts, or below it.
 #[test]
 fn each_mechanism_changes_what_is_recruited() {
     let base = hand();

@@ -1,36 +1,36 @@
-//! The calcium-force equations solved to about machine precision, for judging
-//! every other solution of them. Not fast.
+//! Reference solution of the calcium-force equations to about machine precision, against which
+//! other solutions are compared. It is slow.
 //!
-//! Between pulses C decays exactly and the integrating factor of F has a closed
-//! form, R(s) = s/τ1 - (τc τ2 / τ1(τ1+τ2)) ln((αC0+β)/(αC(s)+β)) with α = τ1+τ2
-//! and β = τ1 K (partial fractions of equation (3)); what is left is one
-//! integral of a smooth function, done by Gauss-Legendre panels.
+//! Between pulses C decays exactly and the integrating factor of F has a closed form, R(s) = s/τ1 -
+//! (τc τ2 / τ1(τ1+τ2)) ln((αC0+β)/(αC(s)+β)) with α = τ1+τ2 and β = τ1 K (partial fractions of
+//! equation (3)). The remaining integral of a smooth function is computed with Gauss-Legendre
+//! panels.
 
 use super::Parameters;
 
-/// State at one instant.
+/// State of the muscle at one time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {
     /// Time since the start, s.
     pub t_s: f64,
     /// C, in units of one pulse; at a pulse the value just after it.
     pub c: f64,
-    /// Force, N.
+    /// Muscle force F, N.
     pub force_n: f64,
 }
 
-/// Nodes per panel. A panel is no longer than τc or τ1, so the nearest
-/// singularity lies 2π panel half-widths away and the error is below 1e-16.
+/// Number of nodes per panel. A panel is no longer than τc or τ1, so that the nearest singularity
+/// is 2π panel half-widths away and the error is below 1e-16.
 const ORDER: usize = 10;
 
-/// A pulse this close behind a sample counts as at the sample, s: rounding of
-/// i/f and k·dt must not decide which side of the jump is recorded.
+/// Delay of a pulse after a sample within which both count as simultaneous, s, so that the rounding
+/// of i/f and k·dt does not decide which side of the jump is recorded.
 const SAME_INSTANT_S: f64 = 1e-12;
 
-/// Solves from rest and samples at 0, `dt_s`, 2 `dt_s`, … up to `duration_s`.
+/// Solves the equations from rest and returns samples at 0, `dt_s`, 2 `dt_s`, … up to `duration_s`.
 ///
-/// `pulses_s` are pulse times in seconds, ascending, not below zero; later ones
-/// than `duration_s` are ignored. `dt_s` and all parameters are above zero.
+/// `pulses_s` are pulse times in seconds, ascending, not below zero; pulses after `duration_s` are
+/// ignored. `dt_s` and all parameters are above zero.
 pub fn integrate(
     parameters: &Parameters,
     pulses_s: &[f64],
@@ -58,7 +58,7 @@ pub fn integrate(
         .collect()
 }
 
-/// A train of `count` pulses at `frequency_hz`, the first at zero, s.
+/// Returns the times of `count` pulses at `frequency_hz`, the first at zero, s.
 pub fn train(frequency_hz: f64, count: u32) -> Vec<f64> {
     (0..count).map(|i| f64::from(i) / frequency_hz).collect()
 }
@@ -71,7 +71,7 @@ struct State {
 }
 
 impl State {
-    /// Lets time pass up to `to_s` without a pulse.
+    /// Advances to `to_s` without a pulse.
     fn pass(&mut self, p: &Parameters, rule: &[(f64, f64); ORDER], to_s: f64) {
         let span = to_s - self.t_s;
         if span > 0.0 {
@@ -107,8 +107,8 @@ impl State {
     }
 }
 
-/// Nodes and weights of the Gauss-Legendre rule on [0, 1]: roots of the Legendre
-/// polynomial by Newton's method from the usual cosine guess.
+/// Returns nodes and weights of the Gauss-Legendre rule on [0, 1]: roots of the Legendre polynomial
+/// by Newton's method from the usual cosine guess.
 fn gauss_legendre() -> [(f64, f64); ORDER] {
     std::array::from_fn(|i| {
         let n = ORDER as f64;

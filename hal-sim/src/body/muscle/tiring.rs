@@ -1,28 +1,28 @@
-//! A muscle that tires, in f64: the equations of (2)–(4) with those of Ding 2003
-//! for A, K and τ1. What every prediction of a tiring muscle is judged by.
+//! A muscle with fatigue, in f64: equations (2)–(4) with those of Ding 2003 for A, K and τ1. It is
+//! the reference for every prediction of fatigue.
 
 use super::Parameters;
 
-/// How a muscle tires (Ding 2003): what force takes from A and adds to K and τ1, and
-/// how fast all three come back. SI units, none negative, `tau_fat_s` above zero.
+/// Parameters of fatigue (Ding 2003): the rates at which force reduces A and increases K and τ1,
+/// and the time constant of their recovery. SI units, none negative, `tau_fat_s` above zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fatigue {
-    /// |αA|, s⁻².
+    /// Reduction of A, |αA|, s⁻².
     pub alpha_a_per_s2: f64,
-    /// αK, N⁻¹s⁻¹.
+    /// Increase of K, αK, N⁻¹s⁻¹.
     pub alpha_k_per_n_s: f64,
-    /// ατ1, N⁻¹.
+    /// Increase of τ1, ατ1, N⁻¹.
     pub alpha_tau1_per_n: f64,
-    /// τfat, s.
+    /// Time constant of recovery, τfat, s.
     pub tau_fat_s: f64,
-    /// Where K ends: the model is not meant for more.
+    /// Upper limit of K; the model is not meant for larger values.
     pub k_max: f64,
-    /// Where τ1 ends, s.
+    /// Upper limit of τ1, s.
     pub tau1_max_s: f64,
 }
 
 impl Fatigue {
-    /// A muscle that never tires.
+    /// A muscle without fatigue.
     pub const NEVER: Self = Self {
         alpha_a_per_s2: 0.0,
         alpha_k_per_n_s: 0.0,
@@ -33,20 +33,20 @@ impl Fatigue {
     };
 }
 
-/// Longest step, s.
+/// Longest time step, s.
 const STEP_S: f64 = 1e-3;
 
-/// A tiring muscle in motion. Classical Runge–Kutta for F, exact C, in steps of at
-/// most 1 ms split at pulses; fatigue, with time constants of minutes, by the
-/// rectangle rule over the same steps. A muscle with time constants below 5 ms takes
-/// shorter steps, a fifth of the shortest.
+/// A muscle with fatigue, over time. F is integrated by the classical Runge–Kutta method with exact
+/// C, in steps of at most 1 ms that are split at pulses; fatigue, with time constants of minutes,
+/// by the rectangle rule over the same steps. If a time constant is below 5 ms, the longest step is
+/// a fifth of the shortest one.
 #[derive(Clone, Copy, Debug)]
 pub struct FatiguingMuscle {
     fresh: Parameters,
     now: Parameters,
     fatigue: Fatigue,
     longest_s: f64,
-    /// The last whole step of [`STEP_S`]: what is left of C at its half.
+    /// Length of the last step, s, and the remaining share of C at its middle.
     half: (f64, f64),
     gain: f64,
     c: f64,
@@ -54,7 +54,7 @@ pub struct FatiguingMuscle {
 }
 
 impl FatiguingMuscle {
-    /// A fresh muscle.
+    /// Creates a muscle without fatigue yet.
     pub fn new(fresh: Parameters, fatigue: Fatigue) -> Self {
         let longest_s = STEP_S.min(0.2 * fresh.tau1_s.min(fresh.tau_c_s));
         Self {
@@ -69,38 +69,39 @@ impl FatiguingMuscle {
         }
     }
 
-    /// Takes steps of up to `longest_s` instead, above 0, still a fifth of the shortest time
-    /// constant at most: at 5 ms Runge-Kutta errs by some 0.01 %.
+    /// Sets the longest step to `longest_s`, above 0, but at most a fifth of the shortest time
+    /// constant. At 5 ms the error of the Runge-Kutta method is about 0.01 %.
     #[must_use]
     pub fn in_steps_of(mut self, longest_s: f64) -> Self {
         self.longest_s = longest_s.min(0.2 * self.fresh.tau1_s.min(self.fresh.tau_c_s));
         self
     }
 
-    /// Takes this part, 0 to 1, of what is left of A: tiredness that no force made.
+    /// Reduces A by the share `part`, 0 to 1: fatigue that does not come from force.
     pub fn tire(&mut self, part: f64) {
         self.now.a_n_per_s *= 1.0 - part;
     }
 
-    /// Whether what is left of force and calcium, in parts of one pulse's, is next to nothing.
+    /// Returns whether the remaining force and calcium, relative to those of one pulse, are
+    /// negligible.
     #[must_use]
     pub fn is_idle(&self) -> bool {
         self.c < 1e-9 && self.force < 1e-9 * self.fresh.a_n_per_s
     }
 
-    /// A pulse now. `gain`, 0 to 1, scales A until the next one.
+    /// Applies a pulse now. `gain`, 0 to 1, scales A until the next pulse.
     pub const fn pulse(&mut self, gain: f64) {
         self.gain = gain;
         self.c += 1.0;
     }
 
-    /// The latest pulse reached more: `gain` from now on, no calcium more.
+    /// Sets the gain of the latest pulse to `gain` from now on, without additional calcium.
     pub const fn regain(&mut self, gain: f64) {
         self.gain = gain;
     }
 
-    /// Lets `us` microseconds pass of a muscle whose force is next to nothing and has no
-    /// pulse: what is left of its force goes, tiredness recovers exactly.
+    /// Advances a muscle with negligible force and without pulses by `us` microseconds: its force
+    /// becomes 0, and fatigue recovers exactly.
     pub fn relax(&mut self, us: u64) {
         let span = us as f64 * 1e-6;
         let left = (-span / self.fatigue.tau_fat_s).exp();
@@ -112,17 +113,17 @@ impl FatiguingMuscle {
         self.force = 0.0;
     }
 
-    /// Force, N.
+    /// Returns the force F, N.
     pub const fn force(&self) -> f64 {
         self.force
     }
 
-    /// Its parameters, as tired as it is.
+    /// Returns the parameters in the present state of fatigue.
     pub const fn parameters(&self) -> Parameters {
         self.now
     }
 
-    /// Lets `us` microseconds pass.
+    /// Advances by `us` microseconds.
     pub fn pass(&mut self, us: u32) {
         let span = f64::from(us) * 1e-6;
         let steps = (span / self.longest_s - 1e-9).ceil().max(0.0);
@@ -164,7 +165,8 @@ mod tests {
     use super::super::{SUBJECTS, reference};
     use super::*;
 
-    /// Against the reference, whose pulses have full gain: 1e-5 of the peak.
+    /// Compares with the reference, whose pulses have full gain: the error is below 2e-5 of the
+    /// peak.
     #[test]
     fn without_fatigue_it_is_the_reference() {
         let pulses: Vec<f64> = reference::train(30.0, 20);

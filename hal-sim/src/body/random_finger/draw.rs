@@ -1,4 +1,4 @@
-//! Random wearers: what varies, and how far.
+//! Randomly generated wearers: the ranges of their parameters.
 
 use super::{ExternalTorque, RandomFingerSpec, Twitch};
 use crate::body::FingerSpec;
@@ -6,25 +6,24 @@ use crate::body::finger::Pair;
 use crate::body::wearer::{Participant, Site};
 use crate::random::unit;
 
-/// What two conducted points of a drawn wearer pull, N·m: lowest and highest. **Assumed,
-/// not an outcome**; the gains of both points, each ±50 %, draw it about the middle of
-/// 0.484. The reason for the range: it lies between a second point that adds nothing to
-/// the nominal 0.22 N·m of one, and Hamana 2022's experiment 2, in which one point gives
-/// 0.28 of the strongest pattern (0.22/0.28 = 0.79 N·m). Points that are weak alone are
-/// weak together: in every drawn wearer the second point adds more than the weaker one
-/// pulls alone. What a forearm makes of two points is asked of [`crate::body::hand`].
+/// Smallest and largest torque of two conducted points of a random wearer, N·m. **Assumed, not a
+/// result**: the gains of both points, each ±50 %, vary it about the middle of 0.484. The range
+/// lies between a second point that adds nothing to the nominal 0.22 N·m of one, and Hamana 2022's
+/// experiment 2, in which one point gives 0.28 of the strongest pattern (0.22/0.28 = 0.79 N·m).
+/// Points that are weak alone are weak together: in every random wearer the second point adds more
+/// than the weaker one pulls alone. [`crate::body::hand`] computes the effect of two points from a
+/// forearm instead.
 pub const TWO_POINTS_NM: [f64; 2] = [0.242, 0.726];
 
-/// The nominal wearer's two points. Conducted, 0.484 N·m: the middle of
-/// [`TWO_POINTS_NM`]; its last digit keeps these populations to the bit. Isolated, no
-/// more than one: the paper found no significant difference (n = 4), which is not
-/// equality.
+/// The two points of the nominal wearer. Conducted, 0.484 N·m: the middle of [`TWO_POINTS_NM`]; the
+/// last digit keeps existing populations identical to the bit. Isolated, no more than one point:
+/// the paper found no significant difference (n = 4), which does not prove equality.
 const PAIR: Pair = Pair {
     torque_nm: [0.484_000_000_000_000_04, 0.22],
     threshold_v: Participant::P.pair_thresholds_v(),
 };
 
-/// Even draws between two bounds, one after the other, from one seed.
+/// Sequence of uniformly distributed random numbers from one seed.
 #[derive(Debug, Clone)]
 pub struct Draws {
     seed: u64,
@@ -32,9 +31,9 @@ pub struct Draws {
 }
 
 impl Draws {
-    /// The draws of wearer `index` of campaign `seed`, stream `stream`.
+    /// Creates the sequence of wearer `index` of campaign `seed`, stream `stream`.
     pub fn new(seed: u64, index: u64, stream: u64) -> Self {
-        // Two rounds of mixing keep neighbouring campaigns and wearers apart.
+        // Two rounds of mixing decorrelate neighbouring campaigns and wearers.
         let bits = |seed, index| (unit(seed, index) * (1u64 << 53) as f64) as u64;
         Self {
             seed: bits(bits(seed, index), stream),
@@ -42,25 +41,24 @@ impl Draws {
         }
     }
 
-    /// Evenly between `low` and `high`.
+    /// Returns a uniformly distributed number between `low` and `high`.
     pub fn uniform(&mut self, low: f64, high: f64) -> f64 {
         let x = unit(self.seed, self.next);
         self.next += 1;
         low + x * (high - low)
     }
 
-    /// A factor, evenly between 1 - `part` and 1 + `part`.
+    /// Returns a uniformly distributed factor between 1 - `part` and 1 + `part`.
     pub fn uniform_factor(&mut self, part: f64) -> f64 {
         self.uniform(1.0 - part, 1.0 + part)
     }
 }
 
 impl Twitch {
-    /// The middle of what is drawn, for a muscle with this torque: a rise and
-    /// fall like the mean of Lee 2020's ten subjects at 50 Hz (τ1 + τ2·x about
-    /// 0.14 s) are its slow end, human twitch contraction times (Bawa & Stein
-    /// 1976: 50 to 90 ms) its fast one. K puts 20, 50 and 100 Hz at about 0.5, 0.85
-    /// and 0.95 of all binding, where Lee's subjects are.
+    /// Returns the middle of the random ranges, for a muscle with this torque. Rise and fall lie
+    /// between those of the mean of Lee 2020's ten subjects at 50 Hz (τ1 + τ2·x about 0.14 s), the
+    /// slow end, and human twitch contraction times (Bawa & Stein 1976: 50 to 90 ms), the fast end.
+    /// K gives 20, 50 and 100 Hz about 0.5, 0.85 and 0.95 of full binding, as in Lee's subjects.
     pub fn nominal(torque_nm: f64) -> Self {
         Self {
             torque_nm,
@@ -95,9 +93,9 @@ impl Twitch {
 }
 
 impl RandomFingerSpec {
-    /// The finger that the nominal wearer file describes, with this room's muscle
-    /// structure: participant P, rested, without dry friction. It shortens and
-    /// lengthens as the wearer file's muscles do not.
+    /// Returns the finger that the nominal wearer file describes, with the muscle structure of this
+    /// module: participant P, rested, without dry friction. Unlike the muscles of the wearer file,
+    /// these depend on length and velocity.
     pub fn nominal() -> Self {
         let mut finger = FingerSpec::participant(Participant::P);
         let flexor = Twitch::nominal(finger.flexor_torque_nm);
@@ -118,18 +116,17 @@ impl RandomFingerSpec {
         }
     }
 
-    /// Wearer `index` of campaign `seed`. Everything is drawn evenly and
-    /// independently; no draw is rejected.
+    /// Returns wearer `index` of campaign `seed`. Everything is uniformly distributed and
+    /// independent; no draw is rejected.
     ///
-    /// Two points: what they pull is assumed, as a range ([`TWO_POINTS_NM`]).
-    /// Declared before it was run: each muscle's gain ±50 %, delay 0 to 60 ms, fatigue down to
-    /// 50 % (a floor in 50…100 %, and earlier work that has used up some of the
-    /// way there), each point's recruitment curve moved by −5…+20 % of its volts.
-    /// Assumed, since no paper says: dry friction up to 3 % of one flexor point's
-    /// nominal torque (3.2° of spring), Stribeck rate 0.05 to 0.5 rad/s, time
-    /// constant of fatigue 20 to 90 s, recruitment curvature ±50 %, spring ±20 %,
-    /// inertia and damping ±30 %, sensor noise 0.1 to 0.6°, sensor lag 5 to 20 ms,
-    /// and the muscles' own constants.
+    /// The torque of two points is assumed, as a range ([`TWO_POINTS_NM`]). Preregistered: the gain
+    /// of each muscle ±50 %, delay 0 to 60 ms, fatigue down to 50 % (a floor of 50…100 %, and
+    /// earlier work that has used up part of the way there), the recruitment curve of each point
+    /// shifted by −5…+20 % of its volts. Assumed, because no paper reports them: dry friction up to
+    /// 3 % of one flexor point's nominal torque (3.2° of spring), Stribeck rate 0.05 to 0.5 rad/s,
+    /// time constant of fatigue 20 to 90 s, recruitment curvature ±50 %, spring ±20 %, inertia and
+    /// damping ±30 %, sensor noise 0.1 to 0.6°, sensor lag 5 to 20 ms, and the constants of the
+    /// muscles.
     pub fn random(seed: u64, index: u64) -> Self {
         let mut draws = Draws::new(seed, index, 0);
         let mut spec = Self::nominal();
@@ -164,16 +161,15 @@ impl RandomFingerSpec {
         spec
     }
 
-    /// Wearer `index` of campaign `seed` from a wider population: that of
-    /// [`Self::drawn`] with another strength and delay, disturbed between 10 and
-    /// 30 s. All of it is drawn evenly and independently; no draw is rejected.
+    /// Returns wearer `index` of campaign `seed` from a wider population: that of [`Self::random`]
+    /// with another strength and delay, and disturbances between 10 and 30 s. Everything is
+    /// uniformly distributed and independent; no draw is rejected.
     ///
-    /// Declared before it was run: strength 0.5 to 2.8 times the nominal wearer's (all three
-    /// muscles; each ±15 % about it, assumed), delay 0 to 100 ms, an object taken
-    /// and dropped, a knock. Assumed: the object weighs up to 60 g and hangs 40 mm
-    /// from the joint (±0.024 N·m, as the hand is turned), is taken at 11 to 14 s and
-    /// dropped at 17 to 20 s; the knock is up to 2.5 N there (±0.1 N·m) for 10 to
-    /// 50 ms, at 22 to 24 s.
+    /// Preregistered: strength 0.5 to 2.8 times that of the nominal wearer (all three muscles; each
+    /// ±15 % about it, assumed), delay 0 to 100 ms, an object that is taken and dropped, a knock.
+    /// Assumed: the object weighs up to 60 g at 40 mm from the joint (±0.024 N·m, depending on the
+    /// orientation of the hand), is taken at 11 to 14 s and dropped at 17 to 20 s; the knock is up
+    /// to 2.5 N at the same place (±0.1 N·m) for 10 to 50 ms, at 22 to 24 s.
     pub fn random_wide_range(seed: u64, index: u64) -> Self {
         let mut draws = Draws::new(seed, index, 7);
         let mut spec = Self::random(seed, index);
@@ -200,9 +196,9 @@ impl RandomFingerSpec {
         spec
     }
 
-    /// Torque of both flexor points as a conducted pair, all of each recruited at 50 Hz
-    /// where they pull best, before fatigue, N·m; that of the stronger one where no pair
-    /// is stated.
+    /// Returns the torque of both flexor points as a conducted pair, both fully recruited at 50 Hz
+    /// and optimal length, before fatigue, N·m. Without a configured pair it is that of the
+    /// stronger point.
     pub fn flexor_pair_nm(&self) -> f64 {
         let [a, b, _] = self.muscles.map(|muscle| muscle.torque_nm);
         let one = self.finger.flexor_torque_nm;
@@ -210,7 +206,7 @@ impl RandomFingerSpec {
         a.max(b) + self.finger.pair.map_or(0.0, adds)
     }
 
-    /// Torque of its muscles over the nominal wearer's, mean of the three.
+    /// Returns the torque of the muscles relative to the nominal wearer, as the mean of the three.
     pub fn strength(&self) -> f64 {
         let nominal = Self::nominal().muscles;
         let ratios = self.muscles.iter().zip(nominal);

@@ -1,6 +1,6 @@
 //! A hinge with inertia, spring, viscous and Stribeck friction, and stops.
 
-/// The numbers of a joint, SI units and radians.
+/// Parameters of a joint, in SI units and radians.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hinge {
     /// Moment of inertia, kg·m².
@@ -9,52 +9,52 @@ pub struct Hinge {
     pub stiffness: f64,
     /// Viscous friction, N·m·s/rad.
     pub damping: f64,
-    /// Angle of rest, rad.
+    /// Angle at which the spring exerts no torque, rad.
     pub rest: f64,
     /// Inelastic stops, rad, low to high.
     pub stops: [f64; 2],
-    /// Friction of a joint at rest, N·m.
+    /// Dry friction of a joint at rest, N·m.
     pub static_nm: f64,
-    /// Friction of a joint in motion, N·m; at most `static_nm`.
+    /// Dry friction of a joint in motion, N·m; at most `static_nm`.
     pub coulomb_nm: f64,
-    /// Stribeck rate: at which 1/e of the difference is left, rad/s.
+    /// Stribeck rate, at which 1/e of the difference between both frictions remains, rad/s.
     pub stribeck: f64,
 }
 
-/// A muscle torque at a joint rate, and its slope there; the slope is not above
-/// zero (muscles brake what moves them).
+/// Muscle torque at a joint rate, and its slope there. The slope is not above zero, because muscles
+/// brake the motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Torque {
-    /// N·m, flexion positive.
+    /// Muscle torque, N·m, flexion positive.
     pub nm: f64,
-    /// N·m·s/rad.
+    /// Derivative of the torque with respect to the joint rate, N·m·s/rad.
     pub slope: f64,
 }
 
-/// Angle and rate.
+/// State of motion of a joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Motion {
-    /// rad.
+    /// Joint angle, rad.
     pub angle: f64,
-    /// rad/s.
+    /// Joint rate, rad/s.
     pub rate: f64,
 }
 
 impl Hinge {
-    /// Dry friction at this rate, N·m: Stribeck's curve between `static_nm` and
+    /// Returns the dry friction at this rate, N·m: Stribeck's curve between `static_nm` and
     /// `coulomb_nm` (Armstrong-Hélouvry 1994: exponent 2).
     fn dry_friction_nm(&self, rate: f64) -> f64 {
         let x = rate / self.stribeck;
         self.coulomb_nm + (self.static_nm - self.coulomb_nm) * (-x * x).exp()
     }
 
-    /// One implicit Euler step of
-    /// I·θ″ = T(θ′) - k·(θ - rest) - B·θ′ - dry·sgn θ′, with T linearised at the
-    /// rate before and the dry friction's size taken there. sgn is set-valued: if
-    /// the rest of the torques cannot overcome it, the joint sticks, exactly.
+    /// Advances I·θ″ = T(θ′) - k·(θ - rest) - B·θ′ - dry·sgn θ′ by one implicit Euler step. T is
+    /// linearised at the rate before the step, and the magnitude of the dry friction is taken
+    /// there. sgn is set-valued: if the other torques cannot overcome the friction, the joint
+    /// sticks exactly.
     ///
-    /// Every term's power at the end of the step is what physics allows, so for
-    /// T = 0 energy never grows, at any step and any friction.
+    /// The power of every term at the end of the step has the physically correct sign, so that for
+    /// T = 0 the energy never grows, with any step and any friction.
     pub fn step(&self, motion: &mut Motion, torque: Torque, h_s: f64) {
         let Motion { angle, rate } = *motion;
         let push = self.inertia / h_s * rate + torque.nm
@@ -123,13 +123,13 @@ mod tests {
                     for _ in 0..(20.0 / h) as u32 {
                         hinge.step(&mut m, NONE, h);
                         let now = energy(&hinge, &m);
-                        // Rounding of the angle near rest is all that may show.
+                        // The tolerance covers only the rounding of the angle near rest.
                         assert!(now <= before + 1e-16 * start, "{hinge:?} {h}");
                         before = now;
                     }
                     let off = hinge.stiffness * (m.angle - hinge.rest).abs();
                     let is_at_rest = m.rate.abs() < 1e-6 && off <= static_nm + 1e-6;
-                    // Without any friction it swings on.
+                    // Without any friction the joint oscillates on.
                     assert!(
                         is_at_rest || damping + static_nm == 0.0,
                         "{hinge:?} {h} {m:?}"
@@ -153,12 +153,12 @@ mod tests {
         for _ in 0..10_000 {
             HINGE.step(&mut m, torque(0.0061), 1e-3);
         }
-        // Comes to rest where spring and dry friction hold it, past the place
-        // that the spring alone would allow with static friction.
+        // The joint comes to rest where spring and dry friction balance, past the angle that the
+        // spring alone would allow with static friction.
         assert!(m.angle > HINGE.rest + 1e-4);
     }
 
-    /// Against 100 explicit steps for each of ours, its sign smoothed.
+    /// Compares with an explicit solution in 2000 substeps, with a smoothed sign function.
     #[test]
     fn a_millisecond_agrees_with_a_fine_explicit_solution() {
         let mut m = Motion {
@@ -180,7 +180,8 @@ mod tests {
             }
             worst = worst.max((m.angle - angle).abs());
         }
-        // 0.25 degrees; the joint's own first-order error is half a step of motion.
+        // The tolerance is 0.25 degrees; the first-order error of the joint is half a step of
+        // motion.
         assert!(worst < 0.25f64.to_radians(), "{}", worst.to_degrees());
     }
 }

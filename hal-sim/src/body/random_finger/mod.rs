@@ -1,9 +1,8 @@
-//! A finger whose muscles and friction no model of the firmware describes.
+//! A finger whose muscles and friction differ in structure from every model of the firmware.
 //!
-//! Lives here: its parts (`twitch`, `friction`), what it can hold (`reach`), and
-//! the draw of a random wearer (`draw`). Points, pairs, thresholds and sensor
-//! are those of [`super::Finger`].
-//! In: pulses and time. Out: the true and the sensed angle.
+//! Submodules: its parts (`twitch`, `friction`), the angles that it can hold (`reach`), and the
+//! generation of a random wearer (`draw`). Points, pairs, thresholds and sensor are those of
+//! [`super::Finger`]. Input: pulses and time. Output: the true and the sensed angle.
 
 mod draw;
 mod friction;
@@ -21,19 +20,19 @@ use std::collections::VecDeque;
 pub use twitch::Twitch;
 use twitch::TwitchState;
 
-/// A torque from outside: an object in the hand, a knock.
+/// A torque from outside, such as an object in the hand or a knock.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ExternalTorque {
-    /// It begins, ms from the start.
+    /// Start of the torque, ms after the start of the simulation.
     pub from_ms: u32,
-    /// It has ended, ms from the start.
+    /// End of the torque, ms after the start of the simulation.
     pub to_ms: u32,
-    /// N·m, flexion positive.
+    /// Torque on the joint, N·m, flexion positive.
     pub nm: f64,
 }
 
 impl ExternalTorque {
-    /// Whether it acts in this millisecond.
+    /// Returns whether the torque acts in this millisecond.
     const fn acts_at(&self, ms: u64) -> bool {
         self.from_ms as u64 <= ms && ms < self.to_ms as u64
     }
@@ -42,29 +41,28 @@ impl ExternalTorque {
 const TICK_US: u64 = 1000;
 const TICK_S: f64 = 1e-3;
 
-/// The numbers of one such finger. All fields are free; [`RandomFinger::new`]
-/// checks them.
+/// Parameters of such a finger. All fields are public; [`RandomFinger::new`] checks them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RandomFingerSpec {
-    /// Points, their pair, recruitment, delay, inertia, spring, damping, stops,
-    /// fatigue and sensor. Its `muscle`, torques and `torque_loss` are not used.
+    /// Points, their pair, recruitment, delay, inertia, spring, damping, stops, fatigue and sensor.
+    /// Its `muscle`, torques and `torque_loss` are not used.
     pub finger: FingerSpec,
-    /// Flexor A, flexor B, extensor.
+    /// Muscles in the order flexor A, flexor B, extensor.
     pub muscles: [Twitch; 3],
     /// Dry friction at rest, N·m.
     pub static_friction_nm: f64,
     /// Dry friction in motion, N·m, at most that at rest.
     pub coulomb_friction_nm: f64,
-    /// Stribeck rate, rad/s.
+    /// Joint rate at which 1/e of the difference between both frictions remains, rad/s.
     pub stribeck_rad_per_s: f64,
-    /// What earlier work has left of each muscle at the start, 0 to 1.
+    /// Share of each muscle's force that earlier work has left at the start, 0 to 1.
     pub capacity: [f64; 3],
-    /// What acts on the joint besides muscles, spring and friction; they add.
+    /// Torques on the joint besides muscles, spring and friction; simultaneous ones add.
     pub external: Vec<ExternalTorque>,
 }
 
 impl RandomFingerSpec {
-    /// The joint of these numbers.
+    /// Returns the joint with these parameters.
     pub fn hinge(&self) -> Hinge {
         let f = &self.finger;
         Hinge {
@@ -110,7 +108,7 @@ impl RandomFingerSpec {
     }
 }
 
-/// A pulse on its way to its muscle.
+/// A pulse that has not yet reached its muscle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Excitation {
     due_us: u64,
@@ -118,7 +116,7 @@ struct Excitation {
     effect: Effect,
 }
 
-/// The finger in motion. Deterministic: pulses and seed decide everything.
+/// The finger over time. The simulation is deterministic: pulses and seed determine every value.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RandomFinger {
     spec: RandomFingerSpec,
@@ -135,10 +133,10 @@ pub struct RandomFinger {
 }
 
 impl RandomFinger {
-    /// A relaxed finger. `seed` decides the sensor's noise.
+    /// Creates a relaxed finger. `seed` determines the noise of the sensor.
     ///
     /// # Errors
-    /// [`InvalidSpec`] names a field that no finger can have.
+    /// Returns [`InvalidSpec`] with the field that no finger can have.
     pub fn new(spec: RandomFingerSpec, seed: u64) -> Result<Self, InvalidSpec> {
         spec.validate()?;
         let hinge = spec.hinge();
@@ -160,17 +158,17 @@ impl RandomFinger {
         })
     }
 
-    /// The numbers this finger was made from.
+    /// Returns the specification from which the finger was created.
     pub fn spec(&self) -> &RandomFingerSpec {
         &self.spec
     }
 
-    /// Joint rate, degrees per second, flexion positive.
+    /// Returns the joint rate, degrees per second, flexion positive.
     pub fn rate_deg_per_s(&self) -> f64 {
         self.motion.rate.to_degrees()
     }
 
-    /// What fatigue has left of flexor A, flexor B and extensor, 0 to 1.
+    /// Returns the share of force that fatigue leaves in flexor A, flexor B and extensor, 0 to 1.
     pub fn capacity(&self) -> [f64; 3] {
         self.capacity
     }
@@ -213,9 +211,9 @@ impl RandomFinger {
 }
 
 impl RandomFingerSpec {
-    /// Torque of the muscles at these forces (fatigue included) in this motion.
-    /// One flexor point alone is itself; a full pair is `pair_factor` of the
-    /// weaker one more.
+    /// Returns the torque of the muscles with these forces (fatigue included) in this motion. A
+    /// single flexor point contributes its own torque; in a full pair, the weaker one contributes
+    /// `pair_factor` - 1 times its own.
     fn torque(&self, forces: [f64; 3], pair_factor: f64, motion: Motion) -> Torque {
         let angle_deg = motion.angle.to_degrees();
         let isometric = |i: usize| {
@@ -225,7 +223,7 @@ impl RandomFingerSpec {
         let (a, b) = (isometric(A), isometric(B));
         let flexor = a.max(b) + (pair_factor - 1.0) * a.min(b);
         let extensor = isometric(EXTENSOR);
-        // The two flexor points lie on one muscle: its velocity is A's.
+        // The two flexor points lie on one muscle, so that both have the velocity of A.
         let [flexing, flexing_slope] = self.muscles[A].velocity_factor(motion.rate);
         let [extending, extending_slope] = self.muscles[EXTENSOR].velocity_factor(-motion.rate);
         Torque {
@@ -234,7 +232,7 @@ impl RandomFingerSpec {
         }
     }
 
-    /// What a muscle with this capacity and force has left after `s` seconds.
+    /// Returns the capacity after `s` seconds of a muscle with this capacity and force.
     fn capacity_after(&self, capacity: f64, force: f64, s: f64) -> f64 {
         let goal = 1.0 - (1.0 - self.finger.fatigue_floor) * force.min(1.0);
         capacity + s / self.finger.fatigue_time_s * (goal - capacity)
@@ -266,7 +264,7 @@ impl Body for RandomFinger {
         }
     }
 
-    /// Moves in whole milliseconds: between them the values of the last one hold.
+    /// Advances in whole milliseconds. Between them, all values stay those of the last millisecond.
     fn advance(&mut self, to_us: u64) -> bool {
         let before = self.tick;
         while (self.tick + 1) * TICK_US <= to_us {

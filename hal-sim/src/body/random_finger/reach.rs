@@ -1,20 +1,20 @@
-//! Which angles a finger can hold, while it tires.
+//! Range of angles that a finger can hold as it fatigues.
 
 use super::{A, B, EXTENSOR, Motion, Points, RandomFingerSpec};
 
-/// An external torque of this length or more is a load, which the muscles must
-/// hold; a shorter one is a knock, over before they can, and changes no reach.
+/// Smallest duration of an external torque that counts as a load, which the muscles must hold, ms.
+/// A shorter one is a knock: it ends before they can respond and does not change the reach.
 const LOAD_MS: u32 = 1000;
-/// Steps of the bisection: 100° · 2^-24 is below a hundred-thousandth.
+/// Number of bisection steps: 100° · 2^-24 is below a hundred-thousandth.
 const BISECTIONS: u32 = 24;
 
-/// The range of angles a finger can hold inside given amplitudes, as it tires
-/// from following a target as far as it can: quasi-static, knows everything, and
-/// depends on no control law.
+/// The range of angles that a finger can hold with given amplitudes, while it fatigues from
+/// following a reference as far as possible. The model is quasi-static, has complete knowledge, and
+/// is independent of the control law.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reach {
     spec: RandomFingerSpec,
-    /// Recruitment with all flexion, and with all extension; the pair factor of each.
+    /// Recruitment with full flexion, and with full extension; each with its pair factor.
     flexing: ([f64; 3], f64),
     extending: ([f64; 3], f64),
     capacity: [f64; 3],
@@ -23,9 +23,9 @@ pub struct Reach {
 }
 
 impl Reach {
-    /// For the strongest flexion and the strongest extension that the
-    /// stimulator gives: effective volts (200 µs into the nominal load) at A, B
-    /// and the extensor; zero at a point that is not used.
+    /// Prepares the range for the strongest flexion and the strongest extension that the stimulator
+    /// outputs: effective volts (200 µs into the nominal load) at A, B and the extensor; zero at an
+    /// unused point.
     pub fn new(spec: &RandomFingerSpec, flexing_v: [f64; 3], extending_v: [f64; 3]) -> Self {
         Self {
             flexing: recruited(spec, flexing_v),
@@ -37,9 +37,9 @@ impl Reach {
         }
     }
 
-    /// Lowest and highest angle it can hold now, degrees: where torque, spring
-    /// and friction at rest balance, coming from rest (highest) or from above
-    /// (lowest).
+    /// Returns the smallest and the largest angle that the finger can hold now, degrees: the angles
+    /// at which torque, spring and static friction balance, approached from rest (largest) or from
+    /// above (smallest).
     pub fn range_deg(&self) -> [f64; 2] {
         let hinge = self.spec.hinge();
         let at_rest = self.torque(self.flexing, hinge.rest) + self.load_nm();
@@ -52,8 +52,8 @@ impl Reach {
         [lowest.min(highest), highest].map(f64::to_degrees)
     }
 
-    /// The part of the target that can be held now, degrees; then `s` seconds of
-    /// holding it pass.
+    /// Returns the part of the target that the finger can hold now, degrees, and advances by `s`
+    /// seconds of holding it.
     pub fn hold_reachable_target(&mut self, target_deg: f64, s: f64) -> f64 {
         let [lowest, highest] = self.range_deg();
         let reachable = target_deg.clamp(lowest, highest);
@@ -73,7 +73,7 @@ impl Reach {
         reachable
     }
 
-    /// Torque at this angle, N·m, of muscles recruited so.
+    /// Returns the torque at this angle with this recruitment, N·m.
     fn torque(&self, (recruited, pair_factor): ([f64; 3], f64), angle: f64) -> f64 {
         let forces = [0, 1, 2].map(|i| recruited[i] * self.potentiation[i] * self.capacity[i]);
         self.spec
@@ -81,7 +81,7 @@ impl Reach {
             .nm
     }
 
-    /// What hangs on the joint now, N·m.
+    /// Returns the external load on the joint now, N·m.
     fn load_nm(&self) -> f64 {
         let now_ms = (self.passed_s * 1000.0).round() as u64;
         let loads = self.spec.external.iter();
@@ -91,7 +91,7 @@ impl Reach {
             .sum()
     }
 
-    /// Where torque, load, spring and `friction_nm` sum to zero.
+    /// Returns the angle at which torque, load, spring and `friction_nm` sum to zero, rad.
     fn balance(&self, recruited: ([f64; 3], f64), friction_nm: f64) -> f64 {
         let hinge = self.spec.hinge();
         let [mut low, mut high] = hinge.stops;
@@ -108,8 +108,8 @@ impl Reach {
         0.5 * (low + high)
     }
 
-    /// Force of each muscle, fatigue not included, that holds this angle: linear
-    /// between what both sides at rest and one of them at full give.
+    /// Returns the force of each muscle that holds this angle, without fatigue. The forces are
+    /// interpolated linearly between both sides at rest and one of them at full recruitment.
     fn forces_at(&self, angle: f64) -> [f64; 3] {
         let hinge = self.spec.hinge();
         let (flexing, extending) = (self.flexing.0, self.extending.0);
@@ -132,9 +132,8 @@ impl Reach {
 }
 
 impl RandomFingerSpec {
-    /// Torque of 50 Hz trains of these effective volts at A, B and the extensor
-    /// once it has settled, finger at rest at this angle, before any fatigue of
-    /// this session, N·m.
+    /// Returns the settled torque of 50 Hz trains of these effective volts at A, B and the
+    /// extensor, N·m, with the finger at rest at this angle and before any fatigue of this session.
     pub fn steady_torque_nm(&self, effective_v: [f64; 3], angle_deg: f64) -> f64 {
         let (shares, factor) = recruited(self, effective_v);
         let forces = [0, 1, 2].map(|i| shares[i] * self.capacity[i]);
@@ -143,12 +142,12 @@ impl RandomFingerSpec {
     }
 }
 
-/// What trains of these amplitudes recruit, and the factor of the pair.
+/// Returns the shares that trains of these amplitudes recruit, and the pair factor.
 fn recruited(spec: &RandomFingerSpec, effective_v: [f64; 3]) -> ([f64; 3], f64) {
     let mut points = Points::new(&spec.finger);
     let mut factor = 1.0;
     let mut shares = [0.0; 3];
-    // Once for who is paired, once for what that recruits.
+    // The first pass determines which points are paired, the second the recruitment of the pair.
     for _ in 0..2 {
         for i in [A, B, EXTENSOR] {
             if effective_v[i] > 0.0 {

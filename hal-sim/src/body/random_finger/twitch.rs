@@ -1,11 +1,11 @@
-//! A muscle of another structure than the calcium-force model: a cascaded
-//! twitch with potentiation, and Hill's length and velocity.
+//! A muscle whose structure differs from the calcium-force model: a cascaded twitch with
+//! potentiation, and Hill's dependence on length and velocity.
 
 use crate::body::finger::TORQUE_FREQUENCY_HZ;
 
-/// The numbers of one muscle. With C the output of two first-order stages in
-/// series (release and binding) that each pulse kicks by one, and r the share of
-/// fibres that the last pulse recruited:
+/// Parameters of one muscle. C is the output of two first-order stages in series (release and
+/// binding), of which each pulse increments the first by one; r is the share of fibres that the
+/// last pulse recruited:
 ///
 /// ```text
 /// c1' = Σ δ(t - ti) - c1/τ1      c2' = (c1 - c2)/τ2      x = c2²/(c2² + K²)
@@ -13,34 +13,34 @@ use crate::body::finger::TORQUE_FREQUENCY_HZ;
 /// p' = (1 + P·F - p)/τp          T = A·w·F·l(θ)·v(θ′)
 /// ```
 ///
-/// x50 is the mean of x at 50 Hz, so that F = 1 there at full recruitment; w is
-/// what fatigue leaves. Not the firmware's model in any rung: second-order
-/// calcium (Mannard & Stein 1973 found muscle to be a second-order low-pass;
-/// Riener & Fuhr 1998 use two equal stages), cooperative binding with exponent 2
-/// (Hill), a time constant that depends on the direction (Zajac 1989), staircase
-/// potentiation (Rassier & MacIntosh 2000), force-length as a Gaussian and
-/// force-velocity as Hill's hyperbola with its lengthening branch (Zajac 1989).
+/// x50 is the mean of x at 50 Hz, so that F = 1 there at full recruitment; w is the share that
+/// fatigue leaves. The structure differs from every model level of the firmware: second-order
+/// calcium (Mannard & Stein 1973 found muscle to be a second-order low-pass; Riener & Fuhr 1998 use
+/// two equal stages), cooperative binding with exponent 2 (Hill), a time constant that depends on
+/// the direction (Zajac 1989), staircase potentiation (Rassier & MacIntosh 2000), force-length as a
+/// Gaussian and force-velocity as Hill's hyperbola with its lengthening branch (Zajac 1989).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Twitch {
-    /// A, torque at full recruitment and 50 Hz, at best length and at rest, N·m.
+    /// A, torque at full recruitment and 50 Hz, at optimal length and at rest, N·m.
     pub torque_nm: f64,
-    /// K, half-saturation of binding, in units of c2 (one pulse kicks c1 by 1).
+    /// K, half-saturation of binding, in units of c2 (one pulse increments c1 by 1).
     pub k: f64,
-    /// τ1, release, s.
+    /// τ1, time constant of calcium release, s.
     pub release_s: f64,
-    /// τ2, binding, s; not equal to τ1.
+    /// τ2, time constant of binding, s; not equal to τ1.
     pub binding_s: f64,
-    /// τ_rise, s.
+    /// τ_rise, time constant of rising force, s.
     pub rise_s: f64,
-    /// τ_fall, s.
+    /// τ_fall, time constant of falling force, s.
     pub fall_s: f64,
-    /// P, part by which lasting full activity potentiates.
+    /// P, relative increase of force by potentiation under sustained full activity.
     pub potentiation: f64,
-    /// τp, s.
+    /// τp, time constant of potentiation, s.
     pub potentiation_s: f64,
-    /// Angle of best length, degrees.
+    /// Angle of optimal length, degrees.
     pub best_deg: f64,
-    /// Width of the force-length curve, degrees: e^-1 this far from the best.
+    /// Width of the force-length curve, degrees: the factor is e^-1 at this distance from the
+    /// optimum.
     pub width_deg: f64,
     /// Joint rate at which a shortening muscle has no force left, rad/s.
     pub fastest_rad_per_s: f64,
@@ -48,19 +48,18 @@ pub struct Twitch {
 
 /// Hill's shape factor, a/F0 (Zajac 1989: about 0.25).
 const HILL: f64 = 0.25;
-/// Force of a muscle that is stretched fast, over the isometric one (Zajac
-/// 1989: 1.1 to 1.8).
+/// Force of a muscle that lengthens fast, over the isometric force (Zajac 1989: 1.1 to 1.8).
 const LENGTHENING: f64 = 1.4;
 
 impl Twitch {
-    /// Force-length factor, 0 to 1.
+    /// Returns the force-length factor, 0 to 1.
     pub fn length_factor(&self, angle_deg: f64) -> f64 {
         let x = (angle_deg - self.best_deg) / self.width_deg;
         (-x * x).exp()
     }
 
-    /// Force-velocity factor at this rate of shortening, rad/s, and its slope,
-    /// s/rad; never rising, and both continuous.
+    /// Returns the force-velocity factor at this rate of shortening, rad/s, and its slope, s/rad.
+    /// The factor never rises with the rate, and it is continuous.
     pub fn velocity_factor(&self, shortening: f64) -> [f64; 2] {
         let v = shortening / self.fastest_rad_per_s;
         let [factor, slope] = if v >= 1.0 {
@@ -80,20 +79,20 @@ impl Twitch {
     }
 }
 
-/// One muscle's state and the constants of its millisecond.
+/// State of one muscle and the constants of its time step of 1 ms.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct TwitchState {
     twitch: Twitch,
-    /// Share of fibres recruited by the last pulse.
+    /// Share of fibres that the last pulse recruited.
     recruited: f64,
     calcium: [f64; 2],
-    /// What this millisecond's pulses add to it by its end.
+    /// Contribution of this millisecond's pulses to the calcium at its end.
     arriving: [f64; 2],
     bound: f64,
-    /// F, potentiation included, fatigue not.
+    /// Force F, with potentiation and without fatigue.
     pub force: f64,
     pub potentiation: f64,
-    /// What is left after a millisecond of c1, c2, F rising, F falling.
+    /// Remaining shares of c1, c2, rising F and falling F after a millisecond.
     left: [f64; 4],
     mean_bound: f64,
 }
@@ -101,7 +100,7 @@ pub(super) struct TwitchState {
 const TICK_S: f64 = 1e-3;
 
 impl TwitchState {
-    /// A rested muscle.
+    /// Creates a rested muscle.
     pub fn new(twitch: Twitch) -> Self {
         let left = [
             twitch.release_s,
@@ -124,7 +123,7 @@ impl TwitchState {
         muscle
     }
 
-    /// Mean of x over the last of so many periods that the rise is over.
+    /// Returns the mean of x over a period at 50 Hz, after enough periods for the rise to end.
     fn bound_at_50_hz(mut self) -> f64 {
         let ticks = (1.0 / (TORQUE_FREQUENCY_HZ * TICK_S)) as usize;
         let periods = (20.0 * self.twitch.binding_s * TORQUE_FREQUENCY_HZ) as usize + 1;
@@ -139,8 +138,8 @@ impl TwitchState {
         sum / ticks as f64
     }
 
-    /// A pulse in the coming millisecond, this part of it (0 to 1) before its
-    /// end. Exact for the calcium; recruitment changes with the millisecond.
+    /// Applies a pulse in the next millisecond, at the share `before_end` (0 to 1) of it before its
+    /// end. The calcium is exact; the recruitment changes at the millisecond.
     pub fn pulse(&mut self, recruited: f64, before_end: f64) {
         let s = before_end * TICK_S;
         let [t1, t2] = [self.twitch.release_s, self.twitch.binding_s];
@@ -150,7 +149,7 @@ impl TwitchState {
         self.recruited = recruited;
     }
 
-    /// Moves the calcium by a millisecond; mean of x in it.
+    /// Advances the calcium by a millisecond and returns the mean of x in it.
     fn step_calcium(&mut self) -> f64 {
         let before = self.bound;
         let [t1, t2] = [self.twitch.release_s, self.twitch.binding_s];
@@ -163,7 +162,7 @@ impl TwitchState {
         0.5 * (before + self.bound)
     }
 
-    /// A millisecond further; mean force in it.
+    /// Advances by a millisecond and returns the mean force in it.
     pub fn step(&mut self) -> f64 {
         let bound = self.step_calcium();
         let steady = self.recruited * self.potentiation * bound / self.mean_bound;
@@ -180,7 +179,7 @@ impl TwitchState {
 mod tests {
     use super::*;
 
-    /// Mean force of the last of three seconds at this many ms between pulses.
+    /// Returns the mean force in the last of three seconds, with a pulse every `every_ms`.
     fn force_at(every_ms: u32, recruited: f64) -> f64 {
         let mut muscle = TwitchState::new(Twitch::nominal(0.2));
         let mut sum = 0.0;
@@ -203,7 +202,7 @@ mod tests {
                 "{recruited}: {force}"
             );
         }
-        // More slowly less, faster more, never twice as much.
+        // Force falls at a lower rate and rises at a higher rate, but never doubles.
         assert!(force_at(50, 1.0) < 0.9);
         assert!((1.0..2.0).contains(&force_at(10, 1.0)));
     }

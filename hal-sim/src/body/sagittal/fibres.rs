@@ -1,4 +1,4 @@
-//! The fibres under a pair of electrodes.
+//! Muscle fibres under a pair of electrodes.
 
 use super::spec::{Electrode, SagittalSpec};
 use crate::body::muscle::{Muscle, Step};
@@ -7,19 +7,20 @@ use std::collections::VecDeque;
 
 /// Time step, µs; split at pulses.
 pub(super) const TICK_US: u64 = 1000;
-/// Below this force and calcium, both against one, fibres that get no pulse rest.
+/// Relative force below which fibres without pulses count as resting.
 const RESTING: f64 = 1e-6;
-/// A pulse later than this after the last finds the fibres free again, µs: no train that
+/// Time after the last pulse at which the fibres count as no longer stimulated, µs: no train that
 /// fuses has longer gaps.
 const FREE_US: u64 = 100_000;
 
-/// Fibres in motion.
+/// State of the fibres.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Fibres {
     electrode: Electrode,
     muscle: Muscle,
     whole: Step,
-    /// When each pulse acts, µs, and the part it gets of what is reached.
+    /// Pending pulses: time at which each takes effect, µs, and recruited share of the fibres that
+    /// the electrodes reach.
     under_way: VecDeque<(u64, f64)>,
     last: Option<(u64, f64)>,
 }
@@ -35,7 +36,7 @@ impl Fibres {
         }
     }
 
-    /// A pulse leaves the stage.
+    /// Schedules a pulse that leaves the output stage at `at_us`.
     pub fn excite(&mut self, spec: &SagittalSpec, at_us: u64, current_ma: f64, width_us: u32) {
         let own = |ma: f64| effective_voltage(ma, spec.width_us);
         let part = recruitment(
@@ -50,7 +51,7 @@ impl Fibres {
         }
     }
 
-    /// The millisecond from `start_us` on.
+    /// Simulates the millisecond from `start_us` on.
     pub fn pass(&mut self, spec: &SagittalSpec, start_us: u64) {
         let end_us = start_us + TICK_US;
         let mut now_us = start_us;
@@ -85,13 +86,13 @@ impl Fibres {
         }
     }
 
-    /// Force as a part of the whole muscle's, once the train's frequency fuses 0 to the part
-    /// that is reached.
+    /// Returns the force relative to that of the whole muscle; for a fused train, 0 to the share
+    /// that the electrodes reach.
     pub fn force(&self) -> f64 {
         self.electrode.reached * self.muscle.force()
     }
 
-    /// Part of the whole muscle that pulses keep busy at `now_us`.
+    /// Returns the share of the whole muscle that pulses keep active at `now_us`.
     pub fn pulsed_share(&self, now_us: u64) -> f64 {
         let own = self
             .last

@@ -1,14 +1,14 @@
-//! Moment arms and fibre lengths by angle.
+//! Moment arms and fibre lengths as functions of the joint angles.
 
 use super::{ELBOW, JOINTS, SHOULDER};
 use crate::body::arm::posture::{Lengths, Posture, Skeleton};
 use crate::body::arm::{Muscle, elbow_arms};
 use crate::body::bench::elbow::force_length;
 
-/// Muscles that turn elbow or shoulder in this plane.
+/// Number of muscles that turn elbow or shoulder in this plane.
 pub const MUSCLES: usize = 8;
-/// Which, in order; the first four lie under electrodes. The deltoid's middle part, whose
-/// line passes the joint on the other side as the arm rises, is left out, as are
+/// Muscles in this plane, in order; the first four lie under electrodes. The deltoid's middle part
+/// is left out, because its line passes the joint on the other side as the arm rises; so are
 /// coracobrachialis, supraspinatus and teres.
 pub const ALL: [Muscle; MUSCLES] = [
     Muscle::Biceps,
@@ -20,26 +20,25 @@ pub const ALL: [Muscle; MUSCLES] = [
     Muscle::PectoralisClavicular,
     Muscle::Latissimus,
 ];
-/// Best fibre lengths, m (Holzbaur 2005; of the biceps and the triceps their heads' by
-/// force).
+/// Optimal fibre lengths, m (Holzbaur 2005; for biceps and triceps the mean of their heads,
+/// weighted by force).
 const BEST_M: [f64; MUSCLES] = [
     0.1224, 0.1217, 0.0976, 0.1367, 0.0858, 0.1726, 0.1442, 0.2540,
 ];
-/// Isometric force of the deltoid's anterior and posterior part, N (Holzbaur 2005, from
-/// memory): its anterior part has what of the middle one pulls forward.
+/// Isometric force of the anterior and the posterior part of the deltoid, N (Holzbaur 2005, from
+/// memory). The anterior part includes the fibres of the middle part that pull forward.
 const DELTOID_N: [f64; 2] = [1142.6, 259.9];
-/// Angles between which arms are known, degrees: elbow (`elbow_arms`), shoulder (posture).
-/// Beyond them an arm is what it is at the nearer one.
+/// Range of angles in which moment arms are known, degrees: elbow (`elbow_arms`), shoulder
+/// (posture). Beyond it a moment arm keeps the value at the nearer end.
 pub const LIMITS_DEG: [[f64; 2]; JOINTS] = [elbow_arms::RANGE_DEG, [1.0, 120.0]];
-/// Posture in which a spec gives fibre lengths, degrees.
+/// Posture to which the fibre lengths of a specification refer, degrees.
 const REFERENCE_DEG: [f64; JOINTS] = [90.0, 45.0];
 
-/// Arms and shortening of all muscles about one joint, by whole degrees.
+/// Moment arms and shortening of all muscles about one joint, by whole degrees.
 #[derive(Debug, Clone, PartialEq)]
 struct Table {
     from_deg: f64,
-    /// Arm (flexion positive), m, and how much the muscle is shorter than in the reference
-    /// posture, m.
+    /// Moment arm (flexion positive), m, and shortening relative to the reference posture, m.
     rows: Vec<[[f64; 2]; MUSCLES]>,
 }
 
@@ -69,7 +68,7 @@ impl Table {
         }
     }
 
-    /// Arms and shortenings at an angle.
+    /// Returns moment arms and shortenings at an angle, by linear interpolation.
     fn at(&self, deg: f64) -> [[f64; 2]; MUSCLES] {
         let last = self.rows.len() - 2;
         let along = (deg - self.from_deg).clamp(0.0, last as f64 + 1.0);
@@ -82,24 +81,24 @@ impl Table {
     }
 }
 
-/// Moment arms and lengths of one person's muscles.
+/// Moment arms and lengths of one wearer's muscles.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Geometry {
     tables: [Table; JOINTS],
     fibre_length: f64,
 }
 
-/// All muscles in one posture.
+/// Moment arms and force-length factors of all muscles in one posture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PostureGeometry {
-    /// Arm of each about elbow and shoulder, m, flexion positive.
+    /// Moment arm of each muscle about elbow and shoulder, m, flexion positive.
     pub arms_m: [[f64; JOINTS]; MUSCLES],
-    /// What its length makes of its force, 0 to 1.
+    /// Factor by which each muscle's length reduces its force, 0 to 1.
     pub by_length: [f64; MUSCLES],
 }
 
 impl Geometry {
-    /// Of bones of these lengths; `fibre_length` as a spec has it.
+    /// Tabulates the muscles for bones of these lengths; `fibre_length` is that of a specification.
     #[must_use]
     pub fn new(lengths: Lengths, fibre_length: f64) -> Self {
         let elbow = |deg: f64| {
@@ -126,7 +125,8 @@ impl Geometry {
                 },
                 lengths,
             );
-            // Raising the arm forward turns it about the axis to the right: y is to the left.
+            // Raising the arm forward is a rotation about an axis to the right, and y points to the
+            // left.
             ALL.map(|muscle| -bones.arms_m(muscle, 0.0)[4])
         };
         Self {
@@ -135,7 +135,7 @@ impl Geometry {
         }
     }
 
-    /// All muscles at these flexions of elbow and shoulder, degrees.
+    /// Returns the geometry at these flexions of elbow and shoulder, degrees.
     #[must_use]
     pub fn at(&self, flexion_deg: [f64; JOINTS]) -> PostureGeometry {
         let elbow = self.tables[ELBOW].at(flexion_deg[ELBOW]);
@@ -152,8 +152,8 @@ impl Geometry {
 }
 
 impl PostureGeometry {
-    /// Torque of each muscle about elbow and shoulder at full activation, N m, of muscles
-    /// `strength` times as strong as their sources have them.
+    /// Returns the torque of each muscle about elbow and shoulder at full activation, N m.
+    /// `strength` scales the forces of the sources.
     #[must_use]
     pub fn full_nm(&self, strength: f64) -> [[f64; JOINTS]; MUSCLES] {
         std::array::from_fn(|muscle| {
@@ -163,8 +163,8 @@ impl PostureGeometry {
     }
 }
 
-/// Isometric force of a muscle, N: the deltoid's by [`DELTOID_N`], others' as
-/// [`Muscle::force_n`] has them.
+/// Returns the isometric force of a muscle, N: [`DELTOID_N`] for the deltoid, otherwise
+/// [`Muscle::force_n`].
 #[must_use]
 pub(super) const fn force_n(muscle: usize) -> f64 {
     match ALL[muscle] {
@@ -174,8 +174,8 @@ pub(super) const fn force_n(muscle: usize) -> f64 {
     }
 }
 
-/// Mass of a muscle, kg: force over 0.25 MPa times fibre length times 1,060 kg/m³ (Umberger
-/// 2003).
+/// Returns the mass of a muscle, kg: force over 0.25 MPa times fibre length times 1,060 kg/m³
+/// (Umberger 2003).
 pub(super) fn mass_kg(muscle: usize, strength: f64) -> f64 {
     strength * force_n(muscle) / 250e3 * BEST_M[muscle] * 1060.0
 }

@@ -1,20 +1,20 @@
-//! What muscles use up, by published heats.
+//! Power consumption of muscles, from published heat rates.
 
 use super::geometry::mass_kg;
 use std::f64::consts::FRAC_PI_2;
 
 /// Heat of activation of slow and fast fibres, W/kg (Bhargava 2004, after Hatze and Buys).
 const ACTIVATION_W_PER_KG: [f64; 2] = [40.0, 133.0];
-/// Of keeping force up (the same, at the fibres' best length).
+/// Heat of maintaining force, of slow and fast fibres at optimal length, W/kg (the same source).
 const MAINTENANCE_W_PER_KG: [f64; 2] = [74.0, 111.0];
-/// Heat of shortening per force and speed, with no force–velocity curve: 0.16 of the
-/// isometric force and 0.18 of the force (the same).
+/// Heat of shortening per force and speed, without a force–velocity curve: 0.16 of the isometric
+/// force and 0.18 of the force (the same source).
 const SHORTENING: f64 = 0.34;
 
-/// Power that a muscle uses up, W: of activation by will (0 to 1), which takes slow fibres
-/// first, of the part that pulses keep busy, which take both alike (Gregory and Bickel
-/// 2005), and of pulling with `force_n` while it shortens with `shortening_m_s`. Of
-/// lengthening nothing is taken nor given back.
+/// Returns the power that a muscle consumes, W. It has three parts: voluntary activation (0 to 1),
+/// which recruits slow fibres first; the share that pulses keep active, which recruits slow and
+/// fast fibres alike (Gregory and Bickel 2005); and pulling with `force_n` while the muscle
+/// shortens with `shortening_m_s`. Lengthening neither consumes nor returns power.
 pub(super) fn power_w(
     muscle: usize,
     (strength, fast_part): (f64, f64),

@@ -1,27 +1,28 @@
-//! Two segments about shoulder and elbow in the sagittal plane.
+//! Dynamics of two segments about shoulder and elbow in the sagittal plane.
 
 use super::{ELBOW, JOINTS, SHOULDER};
 use crate::body::arm::{FOREARM, HAND, UPPER_ARM};
 
 pub use crate::body::arm::GRAVITY_M_S2;
 
-/// Upper arm, and forearm with hand. Angles of the upper arm and of the forearm are from
-/// hanging down; x points forward, z up, from the shoulder.
+/// Upper arm, and forearm with hand. The angles of both segments are measured from hanging down; x
+/// points forward, z up, from the shoulder.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Links {
-    /// Shoulder to elbow, m.
+    /// Distance from shoulder to elbow, m.
     pub upper_m: f64,
-    /// Elbow to the hand's middle, m.
+    /// Distance from the elbow to the middle of the hand, m.
     pub fore_m: f64,
-    /// Inertias about shoulder and elbow, the forearm's mass at the elbow in the first, and
-    /// what couples them, kg m².
+    /// Inertia about the shoulder (with the mass of the forearm at the elbow), inertia about the
+    /// elbow, and coupling inertia, kg m².
     inertia: [f64; 3],
-    /// Moments of weight about shoulder and elbow, N m at a right angle.
+    /// Moments of weight about shoulder and elbow with the segments horizontal, N m.
     weight_nm: [f64; 2],
 }
 
 impl Links {
-    /// Of stature and mass, with what is added to elbow and shoulder, kg m².
+    /// Computes the segments for this stature and body mass; `added_kg_m2` is added to the inertias
+    /// of elbow and shoulder.
     #[must_use]
     pub fn new(stature_m: f64, mass_kg: f64, added_kg_m2: [f64; JOINTS]) -> Self {
         let [upper, fore, hand] = [UPPER_ARM, FOREARM, HAND].map(|values| {
@@ -55,13 +56,14 @@ impl Links {
         }
     }
 
-    /// From shoulder to hand, straight, m.
+    /// Returns the distance from shoulder to hand with the arm straight, m.
     #[must_use]
     pub fn reach_m(&self) -> f64 {
         self.upper_m + self.fore_m
     }
 
-    /// Inertias about elbow and shoulder in a posture with this mass in the hand, kg m².
+    /// Returns the inertias about elbow and shoulder in a posture with this mass in the hand, kg
+    /// m².
     #[must_use]
     pub fn inertias(&self, q: [f64; JOINTS], hand_kg: f64) -> [f64; JOINTS] {
         let [x, z] = self.hand_m(q);
@@ -72,7 +74,7 @@ impl Links {
         ]
     }
 
-    /// Where the hand is at these flexions of elbow and shoulder, rad: x and z, m.
+    /// Returns the position of the hand at these flexions of elbow and shoulder, rad: x and z, m.
     #[must_use]
     pub fn hand_m(&self, q: [f64; JOINTS]) -> [f64; 2] {
         let (s, f) = (q[SHOULDER], q[SHOULDER] + q[ELBOW]);
@@ -82,7 +84,7 @@ impl Links {
         ]
     }
 
-    /// How fast the hand goes, m/s.
+    /// Returns the velocity of the hand, m/s.
     #[must_use]
     pub fn hand_rate_m_s(&self, q: [f64; JOINTS], rate: [f64; JOINTS]) -> [f64; 2] {
         let (s, f) = (q[SHOULDER], q[SHOULDER] + q[ELBOW]);
@@ -93,8 +95,8 @@ impl Links {
         ]
     }
 
-    /// Flexions of elbow and shoulder that put the hand there, rad; of a place out of reach
-    /// those with the elbow straight towards it.
+    /// Returns the flexions of elbow and shoulder that put the hand at this position, rad. For a
+    /// position out of reach, the elbow is straight and the arm points towards it.
     #[must_use]
     pub fn flexions(&self, [x, z]: [f64; 2]) -> [f64; JOINTS] {
         let (a, b) = (self.upper_m, self.fore_m);
@@ -104,8 +106,8 @@ impl Links {
         [elbow, shoulder]
     }
 
-    /// Torques of elbow and shoulder that move the arm so, with a force (x, z) on the hand,
-    /// N m.
+    /// Returns the torques of elbow and shoulder that cause this acceleration, with a force (x, z)
+    /// on the hand, N m.
     #[must_use]
     pub fn torques_nm(
         &self,
@@ -127,7 +129,7 @@ impl Links {
         [f, s + f]
     }
 
-    /// What these torques of elbow and shoulder accelerate, rad/s².
+    /// Returns the accelerations of elbow and shoulder under these torques, rad/s².
     #[must_use]
     pub fn accelerations(
         &self,
@@ -146,17 +148,17 @@ impl Links {
         [df - ds, ds]
     }
 
-    /// Inertias of both segments and between them.
+    /// Returns the inertias of both segments and the coupling inertia, kg m².
     fn mass(&self, q: [f64; JOINTS]) -> [f64; 3] {
         let [own_s, own_f, both] = self.inertia;
         [own_s, own_f, both * q[ELBOW].cos()]
     }
 
-    /// Moments on both segments of weight, motion and the force on the hand.
+    /// Returns the moments of weight, motion and the force on the hand on both segments, N m.
     fn load_moments_nm(&self, q: [f64; JOINTS], rate: [f64; JOINTS], [x, z]: [f64; 2]) -> [f64; 2] {
         let (s, f) = (q[SHOULDER], q[SHOULDER] + q[ELBOW]);
         let (ds, df) = (rate[SHOULDER], rate[SHOULDER] + rate[ELBOW]);
-        // sin(s − f) = −sin(elbow).
+        // Identity: sin(s − f) = −sin(elbow).
         let bent = self.inertia[2] * q[ELBOW].sin();
         let hand = |length: f64, angle: f64| length * (angle.cos() * x + angle.sin() * z);
         [

@@ -1,12 +1,13 @@
-//! An arm that lifts in the sagittal plane: elbow and shoulder flexion, eight muscles that a
-//! person drives and of which four lie under electrodes (Buatier de Mongeot 2024).
+//! An arm that lifts in the sagittal plane: elbow and shoulder flexion, and eight muscles that a
+//! wearer drives voluntarily, four of which lie under electrodes (Buatier de Mongeot 2024).
 //!
-//! Lives here: `geometry` (moment arms and fibre lengths by angle, from `arm`'s published
-//! numbers), `links` (two rigid segments), `fibres` (what pulses make of the fibres under an
-//! electrode), `heat` (what muscles use up), `moving` (all of it in time), `spec`. Not here:
-//! what the person wants, what is lifted, the device. In: drives of the muscles, pulses,
-//! the force on the hand. Out: angles, where the hand is, torques, energy. All simulated;
-//! every number says whether it is sourced or assumed.
+//! Submodules: `geometry` (moment arms and fibre lengths as functions of the angles, from the
+//! published numbers of `arm`), `links` (two rigid segments), `fibres` (response of the fibres
+//! under an electrode to pulses), `heat` (power consumption of muscles), `moving` (the simulation
+//! over time), `spec`. The wearer's intentions, the lifted object and the device belong to other
+//! modules. Input: drives of the muscles, pulses, the force on the hand. Output: angles, position
+//! of the hand, torques, energy. Everything is simulated; every number says whether it is sourced
+//! or assumed.
 
 mod fibres;
 mod geometry;
@@ -20,9 +21,9 @@ pub use links::{GRAVITY_M_S2, Links};
 pub use moving::{Intent, SagittalArm};
 pub use spec::{ELECTRODES, Electrode, InvalidSagittal, SagittalSpec};
 
-/// Joints.
+/// Number of joints.
 pub const JOINTS: usize = 2;
-/// The elbow's place among them.
+/// Index of the elbow among the joints.
 pub const ELBOW: usize = 0;
-/// The shoulder's.
+/// Index of the shoulder among the joints.
 pub const SHOULDER: usize = 1;

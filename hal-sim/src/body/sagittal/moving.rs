@@ -1,4 +1,4 @@
-//! The arm in time.
+//! Simulation of the sagittal arm over time.
 
 use super::JOINTS;
 use super::fibres::{Fibres, TICK_US};
@@ -9,24 +9,25 @@ use super::spec::{ELECTRODES, InvalidSagittal, SagittalSpec};
 use crate::body::arm::posture::Lengths;
 use crate::body::arm::{CUFF_PART, FOREARM, UPPER_ARM};
 
-/// Time step, s.
+/// Time step of the simulation, s.
 const TICK_S: f64 = 1e-3;
-/// Inelastic stops of elbow and shoulder, rad.
+/// Inelastic stops of elbow and shoulder, low and high, rad.
 const STOPS_RAD: [[f64; 2]; JOINTS] = [[0.0, 2.53], [-0.7, 2.8]];
 
-/// What the person wants of the arm for the next millisecond.
+/// Voluntary drive and intended motion for the next millisecond.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Intent {
-    /// Drive of each muscle, 0 to 1.
+    /// Voluntary drive of each muscle, 0 to 1.
     pub drive: [f64; MUSCLES],
-    /// Where elbow and shoulder are meant to be, rad: what muscles that are driven are stiff
-    /// about (Flash 1987).
+    /// Intended flexions of elbow and shoulder, rad: the equilibrium of the stiffness of driven
+    /// muscles (Flash 1987).
     pub flexions: [f64; JOINTS],
-    /// How fast they are meant to turn, rad/s.
+    /// Intended rates of elbow and shoulder, rad/s.
     pub rates: [f64; JOINTS],
 }
 
-/// An arm in motion. Deterministic: intents, pulses and forces decide everything.
+/// The arm over time. The simulation is deterministic: intents, pulses and forces determine every
+/// value.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SagittalArm {
     spec: SagittalSpec,
@@ -43,10 +44,10 @@ pub struct SagittalArm {
 }
 
 impl SagittalArm {
-    /// At rest with these flexions of elbow and shoulder, rad.
+    /// Creates an arm at rest with these flexions of elbow and shoulder, rad.
     ///
     /// # Errors
-    /// E766 names a field that no arm can have.
+    /// Returns E766 with the field that no arm can have.
     pub fn new(spec: SagittalSpec, flexions: [f64; JOINTS]) -> Result<Self, InvalidSagittal> {
         spec.validate()?;
         let geometry = Geometry::new(lengths(spec.stature_m), spec.fibre_length);
@@ -67,7 +68,8 @@ impl SagittalArm {
         })
     }
 
-    /// The same arm, rested, at rest with these flexions: geometry is not made again.
+    /// Resets the arm to a rested state with these flexions, rad, and activations, 0 to 1. The
+    /// tables of the geometry are kept.
     pub fn reset_to_rest(&mut self, flexions: [f64; JOINTS], activation: [f64; MUSCLES]) {
         self.posed = self.geometry.at(flexions.map(f64::to_degrees));
         (self.flexions, self.rates) = (flexions, [0.0; JOINTS]);
@@ -79,14 +81,14 @@ impl SagittalArm {
             .map(|electrode| Fibres::new(&self.spec, electrode));
     }
 
-    /// Of electrode `electrode`, 0 to 3, a pulse leaves the stage at `at_us`.
+    /// Applies a pulse that leaves the output stage of electrode `electrode`, 0 to 3, at `at_us`.
     pub fn pulse(&mut self, electrode: usize, at_us: u64, current_ma: f64, width_us: u32) {
         if let Some(fibres) = self.fibres.get_mut(electrode) {
             fibres.excite(&self.spec, at_us, current_ma, width_us);
         }
     }
 
-    /// A millisecond, with this force (x, z) on the hand, N.
+    /// Advances by a millisecond, with this force (x, z) on the hand, N.
     pub fn step(&mut self, intent: &Intent, hand_n: [f64; 2]) {
         for fibres in &mut self.fibres {
             fibres.pass(&self.spec, self.now_us);
@@ -112,7 +114,7 @@ impl SagittalArm {
         self.posed = self.geometry.at(self.flexions.map(f64::to_degrees));
     }
 
-    /// Torques about both joints, N m; what is used up is added.
+    /// Returns the torques about both joints, N m, and adds the consumed energy.
     fn torques_nm(&mut self, intent: &Intent) -> [f64; JOINTS] {
         let full_n: [f64; MUSCLES] = std::array::from_fn(|muscle| {
             self.spec.strength * force_n(muscle) * self.posed.by_length[muscle]
@@ -152,44 +154,46 @@ impl SagittalArm {
         torque
     }
 
-    /// Flexion of elbow and shoulder, rad.
+    /// Returns the flexions of elbow and shoulder, rad.
     #[must_use]
     pub const fn flexions(&self) -> [f64; JOINTS] {
         self.flexions
     }
 
-    /// Their rates, rad/s.
+    /// Returns the rates of elbow and shoulder, rad/s.
     #[must_use]
     pub const fn rates(&self) -> [f64; JOINTS] {
         self.rates
     }
 
-    /// Where the hand is from the shoulder, forward and up, m, and how fast it goes, m/s.
+    /// Returns the position of the hand relative to the shoulder, forward and up, m, and its
+    /// velocity, m/s.
     #[must_use]
     pub fn hand_motion(&self) -> ([f64; 2], [f64; 2]) {
         let at = self.links.hand_m(self.flexions);
         (at, self.links.hand_rate_m_s(self.flexions, self.rates))
     }
 
-    /// Torque of stimulated fibres about both joints, N m, flexion positive.
+    /// Returns the torque of stimulated fibres about both joints, N m, flexion positive.
     #[must_use]
     pub const fn stimulated_nm(&self) -> [f64; JOINTS] {
         self.stimulated_nm
     }
 
-    /// Torque of each muscle about both joints at full activation here, N m.
+    /// Returns the torque of each muscle about both joints at full activation in the present
+    /// posture, N m.
     #[must_use]
     pub fn full_nm(&self) -> [[f64; JOINTS]; MUSCLES] {
         self.posed.full_nm(self.spec.strength)
     }
 
-    /// Energy used up since rest, J.
+    /// Returns the energy consumed since the start or the last reset, J.
     #[must_use]
     pub const fn energy_used_j(&self) -> f64 {
         self.used_j
     }
 
-    /// Power that muscles held so would use up, without pulses, W.
+    /// Returns the power that muscles consume while they hold these activations without pulses, W.
     #[must_use]
     pub fn holding_power_w(&self, activation: &[f64; MUSCLES]) -> f64 {
         let of = (self.spec.strength, self.spec.fast_part);
@@ -198,20 +202,20 @@ impl SagittalArm {
             .sum()
     }
 
-    /// Its segments.
+    /// Returns the two rigid segments.
     #[must_use]
     pub const fn links(&self) -> &Links {
         &self.links
     }
 
-    /// Its numbers.
+    /// Returns the specification from which the arm was created.
     #[must_use]
     pub const fn spec(&self) -> &SagittalSpec {
         &self.spec
     }
 }
 
-/// Bones of a stature, as [`crate::body::arm`] has them.
+/// Returns the lengths of the bones for a stature, with the proportions of [`crate::body::arm`].
 pub(super) fn lengths(stature_m: f64) -> Lengths {
     let forearm_m = FOREARM[0] * stature_m;
     Lengths {
@@ -223,7 +227,7 @@ pub(super) fn lengths(stature_m: f64) -> Lengths {
 }
 
 impl Geometry {
-    /// Of a stature.
+    /// Tabulates the muscles of a wearer of this stature, m.
     #[must_use]
     pub fn for_stature(stature_m: f64, fibre_length: f64) -> Self {
         Self::new(lengths(stature_m), fibre_length)

@@ -1,74 +1,77 @@
-//! The numbers of one such arm.
+//! Parameters of a sagittal arm.
 
 use super::JOINTS;
 use crate::body::muscle::Parameters;
 
-/// Muscles under electrodes: biceps, triceps, deltoid's anterior and posterior part, the
-/// first of [`super::ALL`].
+/// Number of muscles under electrodes: biceps, triceps, and the anterior and posterior parts of the
+/// deltoid, the first four of [`super::ALL`].
 pub const ELECTRODES: usize = 4;
 
 /// A pair of electrodes on a muscle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Electrode {
-    /// Current at which the first fibres answer, mA at the spec's width.
+    /// Current at which the first fibres respond, mA at the spec's width.
     pub threshold_ma: f64,
-    /// Current at which all that it reaches answer, mA.
+    /// Current at which all reachable fibres respond, mA at the spec's width.
     pub full_ma: f64,
-    /// Part of the muscle's fibres that it reaches at all.
+    /// Share of the muscle's fibres that the electrodes can reach, 0 to 1.
     pub reached: f64,
 }
 
-/// An arm that moves in the sagittal plane. Its length and mass are of stature and mass by
-/// the tables of [`crate::body::arm`].
+/// Parameters of an arm that moves in the sagittal plane. Its lengths and masses follow from
+/// stature and body mass by the tables of [`crate::body::arm`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct SagittalSpec {
-    /// Stature, m.
+    /// Stature of the wearer, m.
     pub stature_m: f64,
     /// Mass of the whole body, kg.
     pub mass_kg: f64,
-    /// Force of every muscle against its sources'.
+    /// Factor on the force of every muscle relative to its source.
     pub strength: f64,
-    /// Fibre length of every muscle with the elbow at 90° and the upper arm raised 45°,
-    /// against its best.
+    /// Fibre length of every muscle with the elbow at 90° and the upper arm raised 45°, over its
+    /// optimal length.
     pub fibre_length: f64,
-    /// What an exoskeleton adds to elbow and shoulder, kg m².
+    /// Inertia that an exoskeleton adds to elbow and shoulder, kg m².
     pub added_inertia_kg_m2: [f64; JOINTS],
     /// Viscous friction of elbow and shoulder, N m s/rad.
     pub damping_nm_s_per_rad: [f64; JOINTS],
-    /// Stiffness of elbow and shoulder of a person who moves, N m/rad, and what the torque of
-    /// driven muscles adds to it, 1/rad: about where the joint is meant to be.
+    /// Stiffness of elbow and shoulder about the intended angles while the wearer moves, without
+    /// driven muscles, N m/rad.
     pub stiffness_nm_per_rad: [f64; JOINTS],
-    /// See there.
+    /// Increase of this stiffness per torque of driven muscles, 1/rad.
     pub stiffness_per_rad: [f64; JOINTS],
-    /// Viscosity over that stiffness, s.
+    /// Ratio of viscosity to that stiffness, s.
     pub viscosity_s: f64,
-    /// Friction of a joint per torque of stimulated fibres, s/rad.
+    /// Viscous friction of a joint per torque of stimulated fibres, s/rad.
     pub active_damping_s_per_rad: f64,
-    /// From a drive to activation, s.
+    /// Time constant from voluntary drive to activation, s.
     pub activation_s: f64,
-    /// Pulse width at which currents hold, µs.
+    /// Pulse width at which the currents hold, µs.
     pub width_us: u32,
-    /// How strongly recruitment curves upwards with current, as
-    /// `wearer::RECRUITMENT_CURVATURE`; not zero.
+    /// Curvature with which recruitment rises with current, as `wearer::RECRUITMENT_CURVATURE`; not
+    /// zero.
     pub curvature: f64,
-    /// From a pulse to its effect on the muscle, µs.
+    /// Delay from a pulse to its effect on the muscle, µs.
     pub delay_us: u32,
-    /// Dynamics of stimulated fibres, force 1 at the train's frequency.
+    /// Calcium-force dynamics of stimulated fibres, normalised to a force of 1 at the pulse rate of
+    /// the train.
     pub dynamics: Parameters,
-    /// What lies on the first four muscles.
+    /// Electrodes on the first four muscles.
     pub electrodes: [Electrode; ELECTRODES],
-    /// Part of every muscle that is of fast fibres.
+    /// Share of fast fibres in every muscle, 0 to 1.
     pub fast_part: f64,
 }
 
-/// A number that no arm can have.
+/// A value that no sagittal arm can have; names the field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("E766 an arm that lifts: `{0}` is out of range")]
 pub struct InvalidSagittal(pub &'static str);
 
 impl SagittalSpec {
+    /// Checks every field.
+    ///
     /// # Errors
-    /// The first field that no arm can have.
+    /// Returns the first field that no arm can have.
     pub fn validate(&self) -> Result<(), InvalidSagittal> {
         let positive = |value: f64| value.is_finite() && value > 0.0;
         let not_negative = |value: f64| value.is_finite() && value >= 0.0;

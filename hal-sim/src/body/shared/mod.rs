@@ -1,13 +1,13 @@
 //! One muscle that several electrodes share, held in a frame that measures its force.
 //!
-//! Lives here: what electrodes reach of it (`spec`), its motor units in groups, each of
-//! which tires by what it does itself. A unit fires whole or not at all: it answers each
-//! electrode from a part of that electrode's strength on, so that what a group does follows
-//! from who reaches it, and a unit that two electrodes reach fires at both their pulses.
-//! Not here: persons, what is judged of them. In: pulses. Out: the frame's force.
-//! Assumed, and said so wherever it is used: units alike in force and dynamics, groups of
-//! one size, recruitment by Lee 2020's exponential, orders of recruitment that each
-//! electrode has of its own.
+//! Submodules: `spec` (the part of the muscle that each electrode reaches) and `unit` (the motor
+//! units, in groups, each of which fatigues by its own activity). A unit fires as a whole or not at
+//! all: it responds to each electrode above a certain strength of that electrode. The force of a
+//! group follows from the electrodes that reach it, and a unit that two electrodes reach fires at
+//! the pulses of both. Wearers and the evaluation of results belong to other modules. Input:
+//! pulses. Output: the force on the frame. The following is assumed, and reported wherever it
+//! matters: units with the same force and dynamics, groups of equal size, recruitment by Lee 2020's
+//! exponential, an independent order of recruitment per electrode.
 
 mod spec;
 mod unit;
@@ -18,28 +18,29 @@ use super::{Body, CHANNELS, Load, Pulse};
 use std::sync::{Arc, Mutex, PoisonError};
 use unit::Unit;
 
-/// From one reading of the frame to the next, µs.
+/// Interval between readings of the frame, µs.
 pub const SAMPLE_US: u64 = 5_000;
 
-/// What the frame read, N, one reading every [`SAMPLE_US`] from the body's begin.
+/// Readings of the frame, N, one every [`SAMPLE_US`] from the start of the simulation.
 pub type Readings = Arc<Mutex<Vec<f64>>>;
 
-/// The muscle. Deterministic: pulses and spec decide everything.
+/// The shared muscle. The simulation is deterministic: pulses and specification determine every
+/// value.
 pub struct Shared {
     spec: SharedSpec,
     units: Vec<Unit>,
     loads: [Load; CHANNELS],
     readings: Readings,
-    /// Readings taken.
+    /// Number of readings taken.
     taken: u64,
     latest_n: f64,
 }
 
 impl Shared {
-    /// A rested one.
+    /// Creates a rested muscle.
     ///
     /// # Errors
-    /// Names the field that cannot be.
+    /// Returns the field that no shared muscle can have.
     pub fn new(spec: SharedSpec) -> Result<Self, InvalidShared> {
         spec.check()?;
         let units = unit::rested_units(&spec);
@@ -53,13 +54,15 @@ impl Shared {
         })
     }
 
-    /// What the frame reads from now on, whoever has the body.
+    /// Returns a shared handle to the readings, which stays valid when the body moves to another
+    /// owner.
     #[must_use]
     pub fn readings(&self) -> Readings {
         self.readings.clone()
     }
 
-    /// What is left of the units' A, a mean of all: 1 of a rested muscle.
+    /// Returns the remaining share of the units' A, as the mean of all units; 1 for a rested
+    /// muscle.
     #[must_use]
     pub fn remaining_strength(&self) -> f64 {
         let left = self.units.iter().map(Unit::remaining_strength);

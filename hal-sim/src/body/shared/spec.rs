@@ -1,30 +1,30 @@
-//! What a shared muscle is, and what its electrodes reach of it.
+//! Parameters of a shared muscle and of its electrodes.
 
 use crate::body::CHANNELS;
 use crate::body::muscle::Parameters;
 use crate::body::muscle::tiring::Fatigue;
 
-/// A number that no shared muscle can have; names the field.
+/// A value that no shared muscle can have; names the field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("shared muscle: `{0}` is out of range")]
 pub struct InvalidShared(pub &'static str);
 
-/// What an electrode does with a current, and what of each group it can reach.
+/// Recruitment curve of an electrode, and the share of each group that it can reach.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Electrode {
-    /// Where its first units answer, mA, above 0.
+    /// Current at which the first units respond, mA, above 0.
     pub threshold_ma: f64,
-    /// Where it has all that it reaches, mA, above the threshold.
+    /// Current at which all reachable units respond, mA, above the threshold.
     pub full_ma: f64,
-    /// What answers at the threshold, as a part of what answers at `full_ma`: above 0,
-    /// below 1. Between them recruitment is exponential (Lee 2020, equations 5 and 6).
+    /// Recruitment at the threshold relative to that at `full_ma`: above 0, below 1. Recruitment
+    /// between them is exponential (Lee 2020, equations 5 and 6).
     pub foot: f64,
-    /// Part of each group that it reaches at `full_ma`, 0 to 1.
+    /// Share of each group that the electrode reaches at `full_ma`, 0 to 1.
     pub reach: Vec<f64>,
 }
 
 impl Electrode {
-    /// What a current reaches, as a part of what it reaches at most.
+    /// Returns the recruitment at a current, relative to that at `full_ma`, 0 to 1.
     #[must_use]
     pub fn strength(&self, ma: f64) -> f64 {
         let part = (ma - self.threshold_ma) / (self.full_ma - self.threshold_ma);
@@ -34,36 +34,36 @@ impl Electrode {
         }
     }
 
-    /// b of Lee's equation 5, per mA.
+    /// Returns b of Lee's equation 5, per mA.
     #[must_use]
     pub fn slope_per_ma(&self) -> f64 {
         -self.foot.ln() / (self.full_ma - self.threshold_ma)
     }
 }
 
-/// A muscle and its electrodes.
+/// Parameters of a muscle and its electrodes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SharedSpec {
-    /// Force of the whole muscle, N, where `dynamics` give 1; above 0.
+    /// Force of the whole muscle at a normalised force of 1 of `dynamics`, N; above 0.
     pub strength_n: f64,
-    /// Of every unit, its A in 1/s.
+    /// Calcium-force dynamics of every unit, with A in 1/s.
     pub dynamics: Parameters,
-    /// How every unit tires, of a force of 1.
+    /// Fatigue of every unit, for a force normalised to 1.
     pub fatigue: Fatigue,
-    /// What a pulse takes of a unit's A whatever force it makes, 0 to below 1.
+    /// Share by which a pulse reduces the A of a unit, whatever force it evokes; 0 to below 1.
     pub pulse_takes: f64,
-    /// Of equal size, 1 to 10.
+    /// Number of groups of equal size, 1 to 10.
     pub groups: usize,
-    /// Motor units of each, 1 to 100.
+    /// Number of motor units per group, 1 to 100.
     pub units_per_group: usize,
-    /// By channel.
+    /// Electrode of each channel, or `None` for a channel without one.
     pub electrodes: [Option<Electrode>; CHANNELS],
-    /// Of the order in which each electrode recruits each group.
+    /// Seed of the order in which each electrode recruits each group.
     pub seed: u64,
 }
 
 impl SharedSpec {
-    /// Motor units of the muscle.
+    /// Returns the number of motor units of the muscle.
     #[must_use]
     pub const fn units(&self) -> usize {
         self.groups * self.units_per_group

@@ -1,23 +1,23 @@
-//! A motor unit of a shared muscle: whom it answers, and what it has left.
+//! A motor unit of a shared muscle: its response to electrodes, and its fatigue.
 
 use super::spec::SharedSpec;
 use crate::body::CHANNELS;
 use crate::body::muscle::tiring::FatiguingMuscle;
 use crate::random::{unit_from_word, word};
 
-/// A unit that has fired does not fire again for so long, µs: the absolute refractoriness
-/// of distal motor branches and muscle fibres (Kopec 1978, 2.5 to 3.0 ms).
+/// Refractory time of a unit, µs: the absolute refractory time of distal motor branches and muscle
+/// fibres (Kopec 1978, 2.5 to 3.0 ms).
 const REFRACTORY_US: u64 = 3_000;
 
-/// Longest step of its muscle, s: the frame's readings are as far apart.
+/// Longest time step of the muscle, s, equal to the interval between readings of the frame.
 const STEP_S: f64 = 5e-3;
 
-/// A motor unit, its force in parts of its own most.
+/// A motor unit; its force is normalised.
 pub(super) struct Unit {
     muscle: FatiguingMuscle,
-    /// A when rested.
+    /// A of the rested unit.
     fresh: f64,
-    /// From what strength of each channel's electrode on it fires.
+    /// Smallest strength of each channel's electrode at which the unit fires.
     answers: [f64; CHANNELS],
     pulse_takes: f64,
     now_us: u64,
@@ -25,9 +25,9 @@ pub(super) struct Unit {
 }
 
 impl Unit {
-    /// A pulse of this strength by the electrode of `channel`.
+    /// Applies a pulse of this strength from the electrode of `channel`.
     pub fn pulse(&mut self, t_us: u64, channel: usize, strength: f64) {
-        // `channel` is one of an electrode, so below CHANNELS.
+        // `channel` has an electrode, so it is below CHANNELS.
         let is_spent = self.fired_us.is_some_and(|at| t_us < at + REFRACTORY_US);
         if strength < self.answers[channel] || is_spent {
             return;
@@ -38,7 +38,7 @@ impl Unit {
         self.fired_us = Some(t_us);
     }
 
-    /// Its force at `t_us`.
+    /// Advances to `t_us` and returns the normalised force.
     pub fn force_at(&mut self, t_us: u64) -> f64 {
         if self.fired_us.is_none() || self.muscle.is_idle() {
             return 0.0;
@@ -47,7 +47,7 @@ impl Unit {
         self.muscle.force()
     }
 
-    /// What is left of its A.
+    /// Returns the remaining share of A.
     pub fn remaining_strength(&self) -> f64 {
         self.muscle.parameters().a_n_per_s / self.fresh
     }
@@ -57,13 +57,13 @@ impl Unit {
         if self.muscle.is_idle() {
             self.muscle.relax(us);
         } else {
-            self.muscle.pass(us as u32); // a reading or a pulse ago
+            self.muscle.pass(us as u32); // time since the last reading or pulse
         }
         self.now_us += us;
     }
 }
 
-/// The units of `spec`, group by group, rested.
+/// Returns the rested units of `spec`, group by group.
 pub(super) fn rested_units(spec: &SharedSpec) -> Vec<Unit> {
     let muscle = FatiguingMuscle::new(spec.dynamics, spec.fatigue).in_steps_of(STEP_S);
     let mut units = Vec::with_capacity(spec.units());
@@ -83,16 +83,17 @@ pub(super) fn rested_units(spec: &SharedSpec) -> Vec<Unit> {
     units
 }
 
-/// From what strength of the electrode of `channel` on each unit of `group` answers: as many
-/// as it reaches, at even strengths, in an order and from a begin drawn for the two;
-/// infinity for the others.
+/// Returns the smallest strength of the electrode of `channel` at which each unit of `group`
+/// responds. The reachable units have evenly spaced thresholds, with an order and a start that are
+/// random for this channel and group; the others have infinity.
 fn recruitment_thresholds(spec: &SharedSpec, channel: usize, group: usize) -> Vec<f64> {
     let count = spec.units_per_group;
     let electrode = spec.electrodes.get(channel).and_then(Option::as_ref);
-    let reach = electrode.map_or(0.0, |electrode| electrode.reach[group]); // one for each group: checked
+    // `check` guarantees one entry per group
+    let reach = electrode.map_or(0.0, |electrode| electrode.reach[group]);
     let stream = word(spec.seed, (channel * CHANNELS + group) as u64);
     let mut places: Vec<usize> = (0..count).collect();
-    // Fisher and Yates.
+    // Fisher-Yates shuffle.
     for last in (1..count).rev() {
         let other = (unit_from_word(word(stream, last as u64)) * (last + 1) as f64) as usize;
         places.swap(last, other);

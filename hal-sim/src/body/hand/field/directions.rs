@@ -1,45 +1,45 @@
-//! The directions to sum over, and what each does to a wave.
+//! Directions over which the field is summed, and their effect on a wave.
 
 use super::tissue::Tissue;
 use std::f64::consts::PI;
 
-/// Images at the end of each direction's that stand for all that follow (Euler's
-/// transformation of their alternating sum, to this many differences).
+/// Number of images at the end of each direction's series that replace all further ones (Euler's
+/// transformation of the alternating sum, up to this order of differences).
 const DIFFERENCES: usize = 4;
 
-/// Directions per half turn: these, doubled over and over.
+/// Smallest numbers of directions per half turn; larger sets double them repeatedly.
 const FEWEST: [usize; 4] = [16, 20, 24, 28];
 
-/// How finely to sum.
+/// Accuracy of the sums.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Resolution {
-    /// The midpoint rule's error falls as exp(−this).
+    /// Exponent x of the error of the midpoint rule, which falls as exp(−x).
     pub exponent: f64,
-    /// What the images left out are to the first, at most.
+    /// Largest ratio of the omitted images to the first.
     pub images: f64,
-    /// How often the fewest directions may be doubled.
+    /// Largest number of times that the smallest sets of directions are doubled.
     pub doublings: u32,
 }
 
-/// A direction in the skin's plane.
+/// A direction in the plane of the skin.
 #[derive(Debug, Clone)]
 pub(super) struct Direction {
     pub cos: f64,
     pub sin: f64,
     /// Decay in muscle over that in fat ([`Tissue::decay`]).
     pub decay: f64,
-    /// [`Tissue::reflection`].
+    /// Reflection at the boundary, [`Tissue::reflection`].
     pub reflection: f64,
-    /// Of each image; Σ weight·f(n) is Σ reflectionⁿ·f(n) over all n.
+    /// Weight of each image; Σ weight·f(n) approximates Σ reflectionⁿ·f(n) over all n.
     pub weights: Vec<f64>,
 }
 
-/// Sets of directions, each finer than the one before.
+/// Sets of directions in order of increasing number.
 #[derive(Debug, Clone)]
 pub(super) struct Directions {
     sets: Vec<Vec<Direction>>,
     exponent: f64,
-    /// Along over across.
+    /// Conductivity of muscle along over across its fibres.
     contrast: f64,
 }
 
@@ -63,14 +63,14 @@ impl Directions {
         }
     }
 
-    /// Enough directions for a potential at `muscle_m` of muscle below a depth of
-    /// `fat_m` (counted from its nearest image) and `across_m` to the side of its
-    /// farthest source; the finest set where none is enough.
+    /// Returns enough directions for the potential at a point below `muscle_m` of muscle at a depth
+    /// of `fat_m` (counted from the nearest image), whose farthest source is `across_m` to the
+    /// side. Returns the finest set if none suffices.
     ///
-    /// The integrand is periodic, so the midpoint rule with N nodes errs by
-    /// exp(−2·N·d), d the distance from the real axis to its first singularity.
-    /// Those are poles where w = s − i·u is zero: sinh d = s / distance for an
-    /// isotropic tissue; and the root of the decay, tan² θ = −contrast.
+    /// The integrand is periodic, so the midpoint rule with N nodes has an error of exp(−2·N·d),
+    /// where d is the distance from the real axis to the first singularity. The singularities are
+    /// the poles at w = s − i·u = 0, with sinh d = s / distance for an isotropic tissue, and the
+    /// root of the decay, tan² θ = −contrast.
     pub fn sufficient_directions(&self, fat_m: f64, muscle_m: f64, across_m: f64) -> &[Direction] {
         let slowest = self.contrast.sqrt().min(1.0);
         let bend = (self.contrast - 1.0).abs().sqrt() * muscle_m;
@@ -97,9 +97,9 @@ fn direction(tissue: &Tissue, angle: f64, images: usize) -> Direction {
     }
 }
 
-/// How many images, for what is left out to be below `tolerance` of the first: for
-/// f(n) = 1/(2n + 1), the slowest there is, Euler's transformation from n on leaves
-/// out about rⁿ/(1 − r)·(r/(1 − r))^j times f's j-th difference.
+/// Returns the number of images for which the omitted ones stay below `tolerance` of the first. For
+/// f(n) = 1/(2n + 1), the slowest case, Euler's transformation from n on omits about rⁿ/(1 −
+/// r)·(r/(1 − r))^j times the j-th difference of f.
 fn image_count(reflection: f64, tolerance: f64) -> usize {
     let ratio = reflection / (1.0 - reflection);
     let left = |n: usize| {
@@ -128,7 +128,7 @@ fn weights(reflection: f64, images: usize) -> Vec<f64> {
     let tail = &mut weights[direct..];
     let mut factor = reflection.powi(direct as i32) / (1.0 - reflection);
     for order in 0..=DIFFERENCES {
-        // (E − 1)^order by binomial coefficients, from E^order down.
+        // Binomial expansion of (E − 1)^order, from E^order down.
         let mut binomial = 1.0;
         for i in 0..=order {
             tail[order - i] += factor * binomial;

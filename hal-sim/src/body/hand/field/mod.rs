@@ -1,23 +1,21 @@
-//! What a current through a pad on the skin does below it: the electric potential
-//! in fat and muscle, quasi-static.
+//! Electric potential in fat and muscle below a pad on the skin that carries a current,
+//! quasi-static.
 //!
-//! Where a current density spreads over the skin as exp(i·k·u), u = x·cos θ +
-//! y·sin θ, the potential in fat is A·exp(−k·z) + B·exp(k·z) and in muscle
-//! C·exp(−k·g·(z − h)) with g² = (s_l·cos² θ + s_t·sin² θ) / s_t. Through the skin
-//! flows the given current, −s_f ∂φ/∂z; at the boundary, depth h, φ and the
-//! current, −s_f ∂φ/∂z = −s_t ∂φ/∂z, are continuous. So with r = (s_f − s_t·g) /
-//! (s_f + s_t·g), of θ only, B·exp(k·h) = r·A·exp(−k·h), A = 1 / (s_f·k·(1 −
-//! r·exp(−2·k·h))), and this geometric series makes the integral over k a sum of
-//! images, each 1/(s − i·u). Per ampere into a point at the origin, with Re of
-//! all and θ from 0 to π:
+//! Where a current density varies over the skin as exp(i·k·u), u = x·cos θ + y·sin θ, the potential
+//! in fat is A·exp(−k·z) + B·exp(k·z) and in muscle C·exp(−k·g·(z − h)) with g² = (s_l·cos² θ +
+//! s_t·sin² θ) / s_t. The given current flows through the skin, −s_f ∂φ/∂z; at the boundary, depth
+//! h, φ and the current, −s_f ∂φ/∂z = −s_t ∂φ/∂z, are continuous. So with r = (s_f − s_t·g) / (s_f
+//! + s_t·g), which depends on θ only, B·exp(k·h) = r·A·exp(−k·h), A = 1 / (s_f·k·(1 −
+//! r·exp(−2·k·h))). This geometric series turns the integral over k into a sum of images, each 1/(s
+//! − i·u). Per ampere into a point at the origin, taking real parts and θ from 0 to π:
 //!
 //! - in muscle 1/π² ∫ dθ / (s_f + s_t·g) Σ rⁿ / ((2n+1)·h + g·(z−h) − i·u);
 //! - in fat 1/(2π²·s_f) ∫ dθ Σ rⁿ [1/(2n·h + z − i·u) + r/((2n+2)·h − z − i·u)].
 //!
-//! A pad's even current replaces 1/(s − i·u) by its mean over the pad (`profile`);
-//! derivatives are those of each term. What has no depth to make the integral over
-//! θ smooth, the mean potential under pads of a half-space of fat (n = 0, z = 0),
-//! is done in the skin's plane (`surface`).
+//! For the uniform current of a pad, the mean over the pad replaces 1/(s − i·u) (`profile`);
+//! derivatives are those of each term. One part has no depth that makes the integral over θ smooth:
+//! the mean potential under pads on a half-space of fat (n = 0, z = 0). It is computed in the plane
+//! of the skin (`surface`).
 
 mod directions;
 mod pad;
@@ -34,64 +32,67 @@ use profile::Profile;
 use std::f64::consts::PI;
 pub use tissue::{InvalidTissue, Tissue};
 
-/// Errors below 1e-5, as the tests of this room measure with twice as fine a one.
+/// Resolution with errors below 1e-5, as the tests of this module measure against a resolution
+/// twice as fine.
 const RESOLUTION: Resolution = Resolution {
     exponent: 16.0,
     images: 1e-6,
     doublings: 6,
 };
 
-/// For many places of many people: errors below a hundredth of the largest value around.
+/// Resolution for many places and many wearers: errors below a hundredth of the largest value
+/// nearby.
 const COARSE: Resolution = Resolution {
     exponent: 5.0,
     images: 1e-3,
     doublings: RESOLUTION.doublings,
 };
 
-/// What one ampere into a pad does at a point.
+/// Potential and its derivatives at a point, per ampere into a pad.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Transfer {
-    /// Potential against far away, V/A.
+    /// Potential relative to a distant point, V/A.
     pub potential: f64,
-    /// Its slope along the fibres, ∂/∂x, V/A/m.
+    /// Slope along the fibres, ∂/∂x, V/A/m.
     pub gradient: f64,
-    /// The slope's slope, ∂²/∂x², V/A/m²: what a nerve along x answers to.
+    /// Second derivative along the fibres, ∂²/∂x², V/A/m²: the quantity that excites a nerve along
+    /// x.
     pub curvature: f64,
-    /// Slopes around the forearm and with depth, [∂/∂y, ∂/∂z], V/A/m. At the
-    /// boundary of fat and muscle, that of muscle.
+    /// Slopes around the forearm and with depth, [∂/∂y, ∂/∂z], V/A/m. At the boundary of fat and
+    /// muscle, the slope in muscle.
     pub across: [f64; 2],
 }
 
-/// A tissue, ready to answer what currents do in it.
+/// Field solver for one tissue, with the sums prepared.
 #[derive(Debug, Clone)]
 pub struct Field {
     tissue: Tissue,
     directions: Directions,
 }
 
-/// Terms of one direction whose images lie deeper and deeper.
+/// Terms of one direction whose images lie at increasing depth.
 struct Wave {
     strength: f64,
-    /// Depth that the first image counts, m; all others 2·h·n more.
+    /// Depth of the first image, m; each further image adds 2·h.
     depth: f64,
-    /// How that grows with z.
+    /// Derivative of the depth with respect to z.
     slope: f64,
 }
 
 impl Field {
-    /// Prepares the sums for a tissue: a millisecond or two.
+    /// Prepares the sums for a tissue, which takes one or two milliseconds.
     ///
     /// # Errors
-    /// [`InvalidTissue`] names a field out of its range.
+    /// Returns [`InvalidTissue`] with the field that is out of range.
     pub fn new(tissue: Tissue) -> Result<Self, InvalidTissue> {
         Self::with_resolution(tissue, RESOLUTION)
     }
 
-    /// The same, less exact and several times as fast: errors below a hundredth of the
-    /// largest value around.
+    /// Prepares less accurate sums that are several times as fast: errors below a hundredth of the
+    /// largest value nearby.
     ///
     /// # Errors
-    /// As [`Self::new`].
+    /// Returns [`InvalidTissue`] with the field that is out of range.
     pub fn coarse(tissue: Tissue) -> Result<Self, InvalidTissue> {
         Self::with_resolution(tissue, COARSE)
     }
@@ -104,18 +105,19 @@ impl Field {
         })
     }
 
-    /// The tissue it was made from.
+    /// Returns the tissue that the solver was created for.
     pub fn tissue(&self) -> &Tissue {
         &self.tissue
     }
 
-    /// What one ampere into `pad`, drawn off far away, does at `at_m`: x along the
-    /// fibres, y around the forearm, z the depth below the skin, m, above zero.
+    /// Returns the potential and its derivatives at `at_m` per ampere into `pad`, which leaves at a
+    /// distant point. The coordinates are x along the fibres, y around the forearm and z the depth
+    /// below the skin, m, above zero.
     ///
-    /// In muscle, below 2 mm of fat or more and within 0.3 m of the pad, the sums
-    /// leave out less than 1e-5 of the potential, of the slopes' length and of the
-    /// largest curvature at that depth; 1e-4 at the ends of a tissue's ranges. In fat
-    /// errors grow towards the skin: at 1 mm and 0.3 m to 0.2 % of the slopes.
+    /// In muscle, below at least 2 mm of fat and within 0.3 m of the pad, the error is below 1e-5
+    /// of the potential, of the length of the slope vector and of the largest curvature at that
+    /// depth; 1e-4 at the ends of a tissue's ranges. In fat, errors grow towards the skin: at 1 mm
+    /// and 0.3 m to 0.2 % of the slopes.
     pub fn transfer(&self, pad: &Pad, at_m: [f64; 3]) -> Transfer {
         let [x, y, z] = at_m;
         let fat = self.tissue.fat_m;
@@ -141,12 +143,13 @@ impl Field {
         }
     }
 
-    /// Mean potential under `b` per ampere into `a`, drawn off far away, Ω. The same
-    /// with `a` and `b` exchanged; of a pad with itself its spreading resistance.
-    /// Without skin and gel. Errors are below 1e-5 for 2 mm of fat or more and pads
-    /// that do not overlap, or are one.
+    /// Returns the mean potential under `b` per ampere into `a` that leaves at a distant point, Ω.
+    /// The value is symmetric in `a` and `b`; for a pad with itself it is the spreading resistance.
+    /// Skin and gel are not included. Errors are below 1e-5 for at least 2 mm of fat and pads that
+    /// do not overlap, or are the same.
     pub fn resistance(&self, a: &Pad, b: &Pad) -> f64 {
-        // Means are taken over the smaller: the larger's potential varies less.
+        // The mean is taken over the smaller pad, because the potential of the larger one varies
+        // less.
         let (a, b) = if a.area_m2() < b.area_m2() {
             (b, a)
         } else {
@@ -171,7 +174,8 @@ impl Field {
         (0.5 * surface::mean_inverse_distance(a, b) + images) / (PI * fat.fat_s_per_m)
     }
 
-    /// What reaches the depth `z` from the skin and, in fat, from the muscle.
+    /// Returns the waves that reach depth `z`: from the skin and, in fat, from the boundary with
+    /// muscle.
     fn waves(&self, direction: &Direction, z: f64) -> [Option<Wave>; 2] {
         let tissue = &self.tissue;
         let (fat, in_fat) = (tissue.fat_m, 0.5 / tissue.fat_s_per_m);
@@ -191,7 +195,7 @@ impl Field {
         [wave(strength, fat + decay * (z - fat), decay), None]
     }
 
-    /// Adds all images of a wave, at `u` along the direction from the pad's middle.
+    /// Adds all images of a wave, at `u` along the direction from the middle of the pad.
     fn add(&self, sum: &mut Transfer, to: &Direction, wave: &Wave, (pad, u): (&Profile, f64)) {
         let mut total = [Complex64::default(); 3];
         let mut w = Complex64::new(wave.depth, -u);

@@ -1,11 +1,11 @@
-//! Pads on the skin.
+//! Electrode pads on the skin.
 
-/// Outline of a pad.
+/// Shape and size of a pad.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Shape {
-    /// A disc.
+    /// A disc, as of a round electrode.
     Round {
-        /// Its diameter, m.
+        /// Diameter of the disc, m.
         diameter_m: f64,
     },
     /// A rectangle with its sides along and across the fibres.
@@ -17,28 +17,28 @@ pub enum Shape {
     },
 }
 
-/// A pad on the skin. Its current is taken as spread evenly over its area
-/// (assumed: gel of much higher resistance than what lies below).
+/// An electrode pad on the skin. Its current is assumed to be uniform over its area, because gel
+/// has a much higher resistance than the tissue below.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pad {
-    /// Its middle along the fibres, m.
+    /// Position of the middle along the fibres, m.
     pub x_m: f64,
-    /// Its middle around the forearm, m.
+    /// Position of the middle around the forearm, m.
     pub y_m: f64,
-    /// Its outline.
+    /// Outline of the pad.
     pub shape: Shape,
 }
 
-/// A number of a [`Pad`] that no pad can have; names the field.
+/// A value of a [`Pad`] that no pad can have; names the field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("pad: `{0}` is out of range")]
 pub struct InvalidPad(pub &'static str);
 
 impl Pad {
-    /// Checks that the middle is finite and the outline finite and above zero.
+    /// Checks that the position is finite and the outline finite and above zero.
     ///
     /// # Errors
-    /// [`InvalidPad`] names the first field out of its range.
+    /// Returns [`InvalidPad`] with the first field that is out of range.
     pub fn validate(&self) -> Result<(), InvalidPad> {
         let positive = |v: f64| v.is_finite() && v > 0.0;
         let shape = match self.shape {
@@ -55,7 +55,7 @@ impl Pad {
         }
     }
 
-    /// Area, m².
+    /// Returns the area of the pad, m².
     pub fn area_m2(&self) -> f64 {
         match self.shape {
             Shape::Round { diameter_m } => 0.25 * std::f64::consts::PI * diameter_m * diameter_m,
@@ -63,7 +63,7 @@ impl Pad {
         }
     }
 
-    /// Whether the two cover a common area. Pads that only touch do not.
+    /// Returns whether the two pads share an area. Pads that only touch do not overlap.
     pub fn overlaps(&self, other: &Self) -> bool {
         let apart = [self.x_m - other.x_m, self.y_m - other.y_m].map(f64::abs);
         let (a, b) = (self.shape, other.shape);
@@ -74,7 +74,7 @@ impl Pad {
         }
     }
 
-    /// Distance from (`x_m`, `y_m`) to no point of the pad is more than this, m.
+    /// Returns an upper bound of the distance from (`x_m`, `y_m`) to any point of the pad, m.
     pub(super) fn farthest_m(&self, x_m: f64, y_m: f64) -> f64 {
         let [along, around] = self.shape.straight();
         let corner = along.hypot(around) + self.shape.rounding();
@@ -83,7 +83,7 @@ impl Pad {
 }
 
 impl Shape {
-    /// Half the sides of a rectangle along x and y, m; a disc has none.
+    /// Returns half the sides of a rectangle along x and y, m; zero for a disc.
     fn straight(self) -> [f64; 2] {
         match self {
             Self::Round { .. } => [0.0; 2],
@@ -91,7 +91,7 @@ impl Shape {
         }
     }
 
-    /// Radius of a disc, m; a rectangle has none.
+    /// Returns the radius of a disc, m; 0 for a rectangle.
     fn rounding(self) -> f64 {
         match self {
             Self::Round { diameter_m } => 0.5 * diameter_m,

@@ -1,36 +1,36 @@
-//! A pad as a plane wave meets it, and what it sends along one direction.
+//! Current profile of a pad along one direction, as a plane wave meets it.
 //!
-//! Seen along a direction, a pad's even current is a density over the distance t
-//! from its middle: half an ellipse for a disc, two boxes folded for a rectangle.
-//! The mean of 1/(w + i·t) over that density has a closed form for both, so that
-//! a pad needs no points.
+//! Projected on a direction, the uniform current of a pad is a density over the distance t from its
+//! middle: half an ellipse for a disc, the convolution of two boxes for a rectangle. The mean of
+//! 1/(w + i·t) over that density has a closed form for both, so that no points have to be summed
+//! over a pad.
 
 use super::pad::Shape;
 use num_complex::Complex64;
 
 const I: Complex64 = Complex64::new(0.0, 1.0);
 
-/// Beyond this many half-widths of a rectangle its moments to the eighth serve: what
-/// they leave out is below 1e-5, of the potential below 1e-7.
+/// Distance, in half-widths of a rectangle, beyond which moments up to the eighth replace the exact
+/// formula: the error is below 1e-5, and below 1e-7 for the potential.
 const FAR: f64 = 4.0;
 
-/// A pad's current over the distance from its middle along one direction.
+/// Density of a pad's current over the distance from its middle along one direction.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Profile {
-    /// Of a disc: half an ellipse.
+    /// Profile of a disc: half an ellipse.
     Disc {
-        /// m.
+        /// Radius of the disc, m.
         radius: f64,
     },
-    /// Of a rectangle: two boxes folded.
+    /// Profile of a rectangle: the convolution of two boxes.
     Boxes {
-        /// Half the width of each, m.
+        /// Half the width of each box, m.
         half: [f64; 2],
     },
 }
 
 impl Profile {
-    /// `shape` seen along (`cos`, `sin`).
+    /// Computes the profile of `shape` along the direction (`cos`, `sin`).
     pub fn new(shape: Shape, cos: f64, sin: f64) -> Self {
         match shape {
             Shape::Round { diameter_m } => Self::Disc {
@@ -42,7 +42,8 @@ impl Profile {
         }
     }
 
-    /// Mean of 1/(w + i·t) and its first two derivatives by w, for Re w > 0.
+    /// Returns the mean of 1/(w + i·t) and its first two derivatives with respect to w, for Re w >
+    /// 0.
     #[inline]
     pub fn means(&self, w: Complex64) -> [Complex64; 3] {
         match *self {
@@ -51,7 +52,8 @@ impl Profile {
         }
     }
 
-    /// Real part of the mean of 1/(w + i·(t + t′)) over two pads' profiles, Re w > 0.
+    /// Returns the real part of the mean of 1/(w + i·(t + t′)) over the profiles of two pads, Re w
+    /// > 0.
     pub fn mean_with(&self, other: &Self, w: Complex64) -> f64 {
         match (*self, *other) {
             (Self::Boxes { half: a }, Self::Boxes { half: b }) => four_boxes(w, [a, b]),
@@ -63,8 +65,8 @@ impl Profile {
     }
 }
 
-/// Places and weights of Gauss and Chebyshev's rule (second kind) for the mean over
-/// half an ellipse, for what varies over the distance `scale`.
+/// Returns the nodes and weights of the Gauss-Chebyshev rule (second kind) for the mean over half
+/// an ellipse of a function that varies over the distance `scale`.
 fn chords(radius: f64, scale: f64) -> impl Iterator<Item = (f64, f64)> {
     let count = (8.0 + 4.0 * radius / scale).min(256.0).floor();
     let place = move |j: u32| {
@@ -74,7 +76,8 @@ fn chords(radius: f64, scale: f64) -> impl Iterator<Item = (f64, f64)> {
     (1..=count as u32).map(place)
 }
 
-/// 2/(w + √(w² + a²)), the transform of Wigner's semicircle.
+/// Returns 2/(w + √(w² + a²)), the Stieltjes transform of Wigner's semicircle, and its first two
+/// derivatives.
 #[inline]
 fn disc(w: Complex64, radius: f64) -> [Complex64; 3] {
     let root = right_root(w * w + radius * radius);
@@ -83,7 +86,7 @@ fn disc(w: Complex64, radius: f64) -> [Complex64; 3] {
     [mean, -mean * inverse, 2.0 * inverse * inverse * inverse]
 }
 
-/// The square root with a real part of zero or more.
+/// Returns the square root with a real part of zero or more.
 #[inline]
 fn right_root(v: Complex64) -> Complex64 {
     let long = (0.5 * (v.norm_sqr().sqrt() + v.re.abs())).sqrt();
@@ -95,7 +98,7 @@ fn right_root(v: Complex64) -> Complex64 {
     }
 }
 
-/// Second differences of v·ln v, ln v and 1/v, by −4·a·b.
+/// Returns the second differences of v·ln v, ln v and 1/v, divided by −4·a·b.
 #[inline]
 fn boxes(w: Complex64, [a, b]: [f64; 2]) -> [Complex64; 3] {
     let (wide, narrow) = (a + b, a - b);
@@ -116,7 +119,7 @@ fn boxes(w: Complex64, [a, b]: [f64; 2]) -> [Complex64; 3] {
     ]
 }
 
-/// The same by even moments: Σ (−1)^j m₂ⱼ / w^(2j+1).
+/// Returns the same values from even moments: Σ (−1)^j m₂ⱼ / w^(2j+1).
 #[inline]
 fn far_boxes(w: Complex64, half: [f64; 2]) -> [Complex64; 3] {
     let [a, b] = half.map(|h| h * h);
@@ -139,7 +142,8 @@ fn far_boxes(w: Complex64, half: [f64; 2]) -> [Complex64; 3] {
     ]
 }
 
-/// Fourth difference of v³·ln v / 6, by 16 half-widths' product; its real part.
+/// Returns the real part of the fourth difference of v³·ln v / 6, divided by 16 times the product
+/// of the half-widths.
 fn four_boxes(w: Complex64, pads: [[f64; 2]; 2]) -> f64 {
     let [[a, b], [c, d]] = pads;
     let sum: f64 = (0..16u32)
@@ -152,8 +156,8 @@ fn four_boxes(w: Complex64, pads: [[f64; 2]; 2]) -> f64 {
     sum / (96.0 * a * b * c * d)
 }
 
-/// Principal logarithm; where a ratio of two with a positive real part is given,
-/// its angle stays within ±π.
+/// Returns the principal logarithm. For a ratio of two numbers with a positive real part, the angle
+/// stays within ±π.
 #[inline]
 fn ln(v: Complex64) -> Complex64 {
     Complex64::new(0.5 * v.norm_sqr().ln(), v.im.atan2(v.re))

@@ -1,19 +1,19 @@
-//! Pads on a half-space that conducts alike everywhere: the mean of 1/distance.
+//! Mean of 1/distance for pads on a half-space of uniform, isotropic conductivity.
 //!
-//! This is the part of a pad's potential that has no depth between it and where
-//! it is felt, so the sum over directions does not serve. Within the skin's plane
-//! it has closed forms; its mean under another pad is taken over points.
+//! This part of a pad's potential has no depth between the pad and the place where it is evaluated,
+//! so the sum over directions does not converge. Within the plane of the skin it has closed forms;
+//! a sum over points gives its mean under another pad.
 
 use super::pad::{Pad, Shape};
 use std::f64::consts::{PI, TAU};
 
-/// Points per side of a rectangle, and per radius of a disc.
+/// Number of quadrature points per side of a rectangle, and per radius of a disc.
 const POINTS: usize = 24;
 
-/// Points around a disc, per point of its radius.
+/// Number of points around a disc, per point of its radius.
 const AROUND: usize = 2;
 
-/// Mean of 1/distance between points of `a` and points of `b`, 1/m.
+/// Returns the mean of 1/distance between points of `a` and points of `b`, 1/m.
 pub(super) fn mean_inverse_distance(a: &Pad, b: &Pad) -> f64 {
     let at = |(weight, [x, y]): (f64, [f64; 2])| {
         weight * inverse_distance(a.shape, b.x_m + x - a.x_m, b.y_m + y - a.y_m)
@@ -21,8 +21,8 @@ pub(super) fn mean_inverse_distance(a: &Pad, b: &Pad) -> f64 {
     points(b.shape).into_iter().map(at).sum()
 }
 
-/// Weights that sum to one, and points of a pad from its middle, m, for means of
-/// what is smooth under it.
+/// Returns quadrature weights, which sum to one, and points relative to the middle of a pad, m, for
+/// means of functions that are smooth under it.
 fn points(shape: Shape) -> Vec<(f64, [f64; 2])> {
     let nodes = gauss(POINTS);
     let each = |first: &(f64, f64)| {
@@ -50,7 +50,7 @@ fn points(shape: Shape) -> Vec<(f64, [f64; 2])> {
     nodes.iter().flat_map(each).collect()
 }
 
-/// Mean of 1/distance from (`x`, `y`) to the points of a pad about the origin, 1/m.
+/// Returns the mean of 1/distance from (`x`, `y`) to the points of a pad about the origin, 1/m.
 pub(super) fn inverse_distance(shape: Shape, x: f64, y: f64) -> f64 {
     match shape {
         Shape::Round { diameter_m } => to_disc(0.5 * diameter_m, x.hypot(y)),
@@ -63,8 +63,8 @@ pub(super) fn inverse_distance(shape: Shape, x: f64, y: f64) -> f64 {
     }
 }
 
-/// An evenly charged disc in its plane (elliptic integrals of modulus r/a within,
-/// a/r without).
+/// Returns the same for a disc, from a point in its plane. The elliptic integrals have modulus r/a
+/// inside and a/r outside.
 fn to_disc(radius: f64, distance: f64) -> f64 {
     let scale = 4.0 / (PI * radius);
     if distance <= radius {
@@ -74,7 +74,7 @@ fn to_disc(radius: f64, distance: f64) -> f64 {
     scale * distance / radius * (second - rest)
 }
 
-/// Complete elliptic integrals of modulus k, 0 to 1: E and (1 − k²)·K, by the
+/// Returns the complete elliptic integrals of modulus k, 0 to 1: E and (1 − k²)·K, by the
 /// arithmetic-geometric mean.
 fn elliptic(k: f64) -> (f64, f64) {
     let rest = 1.0 - k * k;
@@ -92,7 +92,7 @@ fn elliptic(k: f64) -> (f64, f64) {
     (first * (1.0 - sum), rest * first)
 }
 
-/// ∂²/∂x∂y of this is 1/√(x² + y²).
+/// Returns a function whose derivative ∂²/∂x∂y is 1/√(x² + y²).
 fn to_corner(x: f64, y: f64) -> f64 {
     let term = |a: f64, b: f64| {
         if a == 0.0 {
@@ -104,12 +104,12 @@ fn to_corner(x: f64, y: f64) -> f64 {
     term(x, y) + term(y, x)
 }
 
-/// Gauss and Legendre's places and weights on −1 to 1.
+/// Returns nodes and weights of the Gauss-Legendre rule on −1 to 1.
 pub(super) fn gauss(count: usize) -> Vec<(f64, f64)> {
     let node = |i: usize| {
         let mut x = (PI * (i as f64 + 0.75) / (count as f64 + 0.5)).cos();
         let mut slope = 0.0;
-        // Newton's steps double the digits; six are more than enough.
+        // Every Newton step doubles the number of correct digits; six steps suffice.
         for _ in 0..6 {
             let (value, before) = legendre(count, x);
             slope = count as f64 * (x * value - before) / (x * x - 1.0);
@@ -120,7 +120,7 @@ pub(super) fn gauss(count: usize) -> Vec<(f64, f64)> {
     (0..count).map(node).collect()
 }
 
-/// Legendre's polynomial of this degree, and of the one below.
+/// Returns the Legendre polynomials of this degree and of the next lower one.
 fn legendre(degree: usize, x: f64) -> (f64, f64) {
     let next = |(value, before): (f64, f64), n: usize| {
         let n = n as f64;

@@ -1,32 +1,30 @@
-//! What lies under the skin, and how well it conducts.
+//! Layers of tissue under the skin, and their conductivity.
 
-/// Flat layers under the skin: fat, then muscle without end. The skin itself and
-/// the air are taken as insulating outside the pads. The muscle's fibres run
-/// along x; y goes around the forearm, z down from the skin.
+/// Flat layers under the skin: fat, then muscle of infinite depth. The skin itself and the air are
+/// taken as insulating outside the pads. The muscle fibres run along x; y goes around the forearm,
+/// z down from the skin.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tissue {
-    /// Thickness of fat (with skin), m.
+    /// Thickness of the fat, including skin, m.
     pub fat_m: f64,
-    /// Conductivity of fat, S/m, the same in all directions; at most ten times
-    /// that of muscle across its fibres (√(along·across) where that is less), beyond
-    /// which images fade too slowly.
+    /// Conductivity of fat, S/m, isotropic; at most ten times that of muscle across its fibres
+    /// (√(along·across) where that is less), because beyond that the images decay too slowly.
     pub fat_s_per_m: f64,
     /// Conductivity of muscle along its fibres, S/m.
     pub along_s_per_m: f64,
-    /// Conductivity of muscle across its fibres, S/m; within a factor of 100 of
-    /// that along them.
+    /// Conductivity of muscle across its fibres, S/m; within a factor of 100 of the one along them.
     pub across_s_per_m: f64,
 }
 
-/// A number of a [`Tissue`] that the solution does not serve; names the field.
+/// A value of a [`Tissue`] for which the solution does not hold; names the field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("tissue: `{0}` is out of range")]
 pub struct InvalidTissue(pub &'static str);
 
 impl Default for Tissue {
-    /// Conductivities as ASCENT has them (wmglab-duke/ascent,
-    /// `config/system/materials.json`): muscle 0.35 and 0.086 S/m, fat 1/30 S/m.
-    /// Assumed: 4 mm of fat; forearms have 2 to 8.
+    /// Returns the conductivities that ASCENT uses (wmglab-duke/ascent,
+    /// `config/system/materials.json`): muscle 0.35 and 0.086 S/m, fat 1/30 S/m. Assumed: 4 mm of
+    /// fat; forearms have 2 to 8 mm.
     fn default() -> Self {
         Self {
             fat_m: 4e-3,
@@ -41,7 +39,7 @@ impl Tissue {
     /// Checks every field.
     ///
     /// # Errors
-    /// [`InvalidTissue`] names the first field out of its range.
+    /// Returns [`InvalidTissue`] with the first field that is out of range.
     pub fn validate(&self) -> Result<(), InvalidTissue> {
         let positive = |v: f64| v.is_finite() && v > 0.0;
         let contrast = self.along_s_per_m / self.across_s_per_m;
@@ -59,16 +57,16 @@ impl Tissue {
         }
     }
 
-    /// How much faster than k·z a wave of wave number k decays in muscle if it
-    /// varies along (`cos`, `sin`), none of it a unit: from s_l·cos² + s_t·sin²
-    /// = s_t·g².
+    /// Returns the factor g by which a wave that varies along (`cos`, `sin`) decays faster with
+    /// depth in muscle than in fat, where `cos` and `sin` need not form a unit vector: s_l·cos² +
+    /// s_t·sin² = s_t·g².
     pub(super) fn decay(&self, cos: f64, sin: f64) -> f64 {
         let contrast = self.along_s_per_m / self.across_s_per_m;
         (contrast * cos * cos + sin * sin).sqrt()
     }
 
-    /// How much of such a wave comes back from muscle into fat, −1 to 1: from
-    /// potential and current across the boundary, both continuous.
+    /// Returns the reflection of this wave at the boundary from fat to muscle, −1 to 1. Potential
+    /// and current are continuous across the boundary.
     pub(super) fn reflection(&self, decay: f64) -> f64 {
         let muscle = self.across_s_per_m * decay;
         (self.fat_s_per_m - muscle) / (self.fat_s_per_m + muscle)

@@ -1,31 +1,32 @@
-//! What a network consists of, as seen from its terminals.
+//! Circuit of a network, as seen from its terminals.
 
 use super::skin::Skin;
 use super::symmetric::{Matrix, SIZE, Vector, dot};
 
-/// What a terminal imposes on its electrode during a piece.
+/// Quantity that a terminal imposes on its electrode during a piece.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Source {
-    /// Volts against the common return.
+    /// Voltage relative to the common return, V.
     Voltage(f64),
-    /// Amperes into the tissue; 0 of an open one.
+    /// Current into the tissue, A; 0 for an open terminal.
     Current(f64),
 }
 
-/// Tissue, series resistances and capacitors: what does not change.
+/// Constant elements of the circuit: tissue, series resistances and capacitors.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Circuit {
-    /// Active electrodes; the common return has this index.
+    /// Number of active electrodes; also the index of the common return.
     pub actives: usize,
-    /// Volts between an active terminal and the return's per ampere into another and
-    /// out of the return: tissue and series resistances.
+    /// Voltage between an active terminal and the return's per ampere that enters another terminal
+    /// and leaves through the return: tissue and series resistances.
     loop_ohm: Matrix,
-    /// Capacitance of every electrode, F; 0: none.
+    /// Capacitance of every electrode, F; 0 for none.
     pub farad: Vector,
 }
 
 impl Circuit {
-    /// `tissue_ohm`: the tissue's part of the loops, for all skins but the last.
+    /// Creates the circuit. `tissue_ohm` is the tissue's part of the loops, for all skins but the
+    /// last, which is that of the return.
     pub fn new(tissue_ohm: &Matrix, skins: &[Skin]) -> Self {
         let actives = skins.len() - 1;
         let mut series_ohm = [0.0; SIZE];
@@ -41,24 +42,25 @@ impl Circuit {
         }
     }
 
-    /// Volts between an active terminal and the return's, from all currents into the
-    /// tissue and voltages over the skins' R_p and C.
+    /// Returns the voltage between an active terminal and the return's, from all currents into the
+    /// tissue and the voltages over the skins' R_p and C.
     pub fn terminal_v(&self, electrode: usize, current_a: &Vector, skin_v: &Vector) -> f64 {
         let drop_v = dot(&self.loop_ohm[electrode], current_a);
         drop_v + skin_v[electrode] - skin_v[self.actives]
     }
 
-    /// Resistance of an active electrode's loop at the first instant, Ω.
+    /// Returns the resistance of an active electrode's loop at the first instant, Ω.
     pub fn own_ohm(&self, electrode: usize) -> f64 {
         self.loop_ohm[electrode][electrode]
     }
 
-    /// Whether this electrode's skin has a capacitor.
+    /// Returns whether the skin of this electrode has a capacitor.
     pub fn has_capacitor(&self, electrode: usize) -> bool {
         self.farad[electrode] > 0.0
     }
 
-    /// The loops, with R_p in series where there is no capacitor beside it.
+    /// Returns the loop resistances, with R_p in series for electrodes without a parallel
+    /// capacitor.
     pub fn loops(&self, parallel_ohm: &Vector) -> Matrix {
         let mut through_ohm = *parallel_ohm;
         for (ohm, farad) in through_ohm.iter_mut().zip(self.farad) {
@@ -67,13 +69,13 @@ impl Circuit {
         in_series(&self.loop_ohm, &through_ohm, self.actives)
     }
 
-    /// The common return takes what the others give.
+    /// Sets the current of the common return to minus the sum of the others.
     pub fn balance_return_current(&self, current_a: &mut Vector) {
         current_a[self.actives] = -current_a[..self.actives].iter().sum::<f64>();
     }
 }
 
-/// Loops with more resistance at every electrode: the return's is in all of them.
+/// Adds a series resistance at every electrode; that of the return is part of all loops.
 fn in_series(loop_ohm: &Matrix, more_ohm: &Vector, actives: usize) -> Matrix {
     let mut out = *loop_ohm;
     for (electrode, row) in out[..actives].iter_mut().enumerate() {

@@ -1,32 +1,32 @@
-//! A constant plus decaying exponentials: its zeros, and where it first falls below 0.
+//! Sums of a constant and decaying exponentials: their zeros, and the first time they fall below 0.
 
 use super::symmetric::SIZE;
 
-/// Steps of a root search before the bracket, halved at worst each time, is as narrow
-/// as numbers can tell.
+/// Maximum number of steps of a root search: enough to halve the bracket down to machine precision.
 const STEPS: usize = 120;
 
-/// Part of the scale that a value must fall to below 0 before it has gone through.
+/// Fraction of the scale by which a value must fall below 0 to count as having crossed it.
 const FELL: f64 = 1e-13;
 
-/// Part of the scale by which a value may begin below 0 and yet, if it rises, count as
-/// beginning at 0. More than `FELL`: what begins there comes from other sums.
+/// Fraction of the scale by which a rising value may start below 0 and still count as starting at
+/// 0. It exceeds `FELL` because the start value comes from other sums.
 const BELOW: f64 = 1e-9;
 
-/// constant + Σ amplitude · exp(−rate · t), with the terms by rising rate.
+/// The function constant + Σ amplitude · exp(−rate · t), with the terms by rising rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Exponentials {
     constant: f64,
-    /// Rates, 1/s, and amplitudes.
+    /// Rate (1/s) and amplitude of each term.
     terms: [(f64, f64); SIZE],
     count: usize,
 }
 
-/// Up to as many instants as there are terms, rising.
+/// Up to as many times as there are terms, in rising order, and their number.
 type Instants = ([f64; SIZE], usize);
 
 impl Exponentials {
-    /// Of at most `SIZE` pairs of rate, 1/s and above 0, and amplitude, in any order.
+    /// Creates the function from at most `SIZE` pairs of rate, 1/s and above 0, and amplitude, in
+    /// any order.
     pub fn new(constant: f64, pairs: impl Iterator<Item = (f64, f64)>) -> Self {
         let mut terms = [(0.0, 0.0); SIZE];
         let mut count = 0;
@@ -42,14 +42,14 @@ impl Exponentials {
         }
     }
 
-    /// Times `factor`.
+    /// Returns the function multiplied by `factor`.
     pub fn scaled(mut self, factor: f64) -> Self {
         self.constant *= factor;
         self.terms.iter_mut().for_each(|term| term.1 *= factor);
         self
     }
 
-    /// With `more` added to the constant.
+    /// Returns the function with `more` added to its constant.
     pub fn plus(mut self, more: f64) -> Self {
         self.constant += more;
         self
@@ -59,7 +59,7 @@ impl Exponentials {
         &self.terms[..self.count]
     }
 
-    /// Value `t_s` after the start.
+    /// Returns the value at `t_s` after the start.
     pub fn at(&self, t_s: f64) -> f64 {
         let term = |(rate, amplitude): &(f64, f64)| amplitude * (-rate * t_s).exp();
         self.constant + self.terms().iter().map(term).sum::<f64>()
@@ -70,9 +70,9 @@ impl Exponentials {
         self.terms().iter().map(term).sum()
     }
 
-    /// The instant in [0, `end_s`] at which the value goes through 0 and falls, first.
-    /// 0 if it begins below, or so near 0 that rounding decides where, and falls.
-    /// `scale`: of what the value is a difference.
+    /// Returns the first time in [0, `end_s`] at which the value crosses 0 and falls. The result is
+    /// 0 if the value starts below 0, or so near 0 that rounding decides its sign, and falls.
+    /// `scale` is the magnitude of the numbers whose difference the value is.
     pub fn first_falling_zero(&self, end_s: f64, scale: f64) -> Option<f64> {
         if self.lower_bound(end_s) >= -FELL * scale {
             return None;
@@ -97,7 +97,7 @@ impl Exponentials {
         None
     }
 
-    /// A bound that is cheap and never above the least value within [0, `end_s`].
+    /// Returns an inexpensive lower bound of the value within [0, `end_s`].
     fn lower_bound(&self, end_s: f64) -> f64 {
         let least = |(rate, amplitude): &(f64, f64)| {
             let is_falling = *amplitude > 0.0;
@@ -111,8 +111,8 @@ impl Exponentials {
         self.constant + self.terms().iter().map(least).sum::<f64>()
     }
 
-    /// The derivative times exp(slowest rate · t), which has the same zeros and one
-    /// term less.
+    /// Returns the derivative times exp(slowest rate · t), which has the same zeros and one term
+    /// less.
     fn derivative(&self) -> Self {
         let Some((slowest, first)) = self.terms().first() else {
             return Self::new(0.0, [].into_iter());
@@ -122,8 +122,8 @@ impl Exponentials {
         Self::new(-slowest * first, rest)
     }
 
-    /// All zeros within (0, `end_s`) at which the sign changes. Between two of them
-    /// lies a zero of the derivative, which has fewer terms: from its zeros come ours.
+    /// Returns all zeros within (0, `end_s`) at which the sign changes. Between two of them lies a
+    /// zero of the derivative, which has fewer terms; the recursion starts from those.
     fn zeros(&self, end_s: f64) -> Instants {
         let mut found = ([0.0; SIZE], 0);
         if !self.may_change_sign() {
@@ -142,15 +142,16 @@ impl Exponentials {
         found
     }
 
-    /// By Descartes' rule of signs, which holds for exponentials by rising rate.
+    /// Returns whether the sign may change, by Descartes' rule of signs, which holds for
+    /// exponentials by rising rate.
     fn may_change_sign(&self) -> bool {
         let amplitudes = || self.terms().iter().map(|term| term.1);
         let all = |is: fn(f64) -> bool| is(self.constant) && amplitudes().all(is);
         !(all(|value| value >= 0.0) || all(|value| value <= 0.0))
     }
 
-    /// The zero between `left` and `right`, where signs differ: Newton's steps, and
-    /// halves of the bracket where those leave it.
+    /// Returns the zero between `left` and `right`, where the signs differ: Newton's method, with
+    /// bisection where a step would leave the bracket.
     fn zero(&self, mut left: f64, mut right: f64) -> f64 {
         let is_rising = self.at(left) < 0.0;
         let mut t_s = 0.5 * (left + right);

@@ -1,10 +1,11 @@
-//! The R_p at which a segment is frozen: those that agree with its own currents.
+//! Search for the R_p at which a segment is frozen: the values that agree with the segment's own
+//! currents.
 //!
-//! True skin changes R_p with every moment's current. A segment has one R_p per
-//! electrode: that of the mean of |I| weighted by |v|, the voltage over R_p. Since 1/R_p
-//! is linear in |I|, the charge that the frozen R_p conducts is then what the changing
-//! one would conduct along the same course, as long as v keeps its sign. A plain mean
-//! would let a long rest dilute the discharge that it begins with.
+//! The R_p of true skin changes with the current at every moment. A segment has a single R_p per
+//! electrode: the one at the mean of |I| weighted by |v|, the voltage over R_p. Since 1/R_p is
+//! linear in |I|, the frozen R_p then conducts the same charge as the changing one would along the
+//! same course, as long as v keeps its sign. A plain mean would let a long rest dilute the
+//! discharge with which it begins.
 
 use super::circuit::Circuit;
 use super::limiter::{Limiting, Stages, Terminal};
@@ -13,16 +14,17 @@ use super::piece::{Charge, Piece};
 use super::skin::Skin;
 use super::symmetric::{Matrix, SIZE, Vector, dot, identity};
 
-/// Relative difference of each R_p from what its current asks at which they agree: a
-/// hundredth of what freezing costs in current.
+/// Relative difference between each R_p and the one that its current requires at which they count
+/// as equal: a hundredth of the error in current that freezing causes.
 const AGREED: f64 = 1e-4;
 
-/// Tries before it is given up; five are usual.
+/// Maximum number of iterations; five are usual.
 const TRIES: usize = 100;
-/// After so many, what was learnt leads nowhere: from there on with steps half as long.
+/// Number of iterations without convergence after which the estimated Jacobian is discarded and the
+/// step length halved.
 const AFRESH: usize = 20;
 
-/// Nodes on [0, 1] and weights of Gauss's and Legendre's rule of eight points.
+/// Nodes on [0, 1] and weights of the Gauss-Legendre rule of eight points.
 #[rustfmt::skip]
 const GAUSS: [(f64, f64); 8] = [
     (0.019_855_071_751_231_856, 0.050_614_268_145_188_13),
@@ -35,22 +37,23 @@ const GAUSS: [(f64, f64); 8] = [
     (0.980_144_928_248_768_1, 0.050_614_268_145_188_13),
 ];
 
-/// A segment whose R_p are looked for.
+/// A segment for which the R_p are sought.
 pub struct FrozenSegment<'a> {
     pub circuit: &'a Circuit,
-    /// With R_0, of every set of terminals at a voltage; bit k is terminal k.
+    /// Modes with R_0 for every set of terminals at a voltage; bit k of the index is terminal k.
     pub modes: &'a [Modes],
     pub skins: &'a [Skin],
     pub terminals: &'a [Terminal],
-    /// A; infinite: no stage limits.
+    /// Current limit of each output stage, A; infinite if no stage limits.
     pub limit_a: f64,
     pub duration_s: f64,
 }
 
 impl FrozenSegment<'_> {
-    /// The segment's pieces and the charge at its end. `None` if nothing agrees.
+    /// Returns the pieces of the segment and the charge at its end, or `None` if the iteration does
+    /// not converge.
     ///
-    /// A fixed point of ln(R_0 / R_p), by Broyden's method.
+    /// Broyden's method finds a fixed point of ln(R_0 / R_p).
     pub fn pieces(&self, charge: &Charge) -> Option<(Vec<Piece>, Charge)> {
         let mut limiting = [Limiting::default(); SIZE];
         let mut broyden = Broyden::new();
@@ -68,7 +71,7 @@ impl FrozenSegment<'_> {
         None
     }
 
-    /// The segment with R_p = R_0 / exp(`drop`).
+    /// Solves the segment with R_p = R_0 / exp(`drop`).
     fn solve_with_drops(
         &self,
         charge: &Charge,
@@ -89,7 +92,7 @@ impl FrozenSegment<'_> {
         stages.pieces(charge, limiting, self.duration_s)
     }
 
-    /// By how much each `drop` is more than its electrode's current asks.
+    /// Returns the excess of each `drop` over the one that the current of its electrode requires.
     fn drop_errors(&self, pieces: &[Piece], drop: &Vector) -> Vector {
         let mut wrong = [0.0; SIZE];
         if self.skins.iter().all(Skin::is_linear) {
@@ -104,11 +107,11 @@ impl FrozenSegment<'_> {
     }
 }
 
-/// The mean of every electrode's |I|, weighted by |v|. 0 where v is 0 throughout.
+/// Returns the mean of every electrode's |I|, weighted by |v|; 0 if v is 0 throughout.
 fn means_a(pieces: &[Piece], electrodes: usize) -> Vector {
     let (mut sums, mut weights) = ([0.0; SIZE], [0.0; SIZE]);
     for piece in pieces {
-        // Nodes crowd towards the start as the fastest exponential does.
+        // Nodes are concentrated towards the start, according to the fastest exponential.
         let rates = piece.terms().iter().map(|term| term.rate_per_s);
         let fastest = rates.fold(0.0, f64::max);
         let crowding = (fastest * piece.duration_s).ln_1p().max(1e-3);
@@ -135,16 +138,17 @@ fn means_a(pieces: &[Piece], electrodes: usize) -> Vector {
     std::array::from_fn(mean)
 }
 
-/// Broyden's method: plain iteration first, then with an inverse Jacobian that every
-/// step corrects, so that it learns how the electrodes' R_p depend on each other.
+/// Broyden's method: plain fixed-point iteration first, then steps with an inverse Jacobian that
+/// every step corrects, so that it captures how the electrodes' R_p depend on each other.
 struct Broyden {
     inverse: Matrix,
     state: Vector,
-    /// The last step and what was wrong before it.
+    /// The last step, and the errors before it.
     last: Option<(Vector, Vector)>,
 }
 
-/// Part of the expected change below which a step has taught nothing about its way.
+/// Smallest projection of the expected change on the step, relative to the step, at which the
+/// Jacobian is updated.
 const TAUGHT: f64 = 0.1;
 
 impl Broyden {
@@ -156,13 +160,13 @@ impl Broyden {
         }
     }
 
-    /// Forgets what it learnt; plain steps are `part` as long from here on.
+    /// Discards the estimated Jacobian; plain steps are `part` times as long from here on.
     fn restart(&mut self, part: f64) {
         self.last = None;
         self.inverse = identity().map(|row| row.map(|row| row * part));
     }
 
-    /// Moves the state, which was `drop_errors`; it does not go below 0.
+    /// Moves the state, given its `drop_errors`; no component falls below 0.
     fn step(&mut self, wrong: &Vector) {
         if let Some((step, before)) = self.last {
             let change: Vector = std::array::from_fn(|k| wrong[k] - before[k]);

@@ -1,11 +1,10 @@
-//! Voltage stages that limit their current: which of them do, and until when.
+//! Voltage stages with a current limit: which of them limit, and until when.
 //!
-//! A stage either holds its voltage while its current is within the limit, or holds
-//! the limit while that needs less than its voltage. With a positive definite tissue
-//! this is the minimum of a strictly convex function over the box of allowed currents:
-//! at every instant exactly one set of stages limits. It is found by Murty's rule
-//! (turn the first stage that contradicts its state, again and again), and left when
-//! the first stage comes to the end of its state.
+//! A stage either holds its voltage while its current is within the limit, or holds the limit while
+//! that needs less than its voltage. With a positive definite tissue this is the minimum of a
+//! strictly convex function over the box of allowed currents: at every instant exactly one set of
+//! stages limits. Murty's rule finds the set (it repeatedly switches the first stage that
+//! contradicts its state); the set ends when the first stage reaches the end of its state.
 
 use super::circuit::{Circuit, Source};
 use super::exponentials::Exponentials;
@@ -13,50 +12,50 @@ use super::modes::Modes;
 use super::piece::{Charge, Piece};
 use super::symmetric::{SIZE, Vector};
 
-/// What is connected to an active electrode during a segment.
+/// Connection of an active electrode during a segment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Terminal {
-    /// A voltage stage that sets these volts against the common return, of either
-    /// sign, and limits its current.
+    /// A voltage stage that sets this voltage relative to the common return, of either sign, V, and
+    /// limits its current.
     Driven(f64),
-    /// A switch to the common return, which limits nothing.
+    /// A switch to the common return, without a current limit.
     Grounded,
-    /// Nothing: no current.
+    /// No connection and therefore no current.
     Floating,
 }
 
-/// Turns of stages within a segment. Each stage turns once or twice; if rounding makes
-/// this many of it, nothing is right.
+/// Maximum number of stage transitions within a segment. Each stage changes once or twice; this
+/// many occur only if rounding prevents a solution.
 const MOST_TURNS: usize = 1000;
 
-/// Which way a stage limits.
+/// Direction in which a stage limits its current.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Limiting {
-    /// It sets its voltage.
+    /// The stage holds its voltage.
     #[default]
     No,
-    /// It holds the limit into the tissue.
+    /// The stage holds the limit, with current into the tissue.
     Positive,
-    /// It holds the limit out of the tissue.
+    /// The stage holds the limit, with current out of the tissue.
     Negative,
 }
 
-/// All stages of a segment, with the R_p it is frozen at.
+/// All stages of a segment, with the R_p at which the segment is frozen.
 pub struct Stages<'a> {
     pub circuit: &'a Circuit,
-    /// With R_0, of every set of terminals at a voltage; bit k is terminal k.
+    /// Modes with R_0 for every set of terminals at a voltage; bit k of the index is terminal k.
     pub modes: &'a [Modes],
-    /// `None`: R_0.
+    /// R_p of every electrode, Ω; `None` for R_0.
     pub parallel_ohm: Option<&'a Vector>,
     pub terminals: &'a [Terminal],
-    /// A; infinite: no stage limits.
+    /// Current limit of each stage, A; infinite if no stage limits.
     pub limit_a: f64,
 }
 
 impl Stages<'_> {
-    /// The pieces of a segment of `duration_s` from `charge` on, and the charge at its
-    /// end. `limiting` is a guess of how it begins and becomes how it does. `None` if
-    /// rounding leaves no consistent set.
+    /// Returns the pieces of a segment of `duration_s` that starts with `charge`, and the charge at
+    /// its end. `limiting` is a guess of the initial state and is set to the true one. Returns
+    /// `None` if rounding leaves no consistent set.
     pub fn pieces(
         &self,
         charge: &Charge,
@@ -86,7 +85,7 @@ impl Stages<'_> {
         None
     }
 
-    /// What the capacitors hold after a piece.
+    /// Returns the voltages of the capacitors after a piece.
     fn charge_after(&self, piece: &Piece) -> Charge {
         let (_, mut volts) = piece.at(piece.duration_s);
         for (volts, farad) in volts.iter_mut().zip(self.circuit.farad) {
@@ -126,7 +125,7 @@ impl Stages<'_> {
         Some(piece)
     }
 
-    /// The first stage whose state ends within the piece, and when.
+    /// Returns the first stage whose state ends within the piece, and the time of the transition.
     fn first_transition(&self, piece: &Piece, limiting: &[Limiting; SIZE]) -> Option<(usize, f64)> {
         let mut first: Option<(usize, f64)> = None;
         for (electrode, terminal) in self.terminals.iter().enumerate() {
@@ -147,7 +146,8 @@ impl Stages<'_> {
         first
     }
 
-    /// When, within `end_s`, the current of a stage at its voltage leaves the limits.
+    /// Returns the time within `end_s` at which the current of a stage that holds its voltage
+    /// exceeds the limit.
     fn limit_start_s(&self, piece: &Piece, electrode: usize, end_s: f64) -> Option<f64> {
         if piece.max_current_bound_a(electrode) <= self.limit_a {
             return None;
@@ -158,8 +158,9 @@ impl Stages<'_> {
         ends_s.into_iter().flatten().reduce(f64::min)
     }
 
-    /// When, within `end_s`, the limit needs the stage's voltage: until then the
-    /// terminal is below it (`side` −1: the current is positive) or above (1).
+    /// Returns the time within `end_s` at which the limit needs the full voltage of the stage.
+    /// Until then the terminal is below that voltage (`side` −1: the current is positive) or above
+    /// it (1).
     fn limit_end_s(
         &self,
         piece: &Piece,
@@ -178,7 +179,7 @@ impl Stages<'_> {
     }
 }
 
-/// What a stage does after its state has ended at the end of this piece.
+/// Returns the next state of a stage whose state ends at the end of this piece.
 fn next_limiting(piece: &Piece, electrode: usize, limiting: Limiting) -> Limiting {
     if limiting != Limiting::No {
         return Limiting::No;

@@ -1,10 +1,10 @@
-//! The electric circuit between the stages of a stimulator and a forearm.
+//! Electric circuit between the output stages of a stimulator and a forearm.
 //!
-//! Up to six active electrodes and one common return electrode on one arm (Hamana et
-//! al. 2022). Under each is skin ([`Skin`]: resistances and a capacitor), between them
-//! tissue (resistances). A terminal is driven, grounded or floating; while none
-//! changes, currents are sums of exponentials, and what the capacitors hold at the end
-//! ([`Charge`]) is the residual charge that the next segment begins with.
+//! Up to six active electrodes and one common return electrode lie on one arm (Hamana et al. 2022).
+//! Under each is skin ([`Skin`]: resistances and a capacitor), between them tissue (resistances). A
+//! terminal is driven, grounded or floating. While no terminal changes, currents are sums of
+//! exponentials. The capacitor voltages at the end ([`Charge`]) are the residual charge with which
+//! the next segment begins.
 
 mod circuit;
 mod exponentials;
@@ -23,76 +23,76 @@ pub use piece::{Charge, Piece, Term};
 pub use skin::Skin;
 use symmetric::{Matrix, SIZE, identity, inverse};
 
-/// Most active electrodes of a network.
+/// Maximum number of active electrodes of a network.
 pub const ACTIVES_MAX: usize = SIZE - 1;
 
-/// Asymmetry of a tissue's resistances that still counts as rounding, of the largest.
+/// Asymmetry of a tissue's resistances that still counts as rounding, relative to the largest
+/// resistance.
 const ASYMMETRY: f64 = 1e-9;
 
-/// Electrodes, skin, tissue and the stages' current limit: what does not change.
+/// Constant part of the circuit: electrodes, skin, tissue and the current limit of the stages.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Network {
     circuit: Circuit,
-    /// With R_0, of every set of terminals at a voltage; bit k is terminal k.
+    /// Modes with R_0 for every set of terminals at a voltage; bit k of the index is terminal k.
     modes: Vec<Modes>,
     skins: Vec<Skin>,
     limit_a: f64,
 }
 
-/// What no network can have.
+/// The reason why a network is invalid.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum InvalidNetwork {
-    /// Active electrodes are 1 to [`ACTIVES_MAX`].
+    /// The number of active electrodes is not 1 to [`ACTIVES_MAX`]; gives the number of skins.
     #[error("network: {0} skins, must be 2 to 7: active electrodes and the common return")]
     Skins(usize),
-    /// The matrix has a row and a column for every electrode.
+    /// The matrix does not have a row and a column for every electrode.
     #[error("network: `resistance_ohm` has not {0} rows of {0} numbers")]
     Size(usize),
-    /// Row and column of a resistance that is not finite.
+    /// A resistance is not finite; gives its row and column.
     #[error("network: `resistance_ohm[{0}][{1}]` is not finite")]
     NotFinite(usize, usize),
-    /// Row and column of a resistance that differs from its mirror image.
+    /// A resistance differs from its mirror image; gives its row and column.
     #[error("network: `resistance_ohm[{0}][{1}]` and `[{1}][{0}]` differ: not symmetric")]
     Asymmetric(usize, usize),
-    /// Some currents that sum to zero would take no power.
+    /// Some currents that sum to zero would dissipate no power.
     #[error("network: `resistance_ohm` is not positive definite for currents that sum to 0")]
     NotPositiveDefinite,
-    /// Electrode, field of its [`Skin`], and the field's range.
+    /// A field of a [`Skin`] is invalid; gives the electrode, the field, and the field's range.
     #[error("network: skin {0}, `{1}` is out of range: {2}")]
     Skin(usize, &'static str, &'static str),
-    /// The limit is above 0 A and may be infinite.
+    /// The current limit is not above 0 A; it may be infinite.
     #[error("network: `limit_a` is {0} A, must be above 0")]
     Limit(f64),
 }
 
-/// Why there is no segment.
+/// The reason why a segment cannot be computed.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum InvalidSegment {
-    /// How many terminals were given, and how many active electrodes there are.
+    /// The number of terminals differs from that of active electrodes; gives both.
     #[error("segment: {0} terminals for {1} active electrodes")]
     Terminals(usize, usize),
-    /// Active electrode whose stage sets no finite voltage.
+    /// The voltage of a stage is not finite; gives the active electrode.
     #[error("segment: volts of terminal {0} are not finite")]
     Volts(usize),
-    /// A duration is finite and not negative.
+    /// The duration is negative or not finite.
     #[error("segment: `duration_s` is {0} s, must be finite, 0 or above")]
     Duration(f64),
-    /// Rounding leaves no consistent set of limiting stages, or no R_p that agrees with
-    /// its current. Not known to happen with numbers of skin and tissue.
+    /// Rounding leaves no consistent set of limiting stages, or no R_p agrees with its current. Not
+    /// known to happen with realistic values of skin and tissue.
     #[error("segment: no consistent currents found")]
     Unsettled,
 }
 
 impl Network {
-    /// `resistance_ohm`: mean potential under each electrode (row) per ampere into
-    /// each (column), Ω, symmetric, the common return last. Any number may be added to
-    /// all of it, since currents sum to zero: the reference does not matter, and
-    /// positive definite it must be only for such currents. `skins`: one per electrode
-    /// in the same order. `limit_a`: what a stage limits its current to, A, above 0;
-    /// infinite without a limiter.
+    /// Creates the network. `resistance_ohm` is the mean potential under each electrode (row) per
+    /// ampere into each (column), Ω, symmetric, the common return last. A constant added to all
+    /// entries has no effect, since currents sum to zero; the matrix must be positive definite only
+    /// for such currents. `skins` has one entry per electrode in the same order. `limit_a` is the
+    /// current limit of a stage, A, above 0; infinite without a limiter.
     ///
     /// # Errors
-    /// [`InvalidNetwork`] names what no network can have.
+    /// Returns [`InvalidNetwork`] with the invalid field or value.
     pub fn new(
         resistance_ohm: &[Vec<f64>],
         skins: Vec<Skin>,
@@ -130,29 +130,29 @@ impl Network {
         })
     }
 
-    /// Active electrodes; the common return has this index.
+    /// Returns the number of active electrodes, which is also the index of the common return.
     pub fn actives(&self) -> usize {
         self.circuit.actives
     }
 
-    /// The skins, the common return's last.
+    /// Returns the skins in the order of the electrodes, that of the common return last.
     pub fn skins(&self) -> &[Skin] {
         &self.skins
     }
 
-    /// Voltage of an active electrode's terminal against the common return's, V,
-    /// `t_s` after the piece's start: what a stage sets or a floating lead shows.
+    /// Returns the voltage of an active electrode's terminal relative to the common return, V, at
+    /// `t_s` after the start of the piece: the voltage of a stage, or of a floating lead.
     pub fn terminal_v(&self, piece: &Piece, electrode: usize, t_s: f64) -> f64 {
         let (current_a, skin_v) = piece.at(t_s);
         self.circuit.terminal_v(electrode, &current_a, &skin_v)
     }
 
-    /// What flows while the terminals of the active electrodes are these: pieces whose
-    /// durations sum to `duration_s`, none if that is 0. `charge` is this network's
-    /// and is taken to the end.
+    /// Computes the currents of a segment with these terminals of the active electrodes: pieces
+    /// whose durations sum to `duration_s`, none if that is 0. `charge` must belong to this network
+    /// and advances to the end of the segment.
     ///
     /// # Errors
-    /// [`InvalidSegment`] says why there is none; `charge` is then as before.
+    /// Returns [`InvalidSegment`] with the reason; `charge` is then unchanged.
     pub fn segment(
         &self,
         charge: &mut Charge,
@@ -188,7 +188,7 @@ impl Network {
     }
 }
 
-/// The tissue's resistances, checked, its two halves made equal.
+/// Checks the tissue's resistances and returns them as loops, made exactly symmetric.
 fn tissue(resistance_ohm: &[Vec<f64>], electrodes: usize) -> Result<Matrix, InvalidNetwork> {
     let is_whole = |row: &Vec<f64>| row.len() == electrodes;
     if resistance_ohm.len() != electrodes || !resistance_ohm.iter().all(is_whole) {
@@ -210,7 +210,7 @@ fn tissue(resistance_ohm: &[Vec<f64>], electrodes: usize) -> Result<Matrix, Inva
     for (i, j) in pairs() {
         tissue[i][j] = 0.5 * (at(i, j) + at(j, i));
     }
-    // A loop goes in at one electrode and out at the common return.
+    // A loop enters at one electrode and leaves at the common return.
     let common = electrodes - 1;
     let mut loops = [[0.0; SIZE]; SIZE];
     for i in 0..common {

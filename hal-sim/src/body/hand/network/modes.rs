@@ -1,34 +1,34 @@
-//! How the capacitors' voltages decay while certain terminals hold a voltage.
+//! Decay of the capacitor voltages while certain terminals hold a voltage.
 //!
-//! With the currents i of those terminals, their loop resistance M (tissue and all that
-//! is in series, through the common return), their voltages u and the incidence E of
-//! currents on electrodes: M i = u − Eᵀv, and every capacitor follows
-//! C v̇ = E i − v / R_p. In w = C^½ v the matrix of that equation,
-//! C^−½ (1/R_p + E M⁻¹ Eᵀ) C^−½, is symmetric and positive definite: its eigenvalues
-//! are the rates, real and above 0. Terminals that hold a current only add a constant.
+//! Let i be the currents of those terminals, M their loop resistance (tissue and everything in
+//! series, through the common return), u their voltages and E the incidence of currents on
+//! electrodes. Then M i = u − Eᵀv, and every capacitor follows C v̇ = E i − v / R_p. In w = C^½ v
+//! the matrix of that equation, C^−½ (1/R_p + E M⁻¹ Eᵀ) C^−½, is symmetric and positive definite:
+//! its eigenvalues are the rates, real and above 0. Terminals that hold a current only add a
+//! constant.
 
 use super::circuit::{Circuit, Source};
 use super::piece::{Charge, Piece, Term};
 use super::symmetric::{Matrix, SIZE, Vector, dot, eigen, inverse};
 
-/// The modes of a circuit with certain R_p and certain terminals at a voltage.
+/// Modes of a circuit with given R_p and a given set of terminals at a voltage.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Modes {
     parallel_ohm: Vector,
-    /// The terminals at a voltage.
+    /// Terminals at a voltage.
     at_voltage: ElectrodeSubset,
-    /// Loops, with R_p in series where there is no capacitor.
+    /// Loop resistances, with R_p in series for electrodes without a capacitor.
     loop_ohm: Matrix,
-    /// Inverse of the loops between the terminals at a voltage, in their order.
+    /// Inverse of the loop resistances between the terminals at a voltage, in their order.
     inverse: Matrix,
-    /// Each mode by itself, so large that Σ C v² is 1; capacitors' voltages only.
+    /// Voltages and currents of each mode, scaled so that Σ C v² is 1; voltages of capacitors only.
     shapes: [Term; SIZE],
     rows: usize,
-    /// The eigenvectors: a good guess of those with other R_p.
+    /// Eigenvectors, also a good initial guess for those with other R_p.
     pub basis: Matrix,
 }
 
-/// Some of the electrodes.
+/// A subset of the electrodes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct ElectrodeSubset {
     list: [usize; SIZE],
@@ -49,7 +49,7 @@ impl ElectrodeSubset {
         &self.list[..self.count]
     }
 
-    /// Rows and columns of these electrodes.
+    /// Returns the rows and columns of these electrodes.
     fn submatrix(&self, matrix: &Matrix) -> Matrix {
         let mut out = [[0.0; SIZE]; SIZE];
         for (row, i) in out.iter_mut().zip(self.as_slice()) {
@@ -62,8 +62,8 @@ impl ElectrodeSubset {
 }
 
 impl Modes {
-    /// `set`: bit k is whether terminal k is at a voltage. `basis`: a guess of the
-    /// eigenvectors. `None` if rounding has left no positive definite matrix.
+    /// Computes the modes. Bit k of `set` says whether terminal k is at a voltage; `basis` is a
+    /// guess of the eigenvectors. Returns `None` if rounding leaves no positive definite matrix.
     pub fn new(
         circuit: &Circuit,
         parallel_ohm: &Vector,
@@ -88,7 +88,7 @@ impl Modes {
         Some(modes)
     }
 
-    /// Finds rates and shapes.
+    /// Computes the rates and shapes of all modes.
     fn find_modes(&mut self, circuit: &Circuit) -> Option<()> {
         let siemens = self.conductance(circuit);
         let coupled = self
@@ -128,8 +128,8 @@ impl Modes {
             .then_some(())
     }
 
-    /// E M⁻¹ Eᵀ: what the capacitors' voltages drive through the terminals at a
-    /// voltage, S, between all electrodes.
+    /// Returns E M⁻¹ Eᵀ, S: the conductance between all electrodes with which the capacitor
+    /// voltages drive currents through the terminals at a voltage.
     fn conductance(&self, circuit: &Circuit) -> Matrix {
         let mut out = [[0.0; SIZE]; SIZE];
         let common = circuit.actives;
@@ -144,7 +144,7 @@ impl Modes {
         out
     }
 
-    /// Currents of all electrodes with these voltages over the capacitors.
+    /// Returns the currents of all electrodes with these voltages over the capacitors, A.
     fn currents_a(
         &self,
         circuit: &Circuit,
@@ -170,8 +170,8 @@ impl Modes {
         current_a
     }
 
-    /// What flows from `charge` on, for `duration_s`, if nothing changes. `imposed`: on
-    /// the active electrodes; the others have no current.
+    /// Returns the piece that starts with `charge` and lasts `duration_s` without a change.
+    /// `imposed` applies to the active electrodes; the others carry no current.
     pub fn piece(
         &self,
         circuit: &Circuit,
@@ -210,8 +210,8 @@ impl Modes {
         piece
     }
 
-    /// Adds the voltages over the skins that no mode contains: of an R_p without a
-    /// capacitor, and of a capacitor that sees only its own R_p and a constant current.
+    /// Adds the voltages over the skins that no mode contains: that of an R_p without a capacitor,
+    /// and that of a capacitor that sees only its own R_p and a constant current.
     fn add_uncoupled(
         &self,
         circuit: &Circuit,

@@ -1,41 +1,39 @@
-//! Symmetric positive definite matrices of at most seven rows: inverse, eigenvalues.
+//! Inverse and eigenvalues of symmetric positive definite matrices with at most seven rows.
 //!
-//! Of our own because a segment needs several of each and may take a few
-//! microseconds altogether: nothing here allocates, and a good guess of the
-//! eigenvectors saves the work of finding them.
+//! The project has its own implementation because a segment needs several of each and may take a
+//! few microseconds altogether: nothing here allocates, and a good guess of the eigenvectors saves
+//! most of the work.
 
-/// Most rows there are.
+/// Maximum number of rows.
 pub const SIZE: usize = 7;
-/// One number per electrode; entries beyond the last are 0.
+/// One value per electrode; entries beyond the last electrode are 0.
 pub type Vector = [f64; SIZE];
-/// Rows of `Vector`s.
+/// A matrix as rows of `Vector`s.
 pub type Matrix = [Vector; SIZE];
 
-/// Sweeps of Jacobi's method before it is given up; seven rows take about six.
+/// Maximum number of sweeps of Jacobi's method; seven rows take about six.
 const SWEEPS: usize = 40;
-/// Part of the geometric mean of two diagonal entries: an entry between them as small
-/// as this moves no eigenvalue by more than rounding does.
+/// Largest off-diagonal entry, relative to the geometric mean of the two diagonal entries, that
+/// changes no eigenvalue by more than rounding does.
 const NEGLIGIBLE: f64 = 1e-16;
 
-/// One on the diagonal.
 pub fn identity() -> Matrix {
     let mut out = [[0.0; SIZE]; SIZE];
     out.iter_mut().enumerate().for_each(|(k, row)| row[k] = 1.0);
     out
 }
 
-/// Sum of products.
 pub fn dot(a: &Vector, b: &Vector) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// Inverse of the first `rows` rows and columns, by Gauss and Jordan without a
-/// search for pivots, which positive definite matrices do not need. `None` if the
-/// matrix is not positive definite.
+/// Returns the inverse of the first `rows` rows and columns by Gauss-Jordan elimination without
+/// pivoting, which positive definite matrices do not need. Returns `None` if the matrix is not
+/// positive definite.
 pub fn inverse(mut a: Matrix, rows: usize) -> Option<Matrix> {
     for k in 0..rows {
         let pivot = a[k][k];
-        // So written that a pivot which is not a number fails too.
+        // Written so that a NaN pivot fails too.
         if !(pivot > 0.0 && pivot.is_finite()) {
             return None;
         }
@@ -51,11 +49,10 @@ pub fn inverse(mut a: Matrix, rows: usize) -> Option<Matrix> {
     Some(a)
 }
 
-/// Eigenvalues of the first `rows` rows and columns, in no order; the rows of `basis`
-/// become their orthonormal eigenvectors and were orthonormal before, the better
-/// guessed the sooner it is done. Jacobi's cyclic method, which finds small
-/// eigenvalues as exactly as large ones (Demmel & Veselić 1992). `None` if it does not
-/// end.
+/// Returns the eigenvalues of the first `rows` rows and columns, unordered, by Jacobi's cyclic
+/// method, which finds small eigenvalues as accurately as large ones (Demmel & Veselić 1992). The
+/// rows of `basis` must be orthonormal and become the eigenvectors; a better guess converges
+/// sooner. Returns `None` if the method does not converge.
 pub fn eigen(a: &Matrix, basis: &mut Matrix, rows: usize) -> Option<Vector> {
     let mut a = change_basis(a, basis, rows);
     for _ in 0..SWEEPS {
@@ -75,7 +72,7 @@ pub fn eigen(a: &Matrix, basis: &mut Matrix, rows: usize) -> Option<Vector> {
     None
 }
 
-/// The matrix as the vectors of `basis` see it.
+/// Returns the matrix in the coordinates of the vectors of `basis`.
 fn change_basis(a: &Matrix, basis: &Matrix, rows: usize) -> Matrix {
     let mut out = [[0.0; SIZE]; SIZE];
     for (k, row) in basis[..rows].iter().enumerate() {
@@ -92,7 +89,7 @@ fn change_basis(a: &Matrix, basis: &Matrix, rows: usize) -> Matrix {
     out
 }
 
-/// The rotation in the plane of rows `p` and `q` that makes their entry zero.
+/// Rotates in the plane of rows `p` and `q` so that their off-diagonal entry becomes zero.
 fn rotate(a: &mut Matrix, basis: &mut Matrix, rows: usize, [p, q]: [usize; 2]) -> Option<()> {
     let [first, second] = a.get_disjoint_mut([p, q]).ok()?;
     let entry = first[q];

@@ -1,11 +1,10 @@
-//! Tissues of which the field is known exactly, by the finer sum: its formulas
-//! alone.
+//! Compares the finer sum with tissues whose field has an exact formula.
 
 use super::super::{Field, Pad, Shape, Tissue, Transfer};
 use super::FINE;
 use std::f64::consts::PI;
 
-/// As good as a point: what its size does to 1/r at 3 mm is below 1e-7.
+/// Approximates a point: the effect of its size on 1/r at 3 mm is below 1e-7.
 const POINT: Shape = Shape::Round { diameter_m: 1e-6 };
 
 fn even(fat_m: f64, s_per_m: f64) -> Tissue {
@@ -17,7 +16,7 @@ fn even(fat_m: f64, s_per_m: f64) -> Tissue {
     }
 }
 
-/// scale / √(x²/a + y²/b + z²/b) and its derivatives.
+/// Returns scale / √(x²/a + y²/b + z²/b) and its derivatives.
 fn inverse([x, y, z]: [f64; 3], [a, b]: [f64; 2], scale: f64) -> Transfer {
     let square = x * x / a + (y * y + z * z) / b;
     let potential = scale / square.sqrt();
@@ -38,8 +37,9 @@ fn sum(all: impl Iterator<Item = Transfer>) -> Transfer {
     })
 }
 
-/// The largest error: of the potential by itself, of the slopes by their vector's
-/// length, of the curvature by potential over squared distance from the pad.
+/// Returns the largest error: of the potential relative to itself, of the slopes relative to the
+/// length of their vector, of the curvature relative to the potential over the squared distance
+/// from the pad.
 fn error(transfer: &Transfer, exact: &Transfer, distance: f64) -> f64 {
     let slopes = |t: &Transfer| [t.gradient, t.across[0], t.across[1]];
     let length = slopes(exact).map(|v| v * v).iter().sum::<f64>().sqrt();
@@ -58,7 +58,7 @@ const fn pad(shape: Shape) -> Pad {
     }
 }
 
-/// Places beside and below a pad at the origin, `top` m deep and more.
+/// Returns places beside and below a pad at the origin, at a depth of `top` m and more.
 fn places(top: f64) -> Vec<[f64; 3]> {
     let mut places = Vec::new();
     for x in [0.0, 0.007, -0.05] {
@@ -86,7 +86,7 @@ fn a_point_on_one_even_tissue_gives_one_over_two_pi_s_r() {
 
 #[test]
 fn a_point_on_muscle_alone_gives_one_over_r_in_scaled_lengths() {
-    // Of fat a nanometre is left.
+    // Only a nanometre of fat is left.
     let tissue = Tissue {
         fat_m: 1e-9,
         ..Tissue::default()
@@ -104,7 +104,7 @@ fn a_point_on_muscle_alone_gives_one_over_r_in_scaled_lengths() {
 
 #[test]
 fn a_point_on_two_even_layers_has_the_known_images() {
-    // Fat that conducts worse than muscle, and better.
+    // Fat with a lower conductivity than muscle, then with a higher one.
     for (fat, muscle) in [(0.03, 0.2), (0.3, 0.1)] {
         let tissue = Tissue {
             fat_s_per_m: fat,
@@ -126,7 +126,7 @@ fn a_point_on_two_even_layers_has_the_known_images() {
     }
 }
 
-/// Evenly spread points of a pad, from its middle.
+/// Returns uniformly spread points of a pad, relative to its middle.
 fn points(shape: Shape, count: u32) -> Vec<[f64; 2]> {
     let at = |i: u32| (f64::from(i) + 0.5) / f64::from(count);
     let all = (0..count * count).map(|n| [at(n / count), at(n % count)]);

@@ -1,4 +1,4 @@
-//! What the sums leave out, by finer ones, and the closed forms by plain averages.
+//! Compares the sums with finer ones, and the closed forms with plain averages.
 
 mod exact;
 
@@ -22,7 +22,7 @@ const SHAPES: [Shape; 3] = [
     },
 ];
 
-/// Both sums for thin, usual and thick fat.
+/// Returns both sums for thin, usual and thick fat.
 fn pairs() -> [[Field; 2]; 3] {
     [2e-3, 4e-3, 8e-3].map(|fat_m| {
         let tissue = Tissue {
@@ -41,8 +41,8 @@ fn pad(shape: Shape) -> Pad {
     }
 }
 
-/// Largest errors at one depth: of the potential by itself, of the slopes by the
-/// length of their vector, of the curvature by the largest at that depth.
+/// Returns the largest errors at one depth: of the potential relative to itself, of the slopes
+/// relative to the length of their vector, of the curvature relative to the largest at that depth.
 fn errors([usual, fine]: &[Field; 2], shape: Shape, depth: f64) -> [f64; 3] {
     let (mut worst, mut largest) = ([0.0f64; 3], 0.0f64);
     let pad = pad(shape);
@@ -123,7 +123,7 @@ fn twice_the_directions_and_more_images_keep_resistances() {
     }
 }
 
-/// From 1 mm of muscle on, by the largest value at that depth.
+/// Errors are relative to the largest value at that depth, from 1 mm below the fat on.
 #[test]
 fn the_coarse_sums_are_within_a_hundredth() {
     for [_, fine] in pairs() {
@@ -162,7 +162,7 @@ fn the_coarse_sums_are_within_a_hundredth() {
     }
 }
 
-/// Places and weights for a plain mean over a profile.
+/// Returns nodes and weights for a plain mean over a profile.
 fn plain(profile: &Profile) -> Vec<(f64, f64)> {
     match *profile {
         Profile::Disc { radius } => {
@@ -183,7 +183,7 @@ fn plain(profile: &Profile) -> Vec<(f64, f64)> {
     }
 }
 
-/// Profiles of all pads, also as close to their sides as any direction comes.
+/// Returns the profiles of all pads, including directions as close to a side as any that is used.
 fn profiles() -> Vec<Profile> {
     let angles = [2e-3f64, 0.3, 1.0, 1.568];
     let of = |shape| angles.map(|angle| Profile::new(shape, angle.cos(), angle.sin()));
@@ -226,8 +226,8 @@ fn the_mean_over_two_profiles_is_that_over_their_points() {
             let to = |(t, weight): (f64, f64)| weight * a.means(w + Complex64::new(0.0, t))[0].re;
             let mean: f64 = plain(&b).into_iter().map(to).sum();
             let error = (a.mean_with(&b, w) / mean - 1.0).abs();
-            // Fourth differences lose digits almost along a side of both, where few
-            // of the directions are.
+            // Fourth differences lose digits if the direction is almost parallel to a side of both
+            // pads, which holds for few of the directions.
             assert!(error < 1e-4, "{a:?} {b:?} {w} {error}");
         }
     }
@@ -247,8 +247,8 @@ fn a_disc_and_a_square_have_their_known_mean_inverse_distance() {
         y_m: 0.1,
         shape,
     });
-    // Of the disc with itself 16/(3π·a): 8/(3π²·s·a) for the mean potential. Of
-    // the square 4/a·(ln(1 + √2) − (√2 − 1)/3).
+    // For the disc with itself 16/(3π·a), which gives a mean potential of 8/(3π²·s·a); for the
+    // square 4/a·(ln(1 + √2) − (√2 − 1)/3).
     let root = 2.0f64.sqrt();
     let known = [
         16.0 / (3.0 * PI),
@@ -267,7 +267,7 @@ fn a_disc_and_a_square_have_their_known_mean_inverse_distance() {
 #[test]
 fn mean_inverse_distances_are_the_same_both_ways() {
     for (a, b) in SHAPES.iter().flat_map(|a| SHAPES.map(|b| (*a, b))) {
-        // The closest two touch: twice 20 mm.
+        // The closest two pads touch: half of 40 mm each.
         for [x_m, y_m] in [[0.04, 0.0], [0.035, 0.05], [0.0, 0.2]] {
             let [a, b] =
                 [(a, x_m, y_m), (b, 0.0, 0.0)].map(|(shape, x_m, y_m)| Pad { x_m, y_m, shape });
