@@ -1,18 +1,18 @@
-//! What any control law answers.
+//! The effort: the output of every controller.
 
 use crate::arithmetic::fixed_point::Q;
 
-/// What a law asks for: positive flexes, negative extends, before any clamp.
+/// Output of a controller before any clamp: positive values flex, negative values extend.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Effort {
-    /// Volts (milliamperes on a current-controlled stage) above threshold.
+    /// Volts above threshold (milliamperes on a current-controlled stage).
     AboveThreshold(Q),
     /// Fraction of the way from threshold (0) to the wearer's maximum (±1).
     Fraction(Q),
 }
 
 impl Effort {
-    /// In thousandths of its unit, for telemetry; saturating.
+    /// Returns the effort in thousandths of its unit, for telemetry; saturates.
     #[must_use]
     pub fn to_milli(self) -> i32 {
         let (Self::AboveThreshold(q) | Self::Fraction(q)) = self;

@@ -1,5 +1,5 @@
-//! A wanted force at the hand: from timed forces and nine angles to the amplitudes of
-//! an arm's muscles, by the nearest neighbour of `limb`, at its own period.
+//! Control of the force at the hand: computes the amplitudes of an arm's muscles from timed forces
+//! and nine angles, with the nearest-neighbour method of `limb`, at a period of its own.
 
 use super::sensor::{MeasurementError, Sensor, SensorFault, SensorSource, SensorState};
 use super::setpoint::{HoldPolicy, SetpointError, SetpointTrack};
@@ -14,32 +14,32 @@ use heapless::Vec;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-/// A wearer's arm as it travels on the wire, unvalidated; its lines follow one by one.
+/// A wearer's arm as it travels on the wire, unvalidated. Its lines of action follow one by one.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub struct EndpointSpec {
-    /// As [`LimbSpec::ways_um`].
+    /// Segment vectors of the arm, µm, as in [`LimbSpec::ways_um`].
     pub ways_um: [[i32; 3]; JOINTS + 1],
-    /// As [`LimbSpec::ranges_mdeg`].
+    /// Lowest and highest angle of each axis, m°, as in [`LimbSpec::ranges_mdeg`].
     pub ranges_mdeg: [(i32, i32); AXES],
-    /// From recruitment to recruitment, ms; 5…50. The paper's loop: 5.
+    /// Time between two recruitments, ms; 5…50. The paper's loop uses 5.
     pub recruit_ms: u8,
-    /// How the arm is held.
+    /// Source of the arm's posture.
     pub posture: PostureSpec,
 }
 
-/// Where the nine angles come from.
+/// Source of the nine angles.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub enum PostureSpec {
-    /// They stay as they are here, 0.01°, each within its range.
+    /// Constant angles, 0.01°, each within its range.
     Fixed([i16; AXES]),
-    /// The host measures each.
+    /// Angles that the host measures.
     Measured {
-        /// Age at which the last measurement of any is stale, ms; 2…500.
+        /// Age at which the latest measurement of any angle is stale, ms; 2…500.
         stale_after_ms: u16,
     },
 }
 
-/// A validated arm with its lines. What changes is an [`EndpointState`].
+/// A validated arm with its lines. Everything that changes is in an [`EndpointState`].
 #[derive(Clone, Debug)]
 pub struct Endpoint {
     limb: Limb,
@@ -54,66 +54,66 @@ enum Source {
     Measured([Sensor; AXES]),
 }
 
-/// What an arm remembers. Begin every stimulation with a fresh one.
+/// State of an arm's control. Every stimulation must begin with a fresh state.
 #[derive(Clone, Debug, Default)]
 pub struct EndpointState {
-    /// The three parts of the wanted force.
+    /// Setpoints of the three components of the force.
     tracks: [SetpointTrack<Force>; 3],
     sensors: [SensorState; AXES],
     jacobians: Jacobians<f32>,
-    /// The instant that they are of.
+    /// Time of the posture for which the Jacobians were computed.
     posed: Option<Micros>,
-    /// The period of the latest recruitment.
+    /// Start of the period in which the latest recruitment took place.
     latest: Option<Micros>,
 }
 
-/// What an arm asks for from this tick on.
+/// Amplitudes that an arm's control orders from this tick on.
 #[derive(Clone, PartialEq, Debug)]
 pub struct EndpointOrders {
-    /// The force wanted now, mN.
+    /// Reference force at the hand now, mN.
     pub target_mn: [i32; 3],
-    /// Every line's channel and its amplitude: all of them zero unless all of the
-    /// wanted force can be made.
+    /// Channel and amplitude of every line. All amplitudes are zero unless the whole reference
+    /// force can be produced.
     pub amplitudes: Vec<(u8, Amplitude), LINES>,
-    /// How much of it can be made, thousandths: 1000 is all, and is given.
+    /// Share of the force that the muscles can produce, thousandths. Only at 1000 is it produced.
     pub made_permille: u16,
 }
 
-/// Why a wanted force was not taken.
+/// Reason why a setpoint of the force at the hand was refused.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum WrenchError {
-    /// Its time.
+    /// The setpoint's time is not acceptable.
     Setpoint(SetpointError),
-    /// It cannot be made.
+    /// The muscles cannot produce the force.
     Unmade(ForceImpossible),
 }
 
-/// Why a force cannot be made.
+/// Reason why a force cannot be produced.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum ForceImpossible {
-    /// An angle is not measured, or stale, or no arm's.
+    /// An angle has no measurement, or the measurement is stale or implausible.
     NoPosture {
-        /// Which of the nine.
+        /// Number of the axis, 0–8.
         axis: u8,
     },
     /// An angle is outside the wearer's range.
     Posture(OutOfRange),
-    /// No line helps at any joint.
+    /// No line can contribute to the force at any joint.
     NoMuscleHelps,
-    /// A line would have to be stronger than it may.
+    /// A line would have to exceed its limit.
     TooStrong {
-        /// The channel of the line that is asked for the most beyond its limit.
+        /// Channel of the line that would exceed its limit by most.
         channel: u8,
-        /// What can be made of it, thousandths, rounded down.
+        /// Share of the force that can be produced, thousandths, rounded down.
         permille: u16,
     },
 }
 
 impl EndpointSpec {
-    /// Of [`Self::recruit_ms`].
+    /// Range of [`Self::recruit_ms`].
     pub const RECRUIT_MS: Range = Range::new("recruit_ms", 5, 50);
 
-    /// The arm with these lines, which `Limb` validates.
+    /// Returns the unvalidated limb with these lines, for [`Limb::new`] to validate.
     #[must_use]
     pub fn limb(&self, lines: &Lines) -> LimbSpec {
         LimbSpec {
@@ -123,7 +123,7 @@ impl EndpointSpec {
         }
     }
 
-    /// Tells `note` of every mistake in the spec by itself.
+    /// Calls `note` for every mistake in the specification, except those of the lines.
     pub fn report_mistakes(&self, note: &mut dyn FnMut(OutOfRange)) {
         LimbSpec::report_bone_mistakes(&self.ways_um, &self.ranges_mdeg, &mut |mistake| {
             if let LimbError::Way { range, .. } | LimbError::Axis { range, .. } = mistake {
@@ -143,17 +143,17 @@ impl EndpointSpec {
             PostureSpec::Fixed(angles) => {
                 let axes = angles.iter().zip(&self.ranges_mdeg).zip(AXIS_NAMES);
                 for ((&centideg, &(low, high)), name) in axes {
-                    // At most 327 680.
+                    // The product is at most 327 680.
                     hold(Range::new(name, low, high).check(i32::from(centideg) * 10));
                 }
             }
         }
     }
 
-    /// The first of [`Self::report_mistakes`].
+    /// Checks the specification without the lines.
     ///
     /// # Errors
-    /// That one.
+    /// Returns the first mistake of [`Self::report_mistakes`].
     pub fn check(&self) -> Result<(), OutOfRange> {
         let mut first = None;
         self.report_mistakes(&mut |range| {
@@ -164,13 +164,13 @@ impl EndpointSpec {
 }
 
 impl Endpoint {
-    /// Of a force, each part: no hand's beyond.
+    /// Range of each component of a force, mN. No hand exerts more.
     pub const FORCE_MN: Range = Range::new("force_mn", -1_000_000, 1_000_000);
 
     /// Validates an arm and its lines.
     ///
     /// # Errors
-    /// The first offending field and what it allows.
+    /// Returns the first field that is out of range, and its range.
     #[inline(never)]
     pub fn new(spec: &EndpointSpec, lines: &Lines) -> Result<Self, OutOfRange> {
         spec.check()?;
@@ -191,11 +191,11 @@ impl Endpoint {
         })
     }
 
-    /// Takes a force at the hand, mN, valid from `at`; see [`SetpointTrack::accept`]. It
-    /// must be one that can be made as the arm is held now.
+    /// Accepts a force at the hand, mN, valid from `at`; see [`SetpointTrack::accept`]. The arm
+    /// must be able to produce the force in its present posture.
     ///
     /// # Errors
-    /// [`WrenchError`]; nothing that is wanted has changed then.
+    /// Returns [`WrenchError`] if the force is refused. The reference is then unchanged.
     #[inline(never)]
     pub fn accept_force(
         &self,
@@ -207,7 +207,7 @@ impl Endpoint {
         let wanted = force_mn.map(force_from_millinewton);
         let made = self.recruit(state, now, wanted);
         made.map_err(WrenchError::Unmade)?;
-        // All three have taken the same times, and so take this one or do not.
+        // All three tracks hold the same times, so either all accept this one or none does.
         for (track, force) in state.tracks.iter_mut().zip(wanted) {
             let taken = track.accept(now, at, force, Some(ForceRate::new(I16F16::ZERO)));
             taken.map_err(WrenchError::Setpoint)?;
@@ -215,11 +215,10 @@ impl Endpoint {
         Ok(())
     }
 
-    /// Takes an angle of the arm from the host, measured at `at`; of an axis above 8
-    /// nothing.
+    /// Accepts an angle of the arm from the host, measured at `at`. Ignores axes above 8.
     ///
     /// # Errors
-    /// [`MeasurementError`]; the state is unchanged then.
+    /// Returns [`MeasurementError`] if the measurement is refused. The state is then unchanged.
     pub fn accept_measurement(
         &self,
         state: &mut EndpointState,
@@ -238,11 +237,11 @@ impl Endpoint {
         }
     }
 
-    /// One control tick. `None` between recruitments, and until the first force is due:
-    /// nobody has asked for anything.
+    /// Runs one control tick. Returns `None` between recruitments, and until the first setpoint is
+    /// due.
     ///
     /// # Errors
-    /// [`SensorFault`] once an angle that was measured is stale, or beyond belief.
+    /// Returns [`SensorFault`] if a measured angle is stale or implausible.
     #[inline(never)]
     pub fn tick(
         &self,
@@ -290,17 +289,17 @@ impl Endpoint {
         }))
     }
 
-    /// Whether to recruit now: periods count from when the force that stands became valid,
-    /// so that one that comes every period is answered in its first tick.
+    /// Returns whether to recruit now. Periods count from the time at which the present setpoint
+    /// became valid, so a setpoint that arrives every period takes effect in its first tick.
     fn is_due(&self, state: &mut EndpointState, now: Micros) -> bool {
         let [track, ..] = &state.tracks;
         let since = track.valid_since().or(state.latest).unwrap_or(now);
-        // Some periods of at most 1 s, or one of the latest.
+        // The time since then is several periods of at most 1 s, or one since the latest.
         let periods = now.elapsed_since(since) / self.period_us.max(1);
         let latest = since + us(periods * self.period_us); // at most `now`
         let is_done = |before: Micros| {
             let way = (latest - before).us();
-            // Both are less than a period old, unless the clock has wrapped between.
+            // Both are less than a period old, unless the clock has wrapped in between.
             way.unsigned_abs() < self.period_us
         };
         let is_due = state.latest.is_none_or(|before| !is_done(before));
@@ -310,7 +309,7 @@ impl Endpoint {
         is_due
     }
 
-    /// The amplitudes of those lines that a force needs as the arm is held now.
+    /// Computes the amplitudes of the lines that a force needs in the present posture.
     #[inline(never)]
     fn recruit(
         &self,
@@ -319,7 +318,7 @@ impl Endpoint {
         wanted: [Force; 3],
     ) -> Result<crate::limb::Orders, ForceImpossible> {
         self.update_jacobians(state, now)?;
-        // Below 2^26; what single precision rounds is below 10 µN.
+        // The bits are below 2^26; single precision rounds them by less than 10 µN.
         let [x, y, z] = wanted.map(|part| f32::ratio(part.get().to_bits(), 1 << 16));
         let made = self
             .limb
@@ -328,12 +327,12 @@ impl Endpoint {
             ReachError::NoMuscleHelps => ForceImpossible::NoMuscleHelps,
             ReachError::TooStrong { line, share } => ForceImpossible::TooStrong {
                 channel: self.lines.get(usize::from(line)).copied().unwrap_or(0),
-                permille: (share * 1000.0) as u16, // saturates; 0 to 1 anyway
+                permille: (share * 1000.0) as u16, // saturates, but is 0 to 1 anyway
             },
         })
     }
 
-    /// Turns the Jacobians to how the arm is held now, unless they are.
+    /// Updates the Jacobians to the present posture, unless they are up to date.
     #[inline(never)]
     fn update_jacobians(
         &self,
@@ -362,17 +361,17 @@ impl Endpoint {
     }
 }
 
-/// A part of a force that travelled as mN.
+/// Converts a force component on the link, mN, into a [`Force`].
 fn force_from_millinewton(millinewton: i32) -> Force {
     let mn = Endpoint::FORCE_MN;
     let mn = i64::from(millinewton.max(mn.min).min(mn.max));
-    // Below 2^20 · 2^16 / 1000; to the nearest, so that it reads back.
+    // Below 2^20 · 2^16 / 1000. Rounding to nearest makes the inverse conversion exact.
     Force::new(I16F16::from_bits(
         ((mn * 65_536 + 500).div_euclid(1000)) as i32,
     ))
 }
 
-/// The same for the wire again.
+/// Converts a [`Force`] into mN for the link.
 fn force_to_millinewton(force: Force) -> i32 {
     let bits = i64::from(force.get().to_bits());
     ((bits * 1000 + 32_768) >> 16) as i32 // at most 2^31 · 1000 / 2^16

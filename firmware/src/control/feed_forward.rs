@@ -1,5 +1,5 @@
-//! The effort that a nominal wearer's joint needs to be where it is wanted:
-//! the muscle and joint model run backwards, for a law to add to its own.
+//! Feed-forward: the effort that a nominal wearer's joint needs to follow the reference. It is the
+//! inverse of the muscle and joint model, and a controller adds it to its own effort.
 
 use crate::arithmetic::exponential::{exp2_neg, log2_neg_coarse, mul_high};
 use crate::arithmetic::fixed_point::{Q, ratio};
@@ -8,8 +8,8 @@ use crate::units::{Angle, AngularRate};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-/// What is known of a wearer beforehand, for the feed-forward. Nobody is this
-/// wearer: the law corrects what is left.
+/// Nominal model of a wearer for the feed-forward. No wearer matches it exactly: the controller
+/// corrects the remaining error.
 ///
 /// ```text
 /// torque = stiffness·(θ − rest) + damping·θ'
@@ -17,40 +17,39 @@ use serde::{Deserialize, Serialize};
 ///        = −extension·share·(1 − loss·(1 − p))  if negative
 /// ```
 ///
-/// p is 0 at the joint's lowest angle and 1 at its highest; `torque_share` of the
-/// torque is (e^(c·effort) − 1)/(e^c − 1) for an effort between threshold (0)
-/// and maximum (1), c the curvature: Lee 2020, eq. 5, with nothing at
-/// threshold. Inertia is left out: at 40° and 0.2 Hz a finger's is 1 % of
-/// what holds it.
+/// p is 0 at the joint's lowest angle and 1 at its highest. `share` is the fraction of the torque,
+/// (e^(c·effort) − 1)/(e^c − 1) for an effort between threshold (0) and maximum (1), where c is the
+/// curvature: Lee 2020, eq. 5, with zero torque at threshold. Inertia is left out: at 40° and 0.2
+/// Hz, a finger's inertia needs 1 % of the torque that holds the finger.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub struct WearerModel {
     /// Angle of the relaxed joint, m°; −180 000…180 000.
     pub rest_mdeg: i32,
-    /// Stiffness towards it, µN·m/rad; 0…50 000 000.
+    /// Stiffness towards the rest angle, µN·m/rad; 0…50 000 000.
     pub stiffness_unm_per_rad: u32,
     /// Viscous friction, µN·m·s/rad; 0…5 000 000.
     pub damping_unm_s_per_rad: u32,
-    /// Torque of all flexors at their maxima, joint at its lowest angle, µN·m;
+    /// Torque of all flexors at their maxima, with the joint at its lowest angle, µN·m;
     /// 1000…200 000 000.
     pub flexion_unm: u32,
-    /// Torque of the extensor at its maximum, joint at its highest angle,
-    /// µN·m; 1000…200 000 000.
+    /// Torque of the extensor at its maximum, with the joint at its highest angle, µN·m;
+    /// 1000…200 000 000.
     pub extension_unm: u32,
-    /// Part of its torque that a muscle loses as it shortens over the joint's
-    /// range, thousandths; 0…900.
+    /// Share of its torque that a muscle loses as it shortens over the joint's range, thousandths;
+    /// 0…900.
     pub torque_loss_milli: u16,
-    /// c, how force curves upwards between threshold and maximum, thousandths;
-    /// 100 (as good as straight)…11 000. Mean of Lee 2020, table 2: 1.2.
+    /// Curvature c of the force between threshold and maximum, thousandths; 100 (almost
+    /// straight)…11 000. The mean of Lee 2020, table 2, is 1.2.
     pub curvature_milli: u16,
-    /// How far ahead the target is taken, ms; 0…500: the time that muscle and
-    /// electromechanical delay need to answer.
+    /// Lead with which the feed-forward follows the reference, ms; 0…500. It compensates the
+    /// response time of the muscle and the electromechanical delay.
     pub lead_ms: u16,
 }
 
 /// A validated [`WearerModel`] for one joint.
 #[derive(Clone, Copy, Debug)]
 pub struct FeedForward {
-    /// Bits of [`Angle`], as all angles here.
+    /// Rest angle as bits of [`Angle`], like all angles here.
     rest: i32,
     low: i32,
     span: i32,
@@ -58,45 +57,45 @@ pub struct FeedForward {
     extension: Side,
     /// Loss over the whole range, 2^-31.
     loss: u32,
-    /// Leading zeros of `span`, and loss per `span` shifted by them, 2^-63.
+    /// Leading zeros of `span`, and the loss per `span` shifted by that number, 2^-63.
     span_shift: u32,
     loss_slope: u32,
-    /// Seconds, 2^-31: at most 2^30.
+    /// Lead in seconds, 2^-31: at most 2^30.
     lead: i32,
-    /// e^−c and 1 − e^−c, 2^-31.
+    /// Constants e^−c and 1 − e^−c, 2^-31.
     floor: u32,
     rise: u32,
-    /// Efforts per octave, 2^-24: below 2^27.
+    /// Effort per octave, 2^-24: below 2^27.
     per_octave: u32,
 }
 
-/// What the joint asks of one side, as a share of its torque, 2^-24. Saturated
-/// at 128: all of the torque within 0.01° or °/s.
+/// Coefficients of the joint's torque as shares of one side's full torque, 2^-24. They saturate at
+/// 128, the full torque within 0.01° or °/s.
 #[derive(Clone, Copy, Debug)]
 struct Side {
-    /// Per degree.
+    /// Share of the torque per degree.
     stiffness: i32,
-    /// Per °/s.
+    /// Share of the torque per °/s.
     damping: i32,
 }
 
-/// No target is further away: 1024° in bits of [`Angle`].
+/// Largest magnitude of a reference angle: 1024° as bits of [`Angle`].
 const FAR: i32 = 1 << 26;
 
 impl FeedForward {
-    /// Validates a wearer's model for a joint that moves between `low_mdeg`
-    /// and `high_mdeg` (within ±180 000 m°, low to high).
+    /// Validates a wearer's model for a joint that moves between `low_mdeg` and `high_mdeg` (within
+    /// ±180 000 m°, low before high).
     ///
     /// # Errors
-    /// [`OutOfRange`] names the first offending field and what it allows.
+    /// Returns [`OutOfRange`] with the first offending field and its range.
     pub fn new(model: &WearerModel, low_mdeg: i32, high_mdeg: i32) -> Result<Self, OutOfRange> {
         model.check()?;
-        // |m°| <= 180 000: below 2^24.
+        // |m°| <= 180 000, so the bits stay below 2^24.
         let bits = |mdeg: i32| (i64::from(mdeg) * 65_536 / 1000) as i32;
         let (rest, low) = (bits(model.rest_mdeg), bits(low_mdeg));
         let span = bits(high_mdeg).saturating_sub(low).max(1);
         let span_shift = span.leading_zeros();
-        // Below 2^31, as the loss is at most 0.9; over 2^31 or more.
+        // The loss is at most 0.9, so below 2^31; the divisor is 2^31 or more.
         let loss = (u64::from(model.torque_loss_milli) << 31) / 1000;
         let loss_slope = (loss << 32) / (u64::from(span.cast_unsigned()) << span_shift);
         // log2 e · 11 < 16 octaves, 2^-32.
@@ -113,17 +112,17 @@ impl FeedForward {
             lead: ((i64::from(model.lead_ms) << 31) / 1000) as i32,
             floor,
             rise: (1u32 << 31).saturating_sub(floor), // e^−c <= 1
-            // 2^24 · 1000 · ln 2 over c in thousandths, which is 100 or more.
+            // The quotient is 2^24 · 1000 · ln 2 over c in thousandths, which is 100 or more.
             per_octave: (11_629_079_550 / u64::from(model.curvature_milli)) as u32,
         })
     }
 
-    /// The effort in −1…1 (as [`super::Effort::Fraction`]) that moves the
-    /// nominal wearer's joint along a `target` that changes at `rate`; ±1 where
-    /// more would be needed. Add it to a law's own effort before the clamp that
-    /// its anti-windup watches; without a wearer's model add nothing.
+    /// Returns the effort in −1…1 (as [`super::Effort::Fraction`]) that moves the nominal wearer's
+    /// joint along a reference `target` that changes at `rate`; ±1 if more would be needed. Add the
+    /// result to a controller's own effort before the clamp that its anti-windup watches; without a
+    /// wearer's model add nothing.
     ///
-    /// Within 5e-5 of the model in floating point
+    /// The result agrees with the floating-point model within 5e-5
     /// (`firmware/tests/control_feed_forward.rs`).
     #[must_use]
     pub fn effort(&self, target: Angle, rate: AngularRate) -> Q {
@@ -132,7 +131,7 @@ impl FeedForward {
         let lead = ((i64::from(rate) * i64::from(self.lead)) >> 31) as i32;
         let angle = target.get().to_bits().saturating_add(lead).clamp(-FAR, FAR);
         let way = angle.wrapping_sub(self.rest); // below 2^27
-        // 0…span, shifted below 2^32.
+        // Lies in 0…span; the shifted value stays below 2^32.
         let moved = angle.wrapping_sub(self.low).max(0).min(self.span);
         let moved = moved.cast_unsigned().wrapping_shl(self.span_shift);
         let lost = mul_high(moved, self.loss_slope);
@@ -142,14 +141,14 @@ impl FeedForward {
             self.effort_for_share(torque.cast_unsigned(), lost)
         } else {
             let torque = self.extension.torque_share(way, rate).unsigned_abs();
-            // 0…1 at most.
+            // At most 0…1.
             self.effort_for_share(torque, self.loss.saturating_sub(lost))
                 .wrapping_neg()
         })
     }
 
-    /// The effort (2^-24) for `torque_share` (2^-40) of the torque of a muscle that has
-    /// lost `lost` (2^-31) of it: 0…1.
+    /// Returns the effort (2^-24) in 0…1 for `torque_share` (2^-40) of the torque of a muscle that
+    /// has lost `lost` (2^-31) of its torque.
     #[inline(always)]
     fn effort_for_share(&self, share: u64, lost: u32) -> i64 {
         let left = (1u32 << 31).wrapping_sub(lost); // lost <= 0.9
@@ -157,7 +156,7 @@ impl FeedForward {
         if share >= u64::from(left) {
             return 1 << 24;
         }
-        // Below 2^31 now, and left 0.1 of 2^31 or more: 2^-16, rounded.
+        // The share is now below 2^31, and `left` is at least 0.1 of 2^31, rounded to 2^-16.
         let left = left.wrapping_add(1 << 15) >> 16;
         let part = (share as u32).checked_div(left).unwrap_or(0).min(1 << 16);
         // 2^31 · 2^16; floor + rise is 2^31.
@@ -183,7 +182,8 @@ impl Side {
         }
     }
 
-    /// The torque at `way` from rest and `rate`, 2^-40 of this side's.
+    /// Returns the torque at a distance of `way` from the rest angle and at `rate`, as a share of
+    /// this side's torque, 2^-40.
     fn torque_share(&self, way: i32, rate: i32) -> i64 {
         // 2^27 · 2^31 + 2^31 · 2^31 < 2^63.
         let elastic = i64::from(way) * i64::from(self.stiffness);
@@ -192,26 +192,26 @@ impl Side {
 }
 
 impl WearerModel {
-    /// Of [`Self::rest_mdeg`].
+    /// Range of [`Self::rest_mdeg`].
     pub const REST_MDEG: Range = Range::new("rest_mdeg", -180_000, 180_000);
-    /// Of [`Self::stiffness_unm_per_rad`].
+    /// Range of [`Self::stiffness_unm_per_rad`].
     pub const STIFFNESS_UNM_PER_RAD: Range = Range::new("stiffness_unm_per_rad", 0, 50_000_000);
-    /// Of [`Self::damping_unm_s_per_rad`].
+    /// Range of [`Self::damping_unm_s_per_rad`].
     pub const DAMPING_UNM_S_PER_RAD: Range = Range::new("damping_unm_s_per_rad", 0, 5_000_000);
-    /// Of [`Self::flexion_unm`].
+    /// Range of [`Self::flexion_unm`].
     pub const FLEXION_UNM: Range = Range::new("flexion_unm", 1_000, 200_000_000);
-    /// Of [`Self::extension_unm`].
+    /// Range of [`Self::extension_unm`].
     pub const EXTENSION_UNM: Range = Range::new("extension_unm", 1_000, 200_000_000);
-    /// Of [`Self::torque_loss_milli`].
+    /// Range of [`Self::torque_loss_milli`].
     pub const TORQUE_LOSS_MILLI: Range = Range::new("torque_loss_milli", 0, 900);
-    /// Of [`Self::curvature_milli`].
+    /// Range of [`Self::curvature_milli`].
     pub const CURVATURE_MILLI: Range = Range::new("curvature_milli", 100, 11_000);
-    /// Of [`Self::lead_ms`].
+    /// Range of [`Self::lead_ms`].
     pub const LEAD_MS: Range = Range::new("lead_ms", 0, 500);
 
-    /// Angle at which the spring balances all flexion, mrad: how much a unit of
-    /// effort moves, after which gains are scheduled. Within a quarter and four
-    /// times [`WearerModel::REFERENCE_MRAD`].
+    /// Returns the angle at which the stiffness balances the full flexion torque, mrad, by which
+    /// gains are scheduled: a measure of how far a unit of effort moves the joint. The result is
+    /// clamped to a quarter to four times [`WearerModel::REFERENCE_MRAD`].
     #[must_use]
     pub const fn strength_mrad(&self) -> u32 {
         let stiffness = match self.stiffness_unm_per_rad {
@@ -230,17 +230,16 @@ impl WearerModel {
         }
     }
 
-    /// The strength that [`super::LawSpec::RECOMMENDED`] and
-    /// [`super::ResponseSpec::RECOMMENDED`] are written for: participant P's finger,
-    /// two-point (0.484 N·m over 0.12 N·m/rad).
+    /// Strength for which [`super::LawSpec::RECOMMENDED`] and [`super::ResponseSpec::RECOMMENDED`]
+    /// were found: participant P's finger, two-point (0.484 N·m over 0.12 N·m/rad).
     pub const REFERENCE_MRAD: u32 = 4033;
 
-    /// Strengths that laws were tried on, each with a wearer's file that is true: a
-    /// quarter to four times the reference, mrad (docs/control.md).
+    /// Smallest and largest strength, mrad, at which the controllers were tested, each with an
+    /// exact wearer file: a quarter and four times the reference (docs/control.md).
     pub const STRENGTH_MRAD: (u32, u32) = (Self::REFERENCE_MRAD / 4, Self::REFERENCE_MRAD * 4);
 
-    /// Of [`Self::stiffness_unm_per_rad`] under a law that steers by the wearer: what
-    /// keeps the strength within [`Self::STRENGTH_MRAD`].
+    /// Returns the range of [`Self::stiffness_unm_per_rad`] that keeps the strength within
+    /// [`Self::STRENGTH_MRAD`], for a controller that uses this wearer's model.
     #[must_use]
     pub fn stiffness_range(&self) -> Range {
         let (weakest, strongest) = Self::STRENGTH_MRAD;

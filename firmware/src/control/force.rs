@@ -1,6 +1,6 @@
-//! One channel under force control: from timed wanted forces to amplitude and
-//! pulse rate, through its muscle run backwards, steered by the force that the muscle's
-//! model predicts, if one runs. Nothing is measured.
+//! Force control of one channel: computes amplitude and pulse rate from timed force setpoints with
+//! the inverse of the muscle model, and corrects them with the force that the muscle model
+//! predicts, if one runs. No force is measured.
 
 use super::setpoint::{HoldPolicy, SetpointError, SetpointTrack};
 use super::steering::Steering;
@@ -14,24 +14,24 @@ use serde::{Deserialize, Serialize};
 /// Force control of a channel as it travels on the wire, unvalidated.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub struct ForceSpec {
-    /// Shortest period, to which the pulse rate may rise once the amplitude is at
-    /// the wearer's limit, µs: 5000 up to the train's period. The same as that for a
-    /// rate that never rises.
+    /// Shortest period, to which the pulse rate may rise once the amplitude is at the wearer's
+    /// limit, µs: from 5000 to the train's period. Equal to the train's period for a rate that
+    /// never rises.
     pub min_period_us: u32,
-    /// What to do between and after setpoints.
+    /// Behaviour between and after setpoints.
     pub hold: HoldPolicy,
-    /// Longest period, to which the pulse rate may fall once the amplitude is at
-    /// motor threshold, µs: the train's period up to 2,000,000. `None` is the
-    /// train's: the rate never falls.
+    /// Longest period, to which the pulse rate may fall once the amplitude is at motor threshold,
+    /// µs: from the train's period to 2,000,000. `None` means the train's period: the rate never
+    /// falls.
     pub max_period_us: Option<u32>,
 }
 
 impl ForceSpec {
-    /// Checks what can be checked without the channel: that the periods are some
-    /// train's, not that they fit its own.
+    /// Checks everything that does not depend on the channel: that the periods are valid for some
+    /// train, not that they suit the channel's own.
     ///
     /// # Errors
-    /// The field and what it may be.
+    /// Returns the first offending field and its range.
     pub fn check(&self) -> Result<(), OutOfRange> {
         self.check_hold()?;
         Inverse::MIN_PERIOD_US.check(self.min_period_us)?;
@@ -41,10 +41,10 @@ impl ForceSpec {
         Ok(())
     }
 
-    /// Checks what to do between setpoints alone.
+    /// Checks only the behaviour between setpoints.
     ///
     /// # Errors
-    /// As [`Self::check`].
+    /// Returns the offending field and its range.
     pub fn check_hold(&self) -> Result<(), OutOfRange> {
         if let HoldPolicy::Extrapolate { max_ms } = self.hold {
             HoldPolicy::MAX_MS.check(max_ms)?;
@@ -53,65 +53,63 @@ impl ForceSpec {
     }
 }
 
-/// A validated channel under force control. What changes is a [`ForceState`].
+/// Validated force control of a channel. Everything that changes is in a [`ForceState`].
 #[derive(Clone, Debug)]
 pub struct ForceControl {
-    /// From 0.
+    /// Number of the channel, from 0.
     pub channel: u8,
     hold: HoldPolicy,
     recruitment: Recruitment,
     inverse: Inverse,
 }
 
-/// What a channel under force control remembers. Begin every stimulation with a
-/// fresh one.
+/// State of a channel under force control. Every stimulation must begin with a fresh state.
 #[derive(Clone, Debug, Default)]
 pub struct ForceState {
     track: SetpointTrack<Force>,
-    /// While a model predicts the muscle's force.
+    /// Correction by the predicted force, present while a model predicts the muscle's force.
     steering: Option<Steering>,
 }
 
-/// What a channel is to do from this tick on.
+/// Output of force control for a channel from this tick on.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct ForceOrders {
-    /// The force wanted now.
+    /// Reference force now.
     pub target: Force,
-    /// The pulses for it.
+    /// Amplitude and period of the pulses for the corrected force.
     pub drive: Drive,
-    /// Between which two it lies, if it cannot be given.
+    /// Gap of unreachable forces that contains the reference, if there is one.
     pub gap: Option<ForceGap>,
 }
 
-/// Two forces with none between them that the wearer's limits can give, as they
-/// travel on the wire.
+/// Two forces between which the wearer's limits allow none, as they travel on the wire.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub struct ForceGap {
-    /// The lower one, mN: none.
+    /// Lower end of the gap, mN: always zero.
     pub below_mn: u32,
-    /// The upper one, mN, rounded up: that at motor threshold and the slowest rate.
+    /// Upper end of the gap, mN, rounded up: the force at motor threshold and the slowest rate.
     pub above_mn: u32,
 }
 
-/// Why a wanted force was not taken.
+/// Reason why a force setpoint was refused.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum ForceError {
-    /// The wearer's limits cannot give it.
+    /// The wearer's limits do not allow the force.
     OutOfReach {
-        /// The least they can but none, mN.
+        /// Smallest force above zero that the limits allow, mN.
         min_mn: u32,
-        /// The most they can, mN.
+        /// Largest force that the limits allow, mN.
         max_mn: u32,
     },
-    /// Its time.
+    /// The setpoint's time is not acceptable.
     Setpoint(SetpointError),
 }
 
 impl ForceControl {
-    /// Force control of `channel`, whose train has a period of `period_us`.
+    /// Creates force control of `channel`, whose train has a period of `period_us`.
     ///
     /// # Errors
-    /// [`OutOfRange`] names a parameter of the muscle or a period.
+    /// Returns [`OutOfRange`] with the offending muscle parameter or period.
     pub fn new(
         channel: u8,
         spec: &ForceSpec,
@@ -130,14 +128,14 @@ impl ForceControl {
         })
     }
 
-    /// The least force but none and the most that the wearer's limits allow.
+    /// Returns the smallest force above zero and the largest force that the wearer's limits allow.
     #[must_use]
     pub fn force_range(&self) -> (Force, Force) {
         self.inverse.force_range()
     }
 
-    /// [`Self::force_range`] in whole mN that can be asked for: none, and from the first
-    /// to the second.
+    /// Returns [`Self::force_range`] in whole mN. A setpoint may ask for zero, or for a force from
+    /// the first to the second value.
     #[must_use]
     pub fn force_range_mn(&self) -> (u32, u32) {
         let (least, most) = self.force_range();
@@ -147,10 +145,10 @@ impl ForceControl {
         ((min_mn + u32::from(is_short)).min(max_mn), max_mn)
     }
 
-    /// Takes a force valid from `at`; see [`SetpointTrack::accept`].
+    /// Accepts a force valid from `at`; see [`SetpointTrack::accept`].
     ///
     /// # Errors
-    /// [`ForceError`]; the state is unchanged then.
+    /// Returns [`ForceError`] if the force is refused. The state is then unchanged.
     pub fn accept_setpoint(
         &self,
         state: &mut ForceState,
@@ -168,17 +166,17 @@ impl ForceControl {
         taken.map_err(ForceError::Setpoint)
     }
 
-    /// A pulse of the channel that drives its muscle with `gain`, of whose A work has
-    /// left `strength`.
+    /// Records a pulse of the channel that drives its muscle with `gain`. `strength` is the share
+    /// of parameter A that fatigue has left.
     pub fn note_pulse(&self, state: &mut ForceState, gain: Gain, strength: U1F31) {
         if let Some(steering) = &mut state.steering {
             steering.record_pulse(gain, strength, &self.inverse);
         }
     }
 
-    /// One control tick, with what the muscle's model predicts if one runs. `None`
-    /// until the first setpoint is due: nobody has asked for anything. A force that
-    /// changes is answered ahead of the muscle's lag, as far as limits and zero allow.
+    /// Runs one control tick with the force that the muscle model predicts, if a model runs.
+    /// Returns `None` until the first setpoint is due. Compensates the muscle's lag behind a
+    /// changing force, as far as the limits and zero allow.
     pub fn tick(
         &self,
         state: &mut ForceState,
@@ -200,7 +198,7 @@ impl ForceControl {
         let mut drive = self.inverse.drive(&self.recruitment, wanted);
         if let Some(steering) = &mut state.steering {
             steering.record_order(&drive);
-            // What the inverse's table errs is neither strength nor want of it.
+            // Deviations of the inverse's table count neither as saturation nor as lack of force.
             let (least, most) = self.force_range();
             let (least, most) = (least.get(), most.get());
             let slack = least.saturating_sub(least / 50)..=most.saturating_add(most / 100);

@@ -1,32 +1,32 @@
-//! The integral term of a law, one for each muscle.
+//! Integral term of a controller, with one integral for each muscle.
 //!
-//! What is not as the wearer's file says (threshold, gain, fatigue) is each
-//! muscle's own: a threshold that has risen by a fifth leaves a gap of half the
-//! effort's range between flexing and extending, which a single integral would have
-//! to cross at its own pace each time. Two of them step over it: an inverse of the
-//! dead zone (Tao & Kokotović, Adaptive Control of Systems with Actuator and Sensor
-//! Nonlinearities, 1996, ch. 3) whose ends are learnt.
+//! Deviations from the wearer file (threshold, gain, fatigue) differ between the muscles. A
+//! threshold that has risen by a fifth leaves a gap of half the effort's range between flexing and
+//! extending. A single integral would have to cross this gap slowly at each change of direction;
+//! two integrals step over it. Together they are an inverse of the dead zone (Tao & Kokotović,
+//! Adaptive Control of Systems with Actuator and Sensor Nonlinearities, 1996, ch. 3) whose ends are
+//! learnt.
 
 use crate::arithmetic::fixed_point::{Q, saturated};
 
-/// 1 in 2^-24.
+/// The value 1 in 2^-24.
 pub(super) const ONE: i32 = 1 << Q::FRAC_NBITS;
-/// Each integral stays within ±64.
+/// Largest magnitude of each integral, 64.
 const MOST: i32 = 64 << Q::FRAC_NBITS;
-/// The change from one muscle to the other takes 1/64 of the range either side of 0:
-/// 2^18, which 5 bits more make half of [`ONE`].
+/// The transition from one muscle to the other takes 1/64 of the range on either side of 0: 2^18,
+/// which a shift by 5 bits turns into half of [`ONE`].
 const ZONE: i32 = ONE >> 6;
 const STEEPNESS: u32 = 5;
 
-/// What a law's integral term holds for either muscle, effort; the flexor's is never
-/// the lower one. As long as all of it is [`Side::BOTH`]'s, it is one integral.
+/// Integrals of both muscles, effort. The flexor's is never below the extensor's. As long as every
+/// growth is on [`Side::BOTH`], they act as one integral.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Integral {
     flexion: i32,
     extension: i32,
 }
 
-/// How much of an effort is the flexor's and how much the extensor's: 0…1, 2^-24.
+/// Shares of an effort that belong to the flexor and to the extensor: 0…1, 2^-24.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Side {
     flexion: i32,
@@ -34,17 +34,17 @@ pub(super) struct Side {
 }
 
 impl Side {
-    /// All of it is both muscles'.
+    /// Both muscles in full, so that both integrals grow alike.
     pub(super) const BOTH: Self = Self {
         flexion: ONE,
         extension: ONE,
     };
 
-    /// Whose an effort is that asks for `torque` (−1…1) before any integral; the
-    /// parts sum to 1.
+    /// Returns the shares of the muscles for an effort of `torque` (−1…1) before any integral. The
+    /// shares sum to 1.
     #[inline(always)]
     pub(super) fn of(torque: Q) -> Self {
-        // 0…2^19, shifted 0…2^24.
+        // 0…2^19, after the shift 0…2^24.
         let within = saturated(torque.to_bits()).clamp(-ZONE, ZONE);
         let flexion = within.wrapping_add(ZONE) << STEEPNESS;
         Self {
@@ -55,16 +55,17 @@ impl Side {
 }
 
 impl Integral {
-    /// What it adds to an effort of this side.
+    /// Returns the contribution of the integrals to an effort of this side.
     #[inline(always)]
     pub(super) fn at(&self, side: Side) -> Q {
-        // Both within 2^30: 2^31 · 2^24, and the sum is between the two.
+        // Both lie within 2^30, so the product is below 2^31 · 2^24 and the sum lies between the
+        // two.
         let apart = i64::from(self.flexion).wrapping_sub(self.extension.into());
         let more = apart.wrapping_mul(side.flexion.into()) >> Q::FRAC_NBITS;
         Q::from_bits(more.wrapping_add(self.extension.into()))
     }
 
-    /// Grows on this side.
+    /// Adds `growth`, effort, to the integrals, in proportion to the shares of `side`.
     #[inline(always)]
     pub(super) fn grow(&mut self, side: Side, growth: Q) {
         let growth = i64::from(saturated(growth.to_bits()));
@@ -76,7 +77,7 @@ impl Integral {
         self.flexion = grown(self.flexion, side.flexion);
         self.extension = grown(self.extension, side.extension);
         if self.flexion < self.extension {
-            // Their sum is within 2^31 - 1: they differ.
+            // The two differ and stay within ±2^30, so their sum is within 2^31 - 1.
             let middle = self.flexion.wrapping_add(self.extension) >> 1;
             (self.flexion, self.extension) = (middle, middle);
         }
@@ -97,7 +98,7 @@ mod tests {
         assert_eq!(integral.at(flexing), Q::from_num(0.25));
         assert_eq!(integral.at(extending), Q::from_num(-0.5));
         assert_eq!(integral.at(Side::of(Q::ZERO)), Q::from_num(-0.125));
-        // Never the other way round: that would be positive feedback.
+        // The extensor's integral must never exceed the flexor's: that would be positive feedback.
         integral.grow(flexing, Q::from_num(-1));
         assert_eq!(integral.at(flexing), Q::from_num(-0.625));
         assert_eq!(integral.at(extending), integral.at(flexing));

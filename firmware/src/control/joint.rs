@@ -1,4 +1,4 @@
-//! One joint: its setpoint track, its sensor, its law and its points.
+//! Control of one joint: setpoint track, sensor, controller and stimulation points.
 
 use super::effort::Effort;
 use super::feed_forward::FeedForward;
@@ -14,7 +14,7 @@ use super::setpoint::{HoldPolicy, SetpointError, SetpointTrack};
 use super::spec::JointSpec;
 use crate::units::{Angle, AngularRate, Micros, us};
 
-/// A validated joint. Immutable; everything that changes is a [`JointState`].
+/// A validated joint. It is immutable; everything that changes is in a [`JointState`].
 ///
 /// ```
 /// use firmware::control::{
@@ -40,8 +40,8 @@ use crate::units::{Angle, AngularRate, Micros, us};
 /// .unwrap();
 /// let (mut state, now) = (JointState::default(), Micros::new(1_000));
 /// let (bent, wanted) = (Angle::from_centideg(1_000), Angle::from_centideg(5_000));
-/// joint.measurement(&mut state, now, now, bent).unwrap();
-/// joint.setpoint(&mut state, now, now, wanted, None).unwrap();
+/// joint.accept_measurement(&mut state, now, now, bent).unwrap();
+/// joint.accept_setpoint(&mut state, now, now, wanted, None).unwrap();
 /// let orders = joint.tick(&mut state, now, None).unwrap();
 /// let (flexor, extensor) = (orders.amplitudes[0].1, orders.amplitudes[1].1);
 /// assert!(flexor > extensor); // 40° too little: it flexes
@@ -50,7 +50,7 @@ use crate::units::{Angle, AngularRate, Micros, us};
 pub struct Joint {
     law: Law,
     law_period_us: u32,
-    /// What governs the law's gain; none for the paper's law.
+    /// Detectors that reduce the controller's gain; `None` for the paper's controller.
     governed: Option<(Detector, Gap)>,
     mapping: Mapping,
     hold: HoldPolicy,
@@ -61,7 +61,7 @@ pub struct Joint {
     feed_forward: Option<FeedForward>,
 }
 
-/// What a joint remembers. Begin every stimulation with a fresh one.
+/// State of a joint's control. Every stimulation must begin with a fresh state.
 #[derive(Clone, Debug, Default)]
 pub struct JointState {
     track: SetpointTrack,
@@ -69,7 +69,7 @@ pub struct JointState {
     law: LawState,
     detector: DetectorState,
     gap: GapState,
-    /// Not in [`Orders`], which every tick copies.
+    /// Limit cycle of the latest tick. It is not in [`Orders`], which every tick copies.
     limit_cycle: Option<LimitCycle>,
     effort: Option<Effort>,
     law_due: Micros,
@@ -77,31 +77,31 @@ pub struct JointState {
 }
 
 impl JointState {
-    /// Whether a setpoint has been due, so that the law has run.
+    /// Returns whether a setpoint has been due, so that the controller has run.
     #[must_use]
     pub const fn has_target(&self) -> bool {
         self.effort.is_some()
     }
 
-    /// The limit cycle that the latest tick found, once: the feedback's gain is
+    /// Takes the limit cycle that the latest tick found, if any. The feedback's gain is already
     /// lowered.
     pub const fn take_limit_cycle(&mut self) -> Option<LimitCycle> {
         self.limit_cycle.take()
     }
 }
 
-/// What a joint asks for in one tick.
+/// Output of a joint's control in one tick.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Orders {
-    /// One amplitude for every channel of the joint, flexors first.
+    /// Amplitude of every channel of the joint, flexors first.
     pub amplitudes: Amplitudes,
-    /// An amplitude was clamped to the wearer's maximum.
+    /// Whether an amplitude was clamped to the wearer's maximum.
     pub limiting: bool,
-    /// The angle wanted now.
+    /// Reference angle now.
     pub target: Angle,
-    /// The latest angle measured.
+    /// Latest measured angle.
     pub measured: Angle,
-    /// What the law answered, before any clamp.
+    /// Output of the controller before any clamp.
     pub effort: Effort,
 }
 
@@ -109,7 +109,7 @@ impl Joint {
     /// Validates a specification.
     ///
     /// # Errors
-    /// [`SpecError`] names the first offending field and what it allows.
+    /// Returns [`SpecError`] with the first offending field and its range.
     pub fn new(spec: &JointSpec) -> Result<Self, SpecError> {
         spec.check()?;
         let (min, max) = (spec.angle_min_mdeg, spec.angle_max_mdeg);
@@ -132,10 +132,11 @@ impl Joint {
         })
     }
 
-    /// The same with the whole gain always: for studies of what a bare law does.
+    /// Creates the joint with a feedback gain that is never reduced, for studies of a controller by
+    /// itself.
     ///
     /// # Errors
-    /// As [`Self::new`].
+    /// The same as for [`Self::new`].
     pub fn with_full_gain(spec: &JointSpec) -> Result<Self, SpecError> {
         Ok(Self {
             governed: None,
@@ -143,16 +144,16 @@ impl Joint {
         })
     }
 
-    /// The nominal wearer's inverse, if the spec has one.
+    /// Returns the feed-forward of the nominal wearer, if the specification has one.
     #[must_use]
     pub const fn feed_forward(&self) -> Option<&FeedForward> {
         self.feed_forward.as_ref()
     }
 
-    /// Takes a setpoint valid from `at`; see [`SetpointTrack::accept`].
+    /// Accepts a setpoint valid from `at`; see [`SetpointTrack::accept`].
     ///
     /// # Errors
-    /// [`SetpointError`]; the state is unchanged then.
+    /// Returns [`SetpointError`] if the setpoint is refused. The state is then unchanged.
     pub fn accept_setpoint(
         &self,
         state: &mut JointState,
@@ -168,11 +169,11 @@ impl Joint {
         state.track.accept(now, at, angle, rate)
     }
 
-    /// Takes a measurement from the host, made at `at`.
+    /// Accepts a measurement from the host, made at `at`.
     ///
     /// # Errors
-    /// [`MeasurementError`]; the state is unchanged then. A measurement that
-    /// is too old or out of range is taken and becomes the next tick's fault.
+    /// Returns [`MeasurementError`] if the measurement is refused. The state is then unchanged. A
+    /// measurement that is too old or out of range is accepted and causes the next tick's fault.
     pub fn accept_measurement(
         &self,
         state: &mut JointState,
@@ -184,16 +185,16 @@ impl Joint {
             .take_from_host(&mut state.sensor, now, at, angle)
     }
 
-    /// The angle for a converter code, for [`Joint::tick`]; `None` if this
-    /// joint's sensor is the host. Linear, extrapolated beyond the two
-    /// calibrated codes, 0…4095 or not; saturating.
+    /// Converts a converter code into an angle for [`Joint::tick`]. Returns `None` if the host
+    /// measures this joint. The conversion is linear, also beyond the two calibrated codes and
+    /// 0…4095, and saturates.
     #[must_use]
     pub fn angle_from_code(&self, code: u16) -> Option<Angle> {
         self.sensor.angle_from_code(code)
     }
 
-    /// Takes that the latest pulse of `channel` was below the amplitude ordered for it, or
-    /// was not: while it is, the law's integral does not grow on its side.
+    /// Records whether the latest pulse of `channel` was below the amplitude ordered for that
+    /// channel. While it is, the controller's integral does not grow on that side.
     pub fn note_pulse(&self, state: &mut JointState, channel: u8, is_delayed: bool) {
         match self.mapping.is_flexor(channel) {
             Some(true) => state.delayed.flexion = is_delayed,
@@ -202,18 +203,17 @@ impl Joint {
         }
     }
 
-    /// One control tick, to be called every millisecond. `reading` is the
-    /// board's own measurement of this instant; it is ignored if the sensor is
-    /// the host.
+    /// Runs one control tick; call this function every millisecond. `reading` is the board's own
+    /// measurement of this instant; it is ignored if the host measures the angle.
     ///
-    /// The law runs in the first tick and then every period; its effort is held
-    /// in between, so the first measurement after a setpoint is answered within
-    /// a period. Until the first setpoint is due nobody has asked for anything:
-    /// every amplitude is zero, the target is the measured angle, the law rests.
+    /// The controller runs in the first tick and then every period. Its effort is held in between,
+    /// so the first measurement after a setpoint takes effect within a period. Until the first
+    /// setpoint is due, every amplitude is zero, the reference is the measured angle, and the
+    /// controller rests.
     ///
     /// # Errors
-    /// [`SensorFault`] instead of orders while there is no fresh, believable
-    /// measurement. Nothing is latched here; `safety` does that.
+    /// Returns [`SensorFault`] instead of orders while there is no recent, plausible measurement.
+    /// No fault is latched here; `safety` does that.
     pub fn tick(
         &self,
         state: &mut JointState,
@@ -263,7 +263,7 @@ impl Joint {
         })
     }
 
-    /// How much of the law's feedback counts; a limit cycle is kept for who asks.
+    /// Returns the share of the controller's feedback, and stores a limit cycle if one was found.
     #[inline]
     fn feedback_gain(&self, state: &mut JointState, target: Angle, error: Angle) -> Gain {
         let Some((detector, gap)) = &self.governed else {
@@ -276,15 +276,15 @@ impl Joint {
         state.detector.gain().combine(rest)
     }
 
-    /// Whether the next step lies ahead, within a period: any further is a
-    /// wrapped clock.
+    /// Returns whether the next step lies ahead within a period. A time further ahead results from
+    /// a wrapped clock.
     fn is_waiting(&self, due: Micros, now: Micros) -> bool {
         let ahead = (due - now).us();
         ahead > 0 && ahead.cast_unsigned() <= self.law_period_us
     }
 
-    /// One period after the last due time, so that the rate does not drift; one
-    /// period from now at the start and after a gap.
+    /// Returns the time of the next step: one period after the last due time, so that the rate does
+    /// not drift; one period from now at the start and after a gap.
     fn next_due(&self, due: Micros, now: Micros, running: bool) -> Micros {
         let next = due + us(self.law_period_us);
         if running && now.is_before(next) {

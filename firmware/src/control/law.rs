@@ -1,4 +1,4 @@
-//! Which control law, with which gains; and the law made of them.
+//! Choice of control law and gains, and the controller built from them.
 
 use super::differentiator::{Differentiator, DifferentiatorState};
 use super::effort::Effort;
@@ -14,32 +14,32 @@ use crate::units::Angle;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-/// A law and its gains as they travel on the wire; every gain in thousandths.
+/// A control law and its gains as they travel on the wire; every gain is in thousandths.
 ///
-/// Angles enter the laws in radians, except [`LawSpec::Paper`]'s.
+/// Angles enter the control laws in radians, except for [`LawSpec::Paper`].
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub enum LawSpec {
-    /// Super-twisting as in Hamana 2022 (4), (5) with the sign corrected, no
-    /// anti-windup; answers in volts above threshold.
+    /// Super-twisting as in Hamana 2022 (4), (5) with the sign corrected and without anti-windup.
+    /// Its effort is in volts above threshold.
     Paper {
-        /// λ, both of the surface (1/s) and of the square root; 0.001…100.
+        /// Gain λ, both of the surface (1/s) and of the square root; 0.001…100.
         lambda_milli: u32,
-        /// W, V/s; 0…100.
+        /// Gain W, V/s; 0…100.
         w_milli: u32,
     },
-    /// Implicit super-twisting with anti-windup; answers between −1 and 1.
+    /// Implicit super-twisting with anti-windup. Its effort is between −1 and 1.
     Recommended {
-        /// λ of the surface, 1/s; 0.1…100.
+        /// Gain λ of the surface, 1/s; 0.1…100.
         lambda_milli: u32,
-        /// k1, (rad/s)^-½; 0.001…100.
+        /// Gain k1, (rad/s)^-½; 0.001…100.
         k1_milli: u32,
-        /// k2, 1/rad; 0.1…100.
+        /// Gain k2, 1/rad; 0.1…100.
         k2_milli: u32,
-        /// b, the plant's gain from effort to s, rad/s²; 1…1000.
+        /// Gain b of the plant from effort to s, rad/s²; 1…1000.
         b_milli: u32,
-        /// k3, the linear term beside the root, s/rad; 0…100.
+        /// Gain k3 of the linear term beside the root, s/rad; 0…100.
         k3_milli: u32,
-        /// ki, growth of the integral with the error, 1/(rad·s); 0…100.
+        /// Gain ki, growth of the integral with the error, 1/(rad·s); 0…100.
         ki_milli: u32,
     },
     /// PID on the angle with the same derivative and anti-windup: the baseline.
@@ -54,15 +54,15 @@ pub enum LawSpec {
 }
 
 impl LawSpec {
-    /// λ = 10, ρ = 0.5, W = 1 (Hamana 2022 §III-D), at 11 ms and 3 Hz.
+    /// Gains of the paper: λ = 10, ρ = 0.5, W = 1 (Hamana 2022 §III-D), at 11 ms and 3 Hz.
     pub const PAPER: Self = Self::Paper {
         lambda_milli: 10_000,
         w_milli: 1_000,
     };
-    /// At 2 ms and 4.48 Hz, for a wearer of [`WearerModel::REFERENCE_MRAD`], with
-    /// that wearer's model and [`ResponseSpec::RECOMMENDED`] beside it
-    /// ([`LawSpec::for_wearer`] for another); without them [`LawSpec::ALONE`] is
-    /// better. See [`Recommended`] for how these were found.
+    /// Default gains at 2 ms and 4.48 Hz for a wearer of [`WearerModel::REFERENCE_MRAD`], used with
+    /// that wearer's model and [`ResponseSpec::RECOMMENDED`]. See [`LawSpec::for_wearer`] for other
+    /// wearers; without a model, [`LawSpec::ALONE`] is better. See [`Recommended`] for the search
+    /// that found these gains.
     pub const RECOMMENDED: Self = Self::Recommended {
         lambda_milli: 7_588,
         k1_milli: 58,
@@ -71,8 +71,8 @@ impl LawSpec {
         k3_milli: 50,
         ki_milli: 2_025,
     };
-    /// Super-twisting without linear terms, for a joint of whose wearer nothing is
-    /// known, at 2 ms and 17 Hz.
+    /// Super-twisting without linear terms, at 2 ms and 17 Hz, for a joint whose wearer is not
+    /// modelled.
     pub const ALONE: Self = Self::Recommended {
         lambda_milli: 10_000,
         k1_milli: 80,
@@ -81,17 +81,16 @@ impl LawSpec {
         k3_milli: 0,
         ki_milli: 0,
     };
-    /// Found by the same search as [`LawSpec::ALONE`], at 2 ms and 6 Hz.
+    /// PID gains that the same search as for [`LawSpec::ALONE`] found, at 2 ms and 6 Hz.
     pub const PID: Self = Self::Pid {
         kp_milli: 1_060,
         ki_milli: 17_000,
         kd_milli: 117,
     };
 
-    /// The same loop on a wearer of another strength: an effort that moves the joint
-    /// half as far is answered twice as strongly. Of
-    /// [`LawSpec::Recommended`]; others are returned as they are. b, which only sets
-    /// how wide the boundary layer is, stays.
+    /// Scales the gains of [`LawSpec::Recommended`] to a wearer of another strength: if an effort
+    /// moves the joint half as far, the gains are doubled. Returns other control laws unchanged. b,
+    /// which only sets the width of the boundary layer, stays.
     #[must_use]
     pub const fn for_wearer(self, wearer: &WearerModel) -> Self {
         let strength = wearer.strength_mrad() as u64;
@@ -115,8 +114,8 @@ impl LawSpec {
         }
     }
 
-    /// The period that this law's default gains were chosen for, ms. The paper
-    /// names none; its glove's 90 Hz is the natural one.
+    /// Returns the period for which this control law's default gains were chosen, ms. The paper
+    /// gives no period; the 90 Hz of its glove are assumed.
     #[must_use]
     pub const fn default_period_ms(&self) -> u8 {
         match self {
@@ -125,8 +124,8 @@ impl LawSpec {
         }
     }
 
-    /// How far ahead of the target the nominal wearer's effort is taken with this
-    /// law's default gains, ms.
+    /// Returns the lead of the feed-forward before the reference with this control law's default
+    /// gains, ms.
     #[must_use]
     pub const fn default_lead_ms(&self) -> u16 {
         match self {
@@ -136,8 +135,8 @@ impl LawSpec {
         }
     }
 
-    /// The cutoff of the pseudo-differentiation that this law's default gains
-    /// were chosen for, mHz. The paper's: 3 Hz.
+    /// Returns the cutoff of the pseudo-differentiation for which this control law's default gains
+    /// were chosen, mHz. The paper uses 3 Hz.
     #[must_use]
     pub const fn default_cutoff_mhz(&self) -> u32 {
         match self {
@@ -149,9 +148,10 @@ impl LawSpec {
     }
 }
 
-/// A gain at [`WearerModel::REFERENCE_MRAD`] for another strength, rounded.
+/// Scales a gain for [`WearerModel::REFERENCE_MRAD`] to another strength, rounded.
 const fn scale_inversely(gain: u32, strength_mrad: u64) -> u32 {
-    // Strength is a quarter of the reference or more: below 2^34 before the bound.
+    // The strength is a quarter of the reference or more, so the gain is below 2^34 before the
+    // bound.
     let gain = gain as u64 * WearerModel::REFERENCE_MRAD as u64;
     let gain = (gain + strength_mrad / 2) / strength_mrad;
     if gain > u32::MAX as u64 {
@@ -161,7 +161,7 @@ const fn scale_inversely(gain: u32, strength_mrad: u64) -> u32 {
     }
 }
 
-/// A validated law with its differentiator, for one period.
+/// A validated controller with its differentiator, for one period.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Law {
     kind: LawKind,
@@ -203,7 +203,7 @@ impl LawKind {
     }
 }
 
-/// What a law remembers between steps.
+/// State of a controller between steps.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct LawState {
     differentiator: DifferentiatorState,
@@ -213,7 +213,7 @@ pub(crate) struct LawState {
 }
 
 impl Law {
-    /// Validates a law for a period of `period_ms` and its differentiator; with the
+    /// Validates a controller and its differentiator for a period of `period_ms`. `response` is the
     /// wearer's response for the same period.
     pub(crate) fn new(
         spec: &LawSpec,
@@ -228,7 +228,7 @@ impl Law {
         })
     }
 
-    /// No effort, in this law's unit.
+    /// Returns an effort of zero in this controller's unit.
     pub(super) fn zero_effort(&self) -> Effort {
         match self.kind {
             LawKind::Paper(_) => Effort::AboveThreshold(Q::ZERO),
@@ -236,11 +236,10 @@ impl Law {
         }
     }
 
-    /// One period further. `error` is target − measured, degrees. Since the
-    /// differentiator is linear, one of them on the error does what the paper's
-    /// two do on command and response. The paper's law heeds neither the course
-    /// nor the response: it is the paper's. `gain` is how much of the feedback and
-    /// of the learning counts, again not in the paper's.
+    /// Advances by one period and returns the effort. `error` is reference − measured, degrees.
+    /// Since the differentiator is linear, one differentiator of the error replaces the paper's two
+    /// of command and response. `gain` is the share of the feedback and of the learning. The
+    /// paper's controller ignores `course`, the response and `gain`.
     pub(crate) fn step(
         &self,
         state: &mut LawState,

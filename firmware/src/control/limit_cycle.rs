@@ -1,72 +1,71 @@
-//! Limit cycles of the loop: found in its error while it runs, and answered by a
-//! lower gain of the feedback.
+//! Limit cycles of the control loop: detects them in the error and lowers the feedback's gain.
 //!
-//! A loop that is late and too strong swings at the frequency where law, delay and
-//! plant turn by half a turn, as wide as the law's describing function says (Gelb &
-//! Vander Velde, Multiple-Input Describing Functions, 1968, ch. 3); a relay on a
-//! plant that mostly integrates at about four times the delay (Åström & Hägglund,
-//! Automatica 20 (1984) 645). With 20 ms from pulse to pulse and 0…100 ms in the
-//! wearer the default's are 0.15…0.8 s long, and 1 s where they saturate
-//! (docs/control.md). Swings with one period and no less width each than the one
-//! before are the loop's own; loads and impacts die away, noise keeps no period, and
-//! what a moving target makes repeats with its period or a low harmonic of it.
+//! A loop with too much delay and gain oscillates at the frequency at which the phases of
+//! controller, delay and plant add up to half a turn, with the amplitude that the controller's
+//! describing function predicts (Gelb & Vander Velde, Multiple-Input Describing Functions, 1968,
+//! ch. 3). A relay on a plant that mostly integrates oscillates with a period of about four times
+//! the delay (Åström & Hägglund, Automatica 20 (1984) 645). With 20 ms from pulse to pulse and a
+//! delay of 0…100 ms in the wearer, the periods of the default controller are 0.15…0.8 s, and 1 s
+//! if it saturates (docs/control.md). Oscillations of constant period whose width does not shrink
+//! come from the loop itself. Loads and impacts decay, noise has no period, and effects of a moving
+//! reference repeat with its period or a low harmonic of it.
 
 use super::gain::Gain;
 use super::low_pass::LowPass;
 use crate::units::Angle;
 use fixed::types::I16F16;
 
-/// 1° in bits of [`Angle`].
+/// The angle 1° as bits of [`Angle`].
 const DEGREE: i32 = 1 << 16;
-/// Least swing that counts, peak to peak behind the filter.
+/// Smallest swing that counts, peak to peak behind the filter.
 const SWING: u32 = 2 * DEGREE.cast_unsigned();
-/// From here on the effort saturates: two such half-periods tell as much as four, and
-/// a lower gain need not show at once.
+/// Swing above which the effort saturates. Two half-periods as wide as this count as four, and a
+/// lower gain need not have an immediate effect.
 const WIDE: u32 = 20 * DEGREE.cast_unsigned();
-/// Widest that a feedback at its floor may be left with.
+/// Largest swing that is tolerated while the gain is at its floor.
 const SWING_AT_FLOOR: u32 = 5 * DEGREE.cast_unsigned();
-/// How far back from an extreme is a turn: more than noise leaves.
+/// Distance from an extreme at which the signal has turned: more than noise causes.
 const TURN: i32 = DEGREE;
-/// A target that moves further in one step jumps: the swing there and back is its own,
-/// and costs more than it may seem to add.
+/// A reference that moves further than this in one step jumps. The swing to the jump and back is
+/// then not a limit cycle, so a jump subtracts more than it could add.
 const JUMP: u32 = 2 * DEGREE.cast_unsigned();
 const JUMP_COSTS: u8 = 3;
-/// Whole periods, ms.
+/// Range of a whole period, ms.
 const PERIOD_MS: core::ops::RangeInclusive<u32> = 120..=1_600;
-/// Time constant of the filter that takes off the sensor's noise, ms.
+/// Time constant of the filter that removes the sensor's noise, ms.
 const FILTER_MS: u32 = 32;
-/// Half-periods that fit, less those between them that do not, that make a limit
+/// Number of matching half-periods, less those between them that do not match, that make a limit
 /// cycle: four periods.
 const ALIKE: u8 = 8;
-/// What is left of the gain each time, 2^-16: 0.7.
+/// Factor of each lowering of the gain, 2^-16: 0.7.
 const LOWERED: Gain = Gain::from_bits(45_875);
-/// No lower: an eighth.
+/// Smallest gain: an eighth.
 const FLOOR: Gain = Gain::from_bits(1 << 13);
-/// A cycle that the latest lowering did not narrow by an eighth is not of the gain,
-/// or not only: it is lowered again every so many times.
+/// Number of cycles between two lowerings if the latest one did not narrow the cycle by an eighth.
+/// The gain is then not the cause, or not the only one.
 const PATIENCE: u8 = 4;
 
-/// A limit cycle that was found, and what was done.
+/// A detected limit cycle and the response to it.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct LimitCycle {
-    /// Width of its last swing, peak to peak: of the measured error behind a filter.
+    /// Width of the last swing, peak to peak, of the filtered error.
     pub swing: Angle,
-    /// Its period, ms.
+    /// Period of the oscillation, ms.
     pub period_ms: u16,
-    /// The gain of the feedback from now on, thousandths of the configured one; none
-    /// if it is at its floor, an eighth, and the swing above 5° all the same: nothing
-    /// is left but to stop.
+    /// New gain of the feedback, thousandths of the configured one. `None` if the gain is at its
+    /// floor of an eighth and the swing is still above 5°: control can only stop then.
     pub gain_milli: Option<u16>,
 }
 
-/// Finds limit cycles in a law's error, one law period after the other.
+/// Detector of limit cycles in a controller's error. It advances in steps of the controller's
+/// period.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Detector {
     period_ms: u32,
     filter: LowPass,
 }
 
-/// What a [`Detector`] remembers, the gain included.
+/// State of a [`Detector`], including the gain.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct DetectorState {
     gain: Gain,
@@ -74,15 +73,15 @@ pub(super) struct DetectorState {
     error: TurningPoints,
     target: TurningPoints,
     latest_target: Option<Angle>,
-    /// ms from extreme to extreme of the target.
+    /// Time between the latest two extremes of the reference, ms.
     target_ms: u32,
-    /// The error's latest half-period, and the whole one that it ends.
+    /// Latest half-period of the error, and the duration of the whole period that it ends.
     half: Half,
     whole_ms: u32,
-    /// Towards [`ALIKE`].
+    /// Number of matching half-periods so far, towards [`ALIKE`].
     alike: u8,
-    /// The swing at which the gain was lowered last, and how often it was no
-    /// narrower since.
+    /// Swing at the latest lowering of the gain, and the number of cycles since that were no
+    /// narrower.
     lowered_at: u32,
     futile: u8,
 }
@@ -105,19 +104,19 @@ impl Default for DetectorState {
     }
 }
 
-/// The turning points of a signal: extremes from which it has come back by [`TURN`].
+/// Turning points of a signal: extremes from which the signal has come back by [`TURN`].
 #[derive(Clone, Copy, Debug, Default)]
 struct TurningPoints {
     rises: bool,
-    /// The extreme since the last turn, and the one before it.
+    /// Extreme since the last turn, and the extreme before it.
     extreme: i32,
     opposite: i32,
-    /// ms since each.
+    /// Age of each extreme, ms.
     age_ms: u32,
     opposite_age_ms: u32,
 }
 
-/// From an extreme to the next.
+/// Half-period from one extreme to the next: duration and width.
 #[derive(Clone, Copy, Debug, Default)]
 struct Half {
     ms: u32,
@@ -125,7 +124,7 @@ struct Half {
 }
 
 impl TurningPoints {
-    /// A value `ms` after the one before.
+    /// Advances by `ms` to the value `x`, and returns the half-period that ends there, if any.
     #[inline(always)]
     fn step(&mut self, x: i32, ms: u32) -> Option<Half> {
         self.age_ms = self.age_ms.saturating_add(ms);
@@ -155,7 +154,7 @@ impl TurningPoints {
 }
 
 impl Detector {
-    /// For a law's period of 1…20 ms.
+    /// Creates a detector for a controller period of 1…20 ms.
     pub(super) fn new(period_ms: u8) -> Self {
         let period_ms = u32::from(period_ms.max(1));
         Self {
@@ -164,8 +163,8 @@ impl Detector {
         }
     }
 
-    /// One law period further, with the law's target and error. A limit cycle lowers
-    /// the state's gain, as far as that goes.
+    /// Advances by one controller period with the reference and the error. A limit cycle lowers the
+    /// state's gain, down to its floor.
     pub(super) fn step(
         &self,
         state: &mut DetectorState,
@@ -177,7 +176,7 @@ impl Detector {
         let half = state.error.step(filtered, self.period_ms)?;
         state.is_cycle(half).then(|| LimitCycle {
             swing: Angle::new(I16F16::from_bits(half.swing.min(i32::MAX as u32) as i32)),
-            period_ms: state.whole_ms as u16, // PERIOD_MS
+            period_ms: state.whole_ms as u16, // within PERIOD_MS
             gain_milli: state.lower_gain(half.swing),
         })
     }
@@ -196,18 +195,18 @@ impl Detector {
 }
 
 impl DetectorState {
-    /// The gain of the feedback now.
+    /// Returns the present gain of the feedback.
     pub(super) const fn gain(&self) -> Gain {
         self.gain
     }
 
-    /// Takes a half-period; whether it is the last that a limit cycle needs.
+    /// Records a half-period, and returns whether it completes a limit cycle.
     fn is_cycle(&mut self, half: Half) -> bool {
         let before = core::mem::replace(&mut self.half, half);
         let whole_ms = half.ms.saturating_add(before.ms);
         let before_ms = core::mem::replace(&mut self.whole_ms, whole_ms);
-        // Below the fourth harmonic of a target that came and went, or that still
-        // goes its first way.
+        // The oscillation must be faster than the fourth harmonic of a reference that went back and
+        // forth, or that still moves in its first direction.
         let target_ms = self.target_ms.max(self.target.opposite_age_ms);
         let fits = half.swing >= SWING
             && half.swing >= before.swing / 4 * 3
@@ -218,7 +217,7 @@ impl DetectorState {
             self.alike = self.alike.saturating_sub(1);
             return false;
         }
-        // Below ALIKE before.
+        // The count was below ALIKE before.
         self.alike += if half.swing > WIDE { 2 } else { 1 };
         let is_last = self.alike >= ALIKE;
         if is_last {
@@ -227,8 +226,8 @@ impl DetectorState {
         is_last
     }
 
-    /// Lowers the gain if that has helped so far, or has not for a while; to what, in
-    /// thousandths. None if it cannot be lowered and should be.
+    /// Lowers the gain if the latest lowering helped, or if none took place for a while. Returns
+    /// the gain in thousandths, or `None` if a lower gain is needed and not possible.
     fn lower_gain(&mut self, swing: u32) -> Option<u16> {
         let is_narrower = swing < self.lowered_at / 8 * 7 || swing > WIDE;
         self.futile = if is_narrower {

@@ -1,17 +1,17 @@
-//! A first-order low-pass of angles, in shifts.
+//! First-order low-pass filter of angles, implemented with shifts.
 
 use crate::units::Angle;
 
-/// Follows an angle with about this time constant; keeps all but 2^-shift of what it
-/// was.
+/// A filter with approximately the given time constant. Each step removes 2^-shift of the remaining
+/// difference.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LowPass {
     shift: u32,
 }
 
 impl LowPass {
-    /// For a law's period of 1…20 ms: the power of two of periods at or below
-    /// `time_ms`, two at least.
+    /// Creates a filter for a controller period of 1…20 ms. The time constant in periods is the
+    /// largest power of two that does not exceed `time_ms`, at least two.
     pub(super) fn new(time_ms: u32, period_ms: u32) -> Self {
         let periods = time_ms.checked_div(period_ms).unwrap_or(time_ms);
         Self {
@@ -19,7 +19,7 @@ impl LowPass {
         }
     }
 
-    /// One law period further: the filtered angle in bits of [`Angle`].
+    /// Advances by one controller period, and returns the filtered angle as bits of [`Angle`].
     #[inline(always)]
     pub(super) fn step(&self, filtered: &mut i32, x: Angle) -> i32 {
         let ahead = x.get().to_bits().saturating_sub(*filtered);
@@ -27,7 +27,7 @@ impl LowPass {
         *filtered
     }
 
-    /// What of a way of `left` is made in one period.
+    /// Returns the part of a remaining distance `left` that one period covers.
     #[inline(always)]
     pub(super) const fn step_share(&self, left: u32) -> u32 {
         left >> self.shift

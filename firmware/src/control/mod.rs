@@ -1,15 +1,15 @@
-//! Control: from a wanted angle and a measured one to amplitudes, from a wanted force of
-//! a muscle or at the hand to them.
+//! Control: computes amplitudes from reference and measured angles of a joint, from reference
+//! forces of a muscle, and from reference forces at the hand.
 //!
-//! Lives here: setpoint tracks, the pseudo-differentiator, the control laws and how
-//! much of their feedback counts, the mapping of effort onto flexor and extensor,
-//! and one joint of all these.
-//! Not here: pulses, limits of the board or ramps (`safety` has the last word),
-//! bytes, the sensor itself.
-//! In: timed setpoints and measurements, and the time. Out: one amplitude per
-//! channel and tick, whether a limit was met, or a named sensor fault.
-//! Integers only, but where `limb` computes; the same inputs give the same bits on every
-//! machine.
+//! This module contains the setpoint tracks, the pseudo-differentiator, the control laws, the gain
+//! of their feedback, the mapping of effort to flexor and extensor, and the joint that combines
+//! them. Pulses, limits of the board, ramps (`safety`), the link and the sensor itself are
+//! elsewhere.
+//!
+//! Inputs are timed setpoints and measurements, and the time. Outputs are one amplitude per channel
+//! and tick, whether a limit was reached, and sensor faults.
+//! All arithmetic is in integers, except where `limb` computes; the same inputs give the same bits
+//! on every machine.
 
 pub mod differentiator;
 pub mod effort;

@@ -1,4 +1,4 @@
-//! PID on the joint angle: the baseline every other law is measured against.
+//! PID control of the joint angle: the baseline with which the other controllers are compared.
 
 use super::effort::Effort;
 use super::integral::Integral;
@@ -8,25 +8,26 @@ use crate::arithmetic::fixed_point::{Q, RAD_PER_DEG, product, ratio};
 use crate::range::{OutOfRange, Range};
 use crate::units::{Angle, AngularRate};
 
-/// u = kp·e + ki·∫e + kd·ė + the feed-forward in radians, with conditional integration: the
-/// integral rests while |u| > 1, or the outputs are delayed, and the error would push it further out.
+/// PID controller u = kp·e + ki·∫e + kd·ė + feed-forward, in radians, with conditional integration:
+/// the integral rests while |u| > 1 or the outputs are delayed, if the error would increase the
+/// saturation.
 #[derive(Clone, Copy, Debug)]
 pub struct Pid {
     kp: Q,
-    /// ki·h.
+    /// Product ki·h of integral gain and period.
     ki_step: Q,
     kd: Q,
 }
 
 impl Pid {
-    /// Of the proportional gain.
+    /// Range of the proportional gain, thousandths of 1/rad.
     pub const KP_MILLI: Range = Range::new("kp_milli", 0, GAIN_MAX_MILLI);
-    /// Of the integral gain.
+    /// Range of the integral gain, thousandths of 1/(rad·s).
     pub const KI_MILLI: Range = Range::new("ki_milli", 0, GAIN_MAX_MILLI);
-    /// Of the derivative gain.
+    /// Range of the derivative gain, thousandths of s/rad.
     pub const KD_MILLI: Range = Range::new("kd_milli", 0, GAIN_MAX_MILLI);
 
-    /// Gains in thousandths, as in [`super::LawSpec::Pid`].
+    /// Validates gains in thousandths, as in [`super::LawSpec::Pid`].
     pub(super) fn new(kp: u32, ki: u32, kd: u32, period_ms: u8) -> Result<Self, OutOfRange> {
         Self::KP_MILLI.check(kp)?;
         Self::KI_MILLI.check(ki)?;
@@ -38,7 +39,7 @@ impl Pid {
         })
     }
 
-    /// One period further: fraction of the range, not clamped.
+    /// Advances by one period, and returns the effort as a fraction of the range, not clamped.
     pub(super) fn step(
         &self,
         integral: &mut Integral,
@@ -46,8 +47,8 @@ impl Pid {
         rate: AngularRate,
         aid: &FeedbackAid,
     ) -> Effort {
-        // |e|, |ė| < 2^15 degrees are below 572 rad, gains at most 100: every
-        // product fits.
+        // |e|, |ė| < 2^15 degrees are below 572 rad, and gains are at most 100, so every product
+        // fits.
         let e = product(Q::from_num(error.get()), RAD_PER_DEG);
         let de = product(Q::from_num(rate.get()), RAD_PER_DEG);
         let push = product(e, self.kp).saturating_add(product(de, self.kd));

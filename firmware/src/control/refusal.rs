@@ -1,30 +1,30 @@
-//! What any part of a joint's specification may be, and why a joint is refused.
+//! Ranges of the parts of a joint's specification, and the reasons why a joint is refused.
 
 use crate::range::{OutOfRange, Range};
 
-/// Highest amplitude a spec may name, mV or µA. Only bounds arithmetic; what a
-/// wearer may get is `safety`'s to say.
+/// Largest amplitude that a specification may contain, mV or µA. It only bounds arithmetic;
+/// `safety` limits what a wearer receives.
 pub const AMPLITUDE_MAX: i32 = 200_000;
-/// A point's or a wall's channel.
+/// Range of the channel number of a stimulation point or a wall.
 pub const CHANNEL: Range = Range::new("channel", 0, 9);
-/// 100 in thousandths: the highest gain of any law but b.
+/// Largest gain of any control law except b: 100 in thousandths.
 pub(super) const GAIN_MAX_MILLI: i32 = 100_000;
 /// Half a turn, m°.
 const HALF_TURN: i32 = 180_000;
 
-/// The lowest angle of a joint.
+/// Range of the lowest angle of a joint, m°.
 pub const ANGLE_MIN_MDEG: Range = Range::new("angle_min_mdeg", -HALF_TURN, HALF_TURN - 1);
-/// The highest; above the lowest.
+/// Range of the highest angle of a joint, m°, which must also exceed the lowest.
 pub const ANGLE_MAX_MDEG: Range = Range::new("angle_max_mdeg", 1 - HALF_TURN, HALF_TURN);
 
-/// Why a joint was refused.
+/// Reason why a joint was refused.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum SpecError {
-    /// A field is outside what is allowed, given the fields before it.
+    /// A field is outside its range, which may depend on the fields before it.
     Range(OutOfRange),
-    /// Two points name the same channel.
+    /// Two points use the same channel.
     ChannelTwice {
-        /// That channel.
+        /// Number of the channel, 0…9.
         channel: u8,
     },
 }

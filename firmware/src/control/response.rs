@@ -1,5 +1,5 @@
-//! How a nominal wearer answers in time, and what the device learns of how this
-//! one differs: a predictor against delay, and gains adapted while it runs.
+//! Dynamic response of a nominal wearer, and adaptation to the present wearer: a predictor that
+//! compensates delay, and gains that are adapted during control.
 
 use super::feed_forward::WearerModel;
 use super::gain::Gain;
@@ -12,13 +12,13 @@ use fixed::types::I16F16;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-/// Periods remembered, for delays of less than 80; the shortest period is 1 ms.
+/// Number of periods stored, for delays of less than 80 periods; the shortest period is 1 ms.
 const DELAY_MAX: usize = 128;
-/// log2 e in 2^-32.
+/// Constant log2 e in 2^-32.
 const LOG2_E_Q32: u64 = 6_196_328_019;
 
-/// What is known beforehand of a wearer's answer to effort, and how fast the
-/// device corrects what it knows. Integers, as they travel on the wire.
+/// Nominal response of a wearer to effort, and the rates of adaptation. Integers, as they travel on
+/// the wire.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub struct ResponseSpec {
     /// Angle per effort at rest, mrad; 0 (no predictor)…10 000.
@@ -27,45 +27,43 @@ pub struct ResponseSpec {
     pub muscle_ms: u16,
     /// Time constant of the joint, ms; 1…1000.
     pub joint_ms: u16,
-    /// Delay from effort to angle, ms; 0…79, less than 80 periods of the law.
+    /// Delay from effort to angle, ms; 0…79, less than 80 periods of the controller.
     pub delay_ms: u8,
-    /// How fast the feed-forward's scale is learnt, 10^-3/(rad·s);
-    /// 0 (never)…100 000.
+    /// Adaptation rate of the feed-forward's scale, 10^-3/(rad·s); 0 (never)…100 000.
     pub scale_milli: u32,
-    /// How fast the effort per rate of the target is learnt, 10^-3/rad²;
-    /// 0 (never)…10 000.
+    /// Adaptation rate of the effort per rate of the reference, 10^-3/rad²; 0 (never)…10 000.
     pub damping_milli: u32,
 }
 
 /// A validated [`ResponseSpec`] for one period.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Response {
-    /// ° per effort, 2^-16: below 2^26.
+    /// Gain in ° per effort, 2^-16: below 2^26.
     gain: i32,
-    /// e^(−h/τ) of muscle and joint, 2^-30.
+    /// Decay e^(−h/τ) of muscle and joint per period, 2^-30.
     keeps: [i32; 2],
-    /// Periods, below [`DELAY_MAX`].
+    /// Delay in periods, below [`DELAY_MAX`].
     delay: u32,
-    /// Growth per period, rad and effort, 2^-24: below 2^26.
+    /// Growth of the scale per period, rad and effort, 2^-24: below 2^26.
     scale_step: i32,
-    /// Growth per period, rad and rad/s, 2^-24: below 2^26.
+    /// Growth of the damping per period, rad and rad/s, 2^-24: below 2^26.
     damping_step: i32,
-    /// Whether the integral is one for each muscle: with learning, where the nominal
-    /// wearer's effort says which muscle works.
+    /// Whether each muscle has its own integral. This is so with learning, where the nominal
+    /// wearer's effort shows which muscle works.
     is_apart: bool,
 }
 
-/// What a [`Response`] remembers.
+/// State of a [`Response`]: the predictor, and the values learnt so far.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ResponseState {
-    /// Of muscle and joint, within ±1, 2^-29.
+    /// Low-pass states of muscle and joint, within ±1, 2^-29.
     lags: [i32; 2],
-    /// The joint's of the last periods.
+    /// States of the joint in the last periods.
     past: [i32; DELAY_MAX],
     next: u32,
-    /// Scale of the feed-forward less 1, 2^-24.
+    /// Learnt scale of the feed-forward minus 1, 2^-24.
     scale: i32,
-    /// Effort per rad/s, 2^-24.
+    /// Learnt effort per rad/s, 2^-24.
     damping: i32,
 }
 
@@ -81,19 +79,19 @@ impl Default for ResponseState {
     }
 }
 
-/// What the setpoint track and the nominal wearer say of the target now.
+/// Present motion of the reference, its feed-forward, and the sides with delayed outputs.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Course {
-    /// The target's rate.
+    /// Rate of the reference.
     pub(crate) rate: AngularRate,
-    /// The nominal wearer's effort, −1…1.
+    /// Effort of the nominal wearer, −1…1.
     pub(crate) forward: Q,
-    /// Where the outputs are below what was ordered.
+    /// Sides on which the outputs are below the ordered amplitude.
     pub(crate) delayed: DelayedSides,
 }
 
-/// Sides of a joint whose latest pulses were below the ordered amplitude, because a rise
-/// or the slope delays them (`firmware::safety`): the effort is clamped there.
+/// Sides of a joint whose latest pulses were below the ordered amplitude, because a rise or the
+/// slope delays them (`firmware::safety`). The effort is clamped there.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct DelayedSides {
     pub(crate) flexion: bool,
@@ -101,8 +99,8 @@ pub(crate) struct DelayedSides {
 }
 
 impl DelayedSides {
-    /// Whether an effort beyond ±1, or on a delayed side, is clamped on the side that
-    /// `push` points to.
+    /// Returns whether an effort beyond ±1, or on a delayed side, is clamped on the side to which
+    /// `push` points.
     #[inline(always)]
     pub(super) fn clamps(self, effort: Q, push: Q) -> bool {
         let is_up = effort > Q::ZERO;
@@ -112,20 +110,20 @@ impl DelayedSides {
     }
 }
 
-/// What is known and learnt of the wearer, for a law's feedback.
+/// Corrections of a controller's feedback from the nominal and the learnt response of the wearer.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FeedbackAid {
-    /// The feed-forward, effort.
+    /// Feed-forward, effort.
     pub(super) forward: Q,
-    /// Effort per effort of the nominal wearer, for feedback, 2^-24: up to two and a
-    /// half.
+    /// Scale of the feedback, in effort per effort of the nominal wearer, 2^-24: up to 2.5.
     scale: i32,
     is_apart: bool,
     pub(super) delayed: DelayedSides,
 }
 
 impl FeedbackAid {
-    /// This feed-forward, nothing learnt, and this share of the feedback.
+    /// Returns the feed-forward of `course` with the share `gain` of the feedback and nothing
+    /// learnt.
     pub(super) const fn from_feed_forward(course: &Course, gain: Gain) -> Self {
         Self {
             forward: course.forward,
@@ -135,14 +133,13 @@ impl FeedbackAid {
         }
     }
 
-    /// The feedback that this wearer is given in place of a nominal one's, which is
-    /// bounded to ±128.
+    /// Scales the feedback for a nominal wearer, bounded to ±128, to this wearer.
     #[inline(always)]
     pub(super) fn scale_feedback(&self, nominal: Q) -> Q {
         Q::from_bits(multiply_shift(saturated(nominal.to_bits()), self.scale, 24))
     }
 
-    /// Whose integral counts with what is asked for before any integral.
+    /// Returns the shares of both muscles' integrals for an effort of `torque` before any integral.
     #[inline(always)]
     pub(super) fn integral_side(&self, torque: Q) -> Side {
         if self.is_apart {
@@ -153,26 +150,27 @@ impl FeedbackAid {
     }
 }
 
-/// The scale may leave 1 by −½…+1½, the damping 0 by ±0.3; 2^-24.
+/// Bounds of the learnt values, 2^-24: the scale may differ from 1 by −½…+1½, the damping from 0 by
+/// ±0.3.
 const SCALE: (i32, i32) = (-(1 << 23), 3 << 23);
 const DAMPING: i32 = 5_033_165;
 
 impl ResponseSpec {
-    /// Of [`Self::gain_mrad`].
+    /// Range of [`Self::gain_mrad`].
     pub const GAIN_MRAD: Range = Range::new("gain_mrad", 0, 10_000);
-    /// Of [`Self::muscle_ms`].
+    /// Range of [`Self::muscle_ms`].
     pub const MUSCLE_MS: Range = Range::new("muscle_ms", 1, 1_000);
-    /// Of [`Self::joint_ms`].
+    /// Range of [`Self::joint_ms`].
     pub const JOINT_MS: Range = Range::new("joint_ms", 1, 1_000);
-    /// Of [`Self::delay_ms`].
+    /// Range of [`Self::delay_ms`].
     pub const DELAY_MS: Range = Range::new("delay_ms", 0, 79);
-    /// Of [`Self::scale_milli`].
+    /// Range of [`Self::scale_milli`].
     pub const SCALE_MILLI: Range = Range::new("scale_milli", 0, 100_000);
-    /// Of [`Self::damping_milli`].
+    /// Range of [`Self::damping_milli`].
     pub const DAMPING_MILLI: Range = Range::new("damping_milli", 0, 10_000);
 
-    /// Found with [`super::LawSpec::RECOMMENDED`], by the same search, for a wearer
-    /// of [`WearerModel::REFERENCE_MRAD`].
+    /// Response that was found together with [`super::LawSpec::RECOMMENDED`], by the same search,
+    /// for a wearer of [`WearerModel::REFERENCE_MRAD`].
     pub const RECOMMENDED: Self = Self {
         gain_mrad: 563,
         muscle_ms: 112,
@@ -182,15 +180,15 @@ impl ResponseSpec {
         damping_milli: 164,
     };
 
-    /// The same of a wearer of another strength, whose effort moves the joint in
-    /// proportion. Learning follows error times feed-forward and acts through the
-    /// feed-forward again: a weak wearer, who needs much of it, would learn too fast
-    /// by the square.
+    /// Scales gain and learning rate to a wearer of another strength, in proportion to the movement
+    /// per effort. Learning follows the product of error and feed-forward, and acts through the
+    /// feed-forward again. Without the scaling, a weak wearer, who needs much feed-forward, would
+    /// make learning too fast by the square.
     #[must_use]
     pub const fn for_wearer(self, wearer: &WearerModel) -> Self {
         let strength = wearer.strength_mrad() as u64;
         let reference = WearerModel::REFERENCE_MRAD as u64;
-        // Strength is at most four times the reference.
+        // The strength is at most four times the reference.
         let gain = (self.gain_mrad as u64 * strength + reference / 2) / reference;
         let scale = (self.scale_milli as u64 * strength + reference / 2) / reference;
         Self {
@@ -204,7 +202,7 @@ impl ResponseSpec {
         }
     }
 
-    /// Validates it for a period of 1…20 ms, beside a nominal wearer or not.
+    /// Validates the response for a period of 1…20 ms, with or without a nominal wearer's model.
     pub(super) fn validate(&self, period_ms: u8, has_wearer: bool) -> Result<Response, OutOfRange> {
         Self::GAIN_MRAD.check(self.gain_mrad)?;
         Self::MUSCLE_MS.check(self.muscle_ms)?;
@@ -213,12 +211,12 @@ impl ResponseSpec {
         Self::SCALE_MILLI.check(self.scale_milli)?;
         Self::DAMPING_MILLI.check(self.damping_milli)?;
         let h = u64::from(period_ms.max(1));
-        // h/τ <= 20: below 2^38 in 2^-32.
+        // h/τ <= 20, so the octaves are below 2^38 in 2^-32.
         let keep = |tau_ms: u16| {
             let octaves = LOG2_E_Q32 * h / u64::from(tau_ms.max(1));
             (exp2_neg(octaves) >> 1) as i32
         };
-        // At most 573: below 2^34 in bits of `Q`, so below 2^26 once shifted.
+        // The ratio is at most 573: below 2^34 in bits of `Q`, so below 2^26 after the shift.
         let bits = |numerator, denominator| ratio(numerator, denominator).to_bits();
         // 180/π/1000 = 57 295 780 · 10^-9.
         let gain = bits(u64::from(self.gain_mrad) * 57_295_780, 1_000_000_000);
@@ -235,23 +233,23 @@ impl ResponseSpec {
 }
 
 impl Response {
-    /// The error once the efforts of the last delay have acted: less what the
-    /// nominal wearer will still move (Smith, Chem. Eng. Prog. 53 (1957)).
+    /// Returns the error that remains once the efforts of the last delay have acted: `error` minus
+    /// the movement that the nominal wearer has yet to make (Smith, Chem. Eng. Prog. 53 (1957)).
     #[inline]
     pub(super) fn predicted_error(&self, state: &ResponseState, error: Angle) -> Angle {
         let [_, now] = state.lags;
-        // Before `next` by at least 1, wrapped to the table's length, 2^7.
+        // At least 1 before `next`, wrapped to the table's length, 2^7.
         let before = state.next.wrapping_sub(self.delay).wrapping_sub(1);
         let slot = before as usize % DELAY_MAX;
         let then = state.past.get(slot).copied().unwrap_or(0);
-        // Both within ±1 and a bit: their difference fits, and with a gain below
-        // 2^26 the product is below 2^28.
+        // Both are within ±1 and a bit, so their difference fits; with a gain below 2^26 the
+        // product is below 2^28.
         let to_come = multiply_shift(now.wrapping_sub(then), self.gain, 29) as i32;
         let error = error.get().to_bits().saturating_sub(to_come);
         Angle::new(I16F16::from_bits(error))
     }
 
-    /// What has been learnt so far, for this course and this share of the feedback.
+    /// Returns the corrections learnt so far, for this course and this share of the feedback.
     #[inline]
     pub(super) fn aid(&self, state: &ResponseState, course: &Course, gain: Gain) -> FeedbackAid {
         // |forward| <= 1; |scale| < 2, |damping| < 1, |rate| <= 72.
@@ -261,22 +259,22 @@ impl Response {
         let learnt = Q::from_bits(scaled.wrapping_add(damped));
         FeedbackAid {
             forward: course.forward.wrapping_add(learnt),
-            scale: gain.scale(i64::from(ONE.wrapping_add(state.scale))) as i32, // no more
+            scale: gain.scale(i64::from(ONE.wrapping_add(state.scale))) as i32, // cannot grow
             is_apart: self.is_apart,
             delayed: course.delayed,
         }
     }
 
-    /// Takes the period's effort, and learns from its error while the target moves,
-    /// unless the effort is clamped on the side that the error asks for: gradient descent on the
-    /// squared error ("MIT rule", Åström & Wittenmark, Adaptive Control, ch. 5).
+    /// Records the period's effort. Learns from the error while the reference moves, unless the
+    /// effort is clamped on the side to which the error points: gradient descent on the squared
+    /// error ("MIT rule", Åström & Wittenmark, Adaptive Control, ch. 5).
     #[inline]
     pub(super) fn learn(&self, state: &mut ResponseState, error: Angle, course: &Course, u: Q) {
         let is_clamped = course.delayed.clamps(u, Q::from_num(error.get()));
         let u = saturated(u.to_bits());
         let is_moving = course.rate.get() != 0;
         if is_moving && !is_clamped {
-            // Within ±8 rad, steps below 4, |forward| <= 1: below 2^29.
+            // Within ±8 rad, with steps below 4 and |forward| <= 1: below 2^29.
             let e = radians(error.get()).clamp(-(8 << 24), 8 << 24);
             let forward = course.forward.to_bits() as i32;
             let scale =
@@ -295,7 +293,7 @@ impl Response {
         let effort = u.clamp(-ONE, ONE) << 5;
         let [keep_muscle, keep_joint] = self.keeps;
         let [muscle, joint] = state.lags;
-        // Means of numbers within ±1 and a bit: differences within 2^30, sums fit.
+        // Means of numbers within ±1 and a bit: differences stay within 2^30 and the sums fit.
         let follow = |from: i32, to: i32, keep: i32| {
             let left = multiply_shift(from.wrapping_sub(to), keep, 30) as i32;
             to.wrapping_add(left)
@@ -310,9 +308,9 @@ impl Response {
     }
 }
 
-/// a·b / 2^shift, rounded towards −∞.
+/// Computes a·b / 2^shift, rounded towards −∞.
 #[inline(always)]
 fn multiply_shift(a: i32, b: i32, shift: u32) -> i64 {
-    // Two numbers of 32 bits.
+    // Both factors have 32 bits.
     i64::from(a).wrapping_mul(i64::from(b)) >> shift
 }

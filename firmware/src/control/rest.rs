@@ -1,32 +1,32 @@
-//! Rest in a hold: gap action.
+//! Gap action: reduces the feedback while the joint holds its position.
 //!
-//! Where the target stands and the error is within what noise and friction leave,
-//! feedback only carries the sensor's noise into the muscles, hunts across dry
-//! friction and keeps small limit cycles alive. So its gain falls inside a gap
-//! around the target, and comes back in proportion outside of it (gap action:
-//! Shinskey, Process Control Systems, on nonlinear controllers for noisy
-//! measurements). Feed-forward and what the integral holds stay, so nothing jumps.
+//! If the reference stands still and the error is within noise and friction, feedback only carries
+//! the sensor's noise into the muscles, hunts across dry friction and keeps small limit cycles
+//! alive. The feedback's gain is therefore reduced inside a gap around the reference, and returns
+//! in proportion outside the gap (gap action: Shinskey, Process Control Systems, on nonlinear
+//! controllers for noisy measurements). Feed-forward and the stored integral stay, so the effort
+//! does not jump.
 
 use super::gain::Gain;
 use super::low_pass::LowPass;
 use crate::units::Angle;
 
-/// Errors in bits of [`Angle`]: up to 0.5° the gain is least, from 2° on it is whole.
+/// Errors as bits of [`Angle`]: the gain is smallest up to 0.5° and full from 2° on.
 const NARROW: u32 = 1 << 15;
 const WIDE: u32 = 1 << 17;
-/// The least gain: a sixteenth.
+/// Smallest gain: a sixteenth.
 const LEAST: u32 = 1 << 12;
-/// What is left out of it in the gap, and the slope outside: 15/16 over 1.5°, 2^-16.
+/// Reduction of the gain inside the gap, and its slope outside: 15/16 over 1.5°, 2^-16.
 const LEFT_OUT: u32 = (1 << 16) - LEAST;
 const SLOPE: u32 = ((LEFT_OUT as u64) << 16).div_euclid((WIDE - NARROW) as u64) as u32;
-/// A target that moves less than 0.1° in half a second stands.
+/// A reference that moves less than 0.1° in half a second stands still.
 const STILL: u32 = 6_554;
 const STILL_MS: u32 = 500;
-/// Time constants of the error's filter and of the way to a lower gain, ms.
+/// Time constants of the error's filter and of the reduction of the gain, ms.
 const FILTER_MS: u32 = 128;
 const LOWER_MS: u32 = 256;
 
-/// The gap for one law period.
+/// Gap action for one controller period.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Gap {
     period_ms: u32,
@@ -34,19 +34,19 @@ pub(super) struct Gap {
     lower: LowPass,
 }
 
-/// What a [`Gap`] remembers.
+/// State of a [`Gap`]: filter, last motion of the reference, and present reduction.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct GapState {
     filtered: i32,
-    /// Where the target was when it last moved, and for how long it has not.
+    /// Reference when it last moved, and the time since then.
     stands_at: i32,
     still_ms: u32,
-    /// Part of the gain that is left out, 2^-16.
+    /// Reduction of the gain, 2^-16.
     left_out: u32,
 }
 
 impl Gap {
-    /// For a law's period of 1…20 ms.
+    /// Creates the gap action for a controller period of 1…20 ms.
     pub(super) fn new(period_ms: u8) -> Self {
         let period_ms = u32::from(period_ms.max(1));
         Self {
@@ -56,8 +56,8 @@ impl Gap {
         }
     }
 
-    /// One law period further, with the law's target and error: how much of the
-    /// feedback counts. It falls slowly and comes back at once.
+    /// Advances by one controller period with the reference and the error, and returns the share of
+    /// the feedback. The share falls slowly and returns at once.
     #[inline]
     pub(super) fn step(&self, state: &mut GapState, target: Angle, error: Angle) -> Gain {
         let target = target.get().to_bits();
@@ -74,7 +74,8 @@ impl Gap {
             LEFT_OUT.saturating_sub(((u64::from(beyond) * u64::from(SLOPE)) >> 16) as u32)
         };
         state.left_out = match wanted.checked_sub(state.left_out) {
-            Some(more) => state.left_out.wrapping_add(self.lower.step_share(more)), // up to `wanted`
+            // up to `wanted`
+            Some(more) => state.left_out.wrapping_add(self.lower.step_share(more)),
             None => wanted,
         };
         Gain::from_bits((1 << 16) - state.left_out) // LEFT_OUT at most

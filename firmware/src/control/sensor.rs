@@ -67,7 +67,7 @@ pub enum SensorFault {
     Absent,
     /// The latest measurement is older than the limit.
     Stale {
-        /// The limit, ms.
+        /// Largest age allowed, ms.
         limit_ms: u16,
     },
     /// The latest measurement is more than 20° outside the joint's range.

@@ -1,5 +1,4 @@
-//! A track of timed setpoints, angles or forces: what is wanted now, from what
-//! was said.
+//! Track of timed setpoints, angles or forces, which gives the reference at any time.
 
 use crate::arithmetic::division::quotient;
 use crate::range::Range;
@@ -10,23 +9,22 @@ use heapless::Deque;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-/// Setpoints that may wait for their time: 90 ms of a 90 Hz stream.
+/// Maximum number of setpoints that wait for their time: 90 ms of a 90 Hz stream.
 const WAITING: usize = 8;
-/// A setpoint may lie at most this far ahead or back, µs. Far inside the
-/// 35.8 min within which wrapped times compare.
+/// Largest distance of a setpoint's time from the present, ahead or back, µs. It lies far inside
+/// the 35.8 min within which wrapped times can be compared.
 pub const HORIZON_US: u32 = 1_000_000;
-/// Fastest motion taken for one, °/s (N/s), when the rate is only estimated from
-/// two setpoints. Anything faster is a step of the target and is not extrapolated.
-/// Assumed: 50 °/s is the peak of 40° at 0.2 Hz, no finger task asks for 1000; no
-/// muscle of Lee 2020 rises faster.
+/// Largest rate, °/s (N/s), that is estimated from two setpoints. A faster change is a step of the
+/// reference and is not extrapolated. Assumed: 50 °/s is the peak of 40° at 0.2 Hz, no finger task
+/// asks for 1000, and no muscle of Lee 2020 rises faster.
 pub const ESTIMATED_RATE_MAX: i16 = 1000;
 
-/// What to do between and after setpoints.
+/// Behaviour of a reference between and after setpoints.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub enum HoldPolicy {
-    /// Keep the last angle.
+    /// Keeps the last value.
     Hold,
-    /// Go on at the last rate for this long, then keep the angle reached.
+    /// Continues at the last rate for a limited time, then keeps the value reached.
     Extrapolate {
         /// Longest extrapolation, ms; 1…1000.
         max_ms: u16,
@@ -34,22 +32,22 @@ pub enum HoldPolicy {
 }
 
 impl HoldPolicy {
-    /// Of [`Self::Extrapolate::max_ms`].
+    /// Range of [`Self::Extrapolate::max_ms`].
     pub const MAX_MS: Range = Range::new("max_ms", 1, 1_000);
 }
 
-/// Why a setpoint was not taken.
+/// Reason why a setpoint was refused.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum SetpointError {
-    /// Its time is more than [`HORIZON_US`] ahead.
+    /// The setpoint's time is more than [`HORIZON_US`] ahead.
     TooFarAhead,
-    /// Its time is more than [`HORIZON_US`] past.
+    /// The setpoint's time is more than [`HORIZON_US`] in the past.
     TooOld,
-    /// A setpoint for the same or a later time was already taken.
+    /// The track already has a setpoint for the same or a later time.
     OutOfOrder,
-    /// More setpoints wait for their time than the track holds.
+    /// The track is full of setpoints that wait for their time.
     TooManyWaiting,
-    /// The angle lies outside the joint's range.
+    /// The angle is outside the joint's range.
     OutOfRange {
         /// Lowest angle allowed, m°.
         min_mdeg: i32,
@@ -58,17 +56,17 @@ pub enum SetpointError {
     },
 }
 
-/// What a track can be of: a number in Q15.16, and its change in a second.
+/// A quantity that a track can hold: a number in Q15.16 and its change per second.
 pub trait Quantity: Copy {
-    /// Its change.
+    /// Type of the change per second.
     type Rate: Copy;
-    /// From its number.
+    /// Creates the quantity from a number in its unit.
     fn new(value: I16F16) -> Self;
-    /// Its number.
+    /// Returns the number in the quantity's unit.
     fn get(self) -> I16F16;
-    /// A rate from its number.
+    /// Creates a rate from a number in the quantity's unit per second.
     fn rate(per_s: I16F16) -> Self::Rate;
-    /// A rate's number.
+    /// Returns a rate as a number in the quantity's unit per second.
     fn per_s(rate: Self::Rate) -> I16F16;
 }
 
@@ -94,7 +92,7 @@ macro_rules! quantity {
 quantity!(Angle, AngularRate);
 quantity!(Force, ForceRate);
 
-/// One setpoint with the rate to go on with.
+/// Setpoint with its time and the rate for extrapolation, per second.
 #[derive(Clone, Copy, Debug)]
 struct Timed {
     at: Micros,
@@ -102,10 +100,10 @@ struct Timed {
     rate: I16F16,
 }
 
-/// The last setpoint that is due, and those that wait.
+/// The latest setpoint that is due, and those that wait for their time.
 #[derive(Clone, Debug)]
 pub struct SetpointTrack<Q = Angle> {
-    /// Where the track stands; `None` until the first setpoint is due.
+    /// Latest due setpoint; `None` until the first is due.
     due: Option<DueSetpoint>,
     waiting: Deque<Timed, WAITING>,
     quantity: PhantomData<Q>,
@@ -121,8 +119,8 @@ impl<Q> Default for SetpointTrack<Q> {
     }
 }
 
-/// A due setpoint is in motion until its extrapolation ends; afterwards it has
-/// no time any more, so that it can be held for hours of a wrapping clock.
+/// A due setpoint moves until its extrapolation ends. Afterwards its time is dropped, so that the
+/// value can be held for hours while the clock wraps.
 #[derive(Clone, Copy, Debug)]
 enum DueSetpoint {
     Moving(Timed),
@@ -130,12 +128,12 @@ enum DueSetpoint {
 }
 
 impl<Q: Quantity> SetpointTrack<Q> {
-    /// Takes a setpoint valid from `at`. Without a rate, the difference to the
-    /// setpoint before gives one, unless that would be a step
-    /// ([`ESTIMATED_RATE_MAX`]) or the setpoint before is no longer in motion.
+    /// Accepts a setpoint valid from `at`. Without a rate, the rate is estimated from the previous
+    /// setpoint, unless the difference is a step ([`ESTIMATED_RATE_MAX`]) or the previous setpoint
+    /// no longer moves.
     ///
     /// # Errors
-    /// See [`SetpointError`]; the track is unchanged then.
+    /// Returns [`SetpointError`] if the setpoint is refused. The track is then unchanged.
     pub fn accept(
         &mut self,
         now: Micros,
@@ -166,15 +164,15 @@ impl<Q: Quantity> SetpointTrack<Q> {
             .map_err(|_| SetpointError::TooManyWaiting)
     }
 
-    /// Takes over the setpoints whose time has come.
+    /// Makes the waiting setpoints whose time has come the due one, in order.
     fn adopt_due_setpoints(&mut self, now: Micros) {
         while self.waiting.front().is_some_and(|t| now.has_reached(t.at)) {
             self.due = self.waiting.pop_front().map(DueSetpoint::Moving);
         }
     }
 
-    /// When the setpoint that stands became valid; `None` before the first, and of one
-    /// that is too old for its time to matter.
+    /// Returns the time from which the present setpoint is valid. Returns `None` before the first
+    /// setpoint, and if the time is so old that it was dropped.
     pub const fn valid_since(&self) -> Option<Micros> {
         match self.due {
             Some(DueSetpoint::Moving(Timed { at, .. })) => Some(at),
@@ -182,14 +180,14 @@ impl<Q: Quantity> SetpointTrack<Q> {
         }
     }
 
-    /// The value wanted at `now`; `None` until the first setpoint is due.
-    /// Call it at least every 30 minutes; a control tick does, every millisecond.
+    /// Returns the reference at `now`, or `None` until the first setpoint is due. Call this
+    /// function at least every 30 minutes; a control tick does so every millisecond.
     pub fn value_at(&mut self, now: Micros, policy: HoldPolicy) -> Option<Q> {
         self.motion_at(now, policy).map(|(value, _)| value)
     }
 
-    /// [`SetpointTrack::value_at`] and the rate at which it moves now: that of
-    /// the extrapolation while it lasts, else 0.
+    /// Returns the reference at `now` as [`SetpointTrack::value_at`] does, and its present rate:
+    /// that of the extrapolation while it lasts, otherwise 0.
     pub fn motion_at(&mut self, now: Micros, policy: HoldPolicy) -> Option<(Q, Q::Rate)> {
         self.adopt_due_setpoints(now);
         let (value, rate) = match self.due? {
@@ -198,8 +196,8 @@ impl<Q: Quantity> SetpointTrack<Q> {
                 let max_us = policy.max_us();
                 let age = now.elapsed_since(timed.at);
                 let value = extrapolate(timed, age.min(max_us));
-                // Out of order can only be judged against a setpoint whose time
-                // is known: forget the time once it is too old to matter.
+                // The order can only be checked against a setpoint whose time is known, so drop the
+                // time only when it is too old to matter.
                 if age > max_us.max(HORIZON_US) {
                     self.due = Some(DueSetpoint::Resting(value));
                 }
@@ -212,7 +210,7 @@ impl<Q: Quantity> SetpointTrack<Q> {
 }
 
 impl HoldPolicy {
-    /// Longest extrapolation, µs.
+    /// Returns the longest extrapolation, µs.
     const fn max_us(self) -> u32 {
         match self {
             Self::Hold => 0,
@@ -221,7 +219,7 @@ impl HoldPolicy {
     }
 }
 
-/// The rate from `before` to `value` at `at`, 0 if it looks like a step.
+/// Computes the rate per second from `before` to `value` at `at`, or 0 for a step.
 fn slope(before: Timed, at: Micros, value: I16F16) -> I16F16 {
     const FASTEST: u32 = ESTIMATED_RATE_MAX.cast_unsigned() as u32 * (1 << 16);
     let us = at.elapsed_since(before.at).max(1);
@@ -238,7 +236,7 @@ fn slope(before: Timed, at: Micros, value: I16F16) -> I16F16 {
     }
 }
 
-/// `timed`'s value plus its rate for `us` microseconds, saturating.
+/// Adds the change of `us` microseconds at its rate to the value of `timed`; saturates.
 fn extrapolate(timed: Timed, us: u32) -> I16F16 {
     let rate = timed.rate.to_bits();
     // us <= 1e6: below 2^51.
@@ -248,13 +246,13 @@ fn extrapolate(timed: Timed, us: u32) -> I16F16 {
     I16F16::from_bits(bits.clamp(i32::MIN.into(), i32::MAX.into()) as i32)
 }
 
-/// n / 1e6, rounded down, for n <= 2^31 · 1e6: in two digits, each of which
-/// divides by a constant within 32 bits.
+/// Computes n / 1e6, rounded down, for n <= 2^31 · 1e6, in two digits, each of which needs only a
+/// division by a constant within 32 bits.
 const fn divide_by_million(n: u64) -> u32 {
     const ODD: u32 = 1_000_000 >> 6;
     let n = n >> 6; // <= 2^31 · 15 625 < 2^45
     let (high, low) = ((n >> 18) as u32, n as u32 & 0x3_FFFF);
-    // high < 2^27; its rest is below 2^14, so the second dividend fits.
+    // high < 2^27, and its remainder is below 2^14, so the second dividend fits.
     let (upper, rest) = (high / ODD, high % ODD);
     (upper << 18) | ((rest << 18 | low) / ODD)
 }

@@ -1,4 +1,4 @@
-//! What a host says about a joint, and the checks it must pass once.
+//! Specification of a joint by the host, and its checks.
 
 use super::feed_forward::{FeedForward, WearerModel};
 use super::law::{Law, LawSpec};
@@ -15,41 +15,40 @@ use serde::{Deserialize, Serialize};
 /// A joint as it travels on the wire, unvalidated. Integers only.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub struct JointSpec {
-    /// The control law and its gains.
+    /// Control law and its gains.
     pub law: LawSpec,
-    /// Period of the law, ms; 1…20. The paper's glove gives 90 Hz, so 11.
+    /// Period of the controller, ms; 1…20. The paper's glove gives 90 Hz, so 11.
     pub law_period_ms: u8,
-    /// Cutoff of the pseudo-differentiation, mHz; 500…20 000. The paper's: 3000.
+    /// Cutoff of the pseudo-differentiation, mHz; 500…20 000. The paper uses 3000.
     pub cutoff_mhz: u32,
-    /// One or two flexor points.
+    /// Stimulation points of the flexor, one or two.
     pub flexors: Vec<PointSpec, 2>,
-    /// The extensor's point.
+    /// Stimulation point of the extensor.
     pub extensor: PointSpec,
-    /// What to do between and after setpoints.
+    /// Behaviour between and after setpoints.
     pub hold: HoldPolicy,
-    /// Lowest angle a setpoint may ask for, m°; −180 000…180 000.
+    /// Lowest angle that a setpoint may ask for, m°; −180 000…180 000.
     pub angle_min_mdeg: i32,
-    /// Highest angle a setpoint may ask for, m°; above the lowest, to 180 000.
+    /// Highest angle that a setpoint may ask for, m°; above the lowest, up to 180 000.
     pub angle_max_mdeg: i32,
-    /// Where measurements come from.
+    /// Source of the angle measurements.
     pub sensor: SensorSource,
-    /// Age at which the last measurement is stale, ms; 2…500.
+    /// Age at which the latest measurement is stale, ms; 2…500.
     pub stale_after_ms: u16,
-    /// The nominal wearer, for feed-forward; without one there is none.
+    /// Nominal wearer for the feed-forward; `None` for no feed-forward.
     pub wearer: Option<WearerModel>,
-    /// How the nominal wearer answers in time and how that is corrected, for a
-    /// predictor and a learning feed-forward; `None` for neither. The paper's law
-    /// uses neither this nor the wearer.
+    /// Nominal response of the wearer and its adaptation, for a predictor and a learning
+    /// feed-forward; `None` for neither. The paper's controller uses neither this nor `wearer`.
     pub response: Option<ResponseSpec>,
 }
 
 impl JointSpec {
-    /// Its points, flexors first.
+    /// Returns the stimulation points, flexors first.
     pub fn points(&self) -> impl Iterator<Item = &PointSpec> {
         self.flexors.iter().chain([&self.extensor])
     }
 
-    /// Checks everything but the law, which [`JointSpec::law`] checks.
+    /// Checks everything but the control law, which [`JointSpec::law`] checks.
     pub(super) fn check(&self) -> Result<(), OutOfRange> {
         if let HoldPolicy::Extrapolate { max_ms } = self.hold {
             HoldPolicy::MAX_MS.check(max_ms)?;
@@ -57,7 +56,7 @@ impl JointSpec {
         check_angles(self.angle_min_mdeg, self.angle_max_mdeg)
     }
 
-    /// The validated law.
+    /// Returns the validated controller.
     pub(crate) fn law(&self) -> Result<Law, OutOfRange> {
         let (period_ms, cutoff_mhz) = (self.law_period_ms, self.cutoff_mhz);
         let has_wearer = self.wearer.is_some();
@@ -65,8 +64,8 @@ impl JointSpec {
         Law::new(&self.law, period_ms, cutoff_mhz, response.transpose()?)
     }
 
-    /// The wearer's inverse. A law that steers by the wearer, which is any but the
-    /// paper's, is refused on one of a strength that it was never tried on.
+    /// Returns the feed-forward of the nominal wearer. Every control law but the paper's uses the
+    /// wearer's model, and is refused for a strength at which it was never tested.
     pub(super) fn feed_forward(&self) -> Result<Option<FeedForward>, OutOfRange> {
         let Some(wearer) = &self.wearer else {
             return Ok(None);
@@ -79,10 +78,10 @@ impl JointSpec {
         Ok(Some(inverse))
     }
 
-    /// The validated points: effort to amplitudes.
+    /// Returns the mapping of effort to amplitudes, with validated points.
     ///
     /// # Errors
-    /// [`SpecError`] names the first offending field and what it allows.
+    /// Returns [`SpecError`] with the first offending field and its range.
     pub fn mapping(&self) -> Result<Mapping, SpecError> {
         Mapping::new(&self.flexors, self.extensor)
     }

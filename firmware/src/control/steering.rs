@@ -1,68 +1,71 @@
-//! Force control corrected by the force that the muscle's model predicts.
+//! Correction of force control by the force that the muscle model predicts.
 //!
-//! The inverse knows the rested muscle. What a channel's own pulses would make of
-//! that one is *expected*: each drives it to its mean force, times what fatigue has
-//! left of A, and it follows with the muscle's time constant. From one pulse to the
-//! next, where ripple is whole and cancels,
+//! The inverse models the rested muscle. The *expected* force is the response of that muscle to the
+//! channel's own pulses: each pulse drives the muscle to the pulse's mean force, times the share of
+//! A that fatigue has left, with the muscle's time constant. From one pulse to the next, a whole
+//! cycle of ripple cancels in the means:
 //!
 //! ```text
 //! share ← share + g·(predicted − share·expected)/max(expected, most/8)
-//! wanted of the inverse ← wanted/(A/A₀ · share)
+//! force requested from the inverse ← force/(A/A₀ · share)
 //! ```
 //!
-//! with means over that time T, and g = k·T, at most 1/4, k = 2/s. Share is what K
-//! and τ1 as they tire leave of the expected force, and what the inverse's table errs.
+//! with means over that time T, and g = k·T, at most 1/4, k = 2/s. `share` is the factor by which
+//! the changes of K and τ1 with fatigue, and the errors of the inverse's table, change the expected
+//! force.
 //!
-//! Stability: predicted and expected come of the same pulses, those put out. So the
-//! muscle's lag lies outside of the estimate, a mean of ratios with weights of at most
-//! 1/4, which can neither ring nor wind up; where pulses are limited, it is the muscle's
-//! share all the same. It acts back on itself through the pulse rate alone. Without
-//! pulses nothing is learned: share stays, and expected begins at what is predicted.
+//! Stability: predicted and expected force follow from the same pulses, those that were emitted.
+//! The muscle's lag is therefore outside the estimate, a mean of ratios with weights of at most
+//! 1/4, which can neither oscillate nor wind up. Where pulses are limited, the estimate is still
+//! the muscle's share. The only feedback is through the pulse rate. Without pulses nothing is
+//! learnt: the share stays, and the expected force begins at the predicted one.
 
 use crate::arithmetic::division::quotient;
 use crate::muscle::{Drive, Gain, Inverse};
 use crate::units::Force;
 use fixed::types::{I16F16, U1F31};
 
-/// 1 in Q28.
+/// The value 1 in Q28.
 const ONE: u32 = 1 << 28;
-/// Bounds of share, Q28.
+/// Bounds of the share, Q28.
 const LEAST: u32 = ONE / 8;
 const MOST: u32 = ONE * 8;
-/// Pulses after a pause whose periods teach nothing: calcium builds up.
+/// Number of pulses after a pause whose periods are not used for learning, because calcium builds
+/// up.
 const SETTLING: u8 = 3;
-/// 2.5 periods in µs over this are the ticks after which a pulse is no longer waited for.
+/// Divisor of the period in µs that gives 2.5 periods in ticks, after which the next pulse counts
+/// as absent.
 const PAUSE: u32 = 400;
-/// k, per millisecond, Q31.
+/// Learning rate k per millisecond, Q31.
 const PER_MS: u32 = (1 << 31) / 500;
-/// The largest g, Q31.
+/// Largest g, Q31.
 const STEP: u32 = 1 << 29;
 
-/// What one channel's steering remembers.
+/// State of one channel's correction.
 #[derive(Clone, Debug)]
 pub(super) struct Steering {
-    /// Predicted over expected force, Q28.
+    /// Ratio of predicted to expected force, Q28.
     share: u32,
-    /// 1/(A/A₀ · share), Q16; saturates.
+    /// Correction 1/(A/A₀ · share), Q16; saturates.
     correction: u32,
-    /// The pulses ordered last.
+    /// Pulses ordered last.
     ordered: Option<Drive>,
-    /// What the last pulse drives force to, N in 2^-16, and the part of the way there
-    /// in a millisecond, Q24.
+    /// Force to which the last pulse drives the muscle, N in 2^-16, and the share of the distance
+    /// that the force covers in a millisecond, Q24.
     driven: u32,
     way_of_ms: u32,
     /// Expected force, N in 2^-32: below 2^46.
     expected: i64,
-    /// Pulses since there were none, up to [`SETTLING`].
+    /// Number of pulses since the last pause, up to [`SETTLING`].
     pulses: u8,
-    /// Ticks since the last pulse and the sums over them of predicted and expected
-    /// force, N in 2^-16.
+    /// Ticks since the last pulse, and the sums of predicted and expected force over these ticks, N
+    /// in 2^-16.
     ticks: u32,
     sums: [u64; 2],
 }
 
 impl Default for Steering {
-    /// Of a muscle as the inverse knows it, without force.
+    /// Returns the state of a muscle that the inverse models exactly, without force.
     fn default() -> Self {
         Self {
             share: ONE,
@@ -78,21 +81,21 @@ impl Default for Steering {
     }
 }
 
-/// More than any muscle's full scale, N in 2^-16.
+/// Force above any muscle's full scale, N in 2^-16.
 const FORCE_MAX: u32 = (1 << 30) - 1;
 
-/// A muscle's force, N in 2^-16.
+/// Converts a muscle's force to N in 2^-16, limited to 0…[`FORCE_MAX`].
 fn bits(force: Force) -> u32 {
     force.get().to_bits().max(0).cast_unsigned().min(FORCE_MAX)
 }
 
 impl Steering {
-    /// A millisecond passed, with a force predicted at its end.
+    /// Advances by a millisecond, with the force predicted at its end.
     pub(super) fn record_prediction(&mut self, predicted: Force) {
         let predicted = bits(predicted);
         let longest = self.ordered.map_or(0, |drive| drive.period_us / PAUSE);
         if self.ticks >= longest {
-            // Nothing drives the muscle.
+            // No pulses drive the muscle.
             self.expected = i64::from(predicted) << 16;
             self.driven = 0;
             self.pulses = 0;
@@ -100,18 +103,19 @@ impl Steering {
             self.sums = [0; 2];
             return;
         }
-        // Between two values in 0…2^46, by a part of the way below 1: 2^38 · 2^24.
+        // The change is between two values in 0…2^46, times a share below 1: 2^38 · 2^24.
         let way = (i64::from(self.driven) << 16).wrapping_sub(self.expected);
         let change = (way >> 8).wrapping_mul(i64::from(self.way_of_ms)) >> 16;
         self.expected = self.expected.wrapping_add(change);
-        // At most 5000 times 2^30 in the sums.
+        // The sums are at most 5000 times 2^30.
         self.ticks = self.ticks.wrapping_add(1);
         let [sum, expected] = &mut self.sums;
         *sum = sum.wrapping_add(predicted.into());
         *expected = expected.wrapping_add((self.expected >> 16).cast_unsigned());
     }
 
-    /// What is wanted of the inverse so that the muscle gives `wanted`. Saturates.
+    /// Returns the force to request from the inverse so that the muscle produces `wanted`.
+    /// Saturates.
     pub(super) fn correct(&self, wanted: Force) -> Force {
         let bits = i64::from(wanted.get().to_bits());
         let bits = bits.wrapping_mul(self.correction.into()) >> 16; // below 2^63
@@ -119,12 +123,13 @@ impl Steering {
         Force::new(I16F16::from_bits(bits as i32))
     }
 
-    /// Pulses were ordered, or none.
+    /// Records the pulses that were ordered, or that none were.
     pub(super) fn record_order(&mut self, drive: &Drive) {
         self.ordered = (drive.gain != Gain::ZERO).then_some(*drive);
     }
 
-    /// A pulse drives the muscle with `gain`; `strength` is what is left of A.
+    /// Records a pulse that drives the muscle with `gain`; `strength` is the share of A that
+    /// fatigue has left.
     pub(super) fn record_pulse(&mut self, gain: Gain, strength: U1F31, inverse: &Inverse) {
         let Some(ordered) = self.ordered.filter(|_| gain != Gain::ZERO) else {
             return;
@@ -135,7 +140,7 @@ impl Steering {
         self.pulses = self.pulses.saturating_add(1);
         (self.ticks, self.sums) = (0, [0; 2]);
         self.correction = self.inverse_strength(strength);
-        // Fibres that are recruited, and strong: at most 2^30 · 2^31.
+        // The product of the recruited fibres and their strength is at most 2^30 · 2^31.
         let recruited = u64::from(bits(ordered.force)) * u64::from(gain.get().to_bits());
         let rested = quotient(recruited, ordered.gain.get().to_bits());
         let rested = u64::from(rested.unwrap_or(u32::MAX).min(FORCE_MAX));
@@ -143,12 +148,13 @@ impl Steering {
         self.way_of_ms = inverse.response_per_ms(&ordered);
     }
 
-    /// The time since the last pulse is over.
+    /// Updates the share with the means since the last pulse; `most` is the largest force of the
+    /// inverse, N in 2^-16.
     fn learn(&mut self, most: u32) {
         let ([predicted, expected], ticks) = (self.sums, self.ticks);
         let mean = |sum| quotient(sum, ticks);
         let (Some(predicted), Some(expected)) = (mean(predicted), mean(expected)) else {
-            return; // a pulse in the same millisecond as the one before
+            return; // a pulse in the same millisecond as the previous one
         };
         let ours = (u64::from(self.share) * u64::from(expected)) >> 28; // below 2^33
         let off = ours.abs_diff(predicted.into());
@@ -179,8 +185,8 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// Whatever is predicted, wanted and put out: nothing overflows, share keeps
-        /// its bounds, and a muscle that gives what is expected is left alone.
+        /// For all predicted, requested and emitted forces, nothing overflows, the share keeps its
+        /// bounds, and a muscle that produces the expected force is not corrected.
         #[test]
         fn nothing_leads_it_astray(
             a_mn_per_s in 100u32..=10_000_000,

@@ -1,10 +1,10 @@
-//! Super-twisting control of a joint angle: the paper's law and ours.
+//! Super-twisting control of a joint angle: the paper's controller and the recommended one.
 //!
-//! The square root is that of the fixed-point bits: exact (floor), once per law
-//! period. `micromath`'s would give the same bits on host and chip too
-//! (docs/methods.md) and the loop would bear it, but it is 0 to 6 % high and its
-//! f32 has 24 bits, where its argument here has up to 39: the law would be
-//! converted there and back for a coarser root.
+//! The square root is that of the fixed-point bits: exact (floor), once per controller period. The
+//! root of `micromath` would give the same bits on host and chip too (docs/methods.md), and the
+//! control loop would tolerate it. But it is 0 to 6 % high, and its f32 has 24 bits, whereas the
+//! argument here has up to 39. Its use would need conversions in both directions for a less
+//! accurate root.
 
 use super::differentiator::Differentiator;
 use super::effort::Effort;
@@ -17,43 +17,41 @@ use crate::range::{OutOfRange, Range};
 use crate::units::{Angle, AngularRate};
 use core::cmp::Ordering;
 
-/// Bound of the sliding variable: 2^14 (°/s or rad/s), far beyond any joint.
-/// It makes the shifts below provably fit.
+/// Bound of the sliding variable: 2^14 (°/s or rad/s), far beyond any joint. It ensures that the
+/// shifts below fit.
 const S_MAX: Q = Q::from_bits(1 << (14 + Q::FRAC_NBITS));
 
-/// What [`Paper`] remembers: its integral term u_a.
+/// State of [`Paper`]: its integral term u_a.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PaperState {
     integral: Q,
 }
 
-/// The law of Hamana 2022: S = ė + λ·e, u = λ·√|S|·sgn S + u_a,
-/// u_a' = W·sgn S, with e = θcmd − θres.
+/// The controller of Hamana 2022: S = ė + λ·e, u = λ·√|S|·sgn S + u_a, u_a' = W·sgn S, with e =
+/// θcmd − θres.
 ///
-/// Equation (4) prints both terms with a minus; with (5) as printed that is
-/// positive feedback, so the sign is turned. ρ is fixed at the paper's ½.
-/// There is no anti-windup, as in the paper: u_a grows by W·h a step, without
-/// bound but that of [`Q`].
+/// Equation (4) prints both terms with a minus. Together with (5) as printed this is positive
+/// feedback, so the sign is reversed here. ρ is fixed at the paper's ½. As in the paper there is no
+/// anti-windup: u_a grows by W·h per step, bounded only by the range of [`Q`].
 ///
-/// The paper does not say in which unit angles enter. Degrees are assumed
-/// because all its figures and tables are in degrees; results do not decide it:
-/// with radians the simulated finger oscillates as well, a quarter less
-/// (one-point) or a tenth less (two-point). Effort in volts above threshold, as
-/// in (7)–(12).
+/// The paper does not state the unit of angles. Degrees are assumed because all its figures and
+/// tables are in degrees. Results do not decide the question: with radians the simulated finger
+/// oscillates as well, a quarter less (one-point) or a tenth less (two-point). The effort is in
+/// volts above threshold, as in (7)–(12).
 #[derive(Clone, Copy, Debug)]
 pub struct Paper {
     lambda: Q,
-    /// W·h, V.
+    /// Product W·h of gain and period, V.
     w_step: Q,
 }
 
 impl Paper {
-    /// Of λ.
+    /// Range of λ, thousandths.
     pub const LAMBDA_MILLI: Range = Range::new("lambda_milli", 1, GAIN_MAX_MILLI);
-    /// Of W.
+    /// Range of W, thousandths of V/s.
     pub const W_MILLI: Range = Range::new("w_milli", 0, GAIN_MAX_MILLI);
 
-    /// Gains in thousandths, as in [`super::LawSpec::Paper`].
+    /// Validates gains in thousandths, as in [`super::LawSpec::Paper`].
     pub(super) fn new(lambda: u32, w: u32, period_ms: u8) -> Result<Self, OutOfRange> {
         Self::LAMBDA_MILLI.check(lambda)?;
         Self::W_MILLI.check(w)?;
@@ -63,7 +61,7 @@ impl Paper {
         })
     }
 
-    /// One period further: volts above threshold, not clamped.
+    /// Advances by one period, and returns the effort in volts above threshold, not clamped.
     pub fn step(&self, state: &mut PaperState, error: Angle, rate: AngularRate) -> Effort {
         let s = surface(self.lambda, error, rate).clamp(-S_MAX, S_MAX);
         // λ <= 100 and a root <= 128.
@@ -73,59 +71,58 @@ impl Paper {
     }
 }
 
-/// The super-twisting law alone, from a sliding variable to an effort, brought
-/// to discrete time by the proper implicit form of Seeber & Andritsch
-/// (Automatica 173 (2025) 112027).
+/// The super-twisting algorithm alone, from a sliding variable to an effort, in the proper implicit
+/// discretisation of Seeber & Andritsch (Automatica 173 (2025) 112027).
 ///
-/// z ≥ 0 solves (1 + h·b·k3)·z + h·b·k1·√z + h²·b·k2 = |s|, and is 0 if
-/// |s| ≤ h²·b·k2, where `growth` is s/(h·b) and otherwise h·k2 with the sign of
-/// s; the effort is v + (k1·√z + k3·z)·sgn s + 2·`growth`, then v grows by
-/// `growth`. The linear term is Moreno & Osorio's (IEEE CDC 2008), 0 in the
-/// paper. On σ' = b·(u + d) with |d'| ≤ L, k2 > L and k1 > √(k2 + L) (for b = 1),
-/// it ends in |σ| ≤ L·h², which nothing betters; in this arithmetic within 4 bits
-/// more.
+/// z ≥ 0 solves (1 + h·b·k3)·z + h·b·k1·√z + h²·b·k2 = |s|, and is 0 if |s| ≤ h²·b·k2. In that case
+/// `growth` is s/(h·b), otherwise h·k2 with the sign of s. The effort is v + (k1·√z + k3·z)·sgn s +
+/// 2·`growth`; then v grows by `growth`. The linear term is that of Moreno & Osorio (IEEE CDC
+/// 2008); it is 0 in the paper. On σ' = b·(u + d) with |d'| ≤ L, k2 > L and k1 > √(k2 + L) (for b =
+/// 1), the algorithm converges to |σ| ≤ L·h², the best possible bound; this arithmetic adds at most
+/// 4 bits.
 #[derive(Clone, Copy, Debug)]
 pub struct SuperTwisting {
-    /// All in bits of [`Q`] but where said, below 2^32: one short product each.
+    /// Gains as bits of [`Q`], like all fields unless stated otherwise, below 2^32, so that each
+    /// needs one short product.
     k1: u32,
     k3: u32,
-    /// 1 + h·b·k3, at most 8, and its inverse.
+    /// Factor 1 + h·b·k3, at most 8, and its inverse.
     slope: u32,
     flat: u32,
-    /// h·b·k1/2, at most 100, and its square in 2^-48.
+    /// Half of h·b·k1, at most 100, and the square of that half in 2^-48.
     half: u32,
     quarter: u64,
-    /// 1/(h·b) in 2^-20, at most 1000.
+    /// Inverse 1/(h·b) in 2^-20, at most 1000.
     inverse: u32,
-    /// h²·b·k2, at most 40.
+    /// Width h²·b·k2 of the boundary layer, at most 40.
     dead_beat: u32,
-    /// h·k2, at most 2.
+    /// Product h·k2, at most 2.
     hk2: u32,
 }
 
-/// What [`SuperTwisting::push`] answers.
+/// Result of [`SuperTwisting::push`].
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Push {
-    /// What to add to the integral v for the effort now.
+    /// Value to add to the integral v for the effort now.
     pub push: Q,
-    /// By how much v grows until the next period.
+    /// Growth of v until the next period.
     pub growth: Q,
 }
 
-/// Highest h·b·k1 and h·b·k3, which keep the root's argument below 2^14.
+/// Largest h·b·k1 and h·b·k3, which keep the root's argument below 2^14.
 const ROOT_GAIN_MAX: u64 = 200;
 const LINEAR_GAIN_MAX: u64 = 7;
 
 impl SuperTwisting {
-    /// Of b.
+    /// Range of b, thousandths.
     pub const B_MILLI: Range = Range::new("b_milli", 1_000, 1_000_000);
 
-    /// k1 (effort·s^-½), k2 (effort/s), b (rate of s per effort) and k3 (effort
-    /// per s) in thousandths; period 1…20 ms.
+    /// Validates k1 (effort·s^-½), k2 (effort/s), b (rate of s per effort) and k3 (effort per s) in
+    /// thousandths for a period of 1…20 ms.
     ///
     /// # Errors
-    /// The first that is outside [`Self::k1_milli`], 0…100 000, [`Self::B_MILLI`],
-    /// [`Self::k3_milli`] and [`Differentiator::STEP_MS`].
+    /// Returns the first value outside [`Self::k1_milli`], 0…100 000, [`Self::B_MILLI`],
+    /// [`Self::k3_milli`] or [`Differentiator::STEP_MS`].
     pub fn new(k1: u32, k2: u32, b: u32, k3: u32, period_ms: u8) -> Result<Self, OutOfRange> {
         Differentiator::STEP_MS.check(period_ms)?;
         Self::B_MILLI.check(b)?;
@@ -156,27 +153,27 @@ impl SuperTwisting {
         })
     }
 
-    /// Of k1 for this b and period: h·b·k1 <= 200.
+    /// Returns the range of k1, thousandths, for this b and period: h·b·k1 <= 200.
     #[must_use]
     pub fn k1_milli(b_milli: u32, period_ms: u8) -> Range {
         let most = gain_max(ROOT_GAIN_MAX, b_milli, period_ms);
         Range::new("k1_milli", 1, GAIN_MAX_MILLI).with_max_at_most(most)
     }
 
-    /// Of k3 for this b and period: h·b·k3 <= 7.
+    /// Returns the range of k3, thousandths, for this b and period: h·b·k3 <= 7.
     #[must_use]
     pub fn k3_milli(b_milli: u32, period_ms: u8) -> Range {
         let most = gain_max(LINEAR_GAIN_MAX, b_milli, period_ms);
         Range::new("k3_milli", 0, GAIN_MAX_MILLI).with_max_at_most(most)
     }
 
-    /// The answer to `s`, bounded to ±128.
+    /// Computes the response to the sliding variable `s`, which is bounded to ±128.
     #[must_use]
     pub fn push(&self, s: Q) -> Push {
         self.push_bits(saturated(s.to_bits()))
     }
 
-    /// The answer to `s` in bits of [`Q`].
+    /// Computes the response to `s` in bits of [`Q`].
     #[inline(always)]
     fn push_bits(&self, s: i32) -> Push {
         let size = s.unsigned_abs(); // at most 2^31
@@ -191,7 +188,7 @@ impl SuperTwisting {
         // push < 2^38, growth < 2^26.
         let push = push.wrapping_add(u64::from(growth << 1)).cast_signed();
         let growth = i64::from(growth);
-        // Complement and one more, if s is negative.
+        // If s is negative, both are negated as two's complement.
         let sign = i64::from(s >> 31);
         Push {
             push: Q::from_bits((push ^ sign).wrapping_sub(sign)),
@@ -199,63 +196,61 @@ impl SuperTwisting {
         }
     }
 
-    /// k1·√z + k3·z for |s| − h²·b·k2 = `rest` <= 2^31.
+    /// Computes k1·√z + k3·z for |s| − h²·b·k2 = `rest` <= 2^31.
     #[inline(always)]
     fn outer_push(&self, rest: u32) -> u64 {
         // quarter < 2^62 and rest · slope <= 2^58.
         let linear = u64::from(rest).wrapping_mul(u64::from(self.slope));
         let square = self.quarter.wrapping_add(linear);
-        // At least `half`, of whose square it is the root, and below 2^31.
+        // The root is at least `half`, whose square is part of the argument, and below 2^31.
         let root = division::square_root(square).wrapping_sub(self.half);
-        // flat <= 2^24; what is left is √z: z <= 128, so below 2^28.
+        // flat <= 2^24; the result is √z with z <= 128, so below 2^28.
         let root = (u64::from(root).wrapping_mul(u64::from(self.flat)) >> Q::FRAC_NBITS) as u32;
-        // k1, k3 < 2^31: gain < 2^35; times root below 2^63.
+        // k1, k3 < 2^31: gain < 2^35; its product with root is below 2^63.
         let linear = u64::from(self.k3).wrapping_mul(u64::from(root)) >> Q::FRAC_NBITS;
         let gain = linear.wrapping_add(self.k1.into());
         gain.wrapping_mul(root.into()) >> Q::FRAC_NBITS
     }
 }
 
-/// The k in thousandths for which h·b·k is `most`.
+/// Returns the k in thousandths for which h·b·k is `most`.
 fn gain_max(most: u64, b_milli: u32, period_ms: u8) -> u32 {
     let hb = (u64::from(b_milli) * u64::from(period_ms)).max(1);
     (most * 1_000_000_000 / hb).min(u32::MAX.into()) as u32
 }
 
 /// [`SuperTwisting`] on the surface s = ė + λ·e in rad/s, with ki·e beside the sign in the
-/// integral, a feed-forward, and anti-windup: the integral rests while the effort
-/// is beyond ±1 and would go further out. Effort is a fraction of the way from
-/// threshold to maximum.
+/// integral, a feed-forward, and anti-windup: the integral rests while the effort is beyond ±1 and
+/// would grow further. The effort is a fraction of the range from threshold to maximum.
 ///
-/// # Where [`super::LawSpec::RECOMMENDED`] comes from
-/// `flexor chart control --search`: 100 tries over 20 training wearers, the nominal
-/// one, 7 earlier and 12 widened, one- and two-point, as for every other law. One set
-/// of numbers serves all: [`super::LawSpec::for_wearer`] scales it by the wearer's
-/// strength. k1 was kept above 0.045 and k2 above 0.01; left free, a search sends both
-/// towards 0: on these fingers the linear terms, the feed-forward, the predictor and
-/// learning do the work, and no advantage of the super-twisting term over a PID is
-/// claimed. All of it is simulation; no wearer has been driven with these gains.
+/// # Source of [`super::LawSpec::RECOMMENDED`]
+/// `flexor chart control --search` found these gains with 100 tries over 20 training wearers (the
+/// nominal one, 7 earlier and 12 widened, one- and two-point), as for every other controller. One
+/// set of gains serves all wearers: [`super::LawSpec::for_wearer`] scales it by the wearer's
+/// strength. k1 was kept above 0.045 and k2 above 0.01, because an unconstrained search moves both
+/// towards 0: on these fingers the linear terms, the feed-forward, the predictor and the learning
+/// do the work, and no advantage of the super-twisting term over a PID is claimed. All of this is
+/// simulation; no wearer has been driven with these gains.
 ///
 /// [`super::LawSpec::ALONE`] is older: see `firmware/tests/control_finger`.
 #[derive(Clone, Copy, Debug)]
 pub struct Recommended {
-    /// Bits of [`Q`], below 2^31.
+    /// Gain λ as bits of [`Q`], below 2^31.
     lambda: i32,
-    /// ki·h, bits of [`Q`], below 2^26.
+    /// Product ki·h as bits of [`Q`], below 2^26.
     ki_step: i32,
     twist: SuperTwisting,
 }
 
 impl Recommended {
-    /// Of λ.
+    /// Range of λ, thousandths.
     pub const LAMBDA_MILLI: Range = Range::new("lambda_milli", 100, GAIN_MAX_MILLI);
-    /// Of k2.
+    /// Range of k2, thousandths.
     pub const K2_MILLI: Range = Range::new("k2_milli", 10, GAIN_MAX_MILLI);
-    /// Of ki.
+    /// Range of ki, thousandths.
     pub const KI_MILLI: Range = Range::new("ki_milli", 0, GAIN_MAX_MILLI);
 
-    /// λ, ki and [k1, k2, b, k3] in thousandths, as in
-    /// [`super::LawSpec::Recommended`].
+    /// Validates λ, ki and [k1, k2, b, k3] in thousandths, as in [`super::LawSpec::Recommended`].
     pub(super) fn new(
         lambda: u32,
         ki: u32,
@@ -276,8 +271,8 @@ impl Recommended {
         })
     }
 
-    /// One period further, with this share of the feedback: fraction of the range,
-    /// not clamped.
+    /// Advances by one period with the given share of the feedback. Returns the effort as a
+    /// fraction of the range, not clamped.
     #[inline]
     pub(super) fn step(
         &self,
@@ -287,7 +282,7 @@ impl Recommended {
         aid: &FeedbackAid,
     ) -> Effort {
         let e = radians(error.get());
-        // Below 2^31 each: the product is below 2^62.
+        // Both factors are below 2^31, so the product is below 2^62.
         let ahead = i64::from(self.lambda).wrapping_mul(i64::from(e)) >> Q::FRAC_NBITS;
         let s = saturated(ahead).saturating_add(radians(rate.get()));
         let Push { push, growth } = self.twist.push_bits(s);
@@ -295,7 +290,7 @@ impl Recommended {
         let growth = aid.scale_feedback(growth.wrapping_add(Q::from_bits(by_error)));
         let torque = aid.scale_feedback(push).wrapping_add(aid.forward);
         let side = aid.integral_side(torque);
-        // Below 2^9 and 2^6: nothing wraps.
+        // Below 2^9 and 2^6, so nothing wraps.
         let v = integral.at(side).wrapping_add(torque);
         if !aid.delayed.clamps(v, growth) {
             integral.grow(side, growth);
@@ -304,12 +299,12 @@ impl Recommended {
     }
 }
 
-/// ė + λ·e, in °/s: below 100 · 2^15 + 2^15 < 2^22.
+/// Computes ė + λ·e, in °/s: below 100 · 2^15 + 2^15 < 2^22.
 fn surface(lambda: Q, error: Angle, rate: AngularRate) -> Q {
     product(Q::from_num(error.get()), lambda) + Q::from_num(rate.get())
 }
 
-/// `size` with the sign of `s`; 0 if `s` is.
+/// Returns `size` with the sign of `s`, or 0 if `s` is 0.
 fn with_sign_of(size: Q, s: Q) -> Q {
     match s.cmp(&Q::ZERO) {
         Ordering::Greater => size,
@@ -318,9 +313,10 @@ fn with_sign_of(size: Q, s: Q) -> Q {
     }
 }
 
-/// Floor of the square root of 0 <= x < 2^15, exact to the last bit; 0 below.
+/// Computes the floor of the square root for 0 <= x < 2^15, exact to the last bit; 0 for negative
+/// x.
 fn square_root(x: Q) -> Q {
     let bits = x.to_bits().clamp(0, 2 * S_MAX.to_bits()).cast_unsigned();
-    // bits <= 2^39, shifted <= 2^63; the root is <= 2^32.
+    // bits <= 2^39, so shifted <= 2^63, and the root is <= 2^32.
     Q::from_bits(division::square_root(bits << Q::FRAC_NBITS).into())
 }

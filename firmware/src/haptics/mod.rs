@@ -1,12 +1,12 @@
-//! What a wearer is made to feel: a virtual wall at a joint, or an object that is
-//! lifted and dropped.
+//! Haptics: stimulation that a wearer feels as a virtual wall at a joint, or as an object that is
+//! lifted and lowered.
 //!
-//! Lives here: their specifications, the checks, and what they ask of their
-//! channels at each control tick. Not here: angle control, the sensor
-//! (`control`), limits of the board or ramps (`safety` has the last word).
-//! In: an angle, measured by `control`'s one path of measurements, and the time.
-//! Out: one amplitude per channel, whether a limit was met, or a sensor fault.
-//! Integers only; the same inputs give the same bits on every machine.
+//! This module contains the specifications, their checks, and the amplitudes of the channels at
+//! each control tick. Angle control and the sensor (`control`), limits of the board and ramps
+//! (`safety`) are elsewhere.
+//! Inputs are an angle, from the measurements of `control`, and the time. Outputs are one amplitude
+//! per channel, whether a limit was reached, and sensor faults.
+//! All arithmetic is in integers; the same inputs give the same bits on every machine.
 
 mod modulation;
 mod spec;

@@ -1,4 +1,4 @@
-//! A validated wall and what it asks for at each tick.
+//! A validated virtual wall and its output at each control tick.
 
 use super::spec::{CoContraction, PreWall, Side, WallError, WallSpec};
 use crate::arithmetic::division::quotient;
@@ -7,10 +7,10 @@ use crate::control::sensor::{Sensor, SensorState};
 use crate::control::{Amplitudes, MeasurementError, SensorFault};
 use crate::units::{Amplitude, Angle, AngularRate, Micros};
 
-/// The wall runs at every control tick, ms.
+/// Period of the wall, which runs at every control tick, ms.
 const STEP_MS: u8 = 1;
 
-/// A validated wall. Immutable; everything that changes is a [`WallState`].
+/// A validated wall. It is immutable; everything that changes is in a [`WallState`].
 ///
 /// ```
 /// use firmware::control::SensorSource;
@@ -44,7 +44,7 @@ pub struct Wall {
     at: Angle,
     side: Side,
     channel: u8,
-    /// All amplitudes and gains are at most 200 000 by validation.
+    /// Maximum amplitude. By validation all amplitudes and gains are at most 200 000.
     max: u32,
     stiffness: u32,
     damping: u32,
@@ -57,7 +57,7 @@ pub struct Wall {
 /// A pre-wall with its slope.
 #[derive(Clone, Copy, Debug)]
 struct Ramp {
-    /// Q15.16 degrees, above 0.
+    /// Depth in Q15.16 degrees, above 0.
     depth: i32,
     begin: u32,
     end: u32,
@@ -65,25 +65,25 @@ struct Ramp {
     slope: u64,
 }
 
-/// What a wall remembers. Begin every stimulation with a fresh one.
+/// State of a wall. Every stimulation must begin with a fresh state.
 #[derive(Clone, Debug, Default)]
 pub struct WallState {
     sensor: SensorState,
     differentiator: DifferentiatorState,
 }
 
-/// What a wall asks for in one tick.
+/// Output of a wall in one tick.
 #[derive(Clone, PartialEq, Debug)]
 pub struct WallOrders {
-    /// The wall's channel first, then the antagonist's.
+    /// Amplitudes of the wall's channel and, after it, of the antagonist's.
     pub amplitudes: Amplitudes,
-    /// The amplitude was clamped to the wall's maximum.
+    /// Whether the amplitude was clamped to the wall's maximum.
     pub limiting: bool,
-    /// Where the wall stands.
+    /// Angle at which the wall stands.
     pub wall: Angle,
-    /// The latest angle measured.
+    /// Latest measured angle.
     pub measured: Angle,
-    /// How far the limb is inside; negative in front of the wall.
+    /// Depth of the limb inside the wall; negative in front of it.
     pub penetration: Angle,
 }
 
@@ -91,7 +91,7 @@ impl Wall {
     /// Validates a specification.
     ///
     /// # Errors
-    /// [`WallError`] names the first offending field and what it allows.
+    /// Returns [`WallError`] with the first offending field and its range.
     pub fn new(spec: &WallSpec) -> Result<Self, WallError> {
         spec.check()?;
         let range = (spec.angle_min_mdeg, spec.angle_max_mdeg);
@@ -109,11 +109,11 @@ impl Wall {
         })
     }
 
-    /// Takes a measurement from the host, made at `at`.
+    /// Accepts a measurement from the host, made at `at`.
     ///
     /// # Errors
-    /// [`MeasurementError`]; the state is unchanged then. A measurement that
-    /// is too old or out of range is taken and becomes the next tick's fault.
+    /// Returns [`MeasurementError`] if the measurement is refused. The state is then unchanged. A
+    /// measurement that is too old or out of range is accepted and causes the next tick's fault.
     pub fn accept_measurement(
         &self,
         state: &mut WallState,
@@ -125,26 +125,26 @@ impl Wall {
             .take_from_host(&mut state.sensor, now, at, angle)
     }
 
-    /// Where the wall stands.
+    /// Returns the angle at which the wall stands.
     #[must_use]
     pub const fn wall_angle(&self) -> Angle {
         self.at
     }
 
-    /// The angle for a converter code, for [`Wall::tick`]; `None` if this
-    /// wall's sensor is the host.
+    /// Converts a converter code into an angle for [`Wall::tick`]. Returns `None` if the host
+    /// measures the angle.
     #[must_use]
     pub fn angle_from_code(&self, code: u16) -> Option<Angle> {
         self.sensor.angle_from_code(code)
     }
 
-    /// One control tick, to be called every millisecond. `reading` is the
-    /// board's own measurement of this instant; it is ignored if the sensor is
-    /// the host. The wall needs no setpoint: it stands from the first tick on.
+    /// Runs one control tick; call this function every millisecond. `reading` is the board's own
+    /// measurement of this instant; it is ignored if the host measures the angle. The wall needs no
+    /// setpoint: it stands from the first tick on.
     ///
     /// # Errors
-    /// [`SensorFault`] instead of orders while there is no fresh, believable
-    /// measurement. Nothing is latched here; `safety` does that.
+    /// Returns [`SensorFault`] instead of orders while there is no recent, plausible measurement.
+    /// No fault is latched here; `safety` does that.
     pub fn tick(
         &self,
         state: &mut WallState,
@@ -161,7 +161,7 @@ impl Wall {
         // 0…max, so it fits.
         let amplitude = Amplitude::new(wanted.clamp(0, max) as u32);
         let mut amplitudes = Amplitudes::new();
-        // Two of three slots: push cannot fail.
+        // Uses two of three slots, so push cannot fail.
         let _ = amplitudes.push((self.channel, amplitude));
         if let Some(other) = self.co_contraction {
             let is_inside = penetration > Angle::default();
@@ -188,14 +188,14 @@ impl Wall {
         }
     }
 
-    /// Amplitude at this penetration and rate, before any clamp; 0 or below
-    /// where nothing is to be felt.
+    /// Returns the amplitude at this penetration and rate before any clamp; 0 or below if the wall
+    /// cannot be felt there.
     fn unclamped_amplitude(&self, penetration: Angle, rate: AngularRate) -> i64 {
         let depth = penetration.get().to_bits();
         let elastic = match self.pre_wall {
             _ if depth > 0 => {
                 let base = self.pre_wall.map_or(0, |ramp| ramp.end);
-                // depth < 2^31, stiffness < 2^18: below 2^33 after the shift.
+                // depth < 2^31 and stiffness < 2^18: below 2^33 after the shift.
                 i64::from(base) + ((i64::from(depth) * i64::from(self.stiffness)) >> 16)
             }
             Some(ramp) => match ramp.at(depth) {
@@ -228,9 +228,9 @@ impl Ramp {
         }
     }
 
-    /// The amplitude at a `depth` of at most 0; `None` in front of the ramp.
+    /// Returns the amplitude at a `depth` of at most 0, or `None` in front of the ramp.
     fn at(&self, depth: i32) -> Option<i64> {
-        // Both within 2^31; what is left is 0…2^22.
+        // Both are within 2^31; the sum that remains is 0…2^22.
         let along = u64::try_from(i64::from(depth) + i64::from(self.depth)).ok()?;
         if along == 0 {
             return None;

@@ -1,33 +1,33 @@
-//! Frame = COBS(postcard(message) ++ CRC-32) ++ 0x00. The CRC is
-//! CRC-32/ISO-HDLC over the message, least significant byte first.
+//! Frames of the link: COBS(postcard(message) ++ CRC-32) ++ 0x00. The CRC is CRC-32/ISO-HDLC over
+//! the message, least significant byte first.
 
 use crate::crc::CRC;
 use heapless::Vec;
 use serde::Serialize;
 
-/// Longest encoded message, bytes.
+/// Maximum length of an encoded message, bytes.
 pub const MAX_MESSAGE: usize = 464;
 
 const MAX_BODY: usize = MAX_MESSAGE + 4;
 
-/// Longest frame on the wire: COBS adds one byte per 254 and one more, and
-/// the delimiter.
+/// Maximum length of a frame on the wire, bytes: COBS adds one byte per 254 bytes and one more, and
+/// the delimiter adds one.
 pub const MAX_FRAME: usize = MAX_BODY + MAX_BODY / 254 + 2;
 
-/// Why bytes between two delimiters are not a message.
+/// Reason why the bytes between two delimiters are not a message.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum FrameError {
-    /// Longer than [`MAX_FRAME`], and skipped up to the next delimiter; or its
+    /// The frame is longer than [`MAX_FRAME`], and was skipped up to the next delimiter; or its
     /// message is longer than [`MAX_MESSAGE`].
     TooLong,
-    /// Not COBS, or too short to hold a CRC.
+    /// The bytes are not COBS, or too short to hold a CRC.
     Malformed,
-    /// The CRC does not match.
+    /// The CRC does not match the message.
     Crc,
 }
 
-/// Encodes `message` as one frame with its delimiter. `None` if it does not
-/// fit, which for the messages of this protocol is excluded by a test.
+/// Encodes `message` as one frame with its delimiter. Returns `None` if the frame is too long,
+/// which a test excludes for the messages of this protocol.
 ///
 /// ```
 /// use firmware::link::{BROADCAST, Decoder, Request, SCHEMA, ToDevice, encode};
@@ -49,8 +49,8 @@ pub fn encode<T: Serialize>(message: &T) -> Option<Vec<u8, MAX_FRAME>> {
     Some(frame)
 }
 
-/// [`encode`] behind what `frame` holds, which a device need not copy then; what is in
-/// it after `None` is no frame.
+/// Appends the frame of [`encode`] to `frame`, so that a device need not copy the frame. After
+/// `None` the contents of `frame` are invalid.
 pub fn encode_into<T: Serialize>(message: &T, frame: &mut Vec<u8, MAX_FRAME>) -> Option<()> {
     let mut body = [0u8; MAX_BODY];
     let length = postcard::to_slice(message, body.get_mut(..MAX_MESSAGE)?)
@@ -62,9 +62,9 @@ pub fn encode_into<T: Serialize>(message: &T, frame: &mut Vec<u8, MAX_FRAME>) ->
     frame.push(0).ok()
 }
 
-/// COBS of `body`, which is not empty, run by run: the crate's encoder goes byte by
-/// byte, at several times the cost. A run ends before a zero, for which the next
-/// run's length stands, or after 254 bytes. `None` if it does not fit.
+/// Encodes the non-empty `body` with COBS, run by run; the crate's encoder works byte by byte, at
+/// several times the cost. A run ends before a zero, which the next run's length replaces, or after
+/// 254 bytes. Returns `None` if the result is too long.
 fn stuff(body: &[u8], frame: &mut Vec<u8, MAX_FRAME>) -> Option<()> {
     let mut rest = body;
     loop {
@@ -80,12 +80,12 @@ fn stuff(body: &[u8], frame: &mut Vec<u8, MAX_FRAME>) -> Option<()> {
     }
 }
 
-/// Undoes [`stuff`] in place, run by run as well; how many bytes are left. `None`
-/// where a run ends after `bytes`, which hold no zero.
+/// Decodes COBS in place, run by run, and returns the number of bytes left. Returns `None` if a run
+/// ends after `bytes`, which contain no zero.
 fn unstuff(bytes: &mut [u8]) -> Option<usize> {
     let (mut from, mut to) = (0, 0);
     while let Some(&length) = bytes.get(from) {
-        // Neither passes the end by more than a run.
+        // Each end passes the end of `bytes` by at most one run.
         let run = from + 1..from + usize::from(length);
         if run.start > run.end || run.end > bytes.len() {
             return None;
@@ -102,7 +102,7 @@ fn unstuff(bytes: &mut [u8]) -> Option<usize> {
     Some(to)
 }
 
-/// Collects bytes into frames. Cannot panic on any input.
+/// Decoder that collects bytes into frames. It cannot panic on any input.
 #[derive(Clone, Debug, Default)]
 pub struct Decoder {
     bytes: Vec<u8, MAX_FRAME>,
@@ -110,14 +110,14 @@ pub struct Decoder {
 }
 
 impl Decoder {
-    /// Takes one byte. At a delimiter, returns the message's bytes (without
-    /// CRC) or why there is none; empty frames are silence.
+    /// Adds one byte. At a delimiter, returns the bytes of the message (without CRC) or the reason
+    /// why there is none. Ignores empty frames.
     pub fn push(&mut self, byte: u8) -> Option<Result<&[u8], FrameError>> {
         self.push_until_delimiter(&mut &[byte][..])
     }
 
-    /// [`Self::push`] of all bytes up to the first delimiter, which it takes as well;
-    /// `bytes` keeps the rest.
+    /// Adds all bytes up to the first delimiter, and the delimiter, as [`Self::push`] does; `bytes`
+    /// keeps the rest.
     pub fn push_until_delimiter(&mut self, bytes: &mut &[u8]) -> Option<Result<&[u8], FrameError>> {
         let mut parts = bytes.splitn(2, |&byte| byte == 0);
         let (run, rest) = (parts.next().unwrap_or_default(), parts.next());
@@ -132,8 +132,8 @@ impl Decoder {
             return None;
         }
         let message = decode_in_place(&mut self.bytes);
-        // The slice is copied out by the caller before the next byte arrives:
-        // the buffer is only marked empty, `bytes` keeps its contents.
+        // The caller copies the message before the next byte arrives. The buffer is only marked as
+        // empty, so `bytes` keeps its contents.
         match message {
             Ok(length) => {
                 self.bytes.truncate(length);
@@ -146,13 +146,13 @@ impl Decoder {
         }
     }
 
-    /// Forgets the frame that [`Decoder::push`] or [`Decoder::take`] returned.
+    /// Discards the frame that [`Decoder::push`] or [`Decoder::push_until_delimiter`] returned.
     pub fn clear(&mut self) {
         self.bytes.clear();
     }
 }
 
-/// Decodes in place; the length of the message at the front.
+/// Decodes a frame in place, and returns the length of the message at its front.
 fn decode_in_place(bytes: &mut [u8]) -> Result<usize, FrameError> {
     let length = unstuff(bytes).ok_or(FrameError::Malformed)?;
     let body = bytes.get(..length).ok_or(FrameError::Malformed)?;

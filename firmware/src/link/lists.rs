@@ -1,5 +1,6 @@
-//! Which list of an unreadable message is too long. A list that no buffer holds
-//! ends the reading of its message; this reads it again, up to the list's length.
+//! Detection of lists that are too long in messages that could not be decoded. A list that exceeds
+//! its buffer ends the decoding of its message; this module reads the message again, up to the
+//! list's length.
 
 use super::reading::Sender;
 use super::refusal::{Code, Refusal};
@@ -9,15 +10,15 @@ use crate::pulse::{CHANNELS, MAX_GROUPS};
 use crate::safety::MAX_LISTED;
 use serde::Deserialize;
 
-/// Numbers of the requests with a list.
+/// Variant numbers of the requests that contain a list.
 const GROUPS: u32 = 6;
 const JOINT: u32 = 9;
 const AMPLITUDES: u32 = 14;
 const PULSES: u32 = 24;
 const LINE: u32 = 26;
 
-/// Whose the request in `message` is, which could not be read, and the refusal, if it is
-/// because of a list that is too long.
+/// Returns the sender of the undecodable request in `message` and the refusal, if a list in the
+/// request is too long.
 #[must_use]
 pub fn refusal_for_long_list(message: &[u8]) -> Option<(Sender, Refusal<'static>)> {
     let ((sender, number), rest) = take::<(Sender, u32)>(message)?;
@@ -39,7 +40,8 @@ pub fn refusal_for_long_list(message: &[u8]) -> Option<(Sender, Refusal<'static>
     (i64::from(count) > i64::from(most)).then_some((sender, refusal))
 }
 
-/// The first list of amplitudes that is too long, or the second.
+/// Returns the first list of an `Amplitudes` request if it is too long, otherwise the second: its
+/// field, smallest and largest length, and the bytes from the length on.
 fn find_long_list(values: &[u8]) -> Option<(&'static str, i32, usize, &[u8])> {
     let (count, mut rest) = take::<u32>(values)?;
     if count as usize > CHANNELS {

@@ -1,5 +1,5 @@
-//! Everything that is said on the link. Variant order is the wire format:
-//! append, never insert; the schema hash changes with any edit.
+//! Messages of the link in both directions. The order of variants is the wire format: append
+//! variants and never insert them. Every change alters the schema hash.
 
 use super::{Refusal, Telemetry};
 use crate::control::{EndpointSpec, ForceSpec, JointSpec};
@@ -18,283 +18,283 @@ use postcard_schema::{Schema, key::hash::fnv1a64::hash_ty_path};
 use serde::{Deserialize, Serialize};
 
 impl Request {
-    /// Of a mask of amplitudes: a mask of nothing asks for nothing, and would only
-    /// say that the host is there, in any state.
+    /// Range of the mask of a request for amplitudes. An empty mask is refused: it would order
+    /// nothing, and only count as a sign of life of the host, in any state.
     pub const MASK: Range = Range::new("mask", 1, (1 << CHANNELS) - 1);
-    /// Of a setpoint's widths; what a channel's train may have is asked where it is armed.
+    /// Range of the widths of a setpoint, µs. The width range of the channel's train is checked at
+    /// the armed setup.
     pub const WIDTHS: Range = Range {
         field: "widths",
         ..TrainSpec::WIDTH_US
     };
-    /// Of a measurement's joint.
+    /// Range of the joint number of a measurement.
     pub const JOINT: Range = Range::new("joint", 0, AXES as i32 - 1);
-    /// Of telemetry's period.
+    /// Range of the telemetry period, ms.
     pub const PERIOD_MS: Range = Range::new("period_ms", 0, 1_000);
-    /// Of an angle's rate: rates beyond are no finger's.
+    /// Range of the rate of an angle, 0.01 °/s; no finger moves faster.
     pub const CENTIDEG_PER_S: Range = Range::new("centideg_per_s", -2_000_000, 2_000_000);
-    /// Of a force's rate: rates beyond are no muscle's.
+    /// Range of the rate of a force, mN/s; no muscle changes faster.
     pub const MILLINEWTON_PER_S: Range = Range::new("millinewton_per_s", -32_767_000, 32_767_000);
 }
 
-/// A request on its way to the device.
+/// A message from the host to the device.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub struct ToDevice {
-    /// The session that `Hello` granted; anything for `Hello` itself.
+    /// Number of the session that `Hello` granted; ignored in `Hello` itself.
     pub session: u16,
-    /// Counts up by one per frame and wraps; every answer names it, and a gap
-    /// counts as lost frames.
+    /// Sequence number, which increases by one per frame and wraps. Every answer contains it, and
+    /// gaps count as lost frames.
     pub seq: u16,
-    /// What is asked.
+    /// Request that the device is to carry out.
     pub request: Request,
 }
 
-/// What a host can ask. Each gets one acknowledgement or one refusal.
+/// Requests that a host can send. The device answers each with one acknowledgement or one refusal.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub enum Request {
-    /// Opens a session. Answered by [`Response::Hello`].
+    /// Opens a session. The answer is [`Response::Hello`].
     Hello {
-        /// The host's [`SCHEMA`].
+        /// Schema hash of the host, [`SCHEMA`].
         schema: u64,
     },
-    /// The host is alive. Counts against host silence.
+    /// Shows that the host is alive, which ends the host silence.
     KeepAlive,
-    /// Asks for [`Response::Status`].
+    /// Requests [`Response::Status`].
     Status,
     /// Empties the draft setup.
     Clear,
-    /// Puts the wearer's limits into the draft.
+    /// Sets the wearer's limits in the draft.
     Wearer(WearerSpec),
-    /// Puts a channel into the draft.
+    /// Sets a channel in the draft.
     Channel {
-        /// From 0.
+        /// Number of the channel, from 0.
         channel: u8,
-        /// Its configuration.
+        /// Train, stage and limits of the channel.
         spec: ChannelSpec,
     },
-    /// Puts the groups into the draft.
+    /// Sets the channel groups in the draft.
     Groups(Vec<GroupSpec, MAX_GROUPS>),
-    /// Names the channel that drives sync out, in the draft.
+    /// Selects the channel that drives the sync output, in the draft.
     Sync {
-        /// From 0; `None` for no sync.
+        /// Number of the channel, from 0; `None` for no sync.
         channel: Option<u8>,
     },
-    /// Gives a channel of the draft a muscle whose force is predicted.
+    /// Sets the muscle of a channel in the draft, whose force is predicted.
     Muscle {
-        /// From 0.
+        /// Number of the channel, from 0.
         channel: u8,
-        /// The muscle.
+        /// Force model, recruitment and fatigue of the muscle.
         spec: MuscleSpec,
     },
-    /// Puts a controlled joint into the draft.
+    /// Sets the controlled joint in the draft.
     Joint(JointSpec),
-    /// Checks the whole draft, then the electrodes, then arms.
+    /// Checks the whole draft, then the electrodes, then arms the device.
     Arm {
-        /// [`SetupSum::total`](super::SetupSum::total) of what the host had accepted:
-        /// refused where the draft is another.
+        /// Checksum [`SetupSum::total`](super::SetupSum::total) of the setup requests that the
+        /// device accepted from the host. The request is refused if the draft's checksum differs.
         setup: u32,
     },
-    /// Starts the armed setup's trains.
+    /// Starts the trains of the armed setup.
     Start,
-    /// Ends stimulation by the wearer's fall, or disarms.
+    /// Ends stimulation: lets the amplitudes fall over the wearer's fall time. Disarms if no
+    /// stimulation runs.
     Stop,
-    /// Acknowledges a fault.
+    /// Acknowledges the latched fault.
     Acknowledge,
-    /// Direct amplitudes and pulse widths, all or none of them. A setpoint.
+    /// Setpoint of amplitudes and pulse widths of several channels. All or none are accepted.
     Amplitudes {
-        /// Device time from which they hold, at most 1 s ahead; `None` is on arrival.
+        /// Device time from which they hold, at most 1 s ahead; `None` means on arrival.
         at: Option<Micros>,
-        /// Bit i is channel i.
+        /// Bit i selects channel i.
         mask: u16,
-        /// One per bit set, lowest channel first.
+        /// Amplitudes, one per bit set, lowest channel first.
         values: Vec<Amplitude, CHANNELS>,
-        /// Widths of a phase in µs in the same order, each taken with its amplitude; empty
-        /// for the trains' own.
+        /// Widths of a phase, µs, in the same order, each applied with its amplitude; empty for the
+        /// trains' own widths.
         widths: Vec<u16, CHANNELS>,
     },
-    /// The wanted angle of the joint. A setpoint.
+    /// Setpoint of the joint's reference angle.
     Angle {
-        /// Device time from which it is valid; `None` is on arrival.
+        /// Device time from which the angle is valid; `None` means on arrival.
         at: Option<Micros>,
-        /// 0.01°.
+        /// Reference angle, 0.01°.
         centideg: i16,
-        /// 0.01 °/s; `None` lets the device estimate it.
+        /// Rate of the angle, 0.01 °/s; `None` lets the device estimate it.
         centideg_per_s: Option<i32>,
     },
-    /// A joint angle measured by the host.
+    /// An angle measured by the host.
     Measurement {
-        /// Which of an arm's nine axes, 0–8; of four modulated joints 0–3; of a joint or a
-        /// wall 0.
+        /// Number of the axis of an arm, 0–8, or of the modulated joint, 0–3; 0 for a joint or a
+        /// wall.
         joint: u8,
-        /// 0.01°.
+        /// Measured angle, 0.01°.
         centideg: i16,
         /// Device time of the measurement.
         at: Micros,
     },
-    /// Telemetry every `period_ms`, 1–1000 ms; 0 ends it.
+    /// Requests telemetry every `period_ms`; 0 ends it.
     Subscribe {
-        /// ms.
+        /// Time between two samples, 1–1000 ms, or 0.
         period_ms: u16,
     },
-    /// Puts a virtual wall into the draft.
+    /// Sets the virtual wall in the draft.
     Wall(WallSpec),
-    /// Puts a channel of the draft under force control. It needs a muscle.
+    /// Puts a channel of the draft under force control. The channel needs a muscle.
     ForceControl {
-        /// From 0.
+        /// Number of the channel, from 0.
         channel: u8,
-        /// How.
+        /// Range of pulse periods, and behaviour between setpoints.
         spec: ForceSpec,
     },
-    /// The wanted force of a channel under force control. A setpoint.
+    /// Setpoint of the reference force of a channel under force control.
     Force {
-        /// From 0.
+        /// Number of the channel, from 0.
         channel: u8,
-        /// Device time from which it is valid; `None` is on arrival.
+        /// Device time from which the force is valid; `None` means on arrival.
         at: Option<Micros>,
-        /// mN, on the average of a pulse period.
+        /// Mean force over a pulse period, mN.
         millinewton: u32,
-        /// mN/s; `None` lets the device estimate it.
+        /// Rate of the force, mN/s; `None` lets the device estimate it.
         millinewton_per_s: Option<i32>,
     },
-    /// Changes the rung of a muscle of the armed setup, without a step in its
-    /// force.
+    /// Changes the model level of a muscle of the armed setup, without a step in its force.
     Rung {
-        /// From 0.
+        /// Number of the channel, from 0.
         channel: u8,
-        /// The rung from then on.
+        /// Model level from then on.
         rung: Rung,
     },
-    /// An edge at the trigger input of a simulated board. Whoever serves a
-    /// simulator takes it and answers; every device refuses it.
+    /// Simulates an edge at the trigger input of a simulated board. The program that serves a
+    /// simulator accepts and answers this request; every device refuses it.
     SimulateTrigger,
-    /// Stores which output stages the board has, for whoever puts it into service.
-    /// Idle only. Acknowledged before it does; then the board isolates, writes, and
-    /// restarts: the next [`Response::Hello`] tells the table it found.
+    /// Stores the board's output stages, when the board is put into service. Only in state Idle.
+    /// The device acknowledges the request first; then the board disconnects its outputs, writes,
+    /// and restarts. The next [`Response::Hello`] contains the table that the board found.
     StoreStages {
-        /// One per channel; `None` where there is none.
+        /// Output stage of each channel; `None` if the channel has none.
         stages: [Option<StageKind>; CHANNELS],
-        /// How they are supplied.
+        /// Supply of the output stages.
         supply: StageSupply,
     },
-    /// A list of pulses that a channel plays once, in place of its train's own, from its
-    /// next burst on. A setpoint.
+    /// Setpoint of a list of pulses that a channel plays once, in place of its train's own pulses,
+    /// from its next burst on.
     Pulses {
-        /// From 0.
+        /// Number of the channel, from 0.
         channel: u8,
-        /// One after the other.
+        /// Pulses in the order in which they play.
         pulses: Vec<ListedPulse, MAX_LISTED>,
     },
-    /// Puts a wearer's arm into the draft, whose hand is to exert forces.
+    /// Sets the wearer's arm in the draft, whose hand is to exert forces.
     Limb(EndpointSpec),
-    /// Puts the line of action of a channel's muscle into the draft; the arm drives that
+    /// Sets the line of action of a channel's muscle in the draft; the arm then drives that
     /// channel.
     Line(LineSpec),
-    /// The wanted force at the hand of the arm. A setpoint.
+    /// Setpoint of the reference force at the hand of the arm.
     Wrench {
-        /// Device time from which it is valid; `None` is on arrival.
+        /// Device time from which the force is valid; `None` means on arrival.
         at: Option<Micros>,
-        /// mN, backward, to the right, upward, seen from the thorax; ±1 000 000.
+        /// Components backward, to the right and upward, in the thorax frame, mN; ±1 000 000.
         force_mn: [i32; 3],
     },
-    /// Puts a joint into the draft whose stimulation follows its angle while an object is
-    /// held.
+    /// Sets a joint in the draft whose stimulation follows its angle while an object is held.
     Modulation(ModulationSpec),
-    /// Whether an object is held. A setpoint: while it is not, no modulated joint is
-    /// stimulated.
+    /// Setpoint that reports whether an object is held. Without a held object, no modulated joint
+    /// is stimulated.
     Held {
-        /// `true` from when it is grabbed, `false` from when it is let go.
+        /// State of the object: `true` from when it is grabbed, `false` from when it is released.
         held: bool,
     },
 }
 
-/// What the device says.
+/// Messages from the device to the host.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize, Schema)]
 #[expect(
     clippy::large_enum_variant,
     reason = "one at a time, on its way to the wire: nothing keeps many"
 )]
 pub enum Response<'a> {
-    /// A session is open.
+    /// Confirms that a session is open.
     Hello(HelloInfo),
-    /// The request with this number was carried out, at this device time.
+    /// Acknowledges a request that was carried out.
     Ack {
-        /// The request's number.
+        /// Sequence number of the request.
         seq: u16,
-        /// When.
+        /// Device time at which the request was carried out.
         at: Micros,
     },
-    /// A request or a frame was refused; nothing changed.
+    /// Reports that a request or a frame was refused; nothing changed.
     Refused {
-        /// The request's number, if it could be read.
+        /// Sequence number of the request, if it could be read.
         seq: Option<u16>,
-        /// Why.
+        /// Number, field and allowed range of the refusal.
         #[serde(borrow)]
         refusal: Refusal<'a>,
     },
-    /// Answer to [`Request::Status`].
+    /// Answers [`Request::Status`].
     Status {
-        /// The request's number.
+        /// Sequence number of the request.
         seq: u16,
-        /// The status.
+        /// State, fault and counters of the device.
         status: Status,
     },
-    /// Something happened without being asked for.
+    /// Reports an event that no request asked for.
     Event {
-        /// When.
+        /// Device time of the event.
         at: Micros,
-        /// What.
+        /// Kind and details of the event.
         event: Event,
     },
-    /// A subscribed sample.
+    /// A telemetry sample to which the host has subscribed.
     Telemetry(Telemetry),
 }
 
-/// What a device is.
+/// Kind of a device.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub enum Kind {
-    /// A board: wearers may be connected.
+    /// Board, to which wearers may be connected.
     Board,
-    /// The native simulator.
+    /// Native backend.
     Native,
-    /// The device code in QEMU.
+    /// Device code in QEMU.
     Qemu,
 }
 
-/// Why the device last reset.
+/// Cause of the device's last reset.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub enum ResetCause {
     /// Power came up.
     PowerOn,
-    /// The reset pin.
+    /// The reset pin was active.
     Pin,
-    /// The supply fell.
+    /// The supply voltage fell below the brown-out level.
     BrownOut,
-    /// The independent watchdog bit.
+    /// The independent watchdog expired.
     Watchdog,
-    /// Software asked, after a panic or a debugger.
+    /// The software requested the reset, after a panic or from a debugger.
     Software,
 }
 
-/// What the chip does by itself before any program runs (RM0090 section 3.7), set once
-/// with a probe.
+/// Option bytes of the chip, which determine its behaviour before any program runs (RM0090 section
+/// 3.7). They are set once with a probe.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub struct OptionBytes {
-    /// Level below which the chip is in reset, 1–3; 0 is off. Level 3 is some 2.8 V.
+    /// Level below which the chip is in reset, 1–3; 0 is off. Level 3 is about 2.8 V.
     pub brown_out_level: u8,
-    /// The watchdog starts with reset, before the firmware does.
+    /// Whether the watchdog starts with the reset, before the firmware does.
     pub hardware_watchdog: bool,
-    /// Level of read protection, 0–2; 2 cannot be undone.
+    /// Level of read protection, 0–2; level 2 cannot be undone.
     pub read_protection: u8,
 }
 
 impl OptionBytes {
-    /// As docs/hil.md sets them.
+    /// Required option bytes, as docs/hil.md sets them.
     pub const WANTED: Self = Self {
         brown_out_level: 3,
         hardware_watchdog: false,
         read_protection: 0,
     };
 
-    /// As FLASH_OPTCR shows them (RM0090 3.9.7, 3.7.1).
+    /// Decodes the register FLASH_OPTCR (RM0090 3.9.7, 3.7.1).
     #[must_use]
     pub const fn from_optcr(optcr: u32) -> Self {
         Self {
@@ -310,125 +310,125 @@ impl OptionBytes {
     }
 }
 
-/// What a device tells at the start of a session.
+/// Information about a device at the start of a session.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub struct HelloInfo {
-    /// The `Hello`'s number.
+    /// Sequence number of the `Hello` request.
     pub seq: u16,
-    /// To be named in every request.
+    /// Number of the session, which every request must contain.
     pub session: u16,
-    /// The device's [`SCHEMA`].
+    /// Schema hash of the device, [`SCHEMA`].
     pub schema: u64,
-    /// Firmware version.
+    /// Firmware version: major, minor, patch.
     pub version: [u8; 3],
-    /// What it is.
+    /// Board or simulator.
     pub kind: Kind,
     /// 96-bit unique number of the chip; zero in simulators.
     pub unique_id: [u32; 3],
-    /// Device time.
+    /// Device time of the answer.
     pub at: Micros,
-    /// State at this moment.
+    /// State at this time.
     pub state: State,
-    /// Why it last reset.
+    /// Cause of the last reset.
     pub reset: ResetCause,
-    /// Its last fault, kept through resets.
+    /// Last fault, kept through resets.
     pub last_fault: Option<FaultRecord>,
-    /// Isolation between opposite drive, µs.
+    /// Time for which an output is disconnected between opposite drive, µs.
     pub dead_time_us: u16,
-    /// Its output stages.
+    /// Output stages of the device.
     pub stages: Stages,
-    /// The chip's option bytes; none in simulators without a chip.
+    /// Option bytes of the chip; `None` in simulators without a chip.
     pub option_bytes: Option<OptionBytes>,
 }
 
-/// What has been counted since boot.
+/// Counts of events since boot.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize, Schema)]
 pub struct Counters {
-    /// Frames understood.
+    /// Number of frames that were decoded.
     pub frames: u32,
-    /// Frames with a wrong CRC, no COBS, too long or of no known message.
+    /// Number of frames with a wrong CRC, without COBS, too long or with an unknown message.
     pub bad_frames: u32,
-    /// Gaps in the request numbers: frames lost or bad.
+    /// Missing sequence numbers of requests: frames lost or bad.
     pub lost: u32,
-    /// Setpoints carried out, or taken to wait for their time.
+    /// Number of setpoints that were carried out, or accepted to wait for their time.
     pub setpoints: u32,
-    /// Requests refused.
+    /// Number of requests that were refused.
     pub refused: u32,
-    /// Pulses started since boot.
+    /// Number of pulses started since boot.
     pub pulses: u32,
-    /// Trigger edges that found no prepared train.
+    /// Number of trigger edges that found no prepared train.
     pub idle_triggers: u32,
-    /// Messages to the host dropped because it did not read, or because their time is not
-    /// of the present.
+    /// Number of messages to the host that were dropped because the host did not read, or because
+    /// their time was implausible.
     pub dropped: u32,
-    /// Messages between the device's own parts lost for want of room; 0 unless
-    /// a part was late.
+    /// Number of messages between the device's own parts that were lost because a queue was full; 0
+    /// unless a part was late.
     pub lost_posts: u32,
-    /// Requests that named no open session, or another one.
+    /// Number of requests with the number of another session or of none.
     pub strangers: u32,
-    /// Timed amplitudes whose time was before the window that took them up.
+    /// Number of timed amplitudes whose time was before the window that accepted them.
     pub late_setpoints: u32,
 }
 
-/// The state of the device.
+/// Answer to a status request.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub struct Status {
-    /// Device time.
+    /// Device time of the answer.
     pub at: Micros,
     /// State at that time.
     pub state: State,
-    /// The latched or last fault.
+    /// Latched or last fault.
     pub fault: Option<FaultRecord>,
-    /// Counters since boot.
+    /// Counts of events since boot.
     pub counters: Counters,
-    /// What is left of what the armed or last armed setup's wearer allows; none before one
-    /// was armed.
+    /// Remaining allowance of the wearer of the armed or last armed setup; `None` before the first
+    /// arming.
     pub left: Option<Left>,
 }
 
-/// What the device reports of its own accord.
+/// Events that the device reports without a request.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub enum Event {
-    /// Amplitudes begin to fall.
+    /// Stimulation ends, and the amplitudes begin to fall.
     Stopping(StopCause),
-    /// Outputs isolated; the device is idle.
+    /// The outputs are disconnected, and the device is idle.
     Stopped(StopCause),
-    /// A fault latched and the outputs are isolated.
+    /// A fault is latched, and the outputs are disconnected.
     Faulted(FaultRecord),
     /// An acknowledged fault is cleared.
     Recovered,
-    /// The electrode check of [`Request::Arm`] read a channel: what was applied
-    /// and what flowed, one event a channel, before the verdict.
+    /// The electrode check of [`Request::Arm`] measured a channel. The device reports one event per
+    /// channel, before the verdict.
     Electrode {
-        /// From 0.
+        /// Number of the channel, from 0.
         channel: u8,
-        /// What was applied, in the unit of its stage.
+        /// Amplitude that was applied, in the unit of its stage.
         applied: Amplitude,
-        /// The current that flowed, µA.
+        /// Current that flowed, µA.
         current_ua: u32,
     },
-    /// The joint's loop swung by itself: its feedback is lowered until the next
-    /// [`Request::Arm`].
+    /// The control loop of the joint oscillated by itself. The gain of its feedback is lowered
+    /// until the next [`Request::Arm`].
     LimitCycle {
-        /// Width of the swing, peak to peak, 0.01°.
+        /// Width of the oscillation, peak to peak, 0.01°.
         swing_centideg: u16,
-        /// Its period, ms.
+        /// Period of the oscillation, ms.
         period_ms: u16,
-        /// Gain of the feedback from now on, thousandths of the configured one.
+        /// New gain of the feedback, thousandths of the configured one.
         gain_milli: u16,
     },
-    /// The object has been held for as long as it may be: nothing is stimulated until the
-    /// host says that it is released, and held anew.
+    /// The object has been held for the longest time allowed. No modulated joint is stimulated
+    /// until the host reports that the object is released, and then held again.
     HoldOver,
-    /// An edge of the trigger input while stimulating, whether it starts a train or not; the
-    /// event's time is the edge's.
+    /// An edge of the trigger input while stimulating, whether or not it starts a train. The
+    /// event's time is that of the edge.
     TriggerEdge,
-    /// The first leading edge of the sync output in a window while stimulating, reported
-    /// when it is rendered, up to 0.5 ms before; the event's time is the edge's.
+    /// First leading edge of the sync output in a window while stimulating, reported when the
+    /// window is rendered, up to 0.5 ms before the edge. The event's time is that of the edge.
     SyncEdge,
 }
 
-/// A session number no session has.
+/// Session number that no session has.
 pub const BROADCAST: u16 = 0;
 
 /// Hash of the types of both directions (FNV-1a over their postcard schema).

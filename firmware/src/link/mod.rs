@@ -1,8 +1,8 @@
-//! The bytes between host and device: frames, messages, refusals.
+//! Link between host and device: frames, messages and refusals.
 //!
-//! Lives here: COBS frames with a CRC-32, the message types and their schema
-//! hash, and the one table that numbers every refusal. Not here: who may ask
-//! what and when (`device::session`). docs/protocol.md says it byte by byte.
+//! This module contains COBS frames with a CRC-32, the message types and their schema hash, and the
+//! only table of refusal numbers. The rules for requests are in `device::session`. docs/protocol.md
+//! describes the link byte by byte.
 
 pub mod frame;
 mod lists;

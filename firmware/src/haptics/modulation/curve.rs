@@ -1,4 +1,4 @@
-//! A quartic over a joint's range: what it is at an angle, and its extremes.
+//! A quartic over a joint's range: its value at an angle, and its extremes.
 
 use crate::arithmetic::division::quotient;
 use crate::range::Range;
@@ -6,63 +6,63 @@ use crate::units::Angle;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-/// A share C of a muscle's intensity over its joint's range, as it travels on the wire:
-/// the Bernstein coefficients of a quartic, in millionths.
+/// Share C of a muscle's intensity over its joint's range, as it travels on the wire: the Bernstein
+/// coefficients of a quartic, in millionths.
 ///
-/// C(u) = Σ bₖ·(4 over k)·uᵏ·(1 − u)⁴⁻ᵏ, u = 0 at the joint's lowest angle and 1 at its
-/// highest. Any quartic in the angle (Buatier de Mongeot, equation 3) is one of these and
-/// no other. This form because b₀ and b₄ are C at the ends of the range; because
-/// rounding to millionths moves C by half a millionth at most, wherever; and because C
-/// lies between the least and the largest bₖ, on any part of the range by that part's
-/// own, so that its extremes can be enclosed.
+/// C(u) = Σ bₖ·(4 over k)·uᵏ·(1 − u)⁴⁻ᵏ, where u = 0 at the joint's lowest angle and 1 at its
+/// highest. Every quartic in the angle (Buatier de Mongeot, equation 3) has exactly one
+/// representation of this form. The form has three advantages: b₀ and b₄ are C at the ends of the
+/// range; rounding to millionths changes C by at most half a millionth everywhere; and C lies
+/// between the smallest and the largest bₖ, on any part of the range between those of that part, so
+/// that its extremes can be enclosed.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub struct QuarticSpec(pub [i32; 5]);
 
-/// A quartic ready to be evaluated: bₖ in 2^-26, below 2^30 by validation.
+/// A quartic ready for evaluation: bₖ in 2^-26, below 2^30 by validation.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Curve([i32; 5]);
 
-/// Where in its joint's range an angle lies, 2^-28: 0…1.
+/// Position of an angle in its joint's range, 2^-28: 0…1.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct RangePosition(i32);
 
-/// C in 2^-26.
+/// Value of C in 2^-26.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub(super) struct Share(i32);
 
-/// The angles of a joint.
+/// Range of a joint's angles.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Span {
     low: Angle,
-    /// Bits of [`Angle`]: 1…2^25.
+    /// Length of the range as bits of [`Angle`]: 1…2^25.
     length: u32,
 }
 
-/// A value that a quartic has, and where.
+/// Extreme value of a quartic and its position.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Extreme {
-    /// C in 2^-32 millionths.
+    /// Value of C in 2^-32 millionths.
     value: i64,
-    /// u in 2^-14.
+    /// Position u in 2^-14, from the lowest to the highest angle.
     pub at: u16,
 }
 
-/// One.
+/// The value 1 in millionths.
 const MILLION: i32 = 1_000_000;
-/// Bits below a millionth while extremes are searched.
+/// Fraction bits of a millionth during the search for extremes.
 const FINE: u32 = 32;
-/// Halvings of the range until a piece needs none.
+/// Number of halvings of the range after which a piece is not divided further.
 const DEPTH: u32 = 14;
-/// How far the extremes of a quartic may lie beyond those found, 2^-32 millionths: a
-/// quarter of one. On a piece of h = 2^-14 of the range both the coefficients and C lie
-/// within 2·h²·d of its ends, d the largest second difference of the bₖ (half of it from
-/// the polygon of the bₖ to C, 3/2 from C to its ends): at most 4·8·10⁶, so 0.24.
+/// Largest amount by which the true extremes of a quartic may exceed those found, 2^-32 millionths:
+/// a quarter of a millionth. On a piece of h = 2^-14 of the range, both the coefficients and C lie
+/// within 2·h²·d of the piece's ends, where d is the largest second difference of the bₖ (half of
+/// it from the polygon of the bₖ to C, 3/2 from C to its ends): at most 4·8·10⁶, so 0.24.
 const SLACK: i64 = 1 << (FINE - 2);
-/// What rounding to millionths can do to C, 2^-32 millionths.
+/// Largest effect of rounding to millionths on C, 2^-32 millionths.
 const ROUNDING: i64 = 1 << (FINE - 1);
 
 impl Share {
-    /// This share of `whole` (below 2^18), to the nearest; of a negative share 0.
+    /// Returns this share of `whole` (below 2^18), rounded to nearest; 0 for a negative share.
     #[inline]
     pub(super) const fn scale(self, whole: u32) -> u32 {
         // Below 2^18 · 2^30.
@@ -72,7 +72,7 @@ impl Share {
 }
 
 impl Span {
-    /// From the lowest to the highest angle, m°, checked.
+    /// Creates the range from the lowest to the highest angle, m°, both already checked.
     pub(super) fn new(low_mdeg: i32, high_mdeg: i32) -> Self {
         let low = Angle::from_millideg(low_mdeg);
         let length = Angle::from_millideg(high_mdeg) - low;
@@ -82,7 +82,7 @@ impl Span {
         }
     }
 
-    /// Where `angle` lies; outside the range at its nearer end.
+    /// Returns the position of `angle`; angles outside the range count as its nearer end.
     #[inline]
     pub(super) fn position_of(&self, angle: Angle) -> RangePosition {
         let way = (angle - self.low).get().to_bits().max(0).cast_unsigned();
@@ -99,9 +99,9 @@ impl Curve {
         Self(spec.0.map(q26))
     }
 
-    /// C, by de Casteljau: too small by less than 5·2^-26, for each step rounds down and
-    /// none enlarges what came before. That is 7.5·10^-8, a thousandth of a bit of a
-    /// 14-bit and a 200th of a 16-bit DAC.
+    /// Evaluates C with de Casteljau's algorithm. The result is too small by less than 5·2^-26,
+    /// because each step rounds down and none enlarges earlier errors. That is 7.5·10^-8, a
+    /// thousandth of a bit of a 14-bit DAC and a 200th of a bit of a 16-bit DAC.
     #[inline]
     pub(super) const fn at(&self, u: RangePosition) -> Share {
         let [a, b, c, d, e] = self.0;
@@ -121,29 +121,31 @@ impl Curve {
     }
 }
 
-/// From `a` to `b` by `u`, rounded down: between them.
+/// Interpolates from `a` to `b` by `u`, rounded down; the result lies between them.
 #[inline(always)]
 const fn interpolate(a: i32, b: i32, u: RangePosition) -> i32 {
-    // |a|, |b| < 2^30, so the way is below 2^31, u at most 2^28.
+    // |a|, |b| < 2^30, so the difference is below 2^31, and u is at most 2^28.
     let way = b.wrapping_sub(a) as i64 * u.0 as i64;
     a.wrapping_add((way >> 28) as i32)
 }
 
 impl QuarticSpec {
-    /// Of each coefficient, of a drop's as well: a quartic that keeps 0…1 has none beyond −5.34…6.34 (those of
-    /// Chebyshev's, which are the largest: (1 ± 35/3)/2).
+    /// Range of each coefficient, also that of `drop`. A quartic that stays within 0…1 has no
+    /// coefficient beyond −5.34…6.34 (those of Chebyshev's quartic, which are the largest: (1 ±
+    /// 35/3)/2).
     pub const COEFFICIENT: Range = Range::new("lift", -8 * MILLION, 8 * MILLION);
-    /// Of C itself, millionths.
+    /// Range of C itself, millionths.
     pub const SHARE: Range = Range::new("lift", 0, MILLION);
 
-    /// Where C is largest, of coefficients within [`Self::COEFFICIENT`]: nowhere in the
-    /// range is it larger by more than a quarter of a millionth, not even at one angle.
+    /// Returns the maximum of C, for coefficients within [`Self::COEFFICIENT`]. Over the whole
+    /// range, not only at certain angles, C exceeds this maximum by at most a quarter of a
+    /// millionth.
     #[must_use]
     pub fn highest(&self) -> Extreme {
         find_maximum(self.0.map(|b| i64::from(b) << FINE)).0
     }
 
-    /// Where C is smallest; as [`Self::highest`].
+    /// Returns the minimum of C, with the accuracy of [`Self::highest`].
     #[must_use]
     pub fn lowest(&self) -> Extreme {
         let (found, _) = find_maximum(self.0.map(|b| -(i64::from(b) << FINE)));
@@ -153,16 +155,16 @@ impl QuarticSpec {
         }
     }
 
-    /// The largest C, for what must not be passed: enclosed from above.
+    /// Returns an upper bound of C, for limits that must not be exceeded.
     pub(super) fn peak(&self) -> Share {
-        // Millionths in 2^-32 to 1 in 2^-26; at most 8·10⁶ · 2^32, and 2^29 at the end.
+        // Converts millionths in 2^-32 to 1 in 2^-26; at most 8·10⁶ · 2^32, and 2^29 at the end.
         let above = self.highest().value + SLACK;
         Share((above.div_euclid(64 * i64::from(MILLION)) + 1) as i32)
     }
 }
 
 impl Extreme {
-    /// C, millionths, rounded away from 0…1.
+    /// Returns C at the extreme, millionths, rounded away from 0…1.
     #[must_use]
     pub fn millionths(self) -> i32 {
         let floor = self.value >> FINE; // within ±8·10⁶
@@ -171,8 +173,8 @@ impl Extreme {
         (floor + i64::from(up)) as i32
     }
 
-    /// Whether C is below 0 or above 1 there by more than what rounding its coefficients
-    /// can do: half a millionth, which no amplitude shows.
+    /// Returns whether C is below 0 or above 1 at the extreme by more than rounding of its
+    /// coefficients can cause: half a millionth, which no amplitude shows.
     #[must_use]
     pub const fn is_outside(self) -> bool {
         self.value < -ROUNDING || self.value > ((MILLION as i64) << FINE) + ROUNDING
@@ -183,13 +185,13 @@ impl Extreme {
 #[derive(Clone, Copy)]
 struct Piece {
     coefficients: [i64; 5],
-    /// Where it begins and how long it is, 2^-14.
+    /// Start and length of the piece, 2^-14.
     from: u16,
     length: u16,
 }
 
-/// The largest value: pieces are halved while their coefficients, which enclose them,
-/// leave room for one larger by more than [`SLACK`] than any found. And how many were.
+/// Returns the maximum, and the number of halvings. Pieces are halved while their coefficients,
+/// which enclose them, allow a value that exceeds the largest value found by more than [`SLACK`].
 fn find_maximum(coefficients: [i64; 5]) -> (Extreme, u32) {
     let [first, .., last] = coefficients;
     let mut best = Extreme {
@@ -202,7 +204,7 @@ fn find_maximum(coefficients: [i64; 5]) -> (Extreme, u32) {
         from: 0,
         length: 1 << DEPTH,
     };
-    // One half of each length at most, and the piece at hand.
+    // At most one half of each length, and the present piece.
     let mut left: heapless::Vec<Piece, { DEPTH as usize + 1 }> = heapless::Vec::new();
     let mut piece = Some(whole);
     let mut halved = 0u32;
@@ -231,8 +233,8 @@ impl Extreme {
 }
 
 impl Piece {
-    /// Cut in the middle (de Casteljau at ½). Below 2^55 and never larger; each step rounds
-    /// down by less than 2^-32 millionths, 4·14 of them by nothing that counts.
+    /// Halves the piece (de Casteljau at ½). Values stay below 2^55 and never grow; each step
+    /// rounds down by less than 2^-32 millionths, and 4·14 such errors are negligible.
     fn halves(&self) -> (Self, Self) {
         let [a, b, c, d, e] = self.coefficients;
         let half = |x: i64, y: i64| (x + y) >> 1;
@@ -265,14 +267,14 @@ mod tests {
         find_maximum(millionths.map(|b| i64::from(b) << FINE)).1
     }
 
-    /// Every quartic is searched in bounded time: few pieces stay open on the way down,
-    /// also where it is as good as flat.
+    /// The search ends in bounded time for every quartic: few pieces stay open on the way down,
+    /// even if the quartic is almost flat.
     #[test]
     fn a_search_ends_soon() {
         let mut random = 0x9e37_79b9_7f4a_7c15_u64; // the seed
         let mut worst = (0, [0; 5]);
         for round in 0..400_000 {
-            // Coefficients over the whole of their range, and ever flatter ones.
+            // Coefficients over their whole range, and ever flatter ones.
             let size = 8_000_000 >> (round % 24);
             let coefficients = [0; 5].map(|_: i32| {
                 random = random.wrapping_mul(6_364_136_223_846_793_005);
@@ -281,7 +283,7 @@ mod tests {
             });
             worst = worst.max((halved(coefficients), coefficients));
         }
-        // Both ends as high as the middle, on the way to it flat: Chebyshev's.
+        // Chebyshev's quartic: both ends as high as the middle, with flat parts in between.
         for twin in [[0, 8_000_000, -8_000_000, 8_000_000, 0], [1, -7, 12, -7, 1]] {
             worst = worst.max((halved(twin), twin));
         }

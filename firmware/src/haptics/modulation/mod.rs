@@ -1,5 +1,5 @@
-//! A joint whose muscles are stimulated by its angle while a person handles an object
-//! (Buatier de Mongeot et al., section III.C).
+//! Modulation: stimulation of a joint's muscles that follows the joint's angle while the wearer
+//! handles an object (Buatier de Mongeot et al., section III.C).
 
 mod curve;
 mod phase;
@@ -17,12 +17,12 @@ use crate::range::OutOfRange;
 use crate::units::{Amplitude, Angle};
 use curve::{Curve, Share, Span};
 
-/// Joints of two arms: each an elbow and a shoulder.
+/// Maximum number of modulated joints: elbow and shoulder of two arms.
 pub const JOINTS: usize = 4;
-/// Modulation runs at every control tick, ms.
+/// Period of modulation, which runs at every control tick, ms.
 const STEP_MS: u8 = 1;
 
-/// A validated joint. Immutable.
+/// A validated modulated joint. Immutable.
 ///
 /// ```
 /// use firmware::haptics::{
@@ -68,11 +68,11 @@ pub struct Modulation {
     muscles: [Modulated; 2],
 }
 
-/// A muscle of it.
+/// Validated modulation of one muscle of the joint.
 #[derive(Clone, Copy, Debug)]
 struct Modulated {
     channel: u8,
-    /// Both at most 200 000 by validation.
+    /// Amplitude I₀. It and the threshold of `form` are at most 200 000 by validation.
     base: Amplitude,
     form: Form,
     lift: Option<Curve>,
@@ -83,17 +83,18 @@ impl Modulation {
     /// Validates a specification.
     ///
     /// # Errors
-    /// [`ModulationError`] names the first mistake and what would do.
+    /// Returns [`ModulationError`] with the first mistake and the allowed values.
     pub fn new(spec: &ModulationSpec) -> Result<Self, ModulationError> {
         spec.check()?;
         Ok(Self::from_checked(spec)?)
     }
 
-    /// Of a specification that [`ModulationSpec::check`] has passed: quartics, which take
-    /// long to enclose, are not asked again.
+    /// Creates a joint from a specification that has passed [`ModulationSpec::check`]. The
+    /// quartics, whose extremes take long to find, are not checked again.
     ///
     /// # Errors
-    /// Of one that has not, a range.
+    /// Returns [`OutOfRange`] if the specification was not checked and has a wrong sensor or
+    /// detector setting.
     pub(crate) fn from_checked(spec: &ModulationSpec) -> Result<Self, OutOfRange> {
         let range = (spec.angle_min_mdeg, spec.angle_max_mdeg);
         Ok(Self {
@@ -107,14 +108,14 @@ impl Modulation {
         })
     }
 
-    /// What its two muscles get at an angle of the joint, flexor first: 0 in a phase
-    /// without a quartic, and before any phase. Outside the range of the joint it is what
-    /// it is at the nearer end: no quartic was checked there.
+    /// Returns the amplitudes of both muscles at an angle of the joint, flexor first: 0 in a phase
+    /// without a quartic, and before any phase. Outside the joint's range the amplitudes are those
+    /// at the nearer end, because the quartic was checked only inside.
     ///
-    /// From the formula in real numbers it differs by at most half a µA (mV), which is the
-    /// amplitude's own rounding, 7.5·10^-8 of I₀, and what the quartic makes of 3·10^-5°:
-    /// 0.52 µA at the worst of every 0.01° of four joints
-    /// (`firmware/tests/haptics_modulation.rs`), one code of a 40 mA stage's DAC.
+    /// The difference from the formula in real numbers is at most half a µA (mV) for the rounding
+    /// of the amplitude, 7.5·10^-8 of I₀, and the change of the quartic over 3·10^-5°: at most 0.52
+    /// µA over every 0.01° of four joints (`firmware/tests/haptics_modulation.rs`), one code of the
+    /// DAC of a 40 mA stage.
     #[must_use]
     #[inline]
     pub fn amplitudes(&self, angle: Angle, phase: Option<MotionPhase>) -> [(u8, Amplitude); 2] {
@@ -132,7 +133,7 @@ impl Modulation {
         })
     }
 
-    /// What tells its phase, from the angle of its phase joint.
+    /// Returns the detector of the motion phase, which uses the angle of the phase joint.
     #[must_use]
     pub const fn detector(&self) -> &PhaseDetector {
         &self.detector
@@ -150,14 +151,14 @@ impl Modulated {
         }
     }
 
-    /// What a share of `base` comes to.
+    /// Returns the amplitude for a share of `base`.
     #[inline]
     const fn scaled_amplitude(base: Amplitude, form: Form, share: Share) -> Amplitude {
         let threshold = match form {
             Form::Scaled => 0,
             Form::AboveThreshold { threshold } => threshold.get(),
         };
-        // Threshold below base below 2^18; the share below 8.
+        // The threshold is below base, which is below 2^18; the share is below 8.
         let above = share.scale(base.get().wrapping_sub(threshold));
         Amplitude::new(threshold.wrapping_add(above))
     }

@@ -1,5 +1,4 @@
-//! Whether an elbow lifts or drops: the sign of its angular velocity, outside a dead
-//! band.
+//! Motion phase of an elbow, lift or drop: the sign of its angular velocity outside a dead band.
 
 use crate::control::differentiator::{Differentiator, DifferentiatorState};
 use crate::range::OutOfRange;
@@ -8,23 +7,23 @@ use fixed::types::I16F16;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-/// What is being done with the object (Buatier de Mongeot, III.C).
+/// Phase of the movement of the object (Buatier de Mongeot, III.C).
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub enum MotionPhase {
-    /// The elbow flexes.
+    /// The elbow flexes and lifts the object.
     Lift,
-    /// The elbow extends.
+    /// The elbow extends and lowers the object.
     Drop,
 }
 
-/// Tells the phase at every control tick.
+/// Detector that determines the phase at every control tick.
 #[derive(Clone, Copy, Debug)]
 pub struct PhaseDetector {
     differentiator: Differentiator,
     dead_band: AngularRate,
 }
 
-/// What a detector remembers.
+/// State of a [`PhaseDetector`].
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PhaseState {
     differentiator: DifferentiatorState,
@@ -32,10 +31,11 @@ pub struct PhaseState {
 }
 
 impl PhaseDetector {
-    /// For a dead band in 0.01 °/s, checked, and the differentiator's cutoff.
+    /// Creates a detector with a dead band in 0.01 °/s, already checked, and the differentiator's
+    /// cutoff.
     ///
     /// # Errors
-    /// The cutoff, and what it may be.
+    /// Returns [`OutOfRange`] for a cutoff outside its range.
     pub(super) fn new(dead_band: u16, cutoff_mhz: u32) -> Result<Self, OutOfRange> {
         // Below 2^16 · 2^16 / 100.
         let dead_band = I16F16::from_bits((i64::from(dead_band) * 65_536 / 100) as i32);
@@ -45,8 +45,8 @@ impl PhaseDetector {
         })
     }
 
-    /// One millisecond further. Within the dead band the last phase stays; there is none
-    /// before the first motion.
+    /// Advances by one millisecond, and returns the phase. Within the dead band the last phase
+    /// stays; there is no phase before the first motion.
     #[inline]
     pub fn step(&self, state: &mut PhaseState, angle: Angle) -> Option<MotionPhase> {
         let rate = self.differentiator.step(&mut state.differentiator, angle);
@@ -60,7 +60,7 @@ impl PhaseDetector {
 }
 
 impl PhaseState {
-    /// As last told.
+    /// Returns the phase of the latest step.
     #[must_use]
     pub const fn phase(&self) -> Option<MotionPhase> {
         self.phase

@@ -1,5 +1,4 @@
-//! What a host says about a joint whose stimulation follows its angle, and the checks it
-//! must pass once.
+//! Specification of a joint whose stimulation follows its angle, and its checks.
 
 use super::curve::{Extreme, QuarticSpec};
 use super::{Modulated, MotionPhase};
@@ -11,84 +10,84 @@ use crate::units::Amplitude;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-/// A joint of a person who handles an object, as it travels on the wire, unvalidated.
+/// A modulated joint of a wearer who handles an object, as it travels on the wire, unvalidated.
 ///
-/// Buatier de Mongeot et al.: each muscle of the joint gets its calibrated intensity times
-/// a quartic of the joint's angle (equations 3 and 4), one while the elbow flexes, one
-/// while it extends. Which of them are there makes the stimulation assistive (those of the
-/// muscle that moves the joint) or resistive (its antagonist, with the same quartic).
+/// Buatier de Mongeot et al.: the amplitude of each muscle of the joint is its calibrated intensity
+/// times a quartic of the joint's angle (equations 3 and 4). One quartic applies while the elbow
+/// flexes, another while it extends. Stimulation is assistive if the quartics belong to the muscle
+/// that moves the joint, and resistive if they belong to the antagonist, with the same quartic.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub struct ModulationSpec {
-    /// Which joint, 0…3: the number of its measurements.
+    /// Number of the joint, 0…3, which its measurements use too.
     pub joint: u8,
-    /// The joint whose motion tells the phase, 0…3: of an elbow itself, of a shoulder the
-    /// elbow of its arm. It must be of the setup as well.
+    /// Number of the joint whose motion determines the phase, 0…3: an elbow itself, and for a
+    /// shoulder the elbow of the same arm. It must be part of the setup too.
     pub phase_joint: u8,
-    /// Angular velocity up to which the last phase stays, 0.01 °/s; 10…20 000. None is
-    /// refused: the phase of an arm at rest would be its sensor's noise.
+    /// Angular velocity up to which the last phase stays, 0.01 °/s; 10…20 000. Zero is refused,
+    /// because sensor noise would then determine the phase of an arm at rest.
     pub dead_band_centideg_per_s: u16,
     /// Cutoff of the differentiator of the phase joint's angle, mHz; 500…20 000.
     pub cutoff_mhz: u32,
     /// Lowest angle of the joint, m°; −180 000…179 999.
     pub angle_min_mdeg: i32,
-    /// Highest angle of the joint, m°; above the lowest, to 180 000.
+    /// Highest angle of the joint, m°; above the lowest, up to 180 000.
     pub angle_max_mdeg: i32,
-    /// Age at which the last measurement is stale, ms; 2…500.
+    /// Age at which the latest measurement is stale, ms; 2…500.
     pub stale_after_ms: u16,
-    /// How long an object may be held at most, ms; 100…600 000. Of several joints the
-    /// shortest counts, for all.
+    /// Longest time for which an object may be held, ms; 100…600 000. The shortest of several
+    /// joints' times counts for all.
     pub longest_hold_ms: u32,
-    /// The muscle that flexes it.
+    /// Muscle that flexes the joint.
     pub flexor: ModulatedSpec,
-    /// The muscle that extends it.
+    /// Muscle that extends the joint.
     pub extensor: ModulatedSpec,
 }
 
-/// A muscle of such a joint.
+/// Modulation of one muscle of a joint.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub struct ModulatedSpec {
-    /// Its channel, 0…9; no other muscle's.
+    /// Number of the channel, 0…9; no other muscle may use it.
     pub channel: u8,
-    /// I₀, what calibration found, µA or mV; 1…200 000.
+    /// Intensity I₀ from calibration, µA or mV; 1…200 000.
     pub base: Amplitude,
-    /// How the share makes an intensity of it.
+    /// Conversion of the share into an intensity.
     pub form: Form,
-    /// Its share while the elbow flexes; none is no stimulation.
+    /// Share while the elbow flexes; `None` for no stimulation.
     pub lift: Option<QuarticSpec>,
-    /// Its share while the elbow extends; none is no stimulation.
+    /// Share while the elbow extends; `None` for no stimulation.
     pub drop: Option<QuarticSpec>,
 }
 
-/// How a share C makes an intensity.
+/// Conversion of a share C into an intensity.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub enum Form {
-    /// I = C·I₀, the paper's equation 4. Below the motor threshold nothing moves, so
-    /// little of C does.
+    /// Intensity I = C·I₀, the paper's equation 4. Small values of C have no effect, because they
+    /// lie below the motor threshold.
     Scaled,
-    /// I = I_th + C·(I₀ − I_th): a share of what moves.
+    /// Intensity I = I_th + C·(I₀ − I_th): a share of the range above motor threshold.
     AboveThreshold {
-        /// I_th, µA or mV; 0…I₀ − 1.
+        /// Motor threshold I_th, µA or mV; 0…I₀ − 1.
         threshold: Amplitude,
     },
 }
 
-/// Why a [`ModulationSpec`] was refused.
+/// Reason why a [`ModulationSpec`] was refused.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum ModulationError {
-    /// A field is outside what is allowed, given the fields before it.
+    /// A field is outside its range, which may depend on the fields before it.
     Range(OutOfRange),
-    /// Both muscles name the same channel.
+    /// Both muscles use the same channel.
     ChannelTwice {
-        /// That channel.
+        /// Number of the channel, 0…9.
         channel: u8,
     },
-    /// A share is negative, or above 1: more than what calibration found was never felt.
+    /// A share is negative or above 1. Calibration did not test intensities above I₀.
     Share {
-        /// Whose.
+        /// Channel of the muscle, 0…9.
         channel: u8,
-        /// Of which phase.
+        /// Phase in which the share is out of range.
         phase: MotionPhase,
-        /// How far it goes, and where.
+        /// Value and position of the violation.
         extreme: Extreme,
     },
 }
@@ -100,7 +99,7 @@ impl From<OutOfRange> for ModulationError {
 }
 
 impl MotionPhase {
-    /// The field of its quartic.
+    /// Returns the name of the field that holds the quartic of this phase.
     #[must_use]
     pub const fn field(self) -> &'static str {
         match self {
@@ -111,24 +110,25 @@ impl MotionPhase {
 }
 
 impl ModulationSpec {
-    /// Of [`Self::joint`].
+    /// Range of [`Self::joint`].
     pub const JOINT: Range = Range::new("joint", 0, super::JOINTS as i32 - 1);
-    /// Of [`Self::phase_joint`].
+    /// Range of [`Self::phase_joint`].
     pub const PHASE_JOINT: Range = Range::new("phase_joint", 0, super::JOINTS as i32 - 1);
-    /// Of [`Self::dead_band_centideg_per_s`].
+    /// Range of [`Self::dead_band_centideg_per_s`].
     pub const DEAD_BAND: Range = Range::new("dead_band_centideg_per_s", 10, 20_000);
-    /// Of [`Self::cutoff_mhz`].
+    /// Range of [`Self::cutoff_mhz`].
     pub const CUTOFF_MHZ: Range = Differentiator::CUTOFF_MHZ;
-    /// Of [`Self::longest_hold_ms`]: ten minutes at most, within which times compare.
+    /// Range of [`Self::longest_hold_ms`]: up to ten minutes, within which wrapped times can be
+    /// compared.
     pub const LONGEST_HOLD_MS: Range = Range::new("longest_hold_ms", 100, 600_000);
 
-    /// Both muscles, the flexor first.
+    /// Returns both muscles, the flexor first.
     pub fn muscles(&self) -> impl Iterator<Item = &ModulatedSpec> {
         [&self.flexor, &self.extensor].into_iter()
     }
 
-    /// What it may ask for, by channel: the most at any angle of its range, for no angle
-    /// too little.
+    /// Returns the largest amplitude that each muscle may request at any angle of the range, as
+    /// channel (0…9), amplitude and name of the field. The amplitudes are upper bounds.
     pub fn demands(&self) -> impl Iterator<Item = (u8, Amplitude, &'static str)> {
         self.muscles()
             .flat_map(|muscle| {
@@ -144,7 +144,7 @@ impl ModulationSpec {
             .flatten()
     }
 
-    /// Tells `note` of every mistake in the spec by itself.
+    /// Calls `note` for every mistake in the specification.
     pub fn report_mistakes(&self, note: &mut dyn FnMut(ModulationError)) {
         for checked in [
             Self::JOINT.check(self.joint),
@@ -168,10 +168,10 @@ impl ModulationSpec {
         }
     }
 
-    /// The first of [`Self::report_mistakes`].
+    /// Checks the specification.
     ///
     /// # Errors
-    /// That one.
+    /// Returns the first mistake of [`Self::report_mistakes`].
     pub fn check(&self) -> Result<(), ModulationError> {
         let mut first = None;
         self.report_mistakes(&mut |mistake| {
@@ -182,14 +182,14 @@ impl ModulationSpec {
 }
 
 impl ModulatedSpec {
-    /// Of [`Self::channel`].
+    /// Range of [`Self::channel`].
     pub const CHANNEL: Range = CHANNEL;
-    /// Of [`Self::base`].
+    /// Range of [`Self::base`].
     pub const BASE: Range = Range::new("base", 1, AMPLITUDE_MAX);
-    /// Of [`Form::AboveThreshold`]'s, below the highest base.
+    /// Range of the threshold in [`Form::AboveThreshold`], for the highest base.
     pub const THRESHOLD: Range = Range::new("threshold", 0, AMPLITUDE_MAX - 1);
 
-    /// Its quartic in a phase.
+    /// Returns the muscle's quartic in `phase`, or `None` for no stimulation.
     #[must_use]
     pub const fn share(&self, phase: MotionPhase) -> Option<&QuarticSpec> {
         match phase {
@@ -198,7 +198,7 @@ impl ModulatedSpec {
         }
     }
 
-    /// The most that it gets in a phase at any angle; `None` of no stimulation.
+    /// Returns the largest amplitude in a phase at any angle, or `None` for no stimulation.
     #[must_use]
     pub fn peak(&self, phase: MotionPhase) -> Option<Amplitude> {
         let peak = self.share(phase)?.peak();
@@ -236,7 +236,7 @@ impl ModulatedSpec {
             field: phase.field(),
             ..QuarticSpec::COEFFICIENT
         };
-        let mut is_enclosed = true; // only such have extremes
+        let mut is_enclosed = true; // extremes need coefficients in range
         for b in share.0 {
             if let Err(range) = named.check(b) {
                 is_enclosed = false;

@@ -1,4 +1,5 @@
-//! The joints of a person who handles one object: held or released, measured together.
+//! The modulated joints of a wearer who handles one object, which are held, released and measured
+//! together.
 
 use super::{JOINTS, Modulation, MotionPhase, PhaseState};
 use crate::control::sensor::SensorState;
@@ -8,80 +9,80 @@ use heapless::Vec;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-/// Up to four joints, by rising number.
+/// Up to four joints, in ascending order of their numbers.
 #[derive(Clone, Debug, Default)]
 pub struct Modulations(Vec<Modulation, JOINTS>);
 
-/// What they remember. Begin every stimulation with a fresh one.
+/// State of the modulated joints. Every stimulation must begin with a fresh state.
 #[derive(Clone, Debug, Default)]
 pub struct ModulationsState {
-    /// By the number of the joint.
+    /// Sensor states, by the number of the joint.
     sensors: [SensorState; JOINTS],
     phases: [PhaseState; JOINTS],
-    /// In the latest tick, as far as they may be relied on.
+    /// Angles in the latest tick; `None` without a recent, plausible measurement.
     angles: [Option<Angle>; JOINTS],
     hold: Hold,
-    /// When it was grabbed, if it is held.
+    /// Time at which the object was grabbed, if it is held.
     since: Micros,
 }
 
-/// Whether an object is held.
+/// State of the handled object.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize, Schema)]
 pub enum Hold {
-    /// It is not: nothing is stimulated.
+    /// The object is not held, and no joint is stimulated.
     #[default]
     Released,
-    /// It is.
+    /// The object is held, and the joints are stimulated.
     Held,
-    /// The host says so for longer than it may be: nothing is stimulated until the host
-    /// says that it is released, and held anew.
+    /// The object has been held longer than allowed. No joint is stimulated until the host reports
+    /// that the object is released, and then held again.
     Over,
 }
 
-/// What joints ask for in one tick.
+/// Output of the modulated joints in one tick.
 #[derive(Clone, PartialEq, Debug)]
 pub struct ModulationOrders {
-    /// Of every joint the flexor and the extensor.
+    /// Channel and amplitude of every joint's flexor and extensor.
     pub amplitudes: Vec<(u8, Amplitude), { 2 * JOINTS }>,
-    /// The object has just been held for as long as it may be.
+    /// Whether the longest allowed hold of the object ended in this tick.
     pub is_just_over: bool,
 }
 
-/// Why an object is not taken for held.
+/// Reason why the device does not accept that an object is held.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum HoldError {
-    /// A joint has no fresh angle, or none that can be believed.
+    /// A joint has no recent, plausible angle.
     NoAngle {
-        /// Its number.
+        /// Number of the joint, 0…3.
         joint: u8,
     },
-    /// It was held for too long: say first that it is released.
+    /// The object was held for too long; the host must first report its release.
     Over,
 }
 
 impl Modulations {
-    /// One more joint, with a higher number than those before it; of a fifth nothing.
+    /// Adds a joint, whose number must be higher than those before. A fifth joint is ignored.
     pub fn push(&mut self, joint: Modulation) {
         let _ = self.0.push(joint); // as many places as joints
     }
 
-    /// Forgets all.
+    /// Removes all joints.
     pub fn clear(&mut self) {
         self.0.clear();
     }
 
-    /// Whether there is none.
+    /// Returns whether there are no joints.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// Takes an angle of a joint from the host, measured at `at`; `None` if there is no
-    /// such joint.
+    /// Accepts an angle of a joint from the host, measured at `at`. Returns `None` if the setup has
+    /// no such joint.
     ///
     /// # Errors
-    /// [`MeasurementError`]; the state is unchanged then. A measurement that is too old or
-    /// out of range is taken, and nothing can be held with it.
+    /// Returns [`MeasurementError`] if the measurement is refused. The state is then unchanged. A
+    /// measurement that is too old or out of range is accepted, but no object can be held with it.
     pub fn accept_measurement(
         &self,
         state: &mut ModulationsState,
@@ -96,11 +97,11 @@ impl Modulations {
         Some(sensor.take_from_host(measured, now, at, angle))
     }
 
-    /// The host says that the object is held from now on, or released. That it is still
-    /// held does not make it held longer.
+    /// Records that the host reports the object as held or released from now on. Repeated reports
+    /// of a held object do not prolong the hold.
     ///
     /// # Errors
-    /// [`HoldError`]; a release has none.
+    /// Returns [`HoldError`] if the object cannot be held. A release never fails.
     pub fn set_held(
         &self,
         state: &mut ModulationsState,
@@ -123,12 +124,12 @@ impl Modulations {
         Ok(())
     }
 
-    /// One control tick, to be called every millisecond. Phases are told whether an object
-    /// is held or not; stimulated is only with one.
+    /// Runs one control tick; call this function every millisecond. Phases are determined at all
+    /// times; joints are stimulated only while the object is held.
     ///
     /// # Errors
-    /// [`SensorFault`] while an object is held and a joint has no fresh, believable angle.
-    /// Nothing is latched here; `safety` does that.
+    /// Returns [`SensorFault`] if an object is held and a joint has no recent, plausible angle. No
+    /// fault is latched here; `safety` does that.
     #[inline(never)]
     pub fn tick(
         &self,
@@ -150,7 +151,7 @@ impl Modulations {
             let phase_angle = state.angle_of(modulation.phase_joint);
             let phase = modulation.phase(state, phase_angle);
             let is_held = state.hold == Hold::Held;
-            // Held, all have an angle.
+            // While the object is held, every joint has an angle.
             let (angle, phase) = match state.angle_of(modulation.joint) {
                 Some(angle) if is_held => (angle, phase),
                 _ => (Angle::default(), None),
@@ -165,7 +166,7 @@ impl Modulations {
         })
     }
 
-    /// Ends what has been held for too long, and whether it just did.
+    /// Ends a hold that has lasted too long, and returns whether it did so in this call.
     fn end_overlong_hold(&self, state: &mut ModulationsState, now: Micros) -> bool {
         let shortest = self
             .0
@@ -180,8 +181,8 @@ impl Modulations {
         is_over
     }
 
-    /// Of every joint its angle in the latest tick, as far as it may be relied on, and its
-    /// phase.
+    /// Returns the angle of every joint in the latest tick, if it is recent and plausible, and the
+    /// joint's phase.
     pub fn joint_readings(
         &self,
         state: &ModulationsState,
@@ -197,7 +198,7 @@ impl Modulations {
 }
 
 impl ModulationsState {
-    /// Whether an object is held.
+    /// Returns the present state of the handled object.
     #[must_use]
     pub const fn hold_state(&self) -> Hold {
         self.hold
@@ -209,15 +210,15 @@ impl ModulationsState {
 }
 
 impl Modulation {
-    /// The angle that may be relied on now.
+    /// Returns the present angle, if it is recent and plausible.
     fn angle(&self, state: &mut ModulationsState, now: Micros) -> Result<Angle, SensorFault> {
         let measured = state.sensors.get_mut(usize::from(self.joint));
         let measured = measured.ok_or(SensorFault::Absent)?;
         self.sensor.angle(measured, now, None)
     }
 
-    /// The phase now, by the angle of its phase joint. Without an angle there is none, and
-    /// it begins anew.
+    /// Returns the present phase for the angle of the phase joint. Without an angle, the detector
+    /// is reset and there is no phase.
     fn phase(&self, state: &mut ModulationsState, angle: Option<Angle>) -> Option<MotionPhase> {
         let told = state.phases.get_mut(usize::from(self.joint))?;
         if angle.is_none() {

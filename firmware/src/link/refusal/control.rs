@@ -1,4 +1,5 @@
-//! What laws, walls, forces, arms and modulated joints refuse, by its number.
+//! Conversion of the errors of controllers, walls, force control, arms and modulated joints into
+//! refusals.
 
 use super::{Code, Refusal, bound};
 use crate::control::{
@@ -76,7 +77,7 @@ impl From<SetpointError> for Refusal<'static> {
     fn from(e: SetpointError) -> Self {
         match e {
             SetpointError::OutOfRange { min_mdeg, max_mdeg } => {
-                // The hundredths of a degree that lie inside; |m°| <= 180 000.
+                // The hundredths of a degree inside the range; |m°| <= 180 000.
                 let (min, max) = ((min_mdeg + 9).div_euclid(10), max_mdeg.div_euclid(10));
                 Self::new(Code::OutOfRange, "centideg").with_range(min, max)
             }
@@ -91,7 +92,7 @@ impl From<SetpointError> for Refusal<'static> {
 impl From<ForceError> for Refusal<'static> {
     fn from(e: ForceError) -> Self {
         match e {
-            // And none, which always can be given.
+            // Besides this range, zero is always possible.
             ForceError::OutOfReach { min_mn, max_mn } => {
                 let refusal = Self::new(Code::ForceOutOfReach, "millinewton");
                 refusal.with_range(bound(min_mn), bound(max_mn))

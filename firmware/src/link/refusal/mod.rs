@@ -1,5 +1,5 @@
-//! Every refusal has a number, a name, and says which field and what would be
-//! allowed. Numbers are stable; this file is the only list of them.
+//! Refusals of the link. Every refusal has a number, a name, the offending field and the allowed
+//! range. Numbers are stable; this file is the only list of them.
 
 mod control;
 
@@ -10,7 +10,7 @@ use crate::safety::{Denial, ListedPulse, MAX_TIMED, SetupError, StageMismatch, S
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-/// Why something was refused. See docs/protocol.md for what to do about each.
+/// Reason for a refusal. docs/protocol.md explains how to respond to each.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 #[repr(u16)]
 #[expect(missing_docs, reason = "docs/protocol.md explains each by its number")]
@@ -180,7 +180,7 @@ impl Code {
         Self::TimeGoesBack,
     ];
 
-    /// The code with this number.
+    /// Returns the code with this number, if there is one.
     #[must_use]
     pub fn from_number(number: u16) -> Option<Self> {
         Self::ALL.into_iter().find(|&code| code as u16 == number)
@@ -194,27 +194,27 @@ impl Code {
 /// use firmware::pulse::TrainSpec;
 ///
 /// let too_wide = TrainSpec::WIDTH_US.check(501_u16).unwrap_err();
-/// let refusal = Refusal::from(too_wide).on(2);
+/// let refusal = Refusal::from(too_wide).with_channel(2);
 /// assert_eq!(Code::from_number(refusal.code), Some(Code::OutOfRange));
 /// assert_eq!((refusal.field, refusal.channel), ("width_us", Some(2)));
 /// assert_eq!((refusal.min, refusal.max), (10, 500));
 /// ```
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub struct Refusal<'a> {
-    /// A [`Code`].
+    /// Number of the reason, from [`Code`].
     pub code: u16,
-    /// The offending field or thing, by its name on the link.
+    /// Name on the link of the offending field or item.
     pub field: &'a str,
-    /// The channel concerned, from 0.
+    /// Number of the affected channel, from 0.
     pub channel: Option<u8>,
-    /// Smallest allowed value, 0 where there is no range.
+    /// Smallest allowed value; 0 if there is no range.
     pub min: i32,
-    /// Largest allowed value, 0 where there is no range.
+    /// Largest allowed value; 0 if there is no range.
     pub max: i32,
 }
 
 impl Refusal<'static> {
-    /// A refusal without channel or range.
+    /// Creates a refusal without channel or range.
     #[must_use]
     pub const fn new(code: Code, field: &'static str) -> Self {
         Self {
@@ -226,14 +226,14 @@ impl Refusal<'static> {
         }
     }
 
-    /// The same for a channel.
+    /// Returns the refusal with the affected channel.
     #[must_use]
     pub const fn with_channel(mut self, channel: u8) -> Self {
         self.channel = Some(channel);
         self
     }
 
-    /// The same with what would be allowed.
+    /// Returns the refusal with the allowed range.
     #[must_use]
     pub const fn with_range(mut self, min: i32, max: i32) -> Self {
         (self.min, self.max) = (min, max);
@@ -241,7 +241,7 @@ impl Refusal<'static> {
     }
 }
 
-/// Saturates: a bound on the link is informative, not computed with.
+/// Converts a bound for the link, saturating: bounds are for information only.
 fn bound(value: u32) -> i32 {
     i32::try_from(value).unwrap_or(i32::MAX)
 }
@@ -426,7 +426,8 @@ impl From<Denial> for Refusal<'static> {
             Denial::Charge { channel, highest } => Self::new(Code::ChargeAtWidth, "max_charge_nc")
                 .with_channel(channel)
                 .with_range(0, bound(highest.get())),
-            // The number of pulses that would be below, and what would be allowed.
+            // The number of pulses that would be below the start, and the amplitude that would be
+            // allowed.
             Denial::AboveStart {
                 channel,
                 pulses,
