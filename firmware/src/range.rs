@@ -1,12 +1,11 @@
-//! What a field may be, and what is not within it: the one check of ranges.
+//! Ranges of fields and the check of values against them.
 //!
-//! A [`Range`] stands beside the field it bounds, once; hosts read it there. Not
-//! here: numbers for the wire (`link::Refusal`), rules between fields, which have
-//! errors of their own.
+//! Each [`Range`] stands beside the field that it bounds; hosts use it from there. Refusals on the
+//! wire are in `link::Refusal`, and rules between fields have their own error types.
 
 use core::fmt;
 
-/// What a field may be: a closed range in the field's own unit.
+/// Allowed values of a field: a closed range in the field's own unit.
 ///
 /// ```
 /// use firmware::pulse::TrainSpec;
@@ -19,7 +18,7 @@ use core::fmt;
 /// ```
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Range {
-    /// The field as docs/protocol.md names it, unit included.
+    /// Name of the field as in docs/protocol.md, including its unit.
     pub field: &'static str,
     /// Smallest allowed value.
     pub min: i32,
@@ -30,9 +29,9 @@ pub struct Range {
 /// A value outside its range.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct OutOfRange {
-    /// The field as docs/protocol.md names it, unit included.
+    /// Name of the field as in docs/protocol.md, including its unit.
     pub field: &'static str,
-    /// The value it was given, in the field's unit.
+    /// Refused value, in the field's unit.
     pub value: i64,
     /// Smallest allowed value.
     pub min: i32,
@@ -41,27 +40,27 @@ pub struct OutOfRange {
 }
 
 impl Range {
-    /// `min` to `max`, both allowed.
+    /// Creates a range from `min` to `max`, both allowed.
     #[must_use]
     pub const fn new(field: &'static str, min: i32, max: i32) -> Self {
         Self { field, min, max }
     }
 
-    /// What a field that needs at least `min` leaves of it; never more.
+    /// Returns the part of the range that is at least `min`; never a larger range.
     #[must_use]
     pub fn with_min_at_least(self, min: u32) -> Self {
         let min = i32::try_from(min).unwrap_or(i32::MAX).max(self.min);
         Self { min, ..self }
     }
 
-    /// What a field that allows at most `max` leaves of it; never more.
+    /// Returns the part of the range that is at most `max`; never a larger range.
     #[must_use]
     pub fn with_max_at_most(self, max: u32) -> Self {
         let max = i32::try_from(max).unwrap_or(i32::MAX).min(self.max);
         Self { max, ..self }
     }
 
-    /// What is told of a `value` that is not allowed.
+    /// Creates the error for a `value` that is not allowed.
     #[must_use]
     pub fn out_of_range(self, value: impl Into<i64>) -> OutOfRange {
         let Self { field, min, max } = self;
@@ -73,10 +72,10 @@ impl Range {
         }
     }
 
-    /// Nothing, if `value` lies within.
+    /// Checks that `value` lies in the range.
     ///
     /// # Errors
-    /// The field, the value and the range.
+    /// Returns [`OutOfRange`] with the field, the value and the range.
     pub fn check(self, value: impl Into<i64>) -> Result<(), OutOfRange> {
         let Self { field, min, max } = self;
         let value = value.into();

@@ -1,28 +1,29 @@
-//! Sums over what decides the outputs, kept beside it: a bit that changes by itself
-//! is found before anything comes of it.
+//! Checksums stored beside the data that determines the outputs, so that a bit that flips is
+//! detected before it has an effect.
 //!
-//! A sum is of fields, as `Hash` names them, not of bytes: padding does not count. It
-//! is no secret and no code against an adversary: one field that changes, in however
-//! many bits, always changes it, for each step is one to one in the sum and in the
-//! word; two that change may cancel.
+//! A checksum covers fields, as `Hash` lists them, not bytes, so padding does not count. It does
+//! not protect against an adversary. A change of one field, in any number of bits, always changes
+//! the checksum, because each step is one-to-one in the checksum and in the word; changes of two
+//! fields may cancel.
 
 use core::hash::{Hash, Hasher};
 
-/// Windows from one turn of an owner to its next.
+/// Number of windows between two checks by one owner of checksums.
 const EVERY: u8 = 8;
 
-/// Whose turn it is to be looked at, used or not: one of a number of places every
-/// eighth window; owners begin in different ones.
+/// Schedule of the checks of data, whether used or not: every eighth window the next of several
+/// places is checked. Owners of checksums begin in different windows.
 #[derive(Clone, Copy, Debug)]
 pub struct CheckSchedule {
-    /// Windows to wait.
+    /// Number of windows until the next check.
     wait: u8,
     place: u8,
     places: u8,
 }
 
 impl CheckSchedule {
-    /// Of the owner that begins with window `first`, 0–7, and has so many places.
+    /// Creates the schedule of an owner that begins with window `first`, 0–7, and has `places`
+    /// places.
     pub const fn new(first: u8, places: u8) -> Self {
         Self {
             wait: first,
@@ -31,7 +32,7 @@ impl CheckSchedule {
         }
     }
 
-    /// The place to look at in this window, if it is this owner's.
+    /// Returns the place to check in this window, if a check is due.
     #[inline(always)]
     pub fn next(&mut self) -> Option<usize> {
         if let Some(wait) = self.wait.checked_sub(1) {
@@ -46,12 +47,12 @@ impl CheckSchedule {
     }
 }
 
-/// The sum over a value when it was last changed on purpose.
+/// Checksum over a value at the time of its last intended change.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Checksum(u32);
 
 impl Checksum {
-    /// Over `value` as it is.
+    /// Computes the checksum over the present `value`.
     #[inline]
     pub fn of(value: &impl Hash) -> Self {
         let mut sum = Sum(0x5EA1_ED00);
@@ -59,14 +60,14 @@ impl Checksum {
         Self(sum.0)
     }
 
-    /// Whether `value` is as it was.
+    /// Returns whether `value` is unchanged.
     #[inline]
     pub fn matches(self, value: &impl Hash) -> bool {
         self == Self::of(value)
     }
 }
 
-/// One step of a sum: `word` after all before it.
+/// Performs one step of a checksum: adds `word` after all words before.
 #[inline(always)]
 #[must_use]
 pub const fn fold(sum: u32, word: u32) -> u32 {
@@ -115,7 +116,7 @@ impl Hasher for Sum {
 
     #[inline(always)]
     fn write_u64(&mut self, value: u64) {
-        self.add(value as u32); // and its other half
+        self.add(value as u32); // and the other half
         self.add((value >> 32) as u32);
     }
 
@@ -124,7 +125,7 @@ impl Hasher for Sum {
         self.add(value.cast_unsigned());
     }
 
-    // Discriminants and lengths: few, so their low word says all.
+    // Discriminants and lengths are small, so their low word contains the whole value.
     #[inline(always)]
     fn write_usize(&mut self, value: usize) {
         self.add(value as u32);

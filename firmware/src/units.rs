@@ -1,9 +1,8 @@
-//! Physical quantities as types. No arithmetic between different quantities
-//! is possible without naming it. Nothing here knows a channel or a board.
+//! Types of physical quantities. Arithmetic between different quantities needs an explicit
+//! conversion. The types know neither channels nor boards.
 //!
-//! Amplitudes are integers (µA, mV, DAC codes) because limits, charges and
-//! acknowledgements must be exact; what a filter or a control law works on is
-//! binary fixed point from the `fixed` crate.
+//! Amplitudes are integers (µA, mV, DAC codes), because limits, charges and acknowledgements must
+//! be exact. Filters and controllers use binary fixed point from the `fixed` crate.
 
 use core::ops::{Add, AddAssign, Sub};
 use fixed::types::I16F16;
@@ -12,8 +11,8 @@ use serde::{Deserialize, Serialize};
 
 /// A point in device time: microseconds since boot, modulo 2^32 (71.6 min).
 ///
-/// Two instants can be compared when they are less than 2^31 µs (35.8 min)
-/// apart; every schedule, timeout and staleness check here is far shorter.
+/// Two instants can be compared if they are less than 2^31 µs (35.8 min) apart; every schedule,
+/// timeout and age limit of the device is far shorter.
 ///
 /// ```
 /// use firmware::units::{Micros, us};
@@ -35,12 +34,12 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default, Serialize, Deserialize, Schema)]
 pub struct Micros(u32);
 
-/// A length of time, from one instant to another: µs, negative if the second comes
-/// first. Up to 2^31 µs (35.8 min) either way.
+/// Time from one instant to another, µs, negative if the second instant comes first: up to 2^31 µs
+/// (35.8 min) either way.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
 pub struct Duration(i32);
 
-/// So many microseconds.
+/// Creates a duration of `number` microseconds.
 #[inline]
 #[must_use]
 pub const fn us(number: u32) -> Duration {
@@ -48,7 +47,7 @@ pub const fn us(number: u32) -> Duration {
 }
 
 impl Duration {
-    /// Its microseconds.
+    /// Returns the number of microseconds.
     #[inline]
     #[must_use]
     pub const fn us(self) -> i32 {
@@ -57,31 +56,31 @@ impl Duration {
 }
 
 impl Micros {
-    /// From the clock's count.
+    /// Creates an instant from the clock's count, µs.
     #[must_use]
     pub const fn new(us: u32) -> Self {
         Self(us)
     }
 
-    /// The clock's count.
+    /// Returns the clock's count, µs.
     #[must_use]
     pub const fn get(self) -> u32 {
         self.0
     }
 
-    /// Whether `self` comes strictly before `other`.
+    /// Returns whether `self` comes strictly before `other`.
     #[must_use]
     pub const fn is_before(self, other: Self) -> bool {
         self.0.wrapping_sub(other.0).cast_signed() < 0
     }
 
-    /// Whether `self` is `other` or later.
+    /// Returns whether `self` is `other` or later.
     #[must_use]
     pub const fn has_reached(self, other: Self) -> bool {
         !self.is_before(other)
     }
 
-    /// Unsigned microseconds from `earlier`, 0 if `earlier` is in the future.
+    /// Returns the microseconds from `earlier`, or 0 if `earlier` is in the future.
     #[must_use]
     pub const fn elapsed_since(self, earlier: Self) -> u32 {
         if self.is_before(earlier) {
@@ -123,7 +122,8 @@ impl Sub for Micros {
     }
 }
 
-/// Whole numbers in a unit. None of one unit is another's, nor a bare number.
+/// Defines types for whole numbers in a unit. Numbers of different units, and bare numbers, do not
+/// mix.
 macro_rules! counts {
     ($($(#[$doc:meta])* $name:ident($number:ident);)*) => {$(
         $(#[$doc])*
@@ -132,13 +132,13 @@ macro_rules! counts {
         pub struct $name($number);
 
         impl $name {
-            /// From its number, in its unit.
+            /// Creates the quantity from a number in its unit.
             #[must_use]
             pub const fn new(number: $number) -> Self {
                 Self(number)
             }
 
-            /// Its number, in its unit.
+            /// Returns the number in the quantity's unit.
             #[must_use]
             pub const fn get(self) -> $number {
                 self.0
@@ -148,11 +148,11 @@ macro_rules! counts {
 }
 
 counts! {
-    /// A stimulation amplitude in thousandths of the stage's own unit: µA on a
-    /// current-controlled stage, mV on a voltage-controlled one. Always positive;
-    /// polarity belongs to the pulse shape. Only its stage knows which it is
-    /// ([`Stage::current`](crate::safety::Stage::current)), so it cannot be held against
-    /// either:
+    /// A stimulation amplitude in thousandths of the stage's own unit: µA on a current-controlled
+    /// stage, mV on a voltage-controlled stage. Always positive; the polarity belongs to the pulse
+    /// shape. Only the stage determines the unit
+    /// ([`Stage::current`](crate::safety::Stage::current)), so an amplitude cannot be compared with
+    /// a current or a voltage:
     ///
     /// ```compile_fail
     /// use firmware::units::{Amplitude, MicroAmps};
@@ -160,17 +160,17 @@ counts! {
     /// let is_allowed = Amplitude::new(20_000) <= MicroAmps::new(20_000);
     /// ```
     Amplitude(u32);
-    /// A current, µA.
+    /// A current in µA.
     MicroAmps(u32);
-    /// A voltage, mV.
+    /// A voltage in mV.
     MilliVolts(u32);
-    /// What the DAC gets: 0…65535 over the stage's full scale, rounded down so
-    /// that an output never exceeds what was asked.
+    /// Code for the DAC: 0…65535 over the stage's full scale, rounded down so that an output never
+    /// exceeds the requested amplitude.
     DacCode(u16);
 }
 
 impl MilliVolts {
-    /// The current through a load of `ohm`, rounded up, saturating; of 0 Ω as of 1 Ω.
+    /// Returns the current through a load of `ohm`, rounded up, saturating; 0 Ω counts as 1 Ω.
     #[must_use]
     pub fn current_through(self, ohm: u32) -> MicroAmps {
         // The product fits u64.
@@ -180,12 +180,12 @@ impl MilliVolts {
 }
 
 impl Amplitude {
-    /// No stimulation.
+    /// Amplitude zero, no stimulation.
     pub const ZERO: Self = Self(0);
 }
 
-/// Quantities in Q15.16 with the operators that are sound: sums and differences of
-/// the same quantity, which saturate.
+/// Defines types for quantities in Q15.16 with the operators that are meaningful: sums and
+/// differences of the same quantity, which saturate.
 macro_rules! quantities {
     ($($(#[$doc:meta])* $name:ident;)*) => {$(
         $(#[$doc])*
@@ -193,13 +193,13 @@ macro_rules! quantities {
         pub struct $name(I16F16);
 
         impl $name {
-            /// From its number, in its unit.
+            /// Creates the quantity from a number in its unit.
             #[must_use]
             pub const fn new(number: I16F16) -> Self {
                 Self(number)
             }
 
-            /// Its number, in its unit.
+            /// Returns the number in the quantity's unit.
             #[must_use]
             pub const fn get(self) -> I16F16 {
                 self.0
@@ -244,15 +244,14 @@ quantities! {
 }
 
 impl Angle {
-    /// From hundredths of a degree, the link's unit. Exact to half an LSB.
+    /// Converts hundredths of a degree, the link's unit. Exact to half an LSB.
     #[must_use]
     pub fn from_centideg(c: i16) -> Self {
         // |c| <= 32768, times 2^16 fits i64; the quotient fits i32.
         Self(I16F16::from_bits((i64::from(c) * 65_536 / 100) as i32))
     }
 
-    /// From thousandths of a degree, saturating; within one bit, rounded
-    /// towards 0.
+    /// Converts thousandths of a degree, saturating; exact within one bit, rounded towards 0.
     #[must_use]
     pub fn from_millideg(m: i32) -> Self {
         // |m| <= 2^31: |m| · 2^16 / 1000 < 2^38.
@@ -262,14 +261,14 @@ impl Angle {
         ))
     }
 
-    /// To thousandths of a degree, rounded to nearest.
+    /// Returns the angle in thousandths of a degree, rounded to nearest.
     #[must_use]
     pub fn to_millideg(self) -> i32 {
         // 2^31 · 1000 / 2^16 < 2^25.
         ((i64::from(self.0.to_bits()) * 1000 + 32_768) >> 16) as i32
     }
 
-    /// To hundredths of a degree, saturating at the link's range (±327.67°).
+    /// Returns the angle in hundredths of a degree, saturating at the link's range (±327.67°).
     #[must_use]
     pub fn to_centideg(self) -> i16 {
         let c = (i64::from(self.0.to_bits()) * 100 + 32_768) >> 16;
@@ -278,7 +277,7 @@ impl Angle {
 }
 
 impl Force {
-    /// From millinewtons, rounded down, saturating at 32,767 N.
+    /// Converts millinewtons, rounded down, saturating at 32,767 N.
     #[must_use]
     pub fn from_millinewton(mn: u32) -> Self {
         // At most 2^31 · 2^16 / 10^3, which fits 31 bits.
@@ -286,17 +285,17 @@ impl Force {
         Self(I16F16::from_bits(((mn << 16) / 1000) as i32))
     }
 
-    /// To the nearest millinewton, which gives back what
-    /// [`Self::from_millinewton`] took; 0 for negative forces.
+    /// Returns the force in mN, rounded to nearest, which inverts [`Self::from_millinewton`]; 0 for
+    /// negative forces.
     #[must_use]
     pub fn to_nearest_millinewton(self) -> u32 {
-        // At most 2^31 · 1000 / 2^16. Rounding down lost less than 2^-16 N, and
-        // half a millinewton is 32 times that.
+        // At most 2^31 · 1000 / 2^16. Rounding down lost less than 2^-16 N, and half a millinewton
+        // is 32 times that.
         let bits = u64::from(self.0.to_bits().max(0).cast_unsigned());
         ((bits * 1000 + 32_768) >> 16) as u32
     }
 
-    /// To millinewtons, rounded down; 0 for negative forces.
+    /// Returns the force in mN, rounded down; 0 for negative forces.
     #[must_use]
     pub fn to_millinewton(self) -> u32 {
         // At most 2^31 · 1000 / 2^16.

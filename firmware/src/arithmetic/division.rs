@@ -1,12 +1,11 @@
-//! Exact quotients and roots of 64-bit numbers where the answer is short.
+//! Exact quotients and square roots of 64-bit numbers with 32-bit results.
 
-/// `numerator / denominator`, rounded down; `None` if it needs more than 32
-/// bits, which includes a denominator of 0.
+/// Computes `numerator / denominator`, rounded down. Returns `None` if the result needs more than
+/// 32 bits, or if the denominator is 0.
 ///
-/// A core with a 32-bit divider takes two short divisions for this, a fifth of
-/// the time of a 64-bit one. Base 2^16 long division; with the divisor's top
-/// bit set a digit's estimate is at most 2 too large (Knuth, TAOCP vol. 2,
-/// 4.3.1, theorem B).
+/// A core with a 32-bit divider needs two short divisions for this, a fifth of the time of a 64-bit
+/// division. The method is long division in base 2^16; with the divisor's top bit set, a digit's
+/// estimate is at most 2 too large (Knuth, TAOCP vol. 2, 4.3.1, theorem B).
 #[must_use]
 pub const fn quotient(numerator: u64, denominator: u32) -> Option<u32> {
     let high = (numerator >> 32) as u32;
@@ -24,21 +23,21 @@ pub const fn quotient(numerator: u64, denominator: u32) -> Option<u32> {
     Some(upper << 16 | lower)
 }
 
-/// The square root, rounded down, by multiplications alone: a cubic in the upper
-/// word begins 1/√x, a step of third order (Halley) ends it, and one of Newton's
-/// takes the root from 32 bits to all of them. A quarter of the time of
-/// `u64::isqrt` on a core with a 32×32→64 multiplier.
+/// Computes the square root, rounded down, with multiplications only: a cubic in the upper word
+/// gives a first estimate of 1/√x, a step of third order (Halley) refines it, and one Newton step
+/// extends the root from 32 bits to all of them. This takes a quarter of the time of `u64::isqrt`
+/// on a core with a 32×32→64 multiplier.
 #[must_use]
 #[inline]
 pub const fn square_root(x: u64) -> u32 {
-    // Shifts that the root undoes by half of them.
+    // Even shifts, of which the root undoes half.
     let (x, whole) = if x >> 32 == 0 { (x << 32, 16) } else { (x, 0) };
     let shift = ((x >> 32) as u32).leading_zeros() & 30;
     let x = x << shift;
-    // t = x·2^-64 in 1/4…1; x = 0 stays 0 all the way down.
+    // t = x·2^-64 in 1/4…1; x = 0 stays 0 in all steps.
     let top = (x >> 32) as u32;
     let inverse = inverse_root(top);
-    // √x less 0…14 610: of `inverse` up to 3.4e-6, of words cut off 9.
+    // √x less 0…14 610: up to 3.4e-6 from `inverse`, 9 from truncated words.
     let root = upper_word(top, inverse) << 3;
     let rest = x.wrapping_sub(root as u64 * root as u64); // below 2^47
     // (√x − root)·(1 − 5.1e-6), less a bit: at most 1.08 is still missing.
@@ -48,18 +47,17 @@ pub const fn square_root(x: u64) -> u32 {
     root >> (whole + shift / 2)
 }
 
-/// 1/√t in 2^-29 for t in 1/4…1, Q32: too small by 0…3.4e-6 of itself.
+/// Computes 1/√t in 2^-29 for t in 1/4…1, Q32; the relative error is −3.4e-6…0.
 #[inline(always)]
 const fn inverse_root(t: u32) -> u32 {
-    // With h = 1 − t·y² within 0.0159; coefficients of 8 bits, for one
-    // instruction each. All brackets are positive: y in 2^28…2^31.
+    // h = 1 − t·y² is within 0.0159. Coefficients of 8 bits need one instruction each. All brackets
+    // are positive, so y is in 2^28…2^31.
     const CUBIC: [u32; 4] = [0x6300_0000, 0xB900_0000, 0xBF00_0000, 0x4900_0000];
     let [c0, c1, c2, c3] = CUBIC;
     let bracket = c1.wrapping_sub(upper_word(t, c2.wrapping_sub(upper_word(t, c3))));
     let y = c0.wrapping_sub(upper_word(t, bracket));
-    // h in 2^-31: y·y·t is 2^26 but for h. Then 1/√(1 − h) − 1 in halves,
-    // h + 3h²/4, whose error 5h³/8 is below 2.5e-6; less 2^-18, so that the
-    // end is never above.
+    // h in 2^-31: y·y·t is 2^26 except for h. Then 1/√(1 − h) − 1 in halves, h + 3h²/4, whose error
+    // 5h³/8 is below 2.5e-6; less 2^-18, so that the result is never too large.
     let h = ((1u32 << 26).wrapping_sub(upper_word(t, upper_word(y, y))) << 5) as i32;
     let square = ((h as i64 * h as i64) >> 32) as i32; // 2^-30
     let k = h.wrapping_add(square).wrapping_add(square >> 1);
@@ -67,17 +65,17 @@ const fn inverse_root(t: u32) -> u32 {
     y.wrapping_add(((y as i32 as i64 * k as i64) >> 32) as u32)
 }
 
-/// The upper word of a product.
+/// Returns the upper word of a product.
 #[inline(always)]
 const fn upper_word(a: u32, b: u32) -> u32 {
     ((a as u64 * b as u64) >> 32) as u32
 }
 
-/// Quotient and rest of `rest·2^16 + next` by `d`, for `rest < d` and
-/// `d >= 2^31`: one digit below 2^16.
+/// Returns quotient and remainder of `rest·2^16 + next` by `d`, for `rest < d` and `d >= 2^31`: one
+/// digit below 2^16.
 const fn divide_digit(rest: u32, next: u16, d: u32) -> (u32, u32) {
     let dividend = (rest as u64) << 16 | next as u64;
-    // The divisor is at least 2^15: nothing here is 0 but to the compiler.
+    // The divisor is at least 2^15, so the division never fails; only the compiler cannot prove it.
     let mut digit = match rest.checked_div(d >> 16) {
         Some(estimate) if estimate < 0xFFFF => estimate,
         _ => 0xFFFF,

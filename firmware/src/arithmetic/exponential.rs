@@ -1,20 +1,20 @@
-//! Exponential and logarithm in 32-bit fixed point, for Cortex-M4's 32×32→64
-//! multiplier: no table, no division, a fixed number of multiplications.
+//! Exponential and logarithm in 32-bit fixed point, for Cortex-M4's 32×32→64 multiplier: no table,
+//! no division, a fixed number of multiplications.
 //!
-//! `Q32` below means a fraction of 1 in units of 2^-32, `Q31` of 2^-31.
-//! Polynomials are minimax fits with the constant term pinned to 1, found by
-//! Remez exchange in rational arithmetic; the tests hold each to its bound.
+//! `Q32` below means a fraction of 1 in units of 2^-32, `Q31` of 2^-31. Polynomials are minimax
+//! fits with the constant term fixed at 1, found by Remez exchange in rational arithmetic; the
+//! tests verify the bound of each.
 
-/// ln 2, Q32.
+/// Constant ln 2, Q32.
 const LN_2: u32 = 2_977_044_472;
-/// log2 e, Q31.
+/// Constant log2 e, Q31.
 const LOG2_E: u32 = 3_098_164_009;
 
-/// (1 − e^−z)/z on 0…0.505: coefficients of 1, z, z²…, Q32, signs alternate.
-/// Four terms: one step of a muscle needs no more, and takes it every time.
+/// Coefficients of (1 − e^−z)/z on 0…0.505 for 1, z, z²…, Q32, with alternating signs. Four terms:
+/// one step of a muscle needs no more, and evaluates them every time.
 const DECAY: [u32; 4] = [u32::MAX, 2_146_306_263, 704_522_947, 144_587_754];
 
-/// The same on 0…0.7, for one octave.
+/// Coefficients of the same function on 0…0.7, for one octave.
 const OCTAVE: [u32; 6] = [
     u32::MAX,
     2_147_476_910,
@@ -24,7 +24,7 @@ const OCTAVE: [u32; 6] = [
     4_330_953,
 ];
 
-/// ln(1+s)/s on 0…1: coefficients of 1, s, s²…, Q32, signs alternate.
+/// Coefficients of ln(1+s)/s on 0…1 for 1, s, s²…, Q32, with alternating signs.
 const LOG: [u32; 9] = [
     u32::MAX,
     2_147_435_657,
@@ -37,7 +37,7 @@ const LOG: [u32; 9] = [
     18_641_541,
 ];
 
-/// log2(1+s)/2s in fewer terms.
+/// Coefficients of log2(1+s)/2s with fewer terms.
 const LOG_COARSE: [u32; 6] = [
     3_098_164_009,
     1_546_189_193,
@@ -47,16 +47,16 @@ const LOG_COARSE: [u32; 6] = [
     64_924_728,
 ];
 
-/// The upper word of a product: the product of two fractions, rounded down.
-/// Formats add: Q32·Q32 → Q32, Q32·Q31 → Q31.
+/// Returns the upper word of a product: the product of two fractions, rounded down. Formats add:
+/// Q32·Q32 → Q32, Q32·Q31 → Q31.
 #[inline(always)]
 pub(crate) const fn mul_high(a: u32, b: u32) -> u32 {
-    // A product of two 32-bit words fits 64 bits; its upper half fits 32.
+    // A product of two 32-bit words fits 64 bits, and its upper half fits 32.
     ((a as u64 * b as u64) >> 32) as u32
 }
 
-/// s·(c0 − s·(c1 − s·(c2 − …))), all Q32. Coefficients fall, so that each
-/// bracket stays within 0…1 and the differences never wrap.
+/// Evaluates s·(c0 − s·(c1 − s·(c2 − …))), all Q32. The coefficients decrease, so each bracket
+/// stays within 0…1 and the differences never wrap.
 #[inline(always)]
 pub(crate) fn alternating_series<const N: usize>(coefficients: &[u32; N], s: u32) -> u32 {
     let sum = coefficients
@@ -66,35 +66,36 @@ pub(crate) fn alternating_series<const N: usize>(coefficients: &[u32; N], s: u32
     mul_high(s, sum)
 }
 
-/// 1 − e^−z for z in 0…0.505, both Q32. Error below 9e-7; zero at zero.
+/// Computes 1 − e^−z for z in 0…0.505, both Q32. The error is below 9e-7; the result is zero at
+/// zero.
 #[inline(always)]
 pub(crate) fn decay_fraction(z: u32) -> u32 {
     alternating_series(&DECAY, z)
 }
 
-/// 1 − (1 − e^−z)/z for z in 0…0.505, both Q32: how far a decay lags behind
-/// its first rate. Error below 0.0105·z², and below 0.0023.
+/// Computes 1 − (1 − e^−z)/z for z in 0…0.505, both Q32: the lag of a decay behind its initial
+/// rate. The error is below 0.0105·z², and below 0.0023.
 #[inline(always)]
 pub(crate) fn lag(z: u32) -> u32 {
-    // 1/2 − 5z/32: at 0.28 and at 0 the true one.
+    // 1/2 − 5z/32 is exact at 0.28 and at 0.
     mul_high(z, (1u32 << 31).wrapping_sub(z >> 3).wrapping_sub(z >> 5))
 }
 
-/// e^−z for z in Q32, as Q31. Error as [`exp2_neg`]'s.
+/// Computes e^−z for z in Q32, as Q31, with the error of [`exp2_neg`].
 pub(crate) fn decay(z: u32) -> u32 {
     exp2_neg((u64::from(z) * u64::from(LOG2_E)) >> 31) // below 2^64
 }
 
-/// Coefficients d of what a decay over z leaves at a part of it, e^(−z/2)·e^(−zs) for
-/// s of −1/2…1/2: d0 + s·(d1 + s·(d2 + s·(d3 + s·d4))), Q31. z is at most 0.52 in Q32.
-/// The series, its next term spread over the others (Chebyshev): within z⁵/13,000 of
-/// itself and a few units, and 1 is never reached.
+/// Returns the coefficients d of the decay e^(−z/2)·e^(−zs) for s of −1/2…1/2: d0 + s·(d1 + s·(d2 +
+/// s·(d3 + s·d4))), Q31. z is at most 0.52 in Q32. They are those of the series, with the next term
+/// distributed over the others (Chebyshev): the error is within z⁵/13,000 and a few units, and the
+/// value 1 is never reached.
 pub(crate) fn decay_around_middle(z: u32) -> [i32; 5] {
     // Powers of z in Q32, and times e^(−z/2) in Q31: all below 2^31.
     let z2 = mul_high(z, z);
     let z4 = mul_high(z2, z2);
     let middle = decay(z >> 1);
-    // As much as the series may be above, z⁵/61,440, and what is cut off.
+    // Largest excess of the series, z⁵/61,440, and the truncation errors.
     let less = mul_high(z, z4) / 61_440 + 8;
     let once = mul_high(middle, z - mul_high(z, z4) / 6144);
     let thrice = mul_high(mul_high(middle, z), mul_high(z2, (1 << 31) / 3 + z2 / 384));
@@ -109,33 +110,33 @@ pub(crate) fn decay_around_middle(z: u32) -> [i32; 5] {
     ]
 }
 
-/// 2^−x for x ≥ 0 in Q32, as Q31. Error below 3e-9 plus one unit of 2^-31;
-/// exactly 1 at zero, 0 from x = 32.
+/// Computes 2^−x for x ≥ 0 in Q32, as Q31. The error is below 3e-9 plus one unit of 2^-31; the
+/// result is exactly 1 at zero, and 0 from x = 32.
 pub fn exp2_neg(x: u64) -> u32 {
     let (whole, fraction) = ((x >> 32) as u32, x as u32);
     if fraction == 0 {
         return (1u32 << 31).checked_shr(whole).unwrap_or(0);
     }
     let mantissa = !alternating_series(&OCTAVE, mul_high(fraction, LN_2));
-    // 1 + whole >= 1, saturating at the far end; shifting Q32 by it gives Q31.
+    // 1 + whole >= 1, saturating for very large x; this shift converts Q32 into Q31.
     mantissa.checked_shr(whole.saturating_add(1)).unwrap_or(0)
 }
 
-/// e^−x for x ≥ 0 in Q32, as Q31. Relative error below 2e-6.
+/// Computes e^−x for x ≥ 0 in Q32, as Q31. The relative error is below 2e-6.
 pub(crate) fn exp_neg(x: u64) -> u32 {
-    // e^-32 is below 2^-31: 0 from there on. 2^37 >> 6 times 2^32 fits.
+    // e^-32 is below 2^-31, so the result is 0 from there on. 2^37 >> 6 times 2^32 fits.
     let x = x.min(32 << 32) >> 6;
     exp2_neg((x * u64::from(LOG2_E)) >> 25)
 }
 
-/// −ln(y) for y in Q31 as in [`log2_neg`], as Q32: at most 21.5.
+/// Computes −ln(y) for y in Q31 as in [`log2_neg`], as Q32: at most 21.5.
 pub(crate) fn ln_neg(y: u32) -> u64 {
     // 31 · 2^26 · 2^32 fits.
     ((log2_neg(y) >> 6) * u64::from(LN_2)) >> 26
 }
 
-/// −log2(y) for y in Q31, 0 < y ≤ 1, as Q32. Error below 1.3e-8; y = 0 is
-/// taken as the smallest y, y > 1 as 1.
+/// Computes −log2(y) for y in Q31, 0 < y ≤ 1, as Q32. The error is below 1.3e-8. y = 0 counts as
+/// the smallest y, y > 1 as 1.
 pub fn log2_neg(y: u32) -> u64 {
     let y = y.clamp(1, 1 << 31);
     let whole = y.leading_zeros();
@@ -146,12 +147,12 @@ pub fn log2_neg(y: u32) -> u64 {
     (u64::from(whole) << 32).saturating_sub(log2_m)
 }
 
-/// −log2(y) for y in Q31, 0 < y ≤ 1, in 2^-27, with fewer terms: error below
-/// 3.6e-6. y = 0 is taken as the smallest y, y > 1 as 1.
+/// Computes −log2(y) for y in Q31, 0 < y ≤ 1, in 2^-27, with fewer terms: the error is below
+/// 3.6e-6. y = 0 counts as the smallest y, y > 1 as 1.
 pub(crate) fn log2_neg_coarse(y: u32) -> u32 {
     let y = y.clamp(1, 1 << 31);
     let whole = y.leading_zeros();
-    // Shifts the leading 1 out; y = 1 stays and is next to nothing.
+    // Shifts the leading 1 out; y = 1 is not shifted and is negligible.
     let s = y.wrapping_shl(whole.wrapping_add(1));
     // Half of log2 m in Q32; whole <= 31.
     (whole << 27).saturating_sub(alternating_series(&LOG_COARSE, s) >> 4)
@@ -164,12 +165,12 @@ mod tests {
     const Q32: f64 = 4_294_967_296.0;
     const Q31: f64 = 2_147_483_648.0;
 
-    /// Worst |approximation − truth| over an even grid of `n` arguments.
+    /// Returns the largest |approximation − truth| over an even grid of `n` arguments.
     fn worst(n: u32, f: impl Fn(u32) -> f64) -> f64 {
         (0..=n).map(f).map(f64::abs).fold(0.0, f64::max)
     }
 
-    /// The bound holds, and is not slack by more than a factor of two.
+    /// Asserts that the bound holds, and exceeds the error by at most a factor of two.
     #[track_caller]
     fn is_tight(error: f64, bound: f64) {
         assert!(error <= bound, "{error:e} exceeds {bound:e}");

@@ -1,10 +1,8 @@
-//! Fixed-point arithmetic for a core with a 32×32→64 multiplier and no 64-bit
-//! divider.
+//! Fixed-point arithmetic for a core with a 32×32→64 multiplier and no 64-bit divider.
 //!
-//! Lives here: `fixed_point` (the laws' number format), `division` (quotients and
-//! roots), `exponential` (and logarithm), `reciprocal` (one divisor, many
-//! numerators). Not here: what is computed with it. In: words. Out: words, rounded
-//! as each says.
+//! This module contains `fixed_point` (number format of the controllers), `division` (quotients and
+//! square roots), `exponential` (and logarithm) and `reciprocal` (one divisor, many numerators).
+//! Inputs and results are words; each function states its rounding.
 
 pub mod division;
 pub mod exponential;

@@ -1,59 +1,59 @@
-//! Division by multiplying, at the precision a muscle needs.
+//! Division by multiplication, with the precision that a muscle model needs.
 
 use super::exponential::mul_high;
 
-/// 1/d for d > 0, within 2.5e-5 and without bias. One 32-bit division: its
+/// Reciprocal 1/d for d > 0, within 2.5e-5 and without bias. It takes one 32-bit division; its
 /// error differs from step to step and averages out.
 #[derive(Clone, Copy)]
 pub(crate) struct Reciprocal {
-    /// How far to shift d left until its top bit is set.
+    /// Left shift of d that sets its top bit.
     shift: u32,
-    /// 2^63 over the shifted d.
+    /// Quotient of 2^63 and the shifted d.
     inverse: u32,
 }
 
 impl Reciprocal {
-    /// The reciprocal of d > 0.
+    /// Computes the reciprocal of d > 0.
     #[inline(always)]
     pub(crate) fn of(d: u32) -> Self {
         let shift = d.leading_zeros();
-        // The middle of what 16 bits tell d apart from: 2^16…2^17, odd.
+        // Middle of the values of d that 16 bits cannot distinguish: 2^16…2^17, odd.
         let normal = (d.wrapping_shl(shift) >> 15) | 1;
-        // The quotient has 16 bits; half of one more is its middle.
+        // The quotient has 16 bits; half of one more bit is its middle.
         let inverse = ((u32::MAX / normal) << 16).wrapping_add(1 << 15);
         Self { shift, inverse }
     }
 
-    /// n/d in Q32, for quotients below 1 by more than the error, 2.5e-5.
+    /// Computes n/d in Q32, for quotients that are below 1 by more than the error, 2.5e-5.
     #[inline(always)]
     pub(crate) fn times(self, n: u32) -> u32 {
-        // In Q31, as 2^63 over 2^31 fits the inverse; n < d is shifted within.
+        // In Q31, as 2^63 over 2^31 fits the inverse; n < d, so no bit of n is lost in the shift.
         mul_high(n.wrapping_shl(self.shift), self.inverse) << 1
     }
 }
 
-/// The upper word of a signed product, rounded down.
+/// Returns the upper word of a signed product, rounded down.
 #[inline(always)]
 pub(crate) const fn signed_high(a: i32, b: i32) -> i32 {
-    // Below 2^62: the upper half fits.
+    // The product is below 2^62, so the upper half fits.
     ((a as i64 * b as i64) >> 32) as i32
 }
 
-/// The upper word of a signed product, rounded to nearest.
+/// Returns the upper word of a signed product, rounded to nearest.
 #[inline(always)]
 pub(crate) const fn signed_high_rounded(a: i32, b: i32) -> i32 {
     // At most 2^62 + 2^31.
     ((a as i64 * b as i64).wrapping_add(1 << 31) >> 32) as i32
 }
 
-/// 1/p for p in 0.25…1, Q32, as Q29: within 1.3e-7 of itself.
+/// Computes 1/p for p in 0.25…1, Q32, as Q29, with a relative error within 1.3e-7.
 ///
-/// One division of 16 bits and one step of Newton's.
+/// It takes one 16-bit division and one Newton step.
 #[inline(always)]
 pub(crate) const fn inverse(p: u32) -> u32 {
-    // 2^16/p: at most 2^18. Odd, so never 0.
+    // 2^16/p is at most 2^18; the divisor is odd, so never 0.
     let coarse = u32::MAX / ((p >> 16) | 1);
-    // coarse·p − 1 in 2^-40, below 2^-13: its lower word is all of it.
+    // coarse·p − 1 in 2^-40 is below 2^-13, so its lower word contains the whole value.
     let above = (p >> 8).wrapping_mul(coarse) as i32;
     (coarse << 13).wrapping_sub(signed_high((coarse << 5) as i32, above) as u32)
 }

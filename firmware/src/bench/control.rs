@@ -1,4 +1,4 @@
-//! Control of one joint.
+//! Benchmarks of the control of one joint.
 
 use super::inverse::FINGER;
 use super::{Bench, Checksum, Clock, Random};
@@ -12,7 +12,8 @@ use crate::control::{
 };
 use crate::units::{Amplitude, Angle, Micros, us};
 
-/// A finger on channels 0, 1 (flexors) and 2, its sensor on the board.
+/// Returns the specification of a finger on channels 0, 1 (flexors) and 2, whose sensor is on the
+/// board.
 pub(super) fn finger(law: LawSpec, law_period_ms: u8) -> JointSpec {
     let point = |channel| PointSpec {
         channel,
@@ -20,7 +21,7 @@ pub(super) fn finger(law: LawSpec, law_period_ms: u8) -> JointSpec {
         max: Amplitude::new(20_000),
     };
     let mut flexors = heapless::Vec::new();
-    // Two of two.
+    // Two of two places.
     let _ = flexors.push(point(0));
     let _ = flexors.push(point(1));
     let is_default = law == LawSpec::RECOMMENDED;
@@ -38,7 +39,7 @@ pub(super) fn finger(law: LawSpec, law_period_ms: u8) -> JointSpec {
             code_at_100: 3_600,
         },
         stale_after_ms: 50,
-        // All that the default law can use; the others stay bare.
+        // The default controller uses a wearer's model and response; the others run without.
         wearer: is_default.then_some(FINGER),
         response: is_default.then_some(ResponseSpec::RECOMMENDED),
     }
@@ -64,14 +65,14 @@ pub(super) fn run_benchmarks<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
             MovingJoint::digest,
         );
     }
-    // A tick in which the law rests: setpoint track, sensor, mapping.
+    // A tick in which the controller rests: setpoint track, sensor, mapping.
     bench.measure(
         "joint_without_law",
         1000,
         MovingJoint::new(LawSpec::RECOMMENDED, 20)?,
         |joint, random| {
             let angle = joint.next(random);
-            // The law's own ticks, unmeasured: the first and every 20th after it.
+            // Ticks of the controller are not measured: the first and every 20th after it.
             if (joint.now.get() / 1000) % 20 == 1 {
                 joint.tick(&angle);
                 return joint.next(random);
@@ -84,7 +85,7 @@ pub(super) fn run_benchmarks<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
     Some(())
 }
 
-/// The pseudo-differentiator alone.
+/// Measures the pseudo-differentiator alone.
 pub fn measure_differentiator<C: Clock, N>(
     bench: &mut Bench<'_, C, N>,
     name: N,
@@ -105,8 +106,8 @@ pub fn measure_differentiator<C: Clock, N>(
     Some(())
 }
 
-/// The default law with its differentiator, and with its predictor and learning or
-/// not, without a joint around it.
+/// Measures the default controller with its differentiator, with or without predictor and learning,
+/// and without a joint around it.
 pub fn measure_law<C: Clock, N>(
     bench: &mut Bench<'_, C, N>,
     name: N,
@@ -129,7 +130,7 @@ pub fn measure_law<C: Clock, N>(
     Some(())
 }
 
-/// A joint in motion, ticked every millisecond.
+/// A moving joint with a tick every millisecond.
 struct MovingJoint {
     joint: Joint,
     state: JointState,
@@ -137,7 +138,7 @@ struct MovingJoint {
 }
 
 impl MovingJoint {
-    /// Its law runs every `period_ms`.
+    /// Creates a joint whose controller runs every `period_ms`.
     fn new(law: LawSpec, period_ms: u8) -> Option<Self> {
         Some(Self {
             joint: Joint::new(&finger(law, period_ms)).ok()?,
@@ -146,7 +147,8 @@ impl MovingJoint {
         })
     }
 
-    /// A millisecond on; a new setpoint every 11 ms, as a glove sends them.
+    /// Advances by a millisecond, with a new setpoint every 11 ms, as a glove sends them. Returns
+    /// the measured angle.
     fn next(&mut self, random: &mut Random) -> Angle {
         self.now += us(1000);
         // Sweeps 0…100° in 0.4 s, with noise; fits i16.
@@ -155,7 +157,7 @@ impl MovingJoint {
         if (self.now.get() / 1000) % 11 == 1 {
             let wanted = Angle::from_centideg(random.between(2_000, 8_000) as i16);
             let (state, now) = (&mut self.state, self.now);
-            // In order, in range: always taken.
+            // In order and in range, so always accepted.
             let _ = self.joint.accept_setpoint(state, now, now, wanted, None);
         }
         angle

@@ -1,4 +1,4 @@
-//! The virtual wall, and joints whose stimulation follows their angles.
+//! Benchmarks of the virtual wall and of modulated joints.
 
 use super::{Bench, Checksum, Clock};
 use crate::control::SensorSource;
@@ -8,7 +8,7 @@ use crate::haptics::{
 };
 use crate::units::{Amplitude, Angle, Micros, us};
 
-/// Everything that a wall can have.
+/// A wall with all optional parts.
 const WALL: WallSpec = WallSpec {
     at_mdeg: 90_000,
     side: Side::Flexion,
@@ -35,11 +35,12 @@ const WALL: WallSpec = WallSpec {
     stale_after_ms: 10,
 };
 
-/// Up to 0.88 and down again; and what takes a search the longest (25 halvings).
+/// A share that rises to 0.88 and falls again, and the share whose search for extremes takes
+/// longest (25 halvings).
 const SHARE: QuarticSpec = QuarticSpec([100_000, 700_000, 1_300_000, 900_000, 400_000]);
 const LONGEST: QuarticSpec = QuarticSpec([2_697_166, 3_730_286, -3_361_313, 6_843_367, 2_388_290]);
 
-/// One of two arms' joints, both muscles in both phases.
+/// Returns the specification of one of two arms' joints, with both muscles in both phases.
 fn joint(joint: u8, share: QuarticSpec) -> ModulationSpec {
     let muscle = |channel| ModulatedSpec {
         channel,
@@ -64,7 +65,7 @@ fn joint(joint: u8, share: QuarticSpec) -> ModulationSpec {
     }
 }
 
-/// Two arms that go up and down in 2 s, measured every millisecond, an object held.
+/// Measures two arms that move up and down in 2 s, measured every millisecond, with an object held.
 pub(super) fn run_lift_benchmarks<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
     let mut joints = Modulations::default();
     for number in 0..JOINTS as u8 {
@@ -112,7 +113,7 @@ pub(super) fn run_lift_benchmarks<C: Clock>(bench: &mut Bench<'_, C>) -> Option<
     Some(())
 }
 
-/// A limb that swings through pre-wall and wall, ticked every millisecond.
+/// Measures a limb that swings through pre-wall and wall, with a tick every millisecond.
 pub(super) fn run_benchmarks<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
     bench.measure(
         "wall_tick",

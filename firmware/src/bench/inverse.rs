@@ -1,4 +1,4 @@
-//! Models run backwards: wanted force → pulses, wanted angle → effort.
+//! Benchmarks of inverse models: force → pulses, angle → effort.
 
 use super::muscle::{FORCE, RECRUITMENT};
 use super::{Bench, Clock};
@@ -7,10 +7,10 @@ use crate::muscle::{CalciumForceSpec, Inverse, Recruitment};
 use crate::units::{Angle, AngularRate, Force, ForceRate};
 use fixed::types::I16F16;
 
-/// 20 to 60 Hz.
+/// Slowest and fastest period, 20 and 60 Hz.
 const PERIODS_US: (u32, u32) = (50_000, 16_667);
 
-/// The earlier plant's finger with two points.
+/// Model of the finger with two points, of the earlier plant.
 pub(super) const FINGER: WearerModel = WearerModel {
     rest_mdeg: 5_000,
     stiffness_unm_per_rad: 120_000,
@@ -26,14 +26,14 @@ pub(super) fn run_benchmarks<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
     let curve = Recruitment::new(RECRUITMENT).ok()?;
     let (slowest, fastest) = PERIODS_US;
     let inverse = Inverse::new(FORCE, &curve, slowest, fastest, slowest).ok()?;
-    // A tick of force control but for the setpoint track: ahead of the lag, then
-    // amplitude and period.
+    // A tick of force control without the setpoint track: lag compensation, then amplitude and
+    // period.
     bench.measure(
         "inverse_force",
         1000,
         (curve, inverse),
         |(_, inverse), random| {
-            // Up to a tenth beyond reach; below 2^31.
+            // Up to a tenth beyond the largest force; below 2^31.
             let most = inverse.force_range().1.get().to_bits().cast_unsigned();
             let force = random.between(0, most + most / 10).cast_signed();
             let rate = random.between(0, 40 << 16).cast_signed() - (20 << 16);
@@ -51,8 +51,7 @@ pub(super) fn run_benchmarks<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
             sum.add_word(period_us);
         },
     );
-    // The table of one muscle, as the request that puts it under force control
-    // makes it.
+    // The table of one muscle, as the request for force control computes it.
     bench.measure(
         "inverse_table",
         20,
@@ -64,7 +63,7 @@ pub(super) fn run_benchmarks<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
         },
         |_, most, sum| sum.add_word(most.get().to_bits().cast_unsigned()),
     );
-    // The nominal wearer's inverse.
+    // The feed-forward of the nominal wearer.
     bench.measure(
         "feed_forward",
         1000,
@@ -81,10 +80,10 @@ pub(super) fn run_benchmarks<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
     Some(())
 }
 
-/// The longest table that any request asks for: as many periods as there are, each
-/// in as many steps as it may have.
+/// Measures the longest table that any request needs: the maximum number of periods, each in the
+/// maximum number of steps.
 pub(super) fn run_slow_benchmarks<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
-    /// τ1 at which the model's steps are the longest, and the train of 10 Hz.
+    /// Muscle with a τ1 at which the model's steps are the longest, under a train of 10 Hz.
     const MUSCLE: CalciumForceSpec = CalciumForceSpec {
         tau1_us: 4_000,
         tau2_us: 1_000_000,

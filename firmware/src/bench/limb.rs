@@ -1,4 +1,5 @@
-//! The arm: turning the Jacobians to a posture, and a wrench into amplitudes.
+//! Benchmarks of the arm: update of the Jacobians for a posture, and conversion of a wrench into
+//! amplitudes.
 
 use super::{Bench, Checksum, Clock, Random};
 use crate::limb::{
@@ -8,13 +9,13 @@ use crate::limb::{
 use crate::units::{Amplitude, Angle};
 use heapless::Vec;
 
-/// Segments, as [`ViaSpec::segment`] counts them.
+/// Numbers of the segments, as in [`ViaSpec::segment`].
 const THORAX: u8 = 0;
 const GIRDLE: u8 = 1;
 const UPPER_ARM: u8 = 2;
 const FOREARM: u8 = 3;
 
-/// A point, mm.
+/// Creates a point from its position in mm.
 const fn via(segment: u8, [x, y, z]: [i32; 3]) -> ViaSpec {
     ViaSpec {
         segment,
@@ -22,10 +23,11 @@ const fn via(segment: u8, [x, y, z]: [i32; 3]) -> ViaSpec {
     }
 }
 
-/// The nine muscle groups of Sierotowicz 2023, section 2.4, on an arm of middle size.
+/// Returns the nine muscle groups of Sierotowicz 2023, section 2.4, on an arm of average size.
 ///
-/// Assumed, all of it: the paper prints neither lengths nor points nor gains. Bones are
-/// a 1.76 m person's to the centimetre, points were laid by sight on a drawn skeleton.
+/// All values are assumed: the paper prints neither lengths nor points nor gains. The bones are
+/// those of a person of 1.76 m, to the centimetre; the points were placed by eye on a drawing of a
+/// skeleton.
 #[must_use]
 pub fn nominal_limb() -> LimbSpec {
     use JointName::{Elbow, Glenohumeral, Sternoclavicular};
@@ -76,7 +78,7 @@ pub fn nominal_limb() -> LimbSpec {
     }
 }
 
-/// Of the nominal arm: SC protraction, elevation, roll; GH flexion, abduction, internal
+/// Ranges of the nominal arm, m°: SC protraction, elevation, roll; GH flexion, abduction, internal
 /// rotation; elbow flexion, bend, pronation.
 const RANGES_MDEG: [(i32, i32); AXES] = [
     (-30_000, 30_000),
@@ -90,26 +92,26 @@ const RANGES_MDEG: [(i32, i32); AXES] = [
     (-80_000, 80_000),
 ];
 
-/// The hand before the trunk, in hundredths of a degree: shoulder 45° flexed, 30°
-/// abducted, 20° rotated inward, elbow 80° flexed. Assumed: the paper prints none.
+/// Posture with the hand in front of the trunk, in hundredths of a degree: shoulder 45° flexed, 30°
+/// abducted, 20° rotated inward, elbow 80° flexed. Assumed: the paper prints no posture.
 const BEFORE_THE_TRUNK: [i16; AXES] = [0, 0, 0, 4_500, 3_000, 2_000, 8_000, 0, 0];
 
-/// The posture in which wrenches are wanted.
+/// Returns the posture in which wrenches are requested, with the hand in front of the trunk.
 #[must_use]
 pub fn before_the_trunk() -> Posture {
     BEFORE_THE_TRUNK.map(Angle::from_centideg)
 }
 
-/// Any posture of the nominal arm.
+/// Returns a random posture of the nominal arm.
 fn random_posture(random: &mut Random) -> Posture {
     RANGES_MDEG.map(|(low, high)| {
-        // Both within ±180 000.
+        // Both are within ±180 000.
         let mdeg = random.between(0, high.abs_diff(low)).cast_signed() + low;
         Angle::from_millideg(mdeg)
     })
 }
 
-/// A force of up to 10 N along each axis.
+/// Returns a random force of up to 10 N along each axis.
 fn random_wrench(random: &mut Random) -> Wrench<f32> {
     let mut part = || f32::ratio(random.between(0, 20_000).cast_signed() - 10_000, 1000);
     Wrench::from_force(part(), part(), part())
@@ -136,7 +138,7 @@ pub(super) fn run_benchmarks<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
             sum.add_word(cosine.to_bits());
         },
     );
-    // Algorithm 1 with the Jacobians given, to amplitudes.
+    // Algorithm 1 with given Jacobians, up to amplitudes.
     bench.measure(
         "limb_nearest",
         1000,
@@ -155,7 +157,7 @@ pub(super) fn run_benchmarks<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
             sum.add_word(share.to_bits());
         },
     );
-    // Both Jacobians at another posture.
+    // Both Jacobians in another posture.
     bench.measure(
         "limb_refresh",
         300,
@@ -167,7 +169,7 @@ pub(super) fn run_benchmarks<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
     Some(())
 }
 
-/// Every number of both.
+/// Adds every number of both Jacobians to the checksum.
 fn digest(jacobians: &Jacobians<f32>, sum: &mut Checksum) {
     for axis in jacobians.arm() {
         for part in axis.linear.to_array() {
@@ -183,7 +185,7 @@ fn digest(jacobians: &Jacobians<f32>, sum: &mut Checksum) {
 mod tests {
     use super::*;
 
-    /// Else rows would measure refusals.
+    /// Otherwise rows would measure refusals.
     #[test]
     fn most_wrenches_can_be_made_and_every_posture_taken() {
         let limb = Limb::<f32>::new(&nominal_limb()).unwrap();

@@ -1,4 +1,4 @@
-//! Frames.
+//! Benchmarks of the link's frames.
 
 use super::{Bench, Clock, Random};
 use crate::link::{Decoder, MAX_FRAME, Reading, Request, Response, Telemetry, ToDevice, encode};
@@ -6,7 +6,7 @@ use crate::pulse::CHANNELS;
 use crate::units::{Amplitude, Micros};
 use heapless::Vec;
 
-/// Amplitudes for the channels of `mask`.
+/// Returns a setpoint with random amplitudes for the channels of `mask`.
 pub(super) fn setpoint(mask: u16, random: &mut Random) -> Request {
     let mut values = Vec::new();
     for _ in 0..mask.count_ones() {
@@ -60,7 +60,7 @@ pub(super) fn run_benchmarks<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
     Some(())
 }
 
-/// A setpoint's number and values, read as a session reads it.
+/// Reads the number and the values of a setpoint, as a session does.
 fn read(message: &[u8]) -> Option<(u16, Vec<Amplitude, CHANNELS>)> {
     let mut reading = Reading::new(message);
     let sender = reading.sender().ok()?;
@@ -72,7 +72,7 @@ fn read(message: &[u8]) -> Option<(u16, Vec<Amplitude, CHANNELS>)> {
     }
 }
 
-/// A telemetry sample of ten channels and muscles.
+/// Returns a random telemetry sample of ten channels and muscles.
 fn telemetry(random: &mut Random) -> Telemetry {
     let mut sample = Telemetry {
         at: Micros::new(random.word()),

@@ -1,9 +1,9 @@
-//! Every algorithm of the device, once per call between two markers.
+//! Benchmarks of every algorithm of the device, each run between two markers.
 //!
-//! Lives here: which algorithms, on which inputs (a fixed seed), and what of
-//! their results is summed up. Not here: a clock, or where rows are printed.
-//! In: a cycle counter. Out: per algorithm a [`Row`]; its checksum is the same
-//! on every machine, its cycles are one machine's.
+//! This module defines the algorithms, their inputs (from a fixed seed) and the results that enter
+//! the checksum. The clock and the output of rows are elsewhere.
+//! Input is a cycle counter. Output is one [`Row`] per algorithm; its checksum is the same on every
+//! machine, and its cycles are those of one machine.
 
 pub mod control;
 mod haptics;
@@ -20,11 +20,11 @@ use core::hint::black_box;
 
 /// A counter of core clock cycles that wraps.
 pub trait Clock {
-    /// Its present value.
+    /// Returns the present count.
     fn cycles(&self) -> u32;
 }
 
-/// Counts nothing: for machines whose cycles say nothing about the board's.
+/// A clock that always returns 0, for machines whose cycles differ from the board's.
 pub struct NoClock;
 
 impl Clock for NoClock {
@@ -33,26 +33,26 @@ impl Clock for NoClock {
     }
 }
 
-/// What one algorithm gave and took. Cycles include the two markers and one
-/// call: those of the row `measure_empty`.
+/// Results and cycles of one algorithm. Cycles include the two markers and one call, which the row
+/// of [`measure_empty`] shows alone.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Row<N = &'static str> {
-    /// Which algorithm.
+    /// Name of the algorithm.
     pub name: N,
-    /// Times it ran, each on other inputs.
+    /// Number of runs, each with other inputs.
     pub runs: u32,
-    /// Of all results (FNV-1a, 32 bits).
+    /// Checksum over all results (FNV-1a, 32 bits).
     pub checksum: u32,
-    /// Fewest cycles of a run.
+    /// Smallest number of cycles of a run.
     pub min: u32,
-    /// Cycles of all runs.
+    /// Sum of the cycles of all runs.
     pub total: u64,
-    /// Most cycles of a run.
+    /// Largest number of cycles of a run.
     pub max: u32,
 }
 
 impl<N> Row<N> {
-    /// Mean cycles of a run, rounded to nearest.
+    /// Returns the mean number of cycles of a run, rounded to nearest.
     #[must_use]
     pub const fn mean(&self) -> u64 {
         let runs = if self.runs == 0 { 1 } else { self.runs as u64 };
@@ -61,7 +61,7 @@ impl<N> Row<N> {
 }
 
 impl<N: fmt::Display> fmt::Display for Row<N> {
-    /// `name runs checksum min mean max`, parted by single spaces.
+    /// Writes `name runs checksum min mean max`, separated by single spaces.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self {
             name,
@@ -76,13 +76,13 @@ impl<N: fmt::Display> fmt::Display for Row<N> {
     }
 }
 
-/// Takes measurements with one clock and hands over each row when it is complete.
+/// Takes measurements with one clock and passes on each row when it is complete.
 pub struct Bench<'a, C, N = &'static str> {
     clock: &'a C,
     report: &'a mut dyn FnMut(&Row<N>),
 }
 
-/// One run's state, its input and its answer, in one place.
+/// State, input, answer and function of one run, in one place.
 struct Case<S, I, A, R> {
     state: S,
     input: I,
@@ -91,13 +91,13 @@ struct Case<S, I, A, R> {
 }
 
 impl<'a, C: Clock, N> Bench<'a, C, N> {
-    /// With this clock, reporting there.
+    /// Creates a benchmark that measures with `clock` and passes each row to `report`.
     pub fn new(clock: &'a C, report: &'a mut dyn FnMut(&Row<N>)) -> Self {
         Self { clock, report }
     }
 
-    /// Measures `run` on `runs` inputs that `prepare` makes; it allocates nothing
-    /// and waits for nothing. `digest` sums up what each run answered or changed.
+    /// Measures `run` on `runs` inputs from `prepare`. The measurement allocates nothing and never
+    /// waits. `digest` adds the answer or the changes of each run to the checksum.
     pub fn measure<S, I: Default, A: Default>(
         &mut self,
         name: N,
@@ -136,13 +136,13 @@ impl<'a, C: Clock, N> Bench<'a, C, N> {
     }
 }
 
-/// One run, as one function that a profile can name.
+/// Performs one run, in a function of its own that a profile can name.
 #[inline(never)]
 fn marked<S, I, A, R: FnMut(&mut S, &I) -> A>(case: &mut Case<S, I, A, R>) {
     case.answer = (case.run)(&mut case.state, &case.input);
 }
 
-/// What the markers themselves take.
+/// Measures the markers alone.
 pub fn measure_empty<C: Clock, N>(bench: &mut Bench<'_, C, N>, name: N, runs: u32) {
     let nothing = |state: &mut (), (): &()| {
         black_box(state);
@@ -150,11 +150,11 @@ pub fn measure_empty<C: Clock, N>(bench: &mut Bench<'_, C, N>, name: N, runs: u3
     bench.measure(name, runs, (), |(), _| (), nothing, |(), (), _| ());
 }
 
-/// Rows of one room; `None` where an input is refused.
+/// Function that measures the rows of one module; it returns `None` if an input is refused.
 type Rows<C> = fn(&mut Bench<'_, C>) -> Option<()>;
 
-/// Runs all algorithms and hands over each row when it is complete. All inputs are
-/// constants within their ranges; a row whose were refused would be missing.
+/// Runs all algorithms and passes on each row when it is complete. All inputs are constants within
+/// their ranges; a row with a refused input would be missing.
 pub fn run<C: Clock>(clock: &C, mut row: impl FnMut(&Row)) {
     let mut bench = Bench::new(clock, &mut row);
     measure_empty(&mut bench, "empty", 100);
@@ -175,18 +175,19 @@ pub fn run<C: Clock>(clock: &C, mut row: impl FnMut(&Row)) {
     }
 }
 
-/// Marsaglia's xorshift32 (J. Stat. Softw. 8(14), 2003), one seed for all.
+/// Marsaglia's xorshift32 generator (J. Stat. Softw. 8(14), 2003), with one seed for all
+/// benchmarks.
 pub struct Random(u32);
 
 impl Default for Random {
-    /// From the one seed.
+    /// Returns the generator with the fixed seed.
     fn default() -> Self {
         Self(0x2545_F491)
     }
 }
 
 impl Random {
-    /// The next 32 bits.
+    /// Returns the next 32 bits.
     pub const fn word(&mut self) -> u32 {
         let mut x = self.0;
         x ^= x << 13;
@@ -196,7 +197,7 @@ impl Random {
         x
     }
 
-    /// `low..high`; `high` must be above `low`.
+    /// Returns a random number in `low..high`; `high` must be above `low`.
     pub const fn between(&mut self, low: u32, high: u32) -> u32 {
         let span = high.wrapping_sub(low) as u64;
         // Below span.
@@ -204,29 +205,29 @@ impl Random {
     }
 }
 
-/// FNV-1a over 32-bit words, least significant byte first.
+/// FNV-1a hash over 32-bit words, least significant byte first.
 pub struct Checksum(u32);
 
 impl Default for Checksum {
-    /// Of nothing.
+    /// Returns the initial value of FNV-1a.
     fn default() -> Self {
         Self(0x811C_9DC5)
     }
 }
 
 impl Checksum {
-    /// Of all so far.
+    /// Returns the checksum of all bytes so far.
     #[must_use]
     pub const fn value(&self) -> u32 {
         self.0
     }
 
-    /// Adds a word.
+    /// Adds the four bytes of `word`, least significant first.
     pub fn add_word(&mut self, word: u32) {
         self.add_bytes(&word.to_le_bytes());
     }
 
-    /// Adds what a joint or a wall asks for.
+    /// Adds channels and amplitudes of a joint or a wall.
     fn add_amplitudes(&mut self, amplitudes: &Amplitudes) {
         for (channel, amplitude) in amplitudes {
             self.add_word(u32::from(*channel));
@@ -234,7 +235,7 @@ impl Checksum {
         }
     }
 
-    /// Adds bytes.
+    /// Adds `bytes` in order.
     pub fn add_bytes(&mut self, bytes: &[u8]) {
         for &byte in bytes {
             self.0 = (self.0 ^ u32::from(byte)).wrapping_mul(0x0100_0193);

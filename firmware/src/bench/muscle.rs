@@ -1,4 +1,4 @@
-//! Muscle models.
+//! Benchmarks of the muscle models.
 
 use super::{Bench, Checksum, Clock, Random};
 use crate::muscle::{
@@ -8,8 +8,8 @@ use crate::muscle::{
 use crate::units::{Amplitude, Micros, us};
 use fixed::types::{I16F16, U1F31};
 
-/// A muscle within the ranges of table 4 of Lee 2020 but for its strength; none of
-/// that table. What a step takes hardly depends on it.
+/// A muscle within the ranges of table 4 of Lee 2020 except for its strength, but not one of that
+/// table. The duration of a step hardly depends on the muscle.
 pub(super) const FORCE: CalciumForceSpec = CalciumForceSpec {
     a_mn_per_s: 1_007_000,
     k_micro: 177_000,
@@ -18,7 +18,7 @@ pub(super) const FORCE: CalciumForceSpec = CalciumForceSpec {
     tau2_us: 60_000,
 };
 
-/// From 6 mA to 20 mA.
+/// Recruitment from 6 mA to 20 mA.
 pub(super) const RECRUITMENT: RecruitmentSpec = RecruitmentSpec {
     motor_threshold: Amplitude::new(6_000),
     limit: Amplitude::new(20_000),
@@ -26,10 +26,10 @@ pub(super) const RECRUITMENT: RecruitmentSpec = RecruitmentSpec {
     slope_micro: 250_000,
 };
 
-/// A tick's length, µs.
+/// Length of a tick, µs.
 const TICK_US: u32 = 1000;
 
-/// A muscle in motion: where it is, and when its next tick ends.
+/// A moving muscle: its state, and the end of its next tick.
 #[derive(Clone)]
 struct MovingMuscle<M: Model> {
     muscle: M,
@@ -44,7 +44,7 @@ impl<M: Model> MovingMuscle<M> {
         Self { muscle, state, to }
     }
 
-    /// A millisecond on; a pulse somewhere inside it.
+    /// Advances by a millisecond, and returns a random pulse within it.
     fn next(&mut self, random: &mut Random) -> (Micros, Gain) {
         let at = self.to + us(random.between(1, TICK_US));
         self.to += us(TICK_US);
@@ -85,9 +85,9 @@ pub(super) fn run_benchmarks<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
     Some(())
 }
 
-/// One control tick of an active muscle, without a pulse inside it and with one.
-/// With one, every tick measured has it, as at 1 kHz, which no train reaches: a
-/// thousand samples, C near its largest.
+/// Measures one control tick of an active muscle, without a pulse inside the tick and with one. In
+/// the second case every measured tick has a pulse, as at 1 kHz, which no train reaches: a thousand
+/// samples, with C near its maximum.
 fn calcium_force<C: Clock>(bench: &mut Bench<'_, C>, active: MovingMuscle<CalciumForce>) {
     let digest = |active: &MovingMuscle<CalciumForce>, (): &(), sum: &mut Checksum| {
         sum.add_word(active.muscle.calcium(&active.state).to_bits());
@@ -99,7 +99,8 @@ fn calcium_force<C: Clock>(bench: &mut Bench<'_, C>, active: MovingMuscle<Calciu
         active.clone(),
         |active, random| {
             let (begin, (_, gain)) = (active.to, active.next(random));
-            // Where the train's tick ends, for a pulse at its beginning.
+            // Every 25 ms a pulse at the beginning of the tick, as in a train at 40 Hz; it is not
+            // measured.
             if active.to.get().is_multiple_of(25 * TICK_US) {
                 active.muscle.pulse(&mut active.state, begin, gain);
             }
@@ -117,7 +118,7 @@ fn calcium_force<C: Clock>(bench: &mut Bench<'_, C>, active: MovingMuscle<Calciu
     );
 }
 
-/// A muscle on some rung, as the device runs it.
+/// Measures a muscle at one model level, as the device runs it.
 fn measure_model_level<C: Clock>(
     bench: &mut Bench<'_, C>,
     climbing: MovingMuscle<MuscleModel>,
@@ -151,8 +152,8 @@ fn measure_model_level<C: Clock>(
     );
 }
 
-/// Amplitude → gain: one exponential; gain → amplitude: one logarithm; effort →
-/// amplitude, as a control law asks.
+/// Measures amplitude → gain (one exponential), gain → amplitude (one logarithm), and effort →
+/// amplitude, as a controller needs it.
 fn recruitment<C: Clock>(bench: &mut Bench<'_, C>, curve: Recruitment) {
     let digest = |_: &Recruitment, answer: &u32, sum: &mut Checksum| sum.add_word(*answer);
     bench.measure(
@@ -167,7 +168,7 @@ fn recruitment<C: Clock>(bench: &mut Bench<'_, C>, curve: Recruitment) {
         "recruitment_amplitude",
         1000,
         curve,
-        // e^-3.5 of the reference is the gain at threshold.
+        // The gain at threshold is e^-3.5 of the reference.
         |_, random| random.between(1 << 26, 1 << 31),
         |curve, gain| {
             let gain = Gain::new(U1F31::from_bits(*gain));

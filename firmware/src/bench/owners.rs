@@ -1,4 +1,4 @@
-//! The three owners at work: ten channels at 100 Hz, ten muscles, one finger.
+//! Benchmarks of the three owners at work: ten channels at 100 Hz, ten muscles, one finger.
 
 use super::{Bench, Checksum, Clock, Random, control, link, muscle, pulse};
 use crate::control::LawSpec;
@@ -13,11 +13,11 @@ use crate::safety::{
 use crate::units::{Amplitude, DacCode, Micros, us};
 use heapless::Vec;
 
-/// Channels that a host drives; the finger has the others.
+/// Mask of the channels that a host drives; the finger has the others.
 const DIRECT: u16 = 0b11_1111_1000;
-/// The session that the first `Hello` opens.
+/// Number of the session that the first `Hello` opens.
 const SESSION: u16 = 1;
-/// Ticks until the electrode check of ten channels is over for certain.
+/// Number of ticks after which the electrode check of ten channels has certainly ended.
 const CHECK_TICKS: u32 = 40;
 
 /// A device without a board, and its host.
@@ -38,12 +38,12 @@ struct HostAndDevice {
     frame: Vec<u8, MAX_FRAME>,
     code: u16,
     ok: bool,
-    /// What the session said in the latest tick.
+    /// Checksum of the session's output in the latest tick.
     said: Checksum,
 }
 
 impl HostAndDevice {
-    /// As booted.
+    /// Creates the device as after a boot.
     fn new() -> Self {
         let identity = Identity {
             kind: Kind::Native,
@@ -73,7 +73,7 @@ impl HostAndDevice {
         }
     }
 
-    /// Stimulating from here on.
+    /// Configures, arms and starts the device, which stimulates from then on.
     fn start(&mut self) {
         let setup = self.configure();
         self.send_request(Request::Arm { setup });
@@ -85,7 +85,7 @@ impl HostAndDevice {
         self.ok &= self.pulser.state() == State::Stimulating;
     }
 
-    /// Its sum.
+    /// Configures the device, and returns the checksum of the setup.
     fn configure(&mut self) -> u32 {
         self.send_request(Request::Hello { schema: SCHEMA });
         let mut sent = SetupSum::default();
@@ -123,7 +123,7 @@ impl HostAndDevice {
         sent.total()
     }
 
-    /// Makes the frame of the next request.
+    /// Encodes the frame of the next request.
     fn write(&mut self, request: Request) {
         let session = match request {
             Request::Hello { .. } => BROADCAST,
@@ -151,7 +151,7 @@ impl HostAndDevice {
         self.read_output();
     }
 
-    /// Renders the next window, one before it plays.
+    /// Renders the next window, one window before it plays.
     fn refill(&mut self) {
         let inputs = Inputs {
             arm: true,
@@ -169,8 +169,8 @@ impl HostAndDevice {
         self.ok &= result.is_ok();
     }
 
-    /// What the board does from one refill to the next: converts the current of
-    /// the window that played, into 2 kΩ, and writes the next one's DACs.
+    /// Does what a board does between two refills: converts the current of the window that played,
+    /// into 2 kΩ, and writes the next window's DACs.
     fn play(&mut self) {
         self.reading = self.sample.take().and_then(|sample| {
             let channel = usize::from(sample.channel);
@@ -199,7 +199,7 @@ impl HostAndDevice {
         self.controller.tick(now, Some(self.code), &mut mail);
     }
 
-    /// Takes what the session says.
+    /// Reads the session's output into the checksum.
     fn read_output(&mut self) {
         let (_, _, mut mail) = self.mail.split();
         while mail.take_entry().is_some() {}
@@ -211,7 +211,7 @@ impl HostAndDevice {
         }
     }
 
-    /// Four windows and a control tick.
+    /// Runs four windows and a control tick.
     fn tick(&mut self) {
         for _ in 0..WINDOWS_PER_TICK {
             self.refill();
@@ -221,7 +221,7 @@ impl HostAndDevice {
         self.read_output();
     }
 
-    /// What a host sends in a millisecond: an angle or amplitudes every 11 ms.
+    /// Sends the requests of a host in this millisecond: an angle or amplitudes every 11 ms.
     fn send_host_requests(&mut self, random: &mut Random) {
         self.code = random.between(800, 3_200) as u16;
         match self.windows / WINDOWS_PER_TICK % 11 {
@@ -262,9 +262,10 @@ pub(super) fn run_benchmarks<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
     Some(())
 }
 
-// A desk is nearly half of the chip's memory: one at a time, and none is moved.
+// The benchmark's state fills nearly half of the chip's memory: only one exists at a time, and none
+// is moved.
 
-/// A setpoint of seven amplitudes from its bytes to the pulser's mailbox.
+/// Measures a setpoint of seven amplitudes from its bytes to the pulser's mailbox.
 #[inline(never)]
 fn setpoint<C: Clock>(bench: &mut Bench<'_, C>) {
     let mut desk = HostAndDevice::new();
@@ -283,7 +284,8 @@ fn setpoint<C: Clock>(bench: &mut Bench<'_, C>) {
     );
 }
 
-/// The controller's tick: events, the finger, ten muscles, every tenth time a sample.
+/// Measures the controller's tick: events, the finger, ten muscles, and a telemetry sample every
+/// tenth time.
 #[inline(never)]
 fn tick<C: Clock>(bench: &mut Bench<'_, C>) {
     let mut desk = HostAndDevice::new();
@@ -305,7 +307,7 @@ fn tick<C: Clock>(bench: &mut Bench<'_, C>) {
     );
 }
 
-/// The pulser's refill, without painting.
+/// Measures the pulser's refill, without painting.
 #[inline(never)]
 fn refill<C: Clock>(bench: &mut Bench<'_, C>) {
     let mut desk = HostAndDevice::new();
@@ -345,7 +347,8 @@ mod tests {
         assert_eq!(desk.pulser.state(), State::Stimulating);
     }
 
-    /// Two samples are under way when it falls silent, and six more are asked for.
+    /// Two samples are in progress when the current measurement stops answering, and six more are
+    /// requested.
     #[test]
     fn a_sense_that_does_not_answer_is_a_fault() {
         let (mut desk, mut random) = (HostAndDevice::new(), Random::default());

@@ -1,4 +1,4 @@
-//! Rendering and painting of windows, ten channels at 100 Hz.
+//! Benchmarks of rendering and painting windows, with ten channels at 100 Hz.
 
 use super::{Bench, Checksum, Clock};
 use crate::board::wiring::BoardPins;
@@ -8,13 +8,13 @@ use crate::pulse::{
 };
 use crate::units::{DacCode, Micros, us};
 
-/// 100 Hz.
+/// Period of the trains, µs: 100 Hz.
 const PERIOD_US: u32 = 10_000;
 
-/// 200 µs biphasic at 100 Hz.
+/// Biphasic train of 200 µs per phase at 100 Hz.
 pub(super) const TRAIN: TrainSpec = TrainSpec::biphasic(200, 100, PERIOD_US);
 
-/// Lets every pulse pass.
+/// Supply that allows every pulse.
 struct AlwaysAllow;
 
 impl Supply for AlwaysAllow {
@@ -35,7 +35,7 @@ struct Trains {
 }
 
 impl Trains {
-    /// Channel n starts `offset(n)` µs after the epoch.
+    /// Creates trains of which channel n starts `offset(n)` µs after the epoch.
     fn new(offset: impl Fn(u32) -> u32) -> Self {
         let mut trains: [Option<Train>; CHANNELS] = [None; CHANNELS];
         for (n, train) in (0u32..).zip(&mut trains) {
@@ -63,7 +63,7 @@ impl Trains {
         self.start += us(WINDOW_US);
     }
 
-    /// Renders windows until one is about to begin in which something happens.
+    /// Renders windows until the next window is not quiet.
     fn skip_quiet(&mut self, quiet: impl Fn(u32) -> bool) {
         while quiet(self.start.get() % PERIOD_US) {
             self.render();
@@ -85,7 +85,7 @@ impl Trains {
 
 pub(super) fn run_benchmarks<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
     let digest = |trains: &Trains, (): &(), sum: &mut Checksum| trains.digest(sum);
-    // A window in which nothing happens: all pulses of the period are over.
+    // A window without events: all pulses of the period are over.
     bench.measure(
         "render_idle_window",
         400,
@@ -94,7 +94,7 @@ pub(super) fn run_benchmarks<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
         |trains, ()| trains.render(),
         digest,
     );
-    // Windows in turn, channels spread over the period.
+    // Consecutive windows, with channels spread over the period.
     bench.measure(
         "render_window",
         800,

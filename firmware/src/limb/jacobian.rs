@@ -1,25 +1,26 @@
-//! Both Jacobians, transposed: what turns wrench and muscle forces into torques.
+//! Transposed Jacobians of the arm and of its muscles, which convert a wrench and muscle forces
+//! into joint torques.
 
 use super::{AXES, LINES, Line, Number, Pose, Vector, Wrench};
 use heapless::Vec;
 
-/// A column of the arm's Jacobian (Sierotowicz 2023, (8)): how the hand moves with one
-/// axis, and so the torque about that axis which a wrench at the hand needs.
+/// A column of the arm's Jacobian (Sierotowicz 2023, (8)): the motion of the hand per rotation
+/// about one axis, and so the torque about that axis that a wrench at the hand needs.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Axis<N> {
-    /// e × (hand − joint), m.
+    /// Linear part e × (hand − joint), m.
     pub linear: Vector<N>,
-    /// e.
+    /// Direction e of the axis.
     pub angular: Vector<N>,
 }
 
-/// The arm's and the muscles' Jacobian at one posture.
+/// Jacobians of the arm and of the muscles in one posture.
 #[derive(Clone, Debug, Default)]
 pub struct Jacobians<N> {
-    /// Of the arm.
+    /// Jacobian of the arm, one column per axis.
     pub(super) arm: [Axis<N>; AXES],
-    /// Of each line, at each joint its torque about the joint's three axes per newton,
-    /// m; and the joint at which the nearest neighbour considers it.
+    /// Torque of each line per newton about the three axes of each joint, m, and the joint at which
+    /// the nearest-neighbour recruitment considers the line.
     pub(super) muscles: Vec<(u8, [Vector<N>; 3]), LINES>,
 }
 
@@ -49,14 +50,14 @@ impl<N: Number> Jacobians<N> {
         Self { arm, muscles }
     }
 
-    /// The arm's, a column an axis.
+    /// Returns the Jacobian of the arm, one column per axis.
     #[must_use]
     pub const fn arm(&self) -> &[Axis<N>; AXES] {
         &self.arm
     }
 
-    /// J_mus, a row a line in the spec's order: its torque about each axis per newton,
-    /// which is −∂l/∂θ, m/rad.
+    /// Returns J_mus, one row per line in the order of the specification: the line's torque about
+    /// each axis per newton, which is −∂l/∂θ, m/rad.
     pub fn muscles(&self) -> impl Iterator<Item = [N; AXES]> {
         self.muscles.iter().map(|(_, [sc, gh, el])| {
             let [a, b, c] = sc.to_array();
@@ -66,8 +67,7 @@ impl<N: Number> Jacobians<N> {
         })
     }
 
-    /// The torques about the nine axes with which the hand exerts a wrench, N·m:
-    /// J_armᵀ·w.
+    /// Computes the torques about the nine axes that a wrench of the hand needs, N·m: J_armᵀ·w.
     #[must_use]
     pub fn torques(&self, wrench: &Wrench<N>) -> [N; AXES] {
         self.arm

@@ -1,14 +1,14 @@
-//! A line of action: a string from origin to insertion, its muscle's force along it.
+//! A line of action: a string from origin to insertion, along which the force of a muscle acts.
 
 use super::{LineSpec, Number, Pose, VIAS, Vector};
 use heapless::Vec;
 
-/// A validated line.
+/// A validated line of action.
 #[derive(Clone, Debug)]
 pub struct Line<N> {
-    /// Segment and place in it, m, origin first.
+    /// Segment and position in it, m, of each point, origin first.
     vias: Vec<(u8, Vector<N>), VIAS>,
-    /// Where the nearest-neighbour recruitment considers it, 0…2.
+    /// Joint at which the nearest-neighbour recruitment considers the line, 0…2.
     joint: u8,
 }
 
@@ -21,13 +21,14 @@ impl<N: Number> Line<N> {
         }
     }
 
-    /// Where the nearest-neighbour recruitment considers it: 0 SC, 1 GH, 2 EL.
+    /// Returns the joint at which the nearest-neighbour recruitment considers the line: 0 SC, 1 GH,
+    /// 2 EL.
     #[must_use]
     pub const fn joint(&self) -> u8 {
         self.joint
     }
 
-    /// Its points at a pose, seen from the thorax, m, with their segments.
+    /// Returns the points of the line in a pose, in the thorax frame, m, with their segments.
     pub fn points<'a>(&'a self, pose: &'a Pose<N>) -> impl Iterator<Item = (u8, Vector<N>)> + 'a {
         self.vias.iter().map(|&(segment, at)| {
             let (origin, rotation) = match (segment, pose.segments) {
@@ -40,14 +41,14 @@ impl<N: Number> Line<N> {
         })
     }
 
-    /// The torque about each joint per newton of its muscle, m, seen from the thorax:
-    /// SC, GH, EL; zero at a joint that it does not cross.
+    /// Computes the torque about each joint per newton of the muscle's force, m, in the thorax
+    /// frame: SC, GH, EL; zero at a joint that the line does not cross.
     ///
-    /// Only the stretch of the string that crosses a joint turns it, whatever it does
-    /// elsewhere: it pulls its far end, q, towards its near one along u, and the torque
-    /// about the joint j is (q − j) × u. That is −∂l/∂θ of the string's length about
-    /// every axis through j. Equation (3) has (a_i − j) × (a_i − a_{i−1}), which is
-    /// +∂l/∂θ, and averages over all stretches, those that lie in one segment too.
+    /// Only the stretch of the string that crosses a joint turns that joint: it pulls its far end q
+    /// towards its near end along u, and the torque about the joint j is (q − j) × u. That is
+    /// −∂l/∂θ of the string's length about every axis through j. Equation (3) has (a_i − j) × (a_i
+    /// − a_{i−1}), which is +∂l/∂θ, and averages over all stretches, including those within one
+    /// segment.
     #[must_use]
     pub fn torques(&self, pose: &Pose<N>) -> [Vector<N>; 3] {
         let mut torques = [Vector::ZERO; 3];
@@ -69,7 +70,7 @@ impl<N: Number> Line<N> {
         torques
     }
 
-    /// Its length at a pose, m, by square roots of the number's own.
+    /// Computes the length of the line in a pose, m, with the square root of the number type.
     #[must_use]
     pub fn length(&self, pose: &Pose<N>) -> N {
         let mut length = N::ZERO;

@@ -1,15 +1,16 @@
-//! The arm: which muscles give a wanted force at the hand.
+//! The arm: selects the muscles and amplitudes that produce a given force at the hand.
 //!
-//! Lives here: lines of action over nine revolute axes, three each at the
-//! sternoclavicular, the glenohumeral and the elbow joint; the arm's and the muscles'
-//! Jacobians; the nearest-neighbour recruitment (algorithm 1 of Sierotowicz &
-//! Castellini 2023); from a muscle's force to its amplitude. Not here: where a posture
-//! comes from, calibration, ramps and limits of the board (`safety` has the last word).
-//! In: a [`LimbSpec`] once, a posture, a wanted [`Wrench`]. Out: an amplitude per
-//! channel, or why there is none and what can be made.
-//! In f32 on the device: additions, products, quotients and their rounding are IEEE
-//! 754's, sine and cosine micromath's, so the same inputs give the same bits on every
-//! machine. The geometry is written once for any [`Number`]; hosts try it in f64.
+//! This module contains lines of action over nine revolute axes, three each at the
+//! sternoclavicular, the glenohumeral and the elbow joint; the Jacobians of the arm and the
+//! muscles; the nearest-neighbour recruitment (algorithm 1 of Sierotowicz & Castellini 2023); and
+//! the conversion of a muscle's force into its amplitude. The source of the posture, calibration,
+//! ramps and limits of the board (`safety`) are elsewhere.
+//! Inputs are a [`LimbSpec`] once, a posture and a reference [`Wrench`]. Output is an amplitude per
+//! channel, or the reason why there is none and the share of the wrench that is possible.
+//!
+//! The device computes in f32: additions, products, quotients and their rounding follow IEEE 754,
+//! and sine and cosine are those of micromath, so the same inputs give the same bits on every
+//! machine. The geometry is generic over [`Number`]; hosts test it in f64.
 
 mod jacobian;
 mod line;
@@ -37,11 +38,11 @@ use crate::range::Range;
 use crate::units::Angle;
 use heapless::Vec;
 
-/// Joints: sternoclavicular, glenohumeral, elbow.
+/// Number of joints: sternoclavicular, glenohumeral and elbow.
 pub const JOINTS: usize = 3;
-/// Revolute axes, three a joint.
+/// Number of revolute axes, three per joint.
 pub const AXES: usize = 3 * JOINTS;
-/// The nine axes by name, in the order of a posture.
+/// Names of the nine axes, in the order of a posture.
 pub const AXIS_NAMES: [&str; AXES] = [
     "sc_protraction",
     "sc_elevation",
@@ -53,18 +54,18 @@ pub const AXIS_NAMES: [&str; AXES] = [
     "el_bend",
     "el_pronation",
 ];
-/// Of a line's channel on the link.
+/// Range of a line's channel on the link.
 const CHANNEL: Range = Range::new("channel", 0, 9);
-/// Most lines of action: one a channel.
+/// Maximum number of lines of action, one per channel.
 pub const LINES: usize = 10;
-/// Most points of one line, origin and insertion included.
+/// Maximum number of points of one line, including origin and insertion.
 pub const VIAS: usize = 6;
 
-/// The nine angles of a posture: those of the sternoclavicular joint first, each
-/// joint's in the order of its axes ([`Skeleton::ORDER`]).
+/// The nine angles of a posture: those of the sternoclavicular joint first, and each joint's in the
+/// order of its axes ([`Skeleton::ORDER`]).
 pub type Posture = [Angle; AXES];
 
-/// A validated [`LimbSpec`], ready to compute in numbers of kind `N`.
+/// A validated [`LimbSpec`] for computations in numbers of type `N`.
 #[derive(Clone, Debug)]
 pub struct Limb<N = f32> {
     skeleton: Skeleton<N>,
@@ -77,8 +78,8 @@ impl<N: Number> Limb<N> {
     /// Validates the arm of a wearer.
     ///
     /// # Errors
-    /// [`LimbError`] names the first offending field, its line or axis, and what it
-    /// allows; [`LimbSpec::mistakes`] tells of all.
+    /// Returns [`LimbError`] with the first offending field, its line or axis, and its range.
+    /// [`LimbSpec::report_mistakes`] reports all mistakes.
     pub fn new(spec: &LimbSpec) -> Result<Self, LimbError> {
         let mut first = None;
         spec.report_mistakes(&mut |mistake| {
@@ -103,22 +104,22 @@ impl<N: Number> Limb<N> {
         })
     }
 
-    /// The bones.
+    /// Returns the skeleton of the arm.
     #[must_use]
     pub const fn skeleton(&self) -> &Skeleton<N> {
         &self.skeleton
     }
 
-    /// The lines of action, in the spec's order.
+    /// Returns the lines of action, in the order of the specification.
     #[must_use]
     pub fn lines(&self) -> &[Line<N>] {
         &self.lines
     }
 
-    /// A posture in radians.
+    /// Converts a posture into radians.
     ///
     /// # Errors
-    /// The first axis whose angle is outside this wearer's range.
+    /// Returns [`PostureError`] for the first axis whose angle is outside this wearer's range.
     pub fn radians(&self, posture: &Posture) -> Result<[N; AXES], PostureError> {
         let mut radians = [N::ZERO; AXES];
         let all = radians.iter_mut().zip(posture).zip(&self.ranges);
@@ -131,34 +132,34 @@ impl<N: Number> Limb<N> {
                     high_mdeg: high.to_millideg(),
                 });
             }
-            // ±180° in 2^-16: below 2^24, exact in f32.
+            // ±180° in 2^-16 is below 2^24, exact in f32.
             let degrees = N::ratio(angle.get().to_bits(), 1 << 16);
             *radians = degrees * N::RADIANS_PER_DEGREE;
         }
         Ok(radians)
     }
 
-    /// Both Jacobians at a posture.
+    /// Computes both Jacobians in a posture.
     ///
     /// # Errors
-    /// The first axis whose angle is outside this wearer's range.
+    /// Returns [`PostureError`] for the first axis whose angle is outside this wearer's range.
     pub fn jacobians_at_posture(&self, posture: &Posture) -> Result<Jacobians<N>, PostureError> {
         Ok(self.jacobians(&self.radians(posture)?))
     }
 
-    /// Both Jacobians at angles in radians, whatever the wearer's ranges.
+    /// Computes both Jacobians at angles in radians, without a check of the wearer's ranges.
     #[must_use]
     pub fn jacobians(&self, radians: &[N; AXES]) -> Jacobians<N> {
         Jacobians::new(&self.skeleton.pose(radians), &self.lines)
     }
 
-    /// The amplitudes that give a wanted wrench at the hand, by the nearest-neighbour
-    /// recruitment: at each joint the one line whose torque is closest in direction to
-    /// the wanted is recruited. Channels that are not named rest.
+    /// Computes the amplitudes that produce a wrench at the hand, with the nearest-neighbour
+    /// recruitment: at each joint it recruits the one line whose torque is closest in direction to
+    /// the needed torque. Channels that are not in the result rest.
     ///
     /// # Errors
-    /// [`ReachError`]: that no muscle helps at any joint, or what share of the wrench
-    /// can be made.
+    /// Returns [`ReachError`] if no muscle can contribute at any joint, or if only a share of the
+    /// wrench is possible.
     pub fn recruit(
         &self,
         jacobians: &Jacobians<N>,
@@ -168,13 +169,15 @@ impl<N: Number> Limb<N> {
         recruitment::recruit(&self.curves, &choice)
     }
 
-    /// The most force of each line, N, in the spec's order: at the wearer's limit.
+    /// Returns the largest force of each line, N, at the wearer's limit, in the order of the
+    /// specification.
     pub fn max_forces(&self) -> impl Iterator<Item = N> {
         self.curves.iter().map(recruitment::Curve::max_force)
     }
 
-    /// The amplitudes for a force of each line (N, in the spec's order), below zero as
-    /// zero, above its most as its most: for a recruitment that is not this room's.
+    /// Returns the amplitudes for a force of each line (N, in the order of the specification), for
+    /// recruitments other than this module's. Negative forces count as zero, and too large ones as
+    /// the line's largest.
     #[must_use]
     pub fn orders(&self, forces: &[N]) -> Orders {
         recruitment::orders(&self.curves, forces)

@@ -1,28 +1,29 @@
-//! The nearest-neighbour recruitment: algorithm 1 of Sierotowicz & Castellini 2023.
+//! Nearest-neighbour recruitment: algorithm 1 of Sierotowicz & Castellini 2023.
 
 use super::{JOINTS, Jacobians, Number, Vector, Wrench};
 
-/// What the recruitment chose at a joint.
+/// Choice of the recruitment at one joint.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub enum Choice<N> {
-    /// Nothing is wanted there.
+    /// The wrench needs no torque at this joint.
     #[default]
     None,
-    /// Something is wanted, and no line of this joint has a torque within 90° of it.
+    /// The wrench needs a torque, and no line of this joint has a torque within 90° of its
+    /// direction.
     Unhelped,
-    /// This line (its place in the spec) with this force, N.
+    /// Index of the chosen line in the specification, and its force, N.
     Line(u8, N),
 }
 
-/// At each joint the line whose torque is closest in direction to the wanted, with the
-/// force whose torque has the wanted's component along it.
+/// Selects at each joint the line whose torque is closest in direction to the needed torque, with
+/// the force whose torque equals the component of the needed torque along that direction.
 ///
-/// Where the print cannot be meant: line 11's τ_target has all joints' components, and
-/// τ_des, this joint's three, is meant; its ‖r̄‖·‖d‖ is ‖d‖², since d is the torque
-/// per newton and its length the moment arm. The argmax of line 10 may be negative (no
-/// muscle helps): then none is chosen. A line that does not cross a joint has d = 0,
-/// which line 8 divides by: it is no candidate there. A line that crosses two joints is
-/// one at that which its spec names, so that none is chosen twice.
+/// Corrections of the printed algorithm: τ_target in line 11 has the components of all joints, but
+/// τ_des, with this joint's three, must be meant; ‖r̄‖·‖d‖ is ‖d‖², since d is the torque per
+/// newton and its length the moment arm. The argmax of line 10 may be negative (no muscle can
+/// contribute): then no line is chosen. A line that does not cross a joint has d = 0, by which line
+/// 8 divides: it is no candidate there. A line that crosses two joints is a candidate only at the
+/// joint that its specification states, so no line is chosen twice.
 #[must_use]
 pub fn nearest<N: Number>(jacobians: &Jacobians<N>, wanted: &Wrench<N>) -> [Choice<N>; JOINTS] {
     let [a, b, c, d, e, f, g, h, i] = jacobians.torques(wanted);
@@ -41,7 +42,7 @@ pub fn nearest<N: Number>(jacobians: &Jacobians<N>, wanted: &Wrench<N>) -> [Choi
         let Some((((&lever, &torque), found), best)) = joints.nth((*at).into()) else {
             continue;
         };
-        // Shorter than 1 µm is no lever, only the rounding of one.
+        // A moment arm shorter than 1 µm is a rounding error.
         let square = lever.dot(lever);
         if square < N::ratio(1, 1_000_000) * N::ratio(1, 1_000_000) {
             continue;

@@ -1,4 +1,4 @@
-//! What the geometry computes with: f32 on the device, others on hosts.
+//! Number type of the geometry: f32 on the device, other types on hosts.
 
 use core::fmt::Debug;
 use core::ops::{Add, Div, Mul, Neg, Sub};
@@ -16,28 +16,28 @@ pub trait Number:
     + Div<Output = Self>
     + Neg<Output = Self>
 {
-    /// Zero.
+    /// Additive identity, 0.
     const ZERO: Self;
-    /// One.
+    /// Multiplicative identity, 1.
     const ONE: Self;
-    /// π/180.
+    /// Factor π/180.
     const RADIANS_PER_DEGREE: Self;
-    /// The nearest to `numerator / denominator`, which must not be 0.
+    /// Returns the number nearest to `numerator / denominator`, which must not be 0.
     fn ratio(numerator: i32, denominator: i32) -> Self;
-    /// The nearest integer, saturating; of what is no number, 0.
+    /// Returns the nearest integer, saturating; 0 for NaN.
     fn to_nearest(self) -> u32;
-    /// Sine and cosine of an angle in radians, on the unit circle.
+    /// Returns sine and cosine of an angle in radians, on the unit circle.
     fn sine_and_cosine(self) -> (Self, Self);
-    /// One over the square root of a positive number; of zero anything finite.
+    /// Returns the inverse square root of a positive number; any finite value for zero.
     fn inverse_root(self) -> Self;
 }
 
-/// The most by which an angle is wrong that the device turns by, rad: what micromath's
-/// sine and cosine leave (`firmware/tests/limb_numbers.rs`).
+/// Largest error of an angle by which the device rotates, rad: the error of micromath's sine and
+/// cosine (`firmware/tests/limb_numbers.rs`).
 pub const TURN_ERROR: f32 = 1.1e-3;
 
-/// Sine and cosine are micromath's, drawn onto the unit circle: turns keep lengths
-/// and right angles, and only the angle is wrong, by at most [`TURN_ERROR`].
+/// Sine and cosine are micromath's, normalised to the unit circle. Rotations therefore preserve
+/// lengths and right angles, and only the angle has an error, of at most [`TURN_ERROR`].
 impl Number for f32 {
     const ZERO: Self = 0.0;
     const ONE: Self = 1.0;
@@ -50,7 +50,7 @@ impl Number for f32 {
 
     #[inline]
     fn to_nearest(self) -> u32 {
-        // `as` saturates, and takes 0 for what is no number.
+        // `as` saturates, and converts NaN to 0.
         (self + 0.5) as u32
     }
 
@@ -61,7 +61,8 @@ impl Number for f32 {
         (sine * inverse, cosine * inverse)
     }
 
-    /// micromath's is wrong by up to 3.5 %; three of Newton's steps leave 3e-7.
+    /// Refines micromath's result, whose error is up to 3.5 %, with three Newton steps to an error
+    /// of 3e-7.
     #[inline]
     fn inverse_root(self) -> Self {
         let half = 0.5 * self;

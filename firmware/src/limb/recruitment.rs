@@ -1,29 +1,29 @@
-//! From a line's force to its channel's amplitude: f = g·(s + q), between the
-//! amplitude where force begins and the wearer's limit (Sierotowicz 2023, section 2.2).
+//! Conversion of a line's force into its channel's amplitude: f = g·(s + q), between the amplitude
+//! at which force begins and the wearer's limit (Sierotowicz 2023, section 2.2).
 
 use super::{Choice, JOINTS, LINES, LineSpec, Number, ReachError};
 use crate::units::Amplitude;
 use heapless::Vec;
 
-/// Amplitudes of channels; those that are not named rest.
+/// Amplitudes of channels (0…9). Channels that are absent rest.
 pub type Orders = Vec<(u8, Amplitude), LINES>;
 
-/// What gives a wanted wrench.
+/// Amplitudes that produce a given wrench.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct RecruitmentResult<N> {
-    /// An amplitude for each chosen line's channel.
+    /// Channel and amplitude of each chosen line.
     pub orders: Orders,
-    /// What was chosen at SC, GH and EL; a joint where no muscle helps is told here.
+    /// Choices at SC, GH and EL, including joints at which no muscle can contribute.
     pub joints: [Choice<N>; JOINTS],
 }
 
-/// One line's gain.
+/// Recruitment of one line.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Curve<N> {
     channel: u8,
     threshold: N,
     limit: Amplitude,
-    /// µA per N.
+    /// Amplitude per force, µA per N.
     per_newton: N,
     most: N,
 }
@@ -32,7 +32,7 @@ impl<N: Number> Curve<N> {
     pub(super) fn new(spec: &LineSpec) -> Self {
         let whole = |number: u32| N::ratio(number.cast_signed(), 1); // at most 10^8
         let gain = whole(spec.gain_mn_per_ma);
-        // A million µA per mN/mA: N per µA times a million.
+        // Million µA per mN/mA, because N per µA has to be multiplied by a million.
         let million = N::ratio(1_000_000, 1);
         let (threshold, limit) = (spec.threshold.get(), spec.limit.get());
         Self {
@@ -44,19 +44,19 @@ impl<N: Number> Curve<N> {
         }
     }
 
-    /// The force at the wearer's limit, N.
+    /// Returns the force at the wearer's limit, N.
     pub(super) const fn max_force(&self) -> N {
         self.most
     }
 
-    /// The amplitude for a force above zero.
+    /// Returns the amplitude for a force above zero, N, at most the wearer's limit.
     fn amplitude(&self, force: N) -> Amplitude {
         let amplitude = (self.threshold + force * self.per_newton).to_nearest();
         Amplitude::new(amplitude).min(self.limit)
     }
 }
 
-/// Amplitudes for forces in the order of `curves`.
+/// Returns the amplitudes for forces, N, in the order of `curves`.
 pub(super) fn orders<N: Number>(curves: &[Curve<N>], forces: &[N]) -> Orders {
     let all = curves.iter().zip(forces);
     let active = all.filter(|(_, force)| **force > N::ZERO);
@@ -64,7 +64,7 @@ pub(super) fn orders<N: Number>(curves: &[Curve<N>], forces: &[N]) -> Orders {
     active.map(order).collect()
 }
 
-/// Amplitudes for what was chosen, if no line is asked for more than it has.
+/// Returns the amplitudes for the choices, if no line would exceed its largest force.
 pub(super) fn recruit<N: Number>(
     curves: &[Curve<N>],
     joints: &[Choice<N>; JOINTS],

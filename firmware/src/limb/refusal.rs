@@ -1,46 +1,46 @@
-//! Why an arm, a posture or a wrench is refused.
+//! Reasons why an arm, a posture or a wrench is refused.
 
 use super::{AXIS_NAMES, CHANNEL};
 use crate::range::OutOfRange;
 use core::fmt;
 
-/// Why a [`super::LimbSpec`] is refused.
+/// Reason why a [`super::LimbSpec`] is refused.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum LimbError {
-    /// A bone.
+    /// A segment vector is out of range or too short.
     Way {
-        /// 0 thorax to SC … 3 EL to hand.
+        /// Index of the vector, from 0 (thorax to SC) to 3 (EL to hand).
         way: u8,
-        /// Its field.
+        /// Field, value and allowed range.
         range: OutOfRange,
     },
-    /// The range of an axis.
+    /// The range of an axis's angle is not allowed.
     Axis {
-        /// 0…8.
+        /// Number of the axis, 0…8.
         axis: u8,
-        /// Its field.
+        /// Field, value and allowed range.
         range: OutOfRange,
     },
-    /// How many lines there are.
+    /// The number of lines is out of range.
     Lines(OutOfRange),
-    /// A line of action.
+    /// A field of a line of action is out of range.
     Line {
-        /// Its place in the list.
+        /// Index of the line in the list.
         line: u8,
-        /// Its field.
+        /// Field, value and allowed range.
         range: OutOfRange,
     },
-    /// A line names a channel that an earlier one has.
+    /// A line uses the channel of an earlier line.
     ChannelTwice {
-        /// The later line's place.
+        /// Index of the later line.
         line: u8,
-        /// That channel.
+        /// Number of the channel, 0…9.
         channel: u8,
     },
 }
 
 impl LimbError {
-    /// The field, its value and what it may be.
+    /// Returns the offending field, its value and its range.
     #[must_use]
     pub const fn out_of_range(self) -> OutOfRange {
         match self {
@@ -75,18 +75,18 @@ impl core::error::Error for LimbError {}
 /// A posture outside the wearer's range.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct PostureError {
-    /// The first axis, 0…8.
+    /// Number of the first offending axis, 0…8.
     pub axis: u8,
-    /// Its angle, m°.
+    /// Angle of the axis, m°.
     pub mdeg: i32,
-    /// Lowest allowed.
+    /// Lowest angle allowed, m°.
     pub low_mdeg: i32,
-    /// Highest allowed.
+    /// Highest angle allowed, m°.
     pub high_mdeg: i32,
 }
 
 impl PostureError {
-    /// The axis by its name, m°, and what it may be.
+    /// Returns the name of the axis, its angle in m°, and its range.
     #[must_use]
     pub fn out_of_range(self) -> OutOfRange {
         let names = &AXIS_NAMES;
@@ -119,17 +119,17 @@ impl fmt::Display for PostureError {
 
 impl core::error::Error for PostureError {}
 
-/// A wrench that cannot be made.
+/// Reason why a wrench is not possible.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum ReachError<N> {
-    /// No line helps at any joint.
+    /// No line can contribute at any joint.
     NoMuscleHelps,
-    /// A line would have to be stronger than its wearer's limit lets it be.
+    /// A line would have to exceed its wearer's limit.
     TooStrong {
-        /// The line that is asked for the most beyond its limit.
+        /// Index of the line that would exceed its limit by most.
         line: u8,
-        /// The share of the wrench that can be made: that much of it, in the same
-        /// direction, is the nearest. 0…1.
+        /// Share of the wrench that is possible, 0…1. That share, in the same direction, is the
+        /// nearest possible wrench.
         share: N,
     },
 }

@@ -1,35 +1,35 @@
-//! Forward kinematics: where the joints, their axes and the hand are.
+//! Forward kinematics: positions of the joints and the hand, and directions of the axes.
 
 use super::{AXES, JOINTS, LimbSpec, Number, Rotation, RotationAxis, Vector};
 
 /// Four segments in a chain: thorax, shoulder girdle, upper arm, forearm with hand.
 ///
-/// With all angles zero the arm hangs straight down and all segments' axes are the
-/// thorax's: x backward, y to the right, z upward, about which a right arm's flexion,
-/// abduction and internal rotation are positive. Lengths in m.
+/// With all angles zero the arm hangs straight down, and the axes of all segments are those of the
+/// thorax: x backward, y to the right, z upward. About them a right arm's flexion, abduction and
+/// internal rotation are positive. Lengths are in m.
 #[derive(Clone, Copy, Debug)]
 pub struct Skeleton<N> {
-    /// From a segment's origin to the next joint, along the chain: origin of the
-    /// thorax to SC, SC to GH, GH to EL, EL to hand.
+    /// Vectors from a segment's origin to the next joint, along the chain: origin of the thorax to
+    /// SC, SC to GH, GH to EL, EL to hand.
     ways: [Vector<N>; JOINTS + 1],
 }
 
-/// The chain at one posture, seen from the thorax.
+/// The chain in one posture, in the thorax frame.
 #[derive(Clone, Copy, Debug)]
 pub struct Pose<N> {
-    /// Where each segment's own origin is (its upper joint), m, and how it is turned.
+    /// Origin of each segment (its upper joint), m, and its rotation.
     pub segments: [(Vector<N>, Rotation<N>); JOINTS + 1],
-    /// The nine axes' directions.
+    /// Directions of the nine axes.
     pub axes: [Vector<N>; AXES],
-    /// Where the hand is, m.
+    /// Position of the hand, m.
     pub hand: Vector<N>,
 }
 
 impl<N: Number> Skeleton<N> {
-    /// About which of its segment's axes each joint turns, one after the other. The
-    /// middle one keeps clear of ±90°, where first and last would be the same axis:
-    /// SC protracts (z), elevates (x) and rolls (y); GH flexes (y), abducts (x) and
-    /// rotates (z); EL flexes (y), bends sideways (x) and pronates (z).
+    /// Axes of the segment about which each joint rotates, in order. The middle rotation stays
+    /// clear of ±90°, where the first and the last axis would coincide: SC protracts (z), elevates
+    /// (x) and rolls (y); GH flexes (y), abducts (x) and rotates (z); EL flexes (y), bends sideways
+    /// (x) and pronates (z).
     pub const ORDER: [[RotationAxis; 3]; JOINTS] = [
         [RotationAxis::Z, RotationAxis::X, RotationAxis::Y],
         [RotationAxis::Y, RotationAxis::X, RotationAxis::Z],
@@ -42,13 +42,14 @@ impl<N: Number> Skeleton<N> {
         }
     }
 
-    /// From a segment's origin to the next joint or to the hand, m, thorax first.
+    /// Returns the vectors from each segment's origin to the next joint or to the hand, m, thorax
+    /// first.
     #[must_use]
     pub const fn segment_vectors(&self) -> &[Vector<N>; JOINTS + 1] {
         &self.ways
     }
 
-    /// The chain at nine angles in radians.
+    /// Computes the pose of the chain at nine angles in radians.
     #[must_use]
     pub fn pose(&self, radians: &[N; AXES]) -> Pose<N> {
         let [thorax, girdle, upper_arm, forearm] = self.ways;
@@ -68,7 +69,7 @@ impl<N: Number> Skeleton<N> {
 
 type Segment<N> = (Vector<N>, Rotation<N>);
 
-/// The next segment of the chain, and the three axes between.
+/// Returns the next segment of the chain, and the three axes between the segments.
 fn next_segment<N: Number>(
     (origin, rotation): Segment<N>,
     way: Vector<N>,

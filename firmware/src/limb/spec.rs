@@ -1,4 +1,4 @@
-//! What a host says of a wearer's arm, and the checks it must pass once.
+//! Specification of a wearer's arm by the host, and its checks.
 
 use super::refusal::LimbError;
 use super::{AXES, JOINTS, LINES, VIAS};
@@ -11,19 +11,20 @@ use serde::{Deserialize, Serialize};
 /// A joint of the arm.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub enum JointName {
-    /// Sternoclavicular: thorax to shoulder girdle.
+    /// Sternoclavicular joint: thorax to shoulder girdle.
     Sternoclavicular,
-    /// Glenohumeral: shoulder girdle to upper arm.
+    /// Glenohumeral joint: shoulder girdle to upper arm.
     Glenohumeral,
-    /// Elbow: upper arm to forearm.
+    /// Elbow joint: upper arm to forearm.
     Elbow,
 }
 
 impl JointName {
-    /// Along the chain.
+    /// All joints along the chain, from the thorax.
     pub const ALL: [Self; JOINTS] = [Self::Sternoclavicular, Self::Glenohumeral, Self::Elbow];
 
-    /// Its place in the chain: 0…2. The segment above it has the same number.
+    /// Returns the joint's position in the chain, 0…2. The segment above the joint has the same
+    /// number.
     #[must_use]
     pub const fn index(self) -> u8 {
         match self {
@@ -34,17 +35,16 @@ impl JointName {
     }
 }
 
-/// A point that a line of action passes, fixed to a segment.
+/// A point on a line of action, fixed to a segment.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub struct ViaSpec {
-    /// 0 thorax, 1 shoulder girdle, 2 upper arm, 3 forearm.
+    /// Number of the segment: 0 thorax, 1 shoulder girdle, 2 upper arm, 3 forearm.
     pub segment: u8,
-    /// From the segment's origin along its own axes (backward, right, up), µm;
-    /// ±1 000 000.
+    /// Position from the segment's origin along its own axes (backward, right, up), µm; ±1 000 000.
     pub at_um: [i32; 3],
 }
 
-/// A wearer's lines.
+/// Lines of action of a wearer, at most [`LINES`].
 pub type Lines = Vec<LineSpec, LINES>;
 
 /// One muscle group under one electrode pair.
@@ -52,54 +52,54 @@ pub type Lines = Vec<LineSpec, LINES>;
 pub struct LineSpec {
     /// Channel number, 0…9; each at most once.
     pub channel: u8,
-    /// The joint at which the nearest-neighbour recruitment considers it: one that
-    /// the line crosses. Others that it crosses get their torque all the same.
+    /// Joint at which the nearest-neighbour recruitment considers the line; the line must cross
+    /// this joint. Other joints that it crosses also receive its torque.
     pub joint: JointName,
-    /// Origin to insertion, 2…6, segments never falling, the first's below the last's.
+    /// Points from origin to insertion, 2…6, with segments in ascending order; the first segment
+    /// must be above the joint and the last below it.
     pub vias: Vec<ViaSpec, VIAS>,
-    /// g, force per current above the threshold, mN/mA (mN/V on a voltage stage);
-    /// 1…100 000 000.
+    /// Force g per current above the threshold, mN/mA (mN/V on a voltage stage); 1…100 000 000.
     pub gain_mn_per_ma: u32,
-    /// −q, where force begins, µA (mV); at most 199 999.
+    /// Amplitude −q at which force begins, µA (mV); at most 199 999.
     pub threshold: Amplitude,
-    /// The most this wearer agreed to: above the threshold, at most 200 000.
+    /// Largest amplitude to which this wearer agreed; above the threshold, at most 200 000.
     pub limit: Amplitude,
 }
 
-/// A wearer's right arm: bones, ranges of the joints, muscles.
+/// A wearer's right arm: bones, ranges of the joints and muscles.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub struct LimbSpec {
-    /// From a segment's origin to the next joint, along its own axes (backward, right,
-    /// up), µm, ±1 000 000: thorax to SC, SC to GH, GH to EL, EL to hand. The last
-    /// three at least 10 mm long.
+    /// Vectors from a segment's origin to the next joint, along its own axes (backward, right, up),
+    /// µm, ±1 000 000: thorax to SC, SC to GH, GH to EL, EL to hand. The last three must be at
+    /// least 10 mm long.
     pub ways_um: [[i32; 3]; JOINTS + 1],
-    /// Lowest and highest angle of each axis, m°; ±180 000, the middle axis of each
-    /// joint ±80 000: beyond it its outer axes come too close to each other.
+    /// Lowest and highest angle of each axis, m°; ±180 000, and ±80 000 for the middle axis of each
+    /// joint, beyond which its outer axes come too close to each other.
     pub ranges_mdeg: [(i32, i32); AXES],
-    /// 1…10.
+    /// Lines of action, 1…10.
     pub lines: Lines,
 }
 
-/// Shortest bone.
+/// Length of the shortest bone allowed, µm.
 const SHORTEST_UM: i64 = 10_000;
 
 impl LineSpec {
-    /// Of [`Self::channel`].
+    /// Range of [`Self::channel`].
     pub const CHANNEL: Range = super::CHANNEL;
-    /// How many [`Self::vias`].
+    /// Range of the number of [`Self::vias`].
     pub const VIA_COUNT: Range = Range::new("vias", 2, 6);
-    /// Of [`ViaSpec::segment`].
+    /// Range of [`ViaSpec::segment`].
     pub const SEGMENT: Range = Range::new("segment", 0, 3);
-    /// Of each of [`ViaSpec::at_um`].
+    /// Range of each component of [`ViaSpec::at_um`].
     pub const AT_UM: Range = Range::new("at_um", -1_000_000, 1_000_000);
-    /// Of [`Self::gain_mn_per_ma`].
+    /// Range of [`Self::gain_mn_per_ma`].
     pub const GAIN_MN_PER_MA: Range = Range::new("gain_mn_per_ma", 1, 100_000_000);
-    /// Of [`Self::threshold`].
+    /// Range of [`Self::threshold`].
     pub const THRESHOLD: Range = Range::new("threshold", 0, 199_999);
-    /// Of [`Self::limit`], above the lowest threshold.
+    /// Range of [`Self::limit`], for the lowest threshold.
     pub const LIMIT: Range = Range::new("limit", 1, 200_000);
 
-    /// Tells `note` of every field that is not within its range.
+    /// Calls `note` for every field outside its range.
     pub fn report_mistakes(&self, note: &mut dyn FnMut(OutOfRange)) {
         let mut hold = |checked: Result<(), OutOfRange>| {
             if let Err(range) = checked {
@@ -108,8 +108,8 @@ impl LineSpec {
         };
         hold(Self::CHANNEL.check(self.channel));
         hold(Self::VIA_COUNT.check(self.vias.len() as i64)); // at most 6
-        // A segment below the one before, or no joint between first and last, is
-        // told by the segment that would do.
+        // For segments in the wrong order, or no joint between first and last, the report contains
+        // the segments that would be allowed.
         let mut lowest = 0;
         for via in &self.vias {
             hold(Self::SEGMENT.with_min_at_least(lowest).check(via.segment));
@@ -136,16 +136,16 @@ impl LineSpec {
 }
 
 impl LimbSpec {
-    /// Of each of [`Self::ways_um`].
+    /// Range of each component of [`Self::ways_um`].
     pub const WAY_UM: Range = Range::new("ways_um", -1_000_000, 1_000_000);
-    /// How many [`Self::lines`].
+    /// Range of the number of [`Self::lines`].
     pub const LINE_COUNT: Range = Range::new("lines", 1, 10);
-    /// Of both of [`Self::ranges_mdeg`], the middle axes' apart.
+    /// Range of both angles of [`Self::ranges_mdeg`], except those of middle axes.
     pub const RANGE_MDEG: Range = Range::new("ranges_mdeg", -180_000, 180_000);
-    /// Of those of middle axes.
+    /// Range of both angles of middle axes.
     pub const MIDDLE_MDEG: Range = Range::new("ranges_mdeg", -80_000, 80_000);
 
-    /// Tells `note` of every mistake in bones and ranges.
+    /// Calls `note` for every mistake in bones and ranges.
     pub fn report_bone_mistakes(
         ways_um: &[[i32; 3]; JOINTS + 1],
         ranges_mdeg: &[(i32, i32); AXES],
@@ -163,7 +163,7 @@ impl LimbSpec {
         }
     }
 
-    /// Tells `note` of every mistake, bones first.
+    /// Calls `note` for every mistake, those of the bones first.
     pub fn report_mistakes(&self, note: &mut dyn FnMut(LimbError)) {
         Self::report_bone_mistakes(&self.ways_um, &self.ranges_mdeg, note);
         // At most 10.
@@ -174,7 +174,7 @@ impl LimbSpec {
         for (line, spec) in (0u8..).zip(&self.lines) {
             spec.report_mistakes(&mut |range| note(LimbError::Line { line, range }));
             let channel = spec.channel;
-            let bit = 1u32.wrapping_shl(channel.into()); // 0…9, or told already
+            let bit = 1u32.wrapping_shl(channel.into()); // 0…9, or already reported
             if taken & bit != 0 {
                 note(LimbError::ChannelTwice { line, channel });
             }
@@ -183,7 +183,7 @@ impl LimbSpec {
     }
 }
 
-/// A way's components, and that a bone has a length.
+/// Checks the components of a segment vector, and that a bone has a length.
 fn check_segment_vector(n: u8, way: &[i32; 3]) -> Result<(), OutOfRange> {
     for &um in way {
         LimbSpec::WAY_UM.check(um)?;
@@ -201,7 +201,7 @@ fn check_segment_vector(n: u8, way: &[i32; 3]) -> Result<(), OutOfRange> {
     Ok(())
 }
 
-/// Low and high of an axis, low first.
+/// Checks that both angles of an axis are allowed, and that the lower one comes first.
 fn check_range(axis: u8, (low, high): (i32, i32)) -> Result<(), OutOfRange> {
     let allowed = match axis % 3 {
         1 => LimbSpec::MIDDLE_MDEG,

@@ -1,71 +1,71 @@
-//! Vectors and turns in space.
+//! Vectors and rotations in space.
 
 use super::Number;
 
-/// A vector in space, seen from the thorax: x backward, y to the right, z upward, as
-/// the axes of a segment lie while the arm hangs.
+/// A vector in space, in the thorax frame: x backward, y to the right, z upward, as the axes of a
+/// segment lie while the arm hangs.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Vector<N> {
-    /// Backward.
+    /// Component backward.
     pub x: N,
-    /// To the right.
+    /// Component to the right.
     pub y: N,
-    /// Upward.
+    /// Component upward.
     pub z: N,
 }
 
 impl<N: Number> Vector<N> {
-    /// Nowhere.
+    /// Vector of length zero.
     pub const ZERO: Self = Self::new(N::ZERO, N::ZERO, N::ZERO);
 
-    /// Of its components.
+    /// Creates a vector from its components.
     #[must_use]
     pub const fn new(x: N, y: N, z: N) -> Self {
         Self { x, y, z }
     }
 
-    /// From whole µm, in m.
+    /// Converts whole µm to a vector in m.
     #[must_use]
     pub fn from_um([x, y, z]: [i32; 3]) -> Self {
         let m = |um| N::ratio(um, 1_000_000);
         Self::new(m(x), m(y), m(z))
     }
 
-    /// Its components.
+    /// Returns the components x, y and z.
     #[must_use]
     pub const fn to_array(self) -> [N; 3] {
         [self.x, self.y, self.z]
     }
 
-    /// The sum.
+    /// Returns the sum of both vectors.
     #[inline]
     #[must_use]
     pub fn plus(self, other: Self) -> Self {
         Self::new(self.x + other.x, self.y + other.y, self.z + other.z)
     }
 
-    /// The way to here from `other`.
+    /// Returns the difference `self` − `other`.
     #[inline]
     #[must_use]
     pub fn minus(self, other: Self) -> Self {
         Self::new(self.x - other.x, self.y - other.y, self.z - other.z)
     }
 
-    /// `factor` times as long.
+    /// Returns the vector scaled by `factor`.
     #[inline]
     #[must_use]
     pub fn times(self, factor: N) -> Self {
         Self::new(self.x * factor, self.y * factor, self.z * factor)
     }
 
-    /// The scalar product.
+    /// Returns the scalar product.
     #[inline]
     #[must_use]
     pub fn dot(self, other: Self) -> N {
         self.x * other.x + self.y * other.y + self.z * other.z
     }
 
-    /// The vector product.
+    /// Returns the vector product.
     #[inline]
     #[must_use]
     pub fn cross(self, other: Self) -> Self {
@@ -76,7 +76,7 @@ impl<N: Number> Vector<N> {
         )
     }
 
-    /// The same direction, one long; of the zero vector zero.
+    /// Returns the unit vector of the same direction; zero for the zero vector.
     #[inline]
     #[must_use]
     pub fn direction(self) -> Self {
@@ -84,37 +84,37 @@ impl<N: Number> Vector<N> {
     }
 }
 
-/// An axis of a segment.
+/// Axis of a segment about which it rotates.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum RotationAxis {
-    /// Backward.
+    /// Axis that points backward.
     X,
-    /// To the right.
+    /// Axis that points to the right.
     Y,
-    /// Upward.
+    /// Axis that points upward.
     Z,
 }
 
-/// How a segment is turned: where its own axes point.
+/// Rotation of a segment: the directions of its own axes.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Rotation<N> {
-    /// The segment's backward axis.
+    /// Direction of the segment's backward axis.
     pub x: Vector<N>,
-    /// Its axis to the right.
+    /// Direction of the segment's axis to the right.
     pub y: Vector<N>,
-    /// Its upward axis.
+    /// Direction of the segment's upward axis.
     pub z: Vector<N>,
 }
 
 impl<N: Number> Rotation<N> {
-    /// Not turned.
+    /// Identity, no rotation.
     pub const NONE: Self = Self {
         x: Vector::new(N::ONE, N::ZERO, N::ZERO),
         y: Vector::new(N::ZERO, N::ONE, N::ZERO),
         z: Vector::new(N::ZERO, N::ZERO, N::ONE),
     };
 
-    /// What is `v` to the segment, seen from the thorax.
+    /// Converts `v` from the segment's frame to the thorax frame.
     #[inline]
     #[must_use]
     pub fn apply(&self, v: Vector<N>) -> Vector<N> {
@@ -122,7 +122,7 @@ impl<N: Number> Rotation<N> {
         xy.plus(self.z.times(v.z))
     }
 
-    /// One of its axes.
+    /// Returns the direction of one of the segment's axes.
     #[inline]
     #[must_use]
     pub const fn axis(&self, turn: RotationAxis) -> Vector<N> {
@@ -133,7 +133,8 @@ impl<N: Number> Rotation<N> {
         }
     }
 
-    /// Turned by an angle in radians about one of its own axes, by the right hand.
+    /// Returns the rotation after a turn by an angle in radians about one of the segment's own
+    /// axes, by the right-hand rule.
     #[inline]
     #[must_use]
     pub fn rotated(self, turn: RotationAxis, radians: N) -> Self {

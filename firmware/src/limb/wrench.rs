@@ -1,18 +1,18 @@
-//! What the hand exerts.
+//! Wrench that the hand exerts.
 
 use super::{Number, Vector};
 
-/// Force and torque that the hand exerts, seen from the thorax.
+/// Force and torque that the hand exerts, in the thorax frame.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Wrench<N> {
-    /// N.
+    /// Force at the hand, N.
     pub force: Vector<N>,
-    /// N·m, about the hand.
+    /// Torque about the hand, N·m.
     pub torque: Vector<N>,
 }
 
 impl<N: Number> Wrench<N> {
-    /// A force alone, N: backward, to the right, upward.
+    /// Creates a wrench without torque from a force, N: backward, to the right, upward.
     #[must_use]
     pub const fn from_force(x: N, y: N, z: N) -> Self {
         Self {
@@ -21,7 +21,7 @@ impl<N: Number> Wrench<N> {
         }
     }
 
-    /// `share` of it.
+    /// Returns the wrench scaled by `share`.
     #[must_use]
     pub fn times(self, share: N) -> Self {
         Self {

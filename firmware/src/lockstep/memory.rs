@@ -1,9 +1,10 @@
-//! What a board has in backup SRAM: memory that resets leave alone.
+//! Model of a board's backup SRAM, which resets leave unchanged.
 
 use crate::link::message::ResetCause;
 use crate::safety::{AllowanceWords, Entry, Ledger, UsageAtBoot};
 
-/// Two copies of what was spent of the wearer's allowance, and who writes them.
+/// Two copies of the part of the wearer's allowance that was spent, and the ledger that writes
+/// them.
 #[derive(Debug)]
 pub(super) struct Memory {
     pub copies: [AllowanceWords; 2],
@@ -11,7 +12,7 @@ pub(super) struct Memory {
 }
 
 impl Default for Memory {
-    /// After power came up.
+    /// Returns the memory after power-on.
     fn default() -> Self {
         let mut ledger = Ledger::default();
         let (_, words) = ledger.write(&Entry::default());
@@ -23,7 +24,7 @@ impl Default for Memory {
 }
 
 impl Memory {
-    /// What a boot after `reset` finds in it; power that came up clears it.
+    /// Returns the entries that a boot after `reset` finds. Power-on clears the memory.
     pub fn boot(&mut self, reset: ResetCause) -> UsageAtBoot {
         let is_power_on = reset == ResetCause::PowerOn;
         let (ledger, found) = Ledger::open(self.copies.each_ref(), is_power_on);

@@ -1,8 +1,7 @@
-//! The three owners in virtual time: the sequencer behind the native
-//! simulator and the QEMU image. It owns no clock; [`Lockstep::advance`] says
-//! how far time goes, and everything happens at its exact microsecond.
-//! [`port`] is the same over a line of bytes. Not here: what the owners do
-//! (`device`).
+//! Lock-step execution: runs the three owners of `device` in virtual time, for the native simulator
+//! and the QEMU image. It has no clock of its own; [`Lockstep::advance`] states how far time goes,
+//! and every event happens at its exact microsecond. [`port`] controls the same simulation over a
+//! line of bytes. The behaviour of the owners is in `device`.
 
 mod memory;
 pub mod port;
@@ -21,35 +20,34 @@ use memory::Memory;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-/// What each owner's call costs on the device, µs: when its effects are seen.
-/// Between the mean and the most that the chip simulator measures at full load
+/// Time that each owner's call takes on the device, µs, after which its effects are visible. The
+/// values lie between the mean and the maximum that the chip simulator measures at full load
 /// (docs/architecture.md).
 pub mod cost {
-    /// A refill, from its compare to its DAC writes.
+    /// Duration of a refill, from its compare to its DAC writes, µs.
     pub const REFILL_US: u32 = 30;
-    /// A control tick.
+    /// Duration of a control tick, µs.
     pub const CONTROL_US: u32 = 30;
-    /// One frame's way through the session.
+    /// Duration of the session's processing of one frame, µs.
     pub const SESSION_US: u32 = 40;
 }
 
-/// The outside world during one [`Lockstep::advance`].
+/// Inputs of the board during one [`Lockstep::advance`].
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub struct Sensors {
-    /// The joint sensor's conversion, if one is connected.
+    /// Conversion code of the joint sensor, if one is connected.
     pub joint: Option<u16>,
-    /// Load on each channel, Ω; `u32::MAX` is an electrode off.
+    /// Load on each channel, Ω; `u32::MAX` means a detached electrode.
     pub load_ohm: [u32; CHANNELS],
-    /// Arm input closed.
+    /// Whether the arm input is closed.
     pub arm: bool,
-    /// Hand-held stop closed.
+    /// Whether the hand-held stop is closed.
     pub hand_stop: bool,
-    /// Over-current comparator tripped.
+    /// Whether the over-current comparator has tripped.
     pub over_current: bool,
-    /// A trigger edge in the time being advanced over; one from before it was
-    /// seen already.
+    /// Time of a trigger edge within the time to advance over. Earlier edges were seen already.
     pub trigger: Option<Micros>,
-    /// The trigger input is held: all the time, or from the edge on if there is one.
+    /// Whether the trigger input is held: all the time, or from the edge on if there is one.
     pub held: bool,
 }
 
@@ -67,7 +65,7 @@ impl Default for Sensors {
     }
 }
 
-/// A simulated board: owners, mailboxes, and the window being played.
+/// A simulated board: owners, mailboxes, and the window that plays.
 ///
 /// A host opens a session and gets the device's answer:
 ///
@@ -82,9 +80,9 @@ impl Default for Sensors {
 ///
 /// struct Line(Vec<u8>);
 /// impl Sink for Line {
-///     fn levels(&mut self, _: Micros, _: Levels) {}
-///     fn dac(&mut self, _: Micros, _: u8, _: DacCode) {}
-///     fn bytes(&mut self, _: Micros, bytes: &[u8]) {
+///     fn write_levels(&mut self, _: Micros, _: Levels) {}
+///     fn write_dac(&mut self, _: Micros, _: u8, _: DacCode) {}
+///     fn write_bytes(&mut self, _: Micros, bytes: &[u8]) {
 ///         self.0.extend(bytes);
 ///     }
 /// }
@@ -119,32 +117,32 @@ pub struct Lockstep {
     controller: Controller,
     session: Session,
     mail: Mailboxes,
-    /// Time up to which everything has happened.
+    /// Time up to which all events have happened.
     now: Micros,
-    /// Windows since boot, for the control tick.
+    /// Number of windows since boot, which determines the control ticks.
     count: u32,
-    /// The window that plays.
+    /// Window that plays now.
     playing: WindowPlan,
-    /// Changes of `playing` that have reached the pins.
+    /// Number of changes of `playing` that have reached the pins.
     played: usize,
-    /// The window after it.
+    /// Window that plays after `playing`.
     next: WindowPlan,
     levels: Levels,
     dac: [DacCode; CHANNELS],
     reading: Option<Reading>,
     trigger: Option<Micros>,
     tripped: bool,
-    /// When the latest refill has written its DACs.
+    /// Time at which the latest refill has written its DACs.
     written: Micros,
-    /// When bytes left last.
+    /// Time at which bytes last left for the host.
     sent: Micros,
-    /// Refills that would do nothing are left out.
+    /// Whether refills without any effect are left out.
     skips: bool,
     memory: Memory,
 }
 
 impl Lockstep {
-    /// A board that boots at `boot`.
+    /// Creates a board that boots at `boot`.
     #[must_use]
     pub fn new(identity: Identity, boot: Micros) -> Self {
         let (mut playing, mut next) = (WindowPlan::new(), WindowPlan::new());
@@ -172,8 +170,9 @@ impl Lockstep {
         }
     }
 
-    /// Resets: as if made anew, part by part, for a chip has no room for two of them; but
-    /// what was spent of the wearer's allowance stays, unless power came up.
+    /// Resets the board part by part, because a chip has no memory for two of them. The result
+    /// equals a new board, except that the spent part of the wearer's allowance stays unless power
+    /// came up.
     pub fn boot(&mut self, identity: Identity, boot: Micros) {
         let found = self.memory.boot(identity.reset);
         self.pulser = Pulser::new(identity.last_fault, found);
@@ -189,46 +188,46 @@ impl Lockstep {
         (self.tripped, self.skips) = (false, true);
     }
 
-    /// The same board, which calls every owner in every window as a board of
-    /// hardware does: slower, and otherwise no different, which tests show.
+    /// Makes the board call every owner in every window, as a hardware board does. This is slower;
+    /// tests show that the results are the same.
     #[must_use]
     pub const fn without_skipping(mut self) -> Self {
         self.skips = false;
         self
     }
 
-    /// The memory that a reset leaves alone, for whoever damages it.
+    /// Returns the memory that a reset leaves unchanged, so that tests can damage it.
     pub const fn allowance_copies_mut(&mut self) -> &mut [AllowanceWords; 2] {
         &mut self.memory.copies
     }
 
-    /// Writes what the pulser would have kept.
+    /// Writes the entries of the allowance that the pulser has posted.
     fn write_entries(&mut self) {
         while let Some(entry) = self.mail.split().2.take_entry() {
             self.memory.write(&entry);
         }
     }
 
-    /// Device time.
+    /// Returns the device time.
     #[must_use]
     pub const fn now(&self) -> Micros {
         self.now
     }
 
-    /// The device's state.
+    /// Returns the state of the pulser's state machine.
     #[must_use]
     pub const fn state(&self) -> State {
         self.pulser.state()
     }
 
-    /// The armed or last armed setup.
+    /// Returns the armed or last armed setup.
     #[must_use]
     pub const fn setup(&self) -> Option<&Setup> {
         self.pulser.setup()
     }
 
-    /// Takes bytes whose last one arrives at `at`; time first goes on to where
-    /// a frame that they complete is served.
+    /// Receives bytes, the last of which arrives at `at`. Time first advances to the moment at
+    /// which the session has processed a frame that the bytes complete.
     pub fn receive(&mut self, at: Micros, bytes: &[u8], sensors: &Sensors, sink: &mut impl Sink) {
         let served = if bytes.contains(&0) {
             at + us(cost::SESSION_US)
@@ -238,9 +237,9 @@ impl Lockstep {
         self.serve(at, served, bytes, sensors, sink);
     }
 
-    /// [`Self::receive`] where it is known when the session is done with the
-    /// bytes: a refill from `served` on sees what they order. For replaying what
-    /// another device was seen to do.
+    /// Receives bytes as [`Self::receive`] does, with a given time at which the session has
+    /// processed them: a refill from `served` on sees the orders. This serves to replay the
+    /// behaviour of another device.
     pub fn serve(
         &mut self,
         at: Micros,
@@ -257,7 +256,7 @@ impl Lockstep {
         }
     }
 
-    /// Lets time go on to `to`; does nothing if it is there already.
+    /// Advances time to `to`; does nothing if that time has been reached.
     pub fn advance(&mut self, to: Micros, sensors: &Sensors, sink: &mut impl Sink) {
         if sensors.trigger.is_some_and(|at| at.has_reached(self.now)) {
             self.trigger = sensors.trigger;
@@ -286,7 +285,7 @@ impl Lockstep {
         self.play_until(to, sink);
     }
 
-    /// Puts the changes of the playing window that lie before `to` on the pins.
+    /// Applies the changes of the playing window that lie before `to` to the pins.
     fn play_until(&mut self, to: Micros, sink: &mut impl Sink) {
         while let Some(change) = self.playing.changes.get(self.played).copied() {
             let at = self.playing.start + us(change.slot.into());
@@ -298,11 +297,11 @@ impl Lockstep {
         }
     }
 
-    /// The next window begins to play.
+    /// Begins to play the next window.
     fn begin_window(&mut self, start: Micros, sensors: &Sensors, sink: &mut impl Sink) {
         self.play_until(start, sink);
         self.convert_sample(sensors);
-        // Copies what there is; the two plans are mostly empty and large.
+        // Copies only the contents; the two plans are large and mostly empty.
         self.playing.reset(start, self.next.initial);
         let _ = self.playing.changes.extend_from_slice(&self.next.changes); // same capacity
         self.playing.sample = self.next.sample;
@@ -312,7 +311,7 @@ impl Lockstep {
         self.set_levels(start, self.playing.initial, sink);
     }
 
-    /// The front end has converted the played window's mid-phase current.
+    /// Converts the mid-phase current of the played window, as the front end does.
     fn convert_sample(&mut self, sensors: &Sensors) {
         let Some(Sample {
             channel, second, ..
@@ -334,7 +333,7 @@ impl Lockstep {
     }
 
     fn refill(&mut self, now: Micros, sensors: &Sensors, sink: &mut impl Sink) {
-        // Past the compare by one, so that the window counts as rendered.
+        // One past the compare, so that the window counts as rendered.
         self.now = now + us(1);
         let trigger = self.trigger.take_if(|at| now.has_reached(*at));
         let inputs = Inputs {
@@ -342,7 +341,7 @@ impl Lockstep {
             hand_stop: sensors.hand_stop,
             over_current: sensors.over_current,
             trigger,
-            held: sensors.held && self.trigger.is_none(), // else it is yet to come
+            held: sensors.held && self.trigger.is_none(), // otherwise the edge has yet to come
             reading: self.reading.take(),
         };
         let start = self.playing.start + us(WINDOW_US);
@@ -352,9 +351,9 @@ impl Lockstep {
         if rests {
             let levels = self.next.last_levels();
             self.next.reset(start, levels);
-            // The pulser would have done no more. It has told the session nothing,
-            // nor has the controller since the session last took its mail; and
-            // what the session says is transmitted as it says it.
+            // The pulser would have done nothing more. Neither the pulser nor the controller has
+            // posted messages to the session since the session last read its mail, and output of
+            // the session is transmitted at once.
             if !is_tick {
                 self.written = done;
                 return;
@@ -393,16 +392,16 @@ impl Lockstep {
         transmit(&mut self.session, ready, &mut self.sent, sink);
     }
 
-    /// A fault from outside the refill: outputs isolate here and now.
+    /// Handles a fault from outside the refill: disconnects the outputs at once.
     fn fault(&mut self, fault: Fault, sink: &mut impl Sink) {
         let (mut mail, _, _) = self.mail.split();
         self.pulser.fault(fault, self.now, &mut mail);
         self.isolate(self.now, sink);
     }
 
-    /// The hardware's fault stop: nothing rendered is played any more, and the
-    /// amplitudes go to zero, after the writes of a refill under way, which on
-    /// a board nothing interrupts.
+    /// Performs the hardware's fault stop. Rendered windows are not played any more, and the
+    /// amplitudes go to zero after the writes of a refill in progress, which nothing interrupts on
+    /// a board.
     fn isolate(&mut self, at: Micros, sink: &mut impl Sink) {
         self.play_until(at, sink);
         self.played = self.playing.changes.len();
@@ -430,13 +429,13 @@ impl Lockstep {
     }
 }
 
-/// Empties the outbox at `at`, but not before what was sent last: an owner's
-/// answer may be ready later than the next one's.
+/// Empties the outbox at `at`, but not before the time of the last transmission: one owner's answer
+/// may be ready later than the next one's.
 fn transmit(session: &mut Session, at: Micros, sent: &mut Micros, sink: &mut impl Sink) {
     while session.has_output() {
         let mut buffer = [0; MAX_FRAME];
         let ahead = (*sent - at).us();
-        // Further ahead than any owner's cost is a wrapped clock.
+        // A time further ahead than any owner's duration results from a wrapped clock.
         let is_ahead = (0..1000).contains(&ahead);
         *sent = if is_ahead { *sent } else { at };
         let count = session.transmit(&mut buffer);

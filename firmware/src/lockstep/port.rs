@@ -1,10 +1,9 @@
-//! The lock-step port: how a [`Lockstep`] is driven over a line of bytes.
+//! Lock-step port: controls a [`Lockstep`] over a line of bytes.
 //!
-//! A device without a clock of its own is told what time it is. Commands and
-//! outputs travel in the link's frames (COBS, CRC-32), one in each. The device
-//! says [`Output::Done`] when it is ready and after every command, and the
-//! host waits for that before it sends the next. No reset but [`Command::Boot`]
-//! is needed: the line outlives it.
+//! The device has no clock of its own; the host tells it the time. Commands and outputs travel in
+//! the link's frames (COBS, CRC-32), one in each. The device sends [`Output::Done`] when it is
+//! ready and after every command, and the host waits for that before it sends the next command. The
+//! line needs no reset other than [`Command::Boot`], which does not affect the line itself.
 
 use super::{Lockstep, Sensors, Sink};
 use crate::device::Identity;
@@ -15,91 +14,90 @@ use crate::safety::{FaultRecord, Stages};
 use crate::units::{DacCode, Micros};
 use serde::{Deserialize, Serialize};
 
-/// Most bytes that one [`Command::Receive`] or [`Output::Bytes`] carries, so
-/// that each fits one frame.
+/// Maximum number of bytes that one [`Command::Receive`] or [`Output::Bytes`] carries, so that each
+/// fits one frame.
 pub const MAX_PIECE: usize = 256;
 
 // Tag 1, length 2, time 5, joint 4.
 const _: () = assert!(MAX_PIECE + 12 <= MAX_MESSAGE);
 
-/// What the host says on the port.
+/// A command from the host on the port.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub enum Command<'a> {
-    /// The device resets, and boots at `at`.
+    /// Resets the device, which boots at `at`.
     Boot {
-        /// Device time from then on.
+        /// Device time from the reset on.
         at: Micros,
-        /// Why it reset.
+        /// Cause that the device reports for the reset.
         reset: ResetCause,
-        /// The fault that the reset finds recorded.
+        /// Recorded fault that the reset finds.
         last_fault: Option<FaultRecord>,
         /// Number of the first session.
         first_session: u16,
     },
-    /// The world is like this from the next command on, but for the joint,
-    /// which moves all the time and is told each time. A trigger edge is seen
-    /// by the next command only.
+    /// Sets the inputs of the board from the next command on. The joint changes all the time, so
+    /// later commands carry their own value. Only the next command sees a trigger edge.
     Sense(Sensors),
-    /// [`Lockstep::receive`].
+    /// Executes [`Lockstep::receive`].
     Receive {
-        /// When the last byte arrives.
+        /// Time at which the last byte arrives.
         at: Micros,
-        /// [`Sensors::joint`].
+        /// Conversion code of the joint sensor, as in [`Sensors::joint`].
         joint: Option<u16>,
-        /// At most [`MAX_PIECE`].
+        /// Received bytes, at most [`MAX_PIECE`].
         bytes: &'a [u8],
     },
-    /// [`Lockstep::advance`].
+    /// Executes [`Lockstep::advance`].
     Advance {
-        /// How far time goes.
+        /// Time to which the device advances.
         to: Micros,
-        /// [`Sensors::joint`].
+        /// Conversion code of the joint sensor, as in [`Sensors::joint`].
         joint: Option<u16>,
     },
 }
 
-/// What the device says on the port.
+/// A message from the device on the port.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub enum Output<'a> {
-    /// [`Sink::levels`].
+    /// Reports a call of [`Sink::write_levels`].
     Levels {
-        /// When.
+        /// Time of the change.
         at: Micros,
-        /// The bits of [`Levels`].
+        /// Bits of [`Levels`].
         levels: u32,
     },
-    /// [`Sink::dac`].
+    /// Reports a call of [`Sink::write_dac`].
     Dac {
-        /// When.
+        /// Time of the write.
         at: Micros,
-        /// From 0.
+        /// Number of the channel, from 0.
         channel: u8,
-        /// The code.
+        /// Value that was written.
         code: DacCode,
     },
-    /// [`Sink::trip`].
+    /// Reports a call of [`Sink::write_trip`].
     Trip {
-        /// When.
+        /// Time of the write.
         at: Micros,
-        /// From 0.
+        /// Number of the bank, from 0.
         bank: u8,
-        /// The code.
+        /// Value that was written.
         code: DacCode,
     },
-    /// [`Sink::bytes`].
+    /// Reports a call of [`Sink::write_bytes`].
     Bytes {
-        /// When.
+        /// Time at which the bytes leave.
         at: Micros,
-        /// At most [`MAX_PIECE`].
+        /// Transmitted bytes, at most [`MAX_PIECE`].
         bytes: &'a [u8],
     },
-    /// The command was carried out, and the device waits for the next.
+    /// The device carried out the command and waits for the next.
     Done,
-    /// The frame held no command; nothing happened.
+    /// The frame contained no command, and nothing happened.
     NoCommand,
 }
 
-/// A lock-step device and what it senses.
+/// A lock-step device and its inputs.
 #[derive(Debug)]
 pub struct Port {
     kind: Kind,
@@ -108,7 +106,7 @@ pub struct Port {
 }
 
 impl Port {
-    /// A device of this kind, booted at 0 after power came up.
+    /// Creates a device of this kind, booted at 0 after power-on.
     #[must_use]
     pub fn new(kind: Kind) -> Self {
         Self {
@@ -118,7 +116,7 @@ impl Port {
         }
     }
 
-    /// Carries out one command. Its effects go to `sink` in time order.
+    /// Carries out one command, and sends its effects to `sink` in the order of their times.
     pub fn execute(&mut self, command: &Command<'_>, sink: &mut impl Sink) {
         match *command {
             Command::Boot {
@@ -145,13 +143,12 @@ impl Port {
         }
     }
 
-    /// Tells the host at the other end of `line` that commands are heard now.
+    /// Reports to the host at the other end of `line` that the device accepts commands.
     pub fn report_ready(line: &mut impl FnMut(&[u8])) {
         Frames(line).send(&Output::Done);
     }
 
-    /// Carries out the command in a frame's `message`, and writes what comes
-    /// of it, in frames, to `line`.
+    /// Carries out the command in a frame's `message`, and writes the outputs to `line` in frames.
     pub fn serve(&mut self, message: &[u8], line: &mut impl FnMut(&[u8])) {
         let mut frames = Frames(line);
         match postcard::take_from_bytes(message) {
@@ -164,7 +161,7 @@ impl Port {
     }
 }
 
-/// Every kind of simulator has the same chip: none.
+/// Returns the identity of a simulator; all kinds have the same, without a chip.
 const fn identity(
     kind: Kind,
     reset: ResetCause,
@@ -182,12 +179,12 @@ const fn identity(
     }
 }
 
-/// Writes outputs as frames.
+/// Sink that writes outputs as frames.
 struct Frames<'a, F: FnMut(&[u8])>(&'a mut F);
 
 impl<F: FnMut(&[u8])> Frames<'_, F> {
     fn send(&mut self, output: &Output<'_>) {
-        // Always fits: `bytes` below cuts pieces, all else is small.
+        // Always fits: `write_bytes` splits its bytes, and all other outputs are small.
         if let Some(frame) = encode(output) {
             (self.0)(&frame);
         }

@@ -1,17 +1,17 @@
-//! What comes out of a simulated board.
+//! Receiver of the outputs of a simulated board.
 
 use crate::pulse::Levels;
 use crate::units::{DacCode, Micros};
 
-/// Where a simulated board's outputs go, in time order per kind.
+/// Receiver of a simulated board's outputs, which arrive in order of time for each kind.
 pub trait Sink {
-    /// The outputs change.
+    /// Receives a change of the output levels at `at`.
     fn write_levels(&mut self, at: Micros, levels: Levels);
-    /// A DAC is written.
+    /// Receives a DAC write at `at`.
     fn write_dac(&mut self, at: Micros, channel: u8, code: DacCode);
-    /// The level of a bank's comparators is written. Nobody need listen.
+    /// Receives a write of the trip level of a bank's comparators. The default ignores the write.
     fn write_trip(&mut self, _at: Micros, _bank: u8, _code: DacCode) {}
-    /// Bytes leave for the host.
+    /// Receives bytes that leave for the host at `at`.
     fn write_bytes(&mut self, at: Micros, bytes: &[u8]);
 }
 

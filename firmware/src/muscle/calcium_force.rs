@@ -1,17 +1,16 @@
-//! Force from pulses: the calcium–force model of Lee, Kim & Jung 2020,
-//! Sensors 20, eqs. (2)–(3),
+//! Force from pulses: the calcium–force model of Lee, Kim & Jung 2020, Sensors 20, eqs. (2)–(3),
 //!
 //! ```text
 //! dC/dt = u − C/τc            u: one unit impulse per pulse
 //! dF/dt = A·gain·x − F/τ      x = C/(K + C),  τ = τ1 + τ2·x
 //! ```
 //!
-//! Method: C decays exactly; F is planned over [segments](super::segment) of up
-//! to 13.5 ms, each begun by a pulse at its own microsecond or by the end of the one
-//! before, and read from its cubic at any time within.
+//! Method: C decays exactly. F is planned over [segments](super::segment) of up to 13.5 ms. A
+//! segment begins with a pulse, at its own microsecond, or at the end of the previous segment. F
+//! can be read from the segment's cubic at any time within it.
 //!
-//! A tick without a pulse costs next to nothing, one with a pulse plans once: a
-//! segment is renewed a tick before its end, so that no pulse finds it over.
+//! A tick without a pulse costs almost nothing; a tick with a pulse plans once. A segment is
+//! renewed one tick before its end, so that no pulse comes after the end.
 
 use fixed::types::{I16F16, U5F27};
 
@@ -23,24 +22,24 @@ use crate::arithmetic::reciprocal::{Reciprocal, signed_high_rounded};
 use crate::range::OutOfRange;
 use crate::units::{Force, Micros, us};
 
-/// Where one muscle is. 32 bytes, freely copied.
+/// State of one muscle: 32 bytes, freely copied.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-#[repr(C)] // what a tick loads lies together
+#[repr(C)] // the fields that a tick loads are adjacent
 pub struct CalciumForceState {
-    /// Of its segment.
+    /// Time of the segment's middle.
     middle: Micros,
-    /// From there on to the time the state holds for: within the segment, or at rest.
+    /// Time from `middle` to the time of the state, µs: within the segment, or at rest.
     since_us: i32,
-    /// F around `middle`, over A·τm.
+    /// Force F around `middle`, as a share of A·τm.
     force: Curve,
-    /// C at the segment's beginning, U5F27, at most [`CALCIUM_END`].
+    /// Calcium C at the segment's beginning, U5F27, at most [`CALCIUM_END`].
     calcium: u32,
-    /// What the last pulse that reached the muscle drives F with.
+    /// Drive of F by the last pulse that reached the muscle.
     drive: i32,
 }
 
 impl CalciumForceState {
-    /// A muscle without calcium or force, at time `at`.
+    /// Creates a muscle without calcium or force, at time `at`.
     #[must_use]
     pub const fn at_rest(at: Micros) -> Self {
         Self {
@@ -52,25 +51,25 @@ impl CalciumForceState {
         }
     }
 
-    /// Whether nothing is left of any pulse: calcium and force exactly zero.
+    /// Returns whether no effect of any pulse is left: calcium and force are exactly zero.
     #[must_use]
     pub fn is_at_rest(&self) -> bool {
         self.calcium == 0 && self.force == Curve::NONE
     }
 
-    /// The time the state holds for.
+    /// Returns the time of the state.
     #[must_use]
     pub fn at(&self) -> Micros {
         self.middle + us(self.since_us.cast_unsigned())
     }
 }
 
-/// A validated muscle: parameters and the constants derived from them. Any
-/// number of [`CalciumForceState`]s can run on one.
+/// A validated muscle: its parameters and the constants derived from them. Any number of
+/// [`CalciumForceState`]s can use one muscle.
 ///
-/// Accuracy: for every subject of Lee's table 4 at 10–100 Hz the worst error
-/// read every 1 ms is below 0.005 % of the train's peak; `firmware/tests/muscle_accuracy.rs`
-/// prints it, `flexor chart accuracy` that of all muscles [`Self::new`] takes.
+/// Accuracy: for every subject of Lee's table 4 at 10–100 Hz, the largest error, read every 1 ms,
+/// is below 0.005 % of the train's peak. `firmware/tests/muscle_accuracy.rs` prints the error, and
+/// `flexor chart accuracy` the error over all muscles that [`Self::new`] accepts.
 ///
 /// ```
 /// use firmware::muscle::{CalciumForce, CalciumForceSpec, CalciumForceState, Gain};
@@ -92,46 +91,46 @@ impl CalciumForceState {
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct CalciumForce {
-    /// K, U5F27.
+    /// Parameter K, U5F27.
     pub(super) k: u32,
-    /// τ1/τm, Q32; τm is τ1 + τ2, or more where τ1 may grow.
+    /// Ratio τ1/τm, Q32; τm is τ1 + τ2, or more if τ1 may grow.
     pub(super) tau_floor: u32,
-    /// τ2/τm, Q32, such that no x can carry their sum past 1.
+    /// Ratio τ2/τm, Q32, such that the sum of both ratios stays below 1 for every x.
     pub(super) tau_span: u32,
-    /// 1 µs/2τc in 2^-42: below 2^29, as τc is 5 ms or more.
+    /// Ratio 1 µs/2τc in 2^-42: below 2^29, as τc is 5 ms or more.
     pub(super) half_decay_per_us: u32,
-    /// 1 µs/τm in 2^-42: below 2^31, as τm is 3 ms or more.
+    /// Ratio 1 µs/τm in 2^-42: below 2^31, as τm is 3 ms or more.
     pub(super) length_per_us: u32,
-    /// A·τm, 2^-17 N: below 12,000 N.
+    /// Product A·τm, 2^-17 N: below 12,000 N.
     pub(super) full_scale: u32,
     segment: Segment,
 }
 
 impl CalciumForce {
-    /// C, in pulses, where the fixed point ends: there it saturates.
+    /// Largest calcium C, in pulses, in the fixed-point format; C saturates there.
     pub const CALCIUM_END: u32 = CALCIUM_END;
 
     /// Derives the constants of a muscle.
     ///
     /// # Errors
-    /// [`OutOfRange`] naming the first parameter outside the range stated at
-    /// [`CalciumForceSpec`]; within them no later computation can overflow.
+    /// Returns [`OutOfRange`] with the first parameter outside the range stated at
+    /// [`CalciumForceSpec`]. Within the ranges no later computation can overflow.
     pub fn new(spec: CalciumForceSpec) -> Result<Self, OutOfRange> {
         spec.check()?;
         Ok(Self::derive(spec, spec.tau1_us))
     }
 
-    /// The constants of a checked `spec` whose τ1 may grow to `tau1_max_us`, at
-    /// most 200,000 and at least its own: τm is that and τ2.
+    /// Derives the constants of a checked `spec` whose τ1 may grow to `tau1_max_us`, which is at
+    /// most 200,000 and at least the present τ1. τm is the sum of that maximum and τ2.
     pub(super) fn derive(spec: CalciumForceSpec, tau1_max_us: u32) -> Self {
-        // Ranges above: τm in 3,000…1,200,000 µs.
+        // By the ranges above, τm is in 3,000…1,200,000 µs.
         let tau_m_us = tau1_max_us + spec.tau2_us;
         let tau_us = tau_m_us as u64;
         // At most 2^32·200/201.
         let tau_floor = (((spec.tau1_us as u64) << 32) / tau_us) as u32;
         let tau_span = ((spec.tau2_us as u64) << 32) / tau_us;
-        // 10^7 mN/s · 1.2·10^6 µs · 2^17 = 1.6·10^18 fits; the quotient,
-        // below 12,000 · 2^17, fits 31 bits.
+        // 10^7 mN/s · 1.2·10^6 µs · 2^17 = 1.6·10^18 fits; the quotient, below 12,000 · 2^17, fits
+        // 31 bits.
         let full_scale = ((spec.a_mn_per_s as u64 * tau_us) << 17) / 1_000_000_000;
         let mut muscle = Self {
             // At most 5 · 2^27.
@@ -147,15 +146,14 @@ impl CalciumForce {
         muscle
     }
 
-    /// Segments follow K and τ1 as they are now.
+    /// Adapts the segments to the present K and τ1.
     pub(super) fn retune(&mut self) {
         self.segment.retune(self.k, self.tau_floor, self.tau_span);
     }
 
-    /// A pulse at `at`: adds 1 to C then, and from then on drives the muscle
-    /// with `gain` (eq. 6). Time passes until `at`; an older pulse counts as of
-    /// the state's time. A pulse with [`Gain::ZERO`] reaches no fibre and leaves
-    /// the muscle as it was.
+    /// Applies a pulse at `at`: adds 1 to C at that time, and from then on drives the muscle with
+    /// `gain` (eq. 6). Advances the state to `at`; an earlier pulse is applied at the state's time.
+    /// A pulse with [`Gain::ZERO`] reaches no fibre and has no effect.
     #[inline]
     pub fn pulse(&self, state: &mut CalciumForceState, at: Micros, gain: Gain) {
         if gain != Gain::ZERO {
@@ -163,7 +161,7 @@ impl CalciumForce {
         }
     }
 
-    /// [`Self::pulse`] with a gain in Q31: above 0, at most 1.
+    /// Applies [`Self::pulse`] with a gain in Q31, above 0 and at most 1.
     #[inline(always)]
     pub(super) fn pulse_with(&self, state: &mut CalciumForceState, at: Micros, gain: u32) {
         let since_us = (at - state.middle).us().max(state.since_us);
@@ -171,12 +169,11 @@ impl CalciumForce {
         state.middle = self.begin_segment(state, since_us, ONE_PULSE);
     }
 
-    /// Lets time pass until `to`, which may be up to 35 min ahead; an earlier
-    /// time changes nothing.
+    /// Advances the state to `to`, which may be up to 35 min ahead; an earlier time has no effect.
     ///
-    /// Costs two comparisons until a segment ends, and nothing at rest. Rest comes,
-    /// by the ranges of the parameters, within 7 s of the last pulse: no call
-    /// plans more than 7,000 segments (1,000 for the muscles of table 4).
+    /// The call costs two comparisons until a segment ends, and nothing at rest. By the ranges of
+    /// the parameters, a muscle comes to rest within 7 s of the last pulse, so no call plans more
+    /// than 7,000 segments (1,000 for the muscles of table 4).
     #[inline(always)]
     pub fn advance(&self, state: &mut CalciumForceState, to: Micros) {
         let since_us = (to - state.middle).us();
@@ -184,15 +181,15 @@ impl CalciumForce {
             return;
         }
         if since_us > self.segment.fresh_us {
-            // Not the last thing done, so that only this way has registers to save.
+            // This is not the last statement, so that only this branch has registers to save.
             state.middle = self.begin_segment(state, since_us, 0);
         } else {
             state.since_us = since_us;
         }
     }
 
-    /// Lets time pass, segment after segment, until one lasts to `since_us` its middle, or
-    /// next to nothing is left: the time from the middle of the last.
+    /// Advances segment by segment until one extends to `since_us` after its middle, or until the
+    /// muscle is at rest. Returns the time since the middle of the last segment, µs.
     #[cold]
     #[inline(never)]
     fn pass_segments(&self, state: &mut CalciumForceState, since_us: i32) -> i32 {
@@ -206,9 +203,10 @@ impl CalciumForce {
         }
     }
 
-    /// The segment that begins `since_us` the middle of the one before, not before the
-    /// state's time, with `more` calcium; nothing if next to nothing is left. Gives its
-    /// middle, which is left to set. In one copy: it is long.
+    /// Begins a segment `since_us` after the middle of the previous one, not before the state's
+    /// time, with `more` calcium added. A negligible force without calcium becomes zero. Returns
+    /// the segment's middle, which the caller must store. The function is not inlined because it is
+    /// long.
     #[inline(never)]
     fn begin_segment(&self, state: &mut CalciumForceState, since_us: i32, more: u32) -> Micros {
         let since_us = if since_us > self.segment.half_us {
@@ -231,43 +229,43 @@ impl CalciumForce {
         state.middle + us(to_middle_us.cast_unsigned())
     }
 
-    /// Drives the muscle with another gain (Q31) and its constants as they are now,
-    /// from the state's time on.
+    /// Drives the muscle with another gain (Q31) and the present constants, from the state's time
+    /// on.
     pub(super) fn drive_with(&self, state: &mut CalciumForceState, gain: u32) {
         state.drive = self.segment.drive(gain);
         state.middle = self.begin_segment(state, state.since_us, 0);
     }
 
-    /// The muscle's force, 0…12,000 N, at [`CalciumForceState::at`].
+    /// Returns the muscle's force, 0…12,000 N, at [`CalciumForceState::at`].
     #[must_use]
     #[inline]
     pub fn force(&self, state: &CalciumForceState) -> Force {
-        // Below 2^31 · 2^31: the upper half fits.
+        // Below 2^31 · 2^31, so the upper half fits.
         let newtons = signed_high_rounded(self.share(state) as i32, self.full_scale as i32);
         Force::new(I16F16::from_bits(newtons))
     }
 
-    /// F over full scale at the state's time, Q31.
+    /// Returns F as a share of full scale at the state's time, Q31.
     #[inline(always)]
     pub(super) fn share(&self, state: &CalciumForceState) -> u32 {
         let place = self.segment.place(state.since_us);
         state.force.at(place) as u32 // never negative
     }
 
-    /// C of eq. (2) at the state's time, in pulses: 0…24, rounded down to 2^-27.
+    /// Returns C of eq. (2) at the state's time, in pulses: 0…24, rounded down to 2^-27.
     #[must_use]
     pub fn calcium(&self, state: &CalciumForceState) -> U5F27 {
         let place = self.segment.place(state.since_us);
         U5F27::from_bits(self.segment.decayed_calcium(state.calcium, place))
     }
 
-    /// x and τ/τm, both Q32, at C = `calcium` in U5F27.
+    /// Returns x and τ/τm, both Q32, at C = `calcium` in U5F27.
     #[inline(always)]
     pub(super) fn activation(&self, calcium: u32) -> (u32, u32) {
-        // C ≤ 25, K + C < 32. x stays below 1: K/(K + C) is at least
-        // 8.0e-5, Reciprocal's error at most 2.5e-5.
+        // C ≤ 25 and K + C < 32. x stays below 1: K/(K + C) is at least 8.0e-5, and the error of
+        // Reciprocal at most 2.5e-5.
         let x = Reciprocal::of(self.k.wrapping_add(calcium)).times(calcium);
-        // Below 2^32, as floor + span is 2^32 − 1; above 0 by τ1 ≥ 2 ms.
+        // Below 2^32, as floor + span is 2^32 − 1; above 0, as τ1 ≥ 2 ms.
         (x, self.tau_floor.wrapping_add(mul_high(self.tau_span, x)))
     }
 }

@@ -1,5 +1,5 @@
-//! Parameters that tire: the fatigue part of the calcium–force model (Ding,
-//! Wexler & Binder-Macleod, J. Electromyogr. Kinesiol. 13:575, 2003),
+//! Fatigue: the change of parameters of the calcium–force model with work (Ding, Wexler &
+//! Binder-Macleod, J. Electromyogr. Kinesiol. 13:575, 2003),
 //!
 //! ```text
 //! dA/dt  = (A₀ − A)/τfat + αA·F          αA < 0
@@ -7,13 +7,12 @@
 //! dτ1/dt = (τ1₀ − τ1)/τfat + ατ1·F
 //! ```
 //!
-//! Method: one step a second with the mean force of that second. K and τ1 are
-//! linear in F and exact for it. Of A the force is a multiple: with r = |αA|·F/A
-//! held, A relaxes exactly towards A₀/(1 + r·τfat), so that it stays above zero
-//! whatever the step.
+//! Method: one step per second with the mean force of that second. K and τ1 are linear in F and
+//! exact for this force. The decrease of A is proportional to A itself: with r = |αA|·F/A held
+//! constant, A relaxes exactly towards A₀/(1 + r·τfat), so A stays above zero for any step.
 //!
-//! A acts as a factor on the gain. τ1 may grow: its muscle is scaled for the
-//! longest τ1, so that an update moves no force.
+//! A acts as a factor on the gain. τ1 may grow, so its muscle is scaled for the longest τ1, and an
+//! update causes no step in the force.
 
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -24,53 +23,52 @@ use crate::arithmetic::division::quotient;
 use crate::arithmetic::exponential::{exp_neg, mul_high};
 use crate::range::{OutOfRange, Range};
 
-/// From one update to the next, µs.
+/// Time between two updates, µs.
 pub(super) const UPDATE_US: u32 = 1_000_000;
 
-/// The longest τ1 that fatigue reaches, µs, and the largest K, U5F27: the ends
-/// of the ranges of [`CalciumForceSpec`].
+/// Longest τ1 that fatigue reaches, µs, and the largest K, U5F27: the upper ends of the ranges of
+/// [`CalciumForceSpec`].
 const TAU1_MAX_US: u32 = CalciumForceSpec::TAU1_US.max as u32;
 const K_MAX: u32 = 5 << 27;
 
-/// How one muscle tires and recovers.
+/// Parameters of a muscle's fatigue and recovery.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub struct FatigueSpec {
-    /// −αA, what work takes from A, thousandths per s²: 0…10,000.
+    /// Rate −αA at which work reduces A, thousandths per s²: 0…10,000.
     pub alpha_a_milli_per_s2: u32,
-    /// αK, what it adds to K, 10^-9 per N·s: 0…100,000,000.
+    /// Rate αK at which work increases K, 10^-9 per N·s: 0…100,000,000.
     pub alpha_k_nano_per_n_s: u32,
-    /// ατ1, what it adds to τ1, 10^-9 per N (ns per N·s): 0…100,000,000.
+    /// Rate ατ1 at which work increases τ1, 10^-9 per N (ns per N·s): 0…100,000,000.
     pub alpha_tau1_nano_per_n: u32,
-    /// τfat, recovery of all three, ms: 10,000…1,000,000.
+    /// Time constant τfat of the recovery of all three, ms: 10,000…1,000,000.
     pub tau_fat_ms: u32,
 }
 
 impl FatigueSpec {
-    /// Ding's values for the human quadriceps: αA = −4.0e-7 ms⁻², αK = 1.9e-8
-    /// ms⁻¹N⁻¹, ατ1 = 2.1e-5 N⁻¹, τfat = 127 s, at A₀ = 3.009 N/ms. Taken from
-    /// later papers and code that quote them; not measured on the arm.
+    /// Ding's values for the human quadriceps: αA = −4.0e-7 ms⁻², αK = 1.9e-8 ms⁻¹N⁻¹, ατ1 = 2.1e-5
+    /// N⁻¹, τfat = 127 s, at A₀ = 3.009 N/ms. They come from later papers and code that quote them,
+    /// and were not measured on the arm.
     pub const QUADRICEPS: Self = Self {
         alpha_a_milli_per_s2: 400,
         alpha_k_nano_per_n_s: 19_000,
         alpha_tau1_nano_per_n: 21_000,
         tau_fat_ms: 127_000,
     };
-    /// Of [`Self::alpha_a_milli_per_s2`].
+    /// Range of [`Self::alpha_a_milli_per_s2`].
     pub const ALPHA_A_MILLI_PER_S2: Range = Range::new("alpha_a_milli_per_s2", 0, 10_000);
-    /// Of [`Self::alpha_k_nano_per_n_s`].
+    /// Range of [`Self::alpha_k_nano_per_n_s`].
     pub const ALPHA_K_NANO_PER_N_S: Range = Range::new("alpha_k_nano_per_n_s", 0, 100_000_000);
-    /// Of [`Self::alpha_tau1_nano_per_n`].
+    /// Range of [`Self::alpha_tau1_nano_per_n`].
     pub const ALPHA_TAU1_NANO_PER_N: Range = Range::new("alpha_tau1_nano_per_n", 0, 100_000_000);
-    /// Of [`Self::tau_fat_ms`].
+    /// Range of [`Self::tau_fat_ms`].
     pub const TAU_FAT_MS: Range = Range::new("tau_fat_ms", 10_000, 1_000_000);
 
-    /// A₀ of that quadriceps, mN/s.
+    /// Parameter A₀ of that quadriceps, mN/s.
     const QUADRICEPS_A: u64 = 3_009_000;
 
-    /// The quadriceps' fatigue carried to a muscle of another strength, A in
-    /// mN/s (above 0): a muscle that works at the same share of its own
-    /// strength tires alike, so what is per newton grows as A shrinks. An
-    /// assumption, for want of values of other muscles.
+    /// Scales the quadriceps' fatigue to a muscle of another strength, with A in mN/s (above 0). A
+    /// muscle that works at the same share of its own strength fatigues alike, so rates per newton
+    /// grow as A shrinks. This is an assumption, because values of other muscles are not available.
     #[must_use]
     pub fn scaled_to(a_mn_per_s: u32) -> Self {
         let per_newton = |alpha: u32, range: Range| {
@@ -90,7 +88,7 @@ impl FatigueSpec {
         }
     }
 
-    /// Each parameter against its documented range.
+    /// Checks each parameter against its documented range.
     fn check(&self) -> Result<(), OutOfRange> {
         Self::ALPHA_A_MILLI_PER_S2.check(self.alpha_a_milli_per_s2)?;
         Self::ALPHA_K_NANO_PER_N_S.check(self.alpha_k_nano_per_n_s)?;
@@ -99,58 +97,60 @@ impl FatigueSpec {
     }
 }
 
-/// A validated fatigue model of one muscle, per update.
+/// Validated fatigue model of one muscle, with constants per update.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Fatigue {
-    /// 1 s/τfat, Q32: at most 0.1.
+    /// Recovery 1 s/τfat, Q32: at most 0.1.
     recovery: u32,
-    /// e^(−1 s/τfat), Q32.
+    /// Decay e^(−1 s/τfat), Q32.
     kept: u32,
-    /// |αA|·τm·1 s: loss of A/A₀ at full scale, Q28, at most 12.
+    /// Loss of A/A₀ at full scale, |αA|·τm·1 s, Q28, at most 12.
     loss: u32,
-    /// What full scale adds to K (U5F27) and to τ1/τm (Q32), saturating: both
-    /// reach their ends within a second of less.
+    /// Increase of K (U5F27) and of τ1/τm (Q32) at full scale. Saturating, because both reach their
+    /// ends within a second at a smaller force.
     k_gain: u32,
     tau1_gain: u32,
     /// K and τ1/τm of the fresh muscle.
     k: u32,
     tau1: u32,
-    /// The longest τ1 over τm, Q32.
+    /// Ratio of the longest τ1 to τm, Q32.
     tau1_max: u32,
 }
 
-/// How tired a muscle is.
+/// State of a muscle's fatigue.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct FatigueState {
-    /// A/A₀, Q31.
+    /// Ratio A/A₀, Q31.
     pub(super) a: u32,
     /// Sum of F (Q31 of full scale) times µs since the last update.
     work: u64,
-    /// Time since then, µs.
+    /// Time since the last update, µs.
     since_us: u32,
 }
 
 impl FatigueState {
-    /// A fresh muscle.
+    /// State of a fresh muscle.
     pub(super) const NONE: Self = Self {
         a: 1 << 31,
         work: 0,
         since_us: 0,
     };
 
-    /// A gain's part that is left, both Q31; never nothing of something.
+    /// Returns the part of a gain that fatigue leaves, both Q31. A gain above zero never becomes
+    /// zero.
     #[inline(always)]
     pub(super) fn fatigued_gain(&self, gain: u32) -> u32 {
-        // Both at most 2^31.
+        // Both are at most 2^31.
         ((u64::from(gain) * u64::from(self.a)) >> 31).max(1) as u32
     }
 }
 
 impl Fatigue {
-    /// The muscle of `force`, scaled for the longest τ1, and its fatigue.
+    /// Validates both specifications. Returns the muscle of `force`, scaled for the longest τ1, and
+    /// its fatigue.
     ///
     /// # Errors
-    /// [`OutOfRange`] naming the first parameter outside its range.
+    /// Returns [`OutOfRange`] with the first parameter outside its range.
     pub(super) fn new(
         force: CalciumForceSpec,
         spec: FatigueSpec,
@@ -160,19 +160,18 @@ impl Fatigue {
         let muscle = CalciumForce::derive(force, TAU1_MAX_US);
         // At most 1,200,000 µs, 3,000 or more.
         let tau_us = u64::from(TAU1_MAX_US + force.tau2_us);
-        // 2^32 · 1000 / 10,000.
+        // At most 2^32 · 1000 / 10,000.
         let recovery = ((1000u64 << 32) / u64::from(spec.tau_fat_ms)) as u32;
-        // e^−x ends at 2^31.
+        // e^−x has its maximum at 2^31.
         let kept = exp_neg(recovery.into()).min((1 << 31) - 1) << 1;
-        // Per second at a force that holds, τfat·(1 − e^(−1 s/τfat)): in Q32,
-        // 0.95…1.
+        // Increase per second at a constant force, τfat·(1 − e^(−1 s/τfat)): in Q32, 0.95…1.
         let held = quotient(u64::from(u32::MAX - kept) << 32, recovery).unwrap_or(u32::MAX);
         // 10^4 · 1.2·10^6 · 2^28 fits; the quotient is at most 12 · 2^28.
         let loss = ((u64::from(spec.alpha_a_milli_per_s2) * tau_us) << 28) / 1_000_000_000;
-        // A·τm in µN: at most 12,000·10^6; times 10^8 nano: 1.2·10^18.
+        // A·τm in µN is at most 12,000·10^6; times 10^8 nano: 1.2·10^18.
         let full_un = u64::from(force.a_mn_per_s) * tau_us / 1000;
         let per_full = |alpha: u32| full_un * u64::from(alpha) / 1_000_000;
-        // In 10^-9 of K, and of a second: cut to 32 and to 1, whose shifts fit.
+        // In 10^-9 of K, and of a second: clamped to 32 and to 1, whose shifts fit.
         let k_nano = per_full(spec.alpha_k_nano_per_n_s).min(32_000_000_000);
         let tau1_nano = per_full(spec.alpha_tau1_nano_per_n).min(1_000_000_000);
         // (2^32 − 1) · 2^32 fits.
@@ -195,7 +194,7 @@ impl Fatigue {
         ))
     }
 
-    /// `us` passed with a force in Q31 at their end. Whether the muscle's
+    /// Advances by `us` microseconds with a force in Q31 at their end. Returns whether the muscle's
     /// parameters changed.
     #[inline(always)]
     pub(super) fn advance(
@@ -205,7 +204,7 @@ impl Fatigue {
         force: u32,
         us: u32,
     ) -> bool {
-        // 2^31 · (10^6 + 10^3) between updates.
+        // At most 2^31 · (10^6 + 10^3) between updates.
         let work = u64::from(force).wrapping_mul(u64::from(us));
         tired.work = tired.work.wrapping_add(work);
         tired.since_us = tired.since_us.wrapping_add(us);
@@ -216,7 +215,7 @@ impl Fatigue {
         true
     }
 
-    /// A second's mean force acts.
+    /// Applies the mean force of one second.
     #[inline(never)]
     fn update(&self, tired: &mut FatigueState, muscle: &mut CalciumForce) {
         // At most 2^31, as no force is above full scale.
@@ -225,7 +224,7 @@ impl Fatigue {
         tired.work = 0;
         let grown = |now: u32, fresh: u32, gain: u32, most: u32| {
             let above = mul_high(now.saturating_sub(fresh), self.kept);
-            // Q31·gain·2: saturates rather than doubling past the end.
+            // Q31·gain·2 saturates instead of wrapping.
             let more = mul_high(gain, force).saturating_mul(2);
             fresh.saturating_add(above).saturating_add(more).min(most)
         };
@@ -235,19 +234,19 @@ impl Fatigue {
         tired.a = self.strength_after_second(tired.a, force);
     }
 
-    /// A/A₀ after a second at a mean force in Q31.
+    /// Returns A/A₀ after a second at a mean force in Q31.
     fn strength_after_second(&self, a: u32, force: u32) -> u32 {
-        // All Q28: recovery at most 0.1; loss at most 12 · force, over A/A₀
-        // cut to 15 a second.
+        // All in Q28: recovery is at most 0.1; loss is at most 12 · force, and loss over A/A₀ is
+        // clamped to 15 per second.
         let recovery = (self.recovery >> 4).max(1);
         let loss = (u64::from(self.loss) * u64::from(force)) >> 31;
         let loss = quotient(loss << 31, a).unwrap_or(u32::MAX).min(15 << 28);
         let rate = recovery.saturating_add(loss);
-        // Both Q31.
+        // Both in Q31.
         let end = quotient(u64::from(recovery) << 31, rate).unwrap_or(1 << 31);
         let left = exp_neg(u64::from(rate) << 4);
         let part = |way: u32| ((u64::from(way) * u64::from(left)) >> 31) as u32;
-        // Towards `end`, the rest of the way rounded down: A₀ is reached.
+        // Approaches `end` with the remaining distance rounded down, so A₀ is reached.
         match a.checked_sub(end) {
             Some(above) => end + part(above), // at most a
             None => end.saturating_sub(part(end.saturating_sub(a))),

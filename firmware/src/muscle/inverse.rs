@@ -1,14 +1,14 @@
-//! From a wanted force to the pulses that give it: amplitude first, and where
-//! that ends, pulse rate.
+//! Inverse of the muscle model: from a reference force to the pulses that produce it, first by
+//! amplitude and, where the amplitude range ends, by pulse rate.
 //!
-//! At a period T and a gain the calcium–force model settles to gain·F(T). From
-//! threshold·F(train's T) to limit·F(train's T) only the amplitude changes, above
-//! it only T, down to the fastest: a muscle tires less at a low rate. Below, T
-//! grows at threshold amplitude, to the slowest. What lies between that and none
-//! cannot be had: the nearer of the two is given, and said to be.
+//! At a period T and a gain, the calcium–force model settles to gain·F(T). From threshold·F(train's
+//! T) to limit·F(train's T), only the amplitude changes. For larger forces only T changes, down to
+//! the shortest period: a muscle fatigues less at a low rate. For smaller forces T grows at
+//! threshold amplitude, up to the longest period. Forces between zero and the smallest force of the
+//! slowest rate are not possible: the nearer of the two is produced and reported.
 //!
-//! F is tabled once: above over evenly spaced periods, in which it is smoothest
-//! there, below over evenly spaced rates, to which it is nearly proportional.
+//! F is tabulated once: above the train's rate over evenly spaced periods, where it is smoothest,
+//! and below that rate over evenly spaced rates, to which it is nearly proportional.
 
 use super::calcium_force::CalciumForce;
 use super::settled::Steady;
@@ -19,83 +19,83 @@ use crate::range::{OutOfRange, Range};
 use crate::units::{Amplitude, Force, ForceRate};
 use fixed::types::{I16F16, U1F31};
 
-/// Pieces of a table. Between their ends the mean force of Lee's subjects is
-/// 0.9 % off from 10 to 100 Hz and 0.1 % from 20 to 60 Hz; below 20 Hz 1.7 %, of
-/// the subject whose force bends most at 11 Hz (K05), and 0.8 % of the others.
+/// Number of pieces of a table. The interpolation error of the mean force of Lee's subjects is
+/// 0.9 % from 10 to 100 Hz and 0.1 % from 20 to 60 Hz. Below 20 Hz it is 1.7 % for the subject
+/// whose force curve bends most at 11 Hz (K05), and 0.8 % for the others.
 const PIECES: usize = 16;
 
-/// Mean forces, N in 2^-16 and below 2^30, slowest rate first; never falls.
+/// Mean forces, N in 2^-16 and below 2^30, slowest rate first; the sequence never falls.
 type Forces = [u32; PIECES + 1];
 
-/// The slowest train, 0.5 Hz, µs.
+/// Period of the slowest train, 0.5 Hz, µs.
 const SLOWEST_US: u32 = 2_000_000;
 
-/// A pulse rate is this over its period in µs: 2^20 to 2^28.
+/// Numerator of a pulse rate: a rate is this value divided by its period in µs, 2^20 to 2^28.
 const RATE: u64 = 1 << 40;
 
-/// Pulses that give a force.
+/// Pulses that produce a force.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Drive {
-    /// At most the wearer's limit.
+    /// Amplitude of the pulses, at most the wearer's limit.
     pub amplitude: Amplitude,
-    /// What that recruits.
+    /// Gain that the amplitude recruits.
     pub gain: Gain,
-    /// The rested muscle's mean force: what was wanted, unless limiting.
+    /// Mean force of the rested muscle, equal to the requested force unless `limiting` is set.
     pub force: Force,
-    /// Burst start to burst start, µs.
+    /// Period from burst start to burst start, µs.
     pub period_us: u32,
-    /// Another force than this was wanted.
+    /// Reason why another force than this was requested, if so.
     pub limiting: Option<ForceLimit>,
 }
 
-/// Why pulses give another force than was wanted.
+/// Reason why the pulses produce another force than the requested one.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum ForceLimit {
-    /// It lies between none and the least.
+    /// The force lies between zero and the smallest possible force.
     BelowLeast,
-    /// It is more than the wearer's limits allow.
+    /// The force is larger than the wearer's limits allow.
     AboveMost,
 }
 
-/// One muscle's inverse between two pulse rates.
+/// Inverse of one muscle between two pulse rates.
 #[derive(Clone, Copy, Debug)]
 pub struct Inverse {
     slowest_us: u32,
     train_us: u32,
     fastest_us: u32,
-    /// At the wearer's limit, from the train's rate to the fastest.
+    /// Mean forces at the wearer's limit, from the train's rate to the fastest.
     forces: Forces,
-    /// At motor threshold, from the slowest rate to the train's.
+    /// Mean forces at motor threshold, from the slowest rate to the train's.
     slow: Forces,
-    /// Gain at the wearer's limit and at motor threshold, Q31.
+    /// Gains at the wearer's limit and at motor threshold, Q31.
     gain: u32,
     least_gain: u32,
     threshold: Amplitude,
-    /// How late force follows at the train's rate, µs, and what each 2^-16 N
-    /// beyond it changes in that, µs in 2^-30.
+    /// Lag of the force at the train's rate, µs, and its change per 2^-16 N above the force of that
+    /// rate, µs in 2^-30.
     late_us: i64,
     late_change: i64,
 }
 
 impl Inverse {
-    /// Period of a train whose amplitude gives a force: 200 Hz, and 10 Hz, below
-    /// which a muscle twitches and its mean force says little.
+    /// Range of the period of a train whose amplitude controls a force: from 200 Hz to 10 Hz, below
+    /// which a muscle twitches and its mean force has little meaning.
     pub const PERIOD_US: Range = Range::new("period_us", 5_000, 100_000);
-    /// Period of the fastest rate, under the slowest train.
+    /// Range of the period of the fastest rate, for the slowest train.
     pub const MIN_PERIOD_US: Range = Range {
         field: "min_period_us",
         ..Self::PERIOD_US
     };
-    /// Period of the slowest rate, under the fastest train.
+    /// Range of the period of the slowest rate, for the fastest train.
     pub const MAX_PERIOD_US: Range =
         Range::new("max_period_us", Self::PERIOD_US.min, SLOWEST_US as i32);
 
-    /// Tables a muscle under a train with a pulse every `train_us`, which may come
-    /// every `fastest_us` at the wearer's limit and every `slowest_us` at motor
-    /// threshold; the same as the train's for a fixed rate.
+    /// Tabulates a muscle under a train with a pulse every `train_us`. At the wearer's limit the
+    /// period may fall to `fastest_us`, and at motor threshold it may rise to `slowest_us`; both
+    /// equal the train's period for a fixed rate.
     ///
     /// # Errors
-    /// [`OutOfRange`] names a parameter of the muscle or one of the periods.
+    /// Returns [`OutOfRange`] with the first offending parameter of the muscle or period.
     pub fn new(
         spec: CalciumForceSpec,
         recruitment: &Recruitment,
@@ -114,15 +114,15 @@ impl Inverse {
         let (threshold, limit) = (recruitment.spec().motor_threshold, recruitment.spec().limit);
         let gain_at = |amplitude| recruitment.gain(amplitude).get().to_bits();
         let (gain, least) = (gain_at(limit), gain_at(threshold));
-        // Half of the shortest time constant at most, as the steps want it.
+        // At most half of the shortest time constant, as the steps require.
         let step_us = if spec.tau1_us < 4_000 { 1_000 } else { 2_000 };
         let steady = |period_us: u32| muscle.steady(period_us, step_us);
-        // Full scale is below 2^30 in 2^-16 N, the product of fractions as well.
+        // Full scale is below 2^30 in 2^-16 N, and so is the product of the fractions.
         let newtons = |share: u32, gain: u32| {
             let share = (u64::from(share) * u64::from(gain)) >> 31;
             ((share * u64::from(muscle.full_scale >> 1)) >> 32) as u32
         };
-        // τ of a change of gain, and half a period until the next pulse is due.
+        // Sum of τ of a change of gain and half a period until the next pulse is due.
         let late = |period_us: u32, Steady { force, activation }: Steady| {
             let scale = u64::from(spec.tau1_us + spec.tau2_us); // below 2^21
             let tau = quotient(scale * u64::from(force), activation).unwrap_or(0);
@@ -134,7 +134,7 @@ impl Inverse {
         let mut forces = [newtons(train.force, gain); PIECES + 1];
         if span > 0 {
             let mut before = forces[0];
-            // The index is at most 16, where the period is the fastest.
+            // The index is at most 16, where the period is the shortest.
             for (index, force) in (0u32..).zip(&mut forces).skip(1) {
                 fastest = steady(train_us.saturating_sub(span * index / PIECES as u32));
                 before = newtons(fastest.force, gain).max(before);
@@ -174,7 +174,7 @@ impl Inverse {
         })
     }
 
-    /// The least force but none and the most, steady.
+    /// Returns the smallest steady force above zero, and the largest.
     #[must_use]
     pub fn force_range(&self) -> (Force, Force) {
         let force = |bits: u32| Force::new(I16F16::from_bits(bits.cast_signed())); // below 2^30
@@ -189,14 +189,13 @@ impl Inverse {
         self.slow.first().copied().unwrap_or(0)
     }
 
-    /// What to want of [`Self::drive`] so that force is `force` now while it
-    /// changes at `rate`: force lags behind its pulses by one time
-    /// constant, which the model gives, and a pulse's amplitude by half a period.
-    /// Saturates.
+    /// Returns the force to request from [`Self::drive`] so that the force is `force` now while it
+    /// changes at `rate`. Force lags behind its pulses by one time constant of the model, and the
+    /// amplitude of a pulse by half a period. Saturates.
     #[must_use]
     pub fn compensate_lag(&self, force: Force, rate: ForceRate) -> Force {
         let bits = i64::from(force.get().to_bits());
-        // Below 2^22 · 2^31; over 10^6, which is 2^36/68 719 to 7e-6.
+        // Below 2^22 · 2^31; divided by 10^6, which is 2^36/68 719 to 7e-6.
         let lead = self
             .lag_us(bits)
             .wrapping_mul(i64::from(rate.get().to_bits()))
@@ -206,7 +205,7 @@ impl Inverse {
         Force::new(I16F16::from_bits(bits as i32))
     }
 
-    /// How late a force, in 2^-16 N, follows: below 2^22 µs.
+    /// Returns the lag of a force in 2^-16 N: below 2^22 µs.
     fn lag_us(&self, force: i64) -> i64 {
         let slowest = i64::from(self.forces.first().copied().unwrap_or(0));
         let above = force.wrapping_sub(slowest);
@@ -217,20 +216,20 @@ impl Inverse {
             .wrapping_add(above.wrapping_mul(self.late_change) >> 30)
     }
 
-    /// The part of its way that the rested muscle goes in a millisecond to `force`,
-    /// which its pulses hold: Q24.
+    /// Returns the share of its distance that the rested muscle covers in one millisecond towards
+    /// `force`, which its pulses hold: Q24.
     #[must_use]
     pub fn response_per_ms(&self, drive: &Drive) -> u32 {
         let late_us = self.lag_us(drive.force.get().to_bits().into());
         let half_us = i64::from(drive.period_us.min(self.train_us) / 2);
-        // A half at most, as no time constant is below 2 ms.
+        // At most a half, as no time constant is below 2 ms.
         let tau_us = late_us.wrapping_sub(half_us).max(2_000) as u32; // below 2^22
         quotient(1_000 << 24, tau_us).unwrap_or(u32::MAX)
     }
 
-    /// The pulses for a steady mean force. Between none and the least force the
-    /// nearer of the two, the least from half of it on: half of it is the most
-    /// that is ever given beyond what was wanted.
+    /// Returns the pulses for a steady mean force. Between zero and the smallest force, returns the
+    /// nearer of the two, and from half of the smallest force on the smallest force. The result
+    /// therefore exceeds the request by at most half of the smallest force.
     #[must_use]
     pub fn drive(&self, recruitment: &Recruitment, force: Force) -> Drive {
         let wanted = force.get().to_bits().max(0).cast_unsigned();
@@ -245,13 +244,13 @@ impl Inverse {
                 (self.threshold, self.least_gain, self.slowest_us)
             }
         } else if wanted <= at_threshold {
-            // Its end is the train's.
+            // The end of the table is the train's period.
             let period_us = table_position(&self.slow, wanted).map_or(self.train_us, |place| {
                 period_at(place, self.slowest_us, self.train_us)
             });
             (self.threshold, self.least_gain, period_us)
         } else if wanted <= at_train {
-            // At most the limit's gain, by wanted <= at_train.
+            // At most the limit's gain, as wanted <= at_train.
             let gain = quotient(u64::from(wanted) * u64::from(self.gain), at_train);
             let gain = gain.unwrap_or(0);
             let amplitude = recruitment.amplitude_for_gain(Gain::new(U1F31::from_bits(gain)));
@@ -282,7 +281,7 @@ impl Inverse {
         }
     }
 
-    /// The period that gives `wanted` at the wearer's limit.
+    /// Returns the period that produces `wanted` at the wearer's limit, µs.
     fn period_for_force(&self, wanted: u32) -> u32 {
         let Some(pieces) = table_position(&self.forces, wanted) else {
             return self.fastest_us;
@@ -293,21 +292,21 @@ impl Inverse {
     }
 }
 
-/// Where `wanted` lies in a table, pieces in 2^-16 from its beginning; `None` if
-/// not in it.
+/// Returns the position of `wanted` in a table, pieces in 2^-16 from its beginning, or `None` if
+/// the table does not contain the force.
 fn table_position(forces: &Forces, wanted: u32) -> Option<u64> {
     let above = forces.partition_point(|&force| force <= wanted);
     let high = forces.get(above)?;
     let below = above.checked_sub(1)?;
     let low = forces.get(below)?;
-    // low <= wanted < high: a part below 2^16 of a piece; below is 0…15.
+    // low <= wanted < high, so the fraction of a piece is below 2^16; below is 0…15.
     let way = u64::from(wanted.saturating_sub(*low)) << 16;
     let part = quotient(way, high.saturating_sub(*low)).unwrap_or(0);
     Some(((below as u64) << 16) + u64::from(part))
 }
 
-/// The period at a place in the table of slow rates, pieces in 2^-16 from its
-/// beginning, µs.
+/// Returns the period at a position in the table of slow rates (pieces in 2^-16 from its
+/// beginning), µs.
 fn period_at(place: u64, slowest_us: u32, train_us: u32) -> u32 {
     let rate = |period_us| quotient(RATE, period_us).unwrap_or(u32::MAX);
     let (low, high) = (rate(slowest_us), rate(train_us));
@@ -325,17 +324,16 @@ mod tests {
     use crate::muscle::RecruitmentSpec;
     use proptest::prelude::*;
 
-    /// Cycles of a step of the model's, of a long one, and of a period about them:
-    /// more than the chip simulator counts in row `inverse_table_slow` of
-    /// docs/charts/cycles.csv.
+    /// Cycles of a step of the model, of a long step, and of the remaining work per period: more
+    /// than the chip simulator counts in row `inverse_table_slow` of docs/charts/cycles.csv.
     const CYCLES: [u32; 3] = [210, 260, 800];
 
-    /// All periods of the longest table take the most short steps there are.
+    /// All periods of the longest table take the largest number of short steps.
     const CYCLES_MOST: u32 = (2 * PIECES as u32 + 1) * (STEPS_MAX * CYCLES[0] + CYCLES[2]);
 
-    // The watchdog bites 4.08 ms after its last feeding at the earliest; the
-    // session's owner waits up to 1 ms of them for a request, and of the others'
-    // interrupts a table may be made a third longer: 2.31 ms are left for it.
+    // The watchdog acts at the earliest 4.08 ms after its last refresh. The session waits for a
+    // request for up to 1 ms of this time, and interrupts of the other owners may prolong the table
+    // by a third: 2.31 ms are left for the table.
     const _: () = assert!(CYCLES_MOST < 388_000 && STEPS_LONG * CYCLES[1] < STEPS_MAX * CYCLES[0]);
 
     fn cost(spec: CalciumForceSpec, [train, fastest, slowest]: [u32; 3]) -> u32 {
@@ -353,7 +351,8 @@ mod tests {
         short * step + long * long_step + periods * period
     }
 
-    /// Slow rates just above the most short steps' period: nothing takes more.
+    /// Slow rates just above the period with the largest number of short steps are the longest
+    /// case.
     #[test]
     fn the_longest_table_takes_what_the_watchdog_leaves() {
         let spec = CalciumForceSpec {

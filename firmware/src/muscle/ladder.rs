@@ -1,5 +1,5 @@
-//! The fidelity ladder: how much of a muscle is modelled, from nothing to fatigue,
-//! behind one trait, and the change from one to another.
+//! Levels of the muscle model, from none to fatigue, behind one trait, and the change between
+//! levels.
 
 use core::fmt;
 
@@ -15,34 +15,33 @@ use super::{
 use crate::range::OutOfRange;
 use crate::units::{Force, Micros, us};
 
-/// How much of a muscle is modelled, least first.
+/// Level of detail of a muscle model, lowest first.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Serialize, Deserialize, Schema)]
 pub enum Rung {
-    /// Nothing: no force is predicted, and force control has the inverse alone.
+    /// No model: no force is predicted, and force control uses the inverse alone.
     None,
-    /// Lee 2020, equations (2) and (3).
+    /// Calcium–force model, Lee 2020, equations (2) and (3).
     CalciumForce,
-    /// The same, with parameters that tire (Ding 2003).
+    /// Calcium–force model with parameters that change with fatigue (Ding 2003).
     CalciumForceFatigue,
 }
 
 impl Rung {
-    /// All rungs, lowest first.
+    /// All model levels, lowest first.
     pub const ALL: [Self; 3] = [Self::None, Self::CalciumForce, Self::CalciumForceFatigue];
 }
 
-/// A model of one muscle: validated parameters. Any number of states can run
-/// on one.
+/// A model of one muscle with validated parameters. Any number of states can use one model.
 pub trait Model {
-    /// Where a muscle is.
+    /// State of one muscle.
     type State: Copy;
-    /// A muscle without force.
+    /// Returns the state of a muscle without force at time `at`.
     fn at_rest(&self, at: Micros) -> Self::State;
-    /// A pulse at `at` that drives the muscle with `gain`.
+    /// Applies a pulse at `at` that drives the muscle with `gain`.
     fn pulse(&self, state: &mut Self::State, at: Micros, gain: Gain);
-    /// Lets time pass until `to`; an earlier time changes nothing.
+    /// Advances the state to `to`; an earlier time has no effect.
     fn advance(&self, state: &mut Self::State, to: Micros);
-    /// The force at the state's time.
+    /// Returns the force at the state's time.
     fn force(&self, state: &Self::State) -> Force;
 }
 
@@ -62,7 +61,7 @@ impl Model for CalciumForce {
     }
 }
 
-/// A rung that tires was asked of a muscle without a [`FatigueSpec`].
+/// Error: a model level with fatigue was requested for a muscle without a [`FatigueSpec`].
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct NoFatigue;
 
@@ -74,30 +73,30 @@ impl fmt::Display for NoFatigue {
 
 impl core::error::Error for NoFatigue {}
 
-/// What [`MuscleModel::new`] refuses.
+/// Reason why [`MuscleModel::new`] refuses a muscle.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum MuscleModelError {
-    /// A parameter outside its range.
+    /// A parameter is outside its range.
     Range(OutOfRange),
-    /// The rung needs a [`FatigueSpec`].
+    /// The model level needs a [`FatigueSpec`].
     NoFatigue,
 }
 
-/// A muscle under a channel, as a host configures it.
+/// The muscle of a channel, as a host configures it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub struct MuscleSpec {
-    /// Its force model.
+    /// Parameters of the force model.
     pub force: CalciumForceSpec,
-    /// How amplitude recruits it.
+    /// Recruitment of the muscle by amplitude.
     pub recruitment: RecruitmentSpec,
-    /// How it tires: needed for [`Rung::CalciumForceFatigue`].
+    /// Fatigue parameters, which [`Rung::CalciumForceFatigue`] needs.
     pub fatigue: Option<FatigueSpec>,
-    /// The rung it starts on.
+    /// Model level at the start.
     pub rung: Rung,
 }
 
 impl MuscleSpec {
-    /// A muscle that does not tire, on [`Rung::CalciumForce`].
+    /// Creates a muscle without fatigue, at [`Rung::CalciumForce`].
     #[must_use]
     pub const fn new(force: CalciumForceSpec, recruitment: RecruitmentSpec) -> Self {
         Self {
@@ -111,7 +110,8 @@ impl MuscleSpec {
     /// Derives the constants of the muscle and of its recruitment.
     ///
     /// # Errors
-    /// As [`MuscleModel::new`]; [`MuscleModelError::Range`] as [`Recruitment::new`].
+    /// Returns the errors of [`MuscleModel::new`], and [`MuscleModelError::Range`] for the errors
+    /// of [`Recruitment::new`].
     pub fn validate(&self) -> Result<(MuscleModel, Recruitment), MuscleModelError> {
         let ladder = MuscleModel::new(self.force, self.fatigue, self.rung)?;
         let recruitment = Recruitment::new(self.recruitment).map_err(MuscleModelError::Range)?;
@@ -119,7 +119,7 @@ impl MuscleSpec {
     }
 }
 
-/// One muscle on any rung: validated parameters and the rung it starts on.
+/// One muscle at any model level: validated parameters and the initial level.
 #[derive(Clone, Copy, Debug)]
 pub struct MuscleModel {
     fresh: CalciumForce,
@@ -127,27 +127,27 @@ pub struct MuscleModel {
     first: Rung,
 }
 
-/// Where one muscle on some rung is.
+/// State of one muscle at any model level.
 #[derive(Clone, Copy, Debug)]
 pub struct MuscleModelState {
-    /// The muscle as tired as it is.
+    /// Muscle with the parameters that fatigue has left.
     muscle: CalciumForce,
     tired: FatigueState,
-    /// Gain of the last pulse that reached the muscle, as it came, Q31.
+    /// Gain of the last pulse that reached the muscle, before fatigue, Q31.
     gain: u32,
     rung: Rung,
-    /// Stands still where no model runs.
+    /// State of the calcium–force model; unchanged while no model runs.
     motion: CalciumForceState,
 }
 
 impl MuscleModelState {
-    /// The rung it is on.
+    /// Returns the present model level.
     #[must_use]
     pub const fn model_level(&self) -> Rung {
         self.rung
     }
 
-    /// What work has left of A, 0…1: 1 for a muscle that does not tire.
+    /// Returns the share of A that fatigue has left, 0…1; 1 for a muscle without fatigue.
     #[must_use]
     pub const fn strength(&self) -> U1F31 {
         U1F31::from_bits(self.tired.a)
@@ -155,11 +155,12 @@ impl MuscleModelState {
 }
 
 impl MuscleModel {
-    /// Derives the constants of a muscle that starts on `initial_model_level`.
+    /// Derives the constants of a muscle that starts at the model level `first`.
     ///
     /// # Errors
-    /// [`MuscleModelError::Range`] as [`CalciumForce::new`], and the same for the
-    /// parameters of `fatigue`; [`MuscleModelError::NoFatigue`] if `initial_model_level` needs it.
+    /// Returns [`MuscleModelError::Range`] for the errors of [`CalciumForce::new`] and for
+    /// parameters of `fatigue` outside their ranges; [`MuscleModelError::NoFatigue`] if `first`
+    /// needs fatigue parameters that are absent.
     pub fn new(
         force: CalciumForceSpec,
         fatigue: Option<FatigueSpec>,
@@ -186,19 +187,20 @@ impl MuscleModel {
         })
     }
 
-    /// The rung a muscle starts on.
+    /// Returns the model level at which a muscle starts.
     #[must_use]
     pub const fn initial_model_level(&self) -> Rung {
         self.first
     }
 
-    /// Changes the rung at `now`. Between the upper two force and calcium stay what
-    /// they are. From [`Rung::None`] they begin at rest, as if no pulse had come before:
-    /// in a train, force is right after some five times τ1 + τ2. Fatigue stands still
-    /// below its own rung, neither growing nor recovering, and keeps its effect there.
+    /// Changes the model level at `now`. Between the upper two levels, force and calcium stay as
+    /// they are. From [`Rung::None`] they begin at rest, as if no pulse had come before; in a
+    /// train, the force is right after about five times τ1 + τ2. Below its own level fatigue
+    /// neither grows nor recovers, and keeps its effect.
     ///
     /// # Errors
-    /// [`NoFatigue`], and nothing changes.
+    /// Returns [`NoFatigue`] if the level needs fatigue parameters that are absent; nothing
+    /// changes.
     pub fn switch(
         &self,
         state: &mut MuscleModelState,
@@ -215,7 +217,7 @@ impl MuscleModel {
         Ok(())
     }
 
-    /// The force at the state's time; none where no model runs.
+    /// Returns the force at the state's time, or `None` while no model runs.
     #[must_use]
     pub fn predicted_force(&self, state: &MuscleModelState) -> Option<Force> {
         (state.rung != Rung::None).then(|| state.muscle.force(&state.motion))
@@ -235,7 +237,7 @@ impl Model for MuscleModel {
         }
     }
 
-    /// A pulse with [`Gain::ZERO`] reaches no fibre and changes nothing.
+    /// Applies a pulse; a pulse with [`Gain::ZERO`] reaches no fibre and changes nothing.
     #[inline(always)]
     fn pulse(&self, state: &mut MuscleModelState, at: Micros, gain: Gain) {
         if gain == Gain::ZERO || state.rung == Rung::None {
@@ -243,7 +245,7 @@ impl Model for MuscleModel {
         }
         state.gain = gain.get().to_bits();
         let gain = state.tired.fatigued_gain(state.gain);
-        // What most muscles run on goes first, without a call.
+        // The most common level comes first, without a call.
         if state.rung == Rung::CalciumForce {
             state.muscle.pulse_with(&mut state.motion, at, gain);
         } else {
@@ -260,14 +262,14 @@ impl Model for MuscleModel {
         }
     }
 
-    /// [`Self::predicted_force`]; 0 N where no model runs.
+    /// Returns [`Self::predicted_force`], or 0 N while no model runs.
     fn force(&self, state: &MuscleModelState) -> Force {
         self.predicted_force(state).unwrap_or_default()
     }
 }
 
 impl MuscleModel {
-    /// A pulse on [`Rung::CalciumForceFatigue`].
+    /// Applies a pulse at [`Rung::CalciumForceFatigue`].
     #[inline(never)]
     fn pulse_with_fatigue(&self, state: &mut MuscleModelState, at: Micros, gain: u32) {
         let before = state.motion.at();
@@ -288,8 +290,8 @@ impl MuscleModel {
         }
     }
 
-    /// [`Self::advance`] by any time: steps of at most 1 ms, each counted as work; at
-    /// rest, of a second.
+    /// Implements [`Self::advance`] for any time, in steps of at most 1 ms, each counted as work;
+    /// at rest, in steps of a second.
     #[cold]
     #[inline(never)]
     fn integrate_with_fatigue(&self, state: &mut MuscleModelState, to: Micros) {
@@ -310,7 +312,8 @@ impl MuscleModel {
         }
     }
 
-    /// `us` passed: at an update, the pulses' gains follow A.
+    /// Adds the work of `us` microseconds. After an update of A, adapts the drive of the latest
+    /// pulse.
     #[inline]
     fn apply_fatigue(&self, state: &mut MuscleModelState, us: u32) {
         let Some(fatigue) = &self.fatigue else {

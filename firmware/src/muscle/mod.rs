@@ -1,12 +1,11 @@
-//! What a muscle does with the pulses it gets, in fixed point.
+//! Fixed-point models of a muscle's response to pulses.
 //!
-//! Lives here: `recruitment` (amplitude ↔ share of the muscle at work) and the
-//! `ladder` of models (pulses → force over time): `calcium_force` and `fatigue`; the
-//! `inverse` (force → pulses) with what trains settle to (`settled`). Not here: limits
-//! a pulse must keep (`safety`), joints (`control`), the simulator's own floating-point
-//! muscles.
-//! In: wanted effort or gain; the pulses actually emitted, each with its
-//! microsecond. Out: amplitudes within the wearer's range; predicted force.
+//! This module contains `recruitment` (amplitude ↔ active share of the muscle), the model levels in
+//! `ladder` (pulses → force over time) with `calcium_force` and `fatigue`, and the `inverse` (force
+//! → pulses) with the steady state of trains (`settled`). Limits of a pulse (`safety`), joints
+//! (`control`) and the simulator's own floating-point muscles are elsewhere.
+//! Inputs are the effort or gain, and the pulses actually emitted, each with its microsecond.
+//! Outputs are amplitudes within the wearer's range and the predicted force.
 
 pub mod calcium_force;
 pub mod fatigue;
@@ -27,27 +26,27 @@ pub use ladder::{
 pub use recruitment::{Recruitment, RecruitmentSpec};
 pub use spec::CalciumForceSpec;
 
-/// The share of its reference strength a muscle is driven with, 0…1: the
-/// factor on A in Lee 2020, eq. 6.
+/// Share of the reference strength with which a muscle is driven, 0…1: the factor on A in Lee 2020,
+/// eq. 6.
 ///
-/// U1F31 (resolution 4.7e-10), because 1 must be exact and gains down to
-/// 2^-16 must keep four digits.
+/// The format is U1F31 (resolution 4.7e-10), because 1 must be exact and gains down to 2^-16 must
+/// keep four digits.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
 pub struct Gain(U1F31);
 
 impl Gain {
-    /// No muscle fibre answers: a pulse below motor threshold.
+    /// Gain of a pulse below motor threshold, which activates no muscle fibre.
     pub const ZERO: Self = Self(U1F31::ZERO);
-    /// The strength at the amplitude where A was measured.
+    /// Gain at the amplitude at which A was measured.
     pub const FULL: Self = Self(U1F31::ONE);
 
-    /// A gain; values above 1 saturate at [`Gain::FULL`].
+    /// Creates a gain; values above 1 saturate at [`Gain::FULL`].
     #[must_use]
     pub fn new(gain: U1F31) -> Self {
         Self(gain.min(U1F31::ONE))
     }
 
-    /// The gain as a number, 0…1.
+    /// Returns the gain as a number, 0…1.
     #[must_use]
     pub const fn get(self) -> U1F31 {
         self.0

@@ -1,24 +1,23 @@
-//! A stretch of force, planned once and read at any time within it.
+//! A segment of the force curve, which is planned once and read at any time within it.
 //!
-//! Between pulses eq. (3) of Lee 2020 is linear in F with coefficients known in
-//! closed form. Over a segment of h, in s = (t − t₀)/h,
+//! Between pulses eq. (3) of Lee 2020 is linear in F with coefficients known in closed form. Over a
+//! segment of h, in s = (t − t₀)/h,
 //!
 //! ```text
 //! dF/ds = u − z·F      u = (h/τm)·gain·x,   z = h/τ      (F in A·τm)
 //! ```
 //!
-//! Lobatto IIIA's third stage pair (Hermite–Simpson) solves it in closed form from
-//! u and z at both ends and in the middle; the cubic through F and dF/ds at both
-//! ends is the dense output. The middle needs no division: with n = K + C,
-//! m = K·τ1/(τ1 + τ2) + C,
+//! The third stage pair of Lobatto IIIA (Hermite–Simpson) solves the equation in closed form from u
+//! and z at both ends and in the middle; the cubic through F and dF/ds at both ends is the dense
+//! output. The middle needs no division: with n = K + C and m = K·τ1/(τ1 + τ2) + C,
 //!
 //! ```text
 //! x = C/n,   z = h/(τ1 + τ2)·n/m = h/(τ1 + τ2) + t
 //! dx/ds = −(h/τc)·x·(1 − x),   dz/ds = (h/τc)·t·C/m
 //! ```
 //!
-//! so cubics through both ends, with these slopes, give x and z there to the
-//! fourth order. One reciprocal of a product serves all four quotients.
+//! so cubics through both ends, with these slopes, give x and z in the middle to the fourth order.
+//! One reciprocal of a product serves all four quotients.
 //!
 //! Formats: `Qn` are 2^-n. C and K are U5F27; F is Q31 of A·τm.
 
@@ -27,83 +26,83 @@ use crate::arithmetic::division::quotient;
 use crate::arithmetic::exponential::{decay, decay_around_middle, mul_high};
 use crate::arithmetic::reciprocal::{inverse, signed_high, signed_high_rounded};
 
-/// C of one pulse, U5F27.
+/// Calcium C of one pulse, U5F27.
 pub(super) const ONE_PULSE: u32 = 1 << 27;
 
-/// C, in pulses, where the fixed point ends: there it saturates. The slowest τc
-/// allowed (100 ms) reaches 20.5 at the fastest train of single pulses allowed
-/// (200 Hz), and [`CalciumForceSpec::check_train`] refuses the bursts that pass
-/// 24; with K ≤ 5 the sum K + C stays below 32.
+/// Largest calcium C, in pulses, in the fixed-point format; C saturates there. The slowest τc
+/// allowed (100 ms) reaches 20.5 at the fastest train of single pulses allowed (200 Hz), and
+/// [`CalciumForceSpec::check_train`] refuses bursts that exceed 24. With K ≤ 5 the sum K + C stays
+/// below 32.
 pub(super) const CALCIUM_END: u32 = 24;
 
-/// How long before its end a segment is renewed, so that no pulse finds it over: a
-/// control tick, µs. None is shorter.
+/// Time before its end at which a segment is renewed, µs, so that no pulse comes after the end: one
+/// control tick. No segment is shorter.
 pub(super) const TICK_US: u32 = 1_000;
-/// The longest segment, µs.
+/// Longest segment, µs.
 const LONGEST_US: u32 = 13_500;
-/// F below this, and no calcium, is none: 2.4e-7 of A·τm. Rounding could keep
-/// less than 2^-23 from ever falling.
+/// Force below which a muscle without calcium counts as at rest: 2.4e-7 of A·τm. Rounding could
+/// keep a force below 2^-23 from ever falling.
 const NO_FORCE: i32 = 1 << 9;
 
-/// What a segment of one muscle is planned with.
+/// Constants with which the segments of one muscle are planned.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Segment {
-    /// How long after its middle a tick leaves a segment as it is: h/2 less a
-    /// [tick](TICK_US), for h of 1,000…13,500 µs, even.
+    /// Time after its middle up to which a tick leaves a segment as it is, µs: h/2 less a
+    /// [tick](TICK_US), for even h of 1,000…13,500 µs.
     pub(super) fresh_us: i32,
-    /// h/2.
+    /// Half the length of a segment, h/2, µs.
     pub(super) half_us: i32,
-    /// 1 µs/h, Q32, rounded down: h of them stay below 1.
+    /// Ratio 1 µs/h, Q32, rounded down, so that h times the ratio stays below 1.
     per_us: u32,
-    /// What is left of C is d0 + s·(d1 + s·(d2 + s·(d3 + s·d4))) in Q31, for an s of
-    /// −1/2…1/2: e^(−h/2τc), then what s takes; the signs alternate.
+    /// Coefficients of the decay of C, d0 + s·(d1 + s·(d2 + s·(d3 + s·d4))) in Q31, for an s of
+    /// −1/2…1/2: e^(−h/2τc), then the terms in s; the signs alternate.
     decay: [i32; 5],
-    /// e^(−h/τc), Q32: 0.59 or more.
+    /// Decay e^(−h/τc) over the segment, Q32: 0.59 or more.
     to_end: u32,
-    /// h/8τc, Q34: at most 0.065, below 2^31.
+    /// Ratio h/8τc, Q34: at most 0.065, below 2^31.
     slope: i32,
-    /// h/τm, Q32: below 2^32.
+    /// Ratio h/τm, Q32: below 2^32.
     length: u32,
-    /// K, U5F27.
+    /// Parameter K, U5F27.
     k: u32,
-    /// K·τ1/(τ1 + τ2), U5F27 shifted left by `floor_shift` until its top bit is set.
+    /// Term K·τ1/(τ1 + τ2), U5F27 shifted left by `floor_shift` until its top bit is set.
     floor: u32,
     floor_shift: u32,
-    /// h/(τ1 + τ2) less a millionth, Q31: below 1.
+    /// Rate h/(τ1 + τ2) less a millionth, Q31: below 1.
     fastest: i32,
-    /// (h/(τ1 + τ2))·K·τ2/(τ1 + τ2), U5F27 and shifted as `floor`.
+    /// Term (h/(τ1 + τ2))·K·τ2/(τ1 + τ2), U5F27 and shifted as `floor`.
     span: u32,
     span_shift: u32,
 }
 
-/// F over a segment, from its middle: f0 + f1·s + f2·s² + f3·s³ for an s of −1/2…1/2,
-/// Q31. Held highest power first, as it is read.
+/// Force F over a segment, from its middle: f0 + f1·s + f2·s² + f3·s³ for an s of −1/2…1/2, Q31.
+/// The highest power comes first, in the order of evaluation.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Curve([i32; 4]);
 
 impl Curve {
-    /// Of a muscle without force.
+    /// Curve of a muscle without force.
     pub(super) const NONE: Self = Self([0; 4]);
 
-    /// What is left of a force without calcium; of next to nothing, nothing, which
-    /// then stays.
+    /// Returns a force without calcium, with a negligible force replaced by zero, at which the
+    /// muscle stays.
     #[cold]
     #[inline(never)]
     pub(super) const fn residual_force(force: i32) -> i32 {
         if force < NO_FORCE { 0 } else { force }
     }
 
-    /// F at s, Q32.
+    /// Returns F at s, Q32.
     #[inline(always)]
     pub(super) const fn at(&self, s: i32) -> i32 {
         let force = self.unrounded(s);
         force & !(force >> 31)
     }
 
-    /// F at s, as rounding left it: perhaps a few units below none.
+    /// Returns F at s before the clamp at zero: rounding may leave a few units below zero.
     #[inline(always)]
     pub(super) const fn unrounded(&self, s: i32) -> i32 {
-        // F and what is passed on the way stay below 1: wrapping never happens.
+        // F and the intermediate values stay below 1, so no operation wraps.
         let [f3, f2, f1, f0] = self.0;
         let rest = f2.wrapping_add(signed_high(f3, s));
         let rest = f1.wrapping_add(signed_high(rest, s));
@@ -111,23 +110,23 @@ impl Curve {
     }
 }
 
-/// C and K's share at one end of a segment, and what follows from them.
+/// Values at one end of a segment that follow from C and K.
 struct End {
-    /// x, Q28.
+    /// Activation x, Q28.
     x: i32,
-    /// 1/m, shifted: Q28.
+    /// Reciprocal 1/m, shifted: Q28.
     per_m: u32,
-    /// t = z − h/(τ1 + τ2), Q28.
+    /// Difference t = z − h/(τ1 + τ2), Q28.
     t: i32,
 }
 
 impl Segment {
-    /// h for a muscle, µs: a share of τc, for C, and of τ without
-    /// calcium and with it; less where both are short and K is large, so that force
-    /// follows C all the way. Errors grow with h⁴; found by trying (docs/methods.md).
+    /// Returns h for a muscle, µs: a share of τc, for C, and of τ without and with calcium; less if
+    /// both are short and K is large, so that force follows C closely. Errors grow with h⁴; the
+    /// shares were found by experiment (docs/methods.md).
     fn max_length_us(spec: &CalciumForceSpec) -> u32 {
-        // K/(K + 1) in 2^-10: at most 853. Every product below stays under 2^31 by
-        // the ranges of the parameters.
+        // K/(K + 1) in 2^-10 is at most 853. Every product below stays under 2^31 by the ranges of
+        // the parameters.
         let linear = spec.k_micro / 100 * 1024 / (spec.k_micro / 100 + 10_000);
         let of_calcium = spec.tau_c_us * 45 / 100;
         let span = spec.tau1_us * 13 / 2 / 64 * (2444 - linear) / 38;
@@ -138,14 +137,14 @@ impl Segment {
         let both = less * 1024 / more;
         let shorter = less * both / 1024 * linear / 1787;
         let h = less - shorter;
-        // Muscles as slow and as sensitive as Lee's have room for more.
+        // Muscles as slow and as sensitive as Lee's allow longer segments.
         let is_like_lees = spec.tau_c_us >= 10_000 && spec.k_micro <= 700_000;
         let h = if is_like_lees { h * 23 / 20 } else { h };
         h.min(spec.tau1_us).clamp(TICK_US, LONGEST_US) & !1
     }
 
-    /// What the segments of a checked `spec` are planned with, without
-    /// [`Self::retune`]'s part.
+    /// Derives the constants for the segments of a checked `spec`, without those that
+    /// [`Self::retune`] sets.
     pub(super) fn new(spec: &CalciumForceSpec, tau_m_us: u32) -> Self {
         let us = Self::max_length_us(spec);
         // Each quotient fits by the ranges stated at the fields.
@@ -171,12 +170,12 @@ impl Segment {
         }
     }
 
-    /// Takes K (U5F27), τ1 and τ2 (over τm, Q32; their sum below 2^32).
+    /// Adapts the segments to K (U5F27), τ1 and τ2 (over τm, Q32; their sum below 2^32).
     pub(super) fn retune(&mut self, k: u32, tau1: u32, tau2: u32) {
         let both = tau1.saturating_add(tau2);
         let share = |of: u32| quotient(u64::from(of) << 32, both).unwrap_or(u32::MAX);
         let fastest = quotient(u64::from(self.length) << 31, both).unwrap_or(0);
-        // A millionth less, so that z stays below 1 where h is τ1.
+        // A millionth less, so that z stays below 1 if h equals τ1.
         let fastest = fastest - (fastest >> 20);
         let (floor, floor_shift) = normalize(u64::from(share(tau1)) * u64::from(k));
         let (span, shift) = normalize(u64::from(share(tau2)) * u64::from(k));
@@ -184,28 +183,28 @@ impl Segment {
         self.k = k;
         (self.floor, self.floor_shift) = (floor, floor_shift);
         self.fastest = fastest as i32;
-        // Of Q31 a shift by one is left.
+        // The format Q31 leaves a shift by one.
         (self.span, self.span_shift) = (span, (shift + more).saturating_sub(1));
     }
 
-    /// What a pulse of `gain` (Q31) drives F with: h/τm·gain, Q31.
+    /// Returns the drive of F by a pulse of `gain` (Q31): h/τm·gain, Q31.
     #[inline(always)]
     pub(super) const fn drive(&self, gain: u32) -> i32 {
         mul_high(self.length, gain) as i32 // below 2^31
     }
 
-    /// The place in a segment at a time since its middle: s of a [`Curve`], Q32.
+    /// Returns the position s of a [`Curve`], Q32, at a time since the segment's middle, µs.
     #[inline(always)]
     pub(super) fn place(&self, since_middle_us: i32) -> i32 {
-        // Within half a segment: |s| is at most 1/2.
+        // Within half a segment, so |s| is at most 1/2.
         since_middle_us.wrapping_mul(self.per_us.cast_signed())
     }
 
-    /// What is left of `calcium` at `place`.
+    /// Returns the part of `calcium` that is left at `place`.
     #[inline(always)]
     pub(super) fn decayed_calcium(&self, calcium: u32, place: i32) -> u32 {
-        // At most 1 at the beginning, and never below 0.6: no sum wraps. Rounded
-        // down: it reaches zero.
+        // At most 1 at the beginning, and never below 0.6, so no sum wraps. Rounding down lets the
+        // calcium reach zero.
         let [d0, d1, d2, d3, d4] = self.decay;
         let rest = d3.wrapping_add(signed_high(d4, place));
         let rest = d2.wrapping_add(signed_high(rest, place));
@@ -214,26 +213,26 @@ impl Segment {
         mul_high(calcium, (left as u32) << 1)
     }
 
-    /// The segment that begins with `force`, `calcium` (U5F27, at most 24) and
-    /// the `drive` of the last pulse.
+    /// Plans the segment that begins with `force`, `calcium` (U5F27, at most 24) and the `drive` of
+    /// the last pulse.
     ///
-    /// No sum wraps: z and u are below 1 by the choice of h, F ≤ 1, so slopes
-    /// stay below 1; the curve's coefficients are at most their sums.
+    /// No sum wraps: z and u are below 1 by the choice of h, and F ≤ 1, so slopes stay below 1; the
+    /// curve's coefficients are at most the sums of these.
     #[inline(always)]
     pub(super) fn plan(&self, force: i32, calcium: u32, drive: i32) -> Curve {
         let (begin, end, turn) = self.ends(calcium);
         let (z0, z1) = (self.rate(&begin), self.rate(&end));
         const ONE: i32 = 1 << 28;
-        // x0 − x1 and z0 − z1 times what is left of 1: slopes over h/τc, Q24.
+        // x0 − x1 and z0 − z1 times the complement to 1: slopes over h/τc, Q24.
         let x_sum = begin.x.wrapping_add(end.x);
         let x_bend = signed_high(begin.x.wrapping_sub(end.x), ONE.wrapping_sub(x_sum));
         let turn = mul_high(turn, begin.per_m.wrapping_add(end.per_m)) as i32;
         let z_bend = signed_high(begin.t.wrapping_sub(end.t), ONE.wrapping_sub(turn));
-        // Middles, Q31.
+        // Values in the middle, Q31.
         let xm = (x_sum << 2).wrapping_sub(signed_high(x_bend, self.slope) << 5);
         let z_mean = (z0 as u32).wrapping_add(z1 as u32) >> 1;
         let zm = (z_mean as i32).wrapping_add(signed_high(z_bend, self.slope) << 5);
-        // dF/ds with F as at the beginning, Q30; a product and a sum in one go.
+        // dF/ds with F as at the beginning, Q30; one product and one sum in one instruction.
         let less = force.wrapping_neg();
         let slope = |x: i32, z: i32| {
             signed_high_rounded(drive, x).wrapping_add(signed_high_rounded(z, less))
@@ -241,8 +240,8 @@ impl Segment {
         let g0 = slope(begin.x << 3, z0);
         let gm = slope(xm, zm);
         let g1 = slope(end.x << 3, z1);
-        // F1 − F0 = (g0 + 4gm + g1 − zm(g0 − g1)/2)/(6 + z1 + zm(2 + z1/2)): over
-        // 4 in Q30, and over 16 in Q32.
+        // F1 − F0 = (g0 + 4gm + g1 − zm(g0 − g1)/2)/(6 + z1 + zm(2 + z1/2)): numerator over 4 in
+        // Q30, denominator over 16 in Q32.
         let sum = (g0.wrapping_add(g1) >> 2).wrapping_add(gm);
         let sum = sum.wrapping_sub(signed_high(zm, g0.wrapping_sub(g1)) >> 2);
         let over = 0x6000_0000u32
@@ -258,20 +257,19 @@ impl Segment {
         Curve([turn, bend, slope, middle])
     }
 
-    /// z, Q31.
+    /// Returns the rate z, Q31.
     #[inline(always)]
     const fn rate(&self, end: &End) -> i32 {
         self.fastest.wrapping_add(end.t << 3)
     }
 
-    /// Both ends of a segment that begins with `calcium`, and K·τ1/(τ1 + τ2) as
-    /// shifted for them.
+    /// Computes both ends of a segment that begins with `calcium`, and K·τ1/(τ1 + τ2) with the same
+    /// shift.
     #[inline(always)]
     fn ends(&self, calcium: u32) -> (End, End, u32) {
         let later = mul_high(calcium, self.to_end);
-        // Both shifted alike, to where the first has its top bit set, Q32: the
-        // second is 0.59 of it or more. Setting the lowest bit tells the
-        // compiler that shifts are below 32.
+        // Both are shifted alike, until the first has its top bit set, Q32: the second is 0.59 of
+        // the first or more. Setting the lowest bit shows the compiler that shifts are below 32.
         let n0 = self.k.wrapping_add(calcium) | 1;
         let up = n0.leading_zeros();
         let (n0, n1) = (n0 << up, self.k.wrapping_add(later) << up);
@@ -301,7 +299,8 @@ impl Segment {
     }
 }
 
-/// A product in Q59 as U5F27, shifted left until its top bit is set.
+/// Converts a product in Q59 to U5F27, shifted left until its top bit is set. Returns it with the
+/// shift.
 const fn normalize(product: u64) -> (u32, u32) {
     let shift = product.leading_zeros();
     (((product << (shift & 63)) >> 32) as u32, shift)

@@ -1,47 +1,44 @@
-//! The force that a lasting train settles to, without waiting for it.
+//! Steady state: computes the mean force to which a lasting train settles, without simulating the
+//! train.
 
 use super::calcium_force::CalciumForce;
 use crate::arithmetic::division::quotient;
 use crate::arithmetic::exponential::{decay_fraction, exp_neg, exp2_neg, lag, ln_neg, mul_high};
 use crate::arithmetic::reciprocal::Reciprocal;
 
-/// log2 e, Q31.
+/// Constant log2 e, Q31.
 const LOG2_E: u64 = 3_098_164_009;
 
-/// Most steps of the model's that a period is given. One that would take more is
-/// integrated in [`STEPS_LONG`]: a table is made between two signs of life of the
-/// session's owner.
+/// Maximum number of the model's steps per period. A period that would take more is integrated in
+/// [`STEPS_LONG`] steps, because the session must compute a table between two of its signs of life.
 pub(super) const STEPS_MAX: u32 = 50;
 
-/// Steps of a period that would take more than [`STEPS_MAX`].
+/// Number of steps of a period that would take more than [`STEPS_MAX`].
 pub(super) const STEPS_LONG: u32 = 28;
 
-/// How long calcium is followed once it is at K, time constants: it is 0.1 % of K
-/// then, and what force is left decays with τ1.
+/// Duration for which calcium is followed once it equals K, time constants: it is 0.1 % of K then,
+/// and the remaining force decays with τ1.
 const FADING: u64 = 7;
 
-/// A muscle in a lasting train at [`super::Gain::FULL`], on the average of a
-/// period.
+/// Averages of a muscle in a lasting train at [`super::Gain::FULL`] over one period.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Steady {
-    /// Mean force over full scale A·(τ1 + τ2), Q32.
+    /// Mean force as a share of full scale A·(τ1 + τ2), Q32.
     pub(super) force: u32,
-    /// Mean x, Q32. Force over x is the time constant, over τ1 + τ2, with which
-    /// force follows a change of gain.
+    /// Mean x, Q32. Force divided by x is the time constant, over τ1 + τ2, with which force follows
+    /// a change of gain.
     pub(super) activation: u32,
 }
 
 impl CalciumForce {
-    /// Where a train with a pulse every `period_us`, 5000…2,000,000, settles.
+    /// Computes the steady state of a train with a pulse every `period_us`, 5000…2,000,000.
     ///
-    /// C is periodic in closed form: 1/(1 − e^(−T/τc)) just after a pulse. F is
-    /// linear in its start, so one period begun at F = 0 and the decay over it
-    /// give the F that returns to itself. Steps are those of the model, of
-    /// `step_us` at most, which is 1000 or, for τ1 of 4 ms or more, 2000; a period
-    /// of more than 50 of them is [long](Self::steady_long).
+    /// C is periodic in closed form: 1/(1 − e^(−T/τc)) just after a pulse. F is linear in its
+    /// initial value, so one period that begins at F = 0, and the decay over the period, give the
+    /// periodic F. Steps are those of the model, of at most `step_us`, which is 1000 or, for τ1 of
+    /// 4 ms or more, 2000; a period of more than 50 steps is [long](Self::steady_long_period).
     ///
-    /// 0.1 % of truth for Lee's subjects at 20–60 Hz
-    /// (`firmware/tests/muscle_inverse.rs`).
+    /// The error is 0.1 % for Lee's subjects at 20–60 Hz (`firmware/tests/muscle_inverse.rs`).
     pub(super) fn steady(&self, period_us: u32, step_us: u32) -> Steady {
         let steps = period_us.div_ceil(step_us.max(1)).max(1);
         if steps > STEPS_MAX {
@@ -50,14 +47,14 @@ impl CalciumForce {
         self.steady_in_steps(period_us, steps)
     }
 
-    /// [`Self::steady`] in that many steps, 2000 at most.
+    /// Computes [`Self::steady`] in the given number of steps, 2000 at most.
     #[inline(never)]
     fn steady_in_steps(&self, period_us: u32, steps: u32) -> Steady {
         #[cfg(test)]
         counting::add(steps, 0);
         // In 2^-8 µs: at most 2^20.
         let step = u64::from((period_us << 8) / steps);
-        // 2^20 · 2^31 in 2^-50; what is left of it is a fraction in Q32.
+        // 2^20 · 2^31 in 2^-50; the shifted result is a fraction in Q32.
         let length = ((step * u64::from(self.length_per_us)) >> 18) as u32;
         let half = ((step * u64::from(self.half_decay_per_us)) >> 18) as u32;
         let to_middle = !decay_fraction(half); // h/2τc is at most 0.2
@@ -88,13 +85,13 @@ impl CalciumForce {
         }
     }
 
-    /// [`Self::steady`] of a period of 50 ms or more in a fixed number of steps,
-    /// however long it is and however short the time constants are.
+    /// Computes [`Self::steady`] for a period of 50 ms or more in a fixed number of steps, for any
+    /// period and any time constants.
     ///
-    /// Steps reach to where next to no calcium is left, from where on F decays in
-    /// closed form. They are long against τ, so that each takes its full
-    /// exponential; and as the mean of x has a closed form too, what their midpoints
-    /// miss of that is given back to F, which is linear in it:
+    /// The steps reach to the time at which almost no calcium is left, after which F decays in
+    /// closed form. They are long compared with τ, so each takes its full exponential. The mean of
+    /// x has a closed form too, so the error of the steps' midpoints is corrected in F, which is
+    /// linear in the mean:
     ///
     /// ```text
     /// mean of x over T    x̄ = τc/T · ln((K + C⁺)/(K + C⁻))
@@ -108,7 +105,7 @@ impl CalciumForce {
         let high = self.k.wrapping_add(calcium); // below 32
         let low = high.wrapping_sub(1 << 27);
         let over = |n: u32| quotient(u64::from(n) << 31, high).unwrap_or(ONE);
-        // Times in τc, Q32: T is at most 400 of them, the window 15.
+        // Times in τc, Q32: T is at most 400, the window 15.
         let period = (u64::from(period_us) * u64::from(self.half_decay_per_us)) >> 9;
         let window = period.min(ln_neg(over(self.k)) + (FADING << 32));
         // In Q23 T fits 32 bits.
@@ -164,7 +161,8 @@ impl CalciumForce {
         }
     }
 
-    /// What `rest`, over τm in Q32, leaves of a force that decays with τ1: Q31.
+    /// Returns the factor by which a force that decays with τ1 falls during `rest`, over τm in Q32:
+    /// Q31.
     fn tau1_decay(&self, rest: u64) -> u32 {
         if rest >> 5 >= u64::from(self.tau_floor) {
             return 0; // e^-32
@@ -174,9 +172,9 @@ impl CalciumForce {
         exp_neg(u64::from(taus) << 6)
     }
 
-    /// C just after a pulse of a lasting train, U5F27.
+    /// Returns C just after a pulse of a lasting train, U5F27.
     fn calcium_after_pulse(&self, period_us: u32) -> u32 {
-        // T/τc in Q32: 2^21 · 2^30 >> 9. From 22 on C is one pulse's to the last
+        // T/τc in Q32: 2^21 · 2^30 >> 9. From 22 on, C equals that of a single pulse to the last
         // bit.
         let z = (u64::from(period_us) * u64::from(self.half_decay_per_us)) >> 9;
         let z = z.min(22 << 32);
@@ -187,7 +185,7 @@ impl CalciumForce {
     }
 }
 
-/// From `from` the part `share` (Q32) of the way to `to`.
+/// Interpolates from `from` to `to` by the share `share` (Q32).
 fn interpolate(from: u32, to: u32, share: u32) -> u32 {
     if to >= from {
         from.wrapping_add(mul_high(to.wrapping_sub(from), share))
@@ -196,7 +194,7 @@ fn interpolate(from: u32, to: u32, share: u32) -> u32 {
     }
 }
 
-/// Steps taken by this thread: short and long ones.
+/// Numbers of steps taken by this thread: short and long ones.
 #[cfg(test)]
 pub(super) mod counting {
     use core::cell::Cell;
@@ -209,7 +207,7 @@ pub(super) mod counting {
         });
     }
 
-    /// Those since the last call.
+    /// Returns the numbers of steps since the last call.
     pub(in crate::muscle) fn take() -> (u32, u32) {
         STEPS.with(Cell::take)
     }
@@ -229,7 +227,7 @@ mod tests {
             tau2_us in prop_oneof![Just(1_000u32), 1_000u32..=1_000_000, Just(1_000_000)],
         ) -> CalciumForceSpec {
             let k_micro = (2_000.0 * 2_500f64.powf(k)) as u32;
-            // The shortest that K and τ2 leave.
+            // The shortest τ1 that K and τ2 allow.
             let tau1_us = tau1_us.max((20 * tau2_us).div_ceil(k_micro - 20)).max(2_200);
             CalciumForceSpec { a_mn_per_s: 100_000, k_micro, tau_c_us, tau1_us, tau2_us }
         }
@@ -238,9 +236,9 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(3_000))]
 
-        /// A long period in its few steps, against as many as it takes. The worst of
-        /// 3,000 draws was 0.8 %, of a muscle with τ2 of a second and τc of 5 ms; one
-        /// in a hundred is more than 0.3 % off.
+        /// Compares a long period in its few steps with the same period in as many steps as it
+        /// needs. The largest error of 3,000 draws was 0.8 %, for a muscle with τ2 of a second and
+        /// τc of 5 ms; one draw in a hundred has an error above 0.3 %.
         #[test]
         fn a_long_period_settles_as_in_many_steps(
             spec in any_muscle(),
@@ -250,7 +248,7 @@ mod tests {
             let long = muscle.steady_long_period(period_us);
             let many = muscle.steady_in_steps(period_us, period_us / 250);
             let off = f64::from(long.force) / f64::from(many.force) - 1.0;
-            // What both are rounded to.
+            // Rounding error of both results.
             let grain = 40.0 / f64::from(many.force);
             prop_assert!(off.abs() < 1.5e-2 + grain, "{off:e} {grain:e}");
             let off = f64::from(long.activation) / f64::from(many.activation) - 1.0;
