@@ -1,4 +1,4 @@
-//! The arm: published numbers, signs, work, determinism.
+//! The arm: published numbers, signs, virtual work, determinism.
 
 use hal_sim::body::arm::anatomy::ALL;
 use hal_sim::body::arm::elbow_arms::{
@@ -10,7 +10,7 @@ use hal_sim::body::arm::{
 };
 use hal_sim::body::{Body, Drive, Pulse};
 
-/// Millimetres at so many degrees.
+/// Evaluates a length at `deg` degrees in mm.
 fn mm(at: impl Fn(f64) -> f64, deg: f64) -> f64 {
     1e3 * at(deg.to_radians())
 }
@@ -23,7 +23,7 @@ fn elbow_arms_are_the_published_ones() {
         let off = mm(medial, deg) - mm(|q| TRICEPS_MEDIAL_PRINTED_M.at(q), deg);
         assert!(off.abs() < 0.5, "{deg}: {off}");
     }
-    // Beyond 100° the two fits part: the reason to refuse.
+    // Beyond 100° the two fits differ, which is the reason to refuse such angles.
     let brachialis = |q| -BRACHIALIS_M.slope(q);
     for (value, wanted) in [
         (mm(medial, 120.0), -27.0),
@@ -42,7 +42,7 @@ fn elbow_arms_are_the_published_ones() {
     assert!(biceps > 0.0 && brachialis > 0.0 && brachioradialis > 0.03 && triceps < -0.015);
 }
 
-/// The arm of this spec under trains of these currents (mA) for `s` seconds at 40 Hz.
+/// Stimulates the arm with trains of these currents (mA) for `s` seconds at 40 Hz.
 fn stimulate(arm: &mut Arm, from_us: u64, currents: &[(usize, f64)], s: f64) -> u64 {
     let end_us = from_us + (s * 1e6) as u64;
     let mut now_us = from_us;
@@ -76,9 +76,9 @@ fn wrench_of(muscle: Muscle) -> [f64; 6] {
     arm.wrench()
 }
 
-/// The hand is in front of the right shoulder: x forward, y to the left, z up. What turns
-/// the elbow alone pushes along the line from hand to shoulder: nothing else leaves the
-/// shoulder without a moment.
+/// The hand is in front of the right shoulder: x forward, y to the left, z up. A muscle that turns
+/// only the elbow pushes along the line from hand to shoulder, because any other force has a moment
+/// about the shoulder.
 #[test]
 fn muscles_push_where_anatomy_says() {
     let arm = Arm::new(quiet()).unwrap();
@@ -107,7 +107,7 @@ fn muscles_push_where_anatomy_says() {
     );
 }
 
-/// With tissue next to nothing the cuff bears torques whole: what it feels of Jᵀ w is w.
+/// With almost no tissue stiffness the cuff bears the whole torque: the wrench of Jᵀ w is w.
 #[test]
 fn the_cuff_feels_the_wrench_that_torques_make() {
     let mut spec = quiet();
@@ -118,7 +118,7 @@ fn the_cuff_feels_the_wrench_that_torques_make() {
     let torques: JointRotations = moves.transpose() * wrench;
     let felt = arm.to_wrench() * torques;
     assert!((felt - wrench).norm() < 1e-4, "{felt}");
-    // With tissue as it is, it takes a part of it, but adds nothing.
+    // The actual tissue takes part of the wrench and adds nothing.
     let arm = Arm::new(quiet()).unwrap();
     let felt = arm.to_wrench() * torques;
     assert!(felt.norm() < 1.3 * wrench.norm());
@@ -163,7 +163,7 @@ fn contractions_differ_by_the_noise_that_is_fixed() {
     }
     let mean = peaks.iter().sum::<f64>() / 60.0;
     let sd = (peaks.iter().map(|peak| (peak - mean).powi(2)).sum::<f64>() / 59.0).sqrt();
-    // Three standard errors of a deviation from 60.
+    // Three standard errors of a standard deviation from 60 values.
     assert!(
         (sd / mean - 0.08).abs() < 3.0 * 0.08 / 118f64.sqrt(),
         "{}",
@@ -199,7 +199,7 @@ fn currents_reach_neighbours_as_far_as_crosstalk_says() {
     assert_eq!(at(reached(0.6), Muscle::Latissimus), 0.0);
 }
 
-/// A twitch of the biceps turns the forearm, flexing, and the girdle next to nothing.
+/// A twitch of the biceps turns the forearm in flexion, and the girdle hardly at all.
 #[test]
 fn a_twitch_turns_what_is_beyond_the_joint() {
     let mut spec = quiet();
@@ -255,7 +255,7 @@ fn what_no_arm_can_have_is_named() {
     assert!(Posture::STUDY.is_known());
 }
 
-/// Prints what each muscle does in the nominal arm: run with `--nocapture`.
+/// Prints the wrench of each muscle in the nominal arm; run with `--nocapture`.
 #[test]
 fn every_muscle_has_a_moment() {
     let arm = Arm::new(ArmSpec::nominal()).unwrap();

@@ -1,10 +1,11 @@
-//! A wrist on the bench: what it does to pulses, and what its departures do.
+//! A wrist on the test rig: its response to pulses, and the effect of each ablation.
 
 use hal_sim::body::bench::{Foreign, Generator, Kind, SensorSpec, Wrist, WristSpec};
 use hal_sim::body::muscle::reference;
 use hal_sim::body::{Body, Drive, Load, Pulse};
 
-/// A second at `hz` and `ma`, then half a second; forces every ms, advanced by `step_us`.
+/// Plays a second at `hz` and `ma`, then half a second of rest. Returns the forces every ms,
+/// advanced by `step_us`.
 fn play_second(spec: WristSpec, (hz, ma): (u64, f64), step_us: u64) -> (Vec<f64>, Vec<f64>) {
     let mut wrist = Wrist::new(spec, 3).unwrap();
     for place in 0..hz {
@@ -49,7 +50,7 @@ fn at_the_reference_it_is_table_4_s_model() {
             .iter()
             .map(|sample| sample.force_n)
             .fold(0.0, f64::max);
-        // The reference begins at 0, the body's first millisecond ends at 1.
+        // The reference begins at 0; the body's first millisecond ends at 1.
         for (ours, theirs) in force.iter().zip(truth.iter().skip(1)) {
             assert!((ours - theirs.force_n).abs() < 1e-6 * peak, "K{subject}");
         }
@@ -104,7 +105,7 @@ fn departures_of_no_size_are_none_and_of_size_one_are_seen() {
     assert_eq!(Wrist::new(nothing, 1).unwrap_err().0, "foreign.size");
 }
 
-/// Table 2: the pool has the printed ratio of forces, and a foot below the printed I_MT.
+/// Table 2: the pool has the printed ratio of forces, and its force begins below the printed I_MT.
 #[test]
 fn force_rises_from_nothing_below_the_printed_threshold() {
     for subject in 0..10 {

@@ -1,4 +1,5 @@
-//! The elbow on its bench: torque from force and arm, a wire that only pulls, neighbours.
+//! The elbow on its test rig: torque from force and moment arm, a wire that can only pull, and
+//! neighbouring muscles.
 
 use hal_sim::body::bench::arms::{Muscle, Source, arm_m};
 use hal_sim::body::bench::elbow::{fibre_length, force_length};
@@ -8,7 +9,7 @@ use hal_sim::body::bench::{
 use hal_sim::body::muscle::Parameters;
 use hal_sim::body::{Body, Drive, Pulse};
 
-/// A muscle from 20 mA at 35 µs on, all of it by 60 mA.
+/// Returns a muscle that is recruited from 20 mA at 35 µs, and completely at 60 mA.
 fn muscle(muscle: Muscle, force_n: f64, reached: [f64; 2]) -> RigMuscle {
     RigMuscle {
         muscle,
@@ -46,7 +47,8 @@ fn bench(muscles: Vec<RigMuscle>) -> IsometricSpec {
     }
 }
 
-/// Two seconds at 50 Hz of this pulse, and the mean torque and reading of the last period.
+/// Stimulates for two seconds at 50 Hz, and returns the mean torque and load-cell reading of the
+/// last period.
 fn held(spec: &IsometricSpec, channel: usize, current_ma: f64, width_us: u32) -> [f64; 2] {
     let mut arm = IsometricElbow::new(spec.clone(), 1).unwrap();
     let mut sums = [0.0; 2];
@@ -74,22 +76,24 @@ fn torque_is_force_times_arm_times_what_length_leaves() {
     let spec = bench(vec![muscle(Muscle::TricepsMedial, 100.0, [1.0, 0.0])]);
     let [nm, n] = held(&spec, 0, 80.0, 35);
     let arm = -arm_m(Source::RankinNeptune, Muscle::TricepsMedial, 90.0).unwrap();
-    // 188.8 mm of muscle less 90.8 mm of tendon, of 113.8 mm: by hand.
+    // Computed by hand: 188.8 mm of muscle minus 90.8 mm of tendon, relative to 113.8 mm.
     let length = fibre_length(Muscle::TricepsMedial, 1.0, 90.0).unwrap();
     assert!((length - 0.8612).abs() < 2e-4, "{length}");
     assert!((force_length(length) - 0.9622).abs() < 2e-4);
     let expected = 100.0 * arm * force_length(length);
     assert!((nm / expected - 1.0).abs() < 0.01, "{nm} for {expected}");
-    // The cell has the torque over its lever.
+    // The load cell measures the torque divided by its lever arm.
     assert!((n * 0.25 / nm - 1.0).abs() < 1e-6);
 }
 
-/// 35 mA × 300 µs is 141 mA × 35 µs by the law, to the last digit of the mean torque.
+/// By the strength–duration relation, 35 mA × 300 µs equals 141 mA × 35 µs, to the last digit of
+/// the mean torque.
 #[test]
 fn width_trades_for_current() {
     let spec = bench(vec![muscle(Muscle::TricepsLong, 100.0, [0.3, 0.0])]);
     let [wide, _] = held(&spec, 0, 35.0, 300);
-    // The stage's compliance ends at 120 mA into 1 kΩ; the bench's pair is better here.
+    // The stage's compliance ends at 120 mA into 1 kΩ; the rig's electrode pair has a lower
+    // resistance here.
     let better = IsometricSpec {
         load_ohm: 500.0,
         ..spec
@@ -101,8 +105,8 @@ fn width_trades_for_current() {
     );
 }
 
-/// What pulls against the triceps takes from the torque; alone it leaves the wire slack,
-/// and on the other side it is measured.
+/// A muscle that opposes the triceps reduces the torque. Alone it leaves the wire slack, and on the
+/// other side it is measured.
 #[test]
 fn flexors_take_from_it_and_a_wire_does_not_push() {
     let triceps = muscle(Muscle::TricepsMedial, 100.0, [1.0, 0.0]);
@@ -111,7 +115,7 @@ fn flexors_take_from_it_and_a_wire_does_not_push() {
     let alone = bench(vec![triceps]);
     let [less, more] = [&both, &alone].map(|spec| held(spec, 0, 90.0, 35)[0]);
     assert!(less < 0.7 * more, "{less} of {more}");
-    // Twice as far, nothing of it answers to half of what it needs.
+    // At twice the distance, no fibre responds to half of its threshold.
     let [same, all] = [&both, &alone].map(|spec| held(spec, 0, 39.0, 35)[0]);
     assert_eq!(same, all);
     let [nm, n] = held(&both, 1, 60.0, 35);
@@ -155,7 +159,7 @@ fn what_no_bench_has_is_named() {
         change(&mut spec);
         IsometricElbow::new(spec, 1).unwrap_err().0
     };
-    // 180° less 69.9° is flexion of 110.1°, where the sources part.
+    // 180° − 69.9° is a flexion of 110.1°, where the sources differ.
     assert_eq!(of(|spec| spec.included_deg = 69.9), "included_deg");
     assert_eq!(of(|spec| spec.channels = [2, 2]), "channels");
     assert_eq!(of(|spec| spec.muscles[0].reached[1] = 1.1), "reached");

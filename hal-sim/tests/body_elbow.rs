@@ -1,5 +1,5 @@
-//! The simulated elbow: motion by its equations, muscles that pull the right
-//! way, and a person who moves at a speed and pushes with a strength.
+//! The simulated elbow: motion by its equations, muscles that pull in the right direction, and a
+//! person whose speed and strength are limited.
 
 use hal_sim::body::elbow::{VoluntaryApproach, YieldSpec};
 use hal_sim::body::{Body, Drive, Elbow, ElbowSpec, InvalidElbow, Load, Pulse};
@@ -14,14 +14,14 @@ fn pulse(t_us: u64, channel: usize, ma: f64, width_us: u32) -> Pulse {
     }
 }
 
-/// An arm without a will.
+/// Returns an elbow without voluntary effort.
 fn passive_elbow() -> ElbowSpec {
     let mut spec = ElbowSpec::default();
     spec.person.push_nm = 0.0;
     spec
 }
 
-/// The angles of each millisecond under trains at 50 Hz on both channels.
+/// Returns the angles at each millisecond under trains at 50 Hz on both channels.
 fn elbow_angles(spec: ElbowSpec, triceps_ma: f64, biceps_ma: f64, ms: u64) -> Vec<f64> {
     let mut arm = Elbow::new(spec, 1).unwrap();
     (0..ms)
@@ -50,7 +50,7 @@ fn a_released_arm_swings_as_its_equation_says() {
         let t = (ms + 1) as f64 * 1e-3;
         let swing = (rate * t).cos() + decay / rate * (rate * t).sin();
         let exact = 70.0 - 10.0 * (-decay * t).exp() * swing;
-        // The midpoint rule's phase error: (ωh)²/12 of a radian per radian.
+        // Phase error of the midpoint rule: (ωh)²/12 rad per rad.
         assert!((angle - exact).abs() < 2e-3, "{t} {angle} {exact}");
     }
 }
@@ -67,7 +67,7 @@ fn triceps_extends_biceps_flexes_and_neither_below_threshold() {
     assert!(end(60.0, 0.0) < rest - 20.0);
     assert!(end(0.0, 60.0) > rest + 20.0);
     assert!((end(24.0, 19.0) - rest).abs() < 1e-9);
-    // Stops hold.
+    // The joint does not pass its stops.
     assert_eq!(end(80.0, 0.0), 0.0);
 }
 
@@ -128,7 +128,7 @@ fn a_person_moves_at_the_speed_meant_and_pushes_with_the_strength_given() {
         }
         let error = (arm.rate_deg_per_s() - speed_deg_per_s).abs();
         assert!(error < 2.0, "{speed_deg_per_s}: {error}");
-        // At the stop: the strength and no more, at either speed.
+        // At the stop the person exerts the full strength and no more, at either speed.
         arm.advance(6_000_000);
         assert!((arm.angle_deg() - 90.0).abs() < 1e-9);
         assert_eq!(arm.voluntary_nm(), push);
@@ -190,7 +190,8 @@ fn every_drawn_arm_can_be_and_a_wrong_number_is_named() {
     );
 }
 
-/// An arm held at its stop by a person who yields to a train from 1 s to 2 s.
+/// Returns the effort of a person who holds the arm at its stop and yields to a train from 1 s to 2
+/// s.
 fn voluntary(yields: Option<YieldSpec>) -> Vec<f64> {
     let mut spec = ElbowSpec {
         stops_deg: [0.0, 70.0],
@@ -205,7 +206,7 @@ fn voluntary(yields: Option<YieldSpec>) -> Vec<f64> {
     let mut arm = Elbow::new(spec, 1).unwrap();
     let after = |t: u64| {
         if (1000..2000).contains(&t) && t.is_multiple_of(20) {
-            arm.pulse(&pulse(t * 1000, 1, 15.0, 25)); // felt, and no muscle pulls
+            arm.pulse(&pulse(t * 1000, 1, 15.0, 25)); // felt, although no muscle pulls
         }
         arm.advance((t + 1) * 1000);
         arm.voluntary_nm()
@@ -219,7 +220,7 @@ fn a_person_yields_a_reaction_after_what_is_felt_and_comes_back() {
     let yields = |at_ma| Some(YieldSpec { delay_s, to, at_ma });
     let pushed = voluntary(yields(15.0));
     let never = voluntary(None);
-    // All of it until the reaction, 0.4 of it 0.12 s later, all of it again.
+    // Full effort until the reaction, 0.4 of it 0.12 s later, and full effort again at the end.
     assert_eq!(pushed[..1200], never[..1200]);
     assert!(
         pushed[1201] < 1.5 && pushed[1201] > 1.48,
@@ -234,7 +235,7 @@ fn a_person_yields_a_reaction_after_what_is_felt_and_comes_back() {
         );
     }
     assert_eq!(pushed[2500..], never[2500..]);
-    // Less than is felt changes nothing.
+    // A train below the sensory threshold changes nothing.
     assert_eq!(voluntary(yields(15.1)), never);
 }
 

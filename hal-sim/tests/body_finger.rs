@@ -1,4 +1,4 @@
-//! The simulated finger as a simulator sees it: pulses in, angle out.
+//! The simulated finger as a simulator uses it: pulses in, angle out.
 
 use hal_sim::body::finger::Pair;
 use hal_sim::body::wearer::Participant;
@@ -8,7 +8,7 @@ fn spec() -> FingerSpec {
     FingerSpec::participant(Participant::P)
 }
 
-/// A finger that is said to pull 0.5 N·m with two conducted points.
+/// Returns a finger whose two conducted points pull 0.5 N·m by its parameters.
 fn paired() -> FingerSpec {
     let pair = Pair {
         torque_nm: [0.5, 0.22],
@@ -37,8 +37,8 @@ fn pulse(t_us: u64, channel: usize, volts: f64, conducted: bool) -> Pulse {
     }
 }
 
-/// Pulses at 50 Hz on `channels` (channel, volts) until `seconds` have passed;
-/// the second channel follows 2 ms after the first.
+/// Stimulates at 50 Hz on `channels` (channel, volts) for `seconds`; the second channel follows 2
+/// ms after the first.
 fn hold(finger: &mut Finger, channels: &[(usize, f64)], seconds: u64, conducted: bool) {
     for period in 0..50 * seconds {
         let t_us = period * 20_000;
@@ -49,7 +49,7 @@ fn hold(finger: &mut Finger, channels: &[(usize, f64)], seconds: u64, conducted:
     }
 }
 
-/// Isometric torque after two seconds: mean over one period, so without ripple.
+/// Returns the isometric torque after two seconds, averaged over one period to remove ripple.
 fn torque(spec: FingerSpec, channels: &[(usize, f64)], conducted: bool) -> f64 {
     let isometric = FingerSpec {
         stiffness_nm_per_rad: 1e4,
@@ -94,12 +94,13 @@ fn below_threshold_nothing_moves() {
     let mut finger = Finger::new(spec(), 0).unwrap();
     hold(&mut finger, &[(0, 24.0), (2, 14.0)], 2, true);
     assert!((finger.angle_deg() - 5.0).abs() < 1e-9);
-    // Both flexor points at the threshold of the pair: still nothing.
+    // With both flexor points at the threshold of the pair there is still no torque.
     let mut finger = Finger::new(paired(), 0).unwrap();
     let [a, b] = Participant::P.pair_thresholds_v();
     hold(&mut finger, &[(0, a), (1, b)], 2, true);
     assert!((finger.angle_deg() - 5.0).abs() < 1e-9);
-    // Between that and the single threshold: only a finger that is said to be paired.
+    // Between this threshold and the single threshold only a finger with a configured pair
+    // responds.
     let below = [(0, 23.0), (1, 27.0)];
     let mut finger = Finger::new(paired(), 0).unwrap();
     hold(&mut finger, &below, 2, true);
@@ -111,8 +112,8 @@ fn below_threshold_nothing_moves() {
 
 #[test]
 fn a_rounding_error_at_the_threshold_changes_nothing() {
-    // Controllers rest the antagonist exactly on its threshold, and a DAC rounds:
-    // one side of it must not relax differently from the other.
+    // Controllers rest the antagonist exactly on its threshold, and a DAC rounds, so the relaxation
+    // must not differ between the two sides of it.
     let relaxing = |volts: f64| {
         let mut finger = Finger::new(spec(), 0).unwrap();
         hold(&mut finger, &[(0, 28.0)], 1, true);
@@ -135,7 +136,7 @@ fn two_points_pull_as_one_unless_the_scene_says_what_they_pull() {
     println!("torque: one {one:.4}, pair {pair:.4}, isolated {isolated:.4} N·m");
     // At rest, 5 of 100 degrees, a muscle has lost 1.25 % of its torque.
     assert!((one / (0.22 * 0.9875) - 1.0).abs() < 0.001, "{one}");
-    // Of two rippling forces 2 ms apart the larger counts fully.
+    // Of two rippling forces 2 ms apart, the larger counts fully.
     assert!((unsaid / one - 1.0).abs() < 0.02, "{unsaid}");
     assert!((pair / (0.5 * 0.9875) - 1.0).abs() < 0.01, "{pair}");
     assert!((isolated / one - 1.0).abs() < 0.02);
@@ -260,7 +261,7 @@ fn current_acts_as_the_voltage_that_drives_it() {
         by_current.advance((period + 1) * 20_000);
     }
     assert_eq!(by_voltage.angle_deg(), by_current.angle_deg());
-    // Drier skin: half the current.
+    // Drier skin halves the current.
     let mut dry = Finger::new(spec(), 0).unwrap();
     dry.loads_mut()[0] = Load::Ohms(4000.0);
     hold(&mut dry, &[(0, 27.0)], 1, true);
@@ -280,7 +281,7 @@ fn a_tiring_muscle_approaches_its_floor() {
     );
     hold(&mut fresh, &[(0, 28.0)], 10, true);
     hold(&mut tired, &[(0, 28.0)], 10, true);
-    // Where 0.12 N·m/rad balances the torque that is left, and its ripple.
+    // Angle at which 0.12 N·m/rad balances the remaining torque and its ripple.
     let balance = |capacity: f64| {
         let per_degree = 0.12f64.to_radians();
         let torque = 0.22 * capacity;

@@ -1,5 +1,5 @@
-//! The body's muscle against an independent 40-digit solution and against the
-//! tables of Lee 2020.
+//! The simulator's muscle against an independent solution with 40 digits and against the tables of
+//! Lee 2020.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -25,7 +25,7 @@ fn number(field: &str) -> f64 {
     field.parse().unwrap()
 }
 
-/// K01 is 0.
+/// Returns the index of a subject; K01 is 0.
 fn subject(name: &str) -> usize {
     name[1..].parse::<usize>().unwrap() - 1
 }
@@ -106,7 +106,7 @@ fn subjects_are_table_4_with_one_correction() {
     }
 }
 
-/// T0.9 - T0.1 of a one-second train, ms (Lee 2020 equation (9)).
+/// Returns T0.9 − T0.1 of a one-second train, ms (Lee 2020 equation (9)).
 fn response_time_ms(p: &Parameters, period_s: f64) -> f64 {
     let count = (1.0 / period_s - 1e-9).ceil() as u32;
     let pulses: Vec<f64> = (0..count).map(|i| f64::from(i) * period_s).collect();
@@ -148,8 +148,8 @@ fn response_times_are_table_7_but_for_k08() {
     println!("T_RT, nine subjects: {worst:.2} ms at worst");
     assert!(worst < 1.0, "{worst}");
     assert!(rms(&others) < 0.5, "{}", rms(&others));
-    // Expected failure: table 4's K08 does not give table 7's K08, by 38 ms at
-    // 20 Hz. If it ever does, one of the two tables here has been changed.
+    // Known discrepancy: table 4's K08 does not give table 7's K08, by 38 ms at 20 Hz. If they ever
+    // agree, one of the two tables here has been changed.
     for (ours, expected) in k08.iter().zip([37.98, 4.56, 17.28]) {
         assert!((ours - expected).abs() < 0.05, "K08 is off by {ours} now");
     }

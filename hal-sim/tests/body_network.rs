@@ -1,5 +1,5 @@
-//! The electrodes' circuit against a general one: nodes, branches and a dense solver,
-//! capacitors by a matrix exponential. Nothing of it is shared with what it checks.
+//! The electrodes' circuit against a general circuit of nodes and branches with a dense solver and
+//! a matrix exponential for the capacitors. The two share no code.
 #![expect(
     clippy::needless_range_loop,
     reason = "matrices read best by row and column"
@@ -8,7 +8,7 @@
 use hal_sim::body::hand::network::{Charge, Network, Piece, Skin, Terminal};
 use hal_sim::random::unit;
 
-/// Solves `rows · x = right` by Gauss's elimination with pivots.
+/// Solves `rows · x = right` by Gaussian elimination with pivoting.
 fn solve(mut rows: Vec<Vec<f64>>, mut right: Vec<f64>) -> Vec<f64> {
     let n = right.len();
     for column in 0..n {
@@ -33,15 +33,15 @@ fn solve(mut rows: Vec<Vec<f64>>, mut right: Vec<f64>) -> Vec<f64> {
     right
 }
 
-/// What stands at a terminal during a piece.
+/// Source at a terminal during a piece.
 #[derive(Clone, Copy)]
 enum TerminalSource {
     Volts(f64),
     Amperes(f64),
 }
 
-/// All unknowns of the circuit at an instant: each electrode's current, each active
-/// terminal's voltage, and the potential of the return's terminal.
+/// Circuit with all unknowns at an instant: each electrode's current, each active terminal's
+/// voltage, and the potential of the return terminal.
 struct Dense<'a> {
     tissue: &'a [Vec<f64>],
     skins: &'a [Skin],
@@ -50,12 +50,12 @@ struct Dense<'a> {
 }
 
 impl Dense<'_> {
-    /// Currents into the tissue, with `volts` over the capacitors.
+    /// Returns the currents into the tissue when the capacitors have `volts`.
     fn currents(&self, volts: &[f64]) -> Vec<f64> {
         let n = self.skins.len();
         let unknowns = 2 * n;
         let (mut rows, mut right) = (Vec::new(), Vec::new());
-        // terminal i = skin i + series i · I_i + Σ tissue · I, all against far away.
+        // terminal i = skin i + series i · I_i + Σ tissue · I, all relative to a far point.
         for i in 0..n {
             let mut row = vec![0.0; unknowns];
             for j in 0..n {
@@ -87,7 +87,7 @@ impl Dense<'_> {
         solve(rows, right)[..n].to_vec()
     }
 
-    /// C · dv/dt, as a matrix with the constant in its last column, by probing.
+    /// Returns C · dv/dt as a matrix with the constant in its last column, determined by probing.
     fn matrix(&self) -> Vec<Vec<f64>> {
         let n = self.skins.len();
         let slopes = |volts: &[f64]| -> Vec<f64> {
@@ -111,7 +111,7 @@ impl Dense<'_> {
         matrix
     }
 
-    /// Voltages over the capacitors `t_s` later.
+    /// Returns the voltages over the capacitors `t_s` later.
     fn after(&self, volts: &[f64], t_s: f64) -> Vec<f64> {
         let matrix = self.matrix();
         let scaled: Vec<Vec<f64>> = matrix
@@ -134,7 +134,7 @@ fn product(a: &[Vec<f64>], b: &[Vec<f64>]) -> Vec<Vec<f64>> {
     (0..n).map(|i| (0..n).map(|j| of(i, j)).collect()).collect()
 }
 
-/// By Taylor's series, scaled and squared.
+/// Computes the matrix exponential by Taylor's series, with scaling and squaring.
 fn exponential(matrix: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
     let n = matrix.len();
     let norm = matrix
@@ -165,7 +165,7 @@ fn exponential(matrix: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
     sum
 }
 
-/// Even numbers from a seed.
+/// Uniform random numbers from a seed.
 struct Draws(u64, u64);
 
 impl Draws {
@@ -206,11 +206,11 @@ fn terminals(draws: &mut Draws, actives: usize) -> Vec<Terminal> {
     (0..actives).map(|_| of(draws)).collect()
 }
 
-/// What stands at each terminal of `piece`.
+/// Returns the source at each terminal of `piece`.
 fn imposed(terminals: &[Terminal], piece: &Piece, limit_a: f64) -> Vec<TerminalSource> {
     let of = |(k, terminal): (usize, &Terminal)| match terminal {
         Terminal::Driven(v) if piece.is_limited[k] => {
-            // Of the sign that it has.
+            // The limited current keeps its sign.
             TerminalSource::Amperes(limit_a * piece.current_a(k, 0.0).signum() * v.abs().signum())
         }
         Terminal::Driven(v) => TerminalSource::Volts(*v),
@@ -223,8 +223,7 @@ fn imposed(terminals: &[Terminal], piece: &Piece, limit_a: f64) -> Vec<TerminalS
     terminals.iter().enumerate().map(of).collect()
 }
 
-/// 300 networks, 8 segments each: every piece, with the resistances that it names, and
-/// the moments and limits that it claims.
+/// Tests 300 networks with 8 segments each: every piece, with its resistances, times and limits.
 #[test]
 fn every_piece_is_what_a_general_circuit_gives() {
     let (mut worst, mut limited, mut pieces_seen) = (0.0f64, 0, 0);
@@ -268,7 +267,8 @@ fn every_piece_is_what_a_general_circuit_gives() {
     assert!(limited > 200, "{limited}");
 }
 
-/// No stage gives more than its limit, and none limits that could give its voltage.
+/// Checks that no stage exceeds its limit, and that no stage limits the current although it could
+/// reach its voltage.
 fn keeps_limits(network: &Network, terminals: &[Terminal], piece: &Piece, t_s: f64, limit_a: f64) {
     for (k, terminal) in terminals.iter().enumerate() {
         let Terminal::Driven(set) = terminal else {
@@ -278,7 +278,7 @@ fn keeps_limits(network: &Network, terminals: &[Terminal], piece: &Piece, t_s: f
         assert!(current.abs() <= limit_a * (1.0 + 1e-9), "{current} A");
         let stands = network.terminal_v(piece, k, t_s);
         if piece.is_limited[k] {
-            // It pulls towards the set voltage and has not passed it.
+            // The limited stage acts towards the set voltage and has not passed it.
             assert!(
                 current * (set - stands) >= -1e-9,
                 "{stands} V of {set}, {current} A"
@@ -289,8 +289,8 @@ fn keeps_limits(network: &Network, terminals: &[Terminal], piece: &Piece, t_s: f
     }
 }
 
-/// R_p of a segment is that of its own currents, within the tolerance; what halving a
-/// segment changes is what freezing costs.
+/// R_p of a segment matches the segment's own currents within the tolerance; the change when a
+/// segment is halved is the error of holding R_p constant.
 #[test]
 fn halving_a_pulse_tells_what_freezing_costs() {
     let mut worst = 0.0f64;

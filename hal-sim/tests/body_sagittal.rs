@@ -1,4 +1,4 @@
-//! An arm that lifts: mechanics against energy and against itself, arms against their
+//! An arm that lifts: mechanics against energy and against itself, moment arms against their
 //! sources, stimulated fibres against their muscle.
 
 use hal_sim::body::arm::elbow_arms;
@@ -38,7 +38,7 @@ const IDLE: Intent = Intent {
     rates: [0.0; JOINTS],
 };
 
-/// Torques that a motion needs make that motion.
+/// Inverse and forward dynamics agree: the torques of a motion produce that motion.
 #[test]
 fn both_ways_through_the_mechanics_agree() {
     let links = Links::new(1.66, 57.7, [0.01, 0.02]);
@@ -50,7 +50,7 @@ fn both_ways_through_the_mechanics_agree() {
     }
     let [elbow, shoulder] = links.flexions(links.hand_m(q));
     assert!((elbow - q[ELBOW]).abs() < 1e-9 && (shoulder - q[SHOULDER]).abs() < 1e-9);
-    // A unit acceleration of one joint takes its inertia.
+    // A unit acceleration of one joint needs its inertia as torque.
     let weight = links.torques_nm(q, [0.0; 2], [0.0; 2], [0.0; 2]);
     let inertias = links.inertias(q, 0.0);
     for joint in 0..2 {
@@ -59,7 +59,7 @@ fn both_ways_through_the_mechanics_agree() {
         let needed = links.torques_nm(q, [0.0; 2], unit, [0.0; 2])[joint] - weight[joint];
         assert!((needed - inertias[joint]).abs() < 1e-9);
     }
-    // The hand's rate against a small step.
+    // Compares the hand's rate with a finite difference.
     let ahead: [f64; 2] = [0, 1].map(|joint| q[joint] + 1e-6 * rate[joint]);
     let (from, to) = (links.hand_m(q), links.hand_m(ahead));
     let found = links.hand_rate_m_s(q, rate);
@@ -68,7 +68,7 @@ fn both_ways_through_the_mechanics_agree() {
     }
 }
 
-/// Work of a held force is what its torques are: the principle of virtual work.
+/// The torques that hold a force at the hand follow from the principle of virtual work.
 #[test]
 fn a_weight_in_the_hand_is_held_by_its_lever() {
     let links = Links::new(1.66, 57.7, [0.0; 2]);
@@ -81,16 +81,16 @@ fn a_weight_in_the_hand_is_held_by_its_lever() {
     assert!((with[ELBOW] - without[ELBOW] - 10.0 * (x - elbow_x)).abs() < 1e-9);
 }
 
-/// Without friction or muscles an arm that falls keeps its energy: the pendulum's period of
-/// small swings about hanging is that of its own linear equations.
+/// A falling arm without friction or muscles keeps its energy, and small swings about hanging have
+/// the period of the linearised double pendulum.
 #[test]
 fn a_loose_arm_swings_as_a_double_pendulum() {
     let mut arm = SagittalArm::new(spec(), [0.3, 0.2]).unwrap();
     let links = *arm.links();
-    // Torques that hold it still tell its weight's energy; kinetic energy is work done.
+    // The torques that hold the arm still give its potential energy; kinetic energy is work done.
     let mut work = 0.0;
     let kinetic = |q: [f64; 2], rate: [f64; 2]| -> f64 {
-        // ½·rateᵀ·M·rate, by the torques that an acceleration equal to the rate takes.
+        // ½·rateᵀ·M·rate, from the torques of an acceleration equal to the rate.
         let moved = links.torques_nm(q, [0.0; 2], rate, [0.0; 2]);
         let held = links.torques_nm(q, [0.0; 2], [0.0; 2], [0.0; 2]);
         (0..2)
@@ -119,7 +119,8 @@ fn a_loose_arm_swings_as_a_double_pendulum() {
     assert!(most > 0.02 && worst < 0.02 * most, "{most} {worst}");
 }
 
-/// Arms are the sources', signs are those of flexion, lengths are the arms' integrals.
+/// Moment arms are those of the sources, signs are those of flexion, and lengths are integrals of
+/// the moment arms.
 #[test]
 fn arms_are_the_published_ones() {
     let geometry = Geometry::for_stature(1.66, 1.0);
@@ -139,7 +140,7 @@ fn arms_are_the_published_ones() {
         assert!(arms[2][SHOULDER] > 0.01, "deltoid, anterior");
         assert!(arms[3][SHOULDER] < -0.01, "deltoid, posterior");
     }
-    // The biceps is shorter, by its arm times the angle, after a degree of flexion.
+    // After a degree of flexion the biceps is shorter by its moment arm times the angle.
     let by_length = |deg| geometry.at([deg, 45.0]).by_length[0];
     let fibre = |by_length: f64| 1.0 + (-0.5 * by_length.ln()).sqrt();
     let (long, short) = (fibre(by_length(40.0)), fibre(by_length(41.0)));
@@ -147,8 +148,8 @@ fn arms_are_the_published_ones() {
     assert!(((long - short) * 0.1224 / (arm * 1_f64.to_radians()) - 1.0).abs() < 1e-3);
 }
 
-/// Pulses at full current bring the part that is reached to its mean force; what is
-/// below the threshold brings nothing; what they turn is flexion.
+/// Pulses at full current give the reached part of the muscle its mean force, pulses below the
+/// threshold give none, and the motion is flexion.
 #[test]
 fn pulses_pull_as_the_calcium_model_has_it() {
     let mut heavy = spec();

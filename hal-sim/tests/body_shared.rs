@@ -1,11 +1,11 @@
-//! A muscle under several electrodes, against one that tires alone.
+//! A muscle under several electrodes, compared with a muscle that fatigues alone.
 
 use hal_sim::body::muscle::SUBJECTS;
 use hal_sim::body::muscle::tiring::{Fatigue, FatiguingMuscle};
 use hal_sim::body::shared::{Electrode, SAMPLE_US, Shared, SharedSpec};
 use hal_sim::body::{Body, Drive, Pulse};
 
-/// Ding's quadriceps, carried to a force of 1.
+/// Returns the fatigue of Ding's quadriceps, scaled to a force of 1.
 fn fatigue(a: f64) -> Fatigue {
     Fatigue {
         alpha_a_per_s2: 0.4,
@@ -26,7 +26,8 @@ fn electrode(reach: &[f64]) -> Electrode {
     }
 }
 
-/// Four groups of ten units of K01, these electrodes on the first channels.
+/// Returns a muscle of K01 with four groups of ten units and these electrodes on the first
+/// channels.
 fn spec(reaches: &[[f64; 4]]) -> SharedSpec {
     let dynamics = SUBJECTS[0].normalised_at(50.0);
     let mut electrodes: [Option<Electrode>; 10] = Default::default();
@@ -55,7 +56,7 @@ fn pulse(t_us: u64, channel: usize, ma: f64) -> Pulse {
     }
 }
 
-/// Its readings, and what is left of it, after these pulses and `for_us`.
+/// Returns the readings and the remaining capacity after these pulses and `for_us`.
 fn read(spec: &SharedSpec, pulses: &[Pulse], for_us: u64) -> (Vec<f64>, f64) {
     let mut body = Shared::new(spec.clone()).unwrap();
     let readings = body.readings();
@@ -81,7 +82,7 @@ fn merged(trains: &[Vec<Pulse>]) -> Vec<Pulse> {
     all
 }
 
-/// A share of the muscle tires by its own force: all shares together are the muscle.
+/// Each share of the muscle fatigues by its own force, and all shares together equal the muscle.
 #[test]
 fn all_units_are_one_tiring_muscle() {
     let spec = spec(&[[1.0; 4]]);
@@ -97,10 +98,10 @@ fn all_units_are_one_tiring_muscle() {
         assert!(off < 1e-9, "reading {nth}: {off}");
     }
     assert!((left - alone.parameters().a_n_per_s / spec.dynamics.a_n_per_s).abs() < 1e-12);
-    assert!(left < 0.35, "{left}"); // a minute at 25 Hz tires a quadriceps
+    assert!(left < 0.35, "{left}"); // a minute at 25 Hz fatigues a quadriceps
 }
 
-/// Steps of 5 ms against steps of 1 ms, of everybody of Lee's.
+/// Compares steps of 5 ms with steps of 1 ms for all of Lee's subjects.
 #[test]
 fn coarse_steps_err_little() {
     for subject in &SUBJECTS {
@@ -131,12 +132,13 @@ fn what_an_electrode_does_not_reach_does_nothing() {
     assert!((last([1.0, 0.0, 0.0, 0.0], 20.0) - whole / 4.0).abs() < 1e-9);
     assert!((last([0.5; 4], 20.0) - whole / 2.0).abs() < 1e-9);
     assert_eq!(last([1.0; 4], 9.99), 0.0);
-    // Half way between threshold and limit, e^(-1.5) of what is reached, to a unit's 1/40 a group.
+    // Half way between threshold and limit, e^(−1.5) of the reached part, to a unit's 1/40 per
+    // group.
     let middle = last([1.0; 4], 15.0) / whole;
     assert!((middle - 0.05_f64.sqrt()).abs() <= 4.0 / 40.0, "{middle}");
 }
 
-/// Two electrodes on one group: its units fire at both their pulses, once if these come at once.
+/// Units reached by two electrodes fire at the pulses of both, and once if these coincide.
 #[test]
 fn a_unit_that_two_electrodes_reach_fires_at_both() {
     let own = [1.0, 0.0, 0.0, 0.0];
@@ -154,7 +156,7 @@ fn a_unit_that_two_electrodes_reach_fires_at_both() {
     assert_ne!(force(3_000), alone);
 }
 
-/// Without crosstalk, when electrodes pulse changes ripple and nothing that tires.
+/// Without crosstalk, the timing of the electrodes changes ripple but not fatigue.
 #[test]
 fn interleaving_alone_makes_force_smooth_and_tires_alike() {
     let own = std::array::from_fn(|electrode| {
@@ -174,7 +176,7 @@ fn interleaving_alone_makes_force_smooth_and_tires_alike() {
     };
     let (at_once, interleaved) = (at(0), at(40_000));
     assert!((interleaved.0 / at_once.0 - 1.0).abs() < 1e-3);
-    // Units are up to a period apart, in which a force of 1 takes so much.
+    // Units differ by up to one period, in which a force of 1 fatigues the muscle by this much.
     let a_period = 0.4 * 0.16 / spec.dynamics.a_n_per_s;
     assert!((interleaved.2 - at_once.2).abs() < a_period);
     assert!(
@@ -183,7 +185,8 @@ fn interleaving_alone_makes_force_smooth_and_tires_alike() {
     );
 }
 
-/// What pulses take goes by pulses: at a quarter of the rate a quarter of it, to first order.
+/// Fatigue per pulse depends on the number of pulses: a quarter of the rate gives a quarter of it,
+/// to first order.
 #[test]
 fn pulses_take_their_part_whatever_the_force() {
     let mut spec = spec(&[[1.0; 4]]);

@@ -1,5 +1,5 @@
-//! The `bench` image gives the same results, bit by bit, on the host, as Thumb
-//! code in QEMU and on the simulated chip. QEMU's cycle counter reads 0.
+//! The `bench` image gives the same results, bit by bit, on the host, as Thumb code in QEMU and on
+//! the simulated chip. QEMU's cycle counter reads 0.
 
 use firmware::bench::{NoClock, Row, run};
 use hal_sim::chip::alone::{self, FlashWait};
@@ -8,14 +8,14 @@ use hal_sim::images::{self, Image};
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-/// The image's first line.
+/// First line of the image's output.
 const HEADING: &str = "name runs checksum min mean max";
 
 fn workspace() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap()
 }
 
-/// Rows of the host build.
+/// Returns the rows of the host build.
 fn native() -> Vec<String> {
     let mut rows = Vec::new();
     run(&NoClock, |row: &Row| rows.push(row.to_string()));
@@ -23,7 +23,7 @@ fn native() -> Vec<String> {
     rows
 }
 
-/// What the image prints in QEMU's model of the chip, without its heading.
+/// Returns the image's output in QEMU's model of the chip, without its heading.
 fn in_qemu(elf: &Path) -> Vec<String> {
     let output = Command::new("qemu-system-arm")
         .args(["-machine", "netduinoplus2"])
@@ -42,7 +42,7 @@ fn in_qemu(elf: &Path) -> Vec<String> {
     lines.collect()
 }
 
-/// What the image at `elf` prints on the chip.
+/// Returns the output of the image at `elf` on the simulated chip.
 fn on_chip(elf: &Path, wait: FlashWait) -> Vec<String> {
     let image = image::Image::open(elf).unwrap();
     let ended = alone::run(&image, wait).unwrap_or_else(|e| panic!("{e}"));
@@ -51,7 +51,7 @@ fn on_chip(elf: &Path, wait: FlashWait) -> Vec<String> {
     ended.console.lines().map(str::to_owned).collect()
 }
 
-/// Each line's name, runs and checksum.
+/// Returns each line's name, runs and checksum.
 fn results(lines: &[String]) -> Vec<Vec<&str>> {
     let parts = lines.iter().map(|line| line.split(' ').take(3).collect());
     parts.collect()
@@ -77,8 +77,8 @@ fn host_and_qemu_agree_on_every_result() {
     assert_eq!(in_qemu(&elf), native());
 }
 
-/// Nothing is fitted to this. Published for this core, with other compilers:
-/// 3.40 (Arm), 3.37 on the STM32F405 at 168 MHz (ST).
+/// No parameter is fitted to this result. Published for this core, with other compilers: 3.40
+/// (Arm), 3.37 on the STM32F405 at 168 MHz (ST).
 #[test]
 fn coremark_gives_its_known_results() {
     let elf = images::coremark(workspace()).unwrap();

@@ -1,5 +1,4 @@
-//! The image that is flashed, as `chip::image` sees it; cut off anywhere it is
-//! refused, never a panic.
+//! The flashed image as `chip::image` parses it. Truncated anywhere, it is refused without a panic.
 
 use hal_sim::chip::image::{FLASH, Image};
 use hal_sim::images;
@@ -28,7 +27,7 @@ fn the_flashed_image_is_read_whole_and_refused_when_cut() {
         assert!(function.size > 0, "{function:?}");
     }
 
-    // The section headers come last: a cut file lacks them, and its names.
+    // The section headers come last, so a truncated file lacks them and their names.
     let bytes = std::fs::read(&path).unwrap();
     for length in (0..bytes.len())
         .step_by(7)

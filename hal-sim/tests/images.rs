@@ -1,9 +1,9 @@
-//! Where images are looked for, and what is said when there is none.
+//! Places where images are searched, and the error when there is none.
 
 use hal_sim::images::{self, BuildError, Image, Places};
 use std::path::{Path, PathBuf};
 
-/// An empty folder of this test's own.
+/// Creates an empty folder for this test.
 fn folder(test: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR"))
         .join("images")
@@ -13,7 +13,7 @@ fn folder(test: &str) -> PathBuf {
     folder
 }
 
-/// No line is heard: nothing is built.
+/// Finds an image, and panics if anything is built.
 fn find(image: Image, places: &Places) -> Result<PathBuf, BuildError> {
     image.find(places, &mut |line| panic!("built: {line}"))
 }
@@ -40,7 +40,7 @@ fn an_image_beside_the_program_is_taken_as_it_is() {
 #[test]
 fn a_program_away_from_its_checkout_says_where_the_image_belongs() {
     let program = folder("away");
-    // A folder that was a checkout, and none at all.
+    // A folder that was a checkout, a missing folder, and none.
     for checkout in [Some(folder("emptied")), Some(program.join("gone")), None] {
         let places = Places {
             program: Some(program.clone()),
@@ -58,8 +58,8 @@ fn a_program_away_from_its_checkout_says_where_the_image_belongs() {
     }
 }
 
-/// A checkout whose firmware does not compile: cargo's words, line by line as
-/// they come, and whole in the error.
+/// A checkout whose firmware does not compile: cargo's messages arrive line by line, and the error
+/// contains all of them.
 #[test]
 fn a_build_is_heard_and_its_failure_told() {
     let checkout = folder("broken");

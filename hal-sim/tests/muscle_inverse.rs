@@ -1,8 +1,7 @@
-//! The firmware's inverse muscle model on the simulator's own muscles, which
-//! share no code with it.
+//! The firmware's inverse muscle model on the simulator's own muscles, which share no code with it.
 //!
-//! `cargo test -p hal-sim --test suite muscle_inverse -- --nocapture`
-//! prints the errors of steady forces of ten subjects, and the ripple of slow rates.
+//! `cargo test -p hal-sim --test suite muscle_inverse -- --nocapture` prints the errors of steady
+//! forces of ten subjects, and the ripple of slow rates.
 
 use firmware::muscle::{CalciumForceSpec, ForceLimit, Inverse, Recruitment, RecruitmentSpec};
 use firmware::units::{Amplitude, Force, ForceRate};
@@ -10,7 +9,7 @@ use fixed::types::I16F16;
 use hal_sim::body::muscle::reference::integrate;
 use hal_sim::body::muscle::{Parameters, SUBJECTS};
 
-/// 10–20 mA; force at threshold is e^−3, 5 %, of that at the limit.
+/// 10–20 mA; the force at threshold is e^−3, 5 %, of that at the limit.
 const RECRUITMENT: RecruitmentSpec = RecruitmentSpec {
     motor_threshold: Amplitude::new(10_000),
     limit: Amplitude::new(20_000),
@@ -18,7 +17,7 @@ const RECRUITMENT: RecruitmentSpec = RecruitmentSpec {
     slope_micro: 300_000,
 };
 
-/// Equation 6 in floating point.
+/// Computes the gain by equation 6 in floating point.
 fn gain(amplitude: Amplitude) -> f64 {
     (0.3e-3 * (f64::from(amplitude.get()) - 20_000.0)).exp()
 }
@@ -34,7 +33,7 @@ fn spec(p: &Parameters) -> CalciumForceSpec {
     }
 }
 
-/// A period of a train that has settled, N.
+/// Forces during one period of a settled train, N.
 struct Period {
     mean: f64,
     lowest: f64,
@@ -62,7 +61,7 @@ fn period(p: &Parameters, period_s: f64, step_s: f64) -> Period {
     }
 }
 
-/// Mean force over a period once a train has settled, N.
+/// Returns the mean force over a period of a settled train, N.
 fn settled(p: &Parameters, period_s: f64) -> f64 {
     period(p, period_s, 2e-3).mean
 }
@@ -98,9 +97,9 @@ fn ten_subjects_settle_at_the_force_wanted() {
     }
 }
 
-/// Without a slowest rate every order is what it was before there was one: the
-/// number is of commit e7c6abd. Ten subjects, three ranges of rates, forces from
-/// below none to beyond reach, at rest and rising.
+/// Without a slowest rate every order is the same as before that setting existed: the digest is
+/// from commit e7c6abd. Covers ten subjects, three ranges of rates, and forces from zero to beyond
+/// reach, constant and rising.
 #[test]
 fn without_a_slowest_rate_no_order_changes() {
     let recruitment = Recruitment::new(RECRUITMENT).unwrap();
@@ -117,7 +116,7 @@ fn without_a_slowest_rate_no_order_changes() {
             fold(u64::from(least.get().to_bits().cast_unsigned()));
             fold(u64::from(most.get().to_bits().cast_unsigned()));
             for i in -100..1900 {
-                // Half of them around the least.
+                // Half of the forces are near the smallest.
                 let top = if i % 2 == 0 { least } else { most };
                 let force = top.get().to_num::<f64>() * f64::from(i) / 1500.0;
                 for rate in [0, 20] {
@@ -134,8 +133,8 @@ fn without_a_slowest_rate_no_order_changes() {
     assert_eq!(digest, 0xf5d5_71fa_5b5a_b6be);
 }
 
-/// Force of ten subjects from none to the most, with a rate that may fall to half
-/// a pulse, one or two a second: what is given for what is wanted.
+/// For ten subjects, compares the force given with the force requested, from zero to the largest,
+/// when the rate may fall to half a pulse, one or two per second.
 #[test]
 fn a_slow_rate_closes_the_gap_below_threshold() {
     let recruitment = Recruitment::new(RECRUITMENT).unwrap();
@@ -160,16 +159,16 @@ fn a_slow_rate_closes_the_gap_below_threshold() {
                     _ => (settled, drive),
                 }
             };
-            // Below the least: the nearer, and said so.
+            // Below the smallest force, the nearer of both is given and reported.
             for part in [0.1, 0.49, 0.51, 0.9] {
                 let (force, drive) = given(part * least);
                 assert_eq!(drive.limiting, Some(ForceLimit::BelowLeast), "K{number:02}");
                 assert!((force - part * least).abs() <= 0.51 * least, "K{number:02}");
             }
-            // From there on: what was wanted.
+            // From there on the requested force is given.
             let mut own = 0f64;
             for i in 0..=40 {
-                // Half of them below what threshold gives at the train's rate.
+                // Half of the forces are below that of threshold at the train's rate.
                 let (from, to) = if i % 2 == 0 {
                     (least, at_threshold)
                 } else {
@@ -195,7 +194,7 @@ fn a_slow_rate_closes_the_gap_below_threshold() {
     assert!((1e-2..2e-2).contains(&worst), "{worst:e}");
 }
 
-/// Prints the table of ripple in docs/muscle.md and holds that to it.
+/// Prints the table of ripple in docs/muscle.md and compares the document with it.
 #[test]
 fn the_ripple_of_slow_rates_is_what_the_document_says() {
     let text = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/muscle.md");

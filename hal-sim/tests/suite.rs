@@ -1,4 +1,4 @@
-//! The simulators' tests, one program: a room each.
+//! Tests of the simulators, one program with a module for each.
 
 mod body_arm;
 mod body_bench;

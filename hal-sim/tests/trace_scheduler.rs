@@ -1,6 +1,6 @@
-//! The firmware's scheduler before the independent checker: more than a million
-//! pulses of random valid configurations of ten channels with different
-//! frequencies, bursts and groups, through the wrap of the 32-bit clock.
+//! The firmware's scheduler, judged by the independent checker: more than a million pulses of
+//! random valid configurations of ten channels with different frequencies, bursts and groups,
+//! across the wrap of the 32-bit clock.
 
 use firmware::pulse::{
     Burst, BurstTime, CHANNELS, Group as FirmwareGroup, GroupSpec, Partner, Scheduler,
@@ -17,12 +17,12 @@ use std::num::NonZeroU16;
 
 const WINDOWS: u64 = 12_000;
 const CASES: u32 = 500;
-/// A refill renders the next window this long after the present one began.
+/// Time from the start of a window until its refill renders the next window, µs.
 const REFILL_US: u64 = 2;
 
-/// Amplitudes, and widths of trains that allow it, that differ from burst to burst.
+/// Amplitudes that differ from burst to burst, and so do the widths of trains that allow it.
 struct VariedSupply {
-    /// Of each channel, µs; none for a train's own.
+    /// Largest width of each channel, µs; `None` for a fixed width.
     widest_us: [Option<u16>; CHANNELS],
 }
 
@@ -32,7 +32,7 @@ impl Supply for VariedSupply {
         let number = at.get() / 13 + u32::from(channel) * 977;
         let width_us = self.widest_us[usize::from(channel)].and_then(|widest_us| {
             let width_us = 10 + number % u32::from(widest_us - 9);
-            // Now and then the train's own.
+            // One burst in five has the train's own width.
             NonZeroU16::new(width_us as u16).filter(|_| !number.is_multiple_of(5))
         });
         Burst {
@@ -71,7 +71,7 @@ fn spec() -> impl Strategy<Value = FirmwareSpec> {
                 max_width_us
             },
             gap_us: if shape.is_biphasic() { gap_us } else { 0 },
-            // Every other biphasic one is grounded, too.
+            // Every other biphasic train is grounded too.
             ground_us: if shape.is_biphasic() && width_us % 2 == 0 {
                 0
             } else {
@@ -89,7 +89,7 @@ fn spec() -> impl Strategy<Value = FirmwareSpec> {
             trigger: None,
             lists: false,
         };
-        // As fast as the device allows what is too fast.
+        // If bursts are too fast, uses the smallest interval that the device allows.
         if let Err(TrainError::BurstOverlaps { min_interval_us }) = spec.validate() {
             spec.burst_interval_us = min_interval_us as u16;
         }
@@ -101,12 +101,12 @@ fn spec() -> impl Strategy<Value = FirmwareSpec> {
     })
 }
 
-/// Trains and groups the device accepts.
+/// Trains and groups that the device accepts.
 #[derive(Debug)]
 struct Scene {
     specs: Vec<FirmwareSpec>,
     groups: Vec<GroupSpec>,
-    /// Time of the first window, and of the trains' epoch after it.
+    /// Time of the first window, and the delay of the trains' epoch after it.
     start: u32,
     lead_us: u32,
 }
@@ -274,11 +274,11 @@ fn a_million_random_pulses_are_exact() {
     assert!(pulses > 1_000_000 && conducted > 50 && isolated > 50);
 }
 
-/// A minute of biphasic pulses as the scheduler makes them, 12 mA at 400 µs and 50 Hz,
-/// from a stage whose phases differ by 1 %: the net direct current at its end, µA.
+/// Plays a minute of biphasic pulses from the scheduler, 12 mA at 400 µs and 50 Hz, through a stage
+/// whose phases differ by 1 %. Returns the net direct current at the end, µA.
 fn direct_current_of(ground_us: u16) -> f64 {
     use hal_sim::trace::judge::{Channel, Pump, Stage, Truth};
-    const CODE: u16 = 7_864; // of 12 mA at a full scale of 100
+    const CODE: u16 = 7_864; // 12 mA at a full scale of 100 mA
     struct Steady;
     impl Supply for Steady {
         fn burst(&mut self, _: u8, _: BurstTime) -> Burst {
@@ -314,7 +314,7 @@ fn direct_current_of(ground_us: u16) -> f64 {
     let full_scale_ma = 100.0;
     truth.channels[0] = Channel::steady(Stage::Current { full_scale_ma }, 2_000.0, 15.0, 50);
     truth.channels[0].mismatch = 0.01;
-    truth.hardware.bleed_ohm = 2.4e6; // the least that hardware.md allows
+    truth.hardware.bleed_ohm = 2.4e6; // smallest value that hardware.md allows
     let verdict = hal_sim::trace::judge(&trace, &Pump::Throughout, &truth, end_us.into());
     verdict.as_built.direct_ua[0]
 }

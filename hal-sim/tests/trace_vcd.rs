@@ -1,4 +1,4 @@
-//! The waveform file, read back by the parser of another author.
+//! The waveform file, read back by an independent parser.
 
 use std::collections::HashMap;
 
@@ -23,7 +23,7 @@ fn example() -> Trace {
     trace
 }
 
-/// The recording goes on for so long.
+/// End of the recording, µs.
 const END_US: u64 = (1 << 33) + 5_000_000;
 
 fn bit(line: bool) -> Value {

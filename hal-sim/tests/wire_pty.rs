@@ -1,4 +1,4 @@
-//! The pseudo-terminal as a host sees it.
+//! The pseudo-terminal as a host uses it.
 
 use std::fs::{File, OpenOptions};
 use std::io::{ErrorKind, Read, Write};
@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use hal_sim::wire::pty::PtyWire;
 use hal_sim::wire::{ByteStream, WRITE_PATIENCE};
 
-/// Nothing here takes so long unless it hangs.
+/// Time limit; only a test that hangs exceeds it.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 fn path(name: &str) -> PathBuf {
@@ -70,9 +70,9 @@ fn a_host_that_never_reads_does_not_stop_the_board() {
     for _ in 0..100 {
         wire.write_all(&[1; 1 << 16]).expect("dropped in part");
     }
-    // A wait for each write would be 100 of them, on the slowest machine too.
+    // A wait for each write would take 100 of them, on the slowest machine too.
     assert!(start.elapsed() < 50 * WRITE_PATIENCE, "waits once only");
-    // Once it reads again it is served again.
+    // Once the host reads again, it is served again.
     let mut buf = [0; 1 << 16];
     while !buf.contains(&2) {
         wire.write_all(&[2]).expect("open");
@@ -97,7 +97,7 @@ fn a_new_host_does_not_hear_what_the_last_one_missed() {
     assert_eq!(&heard, b"new");
 }
 
-/// What is at `path` keeps its place: a terminal is refused there, and nothing has changed.
+/// Checks that a terminal is refused at `path` and that the existing file or link stays unchanged.
 fn assert_kept(path: &Path, why: &str) {
     let is_file = path.symlink_metadata().expect("there").is_file();
     let read = || is_file.then(|| std::fs::read(path).expect("a file"));
@@ -123,7 +123,8 @@ fn a_stale_link_is_replaced_and_nothing_else() {
     std::fs::create_dir(&path).expect("new");
     assert_kept(&path, "exists and is no link");
     std::fs::remove_dir(&path).expect("ours");
-    // Links of others, some of which lead nowhere: a board that is not plugged in.
+    // Links of other programs, some of which lead nowhere, such as to a board that is not plugged
+    // in.
     for target in [
         "/dev/null",
         "/dev/ttyUSB99",
@@ -173,7 +174,7 @@ fn of_two_that_find_a_stale_link_one_has_it() {
 fn only_its_own_link_is_removed_at_the_end() {
     let path = path("end");
     let (first, other) = (PtyWire::open(&path).expect("free"), "/dev/pts/999998");
-    // Somebody else's, to another terminal, and then to the same.
+    // A link of another program, to another terminal and then to the same.
     for target in [other.into(), first.device().to_owned()] {
         let spare = path.with_extension("spare");
         symlink(&target, &spare).expect("new");

@@ -1,4 +1,4 @@
-//! The TCP wire as a host sees it.
+//! The TCP connection as a host uses it.
 
 use std::io::{Read, Write};
 use std::net::{Shutdown, TcpStream};
@@ -9,7 +9,7 @@ use hal_sim::wire::tcp::TcpWire;
 
 const REFUSAL: &[u8] = b"busy\0";
 
-/// Nothing here takes so long unless it hangs.
+/// Time limit; only a test that hangs exceeds it.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 fn wire() -> TcpWire {
@@ -22,7 +22,7 @@ fn host(wire: &TcpWire) -> TcpStream {
     stream
 }
 
-/// Reads the wire until `done`, at most 5 s; returns what came.
+/// Reads until `done`, within the time limit, and returns all bytes.
 fn serve_until(wire: &mut TcpWire, mut done: impl FnMut(&mut TcpWire, &[u8]) -> bool) -> Vec<u8> {
     let (mut all, mut buf, start) = (Vec::new(), [0; 64], Instant::now());
     while !done(wire, &all) {
@@ -83,7 +83,7 @@ fn a_successor_that_waits_already_is_served_not_refused() {
     assert_eq!(wire.refusals(), 0);
 }
 
-/// A script that has said all it has to say closes its side: `nc -N`, `shutdown(SHUT_WR)`.
+/// A script that has sent everything closes its side: `nc -N`, `shutdown(SHUT_WR)`.
 #[test]
 fn a_host_that_sends_no_more_gets_its_answers() {
     let mut wire = wire();
@@ -96,7 +96,7 @@ fn a_host_that_sends_no_more_gets_its_answers() {
     }
     assert!(wire.connected());
     wire.write_all(b"answer").expect("connected");
-    // A successor that knocks meanwhile is let in, not refused, and later ones are.
+    // A successor that connects meanwhile is accepted, and later hosts are refused.
     let mut second = host(&wire);
     second.write_all(b"next").expect("connected");
     serve_until(&mut wire, |_, all| all == b"next");

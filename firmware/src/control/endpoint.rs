@@ -100,7 +100,7 @@ pub enum ForceImpossible {
     Posture(OutOfRange),
     /// No line can contribute to the force at any joint.
     NoMuscleHelps,
-    /// A line would have to exceed its limit.
+    /// The requested force needs more of a muscle than its wearer agreed to.
     TooStrong {
         /// Channel of the line that would exceed its limit by most.
         channel: u8,

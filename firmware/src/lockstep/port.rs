@@ -24,7 +24,7 @@ const _: () = assert!(MAX_PIECE + 12 <= MAX_MESSAGE);
 /// A command from the host on the port.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub enum Command<'a> {
-    /// Resets the device, which boots at `at`.
+    /// Resets the device, as power or its watchdog would.
     Boot {
         /// Device time from the reset on.
         at: Micros,

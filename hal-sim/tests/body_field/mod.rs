@@ -1,4 +1,4 @@
-//! The field under pads: against what is known exactly of simpler tissues,
+//! The field under pads, compared with exact solutions for simpler tissues.
 
 mod settings;
 mod volumes;
@@ -15,14 +15,14 @@ const LARGE: Shape = Shape::Rectangle {
     along_m: 0.04,
     around_m: 0.09,
 };
-/// As good as a point: what its size does to 1/r at 4 mm is below 1e-8.
+/// Pad so small that it acts as a point: at 4 mm its size changes 1/r by less than 1e-8.
 const POINT: Shape = Shape::Round { diameter_m: 1e-6 };
 
 const fn pad(x_m: f64, y_m: f64, shape: Shape) -> Pad {
     Pad { x_m, y_m, shape }
 }
 
-/// Places beside and below a pad at the origin, `top` m deep and more.
+/// Returns places beside and below a pad at the origin, at a depth of `top` m or more.
 fn places(top: f64) -> Vec<[f64; 3]> {
     let mut places = Vec::new();
     for x in [0.0, 0.007, -0.012] {
@@ -37,7 +37,7 @@ fn length(v: [f64; 3]) -> f64 {
     v.map(|v| v * v).iter().sum::<f64>().sqrt()
 }
 
-/// Evenly spread points of a pad, from its middle.
+/// Returns evenly distributed points of a pad, relative to its centre.
 fn points(shape: Shape, count: u32) -> Vec<[f64; 2]> {
     let at = |i: u32| (f64::from(i) + 0.5) / f64::from(count);
     let all = (0..count * count).map(|n| [at(n / count), at(n % count)]);
@@ -52,7 +52,8 @@ fn points(shape: Shape, count: u32) -> Vec<[f64; 2]> {
     all.map(place).collect()
 }
 
-/// Slope of the potential with depth at a place, by it and two `step`s on.
+/// Returns the derivative of the potential with depth at a place, from three values at distances of
+/// `step`.
 fn onward(field: &Field, pad: &Pad, [x, y, z]: [f64; 3], step: f64) -> f64 {
     let v = [0.0, 1.0, 2.0].map(|n| field.transfer(pad, [x, y, z + n * step]).potential);
     (4.0 * v[1] - 3.0 * v[0] - v[2]) / (2.0 * step)
@@ -91,7 +92,7 @@ fn current_enters_under_the_pad_and_nowhere_else() {
         let density = |x: f64, y: f64| {
             let step = 2e-4;
             let v = [1.0, 2.0, 3.0, 4.0].map(|n| field.transfer(&pad, [x, y, n * step]).potential);
-            // The slope at the skin by the parabola through three depths.
+            // Derivative at the skin, from a parabola through three depths.
             let slope = (8.0 * v[1] - 5.0 * v[0] - 3.0 * v[2]) / (2.0 * step);
             -tissue.fat_s_per_m * slope * pad.area_m2()
         };
@@ -104,7 +105,8 @@ fn current_enters_under_the_pad_and_nowhere_else() {
     }
 }
 
-/// First and second derivative of the potential along an axis, of fourth order.
+/// Returns the first and second derivative of the potential along an axis, by fourth-order
+/// differences.
 fn derivatives(field: &Field, pad: &Pad, at: [f64; 3], axis: usize) -> [f64; 2] {
     let step = 3e-4;
     let v = [-2.0, -1.0, 0.0, 1.0, 2.0].map(|n| {
@@ -179,7 +181,7 @@ fn resistance_is_the_mean_potential_under_either_pad() {
         assert!((field.resistance(&b, &a) / known - 1.0).abs() < 1e-9);
         for (from, to) in [(&a, &b), (&b, &a)] {
             let points = points(to.shape, 20);
-            // Beside a pad the potential hardly varies with so small a depth.
+            // Beside a pad the potential hardly varies over so small a depth.
             let at = |[x, y]: &[f64; 2]| [to.x_m + x, to.y_m + y, 2e-4];
             let potentials = points
                 .iter()
@@ -208,7 +210,7 @@ fn pads_overlap_where_both_are() {
         (LARGE, SMALL, [0.0, 0.0526], false),
         (LARGE, DISC, [0.0324, 0.045], true),
         (LARGE, DISC, [0.0326, 0.0], false),
-        // Beside a corner, by more than the disc's radius in neither direction.
+        // Beyond a corner: in neither direction by more than the disc's radius.
         (LARGE, DISC, [0.029, 0.054], false),
         (LARGE, DISC, [0.028, 0.053], true),
         (LARGE, POINT, [0.0, 0.0], true),

@@ -1,18 +1,18 @@
-//! The field in muscle against finite volumes.
+//! The field in muscle, compared with finite volumes.
 
 use super::volumes::{Border, Edges, Solved, solve};
 use super::{DISC, SMALL, pad};
 use hal_sim::body::hand::field::{Field, Pad, Tissue};
 
-/// Largest errors of potential, gradient and curvature at one depth, each by the
-/// largest there is at that depth in every other cell within 80 mm of the middle.
+/// Largest errors of potential, gradient and curvature at one depth, each relative to the largest
+/// value at that depth, from every other cell within 80 mm of the centre.
 struct DepthErrors {
     depth_m: f64,
     errors: [f64; 3],
 }
 
-/// `pad` against its mirror image, which draws its current off, on the other side
-/// of x = 0 or, where `is_across`, of y = 0.
+/// `pad` and its mirror image, through which the current returns, on the other side of x = 0 or,
+/// with `is_across`, of y = 0.
 struct Setting {
     pad: Pad,
     is_across: bool,
@@ -73,7 +73,8 @@ impl Setting {
         }
     }
 
-    /// With far borders insulated and grounded, between which the truth lies.
+    /// Compares with finite volumes whose far boundaries are insulated and grounded; the exact
+    /// solution lies between them.
     fn check(&self, tissue: Tissue, limits: [f64; 3]) {
         let field = Field::new(tissue).unwrap();
         let resistance = |to: &Pad| field.resistance(&self.pad, to);
@@ -97,8 +98,8 @@ impl Setting {
     }
 }
 
-/// Of the curvature such cells leave 3 % just below the fat and where they have
-/// grown, and half of it when halved; the finer test holds it to 2 % too.
+/// Error limits for coarse cells. They cause an error of curvature of 3 % just below the fat and
+/// where cells have grown, and half of that at half the size; the finer test limits it to 2 %.
 const COARSE: [f64; 3] = [0.02, 0.02, 0.05];
 
 fn coarse(pad: Pad) -> Setting {
@@ -121,7 +122,7 @@ fn finite_volumes_agree_for_discs_around_the_forearm() {
     coarse(pad(0.0, 0.02, DISC)).check(Tissue::default(), COARSE);
 }
 
-/// Its multiples are 7.5, 10 and 30 mm, the sides of the rectangle.
+/// Cell size whose multiples are 7.5, 10 and 30 mm, the sides of the rectangle.
 const ALIGNED_M: f64 = 1.25e-3;
 
 #[test]

@@ -1,12 +1,13 @@
-//! Fat and muscle under a pad, solved by finite volumes: no images, no waves.
+//! Fat and muscle under a pad, solved by finite volumes, without image charges or Fourier
+//! integrals.
 //!
-//! A quarter of the tissue, x and y from zero. Planes of symmetry stand for the
-//! rest: across one of them the pad's mirror image draws the same current off, so
-//! that the potential is zero there, across the other it is the pad's own.
+//! The grid covers a quarter of the tissue, x and y from zero. Planes of symmetry replace the rest:
+//! across one of them the pad's mirror image draws the same current, so that the potential is zero
+//! there; across the other lies the other half of the pad.
 
 use hal_sim::body::hand::field::{Pad, Shape, Tissue};
 
-/// What happens at the borders far off.
+/// Boundary condition far from the pad.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Border {
     /// No current passes.
@@ -15,21 +16,21 @@ pub enum Border {
     Grounded,
 }
 
-/// Borders of one direction's cells, from zero on, m.
+/// Boundaries of the cells in one direction, from zero on, m.
 #[derive(Debug, Clone)]
 pub struct Edges(Vec<f64>);
 
-/// Potentials, V, of the cells of a solved quarter.
+/// Potentials of the cells of a solved quarter, V.
 pub struct Solved {
     edges: [Edges; 3],
     pub potentials: Vec<f64>,
-    /// Mean of those at the skin under the pad.
+    /// Mean potential at the skin under the pad.
     pub under_pad: f64,
 }
 
 impl Edges {
-    /// Cells of `step` to `even` m, a whole number of them, then each `growth`
-    /// times the last until `end` is passed.
+    /// Creates a whole number of cells of size `step` up to `even` m, then cells that grow by the
+    /// factor `growth` until `end` is passed.
     pub fn graded(step: f64, even: f64, growth: f64, end: f64) -> Self {
         let count = (even / step).round() as usize;
         let mut edges: Vec<f64> = (0..=count).map(|i| i as f64 * step).collect();
@@ -64,8 +65,8 @@ impl Solved {
         &self.edges
     }
 
-    /// Potential of a cell, and its first and second derivative by x, by the
-    /// parabola through the cell and its two neighbours.
+    /// Returns the potential of a cell and its first and second derivative by x, from the parabola
+    /// through the cell and its two neighbours.
     pub fn along(&self, [i, j, k]: [usize; 3]) -> [f64; 3] {
         let near = [i - 1, i, i + 1];
         let v = near.map(|i| self.potentials[self.cell([i, j, k])]);
@@ -77,8 +78,8 @@ impl Solved {
     }
 }
 
-/// One row of the system a cell: itself, and the conductances to its neighbours
-/// before it in x, y and z.
+/// Linear system with one row per cell: the diagonal, and the conductances to the preceding
+/// neighbours in x, y and z.
 struct System {
     strides: [usize; 3],
     own: Vec<f64>,
@@ -86,9 +87,9 @@ struct System {
     current: Vec<f64>,
 }
 
-/// One ampere into `pad`, which has its mirror image across zero of the axis
-/// `mirror` (0 for x, 1 for y) and its middle at zero of the other. `far`: the
-/// borders at the ends and below.
+/// Solves for one ampere into `pad`, whose mirror image lies across zero of the axis `mirror` (0
+/// for x, 1 for y) and whose centre is at zero of the other axis. `far` is the boundary condition
+/// at the ends and below.
 pub fn solve(tissue: &Tissue, pad: &Pad, edges: [Edges; 3], mirror: usize, far: Border) -> Solved {
     let covered = covered(pad, &edges);
     let system = system(tissue, &edges, mirror, far, &covered);
@@ -96,8 +97,8 @@ pub fn solve(tissue: &Tissue, pad: &Pad, edges: [Edges; 3], mirror: usize, far: 
     let top = edges[2].middle(0);
     let layer = edges[0].cells() * edges[1].cells();
     let total: f64 = covered.iter().sum();
-    // The skin is half a cell above the middle of the first: the current there
-    // comes straight down.
+    // The skin is half a cell above the centre of the first cell; in between the current flows
+    // straight down.
     let drop = top / (tissue.fat_s_per_m * pad.area_m2());
     let under = (0..layer).map(|i| covered[i] / total * potentials[i]);
     let under_pad = under.sum::<f64>() + drop;
@@ -108,7 +109,7 @@ pub fn solve(tissue: &Tissue, pad: &Pad, edges: [Edges; 3], mirror: usize, far: 
     }
 }
 
-/// The area of each cell of the skin that lies under the pad, m².
+/// Returns the area of each skin cell that lies under the pad, m².
 fn covered(pad: &Pad, edges: &[Edges; 3]) -> Vec<f64> {
     const PARTS: usize = 20;
     let is_under = |x: f64, y: f64| match pad.shape {
@@ -145,7 +146,7 @@ fn system(
     let counts = [0, 1, 2].map(|axis: usize| edges[axis].cells());
     let strides = [1, counts[0], counts[0] * counts[1]];
     let cells = counts[0] * counts[1] * counts[2];
-    // The plane of symmetry through the pad leaves half of its ampere here.
+    // The plane of symmetry through the pad leaves half of its ampere in this quarter.
     let total: f64 = covered.iter().sum();
     let mut current: Vec<f64> = covered.iter().map(|value| 0.5 * value / total).collect();
     current.resize(cells, 0.0);
@@ -175,7 +176,7 @@ fn system(
     }
 }
 
-/// Resistance from the middle of a cell to its border along an axis, Ω.
+/// Returns the resistance from the centre of a cell to its boundary along an axis, Ω.
 fn half(tissue: &Tissue, edges: &[Edges; 3], place: [usize; 3], axis: usize) -> f64 {
     let widths = [0, 1, 2].map(|axis: usize| edges[axis].width(place[axis]));
     let area: f64 = widths.iter().product::<f64>() / widths[axis];
@@ -189,7 +190,8 @@ fn half(tissue: &Tissue, edges: &[Edges; 3], place: [usize; 3], axis: usize) -> 
 }
 
 impl System {
-    /// Conjugate gradients after an incomplete Cholesky factorisation, to 1e-9.
+    /// Solves the system by conjugate gradients with an incomplete Cholesky preconditioner, to
+    /// 1e-9.
     fn solve(&self) -> Vec<f64> {
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let pivots = self.pivots();
@@ -226,13 +228,14 @@ impl System {
         out
     }
 
-    /// Of the modified factorisation: most of what it drops goes to the diagonal.
+    /// Returns the pivots of the modified incomplete factorisation, which moves most of the dropped
+    /// fill-in to the diagonal.
     fn pivots(&self) -> Vec<f64> {
         const KEPT: f64 = 0.97;
         let mut pivots = self.own.clone();
         for i in 0..pivots.len() {
             let all = self.strides.iter().zip(&self.before);
-            // Conductances to the neighbours behind, all divided by this pivot.
+            // Conductances to the following neighbours, all divided by this pivot.
             let behind = all.map(|(stride, before)| before.get(i + stride).unwrap_or(&0.0));
             let behind: f64 = behind.sum();
             for (stride, before) in self.strides.iter().zip(&self.before) {

@@ -1,10 +1,10 @@
-//! Cycles of short sequences, worked out by hand from the Cortex-M4 technical
-//! reference manual (Arm DDI 0439) for memory without wait states: an
-//! independent check of `chip::cpu`, written without looking at it.
+//! Cycle counts of short sequences, worked out by hand from the Cortex-M4 technical reference
+//! manual (Arm DDI 0439) for memory without wait states. They are an independent check of
+//! `chip::cpu`, written without looking at that code.
 //!
-//! Each row runs from aligned code in flash with NOPs around it; what it took
-//! is the time until two NOPs later, less those two. Where the manual gives a
-//! range (pipeline refill, division) so does the row.
+//! Each row runs from aligned code in flash between NOPs; its count is the time until two NOPs
+//! later, minus those two. Where the manual gives a range (pipeline refill, division), so does the
+//! row.
 
 mod rows;
 
@@ -12,9 +12,9 @@ use hal_sim::chip::cpu::flat::Flat;
 use hal_sim::chip::cpu::{Cpu, Size, Stop};
 use std::ops::RangeInclusive;
 
-/// One sequence: name; assembly in unified syntax, branch targets relative to the
-/// instruction + 4; as llvm-mc encodes it; instructions executed, less than
-/// written where it branches away; cycles by the manual; what they rest on.
+/// One sequence: name; assembly in unified syntax, with branch targets relative to the instruction
+/// + 4; the encoding by llvm-mc; the number of executed instructions, smaller than the number
+/// written if it branches away; cycles by the manual; and the rule that they rest on.
 pub type Row = (
     &'static str,
     &'static str,
@@ -24,45 +24,50 @@ pub type Row = (
     Rule,
 );
 
-/// What in the manual a row rests on.
+/// Rule of the manual on which a row rests.
 #[derive(Clone, Copy, Debug)]
 #[rustfmt::skip]
 pub enum Rule {
-    Table, // Table 3-1: cycles of the instructions, added up
-    Dsp, // Table 3-2: every DSP instruction takes one
+    Table, // Table 3-1: sum of the instructions' cycles
+    Dsp, // Table 3-2: every DSP instruction takes one cycle
     Divide, // Table 3-1: 2 to 12, by leading zeros and ones of the operands
-    Literal, // 3.3.3: a literal's load may meet a fetch
-    Pipelined, // 3.3.3: right after a load one less, unless its address needs what was loaded
-    Writeback, // Not said whether a base written back counts as loaded
-    Unaligned, // 3.3.3: one more on a half-word or byte-aligned half-word, two on a byte-aligned word
+    Literal, // 3.3.3: a literal's load may coincide with a fetch
+    // 3.3.3: a load after a load takes one less, unless its address needs the loaded value
+    Pipelined,
+    Writeback, // Not specified whether a base written back counts as loaded
+    // 3.3.3: one more for a half-word or byte-aligned half-word, two for a byte-aligned word
+    Unaligned,
     Store, // 3.3.3: a store with an immediate offset takes one
     AfterStore, // 3.3.3: nothing is pipelined after a store
-    StoreThrough, // Not said whether such a store waits for its address
-    UnalignedStore, // Both said: more cycles for unaligned stores, and that the write buffer hides them
-    Address, // 3.3.3: an address made by the data processing instruction right before costs a cycle
-    Double, // 3.3.3: two words together take three; not pipelined around
-    Multiple, // Table 3-1: 1 + N; 3.3.3: not pipelined around
-    NotTaken, // Table 3-1: a branch that is not taken takes one
+    StoreThrough, // Not specified whether such a store waits for its address
+    // The manual says both that unaligned stores take more cycles and that the write buffer hides
+    // them
+    UnalignedStore,
+    // 3.3.3: an address computed by the preceding data processing instruction costs a cycle
+    Address,
+    Double, // 3.3.3: two words together take three cycles; not pipelined with neighbours
+    Multiple, // Table 3-1: 1 + N; 3.3.3: not pipelined with neighbours
+    NotTaken, // Table 3-1: a branch that is not taken takes one cycle
     Refill, // Table 3-1: P, a pipeline refill, is 1 to 3
-    LoadPc, // 3.3.3: two for the load and three for the refill
-    TableBranch, // 3.3.3: two for the load, one for the sum, three for the refill
+    LoadPc, // 3.3.3: two cycles for the load and three for the refill
+    TableBranch, // 3.3.3: two cycles for the load, one for the sum, three for the refill
     Barrier, // Table 3-1: DMB and DSB need not wait, ISB refills
     Special, // Table 3-1: 1 or 2
-    It, // Table 3-1: IT takes one or is folded; what is not done takes one
-    Fpu, // Table 7-1: cycles of the instructions, added up
-    Consumed, // 7.2.3: arithmetic takes one more if the next instruction consumes the result
+    It, // Table 3-1: IT takes one cycle or is folded; a skipped instruction takes one
+    Fpu, // Table 7-1: sum of the instructions' cycles
+    Consumed, // 7.2.3: arithmetic takes one more if the next instruction uses the result
     Addend, // 7.2.3: a multiply-accumulate needs its addend one cycle later
-    MacAlone, // Table 7-1 says 3; not said whether integer instructions after it wait
+    MacAlone, // Table 7-1 says 3; not specified whether integer instructions after it wait
     OutOfOrder, // 7.2.3: VDIV and VSQRT take one until the next floating-point instruction, which waits for their 14
 }
 
 const CODE: u32 = Flat::FLASH + 0x100;
-/// Where `lr`, a popped and a loaded PC point: NOPs, aligned.
+/// Target address of `lr` and of popped and loaded PCs, with aligned NOPs.
 const ELSEWHERE: u32 = Flat::FLASH + 0x400;
 const NOP: u16 = 0xBF00;
 const NOPS: u32 = 2;
 
-/// Code at [`CODE`] between NOPs, and the words that loads find.
+/// Returns a memory with the code at [`CODE`] between NOPs, and the words that loads read.
 fn memory(code: &[u16]) -> Flat {
     let mut bus = Flat::default();
     let mut flash = vec![NOP; 0x1000];
@@ -77,14 +82,14 @@ fn memory(code: &[u16]) -> Flat {
         (Flat::SRAM + 0x2000 + 16, 6),             // r2: table of half-words
         (Flat::SRAM + 0x3000, Flat::SRAM + 0x40),  // r3: a pointer
         (Flat::SRAM + 0x8000, ELSEWHERE | 1),      // sp: a popped PC
-        (Flat::SRAM + 0x8000 + 16, ELSEWHERE | 1), // sp: the same behind four
+        (Flat::SRAM + 0x8000 + 16, ELSEWHERE | 1), // sp: the same after four words
     ] {
         assert!(bus.load(address, &word.to_le_bytes()));
     }
     bus
 }
 
-/// A core about to execute at [`CODE`], floating point on and in use.
+/// Returns a core about to execute at [`CODE`], with the FPU enabled and in use.
 fn core() -> Cpu {
     let mut cpu = Cpu::default();
     // CPACR: full access to CP10 and CP11.
@@ -105,7 +110,7 @@ fn core() -> Cpu {
     cpu
 }
 
-/// What `code` takes here.
+/// Returns the cycles that the simulated core needs for `code`.
 fn measure(code: &[u16], count: u32) -> Result<u64, Stop> {
     let (mut cpu, mut bus) = (core(), memory(code));
     let mut steps = |n| {

@@ -1,8 +1,8 @@
-//! The sequences.
+//! The sequences with their expected cycles.
 
 use super::{Row, Rule};
 
-/// See the head of `chip_cycles.rs`.
+/// Sequences and cycles, as described in [`super`].
 #[rustfmt::skip]
 pub const ROWS: &[Row] = &[
     // Data processing and DSP.
@@ -131,7 +131,7 @@ pub const ROWS: &[Row] = &[
     ("ldr of a pointer, then str through it", "ldr r5, [r3]; str r6, [r5]", &[0x681D, 0x602E], 2, 3..=4, Rule::StoreThrough),
     ("str across bytes", "str.w r5, [r0, #1]", &[0xF8C0, 0x5001], 1, 1..=3, Rule::UnalignedStore),
     ("value made, then stored", "adds r5, #1; str r5, [r0]", &[0x3501, 0x6005], 2, 2..=2, Rule::Store),
-    // Addresses that the instruction before made.
+    // Addresses computed by the preceding instruction.
     ("address made, then ldr", "add.w r0, r0, #4; ldr r5, [r0]", &[0xF100, 0x0004, 0x6805], 2, 4..=4, Rule::Address),
     ("index made, then ldr", "adds r4, #4; ldr r5, [r0, r4]", &[0x3404, 0x5905], 2, 4..=4, Rule::Address),
     ("address made, then str", "add.w r0, r0, #4; str r5, [r0]", &[0xF100, 0x0004, 0x6005], 2, 3..=3, Rule::Address),
@@ -242,7 +242,7 @@ pub const ROWS: &[Row] = &[
     ("vpush of 4", "vpush {s16-s19}", &[0xED2D, 0x8A04], 1, 5..=5, Rule::Fpu),
     ("vpush double", "vpush {d8}", &[0xED2D, 0x8B02], 1, 3..=3, Rule::Fpu),
     ("vpop of 2", "vpop {s16-s17}", &[0xECBD, 0x8A02], 1, 3..=3, Rule::Fpu),
-    // Floating point: when results can be used, what is overtaken.
+    // Floating point: when results can be used, and which instructions overtake others.
     ("two vadd", "vadd.f32 s0, s1, s2; vadd.f32 s3, s4, s5", &[0xEE30, 0x0A81, 0xEE72, 0x1A22], 2, 2..=2, Rule::Fpu),
     ("vadd, then use", "vadd.f32 s0, s1, s2; vadd.f32 s3, s0, s5", &[0xEE30, 0x0A81, 0xEE70, 0x1A22], 2, 3..=3, Rule::Consumed),
     ("vadd, work, then use", "vadd.f32 s0, s1, s2; adds r5, #1; vadd.f32 s3, s0, s5", &[0xEE30, 0x0A81, 0x3501, 0xEE70, 0x1A22], 3, 3..=3, Rule::Consumed),

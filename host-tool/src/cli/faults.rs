@@ -55,7 +55,6 @@ pub struct FaultsArgs {
     image: Option<PathBuf>,
 }
 
-/// One class or all.
 #[derive(Clone, Copy, PartialEq, Debug)]
 enum ClassSelection {
     One(Class),

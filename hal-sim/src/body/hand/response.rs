@@ -31,7 +31,7 @@ pub struct Segment {
 /// The reason why a hand is invalid.
 #[derive(Debug, Clone, thiserror::Error)]
 pub enum InvalidHand {
-    /// The tissue is invalid.
+    /// A property of the tissue lies outside its range.
     #[error(transparent)]
     Tissue(#[from] InvalidTissue),
     /// The circuit is invalid.

@@ -21,7 +21,7 @@ use std::path::{Path, PathBuf};
 pub enum Entry {
     /// A calibration began or was continued.
     Begun(Head),
-    /// The device checked the electrode and armed.
+    /// The electrode passed the device's check before stimulation.
     Armed {
         /// Channel, counted from 1.
         channel: u8,

@@ -28,7 +28,7 @@ pub struct Modes {
     pub basis: Matrix,
 }
 
-/// A subset of the electrodes.
+/// Up to [`SIZE`] electrode indices, without allocation.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct ElectrodeSubset {
     list: [usize; SIZE],

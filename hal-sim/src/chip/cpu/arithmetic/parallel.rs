@@ -15,14 +15,14 @@ pub enum Prefix {
 /// Operation on each lane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lanes {
-    AddHalves,            // ADD16
+    AddHalves, // ADD16
     // ASX: top adds the other operand's bottom, bottom subtracts the other's top
     AddSubtractExchanged,
     // SAX: top subtracts the other operand's bottom, bottom adds the other's top
     SubtractAddExchanged,
-    SubtractHalves,       // SUB16
-    AddBytes,             // ADD8
-    SubtractBytes,        // SUB8
+    SubtractHalves, // SUB16
+    AddBytes,       // ADD8
+    SubtractBytes,  // SUB8
 }
 
 /// Returns the result, and the four GE bits if the operation sets them.

@@ -133,7 +133,7 @@ fn limits_and_misuse_stop_the_run() {
         (CFGR, 0x1400 | 2),     // APB2 at 168 MHz
         (CFGR, 3),              // no such source
         (0x58, 0),              // low-power enables
-        (0x28, 0), // no register there
+        (0x28, 0),              // no register there
     ] {
         let mut rcc = rcc.clone();
         assert!(rcc.write(offset, value, at).is_err(), "{value:#x}");
