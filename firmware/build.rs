@@ -1,4 +1,4 @@
-//! Hands the images, and nothing else, their linker scripts and `memory.x`.
+//! Passes linker scripts and `memory.x` to the images, and only to them.
 //!
 //! `host-tool/methods` builds its images with this script too.
 
@@ -11,17 +11,17 @@ fn main() {
         .ancestors()
         .find(|folder| folder.join("memory.x").is_file())
         .expect("memory.x lies in the workspace's root");
-    // A path that does not exist would make Cargo rebuild the package at every call.
+    // Cargo would rebuild the package at every call if this path did not exist.
     println!("cargo:rerun-if-changed={}", root.join("memory.x").display());
     if var("CARGO_CFG_TARGET_OS").as_deref() != Ok("none") {
         return;
     }
     println!("cargo:rustc-link-search={}", root.display());
-    // No page alignment between segments: flash is not paged.
+    // Flash has no pages, so segments need no page alignment.
     println!("cargo:rustc-link-arg-bins=--nmagic");
     println!("cargo:rustc-link-arg-bins=-Tlink.x");
-    // Strings last: among them the paths of sources, whose length depends on
-    // where cargo keeps them. Tables before them, and so cycles, do not.
+    // Puts strings last. Some of them are source paths, whose length depends on where cargo keeps
+    // the sources; the tables before them, and so the cycle counts, stay in place.
     println!("cargo:rustc-link-arg-bins=--sort-section=alignment");
     if var_os("CARGO_FEATURE_STM32F405").is_some() {
         println!("cargo:rustc-link-arg-bins=-Tdefmt.x");

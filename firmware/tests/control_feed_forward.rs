@@ -1,4 +1,4 @@
-//! The nominal wearer's inverse against the same model in floating point.
+//! Feed-forward from the nominal wearer's inverse, compared with the same model in floating point.
 
 use firmware::control::{FeedForward, WearerModel};
 use firmware::range::Range;
@@ -6,7 +6,7 @@ use firmware::units::{Angle, AngularRate};
 use fixed::types::I16F16;
 use proptest::prelude::*;
 
-/// The earlier plant's finger with two points (facts of this project; what they pull,
+/// Finger of the earlier plant with two points (facts of this project; the torque of two points,
 /// 0.484 N·m, is assumed there).
 const FINGER: WearerModel = WearerModel {
     rest_mdeg: 5_000,
@@ -19,7 +19,7 @@ const FINGER: WearerModel = WearerModel {
     lead_ms: 100,
 };
 
-/// The model of the docstring, solved for the effort.
+/// Solves the model of the docstring for the effort in floating point.
 fn exact(m: &WearerModel, (low, high): (f64, f64), deg: f64, deg_per_s: f64) -> f64 {
     let micro = |v: u32| f64::from(v) * 1e-6;
     let milli = |v: u16| f64::from(v) * 1e-3;
@@ -109,8 +109,8 @@ prop_compose! {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(20_000))]
 
-    /// Whatever is asked of whatever wearer: no panic, never beyond ±1, and
-    /// more for a target further away.
+    /// No wearer and no angle cause a panic or an effort beyond ±1, and a larger angle gives more
+    /// effort.
     #[test]
     fn any_wearer_any_target(model in models(), a: i32, b: i32, rate: i32, low in -180_000i32..179_999, span in 1i32..360_000) {
         let high = (low + span).min(180_000);

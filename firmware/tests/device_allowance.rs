@@ -1,5 +1,4 @@
-//! What the wearer allows of time and charge since power came up, and rises that count
-//! bursts.
+//! A wearer's allowance of time and charge since power-on, and rises that count bursts.
 
 use crate::device_desk::*;
 use firmware::link::{Code, Event, Request};
@@ -16,7 +15,7 @@ fn time_of_stimulation_ends_and_is_not_given_back() {
         ..wearer()
     };
     let mut desk = TestHost::open(BOOT);
-    // A second, and the rest after arming anew.
+    // Stimulates for one second, and for the rest after arming again.
     desk.run(wearer, &[channel(PLAIN)], 5_000);
     desk.keep_alive(50, 20_000);
     desk.expect_ok(Request::Stop);
@@ -29,8 +28,8 @@ fn time_of_stimulation_ends_and_is_not_given_back() {
         "3 s allowed: 1 s, and {} ms after arming anew",
         took / 1_000
     );
-    // Of the first a second, its answers and its fall; of the last the fall, which ends
-    // with the time.
+    // The first run lasts a second, plus its answers and its fall. The last run is only the fall,
+    // which ends when the allowance does.
     assert!((1_800_000..1_950_000).contains(&took), "{took} µs");
     for told in [Event::Stopping, Event::Stopped] {
         assert!(has_event(&heard, told(StopCause::TimeOver)), "{heard:?}");
@@ -45,7 +44,7 @@ fn time_of_stimulation_ends_and_is_not_given_back() {
 
 #[test]
 fn a_channels_charge_ends_and_is_not_given_back() {
-    // 20 mA · 200 µs = 4 µC a pulse, 50 a second: 1 mC with the 250th.
+    // 20 mA · 200 µs = 4 µC per pulse, 50 per second: 1 mC at the 250th pulse.
     let wearer = WearerSpec {
         max_dose_mc: 1,
         ..wearer()
@@ -60,7 +59,7 @@ fn a_channels_charge_ends_and_is_not_given_back() {
     assert!(has_event(&heard, Event::Stopped(StopCause::DoseReached)));
     let spent = refusal(Code::DoseReached, "max_dose_mc");
     assert_eq!(desk.expect_refusal(ARM), spent);
-    // The other channel has put out nothing.
+    // The other channel has emitted nothing.
     desk.expect_ok(Request::Clear);
     desk.expect_ok(Request::Wearer(wearer));
     let spec = channel(PLAIN);
@@ -68,7 +67,7 @@ fn a_channels_charge_ends_and_is_not_given_back() {
     desk.expect_ok(ARM);
 }
 
-/// One burst a second: with its second it would be at its full amplitude by time alone.
+/// At one burst per second, time alone would allow the full amplitude at the second burst.
 #[test]
 fn slow_trains_rise_by_bursts() {
     let wearer = WearerSpec {
@@ -84,7 +83,7 @@ fn slow_trains_rise_by_bursts() {
     desk.run(wearer, &[channel(slow)], 20_000);
     desk.keep_alive(300, 20_000);
     let codes: Vec<u16> = desk.record.dac.iter().map(|&(_, _, code)| code).collect();
-    // The electrode check writes four; 20 mA are a fifth of full scale.
+    // The electrode check writes four codes; 20 mA are a fifth of full scale.
     assert_eq!(
         codes[4..][..6],
         [2_621, 5_242, 7_864, 10_485, 13_107, 13_107]
@@ -102,7 +101,7 @@ fn steps_are_limited_per_burst_and_per_second() {
     desk.run(wearer, &[channel(PLAIN)], 5_000);
     desk.keep_alive(5, 20_000);
     let refused = refusal(Code::TooLargeStep, "values");
-    // 20 ms a burst; two orders within one count together.
+    // At 20 ms per burst, two orders within one period count together.
     assert_eq!(desk.expect_refusal(equal_amplitudes(1, 6_001)), refused);
     desk.expect_ok(equal_amplitudes(1, 5_500));
     assert_eq!(desk.expect_refusal(equal_amplitudes(1, 6_001)), refused);
@@ -114,21 +113,21 @@ fn steps_are_limited_per_burst_and_per_second() {
     // 3 mA within this second.
     desk.keep_alive(2, 20_000);
     assert_eq!(desk.expect_refusal(equal_amplitudes(1, 8_001)), refused);
-    // Lower is always taken, and from there it is a step again.
+    // A lower amplitude is always accepted, and raising it again is a step.
     desk.expect_ok(equal_amplitudes(1, 2_000));
     desk.keep_alive(2, 20_000);
     assert_eq!(desk.expect_refusal(equal_amplitudes(1, 3_001)), refused);
     desk.expect_ok(equal_amplitudes(1, 3_000));
-    // After two seconds nothing of that counts.
+    // After two seconds none of the earlier steps counts.
     desk.keep_alive(101, 20_000);
     desk.expect_ok(equal_amplitudes(1, 4_000));
-    // From zero the rise counts, not a step.
+    // From zero the rise limit applies, and not the step limit.
     desk.expect_ok(equal_amplitudes(1, 0));
     desk.keep_alive(2, 20_000);
     desk.expect_ok(equal_amplitudes(1, 20_000));
 }
 
-/// In any second of random orders that were taken, the rise is within the limit.
+/// In any second of accepted random orders, the rise stays within the limit.
 #[test]
 fn no_second_rises_by_more_than_is_allowed() {
     let wearer = WearerSpec {
@@ -151,13 +150,14 @@ fn no_second_rises_by_more_than_is_allowed() {
             Ok(()) => taken.push((desk.since_boot_us(), wanted)),
             Err(_) => refusals += 1,
         }
-        desk.expect_ok(Request::KeepAlive); // a refused order is no sign of life
+        desk.expect_ok(Request::KeepAlive); // a refused order does not count as a keep-alive
         desk.wait(random >> 8 & 0x7FFF);
     }
     assert_eq!(desk.state(), State::Stimulating);
     let mut most = 0;
     for (n, &(t, high)) in taken.iter().enumerate() {
-        // What was wanted within the second before, in force from before it too.
+        // Includes the amplitudes ordered within the second before, and the one in force before
+        // that.
         let earlier = taken[..n].iter().rev();
         let within = earlier.take_while(|(before, _)| t - before < 1_000_000);
         most = most.max(

@@ -1,5 +1,4 @@
-//! Arming, sessions and mailboxes: what a refusal leaves behind must never
-//! decide what happens next.
+//! Arming, sessions and mailboxes: a refused request must not affect later requests.
 
 use crate::device_desk::*;
 use firmware::link::{Code, Event, Request, SCHEMA};
@@ -23,7 +22,7 @@ fn refused_arming_leaves_nothing_behind() {
         desk.wait(1_000);
     }
     desk.expect_ok(ARM);
-    desk.wait(1_000); // until the controller has taken its parts, another `Arm` is 113
+    desk.wait(1_000); // until the controller has taken its part, another `Arm` is refused with 113
     assert_eq!(desk.refusal_code(ARM), Some(Code::WrongState));
     desk.wait(1_000);
     assert_eq!(desk.refusal_code(ARM), Some(Code::WrongState));
@@ -33,8 +32,9 @@ fn refused_arming_leaves_nothing_behind() {
     assert_eq!(desk.state(), State::Stimulating);
 }
 
-/// Whoever connects, configures, asks for the most and starts, but does not arm: not an
-/// edge, not a level of a comparator, no state but Idle; whatever the key and the stop.
+/// A host that connects, configures, orders the largest amplitude and starts, but does not arm,
+/// causes no edge, no comparator level and no state but Idle, whatever the state of arm key and
+/// hand-held stop.
 #[test]
 fn nothing_is_put_out_before_an_arm_order() {
     let orders = || {
@@ -87,8 +87,8 @@ fn nothing_is_put_out_before_an_arm_order() {
     }
 }
 
-/// The banks' comparators get 1.25 times the limit, before anything is driven and at no
-/// other time: code 65 535 is 125 mA.
+/// The comparators of the banks get 1.25 times the limit before anything is driven, and at no other
+/// time. Code 65 535 is 125 mA.
 #[test]
 fn arming_sets_the_banks_comparators() {
     let current = |limit| ChannelSpec {
@@ -115,7 +115,8 @@ fn arming_sets_the_banks_comparators() {
             .map(|&(_, bank, code)| (bank, code))
             .collect::<Vec<_>>()
     };
-    // Of 12 mA; of a voltage stage, whose limiter lets 20 mA through; 1 mA at least.
+    // Codes for 12 mA, for a voltage stage, whose limiter allows 20 mA, and for the smallest level,
+    // 1 mA.
     let (of_12_ma, of_20_ma, least) = (7_865, 13_107, 525);
     let banks = [of_12_ma, of_20_ma, least, least, least, least];
     assert_eq!(codes(&desk), (0..).zip(banks).collect::<Vec<_>>());
@@ -137,7 +138,7 @@ fn arming_sets_the_banks_comparators() {
     );
 }
 
-/// An arm order sent into a full mailbox must not leave half of itself.
+/// An arm order that meets a full mailbox must not be carried out in part.
 #[test]
 fn arming_through_a_flood_works_afterwards() {
     let mut desk = TestHost::open(BOOT);
@@ -175,7 +176,7 @@ fn a_second_arm_order_during_the_check_is_refused_and_harms_nothing() {
     let mut answers = heard.iter();
     assert!(answers.any(|h| matches!(h, OwnedResponse::Refused(Some(s), ..) if *s == second)));
     assert!(answers.any(|h| matches!(h, OwnedResponse::Ack(s, _) if *s == first)));
-    // The armed setup is the first one: it has no second channel.
+    // The armed setup is the first one, which has no second channel.
     assert_eq!(
         desk.refusal_code(equal_amplitudes(2, 1_000)),
         Some(Code::NoTrain)
@@ -208,7 +209,7 @@ fn a_stop_during_the_check_finishes_its_pulse_and_allows_arming_again() {
     }
 }
 
-/// Anodic and cathodic time of a channel are equal: nothing was truncated.
+/// Checks that anodic and cathodic time of a channel are equal, so that no pulse was truncated.
 pub fn assert_balanced(levels: &[(u64, firmware::pulse::Levels)], channel: usize, case: u32) {
     use firmware::pulse::State::{Anodic, Cathodic};
     let sum = |state| -> u64 {
@@ -223,7 +224,7 @@ pub fn assert_balanced(levels: &[(u64, firmware::pulse::Levels)], channel: usize
 
 #[test]
 fn a_reading_from_before_arming_does_not_judge_its_electrodes() {
-    // Hand stop at any phase of a 20 mA train, then arm at once.
+    // The hand-held stop opens at any phase of a 20 mA train, and the host arms again at once.
     for delay in (0..1_500u32).step_by(50) {
         let mut desk = TestHost::open(BOOT);
         let train = firmware::pulse::TrainSpec {
@@ -357,7 +358,7 @@ fn a_number_out_of_order_is_not_counted_as_lost_twice() {
     assert_eq!(desk.status().counters.lost - before, 1);
 }
 
-/// Amplitudes below one DAC step are nothing: raising them is a rise from zero.
+/// An amplitude below one DAC step counts as zero, so raising it is a rise from zero.
 #[test]
 fn the_rise_cannot_be_dodged_by_an_amplitude_of_nothing() {
     let mut desk = TestHost::open(BOOT);
@@ -375,8 +376,8 @@ fn the_rise_cannot_be_dodged_by_an_amplitude_of_nothing() {
     assert!(u32::from(first) <= 65_535 / 5 * 8 / 100, "{first}");
 }
 
-/// Two volt stages, 1 kΩ and an electrode off: arming tells the current of both
-/// before it refuses the second; armed, that of the first alone.
+/// Two voltage stages with 1 kΩ and one disconnected electrode: arming reports the currents of both
+/// before it refuses the second. Once armed, only the first has a current.
 #[test]
 fn arming_tells_what_each_electrode_read() {
     let mut desk = TestHost::open(BOOT);
@@ -396,7 +397,7 @@ fn arming_tells_what_each_electrode_read() {
     let [(0, applied, current_ua), (1, same, 0)] = readings(&heard)[..] else {
         panic!("{heard:?}");
     };
-    let flows = f64::from(applied.get()); // mV on 1 kΩ: µA
+    let flows = f64::from(applied.get()); // mV on 1 kΩ are µA
     assert!(
         (f64::from(current_ua) - flows).abs() <= 30.0,
         "{applied:?}: {current_ua} µA"
@@ -409,7 +410,7 @@ fn arming_tells_what_each_electrode_read() {
     );
     desk.sensors.load_ohm[1] = 2_000;
     let mut heard = desk.exchange(ARM);
-    desk.wait(430_000); // with the pause after the check before
+    desk.wait(430_000); // includes the pause after the previous check
     heard.extend(desk.take_messages());
     let read = readings(&heard);
     assert!(matches!(read[..], [(0, ..), (1, ..)]), "{read:?}");

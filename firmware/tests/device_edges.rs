@@ -1,4 +1,4 @@
-//! The edges of sync and trigger that are reported, against the pins.
+//! Reported edges of sync and trigger, compared with the pins.
 
 use crate::device_desk::*;
 use crate::device_timed::wait_alive;
@@ -6,10 +6,10 @@ use firmware::link::{Event, Request};
 use firmware::pulse::{Levels, TrainSpec, Trigger, WINDOW_US};
 use firmware::units::Micros;
 
-/// The clock wraps a tenth of a second after boot.
+/// Boot time; the clock wraps a tenth of a second later.
 const BOOT: Micros = Micros::new(u32::MAX - 100_000);
 
-/// Rising edges of the sync output, µs since boot.
+/// Returns the rising edges of the sync output, µs since boot.
 fn sync_edges(desk: &TestHost) -> Vec<u64> {
     let mut last = false;
     let rises = desk.record.levels.iter().filter(|(_, levels)| {
@@ -19,7 +19,7 @@ fn sync_edges(desk: &TestHost) -> Vec<u64> {
     rises.map(|(t, _)| *t).collect()
 }
 
-/// Times of this event, µs since boot.
+/// Returns the times of `event`, µs since boot.
 fn event_times(desk: &TestHost, event: Event) -> Vec<u64> {
     let at = |heard| match heard {
         OwnedResponse::Event(at, e) if e == event => Some((at - BOOT).us().cast_unsigned().into()),
@@ -31,8 +31,8 @@ fn event_times(desk: &TestHost, event: Event) -> Vec<u64> {
         .collect()
 }
 
-/// Each leading edge of sync, the fall's included and the electrode check's not, of those in
-/// one window the first.
+/// Every leading edge of sync is reported, including those of the fall and excluding those of the
+/// electrode check; of several in one window, only the first.
 #[test]
 fn leading_edges_of_sync_are_told_with_their_time() {
     let doublet = TrainSpec {
@@ -64,7 +64,7 @@ fn leading_edges_of_sync_are_told_with_their_time() {
     }
 }
 
-/// Each edge while it stimulates, with or without a train that waits for it.
+/// Every edge is reported during stimulation, with or without a train that waits for it.
 #[test]
 fn edges_of_the_trigger_are_told_while_stimulating() {
     let once = without_rise(TrainSpec {
@@ -86,7 +86,7 @@ fn edges_of_the_trigger_are_told_while_stimulating() {
     desk.expect_ok(equal_amplitudes(1, 10_000));
     let mut edges = Vec::new();
     for wait_us in [3_001, 60_017, 30_113] {
-        edges.push(edge(&mut desk)); // the second finds the train's period not over
+        edges.push(edge(&mut desk)); // the second edge comes before the train's period is over
         wait_alive(&mut desk, wait_us);
     }
     desk.expect_ok(Request::Stop);

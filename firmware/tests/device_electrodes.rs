@@ -1,5 +1,5 @@
-//! What readings of the current show: loads at arming, and electrodes that change while
-//! they stimulate. Loads are simulated.
+//! Readings of the current: loads at arming, and electrodes that change during stimulation. Loads
+//! are simulated.
 
 use crate::device_arming::assert_balanced;
 use crate::device_desk::*;
@@ -21,8 +21,8 @@ fn volts(train: TrainSpec, limit_mv: u32) -> ChannelSpec {
     }
 }
 
-/// The same wave, each time `length_us`, until `until_s` or a fault; each time with the
-/// load that `ohm` gives for the time since.
+/// Repeats a wave of `length_us` until `until_s` or a fault, each time with the load that `ohm`
+/// gives for the elapsed time. Returns the time, s.
 fn play(desk: &mut TestHost, length_us: u32, until_s: f64, ohm: impl Fn(f64) -> u32) -> f64 {
     let mut at_s = 0.0;
     let mut since_frame = 0;
@@ -39,7 +39,7 @@ fn play(desk: &mut TestHost, length_us: u32, until_s: f64, ohm: impl Fn(f64) -> 
     at_s
 }
 
-/// The load at which a channel that peels from 1 to 25 kΩ in 10 s is a fault, Ω.
+/// Returns the load, Ω, at which a channel whose load rises from 1 to 25 kΩ in 10 s causes a fault.
 fn fault_load_ohm(spec: ChannelSpec, amplitude: u32) -> Option<u32> {
     let peeled = |s: f64| 1_000 + (24_000.0 * s / 10.0) as u32;
     let mut desk = TestHost::open(BOOT);
@@ -57,8 +57,8 @@ fn fault_load_ohm(spec: ChannelSpec, amplitude: u32) -> Option<u32> {
     Some(ohm)
 }
 
-/// Where it is found: a voltage stage at four times the load at arming, to within the
-/// sense's two counts; a current stage where its compliance ends, here 100 V.
+/// A voltage stage detects four times the load at arming, to within the sense's two counts. A
+/// current stage detects the end of its compliance, here 100 V.
 #[test]
 fn a_peeling_electrode_is_found() {
     for (amplitude, most_ohm) in [
@@ -79,14 +79,14 @@ fn a_peeling_electrode_is_found() {
     }
 }
 
-/// What the reference board cannot tell: 1 mA into 25 kΩ is 25 V, far within compliance,
-/// and nothing senses voltage (docs/hardware.md).
+/// The reference board cannot detect this: 1 mA into 25 kΩ is 25 V, far within compliance, and
+/// nothing senses voltage (docs/hardware.md).
 #[test]
 fn a_current_stage_within_its_compliance_shows_no_load() {
     assert_eq!(fault_load_ohm(channel(PLAIN), 1_000), None);
 }
 
-/// Every other pulse meets nothing; then one in ten, which is not judged.
+/// Every other pulse meets an open circuit, which is detected; then one in ten, which is not.
 #[test]
 fn a_contact_that_comes_and_goes_is_found() {
     for (spec, amplitude) in [(channel(MONO), 10_000), (volts(MONO, 20_000), 10_000)] {
@@ -108,8 +108,8 @@ fn a_contact_that_comes_and_goes_is_found() {
     }
 }
 
-/// A voltage stage whose load falls to `ohm` after 0.2 s: what it is, and the seconds
-/// until it is told.
+/// Lowers the load of a voltage stage to `ohm` after 0.2 s. Returns the fault and the seconds until
+/// it is reported.
 fn fault_after_load_drop(from_ohm: u32, ohm: u32, amplitude: u32) -> Option<(Fault, f64)> {
     let mut desk = TestHost::open(BOOT);
     desk.sensors.load_ohm = [from_ohm; 10];
@@ -125,7 +125,7 @@ fn fault_after_load_drop(from_ohm: u32, ohm: u32, amplitude: u32) -> Option<(Fau
     desk.fault().map(|fault| (fault, at_s - 0.2))
 }
 
-/// The limiter keeps its current at 20 mA, which the wearer may have.
+/// The limiter keeps the current at 20 mA, which the wearer may have.
 #[test]
 fn a_shorted_voltage_stage_is_found() {
     for from_ohm in [1_000, 3_000] {
@@ -139,7 +139,7 @@ fn a_shorted_voltage_stage_is_found() {
     }
 }
 
-/// Three readings in a row far from the load before, though no limit is near.
+/// Three readings in a row differ far from the earlier load, although no limit is near.
 #[test]
 fn a_load_that_falls_and_stays_is_found() {
     let (fault, after_s) = fault_after_load_drop(2_000, 600, 5_000).unwrap();
@@ -152,7 +152,7 @@ fn a_load_that_falls_and_stays_is_found() {
     );
 }
 
-/// What it was armed with asks for the limiter's current: nothing fell.
+/// The load at arming already draws the limiter's current, so nothing has fallen.
 #[test]
 fn a_voltage_stage_at_its_full_current_stimulates() {
     for (ohm, amplitude) in [(1_000, 20_000), (970, 19_400), (777, 15_500)] {
@@ -164,7 +164,7 @@ fn a_voltage_stage_at_its_full_current_stimulates() {
     }
 }
 
-/// One phase of channel 0 meets nothing: its line is broken.
+/// Runs a train in which one phase of channel 0 meets an open circuit, as with a broken line.
 fn without_phase(lost: Line, train: TrainSpec, wait_us: u32) -> TestHost {
     let mut desk = TestHost::open(BOOT);
     desk.run(wearer(), &[channel(train)], 10_000);
@@ -174,7 +174,7 @@ fn without_phase(lost: Line, train: TrainSpec, wait_us: u32) -> TestHost {
         if step % 4_000 == 0 {
             desk.send(Request::KeepAlive);
         }
-        // The load of a window is that in which it ends.
+        // The load applies to the window in which a phase ends.
         let state = desk.record.levels.last().unwrap().1.state(0);
         sent = if state == Line::Isolated {
             sent
@@ -192,7 +192,7 @@ fn without_phase(lost: Line, train: TrainSpec, wait_us: u32) -> TestHost {
 
 #[test]
 fn a_phase_that_carries_nothing_is_found() {
-    // Phases of 500 µs: the window of a middle is all of one phase.
+    // With phases of 500 µs, the window around a middle contains one phase only.
     let train = TrainSpec::biphasic(500, 200, 20_000);
     for lost in [Line::Cathodic, Line::Anodic] {
         let mut desk = without_phase(lost, train, 30_000);
@@ -201,13 +201,13 @@ fn a_phase_that_carries_nothing_is_found() {
     }
 }
 
-/// The pulse whose reading is the third ends before the outputs are isolated, for the window
-/// that is painted plays to its end: here the second of two.
+/// The pulse with the third bad reading ends before the outputs are disconnected, because the
+/// window that is painted, here the second of two, plays to its end.
 #[test]
 fn a_fault_that_readings_tell_cuts_no_pulse() {
     let train = TrainSpec::biphasic(200, 50, 20_000);
     for (ohm, fault) in [(50, Fault::LoadWanders), (u32::MAX, Fault::ElectrodeOff)] {
-        // Of two pulses one is read in its second phase.
+        // One of two pulses is read in its second phase.
         for breaks_us in (0..40_000).step_by(1_000) {
             let mut desk = TestHost::open(BOOT);
             desk.sensors.load_ohm = [1_000; 10];
@@ -234,7 +234,7 @@ fn a_fault_that_readings_tell_cuts_no_pulse() {
     }
 }
 
-/// 2 V into 500 Ω: with 30 V as limit, 60 mA, where 20 mA are allowed.
+/// 2 V into 500 Ω: at the limit of 30 V the current would be 60 mA, where 20 mA are allowed.
 #[test]
 fn a_load_below_the_declared_one_is_judged_at_arming() {
     let mut desk = TestHost::open(BOOT);
@@ -254,7 +254,7 @@ fn a_load_below_the_declared_one_is_judged_at_arming() {
     desk.expect_ok(ARM);
 }
 
-/// Codes of the check rise from 1, and none is above the limit's.
+/// The codes of the check rise from 1, and none is above that of the limit.
 #[test]
 fn the_check_rises_from_code_1_to_the_wearers_limit() {
     for (limit, last) in [(20_000, 655), (500, 327), (5, 3), (2, 1)] {
@@ -275,9 +275,9 @@ fn the_check_rises_from_code_1_to_the_wearers_limit() {
     }
 }
 
-/// A short ends the check before the next rise. This simulator rounds to millivolts, so
-/// code 1 shows nothing: at code 17 of 60 V, 16 mV,
-/// 1 Ω carries 16 mA; the next would be all that the limiter lets through.
+/// A short circuit ends the check before the next rise. This simulator rounds to millivolts, so
+/// code 1 shows nothing. At code 17 of 60 V, 16 mV, 1 Ω carries 16 mA; the next code would draw all
+/// that the limiter allows.
 #[test]
 fn a_short_is_found_before_the_check_has_risen() {
     let mut desk = TestHost::open(BOOT);

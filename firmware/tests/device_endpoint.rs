@@ -1,4 +1,4 @@
-//! A wanted force at the hand on the whole device: setup, amplitudes, refusals, posture.
+//! Endpoint force on the whole device: setup, amplitudes, refusals, posture.
 
 use crate::device_desk::*;
 use crate::device_force::{FORCE, SLOW, control, muscle};
@@ -14,7 +14,7 @@ use firmware::units::{Amplitude, Micros};
 use std::convert::Infallible;
 
 const BOOT: Micros = Micros::new(u32::MAX - 300_000);
-/// Before the trunk, to the right and up: four muscles' work at most.
+/// Reference force towards the front, the right and up, mN; at most four muscles can contribute.
 const WANTED: [i32; 3] = [-2_000, 3_000, 2_500];
 const MEASURED: PostureSpec = PostureSpec::Measured { stale_after_ms: 40 };
 
@@ -44,7 +44,7 @@ fn wrench(force_mn: [i32; 3]) -> Request {
     Request::Wrench { at: None, force_mn }
 }
 
-/// Nine channels at 25 Hz and the arm over them, stimulating.
+/// Starts stimulation with nine channels at 25 Hz and the arm that they drive.
 fn stimulating(posture: PostureSpec, recruit_ms: u8) -> TestHost {
     let mut desk = TestHost::open(BOOT);
     let wearer = WearerSpec {
@@ -66,7 +66,7 @@ fn stimulating(posture: PostureSpec, recruit_ms: u8) -> TestHost {
     desk
 }
 
-/// Every axis, as measured now.
+/// Sends every angle as measured now.
 fn measure(desk: &mut TestHost, angles: [i16; AXES]) {
     let at = desk.now();
     for (joint, centideg) in (0u8..).zip(angles) {
@@ -82,14 +82,14 @@ fn nominal_angles() -> [i16; AXES] {
     before_the_trunk().map(|angle| angle.to_centideg())
 }
 
-/// The last sample that was sent in the next `ms`.
+/// Returns the last sample of the next `ms`.
 fn last_sample_after(desk: &mut TestHost, ms: u32) -> Telemetry {
     desk.take_messages();
     desk.wait(ms * 1_000);
     desk.samples().pop().unwrap()
 }
 
-/// What the room itself makes of a force: an amplitude for each of the nine channels.
+/// Computes a force's amplitude for each of the nine channels with the limb module itself.
 fn expected(force_mn: [i32; 3]) -> Vec<Option<Amplitude>> {
     let mut spec = nominal_limb();
     spec.lines = lines();
@@ -136,7 +136,7 @@ fn a_wanted_force_becomes_the_room_s_amplitudes() {
         let expected = expected(WANTED);
         assert!(expected.iter().flatten().count() >= 2, "{expected:?}");
         let heard: Vec<_> = sample.amplitudes.iter().copied().collect();
-        // To the µA of the DAC's steps of 100 mA.
+        // Amplitudes agree to within the DAC steps of 100 mA full scale, in µA.
         let near = |(a, b): (&Option<Amplitude>, &Option<Amplitude>)| match (a, b) {
             (Some(a), Some(b)) => a.get().abs_diff(b.get()) <= 2,
             (a, b) => a == b,
@@ -145,7 +145,7 @@ fn a_wanted_force_becomes_the_room_s_amplitudes() {
             heard.iter().zip(&expected).all(near),
             "{heard:?} {expected:?}"
         );
-        // Nothing is wanted any more.
+        // The force is set to zero.
         if posture != MEASURED {
             desk.expect_ok(wrench([0; 3]));
             let rest = last_sample_after(&mut desk, 60);
@@ -172,7 +172,7 @@ fn what_nobody_can_make_changes_nothing_and_names_its_share() {
         last_sample_after(&mut desk, 60).amplitudes,
         before.amplitudes
     );
-    // The share that is named can be made, and hardly more.
+    // The named share is feasible, and hardly more is.
     let endpoint = Endpoint::new(&arm_of(fixed(), 5), &lines()).unwrap();
     let mut state = EndpointState::default();
     let now = Micros::new(0);
@@ -195,7 +195,7 @@ fn what_nobody_can_make_changes_nothing_and_names_its_share() {
 
 #[test]
 fn where_no_muscle_helps_nothing_is_taken() {
-    // The biceps alone.
+    // Only the biceps is configured.
     let biceps = lines().into_iter().take(1).collect();
     let endpoint = Endpoint::new(&arm_of(fixed(), 5), &biceps).unwrap();
     let (mut state, now) = (EndpointState::default(), Micros::new(0));
@@ -214,7 +214,7 @@ fn where_no_muscle_helps_nothing_is_taken() {
 #[test]
 fn a_stale_angle_is_the_sensor_s_fault() {
     let mut desk = stimulating(MEASURED, 5);
-    // Nobody has measured: nothing can be made, and nothing is wrong.
+    // Without any measurement no force is possible, and this is no error.
     assert_eq!(
         desk.expect_refusal(wrench(WANTED)),
         refusal(Code::NoPosture, "sc_protraction")
@@ -223,7 +223,7 @@ fn a_stale_angle_is_the_sensor_s_fault() {
     assert_eq!(desk.state(), State::Stimulating);
     measure(&mut desk, nominal_angles());
     desk.expect_ok(wrench(WANTED));
-    // One axis is left out.
+    // One axis is not measured.
     for _ in 0..10 {
         let at = desk.now();
         for joint in 0..8 {
@@ -243,7 +243,7 @@ fn a_stale_angle_is_the_sensor_s_fault() {
 #[test]
 fn an_angle_beyond_belief_is_the_sensor_s_fault() {
     let mut desk = stimulating(MEASURED, 5);
-    // 20° more than 130°, and then some.
+    // 20° and a little more beyond 130°.
     let (at, joint, centideg) = (desk.now(), 6, 15_100);
     desk.expect_ok(Request::Measurement {
         joint,
@@ -254,7 +254,8 @@ fn an_angle_beyond_belief_is_the_sensor_s_fault() {
     assert_eq!(desk.fault(), Some(Fault::SensorRange));
 }
 
-/// The arm leaves where the force could be made: nothing is put out until it is back.
+/// The arm leaves the postures in which the force is possible, and the output stays off until it
+/// returns.
 #[test]
 fn a_force_that_can_no_longer_be_made_is_given_not_at_all() {
     let mut desk = stimulating(MEASURED, 5);
@@ -271,7 +272,7 @@ fn a_force_that_can_no_longer_be_made_is_given_not_at_all() {
     desk.expect_ok(wrench(WANTED));
     let given = hold(&mut desk, nominal_angles());
     assert!(given.amplitudes.iter().any(Option::is_some));
-    // Flexed beyond the wearer's range, though not beyond belief.
+    // Flexed beyond the wearer's range, but still plausible.
     let mut away = nominal_angles();
     away[6] = 13_500;
     let lost = hold(&mut desk, away);
@@ -291,7 +292,7 @@ fn a_force_that_can_no_longer_be_made_is_given_not_at_all() {
     assert_eq!(desk.state(), State::Stimulating);
 }
 
-/// Of forces that change every 5 ms, every tenth is recruited.
+/// Of forces that change every 5 ms, every tenth is recruited at a period of 50 ms.
 #[test]
 fn it_recruits_at_its_own_period() {
     for (recruit_ms, most) in [(5, 40), (50, 4)] {
@@ -344,7 +345,7 @@ fn every_mistake_of_an_arm_is_named() {
         desk.expect_refusal(Request::Line(line)),
         refusal(Code::OutOfRange, "gain_mn_per_ma")
     );
-    // A line alone.
+    // A line without an arm.
     desk.expect_ok(Request::Line(lines()[0].clone()));
     assert_eq!(desk.expect_refusal(ARM), refusal(Code::NoLimb, "limb"));
     assert_eq!(desk.refusal_code(wrench(WANTED)), Some(Code::NotArmed));
@@ -369,7 +370,8 @@ fn the_draft_tells_all_that_parts_break_together() {
         matches!(lines_missing[..], [(Part::Limb, Rule::Range(e))] if e.field == "lines"),
         "{lines_missing:?}"
     );
-    // On a channel of force control, on one of a joint, above the limit, and on none.
+    // On a channel of force control, on a joint's channel, above the limit, and on a missing
+    // channel.
     for request in [muscle(0), control(0, FORCE), joint(1, 2, 5_000, 15_000)] {
         draft.configure(&request).unwrap().unwrap();
     }
@@ -396,7 +398,7 @@ fn the_draft_tells_all_that_parts_break_together() {
         ]
     );
     assert_eq!(draft.controlled_channels(), 0b1111);
-    // A line takes the place of its channel's, wherever it comes in the order.
+    // A line replaces that of its channel, whatever the order of requests.
     let sum = draft.checksum();
     draft.set_line(all[0].clone()).unwrap();
     assert_eq!(draft.checksum(), sum);

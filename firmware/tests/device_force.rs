@@ -11,7 +11,7 @@ use proptest::prelude::*;
 
 pub(crate) const BOOT: Micros = Micros::new(u32::MAX - 300_000);
 
-/// K01 of Lee 2020, table 4.
+/// Subject K01 of Lee 2020, table 4.
 const K01: CalciumForceSpec = CalciumForceSpec {
     a_mn_per_s: 121_900,
     k_micro: 300_000,
@@ -33,13 +33,13 @@ pub(crate) const FORCE: ForceSpec = ForceSpec {
     max_period_us: None,
 };
 
-/// The same, down to two pulses a second at motor threshold.
+/// [`FORCE`] with rates down to two pulses per second at motor threshold.
 pub(crate) const RARE: ForceSpec = ForceSpec {
     max_period_us: Some(500_000),
     ..FORCE
 };
 
-/// 25 Hz, so that rate may rise to 80 Hz.
+/// Train at 25 Hz, so that the rate may rise to 80 Hz.
 pub(crate) const SLOW: TrainSpec = TrainSpec {
     period_us: 40_000,
     ..PLAIN
@@ -65,7 +65,8 @@ pub(crate) fn force(channel: u8, millinewton: u32) -> Request {
     }
 }
 
-/// The least but none and the most that a channel under force control gives, mN.
+/// Returns the smallest force above zero and the largest force of a channel under force control,
+/// mN.
 pub(crate) fn force_range_mn(spec: &ForceSpec) -> (u32, u32) {
     let recruitment = Recruitment::new(RECRUITMENT).unwrap();
     let control = ForceControl::new(0, spec, K01, recruitment, SLOW.period_us).unwrap();
@@ -76,7 +77,7 @@ pub(crate) fn max_force_mn() -> u32 {
     force_range_mn(&FORCE).1
 }
 
-/// Channel 0 under force control and channel 1 not, both stimulating.
+/// Starts stimulation on channel 0 under force control and on channel 1 without it.
 fn stimulating(host_timeout_ms: u16) -> TestHost {
     stimulating_by(FORCE, host_timeout_ms)
 }
@@ -85,7 +86,7 @@ pub(crate) fn stimulating_by(spec: ForceSpec, host_timeout_ms: u16) -> TestHost 
     stimulating_on(Rung::None, spec, host_timeout_ms)
 }
 
-/// The same by the inverse of a muscle on this rung, whose prediction may steer it.
+/// Does the same with this model level, whose prediction may correct the inverse.
 fn stimulating_on(rung: Rung, spec: ForceSpec, host_timeout_ms: u16) -> TestHost {
     let mut desk = TestHost::open(BOOT);
     let wearer = WearerSpec {
@@ -106,13 +107,13 @@ fn stimulating_on(rung: Rung, spec: ForceSpec, host_timeout_ms: u16) -> TestHost
     desk
 }
 
-/// Starts of a channel's pulses from `from` on.
+/// Returns the starts of a channel's pulses after `from`.
 pub(crate) fn starts(desk: &TestHost, channel: usize, from: u64) -> Vec<u64> {
     let edges = driven_starts(&desk.record.levels, channel).into_iter();
     edges.filter(|&t| t > from).step_by(2).collect() // two phases
 }
 
-/// From each to the next.
+/// Returns the intervals between successive starts.
 pub(crate) fn gaps(starts: &[u64]) -> Vec<u64> {
     starts.windows(2).map(|w| w[1] - w[0]).collect()
 }
@@ -120,7 +121,7 @@ pub(crate) fn gaps(starts: &[u64]) -> Vec<u64> {
 #[test]
 fn amplitude_answers_and_then_rate() {
     let mut desk = stimulating(1000);
-    // Nobody has asked for anything.
+    // No force has been requested.
     desk.wait(200_000);
     assert!(
         driven_starts(&desk.record.levels, 0)
@@ -148,7 +149,7 @@ fn amplitude_answers_and_then_rate() {
     let (full_us, full_ua) = asked(max_force_mn());
     assert!(full_us.unwrap().abs_diff(12_500) <= 3, "{full_us:?}");
     assert!((19_990..=20_000).contains(&full_ua));
-    // And back.
+    // The force returns to its earlier value.
     assert_eq!(asked(2_000), (gentle_us, gentle_ua));
 }
 
@@ -167,7 +168,7 @@ fn telemetry_tells_what_was_wanted_and_done() {
     assert_eq!(sample.force_control.len(), 1);
     assert_eq!(sample.force_control[0].target_mn, Some(max_force_mn()));
     assert!(sample.force_control[0].period_us.unwrap().abs_diff(12_500) <= 3);
-    // The model of the same muscle, ripple included, comes to what was asked.
+    // The model of the same muscle, including ripple, reaches the requested force.
     let got = f64::from(sample.forces_mn[0].unwrap()) / f64::from(max_force_mn());
     assert!((0.97..1.03).contains(&got), "{got}");
 }
@@ -196,7 +197,7 @@ fn a_setpoint_that_cannot_be_met_is_refused_by_name() {
             "millinewton_per_s",
         ),
         (timed(early, None), Code::SetpointTime, "at"),
-        // One driver a channel: not both force control and the host.
+        // A channel has one source of amplitudes: force control or the host.
         (equal_amplitudes(2, 1_000), Code::Controlled, "channel"),
     ] {
         assert_eq!(desk.expect_refusal(request), refusal(code, field));
@@ -207,7 +208,7 @@ fn a_setpoint_that_cannot_be_met_is_refused_by_name() {
     assert_eq!(stopped, refusal(Code::NotArmed, "state"));
 }
 
-/// How arming refuses a draft of these channels and requests.
+/// Returns the refusal on arming these channels and requests.
 fn arming_refusal(
     wearer: WearerSpec,
     specs: &[ChannelSpec],
@@ -233,7 +234,7 @@ fn what_cannot_be_controlled_is_refused_at_arming() {
         ..FORCE
     };
     let slow = channel(SLOW);
-    // A mean force needs 10 Hz.
+    // Mean-force control needs at least 10 Hz.
     let twitches = channel(TrainSpec {
         period_us: 100_001,
         ..PLAIN
@@ -247,7 +248,7 @@ fn what_cannot_be_controlled_is_refused_at_arming() {
         trigger: Some(Trigger::Start),
         ..SLOW
     });
-    // The muscle's own limit must lie in the channel's.
+    // The muscle's own limit must lie within that of the channel.
     let low = ChannelSpec {
         limit: Amplitude::new(19_999),
         ..slow
@@ -280,7 +281,7 @@ fn what_cannot_be_controlled_is_refused_at_arming() {
     assert_eq!(refused, refusal(Code::RmsLimit, "limit"));
 }
 
-/// The code of the amplitude that a channel was given last.
+/// Returns the latest DAC code of a channel, 0 if there is none.
 pub(crate) fn last_code(desk: &TestHost, channel: u8) -> u32 {
     let mut codes = desk.record.dac.iter().rev();
     let found = codes.find(|(_, c, _)| *c == channel);
@@ -298,7 +299,7 @@ fn all_channels_can_be_under_force_control() {
     desk.start();
     for _ in 0..40 {
         for channel in 0..10 {
-            // Each its own: from a seventh to the most.
+            // Each channel has its own force, from a seventh of the largest to the largest.
             let share = 3 + u32::from(channel) * 2;
             desk.expect_ok(force(channel, max_force_mn() * share / 21));
         }
@@ -314,8 +315,8 @@ fn all_channels_can_be_under_force_control() {
     assert!(pulses(9) > 2 * pulses(0), "rate rises with force");
 }
 
-/// A table is made as soon as all it needs is there, and again with any change,
-/// whatever comes first: what is armed is what was said last.
+/// A table is computed as soon as all its inputs are there, and again after any change, in any
+/// order: arming uses the latest values.
 #[test]
 fn the_order_of_requests_does_not_matter() {
     let strong = |a_mn_per_s| Request::Muscle {
@@ -377,7 +378,7 @@ fn an_isolated_group_keeps_its_rates() {
         min_period_us: SLOW.period_us,
         ..FORCE
     };
-    // A rate that only falls changes as well.
+    // A rate that can only fall changes as well.
     let falling = ForceSpec {
         min_period_us: SLOW.period_us,
         ..RARE
@@ -421,7 +422,7 @@ fn forces_keep_the_session_alive_and_silence_ends_it() {
         desk.wait(30_000);
         assert_eq!(desk.state(), State::Stimulating);
     }
-    // A refused setpoint is no sign of life.
+    // A refused setpoint does not count as a keep-alive.
     for _ in 0..5 {
         assert!(desk.answer(force(0, u32::MAX)).is_err());
         desk.wait(20_000);
@@ -433,15 +434,15 @@ fn forces_keep_the_session_alive_and_silence_ends_it() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
-    /// Whatever forces come when: pulses are never closer than the highest rate
-    /// nor further apart than the lowest, never above the limit, and whole.
+    /// For any sequence of forces, pulses are never closer than at the highest rate nor further
+    /// apart than at the lowest, never above the limit, and always complete.
     #[test]
     fn any_forces_keep_the_limits(
         steps in prop::collection::vec((0..=100u32, 1_000..60_000u32, any::<Option<i16>>()), 5..40),
         is_rare: bool,
     ) {
         let mut desk = stimulating_by(if is_rare { RARE } else { FORCE }, 1000);
-        // Around threshold, where the slow rates are, or all the way.
+        // Forces are near threshold, where rates are slow, or span the whole range.
         let top = if is_rare { 2 * force_range_mn(&FORCE).0 } else { max_force_mn() };
         for (percent, wait_us, rate) in steps {
             desk.expect_ok(Request::Force {

@@ -1,4 +1,4 @@
-//! Forces that threshold amplitude is too strong for, on the whole device.
+//! Forces below that of threshold amplitude, on the whole device.
 
 use crate::device_desk::*;
 use crate::device_force::{
@@ -9,7 +9,8 @@ use firmware::control::ForceGap;
 use firmware::link::{ForceSample, Request};
 use firmware::safety::{State, WearerSpec};
 
-/// The last sample in which channel 0 was told of, after `wait_us` of `millinewton`.
+/// Requests `millinewton` for `wait_us`. Returns the last sample of channel 0, and whether it was
+/// limiting.
 fn sampled(desk: &mut TestHost, millinewton: u32, wait_us: u32) -> (bool, ForceSample) {
     for _ in 0..wait_us / 50_000 {
         desk.expect_ok(force(0, millinewton));
@@ -19,8 +20,8 @@ fn sampled(desk: &mut TestHost, millinewton: u32, wait_us: u32) -> (bool, ForceS
     (sample.limiting, sample.force_control[0])
 }
 
-/// What threshold is too strong for is either had by a slower rate or said to be
-/// out of reach, with the two forces that are not.
+/// A force below that of threshold is either reached by a slower rate or reported as out of reach,
+/// with the two nearest forces that are within reach.
 #[test]
 fn below_threshold_force_is_had_by_rate_or_said_to_be_out_of_reach() {
     let at_threshold = force_range_mn(&FORCE).0;
@@ -48,7 +49,7 @@ fn below_threshold_force_is_had_by_rate_or_said_to_be_out_of_reach() {
             (limiting.is_some(), limiting),
             "{asked} mN"
         );
-        // The nearer: as ever.
+        // The nearer of the two is chosen, as before.
         let is_silent = starts(&desk, 0, from).is_empty();
         assert_eq!(is_silent, 2 * asked < at_threshold, "{asked} mN");
     }
@@ -78,8 +79,8 @@ fn below_threshold_force_is_had_by_rate_or_said_to_be_out_of_reach() {
     assert_eq!((is_limiting, sample.gap), (true, gap(least)));
 }
 
-/// Two pulses a second are further apart than host silence and fall take: the
-/// channel is as still after them as any.
+/// Two pulses per second are further apart than host silence plus fall: afterwards the channel is
+/// as silent as any other.
 #[test]
 fn a_slow_rate_outlives_neither_silence_nor_stop() {
     for ends in [None, Some(Request::Stop)] {
@@ -100,8 +101,8 @@ fn a_slow_rate_outlives_neither_silence_nor_stop() {
     }
 }
 
-/// The wearer's rise counts bursts too: with a slow rate the first is half of what is
-/// wanted, the second all, and none is stronger than asked for.
+/// The wearer's rise counts bursts too: at a slow rate the first has half of the requested
+/// amplitude and the second all of it, and none exceeds it.
 #[test]
 fn a_slow_rate_rises_as_any() {
     let mut desk = TestHost::open(BOOT);

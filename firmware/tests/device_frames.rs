@@ -1,5 +1,5 @@
-//! What is too long is refused by its name and number; groups are checked as
-//! they come; sessions are numbered from where they are told.
+//! Refusals of oversized requests by name and number, checks of groups on arrival, and the
+//! numbering of sessions.
 
 use crate::device_desk::*;
 use firmware::link::{Code, MAX_MESSAGE, Request};
@@ -11,7 +11,7 @@ use serde::Serialize;
 const BOOT: Micros = Micros::new(0);
 const SEQ: u16 = 300;
 
-/// COBS and CRC around any message, of any length.
+/// Returns a frame, COBS and CRC, around any message of any length.
 fn framed(message: &[u8]) -> Vec<u8> {
     let crc = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(message);
     let body = [message, &crc.to_le_bytes()].concat();
@@ -72,7 +72,7 @@ fn a_list_that_is_too_long_is_named() {
         let heard = responses_to(&mut desk, &framed(&message));
         assert_eq!(heard, refusal_response(Some(SEQ), Code::OutOfRange, field));
     }
-    // Of a stranger: that comes first. And it is a request, not a bad frame.
+    // The session of another host is checked first. The message is a request, and not a bad frame.
     let foreign = bytes((session + 1, SEQ, 14u8, 0u8, 1_023u16, [0u32; 11].as_slice()));
     let heard = responses_to(&mut desk, &framed(&foreign));
     assert_eq!(
@@ -104,7 +104,7 @@ fn the_longest_message_is_read_and_one_byte_more_is_too_long() {
     }
 }
 
-/// Who serves a simulator takes it before it comes here.
+/// A simulator's server handles this request before it reaches the device.
 #[test]
 fn a_simulated_trigger_is_no_device_s() {
     let mut desk = TestHost::open(BOOT);
@@ -144,7 +144,7 @@ fn sessions_are_numbered_from_where_they_are_told() {
         desk.board = Lockstep::new(identity(first, None), desk.now());
         assert_eq!([desk.hello().session, desk.hello().session], numbers);
     }
-    // Someone who guesses is counted.
+    // A host that guesses session numbers is counted.
     desk.session = 1_234;
     let taken = refusal(Code::SessionTaken, "session");
     assert_eq!(desk.expect_refusal(Request::KeepAlive), taken);

@@ -1,4 +1,4 @@
-//! Trains that play while the trigger input is held, judged from the pins.
+//! Trains that play while the trigger input is active, judged from the pins.
 
 use crate::device_desk::*;
 use crate::device_safety::BOOT;
@@ -7,7 +7,7 @@ use firmware::pulse::{Partner, State as Line, TrainSpec, Trigger, WINDOW_US};
 use firmware::safety::{ChannelSpec, State};
 use std::collections::BTreeSet;
 
-/// The input comes to be held here and stays so for `us`.
+/// Activates the input now and keeps it active for `us`.
 fn hold(desk: &mut TestHost, us: u32) {
     desk.sensors.trigger = Some(desk.now());
     desk.sensors.held = true;
@@ -24,7 +24,7 @@ fn gated_channel(train: TrainSpec) -> ChannelSpec {
     })
 }
 
-/// Begins and ends of a channel's phases behind the electrode check.
+/// Returns start and end of a channel's phases after the electrode check.
 fn phases(desk: &TestHost, channel: usize, from_us: u64) -> Vec<(u64, u64)> {
     let is_driven = |line| matches!(line, Line::Cathodic | Line::Anodic);
     let all = line_intervals(&desk.record.levels, channel, u64::MAX);
@@ -39,8 +39,8 @@ fn starts(phases: &[(u64, u64)]) -> Vec<u64> {
     phases.iter().step_by(2).map(|phase| phase.0).collect()
 }
 
-/// From exactly 1000 µs after the edge until 1000 µs after the window whose refill finds
-/// the input released, at every phase of both.
+/// A train plays from exactly 1000 µs after the edge until 1000 µs after the window whose refill
+/// finds the input released, at every phase of both.
 #[test]
 fn a_gated_train_plays_while_the_input_is_held() {
     let spec = gated_channel(TrainSpec {
@@ -68,7 +68,7 @@ fn a_gated_train_plays_while_the_input_is_held() {
     }
 }
 
-/// What comes and goes between two refills plays nothing, and is counted.
+/// An edge that comes and goes between two refills plays nothing, and is counted.
 #[test]
 fn an_edge_that_is_not_held_plays_nothing() {
     let mut desk = TestHost::open(BOOT);
@@ -84,7 +84,8 @@ fn an_edge_that_is_not_held_plays_nothing() {
     assert_eq!(desk.status().counters.idle_triggers, 50);
 }
 
-/// Held at the start, it plays nothing, however long, before it was seen released.
+/// An input that is active at the start plays nothing, however long, before a refill has found it
+/// released.
 #[test]
 fn a_gate_that_is_held_at_the_start_waits_for_its_release() {
     for bounces in [false, true] {
@@ -106,7 +107,7 @@ fn a_gate_that_is_held_at_the_start_waits_for_its_release() {
     }
 }
 
-/// Who holds on through a stop waits after the next start, too.
+/// An input that stays active through a stop plays nothing after the next start either.
 #[test]
 fn a_stop_ends_what_is_gated_and_the_next_start_waits() {
     let mut desk = TestHost::open(BOOT);
@@ -127,8 +128,8 @@ fn a_stop_ends_what_is_gated_and_the_next_start_waits() {
     assert_eq!(phases(&desk, 0, from), []);
 }
 
-/// A contact that chatters, within pulses, windows and periods: phases keep their width,
-/// pulses their distance, and what is held in the end plays.
+/// A contact that bounces within pulses, windows and periods changes no width of a phase and no
+/// interval between pulses; the state after bouncing decides.
 #[test]
 fn a_gate_that_chatters_changes_no_pulse() {
     let plain = |period_us, repeats| TrainSpec {
@@ -171,7 +172,7 @@ fn a_gate_that_chatters_changes_no_pulse() {
             assert!(closest.unwrap() >= period, "{on}/{off}: {closest:?} µs");
             assert!(seen.iter().all(|t| *t < released + 1_250), "{on}/{off}");
             let last = seen.iter().filter(|t| **t >= held + 1_000).count() as u64;
-            // One period may have to be over first.
+            // One period may have to end first.
             let all = if train.repeats == 0 {
                 90_000 / period
             } else {

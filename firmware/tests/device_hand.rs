@@ -1,4 +1,4 @@
-//! What people hold: the hand-held stop, and the arm key.
+//! The hand-held stop and the arm key.
 
 use crate::device_desk::*;
 use firmware::link::{Code, Event};
@@ -7,7 +7,8 @@ use firmware::units::Micros;
 
 const BOOT: Micros = Micros::new(u32::MAX - 100_000);
 
-/// Without the host, from the window after next, whatever the hand-held stop does.
+/// Stimulation stops without the host from the window after next, whatever the state of the
+/// hand-held stop.
 #[test]
 fn an_arm_key_taken_out_stops_as_the_hand_held_stop_does() {
     for (hand_stop, delay) in [(false, 0), (true, 0), (false, 130), (true, 777)] {
@@ -43,7 +44,7 @@ fn an_arm_key_opened_while_armed_disarms_and_one_that_did_not_arm_does_nothing()
         &desk.take_messages(),
         Event::Stopped(StopCause::ArmKey)
     ));
-    // Armed by the stop alone: the key turns on and off again.
+    // Armed by the hand-held stop alone: the arm key is then turned on and off again.
     desk.sensors.hand_stop = true;
     desk.start();
     desk.sensors.arm = true;

@@ -1,5 +1,5 @@
-//! Joints whose stimulation follows their angles on the whole device: two arms, held and
-//! released, what ends it and what is refused.
+//! Joints whose stimulation follows their angles, on the whole device: two arms, held and released,
+//! ends of stimulation, and refusals.
 
 use crate::device_desk::*;
 use firmware::haptics::{
@@ -12,14 +12,14 @@ use firmware::units::{Amplitude, Micros};
 
 const BOOT: Micros = Micros::new(u32::MAX - 300_000);
 
-/// The paper's 60 Hz and 350 µs, half of it a phase.
+/// Train of the paper, 60 Hz and 350 µs, half of which is one phase.
 const TRAIN: TrainSpec = TrainSpec::biphasic(175, 100, 16_667);
 
-/// From 0.2 at 0° straight to 0.8 at 100°.
+/// Line from 0.2 at 0° to 0.8 at 100°.
 const LINE: QuarticSpec = QuarticSpec([200_000, 350_000, 500_000, 650_000, 800_000]);
 
-/// Joint 0 and 2 are elbows; each shoulder follows the one before it. Channels 2·joint and
-/// the next.
+/// Returns joint 0 to 3: 0 and 2 are elbows, and each shoulder follows the elbow before it. It uses
+/// channels 2·joint and 2·joint + 1.
 fn joint(joint: u8) -> ModulationSpec {
     let muscle = |channel, lift, drop| ModulatedSpec {
         channel,
@@ -42,7 +42,7 @@ fn joint(joint: u8) -> ModulationSpec {
     }
 }
 
-/// Eight channels with a limit of 20 mA and `joints`, not armed.
+/// Configures eight channels with a limit of 20 mA and `joints`, without arming.
 fn with_joints(joints: impl IntoIterator<Item = ModulationSpec>) -> TestHost {
     let mut desk = TestHost::open(BOOT);
     let wearer = WearerSpec {
@@ -57,7 +57,7 @@ fn with_joints(joints: impl IntoIterator<Item = ModulationSpec>) -> TestHost {
 const HELD: Request = Request::Held { held: true };
 const RELEASED: Request = Request::Held { held: false };
 
-/// One angle for each of `joints`, measured now.
+/// Sends the same angle, measured now, for each joint.
 fn measure(desk: &mut TestHost, joints: u8, centideg: i16) {
     let at = desk.now();
     let of = |joint| Request::Measurement {
@@ -68,7 +68,8 @@ fn measure(desk: &mut TestHost, joints: u8, centideg: i16) {
     desk.write((0..joints).map(of));
 }
 
-/// All joints from one angle to another, 1° in 10 ms, the host alive. The last telemetry.
+/// Moves all joints from one angle to another at 1° per 10 ms with keep-alives. Returns the last
+/// telemetry.
 fn move_joints(desk: &mut TestHost, joints: u8, from: i16, to: i16) -> Telemetry {
     let step = (to - from).signum() * 100;
     let mut at = from;
@@ -81,7 +82,7 @@ fn move_joints(desk: &mut TestHost, joints: u8, from: i16, to: i16) -> Telemetry
     desk.samples().pop().expect("telemetry was subscribed to")
 }
 
-/// Both arms at 20°, stimulating, nothing held yet.
+/// Starts stimulation with both arms at 20° and nothing held.
 fn running() -> TestHost {
     let mut desk = with_joints((0..4).map(joint));
     desk.expect_ok(Request::Subscribe { period_ms: 5 });
@@ -99,7 +100,7 @@ fn sample(hold: Hold, phase: MotionPhase, centideg: i16) -> Option<LiftSample> {
     Some(LiftSample { hold, joints })
 }
 
-/// Every joint's flexor and extensor.
+/// Returns these amplitudes for every joint.
 fn for_every_joint(flexor: Option<u32>, extensor: Option<u32>) -> Vec<Option<Amplitude>> {
     let pair = [flexor, extensor].map(|value| value.map(Amplitude::new));
     pair.repeat(4)
@@ -138,7 +139,7 @@ fn an_elbow_that_stops_keeps_its_phase_and_its_amplitude() {
 
 #[test]
 fn no_pulse_begins_once_an_object_is_dropped_and_the_outputs_are_isolated() {
-    // A release in every part of a period.
+    // Releases in every part of a period.
     let mut latest = 0;
     for after_us in (0..16_667).step_by(463) {
         let mut desk = running();
@@ -149,19 +150,19 @@ fn no_pulse_begins_once_an_object_is_dropped_and_the_outputs_are_isolated() {
         desk.write([RELEASED]);
         move_joints(&mut desk, 4, 4_000, 5_000);
         let last = (0..8).filter_map(|n| driven_starts(&desk.record.levels, n).pop());
-        // Both phases of a biphasic pulse are driven stretches.
+        // Both phases of a biphasic pulse are driven intervals.
         let since = last.max().unwrap().saturating_sub(dropped);
         latest = latest.max(since);
         let isolated = desk.isolated_since().expect("isolated");
         assert!(isolated < dropped + 3_000, "{isolated} {dropped}");
         assert_eq!(desk.state(), State::Stimulating);
-        // Held anew it is there again.
+        // Stimulation returns with the next hold.
         desk.expect_ok(HELD);
         let seen = move_joints(&mut desk, 4, 5_000, 6_000);
         assert!(seen.amplitudes[0].is_some(), "{seen:?}");
     }
     println!("the last phase begins at most {latest} µs after the release arrived");
-    // A control tick, a window's wait for its order, two windows ahead, one pulse.
+    // The sum of a control tick, a window until its order, two windows ahead, and one pulse.
     assert!((1..=2_000).contains(&latest), "{latest}");
 }
 
@@ -171,7 +172,7 @@ fn what_is_held_too_long_is_let_go_until_it_is_released_and_held_anew() {
     desk.expect_ok(HELD);
     let held = desk.since_boot_us();
     for n in 0..100 {
-        // A host that says so again and again does not make it longer.
+        // A host that repeats the request does not extend the hold.
         desk.write([Request::KeepAlive, HELD]);
         measure(&mut desk, 4, 2_000 + 25 * n);
         desk.wait(10_000);
@@ -213,17 +214,17 @@ fn a_silent_host_ends_it_whatever_it_measures() {
 
 #[test]
 fn an_angle_that_cannot_be_believed_is_a_fault_while_an_object_is_held_only() {
-    // Released: none of the four needs an angle.
+    // Released, none of the four joints needs an angle.
     let mut desk = running();
     desk.keep_alive(20, 10_000);
     assert_eq!(desk.fault(), None);
-    // Nothing can be held without all of them.
+    // A hold needs the angles of all joints.
     assert_eq!(desk.expect_refusal(HELD), refusal(Code::NoAngle, "joint"));
     measure(&mut desk, 3, 2_000);
     assert_eq!(desk.expect_refusal(HELD), refusal(Code::NoAngle, "joint"));
     measure(&mut desk, 4, 2_000);
     desk.expect_ok(HELD);
-    // One of them goes stale.
+    // One angle becomes stale.
     for _ in 0..6 {
         desk.write([Request::KeepAlive]);
         measure(&mut desk, 3, 2_000);
@@ -235,7 +236,7 @@ fn an_angle_that_cannot_be_believed_is_a_fault_while_an_object_is_held_only() {
     measure(&mut desk, 4, 12_001);
     desk.wait(5_000);
     assert_eq!(desk.expect_refusal(HELD), refusal(Code::NoAngle, "joint"));
-    // Outside the range, but near: as at its end.
+    // Just outside the range, the value at its end is used.
     measure(&mut desk, 4, 11_900);
     desk.expect_ok(HELD);
     let seen = move_joints(&mut desk, 4, 11_900, 11_000);
@@ -280,7 +281,7 @@ fn held_is_refused_where_nothing_is_modulated_and_released_is_not_overtaken() {
 #[test]
 fn arming_names_what_does_not_fit() {
     type Change = fn(&mut ModulationSpec);
-    // What leaves its limit of 20 mA at one angle only: 0.5 at 50° of 40.01 mA.
+    // Quartic that exceeds the limit of 20 mA at one angle only: 0.5 at 50° of 40.01 mA.
     const PEAK: QuarticSpec = QuarticSpec([0, 250_000, 1_000_000, 250_000, 0]);
     #[rustfmt::skip]
     let changes: [(Change, Code, &str); 6] = [
@@ -298,11 +299,11 @@ fn arming_names_what_does_not_fit() {
         let mut desk = with_joints([joint(0), other]);
         assert_eq!(desk.expect_refusal(ARM), refusal(code, field));
     }
-    // A little less is taken.
+    // A slightly smaller base is accepted.
     let mut most = joint(0);
     (most.flexor.base, most.flexor.lift) = (Amplitude::new(40_000), Some(PEAK));
     with_joints([most]).expect_ok(ARM);
-    // What no setup could make right is refused at once.
+    // Mistakes that no setup could make valid are refused at once.
     let mut desk = TestHost::open(BOOT);
     #[rustfmt::skip]
     let at_once: [(Change, Code, &str); 4] = [

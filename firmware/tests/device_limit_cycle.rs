@@ -1,11 +1,11 @@
-//! A swinging joint as the host hears of it: the gain that is lowered, then the fault.
+//! Reports of a limit cycle to the host: first the lowered gain, then the fault.
 
 use crate::device_desk::{ARM, OwnedResponse, PLAIN, TestHost, angle, channel, joint, wearer};
 use firmware::link::{Event, Request};
 use firmware::safety::Fault;
 use firmware::units::Micros;
 
-/// Up to a minute of 6° about 40° at 2.5 Hz, whatever the joint is given.
+/// The joint moves 6° about 40° at 2.5 Hz for up to a minute, whatever its stimulation.
 #[test]
 fn a_swing_that_no_gain_ends_is_told_and_then_a_fault() {
     let mut desk = TestHost::open(Micros::new(u32::MAX - 3_000_000));

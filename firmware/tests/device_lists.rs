@@ -1,4 +1,4 @@
-//! Lists of pulses, at the pins: exact to the microsecond, in place of the train's own.
+//! Lists of pulses at the pins: exact to the microsecond, in place of the train's own pulses.
 
 use crate::device_desk::*;
 use crate::device_widths::phases;
@@ -7,10 +7,10 @@ use firmware::pulse::{Partner, TrainSpec, Trigger};
 use firmware::safety::{ListedPulse, State, WearerSpec};
 use firmware::units::{Amplitude, Micros};
 
-/// The clock wraps soon after the start.
+/// Boot time; the clock wraps soon after the start.
 const BOOT: Micros = Micros::new(u32::MAX - 150_000);
 
-/// 50 Hz, 200 µs, up to 400.
+/// Train at 50 Hz and 200 µs, up to 400 µs, that takes lists.
 const LISTING: TrainSpec = TrainSpec {
     max_width_us: 400,
     lists: true,
@@ -29,7 +29,7 @@ fn list(channel: u8, pulses: &[(u32, u32, u16)]) -> Request {
     }
 }
 
-/// A device whose first channel has risen.
+/// Returns a device whose first channel has completed its rise.
 fn risen(wearer: WearerSpec, trains: &[TrainSpec]) -> TestHost {
     let mut desk = TestHost::open(BOOT);
     let specs: Vec<_> = trains.iter().map(|train| channel(*train)).collect();
@@ -65,7 +65,8 @@ fn a_list_takes_the_place_of_the_trains_pulses() {
             .iter()
             .position(|pulse| pulse.2 == code(8_000))
             .expect("the list");
-        // Its own pulses before it: the list comes with the next slot, after its wait.
+        // Before the list the train's own pulses play; the list begins at the next period, after
+        // its delay.
         let slot = pulses[begins].0 - u64::from(first_us);
         assert!(
             slot >= asked - 1_000 && slot < asked + 20_500,
@@ -79,14 +80,14 @@ fn a_list_takes_the_place_of_the_trains_pulses() {
             at += u64::from(after_us);
             assert_eq!(*pulse, (at, width_us.into(), code(ua)));
         }
-        // And the train's own follow, a period after the last.
+        // The train's own pulses follow, one period after the last.
         let own: Vec<_> = pulses[begins + wanted.len()..].to_vec();
         let expected = (1..=own.len() as u64).map(|n| (at + n * 20_000, 200, code(5_000)));
         assert!(
             own.len() >= 2 && own == expected.collect::<Vec<_>>(),
             "{own:?}"
         );
-        // Both phases of each are equal.
+        // Both phases of each pulse are equal.
         assert!(
             seen.chunks(2).all(|chunk| chunk[0].1 == chunk[1].1),
             "{seen:?}"
@@ -137,7 +138,7 @@ fn what_a_list_may_not_have_is_refused() {
         let shown = format!("{request:?}");
         assert_eq!(desk.answer(request), expected, "{shown}");
     }
-    // Seventeen are more than a list holds: refused by name, as any list.
+    // Seventeen pulses exceed a list, which is refused by name as with any list.
     desk.expect_ok(list(0, &[(20_000, 20_000, 200); 16]));
     let plays = refusal(Code::ListPlays, "pulses");
     assert_eq!(desk.expect_refusal(one(0, 5_000, 200)), plays);
@@ -167,7 +168,7 @@ fn a_list_waits_for_the_rise_of_its_channel() {
     assert_eq!(desk.expect_refusal(one()), not_risen);
     desk.keep_alive(3, 50_000);
     desk.expect_ok(one());
-    // From zero it rises anew.
+    // From zero the amplitude rises again.
     desk.expect_ok(equal_amplitudes(1, 0));
     desk.wait(60_000);
     desk.expect_ok(equal_amplitudes(1, 5_000));
@@ -175,13 +176,13 @@ fn a_list_waits_for_the_rise_of_its_channel() {
     assert_eq!(desk.expect_refusal(one()), not_risen);
 }
 
-/// A setpoint of the channel ends its list; a stop makes one fall like any pulses.
+/// A setpoint of the channel ends its list; a stop lowers its pulses like any others.
 #[test]
 fn later_orders_hold() {
     let ten = [(20_000, 10_000, 100); 10];
     let mut desk = risen(wearer(), &[LISTING]);
     desk.expect_ok(list(0, &ten));
-    // What is wanted of the train, once more, is no other order.
+    // Repeating the train's present setpoint is no new order: the list goes on.
     desk.keep_alive(1, 30_000);
     desk.expect_ok(equal_amplitudes(1, 5_000));
     desk.wait(20_000);
@@ -211,7 +212,7 @@ fn a_stop_lets_a_list_fall() {
         "{seen:?}"
     );
     assert!(seen.iter().all(|edge| edge.0 < from + 51_000), "{seen:?}");
-    // Nothing is left of it when stimulation begins anew.
+    // No part of the list plays when stimulation begins again.
     desk.start();
     desk.expect_ok(equal_amplitudes(1, 5_000));
     let from = desk.since_boot_us() + 60_000;
@@ -264,7 +265,7 @@ fn lists_go_with_endless_single_pulses_of_the_epoch_only() {
     );
 }
 
-/// No two pulses of a list, nor of it and the train, may be further apart than a step.
+/// Two successive pulses of a list, or of list and train, may not differ by more than a step.
 #[test]
 fn a_list_keeps_the_wearers_steps() {
     let careful = WearerSpec {

@@ -1,4 +1,4 @@
-//! A fault from outside, at any moment.
+//! Over-current faults at any moment.
 
 use crate::device_desk::*;
 use crate::device_safety::{BOOT, running};
@@ -9,8 +9,8 @@ use firmware::pulse::{Levels, Shape, State as Line, TrainSpec};
 use firmware::safety::{Fault, State};
 use firmware::units::us;
 
-/// Over-current at every microsecond of a pulse: isolated at that microsecond,
-/// and the recorded residual is what the pins say.
+/// Over-current at every microsecond of a pulse: the outputs are disconnected in that microsecond,
+/// and the recorded residual charge equals that at the pins.
 #[test]
 fn over_current_truncates_and_records_the_charge_left() {
     let burst = TrainSpec {
@@ -26,7 +26,7 @@ fn over_current_truncates_and_records_the_charge_left() {
         shape: Shape::MonophasicAnodic,
         ..MONO
     };
-    // Played at its largest width, not at its own.
+    // The train plays at its largest width and not at its own.
     let slow = TrainSpec {
         width_us: 200,
         max_width_us: 300,
@@ -68,10 +68,10 @@ fn over_current_truncates_and_records_the_charge_left() {
         assert_eq!(record.fault, Fault::OverCurrent);
         let trains = [(burst, 195), (mono, 1_200), (slow, 737)];
         for (c, (train, occupied)) in trains.iter().enumerate() {
-            // In force when the fault came; it falls to zero with it.
+            // The code in force at the fault, which then falls to zero.
             let written = |d: &&(u64, u8, u16)| d.1 == c as u8 && d.2 != 0;
             let code = i64::from(desk.record.dac.iter().rfind(written).unwrap().2);
-            // The pulse that `at` lies in: where its first edge was.
+            // First edge of the pulse that contains `at`.
             let all = line_intervals(&desk.record.levels, c, at);
             let first = all
                 .iter()
@@ -113,8 +113,8 @@ fn over_current_truncates_and_records_the_charge_left() {
     println!("1700 instants, {seen} pulses truncated with charge left");
 }
 
-/// Over-current at every microsecond of the two windows before a pulse, in one
-/// of which its amplitude is written: the zeros come last, and nothing more.
+/// Over-current at every microsecond of the two windows before a pulse, one of which writes its
+/// amplitude: the zeros come last, and nothing follows.
 #[test]
 fn amplitudes_are_zero_after_a_fault_at_any_moment_of_a_refill() {
     let mut cleared = 0;
@@ -131,7 +131,7 @@ fn amplitudes_are_zero_after_a_fault_at_any_moment_of_a_refill() {
         assert!(dac.is_sorted_by_key(|d| d.0), "{step}: {dac:?}");
         let &(t, _, code) = dac.last().unwrap();
         assert_eq!(code, 0, "{step}");
-        // A refill under way writes first.
+        // A refill in progress writes first.
         let refill = u64::from(cost::REFILL_US);
         assert!(
             (at..at + refill).contains(&t),
@@ -140,7 +140,7 @@ fn amplitudes_are_zero_after_a_fault_at_any_moment_of_a_refill() {
         cleared += u32::from(t > at);
     }
     println!("500 instants, {cleared} of them during a refill");
-    // Two windows, from 1 µs after their refills began to 1 µs before they end.
+    // Two windows, from 1 µs after the start of their refills to 1 µs before their end.
     assert_eq!(cleared, 2 * (cost::REFILL_US - 1));
 }
 

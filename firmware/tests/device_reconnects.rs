@@ -1,4 +1,4 @@
-//! Hosts that go and come again: what was asked of a device before is not asked by them.
+//! Hosts that disconnect and reconnect: a new host does not inherit earlier orders.
 
 use crate::device_desk::*;
 use firmware::link::{Request, SCHEMA};
@@ -7,9 +7,9 @@ use firmware::units::Micros;
 
 const BOOT: Micros = Micros::new(u32::MAX - 100_000);
 
-/// Hosts that come, go for longer than any silence, and come again, in every state that
-/// there is: nothing is driven from when the old one's silence has ended it, whatever the
-/// new one asks for but arming.
+/// Hosts that connect, stay away longer than any silence, and connect again, in every state.
+/// Nothing is driven after the old host's silence has ended stimulation, whatever the new host
+/// requests, except arming.
 #[test]
 fn whoever_connects_again_puts_nothing_out_in_any_state() {
     type Reach = fn(&mut TestHost);
@@ -42,7 +42,7 @@ fn whoever_connects_again_puts_nothing_out_in_any_state() {
         desk.wait(1_000 * u32::from(silence_ms) + 1_000);
         let since = desk.since_boot_us();
         for _ in 0..3 {
-            // Refused where another host's session goes on.
+            // Refused where the session of another host continues.
             let heard = desk.exchange(Request::Hello { schema: SCHEMA });
             if let Some(OwnedResponse::Hello(info)) = heard.first() {
                 desk.session = info.session;
@@ -54,7 +54,7 @@ fn whoever_connects_again_puts_nothing_out_in_any_state() {
                 Request::Status,
                 Request::Subscribe { period_ms: 10 },
             ] {
-                // By a stranger, and by the owner; but an armed board starts for that one.
+                // From another host and from the owner; an armed board starts only for the owner.
                 let stranger = desk.session.wrapping_add(7);
                 let own = std::mem::replace(&mut desk.session, stranger);
                 assert!(desk.answer(request.clone()).is_err());

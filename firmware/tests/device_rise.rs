@@ -1,5 +1,5 @@
-//! How fast amplitude and charge may rise, at the pins: whatever a host orders and
-//! whenever the trigger input lets trains begin.
+//! Limits on the rise of amplitude and charge, at the pins, for any orders of a host and any
+//! triggers.
 
 use crate::device_desk::*;
 use crate::device_widths::phases;
@@ -9,12 +9,12 @@ use firmware::safety::{ChannelSpec, WearerSpec};
 use firmware::units::{Amplitude, Micros};
 use proptest::prelude::*;
 
-/// The clock wraps soon after the start.
+/// Boot time; the clock wraps soon after the start.
 const BOOT: Micros = Micros::new(u32::MAX - 150_000);
 
 const PERIOD_US: u32 = 20_000;
 
-/// 50 Hz, 20 to 400 µs.
+/// Train at 50 Hz, 20 to 400 µs.
 const LIVE: TrainSpec = TrainSpec {
     max_width_us: 400,
     ..TrainSpec::biphasic(200, 100, PERIOD_US)
@@ -50,7 +50,7 @@ fn order(ua: u32, width_us: u16) -> Request {
     }
 }
 
-/// A burst: when it began, its amplitude in µA and its width.
+/// Start of a burst, its amplitude in µA and its width in µs.
 type Burst = (u64, f64, u64);
 
 fn bursts(desk: &TestHost, from: u64) -> Vec<Burst> {
@@ -60,8 +60,8 @@ fn bursts(desk: &TestHost, from: u64) -> Vec<Burst> {
     first.map(|p| (p.0, ua(p.2), p.1)).collect()
 }
 
-/// Every burst that is further above the one before than the rule allows, by itself an
-/// account of the rule: one step of the DAC is granted.
+/// Returns every burst that exceeds the one before by more than the rule allows, from an
+/// independent formulation of the rule; one DAC step is tolerated.
 fn jumps(bursts: &[Burst], start_ua: u32, rise_bursts: u16) -> Vec<(Burst, Burst)> {
     let limit = f64::from(LIMIT_UA);
     let (period, rise) = (f64::from(PERIOD_US), 1e6);
@@ -73,7 +73,7 @@ fn jumps(bursts: &[Burst], start_ua: u32, rise_bursts: u16) -> Vec<(Burst, Burst
     let mut before: Option<Burst> = None;
     for burst in bursts {
         let most = match before {
-            // Below the DAC's first step there is nothing to rise from.
+            // An amplitude below the DAC's first step does not count as a start of the rise.
             Some(before) if before.1 > 0.0 && burst.0 - before.0 <= 2 * u64::from(PERIOD_US) => {
                 let since = (burst.0 - before.0) as f64;
                 let by = (limit * since / rise).min(limit / f64::from(rise_bursts));
@@ -149,7 +149,7 @@ fn a_gate_or_toggle_that_opens_begins_a_rise() {
             desk.wait(1);
             desk.sensors.trigger = None;
         };
-        // Closed for less than two periods, then for more.
+        // The contact closes for less than two periods, then for more.
         for closed_us in [22_000, 200_000] {
             edge(&mut desk, true);
             for _ in 0..30 {
@@ -222,20 +222,20 @@ fn a_list_that_rises_too_fast_is_refused() {
             .collect(),
     };
     let steep = Err(refusal(Code::ListTooSteep, "amplitude"));
-    // 60 mA a second: 1.2 mA a period.
+    // 60 mA per second are 1.2 mA per period.
     assert_eq!(desk.answer(list(&[(0, 11_201, 200)])), steep);
     assert_eq!(
         desk.answer(list(&[(0, 11_200, 200), (20_000, 12_401, 200)])),
         steep
     );
     assert_eq!(desk.answer(list(&[(0, 10_000, 225)])), steep);
-    // After a pause a rise would begin: only what `start` allows.
+    // After a pause a rise would begin, with only the amplitude that `start` allows.
     assert_eq!(desk.answer(list(&[(20_001, 6_001, 200)])), steep);
     assert_eq!(
         desk.answer(list(&[(0, 5_000, 200), (40_001, 6_001, 200)])),
         steep
     );
-    // The rise that a pause begins goes on.
+    // The rise that begins after a pause continues.
     let after_pause = [(0, 5_000, 200), (40_001, 6_000, 200), (20_000, 7_200, 200)];
     assert_eq!(desk.answer(list(&after_pause)), steep);
     desk.expect_ok(list(&[
@@ -254,7 +254,7 @@ fn a_list_that_rises_too_fast_is_refused() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
-    /// Whatever a host orders, no burst is further above the one before than the rule says.
+    /// No orders of a host make a burst exceed the one before by more than the rule allows.
     #[test]
     fn no_orders_make_a_jump(
         orders in prop::collection::vec((prop_oneof![Just(0), 1..20u32, 1..=LIMIT_UA], 50..=400u16, 1..9u32), 40),

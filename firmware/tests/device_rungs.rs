@@ -1,5 +1,5 @@
-//! Muscles in the device: each emitted pulse reaches its model at its own
-//! microsecond, and the rung changes under way.
+//! Muscle models on the device: each emitted pulse reaches its model at its own microsecond, and
+//! the model level can change during stimulation.
 
 use crate::device_desk::*;
 use crate::muscle_ladder::twins::{self, FatigueMode, Muscle, Pulse};
@@ -8,10 +8,10 @@ use firmware::muscle::{CalciumForceSpec, FatigueSpec, MuscleSpec, RecruitmentSpe
 use firmware::pulse::TrainSpec;
 use firmware::units::{Amplitude, Micros};
 
-/// The clock wraps while the trains run.
+/// Boot time; the clock wraps while the trains run.
 const BOOT: Micros = Micros::new(u32::MAX - 700_000);
 
-/// K05 of Lee 2020, table 4: the subject with the shortest time constant.
+/// Subject K05 of Lee 2020, table 4, with the shortest time constant.
 const K05: Muscle = Muscle {
     a: 130.8,
     k: 0.012,
@@ -32,7 +32,7 @@ pub const SPEC: MuscleSpec = MuscleSpec {
         motor_threshold: Amplitude::new(2_000),
         limit: Amplitude::new(20_000),
         reference: Amplitude::new(20_000),
-        // So flat that a DAC code tells the gain within 0.002 %.
+        // The curve is so flat that a DAC code determines the gain within 0.002 %.
         slope_micro: 10_000,
     },
     fatigue: Some(FatigueSpec::QUADRICEPS),
@@ -41,7 +41,7 @@ pub const SPEC: MuscleSpec = MuscleSpec {
 
 const AMPLITUDE: u32 = 15_000;
 
-/// Three channels whose pulses never meet a tick: doublets to octuplets and a
+/// Returns three channels whose pulses never coincide with a tick: doublets to octuplets, and a
 /// plain train at an odd rate.
 fn trains() -> [TrainSpec; 3] {
     let burst = |count, interval, period, offset| TrainSpec {
@@ -79,7 +79,7 @@ fn stimulate(rung: Rung) -> TestHost {
     desk
 }
 
-/// Samples of the next `ms`, with the host kept alive.
+/// Returns the samples of the next `ms`, with keep-alives.
 fn sample(desk: &mut TestHost, ms: u32) -> Vec<Telemetry> {
     desk.expect_ok(Request::Subscribe { period_ms: 1 });
     let mut samples = vec![];
@@ -91,7 +91,7 @@ fn sample(desk: &mut TestHost, ms: u32) -> Vec<Telemetry> {
     samples
 }
 
-/// The gain of a pulse, from the code that its DAC held.
+/// Returns the gain of a pulse from its DAC code.
 fn gain(desk: &TestHost, channel: usize, at: u64) -> f64 {
     let writes = desk.record.dac.iter();
     let mut before = writes.filter(|&&(t, c, _)| t <= at && usize::from(c) == channel);
@@ -102,18 +102,18 @@ fn gain(desk: &TestHost, channel: usize, at: u64) -> f64 {
     gain.get().to_num()
 }
 
-/// Force in telemetry against the reference driven by what the pins did.
+/// Compares the force in telemetry with a reference model driven by the pulses at the pins.
 #[test]
 fn every_pulse_counts_at_its_own_microsecond() {
     let mut desk = armed(Rung::CalciumForce);
-    // The electrode check has pulses of its own.
+    // The electrode check emits pulses of its own.
     let (checked, started) = (desk.status().counters.pulses, desk.since_boot_us());
     desk.expect_ok(Request::Start);
     desk.expect_ok(equal_amplitudes(3, AMPLITUDE));
     let samples = sample(&mut desk, 1_500);
     desk.expect_ok(Request::Stop);
     desk.wait(300_000);
-    // Ticks are a few µs off whole milliseconds after boot.
+    // Ticks differ by a few µs from whole milliseconds after boot.
     let times: Vec<u64> = samples
         .iter()
         .map(|s| desk.record.since_boot_us(s.at))
@@ -121,7 +121,7 @@ fn every_pulse_counts_at_its_own_microsecond() {
     let phase = times[0] % 1000;
     let mut emitted = 0;
     for channel in 0..3 {
-        // One phase a pulse.
+        // Each pulse has one phase.
         let mut edges = driven_starts(&desk.record.levels, channel);
         edges.retain(|&at| at >= started);
         let pulses: Vec<Pulse> = edges
@@ -148,7 +148,7 @@ fn every_pulse_counts_at_its_own_microsecond() {
             edges.len(),
             worst / peak * 100.0
         );
-        // Half a mN is telemetry's own.
+        // Telemetry itself has a resolution of half a mN.
         assert!(worst <= 2e-4 * peak + 5e-4, "{worst} of {peak}");
     }
     assert_eq!((desk.status().counters.pulses - checked) as usize, emitted);
@@ -175,9 +175,8 @@ fn every_rung_tells_the_force_that_it_predicts() {
     }
 }
 
-/// From any rung to any other: between two that predict, the sample after the change
-/// is no further from the one before than muscles move in a tick; from none, force
-/// begins at nothing.
+/// For every change between two model levels that predict, the next sample differs by no more than
+/// a muscle moves in a tick. From a level without prediction, force begins at zero.
 #[test]
 fn a_rung_changes_without_a_step() {
     for from in Rung::ALL {
@@ -196,7 +195,7 @@ fn a_rung_changes_without_a_step() {
             assert_eq!(last.is_none(), rung == Rung::None, "{forces:?}");
             let told: Vec<i64> = forces.iter().flatten().map(|&mn| mn.into()).collect();
             let step = told.windows(2).map(|w| (w[1] - w[0]).abs()).max();
-            // K05 holds some 15 N; its rise and fall take 5 ms and more.
+            // K05 holds some 15 N; its rise and fall take 5 ms or more.
             assert!(step.unwrap_or(0) <= 750, "{forces:?}");
             if from == Rung::None && rung != from {
                 assert!(told[0] <= 750, "{forces:?}");

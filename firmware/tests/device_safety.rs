@@ -1,4 +1,4 @@
-//! What the pins may do, judged from what came out and from nothing else.
+//! Rules for the pins, judged from the outputs alone.
 
 use crate::device_desk::*;
 use firmware::link::{Code, Event, Request};
@@ -8,7 +8,7 @@ use firmware::units::Micros;
 
 pub const BOOT: Micros = Micros::new(u32::MAX - 3_000_000);
 
-/// Trains that make isolation hard: bursts, long groundings, isolated partners.
+/// Returns trains that make isolation difficult: bursts, long groundings, isolated partners.
 fn scene(kind: usize) -> (Vec<ChannelSpec>, Option<Request>) {
     let group = |partner| Some(group(0b11, partner));
     let biphasic = TrainSpec {
@@ -54,9 +54,9 @@ fn scene(kind: usize) -> (Vec<ChannelSpec>, Option<Request>) {
     }
 }
 
-/// Stimulates with 20 mA on the channels of scene `kind`.
+/// Stimulates with 20 mA on the channels of test fixture `kind`.
 pub fn running(kind: usize, wearer: WearerSpec, boot: Micros) -> TestHost {
-    let (specs, group) = scene(kind); // 20 mA rms is fine everywhere
+    let (specs, group) = scene(kind); // 20 mA rms are within every limit
     let mut desk = TestHost::open(boot);
     desk.prepare(wearer, &specs);
     desk.expect_all_ok(group);
@@ -78,12 +78,12 @@ fn silence_isolates_within_timeout_and_fall_for_every_timeout() {
                 host_timeout_ms,
                 ..WearerSpec::default()
             };
-            // Any phase against the windows, across the wrap.
+            // Any phase relative to the windows, across the clock's wrap.
             let boot = Micros::new(u32::MAX - 200_000 - 37 * u32::from(host_timeout_ms));
             let mut desk = running(kind, wearer, boot);
             desk.wait(7_000 + u32::from(host_timeout_ms) * 13 % 5_000);
             desk.send(Request::KeepAlive);
-            // `send` returns once the frame is served: 40 µs after its arrival.
+            // `send` returns once the frame is processed, 40 µs after its arrival.
             let heard = desk.since_boot_us() - 40;
             let bound = u64::from(host_timeout_ms + fall_ms) * 1000;
             desk.wait(u32::from(host_timeout_ms + fall_ms) * 1000 + 60_000);
@@ -141,7 +141,7 @@ fn a_grounding_that_would_outlast_the_fall_is_refused() {
     assert_eq!(refused, refusal(Code::OutOfRange, "ground_us"));
 }
 
-/// After the stop's last pulse nothing is driven, at any phase.
+/// Nothing is driven after the last pulse of the stop, at any phase.
 #[test]
 fn the_hand_stop_ends_pulses_at_once_even_during_a_fall() {
     for delay in (0..6_000u32).step_by(90) {
@@ -159,7 +159,7 @@ fn the_hand_stop_ends_pulses_at_once_even_during_a_fall() {
             desk.sensors.hand_stop = false;
             let opened = desk.since_boot_us();
             desk.wait(150_000);
-            // Two windows are rendered; what they began ends within 2 ms.
+            // Two windows are rendered already; pulses that they began end within 2 ms.
             let isolated = desk.isolated_since().unwrap();
             assert!(
                 isolated <= opened + 500 + 1_200,
@@ -194,8 +194,8 @@ fn a_hand_stop_taken_up_later_works_too() {
     assert_eq!(desk.state(), State::Idle);
 }
 
-/// Two channels at 200 Hz, the second `offset_us` after the first, whose
-/// electrode comes off while they stimulate.
+/// Stimulates on two channels at 200 Hz, the second `offset_us` after the first, and disconnects
+/// the second electrode.
 fn electrode_off(offset_us: u32) -> TestHost {
     let train = |offset_us| TrainSpec {
         offset_us,
@@ -218,7 +218,7 @@ fn an_electrode_that_comes_off_while_stimulating_is_a_fault() {
     assert_eq!(desk.state(), State::Fault);
 }
 
-/// One sense serves all stages: overlapping currents cannot be told apart
+/// One current sense serves all stages, so overlapping currents cannot be told apart
 /// (docs/hardware.md, open points).
 #[test]
 fn channels_that_always_overlap_are_not_judged() {
@@ -237,7 +237,7 @@ fn triggered(period_us: u32, offset_us: u32) -> ChannelSpec {
     })
 }
 
-/// Advances by `us` with a trigger edge at its very end.
+/// Advances by `us`, with a trigger edge at the very end.
 fn trigger_after(desk: &mut TestHost, us: u32) {
     desk.wait(us - 1);
     desk.sensors.trigger = Some(desk.now());
@@ -289,8 +289,8 @@ fn a_kept_trigger_is_seen_once_and_starts_after_exactly_a_millisecond() {
     }
 }
 
-/// Edges start a toggled train and end it: bursts lie exactly within 1000 µs after each
-/// odd edge and 1000 µs after the even one behind it, at every phase of the end.
+/// Edges start and end a toggled train: bursts lie between 1000 µs after each odd edge and 1000 µs
+/// after the following even edge, at every phase of the end.
 #[test]
 fn a_toggled_train_plays_from_edge_to_edge() {
     let spec = channel(TrainSpec {
@@ -345,8 +345,8 @@ fn isolated_partners_stay_apart_whatever_the_triggers() {
     }
 }
 
-/// A toggled train that waited for so long that the clock has come round to its last
-/// burst: it rises anew.
+/// A toggled train waits so long that the clock returns to the time of its last burst; it rises
+/// again from zero.
 #[test]
 fn a_train_that_waits_longer_than_the_clock_rises_anew() {
     let mut desk = TestHost::open(BOOT);
@@ -368,7 +368,7 @@ fn a_train_that_waits_longer_than_the_clock_rises_anew() {
     let risen = *codes(&desk).last().unwrap();
     assert!(risen > 6_000);
     let last = desk.record.dac.last().unwrap().0;
-    // To the second before it would seem to be as long ago as the last burst.
+    // One second before the clock would make the last burst look recent.
     while desk.since_boot_us() < last + (1 << 32) - 500_000 {
         desk.wait(400_000);
         desk.send(Request::KeepAlive);
@@ -416,7 +416,7 @@ fn a_normal_stop_stays_one_when_the_host_stops_measuring_with_it() {
         &desk.take_messages(),
         Event::Stopped(StopCause::Request)
     ));
-    // While stimulating, the same silence of the sensor is a fault.
+    // During stimulation, the same silence of the sensor is a fault.
     desk.expect_ok(ARM);
     desk.measure(3_000);
     desk.expect_ok(Request::Start);
@@ -424,7 +424,7 @@ fn a_normal_stop_stays_one_when_the_host_stops_measuring_with_it() {
     assert_eq!(desk.fault(), Some(Fault::SensorStale));
 }
 
-/// A flood of setpoints that are all accepted must not crowd out a fault.
+/// A flood of accepted setpoints must not delay a fault.
 #[test]
 fn every_request_of_a_flood_is_answered() {
     let mut desk = running(0, wearer(), BOOT);

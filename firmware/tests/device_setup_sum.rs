@@ -1,4 +1,4 @@
-//! An arm order says which setup it means: another one is refused, and nothing of it
+//! An arm order names the checksum of its setup. Another setup is refused, and no part of it
 //! stimulates.
 
 use crate::device_desk::*;
@@ -12,7 +12,7 @@ use firmware::units::Micros;
 use proptest::collection::vec;
 use proptest::prelude::*;
 
-/// Two channels in a group and sync; none is the same as another.
+/// Returns two channels in a group and sync, all with different settings.
 fn parts() -> Vec<Request> {
     let mono = channel(MONO);
     vec![
@@ -38,8 +38,8 @@ fn sum<'a>(parts: impl IntoIterator<Item = &'a Request>) -> u32 {
     sum.total()
 }
 
-/// Refused by number and name; nothing is put out, and the sum of what the device
-/// holds arms it afterwards.
+/// Expects a refusal by number and name. Nothing is emitted, and the checksum of the device's setup
+/// arms it afterwards.
 fn expect_setup_refused(desk: &mut TestHost, setup: u32) {
     let before = desk.record.levels.len();
     let refused = desk.expect_refusal(Request::Arm { setup });
@@ -58,7 +58,7 @@ fn the_sum_of_an_older_setup_arms_nothing() {
     desk.expect_ok(Request::Arm { setup: older });
     desk.expect_ok(Request::Stop);
     desk.wait(1_000);
-    // One request that the host of `older` does not know of.
+    // Sends one request that is unknown to the host of `older`.
     desk.expect_ok(Request::Channel {
         channel: 1,
         spec: channel(PLAIN),
@@ -88,7 +88,7 @@ fn every_request_between_two_arm_orders_is_noticed() {
             desk.expect_all_ok(parts().into_iter().skip(1));
         }
         expect_setup_refused(&mut desk, sum(&parts()));
-        // And the request that takes it back makes it the same again.
+        // The request that undoes the change restores the checksum.
         desk.expect_ok(Request::Clear);
         desk.expect_all_ok(parts().into_iter().rev());
         desk.expect_ok(Request::Arm {
@@ -111,7 +111,7 @@ fn what_stands_anyway_adds_nothing() {
     assert_eq!(sum(parts().iter().chain(&[Request::Clear])), sum([]));
 }
 
-/// What configures, valid or not.
+/// Generates configuring requests, valid or not.
 fn part() -> impl Strategy<Value = Request> {
     let force =
         (0u8..10, 5_000u32..2_000_000).prop_map(|(channel, period)| Request::ForceControl {
@@ -134,7 +134,7 @@ fn encoded(request: &Request) -> Vec<u8> {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 300, ..ProptestConfig::default() })]
 
-    /// Of any part, any bit of what was sent, whatever it says then.
+    /// A change of any bit in any part changes the checksum.
     #[test]
     fn every_bit_of_every_part_counts(
         others in vec(part(), 0..6),
@@ -148,7 +148,7 @@ proptest! {
             let Ok((other, [])) = postcard::take_from_bytes::<Request>(&flipped) else {
                 continue;
             };
-            // A number may be written in more than one way.
+            // A number may have more than one encoding.
             if other == part || other == Request::Clear {
                 continue;
             }
@@ -157,8 +157,8 @@ proptest! {
         }
     }
 
-    /// The device's, encoded again from what it keeps, is the host's, in any order,
-    /// whatever of it was refused.
+    /// The device's checksum, encoded again from its stored setup, equals the host's, in any order
+    /// and with any requests refused.
     #[test]
     fn the_draft_s_sum_is_the_host_s(
         sent in vec(part(), 1..12),
@@ -172,7 +172,7 @@ proptest! {
             }
         }
         prop_assert_eq!(draft.checksum(), sum(&accepted));
-        // The last of each part decides, wherever it stands among the others.
+        // Only the last of each part counts, whatever its place among the others.
         let mut last: Vec<Request> = Vec::new();
         for request in accepted.iter().rev() {
             let is_new = |of: &Request| replaced_part(of) != replaced_part(request);
@@ -188,7 +188,7 @@ proptest! {
     }
 }
 
-/// What a request replaces: the same variant for the same channel.
+/// Returns the part that a request replaces: the same variant for the same channel.
 fn replaced_part(request: &Request) -> (u8, Option<u8>) {
     let channel = match request {
         Request::Channel { channel, .. }

@@ -1,5 +1,5 @@
-//! What the wearer allows of time and charge since power came up, however stimulation ends
-//! and whatever resets, and the pause between electrode checks.
+//! A wearer's allowance of time and charge since power-on, for every end of stimulation and every
+//! reset, and the pause between electrode checks.
 
 use crate::device_desk::*;
 use firmware::link::message::ResetCause;
@@ -10,7 +10,7 @@ use firmware::units::{Amplitude, Micros};
 
 const BOOT: Micros = Micros::new(u32::MAX - 700_000);
 
-/// How a piece of stimulation ends.
+/// End of a piece of stimulation.
 #[derive(Clone, Copy, Debug)]
 enum Exit {
     Stop,
@@ -28,7 +28,7 @@ const EXITS: [Exit; 5] = [
     Exit::Finish,
 ];
 
-/// A host that says nothing between `Start` and the end may be silent for a second.
+/// Returns a wearer whose host may be silent for a second, between `Start` and the end.
 fn silent_host_wearer(max_session_s: u32) -> WearerSpec {
     WearerSpec {
         host_timeout_ms: 1_000,
@@ -37,7 +37,8 @@ fn silent_host_wearer(max_session_s: u32) -> WearerSpec {
     }
 }
 
-/// From the first driven phase since `from` to the last, µs. The check's lie before `from`.
+/// Returns the time from the first driven phase since `from` to the last, µs. Phases of the
+/// electrode check lie before `from`.
 fn driven_for(desk: &TestHost, from: u64) -> u64 {
     let driven = driven_starts(&desk.record.levels, 0);
     let mut since = driven.into_iter().filter(|t| *t >= from);
@@ -45,8 +46,8 @@ fn driven_for(desk: &TestHost, from: u64) -> u64 {
     first.map_or(0, |first| since.next_back().unwrap_or(first) - first)
 }
 
-/// Plays about 0.6 s that end so, without a word of the host; `None` if time is over before
-/// it may begin. How long pulses came.
+/// Plays about 0.6 s that end by `exit`, without a message of the host, and returns how long pulses
+/// came, µs; `None` if the allowance was used up before.
 fn play_piece(desk: &mut TestHost, exit: Exit, amplitude: u32) -> Option<u64> {
     if let Err(refused) = desk.answer(ARM) {
         assert_eq!(refused, refusal(Code::TimeOver, "max_session_s"));
@@ -84,8 +85,7 @@ fn train(exit: Exit) -> TrainSpec {
     }
 }
 
-/// No frame comes between `Start` and the end of a piece: time is counted all the same, at
-/// every exit.
+/// Time is counted at every exit, although no frame comes between `Start` and the end of a piece.
 #[test]
 fn pieces_without_a_word_of_the_host_add_up_at_every_exit() {
     for exit in EXITS {
@@ -97,13 +97,13 @@ fn pieces_without_a_word_of_the_host_add_up_at_every_exit() {
             assert!(pieces < 12, "{exit:?}: twelve pieces of 0.6 s in 2 s");
         }
         println!("{exit:?}: {pieces} pieces, {} ms", sum / 1_000);
-        // The last fall ends with the time; of each piece a period may be missing.
+        // The last fall ends when the allowance does; each piece may lack one period.
         assert!(sum <= 2_000_000, "{exit:?}: {sum} µs");
         assert!(sum > 1_700_000, "{exit:?}: {sum} µs is too little");
     }
 }
 
-/// The same with a reset after each piece, and one reset amid each.
+/// Adds a reset after each piece, and one during each.
 #[test]
 fn no_reset_but_powers_gives_time_back() {
     for reset in [
@@ -123,7 +123,7 @@ fn no_reset_but_powers_gives_time_back() {
             desk.reset(reset);
             assert!(pieces < 12, "{reset:?}");
         }
-        // A closed copy adds nothing.
+        // The copy of a piece that ended before the reset adds nothing.
         assert!(
             (1_800_000..=2_000_000).contains(&sum),
             "{reset:?}: {sum} µs"
@@ -157,7 +157,7 @@ fn a_reset_amid_stimulation_adds_a_quarter_second_at_most() {
         sum / 1_000
     );
     assert!(sum <= 3_000_000 + resets * u64::from(OPEN_US));
-    // 0.2 s were written when each came, and 0.25 s are added.
+    // The reset came when 0.2 s had been written, and 0.25 s are added.
     assert_eq!(resets, 7);
 }
 
@@ -188,8 +188,8 @@ fn a_channels_charge_outlives_a_reset() {
     assert!((980_000..=1_010_000).contains(&sum_nc), "{sum_nc}");
 }
 
-/// Charge of one phase of every code written, as if each phase had `width_us`: more than
-/// the electrode checks have.
+/// Returns the charge of one phase for every code written, as if each phase had `width_us`: more
+/// than the electrode checks deliver, nC.
 fn written_nc(desk: &TestHost, width_us: u64) -> u64 {
     let codes = desk.record.dac.iter().map(|&(_, _, code)| u64::from(code));
     codes
@@ -197,7 +197,7 @@ fn written_nc(desk: &TestHost, width_us: u64) -> u64 {
         .sum()
 }
 
-/// Ten channels whose bursts come at once, none of them beyond its own dose by one burst.
+/// Ten channels whose bursts coincide: none exceeds its own charge allowance by even one burst.
 #[test]
 fn no_burst_passes_the_dose() {
     let limited = WearerSpec {
@@ -226,7 +226,7 @@ fn without_a_whole_copy_nothing_is_armed_until_power_comes_up() {
     let mut desk = TestHost::open(BOOT);
     desk.prepare(silent_host_wearer(2), &[channel(PLAIN)]);
     play_piece(&mut desk, Exit::Stop, 5_000).unwrap();
-    // One bad copy is no harm, whichever.
+    // One corrupt copy, either of them, does no harm.
     for copy in 0..2 {
         desk.board.allowance_copies_mut()[copy][7] ^= 1;
         desk.reset(ResetCause::Software);
@@ -270,7 +270,7 @@ fn status_tells_what_is_left() {
     let left = desk.status().left.unwrap();
     assert!((9_990..10_000).contains(&left.time_ms), "{left:?}");
     assert_eq!((left.channel, left.dose_uc), (whole.channel, whole.dose_uc));
-    // Channel 2 alone puts something out.
+    // Only channel 2 emits pulses.
     desk.expect_ok(Request::Amplitudes {
         at: None,
         mask: 2,
@@ -285,7 +285,7 @@ fn status_tells_what_is_left() {
     assert!((1_885..1_915).contains(&left.dose_uc), "{left:?}");
 }
 
-/// A host that stops and arms again and again gets no more check pulses than a few.
+/// A host that stops and arms repeatedly gets only a few check pulses.
 #[test]
 fn electrode_checks_keep_a_pause() {
     let slow = TrainSpec {
@@ -303,7 +303,7 @@ fn electrode_checks_keep_a_pause() {
             desk.send(Request::Stop);
             desk.wait(1_000);
         }
-        // Of a biphasic pulse two phases are driven.
+        // A biphasic pulse has two driven phases.
         let starts: Vec<u64> = driven_starts(&desk.record.levels, 0);
         let within = |from: u64| {
             let second = from..from + 1_000_000;
@@ -313,7 +313,8 @@ fn electrode_checks_keep_a_pause() {
         println!("cut after {cut_us} µs: {most} check pulses in a second at most");
         assert!(most <= 24, "{most}");
     }
-    // Who waits is not kept waiting, and who arms at once is answered within half a second.
+    // A host that has waited is not delayed, and a host that arms at once gets its answer within
+    // half a second.
     let mut desk = TestHost::open(BOOT);
     desk.prepare(wearer(), &[channel(slow)]);
     for (pause_us, at_most_us) in [(0, 26_000), (500_000, 26_000), (0, 426_000)] {

@@ -1,5 +1,5 @@
-//! `Stop` is never refused and waits behind nothing: what came before it is
-//! void, what comes behind it is judged after it.
+//! `Stop` is never refused or delayed: requests before it become void, and requests after it are
+//! judged after it.
 
 use crate::device_desk::*;
 use firmware::link::{Code, Event, Request, SCHEMA};
@@ -8,7 +8,7 @@ use firmware::units::Micros;
 
 const BOOT: Micros = Micros::new(u32::MAX - 300_000);
 
-/// Stimulating on two channels, and nothing of that unheard.
+/// Stimulates on two channels and discards the responses.
 fn stimulating() -> TestHost {
     let mut desk = TestHost::open(BOOT);
     desk.run(wearer(), &[channel(PLAIN); 2], 10_000);
@@ -25,7 +25,7 @@ fn armed() -> TestHost {
     desk
 }
 
-/// What number `seq` was answered.
+/// Returns the answer to request `seq`.
 fn answer(heard: &[OwnedResponse], seq: u16) -> Result<Micros, Code> {
     let mut answers = heard.iter().filter_map(|h| match h {
         OwnedResponse::Ack(s, at) if *s == seq => Some(Ok(*at)),
@@ -39,7 +39,7 @@ fn answer(heard: &[OwnedResponse], seq: u16) -> Result<Micros, Code> {
     first
 }
 
-/// When the fall began, as the device says.
+/// Returns the reported start of the fall.
 fn stopping(heard: &[OwnedResponse]) -> Option<Micros> {
     heard.iter().find_map(|h| match h {
         OwnedResponse::Event(at, Event::Stopping(StopCause::Request)) => Some(*at),
@@ -80,7 +80,7 @@ fn a_start_ahead_of_a_stop_plays_no_pulse() {
             .all(|&d| d < t)
     );
     assert!(desk.isolated_since().is_some());
-    // It can be armed again, and nothing of the voided start is left.
+    // It can be armed again, and nothing of the voided start remains.
     desk.expect_ok(ARM);
     desk.expect_ok(Request::Start);
     assert_eq!(desk.state(), State::Stimulating);
@@ -123,12 +123,12 @@ fn a_stop_ends_arming_wherever_it_is() {
         assert_eq!(answer(&heard, arm), Err(Code::Cancelled), "{wait}");
         assert!(answer(&heard, stop).is_ok());
         assert_eq!(desk.state(), State::Idle);
-        desk.expect_ok(ARM); // nothing of the cancelled one blocks it
+        desk.expect_ok(ARM); // no part of the cancelled order blocks it
     }
 }
 
-/// A thousand orders, a stop, a thousand more: the stop is carried out with the
-/// next window, and every request has exactly one answer.
+/// A thousand orders, a stop, a thousand more: the stop is carried out in the next window, and
+/// every request gets exactly one answer.
 #[test]
 fn a_thousand_orders_do_not_delay_a_stop() {
     let mut desk = stimulating();
@@ -180,7 +180,7 @@ fn more_stops_than_the_session_remembers_are_all_answered() {
     assert_eq!(desk.state(), State::Stopping);
 }
 
-/// Of another session, of none: stopping is never refused. It is counted.
+/// `Stop` from another session, or from none, is never refused. It is counted.
 #[test]
 fn a_stranger_s_stop_stops() {
     let mut desk = stimulating();
@@ -193,13 +193,13 @@ fn a_stranger_s_stop_stops() {
     assert_eq!(desk.state(), State::Stopping);
     desk.session = own;
     assert_eq!(desk.status().counters.strangers, 2);
-    // Before any session: nothing to stop, and nothing to refuse.
+    // Before any session there is nothing to stop and nothing to refuse.
     let mut desk = TestHost::boot(BOOT, None);
     desk.expect_ok(Request::Stop);
     assert_eq!(desk.state(), State::Idle);
 }
 
-/// A setpoint that the controller has not taken yet is void as well.
+/// A setpoint that the controller has not taken yet becomes void as well.
 #[test]
 fn a_queued_angle_is_void() {
     let mut desk = stimulating();
@@ -211,8 +211,8 @@ fn a_queued_angle_is_void() {
     assert_eq!(answer(&heard, n[2]), Err(Code::NoJoint));
 }
 
-/// Twenty requests fill the controller's mailbox: the `Hello` behind them is
-/// refused, or telemetry of the session before would go on into the new one.
+/// Twenty requests fill the controller's mailbox. The following `Hello` is refused, because
+/// otherwise telemetry of the previous session would continue in the new one.
 #[test]
 fn a_hello_that_could_not_end_a_subscription_is_refused() {
     let mut desk = TestHost::open(BOOT);

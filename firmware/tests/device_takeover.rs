@@ -1,6 +1,6 @@
-//! What takes the device away from its session, another host's `Hello` and a stage table,
-//! against what the pulser does at any point between two frames of one packet: the board's
-//! session looks at its mail only after the whole packet.
+//! Requests that end a session, another host's `Hello` and a stage table, against actions of the
+//! pulser at any point between two frames of one packet. The board's session reads its mail only
+//! after the whole packet.
 
 use crate::device_desk::*;
 use firmware::device::{Controller, Identity, Mailboxes, Pulser, Session, WINDOWS_PER_TICK};
@@ -11,10 +11,10 @@ use firmware::safety::{
 };
 use firmware::units::{DacCode, Micros, us};
 
-/// A name, whether its `Hello` is a stranger's, and the requests of a packet.
+/// Name, whether the case has another host's `Hello`, and the requests of a packet.
 type Case = (&'static str, bool, fn(u32) -> Vec<(u16, Request)>);
 
-/// The session that the first `Hello` opens, and another's.
+/// Session that the first `Hello` opens, and the session of another host.
 const OWNER: u16 = 1;
 const STRANGER: u16 = 77;
 const HELLO: Request = Request::Hello { schema: SCHEMA };
@@ -26,7 +26,7 @@ const STORE: Request = Request::StoreStages {
     supply: StageSupply::Common,
 };
 
-/// The three owners, called one by one as a board's interrupts and thread are.
+/// The three owners, called one by one as a board's interrupts and thread do.
 struct Owners {
     pulser: Pulser,
     controller: Controller,
@@ -36,7 +36,7 @@ struct Owners {
     dac: [DacCode; CHANNELS],
     sample: Option<Sample>,
     reading: Option<Reading>,
-    /// Of the next window.
+    /// Start of the next window.
     start: Micros,
     windows: u32,
     seq: u16,
@@ -44,7 +44,7 @@ struct Owners {
 }
 
 impl Owners {
-    /// Configured by its owner: one channel, and its sum.
+    /// Returns owners configured with one channel, and the setup's checksum.
     fn configured() -> (Self, u32) {
         let table = StageTable {
             origin: Origin::Owner,
@@ -84,7 +84,7 @@ impl Owners {
         (owners, sum.total())
     }
 
-    /// One frame reaches the session, which does not look at its mail.
+    /// Delivers one frame to the session, which does not read its mail.
     fn deliver_frame(&mut self, session: u16, request: Request) {
         let bytes = frame(session, self.seq, request);
         self.seq += 1;
@@ -92,7 +92,7 @@ impl Owners {
         self.session.receive(self.start, &bytes, &mut mail);
     }
 
-    /// A window passes: refill, and each fourth a control tick. Not the session's turn.
+    /// Runs one window: a refill and, every fourth time, a control tick, but not the session.
     fn window(&mut self) {
         let inputs = Inputs {
             arm: true,
@@ -126,7 +126,7 @@ impl Owners {
         self.windows += 1;
     }
 
-    /// The session looks at its mail.
+    /// Lets the session read its mail.
     fn poll(&mut self) {
         let (_, _, mut mail) = self.mail.split();
         self.session.poll(self.start, &mut mail);
@@ -135,7 +135,7 @@ impl Owners {
         self.said.extend(&buffer[..count]);
     }
 
-    /// Windows as on a board: the session looks at its mail after each control tick.
+    /// Runs windows as on a board: the session reads its mail after each control tick.
     fn run(&mut self, windows: u32) {
         for _ in 0..windows {
             self.window();
@@ -151,7 +151,7 @@ impl Owners {
     }
 }
 
-/// Windows from an arm order to the state *Armed*.
+/// Returns the number of windows from an arm order to the state *Armed*.
 fn windows_to_armed() -> u32 {
     let (mut owners, setup) = Owners::configured();
     owners.deliver_frame(OWNER, Request::Arm { setup });
@@ -164,8 +164,8 @@ fn windows_to_armed() -> u32 {
     windows
 }
 
-/// Frames of one packet, between two of which, before or behind which, `windows` pass
-/// without the session's turn.
+/// Frames of one packet; at one point before, between or after them, `windows` pass without the
+/// session.
 struct Packet<'a> {
     frames: &'a [(u16, Request)],
     between: usize,
@@ -187,8 +187,8 @@ impl Packet<'_> {
     }
 }
 
-/// Each packet at each moment about the end of an electrode check, with each number of
-/// windows at each point between two frames; `judge` gets what was answered, and when.
+/// Runs each packet at each moment around the end of an electrode check, with each number of
+/// windows at each point between two frames. `judge` gets the answers.
 fn at_every_point(
     frames: impl Fn(u32) -> Vec<(u16, Request)>,
     arms_before: bool,
@@ -234,8 +234,8 @@ fn is_taken_over(heard: &[OwnedResponse]) -> bool {
     heard.iter().any(|h| matches!(h, OwnedResponse::Hello(_)))
 }
 
-/// A stranger's `Hello` never becomes the session of a device that is armed, is about to be,
-/// or stimulates.
+/// Another host's `Hello` never takes over a device that is armed, is about to be armed, or
+/// stimulates.
 #[test]
 fn no_stranger_takes_over_what_another_armed_whenever_the_verdict_comes() {
     let packets: [Case; 4] = [
@@ -294,7 +294,8 @@ fn no_stranger_takes_over_what_another_armed_whenever_the_verdict_comes() {
     }
 }
 
-/// No board restarts to store its stages unless it is idle, whenever the verdict comes.
+/// A board restarts to store its stages only when it is idle, whenever the result of the electrode
+/// check comes.
 #[test]
 fn no_board_restarts_unless_idle_whenever_the_verdict_comes() {
     let packets: [Case; 4] = [
@@ -340,8 +341,8 @@ fn no_board_restarts_unless_idle_whenever_the_verdict_comes() {
     }
 }
 
-/// A device at rest is taken over, in a window or two; the host before is a stranger then,
-/// and what it ordered meanwhile neither arms nor starts.
+/// A device at rest is taken over within a window or two. The earlier host is then foreign, and its
+/// orders in between neither arm nor start.
 #[test]
 fn a_device_at_rest_is_taken_over_by_the_pulsers_word() {
     let (mut owners, setup) = Owners::configured();
@@ -369,8 +370,8 @@ fn a_device_at_rest_is_taken_over_by_the_pulsers_word() {
     assert_eq!(owners.pulser.state(), State::Idle);
 }
 
-/// `Start`s with one number, as from a host that repeats itself: until each is answered,
-/// nothing is configured that a `Stop` would wait for.
+/// Repeated `Start` requests with one number: until each is answered, no configuration is accepted
+/// that a `Stop` would wait for.
 #[test]
 fn each_start_is_waited_for() {
     let windows = windows_to_armed();
@@ -378,7 +379,7 @@ fn each_start_is_waited_for() {
     owners.deliver_frame(OWNER, Request::Arm { setup });
     owners.run(windows - 1);
     owners.heard();
-    // Refused: the check is not over.
+    // Refused, because the check is not over.
     owners.deliver_frame(OWNER, Request::Start);
     owners.window();
     owners.seq -= 1;

@@ -1,4 +1,4 @@
-//! Telemetry says what is, and "none" where nothing is.
+//! Telemetry: present values, and "none" where there is no value.
 
 use crate::device_desk::*;
 use crate::device_force::{FORCE, control, force, muscle};
@@ -10,7 +10,7 @@ use firmware::units::{Amplitude, Micros};
 
 const BOOT: Micros = Micros::new(u32::MAX - 300_000);
 
-/// The last sample of the next `ms`, the host being alive.
+/// Returns the last sample of the next `ms`, with keep-alives.
 fn last_sample_after(desk: &mut TestHost, ms: u32) -> Telemetry {
     for _ in 0..ms.div_ceil(10) {
         desk.send(Request::KeepAlive);
@@ -31,7 +31,7 @@ fn a_repeated_subscription_keeps_its_phase() {
     let times: Vec<Micros> = desk.samples().iter().map(|s| s.at).collect();
     assert!((19..=20).contains(&times.len()), "{}", times.len());
     assert!(times.windows(2).all(|t| (t[1] - t[0]).us() == 10_000));
-    // Another period begins anew.
+    // Another period starts a new subscription.
     desk.expect_ok(Request::Subscribe { period_ms: 20 });
     desk.take_messages();
     desk.wait(100_000);
@@ -75,7 +75,7 @@ fn what_is_not_there_is_none_and_the_state_is_told() {
     assert_eq!(stopped.amplitudes, [None, None]);
 }
 
-/// A finite train that has played puts nothing out while another plays on.
+/// A finite train that has ended emits nothing while another plays on.
 #[test]
 fn a_train_that_has_played_is_none() {
     let mut desk = TestHost::open(BOOT);

@@ -1,4 +1,4 @@
-//! Amplitudes that wait for a device time, at the pins.
+//! Timed amplitude orders at the pins.
 
 use crate::device_desk::*;
 use firmware::link::{Code, Decoder, Event, Request, Response};
@@ -10,10 +10,10 @@ use proptest::prelude::*;
 const WINDOW: u64 = WINDOW_US as u64;
 const PERIOD: u64 = PLAIN.period_us as u64;
 
-/// The clock wraps a tenth of a second after boot, between an order and its time.
+/// Boot time; the clock wraps a tenth of a second later, between an order and its time.
 const BOOT: Micros = Micros::new(u32::MAX - 100_000);
 
-/// Before what is ordered with a time.
+/// Amplitude before the timed order.
 const LOW_UA: u32 = 5_000;
 
 fn timed(at: Micros, ua: u32) -> Request {
@@ -29,7 +29,7 @@ fn code(ua: u32) -> u16 {
     (u64::from(ua) * 65_535 / 100_000) as u16
 }
 
-/// A device that stimulates one channel with [`LOW_UA`], and has risen.
+/// Returns a device that stimulates one channel with [`LOW_UA`] after its rise.
 fn running(wearer: WearerSpec) -> TestHost {
     let mut desk = TestHost::open(BOOT);
     desk.run(wearer, &[channel(PLAIN)], LOW_UA);
@@ -37,7 +37,7 @@ fn running(wearer: WearerSpec) -> TestHost {
     desk
 }
 
-/// Begin, µs since boot, and code of each burst of the first channel since `from`.
+/// Returns the start, µs since boot, and code of each burst of the first channel since `from`.
 fn bursts(desk: &TestHost, from: u64) -> Vec<(u64, u16)> {
     let phases = driven_starts(&desk.record.levels, 0);
     let behind = |begin: u64| {
@@ -50,29 +50,29 @@ fn bursts(desk: &TestHost, from: u64) -> Vec<(u64, u16)> {
     begins.map(|begin| (begin, behind(begin))).collect()
 }
 
-/// The device time of `t`, µs since boot.
+/// Converts `t`, µs since boot, into device time.
 fn device_time(t: u64) -> Micros {
     BOOT + us(t as u32)
 }
 
-/// The next burst after now, µs since boot.
+/// Returns the start of the next burst, µs since boot.
 fn next_burst(desk: &mut TestHost) -> u64 {
     let now = desk.since_boot_us();
     let last = bursts(desk, 0).last().expect("it stimulates").0;
     last + (now - last).next_multiple_of(PERIOD)
 }
 
-/// Waits with a host that is alive.
+/// Waits `length_us` while the host sends keep-alives.
 pub fn wait_alive(desk: &mut TestHost, length_us: u64) {
     let end = desk.since_boot_us() + length_us;
     while desk.since_boot_us() < end {
         desk.send(Request::KeepAlive);
-        let left = end.saturating_sub(desk.since_boot_us()); // serving takes time
+        let left = end.saturating_sub(desk.since_boot_us()); // processing takes time
         desk.wait(left.min(20_000) as u32);
     }
 }
 
-/// Numbers of the requests that were refused, and why.
+/// Returns the numbers of the refused requests, with their codes.
 fn refusals(desk: &mut TestHost) -> Vec<(Option<u16>, Code)> {
     let refusal = |heard| match heard {
         OwnedResponse::Refused(seq, code, _) => Some((seq, code)),
@@ -84,7 +84,7 @@ fn refusals(desk: &mut TestHost) -> Vec<(Option<u16>, Code)> {
         .collect()
 }
 
-/// The range that the latest refusal tells.
+/// Returns the allowed range in the latest refusal.
 fn refusal_range(desk: &TestHost) -> (i32, i32) {
     let (mut decoder, mut range) = (Decoder::default(), None);
     for &byte in &desk.record.bytes {
@@ -98,11 +98,11 @@ fn refusal_range(desk: &TestHost) -> (i32, i32) {
     range.expect("a refusal")
 }
 
-/// An order holds from the window that contains its time: a burst in that window has it,
-/// wherever in the window both lie, and one in the window before has it not.
+/// An order takes effect in the window that contains its time: for a burst in that window, wherever
+/// in the window both lie, and not for a burst in the window before.
 #[test]
 fn an_order_takes_effect_in_the_window_that_contains_its_time() {
-    // The third puts the order behind the burst's window, the last long before.
+    // The third puts the order after the burst's window, the last long before it.
     for (after, is_in_time) in [(0, true), (249, true), (250, false), (-1, true)] {
         for shift in [0, 1, 137] {
             let mut desk = TestHost::open(BOOT);
@@ -127,8 +127,8 @@ fn an_order_takes_effect_in_the_window_that_contains_its_time() {
     }
 }
 
-/// As many as may wait, each for one burst, over the clock's wrap and in their order; one
-/// more is refused until the first is due.
+/// As many orders as may wait, one for each burst, are carried out in order across the clock's
+/// wrap; one more is refused until the first is due.
 #[test]
 fn orders_are_carried_out_in_turn_and_no_more_wait_than_may() {
     let mut desk = running(wearer());
@@ -159,12 +159,14 @@ fn orders_are_carried_out_in_turn_and_no_more_wait_than_may() {
     );
 }
 
-/// A second after the start of the window that takes it up, and not a microsecond later.
+/// An order may lie one second after the start of the window that receives it, and not a
+/// microsecond later.
 #[test]
 fn a_time_may_be_a_second_ahead() {
     for late_us in [0, 1] {
         let mut desk = running(wearer());
-        // The same phase of a window twice: the first answer tells when the second comes.
+        // The first answer gives the phase of the window, so that the second order can come at the
+        // same phase.
         let heard = desk.exchange(Request::KeepAlive);
         let sent = desk.now() - us(2_000);
         let Some(OwnedResponse::Ack(_, start)) = heard.last() else {
@@ -181,8 +183,8 @@ fn a_time_may_be_a_second_ahead() {
     }
 }
 
-/// What is due in the window that takes it up, or was before, is carried out at once; what
-/// was due before is counted, as often as it is carried out.
+/// An order due in the window that receives it, or earlier, is carried out at once. If it was due
+/// earlier, it is counted each time.
 #[test]
 fn a_late_order_is_carried_out_at_once_and_counted() {
     let half = 1_u32 << 31;
@@ -210,7 +212,7 @@ fn a_late_order_is_carried_out_at_once_and_counted() {
         assert_eq!(bursts(&desk, from + 500)[0].1, code(ua), "{ahead_us}");
         assert_eq!(desk.status().counters.late_setpoints, counted, "{ahead_us}");
     }
-    // One that is refused is not carried out.
+    // A refused order is not carried out.
     let past = desk.now() - us(1_000);
     assert_eq!(
         desk.refusal_code(timed(past, 20_001)),
@@ -219,8 +221,8 @@ fn a_late_order_is_carried_out_at_once_and_counted() {
     assert_eq!(desk.status().counters.late_setpoints, counted);
 }
 
-/// No two are due within a window of each other, and none before one that waits; what has
-/// no time, or a past one, does not wait its turn.
+/// Orders must be at least a window apart and may not precede a waiting order; an order without a
+/// time, or with a past time, does not wait for its turn.
 #[test]
 fn times_never_go_back() {
     let mut desk = running(wearer());
@@ -232,8 +234,8 @@ fn times_never_go_back() {
             desk.expect_refusal(timed(at, 9_000)),
             refusal(Code::TimeGoesBack, "at")
         );
-        // It tells how long after the window that judged it, up to half a millisecond
-        // after its arrival, the soonest time is.
+        // The refusal gives the soonest allowed time relative to the window that judged it, up to
+        // half a millisecond after its arrival.
         let (least, most) = refusal_range(&desk);
         let soonest = (latest + us(WINDOW_US) - desk.now()).us();
         assert!(
@@ -258,7 +260,7 @@ fn times_never_go_back() {
     );
 }
 
-/// Held to the limits as it comes, in the states in which an untimed one is taken.
+/// An order is checked against the limits on arrival, in the same states as an untimed one.
 #[test]
 fn it_is_judged_when_it_comes() {
     let mut desk = TestHost::open(BOOT);
@@ -286,7 +288,8 @@ fn it_is_judged_when_it_comes() {
     );
 }
 
-/// What depends on the moment is judged when it is due: acknowledged, and refused then.
+/// Rules that depend on the moment are applied when the order is due: it is acknowledged, and
+/// refused then.
 #[test]
 fn a_step_too_large_is_refused_when_it_is_due() {
     let wearer = WearerSpec {
@@ -311,7 +314,7 @@ fn a_step_too_large_is_refused_when_it_is_due() {
     assert_eq!(desk.status().counters.refused, before + 1);
 }
 
-/// What waits is no sign of life: its arrival is.
+/// A waiting order does not count as a keep-alive; its arrival does.
 #[test]
 fn orders_that_wait_do_not_keep_a_host_alive() {
     let mut desk = running(wearer());
@@ -333,7 +336,7 @@ fn orders_that_wait_do_not_keep_a_host_alive() {
     let fall = u64::from(wearer().fall_ms) * 1_000;
     let from = (from - BOOT).us().cast_unsigned().into();
     assert!(end > from && end <= from + heard_us + fall, "{from} {end}");
-    // The first was due at 90 ms, the second would have been at 180.
+    // The first was due at 90 ms; the second would have been due at 180 ms.
     assert!(
         bursts(&desk, from)
             .iter()
@@ -341,7 +344,7 @@ fn orders_that_wait_do_not_keep_a_host_alive() {
     );
 }
 
-/// How stimulation or arming may end with an order waiting.
+/// End of stimulation or arming while an order waits.
 #[derive(Clone, Copy, Debug)]
 enum End {
     Stop,
@@ -349,15 +352,15 @@ enum End {
     Silence,
     HandStop,
     Hello,
-    /// Another host's, once the device is at rest.
+    /// Takeover by another host, once the device is at rest.
     Owner,
-    /// Of a device that was armed and not started.
+    /// `Stop` on a device that was armed but not started.
     Disarm,
     /// The trains end by themselves.
     Finished,
 }
 
-/// Ends it, and goes on with the device at rest or, after a `Hello`, as it is.
+/// Ends the stimulation; then the device is at rest or, after a `Hello`, unchanged.
 fn carry_out(desk: &mut TestHost, end: End) {
     match end {
         End::Stop | End::Disarm => {
@@ -389,8 +392,7 @@ fn carry_out(desk: &mut TestHost, end: End) {
     }
 }
 
-/// After any end nothing that waited plays, not in the next session, and nothing is said
-/// of it.
+/// After any end no waiting order plays, also not in the next session, and none is reported.
 #[test]
 fn nothing_that_waits_survives_an_end() {
     use End::{Disarm, Fault, Finished, HandStop, Hello, Owner, Silence, Stop};
@@ -409,7 +411,7 @@ fn nothing_that_waits_survives_an_end() {
             desk.expect_all_ok([Request::Start, equal_amplitudes(1, LOW_UA)]);
             wait_alive(&mut desk, 3 * PERIOD);
         }
-        // One would be due during a fall, the others behind the next start.
+        // One order would be due during a fall, the others after the next start.
         let now = desk.now();
         for ahead_us in [25_000, 900_000, 950_000] {
             desk.expect_ok(timed(now + us(ahead_us), 15_000));
@@ -441,31 +443,31 @@ fn nothing_that_waits_survives_an_end() {
     }
 }
 
-/// The same without an end: they do play.
+/// Without an end, the waiting orders play.
 #[test]
 fn what_waits_plays_without_an_end() {
     let mut desk = TestHost::open(BOOT);
     desk.prepare(wearer(), &[channel(PLAIN)]);
     desk.expect_ok(ARM);
     let now = desk.now();
-    desk.expect_ok(timed(now + us(900_000), 15_000)); // armed, and started before it is due
+    desk.expect_ok(timed(now + us(900_000), 15_000)); // armed, and started before the order is due
     desk.expect_all_ok([Request::Start, equal_amplitudes(1, LOW_UA)]);
     wait_alive(&mut desk, 1_000_000);
     let codes: Vec<u16> = bursts(&desk, 0).into_iter().map(|burst| burst.1).collect();
     assert!(codes.contains(&code(LOW_UA)) && codes.last() == Some(&code(15_000)));
 }
 
-/// What a host or a wearer does next.
+/// Next action of a host or wearer.
 #[derive(Clone, Copy, Debug)]
 enum Move {
-    /// An order so far ahead, µs.
+    /// Order this far ahead, µs.
     Ahead(u32),
     Wait(u32),
     Stop,
     HandStop,
     OverCurrent,
     Hello,
-    /// Acknowledges, arms and starts.
+    /// Acknowledges faults, arms and starts.
     Start,
 }
 
@@ -482,14 +484,15 @@ fn moves() -> impl Strategy<Value = Vec<Move>> {
     proptest::collection::vec(one, 1..40)
 }
 
-/// Each order has an amplitude of its own. Returns how many bursts had one of an order.
+/// Plays `moves`; each order has its own amplitude. Returns the number of bursts with the amplitude
+/// of an order.
 fn play(moves: &[Move]) -> Result<usize, TestCaseError> {
     let mut desk = TestHost::open(BOOT);
     desk.sensors.hand_stop = true;
     desk.prepare(wearer(), &[channel(PLAIN)]);
-    // Of each order: when it may play at the soonest and at the latest, and its code.
+    // For each order: the earliest and latest time at which it may play, and its code.
     let mut orders: Vec<(u64, u64, u16)> = Vec::new();
-    // What is rendered plays on for two windows, and less than the fall after a stop.
+    // `grace` covers the two rendered windows or, after a stop, the fall.
     let end = |desk: &mut TestHost, orders: &mut Vec<(u64, u64, u16)>, grace: u64| {
         let now = desk.since_boot_us();
         for order in orders {
@@ -525,7 +528,7 @@ fn play(moves: &[Move]) -> Result<usize, TestCaseError> {
                 end(&mut desk, &mut orders, 0);
             }
             Move::Hello => {
-                // What was carried out before stays; what waits does not.
+                // Orders already carried out remain in force; waiting orders do not.
                 let now = desk.since_boot_us();
                 desk.hello();
                 orders.retain(|order| order.0 <= now + 2 * WINDOW);
@@ -554,7 +557,7 @@ fn play(moves: &[Move]) -> Result<usize, TestCaseError> {
     for (begin, played_code) in bursts(&desk, 0) {
         let is_low = played_code <= code(LOW_UA);
         let is_ordered = orders.iter().any(|&(from, to, code)| {
-            // A fall lowers it.
+            // A fall lowers the code.
             played_code <= code && (from..=to).contains(&begin)
         });
         prop_assert!(is_low || is_ordered, "{played_code} at {begin}: {orders:?}");
@@ -563,8 +566,8 @@ fn play(moves: &[Move]) -> Result<usize, TestCaseError> {
     Ok(played)
 }
 
-/// P212: whatever host and wearer do, no timed order plays before the window of its time,
-/// and none after the end of the stimulation or arming in which it came.
+/// P212: for any host and wearer, no timed order plays before the window of its time, and none
+/// after the end of the stimulation or arming in which it came.
 #[test]
 fn no_timed_order_plays_out_of_its_time_or_session() {
     let played = std::cell::Cell::new(0);

@@ -1,5 +1,4 @@
-//! The virtual wall on the device: how it is configured and refused, what it
-//! puts out, and what ends it.
+//! The virtual wall on the device: configuration, refusals, output, and ends of stimulation.
 
 use crate::device_desk::*;
 use firmware::control::SensorSource;
@@ -10,7 +9,7 @@ use firmware::units::{Amplitude, Micros};
 
 const BOOT: Micros = Micros::new(u32::MAX - 100_000);
 
-/// 1 mA/° from 90° on, 5 to 10 mA over the 9° before it, 4 mA on the antagonist.
+/// Wall at 90° with 1 mA/°, 5 to 10 mA over the 9° before it, and 4 mA on the antagonist.
 const WALL: WallSpec = WallSpec {
     at_mdeg: 90_000,
     side: Side::Flexion,
@@ -34,7 +33,7 @@ const WALL: WallSpec = WallSpec {
     stale_after_ms: 40,
 };
 
-/// Two channels with a limit of 20 mA and `wall`, not armed.
+/// Configures two channels with a limit of 20 mA and `wall`, without arming.
 fn with_wall(wall: WallSpec) -> TestHost {
     let mut desk = TestHost::open(BOOT);
     desk.prepare(wearer(), &[channel(PLAIN); 2]);
@@ -42,7 +41,7 @@ fn with_wall(wall: WallSpec) -> TestHost {
     desk
 }
 
-/// Armed and started with the limb at `centideg`.
+/// Arms and starts with the limb at `centideg`.
 fn running(wall: WallSpec, centideg: i16) -> TestHost {
     let mut desk = with_wall(wall);
     desk.expect_ok(Request::Subscribe { period_ms: 5 });
@@ -52,7 +51,7 @@ fn running(wall: WallSpec, centideg: i16) -> TestHost {
     desk
 }
 
-/// Holds the limb at `centideg` for 100 ms. The last telemetry.
+/// Holds the limb at `centideg` for 100 ms. Returns the last telemetry.
 fn hold(desk: &mut TestHost, centideg: i16) -> Telemetry {
     for _ in 0..10 {
         desk.expect_ok(Request::KeepAlive);
@@ -87,12 +86,12 @@ fn depth_becomes_amplitude_and_telemetry_shows_both() {
     let deep = hold(&mut desk, 11_000);
     assert_eq!(deep.amplitudes[0], Some(Amplitude::new(20_000)));
     assert!(deep.limiting);
-    // Out again: silence, and telemetry says so.
+    // Outside the wall the output is silent, and telemetry reports that.
     let out = hold(&mut desk, 8_000);
     assert_eq!(out.amplitudes, [None, None]);
     let last = *driven_starts(&desk.record.levels, 0).last().unwrap();
     assert!(desk.since_boot_us() - last > 60_000);
-    // 15 mA of 100 mA full scale was put out.
+    // 15 mA of 100 mA full scale were emitted.
     let codes: Vec<u16> = desk.record.dac.iter().map(|d| d.2).collect();
     assert!(codes.contains(&9_830));
 }
@@ -189,7 +188,7 @@ fn arming_names_what_does_not_fit() {
         let mut desk = with_wall(changed(change));
         assert_eq!(desk.expect_refusal(ARM), refusal(code, field));
     }
-    // What no setup could make right is refused at once.
+    // Mistakes that no setup could make valid are refused at once.
     let mut desk = TestHost::open(BOOT);
     let at_once: [(Change, Code, &str); 4] = [
         (|w| w.stiffness = 0, Code::OutOfRange, "stiffness"),

@@ -1,5 +1,5 @@
-//! Pulse width as a live setpoint, at the pins: each burst has the pair that was ordered
-//! before it, and no order gets past a limit.
+//! Pulse width as a live setpoint, at the pins: each burst has the last ordered pair of amplitude
+//! and width, and no order exceeds a limit.
 
 use crate::device_desk::*;
 use crate::device_fuzz::hosts::near16;
@@ -10,16 +10,16 @@ use firmware::units::{Amplitude, Micros};
 use proptest::collection::vec;
 use proptest::prelude::*;
 
-/// The clock wraps soon after the start.
+/// Boot time; the clock wraps soon after the start.
 const BOOT: Micros = Micros::new(u32::MAX - 100_000);
 
-/// 200 µs, up to 400.
+/// Train with 200 µs, up to 400 µs.
 const LIVE: TrainSpec = TrainSpec {
     max_width_us: 400,
     ..PLAIN
 };
 
-/// Amplitudes in µA and widths in µs of the first channels.
+/// Returns an order of amplitudes in µA and widths in µs for the first channels.
 pub fn stimuli(pairs: &[(u32, u16)]) -> Request {
     Request::Amplitudes {
         at: None,
@@ -29,7 +29,7 @@ pub fn stimuli(pairs: &[(u32, u16)]) -> Request {
     }
 }
 
-/// Driven stretches of a channel from `from_us` on, with the DAC code in force.
+/// Returns the driven intervals of a channel from `from_us` on, with the DAC code in force.
 pub fn phases(desk: &TestHost, channel: usize, from_us: u64) -> Vec<(u64, u64, u16)> {
     let all = line_intervals(&desk.record.levels, channel, u64::MAX);
     let driven = all.into_iter().filter(|s| {
@@ -47,8 +47,7 @@ pub fn phases(desk: &TestHost, channel: usize, from_us: u64) -> Vec<(u64, u64, u
     with_code.collect()
 }
 
-/// Doublets: both pulses and both phases of each have the width of the burst, and the
-/// amplitude that was ordered with it.
+/// In doublets, both phases of both pulses have the width and amplitude ordered before the burst.
 #[test]
 fn a_burst_has_the_pair_that_was_ordered_before_it() {
     let doublet = TrainSpec {
@@ -67,15 +66,15 @@ fn a_burst_has_the_pair_that_was_ordered_before_it() {
         (12_000, 200),
         (9_000, 399),
     ];
-    // Each between the two pulses of a burst: it waits for the next.
+    // Each order comes between the two pulses of a burst and waits for the next burst.
     for order in orders {
         desk.expect_ok(stimuli(&[order]));
-        desk.wait(20_000 - 1_000); // an answer is a millisecond
+        desk.wait(20_000 - 1_000); // an answer takes a millisecond
     }
     desk.expect_ok(equal_amplitudes(1, 7_000)); // the train's own width again
     desk.wait(30_000);
     let seen = phases(&desk, 0, from);
-    // From the first whole burst on.
+    // From the first complete burst on.
     let pauses = seen
         .windows(2)
         .position(|window| window[1].0 - window[0].0 > 10_000);
@@ -121,7 +120,7 @@ fn what_a_channel_may_not_have_is_refused_by_name() {
         (stimuli(&[(1_000, 401)]), out("widths")),
         (stimuli(&[(1_000, 501)]), out("widths")),
         (stimuli(&[(1_000, 65_535)]), out("widths")),
-        // 4 µC: 10 mA for 400 µs, 20 mA for 200.
+        // 4 µC are 10 mA for 400 µs or 20 mA for 200 µs.
         (stimuli(&[(10_000, 400)]), Ok(())),
         (stimuli(&[(10_001, 400)]), charge.clone()),
         (stimuli(&[(20_000, 200)]), Ok(())),
@@ -130,10 +129,10 @@ fn what_a_channel_may_not_have_is_refused_by_name() {
             stimuli(&[(20_001, 10)]),
             Err(refusal(Code::AboveWearerLimit, "values")),
         ),
-        // A channel whose width never changes takes its own.
+        // A channel with a fixed width accepts only its own.
         (stimuli(&[(1_000, 300), (1_000, 200)]), Ok(())),
         (stimuli(&[(1_000, 300), (1_000, 201)]), out("widths")),
-        // All or none.
+        // An order is accepted as a whole or not at all.
         (stimuli(&[(20_000, 201), (1_000, 200)]), charge),
         (
             Request::Amplitudes {
@@ -173,8 +172,8 @@ fn a_muscle_is_not_armed_under_a_live_width() {
     );
 }
 
-/// What the limits of rms and density are judged at: 10 mm² take 200 µA rms, 2 mA for
-/// two phases of 100 µs in 20 ms.
+/// Width at which the limits of rms and density are checked: 10 mm² allow 200 µA rms, 2 mA for two
+/// phases of 100 µs in 20 ms.
 #[test]
 fn a_train_is_armed_at_the_width_that_heats_most() {
     let spec = |max_width_us| ChannelSpec {
@@ -194,7 +193,7 @@ fn a_train_is_armed_at_the_width_that_heats_most() {
     desk.expect_ok(ask(100));
     let refused = desk.expect_refusal(ask(101));
     assert_eq!(refused, refusal(Code::DensityLimit, "area_mm2"));
-    // What the wearer's charge never lets last so long does not count.
+    // Widths that the wearer's charge limit excludes do not count.
     desk.expect_ok(Request::Wearer(WearerSpec {
         max_charge_nc: 200,
         ..wearer()
@@ -202,8 +201,8 @@ fn a_train_is_armed_at_the_width_that_heats_most() {
     desk.expect_ok(ask(500));
 }
 
-/// The dose counts the width that is played: at 4 µC a pulse and 50 Hz, 10 mC are gone
-/// after 2500 pulses; at 0.1 µC hardly anything is.
+/// The charge allowance counts the played width: at 4 µC per pulse and 50 Hz, 10 mC are used up
+/// after 2500 pulses; at 0.1 µC hardly any is used.
 #[test]
 fn the_dose_counts_the_width_that_is_played() {
     let pulses_until = |order| {
@@ -251,12 +250,12 @@ fn a_width_may_not_rise_faster_than_an_amplitude() {
     assert_eq!(ask((10_000, 220)), None);
     assert_eq!(ask((11_000, 219)), Some(Code::TooLargeStep));
     assert_eq!(ask((11_000, 218)), None);
-    // Nor an amplitude where the phase is shortened.
+    // A larger amplitude with a shorter phase is limited too.
     assert_eq!(ask((13_000, 100)), Some(Code::TooLargeStep));
     assert_eq!(ask((12_000, 100)), None);
 }
 
-/// An order to two channels, and the wait behind it.
+/// Generates an order to two channels and the wait after it.
 fn orders() -> impl Strategy<Value = Vec<([(u32, u16); 2], u32)>> {
     let pair = || {
         (
@@ -271,9 +270,8 @@ fn orders() -> impl Strategy<Value = Vec<([(u32, u16); 2], u32)>> {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 48, ..ProptestConfig::default() })]
 
-    /// Whatever is ordered, in whatever order: no phase at the pins has more charge than
-    /// the wearer allows, no burst heats an electrode more than its limits, and the
-    /// device never finds fault with itself.
+    /// For any sequence of orders, no phase at the pins exceeds the wearer's charge, no burst heats
+    /// an electrode beyond its limits, and the device reports no fault of its own.
     #[test]
     fn no_sequence_of_setpoints_passes_a_limit(
         orders in orders(),
@@ -312,14 +310,14 @@ proptest! {
                 let by_limit = [Code::ChargeAtWidth, Code::AboveWearerLimit, Code::OutOfRange];
                 prop_assert!(by_limit.contains(&code), "{code:?}");
             }
-            desk.expect_ok(Request::KeepAlive); // nothing refused is a sign of life
+            desk.expect_ok(Request::KeepAlive); // a refused request does not count as a keep-alive
             desk.wait(wait_us);
         }
         prop_assert_eq!(desk.state(), State::Stimulating);
         for (index, spec) in specs.iter().enumerate() {
             let phases_each = if spec.train.shape.is_biphasic() { 2.0 } else { 1.0 };
             for (at, width_us, code) in phases(&desk, index, from) {
-                // µA that the code is, rounded up.
+                // The current of the code in µA, rounded up.
                 let ua = (u64::from(code) * 100_000).div_ceil(65_535);
                 let pc = ua * width_us;
                 prop_assert!(pc <= u64::from(max_charge_nc) * 1000, "{pc} pC at {at}");

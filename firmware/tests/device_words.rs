@@ -1,4 +1,4 @@
-//! What a client written from docs/protocol.md alone relies on.
+//! Behaviour on which a client written from docs/protocol.md alone relies.
 
 use crate::device_desk::*;
 use crate::device_force::{BOOT, FORCE, SLOW, control, force, muscle};
@@ -8,7 +8,7 @@ use firmware::link::{Code, Event, Request};
 use firmware::safety::{Fault, State, StopCause, WearerSpec};
 use firmware::units::{Amplitude, us};
 
-/// Stimulating with channel 0 under force control.
+/// Starts stimulation with channel 0 under force control.
 fn following() -> TestHost {
     let mut desk = TestHost::open(BOOT);
     let wearer = WearerSpec {
@@ -60,7 +60,7 @@ fn a_mask_of_nothing_does_not_keep_the_host_from_being_silent() {
     assert_eq!(desk.status().counters.setpoints, setpoints);
 }
 
-/// The ninth stop of a window has no place to wait for the window's time.
+/// The ninth stop in a window finds no place to wait for the window's time.
 #[test]
 fn twelve_stops_are_acknowledged_eight_with_the_windows_time() {
     let mut desk = TestHost::open(BOOT);
@@ -136,8 +136,8 @@ fn wall() -> Request {
     })
 }
 
-/// The host measures, and never has: nothing is put out, however long; one
-/// measurement, and its age counts.
+/// Before the host's first measurement nothing plays, however long it takes; after it, the
+/// measurement's age counts.
 #[test]
 fn without_a_first_measurement_nothing_is_played() {
     for request in [wall(), joint(0, 1, 5_000, 10_000)] {

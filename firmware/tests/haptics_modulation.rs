@@ -1,5 +1,5 @@
-//! Stimulation that follows a joint: what it asks for at every angle, against the paper's
-//! formula in floating point; and every specification that it refuses.
+//! Stimulation that follows a joint: its amplitude at every angle against the paper's formula in
+//! floating point, and all refused specifications.
 
 use firmware::haptics::{
     Form, ModulatedSpec, Modulation, ModulationError, ModulationSpec, MotionPhase, PhaseState,
@@ -9,7 +9,7 @@ use firmware::safety::StageSpec;
 use firmware::units::{Amplitude, Angle};
 use proptest::prelude::*;
 
-/// From 0.1 up to 0.9 and down to 0.4.
+/// Quartic from 0.1 up to 0.9 and down to 0.4.
 const HUMP: QuarticSpec = QuarticSpec([100_000, 700_000, 1_300_000, 900_000, 400_000]);
 const RISE: QuarticSpec = QuarticSpec([0, 20_000, 150_000, 600_000, 1_000_000]);
 
@@ -40,7 +40,7 @@ const ELBOW: ModulationSpec = ModulationSpec {
     },
 };
 
-/// C at u in real numbers, by the definition of Bernstein's form.
+/// Computes C at u in floating point, by the definition of Bernstein's form.
 fn share(quartic: &QuarticSpec, u: f64) -> f64 {
     let terms = quartic.0.iter().zip([1.0, 4.0, 6.0, 4.0, 1.0]).zip(0..);
     let terms =
@@ -48,7 +48,7 @@ fn share(quartic: &QuarticSpec, u: f64) -> f64 {
     terms.sum()
 }
 
-/// The formula's intensity at an angle, in real numbers.
+/// Computes the formula's intensity at an angle in floating point.
 fn expected_intensity(
     spec: &ModulationSpec,
     muscle: &ModulatedSpec,
@@ -71,10 +71,10 @@ fn expected_intensity(
 
 const PHASES: [MotionPhase; 2] = [MotionPhase::Lift, MotionPhase::Drop];
 
-/// The largest errors of both muscles in both phases at all angles of 0.01°, from 5°
-/// outside the range on either side: of the amplitude, and in DAC codes of a stage. None
-/// is larger than what roundings come to: half of one of the amplitude, 7.5·10^-8 of the
-/// base in the quartic, 2·2^-16° between two angles.
+/// Returns the largest errors of both muscles in both phases at all angles of 0.01°, from 5°
+/// outside the range on either side: of the amplitude, and in DAC codes of a stage. The bound is
+/// the sum of the roundings: half an amplitude unit, 7.5·10^-8 of the base in the quartic, and
+/// 2·2^-16° between two angles.
 fn worst_errors(spec: &ModulationSpec, full_scale_ua: u32) -> (f64, u16) {
     let stage = StageSpec::Current { full_scale_ua }.validate().unwrap();
     let joint = Modulation::new(spec).unwrap();
@@ -102,7 +102,7 @@ fn worst_errors(spec: &ModulationSpec, full_scale_ua: u32) -> (f64, u16) {
     worst
 }
 
-/// Four joints as two arms have them, every angle of 0.01° in and around their ranges.
+/// Four joints as in two arms, at every angle of 0.01° in and around their ranges.
 #[test]
 fn every_amplitude_is_within_one_dac_code_of_its_quartic() {
     let joint = |joint, low, high, lift, drop| ModulationSpec {
@@ -132,12 +132,12 @@ fn every_amplitude_is_within_one_dac_code_of_its_quartic() {
             "joint {}: {error:.4} µA, {codes} code of 0.61 µA",
             spec.joint
         );
-        assert!(codes == 1, "{codes}"); // one more where it rounds up, and no more
+        assert!(codes == 1, "{codes}"); // one code more where it rounds up, and no more
     }
 }
 
 prop_compose! {
-    /// Quartics that mostly keep 0…1, over any range.
+    /// Generates quartics that mostly stay in 0…1, over any range.
     fn any_joint()(
         low in -180_000..179_000_i32,
         length in 1..360_000_i32,
@@ -162,8 +162,8 @@ prop_compose! {
 }
 
 proptest! {
-    /// What is accepted keeps its formula and its peak at every angle; what is refused
-    /// has one where C is not 0…1.
+    /// An accepted quartic keeps to its formula and below its peak at every angle; a refused one
+    /// has an angle where C is outside 0…1.
     #[test]
     fn an_accepted_quartic_passes_its_peak_at_no_angle(spec in any_joint()) {
         let quartic = spec.flexor.lift.unwrap();
@@ -173,7 +173,7 @@ proptest! {
             (low.min(c), high.max(c))
         });
         let found = (quartic.lowest(), quartic.highest());
-        // Found where it says, and none is missed.
+        // Every extreme is found at its reported place, and none is missed.
         for (extreme, sampled) in [(found.0, low), (found.1, high)] {
             let there = share(&quartic, f64::from(extreme.at) / 16_384.0) * 1e6;
             prop_assert!((f64::from(extreme.millionths()) - there).abs() <= 1.001);
@@ -194,7 +194,7 @@ proptest! {
             reached = reached.max(amplitude);
         }
         prop_assert!(reached <= peak && peak <= spec.flexor.base);
-        // Close from above as well: over 20 001 angles of 1 m° or more.
+        // The peak is also tight: over 20 001 angles of 1 m° or more.
         if spec.angle_max_mdeg - spec.angle_min_mdeg > 20_000 {
             prop_assert!(peak.get() - reached.get() <= 1, "{peak:?} {reached:?}");
         }
@@ -212,7 +212,7 @@ fn validation_errors(edit: impl FnOnce(&mut ModulationSpec)) -> Vec<ModulationEr
 
 #[test]
 fn a_quartic_that_leaves_0_to_1_at_one_angle_only_is_refused_with_that_angle() {
-    // (u − 1/3)²·k + c: its foot lies at a third, between any two halvings.
+    // (u − 1/3)²·k + c has its minimum at a third, between any two bisections.
     let dip = |foot: f64| {
         let power = [1.0 / 9.0, -2.0 / 3.0, 1.0].map(|a| a * 0.9);
         let [a0, a1, a2] = power;
@@ -238,7 +238,7 @@ fn a_quartic_that_leaves_0_to_1_at_one_angle_only_is_refused_with_that_angle() {
     };
     assert!((-3..=-2).contains(&extreme.millionths()), "{extreme:?}");
     assert!((f64::from(extreme.at) / 16_384.0 - 1.0 / 3.0).abs() < 0.01);
-    // The same upside down: above 1 at one angle.
+    // The same curve upside down is above 1 at one angle.
     let QuarticSpec(b) = dip(-0.000_002);
     let found =
         validation_errors(|spec| spec.extensor.drop = Some(QuarticSpec(b.map(|b| 1_000_000 - b))));
@@ -298,7 +298,7 @@ fn every_field_is_refused_beyond_its_range() {
     }
     let twice = validation_errors(|s| s.extensor.channel = 0);
     assert_eq!(twice, [ModulationError::ChannelTwice { channel: 0 }]);
-    // All at once, in the order of the fields.
+    // All mistakes at once are reported in the order of the fields.
     let all = validation_errors(|s| {
         (s.joint, s.longest_hold_ms, s.extensor.channel) = (4, 0, 0);
         s.flexor.base = Amplitude::ZERO;
@@ -306,8 +306,8 @@ fn every_field_is_refused_beyond_its_range() {
     assert_eq!(all.len(), 4, "{all:?}");
 }
 
-/// An elbow that rests, flexes by 80° in 1.6 s of minimum jerk, rests for 1 s, extends,
-/// rests. Degrees at `t` s, and what is being done: `None` at rest.
+/// Returns an elbow's angle at `t` s and its phase of motion, `None` at rest. The elbow rests,
+/// flexes by 80° in 1.6 s of minimum jerk, rests for 1 s, extends, and rests.
 fn lift_and_drop(t: f64) -> (f64, Option<MotionPhase>) {
     let way = |u: f64| 80.0 * (10.0 * u.powi(3) - 15.0 * u.powi(4) + 6.0 * u.powi(5));
     match t {
@@ -319,8 +319,8 @@ fn lift_and_drop(t: f64) -> (f64, Option<MotionPhase>) {
     }
 }
 
-/// Times of every change of phase in `lift_and_drop`, measured each `every_ms` with noise
-/// and steps, ms.
+/// Returns the times of every change of phase in `lift_and_drop`, measured each `every_ms` with
+/// noise and rounding to steps, ms.
 fn switches(seed: u64, noise: f64, step: f64, every_ms: u64) -> Vec<(u64, MotionPhase)> {
     let joint = Modulation::new(&ELBOW).unwrap();
     let mut random = seed | 1;
@@ -334,7 +334,8 @@ fn switches(seed: u64, noise: f64, step: f64, every_ms: u64) -> Vec<(u64, Motion
     let mut angle = Angle::default();
     for ms in 0..6_200 {
         if ms % every_ms == 0 {
-            // Twelve uniform numbers: normal enough, and never beyond six deviations.
+            // The sum of twelve uniform numbers is nearly normal and stays within six standard
+            // deviations.
             let normal = (0..12).map(|_| uniform()).sum::<f64>() - 6.0;
             let measured = lift_and_drop(ms as f64 / 1e3).0 + noise * normal;
             let measured = (measured / step).round() * step;
@@ -349,8 +350,8 @@ fn switches(seed: u64, noise: f64, step: f64, every_ms: u64) -> Vec<(u64, Motion
     all
 }
 
-/// At the declared noise (0.05 and 0.1°, in steps of 0.01 and 0.1°, at 100 and 200 Hz)
-/// the phase changes when the elbow does, once, and never at rest.
+/// At the specified noise (0.05 and 0.1°, in steps of 0.01 and 0.1°, at 100 and 200 Hz) the phase
+/// changes once with each motion of the elbow, and never at rest.
 #[test]
 fn the_phase_does_not_chatter_and_its_delay_is_known() {
     let mut delays = Vec::new();
@@ -362,7 +363,7 @@ fn the_phase_does_not_chatter_and_its_delay_is_known() {
                 let [(lift, MotionPhase::Lift), (drop, MotionPhase::Drop)] = found[..] else {
                     panic!("noise {noise}, step {step}, seed {seed}: {found:?}");
                 };
-                // Not before anything moves.
+                // No change before the motion begins.
                 assert!(lift >= 1_000 && drop >= 3_600, "{found:?}");
                 of_these.extend([lift - 1_000, drop - 3_600]);
             }

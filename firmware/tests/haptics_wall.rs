@@ -1,5 +1,5 @@
-//! The virtual wall: what it asks for, against the paper's formulas in floating
-//! point, and every specification that it refuses.
+//! The virtual wall: its output against the paper's formulas in floating point, and all refused
+//! specifications.
 
 use firmware::control::{SensorFault, SensorSource};
 use firmware::haptics::{
@@ -32,7 +32,7 @@ const PRE_WALL: PreWall = PreWall {
     end: Amplitude::new(80_000),
 };
 
-/// One tick at rest at this angle, hundredths of a degree.
+/// Returns the orders of one tick at rest at this angle, hundredths of a degree.
 fn orders_at(spec: &WallSpec, centideg: i16) -> WallOrders {
     let wall = Wall::new(spec).unwrap();
     let (mut state, now) = (WallState::default(), Micros::new(u32::MAX - 3));
@@ -58,7 +58,7 @@ fn the_papers_equation_1_holds_on_both_sides_of_the_wall() {
     assert!(deep.limiting && !orders_at(&PLAIN, 9_500).limiting);
     assert_eq!(deep.penetration, Angle::from_centideg(2_000));
     assert_eq!(deep.wall, Angle::from_centideg(9_000));
-    // Its mirror image stops extension.
+    // The mirror image of the wall stops extension.
     let mirror = WallSpec {
         side: Side::Extension,
         ..PLAIN
@@ -78,7 +78,7 @@ fn the_pre_wall_ramps_from_its_begin_to_its_end_and_the_wall_goes_on_from_there(
     assert!((20_000..20_100).contains(&first), "{first}");
     let half = amplitudes(&paper, 8_550)[0];
     assert!((49_990..=50_000).contains(&half), "{half}");
-    // All is reached at the wall, as in the paper.
+    // The full amplitude is reached at the wall, as in the paper.
     assert!((79_999..=80_000).contains(&amplitudes(&paper, 9_000)[0]));
     let gentle = WallSpec {
         pre_wall: Some(PreWall {
@@ -106,7 +106,7 @@ fn the_antagonist_works_inside_the_wall_only() {
     assert_eq!(amplitudes(&both, 9_001)[1], 40_000);
 }
 
-/// Runs the wall over a course of angles, one a millisecond.
+/// Runs the wall over a sequence of angles, one per millisecond, and returns the amplitudes.
 fn follow(spec: &WallSpec, course: impl Iterator<Item = f64>) -> Vec<u32> {
     let wall = Wall::new(spec).unwrap();
     let mut state = WallState::default();
@@ -134,15 +134,15 @@ fn damping_adds_on_the_way_in_takes_away_on_the_way_out_and_never_pulls() {
     let course =
         || (0..600).map(|ms| 90.0 + 0.02 * f64::from(if ms < 300 { ms } else { 600 - ms }));
     let (with, without) = (follow(&damped, course()), follow(&PLAIN, course()));
-    // 500 µA·s/° · 20 °/s once the filter has settled; ±0.01° of a reading is
-    // at most ±0.63 °/s behind it.
+    // 500 µA·s/° · 20 °/s once the filter has settled; a reading's ±0.01° become at most ±0.63 °/s
+    // after the filter.
     let extra = i64::from(with[250]) - i64::from(without[250]);
     assert!((9_500..=10_500).contains(&extra), "{extra}");
     let missing = i64::from(without[450]) - i64::from(with[450]);
     assert!((9_500..=10_500).contains(&missing), "{missing}");
     assert_eq!(with[590], 0);
     assert!(without[590] > 0);
-    // In front of the wall there is nothing to damp.
+    // In front of the wall there is no damping.
     let passing = (0..300).map(|ms| 80.0 + 0.02 * f64::from(ms));
     assert!(follow(&damped, passing).iter().all(|&a| a == 0));
 }
@@ -270,8 +270,7 @@ fn any_spec() -> impl Strategy<Value = WallSpec> {
 }
 
 proptest! {
-    /// Whatever a valid wall meets, it stays within its maximum and within a
-    /// bit of the formulas.
+    /// A valid wall stays within its maximum and within one bit of the formulas for any angles.
     #[test]
     fn a_wall_never_exceeds_its_maximum_and_keeps_to_its_formula(
         spec in any_spec(),
@@ -302,8 +301,8 @@ proptest! {
                 };
                 let exact = exact.min(f64::from(spec.max.get()));
                 let got = f64::from(orders.amplitudes[0].1.get());
-                // Both are cut off: the ramp's slope at 2^-26 of itself a bit of
-                // angle, the amplitude at 1.
+                // Both values are truncated: the ramp's slope by 2^-26 per bit of angle, the
+                // amplitude by 1.
                 let cut = 1.0 + (p + depth).max(0.0) / 1024.0;
                 prop_assert!((got - exact).abs() <= cut + 1e-6, "{} {} at {}", got, exact, p);
             }

@@ -1,8 +1,9 @@
-//! What the device's sine, cosine and root err by, held from both sides.
+//! Errors of the device's sine, cosine and square root, bounded from both sides.
 
 use firmware::limb::{Number, TURN_ERROR};
 
-/// Over three turns: the angle that the pair stands for, and that it lies on the circle.
+/// Checks over three turns the angle that sine and cosine represent, and that they lie on the unit
+/// circle.
 #[test]
 fn an_angle_is_turned_within_its_bound() {
     let (mut worst, mut at, mut off) = (0.0_f64, 0.0_f32, 0.0_f64);
@@ -11,7 +12,7 @@ fn an_angle_is_turned_within_its_bound() {
         let (sine, cosine) = x.sine_and_cosine();
         let (sine, cosine) = (f64::from(sine), f64::from(cosine));
         let (s, c) = f64::from(x).sin_cos();
-        // The angle between them: sine of the difference, at most 1e-3.
+        // The error is the sine of the difference of the angles, at most 1e-3.
         let error = (sine * c - cosine * s).abs();
         if error > worst {
             (worst, at) = (error, x);

@@ -1,4 +1,4 @@
-//! The arm's specification, and which muscles a wanted force recruits.
+//! The arm's specification, and the muscles that a force recruits.
 
 use firmware::bench::limb::{before_the_trunk, nominal_limb};
 use firmware::limb::{
@@ -6,7 +6,7 @@ use firmware::limb::{
 };
 use firmware::units::{Amplitude, Angle};
 
-/// Places of lines in the nominal arm.
+/// Positions of lines in the nominal arm.
 const BICEPS: u8 = 0;
 const TRICEPS: u8 = 1;
 const TRAPEZIUS: u8 = 7;
@@ -25,7 +25,7 @@ fn mistakes(change: impl FnOnce(&mut LimbSpec)) -> Vec<LimbError> {
     found
 }
 
-/// The one mistake in a changed line, in words.
+/// Returns the text of the single mistake in a changed line.
 fn of_line(line: usize, change: impl FnOnce(&mut LineSpec)) -> String {
     let found = mistakes(|spec| change(&mut spec.lines[line]));
     assert_eq!(found.len(), 1, "{found:?}");
@@ -54,7 +54,7 @@ fn a_field_outside_its_range_is_named() {
         of_line(0, |line| line.vias[1].at_um[2] = 1_000_001),
         "line 0: at_um = 1000001 is outside -1000000..=1000000"
     );
-    // A biceps on the forearm alone turns no elbow.
+    // A biceps on the forearm alone moves no elbow.
     assert_eq!(
         of_line(0, |line| line.vias[0].segment = 3),
         "line 0: segment = 3 is outside 0..=2"
@@ -86,7 +86,8 @@ fn a_posture_outside_the_joint_s_range_is_refused() {
     assert_eq!(refused.to_string(), "axis 6 = 130500 is outside 0..=130000");
 }
 
-/// With all angles at zero the arm hangs: by hand, from the spec's own numbers.
+/// With all angles at zero the arm hangs; the expected hand position is computed by hand from the
+/// specification.
 #[test]
 fn the_hanging_arm_lies_where_its_bones_add_up() {
     let (limb, _) = arm();
@@ -95,7 +96,7 @@ fn the_hanging_arm_lies_where_its_bones_add_up() {
     for (found, expected) in [(x, -0.01), (y, 0.17), (z, -0.54)] {
         assert!((found - expected).abs() < 1e-6, "{found} {expected}");
     }
-    // Flexed by 90° the forearm points forward, which is −x.
+    // Flexed by 90°, the forearm points forward, which is −x.
     let mut bent = [0.0; 9];
     bent[6] = std::f32::consts::FRAC_PI_2;
     let [x, _, z] = limb.skeleton().pose(&bent).hand.to_array();
@@ -105,12 +106,12 @@ fn the_hanging_arm_lies_where_its_bones_add_up() {
     );
 }
 
-/// A force along the forearm's swing flexes or extends the elbow, and each muscle is
-/// asked for what its lever makes of the wanted torque.
+/// A force along the forearm's swing flexes or extends the elbow, and each muscle gets the force
+/// that its lever arm needs for the requested torque.
 #[test]
 fn the_elbow_s_two_muscles_answer_opposite_forces() {
     let (limb, given) = arm();
-    // Elbow flexion moves the hand along this.
+    // Elbow flexion moves the hand in this direction.
     let swing = given.arm()[6].linear;
     for (sign, line) in [(1.0, BICEPS), (-1.0, TRICEPS)] {
         let force = swing.times(sign * 20.0);
@@ -123,7 +124,7 @@ fn the_elbow_s_two_muscles_answer_opposite_forces() {
             panic!("{:?}", recruited.joints);
         };
         assert_eq!(found, line);
-        // The torque that it gives along its own lever is the wanted one's part.
+        // The muscle's torque along its own lever arm equals that part of the requested torque.
         let levers = given.muscles().nth(line.into()).unwrap();
         let torques = given.torques(&wanted);
         let along: f32 = (6..9).map(|axis| levers[axis] * torques[axis]).sum();
@@ -136,8 +137,8 @@ fn the_elbow_s_two_muscles_answer_opposite_forces() {
     }
 }
 
-/// The print's argmax would take the trapezius though it lifts when the girdle should
-/// sink, with a negative force.
+/// The printed argmax would choose the trapezius with a negative force, although it lifts where the
+/// girdle should sink.
 #[test]
 fn where_every_muscle_pulls_the_other_way_none_is_chosen() {
     let (_, given) = arm();
@@ -155,7 +156,7 @@ fn where_every_muscle_pulls_the_other_way_none_is_chosen() {
     let [against, along] = wanted.map(|wanted| firmware::limb::nearest(&given, &wanted)[0]);
     assert_eq!(against, Choice::Unhelped);
     assert!(matches!(along, Choice::Line(TRAPEZIUS, _)), "{along:?}");
-    // Without any other muscle nothing helps, and nothing is sent.
+    // Without any other muscle the force is impossible, and nothing is sent.
     let mut alone = nominal_limb();
     let trapezius = alone.lines[usize::from(TRAPEZIUS)].clone();
     alone.lines.clear();
@@ -168,8 +169,7 @@ fn where_every_muscle_pulls_the_other_way_none_is_chosen() {
     assert!(rest.orders.is_empty() && rest.joints == [Choice::None; 3]);
 }
 
-/// What is named as the share that can be made is just that: all of it can, and hardly
-/// more cannot.
+/// The named share of a wrench is feasible as a whole, and hardly more is.
 #[test]
 fn a_wrench_that_is_too_strong_names_the_share_that_can_be_made() {
     let (limb, given) = arm();
@@ -195,7 +195,8 @@ fn a_wrench_that_is_too_strong_names_the_share_that_can_be_made() {
     assert!(refused > 100, "{refused}");
 }
 
-/// Another recruitment's forces: never above the wearer's limit, nothing for nothing.
+/// Forces of another recruitment never exceed the wearer's limit, and zero force gives no
+/// amplitude.
 #[test]
 fn forces_become_amplitudes_within_limits() {
     let (limb, _) = arm();
@@ -205,8 +206,8 @@ fn forces_become_amplitudes_within_limits() {
     assert_eq!(found, [(2, 25_000), (3, 9_167)]);
 }
 
-/// Whatever is wanted in whatever posture of the range, what comes is within limits or
-/// refused, and what is no number recruits nothing.
+/// For any force in any posture of the range, the amplitudes are within limits or the force is
+/// refused, and NaN recruits nothing.
 #[test]
 fn no_wish_brings_an_amplitude_outside_the_wearer_s_range() {
     let spec = nominal_limb();

@@ -1,9 +1,8 @@
-//! The fixed-point calcium–force model against the golden solution and, for
-//! every subject, rate and pulse timing, against a floating-point reference
-//! that itself is held to the golden solution.
+//! Accuracy of the fixed-point calcium–force model against the golden solution and, for every
+//! subject, rate and pulse timing, against a floating-point reference that is itself compared with
+//! the golden solution.
 //!
-//! `cargo test -p firmware --test suite muscle_accuracy -- --nocapture`
-//! prints the table of errors.
+//! `cargo test -p firmware --test suite muscle_accuracy -- --nocapture` prints the table of errors.
 
 use crate::muscle_ladder::twins::{self, FatigueMode, Muscle, Pulse};
 use crate::muscle_ladder::{START, error_pct, spec, subjects, train};
@@ -12,12 +11,12 @@ use firmware::units::us;
 
 const GOLDEN: &str = include_str!("../../tests/golden/lee2020/golden_force.csv");
 
-/// Force every millisecond for `ms` milliseconds.
+/// Returns the reference model's force every millisecond for `ms` milliseconds.
 fn reference(subject: &Muscle, pulses: &[Pulse], ms: u64) -> Vec<f64> {
     twins::tiring(subject, FatigueMode::Never, pulses, ms).0
 }
 
-/// The same from the device's model, advanced in ticks of 1 ms.
+/// Returns the force of the device's model, advanced in ticks of 1 ms.
 fn fixed(subject: &Muscle, pulses: &[Pulse], ms: u64) -> Vec<f64> {
     let muscle = CalciumForce::new(spec(subject)).unwrap();
     let mut state = CalciumForceState::at_rest(START);
@@ -34,8 +33,8 @@ fn fixed(subject: &Muscle, pulses: &[Pulse], ms: u64) -> Vec<f64> {
     samples
 }
 
-/// A train of 1 s with every pulse up to 45 % of a period off its place and,
-/// where `gains` is set, a gain of its own.
+/// Generates a train of 1 s with every pulse displaced by up to 45 % of a period and, with `gains`,
+/// with a random gain.
 fn scattered(hz: u32, gains: bool) -> Vec<Pulse> {
     let mut seed = 0x9E37_79B9_u32.wrapping_mul(hz);
     let mut random = || {
@@ -50,8 +49,7 @@ fn scattered(hz: u32, gains: bool) -> Vec<Pulse> {
     (0..hz).map(pulse).collect()
 }
 
-/// Scattered pulses, each followed by two more within 0.9 ms: up to three in
-/// a tick.
+/// Returns scattered pulses, each followed by two more within 0.9 ms: up to three in a tick.
 fn bursts(hz: u32) -> Vec<Pulse> {
     let followed = |(at, gain): Pulse| [(at, gain), (at + 311, gain / 2.0), (at + 900, gain)];
     scattered(hz, true).into_iter().flat_map(followed).collect()
@@ -111,8 +109,8 @@ fn every_subject_rate_and_timing_is_within_its_bound() {
     assert!(worst >= 0.0025, "{worst} %: half of what is stated");
 }
 
-/// The ends of all ranges, and muscles drawn evenly over their logarithms: at full
-/// gain and as strong as may be, so that what force is rounded to is left out.
+/// Tests the ends of all ranges, and random muscles with log-uniform parameters, at full gain and
+/// the largest strength, so that the rounding of force does not matter.
 #[test]
 fn every_muscle_that_is_accepted_is_within_its_bound() {
     let mut seed = 13u32;
@@ -127,7 +125,7 @@ fn every_muscle_that_is_accepted_is_within_its_bound() {
         let part = |i: usize, drawn: f64| {
             let part = if n < 16 { f64::from(n >> i & 1) } else { drawn };
             let value = ends[i].0 * (ends[i].1 / ends[i].0).powf(part);
-            (value * 1e6).round() * 1e-6 // as a host sends it
+            (value * 1e6).round() * 1e-6 // rounded as a host sends it
         };
         let [k, tau_c, tau1, tau2] = [0, 1, 2, 3].map(|i| part(i, random()));
         let muscle = Muscle {

@@ -1,7 +1,7 @@
 //! The inverse muscle model against the model that it inverts.
 //!
-//! `cargo test -p firmware --test suite muscle_inverse -- --nocapture`
-//! prints the errors. Against another model's muscles: `hal-sim`.
+//! `cargo test -p firmware --test suite muscle_inverse -- --nocapture` prints the errors.
+//! Comparisons with another model's muscles are in `hal-sim`.
 
 use firmware::muscle::{
     CalciumForce, CalciumForceSpec, CalciumForceState, ForceLimit, Inverse, Recruitment,
@@ -12,7 +12,7 @@ use firmware::units::{Amplitude, Force, ForceRate, Micros};
 use fixed::types::I16F16;
 use proptest::prelude::*;
 
-/// K01 of Lee 2020, table 4.
+/// Subject K01 of Lee 2020, table 4.
 const K01: CalciumForceSpec = CalciumForceSpec {
     a_mn_per_s: 121_900,
     k_micro: 300_000,
@@ -21,7 +21,7 @@ const K01: CalciumForceSpec = CalciumForceSpec {
     tau2_us: 194_400,
 };
 
-/// From 10 to 20 mA, force at threshold 5 % of that at the limit.
+/// Curve from 10 to 20 mA, with a force at threshold of 5 % of that at the limit.
 const RECRUITMENT: RecruitmentSpec = RecruitmentSpec {
     motor_threshold: Amplitude::new(10_000),
     limit: Amplitude::new(20_000),
@@ -29,7 +29,7 @@ const RECRUITMENT: RecruitmentSpec = RecruitmentSpec {
     slope_micro: 300_000,
 };
 
-/// Mean force of the model over a period of a train that has settled, N.
+/// Returns the model's mean force over a period of a settled train, N.
 fn settled(
     spec: CalciumForceSpec,
     recruitment: &Recruitment,
@@ -67,7 +67,7 @@ fn error(spec: CalciumForceSpec, inverse: &Inverse, recruitment: &Recruitment, w
 #[test]
 fn the_model_gives_what_the_inverse_was_asked_for() {
     let recruitment = Recruitment::new(RECRUITMENT).unwrap();
-    // The bound, and what it may not be undercut by half of.
+    // Columns end with the error's upper bound; the error must exceed half of it.
     let rates = [
         (50_000, 16_667, 5e-4),
         (100_000, 10_000, 4e-3),
@@ -134,11 +134,11 @@ fn a_force_that_rises_is_wanted_ahead() {
         ahead.get().to_num::<f64>()
     };
     assert_eq!(ahead(5.0, 0.0), 5.0);
-    // τ1 + τ2·x with x a half at 40 Hz, and 12.5 ms.
+    // τ1 + τ2·x with x at a half at 40 Hz, and 12.5 ms.
     let late = ahead(5.0, 10.0) - 5.0;
     assert!((1.2..2.0).contains(&late), "{late}");
     assert!((ahead(5.0, -10.0) - 5.0 + late).abs() < 1e-4);
-    // More activation at a higher rate: slower.
+    // A higher rate gives more activation and therefore a longer delay.
     let (_, most) = inverse.force_range();
     let most = most.get().to_num::<f64>();
     assert!(ahead(most, 10.0) - most > late);
@@ -191,7 +191,7 @@ fn below_threshold_the_rate_answers() {
     let least = least.get().to_num::<f64>();
     let at_threshold = fixed.force_range().0.get().to_num::<f64>();
     assert_eq!(most, fixed.force_range().1);
-    // A pulse a second, not twenty of them.
+    // The smallest force is that of one pulse per second, and not of twenty.
     assert!((15.0..45.0).contains(&(at_threshold / least)), "{least} N");
 
     let weakest = drive(least);
@@ -203,7 +203,7 @@ fn below_threshold_the_rate_answers() {
     assert_eq!(gentle.amplitude, RECRUITMENT.motor_threshold);
     assert!((60_000..120_000).contains(&gentle.period_us), "{gentle:?}");
     assert_eq!(gentle.limiting, None);
-    // Where the amplitude begins to answer, all is as without.
+    // From the amplitude range on, the result is the same as without slow rates.
     for share in [1.001, 1.5, 4.0, 10.0] {
         let force = Force::new(I16F16::from_num(share * at_threshold));
         assert_eq!(
@@ -250,7 +250,8 @@ prop_compose! {
 }
 
 prop_compose! {
-    /// The train's, the fastest's and the slowest's; in half of all no slower one.
+    /// Generates the periods of the train, the fastest and the slowest rate; half of them have no
+    /// slower rate.
     fn any_periods()(
         train in 5_000u32..=100_000,
         part in 0.0..=1.0,
@@ -265,7 +266,7 @@ prop_compose! {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(2_000))]
 
-    /// Whatever the muscle: no panic, within the limits, more for more.
+    /// No muscle causes a panic, every drive is within limits, and more force gives more drive.
     #[test]
     fn any_muscle_any_force(
         muscle in any_muscle(),
@@ -291,7 +292,7 @@ proptest! {
             prop_assert!(drive.amplitude <= recruitment.spec().limit);
             prop_assert!((fastest..=slowest).contains(&drive.period_us));
             if drive.amplitude == Amplitude::ZERO {
-                // Silence has the train's rate: what follows it need not wait long.
+                // Silence uses the train's rate, so that the next pulse need not wait long.
                 prop_assert_eq!(drive.period_us, train);
                 prop_assert!(before.is_none());
             } else {
@@ -307,7 +308,7 @@ proptest! {
                 None
             };
             prop_assert_eq!(drive.limiting, limiting);
-            // From threshold on the slow rates change nothing.
+            // From threshold on, slow rates change nothing.
             if force > at_threshold || slowest == train {
                 prop_assert_eq!(drive, fixed.drive(&recruitment, force));
             }
@@ -319,9 +320,9 @@ proptest! {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
-    /// Muscles a third below to a third above the range of Lee's table 4. The
-    /// worst of 20,000 draws and corners was 0.68 %, where the largest K meets the
-    /// shortest τc; no subject is near it.
+    /// Muscles from a third below to a third above the range of Lee's table 4. The worst of 20,000
+    /// draws and corners was 0.68 %, where the largest K meets the shortest τc; no subject is near
+    /// it.
     #[test]
     fn the_round_trip_holds_for_wearers(
         a_mn_per_s in 45_000u32..600_000,

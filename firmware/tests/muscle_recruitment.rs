@@ -15,7 +15,7 @@ fn spec(threshold: u32, limit: u32, reference: u32, slope_micro: u32) -> Recruit
     }
 }
 
-/// K01 of Lee's tables 2: 8…12 mA; b from its two peaks at 20 Hz.
+/// Subject K01 of Lee's table 2: 8…12 mA; b from its two peaks at 20 Hz.
 const K01: [u32; 4] = [8_000, 12_000, 12_000, 451_600];
 
 fn k01() -> Recruitment {
@@ -27,14 +27,14 @@ fn gain_value(gain: Gain) -> f64 {
     gain.get().to_num()
 }
 
-/// Eq. (6): A(I)/A(I_0).
+/// Computes A(I)/A(I_0) by eq. (6).
 fn truth(spec: &RecruitmentSpec, amplitude: u32) -> f64 {
     let below = f64::from(spec.reference.get()) - f64::from(amplitude);
     (-f64::from(spec.slope_micro) * 1e-9 * below).exp()
 }
 
-/// Every curve the constructor accepts, by span and by how much of the 16
-/// octaves it uses.
+/// Generates every curve that the constructor accepts, by span and by the part of the 16 octaves
+/// that it uses.
 fn any_spec() -> impl Strategy<Value = RecruitmentSpec> {
     (1u32..500_000, 1u32..200_000, 0u32..200_000, 0.0f64..1.0).prop_map(
         |(threshold, range, beyond, steepness)| {
@@ -80,7 +80,7 @@ fn worst_errors_are_as_stated_from_both_sides() {
             let gain = curve.gain(Amplitude::new(amplitude));
             let exact = truth(curve.spec(), amplitude);
             of_gain = of_gain.max(((gain_value(gain) - exact).abs() - 2f64.powi(-31)) / exact);
-            // An arbitrary gain in between, not one that gain() returned.
+            // An arbitrary gain in between, not returned by `gain()`.
             let asked = Gain::new(gain.get() + U1F31::from_bits(9_999));
             let below = -gain_value(asked).ln() / f64::from(slope) * 1e9;
             let inverse = (13_000.0 - below).clamp(2_000.0, 12_000.0);
@@ -129,8 +129,8 @@ proptest! {
         prop_assert!((got - exact).abs() <= 9.2e-9 * exact + 2f64.powi(-31), "{} {}", got, exact);
     }
 
-    /// Back to the amplitude it came from, but for half a step and what one
-    /// unit of the gain's resolution is worth there.
+    /// The inverse returns the original amplitude, except for half a step and one unit of the
+    /// gain's resolution.
     #[test]
     fn amplitude_comes_back(spec in any_spec(), where_in in 0.0f64..1.0) {
         let curve = Recruitment::new(spec).unwrap();
@@ -157,8 +157,8 @@ proptest! {
         }
     }
 
-    /// More effort never means less amplitude, and force follows effort in
-    /// proportion: to the amplitude's own step and 2^-16 of the range.
+    /// More effort never gives a smaller amplitude, and force is proportional to effort, to within
+    /// the amplitude's step and 2^-16 of the range.
     #[test]
     fn force_follows_effort(spec in any_spec(), one in 1i32..=65_536, other in 1i32..=65_536) {
         let curve = Recruitment::new(spec).unwrap();

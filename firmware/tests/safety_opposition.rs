@@ -1,5 +1,5 @@
-//! Which trains a board refuses whose stages have one supply, against the phases
-//! themselves, µs by µs.
+//! Trains that a board with one supply for its stages refuses, compared with the phases themselves,
+//! µs by µs.
 
 use crate::device_desk::*;
 use firmware::device::{Draft, Part, Rule};
@@ -29,7 +29,7 @@ fn draft_with_supply(supply: Option<StageSupply>) -> Draft {
     }))
 }
 
-/// The pairs that a draft with these trains is refused for.
+/// Returns the pairs for which a setup with these trains is refused.
 fn refused_pairs(
     mut draft: Draft,
     trains: &[TrainSpec],
@@ -83,8 +83,8 @@ fn of_shape(shape: Shape, width_us: u16) -> TrainSpec {
     }
 }
 
-/// Sign of what `train` drives in each µs of `span_us`, widened by half the dead time each
-/// way where `slack`.
+/// Returns, for each µs of `span_us`, whether `train` drives a cathodic and whether an anodic
+/// phase.
 fn driven_signs(train: &TrainSpec, widths: [u16; 2], span_us: u32) -> Vec<[bool; 2]> {
     let mut signs = vec![[false; 2]; span_us as usize];
     let first = usize::from(!train.shape.cathodic_first());
@@ -111,7 +111,7 @@ fn driven_signs(train: &TrainSpec, widths: [u16; 2], span_us: u32) -> Vec<[bool;
     signs
 }
 
-/// Whether opposite signs come closer than the dead time.
+/// Returns whether opposite signs come closer than the dead time.
 fn signs_meet(a: &[[bool; 2]], b: &[[bool; 2]]) -> bool {
     let dead = usize::from(DEAD_TIME_US);
     [(0, 1), (1, 0)].into_iter().any(|(own, its)| {
@@ -128,7 +128,7 @@ fn signs_meet(a: &[[bool; 2]], b: &[[bool; 2]]) -> bool {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(150))]
 
-    /// Trains of one width and of periods whose distances all occur within a second.
+    /// Tests trains of one width with periods whose distances all occur within a second.
     #[test]
     fn what_is_refused_is_what_can_meet(
         shapes in (0..4_usize, 0..4_usize),
@@ -154,14 +154,14 @@ proptest! {
         };
         let a = train(shapes.0, widths.0, offsets.0, periods.0, counts.0);
         let b = train(shapes.1, widths.1, second, periods.1, counts.1);
-        // Twice the longest common multiple, and what an offset takes.
+        // Twice the longest common multiple, plus an offset.
         let span = 260_000;
         let (pa, pb) = (driven_signs(&a, [widths.0; 2], span), driven_signs(&b, [widths.1; 2], span));
         prop_assert_eq!(is_refused(a, b, &[]), signs_meet(&pa, &pb), "{:?} {:?}", a, b);
     }
 }
 
-/// What each of a pair's fields comes to.
+/// Tests the effect of each field of a pair.
 #[test]
 fn pairs_that_can_oppose_are_refused_and_others_are_not() {
     let cathodic = of_shape(Shape::MonophasicCathodic, 200);
@@ -296,8 +296,8 @@ fn pairs_that_can_oppose_are_refused_and_others_are_not() {
     }
 }
 
-/// A table that declares nothing is as a common one; a separate one and a simulator without
-/// stages refuse nothing. Each pair is named.
+/// A table without a supply counts as one with a common supply. A separate supply, or a simulator
+/// without stages, causes no refusal. Each pair is named.
 #[test]
 fn a_supply_that_is_common_or_undeclared_refuses_every_pair_by_name() {
     let anodic_first = of_shape(Shape::BiphasicAnodicFirst, 200);

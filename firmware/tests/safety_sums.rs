@@ -1,4 +1,4 @@
-//! Sums over the common return against a walk over every microsecond.
+//! Sums over the common return, compared with a sum over every microsecond.
 
 use firmware::pulse::{CHANNELS, Shape, TrainSpec, Trigger};
 use firmware::safety::{Channel, ChannelSpec, SetupError, StageSpec, SumError, Sums, WearerSpec};
@@ -34,7 +34,7 @@ fn at(offset_us: u32) -> TrainSpec {
     TrainSpec { offset_us, ..PLAIN }
 }
 
-/// Largest sum of one sign, and the rms of the larger of both, µA, in 60 ms.
+/// Returns the largest sum of one sign, and the rms of the larger of both signs, µA, in 60 ms.
 fn walk(trains: &[(TrainSpec, u32)]) -> (u32, f64) {
     const LENGTH_US: u32 = 60_000;
     let mut sums = vec![[0u32; 2]; LENGTH_US as usize];
@@ -118,10 +118,10 @@ proptest! {
     }
 }
 
-/// A sum that is exactly what a wearer allows is not beyond it.
+/// A sum that equals the wearer's limit exactly is accepted.
 #[test]
 fn a_whole_sum_is_not_rounded_up() {
-    // 400 of 16,000 µs are a fortieth: of ten that do not meet, half their current.
+    // 400 of 16,000 µs are a fortieth: ten trains that do not overlap give half their current.
     let train = |n: u32| TrainSpec {
         period_us: 16_000,
         ..at(1_000 * n)
@@ -129,7 +129,7 @@ fn a_whole_sum_is_not_rounded_up() {
     let trains: Vec<_> = (0..10).map(|n| (train(n), 6_000)).collect();
     let sums = Sums::of(&all(&trains));
     assert_eq!(sums.rms.get(), 3_000);
-    // Of ten that do, 6 mA · 10 / √40 = 9.4868 mA.
+    // Ten that coincide give 6 mA · 10 / √40 = 9.4868 mA.
     let trains = vec![(train(0), 6_000); 10];
     assert_eq!(Sums::of(&all(&trains)).rms.get(), 9_487);
 }
@@ -148,20 +148,20 @@ fn ten_channels_at_once_are_told_with_their_sum() {
         Err(SumError::Peak { sum, max })
     );
     println!("ten channels at once: limit 200 mA, 10 x 20.1 mA refused with 201 mA");
-    // 300 µs apart each first phase meets the second of the one before, which has the
-    // other sign; 2 ms apart nothing meets: ten times 40 mA at 200 µs and 50 Hz are
-    // 5.657 mA rms each, √10 times as much together, rounded up once.
+    // At 300 µs apart, each first phase meets the second phase of the previous train, which has the
+    // other sign; at 2 ms nothing meets. Ten times 40 mA at 200 µs and 50 Hz are 5.657 mA rms each,
+    // and √10 times as much together, rounded up once.
     assert_eq!(ten(40_000, 300).peak.get(), 40_000);
     let apart = ten(40_000, 2_000);
     assert_eq!((apart.peak.get(), apart.rms.get()), (40_000, 17_889));
-    // All at once it is ten times as much, which is above 50 mA.
+    // All at once the sum is ten times as large, above 50 mA.
     let together = Sums {
         peak: max,
         ..ten(40_000, 0)
     };
     let (sum, max) = (MicroAmps::new(56_569), MicroAmps::new(50_000));
     assert_eq!(together.check(&wearer), Err(SumError::Rms { sum, max }));
-    // And 2 mA/cm² under a return of 5 cm² are 10 mA.
+    // 2 mA/cm² at a return of 5 cm² are 10 mA.
     let small = WearerSpec {
         return_area_mm2: 500,
         ..WearerSpec::default()
@@ -171,7 +171,7 @@ fn ten_channels_at_once_are_told_with_their_sum() {
     assert_eq!(refused, Err(SumError::Rms { sum, max }));
 }
 
-/// Whoever may pulse at any time meets everybody with a phase of the same sign.
+/// A channel that may pulse at any time can overlap every other with a phase of the same sign.
 #[test]
 fn triggered_trains_and_rates_that_change_may_meet_any() {
     let triggered = TrainSpec {

@@ -1,4 +1,4 @@
-//! The device's tests, one program: a room each.
+//! Tests of the device, one program with a module for each.
 
 mod control_feed_forward;
 mod control_finger;

@@ -1,4 +1,4 @@
-//! Each algorithm's results and cycles, printed over semihosting.
+//! Benchmark image: prints the results and cycles of each algorithm over semihosting.
 #![no_std]
 #![no_main]
 

@@ -1,4 +1,4 @@
-//! The device code for QEMU's STM32F405, driven in lock-step by a host.
+//! Image for QEMU's STM32F405, driven in lock-step by a host.
 #![no_std]
 #![no_main]
 

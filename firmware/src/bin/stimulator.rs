@@ -1,4 +1,4 @@
-//! The image for the stimulator board: `cargo program`.
+//! Image for the stimulator board; `cargo program` flashes it.
 #![no_std]
 #![no_main]
 

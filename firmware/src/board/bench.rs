@@ -1,7 +1,7 @@
-//! What a benchmark needs of an STM32F405 and nothing more: the cycle counter,
-//! and flash as fast as on the board. There is no PLL: a cycle is a
-//! cycle at 16 MHz too. Speaks over semihosting, so it runs in the chip
-//! simulator, in QEMU (whose counter reads 0) and under a debugger.
+//! Start-up of a benchmark on an STM32F405: cycle counter, and flash with the caches and wait
+//! states of the board. The PLL stays off, because cycle counts do not depend on the clock
+//! frequency (16 MHz here). Prints over semihosting, so it runs in the chip simulator, in QEMU
+//! (whose counter reads 0) and under a debugger.
 
 use super::wiring::BOARD;
 use crate::bench::Clock;
@@ -10,21 +10,21 @@ use cortex_m::Peripherals;
 use cortex_m::peripheral::DWT;
 use cortex_m_semihosting::{debug, hio};
 
-/// FLASH_ACR (RM0090, section 3.9.1).
+/// Address of FLASH_ACR (RM0090, section 3.9.1).
 const FLASH_ACR: *mut u32 = 0x4002_3C00 as *mut u32;
-/// The board's wait states, with prefetch and both caches: what the stimulator sets.
+/// FLASH_ACR as the stimulator sets it: the board's wait states, prefetch and both caches.
 const WAIT_STATES_ALL_CACHES: u32 = BOARD.clocks.wait_states() | 1 << 8 | 1 << 9 | 1 << 10;
 
-/// DWT CYCCNT.
+/// Cycle counter of the core (DWT CYCCNT).
 pub struct CycleCounter(());
 
 impl CycleCounter {
-    /// Sets up flash and starts counting. The FPU is on since reset
-    /// (cortex-m-rt, before `main`).
+    /// Configures flash and starts the counter. The FPU is on since reset (cortex-m-rt, before
+    /// `main`).
     #[must_use]
     pub fn start() -> Self {
-        // SAFETY: runs once, before anything else uses a peripheral; FLASH_ACR
-        // is this chip's, and more wait states than needed are always allowed.
+        // SAFETY: this runs once, before anything else uses a peripheral. FLASH_ACR belongs to this
+        // chip, and more wait states than necessary are always allowed.
         let mut core = unsafe {
             FLASH_ACR.write_volatile(WAIT_STATES_ALL_CACHES);
             Peripherals::steal()
@@ -42,18 +42,18 @@ impl Clock for CycleCounter {
     }
 }
 
-/// Runs every algorithm, prints a line of each, ends the machine.
+/// Runs every algorithm, prints one line for each, and ends the program.
 pub fn run() -> ! {
     print(|clock, row| crate::bench::run(clock, |r| row(r)))
 }
 
-/// A heading and the lines of `all`.
+/// Prints a heading and the lines that `all` emits, and ends the program.
 pub fn print(all: impl FnOnce(&CycleCounter, &mut dyn FnMut(&dyn Display))) -> ! {
     let clock = CycleCounter::start();
     let mut out = hio::hstdout().ok();
     let mut line = |row: &dyn Display| {
         if let Some(out) = &mut out {
-            // A host that does not listen loses lines; nothing else to be done.
+            // Without a listening host the lines are lost, and nothing can be done about that.
             let _ = writeln!(out, "{row}");
         }
     };
@@ -62,7 +62,7 @@ pub fn print(all: impl FnOnce(&CycleCounter, &mut dyn FnMut(&dyn Display))) -> !
     end()
 }
 
-/// Ends the machine with status 0.
+/// Exits through semihosting with status 0.
 pub fn end() -> ! {
     loop {
         debug::exit(debug::EXIT_SUCCESS);

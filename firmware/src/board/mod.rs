@@ -1,9 +1,8 @@
-//! What is different from board to board: registers, one module per board or emulator, and
-//! [`wiring`], which is data.
+//! Hardware access: registers, one module per board or emulator, and [`wiring`], which is data.
 //!
-//! Registers exist on a target only. There the three owners of `device` are given their
-//! execution contexts, pins, timers and bytes. No rule about stimulation
-//! lives here. In: interrupts and registers. Out: calls to the owners.
+//! Register modules are compiled for targets only. They give the three owners of `device` their
+//! execution contexts, pins, timers and bytes. Rules about stimulation do not belong here. In:
+//! interrupts and registers. Out: calls to the owners.
 #![allow(unsafe_code)]
 
 #[cfg(all(target_os = "none", feature = "bench"))]

@@ -1,5 +1,5 @@
-//! Panic handler of the images for simulators: prints over semihosting, which would fault on
-//! silicon without a debugger. The stimulator does not use it.
+//! Panic handler of the images for simulators. Prints over semihosting, which would cause a fault
+//! on a chip without a debugger; the stimulator does not use it.
 
 use core::fmt::{Debug, Write};
 use core::panic::PanicInfo;
@@ -11,7 +11,7 @@ fn panic(info: &PanicInfo<'_>) -> ! {
     end(info)
 }
 
-// SAFETY: nothing that the fault interrupted runs again.
+// SAFETY: the interrupted code never runs again.
 #[exception]
 unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
     end(frame)
@@ -19,7 +19,7 @@ unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
 
 fn end(words: &dyn Debug) -> ! {
     if let Ok(mut stderr) = hio::hstderr() {
-        let _ = writeln!(stderr, "{words:?}"); // nowhere left to complain
+        let _ = writeln!(stderr, "{words:?}"); // no other output is left for an error
     }
     loop {
         debug::exit(debug::EXIT_FAILURE);

@@ -1,5 +1,5 @@
-//! The control room against a finger in closed loop: Hamana 2022 experiment 4,
-//! 45 ± 40° at 0.2 Hz, RMSE over 10…30 s; and the search that chose the gains.
+//! The control module against a finger in closed loop: Hamana 2022 experiment 4, 45 ± 40° at 0.2
+//! Hz, RMSE over 10…30 s; and the search that chose the gains.
 
 mod plant;
 mod search;
@@ -11,7 +11,8 @@ use trial::{Outcome, Points, Wire, run, spec};
 
 const ALL: [Points; 3] = [Points::A, Points::B, Points::Both];
 
-/// Mean over five noise seeds, the nominal finger, the law's default timing.
+/// Returns the mean over five noise seeds for the nominal finger and the controller's default
+/// timing.
 fn nominal(law: LawSpec, points: Points, wire: Wire, hold: HoldPolicy) -> Outcome {
     let mut s = spec(
         law,
@@ -37,7 +38,7 @@ fn nominal(law: LawSpec, points: Points, wire: Wire, hold: HoldPolicy) -> Outcom
 
 const EXTRAPOLATE: HoldPolicy = HoldPolicy::Extrapolate { max_ms: 100 };
 
-/// Measured values, held from both sides to 15 %: the table in `super_twisting`.
+/// Holds the measured values in the table of `super_twisting` to within 15 % either way.
 #[test]
 fn the_nominal_finger_tracks_as_recorded() {
     use Wire::{LosesSetpoints, PrintedSign, Sound};
@@ -82,7 +83,7 @@ fn the_nominal_finger_tracks_as_recorded() {
     }
 }
 
-/// 40 wearers that the search never saw, against what each can reach.
+/// Compares 40 wearers that the search never used with the best result that each can reach.
 #[test]
 fn fresh_wearers_track_as_recorded() {
     let fresh = search::wearers(2, 40);

@@ -1,17 +1,15 @@
-//! A finger in f64 for closing the loop: muscle delay, calcium–force dynamics,
-//! joint and glove. Its torques were calibrated to table 8 of Hamana 2022, so
-//! agreement with that table is no evidence; what two points pull, 0.484 N·m,
-//! is assumed, not found.
+//! Model of a finger in f64 for closing the loop: muscle delay, calcium–force dynamics, joint and
+//! glove. Its torques were calibrated to table 8 of Hamana 2022, so agreement with that table is no
+//! evidence. The torque of two points, 0.484 N·m, is assumed, not measured.
 
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
 
-/// Integration step, s.
 pub const STEP_S: f64 = 0.0005;
-/// Pulses per second (Hamana 2022 §II-D).
+/// Pulse rate (Hamana 2022 §II-D).
 const PULSE_HZ: f64 = 50.0;
 
-/// One wearer's finger.
+/// Parameters of one wearer's finger, in SI units unless the name says otherwise.
 #[derive(Clone, Copy, Debug)]
 pub struct Finger {
     pub inertia: f64,
@@ -20,12 +18,12 @@ pub struct Finger {
     pub rest_deg: f64,
     pub flexor_nm: f64,
     pub extensor_nm: f64,
-    /// Of both points of a conducted pair: assumed.
+    /// Torque of both points of a conducted pair; assumed.
     pub two_points_nm: f64,
-    /// Recruitment between threshold and maximum is (e^(c·x) − 1)/(e^c − 1).
+    /// Constant c of the recruitment (e^(c·x) − 1)/(e^c − 1) between threshold and maximum.
     pub curvature: f64,
     pub delay_s: f64,
-    /// Scales both contraction time constants.
+    /// Factor on both contraction time constants.
     pub slowness: f64,
     pub sensor_lag_s: f64,
     pub noise_deg: f64,
@@ -47,9 +45,9 @@ impl Finger {
         noise_deg: 0.3,
     };
 
-    /// A random wearer: gains, stiffness, damping and slowness ±30 %, delay
-    /// 20…35 ms, curvature 0.2…2.2, drawn evenly; two points, weak or strong as one
-    /// is, pull 0.34…0.63 N·m.
+    /// Generates a random wearer with uniform distributions: gains, stiffness, damping and slowness
+    /// ±30 %, delay 20…35 ms, curvature 0.2…2.2. Two points pull 0.34…0.63 N·m, in proportion to
+    /// one point.
     pub fn generate(random: &mut Random) -> Self {
         let mut around = |x: f64| x * (0.7 + 0.6 * random.uniform());
         let n = Self::NOMINAL;
@@ -78,7 +76,7 @@ impl Finger {
         }
     }
 
-    /// The largest angle the flexor can hold, degrees: k(θ − rest) = T(θ).
+    /// Returns the largest angle that the flexor can hold, in degrees: k(θ − rest) = T(θ).
     pub fn reach_deg(&self, two_point: bool) -> f64 {
         let full = self.max_torque_nm(two_point);
         let k = self.stiffness.to_radians();
@@ -86,8 +84,8 @@ impl Finger {
     }
 }
 
-/// Calcium–force dynamics, mean of Lee 2020 table 4 with K06's τ2 = 176 ms,
-/// scaled so that steady stimulation at 50 Hz and full recruitment gives 1.
+/// Calcium–force dynamics with the means of Lee 2020 table 4 and K06's τ2 = 176 ms, scaled so that
+/// steady stimulation at 50 Hz and full recruitment gives 1.
 struct Muscle {
     calcium: f64,
     force: f64,
@@ -119,15 +117,15 @@ impl Muscle {
         self.calcium *= (-STEP_S / Self::TAU_C).exp();
         let x = self.calcium / (Self::K + self.calcium);
         let tau = (Self::TAU_1 + Self::TAU_2 * x) * self.slowness;
-        // 0.8309: mean of x over a period at 50 Hz; the steady force is near
-        // x·(τ1 + τ2·x), both taken at that mean.
+        // 0.8309 is the mean of x over a period at 50 Hz. The steady force is near x·(τ1 + τ2·x),
+        // with both factors taken at that mean.
         let mean = 0.8309;
         let full = mean * (Self::TAU_1 + Self::TAU_2 * mean) * self.slowness;
         self.force += STEP_S * (x * self.recruited / full - self.force / tau);
     }
 }
 
-/// A finger in motion.
+/// State of a moving finger.
 pub struct Body {
     finger: Finger,
     flexor: Muscle,
@@ -159,13 +157,13 @@ impl Body {
         self.angle.to_degrees()
     }
 
-    /// What the glove reports now: lagging, noisy, in tenths of a degree.
+    /// Returns the glove's reading: delayed, noisy, and rounded to tenths of a degree.
     pub fn glove_deg(&mut self) -> f64 {
         ((self.seen + self.finger.noise_deg * self.random.normal()) * 10.0).round() / 10.0
     }
 
-    /// One [`STEP_S`] with these amplitudes at hand for the next pulse, each 0 at
-    /// threshold and 1 at maximum.
+    /// Advances by [`STEP_S`]. The next pulse uses these amplitudes, from 0 at threshold to 1 at
+    /// maximum.
     pub fn step(&mut self, flexor: f64, extensor: f64, two_point: bool) {
         self.to_pulse -= STEP_S;
         if self.to_pulse <= 0.0 {
@@ -176,14 +174,14 @@ impl Body {
         self.flexor.step();
         self.extensor.step();
         let f = &self.finger;
-        // Each muscle loses 25 % as it shortens over the range of motion.
+        // Each muscle loses 25 % of its force as it shortens over the range of motion.
         let bent = 0.25 * self.angle.to_degrees() / 100.0;
         let active = f.max_torque_nm(two_point) * (1.0 - bent) * self.flexor.force
             - f.extensor_nm * (0.75 + bent) * self.extensor.force;
         self.torque.push_back(active);
         let active = self.torque.pop_front().unwrap_or(0.0);
         let spring = f.stiffness * (self.angle - f.rest_deg.to_radians());
-        // Implicit in the damping, which is stiff: I/B = 2 ms.
+        // The damping is integrated implicitly because it is stiff: I/B = 2 ms.
         self.velocity = (self.velocity + STEP_S / f.inertia * (active - spring))
             / (1.0 + STEP_S * f.damping / f.inertia);
         self.angle += STEP_S * self.velocity;
@@ -196,7 +194,7 @@ impl Body {
     }
 }
 
-/// SplitMix64.
+/// SplitMix64 generator.
 pub struct Random(pub u64);
 
 impl Random {
@@ -207,7 +205,7 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// Evenly in 0…1.
+    /// Returns a uniformly distributed number in 0…1.
     pub fn uniform(&mut self) -> f64 {
         (self.next() >> 11) as f64 / (1_u64 << 53) as f64
     }

@@ -1,13 +1,13 @@
-//! The search that chose the default gains. 120 random candidates, then 120 in
-//! shrinking steps around the best, judged on 12 random wearers, one- and two-point; then
-//! shown on 40 other wearers that played no part.
+//! The search that chose the default gains: 120 random candidates, then 120 in shrinking steps
+//! around the best, judged on 12 random wearers with one and two points. The result is then tested
+//! on 40 other wearers.
 
 use crate::control_finger::plant::{Finger, Random};
 use crate::control_finger::trial::{Points, Wire, run, spec};
 use firmware::control::{Joint, LawSpec};
 
-/// A family of laws: bounds of each gain, and what to build from them. The last
-/// gain is always the cutoff in mHz.
+/// Family of controllers: bounds of each gain, and a function that builds a controller from gains.
+/// The last gain is always the cutoff in mHz.
 pub struct Family {
     pub name: &'static str,
     pub bounds: &'static [(f64, f64)],
@@ -43,13 +43,13 @@ pub const PID: Family = Family {
     },
 };
 
-/// Wearers of one draw.
+/// Returns `n` random wearers of one seed.
 pub fn wearers(seed: u64, n: usize) -> Vec<Finger> {
     let mut random = Random(seed);
     (0..n).map(|_| Finger::generate(&mut random)).collect()
 }
 
-/// Mean RMSE against the reachable target, one-point A and two-point.
+/// Returns the mean RMSE against the reachable reference for point A and for two points.
 pub fn score(law: LawSpec, period: u8, cutoff: u32, wearers: &[Finger]) -> [f64; 2] {
     [Points::A, Points::Both].map(|points| {
         let s = spec(law, period, cutoff, points);
@@ -61,7 +61,7 @@ pub fn score(law: LawSpec, period: u8, cutoff: u32, wearers: &[Finger]) -> [f64;
     })
 }
 
-/// Best gains found for a period, in `budget` trials of each kind.
+/// Returns the best gains for a period after `budget` trials of each kind.
 pub fn search(family: &Family, period: u8, budget: usize) -> Vec<f64> {
     let training = wearers(1, 12);
     let mut random = Random(7);

@@ -7,7 +7,7 @@ use firmware::control::{
 use firmware::units::{Amplitude, Angle, Micros, us};
 use std::f64::consts::TAU;
 
-/// How participant P's flexor is stimulated (table 7).
+/// Stimulation points of participant P's flexor (table 7).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Points {
     A,
@@ -23,7 +23,7 @@ fn point(channel: u8, threshold: u32, max: u32) -> PointSpec {
     }
 }
 
-/// Participant P's joint.
+/// Returns participant P's joint.
 pub fn spec(law: LawSpec, law_period_ms: u8, cutoff_mhz: u32, points: Points) -> JointSpec {
     let pair = [
         PointSpec::of_pair(0, Amplitude::new(28_000), 700),
@@ -58,28 +58,28 @@ fn reference_deg(t: f64) -> f64 {
     45.0 + 40.0 * (TAU * 0.2 * t).sin()
 }
 
-/// What a trial gave.
+/// Result of one trial.
 #[derive(Clone, Copy, Debug)]
 pub struct Outcome {
-    /// RMSE of 10…30 s against the target, degrees.
+    /// RMSE against the reference over 10…30 s, degrees.
     pub rmse: f64,
-    /// The same against the part of the target that the finger can reach.
+    /// RMSE against the part of the reference that the finger can reach, degrees.
     pub rmse_reachable: f64,
-    /// Share of ticks that were limiting.
+    /// Share of ticks whose effort was limited.
     pub limiting: f64,
 }
 
-/// What is done to a trial.
+/// Disturbance of a trial.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Wire {
     Sound,
     /// 54 of 100 setpoints are lost.
     LosesSetpoints,
-    /// The law's answer is mirrored, as (4) prints it.
+    /// The controller's output has the opposite sign, as equation (4) is printed.
     PrintedSign,
 }
 
-/// Runs a trial.
+/// Runs one trial with the noise of `seed`.
 pub fn run(spec: &JointSpec, finger: Finger, seed: u64, wire: Wire) -> Outcome {
     let joint = Joint::new(spec).expect("a valid spec");
     let mut state = JointState::default();
@@ -96,7 +96,7 @@ pub fn run(spec: &JointSpec, finger: Finger, seed: u64, wire: Wire) -> Outcome {
     for ms in 0..30_000_u32 {
         let t = f64::from(ms) / 1000.0;
         let now = start + us(ms * 1000);
-        // The host's frame at 90 Hz: a sample taken now, on the wire 2 ms long.
+        // The host sends a frame at 90 Hz: the present angle, delayed 2 ms by the link.
         if t * 90.0 >= f64::from(frames) {
             frames += 1;
             glove = Some((now, body.glove_deg()));
@@ -108,7 +108,7 @@ pub fn run(spec: &JointSpec, finger: Finger, seed: u64, wire: Wire) -> Outcome {
         }
         if let Some((at, deg)) = glove.filter(|(at, _)| ms == 0 || (now - *at).us() >= 2000) {
             glove = None;
-            // Mirroring the joint about the target turns the law's sign.
+            // Mirroring the joint about the reference reverses the controller's sign.
             let deg = if wire == Wire::PrintedSign {
                 2.0 * reference_deg(t) - deg
             } else {
@@ -140,7 +140,7 @@ pub fn run(spec: &JointSpec, finger: Finger, seed: u64, wire: Wire) -> Outcome {
     }
 }
 
-/// Mean amplitude of some points: 0 at threshold, 1 at maximum.
+/// Returns the mean amplitude of the points in `orders`: 0 at threshold, 1 at maximum.
 fn amplitude(spec: &JointSpec, orders: &[(u8, Amplitude)]) -> Option<f64> {
     let all = || spec.flexors.iter().chain([&spec.extensor]);
     let each = orders.iter().map(|(channel, a)| {

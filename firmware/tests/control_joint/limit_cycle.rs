@@ -1,11 +1,12 @@
-//! A swing that no gain ends, and swings that are none of the loop's.
+//! Limit cycles that no lower gain ends, and oscillations that are not caused by the loop.
 
 use crate::control_joint::{RunningJoint, two_point};
 use firmware::control::{JointSpec, LawSpec, LimitCycle};
 use firmware::units::{Micros, us};
 use std::f64::consts::TAU;
 
-/// What the joint finds in `ms` of these targets and angles, degrees, at time s.
+/// Returns the limit cycles that the joint detects within `ms`, from references and angles in
+/// degrees as functions of time in s.
 fn find_limit_cycles(
     law: LawSpec,
     ms: u32,
@@ -32,7 +33,7 @@ fn find_limit_cycles(
     all
 }
 
-/// Shaken from outside, at 2.5 Hz.
+/// The joint is moved from outside at 2.5 Hz.
 #[test]
 fn a_swing_that_no_gain_ends_lowers_it_to_the_floor_and_then_stops() {
     for (law, wide) in [
@@ -49,7 +50,7 @@ fn a_swing_that_no_gain_ends_lowers_it_to_the_floor_and_then_stops() {
         assert!((0.8..1.0).contains(&swing), "{swing}");
         assert_eq!(gains[0], Some(700));
         assert!(gains.is_sorted_by(|a, b| a >= b));
-        // Five degrees may stay at the floor, more may not.
+        // A swing of 5° may continue at the lowest gain, a larger one may not.
         let last = if wide > 2.5 { None } else { Some(125) };
         assert_eq!(gains.last(), Some(&last), "{gains:?}");
     }
@@ -64,7 +65,7 @@ fn the_papers_law_swings_as_it_does_in_print() {
     );
 }
 
-/// A finger that answers a moving target late and not far enough, with harmonics.
+/// The finger follows a moving reference late and not far enough, with harmonics.
 #[test]
 fn a_targets_own_course_is_no_limit_cycle() {
     for hz in [0.1, 0.2, 0.3, 0.5, 1.0] {
@@ -80,7 +81,7 @@ fn a_targets_own_course_is_no_limit_cycle() {
             );
         }
     }
-    // Steps back and forth, and up a staircase, answered with an overshoot.
+    // Steps back and forth, and up a staircase, with an overshoot.
     let ring = |t: f64| (-t * 6.0).exp() * (3.0 * TAU * t).cos();
     for stays in [0.3, 0.5, 1.0, 2.0] {
         let square = |t: f64| {

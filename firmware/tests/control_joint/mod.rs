@@ -1,5 +1,5 @@
-//! A joint from the outside: amplitudes at participant P's voltages, sensors and
-//! times here; setpoints, refusals and properties over every input in the modules.
+//! Joint control through its public interface: amplitudes at participant P's voltages, sensors and
+//! times here; setpoints, refusals and properties over every input in the submodules.
 
 mod limit_cycle;
 mod property;
@@ -21,7 +21,7 @@ fn point(channel: u8, threshold: u32, max: u32) -> PointSpec {
     }
 }
 
-/// Participant P (Hamana 2022 table 7), two-point.
+/// Returns the joint of participant P (Hamana 2022 table 7) with two points.
 fn two_point(law: LawSpec) -> JointSpec {
     let pair = [
         PointSpec::of_pair(0, Amplitude::new(28_000), 700),
@@ -55,7 +55,7 @@ fn degrees(deg: f64) -> Angle {
     Angle::new(I16F16::from_num(deg))
 }
 
-/// A joint and what it remembers.
+/// Joint with its state.
 struct RunningJoint {
     joint: Joint,
     state: JointState,
@@ -95,7 +95,7 @@ impl RunningJoint {
     }
 }
 
-/// The orders of the first tick at this error, so without derivative.
+/// Returns the orders of the first tick at this error in degrees, which has no derivative part.
 fn orders_at_error(spec: &JointSpec, error: f64) -> Orders {
     let mut worn = RunningJoint::new(spec);
     let now = Micros::new(u32::MAX);
@@ -108,10 +108,10 @@ fn millivolts(orders: &Orders) -> Vec<u32> {
     orders.amplitudes.iter().map(|(_, a)| a.get()).collect()
 }
 
-/// u = 10·√(10·|e|) + 0.011 V against hand-computed volts: (7)–(12).
+/// Compares u = 10·√(10·|e|) + 0.011 V with volts computed by hand from equations (7)–(12).
 #[test]
 fn the_papers_mapping_at_participant_ps_voltages() {
-    // Error °, one-point [A, E], two-point [A, B, E], limiting for each.
+    // Columns: error in °, one point [A, E], two points [A, B, E], limiting for each.
     #[rustfmt::skip]
     let table = [
         (0.0, [24_000, 14_000], [19_600, 25_200, 14_000], [false, false]),
@@ -129,7 +129,7 @@ fn the_papers_mapping_at_participant_ps_voltages() {
             let orders = orders_at_error(&spec, error);
             let got = millivolts(&orders);
             for (g, e) in got.iter().zip(&expected) {
-                // One bit of the angle is 1.5e-5°, which the root makes 3 mV.
+                // One bit of the angle is 1.5e-5°, which the square root turns into 3 mV.
                 assert!(
                     g.abs_diff(*e) <= 3,
                     "at {error}°: {got:?}, not {expected:?}"
@@ -142,7 +142,7 @@ fn the_papers_mapping_at_participant_ps_voltages() {
 
 #[test]
 fn a_fraction_spans_threshold_to_maximum_of_each_point() {
-    // A pure proportional law: the fraction is the error in radians.
+    // With a purely proportional controller, the fraction is the error in radians.
     let law = LawSpec::Pid {
         kp_milli: 1000,
         ki_milli: 0,
@@ -212,7 +212,7 @@ fn a_bad_sensor_gives_a_named_fault_and_no_orders() {
     let stale = Err(SensorFault::Stale { limit_ms: 100 });
     assert!(worn.tick(t0 + us(100_000)).is_ok());
     assert_eq!(worn.tick(t0 + us(100_001)), stale);
-    // A whole turn of the clock later it is still stale.
+    // It is still stale after a whole turn of the clock.
     assert_eq!(worn.tick(t0 + us(1)), stale);
     let t1 = t0 + us(200_000);
     worn.measure_now(t1, 120.5);

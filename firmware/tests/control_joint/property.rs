@@ -1,4 +1,4 @@
-//! Every accepted spec, fed with anything.
+//! Properties of every accepted specification, with arbitrary inputs.
 
 use crate::control_joint::{degrees, point};
 use firmware::control::super_twisting::SuperTwisting;
@@ -25,7 +25,7 @@ fn any_law() -> impl Strategy<Value = LawSpec> {
             gain(0)
         )
             .prop_map(|(lambda_milli, k1, k2_milli, b_milli, k3, ki_milli)| {
-                // As far as the slowest period allows.
+                // The upper bounds are those of the slowest period.
                 LawSpec::Recommended {
                     lambda_milli,
                     k1_milli: k1.min(SuperTwisting::k1_milli(b_milli, 20).max.cast_unsigned()),
@@ -90,8 +90,8 @@ fn any_spec() -> impl Strategy<Value = JointSpec> {
     )
 }
 
-/// One thing that happens to a joint: gap before it in µs, an offset of its
-/// time stamp, an angle and a rate in raw bits.
+/// Generates one event of a joint: kind, preceding gap in µs, offset of its time stamp, an angle
+/// and a rate in raw bits.
 fn any_event() -> impl Strategy<Value = (u8, u32, i32, i32, Option<i32>)> {
     let gap = prop_oneof![60 => 0..5000_u32, 1 => any::<u32>()];
     let offset = prop_oneof![20 => -5000..5000_i32, 1 => any::<i32>()];
@@ -102,9 +102,9 @@ fn any_event() -> impl Strategy<Value = (u8, u32, i32, i32, Option<i32>)> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(2000))]
 
-    /// No accepted spec and no input panics (overflow checks are on), every
-    /// channel is named once, and every amplitude is 0 on all channels or
-    /// within threshold and maximum on each.
+    /// No accepted specification and no input causes a panic (overflow checks are on), every
+    /// channel appears once, and the amplitudes are either 0 on all channels or between threshold
+    /// and maximum on each.
     #[test]
     fn amplitudes_stay_within_the_wearers_range(
         spec in any_spec(),

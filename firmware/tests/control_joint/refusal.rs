@@ -1,4 +1,4 @@
-//! What a spec may not say, and its way over the wire.
+//! Refused specifications, and their encoding on the link.
 
 use crate::control_joint::{point, two_point};
 use firmware::control::{
@@ -6,7 +6,7 @@ use firmware::control::{
 };
 use firmware::range::OutOfRange;
 
-/// A good spec with one change.
+/// Returns the error of a valid specification after one change.
 fn spec_error(change: impl FnOnce(&mut JointSpec)) -> Option<SpecError> {
     let mut spec = two_point(LawSpec::PAPER);
     change(&mut spec);
@@ -56,7 +56,7 @@ fn adc(code_at_0: u16, code_at_100: u16) -> Option<SpecError> {
     })
 }
 
-/// Each wrong field by its name, its value and what it allows.
+/// Each wrong field is refused with its name, its value and the allowed range.
 #[test]
 fn a_wrong_spec_is_refused_by_field() {
     const BIG: u32 = u32::MAX;
@@ -68,7 +68,7 @@ fn a_wrong_spec_is_refused_by_field() {
         (sliding([100, 0, 100, 1000, 0]), "k1_milli", 0, 1, 100_000),
         (sliding([100, 1, 9, 1000, 0]), "k2_milli", 9, 10, 100_000),
         (sliding([100, 1, 100, BIG, 0]), "b_milli", BIG.into(), 1000, 1_000_000),
-        // h·b·k1 <= 200, h·b·k3 <= 7, at 11 ms.
+        // Limits at 11 ms: h·b·k1 <= 200, h·b·k3 <= 7.
         (sliding([100, 18_182, 100, 1_000_000, 0]), "k1_milli", 18_182, 1, 18_181),
         (sliding([100, 1, 100, 1_000_000, 637]), "k3_milli", 637, 0, 636),
         (pid(100_001, 0, 0), "kp_milli", 100_001, 0, 100_000),
@@ -110,7 +110,7 @@ fn a_spec_survives_the_wire() {
     assert_eq!(postcard::from_bytes::<JointSpec>(bytes).unwrap(), spec);
 }
 
-/// A wearer of a quarter to four times the reference's strength, 4033 mrad.
+/// Accepts a quarter to four times the reference wearer's strength, 4033 mrad.
 #[test]
 fn a_wearer_outside_the_strengths_that_were_tried_is_refused() {
     let spec = |law, stiffness_unm_per_rad| JointSpec {

@@ -1,4 +1,4 @@
-//! Setpoints: hold, extrapolation, order and wrapping time.
+//! Setpoints: hold, extrapolation, order, and wrapping of time.
 
 use crate::control_joint::{degrees, two_point};
 use firmware::control::setpoint::{HORIZON_US, SetpointTrack};
@@ -11,7 +11,7 @@ fn a_track_holds_or_goes_on_for_a_while() {
     let go_on = HoldPolicy::Extrapolate { max_ms: 50 };
     let t = Micros::new(u32::MAX - 20_000);
     let rate = |deg| Some(AngularRate::new(I16F16::from_num(deg)));
-    // Rate given, wait in ms, policy, angle expected.
+    // Columns: given rate, wait in ms, policy, expected angle.
     let table = [
         (rate(100), 0, go_on, 10.0),
         (rate(100), 25, go_on, 12.5),
@@ -30,7 +30,7 @@ fn a_track_holds_or_goes_on_for_a_while() {
             Some(degrees(expected))
         );
     }
-    // Two setpoints 10 ms apart: 2° is motion (200 °/s), 20° is a step.
+    // Of two setpoints 10 ms apart, 2° are motion (200 °/s) and 20° are a step.
     for (second, expected) in [(12.0, 16.0), (30.0, 30.0)] {
         let mut track = SetpointTrack::default();
         track.accept(t, t, degrees(10.0), None).unwrap();
@@ -78,7 +78,7 @@ fn setpoints_out_of_place_are_refused_by_name() {
         set(now - us(HORIZON_US + 1), 1.0),
         Err(SetpointError::TooOld)
     );
-    // The first is due at once; eight more may wait.
+    // The first setpoint is due at once; eight more may wait.
     for i in 0..9 {
         assert_eq!(set(now + us(i * 1000), 1.0), Ok(()));
     }

@@ -1,4 +1,4 @@
-//! A board on a desk: sends requests, keeps everything that comes out.
+//! Simulated board with a host: sends requests and records everything that the device outputs.
 
 use firmware::control::{HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource};
 use firmware::device::{Draft, Identity};
@@ -12,7 +12,7 @@ use firmware::pulse::{CHANNELS, GroupSpec, Levels, Partner, State as Line, Train
 use firmware::safety::{ChannelSpec, Fault, FaultRecord, StageSpec, Stages, State, WearerSpec};
 use firmware::units::{Amplitude, DacCode, Micros, us};
 
-/// Everything that came out, in µs since boot, which never wraps.
+/// Everything that the device output, with times in µs since boot, which never wrap.
 #[derive(Default)]
 pub struct Record {
     boot: Micros,
@@ -26,7 +26,7 @@ pub struct Record {
 
 impl Record {
     pub fn since_boot_us(&mut self, at: Micros) -> u64 {
-        // Relative to the latest known time, either way.
+        // The time is relative to the latest known time, in either direction.
         let now = self.boot + us(self.last as u32);
         let t = self.last.wrapping_add_signed((at - now).us().into());
         self.last = self.last.max(t);
@@ -54,7 +54,7 @@ impl Sink for Record {
     }
 }
 
-/// A response that owns what it says.
+/// Response that owns its data.
 #[derive(Clone, Debug, PartialEq)]
 #[expect(clippy::large_enum_variant, reason = "a test's, and few")]
 pub enum OwnedResponse {
@@ -66,7 +66,7 @@ pub enum OwnedResponse {
     Telemetry(Telemetry),
 }
 
-/// What the bytes say. Panics on any frame that is not a response.
+/// Decodes all responses. Panics on a frame that is not a response.
 pub fn decode(bytes: &[u8]) -> Vec<OwnedResponse> {
     let mut decoder = Decoder::default();
     let mut all = Vec::new();
@@ -91,7 +91,7 @@ pub fn decode(bytes: &[u8]) -> Vec<OwnedResponse> {
     all
 }
 
-/// The desk puts the sum of what it has sent into it.
+/// Arm order; the test host fills in the checksum of the setup that it has sent.
 pub const ARM: Request = Request::Arm { setup: 0 };
 
 pub fn frame(session: u16, seq: u16, request: Request) -> Vec<u8> {
@@ -109,7 +109,7 @@ pub struct TestHost {
     pub sensors: Sensors,
     pub session: u16,
     pub seq: u16,
-    /// What it has sent.
+    /// Setup that the host has sent.
     draft: Draft,
     read: usize,
 }
@@ -132,7 +132,7 @@ impl TestHost {
         desk
     }
 
-    /// The device resets, for `reset`, at the next window; its session is gone.
+    /// Resets the device at the next window because of `reset`; its session ends.
     pub fn reset(&mut self, reset: ResetCause) {
         let at = self.now() + us(1_000);
         self.record.write_levels(self.now(), Levels::ISOLATED); // pins are inputs
@@ -146,7 +146,7 @@ impl TestHost {
         self.hello();
     }
 
-    /// Booted, with a session.
+    /// Boots a device and opens a session.
     pub fn open(at: Micros) -> Self {
         let mut desk = Self::boot(at, None);
         desk.hello();
@@ -170,7 +170,7 @@ impl TestHost {
         self.board.now()
     }
 
-    /// Now, µs since boot.
+    /// Returns the time in µs since boot.
     pub fn since_boot_us(&mut self) -> u64 {
         let now = self.now();
         self.record.since_boot_us(now)
@@ -181,12 +181,12 @@ impl TestHost {
         self.board.advance(to, &self.sensors, &mut self.record);
     }
 
-    /// Sends a request that arrives now and does not wait. Its number.
+    /// Sends a request that arrives now, and returns its number without waiting.
     pub fn send(&mut self, request: Request) -> u16 {
         self.write([request])[0]
     }
 
-    /// One write of several requests. Their numbers.
+    /// Sends several requests in one write, and returns their numbers.
     pub fn write(&mut self, requests: impl IntoIterator<Item = Request>) -> Vec<u16> {
         let (mut numbers, mut bytes) = (Vec::new(), Vec::new());
         for request in requests {
@@ -197,11 +197,11 @@ impl TestHost {
         numbers
     }
 
-    /// The frame of the next request.
+    /// Returns the frame of the next request.
     pub fn frame(&mut self, request: Request) -> Vec<u8> {
         let is_at_rest = !matches!(self.state(), State::Stimulating | State::Stopping);
         let request = match request {
-            // Refused.
+            // The device refuses these requests.
             Request::Channel { .. } | Request::Muscle { .. } | Request::ForceControl { .. }
                 if !is_at_rest =>
             {
@@ -214,21 +214,21 @@ impl TestHost {
         bytes
     }
 
-    /// Bytes that arrive now.
+    /// Delivers bytes to the device now.
     pub fn receive(&mut self, bytes: &[u8]) {
         let now = self.now();
         self.board
             .receive(now, bytes, &self.sensors, &mut self.record);
     }
 
-    /// What was said since the last call.
+    /// Returns the responses since the last call.
     pub fn take_messages(&mut self) -> Vec<OwnedResponse> {
         let new = decode(&self.record.bytes[self.read..]);
         self.read = self.record.bytes.len();
         new
     }
 
-    /// The telemetry in what was said since the last call.
+    /// Returns the telemetry among the responses since the last call.
     pub fn samples(&mut self) -> Vec<Telemetry> {
         let sample = |heard| match heard {
             OwnedResponse::Telemetry(sample) => Some(sample),
@@ -240,7 +240,7 @@ impl TestHost {
             .collect()
     }
 
-    /// Sends a request and gives the device 2 ms. Everything it said since.
+    /// Sends a request, gives the device 2 ms, and returns all its responses.
     pub fn exchange(&mut self, request: Request) -> Vec<OwnedResponse> {
         self.take_messages();
         self.send(request);
@@ -248,8 +248,8 @@ impl TestHost {
         self.take_messages()
     }
 
-    /// Sends a request and waits for its own answer, at most half a second.
-    /// `Err` is the code and field of the refusal.
+    /// Sends a request and waits for its answer, at most half a second. `Err` holds the code and
+    /// field of the refusal.
     pub fn answer(&mut self, request: Request) -> Result<(), (Code, String)> {
         self.take_messages();
         let seq = self.send(request);
@@ -270,12 +270,12 @@ impl TestHost {
         panic!("no answer to {seq}");
     }
 
-    /// Code and field of a request's refusal.
+    /// Sends a request, and returns the code and field of the expected refusal.
     pub fn expect_refusal(&mut self, request: Request) -> (Code, String) {
         self.answer(request).expect_err("accepted")
     }
 
-    /// The code of a request's refusal, if it was refused.
+    /// Sends a request, and returns the code if it was refused.
     pub fn refusal_code(&mut self, request: Request) -> Option<Code> {
         self.answer(request).err().map(|(code, _)| code)
     }
@@ -302,12 +302,12 @@ impl TestHost {
         status.unwrap_or_else(|| panic!("{heard:?}"))
     }
 
-    /// The latched or last fault.
+    /// Returns the latched or the last fault.
     pub fn fault(&mut self) -> Option<Fault> {
         self.status().fault.map(|record| record.fault)
     }
 
-    /// The host's measurement of this moment.
+    /// Sends an angle measured at this moment, in hundredths of a degree.
     pub fn measure(&mut self, centideg: i16) {
         let at = self.now();
         self.expect_ok(Request::Measurement {
@@ -317,7 +317,7 @@ impl TestHost {
         });
     }
 
-    /// `count` times `us` with the host alive.
+    /// Waits `count` times `us`, with a keep-alive before each.
     pub fn keep_alive(&mut self, count: u32, us: u32) {
         for _ in 0..count {
             self.expect_ok(Request::KeepAlive);
@@ -330,8 +330,7 @@ impl TestHost {
         self.expect_all_ok([ARM, Request::Start]);
     }
 
-    /// Puts a wearer and channels into the draft, arms, starts, asks for
-    /// `amplitude` everywhere.
+    /// Configures a wearer and channels, arms, starts, and orders `amplitude` on every channel.
     pub fn run(&mut self, wearer: WearerSpec, specs: &[ChannelSpec], amplitude: u32) {
         self.prepare(wearer, specs);
         self.start();
@@ -345,8 +344,8 @@ impl TestHost {
         }
     }
 
-    /// The last time any channel was driven or grounded, µs since boot: the
-    /// time of the change that isolated all.
+    /// Returns the time since which all outputs are disconnected, µs since boot, or `None` if one
+    /// is driven or grounded.
     pub fn isolated_since(&mut self) -> Option<u64> {
         let &(t, levels) = self.record.levels.last()?;
         (levels.0 & Levels::GROUNDED.0 == 0).then_some(t)
@@ -357,7 +356,7 @@ impl TestHost {
     }
 }
 
-/// A simulated device's.
+/// Returns the identity of a simulated device.
 pub fn identity(first_session: u16, last_fault: Option<FaultRecord>) -> Identity {
     Identity {
         kind: Kind::Native,
@@ -370,19 +369,19 @@ pub fn identity(first_session: u16, last_fault: Option<FaultRecord>) -> Identity
     }
 }
 
-/// A refusal as tests write it.
+/// Returns a refusal in the form that tests compare.
 pub fn refusal(code: Code, field: &str) -> (Code, String) {
     (code, field.to_owned())
 }
 
-/// Whether the device told of `event`.
+/// Returns whether the device reported `event`.
 pub fn has_event(heard: &[OwnedResponse], event: Event) -> bool {
     let is = |h: &OwnedResponse| matches!(h, OwnedResponse::Event(_, e) if *e == event);
     heard.iter().any(is)
 }
 
-/// Keeps the host alive until the device stops by itself; how long that took, µs, and
-/// what was heard.
+/// Sends keep-alives until the device stops by itself. Returns the time taken, µs, and the
+/// responses.
 pub fn wait_until_stopped(desk: &mut TestHost, most_s: u32) -> (u64, Vec<OwnedResponse>) {
     let (from, mut heard) = (desk.since_boot_us(), Vec::new());
     for _ in 0..most_s * 50 {
@@ -397,13 +396,13 @@ pub fn wait_until_stopped(desk: &mut TestHost, most_s: u32) -> (u64, Vec<OwnedRe
     (desk.since_boot_us() - 60_000 - from, heard)
 }
 
-/// One group.
+/// Returns a request with one group of channels.
 pub fn group(members: u16, partner: Partner) -> Request {
     let group = GroupSpec { members, partner };
     Request::Groups([group].into_iter().collect())
 }
 
-/// A joint of two points, 0° to 90°, that the host measures.
+/// Returns a joint of two points, 0° to 90°, whose angle the host measures.
 pub fn joint(flexor: u8, extensor: u8, threshold: u32, max: u32) -> Request {
     let point = |channel| PointSpec {
         channel,
@@ -426,7 +425,7 @@ pub fn joint(flexor: u8, extensor: u8, threshold: u32, max: u32) -> Request {
     })
 }
 
-/// A wanted angle, from now on.
+/// Returns an angle setpoint that holds from now on.
 pub fn angle(centideg: i16) -> Request {
     Request::Angle {
         at: None,
@@ -435,7 +434,7 @@ pub fn angle(centideg: i16) -> Request {
     }
 }
 
-/// The same amplitude on the first `count` channels.
+/// Returns an order of the same amplitude on the first `count` channels.
 pub fn equal_amplitudes(count: usize, amplitude: u32) -> Request {
     let mut values = heapless::Vec::new();
     for _ in 0..count {
@@ -449,15 +448,14 @@ pub fn equal_amplitudes(count: usize, amplitude: u32) -> Request {
     }
 }
 
-/// Driven stretches of a channel's electrode check: two phases, two pulses, four
-/// amplitudes.
+/// Driven intervals in a channel's electrode check: two phases, two pulses, four amplitudes.
 pub const CHECK_PHASES: usize = 16;
 
 pub const PLAIN: TrainSpec = TrainSpec::biphasic(200, 100, 20_000);
 
 pub const MONO: TrainSpec = TrainSpec::monophasic(200, 1_000, 20_000);
 
-/// 100 mA full scale, 20 mA limit.
+/// Returns a channel with 100 mA full scale and a limit of 20 mA.
 pub fn channel(train: TrainSpec) -> ChannelSpec {
     ChannelSpec {
         train,
@@ -470,7 +468,7 @@ pub fn channel(train: TrainSpec) -> ChannelSpec {
     }
 }
 
-/// The same without a rise: for trains of a fixed number of pulses.
+/// Returns the same channel without a rise, for trains of a fixed number of pulses.
 pub fn without_rise(train: TrainSpec) -> ChannelSpec {
     let spec = channel(train);
     ChannelSpec {
@@ -479,7 +477,7 @@ pub fn without_rise(train: TrainSpec) -> ChannelSpec {
     }
 }
 
-/// Shortest rise, so that amplitudes are there at once.
+/// Returns a wearer with the shortest rise, so that amplitudes are reached at once.
 pub fn wearer() -> WearerSpec {
     WearerSpec {
         rise_ms: 1,
@@ -487,7 +485,7 @@ pub fn wearer() -> WearerSpec {
     }
 }
 
-/// (start of the stretch, state, end of the stretch) of one channel.
+/// Returns the intervals of one channel as (start, state, end), µs since boot.
 pub fn line_intervals(levels: &[(u64, Levels)], channel: usize, end: u64) -> Vec<(u64, Line, u64)> {
     let mut out: Vec<(u64, Line, u64)> = Vec::new();
     let mut now = (0, Line::Isolated);
@@ -502,7 +500,7 @@ pub fn line_intervals(levels: &[(u64, Levels)], channel: usize, end: u64) -> Vec
     out
 }
 
-/// Starts of driven stretches of a channel.
+/// Returns the starts of a channel's driven intervals, µs since boot.
 pub fn driven_starts(levels: &[(u64, Levels)], channel: usize) -> Vec<u64> {
     assert!(channel < CHANNELS);
     line_intervals(levels, channel, u64::MAX)

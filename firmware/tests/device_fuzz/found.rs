@@ -1,4 +1,4 @@
-//! Inputs that random search found, each kept as a test of its own.
+//! Inputs that random search has found, each kept as a test.
 
 use super::hosts::Step::{self, Send, Stream, Wait};
 use super::{FuzzCounts, one_run};
@@ -23,8 +23,8 @@ fn wearer(max_current_ua: u32, rise_ms: u16, fall_ms: u16, host_timeout_ms: u16)
     })
 }
 
-/// Width, gap, grounding; period, offset; pulses of a burst, their distance,
-/// repeats. µs.
+/// Returns a train from width, gap and grounding; period and offset; pulses per burst, their
+/// interval and repeats. Times are in µs.
 fn train(
     shape: Shape,
     (width_us, gap_us, ground_us): (u16, u16, u16),
@@ -70,8 +70,8 @@ fn amplitudes(mask: u16, values: &[u32]) -> Request {
     }
 }
 
-/// Over-current between a refill's start and its DAC writes: the zeros of the
-/// fault were put out before the codes of the refill, whose last word stood.
+/// Over-current between a refill's start and its DAC writes: the fault once wrote its zeros before
+/// the codes of the refill, whose last code remained.
 #[test]
 fn over_current_during_a_refill_leaves_the_dacs_at_zero() {
     #[rustfmt::skip]

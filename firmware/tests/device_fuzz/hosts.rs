@@ -1,4 +1,4 @@
-//! Random hosts, wearers and moments.
+//! Random hosts, wearers and times.
 
 use super::lifts::lift;
 use super::walls::wall;
@@ -17,20 +17,20 @@ use proptest::collection::vec;
 use proptest::option;
 use proptest::prelude::*;
 
-/// What a host, a wearer or time does next.
+/// Next action of a host, a wearer or the clock.
 #[derive(Clone, Debug)]
 pub enum Step {
     Send(Request),
-    /// Several at once, in one chunk.
+    /// Several requests at once, in one chunk.
     Chunk(Vec<Request>),
     Raw(Vec<u8>),
-    /// A request cut or with one bit wrong.
+    /// Request that is truncated or has one wrong bit.
     Broken(Request, u16),
     Session(u16),
     Seq(u16),
     Hello,
     Wait(u32),
-    /// A host that streams: so many keep-alives, so far apart.
+    /// Stream of this many keep-alives at this interval, µs.
     Stream(u8, u32),
     Arm(bool),
     HandStop(bool),
@@ -38,13 +38,13 @@ pub enum Step {
     Load(u8, u32),
     Joint(Option<u16>),
     Trigger(u32),
-    /// Bytes stamped with a time other than now.
+    /// Request with a time stamp that differs from now by this, µs.
     Stamped(Request, i32),
-    /// Amplitudes that hold from so far ahead of now on, µs.
+    /// Amplitudes that take effect this far from now, µs.
     Ahead(Request, i32),
 }
 
-/// Mostly allowed, sometimes at or over an edge, sometimes anything.
+/// Generates values that are mostly allowed, sometimes at or beyond a bound, sometimes arbitrary.
 pub fn near(low: u32, high: u32) -> impl Strategy<Value = u32> {
     prop_oneof![
         60 => low..=high,
@@ -69,7 +69,7 @@ pub fn shape() -> impl Strategy<Value = Shape> {
     ]
 }
 
-/// A train, made consistent unless `wild`.
+/// Generates a train that is consistent unless `wild`.
 pub fn train() -> impl Strategy<Value = TrainSpec> {
     let common = [5_000u32, 10_000, 20_000, 12_345];
     (
@@ -86,7 +86,7 @@ pub fn train() -> impl Strategy<Value = TrainSpec> {
                 width_us,
                 max_width_us: if wild || max_width_us > width_us { max_width_us } else { 0 },
                 gap_us: if biphasic { gap } else { 0 },
-                // Every other biphasic one is grounded, too.
+                // Every other biphasic train is grounded too.
                 ground_us: if biphasic && width_us % 2 == 0 { 0 } else { ground },
                 period_us,
                 offset_us: offset % period_us.max(1).saturating_add(1),
@@ -94,7 +94,7 @@ pub fn train() -> impl Strategy<Value = TrainSpec> {
                 burst_interval_us: 0,
                 repeats,
                 trigger,
-                // Every third of those that can.
+                // Every third train that may have lists.
                 lists: width_us % 3 == 0 && trigger.is_none() && repeats == 0 && count <= 1,
             };
             if wild {
@@ -327,7 +327,7 @@ pub fn amplitudes() -> impl Strategy<Value = Request> {
         (mask, values[..count].to_vec())
     });
     let any_mask = (any::<u16>(), vec(near(0, 20_000), 0..=10));
-    // Mostly none or one each.
+    // Mostly no width or one for each amplitude.
     let widths = prop_oneof![1 => Just(vec![]), 1 => vec(near16(10, 500), 10)];
     let amplitudes = (prop_oneof![3 => sane, 1 => any_mask], widths, any::<u8>());
     amplitudes.prop_map(|((mask, values), mut widths, odd)| {
@@ -344,7 +344,7 @@ pub fn amplitudes() -> impl Strategy<Value = Request> {
     })
 }
 
-/// Lists of pulses, mostly of what a channel may have.
+/// Generates lists of pulses that a channel mostly may have.
 pub fn lists() -> impl Strategy<Value = Request> {
     let pulse = (
         prop_oneof![1 => Just(0), 3 => near(5_000, 60_000), 1 => near(0, 2_000_000)],
@@ -364,7 +364,7 @@ pub fn lists() -> impl Strategy<Value = Request> {
     })
 }
 
-/// Device times: absolute, since a session does not know `now` here.
+/// Generates requests. Device times are absolute, because a session does not know `now` here.
 pub fn request() -> impl Strategy<Value = Request> {
     prop_oneof![
         6 => Just(Request::KeepAlive),
@@ -401,7 +401,7 @@ pub fn request() -> impl Strategy<Value = Request> {
     ]
 }
 
-/// A nominal arm, held or measured.
+/// Generates a nominal arm with a fixed or measured posture.
 fn arm() -> impl Strategy<Value = Request> {
     (5u8..60, option::of(near16(2, 500))).prop_map(|(recruit_ms, stale_after_ms)| {
         let LimbSpec {
@@ -422,7 +422,7 @@ fn arm() -> impl Strategy<Value = Request> {
     })
 }
 
-/// A nominal muscle under another channel.
+/// Returns a nominal muscle on another channel.
 fn line(n: usize, channel: u8) -> Request {
     let line = nominal_limb().lines[n].clone();
     Request::Line(LineSpec {
@@ -455,7 +455,7 @@ pub fn step() -> impl Strategy<Value = Step> {
     ]
 }
 
-/// A good draft to begin with, so that most runs get to stimulate.
+/// Generates a valid setup to begin with, so that most runs reach stimulation.
 pub fn opening() -> impl Strategy<Value = Vec<Step>> {
     (
         wearer_spec(),

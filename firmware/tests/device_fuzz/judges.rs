@@ -1,4 +1,4 @@
-//! What an observer of pins, requests and answers holds a device to.
+//! Rules for a device, checked from pins, requests and answers.
 
 use crate::device_desk::*;
 use firmware::link::{Event, Request};
@@ -6,7 +6,7 @@ use firmware::pulse::{CHANNELS, Levels, State as Line};
 use proptest::prelude::*;
 use std::collections::HashMap;
 
-/// The laws of the pins that hold whatever was asked.
+/// Checks the rules of the pins that hold for any requests.
 pub fn judge_pins(desk: &mut TestHost) -> Result<(), TestCaseError> {
     let end = desk.since_boot_us();
     let faults: Vec<u64> = desk_faults(desk);
@@ -22,7 +22,7 @@ pub fn judge_pins(desk: &mut TestHost) -> Result<(), TestCaseError> {
         let all = line_intervals(&record.levels, c, end);
         judge_phases(&all, c, end, &faults)?;
         for &(t, _, _) in record.dac.iter().filter(|d| usize::from(d.1) == c) {
-            // Never inside a pulse, and 20 µs before the next begins.
+            // A DAC is written never inside a pulse, and at least 20 µs before the next.
             let at = all.partition_point(|s| s.0 <= t) - 1;
             let is_driven = |s: Line| matches!(s, Line::Anodic | Line::Cathodic);
             prop_assert!(!is_driven(all[at].1), "DAC {c} written in a phase at {t}");
@@ -38,7 +38,7 @@ pub fn judge_pins(desk: &mut TestHost) -> Result<(), TestCaseError> {
     Ok(())
 }
 
-/// Device events of faults, as µs since boot, from everything ever said.
+/// Returns the times of reported faults, µs since boot, from all responses.
 pub fn desk_faults(desk: &mut TestHost) -> Vec<u64> {
     let said = decode(&desk.record.bytes);
     let end = desk.since_boot_us();
@@ -79,8 +79,8 @@ pub fn judge_phases(
     Ok(())
 }
 
-/// Driven only between an acknowledged Arm and the end of stimulation, and
-/// never above the charge or later than silence allows.
+/// Checks that outputs are driven only between an acknowledged Arm and the end of stimulation,
+/// never above the charge limit, and never longer than host silence allows.
 pub fn judge_permission(
     desk: &mut TestHost,
     asked: &[(u64, u16, Request)],
@@ -95,9 +95,8 @@ pub fn judge_permission(
     };
     let arm = asked.iter().find(|a| matches!(a.2, Request::Arm { .. }));
     prop_assert!(arm.is_some_and(|a| a.0 <= first.0), "driven before any Arm");
-    // While outputs are driven, what counts as life is not older than the
-    // longest timeout and fall armed in this run; an arm order starts a check
-    // of 22 ms.
+    // While outputs are driven, the last keep-alive is not older than the longest timeout and fall
+    // armed in this run. An arm order starts a check of 22 ms.
     let lives: Vec<u64> = asked
         .iter()
         .filter(|a| {
@@ -129,8 +128,8 @@ pub fn judge_permission(
     Ok(())
 }
 
-/// Every request of the session got exactly one answer, unless bytes to the
-/// host were dropped, which only a host that does not read can cause.
+/// Checks that every request of the session got exactly one answer, unless bytes to the host were
+/// dropped, which only a host that does not read can cause.
 pub fn judge_answers(
     desk: &mut TestHost,
     asked: &[(u64, u16, Request)],
@@ -155,7 +154,7 @@ pub fn judge_answers(
     Ok(())
 }
 
-/// What the armed setups of a run allowed, by channel.
+/// Limits of the setups armed in a run, by channel.
 #[derive(Default)]
 pub struct Allowed {
     pub code: [u16; CHANNELS],

@@ -7,7 +7,7 @@ use proptest::array::uniform5;
 use proptest::option;
 use proptest::prelude::*;
 
-/// Mostly within 0 and 1.
+/// Generates shares mostly between 0 and 1.
 fn share() -> impl Strategy<Value = QuarticSpec> {
     prop_oneof![
         20 => uniform5(0i32..1_000_000).prop_map(QuarticSpec),

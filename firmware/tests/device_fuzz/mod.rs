@@ -1,5 +1,5 @@
-//! Random hosts, wearers and moments against a whole device: it never panics,
-//! and an observer of pins, requests and answers never sees a promise broken.
+//! Random hosts, wearers and times against a whole device: it never panics, and no rule for pins,
+//! requests and answers is broken.
 
 mod found;
 pub mod hosts;
@@ -87,13 +87,14 @@ fn apply(desk: &mut TestHost, step: &Step, asked: &mut Vec<(u64, u16, Request)>)
         Step::Joint(code) => desk.sensors.joint = *code,
         Step::Trigger(apart_us) => {
             desk.sensors.trigger = Some(now + us(apart_us / 2));
-            // Every other edge is held, until the next that is not.
+            // After every other edge the input stays active until the next edge that ends it.
             desk.sensors.held = apart_us % 2 == 0;
             desk.wait(*apart_us);
             desk.sensors.trigger = None;
         }
         Step::Stamped(request, by) => {
-            // Any past; the future only a little, or time would run there.
+            // Any past time; only slightly future times, because the simulated time would advance
+            // to them.
             let at = now + us((*by).min(5_000).cast_unsigned());
             let t = desk.since_boot_us() + u64::from((*by).clamp(0, 5_000).cast_unsigned());
             asked.push((t, desk.seq, request.clone()));
@@ -116,7 +117,7 @@ fn config() -> ProptestConfig {
     }
 }
 
-/// What the cases came to, so that a fuzz that never stimulates is noticed.
+/// Counts over all cases, which show a fuzz test that never stimulates.
 #[derive(Default, Debug)]
 struct FuzzCounts {
     cases: Cell<u32>,
@@ -133,7 +134,7 @@ impl FuzzCounts {
         let pulses = desk.status().counters.pulses;
         let levels = &desk.record.levels;
         add(&self.cases, true);
-        // More than the checks' own.
+        // More pulses than the electrode checks emit.
         add(&self.stimulated, pulses > 10);
         self.pulses.set(self.pulses.get() + u64::from(pulses));
         add(
@@ -158,14 +159,14 @@ fn one_run(boot: u32, steps: &[Step], tally: &FuzzCounts) -> Result<(), TestCase
     judge_pins(&mut desk)?;
     judge_permission(&mut desk, &asked, allowed.longest_us)?;
     allowed.judge(&mut desk)?;
-    // A raw tail without a delimiter would swallow the next request.
+    // Raw bytes without a delimiter would swallow the next request.
     if !steps
         .iter()
         .any(|s| matches!(s, Step::Raw(_) | Step::Broken(..)))
     {
         judge_answers(&mut desk, &asked)?;
     }
-    // Whatever happened, a session can be had and arming works.
+    // Whatever happened before, a session can be opened and arming works.
     desk.sensors = firmware::lockstep::Sensors::default();
     desk.wait(11_000_000);
     let now = desk.now();
@@ -205,7 +206,7 @@ fn nothing_breaks_a_promise() {
     assert!(share(&tally.stimulated) > 0.2, "the attack is too weak");
 }
 
-/// The same bytes, whole or cut anywhere, at the same instants.
+/// Runs the same bytes, whole or split anywhere, at the same times.
 fn split_run(requests: &[Request], cuts: &[u16]) -> Record {
     let mut desk = TestHost::open(Micros::new(u32::MAX - 30_000));
     desk.prepare(wearer(), &[channel(PLAIN), channel(MONO)]);

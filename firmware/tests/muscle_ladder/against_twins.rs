@@ -1,10 +1,10 @@
-//! Each rung against the same equations in f64.
+//! Each model level against the same equations in f64.
 
 use super::twins::{self, Fatigue, FatigueMode, Pulse};
 use super::{error_pct, ladder, modulated, peak, rms_pct, run, spec, subjects, train};
 use firmware::muscle::{FatigueSpec, Rung};
 
-/// Scenes: name, pulses, length in ms.
+/// Returns test cases: name, pulses, length in ms.
 fn scenes() -> Vec<(&'static str, Vec<Pulse>, u64)> {
     let gains = |pulses: Vec<Pulse>| {
         let gain = |i: usize| 0.2 + 0.8 * (i as f64 * 0.7).sin().abs();
@@ -35,7 +35,8 @@ fn scenes() -> Vec<(&'static str, Vec<Pulse>, u64)> {
     ]
 }
 
-/// The calcium–force rung in every scene: rms, worst and peak's error.
+/// Prints and bounds the errors of the calcium–force level in every case: rms, worst and of the
+/// peak.
 #[test]
 fn calcium_force_is_its_equations() {
     println!("worst of ten subjects, % of peak: rms / worst / peak's error");

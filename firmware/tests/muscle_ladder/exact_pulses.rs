@@ -1,4 +1,4 @@
-//! Pulses at their own microsecond over long times and at the highest rates.
+//! Pulses at exact microseconds over long times and at the highest rates.
 
 use super::twins::{self, FatigueMode, Muscle, Pulse};
 use super::{error_pct, peak, spec, subjects};
@@ -10,7 +10,7 @@ const BEFORE_WRAP: Micros = Micros::new(u32::MAX - 60_000_000);
 
 const LSB: f64 = 1.0 / 65_536.0;
 
-/// A muscle and its state, fed in ticks of 1 ms.
+/// Muscle and its state, advanced in ticks of 1 ms.
 struct MuscleRun {
     muscle: CalciumForce,
     state: CalciumForceState,
@@ -24,8 +24,8 @@ impl MuscleRun {
         }
     }
 
-    /// Forces at the end of each of `ms` ticks, in the model's own unit;
-    /// `pulses` in µs from now, told of at the tick that they lie in.
+    /// Returns the forces at the end of each of `ms` ticks, in the model's own unit. `pulses` are
+    /// in µs from now; each reaches the model in its own tick.
     fn run(&mut self, pulses: &[u64], ms: u64) -> Vec<i32> {
         let start = self.state.at();
         let mut pulses = pulses.iter().peekable();
@@ -42,14 +42,14 @@ impl MuscleRun {
     }
 }
 
-/// 1 s of pulses at `hz`, the first at `phase` µs.
+/// Returns 1 s of pulses at `hz`, the first at `phase` µs.
 fn second(hz: u64, phase: u64) -> Vec<u64> {
     (0..hz).map(|i| phase + i * 1_000_000 / hz).collect()
 }
 
-/// 1 s on, 1 s off, for ten minutes across the clock's wrap. Force that is
-/// left over from the second before is the reference's as well; beyond it, no
-/// cycle differs from the first by more than one unit of the force.
+/// 1 s on, 1 s off, for ten minutes across the clock's wrap. The reference has the same force left
+/// from the second before; beyond that, no cycle differs from the first by more than one unit of
+/// force.
 #[test]
 fn ten_minutes_of_on_and_off_do_not_drift() {
     const RATES: [(u64, u64); 7] = [
@@ -74,7 +74,7 @@ fn ten_minutes_of_on_and_off_do_not_drift() {
             let (truth, _) = twins::tiring(&m, FatigueMode::Never, &all, 4000);
             let newtons: Vec<f64> = first.iter().map(|&bits| f64::from(bits) * LSB).collect();
             error = error.max(error_pct(&truth[1..=2000], &newtons));
-            // What the second before leaves, in units of the force.
+            // Force left from the second before, in units of the force.
             let residual: Vec<f64> = (1..=2000)
                 .map(|i| (truth[i + 2000] - truth[i]) / LSB)
                 .collect();
@@ -105,8 +105,8 @@ fn ten_minutes_of_on_and_off_do_not_drift() {
     assert!(error <= 0.02, "{error} %");
 }
 
-/// The densest bursts that a scheduler plays: 8 pulses 200 µs apart, 200 times
-/// a second. C saturates where the slowest muscle's would pass 24.
+/// The densest bursts of the scheduler, 8 pulses 200 µs apart, 200 times per second. C saturates
+/// where that of the slowest muscle would exceed 24.
 #[test]
 fn the_densest_bursts_stay_in_range() {
     let pulses: Vec<u64> = (0..400)
@@ -128,7 +128,7 @@ fn the_densest_bursts_stay_in_range() {
         rests(&mut fed, &name);
     }
     assert!(worst < 1.5, "{worst} %");
-    // The ends of every range, K at both of its own.
+    // The ends of every range, with K at both of its ends.
     for k in [0.002, 5.0] {
         let slowest = Muscle {
             a: 10_000.0,
@@ -146,7 +146,7 @@ fn the_densest_bursts_stay_in_range() {
     }
 }
 
-/// Force comes to exactly zero, and stays there.
+/// Checks that force reaches exactly zero and stays there.
 fn rests(fed: &mut MuscleRun, name: &str) {
     let tail = fed.run(&[], 8000);
     assert_eq!(tail.last(), Some(&0), "{name}");

@@ -1,8 +1,6 @@
-//! The rungs of the ladder against their f64 twins, and the change from one to
-//! another.
+//! The model levels against their f64 counterparts, and changes of level.
 //!
-//! `cargo test -p firmware --test suite muscle_ladder -- --nocapture`
-//! prints every error.
+//! `cargo test -p firmware --test suite muscle_ladder -- --nocapture` prints every error.
 
 mod against_twins;
 mod exact_pulses;
@@ -17,10 +15,10 @@ use twins::{Muscle, Pulse};
 
 const TABLE_4: &str = include_str!("../../../tests/golden/lee2020/table4_force_model.csv");
 
-/// Runs start so that the 32-bit clock wraps within them.
+/// Start time of runs, so that the 32-bit clock wraps within them.
 pub const START: Micros = Micros::new(u32::MAX - 400_000);
 
-/// Lee's ten subjects.
+/// Returns Lee's ten subjects with their names.
 pub fn subjects() -> Vec<(String, Muscle)> {
     let rows = TABLE_4.lines().skip(1).map(|row| {
         let mut cells = row.split(',');
@@ -38,7 +36,7 @@ pub fn subjects() -> Vec<(String, Muscle)> {
     rows.collect()
 }
 
-/// The device's parameters of a muscle.
+/// Returns the device's parameters of a muscle.
 pub fn spec(m: &Muscle) -> CalciumForceSpec {
     let whole = |value: f64, unit: f64| (value / unit).round() as u32;
     CalciumForceSpec {
@@ -50,25 +48,25 @@ pub fn spec(m: &Muscle) -> CalciumForceSpec {
     }
 }
 
-/// The muscle on a rung, with the quadriceps' fatigue.
+/// Returns the muscle at a model level, with the quadriceps' fatigue.
 pub fn ladder(m: &Muscle, rung: Rung) -> MuscleModel {
     let spec = spec(m);
     MuscleModel::new(spec, Some(FatigueSpec::scaled_to(spec.a_mn_per_s)), rung).unwrap()
 }
 
-/// Pulses at `hz` from `from_ms` until `to_ms`, full gain.
+/// Returns pulses at `hz` from `from_ms` until `to_ms` with full gain.
 pub fn train(hz: f64, from_ms: u64, to_ms: u64) -> Vec<Pulse> {
     let count = (hz * (to_ms - from_ms) as f64 * 1e-3 - 1e-9).ceil() as u64;
     let at = |i: u64| from_ms * 1000 + (i as f64 * 1e6 / hz).round() as u64;
     (0..count).map(|i| (at(i), 1.0)).collect()
 }
 
-/// Force in N.
+/// Returns the force in N.
 pub fn newtons(ladder: &MuscleModel, state: &MuscleModelState) -> f64 {
     ladder.force(state).get().to_num()
 }
 
-/// Force every millisecond, from ticks of 1 ms; `each` sees the state first.
+/// Returns the force every millisecond, from ticks of 1 ms; `each` gets the state first.
 pub fn run(
     ladder: &MuscleModel,
     pulses: &[Pulse],
@@ -91,26 +89,25 @@ pub fn run(
     samples
 }
 
-/// The largest sample.
 pub fn peak(samples: &[f64]) -> f64 {
     samples.iter().copied().fold(0.0, f64::max)
 }
 
-/// Worst difference over the peak of `truth`, %.
+/// Returns the worst difference over the peak of `truth`, %.
 pub fn error_pct(truth: &[f64], model: &[f64]) -> f64 {
     assert_eq!(truth.len(), model.len());
     let worst = truth.iter().zip(model).map(|(t, m)| (t - m).abs());
     worst.fold(0.0, f64::max) / peak(truth) * 100.0
 }
 
-/// Root mean square difference over the peak of `truth`, %.
+/// Returns the root mean square difference over the peak of `truth`, %.
 pub fn rms_pct(truth: &[f64], model: &[f64]) -> f64 {
     assert_eq!(truth.len(), model.len());
     let sum: f64 = truth.iter().zip(model).map(|(t, m)| (t - m).powi(2)).sum();
     (sum / truth.len() as f64).sqrt() / peak(truth) * 100.0
 }
 
-/// Pulses whose rate swings between `low` and `high` Hz, at `swing_hz`.
+/// Returns pulses whose rate oscillates between `low` and `high` Hz, at `swing_hz`.
 pub fn modulated(low: f64, high: f64, swing_hz: f64, ms: u64) -> Vec<Pulse> {
     let (mut t, mut pulses) = (0.0, vec![]);
     while t < ms as f64 * 1e-3 {

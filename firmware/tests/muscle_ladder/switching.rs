@@ -1,5 +1,5 @@
-//! A change of rung: no step in force where two models meet, a beginning at rest
-//! where none ran.
+//! Changes of model level: no step in force between two models, and a start at rest after a level
+//! without a model.
 
 use super::twins::{self, FatigueMode, Pulse};
 use super::{START, ladder, newtons, peak, run, subjects, train};
@@ -45,8 +45,8 @@ fn any_fatigue() -> impl Strategy<Value = FatigueSpec> {
 }
 
 proptest! {
-    /// Any muscle, any pulses, a change to any rung at any time: force stays what it
-    /// is, or begins at none; is within full scale, and exactly zero in the end.
+    /// For any muscle, any pulses, and a change to any level at any time, force is continuous or
+    /// begins at zero, stays within full scale, and becomes exactly zero at the end.
     #[test]
     fn no_change_of_rung_steps(
         spec in any_spec(),
@@ -99,14 +99,13 @@ fn a_rung_that_tires_needs_its_parameters() {
     assert_eq!(state.model_level(), Rung::CalciumForce);
 }
 
-/// When a tick of `run` ends.
+/// Returns the end of a tick of `run`.
 fn at(tick: u64) -> Micros {
     START + us((tick * 1000) as u32)
 }
 
-/// In a train of 2 s the rung is another one from 0.6 to 0.9 s. From 1.6 s on, the
-/// course is the one of a rung that never changed, but for 0.3 s of work that did not
-/// tire.
+/// In a train of 2 s the level is different from 0.6 to 0.9 s. From 1.6 s on, force equals that of
+/// an unchanged level, except for 0.3 s of work without fatigue.
 #[test]
 fn a_detour_is_forgotten() {
     for hz in [15.0, 20.0, 40.0, 100.0] {
@@ -130,7 +129,7 @@ fn a_detour_is_forgotten() {
                 println!("{hz} Hz, {home:?} by {by:?}: {meanwhile:.2} %, later {late:.4} %");
                 let bound = match (home, by) {
                     (Rung::None, _) => continue, // nothing to compare with
-                    // 0.7 s after rest: e^(−0.7/0.2275) of K01's force is still to come.
+                    // 0.7 s after rest, e^(−0.7/0.2275) of K01's force is still missing.
                     (Rung::CalciumForceFatigue, Rung::None) => 4.7 + 1.5,
                     (_, Rung::None) => 4.7,
                     (Rung::CalciumForceFatigue, _) => 1.5,
@@ -142,7 +141,7 @@ fn a_detour_is_forgotten() {
     }
 }
 
-/// After a minute's work the rung below goes on from the tired muscle.
+/// After a minute's work the level below continues with the fatigued muscle.
 #[test]
 fn a_tired_muscle_stays_tired_on_the_rung_below() {
     let (_, m) = subjects().remove(0);

@@ -1,6 +1,6 @@
-//! The models in f64, written from their equations: s, N, and C in pulses.
+//! The models in f64, written from their equations; units are s and N, and C in pulses.
 
-/// A in N/s, K, τc, τ1, τ2 in s.
+/// Muscle parameters: A in N/s, K, τc, τ1, τ2 in s.
 #[derive(Clone, Copy, Debug)]
 pub struct Muscle {
     pub a: f64,
@@ -10,10 +10,10 @@ pub struct Muscle {
     pub tau2: f64,
 }
 
-/// A pulse: µs from the start, and gain.
+/// Pulse: µs from the start, and gain.
 pub type Pulse = (u64, f64);
 
-/// αA in 1/s² (a loss above 0), αK in 1/(N s), ατ1 in 1/N, τfat in s.
+/// Fatigue parameters: αA in 1/s² (positive for a loss), αK in 1/(N s), ατ1 in 1/N, τfat in s.
 #[derive(Clone, Copy, Debug)]
 pub struct Fatigue {
     pub alpha_a: f64,
@@ -22,21 +22,21 @@ pub struct Fatigue {
     pub tau_fat: f64,
 }
 
-/// How the calcium–force model tires.
+/// Fatigue of the calcium–force model.
 #[derive(Clone, Copy, Debug)]
 pub enum FatigueMode {
-    /// Not at all.
+    /// No fatigue.
     Never,
-    /// By Ding's equations.
+    /// Fatigue by Ding's equations.
     Always(Fatigue),
-    /// By their solution for the mean force of each second, at its end.
+    /// Fatigue by the equations' solution for the mean force of each second, at its end.
     EverySecond(Fatigue),
 }
 
-/// A, K, τ1 and F.
+/// State variables A, K, τ1 and F.
 type State = [f64; 4];
 
-/// A, K and τ1 after a second with a mean force.
+/// Returns A, K and τ1 after a second with a mean force.
 fn after_a_second(m: &Muscle, tire: &Fatigue, y: State, force: f64) -> State {
     let kept = (-1.0 / tire.tau_fat).exp();
     let towards = |now: f64, end: f64| end + (now - end) * kept;
@@ -50,8 +50,8 @@ fn after_a_second(m: &Muscle, tire: &Fatigue, y: State, force: f64) -> State {
     ]
 }
 
-/// Force every millisecond of the calcium–force model: exact C, and classical
-/// Runge–Kutta at 50 µs or less, split at pulses. And A/A₀ at the end.
+/// Returns the calcium–force model's force every millisecond, and A/A₀ at the end. Uses exact C,
+/// and classical Runge–Kutta at 50 µs or less, split at pulses.
 pub fn tiring(m: &Muscle, tiring: FatigueMode, pulses: &[Pulse], ms: u64) -> (Vec<f64>, f64) {
     let rate = |c: f64, gain: f64, [a, k, tau1, f]: State| {
         let x = c / (k + c);

@@ -1,4 +1,4 @@
-//! What the calcium–force model keeps to for every muscle it accepts.
+//! Properties of the calcium–force model for every muscle it accepts.
 
 use crate::muscle_ladder::{spec, subjects};
 use firmware::muscle::{CalciumForce, CalciumForceSpec, CalciumForceState, Gain};
@@ -7,7 +7,7 @@ use firmware::units::{Force, Micros, us};
 use fixed::types::U1F31;
 use proptest::prelude::*;
 
-/// The extremes the constructor accepts: A, K, τc, τ1, τ2.
+/// Smallest and largest parameters that the constructor accepts: A, K, τc, τ1, τ2.
 const LOWEST: [u32; 5] = [100, 2_000, 5_000, 2_000, 1_000];
 const HIGHEST: [u32; 5] = [10_000_000, 5_000_000, 100_000, 200_000, 1_000_000];
 
@@ -21,7 +21,7 @@ fn spec_of([a_mn_per_s, k_micro, tau_c_us, tau1_us, tau2_us]: [u32; 5]) -> Calci
     }
 }
 
-/// Lee's ten subjects.
+/// Returns Lee's ten subjects.
 fn table_4() -> Vec<CalciumForceSpec> {
     subjects().iter().map(|(_, muscle)| spec(muscle)).collect()
 }
@@ -43,19 +43,19 @@ fn newtons(muscle: &CalciumForce, state: &CalciumForceState) -> f64 {
     muscle.force(state).get().to_num()
 }
 
-/// Lets `length_us` pass.
+/// Advances the state by `length_us`.
 fn wait(muscle: &CalciumForce, state: &mut CalciumForceState, length_us: u32) {
     let to = state.at() + us(length_us);
     muscle.advance(state, to);
 }
 
-/// A pulse in `length_us` from the state's time.
+/// Applies a pulse at `length_us` after the state's time.
 fn pulse_after(muscle: &CalciumForce, state: &mut CalciumForceState, length_us: u32, gain: Gain) {
     let at = state.at() + us(length_us);
     muscle.pulse(state, at, gain);
 }
 
-/// Pulses every `period_us` for `n` pulses, ticks of 1 ms in between.
+/// Applies `n` pulses at intervals of `period_us`, with ticks of 1 ms in between.
 fn stimulate(
     muscle: &CalciumForce,
     state: &mut CalciumForceState,
@@ -94,8 +94,8 @@ fn calcium_never_saturates_at_200_hz() {
     }
 }
 
-/// The longest τc that a train of bursts allows, and the longest bursts that each
-/// subject's allows, as close together as any are.
+/// Tests the longest τc that a train of bursts allows, and the longest bursts that each subject's
+/// τc allows, at the smallest intervals.
 #[test]
 fn calcium_never_saturates_in_a_burst_that_is_allowed() {
     let mut refused = 0;
@@ -178,8 +178,8 @@ fn ten_minutes_of_on_and_off_do_not_drift() {
             if cycle == 19 {
                 settled = forces;
             } else if cycle == 922 {
-                // Rounding leaves a cycle of a few 2^-31 of full scale: at most one
-                // step of the force that is told.
+                // Rounding causes a cycle of a few 2^-31 of full scale: at most one step of the
+                // reported force.
                 for (now, then) in forces.iter().zip(&settled) {
                     assert!(
                         (now - then).abs() <= 2f64.powi(-16),
@@ -200,11 +200,11 @@ fn a_gap_of_35_minutes_is_one_call() {
     muscle.advance(&mut state, end);
     assert!(state.is_at_rest());
     assert_eq!(state.at(), end);
-    muscle.advance(&mut state, end - us(1)); // the past changes nothing
+    muscle.advance(&mut state, end - us(1)); // a past time changes nothing
     assert_eq!(state.at(), end);
 }
 
-/// Steps of 1 µs are 1000 times as many roundings and another method error.
+/// Steps of 1 µs cause 1000 times as many roundings and a different method error.
 #[test]
 fn microsecond_steps_stay_within_two_hundredths_of_a_percent() {
     for spec in table_4() {
@@ -265,7 +265,7 @@ fn every_parameter_is_refused_just_outside_its_range() {
         }
         assert_eq!((with(min), with(max)), (None, None));
     }
-    // What of τ1 is left at the ends of K and τ2: 20 τ2/(K − 20).
+    // Remaining τ1 at the ends of K and τ2: 20 τ2/(K − 20).
     let [least, enough] = [10_101, 10_102].map(|tau1| {
         CalciumForce::new(spec_of([100_000, LOWEST[1], 20_000, tau1, HIGHEST[4]])).err()
     });
@@ -284,8 +284,8 @@ fn every_parameter_is_refused_just_outside_its_range() {
 }
 
 proptest! {
-    /// Any muscle, any pulses (bursts of any density, any gain), any ticks:
-    /// force stays between 0 and full scale, and calcium below saturation.
+    /// For any muscle, pulses (bursts of any density, any gain) and ticks, force stays between 0
+    /// and full scale, and calcium below saturation.
     #[test]
     fn force_stays_within_full_scale(
         spec in any_spec(),
@@ -312,7 +312,7 @@ proptest! {
         prop_assert!(state.is_at_rest());
     }
 
-    /// The clock's wrap is invisible.
+    /// The clock's wrap has no effect.
     #[test]
     fn runs_do_not_depend_on_when_they_start(
         which in 0usize..10,
@@ -335,8 +335,7 @@ proptest! {
         prop_assert_eq!(run(0), run(into_wrap));
     }
 
-    /// However often `advance` is called in between, force differs by less
-    /// than 0.02 % of the run's peak.
+    /// Additional calls of `advance` change force by less than 0.02 % of the run's peak.
     #[test]
     fn splitting_time_changes_little(
         which in 0usize..10,

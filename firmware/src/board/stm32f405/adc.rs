@@ -1,5 +1,5 @@
-//! ADC1, injected group only, no DMA: at one exact microsecond of each window
-//! TIM2's TRGO samples the current, then the joint angle.
+//! Sampling with the injected group of ADC1, without DMA: at one exact microsecond of each window,
+//! TIM2's TRGO starts a conversion of the current, then of the joint angle.
 
 use super::pac::adc::vals;
 use super::pac::adccommon::vals::Adcpre;
@@ -9,21 +9,23 @@ use crate::board::wiring::BOARD;
 const ANGLE: usize = BOARD.inputs.angle.channel as usize;
 const CURRENT: usize = BOARD.inputs.current.channel as usize;
 
-/// JEXTSEL: TIM2_TRGO (RM0090 ADC_CR2).
+/// JEXTSEL value that selects TIM2_TRGO (RM0090 ADC_CR2).
 const TIM2_TRGO: u8 = 0b0011;
 
-/// One injected sequence, 12 bits each.
+/// Results of one injected sequence, 12 bits each.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Samples {
-    /// Current sense.
+    /// Current sense, in counts of the ADC.
     pub current: u16,
-    /// Joint angle.
+    /// Joint angle, in counts of the ADC.
     pub angle: u16,
 }
 
-/// 84 MHz / 4 = 21 MHz. The current takes 15 + 12 cycles (1.3 µs) and is held
-/// 0.7 µs after the trigger; the angle, slower and of higher impedance, 84 +
-/// 12 (4.6 µs). With the trigger's latency a sequence is over in 8 µs.
+/// Configures ADC1 at 84 MHz / 4 = 21 MHz.
+///
+/// Converting the current takes 15 + 12 cycles (1.3 µs), and its input is held 0.7 µs after the
+/// trigger. The angle, which is slower and of higher impedance, takes 84 + 12 cycles (4.6 µs). With
+/// the trigger's latency a sequence ends within 8 µs.
 pub fn init() {
     RCC.apb2enr().modify(|w| w.set_adc1en(true));
     let _ = RCC.apb2enr().read(); // ES0182: delay after clock enabling
@@ -46,18 +48,18 @@ pub fn init() {
     });
 }
 
-/// What became of the latest trigger.
+/// State of the injected sequence.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Sequence {
-    /// Nothing since the last call.
+    /// No trigger has occurred since the last call.
     None,
-    /// It converts.
+    /// The conversion is in progress.
     Converts,
-    /// It has ended.
+    /// The sequence has ended with these samples.
     Ended(Samples),
 }
 
-/// What the injected group does, since the last call.
+/// Returns the state of the injected sequence, and clears its flags once it has ended.
 #[must_use]
 pub fn read() -> Sequence {
     let status = ADC1.sr().read();

@@ -1,5 +1,5 @@
-//! What was spent of a wearer's allowance, in backup SRAM, which resets leave alone (RM0090
-//! section 5.1.2; 4 KB): two copies, written by the thread.
+//! Used part of a wearer's allowance, in backup SRAM, which resets preserve (RM0090 section 5.1.2;
+//! 4 KB). The thread writes two copies.
 
 use super::pac::RCC;
 use super::record;
@@ -7,15 +7,15 @@ use crate::link::message::ResetCause;
 use crate::safety::{AllowanceWords, Entry, Ledger, UsageAtBoot};
 use core::ptr::{read_volatile, write_volatile};
 
-/// RM0090 section 2.3. The copies lie 1 KiB apart.
+/// Addresses of the two copies, 1 KiB apart in backup SRAM (RM0090 section 2.3).
 const COPIES: [usize; 2] = [0x4002_4000, 0x4002_4400];
 const _: () = assert!(size_of::<AllowanceWords>() <= 1024);
 
-/// The writer of the two copies.
+/// Writer of the two copies.
 pub struct Backup(Ledger);
 
-/// Once, at boot: what the copies say. Power that came up clears
-/// them, before [`record::forget_reset_cause`].
+/// Reads the copies, once, at boot. A power-on clears them. Must be called before
+/// [`record::forget_reset_cause`].
 #[must_use]
 #[inline(never)]
 pub fn open(cause: ResetCause) -> (Backup, UsageAtBoot) {
@@ -30,20 +30,20 @@ pub fn open(cause: ResetCause) -> (Backup, UsageAtBoot) {
     (backup, found)
 }
 
-/// The copy at `at`, word by word: one volatile array would be unrolled.
+/// Reads the copy at `at` word by word; the compiler would unroll one volatile array.
 #[inline(never)]
 fn read(at: usize) -> AllowanceWords {
     let first = at as *const u32;
     let mut words = [0; size_of::<AllowanceWords>() / 4];
     for (word, slot) in words.iter_mut().enumerate() {
-        // SAFETY: the copy lies in backup SRAM, aligned, is so many words long, and nothing
-        // writes there but `write`.
+        // SAFETY: the copy lies in backup SRAM, is aligned and has this many words, and only
+        // `write` writes there.
         *slot = unsafe { read_volatile(first.add(word)) };
     }
     words
 }
 
-/// Clock on, protection off.
+/// Enables the clock of backup SRAM and removes its write protection.
 fn enable() {
     record::unlock();
     RCC.ahb1enr().modify(|w| w.set_bkpsramen(true));
@@ -54,7 +54,7 @@ impl Backup {
     /// Writes both copies of `entry`, one after the other.
     #[inline(never)]
     pub fn write(&mut self, entry: &Entry) {
-        enable(); // each time: a bit that was lost would keep the copies as they were
+        enable(); // every time, because with a lost enable bit the copies would stay unchanged
         let (order, words) = self.0.write(entry);
         for copy in order {
             let Some(&at) = COPIES.get(copy) else {

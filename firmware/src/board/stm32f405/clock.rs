@@ -1,4 +1,4 @@
-//! Clocks, flash acceleration, supply watch, and what a debugger may not stop.
+//! Clocks, flash acceleration, supply monitoring, and protection of timers from debuggers.
 
 use super::pac::{DBGMCU, EXTI, FLASH, PWR, RCC};
 use crate::board::wiring::{BOARD, Clocks};
@@ -11,18 +11,18 @@ use embassy_stm32::time::Hertz;
 
 const CLOCKS: Clocks = BOARD.clocks;
 
-/// EXTI line of the supply watch (RM0090 section 12.2.5).
+/// EXTI line of the supply monitor, the PVD (RM0090 section 12.2.5).
 pub const SUPPLY_LINE: usize = 16;
-/// PVD threshold 6: 2.93 V typical, falling (DS8626, reset and power control;
-/// from memory, to be measured by docs/hil.md).
-/// The flash's wait states are those from 2.7 V on (RM0090 section 3.5.1)
+/// Level of the PVD: 2.93 V typical, falling (DS8626, reset and power control; from memory, to be
+/// measured by docs/hil.md). The flash's wait states are those from 2.7 V on (RM0090 section 3.5.1)
 /// ([`Clocks::wait_states`]).
 const SUPPLY_THRESHOLD: u8 = 6;
-/// REV_ID of silicon whose prefetch disturbs the ADC (ES0182, revision A).
+/// REV_ID of chips whose prefetch disturbs the ADC (ES0182, revision A).
 const REVISION_A: u16 = 0x1000;
 
-/// The crystal through the PLL, as the board's clock tree has it. No RTC clock: choosing one
-/// could reset the backup domain, which keeps the last fault.
+/// Returns the HAL's configuration: the crystal through the PLL, according to the board's clock
+/// tree. No RTC clock is selected, because that could reset the backup domain, which stores the
+/// last fault.
 #[must_use]
 pub fn config() -> embassy_stm32::Config {
     let mut config = embassy_stm32::Config::default();
@@ -49,13 +49,13 @@ pub fn config() -> embassy_stm32::Config {
     config.rcc.apb1_pre = APBPrescaler::DIV4;
     config.rcc.apb2_pre = APBPrescaler::DIV2;
     config.rcc.ls = LsConfig::off();
-    // `keep_debug_bits` sets what is needed of it.
+    // `keep_debug_bits` sets the bits that are needed.
     config.enable_debug_during_sleep = false;
     config
 }
 
-/// After the HAL has set clocks and wait states: caches, prefetch, clock
-/// security, supply watch, and timers that go on under a debugger's halt.
+/// Enables caches, prefetch, the clock security system and the supply monitor, and keeps timers
+/// running while a debugger halts the core. Call after the HAL has set clocks and wait states.
 pub fn harden() {
     accelerate_flash();
     RCC.cr().modify(|w| w.set_csson(true));
@@ -63,8 +63,8 @@ pub fn harden() {
     watch_supply();
 }
 
-/// Waits for a supply above the threshold and then watches for its fall. Whoever waits
-/// here has isolated outputs and no pump.
+/// Waits until the supply is above the threshold, then enables the interrupt for its fall. The
+/// outputs are disconnected and the pump is off while this waits.
 fn watch_supply() {
     // PVDO rises when the supply falls below the threshold.
     EXTI.rtsr(0).modify(|w| w.set_line(SUPPLY_LINE, true));
@@ -72,9 +72,9 @@ fn watch_supply() {
         w.set_pls(SUPPLY_THRESHOLD);
         w.set_pvde(true);
     });
-    // A supply that was low from the start makes no later edge, and the one it makes
-    // when the detector comes on is no fall. One after the line is cleared stays
-    // pending until its interrupt is let in.
+    // A supply that was low from the start produces no further edge, and the edge that the detector
+    // produces when it is enabled is not a fall. An edge after the line is cleared stays pending
+    // until its interrupt is enabled.
     loop {
         while PWR.csr1().read().pvdo() {}
         EXTI.pr(0).write(|w| w.set_line(SUPPLY_LINE, true));
@@ -85,7 +85,7 @@ fn watch_supply() {
     EXTI.imr(0).modify(|w| w.set_line(SUPPLY_LINE, true));
 }
 
-/// RM0090 section 3.5.2: caches are reset while off, then switched on.
+/// Resets the caches while they are off, then enables them (RM0090 section 3.5.2).
 fn accelerate_flash() {
     FLASH.acr().modify(|w| {
         w.set_icen(false);
@@ -107,14 +107,14 @@ fn accelerate_flash() {
     });
 }
 
-/// Sets the bits that debuggers write as well. They survive a system reset, and a debugger
-/// writes them at any moment: probe-rs and OpenOCD restore or clear DBGMCU_CR when they
-/// detach, clear DEMCR, and freeze watchdogs under a halt. So `registers` calls this again
-/// whenever it finds them changed.
+/// Sets the bits that debuggers write as well. They survive a system reset, and a debugger may
+/// write them at any moment: probe-rs and OpenOCD restore or clear DBGMCU_CR when they detach,
+/// clear DEMCR, and freeze watchdogs during a halt. So `registers` calls this again whenever it
+/// finds them changed.
 ///
-/// - The core's clock runs in sleep: a debugger can attach to a core that mostly sleeps, and
-///   CYCCNT counts time (RM0090 section 38.16.1).
-/// - A halted core neither freezes a pulse nor starves the watchdog of its bite.
+/// - The core's clock runs in sleep, so that a debugger can attach to a core that mostly sleeps,
+///   and CYCCNT counts time (RM0090 section 38.16.1).
+/// - A halted core neither freezes a pulse nor prevents the watchdog's reset.
 /// - CYCCNT counts (Arm ARM C1.6.5, C1.8.7).
 pub fn keep_debug_bits() {
     DBGMCU.cr().modify(|w| w.set_dbg_sleep(true));
@@ -128,8 +128,8 @@ pub fn keep_debug_bits() {
     });
     const TRCENA: u32 = 1 << 24;
     const CYCCNTENA: u32 = 1;
-    // SAFETY: DEMCR and DWT_CTRL belong to no other code of this image once it has booted;
-    // both bits only switch the cycle counter on.
+    // SAFETY: no other code of this image uses DEMCR and DWT_CTRL after boot; both bits only enable
+    // the cycle counter.
     unsafe {
         (*DCB::PTR).demcr.modify(|w| w | TRCENA);
         (*DWT::PTR).ctrl.modify(|w| w | CYCCNTENA);

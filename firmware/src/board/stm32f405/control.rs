@@ -1,5 +1,5 @@
-//! The Controller's context: an executor in an interrupt that the refill
-//! wakes every fourth window. It does not run on the async timer.
+//! Execution context of the Controller: an executor in an interrupt that the refill triggers every
+//! fourth window, independently of the async timer.
 
 use super::InterruptPriority;
 use super::pac::Interrupt;
@@ -12,28 +12,28 @@ use embassy_stm32::interrupt;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 
-/// What a tick starts with.
+/// Inputs of a control tick.
 #[derive(Clone, Copy, Debug)]
 pub struct Tick {
-    /// Device time of the refill that started it.
+    /// Device time of the refill that started the tick.
     pub now: Micros,
-    /// Latest joint angle sampled since the last tick.
+    /// Latest joint angle sampled since the last tick, in counts of the ADC.
     pub angle: Option<u16>,
 }
 
-/// Refill → tick. A tick that overruns loses none but the oldest: the watchdog
-/// sees to ticks that stop.
+/// Signal from the refill to the control tick. If a tick overruns, only the oldest signal is lost;
+/// the watchdog detects ticks that stop.
 pub static TICK: Signal<CriticalSectionRawMutex, Tick> = Signal::new();
 
-/// Tick → session: the controller has told what it has to tell.
+/// Signal from the control tick to the session: the controller has posted its messages.
 pub static TOLD: Signal<CriticalSectionRawMutex, ()> = Signal::new();
 
 static EXECUTOR: InterruptExecutor = InterruptExecutor::new();
 
-/// Hands `controller` to its interrupt: TIM7's, a timer nothing here uses.
+/// Starts `controller` in the interrupt of TIM7, a timer that is not otherwise used.
 ///
 /// # Errors
-/// The task exists already.
+/// Fails if the task exists already.
 pub fn start(
     controller: &'static mut Controller,
     mail: ControllerMail<'static>,
@@ -49,7 +49,7 @@ pub fn start(
 
 #[interrupt]
 fn TIM7() {
-    // SAFETY: only here, and only unmasked by `start`.
+    // SAFETY: this is the only call, and only `start` unmasks the interrupt.
     unsafe { EXECUTOR.on_interrupt() }
 }
 

@@ -1,33 +1,32 @@
-//! The core's clock against the crystal that the PLL makes it from, in each window. A PLL
-//! that lost its lock, or multiplies by another factor, makes every phase shorter or
-//! longer, and nothing that counts its clock could tell.
+//! Check of the core's clock against the crystal, from which the PLL derives it, in each window. If
+//! the PLL loses its lock or multiplies by another factor, every phase becomes shorter or longer,
+//! and counters of the same clock cannot show that.
 //!
-//! TIM11 counts the core's clock in laps of eight microseconds, and captures every eighth of
-//! the crystal's microseconds (HSE_RTC; RM0090 chapter 19, TIM11_OR): at one and the same
-//! count for ever, as long as the PLL multiplies by what it is set to. If it does not, a
-//! capture is elsewhere.
+//! TIM11 counts the core's clock in laps of 8 µs and captures every eighth edge of a 1 MHz clock
+//! divided from the crystal (HSE_RTC; RM0090 chapter 19, TIM11_OR). While the PLL multiplies by its
+//! configured factor, every capture falls at the same count.
 
 use super::pac::timer::vals;
 use super::pac::{RCC, TIM11};
 use crate::board::wiring::BOARD;
 
-/// RCC_CFGR.RTCPRE divides the crystal to the 1 MHz that section 7.3.3 asks for.
+/// Divider from the crystal to 1 MHz, for RCC_CFGR.RTCPRE (RM0090 section 7.3.3).
 const RTCPRE: u8 = BOARD.clocks.crystal_mhz() as u8;
-/// Every eighth edge of that is captured.
+/// Prescaler of the capture: every eighth edge.
 const IC1PSC: u8 = 0b11;
 /// Core cycles from one capture to the next.
 pub const LAP: u16 = 8 * BOARD.clocks.cycles_per_us() as u16;
-/// Counts that synchroniser and jitter may move a capture, each way: from memory, to be
-/// measured by docs/hil.md. A clock that is 0.3 % wrong moves each by as much.
+/// Largest deviation of a capture because of synchroniser and jitter, in counts either way: from
+/// memory, to be measured by docs/hil.md. A clock error of 0.3 % moves each capture by as much.
 const TOLERANCE: u16 = 4;
 
-/// Where in a lap captures fall.
+/// Count within a lap at which captures fall.
 pub struct Crystal {
     place: Option<u16>,
 }
 
 impl Crystal {
-    /// Begins to count. RTCPRE divides without the RTC being clocked, which stays off.
+    /// Starts TIM11. RTCPRE divides the crystal although the RTC itself stays off.
     pub fn start() -> Self {
         RCC.cfgr().modify(|w| w.set_rtcpre(RTCPRE));
         RCC.apb2enr().modify(|w| w.set_tim11en(true));
@@ -43,17 +42,17 @@ impl Crystal {
         Self { place: None }
     }
 
-    /// Whether the core's clock is not what it was made from the crystal to be, or nothing
-    /// was captured since this was last asked, 8 µs ago or longer.
+    /// Returns whether the core's clock deviates from its configured multiple of the crystal, or no
+    /// capture occurred since the last call, which must be at least 8 µs ago.
     pub fn disagrees(&mut self) -> bool {
         let captured = TIM11.sr().read().ccif(0);
-        let count = TIM11.ccr(0).read().ccr(); // clears the flag
+        let count = TIM11.ccr(0).read().ccr(); // reading clears the flag
         let off = count.abs_diff(*self.place.get_or_insert(count));
         !captured || off.min(LAP.wrapping_sub(off)) > TOLERANCE
     }
 }
 
-/// TIM11's count: core cycles since the lap began, below [`LAP`].
+/// Returns TIM11's count: core cycles since the start of the lap, below [`LAP`].
 #[inline]
 pub fn count() -> u16 {
     TIM11.cnt().read().cnt()

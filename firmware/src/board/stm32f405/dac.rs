@@ -1,5 +1,5 @@
-//! Two AD5668-class octal DACs on SPI3, written by the CPU: DMA2 may not serve
-//! an APB peripheral, and DMA1 would gain nothing over 1.6 µs a write.
+//! Two AD5668-class octal DACs on SPI3, written by the CPU. DMA2 may not serve an APB peripheral,
+//! and DMA1 would save nothing at 1.6 µs per write.
 
 use super::pac::spi::vals;
 use super::pac::{RCC, SPI3};
@@ -8,22 +8,23 @@ use crate::board::wiring::{BOARD, DacOutput};
 use crate::pulse::{BANKS, CHANNELS};
 use crate::units::DacCode;
 
-/// What each channel's amplitude, and each bank's level, is set by.
+/// DAC outputs that set each channel's amplitude and each bank's trip level.
 const OUTPUTS: [DacOutput; CHANNELS] = BOARD.dacs.channels;
 const TRIPS: [DacOutput; BANKS] = BOARD.dacs.trips;
-/// AD5668 data sheet, command definitions: write to and update channel n.
+/// Command "write to and update channel n" (AD5668 data sheet, command definitions).
 const WRITE_AND_UPDATE: u32 = 0b0011;
-/// The same: reset to power-on state, zero scale.
+/// Command "reset to power-on state", which is zero scale.
 const RESET: u32 = 0b0111;
-/// The same: internal reference set-up; DB0 = 1 switches it on.
+/// Command "internal reference set-up"; DB0 = 1 turns the reference on.
 const REFERENCE: u32 = 0b1000;
-/// Polls for one 16-bit frame: 0.76 µs, at most 130 core cycles, is awaited
-/// for at least 5 µs.
+/// Largest number of polls for one 16-bit frame, at least 5 µs. The frame takes 0.76 µs, at most
+/// 130 core cycles.
 const PATIENCE: usize = 200;
 
-/// SPI3 as master, 42 MHz / 2 = 21 MHz, 16-bit frames, clock idle low, data
-/// sampled by the DAC on the falling edge (CPOL 0, CPHA 1); then both DACs to
-/// zero with their own reference.
+/// Configures SPI3 and sets both DACs to zero with their internal reference.
+///
+/// SPI3 is master at 42 MHz / 2 = 21 MHz, with 16-bit frames and a clock that idles low; the DAC
+/// samples data on the falling edge (CPOL 0, CPHA 1).
 pub fn init() {
     RCC.apb1enr().modify(|w| w.set_spi3en(true));
     let _ = RCC.apb1enr().read(); // ES0182: delay after clock enabling
@@ -45,15 +46,15 @@ pub fn init() {
     }
 }
 
-/// Writes `code` to the output of `channel` (below [`CHANNELS`], others are
-/// ignored), effective at the end of the write.
+/// Writes `code` to the output of `channel` (below [`CHANNELS`], others are ignored), effective at
+/// the end of the write.
 pub fn write(channel: u8, code: DacCode) {
     if let Some(&output) = OUTPUTS.get(usize::from(channel)) {
         put(output, code);
     }
 }
 
-/// Writes the level of each bank's comparators.
+/// Writes the trip level of each bank's comparators.
 pub fn write_trips(codes: &[DacCode; BANKS]) {
     for (output, &code) in TRIPS.into_iter().zip(codes) {
         put(output, code);
@@ -62,14 +63,14 @@ pub fn write_trips(codes: &[DacCode; BANKS]) {
 
 fn put(DacOutput { dac, output }: DacOutput, code: DacCode) {
     let dac = if dac == 0 { Dac::One } else { Dac::Two };
-    // 4 bits unused, 4 command, 4 address, 16 data, 4 unused.
+    // Frame: 4 bits unused, 4 command, 4 address, 16 data, 4 unused.
     send(
         dac,
         WRITE_AND_UPDATE << 24 | u32::from(output) << 20 | u32::from(code.get()) << 4,
     );
 }
 
-/// Every output to zero.
+/// Sets every channel's output to zero.
 pub fn clear() {
     (0..CHANNELS as u8).for_each(|channel| write(channel, DacCode::new(0)));
 }
@@ -79,19 +80,19 @@ fn send(dac: Dac, word: u32) {
     pins::select_dac(Some(dac));
     for half in [word >> 16, word & 0xFFFF] {
         wait(|| SPI3.sr().read().txe());
-        // At most 16 bits by the line above.
+        // The value has at most 16 bits after the line above.
         SPI3.dr().write(|w| w.set_dr(half as u16));
     }
-    // RM0090 28.3.9: the last frame is out when TXE is set and BSY is clear.
+    // The last frame has been sent when TXE is set and BSY is clear (RM0090 28.3.9).
     wait(|| SPI3.sr().read().txe());
     wait(|| !SPI3.sr().read().bsy());
     pins::select_dac(None);
-    // /SYNC stays high at least 15 ns (AD5668, t8): 4 cycles are 24 ns.
+    // /SYNC must stay high for at least 15 ns (AD5668, t8): 4 cycles are 24 ns.
     cortex_m::asm::delay(4);
 }
 
 fn wait(mut ready: impl FnMut() -> bool) {
-    // A DAC that does not answer cannot be noticed; a dead SPI must not hang
-    // the refill, and the missing amplitude shows in the mid-phase current.
+    // A missing DAC cannot be detected here. A dead SPI must not block the refill, and the missing
+    // amplitude shows in the mid-phase current.
     let _ = (0..PATIENCE).any(|_| ready());
 }

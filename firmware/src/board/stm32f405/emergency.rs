@@ -1,5 +1,5 @@
-//! What runs when the program can no longer be trusted: outputs safe first,
-//! then the record in the backup registers, then a reset.
+//! Last actions when the program can no longer be trusted: disconnects the outputs, writes the
+//! fault record to the backup registers, and resets.
 
 use super::pac::{PWR, RCC};
 use super::{memory, record, tape, timebase};
@@ -8,20 +8,21 @@ use core::panic::PanicInfo;
 use cortex_m::peripheral::SCB;
 use cortex_m_rt::{ExceptionFrame, exception};
 
-/// Isolates, records `fault` with `detail`, resets.
+/// Disconnects the outputs, records `fault` with `detail`, and resets.
 pub fn reset_with(fault: Fault, detail: u32) -> ! {
     isolate_and_record(fault, detail);
     SCB::sys_reset()
 }
 
-/// The residual charge of truncated pulses is unknown here, recorded as zero.
+/// Disconnects the outputs and records `fault`. The residual charge of truncated pulses is unknown
+/// here and is recorded as zero.
 fn isolate_and_record(fault: Fault, detail: u32) {
     cortex_m::interrupt::disable();
     tape::stop();
     record::keep(&FaultRecord::new(fault, timebase::now()), detail);
 }
 
-/// A panic's detail is its line.
+/// The recorded detail of a panic is its line number.
 #[expect(
     unused_attributes,
     reason = "inlined, no message is read, and what writes it stays out"
@@ -36,15 +37,15 @@ fn panic(info: &PanicInfo<'_>) -> ! {
     SCB::sys_reset()
 }
 
-// SAFETY: entered with the state of the program unknown; touches registers
-// only, and never returns.
+// SAFETY: the state of the program is unknown at entry; this touches registers only, and never
+// returns.
 #[exception]
 unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
     tape::stop();
-    // SAFETY: reading the fault status of this core.
+    // SAFETY: this only reads the fault status of this core.
     let (status, address) = unsafe { ((*SCB::PTR).cfsr.read(), (*SCB::PTR).mmfar.read()) };
-    // ARMv7-M B3.2.15. What the core stacks has no address: an overflowing stack meets its
-    // guard so, or by an access.
+    // ARMv7-M B3.2.15: faults while the core stacks registers have no address. An overflowing stack
+    // hits its guard either that way or by an ordinary access.
     let is_guard = status & MMARVALID != 0 && memory::is_guard(address);
     if status & (MSTKERR | MLSPERR) != 0 || is_guard {
         reset_with(Fault::StackGuard, status)
@@ -58,19 +59,19 @@ unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
 const MSTKERR: u32 = 1 << 4;
 const MLSPERR: u32 = 1 << 5;
 const MMARVALID: u32 = 1 << 7;
-/// MMFSR and BFSR.
+/// Bits of CFSR that form MMFSR and BFSR.
 const MEMORY_OR_BUS: u32 = 0xFFFF;
 
-// SAFETY: as HardFault.
+// SAFETY: as for HardFault.
 #[exception]
 unsafe fn DefaultHandler(number: i16) {
     reset_with(Fault::Panic, u32::from(number.cast_unsigned()))
 }
 
-/// The only source of NMI enabled here is clock security: HSE failed, the
-/// core now runs from HSI (RM0090 section 7.2.7). Also a stop of the clock
-/// that TIM1 counts, so pulses would be ten times too long.
-// SAFETY: as HardFault.
+/// The clock security system is the only enabled source of NMI: HSE failed, and the core now runs
+/// from HSI (RM0090 section 7.2.7). The clock that TIM1 counts would make pulses ten times too
+/// long, so the outputs stop as well.
+// SAFETY: as for HardFault.
 #[exception]
 unsafe fn NonMaskableInt() {
     tape::stop();
@@ -78,7 +79,7 @@ unsafe fn NonMaskableInt() {
     reset_with(Fault::ClockFailure, 0)
 }
 
-/// The supply fell below the threshold; 0 V is some hundred µs away.
+/// Handles a supply below the threshold, some hundred µs before 0 V.
 pub fn supply_fell() -> ! {
     reset_with(Fault::BrownOut, PWR.csr1().read().0)
 }

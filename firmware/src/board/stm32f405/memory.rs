@@ -80,7 +80,7 @@ pub fn protect(mpu: &mut MPU) {
     // Region 5, the tape's, stays selected for `set_tape`. PRIVDEFENA is 0.
     // SAFETY: as above.
     unsafe {
-        mpu.rnr.write(REGIONS.len() as u32); // 5
+        mpu.rnr.write(REGIONS.len() as u32); // the tape's region
         mpu.ctrl.write(ENABLE);
     }
     dsb();
@@ -111,8 +111,8 @@ pub unsafe fn writable_tape() -> WritableTape {
 impl Drop for WritableTape {
     fn drop(&mut self) {
         compiler_fence(Ordering::SeqCst);
-        // SAFETY: this restores the access of `protect`. It takes effect at the end of the
-        // interrupt at the latest.
+        // SAFETY: this restores the access rights that `protect` set. They take effect at the end
+        // of the interrupt at the latest.
         unsafe { set_tape(READ_ONLY) };
     }
 }

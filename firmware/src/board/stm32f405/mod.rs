@@ -1,13 +1,13 @@
-//! Stimulator boards with an STM32F405, registers only; pins, clocks and streams are those of
+//! Register code for stimulator boards with an STM32F405; pins, clocks and streams come from
 //! [`super::wiring::BOARD`].
 //!
-//! `refill`, `control` and `session` are the contexts of the three owners;
-//! `tape` and `timebase` play pulses, `overdue` watches that they do, `crystal` and `usb_clock`
-//! how fast; `pins`,
-//! `dac`, `adc`, `clock` and `watchdog` are what they are called; `march` and `self_test`
-//! try the chip at boot, `memory` fences it in; `record` and
-//! `emergency` are for faults, `backup` keeps what was spent of a wearer's allowance. In: interrupts, bytes. Out: port words, DAC codes, bytes. RM0090 is
-//! the reference manual, DS8626 the data sheet, ES0182 the errata sheet.
+//! `refill`, `control` and `session` are the contexts of the three owners. `tape` and `timebase`
+//! play pulses; `overdue` checks that refills come in time, and `crystal` and `usb_clock` check the
+//! clock. `pins`, `dac`, `adc`, `clock` and `watchdog` drive the peripherals they are named after.
+//! `march` and `self_test` test the chip at boot, and `memory` sets up the MPU. `record` and
+//! `emergency` handle faults, and `backup` stores the used part of a wearer's allowance. In:
+//! interrupts, bytes. Out: port words, DAC codes, bytes. RM0090 is the reference manual, DS8626 the
+//! data sheet, ES0182 the errata sheet.
 
 mod adc;
 mod backup;
@@ -44,11 +44,11 @@ use embassy_stm32::pac::{self, Interrupt};
 use session::Port;
 use static_cell::{ConstStaticCell, StaticCell};
 
-/// NVIC priorities; the upper four bits count (RM0090 section 12.1.1).
+/// Interrupt priorities in the NVIC, which uses the upper four bits (RM0090 section 12.1.1).
 #[derive(Clone, Copy)]
 #[repr(u8)]
 enum InterruptPriority {
-    /// Refill, over-current, supply: one level, so they exclude each other.
+    /// Refill, over-current and supply: one priority, so that none preempts another.
     Refill = 0,
     /// The control tick.
     Control = 4 << 4,
@@ -56,13 +56,13 @@ enum InterruptPriority {
     Bytes = 8 << 4,
 }
 
-/// Brings the board up and runs the three owners for ever. If the tape does not
-/// start as it must, the fault is recorded and the board resets.
+/// Starts the board and runs the three owners forever. If the tape does not start correctly,
+/// records the fault and resets.
 ///
 /// # Panics
-/// When called twice: every `expect` and static here is taken once.
+/// Panics when called twice: every `expect` and static here is taken once.
 pub async fn run(spawner: Spawner) -> ! {
-    // Proof: taken here only, and `run` is called once.
+    // Proof: only this line takes them, and `run` is called once.
     let mut core = cortex_m::Peripherals::take().expect("taken here only");
     memory::protect(&mut core.MPU);
     pins::init();
@@ -77,7 +77,7 @@ pub async fn run(spawner: Spawner) -> ! {
         // SAFETY: no critical section relies on a priority.
         unsafe { core.NVIC.set_priority(line, InterruptPriority::Bytes as u8) };
     }
-    // Found now, it is told rather than what an earlier run left, which stays recorded.
+    // A failure found now takes precedence over a fault from an earlier run, which stays recorded.
     let latched = self_test::failure().or(latched);
     if !is_locked {
         emergency::reset_with(Fault::Registers, 0);
@@ -92,13 +92,13 @@ pub async fn run(spawner: Spawner) -> ! {
 
     static MAILBOXES: ConstStaticCell<Mailboxes> = ConstStaticCell::new(Mailboxes::new());
     let (pulser_mail, controller_mail, session_mail) = MAILBOXES.take().split();
-    // The owners live in statics: a task would hold each once more as its
-    // argument, and the stack on its way there.
+    // The owners live in statics. As arguments of tasks they would occupy memory twice, and the
+    // stack on the way there.
     static CONTROLLER: StaticCell<Controller> = StaticCell::new();
     let controller = CONTROLLER.init_with(Controller::new);
-    // Proof: the task's one slot is free, for nothing else spawns it.
+    // Proof: the task's one slot is free, because nothing else spawns the task.
     control::start(controller, controller_mail, &mut core.NVIC).expect("spawned here only");
-    // SAFETY: once, and no other context touches tape or pins.
+    // SAFETY: this runs once, and no other context touches tape or pins.
     let started = unsafe { refill::start(latched, found, pulser_mail, &mut core.NVIC, core.SYST) };
     if let Err(fault) = started {
         emergency::reset_with(fault, 0);
@@ -110,7 +110,7 @@ pub async fn run(spawner: Spawner) -> ! {
     };
     let unique_id = record::unique_id();
     let [a, b, c] = unique_id;
-    // What the crystal and the PLL took to start is in the count of cycles.
+    // The cycle count depends on the start-up times of crystal and PLL.
     let cycles = cortex_m::peripheral::DWT::cycle_count();
     let identity = Identity {
         kind: Kind::Board,
@@ -126,8 +126,8 @@ pub async fn run(spawner: Spawner) -> ! {
     match session::serve(spawner, session, session_mail, backup, port).await {}
 }
 
-/// What the last run left in the backup registers; or a watchdog's bite, which
-/// nobody was left to record. Not inlined, as [`self_test::failure`].
+/// Returns the fault that the last run left in the backup registers, or a watchdog reset, which no
+/// code could record. Not inlined, for the same reason as [`self_test::failure`].
 #[inline(never)]
 fn latched_fault(cause: ResetCause) -> Option<FaultRecord> {
     record::unlock();

@@ -1,17 +1,16 @@
-//! The second clock: SysTick, which the core clocks and every refill restarts. Device time
-//! and the refill's interrupt hang on TIM1 and TIM2; what slows or stops these, nothing
-//! else would show before the watchdog bites, 4 to 12 ms later, and a phase that is
-//! driven lasts that long.
+//! Refill watchdog: SysTick, which the core clocks and every refill restarts. Device time and the
+//! refill interrupt depend on TIM1 and TIM2. If these slowed down or stopped, only the watchdog
+//! would notice, 4 to 12 ms later, and a driven phase would last that long.
 
 use crate::board::wiring::BOARD;
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
 
-/// From a refill to when the next is overdue, core cycles: 300 µs. One comes
-/// every 250 µs, late by what masks interrupts, a few µs.
+/// Time from a refill until the next counts as overdue, core cycles: 300 µs. Refills come every 250
+/// µs, delayed by a few µs while interrupts are masked.
 const CYCLES: u32 = 300 * BOARD.clocks.cycles_per_us();
 
-/// Starts it.
+/// Starts SysTick with its interrupt.
 pub fn start(clock: &mut SYST) {
     clock.set_clock_source(SystClkSource::Core);
     clock.set_reload(CYCLES - 1);

@@ -1,5 +1,5 @@
-//! TIM1, the microsecond of the tape: its overflow and matches ask for the tape's
-//! transfers.
+//! TIM1, which paces the tape: its overflow and matches, once per microsecond, request the tape's
+//! DMA transfers.
 
 use super::pac::TIM1;
 use super::pac::timer::vals as timer;
@@ -8,52 +8,52 @@ use crate::pulse::WINDOW_US;
 use crate::safety::Fault;
 use cortex_m::peripheral::DWT;
 
-/// The core's clock by this is 1 MHz.
+/// TIM1 counts per microsecond: divides the core's clock to 1 MHz.
 const TICKS: u16 = CYCLES_PER_US as u16;
-/// Counts at which CH1, CH2, CH3 match.
+/// Counts at which CH1, CH2 and CH3 match.
 const MATCHES: [u16; 3] = [8, 20, 32];
 
-/// Waits until [`LEAD`] cycles before the core cycle `target`, and sets TIM1's
-/// count so that its overflow, once it runs, comes at `target`.
+/// Waits until [`LEAD`] cycles before the core cycle `target`, and sets TIM1's count so that its
+/// overflow, once TIM1 runs, comes at `target`.
 ///
 /// # Errors
-/// [`Fault::MissedDeadline`] if `target` is past or too near; [`Fault::TimeBase`] if the
-/// cycle counter stands.
+/// Returns [`Fault::MissedDeadline`] if `target` is past or too near, and [`Fault::TimeBase`] if
+/// the cycle counter stands still.
 pub fn await_start(target: u32) -> Result<(), Fault> {
     let left = || target.wrapping_sub(DWT::cycle_count()).cast_signed();
     if left() < LEAD {
         return Err(Fault::MissedDeadline);
     }
-    // Not for ever: a debugger may stop the counter at any moment.
+    // The wait is bounded, because a debugger may stop the counter at any moment.
     if !(0..PATIENCE).any(|_| left() < LEAD) {
         return Err(Fault::TimeBase);
     }
-    // Above the matches' counts: LEAD less two polls and the way to CEN.
+    // The value lies above the counts of the matches: LEAD minus two polls and the cycles up to
+    // CEN.
     let ticks = (left() - TO_ENABLE).clamp(8, LEAD) as u16;
     TIM1.cnt().write(|w| w.set_cnt(TICKS - ticks));
     Ok(())
 }
 
-/// Polls of at least 4 cycles: more than the window that is waited for takes.
+/// Largest number of polls, at least 4 cycles each: together longer than the window that is waited
+/// for.
 const PATIENCE: u32 = WINDOW_US * CYCLES_PER_US / 4;
-/// Cycles before the start at which the wait ends: more than the wait's last
-/// poll takes, and fewer than leave the matches' counts behind.
+/// Cycles before the start at which the wait ends: longer than the wait's last poll, and short
+/// enough that TIM1's count is past the matches.
 const LEAD: i32 = 100;
-/// Cycles from reading the cycle counter to TIM1's first tick, counted on the
-/// chip simulator.
+/// Cycles from reading the cycle counter to TIM1's first tick, measured on the chip simulator.
 const TO_ENABLE: i32 = 34;
 
-/// Stopped, requests enabled, 8 ticks before an overflow: the first event is
-/// an update, so both ports begin in the same microsecond.
+/// Configures TIM1 without starting it, with requests enabled and 8 ticks before an overflow. The
+/// first event is then an update, so both ports begin in the same microsecond.
 pub fn prepare() {
     TIM1.cr1().write(|w| w.set_urs(timer::Urs::COUNTER_ONLY));
     TIM1.psc().write_value(0);
     TIM1.arr().write(|w| w.set_arr(TICKS - 1));
     TIM1.rcr().write(|w| w.0 = 0);
-    // CH1–3 frozen: a match asks for DMA and moves no pin (RM0090 17.4.7).
-    // OC4REF, PWM mode 1, is high for the first half of each microsecond: it
-    // rises with the update and is long enough for TIM2, which runs at half
-    // of TIM1's clock, never to miss it. It is TIM1's TRGO.
+    // CH1–3 are frozen: a match requests DMA and moves no pin (RM0090 17.4.7). OC4REF, in PWM mode
+    // 1, is TIM1's TRGO: it rises with the update and stays high for the first half of each
+    // microsecond, long enough for TIM2, which runs at half of TIM1's clock, to see it every time.
     for (n, at) in MATCHES.into_iter().enumerate() {
         TIM1.ccr(n).write(|w| w.set_ccr(at));
     }

@@ -1,4 +1,5 @@
-//! Makes the pins what the board's wiring says ([`crate::board::wiring`]; docs/hardware.md).
+//! Configuration of the pins according to the board's wiring ([`crate::board::wiring`];
+//! docs/hardware.md).
 //!
 //! | use | mode |
 //! |---|---|
@@ -11,9 +12,9 @@
 //! | USB | by the USB driver |
 //! | all others | reset state |
 //!
-//! Every safety input reads its safe side when its cable is off: the healthy
-//! side drives the line high through at most 10 kΩ against the internal
-//! pull-down of 30–50 kΩ (DS8626, I/O static characteristics), at least 0.75 VDD > VIH 0.7 VDD.
+//! Every safety input reads its safe level when its cable is disconnected. Otherwise the connected
+//! circuit drives the line high through at most 10 kΩ against the internal pull-down of 30–50 kΩ
+//! (DS8626, I/O static characteristics): at least 0.75 VDD > VIH 0.7 VDD.
 
 use super::pac::gpio::{Gpio, vals};
 use super::pac::{GPIOA, GPIOB, GPIOC, GPIOD, GPIOE, RCC};
@@ -21,16 +22,16 @@ use crate::board::wiring::{self, BOARD, BoardPins, Inputs, Pin, Port};
 use crate::pulse::tape::{isolated_words, pump_low};
 
 const INPUTS: Inputs = BOARD.inputs;
-/// /SYNC of each DAC.
+/// /SYNC pin of each DAC.
 const SELECT: [Pin; 2] = BOARD.dacs.select;
-/// The bits of each tape port's BSRR that isolate its lines and drop the pump.
+/// BSRR words of the tape ports that disconnect the outputs and turn the pump off.
 const SAFE: [u32; wiring::TAPE_PORTS] = {
     let (isolated, pump_low) = (isolated_words::<BoardPins>(), pump_low::<BoardPins>());
     [isolated[0] | pump_low[0], isolated[1] | pump_low[1]]
 };
-/// The ports in use, as RCC_AHB1ENR has them.
+/// Ports in use, as bits of RCC_AHB1ENR.
 const CLOCKED: u32 = BOARD.ports();
-/// What is locked of each of them.
+/// Ports in use, with a mask of the pins to lock.
 const LOCKED: [(Port, u32); CLOCKED.count_ones() as usize] = {
     let mut locked = [(Port::A, 0); CLOCKED.count_ones() as usize];
     let (mut n, mut used) = (0, 0);
@@ -44,16 +45,16 @@ const LOCKED: [(Port, u32); CLOCKED.count_ones() as usize] = {
     locked
 };
 
-/// EXTI line of the over-current input (RM0090 section 12.2.5), and its port there.
+/// EXTI line of the over-current input (RM0090 section 12.2.5).
 pub const OVER_CURRENT_LINE: usize = INPUTS.over_current.number as usize;
-/// See [`OVER_CURRENT_LINE`].
+/// Port of the over-current input, as SYSCFG numbers ports; see [`OVER_CURRENT_LINE`].
 pub const OVER_CURRENT_PORT: u8 = INPUTS.over_current.port.index() as u8;
 
-/// The ports that the tape plays.
+/// GPIO ports that the tape plays.
 pub const TAPE_PORTS: [Gpio; wiring::TAPE_PORTS] =
     [gpio(BOARD.outputs.ports[0]), gpio(BOARD.outputs.ports[1])];
 
-/// Registers of `port`.
+/// Returns the GPIO registers of `port`.
 const fn gpio(port: Port) -> Gpio {
     match port {
         Port::A => GPIOA,
@@ -64,13 +65,13 @@ const fn gpio(port: Port) -> Gpio {
     }
 }
 
-/// Registers of the pin's port, and its number there.
+/// Returns the registers of the pin's port, and the pin's number there.
 const fn place(pin: Pin) -> (Gpio, usize) {
     (gpio(pin.port), pin.number as usize)
 }
 
-/// Writes isolated to both ports by the CPU and drops the pump, clocked or not before.
-/// Holds only while no play stream runs.
+/// Disconnects the outputs of both ports and turns the pump off, by writes of the CPU. Enables the
+/// ports' clocks first. The effect lasts only while no play stream runs.
 pub fn isolate() {
     RCC.ahb1enr().modify(|w| w.0 |= CLOCKED);
     let _ = RCC.ahb1enr().read(); // ES0182: delay after clock enabling
@@ -79,13 +80,13 @@ pub fn isolate() {
     }
 }
 
-/// Makes every pin what the table says. First thing after reset: outputs get
-/// their isolated level before they are outputs, so no edge is seen.
+/// Configures every pin as in the table above. Must run first after reset: outputs get their
+/// disconnected level before they become outputs, so that no edge occurs.
 pub fn init() {
     isolate();
     select_dac(None);
     for pin in 0..16 {
-        // What isolates a port resets its outputs.
+        // The disconnect word of a port resets exactly its outputs.
         if SAFE[0] >> 16 & 1 << pin != 0 {
             output(TAPE_PORTS[0], pin, vals::Pupdr::PULL_DOWN);
         }
@@ -132,8 +133,8 @@ pub fn init() {
     }
 }
 
-/// Locks what [`init`] made of the pins until the next reset, by the sequence of
-/// RM0090 section 8.4.8; says whether it holds.
+/// Locks the configuration of [`init`] until the next reset, by the sequence of RM0090 section
+/// 8.4.8. Returns whether the lock is set.
 #[must_use]
 pub fn lock() -> bool {
     LOCKED.into_iter().all(|(port, pins)| {
@@ -149,7 +150,7 @@ pub fn lock() -> bool {
 
 fn output(port: Gpio, pin: usize, pull: vals::Pupdr) {
     port.otyper().modify(|w| w.set_ot(pin, vals::Ot::PUSH_PULL));
-    // Medium: edges of about 10 ns (DS8626, I/O AC characteristics) suffice for 1 µs slots.
+    // Medium speed: edges of about 10 ns (DS8626, I/O AC characteristics) suffice for 1 µs slots.
     port.ospeedr()
         .modify(|w| w.set_ospeedr(pin, vals::Ospeedr::MEDIUM_SPEED));
     port.pupdr().modify(|w| w.set_pupdr(pin, pull));
@@ -167,16 +168,17 @@ fn alternate((port, pin): (Gpio, usize), function: u8) {
         .modify(|w| w.set_moder(pin, vals::Moder::ALTERNATE));
 }
 
-/// Which DAC listens.
+/// The DAC that receives SPI frames.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Dac {
-    /// The lower channels.
+    /// DAC of the lower channels.
     One,
-    /// The upper channels.
+    /// DAC of the upper channels.
     Two,
 }
 
-/// Pulls one /SYNC low, or lets both go. BSRR writes touch no channel line.
+/// Pulls the /SYNC line of `dac` low, or releases both lines. The BSRR writes touch no channel
+/// line.
 pub fn select_dac(dac: Option<Dac>) {
     let [first, second] = SELECT;
     let level = |pin: Pin, low: bool| if low { pin.bit() << 16 } else { pin.bit() };
@@ -188,19 +190,19 @@ pub fn select_dac(dac: Option<Dac>) {
         .write(|w| w.0 = level(second, dac == Some(Dac::Two)));
 }
 
-/// What people, comparators and the trigger input say, all of one instant.
+/// State of the safety inputs and the trigger input, read at one instant.
 pub struct SafetyInputs {
-    /// The arm key is closed.
+    /// Whether the arm key is closed.
     pub arm: bool,
-    /// The hand-held stop is closed.
+    /// Whether the hand-held stop is closed, which allows stimulation.
     pub hand_stop: bool,
-    /// An over-current comparator has latched, or its cable is off.
+    /// Whether an over-current comparator has latched, or its cable is off.
     pub over_current: bool,
-    /// The trigger input is held.
+    /// Whether the trigger input is active.
     pub held: bool,
 }
 
-/// Reads the port once.
+/// Reads all inputs with one access to their port.
 #[must_use]
 pub fn safety_inputs() -> SafetyInputs {
     let port = gpio(INPUTS.arm.port).idr().read();

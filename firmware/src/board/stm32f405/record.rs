@@ -1,5 +1,5 @@
-//! The first fault that nobody acknowledged yet, in the backup registers, which a reset
-//! leaves alone; why the device last reset; who it is.
+//! Storage for the first unacknowledged fault in the backup registers, which a reset preserves;
+//! also reset cause and chip ID.
 
 use super::pac::{PWR, RCC, RTC, UID};
 use crate::link::message::ResetCause;
@@ -7,15 +7,15 @@ use crate::pulse::CHANNELS;
 use crate::safety::{Fault, FaultRecord};
 use crate::units::Micros;
 
-/// Marks a record as ours: "FX", then the fault's number below.
+/// Marks a valid record: "FX" in the upper half, the fault's number in the lower.
 const MAGIC: u32 = 0x4658_0000;
 const HEAD: usize = 0;
 const AT: usize = 1;
 const RESIDUAL: usize = 2;
 const DETAIL: usize = RESIDUAL + CHANNELS;
 const CHECK: usize = DETAIL + 1;
-/// What came after the record; not under the check, so that a write cut short costs no
-/// more than itself. Below: [`FaultRecord::later`].
+/// Events after the record. They are not part of the check word, so that an interrupted write costs
+/// only itself. The lower bits hold [`FaultRecord::later`].
 const LATER: usize = CHECK + 1;
 const POWER_LOST: u32 = 1 << 31;
 const ACKNOWLEDGED: u32 = 1 << 30;
@@ -24,12 +24,12 @@ const _: () = assert!(
     "as many registers are there (RM0090 section 26.6.20)"
 );
 
-/// Why the device last reset (RM0090 RCC_CSR), most telling cause first. Illegal low-power
-/// entry and the window watchdog, which are not in use, would show as `Pin`.
+/// Returns the cause of the last reset (RM0090 RCC_CSR), the most specific flag first. Illegal
+/// low-power entry and the window watchdog, which are not in use, would be reported as `Pin`.
 #[must_use]
 pub fn read_reset_cause() -> ResetCause {
     let flags = RCC.csr().read();
-    // Every reset also pulls the pin; every power-on also sets brown-out.
+    // Every reset also sets the pin flag; every power-on also sets the brown-out flag.
     if flags.porrstf() {
         ResetCause::PowerOn
     } else if flags.borrstf() {
@@ -43,7 +43,7 @@ pub fn read_reset_cause() -> ResetCause {
     }
 }
 
-/// Clears the flags of [`read_reset_cause`] for the next time: what a power-on clears was.
+/// Clears the flags of [`read_reset_cause`], so that the next boot sees only its own cause.
 pub fn forget_reset_cause() {
     RCC.csr().modify(|w| w.set_rmvf(true));
 }
@@ -53,24 +53,24 @@ pub fn unlock() {
     RCC.apb1enr().modify(|w| w.set_pwren(true));
     let _ = RCC.apb1enr().read(); // ES0182: delay after clock enabling
     PWR.cr1().modify(|w| w.set_dbp(true));
-    let _ = PWR.cr1().read(); // the write has arrived
+    let _ = PWR.cr1().read(); // waits until the write has arrived
 }
 
-/// Keeps `record`; `detail` is for people (a line, an address, a register). If one is kept
-/// that nobody acknowledged, that one stays and notes what came after it.
+/// Stores `record` with `detail`, which is for people (a line, an address, a register). If an
+/// unacknowledged record is stored already, that record stays and notes the later fault.
 pub fn keep(record: &FaultRecord, detail: u32) {
     unlock();
     if !is_whole() || read(LATER) & ACKNOWLEDGED != 0 {
         return store(record, detail);
     }
-    // What comes before time runs comes at 0, each time anew.
+    // Faults before device time starts are all recorded at time 0, and each counts as a new one.
     let at = record.at.get();
     let is_same = at != 0 && read(AT) == at && read(HEAD) == head(record.fault);
     let own = if is_same { 0 } else { record.fault.bit() };
     write(LATER, read(LATER) | record.later | own);
 }
 
-/// The check word goes last, so that a record cut short is no record.
+/// Writes the check word last, so that an interrupted write leaves no valid record.
 fn store(record: &FaultRecord, detail: u32) {
     write(CHECK, 0);
     write(HEAD, head(record.fault));
@@ -87,7 +87,7 @@ const fn head(fault: Fault) -> u32 {
     MAGIC | fault.number() as u32
 }
 
-/// The record and detail that the last reset left, if any.
+/// Returns the record and detail from before the last reset, if any.
 #[must_use]
 pub fn load() -> Option<(FaultRecord, u32)> {
     if !is_whole() {
@@ -108,27 +108,27 @@ pub fn load() -> Option<(FaultRecord, u32)> {
     Some((record, read(DETAIL)))
 }
 
-/// A boot: what was acknowledged and not over is latched again, and maybe power was lost.
+/// Notes a boot: latches an acknowledged fault again if it was not cleared, and notes a loss of
+/// power.
 pub fn note_boot(power_lost: bool) {
     let lost = if power_lost { POWER_LOST } else { 0 };
     write(LATER, read(LATER) & !ACKNOWLEDGED | lost);
 }
 
-/// The fault was acknowledged: the next one is kept in its place, this one until then or
-/// until [`clear`].
+/// Acknowledges the fault. The record stays until the next fault replaces it or until [`clear`].
 pub fn acknowledge() {
     unlock();
     write(LATER, read(LATER) | ACKNOWLEDGED);
 }
 
-/// The acknowledged fault is over.
+/// Clears the record once the acknowledged fault is over.
 pub fn clear() {
     unlock();
     write(HEAD, 0);
     write(CHECK, 0);
 }
 
-/// The chip's 96-bit number (RM0090 section 39.1).
+/// Returns the chip's 96-bit unique ID (RM0090 section 39.1).
 #[must_use]
 pub fn unique_id() -> [u32; 3] {
     [0, 1, 2].map(|n| UID.uid(n).read())
@@ -138,7 +138,7 @@ fn is_whole() -> bool {
     read(HEAD) & 0xFFFF_0000 == MAGIC && read(CHECK) == check()
 }
 
-/// A sum that differs from an erased register's zero.
+/// Computes the checksum of the record, which differs from the zero of an erased register.
 fn check() -> u32 {
     (HEAD..CHECK).fold(u32::MAX, |sum, index| sum.rotate_left(5) ^ read(index))
 }

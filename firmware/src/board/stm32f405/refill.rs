@@ -1,7 +1,6 @@
-//! The Pulser's context: the interrupt 2 µs into each 250 µs window renders
-//! the next one. The over-current and supply interrupts share its priority,
-//! the highest, and so does the second clock, by which it is overdue: none of the four
-//! can interrupt another.
+//! Execution context of the Pulser: the interrupt 2 µs into each 250 µs window renders the next
+//! window. The over-current and supply interrupts and the refill watchdog share its priority, the
+//! highest, so none of the four can preempt another.
 
 use super::adc::{self, Sequence};
 use super::control::{TICK, Tick};
@@ -24,29 +23,28 @@ use cortex_m_rt::exception;
 use embassy_stm32::interrupt;
 use static_cell::StaticCell;
 
-/// When nothing asks for a mid-phase sample, the joint angle is still sampled
-/// once a window, here.
+/// Time of the joint-angle sample within a window that requests no mid-phase sample, µs.
 const DEFAULT_SAMPLE_US: u32 = 125;
 
 struct Refill {
-    /// Interrupts when the next refill is overdue.
+    /// Refill watchdog: interrupts when the next refill is overdue.
     second_clock: SYST,
     crystal: Crystal,
     pulser: Pulser,
     mail: PulserMail<'static>,
-    /// `None` after a fault stop, until a plan wants outputs again.
+    /// `None` after a fault stop, until a plan drives outputs again.
     tape: Option<Tape>,
     plan: WindowPlan,
-    /// Start and half of the window that is playing.
+    /// Start and tape half of the window that is playing.
     playing: (Micros, Half),
-    /// The mid-phase that the armed conversion samples.
+    /// Mid-phase sample that the armed conversion takes.
     sampling: Option<Sample>,
     angle: Option<u16>,
     windows: u32,
     kept: StoredFault,
 }
 
-/// What the backup registers hold.
+/// Fault record in the backup registers.
 #[derive(Clone, Copy)]
 enum StoredFault {
     Nothing,
@@ -55,26 +53,26 @@ enum StoredFault {
 }
 
 static MEMORY: StaticCell<Refill> = StaticCell::new();
-/// Null until `start`; then reached from interrupts of one priority only.
+/// Null until `start`; then accessed from interrupts of one priority only.
 static REFILL: AtomicPtr<Refill> = AtomicPtr::new(null_mut());
 
-/// Runs `act` on the refill, from one of its four interrupts.
+/// Runs `act` on the refill; called from its four interrupts.
 fn with_refill(act: impl FnOnce(&mut Refill)) {
-    // SAFETY: points into `MEMORY`, exclusively: `start` gave its reference
-    // away, and interrupts of one priority do not interrupt one another.
+    // SAFETY: the pointer points into `MEMORY` and is exclusive: `start` gave its reference away,
+    // and interrupts of one priority do not preempt one another.
     if let Some(refill) = unsafe { REFILL.load(Ordering::Acquire).as_mut() } {
         act(refill);
     }
 }
 
-/// Starts the tape at device time 0 and hands a pulser to the interrupt; `latched` is
-/// the fault that the reset found, `found` what it found spent of time and charge.
+/// Starts the tape at device time 0 and gives a pulser to the interrupt. `latched` is the fault
+/// found at reset, `found` the used time and charge found there.
 ///
 /// # Errors
-/// As [`Tape::start`].
+/// Returns the errors of [`Tape::start`].
 ///
 /// # Safety
-/// Once, from the thread, while no other context uses the tape or the pins.
+/// Must be called once, from the thread, while no other context uses the tape or the pins.
 pub unsafe fn start(
     latched: Option<FaultRecord>,
     found: UsageAtBoot,
@@ -82,7 +80,7 @@ pub unsafe fn start(
     nvic: &mut NVIC,
     second_clock: SYST,
 ) -> Result<(), Fault> {
-    // In place: it is too large to lie on the stack first.
+    // Initialised in place, because it is too large for the stack.
     let refill = MEMORY.init_with(|| Refill {
         kept: latched.map_or(StoredFault::Nothing, |_| StoredFault::Latched),
         second_clock,
@@ -96,14 +94,14 @@ pub unsafe fn start(
         angle: None,
         windows: 0,
     });
-    // SAFETY: the caller's promise: there is no other tape or user of one.
+    // SAFETY: the caller guarantees that no other tape or user of the tape exists.
     refill.tape = Some(unsafe { Tape::start(&refill.plan, None)? });
     overdue::start(&mut refill.second_clock);
     REFILL.store(refill, Ordering::Release);
     watch_over_current();
     for line in [Interrupt::TIM2, Interrupt::EXTI9_5, Interrupt::PVD] {
-        // SAFETY: no critical section relies on a priority; the state these
-        // interrupts use is in place.
+        // SAFETY: no critical section relies on a priority, and the state that these interrupts use
+        // is initialised.
         unsafe {
             nvic.set_priority(line, InterruptPriority::Refill as u8);
             NVIC::unmask(line);
@@ -112,7 +110,7 @@ pub unsafe fn start(
     Ok(())
 }
 
-/// A falling edge.
+/// Enables the over-current interrupt, on a falling edge.
 fn watch_over_current() {
     let (line, port) = (pins::OVER_CURRENT_LINE, pins::OVER_CURRENT_PORT);
     SYSCFG
@@ -128,7 +126,7 @@ fn TIM2() {
     with_refill(Refill::run);
 }
 
-/// At the refill's priority, which is that of reset.
+/// Runs at the refill's priority, which SysTick has from reset.
 #[exception]
 fn SysTick() {
     with_refill(Refill::is_overdue);
@@ -154,13 +152,13 @@ impl Refill {
         let (start, half) = self.playing;
         let next = start + us(WINDOW_US);
         timebase::refill_at(next + us(REFILL_OFFSET_US));
-        // Before all else, so that no more than two windows lie between two readings.
+        // Comes first, so that at most two windows lie between two checks of the same registers.
         if let Err(fault) = self.check_hardware() {
             self.stop(fault);
         }
         let sequence = adc::read();
         let inputs = self.inputs(sequence);
-        // What a trigger does within a sequence, the manual does not say.
+        // The manual does not define the effect of a trigger during a sequence.
         if sequence != Sequence::Converts {
             self.arm_conversion(start);
         }
@@ -173,7 +171,7 @@ impl Refill {
             .and(rendered)
             .and_then(|()| self.play(start, half));
         let half = put_out.unwrap_or_else(|fault| {
-            self.stop(fault); // keeps an earlier one, the pulser's own included
+            self.stop(fault); // keeps an earlier fault, including the pulser's own
             half.other()
         });
         self.playing = (next, half);
@@ -183,14 +181,16 @@ impl Refill {
         watchdog::check_in(Owner::Pulser);
     }
 
-    /// Its own clock did not bring it: nothing that plays is to be trusted.
+    /// Stops the outputs because the refill did not come in time: nothing that plays can be
+    /// trusted.
     fn is_overdue(&mut self) {
         if self.tape.is_some() {
             self.stop(Fault::MissedDeadline);
         }
     }
 
-    /// Isolates and latches `fault`; the outputs first, for the rest takes 20 µs.
+    /// Disconnects the outputs and latches `fault`. The outputs come first, because the rest takes
+    /// 20 µs.
     #[inline(never)]
     fn stop(&mut self, fault: Fault) {
         tape::stop();
@@ -198,8 +198,8 @@ impl Refill {
         self.isolate();
     }
 
-    /// Catches up with the clock if a window passed without its refill, which
-    /// is a fault if anything plays.
+    /// Catches up with the clock if a window passed without its refill, which is a fault if
+    /// anything plays.
     fn synchronise(&mut self) -> Result<(), Fault> {
         let mut late = false;
         while timebase::now().has_reached(self.playing.0 + us(WINDOW_US)) {
@@ -213,7 +213,7 @@ impl Refill {
         }
     }
 
-    /// Holds clocks, and while anything may play registers, against what the plan relies on.
+    /// Checks the clocks and, while anything may play, the registers on which the plan relies.
     fn check_hardware(&mut self) -> Result<(), Fault> {
         if self.crystal.disagrees() || usb_clock::disagrees() {
             return Err(Fault::TimeBase);
@@ -238,7 +238,8 @@ impl Refill {
                 raw: s.current,
             })
         });
-        // First: an edge that comes in between is the next refill's, which finds it held.
+        // The captured edge comes first: an edge between the two readings belongs to the next
+        // refill, which finds the input active.
         let trigger = timebase::captured();
         let pins::SafetyInputs {
             arm,
@@ -256,9 +257,9 @@ impl Refill {
         }
     }
 
-    /// The plan still is that of the window now playing: it was rendered one refill
-    /// ago. What it asks for lies far enough ahead, and ends before the next refill,
-    /// unless this one is late.
+    /// Arms the conversion for the window that now plays, from the plan rendered one refill ago.
+    /// The requested time is far enough ahead, and the conversion ends before the next refill,
+    /// unless this refill is late.
     fn arm_conversion(&mut self, start: Micros) {
         let asked = self.plan.sample;
         let at = asked.map_or(start + us(DEFAULT_SAMPLE_US), |sample| sample.at);
@@ -266,7 +267,8 @@ impl Refill {
         self.sampling = asked.filter(|_| armed);
     }
 
-    /// Writes the plan's amplitudes and paints it. Returns the half it is on.
+    /// Writes the plan's amplitudes and paints the plan on the tape. Returns the half that it
+    /// occupies.
     fn play(&mut self, start: Micros, playing: Half) -> Result<Half, Fault> {
         if let Some(tape) = &self.tape {
             tape.look(start, playing)?;
@@ -278,18 +280,19 @@ impl Refill {
             dac::write(channel, code);
         }
         if let Some(tape) = &mut self.tape {
-            // SAFETY: `playing` plays, or nearly so, and it is checked below.
+            // SAFETY: `playing` is, or is very nearly, the half that plays, and this is checked
+            // below.
             unsafe { tape.paint(&self.plan, playing.other()) };
             tape.check(start, playing)?;
         } else if drives(&self.plan) {
-            // SAFETY: there is no tape, and nothing preempts this interrupt.
+            // SAFETY: no tape exists, and nothing preempts this interrupt.
             self.tape = Some(unsafe { Tape::start(&self.plan, Some(Instant::now()))? });
             return Ok(Half::First);
         }
         Ok(playing.other())
     }
 
-    /// Outputs first, then the record, then the amplitudes.
+    /// Disconnects the outputs, then writes the record, then clears the amplitudes.
     fn isolate(&mut self) {
         tape::stop();
         self.tape = None;
@@ -301,7 +304,8 @@ impl Refill {
         dac::clear();
     }
 
-    /// An acknowledged fault need not outlive the next reset, once it is over.
+    /// Clears the stored record of an acknowledged fault once the fault is over, so that it does
+    /// not survive the next reset.
     fn clear_acknowledged(&mut self) {
         self.kept = match self.kept {
             StoredFault::Latched if !self.pulser.is_latched() => {
@@ -316,8 +320,8 @@ impl Refill {
         };
     }
 
-    /// Every fourth window starts the control tick. Its time is that of the
-    /// refill's compare, not of its end: the law sees no jitter.
+    /// Starts the control tick in every fourth window, with the time of the refill's compare match
+    /// and not of its end, so that the controller sees no jitter.
     fn tick(&mut self, now: Micros) {
         if self.windows.is_multiple_of(WINDOWS_PER_TICK) {
             TICK.signal(Tick {
@@ -329,7 +333,7 @@ impl Refill {
     }
 }
 
-/// Whether `plan` wants anything but isolated outputs without supply.
+/// Returns whether `plan` has any connected output, change of output, or the pump on.
 fn drives(plan: &WindowPlan) -> bool {
     plan.pump || plan.initial != Levels::ISOLATED || !plan.changes.is_empty()
 }

@@ -1,15 +1,14 @@
-//! Registers that decide edges, read back while anything may play: half of them in
-//! each window, held against what set-up means them to be.
+//! Check of the registers that determine edges, while anything may play: half of them are read in
+//! each window and compared with their configured values.
 //!
-//! What is written once at set-up stands here a second time, on purpose: as numbers, and as
-//! what follows from the board's wiring by other code than set-up's. A check that shared the
-//! code of what it checks would share its mistakes. Left out is what shows by what it does:
-//! most of TIM1 and what clocks TIM2, in the tape's positions and TIM11's count
-//! (`Tape::check`); TIM11, in what it captures (`Crystal`); the refill's interrupt, in the
-//! second clock.
+//! The values are deliberately repeated here: as numbers, or derived from the board's wiring by
+//! code that set-up does not use, because a check that shares code with set-up would share its
+//! mistakes. Registers whose effect is checked elsewhere are left out: most of TIM1 and the clock
+//! source of TIM2, by the tape's positions and TIM11's count (`Tape::check`); TIM11, by its
+//! captures (`Crystal`); the refill's interrupt, by the refill watchdog.
 //!
-//! Bits that debuggers write too are put back, and are no fault: nothing that plays depends
-//! on them before the next reading does so.
+//! Bits that debuggers write too are restored and are no fault: nothing that plays depends on them
+//! before the next check restores them.
 
 use super::clock::{self, SUPPLY_LINE};
 use crate::board::wiring::{BOARD, Bits, Clocks, Pin, Port};
@@ -34,21 +33,22 @@ const DEMCR: u32 = 0xE000_EDFC;
 const DBGMCU: u32 = 0xE004_2000;
 const NVIC: u32 = 0xE000_E100;
 
-/// The tape in SRAM2 (memory.x): words of both ports, and the isolated word of each.
+/// Addresses of the tape in SRAM2 (memory.x): the words of both ports, then the disconnect word of
+/// each.
 const TAPE: [u32; 2] = [0x2001_C000, 0x2001_C000 + 2_000];
 const ISOLATED: [u32; 2] = [TAPE[1] + 2_000, TAPE[1] + 2_004];
 
 const PORTS: [Port; 2] = BOARD.outputs.ports;
 const OVER_CURRENT: Pin = BOARD.inputs.over_current;
 
-/// GPIO registers of `port` (RM0090 section 2.3).
+/// Returns the base address of the GPIO registers of `port` (RM0090 section 2.3).
 const fn gpio(port: Port) -> u32 {
     0x4002_0000 + 0x400 * port.index() as u32
 }
 
-/// Whether registers are what they must be: addresses, bits that count, values; a register of
-/// which no bit counts is not read. One
-/// comparison of sums, in straight code: a loop over a table takes three times as long.
+/// Returns whether registers have their values, from lines of `address, bits => value`; a register
+/// with `bits` 0 is not read. Compares one sum in straight-line code, because a loop over a table
+/// takes three times as long.
 macro_rules! hold {
     ($($address:expr, $bits:expr => $value:expr;)*) => {{
         const MUST_BE: u32 = {
@@ -86,7 +86,7 @@ const fn functions(half: u8) -> [Bits; 5] {
     functions
 }
 
-/// Pins and what paces them.
+/// Returns whether the registers of the pins and of their timing are correct.
 fn pins_hold() -> bool {
     hold! {
         gpio(Port::A), MODES[0].bits => MODES[0].value; // MODER
@@ -110,15 +110,16 @@ fn pins_hold() -> bool {
         RCC + 0x04, Clocks::PLLCFGR_BITS => BOARD.clocks.pllcfgr(); // PLLCFGR
         RCC + 0x08, 0x0000_FCFF => 0x0000_940A; // CFGR: PLL; AHB / 1, APB1 / 4, APB2 / 2
         FLASH, 0x0707 => 0x0700 | BOARD.clocks.wait_states(); // ACR: caches on
-        TIM1 + 0x34, 0xFFFF => 8; // CCR1: when in its microsecond the second port moves
+        TIM1 + 0x34, 0xFFFF => 8; // CCR1: when the second port moves within its microsecond
         TIM1 + 0x38, 0xFFFF => 20; // CCR2: when the first tape is erased
-        TIM1 + 0x3C, 0xFFFF => 32; // CCR3: and the second
+        TIM1 + 0x3C, 0xFFFF => 32; // CCR3: when the second tape is erased
     }
 }
 
-/// Where the tape is played from and to, and how. CR: request channel, priority very high, words,
-/// the memory's address increments, circular, to the port, on. That FCR asks for direct mode
-/// shows in the positions, which a FIFO would fetch ahead of.
+/// Returns whether the play streams are configured correctly: source, destination and mode. CR:
+/// request channel, priority very high, 32-bit words, memory address increments, circular, memory
+/// to port, enabled. FCR is not read: a FIFO, instead of direct mode, would fetch ahead, which the
+/// positions show.
 fn play_holds() -> bool {
     hold! {
         stream(PLAY[1]), 0x0FEF_FFFF => REQUEST | 0x0003_5541; // CR
@@ -130,7 +131,8 @@ fn play_holds() -> bool {
     }
 }
 
-/// What erases it. CR: as there, but from the isolated word.
+/// Returns whether the erase streams are configured correctly. CR is that of the play streams,
+/// except that the source is the disconnect word.
 fn erase_holds() -> bool {
     hold! {
         stream(ERASE[0]), 0x0FEF_FFFF => REQUEST | 0x0003_5501;
@@ -144,27 +146,27 @@ fn erase_holds() -> bool {
 
 const PLAY: [u8; 2] = BOARD.streams.play;
 const ERASE: [u8; 2] = BOARD.streams.erase;
-/// CHSEL of CR.
+/// CHSEL field of CR: the request channel.
 const REQUEST: u32 = (BOARD.streams.channel as u32) << 25;
 
-/// Registers of stream `n` of DMA2 (RM0090 section 10.5.5).
+/// Returns the address of the registers of DMA2's stream `n` (RM0090 section 10.5.5).
 const fn stream(n: u8) -> u32 {
     DMA2 + 0x10 + 0x18 * n as u32
 }
 
-/// EXTI lines of over-current and of the supply watch.
+/// EXTI lines of over-current and of the supply monitor.
 const STOPS: u32 = OVER_CURRENT.bit() | 1 << SUPPLY_LINE;
-/// Place of the over-current line in its EXTICR (RM0090 section 9.2.3).
+/// Position of the over-current line in its EXTICR, bits (RM0090 section 9.2.3).
 const EXTI_PLACE: u32 = (4 * (OVER_CURRENT.number % 4)) as u32;
 const CYCLES_PER_US: u32 = BOARD.clocks.cycles_per_us();
-/// Clocks of all ports in use and of DMA2.
+/// Clock enable bits of all ports in use and of DMA2.
 const AHB1: u32 = BOARD.ports() | 1 << 22;
-/// Two conversions: current, then angle (RM0090 section 13.13.12).
+/// JSQR: two conversions, current, then angle (RM0090 section 13.13.12).
 const SEQUENCE: u32 = 1 << 20
     | (BOARD.inputs.angle.channel as u32) << 15
     | (BOARD.inputs.current.channel as u32) << 10;
 
-/// What stops and what is measured.
+/// Returns whether the registers of the stop inputs, the trigger, the ADC and the DACs are correct.
 fn inputs_hold() -> bool {
     hold! {
         RCC + 0x30, AHB1 => AHB1; // AHB1ENR
@@ -180,14 +182,15 @@ fn inputs_hold() -> bool {
         EXTI, STOPS => STOPS; // IMR: over-current, supply
         EXTI + 0x0C, OVER_CURRENT.bit() => OVER_CURRENT.bit(); // FTSR: over-current falls
         EXTICR, 0xF << EXTI_PLACE => (OVER_CURRENT.port.index() as u32) << EXTI_PLACE;
-        PWR, 0xF0 => 0xD0; // CR: supply watch at level 6
+        PWR, 0xF0 => 0xD0; // CR: supply monitor at level 6
         NVIC, 0x0080_0002 => 0x0080_0002; // ISER0: EXTI9_5, PVD
         SYST, 0x7 => 0x7; // CSR: core clock, interrupt, on
-        SYST + 0x04, 0x00FF_FFFF => 300 * CYCLES_PER_US - 1; // RVR: overdue, µs
+        // RVR: 300 µs until a refill is overdue
+        SYST + 0x04, 0x00FF_FFFF => 300 * CYCLES_PER_US - 1;
     }
 }
 
-/// What lets CYCCNT count and clocks run in sleep, and what keeps running under a halt.
+/// Returns whether CYCCNT counts, clocks run in sleep, and timers run while the core is halted.
 fn debug_holds(is_odd: bool) -> bool {
     if is_odd {
         hold! {
@@ -203,29 +206,29 @@ fn debug_holds(is_odd: bool) -> bool {
     }
 }
 
-/// Puts the bits that a debugger may have changed back, half of them in each window.
+/// Restores the bits that a debugger may have changed, one half of them in each window.
 pub fn keep_debug_bits(is_odd: bool) {
     if !debug_holds(is_odd) {
         clock::keep_debug_bits();
     }
 }
 
-/// Reads the registers of this window, which are those of every other.
+/// Checks the registers of this window; they alternate between odd and even windows.
 ///
 /// # Errors
-/// [`Fault::Registers`].
+/// Returns [`Fault::Registers`] if one differs.
 pub fn check(is_odd: bool) -> Result<(), Fault> {
     let holds = if is_odd {
         pins_hold() && play_holds()
     } else {
-        inputs_hold() && erase_holds() && basepri::read() == 0 // which this program never sets
+        inputs_hold() && erase_holds() && basepri::read() == 0 // this program never sets BASEPRI
     };
     if holds { Ok(()) } else { Err(Fault::Registers) }
 }
 
 #[inline(always)]
 fn read(address: u32) -> u32 {
-    // SAFETY: only the addresses above: registers of this chip that reading does not
+    // SAFETY: only the addresses above are read: registers of this chip that reading does not
     // change (RM0090; none of them is a flag or data register).
     unsafe { (address as *const u32).read_volatile() }
 }

@@ -1,6 +1,5 @@
-//! What the chip must be able to do before anything may be armed, tried at each boot:
-//! hold the image that was flashed, and time its own watchdog. RAM was marched before
-//! ([`super::march`]).
+//! Self-test at each boot: verifies the image in flash and the watchdog's oscillator before
+//! anything may be armed. RAM was tested before ([`super::march`]).
 
 use super::pac::timer::vals;
 use super::pac::{CRC, RCC, TIM5};
@@ -11,9 +10,10 @@ use crate::units::Micros;
 use cortex_m::peripheral::DWT;
 use embassy_time::TICK_HZ;
 
-/// What the chip cannot do, recorded: latched until a boot does not find it.
+/// Tests flash and oscillator. Records a failure and returns it; the fault stays latched until a
+/// boot without it.
 ///
-/// Once, and not inlined: the frame that calls it is below every other.
+/// Called once and not inlined, because the caller's frame lies below every other frame.
 #[must_use]
 #[inline(never)]
 pub fn failure() -> Option<FaultRecord> {
@@ -26,17 +26,17 @@ pub fn failure() -> Option<FaultRecord> {
     })
 }
 
-/// The last word that is loaded (memory.x): the CRC of all before it, written after
-/// linking. An image that nobody wrote it into is not whole.
+/// Last word of the image (memory.x): the CRC of all words before it, written after linking.
+/// Without it the image fails the test.
 #[used]
 #[unsafe(link_section = ".image_sum")]
 static IMAGE_SUM: u32 = u32::MAX;
 
-/// What the linker puts first.
+/// Start of the image in flash.
 const IMAGE: *const u32 = 0x0800_0000 as *const u32;
 
-/// The chip's CRC unit over image and sum leaves 0 (RM0090 section 4); the detail is what
-/// it leaves.
+/// Computes the CRC of image and checksum with the chip's CRC unit; the remainder must be 0 (RM0090
+/// section 4). The detail of a failure is the remainder.
 fn flash() -> Option<(Fault, u32)> {
     RCC.ahb1enr().modify(|w| w.set_crcen(true));
     let _ = RCC.ahb1enr().read(); // ES0182: delay after clock enabling
@@ -44,8 +44,9 @@ fn flash() -> Option<(Fault, u32)> {
     let end = (&raw const IMAGE_SUM).wrapping_add(1);
     let mut at = IMAGE;
     while at < end {
-        // SAFETY: flash from its start to the sum, which `end` is one past; aligned.
-        // Volatile: the compiler knows what the image holds.
+        // SAFETY: `at` lies in flash between its start and `end`, one past the checksum, and is
+        // aligned. The access is volatile because the compiler believes it knows the image's
+        // content.
         CRC.dr().write_value(unsafe { at.read_volatile() });
         at = at.wrapping_add(1);
     }
@@ -54,19 +55,19 @@ fn flash() -> Option<(Fault, u32)> {
     (left != 0).then_some((Fault::Flash, left))
 }
 
-/// The LSI's range, Hz (DS8626, LSI oscillator characteristics): within it the watchdog
-/// bites in 4 to 12 ms.
+/// Range of the LSI, Hz (DS8626, LSI oscillator characteristics); within it the watchdog resets in
+/// 4 to 12 ms.
 const LSI_HZ: (u32, u32) = (17_000, 47_000);
-/// Channel 4 captures every eighth edge; so many captures are one measurement.
+/// Number of captures in one measurement; channel 4 captures every eighth edge.
 const CAPTURES: u32 = 8;
 const PERIODS: u32 = 8 * CAPTURES;
-/// For one capture, core cycles: 2 ms, two and a half times what 10 kHz take.
+/// Longest wait for one capture, core cycles: 2 ms, two and a half times the time at 10 kHz.
 const PATIENCE: u32 = 2_000 * CYCLES_PER_US;
 
-/// Counts of TIM5 in [`PERIODS`] of the LSI must lie within its range, one count more or
-/// less; the detail is their number, 0 if there are none.
+/// Checks that the counts of TIM5 in [`PERIODS`] of the LSI lie within its range, plus or minus one
+/// count. The detail of a failure is their number, 0 if there are none.
 fn oscillator() -> Option<(Fault, u32)> {
-    // No interrupt of TIM5 takes the flag, and its counter goes on.
+    // No interrupt of TIM5 may clear the flag meanwhile; the counter keeps running.
     let counts = cortex_m::interrupt::free(|_| measure()).unwrap_or(0);
     let ticks = PERIODS * TICK_HZ as u32; // 64,000,000
     let (low, high) = LSI_HZ;
@@ -75,9 +76,9 @@ fn oscillator() -> Option<(Fault, u32)> {
     (counts == 0 || is_slow || is_fast).then_some((Fault::Oscillator, counts))
 }
 
-/// TIM5 is the time driver's, which counts microseconds of the crystal with it and uses
-/// channels 1 and 2. Channel 4 is free, and its input can be the LSI (RM0090 section
-/// 18.4.21, TIM5_OR). All is put back.
+/// Returns the counts of TIM5 in [`PERIODS`] of the LSI. TIM5 belongs to the time driver, which
+/// counts microseconds of the crystal with it and uses channels 1 and 2. Channel 4 is free, and its
+/// input can be the LSI (RM0090 section 18.4.21, TIM5_OR). Restores all settings at the end.
 fn measure() -> Option<u32> {
     RCC.csr().modify(|w| w.set_lsion(true));
     TIM5.or().write_value(0b01 << 6); // TI4_RMP: LSI
@@ -90,12 +91,12 @@ fn measure() -> Option<u32> {
     TIM5.ccer().write(|_| ());
     TIM5.ccmr_input(1).write(|_| ());
     TIM5.or().write_value(0);
-    // The watchdog keeps it on by itself (section 21.3).
+    // The watchdog turns the LSI on by itself (section 21.3).
     RCC.csr().modify(|w| w.set_lsion(false));
     counts
 }
 
-/// Counts in [`PERIODS`], once it oscillates.
+/// Returns the counts of TIM5 in [`PERIODS`], after the LSI has started.
 fn periods() -> Option<u32> {
     within(|| RCC.csr().read().lsirdy())?;
     let first = capture()?;
@@ -103,17 +104,18 @@ fn periods() -> Option<u32> {
     for _ in 0..CAPTURES {
         last = capture()?;
     }
-    // 16 bits: the time driver has its counter turn over at 65,535.
+    // 16 bits: the time driver lets its counter wrap at 65,535.
     Some((last.wrapping_sub(first)) & 0xFFFF)
 }
 
-/// Waits for channel 4's next capture; reading it takes the flag.
+/// Waits for channel 4's next capture and returns it; reading clears the flag.
 fn capture() -> Option<u32> {
     within(|| TIM5.sr().read().ccif(3))?;
     Some(TIM5.ccr(3).read())
 }
 
-/// Waits for `is_so`, bounded: by polls too, for a debugger may stop the cycle counter.
+/// Waits until `is_so` holds. The number of polls is bounded too, because a debugger may stop the
+/// cycle counter.
 fn within(is_so: impl Fn() -> bool) -> Option<()> {
     let since = DWT::cycle_count();
     for _ in 0..PATIENCE {

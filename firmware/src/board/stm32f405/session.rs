@@ -1,5 +1,4 @@
-//! The Session's context: the thread, between the USB serial port and the
-//! mailboxes.
+//! Execution context of the Session: the thread, between the USB serial port and the mailboxes.
 
 use super::backup::Backup;
 use super::control::TOLD;
@@ -27,28 +26,28 @@ bind_interrupts!(struct Irqs {
     OTG_FS => usb::InterruptHandler<USB_OTG_FS>, usb_bus::WakeHandler;
 });
 
-/// Full-speed bulk packets.
+/// Size of full-speed bulk packets, bytes.
 const PACKET: usize = 64;
-/// Bytes on their way to the host: the longest frame and a little telemetry.
+/// Capacity for bytes on their way to the host: the longest frame and some telemetry.
 const PIPE: usize = 1024;
-/// pid.codes' identity for tests. A product needs its own: until then hosts
-/// look for the product's name.
+/// Test identity of pid.codes. A product needs its own; until then hosts look for the product's
+/// name.
 const VID_PID: (u16, u16) = (0x1209, 0x0001);
 
-/// Turns of the loop, each at most a millisecond, that an accepted stage table waits
-/// for its answer to leave; half of them in any case, for what USB still holds.
+/// Largest number of loop turns, at most a millisecond each, that an accepted stage table waits
+/// until its answer has left. Half of them pass in any case, for bytes that USB still holds.
 const PATIENCE: u8 = 40;
 
 type Usb = CheckedDriver<Driver<'static, USB_OTG_FS>>;
 type Bytes = Pipe<NoopRawMutex, PIPE>;
 
-/// Pins and peripheral of the port.
+/// USB peripheral and its pins.
 pub struct Port {
-    /// The peripheral.
+    /// USB peripheral, OTG_FS.
     pub usb: Peri<'static, USB_OTG_FS>,
-    /// D+.
+    /// D+ line.
     pub dp: Peri<'static, PA12>,
-    /// D−.
+    /// D− line.
     pub dm: Peri<'static, PA11>,
 }
 
@@ -61,11 +60,11 @@ struct Memory {
     forget: usb_bus::Forget,
 }
 
-/// Serves the link for ever: the bus in this task, the session in one of its own, so that a
-/// tick's wake does not look at the bus.
+/// Serves the link forever: the bus in this task and the session in its own task, so that a control
+/// tick's wake-up does not poll the bus.
 ///
 /// # Panics
-/// When called twice.
+/// Panics when called twice.
 pub async fn serve(
     spawner: Spawner,
     session: &'static mut Session,
@@ -75,12 +74,12 @@ pub async fn serve(
 ) -> Infallible {
     let (mut usb, class) = build(port);
     let (tx, rx) = class.split();
-    // Proof: the task's one slot is free, for nothing else spawns it.
+    // Proof: the task's one slot is free, because nothing else spawns the task.
     spawner.spawn(run(session, mail, backup, tx, rx).expect("spawned here only"));
     usb_bus::serve(&mut usb).await
 }
 
-/// First polled after the bus.
+/// Session task; first polled after the bus.
 #[embassy_executor::task]
 async fn run(
     session: &'static mut Session,
@@ -108,8 +107,7 @@ fn build(port: Port) -> (UsbDevice<'static, Usb>, CdcAcmClass<'static, Usb>) {
         forget: usb_bus::Forget,
     });
     let mut hardware = usb::Config::default();
-    // PA9 sees VBUS: a device with its own supply may not pull D+ up without
-    // it (USB 2.0 section 7.1.5).
+    // PA9 senses VBUS: a self-powered device may not pull D+ up without it (USB 2.0 section 7.1.5).
     hardware.vbus_detection = true;
     let driver = Driver::new_fs(
         port.usb,
@@ -137,8 +135,8 @@ fn build(port: Port) -> (UsbDevice<'static, Usb>, CdcAcmClass<'static, Usb>) {
     (builder.build(), class)
 }
 
-/// Bytes from the host to the session as they come, and what the session has to say
-/// after each control tick, which has told it. Never waits for the host to read.
+/// Passes bytes from the host to the session as they arrive, and the session's messages to the host
+/// after each control tick's signal. Never waits for the host to read.
 async fn converse(
     session: &mut Session,
     mut mail: SessionMail<'static>,
@@ -146,26 +144,26 @@ async fn converse(
     mut rx: Receiver<'static, Usb>,
     outgoing: &Bytes,
 ) -> Infallible {
-    // From here on: the USB core, polled before, waits up to 25 ms as it starts
-    // (RM0090 section 34.17.3), and without a session nothing can be armed.
+    // The watchdog starts here and no earlier: the USB core, polled before, waits up to 25 ms as it
+    // starts (RM0090 section 34.17.3), and nothing can be armed without a session.
     watchdog::start();
     let mut usb_clock = UsbClock::new();
     let mut packet = [0; PACKET];
     let mut patience = PATIENCE;
     loop {
         if let Either::First(count) = select(receive(&mut rx, &mut packet), TOLD.wait()).await {
-            // `receive` counts bytes of `packet`.
+            // `receive` returns the number of bytes in `packet`.
             let bytes = packet.get(..count).unwrap_or(&packet);
             let now = timebase::now();
-            // A packet may end several requests, and one may take a muscle's
-            // table, up to 2 ms: each is a sign of life.
+            // A packet may complete several requests, each of which may take up to 2 ms (a muscle's
+            // table), so the session checks in after each.
             for frame in bytes.split_inclusive(|&byte| byte == 0) {
                 session.receive(now, frame, &mut mail);
                 watchdog::check_in(Owner::Session);
             }
         }
         usb_clock.look();
-        // Before the session says that it is armed.
+        // The allowance is written before the session reports that it is armed.
         while let Some(entry) = mail.take_entry() {
             backup.write(&entry);
         }
@@ -176,7 +174,7 @@ async fn converse(
     }
 }
 
-/// Stores a table that was accepted, once its answer is out or nobody reads it.
+/// Stores an accepted table once its answer is out or has not been read for too long.
 fn store_stages(session: &Session, outgoing: &Bytes, patience: &mut u8) {
     let Some(table) = session.stage_table_to_store() else {
         return;
@@ -188,8 +186,8 @@ fn store_stages(session: &Session, outgoing: &Bytes, patience: &mut u8) {
     }
 }
 
-/// The next packet, however long the port is closed before it. Dropping this
-/// future loses nothing: a packet stays in the endpoint until it is read.
+/// Waits for the next packet, even while the port is closed. Dropping this future loses nothing: a
+/// packet stays in the endpoint until it is read.
 async fn receive(rx: &mut Receiver<'static, Usb>, packet: &mut [u8; PACKET]) -> usize {
     loop {
         rx.wait_connection().await;
@@ -210,9 +208,8 @@ fn transmit(session: &mut Session, outgoing: &Bytes) {
         if rest.is_empty() {
             return;
         }
-        // The pipe takes bytes up to the end of its ring only, so it may take
-        // two goes. All fit: the free capacity was asked first, and no one else
-        // writes.
+        // The pipe accepts bytes only up to the end of its ring, so this may take two writes. All
+        // bytes fit: the free capacity was checked first, and this is the only writer.
         while let Ok(taken) = outgoing.try_write(rest) {
             rest = rest.get(taken..).unwrap_or_default();
             if rest.is_empty() {
@@ -222,8 +219,8 @@ fn transmit(session: &mut Session, outgoing: &Bytes) {
     }
 }
 
-/// From the pipe to the host. Bytes for a port that closes are dropped: the
-/// next session begins with a frame of its own.
+/// Sends bytes from the pipe to the host. Bytes for a port that closes are dropped: the next
+/// session begins with a new frame.
 async fn send(mut tx: Sender<'static, Usb>, outgoing: &Bytes) -> Infallible {
     let mut packet = [0; PACKET];
     loop {
@@ -235,8 +232,8 @@ async fn send(mut tx: Sender<'static, Usb>, outgoing: &Bytes) -> Infallible {
             if tx.write_packet(bytes).await.is_err() {
                 break;
             }
-            // A full packet promises more; an empty one says there is none
-            // (USB 2.0 section 5.8.3).
+            // A full packet means that more follows; an empty packet ends the transfer (USB 2.0
+            // section 5.8.3).
             if count == PACKET && outgoing.is_empty() && tx.write_packet(&[]).await.is_err() {
                 break;
             }

@@ -1,4 +1,4 @@
-//! The self-erasing tape in SRAM2 and the hardware that plays it.
+//! The self-erasing pulse tape in SRAM2 and the hardware that plays it.
 //!
 //! TIM1 overflows every microsecond. In that microsecond, in this order:
 //!
@@ -6,12 +6,12 @@
 //! |---|---|---|---|
 //! | 0 | update | `play[0]` | first tape → BSRR of the first port |
 //! | 8 | CH1 | `play[1]` | second tape → BSRR of the second port, 48 ns after the first |
-//! | 20 | CH2 | `erase[0]` | isolated word → first tape, the slot just played |
-//! | 32 | CH3 | `erase[1]` | isolated word → second tape |
+//! | 20 | CH2 | `erase[0]` | disconnect word → first tape, the slot just played |
+//! | 32 | CH3 | `erase[1]` | disconnect word → second tape |
 //!
-//! Ports and streams are the board's ([`crate::board::wiring`]). All streams move 32 bits, in
-//! direct mode, circular over two windows. A play stream fetches its next word as soon as the
-//! last is out, so a slot must be painted before the slot ahead of it begins.
+//! Ports and streams are those of the board ([`crate::board::wiring`]). All streams move 32 bits,
+//! in direct mode, circular over two windows. A play stream fetches its next word as soon as the
+//! last word is out, so a slot must be painted before the slot ahead of it begins.
 
 use super::pac::dma::{St, vals};
 use super::pac::{DMA2, RCC, TIM1};
@@ -34,44 +34,44 @@ const PLAY_SECOND: usize = BOARD.streams.play[1] as usize;
 const ERASE_FIRST: usize = BOARD.streams.erase[0] as usize;
 const ERASE_SECOND: usize = BOARD.streams.erase[1] as usize;
 const STREAMS: [usize; 4] = [PLAY_FIRST, PLAY_SECOND, ERASE_FIRST, ERASE_SECOND];
-/// Of each port, the word that isolates it.
+/// Word of each port that disconnects its outputs.
 const ISOLATED: [u32; TAPE_PORTS] = isolated_words::<BoardPins>();
 
-/// All four transfers of a microsecond are over from here on: the last request
-/// comes at 32, and four transfers of two bus accesses each take less than 40
-/// cycles. Reading the positions takes about 60.
+/// Counts of TIM1 at which all four transfers of a microsecond are over: the last request comes at
+/// 32, and four transfers of two bus accesses each take less than 40 cycles. Reading the positions
+/// takes about 60 cycles.
 const QUIET: core::ops::Range<u16> = 72..100;
 const _: () = assert!(QUIET.end as u32 + 60 < timebase::CYCLES_PER_US);
-/// Time to wait for a stream to finish its transfer or for the quiet part of
-/// a microsecond, in polls of at least 5 cycles: at least 20 µs.
+/// Longest wait for a stream to finish its transfer, or for the quiet part of a microsecond, in
+/// polls of at least 5 cycles: at least 20 µs.
 const PATIENCE: usize = 700;
 
-/// Last slot in which a paint may end: the next window's first word is
-/// fetched when slot 249 plays.
+/// Last slot during which painting may end: the next window's first word is fetched while slot 249
+/// plays.
 const LAST_SLOT: u32 = SLOTS as u32 - 3;
 
 #[repr(C)]
 struct Memory {
-    /// The words of each port.
+    /// Tape of each port, one BSRR word per slot.
     words: [[u32; LENGTH]; TAPE_PORTS],
     isolated: [u32; TAPE_PORTS],
 }
 
 struct Shared(UnsafeCell<Memory>);
 
-// SAFETY: reached through raw pointers by the one `Tape` and by DMA2 only;
-// `Tape::window` says why they never meet in one window.
+// SAFETY: only the one `Tape` and DMA2 access this, through raw pointers; `Tape::window` shows why
+// they never use the same window.
 unsafe impl Sync for Shared {}
 
-/// Alone in SRAM2, a bus slave of its own, away from every stack. The section
-/// is not loaded: `Tape::start` writes every word before a stream reads one.
+/// The tape is alone in SRAM2, a separate bus slave, away from every stack. The section is not
+/// loaded: `Tape::start` writes every word before a stream reads one.
 #[unsafe(link_section = ".tape")]
 static MEMORY: Shared = Shared(UnsafeCell::new(Memory {
     words: [[0; LENGTH]; TAPE_PORTS],
     isolated: [0; TAPE_PORTS],
 }));
 
-/// The half of the tape that a window occupies.
+/// Half of the tape, which holds one window.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Half {
     /// Slots 0–249.
@@ -81,7 +81,7 @@ pub enum Half {
 }
 
 impl Half {
-    /// The other half.
+    /// Returns the other half.
     #[must_use]
     pub const fn other(self) -> Self {
         match self {
@@ -98,34 +98,33 @@ impl Half {
     }
 }
 
-/// The running tape. One exists, owned by the refill interrupt.
+/// The running tape. Only one exists; the refill interrupt owns it.
 pub struct Tape {
-    /// NDTR of each stream before its first request: 500, or 499 should the
-    /// fetched-ahead word be counted. RM0090 10.3.8 counts transfers on the
-    /// peripheral port, which gives 500; measured, so that it need not be known.
+    /// NDTR of each stream before its first request: 500, or 499 if the word fetched ahead is
+    /// counted. RM0090 10.3.8 counts transfers on the peripheral port, which gives 500; the value
+    /// is measured so that the code does not depend on this.
     origins: [u16; 4],
-    /// Where in a lap of [`crystal`] device time 0 lies, as the first check found it.
+    /// Position of device time 0 within a lap of [`crystal`], from the first check.
     offset: Option<u16>,
 }
 
 impl Tape {
-    /// Erases the whole tape, paints `plan` on its first half and starts it:
-    /// slot 0 plays at `plan.start`. That becomes the time now; or, after a
-    /// fault stop, when the clock that ran on `since` then gets there, which is
-    /// awaited: up to a window with nothing on the outputs.
+    /// Erases the whole tape, paints `plan` on its first half and starts it, so that slot 0 plays
+    /// at `plan.start`. Device time starts from there; after a fault stop, device time went on
+    /// since `since`, and this waits up to one window for `plan.start`, with nothing on the
+    /// outputs.
     ///
     /// # Errors
-    /// [`Fault::TapeSlip`] if DMA2 carries another stream, a stream does not
-    /// stop, or one starts from an impossible position;
-    /// [`Fault::MissedDeadline`] if `plan.start` is past or too near.
+    /// Returns [`Fault::TapeSlip`] if DMA2 carries another stream, a stream does not stop, or a
+    /// stream starts from an impossible position, and [`Fault::MissedDeadline`] if `plan.start` is
+    /// past or too near.
     ///
     /// # Safety
-    /// Any earlier `Tape` must be gone, and the caller must not be preempted
-    /// by a user of the tape.
+    /// No earlier `Tape` may exist, and no user of the tape may preempt the caller.
     pub unsafe fn start(plan: &WindowPlan, since: Option<Instant>) -> Result<Self, Fault> {
         RCC.ahb1enr().modify(|w| w.set_dma2en(true));
         RCC.apb2enr().modify(|w| w.set_tim1en(true));
-        // The reset also drops requests that stopped play streams left unserved.
+        // The reset also drops unserved requests of stopped play streams.
         RCC.apb2rstr().modify(|w| w.set_tim1rst(true));
         RCC.apb2rstr().modify(|w| w.set_tim1rst(false));
         for stream in STREAMS {
@@ -140,7 +139,7 @@ impl Tape {
             origins: [0; 4],
             offset: None,
         };
-        // SAFETY: all four streams are off: nothing plays.
+        // SAFETY: all four streams are off, so nothing plays.
         unsafe { tape.paint(plan, Half::First) };
         let memory = MEMORY.0.get();
         // SAFETY: `memory` points to a static; only addresses are taken.
@@ -165,7 +164,7 @@ impl Tape {
         if fetched.iter().any(|&n| n > 1) || erased != [LENGTH_16; TAPE_PORTS] {
             return Err(Fault::TapeSlip);
         }
-        // Enabling a stream may leave its FIFO flag set; from here on, none may.
+        // Enabling a stream may set its FIFO flag; from here on a set flag is a fault.
         STREAMS.into_iter().for_each(clear_flags);
         pace::prepare();
         timebase::start(plan.start);
@@ -176,23 +175,23 @@ impl Tape {
         Ok(tape)
     }
 
-    /// Whether the window `(start, half)` is playing: all streams agree on the slot,
-    /// and with the clock, which agrees with the core's, and no error flag is up.
+    /// Checks that the window `(start, half)` is playing: all streams agree on the slot and with
+    /// the clock, the clock agrees with the core's, and no error flag is set.
     ///
-    /// TIM11 counts the core's cycles here, not CYCCNT, which stops in sleep or for good
-    /// when a debugger detaches. It is known to count right ([`crystal`]), and what a lap
-    /// of 8 µs cannot tell, steps of whole laps, the streams' positions do.
+    /// TIM11 counts the core's cycles here, because CYCCNT stops in sleep, or permanently when a
+    /// debugger detaches. [`crystal`] verifies TIM11. Steps of whole laps of 8 µs, which TIM11
+    /// cannot show, show in the streams' positions.
     ///
     /// # Errors
-    /// [`Fault::MissedDeadline`] if the window is over or so nearly over that
-    /// the next one is being fetched; [`Fault::TimeBase`] if device time has gained or
-    /// lost against the core's cycles; [`Fault::TapeSlip`] for the rest.
+    /// Returns [`Fault::MissedDeadline`] if the window is over or the next one is about to be
+    /// fetched, [`Fault::TimeBase`] if device time has drifted from the core's cycles, and
+    /// [`Fault::TapeSlip`] otherwise.
     pub fn check(&mut self, start: Micros, half: Half) -> Result<(), Fault> {
         let (now, positions, offset) = observe().ok_or(Fault::TapeSlip)?;
-        // TIM1 counts the core's own clock. A count one off costs 250 cycles in its
-        // first window, and what is lost adds up; flash takes some more or less.
+        // TIM1 counts the core's own clock. A count that is off by one costs 250 cycles in its
+        // first window, and losses accumulate; waits for flash add or remove a few cycles.
         const TOLERANCE: u16 = 60;
-        let lost = offset.abs_diff(*self.offset.get_or_insert(offset)); // below a lap
+        let lost = offset.abs_diff(*self.offset.get_or_insert(offset)); // less than a lap
         if lost.min(crystal::LAP - lost) > TOLERANCE {
             return Err(Fault::TimeBase);
         }
@@ -208,14 +207,14 @@ impl Tape {
         }
     }
 
-    /// Whether all streams are within a slot or two of where the clock has them in
-    /// the window `(start, half)`, so that the other half may be painted; what
-    /// [`Self::check`] says for certain costs the wait for a quiet moment.
+    /// Checks that all streams are within a slot or two of their expected positions in the window
+    /// `(start, half)`, so that the other half may be painted. [`Self::check`] is exact, but waits
+    /// for a quiet moment.
     ///
     /// # Errors
-    /// As there.
+    /// Returns the errors of [`Self::check`].
     pub fn look(&self, start: Micros, half: Half) -> Result<(), Fault> {
-        // While the positions are read, at most one microsecond begins.
+        // At most one microsecond begins while the positions are read.
         let played = played(timebase::now(), start, half)?;
         let is_near = |(stream, origin): (usize, u16)| {
             let ndtr = DMA2.st(stream).ndtr().read().ndt();
@@ -231,16 +230,15 @@ impl Tape {
     /// Paints `plan` on the window `half`.
     ///
     /// # Safety
-    /// `look` must just have said that the other half is playing, and `check` must be
-    /// asked after painting; or no stream may run.
+    /// Either `look` has just confirmed that the other half is playing, and `check` is called after
+    /// painting; or no stream runs.
     pub unsafe fn paint(&mut self, plan: &WindowPlan, half: Half) {
         publish();
         let first = half.first_slot();
         let memory = MEMORY.0.get();
-        // SAFETY: the streams are in the other half, by the caller's check,
-        // and stay there for the rest of its 250 µs; all of this half has been
-        // erased and none of it fetched. `&mut self` keeps it to one window, and
-        // nothing preempts the refill.
+        // SAFETY: by the caller's check the streams are in the other half, and they stay there for
+        // the rest of its 250 µs. All of this half has been erased, and none of it fetched. `&mut
+        // self` allows one window at a time, and nothing preempts the refill.
         let (_writable, mut window) = unsafe {
             let at_first = (&raw mut (*memory).words[0]).cast::<u32>().add(first);
             let at_second = (&raw mut (*memory).words[1]).cast::<u32>().add(first);
@@ -255,8 +253,8 @@ impl Tape {
     }
 }
 
-/// Slots that have played once those up to `now` have, 1–498: below every origin, so
-/// that no reload lies between.
+/// Returns the number of slots played once those up to `now` are, 1–498: below every origin, so
+/// that no reload lies in between.
 fn played(now: Micros, start: Micros, half: Half) -> Result<u16, Fault> {
     let slot = now.elapsed_since(start);
     if slot > LAST_SLOT {
@@ -265,15 +263,15 @@ fn played(now: Micros, start: Micros, half: Half) -> Result<u16, Fault> {
     Ok((half.first_slot() as u32 + slot + 1) as u16) // at most 250 + 247 + 1
 }
 
-/// Orders the CPU's accesses to the tape with DMA2's, both ways.
+/// Orders the CPU's accesses to the tape before and after DMA2's.
 fn publish() {
     compiler_fence(Ordering::SeqCst);
     cortex_m::asm::dmb();
 }
 
-/// Fault stop: disables the play streams, waits until they are off (bounded),
-/// isolates by the CPU and stops the pump. Callable from anywhere, at any
-/// time, more than once. The erase streams and the clock go on.
+/// Stops the outputs after a fault: disables the play streams, waits until they are off (bounded),
+/// disconnects the outputs by the CPU and stops the pump. May be called from anywhere, at any time,
+/// repeatedly. The erase streams and the clock continue.
 pub fn stop() {
     let is_first_off = switch_off(PLAY_FIRST);
     let is_second_off = switch_off(PLAY_SECOND);
@@ -286,17 +284,16 @@ pub fn stop() {
     pins::isolate();
 }
 
-/// Disables `stream` and says whether it is off (RM0090 10.3.17: EN reads 1
-/// until the transfer under way is over).
+/// Disables `stream` and returns whether it is off (RM0090 10.3.17: EN reads 1 until the current
+/// transfer is over).
 fn switch_off(stream: usize) -> bool {
     let cr = DMA2.st(stream).cr();
     cr.modify(|w| w.set_en(false));
     (0..PATIENCE).any(|_| !cr.read().en())
 }
 
-/// DMA2 must carry the four streams only, none with an APB address: serving
-/// AHB and APB at once corrupts data (ES0182, DMA2 concurrent AHB and APB).
-/// That all four have AHB addresses is visible in `start`.
+/// Checks that DMA2 carries only the four streams, because serving AHB and APB at once corrupts
+/// data (ES0182, DMA2 concurrent AHB and APB). `start` shows that all four have AHB addresses.
 fn assert_alone() -> Result<(), Fault> {
     let others = (0..8).filter(|s| !STREAMS.contains(s));
     if others.into_iter().any(|s| DMA2.st(s).cr().read().en()) {
@@ -308,8 +305,8 @@ fn assert_alone() -> Result<(), Fault> {
 
 fn erase_all() {
     let memory = MEMORY.0.get();
-    // SAFETY: all four streams are off and no `Tape` exists, so nothing else
-    // touches the memory. Every word is written: none is read before.
+    // SAFETY: all four streams are off and no `Tape` exists, so nothing else uses the memory. Every
+    // word is written, none is read before.
     unsafe {
         let _writable = memory::writable_tape();
         (*memory).words[0].fill(ISOLATED[0]);
@@ -322,7 +319,7 @@ fn erase_all() {
 
 fn isolated_words_intact() -> bool {
     let memory = MEMORY.0.get();
-    // SAFETY: two words that only `erase_all` writes, and DMA2 reads.
+    // SAFETY: only `erase_all` writes these two words, and DMA2 reads them.
     unsafe {
         (&raw const (*memory).isolated[0]).read_volatile() == ISOLATED[0]
             && (&raw const (*memory).isolated[1]).read_volatile() == ISOLATED[1]
@@ -337,8 +334,8 @@ fn erase(stream: usize, isolated: u32, tape: u32) {
     configure(stream, vals::Dir::PERIPHERAL_TO_MEMORY, isolated, tape);
 }
 
-/// RM0090 10.3.17 and 10.5.5. The tape is the memory side and increments; the
-/// other side, BSRR or the isolated word, does not.
+/// Configures a stream (RM0090 10.3.17 and 10.5.5). The tape is the memory side, whose address
+/// increments; the address of the other side, BSRR or the disconnect word, does not.
 fn configure(stream: usize, direction: vals::Dir, peripheral: u32, tape: u32) {
     let st: St = DMA2.st(stream);
     clear_flags(stream);
@@ -359,7 +356,7 @@ fn configure(stream: usize, direction: vals::Dir, peripheral: u32, tape: u32) {
     st.cr().modify(|w| w.set_en(true));
 }
 
-/// LISR holds streams 0–3, HISR 4–7.
+/// Clears the stream's flags; LISR has those of streams 0–3, HISR of 4–7.
 fn clear_flags(stream: usize) {
     DMA2.ifcr(stream / 4).write(|w| {
         w.set_feif(stream % 4, true);
@@ -370,9 +367,9 @@ fn clear_flags(stream: usize) {
     });
 }
 
-/// Whether a stream is off, or flags a transfer error, direct mode error or FIFO
-/// error: in direct mode the last two mean a request that came before the word
-/// was there (RM0090 10.3.18).
+/// Returns whether a stream is off or has flagged a transfer error, direct mode error or FIFO
+/// error. In direct mode, the last two mean that a request came before the word was there (RM0090
+/// 10.3.18).
 fn has_failed() -> bool {
     let flags = DMA2.isr(0).read().0 & FAILURES[0] | DMA2.isr(1).read().0 & FAILURES[1];
     flags != 0 || STREAMS.into_iter().any(|s| !DMA2.st(s).cr().read().en())
@@ -390,8 +387,8 @@ const FAILURES: [u32; 2] = {
     masks
 };
 
-/// Device time, the four NDTRs, and where in a lap of [`crystal`] device time 0 lies, read
-/// within the quiet part of one microsecond; `None` if TIM1 stands still.
+/// Returns device time, the four NDTRs, and the position of device time 0 within a lap of
+/// [`crystal`], all read within the quiet part of one microsecond; `None` if TIM1 stands still.
 fn observe() -> Option<(Micros, [u16; 4], u16)> {
     let count = || TIM1.cnt().read().cnt();
     (0..PATIENCE).find_map(|_| {
@@ -401,17 +398,18 @@ fn observe() -> Option<(Micros, [u16; 4], u16)> {
         }
         let now = timebase::now();
         let positions = STREAMS.map(|s| DMA2.st(s).ndtr().read().ndt());
-        // Below a lap: 7 µs, and less than one.
+        // Less than a lap: at most 7 µs plus less than one.
         let since = (now.get() % LAP_US * timebase::CYCLES_PER_US) as u16 + before;
         let offset = lap.checked_sub(since);
         let offset = offset.unwrap_or_else(|| lap + (crystal::LAP - since));
-        // A later count in the same microsecond; an interruption in between
-        // could hide one whole microsecond only by lasting one: try again.
+        // A later count in the same microsecond shows that the readings belong together. An
+        // interruption could hide a whole microsecond only by lasting one, so try again otherwise.
         (count() > before && timebase::now() == now).then_some((now, positions, offset))
     })
 }
 
-/// A lap of [`crystal`] in device time, which wraps after a whole number of them.
+/// Length of a lap of [`crystal`] in device time, µs; device time wraps after a whole number of
+/// laps.
 const LAP_US: u32 = crystal::LAP as u32 / timebase::CYCLES_PER_US;
 const _: () = assert!(LAP_US * timebase::CYCLES_PER_US == crystal::LAP as u32);
 const _: () = assert!(LAP_US.is_power_of_two());

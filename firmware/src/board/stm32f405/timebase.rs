@@ -1,8 +1,8 @@
-//! TIM2: device time, clocked by TIM1's updates (ITR0, RM0090 TIM2_SMCR), so
-//! that time and tape cannot drift apart. 32 bits of microseconds.
+//! Device time: TIM2 counts TIM1's updates (ITR0, RM0090 TIM2_SMCR) with 32 bits of microseconds,
+//! so that time and tape cannot drift apart.
 //!
-//! CH1 captures the trigger input, CH2 starts refills, CH3 starts the injected
-//! conversion of ADC1 at an exact microsecond.
+//! CH1 captures the trigger input, CH2 starts refills, CH3 starts the injected conversion of ADC1
+//! at an exact microsecond.
 
 use super::pac::timer::vals;
 use super::pac::{RCC, TIM1, TIM2};
@@ -15,8 +15,8 @@ const CAPTURE: usize = 0;
 const REFILL: usize = 1;
 const SAMPLE: usize = 2;
 
-/// Configures TIM2 and holds it at one microsecond before `first`: the next
-/// update of TIM1 makes it `first`. Arms the first refill.
+/// Configures TIM2 and stops it one microsecond before `first`, which it reaches with TIM1's next
+/// update. Arms the first refill.
 pub fn start(first: Micros) {
     RCC.apb1enr().modify(|w| w.set_tim2en(true));
     let _ = RCC.apb1enr().read(); // ES0182: delay after clock enabling
@@ -28,8 +28,8 @@ pub fn start(first: Micros) {
     });
     TIM2.psc().write_value(0);
     TIM2.arr().write_value(u32::MAX);
-    // CC1S = 01: IC1 on TI1, eight equal samples at 84 MHz (95 ns). CH2 stays
-    // an output that is frozen: its match only raises the flag.
+    // CC1S = 01: IC1 on TI1, eight equal samples at 84 MHz (95 ns). CH2 is a frozen output: its
+    // match only sets the flag.
     TIM2.ccmr_input(0).write(|w| {
         w.set_ccs(CAPTURE, vals::CcmrInputCcs::from_bits(0b01));
         w.set_icf(CAPTURE, vals::FilterValue::FCK_INT_N8);
@@ -41,13 +41,13 @@ pub fn start(first: Micros) {
     TIM2.egr().write(|w| w.set_ug(true));
     TIM2.cnt().write_value((first - us(1)).get());
     TIM2.sr().write(|w| w.0 = 0);
-    // By then the window before has been erased to its last slot.
+    // At that time, the previous window has been erased to its last slot.
     refill_at(first + us(REFILL_OFFSET_US));
     TIM2.dier().write(|w| w.set_ccie(REFILL, true));
     TIM2.cr1().modify(|w| w.set_cen(true));
 }
 
-/// Device time.
+/// Returns the device time.
 #[must_use]
 pub fn now() -> Micros {
     Micros::new(TIM2.cnt().read())
@@ -62,11 +62,11 @@ pub struct Instant {
 }
 
 impl Instant {
-    /// The present one. TIM1 and TIM2 must be running.
+    /// Reads the present instant. TIM1 and TIM2 must be running.
     #[must_use]
     pub fn now() -> Self {
-        // The microsecond may end between the readings: once more is enough,
-        // for nothing preempts whoever asks for ten.
+        // A microsecond may end between the readings. One repetition is enough, because nothing
+        // preempts the caller for ten.
         let read = || {
             let us = now();
             let ticks = TIM1.cnt().read().cnt().into();
@@ -80,7 +80,7 @@ impl Instant {
         })
     }
 
-    /// The core cycle at which `at`, up to some seconds ahead, begins.
+    /// Returns the core cycle at which `at`, up to some seconds ahead, begins.
     #[must_use]
     pub fn cycle_of(self, at: Micros) -> u32 {
         let ahead = at.elapsed_since(self.us).wrapping_mul(CYCLES_PER_US);
@@ -88,10 +88,10 @@ impl Instant {
     }
 }
 
-/// TIM1 counts the core's own clock.
+/// Core cycles per microsecond; TIM1 counts the core's clock.
 pub const CYCLES_PER_US: u32 = BOARD.clocks.cycles_per_us();
 
-/// Sets the next refill and clears the request of the last.
+/// Sets the time of the next refill and clears the request of the last.
 pub fn refill_at(at: Micros) {
     TIM2.ccr(REFILL).write_value(at.get());
     // Flags clear by writing 0 and ignore 1 (RM0090 18.4.5).
@@ -101,7 +101,7 @@ pub fn refill_at(at: Micros) {
     });
 }
 
-/// The trigger edge captured since the last call. Reading CCR1 clears it.
+/// Returns the trigger edge captured since the last call. Reading CCR1 clears the flag.
 #[must_use]
 pub fn captured() -> Option<Micros> {
     TIM2.sr()
@@ -110,8 +110,8 @@ pub fn captured() -> Option<Micros> {
         .then(|| Micros::new(TIM2.ccr(CAPTURE).read()))
 }
 
-/// Starts the injected conversion at `at`, by a rising edge of OC3REF. `false`
-/// if that is too soon (less than 2 µs ahead): no conversion then.
+/// Starts the injected conversion at `at`, by a rising edge of OC3REF. Returns `false`, without a
+/// conversion, if `at` is less than 2 µs ahead.
 pub fn sample_at(at: Micros) -> bool {
     let mode = |m| TIM2.ccmr_output(1).write(|w| w.set_ocm(SAMPLE - 2, m));
     mode(vals::Ocm::FORCE_INACTIVE);

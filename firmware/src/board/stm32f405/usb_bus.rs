@@ -1,4 +1,4 @@
-//! The bus served for ever, also where the host leaves in the middle of a request.
+//! Service of the USB bus that survives a host leaving in the middle of a request.
 
 use super::pac::USB_OTG_FS;
 use core::convert::Infallible;
@@ -12,12 +12,12 @@ use embassy_usb::driver::Driver;
 
 static HOST_LEFT: AtomicWaker = AtomicWaker::new();
 
-/// Wakes the bus within a transfer too: the driver's handler wakes who looks at the bus, and
-/// then nobody does.
+/// Interrupt handler that wakes the bus task during a control transfer too; the driver's own
+/// handler wakes only a task that waits for bus events.
 pub struct WakeHandler;
 
 impl Handler<OTG_FS> for WakeHandler {
-    // SAFETY: of any context; it reads a register that reading does not change.
+    // SAFETY: callable from any context; reads a register that reading does not change.
     unsafe fn on_interrupt() {
         if is_host_gone() {
             HOST_LEFT.wake();
@@ -27,10 +27,10 @@ impl Handler<OTG_FS> for WakeHandler {
 
 /// Serves the bus and endpoint 0.
 ///
-/// The stack looks at the bus between two control transfers only, and its driver for this
-/// controller waits within one for the host's next packet, whatever happens to the bus. A
-/// cable that was out, or a reset, in a transfer would be seen never: the port stayed dead
-/// until power went. Such a transfer is dropped here, and the stack finds what happened.
+/// The stack handles bus events only between two control transfers. Within a transfer, its driver
+/// waits for the host's next packet, whatever happens on the bus. A disconnected cable or a reset
+/// during a transfer would never be noticed, and the port would stay dead until power is removed.
+/// This function drops such a transfer, and the stack then finds the event.
 pub async fn serve<'d, D: Driver<'d>>(usb: &mut UsbDevice<'d, D>) -> Infallible {
     loop {
         select(usb.run(), host_left()).await;
@@ -38,8 +38,8 @@ pub async fn serve<'d, D: Driver<'d>>(usb: &mut UsbDevice<'d, D>) -> Infallible 
     }
 }
 
-/// Ready when [`is_host_gone`]: asked after the stack has run, so the stack is within a
-/// transfer, or it just happened and the stack will see it as well without this.
+/// Waits until [`is_host_gone`]. The stack runs first, so an unhandled event means that the stack
+/// is within a transfer, or that the event has just occurred and the stack will handle it anyway.
 async fn host_left() {
     poll_fn(|cx| {
         HOST_LEFT.register(cx.waker());
@@ -52,8 +52,9 @@ async fn host_left() {
     .await
 }
 
-/// Whether the cable went or came, or the bus was reset, fell asleep or woke, and nobody has
-/// seen it: all for which the driver's handler masks what follows until the bus is looked at.
+/// Returns whether an unhandled bus event is pending: cable connected or removed, bus reset,
+/// suspend or wake-up. For each of them the driver's handler masks further events until the bus is
+/// polled.
 fn is_host_gone() -> bool {
     let events = USB_OTG_FS.gintsts().read();
     let is_cable = events.srqint() || events.otgint();
@@ -61,8 +62,8 @@ fn is_host_gone() -> bool {
     is_cable || is_reset || events.usbsusp() || events.wkupint()
 }
 
-/// Forgets what endpoint 0 was about when the bus was reset: a request that had come, and was
-/// looked at only after, armed an answer and may have set an address.
+/// Interrupt handler that clears the state of endpoint 0 after a bus reset. A request received
+/// before the reset but handled after it may have armed an answer or set an address.
 pub struct Forget;
 
 impl embassy_usb::Handler for Forget {
@@ -72,7 +73,7 @@ impl embassy_usb::Handler for Forget {
     }
 }
 
-/// What endpoint 0 was to send to a host that left. A reset of the bus leaves it armed, and
+/// Withdraws endpoint 0's pending answer to a host that has left. A bus reset leaves it armed, and
 /// the next answer would wait for it (RM0090 section 34.16.4, EPENA and EPDIS).
 fn withdraw_answer() {
     let control = USB_OTG_FS.diepctl(0);

@@ -1,4 +1,4 @@
-//! The controller's driver, behind a door that turns away what the stack cannot bear.
+//! Wrapper of the USB driver that rejects requests on which the stack would panic.
 
 use core::future::{Future, poll_fn};
 use core::pin::pin;
@@ -7,13 +7,14 @@ use embassy_usb::driver::{
     ControlPipe, Driver, EndpointAddress, EndpointAllocError, EndpointError, EndpointType,
 };
 
-/// Endpoints of OTG_FS in each direction, endpoint 0 included (RM0090 section 34.4.1).
+/// Number of endpoints of OTG_FS in each direction, endpoint 0 included (RM0090 section 34.4.1).
 const ENDPOINTS: u8 = 4;
 /// Longest packet of endpoint 0, bytes.
 const PACKET: usize = 64;
 
-/// A driver whose stack hears of no endpoint that the controller does not have: asked for the
-/// state of such a one, or to halt it, stack and driver would panic, and any program may ask.
+/// USB driver that hides requests about endpoints that the controller does not have. Stack and
+/// driver would panic when asked for the state of such an endpoint or to halt it, and any program
+/// may ask.
 pub struct CheckedDriver<D>(pub D);
 
 impl<'d, D: Driver<'d>> Driver<'d> for CheckedDriver<D> {
@@ -53,7 +54,8 @@ impl<'d, D: Driver<'d>> Driver<'d> for CheckedDriver<D> {
     }
 }
 
-/// Endpoint 0, which answers such requests by STALL (USB 2.0 sections 9.4.1, 9.4.5, 9.4.9).
+/// Endpoint 0, which answers requests about missing endpoints by STALL (USB 2.0 sections 9.4.1,
+/// 9.4.5, 9.4.9).
 pub struct CheckedPipe<P> {
     pipe: P,
     /// Whether the last request announced data from the host, or failed.
@@ -61,11 +63,11 @@ pub struct CheckedPipe<P> {
 }
 
 impl<P: ControlPipe> CheckedPipe<P> {
-    /// The next SETUP. Data that came before it are of a request that was refused for its
-    /// length, or whose host left, and are dropped: kept, they would be taken for the next
-    /// request's, or fail each that reads, for the driver expects an empty packet then and
-    /// keeps a longer one for ever. Data that no request announced fail the next one only.
-    /// Both futures keep nothing between two polls.
+    /// Polls for the next SETUP packet, and drops data that came before it. Such data belong to a
+    /// request that was refused for its length, or whose host left. If they were kept, they would
+    /// be taken for the next request's data, or every read would fail, because the driver then
+    /// expects an empty packet and keeps a longer one forever. Data that no request announced make
+    /// only the next read fail. Both futures hold no state between two polls.
     fn next_setup(&mut self, cx: &mut Context<'_>) -> Poll<[u8; 8]> {
         if self.awaits_data {
             let mut rest = [0; PACKET];
@@ -80,7 +82,8 @@ impl<P: ControlPipe> ControlPipe for CheckedPipe<P> {
         self.pipe.max_packet_size()
     }
 
-    /// Loses nothing when it is dropped: refusing does not wait.
+    /// Waits for the next request that the stack can handle. Dropping the future loses nothing,
+    /// because refusing does not wait.
     async fn setup(&mut self) -> [u8; 8] {
         loop {
             let request = poll_fn(|cx| self.next_setup(cx)).await;
@@ -120,14 +123,15 @@ impl<P: ControlPipe> ControlPipe for CheckedPipe<P> {
     }
 }
 
-/// Whether the host sends data with `request`: bmRequestType's direction and wLength (USB 2.0
-/// table 9-2).
+/// Returns whether the host sends data with `request`, from bmRequestType's direction and wLength
+/// (USB 2.0 table 9-2).
 fn sends_data(&[kind, _, _, _, _, _, length @ ..]: &[u8; 8]) -> bool {
     kind & 0x80 == 0 && u16::from_le_bytes(length) > 0
 }
 
-/// A standard request (bmRequestType, either direction) of an endpoint whose number, the
-/// lowest bits of wIndex, is beyond the controller's (USB 2.0 section 9.3, figure 9-2).
+/// Returns whether the request is a standard request (bmRequestType, either direction) for an
+/// endpoint whose number, the lowest bits of wIndex, the controller does not have (USB 2.0 section
+/// 9.3, figure 9-2).
 fn is_of_no_endpoint(&[kind, _, _, _, index, ..]: &[u8; 8]) -> bool {
     kind & 0x7F == 0x02 && index & 0x0F >= ENDPOINTS
 }

@@ -1,4 +1,4 @@
-//! What every board must keep to, checked when it is compiled.
+//! Compile-time checks of rules for every board.
 
 use super::pins::{Pin, Port};
 use super::{BANKS, CHANNELS, Clocks, DacOutput, Dacs, Inputs, Outputs, TapeStreams, Wiring};
@@ -14,7 +14,8 @@ pub(super) const fn check(board: &Wiring) {
     assert!(board.stages.are_banked(), "a channel's bank is 0 to 5");
 }
 
-/// DS8626 (PLL characteristics), RM0090 sections 7.2.1, 7.3.2 and 7.3.3.
+/// Checks the limits of crystal and PLL (DS8626, PLL characteristics; RM0090 sections 7.2.1, 7.3.2
+/// and 7.3.3).
 const fn check_clocks(clocks: &Clocks) {
     assert!(
         clocks.crystal_hz.is_multiple_of(1_000_000) && matches!(clocks.crystal_mhz(), 4..=26),
@@ -44,7 +45,7 @@ const fn check_clocks(clocks: &Clocks) {
     assert!(clocks.usb_hz() == 48_000_000, "USB has 48 MHz");
 }
 
-/// Pins that every board needs for something else: USB and the debugger.
+/// Pins that every board needs for USB and the debugger.
 const TAKEN: [Pin; 6] = [
     Pin::new(Port::A, 9),
     Pin::new(Port::A, 11),
@@ -100,7 +101,7 @@ const fn check_outputs(outputs: &Outputs) {
     );
 }
 
-/// RM0090 table 43: what TIM1 asks DMA2's channel 6 for.
+/// Checks that the streams match TIM1's requests on DMA2's channel 6 (RM0090 table 43).
 const fn check_streams(streams: &TapeStreams) {
     let [update, channel_1] = streams.play;
     let [channel_2, channel_3] = streams.erase;

@@ -6,8 +6,8 @@ use super::outputs::{DacOutput, Dacs, Lines, Outputs, Stages, TapeStreams};
 use super::pins::Port::{A, B, C, D};
 use super::pins::{Alternate, Analogue, Inputs, Pin};
 
-/// The reference board. Also wired, but the same on every board: USB on PA9 (VBUS), PA11 (D−)
-/// and PA12 (D+); SWD and SWO on PA13, PA14 and PB3. PA2 and PA3, USART2, are not used.
+/// Wiring of the reference board. USB on PA9 (VBUS), PA11 (D−) and PA12 (D+), and SWD and SWO on
+/// PA13, PA14 and PB3, are the same on every board. PA2 and PA3, USART2, are not used.
 pub const FLEXOR_F405: Wiring = Wiring {
     // 8 MHz / 4 × 168 = 336 MHz; / 2 = 168 MHz for the core, / 7 = 48 MHz for USB.
     clocks: Clocks {
@@ -52,7 +52,8 @@ pub const FLEXOR_F405: Wiring = Wiring {
         clock: Alternate::new(Pin::new(C, 10), 6), // SPI3_SCK
         data: Alternate::new(Pin::new(C, 12), 6),  // SPI3_MOSI
         select: [Pin::new(C, 11), Pin::new(D, 2)],
-        // Channels 1 to 5 on the first DAC, 6 to 10 on the second; three banks on each, F to H.
+        // Channels 1 to 5 are on the first DAC, 6 to 10 on the second; outputs F to H of each set
+        // three banks.
         channels: [
             DacOutput::new(0, 0),
             DacOutput::new(0, 1),
@@ -78,7 +79,7 @@ pub const FLEXOR_F405: Wiring = Wiring {
         dead_time_us: 5,
         sense_full_scale_ua: 120_000,
         trip_full_scale_ua: 100_000,
-        // Of the five stages of a DAC two share a bank, and two; the last has its own.
+        // The first four of a DAC's five stages share two banks in pairs; the last has its own.
         banks: [0, 0, 1, 1, 2, 3, 3, 4, 4, 5],
     },
 };
@@ -88,7 +89,7 @@ mod tests {
     use super::*;
     use crate::board::wiring::Bits;
 
-    /// By hand from RM0090, not by the functions under test.
+    /// Register values written by hand from RM0090, and not computed by the functions under test.
     #[test]
     fn registers_are_as_the_manual_has_them_for_this_board() {
         let clocks = FLEXOR_F405.clocks;

@@ -1,10 +1,10 @@
-//! How a board is wired, as data: which pin, clock, DMA stream, DAC output and output stage
-//! is connected to what. One file per board; [`BOARD`] is the board of this build.
+//! Wiring of a board, as data: which pin, clock, DMA stream, DAC output and output stage is
+//! connected to what. Each board has one file; [`BOARD`] is the board of this build.
 //!
-//! Builds on every target, because more than the registers depends on it: the words of the
-//! tape, the scale of the current sense. It is therefore the lowest layer, although the rest
-//! of `board` is the highest. What no board may do is refused at compile time ([`check`]).
-//! docs/porting.md says how to add a board. Not here: registers, and anything that runs.
+//! This module builds on every target, because other layers depend on it too: for the words of the
+//! tape and the scale of the current sense. It is therefore the lowest layer, although the rest of
+//! `board` is the highest. [`check`] refuses impossible boards at compile time. docs/porting.md
+//! explains how to add a board. Registers and anything that runs do not belong here.
 #![forbid(unsafe_code)]
 
 mod check;
@@ -20,20 +20,20 @@ pub use modes::Bits;
 pub use outputs::{DacOutput, Dacs, Lines, Outputs, PinMap, Stages, TapeStreams};
 pub use pins::{Alternate, Analogue, Inputs, Pin, Port};
 
-/// The board of this build.
+/// Board of this build.
 pub const BOARD: Wiring = FLEXOR_F405;
 
-/// Stimulation channels. The protocol has ten, so every board has.
+/// Number of stimulation channels. The protocol has ten, so every board has ten.
 pub const CHANNELS: usize = 10;
 
-/// Banks of one or two output stages, each with a level of its comparators.
+/// Number of banks. A bank is one or two output stages that share a level of their comparators.
 pub const BANKS: usize = 6;
 
-/// Ports that the tape plays: all lines of the channels, sync out and the pump are on them.
-/// Each port takes two requests of TIM1 a microsecond, and two streams of DMA2.
+/// Number of ports that the tape plays: all lines of the channels, sync out and the pump are on
+/// them. Each port takes two requests of TIM1 per microsecond, and two streams of DMA2.
 pub const TAPE_PORTS: usize = 2;
 
-/// All wiring of a board.
+/// Complete wiring of a board.
 #[derive(Clone, Copy, Debug)]
 pub struct Wiring {
     /// Crystal and PLL.
@@ -44,13 +44,13 @@ pub struct Wiring {
     pub streams: TapeStreams,
     /// Lines that people, comparators and sensors drive.
     pub inputs: Inputs,
-    /// The two DACs.
+    /// The two DACs on SPI3.
     pub dacs: Dacs,
-    /// What the output stages do with DAC codes and report to the ADC.
+    /// Scales and timing of the output stages, as seen from DAC and ADC.
     pub stages: Stages,
 }
 
-/// The output lines of [`BOARD`].
+/// Output lines of [`BOARD`], for code that is generic over [`PinMap`].
 #[derive(Clone, Copy, Debug)]
 pub struct BoardPins;
 

@@ -1,22 +1,22 @@
-//! What the wiring makes of the pins, and what their registers must read then.
+//! Pin modes that follow from the wiring, and the register values that they require.
 //!
-//! Set-up does not use this: it calls the register crate. So a mistake in either shows in
-//! the comparison of both, each window (`board::stm32f405::registers`).
+//! Set-up does not use this module: it calls the register crate. So the comparison in each window
+//! shows a mistake in either (`board::stm32f405::registers`).
 
 use super::CHANNELS;
 use super::Wiring;
 use super::pins::{Pin, Port};
 
-/// Bits of a register that count, and their values.
+/// Expected bits of a register.
 #[derive(Clone, Copy, Default, PartialEq, Eq, Debug)]
 pub struct Bits {
-    /// The bits that count; 0 if the register is of no interest.
+    /// Mask of the bits that are compared; 0 if the register is ignored.
     pub bits: u32,
-    /// Their values.
+    /// Expected value of the masked bits.
     pub value: u32,
 }
 
-/// What a pin is used as; the numbers are those of MODER (RM0090 section 8.4.1).
+/// Use of a pin; the numbers are those of MODER (RM0090 section 8.4.1).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Mode {
     Input = 0b00,
@@ -25,14 +25,13 @@ enum Mode {
     Analogue = 0b11,
 }
 
-/// A pin and its use.
 #[derive(Clone, Copy)]
 struct PinUse {
     pin: Pin,
     mode: Mode,
-    /// The alternate function, if any.
+    /// Number of the alternate function, 0 without one.
     function: u8,
-    /// Nothing reads it, so nobody minds if it changes.
+    /// Whether the input is never read, so that changes of its mode do no harm.
     is_spare: bool,
 }
 
@@ -45,7 +44,7 @@ const fn used(pin: Pin, mode: Mode) -> PinUse {
     }
 }
 
-/// Pins beside the channels' lines.
+/// Number of pins beside the channels' lines.
 const OTHERS: usize = 14;
 const USES: usize = 2 * CHANNELS + OTHERS;
 
@@ -92,7 +91,7 @@ impl Wiring {
         uses
     }
 
-    /// Every pin that the board uses.
+    /// Returns every pin that the board uses.
     pub(super) const fn pins(&self) -> [Pin; USES] {
         let uses = self.uses();
         let mut pins = [uses[0].pin; USES];
@@ -104,7 +103,7 @@ impl Wiring {
         pins
     }
 
-    /// MODER of `port`: all its pins that the board uses.
+    /// Returns MODER of `port`, for all its pins that the board uses.
     #[must_use]
     pub const fn modes(&self, port: Port) -> Bits {
         let (uses, mut modes, mut n) = (self.uses(), Bits { bits: 0, value: 0 }, 0);
@@ -119,7 +118,7 @@ impl Wiring {
         modes
     }
 
-    /// AFRL (`half` 0) or AFRH (1) of `port`: its pins that peripherals use.
+    /// Returns AFRL (`half` 0) or AFRH (1) of `port`, for its pins that peripherals use.
     #[must_use]
     pub const fn functions(&self, port: Port, half: u8) -> Bits {
         let (uses, mut functions, mut n) = (self.uses(), Bits { bits: 0, value: 0 }, 0);
@@ -135,7 +134,7 @@ impl Wiring {
         functions
     }
 
-    /// The outputs on `port`, one bit for each pin.
+    /// Returns a mask of the outputs on `port`, one bit per pin.
     #[must_use]
     pub const fn driven(&self, port: Port) -> u32 {
         let (uses, mut driven, mut n) = (self.uses(), 0, 0);
@@ -148,7 +147,7 @@ impl Wiring {
         driven
     }
 
-    /// The ports with a pin that the board uses, bit 0 for port A, as in RCC_AHB1ENR.
+    /// Returns the ports with a pin that the board uses, bit 0 for port A, as in RCC_AHB1ENR.
     #[must_use]
     pub const fn ports(&self) -> u32 {
         let (uses, mut ports, mut n) = (self.uses(), 0, 0);
@@ -159,7 +158,7 @@ impl Wiring {
         ports
     }
 
-    /// Pins of `port` whose set-up is locked until the next reset, one bit for each.
+    /// Returns a mask of the pins of `port` whose configuration is locked until the next reset.
     #[must_use]
     pub const fn locked(&self, port: Port) -> u32 {
         let (uses, mut locked, mut n) = (self.uses(), 0, 0);

@@ -1,78 +1,78 @@
-//! Pins, and the lines that come in.
+//! Pins, and the input lines.
 
-/// A GPIO port.
+/// GPIO port of the chip.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[repr(u8)]
 pub enum Port {
-    /// Port A.
+    /// Port A, 16 pins.
     A,
-    /// Port B.
+    /// Port B, 16 pins.
     B,
-    /// Port C.
+    /// Port C, 16 pins.
     C,
-    /// Port D.
+    /// Port D, 16 pins.
     D,
-    /// Port E: packages of 100 pins and more.
+    /// Port E, in packages of 100 pins or more.
     E,
 }
 
 impl Port {
-    /// Every port.
+    /// Every port, in ascending order of [`Self::index`].
     pub const ALL: [Self; 5] = [Self::A, Self::B, Self::C, Self::D, Self::E];
 
-    /// 0 for port A, and so on, as RCC and SYSCFG number them.
+    /// Returns 0 for port A, and so on, as RCC and SYSCFG number ports.
     #[must_use]
     pub const fn index(self) -> usize {
         self as usize
     }
 }
 
-/// A pin of a port.
+/// Pin of a GPIO port.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Pin {
-    /// The port.
+    /// Port that has the pin.
     pub port: Port,
     /// Number of the pin in its port, 0–15.
     pub number: u8,
 }
 
 impl Pin {
-    /// Pin `number` of `port`.
+    /// Creates pin `number` of `port`; the build fails from 16 on.
     #[must_use]
     pub const fn new(port: Port, number: u8) -> Self {
         assert!(number < 16, "a port has 16 pins");
         Self { port, number }
     }
 
-    /// The pin's bit in registers that have one bit for each pin.
+    /// Returns the pin's bit in registers with one bit per pin.
     #[must_use]
     pub const fn bit(self) -> u32 {
         1 << self.number
     }
 
-    /// Whether both are the same pin.
+    /// Returns whether both are the same pin.
     pub(super) const fn is(self, other: Self) -> bool {
         self.is_on(other.port) && self.number == other.number
     }
 
-    /// Whether the pin is on `port`.
+    /// Returns whether the pin belongs to `port`.
     #[must_use]
     pub const fn is_on(self, port: Port) -> bool {
         self.port as u8 == port as u8
     }
 }
 
-/// A pin that a peripheral uses.
+/// Pin used by a peripheral.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Alternate {
-    /// The pin.
+    /// Pin that carries the signal.
     pub pin: Pin,
     /// Number of the alternate function, 0–15 (DS8626 table 9).
     pub function: u8,
 }
 
 impl Alternate {
-    /// `pin` with the alternate function `function`.
+    /// Creates an alternate use of `pin`; the build fails if `function` exceeds 15.
     #[must_use]
     pub const fn new(pin: Pin, function: u8) -> Self {
         assert!(function < 16, "a pin has 16 alternate functions");
@@ -80,17 +80,17 @@ impl Alternate {
     }
 }
 
-/// A pin that ADC1 converts.
+/// Pin that ADC1 converts.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Analogue {
-    /// The pin.
+    /// Pin that carries the voltage.
     pub pin: Pin,
     /// Number of the ADC's input.
     pub channel: u8,
 }
 
 impl Analogue {
-    /// `pin` with its input of ADC1 (DS8626 table 7, ADC123_IN).
+    /// Returns `pin` with its input of ADC1 (DS8626 table 7, ADC123_IN).
     #[must_use]
     pub const fn new(pin: Pin) -> Self {
         let (first, pins) = match pin.port {
@@ -107,24 +107,24 @@ impl Analogue {
     }
 }
 
-/// Lines that come in. The three safety inputs and the trigger are on one port, so that one
-/// reading takes all of them at one instant.
+/// Input lines. The three safety inputs and the trigger are on one port, so that one read samples
+/// all of them at the same instant.
 ///
-/// The low level of each safety input is its safe side, on every board: with its cable off,
-/// the pull-down reads as "stop".
+/// On every board the low level of a safety input is its safe side: with the cable off, the
+/// pull-down reads as "stop".
 #[derive(Clone, Copy, Debug)]
 pub struct Inputs {
-    /// Arm key: high is closed.
+    /// Arm key; high when closed.
     pub arm: Pin,
-    /// Over-current latch of the comparators: low is tripped, or the cable is off.
+    /// Over-current latch of the comparators; low when tripped or the cable is off.
     pub over_current: Pin,
-    /// Hand-held stop: high is closed, stimulation is allowed.
+    /// Hand-held stop; high when closed, which allows stimulation.
     pub hand_stop: Pin,
-    /// Trigger, rising edge, at channel 1 of TIM2.
+    /// Trigger, on its rising edge, at channel 1 of TIM2.
     pub trigger: Alternate,
-    /// Joint angle.
+    /// Input of the joint-angle sensor.
     pub angle: Analogue,
-    /// Current sense.
+    /// Input of the current sense.
     pub current: Analogue,
     /// Analogue inputs that this image does not read.
     pub spare: [Pin; 2],
